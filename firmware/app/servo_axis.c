@@ -1,0 +1,111 @@
+#include "app/servo_axis.h"
+
+#include <math.h>
+
+#include "control/scalar.h"
+
+control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s) {
+  const scalar_range ranges[] = {
+      {params->torque_constant_nm_a, 1e-6f, 1e4f},
+      {params->current_limit_a, 0.0f, 1e4f},
+  };
+  const control_status parts[] = {
+      speed_loop_check(&params->speed, tick_s),
+      position_loop_check(&params->position),
+      target_tracker_check(&params->tracker),
+      current_loop_check(&params->current, pwm_period_s),
+      scalar_check_ranges(ranges, 2),
+  };
+  for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
+    if (parts[i] != CONTROL_OK) {
+      return parts[i];
+    }
+  }
+  return CONTROL_OK;
+}
+
+void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s) {
+  *axis = (servo_axis){.mode = SERVO_OFF};
+  speed_loop_reset(&axis->speed, &params->speed, angle, tick_s);
+  target_tracker_reset(&axis->tracker);
+  current_loop_reset(&axis->current);
+}
+
+static bool samples_are_finite(const servo_axis_samples *samples) {
+  return isfinite(samples->mean_current_a) && (!samples->motion.gyro_valid || isfinite(samples->motion.gyro_rad_s));
+}
+
+static bool command_is_finite(const servo_axis_command *command) {
+  return isfinite(command->speed.rate_rad_s) && isfinite(command->speed.acceleration_rad_s2);
+}
+
+static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
+                                        const servo_axis_command *command, const servo_axis_samples *samples,
+                                        const speed_loop_rates *rates, float tick_s) {
+  /* The tracker looks on in every mode, so that it knows the sight's motion when it takes over. */
+  const speed_reference tracking =
+      target_tracker_step(&axis->tracker, &params->tracker, &samples->frame, rates->rate_rad_s, tick_s);
+  switch (axis->mode) {
+    case SERVO_TRACKING:
+      return tracking;
+    case SERVO_POSITION:
+      return (speed_reference){.rate_rad_s = position_loop_rate(&params->position, command->position,
+                                                                samples->motion.joint_angle, command->speed.rate_rad_s)};
+    case SERVO_SPEED:
+      return command->speed;
+    case SERVO_OFF:
+    default:
+      return (speed_reference){0};
+  }
+}
+
+static void switch_off(servo_axis *axis) {
+  axis->mode = SERVO_OFF;
+  axis->commanded_nm = 0.0f;
+  axis->current_reference_a = 0.0f;
+  axis->signals.torque = (speed_loop_output){0};
+}
+
+/* The torque that the motor gave since the last tick: the command, unless the bus could not drive the current. */
+static float applied_torque_nm(const servo_axis *axis, const servo_axis_params *params,
+                               const servo_axis_samples *samples) {
+  return axis->current.limited ? params->torque_constant_nm_a * samples->mean_current_a : axis->commanded_nm;
+}
+
+void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
+                     const servo_axis_samples *samples, float tick_s) {
+  axis->samples_bad = !samples_are_finite(samples) || !command_is_finite(command);
+  if (axis->samples_bad) {
+    switch_off(axis);
+    return;
+  }
+  if (axis->mode == SERVO_OFF && command->mode != SERVO_OFF) {
+    servo_axis_reset(axis, params, samples->motion.joint_angle, tick_s);
+  }
+  axis->mode = command->mode;
+
+  const speed_loop_rates rates = speed_loop_sense(&axis->speed, &params->speed, &samples->motion, tick_s);
+  const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
+  axis->signals.rates = rates;
+  axis->signals.reference = reference;
+  if (axis->mode == SERVO_OFF) {
+    switch_off(axis);
+    return;
+  }
+  const float limit_nm = params->current_limit_a * params->torque_constant_nm_a;
+  const torque_limits limits = {.minimum_nm = -limit_nm, .maximum_nm = limit_nm};
+  axis->signals.torque = speed_loop_control(&axis->speed, &params->speed, &rates, &reference,
+                                            applied_torque_nm(axis, params, samples), &limits, tick_s);
+  axis->commanded_nm = axis->signals.torque.torque_nm;
+  axis->current_reference_a = axis->commanded_nm / params->torque_constant_nm_a;
+}
+
+float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
+                     float pwm_period_s) {
+  if (axis->mode == SERVO_OFF || !isfinite(current_a) || !isfinite(bus_voltage_v)) {
+    current_loop_reset(&axis->current);
+    return 0.0f;
+  }
+  return current_loop_step(&axis->current, &params->current, axis->current_reference_a, current_a,
+                           axis->signals.rates.joint_rate_rad_s, bus_voltage_v, pwm_period_s);
+}

@@ -1,0 +1,76 @@
+/* One servo axis: from its sensor samples to the current that its motor shall carry, once per 1 ms tick.
+ *
+ *     sense -> choose the set-point (speed, position or tracking) -> speed loop -> current set-point
+ *
+ * and, at the PWM rate, from the measured current to a duty. Two axes are two instances of this. An axis that is
+ * off, or whose samples are not finite, commands no current. */
+#ifndef TRACKSERVO_APP_SERVO_AXIS_H
+#define TRACKSERVO_APP_SERVO_AXIS_H
+
+#include <stdbool.h>
+
+#include "control/current_loop.h"
+#include "control/position_loop.h"
+#include "control/speed_loop.h"
+#include "control/target_tracker.h"
+
+typedef enum {
+  SERVO_OFF = 0,  /* duty 0, no loop closed */
+  SERVO_SPEED,    /* command.speed is the set-point */
+  SERVO_POSITION, /* command.position, with command.speed.rate_rad_s as feedforward */
+  SERVO_TRACKING  /* the camera decides */
+} servo_mode;
+
+typedef struct {
+  speed_loop_params speed;
+  position_loop_params position;
+  target_tracker_params tracker;
+  current_loop_params current;
+  float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
+  float current_limit_a;      /* 0 .. 1e4, both directions */
+} servo_axis_params;
+
+typedef struct {
+  servo_mode mode;
+  speed_reference speed;
+  angle_turn32 position;
+} servo_axis_command;
+
+typedef struct {
+  speed_loop_samples motion;  /* encoder and gyro */
+  float mean_current_a;       /* mean motor current since the last tick */
+  camera_frame frame;
+} servo_axis_samples;
+
+/* What the axis thought in its last tick; for the scope, the bus and the tests. */
+typedef struct {
+  speed_loop_rates rates;
+  speed_reference reference;
+  speed_loop_output torque;
+} servo_axis_signals;
+
+typedef struct {
+  servo_mode mode;
+  speed_loop_state speed;
+  target_tracker_state tracker;
+  current_loop_state current;
+  float commanded_nm;         /* torque command in force */
+  float current_reference_a;  /* set by the tick, followed at the PWM rate */
+  bool samples_bad;           /* the last samples were not finite: the axis is off until the next good ones */
+  servo_axis_signals signals;
+} servo_axis;
+
+control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s);
+
+/* Off, at rest, nothing estimated. */
+void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s);
+
+/* One tick. Changing the mode from off starts all loops at rest in the tick that closes them. */
+void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
+                     const servo_axis_samples *samples, float tick_s);
+
+/* One PWM period: the duty in [-1, 1]; 0 while the axis is off or a sample is not finite. */
+float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
+                     float pwm_period_s);
+
+#endif

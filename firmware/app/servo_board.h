@@ -1,0 +1,24 @@
+/* The servo on a machine: this is the only place where the core meets the HAL.
+ *
+ * The way of a sample: hal_joint_angle_turn32, hal_gyro_rate -> servo_app_tick -> current set-point;
+ * hal_current_a -> servo_app_pwm -> hal_set_duty. A platform calls `servo_board_tick` every 1 ms and
+ * `servo_board_pwm` for each axis every PWM period. */
+#ifndef TRACKSERVO_APP_SERVO_BOARD_H
+#define TRACKSERVO_APP_SERVO_BOARD_H
+
+#include "app/servo_app.h"
+#include "hal.h"
+
+typedef struct {
+  servo_app app;
+  servo_command command; /* what the axes shall do from the next tick on */
+  hal *machine;
+} servo_board;
+
+/* All axes off, duties 0; parameters checked and taken, or a complaint and nothing changed. */
+control_status servo_board_start(servo_board *board, hal *machine, const servo_params *params);
+
+void servo_board_tick(servo_board *board);
+void servo_board_pwm(servo_board *board, int axis);
+
+#endif

@@ -1,0 +1,20 @@
+/* A joint angle as a binary fraction of a turn.
+ *
+ * An absolute encoder answers up to 32 bits; a float keeps 24. So the angle travels as a uint32 in units of
+ * 2^-32 turn (1.46 nrad), whatever the encoder's own resolution, and wraps by itself. Only differences become
+ * floats in rad. */
+#ifndef TRACKSERVO_CONTROL_ANGLE_H
+#define TRACKSERVO_CONTROL_ANGLE_H
+
+#include <stdint.h>
+
+typedef uint32_t angle_turn32;
+
+#define ANGLE_RAD_PER_TURN32 (6.28318530717959f / 4294967296.0f)
+
+/* Shortest way from `from` to `to`, in [-pi, pi) rad. */
+static inline float angle_difference_rad(angle_turn32 to, angle_turn32 from) {
+  return (float)(int32_t)(to - from) * ANGLE_RAD_PER_TURN32;
+}
+
+#endif

@@ -1,0 +1,85 @@
+#include "control/biquad.h"
+
+#include "control/scalar.h"
+
+biquad_params biquad_pass(void) { return (biquad_params){.b0 = 1.0f}; }
+
+static control_status check_frequency(float frequency_rad_s, float dt_s) {
+  const scalar_range range = {frequency_rad_s * dt_s, 1e-4f * 2.0f * SCALAR_PI, 0.49f * 2.0f * SCALAR_PI};
+  return scalar_check_ranges(&range, 1);
+}
+
+/* Denominator 1 + a1 z^-1 + a2 z^-2 of a resonance; `spread` = damping * sin(w dt). */
+static void set_poles(biquad_params *params, float cosine, float spread) {
+  params->a1 = -2.0f * cosine / (1.0f + spread);
+  params->a2 = (1.0f - spread) / (1.0f + spread);
+}
+
+control_status biquad_design_lowpass(biquad_params *params, float frequency_rad_s, float damping, float dt_s) {
+  const scalar_range range = {damping, 0.1f, 2.0f};
+  control_status status = check_frequency(frequency_rad_s, dt_s);
+  if (status == CONTROL_OK) {
+    status = scalar_check_ranges(&range, 1);
+  }
+  if (status != CONTROL_OK) {
+    return status;
+  }
+  const float angle_rad = frequency_rad_s * dt_s;
+  const float half_sine = scalar_sin(0.5f * angle_rad);
+  const float spread = damping * scalar_sin(angle_rad);
+  set_poles(params, scalar_cos(angle_rad), spread);
+  params->b0 = half_sine * half_sine / (1.0f + spread); /* (1 - cos)/2 without cancellation */
+  params->b1 = 2.0f * params->b0;
+  params->b2 = params->b0;
+  return CONTROL_OK;
+}
+
+control_status biquad_design_notch(biquad_params *params, float frequency_rad_s, float width_rad_s, float depth,
+                                   float dt_s) {
+  const scalar_range ranges[] = {
+      {width_rad_s, 1e-3f * frequency_rad_s, 2.0f * frequency_rad_s},
+      {depth, 0.0f, 1.0f},
+  };
+  control_status status = check_frequency(frequency_rad_s, dt_s);
+  if (status == CONTROL_OK) {
+    status = scalar_check_ranges(ranges, 2);
+  }
+  if (status != CONTROL_OK) {
+    return status;
+  }
+  const float angle_rad = frequency_rad_s * dt_s;
+  const float cosine = scalar_cos(angle_rad);
+  const float spread = 0.5f * width_rad_s / frequency_rad_s * scalar_sin(angle_rad);
+  set_poles(params, cosine, spread);
+  params->b0 = (1.0f + depth * spread) / (1.0f + spread);
+  params->b1 = params->a1;
+  params->b2 = (1.0f - depth * spread) / (1.0f + spread);
+  return CONTROL_OK;
+}
+
+control_status biquad_check(const biquad_params *params) {
+  const scalar_range ranges[] = {
+      {params->b0, -1e3f, 1e3f}, {params->b1, -1e3f, 1e3f}, {params->b2, -1e3f, 1e3f},
+      {params->a1, -2.0f, 2.0f}, {params->a2, -1.0f, 1.0f},
+  };
+  const control_status status = scalar_check_ranges(ranges, 5);
+  if (status != CONTROL_OK) {
+    return status;
+  }
+  const bool stable = scalar_abs(params->a2) < 1.0f && scalar_abs(params->a1) < 1.0f + params->a2;
+  return stable ? CONTROL_OK : CONTROL_INCONSISTENT;
+}
+
+void biquad_reset(biquad_state *state, const biquad_params *params, float input) {
+  const float gain = (params->b0 + params->b1 + params->b2) / (1.0f + params->a1 + params->a2);
+  const float output = gain * input;
+  state->s1 = output - params->b0 * input;
+  state->s2 = params->b2 * input - params->a2 * output;
+}
+
+float biquad_step(biquad_state *state, const biquad_params *params, float input) {
+  const float output = params->b0 * input + state->s1;
+  state->s1 = params->b1 * input - params->a1 * output + state->s2;
+  state->s2 = params->b2 * input - params->a2 * output;
+  return output;
+}

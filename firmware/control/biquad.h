@@ -1,0 +1,39 @@
+/* Second-order filter section: low-pass and notch, by bilinear transform with prewarping at the named frequency.
+ *
+ *     y = (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2) x     (transposed direct form II)
+ *
+ * Coefficients are designed when a parameter is set; the tick costs five multiplications. */
+#ifndef TRACKSERVO_CONTROL_BIQUAD_H
+#define TRACKSERVO_CONTROL_BIQUAD_H
+
+#include "control/status.h"
+
+typedef struct {
+  float b0, b1, b2;
+  float a1, a2;
+} biquad_params;
+
+typedef struct {
+  float s1, s2;
+} biquad_state;
+
+/* Leaves the signal as it is. */
+biquad_params biquad_pass(void);
+
+/* Unity gain at 0, 2nd-order roll-off; frequency 1e-4 .. 0.49 of the sampling rate, damping 0.1 .. 2. On an error
+ * `*params` is not touched. */
+control_status biquad_design_lowpass(biquad_params *params, float frequency_rad_s, float damping, float dt_s);
+
+/* Unity gain at 0, gain `depth` (0 .. 1) at the frequency, -3 dB width `width_rad_s` (for depth 0). */
+control_status biquad_design_notch(biquad_params *params, float frequency_rad_s, float width_rad_s, float depth,
+                                   float dt_s);
+
+/* Finite and stable: poles inside the unit circle (|a2| < 1, |a1| < 1 + a2). */
+control_status biquad_check(const biquad_params *params);
+
+/* Settled at a constant input (with unity gain at 0 the output starts at `input`). */
+void biquad_reset(biquad_state *state, const biquad_params *params, float input);
+
+float biquad_step(biquad_state *state, const biquad_params *params, float input);
+
+#endif

@@ -1,0 +1,39 @@
+/* Velocity disturbance observer: the load torque seen from the torque applied and the rate that came of it.
+ *
+ *     d = Q(s) [ u - (J s + B) v ],   Q(s) = w / (s + w)
+ *
+ * with nominal inertia J and viscous coefficient B. Written with the auxiliary state xi = d + w J v the rate is
+ * never differentiated: the noise gain from v to d is bounded by w J (Ohnishi's form of the observer).
+ *
+ * `torque_nm` is what the motor really gave during the last tick, less every torque that is already explained
+ * (friction feedforward): so the observer sees the residual only, and a saturated command cannot wind it up. */
+#ifndef TRACKSERVO_CONTROL_DISTURBANCE_OBSERVER_H
+#define TRACKSERVO_CONTROL_DISTURBANCE_OBSERVER_H
+
+#include "control/status.h"
+
+typedef struct {
+  float inertia_kg_m2;    /* J, 1e-9 .. 1e5 */
+  float viscous_nm_s_rad; /* B, 0 .. 1e4; 0 leaves the viscous torque to the observer */
+  float bandwidth_rad_s;  /* w, 0.01 .. 2000, and w dt <= 1 */
+  float limit_nm;         /* largest compensation given out, 0 .. 1e4 */
+} disturbance_observer_params;
+
+typedef struct {
+  float prediction_nm; /* what xi will be at the next tick, but for the torque of this one */
+  float estimate_nm;   /* d before the limit */
+} disturbance_observer_state;
+
+/* Ranges as above and bandwidth * dt_s <= 1. */
+control_status disturbance_observer_check(const disturbance_observer_params *params, float dt_s);
+
+/* Starts with estimate 0 at the rate that is measured now. */
+void disturbance_observer_reset(disturbance_observer_state *state, const disturbance_observer_params *params,
+                                float rate_rad_s, float dt_s);
+
+/* One tick: `rate_rad_s` measured now, `torque_nm` applied since the last tick and not yet explained.
+ * Returns the torque that cancels the load, in Nm, within +-limit_nm. */
+float disturbance_observer_step(disturbance_observer_state *state, const disturbance_observer_params *params,
+                                float rate_rad_s, float torque_nm, float dt_s);
+
+#endif

@@ -1,0 +1,51 @@
+/* Friction feedforward: the torque that the seal will take, given before the error shows it.
+ *
+ * The friction model runs on the *intended joint rate*: the inertial rate set-point less the base's own rate.
+ * So start-up and reversal are compensated in the tick in which they are commanded, and the sensor's noise never
+ * reaches the model at standstill. While the axis cannot follow (end stop, torque limit) the model must not run
+ * ahead, so the intended rate is kept within `lead_limit_rad_s` of the measured joint rate.
+ *
+ * In the tick: after the estimate, before the speed controller; its torque is added to the command and taken out
+ * of what the disturbance observer sees, so that nothing is compensated twice. */
+#ifndef TRACKSERVO_CONTROL_FRICTION_FEEDFORWARD_H
+#define TRACKSERVO_CONTROL_FRICTION_FEEDFORWARD_H
+
+#include "control/lugre.h"
+
+typedef enum {
+  FRICTION_NONE = 0,
+  FRICTION_COULOMB, /* Tc sign(v) + s2 v: what drives usually have */
+  FRICTION_STEADY,  /* eq. (5): adds the Stribeck effect, no memory */
+  FRICTION_LUGRE    /* eqs (1)-(3) */
+} friction_model;
+
+typedef struct {
+  friction_model model;
+  float gain;             /* blend, 0 .. 1.5; 1 gives the whole model torque */
+  float lead_limit_rad_s; /* 1e-6 .. 1e2; how far the intended rate may differ from the measured joint rate */
+  float sign_width_rad_s; /* 1e-6 .. 1; sign(v) of the memoryless models is linear within this rate */
+  lugre_params lugre;
+} friction_feedforward_params;
+
+typedef struct {
+  lugre_state lugre;
+} friction_feedforward_state;
+
+/* What the feedforward needs of the tick, all in rad/s. */
+typedef struct {
+  float reference_rad_s;  /* inertial rate set-point */
+  float base_rate_rad_s;  /* inertial rate of the base; 0 where only an encoder is fitted */
+  float joint_rate_rad_s; /* measured rotor against seal */
+} friction_feedforward_input;
+
+control_status friction_feedforward_check(const friction_feedforward_params *params);
+void friction_feedforward_reset(friction_feedforward_state *state);
+
+/* The rate that drives the model: set-point less base, kept near the measured joint rate. */
+float friction_feedforward_rate(const friction_feedforward_params *params, const friction_feedforward_input *input);
+
+/* One tick; returns the compensating torque in Nm, same sign as the motor torque. */
+float friction_feedforward_step(friction_feedforward_state *state, const friction_feedforward_params *params,
+                                const friction_feedforward_input *input, float dt_s);
+
+#endif

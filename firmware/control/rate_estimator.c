@@ -1,0 +1,32 @@
+#include "control/rate_estimator.h"
+
+#include <stdbool.h>
+
+control_status rate_estimator_check(const rate_estimator_params *params) {
+  const bool in_range = params->window_ticks >= 2 && params->window_ticks <= RATE_ESTIMATOR_MAX_WINDOW;
+  return in_range ? CONTROL_OK : CONTROL_OUT_OF_RANGE;
+}
+
+void rate_estimator_reset(rate_estimator_state *state, angle_turn32 angle) {
+  for (int i = 0; i < RATE_ESTIMATOR_MAX_WINDOW; ++i) {
+    state->history[i] = angle;
+  }
+  state->newest = 0;
+}
+
+float rate_estimator_step(rate_estimator_state *state, const rate_estimator_params *params, angle_turn32 angle,
+                          float dt_s) {
+  state->newest = (state->newest + 1) % RATE_ESTIMATOR_MAX_WINDOW;
+  state->history[state->newest] = angle;
+
+  /* Slope of a line through N points at ages 0 .. N-1 ticks: sum (age_mean - age) angle / sum (age - age_mean)^2. */
+  const int n = params->window_ticks;
+  const float mean_age = 0.5f * (float)(n - 1);
+  float weighted_rad = 0.0f;
+  for (int age = 1; age < n; ++age) {
+    const int index = (state->newest + RATE_ESTIMATOR_MAX_WINDOW - age) % RATE_ESTIMATOR_MAX_WINDOW;
+    weighted_rad += (mean_age - (float)age) * angle_difference_rad(state->history[index], angle);
+  }
+  const float spread = (float)(n * (n * n - 1)) / 12.0f;
+  return weighted_rad / (spread * dt_s);
+}

@@ -1,0 +1,33 @@
+/* Joint rate from an absolute encoder: the least-squares slope through the last N angles.
+ *
+ *     rate = sum_i w_i (angle_i - angle_newest) / dt,   w_i the end-point slope weights of N equidistant samples
+ *
+ * A finite window has a known delay of (N-1)/2 ticks and no transient of its own; quantisation noise falls with
+ * N^1.5. N = 2 is the plain difference, right for encoders of 24 bits and more; take N = 8 at 20 bits. */
+#ifndef TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
+#define TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
+
+#include "control/angle.h"
+#include "control/status.h"
+
+#define RATE_ESTIMATOR_MAX_WINDOW 16
+
+typedef struct {
+  int window_ticks; /* N, 2 .. 16 */
+} rate_estimator_params;
+
+typedef struct {
+  angle_turn32 history[RATE_ESTIMATOR_MAX_WINDOW]; /* ring */
+  int newest;
+} rate_estimator_state;
+
+control_status rate_estimator_check(const rate_estimator_params *params);
+
+/* At rest at `angle`. */
+void rate_estimator_reset(rate_estimator_state *state, angle_turn32 angle);
+
+/* One tick; returns the joint rate in rad/s. Right for less than half a turn within the window. */
+float rate_estimator_step(rate_estimator_state *state, const rate_estimator_params *params, angle_turn32 angle,
+                          float dt_s);
+
+#endif

@@ -1,0 +1,42 @@
+/* The inertial rate that the speed loop controls, and the base's rate that friction needs, from gyro and encoder.
+ *
+ *     base = lowpass(gyro - joint),   inertial = joint + base          (complementary filter, crossover w)
+ *
+ * The gyro measures the inertial rate, the encoder the joint rate; they differ by the base's own motion, which is
+ * slow. A fine encoder is quieter than a gyro above some 10 Hz, so above the crossover the fused rate follows the
+ * encoder and below it the gyro. When the gyro is lost the last base rate is kept and the loop stays closed. */
+#ifndef TRACKSERVO_CONTROL_RATE_FUSION_H
+#define TRACKSERVO_CONTROL_RATE_FUSION_H
+
+#include <stdbool.h>
+
+#include "control/status.h"
+
+typedef enum {
+  RATE_FROM_ENCODER = 0, /* no gyro fitted: the base is taken to be at rest */
+  RATE_FROM_GYRO,        /* gyro alone */
+  RATE_FUSED
+} rate_source;
+
+typedef struct {
+  rate_source source;
+  float crossover_rad_s; /* w, 0.01 .. 2000 */
+} rate_fusion_params;
+
+typedef struct {
+  float base_rate_rad_s;
+} rate_fusion_state;
+
+typedef struct {
+  float rate_rad_s;      /* inertial rate for feedback */
+  float base_rate_rad_s; /* inertial rate of the base */
+} rate_fusion_output;
+
+control_status rate_fusion_check(const rate_fusion_params *params);
+void rate_fusion_reset(rate_fusion_state *state);
+
+/* One tick; `gyro_rad_s` is ignored when `gyro_valid` is false. */
+rate_fusion_output rate_fusion_step(rate_fusion_state *state, const rate_fusion_params *params, float gyro_rad_s,
+                                    bool gyro_valid, float joint_rate_rad_s, float dt_s);
+
+#endif

@@ -1,0 +1,41 @@
+/* Scalar arithmetic that gives the same bits on every machine.
+ *
+ * The C library's expf, sinf and cosf differ in the last bit between host and target; a trace that must be
+ * compared bit by bit cannot use them. These are short polynomials in float, built without fused
+ * multiply-add. All functions need finite arguments in the stated range. */
+#ifndef TRACKSERVO_CONTROL_SCALAR_H
+#define TRACKSERVO_CONTROL_SCALAR_H
+
+#include <stdbool.h>
+
+#include "control/status.h"
+
+#define SCALAR_PI 3.14159265358979f
+
+static inline float scalar_min(float a, float b) { return a < b ? a : b; }
+static inline float scalar_max(float a, float b) { return a > b ? a : b; }
+static inline float scalar_abs(float a) { return a < 0.0f ? -a : a; }
+
+/* Limits `value` to [low, high]; low <= high. */
+static inline float scalar_clamp(float value, float low, float high) {
+  return scalar_min(scalar_max(value, low), high);
+}
+
+/* exp(-x) for x >= 0, relative error below 3e-7; exactly 1 at 0 and exactly 0 beyond 87. */
+float scalar_exp_minus(float x);
+
+/* sin and cos of an angle in [0, pi] rad, absolute error below 4e-7. For filter design, not for the tick. */
+float scalar_sin(float angle_rad);
+float scalar_cos(float angle_rad);
+
+/* One entry of a parameter check: the value must be finite and within [low, high]. */
+typedef struct {
+  float value;
+  float low;
+  float high;
+} scalar_range;
+
+/* The first complaint of `count` ranges, CONTROL_OK when there is none. */
+control_status scalar_check_ranges(const scalar_range *ranges, int count);
+
+#endif

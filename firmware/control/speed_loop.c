@@ -1,0 +1,79 @@
+#include "control/speed_loop.h"
+
+#include "control/scalar.h"
+
+control_status speed_loop_check(const speed_loop_params *params, float dt_s) {
+  const scalar_range inertia = {params->acceleration_inertia_kg_m2, 0.0f, 1e5f};
+  const control_status parts[] = {
+      rate_estimator_check(&params->rate_estimator),
+      rate_fusion_check(&params->rate_fusion),
+      biquad_check(&params->notch),
+      biquad_check(&params->lowpass),
+      pi_controller_check(&params->pi, dt_s),
+      scalar_check_ranges(&inertia, 1),
+      disturbance_observer_check(&params->observer, dt_s),
+      friction_feedforward_check(&params->friction),
+  };
+  for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
+    if (parts[i] != CONTROL_OK) {
+      return parts[i];
+    }
+  }
+  return CONTROL_OK;
+}
+
+void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s) {
+  rate_estimator_reset(&state->rate_estimator, angle);
+  rate_fusion_reset(&state->rate_fusion);
+  biquad_reset(&state->notch, &params->notch, 0.0f);
+  biquad_reset(&state->lowpass, &params->lowpass, 0.0f);
+  pi_controller_reset(&state->pi, 0.0f);
+  disturbance_observer_reset(&state->observer, &params->observer, 0.0f, dt_s);
+  friction_feedforward_reset(&state->friction);
+  state->explained_nm = 0.0f;
+}
+
+speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
+                                  const speed_loop_samples *samples, float dt_s) {
+  const float joint_rate_rad_s =
+      rate_estimator_step(&state->rate_estimator, &params->rate_estimator, samples->joint_angle, dt_s);
+  const rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, samples->gyro_rad_s,
+                                                    samples->gyro_valid, joint_rate_rad_s, dt_s);
+  const float notched_rad_s = biquad_step(&state->notch, &params->notch, fused.rate_rad_s);
+  return (speed_loop_rates){
+      .joint_rate_rad_s = joint_rate_rad_s,
+      .base_rate_rad_s = fused.base_rate_rad_s,
+      .rate_rad_s = fused.rate_rad_s,
+      .feedback_rad_s = biquad_step(&state->lowpass, &params->lowpass, notched_rad_s),
+  };
+}
+
+speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_params *params,
+                                     const speed_loop_rates *rates, const speed_reference *reference, float applied_nm,
+                                     const torque_limits *limits, float dt_s) {
+  const float feedback_rad_s = rates->feedback_rad_s;
+
+  /* The residual load: what the applied torque, less the friction already fed forward, does not explain. */
+  const float observed_nm = disturbance_observer_step(&state->observer, &params->observer, feedback_rad_s,
+                                                      applied_nm - state->explained_nm, dt_s);
+  const friction_feedforward_input intended = {
+      .reference_rad_s = reference->rate_rad_s,
+      .base_rate_rad_s = rates->base_rate_rad_s,
+      .joint_rate_rad_s = rates->joint_rate_rad_s,
+  };
+
+  speed_loop_output out;
+  out.pi_nm = pi_controller_propose(&state->pi, &params->pi, reference->rate_rad_s, feedback_rad_s);
+  out.acceleration_nm = params->acceleration_inertia_kg_m2 * reference->acceleration_rad_s2;
+  out.disturbance_nm = params->observer_on ? observed_nm : 0.0f;
+  out.friction_nm = friction_feedforward_step(&state->friction, &params->friction, &intended, dt_s);
+
+  const float wanted_nm = out.pi_nm + out.acceleration_nm + out.disturbance_nm + out.friction_nm;
+  out.torque_nm = scalar_clamp(wanted_nm, limits->minimum_nm, limits->maximum_nm);
+  const float excess_nm = out.torque_nm - wanted_nm;
+  out.limited = excess_nm != 0.0f;
+
+  pi_controller_settle(&state->pi, &params->pi, reference->rate_rad_s - feedback_rad_s, excess_nm, dt_s);
+  state->explained_nm = out.friction_nm;
+  return out;
+}

@@ -1,0 +1,92 @@
+/* The speed loop of one axis: from encoder and gyro to a torque command, once per tick.
+ *
+ *     torque = PI(set-point, rate) + J * set-point acceleration + disturbance estimate + friction feedforward
+ *
+ * Two halves, because the outer loops stand between them: `speed_loop_sense` turns samples into rates,
+ * `speed_loop_control` turns a set-point into a torque. Both read top to bottom as the block diagram in
+ * docs/theory.md. Every torque already explained by friction feedforward is hidden from the disturbance observer. */
+#ifndef TRACKSERVO_CONTROL_SPEED_LOOP_H
+#define TRACKSERVO_CONTROL_SPEED_LOOP_H
+
+#include <stdbool.h>
+
+#include "control/biquad.h"
+#include "control/disturbance_observer.h"
+#include "control/friction_feedforward.h"
+#include "control/pi_controller.h"
+#include "control/rate_estimator.h"
+#include "control/rate_fusion.h"
+
+typedef struct {
+  rate_estimator_params rate_estimator;
+  rate_fusion_params rate_fusion;
+  biquad_params notch;   /* on the feedback; biquad_pass() when not used */
+  biquad_params lowpass; /* on the feedback; biquad_pass() when not used */
+  pi_controller_params pi;
+  float acceleration_inertia_kg_m2; /* J of the acceleration feedforward, 0 .. 1e5 */
+  bool observer_on;
+  disturbance_observer_params observer;
+  friction_feedforward_params friction;
+} speed_loop_params;
+
+typedef struct {
+  rate_estimator_state rate_estimator;
+  rate_fusion_state rate_fusion;
+  biquad_state notch;
+  biquad_state lowpass;
+  pi_controller_state pi;
+  disturbance_observer_state observer;
+  friction_feedforward_state friction;
+  float explained_nm; /* friction feedforward in force since the last tick */
+} speed_loop_state;
+
+typedef struct {
+  angle_turn32 joint_angle;
+  float gyro_rad_s;
+  bool gyro_valid;
+} speed_loop_samples;
+
+/* All in rad/s. */
+typedef struct {
+  float joint_rate_rad_s; /* rotor against stator: friction acts on it */
+  float base_rate_rad_s;  /* the base's own motion */
+  float rate_rad_s;       /* inertial rate, before the filters: the outer loops use it */
+  float feedback_rad_s;   /* after notch and low-pass: the controller uses it */
+} speed_loop_rates;
+
+typedef struct {
+  float rate_rad_s;
+  float acceleration_rad_s2; /* 0 when not known */
+} speed_reference;
+
+/* The torque that the drive can give now: minimum <= maximum. The two may have the same sign. */
+typedef struct {
+  float minimum_nm;
+  float maximum_nm;
+} torque_limits;
+
+typedef struct {
+  float torque_nm; /* the command, within the limits */
+  /* its parts, for the scope */
+  float pi_nm;
+  float acceleration_nm;
+  float disturbance_nm;
+  float friction_nm;
+  bool limited;
+} speed_loop_output;
+
+control_status speed_loop_check(const speed_loop_params *params, float dt_s);
+
+/* At rest at `angle`, all estimates 0. Call before closing the loop. */
+void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s);
+
+speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
+                                  const speed_loop_samples *samples, float dt_s);
+
+/* `applied_nm` is the torque that the motor gave since the last tick: the last command, or what the current loop
+ * could do of it. */
+speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_params *params,
+                                     const speed_loop_rates *rates, const speed_reference *reference, float applied_nm,
+                                     const torque_limits *limits, float dt_s);
+
+#endif

@@ -1,0 +1,59 @@
+/* Tracking loop of one axis: from the camera's pixel error (50 Hz, a frame old) to a rate set-point at 1 kHz.
+ *
+ * TRACKER_PI is the paper's loop (section IV.C, about 2 Hz): a PI on the error as it arrives, held between frames.
+ *
+ * TRACKER_PREDICTIVE adds what the paper's loop lacks. The rates of the last 128 ms tell how far the sight has moved
+ * since the frame was exposed, which takes the delay out of the measurement; an alpha-beta-gamma filter (Kalata,
+ * critically damped) estimates the target's rate and acceleration, which become feedforward; and the estimated
+ * error is closed at 1 kHz. The camera's delay is then in the estimator only, not in the loop.
+ *
+ * All states are differences of angles, a few mrad, so single precision resolves far below a microradian. When
+ * frames stop, the tracker coasts on the estimated rate for `coast_s`, then asks for rate 0. */
+#ifndef TRACKSERVO_CONTROL_TARGET_TRACKER_H
+#define TRACKSERVO_CONTROL_TARGET_TRACKER_H
+
+#include <stdbool.h>
+
+#include "control/speed_loop.h"
+#include "control/status.h"
+
+#define TARGET_TRACKER_HISTORY 128
+
+typedef enum { TRACKER_PI = 0, TRACKER_PREDICTIVE } tracker_kind;
+
+typedef struct {
+  tracker_kind kind;
+  float proportional_per_s; /* kp, 0 .. 100 */
+  float integral_per_s2;    /* ki of TRACKER_PI, 0 .. 1000 */
+  float estimator_rad_s;    /* bandwidth of the alpha-beta-gamma filter, 0.1 .. 50 */
+  float rate_limit_rad_s;   /* 1e-5 .. 100 */
+  float coast_s;            /* 0 .. 10 */
+} target_tracker_params;
+
+typedef struct {
+  float integral_rad_s;
+  float error_rad;               /* target - sight, now */
+  float target_rate_rad_s;       /* inertial */
+  float target_acceleration_rad_s2;
+  float sight_rates_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick */
+  int newest;
+  int ticks_since_frame;
+  bool locked; /* a frame has been seen within coast_s */
+} target_tracker_state;
+
+typedef struct {
+  bool fresh;         /* true in the tick in which a result arrives */
+  bool valid;         /* the target was found */
+  int age_ticks;      /* from exposure to now, 0 .. 127 */
+  float error_rad;    /* target - sight at exposure, positive when the target is ahead */
+} camera_frame;
+
+control_status target_tracker_check(const target_tracker_params *params);
+void target_tracker_reset(target_tracker_state *state);
+
+/* One tick. `sight_rate_rad_s` is the measured inertial rate of the line of sight. A frame with an age outside its
+ * range or an error that is not finite counts as not valid. */
+speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
+                                    const camera_frame *frame, float sight_rate_rad_s, float dt_s);
+
+#endif

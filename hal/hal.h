@@ -1,0 +1,46 @@
+/* The whole boundary between the firmware and a machine, on one page.
+ *
+ * A platform (a folder beside this file) implements these functions at link time: `host` forwards them to a
+ * simulated machine, a board folder to registers. The firmware calls nothing else that touches the world. Axis is 0
+ * (azimuth) or 1 (pitch). No function blocks; each costs at most a few microseconds on a board. */
+#ifndef TRACKSERVO_HAL_H
+#define TRACKSERVO_HAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* One machine. Its contents belong to the platform. */
+typedef struct hal hal;
+
+/* --- sampled once per 1 ms tick --- */
+
+/* Absolute joint angle, in 2^-32 turn, positive counter-clockwise seen from above (azimuth) or nose up (pitch). */
+uint32_t hal_joint_angle_turn32(hal *machine, int axis);
+
+/* Inertial rate about the axis in rad/s; false when there is no fresh sample that passed its checks. */
+bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s);
+
+/* Mean motor current since the last tick in A, positive for torque in positive direction. */
+float hal_mean_current_a(hal *machine, int axis);
+
+/* A tracking error from the image processor. */
+typedef struct {
+  bool target_found;
+  int age_ticks;   /* from exposure to now */
+  float error_rad; /* target - line of sight at exposure */
+} hal_camera_frame;
+
+/* True once per frame, in the tick in which its result has arrived. */
+bool hal_camera(hal *machine, int axis, hal_camera_frame *frame);
+
+/* --- once per PWM period (20 kHz) --- */
+
+/* Motor current in A at the middle of the PWM period. */
+float hal_current_a(hal *machine, int axis);
+
+float hal_bus_voltage_v(hal *machine);
+
+/* Bridge duty in [-1, 1]: mean motor voltage = duty * bus voltage, in force from the next period on. */
+void hal_set_duty(hal *machine, int axis, float duty);
+
+#endif

@@ -1,0 +1,28 @@
+/* The HAL of a simulated machine: a table of functions that a simulator fills in.
+ *
+ * One `struct hal` is one machine, so thousands of them run side by side in one process. Every pointer must be set. */
+#ifndef TRACKSERVO_HAL_HOST_H
+#define TRACKSERVO_HAL_HOST_H
+
+#include "hal.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct hal {
+  void *machine; /* handed to every function below */
+  uint32_t (*joint_angle_turn32)(void *machine, int axis);
+  bool (*gyro_rate)(void *machine, int axis, float *rate_rad_s);
+  float (*mean_current_a)(void *machine, int axis);
+  bool (*camera)(void *machine, int axis, hal_camera_frame *frame);
+  float (*current_a)(void *machine, int axis);
+  float (*bus_voltage_v)(void *machine);
+  void (*set_duty)(void *machine, int axis, float duty);
+};
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
