@@ -5,12 +5,14 @@
 biquad_params biquad_pass(void) { return (biquad_params){.b0 = 1.0f}; }
 
 static control_status check_frequency(float frequency_rad_s, float dt_s) {
-  const scalar_range range = {frequency_rad_s * dt_s, 1e-4f * 2.0f * SCALAR_PI, 0.49f * 2.0f * SCALAR_PI};
+  const scalar_range range = {frequency_rad_s * dt_s, 1e-3f * 2.0f * SCALAR_PI, 0.49f * 2.0f * SCALAR_PI};
   return scalar_check_ranges(&range, 1);
 }
 
-/* Denominator 1 + a1 z^-1 + a2 z^-2 of a resonance; `spread` = damping * sin(w dt). */
-static void set_poles(biquad_params *params, float cosine, float spread) {
+/* Denominator 1 + a1 z^-1 + a2 z^-2 of a resonance at w; `spread` = damping * sin(w dt). */
+static void set_poles(biquad_params *params, float angle_rad, float spread) {
+  const float half_sine = scalar_sin(0.5f * angle_rad);
+  const float cosine = 1.0f - 2.0f * half_sine * half_sine; /* rounded once also near 1 */
   params->a1 = -2.0f * cosine / (1.0f + spread);
   params->a2 = (1.0f - spread) / (1.0f + spread);
 }
@@ -25,10 +27,9 @@ control_status biquad_design_lowpass(biquad_params *params, float frequency_rad_
     return status;
   }
   const float angle_rad = frequency_rad_s * dt_s;
-  const float half_sine = scalar_sin(0.5f * angle_rad);
-  const float spread = damping * scalar_sin(angle_rad);
-  set_poles(params, scalar_cos(angle_rad), spread);
-  params->b0 = half_sine * half_sine / (1.0f + spread); /* (1 - cos)/2 without cancellation */
+  set_poles(params, angle_rad, damping * scalar_sin(angle_rad));
+  /* (1 - cos)/2 / (1 + spread), taken from the rounded poles, so that the gain at 0 is exactly 1. */
+  params->b0 = 0.25f * (1.0f + params->a1 + params->a2);
   params->b1 = 2.0f * params->b0;
   params->b2 = params->b0;
   return CONTROL_OK;
@@ -38,22 +39,22 @@ control_status biquad_design_notch(biquad_params *params, float frequency_rad_s,
                                    float dt_s) {
   const scalar_range ranges[] = {
       {width_rad_s, 1e-3f * frequency_rad_s, 2.0f * frequency_rad_s},
+      {width_rad_s * dt_s, 0.0f, 2.8f},
       {depth, 0.0f, 1.0f},
   };
   control_status status = check_frequency(frequency_rad_s, dt_s);
   if (status == CONTROL_OK) {
-    status = scalar_check_ranges(ranges, 2);
+    status = scalar_check_ranges(ranges, 3);
   }
   if (status != CONTROL_OK) {
     return status;
   }
-  const float angle_rad = frequency_rad_s * dt_s;
-  const float cosine = scalar_cos(angle_rad);
-  const float spread = 0.5f * width_rad_s / frequency_rad_s * scalar_sin(angle_rad);
-  set_poles(params, cosine, spread);
+  const float half_width_rad = 0.5f * width_rad_s * dt_s;
+  const float spread = scalar_sin(half_width_rad) / scalar_cos(half_width_rad); /* prewarps the width too */
+  set_poles(params, frequency_rad_s * dt_s, spread);
   params->b0 = (1.0f + depth * spread) / (1.0f + spread);
   params->b1 = params->a1;
-  params->b2 = (1.0f - depth * spread) / (1.0f + spread);
+  params->b2 = params->a2 + (1.0f - params->b0); /* gain 1 at 0, with the poles as they are rounded */
   return CONTROL_OK;
 }
 

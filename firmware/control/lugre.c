@@ -65,7 +65,8 @@ static bristle_weights weights_of(float x) {
   bristle_weights w;
   if (x < 0.5f) {
     /* Series, because the closed forms cancel here; remainder below 3e-8. */
-    w.mean = 0.5f - x * (1.0f / 6.0f - x * (1.0f / 24.0f - x * (1.0f / 120.0f - x * (1.0f / 720.0f - x / 5040.0f))));
+    const float tail = 1.0f / 720.0f - x * (1.0f / 5040.0f - x / 40320.0f);
+    w.mean = 0.5f - x * (1.0f / 6.0f - x * (1.0f / 24.0f - x * (1.0f / 120.0f - x * tail)));
     w.end = 1.0f - x * w.mean;
   } else {
     w.end = (1.0f - scalar_exp_minus(x)) / x;

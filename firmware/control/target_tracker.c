@@ -1,7 +1,5 @@
 #include "control/target_tracker.h"
 
-#include <math.h>
-
 #include "control/scalar.h"
 
 control_status target_tracker_check(const target_tracker_params *params) {
@@ -35,7 +33,8 @@ static void remember_sight(target_tracker_state *state, float sight_rate_rad_s) 
 
 /* Carries the estimate over one tick of target and sight motion. */
 static void propagate(target_tracker_state *state, float sight_rate_rad_s, float dt_s) {
-  state->error_rad += (state->target_rate_rad_s - sight_rate_rad_s) * dt_s;
+  const float mean_rate_rad_s = state->target_rate_rad_s + 0.5f * state->target_acceleration_rad_s2 * dt_s;
+  state->error_rad += (mean_rate_rad_s - sight_rate_rad_s) * dt_s;
   state->target_rate_rad_s += state->target_acceleration_rad_s2 * dt_s;
 }
 
@@ -90,7 +89,7 @@ static void take_frame(target_tracker_state *state, const target_tracker_params 
 
 static bool usable(const camera_frame *frame) {
   return frame->fresh && frame->valid && frame->age_ticks >= 0 && frame->age_ticks < TARGET_TRACKER_HISTORY &&
-         isfinite(frame->error_rad);
+         scalar_abs(frame->error_rad) <= SCALAR_PI; /* false for NaN too */
 }
 
 static speed_reference limited(const target_tracker_params *params, float rate_rad_s, float acceleration_rad_s2) {

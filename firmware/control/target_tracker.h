@@ -52,7 +52,7 @@ control_status target_tracker_check(const target_tracker_params *params);
 void target_tracker_reset(target_tracker_state *state);
 
 /* One tick. `sight_rate_rad_s` is the measured inertial rate of the line of sight. A frame with an age outside its
- * range or an error that is not finite counts as not valid. */
+ * range, or an error that is not finite or beyond half a turn, counts as not valid. */
 speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
                                     const camera_frame *frame, float sight_rate_rad_s, float dt_s);
 

@@ -1,0 +1,149 @@
+#include "analysis/frequency_response.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace trackservo::sim {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kTick_s = static_cast<double>(SERVO_TICK_S);
+
+Complex delay(Complex s, double seconds) { return std::exp(-s * seconds); }
+Complex low_pass(Complex s, double bandwidth_rad_s) { return 1.0 / (1.0 + s / bandwidth_rad_s); }
+
+// Torque command (a number that changes once per tick) to joint rate.
+Complex plant(const LinearMachine& m, Complex s) {
+  const Complex hold = (1.0 - std::exp(-s * kTick_s)) / (s * kTick_s);
+  const Complex damping = m.viscous_nm_s_rad + m.bristle_damping_nm_s_rad;
+  const Complex mechanics = 1.0 / (m.inertia_kg_m2 * s + damping + m.bristle_stiffness_nm_rad / s);
+  return hold * delay(s, m.actuation_delay_s) * low_pass(s, m.current_loop_rad_s) * mechanics;
+}
+
+Complex biquad(const biquad_params& p, Complex z_inverse) {
+  const double b0 = static_cast<double>(p.b0), b1 = static_cast<double>(p.b1), b2 = static_cast<double>(p.b2);
+  const double a1 = static_cast<double>(p.a1), a2 = static_cast<double>(p.a2);
+  return (b0 + z_inverse * (b1 + z_inverse * b2)) / (1.0 + z_inverse * (a1 + z_inverse * a2));
+}
+
+// Slope weights of rate_estimator.h applied to the joint angle.
+Complex joint_rate_sensor(const LinearMachine& m, const rate_estimator_params& p, Complex s, Complex z_inverse) {
+  const int n = p.window_ticks;
+  const double spread = n * (n * n - 1) / 12.0;
+  Complex slope = 0.0;
+  Complex age_shift = 1.0;
+  for (int age = 0; age < n; ++age) {
+    slope += (0.5 * (n - 1) - age) * age_shift;
+    age_shift *= z_inverse;
+  }
+  return slope / (spread * kTick_s) / s * delay(s, m.encoder_latency_s);
+}
+
+// Joint rate to the feedback that the controller sees, the base at rest.
+Complex sensor(const LinearMachine& m, const speed_loop_params& p, Complex s, Complex z_inverse) {
+  const Complex joint = joint_rate_sensor(m, p.rate_estimator, s, z_inverse);
+  const Complex gyro = delay(s, m.gyro_latency_s) * low_pass(s, m.gyro_bandwidth_rad_s);
+  const double step = static_cast<double>(p.rate_fusion.crossover_rad_s) * kTick_s;
+  const double blend = step / (1.0 + step);
+  const Complex base = blend / (1.0 - (1.0 - blend) * z_inverse);
+  const Complex filters = biquad(p.notch, z_inverse) * biquad(p.lowpass, z_inverse);
+  switch (p.rate_fusion.source) {
+    case RATE_FROM_GYRO:
+      return filters * gyro;
+    case RATE_FUSED:
+      return filters * (joint + base * (gyro - joint));
+    case RATE_FROM_ENCODER:
+    default:
+      return filters * joint;
+  }
+}
+
+struct ControllerResponse {
+  Complex forward;   // set-point (weight 1) to torque
+  Complex feedback;  // measured rate to minus torque
+};
+
+// The difference equations of pi_controller.c and disturbance_observer.c.
+ControllerResponse controller(const speed_loop_params& p, Complex z_inverse) {
+  const double kp = static_cast<double>(p.pi.proportional_gain);
+  const double ki = static_cast<double>(p.pi.integral_gain);
+  const Complex pi = kp + ki * kTick_s * z_inverse / (1.0 - z_inverse);
+  if (p.observer_on) {
+    const double blend = 1.0 - std::exp(-static_cast<double>(p.observer.bandwidth_rad_s) * kTick_s);
+    const double momentum = blend * static_cast<double>(p.observer.inertia_kg_m2) / kTick_s;
+    const double viscous = blend * static_cast<double>(p.observer.viscous_nm_s_rad);
+    const Complex lag = 1.0 - (1.0 - blend) * z_inverse;
+    const Complex observed = (momentum * (1.0 - z_inverse) + viscous * z_inverse) / lag;
+    const Complex inner = blend * z_inverse / lag;
+    return {pi / (1.0 - inner), (pi + observed) / (1.0 - inner)};
+  }
+  return {pi, pi};
+}
+
+// Where a straight line from (x0, y0) to (x1, y1) meets y = 0.
+double crossing(double x0, double y0, double x1, double y1) { return x0 + (x1 - x0) * y0 / (y0 - y1); }
+
+}  // namespace
+
+std::vector<double> log_space(double first_hz, double last_hz, int count) {
+  std::vector<double> points;
+  for (int i = 0; i < count; ++i) {
+    points.push_back(first_hz * std::pow(last_hz / first_hz, static_cast<double>(i) / (count - 1)));
+  }
+  return points;
+}
+
+FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
+                                     const std::vector<double>& frequency_hz) {
+  FrequencyResponse response{frequency_hz, {}};
+  for (const double f_hz : frequency_hz) {
+    const Complex s(0.0, 2.0 * M_PI * f_hz);
+    const Complex z_inverse = std::exp(-s * kTick_s);
+    response.loop_gain.push_back(plant(machine, s) * sensor(machine, params, s, z_inverse) *
+                                 controller(params, z_inverse).feedback);
+  }
+  return response;
+}
+
+double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params) {
+  double bandwidth_hz = 0.0;
+  for (const double f_hz : log_space(0.02, 400.0, 2000)) {
+    const Complex s(0.0, 2.0 * M_PI * f_hz);
+    const Complex z_inverse = std::exp(-s * kTick_s);
+    const ControllerResponse c = controller(params, z_inverse);
+    const Complex drive = plant(machine, s);
+    const Complex loop = drive * sensor(machine, params, s, z_inverse) * c.feedback;
+    if (std::abs(drive * c.forward / (1.0 + loop)) < M_SQRT1_2) {
+      break;
+    }
+    bandwidth_hz = f_hz;
+  }
+  return bandwidth_hz;
+}
+
+Margins margins_of(const FrequencyResponse& response) {
+  const double none = std::numeric_limits<double>::infinity();
+  Margins margins{none, none, 0.0};
+  for (std::size_t i = 1; i < response.loop_gain.size(); ++i) {
+    const Complex a = response.loop_gain[i - 1];
+    const Complex b = response.loop_gain[i];
+    const double gain_a_db = 20.0 * std::log10(std::abs(a));
+    const double gain_b_db = 20.0 * std::log10(std::abs(b));
+    // Distance of the phase to -180 deg, continuous over this short step.
+    const double phase_a_deg = std::arg(-a) * 180.0 / M_PI;
+    const double phase_b_deg = phase_a_deg + std::arg(b / a) * 180.0 / M_PI;
+    if ((gain_a_db > 0.0) != (gain_b_db > 0.0)) {
+      const double share = crossing(0.0, gain_a_db, 1.0, gain_b_db);
+      const double phase_deg = phase_a_deg + share * (phase_b_deg - phase_a_deg);
+      margins.phase_margin_deg = std::min(margins.phase_margin_deg, std::abs(phase_deg));
+      margins.crossover_hz = response.frequency_hz[i - 1] + share * (response.frequency_hz[i] - response.frequency_hz[i - 1]);
+    }
+    if ((phase_a_deg > 0.0) != (phase_b_deg > 0.0) && std::abs(phase_a_deg) < 90.0) {
+      const double share = crossing(0.0, phase_a_deg, 1.0, phase_b_deg);
+      margins.gain_margin_db = std::min(margins.gain_margin_db, std::abs(gain_a_db + share * (gain_b_db - gain_a_db)));
+    }
+  }
+  return margins;
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,279 @@
+#include "config/plant_keys.hpp"
+
+namespace trackservo::sim {
+
+namespace {
+
+constexpr Range kTurn{-360, 360};
+constexpr Range kTorque{0, 1e4};
+constexpr Range kFrequency{1e-3, 1e4};
+
+}  // namespace
+
+Keys<PlantConfig> plant_keys() {
+  return {words("title", &PlantConfig::title, "one line for the report")};
+}
+
+Keys<PlantConfig> friction_model_keys() {
+  return {choice("model", {"none", "lugre", "maxwell_slip"}, &PlantConfig::friction_model,
+                              "what rubs in both axes; `none` takes away the viscous part too")};
+}
+
+Keys<MaxwellSlipConfig> maxwell_slip_keys() {
+  using Config = MaxwellSlipConfig;
+  return {
+      number("elements", unit::kNone, {1, 16}, &Config::elements, "spring-slider elements per axis").or_else(8),
+      number("attraction_1_s", unit::kPerSecond, {0, 1e4}, &Config::attraction_1_s,
+             "how fast slipping elements follow the Stribeck curve").or_else(50),
+      number("sticking_damping_fraction", unit::kNone, {0, 1}, &Config::sticking_damping_fraction,
+             "share of damping_nm_s_rad that sticking elements keep").or_else(0),
+      number("level_per_load_1_nm", unit::kPerNewtonMetre, {0, 1}, &Config::level_per_load_1_nm,
+             "relative rise of the friction level per Nm of load torque").or_else(0),
+      number("temperature_start_k", unit::kKelvin, {-100, 100}, &Config::temperature_start_k,
+             "seal temperature at time 0, against that of the friction numbers").or_else(0),
+      number("temperature_end_k", unit::kKelvin, {-100, 100}, &Config::temperature_end_k,
+             "seal temperature that is reached in the end").or_else(0),
+      number("temperature_time_constant_s", unit::kSecond, {1e-2, 1e6}, &Config::temperature_time_constant_s,
+             "time constant of that drift").or_else(100),
+      number("level_per_k", unit::kPerKelvin, {-0.05, 0.05}, &Config::level_per_k,
+             "logarithmic change of the friction level per K").or_else(0),
+      number("viscosity_per_k", unit::kPerKelvin, {-0.05, 0.05}, &Config::viscosity_per_k,
+             "logarithmic change of the viscous coefficient per K").or_else(0),
+  };
+}
+
+Keys<SupplyConfig> supply_keys() {
+  using Config = SupplyConfig;
+  return {
+      number("voltage_v", unit::kVolt, {1, 1000}, &Config::voltage_v, "open-circuit supply voltage"),
+      number("source_resistance_ohm", unit::kOhm, {0, 10}, &Config::source_resistance_ohm,
+             "of supply and wiring").or_else(0),
+      number("pwm_counts", unit::kNone, {16, 1e6}, &Config::pwm_counts, "timer counts of full duty"),
+  };
+}
+
+Keys<AdcConfig> adc_keys() {
+  using Config = AdcConfig;
+  return {
+      number("resolution_bits", unit::kNone, {8, 24}, &Config::resolution_bits, "of both converters"),
+      number("current_full_scale_a", unit::kAmpere, {0.1, 1e4}, &Config::current_full_scale_a,
+             "range is plus and minus this"),
+      number("current_noise_rms_a", unit::kAmpere, {0, 100}, &Config::current_noise_rms_a, "white").or_else(0),
+      number("current_offset_a", unit::kAmpere, {-100, 100}, &Config::current_offset_a, "constant").or_else(0),
+      number("voltage_full_scale_v", unit::kVolt, {1, 2000}, &Config::voltage_full_scale_v, "range is 0 to this"),
+      number("voltage_noise_rms_v", unit::kVolt, {0, 100}, &Config::voltage_noise_rms_v, "white").or_else(0),
+  };
+}
+
+Keys<BaseTiltConfig> base_tilt_keys() {
+  using Config = BaseTiltConfig;
+  return {
+      number("tilt_deg", unit::kDegree, {-45, 45}, &Config::tilt_rad, "static slant of the base").or_else(0),
+      number("direction_deg", unit::kDegree, kTurn, &Config::direction_rad,
+             "azimuth joint angle to which it slants up").or_else(0),
+  };
+}
+
+Keys<AxisConfig> axis_keys() {
+  using Config = AxisConfig;
+  return {
+      number("inertia_kg_m2", unit::kKilogramSquareMetre, {1e-6, 1e6}, &Config::inertia_kg_m2,
+             "about the axis; azimuth: the part that does not depend on pitch, J0"),
+      number("inertia_swing_kg_m2", unit::kKilogramSquareMetre, {0, 1e6}, &Config::inertia_swing_kg_m2,
+             "azimuth only: J1 in J0 + J1 cos^2(pitch)").or_else(0),
+  };
+}
+
+Keys<EndStopKeys> end_stop_keys() {
+  using Config = EndStopKeys;
+  return {
+      number("end_stops_deg", unit::kDegree, {-1e5, 1e5}, &Config::range_rad,
+             "[lower, upper] travel limit of the joint; absent: none").or_absent(),
+      number("end_stop_stiffness_nm_rad", unit::kNewtonMetrePerRadian, {1, 1e8}, &Config::stiffness_nm_rad,
+             "of the buffers").or_else(1e5),
+      number("end_stop_restitution", unit::kNone, {0.01, 1}, &Config::restitution,
+             "speed after over speed before the impact").or_else(0.3),
+  };
+}
+
+Keys<MotorConfig> motor_keys() {
+  using Config = MotorConfig;
+  return {
+      number("torque_constant_nm_a", unit::kNewtonMetrePerAmpere, {1e-4, 1e3}, &Config::torque_constant_nm_a, "Kt"),
+      number("back_emf_constant_v_s_rad", unit::kVoltSecondPerRadian, {0, 1e3}, &Config::back_emf_constant_v_s_rad,
+             "Ke"),
+      number("resistance_ohm", unit::kOhm, {1e-4, 1e4}, &Config::resistance_ohm, "R, winding and cable"),
+      number("inductance_mh", unit::kMillihenry, {1e-4, 1e4}, &Config::inductance_h, "L"),
+      number("current_limit_a", unit::kAmpere, {1e-3, 1e4}, &Config::current_limit_a,
+             "of the drive; the controller keeps it, the plant does not"),
+      number("dead_time_us", unit::kMicrosecond, {0, 10}, &Config::dead_time_s, "of the bridge").or_else(0),
+  };
+}
+
+Keys<RippleConfig> ripple_keys() {
+  using Config = RippleConfig;
+  return {
+      number("harmonic", unit::kNone, {1, 1000}, &Config::harmonic, "periods per turn of the joint"),
+      number("amplitude_percent", unit::kPercent, {0, 50}, &Config::fraction, "of the torque"),
+      number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "cosine phase at joint angle 0").or_else(0),
+  };
+}
+
+Keys<CoggingConfig> cogging_keys() {
+  using Config = CoggingConfig;
+  return {
+      number("harmonic", unit::kNone, {1, 1000}, &Config::harmonic, "periods per turn of the joint"),
+      number("amplitude_nm", unit::kNewtonMetre, kTorque, &Config::amplitude_nm, "whatever the current"),
+      number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "sine phase at joint angle 0").or_else(0),
+  };
+}
+
+Keys<FrictionConfig> friction_keys() {
+  using Config = FrictionConfig;
+  return {
+      number("stiffness_nm_rad", unit::kNewtonMetrePerRadian, {1e-3, 1e9}, &Config::stiffness_nm_rad,
+             "sigma0, eq. (1)"),
+      number("damping_nm_s_rad", unit::kNewtonMetreSecondPerRadian, {0, 1e6}, &Config::damping_nm_s_rad,
+             "sigma1, eq. (1)"),
+      number("eccentricity_once_percent", unit::kPercent, {0, 90}, &Config::eccentricity_once,
+             "variation of the level once per turn").or_else(0),
+      number("eccentricity_once_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_once_phase_rad,
+             "joint angle of its maximum").or_else(0),
+      number("eccentricity_twice_percent", unit::kPercent, {0, 90}, &Config::eccentricity_twice,
+             "variation of the level twice per turn").or_else(0),
+      number("eccentricity_twice_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_twice_phase_rad,
+             "joint angle of a maximum").or_else(0),
+  };
+}
+
+Keys<StribeckConfig> stribeck_keys() {
+  using Config = StribeckConfig;
+  return {
+      number("coulomb_nm", unit::kNewtonMetre, {1e-6, 1e4}, &Config::coulomb_nm, "Tc, eq. (3)"),
+      number("breakaway_nm", unit::kNewtonMetre, {1e-6, 1e4}, &Config::breakaway_nm, "Ts >= Tc, eq. (3)"),
+      number("stribeck_speed_deg_s", unit::kDegreePerSecond, {1e-4, 5e3}, &Config::stribeck_speed_rad_s,
+             "speed of the Stribeck effect, eq. (3)"),
+      number("viscous_nm_s_rad", unit::kNewtonMetreSecondPerRadian, {0, 1e4}, &Config::viscous_nm_s_rad,
+             "sigma2, eq. (1)"),
+  };
+}
+
+Keys<LoadConfig> load_keys() {
+  using Config = LoadConfig;
+  return {
+      number("imbalance_nm", unit::kNewtonMetre, kTorque, &Config::imbalance_nm,
+             "gravity moment of the off-centre mass; of azimuth it acts on a tilted base only").or_else(0),
+      number("imbalance_phase_deg", unit::kDegree, kTurn, &Config::imbalance_phase_rad,
+             "direction of that mass at joint angle 0").or_else(0),
+      number("cable_stiffness_nm_rad", unit::kNewtonMetrePerRadian, {0, 1e4}, &Config::cable_stiffness_nm_rad,
+             "torsion of the cable loop").or_else(0),
+      number("cable_neutral_deg", unit::kDegree, {-1e4, 1e4}, &Config::cable_neutral_rad,
+             "joint angle at which the cable is relaxed").or_else(0),
+      number("wind_mean_nm", unit::kNewtonMetre, {-1e4, 1e4}, &Config::wind_mean_nm,
+             "positive against forward motion").or_else(0),
+      number("wind_gust_rms_nm", unit::kNewtonMetre, kTorque, &Config::wind_gust_rms_nm,
+             "standard deviation of the gust torque").or_else(0),
+      number("wind_turbulence_corner_hz", unit::kHertz, kFrequency, &Config::wind_turbulence_corner_hz,
+             "first pole of the gusts: wind speed over eddy size").or_else(0.7),
+      number("wind_admittance_corner_hz", unit::kHertz, kFrequency, &Config::wind_admittance_corner_hz,
+             "second pole: wind speed over cabin size").or_else(0.7),
+      number("broadband_rms_nm", unit::kNewtonMetre, kTorque, &Config::broadband_rms_nm,
+             "white torque noise, held for 1 ms").or_else(0),
+  };
+}
+
+Keys<BaseSwayConfig> base_sway_keys() {
+  using Config = BaseSwayConfig;
+  return {
+      number("rms_urad", unit::kMicroradian, {0, 1e5}, &Config::rms_rad, "standard deviation of the base angle"),
+      number("frequency_hz", unit::kHertz, {0.01, 100}, &Config::frequency_hz, "of its resonance"),
+      number("damping", unit::kNone, {0.001, 2}, &Config::damping, "damping ratio of its resonance"),
+  };
+}
+
+Keys<EncoderConfig> encoder_keys() {
+  using Config = EncoderConfig;
+  return {
+      number("resolution_bits", unit::kNone, {8, 32}, &Config::resolution_bits, "per turn"),
+      number("jitter_rms_urad", unit::kMicroradian, {0, 1e4}, &Config::jitter_rms_rad, "white").or_else(0),
+      number("eccentricity_urad", unit::kMicroradian, {0, 1e5}, &Config::eccentricity_rad,
+             "amplitude of the error once per turn").or_else(0),
+      number("eccentricity_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_phase_rad,
+             "sine phase at joint angle 0").or_else(0),
+      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the angle to the reading").or_else(0),
+  };
+}
+
+Keys<GyroConfig> gyro_keys() {
+  using Config = GyroConfig;
+  return {
+      number("noise_density_deg_s_rthz", unit::kDegreePerSecondRootHertz, {0, 1}, &Config::noise_density_rad_s_rthz,
+             "one-sided density of the white rate noise"),
+      number("bandwidth_hz", unit::kHertz, {1, 5e3}, &Config::bandwidth_hz, "-3 dB"),
+      number("filter_order", unit::kNone, {1, 2}, &Config::filter_order, "of its low-pass").or_else(1),
+      number("bias_deg_s", unit::kDegreePerSecond, {-10, 10}, &Config::bias_rad_s, "constant").or_else(0),
+      number("scale_error_ppm", unit::kPpm, {-1e5, 1e5}, &Config::scale_error, "of the rate").or_else(0),
+      number("range_deg_s", unit::kDegreePerSecond, {0.1, 1e5}, &Config::range_rad_s,
+             "beyond plus and minus this the reading is clipped and not valid"),
+      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the rate to the reading").or_else(0),
+  };
+}
+
+Keys<DesignConfig> design_keys() {
+  using Config = DesignConfig;
+  return {
+      number("speed_loop_bandwidth_hz", unit::kHertz, {0.01, 300}, &Config::speed_loop_bandwidth_hz,
+             "closed-loop bandwidth; exactly one of this and the next").or_absent(),
+      number("speed_loop_natural_frequency_rad_s", unit::kRadianPerSecond, {0.01, 2e3},
+             &Config::speed_loop_natural_frequency_rad_s, "natural frequency of the PI loop on the bare inertia").or_absent(),
+      number("speed_loop_damping", unit::kNone, {0.1, 10}, &Config::speed_loop_damping, "of the PI loop"),
+      number("observer_bandwidth_hz", unit::kHertz, {0.01, 500}, &Config::observer_bandwidth_hz,
+             "of the disturbance observer's Q filter"),
+      choice("feedback", {"fused", "gyro", "encoder"}, &Config::feedback,
+                     "what the speed loop is closed on"),
+      number("fusion_crossover_hz", unit::kHertz, {0.01, 400}, &Config::fusion_crossover_hz,
+             "below it the one, above it the other rate is trusted"),
+      number("rate_window_ticks", unit::kNone, {2, 16}, &Config::rate_window_ticks, "of the encoder's rate estimate"),
+      number("setpoint_weight", unit::kNone, {0, 1}, &Config::setpoint_weight, "of the proportional part"),
+      number("current_loop_bandwidth_hz", unit::kHertz, {10, 5e3}, &Config::current_loop_bandwidth_hz,
+             "closed-loop bandwidth"),
+  };
+}
+
+Keys<Assumption> assumption_keys() {
+  return {words("topic", &Assumption::topic, "what was chosen"),
+          words("text", &Assumption::text, "the choice, and why; goes to the report")};
+}
+
+std::string plant_keys_markdown() {
+  std::vector<KeyText> axis = texts_of(axis_keys());
+  for (const KeyText &key : texts_of(end_stop_keys())) {
+    axis.push_back(key);
+  }
+  return sections_markdown(
+      "Keys of a plant file",
+      {
+          {"(top of the file)", "", texts_of(plant_keys())},
+          {"[friction]", "", texts_of(friction_model_keys())},
+          {"[maxwell_slip]", "Optional. Used when `friction.model` is `maxwell_slip`.", texts_of(maxwell_slip_keys())},
+          {"[supply]", "", texts_of(supply_keys())},
+          {"[adc]", "", texts_of(adc_keys())},
+          {"[base_tilt]", "Optional.", texts_of(base_tilt_keys())},
+          {"[azimuth], [pitch]", "", axis},
+          {"[azimuth.motor], [pitch.motor]", "", texts_of(motor_keys())},
+          {"[[azimuth.motor.ripple]], [[pitch.motor.ripple]]", "Any number, also none.", texts_of(ripple_keys())},
+          {"[[azimuth.motor.cogging]], [[pitch.motor.cogging]]", "Any number, also none.", texts_of(cogging_keys())},
+          {"[azimuth.friction], [pitch.friction]", "", texts_of(friction_keys())},
+          {"[azimuth.friction.positive], [azimuth.friction.negative], the same for pitch",
+           "One per direction of motion. Without `negative` both directions are equal.", texts_of(stribeck_keys())},
+          {"[azimuth.load], [pitch.load]", "Optional.", texts_of(load_keys())},
+          {"[azimuth.base_sway], [pitch.base_sway]", "Optional; without it the base stands still.",
+           texts_of(base_sway_keys())},
+          {"[azimuth.encoder], [pitch.encoder]", "", texts_of(encoder_keys())},
+          {"[azimuth.gyro], [pitch.gyro]", "", texts_of(gyro_keys())},
+          {"[design.azimuth], [design.pitch]", "Wishes that the gains are computed from.", texts_of(design_keys())},
+          {"[[assumption]]", "One per choice.", texts_of(assumption_keys())},
+      });
+}
+
+}  // namespace trackservo::sim

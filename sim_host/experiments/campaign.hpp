@@ -1,0 +1,89 @@
+// All experiments of the paper, with every controller, both friction models and several seeds: the main job.
+//
+// A campaign is a list of studies; each is run for every friction model, controller, case and seed, spread over
+// threads. Runs are independent and seeded, so the numbers do not depend on the number of threads.
+#ifndef TRACKSERVO_SIM_EXPERIMENTS_CAMPAIGN_HPP
+#define TRACKSERVO_SIM_EXPERIMENTS_CAMPAIGN_HPP
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "experiments/study.hpp"
+
+namespace trackservo::sim {
+
+struct CampaignOptions {
+  std::filesystem::path data_dir;   // with plants/ and scenarios/
+  std::filesystem::path out_dir;    // results.json, runs/, margins/
+  std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5};
+  double friction_parameter_error = 0.15;
+  int threads = 2;
+};
+
+// Told after every finished run: how many of how many, and what was finished.
+using Progress = std::function<void(int done, int total, const std::string& what)>;
+
+// Figures of one combination over all seeds.
+struct Cell {
+  std::string experiment;
+  std::string case_name;
+  std::string plant;
+  FrictionModel friction;
+  std::string controller;
+  int axis;
+  std::string metric;
+  std::string unit;
+  std::vector<double> values;  // one per seed
+};
+
+// The run of the first seed, kept as CSV.
+struct KeptRun {
+  std::string experiment;
+  std::string case_name;
+  std::string plant;
+  FrictionModel friction;
+  std::string controller;
+  std::uint64_t seed;
+  std::string csv;     // relative to out_dir
+  std::string figure;
+  double settle_s;     // from the start of the trace to the analysis
+};
+
+struct MarginRecord {
+  std::string plant;
+  std::string controller;
+  int axis;
+  bool pre_sliding;
+  Margins computed;
+  double bandwidth_hz;
+  Margins measured;  // NaN where not measured
+  std::string csv;
+};
+
+struct Campaign {
+  CampaignOptions options;
+  std::vector<PlantConfig> plants;
+  std::vector<Cell> cells;
+  std::vector<KeptRun> runs;
+  std::vector<MarginRecord> margins;
+  std::map<std::string, PiWish> best_pi;  // by study_name()
+};
+
+// "steady_speed on tracker" and the like; tells the two tracking loops apart.
+std::string study_name(const Study& study);
+
+std::string friction_name(FrictionModel model);
+
+// The studies of the paper, from the files in data_dir. Throws ConfigError.
+std::vector<Study> paper_studies(const std::filesystem::path& data_dir);
+
+// Runs everything and writes the CSVs. Throws ConfigError, std::invalid_argument, std::runtime_error.
+Campaign run_campaign(const CampaignOptions& options, const Progress& progress);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,60 @@
+// From a plant's numbers and its design wishes to the firmware's parameters, for each controller that is compared.
+//
+// All controllers share the PI, the sensors, the acceleration feedforward and the limits; they differ only in what
+// their name says. Friction feedforward is given parameters that are deliberately wrong: every one is off by
+// +-`friction_parameter_error`, the sign drawn by the seed, as long as no identification exists.
+#ifndef TRACKSERVO_SIM_EXPERIMENTS_CONTROL_DESIGN_HPP
+#define TRACKSERVO_SIM_EXPERIMENTS_CONTROL_DESIGN_HPP
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/frequency_response.hpp"
+#include "config/plant_config.hpp"
+#include "run/firmware.hpp"
+
+namespace trackservo::sim {
+
+struct ControllerSpec {
+  std::string name;   // as in --controller
+  std::string title;  // for people
+  std::string text;   // what is on
+  bool observer;
+  friction_model friction;
+};
+
+// pi, pi_vob, pi_ftc, pi_vob_ftc, pi_coulomb, pi_best.
+const std::vector<ControllerSpec>& controller_specs();
+
+// Throws std::invalid_argument naming the choices when there is no such controller.
+const ControllerSpec& controller_spec(const std::string& name);
+
+// PI gains per unit inertia from natural frequency and damping: kp = 2 zeta w J, ki = w^2 J.
+struct PiWish {
+  double natural_frequency_rad_s;
+  double damping;
+  double setpoint_weight;
+};
+
+PiWish pi_wish(const DesignConfig& design);
+
+struct DesignOptions {
+  std::uint64_t seed = 1;
+  double friction_parameter_error = 0.15;  // 0 gives the plant's own parameters
+  tracker_kind tracker = TRACKER_PI;
+};
+
+// Parameters for both axes, accepted by servo_app_configure. Throws std::invalid_argument when the plant's wishes
+// cannot be met at 1 kHz, naming the axis.
+servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options);
+
+// Sets the PI of one axis from a wish.
+void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWish& wish);
+
+// The linear machine of one axis for computed margins: sliding, or in pre-sliding (the seal as a spring).
+LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_sliding);
+
+}  // namespace trackservo::sim
+
+#endif

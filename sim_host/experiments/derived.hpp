@@ -1,0 +1,14 @@
+// Figures that compare two cells: the reduction against PI alone, and the overshoot above the friction-free machine.
+#ifndef TRACKSERVO_SIM_EXPERIMENTS_DERIVED_HPP
+#define TRACKSERVO_SIM_EXPERIMENTS_DERIVED_HPP
+
+#include "experiments/campaign.hpp"
+
+namespace trackservo::sim {
+
+// The campaign's cells followed by the derived ones, seed by seed.
+std::vector<Cell> with_derived(const std::vector<Cell>& cells);
+
+}  // namespace trackservo::sim
+
+#endif

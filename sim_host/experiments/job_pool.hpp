@@ -1,0 +1,28 @@
+// Runs independent jobs on a few threads and reports progress; the first exception ends the batch and is rethrown.
+#ifndef TRACKSERVO_SIM_EXPERIMENTS_JOB_POOL_HPP
+#define TRACKSERVO_SIM_EXPERIMENTS_JOB_POOL_HPP
+
+#include <functional>
+#include <string>
+
+namespace trackservo::sim {
+
+class JobPool {
+ public:
+  // `total` jobs are expected over all calls of run(); `progress` is called under a lock after each.
+  JobPool(int threads, int total, std::function<void(int, int, const std::string&)> progress)
+      : threads_(threads), total_(total), progress_(std::move(progress)) {}
+
+  // Calls job(0) ... job(count - 1), each exactly once, and waits for all. The job returns what to tell people.
+  void run(std::size_t count, const std::function<std::string(std::size_t)>& job);
+
+ private:
+  int threads_;
+  int total_;
+  int done_ = 0;
+  std::function<void(int, int, const std::string&)> progress_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

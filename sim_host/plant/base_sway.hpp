@@ -1,0 +1,37 @@
+// Angular sway of the base under one axis: a mast or vehicle resonance driven by white noise.
+//
+// Angle and rate are exact at the ticks (shaped_noise.hpp); within a tick the angle is the cubic through both ends'
+// angle and rate, so angle, rate and mean acceleration over a PWM period belong together exactly.
+#ifndef TRACKSERVO_SIM_PLANT_BASE_SWAY_HPP
+#define TRACKSERVO_SIM_PLANT_BASE_SWAY_HPP
+
+#include <cstdint>
+
+#include "config/plant_config.hpp"
+#include "plant/shaped_noise.hpp"
+
+namespace trackservo::sim {
+
+class BaseSway {
+ public:
+  BaseSway(const BaseSwayConfig &config, std::uint64_t seed, int axis);
+
+  // Draws the state at the end of the coming tick.
+  void begin_tick();
+
+  // Angle [rad] and rate [rad/s] at a fraction 0..1 of the tick.
+  double angle_rad(double u) const { return start_angle_rad_ + u * (linear_ + u * (square_ + u * cubic_)); }
+  double rate_rad_s(double u) const { return (linear_ + u * (2.0 * square_ + u * 3.0 * cubic_)) / kTick_s; }
+
+ private:
+  bool moves_;
+  ShapedNoise sway_;
+  double start_angle_rad_ = 0;
+  double linear_ = 0;
+  double square_ = 0;
+  double cubic_ = 0;
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,58 @@
+// Torques on one axis from outside: wind, cable and broad-band noise.
+//
+//   load = wind_mean + gust(t) + cable_stiffness (angle - neutral) + noise(t)
+//
+// Gust: white noise through the corner of Dryden turbulence (MIL-F-8785C) and the aerodynamic admittance of the cabin,
+// which is larger than the eddies above its own corner. Sampled exactly at 1 kHz, linear in between. Positive against
+// forward motion.
+#ifndef TRACKSERVO_SIM_PLANT_LOAD_HPP
+#define TRACKSERVO_SIM_PLANT_LOAD_HPP
+
+#include <cstdint>
+
+#include "config/plant_config.hpp"
+#include "plant/shaped_noise.hpp"
+
+namespace trackservo::sim {
+
+class ExternalLoad {
+ public:
+  ExternalLoad(const LoadConfig &config, std::uint64_t seed, int axis);
+
+  // Draws the gust at the end of the coming tick and its broad-band noise.
+  void begin_tick();
+
+  // Load torque [Nm] at a fraction 0..1 of the tick and a joint angle [rad].
+  double torque_nm(double tick_fraction, double joint_angle_rad) const {
+    return start_nm_ + change_nm_ * tick_fraction + config_.cable_stiffness_nm_rad * joint_angle_rad;
+  }
+
+ private:
+  LoadConfig config_;
+  ShapedNoise gust_;
+  RandomStream broadband_;
+  double gust_nm_;
+  double start_nm_ = 0;
+  double change_nm_ = 0;
+};
+
+// Friction factors of the Maxwell-slip plant: level (1 + a |load|) e^(b T), viscosity e^(c T), where the temperature T
+// goes exponentially from its start to its end value.
+class FrictionDrift {
+ public:
+  struct Factors {
+    double level = 1;
+    double viscosity = 1;
+  };
+
+  explicit FrictionDrift(const MaxwellSlipConfig &config) : config_(config) {}
+
+  Factors at(double time_s, double load_nm) const;
+
+ private:
+  MaxwellSlipConfig config_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

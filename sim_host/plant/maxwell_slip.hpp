@@ -1,0 +1,57 @@
+// Generalised Maxwell-slip friction, the plant's second opinion (Lampaert, Al-Bender, Swevers 2003).
+//
+// N spring-slider elements in parallel, friction is the sum of their forces plus the viscous part:
+//   sticking:  dF_i/dt = k_i v                      until |F_i| reaches a_i g(v), g of eq. (3)
+//   slipping:  dF_i/dt = sign(v) C (a_i - |F_i|/g(v))   until v changes sign;      sum a_i = 1, C = attraction * Ts
+// Steady sliding gives exactly the LuGre curve, eq. (5); pre-sliding gives rate-independent hysteresis with nonlocal
+// memory, which LuGre does not have. The stiffnesses are equal, sum k_i = s0, and the yield deflections evenly spread,
+// so the virgin curve is Ts (x - x^2/4) with x = s0 * deflection / Ts up to x = 2. Level and viscosity drift with load
+// and temperature (load.hpp gives the factors).
+#ifndef TRACKSERVO_SIM_PLANT_MAXWELL_SLIP_HPP
+#define TRACKSERVO_SIM_PLANT_MAXWELL_SLIP_HPP
+
+#include <array>
+
+#include "config/plant_config.hpp"
+#include "plant/lugre_friction.hpp"
+
+namespace trackservo::sim {
+
+class MaxwellSlip {
+ public:
+  static constexpr int kMostElements = 16;
+
+  MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model);
+
+  // As LugreFriction::linearise; `viscosity` scales s2. Which element sticks is decided at the start of the step.
+  AffineFriction linearise(double rate_rad_s, double level, double viscosity, double dt_s);
+
+  // Completes the step with the solved rate at its middle; returns the mean friction torque [Nm].
+  double commit(double rate_rad_s);
+
+  double element_torque_nm(int index) const { return element_[static_cast<std::size_t>(index)].torque_nm; }
+  bool element_slips(int index) const { return element_[static_cast<std::size_t>(index)].slip_sign != 0.0; }
+
+ private:
+  struct Element {
+    double torque_nm = 0;
+    double share = 0;      // a_i
+    double slip_sign = 0;  // direction of slip, 0: sticking
+  };
+
+  FrictionConfig config_;
+  int elements_;
+  double element_stiffness_nm_rad_;
+  double sticking_damping_nm_s_rad_;  // of one element
+  double attraction_1_s_;
+  std::array<Element, kMostElements> element_{};
+
+  // The current step's linearisation.
+  AffineFriction affine_;
+  double dt_s_ = 0;
+  double level_ = 1;
+};
+
+}  // namespace trackservo::sim
+
+#endif

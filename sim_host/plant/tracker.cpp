@@ -1,0 +1,173 @@
+#include "plant/tracker.hpp"
+
+#include <cmath>
+
+namespace trackservo::sim {
+
+namespace {
+
+constexpr double kPwmShare = 1.0 / kPwmPerTick;  // of a tick
+
+// Duty the bridge can realise: whole timer counts within -1..1.
+double realised_duty(double duty, double counts) {
+  if (!(duty >= -1.0)) {
+    return std::isnan(duty) ? 0.0 : -1.0;
+  }
+  return std::nearbyint((duty > 1.0 ? 1.0 : duty) * counts) / counts;
+}
+
+}  // namespace
+
+Tracker::Axis::Axis(const AxisConfig &config, const PlantConfig &plant, std::uint64_t seed, int index)
+    : motor(config.motor, kPwmPeriod_s),
+      joint(config, plant.friction_model, plant.maxwell_slip),
+      load(config.load, seed, index),
+      base(config.base_sway, seed, index),
+      encoder(config.encoder, kPwmPeriod_s, seed, index),
+      gyro(config.gyro, kPwmPeriod_s, kTick_s, seed, index),
+      adc(plant.adc, seed, index) {}
+
+Tracker::Tracker(const PlantConfig &plant, std::uint64_t seed)
+    : axis_{Axis(plant.axis[kAzimuth], plant, seed, kAzimuth), Axis(plant.axis[kPitch], plant, seed, kPitch)},
+      gravity_(plant),
+      drift_(plant.maxwell_slip),
+      drifts_(plant.friction_model == FrictionModel::kMaxwellSlip),
+      inertia_base_kg_m2_(plant.axis[kAzimuth].inertia_kg_m2),
+      inertia_swing_kg_m2_(plant.axis[kAzimuth].inertia_swing_kg_m2),
+      pitch_inertia_kg_m2_(plant.axis[kPitch].inertia_kg_m2),
+      supply_voltage_v_(plant.supply.voltage_v),
+      source_resistance_ohm_(plant.supply.source_resistance_ohm),
+      pwm_counts_(plant.supply.pwm_counts) {
+  place({0.0, 0.0});
+}
+
+void Tracker::place(const std::array<double, kAxes> &joint_angle_rad) {
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    Axis &axis = axis_[i];
+    axis.joint.place(joint_angle_rad[i]);
+    axis.encoder.place(joint_angle_rad[i]);
+    truth_.joint_angle_rad[i] = joint_angle_rad[i];
+    truth_.joint_rate_rad_s[i] = 0.0;
+    truth_.base_rate_rad_s[i] = axis.base.rate_rad_s(0.0);
+    truth_.inertial_angle_rad[i] = joint_angle_rad[i] + axis.base.angle_rad(0.0);
+    truth_.inertial_rate_rad_s[i] = truth_.base_rate_rad_s[i];
+  }
+}
+
+double Tracker::bus_voltage_v() const {
+  const double drawn_a = duty_[kAzimuth] * truth_.current_a[kAzimuth] + duty_[kPitch] * truth_.current_a[kPitch];
+  return supply_voltage_v_ - source_resistance_ohm_ * drawn_a;
+}
+
+TickSamples Tracker::sample_tick() {
+  TickSamples samples;
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    const Gyro::Reading gyro = axis_[i].gyro.sample();
+    samples.axis[i] = {axis_[i].encoder.sample(), gyro.rate_rad_s, gyro.valid};
+  }
+  samples.bus_voltage_v = axis_[kAzimuth].adc.voltage_v(bus_voltage_v());
+  return samples;
+}
+
+PwmSample Tracker::sample_pwm(int axis) {
+  const auto i = static_cast<std::size_t>(axis);
+  return {axis_[i].adc.current_a(truth_.current_a[i]), axis_[i].adc.voltage_v(bus_voltage_v())};
+}
+
+void Tracker::begin_tick() {
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    Axis &axis = axis_[i];
+    axis.load.begin_tick();
+    axis.base.begin_tick();
+    axis.motor.renew_shape(axis.joint.angle_rad());
+    tick_angle_rad_[i] = axis.joint.angle_rad();
+    const FrictionDrift::Factors drift =
+        drifts_ ? drift_.at(truth_.time_s, truth_.load_torque_nm[i]) : FrictionDrift::Factors{};
+    axis.joint.set_friction_factors(axis.joint.eccentricity_factor() * drift.level, drift.viscosity);
+  }
+  gravity_torque_ = gravity_.torque(tick_angle_rad_);
+  azimuth_inertia_kg_m2_ = inertia_base_kg_m2_;
+  if (inertia_swing_kg_m2_ > 0.0) {
+    const double cosine = std::cos(2.0 * tick_angle_rad_[kPitch]);
+    const double sine = std::sin(2.0 * tick_angle_rad_[kPitch]);
+    azimuth_inertia_kg_m2_ += 0.5 * inertia_swing_kg_m2_ * (1.0 + cosine);
+    inertia_slope_kg_m2_rad_ = -inertia_swing_kg_m2_ * sine;
+    inertia_curve_kg_m2_rad2_ = -2.0 * inertia_swing_kg_m2_ * cosine;
+  }
+}
+
+double Tracker::azimuth_inertia_kg_m2(double pitch_travel_rad) const {
+  return azimuth_inertia_kg_m2_ +
+         pitch_travel_rad * (inertia_slope_kg_m2_rad_ + 0.5 * pitch_travel_rad * inertia_curve_kg_m2_rad2_);
+}
+
+void Tracker::step_pwm(const std::array<double, kAxes> &duty) {
+  if (step_in_tick_ == 0) {
+    begin_tick();
+  }
+  const double bus_v = bus_voltage_v();
+  const double start = step_in_tick_ * kPwmShare;
+  const double middle = start + 0.5 * kPwmShare;
+  const double end = start + kPwmShare;
+
+  // Angles and rates in the middle of the step, extrapolated from the last one: second order, explicit, and used only
+  // for what changes slowly (coupling, gravity, cable, back-EMF).
+  std::array<double, kAxes> middle_rate_rad_s;
+  std::array<double, kAxes> middle_travel_rad;
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    const Joint &joint = axis_[i].joint;
+    middle_rate_rad_s[i] = joint.predicted_rate_rad_s();
+    middle_travel_rad[i] = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s() - tick_angle_rad_[i];
+  }
+  const double azimuth_rate = middle_rate_rad_s[kAzimuth] + axis_[kAzimuth].base.rate_rad_s(middle);
+  const double inertia_slope =
+      inertia_slope_kg_m2_rad_ + middle_travel_rad[kPitch] * inertia_curve_kg_m2_rad2_;
+
+  // Pitch first: its centrifugal torque needs azimuth's rate, azimuth's inertia needs pitch's new angle.
+  const double pitch_start_rad = axis_[kPitch].joint.angle_rad();
+  AxisStep step;
+  step.inertia_kg_m2 = pitch_inertia_kg_m2_;
+  step.coupling_nm = -0.5 * inertia_slope * azimuth_rate * azimuth_rate;
+  for (const int index : {kPitch, kAzimuth}) {
+    const auto i = static_cast<std::size_t>(index);
+    Axis &axis = axis_[i];
+    if (index == kAzimuth) {
+      const double before = azimuth_inertia_kg_m2(pitch_start_rad - tick_angle_rad_[kPitch]);
+      const double after = azimuth_inertia_kg_m2(axis_[kPitch].joint.angle_rad() - tick_angle_rad_[kPitch]);
+      step.inertia_kg_m2 = 0.5 * (before + after);
+      step.drag_nm_s_rad = (after - before) / kPwmPeriod_s;  // d(J w) = J dw + dJ w
+      step.coupling_nm = 0.0;
+    }
+    duty_[i] = realised_duty(duty[i], pwm_counts_);
+    const double angle_rad = tick_angle_rad_[i] + middle_travel_rad[i];
+    const double motor_nm = axis.motor.step(duty_[i] * bus_v, middle_rate_rad_s[i], angle_rad, bus_v);
+    const double load_nm = axis.load.torque_nm(middle, angle_rad) + gravity_torque_.load_nm[index] +
+                           gravity_torque_.slope_nm_rad(index, kAzimuth) * middle_travel_rad[kAzimuth] +
+                           gravity_torque_.slope_nm_rad(index, kPitch) * middle_travel_rad[kPitch] + step.coupling_nm;
+    const double base_rate_end = axis.base.rate_rad_s(end);
+    const double base_change = base_rate_end - truth_.base_rate_rad_s[i];
+    const double base_middle = 0.5 * (base_rate_end + truth_.base_rate_rad_s[i]);
+    const double drive_nm = motor_nm - load_nm - step.inertia_kg_m2 * base_change / kPwmPeriod_s -
+                            step.drag_nm_s_rad * base_middle;
+    axis.joint.step(step.inertia_kg_m2, drive_nm, step.drag_nm_s_rad, kPwmPeriod_s);
+
+    truth_.joint_angle_rad[i] = axis.joint.angle_rad();
+    truth_.joint_rate_rad_s[i] = axis.joint.rate_rad_s();
+    truth_.base_rate_rad_s[i] = base_rate_end;
+    truth_.inertial_angle_rad[i] = axis.joint.angle_rad() + axis.base.angle_rad(end);
+    truth_.inertial_rate_rad_s[i] = axis.joint.rate_rad_s() + base_rate_end;
+    truth_.motor_torque_nm[i] = motor_nm;
+    truth_.friction_torque_nm[i] = axis.joint.friction_torque_nm();
+    truth_.load_torque_nm[i] = load_nm + axis.joint.stop_torque_nm() +
+                               step.drag_nm_s_rad * (axis.joint.mean_rate_rad_s() + base_middle);
+    truth_.current_a[i] = axis.motor.current_a();
+    axis.encoder.advance(axis.joint.angle_rad());
+    axis.gyro.advance(truth_.inertial_rate_rad_s[i]);
+  }
+
+  ++steps_;
+  step_in_tick_ = step_in_tick_ + 1 == kPwmPerTick ? 0 : step_in_tick_ + 1;
+  truth_.time_s = static_cast<double>(steps_) * kPwmPeriod_s;
+}
+
+}  // namespace trackservo::sim

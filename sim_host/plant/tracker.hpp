@@ -1,0 +1,100 @@
+// The simulated machine: two motor-driven axes with seals, loads, a swaying base, and the sensors on them.
+//
+//   J_az(pitch) = J0 + J1 cos^2(pitch),  T = (J_az w_az^2 + J_p w_p^2) / 2,  U = gravity of the off-centre masses
+//   d(J_az w_az)/dt        = motor - friction(joint rate) - load,
+//   J_p dw_p/dt + J1 sin(2 pitch) w_az^2 / 2 = motor - friction(joint rate) - load,     w: inertial rates
+//
+// Each PWM period (50 us) solves the motor current exactly and rate, friction memory and end stop by a linearly
+// implicit second-order step (joint.hpp); wind, base, gravity and ripple are renewed at 1 kHz with their slopes.
+//
+// Use, in every 1 ms tick: sample_tick() once, then 20 times sample_pwm() of each axis and step_pwm(); judge by truth().
+#ifndef TRACKSERVO_SIM_PLANT_TRACKER_HPP
+#define TRACKSERVO_SIM_PLANT_TRACKER_HPP
+
+#include <array>
+#include <cstdint>
+
+#include "config/plant_config.hpp"
+#include "plant/base_sway.hpp"
+#include "plant/gravity.hpp"
+#include "plant/joint.hpp"
+#include "plant/load.hpp"
+#include "plant/motor.hpp"
+#include "plant/truth.hpp"
+#include "sensors/adc.hpp"
+#include "sensors/encoder.hpp"
+#include "sensors/gyro.hpp"
+
+namespace trackservo::sim {
+
+class Tracker {
+ public:
+  // The configuration must come from load_plant() or satisfy the same ranges. Equal seeds give equal runs, bit by bit.
+  Tracker(const PlantConfig& plant, std::uint64_t seed);
+
+  // Puts the machine at rest at these joint angles [rad], bristles relaxed. Only before the first step.
+  void place(const std::array<double, kAxes>& joint_angle_rad);
+
+  // Encoder, gyro and bus voltage of this tick. Draws noise: call exactly once per tick, before its first step.
+  TickSamples sample_tick();
+
+  // Motor current and bus voltage as the ADC sees them at the start of this PWM period. Draws noise: call at most
+  // once per axis and period.
+  PwmSample sample_pwm(int axis);
+
+  // Applies the duty of both bridges, -1..1 (clipped; NaN counts as 0), for one PWM period of 50 us.
+  void step_pwm(const std::array<double, kAxes>& duty);
+
+  const TruthState& truth() const { return truth_; }
+
+ private:
+  struct Axis {
+    Axis(const AxisConfig& config, const PlantConfig& plant, std::uint64_t seed, int index);
+
+    DcMotor motor;
+    Joint joint;
+    ExternalLoad load;
+    BaseSway base;
+    Encoder encoder;
+    Gyro gyro;
+    CurrentAdc adc;
+  };
+
+  // What one axis' step needs beside its own state.
+  struct AxisStep {
+    double inertia_kg_m2 = 0;
+    double drag_nm_s_rad = 0;
+    double coupling_nm = 0;
+  };
+
+  void begin_tick();
+  double bus_voltage_v() const;
+  double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the tick began
+
+  std::array<Axis, kAxes> axis_;
+  Gravity gravity_;
+  FrictionDrift drift_;
+  bool drifts_;
+  double inertia_base_kg_m2_;   // J0
+  double inertia_swing_kg_m2_;  // J1
+  double pitch_inertia_kg_m2_;
+  double supply_voltage_v_;
+  double source_resistance_ohm_;
+  double pwm_counts_;
+  std::array<double, kAxes> duty_{};
+
+  // Renewed at each tick, with slopes for what changes within it.
+  std::array<double, kAxes> tick_angle_rad_{};
+  Gravity::Torque gravity_torque_;
+  double azimuth_inertia_kg_m2_ = 0;
+  double inertia_slope_kg_m2_rad_ = 0;   // by pitch angle
+  double inertia_curve_kg_m2_rad2_ = 0;  // second derivative
+
+  std::int64_t steps_ = 0;
+  int step_in_tick_ = 0;
+  TruthState truth_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

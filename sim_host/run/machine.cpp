@@ -1,0 +1,110 @@
+#include "run/machine.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace trackservo::sim {
+
+// The HAL's functions are C: they find the machine behind the pointer that was handed to `hal`.
+struct MachineHal {
+  static Machine& of(void* machine) { return *static_cast<Machine*>(machine); }
+
+  static std::uint32_t joint_angle_turn32(void* machine, int axis) {
+    return of(machine).samples_.axis[static_cast<std::size_t>(axis)].encoder_turns_2_32;
+  }
+
+  static bool gyro_rate(void* machine, int axis, float* rate_rad_s) {
+    const AxisSamples& sample = of(machine).samples_.axis[static_cast<std::size_t>(axis)];
+    *rate_rad_s = static_cast<float>(sample.gyro_rate_rad_s);
+    return sample.gyro_valid;
+  }
+
+  static float mean_current_a(void* machine, int axis) {
+    return static_cast<float>(of(machine).mean_current_a_[static_cast<std::size_t>(axis)]);
+  }
+
+  static bool camera(void* machine, int axis, hal_camera_frame* frame) {
+    const std::optional<CameraFrame>& result = of(machine).frame_;
+    if (!result) {
+      return false;
+    }
+    frame->target_found = result->valid;
+    frame->age_ticks = static_cast<int>(std::lround(result->delay_s / kTick_s));
+    frame->error_rad = static_cast<float>(result->error_rad[static_cast<std::size_t>(axis)]);
+    return true;
+  }
+
+  static float current_a(void* machine, int axis) {
+    Machine& m = of(machine);
+    const std::size_t i = static_cast<std::size_t>(axis);
+    m.pwm_samples_[i] = m.tracker_.sample_pwm(axis);
+    m.current_sum_a_[i] += m.pwm_samples_[i].current_a;
+    return static_cast<float>(m.pwm_samples_[i].current_a);
+  }
+
+  static float bus_voltage_v(void* machine) {
+    return static_cast<float>(of(machine).pwm_samples_[kAzimuth].bus_voltage_v);
+  }
+
+  static void set_duty(void* machine, int axis, float duty) {
+    of(machine).next_duty_[static_cast<std::size_t>(axis)] = static_cast<double>(duty);
+  }
+};
+
+hal Machine::hal_of(Machine* machine) {
+  hal table{};
+  table.machine = machine;
+  table.joint_angle_turn32 = MachineHal::joint_angle_turn32;
+  table.gyro_rate = MachineHal::gyro_rate;
+  table.mean_current_a = MachineHal::mean_current_a;
+  table.camera = MachineHal::camera;
+  table.current_a = MachineHal::current_a;
+  table.bus_voltage_v = MachineHal::bus_voltage_v;
+  table.set_duty = MachineHal::set_duty;
+  return table;
+}
+
+Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
+                 const std::array<double, kAxes>& joint_angle_rad)
+    : tracker_(plant, seed), hal_(hal_of(this)) {
+  tracker_.place(joint_angle_rad);
+  samples_ = tracker_.sample_tick();
+  if (servo_board_start(&board_, &hal_, &params) != CONTROL_OK) {
+    throw std::invalid_argument("the firmware refuses these parameters; check the ranges in firmware/control/*.h");
+  }
+}
+
+// The firmware computes its new current set-points now; the bridge follows the old ones a little longer.
+void Machine::run_firmware_tick() {
+  std::array<float, kAxes> old_reference_a{};
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    mean_current_a_[i] = current_sum_a_[i] / kPwmPerTick;
+    current_sum_a_[i] = 0.0;
+    old_reference_a[i] = board_.app.axis[i].current_reference_a;
+  }
+  servo_board_tick(&board_);
+  frame_.reset();
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    servo_axis& axis = board_.app.axis[i];
+    const float torque_constant_nm_a = board_.app.params.axis[i].torque_constant_nm_a;
+    next_reference_a_[i] = axis.current_reference_a + static_cast<float>(injected_nm_[i]) / torque_constant_nm_a;
+    axis.current_reference_a = old_reference_a[i];
+  }
+}
+
+void Machine::advance_tick() {
+  run_firmware_tick();
+  for (int period = 0; period < kPwmPerTick; ++period) {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      if (period == kTickLatencyPeriods) {
+        board_.app.axis[axis].current_reference_a = next_reference_a_[static_cast<std::size_t>(axis)];
+      }
+      servo_board_pwm(&board_, axis);
+    }
+    tracker_.step_pwm(duty_);
+    duty_ = next_duty_;
+  }
+  samples_ = tracker_.sample_tick();
+}
+
+}  // namespace trackservo::sim

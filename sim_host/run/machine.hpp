@@ -1,0 +1,69 @@
+// One simulated tracker with the firmware on it: the host end of the HAL.
+//
+// The firmware runs as on the board: `servo_board_tick` every 1 ms, `servo_board_pwm` every PWM period. What a board
+// cannot do at once is not done at once here: the tick's new current set-points count from the third PWM period on
+// (100 us for computing), and a duty counts from the period after the one in which its current was sampled.
+#ifndef TRACKSERVO_SIM_RUN_MACHINE_HPP
+#define TRACKSERVO_SIM_RUN_MACHINE_HPP
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "plant/tracker.hpp"
+#include "run/firmware.hpp"
+#include "sensors/camera.hpp"
+
+namespace trackservo::sim {
+
+// PWM periods that pass between the tick's sampling and its set-points being followed.
+constexpr int kTickLatencyPeriods = 2;
+
+struct MachineHal;
+
+class Machine {
+ public:
+  // Throws std::invalid_argument when the firmware refuses the parameters.
+  Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
+          const std::array<double, kAxes>& joint_angle_rad);
+  Machine(const Machine&) = delete;
+  Machine& operator=(const Machine&) = delete;
+
+  // What the axes shall do; takes effect at the next tick.
+  servo_command& command() { return board_.command; }
+
+  // The result of a camera frame that has arrived in this tick, or nothing.
+  void deliver(const std::optional<CameraFrame>& frame) { frame_ = frame; }
+
+  // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again.
+  void inject_torque(int axis, double torque_nm) { injected_nm_[static_cast<std::size_t>(axis)] = torque_nm; }
+
+  // Runs the firmware's tick and then the machine for 1 ms.
+  void advance_tick();
+
+  const TruthState& truth() const { return tracker_.truth(); }
+  const servo_axis& firmware(int axis) const { return board_.app.axis[axis]; }
+  double injected_nm(int axis) const { return injected_nm_[static_cast<std::size_t>(axis)]; }
+
+ private:
+  friend struct MachineHal;
+  static hal hal_of(Machine* machine);
+  void run_firmware_tick();
+
+  Tracker tracker_;
+  hal hal_;
+  servo_board board_{};
+  TickSamples samples_{};
+  std::array<PwmSample, kAxes> pwm_samples_{};
+  std::array<double, kAxes> current_sum_a_{};
+  std::array<double, kAxes> mean_current_a_{};
+  std::array<double, kAxes> duty_{};       // in force
+  std::array<double, kAxes> next_duty_{};  // from the next period on
+  std::array<float, kAxes> next_reference_a_{};
+  std::array<double, kAxes> injected_nm_{};
+  std::optional<CameraFrame> frame_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,138 @@
+#include "run/scenario_run.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include "run/machine.hpp"
+#include "sensors/camera.hpp"
+#include "target/fly_by.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+
+speed_reference speed_set_point(const RunRequest& request, double time_s) {
+  const ScenarioConfig& scenario = *request.scenario;
+  const double t = time_s - scenario.rest_s;
+  if (t < 0.0) {
+    return {0.0F, 0.0F};
+  }
+  if (scenario.kind == ScenarioKind::kSpeedSine) {
+    const double w = 2.0 * kPi * scenario.frequency_hz;
+    return {static_cast<float>(request.speed_rad_s * std::sin(w * t)),
+            static_cast<float>(request.speed_rad_s * w * std::cos(w * t))};
+  }
+  return {static_cast<float>(request.speed_rad_s), 0.0F};
+}
+
+// A disturbance given as a speed is the torque that moves the free inertia with that speed: J d(speed)/dt.
+double disturbance_nm(const RunRequest& request, int axis, double time_s) {
+  const ScenarioConfig& scenario = *request.scenario;
+  const double t = time_s - scenario.rest_s;
+  if (scenario.disturbance_amplitude_rad_s == 0.0 || t < 0.0) {
+    return 0.0;
+  }
+  const double w = 2.0 * kPi * scenario.disturbance_frequency_hz;
+  const double pitch_rad = scenario.initial_joint_angle_rad[kPitch];
+  return axis_inertia_kg_m2(*request.plant, axis, pitch_rad) * scenario.disturbance_amplitude_rad_s * w * std::cos(w * t);
+}
+
+// `truth` is the machine's state at the moment for which the set-point was made.
+AxisRow row_of(const TruthState& truth, const Machine& machine, int axis, double tracking_error_rad) {
+  const std::size_t i = static_cast<std::size_t>(axis);
+  const servo_axis_signals& signals = machine.firmware(axis).signals;
+  AxisRow row{};
+  row.reference_rad_s = static_cast<double>(signals.reference.rate_rad_s);
+  row.rate_rad_s = truth.inertial_rate_rad_s[i];
+  row.measured_rate_rad_s = static_cast<double>(signals.rates.feedback_rad_s);
+  row.joint_rate_rad_s = truth.joint_rate_rad_s[i];
+  row.joint_angle_rad = truth.joint_angle_rad[i];
+  row.torque_nm = truth.motor_torque_nm[i];
+  row.friction_nm = truth.friction_torque_nm[i];
+  row.friction_feedforward_nm = static_cast<double>(signals.torque.friction_nm);
+  row.disturbance_estimate_nm = static_cast<double>(signals.torque.disturbance_nm);
+  row.load_nm = truth.load_torque_nm[i];
+  row.tracking_error_rad = tracking_error_rad;
+  row.command_nm = static_cast<double>(signals.torque.torque_nm);
+  row.injected_nm = machine.injected_nm(axis);
+  return row;
+}
+
+// The target and the camera that looks at it; absent outside tracking.
+class Scene {
+ public:
+  Scene(const ScenarioConfig& scenario, std::uint64_t seed)
+      : target_(scenario.fly_by), camera_(scenario.camera, seed) {}
+
+  std::array<double, kAxes> start_rad() const { return target_.at(0.0).angle_rad; }
+
+  std::array<double, kAxes> error_rad(const TruthState& truth) const {
+    const LineOfSight sight = target_.at(truth.time_s);
+    std::array<double, kAxes> error{};
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      error[i] = sight.angle_rad[i] - truth.inertial_angle_rad[i];
+    }
+    return error;
+  }
+
+  void look(Machine& machine, const std::array<double, kAxes>& error_rad) {
+    camera_.expose(machine.truth().time_s, error_rad);
+    machine.deliver(camera_.poll(machine.truth().time_s));
+  }
+
+ private:
+  FlyBy target_;
+  Camera camera_;
+};
+
+// The command of an axis for this tick; an axis that does not take part holds its inertial rate at zero.
+void command_axis(const RunRequest& request, Machine& machine, int axis, double time_s) {
+  const ScenarioConfig& scenario = *request.scenario;
+  const bool moves = scenario.axes[static_cast<std::size_t>(axis)];
+  servo_axis_command& command = machine.command().axis[axis];
+  if (scenario.kind == ScenarioKind::kTracking) {
+    command.mode = moves ? SERVO_TRACKING : SERVO_SPEED;
+    return;
+  }
+  command.mode = SERVO_SPEED;
+  command.speed = moves ? speed_set_point(request, time_s) : speed_reference{0.0F, 0.0F};
+  machine.inject_torque(axis, moves ? disturbance_nm(request, axis, time_s) : 0.0);
+}
+
+}  // namespace
+
+Trace run_scenario(const RunRequest& request) {
+  const ScenarioConfig& scenario = *request.scenario;
+  std::optional<Scene> scene;
+  std::array<double, kAxes> start_rad = scenario.initial_joint_angle_rad;
+  if (scenario.kind == ScenarioKind::kTracking) {
+    scene.emplace(scenario, request.seed);
+    start_rad = scene->start_rad();
+  }
+  Machine machine(*request.plant, request.params, request.seed, start_rad);
+
+  const int ticks = static_cast<int>(std::lround(scenario.duration_s / kTick_s));
+  Trace trace;
+  trace.reserve(static_cast<std::size_t>(ticks));
+  for (int tick = 0; tick < ticks; ++tick) {
+    TraceRow row{};
+    row.time_s = tick * kTick_s;
+    std::array<double, kAxes> error_rad{};
+    if (scene) {
+      error_rad = scene->error_rad(machine.truth());
+      scene->look(machine, error_rad);
+    }
+    for (int axis = 0; axis < kAxes; ++axis) {
+      command_axis(request, machine, axis, row.time_s);
+    }
+    const TruthState truth = machine.truth();
+    machine.advance_tick();
+    for (int axis = 0; axis < kAxes; ++axis) {
+      row.axis[static_cast<std::size_t>(axis)] = row_of(truth, machine, axis, error_rad[static_cast<std::size_t>(axis)]);
+    }
+    trace.push_back(row);
+  }
+  return trace;
+}
+
+}  // namespace trackservo::sim

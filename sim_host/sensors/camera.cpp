@@ -1,0 +1,57 @@
+#include "sensors/camera.hpp"
+
+#include <cmath>
+
+namespace trackservo::sim {
+
+namespace {
+
+constexpr double kClockTolerance_s = 1e-9;  // sums of ticks do not hit frame times exactly
+
+}  // namespace
+
+Camera::Camera(const CameraConfig &config, std::uint64_t seed)
+    : config_(config), noise_{RandomStream(seed, "camera.centroid", 0), RandomStream(seed, "camera.centroid", 1)} {}
+
+void Camera::expose(double time_s, std::array<double, kAxes> los_error_rad) {
+  const auto present = static_cast<std::int64_t>(std::floor((time_s + kClockTolerance_s) * config_.frame_rate_hz));
+  if (present < next_index_) {
+    return;
+  }
+  next_index_ = present + 1;
+
+  CameraFrame frame;
+  frame.exposure_time_s = time_s;
+  frame.valid = true;
+  const std::array<double, kAxes> half_picture_px{0.5 * config_.width_px, 0.5 * config_.height_px};
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    // Drawn also when the target is outside, so that the noise of later frames does not depend on it.
+    const double noise_px = config_.centroid_noise_rms_px * noise_[axis].normal();
+    const double true_px = los_error_rad[axis] / config_.pixel_rad;
+    frame.valid = frame.valid && std::abs(true_px) <= half_picture_px[axis];
+    frame.error_rad[axis] = (true_px + noise_px) * config_.pixel_rad;
+  }
+  if (!frame.valid) {
+    frame.error_rad = {};
+  }
+  frames_[static_cast<std::size_t>(exposed_ % kPipeline)] = frame;
+  ++exposed_;
+  if (exposed_ - delivered_ > kPipeline) {
+    delivered_ = exposed_ - kPipeline;  // nobody polled: the oldest frames are lost
+  }
+}
+
+std::optional<CameraFrame> Camera::poll(double time_s) {
+  if (delivered_ == exposed_) {
+    return std::nullopt;
+  }
+  CameraFrame frame = frames_[static_cast<std::size_t>(delivered_ % kPipeline)];
+  if (time_s + kClockTolerance_s < frame.exposure_time_s + config_.delay_s) {
+    return std::nullopt;
+  }
+  ++delivered_;
+  frame.delay_s = time_s - frame.exposure_time_s;
+  return frame;
+}
+
+}  // namespace trackservo::sim

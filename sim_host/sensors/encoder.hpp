@@ -1,0 +1,41 @@
+// Absolute angle encoder of one joint.
+//
+//   reading = quantise(angle(t - latency) + e sin(angle + phase) + jitter), resolution 2^bits per turn
+//
+// e: eccentricity of the disc, one period per turn. The reading is 32 bits for one turn and wraps; an encoder of fewer
+// bits leaves the lower bits zero.
+//
+// Use: advance() once per PWM period, sample() once per tick.
+#ifndef TRACKSERVO_SIM_SENSORS_ENCODER_HPP
+#define TRACKSERVO_SIM_SENSORS_ENCODER_HPP
+
+#include <cstdint>
+
+#include "config/plant_config.hpp"
+#include "random.hpp"
+#include "sensors/history.hpp"
+
+namespace trackservo::sim {
+
+class Encoder {
+ public:
+  // dt_s: time between advance() calls [s].
+  Encoder(const EncoderConfig &config, double dt_s, std::uint64_t seed, int axis);
+
+  // As if the joint had always been at this angle [rad].
+  void place(double joint_angle_rad) { history_.fill(joint_angle_rad); }
+
+  void advance(double joint_angle_rad) { history_.push(joint_angle_rad); }
+
+  // The reading in 2^-32 turns. Draws noise.
+  std::uint32_t sample();
+
+ private:
+  EncoderConfig config_;
+  History history_;
+  RandomStream jitter_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

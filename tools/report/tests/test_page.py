@@ -1,0 +1,174 @@
+"""The page: self-contained, complete, and its numbers are those of the rows."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+FIGURES = [
+    "fig7", "fig9", "fig11", "fig12", "fig14", "table2", "table2-curves", "fig16", "ablation", "shares", "frictions",
+    "bode", "nyquist", "noise",
+]  # fmt: skip
+
+
+class Outline(HTMLParser):
+    """Collects what a page would load, its element ids and its table values."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.links: list[str] = []
+        self.ids: list[str] = []
+        self.values: list[float] = []
+        self.scripts: dict[str, str] = {}
+        self.policy = ""
+        self._script: str | None = None
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        found = {name: value or "" for name, value in attrs}
+        self.ids += [found["id"]] if "id" in found else []
+        self.values += [float(found["data-value"])] if "data-value" in found else []
+        if tag == "a":
+            self.links.append(found.get("href", ""))
+        else:
+            self.loaded += [found[name] for name in ("src", "href", "data", "srcset", "poster") if name in found]
+        if found.get("http-equiv") == "Content-Security-Policy":
+            self.policy = found["content"]
+        self._script = found.get("id", f"script {len(self.scripts)}") if tag == "script" else None
+
+    def handle_endtag(self, tag: str) -> None:
+        self._script = None
+
+    def handle_data(self, data: str) -> None:
+        if self._script:
+            self.scripts[self._script] = self.scripts.get(self._script, "") + data
+
+
+@pytest.fixture(scope="module")
+def outline(page: str) -> Outline:
+    parser = Outline()
+    parser.feed(page)
+    return parser
+
+
+def plots(outline: Outline, key: str) -> list[dict[str, Any]]:
+    """The plots of a figure, read back from the page."""
+    names = [name for name in outline.scripts if re.fullmatch(f"json-{key}-\\d+", name)]
+    return [json.loads(outline.scripts[name]) for name in names]
+
+
+def test_page_loads_nothing(outline: Outline, page: str) -> None:
+    assert outline.loaded == ["data:,"]
+    assert outline.policy.startswith("default-src 'none'")
+    styles = "".join(re.findall(r"<style>(.*?)</style>", page, re.S))
+    assert "@import" not in styles and "url(" not in styles
+
+
+def test_page_has_no_link_out(outline: Outline) -> None:
+    assert not [link for link in outline.links if "//" in link]
+
+
+def test_plotly_is_there_once_and_small_enough(page: str) -> None:
+    assert page.count("* plotly.js v") == 1
+    assert len(page.encode()) < 15e6
+
+
+def test_no_button_sends_a_chart_away(outline: Outline) -> None:
+    settings = [text for text in outline.scripts.values() if "modeBarButtons:" in text and len(text) < 20000]
+    assert len(settings) == 1
+    assert "sendChartToCloud" not in settings[0] and "plotlyServerURL: \"\"" in settings[0]
+
+
+@pytest.mark.parametrize("key", FIGURES)
+def test_every_figure_is_present_with_data_and_axis_titles(key: str, outline: Outline) -> None:
+    assert key in outline.ids
+    found = plots(outline, key)
+    assert found
+    for plot in found:
+        assert plot["data"]
+        axes = [value for name, value in plot["layout"].items() if re.fullmatch(r"[xy]axis\d*", name)]
+        titles = [axis.get("title", {}).get("text", "") for axis in axes]
+        assert any(titles) and all("(" in text or text in TITLES_WITHOUT_UNIT for text in titles if text)
+
+
+TITLES_WITHOUT_UNIT = {"case", "commanded speed", "real part", "imaginary part"}
+
+
+def test_every_result_is_in_the_page_exactly(outline: Outline, document: dict[str, Any]) -> None:
+    shown = set(outline.values)
+    for row in document["rows"]:
+        compared = row["metric"] not in ("torque_noise", "reduction") and row["friction"] != "none" and row["axis"] == "azimuth"
+        if row["value"] is not None and (compared or row["met"] is not None):
+            assert row["value"] in shown, row
+        if row["met"] is not None and row["paper_compensated"] is not None:
+            assert row["paper_compensated"] in shown
+
+
+def test_margins_are_in_the_page(outline: Outline, document: dict[str, Any]) -> None:
+    shown = set(outline.values)
+    for margin in document["margins"]:
+        for name in ("gain_margin_db", "phase_margin_deg", "measured_gain_margin_db", "measured_phase_margin_deg"):
+            assert margin[name] is None or margin[name] in shown
+
+
+def test_every_assumption_is_listed_and_escaped(page: str, document: dict[str, Any]) -> None:
+    assert "chosen &lt; break-away 14 Nm &amp; said so" in page
+    for plant in document["plants"]:
+        for item in plant["assumptions"]:
+            assert item["topic"] in page
+
+
+def test_goal_count_is_in_the_summary(page: str, document: dict[str, Any]) -> None:
+    judged = [row["met"] for row in document["rows"] if row["met"] is not None]
+    assert f"<strong>{sum(judged)} of {len(judged)}</strong>" in page
+
+
+def test_losses_on_the_other_friction_are_said(page: str) -> None:
+    verdict = page[page.index('data-friction="maxwell_slip"') :]
+    assert "<b>loses 5</b>" in verdict[:600]
+    assert "with PI + FTC against" in verdict[:2000]
+
+
+def test_paper_values_are_dashed_lines(outline: Outline) -> None:
+    heights = {shape["y0"] for plot in plots(outline, "fig12") for shape in plot["layout"]["shapes"]}
+    assert {0.25, -0.25, 0.02, -0.02} <= heights
+    heights = {shape["y0"] for plot in plots(outline, "fig16") for shape in plot["layout"]["shapes"]}
+    assert {56.44, -56.44, 14.86, -14.86} <= heights
+
+
+def test_a_controller_has_one_colour_everywhere(outline: Outline) -> None:
+    colours: dict[str, set[str]] = {}
+    for key in ("fig9", "fig11", "fig12", "fig14", "fig16", "table2", "ablation", "bode", "nyquist", "noise"):
+        for plot in plots(outline, key):
+            for trace in plot["data"]:
+                style = trace["marker"] if trace["type"] == "bar" else trace.get("line", {})
+                if trace.get("name", "").startswith("PI") and "friction-free" not in trace["name"] and "color" in style:
+                    colours.setdefault(trace["name"], set()).add(style["color"])
+    assert len(colours) >= 4
+    assert all(len(used) == 1 for used in colours.values())
+
+
+def test_anchors_lead_somewhere(outline: Outline, folder: Path) -> None:
+    for link in outline.links:
+        target = link[1:] in outline.ids if link.startswith("#") else (folder / link.replace("%20", " ")).exists()
+        assert target, link
+
+
+def test_quick_results_are_marked(changed: Any) -> None:
+    from trackservo_report.__main__ import main
+
+    place = changed(lambda data: data["generator"].update(quick=True))
+    assert main([str(place)]) == 0
+    assert "These numbers are not results" in (place / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_is_reproducible(folder: Path, page: str) -> None:
+    from trackservo_report.__main__ import main
+
+    assert main([str(folder)]) == 0
+    assert (folder / "report.html").read_text(encoding="utf-8") == page

@@ -1,0 +1,128 @@
+"""Numbers, tables, verdicts and the terminal's table."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from trackservo_report import tables, terminal, verdict
+from trackservo_report.comparison import count_goals, floor_of, gather, headline
+from trackservo_report.display import case_order, gain, number, plain_number, pretty_units, with_spread
+from trackservo_report.load import Results, Row, load_results
+from trackservo_report.traces import thin
+
+
+@pytest.fixture(scope="module")
+def results(folder: Path) -> Results:
+    return load_results(folder)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.25, "0.250"), (0.0087123, "0.00871"), (172.4, "172"), (-3.0, "−3.00"), (0.0, "0"), (None, "–"), (0.0999996, "0.100"),
+     (12345.0, "12300"), (float("nan"), "–")],
+)  # fmt: skip
+def test_numbers_have_three_digits(value: float | None, text: str) -> None:
+    assert number(value) == text
+
+
+def test_texts_are_pretty() -> None:
+    assert with_spread(0.0087123, 0.00041) == "0.00871 ± 0.0004"
+    assert with_spread(1.0, None) == "1.00"
+    assert plain_number(56.44) == "56.44"
+    assert pretty_units("<= 0.010 deg/s and 12 urad") == "≤ 0.010 °/s and 12 µrad"
+    assert gain(0.25, 0.01) == "25 × smaller"
+    assert gain(0.25, 0.3) == "no gain"
+    assert sorted(["2 deg/s", "0.1 deg/s", "1 deg/s"], key=case_order) == ["0.1 deg/s", "1 deg/s", "2 deg/s"]
+
+
+def test_result_table_holds_the_paper_beside_ours(results: Results) -> None:
+    lines = tables.result_lines(gather(results.rows))
+    sine = next(line for line in lines if line.experiment == "Sine")
+    assert (sine.paper_before.value, sine.paper_after.value) == (0.25, 0.02)
+    assert sine.before.value == pytest.approx(0.2513)
+    assert sine.before.met is True and sine.after.met is False
+    assert sine.after.goal == "≤ 0.01"
+    assert [line.case for line in lines if line.metric == "peak speed error" and line.experiment == "Steady speed"] == [
+        "0.1 °/s", "0.2 °/s", "0.4 °/s", "1 °/s", "2 °/s",
+    ]  # fmt: skip
+
+
+def test_every_goal_is_a_cell_of_the_result_table(results: Results) -> None:
+    lines = tables.result_lines(gather(results.rows))
+    marks = [cell.met for line in lines for cell in (line.before, line.after) if cell.met is not None]
+    met, judged = count_goals(results.rows)
+    assert (marks.count(True), len(marks)) == (met, judged)
+    assert len(tables.unmet_goals(results.rows)) == judged - met
+
+
+def test_a_goal_of_another_controller_gets_its_own_line(results: Results) -> None:
+    rows = [
+        dataclasses.replace(row, goal="<= 1", met=True) if row.controller == "pi_best" and row.experiment == "sine" else row
+        for row in results.rows
+    ]
+    lines = tables.result_lines(gather(rows))
+    assert any("best PI" in line.note and line.after.met for line in lines)
+
+
+def test_friction_free_run_is_the_floor(results: Results) -> None:
+    items = gather(results.rows)
+    assert floor_of(headline(items, "tracking")[0], items) == 7.9
+
+
+def test_table2_gives_reductions(results: Results) -> None:
+    unit, columns = tables.table2(gather(results.rows))
+    assert unit == "°/s" and len(columns) == 5
+    assert columns[0].paper_reduction.text == "81.4 %"
+    assert columns[0].reduction.value == pytest.approx(89.0)
+
+
+def test_margins_are_judged_by_six_decibels_and_forty_degrees(results: Results) -> None:
+    weak = dataclasses.replace(results.margins[0], gain_margin_db=5.9, phase_margin_deg=40.0, measured_gain_margin_db=None)
+    cells = tables.margin_lines([weak])[0].cells
+    assert cells[0].met is False and cells[1].met is None and cells[2].met is True
+
+
+def _row(controller: str, value: float | None, spread: float = 0.0, metric: str = "peak_error", unit: str = "deg/s") -> Row:
+    return Row("sine", "c", "tracker", "maxwell_slip", controller, "azimuth", metric, unit, value, spread, 5, None, None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("own", "rival", "spread", "outcome"),
+    [(1.2, 1.0, 0.05, "loses"), (1.2, 1.0, 0.3, "level"), (0.5, 1.0, 0.05, "wins"), (1.01, 1.0, 0.0, "level")],
+)
+def test_a_loss_is_larger_than_the_spread(own: float, rival: float, spread: float, outcome: str) -> None:
+    fought = verdict.duels(gather([_row("pi_ftc", own, spread), _row("pi", rival, spread)]))
+    assert [duel.outcome for duel in fought] == [outcome]
+
+
+def test_never_reaching_ninety_percent_is_a_loss() -> None:
+    rows = [_row("pi_ftc", None, metric="time_to_90_percent", unit="ms"), _row("pi", 30.0, metric="time_to_90_percent", unit="ms")]
+    assert [duel.outcome for duel in verdict.duels(gather(rows))] == ["loses"]
+    assert "not reached" in tables.loss_sentence(verdict.duels(gather(rows))[0])
+
+
+def test_thinning_keeps_peaks_and_order() -> None:
+    time = np.arange(100_000) * 1e-3
+    values = np.sin(time)
+    values[54_321] = 9.0
+    short, kept = thin(time, values, 2000)
+    assert short.size <= 2002 and kept.max() == 9.0
+    assert np.all(np.diff(short) > 0) and short[0] == time[0] and short[-1] == time[-1]
+
+
+@pytest.mark.parametrize("width", [100, 140])
+def test_terminal_table_fits_and_ends_with_the_counts(results: Results, width: int) -> None:
+    stream = io.StringIO()
+    terminal.print_results(results, Path("report.html"), Console(file=stream, width=width))
+    lines = stream.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    met, judged = count_goals(results.rows)
+    assert lines[-1] == f"goals met: {met} of {judged}"
+    assert any("0.251 ✓" in line and "0.0101 ✗" in line for line in lines)
+    assert not any("…" in line for line in lines)

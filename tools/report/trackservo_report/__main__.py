@@ -1,0 +1,34 @@
+"""`python -m trackservo_report DIR`: reads a results folder, writes DIR/report.html and prints the result table."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from .load import InputError, load_results
+from .page import write_page
+from .terminal import make_console, print_results
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """0 when the report was written, whatever the results are; 2 when the input cannot be used."""
+    parser = argparse.ArgumentParser(prog="trackservo_report", description=__doc__)
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder that 'sim_host experiments --out DIR' wrote")
+    folder: Path = parser.parse_args(arguments).folder
+    page = folder / "report.html"
+    try:
+        results = load_results(folder)
+        write_page(results, page)
+    except InputError as error:
+        print(f"trackservo_report: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        print(f"trackservo_report: {page}: cannot be written: {error.strerror}.", file=sys.stderr)
+        return 2
+    print_results(results, page, make_console())
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

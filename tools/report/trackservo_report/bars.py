@@ -1,0 +1,193 @@
+"""Bar charts over controllers: Table 2, the ablation, the other friction, the torque noise."""
+
+from __future__ import annotations
+
+import plotly.graph_objects as go
+
+from .comparison import BASELINE, COMPENSATED, EXPERIMENTS, INGREDIENTS, PRIMARY_METRICS, Comparison, floor_of, headline
+from .display import (
+    EXPERIMENT_TITLES,
+    FRICTION_TITLES,
+    METRIC_TITLES,
+    case_title,
+    controller_colour,
+    controller_title,
+    number,
+    unit_title,
+)
+from .theme import GRID, INK, MUTED, SURFACE, View, canvas
+
+PAPER_STYLE = {"color": INK, "width": 1.3, "dash": "dash"}
+HALO = ", ".join([f"0 0 3px {SURFACE}"] * 4)
+"""Keeps a number readable where a dashed line passes behind it."""
+
+
+def _labels(items: list[Comparison]) -> list[str]:
+    """One label per comparison, unique within the chart."""
+    several_axes = len({item.axis for item in items}) > 1
+    several_plants = len({item.plant for item in items}) > 1
+    labels = []
+    for item in items:
+        parts = [case_title(item.case)]
+        parts += [item.axis] if several_axes else []
+        parts += [item.plant] if several_plants else []
+        labels.append("<br>".join(parts))
+    return labels
+
+
+def _bar(items: list[Comparison], controller: str) -> go.Bar:
+    """The values of one controller over the cases, with the spread over the seeds."""
+    values = [item.value(controller) for item in items]
+    rows = [item.rows.get(controller) for item in items]
+    return go.Bar(
+        x=_labels(items),
+        y=values,
+        name=controller_title(controller),
+        marker={"color": controller_colour(controller)},
+        text=[f"{number(value)}<br> " if value is not None else "" for value in values],
+        textposition="outside",
+        cliponaxis=False,
+        textfont={"size": 11, "shadow": HALO},
+        error_y={
+            "type": "data",
+            "array": [row.spread or 0.0 if row else 0.0 for row in rows],
+            "thickness": 1,
+            "width": 3,
+            "color": INK,
+        },
+    )
+
+
+def _paper_marks(plot: go.Figure, items: list[Comparison], compensated: bool) -> None:
+    """The paper's figure of each case as a dashed line across its bars."""
+    for index, item in enumerate(items):
+        value = item.paper(compensated)
+        if value is not None:
+            plot.add_shape(type="line", x0=index - 0.45, x1=index + 0.45, y0=value, y1=value, line=PAPER_STYLE)
+            if len(items) == 1:
+                words = "paper, compensated" if compensated else "paper, uncompensated"
+                plot.add_annotation(
+                    x=index + 0.45, y=value, text=f"{words}: {value:g}", showarrow=False, xanchor="right", yanchor="bottom",
+                    font={"size": 11.5, "color": INK},
+                )
+
+
+def _paper_legend(plot: go.Figure) -> None:
+    plot.add_trace(go.Scatter(x=[None], y=[None], mode="lines", name="paper", line=PAPER_STYLE))
+
+
+def steady_speed_bars(items: list[Comparison]) -> list[View]:
+    """Table 2: peak error after settling at each speed, with and without compensation."""
+    chosen = headline(items, "steady_speed")
+    if not chosen:
+        return []
+    plot = canvas(400, xaxis_title="commanded speed", yaxis_title=f"peak speed error ({unit_title(chosen[0].unit)})")
+    for controller in (BASELINE, COMPENSATED):
+        plot.add_trace(_bar(chosen, controller))
+    for compensated in (False, True):
+        _paper_marks(plot, chosen, compensated)
+    _paper_legend(plot)
+    return [View("peak error", plot)]
+
+
+def ablation_bars(items: list[Comparison]) -> list[View]:
+    """Every controller on every experiment's own metric, one tab per experiment."""
+    views = []
+    for experiment in EXPERIMENTS:
+        chosen = headline(items, experiment)
+        if not chosen:
+            continue
+        metric, unit = PRIMARY_METRICS[experiment], unit_title(chosen[0].unit)
+        plot = canvas(420, xaxis_title="case", yaxis_title=f"{METRIC_TITLES[metric]} ({unit})")
+        for controller in INGREDIENTS:
+            if any(controller in item.rows for item in chosen):
+                plot.add_trace(_bar(chosen, controller))
+        for compensated in (False, True):
+            _paper_marks(plot, chosen, compensated)
+        if any(item.paper(False) is not None or item.paper(True) is not None for item in chosen):
+            _paper_legend(plot)
+        _floor_marks(plot, chosen, items)
+        views.append(View(EXPERIMENT_TITLES[experiment], plot))
+    return views
+
+
+def _floor_marks(plot: go.Figure, chosen: list[Comparison], items: list[Comparison]) -> None:
+    """The friction-free value of each case as a dotted line."""
+    style = {"color": MUTED, "width": 1.6, "dash": "dot"}
+    found = False
+    for index, item in enumerate(chosen):
+        value = floor_of(item, items)
+        if value is not None:
+            found = True
+            plot.add_shape(type="line", x0=index - 0.45, x1=index + 0.45, y0=value, y1=value, line=style)
+    if found:
+        plot.add_trace(go.Scatter(x=[None], y=[None], mode="lines", name="friction-free floor", line=style))
+
+
+def friction_bars(items: list[Comparison]) -> list[View]:
+    """What is left of PI's error, in %, on the feedforward's own friction model and on another one."""
+    pairs = _friction_pairs(items)
+    if not pairs:
+        return []
+    plot = canvas(440, yaxis_title="error left (% of PI on the same friction)")
+    labels = [
+        [EXPERIMENT_TITLES[item.experiment] for item, _ in pairs],
+        [case_title(item.case).replace(", ", "<br>").replace(" loop", "<br>loop") for item, _ in pairs],
+    ]
+    for controller in ("pi_vob", "pi_ftc", COMPENSATED):
+        for friction, place in (("lugre", 0), ("maxwell_slip", 1)):
+            values = [_left_over(pair[place], controller) for pair in pairs]
+            if any(value is not None for value in values):
+                plot.add_trace(_friction_bar(labels, values, controller, friction))
+    plot.add_hline(y=100, line={"color": MUTED, "width": 1, "dash": "dot"})
+    plot.update_xaxes(tickfont={"size": 11}, tickangle=0, showdividers=True, dividercolor=GRID)
+    return [View("error left", plot)]
+
+
+def _friction_bar(labels: list[list[str]], values: list[float | None], controller: str, friction: str) -> go.Bar:
+    colour = controller_colour(controller)
+    pattern = {"shape": "/", "size": 6, "solidity": 0.45, "fgcolor": colour} if friction == "maxwell_slip" else {}
+    return go.Bar(
+        x=labels,
+        y=values,
+        name=f"{controller_title(controller)}, {FRICTION_TITLES[friction]}",
+        marker={"color": "rgba(0,0,0,0)" if pattern else colour, "line": {"color": colour, "width": 1}, "pattern": pattern},
+        hovertemplate="%{y:.1f} %<extra>%{fullData.name}</extra>",
+    )
+
+
+def _friction_pairs(items: list[Comparison]) -> list[tuple[Comparison, Comparison]]:
+    """Headline comparisons that exist on both frictions, where a share of PI's error makes sense."""
+    pairs = []
+    for experiment in EXPERIMENTS:
+        if experiment == "step_disturbed":
+            continue
+        for item in headline(items, experiment):
+            for other in items:
+                same = all(
+                    getattr(other, name) == getattr(item, name)
+                    for name in ("experiment", "case", "plant", "axis", "metric", "unit")
+                )
+                if same and other.friction == "maxwell_slip":
+                    pairs.append((item, other))
+    return pairs
+
+
+def _left_over(item: Comparison, controller: str) -> float | None:
+    value, baseline = item.value(controller), item.value(BASELINE)
+    return None if value is None or not baseline else 100.0 * value / baseline
+
+
+def torque_noise_bars(items: list[Comparison]) -> list[View]:
+    """Torque noise per controller: the price that the motor pays."""
+    views = []
+    for experiment in EXPERIMENTS:
+        chosen = headline(items, experiment, "torque_noise")
+        if not chosen:
+            continue
+        plot = canvas(380, xaxis_title="case", yaxis_title=f"torque noise ({unit_title(chosen[0].unit)})")
+        for controller in INGREDIENTS:
+            if any(controller in item.rows for item in chosen):
+                plot.add_trace(_bar(chosen, controller))
+        views.append(View(EXPERIMENT_TITLES[experiment], plot))
+    return views

@@ -1,0 +1,121 @@
+"""Rows gathered into comparisons: the same measurement, one entry per controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .display import METRIC_TITLES, case_order
+from .load import Row
+
+BASELINE = "pi"
+COMPENSATED = "pi_vob_ftc"
+INGREDIENTS = ["pi", "pi_vob", "pi_ftc", "pi_vob_ftc", "pi_coulomb", "pi_best"]
+"""Order of the controllers in tables and charts."""
+
+EXPERIMENTS = ["sine", "step_disturbed", "low_speed_start", "steady_speed", "tracking"]
+PRIMARY_METRICS = {
+    "sine": "peak_error",
+    "step_disturbed": "overshoot_above_friction_free",
+    "low_speed_start": "time_to_90_percent",
+    "steady_speed": "peak_error",
+    "tracking": "tracking_sigma",
+}
+"""The metric that the paper or the goals judge each experiment by."""
+
+PREFERRED_PLANTS = {
+    "sine": "paper_simulation",
+    "step_disturbed": "paper_simulation",
+    "low_speed_start": "tracker",
+    "steady_speed": "tracker",
+    "tracking": "tracker",
+}
+"""The paper simulated the first two and measured the others on the machine."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One measurement under several controllers; the values are in `unit`."""
+
+    experiment: str
+    case: str
+    plant: str
+    friction: str
+    axis: str
+    metric: str
+    unit: str
+    rows: dict[str, Row] = field(default_factory=dict)
+
+    def value(self, controller: str) -> float | None:
+        """Value under a controller, None when it was not run or does not exist."""
+        row = self.rows.get(controller)
+        return None if row is None else row.value
+
+    def paper(self, compensated: bool) -> float | None:
+        """The paper's figure for this measurement, whichever row carries it."""
+        for row in self.rows.values():
+            printed = row.paper_compensated if compensated else row.paper_uncompensated
+            if printed is not None:
+                return printed
+        return None
+
+    def has_goal(self) -> bool:
+        """True when a row of it is judged against a goal."""
+        return any(row.met is not None for row in self.rows.values())
+
+    def controllers(self) -> list[str]:
+        """The controllers present, in the order of the tables."""
+        known = [name for name in INGREDIENTS if name in self.rows]
+        return known + [name for name in self.rows if name not in known]
+
+
+def gather(rows: list[Row]) -> list[Comparison]:
+    """Group rows by everything but the controller, sorted as the paper's experiments come."""
+    found: dict[tuple[str, ...], Comparison] = {}
+    for row in rows:
+        key = (row.experiment, row.case, row.plant, row.friction, row.axis, row.metric, row.unit)
+        found.setdefault(key, Comparison(*key)).rows[row.controller] = row
+    return sorted(found.values(), key=_order)
+
+
+def _order(item: Comparison) -> tuple[object, ...]:
+    metrics = list(METRIC_TITLES)
+    plant = 0 if item.plant == PREFERRED_PLANTS[item.experiment] else 1
+    return (
+        EXPERIMENTS.index(item.experiment),
+        plant,
+        ["lugre", "none", "maxwell_slip"].index(item.friction),
+        item.axis,
+        case_order(item.case),
+        metrics.index(item.metric),
+    )
+
+
+def select(items: list[Comparison], **wanted: str) -> list[Comparison]:
+    """The comparisons whose fields have the wanted values."""
+    return [item for item in items if all(getattr(item, name) == value for name, value in wanted.items())]
+
+
+def floor_of(item: Comparison, items: list[Comparison]) -> float | None:
+    """The same measurement on the plant without friction: the smallest value any controller reached, in `unit`."""
+    same = {"experiment": item.experiment, "case": item.case, "plant": item.plant, "axis": item.axis}
+    values = [
+        row.value
+        for other in select(items, friction="none", metric=item.metric, unit=item.unit, **same)
+        for row in other.rows.values()
+        if row.value is not None
+    ]
+    return min(values) if values else None
+
+
+def headline(items: list[Comparison], experiment: str, metric: str | None = None) -> list[Comparison]:
+    """The comparisons that stand for an experiment: preferred plant, LuGre friction, azimuth where they exist."""
+    chosen = select(items, experiment=experiment, metric=metric or PRIMARY_METRICS[experiment], friction="lugre")
+    for name, value in (("plant", PREFERRED_PLANTS[experiment]), ("axis", "azimuth")):
+        chosen = select(chosen, **{name: value}) or chosen
+    return chosen
+
+
+def count_goals(rows: list[Row]) -> tuple[int, int]:
+    """Goals met and goals judged."""
+    judged = [row for row in rows if row.met is not None]
+    return sum(1 for row in judged if row.met), len(judged)

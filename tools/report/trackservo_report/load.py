@@ -1,0 +1,168 @@
+"""Reading and checking of the results folder; every fault becomes an `InputError` of one sentence."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar
+
+import jsonschema
+
+
+class InputError(Exception):
+    """The results folder cannot be used; the text names the file and the reason."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One result; `value`, `spread` and the paper's values are in `unit`."""
+
+    experiment: str
+    case: str
+    plant: str
+    friction: str
+    controller: str
+    axis: str
+    metric: str
+    unit: str
+    value: float | None
+    spread: float | None
+    seeds: int
+    paper_uncompensated: float | None
+    paper_compensated: float | None
+    goal: str | None
+    met: bool | None
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recorded run; `csv` is relative to the folder, `settling_s` is in seconds."""
+
+    experiment: str
+    case: str
+    plant: str
+    friction: str
+    controller: str
+    axis: str
+    seed: int
+    csv: str
+    figure: str | None
+    settling_s: float
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Stability margins of one loop: dB, degrees and hertz as the names say."""
+
+    plant: str
+    controller: str
+    axis: str
+    condition: str
+    gain_margin_db: float | None
+    phase_margin_deg: float | None
+    crossover_hz: float | None
+    closed_loop_bandwidth_hz: float | None
+    measured_gain_margin_db: float | None
+    measured_phase_margin_deg: float | None
+    response_csv: str
+
+
+@dataclass(frozen=True)
+class Results:
+    """The whole folder, checked; `generator`, `plants`, `controllers` as in results.schema.json."""
+
+    folder: Path
+    generator: dict[str, Any]
+    plants: list[dict[str, Any]]
+    controllers: list[dict[str, Any]]
+    rows: list[Row]
+    runs: list[Run]
+    margins: list[Margin]
+    benchmark: dict[str, Any] | None
+
+
+Record = TypeVar("Record", Row, Run, Margin)
+
+
+def load_results(folder: Path) -> Results:
+    """Read `folder`/results.json, check it against the schema and check that every CSV it names is there."""
+    file = folder / "results.json"
+    data = _read_json(file)
+    _check_schema(file, data)
+    results = Results(
+        folder=folder,
+        generator=data["generator"],
+        plants=data["plants"],
+        controllers=data["controllers"],
+        rows=_records(Row, data["rows"]),
+        runs=_records(Run, data["runs"]),
+        margins=_records(Margin, data["margins"]),
+        benchmark=data["benchmark"],
+    )
+    _check_names(file, results)
+    _check_files(results)
+    return results
+
+
+def _records(kind: type[Record], items: list[dict[str, Any]]) -> list[Record]:
+    names = [field.name for field in fields(kind)]
+    return [kind(**{name: item[name] for name in names}) for item in items]
+
+
+def _read_json(file: Path) -> Any:
+    if not file.parent.is_dir():
+        raise InputError(f"{file.parent}: no such folder; run 'sim_host experiments --out {file.parent}' first.")
+    if not file.is_file():
+        raise InputError(f"{file}: not found; run 'sim_host experiments --out {file.parent}' first.")
+    try:
+        return json.loads(file.read_text(encoding="utf-8"), parse_constant=_refuse_constant)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: cannot be read: {error}.") from error
+    except json.JSONDecodeError as error:
+        raise InputError(f"{file}:{error.lineno}: not valid JSON: {error.msg}.") from error
+    except ValueError as error:
+        raise InputError(f"{file}: {error}.") from error
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not a number that JSON allows; use null")
+
+
+def schema() -> dict[str, Any]:
+    """The format of results.json, as JSON Schema."""
+    text = resources.files(__package__).joinpath("results.schema.json").read_text(encoding="utf-8")
+    loaded: dict[str, Any] = json.loads(text)
+    return loaded
+
+
+def _check_schema(file: Path, data: Any) -> None:
+    validator = jsonschema.Draft202012Validator(schema())
+    error = jsonschema.exceptions.best_match(validator.iter_errors(data))
+    if error is not None:
+        place = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error.absolute_path)
+        message = error.message if len(error.message) < 200 else error.message[:200] + " ..."
+        raise InputError(f"{file}: {place.lstrip('.') or 'the document'}: {message}.")
+
+
+def _check_names(file: Path, results: Results) -> None:
+    """Every plant and controller that is used must be described."""
+    plants = {plant["name"] for plant in results.plants}
+    controllers = {controller["name"] for controller in results.controllers}
+    groups: dict[str, list[Any]] = {"rows": results.rows, "runs": results.runs, "margins": results.margins}
+    for group, items in groups.items():
+        for index, item in enumerate(items):
+            if item.plant not in plants:
+                raise InputError(f"{file}: {group}[{index}].plant: '{item.plant}' is not listed under plants.")
+            if item.controller not in controllers:
+                raise InputError(
+                    f"{file}: {group}[{index}].controller: '{item.controller}' is not listed under controllers."
+                )
+
+
+def _check_files(results: Results) -> None:
+    """Every CSV that results.json names must exist."""
+    for name in [run.csv for run in results.runs] + [margin.response_csv for margin in results.margins]:
+        if not (results.folder / name).is_file():
+            raise InputError(f"{results.folder / name}: named in results.json but not found.")

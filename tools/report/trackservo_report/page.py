@@ -1,0 +1,163 @@
+"""The page: everything rendered into one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import plotly.graph_objects as go
+from plotly.offline import get_plotlyjs
+
+from . import __version__, tables, verdict
+from .comparison import INGREDIENTS, Comparison, count_goals, gather
+from .display import (
+    EXPERIMENT_TITLES,
+    FRICTION_TITLES,
+    case_title,
+    controller_colour,
+    controller_title,
+    pretty_units,
+)
+from .load import Results
+from .sections import ablation_figures, friction_figures, paper_figures, price_figures
+from .theme import Figure
+
+REPOSITORY = Path(__file__).resolve().parents[3]
+
+READING_GUIDE = [
+    ("LuGre friction", "(1)–(3)", "firmware/control/lugre.c", "tests/unit/test_lugre.c", "fig7"),
+    ("steady friction", "(5)", "firmware/control/friction_feedforward.c", "tests/unit/test_friction_feedforward.c", "fig14"),
+    ("axis dynamics", "(6)", "sim_host/plant", "tests/unit/test_plant.cpp", "fig9"),
+    ("bristle parameters", "(10)–(16)", "firmware/control/lugre.h", "tests/unit/test_lugre.c", "shares"),
+    ("disturbance observer", "section III", "firmware/control/disturbance_observer.c", "tests/unit/test_disturbance_observer.c", "fig11"),
+    ("speed loop", "section III", "firmware/control/speed_loop.c", "tests/unit/test_speed_loop.c", "bode"),
+    ("tracking loop", "section IV.C", "firmware/control/target_tracker.c", "tests/unit/test_target_tracker.c", "fig16"),
+]  # fmt: skip
+"""(what, equation or section of the paper, block, its test, key of the figure that shows it)."""
+
+
+def write_page(results: Results, file: Path) -> None:
+    """Render the report and write it to `file`."""
+    file.write_text(render(results, file.parent), encoding="utf-8")
+
+
+def render(results: Results, folder: Path) -> str:
+    """The page's HTML; links into the source tree are relative to `folder` and left out when it is not there."""
+    loader = jinja2.PackageLoader("trackservo_report", "templates")
+    environment = jinja2.Environment(
+        loader=loader, autoescape=jinja2.select_autoescape(["html", "j2"]), trim_blocks=True, lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )  # fmt: skip
+    environment.filters["figure_json"] = figure_json
+    environment.filters["pretty"] = pretty_units
+    environment.globals.update(link=lambda path: link(path, folder), known=known)
+    return environment.get_template("report.html.j2").render(_context(results))
+
+
+def link(path: str, folder: Path) -> str:
+    """Relative address of a source file as seen from the page; empty when there is no such file."""
+    target = REPOSITORY / path
+    return Path(os.path.relpath(target, folder.resolve())).as_posix() if target.exists() else ""
+
+
+def known(paths: list[str]) -> list[str]:
+    """The source files that exist; all of them when the report runs apart from the source tree."""
+    apart = not (REPOSITORY / "firmware").is_dir()
+    return [path for path in paths if apart or (REPOSITORY / path).exists()]
+
+
+def figure_json(plot: go.Figure) -> str:
+    """A plot as JSON that can stand inside a script element."""
+    text: str = plot.to_json()
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def _context(results: Results) -> dict[str, Any]:
+    """Everything that the template shows."""
+    items = gather(results.rows)
+    met, judged = count_goals(results.rows)
+    duels = verdict.duels(items)
+    return {
+        "results": results,
+        "version": __version__,
+        "plotly": get_plotlyjs(),
+        "met": met,
+        "judged": judged,
+        "unmet": tables.unmet_goals(results.rows),
+        "tiles": tables.tiles(items),
+        "lines": tables.result_lines(items),
+        "table2": tables.table2(items),
+        "controllers": _controllers(results),
+        "ingredients": [(name, controller_title(name)) for name in INGREDIENTS],
+        "shares": tables.share_lines(items),
+        "shared": tables.SHARED,
+        "frictions": _frictions(items, duels),
+        "margin_lines": tables.margin_lines(results.margins),
+        "friction_parameters": dict(tables.friction_parameters(results)),
+        "guide": _guide(),
+        "colour": controller_colour,
+        "controller_title": controller_title,
+        "case_title": case_title,
+        "experiments": EXPERIMENT_TITLES,
+        "friction_titles": FRICTION_TITLES,
+        **_figures(results, items),
+    }
+
+
+def _guide() -> list[tuple[str, str, list[str], list[str], str]]:
+    """The reading guide with the files that exist."""
+    return [(what, where, known([block]), known([test]), key) for what, where, block, test, key in READING_GUIDE]
+
+
+def _figures(results: Results, items: list[Comparison]) -> dict[str, list[Figure]]:
+    return {
+        "paper_figures": paper_figures(results, items),
+        "ablation_figures": ablation_figures(results, items),
+        "friction_figures": friction_figures(items),
+        "price_figures": price_figures(results, items),
+    }
+
+
+def _controllers(results: Results) -> list[tuple[str, str, str]]:
+    """(name, short title, what is on) in the order of the tables."""
+    order = {name: index for index, name in enumerate(INGREDIENTS)}
+    known = sorted(results.controllers, key=lambda item: order.get(item["name"], 99))
+    return [(item["name"], controller_title(item["name"]), item["text"]) for item in known]
+
+
+def _frictions(items: list[Comparison], duels: list[verdict.Duel]) -> list[dict[str, Any]]:
+    """Per friction of the plant: the table over the controllers and the count of wins and losses."""
+    found = []
+    for friction in ("lugre", "maxwell_slip"):
+        fought = [duel for duel in duels if duel.comparison.friction == friction]
+        lines = tables.ablation_lines(items, friction)
+        if lines:
+            found.append(
+                {
+                    "name": friction,
+                    "title": FRICTION_TITLES[friction],
+                    "lines": lines,
+                    "score": {kind: sum(duel.outcome == kind for duel in fought) for kind in ("wins", "level", "loses")},
+                    "losses": [tables.loss_sentence(duel, name_plant=False) for duel in fought if duel.outcome == "loses"],
+                    "rivals": _rivals(fought),
+                }
+            )
+    return found
+
+
+def _rivals(fought: list[verdict.Duel]) -> list[tuple[str, str, dict[str, int]]]:
+    """Per pair of controllers: how often the LuGre one wins, is level, loses."""
+    return [
+        (
+            lugre,
+            rival,
+            {
+                kind: sum(d.outcome == kind for d in fought if (d.lugre, d.rival) == (lugre, rival))
+                for kind in ("wins", "level", "loses")
+            },
+        )
+        for lugre, rival in verdict.RIVALS
+        if any((d.lugre, d.rival) == (lugre, rival) for d in fought)
+    ]

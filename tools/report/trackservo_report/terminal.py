@@ -1,0 +1,82 @@
+"""The result table in the terminal; readable at 100 columns and when piped."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from .comparison import count_goals, gather
+from .load import Results
+from .tables import Cell, ResultLine, loss_sentence, result_lines, unmet_goals
+from .verdict import duels
+
+PIPED_WIDTH = 100
+
+
+def make_console() -> Console:
+    """Standard output: as wide as the terminal, `PIPED_WIDTH` columns and without colour when piped."""
+    if hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="replace")
+    return Console(highlight=False) if sys.stdout.isatty() else Console(highlight=False, width=PIPED_WIDTH)
+
+
+def print_results(results: Results, page: Path, console: Console) -> None:
+    """The table, the goals that are not met, where LuGre loses, and the counts."""
+    items = gather(results.rows)
+    console.print(_table(result_lines(items)))
+    if results.generator["quick"]:
+        console.print("quick run: shortened experiments, not results", style="yellow")
+    for sentence in unmet_goals(results.rows):
+        console.print(Text("✗ not met: " + sentence, style="red"))
+    fought = duels(items)
+    losses = [duel for duel in fought if duel.outcome == "loses"]
+    if fought:
+        console.print(f"LuGre compensation loses {len(losses)} of {len(fought)} comparisons with its rivals (see the page).")
+    on_other_model = [duel for duel in losses if duel.comparison.friction == "maxwell_slip"]
+    for duel in sorted(on_other_model, key=lambda duel: -(duel.change_percent() or 0.0))[:3]:
+        console.print("  " + loss_sentence(duel))
+    console.print(f"report: {page}", soft_wrap=True)
+    met, judged = count_goals(results.rows)
+    console.print(f"goals met: {met} of {judged}", style="bold green" if met == judged else "bold yellow")
+
+
+def _table(lines: list[ResultLine]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), title_justify="left")
+    table.add_column("experiment", ratio=5)
+    table.add_column("unit", no_wrap=True)
+    for heading in ("paper\nPI", "paper\ncomp."):
+        table.add_column(heading, justify="right", no_wrap=True, style="dim")
+    for heading in ("ours\nPI", "ours\nPI+VOB+FTC"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("goals: PI; compensated", ratio=3)
+    previous = ""
+    for line in lines:
+        if line.experiment != previous:
+            table.add_row(Text(line.experiment, style="bold"))
+            previous = line.experiment
+        table.add_row(
+            _label(line), line.unit, line.paper_before.text, line.paper_after.text, _marked(line.before),
+            _marked(line.after), _goals(line),
+        )  # fmt: skip
+    return table
+
+
+def _label(line: ResultLine) -> Text:
+    note = f" ({line.note})" if line.note else ""
+    return Text(f"  {line.case}: {line.metric}{note}")
+
+
+def _marked(cell: Cell) -> Text:
+    """The mean (the spread is on the page) and the mark of its goal."""
+    mark, style = {True: ("✓", "green"), False: ("✗", "red"), None: (" ", "")}[cell.met]
+    return Text(f"{cell.text.split(' ± ')[0]} {mark}", style=style)
+
+
+def _goals(line: ResultLine) -> str:
+    goals = "; ".join(goal for goal in (line.before.goal, line.after.goal) if goal)
+    return f"{goals} ({line.floor})" if line.floor else goals

@@ -1,0 +1,70 @@
+"""Time and frequency series from the CSV files, and their thinning for display."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .load import InputError
+
+Series = NDArray[np.float64]
+
+MAX_POINTS = 4000
+"""Points of one curve on the page; keeps it responsive and the file small."""
+
+
+def read_columns(file: Path, columns: list[str]) -> dict[str, Series]:
+    """The named columns of a CSV with one header line; blank cells become NaN."""
+    try:
+        with file.open(encoding="utf-8") as stream:
+            header = [name.strip() for name in stream.readline().split(",")]
+            places = [_place(file, header, name) for name in columns]
+            table = np.loadtxt(stream, delimiter=",", usecols=places, ndmin=2, converters=_number)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {error.strerror}.") from error
+    except (ValueError, IndexError) as error:
+        raise InputError(f"{file}: not a table of numbers: {error}.") from error
+    if table.shape[0] < 2:
+        raise InputError(f"{file}: fewer than two lines of data.")
+    return {name: table[:, index] for index, name in enumerate(columns)}
+
+
+def read_run(file: Path, columns: list[str]) -> dict[str, Series]:
+    """As `read_columns`, for a run: time first, every value finite, time rising."""
+    data = read_columns(file, ["time_s", *columns])
+    for name, values in data.items():
+        if not np.all(np.isfinite(values)):
+            raise InputError(f"{file}: column {name} has a value that is not a finite number.")
+    if np.any(np.diff(data["time_s"]) <= 0.0):
+        raise InputError(f"{file}: time_s does not rise from line to line.")
+    return data
+
+
+def _place(file: Path, header: list[str], name: str) -> int:
+    if name not in header:
+        raise InputError(f"{file}: column {name} is missing.")
+    return header.index(name)
+
+
+def _number(cell: str) -> float:
+    return float(cell) if cell.strip() else float("nan")
+
+
+def thin(time: Series, values: Series, points: int = MAX_POINTS) -> tuple[Series, Series]:
+    """Keep the smallest and the largest sample of each stretch, so that no peak is lost; same units out as in."""
+    if time.size <= points:
+        return time, values
+    edges = np.linspace(0, time.size, points // 2 + 1).astype(int)
+    starts = edges[:-1]
+    lows = starts + np.array([np.argmin(values[a:b]) for a, b in zip(starts, edges[1:])])
+    highs = starts + np.array([np.argmax(values[a:b]) for a, b in zip(starts, edges[1:])])
+    keep = np.unique(np.concatenate([[0], lows, highs, [time.size - 1]]))
+    return time[keep], values[keep]
+
+
+def window(time: Series, values: Series, start: float, end: float) -> tuple[Series, Series]:
+    """The part of a curve between two times, in seconds."""
+    inside = (time >= start) & (time <= end)
+    return time[inside], values[inside]
