@@ -87,6 +87,7 @@ double crossing(double x0, double y0, double x1, double y1) { return x0 + (x1 - 
 
 std::vector<double> log_space(double first_hz, double last_hz, int count) {
   std::vector<double> points;
+  points.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     points.push_back(first_hz * std::pow(last_hz / first_hz, static_cast<double>(i) / (count - 1)));
   }
@@ -96,6 +97,7 @@ std::vector<double> log_space(double first_hz, double last_hz, int count) {
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz) {
   FrequencyResponse response{frequency_hz, {}};
+  response.loop_gain.reserve(frequency_hz.size());
   for (const double f_hz : frequency_hz) {
     const Complex s(0.0, 2.0 * M_PI * f_hz);
     const Complex z_inverse = std::exp(-s * kTick_s);
@@ -105,15 +107,19 @@ FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_l
   return response;
 }
 
+std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
+                                      double frequency_hz) {
+  const Complex s(0.0, 2.0 * M_PI * frequency_hz);
+  const Complex z_inverse = std::exp(-s * kTick_s);
+  const ControllerResponse c = controller(params, z_inverse);
+  const Complex drive = plant(machine, s);
+  return drive * c.forward / (1.0 + drive * sensor(machine, params, s, z_inverse) * c.feedback);
+}
+
 double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params) {
   double bandwidth_hz = 0.0;
   for (const double f_hz : log_space(0.02, 400.0, 2000)) {
-    const Complex s(0.0, 2.0 * M_PI * f_hz);
-    const Complex z_inverse = std::exp(-s * kTick_s);
-    const ControllerResponse c = controller(params, z_inverse);
-    const Complex drive = plant(machine, s);
-    const Complex loop = drive * sensor(machine, params, s, z_inverse) * c.feedback;
-    if (std::abs(drive * c.forward / (1.0 + loop)) < M_SQRT1_2) {
+    if (std::abs(closed_loop_gain(machine, params, f_hz)) < M_SQRT1_2) {
       break;
     }
     bandwidth_hz = f_hz;

@@ -45,6 +45,10 @@ std::vector<double> log_space(double first_hz, double last_hz, int count);
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz);
 
+// Closed-loop set-point response at one frequency, with set-point weight 1: inertial rate over set-point.
+std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
+                                      double frequency_hz);
+
 // Closed-loop set-point response with set-point weight 1 (the usual meaning of "speed-loop bandwidth"): the highest
 // frequency below which it stays above -3 dB, in Hz.
 double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params);

@@ -72,7 +72,7 @@ PiWish best_pi(const Study& study) {
   DesignOptions options;
   options.tracker = study.tracker;
   Search search{study, design_controller(study.plant, controller_spec("pi_best"), options)};
-  const PiWish start = pi_wish(study.plant.design[kAzimuth]);
+  const PiWish start = pi_wish(study.plant, kAzimuth);
   std::vector<double> x = {std::log(start.natural_frequency_rad_s), std::log(start.damping), start.setpoint_weight};
   minimise(nlopt::GN_DIRECT_L, 60, search, start, x);
   minimise(nlopt::LN_NELDERMEAD, 50, search, start, x);

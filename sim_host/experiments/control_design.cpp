@@ -161,15 +161,25 @@ const ControllerSpec& controller_spec(const std::string& name) {
   throw std::invalid_argument(fmt::format("controller \"{}\" is not known; give one of {}", name, choices));
 }
 
-PiWish pi_wish(const DesignConfig& design) {
-  const double zeta = design.speed_loop_damping;
-  const double square = 1.0 + 2.0 * zeta * zeta;
-  // -3 dB of (2 zeta w s + w^2) / (s^2 + 2 zeta w s + w^2), in units of w.
-  const double bandwidth_ratio = std::sqrt(square + std::sqrt(square * square + 1.0));
-  const double w = design.speed_loop_natural_frequency_rad_s
-                       ? *design.speed_loop_natural_frequency_rad_s
-                       : 2.0 * kPi * design.speed_loop_bandwidth_hz.value() / bandwidth_ratio;
-  return {w, zeta, design.setpoint_weight};
+PiWish pi_wish(const PlantConfig& plant, int axis) {
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  if (design.speed_loop_natural_frequency_rad_s) {
+    return {*design.speed_loop_natural_frequency_rad_s, design.speed_loop_damping, design.setpoint_weight};
+  }
+  const double bandwidth_hz = design.speed_loop_bandwidth_hz.value();
+  servo_params params{};
+  params.axis[axis].speed = design_speed_loop(plant, axis, controller_spec("pi"), {});
+  const LinearMachine machine = linear_machine(plant, axis, false);
+  PiWish wish{0.0, design.speed_loop_damping, design.setpoint_weight};
+  double low = 0.01 * bandwidth_hz;
+  double high = 2.0 * kPi * bandwidth_hz;
+  for (int i = 0; i < 50; ++i) {
+    wish.natural_frequency_rad_s = 0.5 * (low + high);
+    set_pi(params, plant, axis, wish);
+    const double gain = std::abs(closed_loop_gain(machine, params.axis[axis].speed, bandwidth_hz));
+    (gain < M_SQRT1_2 ? low : high) = wish.natural_frequency_rad_s;
+  }
+  return wish;
 }
 
 void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWish& wish) {
@@ -185,7 +195,7 @@ servo_params design_controller(const PlantConfig& plant, const ControllerSpec& s
   servo_params params{};
   for (int axis = 0; axis < kAxes; ++axis) {
     params.axis[axis] = design_axis(plant, axis, spec, options);
-    set_pi(params, plant, axis, pi_wish(plant.design[static_cast<std::size_t>(axis)]));
+    set_pi(params, plant, axis, pi_wish(plant, axis));
     if (servo_axis_check(&params.axis[axis], SERVO_TICK_S, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
       throw std::invalid_argument(fmt::format("{}: design.{}: these wishes cannot be met at 1 kHz; lower the bandwidths",
                                               plant.file, axis_name(axis)));

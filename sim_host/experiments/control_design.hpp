@@ -37,7 +37,9 @@ struct PiWish {
   double setpoint_weight;
 };
 
-PiWish pi_wish(const DesignConfig& design);
+// The plant's wish for an axis. A wish given as bandwidth means the bandwidth of the real loop, delays included: with PI
+// alone and set-point weight 1, the sliding axis is at -3 dB there.
+PiWish pi_wish(const PlantConfig& plant, int axis);
 
 struct DesignOptions {
   std::uint64_t seed = 1;

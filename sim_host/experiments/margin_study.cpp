@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 
 #include "analysis/frequency_measurement.hpp"
@@ -15,7 +17,7 @@ constexpr double kBiasRate_rad_s = 2.0 * kPi / 180.0;
 // Strong enough to stand out of wind and noise, weak enough to stay in the regime (no reversal, no break-away).
 double torque_rms_nm(const MarginJob& job) {
   const double coulomb_nm = job.plant->axis[static_cast<std::size_t>(job.axis)].friction.positive.coulomb_nm;
-  return (job.pre_sliding ? 0.1 : 0.3) * coulomb_nm;
+  return (job.pre_sliding ? 0.2 : 1.0) * coulomb_nm;
 }
 
 double decibel(std::complex<double> gain) { return 20.0 * std::log10(std::abs(gain)); }
@@ -61,15 +63,19 @@ MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& o
   request.axis = job.axis;
   request.bias_rate_rad_s = job.pre_sliding ? 0.0 : kBiasRate_rad_s;
   request.torque_rms_nm = torque_rms_nm(job);
-  const FrequencyResponse measured = measured_loop_gain(request);
 
   MarginRecord record;
+
   record.plant = job.plant->name;
   record.controller = job.controller;
   record.axis = job.axis;
   record.pre_sliding = job.pre_sliding;
   record.computed = margins_of(computed_loop_gain(machine, loop, log_space(0.05, 450.0, 2000)));
-  record.bandwidth_hz = closed_loop_bandwidth_hz(machine, loop);
+  record.bandwidth_hz = job.pre_sliding ? std::numeric_limits<double>::quiet_NaN() : closed_loop_bandwidth_hz(machine, loop);
+  // Around the crossover: below, the wind is stronger than any test torque; above, the loop gain drowns in noise.
+  request.first_hz = record.computed.crossover_hz / 4.0;
+  request.last_hz = std::min(10.0 * record.computed.crossover_hz, 450.0);
+  const FrequencyResponse measured = measured_loop_gain(request);
   record.measured = margins_of(measured);
   record.csv = fmt::format("margins/{}-{}-{}-{}.csv", record.plant, record.controller, axis_name(job.axis),
                            job.pre_sliding ? "pre_sliding" : "sliding");

@@ -19,22 +19,24 @@ double damping_ratio_of(double restitution) {
 
 }  // namespace
 
-Joint::Joint(const AxisConfig& axis, FrictionModel model, const MaxwellSlipConfig& maxwell_slip)
+Joint::Joint(const AxisConfig &axis, FrictionModel model, const MaxwellSlipConfig &maxwell_slip, double dt_s)
     : model_(model),
-      lugre_(axis.friction),
-      maxwell_slip_(axis.friction, maxwell_slip),
+      lugre_(axis.friction, dt_s),
+      maxwell_slip_(axis.friction, maxwell_slip, dt_s),
       friction_(axis.friction),
-      refine_rate_rad_s_(kRefineShare *
-                         std::min(axis.friction.positive.stribeck_speed_rad_s, axis.friction.negative.stribeck_speed_rad_s)) {
-  if (axis.end_stops) {
-    stop_ = Stop{*axis.end_stops, damping_ratio_of(axis.end_stops->restitution)};
-  }
-}
+      stop_(axis.end_stops),
+      stop_damping_ratio_(axis.end_stops ? damping_ratio_of(axis.end_stops->restitution) : 0.0),
+      dt_s_(dt_s),
+      rate_1_s_(1.0 / dt_s),
+      refine_rate_rad_s_(kRefineShare * std::min(axis.friction.positive.stribeck_speed_rad_s,
+                                                 axis.friction.negative.stribeck_speed_rad_s)) {}
 
 void Joint::place(double angle_rad) {
   angle_rad_ = angle_rad;
-  rate_rad_s_ = 0;
-  rate_change_rad_s_ = 0;
+  rate_rad_s_ = 0.0;
+  rate_change_rad_s_ = 0.0;
+  lugre_.relax();
+  maxwell_slip_.relax();
 }
 
 void Joint::set_friction_factors(double level, double viscosity) {
@@ -53,60 +55,58 @@ double Joint::eccentricity_factor() const {
   return std::max(factor, kLeastLevel);
 }
 
-AffineFriction Joint::linearise(double rate_rad_s, double dt_s, double least_slope_nm_s_rad) {
+Joint::Contact Joint::contact(double inertia_kg_m2) const {
+  if (!stop_ || (angle_rad_ >= stop_->lower_rad && angle_rad_ <= stop_->upper_rad)) {
+    return {};
+  }
+  const double limit_rad = angle_rad_ > stop_->upper_rad ? stop_->upper_rad : stop_->lower_rad;
+  return {stop_->stiffness_nm_rad * (angle_rad_ - limit_rad), stop_->stiffness_nm_rad,
+          2.0 * stop_damping_ratio_ * std::sqrt(stop_->stiffness_nm_rad * inertia_kg_m2)};
+}
+
+inline AffineFriction Joint::linearise(double rate_rad_s, double least_slope_nm_s_rad) {
   switch (model_) {
     case FrictionModel::kLugre:
-      return lugre_.linearise(rate_rad_s, level_, dt_s, least_slope_nm_s_rad);
+      return lugre_.linearise(rate_rad_s, level_, least_slope_nm_s_rad);
     case FrictionModel::kMaxwellSlip:
-      return maxwell_slip_.linearise(rate_rad_s, level_, viscosity_, dt_s);
+      return maxwell_slip_.linearise(rate_rad_s, level_, viscosity_);
     case FrictionModel::kNone:
       break;
   }
   return {};
 }
 
-void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad, double dt_s) {
-  double stop_constant_nm = 0.0;
-  double stop_stiffness_nm_rad = 0.0;
-  double stop_slope_nm_s_rad = 0.0;
-  if (stop_) {
-    const EndStopConfig& stop = stop_->config;
-    const double beyond = angle_rad_ > stop.upper_rad   ? angle_rad_ - stop.upper_rad
-                          : angle_rad_ < stop.lower_rad ? angle_rad_ - stop.lower_rad
-                                                        : 0.0;
-    if (beyond != 0.0) {
-      stop_stiffness_nm_rad = stop.stiffness_nm_rad;
-      stop_constant_nm = stop_stiffness_nm_rad * beyond;
-      stop_slope_nm_s_rad = 2.0 * stop_->damping_ratio * std::sqrt(stop_stiffness_nm_rad * inertia_kg_m2);
-    }
-  }
-
-  const double inertia_per_step = inertia_kg_m2 / dt_s;
+void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
+  const Contact stop = contact(inertia_kg_m2);
+  const double inertia_per_step = inertia_kg_m2 * rate_1_s_;
   const double least_slope = -0.5 * inertia_per_step;  // leaves half of J / dt in the denominator below
+  const double push_nm = drive_nm - stop.constant_nm;
   double rate = predicted_rate_rad_s();
   AffineFriction friction;
+  double stop_slope = 0.0;
   for (int refinement = 0;; ++refinement) {
-    friction = linearise(rate, dt_s, least_slope);
-    const double inertia = inertia_per_step / friction.theta;
-    const double stop_slope = stop_slope_nm_s_rad + friction.theta * dt_s * stop_stiffness_nm_rad;
-    const double solved = (inertia * rate_rad_s_ + drive_nm - friction.constant_nm - stop_constant_nm) /
+    friction = linearise(rate, least_slope);
+    const double inertia = inertia_per_step * friction.inverse_theta;
+    stop_slope = stop.damping_nm_s_rad + friction.theta * dt_s_ * stop.stiffness_nm_rad;
+    const double solved = (inertia * rate_rad_s_ + push_nm - friction.constant_nm) /
                           (inertia + friction.slope_nm_s_rad + drag_nm_s_rad + stop_slope);
     const double miss = std::abs(solved - rate);
     rate = solved;
-    if (model_ != FrictionModel::kLugre || refinement == kMostRefinements ||
-        miss <= refine_rate_rad_s_) {
+    if (model_ != FrictionModel::kLugre || refinement == kMostRefinements || miss <= refine_rate_rad_s_) {
       break;
     }
     lugre_.refine(rate, friction.theta);
   }
 
-  friction_torque_nm_ = model_ == FrictionModel::kLugre         ? lugre_.commit(rate)
-                        : model_ == FrictionModel::kMaxwellSlip ? maxwell_slip_.commit(rate)
-                                                                : 0.0;
-  stop_torque_nm_ =
-      stop_constant_nm + (stop_slope_nm_s_rad + friction.theta * dt_s * stop_stiffness_nm_rad) * rate;
-  const double change = (rate - rate_rad_s_) / friction.theta;
-  angle_rad_ += dt_s * (rate_rad_s_ + 0.5 * change);
+  if (model_ == FrictionModel::kLugre) {
+    lugre_.commit(rate);
+  } else if (model_ == FrictionModel::kMaxwellSlip) {
+    maxwell_slip_.commit(rate);
+  }
+  friction_torque_nm_ = friction.constant_nm + friction.slope_nm_s_rad * rate;
+  stop_torque_nm_ = stop.constant_nm + stop_slope * rate;
+  const double change = (rate - rate_rad_s_) * friction.inverse_theta;
+  angle_rad_ += dt_s_ * (rate_rad_s_ + 0.5 * change);
   rate_rad_s_ += change;
   rate_change_rad_s_ = change;
   mean_rate_rad_s_ = rate;

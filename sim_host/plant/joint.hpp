@@ -19,7 +19,8 @@ namespace trackservo::sim {
 
 class Joint {
  public:
-  Joint(const AxisConfig& axis, FrictionModel model, const MaxwellSlipConfig& maxwell_slip);
+  // dt_s: the step length [s], the only one that step() takes.
+  Joint(const AxisConfig &axis, FrictionModel model, const MaxwellSlipConfig &maxwell_slip, double dt_s);
 
   // Puts the joint at rest at an angle [rad], bristles relaxed.
   void place(double angle_rad);
@@ -31,8 +32,8 @@ class Joint {
   // Seal eccentricity at the present angle: factor on the friction level, > 0. Two cosines: for the tick only.
   double eccentricity_factor() const;
 
-  // Advances by dt_s [s] with inertia J [kg m2] under `drive_nm`, with an extra linear drag [Nm s/rad] from coupling.
-  void step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad, double dt_s);
+  // Advances by one step with inertia J [kg m2] under `drive_nm`, with an extra linear drag [Nm s/rad] from coupling.
+  void step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad);
 
   double angle_rad() const { return angle_rad_; }
   double rate_rad_s() const { return rate_rad_s_; }
@@ -42,18 +43,24 @@ class Joint {
   double mean_rate_rad_s() const { return mean_rate_rad_s_; }        // at the last step's theta point
 
  private:
-  struct Stop {
-    EndStopConfig config;
-    double damping_ratio;
+  // End-stop torque: constant + (stiffness * theta * dt + damping) * rate; all zero away from the stops.
+  struct Contact {
+    double constant_nm = 0;
+    double stiffness_nm_rad = 0;
+    double damping_nm_s_rad = 0;
   };
 
-  AffineFriction linearise(double rate_rad_s, double dt_s, double least_slope_nm_s_rad);
+  Contact contact(double inertia_kg_m2) const;
+  AffineFriction linearise(double rate_rad_s, double least_slope_nm_s_rad);
 
   FrictionModel model_;
   LugreFriction lugre_;
   MaxwellSlip maxwell_slip_;
   FrictionConfig friction_;
-  std::optional<Stop> stop_;
+  std::optional<EndStopConfig> stop_;
+  double stop_damping_ratio_ = 0;
+  double dt_s_;
+  double rate_1_s_;           // 1 / dt
   double refine_rate_rad_s_;  // a prediction further off than this is refined
   double level_ = 1;
   double viscosity_ = 1;

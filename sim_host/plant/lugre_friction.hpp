@@ -23,64 +23,78 @@ struct AffineFriction {
   double constant_nm = 0;
   double slope_nm_s_rad = 0;
   double theta = 0.5;  // where in the step the rate and the torque are taken, 1/2..1
+  double inverse_theta = 2;
 };
 
 class LugreFriction {
  public:
-  explicit LugreFriction(const FrictionConfig& config) : config_(config) {}
+  // dt_s: the step length [s], the only one that it takes.
+  LugreFriction(const FrictionConfig &config, double dt_s)
+      : positive_(config.positive),
+        negative_(config.negative),
+        stiffness_nm_rad_(config.stiffness_nm_rad),
+        damping_per_step_nm_rad_(config.damping_nm_s_rad / dt_s),
+        dt_s_(dt_s) {}
 
-  // Linearises the step of dt_s [s] around the predicted rate [rad/s]. `level` scales Tc and Ts. `least_slope` bounds
+  void relax() { deflection_rad_ = middle_rad_ = 0.0; }
+
+  // Linearises the step around the predicted rate at its middle [rad/s]. `level` scales Tc and Ts. `least_slope` bounds
   // the (possibly negative) slope from below so that the joint's equation stays well posed.
-  AffineFriction linearise(double rate_rad_s, double level, double dt_s, double least_slope_nm_s_rad) {
-    const StribeckConfig& direction = rate_rad_s >= 0.0 ? config_.positive : config_.negative;
-    const StribeckPoint point = stribeck(direction, level, rate_rad_s);
-    const double inverse_deflection = config_.stiffness_nm_rad / point.level_nm;
-    relaxation_1_s_ = inverse_deflection * std::abs(rate_rad_s);
-    const double decay = relaxation_1_s_ * dt_s;
-    const double theta = decay > 2.0 ? 1.0 - 1.0 / decay : 0.5;
-    rate_share_ = std::copysign(inverse_deflection, rate_rad_s) * middle_rad_ * (1.0 - point.relative_slope_v);
-    predicted_rate_rad_s_ = rate_rad_s;
-    gain_s_ = dt_s / (1.0 + theta * decay);
-    viscous_nm_s_rad_ = direction.viscous_nm_s_rad;
-    torque_per_step_ = theta * config_.stiffness_nm_rad + config_.damping_nm_s_rad / dt_s;
-    const double memory = torque_per_step_ * gain_s_;
-    if (memory * (1.0 - rate_share_) + viscous_nm_s_rad_ < least_slope_nm_s_rad) {
-      rate_share_ = 1.0;  // Picard instead of Newton: slower to converge, never badly posed
+  AffineFriction linearise(double rate_rad_s, double level, double least_slope_nm_s_rad) {
+    const Stribeck &direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+    const StribeckPoint point = direction.at(rate_rad_s, level);
+    const double per_travel = stiffness_nm_rad_ * point.inverse_1_nm;
+    const double relaxation = per_travel * std::abs(rate_rad_s);  // [1/s]
+    const double decay = relaxation * dt_s_;
+    AffineFriction affine;
+    if (decay > 2.0) {
+      affine.theta = 1.0 - 1.0 / decay;
+      affine.inverse_theta = 1.0 / affine.theta;
     }
-    return {config_.stiffness_nm_rad * deflection_rad_ + memory * offset(), memory * (1.0 - rate_share_) + viscous_nm_s_rad_,
-            theta};
+    double rate_share = std::copysign(per_travel, rate_rad_s) * middle_rad_ * (1.0 - point.relative_slope_v);  // dN/dv
+    const double gain_s = dt_s_ / (1.0 + affine.theta * decay);
+    torque_per_step_nm_rad_ = affine.theta * stiffness_nm_rad_ + damping_per_step_nm_rad_;
+    viscous_nm_s_rad_ = direction.viscous_nm_s_rad();
+    const double memory = torque_per_step_nm_rad_ * gain_s;
+    if (memory * (1.0 - rate_share) + viscous_nm_s_rad_ < least_slope_nm_s_rad) {
+      rate_share = 1.0;  // Picard instead of Newton: slower to converge, never badly posed
+    }
+    step_slope_s_ = gain_s * (1.0 - rate_share);
+    step_constant_rad_ = gain_s * (rate_share * rate_rad_s - relaxation * deflection_rad_);
+    affine.constant_nm = stiffness_nm_rad_ * deflection_rad_ + torque_per_step_nm_rad_ * step_constant_rad_;
+    affine.slope_nm_s_rad = torque_per_step_nm_rad_ * step_slope_s_ + viscous_nm_s_rad_;
+    return affine;
   }
 
   // Moves the point of linearisation to a better estimate before another linearise() of the same step.
   void refine(double rate_rad_s, double theta) { middle_rad_ = deflection_rad_ + theta * step_rad(rate_rad_s); }
 
-  // Completes the step with the solved rate at its theta point; returns the mean friction torque [Nm].
-  double commit(double rate_rad_s) {
+  // Completes the step with the solved rate at its theta point.
+  void commit(double rate_rad_s) {
     const double step = step_rad(rate_rad_s);
-    const double torque =
-        config_.stiffness_nm_rad * deflection_rad_ + torque_per_step_ * step + viscous_nm_s_rad_ * rate_rad_s;
     deflection_rad_ += step;
     middle_rad_ = deflection_rad_ + 0.5 * step;  // prediction of the next step's middle
-    return torque;
   }
 
   double deflection_rad() const { return deflection_rad_; }
 
  private:
   // Change of z over the step for a rate at its theta point, from the linearised eq. (2).
-  double step_rad(double rate_rad_s) const { return gain_s_ * ((1.0 - rate_share_) * rate_rad_s + offset()); }
-  double offset() const { return rate_share_ * predicted_rate_rad_s_ - relaxation_1_s_ * deflection_rad_; }
+  double step_rad(double rate_rad_s) const { return step_constant_rad_ + step_slope_s_ * rate_rad_s; }
 
-  FrictionConfig config_;
+  Stribeck positive_;
+  Stribeck negative_;
+  double stiffness_nm_rad_;
+  double damping_per_step_nm_rad_;  // sigma1 / dt
+  double dt_s_;
+
   double deflection_rad_ = 0;  // z
   double middle_rad_ = 0;      // estimate of z in the middle of the step
 
-  // The current step's linearisation: dz = gain ((1 - share) v + share v* - relaxation z).
-  double relaxation_1_s_ = 0;
-  double rate_share_ = 0;  // dN/dv
-  double predicted_rate_rad_s_ = 0;
-  double gain_s_ = 0;
-  double torque_per_step_ = 0;
+  // The current step's linearisation.
+  double step_constant_rad_ = 0;
+  double step_slope_s_ = 0;
+  double torque_per_step_nm_rad_ = 0;
   double viscous_nm_s_rad_ = 0;
 };
 

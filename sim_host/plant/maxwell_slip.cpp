@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "plant/stribeck.hpp"
-
 namespace trackservo::sim {
 
 namespace {
@@ -17,64 +15,77 @@ double attracted(double torque_nm, double target_nm, double rate_1_s, double dt_
 
 }  // namespace
 
-MaxwellSlip::MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model)
-    : config_(friction),
-      elements_(std::clamp(model.elements, 1, kMostElements)),
-      element_stiffness_nm_rad_(friction.stiffness_nm_rad / elements_),
-      sticking_damping_nm_s_rad_(model.sticking_damping_fraction * friction.damping_nm_s_rad / elements_),
-      attraction_1_s_(model.attraction_1_s) {
-  // Yield deflections 1, 2, .. N times a unit chosen so that the shares add up to one.
-  const double sum = 0.5 * elements_ * (elements_ + 1);
-  for (int i = 0; i < elements_; ++i) {
-    element_[static_cast<std::size_t>(i)].share = (i + 1) / sum;
+MaxwellSlip::MaxwellSlip(const FrictionConfig &friction, const MaxwellSlipConfig &model, double dt_s)
+    : positive_(friction.positive),
+      negative_(friction.negative),
+      elements_(static_cast<std::size_t>(std::clamp(model.elements, 1, kMostElements))),
+      element_stiffness_nm_rad_(friction.stiffness_nm_rad / static_cast<double>(elements_)),
+      sticking_damping_nm_s_rad_(model.sticking_damping_fraction * friction.damping_nm_s_rad /
+                                 static_cast<double>(elements_)),
+      attraction_1_s_(model.attraction_1_s),
+      dt_s_(dt_s) {
+  // Yield deflections 1, 2, .. N times a unit, chosen so that the shares add up to one.
+  const double sum = 0.5 * static_cast<double>(elements_ * (elements_ + 1));
+  for (std::size_t i = 0; i < elements_; ++i) {
+    element_[i].share = static_cast<double>(i + 1) / sum;
   }
 }
 
-AffineFriction MaxwellSlip::linearise(double rate_rad_s, double level, double viscosity, double dt_s) {
-  dt_s_ = dt_s;
+void MaxwellSlip::relax() {
+  for (Element &element : element_) {
+    element.torque_nm = 0.0;
+    element.slip_sign = 0.0;
+  }
+}
+
+MaxwellSlip::Slip MaxwellSlip::slip_at(double rate_rad_s, double level) const {
+  const Stribeck &direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+  const StribeckPoint point = direction.at(rate_rad_s, level);
+  return {point.level_nm, attraction_1_s_ * level * direction.breakaway_nm() * point.inverse_1_nm};
+}
+
+AffineFriction MaxwellSlip::linearise(double rate_rad_s, double level, double viscosity) {
   level_ = level;
-  const StribeckConfig& direction = rate_rad_s >= 0.0 ? config_.positive : config_.negative;
-  const double limit_nm = stribeck(direction, level, rate_rad_s).level_nm;
-  const double attraction = attraction_1_s_ * level * direction.breakaway_nm / limit_nm;
-  affine_ = {0.0, viscosity * direction.viscous_nm_s_rad, 0.5};
-  for (int i = 0; i < elements_; ++i) {
-    Element& element = element_[static_cast<std::size_t>(i)];
+  const Slip slip = slip_at(rate_rad_s, level);
+  const Stribeck &direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+  AffineFriction affine;
+  affine.slope_nm_s_rad = viscosity * direction.viscous_nm_s_rad();
+  for (std::size_t i = 0; i < elements_; ++i) {
+    Element &element = element_[i];
     if (element.slip_sign * rate_rad_s < 0.0) {
-      element.slip_sign = 0.0;  // the motion has turned: every element sticks again
+      element.slip_sign = 0.0;  // the motion has turned: the element sticks again
     }
     if (element.slip_sign == 0.0) {
-      affine_.constant_nm += element.torque_nm;
-      affine_.slope_nm_s_rad += 0.5 * element_stiffness_nm_rad_ * dt_s + sticking_damping_nm_s_rad_;
+      affine.constant_nm += element.torque_nm;
+      affine.slope_nm_s_rad += 0.5 * element_stiffness_nm_rad_ * dt_s_ + sticking_damping_nm_s_rad_;
     } else {
-      const double end = attracted(element.torque_nm, element.slip_sign * element.share * limit_nm, attraction, dt_s);
-      affine_.constant_nm += 0.5 * (element.torque_nm + end);
+      const double target_nm = element.slip_sign * element.share * slip.limit_nm;
+      const double end_nm = attracted(element.torque_nm, target_nm, slip.attraction_1_s, dt_s_);
+      affine.constant_nm += 0.5 * (element.torque_nm + end_nm);
     }
   }
-  return affine_;
+  return affine;
 }
 
-double MaxwellSlip::commit(double rate_rad_s) {
-  const StribeckConfig& direction = rate_rad_s >= 0.0 ? config_.positive : config_.negative;
-  const double limit_nm = stribeck(direction, level_, rate_rad_s).level_nm;
-  const double attraction = attraction_1_s_ * level_ * direction.breakaway_nm / limit_nm;
-  for (int i = 0; i < elements_; ++i) {
-    Element& element = element_[static_cast<std::size_t>(i)];
-    const double yield_nm = element.share * limit_nm;
+void MaxwellSlip::commit(double rate_rad_s) {
+  const Slip slip = slip_at(rate_rad_s, level_);
+  for (std::size_t i = 0; i < elements_; ++i) {
+    Element &element = element_[i];
+    const double yield_nm = element.share * slip.limit_nm;
     if (element.slip_sign != 0.0) {
-      element.torque_nm = attracted(element.torque_nm, element.slip_sign * yield_nm, attraction, dt_s_);
+      element.torque_nm = attracted(element.torque_nm, element.slip_sign * yield_nm, slip.attraction_1_s, dt_s_);
       continue;
     }
-    const double before = element.torque_nm;
+    const double before_nm = element.torque_nm;
     element.torque_nm += element_stiffness_nm_rad_ * rate_rad_s * dt_s_;
     // An element slips only outwards; one whose yield has sunk below its force by the Stribeck effect keeps the force
     // it had and is attracted to the new level.
-    const double magnitude = std::abs(element.torque_nm);
-    if (magnitude > yield_nm && element.torque_nm * rate_rad_s > 0.0) {
+    const double magnitude_nm = std::abs(element.torque_nm);
+    if (magnitude_nm > yield_nm && element.torque_nm * rate_rad_s > 0.0) {
       element.slip_sign = std::copysign(1.0, rate_rad_s);
-      element.torque_nm = std::copysign(std::min(magnitude, std::max(yield_nm, std::abs(before))), element.torque_nm);
+      element.torque_nm = std::copysign(std::min(magnitude_nm, std::max(yield_nm, std::abs(before_nm))), rate_rad_s);
     }
   }
-  return affine_.constant_nm + affine_.slope_nm_s_rad * rate_rad_s;
 }
 
 }  // namespace trackservo::sim

@@ -11,9 +11,11 @@
 #define TRACKSERVO_SIM_PLANT_MAXWELL_SLIP_HPP
 
 #include <array>
+#include <cstddef>
 
 #include "config/plant_config.hpp"
 #include "plant/lugre_friction.hpp"
+#include "plant/stribeck.hpp"
 
 namespace trackservo::sim {
 
@@ -21,16 +23,19 @@ class MaxwellSlip {
  public:
   static constexpr int kMostElements = 16;
 
-  MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model);
+  // dt_s: the step length [s], the only one that it takes.
+  MaxwellSlip(const FrictionConfig &friction, const MaxwellSlipConfig &model, double dt_s);
+
+  void relax();
 
   // As LugreFriction::linearise; `viscosity` scales s2. Which element sticks is decided at the start of the step.
-  AffineFriction linearise(double rate_rad_s, double level, double viscosity, double dt_s);
+  AffineFriction linearise(double rate_rad_s, double level, double viscosity);
 
-  // Completes the step with the solved rate at its middle; returns the mean friction torque [Nm].
-  double commit(double rate_rad_s);
+  // Completes the step with the solved rate at its middle.
+  void commit(double rate_rad_s);
 
-  double element_torque_nm(int index) const { return element_[static_cast<std::size_t>(index)].torque_nm; }
-  bool element_slips(int index) const { return element_[static_cast<std::size_t>(index)].slip_sign != 0.0; }
+  double element_torque_nm(int index) const { return element_.at(static_cast<std::size_t>(index)).torque_nm; }
+  bool element_slips(int index) const { return element_.at(static_cast<std::size_t>(index)).slip_sign != 0.0; }
 
  private:
   struct Element {
@@ -39,17 +44,22 @@ class MaxwellSlip {
     double slip_sign = 0;  // direction of slip, 0: sticking
   };
 
-  FrictionConfig config_;
-  int elements_;
+  struct Slip {
+    double limit_nm;        // g(v)
+    double attraction_1_s;  // C / g(v)
+  };
+
+  Slip slip_at(double rate_rad_s, double level) const;
+
+  Stribeck positive_;
+  Stribeck negative_;
+  std::size_t elements_;
   double element_stiffness_nm_rad_;
   double sticking_damping_nm_s_rad_;  // of one element
   double attraction_1_s_;
+  double dt_s_;
   std::array<Element, kMostElements> element_{};
-
-  // The current step's linearisation.
-  AffineFriction affine_;
-  double dt_s_ = 0;
-  double level_ = 1;
+  double level_ = 1;  // of the current step
 };
 
 }  // namespace trackservo::sim

@@ -7,6 +7,7 @@ namespace trackservo::sim {
 
 DcMotor::DcMotor(const MotorConfig &config, double dt_s) : config_(config) {
   const double exponent = config.resistance_ohm * dt_s / config.inductance_h;
+  conductance_s_ = 1.0 / config.resistance_ohm;
   decay_ = std::exp(-exponent);
   mean_share_ = -std::expm1(-exponent) / exponent;
   dead_share_ = 2.0 * config.dead_time_s / dt_s;
@@ -41,7 +42,7 @@ double DcMotor::step(double voltage_v, double joint_rate_rad_s, double joint_ang
     voltage -= dead_share_ * supply_v * std::clamp(current_a_ / knee_a, -1.0, 1.0);
   }
   const double back_emf_v = config_.back_emf_constant_v_s_rad * shape * joint_rate_rad_s;
-  const double final_a = (voltage - back_emf_v) / config_.resistance_ohm;
+  const double final_a = (voltage - back_emf_v) * conductance_s_;
   const double distance_a = current_a_ - final_a;
   const double mean_a = final_a + distance_a * mean_share_;
   current_a_ = final_a + distance_a * decay_;

@@ -30,9 +30,10 @@ class DcMotor {
 
  private:
   MotorConfig config_;
-  double decay_;       // e^(-R dt/L)
-  double mean_share_;  // mean of e^(-R t/L) over the period
-  double dead_share_;  // 2 t_d / T
+  double conductance_s_;  // 1 / R
+  double decay_;          // e^(-R dt/L)
+  double mean_share_;     // mean of e^(-R t/L) over the period
+  double dead_share_;     // 2 t_d / T
   double dead_knee_a_per_v_;
   double current_a_ = 0;
 

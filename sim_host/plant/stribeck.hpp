@@ -11,18 +11,39 @@
 namespace trackservo::sim {
 
 struct StribeckPoint {
-  double level_nm;            // g(v) > 0
-  double relative_slope_v;    // v g'(v) / g(v), dimensionless, <= 0
+  double level_nm;          // g(v) > 0
+  double inverse_1_nm;      // 1 / g(v)
+  double relative_slope_v;  // v g'(v) / g(v), dimensionless, <= 0
 };
 
-// g and its slope at a joint rate [rad/s] of either sign; one exponential. `level` scales Tc and Ts, > 0.
-inline StribeckPoint stribeck(const StribeckConfig& direction, double level, double joint_rate_rad_s) {
-  const double ratio = joint_rate_rad_s / direction.stribeck_speed_rad_s;
-  const double square = ratio * ratio;
-  const double excess = (direction.breakaway_nm - direction.coulomb_nm) * std::exp(-square);
-  const double unscaled = direction.coulomb_nm + excess;
-  return {level * unscaled, -2.0 * square * excess / unscaled};
-}
+class Stribeck {
+ public:
+  explicit Stribeck(const StribeckConfig &direction)
+      : coulomb_nm_(direction.coulomb_nm),
+        excess_nm_(direction.breakaway_nm - direction.coulomb_nm),
+        inverse_speed_s_rad_(1.0 / direction.stribeck_speed_rad_s),
+        viscous_nm_s_rad_(direction.viscous_nm_s_rad) {}
+
+  // g and its slope at a joint rate [rad/s] of either sign; one exponential. `level` scales Tc and Ts, > 0.
+  StribeckPoint at(double joint_rate_rad_s, double level) const {
+    constexpr double kGone = 40.0;  // e^-40 = 4e-18 is nothing beside Tc, and spares the exponential's slow underflow
+    const double ratio = joint_rate_rad_s * inverse_speed_s_rad_;
+    const double square = ratio * ratio;
+    const double excess_nm = square < kGone ? level * excess_nm_ * std::exp(-square) : 0.0;
+    const double level_nm = level * coulomb_nm_ + excess_nm;
+    const double inverse = 1.0 / level_nm;
+    return {level_nm, inverse, -2.0 * square * excess_nm * inverse};
+  }
+
+  double breakaway_nm() const { return coulomb_nm_ + excess_nm_; }  // Ts at level 1
+  double viscous_nm_s_rad() const { return viscous_nm_s_rad_; }
+
+ private:
+  double coulomb_nm_;
+  double excess_nm_;
+  double inverse_speed_s_rad_;
+  double viscous_nm_s_rad_;
+};
 
 }  // namespace trackservo::sim
 

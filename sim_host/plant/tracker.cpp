@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "sensors/rounding.hpp"
+
 namespace trackservo::sim {
 
 namespace {
@@ -13,14 +15,14 @@ double realised_duty(double duty, double counts) {
   if (!(duty >= -1.0)) {
     return std::isnan(duty) ? 0.0 : -1.0;
   }
-  return std::nearbyint((duty > 1.0 ? 1.0 : duty) * counts) / counts;
+  return nearest_whole((duty > 1.0 ? 1.0 : duty) * counts) / counts;
 }
 
 }  // namespace
 
 Tracker::Axis::Axis(const AxisConfig &config, const PlantConfig &plant, std::uint64_t seed, int index)
     : motor(config.motor, kPwmPeriod_s),
-      joint(config, plant.friction_model, plant.maxwell_slip),
+      joint(config, plant.friction_model, plant.maxwell_slip, kPwmPeriod_s),
       load(config.load, seed, index),
       base(config.base_sway, seed, index),
       encoder(config.encoder, kPwmPeriod_s, seed, index),
@@ -101,6 +103,12 @@ double Tracker::azimuth_inertia_kg_m2(double pitch_travel_rad) const {
          pitch_travel_rad * (inertia_slope_kg_m2_rad_ + 0.5 * pitch_travel_rad * inertia_curve_kg_m2_rad2_);
 }
 
+double Tracker::gravity_nm(std::size_t axis, const std::array<double, kAxes> &travel_rad) const {
+  const auto row = static_cast<Eigen::Index>(axis);
+  return gravity_torque_.load_nm[row] + gravity_torque_.slope_nm_rad(row, kAzimuth) * travel_rad[kAzimuth] +
+         gravity_torque_.slope_nm_rad(row, kPitch) * travel_rad[kPitch];
+}
+
 void Tracker::step_pwm(const std::array<double, kAxes> &duty) {
   if (step_in_tick_ == 0) {
     begin_tick();
@@ -112,57 +120,44 @@ void Tracker::step_pwm(const std::array<double, kAxes> &duty) {
 
   // Angles and rates in the middle of the step, extrapolated from the last one: second order, explicit, and used only
   // for what changes slowly (coupling, gravity, cable, back-EMF).
-  std::array<double, kAxes> middle_rate_rad_s;
-  std::array<double, kAxes> middle_travel_rad;
+  std::array<double, kAxes> rate_rad_s{};
+  std::array<double, kAxes> travel_rad{};  // since the tick began
   for (std::size_t i = 0; i < kAxes; ++i) {
     const Joint &joint = axis_[i].joint;
-    middle_rate_rad_s[i] = joint.predicted_rate_rad_s();
-    middle_travel_rad[i] = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s() - tick_angle_rad_[i];
+    rate_rad_s[i] = joint.predicted_rate_rad_s();
+    travel_rad[i] = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s() - tick_angle_rad_[i];
   }
-  const double azimuth_rate = middle_rate_rad_s[kAzimuth] + axis_[kAzimuth].base.rate_rad_s(middle);
-  const double inertia_slope =
-      inertia_slope_kg_m2_rad_ + middle_travel_rad[kPitch] * inertia_curve_kg_m2_rad2_;
+  const double azimuth_rate = rate_rad_s[kAzimuth] + axis_[kAzimuth].base.rate_rad_s(middle);
+  const double inertia_slope = inertia_slope_kg_m2_rad_ + travel_rad[kPitch] * inertia_curve_kg_m2_rad2_;
+  const std::array<double, kAxes> inertia_kg_m2{azimuth_inertia_kg_m2(travel_rad[kPitch]), pitch_inertia_kg_m2_};
+  const std::array<double, kAxes> drag_nm_s_rad{inertia_slope * rate_rad_s[kPitch], 0.0};  // d(J w) = J dw + dJ w
+  const std::array<double, kAxes> coupling_nm{0.0, -0.5 * inertia_slope * azimuth_rate * azimuth_rate};
 
-  // Pitch first: its centrifugal torque needs azimuth's rate, azimuth's inertia needs pitch's new angle.
-  const double pitch_start_rad = axis_[kPitch].joint.angle_rad();
-  AxisStep step;
-  step.inertia_kg_m2 = pitch_inertia_kg_m2_;
-  step.coupling_nm = -0.5 * inertia_slope * azimuth_rate * azimuth_rate;
-  for (const int index : {kPitch, kAzimuth}) {
-    const auto i = static_cast<std::size_t>(index);
+  for (std::size_t i = 0; i < kAxes; ++i) {
     Axis &axis = axis_[i];
-    if (index == kAzimuth) {
-      const double before = azimuth_inertia_kg_m2(pitch_start_rad - tick_angle_rad_[kPitch]);
-      const double after = azimuth_inertia_kg_m2(axis_[kPitch].joint.angle_rad() - tick_angle_rad_[kPitch]);
-      step.inertia_kg_m2 = 0.5 * (before + after);
-      step.drag_nm_s_rad = (after - before) / kPwmPeriod_s;  // d(J w) = J dw + dJ w
-      step.coupling_nm = 0.0;
-    }
     duty_[i] = realised_duty(duty[i], pwm_counts_);
-    const double angle_rad = tick_angle_rad_[i] + middle_travel_rad[i];
-    const double motor_nm = axis.motor.step(duty_[i] * bus_v, middle_rate_rad_s[i], angle_rad, bus_v);
-    const double load_nm = axis.load.torque_nm(middle, angle_rad) + gravity_torque_.load_nm[index] +
-                           gravity_torque_.slope_nm_rad(index, kAzimuth) * middle_travel_rad[kAzimuth] +
-                           gravity_torque_.slope_nm_rad(index, kPitch) * middle_travel_rad[kPitch] + step.coupling_nm;
+    const double angle_rad = tick_angle_rad_[i] + travel_rad[i];
+    const double motor_nm = axis.motor.step(duty_[i] * bus_v, rate_rad_s[i], angle_rad, bus_v);
+    const double load_nm = axis.load.torque_nm(middle, angle_rad) + gravity_nm(i, travel_rad) + coupling_nm[i];
     const double base_rate_end = axis.base.rate_rad_s(end);
-    const double base_change = base_rate_end - truth_.base_rate_rad_s[i];
-    const double base_middle = 0.5 * (base_rate_end + truth_.base_rate_rad_s[i]);
-    const double drive_nm = motor_nm - load_nm - step.inertia_kg_m2 * base_change / kPwmPeriod_s -
-                            step.drag_nm_s_rad * base_middle;
-    axis.joint.step(step.inertia_kg_m2, drive_nm, step.drag_nm_s_rad, kPwmPeriod_s);
+    const double base_rate_start = truth_.base_rate_rad_s[i];
+    const double base_drag_nm = drag_nm_s_rad[i] * 0.5 * (base_rate_start + base_rate_end);
+    const double base_push_nm = inertia_kg_m2[i] * (base_rate_end - base_rate_start) * (1.0 / kPwmPeriod_s);
+    axis.joint.step(inertia_kg_m2[i], motor_nm - load_nm - base_drag_nm - base_push_nm, drag_nm_s_rad[i]);
 
+    const double inertial_rate = axis.joint.rate_rad_s() + base_rate_end;
     truth_.joint_angle_rad[i] = axis.joint.angle_rad();
     truth_.joint_rate_rad_s[i] = axis.joint.rate_rad_s();
     truth_.base_rate_rad_s[i] = base_rate_end;
     truth_.inertial_angle_rad[i] = axis.joint.angle_rad() + axis.base.angle_rad(end);
-    truth_.inertial_rate_rad_s[i] = axis.joint.rate_rad_s() + base_rate_end;
+    truth_.inertial_rate_rad_s[i] = inertial_rate;
     truth_.motor_torque_nm[i] = motor_nm;
     truth_.friction_torque_nm[i] = axis.joint.friction_torque_nm();
-    truth_.load_torque_nm[i] = load_nm + axis.joint.stop_torque_nm() +
-                               step.drag_nm_s_rad * (axis.joint.mean_rate_rad_s() + base_middle);
+    truth_.load_torque_nm[i] = load_nm + axis.joint.stop_torque_nm() + base_drag_nm +
+                               drag_nm_s_rad[i] * axis.joint.mean_rate_rad_s();
     truth_.current_a[i] = axis.motor.current_a();
     axis.encoder.advance(axis.joint.angle_rad());
-    axis.gyro.advance(truth_.inertial_rate_rad_s[i]);
+    axis.gyro.advance(inertial_rate);
   }
 
   ++steps_;

@@ -12,6 +12,7 @@
 #define TRACKSERVO_SIM_PLANT_TRACKER_HPP
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "config/plant_config.hpp"
@@ -60,15 +61,9 @@ class Tracker {
     CurrentAdc adc;
   };
 
-  // What one axis' step needs beside its own state.
-  struct AxisStep {
-    double inertia_kg_m2 = 0;
-    double drag_nm_s_rad = 0;
-    double coupling_nm = 0;
-  };
-
   void begin_tick();
   double bus_voltage_v() const;
+  double gravity_nm(std::size_t axis, const std::array<double, kAxes> &travel_rad) const;
   double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the tick began
 
   std::array<Axis, kAxes> axis_;

@@ -12,6 +12,7 @@
 
 #include "config/plant_config.hpp"
 #include "random.hpp"
+#include "sensors/rounding.hpp"
 
 namespace trackservo::sim {
 
@@ -21,29 +22,40 @@ class CurrentAdc {
       : config_(config),
         current_noise_(seed, "adc.current", axis),
         voltage_noise_(seed, "adc.voltage", axis),
-        codes_(std::ldexp(1.0, config.resolution_bits)) {}
+        most_code_(std::ldexp(1.0, config.resolution_bits)),
+        current_step_a_(2.0 * config.current_full_scale_a / most_code_),
+        voltage_step_v_(config.voltage_full_scale_v / most_code_),
+        codes_per_a_(1.0 / current_step_a_),
+        codes_per_v_(1.0 / voltage_step_v_) {}
 
   // Reading of a current [A]. Draws noise.
   double current_a(double true_a) {
-    const double noise = config_.current_noise_rms_a > 0.0 ? config_.current_noise_rms_a * current_noise_.normal() : 0.0;
-    const double half = 0.5 * codes_;
-    const double step = config_.current_full_scale_a / half;
-    const double code = std::nearbyint((true_a + config_.current_offset_a + noise) / step);
-    return step * std::clamp(code, -half, half - 1.0);
+    double seen_a = true_a + config_.current_offset_a;
+    if (config_.current_noise_rms_a > 0.0) {
+      seen_a += config_.current_noise_rms_a * current_noise_.normal();
+    }
+    const double half = 0.5 * most_code_;
+    return current_step_a_ * nearest_whole(std::clamp(seen_a * codes_per_a_, -half, half - 1.0));
   }
 
   // Reading of the bus voltage [V]. Draws noise.
   double voltage_v(double true_v) {
-    const double noise = config_.voltage_noise_rms_v > 0.0 ? config_.voltage_noise_rms_v * voltage_noise_.normal() : 0.0;
-    const double step = config_.voltage_full_scale_v / codes_;
-    return step * std::clamp(std::nearbyint((true_v + noise) / step), 0.0, codes_ - 1.0);
+    double seen_v = true_v;
+    if (config_.voltage_noise_rms_v > 0.0) {
+      seen_v += config_.voltage_noise_rms_v * voltage_noise_.normal();
+    }
+    return voltage_step_v_ * nearest_whole(std::clamp(seen_v * codes_per_v_, 0.0, most_code_ - 1.0));
   }
 
  private:
   AdcConfig config_;
   RandomStream current_noise_;
   RandomStream voltage_noise_;
-  double codes_;
+  double most_code_;
+  double current_step_a_;
+  double voltage_step_v_;
+  double codes_per_a_;
+  double codes_per_v_;
 };
 
 }  // namespace trackservo::sim

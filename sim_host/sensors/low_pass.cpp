@@ -1,5 +1,6 @@
 #include "sensors/low_pass.hpp"
 
+#include <Eigen/Core>
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
@@ -7,11 +8,11 @@
 
 namespace trackservo::sim {
 
-LowPass::LowPass(double bandwidth_hz, int order, double dt_s) {
+LowPass::LowPass(double bandwidth_hz, int order, double dt_s) : second_order_(order == 2) {
   const double w = 2.0 * kPi * bandwidth_hz;
   // State, input, and input slope in one homogeneous system; its exponential holds all coefficients.
   Eigen::Matrix4d system = Eigen::Matrix4d::Zero();
-  if (order == 1) {
+  if (!second_order_) {
     system(0, 0) = -w;
     system(0, 2) = w;
   } else {
@@ -23,12 +24,12 @@ LowPass::LowPass(double bandwidth_hz, int order, double dt_s) {
   system(2, 3) = 1.0 / dt_s;  // the fourth state is the input's change over the step
   const Eigen::Matrix4d scaled = system * dt_s;
   const Eigen::Matrix4d exponential = scaled.exp();
-  transition_ = exponential.topLeftCorner<2, 2>();
-  from_new_ = exponential.topRightCorner<2, 1>();
-  from_last_ = exponential.block<2, 1>(0, 2) - from_new_;
-  if (order == 1) {
-    transition_(1, 1) = 0.0;  // unused state
-  }
+  a00_ = exponential(0, 0);
+  a01_ = exponential(0, 1);
+  a10_ = exponential(1, 0);
+  a11_ = exponential(1, 1);
+  new_ = {exponential(0, 3), exponential(1, 3)};
+  last_ = {exponential(0, 2) - new_[0], exponential(1, 2) - new_[1]};
 }
 
 }  // namespace trackservo::sim

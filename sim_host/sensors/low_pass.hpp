@@ -7,7 +7,7 @@
 #ifndef TRACKSERVO_SIM_SENSORS_LOW_PASS_HPP
 #define TRACKSERVO_SIM_SENSORS_LOW_PASS_HPP
 
-#include <Eigen/Core>
+#include <array>
 
 namespace trackservo::sim {
 
@@ -18,24 +18,32 @@ class LowPass {
 
   // Output for the new input, reached linearly from the last.
   double advance(double input) {
-    const Eigen::Vector2d next = transition_ * state_ + from_last_ * last_ + from_new_ * input;
-    state_ = next;
-    last_ = input;
-    return state_[0];
+    const double first = a00_ * first_ + last_[0] * previous_ + new_[0] * input;
+    if (second_order_) {
+      const double cross = a01_ * second_;
+      second_ = a10_ * first_ + a11_ * second_ + last_[1] * previous_ + new_[1] * input;
+      first_ = first + cross;
+    } else {
+      first_ = first;
+    }
+    previous_ = input;
+    return first_;
   }
 
   // Output for an input that holds since the last call.
   double advance_held(double input) {
-    last_ = input;
+    previous_ = input;
     return advance(input);
   }
 
  private:
-  Eigen::Matrix2d transition_ = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d from_last_ = Eigen::Vector2d::Zero();
-  Eigen::Vector2d from_new_ = Eigen::Vector2d::Zero();
-  Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
-  double last_ = 0;
+  bool second_order_;
+  double a00_, a01_, a10_, a11_;  // transition of the state
+  std::array<double, 2> last_;    // weights of the previous and the new input
+  std::array<double, 2> new_;
+  double first_ = 0;   // output
+  double second_ = 0;  // its derivative, in units of w
+  double previous_ = 0;
 };
 
 }  // namespace trackservo::sim

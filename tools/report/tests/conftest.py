@@ -14,6 +14,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
 from make_sample import make_sample  # noqa: E402
+
 from trackservo_report.__main__ import main  # noqa: E402
 
 Change = Callable[[dict[str, Any]], None]

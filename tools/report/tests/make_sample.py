@@ -116,7 +116,7 @@ def _sine_and_step_rows(friction: str, name: str, share: float, judged: bool) ->
         _row("sine", "1 deg/s, 0.1 Hz", plant, friction, name, "peak_error", "deg/s", value, (0.25, 0.02),
              *_goal(name, judged, value, (0.25, 0.01), 0.010)),
         _row("sine", "1 deg/s, 0.1 Hz", plant, friction, name, "rms_error", "deg/s", value / 3.7),
-        _row("step_disturbed", "1 deg/s, 0.02 deg/s at 2 Hz", plant, friction, name, "overshoot_above_friction_free", "%",
+        _row("step_disturbed", "1 deg/s, 0.02 deg/s at 2 Hz", plant, friction, name, "overshoot_above_friction_free", "points",
              above, (25.0, None), *_goal(name, judged, above, None, 2.0)),
     ]  # fmt: skip
 
@@ -154,13 +154,29 @@ def _start_rows(friction: str, name: str, slower: float, judged: bool) -> list[d
                          goal=goal, met=met))  # fmt: skip
         over = {"pi": 34.0, "pi_vob": 16.0, "pi_ftc": 9.0, "pi_vob_ftc": 11.6}.get(name, 18.0) * slower
         goal, met = ("<= 10", over <= 10.0) if first and name == "pi_vob_ftc" else (None, None)
-        rows.append(_row("low_speed_start", f"{speed} deg/s", "tracker", friction, name, "overshoot", "%", over, goal=goal, met=met))
+        rows.append(
+            _row(
+                "low_speed_start",
+                f"{speed} deg/s",
+                "tracker",
+                friction,
+                name,
+                "overshoot",
+                "%",
+                over,
+                goal=goal,
+                met=met,
+            )
+        )
     return rows
 
 
 def _tracking_rows(friction: str, name: str, share: float, judged: bool) -> list[dict[str, Any]]:
     rows = []
-    for case, base, most, paper in (("paper loop", 54.9, 12.0, (56.44, 14.86)), ("improved loop", 31.0, 6.0, (None, None))):
+    for case, base, most, paper in (
+        ("paper loop", 54.9, 12.0, (56.44, 14.86)),
+        ("improved loop", 31.0, 6.0, (None, None)),
+    ):
         value = float(np.hypot(base * share, 8.0 if case == "paper loop" else 3.2))
         band = (56.44, 0.15 * 56.44) if case == "paper loop" else None
         rows.append(_row("tracking", case, "tracker", friction, name, "tracking_sigma", "urad", value, paper,
@@ -174,15 +190,49 @@ def _runs(folder: Path) -> list[dict[str, Any]]:
     for friction in frictions:
         for name in CONTROLLERS:
             share = SHARE[name][frictions.index(friction)]
-            runs.append(_run(folder, "sine", "1 deg/s, 0.1 Hz", "paper_simulation", friction, name, "fig11", 5.0, 30.0, share))
-            runs.append(_run(folder, "step_disturbed", "1 deg/s, 0.02 deg/s at 2 Hz", "paper_simulation", friction, name, "fig9", 0.0, 8.0, share))
+            runs.append(
+                _run(folder, "sine", "1 deg/s, 0.1 Hz", "paper_simulation", friction, name, "fig11", 5.0, 30.0, share)
+            )
+            runs.append(
+                _run(
+                    folder,
+                    "step_disturbed",
+                    "1 deg/s, 0.02 deg/s at 2 Hz",
+                    "paper_simulation",
+                    friction,
+                    name,
+                    "fig9",
+                    0.0,
+                    8.0,
+                    share,
+                )
+            )
             for speed in ("0.1", "0.2", "1"):
-                runs.append(_run(folder, "low_speed_start", f"{speed} deg/s", "tracker", friction, name, "fig14", 0.0, 2.0, share))
+                runs.append(
+                    _run(
+                        folder, "low_speed_start", f"{speed} deg/s", "tracker", friction, name, "fig14", 0.0, 2.0, share
+                    )
+                )
             for speed in STEADY:
-                runs.append(_run(folder, "steady_speed", f"{speed} deg/s", "tracker", friction, name, None, 3.0, 10.0, share))
+                runs.append(
+                    _run(folder, "steady_speed", f"{speed} deg/s", "tracker", friction, name, None, 3.0, 10.0, share)
+                )
             for case in ("paper loop", "improved loop"):
                 runs.append(_run(folder, "tracking", case, "tracker", friction, name, "fig16", 4.0, 30.0, share))
-    runs.append(_run(folder, "step_disturbed", "1 deg/s, 0.02 deg/s at 2 Hz", "paper_simulation", "none", "pi", "fig9", 0.0, 8.0, 0.0))
+    runs.append(
+        _run(
+            folder,
+            "step_disturbed",
+            "1 deg/s, 0.02 deg/s at 2 Hz",
+            "paper_simulation",
+            "none",
+            "pi",
+            "fig9",
+            0.0,
+            8.0,
+            0.0,
+        )
+    )
     runs.append(_run(folder, "tracking", "paper loop", "tracker", "none", "pi", "fig16", 4.0, 30.0, 0.0))
     return runs
 
@@ -201,14 +251,18 @@ def _run(folder: Path, experiment: str, case: str, plant: str, friction: str, co
     }  # fmt: skip
 
 
-def _signals(experiment: str, case: str, controller: str, share: float, time: np.ndarray, random: np.random.Generator) -> dict[str, np.ndarray]:
+def _signals(
+    experiment: str, case: str, controller: str, share: float, time: np.ndarray, random: np.random.Generator
+) -> dict[str, np.ndarray]:
     degree = np.pi / 180.0
     noise = np.convolve(random.normal(size=time.size), np.ones(5) / 5.0, mode="same")
     speed = degree * (float(case.split()[0]) if case[0].isdigit() else 0.3)
     if experiment == "sine":
         reference = speed * np.sin(2 * np.pi * 0.1 * time)
         since = np.mod(time - 2.5 + 2.5, 5.0)
-        error = 0.25 * degree * share * np.sign(np.sin(2 * np.pi * 0.1 * time)) * since / 0.35 * np.exp(1 - since / 0.35)
+        error = (
+            0.25 * degree * share * np.sign(np.sin(2 * np.pi * 0.1 * time)) * since / 0.35 * np.exp(1 - since / 0.35)
+        )
     elif experiment == "tracking":
         reference = speed * np.sin(2 * np.pi * 0.05 * time)
         error = 0.02 * degree * share * noise
@@ -222,7 +276,10 @@ def _signals(experiment: str, case: str, controller: str, share: float, time: np
     friction = 12.0 * np.tanh((reference - error) / (0.05 * degree))
     feedforward = 0.93 * 12.0 * np.tanh(reference / (0.02 * degree)) * ("ftc" in controller or "coulomb" in controller)
     estimate = (friction - feedforward) * ("vob" in controller) * 0.97
-    track = 1e-6 * (np.hypot(54.9 * share, 8.0) * np.convolve(random.normal(size=time.size + 124), np.ones(125) / 125**0.5, mode="valid"))
+    track = 1e-6 * (
+        np.hypot(54.9 * share, 8.0)
+        * np.convolve(random.normal(size=time.size + 124), np.ones(125) / 125**0.5, mode="valid")
+    )
     return {
         "reference_rad_s": reference, "rate_rad_s": reference - error, "measured_rate_rad_s": reference - error,
         "joint_rate_rad_s": reference - error, "joint_angle_rad": np.cumsum(reference - error) / RATE_HZ,

@@ -81,7 +81,7 @@ def test_plotly_is_there_once_and_small_enough(page: str) -> None:
 def test_no_button_sends_a_chart_away(outline: Outline) -> None:
     settings = [text for text in outline.scripts.values() if "modeBarButtons:" in text and len(text) < 20000]
     assert len(settings) == 1
-    assert "sendChartToCloud" not in settings[0] and "plotlyServerURL: \"\"" in settings[0]
+    assert "sendChartToCloud" not in settings[0] and 'plotlyServerURL: ""' in settings[0]
 
 
 @pytest.mark.parametrize("key", FIGURES)
@@ -102,7 +102,11 @@ TITLES_WITHOUT_UNIT = {"case", "commanded speed", "real part", "imaginary part"}
 def test_every_result_is_in_the_page_exactly(outline: Outline, document: dict[str, Any]) -> None:
     shown = set(outline.values)
     for row in document["rows"]:
-        compared = row["metric"] not in ("torque_noise", "reduction") and row["friction"] != "none" and row["axis"] == "azimuth"
+        compared = (
+            row["metric"] not in ("torque_noise", "reduction")
+            and row["friction"] != "none"
+            and row["axis"] == "azimuth"
+        )
         if row["value"] is not None and (compared or row["met"] is not None):
             assert row["value"] in shown, row
         if row["met"] is not None and row["paper_compensated"] is not None:

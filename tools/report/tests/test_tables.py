@@ -63,7 +63,9 @@ def test_every_goal_is_a_cell_of_the_result_table(results: Results) -> None:
 
 def test_a_goal_of_another_controller_gets_its_own_line(results: Results) -> None:
     rows = [
-        dataclasses.replace(row, goal="<= 1", met=True) if row.controller == "pi_best" and row.experiment == "sine" else row
+        dataclasses.replace(row, goal="<= 1", met=True)
+        if row.controller == "pi_best" and row.experiment == "sine"
+        else row
         for row in results.rows
     ]
     lines = tables.result_lines(gather(rows))
@@ -83,13 +85,33 @@ def test_table2_gives_reductions(results: Results) -> None:
 
 
 def test_margins_are_judged_by_six_decibels_and_forty_degrees(results: Results) -> None:
-    weak = dataclasses.replace(results.margins[0], gain_margin_db=5.9, phase_margin_deg=40.0, measured_gain_margin_db=None)
+    weak = dataclasses.replace(
+        results.margins[0], gain_margin_db=5.9, phase_margin_deg=40.0, measured_gain_margin_db=None
+    )
     cells = tables.margin_lines([weak])[0].cells
     assert cells[0].met is False and cells[1].met is None and cells[2].met is True
 
 
-def _row(controller: str, value: float | None, spread: float = 0.0, metric: str = "peak_error", unit: str = "deg/s") -> Row:
-    return Row("sine", "c", "tracker", "maxwell_slip", controller, "azimuth", metric, unit, value, spread, 5, None, None, None, None)
+def _row(
+    controller: str, value: float | None, spread: float = 0.0, metric: str = "peak_error", unit: str = "deg/s"
+) -> Row:
+    return Row(
+        "sine",
+        "c",
+        "tracker",
+        "maxwell_slip",
+        controller,
+        "azimuth",
+        metric,
+        unit,
+        value,
+        spread,
+        5,
+        None,
+        None,
+        None,
+        None,
+    )
 
 
 @pytest.mark.parametrize(
@@ -102,7 +124,10 @@ def test_a_loss_is_larger_than_the_spread(own: float, rival: float, spread: floa
 
 
 def test_never_reaching_ninety_percent_is_a_loss() -> None:
-    rows = [_row("pi_ftc", None, metric="time_to_90_percent", unit="ms"), _row("pi", 30.0, metric="time_to_90_percent", unit="ms")]
+    rows = [
+        _row("pi_ftc", None, metric="time_to_90_percent", unit="ms"),
+        _row("pi", 30.0, metric="time_to_90_percent", unit="ms"),
+    ]
     assert [duel.outcome for duel in verdict.duels(gather(rows))] == ["loses"]
     assert "not reached" in tables.loss_sentence(verdict.duels(gather(rows))[0])
 
@@ -126,3 +151,20 @@ def test_terminal_table_fits_and_ends_with_the_counts(results: Results, width: i
     assert lines[-1] == f"goals met: {met} of {judged}"
     assert any("0.251 ✓" in line and "0.0101 ✗" in line for line in lines)
     assert not any("…" in line for line in lines)
+
+
+def test_overshoot_far_below_friction_free_is_not_better() -> None:
+    rows = [
+        _row("pi_ftc", -0.1, metric="overshoot_above_friction_free", unit="points"),
+        _row("pi_coulomb", -54.9, metric="overshoot_above_friction_free", unit="points"),
+    ]
+    items = gather(rows)
+    assert [duel.outcome for duel in verdict.duels(items)] == ["wins"]
+    assert [cell.best for cell in tables.ablation_lines(items, "maxwell_slip")[0].cells][2] is True
+
+
+def test_several_losses_come_with_the_worst_of_the_own_metric_first() -> None:
+    rows = [_row("pi_ftc", 2.0, metric="rms_error"), _row("pi", 0.1, metric="rms_error")]
+    rows += [_row("pi_ftc", 2.0), _row("pi", 1.0)]
+    ranked = sorted(verdict.duels(gather(rows)), key=verdict.Duel.rank)
+    assert [duel.comparison.metric for duel in ranked] == ["peak_error", "rms_error"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import plotly.graph_objects as go
 
 from .comparison import BASELINE, COMPENSATED, EXPERIMENTS, INGREDIENTS, PRIMARY_METRICS, Comparison, floor_of, headline
@@ -20,6 +22,10 @@ from .theme import GRID, INK, MUTED, SURFACE, View, canvas
 PAPER_STYLE = {"color": INK, "width": 1.3, "dash": "dash"}
 HALO = ", ".join([f"0 0 3px {SURFACE}"] * 4)
 """Keeps a number readable where a dashed line passes behind it."""
+WIDEST_RATIO = 100.0
+"""Largest over smallest value that a linear axis can still show."""
+MOST_LABELS = 18
+"""Above this many bars the numbers would be too small to read; they are under the pointer and in the table."""
 
 
 def _labels(items: list[Comparison]) -> list[str]:
@@ -35,8 +41,8 @@ def _labels(items: list[Comparison]) -> list[str]:
     return labels
 
 
-def _bar(items: list[Comparison], controller: str) -> go.Bar:
-    """The values of one controller over the cases, with the spread over the seeds."""
+def _bar(items: list[Comparison], controller: str, of: int = 2) -> go.Bar:
+    """The values of one controller, one `of` several, over the cases, with the spread over the seeds."""
     values = [item.value(controller) for item in items]
     rows = [item.rows.get(controller) for item in items]
     return go.Bar(
@@ -45,7 +51,7 @@ def _bar(items: list[Comparison], controller: str) -> go.Bar:
         name=controller_title(controller),
         marker={"color": controller_colour(controller)},
         text=[f"{number(value)}<br> " if value is not None else "" for value in values],
-        textposition="outside",
+        textposition="outside" if len(items) * of <= MOST_LABELS else "none",
         cliponaxis=False,
         textfont={"size": 11, "shadow": HALO},
         error_y={
@@ -67,7 +73,12 @@ def _paper_marks(plot: go.Figure, items: list[Comparison], compensated: bool) ->
             if len(items) == 1:
                 words = "paper, compensated" if compensated else "paper, uncompensated"
                 plot.add_annotation(
-                    x=index + 0.45, y=value, text=f"{words}: {value:g}", showarrow=False, xanchor="right", yanchor="bottom",
+                    x=index + 0.45,
+                    y=value,
+                    text=f"{words}: {value:g}",
+                    showarrow=False,
+                    xanchor="right",
+                    yanchor="bottom",
                     font={"size": 11.5, "color": INK},
                 )
 
@@ -101,14 +112,25 @@ def ablation_bars(items: list[Comparison]) -> list[View]:
         plot = canvas(420, xaxis_title="case", yaxis_title=f"{METRIC_TITLES[metric]} ({unit})")
         for controller in INGREDIENTS:
             if any(controller in item.rows for item in chosen):
-                plot.add_trace(_bar(chosen, controller))
+                plot.add_trace(_bar(chosen, controller, len(INGREDIENTS)))
         for compensated in (False, True):
             _paper_marks(plot, chosen, compensated)
         if any(item.paper(False) is not None or item.paper(True) is not None for item in chosen):
             _paper_legend(plot)
         _floor_marks(plot, chosen, items)
+        _fit_scale(plot, chosen)
         views.append(View(EXPERIMENT_TITLES[experiment], plot))
     return views
+
+
+def _fit_scale(plot: go.Figure, chosen: list[Comparison]) -> None:
+    """A logarithmic axis where one controller would dwarf the others."""
+    values = [row.value for item in chosen for row in item.rows.values() if row.value is not None]
+    if values and min(values) > 0.0 and max(values) > WIDEST_RATIO * min(values):
+        title = plot.layout.yaxis.title.text
+        plot.update_yaxes(type="log", dtick=1, title_text=f"{title}, log scale")
+        for note in plot.layout.annotations:  # unlike shapes, annotations stand at the logarithm
+            note.y = math.log10(note.y)
 
 
 def _floor_marks(plot: go.Figure, chosen: list[Comparison], items: list[Comparison]) -> None:
@@ -151,7 +173,11 @@ def _friction_bar(labels: list[list[str]], values: list[float | None], controlle
         x=labels,
         y=values,
         name=f"{controller_title(controller)}, {FRICTION_TITLES[friction]}",
-        marker={"color": "rgba(0,0,0,0)" if pattern else colour, "line": {"color": colour, "width": 1}, "pattern": pattern},
+        marker={
+            "color": "rgba(0,0,0,0)" if pattern else colour,
+            "line": {"color": colour, "width": 1},
+            "pattern": pattern,
+        },
         hovertemplate="%{y:.1f} %<extra>%{fullData.name}</extra>",
     )
 
@@ -188,6 +214,7 @@ def torque_noise_bars(items: list[Comparison]) -> list[View]:
         plot = canvas(380, xaxis_title="case", yaxis_title=f"torque noise ({unit_title(chosen[0].unit)})")
         for controller in INGREDIENTS:
             if any(controller in item.rows for item in chosen):
-                plot.add_trace(_bar(chosen, controller))
+                plot.add_trace(_bar(chosen, controller, len(INGREDIENTS)))
+        _fit_scale(plot, chosen)
         views.append(View(EXPERIMENT_TITLES[experiment], plot))
     return views

@@ -34,16 +34,12 @@ def _groups(results: Results) -> dict[tuple[str, str], list[Margin]]:
 
 def bode_views(results: Results) -> list[View]:
     """Magnitude and phase of the open loop, one tab per plant and axis."""
-    return [
-        View(f"{plant}, {axis}", _bode(results, margins)) for (plant, axis), margins in _groups(results).items()
-    ]
+    return [View(f"{plant}, {axis}", _bode(results, margins)) for (plant, axis), margins in _groups(results).items()]
 
 
 def nyquist_views(results: Results) -> list[View]:
     """The open loop around the critical point, one tab per plant and axis."""
-    return [
-        View(f"{plant}, {axis}", _nyquist(results, margins)) for (plant, axis), margins in _groups(results).items()
-    ]
+    return [View(f"{plant}, {axis}", _nyquist(results, margins)) for (plant, axis), margins in _groups(results).items()]
 
 
 def _conditions(margins: list[Margin]) -> list[str]:
@@ -57,7 +53,7 @@ def _bode(results: Results, margins: list[Margin]) -> go.Figure:
     shown: set[str] = set()
     for margin in margins:
         column = conditions.index(margin.condition) + 1
-        data = read_columns(results.folder / margin.response_csv, COLUMNS)
+        data = _unwrapped(read_columns(results.folder / margin.response_csv, COLUMNS))
         for row, quantity in ((1, "magnitude_db"), (2, "phase_deg")):
             first = margin.controller not in shown
             for trace in _response(margin, data["frequency_hz"], data, quantity, first):
@@ -72,17 +68,20 @@ def _bode(results: Results, margins: list[Margin]) -> go.Figure:
     return plot
 
 
-def _response(
-    margin: Margin, x: Series, data: dict[str, Series], quantity: str, first: bool
-) -> list[go.Scatter]:
+def _response(margin: Margin, x: Series, data: dict[str, Series], quantity: str, first: bool) -> list[go.Scatter]:
     """Computed as a line, measured as open circles."""
     colour, name = controller_colour(margin.controller), controller_title(margin.controller)
     group = margin.controller
     computed, measured = data[f"computed_{quantity}"], data[f"measured_{quantity}"]
     traces = [
         go.Scatter(
-            x=x.astype(np.float32), y=computed.astype(np.float32), mode="lines", name=name, legendgroup=group,
-            showlegend=first, line={"color": colour, "width": 1.7},
+            x=x.astype(np.float32),
+            y=computed.astype(np.float32),
+            mode="lines",
+            name=name,
+            legendgroup=group,
+            showlegend=first,
+            line={"color": colour, "width": 1.7},
         )
     ]
     if np.any(np.isfinite(measured)):
@@ -90,11 +89,24 @@ def _response(
     return traces
 
 
+def _unwrapped(data: dict[str, Series]) -> dict[str, Series]:
+    """The phases without jumps of 360 degrees; the measured one on the branch of the computed one."""
+    computed = np.unwrap(data["computed_phase_deg"], period=360.0)
+    measured = data["measured_phase_deg"]
+    measured = measured + 360.0 * np.round((computed - measured) / 360.0)
+    return {**data, "computed_phase_deg": computed, "measured_phase_deg": measured}
+
+
 def _circles(x: Series, y: Series, colour: str, name: str, group: str) -> go.Scatter:
     marker = {"symbol": "circle-open", "size": 6, "color": colour, "line": {"width": 1.4}}
     return go.Scatter(
-        x=x.astype(np.float32), y=y.astype(np.float32), mode="markers", name=f"{name}, measured", legendgroup=group,
-        showlegend=False, marker=marker,
+        x=x.astype(np.float32),
+        y=y.astype(np.float32),
+        mode="markers",
+        name=f"{name}, measured",
+        legendgroup=group,
+        showlegend=False,
+        marker=marker,
     )
 
 
@@ -108,9 +120,15 @@ def _nyquist(results: Results, margins: list[Margin]) -> go.Figure:
         colour, name = controller_colour(margin.controller), controller_title(margin.controller)
         real, imaginary = _complex(data["computed_magnitude_db"], data["computed_phase_deg"])
         line = go.Scatter(
-            x=real.astype(np.float32), y=imaginary.astype(np.float32), mode="lines", name=name,
-            legendgroup=margin.controller, showlegend=margin.controller not in shown, line={"color": colour, "width": 1.7},
-            customdata=data["frequency_hz"].astype(np.float32), hovertemplate="%{customdata:.2f} Hz<extra>%{fullData.name}</extra>",
+            x=real.astype(np.float32),
+            y=imaginary.astype(np.float32),
+            mode="lines",
+            name=name,
+            legendgroup=margin.controller,
+            showlegend=margin.controller not in shown,
+            line={"color": colour, "width": 1.7},
+            customdata=data["frequency_hz"].astype(np.float32),
+            hovertemplate="%{customdata:.2f} Hz<extra>%{fullData.name}</extra>",
         )
         plot.add_trace(line, row=1, col=column)
         shown.add(margin.controller)
@@ -151,9 +169,17 @@ def _keep_out(plot: go.Figure, column: int) -> None:
     tip = -(10 ** (-GAIN_MARGIN_GOAL_DB / 20))
     for x, y in ((np.cos(arc), np.sin(arc)), (np.array([-1.0, tip]), np.zeros(2))):
         forbidden = go.Scatter(
-            x=x, y=y, mode="lines", name="margin goals", legendgroup="goal", line={"color": BAD, "width": 3},
-            showlegend=column == 1 and x.size > 2, hoverinfo="skip",
+            x=x,
+            y=y,
+            mode="lines",
+            name="margin goals",
+            legendgroup="goal",
+            line={"color": BAD, "width": 3},
+            showlegend=column == 1 and x.size > 2,
+            hoverinfo="skip",
         )
         plot.add_trace(forbidden, row=1, col=column)
     critical = {"symbol": "x", "size": 8, "color": BAD}
-    plot.add_trace(go.Scatter(x=[-1], y=[0], mode="markers", marker=critical, showlegend=False, hovertext="−1"), row=1, col=column)
+    plot.add_trace(
+        go.Scatter(x=[-1], y=[0], mode="markers", marker=critical, showlegend=False, hovertext="−1"), row=1, col=column
+    )

@@ -22,6 +22,15 @@ PRIMARY_METRICS = {
 }
 """The metric that the paper or the goals judge each experiment by."""
 
+NEAREST_TO_ZERO = {"overshoot_above_friction_free"}
+"""Metrics that are best at zero: a loop that stays far below the friction-free one is not better."""
+
+
+def badness(metric: str, value: float) -> float:
+    """What is smaller for a better result, in the metric's unit."""
+    return abs(value) if metric in NEAREST_TO_ZERO else value
+
+
 PREFERRED_PLANTS = {
     "sine": "paper_simulation",
     "step_disturbed": "paper_simulation",

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from .comparison import BASELINE, COMPENSATED, PREFERRED_PLANTS
 from .display import case_order, case_title, controller_colour, controller_title, number
 from .load import Results, Run
-from .theme import GRID, INK, MUTED, View, canvas, paper_key, paper_line, panels
+from .theme import GRID, INK, MUTED, View, canvas, panels, paper_key, paper_line
 from .traces import Series, read_run, thin, window
 
 DEGREES = 180.0 / np.pi
@@ -322,20 +322,30 @@ def _share_panel(plot: go.Figure, book: RunBook, run: Run, column: int) -> None:
             )
 
 
-def tracking_error(book: RunBook, paper: tuple[float | None, float | None], ours: dict[tuple[str, str], float]) -> list[View]:
+def tracking_error(
+    book: RunBook, paper: tuple[float | None, float | None], ours: dict[tuple[str, str], float]
+) -> list[View]:
     """Fig. 16: line-of-sight error without and with compensation; `paper` and `ours` (case, controller) in µrad."""
     views = []
     for case in book.cases("tracking"):
         names = [name for name in (BASELINE, COMPENSATED) if book.run("tracking", case, name, figure="fig16")]
         if not names:
             continue
-        plot = panels(len(names), 1, 270 * len(names) + 60, [controller_title(name) for name in names], shared_xaxes=True, vertical_spacing=0.1)
+        plot = panels(
+            len(names),
+            1,
+            270 * len(names) + 60,
+            [controller_title(name) for name in names],
+            shared_xaxes=True,
+            shared_yaxes="all",
+            vertical_spacing=0.1,
+        )
         for row, name in enumerate(names, start=1):
             printed = paper[0] if name == BASELINE else paper[1]
             _tracking_panel(plot, book, case, name, row, printed, ours.get((case, name)))
         paper_key(plot, row=1, col=1)
         plot.update_xaxes(title_text="time (s)", row=len(names))
-        plot.update_yaxes(title_text="line-of-sight error (µrad)", matches="y")
+        plot.update_yaxes(title_text="line-of-sight error (µrad)")
         views.append(View(case_title(case), plot))
     return views
 

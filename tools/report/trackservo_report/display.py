@@ -79,7 +79,7 @@ def pretty_units(text: str) -> str:
     """Replace the plain spelling of units and signs in a text by the printed one."""
     text = re.sub(r"\s*\bdeg/s\b", " °/s", text)
     text = re.sub(r"\burad\b", "µrad", text)
-    return text.replace("<=", "≤").replace(">=", "≥").replace("+/-", "±").replace("+-", "±")
+    return text.replace(" .. ", "…").replace("<=", "≤").replace(">=", "≥").replace("+/-", "±").replace("+-", "±")
 
 
 def plain_number(value: float | None) -> str:

@@ -139,8 +139,14 @@ def _frictions(items: list[Comparison], duels: list[verdict.Duel]) -> list[dict[
                     "name": friction,
                     "title": FRICTION_TITLES[friction],
                     "lines": lines,
-                    "score": {kind: sum(duel.outcome == kind for duel in fought) for kind in ("wins", "level", "loses")},
-                    "losses": [tables.loss_sentence(duel, name_plant=False) for duel in fought if duel.outcome == "loses"],
+                    "score": {
+                        kind: sum(duel.outcome == kind for duel in fought) for kind in ("wins", "level", "loses")
+                    },
+                    "losses": [
+                        tables.loss_sentence(duel, name_plant=False)
+                        for duel in sorted(fought, key=verdict.Duel.rank)
+                        if duel.outcome == "loses"
+                    ],
                     "rivals": _rivals(fought),
                 }
             )

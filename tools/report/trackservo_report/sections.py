@@ -52,9 +52,10 @@ def _sine_figures(book: curves.RunBook, items: list[Comparison]) -> list[Figure]
             "fig7",
             "Fig. 7 — a slow sine under PI alone",
             curves.sine_speed(book),
-            paper="Set-point 1 °/s at 0.1 Hz. At each reversal the speed hangs near zero, then jumps to catch up.",
+            paper="Set-point 1 °/s at 0.1 Hz. Friction disturbs the speed while it is low and around each reversal.",
             ours=f"The same sine on the paper's own simulated plant. Peak speed error {_said(sine, BASELINE)}.",
-            caption="Look at the zero crossings: the seal takes the motor's torque until it lets go. Drag a rectangle to zoom.",
+            caption="Compare the speed with the set-point at its peaks and around its zeros. With the published numbers "
+            "σ0/J is only 13 s⁻², so the seal mostly holds like a spring and never slides for long.",
             hints=["sim_host/scenarios/sine.toml", *LUGRE[:1], *LOOP],
         ),
         Figure(
@@ -62,7 +63,7 @@ def _sine_figures(book: curves.RunBook, items: list[Comparison]) -> list[Figure]
             "Fig. 11 — the ingredients, one by one",
             curves.sine_ingredients(book),
             paper="(a) PI, (b) with the disturbance observer, (c) with observer and friction compensation. "
-            "The observer reduces the hang at the reversal, only both together remove it.",
+            "The observer reduces the effect of friction at low speed, only both together overcome it.",
             ours=f"Peak error {_said(sine, 'pi')} with PI, {_said(sine, 'pi_vob')} with the observer, "
             f"{_said(sine, COMPENSATED)} with both.",
             caption="Right column: the same curves around a reversal, where they differ.",
@@ -194,8 +195,9 @@ def ablation_figures(results: Results, items: list[Comparison]) -> list[Figure]:
             "shares",
             "Who carries the friction at start-up",
             curves.friction_shares(curves.RunBook(results)),
-            caption="Left, the observer must first see an error before it answers; its estimate lags the true friction. "
-            "Right, the feedforward is there at once, and the observer only fills in what the wrong parameters left.",
+            caption="Left, the observer carries friction and load, and sees them only through the speed error. Right, the "
+            "feedforward carries the friction from the command on, and the observer is left with the load "
+            "and with what the wrong parameters missed.",
             hints=[*LUGRE, *OBSERVER],
         ),
     ]

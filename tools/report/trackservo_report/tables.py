@@ -13,6 +13,7 @@ from .comparison import (
     INGREDIENTS,
     PRIMARY_METRICS,
     Comparison,
+    badness,
     floor_of,
     headline,
 )
@@ -36,9 +37,10 @@ from .display import (
 from .load import Margin, Results, Row
 from .verdict import Duel
 
-
 SHARED = ["pi_vob", "pi_ftc", "pi_vob_ftc"]
 """The ingredients that are compared with PI: each alone, then both."""
+LARGEST_PERCENTAGE = 1000.0
+"""A change above this is against almost nothing and says nothing."""
 
 
 @dataclass(frozen=True)
@@ -109,9 +111,7 @@ def result_lines(items: list[Comparison]) -> list[ResultLine]:
     return lines
 
 
-def _line(
-    item: Comparison, before: Cell, after: Cell, notes: list[str], floor: float | None = None
-) -> ResultLine:
+def _line(item: Comparison, before: Cell, after: Cell, notes: list[str], floor: float | None = None) -> ResultLine:
     return ResultLine(
         experiment=EXPERIMENT_TITLES[item.experiment],
         case=case_title(item.case),
@@ -170,12 +170,12 @@ def ablation_lines(items: list[Comparison], friction: str) -> list[AblationLine]
 
 
 def _marked_cells(item: Comparison) -> list[Cell]:
-    """Cells in the order of `INGREDIENTS`; the smallest value is the best."""
-    values = [row.value for row in item.rows.values() if row.value is not None]
+    """Cells in the order of `INGREDIENTS`, the best one marked."""
+    values = [badness(item.metric, row.value) for row in item.rows.values() if row.value is not None]
     cells = []
     for name in INGREDIENTS:
         cell = _cell(item.rows.get(name))
-        best = cell.value is not None and bool(values) and cell.value == min(values)
+        best = cell.value is not None and badness(item.metric, cell.value) == min(values)
         cells.append(Cell(cell.text, cell.value, best=best))
     return cells
 
@@ -334,7 +334,7 @@ def _share(chosen: list[Comparison], controller: str) -> str:
         for item in chosen
         if (base := item.value(BASELINE)) and base > 0 and (value := item.value(controller)) is not None
     ]
-    return span(shares, 0) + " %" if shares else MISSING
+    return span(shares, 2) + " %" if shares else MISSING
 
 
 def loss_sentence(duel: Duel, name_plant: bool = True) -> str:
@@ -342,7 +342,7 @@ def loss_sentence(duel: Duel, name_plant: bool = True) -> str:
     item = duel.comparison
     own, other = _cell(item.rows[duel.lugre]), _cell(item.rows[duel.rival])
     change = duel.change_percent()
-    worse = f" ({change:+.0f}\u00a0%)" if change is not None else ""
+    worse = f" ({change:+.0f}\u00a0%)" if change is not None and abs(change) < LARGEST_PERCENTAGE else ""
     axis = "" if item.axis == "azimuth" else f", {item.axis}"
     return (
         (f"{FRICTION_TITLES[item.friction]} plant: " if name_plant else "")

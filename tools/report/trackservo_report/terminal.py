@@ -7,13 +7,14 @@ from pathlib import Path
 
 from rich import box
 from rich.console import Console
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
 from .comparison import count_goals, gather
 from .load import Results
 from .tables import Cell, ResultLine, loss_sentence, result_lines, unmet_goals
-from .verdict import duels
+from .verdict import Duel, duels
 
 PIPED_WIDTH = 100
 
@@ -36,24 +37,26 @@ def print_results(results: Results, page: Path, console: Console) -> None:
     fought = duels(items)
     losses = [duel for duel in fought if duel.outcome == "loses"]
     if fought:
-        console.print(f"LuGre compensation loses {len(losses)} of {len(fought)} comparisons with its rivals (see the page).")
+        console.print(
+            f"LuGre compensation loses {len(losses)} of {len(fought)} comparisons with its rivals (see the page)."
+        )
     on_other_model = [duel for duel in losses if duel.comparison.friction == "maxwell_slip"]
-    for duel in sorted(on_other_model, key=lambda duel: -(duel.change_percent() or 0.0))[:3]:
-        console.print("  " + loss_sentence(duel))
+    for duel in sorted(on_other_model, key=Duel.rank)[:3]:
+        console.print(Padding(loss_sentence(duel), (0, 0, 0, 2)))
     console.print(f"report: {page}", soft_wrap=True)
     met, judged = count_goals(results.rows)
     console.print(f"goals met: {met} of {judged}", style="bold green" if met == judged else "bold yellow")
 
 
 def _table(lines: list[ResultLine]) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), title_justify="left")
-    table.add_column("experiment", ratio=5)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), collapse_padding=True, title_justify="left")
+    table.add_column("experiment", min_width=28)
     table.add_column("unit", no_wrap=True)
     for heading in ("paper\nPI", "paper\ncomp."):
         table.add_column(heading, justify="right", no_wrap=True, style="dim")
     for heading in ("ours\nPI", "ours\nPI+VOB+FTC"):
         table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("goals: PI; compensated", ratio=3)
+    table.add_column("goals: PI; compensated")
     previous = ""
     for line in lines:
         if line.experiment != previous:
@@ -66,9 +69,9 @@ def _table(lines: list[ResultLine]) -> Table:
     return table
 
 
-def _label(line: ResultLine) -> Text:
+def _label(line: ResultLine) -> Padding:
     note = f" ({line.note})" if line.note else ""
-    return Text(f"  {line.case}: {line.metric}{note}")
+    return Padding(Text(f"{line.case}: {line.metric}{note}"), (0, 0, 0, 2))
 
 
 def _marked(cell: Cell) -> Text:
@@ -79,4 +82,4 @@ def _marked(cell: Cell) -> Text:
 
 def _goals(line: ResultLine) -> str:
     goals = "; ".join(goal for goal in (line.before.goal, line.after.goal) if goal)
-    return f"{goals} ({line.floor})" if line.floor else goals
+    return f"{goals}\n({line.floor})" if line.floor else goals

@@ -91,6 +91,13 @@ def paper_line(plot: go.Figure, value: float, text: str, **place: Any) -> None:
 def paper_key(plot: go.Figure, **place: Any) -> None:
     """A legend entry for the paper's dashed lines."""
     plot.add_trace(
-        go.Scatter(x=[None], y=[None], mode="lines", name="paper", line={"color": INK, "width": 1.3, "dash": "dash"}, legendrank=600),
+        go.Scatter(
+            x=[None],
+            y=[None],
+            mode="lines",
+            name="paper",
+            line={"color": INK, "width": 1.3, "dash": "dash"},
+            legendrank=600,
+        ),
         **place,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,13 @@ MAX_POINTS = 4000
 """Points of one curve on the page; keeps it responsive and the file small."""
 
 
-def read_columns(file: Path, columns: list[str]) -> dict[str, Series]:
-    """The named columns of a CSV with one header line; blank cells become NaN."""
+def read_columns(file: Path, columns: list[str], blanks: bool = True) -> dict[str, Series]:
+    """The named columns of a CSV with one header line; blank cells become NaN, or an error without `blanks`."""
     try:
         with file.open(encoding="utf-8") as stream:
             header = [name.strip() for name in stream.readline().split(",")]
             places = [_place(file, header, name) for name in columns]
-            table = np.loadtxt(stream, delimiter=",", usecols=places, ndmin=2, converters=_number)
+            table = np.loadtxt(stream, delimiter=",", usecols=places, ndmin=2, converters=_number if blanks else None)
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {error.strerror}.") from error
     except (ValueError, IndexError) as error:
@@ -33,7 +34,7 @@ def read_columns(file: Path, columns: list[str]) -> dict[str, Series]:
 
 def read_run(file: Path, columns: list[str]) -> dict[str, Series]:
     """As `read_columns`, for a run: time first, every value finite, time rising."""
-    data = read_columns(file, ["time_s", *columns])
+    data = read_columns(file, ["time_s", *columns], blanks=False)
     for name, values in data.items():
         if not np.all(np.isfinite(values)):
             raise InputError(f"{file}: column {name} has a value that is not a finite number.")
@@ -57,9 +58,9 @@ def thin(time: Series, values: Series, points: int = MAX_POINTS) -> tuple[Series
     if time.size <= points:
         return time, values
     edges = np.linspace(0, time.size, points // 2 + 1).astype(int)
-    starts = edges[:-1]
-    lows = starts + np.array([np.argmin(values[a:b]) for a, b in zip(starts, edges[1:])])
-    highs = starts + np.array([np.argmax(values[a:b]) for a, b in zip(starts, edges[1:])])
+    stretches = list(itertools.pairwise(edges))
+    lows = [start + np.argmin(values[start:end]) for start, end in stretches]
+    highs = [start + np.argmax(values[start:end]) for start, end in stretches]
     keep = np.unique(np.concatenate([[0], lows, highs, [time.size - 1]]))
     return time[keep], values[keep]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from .comparison import Comparison
+from .comparison import PRIMARY_METRICS, Comparison, badness
 from .load import Row
 
 JUDGED_METRICS = {
@@ -45,6 +45,15 @@ class Duel:
         own, other = self.comparison.value(self.lugre), self.comparison.value(self.rival)
         return None if own is None or not other else 100.0 * (own - other) / abs(other)
 
+    def rank(self) -> tuple[bool, bool, float]:
+        """Sorting key: the experiment's own metric first, azimuth first, the largest loss first."""
+        item = self.comparison
+        return (
+            item.metric != PRIMARY_METRICS[item.experiment],
+            item.axis != "azimuth",
+            -(self.change_percent() or 0.0),
+        )
+
 
 def duels(items: list[Comparison]) -> list[Duel]:
     """Every comparison of `RIVALS` that the rows allow, on a plant with friction."""
@@ -70,5 +79,5 @@ def _outcome(own: Row, other: Row) -> str | None:
         return "loses" if own.value is None else "wins"
     spread = math.hypot(own.spread or 0.0, other.spread or 0.0)
     tolerance = max(spread, RELATIVE_TOLERANCE * abs(other.value), SMALLEST_DIFFERENCE.get(own.unit, 0.0))
-    difference = own.value - other.value
+    difference = badness(own.metric, own.value) - badness(other.metric, other.value)
     return "level" if abs(difference) <= tolerance else "loses" if difference > 0 else "wins"

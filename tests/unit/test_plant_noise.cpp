@@ -1,0 +1,157 @@
+// Random parts of the machine: independent seeded streams, exact spectra, reproducible runs.
+#include <cmath>
+#include <vector>
+
+#include "plant/shaped_noise.hpp"
+#include "plant/tracker.hpp"
+#include "support/bench.hpp"
+#include "support/check.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using namespace bench;
+
+double correlation(RandomStream a, RandomStream b) {
+  double sum = 0.0;
+  const int draws = 100000;
+  for (int i = 0; i < draws; ++i) {
+    sum += a.normal() * b.normal();
+  }
+  return sum / draws;
+}
+
+void test_streams_of_other_names_indices_and_seeds_are_uncorrelated() {
+  const RandomStream gust(1, "load.gust", 0);
+  CHECK_NEAR("other index", 0.0, correlation(gust, RandomStream(1, "load.gust", 1)), 0.015);
+  CHECK_NEAR("other name", 0.0, correlation(gust, RandomStream(1, "gyro.noise", 0)), 0.015);
+  CHECK_NEAR("next seed", 0.0, correlation(gust, RandomStream(2, "load.gust", 0)), 0.015);
+  CHECK_NEAR("itself", 1.0, correlation(gust, RandomStream(1, "load.gust", 0)), 0.02);
+}
+
+void test_normal_deviates_have_unit_variance_and_normal_tails() {
+  RandomStream stream(7, "test");
+  double square = 0.0;
+  double fourth = 0.0;
+  const int draws = 1000000;
+  for (int i = 0; i < draws; ++i) {
+    const double x = stream.normal();
+    square += x * x;
+    fourth += x * x * x * x;
+  }
+  CHECK_NEAR("variance", 1.0, square / draws, 0.006);
+  CHECK_NEAR("kurtosis", 3.0, fourth / draws, 0.05);
+}
+
+// Mean over many seeds of x(t)^2 and x(t) x(t + lag).
+struct Moments {
+  double variance = 0;
+  double lagged = 0;
+};
+
+template <class Make>
+Moments moments(Make make, int lag) {
+  Moments mean;
+  const int runs = 20000;
+  for (int seed = 0; seed < runs; ++seed) {
+    ShapedNoise noise = make(RandomStream(static_cast<std::uint64_t>(seed), "test"));
+    const double start = noise.state()[0];
+    for (int step = 0; step < lag; ++step) {
+      noise.next();
+    }
+    mean.variance += noise.state()[0] * noise.state()[0] / runs;
+    mean.lagged += start * noise.state()[0] / runs;
+  }
+  return mean;
+}
+
+void test_gusts_have_their_rms_and_correlation_from_the_first_moment() {
+  // Two equal poles w: correlation (1 + w t) e^(-w t).
+  const auto gust = [](RandomStream stream) { return ShapedNoise::two_poles(0.7, 0.7, 3.0, 0.01, stream); };
+  const double wt = 2.0 * kPi * 0.7 * 0.2;
+  const Moments seen = moments(gust, 20);
+  CHECK_RELATIVE("variance", 9.0, seen.variance, 0.03);
+  CHECK_RELATIVE("correlation over 0.2 s", 9.0 * (1.0 + wt) * std::exp(-wt), seen.lagged, 0.05);
+}
+
+void test_sway_rings_at_its_resonance() {
+  const auto sway = [](RandomStream stream) { return ShapedNoise::resonance(1.5, 0.1, 2.0, 0.001, stream); };
+  const double w = 2.0 * kPi * 1.5;
+  const double damped = w * std::sqrt(1.0 - 0.01);
+  const double t = 0.333;  // half a period: correlation near its minimum
+  const double expected =
+      std::exp(-0.1 * w * t) * (std::cos(damped * t) + 0.1 / std::sqrt(1.0 - 0.01) * std::sin(damped * t));
+  const Moments seen = moments(sway, 333);
+  CHECK_RELATIVE("variance", 4.0, seen.variance, 0.03);
+  CHECK_NEAR("correlation over half a period", 4.0 * expected, seen.lagged, 0.12);
+}
+
+struct Log {
+  std::vector<double> gyro, wind, current;
+  std::vector<std::uint32_t> encoder;
+};
+
+Log logged(const PlantConfig &plant, std::uint64_t seed) {
+  Tracker tracker(plant, seed);
+  Log log;
+  for (int tick = 0; tick < 200; ++tick) {
+    const TickSamples samples = tracker.sample_tick();
+    log.gyro.push_back(samples.axis[kAzimuth].gyro_rate_rad_s);
+    log.encoder.push_back(samples.axis[kPitch].encoder_turns_2_32);
+    for (int step = 0; step < kPwmPerTick; ++step) {
+      log.current.push_back(tracker.sample_pwm(kPitch).current_a);
+      tracker.step_pwm({0.2, -0.1});
+    }
+    log.wind.push_back(tracker.truth().load_torque_nm[kAzimuth]);
+  }
+  return log;
+}
+
+void test_equal_seeds_give_equal_runs_bit_by_bit() {
+  for (const FrictionModel model : {FrictionModel::kLugre, FrictionModel::kMaxwellSlip}) {
+    PlantConfig plant = shipped_plant("tracker");
+    plant.friction_model = model;
+    const Log first = logged(plant, 11);
+    const Log again = logged(plant, 11);
+    const Log other = logged(plant, 12);
+    TEST_ASSERT_TRUE(first.gyro == again.gyro && first.encoder == again.encoder && first.current == again.current &&
+                     first.wind == again.wind);
+    TEST_ASSERT_FALSE(first.gyro == other.gyro);
+    TEST_ASSERT_FALSE(first.wind == other.wind);
+  }
+}
+
+void test_switching_one_noise_off_leaves_the_others_as_they_were() {
+  PlantConfig plant = bare_plant();
+  plant.axis[kAzimuth].inertia_kg_m2 = 1e6;  // nothing moves, so that only the noises differ
+  plant.axis[kPitch].inertia_kg_m2 = 1e6;
+  plant.axis[kAzimuth].load.wind_gust_rms_nm = 3.0;
+  plant.axis[kAzimuth].gyro.noise_density_rad_s_rthz = 1e-6;
+  plant.axis[kPitch].encoder.jitter_rms_rad = 1e-7;
+  plant.adc.current_noise_rms_a = 0.01;
+  const Log all = logged(plant, 4);
+  PlantConfig calm = plant;
+  calm.axis[kAzimuth].load.wind_gust_rms_nm = 0.0;
+  calm.adc.current_noise_rms_a = 0.0;
+  const Log rest = logged(calm, 4);
+  for (std::size_t i = 0; i < all.gyro.size(); ++i) {
+    CHECK_NEAR("gyro in rad/s", all.gyro[i], rest.gyro[i], 2e-6);
+  }
+  TEST_ASSERT_TRUE(all.encoder == rest.encoder);
+  TEST_ASSERT_FALSE(all.wind == rest.wind);
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_streams_of_other_names_indices_and_seeds_are_uncorrelated);
+  RUN_TEST(test_normal_deviates_have_unit_variance_and_normal_tails);
+  RUN_TEST(test_gusts_have_their_rms_and_correlation_from_the_first_moment);
+  RUN_TEST(test_sway_rings_at_its_resonance);
+  RUN_TEST(test_equal_seeds_give_equal_runs_bit_by_bit);
+  RUN_TEST(test_switching_one_noise_off_leaves_the_others_as_they_were);
+  return UNITY_END();
+}
