@@ -3,6 +3,7 @@
 //   sim_host run --plant FILE --scenario FILE --controller NAME --seed N --csv FILE
 //   sim_host experiments --out DIR
 //   sim_host bench
+//   sim_host keys plant|scenario
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -146,6 +147,10 @@ int main(int argc, char** argv) {
   CLI::App* bench_command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
   bench_command->add_option("--data", data_dir, "folder with plants/ and scenarios/")->check(CLI::ExistingDirectory);
 
+  CLI::App* keys_command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
+  std::string keys_of;
+  keys_command->add_option("file", keys_of, "which files")->required()->check(CLI::IsMember({"plant", "scenario"}));
+
   CLI11_PARSE(app, argc, argv);
   try {
     if (run_command->parsed()) {
@@ -156,6 +161,8 @@ int main(int argc, char** argv) {
         campaign_options.seeds = {1};
       }
       experiments(campaign_options);
+    } else if (keys_command->parsed()) {
+      fmt::print("{}", keys_of == "plant" ? sim::plant_keys_markdown() : sim::scenario_keys_markdown());
     } else {
       bench(data_dir);
     }

@@ -17,7 +17,7 @@ control_status current_loop_design(current_loop_params *params, float resistance
       .pi = {.proportional_gain = bandwidth_rad_s * inductance_h,
              .integral_gain = bandwidth_rad_s * resistance_ohm,
              .setpoint_weight = 1.0f,
-             .tracking_rate_per_s = scalar_min(4.0f * resistance_ohm / inductance_h, 0.5f / dt_s)},
+             .tracking_rate_per_s = scalar_min(resistance_ohm / inductance_h, 0.5f / dt_s)},
       .back_emf_v_s_rad = back_emf_v_s_rad,
       .duty_limit = 0.98f,
   };

@@ -12,9 +12,9 @@
 #include "control/pi_controller.h"
 
 typedef struct {
-  pi_controller_params pi;   /* V from A */
-  float back_emf_v_s_rad;    /* Ke, 0 .. 1e3 */
-  float duty_limit;          /* largest |duty|, 0.01 .. 1 */
+  pi_controller_params pi; /* V from A */
+  float back_emf_v_s_rad;  /* Ke, 0 .. 1e3 */
+  float duty_limit;        /* largest |duty|, 0.01 .. 1 */
 } current_loop_params;
 
 typedef struct {

@@ -42,8 +42,7 @@ static void propagate(target_tracker_state *state, float sight_rate_rad_s, float
 static void correct(target_tracker_state *state, const target_tracker_params *params, const camera_frame *frame,
                     float dt_s) {
   const float age_s = (float)frame->age_ticks * dt_s;
-  const float target_motion_rad =
-      (state->target_rate_rad_s - 0.5f * state->target_acceleration_rad_s2 * age_s) * age_s;
+  const float target_motion_rad = (state->target_rate_rad_s - 0.5f * state->target_acceleration_rad_s2 * age_s) * age_s;
   const float expected_rad = state->error_rad + sight_motion_rad(state, frame->age_ticks, dt_s) - target_motion_rad;
   const float residual_rad = frame->error_rad - expected_rad;
 

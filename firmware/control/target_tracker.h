@@ -32,8 +32,8 @@ typedef struct {
 
 typedef struct {
   float integral_rad_s;
-  float error_rad;               /* target - sight, now */
-  float target_rate_rad_s;       /* inertial */
+  float error_rad;         /* target - sight, now */
+  float target_rate_rad_s; /* inertial */
   float target_acceleration_rad_s2;
   float sight_rates_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick */
   int newest;
@@ -42,10 +42,10 @@ typedef struct {
 } target_tracker_state;
 
 typedef struct {
-  bool fresh;         /* true in the tick in which a result arrives */
-  bool valid;         /* the target was found */
-  int age_ticks;      /* from exposure to now, 0 .. 127 */
-  float error_rad;    /* target - sight at exposure, positive when the target is ahead */
+  bool fresh;      /* true in the tick in which a result arrives */
+  bool valid;      /* the target was found */
+  int age_ticks;   /* from exposure to now, 0 .. 127 */
+  float error_rad; /* target - sight at exposure, positive when the target is ahead */
 } camera_frame;
 
 control_status target_tracker_check(const target_tracker_params *params);

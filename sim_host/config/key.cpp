@@ -19,7 +19,7 @@ const char *type_text(KeyType type) {
   }
 }
 
-std::string default_text(const KeyText &key) {
+std::string default_text(const KeyText& key) {
   if (key.fallback) {
     return fmt::format("{:g}", *key.fallback);
   }
@@ -28,13 +28,13 @@ std::string default_text(const KeyText &key) {
 
 }  // namespace
 
-std::string allowed_text(const KeyText &key) {
+std::string allowed_text(const KeyText& key) {
   if (key.type == KeyType::kText) {
     return "text, not empty";
   }
   if (key.type == KeyType::kChoice) {
     std::string text = "one of";
-    for (const std::string &name : key.choices) {
+    for (const std::string& name : key.choices) {
       text += fmt::format(" \"{}\"", name);
     }
     return text;
@@ -43,12 +43,12 @@ std::string allowed_text(const KeyText &key) {
                      std::string(key.unit.text) == "-" ? "" : fmt::format(" {}", key.unit.text));
 }
 
-std::string sections_markdown(const std::string &title, const std::vector<Section> &sections) {
+std::string sections_markdown(const std::string& title, const std::vector<Section>& sections) {
   std::string page = fmt::format("# {}\n", title);
-  for (const Section &section : sections) {
+  for (const Section& section : sections) {
     page += fmt::format("\n## {}\n\n{}\n\n| key | unit | allowed | default | meaning |\n|---|---|---|---|---|\n",
                         section.heading, section.note);
-    for (const KeyText &key : section.keys) {
+    for (const KeyText& key : section.keys) {
       page += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, key.unit.text, allowed_text(key),
                           default_text(key), key.meaning);
     }

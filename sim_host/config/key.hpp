@@ -83,7 +83,7 @@ struct KeyText {
 template <class Owner>
 struct Key {
   KeyText text;
-  std::function<void(Owner &, const Value &)> set;
+  std::function<void(Owner&, const Value&)> set;
 
   // Makes the key optional, with this value [file's unit].
   Key or_else(double value) const {
@@ -110,33 +110,39 @@ Key<Owner> number(std::string name, Unit unit, Range range, Member Owner::*membe
   KeyText text{std::move(name), KeyType::kNumber, unit, range, std::move(meaning), {}, std::nullopt, false};
   if constexpr (std::is_same_v<Member, int>) {
     text.type = KeyType::kInteger;
-    return {text, [member](Owner &owner, const Value &value) { owner.*member = std::get<int>(value); }};
+    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<int>(value); }};
   } else if constexpr (std::is_same_v<Member, std::vector<double>>) {
     text.type = KeyType::kList;
-    return {text, [member](Owner &owner, const Value &value) { owner.*member = std::get<std::vector<double>>(value); }};
+    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<std::vector<double>>(value); }};
   } else if constexpr (std::is_same_v<Member, std::array<double, 3>>) {
     text.type = KeyType::kThreeNumbers;
-    return {text, [member](Owner &owner, const Value &value) {
-              const auto &list = std::get<std::vector<double>>(value);
+    return {text, [member](Owner& owner, const Value& value) {
+              const auto& list = std::get<std::vector<double>>(value);
               owner.*member = {list.at(0), list.at(1), list.at(2)};
             }};
   } else {
-    return {text, [member](Owner &owner, const Value &value) { owner.*member = std::get<double>(value); }};
+    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<double>(value); }};
   }
 }
 
 template <class Owner>
 Key<Owner> words(std::string name, std::string Owner::*member, std::string meaning) {
   return {KeyText{std::move(name), KeyType::kText, unit::kNone, {0, 0}, std::move(meaning), {}, std::nullopt, false},
-          [member](Owner &owner, const Value &value) { owner.*member = std::get<std::string>(value); }};
+          [member](Owner& owner, const Value& value) { owner.*member = std::get<std::string>(value); }};
 }
 
 // One of several words; the member is an enumeration in the same order, from 0.
 template <class Owner, class Enum>
 Key<Owner> choice(std::string name, std::vector<std::string> choices, Enum Owner::*member, std::string meaning) {
-  return {KeyText{std::move(name), KeyType::kChoice, unit::kNone, {0, 0}, std::move(meaning), std::move(choices),
-                  std::nullopt, false},
-          [member](Owner &owner, const Value &value) { owner.*member = static_cast<Enum>(std::get<int>(value)); }};
+  return {KeyText{std::move(name),
+                  KeyType::kChoice,
+                  unit::kNone,
+                  {0, 0},
+                  std::move(meaning),
+                  std::move(choices),
+                  std::nullopt,
+                  false},
+          [member](Owner& owner, const Value& value) { owner.*member = static_cast<Enum>(std::get<int>(value)); }};
 }
 
 // One table of a file, for the reference page.
@@ -147,19 +153,19 @@ struct Section {
 };
 
 template <class Owner>
-std::vector<KeyText> texts_of(const Keys<Owner> &keys) {
+std::vector<KeyText> texts_of(const Keys<Owner>& keys) {
   std::vector<KeyText> texts;
-  for (const Key<Owner> &key : keys) {
+  for (const Key<Owner>& key : keys) {
     texts.push_back(key.text);
   }
   return texts;
 }
 
 // Markdown of sections: a heading, the note, and a table with one row a key.
-std::string sections_markdown(const std::string &title, const std::vector<Section> &sections);
+std::string sections_markdown(const std::string& title, const std::vector<Section>& sections);
 
 // "0.1 .. 20 A", "one of `a`, `b`", ...: what a value must be.
-std::string allowed_text(const KeyText &key);
+std::string allowed_text(const KeyText& key);
 
 }  // namespace trackservo::sim
 

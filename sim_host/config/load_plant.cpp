@@ -10,21 +10,21 @@ namespace trackservo::sim {
 namespace {
 
 template <class Owner>
-void read_table(const TomlReader &reader, const TomlTable &table, const Keys<Owner> &keys, Owner &owner) {
+void read_table(const TomlReader& reader, const TomlTable& table, const Keys<Owner>& keys, Owner& owner) {
   reader.refuse_unknown(table, keys);
   reader.read(table, keys, owner);
 }
 
 // A table that may be absent: then every key has its default.
 template <class Owner>
-void read_optional_table(const TomlReader &reader, const TomlTable &parent, const char *name, const Keys<Owner> &keys,
-                         Owner &owner) {
+void read_optional_table(const TomlReader& reader, const TomlTable& parent, const char *name, const Keys<Owner>& keys,
+                         Owner& owner) {
   if (const auto table = reader.child_if_present(parent, name)) {
     read_table(reader, *table, keys, owner);
   }
 }
 
-StribeckConfig read_direction(const TomlReader &reader, const TomlTable &table) {
+StribeckConfig read_direction(const TomlReader& reader, const TomlTable& table) {
   StribeckConfig direction;
   read_table(reader, table, stribeck_keys(), direction);
   if (direction.breakaway_nm < direction.coulomb_nm) {
@@ -35,7 +35,7 @@ StribeckConfig read_direction(const TomlReader &reader, const TomlTable &table) 
   return direction;
 }
 
-FrictionConfig read_friction(const TomlReader &reader, const TomlTable &table) {
+FrictionConfig read_friction(const TomlReader& reader, const TomlTable& table) {
   constexpr double kLargestDeflection_rad = 1.0;  // of the bristles; beyond, the numbers are surely mixed up
   FrictionConfig friction;
   reader.refuse_unknown(table, friction_keys(), {"positive", "negative"});
@@ -52,20 +52,20 @@ FrictionConfig read_friction(const TomlReader &reader, const TomlTable &table) {
   return friction;
 }
 
-MotorConfig read_motor(const TomlReader &reader, const TomlTable &table) {
+MotorConfig read_motor(const TomlReader& reader, const TomlTable& table) {
   MotorConfig motor;
   reader.refuse_unknown(table, motor_keys(), {"ripple", "cogging"});
   reader.read(table, motor_keys(), motor);
-  for (const TomlTable &harmonic : reader.children(table, "ripple")) {
+  for (const TomlTable& harmonic : reader.children(table, "ripple")) {
     read_table(reader, harmonic, ripple_keys(), motor.ripple.emplace_back());
   }
-  for (const TomlTable &harmonic : reader.children(table, "cogging")) {
+  for (const TomlTable& harmonic : reader.children(table, "cogging")) {
     read_table(reader, harmonic, cogging_keys(), motor.cogging.emplace_back());
   }
   return motor;
 }
 
-std::optional<EndStopConfig> read_end_stops(const TomlReader &reader, const TomlTable &table) {
+std::optional<EndStopConfig> read_end_stops(const TomlReader& reader, const TomlTable& table) {
   EndStopKeys keys;
   reader.read(table, end_stop_keys(), keys);
   if (keys.range_rad.empty()) {
@@ -77,10 +77,10 @@ std::optional<EndStopConfig> read_end_stops(const TomlReader &reader, const Toml
   return EndStopConfig{keys.range_rad[0], keys.range_rad[1], keys.stiffness_nm_rad, keys.restitution};
 }
 
-AxisConfig read_axis(const TomlReader &reader, const TomlTable &table, bool swings) {
+AxisConfig read_axis(const TomlReader& reader, const TomlTable& table, bool swings) {
   AxisConfig axis;
   std::vector<std::string> known{"motor", "friction", "load", "base_sway", "encoder", "gyro"};
-  for (const auto &key : end_stop_keys()) {
+  for (const auto& key : end_stop_keys()) {
     known.push_back(key.text.name);
   }
   reader.refuse_unknown(table, axis_keys(), known);
@@ -98,7 +98,7 @@ AxisConfig read_axis(const TomlReader &reader, const TomlTable &table, bool swin
   return axis;
 }
 
-DesignConfig read_design(const TomlReader &reader, const TomlTable &table) {
+DesignConfig read_design(const TomlReader& reader, const TomlTable& table) {
   DesignConfig design;
   read_table(reader, table, design_keys(), design);
   if (design.speed_loop_bandwidth_hz.has_value() == design.speed_loop_natural_frequency_rad_s.has_value()) {
@@ -112,15 +112,15 @@ DesignConfig read_design(const TomlReader &reader, const TomlTable &table) {
 
 }  // namespace
 
-PlantConfig load_plant(const std::filesystem::path &path) {
+PlantConfig load_plant(const std::filesystem::path& path) {
   const TomlReader reader(path);
   const TomlTable root = reader.root();
   PlantConfig plant;
   plant.file = path.string();
   plant.name = path.stem().string();
-  reader.refuse_unknown(root, plant_keys(),
-                        {"friction", "maxwell_slip", "supply", "adc", "base_tilt", "azimuth", "pitch", "design",
-                         "assumption"});
+  reader.refuse_unknown(
+      root, plant_keys(),
+      {"friction", "maxwell_slip", "supply", "adc", "base_tilt", "azimuth", "pitch", "design", "assumption"});
   reader.read(root, plant_keys(), plant);
   read_table(reader, reader.child(root, "friction"), friction_model_keys(), plant);
   read_optional_table(reader, root, "maxwell_slip", maxwell_slip_keys(), plant.maxwell_slip);
@@ -134,23 +134,23 @@ PlantConfig load_plant(const std::filesystem::path &path) {
     plant.axis[i] = read_axis(reader, reader.child(root, axis_name(index)), index == kAzimuth);
     plant.design[i] = read_design(reader, reader.child(designs, axis_name(index)));
   }
-  for (const TomlTable &table : reader.children(root, "assumption")) {
+  for (const TomlTable& table : reader.children(root, "assumption")) {
     read_table(reader, table, assumption_keys(), plant.assumptions.emplace_back());
   }
   return plant;
 }
 
-double axis_inertia_kg_m2(const PlantConfig &plant, int axis, double pitch_rad) {
+double axis_inertia_kg_m2(const PlantConfig& plant, int axis, double pitch_rad) {
   const double cosine = std::cos(pitch_rad);
-  const AxisConfig &config = plant.axis[static_cast<std::size_t>(axis)];
+  const AxisConfig& config = plant.axis[static_cast<std::size_t>(axis)];
   return config.inertia_kg_m2 + config.inertia_swing_kg_m2 * cosine * cosine;
 }
 
-double steady_friction_nm(const FrictionConfig &friction, double joint_rate_rad_s) {
+double steady_friction_nm(const FrictionConfig& friction, double joint_rate_rad_s) {
   if (joint_rate_rad_s == 0.0) {
     return 0.0;
   }
-  const StribeckConfig &direction = joint_rate_rad_s > 0.0 ? friction.positive : friction.negative;
+  const StribeckConfig& direction = joint_rate_rad_s > 0.0 ? friction.positive : friction.negative;
   const double ratio = joint_rate_rad_s / direction.stribeck_speed_rad_s;
   const double level =
       direction.coulomb_nm + (direction.breakaway_nm - direction.coulomb_nm) * std::exp(-ratio * ratio);

@@ -16,11 +16,11 @@ Keys<ScenarioConfig> scenario_keys() {
   return {
       words("name", &Config::name, "of the experiment"),
       words("title", &Config::title, "one line for the report"),
-      choice("kind", {"speed_sine", "speed_step", "tracking"}, &Config::kind,
-                     "what the reference is"),
+      choice("kind", {"speed_sine", "speed_step", "tracking"}, &Config::kind, "what the reference is"),
       number("duration_s", unit::kSecond, {0.01, 3600}, &Config::duration_s, "length of a run"),
       number("rest_s", unit::kSecond, {0, 3600}, &Config::rest_s, "reference at rest until then").or_else(0),
-      number("settle_s", unit::kSecond, {0, 3600}, &Config::settle_s, "from there to the start of the analysis").or_else(0),
+      number("settle_s", unit::kSecond, {0, 3600}, &Config::settle_s, "from there to the start of the analysis")
+          .or_else(0),
   };
 }
 
@@ -31,9 +31,10 @@ struct InitialKeys {
 
 Keys<InitialKeys> initial_keys() {
   return {
-      number("initial_azimuth_deg", unit::kDegree, {-1e4, 1e4}, &InitialKeys::azimuth_rad,
-             "joint angle at time 0").or_else(0),
-      number("initial_pitch_deg", unit::kDegree, {-180, 180}, &InitialKeys::pitch_rad, "joint angle at time 0").or_else(0),
+      number("initial_azimuth_deg", unit::kDegree, {-1e4, 1e4}, &InitialKeys::azimuth_rad, "joint angle at time 0")
+          .or_else(0),
+      number("initial_pitch_deg", unit::kDegree, {-180, 180}, &InitialKeys::pitch_rad, "joint angle at time 0")
+          .or_else(0),
   };
 }
 
@@ -50,8 +51,10 @@ Keys<ScenarioConfig> step_keys() {
   return {
       number("speeds_deg_s", unit::kDegreePerSecond, {-1e3, 1e3}, &Config::speeds_rad_s, "steps, one case each"),
       number("disturbance_amplitude_deg_s", unit::kDegreePerSecond, {0, 1e3}, &Config::disturbance_amplitude_rad_s,
-             "sine added to the speed reference signal").or_else(0),
-      number("disturbance_frequency_hz", unit::kHertz, {0, 200}, &Config::disturbance_frequency_hz, "of that sine").or_else(0),
+             "sine added to the speed reference signal")
+          .or_else(0),
+      number("disturbance_frequency_hz", unit::kHertz, {0, 200}, &Config::disturbance_frequency_hz, "of that sine")
+          .or_else(0),
   };
 }
 
@@ -60,7 +63,8 @@ Keys<FlyByConfig> fly_by_keys() {
   return {
       number("start_position_m", unit::kMetre, kDistance_m, &Config::start_position_m, "[ahead, left, up] at time 0"),
       number("velocity_m_s", unit::kMetrePerSecond, {-500, 500}, &Config::velocity_m_s, "of the straight course"),
-      number("weave_lateral_m", unit::kMetre, {0, 1e3}, &Config::weave_lateral_m, "amplitude across the course").or_else(0),
+      number("weave_lateral_m", unit::kMetre, {0, 1e3}, &Config::weave_lateral_m, "amplitude across the course")
+          .or_else(0),
       number("weave_lateral_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_lateral_period_s, "").or_else(20),
       number("weave_vertical_m", unit::kMetre, {0, 1e3}, &Config::weave_vertical_m, "amplitude up and down").or_else(0),
       number("weave_vertical_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_vertical_period_s, "").or_else(20),
@@ -71,7 +75,8 @@ Keys<CameraConfig> camera_keys() {
   using Config = CameraConfig;
   return {
       number("frame_rate_hz", unit::kHertz, {1, 1000}, &Config::frame_rate_hz, ""),
-      number("delay_ms", unit::kMillisecond, {0, 1000}, &Config::delay_s, "from exposure to result; less than 10 frames"),
+      number("delay_ms", unit::kMillisecond, {0, 1000}, &Config::delay_s,
+             "from exposure to result; less than 10 frames"),
       number("pixel_urad", unit::kMicroradian, {0.01, 1e4}, &Config::pixel_rad, "angle of a pixel"),
       number("width_px", unit::kPixel, {1, 1e5}, &Config::width_px, "along azimuth"),
       number("height_px", unit::kPixel, {1, 1e5}, &Config::height_px, "along pitch"),
@@ -79,7 +84,7 @@ Keys<CameraConfig> camera_keys() {
   };
 }
 
-void read_axes(const TomlReader &reader, ScenarioConfig &scenario) {
+void read_axes(const TomlReader& reader, ScenarioConfig& scenario) {
   const TomlTable root = reader.root();
   const toml::node *node = root.table->get("axes");
   const toml::array *names = node != nullptr ? node->as_array() : nullptr;
@@ -87,7 +92,7 @@ void read_axes(const TomlReader &reader, ScenarioConfig &scenario) {
   if (names == nullptr || names->empty()) {
     reader.fail(root, "axes", node == nullptr ? "is missing" : "is not a list with elements", remedy);
   }
-  for (const toml::node &name : *names) {
+  for (const toml::node& name : *names) {
     const std::string text = name.value_or<std::string>("");
     const bool azimuth = text == axis_name(kAzimuth);
     if (!azimuth && text != axis_name(kPitch)) {
@@ -98,13 +103,13 @@ void read_axes(const TomlReader &reader, ScenarioConfig &scenario) {
 }
 
 template <class Owner>
-void read_child(const TomlReader &reader, const char *name, const Keys<Owner> &keys, Owner &owner) {
+void read_child(const TomlReader& reader, const char *name, const Keys<Owner>& keys, Owner& owner) {
   const TomlTable table = reader.child(reader.root(), name);
   reader.refuse_unknown(table, keys);
   reader.read(table, keys, owner);
 }
 
-void read_kind(const TomlReader &reader, ScenarioConfig &scenario) {
+void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
   constexpr double kMostFramesUnderWay = 10;
   const TomlTable root = reader.root();
   switch (scenario.kind) {
@@ -127,8 +132,8 @@ void read_kind(const TomlReader &reader, ScenarioConfig &scenario) {
 // Keys that the scenario's kind knows, so that a key of another kind is refused.
 std::vector<std::string> known_keys(ScenarioKind kind) {
   std::vector<std::string> known{"axes"};
-  const auto add = [&known](const auto &keys) {
-    for (const auto &key : keys) {
+  const auto add = [&known](const auto& keys) {
+    for (const auto& key : keys) {
       known.push_back(key.text.name);
     }
   };
@@ -146,7 +151,7 @@ std::vector<std::string> known_keys(ScenarioKind kind) {
 
 }  // namespace
 
-ScenarioConfig load_scenario(const std::filesystem::path &path) {
+ScenarioConfig load_scenario(const std::filesystem::path& path) {
   const TomlReader reader(path);
   ScenarioConfig scenario;
   scenario.file = path.string();
@@ -166,7 +171,7 @@ ScenarioConfig load_scenario(const std::filesystem::path &path) {
 
 std::string scenario_keys_markdown() {
   std::vector<KeyText> common = texts_of(scenario_keys());
-  for (const KeyText &key : texts_of(initial_keys())) {
+  for (const KeyText& key : texts_of(initial_keys())) {
     common.push_back(key);
   }
   return sections_markdown("Keys of a scenario file",

@@ -153,7 +153,7 @@ struct BaseTiltConfig {
 
 // Wishes for the controller of one axis; the runner turns them into gains.
 struct DesignConfig {
-  std::optional<double> speed_loop_bandwidth_hz;            // exactly one
+  std::optional<double> speed_loop_bandwidth_hz;             // exactly one
   std::optional<double> speed_loop_natural_frequency_rad_s;  // of these two
   double speed_loop_damping = 1;
   double observer_bandwidth_hz = 1;

@@ -10,13 +10,11 @@ constexpr Range kFrequency{1e-3, 1e4};
 
 }  // namespace
 
-Keys<PlantConfig> plant_keys() {
-  return {words("title", &PlantConfig::title, "one line for the report")};
-}
+Keys<PlantConfig> plant_keys() { return {words("title", &PlantConfig::title, "one line for the report")}; }
 
 Keys<PlantConfig> friction_model_keys() {
   return {choice("model", {"none", "lugre", "maxwell_slip"}, &PlantConfig::friction_model,
-                              "what rubs in both axes; `none` takes away the viscous part too")};
+                 "what rubs in both axes; `none` takes away the viscous part too")};
 }
 
 Keys<MaxwellSlipConfig> maxwell_slip_keys() {
@@ -24,21 +22,29 @@ Keys<MaxwellSlipConfig> maxwell_slip_keys() {
   return {
       number("elements", unit::kNone, {1, 16}, &Config::elements, "spring-slider elements per axis").or_else(8),
       number("attraction_1_s", unit::kPerSecond, {0, 1e4}, &Config::attraction_1_s,
-             "how fast slipping elements follow the Stribeck curve").or_else(50),
+             "how fast slipping elements follow the Stribeck curve")
+          .or_else(50),
       number("sticking_damping_fraction", unit::kNone, {0, 1}, &Config::sticking_damping_fraction,
-             "share of damping_nm_s_rad that sticking elements keep").or_else(0),
+             "share of damping_nm_s_rad that sticking elements keep")
+          .or_else(0),
       number("level_per_load_1_nm", unit::kPerNewtonMetre, {0, 1}, &Config::level_per_load_1_nm,
-             "relative rise of the friction level per Nm of load torque").or_else(0),
+             "relative rise of the friction level per Nm of load torque")
+          .or_else(0),
       number("temperature_start_k", unit::kKelvin, {-100, 100}, &Config::temperature_start_k,
-             "seal temperature at time 0, against that of the friction numbers").or_else(0),
+             "seal temperature at time 0, against that of the friction numbers")
+          .or_else(0),
       number("temperature_end_k", unit::kKelvin, {-100, 100}, &Config::temperature_end_k,
-             "seal temperature that is reached in the end").or_else(0),
+             "seal temperature that is reached in the end")
+          .or_else(0),
       number("temperature_time_constant_s", unit::kSecond, {1e-2, 1e6}, &Config::temperature_time_constant_s,
-             "time constant of that drift").or_else(100),
+             "time constant of that drift")
+          .or_else(100),
       number("level_per_k", unit::kPerKelvin, {-0.05, 0.05}, &Config::level_per_k,
-             "logarithmic change of the friction level per K").or_else(0),
+             "logarithmic change of the friction level per K")
+          .or_else(0),
       number("viscosity_per_k", unit::kPerKelvin, {-0.05, 0.05}, &Config::viscosity_per_k,
-             "logarithmic change of the viscous coefficient per K").or_else(0),
+             "logarithmic change of the viscous coefficient per K")
+          .or_else(0),
   };
 }
 
@@ -46,8 +52,8 @@ Keys<SupplyConfig> supply_keys() {
   using Config = SupplyConfig;
   return {
       number("voltage_v", unit::kVolt, {1, 1000}, &Config::voltage_v, "open-circuit supply voltage"),
-      number("source_resistance_ohm", unit::kOhm, {0, 10}, &Config::source_resistance_ohm,
-             "of supply and wiring").or_else(0),
+      number("source_resistance_ohm", unit::kOhm, {0, 10}, &Config::source_resistance_ohm, "of supply and wiring")
+          .or_else(0),
       number("pwm_counts", unit::kNone, {16, 1e6}, &Config::pwm_counts, "timer counts of full duty"),
   };
 }
@@ -69,8 +75,8 @@ Keys<BaseTiltConfig> base_tilt_keys() {
   using Config = BaseTiltConfig;
   return {
       number("tilt_deg", unit::kDegree, {-45, 45}, &Config::tilt_rad, "static slant of the base").or_else(0),
-      number("direction_deg", unit::kDegree, kTurn, &Config::direction_rad,
-             "azimuth joint angle to which it slants up").or_else(0),
+      number("direction_deg", unit::kDegree, kTurn, &Config::direction_rad, "azimuth joint angle to which it slants up")
+          .or_else(0),
   };
 }
 
@@ -80,7 +86,8 @@ Keys<AxisConfig> axis_keys() {
       number("inertia_kg_m2", unit::kKilogramSquareMetre, {1e-6, 1e6}, &Config::inertia_kg_m2,
              "about the axis; azimuth: the part that does not depend on pitch, J0"),
       number("inertia_swing_kg_m2", unit::kKilogramSquareMetre, {0, 1e6}, &Config::inertia_swing_kg_m2,
-             "azimuth only: J1 in J0 + J1 cos^2(pitch)").or_else(0),
+             "azimuth only: J1 in J0 + J1 cos^2(pitch)")
+          .or_else(0),
   };
 }
 
@@ -88,11 +95,14 @@ Keys<EndStopKeys> end_stop_keys() {
   using Config = EndStopKeys;
   return {
       number("end_stops_deg", unit::kDegree, {-1e5, 1e5}, &Config::range_rad,
-             "[lower, upper] travel limit of the joint; absent: none").or_absent(),
+             "[lower, upper] travel limit of the joint; absent: none")
+          .or_absent(),
       number("end_stop_stiffness_nm_rad", unit::kNewtonMetrePerRadian, {1, 1e8}, &Config::stiffness_nm_rad,
-             "of the buffers").or_else(1e5),
+             "of the buffers")
+          .or_else(1e5),
       number("end_stop_restitution", unit::kNone, {0.01, 1}, &Config::restitution,
-             "speed after over speed before the impact").or_else(0.3),
+             "speed after over speed before the impact")
+          .or_else(0.3),
   };
 }
 
@@ -136,13 +146,17 @@ Keys<FrictionConfig> friction_keys() {
       number("damping_nm_s_rad", unit::kNewtonMetreSecondPerRadian, {0, 1e6}, &Config::damping_nm_s_rad,
              "sigma1, eq. (1)"),
       number("eccentricity_once_percent", unit::kPercent, {0, 90}, &Config::eccentricity_once,
-             "variation of the level once per turn").or_else(0),
+             "variation of the level once per turn")
+          .or_else(0),
       number("eccentricity_once_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_once_phase_rad,
-             "joint angle of its maximum").or_else(0),
+             "joint angle of its maximum")
+          .or_else(0),
       number("eccentricity_twice_percent", unit::kPercent, {0, 90}, &Config::eccentricity_twice,
-             "variation of the level twice per turn").or_else(0),
+             "variation of the level twice per turn")
+          .or_else(0),
       number("eccentricity_twice_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_twice_phase_rad,
-             "joint angle of a maximum").or_else(0),
+             "joint angle of a maximum")
+          .or_else(0),
   };
 }
 
@@ -162,23 +176,31 @@ Keys<LoadConfig> load_keys() {
   using Config = LoadConfig;
   return {
       number("imbalance_nm", unit::kNewtonMetre, kTorque, &Config::imbalance_nm,
-             "gravity moment of the off-centre mass; of azimuth it acts on a tilted base only").or_else(0),
+             "gravity moment of the off-centre mass; of azimuth it acts on a tilted base only")
+          .or_else(0),
       number("imbalance_phase_deg", unit::kDegree, kTurn, &Config::imbalance_phase_rad,
-             "direction of that mass at joint angle 0").or_else(0),
+             "direction of that mass at joint angle 0")
+          .or_else(0),
       number("cable_stiffness_nm_rad", unit::kNewtonMetrePerRadian, {0, 1e4}, &Config::cable_stiffness_nm_rad,
-             "torsion of the cable loop").or_else(0),
+             "torsion of the cable loop")
+          .or_else(0),
       number("cable_neutral_deg", unit::kDegree, {-1e4, 1e4}, &Config::cable_neutral_rad,
-             "joint angle at which the cable is relaxed").or_else(0),
-      number("wind_mean_nm", unit::kNewtonMetre, {-1e4, 1e4}, &Config::wind_mean_nm,
-             "positive against forward motion").or_else(0),
+             "joint angle at which the cable is relaxed")
+          .or_else(0),
+      number("wind_mean_nm", unit::kNewtonMetre, {-1e4, 1e4}, &Config::wind_mean_nm, "positive against forward motion")
+          .or_else(0),
       number("wind_gust_rms_nm", unit::kNewtonMetre, kTorque, &Config::wind_gust_rms_nm,
-             "standard deviation of the gust torque").or_else(0),
+             "standard deviation of the gust torque")
+          .or_else(0),
       number("wind_turbulence_corner_hz", unit::kHertz, kFrequency, &Config::wind_turbulence_corner_hz,
-             "first pole of the gusts: wind speed over eddy size").or_else(0.7),
+             "first pole of the gusts: wind speed over eddy size")
+          .or_else(0.7),
       number("wind_admittance_corner_hz", unit::kHertz, kFrequency, &Config::wind_admittance_corner_hz,
-             "second pole: wind speed over cabin size").or_else(0.7),
+             "second pole: wind speed over cabin size")
+          .or_else(0.7),
       number("broadband_rms_nm", unit::kNewtonMetre, kTorque, &Config::broadband_rms_nm,
-             "white torque noise, held for 1 ms").or_else(0),
+             "white torque noise, held for 1 ms")
+          .or_else(0),
   };
 }
 
@@ -197,10 +219,13 @@ Keys<EncoderConfig> encoder_keys() {
       number("resolution_bits", unit::kNone, {8, 32}, &Config::resolution_bits, "per turn"),
       number("jitter_rms_urad", unit::kMicroradian, {0, 1e4}, &Config::jitter_rms_rad, "white").or_else(0),
       number("eccentricity_urad", unit::kMicroradian, {0, 1e5}, &Config::eccentricity_rad,
-             "amplitude of the error once per turn").or_else(0),
+             "amplitude of the error once per turn")
+          .or_else(0),
       number("eccentricity_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_phase_rad,
-             "sine phase at joint angle 0").or_else(0),
-      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the angle to the reading").or_else(0),
+             "sine phase at joint angle 0")
+          .or_else(0),
+      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the angle to the reading")
+          .or_else(0),
   };
 }
 
@@ -223,14 +248,15 @@ Keys<DesignConfig> design_keys() {
   using Config = DesignConfig;
   return {
       number("speed_loop_bandwidth_hz", unit::kHertz, {0.01, 300}, &Config::speed_loop_bandwidth_hz,
-             "closed-loop bandwidth; exactly one of this and the next").or_absent(),
+             "closed-loop bandwidth; exactly one of this and the next")
+          .or_absent(),
       number("speed_loop_natural_frequency_rad_s", unit::kRadianPerSecond, {0.01, 2e3},
-             &Config::speed_loop_natural_frequency_rad_s, "natural frequency of the PI loop on the bare inertia").or_absent(),
+             &Config::speed_loop_natural_frequency_rad_s, "natural frequency of the PI loop on the bare inertia")
+          .or_absent(),
       number("speed_loop_damping", unit::kNone, {0.1, 10}, &Config::speed_loop_damping, "of the PI loop"),
       number("observer_bandwidth_hz", unit::kHertz, {0.01, 500}, &Config::observer_bandwidth_hz,
              "of the disturbance observer's Q filter"),
-      choice("feedback", {"fused", "gyro", "encoder"}, &Config::feedback,
-                     "what the speed loop is closed on"),
+      choice("feedback", {"fused", "gyro", "encoder"}, &Config::feedback, "what the speed loop is closed on"),
       number("fusion_crossover_hz", unit::kHertz, {0.01, 400}, &Config::fusion_crossover_hz,
              "below it the one, above it the other rate is trusted"),
       number("rate_window_ticks", unit::kNone, {2, 16}, &Config::rate_window_ticks, "of the encoder's rate estimate"),
@@ -247,7 +273,7 @@ Keys<Assumption> assumption_keys() {
 
 std::string plant_keys_markdown() {
   std::vector<KeyText> axis = texts_of(axis_keys());
-  for (const KeyText &key : texts_of(end_stop_keys())) {
+  for (const KeyText& key : texts_of(end_stop_keys())) {
     axis.push_back(key);
   }
   return sections_markdown(

@@ -12,9 +12,9 @@ namespace trackservo::sim {
 
 namespace {
 
-std::string joined(const std::string &path, const std::string &key) { return path.empty() ? key : path + "." + key; }
+std::string joined(const std::string& path, const std::string& key) { return path.empty() ? key : path + "." + key; }
 
-std::string type_text(const toml::node &node) {
+std::string type_text(const toml::node& node) {
   switch (node.type()) {
     case toml::node_type::table:
       return "a table";
@@ -34,7 +34,7 @@ std::string type_text(const toml::node &node) {
 }
 
 // Least number of letters to insert, remove or change (Levenshtein).
-std::size_t edits_between(const std::string &a, const std::string &b) {
+std::size_t edits_between(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) {
     row[j] = j;
@@ -53,7 +53,7 @@ std::size_t edits_between(const std::string &a, const std::string &b) {
 
 }  // namespace
 
-TomlReader::TomlReader(const std::filesystem::path &path) : file_(path.string()) {
+TomlReader::TomlReader(const std::filesystem::path& path) : file_(path.string()) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream || std::filesystem::is_directory(path)) {
     throw ConfigError(fmt::format("{}:1: file: cannot be read, give the path of an existing TOML file", file_));
@@ -61,21 +61,21 @@ TomlReader::TomlReader(const std::filesystem::path &path) : file_(path.string())
   const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   try {
     root_ = toml::parse(text, file_);
-  } catch (const toml::parse_error &error) {
+  } catch (const toml::parse_error& error) {
     throw ConfigError(
         fmt::format("{}:{}: syntax: {}, see https://toml.io", file_, error.source().begin.line, error.description()));
   }
 }
 
-void TomlReader::fail(const TomlTable &table, const std::string &key, const std::string &reason,
-                      const std::string &remedy) const {
+void TomlReader::fail(const TomlTable& table, const std::string& key, const std::string& reason,
+                      const std::string& remedy) const {
   const toml::node *node = table.table->get(key);
   auto line = node != nullptr ? node->source().begin.line : table.table->source().begin.line;
   throw ConfigError(fmt::format("{}:{}: {}: {}, {}", file_, std::max<decltype(line)>(line, 1), joined(table.path, key),
                                 reason, remedy));
 }
 
-TomlTable TomlReader::child(const TomlTable &parent, const std::string &name) const {
+TomlTable TomlReader::child(const TomlTable& parent, const std::string& name) const {
   const std::optional<TomlTable> found = child_if_present(parent, name);
   if (!found) {
     fail(parent, name, "is missing", fmt::format("add a table [{}]", joined(parent.path, name)));
@@ -83,42 +83,44 @@ TomlTable TomlReader::child(const TomlTable &parent, const std::string &name) co
   return *found;
 }
 
-std::optional<TomlTable> TomlReader::child_if_present(const TomlTable &parent, const std::string &name) const {
+std::optional<TomlTable> TomlReader::child_if_present(const TomlTable& parent, const std::string& name) const {
   const toml::node *node = parent.table->get(name);
   if (node == nullptr) {
     return std::nullopt;
   }
   if (!node->is_table()) {
-    fail(parent, name, fmt::format("is {}", type_text(*node)), fmt::format("give a table [{}]", joined(parent.path, name)));
+    fail(parent, name, fmt::format("is {}", type_text(*node)),
+         fmt::format("give a table [{}]", joined(parent.path, name)));
   }
   return TomlTable{node->as_table(), joined(parent.path, name)};
 }
 
-std::vector<TomlTable> TomlReader::children(const TomlTable &parent, const std::string &name) const {
+std::vector<TomlTable> TomlReader::children(const TomlTable& parent, const std::string& name) const {
   std::vector<TomlTable> tables;
   const toml::node *node = parent.table->get(name);
   if (node == nullptr) {
     return tables;
   }
   const toml::array *array = node->as_array();
-  if (array == nullptr || !std::all_of(array->begin(), array->end(), [](const toml::node &n) { return n.is_table(); })) {
+  if (array == nullptr ||
+      !std::all_of(array->begin(), array->end(), [](const toml::node& n) { return n.is_table(); })) {
     fail(parent, name, "is not an array of tables", fmt::format("write [[{}]]", joined(parent.path, name)));
   }
-  for (const toml::node &element : *array) {
+  for (const toml::node& element : *array) {
     tables.push_back({element.as_table(), fmt::format("{}[{}]", joined(parent.path, name), tables.size())});
   }
   return tables;
 }
 
-void TomlReader::refuse_unknown(const TomlTable &table, const std::vector<std::string> &known) const {
-  for (const auto &[key, node] : *table.table) {
+void TomlReader::refuse_unknown(const TomlTable& table, const std::vector<std::string>& known) const {
+  for (const auto& [key, node] : *table.table) {
     const std::string name(key.str());
     if (std::find(known.begin(), known.end(), name) != known.end()) {
       continue;
     }
     std::string nearest;
     std::size_t least = std::numeric_limits<std::size_t>::max();
-    for (const std::string &candidate : known) {
+    for (const std::string& candidate : known) {
       const std::size_t edits = edits_between(name, candidate);
       if (edits < least) {
         least = edits;
@@ -130,7 +132,7 @@ void TomlReader::refuse_unknown(const TomlTable &table, const std::vector<std::s
   }
 }
 
-std::optional<Value> TomlReader::value(const TomlTable &table, const KeyText &key) const {
+std::optional<Value> TomlReader::value(const TomlTable& table, const KeyText& key) const {
   const toml::node *node = table.table->get(key.name);
   if (node == nullptr) {
     if (!key.optional) {
@@ -139,7 +141,8 @@ std::optional<Value> TomlReader::value(const TomlTable &table, const KeyText &ke
     if (!key.fallback) {
       return std::nullopt;
     }
-    return key.type == KeyType::kInteger ? Value(static_cast<int>(*key.fallback)) : Value(*key.fallback * key.unit.in_si);
+    return key.type == KeyType::kInteger ? Value(static_cast<int>(*key.fallback))
+                                         : Value(*key.fallback * key.unit.in_si);
   }
   switch (key.type) {
     case KeyType::kInteger:
@@ -159,7 +162,7 @@ std::optional<Value> TomlReader::value(const TomlTable &table, const KeyText &ke
   }
 }
 
-double TomlReader::checked_number(const TomlTable &table, const KeyText &key, const toml::node &node) const {
+double TomlReader::checked_number(const TomlTable& table, const KeyText& key, const toml::node& node) const {
   if (!node.is_number()) {
     fail(table, key.name, fmt::format("is {}", type_text(node)), fmt::format("give {}", allowed_text(key)));
   }
@@ -173,7 +176,7 @@ double TomlReader::checked_number(const TomlTable &table, const KeyText &key, co
   return value;
 }
 
-std::string TomlReader::checked_text(const TomlTable &table, const KeyText &key, const toml::node &node) const {
+std::string TomlReader::checked_text(const TomlTable& table, const KeyText& key, const toml::node& node) const {
   if (!node.is_string()) {
     fail(table, key.name, fmt::format("is {}", type_text(node)), "give a text in quotes");
   }
@@ -184,7 +187,7 @@ std::string TomlReader::checked_text(const TomlTable &table, const KeyText &key,
   return text;
 }
 
-int TomlReader::checked_choice(const TomlTable &table, const KeyText &key, const toml::node &node) const {
+int TomlReader::checked_choice(const TomlTable& table, const KeyText& key, const toml::node& node) const {
   const std::string text = checked_text(table, key, node);
   const auto found = std::find(key.choices.begin(), key.choices.end(), text);
   if (found == key.choices.end()) {
@@ -193,7 +196,7 @@ int TomlReader::checked_choice(const TomlTable &table, const KeyText &key, const
   return static_cast<int>(found - key.choices.begin());
 }
 
-std::vector<double> TomlReader::checked_list(const TomlTable &table, const KeyText &key, const toml::node &node) const {
+std::vector<double> TomlReader::checked_list(const TomlTable& table, const KeyText& key, const toml::node& node) const {
   const toml::array *array = node.as_array();
   if (array == nullptr || array->empty()) {
     fail(table, key.name, array == nullptr ? fmt::format("is {}", type_text(node)) : "is empty",
@@ -203,7 +206,7 @@ std::vector<double> TomlReader::checked_list(const TomlTable &table, const KeyTe
     fail(table, key.name, fmt::format("has {} elements", array->size()), fmt::format("give {}", allowed_text(key)));
   }
   std::vector<double> values;
-  for (const toml::node &element : *array) {
+  for (const toml::node& element : *array) {
     values.push_back(key.unit.in_si * checked_number(table, key, element));
   }
   return values;

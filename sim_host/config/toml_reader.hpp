@@ -7,10 +7,10 @@
 #ifndef TRACKSERVO_SIM_CONFIG_TOML_READER_HPP
 #define TRACKSERVO_SIM_CONFIG_TOML_READER_HPP
 
+#include <toml++/toml.h>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <toml++/toml.h>
 #include <vector>
 
 #include "config/config_error.hpp"
@@ -27,19 +27,19 @@ struct TomlTable {
 class TomlReader {
  public:
   // Parses the file. Throws ConfigError when it cannot be read or is not TOML.
-  explicit TomlReader(const std::filesystem::path &path);
+  explicit TomlReader(const std::filesystem::path& path);
 
   TomlTable root() const { return {&root_, ""}; }
 
   // A sub-table that must be there / may be there; all tables of an array of tables (none: empty).
-  TomlTable child(const TomlTable &parent, const std::string &name) const;
-  std::optional<TomlTable> child_if_present(const TomlTable &parent, const std::string &name) const;
-  std::vector<TomlTable> children(const TomlTable &parent, const std::string &name) const;
+  TomlTable child(const TomlTable& parent, const std::string& name) const;
+  std::optional<TomlTable> child_if_present(const TomlTable& parent, const std::string& name) const;
+  std::vector<TomlTable> children(const TomlTable& parent, const std::string& name) const;
 
   // Reads every key of the table of keys into the owner.
   template <class Owner>
-  void read(const TomlTable &table, const Keys<Owner> &keys, Owner &owner) const {
-    for (const Key<Owner> &key : keys) {
+  void read(const TomlTable& table, const Keys<Owner>& keys, Owner& owner) const {
+    for (const Key<Owner>& key : keys) {
       if (const std::optional<Value> found = value(table, key.text)) {
         key.set(owner, *found);
       }
@@ -47,27 +47,27 @@ class TomlReader {
   }
 
   // Refuses the first key of the table that is not among the known ones.
-  void refuse_unknown(const TomlTable &table, const std::vector<std::string> &known) const;
+  void refuse_unknown(const TomlTable& table, const std::vector<std::string>& known) const;
 
   template <class Owner>
-  void refuse_unknown(const TomlTable &table, const Keys<Owner> &keys, std::vector<std::string> more = {}) const {
-    for (const Key<Owner> &key : keys) {
+  void refuse_unknown(const TomlTable& table, const Keys<Owner>& keys, std::vector<std::string> more = {}) const {
+    for (const Key<Owner>& key : keys) {
       more.push_back(key.text.name);
     }
     refuse_unknown(table, more);
   }
 
   // Throws ConfigError at the line of the key (of its table, if the key is absent).
-  [[noreturn]] void fail(const TomlTable &table, const std::string &key, const std::string &reason,
-                         const std::string &remedy) const;
+  [[noreturn]] void fail(const TomlTable& table, const std::string& key, const std::string& reason,
+                         const std::string& remedy) const;
 
  private:
   // The key's checked value or its default; nothing when it is absent and may be.
-  std::optional<Value> value(const TomlTable &table, const KeyText &key) const;
-  double checked_number(const TomlTable &table, const KeyText &key, const toml::node &node) const;
-  std::string checked_text(const TomlTable &table, const KeyText &key, const toml::node &node) const;
-  int checked_choice(const TomlTable &table, const KeyText &key, const toml::node &node) const;
-  std::vector<double> checked_list(const TomlTable &table, const KeyText &key, const toml::node &node) const;
+  std::optional<Value> value(const TomlTable& table, const KeyText& key) const;
+  double checked_number(const TomlTable& table, const KeyText& key, const toml::node& node) const;
+  std::string checked_text(const TomlTable& table, const KeyText& key, const toml::node& node) const;
+  int checked_choice(const TomlTable& table, const KeyText& key, const toml::node& node) const;
+  std::vector<double> checked_list(const TomlTable& table, const KeyText& key, const toml::node& node) const;
 
   std::string file_;
   toml::table root_;

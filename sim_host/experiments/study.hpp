@@ -51,7 +51,7 @@ std::string deciding_metric(const Study& study);
 Margins worst_margins(const PlantConfig& plant, int axis, const servo_params& params);
 
 // The PI that minimises the deciding metric (mean over cases, seeds 101 and 102, both unused elsewhere) within the
-// margins. Deterministic. NLopt: DIRECT-L, then Nelder-Mead.
+// margins, and within 10 % of overshoot at start-up. Deterministic. NLopt: DIRECT-L, then Nelder-Mead.
 PiWish best_pi(const Study& study);
 
 }  // namespace trackservo::sim

@@ -10,7 +10,7 @@ namespace trackservo::sim {
 enum AxisIndex { kAzimuth = 0, kPitch = 1 };
 constexpr int kAxes = 2;
 
-constexpr const char* axis_name(int axis) { return axis == kAzimuth ? "azimuth" : "pitch"; }
+constexpr const char *axis_name(int axis) { return axis == kAzimuth ? "azimuth" : "pitch"; }
 
 constexpr double kPwmPeriod_s = 50e-6;
 constexpr double kTick_s = 1e-3;

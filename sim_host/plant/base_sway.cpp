@@ -2,7 +2,7 @@
 
 namespace trackservo::sim {
 
-BaseSway::BaseSway(const BaseSwayConfig &config, std::uint64_t seed, int axis)
+BaseSway::BaseSway(const BaseSwayConfig& config, std::uint64_t seed, int axis)
     : moves_(config.rms_rad > 0.0),
       sway_(ShapedNoise::resonance(config.frequency_hz, config.damping, config.rms_rad, kTick_s,
                                    RandomStream(seed, "base.sway", axis))) {
@@ -17,7 +17,7 @@ void BaseSway::begin_tick() {
     return;
   }
   const Eigen::Vector2d start = sway_.state();
-  const Eigen::Vector2d &end = sway_.next();
+  const Eigen::Vector2d& end = sway_.next();
   const double change = end[0] - start[0];
   const double start_slope = start[1] * kTick_s;
   const double end_slope = end[1] * kTick_s;

@@ -14,7 +14,7 @@ namespace trackservo::sim {
 
 class BaseSway {
  public:
-  BaseSway(const BaseSwayConfig &config, std::uint64_t seed, int axis);
+  BaseSway(const BaseSwayConfig& config, std::uint64_t seed, int axis);
 
   // Draws the state at the end of the coming tick.
   void begin_tick();

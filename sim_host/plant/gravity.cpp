@@ -4,21 +4,21 @@
 
 namespace trackservo::sim {
 
-Gravity::Gravity(const PlantConfig &plant)
+Gravity::Gravity(const PlantConfig& plant)
     : moment_nm_{plant.axis[kAzimuth].load.imbalance_nm, plant.axis[kPitch].load.imbalance_nm},
       phase_rad_{plant.axis[kAzimuth].load.imbalance_phase_rad, plant.axis[kPitch].load.imbalance_phase_rad},
       direction_rad_(plant.base_tilt.direction_rad),
       sin_tilt_(std::sin(plant.base_tilt.tilt_rad)),
       cos_tilt_(std::cos(plant.base_tilt.tilt_rad)) {}
 
-double Gravity::potential_j(const std::array<double, kAxes> &joint_angle_rad) const {
+double Gravity::potential_j(const std::array<double, kAxes>& joint_angle_rad) const {
   const double p = joint_angle_rad[kPitch] + phase_rad_[kPitch];
   const double a = joint_angle_rad[kAzimuth] - direction_rad_;
   return moment_nm_[kPitch] * (std::sin(p) * cos_tilt_ + std::cos(p) * sin_tilt_ * std::cos(a)) +
          moment_nm_[kAzimuth] * sin_tilt_ * std::cos(a - phase_rad_[kAzimuth]);
 }
 
-Gravity::Torque Gravity::torque(const std::array<double, kAxes> &joint_angle_rad) const {
+Gravity::Torque Gravity::torque(const std::array<double, kAxes>& joint_angle_rad) const {
   Torque result;
   if (moment_nm_[kPitch] == 0.0 && moment_nm_[kAzimuth] == 0.0) {
     return result;

@@ -23,13 +23,13 @@ class Gravity {
     Eigen::Matrix2d slope_nm_rad = Eigen::Matrix2d::Zero();
   };
 
-  explicit Gravity(const PlantConfig &plant);
+  explicit Gravity(const PlantConfig& plant);
 
   // Potential energy [J] at joint angles [rad].
-  double potential_j(const std::array<double, kAxes> &joint_angle_rad) const;
+  double potential_j(const std::array<double, kAxes>& joint_angle_rad) const;
 
   // Its gradient and curvature there.
-  Torque torque(const std::array<double, kAxes> &joint_angle_rad) const;
+  Torque torque(const std::array<double, kAxes>& joint_angle_rad) const;
 
  private:
   std::array<double, kAxes> moment_nm_;

@@ -19,7 +19,7 @@ double damping_ratio_of(double restitution) {
 
 }  // namespace
 
-Joint::Joint(const AxisConfig &axis, FrictionModel model, const MaxwellSlipConfig &maxwell_slip, double dt_s)
+Joint::Joint(const AxisConfig& axis, FrictionModel model, const MaxwellSlipConfig& maxwell_slip, double dt_s)
     : model_(model),
       lugre_(axis.friction, dt_s),
       maxwell_slip_(axis.friction, maxwell_slip, dt_s),
@@ -55,8 +55,8 @@ double Joint::eccentricity_factor() const {
   return std::max(factor, kLeastLevel);
 }
 
-Joint::Contact Joint::contact(double inertia_kg_m2) const {
-  if (!stop_ || (angle_rad_ >= stop_->lower_rad && angle_rad_ <= stop_->upper_rad)) {
+inline Joint::Contact Joint::contact(double inertia_kg_m2) const {
+  if (angle_rad_ >= stop_->lower_rad && angle_rad_ <= stop_->upper_rad) {
     return {};
   }
   const double limit_rad = angle_rad_ > stop_->upper_rad ? stop_->upper_rad : stop_->lower_rad;
@@ -77,7 +77,7 @@ inline AffineFriction Joint::linearise(double rate_rad_s, double least_slope_nm_
 }
 
 void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
-  const Contact stop = contact(inertia_kg_m2);
+  const Contact stop = stop_ ? contact(inertia_kg_m2) : Contact{};
   const double inertia_per_step = inertia_kg_m2 * rate_1_s_;
   const double least_slope = -0.5 * inertia_per_step;  // leaves half of J / dt in the denominator below
   const double push_nm = drive_nm - stop.constant_nm;

@@ -20,7 +20,7 @@ namespace trackservo::sim {
 class Joint {
  public:
   // dt_s: the step length [s], the only one that step() takes.
-  Joint(const AxisConfig &axis, FrictionModel model, const MaxwellSlipConfig &maxwell_slip, double dt_s);
+  Joint(const AxisConfig& axis, FrictionModel model, const MaxwellSlipConfig& maxwell_slip, double dt_s);
 
   // Puts the joint at rest at an angle [rad], bristles relaxed.
   void place(double angle_rad);
@@ -38,9 +38,9 @@ class Joint {
   double angle_rad() const { return angle_rad_; }
   double rate_rad_s() const { return rate_rad_s_; }
   double predicted_rate_rad_s() const { return rate_rad_s_ + 0.5 * rate_change_rad_s_; }  // half a step ahead
-  double friction_torque_nm() const { return friction_torque_nm_; }  // mean of the last step
-  double stop_torque_nm() const { return stop_torque_nm_; }          // mean of the last step, against the motion
-  double mean_rate_rad_s() const { return mean_rate_rad_s_; }        // at the last step's theta point
+  double friction_torque_nm() const { return friction_torque_nm_; }                       // mean of the last step
+  double stop_torque_nm() const { return stop_torque_nm_; }    // mean of the last step, against the motion
+  double mean_rate_rad_s() const { return mean_rate_rad_s_; }  // at the last step's theta point
 
  private:
   // End-stop torque: constant + (stiffness * theta * dt + damping) * rate; all zero away from the stops.
@@ -50,7 +50,7 @@ class Joint {
     double damping_nm_s_rad = 0;
   };
 
-  Contact contact(double inertia_kg_m2) const;
+  Contact contact(double inertia_kg_m2) const;  // only with stops
   AffineFriction linearise(double rate_rad_s, double least_slope_nm_s_rad);
 
   FrictionModel model_;

@@ -4,7 +4,7 @@
 
 namespace trackservo::sim {
 
-ExternalLoad::ExternalLoad(const LoadConfig &config, std::uint64_t seed, int axis)
+ExternalLoad::ExternalLoad(const LoadConfig& config, std::uint64_t seed, int axis)
     : config_(config),
       gust_(ShapedNoise::two_poles(config.wind_turbulence_corner_hz, config.wind_admittance_corner_hz,
                                    config.wind_gust_rms_nm, kTick_s, RandomStream(seed, "load.gust", axis))),

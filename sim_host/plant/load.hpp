@@ -17,7 +17,7 @@ namespace trackservo::sim {
 
 class ExternalLoad {
  public:
-  ExternalLoad(const LoadConfig &config, std::uint64_t seed, int axis);
+  ExternalLoad(const LoadConfig& config, std::uint64_t seed, int axis);
 
   // Draws the gust at the end of the coming tick and its broad-band noise.
   void begin_tick();
@@ -45,7 +45,7 @@ class FrictionDrift {
     double viscosity = 1;
   };
 
-  explicit FrictionDrift(const MaxwellSlipConfig &config) : config_(config) {}
+  explicit FrictionDrift(const MaxwellSlipConfig& config) : config_(config) {}
 
   Factors at(double time_s, double load_nm) const;
 

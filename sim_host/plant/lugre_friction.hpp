@@ -29,7 +29,7 @@ struct AffineFriction {
 class LugreFriction {
  public:
   // dt_s: the step length [s], the only one that it takes.
-  LugreFriction(const FrictionConfig &config, double dt_s)
+  LugreFriction(const FrictionConfig& config, double dt_s)
       : positive_(config.positive),
         negative_(config.negative),
         stiffness_nm_rad_(config.stiffness_nm_rad),
@@ -41,7 +41,7 @@ class LugreFriction {
   // Linearises the step around the predicted rate at its middle [rad/s]. `level` scales Tc and Ts. `least_slope` bounds
   // the (possibly negative) slope from below so that the joint's equation stays well posed.
   AffineFriction linearise(double rate_rad_s, double level, double least_slope_nm_s_rad) {
-    const Stribeck &direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+    const Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
     const StribeckPoint point = direction.at(rate_rad_s, level);
     const double per_travel = stiffness_nm_rad_ * point.inverse_1_nm;
     const double relaxation = per_travel * std::abs(rate_rad_s);  // [1/s]

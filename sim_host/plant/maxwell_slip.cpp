@@ -15,7 +15,7 @@ double attracted(double torque_nm, double target_nm, double rate_1_s, double dt_
 
 }  // namespace
 
-MaxwellSlip::MaxwellSlip(const FrictionConfig &friction, const MaxwellSlipConfig &model, double dt_s)
+MaxwellSlip::MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model, double dt_s)
     : positive_(friction.positive),
       negative_(friction.negative),
       elements_(static_cast<std::size_t>(std::clamp(model.elements, 1, kMostElements))),
@@ -32,14 +32,14 @@ MaxwellSlip::MaxwellSlip(const FrictionConfig &friction, const MaxwellSlipConfig
 }
 
 void MaxwellSlip::relax() {
-  for (Element &element : element_) {
+  for (Element& element : element_) {
     element.torque_nm = 0.0;
     element.slip_sign = 0.0;
   }
 }
 
 MaxwellSlip::Slip MaxwellSlip::slip_at(double rate_rad_s, double level) const {
-  const Stribeck &direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+  const Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
   const StribeckPoint point = direction.at(rate_rad_s, level);
   return {point.level_nm, attraction_1_s_ * level * direction.breakaway_nm() * point.inverse_1_nm};
 }
@@ -47,11 +47,11 @@ MaxwellSlip::Slip MaxwellSlip::slip_at(double rate_rad_s, double level) const {
 AffineFriction MaxwellSlip::linearise(double rate_rad_s, double level, double viscosity) {
   level_ = level;
   const Slip slip = slip_at(rate_rad_s, level);
-  const Stribeck &direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+  const Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
   AffineFriction affine;
   affine.slope_nm_s_rad = viscosity * direction.viscous_nm_s_rad();
   for (std::size_t i = 0; i < elements_; ++i) {
-    Element &element = element_[i];
+    Element& element = element_[i];
     if (element.slip_sign * rate_rad_s < 0.0) {
       element.slip_sign = 0.0;  // the motion has turned: the element sticks again
     }
@@ -70,7 +70,7 @@ AffineFriction MaxwellSlip::linearise(double rate_rad_s, double level, double vi
 void MaxwellSlip::commit(double rate_rad_s) {
   const Slip slip = slip_at(rate_rad_s, level_);
   for (std::size_t i = 0; i < elements_; ++i) {
-    Element &element = element_[i];
+    Element& element = element_[i];
     const double yield_nm = element.share * slip.limit_nm;
     if (element.slip_sign != 0.0) {
       element.torque_nm = attracted(element.torque_nm, element.slip_sign * yield_nm, slip.attraction_1_s, dt_s_);

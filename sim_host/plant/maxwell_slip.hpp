@@ -24,7 +24,7 @@ class MaxwellSlip {
   static constexpr int kMostElements = 16;
 
   // dt_s: the step length [s], the only one that it takes.
-  MaxwellSlip(const FrictionConfig &friction, const MaxwellSlipConfig &model, double dt_s);
+  MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model, double dt_s);
 
   void relax();
 

@@ -5,7 +5,7 @@
 
 namespace trackservo::sim {
 
-DcMotor::DcMotor(const MotorConfig &config, double dt_s) : config_(config) {
+DcMotor::DcMotor(const MotorConfig& config, double dt_s) : config_(config) {
   const double exponent = config.resistance_ohm * dt_s / config.inductance_h;
   conductance_s_ = 1.0 / config.resistance_ohm;
   decay_ = std::exp(-exponent);
@@ -19,14 +19,14 @@ void DcMotor::renew_shape(double joint_angle_rad) {
   shape_angle_rad_ = joint_angle_rad;
   ripple_ = 1.0;
   ripple_slope_1_rad_ = 0.0;
-  for (const RippleConfig &ripple : config_.ripple) {
+  for (const RippleConfig& ripple : config_.ripple) {
     const double argument = ripple.harmonic * joint_angle_rad + ripple.phase_rad;
     ripple_ += ripple.fraction * std::cos(argument);
     ripple_slope_1_rad_ -= ripple.fraction * ripple.harmonic * std::sin(argument);
   }
   cogging_nm_ = 0.0;
   cogging_slope_nm_rad_ = 0.0;
-  for (const CoggingConfig &cogging : config_.cogging) {
+  for (const CoggingConfig& cogging : config_.cogging) {
     const double argument = cogging.harmonic * joint_angle_rad + cogging.phase_rad;
     cogging_nm_ += cogging.amplitude_nm * std::sin(argument);
     cogging_slope_nm_rad_ += cogging.amplitude_nm * cogging.harmonic * std::cos(argument);

@@ -2,9 +2,9 @@
 //
 //   L di/dt = u - R i - Ke w,   torque = Kt i (1 + sum f_h cos(h angle + phase)) + sum c_h sin(h angle + phase)
 //
-// Voltage and speed are held over a PWM period, so the current has the exact solution i = i_inf + (i0 - i_inf) e^(-R t/L)
-// and the torque uses its exact mean. Ripple also shapes the back-EMF, so power is conserved; cogging does not depend
-// on the current. Dead time takes 2 t_d/T of the supply against the current, fading out where ripple covers it.
+// Voltage and speed are held over a PWM period, so the current has the exact solution i = i_inf + (i0 - i_inf) e^(-R
+// t/L) and the torque uses its exact mean. Ripple also shapes the back-EMF, so power is conserved; cogging does not
+// depend on the current. Dead time takes 2 t_d/T of the supply against the current, fading out where ripple covers it.
 //
 // Use: renew_shape() once per tick, step() once per PWM period.
 #ifndef TRACKSERVO_SIM_PLANT_MOTOR_HPP

@@ -12,10 +12,10 @@ namespace trackservo::sim {
 namespace {
 
 // Stationary covariance P of dx/dt = A x + b w with unit white noise: A P + P A^T + b b^T = 0.
-Eigen::Matrix2d stationary_covariance(const Eigen::Matrix2d &a, const Eigen::Vector2d &b) {
-  Eigen::Matrix3d equations;  // unknowns P00, P01, P11
-  equations << 2.0 * a(0, 0), 2.0 * a(0, 1), 0.0,           //
-      a(1, 0), a(0, 0) + a(1, 1), a(0, 1),                  //
+Eigen::Matrix2d stationary_covariance(const Eigen::Matrix2d& a, const Eigen::Vector2d& b) {
+  Eigen::Matrix3d equations;                       // unknowns P00, P01, P11
+  equations << 2.0 * a(0, 0), 2.0 * a(0, 1), 0.0,  //
+      a(1, 0), a(0, 0) + a(1, 1), a(0, 1),         //
       0.0, 2.0 * a(1, 0), 2.0 * a(1, 1);
   const Eigen::Vector3d right(-b[0] * b[0], -b[0] * b[1], -b[1] * b[1]);
   const Eigen::Vector3d p = equations.fullPivLu().solve(right);
@@ -25,7 +25,7 @@ Eigen::Matrix2d stationary_covariance(const Eigen::Matrix2d &a, const Eigen::Vec
 }
 
 // Lower triangular S with S S^T = covariance, also for a singular one.
-Eigen::Matrix2d square_root(const Eigen::Matrix2d &covariance) {
+Eigen::Matrix2d square_root(const Eigen::Matrix2d& covariance) {
   Eigen::Matrix2d root = Eigen::Matrix2d::Zero();
   root(0, 0) = std::sqrt(std::max(covariance(0, 0), 0.0));
   root(1, 0) = root(0, 0) > 0.0 ? covariance(1, 0) / root(0, 0) : 0.0;
@@ -35,7 +35,7 @@ Eigen::Matrix2d square_root(const Eigen::Matrix2d &covariance) {
 
 }  // namespace
 
-ShapedNoise::ShapedNoise(const Eigen::Matrix2d &dynamics, const Eigen::Vector2d &input, double rms, double dt_s,
+ShapedNoise::ShapedNoise(const Eigen::Matrix2d& dynamics, const Eigen::Vector2d& input, double rms, double dt_s,
                          RandomStream stream)
     : stream_(stream) {
   const Eigen::Vector2d b = input * (rms / std::sqrt(stationary_covariance(dynamics, input)(0, 0)));
@@ -66,7 +66,7 @@ ShapedNoise ShapedNoise::resonance(double frequency_hz, double damping, double r
   return ShapedNoise(dynamics, Eigen::Vector2d(0.0, natural * natural), rms, dt_s, stream);
 }
 
-const Eigen::Vector2d &ShapedNoise::next() {
+const Eigen::Vector2d& ShapedNoise::next() {
   const double first = stream_.normal();
   const double second = stream_.normal();
   state_ = transition_ * state_ + spread_ * Eigen::Vector2d(first, second);

@@ -23,11 +23,11 @@ class ShapedNoise {
   static ShapedNoise resonance(double frequency_hz, double damping, double rms, double dt_s, RandomStream stream);
 
   // The present state, and the next one dt later.
-  const Eigen::Vector2d &state() const { return state_; }
-  const Eigen::Vector2d &next();
+  const Eigen::Vector2d& state() const { return state_; }
+  const Eigen::Vector2d& next();
 
  private:
-  ShapedNoise(const Eigen::Matrix2d &dynamics, const Eigen::Vector2d &input, double rms, double dt_s,
+  ShapedNoise(const Eigen::Matrix2d& dynamics, const Eigen::Vector2d& input, double rms, double dt_s,
               RandomStream stream);
 
   Eigen::Matrix2d transition_;

@@ -18,7 +18,7 @@ struct StribeckPoint {
 
 class Stribeck {
  public:
-  explicit Stribeck(const StribeckConfig &direction)
+  explicit Stribeck(const StribeckConfig& direction)
       : coulomb_nm_(direction.coulomb_nm),
         excess_nm_(direction.breakaway_nm - direction.coulomb_nm),
         inverse_speed_s_rad_(1.0 / direction.stribeck_speed_rad_s),

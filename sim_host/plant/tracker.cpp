@@ -20,7 +20,7 @@ double realised_duty(double duty, double counts) {
 
 }  // namespace
 
-Tracker::Axis::Axis(const AxisConfig &config, const PlantConfig &plant, std::uint64_t seed, int index)
+Tracker::Axis::Axis(const AxisConfig& config, const PlantConfig& plant, std::uint64_t seed, int index)
     : motor(config.motor, kPwmPeriod_s),
       joint(config, plant.friction_model, plant.maxwell_slip, kPwmPeriod_s),
       load(config.load, seed, index),
@@ -29,7 +29,7 @@ Tracker::Axis::Axis(const AxisConfig &config, const PlantConfig &plant, std::uin
       gyro(config.gyro, kPwmPeriod_s, kTick_s, seed, index),
       adc(plant.adc, seed, index) {}
 
-Tracker::Tracker(const PlantConfig &plant, std::uint64_t seed)
+Tracker::Tracker(const PlantConfig& plant, std::uint64_t seed)
     : axis_{Axis(plant.axis[kAzimuth], plant, seed, kAzimuth), Axis(plant.axis[kPitch], plant, seed, kPitch)},
       gravity_(plant),
       drift_(plant.maxwell_slip),
@@ -43,9 +43,9 @@ Tracker::Tracker(const PlantConfig &plant, std::uint64_t seed)
   place({0.0, 0.0});
 }
 
-void Tracker::place(const std::array<double, kAxes> &joint_angle_rad) {
+void Tracker::place(const std::array<double, kAxes>& joint_angle_rad) {
   for (std::size_t i = 0; i < kAxes; ++i) {
-    Axis &axis = axis_[i];
+    Axis& axis = axis_[i];
     axis.joint.place(joint_angle_rad[i]);
     axis.encoder.place(joint_angle_rad[i]);
     truth_.joint_angle_rad[i] = joint_angle_rad[i];
@@ -73,12 +73,16 @@ TickSamples Tracker::sample_tick() {
 
 PwmSample Tracker::sample_pwm(int axis) {
   const auto i = static_cast<std::size_t>(axis);
-  return {axis_[i].adc.current_a(truth_.current_a[i]), axis_[i].adc.voltage_v(bus_voltage_v())};
+  if (bus_sampled_at_ != steps_) {
+    bus_sampled_at_ = steps_;
+    bus_sample_v_ = axis_[kAzimuth].adc.voltage_v(bus_voltage_v());
+  }
+  return {axis_[i].adc.current_a(truth_.current_a[i]), bus_sample_v_};
 }
 
 void Tracker::begin_tick() {
   for (std::size_t i = 0; i < kAxes; ++i) {
-    Axis &axis = axis_[i];
+    Axis& axis = axis_[i];
     axis.load.begin_tick();
     axis.base.begin_tick();
     axis.motor.renew_shape(axis.joint.angle_rad());
@@ -103,13 +107,13 @@ double Tracker::azimuth_inertia_kg_m2(double pitch_travel_rad) const {
          pitch_travel_rad * (inertia_slope_kg_m2_rad_ + 0.5 * pitch_travel_rad * inertia_curve_kg_m2_rad2_);
 }
 
-double Tracker::gravity_nm(std::size_t axis, const std::array<double, kAxes> &travel_rad) const {
+double Tracker::gravity_nm(std::size_t axis, const std::array<double, kAxes>& travel_rad) const {
   const auto row = static_cast<Eigen::Index>(axis);
   return gravity_torque_.load_nm[row] + gravity_torque_.slope_nm_rad(row, kAzimuth) * travel_rad[kAzimuth] +
          gravity_torque_.slope_nm_rad(row, kPitch) * travel_rad[kPitch];
 }
 
-void Tracker::step_pwm(const std::array<double, kAxes> &duty) {
+void Tracker::step_pwm(const std::array<double, kAxes>& duty) {
   if (step_in_tick_ == 0) {
     begin_tick();
   }
@@ -123,7 +127,7 @@ void Tracker::step_pwm(const std::array<double, kAxes> &duty) {
   std::array<double, kAxes> rate_rad_s{};
   std::array<double, kAxes> travel_rad{};  // since the tick began
   for (std::size_t i = 0; i < kAxes; ++i) {
-    const Joint &joint = axis_[i].joint;
+    const Joint& joint = axis_[i].joint;
     rate_rad_s[i] = joint.predicted_rate_rad_s();
     travel_rad[i] = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s() - tick_angle_rad_[i];
   }
@@ -134,7 +138,7 @@ void Tracker::step_pwm(const std::array<double, kAxes> &duty) {
   const std::array<double, kAxes> coupling_nm{0.0, -0.5 * inertia_slope * azimuth_rate * azimuth_rate};
 
   for (std::size_t i = 0; i < kAxes; ++i) {
-    Axis &axis = axis_[i];
+    Axis& axis = axis_[i];
     duty_[i] = realised_duty(duty[i], pwm_counts_);
     const double angle_rad = tick_angle_rad_[i] + travel_rad[i];
     const double motor_nm = axis.motor.step(duty_[i] * bus_v, rate_rad_s[i], angle_rad, bus_v);
@@ -153,8 +157,8 @@ void Tracker::step_pwm(const std::array<double, kAxes> &duty) {
     truth_.inertial_rate_rad_s[i] = inertial_rate;
     truth_.motor_torque_nm[i] = motor_nm;
     truth_.friction_torque_nm[i] = axis.joint.friction_torque_nm();
-    truth_.load_torque_nm[i] = load_nm + axis.joint.stop_torque_nm() + base_drag_nm +
-                               drag_nm_s_rad[i] * axis.joint.mean_rate_rad_s();
+    truth_.load_torque_nm[i] =
+        load_nm + axis.joint.stop_torque_nm() + base_drag_nm + drag_nm_s_rad[i] * axis.joint.mean_rate_rad_s();
     truth_.current_a[i] = axis.motor.current_a();
     axis.encoder.advance(axis.joint.angle_rad());
     axis.gyro.advance(inertial_rate);

@@ -7,7 +7,8 @@
 // Each PWM period (50 us) solves the motor current exactly and rate, friction memory and end stop by a linearly
 // implicit second-order step (joint.hpp); wind, base, gravity and ripple are renewed at 1 kHz with their slopes.
 //
-// Use, in every 1 ms tick: sample_tick() once, then 20 times sample_pwm() of each axis and step_pwm(); judge by truth().
+// Use, in every 1 ms tick: sample_tick() once, then 20 times sample_pwm() of each axis and step_pwm(); judge by
+// truth().
 #ifndef TRACKSERVO_SIM_PLANT_TRACKER_HPP
 #define TRACKSERVO_SIM_PLANT_TRACKER_HPP
 
@@ -63,7 +64,7 @@ class Tracker {
 
   void begin_tick();
   double bus_voltage_v() const;
-  double gravity_nm(std::size_t axis, const std::array<double, kAxes> &travel_rad) const;
+  double gravity_nm(std::size_t axis, const std::array<double, kAxes>& travel_rad) const;
   double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the tick began
 
   std::array<Axis, kAxes> axis_;
@@ -86,6 +87,8 @@ class Tracker {
   double inertia_curve_kg_m2_rad2_ = 0;  // second derivative
 
   std::int64_t steps_ = 0;
+  std::int64_t bus_sampled_at_ = -1;  // both axes share one conversion a period
+  double bus_sample_v_ = 0;
   int step_in_tick_ = 0;
   TruthState truth_;
 };

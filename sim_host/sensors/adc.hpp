@@ -18,7 +18,7 @@ namespace trackservo::sim {
 
 class CurrentAdc {
  public:
-  CurrentAdc(const AdcConfig &config, std::uint64_t seed, int axis)
+  CurrentAdc(const AdcConfig& config, std::uint64_t seed, int axis)
       : config_(config),
         current_noise_(seed, "adc.current", axis),
         voltage_noise_(seed, "adc.voltage", axis),

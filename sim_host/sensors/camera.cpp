@@ -10,7 +10,7 @@ constexpr double kClockTolerance_s = 1e-9;  // sums of ticks do not hit frame ti
 
 }  // namespace
 
-Camera::Camera(const CameraConfig &config, std::uint64_t seed)
+Camera::Camera(const CameraConfig& config, std::uint64_t seed)
     : config_(config), noise_{RandomStream(seed, "camera.centroid", 0), RandomStream(seed, "camera.centroid", 1)} {}
 
 void Camera::expose(double time_s, std::array<double, kAxes> los_error_rad) {

@@ -18,9 +18,9 @@ namespace trackservo::sim {
 
 struct CameraFrame {
   double exposure_time_s = 0;
-  double delay_s = 0;                   // from the exposure to the poll that delivered it
+  double delay_s = 0;                     // from the exposure to the poll that delivered it
   std::array<double, kAxes> error_rad{};  // target minus optical axis; 0 when not valid
-  bool valid = false;                   // target inside the picture
+  bool valid = false;                     // target inside the picture
 };
 
 class Camera {

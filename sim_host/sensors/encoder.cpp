@@ -4,7 +4,7 @@
 
 namespace trackservo::sim {
 
-Encoder::Encoder(const EncoderConfig &config, double dt_s, std::uint64_t seed, int axis)
+Encoder::Encoder(const EncoderConfig& config, double dt_s, std::uint64_t seed, int axis)
     : config_(config), history_(config.latency_s, dt_s), jitter_(seed, "encoder.jitter", axis) {}
 
 std::uint32_t Encoder::sample() {

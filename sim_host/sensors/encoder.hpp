@@ -20,7 +20,7 @@ namespace trackservo::sim {
 class Encoder {
  public:
   // dt_s: time between advance() calls [s].
-  Encoder(const EncoderConfig &config, double dt_s, std::uint64_t seed, int axis);
+  Encoder(const EncoderConfig& config, double dt_s, std::uint64_t seed, int axis);
 
   // As if the joint had always been at this angle [rad].
   void place(double joint_angle_rad) { history_.fill(joint_angle_rad); }

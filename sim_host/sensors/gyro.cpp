@@ -5,7 +5,7 @@
 
 namespace trackservo::sim {
 
-Gyro::Gyro(const GyroConfig &config, double dt_s, double tick_s, std::uint64_t seed, int axis)
+Gyro::Gyro(const GyroConfig& config, double dt_s, double tick_s, std::uint64_t seed, int axis)
     : config_(config),
       signal_(config.bandwidth_hz, config.filter_order, dt_s),
       noise_filter_(config.bandwidth_hz, config.filter_order, tick_s),

@@ -28,7 +28,7 @@ class Gyro {
   };
 
   // dt_s: time between advance() calls [s]; tick_s: between sample() calls [s].
-  Gyro(const GyroConfig &config, double dt_s, double tick_s, std::uint64_t seed, int axis);
+  Gyro(const GyroConfig& config, double dt_s, double tick_s, std::uint64_t seed, int axis);
 
   void advance(double inertial_rate_rad_s) { history_.push(signal_.advance(inertial_rate_rad_s)); }
 

@@ -13,7 +13,7 @@ struct Motion {
   Eigen::Vector3d velocity_m_s;
   Eigen::Vector3d acceleration_m_s2;
 
-  void weave(const Eigen::Vector3d &direction, double amplitude_m, double period_s, double time_s) {
+  void weave(const Eigen::Vector3d& direction, double amplitude_m, double period_s, double time_s) {
     const double w = 2.0 * kPi / period_s;
     position_m += direction * (amplitude_m * std::sin(w * time_s));
     velocity_m_s += direction * (amplitude_m * w * std::cos(w * time_s));
@@ -23,7 +23,7 @@ struct Motion {
 
 }  // namespace
 
-FlyBy::FlyBy(const FlyByConfig &config)
+FlyBy::FlyBy(const FlyByConfig& config)
     : config_(config),
       start_(config.start_position_m[0], config.start_position_m[1], config.start_position_m[2]),
       velocity_(config.velocity_m_s[0], config.velocity_m_s[1], config.velocity_m_s[2]),
@@ -38,9 +38,9 @@ LineOfSight FlyBy::at(double time_s) const {
   target.weave(across_, config_.weave_lateral_m, config_.weave_lateral_period_s, time_s);
   target.weave(Eigen::Vector3d::UnitZ(), config_.weave_vertical_m, config_.weave_vertical_period_s, time_s);
 
-  const Eigen::Vector3d &p = target.position_m;
-  const Eigen::Vector3d &v = target.velocity_m_s;
-  const Eigen::Vector3d &a = target.acceleration_m_s2;
+  const Eigen::Vector3d& p = target.position_m;
+  const Eigen::Vector3d& v = target.velocity_m_s;
+  const Eigen::Vector3d& a = target.acceleration_m_s2;
   const double ground_square = p.x() * p.x() + p.y() * p.y();
   const double ground = std::sqrt(ground_square);  // distance on the ground, with its derivatives
   const double ground_rate = (p.x() * v.x() + p.y() * v.y()) / ground;
@@ -56,8 +56,8 @@ LineOfSight FlyBy::at(double time_s) const {
   sight.angle_rad[kAzimuth] =
       first_bearing_rad_ + std::atan2(cosine * p.y() - sine * p.x(), cosine * p.x() + sine * p.y());
   sight.rate_rad_s[kAzimuth] = (p.x() * v.y() - p.y() * v.x()) / ground_square;
-  sight.acceleration_rad_s2[kAzimuth] = (p.x() * a.y() - p.y() * a.x()) / ground_square -
-                                        2.0 * sight.rate_rad_s[kAzimuth] * ground_rate / ground;
+  sight.acceleration_rad_s2[kAzimuth] =
+      (p.x() * a.y() - p.y() * a.x()) / ground_square - 2.0 * sight.rate_rad_s[kAzimuth] * ground_rate / ground;
 
   const double range_rate_over_range = (ground * ground_rate + p.z() * v.z()) / range_square;
   sight.angle_rad[kPitch] = std::atan2(p.z(), ground);

@@ -56,7 +56,8 @@ static double complex measured_response(const biquad_params *params, double freq
 
 static void expect_response(const biquad_params *params, double complex expected, double frequency_rad_s,
                             double tolerance) {
-  CHECK_NEAR("gain and phase of the coefficients", 0.0, cabs(response_of(params, frequency_rad_s) - expected), tolerance);
+  CHECK_NEAR("gain and phase of the coefficients", 0.0, cabs(response_of(params, frequency_rad_s) - expected),
+             tolerance);
 }
 
 static void test_pass_leaves_the_signal_as_it_is(void) {
@@ -99,10 +100,12 @@ static void test_running_filters_do_what_their_coefficients_say(void) {
   for (int i = 0; i < 5; ++i) {
     const double frequency = 2.0 * pi * frequencies_hz[i];
     CHECK_NEAR("low-pass in operation", 0.0,
-               cabs(measured_response(&lowpass, frequency) - lowpass_response(frequency, 2.0 * pi * 50.0, 0.707)), 1e-4);
-    CHECK_NEAR("notch in operation", 0.0,
-               cabs(measured_response(&notch, frequency) - notch_response(frequency, 2.0 * pi * 50.0, 2.0 * pi * 20.0, 0.1)),
+               cabs(measured_response(&lowpass, frequency) - lowpass_response(frequency, 2.0 * pi * 50.0, 0.707)),
                1e-4);
+    CHECK_NEAR(
+        "notch in operation", 0.0,
+        cabs(measured_response(&notch, frequency) - notch_response(frequency, 2.0 * pi * 50.0, 2.0 * pi * 20.0, 0.1)),
+        1e-4);
   }
 }
 
@@ -133,8 +136,7 @@ static void test_notch_has_the_analytic_gain_and_phase(void) {
         const double centre = 2.0 * pi * centres_hz[c];
         const double width = widths[w] * centre;
         biquad_params params;
-        CHECK_STATUS(CONTROL_OK,
-                     biquad_design_notch(&params, (float)centre, (float)width, (float)depths[d], dt_s));
+        CHECK_STATUS(CONTROL_OK, biquad_design_notch(&params, (float)centre, (float)width, (float)depths[d], dt_s));
         CHECK_STATUS(CONTROL_OK, biquad_check(&params));
         for (int m = 0; m < 6; ++m) {
           const double frequency = multiples[m] * centre;
@@ -252,8 +254,8 @@ static void test_design_refuses_what_is_out_of_range_and_touches_nothing(void) {
   };
   for (unsigned i = 0; i < sizeof notch / sizeof notch[0]; ++i) {
     biquad_params params = before;
-    CHECK_STATUS(notch[i].answer, biquad_design_notch(&params, notch[i].frequency_rad_s, notch[i].width_rad_s,
-                                                      notch[i].depth, dt_s));
+    CHECK_STATUS(notch[i].answer,
+                 biquad_design_notch(&params, notch[i].frequency_rad_s, notch[i].width_rad_s, notch[i].depth, dt_s));
     TEST_ASSERT_EQUAL_MEMORY(&before, &params, sizeof params);
   }
 }

@@ -144,8 +144,7 @@ static void test_a_saturated_drive_does_not_wind_it_up(void) {
       const double load_nm = tick < 3000 ? 40.0 : 6.0;
       const double applied_nm = fmin(fmax(compensation_nm, limits_nm[i][0]), limits_nm[i][1]);
       rate = moved(&params, rate, applied_nm, load_nm);
-      compensation_nm =
-          (double)disturbance_observer_step(&state, &params, (float)rate, (float)applied_nm, dt_s);
+      compensation_nm = (double)disturbance_observer_step(&state, &params, (float)rate, (float)applied_nm, dt_s);
       CHECK_AT_MOST("estimate under saturation", 40.1, state.estimate_nm);
       CHECK_AT_LEAST("estimate under saturation", -0.1, state.estimate_nm);
       if (tick == 2999) {
@@ -169,7 +168,8 @@ static void test_rate_noise_reaches_the_torque_by_w_j_and_no_more(void) {
     const float estimate_nm = disturbance_observer_step(&state, &params, rate_rad_s, 0.0f, dt_s);
     largest = fmax(largest, fabs((double)estimate_nm));
   }
-  /* d = w J (v - lowpass v): at most twice the amplitude, whatever the noise; a differentiator gives 2 J/dt = 4.7 Nm. */
+  /* d = w J (v - lowpass v): at most twice the amplitude, whatever the noise; a differentiator gives 2 J/dt = 4.7 Nm.
+   */
   CHECK_AT_MOST("torque from noise", 2.0 * 60.0 * 23.5 * 1e-4, largest);
   CHECK_AT_LEAST("torque from noise", 0.5 * 60.0 * 23.5 * 1e-4, largest);
 }

@@ -12,11 +12,8 @@ static const float dt_s = 1e-3f;
 static const float degree = 0.0174532925f;
 
 static friction_feedforward_params example(friction_model model) {
-  return (friction_feedforward_params){.model = model,
-                                       .gain = 1.0f,
-                                       .lead_limit_rad_s = 0.05f,
-                                       .sign_width_rad_s = 1e-3f,
-                                       .lugre = stiff_seal()};
+  return (friction_feedforward_params){
+      .model = model, .gain = 1.0f, .lead_limit_rad_s = 0.05f, .sign_width_rad_s = 1e-3f, .lugre = stiff_seal()};
 }
 
 static friction_feedforward_input rates(float reference_rad_s, float base_rad_s, float joint_rad_s) {
@@ -33,7 +30,8 @@ static void test_startup_is_compensated_in_the_tick_in_which_it_is_commanded(voi
   for (int tick = 0; tick < 300; ++tick) { /* the joint has not moved yet: the encoder sees nothing */
     const friction_feedforward_input input = rates(1.0f * degree, 0.0f, 0.0f);
     const float torque_nm = friction_feedforward_step(&state, &params, &input, dt_s);
-    CHECK_SAME("torque of the seal at the rate commanded", lugre_step(&seal, &params.lugre, 1.0f * degree, dt_s), torque_nm);
+    CHECK_SAME("torque of the seal at the rate commanded", lugre_step(&seal, &params.lugre, 1.0f * degree, dt_s),
+               torque_nm);
     if (tick == 0) {
       /* Half a tick of spring and the bristles' damping: more than Ts already. */
       CHECK_AT_LEAST("torque in the first tick", 14.0, torque_nm);
@@ -152,8 +150,8 @@ static void test_on_a_moving_base_the_seal_feels_the_joint_rate(void) {
   CHECK_NEAR("rate", -0.02, friction_feedforward_rate(&params, &held), 1e-9);
   friction_feedforward_state state;
   friction_feedforward_reset(&state);
-  CHECK_RELATIVE("torque", lugre_steady_nm(&params.lugre, -0.02f), friction_feedforward_step(&state, &params, &held, dt_s),
-                 1e-6);
+  CHECK_RELATIVE("torque", lugre_steady_nm(&params.lugre, -0.02f),
+                 friction_feedforward_step(&state, &params, &held, dt_s), 1e-6);
   /* It moves with the base: nothing turns in the seal. */
   const friction_feedforward_input carried = rates(0.02f, 0.02f, 0.0f);
   CHECK_SAME("torque", 0.0, friction_feedforward_step(&state, &params, &carried, dt_s));
@@ -203,7 +201,8 @@ static void test_the_cheap_models_follow_their_formulas_in_each_direction(void) 
     friction_feedforward_reset(&state);
     const friction_feedforward_input input = rates((float)v, 0.0f, (float)v);
     CHECK_NEAR("Coulomb", tc * sign + viscous * v, friction_feedforward_step(&state, &coulomb, &input, dt_s), 2e-5);
-    CHECK_NEAR("eq. (5)", stribeck * sign + viscous * v, friction_feedforward_step(&state, &steady, &input, dt_s), 2e-5);
+    CHECK_NEAR("eq. (5)", stribeck * sign + viscous * v, friction_feedforward_step(&state, &steady, &input, dt_s),
+               2e-5);
   }
 }
 

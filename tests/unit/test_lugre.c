@@ -135,7 +135,8 @@ static void test_lugre_settles_on_the_steady_curve_at_every_speed_up_to_1000_rad
     /* A float z stops creeping when a tick's share x of what is left falls below its last bit. */
     const double level_nm = (double)(speed_rad_s > 0.0f ? seal.positive : seal.negative).breakaway_nm;
     const double share = fmin(1.0, 7.0e4 * fabs((double)speed_rad_s) * (double)dt_s / level_nm);
-    CHECK_RELATIVE("settled torque", lugre_steady_nm(&seal, speed_rad_s), torque_nm, 2e-6 + 2.0 * float_rounding / share);
+    CHECK_RELATIVE("settled torque", lugre_steady_nm(&seal, speed_rad_s), torque_nm,
+                   2e-6 + 2.0 * float_rounding / share);
   }
 }
 
@@ -174,7 +175,7 @@ static float next_speed(random_source *source, const lugre_params *seal, float s
   }
   const double sign = random_bits(source) % 2 == 0 ? 1.0 : -1.0;
   const double around = (double)seal->positive.stribeck_speed_rad_s;
-  const double magnitude = choice < 8 ? random_decades(source, 1e-3 * around, 1e1 * around) //
+  const double magnitude = choice < 8 ? random_decades(source, 1e-3 * around, 1e1 * around)  //
                                       : random_decades(source, 1e-8, 1e3);
   return (float)(sign * fmin(magnitude, 1e3));
 }

@@ -19,13 +19,13 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr float kTick = 1e-3f;
 
 struct Comparison {
-  double torque_nm;  // largest difference of the mean torque of a tick
-  double bristle_nm; // largest difference of s0 z after a tick
-  double largest_nm; // largest torque seen, to relate the two to
+  double torque_nm;   // largest difference of the mean torque of a tick
+  double bristle_nm;  // largest difference of s0 z after a tick
+  double largest_nm;  // largest torque seen, to relate the two to
 };
 
 // Runs both with one speed per tick.
-Comparison compare(const lugre_params &seal, const std::vector<float> &speeds, float dt_s = kTick) {
+Comparison compare(const lugre_params& seal, const std::vector<float>& speeds, float dt_s = kTick) {
   lugre_ode::Driven reference{lugre_ode::Friction(seal)};
   lugre_state state;
   lugre_reset(&state);

@@ -64,8 +64,7 @@ static void test_step_response_on_an_inertia_is_the_analytic_one(void) {
     const double t = tick * dt;
     const double decay = exp(-damping * w * t);
     const double zero = 2.0 * damping * weight * w; /* (b kp / J) / w^2 * w^2 */
-    const double expected =
-        1.0 - decay * (cos(damped * t) + (damping * w - zero) / damped * sin(damped * t));
+    const double expected = 1.0 - decay * (cos(damped * t) + (damping * w - zero) / damped * sin(damped * t));
     CHECK_NEAR("speed after a step", expected, y, 1e-3);
     const float output = pi_controller_propose(&state, &params, 1.0f, (float)y);
     pi_controller_settle(&state, &params, (float)(1.0 - y), 0.0f, (float)dt);

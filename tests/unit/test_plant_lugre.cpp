@@ -32,10 +32,10 @@ struct Continuous {
   FrictionConfig seal;
   double inertia_kg_m2;
 
-  const StribeckConfig &direction(double rate) const { return rate >= 0.0 ? seal.positive : seal.negative; }
+  const StribeckConfig& direction(double rate) const { return rate >= 0.0 ? seal.positive : seal.negative; }
 
   double force_slope(double rate, double force) const {
-    const StribeckConfig &d = direction(rate);
+    const StribeckConfig& d = direction(rate);
     const double g =
         d.coulomb_nm + (d.breakaway_nm - d.coulomb_nm) * std::exp(-std::pow(rate / d.stribeck_speed_rad_s, 2.0));
     return seal.stiffness_nm_rad * (rate - std::abs(rate) * force / g);
@@ -56,10 +56,10 @@ struct Comparison {
 
 // Drives both from rest with torque(time, angle) for a time. The plant takes the torque in the middle of its step.
 template <class Torque>
-Comparison compare(const Bench &bench, Torque torque, double duration_s) {
+Comparison compare(const Bench& bench, Torque torque, double duration_s) {
   Joint joint(bench.axis, FrictionModel::kLugre, MaxwellSlipConfig{}, kPwmPeriod_s);
   const Continuous model{bench.axis.friction, bench.inertia_kg_m2};
-  const auto rhs = [&model, &torque](const Vector &x, Vector &slope, double time) {
+  const auto rhs = [&model, &torque](const Vector& x, Vector& slope, double time) {
     slope(0) = (torque(time, x(2)) - model.torque(x(0), x(1))) / model.inertia_kg_m2;
     slope(1) = model.force_slope(x(0), x(1));
     slope(2) = x(0);
@@ -81,7 +81,8 @@ Comparison compare(const Bench &bench, Torque torque, double duration_s) {
 }
 
 void test_breakaway_on_a_torque_ramp_agrees() {
-  const Comparison seen = compare(stiff_bench(), [](double t, double) { return 10.0 * t; }, 1.2);
+  const Comparison seen = compare(
+      stiff_bench(), [](double t, double) { return 10.0 * t; }, 1.2);
   LOG_VALUE("break-away on a 10 Nm/s ramp, largest rate error in deg/s", seen.rate_rad_s / kDegree);
   LOG_VALUE("rate at the end in deg/s", seen.largest_rate_rad_s / kDegree);
   CHECK_AT_LEAST("the joint broke away", 5.0 * kDegree, seen.largest_rate_rad_s);
@@ -178,20 +179,27 @@ void test_extreme_seals_stay_bounded() {
   }
 }
 
-void test_a_joint_below_breakaway_creeps_back_when_released() {
+void test_a_joint_loaded_below_breakaway_follows_the_bristle_curve_and_springs_back() {
+  // Slowly, eq. (2) integrates to x = Ts/s0 ln(Ts/(Ts - T)) on loading and Ts/s0 ln((Ts + T)/Ts) on unloading.
   const Bench bench = stiff_bench();
   Joint joint(bench.axis, FrictionModel::kLugre, MaxwellSlipConfig{}, kPwmPeriod_s);
-  for (int step = 0; step < 20000; ++step) {
-    joint.step(bench.inertia_kg_m2, 3.0, 0.0);
+  const int steps = 60000;
+  for (int step = 0; step < steps; ++step) {
+    joint.step(bench.inertia_kg_m2, 3.0 * step / steps, 0.0);
   }
   const double bent = joint.angle_rad();
-  for (int step = 0; step < 20000; ++step) {
-    joint.step(bench.inertia_kg_m2, 0.0, 0.0);
+  for (int step = 0; step < steps; ++step) {
+    joint.step(bench.inertia_kg_m2, 3.0 - 3.0 * step / steps, 0.0);
   }
+  const FrictionConfig& seal = bench.axis.friction;
+  const double forward = seal.positive.breakaway_nm;
+  const double back = seal.negative.breakaway_nm;
+  const double expected_bent = forward / seal.stiffness_nm_rad * std::log(forward / (forward - 3.0));
+  const double expected_back = back / seal.stiffness_nm_rad * std::log((back + 3.0) / back);
   LOG_VALUE("bent by 3 Nm, urad", bent * 1e6);
   LOG_VALUE("left after release, urad", joint.angle_rad() * 1e6);
-  CHECK_RELATIVE("3 Nm / stiffness, more by the hysteresis", 3.0 / 30000.0, bent, 0.5);
-  CHECK_AT_MOST("springs back by more than half", 0.5 * bent, joint.angle_rad());
+  CHECK_RELATIVE("deflection at 3 Nm in rad", expected_bent, bent, 0.02);
+  CHECK_RELATIVE("sprung back in rad", expected_back, bent - joint.angle_rad(), 0.02);
 }
 
 }  // namespace
@@ -205,6 +213,6 @@ int main() {
   RUN_TEST(test_every_speed_from_0_01_to_200_deg_per_s_agrees);
   RUN_TEST(test_halving_the_step_quarters_the_error);
   RUN_TEST(test_extreme_seals_stay_bounded);
-  RUN_TEST(test_a_joint_below_breakaway_creeps_back_when_released);
+  RUN_TEST(test_a_joint_loaded_below_breakaway_follows_the_bristle_curve_and_springs_back);
   return UNITY_END();
 }

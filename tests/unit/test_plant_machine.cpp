@@ -14,7 +14,7 @@ namespace {
 
 using namespace bench;
 
-void run(Tracker &tracker, double seconds, double azimuth_duty = 0.0, double pitch_duty = 0.0) {
+void run(Tracker& tracker, double seconds, double azimuth_duty = 0.0, double pitch_duty = 0.0) {
   const int steps = static_cast<int>(std::lround(seconds / kPwmPeriod_s));
   for (int step = 0; step < steps; ++step) {
     tracker.step_pwm({azimuth_duty, pitch_duty});
@@ -86,21 +86,19 @@ void test_duty_is_quantised_to_timer_counts() {
 }
 
 // Energy of the two bodies, written out from their masses.
-double energy_j(const PlantConfig &plant, const TruthState &state) {
+double energy_j(const PlantConfig& plant, const TruthState& state) {
   const double cosine = std::cos(state.joint_angle_rad[kPitch]);
   const double azimuth_inertia =
       plant.axis[kAzimuth].inertia_kg_m2 + plant.axis[kAzimuth].inertia_swing_kg_m2 * cosine * cosine;
-  const double kinetic =
-      0.5 * azimuth_inertia * std::pow(state.inertial_rate_rad_s[kAzimuth], 2.0) +
-      0.5 * plant.axis[kPitch].inertia_kg_m2 * std::pow(state.inertial_rate_rad_s[kPitch], 2.0);
+  const double kinetic = 0.5 * azimuth_inertia * std::pow(state.inertial_rate_rad_s[kAzimuth], 2.0) +
+                         0.5 * plant.axis[kPitch].inertia_kg_m2 * std::pow(state.inertial_rate_rad_s[kPitch], 2.0);
   // Height of both off-centre masses above the slanted base.
-  const LoadConfig &pitch = plant.axis[kPitch].load;
-  const LoadConfig &azimuth = plant.axis[kAzimuth].load;
+  const LoadConfig& pitch = plant.axis[kPitch].load;
+  const LoadConfig& azimuth = plant.axis[kAzimuth].load;
   const double p = state.joint_angle_rad[kPitch] + pitch.imbalance_phase_rad;
   const double a = state.joint_angle_rad[kAzimuth] - plant.base_tilt.direction_rad;
   const double tilt = plant.base_tilt.tilt_rad;
-  return kinetic +
-         pitch.imbalance_nm * (std::sin(p) * std::cos(tilt) + std::cos(p) * std::sin(tilt) * std::cos(a)) +
+  return kinetic + pitch.imbalance_nm * (std::sin(p) * std::cos(tilt) + std::cos(p) * std::sin(tilt) * std::cos(a)) +
          azimuth.imbalance_nm * std::sin(tilt) * std::cos(a - azimuth.imbalance_phase_rad);
 }
 
@@ -111,7 +109,7 @@ void test_energy_stays_constant_through_coupling_and_gravity() {
   plant.axis[kPitch].load.imbalance_phase_rad = 0.3;
   plant.axis[kAzimuth].load.imbalance_nm = 4.0;
   plant.axis[kAzimuth].load.imbalance_phase_rad = 0.7;
-  for (AxisConfig &axis : plant.axis) {
+  for (AxisConfig& axis : plant.axis) {
     axis.motor.back_emf_constant_v_s_rad = 0.0;  // an idle motor must not brake
   }
   Tracker tracker(plant, 1);
@@ -147,7 +145,7 @@ void test_angular_momentum_of_azimuth_survives_pitch() {
   const double before = momentum();
   run(tracker, 0.4, 0.0, 0.5);
   CHECK_AT_LEAST("pitch has moved, rad", 0.3, std::abs(tracker.truth().joint_angle_rad[kPitch]));
-  CHECK_RELATIVE("momentum", before, momentum(), 1e-6);
+  CHECK_RELATIVE("momentum", before, momentum(), 1e-5);
 }
 
 void test_torques_of_the_truth_add_up_to_the_acceleration() {
@@ -157,10 +155,9 @@ void test_torques_of_the_truth_add_up_to_the_acceleration() {
   double rate = tracker.truth().inertial_rate_rad_s[kPitch];
   for (int step = 0; step < 4000; ++step) {
     tracker.step_pwm({0.3, 0.25 * std::sin(0.01 * step)});
-    const TruthState &now = tracker.truth();
+    const TruthState& now = tracker.truth();
     const double expected = now.motor_torque_nm[kPitch] - now.friction_torque_nm[kPitch] - now.load_torque_nm[kPitch];
-    const double measured =
-        plant.axis[kPitch].inertia_kg_m2 * (now.inertial_rate_rad_s[kPitch] - rate) / kPwmPeriod_s;
+    const double measured = plant.axis[kPitch].inertia_kg_m2 * (now.inertial_rate_rad_s[kPitch] - rate) / kPwmPeriod_s;
     rate = now.inertial_rate_rad_s[kPitch];
     CHECK_NEAR("J dw/dt in Nm", expected, measured, 1e-8);
   }
@@ -214,7 +211,7 @@ void test_a_free_axis_keeps_its_line_of_sight_while_the_base_sways() {
     least = std::min(least, base);
     most = std::max(most, base);
   }
-  CHECK_NEAR("line of sight moves straight, rad", angle + 5.0 * rate, tracker.truth().inertial_angle_rad[kPitch], 1e-9);
+  CHECK_NEAR("line of sight moves straight, rad", angle + 5.0 * rate, tracker.truth().inertial_angle_rad[kPitch], 1e-7);
   CHECK_AT_LEAST("the base swayed, rad", 1e-3, most - least);
 }
 
@@ -227,14 +224,14 @@ void test_seal_eccentricity_shows_once_per_turn_of_the_joint() {
   double least = 1e9;
   double most = 0.0;
   double angle_of_most = 0.0;
-  for (int step = 0; step < 200000; ++step) {
-    tracker.step_pwm({0.35, 0.0});
+  for (int step = 0; step < 400000; ++step) {
+    tracker.step_pwm({0.22, 0.0});  // about 1 rad/s
     const double rate = tracker.truth().joint_rate_rad_s[kAzimuth];
-    if (rate < 1.0) {
+    if (rate < 0.5) {
       continue;
     }
-    const double dry = tracker.truth().friction_torque_nm[kAzimuth] -
-                       plant.axis[kAzimuth].friction.positive.viscous_nm_s_rad * rate;
+    const double dry =
+        tracker.truth().friction_torque_nm[kAzimuth] - plant.axis[kAzimuth].friction.positive.viscous_nm_s_rad * rate;
     least = std::min(least, dry);
     if (dry > most) {
       most = dry;

@@ -19,7 +19,7 @@ constexpr double kDt_s = kPwmPeriod_s;
 FrictionConfig seal() { return bare_plant().axis[kAzimuth].friction; }
 
 // Friction that is moved at a given speed; returns the torque of the step [Nm].
-double moved(MaxwellSlip &friction, double rate_rad_s) {
+double moved(MaxwellSlip& friction, double rate_rad_s) {
   const AffineFriction affine = friction.linearise(rate_rad_s, 1.0, 1.0);
   friction.commit(rate_rad_s);
   return affine.constant_nm + affine.slope_nm_s_rad * rate_rad_s;

@@ -93,7 +93,7 @@ struct Log {
   std::vector<std::uint32_t> encoder;
 };
 
-Log logged(const PlantConfig &plant, std::uint64_t seed) {
+Log logged(const PlantConfig& plant, std::uint64_t seed) {
   Tracker tracker(plant, seed);
   Log log;
   for (int tick = 0; tick < 200; ++tick) {

@@ -73,7 +73,8 @@ static void test_the_delay_is_half_the_window(void) {
     double rate_rad_s = 0.0;
     const int ticks = 200;
     for (int tick = 1; tick <= ticks; ++tick) {
-      rate_rad_s = (double)rate_estimator_step(&state, &params, encoder(0.5 * counts_per_tick2 * tick * tick, 32), dt_s);
+      rate_rad_s =
+          (double)rate_estimator_step(&state, &params, encoder(0.5 * counts_per_tick2 * tick * tick, 32), dt_s);
     }
     const double seen_ticks = rate_rad_s * 1e-3 / count_rad / counts_per_tick2;
     CHECK_NEAR("delay in ticks", 0.5 * (window - 1), ticks - seen_ticks, 2e-3);

@@ -18,11 +18,11 @@ using namespace trackservo::sim;
 
 constexpr double kDegree = kPi / 180.0;
 
-inline PlantConfig shipped_plant(const std::string &name) {
+inline PlantConfig shipped_plant(const std::string& name) {
   return load_plant(std::string(TRACKSERVO_SOURCE_DIR) + "/sim_host/plants/" + name + ".toml");
 }
 
-inline ScenarioConfig shipped_scenario(const std::string &name) {
+inline ScenarioConfig shipped_scenario(const std::string& name) {
   return load_scenario(std::string(TRACKSERVO_SOURCE_DIR) + "/sim_host/scenarios/" + name + ".toml");
 }
 
@@ -33,7 +33,7 @@ inline PlantConfig bare_plant() {
   plant.supply.source_resistance_ohm = 0.0;
   plant.adc = AdcConfig{24, 25.0, 0.0, 0.0, 66.0, 0.0};
   plant.base_tilt = BaseTiltConfig{};
-  for (AxisConfig &axis : plant.axis) {
+  for (AxisConfig& axis : plant.axis) {
     axis.motor.ripple.clear();
     axis.motor.cogging.clear();
     axis.load = LoadConfig{};

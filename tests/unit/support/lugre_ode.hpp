@@ -26,13 +26,13 @@ enum class Damping { kPassive, kOriginal };
 
 class Friction {
  public:
-  explicit Friction(const lugre_params &params, Damping damping = Damping::kPassive)
+  explicit Friction(const lugre_params& params, Damping damping = Damping::kPassive)
       : params_(params), damping_(damping) {}
 
   double stiffness() const { return static_cast<double>(params_.stiffness_nm_rad); }
 
   double level(double speed) const {
-    const lugre_direction &d = direction(speed);
+    const lugre_direction& d = direction(speed);
     const double coulomb = static_cast<double>(d.coulomb_nm);
     const double breakaway = static_cast<double>(d.breakaway_nm);
     const double ratio = speed / static_cast<double>(d.stribeck_speed_rad_s);
@@ -55,7 +55,7 @@ class Friction {
   }
 
  private:
-  const lugre_direction &direction(double speed) const { return speed >= 0.0 ? params_.positive : params_.negative; }
+  const lugre_direction& direction(double speed) const { return speed >= 0.0 ? params_.positive : params_.negative; }
 
   lugre_params params_;
   Damping damping_;
@@ -64,9 +64,9 @@ class Friction {
 // Advances `state` from `start` to `end` by rosenbrock4 with dense error control. `rhs(state, slope, time)` is the
 // system; its Jacobian and time derivative are taken by central differences.
 template <class Rhs>
-void solve(Rhs rhs, Vector &state, double start, double end, double first_step, double tolerance = kTolerance) {
+void solve(Rhs rhs, Vector& state, double start, double end, double first_step, double tolerance = kTolerance) {
   namespace odeint = boost::numeric::odeint;
-  const auto jacobian = [&rhs](const Vector &x, Matrix &j, double time, Vector &time_derivative) {
+  const auto jacobian = [&rhs](const Vector& x, Matrix& j, double time, Vector& time_derivative) {
     Vector low(x.size());
     Vector high(x.size());
     for (std::size_t column = 0; column < x.size(); ++column) {
@@ -92,14 +92,14 @@ void solve(Rhs rhs, Vector &state, double start, double end, double first_step, 
 // Friction under a given speed(t): state (F, integral of the torque).
 class Driven {
  public:
-  explicit Driven(const Friction &friction) : friction_(friction), state_(2, 0.0) {}
+  explicit Driven(const Friction& friction) : friction_(friction), state_(2, 0.0) {}
 
   // The mean torque between the two times, like lugre_step's.
   template <class Speed>
   double advance(Speed speed, double start, double end) {
     state_(1) = 0.0;
-    const Friction &friction = friction_;
-    const auto rhs = [&friction, &speed](const Vector &x, Vector &slope, double time) {
+    const Friction& friction = friction_;
+    const auto rhs = [&friction, &speed](const Vector& x, Vector& slope, double time) {
       slope(0) = friction.force_rate(speed(time), x(0));
       slope(1) = friction.torque(speed(time), x(0));
     };

@@ -38,7 +38,8 @@ static inline lugre_params seal_of_the_paper(void) {
 
 /* A stiff contact, s0/J about 3000 1/s^2, that differs by direction. */
 static inline lugre_params stiff_seal(void) {
-  return seal_of(7.0e4f, 900.0f, seal_direction(10.0f, 14.0f, 0.003f, 11.9f), seal_direction(8.5f, 13.0f, 0.004f, 10.5f));
+  return seal_of(7.0e4f, 900.0f, seal_direction(10.0f, 14.0f, 0.003f, 11.9f),
+                 seal_direction(8.5f, 13.0f, 0.004f, 10.5f));
 }
 
 /* The same stiff contact, equal in both directions. */

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from .load import InputError, load_results
+from .markdown import update_document
 from .page import write_page
 from .terminal import make_console, print_results
 
@@ -15,11 +16,17 @@ def main(arguments: list[str] | None = None) -> int:
     """0 when the report was written, whatever the results are; 2 when the input cannot be used."""
     parser = argparse.ArgumentParser(prog="trackservo_report", description=__doc__)
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder that 'sim_host experiments --out DIR' wrote")
-    folder: Path = parser.parse_args(arguments).folder
+    parser.add_argument(
+        "--update", type=Path, nargs="+", default=[], metavar="FILE", help="also renew the marked tables of these documents"
+    )
+    options = parser.parse_args(arguments)
+    folder: Path = options.folder
     page = folder / "report.html"
     try:
         results = load_results(folder)
         write_page(results, page)
+        for document in options.update:
+            update_document(results, document)
     except InputError as error:
         print(f"trackservo_report: {error}", file=sys.stderr)
         return 2

@@ -1,0 +1,203 @@
+#include <math.h>
+
+#include "canopen/bench.h"
+#include "canopen/object_dictionary_check.h"
+#include "canopen/object_dictionary_rows.h"
+
+void setUp(void) { bench_start(); }
+void tearDown(void) {}
+
+static od_object find(uint16_t index, uint8_t sub) {
+  od_object object;
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, od_find(&bench.device.node.dictionary, index, sub, &object));
+  return object;
+}
+
+static void test_every_table_that_ships_is_sorted_and_consistent(void) {
+  const od_table_verdict verdict = od_check_dictionary(&bench.device.node.dictionary);
+  TEST_ASSERT_EQUAL_MESSAGE(OD_TABLE_GOOD, verdict.fault, "see od_table_fault");
+  TEST_ASSERT_EQUAL_HEX16(0, verdict.index);
+}
+
+static void test_search_finds_every_row_and_nothing_else(void) {
+  const object_dictionary *dictionary = &bench.device.node.dictionary;
+  uint32_t found = 0;
+  uint32_t rows = 0;
+  for (uint32_t i = 0; i < dictionary->count; i++) {
+    rows += dictionary->parts[i].table.count;
+  }
+  for (uint32_t index = 0; index <= 0xFFFF; index++) {
+    for (uint32_t sub = 0; sub < 16; sub++) {
+      od_object object;
+      if (od_find(dictionary, (uint16_t)index, (uint8_t)sub, &object) == OD_OK) {
+        TEST_ASSERT_EQUAL_HEX16(index, od_index(&object));
+        TEST_ASSERT_EQUAL(sub, object.entry->sub);
+        found++;
+      }
+    }
+  }
+  TEST_ASSERT_EQUAL(rows, found);
+}
+
+static void test_missing_object_and_missing_sub_index_are_told_apart(void) {
+  od_object object;
+  const object_dictionary *dictionary = &bench.device.node.dictionary;
+  TEST_ASSERT_EQUAL_HEX32(OD_NO_OBJECT, od_find(dictionary, 0x2001, 0, &object));
+  TEST_ASSERT_EQUAL_HEX32(OD_NO_OBJECT, od_find(dictionary, 0x0000, 0, &object));
+  TEST_ASSERT_EQUAL_HEX32(OD_NO_OBJECT, od_find(dictionary, 0xFFFF, 255, &object));
+  TEST_ASSERT_EQUAL_HEX32(OD_NO_SUB, od_find(dictionary, 0x2000, 3, &object));
+  TEST_ASSERT_EQUAL_HEX32(OD_NO_SUB, od_find(dictionary, 0x6040, 1, &object));
+}
+
+static void test_second_axis_is_the_same_table_on_other_values(void) {
+  const od_object azimuth = find(0x2000, 1);
+  const od_object pitch = find(0x2800, 1);
+  TEST_ASSERT_EQUAL_PTR(azimuth.entry, pitch.entry);
+  od_put(&pitch, (od_number){.f = 7.0f});
+  TEST_ASSERT_EQUAL_FLOAT(1.5f, bench.device.axis[0].kp);
+  TEST_ASSERT_EQUAL_FLOAT(7.0f, bench.device.axis[1].kp);
+}
+
+static void test_values_travel_little_endian_and_back(void) {
+  static const uint8_t expected[12][8] = {{1},          {0xFB},       {0x0C, 0xFE}, {0xB0, 0x3C, 0xFF, 0xFF},
+                                          {50},         {0xEF, 0xBE}, {0xEF, 0xBE, 0xAD, 0xDE},
+                                          {0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01},
+                                          {0xCD, 0xCC, 0xCC, 0x3D}};
+  for (uint8_t sub = 1; sub <= 9; sub++) {
+    const od_object object = find(0x2F00, sub);
+    uint8_t bytes[8] = {0};
+    uint16_t length = 0;
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, od_read(&object, bytes, 8, &length));
+    TEST_ASSERT_EQUAL(object.entry->bytes, length);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected[sub - 1], bytes, 8);
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, od_write(&object, bytes, length));
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, od_read(&object, bytes, 8, &length));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(expected[sub - 1], bytes, 8);
+  }
+}
+
+static od_abort write_int(uint8_t sub, int64_t value) {
+  const od_object object = find(0x2F00, sub);
+  uint8_t bytes[8];
+  for (uint32_t i = 0; i < 8; i++) {
+    bytes[i] = (uint8_t)((uint64_t)value >> (8 * i));
+  }
+  const int64_t before = od_get(&object).i;
+  const od_abort answer = od_write(&object, bytes, object.entry->bytes);
+  if (answer != OD_OK) {
+    TEST_ASSERT_EQUAL_INT64(before, od_get(&object).i);
+  } else {
+    TEST_ASSERT_EQUAL_INT64(value, od_get(&object).i);
+  }
+  return answer;
+}
+
+static void test_integers_are_taken_exactly_within_their_limits(void) {
+  for (uint8_t sub = 1; sub <= 7; sub++) {
+    const od_entry *entry = find(0x2F00, sub).entry;
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, write_int(sub, entry->low.i));
+    TEST_ASSERT_EQUAL_HEX32(OD_OK, write_int(sub, entry->high.i));
+    if (sub < 6) {
+      TEST_ASSERT_EQUAL_HEX32(OD_TOO_HIGH, write_int(sub, entry->high.i + 1));
+    }
+    if (sub > 1 && sub < 6) {
+      TEST_ASSERT_EQUAL_HEX32(OD_TOO_LOW, write_int(sub, entry->low.i - 1));
+    }
+  }
+  TEST_ASSERT_EQUAL_HEX32(OD_TOO_LOW, write_int(8, 0));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, write_int(8, -1));
+}
+
+static od_abort write_float(float value) {
+  const od_object object = find(0x2F00, 9);
+  const uint32_t bits = bench_bits(value);
+  const uint8_t bytes[4] = {(uint8_t)bits, (uint8_t)(bits >> 8), (uint8_t)(bits >> 16), (uint8_t)(bits >> 24)};
+  return od_write(&object, bytes, 4);
+}
+
+static void test_reals_must_be_finite_and_within_their_limits(void) {
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, write_float(-1000.0f));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, write_float(1000.0f));
+  TEST_ASSERT_EQUAL_HEX32(OD_TOO_HIGH, write_float(1000.1f));
+  TEST_ASSERT_EQUAL_HEX32(OD_TOO_LOW, write_float(-1000.1f));
+  TEST_ASSERT_EQUAL_HEX32(OD_BAD_VALUE, write_float(NAN));
+  TEST_ASSERT_EQUAL_HEX32(OD_TOO_HIGH, write_float(INFINITY));
+  TEST_ASSERT_EQUAL_HEX32(OD_TOO_LOW, write_float(-INFINITY));
+  TEST_ASSERT_EQUAL_FLOAT(1000.0f, bench.device.values.f32);
+}
+
+static void test_text_is_printable_and_fits(void) {
+  const od_object object = find(0x2F00, 10);
+  uint8_t bytes[17];
+  uint16_t length = 0;
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, od_write(&object, (const uint8_t *)"sixteen letters!", 16));
+  TEST_ASSERT_EQUAL_HEX32(OD_TOO_LONG, od_write(&object, (const uint8_t *)"seventeen letters", 17));
+  TEST_ASSERT_EQUAL_HEX32(OD_BAD_VALUE, od_write(&object, (const uint8_t *)"a\nb", 3));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, od_read(&object, bytes, 17, &length));
+  TEST_ASSERT_EQUAL(16, length);
+  TEST_ASSERT_EQUAL_MEMORY("sixteen letters!", bytes, 16);
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, od_write(&object, bytes, 0));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, od_read(&object, bytes, 17, &length));
+  TEST_ASSERT_EQUAL(0, length);
+}
+
+typedef struct {
+  uint32_t a;
+  float f;
+} little;
+
+#define GOOD(index_, sub_) OD_U32(index_, sub_, OD_RW, 0, little, a, 0, 10, 5, "", "a name", "help")
+
+static od_table_fault fault_of(const od_entry *rows, uint32_t count) {
+  const od_table table = {rows, count};
+  return od_check_table(&table).fault;
+}
+
+static void test_check_names_what_is_wrong_with_a_table(void) {
+  const od_entry unsorted[] = {GOOD(0x2001, 0), GOOD(0x2000, 0)};
+  const od_entry twice[] = {GOOD(0x2000, 0), GOOD(0x2000, 0)};
+  const od_entry headless[] = {GOOD(0x2000, 1)};
+  const od_entry variable_with_sub[] = {GOOD(0x2000, 0), GOOD(0x2000, 1)};
+  const od_entry low_head[] = {OD_RECORD_HEAD(0x2000, 1, "r", ""), GOOD(0x2000, 1), GOOD(0x2000, 2)};
+  const od_entry limits[] = {OD_U32(0x2000, 0, OD_RW, 0, little, a, 9, 3, 5, "", "n", "h")};
+  const od_entry preset[] = {OD_U32(0x2000, 0, OD_RW, 0, little, a, 0, 3, 5, "", "n", "h")};
+  const od_entry nan_limit[] = {OD_F32(0x2000, 0, OD_RW, 0, little, f, NAN, 3.0f, 0.0f, "", "n", "h")};
+  const od_entry nan_preset[] = {OD_F32(0x2000, 0, OD_RW, 0, little, f, 0.0f, 3.0f, NAN, "", "n", "h")};
+  const od_entry mapping[] = {OD_U32(0x2000, 0, OD_RO, OD_RPDO, little, a, 0, 3, 0, "", "n", "h")};
+  const od_entry nameless[] = {OD_U32(0x2000, 0, OD_RW, 0, little, a, 0, 3, 0, "", "", "h")};
+  const od_entry stored[] = {OD_U32(0x2000, 0, OD_RO, OD_STORED, little, a, 0, 3, 0, "", "n", "h")};
+  TEST_ASSERT_EQUAL(OD_TABLE_UNSORTED, fault_of(unsorted, 2));
+  TEST_ASSERT_EQUAL(OD_TABLE_UNSORTED, fault_of(twice, 2));
+  TEST_ASSERT_EQUAL(OD_TABLE_NO_HEAD, fault_of(headless, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_NO_HEAD, fault_of(variable_with_sub, 2));
+  TEST_ASSERT_EQUAL(OD_TABLE_HEAD_TOO_LOW, fault_of(low_head, 3));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_LIMITS, fault_of(limits, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of(preset, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_LIMITS, fault_of(nan_limit, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_DEFAULT, fault_of(nan_preset, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_BAD_MAPPING, fault_of(mapping, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_NO_TEXT, fault_of(nameless, 1));
+  TEST_ASSERT_EQUAL(OD_TABLE_NOT_STORABLE, fault_of(stored, 1));
+}
+
+static void test_check_finds_an_object_that_two_parts_have(void) {
+  const object_dictionary *good = &bench.device.node.dictionary;
+  const od_part twice[] = {good->parts[0], good->parts[1], good->parts[0]};
+  const object_dictionary bad = {twice, 3};
+  TEST_ASSERT_EQUAL(OD_TABLE_OVERLAP, od_check_dictionary(&bad).fault);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_every_table_that_ships_is_sorted_and_consistent);
+  RUN_TEST(test_search_finds_every_row_and_nothing_else);
+  RUN_TEST(test_missing_object_and_missing_sub_index_are_told_apart);
+  RUN_TEST(test_second_axis_is_the_same_table_on_other_values);
+  RUN_TEST(test_values_travel_little_endian_and_back);
+  RUN_TEST(test_integers_are_taken_exactly_within_their_limits);
+  RUN_TEST(test_reals_must_be_finite_and_within_their_limits);
+  RUN_TEST(test_text_is_printable_and_fits);
+  RUN_TEST(test_check_names_what_is_wrong_with_a_table);
+  RUN_TEST(test_check_finds_an_object_that_two_parts_have);
+  return UNITY_END();
+}

@@ -1,0 +1,432 @@
+#include "canopen/bench.h"
+#include "canopen/crc_xmodem.h"
+
+void setUp(void) { bench_start(); }
+void tearDown(void) {}
+
+#define SERVER (&bench.device.node.sdo)
+
+static uint32_t abort_of(const uint8_t *answer) { return answer[0] == 0x80 ? bench_u32(&answer[4]) : 0; }
+
+static void test_crc_has_its_check_value(void) {
+  TEST_ASSERT_EQUAL_HEX16(0x31C3, crc_xmodem(0, (const uint8_t *)"123456789", 9));
+  TEST_ASSERT_EQUAL_HEX16(0x31C3, crc_xmodem(crc_xmodem(0, (const uint8_t *)"1234", 4), (const uint8_t *)"56789", 5));
+}
+
+static void test_expedited_write_is_read_back(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F00, 7, 0x12345678, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x12345678, bench.device.values.u32);
+  TEST_ASSERT_EQUAL_HEX32(0x12345678, bench_get(0x2F00, 7));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F00, 5, 77, 1));
+  TEST_ASSERT_EQUAL(77, bench_get(0x2F00, 5));
+}
+
+static void test_each_refusal_has_its_abort_code_and_changes_nothing(void) {
+  static const struct {
+    uint16_t index;
+    uint8_t sub;
+    uint8_t length;
+    uint32_t value;
+    uint32_t abort;
+  } rows[] = {
+      {0x2FFF, 0, 1, 0, 0x06020000},  {0x2F00, 99, 1, 0, 0x06090011},     {0x2F00, 12, 2, 0, 0x06010002},
+      {0x1000, 0, 4, 0, 0x06010002},  {0x2F02, 0, 1, 0, 0x06010002},      {0x2F00, 7, 2, 0, 0x06070013},
+      {0x2F00, 6, 4, 0, 0x06070012},  {0x2F00, 5, 1, 201, 0x06090031},    {0x2F00, 5, 1, 9, 0x06090032},
+      {0x2F00, 1, 1, 2, 0x06090031},  {0x2F00, 9, 4, 0x7FC00000, 0x06090030}, {0x2F00, 9, 4, 0x7F800000, 0x06090031},
+      {0x2F00, 9, 4, 0xFF800000, 0x06090032}, {0x2F10, 0, 1, 13, 0x08000022}, {0x2F10, 0, 1, 66, 0x06060000},
+      {0x1010, 1, 4, 0, 0x08000020},  {0x1011, 1, 4, 0x65766173, 0x08000020}, {0x1003, 0, 1, 1, 0x06090030},
+      {0x1005, 0, 4, 0x40000080, 0x06090030}, {0x1014, 0, 4, 0x20000085, 0x06090030}, {0x1019, 0, 1, 1, 0x06090030},
+      {0x1014, 0, 4, 0x86, 0x08000022}, {0x1400, 1, 4, 0x00000581, 0x06090030}, {0x1400, 1, 4, 0x204, 0x08000022},
+      {0x1400, 2, 1, 252, 0x06090030}, {0x1600, 0, 1, 0, 0x08000022},
+  };
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    const communication_objects objects = bench.device.node.objects;
+    const test_values values = bench.device.values;
+    TEST_ASSERT_EQUAL_HEX32(rows[i].abort, bench_write(rows[i].index, rows[i].sub, rows[i].value, rows[i].length));
+    TEST_ASSERT_EQUAL_MEMORY(&objects, &bench.device.node.objects, sizeof objects);
+    TEST_ASSERT_EQUAL_MEMORY(&values, &bench.device.values, sizeof values);
+  }
+  uint32_t abort = 0;
+  (void)bench_read(0x2F00, 11, &abort);
+  TEST_ASSERT_EQUAL_HEX32(0x06010001, abort);
+  (void)bench_read(0x1003, 1, &abort);
+  TEST_ASSERT_EQUAL_HEX32(0x08000024, abort);
+}
+
+static void test_expedited_write_without_a_length_takes_that_of_the_type(void) {
+  const uint8_t request[8] = {0x22, 0x00, 0x2F, 6, 0x34, 0x12, 0x99, 0x99};
+  uint8_t answer[8];
+  bench_sdo(request, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+  TEST_ASSERT_EQUAL_HEX16(0x1234, bench.device.values.u16);
+}
+
+static void test_segmented_upload_brings_a_text(void) {
+  const uint8_t start[8] = {0x40, 0x00, 0x2F, 10};
+  const uint8_t first[8] = {0x60};
+  const uint8_t second[8] = {0x70};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
+  TEST_ASSERT_EQUAL(11, bench_u32(&answer[4]));
+  bench_sdo(first, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x00, answer[0]);
+  TEST_ASSERT_EQUAL_MEMORY("hello w", &answer[1], 7);
+  bench_sdo(second, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x10 | 3 << 1 | 1, answer[0]);
+  TEST_ASSERT_EQUAL_MEMORY("orld", &answer[1], 4);
+  TEST_ASSERT_EQUAL(SDO_IDLE, SERVER->state);
+}
+
+static void test_segment_with_the_wrong_toggle_is_refused(void) {
+  const uint8_t upload[8] = {0x40, 0x00, 0x2F, 10};
+  const uint8_t download[8] = {0x21, 0x00, 0x2F, 8, 8};
+  const uint8_t upload_segment[8] = {0x70};
+  const uint8_t download_segment[8] = {0x10};
+  uint8_t answer[8];
+  bench_sdo(upload, answer);
+  bench_sdo(upload_segment, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
+  bench_sdo(download, answer);
+  bench_sdo(download_segment, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
+  TEST_ASSERT_EQUAL_HEX8(0x00, answer[1]);
+  TEST_ASSERT_EQUAL_HEX8(0x2F, answer[2]);
+  TEST_ASSERT_EQUAL_HEX8(8, answer[3]);
+}
+
+static void test_segmented_download_must_bring_what_it_announced(void) {
+  const uint8_t start[8] = {0x21, 0x00, 0x2F, 8, 8};
+  const uint8_t all[8] = {0x01, 1, 2, 3, 4, 5, 6, 7};
+  const uint8_t wrong_size[8] = {0x21, 0x00, 0x2F, 8, 9};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+  bench_sdo(all, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06070013, abort_of(answer));
+  TEST_ASSERT_EQUAL_HEX64(0x0123456789ABCDEF, bench.device.values.u64);
+  bench_sdo(wrong_size, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
+}
+
+static void test_silent_client_is_timed_out_and_told(void) {
+  const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL(1, bench.device.streams_open);
+  bench_wait_ms(SDO_TIME_OUT_MS - 2);
+  TEST_ASSERT_EQUAL(SDO_DOWNLOADING, SERVER->state);
+  bench_wait_ms(3);
+  TEST_ASSERT_EQUAL(SDO_IDLE, SERVER->state);
+  TEST_ASSERT_EQUAL_HEX32(0x05040000, abort_of(bench_last(0x585)->data));
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+static void test_new_request_replaces_a_transfer_that_was_left(void) {
+  const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x1234, bench_get(0x2F00, 12) & 0xFFFFu);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+static void test_slow_owner_keeps_the_answer_waiting_and_the_node_alive(void) {
+  const uint8_t request[8] = {0x2F, 0x11, 0x2F, 0, 9};
+  bench.device.node.objects.heartbeat_producer_ms = 1;
+  bench_give(0x605, 8, request);
+  bench_wait_ms(3);
+  TEST_ASSERT_EQUAL(0, bench_count(0x585));
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL(1, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX8(0x60, bench_last(0x585)->data[0]);
+  TEST_ASSERT_EQUAL(9, bench.device.values.slow);
+  TEST_ASSERT_EQUAL(5, bench_count(0x705));
+}
+
+/* --- Block transfer: `lose` names a segment of the first sub-block that does not arrive, 0 for none. ------------- */
+
+static uint32_t block_download(const uint8_t *data, uint32_t size, uint8_t lose, uint16_t crc_error) {
+  const uint8_t start[8] = {0xC6, 0x01, 0x2F, 0, (uint8_t)size, (uint8_t)(size >> 8), (uint8_t)(size >> 16), 0};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  if (answer[0] == 0x80) {
+    return abort_of(answer);
+  }
+  TEST_ASSERT_EQUAL_HEX8(0xA4, answer[0]);
+  uint8_t block = answer[4];
+  uint32_t done = 0;
+  while (done < size) {
+    uint8_t sequence = 0;
+    uint32_t at = done;
+    bench.sent = 0;
+    while (sequence < block && at < size) {
+      const uint32_t length = size - at < 7 ? size - at : 7;
+      uint8_t segment[8] = {++sequence};
+      segment[0] = (uint8_t)(sequence | (at + length == size ? 0x80 : 0));
+      memcpy(&segment[1], &data[at], length);
+      at += length;
+      if (sequence != lose) {
+        bench_give(0x605, 8, segment);
+      }
+      bench_wait_ms(1);
+    }
+    lose = 0;
+    const uint8_t *ack = bench_last(0x585)->data;
+    if (ack[0] == 0x80) {
+      return abort_of(ack);
+    }
+    TEST_ASSERT_EQUAL_HEX8(0xA2, ack[0]);
+    done += ack[1] * 7u;
+    block = ack[2];
+  }
+  const uint16_t crc = (uint16_t)(crc_xmodem(0, data, size) ^ crc_error);
+  const uint32_t unused = (7 - size % 7) % 7;
+  const uint8_t end[8] = {(uint8_t)(0xC1 | unused << 2), (uint8_t)crc, (uint8_t)(crc >> 8)};
+  bench_sdo(end, answer);
+  return abort_of(answer);
+}
+
+static uint8_t pattern[TEST_DEVICE_STREAM];
+
+static void fill_pattern(uint32_t seed) {
+  for (uint32_t i = 0; i < sizeof pattern; i++) {
+    seed = seed * 1664525u + 1013904223u;
+    pattern[i] = (uint8_t)(seed >> 24);
+  }
+}
+
+static void test_block_download_of_any_length_arrives_bit_exact(void) {
+  static const uint32_t sizes[] = {1, 6, 7, 8, 13, 14, 223, 224, 225, 448, 1000, 32768};
+  for (uint32_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+    fill_pattern(i);
+    TEST_ASSERT_EQUAL_HEX32(0, block_download(pattern, sizes[i], 0, 0));
+    TEST_ASSERT_EQUAL(sizes[i], bench.device.stream_size);
+    TEST_ASSERT_EQUAL_MEMORY(pattern, bench.device.stream, sizes[i]);
+  }
+}
+
+static void test_lost_segment_is_sent_again(void) {
+  for (uint8_t lose = 1; lose <= SDO_BLOCK_SEGMENTS - 1; lose++) {
+    fill_pattern(lose);
+    TEST_ASSERT_EQUAL_HEX32(0, block_download(pattern, 500, lose, 0));
+    TEST_ASSERT_EQUAL_MEMORY(pattern, bench.device.stream, 500);
+  }
+}
+
+static void test_wrong_crc_and_wrong_size_change_nothing(void) {
+  fill_pattern(1);
+  TEST_ASSERT_EQUAL_HEX32(0, block_download(pattern, 100, 0, 0));
+  uint8_t other[100] = {0};
+  TEST_ASSERT_EQUAL_HEX32(0x05040004, block_download(other, 100, 0, 1));
+  TEST_ASSERT_EQUAL_MEMORY(pattern, bench.device.stream, 100);
+  TEST_ASSERT_EQUAL_HEX32(0x06070012, block_download(other, TEST_DEVICE_STREAM + 1, 0, 0));
+  TEST_ASSERT_EQUAL(100, bench.device.stream_size);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+/* Takes a block upload of 2F02, asking for sub-blocks of `block`; every `lose`-th segment is not confirmed once. */
+static uint32_t block_upload(uint8_t *data, uint8_t block, uint8_t lose) {
+  const uint8_t start[8] = {0xA4, 0x02, 0x2F, 0, block};
+  const uint8_t go[8] = {0xA3};
+  const uint8_t done[8] = {0xA1};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0xC6, answer[0]);
+  const uint32_t size = bench_u32(&answer[4]);
+  uint32_t got = 0;
+  bench.sent = 0;
+  bench_give(0x605, 8, go);
+  for (bool last = false; !last;) {
+    bench_wait_ms(20);
+    const uint32_t sent = bench.sent;
+    const bool hole = lose != 0 && sent > lose;
+    const uint32_t kept = hole ? lose : sent;
+    TEST_ASSERT_TRUE(sent <= block && sent > 0);
+    for (uint32_t i = 0; i < kept; i++) {
+      TEST_ASSERT_EQUAL(i + 1, bench.log[i].data[0] & 0x7F);
+      memcpy(&data[got], &bench.log[i].data[1], 7);
+      got += 7;
+      last = (bench.log[i].data[0] & 0x80) != 0;
+    }
+    lose = 0;
+    const uint8_t ack[8] = {0xA2, (uint8_t)kept, block};
+    bench.sent = 0;
+    bench_give(0x605, 8, ack);
+  }
+  bench_wait_ms(1);
+  const uint8_t *end = bench_last(0x585)->data;
+  TEST_ASSERT_EQUAL_HEX8(0xC1, end[0] & 0xE3);
+  TEST_ASSERT_EQUAL(size, got - (end[0] >> 2 & 7));
+  TEST_ASSERT_EQUAL_HEX16(crc_xmodem(0, data, size), end[1] | end[2] << 8);
+  bench_give(0x605, 8, done);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(SDO_IDLE, SERVER->state);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+  return size;
+}
+
+static void test_block_upload_of_any_length_arrives_bit_exact(void) {
+  static const uint32_t sizes[] = {0, 1, 7, 8, 889, 890, 32768};
+  static uint8_t data[TEST_DEVICE_STREAM + 7];
+  for (uint32_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+    fill_pattern(i);
+    memcpy(bench.device.stream, pattern, sizeof pattern);
+    bench.device.stream_size = sizes[i];
+    for (uint8_t lose = 0; lose < 20; lose += 5) {
+      TEST_ASSERT_EQUAL(sizes[i], block_upload(data, lose % 2 == 0 ? 127 : 10, lose));
+      TEST_ASSERT_EQUAL(0, memcmp(pattern, data, sizes[i]));
+    }
+  }
+}
+
+static void test_full_bus_delays_an_upload_and_loses_nothing(void) {
+  static uint8_t data[TEST_DEVICE_STREAM + 7];
+  const uint8_t start[8] = {0xA4, 0x02, 0x2F, 0, 127};
+  const uint8_t go[8] = {0xA3};
+  uint8_t answer[8];
+  fill_pattern(3);
+  memcpy(bench.device.stream, pattern, 800);
+  bench.device.stream_size = 800;
+  bench_sdo(start, answer);
+  bench.sent = 0;
+  bench_give(0x605, 8, go);
+  for (uint32_t i = 0; i < 200; i++) {
+    bench.bus_full = i % 3 != 0;
+    bench_wait_ms(1);
+  }
+  TEST_ASSERT_EQUAL(115, bench_count(0x585));
+  for (uint32_t i = 0; i < 115; i++) {
+    memcpy(&data[7 * i], &bench.log[i].data[1], 7);
+  }
+  TEST_ASSERT_EQUAL_MEMORY(pattern, data, 800);
+}
+
+/* --- Every first byte, every length, every state ------------------------------------------------------------------ */
+
+static void enter_state(sdo_state state) {
+  static const uint8_t download[8] = {0x21, 0x01, 0x2F, 0, 100};
+  static const uint8_t upload[8] = {0x40, 0x00, 0x2F, 10};
+  static const uint8_t block_start[8] = {0xC6, 0x01, 0x2F, 0, 7};
+  static const uint8_t block_segment[8] = {0x81, 1, 2, 3, 4, 5, 6, 7};
+  static const uint8_t block_read[8] = {0xA4, 0x02, 0x2F, 0, 4};
+  static const uint8_t block_go[8] = {0xA3};
+  static const uint8_t block_ack[8] = {0xA2, 4, 4};
+  static const uint8_t slow[8] = {0x2F, 0x11, 0x2F, 0, 9};
+  sdo_server_reset(SERVER);
+  bench.device.stream_size = state == SDO_BLOCK_UPLOAD_END ? 28 : 280;
+  bench.device.asked = 0;
+  switch (state) {
+    case SDO_IDLE:
+      break;
+    case SDO_DOWNLOADING:
+      sdo_server_receive(SERVER, download);
+      break;
+    case SDO_UPLOADING:
+      sdo_server_receive(SERVER, upload);
+      break;
+    case SDO_BLOCK_DOWNLOADING:
+    case SDO_BLOCK_DOWNLOAD_END:
+      sdo_server_receive(SERVER, block_start);
+      if (state == SDO_BLOCK_DOWNLOAD_END) {
+        sdo_server_receive(SERVER, block_segment);
+      }
+      break;
+    case SDO_BLOCK_UPLOAD_START:
+    case SDO_BLOCK_UPLOADING:
+    case SDO_BLOCK_UPLOAD_ACK:
+    case SDO_BLOCK_UPLOAD_END:
+      sdo_server_receive(SERVER, block_read);
+      if (state != SDO_BLOCK_UPLOAD_START) {
+        sdo_server_receive(SERVER, block_go);
+      }
+      for (uint32_t i = 0; i < 4 && (state == SDO_BLOCK_UPLOAD_ACK || state == SDO_BLOCK_UPLOAD_END); i++) {
+        TEST_ASSERT_NOT_NULL(sdo_server_outgoing(SERVER));
+        sdo_server_sent(SERVER);
+      }
+      if (state == SDO_BLOCK_UPLOAD_END) {
+        sdo_server_receive(SERVER, block_ack);
+      }
+      break;
+    case SDO_COMMITTING:
+      sdo_server_receive(SERVER, slow);
+      break;
+  }
+  TEST_ASSERT_EQUAL(state, SERVER->state);
+  if (SERVER->reply_waiting) {
+    sdo_server_sent(SERVER);
+  }
+}
+
+/* One request in one state: an answer of success must be the only way to a change. */
+static void try_request(sdo_state state, const uint8_t *bytes, uint8_t length) {
+  enter_state(state);
+  const communication_objects objects = bench.device.node.objects;
+  const test_values values = bench.device.values;
+  const uint32_t stream_size = bench.device.stream_size;
+  bench.sent = 0;
+  bench_give(0x605, length, bytes);
+  canopen_node_process(&bench.device.node);
+  const bool changed = memcmp(&objects, &bench.device.node.objects, sizeof objects) != 0 ||
+                       memcmp(&values, &bench.device.values, sizeof values) != 0 ||
+                       stream_size != bench.device.stream_size;
+  if (length != 8) {
+    TEST_ASSERT_FALSE(changed);
+    TEST_ASSERT_EQUAL(state, SERVER->state);
+  }
+  if (changed) {
+    const uint8_t answer = bench_last(0x585)->data[0];
+    TEST_ASSERT_TRUE(answer == 0x60 || answer == 0xA1 || (answer & 0xEF) == 0x20);
+  }
+}
+
+static void test_every_first_byte_and_length_in_every_state_is_harmless(void) {
+  static const uint8_t payloads[][7] = {
+      {0x00, 0x2F, 7, 1, 2, 3, 4},   {0x00, 0x2F, 9, 0, 0, 0xC0, 0x7F}, {0x01, 0x2F, 0, 0, 1, 0, 0},
+      {0x02, 0x2F, 0, 127, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0},             {255, 255, 255, 255, 255, 255, 255},
+      {0x10, 0x10, 1, 's', 'a', 'v', 'e'}, {0x00, 0x2F, 10, 0xFF, 0xFF, 0xFF, 0x7F},
+      {4, 4, 0, 0, 0, 0, 0}};
+  uint32_t tried = 0;
+  for (sdo_state state = SDO_IDLE; state <= SDO_COMMITTING; state++) {
+    for (uint32_t first = 0; first <= 255; first++) {
+      for (uint32_t p = 0; p < sizeof payloads / sizeof payloads[0]; p++) {
+        uint8_t bytes[8] = {(uint8_t)first};
+        memcpy(&bytes[1], payloads[p], 7);
+        for (uint8_t length = 0; length <= 8; length++) {
+          try_request(state, bytes, length);
+          tried++;
+        }
+      }
+    }
+  }
+  TEST_ASSERT_EQUAL(10 * 256 * 9 * 9, tried);
+}
+
+static void test_stopped_node_answers_no_sdo(void) {
+  uint8_t answer[8];
+  const uint8_t request[8] = {0x40, 0x00, 0x10, 0};
+  bench_nmt(2, 0);
+  bench_sdo(request, answer);
+  TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_crc_has_its_check_value);
+  RUN_TEST(test_expedited_write_is_read_back);
+  RUN_TEST(test_each_refusal_has_its_abort_code_and_changes_nothing);
+  RUN_TEST(test_expedited_write_without_a_length_takes_that_of_the_type);
+  RUN_TEST(test_segmented_upload_brings_a_text);
+  RUN_TEST(test_segment_with_the_wrong_toggle_is_refused);
+  RUN_TEST(test_segmented_download_must_bring_what_it_announced);
+  RUN_TEST(test_silent_client_is_timed_out_and_told);
+  RUN_TEST(test_new_request_replaces_a_transfer_that_was_left);
+  RUN_TEST(test_slow_owner_keeps_the_answer_waiting_and_the_node_alive);
+  RUN_TEST(test_block_download_of_any_length_arrives_bit_exact);
+  RUN_TEST(test_lost_segment_is_sent_again);
+  RUN_TEST(test_wrong_crc_and_wrong_size_change_nothing);
+  RUN_TEST(test_block_upload_of_any_length_arrives_bit_exact);
+  RUN_TEST(test_full_bus_delays_an_upload_and_loses_nothing);
+  RUN_TEST(test_every_first_byte_and_length_in_every_state_is_harmless);
+  RUN_TEST(test_stopped_node_answers_no_sdo);
+  return UNITY_END();
+}

@@ -1,0 +1,124 @@
+"""Tables of the results as Markdown, and their places in the project's documents.
+
+A document says where a table goes with a pair of comments, `<!-- results -->` and `<!-- end results -->`; what stands
+between them is replaced. So no number in a document is typed by hand.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from .comparison import INGREDIENTS, PRIMARY_METRICS, Comparison, gather, select
+from .display import (
+    CONDITION_TITLES,
+    EXPERIMENT_TITLES,
+    FRICTION_TITLES,
+    METRIC_TITLES,
+    case_title,
+    controller_title,
+    number,
+    unit_title,
+    with_spread,
+)
+from .load import InputError, Results
+from .tables import Cell, result_lines
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def _judged(cell: Cell) -> str:
+    mark = {True: " ✓", False: " ✗", None: ""}[cell.met]
+    goal = f" (goal {cell.goal})" if cell.goal else ""
+    return f"{cell.text}{mark}{goal}"
+
+
+def results_table(results: Results) -> str:
+    """The result table: the paper's figures beside ours."""
+    rows = [
+        [
+            f"{line.experiment}, {line.case}: {line.metric}, {line.unit}",
+            line.paper_before.text,
+            line.paper_after.text,
+            _judged(line.before),
+            _judged(line.after),
+        ]
+        for line in result_lines(gather(results.rows))
+    ]
+    return _table(["experiment", "paper: PI", "paper: compensated", "ours: PI", "ours: PI + VOB + FTC"], rows)
+
+
+def _ingredient_row(item: Comparison) -> list[str]:
+    values = [item.rows.get(name) for name in INGREDIENTS]
+    title = f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}: {METRIC_TITLES[item.metric]}"
+    friction = FRICTION_TITLES[item.friction]
+    return [f"{title}, {unit_title(item.unit)}", friction] + [number(row.value) if row else "–" for row in values]
+
+
+def ingredients_table(results: Results) -> str:
+    """Every controller, every experiment, every friction of the plant; azimuth."""
+    items = select(gather(results.rows), axis="azimuth")
+    wanted = [item for item in items if item.metric in (PRIMARY_METRICS[item.experiment], "overshoot")]
+    head = ["experiment", "plant's friction", *map(controller_title, INGREDIENTS)]
+    return _table(head, [_ingredient_row(item) for item in wanted])
+
+
+def noise_table(results: Results) -> str:
+    """Torque noise of every controller at steady speed; azimuth, LuGre."""
+    items = select(gather(results.rows), axis="azimuth", metric="torque_noise", friction="lugre")
+    items = [item for item in items if item.experiment in ("steady_speed", "tracking")]
+    head = ["experiment", *map(controller_title, INGREDIENTS)]
+    rows = []
+    for item in items:
+        values = [item.rows.get(name) for name in INGREDIENTS]
+        title = f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}, {unit_title(item.unit)}"
+        rows.append([title] + [with_spread(row.value, row.spread) if row else "–" for row in values])
+    return _table(head, rows)
+
+
+def margins_table(results: Results) -> str:
+    """Margins of every controller, computed and measured; azimuth."""
+    rows = [
+        [
+            margin.plant,
+            controller_title(margin.controller),
+            CONDITION_TITLES[margin.condition],
+            f"{number(margin.gain_margin_db)} / {number(margin.measured_gain_margin_db)}",
+            f"{number(margin.phase_margin_deg)} / {number(margin.measured_phase_margin_deg)}",
+            number(margin.crossover_hz),
+            number(margin.closed_loop_bandwidth_hz),
+        ]
+        for margin in results.margins
+        if margin.axis == "azimuth"
+    ]
+    head = [
+        "plant", "controller", "seal", "gain margin, dB (computed / measured)",
+        "phase margin, ° (computed / measured)", "crossover, Hz", "bandwidth, Hz",
+    ]  # fmt: skip
+    return _table(head, rows)
+
+
+TABLES: dict[str, Callable[[Results], str]] = {
+    "results": results_table,
+    "ingredients": ingredients_table,
+    "noise": noise_table,
+    "margins": margins_table,
+}
+
+
+def update_document(results: Results, file: Path) -> None:
+    """Renew every marked table of a Markdown file; a mark without a table of that name is an `InputError`."""
+    text = file.read_text(encoding="utf-8")
+    pattern = re.compile(r"<!-- (\w+) -->\n.*?<!-- end \1 -->", re.DOTALL)
+
+    def renewed(found: re.Match[str]) -> str:
+        name = found.group(1)
+        if name not in TABLES:
+            raise InputError(f"{file}: there is no table '{name}'; known are {', '.join(TABLES)}.")
+        return f"<!-- {name} -->\n{TABLES[name](results)}\n<!-- end {name} -->"
+
+    file.write_text(pattern.sub(renewed, text), encoding="utf-8")
