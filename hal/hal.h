@@ -14,7 +14,9 @@ typedef struct hal hal;
 
 /* --- sampled once per 1 ms tick --- */
 
-/* Absolute joint angle, in 2^-32 turn, positive counter-clockwise seen from above (azimuth) or nose up (pitch). */
+/* Absolute joint angle, in 2^-32 turn, the mean of the readings of the last PWM periods where the encoder is fast
+ * enough (four halve its noise for 75 us of delay); positive counter-clockwise seen from above (azimuth) or nose up
+ * (pitch). */
 uint32_t hal_joint_angle_turn32(hal *machine, int axis);
 
 /* Inertial rate about the axis in rad/s; false when there is no fresh sample that passed its checks. */

@@ -60,9 +60,8 @@ sim::Study study_of(const RunOptions& options) {
 
 void run(const RunOptions& options) {
   const sim::Study study = study_of(options);
-  servo_params params =
-      sim::design_controller(study.plant, sim::controller_spec(options.controller),
-                             {options.seed, options.friction_parameter_error, study.tracker});
+  servo_params params = sim::design_controller(study.plant, sim::controller_spec(options.controller),
+                                               {options.seed, options.friction_parameter_error, study.tracker});
   if (options.controller == "pi_best") {
     const sim::PiWish best = sim::best_pi(study);
     for (int axis = 0; axis < sim::kAxes; ++axis) {
@@ -102,8 +101,9 @@ void experiments(const sim::CampaignOptions& options) {
 }
 
 void bench(const std::filesystem::path& data_dir) {
-  const sim::BenchmarkFigures figures = sim::run_benchmark(
-      sim::load_plant(data_dir / "plants/tracker.toml"), sim::load_scenario(data_dir / "scenarios/steady_speed.toml"), 5);
+  const sim::BenchmarkFigures figures =
+      sim::run_benchmark(sim::load_plant(data_dir / "plants/tracker.toml"),
+                         sim::load_scenario(data_dir / "scenarios/steady_speed.toml"), 5);
   fmt::print("real-time factor, both axes, full plant and firmware, one core  {:8.0f} x\n", figures.real_time_factor);
   fmt::print("firmware tick of 1 ms, both axes, everything on                 {:8.1f} ns\n", figures.tick_ns);
   fmt::print("firmware current loop, one axis, one PWM period                 {:8.1f} ns\n", figures.pwm_ns);
@@ -112,42 +112,53 @@ void bench(const std::filesystem::path& data_dir) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char **argv) {
   CLI::App app{"The simulated optical tracker with the servo firmware on it."};
   app.require_subcommand(1);
   std::filesystem::path data_dir = TRACKSERVO_DATA_DIR;
 
   RunOptions run_options;
-  CLI::App* run_command = app.add_subcommand("run", "run one scenario with one controller");
+  CLI::App *run_command = app.add_subcommand("run", "run one scenario with one controller");
   run_command->add_option("--plant", run_options.plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
-  run_command->add_option("--scenario", run_options.scenario, "scenario file (TOML)")->required()->check(CLI::ExistingFile);
+  run_command->add_option("--scenario", run_options.scenario, "scenario file (TOML)")
+      ->required()
+      ->check(CLI::ExistingFile);
   std::vector<std::string> names;
   for (const sim::ControllerSpec& spec : sim::controller_specs()) {
     names.push_back(spec.name);
   }
-  run_command->add_option("--controller", run_options.controller, "controller")->check(CLI::IsMember(names))->capture_default_str();
+  run_command->add_option("--controller", run_options.controller, "controller")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
   run_command->add_option("--seed", run_options.seed, "seed of all noise and parameter errors")->capture_default_str();
   run_command->add_option("--csv", run_options.csv, "write the trace here (one file per case)");
   run_command->add_option("--friction", run_options.friction, "the plant's friction, instead of its file's")
       ->check(CLI::IsMember({"lugre", "maxwell_slip", "none"}));
-  run_command->add_option("--friction-parameter-error", run_options.friction_parameter_error,
-                          "share by which every feedforward parameter is wrong")
-      ->check(CLI::Range(0.0, 0.5))->capture_default_str();
-  run_command->add_flag("--improved-loop", run_options.improved_loop, "tracking: predict the target, feed its rate forward");
+  run_command
+      ->add_option("--friction-parameter-error", run_options.friction_parameter_error,
+                   "share by which every feedforward parameter is wrong")
+      ->check(CLI::Range(0.0, 0.5))
+      ->capture_default_str();
+  run_command->add_flag("--improved-loop", run_options.improved_loop,
+                        "tracking: predict the target, feed its rate forward");
 
   sim::CampaignOptions campaign_options;
   bool quick = false;
-  CLI::App* experiments_command = app.add_subcommand("experiments", "run all experiments of the paper");
-  experiments_command->add_option("--out", campaign_options.out_dir, "folder for results.json and the CSVs")->required();
-  experiments_command->add_option("--data", data_dir, "folder with plants/ and scenarios/")->check(CLI::ExistingDirectory);
+  CLI::App *experiments_command = app.add_subcommand("experiments", "run all experiments of the paper");
+  experiments_command->add_option("--out", campaign_options.out_dir, "folder for results.json and the CSVs")
+      ->required();
+  experiments_command->add_option("--data", data_dir, "folder with plants/ and scenarios/")
+      ->check(CLI::ExistingDirectory);
   experiments_command->add_option("--seeds", campaign_options.seeds, "seeds to run")->capture_default_str();
-  experiments_command->add_option("--threads", campaign_options.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  experiments_command->add_option("--threads", campaign_options.threads, "threads")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
   experiments_command->add_flag("--quick", quick, "one seed only, for a first look");
 
-  CLI::App* bench_command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
+  CLI::App *bench_command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
   bench_command->add_option("--data", data_dir, "folder with plants/ and scenarios/")->check(CLI::ExistingDirectory);
 
-  CLI::App* keys_command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
+  CLI::App *keys_command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
   std::string keys_of;
   keys_command->add_option("file", keys_of, "which files")->required()->check(CLI::IsMember({"plant", "scenario"}));
 

@@ -10,10 +10,8 @@ control_status servo_axis_check(const servo_axis_params *params, float tick_s, f
       {params->current_limit_a, 0.0f, 1e4f},
   };
   const control_status parts[] = {
-      speed_loop_check(&params->speed, tick_s),
-      position_loop_check(&params->position),
-      target_tracker_check(&params->tracker),
-      current_loop_check(&params->current, pwm_period_s),
+      speed_loop_check(&params->speed, tick_s), position_loop_check(&params->position),
+      target_tracker_check(&params->tracker),   current_loop_check(&params->current, pwm_period_s),
       scalar_check_ranges(ranges, 2),
   };
   for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
@@ -49,8 +47,9 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
     case SERVO_TRACKING:
       return tracking;
     case SERVO_POSITION:
-      return (speed_reference){.rate_rad_s = position_loop_rate(&params->position, command->position,
-                                                                samples->motion.joint_angle, command->speed.rate_rad_s)};
+      return (speed_reference){.rate_rad_s =
+                                   position_loop_rate(&params->position, command->position, samples->motion.joint_angle,
+                                                      command->speed.rate_rad_s)};
     case SERVO_SPEED:
       return command->speed;
     case SERVO_OFF:
@@ -96,8 +95,20 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
   const torque_limits limits = {.minimum_nm = -limit_nm, .maximum_nm = limit_nm};
   axis->signals.torque = speed_loop_control(&axis->speed, &params->speed, &rates, &reference,
                                             applied_torque_nm(axis, params, samples), &limits, tick_s);
+  if (!isfinite(axis->signals.torque.torque_nm)) { /* cannot happen with checked parameters; if it does, off */
+    switch_off(axis);
+    return;
+  }
   axis->commanded_nm = axis->signals.torque.torque_nm;
   axis->current_reference_a = axis->commanded_nm / params->torque_constant_nm_a;
+}
+
+void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s) {
+  if (axis->mode != SERVO_OFF) {
+    speed_loop_retune(&axis->speed, &in_force->speed, &next->speed, &axis->signals.rates, &axis->signals.reference,
+                      axis->commanded_nm, tick_s);
+  }
+  *in_force = *next;
 }
 
 float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,

@@ -37,8 +37,8 @@ typedef struct {
 } servo_axis_command;
 
 typedef struct {
-  speed_loop_samples motion;  /* encoder and gyro */
-  float mean_current_a;       /* mean motor current since the last tick */
+  speed_loop_samples motion; /* encoder and gyro */
+  float mean_current_a;      /* mean motor current since the last tick */
   camera_frame frame;
 } servo_axis_samples;
 
@@ -54,9 +54,9 @@ typedef struct {
   speed_loop_state speed;
   target_tracker_state tracker;
   current_loop_state current;
-  float commanded_nm;         /* torque command in force */
-  float current_reference_a;  /* set by the tick, followed at the PWM rate */
-  bool samples_bad;           /* the last samples were not finite: the axis is off until the next good ones */
+  float commanded_nm;        /* torque command in force */
+  float current_reference_a; /* set by the tick, followed at the PWM rate */
+  bool samples_bad;          /* the last samples were not finite: the axis is off until the next good ones */
   servo_axis_signals signals;
 } servo_axis;
 
@@ -68,6 +68,10 @@ void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_t
 /* One tick. Changing the mode from off starts all loops at rest in the tick that closes them. */
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s);
+
+/* Puts other parameters in force between two ticks, without a jump of the torque while a loop is closed. `next` must
+ * have passed `servo_axis_check`. */
+void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
 
 /* One PWM period: the duty in [-1, 1]; 0 while the axis is off or a sample is not finite. */
 float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,

@@ -31,6 +31,10 @@ control_status disturbance_observer_check(const disturbance_observer_params *par
 void disturbance_observer_reset(disturbance_observer_state *state, const disturbance_observer_params *params,
                                 float rate_rad_s, float dt_s);
 
+/* Goes on with other parameters from the estimate that it has; `rate_rad_s` as in the last tick. */
+void disturbance_observer_retune(disturbance_observer_state *state, const disturbance_observer_params *params,
+                                 float rate_rad_s, float dt_s);
+
 /* One tick: `rate_rad_s` measured now, `torque_nm` applied since the last tick and not yet explained.
  * Returns the torque that cancels the load, in Nm, within +-limit_nm. */
 float disturbance_observer_step(disturbance_observer_state *state, const disturbance_observer_params *params,

@@ -36,8 +36,7 @@ float friction_feedforward_step(friction_feedforward_state *state, const frictio
     return 0.0f;
   }
   const float rate_rad_s = friction_feedforward_rate(params, input);
-  const float torque_nm = params->model == FRICTION_LUGRE
-                              ? lugre_step(&state->lugre, &params->lugre, rate_rad_s, dt_s)
-                              : memoryless_nm(params, rate_rad_s);
+  const float torque_nm = params->model == FRICTION_LUGRE ? lugre_step(&state->lugre, &params->lugre, rate_rad_s, dt_s)
+                                                          : memoryless_nm(params, rate_rad_s);
   return params->gain * torque_nm;
 }

@@ -22,7 +22,8 @@ typedef enum {
 typedef struct {
   friction_model model;
   float gain;             /* blend, 0 .. 1.5; 1 gives the whole model torque */
-  float lead_limit_rad_s; /* 1e-6 .. 1e2; how far the intended rate may differ from the measured joint rate */
+  float lead_limit_rad_s; /* 1e-6 .. 1e2; how far the intended rate may differ from the measured
+                             joint rate; well above the noise of that rate */
   float sign_width_rad_s; /* 1e-6 .. 1; sign(v) of the memoryless models is linear within this rate */
   lugre_params lugre;
 } friction_feedforward_params;

@@ -44,8 +44,8 @@ float lugre_stribeck_nm(const lugre_direction *direction, float speed_rad_s);
 /* Friction torque in steady sliding, eq. (5), in Nm; 0 at standstill. */
 float lugre_steady_nm(const lugre_params *params, float speed_rad_s);
 
-/* Advances the bristles by dt_s (1e-6 .. 1 s) at constant joint rate and returns the mean friction torque over
- * that time in Nm, positive against positive motion. */
+/* Advances the bristles by dt_s (1e-6 .. 1 s) at constant joint rate (within +-1e6 rad/s) and returns the mean friction
+ * torque over that time in Nm, positive against positive motion. */
 float lugre_step(lugre_state *state, const lugre_params *params, float speed_rad_s, float dt_s);
 
 #endif

@@ -11,10 +11,10 @@
 #include "control/status.h"
 
 typedef struct {
-  float proportional_gain;    /* kp, output unit / input unit, 0 .. 1e6 */
-  float integral_gain;        /* ki, output unit / (input unit s), 0 .. 1e8 */
-  float setpoint_weight;      /* b, 0 .. 1 */
-  float tracking_rate_per_s;  /* w_t, 0 .. 1/dt; how fast the integral leaves a limit */
+  float proportional_gain;   /* kp, output unit / input unit, 0 .. 1e6 */
+  float integral_gain;       /* ki, output unit / (input unit s), 0 .. 1e8 */
+  float setpoint_weight;     /* b, 0 .. 1 */
+  float tracking_rate_per_s; /* w_t, 0 .. 1/dt; how fast the integral leaves a limit; ki/kp is right */
 } pi_controller_params;
 
 typedef struct {

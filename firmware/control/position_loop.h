@@ -13,9 +13,9 @@
 #include "control/status.h"
 
 typedef struct {
-  float proportional_per_s;   /* kp, 0.01 .. 1000 */
-  float rate_limit_rad_s;     /* 1e-5 .. 100 */
-  float deceleration_rad_s2;  /* a, 1e-4 .. 1e4 */
+  float proportional_per_s;  /* kp, 0.01 .. 1000 */
+  float rate_limit_rad_s;    /* 1e-5 .. 100 */
+  float deceleration_rad_s2; /* a, 1e-4 .. 1e4 */
 } position_loop_params;
 
 control_status position_loop_check(const position_loop_params *params);

@@ -1,5 +1,7 @@
 #include "control/speed_loop.h"
 
+#include <float.h>
+
 #include "control/scalar.h"
 
 control_status speed_loop_check(const speed_loop_params *params, float dt_s) {
@@ -76,4 +78,29 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
   pi_controller_settle(&state->pi, &params->pi, reference->rate_rad_s - feedback_rad_s, excess_nm, dt_s);
   state->explained_nm = out.friction_nm;
   return out;
+}
+
+/* The sum that one tick would command if nothing limited it; the state is a copy. */
+static float unlimited_nm(speed_loop_state state, const speed_loop_params *params, const speed_loop_rates *rates,
+                          const speed_reference *reference, float applied_nm, float dt_s) {
+  const torque_limits none = {.minimum_nm = -FLT_MAX, .maximum_nm = FLT_MAX};
+  return speed_loop_control(&state, params, rates, reference, applied_nm, &none, dt_s).torque_nm;
+}
+
+/* Bristles keep their torque, the observer its estimate, the filters their settled output. */
+static speed_loop_state carried_over(const speed_loop_state *state, const speed_loop_params *from,
+                                     const speed_loop_params *to, const speed_loop_rates *rates, float dt_s) {
+  speed_loop_state next = *state;
+  next.friction.lugre.deflection_rad *= from->friction.lugre.stiffness_nm_rad / to->friction.lugre.stiffness_nm_rad;
+  disturbance_observer_retune(&next.observer, &to->observer, rates->feedback_rad_s, dt_s);
+  biquad_reset(&next.notch, &to->notch, rates->rate_rad_s);
+  biquad_reset(&next.lowpass, &to->lowpass, rates->rate_rad_s);
+  return next;
+}
+
+void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, const speed_loop_params *to,
+                       const speed_loop_rates *rates, const speed_reference *reference, float applied_nm, float dt_s) {
+  const float before_nm = unlimited_nm(*state, from, rates, reference, applied_nm, dt_s);
+  *state = carried_over(state, from, to, rates, dt_s);
+  state->pi.integral += before_nm - unlimited_nm(*state, to, rates, reference, applied_nm, dt_s);
 }

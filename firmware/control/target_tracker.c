@@ -119,7 +119,8 @@ speed_reference target_tracker_step(target_tracker_state *state, const target_tr
   }
   const float correction_rad_s = params->proportional_per_s * state->error_rad;
   if (params->kind == TRACKER_PI) {
-    return limited(params, correction_rad_s + state->integral_rad_s, 0.0f);
+    const bool stale = state->ticks_since_frame > TARGET_TRACKER_STALE_TICKS; /* then only the integral is known */
+    return limited(params, (stale ? 0.0f : correction_rad_s) + state->integral_rad_s, 0.0f);
   }
   return limited(params, correction_rad_s + state->target_rate_rad_s, state->target_acceleration_rad_s2);
 }

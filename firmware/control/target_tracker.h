@@ -18,6 +18,7 @@
 #include "control/status.h"
 
 #define TARGET_TRACKER_HISTORY 128
+#define TARGET_TRACKER_STALE_TICKS 60 /* three frames at 50 Hz: the error of TRACKER_PI counts no longer */
 
 typedef enum { TRACKER_PI = 0, TRACKER_PREDICTIVE } tracker_kind;
 

@@ -1,8 +1,6 @@
 #include "hal_host.h"
 
-uint32_t hal_joint_angle_turn32(hal *machine, int axis) {
-  return machine->joint_angle_turn32(machine->machine, axis);
-}
+uint32_t hal_joint_angle_turn32(hal *machine, int axis) { return machine->joint_angle_turn32(machine->machine, axis); }
 
 bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s) {
   return machine->gyro_rate(machine->machine, axis, rate_rad_s);

@@ -13,12 +13,12 @@
 namespace trackservo::sim {
 
 struct MeasurementRequest {
-  const PlantConfig* plant = nullptr;
+  const PlantConfig *plant = nullptr;
   servo_params params{};
   int axis = 0;
-  double bias_rate_rad_s = 0.0;   // constant set-point during the measurement
-  double torque_rms_nm = 0.0;     // of the whole multisine
-  double first_hz = 0.5;          // multiples of 0.25 Hz are excited, about logarithmically spaced
+  double bias_rate_rad_s = 0.0;  // constant set-point during the measurement
+  double torque_rms_nm = 0.0;    // of the whole multisine
+  double first_hz = 0.5;         // multiples of 0.25 Hz are excited, about logarithmically spaced
   double last_hz = 250.0;
   std::uint64_t seed = 1;
 };

@@ -142,7 +142,8 @@ Margins margins_of(const FrequencyResponse& response) {
       const double share = crossing(0.0, gain_a_db, 1.0, gain_b_db);
       const double phase_deg = phase_a_deg + share * (phase_b_deg - phase_a_deg);
       margins.phase_margin_deg = std::min(margins.phase_margin_deg, std::abs(phase_deg));
-      margins.crossover_hz = response.frequency_hz[i - 1] + share * (response.frequency_hz[i] - response.frequency_hz[i - 1]);
+      margins.crossover_hz =
+          response.frequency_hz[i - 1] + share * (response.frequency_hz[i] - response.frequency_hz[i - 1]);
     }
     if ((phase_a_deg > 0.0) != (phase_b_deg > 0.0) && std::abs(phase_a_deg) < 90.0) {
       const double share = crossing(0.0, phase_a_deg, 1.0, phase_b_deg);

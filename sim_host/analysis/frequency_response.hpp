@@ -19,13 +19,13 @@ namespace trackservo::sim {
 struct LinearMachine {
   double inertia_kg_m2 = 1.0;
   double viscous_nm_s_rad = 0.0;
-  double bristle_stiffness_nm_rad = 0.0;   // 0 while the seal slides; sigma0 in pre-sliding
-  double bristle_damping_nm_s_rad = 0.0;   // sigma1, counts in pre-sliding only
-  double actuation_delay_s = 0.0;          // from sampling to the voltage being applied
-  double current_loop_rad_s = 1e4;         // first-order bandwidth
+  double bristle_stiffness_nm_rad = 0.0;  // 0 while the seal slides; sigma0 in pre-sliding
+  double bristle_damping_nm_s_rad = 0.0;  // sigma1, counts in pre-sliding only
+  double actuation_delay_s = 0.0;         // from sampling to the voltage being applied
+  double current_loop_rad_s = 1e4;        // first-order bandwidth
   double encoder_latency_s = 0.0;
   double gyro_latency_s = 0.0;
-  double gyro_bandwidth_rad_s = 1e4;       // first-order
+  double gyro_bandwidth_rad_s = 1e4;  // first-order
 };
 
 struct FrequencyResponse {

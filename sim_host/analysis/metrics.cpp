@@ -30,17 +30,15 @@ double or_no_value(int rows, double value) { return rows > 0 ? value : kNoValue;
 
 double peak_rate_error_rad_s(const Trace& trace, int axis, Window window) {
   double peak = 0.0;
-  const int rows = for_window(trace, axis, window, [&](double, const AxisRow& row) {
-    peak = std::max(peak, std::abs(rate_error_rad_s(row)));
-  });
+  const int rows = for_window(
+      trace, axis, window, [&](double, const AxisRow& row) { peak = std::max(peak, std::abs(rate_error_rad_s(row))); });
   return or_no_value(rows, peak);
 }
 
 double rms_rate_error_rad_s(const Trace& trace, int axis, Window window) {
   double sum = 0.0;
-  const int rows = for_window(trace, axis, window, [&](double, const AxisRow& row) {
-    sum += rate_error_rad_s(row) * rate_error_rad_s(row);
-  });
+  const int rows = for_window(
+      trace, axis, window, [&](double, const AxisRow& row) { sum += rate_error_rad_s(row) * rate_error_rad_s(row); });
   return or_no_value(rows, std::sqrt(sum / rows));
 }
 

@@ -107,6 +107,7 @@ struct EncoderConfig {
   double eccentricity_rad = 0;
   double eccentricity_phase_rad = 0;
   double latency_s = 0;
+  int reads_per_tick = 1;  // readings averaged per tick, the last PWM periods' own
 };
 
 struct GyroConfig {

@@ -226,6 +226,9 @@ Keys<EncoderConfig> encoder_keys() {
           .or_else(0),
       number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the angle to the reading")
           .or_else(0),
+      number("reads_per_tick", unit::kNone, {1, 20}, &Config::reads_per_tick,
+             "readings averaged per tick, one in each of its last PWM periods")
+          .or_else(1),
   };
 }
 

@@ -52,28 +52,28 @@ BenchmarkFigures run_benchmark(const PlantConfig& plant, const ScenarioConfig& s
     axis = {SERVO_SPEED, {0.0035F, 0.0F}, 0};
   }
   figures.tick_ns = 1e9 / kTicks * best_seconds(repeats, [&] {
-    for (int tick = 0; tick < kTicks; ++tick) {
-      const servo_samples samples = samples_at(tick);
-      servo_app_tick(&app, &command, &samples);
-    }
-  });
+                      for (int tick = 0; tick < kTicks; ++tick) {
+                        const servo_samples samples = samples_at(tick);
+                        servo_app_tick(&app, &command, &samples);
+                      }
+                    });
   volatile float duty = 0.0F;
   figures.pwm_ns = 1e9 / kTicks * best_seconds(repeats, [&] {
-    for (int period = 0; period < kTicks; ++period) {
-      duty = servo_app_pwm(&app, SERVO_AZIMUTH, 0.01F * static_cast<float>(period % 9), 48.0F);
-    }
-  });
+                     for (int period = 0; period < kTicks; ++period) {
+                       duty = servo_app_pwm(&app, SERVO_AZIMUTH, 0.01F * static_cast<float>(period % 9), 48.0F);
+                     }
+                   });
   Tracker tracker(plant, 1);
   figures.plant_pwm_ns = 1e9 / kTicks * best_seconds(repeats, [&] {
-    for (int period = 0; period < kTicks; ++period) {
-      if (period % kPwmPerTick == 0) {
-        tracker.sample_tick();
-      }
-      tracker.sample_pwm(kAzimuth);
-      tracker.sample_pwm(kPitch);
-      tracker.step_pwm({0.05, 0.05});
-    }
-  });
+                           for (int period = 0; period < kTicks; ++period) {
+                             if (period % kPwmPerTick == 0) {
+                               tracker.sample_tick();
+                             }
+                             tracker.sample_pwm(kAzimuth);
+                             tracker.sample_pwm(kPitch);
+                             tracker.step_pwm({0.05, 0.05});
+                           }
+                         });
   return figures;
 }
 

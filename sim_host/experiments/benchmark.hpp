@@ -8,10 +8,10 @@
 namespace trackservo::sim {
 
 struct BenchmarkFigures {
-  double real_time_factor;     // simulated seconds per second: both axes, full plant, firmware, one core
-  double tick_ns;              // servo_app_tick, both axes, everything on
-  double pwm_ns;               // servo_app_pwm, one axis
-  double plant_pwm_ns;         // Tracker::step_pwm with its ADC samples, both axes
+  double real_time_factor;  // simulated seconds per second: both axes, full plant, firmware, one core
+  double tick_ns;           // servo_app_tick, both axes, everything on
+  double pwm_ns;            // servo_app_pwm, one axis
+  double plant_pwm_ns;      // Tracker::step_pwm with its ADC samples, both axes
 };
 
 // Best of `repeats` passes, so that a neighbour's load counts least.

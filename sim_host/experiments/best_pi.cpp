@@ -36,8 +36,8 @@ double mean_cost(const Search& search) {
   int count = 0;
   for (const StudyCase& study_case : cases_of(search.study)) {
     for (const std::uint64_t seed : {std::uint64_t{101}, std::uint64_t{102}}) {
-      const Trace trace = run_scenario(
-          {&search.study.plant, &search.study.scenario, study_case.speed_rad_s, search.params, seed});
+      const Trace trace =
+          run_scenario({&search.study.plant, &search.study.scenario, study_case.speed_rad_s, search.params, seed});
       for (const Figure& figure : measure(search.study, study_case, trace)) {
         sum += cost_of(search.study, figure);
       }
@@ -48,8 +48,8 @@ double mean_cost(const Search& search) {
 }
 
 // What NLopt minimises. A PI that breaks a margin is not run: it costs more than any run and more the worse it is.
-double cost(const std::vector<double>& x, std::vector<double>&, void* data) {
-  Search& search = *static_cast<Search*>(data);
+double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
+  Search& search = *static_cast<Search *>(data);
   for (int axis = 0; axis < kAxes; ++axis) {
     set_pi(search.params, search.study.plant, axis, wish_of(x));
     if (servo_axis_check(&search.params.axis[axis], SERVO_TICK_S, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
@@ -65,7 +65,8 @@ double cost(const std::vector<double>& x, std::vector<double>&, void* data) {
   return broken > 0.0 ? 1e4 * (1.0 + broken) : mean_cost(search);
 }
 
-void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const PiWish& start, std::vector<double>& x) {
+void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const PiWish& start,
+              std::vector<double>& x) {
   nlopt::opt optimiser(algorithm, 3);
   const double centre = std::log(start.natural_frequency_rad_s);
   optimiser.set_lower_bounds({centre - 1.5, std::log(0.4), 0.2});

@@ -58,9 +58,10 @@ servo_params params_of(const Study& study, const ControllerSpec& spec, const Cam
 }
 
 std::string file_stem(const KeptRun& run) {
-  std::string stem = fmt::format("{}-{}-{}-{}-{}", run.experiment, run.case_name, run.plant, friction_name(run.friction),
-                                 run.controller);
-  std::replace_if(stem.begin(), stem.end(), [](char c) { return c == ' ' || c == '/' || c == ','; }, '_');
+  std::string stem = fmt::format("{}-{}-{}-{}-{}", run.experiment, run.case_name, run.plant,
+                                 friction_name(run.friction), run.controller);
+  std::replace_if(
+      stem.begin(), stem.end(), [](char c) { return c == ' ' || c == '/' || c == ','; }, '_');
   return stem;
 }
 
@@ -76,8 +77,8 @@ class Runner {
     const std::uint64_t seed = campaign_.options.seeds[spec.seed_index];
     PlantConfig plant = study.plant;
     plant.friction_model = spec.friction;
-    const Trace trace = run_scenario({&plant, &study.scenario, study_case.speed_rad_s,
-                                      params_of(study, controller, campaign_, seed), seed});
+    const Trace trace = run_scenario(
+        {&plant, &study.scenario, study_case.speed_rad_s, params_of(study, controller, campaign_, seed), seed});
     if (spec.seed_index == 0) {
       keep(study, study_case, spec, trace);
     }
@@ -91,8 +92,14 @@ class Runner {
  private:
   void keep(const Study& study, const StudyCase& study_case, const RunSpec& spec, const Trace& trace) {
     const ScenarioConfig& scenario = study.scenario;
-    KeptRun run{study.experiment, study_case.name, study.plant.name, spec.friction,
-                controller_specs()[spec.controller].name, campaign_.options.seeds[spec.seed_index], "", study.figure,
+    KeptRun run{study.experiment,
+                study_case.name,
+                study.plant.name,
+                spec.friction,
+                controller_specs()[spec.controller].name,
+                campaign_.options.seeds[spec.seed_index],
+                "",
+                study.figure,
                 scenario.rest_s + scenario.settle_s};
     run.csv = "runs/" + file_stem(run) + ".csv";
     write_csv(trace, campaign_.options.out_dir / run.csv, static_cast<int>((trace.size() + kKeptRows - 1) / kKeptRows));
@@ -120,7 +127,7 @@ class Runner {
   std::mutex mutex_;
 };
 
-Study make_study(const std::filesystem::path& data_dir, const char* experiment, const char* plant, const char* figure,
+Study make_study(const std::filesystem::path& data_dir, const char *experiment, const char *plant, const char *figure,
                  tracker_kind tracker = TRACKER_PI) {
   Study study;
   study.experiment = experiment;

@@ -17,8 +17,8 @@
 namespace trackservo::sim {
 
 struct CampaignOptions {
-  std::filesystem::path data_dir;   // with plants/ and scenarios/
-  std::filesystem::path out_dir;    // results.json, runs/, margins/
+  std::filesystem::path data_dir;  // with plants/ and scenarios/
+  std::filesystem::path out_dir;   // results.json, runs/, margins/
   std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5};
   double friction_parameter_error = 0.15;
   int threads = 2;
@@ -48,9 +48,9 @@ struct KeptRun {
   FrictionModel friction;
   std::string controller;
   std::uint64_t seed;
-  std::string csv;     // relative to out_dir
+  std::string csv;  // relative to out_dir
   std::string figure;
-  double settle_s;     // from the start of the trace to the analysis
+  double settle_s;  // from the start of the trace to the analysis
 };
 
 struct MarginRecord {

@@ -77,8 +77,8 @@ speed_loop_params design_speed_loop(const PlantConfig& plant, int axis, const Co
   p.friction.gain = 1.0F;
   p.friction.lead_limit_rad_s = to_float(5.0 * kRadPerDeg);
   p.friction.sign_width_rad_s = to_float(0.01 * kRadPerDeg);
-  p.friction.lugre = wrong_friction(plant.axis[i].friction,
-                                    WrongBy(options.friction_parameter_error, options.seed, axis));
+  p.friction.lugre =
+      wrong_friction(plant.axis[i].friction, WrongBy(options.friction_parameter_error, options.seed, axis));
   return p;
 }
 
@@ -188,7 +188,7 @@ void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWi
   pi.proportional_gain = to_float(2.0 * wish.damping * wish.natural_frequency_rad_s * inertia_kg_m2);
   pi.integral_gain = to_float(wish.natural_frequency_rad_s * wish.natural_frequency_rad_s * inertia_kg_m2);
   pi.setpoint_weight = to_float(wish.setpoint_weight);
-  pi.tracking_rate_per_s = to_float(wish.natural_frequency_rad_s);
+  pi.tracking_rate_per_s = to_float(0.5 * wish.natural_frequency_rad_s / wish.damping);  // ki / kp
 }
 
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options) {
@@ -197,8 +197,8 @@ servo_params design_controller(const PlantConfig& plant, const ControllerSpec& s
     params.axis[axis] = design_axis(plant, axis, spec, options);
     set_pi(params, plant, axis, pi_wish(plant, axis));
     if (servo_axis_check(&params.axis[axis], SERVO_TICK_S, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
-      throw std::invalid_argument(fmt::format("{}: design.{}: these wishes cannot be met at 1 kHz; lower the bandwidths",
-                                              plant.file, axis_name(axis)));
+      throw std::invalid_argument(fmt::format(
+          "{}: design.{}: these wishes cannot be met at 1 kHz; lower the bandwidths", plant.file, axis_name(axis)));
     }
   }
   return params;
@@ -214,7 +214,7 @@ LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_slidin
   m.bristle_damping_nm_s_rad = pre_sliding ? a.friction.damping_nm_s_rad : 0.0;
   m.actuation_delay_s = 2.0 * kPwmPeriod_s;
   m.current_loop_rad_s = 2.0 * kPi * design.current_loop_bandwidth_hz;
-  m.encoder_latency_s = a.encoder.latency_s;
+  m.encoder_latency_s = a.encoder.latency_s + 0.5 * (a.encoder.reads_per_tick - 1) * kPwmPeriod_s;
   m.gyro_latency_s = a.gyro.latency_s;
   m.gyro_bandwidth_rad_s = 2.0 * kPi * a.gyro.bandwidth_hz;
   return m;

@@ -37,8 +37,8 @@ struct PiWish {
   double setpoint_weight;
 };
 
-// The plant's wish for an axis. A wish given as bandwidth means the bandwidth of the real loop, delays included: with PI
-// alone and set-point weight 1, the sliding axis is at -3 dB there.
+// The plant's wish for an axis. A wish given as bandwidth means the bandwidth of the real loop, delays included: with
+// PI alone and set-point weight 1, the sliding axis is at -3 dB there.
 PiWish pi_wish(const PlantConfig& plant, int axis);
 
 struct DesignOptions {

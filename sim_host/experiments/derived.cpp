@@ -11,7 +11,7 @@ bool same_place(const Cell& a, const Cell& b) {
          a.metric == b.metric;
 }
 
-const Cell* find(const std::vector<Cell>& cells, const Cell& like, FrictionModel friction,
+const Cell *find(const std::vector<Cell>& cells, const Cell& like, FrictionModel friction,
                  const std::string& controller) {
   const auto found = std::find_if(cells.begin(), cells.end(), [&](const Cell& c) {
     return same_place(c, like) && c.friction == friction && c.controller == controller;
@@ -30,7 +30,7 @@ double mean(const std::vector<double>& values) {
 // Against the mean of PI alone, so that one lucky seed of PI does not count as a result.
 std::optional<Cell> reduction(const std::vector<Cell>& cells, const Cell& cell) {
   const bool counts = cell.experiment == "steady_speed" && cell.metric == "peak_error" && cell.controller != "pi";
-  const Cell* pi = counts ? find(cells, cell, cell.friction, "pi") : nullptr;
+  const Cell *pi = counts ? find(cells, cell, cell.friction, "pi") : nullptr;
   if (pi == nullptr) {
     return std::nullopt;
   }
@@ -46,7 +46,7 @@ std::optional<Cell> reduction(const std::vector<Cell>& cells, const Cell& cell) 
 std::optional<Cell> above_friction_free(const std::vector<Cell>& cells, const Cell& cell) {
   const bool counts =
       cell.experiment == "step_disturbed" && cell.metric == "overshoot" && cell.friction != FrictionModel::kNone;
-  const Cell* free = counts ? find(cells, cell, FrictionModel::kNone, cell.controller) : nullptr;
+  const Cell *free = counts ? find(cells, cell, FrictionModel::kNone, cell.controller) : nullptr;
   if (free == nullptr) {
     return std::nullopt;
   }

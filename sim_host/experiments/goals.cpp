@@ -11,7 +11,7 @@ constexpr double kAnyValue = std::numeric_limits<double>::infinity();
 
 // Table 2 of the paper: steady speed error in deg/s.
 struct SteadyRow {
-  const char* case_name;
+  const char *case_name;
   double uncompensated;
   double compensated;
 };

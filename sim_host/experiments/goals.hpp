@@ -16,7 +16,7 @@ struct PaperFigures {
 };
 
 struct Goal {
-  double low;   // met when low <= value <= high
+  double low;  // met when low <= value <= high
   double high;
   std::string text;
 };

@@ -71,7 +71,8 @@ MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& o
   record.axis = job.axis;
   record.pre_sliding = job.pre_sliding;
   record.computed = margins_of(computed_loop_gain(machine, loop, log_space(0.05, 450.0, 2000)));
-  record.bandwidth_hz = job.pre_sliding ? std::numeric_limits<double>::quiet_NaN() : closed_loop_bandwidth_hz(machine, loop);
+  record.bandwidth_hz =
+      job.pre_sliding ? std::numeric_limits<double>::quiet_NaN() : closed_loop_bandwidth_hz(machine, loop);
   // Around the crossover: below, the wind is stronger than any test torque; above, the loop gain drowns in noise.
   request.first_hz = record.computed.crossover_hz / 4.0;
   request.last_hz = std::min(10.0 * record.computed.crossover_hz, 450.0);

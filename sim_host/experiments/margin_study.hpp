@@ -11,7 +11,7 @@
 namespace trackservo::sim {
 
 struct MarginJob {
-  const PlantConfig* plant;
+  const PlantConfig *plant;
   std::string controller;
   int axis;
   bool pre_sliding;

@@ -79,8 +79,8 @@ Margins worst_margins(const PlantConfig& plant, int axis, const servo_params& pa
   const std::vector<double> frequency_hz = log_space(0.05, 450.0, 1200);
   Margins worst{};
   for (const bool pre_sliding : {false, true}) {
-    const Margins m = margins_of(
-        computed_loop_gain(linear_machine(plant, axis, pre_sliding), params.axis[axis].speed, frequency_hz));
+    const Margins m =
+        margins_of(computed_loop_gain(linear_machine(plant, axis, pre_sliding), params.axis[axis].speed, frequency_hz));
     if (!pre_sliding) {
       worst = m;
     }

@@ -7,23 +7,23 @@ namespace trackservo::sim {
 
 // The HAL's functions are C: they find the machine behind the pointer that was handed to `hal`.
 struct MachineHal {
-  static Machine& of(void* machine) { return *static_cast<Machine*>(machine); }
+  static Machine& of(void *machine) { return *static_cast<Machine *>(machine); }
 
-  static std::uint32_t joint_angle_turn32(void* machine, int axis) {
+  static std::uint32_t joint_angle_turn32(void *machine, int axis) {
     return of(machine).samples_.axis[static_cast<std::size_t>(axis)].encoder_turns_2_32;
   }
 
-  static bool gyro_rate(void* machine, int axis, float* rate_rad_s) {
+  static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
     const AxisSamples& sample = of(machine).samples_.axis[static_cast<std::size_t>(axis)];
     *rate_rad_s = static_cast<float>(sample.gyro_rate_rad_s);
     return sample.gyro_valid;
   }
 
-  static float mean_current_a(void* machine, int axis) {
+  static float mean_current_a(void *machine, int axis) {
     return static_cast<float>(of(machine).mean_current_a_[static_cast<std::size_t>(axis)]);
   }
 
-  static bool camera(void* machine, int axis, hal_camera_frame* frame) {
+  static bool camera(void *machine, int axis, hal_camera_frame *frame) {
     const std::optional<CameraFrame>& result = of(machine).frame_;
     if (!result) {
       return false;
@@ -34,7 +34,7 @@ struct MachineHal {
     return true;
   }
 
-  static float current_a(void* machine, int axis) {
+  static float current_a(void *machine, int axis) {
     Machine& m = of(machine);
     const std::size_t i = static_cast<std::size_t>(axis);
     m.pwm_samples_[i] = m.tracker_.sample_pwm(axis);
@@ -42,16 +42,16 @@ struct MachineHal {
     return static_cast<float>(m.pwm_samples_[i].current_a);
   }
 
-  static float bus_voltage_v(void* machine) {
+  static float bus_voltage_v(void *machine) {
     return static_cast<float>(of(machine).pwm_samples_[kAzimuth].bus_voltage_v);
   }
 
-  static void set_duty(void* machine, int axis, float duty) {
+  static void set_duty(void *machine, int axis, float duty) {
     of(machine).next_duty_[static_cast<std::size_t>(axis)] = static_cast<double>(duty);
   }
 };
 
-hal Machine::hal_of(Machine* machine) {
+hal Machine::hal_of(Machine *machine) {
   hal table{};
   table.machine = machine;
   table.joint_angle_turn32 = MachineHal::joint_angle_turn32;

@@ -47,7 +47,7 @@ class Machine {
 
  private:
   friend struct MachineHal;
-  static hal hal_of(Machine* machine);
+  static hal hal_of(Machine *machine);
   void run_firmware_tick();
 
   Tracker tracker_;

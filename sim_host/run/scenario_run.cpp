@@ -10,7 +10,6 @@
 namespace trackservo::sim {
 namespace {
 
-
 speed_reference speed_set_point(const RunRequest& request, double time_s) {
   const ScenarioConfig& scenario = *request.scenario;
   const double t = time_s - scenario.rest_s;
@@ -34,7 +33,8 @@ double disturbance_nm(const RunRequest& request, int axis, double time_s) {
   }
   const double w = 2.0 * kPi * scenario.disturbance_frequency_hz;
   const double pitch_rad = scenario.initial_joint_angle_rad[kPitch];
-  return axis_inertia_kg_m2(*request.plant, axis, pitch_rad) * scenario.disturbance_amplitude_rad_s * w * std::cos(w * t);
+  return axis_inertia_kg_m2(*request.plant, axis, pitch_rad) * scenario.disturbance_amplitude_rad_s * w *
+         std::cos(w * t);
 }
 
 // `truth` is the machine's state at the moment for which the set-point was made.
@@ -128,7 +128,8 @@ Trace run_scenario(const RunRequest& request) {
     const TruthState truth = machine.truth();
     machine.advance_tick();
     for (int axis = 0; axis < kAxes; ++axis) {
-      row.axis[static_cast<std::size_t>(axis)] = row_of(truth, machine, axis, error_rad[static_cast<std::size_t>(axis)]);
+      row.axis[static_cast<std::size_t>(axis)] =
+          row_of(truth, machine, axis, error_rad[static_cast<std::size_t>(axis)]);
     }
     trace.push_back(row);
   }

@@ -12,8 +12,8 @@
 namespace trackservo::sim {
 
 struct RunRequest {
-  const PlantConfig* plant = nullptr;
-  const ScenarioConfig* scenario = nullptr;
+  const PlantConfig *plant = nullptr;
+  const ScenarioConfig *scenario = nullptr;
   double speed_rad_s = 0;  // the case: sine amplitude or step; not used for tracking
   servo_params params{};
   std::uint64_t seed = 1;

@@ -10,7 +10,7 @@ namespace trackservo::sim {
 namespace {
 
 struct Column {
-  const char* name;
+  const char *name;
   double AxisRow::*value;
 };
 
@@ -34,7 +34,7 @@ void write_csv(const Trace& trace, const std::filesystem::path& file, int decima
   fmt::memory_buffer text;
   auto out = std::back_inserter(text);
   fmt::format_to(out, "time_s");
-  for (const char* axis : {"azimuth", "pitch"}) {
+  for (const char *axis : {"azimuth", "pitch"}) {
     for (const Column& column : kColumns) {
       fmt::format_to(out, ",{}_{}", axis, column.name);
     }
@@ -51,7 +51,8 @@ void write_csv(const Trace& trace, const std::filesystem::path& file, int decima
   std::ofstream stream(file, std::ios::binary);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   if (!stream.flush()) {
-    throw std::runtime_error(fmt::format("{}: cannot be written; give a folder that exists and is writable", file.string()));
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written; give a folder that exists and is writable", file.string()));
   }
 }
 

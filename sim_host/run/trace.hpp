@@ -11,19 +11,19 @@
 namespace trackservo::sim {
 
 struct AxisRow {
-  double reference_rad_s;             // inertial rate set-point
-  double rate_rad_s;                  // true inertial rate
-  double measured_rate_rad_s;         // what the controller saw
-  double joint_rate_rad_s;            // true
-  double joint_angle_rad;             // true
-  double torque_nm;                   // true motor torque
-  double friction_nm;                 // true
+  double reference_rad_s;      // inertial rate set-point
+  double rate_rad_s;           // true inertial rate
+  double measured_rate_rad_s;  // what the controller saw
+  double joint_rate_rad_s;     // true
+  double joint_angle_rad;      // true
+  double torque_nm;            // true motor torque
+  double friction_nm;          // true
   double friction_feedforward_nm;
   double disturbance_estimate_nm;
-  double load_nm;                     // true wind, cable, imbalance, coupling
-  double tracking_error_rad;          // true target - line of sight; 0 outside tracking
-  double command_nm;                  // torque command before any injected torque
-  double injected_nm;                 // torque added for a frequency response
+  double load_nm;             // true wind, cable, imbalance, coupling
+  double tracking_error_rad;  // true target - line of sight; 0 outside tracking
+  double command_nm;          // torque command before any injected torque
+  double injected_nm;         // torque added for a frequency response
 };
 
 struct TraceRow {

@@ -1,9 +1,10 @@
 // Absolute angle encoder of one joint.
 //
 //   reading = quantise(angle(t - latency) + e sin(angle + phase) + jitter), resolution 2^bits per turn
+//   sample  = mean of the last `reads_per_tick` readings, one per PWM period
 //
 // e: eccentricity of the disc, one period per turn. The reading is 32 bits for one turn and wraps; an encoder of fewer
-// bits leaves the lower bits zero.
+// bits leaves the lower bits of a reading zero; their mean may use them.
 //
 // Use: advance() once per PWM period, sample() once per tick.
 #ifndef TRACKSERVO_SIM_SENSORS_ENCODER_HPP
@@ -27,10 +28,12 @@ class Encoder {
 
   void advance(double joint_angle_rad) { history_.push(joint_angle_rad); }
 
-  // The reading in 2^-32 turns. Draws noise.
+  // The mean of this tick's readings in 2^-32 turns. Draws noise.
   std::uint32_t sample();
 
  private:
+  std::uint32_t reading(std::size_t periods_ago);
+
   EncoderConfig config_;
   History history_;
   RandomStream jitter_;

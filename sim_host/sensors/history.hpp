@@ -30,9 +30,11 @@ class History {
     values_[newest_] = value;
   }
 
-  double delayed() const {
-    const double later = values_[(newest_ + kLength - whole_) % kLength];
-    const double earlier = values_[(newest_ + kLength - whole_ - 1) % kLength];
+  // The delayed value, as it was `periods_ago` calls of push() before; at most 50.
+  double delayed(std::size_t periods_ago = 0) const {
+    const std::size_t back = whole_ + periods_ago;
+    const double later = values_[(newest_ + kLength - back) % kLength];
+    const double earlier = values_[(newest_ + kLength - back - 1) % kLength];
     return later + fraction_ * (earlier - later);
   }
 

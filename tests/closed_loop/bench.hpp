@@ -33,8 +33,7 @@ inline double mean_figure(const sim::Study& study, const std::string& controller
     options.seed = seed;
     options.tracker = study.tracker;
     const servo_params params = sim::design_controller(study.plant, sim::controller_spec(controller), options);
-    const sim::Trace trace =
-        sim::run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, seed});
+    const sim::Trace trace = sim::run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, seed});
     for (const sim::Figure& figure : sim::measure(study, study_case, trace)) {
       sum += figure.axis == axis && figure.metric == metric ? figure.value : 0.0;
     }

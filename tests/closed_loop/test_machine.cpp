@@ -104,8 +104,8 @@ double sway_rms_deg_s(rate_source source) {
   return std::sqrt(sum / 20000.0);
 }
 
-// The line of sight is held against a swaying base by the gyro, and cannot be without one. What is left is the lag of the
-// 10 Hz crossover and the friction that reverses with the base.
+// The line of sight is held against a swaying base by the gyro, and cannot be without one. What is left is the lag of
+// the 10 Hz crossover and the friction that reverses with the base.
 void test_line_of_sight_is_stabilised_on_a_swaying_base() {
   const double fused_deg_s = sway_rms_deg_s(RATE_FUSED);
   const double encoder_deg_s = sway_rms_deg_s(RATE_FROM_ENCODER);

@@ -13,7 +13,7 @@ extern "C" void tearDown() {}
 
 namespace {
 
-void must_be_within(double low, double high, double value, const char* what) {
+void must_be_within(double low, double high, double value, const char *what) {
   char text[120];
   std::snprintf(text, sizeof text, "%s: %.5g, band %.5g .. %.5g", what, value, low, high);
   TEST_MESSAGE(text);
@@ -57,7 +57,8 @@ void test_steady_speed_with_observer_and_feedforward_stays_below_the_paper() {
 }
 
 void test_start_up_at_a_tenth_of_a_degree_waits_without_feedforward() {
-  must_be_within(100.0, 2000.0, mean_figure(study("low_speed_start", "tracker"), "pi", 0, "time_to_90_percent"), "ms, PI");
+  must_be_within(100.0, 2000.0, mean_figure(study("low_speed_start", "tracker"), "pi", 0, "time_to_90_percent"),
+                 "ms, PI");
 }
 
 void test_start_up_at_a_tenth_of_a_degree_is_quick_with_feedforward() {
@@ -81,7 +82,8 @@ void test_tracking_with_the_papers_loop_stays_below_twelve_microradians() {
 }
 
 void test_tracking_with_prediction_stays_below_six_microradians() {
-  must_be_within(0.0, 6.0, mean_figure(study("tracking", "tracker", TRACKER_PREDICTIVE), "pi_vob_ftc", 0, "tracking_sigma"),
+  must_be_within(0.0, 6.0,
+                 mean_figure(study("tracking", "tracker", TRACKER_PREDICTIVE), "pi_vob_ftc", 0, "tracking_sigma"),
                  "urad, PI + VOB + FTC, improved loop");
 }
 

@@ -12,12 +12,12 @@ extern "C" void tearDown() {}
 
 namespace {
 
-sim::PlantConfig plant_named(const char* name) {
+sim::PlantConfig plant_named(const char *name) {
   return sim::load_plant(std::string("sim_host/plants/") + name + ".toml");
 }
 
 void test_every_controller_keeps_its_margins_sliding_and_at_rest() {
-  for (const char* name : {"paper_simulation", "tracker"}) {
+  for (const char *name : {"paper_simulation", "tracker"}) {
     const sim::PlantConfig plant = plant_named(name);
     for (const sim::ControllerSpec& spec : sim::controller_specs()) {
       const servo_params params = sim::design_controller(plant, spec, {});
@@ -78,7 +78,8 @@ void test_margins_of_an_integrator_with_dead_time_are_the_textbook_ones() {
   const sim::Margins margins = sim::margins_of(response);
   TEST_ASSERT_DOUBLE_WITHIN(0.05, gain_rad_s / (2.0 * sim::kPi), margins.crossover_hz);
   TEST_ASSERT_DOUBLE_WITHIN(0.1, 90.0 - gain_rad_s * dead_time_s * 180.0 / sim::kPi, margins.phase_margin_deg);
-  TEST_ASSERT_DOUBLE_WITHIN(0.05, 20.0 * std::log10(sim::kPi / (2.0 * gain_rad_s * dead_time_s)), margins.gain_margin_db);
+  TEST_ASSERT_DOUBLE_WITHIN(0.05, 20.0 * std::log10(sim::kPi / (2.0 * gain_rad_s * dead_time_s)),
+                            margins.gain_margin_db);
 }
 
 }  // namespace

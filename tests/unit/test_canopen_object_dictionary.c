@@ -59,8 +59,13 @@ static void test_second_axis_is_the_same_table_on_other_values(void) {
 }
 
 static void test_values_travel_little_endian_and_back(void) {
-  static const uint8_t expected[12][8] = {{1},          {0xFB},       {0x0C, 0xFE}, {0xB0, 0x3C, 0xFF, 0xFF},
-                                          {50},         {0xEF, 0xBE}, {0xEF, 0xBE, 0xAD, 0xDE},
+  static const uint8_t expected[12][8] = {{1},
+                                          {0xFB},
+                                          {0x0C, 0xFE},
+                                          {0xB0, 0x3C, 0xFF, 0xFF},
+                                          {50},
+                                          {0xEF, 0xBE},
+                                          {0xEF, 0xBE, 0xAD, 0xDE},
                                           {0xEF, 0xCD, 0xAB, 0x89, 0x67, 0x45, 0x23, 0x01},
                                           {0xCD, 0xCC, 0xCC, 0x3D}};
   for (uint8_t sub = 1; sub <= 9; sub++) {

@@ -29,15 +29,19 @@ static void test_each_refusal_has_its_abort_code_and_changes_nothing(void) {
     uint32_t value;
     uint32_t abort;
   } rows[] = {
-      {0x2FFF, 0, 1, 0, 0x06020000},  {0x2F00, 99, 1, 0, 0x06090011},     {0x2F00, 12, 2, 0, 0x06010002},
-      {0x1000, 0, 4, 0, 0x06010002},  {0x2F02, 0, 1, 0, 0x06010002},      {0x2F00, 7, 2, 0, 0x06070013},
-      {0x2F00, 6, 4, 0, 0x06070012},  {0x2F00, 5, 1, 201, 0x06090031},    {0x2F00, 5, 1, 9, 0x06090032},
-      {0x2F00, 1, 1, 2, 0x06090031},  {0x2F00, 9, 4, 0x7FC00000, 0x06090030}, {0x2F00, 9, 4, 0x7F800000, 0x06090031},
-      {0x2F00, 9, 4, 0xFF800000, 0x06090032}, {0x2F10, 0, 1, 13, 0x08000022}, {0x2F10, 0, 1, 66, 0x06060000},
-      {0x1010, 1, 4, 0, 0x08000020},  {0x1011, 1, 4, 0x65766173, 0x08000020}, {0x1003, 0, 1, 1, 0x06090030},
-      {0x1005, 0, 4, 0x40000080, 0x06090030}, {0x1014, 0, 4, 0x20000085, 0x06090030}, {0x1019, 0, 1, 1, 0x06090030},
-      {0x1014, 0, 4, 0x86, 0x08000022}, {0x1400, 1, 4, 0x00000581, 0x06090030}, {0x1400, 1, 4, 0x204, 0x08000022},
-      {0x1400, 2, 1, 252, 0x06090030}, {0x1600, 0, 1, 0, 0x08000022},
+      {0x2FFF, 0, 1, 0, 0x06020000},          {0x2F00, 99, 1, 0, 0x06090011},
+      {0x2F00, 12, 2, 0, 0x06010002},         {0x1000, 0, 4, 0, 0x06010002},
+      {0x2F02, 0, 1, 0, 0x06010002},          {0x2F00, 7, 2, 0, 0x06070013},
+      {0x2F00, 6, 4, 0, 0x06070012},          {0x2F00, 5, 1, 201, 0x06090031},
+      {0x2F00, 5, 1, 9, 0x06090032},          {0x2F00, 1, 1, 2, 0x06090031},
+      {0x2F00, 9, 4, 0x7FC00000, 0x06090030}, {0x2F00, 9, 4, 0x7F800000, 0x06090031},
+      {0x2F00, 9, 4, 0xFF800000, 0x06090032}, {0x2F10, 0, 1, 13, 0x08000022},
+      {0x2F10, 0, 1, 66, 0x06060000},         {0x1010, 1, 4, 0, 0x08000020},
+      {0x1011, 1, 4, 0x65766173, 0x08000020}, {0x1003, 0, 1, 1, 0x06090030},
+      {0x1005, 0, 4, 0x40000080, 0x06090030}, {0x1014, 0, 4, 0x20000085, 0x06090030},
+      {0x1019, 0, 1, 1, 0x06090030},          {0x1014, 0, 4, 0x86, 0x08000022},
+      {0x1400, 1, 4, 0x00000581, 0x06090030}, {0x1400, 1, 4, 0x204, 0x08000022},
+      {0x1400, 2, 1, 252, 0x06090030},        {0x1600, 0, 1, 0, 0x08000022},
   };
   for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
     const communication_objects objects = bench.device.node.objects;
@@ -370,8 +374,9 @@ static void try_request(sdo_state state, const uint8_t *bytes, uint8_t length) {
                        memcmp(&values, &bench.device.values, sizeof values) != 0 ||
                        stream_size != bench.device.stream_size;
   if (length != 8) {
+    /* Ignored: an upload goes on by itself, everything else stays as it was. */
     TEST_ASSERT_FALSE(changed);
-    TEST_ASSERT_EQUAL(state, SERVER->state);
+    TEST_ASSERT_EQUAL(state == SDO_BLOCK_UPLOADING ? SDO_BLOCK_UPLOAD_ACK : state, SERVER->state);
   }
   if (changed) {
     const uint8_t answer = bench_last(0x585)->data[0];
@@ -380,11 +385,15 @@ static void try_request(sdo_state state, const uint8_t *bytes, uint8_t length) {
 }
 
 static void test_every_first_byte_and_length_in_every_state_is_harmless(void) {
-  static const uint8_t payloads[][7] = {
-      {0x00, 0x2F, 7, 1, 2, 3, 4},   {0x00, 0x2F, 9, 0, 0, 0xC0, 0x7F}, {0x01, 0x2F, 0, 0, 1, 0, 0},
-      {0x02, 0x2F, 0, 127, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0},             {255, 255, 255, 255, 255, 255, 255},
-      {0x10, 0x10, 1, 's', 'a', 'v', 'e'}, {0x00, 0x2F, 10, 0xFF, 0xFF, 0xFF, 0x7F},
-      {4, 4, 0, 0, 0, 0, 0}};
+  static const uint8_t payloads[][7] = {{0x00, 0x2F, 7, 1, 2, 3, 4},
+                                        {0x00, 0x2F, 9, 0, 0, 0xC0, 0x7F},
+                                        {0x01, 0x2F, 0, 0, 1, 0, 0},
+                                        {0x02, 0x2F, 0, 127, 0, 0, 0},
+                                        {0, 0, 0, 0, 0, 0, 0},
+                                        {255, 255, 255, 255, 255, 255, 255},
+                                        {0x10, 0x10, 1, 's', 'a', 'v', 'e'},
+                                        {0x00, 0x2F, 10, 0xFF, 0xFF, 0xFF, 0x7F},
+                                        {4, 4, 0, 0, 0, 0, 0}};
   uint32_t tried = 0;
   for (sdo_state state = SDO_IDLE; state <= SDO_COMMITTING; state++) {
     for (uint32_t first = 0; first <= 255; first++) {

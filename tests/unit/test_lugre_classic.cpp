@@ -141,7 +141,8 @@ Loop frictional_lag(double frequency_rad_s) {
   lugre_state state;
   lugre_reset(&state);
   const double period = 2.0 * kPi / frequency_rad_s;
-  const int steps = 4000;
+  const int half = 500;  // steps of half a period
+  const int steps = 2 * half;
   const double dt = period / steps;
   Loop loop{0.0, 0.0};
   for (int step = 0; step < 2 * steps; ++step) {  // the first period loads the bristles
@@ -153,7 +154,7 @@ Loop frictional_lag(double frequency_rad_s) {
       continue;
     }
     loop.error = std::max(loop.error, std::abs(friction - reference.advance(speed, start, start + dt)));
-    loop.opening += (step < steps + steps / 2 ? friction : -friction) / (steps / 2);
+    loop.opening += (step < steps + half ? friction : -friction) / half;
   }
   return loop;
 }

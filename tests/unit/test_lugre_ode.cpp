@@ -44,6 +44,7 @@ Comparison compare(const lugre_params& seal, const std::vector<float>& speeds, f
 
 std::vector<float> profile(int ticks, double (*speed)(double time)) {
   std::vector<float> speeds;
+  speeds.reserve(static_cast<std::size_t>(ticks));
   for (int tick = 0; tick < ticks; ++tick) {
     speeds.push_back(static_cast<float>(speed((tick + 0.5) * 1e-3)));
   }

@@ -1,6 +1,6 @@
 // The plant's LuGre joint (rate and bristles solved together) against Boost.Odeint's rosenbrock4 at 1e-10.
 //
-// Both get the same torque over time; compared are the joint rate and the bristle torque s0 z after every 50 us.
+// Both get the same torque over time; compared are the joint rates after every 50 us.
 #include <algorithm>
 #include <cmath>
 
@@ -71,6 +71,7 @@ Comparison compare(const Bench& bench, Torque torque, double duration_s) {
     const double start = step * kPwmPeriod_s;
     const double middle_angle = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s();
     joint.step(bench.inertia_kg_m2, torque(start + 0.5 * kPwmPeriod_s, middle_angle), 0.0);
+    // Restarted every 50 us: longer stretches let the solver's own error, from the kink at standstill, show.
     lugre_ode::solve(rhs, state, start, start + kPwmPeriod_s, 0.2 * kPwmPeriod_s, 1e-10);
     seen.rate_rad_s = std::max(seen.rate_rad_s, std::abs(joint.rate_rad_s() - state(0)));
     seen.largest_rate_rad_s = std::max(seen.largest_rate_rad_s, std::abs(state(0)));
@@ -115,7 +116,7 @@ void test_presliding_hysteresis_agrees() {
 void test_stick_slip_of_a_joint_pulled_by_a_spring_agrees() {
   // A 60 Nm/rad spring pulled at 2 deg/s; both slip at the same moments with the same speed.
   const auto spring = [](double t, double angle) { return 60.0 * (2.0 * kDegree * t - angle); };
-  const Comparison seen = compare(stiff_bench(), spring, 12.0);
+  const Comparison seen = compare(stiff_bench(), spring, 7.0);
   LOG_VALUE("stick-slip, largest rate error in deg/s", seen.rate_rad_s / kDegree);
   LOG_VALUE("of", seen.largest_rate_rad_s / kDegree);
   CHECK_AT_LEAST("it slips faster than it is pulled, deg/s", 3.0, seen.largest_rate_rad_s / kDegree);

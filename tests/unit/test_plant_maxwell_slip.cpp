@@ -1,4 +1,5 @@
 // The Maxwell-slip plant friction: the same steady curve as LuGre, another memory.
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -16,7 +17,10 @@ using namespace bench;
 
 constexpr double kDt_s = kPwmPeriod_s;
 
-FrictionConfig seal() { return bare_plant().axis[kAzimuth].friction; }
+const FrictionConfig& seal() {
+  static const FrictionConfig tracker_seal = bare_plant().axis[kAzimuth].friction;
+  return tracker_seal;
+}
 
 // Friction that is moved at a given speed; returns the torque of the step [Nm].
 double moved(MaxwellSlip& friction, double rate_rad_s) {

@@ -45,6 +45,9 @@ typedef struct {
   double angle_turns;
   double friction_nm; /* what the seal took in the last tick */
   torque_limits limits;
+  speed_loop_rates rates;    /* what the last tick saw */
+  speed_reference reference; /* and was told */
+  float applied_nm;
   speed_loop_output out;
 } bench;
 
@@ -58,9 +61,10 @@ static bench bench_at_rest(bool has_seal) {
 static void run_tick(bench *b, float reference_rad_s) {
   const double turns = b->angle_turns - floor(b->angle_turns);
   const speed_loop_samples samples = {.joint_angle = (angle_turn32)(uint64_t)(turns * 4294967296.0)};
-  const speed_reference reference = {.rate_rad_s = reference_rad_s};
-  const speed_loop_rates rates = speed_loop_sense(&b->state, &b->params, &samples, dt_s);
-  b->out = speed_loop_control(&b->state, &b->params, &rates, &reference, b->out.torque_nm, &b->limits, dt_s);
+  b->reference = (speed_reference){.rate_rad_s = reference_rad_s};
+  b->applied_nm = b->out.torque_nm;
+  b->rates = speed_loop_sense(&b->state, &b->params, &samples, dt_s);
+  b->out = speed_loop_control(&b->state, &b->params, &b->rates, &b->reference, b->applied_nm, &b->limits, dt_s);
   b->friction_nm = b->has_seal ? (double)lugre_step(&b->bristles, &b->seal, (float)b->rate_rad_s, dt_s) : 0.0;
   b->rate_rad_s += 1e-3 * ((double)b->out.torque_nm - b->friction_nm - b->load_nm) / inertia_kg_m2;
   b->angle_turns += b->rate_rad_s * 1e-3 / 6.283185307179586;
@@ -231,6 +235,70 @@ static void test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands(v
   }
 }
 
+/* Sliding steadily, the parameters change; answers by how much the torque jumps in the next tick. */
+static double jump_at_change(const speed_loop_params *from, const speed_loop_params *to, bool retuned) {
+  bench b = bench_at_rest(true);
+  b.params = *from;
+  b.load_nm = 3.0;
+  run_seconds(&b, one_degree_s, 4.0);
+  const double before_nm = (double)b.out.torque_nm;
+  if (retuned) {
+    speed_loop_retune(&b.state, from, to, &b.rates, &b.reference, b.applied_nm, dt_s);
+  }
+  b.params = *to;
+  run_tick(&b, one_degree_s);
+  const double jump_nm = fabs((double)b.out.torque_nm - before_nm);
+  run_seconds(&b, one_degree_s, 3.0);
+  CHECK_NEAR("rate after the change", one_degree_s, b.rate_rad_s, 2e-5);
+  return jump_nm;
+}
+
+static void test_other_parameters_take_over_without_a_jump_of_the_torque(void) {
+  speed_loop_params changed[4] = {example(), example(), example(), example()};
+  changed[0].observer_on = false;
+  changed[1].friction.gain = 0.3f;
+  changed[2].observer.inertia_kg_m2 = 40.0f;
+  changed[2].observer.bandwidth_rad_s = 150.0f;
+  changed[3].friction.model = FRICTION_NONE;
+  changed[3].pi.proportional_gain = 700.0f;
+  const speed_loop_params usual = example();
+  for (int i = 0; i < 4; ++i) {
+    CHECK_STATUS(CONTROL_OK, speed_loop_check(&changed[i], dt_s));
+    CHECK_AT_MOST("jump, retuned", 0.05, jump_at_change(&usual, &changed[i], true));
+    CHECK_AT_MOST("jump, retuned back", 0.05, jump_at_change(&changed[i], &usual, true));
+    CHECK_AT_LEAST("jump, parameters only exchanged", 1.0, jump_at_change(&usual, &changed[i], false));
+  }
+}
+
+static void test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold(void) {
+  bench b = bench_at_rest(true);
+  run_seconds(&b, one_degree_s, 2.0);
+  run_seconds(&b, 0.0f, 2.0);
+  const float held_nm = b.out.friction_nm;
+  CHECK_AT_LEAST("held by the bristles", 5.0, fabsf(held_nm));
+  speed_loop_params stiffer = b.params;
+  stiffer.friction.lugre.stiffness_nm_rad *= 4.0f;
+  speed_loop_retune(&b.state, &b.params, &stiffer, &b.rates, &b.reference, b.applied_nm, dt_s);
+  b.params = stiffer;
+  run_tick(&b, 0.0f);
+  CHECK_NEAR("held after the change", held_nm, b.out.friction_nm, 1e-4);
+}
+
+static void test_filters_that_are_switched_on_in_motion_start_settled(void) {
+  bench b = bench_at_rest(true);
+  run_seconds(&b, one_degree_s, 3.0);
+  speed_loop_params filtered = b.params;
+  CHECK_STATUS(CONTROL_OK, biquad_design_lowpass(&filtered.lowpass, 6.2831853f * 150.0f, 0.7f, dt_s));
+  CHECK_STATUS(CONTROL_OK, biquad_design_notch(&filtered.notch, 6.2831853f * 200.0f, 60.0f, 0.1f, dt_s));
+  const float before_nm = b.out.torque_nm;
+  speed_loop_retune(&b.state, &b.params, &filtered, &b.rates, &b.reference, b.applied_nm, dt_s);
+  b.params = filtered;
+  for (int tick = 0; tick < 200; ++tick) {
+    run_tick(&b, one_degree_s);
+    CHECK_NEAR("torque", before_nm, b.out.torque_nm, 0.1);
+  }
+}
+
 static void test_losing_the_gyro_makes_no_bump_in_the_feedback(void) {
   speed_loop_params params = example();
   params.rate_fusion.source = RATE_FUSED;
@@ -323,6 +391,9 @@ int main(void) {
   RUN_TEST(test_limits_are_kept_whatever_their_signs);
   RUN_TEST(test_a_limited_axis_reaches_its_rate_without_running_past_it);
   RUN_TEST(test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands);
+  RUN_TEST(test_other_parameters_take_over_without_a_jump_of_the_torque);
+  RUN_TEST(test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold);
+  RUN_TEST(test_filters_that_are_switched_on_in_motion_start_settled);
   RUN_TEST(test_losing_the_gyro_makes_no_bump_in_the_feedback);
   RUN_TEST(test_the_filters_are_on_the_feedback_only);
   RUN_TEST(test_check_asks_every_part);

@@ -5,6 +5,11 @@
 #ifndef TRACKSERVO_TESTS_LUGRE_ODE_HPP
 #define TRACKSERVO_TESTS_LUGRE_ODE_HPP
 
+// Without this uBLAS checks every index and the symmetry of its loops in a Debug build, which then takes minutes.
+#ifndef BOOST_UBLAS_NDEBUG
+#define BOOST_UBLAS_NDEBUG
+#endif
+
 #include <algorithm>
 #include <boost/numeric/odeint.hpp>
 #include <boost/numeric/ublas/matrix.hpp>

@@ -1,0 +1,12 @@
+/* The rows of one axis' parameters in the object dictionary: index, limits, default, unit, text.
+ *
+ * The offsets point into `axis_parameters` (the staged set). The table serves both axes, the second shifted by 0x800.
+ * EDS, parameters.json and the CAN reference page are printed from it. */
+#ifndef TRACKSERVO_PARAMETERS_AXIS_DICTIONARY_H
+#define TRACKSERVO_PARAMETERS_AXIS_DICTIONARY_H
+
+#include "canopen/object_dictionary.h"
+
+extern const od_table axis_parameters_table;
+
+#endif

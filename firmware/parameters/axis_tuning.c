@@ -1,0 +1,44 @@
+#include "parameters/axis_tuning.h"
+
+#include <string.h>
+
+#include "app/servo_axis.h"
+
+control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *parameters, servo_axis_params *in_force) {
+  const control_status status = axis_parameters_build(parameters, in_force);
+  if (status == CONTROL_OK) {
+    tuning->staged = *parameters;
+    tuning->active = *parameters;
+    tuning->previous = *parameters;
+    tuning->active_crc = axis_parameters_crc(parameters);
+    tuning->stored_crc = 0;
+    tuning->last_result = CONTROL_OK;
+  }
+  return status;
+}
+
+control_status axis_tuning_apply(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s) {
+  servo_axis_params next;
+  const control_status status = axis_parameters_build(&tuning->staged, &next);
+  tuning->last_result = (uint32_t)status;
+  if (status == CONTROL_OK) {
+    servo_axis_retune(axis, in_force, &next, tick_s);
+    tuning->previous = tuning->active;
+    tuning->active = tuning->staged;
+    tuning->active_crc = axis_parameters_crc(&tuning->active);
+  }
+  return status;
+}
+
+void axis_tuning_revert(axis_tuning *tuning) { tuning->staged = tuning->active; }
+
+control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s) {
+  tuning->staged = tuning->previous;
+  return axis_tuning_apply(tuning, axis, in_force, tick_s);
+}
+
+bool axis_tuning_is_staged(const axis_tuning *tuning) {
+  return memcmp(&tuning->staged, &tuning->active, sizeof tuning->staged) != 0;
+}
+
+bool axis_tuning_is_dirty(const axis_tuning *tuning) { return tuning->active_crc != tuning->stored_crc; }

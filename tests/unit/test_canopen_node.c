@@ -1,0 +1,266 @@
+#include "canopen/bench.h"
+
+void setUp(void) { bench_start(); }
+void tearDown(void) {}
+
+#define NODE (&bench.device.node)
+
+static void test_node_boots_with_one_message_and_is_pre_operational(void) {
+  const can_sender sender = {bench_send, NULL};
+  bench.sent = 0;
+  bench.bus_full = true;
+  TEST_ASSERT_TRUE(test_device_init(&bench.device, BENCH_NODE, sender));
+  bench_wait_ms(10);
+  TEST_ASSERT_EQUAL(NMT_INITIALISING, NODE->state);
+  bench.bus_full = false;
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench_count(0x705));
+  TEST_ASSERT_EQUAL(0, bench.log[0].data[0]);
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+}
+
+static void test_bad_configuration_is_refused(void) {
+  static canopen_node node;
+  canopen_config config = NODE->config;
+  config.node_id = 0;
+  TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
+  config.node_id = 128;
+  TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
+  config.node_id = 1;
+  config.receive_capacity = 100;
+  TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
+  config.receive_capacity = 64;
+  config.part_count = 7;
+  TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
+}
+
+static void test_nmt_commands_move_the_node_when_addressed_to_it(void) {
+  bench_nmt(1, 6);
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+  bench_nmt(1, 0);
+  TEST_ASSERT_EQUAL(NMT_OPERATIONAL, NODE->state);
+  bench_nmt(128, BENCH_NODE);
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+  bench_nmt(2, BENCH_NODE);
+  TEST_ASSERT_EQUAL(NMT_STOPPED, NODE->state);
+  bench_nmt(77, BENCH_NODE);
+  TEST_ASSERT_EQUAL(NMT_STOPPED, NODE->state);
+  const uint8_t too_long[3] = {1, BENCH_NODE, 0};
+  bench_give(0, 3, too_long);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(NMT_STOPPED, NODE->state);
+}
+
+static void test_reset_communication_brings_the_defaults_and_a_boot_up(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1015, 0, 7, 2));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F00, 5, 77, 1));
+  bench.sent = 0;
+  bench_nmt(130, BENCH_NODE);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(0, bench_last(0x705)->data[0]);
+  TEST_ASSERT_EQUAL(0, NODE->objects.emergency.inhibit_100us);
+  TEST_ASSERT_EQUAL(4711, NODE->objects.serial_number);
+  TEST_ASSERT_EQUAL(77, bench.device.values.u8);
+  TEST_ASSERT_EQUAL_HEX32(0x10001, bench.device.resets);
+  bench_nmt(129, BENCH_NODE);
+  TEST_ASSERT_EQUAL_HEX32(0x20001, bench.device.resets);
+}
+
+static void test_heartbeat_comes_on_time_with_the_state(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1017, 0, 10, 2));
+  bench.sent = 0;
+  bench_wait_ms(100);
+  TEST_ASSERT_EQUAL(10, bench_count(0x705));
+  TEST_ASSERT_EQUAL(127, bench_last(0x705)->data[0]);
+  bench_operational();
+  bench_wait_ms(10);
+  TEST_ASSERT_EQUAL(5, bench_last(0x705)->data[0]);
+}
+
+static void test_lost_master_is_told_and_stops_pdos(void) {
+  const uint8_t alive[1] = {5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
+  bench_operational();
+  bench_wait_ms(200); /* never heard: not watched */
+  TEST_ASSERT_EQUAL(NMT_OPERATIONAL, NODE->state);
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(49);
+  TEST_ASSERT_EQUAL(NMT_OPERATIONAL, NODE->state);
+  bench_wait_ms(3);
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+  TEST_ASSERT_EQUAL(1, bench.device.heartbeats_lost);
+  TEST_ASSERT_EQUAL_HEX8(0x30, bench_last(0x85)->data[0]);
+  TEST_ASSERT_EQUAL_HEX8(0x81, bench_last(0x85)->data[1]);
+  TEST_ASSERT_EQUAL_HEX8(0x11, bench_last(0x85)->data[2]);
+  TEST_ASSERT_EQUAL(1, bench_last(0x85)->data[3]);
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX8(0, bench_last(0x85)->data[1]);
+  TEST_ASSERT_EQUAL(0, NODE->objects.emergency.error_register);
+}
+
+static void test_error_behaviour_can_be_none_or_stopped(void) {
+  const uint8_t alive[1] = {5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010005, 4));
+  for (uint8_t behaviour = 1; behaviour <= 2; behaviour++) {
+    bench_nmt(128, 0);
+    TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1029, 1, behaviour, 1));
+    bench_operational();
+    bench_give(0x701, 1, alive);
+    bench_wait_ms(10);
+    TEST_ASSERT_EQUAL(behaviour == 1 ? NMT_OPERATIONAL : NMT_STOPPED, NODE->state);
+  }
+}
+
+static void test_one_node_is_watched_by_one_consumer_only(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1016, 2, 0x00010064, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010064, 4));
+}
+
+static void test_emergency_is_told_once_kept_in_the_history_and_cleared(void) {
+  for (uint32_t i = 0; i < 5; i++) {
+    TEST_ASSERT_EQUAL(i == 0, canopen_node_raise(NODE, 0x4310, ERROR_TEMPERATURE, NULL));
+    bench_wait_ms(1);
+  }
+  TEST_ASSERT_EQUAL(1, bench_count(0x85));
+  TEST_ASSERT_EQUAL_HEX8(0x09, bench_last(0x85)->data[2]);
+  TEST_ASSERT_EQUAL_HEX32(0x09, bench_get(0x1001, 0));
+  TEST_ASSERT_EQUAL_HEX32(1, bench_get(0x1003, 0));
+  TEST_ASSERT_EQUAL_HEX32(0x4310, bench_get(0x1003, 1));
+  TEST_ASSERT_TRUE(canopen_node_clear(NODE, 0x4310));
+  TEST_ASSERT_FALSE(canopen_node_clear(NODE, 0x4310));
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX8(0, bench_last(0x85)->data[1]);
+  TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1001, 0));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1003, 0, 0, 1));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1003, 0));
+}
+
+static void test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1015, 0, 100, 2)); /* 10 ms */
+  bench.sent = 0;
+  for (uint16_t i = 0; i < 10; i++) {
+    TEST_ASSERT_TRUE(canopen_node_raise(NODE, (uint16_t)(0xFF00 + i), ERROR_MANUFACTURER, NULL));
+  }
+  bench_wait_ms(25);
+  TEST_ASSERT_EQUAL(3, bench_count(0x85));
+  bench_wait_ms(100);
+  TEST_ASSERT_EQUAL(8, bench_count(0x85));
+  TEST_ASSERT_EQUAL(2, NODE->emergency.dropped);
+  TEST_ASSERT_EQUAL_HEX32(8, bench_get(0x1003, 0));
+  TEST_ASSERT_EQUAL_HEX32(0xFF09, bench_get(0x1003, 1));
+  TEST_ASSERT_EQUAL_HEX32(0xFF02, bench_get(0x1003, 8));
+}
+
+static void test_missing_sync_is_told_after_one_and_a_half_periods(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1006, 0, 10000, 4));
+  for (uint32_t i = 0; i < 10; i++) {
+    bench_give(0x80, 0, NULL);
+    bench_wait_ms(10);
+  }
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_TIME_OUT));
+  bench_wait_ms(7);
+  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_TIME_OUT));
+  bench_give(0x80, 0, NULL);
+  bench_wait_ms(1);
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_TIME_OUT));
+}
+
+static void test_sync_of_the_wrong_length_does_nothing_but_complain(void) {
+  const uint8_t byte[1] = {1};
+  bench_operational();
+  bench.sent = 0;
+  bench_give(0x80, 1, byte);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(0, bench_count(0x285));
+  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_LENGTH));
+}
+
+static void test_store_and_restore_want_their_signatures(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1010, 1, 0x65766173, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1011, 1, 0x64616F6C, 4));
+  TEST_ASSERT_EQUAL(1, bench.device.saves);
+  TEST_ASSERT_EQUAL(1, bench.device.loads);
+  TEST_ASSERT_EQUAL_HEX32(1, bench_get(0x1010, 1));
+  TEST_ASSERT_EQUAL_HEX32(1, bench_get(0x1011, 1));
+  bench.device.store_broken = true;
+  TEST_ASSERT_EQUAL_HEX32(0x06060000, bench_write(0x1010, 1, 0x65766173, 4));
+  TEST_ASSERT_EQUAL(1, bench.device.saves);
+}
+
+static void test_foreign_frames_change_nothing_and_get_no_answer(void) {
+  bench_operational();
+  bench_wait_ms(20);
+  const communication_objects objects = NODE->objects;
+  const test_values values = bench.device.values;
+  bench.sent = 0;
+  for (uint32_t id = 0; id <= 0x7FF; id++) {
+    const bool ours = id == 0 || id == 0x80 || id == 0x205 || id == 0x305 || id == 0x605;
+    for (uint8_t length = 0; length <= 8 && !ours; length++) {
+      const uint8_t bytes[8] = {0x2F, 0x00, 0x2F, 5, 99, 0, 0, 0};
+      bench_give(id, length, bytes);
+      bench_wait_ms(1);
+    }
+  }
+  for (uint32_t id = 0; id <= 0x7FF; id++) {
+    can_frame frame = {.id = id, .flags = CAN_FRAME_EXTENDED, .length = 8, .data = {0x2F, 0x00, 0x2F, 5, 99}};
+    (void)canopen_node_receive(NODE, &frame);
+    frame.flags = CAN_FRAME_REMOTE;
+    (void)canopen_node_receive(NODE, &frame);
+    bench_wait_ms(1);
+  }
+  TEST_ASSERT_EQUAL(0, bench.sent);
+  TEST_ASSERT_EQUAL_MEMORY(&objects, &NODE->objects, sizeof objects);
+  TEST_ASSERT_EQUAL_MEMORY(&values, &bench.device.values, sizeof values);
+}
+
+static void test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1017, 0, 10, 2));
+  bench.sent = 0;
+  const uint8_t bytes[8] = {1};
+  for (uint32_t i = 0; i < 1000; i++) {
+    for (uint32_t k = 0; k < 40; k++) { /* five times what the bus can bring */
+      bench_give(0x123, 8, bytes);
+    }
+    const uint32_t before = can_queue_overruns(&NODE->received);
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(before, can_queue_overruns(&NODE->received));
+  }
+  TEST_ASSERT_EQUAL(100, bench_count(0x705));
+  TEST_ASSERT_EQUAL_HEX8(0x10, bench_last(0x85)->data[0]);
+  TEST_ASSERT_EQUAL_HEX8(0x81, bench_last(0x85)->data[1]);
+  bench_wait_ms(1100);
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, EMERGENCY_CAN_OVERRUN));
+}
+
+static void test_bus_off_is_told_after_the_recovery(void) {
+  bench_operational();
+  bench_wait_ms(20);
+  canopen_node_bus_off_recovered(NODE);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL(2, bench_count(0x85));
+  TEST_ASSERT_EQUAL_HEX32(0x8140, bench_get(0x1003, 1));
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_node_boots_with_one_message_and_is_pre_operational);
+  RUN_TEST(test_bad_configuration_is_refused);
+  RUN_TEST(test_nmt_commands_move_the_node_when_addressed_to_it);
+  RUN_TEST(test_reset_communication_brings_the_defaults_and_a_boot_up);
+  RUN_TEST(test_heartbeat_comes_on_time_with_the_state);
+  RUN_TEST(test_lost_master_is_told_and_stops_pdos);
+  RUN_TEST(test_error_behaviour_can_be_none_or_stopped);
+  RUN_TEST(test_one_node_is_watched_by_one_consumer_only);
+  RUN_TEST(test_emergency_is_told_once_kept_in_the_history_and_cleared);
+  RUN_TEST(test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight);
+  RUN_TEST(test_missing_sync_is_told_after_one_and_a_half_periods);
+  RUN_TEST(test_sync_of_the_wrong_length_does_nothing_but_complain);
+  RUN_TEST(test_store_and_restore_want_their_signatures);
+  RUN_TEST(test_foreign_frames_change_nothing_and_get_no_answer);
+  RUN_TEST(test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats);
+  RUN_TEST(test_bus_off_is_told_after_the_recovery);
+  return UNITY_END();
+}

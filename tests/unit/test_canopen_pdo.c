@@ -1,0 +1,215 @@
+#include "canopen/bench.h"
+
+void setUp(void) { bench_start(); }
+void tearDown(void) {}
+
+enum { RPDO1 = 0x205, RPDO2 = 0x305, RPDO3 = 0x405, TPDO1 = 0x185, TPDO2 = 0x285, TPDO3 = 0x385, SYNC = 0x80 };
+
+#define DEVICE (&bench.device)
+
+static void write_ok(uint16_t index, uint8_t sub, uint32_t value, uint8_t length) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(index, sub, value, length));
+}
+
+static void test_rpdo_acts_at_once_and_only_when_operational(void) {
+  const uint8_t bytes[3] = {0x06, 0x00, 9};
+  bench_give(RPDO1, 3, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  bench_operational();
+  bench_give(RPDO1, 3, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(6, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+}
+
+static void test_synchronous_rpdo_waits_for_sync(void) {
+  const uint8_t bytes[8] = {0x10, 0x27, 0, 0, 0x20, 0x4E, 0, 0};
+  bench_operational();
+  bench_give(RPDO2, 8, bytes);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].target_velocity);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(10000, DEVICE->axis[0].target_velocity);
+  TEST_ASSERT_EQUAL(20000, DEVICE->axis[1].target_velocity);
+}
+
+static void test_one_value_out_of_range_refuses_the_whole_frame(void) {
+  const uint8_t bytes[3] = {0x06, 0x00, 11};
+  bench_operational();
+  bench_give(RPDO1, 3, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(3, DEVICE->axis[0].mode);
+  TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
+}
+
+static void test_short_rpdo_is_told_once_and_cleared_by_a_good_one(void) {
+  const uint8_t bytes[8] = {0x06, 0x00, 9};
+  bench_operational();
+  for (uint32_t i = 0; i < 10; i++) {
+    bench_give(RPDO1, 2, bytes);
+    bench_wait_ms(1);
+  }
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(1, bench_count(0x85));
+  TEST_ASSERT_EQUAL_HEX8(0x10, bench_last(0x85)->data[0]);
+  TEST_ASSERT_EQUAL_HEX8(0x82, bench_last(0x85)->data[1]);
+  bench_give(RPDO1, 8, bytes);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL(6, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(2, bench_count(0x85));
+  TEST_ASSERT_EQUAL(0, DEVICE->node.objects.emergency.error_register);
+}
+
+static void test_silent_rpdo_raises_its_emergency_after_the_event_time(void) {
+  const uint8_t bytes[3] = {0x06, 0x00, 9};
+  write_ok(0x1400, 5, 20, 2);
+  bench_operational();
+  bench_wait_ms(100);
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+  bench_give(RPDO1, 3, bytes);
+  bench_wait_ms(19);
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+  bench_wait_ms(2);
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+  bench_give(RPDO1, 3, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+}
+
+static void test_event_tpdo_tells_the_start_and_each_change_no_faster_than_inhibited(void) {
+  bench_operational();
+  bench_wait_ms(30);
+  TEST_ASSERT_EQUAL(1, bench_count(TPDO1));
+  for (uint16_t i = 1; i <= 100; i++) {
+    DEVICE->axis[0].controlword = i;
+    bench_wait_ms(1);
+  }
+  TEST_ASSERT_EQUAL(11, bench_count(TPDO1)); /* 10 ms inhibit time */
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(12, bench_count(TPDO1));
+  TEST_ASSERT_EQUAL(100, bench_last(TPDO1)->data[0]);
+  TEST_ASSERT_EQUAL(3, bench_last(TPDO1)->length);
+}
+
+static void test_full_bus_delays_a_tpdo_and_sends_the_newest(void) {
+  bench_operational();
+  bench_wait_ms(20);
+  bench.sent = 0;
+  bench.bus_full = true;
+  DEVICE->axis[0].controlword = 1;
+  bench_wait_ms(20);
+  DEVICE->axis[0].controlword = 2;
+  bench_wait_ms(20);
+  bench.bus_full = false;
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(1, bench_count(TPDO1));
+  TEST_ASSERT_EQUAL(2, bench_last(TPDO1)->data[0]);
+}
+
+static void test_synchronous_tpdo_answers_every_nth_sync(void) {
+  write_ok(0x1801, 2, 3, 1);
+  bench_operational();
+  for (uint32_t i = 0; i < 12; i++) {
+    bench_give(SYNC, 0, NULL);
+    bench_wait_ms(1);
+  }
+  TEST_ASSERT_EQUAL(4, bench_count(TPDO2));
+}
+
+static void test_acyclic_synchronous_tpdo_waits_for_event_and_sync(void) {
+  write_ok(0x1800, 2, 0, 1);
+  bench_operational();
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(0, bench_count(TPDO1));
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench_count(TPDO1));
+  DEVICE->axis[0].controlword = 7;
+  bench_wait_ms(1);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(2, bench_count(TPDO1));
+  TEST_ASSERT_EQUAL(7, bench_last(TPDO1)->data[0]);
+}
+
+static void test_tpdo_with_a_start_value_begins_at_that_counter(void) {
+  write_ok(0x1019, 0, 10, 1);
+  write_ok(0x1801, 1, 0xC0000285, 4);
+  write_ok(0x1801, 6, 4, 1);
+  write_ok(0x1801, 2, 2, 1);
+  write_ok(0x1801, 1, 0x40000285, 4);
+  bench_operational();
+  bench.sent = 0;
+  for (uint8_t counter = 1; counter <= 10; counter++) {
+    bench_give(SYNC, 1, &counter);
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(counter < 4 ? 0 : (counter - 2) / 2, bench_count(TPDO2));
+  }
+}
+
+static void test_mapping_follows_the_sequence_of_the_standard_only(void) {
+  const uint32_t u8 = 0x2F000508, f32 = 0x2F000920, dummy = 0x00050008;
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1602, 1, u8, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1602, 2, dummy, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1602, 3, f32, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1602, 0, 3, 1));
+  TEST_ASSERT_EQUAL_HEX32(0x08000022, bench_write(0x1602, 1, f32, 4)); /* number is not 0 */
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1402, 1, 0x405, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x08000022, bench_write(0x1602, 0, 0, 1)); /* PDO is on */
+  const uint32_t bits = bench_bits(2.5f);
+  const uint8_t bytes[6] = {123, 99, (uint8_t)bits, (uint8_t)(bits >> 8), (uint8_t)(bits >> 16), (uint8_t)(bits >> 24)};
+  bench_operational();
+  bench_give(RPDO3, 6, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(123, DEVICE->values.u8);
+  TEST_ASSERT_EQUAL_FLOAT(2.5f, DEVICE->values.f32);
+}
+
+static void test_what_cannot_be_mapped_is_refused(void) {
+  TEST_ASSERT_EQUAL_HEX32(0x06020000, bench_write(0x1602, 1, 0x2FFF0008, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06090011, bench_write(0x1602, 1, 0x2F006308, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040041, bench_write(0x1602, 1, 0x2F000208, 4)); /* TPDO only */
+  TEST_ASSERT_EQUAL_HEX32(0x06040041, bench_write(0x1602, 1, 0x2F000510, 4)); /* 16 of 8 bits */
+  TEST_ASSERT_EQUAL_HEX32(0x06040041, bench_write(0x1A02, 1, 0x60400010, 4)); /* RPDO only */
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 1, 0x2F000840, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 2, 0x2F000508, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040042, bench_write(0x1A02, 0, 2, 1)); /* 9 bytes */
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, bench_write(0x1A02, 0, 9, 1));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1A02, 0, 1, 1));
+}
+
+static void test_event_timer_repeats_a_tpdo_and_request_sends_one(void) {
+  write_ok(0x1A02, 1, 0x2F000508, 4);
+  write_ok(0x1A02, 0, 1, 1);
+  write_ok(0x1802, 1, 0x40000385, 4);
+  bench_operational();
+  bench.sent = 0;
+  bench_wait_ms(500);
+  TEST_ASSERT_EQUAL(10, bench_count(TPDO3));
+  canopen_node_request_tpdo(&DEVICE->node, 2);
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL(11, bench_count(TPDO3));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_rpdo_acts_at_once_and_only_when_operational);
+  RUN_TEST(test_synchronous_rpdo_waits_for_sync);
+  RUN_TEST(test_one_value_out_of_range_refuses_the_whole_frame);
+  RUN_TEST(test_short_rpdo_is_told_once_and_cleared_by_a_good_one);
+  RUN_TEST(test_silent_rpdo_raises_its_emergency_after_the_event_time);
+  RUN_TEST(test_event_tpdo_tells_the_start_and_each_change_no_faster_than_inhibited);
+  RUN_TEST(test_full_bus_delays_a_tpdo_and_sends_the_newest);
+  RUN_TEST(test_synchronous_tpdo_answers_every_nth_sync);
+  RUN_TEST(test_acyclic_synchronous_tpdo_waits_for_event_and_sync);
+  RUN_TEST(test_tpdo_with_a_start_value_begins_at_that_counter);
+  RUN_TEST(test_mapping_follows_the_sequence_of_the_standard_only);
+  RUN_TEST(test_what_cannot_be_mapped_is_refused);
+  RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
+  return UNITY_END();
+}
