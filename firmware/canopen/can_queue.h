@@ -1,0 +1,42 @@
+/* A queue of CAN frames from one producer to one consumer, without locks.
+ *
+ * A ring with free-running counters (Lamport 1983, "Specifying concurrent program modules"), with C11 acquire and
+ * release order on them. The receive interrupt pushes, the tick pops; frames that find the ring full are dropped
+ * and counted. */
+#ifndef TRACKSERVO_CANOPEN_CAN_QUEUE_H
+#define TRACKSERVO_CANOPEN_CAN_QUEUE_H
+
+#include "canopen/can_frame.h"
+
+#ifdef __cplusplus
+extern "C++" {
+#include <atomic>
+}
+typedef std::atomic<uint32_t> can_queue_counter; /* the same representation as C's; C++17 has no stdatomic.h */
+#else
+#include <stdatomic.h>
+typedef _Atomic uint32_t can_queue_counter;
+#endif
+
+typedef struct {
+  can_frame *frames;
+  uint32_t capacity;
+  can_queue_counter pushed;   /* written by the producer only */
+  can_queue_counter popped;   /* written by the consumer only */
+  can_queue_counter overruns; /* frames dropped since the start, written by the producer only */
+} can_queue;
+
+/* Uses `frames` (owned by the caller) as the ring. `capacity` is a power of two up to 2^31; anything else is refused
+ * and the queue then drops every frame. Call before either side runs. */
+bool can_queue_init(can_queue *queue, can_frame *frames, uint32_t capacity);
+
+/* Producer side. False: the ring is full, the frame is dropped and counted. */
+bool can_queue_push(can_queue *queue, const can_frame *frame);
+
+/* Consumer side. False: nothing there, `frame` is left alone. */
+bool can_queue_pop(can_queue *queue, can_frame *frame);
+
+/* Either side. */
+uint32_t can_queue_overruns(const can_queue *queue);
+
+#endif

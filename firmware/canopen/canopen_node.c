@@ -1,0 +1,328 @@
+#include "canopen/canopen_node.h"
+
+#include <string.h>
+
+#include "canopen/cob_id.h"
+#include "canopen/node_objects.h"
+
+enum { PART_COMMUNICATION, PART_DEVICE, NODE_PARTS, RECEIVE_CAPACITY_MIN = 64, OVERRUN_QUIET_MS = 1000 };
+
+static bool send(const canopen_node *node, const can_frame *frame) {
+  return node->config.sender.send(node->config.sender.context, frame);
+}
+
+static void enter(canopen_node *node, nmt_state state) {
+  node->state = state;
+  if (state == NMT_OPERATIONAL) {
+    for (uint32_t n = 0; n < PDO_COUNT; n++) {
+      rpdo_reset(&node->rpdos[n]);
+      tpdo_reset(&node->tpdos[n]);
+    }
+  }
+  if (!nmt_allows_sdo(state)) {
+    sdo_server_reset(&node->sdo);
+  }
+  if (node->config.events.state_changed != NULL) {
+    node->config.events.state_changed(node->config.context, state);
+  }
+}
+
+static void reset(canopen_node *node, bool whole_node) {
+  const uint32_t serial_number = node->objects.serial_number;
+  sdo_server_reset(&node->sdo);
+  od_restore_defaults(&node->parts[PART_COMMUNICATION], node->config.node_id);
+  od_restore_defaults(&node->parts[PART_DEVICE], node->config.node_id);
+  node->objects.serial_number = serial_number;
+  emergency_reset(&node->emergency, &node->objects.emergency);
+  sync_reset(&node->sync);
+  node->sync_wrong_length = false;
+  heartbeat_producer_sent(&node->producer);
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    heartbeat_consumer_reset(&node->consumers[i]);
+  }
+  if (node->config.events.reset != NULL) {
+    node->config.events.reset(node->config.context, whole_node);
+  }
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    rpdo_configure(&node->rpdos[n], &node->dictionary, &node->objects.rpdo_mapping[n]);
+    tpdo_configure(&node->tpdos[n], &node->dictionary, &node->objects.tpdo_mapping[n]);
+  }
+  enter(node, NMT_INITIALISING);
+}
+
+static od_part own_part(canopen_node *node, const od_table *table) {
+  return (od_part){
+      .table = *table, .shift = 0, .prefix = "", .values = &node->objects, .owner = node, .hooks = &node_objects_hooks};
+}
+
+bool canopen_node_init(canopen_node *node, const canopen_config *config) {
+  const bool good = config->node_id >= 1 && config->node_id <= 127 && config->sender.send != NULL &&
+                    config->part_count <= CANOPEN_PARTS - NODE_PARTS &&
+                    config->receive_capacity >= RECEIVE_CAPACITY_MIN;
+  if (!good || !can_queue_init(&node->received, config->receive_frames, config->receive_capacity)) {
+    return false;
+  }
+  node->config = *config;
+  memset(&node->objects, 0, sizeof node->objects);
+  node->parts[PART_COMMUNICATION] = own_part(node, &communication_profile_table);
+  node->parts[PART_DEVICE] = own_part(node, config->device_table);
+  for (uint32_t i = 0; i < config->part_count; i++) {
+    node->parts[NODE_PARTS + i] = config->parts[i];
+  }
+  node->dictionary = (object_dictionary){node->parts, NODE_PARTS + config->part_count};
+  node->overruns_told = 0;
+  node->overrun_quiet_ms = 0;
+  node->producer = (heartbeat_producer){.elapsed_ms = 0};
+  sdo_server_init(&node->sdo, &node->dictionary);
+  reset(node, true);
+  return true;
+}
+
+bool canopen_node_receive(canopen_node *node, const can_frame *frame) { return can_queue_push(&node->received, frame); }
+
+bool canopen_node_raise(canopen_node *node, uint16_t code, uint8_t register_bits, const uint8_t *info) {
+  return emergency_raise(&node->emergency, &node->objects.emergency, code, register_bits, info);
+}
+
+bool canopen_node_clear(canopen_node *node, uint16_t code) {
+  return emergency_clear(&node->emergency, &node->objects.emergency, code);
+}
+
+static void raise_or_clear(canopen_node *node, uint16_t code, bool active) {
+  if (active) {
+    (void)canopen_node_raise(node, code, ERROR_COMMUNICATION, NULL);
+  } else {
+    (void)canopen_node_clear(node, code);
+  }
+}
+
+void canopen_node_error_passive(canopen_node *node, bool passive) {
+  raise_or_clear(node, EMERGENCY_ERROR_PASSIVE, passive);
+}
+
+void canopen_node_request_tpdo(canopen_node *node, uint32_t n) {
+  if (n < PDO_COUNT) {
+    tpdo_request(&node->tpdos[n]);
+  }
+}
+
+/* 0x1029:1, clause 7.5.2.32. */
+static void obey_error_behaviour(canopen_node *node) {
+  if (node->state != NMT_OPERATIONAL) {
+    return;
+  }
+  if (node->objects.error_behaviour == ON_ERROR_PRE_OPERATIONAL) {
+    enter(node, NMT_PRE_OPERATIONAL);
+  } else if (node->objects.error_behaviour == ON_ERROR_STOP) {
+    enter(node, NMT_STOPPED);
+  }
+}
+
+void canopen_node_bus_off_recovered(canopen_node *node) {
+  raise_or_clear(node, EMERGENCY_BUS_OFF_RECOVERED, true);
+  raise_or_clear(node, EMERGENCY_BUS_OFF_RECOVERED, false);
+  obey_error_behaviour(node);
+}
+
+/* --- Frames in --------------------------------------------------------------------------------------------------- */
+
+static void send_sdo(canopen_node *node, uint32_t limit) {
+  for (uint32_t i = 0; i < limit; i++) {
+    const uint8_t *bytes = sdo_server_outgoing(&node->sdo);
+    if (bytes == NULL) {
+      return;
+    }
+    can_frame frame = {.id = node->objects.sdo_response_cob_id & COB_ID_IDENTIFIER, .length = SDO_BYTES};
+    memcpy(frame.data, bytes, SDO_BYTES);
+    if (!send(node, &frame)) {
+      return;
+    }
+    sdo_server_sent(&node->sdo);
+  }
+}
+
+static void receive_sdo(canopen_node *node, const can_frame *frame) {
+  const bool for_us = cob_id_matches(node->objects.sdo_request_cob_id, frame) && frame->length == SDO_BYTES;
+  if (for_us && nmt_allows_sdo(node->state)) {
+    sdo_server_receive(&node->sdo, frame->data);
+    send_sdo(node, 1);
+  }
+}
+
+static void receive_nmt(canopen_node *node, const can_frame *frame) {
+  nmt_state wanted = node->state;
+  const nmt_request request = nmt_receive(&wanted, node->config.node_id, frame);
+  if (request != NMT_NOTHING) {
+    reset(node, request == NMT_RESET_NODE);
+  } else if (wanted != node->state) {
+    enter(node, wanted);
+  }
+}
+
+static void tell_applied(const canopen_node *node, uint32_t n, rpdo_verdict verdict) {
+  if (verdict == RPDO_APPLIED && node->config.events.rpdo_applied != NULL) {
+    node->config.events.rpdo_applied(node->config.context, n);
+  }
+}
+
+/* EMCY 8210 and 8250 stand for all RPDOs together. */
+static void judge_rpdos(canopen_node *node) {
+  bool short_one = false;
+  bool late_one = false;
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    short_one = short_one || node->rpdos[n].wrong_length;
+    late_one = late_one || node->rpdos[n].late;
+  }
+  raise_or_clear(node, EMERGENCY_PDO_LENGTH, short_one);
+  raise_or_clear(node, EMERGENCY_RPDO_TIME_OUT, late_one);
+}
+
+static void receive_pdos(canopen_node *node, const can_frame *frame) {
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    const rpdo_verdict verdict = rpdo_receive(&node->rpdos[n], &node->objects.rpdo[n], frame);
+    if (verdict != RPDO_IGNORED) {
+      judge_rpdos(node);
+      tell_applied(node, n, verdict);
+    }
+  }
+}
+
+static void receive_sync(canopen_node *node, const can_frame *frame) {
+  node->sync_wrong_length = sync_receive(&node->sync, &node->objects.sync, frame) == SYNC_WRONG_LENGTH;
+  raise_or_clear(node, EMERGENCY_SYNC_LENGTH, node->sync_wrong_length);
+  if (node->sync_wrong_length) {
+    return;
+  }
+  (void)canopen_node_clear(node, EMERGENCY_SYNC_TIME_OUT);
+  if (!nmt_allows_pdo(node->state)) {
+    return;
+  }
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    tell_applied(node, n, rpdo_sync(&node->rpdos[n]));
+  }
+  if (node->config.events.synced != NULL) {
+    node->config.events.synced(node->config.context);
+  }
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    tpdo_sync(&node->tpdos[n], &node->objects.tpdo[n], node->sync.counter, &node->config.sender);
+  }
+}
+
+static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
+  const uint8_t producer = (uint8_t)(frame->id - HEARTBEAT_COB_ID);
+  if (frame->length != 1) {
+    return;
+  }
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    const uint32_t object = node->objects.heartbeat_consumer[i];
+    if (heartbeat_consumer_active(object) && heartbeat_consumer_node(object) == producer &&
+        heartbeat_consumer_hear(&node->consumers[i], frame->data[0])) {
+      node_objects_judge_heartbeats(node);
+    }
+  }
+}
+
+static void handle(canopen_node *node, const can_frame *frame) {
+  const bool ours = frame->flags == 0 && frame->length <= CAN_FRAME_BYTES;
+  if (!ours || node->state == NMT_INITIALISING) {
+    return;
+  }
+  if (frame->id == NMT_COB_ID) {
+    receive_nmt(node, frame);
+  } else if (frame->id > HEARTBEAT_COB_ID && frame->id <= HEARTBEAT_COB_ID + 127) {
+    receive_heartbeat(node, frame);
+  } else if (nmt_allows_sdo(node->state) && cob_id_matches(node->objects.sync.cob_id, frame)) {
+    receive_sync(node, frame);
+  } else {
+    receive_sdo(node, frame);
+    if (nmt_allows_pdo(node->state)) {
+      receive_pdos(node, frame);
+    }
+  }
+}
+
+void canopen_node_process(canopen_node *node) {
+  can_frame frame;
+  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && can_queue_pop(&node->received, &frame); i++) {
+    handle(node, &frame);
+  }
+  send_sdo(node, CANOPEN_SDO_FRAMES_PER_CALL);
+}
+
+/* --- One millisecond --------------------------------------------------------------------------------------------- */
+
+/* Heartbeat, and the boot-up message, which is the heartbeat of a node that initialises. */
+static void tick_producer(canopen_node *node) {
+  const bool boot = node->state == NMT_INITIALISING;
+  const bool due = heartbeat_producer_due(&node->producer, node->objects.heartbeat_producer_ms);
+  if (!boot && !due) {
+    return;
+  }
+  const can_frame frame = {
+      .id = HEARTBEAT_COB_ID + (uint32_t)node->config.node_id, .length = 1, .data = {(uint8_t)node->state}};
+  if (!send(node, &frame)) {
+    return;
+  }
+  heartbeat_producer_sent(&node->producer);
+  if (boot) {
+    enter(node, NMT_PRE_OPERATIONAL);
+  }
+}
+
+static void tick_consumers(canopen_node *node) {
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    const uint32_t object = node->objects.heartbeat_consumer[i];
+    if (!heartbeat_consumer_tick(&node->consumers[i], object)) {
+      continue;
+    }
+    const uint8_t lost = heartbeat_consumer_node(object);
+    const uint8_t info[EMERGENCY_INFO] = {lost, 0, 0, 0, 0};
+    (void)canopen_node_raise(node, EMERGENCY_HEARTBEAT, ERROR_COMMUNICATION, info);
+    if (node->config.events.heartbeat_lost != NULL) {
+      node->config.events.heartbeat_lost(node->config.context, lost);
+    }
+    obey_error_behaviour(node);
+  }
+}
+
+static void tick_overruns(canopen_node *node) {
+  const uint32_t overruns = can_queue_overruns(&node->received);
+  if (overruns != node->overruns_told) {
+    node->overruns_told = overruns;
+    node->overrun_quiet_ms = 0;
+    raise_or_clear(node, EMERGENCY_CAN_OVERRUN, true);
+  } else if (node->overrun_quiet_ms < OVERRUN_QUIET_MS) {
+    node->overrun_quiet_ms++;
+  } else {
+    raise_or_clear(node, EMERGENCY_CAN_OVERRUN, false);
+  }
+}
+
+static void tick_pdos(canopen_node *node) {
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    if (rpdo_tick(&node->rpdos[n], &node->objects.rpdo[n])) {
+      judge_rpdos(node);
+      if (node->config.events.rpdo_late != NULL) {
+        node->config.events.rpdo_late(node->config.context, n);
+      }
+    }
+    tpdo_tick(&node->tpdos[n], &node->objects.tpdo[n], &node->config.sender);
+  }
+}
+
+void canopen_node_tick(canopen_node *node) {
+  tick_producer(node);
+  canopen_node_process(node);
+  sdo_server_tick(&node->sdo);
+  tick_consumers(node);
+  tick_overruns(node);
+  if (nmt_allows_sdo(node->state)) {
+    if (sync_tick(&node->sync, &node->objects.sync)) {
+      raise_or_clear(node, EMERGENCY_SYNC_TIME_OUT, true);
+    }
+    emergency_tick(&node->emergency, &node->objects.emergency, &node->config.sender);
+  }
+  if (nmt_allows_pdo(node->state)) {
+    tick_pdos(node);
+  }
+}

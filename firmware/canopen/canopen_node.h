@@ -1,0 +1,89 @@
+/* A CANopen node: all services of one device on one bus.
+ *
+ * Standard: CiA 301 v4.2.0; each service is a file of its own, this one ties them together. The receive interrupt
+ * calls `canopen_node_receive`, the 1 ms tick calls `canopen_node_tick`, and everything leaves through one sender. */
+#ifndef TRACKSERVO_CANOPEN_CANOPEN_NODE_H
+#define TRACKSERVO_CANOPEN_CANOPEN_NODE_H
+
+#include "canopen/can_queue.h"
+#include "canopen/communication_profile.h"
+#include "canopen/nmt.h"
+#include "canopen/rpdo.h"
+#include "canopen/sdo_server.h"
+#include "canopen/tpdo.h"
+
+enum {
+  CANOPEN_PARTS = 8,            /* of the dictionary: two of the node, the others of the application */
+  CANOPEN_FRAMES_PER_CALL = 16, /* twice what 1 Mbit/s can bring in 1 ms */
+  CANOPEN_SDO_FRAMES_PER_CALL = 8
+};
+
+/* What the application wants to know; each may be NULL. All are called from the tick, none from the interrupt. */
+typedef struct {
+  void (*state_changed)(void *context, nmt_state state);
+  /* After the communication objects have their defaults again: the place to put stored values over them, with
+   * od_put. `whole_node`: the application resets itself, too. Called by canopen_node_init as well. */
+  void (*reset)(void *context, bool whole_node);
+  void (*heartbeat_lost)(void *context, uint8_t node_id);
+  void (*rpdo_applied)(void *context, uint32_t n);
+  void (*rpdo_late)(void *context, uint32_t n);
+  void (*synced)(void *context); /* RPDOs are applied, TPDOs not sampled yet */
+} canopen_events;
+
+typedef struct {
+  uint8_t node_id;              /* 1 .. 127 */
+  const od_table *device_table; /* identity and PDO rows, see communication_profile.h */
+  const od_part *parts;         /* of the application, copied */
+  uint32_t part_count;          /* 0 .. 6 */
+  can_sender sender;
+  can_frame *receive_frames; /* room for the receive queue, owned by the caller */
+  uint32_t receive_capacity; /* a power of two, at least 64 */
+  storage_callbacks storage;
+  canopen_events events;
+  void *context; /* of the events */
+} canopen_config;
+
+typedef struct {
+  canopen_config config;
+  communication_objects objects;
+  od_part parts[CANOPEN_PARTS];
+  object_dictionary dictionary;
+  nmt_state state;
+  can_queue received;
+  sdo_server sdo;
+  heartbeat_producer producer;
+  heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
+  sync_consumer sync;
+  emergency_producer emergency;
+  rpdo rpdos[PDO_COUNT];
+  tpdo tpdos[PDO_COUNT];
+  bool sync_wrong_length;
+  uint32_t overruns_told;
+  uint16_t overrun_quiet_ms;
+} canopen_node;
+
+/* False on a bad node id, too many parts or a bad queue; the node must not be used then. It must not move in memory
+ * afterwards. The boot-up message leaves with the first tick that finds room for it. */
+bool canopen_node_init(canopen_node *node, const canopen_config *config);
+
+/* From the receive interrupt, or any one other thread. False: the queue was full, the frame is lost and counted. */
+bool canopen_node_receive(canopen_node *node, const can_frame *frame);
+
+/* Every 1 ms, with bounded work: at most CANOPEN_FRAMES_PER_CALL frames in. */
+void canopen_node_tick(canopen_node *node);
+
+/* Optional, between ticks and in the same thread: handles frames, so that answers need not wait for the tick. */
+void canopen_node_process(canopen_node *node);
+
+/* Errors of the application, see emergency.h. `info` is NULL or 5 bytes. */
+bool canopen_node_raise(canopen_node *node, uint16_t code, uint8_t register_bits, const uint8_t *info);
+bool canopen_node_clear(canopen_node *node, uint16_t code);
+
+/* From the CAN driver, in the tick's thread. */
+void canopen_node_bus_off_recovered(canopen_node *node);
+void canopen_node_error_passive(canopen_node *node, bool passive);
+
+/* Sends TPDO n (0 .. 3) as soon as its type and inhibit time allow. */
+void canopen_node_request_tpdo(canopen_node *node, uint32_t n);
+
+#endif

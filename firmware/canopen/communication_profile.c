@@ -1,0 +1,87 @@
+#include "canopen/communication_profile.h"
+
+#include "canopen/object_dictionary_rows.h"
+
+#define OBJECTS communication_objects
+
+#define HISTORY_ROW(sub_)                                                                                         \
+  OD_U32(0x1003, sub_, OD_RO, 0, OBJECTS, emergency.history[(sub_)-1], 0, CANOPEN_U32_MAX, 0, "", "Error " #sub_, \
+         "Error code in the lower half, two bytes of detail in the upper; 1 is the newest.")
+
+#define CONSUMER_ROW(sub_)                                                                          \
+  OD_U32(0x1016, sub_, OD_RW, OD_STORED, OBJECTS, heartbeat_consumer[(sub_)-1], 0, 0x7FFFFF, 0, "", \
+         "Consumer heartbeat time " #sub_, "Node id << 16 | longest silence in ms; 0: not watched.")
+
+/* NOLINTBEGIN(bugprone-macro-parentheses): a member's name cannot stand in parentheses. */
+#define STORAGE_ROW(index_, sub_, member_, name_, help_) \
+  OD_U32(index_, sub_, OD_RW, 0, OBJECTS, member_[(sub_)-1], 0, CANOPEN_U32_MAX, STORAGE_ON_COMMAND, "", name_, help_)
+/* NOLINTEND(bugprone-macro-parentheses) */
+
+static const od_entry rows[] = {
+    OD_U8(0x1001, 0, OD_RO, OD_TPDO | OD_EVENT, OBJECTS, emergency.error_register, 0, 255, 0, "", "Error register",
+          "Kinds of errors that are active: bit 0 any, 1 current, 2 voltage, 3 temperature, 4 communication."),
+
+    {.index = 0x1003,
+     .sub = 0,
+     .type = OD_UNSIGNED8,
+     .access = OD_RW,
+     .flags = OD_RECORD | OD_ARRAY,
+     .bytes = 1,
+     .offset = OD_OFFSET(OBJECTS, emergency.count, 1),
+     .low = {.i = 0},
+     .high = {.i = EMERGENCY_HISTORY},
+     .preset = {.i = 0},
+     .name = "Error history",
+     .unit = "",
+     .help = "Number of errors kept; write 0 to forget them."},
+    HISTORY_ROW(1),
+    HISTORY_ROW(2),
+    HISTORY_ROW(3),
+    HISTORY_ROW(4),
+    HISTORY_ROW(5),
+    HISTORY_ROW(6),
+    HISTORY_ROW(7),
+    HISTORY_ROW(8),
+
+    OD_U32(0x1005, 0, OD_RW, OD_STORED, OBJECTS, sync.cob_id, 0, CANOPEN_U32_MAX, 0x80, "", "SYNC COB-ID",
+           "Identifier of the SYNC that this node follows."),
+    OD_U32(0x1006, 0, OD_RW, OD_STORED, OBJECTS, sync.period_us, 0, CANOPEN_U32_MAX, 0, "us",
+           "Communication cycle period",
+           "Expected time between SYNCs; EMCY 8700 after one and a half; 0: not watched."),
+
+    OD_ARRAY_HEAD(0x1010, STORAGE_GROUPS, "Store parameters", "Write \"save\" (0x65766173) to store."),
+    STORAGE_ROW(0x1010, 1, save, "Store all parameters", "Everything that can be stored."),
+    STORAGE_ROW(0x1010, 2, save, "Store communication parameters", "Objects 1000 to 1FFF."),
+    STORAGE_ROW(0x1010, 3, save, "Store application parameters", "All other objects."),
+    OD_ARRAY_HEAD(0x1011, STORAGE_GROUPS, "Restore default parameters", "Write \"load\" (0x64616F6C), then reset."),
+    STORAGE_ROW(0x1011, 1, restore, "Restore all default parameters", "Everything that can be stored."),
+    STORAGE_ROW(0x1011, 2, restore, "Restore communication default parameters", "Objects 1000 to 1FFF."),
+    STORAGE_ROW(0x1011, 3, restore, "Restore application default parameters", "All other objects."),
+
+    OD_U32(0x1014, 0, OD_RW, OD_NODE_ID | OD_STORED, OBJECTS, emergency.cob_id, 0, CANOPEN_U32_MAX, 0x80, "",
+           "EMCY COB-ID", "Identifier of emergency messages; bit 31 switches them off."),
+    OD_U16(0x1015, 0, OD_RW, OD_STORED, OBJECTS, emergency.inhibit_100us, 0, 65535, 0, "100 us", "EMCY inhibit time",
+           "Least time between two emergency messages."),
+
+    OD_ARRAY_HEAD(0x1016, HEARTBEAT_CONSUMERS, "Consumer heartbeat time", "Nodes whose heartbeat is watched."),
+    CONSUMER_ROW(1),
+    CONSUMER_ROW(2),
+    CONSUMER_ROW(3),
+    CONSUMER_ROW(4),
+    OD_U16(0x1017, 0, OD_RW, OD_STORED, OBJECTS, heartbeat_producer_ms, 0, 65535, 100, "ms", "Producer heartbeat time",
+           "Time between heartbeats; 0: none."),
+
+    OD_U8(0x1019, 0, OD_RW, OD_STORED, OBJECTS, sync.overflow, 0, 240, 0, "", "Synchronous counter overflow value",
+          "Largest counter in SYNC; 0: SYNC has none."),
+    OD_ARRAY_HEAD(0x1029, 1, "Error behaviour", "What errors do to the NMT state."),
+    OD_U8(0x1029, 1, OD_RW, OD_STORED, OBJECTS, error_behaviour, 0, 2, ON_ERROR_PRE_OPERATIONAL, "",
+          "Communication error", "0: to pre-operational, 1: no change, 2: to stopped."),
+
+    OD_RECORD_HEAD(0x1200, 2, "SDO server parameter", "The way in to this dictionary."),
+    OD_U32(0x1200, 1, OD_RO, OD_NODE_ID, OBJECTS, sdo_request_cob_id, 0, CANOPEN_U32_MAX, 0x600, "",
+           "SDO COB-ID client to server", "Requests."),
+    OD_U32(0x1200, 2, OD_RO, OD_NODE_ID, OBJECTS, sdo_response_cob_id, 0, CANOPEN_U32_MAX, 0x580, "",
+           "SDO COB-ID server to client", "Answers."),
+};
+
+const od_table communication_profile_table = {rows, sizeof rows / sizeof rows[0]};

@@ -1,0 +1,112 @@
+/* The communication objects 0x1000 to 0x1FFF: where their values live, and the rows that every node shares.
+ *
+ * Standard: CiA 301 v4.2.0, clause 7.5.2. What differs between devices (identity, default PDO mapping) is a second,
+ * short table that the application writes with the macros at the end of this file. */
+#ifndef TRACKSERVO_CANOPEN_COMMUNICATION_PROFILE_H
+#define TRACKSERVO_CANOPEN_COMMUNICATION_PROFILE_H
+
+#include "canopen/emergency.h"
+#include "canopen/heartbeat.h"
+#include "canopen/object_dictionary.h"
+#include "canopen/pdo.h"
+#include "canopen/storage.h"
+#include "canopen/sync.h"
+
+typedef struct {
+  emergency_objects emergency;
+  sync_objects sync;
+  uint32_t save[STORAGE_GROUPS];    /* always STORAGE_ON_COMMAND: a write is a command */
+  uint32_t restore[STORAGE_GROUPS]; /* likewise */
+  uint32_t heartbeat_consumer[HEARTBEAT_CONSUMERS];
+  uint16_t heartbeat_producer_ms;
+  uint32_t serial_number;  /* 0x1018:4, set by the application */
+  uint8_t error_behaviour; /* 0x1029:1 */
+  uint32_t sdo_request_cob_id;
+  uint32_t sdo_response_cob_id;
+  pdo_communication rpdo[PDO_COUNT];
+  pdo_mapping rpdo_mapping[PDO_COUNT];
+  pdo_communication tpdo[PDO_COUNT];
+  pdo_mapping tpdo_mapping[PDO_COUNT];
+} communication_objects;
+
+/* 0x1029:1, what a communication error does to an operational node. */
+enum { ON_ERROR_PRE_OPERATIONAL = 0, ON_ERROR_NOTHING = 1, ON_ERROR_STOP = 2 };
+
+/* 1001, 1003, 1005, 1006, 1010, 1011, 1014 to 1017, 1019, 1029, 1200. */
+extern const od_table communication_profile_table;
+
+/* --- For the device's table; include object_dictionary_rows.h before use. `n` is 0 .. 3. ------------------------ */
+/* Member names and pieces of text cannot stand in parentheses. NOLINTBEGIN(bugprone-macro-parentheses) */
+
+#define CANOPEN_U32_MAX INT64_C(0xFFFFFFFF)
+
+/* 0x1018:0 to 4; the serial number is communication_objects.serial_number. */
+#define CANOPEN_IDENTITY_ROWS(vendor_, product_, revision_)                                                         \
+  OD_RECORD_HEAD(0x1018, 4, "Identity", "Who made this device, what it is, and which one."),                        \
+      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 1, 0, vendor_, "Vendor-ID", "Number given by CiA; 0: none."),              \
+      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 2, 0, product_, "Product code", "Kind of device."),                        \
+      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 3, 0, revision_, "Revision number", "Changes when the objects change."),   \
+      OD_U32(0x1018, 4, OD_RO, 0, communication_objects, serial_number, 0, CANOPEN_U32_MAX, 0, "", "Serial number", \
+             "Tells devices of one kind apart.")
+
+#define CANOPEN_COB_ID_ROW(index_, member_, cob_id_, name_)                                                            \
+  OD_U32(index_, 1, OD_RW, OD_NODE_ID | OD_STORED, communication_objects, member_.cob_id, 0, CANOPEN_U32_MAX, cob_id_, \
+         "", name_ " COB-ID", "Identifier of its frames; bit 31 switches it off, bit 30: no remote request.")
+
+#define CANOPEN_TYPE_ROW(index_, member_, type_, name_)                                      \
+  OD_U8(index_, 2, OD_RW, OD_STORED, communication_objects, member_.type, 0, 255, type_, "", \
+        name_ " transmission type", "0: at SYNC after an event, 1..240: every n-th SYNC, 254 and 255: by event.")
+
+#define CANOPEN_EVENT_ROW(index_, member_, event_ms_, name_, help_)                                       \
+  OD_U16(index_, 5, OD_RW, OD_STORED, communication_objects, member_.event_ms, 0, 65535, event_ms_, "ms", \
+         name_ " event timer", help_)
+
+/* 0x1400 + n. The default COB-ID is that of the predefined connection set; `off_` is 0 or COB_ID_INVALID. */
+#define CANOPEN_RPDO_ROWS(n_, number_, off_, type_, event_ms_)                                               \
+  OD_RECORD_HEAD(0x1400 + (n_), 5, "RPDO" number_ " communication", "When the frame's values take effect."), \
+      CANOPEN_COB_ID_ROW(0x1400 + (n_), rpdo[n_], (int64_t)(off_) + 0x200 + 0x100 * (n_), "RPDO" number_),   \
+      CANOPEN_TYPE_ROW(0x1400 + (n_), rpdo[n_], type_, "RPDO" number_),                                      \
+      CANOPEN_EVENT_ROW(0x1400 + (n_), rpdo[n_], event_ms_, "RPDO" number_,                                  \
+                        "Longest silence before EMCY 8250; 0: not watched.")
+
+/* 0x1800 + n. */
+#define CANOPEN_TPDO_ROWS(n_, number_, off_, type_, inhibit_100us_, event_ms_)                                     \
+  OD_RECORD_HEAD(0x1800 + (n_), 6, "TPDO" number_ " communication", "When the frame is sent."),                    \
+      CANOPEN_COB_ID_ROW(0x1800 + (n_), tpdo[n_], (int64_t)(off_) + 0x40000180 + 0x100 * (n_), "TPDO" number_),    \
+      CANOPEN_TYPE_ROW(0x1800 + (n_), tpdo[n_], type_, "TPDO" number_),                                            \
+      OD_U16(0x1800 + (n_), 3, OD_RW, OD_STORED, communication_objects, tpdo[n_].inhibit_100us, 0, 65535,          \
+             inhibit_100us_, "100 us", "TPDO" number_ " inhibit time", "Least time between two frames by event."), \
+      CANOPEN_EVENT_ROW(0x1800 + (n_), tpdo[n_], event_ms_, "TPDO" number_,                                        \
+                        "Longest time between two frames by event; 0: only on change."),                           \
+      OD_U8(0x1800 + (n_), 6, OD_RW, OD_STORED, communication_objects, tpdo[n_].sync_start, 0, 240, 0, "",         \
+            "TPDO" number_ " SYNC start value", "SYNC counter to begin with; 0: any.")
+
+#define CANOPEN_MAPPING_ROW(index_, member_, sub_, entry_, name_)                                                    \
+  OD_U32(index_, sub_, OD_RW, OD_STORED, communication_objects, member_.entry[(sub_)-1], 0, CANOPEN_U32_MAX, entry_, \
+         "", name_ " mapped object " #sub_, "Index, sub-index and length in bits: 0xIIIISSLL.")
+
+/* 0x1600 + n with member rpdo_mapping[n], or 0x1A00 + n with tpdo_mapping[n]; `entries` are eight of
+ * CANOPEN_MAP(index, sub, bits), or 0. */
+#define CANOPEN_MAP(index_, sub_, bits_) ((int64_t)(index_) << 16 | (int64_t)(sub_) << 8 | (bits_))
+#define CANOPEN_MAPPING_ROWS(index_, member_, name_, count_, e1_, e2_, e3_, e4_, e5_, e6_, e7_, e8_)            \
+  {.index = (index_),                                                                                           \
+   .sub = 0,                                                                                                    \
+   .type = OD_UNSIGNED8,                                                                                        \
+   .access = OD_RW,                                                                                             \
+   .flags = OD_RECORD | OD_STORED,                                                                              \
+   .bytes = 1,                                                                                                  \
+   .offset = OD_OFFSET(communication_objects, member_.count, 1),                                                \
+   .low = {.i = 0},                                                                                             \
+   .high = {.i = PDO_OBJECTS},                                                                                  \
+   .preset = {.i = (count_)},                                                                                   \
+   .name = name_ " mapping",                                                                                    \
+   .unit = "",                                                                                                  \
+   .help = "Number of mapped objects."},                                                                        \
+      CANOPEN_MAPPING_ROW(index_, member_, 1, e1_, name_), CANOPEN_MAPPING_ROW(index_, member_, 2, e2_, name_), \
+      CANOPEN_MAPPING_ROW(index_, member_, 3, e3_, name_), CANOPEN_MAPPING_ROW(index_, member_, 4, e4_, name_), \
+      CANOPEN_MAPPING_ROW(index_, member_, 5, e5_, name_), CANOPEN_MAPPING_ROW(index_, member_, 6, e6_, name_), \
+      CANOPEN_MAPPING_ROW(index_, member_, 7, e7_, name_), CANOPEN_MAPPING_ROW(index_, member_, 8, e8_, name_)
+
+/* NOLINTEND(bugprone-macro-parentheses) */
+
+#endif

@@ -1,0 +1,104 @@
+#include "canopen/emergency.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#define COB_ID_INVALID 0x80000000u
+#define COB_ID_BITS 0x7FFu
+
+static void update_register(const emergency_producer *self, emergency_objects *objects) {
+  uint8_t bits = 0;
+  for (uint8_t i = 0; i < self->active_count; i++) {
+    bits = (uint8_t)(bits | self->active[i].register_bits | ERROR_GENERIC);
+  }
+  objects->error_register = bits;
+}
+
+static void remember(emergency_objects *objects, uint16_t code, const uint8_t *info) {
+  memmove(&objects->history[1], &objects->history[0], sizeof objects->history - sizeof objects->history[0]);
+  const uint32_t more = info == NULL ? 0 : (uint32_t)info[0] | (uint32_t)info[1] << 8;
+  objects->history[0] = code | more << 16;
+  if (objects->count < EMERGENCY_HISTORY) {
+    objects->count++;
+  }
+}
+
+static void tell(emergency_producer *self, const emergency_objects *objects, uint16_t code, const uint8_t *info) {
+  if (self->waiting_count == EMERGENCY_WAITING) {
+    if (self->dropped < UINT16_MAX) {
+      self->dropped++;
+    }
+    return;
+  }
+  uint8_t *message = self->waiting[(self->waiting_first + self->waiting_count) % EMERGENCY_WAITING];
+  self->waiting_count++;
+  memset(message, 0, CAN_FRAME_BYTES);
+  message[0] = (uint8_t)code;
+  message[1] = (uint8_t)(code >> 8);
+  message[2] = objects->error_register;
+  if (info != NULL) {
+    memcpy(&message[3], info, EMERGENCY_INFO);
+  }
+}
+
+/* Place of a code among the active ones, active_count when it is not there. */
+static uint8_t find(const emergency_producer *self, uint16_t code) {
+  uint8_t i = 0;
+  while (i < self->active_count && self->active[i].code != code) {
+    i++;
+  }
+  return i;
+}
+
+void emergency_reset(emergency_producer *self, emergency_objects *objects) {
+  *self = (emergency_producer){.active_count = 0};
+  objects->error_register = 0;
+}
+
+bool emergency_raise(emergency_producer *self, emergency_objects *objects, uint16_t code, uint8_t register_bits,
+                     const uint8_t *info) {
+  if (self->active_count == EMERGENCY_ACTIVE || find(self, code) < self->active_count) {
+    return false;
+  }
+  self->active[self->active_count] = (emergency_error){code, register_bits};
+  self->active_count++;
+  update_register(self, objects);
+  remember(objects, code, info);
+  tell(self, objects, code, info);
+  return true;
+}
+
+bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint16_t code) {
+  const uint8_t place = find(self, code);
+  if (place == self->active_count) {
+    return false;
+  }
+  self->active_count--;
+  self->active[place] = self->active[self->active_count];
+  update_register(self, objects);
+  tell(self, objects, EMERGENCY_NONE, NULL);
+  return true;
+}
+
+bool emergency_is_active(const emergency_producer *self, uint16_t code) {
+  return find(self, code) < self->active_count;
+}
+
+void emergency_tick(emergency_producer *self, const emergency_objects *objects, const can_sender *sender) {
+  if (self->inhibit_ms > 0) {
+    self->inhibit_ms--;
+  }
+  if (self->waiting_count == 0 || self->inhibit_ms > 0) {
+    return;
+  }
+  if ((objects->cob_id & COB_ID_INVALID) == 0) {
+    can_frame frame = {.id = objects->cob_id & COB_ID_BITS, .length = CAN_FRAME_BYTES};
+    memcpy(frame.data, self->waiting[self->waiting_first], CAN_FRAME_BYTES);
+    if (!sender->send(sender->context, &frame)) {
+      return;
+    }
+    self->inhibit_ms = (uint16_t)((objects->inhibit_100us + 9u) / 10u);
+  }
+  self->waiting_first = (uint8_t)((self->waiting_first + 1u) % EMERGENCY_WAITING);
+  self->waiting_count--;
+}

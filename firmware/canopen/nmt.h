@@ -1,0 +1,34 @@
+/* Network management: the node's own state and the commands that move it.
+ *
+ * Standard: CiA 301 v4.2.0, clause 7.2.8 and 7.3.2 (NMT state machine, figure 47). The node gives each NMT frame to
+ * `nmt_receive` and acts on what comes back; which services work in which state is asked with the `nmt_allows_*`. */
+#ifndef TRACKSERVO_CANOPEN_NMT_H
+#define TRACKSERVO_CANOPEN_NMT_H
+
+#include "canopen/can_frame.h"
+
+/* As the heartbeat says them. */
+typedef enum {
+  NMT_INITIALISING = 0, /* boot-up message not sent yet */
+  NMT_STOPPED = 4,
+  NMT_OPERATIONAL = 5,
+  NMT_PRE_OPERATIONAL = 127
+} nmt_state;
+
+/* What the node shall do beyond changing its state. */
+typedef enum {
+  NMT_NOTHING,
+  NMT_RESET_COMMUNICATION, /* objects 1000 to 1FFF to their start values, then boot-up */
+  NMT_RESET_NODE           /* the whole device */
+} nmt_request;
+
+enum { NMT_COB_ID = 0x000 };
+
+/* Follows a command frame (start 1, stop 2, pre-operational 128, reset node 129, reset communication 130). Frames
+ * with another length, for another node or with another command are ignored. */
+nmt_request nmt_receive(nmt_state *state, uint8_t node_id, const can_frame *frame);
+
+bool nmt_allows_pdo(nmt_state state);
+bool nmt_allows_sdo(nmt_state state); /* also SYNC and EMCY */
+
+#endif

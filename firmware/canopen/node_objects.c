@@ -1,0 +1,152 @@
+#include "canopen/node_objects.h"
+
+#include "canopen/cob_id.h"
+
+/* Which of the four PDO ranges an index is in. */
+typedef enum { NO_PDO, RPDO_COMMUNICATION, RPDO_MAPPING, TPDO_COMMUNICATION, TPDO_MAPPING } pdo_range;
+
+static pdo_range range_of(uint16_t index) {
+  if ((index & 0xFFu) >= PDO_COUNT) {
+    return NO_PDO;
+  }
+  switch (index & 0xFF00u) {
+    case 0x1400:
+      return RPDO_COMMUNICATION;
+    case 0x1600:
+      return RPDO_MAPPING;
+    case 0x1800:
+      return TPDO_COMMUNICATION;
+    case 0x1A00:
+      return TPDO_MAPPING;
+    default:
+      return NO_PDO;
+  }
+}
+
+static od_abort accept_pdo(const canopen_node *node, pdo_range range, uint8_t n, uint8_t sub, od_number value) {
+  const communication_objects *objects = &node->objects;
+  switch (range) {
+    case RPDO_COMMUNICATION:
+      return pdo_accept_communication(&objects->rpdo[n], sub, value);
+    case TPDO_COMMUNICATION:
+      return pdo_accept_communication(&objects->tpdo[n], sub, value);
+    case RPDO_MAPPING:
+      return pdo_accept_mapping(&node->dictionary, PDO_RECEIVE, &objects->rpdo[n], &objects->rpdo_mapping[n], sub,
+                                value);
+    case TPDO_MAPPING:
+      return pdo_accept_mapping(&node->dictionary, PDO_TRANSMIT, &objects->tpdo[n], &objects->tpdo_mapping[n], sub,
+                                value);
+    case NO_PDO:
+      break;
+  }
+  return OD_OK;
+}
+
+static od_abort accept_consumer(const canopen_node *node, uint8_t sub, uint32_t value) {
+  const uint8_t watched = heartbeat_consumer_node(value);
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    const uint32_t other = node->objects.heartbeat_consumer[i];
+    if (i + 1 != sub && heartbeat_consumer_active(value) && heartbeat_consumer_active(other) &&
+        heartbeat_consumer_node(other) == watched) {
+      return OD_INCOMPATIBLE;
+    }
+  }
+  return OD_OK;
+}
+
+/* Bit 30 of 0x1005 asks to produce SYNC, which this node does not do. */
+static od_abort accept_sync_cob_id(uint32_t value) {
+  return (value & 0xC0000000u) == 0 && cob_id_is_allowed(value) ? OD_OK : OD_BAD_VALUE;
+}
+
+static od_abort accept_emergency_cob_id(uint32_t now, uint32_t value) {
+  if (!cob_id_is_allowed(value) || (value & COB_ID_NO_REMOTE) != 0) {
+    return OD_BAD_VALUE;
+  }
+  const bool moves = (now & COB_ID_IDENTIFIER) != (value & COB_ID_IDENTIFIER);
+  return cob_id_is_valid(now) && cob_id_is_valid(value) && moves ? OD_DEVICE_STATE : OD_OK;
+}
+
+/* 0x1019 is 0 or at least 2, and is set while no period is (clause 7.5.2.22). */
+static od_abort accept_sync_overflow(uint32_t period_us, od_number value) {
+  if (value.i == 1) {
+    return OD_BAD_VALUE;
+  }
+  return period_us != 0 ? OD_DEVICE_STATE : OD_OK;
+}
+
+static od_abort accept(void *owner, const od_object *object, od_number value) {
+  const canopen_node *node = owner;
+  const communication_objects *objects = &node->objects;
+  const uint16_t index = od_index(object);
+  const uint8_t sub = object->entry->sub;
+  switch (index) {
+    case 0x1003:
+      return value.i == 0 ? OD_OK : OD_BAD_VALUE;
+    case 0x1005:
+      return accept_sync_cob_id((uint32_t)value.i);
+    case 0x1010:
+    case 0x1011: /* no PDO reaches these, so here the question is the deed: the store may answer "pending" or fail */
+      return storage_command(&node->config.storage, index == 0x1010, sub, (uint32_t)value.i);
+    case 0x1014:
+      return accept_emergency_cob_id(objects->emergency.cob_id, (uint32_t)value.i);
+    case 0x1016:
+      return accept_consumer(node, sub, (uint32_t)value.i);
+    case 0x1019:
+      return accept_sync_overflow(objects->sync.period_us, value);
+    default:
+      return accept_pdo(node, range_of(index), (uint8_t)index, sub, value);
+  }
+}
+
+void node_objects_judge_heartbeats(canopen_node *node) {
+  bool lost = false;
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    lost = lost || node->consumers[i].health == HEARTBEAT_LOST;
+  }
+  if (!lost) {
+    (void)canopen_node_clear(node, EMERGENCY_HEARTBEAT);
+  }
+}
+
+static void pdo_changed(canopen_node *node, pdo_range range, uint8_t n) {
+  if (range == RPDO_COMMUNICATION || range == RPDO_MAPPING) {
+    rpdo_configure(&node->rpdos[n], &node->dictionary, &node->objects.rpdo_mapping[n]);
+  } else if (range == TPDO_COMMUNICATION || range == TPDO_MAPPING) {
+    tpdo_configure(&node->tpdos[n], &node->dictionary, &node->objects.tpdo_mapping[n]);
+  }
+}
+
+static void changed(void *owner, const od_object *object) {
+  canopen_node *node = owner;
+  const uint16_t index = od_index(object);
+  const uint8_t sub = object->entry->sub;
+  switch (index) {
+    case 0x1005:
+    case 0x1006:
+    case 0x1019:
+      sync_reset(&node->sync);
+      break;
+    case 0x1010:
+      node->objects.save[sub - 1] = STORAGE_ON_COMMAND;
+      break;
+    case 0x1011:
+      node->objects.restore[sub - 1] = STORAGE_ON_COMMAND;
+      break;
+    case 0x1016:
+      heartbeat_consumer_reset(&node->consumers[sub - 1]);
+      node_objects_judge_heartbeats(node);
+      break;
+    default:
+      pdo_changed(node, range_of(index), (uint8_t)index);
+      break;
+  }
+}
+
+static od_abort refresh(void *owner, const od_object *object) {
+  const canopen_node *node = owner;
+  const bool beyond = object->entry->index == 0x1003 && object->entry->sub > node->objects.emergency.count;
+  return beyond ? OD_NO_DATA : OD_OK;
+}
+
+const od_hooks node_objects_hooks = {.refresh = refresh, .accept = accept, .changed = changed};

@@ -1,0 +1,16 @@
+/* What happens when the bus reads or writes the node's own objects.
+ *
+ * Standard: CiA 301 v4.2.0, clause 7.5.2, the value definition of each object. These are the hooks of the two
+ * dictionary parts that belong to the node; canopen_node.c installs them. */
+#ifndef TRACKSERVO_CANOPEN_NODE_OBJECTS_H
+#define TRACKSERVO_CANOPEN_NODE_OBJECTS_H
+
+#include "canopen/canopen_node.h"
+
+/* The owner is the canopen_node. */
+extern const od_hooks node_objects_hooks;
+
+/* EMCY 8130 while a watched heartbeat is missing. */
+void node_objects_judge_heartbeats(canopen_node *node);
+
+#endif

@@ -1,0 +1,181 @@
+/* The object dictionary: typed entries as data, found by index and sub-index.
+ *
+ * Standard: CiA 301 v4.2.0, clause 7.4 (object dictionary, data types) and table 22 (SDO abort codes). A dictionary
+ * is a few parts; a part is one const table of entries and the struct that holds their values, so one table serves
+ * both axes (the second with its indices shifted by 0x800), many nodes live in one process, and EDS, DBC and
+ * documentation are printed from the same rows. */
+#ifndef TRACKSERVO_CANOPEN_OBJECT_DICTIONARY_H
+#define TRACKSERVO_CANOPEN_OBJECT_DICTIONARY_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* The numbers are those of CiA 301, table 44. */
+typedef enum {
+  OD_BOOLEAN = 0x01,
+  OD_INTEGER8 = 0x02,
+  OD_INTEGER16 = 0x03,
+  OD_INTEGER32 = 0x04,
+  OD_UNSIGNED8 = 0x05,
+  OD_UNSIGNED16 = 0x06,
+  OD_UNSIGNED32 = 0x07,
+  OD_REAL32 = 0x08,
+  OD_VISIBLE_STRING = 0x09,
+  OD_DOMAIN = 0x0F,
+  OD_UNSIGNED64 = 0x1B
+} od_type;
+
+typedef enum {
+  OD_CONST, /* never changes */
+  OD_RO,
+  OD_WO,
+  OD_RW
+} od_access;
+
+/* Flags of an entry. */
+enum {
+  OD_RPDO = 1,    /* may be mapped into an RPDO */
+  OD_TPDO = 2,    /* may be mapped into a TPDO */
+  OD_EVENT = 4,   /* a change of this mapped value sends an event-driven TPDO */
+  OD_NODE_ID = 8, /* the node id is added to the default */
+  OD_ARRAY = 16,  /* on sub-index 0: the object is an ARRAY, not a RECORD; for the EDS only */
+  OD_STORED = 32, /* belongs to what 0x1010 saves and 0x1011 restores */
+  OD_RECORD = 64  /* on sub-index 0: the head of an ARRAY or RECORD; `name` is that of the whole object */
+};
+
+/* SDO abort codes; OD_OK and OD_PENDING are ours and never travel. */
+typedef enum {
+  OD_OK = 0,
+  OD_PENDING = 1, /* accept() only: not decided yet, ask again in the next tick */
+  OD_TOGGLE = 0x05030000,
+  OD_TIME_OUT = 0x05040000,
+  OD_BAD_COMMAND = 0x05040001,
+  OD_BAD_BLOCK_SIZE = 0x05040002,
+  OD_BAD_SEQUENCE = 0x05040003,
+  OD_BAD_CRC = 0x05040004,
+  OD_UNSUPPORTED = 0x06010000,
+  OD_WRITE_ONLY = 0x06010001,
+  OD_READ_ONLY = 0x06010002,
+  OD_NO_OBJECT = 0x06020000,
+  OD_NOT_MAPPABLE = 0x06040041,
+  OD_MAPPING_TOO_LONG = 0x06040042,
+  OD_INCOMPATIBLE = 0x06040043,
+  OD_HARDWARE = 0x06060000,
+  OD_WRONG_LENGTH = 0x06070010,
+  OD_TOO_LONG = 0x06070012,
+  OD_TOO_SHORT = 0x06070013,
+  OD_NO_SUB = 0x06090011,
+  OD_BAD_VALUE = 0x06090030,
+  OD_TOO_HIGH = 0x06090031,
+  OD_TOO_LOW = 0x06090032,
+  OD_GENERAL = 0x08000000,
+  OD_NOT_TRANSFERRED = 0x08000020,
+  OD_LOCAL_CONTROL = 0x08000021,
+  OD_DEVICE_STATE = 0x08000022,
+  OD_NO_DATA = 0x08000024
+} od_abort;
+
+/* A value outside its struct: REAL32 in f, text in text, every other type in i (UNSIGNED64 as its bit pattern). */
+typedef union {
+  int64_t i;
+  float f;
+  const char *text;
+} od_number;
+
+/* One row. Rows of a table are sorted by index, then sub-index. */
+typedef struct {
+  uint16_t index;
+  uint8_t sub;
+  uint8_t type;     /* od_type */
+  uint8_t access;   /* od_access */
+  uint8_t flags;    /* OD_* flags */
+  uint16_t bytes;   /* size of the value; capacity of a string; 0 for DOMAIN */
+  uint32_t offset;  /* of the value in the part's struct, or OD_NO_VALUE: the default is the value */
+  od_number low;    /* smallest value that a write may bring; not used by strings and DOMAIN */
+  od_number high;   /* largest */
+  od_number preset; /* default; of a string: its text */
+  const char *name; /* as in the EDS, unique within the dictionary */
+  const char *unit; /* SI, "" when there is none */
+  const char *help; /* one sentence for the one who tunes */
+} od_entry;
+
+#define OD_NO_VALUE UINT32_MAX
+
+typedef struct {
+  const od_entry *entries;
+  uint32_t count;
+} od_table;
+
+typedef struct od_part od_part;
+
+/* What a search finds: valid as long as its part. */
+typedef struct {
+  const od_part *part;
+  const od_entry *entry;
+} od_object;
+
+/* What the owner of a part may add to plain storage; each may be NULL. */
+typedef struct {
+  /* Before a read: brings the value up to date. */
+  od_abort (*refresh)(void *owner, const od_object *object);
+  /* Before a write that passed type and limits: may refuse or postpone. It decides only and changes nothing, since a
+   * PDO asks for all its objects before it writes any. Strings and DOMAIN do not ask. */
+  od_abort (*accept)(void *owner, const od_object *object, od_number value);
+  /* After a write. */
+  void (*changed)(void *owner, const od_object *object);
+
+  /* DOMAIN, any length, at most one transfer per SDO server at a time. `begin` gives the size when reading, and is
+   * told the announced size (OD_SIZE_UNKNOWN if none was) when writing. Reads come at any offset within the size,
+   * some twice; writes in order. `end` with complete = false discards what was written. */
+  od_abort (*stream_begin)(void *owner, const od_object *object, bool writing, uint32_t *size);
+  od_abort (*stream_read)(void *owner, const od_object *object, uint32_t offset, uint8_t *bytes, uint32_t length);
+  od_abort (*stream_write)(void *owner, const od_object *object, uint32_t offset, const uint8_t *bytes,
+                           uint32_t length);
+  od_abort (*stream_end)(void *owner, const od_object *object, bool writing, bool complete, uint32_t total);
+} od_hooks;
+
+#define OD_SIZE_UNKNOWN UINT32_MAX
+
+struct od_part {
+  od_table table;
+  uint16_t shift;        /* added to every index of the table: 0x800 for the second axis */
+  const char *prefix;    /* put before every name in EDS, DBC and documentation; "" for none */
+  void *values;          /* the struct that the offsets of the table point into */
+  void *owner;           /* given to the hooks */
+  const od_hooks *hooks; /* NULL: plain storage */
+};
+
+typedef struct {
+  const od_part *parts;
+  uint32_t count;
+} object_dictionary;
+
+/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search per part. */
+od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object);
+
+/* The index as the bus sees it. */
+uint16_t od_index(const od_object *object);
+
+/* Bytes of a value of this type; 0 for strings and DOMAIN. */
+uint16_t od_type_bytes(od_type type);
+
+/* The value as it is now, without access check; text points into the struct. */
+od_number od_get(const od_object *object);
+
+/* Puts a value without any check; for defaults, and for a store that has checked. Strings are cut to capacity. */
+void od_put(const od_object *object, od_number value);
+
+/* Reads in bus order (little endian). `bytes` must hold the entry's size; DOMAIN is refused with OD_UNSUPPORTED. */
+od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length);
+
+/* What od_write would answer, with nothing changed. */
+od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t length);
+
+/* Checks access, length, limits, finiteness and the owner's accept(); anything but OD_OK has changed nothing. */
+od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length);
+
+/* All defaults of a part, read-only values included. */
+void od_restore_defaults(const od_part *part, uint8_t node_id);
+
+#endif

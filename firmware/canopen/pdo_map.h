@@ -1,0 +1,42 @@
+/* The mapping of a PDO: which objects its bytes are.
+ *
+ * Standard: CiA 301 v4.2.0, clause 7.5.2.36 (RPDO mapping 0x1600), 7.5.2.38 (TPDO mapping 0x1A00) and 7.4.7.1 (dummy
+ * entries in an RPDO). A mapping is resolved once, when it is set; bytes then move without a search. */
+#ifndef TRACKSERVO_CANOPEN_PDO_MAP_H
+#define TRACKSERVO_CANOPEN_PDO_MAP_H
+
+#include "canopen/can_frame.h"
+#include "canopen/object_dictionary.h"
+
+enum { PDO_OBJECTS = 8 };
+
+typedef enum { PDO_RECEIVE, PDO_TRANSMIT } pdo_direction;
+
+/* Values of 0x1600 and 0x1A00: index << 16 | sub << 8 | bits. */
+typedef struct {
+  uint8_t count;
+  uint32_t entry[PDO_OBJECTS];
+} pdo_mapping;
+
+typedef struct {
+  od_object object[PDO_OBJECTS]; /* entry NULL: dummy */
+  uint8_t bytes[PDO_OBJECTS];
+  uint8_t count;
+  uint8_t length;     /* of the whole PDO, 0 .. 8 */
+  uint8_t event_mask; /* bit n: byte n belongs to an object flagged OD_EVENT */
+} pdo_map;
+
+/* OD_OK, OD_NO_OBJECT, OD_NO_SUB or OD_NOT_MAPPABLE. Entry 0 is fine: it is not used. */
+od_abort pdo_check_entry(const object_dictionary *dictionary, pdo_direction direction, uint32_t entry);
+
+/* Also OD_MAPPING_TOO_LONG, above 8 objects or 8 bytes. The map is empty on any refusal. */
+od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction direction, const pdo_mapping *mapping,
+                     pdo_map *map);
+
+/* The bytes of a TPDO, as the objects are now. */
+void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]);
+
+/* Writes the objects of an RPDO, all or, if one refuses its value, none. */
+od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]);
+
+#endif

@@ -1,0 +1,44 @@
+/* Receive PDO: from a frame into the mapped objects.
+ *
+ * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.35: at once with types 254 and 255, at the next SYNC with types 0
+ * to 240; the event timer watches for silence. A frame whose values are not all acceptable changes nothing. */
+#ifndef TRACKSERVO_CANOPEN_RPDO_H
+#define TRACKSERVO_CANOPEN_RPDO_H
+
+#include "canopen/pdo.h"
+
+typedef struct {
+  pdo_map map;
+  bool heard;        /* the silence is watched from the first frame on */
+  bool late;         /* silence has been told */
+  bool wrong_length; /* the last frame was too short */
+  bool waiting;      /* `bytes` wait for SYNC */
+  uint16_t silent_ms;
+  uint32_t refused; /* frames with a value that its object refused */
+  uint8_t bytes[CAN_FRAME_BYTES];
+} rpdo;
+
+typedef enum {
+  RPDO_IGNORED, /* not for this PDO, or nothing mapped */
+  RPDO_WAITS,   /* for SYNC */
+  RPDO_APPLIED,
+  RPDO_REFUSED, /* a value out of its range */
+  RPDO_TOO_SHORT
+} rpdo_verdict;
+
+/* Resolves the mapping and forgets all frames. */
+void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_mapping *mapping);
+
+/* Forgets all frames. */
+void rpdo_reset(rpdo *self);
+
+/* Longer frames than mapped are fine, the rest is ignored. */
+rpdo_verdict rpdo_receive(rpdo *self, const pdo_communication *communication, const can_frame *frame);
+
+/* RPDO_IGNORED when nothing waited. */
+rpdo_verdict rpdo_sync(rpdo *self);
+
+/* One ms. True once when the PDO has been silent for its event time. */
+bool rpdo_tick(rpdo *self, const pdo_communication *communication);
+
+#endif

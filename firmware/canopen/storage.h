@@ -1,0 +1,30 @@
+/* Storing and restoring parameters by command: objects 0x1010 and 0x1011.
+ *
+ * Standard: CiA 301 v4.2.0, clauses 7.5.2.13 and 7.5.2.14: only the signatures "save" and "load" act. What storing
+ * means belongs to the application: a callback that may take many ticks (OD_PENDING) and may fail (OD_HARDWARE). */
+#ifndef TRACKSERVO_CANOPEN_STORAGE_H
+#define TRACKSERVO_CANOPEN_STORAGE_H
+
+#include "canopen/object_dictionary.h"
+
+/* Sub-indices of both objects. */
+enum { STORAGE_ALL = 1, STORAGE_COMMUNICATION = 2, STORAGE_APPLICATION = 3, STORAGE_GROUPS = 3 };
+
+#define STORAGE_SAVE 0x65766173u /* "save", lowest byte first */
+#define STORAGE_LOAD 0x64616F6Cu /* "load" */
+
+/* What both objects read as: saves, or restores, on command and not by itself. */
+#define STORAGE_ON_COMMAND 1u
+
+typedef struct {
+  /* Each gets STORAGE_* and answers OD_OK, OD_PENDING (is called again in the next tick) or why not. NULL: the
+   * device has no such thing, OD_HARDWARE. Restored values count after the next reset. */
+  od_abort (*save)(void *context, uint8_t group);
+  od_abort (*restore)(void *context, uint8_t group);
+  void *context;
+} storage_callbacks;
+
+/* A write of `value` to 0x1010:group (saving) or 0x1011:group. A wrong signature is refused with 0800 0020. */
+od_abort storage_command(const storage_callbacks *callbacks, bool saving, uint8_t group, uint32_t value);
+
+#endif

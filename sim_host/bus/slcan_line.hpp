@@ -1,0 +1,44 @@
+// An SLCAN session on a file descriptor, as one port of the bus.
+//
+// The descriptor is a TCP connection or the master of a pseudo terminal; see slcan_session.hpp for the protocol. A
+// client that sends faster than the bus carries is read no further until its port has room.
+#ifndef TRACKSERVO_SIM_BUS_SLCAN_LINE_HPP
+#define TRACKSERVO_SIM_BUS_SLCAN_LINE_HPP
+
+#include <poll.h>
+
+#include <chrono>
+
+#include "bus/slcan_session.hpp"
+#include "bus/virtual_bus.hpp"
+
+namespace trackservo::sim {
+
+class SlcanLine {
+ public:
+  // Owns the descriptor, which must be non-blocking.
+  SlcanLine(VirtualBus& bus, int descriptor);
+  ~SlcanLine();
+  SlcanLine(const SlcanLine&) = delete;
+  SlcanLine& operator=(const SlcanLine&) = delete;
+
+  // False when the client has gone.
+  bool pump();
+
+  pollfd wanted() const;
+
+ private:
+  bool receive();
+  void forward();
+  bool flush();
+
+  VirtualBus& bus_;
+  int descriptor_;
+  VirtualBus::Port port_;
+  SlcanSession session_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace trackservo::sim
+
+#endif

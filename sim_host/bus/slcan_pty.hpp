@@ -1,0 +1,35 @@
+// SLCAN on a pseudo terminal, for programs that want a serial device.
+//
+// python-can: interface="slcan", channel="/dev/pts/N"; Linux: slcand -o -s8 /dev/pts/N. One terminal serves one
+// client; make as many as there shall be clients.
+#ifndef TRACKSERVO_SIM_BUS_SLCAN_PTY_HPP
+#define TRACKSERVO_SIM_BUS_SLCAN_PTY_HPP
+
+#include <memory>
+
+#include "bus/bus_end.hpp"
+#include "bus/slcan_line.hpp"
+
+namespace trackservo::sim {
+
+class SlcanPty : public BusEnd {
+ public:
+  // Throws std::system_error.
+  explicit SlcanPty(VirtualBus& bus);
+  ~SlcanPty() override;
+
+  void pump() override;
+  void add_to_poll(std::vector<pollfd>& descriptors) const override;
+  std::string address() const override { return "slcan-pty:" + path_; }
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  int keeper_ = -1;  // the slave side, held open so that a client may come and go
+  std::unique_ptr<SlcanLine> line_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

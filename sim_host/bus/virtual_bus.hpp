@@ -1,0 +1,66 @@
+// A CAN bus inside the process, with as many nodes as it has ports.
+//
+// As on the wire (ISO 11898-1), each port has a queue, the lowest identifier among their heads wins, and a frame
+// reaches all ports but its own after its bit time. The owner advances it with the time that passes; a bus without a
+// bit rate delivers at once.
+#ifndef TRACKSERVO_SIM_BUS_VIRTUAL_BUS_HPP
+#define TRACKSERVO_SIM_BUS_VIRTUAL_BUS_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+
+extern "C" {
+#include "canopen/can_frame.h"
+}
+
+namespace trackservo::sim {
+
+class VirtualBus {
+ public:
+  using Port = int;
+  using Receiver = std::function<void(const can_frame&)>;
+
+  // 0 bit/s: no pacing.
+  explicit VirtualBus(double bit_rate = 1e6) : bit_rate_(bit_rate) {}
+
+  // The receiver must neither attach, detach nor send.
+  Port attach(Receiver receiver, std::size_t queue_limit = 64);
+  void detach(Port port);
+
+  // False: the port's queue is full, try again after the bus has advanced.
+  bool send(Port port, const can_frame& frame);
+  bool has_room(Port port) const;
+
+  // Delivers what fits into this time. An idle bus does not save up more than 1 ms.
+  void advance(double seconds);
+
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t bits() const { return bits_; }
+
+  // Share of the time in use, 0 .. 1, over all time advanced so far; 0 for a bus without pacing.
+  double load() const;
+
+ private:
+  struct Node {
+    Receiver receiver;
+    std::deque<can_frame> queue;
+    std::size_t limit;
+  };
+
+  bool deliver_next();
+
+  double bit_rate_;
+  double credit_bits_ = 0;
+  double advanced_s_ = 0;
+  std::uint64_t frames_ = 0;
+  std::uint64_t bits_ = 0;
+  Port next_port_ = 0;
+  std::map<Port, Node> nodes_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,44 @@
+// Descriptions of a device, printed from its object dictionary: one table, several readers.
+//
+// EDS by CiA 306-1 v1.4 for masters, parameters.json for tools and documentation. REAL32 limits and defaults stand in
+// the JSON only: EDS readers disagree about them, as they do about units.
+#ifndef TRACKSERVO_TOOLS_DICTIONARY_DEVICE_DESCRIPTION_HPP
+#define TRACKSERVO_TOOLS_DICTIONARY_DEVICE_DESCRIPTION_HPP
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+extern "C" {
+#include "canopen/object_dictionary.h"
+}
+
+namespace trackservo::dictionary {
+
+// What the table does not say.
+struct DeviceInfo {
+  std::string file_name;
+  std::string vendor;
+  std::string product;
+  std::string description;
+  std::string date = "01-01-2026";  // fixed, so that the same table gives the same file
+  std::string time = "12:00AM";
+};
+
+// All entries of all parts by (index, sub-index) as the bus sees them.
+using SortedObjects = std::map<std::pair<std::uint16_t, std::uint8_t>, od_object>;
+SortedObjects sorted_objects(const object_dictionary& dictionary);
+
+// With the part's prefix.
+std::string full_name(const od_object& object);
+
+std::string print_eds(const object_dictionary& dictionary, const DeviceInfo& info);
+
+// Every entry with type, access, unit, limits, default, mapping and help text.
+nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);
+
+}  // namespace trackservo::dictionary
+
+#endif
