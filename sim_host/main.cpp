@@ -3,6 +3,7 @@
 //   sim_host run --plant FILE --scenario FILE --controller NAME --seed N --csv FILE
 //   sim_host experiments --out DIR
 //   sim_host bench
+//   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host keys plant|scenario
 #include <fmt/format.h>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include "experiments/benchmark.hpp"
 #include "experiments/campaign.hpp"
 #include "experiments/results.hpp"
+#include "serve/server.hpp"
 
 namespace sim = trackservo::sim;
 
@@ -82,6 +84,23 @@ void run(const RunOptions& options) {
       fmt::print("written {}\n", file.string());
     }
   }
+}
+
+struct ServeCommand {
+  std::filesystem::path plant;
+  sim::ServeOptions options;
+  std::string speed = "realtime";
+};
+
+// Prints the address of every bus end, a line each: scripts read them.
+void serve(ServeCommand command) {
+  command.options.real_time = command.speed == "realtime";
+  sim::serve(sim::load_plant(command.plant), command.options, [](const std::vector<std::string>& addresses) {
+    for (const std::string& address : addresses) {
+      fmt::print("{}\n", address);
+    }
+    std::fflush(stdout);
+  });
 }
 
 // One line that is rewritten on a terminal, and a line per 10 % elsewhere.
@@ -158,6 +177,24 @@ int main(int argc, char **argv) {
   CLI::App *bench_command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
   bench_command->add_option("--data", data_dir, "folder with plants/ and scenarios/")->check(CLI::ExistingDirectory);
 
+  ServeCommand serve_command;
+  serve_command.plant = data_dir / "plants/tracker.toml";
+  CLI::App *serve_app = app.add_subcommand("serve", "be a CANopen node on a bus that clients reach, until stdin ends");
+  serve_app->add_option("--plant", serve_command.plant, "plant file (TOML)")
+      ->check(CLI::ExistingFile)
+      ->capture_default_str();
+  serve_app
+      ->add_option("--bus", serve_command.options.buses,
+                   "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
+      ->capture_default_str();
+  serve_app->add_option("--node", serve_command.options.node_id, "node id")
+      ->check(CLI::Range(1, 127))
+      ->capture_default_str();
+  serve_app->add_option("--seed", serve_command.options.seed, "seed of all noise")->capture_default_str();
+  serve_app->add_option("--speed", serve_command.speed, "pace of simulated time")
+      ->check(CLI::IsMember({"realtime", "max"}))
+      ->capture_default_str();
+
   CLI::App *keys_command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
   std::string keys_of;
   keys_command->add_option("file", keys_of, "which files")->required()->check(CLI::IsMember({"plant", "scenario"}));
@@ -172,6 +209,8 @@ int main(int argc, char **argv) {
         campaign_options.seeds = {1};
       }
       experiments(campaign_options);
+    } else if (serve_app->parsed()) {
+      serve(serve_command);
     } else if (keys_command->parsed()) {
       fmt::print("{}", keys_of == "plant" ? sim::plant_keys_markdown() : sim::scenario_keys_markdown());
     } else {

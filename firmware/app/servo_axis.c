@@ -34,7 +34,9 @@ static bool samples_are_finite(const servo_axis_samples *samples) {
 }
 
 static bool command_is_finite(const servo_axis_command *command) {
-  return isfinite(command->speed.rate_rad_s) && isfinite(command->speed.acceleration_rad_s2);
+  const bool limits_finite = isfinite(command->limits.minimum_nm) && isfinite(command->limits.maximum_nm);
+  return isfinite(command->speed.rate_rad_s) && isfinite(command->speed.acceleration_rad_s2) &&
+         isfinite(command->torque_nm) && (limits_finite || !command->torque_limited);
 }
 
 static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
@@ -49,9 +51,12 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
     case SERVO_POSITION:
       return (speed_reference){.rate_rad_s =
                                    position_loop_rate(&params->position, command->position, samples->motion.joint_angle,
-                                                      command->speed.rate_rad_s)};
+                                                      command->speed.rate_rad_s),
+                               .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
     case SERVO_SPEED:
       return command->speed;
+    case SERVO_TORQUE: /* no error: the integral of the speed loop follows the torque that is given */
+      return (speed_reference){.rate_rad_s = rates->feedback_rad_s};
     case SERVO_OFF:
     default:
       return (speed_reference){0};
@@ -61,6 +66,7 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
 static void switch_off(servo_axis *axis) {
   axis->mode = SERVO_OFF;
   axis->commanded_nm = 0.0f;
+  axis->added_nm = 0.0f;
   axis->current_reference_a = 0.0f;
   axis->signals.torque = (speed_loop_output){0};
 }
@@ -69,6 +75,40 @@ static void switch_off(servo_axis *axis) {
 static float applied_torque_nm(const servo_axis *axis, const servo_axis_params *params,
                                const servo_axis_samples *samples) {
   return axis->current.limited ? params->torque_constant_nm_a * samples->mean_current_a : axis->commanded_nm;
+}
+
+static torque_limits limits_in_force(const servo_axis_params *params, const servo_axis_command *command) {
+  const float limit_nm = params->current_limit_a * params->torque_constant_nm_a;
+  if (!command->torque_limited) {
+    return (torque_limits){.minimum_nm = -limit_nm, .maximum_nm = limit_nm};
+  }
+  return (torque_limits){.minimum_nm = scalar_clamp(command->limits.minimum_nm, -limit_nm, 0.0f),
+                         .maximum_nm = scalar_clamp(command->limits.maximum_nm, 0.0f, limit_nm)};
+}
+
+/* The speed loop within the limits that the added torque leaves it; in SERVO_TORQUE that is no room at all, so that
+ * its anti-windup holds the integral at the torque given and the way back to a closed loop has no step. */
+static void control_torque(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
+                           const speed_loop_rates *rates, float applied_nm, float tick_s) {
+  const torque_limits all = limits_in_force(params, command);
+  const float given_nm = scalar_clamp(command->torque_nm, all.minimum_nm, all.maximum_nm);
+  const bool torque_mode = axis->mode == SERVO_TORQUE;
+  const float added_nm = torque_mode ? 0.0f : given_nm;
+  const torque_limits room = {.minimum_nm = (torque_mode ? given_nm : all.minimum_nm) - added_nm,
+                              .maximum_nm = (torque_mode ? given_nm : all.maximum_nm) - added_nm};
+  axis->signals.torque = speed_loop_control(&axis->speed, &params->speed, rates, &axis->signals.reference,
+                                            applied_nm - axis->added_nm, &room, tick_s);
+  if (torque_mode) {
+    axis->signals.torque.limited = given_nm != command->torque_nm;
+  }
+  axis->added_nm = added_nm;
+  axis->signals.torque.torque_nm += added_nm;
+  if (!isfinite(axis->signals.torque.torque_nm)) { /* cannot happen with checked parameters; if it does, off */
+    switch_off(axis);
+    return;
+  }
+  axis->commanded_nm = axis->signals.torque.torque_nm;
+  axis->current_reference_a = axis->commanded_nm / params->torque_constant_nm_a;
 }
 
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
@@ -91,22 +131,13 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
     switch_off(axis);
     return;
   }
-  const float limit_nm = params->current_limit_a * params->torque_constant_nm_a;
-  const torque_limits limits = {.minimum_nm = -limit_nm, .maximum_nm = limit_nm};
-  axis->signals.torque = speed_loop_control(&axis->speed, &params->speed, &rates, &reference,
-                                            applied_torque_nm(axis, params, samples), &limits, tick_s);
-  if (!isfinite(axis->signals.torque.torque_nm)) { /* cannot happen with checked parameters; if it does, off */
-    switch_off(axis);
-    return;
-  }
-  axis->commanded_nm = axis->signals.torque.torque_nm;
-  axis->current_reference_a = axis->commanded_nm / params->torque_constant_nm_a;
+  control_torque(axis, params, command, &rates, applied_torque_nm(axis, params, samples), tick_s);
 }
 
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s) {
   if (axis->mode != SERVO_OFF) {
     speed_loop_retune(&axis->speed, &in_force->speed, &next->speed, &axis->signals.rates, &axis->signals.reference,
-                      axis->commanded_nm, tick_s);
+                      axis->commanded_nm - axis->added_nm, tick_s);
   }
   *in_force = *next;
 }

@@ -17,8 +17,9 @@
 typedef enum {
   SERVO_OFF = 0,  /* duty 0, no loop closed */
   SERVO_SPEED,    /* command.speed is the set-point */
-  SERVO_POSITION, /* command.position, with command.speed.rate_rad_s as feedforward */
-  SERVO_TRACKING  /* the camera decides */
+  SERVO_POSITION, /* command.position, with command.speed as feedforward */
+  SERVO_TRACKING, /* the camera decides */
+  SERVO_TORQUE    /* command.torque_nm is the torque; the speed loop looks on, ready to take over */
 } servo_mode;
 
 typedef struct {
@@ -34,6 +35,9 @@ typedef struct {
   servo_mode mode;
   speed_reference speed;
   angle_turn32 position;
+  float torque_nm;      /* SERVO_TORQUE: the set-point; else added to what the speed loop asks for */
+  bool torque_limited;  /* `limits` hold, besides current_limit_a */
+  torque_limits limits; /* minimum <= 0 <= maximum */
 } servo_axis_command;
 
 typedef struct {
@@ -55,6 +59,7 @@ typedef struct {
   target_tracker_state tracker;
   current_loop_state current;
   float commanded_nm;        /* torque command in force */
+  float added_nm;            /* the part of it that was not the speed loop's */
   float current_reference_a; /* set by the tick, followed at the PWM rate */
   bool samples_bad;          /* the last samples were not finite: the axis is off until the next good ones */
   servo_axis_signals signals;

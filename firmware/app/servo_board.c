@@ -26,6 +26,7 @@ control_status servo_board_start(servo_board *board, hal *machine, const servo_p
   const control_status status = servo_app_configure(&board->app, params, &samples);
   if (status == CONTROL_OK) {
     board->machine = machine;
+    board->samples = samples;
     board->command = (servo_command){0};
     for (int i = 0; i < SERVO_AXES; ++i) {
       hal_set_duty(machine, i, 0.0f);
@@ -34,9 +35,13 @@ control_status servo_board_start(servo_board *board, hal *machine, const servo_p
   return status;
 }
 
+void servo_board_sample(servo_board *board) { board->samples = read_samples(board->machine); }
+
+void servo_board_control(servo_board *board) { servo_app_tick(&board->app, &board->command, &board->samples); }
+
 void servo_board_tick(servo_board *board) {
-  const servo_samples samples = read_samples(board->machine);
-  servo_app_tick(&board->app, &board->command, &samples);
+  servo_board_sample(board);
+  servo_board_control(board);
 }
 
 void servo_board_pwm(servo_board *board, int axis) {

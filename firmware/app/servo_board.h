@@ -11,6 +11,7 @@
 
 typedef struct {
   servo_app app;
+  servo_samples samples; /* of this tick */
   servo_command command; /* what the axes shall do from the next tick on */
   hal *machine;
 } servo_board;
@@ -18,7 +19,13 @@ typedef struct {
 /* All axes off, duties 0; parameters checked and taken, or a complaint and nothing changed. */
 control_status servo_board_start(servo_board *board, hal *machine, const servo_params *params);
 
+/* A tick in two halves, for whoever decides between them what the axes shall do: samples in, then control. */
+void servo_board_sample(servo_board *board);
+void servo_board_control(servo_board *board);
+
+/* Both halves, with the command as it stands. */
 void servo_board_tick(servo_board *board);
+
 void servo_board_pwm(servo_board *board, int axis);
 
 #endif

@@ -1,12 +1,12 @@
 #include "parameters/axis_dictionary.h"
 
 #include "canopen/object_dictionary_rows.h"
-#include "parameters/axis_parameters.h"
+#include "parameters/axis_tuning.h"
 
 #define F(index_, sub_, member_, low_, high_, default_, unit_, name_, help_) \
-  OD_F32(index_, sub_, OD_RW, OD_STORED, axis_parameters, member_, low_, high_, default_, unit_, name_, help_)
+  OD_F32(index_, sub_, OD_RW, OD_STORED, axis_tuning, staged.member_, low_, high_, default_, unit_, name_, help_)
 #define U(index_, sub_, member_, low_, high_, default_, name_, help_) \
-  OD_U32(index_, sub_, OD_RW, OD_STORED, axis_parameters, member_, low_, high_, default_, "", name_, help_)
+  OD_U32(index_, sub_, OD_RW, OD_STORED, axis_tuning, staged.member_, low_, high_, default_, "", name_, help_)
 
 /* One direction of the seal: sub-indices `sub_` .. `sub_ + 3` of 0x2030. */
 #define DIRECTION(sub_, member_, title_)                                                                          \
@@ -77,7 +77,7 @@ static const od_entry kEntries[] = {
     F(0x2040, 2, filters.notch_width_hz, 0.001f, 980.0f, 10.0f, "Hz", "Notch width", "-3 dB width"),
     F(0x2040, 3, filters.notch_depth, 0.0f, 1.0f, 0.1f, "", "Notch depth", "Gain at the notch frequency"),
     F(0x2040, 4, filters.lowpass_hz, 0.0f, 490.0f, 0.0f, "Hz", "Low-pass frequency", "0: off"),
-    F(0x2040, 5, filters.lowpass_damping, 0.1f, 2.0f, 0.7f, "", "Low-pass damping", ""),
+    F(0x2040, 5, filters.lowpass_damping, 0.1f, 2.0f, 0.7f, "", "Low-pass damping", "0.7: flattest pass band"),
 
     OD_RECORD_HEAD(0x2050, 3, "Rate sensors", "Which sensors give the rate"),
     U(0x2050, 1, sensors.source, 0, 2, 2, "Rate source", "0: encoder; 1: gyro; 2: fused"),
@@ -90,8 +90,20 @@ static const od_entry kEntries[] = {
     F(0x2055, 2, motor.resistance_ohm, 1e-4f, 1e3f, 1.2f, "ohm", "Winding resistance", "R at working temperature"),
     F(0x2055, 3, motor.inductance_h, 1e-7f, 10.0f, 3e-3f, "H", "Winding inductance", "L"),
     F(0x2055, 4, motor.back_emf_v_s_rad, 0.0f, 1e3f, 2.5f, "V s/rad", "Back-EMF constant", "Ke"),
-    F(0x2055, 5, motor.bandwidth_rad_s, 2.0f, 16000.0f, 6283.0f, "rad/s", "Current loop bandwidth", ""),
+    F(0x2055, 5, motor.bandwidth_rad_s, 2.0f, 16000.0f, 6283.0f, "rad/s", "Current loop bandwidth",
+      "First-order response"),
     F(0x2055, 6, motor.current_limit_a, 0.0f, 1e4f, 16.0f, "A", "Current limit", "Both directions"),
+
+    OD_RECORD_HEAD(0x2070, 5, "Parameter set", "Staged values become active in one piece, or not at all"),
+    OD_U8(0x2070, 1, OD_RW, 0, axis_tuning, command, 0, 3, 0, "", "Parameter set command",
+          "1: apply what is staged; 2: stage what is active; 3: go back to the set before the last apply"),
+    OD_U32(0x2070, 2, OD_RO, 0, axis_tuning, flags, 0, 3, 0, "", "Parameter set flags",
+           "Bit 0: staged differs from active; bit 1: active differs from stored"),
+    OD_U32(0x2070, 3, OD_RO, 0, axis_tuning, last_result, 0, 3, 0, "", "Parameter set result",
+           "Of the last apply; 0: taken, 1: not finite, 2: out of range, 3: inconsistent"),
+    OD_U32(0x2070, 4, OD_RO, 0, axis_tuning, active_crc, 0, INT64_C(0xFFFFFFFF), 0, "", "Active set CRC", "CRC-32"),
+    OD_U32(0x2070, 5, OD_RO, 0, axis_tuning, stored_crc, 0, INT64_C(0xFFFFFFFF), 0, "", "Stored set CRC",
+           "Of what 0x1010 last saved"),
 };
 
 const od_table axis_parameters_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

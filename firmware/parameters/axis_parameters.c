@@ -1,11 +1,10 @@
 #include "parameters/axis_parameters.h"
 
-#include <stddef.h>
-
 #include "app/servo_app.h"
 #include "control/scalar.h"
+#include "parameters/crc32.h"
 
-_Static_assert(sizeof(axis_parameters) % 4 == 0, "the CRC runs over whole words");
+_Static_assert(sizeof(axis_parameters) % 4 == 0, "there must be no padding in what the CRC covers");
 
 static lugre_direction direction_of(const axis_friction_direction *d) {
   return (lugre_direction){
@@ -94,13 +93,5 @@ control_status axis_parameters_build(const axis_parameters *parameters, servo_ax
 }
 
 uint32_t axis_parameters_crc(const axis_parameters *parameters) {
-  const unsigned char *bytes = (const unsigned char *)parameters;
-  uint32_t crc = UINT32_MAX;
-  for (size_t i = 0; i < sizeof *parameters; ++i) {
-    crc ^= bytes[i];
-    for (int bit = 0; bit < 8; ++bit) {
-      crc = (crc >> 1) ^ ((crc & 1u) != 0 ? 0xEDB88320u : 0u);
-    }
-  }
-  return ~crc;
+  return crc32_end(crc32_add(CRC32_START, (const uint8_t *)parameters, sizeof *parameters));
 }

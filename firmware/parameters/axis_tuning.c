@@ -37,8 +37,8 @@ control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axi
   return axis_tuning_apply(tuning, axis, in_force, tick_s);
 }
 
-bool axis_tuning_is_staged(const axis_tuning *tuning) {
-  return memcmp(&tuning->staged, &tuning->active, sizeof tuning->staged) != 0;
+void axis_tuning_refresh(axis_tuning *tuning) {
+  const bool staged = memcmp(&tuning->staged, &tuning->active, sizeof tuning->staged) != 0;
+  const bool dirty = tuning->active_crc != tuning->stored_crc;
+  tuning->flags = (staged ? AXIS_TUNING_STAGED : 0u) | (dirty ? AXIS_TUNING_DIRTY : 0u);
 }
-
-bool axis_tuning_is_dirty(const axis_tuning *tuning) { return tuning->active_crc != tuning->stored_crc; }

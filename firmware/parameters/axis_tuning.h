@@ -8,6 +8,8 @@
 
 #include "parameters/axis_parameters.h"
 
+enum { AXIS_TUNING_STAGED = 1, AXIS_TUNING_DIRTY = 2 };
+
 typedef struct {
   axis_parameters staged;
   axis_parameters active;
@@ -15,6 +17,8 @@ typedef struct {
   uint32_t active_crc;
   uint32_t stored_crc;  /* of what the store holds; kept by whoever stores */
   uint32_t last_result; /* control_status of the last apply */
+  uint32_t flags;       /* AXIS_TUNING_* bits, renewed by axis_tuning_refresh */
+  uint8_t command;      /* 0x2070:1 as last written */
 } axis_tuning;
 
 /* Starts with one set as staged, active and previous; refuses a set that does not build and changes nothing then. */
@@ -29,10 +33,7 @@ void axis_tuning_revert(axis_tuning *tuning);
 /* The set before the last apply becomes staged and active again; twice is a redo. */
 control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
 
-/* Staged differs from active. */
-bool axis_tuning_is_staged(const axis_tuning *tuning);
-
-/* Active differs from what is stored. */
-bool axis_tuning_is_dirty(const axis_tuning *tuning);
+/* Renews `flags`: staged differs from active; active differs from what is stored. */
+void axis_tuning_refresh(axis_tuning *tuning);
 
 #endif

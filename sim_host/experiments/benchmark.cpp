@@ -49,7 +49,8 @@ BenchmarkFigures run_benchmark(const PlantConfig& plant, const ScenarioConfig& s
   servo_app_configure(&app, &params, &start);
   servo_command command{};
   for (servo_axis_command& axis : command.axis) {
-    axis = {SERVO_SPEED, {0.0035F, 0.0F}, 0};
+    axis.mode = SERVO_SPEED;
+    axis.speed.rate_rad_s = 0.0035F;
   }
   figures.tick_ns = 1e9 / kTicks * best_seconds(repeats, [&] {
                       for (int tick = 0; tick < kTicks; ++tick) {

@@ -64,12 +64,19 @@ hal Machine::hal_of(Machine *machine) {
   return table;
 }
 
-Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
-                 const std::array<double, kAxes>& joint_angle_rad)
+Machine::Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
     : tracker_(plant, seed), hal_(hal_of(this)) {
   tracker_.place(joint_angle_rad);
   samples_ = tracker_.sample_tick();
-  if (servo_board_start(&board_, &hal_, &params) != CONTROL_OK) {
+  for (int axis = 0; axis < kAxes; ++axis) {
+    pwm_samples_[static_cast<std::size_t>(axis)] = tracker_.sample_pwm(axis);
+  }
+}
+
+Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
+                 const std::array<double, kAxes>& joint_angle_rad)
+    : Machine(plant, seed, joint_angle_rad) {
+  if (servo_board_start(board_, &hal_, &params) != CONTROL_OK) {
     throw std::invalid_argument("the firmware refuses these parameters; check the ranges in firmware/control/*.h");
   }
 }
@@ -80,13 +87,13 @@ void Machine::run_firmware_tick() {
   for (std::size_t i = 0; i < kAxes; ++i) {
     mean_current_a_[i] = current_sum_a_[i] / kPwmPerTick;
     current_sum_a_[i] = 0.0;
-    old_reference_a[i] = board_.app.axis[i].current_reference_a;
+    old_reference_a[i] = board_->app.axis[i].current_reference_a;
   }
-  servo_board_tick(&board_);
+  tick_();
   frame_.reset();
   for (std::size_t i = 0; i < kAxes; ++i) {
-    servo_axis& axis = board_.app.axis[i];
-    const float torque_constant_nm_a = board_.app.params.axis[i].torque_constant_nm_a;
+    servo_axis& axis = board_->app.axis[i];
+    const float torque_constant_nm_a = board_->app.params.axis[i].torque_constant_nm_a;
     next_reference_a_[i] = axis.current_reference_a + static_cast<float>(injected_nm_[i]) / torque_constant_nm_a;
     axis.current_reference_a = old_reference_a[i];
   }
@@ -97,9 +104,9 @@ void Machine::advance_tick() {
   for (int period = 0; period < kPwmPerTick; ++period) {
     for (int axis = 0; axis < kAxes; ++axis) {
       if (period == kTickLatencyPeriods) {
-        board_.app.axis[axis].current_reference_a = next_reference_a_[static_cast<std::size_t>(axis)];
+        board_->app.axis[axis].current_reference_a = next_reference_a_[static_cast<std::size_t>(axis)];
       }
-      servo_board_pwm(&board_, axis);
+      servo_board_pwm(board_, axis);
     }
     tracker_.step_pwm(duty_);
     duty_ = next_duty_;

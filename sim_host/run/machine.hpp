@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "plant/tracker.hpp"
@@ -26,11 +27,25 @@ class Machine {
   // Throws std::invalid_argument when the firmware refuses the parameters.
   Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
           const std::array<double, kAxes>& joint_angle_rad);
+
+  // A machine without firmware; `run_firmware` gives it one that somebody else owns.
+  Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad);
+
   Machine(const Machine&) = delete;
   Machine& operator=(const Machine&) = delete;
 
+  // The HAL's end of this machine, for starting a firmware on it.
+  hal *hal_pointer() { return &hal_; }
+
+  // From now on `tick` is the firmware's 1 ms tick, and `board` what its PWM interrupt runs. Both must outlive the
+  // machine.
+  void run_firmware(servo_board& board, std::function<void()> tick) {
+    board_ = &board;
+    tick_ = std::move(tick);
+  }
+
   // What the axes shall do; takes effect at the next tick.
-  servo_command& command() { return board_.command; }
+  servo_command& command() { return board_->command; }
 
   // The result of a camera frame that has arrived in this tick, or nothing.
   void deliver(const std::optional<CameraFrame>& frame) { frame_ = frame; }
@@ -42,7 +57,7 @@ class Machine {
   void advance_tick();
 
   const TruthState& truth() const { return tracker_.truth(); }
-  const servo_axis& firmware(int axis) const { return board_.app.axis[axis]; }
+  const servo_axis& firmware(int axis) const { return board_->app.axis[axis]; }
   double injected_nm(int axis) const { return injected_nm_[static_cast<std::size_t>(axis)]; }
 
  private:
@@ -52,7 +67,9 @@ class Machine {
 
   Tracker tracker_;
   hal hal_;
-  servo_board board_{};
+  servo_board own_board_{};
+  servo_board *board_ = &own_board_;
+  std::function<void()> tick_ = [this] { servo_board_tick(board_); };
   TickSamples samples_{};
   std::array<PwmSample, kAxes> pwm_samples_{};
   std::array<double, kAxes> current_sum_a_{};

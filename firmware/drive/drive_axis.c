@@ -1,0 +1,165 @@
+#include "drive/drive_axis.h"
+
+#include <math.h>
+
+#include "control/scalar.h"
+
+/* 2^30 units: beyond half a turn the position loop would take the other way round. */
+#define QUARTER_TURN (INT64_C(1) << 30)
+
+void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
+  *axis = (drive_axis){.position = drive_angle_unwrap(0, joint_angle)};
+  drive_state_reset(&axis->state);
+  drive_motion_reset(&axis->motion, axis->position);
+}
+
+void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
+                      const servo_axis_samples *samples) {
+  inputs->joint_angle = samples->motion.joint_angle;
+  inputs->rate_rad_s = servo->signals.rates.rate_rad_s;
+  inputs->reference_rad_s = servo->signals.reference.rate_rad_s;
+  inputs->torque_nm = params->torque_constant_nm_a * samples->mean_current_a;
+  inputs->torque_demand_nm = servo->commanded_nm;
+  inputs->torque_limited = servo->signals.torque.limited;
+}
+
+static bool inputs_are_finite(const drive_axis_inputs *inputs) {
+  return isfinite(inputs->rate_rad_s) && isfinite(inputs->reference_rad_s) && isfinite(inputs->torque_nm) &&
+         isfinite(inputs->torque_demand_nm);
+}
+
+static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
+  drive_feedback feedback = {.position = axis->position, .setpoint_arrived = inputs->setpoint_arrived};
+  if (inputs_are_finite(inputs)) {
+    feedback.rate_rad_s = inputs->rate_rad_s;
+    feedback.reference_rad_s = inputs->reference_rad_s;
+    feedback.torque_demand_nm = inputs->torque_demand_nm;
+  }
+  return feedback;
+}
+
+static void write_actual_values(const drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs) {
+  objects->position.actual = drive_position_from_angle(axis->position);
+  objects->velocity.actual = drive_velocity_from_rate(inputs->rate_rad_s);
+  objects->torque.actual = drive_permille_from_torque(inputs->torque_nm, objects->torque.rated_mnm);
+  objects->torque.demand = drive_permille_from_torque(inputs->torque_demand_nm, objects->torque.rated_mnm);
+}
+
+/* The worst of what is wrong: samples, what the caller found, what the drive found. */
+static drive_fault fault_of(const drive_axis *axis, const drive_axis_inputs *inputs, uint16_t *code) {
+  if (!inputs_are_finite(inputs)) {
+    *code = DRIVE_ERROR_SENSOR;
+    return DRIVE_FAULT_CUTS;
+  }
+  if (inputs->fault != DRIVE_NO_FAULT) {
+    *code = inputs->fault_code;
+    return inputs->fault;
+  }
+  *code = DRIVE_ERROR_FOLLOWING;
+  return axis->following_failed ? DRIVE_FAULT_STOPS : DRIVE_NO_FAULT;
+}
+
+static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs) {
+  uint16_t code;
+  const drive_power_state before = axis->state.power;
+  const bool was_stopping = axis->state.action == DRIVE_SLOW_DOWN || axis->state.action == DRIVE_QUICK_STOP;
+  const drive_state_inputs in = {
+      .controlword = objects->state.controlword,
+      .fault = fault_of(axis, inputs, &code),
+      .ready = inputs->ready,
+      .voltage_present = inputs->voltage_present,
+      .stopped = was_stopping && profile_at_rest(&axis->motion.ramp),
+  };
+  const drive_action action = drive_state_step(&axis->state, &objects->state.option, &in);
+  if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE) {
+    objects->state.error_code = code;
+  } else if (before == DRIVE_FAULT && axis->state.power != DRIVE_FAULT) {
+    objects->state.error_code = 0;
+  }
+  return action;
+}
+
+static uint32_t distance_between(int32_t a, int32_t b) {
+  const int64_t difference = (int64_t)a - b;
+  return (uint32_t)(difference < 0 ? -difference : difference);
+}
+
+/* 60F4 and its window: the bit (window left for longer than 6066) and the fault. */
+static bool watch_following(drive_axis *axis, drive_objects *objects, const drive_setpoint *setpoint, float dt_s) {
+  drive_position_objects *position = &objects->position;
+  const bool controlled = setpoint->command.mode == SERVO_POSITION;
+  const drive_angle error = setpoint->position - axis->position;
+  position->following_error = controlled ? drive_position_from_angle(error) : 0;
+  const bool outside = position->following_error_window != UINT32_MAX &&
+                       distance_between(position->following_error, 0) > position->following_error_window;
+  const bool too_long =
+      dwell_timer_step(&axis->following_error, controlled && outside, position->following_error_ms, dt_s);
+  axis->following_failed = too_long || (controlled && (error > QUARTER_TURN || error < -QUARTER_TURN));
+  return axis->following_failed;
+}
+
+static bool target_reached(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,
+                           drive_action action, float dt_s) {
+  const drive_position_objects *position = &objects->position;
+  const drive_velocity_objects *velocity = &objects->velocity;
+  const int8_t mode = axis->motion.mode;
+  const bool runs = action == DRIVE_RUN;
+  const bool near_position =
+      distance_between(position->demand, position->actual) <= position->window || position->window == UINT32_MAX;
+  const bool position_reached =
+      dwell_timer_step(&axis->position_reached,
+                       runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way && near_position,
+                       position->window_ms, dt_s);
+  const bool near_velocity = distance_between(velocity->target, velocity->actual) <= velocity->window;
+  const bool velocity_reached =
+      dwell_timer_step(&axis->velocity_reached, runs && mode == DRIVE_PROFILE_VELOCITY && near_velocity,
+                       velocity->window_ms, dt_s);
+  return position_reached || velocity_reached || (!runs && setpoint->stopped);
+}
+
+/* Statusword bit 12, whose meaning is the mode's. */
+static bool mode_bit(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,
+                     drive_action action, float dt_s) {
+  const drive_velocity_objects *velocity = &objects->velocity;
+  const bool moving = dwell_timer_step(&axis->moving, distance_between(velocity->actual, 0) > velocity->threshold,
+                                       velocity->threshold_ms, dt_s);
+  switch (axis->motion.mode) {
+    case DRIVE_PROFILE_POSITION:
+      return axis->motion.setpoints.acknowledged;
+    case DRIVE_PROFILE_VELOCITY:
+      return !moving;
+    case DRIVE_NO_MODE:
+      return false;
+    default:
+      return action == DRIVE_RUN && setpoint->followed;
+  }
+}
+
+static uint16_t bit_if(bool condition, uint16_t bit) { return condition ? bit : 0; }
+
+static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
+                              const drive_setpoint *setpoint, drive_action action, float dt_s) {
+  const bool following_failed = watch_following(axis, objects, setpoint, dt_s);
+  const bool reached = target_reached(axis, objects, setpoint, action, dt_s);
+  const bool bit_12 = mode_bit(axis, objects, setpoint, action, dt_s);
+  const bool limited = action != DRIVE_OFF && (inputs->torque_limited || setpoint->limited);
+  return (uint16_t)(drive_state_statusword(axis->state.power) |
+                    bit_if(inputs->voltage_present, DRIVE_STATUS_VOLTAGE_ENABLED) |
+                    bit_if(inputs->warning, DRIVE_STATUS_WARNING) | bit_if(inputs->remote, DRIVE_STATUS_REMOTE) |
+                    bit_if(reached, DRIVE_STATUS_TARGET_REACHED) | bit_if(limited, DRIVE_STATUS_INTERNAL_LIMIT) |
+                    bit_if(bit_12, DRIVE_STATUS_MODE_12) | bit_if(following_failed, DRIVE_STATUS_MODE_13));
+}
+
+servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
+                                   float dt_s) {
+  axis->position = drive_angle_unwrap(axis->position, inputs->joint_angle);
+  write_actual_values(axis, objects, inputs);
+  const drive_feedback feedback = feedback_of(axis, inputs);
+  const drive_action action = step_state(axis, objects, inputs);
+  const drive_setpoint setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
+  objects->state.mode_display = axis->motion.mode;
+  objects->position.demand = drive_position_from_angle(setpoint.position);
+  objects->velocity.demand = drive_velocity_from_rate(setpoint.command.speed.rate_rad_s);
+  objects->state.statusword = statusword_of(axis, objects, inputs, &setpoint, action, dt_s);
+  return setpoint.command;
+}

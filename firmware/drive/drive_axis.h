@@ -1,0 +1,63 @@
+/* One axis as a CiA 402 drive: objects in, servo command and objects out, once per tick before servo_axis_tick.
+ *
+ *     inputs -> actual values -> power state -> mode of operation -> servo_axis_command
+ *                                        \-> following error, windows -> statusword
+ *
+ * Standard: CiA 402-2 / IEC 61800-7-201. The node writes commands and parameters into `drive_objects`; the step reads
+ * them, and writes the values marked ro there. A following error (6065, or a quarter turn, where the position loop
+ * would begin to doubt the way) is a fault of its own, 8611. */
+#ifndef TRACKSERVO_DRIVE_DRIVE_AXIS_H
+#define TRACKSERVO_DRIVE_DRIVE_AXIS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "app/servo_axis.h"
+#include "drive/drive_motion.h"
+#include "drive/drive_objects.h"
+#include "drive/drive_state.h"
+#include "drive/drive_units.h"
+#include "drive/dwell_timer.h"
+
+/* Error codes (603F) that the drive finds itself. */
+enum { DRIVE_ERROR_SENSOR = 0x7300, DRIVE_ERROR_FOLLOWING = 0x8611 };
+
+typedef struct {
+  angle_turn32 joint_angle;
+  float rate_rad_s;       /* the rate that the speed loop controls: signals.rates.rate_rad_s */
+  float reference_rad_s;  /* its set-point in the last tick: signals.reference.rate_rad_s */
+  float torque_nm;        /* what the motor gives */
+  float torque_demand_nm; /* what the last tick commanded */
+  bool torque_limited;
+  bool ready;            /* self-test done */
+  bool voltage_present;  /* the bus voltage lets the motor run */
+  bool warning;
+  bool remote;           /* the controlword is obeyed: the node is operational */
+  bool setpoint_arrived; /* 607A, 60FF or 6071 was written since the last tick, the same value included */
+  drive_fault fault;     /* while it lasts */
+  uint16_t fault_code;   /* of `fault`, CiA 402-2 table of error codes */
+} drive_axis_inputs;
+
+typedef struct {
+  drive_state state;
+  drive_motion motion;
+  drive_angle position;
+  dwell_timer following_error;
+  dwell_timer position_reached;
+  dwell_timer velocity_reached;
+  dwell_timer moving;
+  bool following_failed; /* found in the last tick */
+} drive_axis;
+
+/* Not ready to switch on, off; positions count from the encoder's zero within half a turn of it. */
+void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
+
+/* Fills the inputs that the servo axis knows; the others are left as they are. */
+void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
+                      const servo_axis_samples *samples);
+
+/* One tick. Inputs that are not finite are a fault 7300 that cuts the torque. */
+servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
+                                   float dt_s);
+
+#endif

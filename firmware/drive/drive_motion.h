@@ -1,0 +1,62 @@
+/* What a mode of operation wants in this tick: from CiA 402 targets to a set-point of the servo axis.
+ *
+ * Standard: CiA 402-2 / IEC 61800-7-201 clauses 7.2 (pp), 7.3 (pv), 7.11 (csp), 7.12 (csv), 7.13 (cst) and the stops
+ * of 8.5. All modes move one ramp state and one position demand, so that another mode, a halt or a stop goes on from
+ * what was asked for in the last tick: no bump. The rate and position given out are those of now, the acceleration
+ * is the mean of the coming tick: as torque over an inertia it brings exactly the next rate. */
+#ifndef TRACKSERVO_DRIVE_DRIVE_MOTION_H
+#define TRACKSERVO_DRIVE_DRIVE_MOTION_H
+
+#include <stdbool.h>
+
+#include "app/servo_axis.h"
+#include "drive/drive_objects.h"
+#include "drive/drive_state.h"
+#include "drive/drive_units.h"
+#include "drive/interpolation.h"
+#include "drive/profile_ramp.h"
+#include "drive/setpoint_queue.h"
+
+/* What the axis does; finite. */
+typedef struct {
+  drive_angle position;
+  float rate_rad_s;       /* the rate that the speed loop controls */
+  float reference_rad_s;  /* the set-point that it had in the last tick */
+  float torque_demand_nm; /* commanded in the last tick */
+  bool setpoint_arrived;  /* 607A, 60FF or 6071 was written since the last tick, the same value included */
+} drive_feedback;
+
+typedef struct {
+  int8_t mode;     /* drive_mode in force */
+  servo_mode loop; /* of the last tick */
+  profile_ramp ramp;
+  drive_angle demand;
+  float demand_rest; /* what its last digit cannot hold, in 2^-32 turn */
+  setpoint_queue setpoints;
+  rate_interpolation rates;
+  position_interpolation positions;
+  int setpoint_age_ticks;
+  float blocked_direction; /* -1 or 1: stopped before the software position limit on that side; 0: free */
+  float torque_nm; /* cst: on its way along the torque slope */
+} drive_motion;
+
+typedef struct {
+  servo_axis_command command;
+  drive_angle position; /* demand; of the axis when no position is controlled */
+  bool limited;  /* a limit changed what was asked for */
+  bool followed; /* the target is obeyed: no stop, set-points are fresh */
+  bool stopped;  /* a stop has ended */
+} drive_setpoint;
+
+bool drive_mode_supported(int8_t mode);
+
+/* The whole ramp limits of this tick: profile velocity and deceleration depend on what is done. */
+profile_limits drive_profile_limits(const drive_limit_objects *limit, uint32_t velocity, uint32_t deceleration);
+
+void drive_motion_reset(drive_motion *motion, drive_angle position);
+
+/* One tick. A mode that is not supported leaves the one in force. */
+drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
+                                 const drive_feedback *feedback, float dt_s);
+
+#endif

@@ -1,0 +1,98 @@
+/* The values of one axis that the bus can see, as plain integers in the units of CiA 402.
+ *
+ * Standard: CiA 402-2 v4.1 / IEC 61800-7-201, clauses 7 (modes) and 8 (objects); the index stands beside each value.
+ * The object dictionary's table points into this struct; the drive reads the commands and writes the answers once
+ * per tick. Position counts 1e-7 rad, velocity 1e-6 rad/s, acceleration 1e-6 rad/s^2, jerk 1e-6 rad/s^3, torque
+ * 0.1 % of the rated torque (6076), times ms. */
+#ifndef TRACKSERVO_DRIVE_DRIVE_OBJECTS_H
+#define TRACKSERVO_DRIVE_DRIVE_OBJECTS_H
+
+#include <stdint.h>
+
+/* 6060 and 6061. */
+typedef enum {
+  DRIVE_NO_MODE = 0,
+  DRIVE_PROFILE_POSITION = 1,
+  DRIVE_PROFILE_VELOCITY = 3,
+  DRIVE_CYCLIC_POSITION = 8,
+  DRIVE_CYCLIC_VELOCITY = 9,
+  DRIVE_CYCLIC_TORQUE = 10
+} drive_mode;
+
+/* 6502: bits pp 0, pv 2, csp 7, csv 8, cst 9. */
+#define DRIVE_SUPPORTED_MODES 0x00000385u
+
+typedef struct {
+  int16_t quick_stop;     /* 605A: 0, 1, 2, 5, 6 */
+  int16_t shutdown;       /* 605B: 0, 1 */
+  int16_t disable;        /* 605C: 0, 1 */
+  int16_t halt;           /* 605D: 1, 2 */
+  int16_t fault_reaction; /* 605E: 0, 1, 2 */
+} drive_options;
+
+typedef struct {
+  uint16_t error_code; /* 603F, ro: 0 when there was no fault since the last reset */
+  uint16_t controlword; /* 6040 */
+  uint16_t statusword;  /* 6041, ro */
+  int8_t mode;          /* 6060 */
+  int8_t mode_display;  /* 6061, ro */
+  drive_options option; /* 605A .. 605E */
+} drive_state_objects;
+
+typedef struct {
+  int32_t demand;                  /* 6062, ro */
+  int32_t actual;                  /* 6064, ro */
+  uint32_t following_error_window; /* 6065; UINT32_MAX: not watched */
+  uint16_t following_error_ms;     /* 6066 */
+  uint32_t window;                 /* 6067; UINT32_MAX: always inside */
+  uint16_t window_ms;              /* 6068 */
+  int32_t target;                  /* 607A */
+  int32_t following_error;         /* 60F4, ro */
+} drive_position_objects;
+
+typedef struct {
+  int32_t demand;        /* 606B, ro */
+  int32_t actual;        /* 606C, ro */
+  uint16_t window;       /* 606D */
+  uint16_t window_ms;    /* 606E */
+  uint16_t threshold;    /* 606F */
+  uint16_t threshold_ms; /* 6070 */
+  int32_t offset;        /* 60B1 */
+  int32_t target;        /* 60FF */
+} drive_velocity_objects;
+
+typedef struct {
+  int16_t target;            /* 6071 */
+  uint16_t maximum;          /* 6072 */
+  int16_t demand;            /* 6074, ro */
+  uint32_t rated_current_ma; /* 6075; for the client, not used here */
+  uint32_t rated_mnm;        /* 6076; 0: no torque can be told or asked for */
+  int16_t actual;            /* 6077, ro */
+  uint32_t slope_per_s;      /* 6087; 0: steps are passed on */
+  int16_t offset;            /* 60B2 */
+  uint16_t positive_limit;   /* 60E0 */
+  uint16_t negative_limit;   /* 60E1, a magnitude */
+} drive_torque_objects;
+
+typedef struct {
+  int32_t position_minimum;         /* 607D:01; not watched unless minimum < maximum */
+  int32_t position_maximum;         /* 607D:02 */
+  uint32_t maximum_velocity;        /* 607F */
+  uint32_t profile_velocity;        /* 6081 */
+  uint32_t acceleration;            /* 6083; 0 counts as 1 here and below */
+  uint32_t deceleration;            /* 6084 */
+  uint32_t quick_stop_deceleration; /* 6085 */
+  uint32_t jerk;                    /* 60A4:01 */
+  uint8_t interpolation_period;     /* 60C2:01, times 10^60C2:02 s */
+  int8_t interpolation_exponent;    /* 60C2:02 */
+} drive_limit_objects;
+
+typedef struct {
+  drive_state_objects state;
+  drive_position_objects position;
+  drive_velocity_objects velocity;
+  drive_torque_objects torque;
+  drive_limit_objects limit;
+} drive_objects;
+
+#endif

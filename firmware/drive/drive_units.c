@@ -1,0 +1,97 @@
+#include "drive/drive_units.h"
+
+#include <math.h>
+
+#include "control/scalar.h"
+
+/* Binary fixed point, from 2 pi to 60 digits. Counts per turn: 2 pi 1e7 in 2^-30; units of 2^-32 turn per count:
+ * 2^32 / (2 pi 1e7) in 2^-56. */
+#define COUNTS_PER_TURN_Q30 UINT64_C(67465188522610095)
+#define UNITS_PER_COUNT_Q56 UINT64_C(4925606912591084349)
+#define COUNTS_FRACTION_BITS 30
+#define UNITS_FRACTION_BITS 24 /* of 56, 32 are gone with the low half of the product */
+
+/* No position of 32 bits is farther away than this: 64 turns. */
+#define FARTHEST_ANGLE (INT64_C(1) << 38)
+
+/* round(x m / 2^(32 + fraction_bits)): a product of 96 bits in halves, for machines that multiply 32 by 32. */
+static uint64_t scale(uint64_t x, uint64_t m, unsigned fraction_bits) {
+  const uint64_t x_high = x >> 32;
+  const uint64_t x_low = x & UINT32_MAX;
+  const uint64_t product = x_high * m + x_low * (m >> 32) + ((x_low * (m & UINT32_MAX)) >> 32);
+  return (product + (UINT64_C(1) << (fraction_bits - 1))) >> fraction_bits;
+}
+
+static uint64_t magnitude_of(int64_t value) { return value < 0 ? (uint64_t)-value : (uint64_t)value; }
+
+static int32_t saturated(int64_t value) {
+  if (value > INT32_MAX) {
+    return INT32_MAX;
+  }
+  return value < INT32_MIN ? INT32_MIN : (int32_t)value;
+}
+
+static int64_t signed_like(uint64_t magnitude, bool negative) {
+  return negative ? -(int64_t)magnitude : (int64_t)magnitude;
+}
+
+drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now) {
+  return before + (int32_t)(now - (angle_turn32)before);
+}
+
+float drive_angle_difference_rad(drive_angle to, drive_angle from) {
+  return (float)(to - from) * ANGLE_RAD_PER_TURN32;
+}
+
+int32_t drive_position_from_angle(drive_angle angle) {
+  if (angle >= FARTHEST_ANGLE) {
+    return INT32_MAX;
+  }
+  if (angle <= -FARTHEST_ANGLE) {
+    return INT32_MIN;
+  }
+  const uint64_t counts = scale(magnitude_of(angle), COUNTS_PER_TURN_Q30, COUNTS_FRACTION_BITS);
+  return saturated(signed_like(counts, angle < 0));
+}
+
+drive_angle drive_angle_from_position(int32_t position) {
+  return signed_like(scale(magnitude_of(position), UNITS_PER_COUNT_Q56, UNITS_FRACTION_BITS), position < 0);
+}
+
+int32_t drive_velocity_from_rate(float rate_rad_s) {
+  if (!isfinite(rate_rad_s)) {
+    return isnan(rate_rad_s) ? 0 : (rate_rad_s > 0.0f ? INT32_MAX : INT32_MIN);
+  }
+  int exponent;
+  const float fraction = frexpf(rate_rad_s, &exponent);                    /* rate = fraction 2^exponent */
+  const int64_t product = (int64_t)(fraction * 16777216.0f) * INT64_C(1000000); /* exact: 24 bits times 20 */
+  const int shift = 24 - exponent;
+  if (shift <= 0) {
+    return product < 0 ? INT32_MIN : INT32_MAX; /* beyond 1.6e7 rad/s */
+  }
+  if (shift > 46) {
+    return 0;
+  }
+  const uint64_t counts = (magnitude_of(product) + (UINT64_C(1) << (shift - 1))) >> shift;
+  return saturated(signed_like(counts, product < 0));
+}
+
+float drive_rate_from_velocity(int32_t velocity) { return (float)velocity / 1e6f; }
+
+float drive_limit_from_counts(uint32_t counts) { return (float)(counts == 0 ? 1 : counts) / 1e6f; }
+
+int16_t drive_permille_from_torque(float torque_nm, uint32_t rated_mnm) {
+  if (rated_mnm == 0 || isnan(torque_nm)) {
+    return 0;
+  }
+  const float permille = torque_nm / (float)rated_mnm * 1e6f;
+  return (int16_t)roundf(scalar_clamp(permille, (float)INT16_MIN, (float)INT16_MAX));
+}
+
+float drive_torque_from_permille(int32_t permille, uint32_t rated_mnm) {
+  return (float)permille * (float)rated_mnm / 1e6f;
+}
+
+int32_t drive_add(int32_t a, int32_t b) { return saturated((int64_t)a + b); }
+
+int32_t drive_subtract(int32_t a, int32_t b) { return saturated((int64_t)a - b); }

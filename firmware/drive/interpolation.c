@@ -1,0 +1,112 @@
+#include "drive/interpolation.h"
+
+#include <math.h>
+
+#include "control/scalar.h"
+
+int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
+  float period_s = (float)period;
+  for (int i = exponent; i < 0 && period_s > 0.0f; ++i) { /* at most 128 */
+    period_s /= 10.0f;
+  }
+  const float ticks = roundf(period_s / dt_s);
+  const bool usable = exponent <= 0 && ticks >= 1.0f && ticks <= (float)INTERPOLATION_MOST_TICKS;
+  return usable ? (int)ticks : 0;
+}
+
+bool interpolation_stale(int age_ticks, int period_ticks) {
+  return age_ticks > INTERPOLATION_HELD_TICKS && age_ticks > INTERPOLATION_HELD_PERIODS * period_ticks;
+}
+
+void rate_interpolation_reset(rate_interpolation *state, float rate_rad_s) {
+  *state = (rate_interpolation){.rate_rad_s = rate_rad_s, .target_rad_s = rate_rad_s};
+}
+
+void rate_interpolation_aim(rate_interpolation *state, float target_rad_s, int period_ticks, float dt_s) {
+  state->target_rad_s = target_rad_s;
+  state->slope_rad_s2 = (target_rad_s - state->rate_rad_s) / ((float)period_ticks * dt_s);
+  state->left_ticks = period_ticks;
+}
+
+interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s) {
+  const bool on_its_way = state->left_ticks > 0;
+  const interpolated_rate now = {.rate_rad_s = state->rate_rad_s,
+                                 .acceleration_rad_s2 = on_its_way ? state->slope_rad_s2 : 0.0f};
+  state->left_ticks -= on_its_way ? 1 : 0;
+  state->rate_rad_s = state->target_rad_s - state->slope_rad_s2 * ((float)state->left_ticks * dt_s);
+  return now;
+}
+
+void position_interpolation_reset(position_interpolation *state, drive_angle position, float rate_rad_s) {
+  *state = (position_interpolation){
+      .points = {position},
+      .known_points = 1,
+      .end = position,
+      .start_rad_s = rate_rad_s,
+      .end_rad_s = rate_rad_s,
+  };
+}
+
+static drive_angle moved(drive_angle from, float way_rad) {
+  return from + (drive_angle)roundf(way_rad / ANGLE_RAD_PER_TURN32);
+}
+
+/* Where the axis is asked to be now, and how fast. Distances are taken from the end, where they vanish. */
+static interpolated_position evaluate(const position_interpolation *state, float dt_s) {
+  const float time_s = (float)state->elapsed_ticks * dt_s;
+  const float period_s = (float)state->period_ticks * dt_s;
+  if (state->elapsed_ticks >= state->period_ticks) {
+    return (interpolated_position){.position = moved(state->end, state->end_rad_s * (time_s - period_s)),
+                                   .rate_rad_s = state->end_rad_s};
+  }
+  const float mean_rad_s = state->way_rad / period_s;
+  const float start_rad_s = state->start_rad_s - mean_rad_s;
+  const float end_rad_s = state->end_rad_s - mean_rad_s;
+  const float u = time_s / period_s;
+  const float rest = 1.0f - u;
+  /* The straight line, and what bends it. */
+  const float ahead_rad_s = mean_rad_s - u * (rest * start_rad_s - u * end_rad_s);
+  const float rate_rad_s =
+      mean_rad_s + rest * (1.0f - 3.0f * u) * start_rad_s - u * (2.0f - 3.0f * u) * end_rad_s;
+  return (interpolated_position){.position = moved(state->end, -ahead_rad_s * rest * period_s),
+                                 .rate_rad_s = rate_rad_s};
+}
+
+/* The slope at the newest of the last set-points, of the parabola (or line) through them. */
+static float slope_at_end(const position_interpolation *state, float period_s) {
+  const float last_rad = drive_angle_difference_rad(state->points[0], state->points[1]);
+  if (state->known_points < INTERPOLATION_POINTS) {
+    return last_rad / period_s;
+  }
+  const float before_rad = drive_angle_difference_rad(state->points[1], state->points[2]);
+  return (1.5f * last_rad - 0.5f * before_rad) / period_s;
+}
+
+bool position_interpolation_aim(position_interpolation *state, drive_angle target, int period_ticks,
+                                float rate_limit_rad_s, float dt_s) {
+  const float period_s = (float)period_ticks * dt_s;
+  const interpolated_position now = evaluate(state, dt_s);
+  state->points[2] = state->points[1];
+  state->points[1] = state->points[0];
+  state->points[0] = target;
+  state->known_points += state->known_points < INTERPOLATION_POINTS ? 1 : 0;
+
+  const float wanted_rad = drive_angle_difference_rad(target, now.position);
+  const float longest_rad = rate_limit_rad_s * period_s;
+  const bool cut = scalar_abs(wanted_rad) > longest_rad;
+  state->way_rad = scalar_clamp(wanted_rad, -longest_rad, longest_rad);
+  state->end = cut ? moved(now.position, state->way_rad) : target;
+  state->start_rad_s = now.rate_rad_s;
+  state->end_rad_s = scalar_clamp(slope_at_end(state, period_s), -rate_limit_rad_s, rate_limit_rad_s);
+  state->elapsed_ticks = 0;
+  state->period_ticks = period_ticks;
+  return cut;
+}
+
+interpolated_position position_interpolation_step(position_interpolation *state, float dt_s) {
+  const interpolated_position now = evaluate(state, dt_s);
+  if (state->elapsed_ticks < INT32_MAX) {
+    ++state->elapsed_ticks;
+  }
+  return now;
+}

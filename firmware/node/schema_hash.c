@@ -1,0 +1,48 @@
+#include "node/schema_hash.h"
+
+#include "parameters/crc32.h"
+
+static uint32_t add_u32(uint32_t crc, uint32_t value) {
+  const uint8_t bytes[4] = {(uint8_t)value, (uint8_t)(value >> 8), (uint8_t)(value >> 16), (uint8_t)(value >> 24)};
+  return crc32_add(crc, bytes, sizeof bytes);
+}
+
+static uint32_t add_text(uint32_t crc, const char *text) {
+  uint32_t length = 0;
+  while (text[length] != '\0') {
+    ++length;
+  }
+  return crc32_add(crc, (const uint8_t *)text, length);
+}
+
+/* Limits and default as they stand in the union: the low word holds a float, both words an integer. */
+static uint32_t add_number(uint32_t crc, const od_entry *entry, od_number number) {
+  if (entry->type == OD_VISIBLE_STRING || entry->type == OD_DOMAIN) {
+    return crc;
+  }
+  const uint64_t bits = (uint64_t)number.i;
+  crc = add_u32(crc, (uint32_t)bits);
+  return entry->type == OD_REAL32 ? crc : add_u32(crc, (uint32_t)(bits >> 32));
+}
+
+static uint32_t add_entry(uint32_t crc, const od_object *object) {
+  const od_entry *entry = object->entry;
+  crc = add_u32(crc, (uint32_t)od_index(object) << 16 | (uint32_t)entry->sub << 8 | entry->type);
+  crc = add_u32(crc, (uint32_t)entry->access << 16 | entry->bytes);
+  crc = add_number(crc, entry, entry->low);
+  crc = add_number(crc, entry, entry->high);
+  crc = add_number(crc, entry, entry->preset);
+  return add_text(crc, entry->name);
+}
+
+uint32_t schema_hash(const object_dictionary *dictionary) {
+  uint32_t crc = CRC32_START;
+  for (uint32_t part = 0; part < dictionary->count; ++part) {
+    const od_table *table = &dictionary->parts[part].table;
+    for (uint32_t row = 0; row < table->count; ++row) {
+      const od_object object = {&dictionary->parts[part], &table->entries[row]};
+      crc = add_entry(crc, &object);
+    }
+  }
+  return crc32_end(crc);
+}

@@ -1,0 +1,11 @@
+/* A number that says whether two devices have the same dictionary: index, sub-index, type, access, limits, default and
+ * name of every object, in order. Tools compare it with the one in parameters.json instead of version strings. */
+#ifndef TRACKSERVO_NODE_SCHEMA_HASH_H
+#define TRACKSERVO_NODE_SCHEMA_HASH_H
+
+#include "canopen/object_dictionary.h"
+
+/* CRC-32 (IEEE 802.3). Takes about 50 us per 100 objects on a board: for the start, not for the tick. */
+uint32_t schema_hash(const object_dictionary *dictionary);
+
+#endif

@@ -1,0 +1,214 @@
+#include "node/servo_node.h"
+
+#include <string.h>
+
+#include "canopen/emergency.h"
+#include "node/device_dictionary.h"
+#include "node/drive_dictionary.h"
+#include "node/schema_hash.h"
+#include "node/shared_dictionary.h"
+#include "parameters/axis_dictionary.h"
+
+enum { AXIS_SHIFT = 0x800 };
+
+/* Error codes of CiA 301 table 26 for the bus' own faults. */
+enum { FAULT_BUS = 0x8100, FAULT_HEARTBEAT = 0x8130, FAULT_RPDO_LATE = 0x8250 };
+
+/* Below this the bridge cannot drive the motor: the drive does not switch on. */
+#define LEAST_BUS_VOLTAGE_V 10.0f
+
+/* --- objects of the drive --------------------------------------------------------------------------------------- */
+
+static od_abort accept_drive(void *owner, const od_object *object, od_number value) {
+  (void)owner;
+  const uint16_t index = object->entry->index;
+  if (index >= 0x605A && index <= 0x605E && !drive_option_supported(index, (int16_t)value.i)) {
+    return OD_BAD_VALUE;
+  }
+  if (index == 0x6060 && value.i != DRIVE_NO_MODE && !drive_mode_supported((int8_t)value.i)) {
+    return OD_BAD_VALUE;
+  }
+  return OD_OK;
+}
+
+/* A set-point that arrives counts even when it has the value that it had. */
+static void changed_drive(void *owner, const od_object *object) {
+  servo_node_axis *axis = owner;
+  const uint16_t index = object->entry->index;
+  if (index == 0x607A || index == 0x60FF || index == 0x6071) {
+    axis->setpoint_arrived = true;
+  }
+}
+
+static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_drive};
+
+/* --- storage and bus events ------------------------------------------------------------------------------------- */
+
+/* What is in force becomes what a reset comes back to. */
+static od_abort save(void *context, uint8_t group) {
+  servo_node *node = context;
+  if (group == STORAGE_COMMUNICATION) {
+    return OD_HARDWARE; /* only the application's parameters are kept */
+  }
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    node->axis[i].stored = node->axis[i].tuning.active;
+    node->axis[i].tuning.stored_crc = node->axis[i].tuning.active_crc;
+  }
+  return OD_OK;
+}
+
+static void reset(void *context, bool whole_node) {
+  servo_node *node = context;
+  if (!whole_node) {
+    return;
+  }
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_node_axis *axis = &node->axis[i];
+    const uint32_t stored_crc = axis->tuning.stored_crc;
+    (void)axis_tuning_start(&axis->tuning, &axis->stored, &node->board.app.params.axis[i]); /* was in force before */
+    axis->tuning.stored_crc = stored_crc;
+    drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
+  }
+}
+
+static void heartbeat_lost(void *context, uint8_t node_id) {
+  (void)node_id;
+  ((servo_node *)context)->bus_fault_code = FAULT_HEARTBEAT;
+}
+
+static void rpdo_late(void *context, uint32_t n) {
+  (void)n;
+  ((servo_node *)context)->bus_fault_code = FAULT_RPDO_LATE;
+}
+
+static void state_changed(void *context, nmt_state state) {
+  if (state == NMT_STOPPED) {
+    ((servo_node *)context)->bus_fault_code = FAULT_BUS;
+  }
+}
+
+/* --- start ------------------------------------------------------------------------------------------------------ */
+
+/* Parts of the application, in the order of their indices. */
+static uint32_t describe_parts(servo_node *node, od_part *parts) {
+  static const char *const prefixes[SERVO_AXES] = {"Azimuth ", "Pitch "};
+  uint32_t count = 0;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_node_axis *axis = &node->axis[i];
+    const uint16_t shift = (uint16_t)(i * AXIS_SHIFT);
+    axis->owner = (tuning_owner){&axis->tuning, &node->board, i};
+    parts[count++] = (od_part){.table = axis_parameters_table,
+                               .shift = shift,
+                               .prefix = prefixes[i],
+                               .values = &axis->tuning,
+                               .owner = &axis->owner,
+                               .hooks = &tuning_objects_hooks};
+    parts[count++] = (od_part){.table = drive_objects_table,
+                               .shift = shift,
+                               .prefix = prefixes[i],
+                               .values = &axis->objects,
+                               .owner = axis,
+                               .hooks = &drive_hooks};
+  }
+  parts[count++] = (od_part){.table = shared_table, .shift = 0, .prefix = "", .values = &node->objects};
+  return count;
+}
+
+static bool start_servo(servo_node *node, const servo_node_config *config) {
+  servo_params params;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_node_axis *axis = &node->axis[i];
+    axis->stored = config->parameters[i];
+    if (axis_tuning_start(&axis->tuning, &axis->stored, &params.axis[i]) != CONTROL_OK) {
+      return false;
+    }
+    axis->tuning.stored_crc = axis->tuning.active_crc;
+  }
+  return servo_board_start(&node->board, config->machine, &params) == CONTROL_OK;
+}
+
+bool servo_node_start(servo_node *node, const servo_node_config *config) {
+  memset(node, 0, sizeof *node);
+  if (!start_servo(node, config)) {
+    return false;
+  }
+  od_part parts[CANOPEN_PARTS];
+  const uint32_t count = describe_parts(node, parts);
+  for (uint32_t i = 0; i < count; ++i) {
+    if (parts[i].hooks != &tuning_objects_hooks) { /* parameters have come with the configuration */
+      od_restore_defaults(&parts[i], config->node_id);
+    }
+  }
+  const canopen_config canopen = {
+      .node_id = config->node_id,
+      .device_table = &device_table,
+      .parts = parts,
+      .part_count = count,
+      .sender = config->sender,
+      .receive_frames = node->received,
+      .receive_capacity = SERVO_NODE_QUEUE,
+      .storage = {.save = save, .restore = NULL, .context = node},
+      .events = {.reset = reset,
+                 .heartbeat_lost = heartbeat_lost,
+                 .rpdo_late = rpdo_late,
+                 .state_changed = state_changed},
+      .context = node,
+  };
+  if (!canopen_node_init(&node->canopen, &canopen)) {
+    return false;
+  }
+  node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
+  return true;
+}
+
+/* --- tick ------------------------------------------------------------------------------------------------------- */
+
+static drive_axis_inputs inputs_of(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  drive_axis_inputs inputs = {
+      .ready = true,
+      .voltage_present = hal_bus_voltage_v(node->board.machine) >= LEAST_BUS_VOLTAGE_V,
+      .remote = node->canopen.state != NMT_STOPPED,
+      .setpoint_arrived = axis->setpoint_arrived,
+      .fault = node->bus_fault_code != 0 ? DRIVE_FAULT_STOPS : DRIVE_NO_FAULT,
+      .fault_code = node->bus_fault_code,
+  };
+  drive_axis_sense(&inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
+  axis->setpoint_arrived = false;
+  return inputs;
+}
+
+/* EMCY when an axis' error code appears, and again when it has gone; the first byte tells the axis. */
+static void tell_fault(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  const uint16_t code = axis->objects.state.error_code;
+  if (code == axis->told_error) {
+    return;
+  }
+  const uint8_t info[EMERGENCY_INFO] = {(uint8_t)i};
+  if (code != 0) {
+    (void)canopen_node_raise(&node->canopen, code, ERROR_MANUFACTURER, info); /* false: the bus knows already */
+  } else {
+    (void)canopen_node_clear(&node->canopen, axis->told_error);
+  }
+  axis->told_error = code;
+}
+
+bool servo_node_receive(servo_node *node, const can_frame *frame) {
+  return canopen_node_receive(&node->canopen, frame);
+}
+
+void servo_node_tick(servo_node *node) {
+  canopen_node_tick(&node->canopen);
+  servo_board_sample(&node->board);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const drive_axis_inputs inputs = inputs_of(node, i);
+    node->board.command.axis[i] = drive_axis_step(&node->axis[i].drive, &node->axis[i].objects, &inputs, SERVO_TICK_S);
+    tell_fault(node, i);
+  }
+  node->bus_fault_code = 0;
+  servo_board_control(&node->board);
+  node->objects.ticks++;
+}
+
+const object_dictionary *servo_node_dictionary(const servo_node *node) { return &node->canopen.dictionary; }

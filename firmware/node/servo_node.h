@@ -1,0 +1,62 @@
+/* The servo on the bus: a CANopen node with two CiA 402 axes around the servo core.
+ *
+ *     frames in -> objects -> drive (CiA 402) -> servo_board -> objects -> frames out
+ *
+ * One tick does all of it, in that order, on top of any HAL. Parts of the dictionary: the device's own (1000), per axis
+ * its parameters (2000) and its drive (6000), pitch shifted by 0x800, and what both share (3000). */
+#ifndef TRACKSERVO_NODE_SERVO_NODE_H
+#define TRACKSERVO_NODE_SERVO_NODE_H
+
+#include "app/servo_board.h"
+#include "canopen/canopen_node.h"
+#include "drive/drive_axis.h"
+#include "drive/drive_objects.h"
+#include "node/tuning_objects.h"
+
+enum { SERVO_NODE_QUEUE = 128 };
+
+typedef struct {
+  axis_tuning tuning;
+  axis_parameters stored; /* what 0x1010 saved last */
+  tuning_owner owner;     /* of the parameters' part */
+  drive_objects objects;
+  drive_axis drive;
+  bool setpoint_arrived;
+  uint16_t told_error; /* 603F that the bus has been told of by EMCY */
+} servo_node_axis;
+
+/* 0x3010 and 0x3030. */
+typedef struct {
+  uint32_t ticks;
+  uint32_t schema_hash;
+} servo_node_objects;
+
+typedef struct {
+  servo_board board;
+  servo_node_axis axis[SERVO_AXES];
+  servo_node_objects objects;
+  uint16_t bus_fault_code; /* a communication fault that both axes shall see in the next tick; 0: none */
+  canopen_node canopen;
+  can_frame received[SERVO_NODE_QUEUE];
+} servo_node;
+
+typedef struct {
+  uint8_t node_id; /* 1 .. 127 */
+  can_sender sender;
+  hal *machine;
+  const axis_parameters *parameters; /* of both axes, SERVO_AXES of them */
+} servo_node_config;
+
+/* False when the parameters or the node id are refused. The node must not move in memory afterwards. */
+bool servo_node_start(servo_node *node, const servo_node_config *config);
+
+/* From the CAN receive interrupt, or one other thread. False: the queue was full, the frame is lost and counted. */
+bool servo_node_receive(servo_node *node, const can_frame *frame);
+
+/* Every 1 ms. */
+void servo_node_tick(servo_node *node);
+
+/* The whole dictionary, for printing EDS and the like. */
+const object_dictionary *servo_node_dictionary(const servo_node *node);
+
+#endif

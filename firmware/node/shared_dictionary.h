@@ -1,0 +1,9 @@
+/* The rows of what both axes share: timing (0x3010) and version (0x3030). Offsets point into `servo_node_objects`. */
+#ifndef TRACKSERVO_NODE_SHARED_DICTIONARY_H
+#define TRACKSERVO_NODE_SHARED_DICTIONARY_H
+
+#include "canopen/object_dictionary.h"
+
+extern const od_table shared_table;
+
+#endif

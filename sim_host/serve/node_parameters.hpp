@@ -1,0 +1,18 @@
+// The node's parameters for a plant: the gains that the experiments would use, as the values of the object dictionary.
+#ifndef TRACKSERVO_SIM_SERVE_NODE_PARAMETERS_HPP
+#define TRACKSERVO_SIM_SERVE_NODE_PARAMETERS_HPP
+
+#include "config/plant_config.hpp"
+
+extern "C" {
+#include "parameters/axis_parameters.h"
+}
+
+namespace trackservo::sim {
+
+// What PI + VOB + FTC is designed to for this axis, its friction parameters 15 % wrong as in the experiments (seed 1).
+axis_parameters node_parameters(const PlantConfig& plant, int axis);
+
+}  // namespace trackservo::sim
+
+#endif

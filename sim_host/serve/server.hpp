@@ -1,0 +1,31 @@
+// The simulated machine as a CANopen node that clients reach: `sim_host serve`.
+//
+// Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of one virtual 1 Mbit/s
+// bus, so several clients see each other's frames as on a wire. Time runs in real time, or as fast as the host can.
+#ifndef TRACKSERVO_SIM_SERVE_SERVER_HPP
+#define TRACKSERVO_SIM_SERVE_SERVER_HPP
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "config/plant_config.hpp"
+
+namespace trackservo::sim {
+
+struct ServeOptions {
+  std::vector<std::string> buses = {"slcan-tcp:0"};
+  std::uint8_t node_id = 1;
+  std::uint64_t seed = 1;
+  bool real_time = true;
+};
+
+// Calls `ready` with the address of every bus end, then serves until standard input ends or SIGTERM or SIGINT comes.
+// Throws std::invalid_argument for a bus that is not known, std::runtime_error for one that cannot be opened.
+void serve(const PlantConfig& plant, const ServeOptions& options,
+           const std::function<void(const std::vector<std::string>& addresses)>& ready);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,70 @@
+// Prints what describes the node to others: describe_node FOLDER writes trackservo.eds and parameters.json there.
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+
+#include "device_description.hpp"
+#include "run/machine.hpp"
+#include "serve/node_parameters.hpp"
+
+extern "C" {
+#include "node/servo_node.h"
+}
+
+namespace {
+
+namespace sim = trackservo::sim;
+namespace dictionary = trackservo::dictionary;
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  if (!stream.flush()) {
+    throw std::runtime_error(file.string() + ": cannot be written; give a folder that is writable");
+  }
+}
+
+// Only the dictionary counts here; the plant is any that starts.
+std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantConfig& plant) {
+  auto node = std::make_unique<servo_node>();
+  const axis_parameters parameters[SERVO_AXES] = {sim::node_parameters(plant, sim::kAzimuth),
+                                                  sim::node_parameters(plant, sim::kPitch)};
+  const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
+  const servo_node_config config = {1, nowhere, machine.hal_pointer(), parameters};
+  if (!servo_node_start(node.get(), &config)) {
+    throw std::runtime_error("the node does not start");
+  }
+  return node;
+}
+
+void describe(const std::filesystem::path& folder) {
+  const sim::PlantConfig plant = sim::load_plant(std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml");
+  sim::Machine machine(plant, 1, {0.0, 0.0});
+  const std::unique_ptr<servo_node> node = start_node(machine, plant);
+  const object_dictionary& objects = *servo_node_dictionary(node.get());
+  const dictionary::DeviceInfo info{"trackservo.eds", "trackservo", "trackservo", "Two-axis tracker servo, CiA 402"};
+  nlohmann::ordered_json parameters = dictionary::describe_parameters(objects, info);
+  parameters["schema_hash"] = node->objects.schema_hash;
+  std::filesystem::create_directories(folder);
+  write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
+  write(folder / "parameters.json", parameters.dump(1) + "\n");
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "Usage: describe_node FOLDER\n");
+    return 2;
+  }
+  try {
+    describe(argv[1]);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "describe_node: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}

@@ -1,0 +1,75 @@
+"""Ways onto the bus: slcan-tcp:HOST:PORT, slcan:/dev/ttyACM0 and socketcan:can0."""
+
+from __future__ import annotations
+
+import errno
+import logging
+from dataclasses import dataclass
+
+import can
+
+from .errors import ConnectionFailed, InputError
+from .slcan_tcp import SlcanTcpBus
+
+ENVIRONMENT = "SERVOCTL_BUS"
+FORMS = "slcan-tcp:HOST:PORT, slcan:/dev/ttyACM0 or socketcan:can0"
+BIT_RATES = (125_000, 250_000, 500_000, 1_000_000)
+
+
+@dataclass(frozen=True)
+class BusAddress:
+    """A parsed --bus: kind, and channel as that kind names it."""
+
+    kind: str
+    channel: str
+
+    def __str__(self) -> str:
+        return f"{self.kind}:{self.channel}"
+
+
+def parse_bus(text: str | None) -> BusAddress:
+    """Raises InputError that says what would be right."""
+    if not text:
+        raise InputError(f"no bus is given: add --bus or set {ENVIRONMENT} to {FORMS}.")
+    kind, _, channel = text.partition(":")
+    if kind not in ("slcan-tcp", "slcan", "slcan-pty", "socketcan") or not channel:
+        raise InputError(f"the bus '{text}' is none of {FORMS}.")
+    if kind == "slcan-tcp":
+        host, _, port = channel.rpartition(":")
+        if not port.isdigit() or not 0 < int(port) < 65536:
+            raise InputError(f"the bus '{text}' has no port; right would be slcan-tcp:HOST:PORT.")
+        channel = f"{host or '127.0.0.1'}:{port}"
+    return BusAddress("slcan" if kind == "slcan-pty" else kind, channel)
+
+
+def open_bus(address: BusAddress, bitrate: int = 1_000_000, listen_only: bool = False) -> can.BusABC:
+    """Opens the bus at `bitrate` bit/s (SocketCAN: as the system has set it); raises ConnectionFailed."""
+    logging.getLogger("can").setLevel(logging.ERROR)
+    try:
+        if address.kind == "slcan-tcp":
+            host, _, port = address.channel.rpartition(":")
+            return SlcanTcpBus(host, int(port), bitrate, listen_only)
+        if address.kind == "slcan":
+            return can.Bus(
+                interface="slcan",
+                channel=address.channel,
+                bitrate=bitrate,
+                listen_only=listen_only,
+                sleep_after_open=0.1,
+            )
+        return can.Bus(interface="socketcan", channel=address.channel)
+    except (OSError, can.CanError, can.CanInterfaceNotImplementedError, ValueError) as error:
+        raise ConnectionFailed(f"{address}: {_reason(address, error)}") from error
+
+
+def _reason(address: BusAddress, error: Exception) -> str:
+    number = getattr(error, "errno", None)
+    if isinstance(error, ConnectionRefusedError):
+        return "nobody listens there; is the simulator ('sim_host serve') running?"
+    if isinstance(error, TimeoutError):
+        return "no connection within 3 s."
+    if address.kind == "socketcan" and number == errno.EAFNOSUPPORT:
+        return "this kernel has no CAN; load the module can_raw, or use slcan-tcp."
+    if address.kind == "socketcan" and number == errno.ENODEV:
+        return f"there is no interface {address.channel}; 'ip link show type can' lists those that are there."
+    return f"cannot be opened: {error}."

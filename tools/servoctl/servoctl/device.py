@@ -1,0 +1,288 @@
+"""A node on the bus: reading and writing its objects, in words that a user understands when it refuses."""
+
+from __future__ import annotations
+
+import logging
+import struct
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import can
+import canopen
+from canopen.sdo import SdoAbortedError, SdoCommunicationError
+
+from .bus import BusAddress, open_bus
+from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
+from .parameter import AXIS_SHIFT, Parameter, Value
+from .schema import Schema, candidates, fingerprint, load_schema, remember
+
+SDO_TIMEOUT_S = 0.5
+STORE_TIMEOUT_S = 5.0
+
+ABORTS: dict[int, str] = {
+    0x05030000: "the toggle bit was wrong",
+    0x05040000: "the transfer timed out in the device",
+    0x05040001: "the device does not know this kind of transfer",
+    0x05040004: "the CRC was wrong",
+    0x06010000: "the device does not support this access",
+    0x06010001: "it may only be written",
+    0x06010002: "it may only be read",
+    0x06020000: "the device has no such object",
+    0x06040041: "it cannot be mapped into a PDO",
+    0x06040042: "the mapped objects do not fit into a PDO",
+    0x06040043: "the values contradict each other",
+    0x06060000: "the hardware failed, or the device keeps no such thing",
+    0x06070010: "the length is wrong",
+    0x06070012: "the value is too long",
+    0x06070013: "the value is too short",
+    0x06090011: "the device has no such sub-index",
+    0x06090030: "the value is not allowed",
+    0x06090031: "the value is above its upper limit",
+    0x06090032: "the value is below its lower limit",
+    0x08000000: "the device gives no reason",
+    0x08000020: "the value could not be transferred or stored",
+    0x08000021: "the device is under local control",
+    0x08000022: "not in the present state of the device",
+    0x08000024: "there is no data",
+}
+"""SDO abort codes of CiA 301, table 22, as reasons."""
+
+_NO_OBJECT = (0x06020000, 0x06090011)
+DEVICE_STATE = 0x08000022
+
+
+def hexadecimal(index: int, sub: int) -> str:
+    """0x2000:01."""
+    return f"0x{index:04X}:{sub:02X}"
+
+
+class Device:
+    """One node, open for use in a `with` block; times in s."""
+
+    def __init__(self, address: BusAddress, node_id: int, schema_file: Path | None = None, bitrate: int = 1_000_000) -> None:
+        """Opens the bus; raises ConnectionFailed or, for a bad parameters.json, InputError."""
+        self.address = address
+        self.node_id = node_id
+        self._schema_file = schema_file
+        self._schema: Schema | None = None
+        self.told_hash: int | None = None
+        self.network = canopen.Network(bus=open_bus(address, bitrate))
+        logging.getLogger("canopen").setLevel(logging.CRITICAL)
+        self.network.connect()
+        self.node = canopen.RemoteNode(node_id, canopen.ObjectDictionary())
+        self.network.add_node(self.node)
+        self.node.sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S
+
+    def __enter__(self) -> Device:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Leaves the bus."""
+        try:
+            self.network.disconnect()
+        except (can.CanError, OSError):
+            pass  # the bus has gone before us
+
+    # --- objects by index -----------------------------------------------------------------------------------------
+
+    def upload(self, index: int, sub: int = 0, name: str = "") -> bytes:
+        """Reads an object's bytes."""
+        try:
+            return bytes(self.node.sdo.upload(index, sub))
+        except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
+            raise self._explain("read", index, sub, name, error) from error
+
+    def upload_block(self, index: int, sub: int = 0, name: str = "") -> bytes:
+        """Reads a long object by block transfer."""
+        try:
+            with self.node.sdo.open(index, sub, "rb", block_transfer=True) as stream:
+                return bytes(stream.read())
+        except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
+            raise self._explain("read", index, sub, name, error) from error
+
+    def download(self, index: int, sub: int, data: bytes, name: str = "", timeout_s: float = SDO_TIMEOUT_S) -> None:
+        """Writes an object's bytes."""
+        sdo = self.node.sdo
+        sdo.RESPONSE_TIMEOUT = timeout_s
+        try:
+            sdo.download(index, sub, data)
+        except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
+            raise self._explain("write", index, sub, name, error) from error
+        finally:
+            sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S
+
+    def read_int(self, index: int, sub: int = 0, signed: bool = False) -> int:
+        """An integer of any length."""
+        return int.from_bytes(self.upload(index, sub), "little", signed=signed)
+
+    def write_int(self, index: int, sub: int, value: int, size: int) -> None:
+        """An integer of `size` bytes; negative ones as two's complement."""
+        self.download(index, sub, (value & ((1 << (8 * size)) - 1)).to_bytes(size, "little"))
+
+    def try_upload(self, index: int, sub: int = 0) -> bytes | None:
+        """The bytes, or None when the device has no such object or no data for it."""
+        try:
+            return self.upload(index, sub)
+        except Refused:
+            return None
+
+    def _explain(self, what: str, index: int, sub: int, name: str, error: Exception) -> Exception:
+        place = f"{name} ({hexadecimal(index, sub)})" if name else hexadecimal(index, sub)
+        if isinstance(error, SdoAbortedError):
+            reason = ABORTS.get(error.code, "unknown abort code")
+            return Refused(f"{place} was not {'read' if what == 'read' else 'written'}: {reason} (SDO abort {error.code:08X}).", error.code)
+        if isinstance(error, SdoCommunicationError) and "No SDO response" in str(error):
+            return ConnectionFailed(
+                f"node {self.node_id} does not answer on {self.address}: is it switched on, and is {self.node_id} its node id?"
+                " 'servoctl scan' shows who is there."
+            )
+        return ConnectionFailed(f"{place} could not be {'read' if what == 'read' else 'written'}: {error}.")
+
+    # --- objects by parameter -------------------------------------------------------------------------------------
+
+    def read(self, parameter: Parameter) -> Value:
+        """The value that the device has."""
+        if not parameter.readable:
+            raise InputError(f"{parameter.name} ({parameter.where}) can only be written.")
+        if parameter.type == "DOMAIN":
+            return self.upload_block(parameter.index, parameter.sub, parameter.name)
+        return parameter.decode(self.upload(parameter.index, parameter.sub, parameter.name))
+
+    def write(self, parameter: Parameter, value: Value) -> None:
+        """Writes and reads back; raises NotVerified when the device then has another value."""
+        if not parameter.writable:
+            raise InputError(f"{parameter.name} ({parameter.where}) can only be read.")
+        data = parameter.encode(value)
+        self.download(parameter.index, parameter.sub, data, parameter.name)
+        if parameter.readable and parameter.type != "DOMAIN":
+            found = self.read(parameter)
+            if found != parameter.decode(data):
+                raise NotVerified(f"{parameter.name}: {value} was written, the device has {found}.")
+
+    # --- schema ---------------------------------------------------------------------------------------------------
+
+    @property
+    def schema(self) -> Schema:
+        """The objects of this device; raises SchemaMismatch when no parameters.json at hand is of its hash."""
+        schema = self.any_schema
+        if not self.schema_fits:
+            raise SchemaMismatch(self.mismatch)
+        return schema
+
+    @property
+    def any_schema(self) -> Schema:
+        """The best parameters.json at hand, whether it fits or not."""
+        if self._schema is None:
+            self._schema = self._choose_schema()
+        return self._schema
+
+    @property
+    def schema_fits(self) -> bool:
+        """The hashes agree, or one of the two is not told."""
+        schema = self.any_schema
+        return self.told_hash is None or schema.hash is None or schema.hash == self.told_hash
+
+    @property
+    def mismatch(self) -> str:
+        """The sentence about a schema that does not fit."""
+        told = f"{self.told_hash:08X}" if self.told_hash is not None else "none"
+        mine = f"{self.any_schema.hash:08X}" if self.any_schema.hash is not None else "none"
+        return (
+            f"the device's objects (schema {told}) are not those of {self.any_schema.origin} (schema {mine}): give the"
+            " parameters.json of its firmware with --parameters, or use objects by index, as in 'get 0x2000:1'."
+        )
+
+    def _choose_schema(self) -> Schema:
+        told = self.try_upload(0x3030, 2)
+        self.told_hash = int.from_bytes(told, "little") if told else None
+        paths = candidates(self._schema_file)
+        if not paths:
+            raise InputError(
+                "there is no parameters.json: build the firmware ('cmake --workflow --preset host'), or name the file with"
+                " --parameters."
+            )
+        schemas = [load_schema(path) for path in paths[:1]]
+        if schemas[0].hash not in (None, self.told_hash) and self._schema_file is None:
+            schemas += [load_schema(path) for path in paths[1:]]
+        chosen = next((s for s in schemas if s.hash is not None and s.hash == self.told_hash), schemas[0])
+        if chosen.hash == self.told_hash:
+            remember(chosen)
+        return chosen
+
+    # --- the node -------------------------------------------------------------------------------------------------
+
+    def identity(self) -> dict[str, Any]:
+        """Names, versions and numbers of the device, as it tells them."""
+
+        def text(index: int, sub: int = 0) -> str | None:
+            data = self.try_upload(index, sub)
+            return None if data is None else data.rstrip(b"\0").decode("ascii", errors="replace")
+
+        def whole(index: int, sub: int = 0) -> int | None:
+            data = self.try_upload(index, sub)
+            return None if data is None else int.from_bytes(data, "little")
+
+        return {
+            "node": self.node_id,
+            "bus": str(self.address),
+            "device_type": self.read_int(0x1000),
+            "name": text(0x1008),
+            "hardware": text(0x1009),
+            "software": text(0x100A),
+            "firmware": text(0x3030, 1),
+            "git": text(0x3030, 3),
+            "schema": whole(0x3030, 2),
+            "vendor": whole(0x1018, 1),
+            "product": whole(0x1018, 2),
+            "revision": whole(0x1018, 3),
+            "serial": whole(0x1018, 4),
+            "heartbeat_ms": whole(0x1017),
+        }
+
+    def serial_number(self) -> int:
+        """0x1018:4; 0 when the device has none."""
+        data = self.try_upload(0x1018, 4)
+        return int.from_bytes(data, "little") if data else 0
+
+    def nmt_state(self, timeout_s: float = 1.0) -> str:
+        """The state that the next heartbeat tells; "unknown" when none comes."""
+        try:
+            return str(self.node.nmt.wait_for_heartbeat(timeout_s)).lower()
+        except canopen.nmt.NmtError:
+            return "unknown"
+
+    def set_nmt(self, state: str, timeout_s: float = 2.0) -> None:
+        """Commands an NMT state and waits until a heartbeat tells it."""
+        self.node.nmt.send_command({"operational": 0x01, "stopped": 0x02, "pre-operational": 0x80}[state])
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            if self.nmt_state(deadline - time.monotonic()) == state:
+                return
+        raise ConnectionFailed(f"node {self.node_id} does not become {state} within {timeout_s:g} s.")
+
+    def fingerprint(self) -> int:
+        """The schema's hash, or one of our own when the file has none."""
+        return self.any_schema.hash if self.any_schema.hash is not None else fingerprint(self.any_schema)
+
+    # --- CiA 402 objects of an axis -------------------------------------------------------------------------------
+
+    def axis_int(self, axis: int, index: int, sub: int = 0, signed: bool = False) -> int:
+        """An integer object of an axis; `index` is the first axis'."""
+        return self.read_int(index + AXIS_SHIFT * axis, sub, signed)
+
+    def axis_write(self, axis: int, index: int, value: int, size: int, sub: int = 0) -> None:
+        """Writes an integer object of an axis; `index` is the first axis'."""
+        self.write_int(index + AXIS_SHIFT * axis, sub, value, size)
+
+    def axis_real(self, axis: int, index: int, sub: int) -> float:
+        """A REAL32 object of an axis."""
+        return float(struct.unpack("<f", self.upload(index + AXIS_SHIFT * axis, sub))[0])
+
+    def has_axis(self, axis: int) -> bool:
+        """Whether the node has a CiA 402 axis there."""
+        return self.try_upload(0x6041 + AXIS_SHIFT * axis) is not None

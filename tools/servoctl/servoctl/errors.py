@@ -1,0 +1,76 @@
+"""What can go wrong, each with the exit code that scripts may rely on."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """Exit codes of every command."""
+
+    OK = 0
+    DIFFERENT = 1
+    BAD_INPUT = 2
+    NO_CONNECTION = 3
+    REFUSED = 4
+    NOT_VERIFIED = 5
+    MOTION = 6
+    SCHEMA = 7
+    INTERRUPTED = 130
+
+
+EXIT_CODE_HELP = {
+    ExitCode.OK: "done",
+    ExitCode.DIFFERENT: "diff found differences, or scan found no node",
+    ExitCode.BAD_INPUT: "bad input: an unknown name, a value out of its limits, a file that cannot be used",
+    ExitCode.NO_CONNECTION: "no bus, or no answer from the node",
+    ExitCode.REFUSED: "the device refused; nothing of that command is in force",
+    ExitCode.NOT_VERIFIED: "what was read back is not what was written",
+    ExitCode.MOTION: "a motion was not possible or was broken off; the axis was brought to a safe state",
+    ExitCode.SCHEMA: "the device's objects are not those of the parameters.json in use",
+    ExitCode.INTERRUPTED: "interrupted (Ctrl-C); the axis was brought to a safe state",
+}
+
+
+class ServoctlError(Exception):
+    """One clear sentence for the user: what, where, and what would be right."""
+
+    code = ExitCode.BAD_INPUT
+
+
+class InputError(ServoctlError):
+    """The command line or a file cannot be used."""
+
+
+class ConnectionFailed(ServoctlError):
+    """No bus or no answer."""
+
+    code = ExitCode.NO_CONNECTION
+
+
+class Refused(ServoctlError):
+    """The device answered with an SDO abort, or did not take a set of gains."""
+
+    code = ExitCode.REFUSED
+
+    def __init__(self, text: str, abort: int | None = None) -> None:
+        super().__init__(text)
+        self.abort = abort
+
+
+class NotVerified(ServoctlError):
+    """The device has another value than the one that was written."""
+
+    code = ExitCode.NOT_VERIFIED
+
+
+class MotionError(ServoctlError):
+    """A motion cannot begin, or was broken off."""
+
+    code = ExitCode.MOTION
+
+
+class SchemaMismatch(ServoctlError):
+    """The device has other objects than the parameters.json in use."""
+
+    code = ExitCode.SCHEMA

@@ -1,0 +1,265 @@
+"""What objects the device has: read from parameters.json, which the build prints from the firmware's own table.
+
+Names are derived from it and stay: axis, object and entry, as in azimuth.speed_loop.proportional_gain.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import os
+import re
+import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from canopen.objectdictionary import ObjectDictionary, ODArray, ODRecord, ODVariable, datatypes
+
+from .errors import InputError
+from .parameter import AXES, TYPES, Parameter
+
+ENVIRONMENT = "SERVOCTL_PARAMETERS"
+
+
+@dataclass(frozen=True)
+class Schema:
+    """All objects of one kind of device, and the hash by which the device is recognised (None: not told)."""
+
+    source: Path | None
+    product: str
+    hash: int | None
+    parameters: tuple[Parameter, ...]
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self.parameters)
+
+    def by_index(self, index: int, sub: int) -> Parameter | None:
+        """The object at an index, or None."""
+        return next((p for p in self.parameters if (p.index, p.sub) == (index, sub)), None)
+
+    def find(self, text: str, axis: str | None = None) -> Parameter:
+        """The object of a name, of 0xINDEX or of 0xINDEX:SUB; raises InputError with suggestions.
+
+        `axis` completes a name that does not begin with one. A name may also be any ending of the full one that is
+        unique.
+        """
+        at = parse_index(text)
+        if at is not None:
+            found = self.by_index(*at)
+            if found is None:
+                raise InputError(f"there is no object 0x{at[0]:04X}:{at[1]:02X} in {self.origin}.")
+            return found
+        wanted = text.strip().lower().replace("-", "_").replace(" ", "_")
+        names = {p.name: p for p in self.parameters}
+        for candidate in (wanted, f"{axis}.{wanted}"):
+            if candidate in names:
+                return names[candidate]
+        endings = [n for n in names if n.endswith("." + wanted) and (axis is None or n.startswith(axis + "."))]
+        if len(endings) == 1:
+            return names[endings[0]]
+        if endings:
+            raise InputError(f"'{text}' may be {_listed(endings)}: say which{'' if axis else ', or give --axis'}.")
+        raise InputError(f"there is no parameter '{text}'{self._suggest(wanted, names)}")
+
+    def select(self, patterns: Iterable[str], axis: str | None = None) -> list[Parameter]:
+        """The readable objects of names, and of groups such as "azimuth.speed_loop" or "speed_loop" with an axis."""
+        chosen: dict[tuple[int, int], Parameter] = {}
+        for pattern in patterns:
+            group = self.group(pattern, axis)
+            for parameter in group or [self.find(pattern, axis)]:
+                chosen[parameter.index, parameter.sub] = parameter
+        return list(chosen.values())
+
+    def group(self, name: str, axis: str | None = None) -> list[Parameter]:
+        """The objects below a name, e.g. all of "azimuth.speed_loop"; empty when there is no such group."""
+        wanted = name.strip().lower().replace("-", "_")
+        for prefix in (wanted, f"{axis}.{wanted}"):
+            found = [p for p in self.parameters if p.name.startswith(prefix + ".")]
+            if found:
+                return found
+        return [] if axis else [p for p in self.parameters if any(p.name.startswith(f"{a}.{wanted}.") for a in AXES)]
+
+    @property
+    def tunable(self) -> list[Parameter]:
+        """What a gains file holds."""
+        return [p for p in self.parameters if p.tunable]
+
+    @property
+    def origin(self) -> str:
+        """Where this comes from, for messages."""
+        return str(self.source) if self.source else "the standard objects"
+
+    def object_dictionary(self) -> ObjectDictionary:
+        """The same objects for python-canopen, so that its own tools work without the EDS."""
+        dictionary = ObjectDictionary()
+        by_index: dict[int, list[Parameter]] = {}
+        for parameter in self.parameters:
+            by_index.setdefault(parameter.index, []).append(parameter)
+        for index, rows in sorted(by_index.items()):
+            if len(rows) == 1 and rows[0].sub == 0:
+                dictionary.add_object(_variable(rows[0]))
+                continue
+            record: ODRecord | ODArray = ODRecord(rows[0].title, index)
+            for row in rows:
+                record.add_member(_variable(row))
+            dictionary.add_object(record)
+        return dictionary
+
+    def _suggest(self, wanted: str, names: dict[str, Parameter]) -> str:
+        by_last: dict[str, list[str]] = {}
+        for name in names:
+            by_last.setdefault(name.split(".", 1)[-1], []).append(name)
+            by_last.setdefault(name.rsplit(".", 1)[-1], []).append(name)
+        close = difflib.get_close_matches(wanted, names, n=3, cutoff=0.6)
+        for key in difflib.get_close_matches(wanted, by_last, n=3, cutoff=0.6):
+            close += by_last[key]
+        close = list(dict.fromkeys(close))[:3]
+        return f"; did you mean {_listed(close)}?" if close else "; 'servoctl explain' lists all names."
+
+
+def _listed(names: list[str]) -> str:
+    shown = names[:4]
+    text = shown[0] if len(shown) == 1 else ", ".join(shown[:-1]) + " or " + shown[-1]
+    return text if len(names) <= 4 else f"{', '.join(shown)} or {len(names) - 4} others"
+
+
+def parse_index(text: str) -> tuple[int, int] | None:
+    """(index, sub-index) of 0x2000:1, 2000h:1 or 0x6041, or None when the text is no index. Sub-indices: 0x or decimal."""
+    match = re.fullmatch(r"\s*0x([0-9a-fA-F]{1,4})(?:[:/.](0x[0-9a-fA-F]{1,2}|\d{1,3}))?\s*", text)
+    if match is None:
+        return None
+    sub = int(match.group(2), 0) if match.group(2) else 0
+    return (int(match.group(1), 16), sub) if sub <= 255 else None
+
+
+def _variable(parameter: Parameter) -> ODVariable:
+    variable = ODVariable(parameter.title, parameter.index, parameter.sub)
+    variable.data_type = getattr(datatypes, parameter.type)
+    variable.access_type = parameter.access
+    variable.unit = parameter.unit
+    variable.default = None if isinstance(parameter.default, bytes) else parameter.default
+    variable.pdo_mappable = parameter.rpdo or parameter.tpdo
+    variable.description = parameter.help
+    return variable
+
+
+def load_schema(path: Path) -> Schema:
+    """Reads a parameters.json; raises InputError naming file and reason."""
+    try:
+        content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is not JSON: {error}.") from error
+    try:
+        rows = content["objects"]
+        heads = {int(row["index"]): str(row["name"]) for row in rows if row["sub"] == 0}
+        titles = [_dotted(row, heads) for row in rows]
+        parameters = tuple(_parameter(row, name) for row, name in zip(rows, _unique(titles, rows), strict=True))
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: is not a parameters.json of the trackservo build ({error!r}).") from error
+    return Schema(path, str(content.get("product", "")), _hash_of(content), parameters)
+
+
+def _hash_of(content: dict[str, Any]) -> int | None:
+    """The hash that the build wrote; device object 0x3030:2 is compared with it."""
+    told = content.get("schema_hash", content.get("hash"))
+    return int(told, 0) if isinstance(told, str) else int(told) if told is not None else None
+
+
+def _parameter(row: dict[str, Any], name: str) -> Parameter:
+    if row["type"] not in TYPES:
+        raise ValueError(f"unknown type {row['type']}")
+    return Parameter(
+        name=name,
+        title=row["name"],
+        index=row["index"],
+        sub=row["sub"],
+        type=row["type"],
+        access=row["access"],
+        unit=row.get("unit", ""),
+        low=row.get("low"),
+        high=row.get("high"),
+        default=row.get("default"),
+        stored=row.get("stored", False),
+        rpdo=row.get("rpdo", False),
+        tpdo=row.get("tpdo", False),
+        help=row.get("help", ""),
+    )
+
+
+def _words(text: str) -> list[str]:
+    return [word for word in re.split(r"[^0-9a-z]+", text.lower()) if word]
+
+
+def _dotted(row: dict[str, Any], heads: dict[int, str]) -> str:
+    """axis.object.entry: words of the entry that only repeat the object's are left out."""
+    entry, axis = _without_axis(_words(row["name"]))
+    if row["index"] not in heads or row["name"] == heads[row["index"]]:
+        parts = ["_".join(entry)] if row["sub"] == 0 else ["_".join(entry), str(row["sub"])]
+    else:
+        head, _ = _without_axis(_words(heads[row["index"]]))
+        parts = ["_".join(head), "_".join(_without_head(entry, head))]
+    return ".".join([axis, *parts] if axis else parts)
+
+
+def _without_axis(words: list[str]) -> tuple[list[str], str]:
+    return (words[1:], words[0]) if len(words) > 1 and words[0] in AXES else (words, "")
+
+
+def _without_head(entry: list[str], head: list[str]) -> list[str]:
+    """Drops leading words of the entry that are the beginning or the end of the head: the longest such run."""
+    for length in range(min(len(entry) - 1, len(head)), 0, -1):
+        if entry[:length] in (head[:length], head[-length:]):
+            return entry[length:]
+    return entry
+
+
+def _unique(names: list[str], rows: list[dict[str, Any]]) -> list[str]:
+    """Where two objects would share a name, the index tells them apart."""
+    seen: dict[str, int] = {}
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+    return [
+        name if seen[name] == 1 else f"{name}_{row['index']:04x}_{row['sub']}"
+        for name, row in zip(names, rows, strict=True)
+    ]
+
+
+def fingerprint(schema: Schema) -> int:
+    """A CRC of names, types and indices, for telling files apart that carry no hash."""
+    rows = [f"{p.index:04X}:{p.sub:02X} {p.type} {p.access} {p.name}" for p in schema.parameters]
+    return zlib.crc32("\n".join(rows).encode())
+
+
+def candidates(explicit: Path | None) -> list[Path]:
+    """Where parameters.json may be, best first: option, environment, builds around this folder, those used before."""
+    if explicit is not None:
+        return [explicit]
+    if os.environ.get(ENVIRONMENT):
+        return [Path(os.environ[ENVIRONMENT])]
+    found: list[Path] = []
+    for start in (Path.cwd(), Path(__file__).resolve().parent):
+        for folder in (start, *start.parents):
+            found += sorted(folder.glob("build/*/share/trackservo/parameters.json"))
+            found += [folder / "share/trackservo/parameters.json"]
+    found += sorted(cache_folder().glob("*.json"))
+    return [path for path in dict.fromkeys(found) if path.is_file()]
+
+
+def cache_folder() -> Path:
+    """Copies of the files that fitted a device, so that servoctl works outside of the checkout."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "servoctl" / "parameters"
+
+
+def remember(schema: Schema) -> None:
+    """Keeps a copy of a file whose hash a device has confirmed; a folder that cannot be written is no error."""
+    if schema.source is None or schema.hash is None or schema.source.parent == cache_folder():
+        return
+    try:
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        (cache_folder() / f"{schema.hash:08x}.json").write_bytes(schema.source.read_bytes())
+    except OSError:
+        pass

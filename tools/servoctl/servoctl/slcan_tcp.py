@@ -1,0 +1,117 @@
+"""A CAN adapter that is reached over TCP and speaks SLCAN, the simulator's default.
+
+Protocol: Lawicel ASCII (t, T, r, R, S, O, L, C, Z). Reads whole buffers, so that a busy bus does not outrun it, and
+takes the adapter's time stamps (Z1, 1 ms).
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import threading
+import time
+from collections import deque
+from typing import Any
+
+import can
+
+_BIT_RATES = {125_000: "S4", 250_000: "S5", 500_000: "S6", 1_000_000: "S8"}
+STAMP_PERIOD_S = 60.0
+"""After this long the time stamps begin anew."""
+
+
+class SlcanTcpBus(can.BusABC):
+    """A python-can bus; frames carry seconds since connecting, by the adapter's clock."""
+
+    def __init__(
+        self, host: str, port: int, bitrate: int = 1_000_000, listen_only: bool = False, timeout_s: float = 3.0, **kwargs: Any
+    ) -> None:
+        """`bitrate` in bit/s; raises OSError when nobody listens at host:port."""
+        self._socket = socket.create_connection((host, port), timeout=timeout_s)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._rest = b""
+        self._messages: deque[can.Message] = deque()
+        self._send_lock = threading.Lock()
+        self._first_stamp_s: float | None = None
+        self._started_s = time.monotonic()
+        self.channel_info = f"SLCAN at {host}:{port}"
+        self._write(f"C\r{_BIT_RATES[bitrate]}\rZ1\r{'L' if listen_only else 'O'}\r")
+        super().__init__(channel=f"{host}:{port}", **kwargs)
+
+    def _write(self, text: str) -> None:
+        with self._send_lock:
+            try:
+                self._socket.sendall(text.encode("ascii"))
+            except OSError as error:
+                raise can.CanOperationError(f"{self.channel_info}: the connection is lost") from error
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Sends one frame; `timeout` is not used, TCP takes what fits."""
+        kind = ("R" if msg.is_remote_frame else "T") if msg.is_extended_id else ("r" if msg.is_remote_frame else "t")
+        identifier = f"{msg.arbitration_id:08X}" if msg.is_extended_id else f"{msg.arbitration_id:03X}"
+        data = "" if msg.is_remote_frame else bytes(msg.data).hex().upper()
+        self._write(f"{kind}{identifier}{msg.dlc}{data}\r")
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._messages:
+            ready, _, _ = select.select([self._socket], [], [], timeout)
+            if ready:
+                self._read()
+        return (self._messages.popleft() if self._messages else None), False
+
+    def _read(self) -> None:
+        try:
+            received = self._socket.recv(1 << 16)
+        except OSError as error:
+            raise can.CanOperationError(f"{self.channel_info}: the connection is lost") from error
+        if not received:
+            raise can.CanOperationError(f"{self.channel_info}: the other end has closed the connection")
+        *lines, self._rest = (self._rest + received.replace(b"\a", b"\r")).split(b"\r")
+        for line in lines:
+            if line[:1] in (b"t", b"T", b"r", b"R"):
+                message = self._parse(line)
+                if message is not None:
+                    self._messages.append(message)
+
+    def _parse(self, line: bytes) -> can.Message | None:
+        extended, remote = line[:1] in (b"T", b"R"), line[:1] in (b"r", b"R")
+        digits = 8 if extended else 3
+        try:
+            identifier, length = int(line[1 : 1 + digits], 16), int(line[1 + digits : 2 + digits])
+            end = 2 + digits + (0 if remote else 2 * length)
+            data = bytes.fromhex(line[2 + digits : end].decode("ascii"))
+            stamp = int(line[end : end + 4], 16) if len(line) >= end + 4 else None
+        except ValueError:
+            return None  # a torn line, as after an overrun of the adapter
+        return can.Message(
+            timestamp=self._time(stamp),
+            arbitration_id=identifier,
+            is_extended_id=extended,
+            is_remote_frame=remote,
+            dlc=length,
+            data=data,
+        )
+
+    def _time(self, stamp_ms: int | None) -> float:
+        """Seconds since connecting; the host's clock tells how often the stamp has begun anew."""
+        host_s = time.monotonic() - self._started_s
+        if stamp_ms is None:
+            return host_s
+        stamp_s = stamp_ms / 1000.0
+        if self._first_stamp_s is None:
+            self._first_stamp_s = stamp_s - host_s
+        since_s = stamp_s - self._first_stamp_s
+        return since_s + STAMP_PERIOD_S * round((host_s - since_s) / STAMP_PERIOD_S)
+
+    def fileno(self) -> int:
+        """The socket, for select."""
+        return self._socket.fileno()
+
+    def shutdown(self) -> None:
+        """Leaves the bus."""
+        super().shutdown()
+        try:
+            self._socket.sendall(b"C\r")
+        except OSError:
+            pass
+        self._socket.close()
