@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <memory>
 
 #include "experiments/benchmark.hpp"
 #include "experiments/campaign.hpp"
@@ -93,13 +94,14 @@ struct ServeCommand {
 };
 
 // Prints the address of every bus end, a line each: scripts read them.
-void serve(ServeCommand command) {
-  command.options.real_time = command.speed == "realtime";
-  sim::serve(sim::load_plant(command.plant), command.options, [](const std::vector<std::string>& addresses) {
+void serve(const ServeCommand& command) {
+  sim::ServeOptions options = command.options;
+  options.real_time = command.speed == "realtime";
+  sim::serve(sim::load_plant(command.plant), options, [](const std::vector<std::string>& addresses) {
     for (const std::string& address : addresses) {
       fmt::print("{}\n", address);
     }
-    std::fflush(stdout);
+    (void)std::fflush(stdout);
   });
 }
 
@@ -107,7 +109,7 @@ void serve(ServeCommand command) {
 void show_progress(int done, int total, const std::string& what) {
   if (isatty(STDERR_FILENO) != 0) {
     fmt::print(stderr, "\r[{:3d} %] {:<60}{}", 100 * done / total, what, done == total ? "\n" : "");
-    std::fflush(stderr);
+    (void)std::fflush(stderr);
   } else if (10 * done / total > 10 * (done - 1) / total) {
     fmt::print(stderr, "[{:3d} %] {}\n", 100 * done / total, what);
   }
@@ -129,96 +131,101 @@ void bench(const std::filesystem::path& data_dir) {
   fmt::print("plant, both axes, one PWM period of 50 us                       {:8.1f} ns\n", figures.plant_pwm_ns);
 }
 
-}  // namespace
+const char *const kDataHelp = "folder with plants/ and scenarios/";
 
-int main(int argc, char **argv) {
-  CLI::App app{"The simulated optical tracker with the servo firmware on it."};
-  app.require_subcommand(1);
-  std::filesystem::path data_dir = TRACKSERVO_DATA_DIR;
-
-  RunOptions run_options;
-  CLI::App *run_command = app.add_subcommand("run", "run one scenario with one controller");
-  run_command->add_option("--plant", run_options.plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
-  run_command->add_option("--scenario", run_options.scenario, "scenario file (TOML)")
-      ->required()
-      ->check(CLI::ExistingFile);
+void add_run(CLI::App& app) {
+  auto options = std::make_shared<RunOptions>();
   std::vector<std::string> names;
   for (const sim::ControllerSpec& spec : sim::controller_specs()) {
     names.push_back(spec.name);
   }
-  run_command->add_option("--controller", run_options.controller, "controller")
+  CLI::App *command = app.add_subcommand("run", "run one scenario with one controller");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
+  command->add_option("--scenario", options->scenario, "scenario file (TOML)")->required()->check(CLI::ExistingFile);
+  command->add_option("--controller", options->controller, "controller")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
-  run_command->add_option("--seed", run_options.seed, "seed of all noise and parameter errors")->capture_default_str();
-  run_command->add_option("--csv", run_options.csv, "write the trace here (one file per case)");
-  run_command->add_option("--friction", run_options.friction, "the plant's friction, instead of its file's")
+  command->add_option("--seed", options->seed, "seed of all noise and parameter errors")->capture_default_str();
+  command->add_option("--csv", options->csv, "write the trace here (one file per case)");
+  command->add_option("--friction", options->friction, "the plant's friction, instead of its file's")
       ->check(CLI::IsMember({"lugre", "maxwell_slip", "none"}));
-  run_command
-      ->add_option("--friction-parameter-error", run_options.friction_parameter_error,
+  command
+      ->add_option("--friction-parameter-error", options->friction_parameter_error,
                    "share by which every feedforward parameter is wrong")
       ->check(CLI::Range(0.0, 0.5))
       ->capture_default_str();
-  run_command->add_flag("--improved-loop", run_options.improved_loop,
-                        "tracking: predict the target, feed its rate forward");
+  command->add_flag("--improved-loop", options->improved_loop, "tracking: predict the target, feed its rate forward");
+  command->callback([options] { run(*options); });
+}
 
-  sim::CampaignOptions campaign_options;
-  bool quick = false;
-  CLI::App *experiments_command = app.add_subcommand("experiments", "run all experiments of the paper");
-  experiments_command->add_option("--out", campaign_options.out_dir, "folder for results.json and the CSVs")
-      ->required();
-  experiments_command->add_option("--data", data_dir, "folder with plants/ and scenarios/")
-      ->check(CLI::ExistingDirectory);
-  experiments_command->add_option("--seeds", campaign_options.seeds, "seeds to run")->capture_default_str();
-  experiments_command->add_option("--threads", campaign_options.threads, "threads")
-      ->check(CLI::Range(1, 64))
-      ->capture_default_str();
-  experiments_command->add_flag("--quick", quick, "one seed only, for a first look");
+void add_experiments(CLI::App& app) {
+  auto options = std::make_shared<sim::CampaignOptions>();
+  options->data_dir = TRACKSERVO_DATA_DIR;
+  auto quick = std::make_shared<bool>(false);
+  CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
+  command->add_option("--out", options->out_dir, "folder for results.json and the CSVs")->required();
+  command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  command->add_option("--seeds", options->seeds, "seeds to run")->capture_default_str();
+  command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  command->add_flag("--quick", *quick, "one seed only, for a first look");
+  command->callback([options, quick] {
+    if (*quick) {
+      options->seeds = {1};
+    }
+    experiments(*options);
+  });
+}
 
-  CLI::App *bench_command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
-  bench_command->add_option("--data", data_dir, "folder with plants/ and scenarios/")->check(CLI::ExistingDirectory);
+void add_bench(CLI::App& app) {
+  auto data_dir = std::make_shared<std::filesystem::path>(TRACKSERVO_DATA_DIR);
+  CLI::App *command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
+  command->add_option("--data", *data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  command->callback([data_dir] { bench(*data_dir); });
+}
 
-  ServeCommand serve_command;
-  serve_command.plant = data_dir / "plants/tracker.toml";
-  CLI::App *serve_app = app.add_subcommand("serve", "be a CANopen node on a bus that clients reach, until stdin ends");
-  serve_app->add_option("--plant", serve_command.plant, "plant file (TOML)")
-      ->check(CLI::ExistingFile)
+void add_serve(CLI::App& app) {
+  auto serving = std::make_shared<ServeCommand>();
+  serving->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  CLI::App *command = app.add_subcommand("serve", "be a CANopen node on a bus that clients reach, until stdin ends");
+  command->add_option("--plant", serving->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  command
+      ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
       ->capture_default_str();
-  serve_app
-      ->add_option("--bus", serve_command.options.buses,
-                   "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
-      ->capture_default_str();
-  serve_app->add_option("--node", serve_command.options.node_id, "node id")
-      ->check(CLI::Range(1, 127))
-      ->capture_default_str();
-  serve_app->add_option("--seed", serve_command.options.seed, "seed of all noise")->capture_default_str();
-  serve_app->add_option("--speed", serve_command.speed, "pace of simulated time")
+  command->add_option("--node", serving->options.node_id, "node id")->check(CLI::Range(1, 127))->capture_default_str();
+  command->add_option("--seed", serving->options.seed, "seed of all noise")->capture_default_str();
+  command->add_option("--speed", serving->speed, "pace of simulated time")
       ->check(CLI::IsMember({"realtime", "max"}))
       ->capture_default_str();
+  command->callback([serving] { serve(*serving); });
+}
 
-  CLI::App *keys_command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
-  std::string keys_of;
-  keys_command->add_option("file", keys_of, "which files")->required()->check(CLI::IsMember({"plant", "scenario"}));
+void add_keys(CLI::App& app) {
+  auto file = std::make_shared<std::string>();
+  CLI::App *command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
+  command->add_option("file", *file, "which files")->required()->check(CLI::IsMember({"plant", "scenario"}));
+  command->callback(
+      [file] { fmt::print("{}", *file == "plant" ? sim::plant_keys_markdown() : sim::scenario_keys_markdown()); });
+}
 
+int parse_and_run(int argc, char **argv) {
+  CLI::App app{"The simulated optical tracker with the servo firmware on it."};
+  app.require_subcommand(1);
+  add_run(app);
+  add_experiments(app);
+  add_bench(app);
+  add_serve(app);
+  add_keys(app);
   CLI11_PARSE(app, argc, argv);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
   try {
-    if (run_command->parsed()) {
-      run(run_options);
-    } else if (experiments_command->parsed()) {
-      campaign_options.data_dir = data_dir;
-      if (quick) {
-        campaign_options.seeds = {1};
-      }
-      experiments(campaign_options);
-    } else if (serve_app->parsed()) {
-      serve(serve_command);
-    } else if (keys_command->parsed()) {
-      fmt::print("{}", keys_of == "plant" ? sim::plant_keys_markdown() : sim::scenario_keys_markdown());
-    } else {
-      bench(data_dir);
-    }
+    return parse_and_run(argc, argv);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "sim_host: {}\n", error.what());
+    (void)std::fprintf(stderr, "sim_host: %s\n", error.what());
     return 2;
   }
-  return 0;
 }

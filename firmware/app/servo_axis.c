@@ -49,9 +49,8 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
     case SERVO_TRACKING:
       return tracking;
     case SERVO_POSITION:
-      return (speed_reference){.rate_rad_s =
-                                   position_loop_rate(&params->position, command->position, samples->motion.joint_angle,
-                                                      command->speed.rate_rad_s),
+      return (speed_reference){.rate_rad_s = position_loop_rate(&params->position, command->position,
+                                                                samples->motion.joint_angle, command->speed.rate_rad_s),
                                .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
     case SERVO_SPEED:
       return command->speed;

@@ -9,7 +9,7 @@ static void read_frame(hal *machine, int axis, camera_frame *frame) {
 }
 
 static servo_samples read_samples(hal *machine) {
-  servo_samples samples;
+  servo_samples samples = {0};
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_samples *axis = &samples.axis[i];
     axis->motion.joint_angle = hal_joint_angle_turn32(machine, i);

@@ -30,7 +30,7 @@ typedef enum {
 typedef enum { SCOPE_FLOAT = 0, SCOPE_INT32, SCOPE_UINT32 } scope_kind;
 
 typedef struct {
-  uint32_t id;        /* names the signal for whoever reads the stream */
+  uint32_t id; /* names the signal for whoever reads the stream */
   scope_kind kind;
   const void *source; /* an aligned 32-bit value that outlives the capture */
 } scope_channel;
@@ -72,9 +72,9 @@ typedef struct {
   scope_phase phase;
   uint32_t tick_ns;
   uint32_t capacity_frames;
-  uint32_t next_frame;  /* slot of the ring that is written next */
-  uint32_t frames;      /* in the ring, up to the capacity */
-  uint32_t after_left;  /* frames still to come after the trigger */
+  uint32_t next_frame; /* slot of the ring that is written next */
+  uint32_t frames;     /* in the ring, up to the capacity */
+  uint32_t after_left; /* frames still to come after the trigger */
   uint32_t ticks_to_frame;
   uint32_t trigger_frame; /* counted from the oldest one, once done */
   bool pending;           /* a state change or fault since the last frame */

@@ -111,9 +111,8 @@ static bool target_reached(drive_axis *axis, const drive_objects *objects, const
                        runs && mode == DRIVE_PROFILE_POSITION && !axis->motion.setpoints.under_way && near_position,
                        position->window_ms, dt_s);
   const bool near_velocity = distance_between(velocity->target, velocity->actual) <= velocity->window;
-  const bool velocity_reached =
-      dwell_timer_step(&axis->velocity_reached, runs && mode == DRIVE_PROFILE_VELOCITY && near_velocity,
-                       velocity->window_ms, dt_s);
+  const bool velocity_reached = dwell_timer_step(
+      &axis->velocity_reached, runs && mode == DRIVE_PROFILE_VELOCITY && near_velocity, velocity->window_ms, dt_s);
   return position_reached || velocity_reached || (!runs && setpoint->stopped);
 }
 

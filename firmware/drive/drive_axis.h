@@ -29,8 +29,8 @@ typedef struct {
   float torque_nm;        /* what the motor gives */
   float torque_demand_nm; /* what the last tick commanded */
   bool torque_limited;
-  bool ready;            /* self-test done */
-  bool voltage_present;  /* the bus voltage lets the motor run */
+  bool ready;           /* self-test done */
+  bool voltage_present; /* the bus voltage lets the motor run */
   bool warning;
   bool remote;           /* the controlword is obeyed: the node is operational */
   bool setpoint_arrived; /* 607A, 60FF or 6071 was written since the last tick, the same value included */

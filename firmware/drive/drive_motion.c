@@ -180,11 +180,10 @@ static drive_setpoint profile_velocity(drive_motion *motion, const drive_objects
   bool clamped;
   const float target_rad_s = clamped_rate(objects->velocity.target, &limits, &clamped);
   const drive_motion before = *motion;
-  const profile_motion step =
-      position_is_limited(&objects->limit) && target_rad_s != 0.0f
-          ? profile_towards_rate_within(&motion->ramp, &limits, target_rad_s,
-                                        room_rad(&objects->limit, feedback, target_rad_s), dt_s)
-          : profile_towards_rate(&motion->ramp, &limits, target_rad_s, dt_s);
+  const profile_motion step = position_is_limited(&objects->limit) && target_rad_s != 0.0f
+                                  ? profile_towards_rate_within(&motion->ramp, &limits, target_rad_s,
+                                                                room_rad(&objects->limit, feedback, target_rad_s), dt_s)
+                                  : profile_towards_rate(&motion->ramp, &limits, target_rad_s, dt_s);
   drive_setpoint setpoint = setpoint_of(&before, feedback, step.mean_acceleration_rad_s2);
   setpoint.limited = clamped || (profile_at_rest(&motion->ramp) && target_rad_s != 0.0f);
   return setpoint;
@@ -229,8 +228,7 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
   drive_setpoint setpoint = setpoint_of(motion, feedback, 0.0f);
   const float wanted_rad_s = now.rate_rad_s + drive_rate_from_velocity(objects->velocity.offset);
   setpoint.command.speed.rate_rad_s = scalar_clamp(wanted_rad_s, -limits.rate_rad_s, limits.rate_rad_s);
-  setpoint.limited =
-      cut || target != objects->position.target || setpoint.command.speed.rate_rad_s != wanted_rad_s;
+  setpoint.limited = cut || target != objects->position.target || setpoint.command.speed.rate_rad_s != wanted_rad_s;
   return setpoint;
 }
 
@@ -268,8 +266,8 @@ static float along_slope(float from_nm, float to_nm, const drive_torque_objects 
   return scalar_clamp(to_nm, from_nm - step_nm, from_nm + step_nm);
 }
 
-static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *objects,
-                                    const drive_feedback *feedback, float dt_s) {
+static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
+                                    float dt_s) {
   const drive_torque_objects *torque = &objects->torque;
   const profile_limits limits = velocity_limits(&objects->limit);
   const float target_nm = drive_torque_from_permille((int32_t)torque->target + torque->offset, torque->rated_mnm);
@@ -347,8 +345,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     setpoint = run(motion, objects, feedback, dt_s);
   } else {
     const drive_limit_objects *limit = &objects->limit;
-    const uint32_t deceleration =
-        action == DRIVE_QUICK_STOP ? limit->quick_stop_deceleration : limit->deceleration;
+    const uint32_t deceleration = action == DRIVE_QUICK_STOP ? limit->quick_stop_deceleration : limit->deceleration;
     const profile_limits limits = drive_profile_limits(limit, limit->maximum_velocity, deceleration);
     setpoint = stop(motion, feedback, &limits, dt_s);
   }

@@ -37,15 +37,15 @@ typedef struct {
   position_interpolation positions;
   int setpoint_age_ticks;
   float blocked_direction; /* -1 or 1: stopped before the software position limit on that side; 0: free */
-  float torque_nm; /* cst: on its way along the torque slope */
+  float torque_nm;         /* cst: on its way along the torque slope */
 } drive_motion;
 
 typedef struct {
   servo_axis_command command;
   drive_angle position; /* demand; of the axis when no position is controlled */
-  bool limited;  /* a limit changed what was asked for */
-  bool followed; /* the target is obeyed: no stop, set-points are fresh */
-  bool stopped;  /* a stop has ended */
+  bool limited;         /* a limit changed what was asked for */
+  bool followed;        /* the target is obeyed: no stop, set-points are fresh */
+  bool stopped;         /* a stop has ended */
 } drive_setpoint;
 
 bool drive_mode_supported(int8_t mode);

@@ -31,7 +31,7 @@ typedef struct {
 } drive_options;
 
 typedef struct {
-  uint16_t error_code; /* 603F, ro: 0 when there was no fault since the last reset */
+  uint16_t error_code;  /* 603F, ro: 0 when there was no fault since the last reset */
   uint16_t controlword; /* 6040 */
   uint16_t statusword;  /* 6041, ro */
   int8_t mode;          /* 6060 */

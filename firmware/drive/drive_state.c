@@ -178,10 +178,14 @@ drive_action drive_state_step(drive_state *state, const drive_options *options, 
 
 uint16_t drive_state_statusword(drive_power_state power) {
   static const uint16_t words[] = {
-      [DRIVE_NOT_READY] = 0x0020,         [DRIVE_SWITCH_ON_DISABLED] = 0x0060,
-      [DRIVE_READY_TO_SWITCH_ON] = 0x0021, [DRIVE_SWITCHED_ON] = 0x0023,
-      [DRIVE_OPERATION_ENABLED] = 0x0027, [DRIVE_QUICK_STOP_ACTIVE] = 0x0007,
-      [DRIVE_FAULT_REACTION_ACTIVE] = 0x002F, [DRIVE_FAULT] = 0x0028,
+      [DRIVE_NOT_READY] = 0x0020,
+      [DRIVE_SWITCH_ON_DISABLED] = 0x0060,
+      [DRIVE_READY_TO_SWITCH_ON] = 0x0021,
+      [DRIVE_SWITCHED_ON] = 0x0023,
+      [DRIVE_OPERATION_ENABLED] = 0x0027,
+      [DRIVE_QUICK_STOP_ACTIVE] = 0x0007,
+      [DRIVE_FAULT_REACTION_ACTIVE] = 0x002F,
+      [DRIVE_FAULT] = 0x0028,
   };
   return words[power];
 }

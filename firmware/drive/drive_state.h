@@ -24,10 +24,10 @@ typedef enum {
 } drive_power_state;
 
 typedef enum {
-  DRIVE_OFF = 0,    /* no torque */
-  DRIVE_RUN,        /* the mode of operation decides */
-  DRIVE_SLOW_DOWN,  /* to standstill with 6084, then hold it */
-  DRIVE_QUICK_STOP  /* to standstill with 6085, then hold it */
+  DRIVE_OFF = 0,   /* no torque */
+  DRIVE_RUN,       /* the mode of operation decides */
+  DRIVE_SLOW_DOWN, /* to standstill with 6084, then hold it */
+  DRIVE_QUICK_STOP /* to standstill with 6085, then hold it */
 } drive_action;
 
 typedef enum {

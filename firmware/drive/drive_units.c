@@ -39,9 +39,7 @@ drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now) {
   return before + (int32_t)(now - (angle_turn32)before);
 }
 
-float drive_angle_difference_rad(drive_angle to, drive_angle from) {
-  return (float)(to - from) * ANGLE_RAD_PER_TURN32;
-}
+float drive_angle_difference_rad(drive_angle to, drive_angle from) { return (float)(to - from) * ANGLE_RAD_PER_TURN32; }
 
 int32_t drive_position_from_angle(drive_angle angle) {
   if (angle >= FARTHEST_ANGLE) {
@@ -63,7 +61,7 @@ int32_t drive_velocity_from_rate(float rate_rad_s) {
     return isnan(rate_rad_s) ? 0 : (rate_rad_s > 0.0f ? INT32_MAX : INT32_MIN);
   }
   int exponent;
-  const float fraction = frexpf(rate_rad_s, &exponent);                    /* rate = fraction 2^exponent */
+  const float fraction = frexpf(rate_rad_s, &exponent);                         /* rate = fraction 2^exponent */
   const int64_t product = (int64_t)(fraction * 16777216.0f) * INT64_C(1000000); /* exact: 24 bits times 20 */
   const int shift = 24 - exponent;
   if (shift <= 0) {

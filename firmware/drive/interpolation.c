@@ -66,8 +66,7 @@ static interpolated_position evaluate(const position_interpolation *state, float
   const float rest = 1.0f - u;
   /* The straight line, and what bends it. */
   const float ahead_rad_s = mean_rad_s - u * (rest * start_rad_s - u * end_rad_s);
-  const float rate_rad_s =
-      mean_rad_s + rest * (1.0f - 3.0f * u) * start_rad_s - u * (2.0f - 3.0f * u) * end_rad_s;
+  const float rate_rad_s = mean_rad_s + rest * (1.0f - 3.0f * u) * start_rad_s - u * (2.0f - 3.0f * u) * end_rad_s;
   return (interpolated_position){.position = moved(state->end, -ahead_rad_s * rest * period_s),
                                  .rate_rad_s = rate_rad_s};
 }

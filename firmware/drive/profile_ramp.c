@@ -36,9 +36,7 @@ control_status profile_limits_check(const profile_limits *limits) {
   return scalar_check_ranges(ranges, 4);
 }
 
-bool profile_at_rest(const profile_ramp *ramp) {
-  return ramp->rate_rad_s == 0.0f && ramp->acceleration_rad_s2 == 0.0f;
-}
+bool profile_at_rest(const profile_ramp *ramp) { return ramp->rate_rad_s == 0.0f && ramp->acceleration_rad_s2 == 0.0f; }
 
 /* From the rate of now, all its digits, to another. */
 static float rate_change(const profile_ramp *ramp, float to_rad_s) {

@@ -1,7 +1,7 @@
 /* Ramps with limited rate, acceleration and jerk: to a rate (pv, stops), or over a distance (pp).
  *
- *     to a rate:        jerk +-j until the acceleration meets its limit, hold, jerk back to 0: three pieces, closed form
- *     over a distance:  go on towards the profile rate as long as one can still stop in time, then stop
+ *     to a rate:        jerk +-j until the acceleration meets its limit, hold, jerk back to 0: three pieces, closed
+ * form over a distance:  go on towards the profile rate as long as one can still stop in time, then stop
  *
  * (CiA 402-2 clauses 7.2 and 7.3: 6081, 6083, 6084, 60A4, 607F.) Every tick decides anew from its own state, so the
  * target and the limits may change at any time. Switching times fall between ticks: with equal acceleration and
@@ -56,8 +56,8 @@ profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_lim
                                            float room_rad, float dt_s);
 
 /* One tick towards rest at `distance_rad` from here, at no more than limits->rate_rad_s. Overshoots only when the
- * limits leave no other way from where it is (or by rounding: 1e-7 of the distance), and comes back. `travel_rad` is `distance_rad` in the tick in which it
- * arrives. */
+ * limits leave no other way from where it is (or by rounding: 1e-7 of the distance), and comes back. `travel_rad` is
+ * `distance_rad` in the tick in which it arrives. */
 profile_motion profile_towards_distance(profile_ramp *ramp, const profile_limits *limits, float distance_rad,
                                         float dt_s);
 

@@ -6,6 +6,7 @@
 #include "node/device_dictionary.h"
 #include "node/drive_dictionary.h"
 #include "node/schema_hash.h"
+#include "node/scope_signals.h"
 #include "node/shared_dictionary.h"
 #include "parameters/axis_dictionary.h"
 
@@ -110,7 +111,13 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .owner = axis,
                                .hooks = &drive_hooks};
   }
-  parts[count++] = (od_part){.table = shared_table, .shift = 0, .prefix = "", .values = &node->objects};
+  parts[count++] = (od_part){.table = scope_objects_table,
+                             .prefix = "",
+                             .values = &node->scope_setup,
+                             .owner = node,
+                             .hooks = &scope_objects_hooks};
+  parts[count++] = (od_part){.table = scope_signals_table, .prefix = "", .values = node};
+  parts[count++] = (od_part){.table = shared_table, .prefix = "", .values = &node->objects};
   return count;
 }
 
@@ -129,6 +136,7 @@ static bool start_servo(servo_node *node, const servo_node_config *config) {
 
 bool servo_node_start(servo_node *node, const servo_node_config *config) {
   memset(node, 0, sizeof *node);
+  scope_reset(&node->recorder);
   if (!start_servo(node, config)) {
     return false;
   }
@@ -194,6 +202,18 @@ static void tell_fault(servo_node *node, int i) {
   axis->told_error = code;
 }
 
+/* What the scope triggers on: any power state, and any fault. */
+static void record(servo_node *node) {
+  uint32_t states = 0;
+  bool fault = false;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const drive_power_state power = node->axis[i].drive.state.power;
+    states = states << 8 | (uint32_t)power;
+    fault = fault || power == DRIVE_FAULT || power == DRIVE_FAULT_REACTION_ACTIVE;
+  }
+  scope_step(&node->recorder, states, fault);
+}
+
 bool servo_node_receive(servo_node *node, const can_frame *frame) {
   return canopen_node_receive(&node->canopen, frame);
 }
@@ -208,6 +228,7 @@ void servo_node_tick(servo_node *node) {
   }
   node->bus_fault_code = 0;
   servo_board_control(&node->board);
+  record(node);
   node->objects.ticks++;
 }
 

@@ -11,6 +11,7 @@
 #include "canopen/canopen_node.h"
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
+#include "node/scope_objects.h"
 #include "node/tuning_objects.h"
 
 enum { SERVO_NODE_QUEUE = 128 };
@@ -35,6 +36,8 @@ typedef struct {
   servo_board board;
   servo_node_axis axis[SERVO_AXES];
   servo_node_objects objects;
+  scope_objects scope_setup; /* 0x3000 */
+  scope recorder;
   uint16_t bus_fault_code; /* a communication fault that both axes shall see in the next tick; 0: none */
   canopen_node canopen;
   can_frame received[SERVO_NODE_QUEUE];

@@ -1,7 +1,5 @@
 #include "parameters/axis_tuning.h"
 
-#include <string.h>
-
 #include "app/servo_axis.h"
 
 control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *parameters, servo_axis_params *in_force) {
@@ -38,7 +36,7 @@ control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axi
 }
 
 void axis_tuning_refresh(axis_tuning *tuning) {
-  const bool staged = memcmp(&tuning->staged, &tuning->active, sizeof tuning->staged) != 0;
+  const bool staged = axis_parameters_crc(&tuning->staged) != tuning->active_crc;
   const bool dirty = tuning->active_crc != tuning->stored_crc;
   tuning->flags = (staged ? AXIS_TUNING_STAGED : 0u) | (dirty ? AXIS_TUNING_DIRTY : 0u);
 }

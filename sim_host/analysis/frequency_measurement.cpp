@@ -8,6 +8,7 @@
 namespace trackservo::sim {
 namespace {
 
+constexpr double kRatio = 1.07;  // between neighbouring tones
 constexpr int kSettleTicks = 3000;
 constexpr double kSpacing_hz = 0.25;  // tones are multiples of it
 constexpr int kMeasureTicks = 16000;  // a whole number of periods of every tone
@@ -21,8 +22,9 @@ struct Tone {
 std::vector<Tone> multisine(const MeasurementRequest& request) {
   RandomStream phases(request.seed, "multisine.phase", request.axis);
   std::vector<Tone> tones;
-  for (double wanted_hz = request.first_hz; wanted_hz <= request.last_hz; wanted_hz *= 1.07) {
-    const double grid_hz = kSpacing_hz * std::round(wanted_hz / kSpacing_hz);
+  const int count = 1 + static_cast<int>(std::log(request.last_hz / request.first_hz) / std::log(kRatio));
+  for (int i = 0; i < count; ++i) {
+    const double grid_hz = kSpacing_hz * std::round(request.first_hz * std::pow(kRatio, i) / kSpacing_hz);
     if (tones.empty() || grid_hz > tones.back().frequency_hz) {
       tones.push_back({grid_hz, 2.0 * kPi * phases.uniform()});
     }

@@ -180,7 +180,7 @@ std::string TomlReader::checked_text(const TomlTable& table, const KeyText& key,
   if (!node.is_string()) {
     fail(table, key.name, fmt::format("is {}", type_text(node)), "give a text in quotes");
   }
-  const std::string text = *node.value<std::string>();
+  std::string text = *node.value<std::string>();
   if (text.empty()) {
     fail(table, key.name, "is empty", "give a text");
   }
