@@ -1,4 +1,5 @@
-// Prints what describes the node to others: describe_node FOLDER writes trackservo.eds and parameters.json there.
+// Prints what describes the node to others: describe_node FOLDER writes trackservo.eds, trackservo.dbc,
+// parameters.json and can-objects.md there.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -19,6 +20,8 @@ namespace {
 namespace sim = trackservo::sim;
 namespace dictionary = trackservo::dictionary;
 
+constexpr std::uint8_t kNodeId = 1;  // of the DBC; the others are for any node
+
 void write(const std::filesystem::path& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
@@ -33,7 +36,7 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantCo
   const axis_parameters parameters[SERVO_AXES] = {sim::node_parameters(plant, sim::kAzimuth),
                                                   sim::node_parameters(plant, sim::kPitch)};
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
-  const servo_node_config config = {1, nowhere, machine.hal_pointer(), parameters};
+  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters};
   if (!servo_node_start(node.get(), &config)) {
     throw std::runtime_error("the node does not start");
   }
@@ -51,19 +54,21 @@ void describe(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
   write(folder / "parameters.json", parameters.dump(1) + "\n");
+  write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
+  write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
 }
 
 }  // namespace
 
 int main(int argc, char **argv) {
   if (argc != 2) {
-    std::fprintf(stderr, "Usage: describe_node FOLDER\n");
+    (void)std::fprintf(stderr, "Usage: describe_node FOLDER\n");
     return 2;
   }
   try {
     describe(argv[1]);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "describe_node: %s\n", error.what());
+    (void)std::fprintf(stderr, "describe_node: %s\n", error.what());
     return 2;
   }
   return 0;
