@@ -7,6 +7,22 @@ include(TrackservoInstrumentation)
 add_library(trackservo_reproducible_floats INTERFACE)
 target_compile_options(trackservo_reproducible_floats INTERFACE -ffp-contract=off)
 
+# The simulator is optimised across files, firmware included: a tenth faster with the same numbers. Tests are not, since
+# each would be optimised anew when it is linked; so libraries carry ordinary code, too ("fat objects", gcc only).
+if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT TRACKSERVO_SANITIZE AND NOT TRACKSERVO_COVERAGE)
+  include(CheckIPOSupported)
+  check_ipo_supported(RESULT trackservo_ipo LANGUAGES C CXX)
+endif()
+
+# For the libraries of the simulator and for its executable.
+function(trackservo_optimise_across_files target)
+  if(trackservo_ipo)
+    set_target_properties(
+      ${target} PROPERTIES INTERPROCEDURAL_OPTIMIZATION_RELWITHDEBINFO ON INTERPROCEDURAL_OPTIMIZATION_RELEASE ON)
+    target_compile_options(${target} PRIVATE -ffat-lto-objects)
+  endif()
+endfunction()
+
 # Our rules for one target: C11 and C++17 as written, without compiler extensions.
 function(trackservo_own_code target)
   target_compile_features(${target} PRIVATE c_std_11 cxx_std_17)
@@ -20,4 +36,5 @@ function(trackservo_add_firmware_library target)
   trackservo_own_code(${target})
   target_include_directories(${target} PUBLIC "${PROJECT_SOURCE_DIR}/firmware")
   target_link_libraries(${target} PRIVATE trackservo_coverage PUBLIC m)
+  trackservo_optimise_across_files(${target})
 endfunction()

@@ -52,6 +52,20 @@ class RandomStream {
   // A standard normal deviate: mean 0, standard deviation 1. About 5 ns.
   double normal() { return distribution_(engine_); }
 
+  // For noise of about a converter's step, which rounds it off anyway, at half the price: the sum of the eight bytes of
+  // one word. Mean and standard deviation as of normal(), kurtosis 2.85, none beyond 4.9, in steps of 1/209.
+  double nearly_normal() {
+    constexpr std::uint64_t kEvenBytes = 0x00FF00FF00FF00FFULL;
+    constexpr std::uint64_t kSumOfLanes =
+        0x0001000100010001ULL;  // a factor that adds the 16-bit lanes into the top one
+    constexpr double kMean = 8 * 127.5;
+    constexpr double kDeviation_1 = 1.0 / 209.02153;  // sqrt(8 (256^2 - 1) / 12)
+    const std::uint64_t word = engine_();
+    const std::uint64_t pairs = (word & kEvenBytes) + ((word >> 8) & kEvenBytes);
+    const auto sum = static_cast<std::int32_t>((pairs * kSumOfLanes) >> 48);
+    return (sum - kMean) * kDeviation_1;
+  }
+
   // A uniform deviate in [0, 1).
   double uniform() { return static_cast<double>(engine_() >> 11) * 0x1.0p-53; }
 

@@ -43,10 +43,10 @@ static float rate_change(const profile_ramp *ramp, float to_rad_s) {
   return (to_rad_s - ramp->rate_rad_s) - ramp->rate_rest_rad_s;
 }
 
-/* The rate that is reached when the acceleration is brought to 0 at once. */
-static float settling_rate(const profile_ramp *ramp, float jerk_rad_s3) {
+/* How much the rate still changes when the acceleration is brought to 0 at once. */
+static float settling_change(const profile_ramp *ramp, float jerk_rad_s3) {
   const float a = ramp->acceleration_rad_s2;
-  return ramp->rate_rad_s + a * scalar_abs(a) / (2.0f * jerk_rad_s3);
+  return a * scalar_abs(a) / (2.0f * jerk_rad_s3);
 }
 
 /* An axis that brakes harder than it accelerates stops first and reverses then: its acceleration at rate 0 is 0, so
@@ -70,13 +70,14 @@ static float acceleration_limit(const profile_ramp *ramp, const profile_limits *
 static ramp_plan plan_to_rate(const profile_ramp *ramp, const profile_limits *limits, float wanted_rad_s) {
   const float jerk = limits->jerk_rad_s3;
   const float target_rad_s = reachable_rate(ramp, limits, wanted_rad_s);
-  const float settling_rad_s = settling_rate(ramp, jerk);
-  const float sign = target_rad_s < settling_rad_s ? -1.0f : 1.0f;
-  const float limit = acceleration_limit(ramp, limits, settling_rad_s, target_rad_s, sign);
+  const float wanted_change = rate_change(ramp, target_rad_s);
+  const float settling = settling_change(ramp, jerk);
+  const float sign = wanted_change < settling ? -1.0f : 1.0f;
+  const float limit = acceleration_limit(ramp, limits, ramp->rate_rad_s + settling, target_rad_s, sign);
 
   /* Mirrored so that the middle piece accelerates. */
   const float start = sign * ramp->acceleration_rad_s2;
-  const float change = sign * rate_change(ramp, target_rad_s);
+  const float change = sign * wanted_change;
   const float free_peak = sqrtf(scalar_max(jerk * change + 0.5f * start * start, 0.0f));
   const float peak = scalar_min(free_peak, limit);
   const float first_jerk = peak < start ? -jerk : jerk;

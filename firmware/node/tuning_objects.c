@@ -15,14 +15,15 @@ static od_abort refresh(void *owner, const od_object *object) {
   return OD_OK;
 }
 
+/* A refused apply leaves its reason in 0x2070:3 and nothing else; the command cannot be mapped into a PDO. */
 static od_abort accept(void *owner, const od_object *object, od_number value) {
   const tuning_owner *tuned = owner;
-  servo_axis_params built;
-  if (is_command(object) && value.i == COMMAND_APPLY &&
-      axis_parameters_build(&tuned->tuning->staged, &built) != CONTROL_OK) {
-    return OD_INCOMPATIBLE;
+  if (!is_command(object) || value.i != COMMAND_APPLY) {
+    return OD_OK;
   }
-  return OD_OK;
+  servo_axis_params built;
+  tuned->tuning->last_result = (uint32_t)axis_parameters_build(&tuned->tuning->staged, &built);
+  return tuned->tuning->last_result == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
 }
 
 static void changed(void *owner, const od_object *object) {

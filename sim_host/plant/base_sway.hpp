@@ -21,7 +21,7 @@ class BaseSway {
 
   // Angle [rad] and rate [rad/s] at a fraction 0..1 of the tick.
   double angle_rad(double u) const { return start_angle_rad_ + u * (linear_ + u * (square_ + u * cubic_)); }
-  double rate_rad_s(double u) const { return (linear_ + u * (2.0 * square_ + u * 3.0 * cubic_)) * (1.0 / kTick_s); }
+  double rate_rad_s(double u) const { return start_rate_rad_s_ + u * (rate_linear_ + u * rate_square_); }
 
  private:
   bool moves_;
@@ -30,6 +30,9 @@ class BaseSway {
   double linear_ = 0;
   double square_ = 0;
   double cubic_ = 0;
+  double start_rate_rad_s_ = 0;
+  double rate_linear_ = 0;
+  double rate_square_ = 0;
 };
 
 }  // namespace trackservo::sim

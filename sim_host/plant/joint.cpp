@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trackservo::sim {
 
@@ -17,6 +18,14 @@ double damping_ratio_of(double restitution) {
   return -logarithm / std::sqrt(kPi * kPi + logarithm * logarithm);
 }
 
+// Only LuGre's linearisation depends on the predicted rate so much that it is ever refined.
+double refine_rate_rad_s(FrictionModel model, const FrictionConfig& friction) {
+  if (model != FrictionModel::kLugre) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return kRefineShare * std::min(friction.positive.stribeck_speed_rad_s, friction.negative.stribeck_speed_rad_s);
+}
+
 }  // namespace
 
 Joint::Joint(const AxisConfig& axis, FrictionModel model, const MaxwellSlipConfig& maxwell_slip, double dt_s)
@@ -28,13 +37,12 @@ Joint::Joint(const AxisConfig& axis, FrictionModel model, const MaxwellSlipConfi
       stop_damping_ratio_(axis.end_stops ? damping_ratio_of(axis.end_stops->restitution) : 0.0),
       dt_s_(dt_s),
       rate_1_s_(1.0 / dt_s),
-      refine_rate_rad_s_(kRefineShare * std::min(axis.friction.positive.stribeck_speed_rad_s,
-                                                 axis.friction.negative.stribeck_speed_rad_s)) {}
+      refine_rate_rad_s_(refine_rate_rad_s(model, axis.friction)) {}
 
 void Joint::place(double angle_rad) {
   angle_rad_ = angle_rad;
   rate_rad_s_ = 0.0;
-  rate_change_rad_s_ = 0.0;
+  predicted_rate_rad_s_ = 0.0;
   lugre_.relax();
   maxwell_slip_.relax();
 }
@@ -81,7 +89,7 @@ void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
   const double inertia_per_step = inertia_kg_m2 * rate_1_s_;
   const double least_slope = -0.5 * inertia_per_step;  // leaves half of J / dt in the denominator below
   const double push_nm = drive_nm - stop.constant_nm;
-  double rate = predicted_rate_rad_s();
+  double rate = predicted_rate_rad_s_;
   AffineFriction friction;
   double stop_slope = 0.0;
   for (int refinement = 0;; ++refinement) {
@@ -92,7 +100,7 @@ void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
                           (inertia + friction.slope_nm_s_rad + drag_nm_s_rad + stop_slope);
     const double miss = std::abs(solved - rate);
     rate = solved;
-    if (model_ != FrictionModel::kLugre || refinement == kMostRefinements || miss <= refine_rate_rad_s_) {
+    if (!(miss > refine_rate_rad_s_) || refinement == kMostRefinements) {
       break;
     }
     lugre_.refine(rate, friction.theta);
@@ -108,7 +116,7 @@ void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
   const double change = (rate - rate_rad_s_) * friction.inverse_theta;
   angle_rad_ += dt_s_ * (rate_rad_s_ + 0.5 * change);
   rate_rad_s_ += change;
-  rate_change_rad_s_ = change;
+  predicted_rate_rad_s_ = rate_rad_s_ + 0.5 * change;  // the rate goes on as in this step
   mean_rate_rad_s_ = rate;
 }
 

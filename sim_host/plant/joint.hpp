@@ -37,10 +37,10 @@ class Joint {
 
   double angle_rad() const { return angle_rad_; }
   double rate_rad_s() const { return rate_rad_s_; }
-  double predicted_rate_rad_s() const { return rate_rad_s_ + 0.5 * rate_change_rad_s_; }  // half a step ahead
-  double friction_torque_nm() const { return friction_torque_nm_; }                       // mean of the last step
-  double stop_torque_nm() const { return stop_torque_nm_; }    // mean of the last step, against the motion
-  double mean_rate_rad_s() const { return mean_rate_rad_s_; }  // at the last step's theta point
+  double predicted_rate_rad_s() const { return predicted_rate_rad_s_; }  // half a step ahead
+  double friction_torque_nm() const { return friction_torque_nm_; }      // mean of the last step
+  double stop_torque_nm() const { return stop_torque_nm_; }              // mean of the last step, against the motion
+  double mean_rate_rad_s() const { return mean_rate_rad_s_; }            // at the last step's theta point
 
  private:
   // End-stop torque: constant + (stiffness * theta * dt + damping) * rate; all zero away from the stops.
@@ -67,7 +67,7 @@ class Joint {
 
   double angle_rad_ = 0;
   double rate_rad_s_ = 0;
-  double rate_change_rad_s_ = 0;  // over the last step, for the prediction
+  double predicted_rate_rad_s_ = 0;
   double mean_rate_rad_s_ = 0;
   double friction_torque_nm_ = 0;
   double stop_torque_nm_ = 0;

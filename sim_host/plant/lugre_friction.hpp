@@ -34,6 +34,7 @@ class LugreFriction {
         negative_(config.negative),
         stiffness_nm_rad_(config.stiffness_nm_rad),
         damping_per_step_nm_rad_(config.damping_nm_s_rad / dt_s),
+        stiffness_dt_nm_s_rad_(config.stiffness_nm_rad * dt_s),
         dt_s_(dt_s) {}
 
   void relax() { deflection_rad_ = middle_rad_ = 0.0; }
@@ -41,28 +42,30 @@ class LugreFriction {
   // Linearises the step around the predicted rate at its middle [rad/s]. `level` scales Tc and Ts. `least_slope` bounds
   // the (possibly negative) slope from below so that the joint's equation stays well posed.
   AffineFriction linearise(double rate_rad_s, double level, double least_slope_nm_s_rad) {
-    const Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+    Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
     const StribeckPoint point = direction.at(rate_rad_s, level);
     const double per_travel = stiffness_nm_rad_ * point.inverse_1_nm;
-    const double relaxation = per_travel * std::abs(rate_rad_s);  // [1/s]
-    const double decay = relaxation * dt_s_;
+    const double speed_rad_s = std::abs(rate_rad_s);
+    const double relaxation = per_travel * speed_rad_s;              // [1/s]
+    const double stretch_nm = stiffness_dt_nm_s_rad_ * speed_rad_s;  // by g(v): the decay over the step
     AffineFriction affine;
-    if (decay > 2.0) {
-      affine.theta = 1.0 - 1.0 / decay;
+    if (stretch_nm > 2.0 * point.level_nm) {
+      affine.theta = 1.0 - point.level_nm / stretch_nm;
       affine.inverse_theta = 1.0 / affine.theta;
     }
     double rate_share = std::copysign(per_travel, rate_rad_s) * middle_rad_ * (1.0 - point.relative_slope_v);  // dN/dv
-    const double gain_s = dt_s_ / (1.0 + affine.theta * decay);
-    torque_per_step_nm_rad_ = affine.theta * stiffness_nm_rad_ + damping_per_step_nm_rad_;
-    viscous_nm_s_rad_ = direction.viscous_nm_s_rad();
-    const double memory = torque_per_step_nm_rad_ * gain_s;
-    if (memory * (1.0 - rate_share) + viscous_nm_s_rad_ < least_slope_nm_s_rad) {
-      rate_share = 1.0;  // Picard instead of Newton: slower to converge, never badly posed
-    }
+    const double gain_s = dt_s_ * point.level_nm / (point.level_nm + affine.theta * stretch_nm);
+    const double torque_per_step_nm_rad = affine.theta * stiffness_nm_rad_ + damping_per_step_nm_rad_;
+    const double viscous_nm_s_rad = direction.viscous_nm_s_rad();
     step_slope_s_ = gain_s * (1.0 - rate_share);
+    affine.slope_nm_s_rad = torque_per_step_nm_rad * step_slope_s_ + viscous_nm_s_rad;
+    if (affine.slope_nm_s_rad < least_slope_nm_s_rad) {
+      rate_share = 1.0;  // Picard instead of Newton: slower to converge, never badly posed
+      step_slope_s_ = 0.0;
+      affine.slope_nm_s_rad = viscous_nm_s_rad;
+    }
     step_constant_rad_ = gain_s * (rate_share * rate_rad_s - relaxation * deflection_rad_);
-    affine.constant_nm = stiffness_nm_rad_ * deflection_rad_ + torque_per_step_nm_rad_ * step_constant_rad_;
-    affine.slope_nm_s_rad = torque_per_step_nm_rad_ * step_slope_s_ + viscous_nm_s_rad_;
+    affine.constant_nm = stiffness_nm_rad_ * deflection_rad_ + torque_per_step_nm_rad * step_constant_rad_;
     return affine;
   }
 
@@ -86,6 +89,7 @@ class LugreFriction {
   Stribeck negative_;
   double stiffness_nm_rad_;
   double damping_per_step_nm_rad_;  // sigma1 / dt
+  double stiffness_dt_nm_s_rad_;    // sigma0 dt
   double dt_s_;
 
   double deflection_rad_ = 0;  // z
@@ -94,8 +98,6 @@ class LugreFriction {
   // The current step's linearisation.
   double step_constant_rad_ = 0;
   double step_slope_s_ = 0;
-  double torque_per_step_nm_rad_ = 0;
-  double viscous_nm_s_rad_ = 0;
 };
 
 }  // namespace trackservo::sim

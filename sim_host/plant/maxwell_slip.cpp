@@ -38,8 +38,8 @@ void MaxwellSlip::relax() {
   }
 }
 
-MaxwellSlip::Slip MaxwellSlip::slip_at(double rate_rad_s, double level) const {
-  const Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+MaxwellSlip::Slip MaxwellSlip::slip_at(double rate_rad_s, double level) {
+  Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
   const StribeckPoint point = direction.at(rate_rad_s, level);
   return {point.level_nm, attraction_1_s_ * level * direction.breakaway_nm() * point.inverse_1_nm};
 }

@@ -49,7 +49,7 @@ class MaxwellSlip {
     double attraction_1_s;  // C / g(v)
   };
 
-  Slip slip_at(double rate_rad_s, double level) const;
+  Slip slip_at(double rate_rad_s, double level);
 
   Stribeck positive_;
   Stribeck negative_;

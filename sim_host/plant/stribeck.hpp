@@ -10,6 +10,28 @@
 
 namespace trackservo::sim {
 
+// e^-x for an x that creeps from call to call: a Taylor polynomial around the last x for which the exponential was
+// asked, within 2e-12 of it.
+class CreepingExponential {
+ public:
+  double of_minus(double x) {
+    const double back = anchor_ - x;
+    if (!(std::abs(back) < kReach)) {
+      anchor_ = x;
+      value_ = std::exp(-x);
+      return value_;
+    }
+    return value_ *
+           (1.0 + back * (1.0 + back * (1.0 / 2.0 + back * (1.0 / 6.0 + back * (1.0 / 24.0 + back * (1.0 / 120.0))))));
+  }
+
+ private:
+  static constexpr double kReach = 1.0 / 32.0;  // kReach^6 / 6! = 1.3e-12
+
+  double anchor_ = 0.0;
+  double value_ = 1.0;
+};
+
 struct StribeckPoint {
   double level_nm;          // g(v) > 0
   double inverse_1_nm;      // 1 / g(v)
@@ -24,12 +46,13 @@ class Stribeck {
         inverse_speed_s_rad_(1.0 / direction.stribeck_speed_rad_s),
         viscous_nm_s_rad_(direction.viscous_nm_s_rad) {}
 
-  // g and its slope at a joint rate [rad/s] of either sign; one exponential. `level` scales Tc and Ts, > 0.
-  StribeckPoint at(double joint_rate_rad_s, double level) const {
+  // g and its slope at a joint rate [rad/s] of either sign; its cost is one exponential when the rate jumps. `level`
+  // scales Tc and Ts, > 0.
+  StribeckPoint at(double joint_rate_rad_s, double level) {
     constexpr double kGone = 40.0;  // e^-40 = 4e-18 is nothing beside Tc, and spares the exponential's slow underflow
     const double ratio = joint_rate_rad_s * inverse_speed_s_rad_;
     const double square = ratio * ratio;
-    const double excess_nm = square < kGone ? level * excess_nm_ * std::exp(-square) : 0.0;
+    const double excess_nm = square < kGone ? level * excess_nm_ * exponential_.of_minus(square) : 0.0;
     const double level_nm = level * coulomb_nm_ + excess_nm;
     const double inverse = 1.0 / level_nm;
     return {level_nm, inverse, -2.0 * square * excess_nm * inverse};
@@ -43,6 +66,7 @@ class Stribeck {
   double excess_nm_;
   double inverse_speed_s_rad_;
   double viscous_nm_s_rad_;
+  CreepingExponential exponential_;
 };
 
 }  // namespace trackservo::sim

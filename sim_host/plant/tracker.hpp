@@ -5,7 +5,8 @@
 //   J_p dw_p/dt + J1 sin(2 pitch) w_az^2 / 2 = motor - friction(joint rate) - load,     w: inertial rates
 //
 // Each PWM period (50 us) solves the motor current exactly and rate, friction memory and end stop by a linearly
-// implicit second-order step (joint.hpp); wind, base, gravity and ripple are renewed at 1 kHz with their slopes.
+// implicit second-order step (joint.hpp); wind and base are renewed at 1 kHz, and gravity, ripple and all else that
+// depends on the angle alone as soon as the angle has moved, each with its slopes.
 //
 // Use, in every 1 ms tick: sample_tick() once, then 20 times sample_pwm() of each axis and step_pwm(); judge by
 // truth().
@@ -47,7 +48,8 @@ class Tracker {
   // Applies the duty of both bridges, -1..1 (clipped; NaN counts as 0), for one PWM period of 50 us.
   void step_pwm(const std::array<double, kAxes>& duty);
 
-  const TruthState& truth() const { return truth_; }
+  // Put together when asked for, not at every step.
+  TruthState truth() const;
 
  private:
   struct Axis {
@@ -60,12 +62,19 @@ class Tracker {
     Encoder encoder;
     Gyro gyro;
     CurrentAdc adc;
+
+    // Of the last step.
+    double motor_nm = 0;
+    double load_nm = 0;
+    double base_rate_rad_s = 0;  // at its end
   };
 
   void begin_tick();
-  double bus_voltage_v() const;
+  bool has_left_the_shapes() const;
+  void renew_shapes();
+  void settle_bus();
   double gravity_nm(std::size_t axis, const std::array<double, kAxes>& travel_rad) const;
-  double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the tick began
+  double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the shapes were renewed
 
   std::array<Axis, kAxes> axis_;
   Gravity gravity_;
@@ -77,10 +86,14 @@ class Tracker {
   double supply_voltage_v_;
   double source_resistance_ohm_;
   double pwm_counts_;
+  double pwm_count_;  // duty of one count
   std::array<double, kAxes> duty_{};
+  double bus_v_ = 0;  // under the currents and duties at the end of the last step
 
-  // Renewed at each tick, with slopes for what changes within it.
-  std::array<double, kAxes> tick_angle_rad_{};
+  // What depends on the joint angles alone, with its slopes at the angles where it was evaluated.
+  std::array<double, kAxes> shape_angle_rad_{};
+  bool shapes_known_ = false;
+  std::array<double, kAxes> eccentricity_factor_{};
   Gravity::Torque gravity_torque_;
   double azimuth_inertia_kg_m2_ = 0;
   double inertia_slope_kg_m2_rad_ = 0;   // by pitch angle
@@ -90,7 +103,7 @@ class Tracker {
   std::int64_t bus_sampled_at_ = -1;  // both axes share one conversion a period
   double bus_sample_v_ = 0;
   int step_in_tick_ = 0;
-  TruthState truth_;
+  double tick_fraction_ = 0;  // at the end of the last step
 };
 
 }  // namespace trackservo::sim

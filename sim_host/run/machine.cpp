@@ -37,14 +37,13 @@ struct MachineHal {
   static float current_a(void *machine, int axis) {
     Machine& m = of(machine);
     const std::size_t i = static_cast<std::size_t>(axis);
-    m.pwm_samples_[i] = m.tracker_.sample_pwm(axis);
-    m.current_sum_a_[i] += m.pwm_samples_[i].current_a;
-    return static_cast<float>(m.pwm_samples_[i].current_a);
+    const PwmSample sample = m.tracker_.sample_pwm(axis);
+    m.bus_voltage_v_ = sample.bus_voltage_v;
+    m.current_sum_a_[i] += sample.current_a;
+    return static_cast<float>(sample.current_a);
   }
 
-  static float bus_voltage_v(void *machine) {
-    return static_cast<float>(of(machine).pwm_samples_[kAzimuth].bus_voltage_v);
-  }
+  static float bus_voltage_v(void *machine) { return static_cast<float>(of(machine).bus_voltage_v_); }
 
   static void set_duty(void *machine, int axis, float duty) {
     of(machine).next_duty_[static_cast<std::size_t>(axis)] = static_cast<double>(duty);
@@ -68,9 +67,7 @@ Machine::Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<
     : tracker_(plant, seed), hal_(hal_of(this)) {
   tracker_.place(joint_angle_rad);
   samples_ = tracker_.sample_tick();
-  for (int axis = 0; axis < kAxes; ++axis) {
-    pwm_samples_[static_cast<std::size_t>(axis)] = tracker_.sample_pwm(axis);
-  }
+  bus_voltage_v_ = samples_.bus_voltage_v;
 }
 
 Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
@@ -99,18 +96,23 @@ void Machine::run_firmware_tick() {
   }
 }
 
-void Machine::advance_tick() {
-  run_firmware_tick();
-  for (int period = 0; period < kPwmPerTick; ++period) {
+void Machine::run_pwm_periods(int periods) {
+  for (int period = 0; period < periods; ++period) {
     for (int axis = 0; axis < kAxes; ++axis) {
-      if (period == kTickLatencyPeriods) {
-        board_->app.axis[axis].current_reference_a = next_reference_a_[static_cast<std::size_t>(axis)];
-      }
       servo_board_pwm(board_, axis);
     }
     tracker_.step_pwm(duty_);
     duty_ = next_duty_;
   }
+}
+
+void Machine::advance_tick() {
+  run_firmware_tick();
+  run_pwm_periods(kTickLatencyPeriods);
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    board_->app.axis[i].current_reference_a = next_reference_a_[i];
+  }
+  run_pwm_periods(kPwmPerTick - kTickLatencyPeriods);
   samples_ = tracker_.sample_tick();
 }
 

@@ -56,7 +56,7 @@ class Machine {
   // Runs the firmware's tick and then the machine for 1 ms.
   void advance_tick();
 
-  const TruthState& truth() const { return tracker_.truth(); }
+  TruthState truth() const { return tracker_.truth(); }
   const servo_axis& firmware(int axis) const { return board_->app.axis[axis]; }
   double injected_nm(int axis) const { return injected_nm_[static_cast<std::size_t>(axis)]; }
 
@@ -64,6 +64,7 @@ class Machine {
   friend struct MachineHal;
   static hal hal_of(Machine *machine);
   void run_firmware_tick();
+  void run_pwm_periods(int periods);
 
   Tracker tracker_;
   hal hal_;
@@ -71,7 +72,7 @@ class Machine {
   servo_board *board_ = &own_board_;
   std::function<void()> tick_ = [this] { servo_board_tick(board_); };
   TickSamples samples_{};
-  std::array<PwmSample, kAxes> pwm_samples_{};
+  double bus_voltage_v_ = 0;  // both axes share one conversion a period
   std::array<double, kAxes> current_sum_a_{};
   std::array<double, kAxes> mean_current_a_{};
   std::array<double, kAxes> duty_{};       // in force

@@ -20,38 +20,35 @@ class CurrentAdc {
  public:
   CurrentAdc(const AdcConfig& config, std::uint64_t seed, int axis)
       : config_(config),
-        current_noise_(seed, "adc.current", axis),
-        voltage_noise_(seed, "adc.voltage", axis),
-        most_code_(std::ldexp(1.0, config.resolution_bits)),
-        current_step_a_(2.0 * config.current_full_scale_a / most_code_),
-        voltage_step_v_(config.voltage_full_scale_v / most_code_),
+        noise_a_(seed, "adc.current", axis),
+        noise_v_(seed, "adc.voltage", axis),
+        lowest_a_code_(-std::ldexp(0.5, config.resolution_bits)),
+        highest_a_code_(-lowest_a_code_ - 1.0),
+        highest_v_code_(std::ldexp(1.0, config.resolution_bits) - 1.0),
+        current_step_a_(std::ldexp(2.0 * config.current_full_scale_a, -config.resolution_bits)),
+        voltage_step_v_(std::ldexp(config.voltage_full_scale_v, -config.resolution_bits)),
         codes_per_a_(1.0 / current_step_a_),
         codes_per_v_(1.0 / voltage_step_v_) {}
 
   // Reading of a current [A]. Draws noise.
   double current_a(double true_a) {
-    double seen_a = true_a + config_.current_offset_a;
-    if (config_.current_noise_rms_a > 0.0) {
-      seen_a += config_.current_noise_rms_a * current_noise_.normal();
-    }
-    const double half = 0.5 * most_code_;
-    return current_step_a_ * nearest_whole(std::clamp(seen_a * codes_per_a_, -half, half - 1.0));
+    const double seen_a = true_a + config_.current_offset_a + config_.current_noise_rms_a * noise_a_.nearly_normal();
+    return current_step_a_ * nearest_whole(std::clamp(seen_a * codes_per_a_, lowest_a_code_, highest_a_code_));
   }
 
   // Reading of the bus voltage [V]. Draws noise.
   double voltage_v(double true_v) {
-    double seen_v = true_v;
-    if (config_.voltage_noise_rms_v > 0.0) {
-      seen_v += config_.voltage_noise_rms_v * voltage_noise_.normal();
-    }
-    return voltage_step_v_ * nearest_whole(std::clamp(seen_v * codes_per_v_, 0.0, most_code_ - 1.0));
+    const double seen_v = true_v + config_.voltage_noise_rms_v * noise_v_.nearly_normal();
+    return voltage_step_v_ * nearest_whole(std::clamp(seen_v * codes_per_v_, 0.0, highest_v_code_));
   }
 
  private:
   AdcConfig config_;
-  RandomStream current_noise_;
-  RandomStream voltage_noise_;
-  double most_code_;
+  RandomStream noise_a_;
+  RandomStream noise_v_;
+  double lowest_a_code_;
+  double highest_a_code_;
+  double highest_v_code_;
   double current_step_a_;
   double voltage_step_v_;
   double codes_per_a_;

@@ -32,9 +32,11 @@ class Encoder {
   std::uint32_t sample();
 
  private:
-  std::uint32_t reading(std::size_t periods_ago);
+  // The reading of an angle that the disc shows.
+  std::uint32_t reading(double shown_rad);
 
   EncoderConfig config_;
+  double counts_per_rad_;
   History history_;
   RandomStream jitter_;
 };

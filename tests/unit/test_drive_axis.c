@@ -1,0 +1,663 @@
+/* The whole drive on an ideal axis: an integrator that does exactly what its speed loop is asked for, so that what is
+ * measured is the drive's own doing. Written as a client on the bus would see it: objects in, objects out. */
+#include "drive/drive_axis.h"
+
+#include <string.h>
+
+#include "support/check.h"
+#include "support/random.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static const float dt_s = 1e-3f;
+static const double rad_per_unit = 6.283185307179586 / 4294967296.0;
+static const double inertia_kg_m2 = 20.0;
+
+typedef struct {
+  drive_axis axis;
+  drive_objects o;
+  drive_axis_inputs in;
+  servo_axis_command command;
+  double angle_rad;
+  double rate_rad_s;
+  double held_rad_s; /* keeps the axis from following: a brake */
+  bool braked;
+  double worst_step_rad_s; /* of the commanded rate from tick to tick */
+} bench;
+
+static drive_objects objects_default(void) {
+  drive_objects o = {0};
+  o.state.option = drive_options_default();
+  o.position.following_error_window = 100000; /* 10 mrad */
+  o.position.following_error_ms = 10;
+  o.position.window = 1000;
+  o.position.window_ms = 5;
+  o.velocity.window = 500;
+  o.velocity.window_ms = 5;
+  o.velocity.threshold = 500;
+  o.velocity.threshold_ms = 5;
+  o.torque.rated_mnm = 40000;
+  o.torque.maximum = 1000;
+  o.torque.positive_limit = 1000;
+  o.torque.negative_limit = 1000;
+  o.limit.maximum_velocity = 1000000;
+  o.limit.profile_velocity = 500000;
+  o.limit.acceleration = 2000000;
+  o.limit.deceleration = 2000000;
+  o.limit.quick_stop_deceleration = 5000000;
+  o.limit.jerk = 50000000;
+  o.limit.interpolation_period = 10;
+  o.limit.interpolation_exponent = -3;
+  return o;
+}
+
+static angle_turn32 encoder(double rad) { return (angle_turn32)(uint64_t)llrint(rad / rad_per_unit); }
+
+/* From the command to the next tick. */
+static void plant(bench *b) {
+  const double before_rad_s = b->rate_rad_s;
+  const servo_axis_command *c = &b->command;
+  double correction_rad = 0.0;
+  b->in.torque_demand_nm = 0.0f;
+  if (c->mode == SERVO_TORQUE) {
+    b->in.torque_demand_nm = c->torque_nm;
+    b->rate_rad_s += (double)c->torque_nm / inertia_kg_m2 * 1e-3;
+  } else if (c->mode != SERVO_OFF) {
+    b->in.torque_demand_nm = (float)inertia_kg_m2 * c->speed.acceleration_rad_s2;
+    b->rate_rad_s = (double)c->speed.rate_rad_s + (double)c->speed.acceleration_rad_s2 * 1e-3;
+    correction_rad = c->mode == SERVO_POSITION ? (double)angle_difference_rad(c->position, encoder(b->angle_rad)) : 0.0;
+  }
+  if (b->braked) {
+    b->rate_rad_s = b->held_rad_s;
+    correction_rad = 0.0;
+  }
+  b->angle_rad += correction_rad + 0.5 * (before_rad_s + b->rate_rad_s) * 1e-3;
+  b->in.joint_angle = encoder(b->angle_rad);
+  b->in.rate_rad_s = (float)b->rate_rad_s;
+  b->in.reference_rad_s = c->speed.rate_rad_s;
+  b->in.torque_nm = b->in.torque_demand_nm;
+}
+
+static void tick(bench *b) {
+  const servo_axis_command last = b->command;
+  b->command = drive_axis_step(&b->axis, &b->o, &b->in, dt_s);
+  if (last.mode != SERVO_OFF && b->command.mode != SERVO_OFF) {
+    b->worst_step_rad_s =
+        fmax(b->worst_step_rad_s, fabs((double)b->command.speed.rate_rad_s - (double)last.speed.rate_rad_s));
+  }
+  b->in.setpoint_arrived = false;
+  plant(b);
+}
+
+static void ticks(bench *b, int count) {
+  for (int i = 0; i < count; ++i) {
+    tick(b);
+  }
+}
+
+static bench bench_off(double angle_rad) {
+  bench b = {.o = objects_default(), .angle_rad = angle_rad};
+  b.in = (drive_axis_inputs){.joint_angle = encoder(angle_rad), .ready = true, .voltage_present = true, .remote = true};
+  drive_axis_reset(&b.axis, b.in.joint_angle);
+  return b;
+}
+
+static bench bench_in(int8_t mode) {
+  bench b = bench_off(0.25);
+  b.o.state.mode = mode;
+  const uint16_t words[] = {0x00, 0x06, 0x07, 0x0F};
+  for (unsigned i = 0; i < 4; ++i) {
+    b.o.state.controlword = words[i];
+    ticks(&b, 2);
+  }
+  TEST_ASSERT_EQUAL_HEX16(0x27, b.o.state.statusword & 0x6F);
+  TEST_ASSERT_EQUAL_INT8(mode, b.o.state.mode_display);
+  return b;
+}
+
+static bool bit(const bench *b, uint16_t mask) { return (b->o.state.statusword & mask) != 0; }
+
+/* Ticks until the bits are as given. */
+static int until(bench *b, uint16_t mask, uint16_t value, int limit) {
+  int count = 0;
+  while ((b->o.state.statusword & mask) != value) {
+    tick(b);
+    TEST_ASSERT_TRUE(++count < limit);
+  }
+  return count;
+}
+
+static void new_setpoint(bench *b, int32_t target, uint16_t bits) {
+  b->o.position.target = target;
+  b->o.state.controlword = (uint16_t)(0x1F | bits);
+  ticks(b, 2);
+  TEST_ASSERT_TRUE(bit(b, DRIVE_STATUS_MODE_12));
+  b->o.state.controlword = 0x0F;
+  tick(b);
+}
+
+/* --- state and modes --- */
+
+static void test_the_axis_is_off_and_tells_its_position_before_it_is_enabled(void) {
+  bench b = bench_off(-1.5);
+  tick(&b);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
+  CHECK_NEAR("position, 1e-7 rad", -15000000, b.o.position.actual, 1);
+  TEST_ASSERT_EQUAL_INT32(b.o.position.actual, b.o.position.demand);
+  TEST_ASSERT_EQUAL_INT32(0, b.o.position.following_error);
+  TEST_ASSERT_EQUAL_HEX16(DRIVE_STATUS_REMOTE | DRIVE_STATUS_VOLTAGE_ENABLED | 0x60, b.o.state.statusword);
+}
+
+static void test_every_supported_mode_is_shown_within_a_tick_and_others_leave_the_one_in_force(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  for (int mode = -128; mode < 128; ++mode) {
+    const int8_t before = b.o.state.mode_display;
+    b.o.state.mode = (int8_t)mode;
+    tick(&b);
+    const bool listed = mode == 0 || (mode > 0 && mode <= 32 && ((DRIVE_SUPPORTED_MODES >> (mode - 1)) & 1) != 0);
+    TEST_ASSERT_EQUAL_INT8(listed ? mode : before, b.o.state.mode_display);
+  }
+}
+
+static void test_without_a_mode_the_axis_stands_still(void) {
+  bench b = bench_in(DRIVE_NO_MODE);
+  b.o.velocity.target = 100000;
+  ticks(&b, 100);
+  TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+  CHECK_SAME("rate", 0.0, b.command.speed.rate_rad_s);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+}
+
+/* --- profile velocity --- */
+
+static void test_pv_reaches_1_deg_s_and_reads_it_back(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12)); /* speed is 0 */
+  b.o.velocity.target = 17453;
+  const int count = until(&b, DRIVE_STATUS_TARGET_REACHED | DRIVE_STATUS_MODE_12, DRIVE_STATUS_TARGET_REACHED, 1000);
+  LOG_VALUE("ticks until the target is reached", count);
+  ticks(&b, 50);
+  TEST_ASSERT_EQUAL_INT32(17453, b.o.velocity.actual);
+  TEST_ASSERT_EQUAL_INT32(17453, b.o.velocity.demand);
+}
+
+static void test_pv_is_held_to_607f_and_says_so(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = -3000000;
+  ticks(&b, 1500);
+  TEST_ASSERT_EQUAL_INT32(-1000000, b.o.velocity.actual);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
+}
+
+static void test_pv_stops_at_a_software_position_limit_and_leaves_it_the_other_way(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.limit.position_minimum = -5000000;
+  b.o.limit.position_maximum = 10000000;
+  b.o.velocity.target = 800000;
+  for (int i = 0; i < 4000; ++i) {
+    tick(&b);
+    CHECK_AT_MOST("position, rad", 1.0 + 1e-6, b.angle_rad);
+  }
+  CHECK_NEAR("position, rad", 1.0, b.angle_rad, 2e-6);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  b.o.velocity.target = -800000;
+  ticks(&b, 6000);
+  CHECK_NEAR("position, rad", -0.5, b.angle_rad, 2e-6);
+}
+
+static void test_the_acceleration_given_brings_exactly_the_next_rate(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = 600000;
+  for (int i = 0; i < 800; ++i) {
+    const servo_axis_command now = b.command;
+    tick(&b);
+    const double next = (double)now.speed.rate_rad_s + 1e-3 * (double)now.speed.acceleration_rad_s2;
+    CHECK_NEAR("next rate", next, b.command.speed.rate_rad_s, 1e-7);
+  }
+}
+
+/* --- profile position --- */
+
+static void test_pp_goes_to_its_target_acknowledges_and_arrives_exactly(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  new_setpoint(&b, 8000000, 0);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
+  double fastest = 0.0;
+  while (!bit(&b, DRIVE_STATUS_TARGET_REACHED)) {
+    tick(&b);
+    fastest = fmax(fastest, fabs((double)b.o.velocity.actual));
+    CHECK_AT_MOST("overshoot, counts", 8000001, b.o.position.actual);
+    CHECK_AT_MOST("following error, counts", 1, fabs((double)b.o.position.following_error));
+  }
+  TEST_ASSERT_EQUAL_INT32(8000000, b.o.position.demand);
+  TEST_ASSERT_EQUAL_INT32(8000000, b.o.position.actual);
+  CHECK_NEAR("fastest, 1e-6 rad/s", 500000, fastest, 1);
+}
+
+static void test_pp_takes_a_waiting_set_point_and_changes_immediately_when_told(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  new_setpoint(&b, 4000000, 0);
+  new_setpoint(&b, 1000000, DRIVE_CONTROL_RELATIVE);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12)); /* no room for a third */
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  TEST_ASSERT_EQUAL_INT32(5000000, b.o.position.actual);
+  new_setpoint(&b, 9000000, 0);
+  ticks(&b, 200);
+  new_setpoint(&b, -3000000, DRIVE_CONTROL_CHANGE_IMMEDIATELY);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  TEST_ASSERT_EQUAL_INT32(-3000000, b.o.position.actual);
+  CHECK_AT_MOST("largest step of the rate, rad/s", 0.0021, b.worst_step_rad_s);
+}
+
+static void test_pp_turns_many_times_round(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.o.limit.maximum_velocity = 20000000;
+  b.o.limit.profile_velocity = 20000000;
+  b.o.limit.acceleration = 20000000;
+  b.o.limit.deceleration = 20000000;
+  new_setpoint(&b, 2000000000, 0); /* 31.8 turns */
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 30000);
+  TEST_ASSERT_EQUAL_INT32(2000000000, b.o.position.actual);
+  CHECK_NEAR("true angle, rad", 200.0, b.angle_rad, 1e-6);
+}
+
+static void test_pp_ends_at_the_software_position_limit(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.o.limit.position_minimum = -1000000;
+  b.o.limit.position_maximum = 6000000;
+  new_setpoint(&b, 9000000, 0);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  TEST_ASSERT_EQUAL_INT32(6000000, b.o.position.actual);
+  new_setpoint(&b, -9000000, 0);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  TEST_ASSERT_EQUAL_INT32(-1000000, b.o.position.actual);
+}
+
+static void test_halt_holds_a_move_and_lets_it_go_on_to_its_target(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  new_setpoint(&b, 8000000, 0);
+  ticks(&b, 300);
+  b.o.state.controlword = 0x10F;
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 2000); /* with halt: stands still */
+  CHECK_SAME("rate", 0, b.o.velocity.demand);
+  TEST_ASSERT_TRUE(b.o.position.actual < 8000000);
+  b.o.state.controlword = 0x0F;
+  ticks(&b, 2);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  TEST_ASSERT_EQUAL_INT32(8000000, b.o.position.actual);
+  CHECK_AT_MOST("largest step of the rate, rad/s", 0.0021, b.worst_step_rad_s);
+}
+
+/* --- stops --- */
+
+static int quick_stop_ticks(int16_t option, bench *b) {
+  *b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b->o.state.option.quick_stop = option;
+  b->o.velocity.target = 1000000;
+  ticks(b, 1500);
+  b->o.state.controlword = 0x02;
+  int count = 0;
+  while (b->command.speed.rate_rad_s != 0.0f) {
+    tick(b);
+    ++count;
+    TEST_ASSERT_TRUE(count < 5000);
+  }
+  return count;
+}
+
+static void test_quick_stop_brakes_with_6085_and_switches_off_or_stays(void) {
+  bench b;
+  /* v/a + a/j, and the ticks of the state and of the last set-point */
+  CHECK_NEAR("ticks with 6085", 1000.0 / 5.0 + 100.0, quick_stop_ticks(2, &b), 3);
+  ticks(&b, 2);
+  TEST_ASSERT_EQUAL_HEX16(0x40, b.o.state.statusword & 0x4F);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
+  CHECK_NEAR("ticks with 6084", 1000.0 / 2.0 + 40.0, quick_stop_ticks(5, &b), 3);
+  ticks(&b, 100);
+  TEST_ASSERT_EQUAL_HEX16(0x07, b.o.state.statusword & 0x6F);
+  TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+  b.o.state.controlword = 0x0F;
+  ticks(&b, 1000);
+  TEST_ASSERT_EQUAL_INT32(1000000, b.o.velocity.actual);
+}
+
+static void test_a_fault_brakes_then_switches_off_and_its_code_stays_until_reset(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = 500000;
+  ticks(&b, 1000);
+  b.in.fault = DRIVE_FAULT_STOPS;
+  b.in.fault_code = 0x8130; /* heartbeat lost */
+  tick(&b);
+  TEST_ASSERT_EQUAL_HEX16(0x0F, b.o.state.statusword & 0x4F);
+  TEST_ASSERT_EQUAL_HEX16(0x8130, b.o.state.error_code);
+  b.in.fault = DRIVE_NO_FAULT;
+  const int count = until(&b, 0x4F, 0x08, 1000);
+  LOG_VALUE("ticks from the fault to standstill and off", count);
+  CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-9);
+  TEST_ASSERT_EQUAL_HEX16(0x8130, b.o.state.error_code);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
+  b.o.state.controlword = 0x80;
+  tick(&b);
+  TEST_ASSERT_EQUAL_HEX16(0x40, b.o.state.statusword & 0x4F);
+  TEST_ASSERT_EQUAL_HEX16(0, b.o.state.error_code);
+}
+
+static void test_samples_that_are_not_finite_cut_the_torque_and_no_nan_comes_out(void) {
+  for (int which = 0; which < 4; ++which) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.o.velocity.target = 500000;
+    ticks(&b, 500);
+    float *const samples[] = {&b.in.rate_rad_s, &b.in.reference_rad_s, &b.in.torque_nm, &b.in.torque_demand_nm};
+    *samples[which] = which % 2 == 0 ? NAN : INFINITY;
+    b.command = drive_axis_step(&b.axis, &b.o, &b.in, dt_s);
+    TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
+    TEST_ASSERT_EQUAL_HEX16(DRIVE_ERROR_SENSOR, b.o.state.error_code);
+    TEST_ASSERT_TRUE(isfinite(b.command.speed.rate_rad_s) && isfinite(b.command.torque_nm));
+  }
+}
+
+static void test_a_blocked_axis_is_a_following_error_and_a_fault(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.braked = true;
+  new_setpoint(&b, 12000000, 0);
+  const int count = until(&b, 0x4F, 0x0F, 2000);
+  LOG_VALUE("ticks from the move to the fault", count);
+  TEST_ASSERT_EQUAL_HEX16(DRIVE_ERROR_FOLLOWING, b.o.state.error_code);
+  CHECK_AT_LEAST("following error, counts", 100000, b.o.position.following_error);
+  (void)until(&b, 0x4F, 0x08, 2000);
+}
+
+static void test_an_unwatched_following_error_is_cut_at_a_quarter_turn(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.o.position.following_error_window = UINT32_MAX;
+  b.braked = true;
+  new_setpoint(&b, -90000000, 0);
+  (void)until(&b, 0x4F, 0x0F, 20000);
+  CHECK_NEAR("following error, rad", -1.5708, (double)b.o.position.following_error * 1e-7, 2e-3);
+}
+
+/* --- cyclic modes --- */
+
+static void test_csv_interpolates_between_set_points_and_adds_the_offset(void) {
+  bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+  for (int i = 0; i < 1000; ++i) {
+    if (i % 10 == 0) {
+      b.o.velocity.target = 300 * i;
+      b.o.velocity.offset = -5000;
+      b.in.setpoint_arrived = true;
+    }
+    tick(&b);
+    if (i > 20) {
+      CHECK_NEAR("rate, rad/s", 3e-4 * (i - 10) - 5e-3, b.command.speed.rate_rad_s, 1e-7);
+      CHECK_NEAR("acceleration, rad/s^2", 0.3, b.command.speed.acceleration_rad_s2, 1e-3);
+      TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
+    }
+  }
+}
+
+static void test_set_points_that_stop_are_held_and_then_the_axis_ramps_down(void) {
+  const int8_t modes[] = {DRIVE_CYCLIC_POSITION, DRIVE_CYCLIC_VELOCITY, DRIVE_CYCLIC_TORQUE};
+  for (int m = 0; m < 3; ++m) {
+    bench b = bench_in(modes[m]);
+    b.o.torque.target = 100;
+    const int32_t start = b.o.position.actual;
+    for (int i = 0; i <= 500; ++i) {
+      if (i % 10 == 0) {
+        b.o.position.target = start + 2000 * i;
+        b.o.velocity.target = 200000;
+        b.in.setpoint_arrived = true;
+      }
+      tick(&b);
+    }
+    const double rate_rad_s = b.rate_rad_s;
+    CHECK_AT_LEAST("rate, rad/s", 0.09, rate_rad_s);
+    ticks(&b, 28);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
+    CHECK_AT_LEAST("rate held, rad/s", rate_rad_s - 1e-3, b.rate_rad_s);
+    b.worst_step_rad_s = 0.0;
+    ticks(&b, 5);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+    ticks(&b, 400);
+    CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
+    CHECK_AT_MOST("largest step of the rate, rad/s", m == 2 ? 0.2 : 0.0021, b.worst_step_rad_s);
+    TEST_ASSERT_EQUAL_HEX16(0x27, b.o.state.statusword & 0x6F);
+    b.in.setpoint_arrived = true; /* they come back */
+    b.o.position.target = b.o.position.actual;
+    ticks(&b, 5);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
+  }
+}
+
+static void test_csp_follows_a_parabola_one_period_late_with_position_and_rate(void) {
+  bench b = bench_in(DRIVE_CYCLIC_POSITION);
+  const double start = 0.25;
+  for (int i = 0; i < 1000; ++i) {
+    if (i % 5 == 0) {
+      b.o.limit.interpolation_period = 5;
+      b.o.position.target = (int32_t)lrint(1e7 * (start + 0.1 * (i * 1e-3) * (i * 1e-3)));
+      b.in.setpoint_arrived = true;
+    }
+    tick(&b);
+    if (i > 20) {
+      const double then_s = (i - 5) * 1e-3;
+      CHECK_NEAR("demand, counts", 1e7 * (start + 0.1 * then_s * then_s), b.o.position.demand, 2);
+      CHECK_NEAR("rate, rad/s", 0.2 * then_s, b.command.speed.rate_rad_s, 1e-4);
+      CHECK_AT_MOST("following error, counts", 5, fabs((double)b.o.position.following_error));
+    }
+  }
+}
+
+static void test_csp_does_not_move_before_its_first_set_point_whatever_607a_was(void) {
+  bench b = bench_in(DRIVE_CYCLIC_POSITION);
+  b.o.position.target = 9000000;
+  ticks(&b, 200);
+  TEST_ASSERT_EQUAL_INT32(2500000, b.o.position.actual);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+}
+
+static void test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d(void) {
+  bench b = bench_in(DRIVE_CYCLIC_POSITION);
+  b.o.limit.position_minimum = -1000000;
+  b.o.limit.position_maximum = 5000000;
+  b.o.position.following_error_window = UINT32_MAX;
+  b.o.velocity.offset = 700000; /* rate offset, limited with the rest */
+  for (int i = 0; i < 1000; ++i) {
+    b.o.position.target = 9000000;
+    b.in.setpoint_arrived = i % 10 == 0;
+    tick(&b);
+    CHECK_AT_MOST("rate, rad/s", 1.0 + 1e-6, fabs((double)b.command.speed.rate_rad_s));
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  }
+  CHECK_NEAR("demand, counts", 5000000, b.o.position.demand, 20000);
+}
+
+static void test_csv_stops_before_a_position_limit_and_stays_there_until_turned_round(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+    b.o.limit.position_minimum = -5000000;
+    b.o.limit.position_maximum = 10000000;
+    b.o.velocity.target = side * 700000;
+    for (int i = 0; i < 4000; ++i) {
+      b.in.setpoint_arrived = i % 10 == 0;
+      tick(&b);
+      CHECK_AT_MOST("beyond the limit, rad", 1e-3, side > 0 ? b.angle_rad - 1.0 : -0.5 - b.angle_rad);
+    }
+    CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+    b.o.velocity.target = -side * 100000;
+    for (int i = 0; i < 100; ++i) {
+      b.in.setpoint_arrived = i % 10 == 0;
+      tick(&b);
+    }
+    CHECK_NEAR("rate, rad/s", -0.1 * side, b.rate_rad_s, 1e-5);
+  }
+}
+
+static void test_cst_gives_target_and_offset_along_the_slope(void) {
+  bench b = bench_in(DRIVE_CYCLIC_TORQUE);
+  b.o.torque.target = 200;
+  b.o.torque.offset = 50;
+  b.o.torque.slope_per_s = 1000;
+  for (int i = 0; i < 300; ++i) {
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(SERVO_TORQUE, b.command.mode);
+    CHECK_NEAR("torque, Nm", fmin(10.0, 0.04 * (i + 1)), b.command.torque_nm, 1e-4);
+  }
+  TEST_ASSERT_EQUAL_INT16(250, b.o.torque.actual);
+  TEST_ASSERT_EQUAL_INT16(250, b.o.torque.demand);
+  CHECK_NEAR("limit", 40.0, b.command.limits.maximum_nm, 1e-5);
+}
+
+static void test_cst_is_stopped_by_the_position_limit_in_speed(void) {
+  bench b = bench_in(DRIVE_CYCLIC_TORQUE);
+  b.o.limit.position_minimum = -5000000;
+  b.o.limit.position_maximum = 10000000;
+  b.o.torque.target = 300;
+  for (int i = 0; i < 4000; ++i) {
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    CHECK_AT_MOST("position, rad", 1.0 + 2e-3, b.angle_rad);
+  }
+  CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
+  TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+  b.o.torque.target = -10;
+  b.in.setpoint_arrived = true;
+  tick(&b);
+  TEST_ASSERT_EQUAL_INT(SERVO_TORQUE, b.command.mode);
+}
+
+static void test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.torque.maximum = 500;
+  b.o.torque.positive_limit = 250;
+  b.o.torque.negative_limit = 800;
+  b.o.torque.offset = 100;
+  tick(&b);
+  TEST_ASSERT_TRUE(b.command.torque_limited);
+  CHECK_NEAR("highest, Nm", 10.0, b.command.limits.maximum_nm, 1e-5);
+  CHECK_NEAR("lowest, Nm", -20.0, b.command.limits.minimum_nm, 1e-5);
+  CHECK_SAME("no offset in pv", 0.0, b.command.torque_nm);
+  b.o.state.mode = DRIVE_CYCLIC_VELOCITY;
+  tick(&b);
+  CHECK_NEAR("offset in csv, Nm", 4.0, b.command.torque_nm, 1e-5);
+}
+
+static void test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.in.torque_limited = true;
+  b.in.warning = true;
+  tick(&b);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_WARNING));
+}
+
+/* --- from mode to mode --- */
+
+static void test_any_mode_takes_over_a_moving_axis_without_a_step(void) {
+  const int8_t modes[] = {DRIVE_PROFILE_POSITION, DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_POSITION,
+                          DRIVE_CYCLIC_VELOCITY,  DRIVE_CYCLIC_TORQUE,    DRIVE_NO_MODE};
+  random_source random = {.state = 7};
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.position.following_error_window = UINT32_MAX;
+  b.o.torque.slope_per_s = 2000;
+  double worst_torque_nm = 0.0;
+  for (int change = 0; change < 3000; ++change) {
+    const int8_t mode = modes[random_bits(&random) % 6];
+    b.o.state.mode = mode;
+    b.o.velocity.target = (int32_t)random_uniform(&random, -400000, 400000);
+    b.o.torque.target = (int16_t)random_uniform(&random, -50, 50);
+    b.o.state.controlword = 0x0F;
+    const int count = (int)random_decades(&random, 2, 300);
+    for (int i = 0; i < count; ++i) {
+      b.o.position.target = drive_add(b.o.position.actual, mode == DRIVE_PROFILE_POSITION ? 1000000 : 0);
+      b.in.setpoint_arrived = mode == DRIVE_CYCLIC_TORQUE;
+      b.o.state.controlword = (uint16_t)(0x0F | (i > 1 ? 0x10 : 0));
+      const servo_axis_command last = b.command;
+      tick(&b);
+      if (last.mode == SERVO_TORQUE && b.command.mode == SERVO_TORQUE) {
+        worst_torque_nm = fmax(worst_torque_nm, fabs((double)(b.command.torque_nm - last.torque_nm)));
+      }
+    }
+    TEST_ASSERT_EQUAL_HEX16(0x27, b.o.state.statusword & 0x6F);
+  }
+  LOG_VALUE("largest step of the rate, rad/s", b.worst_step_rad_s);
+  LOG_VALUE("largest step of the torque, Nm", worst_torque_nm);
+  CHECK_AT_MOST("largest step of the rate, rad/s", 0.0041, b.worst_step_rad_s);
+  CHECK_AT_MOST("largest step of the torque, Nm", 0.081, worst_torque_nm);
+}
+
+static void test_an_axis_that_turns_when_it_is_enabled_is_caught_at_its_speed(void) {
+  bench b = bench_off(0.0);
+  b.o.state.mode = DRIVE_PROFILE_POSITION;
+  b.rate_rad_s = 0.3;
+  b.in.rate_rad_s = 0.3f;
+  const uint16_t words[] = {0x00, 0x06, 0x07, 0x0F};
+  for (unsigned i = 0; i < 4; ++i) {
+    b.o.state.controlword = words[i];
+    ticks(&b, 2);
+  }
+  CHECK_NEAR("rate, rad/s", 0.3, b.command.speed.rate_rad_s, 1e-3);
+  ticks(&b, 500);
+  CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  CHECK_AT_MOST("largest step of the rate, rad/s", 0.0021, b.worst_step_rad_s);
+}
+
+static void test_windows_that_are_not_watched_are_always_reached(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.o.position.window = UINT32_MAX;
+  ticks(&b, 10);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
+}
+
+static void test_a_dwell_timer_that_runs_for_minutes_does_not_wrap(void) {
+  dwell_timer timer = {0};
+  bool held = false;
+  for (int i = 0; i < 200000; ++i) {
+    held = dwell_timer_step(&timer, true, UINT16_MAX, dt_s);
+    TEST_ASSERT_TRUE(!held || i >= 65000);
+  }
+  TEST_ASSERT_TRUE(held);
+  TEST_ASSERT_FALSE(dwell_timer_step(&timer, false, 0, dt_s));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_the_axis_is_off_and_tells_its_position_before_it_is_enabled);
+  RUN_TEST(test_every_supported_mode_is_shown_within_a_tick_and_others_leave_the_one_in_force);
+  RUN_TEST(test_without_a_mode_the_axis_stands_still);
+  RUN_TEST(test_pv_reaches_1_deg_s_and_reads_it_back);
+  RUN_TEST(test_pv_is_held_to_607f_and_says_so);
+  RUN_TEST(test_pv_stops_at_a_software_position_limit_and_leaves_it_the_other_way);
+  RUN_TEST(test_the_acceleration_given_brings_exactly_the_next_rate);
+  RUN_TEST(test_pp_goes_to_its_target_acknowledges_and_arrives_exactly);
+  RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_told);
+  RUN_TEST(test_pp_turns_many_times_round);
+  RUN_TEST(test_pp_ends_at_the_software_position_limit);
+  RUN_TEST(test_halt_holds_a_move_and_lets_it_go_on_to_its_target);
+  RUN_TEST(test_quick_stop_brakes_with_6085_and_switches_off_or_stays);
+  RUN_TEST(test_a_fault_brakes_then_switches_off_and_its_code_stays_until_reset);
+  RUN_TEST(test_samples_that_are_not_finite_cut_the_torque_and_no_nan_comes_out);
+  RUN_TEST(test_a_blocked_axis_is_a_following_error_and_a_fault);
+  RUN_TEST(test_an_unwatched_following_error_is_cut_at_a_quarter_turn);
+  RUN_TEST(test_csv_interpolates_between_set_points_and_adds_the_offset);
+  RUN_TEST(test_set_points_that_stop_are_held_and_then_the_axis_ramps_down);
+  RUN_TEST(test_csp_follows_a_parabola_one_period_late_with_position_and_rate);
+  RUN_TEST(test_csp_does_not_move_before_its_first_set_point_whatever_607a_was);
+  RUN_TEST(test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d);
+  RUN_TEST(test_csv_stops_before_a_position_limit_and_stays_there_until_turned_round);
+  RUN_TEST(test_cst_gives_target_and_offset_along_the_slope);
+  RUN_TEST(test_cst_is_stopped_by_the_position_limit_in_speed);
+  RUN_TEST(test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1);
+  RUN_TEST(test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword);
+  RUN_TEST(test_any_mode_takes_over_a_moving_axis_without_a_step);
+  RUN_TEST(test_an_axis_that_turns_when_it_is_enabled_is_caught_at_its_speed);
+  RUN_TEST(test_windows_that_are_not_watched_are_always_reached);
+  RUN_TEST(test_a_dwell_timer_that_runs_for_minutes_does_not_wrap);
+  return UNITY_END();
+}

@@ -1,0 +1,245 @@
+/* Set-points every few ms made continuous, and the set-point handshake of pp. */
+#include "drive/interpolation.h"
+
+#include "drive/drive_state.h"
+#include "drive/setpoint_queue.h"
+#include "support/check.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static const float dt_s = 1e-3f;
+static const double rad_per_unit = 6.283185307179586 / 4294967296.0;
+
+static drive_angle angle_of(double rad) { return llrint(rad / rad_per_unit); }
+
+static void test_positions_on_a_parabola_are_followed_exactly_one_period_late(void) {
+  for (int period = 1; period <= 20; ++period) {
+    position_interpolation state;
+    position_interpolation_reset(&state, 0, 0.0f);
+    double worst_rad = 0.0;
+    double worst_rad_s = 0.0;
+    for (int tick = 0; tick < 50 * period; ++tick) {
+      const double now_s = tick * 1e-3;
+      if (tick % period == 0) {
+        TEST_ASSERT_FALSE(position_interpolation_aim(&state, angle_of(3.0 + 0.2 * now_s + 0.5 * now_s * now_s - 3.0),
+                                                     period, 100.0f, dt_s));
+      }
+      const interpolated_position out = position_interpolation_step(&state, dt_s);
+      const double then_s = (tick - period) * 1e-3;
+      if (tick > 5 * period) {
+        const double exact_rad = 0.2 * then_s + 0.5 * then_s * then_s;
+        worst_rad = fmax(worst_rad, fabs((double)out.position * rad_per_unit - exact_rad));
+        worst_rad_s = fmax(worst_rad_s, fabs((double)out.rate_rad_s - (0.2 + then_s)));
+      }
+    }
+    /* A unit of the angle is 1.5 nrad; over the period it is the digit of the rate. */
+    CHECK_AT_MOST("position error, rad", 5e-9, worst_rad);
+    CHECK_AT_MOST("rate error, rad/s", 2e-5 / period + 1e-6, worst_rad_s);
+  }
+}
+
+static void test_position_and_rate_go_on_without_a_step_whatever_the_set_points_do(void) {
+  position_interpolation state;
+  position_interpolation_reset(&state, angle_of(1.0), 0.3f);
+  const double targets_rad[] = {1.01, 0.99, 1.05, 1.05, 1.05, 0.9};
+  interpolated_position last = position_interpolation_step(&state, dt_s);
+  for (int tick = 0; tick < 60; ++tick) {
+    if (tick % 10 == 0) {
+      (void)position_interpolation_aim(&state, angle_of(targets_rad[tick / 10]), 10, 100.0f, dt_s);
+    }
+    const interpolated_position now = position_interpolation_step(&state, dt_s);
+    const double mean_rad_s = 0.5 * ((double)now.rate_rad_s + (double)last.rate_rad_s);
+    CHECK_NEAR("position step, rad", mean_rad_s * 1e-3, (double)(now.position - last.position) * rad_per_unit, 4e-4);
+    CHECK_NEAR("rate step, rad/s", last.rate_rad_s, now.rate_rad_s, 12.0);
+    last = now;
+  }
+}
+
+static void test_a_late_set_point_is_bridged_with_the_last_slope(void) {
+  position_interpolation state;
+  position_interpolation_reset(&state, 0, 0.0f);
+  for (int k = 0; k < 5; ++k) {
+    (void)position_interpolation_aim(&state, angle_of(0.01 * k), 10, 100.0f, dt_s);
+    for (int i = 0; i < 10; ++i) {
+      (void)position_interpolation_step(&state, dt_s);
+    }
+  }
+  for (int late = 0; late < 10; ++late) { /* set-point 0.05 does not come */
+    const interpolated_position now = position_interpolation_step(&state, dt_s);
+    CHECK_NEAR("position, rad", 0.04 + 0.001 * late, (double)now.position * rad_per_unit, 1e-8);
+    CHECK_NEAR("rate, rad/s", 1.0, now.rate_rad_s, 1e-5);
+  }
+}
+
+static void test_a_set_point_too_far_away_is_approached_at_the_rate_limit(void) {
+  position_interpolation state;
+  position_interpolation_reset(&state, 0, 0.0f);
+  double last_rad = 0.0;
+  bool cut = true;
+  int periods = 0;
+  while (cut && periods < 1000) {
+    cut = position_interpolation_aim(&state, angle_of(-0.1), 10, 0.5f, dt_s);
+    ++periods;
+    for (int i = 0; i < 10; ++i) {
+      const interpolated_position now = position_interpolation_step(&state, dt_s);
+      const double rad = (double)now.position * rad_per_unit;
+      CHECK_AT_MOST("step, rad", 1e-3, fabs(rad - last_rad));
+      CHECK_AT_LEAST("position, rad", -0.1 - 2e-3, rad);
+      last_rad = rad;
+    }
+  }
+  CHECK_NEAR("periods on the way", 0.1 / 0.005, periods, 2.0);
+}
+
+static void test_rates_on_a_straight_line_are_followed_exactly_one_period_late(void) {
+  for (int period = 1; period <= 20; ++period) {
+    rate_interpolation state;
+    rate_interpolation_reset(&state, 0.0f);
+    for (int tick = 0; tick < 30 * period; ++tick) {
+      if (tick % period == 0) {
+        rate_interpolation_aim(&state, (float)(0.5 * tick * 1e-3), period, dt_s);
+      }
+      const interpolated_rate now = rate_interpolation_step(&state, dt_s);
+      if (tick >= 2 * period) {
+        CHECK_NEAR("rate, rad/s", 0.5 * (tick - period) * 1e-3, now.rate_rad_s, 1e-7);
+        CHECK_NEAR("acceleration, rad/s^2", 0.5, now.acceleration_rad_s2, 2e-4);
+      }
+    }
+  }
+}
+
+static void test_a_rate_is_held_when_no_set_point_follows(void) {
+  rate_interpolation state;
+  rate_interpolation_reset(&state, 1.0f);
+  rate_interpolation_aim(&state, 3.0f, 4, dt_s);
+  const double rates[] = {1.0, 1.5, 2.0, 2.5, 3.0, 3.0, 3.0};
+  for (int i = 0; i < 7; ++i) {
+    const interpolated_rate now = rate_interpolation_step(&state, dt_s);
+    CHECK_NEAR("rate", rates[i], now.rate_rad_s, 1e-6);
+    CHECK_NEAR("acceleration", i < 4 ? 500.0 : 0.0, now.acceleration_rad_s2, 1e-3);
+  }
+}
+
+static void test_periods_of_1_to_20_ms_are_taken_in_every_spelling(void) {
+  TEST_ASSERT_EQUAL_INT(1, interpolation_ticks(1, -3, dt_s));
+  TEST_ASSERT_EQUAL_INT(20, interpolation_ticks(20, -3, dt_s));
+  TEST_ASSERT_EQUAL_INT(10, interpolation_ticks(1, -2, dt_s));
+  TEST_ASSERT_EQUAL_INT(2, interpolation_ticks(20, -4, dt_s));
+  TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(21, -3, dt_s));
+  TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(0, -3, dt_s));
+  TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(1, 0, dt_s));
+  TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(1, 1, dt_s));
+  TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(255, -128, dt_s));
+}
+
+static void test_set_points_have_stopped_after_three_periods_but_never_before_20_ms(void) {
+  TEST_ASSERT_FALSE(interpolation_stale(20, 1));
+  TEST_ASSERT_TRUE(interpolation_stale(21, 1));
+  TEST_ASSERT_FALSE(interpolation_stale(30, 10));
+  TEST_ASSERT_TRUE(interpolation_stale(31, 10));
+}
+
+static void test_an_interpolation_that_is_never_fed_stays_defined(void) {
+  position_interpolation state;
+  position_interpolation_reset(&state, 77, 0.0f);
+  state.elapsed_ticks = INT32_MAX - 1;
+  for (int i = 0; i < 5; ++i) {
+    TEST_ASSERT_TRUE(position_interpolation_step(&state, dt_s).position == 77);
+  }
+}
+
+/* --- pp: the handshake --- */
+
+enum {
+  new_setpoint = DRIVE_CONTROL_NEW_SETPOINT,
+  now_bit = DRIVE_CONTROL_CHANGE_IMMEDIATELY,
+  relative = DRIVE_CONTROL_RELATIVE
+};
+
+static setpoint_queue queue_at(int32_t position) {
+  setpoint_queue queue;
+  setpoint_queue_reset(&queue, position);
+  (void)setpoint_queue_step(&queue, 0x0F, 0);
+  return queue;
+}
+
+static void test_a_set_point_is_taken_on_the_rising_edge_and_acknowledged_until_bit_4_falls(void) {
+  setpoint_queue queue = queue_at(5);
+  TEST_ASSERT_FALSE(queue.acknowledged);
+  TEST_ASSERT_TRUE(setpoint_queue_step(&queue, 0x0F | new_setpoint, 100));
+  TEST_ASSERT_TRUE(queue.acknowledged && queue.under_way);
+  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, 0x0F | new_setpoint, 200)); /* no edge */
+  TEST_ASSERT_EQUAL_INT32(100, queue.target);
+  TEST_ASSERT_TRUE(queue.acknowledged);
+  (void)setpoint_queue_step(&queue, 0x0F, 200);
+  TEST_ASSERT_FALSE(queue.acknowledged);
+}
+
+static void test_a_second_set_point_waits_and_a_third_is_dropped(void) {
+  setpoint_queue queue = queue_at(0);
+  (void)setpoint_queue_step(&queue, new_setpoint, 100);
+  (void)setpoint_queue_step(&queue, 0, 0);
+  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, new_setpoint, 200));
+  (void)setpoint_queue_step(&queue, 0, 0);
+  TEST_ASSERT_TRUE(queue.acknowledged); /* no room for another */
+  (void)setpoint_queue_step(&queue, new_setpoint, 300);
+  TEST_ASSERT_EQUAL_INT32(100, queue.target);
+  TEST_ASSERT_TRUE(setpoint_queue_finish(&queue));
+  TEST_ASSERT_EQUAL_INT32(200, queue.target);
+  (void)setpoint_queue_step(&queue, 0, 0);
+  TEST_ASSERT_FALSE(queue.acknowledged);
+  TEST_ASSERT_FALSE(setpoint_queue_finish(&queue));
+  TEST_ASSERT_FALSE(queue.under_way);
+  TEST_ASSERT_EQUAL_INT32(200, queue.target);
+}
+
+static void test_a_change_immediately_replaces_what_is_under_way_and_what_waits(void) {
+  setpoint_queue queue = queue_at(0);
+  (void)setpoint_queue_step(&queue, new_setpoint, 100);
+  (void)setpoint_queue_step(&queue, 0, 0);
+  (void)setpoint_queue_step(&queue, new_setpoint, 200);
+  (void)setpoint_queue_step(&queue, 0, 0);
+  TEST_ASSERT_TRUE(setpoint_queue_step(&queue, new_setpoint | now_bit, 300));
+  TEST_ASSERT_EQUAL_INT32(300, queue.target);
+  TEST_ASSERT_FALSE(setpoint_queue_finish(&queue));
+}
+
+static void test_relative_set_points_count_from_the_target_before_them(void) {
+  setpoint_queue queue = queue_at(1000);
+  (void)setpoint_queue_step(&queue, new_setpoint | relative, 10);
+  TEST_ASSERT_EQUAL_INT32(1010, queue.target);
+  (void)setpoint_queue_step(&queue, 0, 0);
+  (void)setpoint_queue_step(&queue, new_setpoint | relative, 5);
+  (void)setpoint_queue_step(&queue, 0, 0);
+  (void)setpoint_queue_finish(&queue);
+  TEST_ASSERT_EQUAL_INT32(1015, queue.target);
+  (void)setpoint_queue_step(&queue, new_setpoint | relative | now_bit, INT32_MAX);
+  TEST_ASSERT_EQUAL_INT32(INT32_MAX, queue.target);
+}
+
+static void test_a_bit_4_that_was_set_before_the_mode_is_not_an_edge(void) {
+  setpoint_queue queue;
+  setpoint_queue_reset(&queue, 0);
+  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, new_setpoint, 100));
+  TEST_ASSERT_FALSE(queue.acknowledged);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_positions_on_a_parabola_are_followed_exactly_one_period_late);
+  RUN_TEST(test_position_and_rate_go_on_without_a_step_whatever_the_set_points_do);
+  RUN_TEST(test_a_late_set_point_is_bridged_with_the_last_slope);
+  RUN_TEST(test_a_set_point_too_far_away_is_approached_at_the_rate_limit);
+  RUN_TEST(test_rates_on_a_straight_line_are_followed_exactly_one_period_late);
+  RUN_TEST(test_a_rate_is_held_when_no_set_point_follows);
+  RUN_TEST(test_periods_of_1_to_20_ms_are_taken_in_every_spelling);
+  RUN_TEST(test_set_points_have_stopped_after_three_periods_but_never_before_20_ms);
+  RUN_TEST(test_an_interpolation_that_is_never_fed_stays_defined);
+  RUN_TEST(test_a_set_point_is_taken_on_the_rising_edge_and_acknowledged_until_bit_4_falls);
+  RUN_TEST(test_a_second_set_point_waits_and_a_third_is_dropped);
+  RUN_TEST(test_a_change_immediately_replaces_what_is_under_way_and_what_waits);
+  RUN_TEST(test_relative_set_points_count_from_the_target_before_them);
+  RUN_TEST(test_a_bit_4_that_was_set_before_the_mode_is_not_an_edge);
+  return UNITY_END();
+}
