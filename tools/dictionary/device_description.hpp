@@ -1,7 +1,7 @@
 // Descriptions of a device, printed from its object dictionary: one table, several readers.
 //
-// EDS by CiA 306-1 v1.4 for masters, parameters.json for tools and documentation. REAL32 limits and defaults stand in
-// the JSON only: EDS readers disagree about them, as they do about units.
+// EDS by CiA 306-1 v1.4 for masters, parameters.json for tools, DBC for whoever looks at the bus, a page for people.
+// REAL32 limits and defaults do not stand in the EDS: its readers disagree about them, as they do about units.
 #ifndef TRACKSERVO_TOOLS_DICTIONARY_DEVICE_DESCRIPTION_HPP
 #define TRACKSERVO_TOOLS_DICTIONARY_DEVICE_DESCRIPTION_HPP
 
@@ -35,6 +35,13 @@ SortedObjects sorted_objects(const object_dictionary& dictionary);
 std::string full_name(const od_object& object);
 
 std::string print_eds(const object_dictionary& dictionary, const DeviceInfo& info);
+
+// The default PDOs of a node with this id as messages and signals in SI units, for tools that read DBC files. Torques
+// are scaled with the default of 6076. Throws std::runtime_error when a name is too long for the format.
+std::string print_dbc(const object_dictionary& dictionary, const DeviceInfo& info, std::uint8_t node_id);
+
+// The page docs/can-objects.md: a table per group of objects.
+std::string print_can_reference(const object_dictionary& dictionary, const DeviceInfo& info);
 
 // Every entry with type, access, unit, limits, default, mapping and help text.
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);

@@ -11,7 +11,7 @@ from typing import Any
 
 import can
 import canopen
-from canopen.sdo import SdoAbortedError, SdoCommunicationError
+from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from .bus import BusAddress, open_bus
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
@@ -61,7 +61,9 @@ def hexadecimal(index: int, sub: int) -> str:
 class Device:
     """One node, open for use in a `with` block; times in s."""
 
-    def __init__(self, address: BusAddress, node_id: int, schema_file: Path | None = None, bitrate: int = 1_000_000) -> None:
+    def __init__(
+        self, address: BusAddress, node_id: int, schema_file: Path | None = None, bitrate: int = 1_000_000
+    ) -> None:
         """Opens the bus; raises ConnectionFailed or, for a bad parameters.json, InputError."""
         self.address = address
         self.node_id = node_id
@@ -78,7 +80,9 @@ class Device:
     def __enter__(self) -> Device:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
@@ -135,7 +139,10 @@ class Device:
         place = f"{name} ({hexadecimal(index, sub)})" if name else hexadecimal(index, sub)
         if isinstance(error, SdoAbortedError):
             reason = ABORTS.get(error.code, "unknown abort code")
-            return Refused(f"{place} was not {'read' if what == 'read' else 'written'}: {reason} (SDO abort {error.code:08X}).", error.code)
+            return Refused(
+                f"{place} was not {'read' if what == 'read' else 'written'}: {reason} (SDO abort {error.code:08X}).",
+                error.code,
+            )
         if isinstance(error, SdoCommunicationError) and "No SDO response" in str(error):
             return ConnectionFailed(
                 f"node {self.node_id} does not answer on {self.address}: is it switched on, and is {self.node_id} its node id?"
@@ -162,7 +169,7 @@ class Device:
         if parameter.readable and parameter.type != "DOMAIN":
             found = self.read(parameter)
             if found != parameter.decode(data):
-                raise NotVerified(f"{parameter.name}: {value} was written, the device has {found}.")
+                raise NotVerified(f"{parameter.name}: {value!r} was written, the device has {found!r}.")
 
     # --- schema ---------------------------------------------------------------------------------------------------
 

@@ -116,7 +116,16 @@ class Parameter:
         if self.type in ("VISIBLE_STRING", "DOMAIN"):
             return text
         if self.type == "BOOLEAN":
-            known = {"1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False}
+            known = {
+                "1": True,
+                "true": True,
+                "on": True,
+                "yes": True,
+                "0": False,
+                "false": False,
+                "off": False,
+                "no": False,
+            }
             if text.strip().lower() not in known:
                 raise InputError(f"{self.name}: '{text}' is neither on nor off.")
             return known[text.strip().lower()]
@@ -149,8 +158,14 @@ class Parameter:
             value = int(value)
         if self.low is not None and self.high is not None and self.low <= self.high:
             if value < self.low or value > self.high:
-                side = f"below the lower limit {number(self.low)}" if value < self.low else f"above the upper limit {number(self.high)}"
-                raise InputError(f"{self.name}: {number(value)} {self.unit} is {side}{self._range()}.".replace("  ", " "))
+                side = (
+                    f"below the lower limit {number(self.low)}"
+                    if value < self.low
+                    else f"above the upper limit {number(self.high)}"
+                )
+                raise InputError(
+                    f"{self.name}: {number(value)} {self.unit} is {side}{self._range()}.".replace("  ", " ")
+                )
         return value
 
     def _range(self) -> str:

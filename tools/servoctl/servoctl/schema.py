@@ -139,7 +139,7 @@ def _variable(parameter: Parameter) -> ODVariable:
     variable.data_type = getattr(datatypes, parameter.type)
     variable.access_type = parameter.access
     variable.unit = parameter.unit
-    variable.default = None if isinstance(parameter.default, bytes) else parameter.default
+    setattr(variable, "default", parameter.default)  # noqa: B010 - canopen says int, and takes any value
     variable.pdo_mappable = parameter.rpdo or parameter.tpdo
     variable.description = parameter.help
     return variable

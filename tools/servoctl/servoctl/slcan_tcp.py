@@ -24,7 +24,13 @@ class SlcanTcpBus(can.BusABC):
     """A python-can bus; frames carry seconds since connecting, by the adapter's clock."""
 
     def __init__(
-        self, host: str, port: int, bitrate: int = 1_000_000, listen_only: bool = False, timeout_s: float = 3.0, **kwargs: Any
+        self,
+        host: str,
+        port: int,
+        bitrate: int = 1_000_000,
+        listen_only: bool = False,
+        timeout_s: float = 3.0,
+        **kwargs: Any,
     ) -> None:
         """`bitrate` in bit/s; raises OSError when nobody listens at host:port."""
         self._socket = socket.create_connection((host, port), timeout=timeout_s)

@@ -1,0 +1,117 @@
+"""A simulated servo on a bus of its own for each test, and python-canopen clients on that bus.
+
+SIM_HOST and NODE_DESCRIPTIONS name the program and the folder of the EDS; CTest sets them, and by hand those of
+build/host count. NODE_TEST_BUS is slcan-tcp:0 or, where it exists, socketcan:vcan0.
+"""
+
+import contextlib
+import logging
+import os
+import pathlib
+import subprocess
+import time
+
+import can
+import canopen
+import pytest
+from canopen.profiles.p402 import BaseNode402
+
+from drive import Axis
+
+NODE_ID = 1
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+SIM_HOST = os.environ.get("SIM_HOST", str(PROJECT / "build/host/bin/sim_host"))
+DESCRIPTIONS = pathlib.Path(os.environ.get("NODE_DESCRIPTIONS", str(PROJECT / "build/host/share/trackservo")))
+BUS = os.environ.get("NODE_TEST_BUS", "slcan-tcp:0")
+
+
+class Served:
+    """`sim_host serve`, and where its bus can be reached."""
+
+    def __init__(self, bus):
+        self.process = subprocess.Popen(
+            [SIM_HOST, "serve", "--bus", bus], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.kind, self.address = self.process.stdout.readline().strip().split(":", 1)
+
+    @property
+    def tcp(self):
+        host, port = self.address.rsplit(":", 1)
+        return host, int(port)
+
+    def open_bus(self, **options):
+        if self.kind == "socketcan":
+            return can.Bus(interface="socketcan", channel=self.address, **options)
+        return can.Bus(interface="slcan", channel=f"socket://{self.address}", bitrate=1000000, sleep_after_open=0,
+                       **options)
+
+    def close(self):
+        self.process.stdin.close()
+        assert self.process.wait(timeout=20) == 0
+
+
+@pytest.fixture
+def descriptions():
+    return DESCRIPTIONS
+
+
+@pytest.fixture
+def served():
+    process = Served(BUS)
+    yield process
+    process.close()
+
+
+@pytest.fixture
+def connect(served):
+    """Makes clients: each a network with a BaseNode402, unmodified, of its own."""
+    with contextlib.ExitStack() as clients:
+
+        def make(**options):
+            network = canopen.Network(bus=served.open_bus(**options))
+            network.connect()
+            clients.callback(network.disconnect)
+            node = BaseNode402(NODE_ID, str(DESCRIPTIONS / "trackservo.eds"))
+            network.add_node(node)
+            return node
+
+        yield make
+
+
+@pytest.fixture
+def node(connect):
+    """Operational."""
+    node = connect()
+    node.nmt.wait_for_heartbeat(timeout=5)
+    node.nmt.state = "OPERATIONAL"
+    while node.nmt.wait_for_heartbeat(timeout=5) != "OPERATIONAL":
+        pass
+    return node
+
+
+@pytest.fixture
+def azimuth(node):
+    return Axis(node, 0)
+
+
+@pytest.fixture
+def pitch(node):
+    return Axis(node, 0x800)
+
+
+@pytest.fixture
+def tell(capsys):
+    """Prints a measured number, also when the test passes."""
+
+    def show(text):
+        with capsys.disabled():
+            print(f"\n  {text}", end="", flush=True)
+
+    return show
+
+
+@pytest.fixture(autouse=True)
+def no_warnings(caplog):
+    """The client finds nothing to complain about, but for what a test provokes."""
+    yield
+    loud = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING and r.name.startswith("canopen")]
+    assert [m for m in loud if "Transfer aborted" not in m and "Data size has not been specified" not in m] == []

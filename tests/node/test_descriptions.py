@@ -1,0 +1,86 @@
+"""What the build prints about the node is what the node does."""
+
+import math
+import struct
+import time
+
+import can
+import canopen
+import cantools
+import pytest
+
+from conftest import NODE_ID, PROJECT
+
+
+@pytest.fixture
+def dbc(descriptions):
+    return cantools.database.load_file(str(descriptions / "trackservo.dbc"), strict=True)
+
+
+def test_eds_loads_without_a_warning(descriptions, caplog):
+    dictionary = canopen.import_od(str(descriptions / "trackservo.eds"), NODE_ID)
+    assert caplog.records == []
+    assert dictionary["Pitch Controlword"].index == 0x6840
+
+
+def test_reference_page_in_docs_is_what_the_build_prints(descriptions):
+    printed = (descriptions / "can-objects.md").read_text()
+    assert (PROJECT / "docs/can-objects.md").read_text() == printed, \
+        f"copy {descriptions}/can-objects.md to docs/"
+
+
+def test_reference_page_has_every_object(descriptions):
+    rows = [line.split("|") for line in (descriptions / "can-objects.md").read_text().splitlines()
+            if line.startswith("| ") and not line.startswith("| index")]
+    listed = {(int(row[1], 16), int(row[2])) for row in rows}
+    dictionary = canopen.import_od(str(descriptions / "trackservo.eds"), NODE_ID)
+    for entry in dictionary.values():
+        if entry.index < 0x1000:
+            continue
+        pitch = entry.name.startswith("Pitch ")
+        for sub in entry.subindices if hasattr(entry, "subindices") else [0]:
+            assert (entry.index - 0x800 * pitch, sub) in listed, f"{entry.index:04X}:{sub}"
+
+
+def test_dbc_has_the_default_pdos(dbc):
+    assert {m.name: m.frame_id for m in dbc.messages} == {
+        "RPDO1": 0x201, "RPDO2": 0x301, "RPDO3": 0x401, "RPDO4": 0x501,
+        "TPDO1": 0x181, "TPDO2": 0x281, "TPDO3": 0x381, "TPDO4": 0x481}
+    units = {s.name: s.unit for m in dbc.messages for s in m.signals}
+    assert units["AzimuthVelocityActualValue"] == "rad/s"
+    assert units["PitchTargetPosition"] == "rad"
+    assert units["PitchTorqueActualValue"] == "N m"
+    assert dbc.get_message_by_name("TPDO3").cycle_time == 20
+
+
+def test_dbc_decodes_what_the_node_sends(dbc, node, azimuth):
+    azimuth.turn(1.0)
+    seen = {}
+    for message in dbc.messages:
+        if message.name.startswith("TPDO"):
+            node.network.subscribe(message.frame_id, lambda cob_id, data, _t: seen.update({cob_id: bytes(data)}))
+    time.sleep(0.5)
+    values = {}
+    for cob_id, data in seen.items():
+        assert len(data) == dbc.get_message_by_frame_id(cob_id).length
+        values |= dbc.decode_message(cob_id, data)
+    assert len(seen) == 4
+    assert values["AzimuthVelocityActualValue"] == pytest.approx(math.radians(1.0), rel=0.1)
+    assert values["AzimuthPositionActualValue"] == pytest.approx(math.radians(azimuth.angle_deg), abs=0.02)
+    assert 2.0 < values["AzimuthTorqueActualValue"] < 15.0  # the seal's friction
+    assert values["AzimuthModesOfOperationDisplay"] == "pv"
+    assert values["AzimuthStatusword"] & 0x6F == 0x27
+    assert values["PitchStatusword"] & 0x4F == 0x40
+    assert values["AzimuthErrorCode"] == 0
+
+
+def test_dbc_encodes_what_the_node_obeys(dbc, node, azimuth):
+    for controlword in (6, 7, 15):
+        node.network.send_message(0x201, dbc.encode_message(
+            "RPDO1", {"AzimuthControlword": controlword, "AzimuthModesOfOperation": "pv"}))
+        time.sleep(0.05)
+    assert azimuth.state == "OPERATION ENABLED"
+    node.network.send_message(0x401, dbc.encode_message(
+        "RPDO3", {"AzimuthTargetVelocity": math.radians(1.0), "PitchTargetVelocity": 0.0}))
+    time.sleep(1.0)
+    assert azimuth.mean_rate_deg_s() == pytest.approx(1.0, rel=0.03)

@@ -1,0 +1,226 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <vector>
+
+#include "device_description.hpp"
+
+namespace trackservo::dictionary {
+namespace {
+
+// A table of the page.
+struct Group {
+  std::string title;
+  std::vector<od_object> rows;
+};
+
+// Where a default PDO carries an object: "TPDO3".
+using DefaultPdos = std::map<std::pair<std::uint16_t, std::uint8_t>, std::string>;
+
+bool is_one_of(std::uint16_t index, std::initializer_list<std::uint16_t> list) {
+  return std::find(list.begin(), list.end(), index) != list.end();
+}
+
+std::string drive_group(std::uint16_t index) {
+  if (index <= 0x6061 || index == 0x6502) {
+    return "State and modes";
+  }
+  if (is_one_of(index, {0x607D, 0x6081, 0x6083, 0x6084, 0x6085, 0x60A4, 0x60C2})) {
+    return "Profiles, limits and interpolation";
+  }
+  if (is_one_of(index, {0x60A8, 0x60A9})) {
+    return "Units";
+  }
+  if (is_one_of(index, {0x607A, 0x60F4}) || (index >= 0x6062 && index <= 0x6068)) {
+    return "Position";
+  }
+  if (is_one_of(index, {0x607F, 0x60B1, 0x60FF}) || (index >= 0x6069 && index <= 0x6070)) {
+    return "Velocity";
+  }
+  return "Torque";
+}
+
+std::string communication_group(std::uint16_t index) {
+  constexpr const char *kPdoGroups[] = {"RPDO communication", "RPDO mapping", "TPDO communication", "TPDO mapping"};
+  if (index < 0x1400) {
+    return "Communication";
+  }
+  return index < 0x1800 ? kPdoGroups[index >= 0x1600 ? 1 : 0] : kPdoGroups[index >= 0x1A00 ? 3 : 2];
+}
+
+std::string type_name(const od_entry& entry) {
+  switch (static_cast<od_type>(entry.type)) {
+    case OD_BOOLEAN:
+      return "BOOL";
+    case OD_INTEGER8:
+      return "I8";
+    case OD_INTEGER16:
+      return "I16";
+    case OD_INTEGER32:
+      return "I32";
+    case OD_UNSIGNED8:
+      return "U8";
+    case OD_UNSIGNED16:
+      return "U16";
+    case OD_UNSIGNED32:
+      return "U32";
+    case OD_UNSIGNED64:
+      return "U64";
+    case OD_REAL32:
+      return "REAL32";
+    case OD_VISIBLE_STRING:
+      return "STRING";
+    case OD_DOMAIN:
+      break;
+  }
+  return "DOMAIN";
+}
+
+std::string access_name(const od_entry& entry) {
+  constexpr const char *kNames[] = {"const", "ro", "wo", "rw"};
+  return kNames[entry.access & 3];
+}
+
+// Identifiers, mappings and bit fields are read in hexadecimal.
+bool is_hexadecimal(const od_entry& entry) {
+  return entry.unit[0] == '\0' && (entry.type == OD_UNSIGNED16 || entry.type == OD_UNSIGNED32) &&
+         (entry.high.i == 0xFFFF || entry.high.i >= 0x7FFFFF || entry.access == OD_CONST);
+}
+
+std::string number(const od_entry& entry, od_number value) {
+  if (entry.type == OD_REAL32) {
+    return fmt::format("{:g}", value.f);
+  }
+  if (entry.type == OD_UNSIGNED64) {
+    return fmt::format("0x{:X}", static_cast<std::uint64_t>(value.i));
+  }
+  return is_hexadecimal(entry) ? fmt::format("0x{:X}", value.i) : fmt::format("{}", value.i);
+}
+
+std::string range_of(const od_entry& entry) {
+  const bool has_limits = entry.type != OD_VISIBLE_STRING && entry.type != OD_DOMAIN && entry.type != OD_UNSIGNED64;
+  if (entry.access != OD_RW || !has_limits) {
+    return "";
+  }
+  const int bits = 8 * entry.bytes;
+  const bool whole_type = entry.type != OD_REAL32 && entry.high.i - entry.low.i + 1 == std::int64_t{1} << bits;
+  return whole_type ? "any" : number(entry, entry.low) + " … " + number(entry, entry.high);
+}
+
+std::string default_of(const od_entry& entry) {
+  if (entry.type == OD_VISIBLE_STRING) {
+    return entry.preset.text == nullptr ? "" : fmt::format("\"{}\"", entry.preset.text);
+  }
+  if (entry.type == OD_DOMAIN || entry.access == OD_RO) {
+    return (entry.flags & OD_NODE_ID) != 0 ? number(entry, entry.preset) + " + id" : "";
+  }
+  return number(entry, entry.preset) + ((entry.flags & OD_NODE_ID) != 0 ? " + id" : "");
+}
+
+std::string pdo_of(const od_object& object, const DefaultPdos& pdos) {
+  const auto found = pdos.find({od_index(&object), object.entry->sub});
+  if (found != pdos.end()) {
+    return found->second;
+  }
+  std::string text = (object.entry->flags & OD_RPDO) != 0 ? "R" : "";
+  return text + ((object.entry->flags & OD_TPDO) != 0 ? "T" : "");
+}
+
+DefaultPdos default_pdos(const SortedObjects& objects) {
+  DefaultPdos pdos;
+  for (const auto& [key, object] : objects) {
+    const std::uint16_t kind = key.first & 0xFFFC;
+    if ((kind == 0x1600 || kind == 0x1A00) && key.second != 0 && object.entry->preset.i != 0) {
+      const auto entry = static_cast<std::uint32_t>(object.entry->preset.i);
+      pdos[{static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)}] =
+          fmt::format("{}PDO{}", kind == 0x1600 ? "R" : "T", (key.first & 3) + 1);
+    }
+  }
+  return pdos;
+}
+
+// The group that an object belongs to; a RECORD's own for what the standard does not name.
+std::string group_of(const od_object& object, const std::string& record) {
+  const std::uint16_t index = object.entry->index;
+  if (index < 0x2000) {
+    return communication_group(index);
+  }
+  return index >= 0x6000 ? drive_group(index) : fmt::format("{:04X} {}", index, record);
+}
+
+// In the order of their first rows. The second axis is the first one's table again.
+std::vector<Group> groups_of(const SortedObjects& objects) {
+  std::vector<Group> groups;
+  std::string record;
+  for (const auto& [key, object] : objects) {
+    if (object.part->shift != 0) {
+      continue;
+    }
+    record = key.second == 0 ? object.entry->name : record;
+    const std::string title = group_of(object, record);
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.title == title; });
+    if (group == groups.end()) {
+      group = groups.insert(groups.end(), Group{title, {}});
+    }
+    group->rows.push_back(object);
+  }
+  return groups;
+}
+
+// A bar would end the cell.
+std::string cell(const char *text) {
+  std::string result;
+  for (; *text != '\0'; ++text) {
+    result += *text == '|' ? std::string("\\|") : std::string(1, *text);
+  }
+  return result;
+}
+
+std::string print_row(const od_object& object, const DefaultPdos& pdos) {
+  const od_entry& entry = *object.entry;
+  const bool record = (entry.flags & OD_RECORD) != 0;
+  const char *mark = record ? "**" : "";
+  const std::string stored = (entry.flags & OD_STORED) != 0 ? ", stored" : "";
+  return fmt::format("| {:04X} | {} | {}{}{} | {} | {}{} | {} | {} | {} | {} | {} |\n", od_index(&object),
+                     static_cast<unsigned>(entry.sub), mark, entry.name, mark, type_name(entry), access_name(entry),
+                     stored, entry.unit, range_of(entry), default_of(entry), pdo_of(object, pdos), cell(entry.help));
+}
+
+std::string print_group(const Group& group, const DefaultPdos& pdos) {
+  std::string text = fmt::format(
+      "## {}\n\n| index | sub | name | type | access | unit | range | default | PDO | meaning |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n",
+      group.title);
+  for (const od_object& object : group.rows) {
+    text += print_row(object, pdos);
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string print_can_reference(const object_dictionary& dictionary, const DeviceInfo& info) {
+  const SortedObjects objects = sorted_objects(dictionary);
+  const DefaultPdos pdos = default_pdos(objects);
+  std::string text = fmt::format(
+      "# CAN objects\n\n"
+      "{}: every object of the node. The build prints this page from the object\n"
+      "dictionary: do not edit it, copy `share/trackservo/can-objects.md` of the build folder here instead. How to "
+      "use\n"
+      "the objects: [can.md](can.md).\n\n"
+      "- Indices from 2000 to 2FFF and from 6000 on are those of azimuth. Pitch has the same objects 0x800 higher:\n"
+      "  Kp is 2000:1 and 2800:1, the controlword 6040 and 6840. What is named 3xxx or 1xxx is there once.\n"
+      "- Access `stored`: 0x1010 saves it, 0x1011 restores it. `+ id`: the node id is added.\n"
+      "- PDO: the default PDO that carries the object, or R or T where it may be mapped into an RPDO or TPDO. Units\n"
+      "  are of one count: 606C = 17453 with unit 1e-6 rad/s is 1 deg/s.\n"
+      "- Defaults of 2000 to 2FFF are those of the table. A node starts with the gains of its plant or its store.\n\n",
+      info.description);
+  for (const Group& group : groups_of(objects)) {
+    text += print_group(group, pdos);
+  }
+  text.pop_back();
+  return text;
+}
+
+}  // namespace trackservo::dictionary

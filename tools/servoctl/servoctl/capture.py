@@ -1,0 +1,103 @@
+"""The device's scope: setting it up, and taking a capture apart.
+
+Objects 0x3000 (set-up), 0x3001 (capture), 0x3002 (names of the signals); layout of a capture as in
+firmware/commissioning/scope.h: header, then frames of 32-bit words, little endian.
+"""
+
+from __future__ import annotations
+
+import difflib
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .device import Device
+from .errors import InputError, Refused
+
+SET_UP, DATA, NAMES = 0x3000, 0x3001, 0x3002
+COMMAND, STATE, DIVIDER, PRETRIGGER, TRIGGER, TRIGGER_CHANNEL, LEVEL, FRAMES, CHANNELS, FIRST_SIGNAL = range(1, 11)
+ARM, STOP = 1, 2
+MOST_CHANNELS = 8
+WORDS = 8192
+PHASES = ("idle", "filling", "waiting for the trigger", "triggered", "done")
+DONE = 4
+TRIGGERS = ("now", "above", "below", "rising", "falling", "state", "fault")
+LEVEL_TRIGGERS = ("above", "below", "rising", "falling")
+
+_HEADER = struct.Struct("<4s7I")
+_KINDS = ("<f4", "<i4", "<u4")
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Signals by name over `time_s`, which is 0 at the trigger (at the start when none came)."""
+
+    time_s: NDArray[np.float64]
+    traces: dict[str, NDArray[np.float64]]
+    triggered: bool
+
+
+def signal_names(device: Device) -> dict[int, str]:
+    """Names of the signals by number, as the device tells them; raises Refused when it has no scope."""
+    try:
+        count = device.upload(NAMES, 0)[0]
+    except Refused as error:
+        raise Refused("this device has no scope (objects 0x3000 to 0x3002).", error.abort) from error
+    return {n: device.upload(NAMES, n).rstrip(b"\0").decode("ascii", errors="replace") for n in range(1, count + 1)}
+
+
+def find_signal(names: dict[int, str], text: str) -> int:
+    """The number of a name, of a unique part of it, or of a number; raises InputError with suggestions."""
+    if text.isdigit() and int(text) in names:
+        return int(text)
+    exact = [n for n, name in names.items() if name == text]
+    part = [n for n, name in names.items() if text in name]
+    if len(exact or part) == 1:
+        return (exact or part)[0]
+    close = [names[n] for n in part] or difflib.get_close_matches(text, names.values(), n=3, cutoff=0.5)
+    hint = f"; did you mean {' or '.join(close[:4])}?" if close else "; 'servoctl scope --list' lists the signals."
+    raise InputError(f"there is no single signal '{text}'{hint}")
+
+
+def set_up(
+    device: Device, signals: list[int], divider: int, pretrigger: int, trigger: str, channel: int, level: float
+) -> None:
+    """Writes the set-up and arms; `divider` in ticks of 1 ms, `pretrigger` in frames, `level` in the signal's unit."""
+    device.write_int(SET_UP, COMMAND, STOP, 1)
+    device.write_int(SET_UP, CHANNELS, len(signals), 1)
+    for position, signal in enumerate(signals):
+        device.write_int(SET_UP, FIRST_SIGNAL + position, signal, 1)
+    device.write_int(SET_UP, DIVIDER, divider, 2)
+    device.write_int(SET_UP, PRETRIGGER, pretrigger, 2)
+    device.write_int(SET_UP, TRIGGER, TRIGGERS.index(trigger), 1)
+    device.write_int(SET_UP, TRIGGER_CHANNEL, channel, 1)
+    device.download(SET_UP, LEVEL, struct.pack("<f", level), "scope trigger level")
+    device.write_int(SET_UP, COMMAND, ARM, 1)
+
+
+def capacity(channels: int) -> int:
+    """Frames that fit with so many channels."""
+    return WORDS // channels
+
+
+def parse_capture(data: bytes, names: dict[int, str]) -> Capture:
+    """Raises InputError when the bytes are no capture."""
+    if len(data) < _HEADER.size:
+        raise InputError(f"the capture has {len(data)} bytes; a header alone has {_HEADER.size}.")
+    magic, version, header, channels, frames, trigger, divider, tick_ns = _HEADER.unpack_from(data)
+    if magic != b"TSSC" or version != 1:
+        raise InputError(f"the capture is of an unknown kind ({magic!r}, version {version}).")
+    expected = header + 4 * channels * frames
+    if not 1 <= channels <= MOST_CHANNELS or len(data) != expected:
+        raise InputError(f"the capture has {len(data)} bytes instead of {expected}.")
+    described = [struct.unpack_from("<II", data, _HEADER.size + 8 * i) for i in range(channels)]
+    words = np.frombuffer(data, dtype="<u4", offset=header).reshape(frames, channels)
+    traces = {
+        names.get(number, f"signal {number}"): np.ascontiguousarray(words[:, i]).view(_KINDS[kind]).astype(np.float64)
+        for i, (number, kind) in enumerate(described)
+    }
+    triggered = trigger < frames
+    time_s = (np.arange(frames) - (trigger if triggered else 0)) * divider * tick_ns * 1e-9
+    return Capture(time_s, traces, triggered)

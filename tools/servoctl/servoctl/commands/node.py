@@ -1,0 +1,212 @@
+"""scan, info and state: which nodes there are, what they are, and whether their axes are enabled."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import canopen
+import click
+
+from ..bus import open_bus, parse_bus
+from ..device import Device
+from ..drive import Drive
+from ..errors import ExitCode, InputError
+from ..parameter import AXES
+from ..session import Session, common
+from ..tuning import set_state
+from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees
+
+SCAN_LISTEN_S = 1.0
+
+
+@click.command()
+@click.option("--passive", is_flag=True, help="Only listen, ask nobody.")
+@common
+def scan(session: Session, passive: bool) -> int:
+    """List the nodes on the bus; exit code 1 when there is none."""
+    address = parse_bus(session.bus)
+    network = canopen.Network(bus=open_bus(address, session.bitrate, listen_only=passive))
+    states: dict[int, str] = {}
+    with network.connect():
+        for node in range(1, 128):
+            network.subscribe(
+                0x700 + node, lambda identifier, data, _t: states.update({identifier - 0x700: _nmt(data)})
+            )
+        with session.out.errors.status("listening"):
+            if not passive:
+                network.scanner.search()
+            time.sleep(SCAN_LISTEN_S)
+        present = sorted(network.scanner.nodes)
+    found = [_describe(session, node, states.get(node, "unknown"), passive) for node in present]
+    session.out.json(found)
+    if not found:
+        session.out.say(f"no node answers on {address}.")
+        return int(ExitCode.DIFFERENT)
+    session.out.table(
+        [("node", "right"), "name", "state", "software", ("serial", "right"), "axes"],
+        [
+            (
+                str(f["node"]),
+                f["name"] or "",
+                f["state"],
+                f["software"] or "",
+                str(f["serial"] or ""),
+                ", ".join(f["axes"]),
+            )
+            for f in found
+        ],
+    )
+    return 0
+
+
+def _nmt(data: bytes | bytearray) -> str:
+    names = {0: "boot-up", 4: "stopped", 5: "operational", 127: "pre-operational"}
+    return names.get(data[0] & 0x7F, "unknown") if data else "unknown"
+
+
+def _describe(session: Session, node: int, state: str, passive: bool) -> dict[str, Any]:
+    empty: dict[str, Any] = {"node": node, "name": None, "state": state, "software": None, "serial": None, "axes": []}
+    if passive:
+        return empty
+    with session.connect(node) as device:
+        try:
+            identity = device.identity()
+            axes = [name for axis, name in enumerate(AXES) if device.has_axis(axis)]
+        except Exception:  # noqa: BLE001 - a foreign node may answer anything
+            return empty
+    return empty | {key: identity[key] for key in ("name", "software", "serial")} | {"axes": axes}
+
+
+@click.command()
+@common
+def info(session: Session) -> None:
+    """Tell what the node is: versions, schema, parameter sets, state."""
+    with session.connect() as device:
+        data = device.identity()
+        data["nmt"] = device.nmt_state()
+        schema = device.any_schema
+        data["parameters"] = str(schema.source)
+        data["schema_fits"] = device.schema_fits
+        data["axes"] = [
+            read_axis(device, axis) | _set_data(device, axis) for axis in range(len(AXES)) if device.has_axis(axis)
+        ]
+        mismatch = "" if device.schema_fits else device.mismatch
+    out = session.out
+    out.json(data)
+    hexes = {"device_type", "schema", "vendor", "product", "revision"}
+    for key, value in data.items():
+        if key != "axes" and value is not None:
+            shown = (
+                f"0x{value:08X}"
+                if key in hexes
+                else ("yes" if value is True else "no" if value is False else str(value))
+            )
+            out.say(f"{key.replace('_', ' '):14} {shown}")
+    show_axes(session, data["axes"])
+    for axis in data["axes"]:
+        if "active_crc" in axis:
+            stored = (
+                "as stored" if not axis["differs_from_stored"] else f"not stored (stored: {axis['stored_crc']:08X})"
+            )
+            staged = "; staged values wait" if axis["staged"] else ""
+            out.say(f"{axis['axis']:8} set {axis['active_crc']:08X}, {stored}{staged}")
+    if mismatch:
+        out.note(mismatch)
+
+
+def _set_data(device: Device, axis: int) -> dict[str, Any]:
+    state = set_state(device, axis)
+    if state is None:
+        return {}
+    return {
+        "active_crc": state.active_crc,
+        "stored_crc": state.stored_crc,
+        "staged": state.staged_differs,
+        "differs_from_stored": state.active_differs_from_stored,
+    }
+
+
+def read_axis(device: Device, axis: int) -> dict[str, Any]:
+    """Power state, mode, angle (°), rate (°/s), torque (% of rated) of an axis, as the device has them."""
+    drive = Drive(device, axis)
+    status = drive.statusword()
+    torque = device.try_upload(0x6077 + 0x800 * axis)
+    position = device.try_upload(0x6064 + 0x800 * axis)
+    rate = device.try_upload(0x606C + 0x800 * axis)
+    code = device.try_upload(0x603F + 0x800 * axis)
+
+    def whole(data: bytes | None) -> int | None:
+        return None if data is None else int.from_bytes(data, "little", signed=True)
+
+    counts, speed, load = whole(position), whole(rate), whole(torque)
+    return {
+        "axis": AXES[axis],
+        "state": drive.state(status),
+        "flags": drive.flags(status),
+        "mode": drive.mode(),
+        "position_deg": None if counts is None else degrees(counts / POSITION_COUNTS_PER_RAD),
+        "rate_deg_s": None if speed is None else degrees(speed / RATE_COUNTS_PER_RAD_S),
+        "torque_percent": None if load is None else load / 10.0,
+        "error": int.from_bytes(code, "little") if code else 0,
+    }
+
+
+def show_axes(session: Session, axes: list[dict[str, Any]]) -> None:
+    """A table of what `read_axis` gave."""
+
+    def shown(value: float | None, places: int) -> str:
+        return "–" if value is None else f"{value:.{places}f}"
+
+    columns = [
+        "axis",
+        "state",
+        "mode",
+        ("angle °", "right"),
+        ("rate °/s", "right"),
+        ("torque %", "right"),
+        "error",
+        "flags",
+    ]
+    rows = [
+        (a["axis"], a["state"], a["mode"], shown(a["position_deg"], 4), shown(a["rate_deg_s"], 4), shown(a["torque_percent"], 1),
+         f"{a['error']:04X}" if a["error"] else "", ", ".join(a["flags"]))
+        for a in axes
+    ]  # fmt: skip
+    session.out.table(columns, rows)
+
+
+ACTIONS = ("enable", "disable", "quick-stop", "reset")
+
+
+@click.command()
+@click.argument("words", nargs=-1, metavar="[AXIS] [enable|disable|quick-stop|reset]")
+@click.option("--axis", type=click.Choice(AXES), help="The axis, when it is not the first word.")
+@common
+def state(session: Session, words: tuple[str, ...], axis: str | None) -> None:
+    """Show the state of the axes, or bring one to another: enable, disable, quick-stop, reset (a fault)."""
+    action = None
+    for word in words:
+        if word in AXES and axis in (None, word):
+            axis = word
+        elif word in ACTIONS and action is None:
+            action = word
+        else:
+            raise InputError(f"'{word}' is neither an axis ({', '.join(AXES)}) nor one of {', '.join(ACTIONS)}.")
+    if action and axis is None:
+        raise InputError(f"say which axis shall {action}: {' or '.join(AXES)}.")
+    with session.connect() as device:
+        if action and axis:
+            drive = Drive(device, AXES.index(axis))
+            {
+                "enable": drive.enable,
+                "disable": drive.disable,
+                "quick-stop": drive.quick_stop,
+                "reset": drive.reset_fault,
+            }[action]()
+        shown = [AXES.index(axis)] if axis else range(len(AXES))
+        axes = [read_axis(device, a) for a in shown if device.has_axis(a)]
+        nmt = device.nmt_state()
+    session.out.json({"node": session.node, "nmt": nmt, "axes": axes})
+    session.out.say(f"node {session.node} is {nmt}")
+    show_axes(session, axes)

@@ -1,0 +1,299 @@
+"""get, set, undo and explain: single parameters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from ..device import Device
+from ..errors import InputError, Refused
+from ..parameter import AXES, TYPES, Parameter, Value
+from ..schema import Schema, parse_index
+from ..session import NameType, Session, axis_option, common
+from ..tuning import APPLY, REVERT, UNDO, Change, Tuning, command_set, set_state
+from ..units import number
+from .faults import explain_code
+
+NOT_IN_FORCE = "staged, not in force yet"
+
+
+def parameter_at(device: Device, text: str, axis: str | None, kind: str | None = None) -> Parameter:
+    """The parameter of a name or index; an index works with a schema that does not fit, too."""
+    at = parse_index(text)
+    if at is None:
+        return device.schema.find(text, axis)
+    known = device.any_schema.by_index(*at) if device.schema_fits else None
+    if kind is None and known is not None:
+        return known
+    if kind is None and not device.schema_fits:
+        raise InputError(f"{device.mismatch} {text} needs --type then, one of {', '.join(TYPES)}.")
+    if kind is None:
+        raise InputError(
+            f"there is no object {text} in {device.any_schema.origin}; with --type it is read all the same."
+        )
+    return Parameter(name=text, title=text, index=at[0], sub=at[1], type=kind, access="rw")
+
+
+def staged_axes(device: Device) -> set[int]:
+    """Axes with staged values that are not in force."""
+    found = set()
+    for axis in range(len(AXES)):
+        state = set_state(device, axis)
+        if state is not None and state.staged_differs:
+            found.add(axis)
+    return found
+
+
+def as_json(parameter: Parameter, value: Value | None) -> dict[str, Any]:
+    """One parameter with its value, for --json."""
+    return {
+        "name": parameter.name,
+        "index": parameter.where,
+        "value": value,
+        "unit": parameter.unit,
+        "type": parameter.type,
+    }
+
+
+@click.command()
+@click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|0xINDEX:SUB]...")
+@axis_option
+@click.option(
+    "--type", "kind", type=click.Choice(TYPES), help="Type of an object by index that is not in parameters.json."
+)
+@common
+def get(session: Session, names: tuple[str, ...], axis: str | None, kind: str | None) -> None:
+    """Show values as the device has them; without a name, all gains."""
+    with session.connect() as device:
+        if names and all(parse_index(name) for name in names):
+            chosen = [parameter_at(device, name, axis, kind) for name in names]
+        elif names:
+            chosen = [p for p in device.schema.select(names, axis) if p.readable]
+        else:
+            chosen = [p for p in device.schema.tunable if axis is None or p.name.startswith(axis + ".")]
+        rows: list[tuple[Parameter, Value | None]] = []
+        with session.out.progress() as bar:
+            task = bar.add_task("reading", total=len(chosen))
+            for parameter in chosen:
+                rows.append((parameter, read_or_none(device, parameter, single=len(chosen) == 1)))
+                bar.advance(task)
+        pending = staged_axes(device) if any(p.staged for p in chosen) else set()
+    session.out.json([as_json(p, v) | {"in_force": not (p.staged and p.axis in pending)} for p, v in rows])
+    if len(rows) == 1:
+        parameter, value = rows[0]
+        session.out.say(f"{parameter.name} = {number(value)} {parameter.unit}".rstrip())
+    else:
+        table = [(p.where, p.name, number(v), p.unit, number(p.default)) for p, v in rows]
+        session.out.table(["index", "name", ("value", "right"), "unit", ("default", "right")], table)
+    for number_of_axis in sorted(pending & {p.axis for p in chosen if p.staged and p.axis is not None}):
+        session.out.note(f"{AXES[number_of_axis]}: these are the staged values; they differ from those in force.")
+
+
+def read_or_none(device: Device, parameter: Parameter, single: bool) -> Value | None:
+    """In a list, an object that cannot be read now shows as a dash; alone, it is an error."""
+    try:
+        return device.read(parameter)
+    except Refused:
+        if single:
+            raise
+        return None
+
+
+def parse_assignments(
+    device: Device, words: tuple[str, ...], axis: str | None, kind: str | None
+) -> dict[Parameter, Value]:
+    """NAME=VALUE ... or NAME VALUE; every value is checked before the first is sent."""
+    if len(words) == 2 and "=" not in words[0]:
+        words = (f"{words[0]}={words[1]}",)
+    values: dict[Parameter, Value] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not equals:
+            raise InputError(f"'{word}' is not NAME=VALUE.")
+        parameter = parameter_at(device, name, axis, kind)
+        if not parameter.writable:
+            raise InputError(f"{parameter.name} ({parameter.where}) can only be read.")
+        values[parameter] = parameter.check(parameter.parse(text))
+    return values
+
+
+def show_changes(session: Session, changes: list[Change], staged_only: bool = False) -> None:
+    """Old and new value of each write."""
+    session.out.json(
+        [
+            as_json(c.parameter, c.new) | {"old": c.old, "in_force": not (staged_only and c.parameter.staged)}
+            for c in changes
+        ]
+    )
+    for change in changes:
+        waits = f"  ({NOT_IN_FORCE})" if staged_only and change.parameter.staged else ""
+        same = "  (as before)" if change.old == change.new else ""
+        old = f"  was {number(change.old)}" if change.old is not None and not same else ""
+        session.out.say(
+            f"{change.parameter.name} = {number(change.new)} {change.parameter.unit}{old}{same}{waits}".replace(
+                "  ", "  "
+            )
+        )
+
+
+@click.command("set")
+@click.argument("assignments", nargs=-1, type=NameType(assignment=True), metavar="NAME=VALUE... | NAME VALUE")
+@axis_option
+@click.option("--stage", is_flag=True, help="Only stage; 'set --apply' puts all staged values in force.")
+@click.option("--apply", "apply_staged", is_flag=True, help="Put in force what is staged, before by --stage or now.")
+@click.option(
+    "--type", "kind", type=click.Choice(TYPES), help="Type of an object by index that is not in parameters.json."
+)
+@common
+def set_(
+    session: Session, assignments: tuple[str, ...], axis: str | None, stage: bool, apply_staged: bool, kind: str | None
+) -> None:
+    """Set parameters: all are staged, applied in one tick, and read back.
+
+    A value may carry a unit: 'set azimuth.position_loop.rate_limit_of_the_outer_loops="5 deg/s"'.
+    """
+    if stage and apply_staged:
+        raise InputError("--stage and --apply exclude each other.")
+    if not assignments and not apply_staged:
+        raise InputError("nothing to set: say NAME=VALUE.")
+    with session.connect() as device:
+        values = parse_assignments(device, assignments, axis, kind)
+        changes: list[Change] = []
+        if values:
+            changes = Tuning(device, "set").write(values, apply=not stage, on_top=stage or apply_staged)
+        if apply_staged:
+            for number_of_axis in sorted(staged_axes(device)):
+                if axis in (None, AXES[number_of_axis]):
+                    command_set(device, number_of_axis, APPLY)
+                    session.out.say(f"{AXES[number_of_axis]}: staged values are in force.")
+    show_changes(session, changes, staged_only=stage)
+
+
+@click.command()
+@axis_option
+@click.option("--staged", is_flag=True, help="Forget what is staged and not in force.")
+@click.option(
+    "--device", "by_device", is_flag=True, help="The device's own undo: back to the set before the last apply."
+)
+@click.option("--list", "listing", is_flag=True, help="Show the journal's last writes and change nothing.")
+@common
+def undo(session: Session, axis: str | None, staged: bool, by_device: bool, listing: bool) -> None:
+    """Take back the last change, by the journal of this computer.
+
+    A value that somebody else has changed since is left alone, and nothing is undone then.
+    """
+    if staged and by_device:
+        raise InputError("--staged and --device exclude each other.")
+    with session.connect() as device:
+        if staged or by_device:
+            _undo_in_device(session, device, axis, REVERT if staged else UNDO)
+            return
+        tuning = Tuning(device, "undo")
+        if listing:
+            _list_journal(session, tuning)
+            return
+        entries = tuning.journal.last_undoable()
+        if not entries:
+            raise InputError(f"there is nothing to undo in {tuning.journal.path}.")
+        tuning.undoes = entries[0].transaction
+        schema = device.schema
+        values: dict[Parameter, Value] = {}
+        for entry in entries:
+            parameter = schema.by_index(entry.index, entry.sub)
+            if parameter is None or entry.old is None:
+                raise InputError(f"{entry.name} of the journal is not an object of this device.")
+            found = device.read(parameter)
+            if found != entry.new:
+                raise Refused(
+                    f"{entry.name} is {number(found)} now, not {number(entry.new)} as the journal's last write left it:"
+                    " somebody else has changed it since; set it by hand if it shall go back."
+                )
+            values[parameter] = entry.old
+        show_changes(session, tuning.write(values))
+
+
+def _undo_in_device(session: Session, device: Device, axis: str | None, command: int) -> None:
+    axes = [AXES.index(axis)] if axis else [a for a in range(len(AXES)) if set_state(device, a) is not None]
+    if not axes:
+        raise InputError("this device has no staged set (object 0x2070).")
+    if command == UNDO and axis is None and len(axes) > 1:
+        raise InputError("the device's undo is of one axis: say which with --axis.")
+    tuning = Tuning(device, "undo")
+    gains = [p for p in device.schema if p.staged and p.axis in axes and p.type != "DOMAIN" and p.writable]
+    before = {p: device.read(p) for p in gains}
+    for number_of_axis in axes:
+        command_set(device, number_of_axis, command)
+    changes = [Change(p, before[p], device.read(p)) for p in gains]
+    changes = [c for c in changes if c.old != c.new]
+    for change in changes if command == UNDO else []:
+        tuning.note(change.parameter, change.old, change.new)
+    show_changes(session, changes)
+    if not changes:
+        session.out.say("nothing was staged." if command == REVERT else "nothing has changed.")
+
+
+def _list_journal(session: Session, tuning: Tuning) -> None:
+    entries = tuning.journal.entries()[-30:]
+    session.out.json([entry.__dict__ for entry in entries])
+    rows = [(e.time, e.command, e.name, number(e.old), number(e.new), e.unit) for e in entries]
+    session.out.table(
+        ["time", "command", "name", ("old", "right"), ("new", "right"), "unit"], rows, str(tuning.journal.path)
+    )
+
+
+@click.command()
+@click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|FAULT CODE]...")
+@axis_option
+@common
+def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:
+    """Tell what a parameter or a fault code means; without a name, list all. Needs no device."""
+    if names and all(explain_code(name) for name in names):
+        for name in names:
+            found = explain_code(name) or {}
+            session.out.json(found)
+            for key in ("code", "meaning", "cause", "cure"):
+                session.out.say(f"{key:8} {found[key]}")
+        return
+    schema = session.file_schema()
+    if schema is None:
+        raise InputError("there is no parameters.json: build the firmware, or name the file with --parameters.")
+    chosen = (
+        schema.select(names, axis) if names else [p for p in schema if axis is None or p.name.startswith(axis + ".")]
+    )
+    session.out.json([_explained(p) for p in chosen])
+    if len(chosen) > 5:
+        session.out.table(
+            ["index", "name", "range", "unit", "meaning"],
+            [(p.where, p.name, p.limits(), p.unit, p.help) for p in chosen],
+        )
+        return
+    for parameter in chosen:
+        _show_explained(session, schema, parameter)
+
+
+def _explained(p: Parameter) -> dict[str, Any]:
+    return as_json(p, None) | {
+        "title": p.title, "help": p.help, "low": p.low, "high": p.high, "default": p.default, "access": p.access,
+        "stored": p.stored, "staged": p.staged,
+    }  # fmt: skip
+
+
+def _show_explained(session: Session, schema: Schema, p: Parameter) -> None:
+    out = session.out
+    out.say(p.name, style="bold")
+    out.say(f"  {p.title}: {p.help}" if p.help else f"  {p.title}")
+    head = schema.by_index(p.index, 0)
+    if head is not None and head is not p:
+        out.say(f"  belongs to  {head.title}: {head.help}")
+    out.say(f"  object      {p.where}, {p.type}, {p.access}")
+    if p.limits():
+        out.say(f"  range       {p.limits()} {p.unit}".rstrip())
+    if p.default is not None:
+        out.say(f"  default     {number(p.default)} {p.unit}".rstrip())
+    if p.staged:
+        out.say(
+            "  takes force when applied ('set' does so), together with what else is staged; stored by 'servoctl store'"
+        )
+    elif p.stored:
+        out.say("  takes force at once; stored by 'servoctl store'")

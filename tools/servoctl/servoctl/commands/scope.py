@@ -1,0 +1,136 @@
+"""scope: captures signals inside the device, around a trigger, at up to 1 kHz."""
+
+from __future__ import annotations
+
+import time
+from datetime import datetime
+from pathlib import Path
+
+import click
+import numpy as np
+
+from .. import capture as recorder
+from ..device import Device
+from ..errors import InputError, MotionError
+from ..parameter import AXES
+from ..session import Session, common
+from .motion import TIME
+
+
+@click.command()
+@click.argument("signals", nargs=-1, metavar="[SIGNAL]...")
+@click.option("--axis", type=click.Choice(AXES), help="Completes signals that do not begin with an axis.")
+@click.option("--list", "listing", is_flag=True, help="List the signals and capture nothing.")
+@click.option(
+    "--rate", type=click.FloatRange(0.02, 1000), default=1000.0, show_default=True, help="Frames per second (Hz)."
+)
+@click.option("--for", "duration", type=TIME, help="Length (s); default: as much as fits.")
+@click.option("--pre", type=TIME, default="0", help="Time before the trigger (s).")
+@click.option("--trigger", type=click.Choice(recorder.TRIGGERS), default="now", show_default=True)
+@click.option("--on", "source", help="Signal of the trigger (default: the first).")
+@click.option(
+    "--level", type=float, default=0.0, show_default=True, help="Level of the trigger, in the signal's unit (SI)."
+)
+@click.option(
+    "--timeout", type=TIME, default="60", show_default=True, help="Give up waiting for the trigger after this (s)."
+)
+@click.option(
+    "--out", "folder", type=click.Path(path_type=Path, file_okay=False), default=".", help="Folder for PNG and CSV."
+)
+@common
+def scope(
+    session: Session, signals: tuple[str, ...], axis: str | None, listing: bool, rate: float, duration: float | None, pre: float,
+    trigger: str, source: str | None, level: float, timeout: float, folder: Path,
+) -> None:  # fmt: skip
+    """Capture up to 8 SIGNALs in the device, at up to 1 kHz, around a trigger; saves a plot and a CSV.
+
+    8192 samples fit: two signals at 1 kHz for 4 s. The capture is ended early when --for is over.
+    """
+    with session.connect() as device:
+        names = recorder.signal_names(device)
+        if listing:
+            session.out.json([{"number": n, "name": name} for n, name in names.items()])
+            session.out.table([("", "right"), "signal"], [(str(n), name) for n, name in names.items()])
+            return
+        if not 1 <= len(signals) <= recorder.MOST_CHANNELS:
+            raise InputError(f"say 1 to {recorder.MOST_CHANNELS} signals; 'servoctl scope --list' lists them.")
+        numbers = [_find(names, text, axis) for text in signals]
+        on = _find(names, source, axis) if source else numbers[0]
+        if on not in numbers:
+            raise InputError(f"the trigger's signal {names[on]} must be one of those captured.")
+        divider = max(1, round(1000.0 / rate))
+        frames = recorder.capacity(len(numbers))
+        before = round(pre * 1000.0 / divider)
+        wanted = min(frames, round(duration * 1000.0 / divider)) if duration else frames
+        if before >= wanted:
+            raise InputError(f"--pre {pre:g} s is as long as the whole capture of {wanted * divider / 1000:g} s.")
+        recorder.set_up(device, numbers, divider, before, trigger, numbers.index(on), level)
+        data = _wait_and_read(session, device, wanted - before, frames - before, divider, timeout)
+        result = recorder.parse_capture(data, names)
+    keep = slice(0, None) if not duration else _window(result, wanted, before)
+    time_s = result.time_s[keep]
+    traces = {name: trace[keep] for name, trace in result.traces.items()}
+    path = folder / f"scope-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
+    from ..plots import plot_traces, write_csv
+
+    write_csv(path.with_suffix(".csv"), {"time_s": time_s, **traces})
+    plot_traces(
+        path.with_suffix(".png"),
+        f"scope, {len(time_s)} frames every {divider} ms",
+        time_s,
+        traces,
+        0.0 if before else None,
+    )
+    files = [str(path.with_suffix(".png")), str(path.with_suffix(".csv"))]
+    statistics = {
+        n: {"min": float(t.min()), "mean": float(t.mean()), "max": float(t.max()), "std": float(t.std())}
+        for n, t in traces.items()
+    }
+    session.out.json(
+        {
+            "frames": len(time_s),
+            "period_ms": divider,
+            "triggered": result.triggered,
+            "signals": statistics,
+            "files": files,
+        }
+    )
+    rows = [(name, *(f"{value[k]:.6g}" for k in ("min", "mean", "max", "std"))) for name, value in statistics.items()]
+    session.out.table(["signal", ("min", "right"), ("mean", "right"), ("max", "right"), ("std", "right")], rows)
+    session.out.say("saved: " + ", ".join(files))
+
+
+def _find(names: dict[int, str], text: str, axis: str | None) -> int:
+    if axis and not text.startswith(AXES):
+        of_axis = {n: name for n, name in names.items() if name.startswith(axis + ".")}
+        return recorder.find_signal(of_axis, text)
+    return recorder.find_signal(names, text)
+
+
+def _window(result: recorder.Capture, wanted: int, before: int) -> slice:
+    start = max(0, int(np.searchsorted(result.time_s, -1e-9)) - before) if result.triggered else 0
+    return slice(start, start + wanted)
+
+
+def _wait_and_read(session: Session, device: Device, after: int, all_after: int, divider: int, timeout: float) -> bytes:
+    """Waits for the trigger and for the frames wanted after it, ends the capture then, and reads it."""
+    begun = time.monotonic()
+    triggered: float | None = None
+    with session.out.progress() as bar:
+        task = bar.add_task("waiting for the trigger", total=after * divider / 1000.0)
+        while True:
+            phase = device.read_int(recorder.SET_UP, recorder.STATE)
+            now = time.monotonic()
+            if phase == recorder.DONE:
+                break
+            if phase == recorder.DONE - 1:
+                triggered = triggered or now
+                bar.update(task, description="capturing", completed=now - triggered)
+                if after < all_after and now - triggered > after * divider / 1000.0 + 0.05:
+                    device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.STOP, 1)
+            elif now - begun > timeout:
+                device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.STOP, 1)
+                raise MotionError(f"no trigger within {timeout:g} s; the scope is stopped.")
+            time.sleep(0.02)
+        bar.update(task, description="reading")
+        return device.upload_block(recorder.DATA, 0, "scope data")

@@ -1,0 +1,262 @@
+"""monitor and log: what the node does, as a live table or as a file."""
+
+from __future__ import annotations
+
+import csv
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import click
+from rich import box
+from rich.console import Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from ..bus import open_bus, parse_bus
+from ..errors import ConnectionFailed, InputError
+from ..listener import Listener
+from ..parameter import AXES, Parameter
+from ..power import mode_name, state_of, status_flags
+from ..schema import candidates, load_schema
+from ..session import NameType, Session, axis_option, common
+from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, number
+from .faults import meaning
+from .motion import TIME
+from .parameters import read_or_none
+
+REFRESH_S = 0.2
+STALE_S = 1.0
+BIT_RATE = 1_000_000
+
+
+def _listener(session: Session) -> Listener:
+    paths = candidates(session.parameters)
+    if not paths:
+        raise InputError("there is no parameters.json: build the firmware, or name the file with --parameters.")
+    return Listener(session.node, load_schema(paths[0]))
+
+
+@click.command()
+@click.option("--for", "duration", type=TIME, help="End after this time (s); else with Ctrl-C.")
+@common
+def monitor(session: Session, duration: float | None) -> None:
+    """Watch the node live; listens only to heartbeats, PDOs and emergencies, and sends nothing.
+
+    With --json one line every 0.2 s. PDOs are read in the mapping of parameters.json.
+    """
+    listener = _listener(session)
+    begun = time.monotonic()
+    with open_bus(parse_bus(session.bus), session.bitrate, listen_only=True) as bus:
+        live = None if session.out.as_json else Live(console=session.out.console, auto_refresh=False)
+        try:
+            if live:
+                live.start()
+            _watch(session, listener, bus, live, begun, duration)
+        except KeyboardInterrupt:
+            pass  # the usual way to leave
+        finally:
+            if live:
+                live.stop()
+
+
+def _watch(
+    session: Session, listener: Listener, bus: Any, live: Live | None, begun: float, duration: float | None
+) -> None:
+    shown, frames, bits = begun, 0, 0
+    while duration is None or time.monotonic() - begun < duration:
+        message = bus.recv(0.05)
+        if message is not None:
+            listener.take(message)
+        now = time.monotonic()
+        if now - shown < REFRESH_S:
+            continue
+        rate, load = (listener.frames - frames) / (now - shown), (listener.bits - bits) / (now - shown) / BIT_RATE
+        shown, frames, bits = now, listener.frames, listener.bits
+        if live:
+            live.update(render(listener, rate, load), refresh=True)
+        else:
+            session.out.json(snapshot(listener) | {"frames_per_s": round(rate, 1), "load": round(load, 4)})
+
+
+def axis_values(listener: Listener, axis: int) -> dict[str, Any]:
+    """What the PDOs told of an axis: ° and °/s, % of rated torque; None for what did not come within a second."""
+    now = time.monotonic()
+
+    def value(index: int) -> int | None:
+        for parameter, observed in listener.values.items():
+            if parameter.index == index + 0x800 * axis and parameter.sub == 0 and now - observed.time_s < STALE_S:
+                return observed.value if isinstance(observed.value, int) else None
+        return None
+
+    status, mode, position, rate, torque, error = (value(i) for i in (0x6041, 0x6061, 0x6064, 0x606C, 0x6077, 0x603F))
+    return {
+        "axis": AXES[axis],
+        "state": None if status is None else state_of(status),
+        "flags": [] if status is None else status_flags(status),
+        "mode": None if mode is None else mode_name(mode),
+        "position_deg": None if position is None else degrees(position / POSITION_COUNTS_PER_RAD),
+        "rate_deg_s": None if rate is None else degrees(rate / RATE_COUNTS_PER_RAD_S),
+        "torque_percent": None if torque is None else torque / 10.0,
+        "error": error,
+    }
+
+
+def snapshot(listener: Listener) -> dict[str, Any]:
+    """Everything that is known now."""
+    age = None if listener.heartbeat_s is None else round(time.monotonic() - listener.heartbeat_s, 3)
+    return {
+        "time": time.time(),
+        "node": listener.node_id,
+        "nmt": listener.state,
+        "heartbeat_age_s": age,
+        "axes": [axis_values(listener, axis) for axis in range(len(AXES))],
+        "emergencies": [{"time": t, "code": c, "register": r} for t, c, r in listener.emergencies],
+    }
+
+
+def render(listener: Listener, rate: float, load: float) -> Group:
+    """The live table."""
+    data = snapshot(listener)
+    age = data["heartbeat_age_s"]
+    beat = "no heartbeat yet" if age is None else f"heartbeat {1e3 * age:.0f} ms ago"
+    late = age is None or age > STALE_S
+    head = Text(
+        f"node {listener.node_id}  {data['nmt']}  {beat}  {rate:.0f} frames/s  bus load {100 * load:.1f} %",
+        style="red" if late else "",
+    )
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for name, justify in (
+        ("axis", "left"),
+        ("state", "left"),
+        ("mode", "left"),
+        ("angle °", "right"),
+        ("rate °/s", "right"),
+        ("torque %", "right"),
+        ("error", "left"),
+        ("flags", "left"),
+    ):
+        table.add_column(name, justify=justify, min_width=8)  # type: ignore[arg-type]
+
+    def shown(value: float | None, places: int) -> str:
+        return "–" if value is None else f"{value:.{places}f}"
+
+    for axis in data["axes"]:
+        faulty = axis["state"] in ("fault", "fault reaction active")
+        style = "red" if faulty else "green" if axis["state"] == "operation enabled" else ""
+        error = f"{axis['error']:04X}" if axis["error"] else ""
+        table.add_row(
+            axis["axis"], Text(axis["state"] or "–", style=style), axis["mode"] or "–", shown(axis["position_deg"], 4),
+            shown(axis["rate_deg_s"], 4), shown(axis["torque_percent"], 1), Text(error, style="red"), ", ".join(axis["flags"]),
+        )  # fmt: skip
+    lines: list[Any] = [head, table]
+    if data["nmt"] != "operational":
+        lines.append(
+            Text("PDOs come when the node is operational ('servoctl state AXIS enable' makes it so).", style="yellow")
+        )
+    for when, code, register in list(listener.emergencies)[-4:]:
+        clock = datetime.fromtimestamp(when).strftime("%H:%M:%S")
+        text = (
+            f"{clock}  emergency {code:04X} {meaning(code)}, register {register:02X}"
+            if code
+            else f"{clock}  errors gone, register {register:02X}"
+        )
+        lines.append(Text(text, style="red" if code else ""))
+    return Group(*lines)
+
+
+@click.command()
+@click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP]...")
+@axis_option
+@click.option(
+    "--rate", type=click.FloatRange(0.01, 200), default=10.0, show_default=True, help="Rows per second (Hz), for NAMEs."
+)
+@click.option("--for", "duration", type=TIME, help="End after this time (s); else with Ctrl-C.")
+@click.option(
+    "--out", "file", type=click.Path(path_type=Path, dir_okay=False), help="CSV file (default: standard output)."
+)
+@common
+def log(
+    session: Session, names: tuple[str, ...], axis: str | None, rate: float, duration: float | None, file: Path | None
+) -> None:
+    """Log values as CSV: NAMEs are read by SDO at --rate; without any, whatever the node's PDOs tell, unasked.
+
+    With --json one JSON object for each row. Columns carry units; raw counts are those of the device.
+    """
+    begun = time.monotonic()
+    try:
+        stream = file.open("w", newline="", encoding="utf-8") if file else sys.stdout
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written: {error.strerror}.") from error
+    rows = 0
+    try:
+        source = _read_rows(session, names, axis, rate) if names else _heard_rows(session, duration)
+        writer = _RowWriter(stream, session.out.as_json)
+        for row in source:
+            writer.write({"time_s": round(time.monotonic() - begun, 4), **row} if row else {})
+            rows += bool(row)
+            if duration is not None and time.monotonic() - begun >= duration:
+                break
+    except KeyboardInterrupt:
+        pass  # the usual way to leave
+    finally:
+        if file:
+            stream.close()
+    if file:
+        session.out.say(f"{rows} rows in {file}.")
+    if rows == 0:
+        raise ConnectionFailed("nothing was logged: no PDO came. They come when the node is operational.")
+
+
+class _RowWriter:
+    """CSV with a header of the first row's columns, or JSON lines."""
+
+    def __init__(self, stream: Any, as_json: bool) -> None:
+        self._stream = stream
+        self._as_json = as_json
+        self._csv: csv.DictWriter[str] | None = None
+
+    def write(self, row: dict[str, Any]) -> None:
+        """Empty rows only give others a chance to end."""
+        import json
+
+        if not row:
+            return
+        if self._as_json:
+            print(json.dumps(row, default=repr), file=self._stream, flush=True)
+            return
+        if self._csv is None:
+            self._csv = csv.DictWriter(self._stream, list(row), extrasaction="ignore", restval="")
+            self._csv.writeheader()
+        self._csv.writerow({key: number(v) if isinstance(v, float) else v for key, v in row.items()})
+        self._stream.flush()
+
+
+def _column(parameter: Parameter) -> str:
+    return f"{parameter.name} ({parameter.unit})" if parameter.unit else parameter.name
+
+
+def _read_rows(session: Session, names: tuple[str, ...], axis: str | None, rate: float) -> Any:
+    with session.connect() as device:
+        chosen = [p for p in device.schema.select(names, axis) if p.readable and p.type != "DOMAIN"]
+        next_s = time.monotonic()
+        while True:
+            yield {_column(p): read_or_none(device, p, single=False) for p in chosen}
+            next_s = max(next_s + 1.0 / rate, time.monotonic())
+            time.sleep(next_s - time.monotonic() if next_s > time.monotonic() else 0.0)
+
+
+def _heard_rows(session: Session, duration: float | None) -> Any:
+    """A row for each PDO, with the last value of every mapped object; an empty one when nothing came for 50 ms."""
+    listener = _listener(session)
+    columns = [p for mapping in listener.mappings.values() for p in mapping]
+    with open_bus(parse_bus(session.bus), session.bitrate, listen_only=True) as bus:
+        while True:
+            message = bus.recv(0.05)
+            if message is not None and listener.take(message):
+                yield {_column(p): listener.values[p].value if p in listener.values else None for p in columns}
+            else:
+                yield {}

@@ -1,0 +1,178 @@
+"""One axis as a CiA 402 drive, commanded by SDO: power states, modes and targets.
+
+Needs no PDO and disturbs no PDO mapping; a transition takes a few ms.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from . import power
+from .device import Device
+from .errors import MotionError
+from .parameter import AXES
+from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S
+
+TRANSITION_TIMEOUT_S = 2.0
+STOP_TIMEOUT_S = 10.0
+STANDSTILL_RAD_S = 5e-4
+"""Slower than this for `STANDSTILL_S` is standing: above the noise of the measured rate, far below any motion."""
+STANDSTILL_S = 0.1
+POLL_S = 0.005
+
+
+class Drive:
+    """The objects 6040 to 60FF of one axis; angles in rad, rates in rad/s."""
+
+    def __init__(self, device: Device, axis: int) -> None:
+        self.device = device
+        self.axis = axis
+        self.name = AXES[axis]
+
+    # --- state ----------------------------------------------------------------------------------------------------
+
+    def statusword(self) -> int:
+        """6041."""
+        return self.device.axis_int(self.axis, 0x6041)
+
+    def state(self, statusword: int | None = None) -> str:
+        """The power state."""
+        return power.state_of(self.statusword() if statusword is None else statusword)
+
+    def flags(self, statusword: int) -> list[str]:
+        """Other bits that are set."""
+        return power.status_flags(statusword)
+
+    def mode(self) -> str:
+        """Name of the mode in force."""
+        return power.mode_name(self.device.axis_int(self.axis, 0x6061, signed=True))
+
+    def mode_number(self) -> int:
+        """6060, the mode asked for."""
+        return self.device.axis_int(self.axis, 0x6060, signed=True)
+
+    def error_code(self) -> int:
+        """603F."""
+        return self.device.axis_int(self.axis, 0x603F)
+
+    def rate(self) -> float:
+        """Measured rate, rad/s."""
+        return self.device.axis_int(self.axis, 0x606C, signed=True) / RATE_COUNTS_PER_RAD_S
+
+    def position(self) -> float:
+        """Measured joint angle, rad."""
+        return self.device.axis_int(self.axis, 0x6064, signed=True) / POSITION_COUNTS_PER_RAD
+
+    def position_limits(self) -> tuple[float, float] | None:
+        """Software limits 607D in rad, or None when they are not watched."""
+        low = self.device.axis_int(self.axis, 0x607D, 1, signed=True) / POSITION_COUNTS_PER_RAD
+        high = self.device.axis_int(self.axis, 0x607D, 2, signed=True) / POSITION_COUNTS_PER_RAD
+        return (low, high) if low < high else None
+
+    def rate_limit(self) -> float:
+        """607F in rad/s."""
+        return self.device.axis_int(self.axis, 0x607F) / RATE_COUNTS_PER_RAD_S
+
+    # --- commands -------------------------------------------------------------------------------------------------
+
+    def control(self, controlword: int) -> None:
+        """6040."""
+        self.device.axis_write(self.axis, 0x6040, controlword, 2)
+
+    def set_mode(self, mode: int) -> None:
+        """6060, and waits until 6061 says so."""
+        self.device.axis_write(self.axis, 0x6060, mode, 1)
+        self.wait(
+            lambda: self.device.axis_int(self.axis, 0x6061, signed=True) == mode,
+            1.0,
+            f"take mode {power.mode_name(mode)}",
+        )
+
+    def set_target_rate(self, rate_rad_s: float) -> None:
+        """60FF."""
+        self.device.axis_write(self.axis, 0x60FF, round(rate_rad_s * RATE_COUNTS_PER_RAD_S), 4)
+
+    def set_target_position(self, position_rad: float) -> None:
+        """607A."""
+        self.device.axis_write(self.axis, 0x607A, round(position_rad * POSITION_COUNTS_PER_RAD), 4)
+
+    def set_profile_rate(self, rate_rad_s: float) -> None:
+        """6081."""
+        self.device.axis_write(self.axis, 0x6081, round(rate_rad_s * RATE_COUNTS_PER_RAD_S), 4)
+
+    def enable(self) -> None:
+        """To operation enabled, step by step; the node is made operational for it."""
+        if self.device.nmt_state() != "operational":
+            self.device.set_nmt("operational")
+        deadline = time.monotonic() + TRANSITION_TIMEOUT_S
+        while (state := self.state()) != power.ENABLED:
+            if state in (power.FAULT, "fault reaction active"):
+                raise MotionError(
+                    f"{self.name} has a fault (603F = {self.error_code():04X}): 'servoctl faults' tells more,"
+                    f" 'servoctl state {self.name} reset' resets it."
+                )
+            if time.monotonic() > deadline:
+                raise MotionError(f"{self.name} stays in '{state}': is its supply there?")
+            if state in power.NEXT_COMMAND:
+                self.control(power.NEXT_COMMAND[state])
+            time.sleep(POLL_S)
+
+    def disable(self) -> None:
+        """Stops on the ramp, then takes the torque away."""
+        if self.state() == power.ENABLED:
+            self.control(power.SWITCH_ON)
+            self._wait_for_states(("switched on", "ready to switch on", power.DISABLED, power.FAULT), STOP_TIMEOUT_S)
+        if self.state() not in (power.FAULT, "fault reaction active", "not ready to switch on"):
+            self.control(power.DISABLE_VOLTAGE)
+            self._wait_for_states((power.DISABLED, power.FAULT), STOP_TIMEOUT_S)
+
+    def quick_stop(self) -> None:
+        """Brakes with 6085 and waits for standstill; what comes after is up to 605A."""
+        if self.state() in (power.ENABLED, "switched on", "ready to switch on"):
+            self.control(power.QUICK_STOP)
+            self._wait_for_states((power.DISABLED, power.FAULT, "quick stop active"), TRANSITION_TIMEOUT_S)
+            self.wait_for_standstill()
+
+    def reset_fault(self) -> None:
+        """A rising edge of bit 7; raises MotionError when the fault is still there after it."""
+        self.control(0)
+        time.sleep(0.01)
+        self.control(power.FAULT_RESET)
+        time.sleep(0.05)
+        self.control(0)
+        self._wait_for_states(
+            tuple(
+                s
+                for s in power.STATE_MASKS
+                if s not in (power.FAULT, "fault reaction active", "not ready to switch on")
+            ),
+            TRANSITION_TIMEOUT_S,
+        )
+
+    def wait_for_standstill(self, timeout_s: float = STOP_TIMEOUT_S) -> None:
+        """Until the rate has been near zero for `STANDSTILL_S`; raises MotionError."""
+        deadline = time.monotonic() + timeout_s
+        still_since: float | None = None
+        while True:
+            now = time.monotonic()
+            if abs(self.rate()) > STANDSTILL_RAD_S:
+                still_since = None
+            elif still_since is None:
+                still_since = now
+            elif now - still_since >= STANDSTILL_S:
+                return
+            if now > deadline:
+                raise MotionError(f"{self.name} still moves {timeout_s:g} s after it was told to stop.")
+            time.sleep(POLL_S)
+
+    def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
+        """Until a condition holds; raises MotionError "does not <what>"."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline:
+                raise MotionError(f"{self.name} does not {what} within {timeout_s:g} s; it is in '{self.state()}'.")
+            time.sleep(POLL_S)
+
+    def _wait_for_states(self, states: tuple[str, ...], timeout_s: float) -> None:
+        self.wait(lambda: self.state() in states, timeout_s, f"reach '{states[0]}'")

@@ -1,0 +1,158 @@
+"""The gains file: TOML, one table for each group of parameters, values in the unit that stands behind them.
+
+It is the truth: `diff` shows where a device differs, `restore` makes the device equal to it. Comments and order of an
+existing file are kept when it is saved again.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import ParseError, TOMLKitError
+from tomlkit.items import Item, Table
+
+from .errors import InputError
+from .journal import now
+from .parameter import Parameter, Value
+from .schema import Schema
+from .units import number
+
+DEVICE_TABLE = "device"
+
+
+@dataclass(frozen=True)
+class GainsFile:
+    """What a file says: values by parameter, and the device that it was saved from."""
+
+    path: Path
+    values: dict[Parameter, Value]
+    device: dict[str, Any]
+
+
+def read_gains(path: Path, schema: Schema) -> GainsFile:
+    """Raises InputError with file, line and what would be right."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is not UTF-8 text.") from error
+    try:
+        document = tomlkit.parse(text)
+    except ParseError as error:
+        raise InputError(f"{path}:{error.line}: is not TOML: {str(error).split(' at line')[0]}.") from error
+    except TOMLKitError as error:
+        raise InputError(f"{path}: is not TOML: {error}.") from error
+    content = document.unwrap()
+    device = content.pop(DEVICE_TABLE, {})
+    values: dict[Parameter, Value] = {}
+    for name, value in _flatten(content):
+        place = f"{path}:{_line_of(text, name)}"
+        try:
+            parameter = _tunable(schema, name)
+            values[parameter] = parameter.check(value)
+        except InputError as error:
+            raise InputError(f"{place}: {error}") from None
+    if not values:
+        raise InputError(f"{path}: holds no gains; 'servoctl save {path}' writes such a file.")
+    return GainsFile(path, values, device if isinstance(device, dict) else {})
+
+
+def _tunable(schema: Schema, name: str) -> Parameter:
+    parameter = schema.find(name)
+    if parameter.name != name:
+        raise InputError(f"'{name}' must be written in full: {parameter.name}.")
+    if not parameter.tunable:
+        raise InputError(f"{name} is not a gain: it is not stored, or only to be read.")
+    return parameter
+
+
+def _flatten(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in content.items():
+        if isinstance(value, dict):
+            yield from _flatten(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _line_of(text: str, name: str) -> int:
+    """The line where a dotted name gets its value; 1 when it is not found."""
+    table = ""
+    for number_of_line, line in enumerate(text.splitlines(), 1):
+        head = re.match(r"\s*\[([^\[\]]+)\]", line)
+        if head:
+            table = head.group(1).strip() + "."
+        key = re.match(r"\s*([\w.\-]+)\s*=", line)
+        if key and table + key.group(1) == name:
+            return number_of_line
+    return 1
+
+
+def write_gains(path: Path, values: Mapping[Parameter, Value], device: Mapping[str, Any]) -> None:
+    """Writes a new file, or renews the values of an existing one and keeps its comments and order."""
+    try:
+        old = path.read_text(encoding="utf-8") if path.exists() else ""
+        document = tomlkit.parse(old) if old else tomlkit.document()
+    except (OSError, UnicodeDecodeError, TOMLKitError) as error:
+        raise InputError(f"{path}: is there, but is not a gains file that could be renewed: {error}.") from error
+    if not old:
+        document.add(tomlkit.comment("Gains, written by servoctl save. Values are in the unit behind them."))
+        document.add(
+            tomlkit.comment("servoctl diff FILE compares a device with them, servoctl restore FILE sets them.")
+        )
+        document.add(tomlkit.nl())
+    about = _table(document, DEVICE_TABLE)
+    for key, value in {"saved": now(), **device}.items():
+        if value is not None:
+            about[key] = value
+    for parameter, value in sorted(values.items(), key=lambda pair: pair[0].name.count(".")):
+        *tables, key = parameter.name.split(".")
+        table = _table(document, *tables)
+        if key in table and table[key].unwrap() == value:
+            continue
+        trivia = table[key].trivia.comment if key in table and isinstance(table[key], Item) else ""
+        table[key] = value
+        item = table[key]
+        if isinstance(item, Item):
+            item.comment(trivia.lstrip("# ") or _comment(parameter)) if (trivia or _comment(parameter)) else None
+    _replace(path, tomlkit.dumps(document))
+
+
+def _table(document: Any, *names: str) -> Any:
+    table = document
+    for name in names:
+        if name not in table:
+            added: Table = tomlkit.table()
+            table[name] = added
+        table = table[name]
+    return table
+
+
+def _comment(parameter: Parameter) -> str:
+    parts = [parameter.unit, parameter.limits().replace("…", "to"), parameter.help]
+    return "; ".join(part for part in parts if part)
+
+
+def _replace(path: Path, text: str) -> None:
+    """All or nothing: a power cut leaves the old file or the new one."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(path.name + ".part")
+        with temporary.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
+
+
+def describe_difference(parameter: Parameter, device: Value | None, file: Value | None) -> str:
+    """One line for people."""
+    return f"{parameter.name}: device {number(device)}, file {number(file)} {parameter.unit}".rstrip()

@@ -1,0 +1,106 @@
+"""What every command shares: the common options, the device they name, and how names are completed."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+from click.shell_completion import CompletionItem
+
+from .bus import BIT_RATES, ENVIRONMENT, FORMS, parse_bus
+from .device import Device
+from .errors import ServoctlError
+from .output import Output
+from .parameter import AXES
+from .schema import Schema, candidates, load_schema
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Session:
+    """The common options of one call."""
+
+    def __init__(self, bus: str | None, node: int, bitrate: int, parameters: Path | None, as_json: bool) -> None:
+        self.bus = bus
+        self.node = node
+        self.bitrate = bitrate
+        self.parameters = parameters
+        self.out = Output(as_json)
+
+    def connect(self, node: int | None = None) -> Device:
+        """Opens the bus and gives the node; close it with `with`."""
+        return Device(parse_bus(self.bus), node or self.node, self.parameters, self.bitrate)
+
+    def file_schema(self) -> Schema | None:
+        """The parameters.json at hand, without asking a device; None when there is none."""
+        paths = candidates(self.parameters)
+        return load_schema(paths[0]) if paths else None
+
+
+def common(command: F) -> F:
+    """Adds the common options; the command gets a Session as its first argument."""
+
+    @click.option("--bus", envvar=ENVIRONMENT, metavar="BUS", help=f"{FORMS} (environment: {ENVIRONMENT}).")
+    @click.option(
+        "--node", type=click.IntRange(1, 127), default=1, envvar="SERVOCTL_NODE", show_default=True, help="Node id."
+    )
+    @click.option(
+        "--bitrate",
+        type=click.Choice([str(rate) for rate in BIT_RATES]),
+        default="1000000",
+        show_default=True,
+        help="Bit rate in bit/s, for SLCAN adapters.",
+    )
+    @click.option(
+        "--parameters",
+        type=click.Path(path_type=Path, dir_okay=False),
+        metavar="FILE",
+        help="parameters.json of the firmware (default: found by the device's schema hash).",
+    )
+    @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
+    @functools.wraps(command)
+    def wrapped(
+        *args: Any, bus: str | None, node: int, bitrate: str, parameters: Path | None, as_json: bool, **kwargs: Any
+    ) -> Any:
+        return command(Session(bus, node, int(bitrate), parameters, as_json), *args, **kwargs)
+
+    return wrapped  # type: ignore[return-value]
+
+
+def axis_option(command: F) -> F:
+    """Adds --axis, None when it is not given."""
+    return click.option("--axis", type=click.Choice(AXES), help="Completes names that do not begin with an axis.")(
+        command
+    )
+
+
+def axis_number(axis: str | None) -> int:
+    """0 azimuth (also when none is given), 1 pitch."""
+    return AXES.index(axis) if axis else 0
+
+
+class NameType(click.ParamType):  # type: ignore[type-arg] # not generic in click 8.1
+    """The name of a parameter, completed from the parameters.json at hand."""
+
+    name = "name"
+
+    def __init__(self, assignment: bool = False) -> None:
+        self.assignment = assignment
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Names that begin with, or else contain, what was typed; groups first."""
+        named = ctx.params.get("parameters")
+        try:
+            paths = candidates(Path(named) if named else None)
+            schema = load_schema(paths[0]) if paths else None
+        except ServoctlError:
+            schema = None
+        if schema is None:
+            return []
+        ending = "=" if self.assignment else ""
+        usable = [p for p in schema if p.writable or not self.assignment]
+        chosen = [p for p in usable if p.name.startswith(incomplete)] or [p for p in usable if incomplete in p.name]
+        return [CompletionItem(p.name + ending, help=p.help) for p in chosen]

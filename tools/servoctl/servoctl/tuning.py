@@ -1,0 +1,184 @@
+"""Changing gains in one piece: stage, apply once per axis, read back; all of it in the journal.
+
+Object 0x2070 (+0x800): 1 command, 2 flags, 3 result, 4 and 5 CRC of the active and the stored set.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from .device import STORE_TIMEOUT_S, Device
+from .errors import NotVerified, Refused
+from .journal import Entry, Journal, now
+from .parameter import AXES, Parameter, Value
+from .units import number
+
+SET_OBJECT = 0x2070
+APPLY, REVERT, UNDO = 1, 2, 3
+APPLY_TIMEOUT_S = 1.0
+RESULTS = {0: "taken", 1: "a value is not finite", 2: "a value is out of range", 3: "the values contradict each other"}
+
+
+@dataclass(frozen=True)
+class SetState:
+    """Object 0x2070 of one axis."""
+
+    staged_differs: bool
+    active_differs_from_stored: bool
+    result: int
+    active_crc: int
+    stored_crc: int
+
+
+@dataclass(frozen=True)
+class Change:
+    """What one write did."""
+
+    parameter: Parameter
+    old: Value | None
+    new: Value
+
+
+def set_state(device: Device, axis: int) -> SetState | None:
+    """None for a device that has no staged set."""
+    if device.try_upload(SET_OBJECT + 0x800 * axis, 2) is None:
+        return None
+    flags, result, active, stored = (device.axis_int(axis, SET_OBJECT, sub) for sub in (2, 3, 4, 5))
+    return SetState(bool(flags & 1), bool(flags & 2), result, active, stored)
+
+
+def command_set(device: Device, axis: int, command: int) -> None:
+    """Apply, revert or undo; returns when the device has done it, raises Refused when it did not take the set."""
+    name = AXES[axis]
+    try:
+        device.axis_write(axis, SET_OBJECT, command, 1, sub=1)
+    except Refused as error:
+        hint = " Coulomb torque above break-away torque is the usual reason." if error.abort == 0x06040043 else ""
+        raise Refused(
+            f"{name}: the set was not taken, the old one stays in force: {error}{hint}", error.abort
+        ) from error
+    deadline = time.monotonic() + APPLY_TIMEOUT_S
+    while True:
+        state = set_state(device, axis)
+        if state is None or (not state.staged_differs and (command != APPLY or state.result == 0)):
+            return
+        if command == APPLY and state.result != 0:
+            reason = RESULTS.get(state.result, f"result {state.result}")
+            raise Refused(f"{name}: the set was not taken, the old one stays in force: {reason}.")
+        if time.monotonic() > deadline:
+            raise NotVerified(f"{name}: the set is not in force {APPLY_TIMEOUT_S:g} s after the command.")
+        time.sleep(0.005)
+
+
+class Tuning:
+    """Writes of one command, undone together."""
+
+    def __init__(self, device: Device, command: str, undoes: str = "") -> None:
+        self.device = device
+        self.command = command
+        self.journal = Journal(device.node_id, device.serial_number())
+        self.undoes = undoes
+        self.transaction = self.journal.new_transaction()
+
+    def note(self, parameter: Parameter, old: Value | None, new: Value | None) -> None:
+        """A line in the journal."""
+        self.journal.add(
+            Entry(
+                now(),
+                self.transaction,
+                self.command,
+                self.device.node_id,
+                self.journal.serial,
+                parameter.name,
+                parameter.index,
+                parameter.sub,
+                old,
+                new,
+                parameter.unit,
+                self.undoes,
+            )  # fmt: skip
+        )
+
+    def refuse_foreign_stage(self, axes: set[int]) -> None:
+        """Raises Refused when somebody has staged values there: applying would put them in force, too."""
+        for axis in sorted(axes):
+            state = set_state(self.device, axis)
+            if state is not None and state.staged_differs:
+                raise Refused(
+                    f"{AXES[axis]} has staged values that are not in force, by this or another tool: 'servoctl set --apply"
+                    f" --axis {AXES[axis]}' puts them in force, 'servoctl undo --staged --axis {AXES[axis]}' forgets them."
+                )
+
+    def write(
+        self,
+        values: Mapping[Parameter, Value],
+        apply: bool = True,
+        progress: Callable[[Parameter], None] | None = None,
+        on_top: bool = False,
+    ) -> list[Change]:
+        """Stages all, applies once per axis, reads everything back.
+
+        On the first refusal what was staged is taken back, and objects that have no stage get their old values, so
+        that nothing of it is in force. `on_top` allows staging on values that are staged already.
+        """
+        axes = {p.axis for p in values if p.staged and p.axis is not None}
+        if not on_top:
+            self.refuse_foreign_stage(axes)
+        old: dict[Parameter, Value | None] = {
+            p: self.device.read(p) if p.readable and p.type != "DOMAIN" else None for p in values
+        }
+        done: list[Parameter] = []
+        try:
+            for parameter in sorted(values, key=lambda p: not p.staged):
+                done.append(parameter)
+                self.device.write(parameter, values[parameter])
+                if progress:
+                    progress(parameter)
+            if apply:
+                for axis in sorted(axes):
+                    command_set(self.device, axis, APPLY)
+        except BaseException:
+            self._take_back(axes, [p for p in done if not p.staged], old)
+            raise
+        changes = [Change(p, old[p], self._read_back(p, values[p])) for p in values]
+        for change in changes:
+            self.note(change.parameter, change.old, change.new)
+        return changes
+
+    def _take_back(self, axes: set[int], unstaged: list[Parameter], old: Mapping[Parameter, Value | None]) -> None:
+        for axis in axes:
+            self._quietly(lambda axis=axis: command_set(self.device, axis, REVERT))  # type: ignore[misc]
+        for parameter in unstaged:
+            value = old[parameter]
+            if value is not None:
+                self._quietly(lambda p=parameter, v=value: self.device.write(p, v))  # type: ignore[misc]
+
+    @staticmethod
+    def _quietly(action: Callable[[], None]) -> None:
+        try:
+            action()
+        except Exception:  # noqa: BLE001 - the first error is the one to tell
+            pass
+
+    def _read_back(self, parameter: Parameter, wanted: Value) -> Value:
+        if not parameter.readable or parameter.type == "DOMAIN":
+            return wanted
+        found = self.device.read(parameter)
+        if found != parameter.decode(parameter.encode(wanted)):
+            raise NotVerified(
+                f"{parameter.name}: {number(wanted)} was written, the device now has {number(found)} {parameter.unit}."
+            )
+        return found
+
+
+def store(device: Device) -> None:
+    """0x1010:1, and the CRC of what is stored read back; takes up to 5 s."""
+    device.download(0x1010, 1, b"save", "store", STORE_TIMEOUT_S)
+    for axis in range(len(AXES)):
+        state = set_state(device, axis)
+        if state is not None and state.stored_crc != state.active_crc:
+            raise NotVerified(
+                f"{AXES[axis]}: the stored set (CRC {state.stored_crc:08X}) is not the active one ({state.active_crc:08X})."
+            )

@@ -1,0 +1,129 @@
+"""A simulated servo (sim_host serve) in a process of its own, and servoctl in others, as users run it.
+
+SIM_HOST, PARAMETERS_JSON, CANOPEN_TEST_NODE and PRINT_TEST_EDS name the built programs and files; without them those of
+build/host are used. The folder for journals is a new one in every test.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+BUILD = ROOT / "build" / "host"
+SIM_HOST = os.environ.get("SIM_HOST", str(BUILD / "bin" / "sim_host"))
+PARAMETERS = Path(os.environ.get("PARAMETERS_JSON", str(BUILD / "share" / "trackservo" / "parameters.json")))
+TEST_NODE = os.environ.get("CANOPEN_TEST_NODE", str(BUILD / "bin" / "canopen_test_node"))
+PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_test_eds"))
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command left behind."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def data(self) -> Any:
+        return json.loads(self.out)
+
+
+class Bench:
+    """A bus address, and servoctl on it."""
+
+    def __init__(self, bus: str, folder: Path, parameters: Path = PARAMETERS) -> None:
+        self.bus = bus
+        self.folder = folder
+        self.environment = {
+            **os.environ,
+            "SERVOCTL_BUS": bus,
+            "SERVOCTL_STATE": str(folder / "state"),
+            "SERVOCTL_PARAMETERS": str(parameters),
+            "XDG_CACHE_HOME": str(folder / "cache"),
+            "COLUMNS": "160",
+        }
+
+    def command(self, *arguments: str) -> list[str]:
+        return [sys.executable, "-m", "servoctl", *arguments]
+
+    def start(self, *arguments: str) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            self.command(*arguments), cwd=self.folder, env=self.environment, text=True,
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
+
+    def __call__(self, *arguments: str, timeout: float = 120) -> Result:
+        process = self.start(*arguments)
+        out, err = process.communicate(timeout=timeout)
+        assert "Traceback" not in err, err
+        return Result(process.returncode, out, err)
+
+    def json(self, *arguments: str) -> Any:
+        result = self(*arguments, "--json")
+        assert result.code == 0, result.err
+        return result.data
+
+    def value(self, name: str) -> Any:
+        return self.json("get", name)[0]["value"]
+
+
+@pytest.fixture(scope="session")
+def served() -> Iterator[str]:
+    """The address of a simulated servo."""
+    process = subprocess.Popen([SIM_HOST, "serve", "--bus", "slcan-tcp:0"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdin is not None
+    yield process.stdout.readline().strip()
+    process.stdin.close()
+    assert process.wait(timeout=10) == 0
+
+
+@pytest.fixture
+def servo(served: str, tmp_path: Path) -> Bench:
+    """servoctl at the simulated servo, both axes disabled and without fault."""
+    bench = Bench(served, tmp_path)
+    for axis in ("azimuth", "pitch"):
+        bench("undo", "--staged", "--axis", axis)
+        state = bench.json("state", axis)["axes"][0]["state"]
+        if state == "fault":
+            bench("state", axis, "reset")
+        elif state != "switch on disabled":
+            bench("state", axis, "disable")
+    return bench
+
+
+@pytest.fixture
+def test_node(tmp_path: Path) -> Iterator[Bench]:
+    """servoctl at the small test device of tests/canopen, node 5, which has no schema hash and no staged set."""
+    description = tmp_path / "test_device.json"
+    description.write_bytes(subprocess.run([PRINT_TEST_EDS, "--json"], stdout=subprocess.PIPE, check=True).stdout)
+    process = subprocess.Popen([TEST_NODE, "5"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdin is not None
+    bench = Bench(process.stdout.readline().strip(), tmp_path, description)
+    bench.environment["SERVOCTL_NODE"] = "5"
+    yield bench
+    process.stdin.close()
+    process.wait(timeout=10)
+
+
+@pytest.fixture
+def eventually() -> Callable[[Callable[[], bool], float], None]:
+    """Waits until something holds."""
+    import time
+
+    def wait(condition: Callable[[], bool], seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, f"not within {seconds} s"
+            time.sleep(0.1)
+
+    return wait

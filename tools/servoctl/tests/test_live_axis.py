@@ -1,0 +1,170 @@
+"""Motions on the live axis: they do what was said, and whatever happens the axis ends at rest."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable
+
+import canopen
+import pytest
+from canopen.profiles.p402 import BaseNode402
+
+from servoctl.axis402 import Axis402
+from servoctl.bus import open_bus, parse_bus
+from servoctl.schema import load_schema
+
+from .conftest import PARAMETERS, Bench
+
+Eventually = Callable[[Callable[[], bool], float], None]
+BORROWED = ("0x1016:1", "0x1016:4", "0x1403:1", "0x1603:0", "0x1603:1", "0x1803:1", "0x1803:5", "0x1A03:0", "0x1A03:1", "0x60C2:1", "0x6060")
+
+
+def borrowed(servo: Bench) -> list[int]:
+    return [row["value"] for row in servo.json("get", *BORROWED)]
+
+
+def axis(servo: Bench, name: str = "azimuth") -> dict[str, object]:
+    found: dict[str, object] = servo.json("state", name)["axes"][0]
+    return found
+
+
+def at_rest(servo: Bench) -> bool:
+    return abs(float(str(axis(servo)["rate_deg_s"]))) < 0.1
+
+
+def test_move_arrives_and_leaves_the_axis_as_it_was(servo: Bench) -> None:
+    before = borrowed(servo)
+    done = servo.json("move", "azimuth", "--by", "3", "--rate", "5", "--yes")
+    assert done["to_deg"] - done["from_deg"] == pytest.approx(3.0, abs=0.02)
+    assert axis(servo)["state"] == "switch on disabled"
+    assert borrowed(servo) == before
+
+
+def test_an_enabled_axis_stays_enabled_after_a_move(servo: Bench) -> None:
+    servo.json("state", "azimuth", "enable")
+    servo.json("move", "azimuth", "--rate", "-2", "--for", "1", "--yes")
+    assert axis(servo)["state"] == "operation enabled" and at_rest(servo)
+    servo.json("state", "azimuth", "disable")
+
+
+def test_nothing_moves_without_yes_in_a_dry_run_or_beyond_the_limits(servo: Bench) -> None:
+    here = float(str(axis(servo)["position_deg"]))
+    assert servo("move", "azimuth", "--by", "5").code == 2
+    assert servo("step", "azimuth", "--dry-run").code == 0
+    assert servo("bode", "azimuth", "--dry-run").code == 0
+    for words, told in (
+        (("move", "azimuth", "--by", "91", "--yes"), "--max-travel"),
+        (("step", "azimuth", "--amplitude", "6", "--yes"), "--max-rate"),
+        (("bode", "azimuth", "--low", "0.1", "--yes"), "--max-travel"),
+        (("bode", "azimuth", "--high", "400", "--yes"), "--high"),
+        (("bode", "azimuth", "--amplitude", "1.5", "--yes"), "--bias"),
+    ):
+        result = servo(*words)
+        assert result.code == 2 and told in result.err, (words, result)
+    assert float(str(axis(servo)["position_deg"])) == pytest.approx(here, abs=0.05)
+
+
+def test_a_move_beyond_the_position_limits_is_refused_with_the_limits(servo: Bench) -> None:
+    here = float(str(axis(servo)["position_deg"]))
+    low, high = round((here - 1) * 174532.9), round((here + 1) * 174532.9)
+    group = "azimuth.software_position_limit"
+    servo.json("set", f"{group}.min_position_limit={low}", f"{group}.max_position_limit={high}")
+    result = servo("move", "azimuth", "--by", "2", "--yes")
+    servo.json("undo")
+    assert result.code == 2 and "607D" in result.err
+
+
+def test_step_tells_rise_overshoot_and_settling(servo: Bench) -> None:
+    before = borrowed(servo)
+    found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
+    assert [s["direction"] for s in found["steps"]] == ["forward", "backward"]
+    for step in found["steps"]:
+        assert 0.001 < step["rise_s"] < 0.1 and step["overshoot_percent"] < 15 and step["settling_s"] < 0.2
+        assert abs(step["final_error_rad_s"]) < 2e-4
+    assert all((servo.folder / name).stat().st_size > 1000 for name in found["files"])
+    assert axis(servo)["state"] == "switch on disabled" and borrowed(servo) == before
+
+
+def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_listens(servo: Bench) -> None:
+    """`sim_host experiments` computes 50.6 degrees at 49.8 Hz and 12.7 dB for this plant with pitch level."""
+    servo.json("move", "pitch", "--to", "0", "--rate", "10", "--yes")
+    before = borrowed(servo)
+    monitor = servo.start("monitor", "--for", "15", "--json")
+    found = servo.json("bode", "azimuth", "--periods", "3", "--yes")
+    out, _ = monitor.communicate(timeout=30)
+    assert found["phase_margin_deg"] == pytest.approx(50, abs=5)
+    assert found["crossover_hz"] == pytest.approx(50, abs=6)
+    assert found["gain_margin_db"] == pytest.approx(12.5, abs=2)
+    assert found["trusted"] == found["lines"]
+    assert borrowed(servo) == before and at_rest(servo)
+    import json
+
+    lines = [json.loads(line) for line in out.splitlines()]
+    assert len(lines) > 50
+    states = {line["axes"][0]["state"] for line in lines}
+    assert "operation enabled" in states
+    assert all(line["heartbeat_age_s"] < 0.5 for line in lines[5:])
+    assert all(abs(a["rate_deg_s"] or 0.0) < 3 and abs(a["position_deg"] or 0.0) < 360 for line in lines for a in line["axes"])
+
+
+@pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
+def test_interrupting_stops_the_axis_and_puts_all_back(servo: Bench, number: int, code: int) -> None:
+    before = borrowed(servo)
+    process = servo.start("bode", "azimuth", "--yes")
+    time.sleep(5)
+    assert axis(servo)["state"] == "operation enabled"
+    process.send_signal(number)
+    assert process.wait(timeout=20) == code
+    assert axis(servo)["state"] == "switch on disabled" and at_rest(servo)
+    assert borrowed(servo) == before
+
+
+def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, eventually: Eventually) -> None:
+    before = borrowed(servo)
+    process = servo.start("bode", "azimuth", "--yes")
+    time.sleep(5)
+    assert not at_rest(servo)
+    process.kill()
+    process.wait()
+    eventually(lambda: axis(servo)["state"] in ("fault", "switch on disabled") and at_rest(servo), 4.0)
+    found = servo.json("faults")
+    assert found["axes"][0]["code"] == 0x8130
+    for name in ("azimuth", "pitch"):
+        servo.json("state", name, "reset")
+    assert servo("step", "azimuth", "--hold", "0.3", "--yes").code == 0
+    assert axis(servo)["state"] == "switch on disabled"
+    after = borrowed(servo)
+    assert after[:-2] == before[:-2]  # mode and interpolation period stay as the killed one left them
+
+
+def test_a_faulty_axis_is_not_moved(test_node: Bench) -> None:
+    result = test_node("move", "azimuth", "--rate", "1", "--for", "1", "--yes")
+    assert result.code in (4, 6)
+
+
+def test_python_canopens_own_drive_and_ours_at_the_offset_run_side_by_side(servo: Bench) -> None:
+    dictionary = load_schema(PARAMETERS).object_dictionary()
+    network = canopen.Network(bus=open_bus(parse_bus(servo.bus)))
+    with network.connect():
+        azimuth = BaseNode402(1, dictionary)  # type: ignore[no-untyped-call]
+        network.add_node(azimuth)
+        pitch = Axis402(1, dictionary, axis=1, beside=azimuth)
+        azimuth.nmt.state = "OPERATIONAL"
+        time.sleep(0.2)
+        for drive, rate in ((azimuth, 17453), (pitch, -17453)):
+            drive.setup_402_state_machine()  # type: ignore[no-untyped-call]
+            drive.op_mode = "PROFILED VELOCITY"
+            drive.state = "OPERATION ENABLED"
+            drive.sdo[0x60FF].raw = rate  # type: ignore[union-attr]
+        time.sleep(1.0)
+        rates = [drive.sdo[0x606C].raw for drive in (azimuth, pitch)]  # type: ignore[union-attr]
+        modes = [drive.op_mode for drive in (azimuth, pitch)]
+        for drive in (azimuth, pitch):
+            drive.sdo[0x60FF].raw = 0  # type: ignore[union-attr]
+        time.sleep(0.5)
+        for drive in (azimuth, pitch):
+            drive.state = "SWITCH ON DISABLED"
+        states = [drive.state for drive in (azimuth, pitch)]
+    assert rates == [pytest.approx(17453, rel=0.05), pytest.approx(-17453, rel=0.05)]
+    assert modes == ["PROFILED VELOCITY"] * 2 and states == ["SWITCH ON DISABLED"] * 2
