@@ -43,10 +43,19 @@ std::optional<Cell> reduction(const std::vector<Cell>& cells, const Cell& cell) 
   return derived;
 }
 
+// Feeding friction forward on a machine that has none is no fair reference: the friction-free run is that of the same
+// loop without it.
+std::string without_feedforward(const std::string& controller) {
+  if (controller == "pi_vob_ftc") {
+    return "pi_vob";
+  }
+  return controller == "pi_ftc" || controller == "pi_coulomb" ? "pi" : controller;
+}
+
 std::optional<Cell> above_friction_free(const std::vector<Cell>& cells, const Cell& cell) {
   const bool counts =
       cell.experiment == "step_disturbed" && cell.metric == "overshoot" && cell.friction != FrictionModel::kNone;
-  const Cell *free = counts ? find(cells, cell, FrictionModel::kNone, cell.controller) : nullptr;
+  const Cell *free = counts ? find(cells, cell, FrictionModel::kNone, without_feedforward(cell.controller)) : nullptr;
   if (free == nullptr) {
     return std::nullopt;
   }

@@ -91,7 +91,7 @@ def test_lost_master_stops_the_axis_in_time(node, azimuth, pitch, tell):
     lost = time.monotonic()
     emergency = node.emcy.wait(0x8130, timeout=2)
     told_s = time.monotonic() - lost
-    assert emergency is not None
+    assert emergency is not None and emergency.data[0] == MASTER
     wait_until(lambda: azimuth.get(0x606B) == 0, 1)
     wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 1)
     still_s = time.monotonic() - lost

@@ -77,16 +77,19 @@ class Axis402(BaseNode402):
     def __init__(
         self, node_id: int, object_dictionary: ObjectDictionary | str, axis: int = 1, beside: RemoteNode | None = None
     ) -> None:
-        super().__init__(node_id, object_dictionary)  # type: ignore[no-untyped-call]
-        if beside is not None and beside.id != self.id:
-            raise ValueError(f"node {self.id} cannot be beside node {beside.id}: both must have the same id")
         self.shift = AXIS_SHIFT * axis
+        self._beside = beside
+        super().__init__(node_id, object_dictionary)  # type: ignore[no-untyped-call]
         if beside is not None:
-            self.sdo_channels.clear()
+            if beside.id != self.id:
+                raise ValueError(f"node {self.id} cannot be beside node {beside.id}: both must have the same id")
             self.associate_network(beside.network)
-            self.sdo = ShiftedSdo(beside.sdo, self.shift)
-        else:
-            self.sdo = ShiftedSdo(self.sdo, self.shift)
+
+    def add_sdo(self, rx_cobid: int, tx_cobid: int) -> ShiftedSdo:
+        """Called while BaseNode402 is made, before its PDOs take hold of the client."""
+        if self._beside is not None:
+            return ShiftedSdo(self._beside.sdo, self.shift)
+        return ShiftedSdo(super().add_sdo(rx_cobid, tx_cobid), self.shift)  # type: ignore[no-untyped-call]
 
     def associate_network(self, network: Any) -> None:
         """Joins; called by network.add_node, too."""

@@ -96,7 +96,9 @@ class LiveAxis:
         """Lets the device watch our heartbeat, in an entry of 1016 that nobody uses."""
         device = self.device
         master = 127 if device.node_id != 127 else 126
-        entries = {sub: device.read_int(0x1016, sub) for sub in _CONSUMERS if device.try_upload(0x1016, sub) is not None}
+        entries = {
+            sub: device.read_int(0x1016, sub) for sub in _CONSUMERS if device.try_upload(0x1016, sub) is not None
+        }
         ours = [sub for sub, entry in entries.items() if entry >> 16 & 0x7F == master]  # a killed program's
         free = [sub for sub, entry in entries.items() if entry & 0xFFFF == 0]
         if not ours and not free:

@@ -118,7 +118,7 @@ def _mark_margins(gain: Axes, phase: Axes, found: Margins) -> None:
         gain.plot([found.phase_crossover_hz] * 2, [-found.gain_margin_db, 0], color=MARK, lw=2.4)
         gain.annotate(
             f"gain margin {found.gain_margin_db:.1f} dB\nat {found.phase_crossover_hz:.0f} Hz",
-            (found.phase_crossover_hz, -found.gain_margin_db), (-8, -6), textcoords="offset points", ha="right", color=MARK,
+            (found.phase_crossover_hz, 0), (-6, 24), textcoords="offset points", ha="right", color=MARK,
         )  # fmt: skip
 
 

@@ -80,7 +80,9 @@ class Bench:
 @pytest.fixture(scope="session")
 def served() -> Iterator[str]:
     """The address of a simulated servo."""
-    process = subprocess.Popen([SIM_HOST, "serve", "--bus", "slcan-tcp:0"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [SIM_HOST, "serve", "--bus", "slcan-tcp:0"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     assert process.stdout is not None and process.stdin is not None
     yield process.stdout.readline().strip()
     process.stdin.close()

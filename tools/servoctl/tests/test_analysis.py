@@ -66,11 +66,11 @@ def test_three_integrators_do_not_confuse_the_branch_of_the_phase() -> None:
 def test_bandwidth_is_where_the_gain_falls_by_3_db() -> None:
     frequency = np.geomspace(0.1, 100, 500)
     closed = 1 / (1 + 1j * frequency / 7.0)
-    assert bandwidth_hz(frequency, closed) == pytest.approx(7.0, rel=0.01)
-    assert bandwidth_hz(frequency[:100], closed[:100]) is None
+    assert bandwidth_hz(frequency, np.asarray(closed, dtype=np.complex128)) == pytest.approx(7.0, rel=0.01)
+    assert bandwidth_hz(frequency[:100], np.asarray(closed[:100], dtype=np.complex128)) is None
 
 
-def simulate_firmware(reference: np.ndarray, g: SpeedLoopGains) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def simulate_firmware(reference: np.ndarray, g: SpeedLoopGains) -> tuple[np.ndarray, np.ndarray]:
     """The firmware's speed loop (PI, set-point weight, feedforward, observer) on a pure inertia, tick by tick.
 
     Returns measured rate and torque. Written from the C sources' difference equations, not from loop_model.
@@ -112,7 +112,7 @@ def test_open_loop_from_the_closed_one_is_that_of_the_simulated_firmware(observe
     assert np.max(np.abs((1 / (1 + loop)) / sensitivity - 1)) < 0.05
 
 
-def disturbance_response(g: SpeedLoopGains, frequency_hz: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def disturbance_response(g: SpeedLoopGains, frequency_hz: np.ndarray) -> np.ndarray:
     """Torque at the motor per torque added there, sine by sine, from the simulated difference equations."""
     answers = []
     for frequency in frequency_hz:
@@ -140,7 +140,9 @@ def test_step_numbers_of_a_second_order_system_are_those_of_the_textbook() -> No
     damping, w = 0.5, 2 * np.pi * 10
     time_s = np.arange(0, 1, TICK_S)
     wd = w * np.sqrt(1 - damping**2)
-    answer = 1 - np.exp(-damping * w * time_s) * (np.cos(wd * time_s) + damping / np.sqrt(1 - damping**2) * np.sin(wd * time_s))
+    answer = 1 - np.exp(-damping * w * time_s) * (
+        np.cos(wd * time_s) + damping / np.sqrt(1 - damping**2) * np.sin(wd * time_s)
+    )
     demand = np.concatenate([np.zeros(100), np.ones(len(time_s))])
     found = analyse_step(demand, np.concatenate([np.zeros(100), answer]), TICK_S)
     assert found.overshoot_percent == pytest.approx(16.3, abs=0.2)

@@ -86,7 +86,9 @@ def test_limits_types_and_finiteness_are_checked_before_anything_is_sent(schema:
             window.check(window.parse(wrong))
 
 
-@pytest.mark.parametrize("value, text", [(0.1, "0.1"), (720.0, "720.0"), (-3, "-3"), (1.7e-4, "0.00017"), (0.0, "0.0"), (1e9, "1e+09")])
+@pytest.mark.parametrize(
+    "value, text", [(0.1, "0.1"), (720.0, "720.0"), (-3, "-3"), (1.7e-4, "0.00017"), (0.0, "0.0"), (1e9, "1e+09")]
+)
 def test_numbers_are_printed_short_and_exact(value: float, text: str) -> None:
     assert number(value) == text
     assert float(text) == value
@@ -98,7 +100,16 @@ def test_a_wrong_bus_is_told_what_would_be_right(text: str | None) -> None:
         parse_bus(text)
 
 
-@pytest.mark.parametrize("content", ["", "[]", "{}", '{"objects": [{"index": 1}]}', '{"objects": [{"index": 1, "sub": 0, "name": "a", "type": "X", "access": "rw"}]}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "[]",
+        "{}",
+        '{"objects": [{"index": 1}]}',
+        '{"objects": [{"index": 1, "sub": 0, "name": "a", "type": "X", "access": "rw"}]}',
+    ],
+)
 def test_a_bad_parameters_file_is_named(tmp_path: Path, content: str) -> None:
     path = tmp_path / "parameters.json"
     path.write_text(content)

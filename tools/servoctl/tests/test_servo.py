@@ -34,7 +34,11 @@ def test_set_is_in_force_at_once_and_undo_takes_it_back(servo: Bench) -> None:
     before = servo.value(GAIN)
     crc = servo.json("info")["axes"][0]["active_crc"]
     changed = servo.json("set", GAIN, str(before + 10))[0]
-    assert (changed["old"], changed["value"], changed["in_force"]) == (before, pytest.approx(before + 10, rel=1e-6), True)
+    assert (changed["old"], changed["value"], changed["in_force"]) == (
+        before,
+        pytest.approx(before + 10, rel=1e-6),
+        True,
+    )
     assert servo.json("info")["axes"][0]["active_crc"] != crc
     assert servo.json("undo")[0]["value"] == before
     assert servo.json("info")["axes"][0]["active_crc"] == crc
@@ -71,7 +75,9 @@ def test_a_contradicting_set_is_refused_as_a_whole(servo: Bench) -> None:
     assert not servo.json("info")["axes"][0]["staged"]
 
 
-@pytest.mark.parametrize("words", [(GAIN, "1e9"), (GAIN, "nan"), (GAIN, "5 kg"), ("azimuth.statusword", "1"), ("nothing", "1"), (GAIN,), ()])
+@pytest.mark.parametrize(
+    "words", [(GAIN, "1e9"), (GAIN, "nan"), (GAIN, "5 kg"), ("azimuth.statusword", "1"), ("nothing", "1"), (GAIN,), ()]
+)
 def test_bad_input_changes_nothing_and_exits_with_2(servo: Bench, words: tuple[str, ...]) -> None:
     before = servo.value(GAIN)
     result = servo("set", *words)
@@ -113,8 +119,15 @@ def test_save_diff_restore_go_round(servo: Bench) -> None:
 def test_a_gains_file_that_contradicts_itself_changes_nothing(servo: Bench) -> None:
     servo.json("save", "gains.toml")
     before = servo.json("get")
-    text = (servo.folder / "gains.toml").read_text().replace("[azimuth.friction_feedforward]", "[azimuth.friction_feedforward]", 1)
-    lines = ["coulomb_torque_positive = 99.0" if line.startswith("coulomb_torque_positive") else line for line in text.splitlines()]
+    text = (
+        (servo.folder / "gains.toml")
+        .read_text()
+        .replace("[azimuth.friction_feedforward]", "[azimuth.friction_feedforward]", 1)
+    )
+    lines = [
+        "coulomb_torque_positive = 99.0" if line.startswith("coulomb_torque_positive") else line
+        for line in text.splitlines()
+    ]
     (servo.folder / "bad.toml").write_text("\n".join(lines).replace("gain = 10.0", "gain = 9.0"))
     assert servo("restore", "bad.toml").code == 4
     assert servo.json("get") == before
@@ -163,7 +176,11 @@ def test_explain_gives_unit_range_default_and_meaning_without_a_device(servo: Be
 
 
 def test_names_are_completed_in_the_shell(servo: Bench) -> None:
-    servo.environment |= {"_SERVOCTL_COMPLETE": "bash_complete", "COMP_WORDS": "servoctl get azimuth.speed_loop.p", "COMP_CWORD": "2"}
+    servo.environment |= {
+        "_SERVOCTL_COMPLETE": "bash_complete",
+        "COMP_WORDS": "servoctl get azimuth.speed_loop.p",
+        "COMP_CWORD": "2",
+    }
     assert GAIN in servo().out
 
 

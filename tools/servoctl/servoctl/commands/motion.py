@@ -43,6 +43,7 @@ SETPOINT_PERIOD_S = 0.002
 STEP_SETPOINT_PERIOD_S = 0.004
 BEFORE_STEP_S = 0.15
 WARM_UP_S = 1.0
+MANY_LOST = 50
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in click 8.1
@@ -271,6 +272,8 @@ def step(
         raise MotionError(
             "the axis' demand did not step as told: this computer was late by more than 20 ms; run it again."
         )
+    if len(records) < len(signs):
+        session.out.note(f"only {len(records)} of {len(signs)} steps came through undisturbed; run it again.")
     path = new_path(folder, "step", axis)
     from ..plots import plot_steps, write_csv
 
@@ -329,7 +332,7 @@ def _cut_steps(
     plateaus = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 20]
     records: list[StepRecord] = []
     for (a, b), (c, d) in zip(plateaus[:-1], plateaus[1:], strict=True):
-        if abs(demand[c]) <= abs(demand[a]) or d - c < 0.9 * hold / TICK_S or c - b > 4:
+        if abs(demand[c]) <= abs(demand[a]) or d - c < 0.8 * hold / TICK_S or c - b > 4:
             continue
         start = max(a, c - int(BEFORE_STEP_S / TICK_S / 2))
         part = slice(start, d)
@@ -363,7 +366,10 @@ def _show_steps(session: Session, axis: str, records: list[StepRecord], path: Pa
 
 def _show_files(session: Session, files: list[str], lost: int) -> None:
     if lost:
-        session.out.note(f"{lost} samples were lost on the way.")
+        worse = (
+            "; times are too short by as many ms: run it again on a quieter bus or computer" if lost > MANY_LOST else ""
+        )
+        session.out.note(f"{lost} samples were lost on the way{worse}.")
     session.out.say("saved: " + ", ".join(files))
 
 
