@@ -62,17 +62,18 @@ extern const od_table communication_profile_table;
          name_ " event timer", help_)
 
 /* 0x1400 + n. The default COB-ID is that of the predefined connection set; `off_` is 0 or COB_ID_INVALID. */
-#define CANOPEN_RPDO_ROWS(n_, number_, off_, type_, event_ms_)                                               \
-  OD_RECORD_HEAD(0x1400 + (n_), 5, "RPDO" number_ " communication", "When the frame's values take effect."), \
-      CANOPEN_COB_ID_ROW(0x1400 + (n_), rpdo[n_], (int64_t)(off_) + 0x200 + INT64_C(0x100) * (n_), "RPDO" number_),   \
-      CANOPEN_TYPE_ROW(0x1400 + (n_), rpdo[n_], type_, "RPDO" number_),                                      \
-      CANOPEN_EVENT_ROW(0x1400 + (n_), rpdo[n_], event_ms_, "RPDO" number_,                                  \
+#define CANOPEN_RPDO_ROWS(n_, number_, off_, type_, event_ms_)                                                      \
+  OD_RECORD_HEAD(0x1400 + (n_), 5, "RPDO" number_ " communication", "When the frame's values take effect."),        \
+      CANOPEN_COB_ID_ROW(0x1400 + (n_), rpdo[n_], (int64_t)(off_) + 0x200 + INT64_C(0x100) * (n_), "RPDO" number_), \
+      CANOPEN_TYPE_ROW(0x1400 + (n_), rpdo[n_], type_, "RPDO" number_),                                             \
+      CANOPEN_EVENT_ROW(0x1400 + (n_), rpdo[n_], event_ms_, "RPDO" number_,                                         \
                         "Longest silence before EMCY 8250; 0: not watched.")
 
 /* 0x1800 + n. */
 #define CANOPEN_TPDO_ROWS(n_, number_, off_, type_, inhibit_100us_, event_ms_)                                     \
   OD_RECORD_HEAD(0x1800 + (n_), 6, "TPDO" number_ " communication", "When the frame is sent."),                    \
-      CANOPEN_COB_ID_ROW(0x1800 + (n_), tpdo[n_], (int64_t)(off_) + 0x40000180 + INT64_C(0x100) * (n_), "TPDO" number_),    \
+      CANOPEN_COB_ID_ROW(0x1800 + (n_), tpdo[n_], (int64_t)(off_) + 0x40000180 + INT64_C(0x100) * (n_),            \
+                         "TPDO" number_),                                                                          \
       CANOPEN_TYPE_ROW(0x1800 + (n_), tpdo[n_], type_, "TPDO" number_),                                            \
       OD_U16(0x1800 + (n_), 3, OD_RW, OD_STORED, communication_objects, tpdo[n_].inhibit_100us, 0, 65535,          \
              inhibit_100us_, "100 us", "TPDO" number_ " inhibit time", "Least time between two frames by event."), \
