@@ -11,7 +11,7 @@ import can
 import click
 
 from . import __version__
-from .commands import faults, gains, motion, node, parameters, scope, watch
+from .commands import bode, faults, gains, move, node, parameters, scope, step, watch
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
 
 _EPILOG = "\b\nExit codes:\n" + "\n".join(f"  {code.value:>3}  {text}" for code, text in EXIT_CODE_HELP.items())
@@ -57,7 +57,7 @@ for _command in (
     node.scan, node.info, node.state,
     parameters.get, parameters.set_, parameters.undo, parameters.explain,
     gains.diff, gains.save, gains.restore, gains.store,
-    motion.move, motion.step, motion.bode,
+    move.move, step.step, bode.bode,
     scope.scope, watch.log, watch.monitor, faults.faults,
 ):  # fmt: skip
     servoctl.add_command(_command)

@@ -14,7 +14,8 @@ from ..gains_file import describe_difference, read_gains, write_gains
 from ..journal import Journal
 from ..parameter import AXES, Parameter, Value
 from ..session import Session, axis_option, common
-from ..tuning import Tuning, set_state, store as store_on_device
+from ..tuning import Tuning, set_state
+from ..tuning import store as store_on_device
 from ..units import number
 from .parameters import as_json, show_changes, staged_axes
 

@@ -1,0 +1,105 @@
+"""move: to an angle, by an angle, or at a rate for a time."""
+
+from __future__ import annotations
+
+import time
+
+import click
+
+from .. import power
+from ..device import Device
+from ..drive import Drive
+from ..errors import InputError, MotionError
+from ..limits import Limits, Plan
+from ..live import LiveAxis, pace
+from ..parameter import AXES
+from ..session import Session, common
+from ..units import degrees, radians
+from .motion import ANGLE, RATE, TIME, announce, motion_options, still_enabled
+
+
+@click.command(context_settings={"ignore_unknown_options": False})
+@motion_options("20", "90", "120")
+@click.option("--to", "target", type=ANGLE, help="Absolute joint angle (°).")
+@click.option("--by", type=ANGLE, help="Relative way (°).")
+@click.option(
+    "--rate", type=RATE, help="Without --to or --by: run at this rate (°/s); else the profile rate (default 2)."
+)
+@click.option("--for", "duration", type=TIME, help="How long to run at the rate (s).")
+@common
+def move(
+    session: Session, axis: str, target: float | None, by: float | None, rate: float | None, duration: float | None,
+    max_rate: float, max_travel: float, max_duration: float, dry_run: bool, yes: bool,
+) -> None:  # fmt: skip
+    """Move an axis: --to or --by an angle (mode pp), or --rate --for a time (mode pv).
+
+    Angles and rates are in degrees unless a unit follows, as in --by "10 mrad". The axis is enabled for it, and
+    disabled again when it was before.
+    """
+    runs = target is None and by is None
+    if runs and (rate is None or duration is None):
+        raise InputError("say --to or --by an angle, or --rate and --for.")
+    if target is not None and by is not None or (not runs and duration is not None):
+        raise InputError("--to, --by and --rate with --for exclude each other.")
+    limits = Limits(max_rate, max_travel, max_duration)
+    with session.connect() as device:
+        drive = Drive(device, AXES.index(axis))
+        start = drive.position()
+        if runs:
+            assert rate is not None and duration is not None
+            way = rate * duration
+            plan = Plan(
+                axis,
+                f"runs at {degrees(rate):.4g} °/s for {duration:.4g} s",
+                abs(rate),
+                max(way, 0.0),
+                max(-way, 0.0),
+                duration,
+            )
+        else:
+            rate = abs(rate) if rate else radians(2.0)
+            way = by if by is not None else (target or 0.0) - start
+            plan = Plan(
+                axis, f"from {degrees(start):.4f}° to {degrees(start + way):.4f}° at up to {degrees(rate):.4g} °/s",
+                rate, max(way, 0.0), max(-way, 0.0), abs(way) / rate + 1.0,
+            )  # fmt: skip
+        if not announce(session, plan, limits, device, dry_run, yes):
+            return
+        if runs:
+            _run_at_rate(session, device, axis, rate, plan.duration_s)
+        else:
+            _go_to(session, device, axis, start + way, rate, plan.duration_s)
+        end = drive.position()
+        error = end - (start + way)
+    session.out.json({"axis": axis, "from_deg": degrees(start), "to_deg": degrees(end), "state": "standing"})
+    arrived = "" if runs else f", {1e6 * error:+.0f} µrad from the target"
+    session.out.say(f"{axis} stands at {degrees(end):.4f}° (from {degrees(start):.4f}°){arrived}.")
+
+
+def _run_at_rate(session: Session, device: Device, axis: str, rate: float, duration: float) -> None:
+    with LiveAxis(device, AXES.index(axis), power.PROFILE_VELOCITY) as live, session.out.progress() as bar:
+        task = bar.add_task(f"{axis} runs", total=duration)
+        live.drive.set_target_rate(rate)
+        for now in pace(0.05, duration):
+            still_enabled(live)
+            bar.update(task, completed=now)
+
+
+def _go_to(session: Session, device: Device, axis: str, target: float, rate: float, expected_s: float) -> None:
+    with LiveAxis(device, AXES.index(axis), power.PROFILE_POSITION) as live, session.out.progress() as bar:
+        drive = live.drive
+        task = bar.add_task(f"{axis} moves", total=1.0)
+        drive.set_profile_rate(rate)
+        drive.set_target_position(target)
+        start = drive.position()
+        drive.control(power.ENABLE_OPERATION)
+        drive.control(power.ENABLE_OPERATION | power.NEW_SETPOINT | power.CHANGE_IMMEDIATELY)
+        drive.wait(lambda: bool(drive.statusword() & power.SETPOINT_ACKNOWLEDGED), 1.0, "take the target")
+        drive.control(power.ENABLE_OPERATION)
+        deadline = time.monotonic() + 2.0 * expected_s + 5.0
+        while not still_enabled(live) & power.TARGET_REACHED:
+            done = abs(drive.position() - start) / max(abs(target - start), 1e-9)
+            bar.update(task, completed=min(done, 1.0))
+            if time.monotonic() > deadline:
+                raise MotionError(f"{axis} has not reached its target after {2.0 * expected_s + 5.0:.0f} s.")
+            time.sleep(0.02)
