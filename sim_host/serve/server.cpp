@@ -163,9 +163,9 @@ void serve(const PlantConfig& plant, const ServeOptions& options,
     ends.push_back(open_end(bus, name));
     addresses.push_back(ends.back()->address());
   }
-  std::signal(SIGTERM, request_stop);
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGPIPE, SIG_IGN);
+  (void)std::signal(SIGTERM, request_stop);
+  (void)std::signal(SIGINT, request_stop);
+  (void)std::signal(SIGPIPE, SIG_IGN);
   ready(addresses);
   if (options.real_time) {
     run_real_time(bus, node, ends);
