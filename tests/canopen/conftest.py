@@ -13,6 +13,9 @@ import pytest
 
 NODE_ID = 5
 
+# These machines are shared: an answer may be late without anything being wrong.
+canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 2.0
+
 
 class TestNode:
     """The program canopen_test_node, and where its bus can be reached."""

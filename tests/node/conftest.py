@@ -24,6 +24,9 @@ SIM_HOST = os.environ.get("SIM_HOST", str(PROJECT / "build/host/bin/sim_host"))
 DESCRIPTIONS = pathlib.Path(os.environ.get("NODE_DESCRIPTIONS", str(PROJECT / "build/host/share/trackservo")))
 BUS = os.environ.get("NODE_TEST_BUS", "slcan-tcp:0")
 
+# These machines are shared: an answer may be late without anything being wrong.
+canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 2.0
+
 
 class Served:
     """`sim_host serve`, and where its bus can be reached."""
