@@ -5,6 +5,7 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(tomlplusplus REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(fmt REQUIRED)
+find_package(Boost 1.74 REQUIRED CONFIG) # headers only
 find_package(CLI11 REQUIRED)
 
 # NLopt's C++ interface is a library of its own on Debian and part of the one library elsewhere, and both CMake
