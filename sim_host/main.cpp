@@ -9,18 +9,42 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <set>
 
+#include "config/arguments.hpp"
 #include "experiments/benchmark.hpp"
 #include "experiments/campaign.hpp"
+#include "experiments/design_check.hpp"
 #include "experiments/results.hpp"
+#include "run/scenario_check.hpp"
 #include "serve/server.hpp"
 
 namespace sim = trackservo::sim;
 
 namespace {
+
+// Each text once, however many runs it holds for.
+void warn(const std::vector<std::string>& texts) {
+  static std::set<std::string> said;
+  for (const std::string& text : texts) {
+    if (said.insert(text).second) {
+      fmt::print(stderr, "sim_host: warning: {}\n", text);
+    }
+  }
+}
+
+// Refuses what makes no sense and warns of what is unusual, before the first run of a study.
+servo_params checked_design(const sim::Study& study, const sim::ControllerSpec& spec,
+                            const sim::DesignOptions& options) {
+  warn(sim::check_scenario(study.plant, study.scenario));
+  const servo_params params = sim::design_controller(study.plant, spec, options);
+  warn(sim::margin_warnings(study.plant, params));
+  return params;
+}
 
 struct RunOptions {
   std::filesystem::path plant;
@@ -46,6 +70,19 @@ std::filesystem::path csv_of_case(const RunOptions& options, std::size_t cases, 
   return file.replace_filename(options.csv.stem().string() + "-" + name + options.csv.extension().string());
 }
 
+void refuse_unwritable_csv(const RunOptions& options, const std::vector<sim::StudyCase>& cases) {
+  if (options.csv.empty()) {
+    return;
+  }
+  std::string problem = sim::output_file_problem(options.csv);
+  for (const sim::StudyCase& study_case : cases) {
+    problem = problem.empty() ? sim::output_file_problem(csv_of_case(options, cases.size(), study_case)) : problem;
+  }
+  if (!problem.empty()) {
+    throw std::invalid_argument("--csv: " + problem);
+  }
+}
+
 sim::Study study_of(const RunOptions& options) {
   sim::Study study;
   study.plant = sim::load_plant(options.plant);
@@ -63,15 +100,20 @@ sim::Study study_of(const RunOptions& options) {
 
 void run(const RunOptions& options) {
   const sim::Study study = study_of(options);
-  servo_params params = sim::design_controller(study.plant, sim::controller_spec(options.controller),
-                                               {options.seed, options.friction_parameter_error, study.tracker});
+  if (options.improved_loop && study.scenario.kind != sim::ScenarioKind::kTracking) {
+    throw std::invalid_argument(
+        fmt::format("--improved-loop: {} does not track; leave the option out", options.scenario.string()));
+  }
+  const std::vector<sim::StudyCase> cases = sim::cases_of(study);
+  refuse_unwritable_csv(options, cases);
+  servo_params params = checked_design(study, sim::controller_spec(options.controller),
+                                       {options.seed, options.friction_parameter_error, study.tracker});
   if (options.controller == "pi_best") {
     const sim::PiWish best = sim::best_pi(study);
     for (int axis = 0; axis < sim::kAxes; ++axis) {
       sim::set_pi(params, study.plant, axis, best);
     }
   }
-  const std::vector<sim::StudyCase> cases = sim::cases_of(study);
   for (const sim::StudyCase& study_case : cases) {
     const sim::Trace trace =
         sim::run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, options.seed});
@@ -97,7 +139,9 @@ struct ServeCommand {
 void serve(const ServeCommand& command) {
   sim::ServeOptions options = command.options;
   options.real_time = command.speed == "realtime";
-  sim::serve(sim::load_plant(command.plant), options, [](const std::vector<std::string>& addresses) {
+  const sim::PlantConfig plant = sim::load_plant(command.plant);
+  warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
+  sim::serve(plant, options, [](const std::vector<std::string>& addresses) {
     for (const std::string& address : addresses) {
       fmt::print("{}\n", address);
     }
@@ -115,7 +159,21 @@ void show_progress(int done, int total, const std::string& what) {
   }
 }
 
+void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
+  std::sort(seeds.begin(), seeds.end());
+  const auto twice = std::adjacent_find(seeds.begin(), seeds.end());
+  if (twice != seeds.end()) {
+    throw std::invalid_argument(fmt::format("--seeds: {} is given twice, which adds nothing; give each once", *twice));
+  }
+}
+
 void experiments(const sim::CampaignOptions& options) {
+  refuse_repeated_seeds(options.seeds);
+  for (const sim::Study& study : sim::paper_studies(options.data_dir)) {
+    for (const sim::ControllerSpec& spec : sim::controller_specs()) {
+      checked_design(study, spec, {});
+    }
+  }
   const sim::Campaign campaign = sim::run_campaign(options, show_progress);
   sim::write_results(campaign, TRACKSERVO_GIT, options.out_dir / "results.json");
   fmt::print("written {}\n", (options.out_dir / "results.json").string());
@@ -129,6 +187,19 @@ void bench(const std::filesystem::path& data_dir) {
   fmt::print("firmware tick of 1 ms, both axes, everything on                 {:8.1f} ns\n", figures.tick_ns);
   fmt::print("firmware current loop, one axis, one PWM period                 {:8.1f} ns\n", figures.pwm_ns);
   fmt::print("plant, both axes, one PWM period of 50 us                       {:8.1f} ns\n", figures.plant_pwm_ns);
+}
+
+CLI::Validator seed() { return {sim::seed_problem, "SEED"}; }
+
+// CLI::Range lets NaN pass.
+CLI::Validator share_up_to_half() {
+  return {[](const std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= 0.5
+                       ? ""
+                       : fmt::format("\"{}\" is no share; give 0 to 0.5", text);
+          },
+          "0 to 0.5"};
 }
 
 const char *const kDataHelp = "folder with plants/ and scenarios/";
@@ -145,14 +216,17 @@ void add_run(CLI::App& app) {
   command->add_option("--controller", options->controller, "controller")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "seed of all noise and parameter errors")->capture_default_str();
-  command->add_option("--csv", options->csv, "write the trace here (one file per case)");
+  command->add_option("--seed", options->seed, "seed of all noise and parameter errors")
+      ->check(seed())
+      ->capture_default_str();
+  command->add_option("--csv", options->csv,
+                      "write the trace here; with several speeds a file for each, with the speed before the ending");
   command->add_option("--friction", options->friction, "the plant's friction, instead of its file's")
       ->check(CLI::IsMember({"lugre", "maxwell_slip", "none"}));
   command
       ->add_option("--friction-parameter-error", options->friction_parameter_error,
                    "share by which every feedforward parameter is wrong")
-      ->check(CLI::Range(0.0, 0.5))
+      ->check(share_up_to_half())
       ->capture_default_str();
   command->add_flag("--improved-loop", options->improved_loop, "tracking: predict the target, feed its rate forward");
   command->callback([options] { run(*options); });
@@ -163,11 +237,14 @@ void add_experiments(CLI::App& app) {
   options->data_dir = TRACKSERVO_DATA_DIR;
   auto quick = std::make_shared<bool>(false);
   CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
-  command->add_option("--out", options->out_dir, "folder for results.json and the CSVs")->required();
+  command->add_option("--out", options->out_dir, "folder for results.json and the CSVs")
+      ->required()
+      ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
   command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
-  command->add_option("--seeds", options->seeds, "seeds to run")->capture_default_str();
+  CLI::Option *seeds =
+      command->add_option("--seeds", options->seeds, "seeds to run")->check(seed())->capture_default_str();
   command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
-  command->add_flag("--quick", *quick, "one seed only, for a first look");
+  command->add_flag("--quick", *quick, "one seed only, for a first look")->excludes(seeds);
   command->callback([options, quick] {
     if (*quick) {
       options->seeds = {1};
@@ -192,7 +269,7 @@ void add_serve(CLI::App& app) {
       ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
       ->capture_default_str();
   command->add_option("--node", serving->options.node_id, "node id")->check(CLI::Range(1, 127))->capture_default_str();
-  command->add_option("--seed", serving->options.seed, "seed of all noise")->capture_default_str();
+  command->add_option("--seed", serving->options.seed, "seed of all noise")->check(seed())->capture_default_str();
   command->add_option("--speed", serving->speed, "pace of simulated time")
       ->check(CLI::IsMember({"realtime", "max"}))
       ->capture_default_str();

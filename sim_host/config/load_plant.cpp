@@ -112,11 +112,32 @@ DesignConfig read_design(const TomlReader& reader, const TomlTable& table) {
 
 }  // namespace
 
+namespace {
+
+// What a converter cannot show, no loop can control.
+void check_converters(const TomlReader& reader, const PlantConfig& plant) {
+  const TomlTable adc = reader.child(reader.root(), "adc");
+  if (plant.adc.voltage_full_scale_v < plant.supply.voltage_v) {
+    reader.fail(adc, "voltage_full_scale_v", fmt::format("{:g} cannot show the supply", plant.adc.voltage_full_scale_v),
+                fmt::format("give at least supply.voltage_v = {:g}", plant.supply.voltage_v));
+  }
+  for (const int axis : {kAzimuth, kPitch}) {
+    const double limit_a = plant.axis[static_cast<std::size_t>(axis)].motor.current_limit_a;
+    if (plant.adc.current_full_scale_a < limit_a) {
+      reader.fail(adc, "current_full_scale_a",
+                  fmt::format("{:g} cannot show the current of {}", plant.adc.current_full_scale_a, axis_name(axis)),
+                  fmt::format("give at least {}.motor.current_limit_a = {:g}", axis_name(axis), limit_a));
+    }
+  }
+}
+
+}  // namespace
+
 PlantConfig load_plant(const std::filesystem::path& path) {
   const TomlReader reader(path);
   const TomlTable root = reader.root();
   PlantConfig plant;
-  plant.file = path.string();
+  plant.lines = reader.lines();
   plant.name = path.stem().string();
   reader.refuse_unknown(
       root, plant_keys(),
@@ -134,6 +155,7 @@ PlantConfig load_plant(const std::filesystem::path& path) {
     plant.axis[i] = read_axis(reader, reader.child(root, axis_name(index)), index == kAzimuth);
     plant.design[i] = read_design(reader, reader.child(designs, axis_name(index)));
   }
+  check_converters(reader, plant);
   for (const TomlTable& table : reader.children(root, "assumption")) {
     read_table(reader, table, assumption_keys(), plant.assumptions.emplace_back());
   }

@@ -1,20 +1,28 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "config/scenario_config.hpp"
 #include "config/toml_reader.hpp"
+#include "run/firmware.hpp"
 
 namespace trackservo::sim {
 
 namespace {
 
 constexpr Range kDistance_m{-1e5, 1e5};
+constexpr double kSlowest_deg_s = 1e-4;
+constexpr double kLeastAnalysis_s = 0.1;  // torque noise is judged against a mean over 51 ms
+// The firmware remembers so many ticks of the sight's motion; it does not use a frame that is older.
+constexpr double kLongestDelay_ms = (TARGET_TRACKER_HISTORY - 1) * kTick_s * 1e3;
 
 Keys<ScenarioConfig> scenario_keys() {
   using Config = ScenarioConfig;
   return {
-      words("name", &Config::name, "of the experiment"),
+      words("name", &Config::name,
+            "of the experiment; `low_speed_start` is judged by its start, `step_disturbed` by its overshoot, others by "
+            "their error"),
       words("title", &Config::title, "one line for the report"),
       choice("kind", {"speed_sine", "speed_step", "tracking"}, &Config::kind, "what the reference is"),
       number("duration_s", unit::kSecond, {0.01, 3600}, &Config::duration_s, "length of a run"),
@@ -41,7 +49,8 @@ Keys<InitialKeys> initial_keys() {
 Keys<ScenarioConfig> sine_keys() {
   using Config = ScenarioConfig;
   return {
-      number("speeds_deg_s", unit::kDegreePerSecond, {1e-4, 1e3}, &Config::speeds_rad_s, "amplitudes, one case each"),
+      number("speeds_deg_s", unit::kDegreePerSecond, {kSlowest_deg_s, 1e3}, &Config::speeds_rad_s,
+             "amplitudes, one case each"),
       number("frequency_hz", unit::kHertz, {1e-3, 200}, &Config::frequency_hz, "of the sine"),
   };
 }
@@ -49,11 +58,13 @@ Keys<ScenarioConfig> sine_keys() {
 Keys<ScenarioConfig> step_keys() {
   using Config = ScenarioConfig;
   return {
-      number("speeds_deg_s", unit::kDegreePerSecond, {-1e3, 1e3}, &Config::speeds_rad_s, "steps, one case each"),
+      number("speeds_deg_s", unit::kDegreePerSecond, {-1e3, 1e3}, &Config::speeds_rad_s,
+             "steps, one case each; either sign, not 0"),
       number("disturbance_amplitude_deg_s", unit::kDegreePerSecond, {0, 1e3}, &Config::disturbance_amplitude_rad_s,
-             "sine added to the speed reference signal")
+             "a torque from rest_s on that alone would move the bare inertia with a sine of this speed")
           .or_else(0),
-      number("disturbance_frequency_hz", unit::kHertz, {0, 200}, &Config::disturbance_frequency_hz, "of that sine")
+      number("disturbance_frequency_hz", unit::kHertz, {0, 200}, &Config::disturbance_frequency_hz,
+             "of that sine; both or neither")
           .or_else(0),
   };
 }
@@ -74,8 +85,9 @@ Keys<FlyByConfig> fly_by_keys() {
 Keys<CameraConfig> camera_keys() {
   using Config = CameraConfig;
   return {
-      number("frame_rate_hz", unit::kHertz, {1, 1000}, &Config::frame_rate_hz, ""),
-      number("delay_ms", unit::kMillisecond, {0, 1000}, &Config::delay_s,
+      number("frame_rate_hz", unit::kHertz, {2, 1000}, &Config::frame_rate_hz,
+             "slower, the tracking loop would lose its target between two frames"),
+      number("delay_ms", unit::kMillisecond, {0, kLongestDelay_ms}, &Config::delay_s,
              "from exposure to result; less than 10 frames"),
       number("pixel_urad", unit::kMicroradian, {0.01, 1e4}, &Config::pixel_rad, "angle of a pixel"),
       number("width_px", unit::kPixel, {1, 1e5}, &Config::width_px, "along azimuth"),
@@ -98,7 +110,11 @@ void read_axes(const TomlReader& reader, ScenarioConfig& scenario) {
     if (!azimuth && text != axis_name(kPitch)) {
       reader.fail(root, "axes", "holds something else", remedy);
     }
-    scenario.axes[azimuth ? kAzimuth : kPitch] = true;
+    bool& takes_part = scenario.axes[azimuth ? kAzimuth : kPitch];
+    if (takes_part) {
+      reader.fail(root, "axes", fmt::format("holds \"{}\" twice", text), remedy);
+    }
+    takes_part = true;
   }
 }
 
@@ -123,9 +139,52 @@ void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
       read_child(reader, "fly_by", fly_by_keys(), scenario.fly_by);
       read_child(reader, "camera", camera_keys(), scenario.camera);
       if (scenario.camera.delay_s * scenario.camera.frame_rate_hz > kMostFramesUnderWay) {
-        reader.fail(reader.child(root, "camera"), "delay_ms", "is longer than 10 frames", "give a shorter delay");
+        reader.fail(reader.child(root, "camera"), "delay_ms", "is longer than 10 frames",
+                    fmt::format("give at most {:g}", 1e3 * kMostFramesUnderWay / scenario.camera.frame_rate_hz));
       }
       break;
+  }
+}
+
+// What the keys' own ranges cannot say of speed references.
+void check_speeds(const TomlReader& reader, const ScenarioConfig& scenario) {
+  std::vector<std::string> names;  // as cases are named
+  for (const double speed_rad_s : scenario.speeds_rad_s) {
+    const double speed_deg_s = speed_rad_s / unit::kDegreePerSecond.in_si;
+    if (std::abs(speed_deg_s) < kSlowest_deg_s * (1.0 - 1e-9)) {
+      reader.fail(reader.root(), "speeds_deg_s", fmt::format("{:g} is no step", speed_deg_s),
+                  fmt::format("give at least {:g} deg/s, forwards or backwards", kSlowest_deg_s));
+    }
+    const std::string name = fmt::format("{:g}", speed_deg_s);
+    if (std::find(names.begin(), names.end(), name) != names.end()) {
+      reader.fail(reader.root(), "speeds_deg_s", fmt::format("holds {} twice", name), "give each speed once");
+    }
+    names.push_back(name);
+  }
+  const bool amplitude = scenario.disturbance_amplitude_rad_s > 0.0;
+  const bool frequency = scenario.disturbance_frequency_hz > 0.0;
+  if (amplitude != frequency) {
+    reader.fail(reader.root(), amplitude ? "disturbance_amplitude_deg_s" : "disturbance_frequency_hz",
+                "disturbs nothing alone", "give disturbance_amplitude_deg_s and disturbance_frequency_hz together");
+  }
+}
+
+// A tracking run begins on the target: where the axes stand and how long they rest is not the scenario's to say.
+void refuse_keys_of_speed_runs(const TomlReader& reader) {
+  for (const char *key : {"initial_azimuth_deg", "initial_pitch_deg", "rest_s"}) {
+    if (reader.root().table->contains(key)) {
+      reader.fail(reader.root(), key, "has no meaning in tracking, which starts on the target",
+                  "remove it; fly_by.start_position_m says where that is");
+    }
+  }
+}
+
+void check_duration(const TomlReader& reader, const ScenarioConfig& scenario) {
+  const double before_s = scenario.rest_s + scenario.settle_s;
+  if (scenario.duration_s < before_s + kLeastAnalysis_s) {
+    reader.fail(
+        reader.root(), "duration_s", fmt::format("leaves less than {:g} s to analyse", kLeastAnalysis_s),
+        fmt::format("give at least rest_s + settle_s + {:g} = {:g}", kLeastAnalysis_s, before_s + kLeastAnalysis_s));
   }
 }
 
@@ -154,32 +213,31 @@ std::vector<std::string> known_keys(ScenarioKind kind) {
 ScenarioConfig load_scenario(const std::filesystem::path& path) {
   const TomlReader reader(path);
   ScenarioConfig scenario;
-  scenario.file = path.string();
+  scenario.lines = reader.lines();
   reader.read(reader.root(), scenario_keys(), scenario);
+  if (scenario.kind == ScenarioKind::kTracking) {
+    refuse_keys_of_speed_runs(reader);
+  }
   reader.refuse_unknown(reader.root(), known_keys(scenario.kind));
   InitialKeys initial;
   reader.read(reader.root(), initial_keys(), initial);
   scenario.initial_joint_angle_rad = {initial.azimuth_rad, initial.pitch_rad};
   read_axes(reader, scenario);
   read_kind(reader, scenario);
-  if (scenario.rest_s + scenario.settle_s >= scenario.duration_s) {
-    reader.fail(reader.root(), "duration_s", "leaves nothing to analyse",
-                fmt::format("give more than rest_s + settle_s = {:g}", scenario.rest_s + scenario.settle_s));
-  }
+  check_speeds(reader, scenario);
+  check_duration(reader, scenario);
   return scenario;
 }
 
 std::string scenario_keys_markdown() {
-  std::vector<KeyText> common = texts_of(scenario_keys());
-  for (const KeyText& key : texts_of(initial_keys())) {
-    common.push_back(key);
-  }
-  return sections_markdown("Keys of a scenario file",
-                           {{"(top of the file)", "And `axes`: a list of \"azimuth\" and \"pitch\".", common},
-                            {"kind = \"speed_sine\"", "At the top of the file.", texts_of(sine_keys())},
-                            {"kind = \"speed_step\"", "At the top of the file.", texts_of(step_keys())},
-                            {"[fly_by], kind = \"tracking\"", "", texts_of(fly_by_keys())},
-                            {"[camera], kind = \"tracking\"", "", texts_of(camera_keys())}});
+  return sections_markdown(
+      "Keys of a scenario file",
+      {{"(top of the file)", "And `axes`: a list of \"azimuth\" and \"pitch\".", texts_of(scenario_keys())},
+       {"kind = \"speed_sine\" or \"speed_step\"", "At the top of the file.", texts_of(initial_keys())},
+       {"kind = \"speed_sine\"", "At the top of the file.", texts_of(sine_keys())},
+       {"kind = \"speed_step\"", "At the top of the file.", texts_of(step_keys())},
+       {"[fly_by], kind = \"tracking\"", "", texts_of(fly_by_keys())},
+       {"[camera], kind = \"tracking\"", "", texts_of(camera_keys())}});
 }
 
 }  // namespace trackservo::sim

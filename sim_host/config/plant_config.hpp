@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config_error.hpp"
+#include "config/source_lines.hpp"
 #include "plant/axis.hpp"
 
 namespace trackservo::sim {
@@ -172,7 +172,7 @@ struct Assumption {
 
 struct PlantConfig {
   std::string name;  // the file's name without extension
-  std::string file;
+  SourceLines lines;
   std::string title;
   FrictionModel friction_model = FrictionModel::kLugre;
   MaxwellSlipConfig maxwell_slip;

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "config/config_error.hpp"
+#include "config/source_lines.hpp"
 #include "plant/axis.hpp"
 
 namespace trackservo::sim {
@@ -38,7 +38,7 @@ struct CameraConfig {
 
 struct ScenarioConfig {
   std::string name;  // as in the file; equals the experiment
-  std::string file;
+  SourceLines lines;
   std::string title;
   ScenarioKind kind = ScenarioKind::kSpeedSine;
   double duration_s = 0;
@@ -50,7 +50,9 @@ struct ScenarioConfig {
   // kSpeedSine: speeds are the amplitudes. kSpeedStep: speeds are the steps. One case each.
   std::vector<double> speeds_rad_s;
   double frequency_hz = 0;  // kSpeedSine only
-  // Sinusoid added to the speed reference signal, as in the paper's Fig. 8; amplitude 0: none.
+  // The paper's "external speed disturbance signal" (Figs 8 and 9; both 0: none): a torque J d(speed)/dt at the motor
+  // shaft, which alone would move the bare inertia J with speed = amplitude * sin(2 pi f t). The reference stays as it
+  // is.
   double disturbance_amplitude_rad_s = 0;
   double disturbance_frequency_hz = 0;
 

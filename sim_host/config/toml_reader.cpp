@@ -53,7 +53,7 @@ std::size_t edits_between(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-TomlReader::TomlReader(const std::filesystem::path& path) : file_(path.string()) {
+TomlReader::TomlReader(const std::filesystem::path& path) : file_(path.string()), lines_(path.string()) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream || std::filesystem::is_directory(path)) {
     throw ConfigError(fmt::format("{}:1: file: cannot be read, give the path of an existing TOML file", file_));
@@ -65,14 +65,30 @@ TomlReader::TomlReader(const std::filesystem::path& path) : file_(path.string())
     throw ConfigError(
         fmt::format("{}:{}: syntax: {}, see https://toml.io", file_, error.source().begin.line, error.description()));
   }
+  note_lines(root_, "");
+}
+
+// Elements of arrays of tables are named as children() names them.
+void TomlReader::note_lines(const toml::table& table, const std::string& path) {
+  const auto line_of = [](const toml::node& node) { return std::max(static_cast<int>(node.source().begin.line), 1); };
+  for (const auto& [key, node] : table) {
+    const std::string name = joined(path, std::string(key.str()));
+    lines_.add(name, line_of(node));
+    if (const toml::table *child = node.as_table()) {
+      note_lines(*child, name);
+    } else if (const toml::array *array = node.as_array(); array != nullptr && array->is_array_of_tables()) {
+      for (std::size_t i = 0; i < array->size(); ++i) {
+        const std::string element = fmt::format("{}[{}]", name, i);
+        lines_.add(element, line_of((*array)[i]));
+        note_lines(*(*array)[i].as_table(), element);
+      }
+    }
+  }
 }
 
 void TomlReader::fail(const TomlTable& table, const std::string& key, const std::string& reason,
                       const std::string& remedy) const {
-  const toml::node *node = table.table->get(key);
-  auto line = node != nullptr ? node->source().begin.line : table.table->source().begin.line;
-  throw ConfigError(fmt::format("{}:{}: {}: {}, {}", file_, std::max<decltype(line)>(line, 1), joined(table.path, key),
-                                reason, remedy));
+  throw lines_.error(joined(table.path, key), reason, remedy);
 }
 
 TomlTable TomlReader::child(const TomlTable& parent, const std::string& name) const {

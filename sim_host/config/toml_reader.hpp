@@ -15,6 +15,7 @@
 
 #include "config/config_error.hpp"
 #include "config/key.hpp"
+#include "config/source_lines.hpp"
 
 namespace trackservo::sim {
 
@@ -57,6 +58,9 @@ class TomlReader {
     refuse_unknown(table, more);
   }
 
+  // The lines of all keys and tables of the file.
+  const SourceLines& lines() const { return lines_; }
+
   // Throws ConfigError at the line of the key (of its table, if the key is absent).
   [[noreturn]] void fail(const TomlTable& table, const std::string& key, const std::string& reason,
                          const std::string& remedy) const;
@@ -69,8 +73,11 @@ class TomlReader {
   int checked_choice(const TomlTable& table, const KeyText& key, const toml::node& node) const;
   std::vector<double> checked_list(const TomlTable& table, const KeyText& key, const toml::node& node) const;
 
+  void note_lines(const toml::table& table, const std::string& path);
+
   std::string file_;
   toml::table root_;
+  SourceLines lines_;
 };
 
 }  // namespace trackservo::sim

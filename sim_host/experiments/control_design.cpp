@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "experiments/design_check.hpp"
 #include "random.hpp"
 
 namespace trackservo::sim {
@@ -127,9 +128,8 @@ servo_axis_params design_axis(const PlantConfig& plant, int axis, const Controll
       to_float(machine.motor.back_emf_constant_v_s_rad),
       to_float(2.0 * kPi * plant.design[static_cast<std::size_t>(axis)].current_loop_bandwidth_hz), SERVO_PWM_PERIOD_S);
   if (status != CONTROL_OK) {
-    throw std::invalid_argument(
-        fmt::format("{}: design.{}: the current loop cannot be designed; choose a bandwidth below 2500 Hz", plant.file,
-                    axis_name(axis)));
+    throw plant.lines.error(fmt::format("design.{}.current_loop_bandwidth_hz", axis_name(axis)),
+                            "is not possible with this motor and a PWM of 20 kHz", "give between 0.4 and 2500 Hz");
   }
   return p;
 }
@@ -191,33 +191,39 @@ void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWi
   pi.tracking_rate_per_s = to_float(0.5 * wish.natural_frequency_rad_s / wish.damping);  // ki / kp
 }
 
+namespace {
+
+// The firmware's own ranges, told as the wish that leads out of them.
+void refuse_out_of_range(const PlantConfig& plant, int axis, const servo_axis_params& params) {
+  if (servo_axis_check(&params, SERVO_TICK_S, SERVO_PWM_PERIOD_S) == CONTROL_OK) {
+    return;
+  }
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  const bool observer = disturbance_observer_check(&params.speed.observer, SERVO_TICK_S) != CONTROL_OK;
+  const bool pi = pi_controller_check(&params.speed.pi, SERVO_TICK_S) != CONTROL_OK;
+  const bool fusion = rate_fusion_check(&params.speed.rate_fusion) != CONTROL_OK;
+  const char *pi_key =
+      design.speed_loop_bandwidth_hz ? "speed_loop_bandwidth_hz" : "speed_loop_natural_frequency_rad_s";
+  const std::string key = observer ? "observer_bandwidth_hz" : pi ? pi_key : fusion ? "fusion_crossover_hz" : "";
+  if (key.empty()) {
+    throw plant.lines.error(axis_name(axis), "has numbers that the firmware's ranges do not hold",
+                            "check friction, motor and inertia against the ranges in firmware/control/*.h");
+  }
+  throw plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), key), "is out of the firmware's range at 1 kHz",
+                          observer ? "give at most 159" : "give a lower one");
+}
+
+}  // namespace
+
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options) {
   servo_params params{};
   for (int axis = 0; axis < kAxes; ++axis) {
     params.axis[axis] = design_axis(plant, axis, spec, options);
     set_pi(params, plant, axis, pi_wish(plant, axis));
-    if (servo_axis_check(&params.axis[axis], SERVO_TICK_S, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
-      throw std::invalid_argument(fmt::format(
-          "{}: design.{}: these wishes cannot be met at 1 kHz; lower the bandwidths", plant.file, axis_name(axis)));
-    }
+    refuse_out_of_range(plant, axis, params.axis[axis]);
   }
+  refuse_unstable_loops(plant, params);
   return params;
-}
-
-LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_sliding) {
-  const AxisConfig& a = plant.axis[static_cast<std::size_t>(axis)];
-  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
-  LinearMachine m;
-  m.inertia_kg_m2 = nominal_inertia_kg_m2(plant, axis);
-  m.viscous_nm_s_rad = a.friction.positive.viscous_nm_s_rad;
-  m.bristle_stiffness_nm_rad = pre_sliding ? a.friction.stiffness_nm_rad : 0.0;
-  m.bristle_damping_nm_s_rad = pre_sliding ? a.friction.damping_nm_s_rad : 0.0;
-  m.actuation_delay_s = 2.0 * kPwmPeriod_s;
-  m.current_loop_rad_s = 2.0 * kPi * design.current_loop_bandwidth_hz;
-  m.encoder_latency_s = a.encoder.latency_s + 0.5 * (a.encoder.reads_per_tick - 1) * kPwmPeriod_s;
-  m.gyro_latency_s = a.gyro.latency_s;
-  m.gyro_bandwidth_rad_s = 2.0 * kPi * a.gyro.bandwidth_hz;
-  return m;
 }
 
 }  // namespace trackservo::sim

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis/frequency_response.hpp"
 #include "config/plant_config.hpp"
+#include "experiments/loop_margins.hpp"
 #include "run/firmware.hpp"
 
 namespace trackservo::sim {
@@ -47,15 +47,12 @@ struct DesignOptions {
   tracker_kind tracker = TRACKER_PI;
 };
 
-// Parameters for both axes, accepted by servo_app_configure. Throws std::invalid_argument when the plant's wishes
-// cannot be met at 1 kHz, naming the axis.
+// Parameters for both axes, accepted by servo_app_configure, with stable speed loops. Throws ConfigError at the line of
+// the wish that cannot be met. Loops that are stable with less margin than asked pass: see margin_warnings().
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options);
 
 // Sets the PI of one axis from a wish.
 void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWish& wish);
-
-// The linear machine of one axis for computed margins: sliding, or in pre-sliding (the seal as a spring).
-LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_sliding);
 
 }  // namespace trackservo::sim
 

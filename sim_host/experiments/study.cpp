@@ -75,19 +75,4 @@ std::string deciding_metric(const Study& study) {
   return study.experiment == "step_disturbed" ? "overshoot" : "peak_error";
 }
 
-Margins worst_margins(const PlantConfig& plant, int axis, const servo_params& params) {
-  const std::vector<double> frequency_hz = log_space(0.05, 450.0, 1200);
-  Margins worst{};
-  for (const bool pre_sliding : {false, true}) {
-    const Margins m =
-        margins_of(computed_loop_gain(linear_machine(plant, axis, pre_sliding), params.axis[axis].speed, frequency_hz));
-    if (!pre_sliding) {
-      worst = m;
-    }
-    worst.gain_margin_db = std::min(worst.gain_margin_db, m.gain_margin_db);
-    worst.phase_margin_deg = std::min(worst.phase_margin_deg, m.phase_margin_deg);
-  }
-  return worst;
-}
-
 }  // namespace trackservo::sim

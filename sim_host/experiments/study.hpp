@@ -14,10 +14,6 @@
 
 namespace trackservo::sim {
 
-// What every controller variant must keep, computed with the tick's delay.
-constexpr double kLeastGainMargin_db = 6.0;
-constexpr double kLeastPhaseMargin_deg = 40.0;
-
 struct Study {
   std::string experiment;  // sine, step_disturbed, low_speed_start, steady_speed, tracking
   PlantConfig plant;
@@ -46,9 +42,6 @@ std::vector<Figure> measure(const Study& study, const StudyCase& study_case, con
 
 // The figure that decides in this study (peak error, time to 90 %, overshoot, tracking sigma).
 std::string deciding_metric(const Study& study);
-
-// Smaller of the margins sliding and in pre-sliding, of the azimuth axis.
-Margins worst_margins(const PlantConfig& plant, int axis, const servo_params& params);
 
 // The PI that minimises the deciding metric (mean over cases, seeds 101 and 102, both unused elsewhere) within the
 // margins, and within 10 % of overshoot at start-up. Deterministic. NLopt: DIRECT-L, then Nelder-Mead.

@@ -24,7 +24,8 @@ speed_reference speed_set_point(const RunRequest& request, double time_s) {
   return {static_cast<float>(request.speed_rad_s), 0.0F};
 }
 
-// A disturbance given as a speed is the torque that moves the free inertia with that speed: J d(speed)/dt.
+// A disturbance given as a speed is the torque that alone would move the bare inertia with that speed: J d(speed)/dt.
+// It comes in behind the controller, which does not know of it, and passes the motor's current loop.
 double disturbance_nm(const RunRequest& request, int axis, double time_s) {
   const ScenarioConfig& scenario = *request.scenario;
   const double t = time_s - scenario.rest_s;

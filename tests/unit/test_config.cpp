@@ -78,12 +78,13 @@ struct BadValue {
   const char *remedy;
 };
 
+// `line_shift`: from the change to the line that is named, where that is another one.
 template <class Load>
-void check_refusals(const std::string& shipped, Load load, const std::vector<BadValue>& cases) {
+void check_refusals(const std::string& shipped, Load load, const std::vector<BadValue>& cases, int line_shift = 0) {
   for (const BadValue& bad : cases) {
     const Edited file = edited(shipped, bad.change);
     const std::string text = refusal(load, file.path);
-    const std::string where = file.path.string() + ":" + std::to_string(file.line) + ": " + bad.key + ": ";
+    const std::string where = file.path.string() + ":" + std::to_string(file.line + line_shift) + ": " + bad.key + ": ";
     const bool complete = text.rfind(where, 0) == 0 && text.find(bad.reason) != std::string::npos &&
                           text.find(bad.remedy) != std::string::npos;
     const std::string message = "want " + where + bad.reason + ", " + bad.remedy + " but got " + text;
@@ -247,27 +248,88 @@ void test_bad_scenarios_are_refused_with_line_key_reason_and_remedy() {
           {{"kind", "kind = \"speed_step\"", "kind = \"speed_jump\""}, "kind", "not known", "\"speed_step\""},
           {{"kind", "duration_s = 23.5", "duration_s = 3.0"},
            "duration_s",
-           "nothing to analyse",
-           "more than rest_s + settle_s = 3.5"},
+           "leaves less than 0.1 s to analyse",
+           "at least rest_s + settle_s + 0.1 = 3.6"},
+          {{"kind", "duration_s = 23.5", "duration_s = 3.55"}, "duration_s", "less than 0.1 s", "= 3.6"},
           {{"kind", "duration_s = 23.5", "duration_s = nan"}, "duration_s", "is nan", "finite"},
           {{"kind", "axes = [\"azimuth\", \"pitch\"]", "axes = [\"roll\"]"}, "axes", "something else", "\"azimuth\""},
           {{"kind", "axes = [\"azimuth\", \"pitch\"]", "axes = []"},
            "axes",
            "is not a list with elements",
            "at least one"},
+          {{"kind", "axes = [\"azimuth\", \"pitch\"]", "axes = [\"pitch\", \"pitch\"]"},
+           "axes",
+           "\"pitch\" twice",
+           "at least one"},
+          {{"kind", "speeds_deg_s = [0.1,", "speeds_deg_s = [0.0,"}, "speeds_deg_s", "0 is no step", "0.0001 deg/s"},
+          {{"kind", "speeds_deg_s = [0.1,", "speeds_deg_s = [-0.00005,"}, "speeds_deg_s", "no step", "backwards"},
+          {{"kind", "speeds_deg_s = [0.1,", "speeds_deg_s = [2,"}, "speeds_deg_s", "holds 2 twice", "once"},
+          {{"kind", "speeds_deg_s = [0.1,", "speeds_deg_s = [1001,"}, "speeds_deg_s", "out of range", "to 1000 deg/s"},
+          {{"kind", "initial_pitch_deg = 0.0", "initial_pitch_deg = 200"}, "initial_pitch_deg", "out of range", "180"},
           {{"kind", "speeds_deg_s = [0.1,", "speeds_deg_s = [inf,"}, "speeds_deg_s", "is inf", "finite"},
           {{"kind", "speeds_deg_s = [0.1,", "frequency_hz = 1.0 #"}, "frequency_hz", "not a known key", ""},
       });
   check_refusals(
       "scenarios/tracking.toml", [](const auto& path) { load_scenario(path); },
       {
-          {{"[camera]", "delay_ms = 20.0", "delay_ms = 900.0"}, "camera.delay_ms", "longer than 10 frames", "shorter"},
+          {{"[camera]", "delay_ms = 20.0", "delay_ms = 150.0"}, "camera.delay_ms", "out of range", "0 to 127 ms"},
+          {{"[camera]", "frame_rate_hz = 50.0", "frame_rate_hz = 1.0"}, "camera.frame_rate_hz", "range", "from 2"},
+          {{"kind", "settle_s = 5.0", "rest_s = 1.0\nsettle_s = 5.0"}, "rest_s", "no meaning in tracking", "remove it"},
+          {{"kind", "settle_s = 5.0", "initial_pitch_deg = 3\nsettle_s = 5.0"},
+           "initial_pitch_deg",
+           "no meaning in tracking",
+           "fly_by.start_position_m"},
           {{"[fly_by]", "velocity_m_s = [-20.0, 0.0, 0.0]", "velocity_m_s = [-20.0, 0.0]"},
            "fly_by.velocity_m_s",
            "has 2 elements",
            "3 numbers"},
           {{"[camera]", "width_px = 1920", "width_px = 1920.5"}, "camera.width_px", "is a number", "integer"},
       });
+}
+
+void test_disturbances_and_sines_without_sense_are_refused() {
+  const auto load = [](const auto& path) { load_scenario(path); };
+  check_refusals("scenarios/step_disturbed.toml", load,
+                 {{{"kind", "disturbance_frequency_hz = 2.0", ""},
+                   "disturbance_amplitude_deg_s",
+                   "disturbs nothing alone",
+                   "together"}},
+                 -1);
+  check_refusals("scenarios/step_disturbed.toml", load,
+                 {{{"kind", "disturbance_frequency_hz = 2.0", "disturbance_frequency_hz = 501"},
+                   "disturbance_frequency_hz",
+                   "501 is out of range",
+                   "to 200 Hz"},
+                  {{"kind", "disturbance_amplitude_deg_s = 0.02", "disturbance_amplitude_deg_s = -0.02"},
+                   "disturbance_amplitude_deg_s",
+                   "out of range",
+                   "from 0"}});
+  check_refusals("scenarios/sine.toml", load,
+                 {{{"kind", "speeds_deg_s = [1.0]", "speeds_deg_s = [-1.0]"}, "speeds_deg_s", "out of range", "0.0001"},
+                  {{"kind", "frequency_hz = 0.1", "frequency_hz = 0"}, "frequency_hz", "out of range", "0.001"}});
+}
+
+void test_a_camera_may_be_as_late_as_the_firmware_remembers_and_ten_frames() {
+  const auto scenario_with = [](const char *camera) {
+    return edited("scenarios/tracking.toml", {"[camera]", "frame_rate_hz = 50.0\ndelay_ms = 20.0", camera}).path;
+  };
+  CHECK_NEAR("delay in s", 0.127, load_scenario(scenario_with("frame_rate_hz = 50\ndelay_ms = 127")).camera.delay_s,
+             1e-12);
+  const std::string text =
+      refusal([](const auto& path) { load_scenario(path); }, scenario_with("frame_rate_hz = 100\ndelay_ms = 101"));
+  TEST_ASSERT_TRUE_MESSAGE(text.find("longer than 10 frames, give at most 100") != std::string::npos, text.c_str());
+}
+
+void test_converters_must_show_what_they_convert() {
+  check_refusals("plants/tracker.toml", [](const auto& path) { load_plant(path); },
+                 {{{"[adc]", "current_full_scale_a = 25.0", "current_full_scale_a = 10.0"},
+                   "adc.current_full_scale_a",
+                   "cannot show the current of azimuth",
+                   "current_limit_a = 16"},
+                  {{"[adc]", "voltage_full_scale_v = 66.0", "voltage_full_scale_v = 40.0"},
+                   "adc.voltage_full_scale_v",
+                   "cannot show the supply",
+                   "voltage_v = 48"}});
 }
 
 void test_unreadable_and_malformed_files_are_refused() {
@@ -310,6 +372,9 @@ int main() {
   RUN_TEST(test_missing_keys_and_tables_are_named);
   RUN_TEST(test_a_swing_inertia_of_pitch_is_refused);
   RUN_TEST(test_bad_scenarios_are_refused_with_line_key_reason_and_remedy);
+  RUN_TEST(test_disturbances_and_sines_without_sense_are_refused);
+  RUN_TEST(test_a_camera_may_be_as_late_as_the_firmware_remembers_and_ten_frames);
+  RUN_TEST(test_converters_must_show_what_they_convert);
   RUN_TEST(test_unreadable_and_malformed_files_are_refused);
   RUN_TEST(test_the_reference_pages_name_every_shipped_key);
   return UNITY_END();

@@ -1,4 +1,5 @@
 // Random parts of the machine: independent seeded streams, exact spectra, reproducible runs.
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -43,6 +44,82 @@ void test_normal_deviates_have_unit_variance_and_normal_tails() {
   }
   CHECK_NEAR("variance", 1.0, square / draws, 0.006);
   CHECK_NEAR("kurtosis", 3.0, fourth / draws, 0.05);
+}
+
+// The exact law of the sum of eight fair bytes, by convolution; index: the sum.
+std::vector<double> law_of_eight_bytes() {
+  std::vector<double> law{1.0};
+  for (int byte = 0; byte < 8; ++byte) {
+    std::vector<double> sum(law.size() + 255, 0.0);
+    for (std::size_t i = 0; i < law.size(); ++i) {
+      for (std::size_t value = 0; value < 256; ++value) {
+        sum[i + value] += law[i] / 256.0;
+      }
+    }
+    law = sum;
+  }
+  return law;
+}
+
+// Share of the law beyond `bound` deviations, both sides.
+double tail_of_eight_bytes(double bound) {
+  const double deviation = std::sqrt(8.0 * (256.0 * 256.0 - 1.0) / 12.0);
+  const std::vector<double> law = law_of_eight_bytes();
+  double tail = 0.0;
+  for (std::size_t sum = 0; sum < law.size(); ++sum) {
+    tail += std::abs((static_cast<double>(sum) - 1020.0) / deviation) > bound ? law[sum] : 0.0;
+  }
+  return tail;
+}
+
+// Drawn against the exact law of eight bytes, and that against the normal law.
+void test_nearly_normal_deviates_are_what_they_say() {
+  RandomStream stream(7, "test");
+  const int draws = 2000000;
+  double sum = 0.0;
+  double square = 0.0;
+  double fourth = 0.0;
+  double largest = 0.0;
+  const std::vector<double> bounds{0.5, 1.0, 2.0, 3.0, 4.0};
+  std::vector<double> beyond(bounds.size(), 0.0);
+  for (int i = 0; i < draws; ++i) {
+    const double x = stream.nearly_normal();
+    sum += x;
+    square += x * x;
+    fourth += x * x * x * x;
+    largest = std::max(largest, std::abs(x));
+    for (std::size_t b = 0; b < bounds.size(); ++b) {
+      beyond[b] += std::abs(x) > bounds[b] ? 1.0 / draws : 0.0;
+    }
+  }
+  const double error = 4.0 / std::sqrt(static_cast<double>(draws));  // four standard errors of a unit variance
+  CHECK_NEAR("mean", 0.0, sum / draws, error);
+  CHECK_NEAR("variance", 1.0, square / draws, 1.4 * error);
+  CHECK_NEAR("kurtosis", 2.85, fourth / draws, 10.0 * error);
+  CHECK_AT_MOST("largest", 4.9, largest);
+  for (std::size_t b = 0; b < bounds.size(); ++b) {
+    const double exact = tail_of_eight_bytes(bounds[b]);
+    const double normal = std::erfc(bounds[b] / std::sqrt(2.0));
+    LOG_VALUE("share beyond, against the normal law's", exact / normal);
+    CHECK_NEAR("share beyond, drawn", exact, beyond[b], error * std::sqrt(exact));
+    CHECK_NEAR("share beyond, against the normal law", normal, exact, 0.008);
+  }
+  CHECK_NEAR("beyond three deviations, of the normal law's share", 0.6,
+             tail_of_eight_bytes(3.0) / std::erfc(3.0 / std::sqrt(2.0)), 0.02);
+}
+
+// One draw tells nothing of the next.
+void test_nearly_normal_deviates_follow_each_other_freely() {
+  RandomStream stream(11, "test");
+  const int draws = 1000000;
+  double product = 0.0;
+  double last = stream.nearly_normal();
+  for (int i = 0; i < draws; ++i) {
+    const double next = stream.nearly_normal();
+    product += last * next / draws;
+    last = next;
+  }
+  CHECK_NEAR("correlation with the next", 0.0, product, 4e-3);
 }
 
 // Mean over many seeds of x(t)^2 and x(t) x(t + lag).
@@ -149,6 +226,8 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_streams_of_other_names_indices_and_seeds_are_uncorrelated);
   RUN_TEST(test_normal_deviates_have_unit_variance_and_normal_tails);
+  RUN_TEST(test_nearly_normal_deviates_are_what_they_say);
+  RUN_TEST(test_nearly_normal_deviates_follow_each_other_freely);
   RUN_TEST(test_gusts_have_their_rms_and_correlation_from_the_first_moment);
   RUN_TEST(test_sway_rings_at_its_resonance);
   RUN_TEST(test_equal_seeds_give_equal_runs_bit_by_bit);

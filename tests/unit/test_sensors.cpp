@@ -84,6 +84,70 @@ void test_encoder_jitter_has_its_rms() {
   CHECK_RELATIVE("rms in rad", 1e-6, std::sqrt(square), 0.02);
 }
 
+// Mean and variance of the sampled angle's error, the joint at rest [rad, rad2].
+struct Spread {
+  double mean;
+  double variance;
+};
+
+Spread spread_of(const EncoderConfig& config, double angle_rad, int samples) {
+  Encoder encoder = encoder_of(config);
+  encoder.place(angle_rad);
+  Spread spread{0.0, 0.0};
+  double square = 0.0;
+  for (int i = 0; i < samples; ++i) {
+    const double error = std::remainder(encoder.sample() * (2.0 * kPi / 4294967296.0) - angle_rad, 2.0 * kPi);
+    spread.mean += error / samples;
+    square += error * error / samples;
+  }
+  spread.variance = square - spread.mean * spread.mean;
+  return spread;
+}
+
+void test_encoder_reads_per_tick_divide_the_variance_and_add_no_bias() {
+  EncoderConfig config;
+  config.resolution_bits = 32;
+  config.jitter_rms_rad = 1e-6;
+  const int samples = 100000;
+  for (const int reads : {1, 2, 4, 8, 20}) {
+    config.reads_per_tick = reads;
+    for (const double angle_rad : {1.0, 0.0, -1e-7}) {  // also across the end of the turn
+      const Spread spread = spread_of(config, angle_rad, samples);
+      CHECK_RELATIVE("variance in rad2", 1e-12 / reads, spread.variance, 0.03);
+      // Four standard errors, and a step of the 2^-32 turn that the division cuts off.
+      CHECK_NEAR("bias in rad", 0.0, spread.mean, 4e-6 / std::sqrt(static_cast<double>(reads) * samples) + 1.5e-9);
+    }
+  }
+}
+
+void test_averaged_readings_resolve_more_than_a_count_where_jitter_dithers() {
+  EncoderConfig config;
+  config.resolution_bits = 20;
+  const double count_rad = 2.0 * kPi / 1048576.0;
+  config.jitter_rms_rad = count_rad;
+  config.reads_per_tick = 16;
+  const int samples = 100000;
+  // Jitter of one count makes the rounding a second, independent noise of a twelfth count squared.
+  const double variance = (1.0 + 1.0 / 12.0) * count_rad * count_rad / 16;
+  for (const double fraction : {0.0, 0.3, 0.5}) {
+    const Spread spread = spread_of(config, fraction * count_rad, samples);
+    CHECK_RELATIVE("variance in rad2", variance, spread.variance, 0.03);
+    CHECK_NEAR("bias in counts", 0.0, spread.mean / count_rad, 4.0 * std::sqrt(variance / samples) / count_rad);
+  }
+}
+
+void test_averaging_delays_a_moving_angle_by_half_the_readings() {
+  EncoderConfig config;
+  config.resolution_bits = 32;
+  config.reads_per_tick = 4;
+  Encoder encoder = encoder_of(config);
+  for (int step = 1; step <= 400; ++step) {
+    encoder.advance(3.0 * step * kPwmPeriod_s);
+  }
+  const double read = encoder.sample() * (2.0 * kPi / 4294967296.0);
+  CHECK_NEAR("angle in rad at 3 rad/s", 3.0 * (400.0 - 1.5) * kPwmPeriod_s, read, 3e-9);
+}
+
 Gyro gyro_of(const GyroConfig& config) { return Gyro(config, kPwmPeriod_s, kTick_s, 1, 0); }
 
 void test_gyro_noise_density_is_the_one_of_the_data_sheet() {
@@ -196,6 +260,9 @@ int main() {
   RUN_TEST(test_encoder_eccentricity_is_one_sine_per_turn);
   RUN_TEST(test_encoder_reads_the_angle_of_a_latency_ago);
   RUN_TEST(test_encoder_jitter_has_its_rms);
+  RUN_TEST(test_encoder_reads_per_tick_divide_the_variance_and_add_no_bias);
+  RUN_TEST(test_averaged_readings_resolve_more_than_a_count_where_jitter_dithers);
+  RUN_TEST(test_averaging_delays_a_moving_angle_by_half_the_readings);
   RUN_TEST(test_gyro_noise_density_is_the_one_of_the_data_sheet);
   RUN_TEST(test_gyro_noise_stays_below_white_at_its_sampling_rate);
   RUN_TEST(test_gyro_bandwidth_is_minus_3_db_in_both_orders);
