@@ -151,50 +151,56 @@ double Tracker::gravity_nm(std::size_t axis, const std::array<double, kAxes>& tr
          gravity_torque_.slope_nm_rad(row, kPitch) * travel_rad[kPitch];
 }
 
+// Angles and rates in the middle of the step, extrapolated from the last one: second order, explicit, and used only for
+// what changes slowly (coupling, gravity, cable, back-EMF).
+Tracker::Step Tracker::predicted_step() const {
+  Step step;
+  const double start = step_in_tick_ * kPwmShare;
+  step.middle = start + 0.5 * kPwmShare;
+  step.end = start + kPwmShare;
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    const Joint& joint = axis_[i].joint;
+    step.rate_rad_s[i] = joint.predicted_rate_rad_s();
+    step.travel_rad[i] = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s() - shape_angle_rad_[i];
+  }
+  const double azimuth_rate = step.rate_rad_s[kAzimuth] + axis_[kAzimuth].base.rate_rad_s(step.middle);
+  const double inertia_slope = inertia_slope_kg_m2_rad_ + step.travel_rad[kPitch] * inertia_curve_kg_m2_rad2_;
+  step.inertia_kg_m2 = {azimuth_inertia_kg_m2(step.travel_rad[kPitch]), pitch_inertia_kg_m2_};
+  step.drag_nm_s_rad = {inertia_slope * step.rate_rad_s[kPitch], 0.0};
+  step.coupling_nm = {0.0, -0.5 * inertia_slope * azimuth_rate * azimuth_rate};
+  return step;
+}
+
+void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
+  Axis& axis = axis_[i];
+  duty_[i] = realised_duty(duty, pwm_counts_, pwm_count_);
+  const double angle_rad = shape_angle_rad_[i] + step.travel_rad[i];
+  axis.motor_nm = axis.motor.step(duty_[i] * bus_v_, step.rate_rad_s[i], angle_rad, bus_v_);
+  const double load_nm =
+      axis.load.torque_nm(step.middle, angle_rad) + gravity_nm(i, step.travel_rad) + step.coupling_nm[i];
+  const double base_rate_end = axis.base.rate_rad_s(step.end);
+  const double drag_nm_s_rad = step.drag_nm_s_rad[i];
+  const double base_drag_nm = drag_nm_s_rad * 0.5 * (axis.base_rate_rad_s + base_rate_end);
+  const double base_push_nm = step.inertia_kg_m2[i] * (base_rate_end - axis.base_rate_rad_s) * (1.0 / kPwmPeriod_s);
+  axis.joint.step(step.inertia_kg_m2[i], axis.motor_nm - load_nm - base_drag_nm - base_push_nm, drag_nm_s_rad);
+  axis.load_nm = load_nm + axis.joint.stop_torque_nm() + base_drag_nm + drag_nm_s_rad * axis.joint.mean_rate_rad_s();
+  axis.base_rate_rad_s = base_rate_end;
+  axis.encoder.advance(axis.joint.angle_rad());
+  axis.gyro.advance(axis.joint.rate_rad_s() + base_rate_end);
+}
+
 void Tracker::step_pwm(const std::array<double, kAxes>& duty) {
   if (step_in_tick_ == 0) {
     begin_tick();
   }
-  const double start = step_in_tick_ * kPwmShare;
-  const double middle = start + 0.5 * kPwmShare;
-  const double end = start + kPwmShare;
-
-  // Angles and rates in the middle of the step, extrapolated from the last one: second order, explicit, and used only
-  // for what changes slowly (coupling, gravity, cable, back-EMF).
-  std::array<double, kAxes> rate_rad_s{};
-  std::array<double, kAxes> travel_rad{};  // since the shapes were renewed
+  const Step step = predicted_step();
   for (std::size_t i = 0; i < kAxes; ++i) {
-    const Joint& joint = axis_[i].joint;
-    rate_rad_s[i] = joint.predicted_rate_rad_s();
-    travel_rad[i] = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s() - shape_angle_rad_[i];
+    step_axis(i, duty[i], step);
   }
-  const double azimuth_rate = rate_rad_s[kAzimuth] + axis_[kAzimuth].base.rate_rad_s(middle);
-  const double inertia_slope = inertia_slope_kg_m2_rad_ + travel_rad[kPitch] * inertia_curve_kg_m2_rad2_;
-  const std::array<double, kAxes> inertia_kg_m2{azimuth_inertia_kg_m2(travel_rad[kPitch]), pitch_inertia_kg_m2_};
-  const std::array<double, kAxes> drag_nm_s_rad{inertia_slope * rate_rad_s[kPitch], 0.0};  // d(J w) = J dw + dJ w
-  const std::array<double, kAxes> coupling_nm{0.0, -0.5 * inertia_slope * azimuth_rate * azimuth_rate};
-
-  for (std::size_t i = 0; i < kAxes; ++i) {
-    Axis& axis = axis_[i];
-    duty_[i] = realised_duty(duty[i], pwm_counts_, pwm_count_);
-    const double angle_rad = shape_angle_rad_[i] + travel_rad[i];
-    axis.motor_nm = axis.motor.step(duty_[i] * bus_v_, rate_rad_s[i], angle_rad, bus_v_);
-    const double load_nm = axis.load.torque_nm(middle, angle_rad) + gravity_nm(i, travel_rad) + coupling_nm[i];
-    const double base_rate_end = axis.base.rate_rad_s(end);
-    const double base_drag_nm = drag_nm_s_rad[i] * 0.5 * (axis.base_rate_rad_s + base_rate_end);
-    const double base_push_nm = inertia_kg_m2[i] * (base_rate_end - axis.base_rate_rad_s) * (1.0 / kPwmPeriod_s);
-    axis.joint.step(inertia_kg_m2[i], axis.motor_nm - load_nm - base_drag_nm - base_push_nm, drag_nm_s_rad[i]);
-    axis.load_nm =
-        load_nm + axis.joint.stop_torque_nm() + base_drag_nm + drag_nm_s_rad[i] * axis.joint.mean_rate_rad_s();
-    axis.base_rate_rad_s = base_rate_end;
-    axis.encoder.advance(axis.joint.angle_rad());
-    axis.gyro.advance(axis.joint.rate_rad_s() + base_rate_end);
-  }
-
   settle_bus();
   ++steps_;
   step_in_tick_ = step_in_tick_ + 1 == kPwmPerTick ? 0 : step_in_tick_ + 1;
-  tick_fraction_ = end;
+  tick_fraction_ = step.end;
 }
 
 }  // namespace trackservo::sim

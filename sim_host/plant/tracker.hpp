@@ -69,7 +69,20 @@ class Tracker {
     double base_rate_rad_s = 0;  // at its end
   };
 
+  // A PWM period: its instants as fractions of the tick, and what holds in its middle.
+  struct Step {
+    double middle;
+    double end;
+    std::array<double, kAxes> rate_rad_s;
+    std::array<double, kAxes> travel_rad;  // since the shapes were renewed
+    std::array<double, kAxes> inertia_kg_m2;
+    std::array<double, kAxes> drag_nm_s_rad;  // d(J w) = J dw + dJ w
+    std::array<double, kAxes> coupling_nm;
+  };
+
   void begin_tick();
+  Step predicted_step() const;
+  void step_axis(std::size_t i, double duty, const Step& step);
   bool has_left_the_shapes() const;
   void renew_shapes();
   void settle_bus();
