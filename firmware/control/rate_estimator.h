@@ -3,7 +3,12 @@
  *     rate = sum_i w_i (angle_i - angle_newest) / dt,   w_i the end-point slope weights of N equidistant samples
  *
  * A finite window has a known delay of (N-1)/2 ticks and no transient of its own; quantisation noise falls with
- * N^1.5. N = 2 is the plain difference, right for encoders of 24 bits and more; take N = 8 at 20 bits. */
+ * N^1.5. N = 2 is the plain difference, right for encoders of 24 bits and more.
+ *
+ * A longer window is not the cure for a coarse encoder: its delay takes the phase margin of a fast loop, most of all of one
+ * with a disturbance observer, and the loop shakes. With an encoder of 22 bits or less close the loop on the gyro
+ * (RATE_FROM_GYRO); where there is none, lower the bandwidths together with lengthening the window. The simulator
+ * refuses a plant file whose window does not go with its bandwidths, and says which bandwidth would. */
 #ifndef TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
 #define TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
 

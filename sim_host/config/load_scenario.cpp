@@ -26,7 +26,8 @@ Keys<ScenarioConfig> scenario_keys() {
       words("title", &Config::title, "one line for the report"),
       choice("kind", {"speed_sine", "speed_step", "tracking"}, &Config::kind, "what the reference is"),
       number("duration_s", unit::kSecond, {0.01, 3600}, &Config::duration_s, "length of a run"),
-      number("rest_s", unit::kSecond, {0, 3600}, &Config::rest_s, "reference at rest until then").or_else(0),
+      number("rest_s", unit::kSecond, {0, 3600}, &Config::rest_s, "reference at rest until then; not in tracking")
+          .or_else(0),
       number("settle_s", unit::kSecond, {0, 3600}, &Config::settle_s, "from there to the start of the analysis")
           .or_else(0),
   };
@@ -76,9 +77,11 @@ Keys<FlyByConfig> fly_by_keys() {
       number("velocity_m_s", unit::kMetrePerSecond, {-500, 500}, &Config::velocity_m_s, "of the straight course"),
       number("weave_lateral_m", unit::kMetre, {0, 1e3}, &Config::weave_lateral_m, "amplitude across the course")
           .or_else(0),
-      number("weave_lateral_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_lateral_period_s, "").or_else(20),
+      number("weave_lateral_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_lateral_period_s, "of that")
+          .or_else(20),
       number("weave_vertical_m", unit::kMetre, {0, 1e3}, &Config::weave_vertical_m, "amplitude up and down").or_else(0),
-      number("weave_vertical_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_vertical_period_s, "").or_else(20),
+      number("weave_vertical_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_vertical_period_s, "of that")
+          .or_else(20),
   };
 }
 
