@@ -65,22 +65,27 @@ TomlReader::TomlReader(const std::filesystem::path& path) : file_(path.string())
     throw ConfigError(
         fmt::format("{}:{}: syntax: {}, see https://toml.io", file_, error.source().begin.line, error.description()));
   }
-  note_lines(root_, "");
+  note_lines();
 }
 
 // Elements of arrays of tables are named as children() names them.
-void TomlReader::note_lines(const toml::table& table, const std::string& path) {
-  const auto line_of = [](const toml::node& node) { return std::max(static_cast<int>(node.source().begin.line), 1); };
-  for (const auto& [key, node] : table) {
-    const std::string name = joined(path, std::string(key.str()));
-    lines_.add(name, line_of(node));
-    if (const toml::table *child = node.as_table()) {
-      note_lines(*child, name);
-    } else if (const toml::array *array = node.as_array(); array != nullptr && array->is_array_of_tables()) {
-      for (std::size_t i = 0; i < array->size(); ++i) {
-        const std::string element = fmt::format("{}[{}]", name, i);
-        lines_.add(element, line_of((*array)[i]));
-        note_lines(*(*array)[i].as_table(), element);
+void TomlReader::note_lines() {
+  std::vector<TomlTable> waiting{root()};
+  const auto note = [&](const toml::node& node, const std::string& name) {
+    lines_.add(name, std::max(static_cast<int>(node.source().begin.line), 1));
+    if (const toml::table *table = node.as_table()) {
+      waiting.push_back({table, name});
+    }
+  };
+  while (!waiting.empty()) {
+    const TomlTable table = waiting.back();
+    waiting.pop_back();
+    for (const auto& [key, node] : *table.table) {
+      const std::string name = joined(table.path, std::string(key.str()));
+      note(node, name);
+      const toml::array *array = node.as_array();
+      for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+        note((*array)[i], fmt::format("{}[{}]", name, i));
       }
     }
   }

@@ -73,7 +73,7 @@ class TomlReader {
   int checked_choice(const TomlTable& table, const KeyText& key, const toml::node& node) const;
   std::vector<double> checked_list(const TomlTable& table, const KeyText& key, const toml::node& node) const;
 
-  void note_lines(const toml::table& table, const std::string& path);
+  void note_lines();
 
   std::string file_;
   toml::table root_;

@@ -30,9 +30,9 @@ bool is_good(const PlantConfig& plant, int axis, const speed_loop_params& loop) 
 // The largest share, in steps of a twentieth, at which `loop_at(share)` is good.
 template <class LoopAt>
 std::optional<double> good_share(const PlantConfig& plant, int axis, LoopAt loop_at) {
-  constexpr double kStep = 0.95;
-  constexpr double kLeast = 0.01;
-  for (double share = kStep; share > kLeast; share *= kStep) {
+  constexpr int kSteps = 90;  // down to a hundredth
+  for (int step = 1; step <= kSteps; ++step) {
+    const double share = std::pow(0.95, step);
     if (is_good(plant, axis, loop_at(share))) {
       return share;
     }
