@@ -257,14 +257,15 @@ Keys<DesignConfig> design_keys() {
              &Config::speed_loop_natural_frequency_rad_s, "natural frequency of the PI loop on the bare inertia")
           .or_absent(),
       number("speed_loop_damping", unit::kNone, {0.1, 10}, &Config::speed_loop_damping, "of the PI loop"),
-      number("observer_bandwidth_hz", unit::kHertz, {0.01, 500}, &Config::observer_bandwidth_hz,
+      number("observer_bandwidth_hz", unit::kHertz, {0.01, 159}, &Config::observer_bandwidth_hz,
              "of the disturbance observer's Q filter"),
       choice("feedback", {"fused", "gyro", "encoder"}, &Config::feedback, "what the speed loop is closed on"),
-      number("fusion_crossover_hz", unit::kHertz, {0.01, 400}, &Config::fusion_crossover_hz,
+      number("fusion_crossover_hz", unit::kHertz, {0.01, 318}, &Config::fusion_crossover_hz,
              "below it the one, above it the other rate is trusted"),
-      number("rate_window_ticks", unit::kNone, {2, 16}, &Config::rate_window_ticks, "of the encoder's rate estimate"),
+      number("rate_window_ticks", unit::kNone, {2, 16}, &Config::rate_window_ticks,
+             "of the encoder's rate estimate; 2 has the least delay, more take phase margin"),
       number("setpoint_weight", unit::kNone, {0, 1}, &Config::setpoint_weight, "of the proportional part"),
-      number("current_loop_bandwidth_hz", unit::kHertz, {10, 5e3}, &Config::current_loop_bandwidth_hz,
+      number("current_loop_bandwidth_hz", unit::kHertz, {10, 2500}, &Config::current_loop_bandwidth_hz,
              "closed-loop bandwidth"),
   };
 }

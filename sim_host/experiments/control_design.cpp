@@ -129,7 +129,7 @@ servo_axis_params design_axis(const PlantConfig& plant, int axis, const Controll
       to_float(2.0 * kPi * plant.design[static_cast<std::size_t>(axis)].current_loop_bandwidth_hz), SERVO_PWM_PERIOD_S);
   if (status != CONTROL_OK) {
     throw plant.lines.error(fmt::format("design.{}.current_loop_bandwidth_hz", axis_name(axis)),
-                            "is not possible with this motor and a PWM of 20 kHz", "give between 0.4 and 2500 Hz");
+                            "is not possible with this motor and a PWM of 20 kHz", "give 10 to 2500");
   }
   return p;
 }
