@@ -5,8 +5,8 @@
  * A finite window has a known delay of (N-1)/2 ticks and no transient of its own; quantisation noise falls with
  * N^1.5. N = 2 is the plain difference, right for encoders of 24 bits and more.
  *
- * A longer window is not the cure for a coarse encoder: its delay takes the phase margin of a fast loop, most of all of one
- * with a disturbance observer, and the loop shakes. With an encoder of 22 bits or less close the loop on the gyro
+ * A longer window is not the cure for a coarse encoder: its delay takes the phase margin of a fast loop, most of all of
+ * one with a disturbance observer, and the loop shakes. With an encoder of 22 bits or less close the loop on the gyro
  * (RATE_FROM_GYRO); where there is none, lower the bandwidths together with lengthening the window. The simulator
  * refuses a plant file whose window does not go with its bandwidths, and says which bandwidth would. */
 #ifndef TRACKSERVO_CONTROL_RATE_ESTIMATOR_H

@@ -45,7 +45,7 @@ double rms_rate_error_rad_s(const Trace& trace, int axis, Window window) {
 double time_to_90_percent_s(const Trace& trace, int axis, Window window, double step_rad_s) {
   double reached_s = window.end_s;
   const int rows = for_window(trace, axis, window, [&](double time_s, const AxisRow& row) {
-    if (row.rate_rad_s / step_rad_s >= 0.9) {
+    if (row.rate_rad_s >= 0.9 * step_rad_s) {
       reached_s = std::min(reached_s, time_s);
     }
   });
@@ -53,11 +53,10 @@ double time_to_90_percent_s(const Trace& trace, int axis, Window window, double 
 }
 
 double overshoot_fraction(const Trace& trace, int axis, Window window, double step_rad_s) {
-  double furthest = 1.0;  // in steps
-  const int rows = for_window(trace, axis, window, [&](double, const AxisRow& row) {
-    furthest = std::max(furthest, row.rate_rad_s / step_rad_s);
-  });
-  return or_no_value(rows, furthest - 1.0);
+  double highest = step_rad_s;
+  const int rows =
+      for_window(trace, axis, window, [&](double, const AxisRow& row) { highest = std::max(highest, row.rate_rad_s); });
+  return or_no_value(rows, highest / step_rad_s - 1.0);
 }
 
 double tracking_sigma_rad(const Trace& trace, int axis, Window window) {

@@ -20,11 +20,11 @@ double peak_rate_error_rad_s(const Trace& trace, int axis, Window window);
 // Root mean square of (true rate - reference) [rad/s].
 double rms_rate_error_rad_s(const Trace& trace, int axis, Window window);
 
-// Time from window.begin_s until the true rate first reaches 90 % of `step_rad_s` (not 0) [s]; the whole window's length
+// Time from window.begin_s until the true rate first reaches 90 % of `step_rad_s` (> 0) [s]; the whole window's length
 // when it never does.
 double time_to_90_percent_s(const Trace& trace, int axis, Window window, double step_rad_s);
 
-// How far the true rate exceeds `step_rad_s` (not 0) in its direction, as a fraction of it; 0 when it never does.
+// How far the true rate exceeds `step_rad_s` (> 0), as a fraction of it; 0 when it never does.
 double overshoot_fraction(const Trace& trace, int axis, Window window, double step_rad_s);
 
 // Standard deviation of the line-of-sight error [rad].

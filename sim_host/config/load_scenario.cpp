@@ -20,9 +20,7 @@ constexpr double kLongestDelay_ms = (TARGET_TRACKER_HISTORY - 1) * kTick_s * 1e3
 Keys<ScenarioConfig> scenario_keys() {
   using Config = ScenarioConfig;
   return {
-      words("name", &Config::name,
-            "of the experiment; `low_speed_start` is judged by its start, `step_disturbed` by its overshoot, others by "
-            "their error"),
+      words("name", &Config::name, "of the experiment"),
       words("title", &Config::title, "one line for the report"),
       choice("kind", {"speed_sine", "speed_step", "tracking"}, &Config::kind, "what the reference is"),
       number("duration_s", unit::kSecond, {0.01, 3600}, &Config::duration_s, "length of a run"),
