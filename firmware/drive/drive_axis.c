@@ -21,6 +21,7 @@ void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const 
   inputs->torque_nm = params->torque_constant_nm_a * samples->mean_current_a;
   inputs->torque_demand_nm = servo->commanded_nm;
   inputs->torque_limited = servo->signals.torque.limited;
+  inputs->implausible = servo->implausible;
 }
 
 static bool inputs_are_finite(const drive_axis_inputs *inputs) {
@@ -47,7 +48,7 @@ static void write_actual_values(const drive_axis *axis, drive_objects *objects, 
 
 /* The worst of what is wrong: samples, what the caller found, what the drive found. */
 static drive_fault fault_of(const drive_axis *axis, const drive_axis_inputs *inputs, uint16_t *code) {
-  if (!inputs_are_finite(inputs)) {
+  if (inputs->implausible || !inputs_are_finite(inputs)) {
     *code = DRIVE_ERROR_SENSOR;
     return DRIVE_FAULT_CUTS;
   }

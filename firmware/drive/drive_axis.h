@@ -29,6 +29,7 @@ typedef struct {
   float torque_nm;        /* what the motor gives */
   float torque_demand_nm; /* what the last tick commanded */
   bool torque_limited;
+  bool implausible;     /* the servo axis refused the last samples */
   bool ready;           /* self-test done */
   bool voltage_present; /* the bus voltage lets the motor run */
   bool warning;
@@ -56,7 +57,7 @@ void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
 
-/* One tick. Inputs that are not finite are a fault 7300 that cuts the torque. */
+/* One tick. Inputs that are implausible or not finite are a fault 7300 that cuts the torque. */
 servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                                    float dt_s);
 
