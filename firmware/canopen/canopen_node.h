@@ -75,9 +75,9 @@ void canopen_node_tick(canopen_node *node);
 /* Optional, between ticks and in the same thread: handles frames, so that answers need not wait for the tick. */
 void canopen_node_process(canopen_node *node);
 
-/* Errors of the application, see emergency.h. `info` is NULL or 5 bytes. */
-bool canopen_node_raise(canopen_node *node, uint16_t code, uint8_t register_bits, const uint8_t *info);
-bool canopen_node_clear(canopen_node *node, uint16_t code);
+/* Errors of the application, see emergency.h; its sources are not 0. */
+bool canopen_node_raise(canopen_node *node, const emergency_error *error);
+bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 
 /* From the CAN driver, in the tick's thread. */
 void canopen_node_bus_off_recovered(canopen_node *node);

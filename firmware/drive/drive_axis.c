@@ -60,16 +60,28 @@ static drive_fault fault_of(const drive_axis *axis, const drive_axis_inputs *inp
   return axis->following_failed ? DRIVE_FAULT_STOPS : DRIVE_NO_FAULT;
 }
 
-static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs) {
+static uint32_t distance_between(int32_t a, int32_t b) {
+  const int64_t difference = (int64_t)a - b;
+  return (uint32_t)(difference < 0 ? -difference : difference);
+}
+
+static bool stop_is_over(drive_axis *axis, const drive_objects *objects, float dt_s) {
+  const uint16_t longest_wait_ms = 200;
+  const bool stopping = axis->state.action == DRIVE_SLOW_DOWN || axis->state.action == DRIVE_QUICK_STOP;
+  const bool ended = stopping && profile_at_rest(&axis->motion.ramp);
+  const bool waited = dwell_timer_step(&axis->ramp_ended, ended, longest_wait_ms, dt_s);
+  return ended && (waited || distance_between(objects->velocity.actual, 0) <= objects->velocity.threshold);
+}
+
+static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
   uint16_t code;
   const drive_power_state before = axis->state.power;
-  const bool was_stopping = axis->state.action == DRIVE_SLOW_DOWN || axis->state.action == DRIVE_QUICK_STOP;
   const drive_state_inputs in = {
       .controlword = objects->state.controlword,
       .fault = fault_of(axis, inputs, &code),
       .ready = inputs->ready,
       .voltage_present = inputs->voltage_present,
-      .stopped = was_stopping && profile_at_rest(&axis->motion.ramp),
+      .stopped = stop_is_over(axis, objects, dt_s),
   };
   const drive_action action = drive_state_step(&axis->state, &objects->state.option, &in);
   if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE) {
@@ -78,11 +90,6 @@ static drive_action step_state(drive_axis *axis, drive_objects *objects, const d
     objects->state.error_code = 0;
   }
   return action;
-}
-
-static uint32_t distance_between(int32_t a, int32_t b) {
-  const int64_t difference = (int64_t)a - b;
-  return (uint32_t)(difference < 0 ? -difference : difference);
 }
 
 /* 60F4 and its window: the bit (window left for longer than 6066) and the fault. */
@@ -155,7 +162,7 @@ servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, con
   axis->position = drive_angle_unwrap(axis->position, inputs->joint_angle);
   write_actual_values(axis, objects, inputs);
   const drive_feedback feedback = feedback_of(axis, inputs);
-  const drive_action action = step_state(axis, objects, inputs);
+  const drive_action action = step_state(axis, objects, inputs, dt_s);
   const drive_setpoint setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
   objects->state.mode_display = axis->motion.mode;
   objects->position.demand = drive_position_from_angle(setpoint.position);

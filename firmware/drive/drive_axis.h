@@ -47,6 +47,7 @@ typedef struct {
   dwell_timer position_reached;
   dwell_timer velocity_reached;
   dwell_timer moving;
+  dwell_timer ramp_ended;
   bool following_failed; /* found in the last tick */
 } drive_axis;
 
@@ -57,7 +58,9 @@ void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
 
-/* One tick. Inputs that are implausible or not finite are a fault 7300 that cuts the torque. */
+/* One tick. A stop is over when its ramp has ended and the axis turns no faster than 606F, or 200 ms later: what still
+ * turns then is not held by waiting. Inputs that are implausible or not finite are a fault 7300 that cuts the torque.
+ */
 servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                                    float dt_s);
 

@@ -266,6 +266,12 @@ static float along_slope(float from_nm, float to_nm, const drive_torque_objects 
   return scalar_clamp(to_nm, from_nm - step_nm, from_nm + step_nm);
 }
 
+/* A torque is no speed: beyond 607F what would drive the axis on is taken back, all of it at 110 %. */
+static float held_below_limit(float torque_nm, float rate_rad_s, float limit_rad_s) {
+  const float ahead_rad_s = torque_nm < 0.0f ? -rate_rad_s : rate_rad_s;
+  return torque_nm * scalar_clamp((1.1f * limit_rad_s - ahead_rad_s) / (0.1f * limit_rad_s), 0.0f, 1.0f);
+}
+
 static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                                     float dt_s) {
   const drive_torque_objects *torque = &objects->torque;
@@ -284,7 +290,8 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
   motion->torque_nm = along_slope(motion->torque_nm, target_nm, torque, dt_s);
   motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
   drive_setpoint setpoint = setpoint_of(motion, feedback, 0.0f);
-  setpoint.command.torque_nm = motion->torque_nm;
+  setpoint.command.torque_nm = held_below_limit(motion->torque_nm, feedback->rate_rad_s, limits.rate_rad_s);
+  setpoint.limited = setpoint.command.torque_nm != motion->torque_nm;
   return setpoint;
 }
 

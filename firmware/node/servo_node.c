@@ -186,18 +186,21 @@ static drive_axis_inputs inputs_of(servo_node *node, int i) {
   return inputs;
 }
 
-/* EMCY when an axis' error code appears, and again when it has gone; the first byte tells the axis. */
+/* EMCY when an axis' error code appears, and again when it has gone: the axes are sources of their own, so that 1001
+ * tells of a fault as long as one of them is in it. */
 static void tell_fault(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   const uint16_t code = axis->objects.state.error_code;
   if (code == axis->told_error) {
     return;
   }
-  const uint8_t info[EMERGENCY_INFO] = {(uint8_t)i};
+  const uint8_t source = (uint8_t)(i + 1);
+  if (axis->told_error != 0) {
+    (void)canopen_node_clear(&node->canopen, source, axis->told_error);
+  }
   if (code != 0) {
-    (void)canopen_node_raise(&node->canopen, code, ERROR_MANUFACTURER, info); /* false: the bus knows already */
-  } else {
-    (void)canopen_node_clear(&node->canopen, axis->told_error);
+    const emergency_error error = {.code = code, .register_bits = ERROR_MANUFACTURER, .source = source};
+    (void)canopen_node_raise(&node->canopen, &error);
   }
   axis->told_error = code;
 }

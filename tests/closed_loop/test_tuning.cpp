@@ -154,7 +154,7 @@ void expect_bumpless(const char *name, double speed_band_deg_s, const Change& wr
 }
 
 // With gains as designed the speed stays within this of 1 deg/s, gusts included.
-constexpr double kBand_deg_s = 0.05;
+constexpr double kBand_deg_s = 0.02;
 
 // While the observer is off, PI alone meets the gusts.
 constexpr double kPiBand_deg_s = 0.1;

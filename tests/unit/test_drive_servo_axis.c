@@ -135,11 +135,30 @@ static void test_one_implausible_sample_is_a_fault_7300_and_stays_one(void) {
   CHECK_SAME("torque, Nm", 0.0, n.b.axis.commanded_nm);
 }
 
+static void test_a_quick_stop_takes_the_torque_away_from_an_axis_that_stands(void) {
+  node n = node_enabled(DRIVE_PROFILE_VELOCITY);
+  n.o.velocity.threshold = 500;
+  n.o.velocity.target = 200000;
+  node_ticks(&n, 1500);
+  n.o.state.controlword = 0x02;
+  double last_rad_s = n.b.rate_rad_s;
+  int count = 0;
+  while (n.b.command.mode != SERVO_OFF) {
+    last_rad_s = n.b.rate_rad_s;
+    node_tick(&n);
+    TEST_ASSERT_TRUE(++count < 2000);
+  }
+  LOG_VALUE("rate when the torque goes, mrad/s", 1e3 * last_rad_s);
+  LOG_VALUE("ticks to there", count);
+  CHECK_AT_MOST("rate, rad/s", 1e-3, fabs(last_rad_s));
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_pv_turns_the_axis_at_1_deg_s);
   RUN_TEST(test_pp_carries_the_axis_along_its_ramp);
   RUN_TEST(test_modes_change_on_the_moving_axis_without_a_step_of_the_torque);
   RUN_TEST(test_one_implausible_sample_is_a_fault_7300_and_stays_one);
+  RUN_TEST(test_a_quick_stop_takes_the_torque_away_from_an_axis_that_stands);
   return UNITY_END();
 }
