@@ -37,7 +37,7 @@ typedef struct {
   experiment_state state;
   stimulus_setup setup;
   experiment_limits limits;
-  stimulus stimulus;
+  stimulus_state stimulus;
   angle_turn32 last_angle;
   int64_t travel_turn32; /* from the start, unwrapped */
   uint32_t ticks;

@@ -83,12 +83,12 @@ float stimulus_duration_s(const stimulus_setup *setup) {
   }
 }
 
-void stimulus_start(stimulus *s, const stimulus_setup *setup, angle_turn32 angle) {
-  *s = (stimulus){.start_angle = angle,
-                  .direction = 1.0f,
-                  .speed_rad_s = setup->low_rad_s,
-                  .resting_s = REST_BEFORE_BREAKAWAY_S,
-                  .leg_useful = true};
+void stimulus_start(stimulus_state *s, const stimulus_setup *setup, angle_turn32 angle) {
+  *s = (stimulus_state){.start_angle = angle,
+                        .direction = 1.0f,
+                        .speed_rad_s = setup->low_rad_s,
+                        .resting_s = REST_BEFORE_BREAKAWAY_S,
+                        .leg_useful = true};
 }
 
 /* --- at a speed --- */
@@ -98,15 +98,15 @@ static float towards(float value, float target, float step) {
 }
 
 /* The rate of now, on its way to `target`, with the acceleration that leads to the next one. */
-static void command_rate(stimulus *s, const stimulus_setup *setup, float target_rad_s, servo_axis_command *command,
-                         float dt_s) {
+static void command_rate(stimulus_state *s, const stimulus_setup *setup, float target_rad_s,
+                         servo_axis_command *command, float dt_s) {
   const float next_rad_s = towards(s->rate_rad_s, target_rad_s, setup->acceleration_rad_s2 * dt_s);
   command->mode = SERVO_SPEED;
   command->speed = (speed_reference){s->rate_rad_s, (next_rad_s - s->rate_rad_s) / dt_s};
   s->rate_rad_s = next_rad_s;
 }
 
-static bool come_to_rest(stimulus *s, const stimulus_setup *setup, servo_axis_command *command, float dt_s) {
+static bool come_to_rest(stimulus_state *s, const stimulus_setup *setup, servo_axis_command *command, float dt_s) {
   if (s->rate_rad_s == 0.0f) {
     return false;
   }
@@ -115,22 +115,22 @@ static bool come_to_rest(stimulus *s, const stimulus_setup *setup, servo_axis_co
 }
 
 /* Whether the axis must turn round now to come to rest before the end of the travel in its direction. */
-static bool at_the_end(const stimulus *s, const stimulus_setup *setup, const stimulus_view *view, float dt_s) {
+static bool at_the_end(const stimulus_state *s, const stimulus_setup *setup, const stimulus_view *view, float dt_s) {
   const float room_rad = view->room_rad - s->direction * view->travel_rad;
   const float ahead_rad_s = scalar_max(s->direction * s->rate_rad_s, 0.0f);
   const float braking_rad = ahead_rad_s * (0.5f * ahead_rad_s / setup->acceleration_rad_s2 + dt_s);
   return room_rad <= braking_rad;
 }
 
-static void next_speed(stimulus *s, const stimulus_setup *setup) {
+static void next_speed(stimulus_state *s, const stimulus_setup *setup) {
   s->time_s[BACKWARD] = s->time_s[FORWARD] = 0.0f;
   s->speed_rad_s *= setup->speed_ratio;
   s->step++;
   s->ending = s->step >= setup->count;
 }
 
-static bool sweep_step(stimulus *s, const stimulus_setup *setup, const stimulus_view *view, servo_axis_command *command,
-                       float dt_s) {
+static bool sweep_step(stimulus_state *s, const stimulus_setup *setup, const stimulus_view *view,
+                       servo_axis_command *command, float dt_s) {
   if (s->ending) {
     return come_to_rest(s, setup, command, dt_s);
   }
@@ -156,7 +156,7 @@ static float sine_of_turns(float turns) {
                       : -scalar_sin(scalar_min(angle_rad - SCALAR_PI, SCALAR_PI));
 }
 
-static float chirp_nm(stimulus *s, const stimulus_setup *setup, float dt_s) {
+static float chirp_nm(stimulus_state *s, const stimulus_setup *setup, float dt_s) {
   const float share = s->time_s[FORWARD] / setup->dwell_s;
   const float fade = scalar_min(scalar_min(share, 1.0f - share) / CHIRP_FADE, 1.0f);
   s->phase_turns += (setup->low_hz + (setup->high_hz - setup->low_hz) * share) * dt_s;
@@ -164,7 +164,7 @@ static float chirp_nm(stimulus *s, const stimulus_setup *setup, float dt_s) {
   return fade * setup->amplitude_nm * sine_of_turns(s->phase_turns);
 }
 
-static bool chirp_step(stimulus *s, const stimulus_setup *setup, servo_axis_command *command, float dt_s) {
+static bool chirp_step(stimulus_state *s, const stimulus_setup *setup, servo_axis_command *command, float dt_s) {
   if (s->ending) {
     return come_to_rest(s, setup, command, dt_s);
   }
@@ -193,7 +193,7 @@ static float triangle(float turns) {
   return turns < 0.75f ? 2.0f - 4.0f * turns : 4.0f * turns - 4.0f;
 }
 
-static bool triangle_step(stimulus *s, const stimulus_setup *setup, servo_axis_command *command, float dt_s) {
+static bool triangle_step(stimulus_state *s, const stimulus_setup *setup, servo_axis_command *command, float dt_s) {
   if (s->step >= setup->count) {
     return false;
   }
@@ -225,7 +225,7 @@ static void count_breakaway(breakaway_statistics *statistics, float torque_nm) {
   statistics->square_sum_nm2 += deviation_nm * (torque_nm - statistics->mean_nm);
 }
 
-static bool breakaway_step(stimulus *s, const stimulus_setup *setup, const stimulus_view *view,
+static bool breakaway_step(stimulus_state *s, const stimulus_setup *setup, const stimulus_view *view,
                            servo_axis_command *command, float dt_s) {
   if (s->resting_s > 0.0f) {
     s->resting_s -= dt_s;
@@ -253,8 +253,8 @@ static bool breakaway_step(stimulus *s, const stimulus_setup *setup, const stimu
   return true;
 }
 
-bool stimulus_step(stimulus *s, const stimulus_setup *setup, const stimulus_view *view, servo_axis_command *command,
-                   float dt_s) {
+bool stimulus_step(stimulus_state *s, const stimulus_setup *setup, const stimulus_view *view,
+                   servo_axis_command *command, float dt_s) {
   *command = (servo_axis_command){.mode = SERVO_SPEED};
   switch (setup->kind) {
     case STIMULUS_SWEEP:

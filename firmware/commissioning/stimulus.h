@@ -56,7 +56,7 @@ typedef struct {
   bool leg_useful;                   /* sweep: this way still needs its time */
   bool ending;                       /* only the way to rest is left */
   breakaway_statistics breakaway[2]; /* backward, forward */
-} stimulus;
+} stimulus_state;
 
 /* What the axis does: its travel from the start of the experiment, and how far it may go to each side. */
 typedef struct {
@@ -73,10 +73,10 @@ float stimulus_peak_torque_nm(const stimulus_setup *setup);
 /* About how long it takes, s. A sweep may take longer by the ways back from its turning points. */
 float stimulus_duration_s(const stimulus_setup *setup);
 
-void stimulus_start(stimulus *s, const stimulus_setup *setup, angle_turn32 angle);
+void stimulus_start(stimulus_state *s, const stimulus_setup *setup, angle_turn32 angle);
 
 /* The set-point of this tick; false once it is over. */
-bool stimulus_step(stimulus *s, const stimulus_setup *setup, const stimulus_view *view, servo_axis_command *command,
-                   float dt_s);
+bool stimulus_step(stimulus_state *s, const stimulus_setup *setup, const stimulus_view *view,
+                   servo_axis_command *command, float dt_s);
 
 #endif

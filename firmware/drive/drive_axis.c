@@ -7,6 +7,10 @@
 /* 2^30 units: beyond half a turn the position loop would take the other way round. */
 #define QUARTER_TURN (INT64_C(1) << 30)
 
+bool drive_axis_obeys_stimulus(const drive_axis *axis) {
+  return axis->state.action == DRIVE_RUN && axis->motion.mode == DRIVE_NO_MODE;
+}
+
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
   *axis = (drive_axis){.position = drive_angle_unwrap(0, joint_angle)};
   drive_state_reset(&axis->state);
@@ -30,7 +34,8 @@ static bool inputs_are_finite(const drive_axis_inputs *inputs) {
 }
 
 static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
-  drive_feedback feedback = {.position = axis->position, .setpoint_arrived = inputs->setpoint_arrived};
+  drive_feedback feedback = {
+      .position = axis->position, .setpoint_arrived = inputs->setpoint_arrived, .stimulus = inputs->stimulus};
   if (inputs_are_finite(inputs)) {
     feedback.rate_rad_s = inputs->rate_rad_s;
     feedback.reference_rad_s = inputs->reference_rad_s;

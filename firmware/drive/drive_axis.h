@@ -33,10 +33,11 @@ typedef struct {
   bool ready;           /* self-test done */
   bool voltage_present; /* the bus voltage lets the motor run */
   bool warning;
-  bool remote;           /* the controlword is obeyed: the node is operational */
-  bool setpoint_arrived; /* 607A, 60FF or 6071 was written since the last tick, the same value included */
-  drive_fault fault;     /* while it lasts */
-  uint16_t fault_code;   /* of `fault`, CiA 402-2 table of error codes */
+  bool remote;                        /* the controlword is obeyed: the node is operational */
+  bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
+  const servo_axis_command *stimulus; /* of an experiment, obeyed in operation with 6060 = 0; or NULL */
+  drive_fault fault;                  /* while it lasts */
+  uint16_t fault_code;                /* of `fault`, CiA 402-2 table of error codes */
 } drive_axis_inputs;
 
 typedef struct {
@@ -50,6 +51,9 @@ typedef struct {
   dwell_timer ramp_ended;
   bool following_failed; /* found in the last tick */
 } drive_axis;
+
+/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation. */
+bool drive_axis_obeys_stimulus(const drive_axis *axis);
 
 /* Not ready to switch on, off; positions count from the encoder's zero within half a turn of it. */
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);

@@ -68,6 +68,7 @@ static void reset(void *context, bool whole_node) {
     const uint32_t stored_crc = axis->tuning.stored_crc;
     (void)axis_tuning_start(&axis->tuning, &axis->stored, &node->board.app.params.axis[i]); /* was in force before */
     axis->tuning.stored_crc = stored_crc;
+    experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
     drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
   }
 }
@@ -104,6 +105,12 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .values = &axis->tuning,
                                .owner = &axis->owner,
                                .hooks = &tuning_objects_hooks};
+    parts[count++] = (od_part){.table = experiment_objects_table,
+                               .shift = shift,
+                               .prefix = prefixes[i],
+                               .values = &axis->experiment,
+                               .owner = axis,
+                               .hooks = &experiment_objects_hooks};
     parts[count++] = (od_part){.table = drive_objects_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -225,8 +232,14 @@ void servo_node_tick(servo_node *node) {
   canopen_node_tick(&node->canopen);
   servo_board_sample(&node->board);
   for (int i = 0; i < SERVO_AXES; ++i) {
-    const drive_axis_inputs inputs = inputs_of(node, i);
-    node->board.command.axis[i] = drive_axis_step(&node->axis[i].drive, &node->axis[i].objects, &inputs, SERVO_TICK_S);
+    servo_node_axis *axis = &node->axis[i];
+    drive_axis_inputs inputs = inputs_of(node, i);
+    servo_axis_command wanted;
+    const float joint_rate_rad_s = node->board.app.axis[i].signals.rates.joint_rate_rad_s;
+    const bool stimulated = experiment_objects_step(&axis->experiment, &axis->drive, inputs.joint_angle,
+                                                    joint_rate_rad_s, &wanted, SERVO_TICK_S);
+    inputs.stimulus = stimulated ? &wanted : NULL;
+    node->board.command.axis[i] = drive_axis_step(&axis->drive, &axis->objects, &inputs, SERVO_TICK_S);
     tell_fault(node, i);
   }
   node->bus_fault_code = 0;
