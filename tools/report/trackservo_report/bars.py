@@ -56,7 +56,9 @@ def _bar(items: list[Comparison], controller: str, of: int = 2) -> go.Bar:
         textfont={"size": 11, "shadow": HALO},
         error_y={
             "type": "data",
-            "array": [row.spread or 0.0 if row else 0.0 for row in rows],
+            "symmetric": False,
+            "array": [row.whiskers()[1] if row else 0.0 for row in rows],
+            "arrayminus": [row.whiskers()[0] if row else 0.0 for row in rows],
             "thickness": 1,
             "width": 3,
             "color": INK,

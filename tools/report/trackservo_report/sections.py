@@ -106,8 +106,8 @@ def _start_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:
         curves.start_up(book),
         paper="At 0.1, 0.2 and 1 °/s: an obvious start delay without compensation, with slip at 0.1 °/s, "
         "and a quick start with it. No times are printed.",
-        ours=f"At the lowest speed 90 % is reached after {_said(start, BASELINE)} with PI and after "
-        f"{_said(start, COMPENSATED)} with observer and friction compensation.",
+        ours=f"At the lowest speed 90 % is reached, and kept, after {_said(start, BASELINE)} with PI and after "
+        f"{_said(start, COMPENSATED)} with observer and friction compensation (medians over the seeds).",
         caption="Dotted grey: 90 % of the set-point. The feedforward gives the break-away torque in the tick of the command; "
         "PI has to integrate up to it first.",
         hints=["sim_host/scenarios/low_speed_start.toml", *LUGRE],

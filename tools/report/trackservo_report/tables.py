@@ -28,13 +28,14 @@ from .display import (
     controller_title,
     gain,
     number,
+    over_seeds,
     plain_number,
     pretty_units,
     span,
+    study_title,
     unit_title,
-    with_spread,
 )
-from .load import Margin, Results, Row
+from .load import Margin, Results, Row, Varied
 from .verdict import Duel
 
 SHARED = ["pi_vob", "pi_ftc", "pi_vob_ftc"]
@@ -71,11 +72,11 @@ class ResultLine:
     gain: str
 
 
-def _cell(row: Row | None) -> Cell:
+def _cell(row: Row | Varied | None) -> Cell:
     """A row's value with its spread and its goal."""
     if row is None:
         return Cell()
-    text = with_spread(row.value, row.spread)
+    text = over_seeds(row)
     if row.value is None and row.metric == "time_to_90_percent":
         text = "not reached"
     return Cell(text, row.value, pretty_units(row.goal or ""), row.met)
@@ -226,6 +227,7 @@ class MarginLine:
 
     where: str
     controller: str
+    note: str
     condition: str
     cells: list[Cell]
 
@@ -238,6 +240,7 @@ def margin_lines(margins: list[Margin]) -> list[MarginLine]:
         MarginLine(
             where=f"{margin.plant}, {margin.axis}",
             controller=margin.controller,
+            note=study_title(margin.study) if margin.study else "",
             condition=CONDITION_TITLES[margin.condition],
             cells=[
                 _judged(margin.gain_margin_db, GAIN_MARGIN_GOAL_DB),
@@ -254,6 +257,57 @@ def margin_lines(margins: list[Margin]) -> list[MarginLine]:
 
 def _judged(value: float | None, least: float) -> Cell:
     return Cell() if value is None else Cell(f"{value:.1f}", value, met=value >= least)
+
+
+@dataclass(frozen=True)
+class SensitivityLine:
+    """One figure with one choice changed: shipped and varied, with PI alone and with compensation."""
+
+    variation: str
+    shipped_setting: str
+    varied_setting: str
+    experiment: str
+    case: str
+    metric: str
+    unit: str
+    before_shipped: Cell
+    before: Cell
+    after_shipped: Cell
+    after: Cell
+
+
+def sensitivity_lines(results: Results) -> list[SensitivityLine]:
+    """What if we had chosen otherwise: a line per variation and figure, both controllers side by side."""
+    found: dict[tuple[str, ...], dict[str, Varied]] = {}
+    for item in results.sensitivity:
+        key = (item.variation, item.shipped_setting, item.varied_setting, item.experiment, item.case, item.metric, item.unit)
+        found.setdefault(key, {})[item.controller] = item
+    return [
+        SensitivityLine(
+            variation=variation,
+            shipped_setting=FRICTION_TITLES.get(shipped, shipped),
+            varied_setting=FRICTION_TITLES.get(varied, varied),
+            experiment=EXPERIMENT_TITLES[experiment],
+            case=case_title(case),
+            metric=METRIC_TITLES[metric],
+            unit=unit_title(unit),
+            **_shipped_and_varied(pair, BASELINE, "before"),
+            **_shipped_and_varied(pair, COMPENSATED, "after"),
+        )
+        for (variation, shipped, varied, experiment, case, metric, unit), pair in found.items()
+    ]
+
+
+def count_varied(results: Results) -> tuple[int, int]:
+    """Goals that compensation misses with one choice changed, and how many are judged."""
+    judged = [line.after.met for line in sensitivity_lines(results) if line.after.met is not None]
+    return judged.count(False), len(judged)
+
+
+def _shipped_and_varied(pair: dict[str, Varied], controller: str, name: str) -> dict[str, Cell]:
+    item = pair.get(controller)
+    shipped = Cell() if item is None else Cell(over_seeds(item.shipped), item.shipped.value)
+    return {f"{name}_shipped": shipped, name: _cell(item)}
 
 
 @dataclass(frozen=True)
