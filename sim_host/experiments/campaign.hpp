@@ -71,6 +71,7 @@ struct MarginRecord {
 // One figure with one choice changed, beside the same figure as shipped (same controller, same seeds).
 struct SensitivityRecord {
   std::string variation;
+  bool switches_off = false;  // a source of error; else a choice
   std::string shipped_setting;
   std::string varied_setting;
   Cell varied;

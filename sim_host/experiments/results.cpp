@@ -65,6 +65,7 @@ Json row_of(const Cell& cell) {
 Json sensitivity_of(const SensitivityRecord& record) {
   Json row;
   row["variation"] = record.variation;
+  row["kind"] = record.switches_off ? "source" : "choice";
   row["shipped_setting"] = record.shipped_setting;
   row["varied_setting"] = record.varied_setting;
   row["experiment"] = record.varied.experiment;

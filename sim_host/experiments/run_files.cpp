@@ -24,7 +24,7 @@ std::string file_name(const std::vector<std::string>& words) {
 
 std::string write_run(const Trace& trace, const std::filesystem::path& folder, const std::vector<std::string>& words,
                       bool drawn) {
-  const std::string name = file_name(words);
+  std::string name = file_name(words);
   const std::size_t rows = drawn ? kDrawnRows : kOtherRows;
   write_csv(trace, folder / name, static_cast<int>((trace.size() + rows - 1) / rows));
   return name;

@@ -22,6 +22,7 @@ std::string on_or_off(bool on) { return on ? "on" : "off"; }
 
 Variation weave() {
   return {"weave of the UAV, lateral and vertical",
+          false,
           {paper_loop(), improved_loop()},
           [](const Study& study) {
             const FlyByConfig& fly_by = study.scenario.fly_by;
@@ -35,6 +36,7 @@ Variation weave() {
 
 Variation encoder_reads() {
   return {"encoder reads per tick",
+          false,
           {steady("0.1 deg/s"), steady("2 deg/s")},
           [](const Study& study) { return fmt::format("{}", azimuth(study).encoder.reads_per_tick); },
           [](Study& study) {
@@ -46,6 +48,7 @@ Variation encoder_reads() {
 
 Variation setpoint_weight() {
   return {"set-point weight of the PI",
+          false,
           {start()},
           [](const Study& study) { return fmt::format("{:g}", study.plant.design[kAzimuth].setpoint_weight); },
           [](Study& study) {
@@ -57,6 +60,7 @@ Variation setpoint_weight() {
 
 Variation wind_corner(double factor) {
   return {"corner frequency of the wind, same rms",
+          false,
           {steady("0.1 deg/s"), paper_loop()},
           [](const Study& study) { return fmt::format("{:g} Hz", azimuth(study).load.wind_turbulence_corner_hz); },
           [factor](Study& study) {
@@ -69,6 +73,7 @@ Variation wind_corner(double factor) {
 
 Variation wind() {
   return {"wind, rms",
+          true,
           {steady("0.1 deg/s"), paper_loop(), improved_loop()},
           [](const Study& study) { return fmt::format("{:g} Nm", azimuth(study).load.wind_gust_rms_nm); },
           [](Study& study) {
@@ -81,6 +86,7 @@ Variation wind() {
 
 Variation friction() {
   return {"friction of the plant, feedforward as designed",
+          true,
           {sine(), steady("0.1 deg/s"), paper_loop()},
           [](const Study& study) { return friction_name(study.plant.friction_model); },
           [](Study& study) { study.plant.friction_model = FrictionModel::kNone; }};
@@ -88,6 +94,7 @@ Variation friction() {
 
 Variation gyro_noise() {
   return {"noise of the gyro",
+          true,
           {steady("0.1 deg/s")},
           [](const Study& study) { return on_or_off(azimuth(study).gyro.noise_density_rad_s_rthz > 0.0); },
           [](Study& study) {
@@ -99,6 +106,7 @@ Variation gyro_noise() {
 
 Variation encoder_jitter() {
   return {"jitter of the encoder",
+          true,
           {steady("0.1 deg/s")},
           [](const Study& study) { return on_or_off(azimuth(study).encoder.jitter_rms_rad > 0.0); },
           [](Study& study) {
@@ -110,6 +118,7 @@ Variation encoder_jitter() {
 
 Variation ripple() {
   return {"torque ripple and cogging",
+          true,
           {steady("0.1 deg/s"), steady("2 deg/s")},
           [](const Study& study) { return on_or_off(!azimuth(study).motor.ripple.empty()); },
           [](Study& study) {
@@ -140,6 +149,7 @@ std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const St
   for (const std::string& metric : job.probe->metrics) {
     SensitivityRecord record;
     record.variation = job.variation->name;
+    record.switches_off = job.variation->switches_off;
     record.shipped_setting = job.variation->setting(shipped);
     record.varied_setting = job.variation->setting(varied);
     record.varied = {shipped.experiment,

@@ -22,7 +22,8 @@ struct Probe {
 };
 
 struct Variation {
-  std::string name;  // what is varied
+  std::string name;   // what is varied
+  bool switches_off;  // a source of error, to see its share; else a choice that could have been another
   std::vector<Probe> probes;
   std::function<std::string(const Study&)> setting;  // its value as people read it, of azimuth
   std::function<void(Study&)> change;                // from shipped to varied

@@ -204,14 +204,16 @@ def _sensitivity() -> list[dict[str, Any]]:
                 "pi", (54.9, 57.0), ("48 .. 65", True)),
         _varied("jitter of the encoder", ("on", "off"), ("low_speed_start", "0.1 deg/s", "time_to_90_percent", "ms"),
                 "pi_vob_ftc", (12.0, 11.0), ("<= 25", True)),
+        _varied("jitter of the encoder", ("on", "off"), ("steady_speed", "0.1 deg/s", "rms_error", "deg/s"),
+                "pi_vob_ftc", (0.002, 0.001), (None, None)),
     ]  # fmt: skip
 
 
 def _varied(name: str, setting: tuple[str, str], figure: tuple[str, str, str, str], controller: str,
-            values: tuple[float, float], goal: tuple[str, bool]) -> dict[str, Any]:  # fmt: skip
+            values: tuple[float, float], goal: tuple[str | None, bool | None]) -> dict[str, Any]:  # fmt: skip
     experiment, case, metric, unit = figure
     return {
-        "variation": name, "shipped_setting": setting[0], "varied_setting": setting[1], "experiment": experiment,
+        "variation": name, "kind": "source" if setting[1] == "off" else "choice", "shipped_setting": setting[0], "varied_setting": setting[1], "experiment": experiment,
         "case": case, "plant": "tracker", "controller": controller, "axis": "azimuth", "metric": metric, "unit": unit,
         "shipped": _seeds(metric, values[0]), **_seeds(metric, values[1]), "goal": goal[0], "met": goal[1],
     }  # fmt: skip

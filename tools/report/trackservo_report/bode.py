@@ -44,6 +44,11 @@ def _dash(margin: Margin, margins: list[Margin]) -> str:
     return ["solid", "dash", "dot", "dashdot"][studies.index(margin.study) % 4]
 
 
+def _visible(margin: Margin) -> bool | str:
+    """A controller that was tuned for one study only is a click in the legend away."""
+    return "legendonly" if margin.study else True
+
+
 def bode_views(results: Results) -> list[View]:
     """Magnitude and phase of the open loop, one tab per plant and axis."""
     return [View(f"{plant}, {axis}", _bode(results, margins)) for (plant, axis), margins in _groups(results).items()]
@@ -96,11 +101,12 @@ def _response(
             name=name,
             legendgroup=group,
             showlegend=first,
+            visible=_visible(margin),
             line={"color": colour, "width": 1.7, "dash": dash},
         )
     ]
     if np.any(np.isfinite(measured)):
-        traces.append(_circles(x[np.isfinite(measured)], measured[np.isfinite(measured)], colour, name, group))
+        traces.append(_circles(x[np.isfinite(measured)], measured[np.isfinite(measured)], margin))
     return traces
 
 
@@ -112,15 +118,19 @@ def _unwrapped(data: dict[str, Series]) -> dict[str, Series]:
     return {**data, "computed_phase_deg": computed, "measured_phase_deg": measured}
 
 
-def _circles(x: Series, y: Series, colour: str, name: str, group: str) -> go.Scatter:
-    marker = {"symbol": "circle-open", "size": 6, "color": colour, "line": {"width": 1.4}}
+def _circles(x: Series, y: Series, margin: Margin) -> go.Scatter:
+    name = _title(margin)
+    marker = {
+        "symbol": "circle-open", "size": 6, "color": controller_colour(margin.controller), "line": {"width": 1.4},
+    }  # fmt: skip
     return go.Scatter(
         x=x.astype(np.float32),
         y=y.astype(np.float32),
         mode="markers",
         name=f"{name}, measured",
-        legendgroup=group,
+        legendgroup=name,
         showlegend=False,
+        visible=_visible(margin),
         marker=marker,
     )
 
@@ -141,6 +151,7 @@ def _nyquist(results: Results, margins: list[Margin]) -> go.Figure:
             name=name,
             legendgroup=name,
             showlegend=name not in shown,
+            visible=_visible(margin),
             line={"color": colour, "width": 1.7, "dash": _dash(margin, margins)},
             customdata=data["frequency_hz"].astype(np.float32),
             hovertemplate="%{customdata:.2f} Hz<extra>%{fullData.name}</extra>",
@@ -163,8 +174,7 @@ def _measured_points(plot: go.Figure, margin: Margin, data: dict[str, Series], c
     have = np.isfinite(data["measured_magnitude_db"]) & np.isfinite(data["measured_phase_deg"])
     if np.any(have):
         real, imaginary = _complex(data["measured_magnitude_db"][have], data["measured_phase_deg"][have])
-        colour, name = controller_colour(margin.controller), _title(margin)
-        plot.add_trace(_circles(real, imaginary, colour, name, name), row=1, col=column)
+        plot.add_trace(_circles(real, imaginary, margin), row=1, col=column)
 
 
 def _complex(magnitude_db: Series, phase_deg: Series) -> tuple[Series, Series]:

@@ -56,6 +56,7 @@ class Varied(Figure):
     """One result with one choice changed, beside the shipped one; both in `unit`."""
 
     variation: str
+    kind: str
     shipped_setting: str
     varied_setting: str
     experiment: str

@@ -24,7 +24,7 @@ from .display import (
     unit_title,
 )
 from .load import InputError, Results
-from .tables import Cell, result_lines, sensitivity_lines
+from .tables import Cell, result_lines, sensitivity_lines, variance_lines
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
@@ -120,12 +120,19 @@ def sensitivity_table(results: Results) -> str:
     return _table(head, rows)
 
 
+def variance_table(results: Results) -> str:
+    """What the errors at steady speed consist of; azimuth, LuGre."""
+    rows = [[line.source, line.where, line.before, line.after] for line in variance_lines(results)]
+    return _table(["source that is switched off", "where", "share of PI's variance", "share of PI + VOB + FTC's variance"], rows)
+
+
 TABLES: dict[str, Callable[[Results], str]] = {
     "results": results_table,
     "ingredients": ingredients_table,
     "noise": noise_table,
     "margins": margins_table,
     "sensitivity": sensitivity_table,
+    "variance": variance_table,
 }
 
 

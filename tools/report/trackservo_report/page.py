@@ -98,6 +98,8 @@ def _context(results: Results) -> dict[str, Any]:
         "frictions": _frictions(items, duels),
         "margin_lines": tables.margin_lines(results.margins),
         "sensitivity": tables.sensitivity_lines(results),
+        "variance": tables.variance_lines(results),
+        "wind": tables.wind_line(results),
         "run_groups": _run_groups(results),
         "friction_parameters": dict(tables.friction_parameters(results)),
         "guide": _guide(),

@@ -226,7 +226,8 @@ def price_figures(results: Results, items: list[Comparison]) -> list[Figure]:
             "Bode plot of the open speed loop",
             bode.bode_views(results),
             caption="Lines: computed with the tick's delay. Circles: measured on the running loop. Feedforward lies outside "
-            "the loop, so it changes nothing here; the observer does.",
+            "the loop, so it changes nothing here; the observer does. Only the sign function of the Coulomb feedforward reacts to "
+            "noise at rest (pre-sliding): its circles scatter. The best PIs are a click in the legend away.",
             hints=[*LOOP, *OBSERVER],
         ),
         Figure(

@@ -48,7 +48,7 @@ def print_results(results: Results, page: Path, console: Console) -> None:
     missed, varied = count_varied(results)
     if varied:
         console.print(
-            f"With one choice changed, compensation misses {missed} of {varied} goals "
+            f"With one choice changed or one source off, compensation misses {missed} of {varied} goals "
             "(“What if we had chosen otherwise” on the page)."
         )
     console.print(f"report: {page}", soft_wrap=True)
