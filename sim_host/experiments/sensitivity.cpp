@@ -74,7 +74,7 @@ Variation wind_corner(double factor) {
 Variation wind() {
   return {"wind, rms",
           true,
-          {steady("0.1 deg/s"), paper_loop(), improved_loop()},
+          {start(), steady("0.1 deg/s"), paper_loop(), improved_loop()},
           [](const Study& study) { return fmt::format("{:g} Nm", azimuth(study).load.wind_gust_rms_nm); },
           [](Study& study) {
             for (AxisConfig& axis : study.plant.axis) {
@@ -87,7 +87,7 @@ Variation wind() {
 Variation friction() {
   return {"friction of the plant, feedforward as designed",
           true,
-          {sine(), steady("0.1 deg/s"), paper_loop()},
+          {sine(), start(), steady("0.1 deg/s"), paper_loop()},
           [](const Study& study) { return friction_name(study.plant.friction_model); },
           [](Study& study) { study.plant.friction_model = FrictionModel::kNone; }};
 }
