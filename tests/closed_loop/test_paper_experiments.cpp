@@ -16,7 +16,7 @@ namespace {
 
 void must_be_within(double low, double high, double value, const char *what) {
   char text[120];
-  std::snprintf(text, sizeof text, "%s: %.5g, band %.5g .. %.5g", what, value, low, high);
+  (void)std::snprintf(text, sizeof text, "%s: %.5g, band %.5g .. %.5g", what, value, low, high);
   TEST_MESSAGE(text);
   TEST_ASSERT_TRUE_MESSAGE(value >= low && value <= high, text);
 }
