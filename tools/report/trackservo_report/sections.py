@@ -173,8 +173,8 @@ def _tracking_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:
         paper=f"A UAV at 20 m/s, 1σ {plain_number(before)} µrad without and {plain_number(after)} µrad with compensation.",
         ours=f"1σ {_said(first, BASELINE)} with PI and {_said(first, COMPENSATED)} with observer and friction "
         "compensation, with the paper's 2 Hz tracking loop; the improved loop is the other tab.",
-        caption="Both panels have the same scale. Dashed: the paper's ±1σ. The friction-free run, "
-        "the floor that no compensation can pass, is in the legend.",
+        caption="Both panels have the same scale. Dashed: the paper's ±1σ. The same loop on a plant without friction "
+        "is in the legend: what it leaves is no matter of friction.",
         hints=["sim_host/scenarios/tracking.toml", *TRACKER, *LUGRE],
     )
 
