@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from trackservo_report import tables, terminal, verdict
+from trackservo_report import sensitivity, tables, terminal, verdict
 from trackservo_report.comparison import count_goals, floor_of, gather, headline
 from trackservo_report.display import case_order, gain, number, plain_number, pretty_units, with_spread, without_seeds
 from trackservo_report.load import Results, Row, load_results
@@ -50,16 +50,16 @@ def test_a_median_is_shown_with_its_range(results: Results) -> None:
 
 
 def test_a_choice_made_otherwise_is_judged_by_the_same_goal(results: Results) -> None:
-    weave, jitter, _ = tables.sensitivity_lines(results)
+    weave, jitter, _ = sensitivity.sensitivity_lines(results)
     assert (weave.shipped_setting, weave.varied_setting) == ("5 m", "8 m")
     assert (weave.after_shipped.value, weave.after.value, weave.after.met) == (9.4, 16.9, False)
     assert (weave.before_shipped.value, weave.before.value, weave.before.met) == (54.9, 57.0, True)
     assert jitter.before.value is None and jitter.after.met is True
-    assert tables.count_varied(results) == (1, 2)
+    assert sensitivity.count_varied(results) == (1, 2)
 
 
 def test_a_source_has_the_share_of_the_variance_that_vanishes_with_it(results: Results) -> None:
-    (line,) = tables.variance_lines(results)
+    (line,) = sensitivity.variance_lines(results)
     assert (line.source, line.where) == ("jitter of the encoder", "Steady speed, 0.1 °/s")
     assert (line.before, line.after) == ("–", "75 %")
 
@@ -71,7 +71,7 @@ def test_wind_is_named_only_when_it_makes_the_error(results: Results, without_wi
         weave, variation="wind, rms", experiment="steady_speed", metric="peak_error", value=without_wind,
         shipped=dataclasses.replace(weave.shipped, value=0.09),
     )  # fmt: skip
-    assert (tables.wind_line(dataclasses.replace(results, sensitivity=[wind])) is not None) == said
+    assert (sensitivity.wind_line(dataclasses.replace(results, sensitivity=[wind])) is not None) == said
 
 
 def test_a_loop_that_was_tuned_for_a_study_says_so(results: Results) -> None:

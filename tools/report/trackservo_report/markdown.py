@@ -24,7 +24,8 @@ from .display import (
     unit_title,
 )
 from .load import InputError, Results
-from .tables import Cell, result_lines, sensitivity_lines, variance_lines
+from .sensitivity import sensitivity_lines, variance_lines
+from .tables import Cell, result_lines
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:

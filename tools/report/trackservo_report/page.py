@@ -10,7 +10,7 @@ import jinja2
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from . import __version__, tables, verdict
+from . import __version__, sensitivity, tables, verdict
 from .comparison import INGREDIENTS, Comparison, count_goals, gather
 from .display import (
     EXPERIMENT_TITLES,
@@ -97,9 +97,9 @@ def _context(results: Results) -> dict[str, Any]:
         "shared": tables.SHARED,
         "frictions": _frictions(items, duels),
         "margin_lines": tables.margin_lines(results.margins),
-        "sensitivity": tables.sensitivity_lines(results),
-        "variance": tables.variance_lines(results),
-        "wind": tables.wind_line(results),
+        "sensitivity": sensitivity.sensitivity_lines(results),
+        "variance": sensitivity.variance_lines(results),
+        "wind": sensitivity.wind_line(results),
         "run_groups": _run_groups(results),
         "friction_parameters": dict(tables.friction_parameters(results)),
         "guide": _guide(),

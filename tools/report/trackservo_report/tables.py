@@ -72,7 +72,7 @@ class ResultLine:
     gain: str
 
 
-def _cell(row: Row | Varied | None) -> Cell:
+def cell_of(row: Row | Varied | None) -> Cell:
     """A row's value with its spread and its goal."""
     if row is None:
         return Cell()
@@ -104,11 +104,11 @@ def result_lines(items: list[Comparison]) -> list[ResultLine]:
     for item in items:
         if not _belongs(item):
             continue
-        before, after = _cell(item.rows.get(BASELINE)), _cell(item.rows.get(COMPENSATED))
+        before, after = cell_of(item.rows.get(BASELINE)), cell_of(item.rows.get(COMPENSATED))
         lines.append(_line(item, before, after, _where(item), floor_of(item, items)))
         for name in item.controllers():
             if name not in (BASELINE, COMPENSATED) and item.rows[name].met is not None:
-                lines.append(_line(item, Cell(), _cell(item.rows[name]), [*_where(item), controller_title(name)]))
+                lines.append(_line(item, Cell(), cell_of(item.rows[name]), [*_where(item), controller_title(name)]))
     return lines
 
 
@@ -134,7 +134,7 @@ def unmet_goals(rows: list[Row]) -> list[str]:
         f"{EXPERIMENT_TITLES[row.experiment]}, {case_title(row.case)}, {controller_title(row.controller)}"
         + ("" if row.axis == "azimuth" else f", {row.axis}")
         + ("" if row.friction == "lugre" else f", {FRICTION_TITLES[row.friction]} plant")
-        + f": {METRIC_TITLES[row.metric]} {_cell(row).text} {unit_title(row.unit)}, goal {pretty_units(row.goal or '')}"
+        + f": {METRIC_TITLES[row.metric]} {cell_of(row).text} {unit_title(row.unit)}, goal {pretty_units(row.goal or '')}"
         for row in rows
         if row.met is False
     ]
@@ -175,7 +175,7 @@ def _marked_cells(item: Comparison) -> list[Cell]:
     values = [badness(item.metric, row.value) for row in item.rows.values() if row.value is not None]
     cells = []
     for name in INGREDIENTS:
-        cell = _cell(item.rows.get(name))
+        cell = cell_of(item.rows.get(name))
         best = cell.value is not None and badness(item.metric, cell.value) == min(values)
         cells.append(Cell(cell.text, cell.value, best=best))
     return cells
@@ -199,7 +199,7 @@ def table2(items: list[Comparison]) -> tuple[str, list[Table2Column]]:
     chosen = headline(items, "steady_speed")
     columns = []
     for item in chosen:
-        before, after = _cell(item.rows.get(BASELINE)), _cell(item.rows.get(COMPENSATED))
+        before, after = cell_of(item.rows.get(BASELINE)), cell_of(item.rows.get(COMPENSATED))
         columns.append(
             Table2Column(
                 case_title(item.case),
@@ -257,101 +257,6 @@ def margin_lines(margins: list[Margin]) -> list[MarginLine]:
 
 def _judged(value: float | None, least: float) -> Cell:
     return Cell() if value is None else Cell(f"{value:.1f}", value, met=value >= least)
-
-
-@dataclass(frozen=True)
-class SensitivityLine:
-    """One figure with one choice changed: shipped and varied, with PI alone and with compensation."""
-
-    variation: str
-    kind: str
-    shipped_setting: str
-    varied_setting: str
-    experiment: str
-    case: str
-    metric: str
-    unit: str
-    before_shipped: Cell
-    before: Cell
-    after_shipped: Cell
-    after: Cell
-
-
-def sensitivity_lines(results: Results) -> list[SensitivityLine]:
-    """What if we had chosen otherwise: a line per variation and figure, both controllers side by side."""
-    found: dict[tuple[str, ...], dict[str, Varied]] = {}
-    for item in results.sensitivity:
-        key = (
-            item.variation, item.kind, item.shipped_setting, item.varied_setting, item.experiment, item.case, item.metric, item.unit,
-        )  # fmt: skip
-        found.setdefault(key, {})[item.controller] = item
-    return [
-        SensitivityLine(
-            variation=variation,
-            kind=kind,
-            shipped_setting=FRICTION_TITLES.get(shipped, shipped),
-            varied_setting=FRICTION_TITLES.get(varied, varied),
-            experiment=EXPERIMENT_TITLES[experiment],
-            case=case_title(case),
-            metric=METRIC_TITLES[metric],
-            unit=unit_title(unit),
-            **_shipped_and_varied(pair, BASELINE, "before"),
-            **_shipped_and_varied(pair, COMPENSATED, "after"),
-        )
-        for (variation, kind, shipped, varied, experiment, case, metric, unit), pair in found.items()
-    ]
-
-
-def wind_line(results: Results) -> SensitivityLine | None:
-    """Steady speed without wind, when PI alone then keeps less than half of its error."""
-    for line in sensitivity_lines(results):
-        steady = line.variation.startswith("wind,") and line.experiment == EXPERIMENT_TITLES["steady_speed"]
-        before, shipped = line.before.value, line.before_shipped.value
-        if steady and line.metric == METRIC_TITLES["peak_error"] and before and shipped and before < 0.5 * shipped:
-            return line
-    return None
-
-
-@dataclass(frozen=True)
-class VarianceLine:
-    """What part of an error's variance vanishes when one source is switched off, in %."""
-
-    source: str
-    where: str
-    before: str
-    after: str
-
-
-def variance_lines(results: Results) -> list[VarianceLine]:
-    """What the rms errors consist of: one line per source and case. A negative share: the error grows without it."""
-    return [
-        VarianceLine(
-            line.variation.split(",")[0],
-            f"{line.experiment}, {line.case}",
-            _variance_share(line.before_shipped, line.before),
-            _variance_share(line.after_shipped, line.after),
-        )
-        for line in sensitivity_lines(results)
-        if line.kind == "source" and line.metric == METRIC_TITLES["rms_error"]
-    ]
-
-
-def _variance_share(shipped: Cell, varied: Cell) -> str:
-    if not shipped.value or varied.value is None:
-        return MISSING
-    return f"{100.0 * (1.0 - (varied.value / shipped.value) ** 2):.0f} %".replace("-", "−").replace("−0 %", "0 %")
-
-
-def count_varied(results: Results) -> tuple[int, int]:
-    """Goals that compensation misses with one choice changed, and how many are judged."""
-    judged = [line.after.met for line in sensitivity_lines(results) if line.after.met is not None]
-    return judged.count(False), len(judged)
-
-
-def _shipped_and_varied(pair: dict[str, Varied], controller: str, name: str) -> dict[str, Cell]:
-    item = pair.get(controller)
-    shipped = Cell() if item is None else Cell(over_seeds(item.shipped), item.shipped.value)
-    return {f"{name}_shipped": shipped, name: _cell(item)}
 
 
 @dataclass(frozen=True)
@@ -438,7 +343,7 @@ def _share(chosen: list[Comparison], controller: str) -> str:
 def loss_sentence(duel: Duel, name_plant: bool = True) -> str:
     """One loss in words, numbers in the row's unit; without the plant's friction under a heading that names it."""
     item = duel.comparison
-    own, other = _cell(item.rows[duel.lugre]), _cell(item.rows[duel.rival])
+    own, other = cell_of(item.rows[duel.lugre]), cell_of(item.rows[duel.rival])
     change = duel.change_percent()
     worse = f" ({change:+.0f}\u00a0%)" if change is not None and abs(change) < LARGEST_PERCENTAGE else ""
     axis = "" if item.axis == "azimuth" else f", {item.axis}"

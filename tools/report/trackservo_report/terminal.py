@@ -14,7 +14,8 @@ from rich.text import Text
 from .comparison import count_goals, gather
 from .display import without_seeds
 from .load import Results
-from .tables import Cell, ResultLine, count_varied, loss_sentence, result_lines, unmet_goals
+from .sensitivity import count_varied
+from .tables import Cell, ResultLine, loss_sentence, result_lines, unmet_goals
 from .verdict import Duel, duels
 
 PIPED_WIDTH = 100
