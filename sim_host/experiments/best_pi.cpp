@@ -25,7 +25,7 @@ double cost_of(const Study& study, const Figure& figure) {
   if (figure.axis != kAzimuth) {
     return 0.0;
   }
-  if (study.experiment == "low_speed_start" && figure.metric == "overshoot") {
+  if (purpose_of(study.scenario) == Purpose::kStart && figure.metric == "overshoot") {
     return 10.0 * std::max(0.0, figure.value - kMostStartOvershoot_percent);
   }
   return figure.metric == deciding_metric(study) ? figure.value : 0.0;
@@ -79,14 +79,14 @@ void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const
 
 }  // namespace
 
-PiWish best_pi(const Study& study) {
+PiWish best_pi(const Study& study, const SearchEffort& effort) {
   DesignOptions options;
   options.tracker = study.tracker;
   Search search{study, design_controller(study.plant, controller_spec("pi_best"), options)};
   const PiWish start = pi_wish(study.plant, kAzimuth);
   std::vector<double> x = {std::log(start.natural_frequency_rad_s), std::log(start.damping), start.setpoint_weight};
-  minimise(nlopt::GN_DIRECT_L, 60, search, start, x);
-  minimise(nlopt::LN_NELDERMEAD, 50, search, start, x);
+  minimise(nlopt::GN_DIRECT_L, effort.explore, search, start, x);
+  minimise(nlopt::LN_NELDERMEAD, effort.refine, search, start, x);
   return wish_of(x);
 }
 
