@@ -16,6 +16,10 @@ struct Search {
   servo_params params;  // with everything but the PI
 };
 
+// The margins are judged as measured, too, and a measurement finds up to this less than is computed.
+constexpr double kGainReserve_db = 0.5;
+constexpr double kPhaseReserve_deg = 2.0;
+
 double lacking(double wanted, double got) { return std::max(0.0, (wanted - got) / wanted); }
 
 // What one figure adds to the cost. In the start-up race a PI must keep the overshoot that we ask of ourselves: every
@@ -59,8 +63,8 @@ double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
   double broken = 0.0;
   for (int axis = 0; axis < kAxes; ++axis) {
     const Margins margins = worst_margins(search.study.plant, axis, search.params);
-    broken += lacking(kLeastGainMargin_db, margins.gain_margin_db);
-    broken += lacking(kLeastPhaseMargin_deg, margins.phase_margin_deg);
+    broken += lacking(kLeastGainMargin_db + kGainReserve_db, margins.gain_margin_db);
+    broken += lacking(kLeastPhaseMargin_deg + kPhaseReserve_deg, margins.phase_margin_deg);
   }
   return broken > 0.0 ? 1e4 * (1.0 + broken) : mean_cost(search);
 }
