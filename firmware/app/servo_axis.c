@@ -29,14 +29,18 @@ void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_t
   current_loop_reset(&axis->current);
 }
 
-static bool samples_are_finite(const servo_axis_samples *samples) {
-  return isfinite(samples->mean_current_a) && (!samples->motion.gyro_valid || isfinite(samples->motion.gyro_rad_s));
+static bool samples_are_plausible(const servo_axis_samples *samples) {
+  return scalar_within(samples->mean_current_a, SERVO_PLAUSIBLE_CURRENT_A) &&
+         (!samples->motion.gyro_valid || scalar_within(samples->motion.gyro_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S));
 }
 
-static bool command_is_finite(const servo_axis_command *command) {
-  const bool limits_finite = isfinite(command->limits.minimum_nm) && isfinite(command->limits.maximum_nm);
-  return isfinite(command->speed.rate_rad_s) && isfinite(command->speed.acceleration_rad_s2) &&
-         isfinite(command->torque_nm) && (limits_finite || !command->torque_limited);
+static bool command_is_plausible(const servo_axis_command *command) {
+  const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
+                                scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
+  return (int)command->mode >= (int)SERVO_OFF && (int)command->mode <= (int)SERVO_TORQUE &&
+         scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
+         scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
+         scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) && (limits_plausible || !command->torque_limited);
 }
 
 static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
@@ -101,8 +105,11 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
     axis->signals.torque.limited = given_nm != command->torque_nm;
   }
   axis->added_nm = added_nm;
-  axis->signals.torque.torque_nm += added_nm;
-  if (!isfinite(axis->signals.torque.torque_nm)) { /* cannot happen with checked parameters; if it does, off */
+  /* Limited again, because the difference and the sum round. */
+  axis->signals.torque.torque_nm =
+      scalar_clamp(axis->signals.torque.torque_nm + added_nm, all.minimum_nm, all.maximum_nm);
+  if (!isfinite(axis->signals.torque.torque_nm)) { /* no plausible input leads here; should one do, off */
+    axis->implausible = true;
     switch_off(axis);
     return;
   }
@@ -112,8 +119,8 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
 
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s) {
-  axis->samples_bad = !samples_are_finite(samples) || !command_is_finite(command);
-  if (axis->samples_bad) {
+  axis->implausible = !samples_are_plausible(samples) || !command_is_plausible(command);
+  if (axis->implausible) {
     switch_off(axis);
     return;
   }
@@ -143,7 +150,9 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
 
 float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
                      float pwm_period_s) {
-  if (axis->mode == SERVO_OFF || !isfinite(current_a) || !isfinite(bus_voltage_v)) {
+  const bool plausible =
+      scalar_within(current_a, SERVO_PLAUSIBLE_CURRENT_A) && scalar_within(bus_voltage_v, SERVO_PLAUSIBLE_VOLTAGE_V);
+  if (axis->mode == SERVO_OFF || !plausible) {
     current_loop_reset(&axis->current);
     return 0.0f;
   }

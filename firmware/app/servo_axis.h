@@ -3,7 +3,10 @@
  *     sense -> choose the set-point (speed, position or tracking) -> speed loop -> current set-point
  *
  * and, at the PWM rate, from the measured current to a duty. Two axes are two instances of this. An axis that is
- * off, or whose samples are not finite, commands no current. */
+ * off, or is given something implausible, commands no current.
+ *
+ * Plausible is what lies within the bounds below, wide of every machine and narrow enough that no sum of the loops
+ * can overflow: not a number, infinity and 1e35 rad/s are all refused before they reach a filter or an integral. */
 #ifndef TRACKSERVO_APP_SERVO_AXIS_H
 #define TRACKSERVO_APP_SERVO_AXIS_H
 
@@ -13,6 +16,12 @@
 #include "control/position_loop.h"
 #include "control/speed_loop.h"
 #include "control/target_tracker.h"
+
+#define SERVO_PLAUSIBLE_RATE_RAD_S 1e3f
+#define SERVO_PLAUSIBLE_ACCELERATION_RAD_S2 1e6f
+#define SERVO_PLAUSIBLE_TORQUE_NM 1e8f
+#define SERVO_PLAUSIBLE_CURRENT_A 1e5f
+#define SERVO_PLAUSIBLE_VOLTAGE_V 1e4f
 
 typedef enum {
   SERVO_OFF = 0,  /* duty 0, no loop closed */
@@ -61,7 +70,7 @@ typedef struct {
   float commanded_nm;        /* torque command in force */
   float added_nm;            /* the part of it that was not the speed loop's */
   float current_reference_a; /* set by the tick, followed at the PWM rate */
-  bool samples_bad;          /* the last samples were not finite: the axis is off until the next good ones */
+  bool implausible;          /* the last samples or command were: the axis is off until the next good ones */
   servo_axis_signals signals;
 } servo_axis;
 
@@ -78,7 +87,7 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
  * have passed `servo_axis_check`. */
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
 
-/* One PWM period: the duty in [-1, 1]; 0 while the axis is off or a sample is not finite. */
+/* One PWM period: the duty in [-1, 1]; 0 while the axis is off or a sample is implausible. */
 float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
                      float pwm_period_s);
 

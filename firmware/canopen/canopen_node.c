@@ -80,19 +80,19 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
 
 bool canopen_node_receive(canopen_node *node, const can_frame *frame) { return can_queue_push(&node->received, frame); }
 
-bool canopen_node_raise(canopen_node *node, uint16_t code, uint8_t register_bits, const uint8_t *info) {
-  return emergency_raise(&node->emergency, &node->objects.emergency, code, register_bits, info);
+bool canopen_node_raise(canopen_node *node, const emergency_error *error) {
+  return emergency_raise(&node->emergency, &node->objects.emergency, error);
 }
 
-bool canopen_node_clear(canopen_node *node, uint16_t code) {
-  return emergency_clear(&node->emergency, &node->objects.emergency, code);
+bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code) {
+  return emergency_clear(&node->emergency, &node->objects.emergency, source, code);
 }
 
 static void raise_or_clear(canopen_node *node, uint16_t code, bool active) {
   if (active) {
-    (void)canopen_node_raise(node, code, ERROR_COMMUNICATION, NULL);
+    (void)canopen_node_raise(node, &(emergency_error){.code = code, .register_bits = ERROR_COMMUNICATION});
   } else {
-    (void)canopen_node_clear(node, code);
+    (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, code);
   }
 }
 
@@ -193,7 +193,7 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
   if (node->sync_wrong_length) {
     return;
   }
-  (void)canopen_node_clear(node, EMERGENCY_SYNC_TIME_OUT);
+  (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_TIME_OUT);
   if (!nmt_allows_pdo(node->state)) {
     return;
   }
@@ -276,8 +276,8 @@ static void tick_consumers(canopen_node *node) {
       continue;
     }
     const uint8_t lost = heartbeat_consumer_node(object);
-    const uint8_t info[EMERGENCY_INFO] = {lost, 0, 0, 0, 0};
-    (void)canopen_node_raise(node, EMERGENCY_HEARTBEAT, ERROR_COMMUNICATION, info);
+    const emergency_error error = {.code = EMERGENCY_HEARTBEAT, .register_bits = ERROR_COMMUNICATION, .detail = lost};
+    (void)canopen_node_raise(node, &error);
     if (node->config.events.heartbeat_lost != NULL) {
       node->config.events.heartbeat_lost(node->config.context, lost);
     }

@@ -13,7 +13,7 @@
 #include "canopen/tpdo.h"
 
 enum {
-  CANOPEN_PARTS = 10,           /* of the dictionary: two of the node, the others of the application */
+  CANOPEN_PARTS = 12,           /* of the dictionary: two of the node, the others of the application */
   CANOPEN_FRAMES_PER_CALL = 16, /* twice what 1 Mbit/s can bring in 1 ms */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };
@@ -75,9 +75,9 @@ void canopen_node_tick(canopen_node *node);
 /* Optional, between ticks and in the same thread: handles frames, so that answers need not wait for the tick. */
 void canopen_node_process(canopen_node *node);
 
-/* Errors of the application, see emergency.h. `info` is NULL or 5 bytes. */
-bool canopen_node_raise(canopen_node *node, uint16_t code, uint8_t register_bits, const uint8_t *info);
-bool canopen_node_clear(canopen_node *node, uint16_t code);
+/* Errors of the application, see emergency.h; its sources are not 0. */
+bool canopen_node_raise(canopen_node *node, const emergency_error *error);
+bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 
 /* From the CAN driver, in the tick's thread. */
 void canopen_node_bus_off_recovered(canopen_node *node);

@@ -1,6 +1,5 @@
 #include "canopen/emergency.h"
 
-#include <stddef.h>
 #include <string.h>
 
 #define COB_ID_INVALID 0x80000000u
@@ -14,16 +13,15 @@ static void update_register(const emergency_producer *self, emergency_objects *o
   objects->error_register = bits;
 }
 
-static void remember(emergency_objects *objects, uint16_t code, const uint8_t *info) {
+static void remember(emergency_objects *objects, const emergency_error *error) {
   memmove(&objects->history[1], &objects->history[0], sizeof objects->history - sizeof objects->history[0]);
-  const uint32_t more = info == NULL ? 0 : (uint32_t)info[0] | (uint32_t)info[1] << 8;
-  objects->history[0] = code | more << 16;
+  objects->history[0] = error->code | (uint32_t)error->detail << 16 | (uint32_t)error->source << 24;
   if (objects->count < EMERGENCY_HISTORY) {
     objects->count++;
   }
 }
 
-static void tell(emergency_producer *self, const emergency_objects *objects, uint16_t code, const uint8_t *info) {
+static void tell(emergency_producer *self, const emergency_objects *objects, const emergency_error *error) {
   if (self->waiting_count == EMERGENCY_WAITING) {
     if (self->dropped < UINT16_MAX) {
       self->dropped++;
@@ -33,18 +31,17 @@ static void tell(emergency_producer *self, const emergency_objects *objects, uin
   uint8_t *message = self->waiting[(self->waiting_first + self->waiting_count) % EMERGENCY_WAITING];
   self->waiting_count++;
   memset(message, 0, CAN_FRAME_BYTES);
-  message[0] = (uint8_t)code;
-  message[1] = (uint8_t)(code >> 8);
+  message[0] = (uint8_t)error->code;
+  message[1] = (uint8_t)(error->code >> 8);
   message[2] = objects->error_register;
-  if (info != NULL) {
-    memcpy(&message[3], info, EMERGENCY_INFO);
-  }
+  message[3] = error->detail;
+  message[4] = error->source;
 }
 
-/* Place of a code among the active ones, active_count when it is not there. */
-static uint8_t find(const emergency_producer *self, uint16_t code) {
+/* Place of an error among the active ones, active_count when it is not there. */
+static uint8_t find(const emergency_producer *self, uint8_t source, uint16_t code) {
   uint8_t i = 0;
-  while (i < self->active_count && self->active[i].code != code) {
+  while (i < self->active_count && (self->active[i].code != code || self->active[i].source != source)) {
     i++;
   }
   return i;
@@ -55,33 +52,32 @@ void emergency_reset(emergency_producer *self, emergency_objects *objects) {
   objects->error_register = 0;
 }
 
-bool emergency_raise(emergency_producer *self, emergency_objects *objects, uint16_t code, uint8_t register_bits,
-                     const uint8_t *info) {
-  if (self->active_count == EMERGENCY_ACTIVE || find(self, code) < self->active_count) {
+bool emergency_raise(emergency_producer *self, emergency_objects *objects, const emergency_error *error) {
+  if (self->active_count == EMERGENCY_ACTIVE || emergency_is_active(self, error->source, error->code)) {
     return false;
   }
-  self->active[self->active_count] = (emergency_error){code, register_bits};
+  self->active[self->active_count] = *error;
   self->active_count++;
   update_register(self, objects);
-  remember(objects, code, info);
-  tell(self, objects, code, info);
+  remember(objects, error);
+  tell(self, objects, error);
   return true;
 }
 
-bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint16_t code) {
-  const uint8_t place = find(self, code);
+bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint8_t source, uint16_t code) {
+  const uint8_t place = find(self, source, code);
   if (place == self->active_count) {
     return false;
   }
   self->active_count--;
   self->active[place] = self->active[self->active_count];
   update_register(self, objects);
-  tell(self, objects, EMERGENCY_NONE, NULL);
+  tell(self, objects, &(emergency_error){.code = EMERGENCY_NONE, .source = source});
   return true;
 }
 
-bool emergency_is_active(const emergency_producer *self, uint16_t code) {
-  return find(self, code) < self->active_count;
+bool emergency_is_active(const emergency_producer *self, uint8_t source, uint16_t code) {
+  return find(self, source, code) < self->active_count;
 }
 
 void emergency_tick(emergency_producer *self, const emergency_objects *objects, const can_sender *sender) {

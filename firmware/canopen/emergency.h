@@ -7,7 +7,7 @@
 
 #include "canopen/can_frame.h"
 
-enum { EMERGENCY_HISTORY = 8, EMERGENCY_ACTIVE = 16, EMERGENCY_WAITING = 8, EMERGENCY_INFO = 5 };
+enum { EMERGENCY_HISTORY = 8, EMERGENCY_ACTIVE = 16, EMERGENCY_WAITING = 8, EMERGENCY_SOURCE_NODE = 0 };
 
 /* Bits of 0x1001. */
 enum {
@@ -36,14 +36,17 @@ enum {
 typedef struct {
   uint8_t error_register;              /* 0x1001 */
   uint8_t count;                       /* 0x1003:0, 0 .. 8 */
-  uint32_t history[EMERGENCY_HISTORY]; /* 0x1003:1.., newest first: code, info[0..1] in the upper half */
+  uint32_t history[EMERGENCY_HISTORY]; /* 0x1003:1.., newest first: code, detail << 16, source << 24 */
   uint32_t cob_id;                     /* 0x1014, bit 31: do not send */
   uint16_t inhibit_100us;              /* 0x1015 */
 } emergency_objects;
 
+/* The same code of two sources is two errors: each is told, and each is cleared by itself. */
 typedef struct {
   uint16_t code;
   uint8_t register_bits;
+  uint8_t source; /* EMERGENCY_SOURCE_NODE; others are the application's */
+  uint8_t detail; /* what more is known; the meaning is the code's */
 } emergency_error;
 
 typedef struct {
@@ -59,14 +62,14 @@ typedef struct {
 /* Nothing wrong, nothing to tell; the history stays. */
 void emergency_reset(emergency_producer *self, emergency_objects *objects);
 
-/* False when the code is active already, or 16 others are. `info` is NULL or 5 bytes of the maker's. */
-bool emergency_raise(emergency_producer *self, emergency_objects *objects, uint16_t code, uint8_t register_bits,
-                     const uint8_t *info);
+/* False when the source has this code already, or 16 errors are active. Byte 3 of the message is the detail, byte 4
+ * the source. */
+bool emergency_raise(emergency_producer *self, emergency_objects *objects, const emergency_error *error);
 
-/* Tells "no error" (code 0) with what the register still holds. False when the code was not active. */
-bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint16_t code);
+/* Tells "no error" (code 0) with what the register still holds. False when the source had no such error. */
+bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint8_t source, uint16_t code);
 
-bool emergency_is_active(const emergency_producer *self, uint16_t code);
+bool emergency_is_active(const emergency_producer *self, uint8_t source, uint16_t code);
 
 /* One ms: sends at most one waiting message when the inhibit time allows. */
 void emergency_tick(emergency_producer *self, const emergency_objects *objects, const can_sender *sender);

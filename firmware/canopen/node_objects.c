@@ -105,7 +105,7 @@ void node_objects_judge_heartbeats(canopen_node *node) {
     lost = lost || node->consumers[i].health == HEARTBEAT_LOST;
   }
   if (!lost) {
-    (void)canopen_node_clear(node, EMERGENCY_HEARTBEAT);
+    (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_HEARTBEAT);
   }
 }
 

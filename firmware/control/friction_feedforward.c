@@ -1,5 +1,7 @@
 #include "control/friction_feedforward.h"
 
+#include <stdbool.h>
+
 #include "control/scalar.h"
 
 control_status friction_feedforward_check(const friction_feedforward_params *params) {
@@ -16,6 +18,17 @@ control_status friction_feedforward_check(const friction_feedforward_params *par
 }
 
 void friction_feedforward_reset(friction_feedforward_state *state) { lugre_reset(&state->lugre); }
+
+void friction_feedforward_retune(friction_feedforward_state *state, const friction_feedforward_params *from,
+                                 const friction_feedforward_params *to, float joint_rate_rad_s) {
+  if (from->model == FRICTION_LUGRE) {
+    state->lugre.deflection_rad *= from->lugre.stiffness_nm_rad / to->lugre.stiffness_nm_rad;
+    return;
+  }
+  const lugre_direction *direction = joint_rate_rad_s >= 0.0f ? &to->lugre.positive : &to->lugre.negative;
+  const bool slides = scalar_abs(joint_rate_rad_s) > direction->stribeck_speed_rad_s;
+  lugre_settle(&state->lugre, &to->lugre, slides ? joint_rate_rad_s : 0.0f);
+}
 
 float friction_feedforward_rate(const friction_feedforward_params *params, const friction_feedforward_input *input) {
   const float lead_rad_s = input->reference_rad_s - input->base_rate_rad_s - input->joint_rate_rad_s;

@@ -42,6 +42,12 @@ typedef struct {
 control_status friction_feedforward_check(const friction_feedforward_params *params);
 void friction_feedforward_reset(friction_feedforward_state *state);
 
+/* Goes on with other parameters: the bristles keep their torque. A model that had none gets those of sliding at
+ * `joint_rate_rad_s`, once that is beyond its Stribeck rate; slower, the direction is not sure and they start relaxed.
+ */
+void friction_feedforward_retune(friction_feedforward_state *state, const friction_feedforward_params *from,
+                                 const friction_feedforward_params *to, float joint_rate_rad_s);
+
 /* The rate that drives the model: set-point less base, kept near the measured joint rate. */
 float friction_feedforward_rate(const friction_feedforward_params *params, const friction_feedforward_input *input);
 

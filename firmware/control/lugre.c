@@ -54,6 +54,11 @@ float lugre_steady_nm(const lugre_params *params, float speed_rad_s) {
   return (speed_rad_s > 0.0f ? level_nm : -level_nm) + direction->viscous_nm_s_rad * speed_rad_s;
 }
 
+void lugre_settle(lugre_state *state, const lugre_params *params, float speed_rad_s) {
+  const float viscous_nm = direction_of(params, speed_rad_s)->viscous_nm_s_rad * speed_rad_s;
+  state->deflection_rad = (lugre_steady_nm(params, speed_rad_s) - viscous_nm) / params->stiffness_nm_rad;
+}
+
 /* The two functions of x = rate * dt that solve dz/dt = slope - rate (z - z0) over one tick:
  * the end point moves by slope dt end(x), the mean by slope dt mean(x). */
 typedef struct {

@@ -38,6 +38,9 @@ control_status lugre_check(const lugre_params *params);
 
 void lugre_reset(lugre_state *state);
 
+/* The bristles as long sliding at this rate leaves them; relaxed when it is 0. */
+void lugre_settle(lugre_state *state, const lugre_params *params, float speed_rad_s);
+
 /* g(v) of eq. (3) in Nm, always within [Tc, Ts]. The sign of the speed does not matter here. */
 float lugre_stribeck_nm(const lugre_direction *direction, float speed_rad_s);
 

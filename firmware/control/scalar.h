@@ -16,10 +16,16 @@ static inline float scalar_min(float a, float b) { return a < b ? a : b; }
 static inline float scalar_max(float a, float b) { return a > b ? a : b; }
 static inline float scalar_abs(float a) { return a < 0.0f ? -a : a; }
 
-/* Limits `value` to [low, high]; low <= high. */
+/* Limits `value` to [low, high]; low <= high. NaN stays NaN: a limit must not make a full torque of it. */
 static inline float scalar_clamp(float value, float low, float high) {
-  return scalar_min(scalar_max(value, low), high);
+  if (value < low) {
+    return low;
+  }
+  return value > high ? high : value;
 }
+
+/* Whether |value| <= bound; false for NaN. */
+static inline bool scalar_within(float value, float bound) { return scalar_abs(value) <= bound; }
 
 /* exp(-x) for x >= 0, relative error below 3e-7; exactly 1 at 0 and exactly 0 beyond 87. */
 float scalar_exp_minus(float x);

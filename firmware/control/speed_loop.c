@@ -80,27 +80,39 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
   return out;
 }
 
-/* The sum that one tick would command if nothing limited it; the state is a copy. */
-static float unlimited_nm(speed_loop_state state, const speed_loop_params *params, const speed_loop_rates *rates,
-                          const speed_reference *reference, float applied_nm, float dt_s) {
+/* What one tick would command if nothing limited it; the state is a copy. */
+static speed_loop_output unlimited(speed_loop_state state, const speed_loop_params *params,
+                                   const speed_loop_rates *rates, const speed_reference *reference, float applied_nm,
+                                   float dt_s) {
   const torque_limits none = {.minimum_nm = -FLT_MAX, .maximum_nm = FLT_MAX};
-  return speed_loop_control(&state, params, rates, reference, applied_nm, &none, dt_s).torque_nm;
+  return speed_loop_control(&state, params, rates, reference, applied_nm, &none, dt_s);
 }
 
 /* Bristles keep their torque, the observer its estimate, the filters their settled output. */
 static speed_loop_state carried_over(const speed_loop_state *state, const speed_loop_params *from,
                                      const speed_loop_params *to, const speed_loop_rates *rates, float dt_s) {
   speed_loop_state next = *state;
-  next.friction.lugre.deflection_rad *= from->friction.lugre.stiffness_nm_rad / to->friction.lugre.stiffness_nm_rad;
+  friction_feedforward_retune(&next.friction, &from->friction, &to->friction, rates->joint_rate_rad_s);
   disturbance_observer_retune(&next.observer, &to->observer, rates->feedback_rad_s, dt_s);
   biquad_reset(&next.notch, &to->notch, rates->rate_rad_s);
   biquad_reset(&next.lowpass, &to->lowpass, rates->rate_rad_s);
   return next;
 }
 
+/* Friction that feedforward explains no longer is load to the observer, and the other way round. It would find that
+ * by itself, but only out of an error of the rate. */
+static void hand_to_observer(speed_loop_state *state, const speed_loop_params *params, float friction_nm,
+                             const speed_loop_rates *rates, float dt_s) {
+  state->explained_nm -= friction_nm;
+  state->observer.estimate_nm += friction_nm;
+  disturbance_observer_retune(&state->observer, &params->observer, rates->feedback_rad_s, dt_s);
+}
+
 void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, const speed_loop_params *to,
                        const speed_loop_rates *rates, const speed_reference *reference, float applied_nm, float dt_s) {
-  const float before_nm = unlimited_nm(*state, from, rates, reference, applied_nm, dt_s);
+  const speed_loop_output before = unlimited(*state, from, rates, reference, applied_nm, dt_s);
   *state = carried_over(state, from, to, rates, dt_s);
-  state->pi.integral += before_nm - unlimited_nm(*state, to, rates, reference, applied_nm, dt_s);
+  const float friction_nm = unlimited(*state, to, rates, reference, applied_nm, dt_s).friction_nm;
+  hand_to_observer(state, to, before.friction_nm - friction_nm, rates, dt_s);
+  state->pi.integral += before.torque_nm - unlimited(*state, to, rates, reference, applied_nm, dt_s).torque_nm;
 }

@@ -90,8 +90,9 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
                                      const torque_limits *limits, float dt_s);
 
 /* Hands a running loop over from one set of parameters to another without a jump of the torque: call once, with what
- * the last tick saw, before the next `speed_loop_control` with `to`. Estimates are carried over; what the two sets
- * still differ by in that tick goes into the integral. Both sets must have passed `speed_loop_check`. */
+ * the last tick saw, before the next `speed_loop_control` with `to`. Estimates are carried over; what
+ * friction feedforward gives less or more becomes the observer's, and what the two sets still differ by in that tick
+ * goes into the integral. Both sets must have passed `speed_loop_check`. */
 void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, const speed_loop_params *to,
                        const speed_loop_rates *rates, const speed_reference *reference, float applied_nm, float dt_s);
 

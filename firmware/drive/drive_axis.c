@@ -7,6 +7,10 @@
 /* 2^30 units: beyond half a turn the position loop would take the other way round. */
 #define QUARTER_TURN (INT64_C(1) << 30)
 
+bool drive_axis_obeys_stimulus(const drive_axis *axis) {
+  return axis->state.action == DRIVE_RUN && axis->motion.mode == DRIVE_NO_MODE;
+}
+
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
   *axis = (drive_axis){.position = drive_angle_unwrap(0, joint_angle)};
   drive_state_reset(&axis->state);
@@ -21,6 +25,7 @@ void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const 
   inputs->torque_nm = params->torque_constant_nm_a * samples->mean_current_a;
   inputs->torque_demand_nm = servo->commanded_nm;
   inputs->torque_limited = servo->signals.torque.limited;
+  inputs->implausible = servo->implausible;
 }
 
 static bool inputs_are_finite(const drive_axis_inputs *inputs) {
@@ -29,7 +34,8 @@ static bool inputs_are_finite(const drive_axis_inputs *inputs) {
 }
 
 static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
-  drive_feedback feedback = {.position = axis->position, .setpoint_arrived = inputs->setpoint_arrived};
+  drive_feedback feedback = {
+      .position = axis->position, .setpoint_arrived = inputs->setpoint_arrived, .stimulus = inputs->stimulus};
   if (inputs_are_finite(inputs)) {
     feedback.rate_rad_s = inputs->rate_rad_s;
     feedback.reference_rad_s = inputs->reference_rad_s;
@@ -47,7 +53,7 @@ static void write_actual_values(const drive_axis *axis, drive_objects *objects, 
 
 /* The worst of what is wrong: samples, what the caller found, what the drive found. */
 static drive_fault fault_of(const drive_axis *axis, const drive_axis_inputs *inputs, uint16_t *code) {
-  if (!inputs_are_finite(inputs)) {
+  if (inputs->implausible || !inputs_are_finite(inputs)) {
     *code = DRIVE_ERROR_SENSOR;
     return DRIVE_FAULT_CUTS;
   }
@@ -59,16 +65,28 @@ static drive_fault fault_of(const drive_axis *axis, const drive_axis_inputs *inp
   return axis->following_failed ? DRIVE_FAULT_STOPS : DRIVE_NO_FAULT;
 }
 
-static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs) {
+static uint32_t distance_between(int32_t a, int32_t b) {
+  const int64_t difference = (int64_t)a - b;
+  return (uint32_t)(difference < 0 ? -difference : difference);
+}
+
+static bool stop_is_over(drive_axis *axis, const drive_objects *objects, float dt_s) {
+  const uint16_t longest_wait_ms = 200;
+  const bool stopping = axis->state.action == DRIVE_SLOW_DOWN || axis->state.action == DRIVE_QUICK_STOP;
+  const bool ended = stopping && profile_at_rest(&axis->motion.ramp);
+  const bool waited = dwell_timer_step(&axis->ramp_ended, ended, longest_wait_ms, dt_s);
+  return ended && (waited || distance_between(objects->velocity.actual, 0) <= objects->velocity.threshold);
+}
+
+static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
   uint16_t code;
   const drive_power_state before = axis->state.power;
-  const bool was_stopping = axis->state.action == DRIVE_SLOW_DOWN || axis->state.action == DRIVE_QUICK_STOP;
   const drive_state_inputs in = {
       .controlword = objects->state.controlword,
       .fault = fault_of(axis, inputs, &code),
       .ready = inputs->ready,
       .voltage_present = inputs->voltage_present,
-      .stopped = was_stopping && profile_at_rest(&axis->motion.ramp),
+      .stopped = stop_is_over(axis, objects, dt_s),
   };
   const drive_action action = drive_state_step(&axis->state, &objects->state.option, &in);
   if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE) {
@@ -77,11 +95,6 @@ static drive_action step_state(drive_axis *axis, drive_objects *objects, const d
     objects->state.error_code = 0;
   }
   return action;
-}
-
-static uint32_t distance_between(int32_t a, int32_t b) {
-  const int64_t difference = (int64_t)a - b;
-  return (uint32_t)(difference < 0 ? -difference : difference);
 }
 
 /* 60F4 and its window: the bit (window left for longer than 6066) and the fault. */
@@ -154,7 +167,7 @@ servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, con
   axis->position = drive_angle_unwrap(axis->position, inputs->joint_angle);
   write_actual_values(axis, objects, inputs);
   const drive_feedback feedback = feedback_of(axis, inputs);
-  const drive_action action = step_state(axis, objects, inputs);
+  const drive_action action = step_state(axis, objects, inputs, dt_s);
   const drive_setpoint setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
   objects->state.mode_display = axis->motion.mode;
   objects->position.demand = drive_position_from_angle(setpoint.position);

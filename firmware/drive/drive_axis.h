@@ -29,13 +29,15 @@ typedef struct {
   float torque_nm;        /* what the motor gives */
   float torque_demand_nm; /* what the last tick commanded */
   bool torque_limited;
+  bool implausible;     /* the servo axis refused the last samples */
   bool ready;           /* self-test done */
   bool voltage_present; /* the bus voltage lets the motor run */
   bool warning;
-  bool remote;           /* the controlword is obeyed: the node is operational */
-  bool setpoint_arrived; /* 607A, 60FF or 6071 was written since the last tick, the same value included */
-  drive_fault fault;     /* while it lasts */
-  uint16_t fault_code;   /* of `fault`, CiA 402-2 table of error codes */
+  bool remote;                        /* the controlword is obeyed: the node is operational */
+  bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
+  const servo_axis_command *stimulus; /* of an experiment, obeyed in operation with 6060 = 0; or NULL */
+  drive_fault fault;                  /* while it lasts */
+  uint16_t fault_code;                /* of `fault`, CiA 402-2 table of error codes */
 } drive_axis_inputs;
 
 typedef struct {
@@ -46,8 +48,12 @@ typedef struct {
   dwell_timer position_reached;
   dwell_timer velocity_reached;
   dwell_timer moving;
+  dwell_timer ramp_ended;
   bool following_failed; /* found in the last tick */
 } drive_axis;
+
+/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation. */
+bool drive_axis_obeys_stimulus(const drive_axis *axis);
 
 /* Not ready to switch on, off; positions count from the encoder's zero within half a turn of it. */
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
@@ -56,7 +62,9 @@ void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
 
-/* One tick. Inputs that are not finite are a fault 7300 that cuts the torque. */
+/* One tick. A stop is over when its ramp has ended and the axis turns no faster than 606F, or 200 ms later: what still
+ * turns then is not held by waiting. Inputs that are implausible or not finite are a fault 7300 that cuts the torque.
+ */
 servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                                    float dt_s);
 

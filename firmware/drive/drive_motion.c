@@ -2,6 +2,7 @@
 
 #include <limits.h>
 #include <math.h>
+#include <stddef.h>
 
 #include "control/scalar.h"
 
@@ -266,6 +267,12 @@ static float along_slope(float from_nm, float to_nm, const drive_torque_objects 
   return scalar_clamp(to_nm, from_nm - step_nm, from_nm + step_nm);
 }
 
+/* A torque is no speed: beyond 607F what would drive the axis on is taken back, all of it at 110 %. */
+static float held_below_limit(float torque_nm, float rate_rad_s, float limit_rad_s) {
+  const float ahead_rad_s = torque_nm < 0.0f ? -rate_rad_s : rate_rad_s;
+  return torque_nm * scalar_clamp((1.1f * limit_rad_s - ahead_rad_s) / (0.1f * limit_rad_s), 0.0f, 1.0f);
+}
+
 static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                                     float dt_s) {
   const drive_torque_objects *torque = &objects->torque;
@@ -284,7 +291,32 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
   motion->torque_nm = along_slope(motion->torque_nm, target_nm, torque, dt_s);
   motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
   drive_setpoint setpoint = setpoint_of(motion, feedback, 0.0f);
-  setpoint.command.torque_nm = motion->torque_nm;
+  setpoint.command.torque_nm = held_below_limit(motion->torque_nm, feedback->rate_rad_s, limits.rate_rad_s);
+  setpoint.limited = setpoint.command.torque_nm != motion->torque_nm;
+  return setpoint;
+}
+
+/* --- an experiment --- */
+
+/* Its set-point within the position limits and below 607F; the ramp goes along, so that a stop begins where it is. */
+static drive_setpoint follow(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
+                             float dt_s) {
+  const servo_axis_command *stimulus = feedback->stimulus;
+  const profile_limits limits = velocity_limits(&objects->limit);
+  const bool torque = stimulus->mode == SERVO_TORQUE;
+  if (limit_blocks(motion, &objects->limit, feedback, &limits,
+                   torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s)) {
+    return stop(motion, feedback, &limits, dt_s);
+  }
+  close_loop(motion, stimulus->mode, feedback);
+  motion->ramp = (profile_ramp){.rate_rad_s = torque ? feedback->rate_rad_s : stimulus->speed.rate_rad_s};
+  motion->demand = drive_angle_unwrap(feedback->position, stimulus->position);
+  motion->demand_rest = 0.0f;
+  drive_setpoint setpoint = {.command = *stimulus, .position = feedback->position, .followed = true};
+  setpoint.position = stimulus->mode == SERVO_POSITION ? motion->demand : feedback->position;
+  setpoint.command.speed.rate_rad_s = scalar_clamp(stimulus->speed.rate_rad_s, -limits.rate_rad_s, limits.rate_rad_s);
+  setpoint.command.torque_nm =
+      torque ? held_below_limit(stimulus->torque_nm, feedback->rate_rad_s, limits.rate_rad_s) : stimulus->torque_nm;
   return setpoint;
 }
 
@@ -305,19 +337,24 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
       return cyclic_torque(motion, objects, feedback, dt_s);
     case DRIVE_NO_MODE:
     default: {
+      if (feedback->stimulus != NULL) {
+        return follow(motion, objects, feedback, dt_s);
+      }
       const profile_limits limits = velocity_limits(&objects->limit);
       return stop(motion, feedback, &limits, dt_s);
     }
   }
 }
 
-/* 6072, 60E0 and 60E1, and in csp and csv the torque offset 60B2. */
+/* 6072, 60E0 and 60E1, narrowed further where the command brings limits; in csp and csv the torque offset 60B2. */
 static void add_torque(const drive_motion *motion, const drive_torque_objects *torque, servo_axis_command *command) {
   const uint16_t up = torque->maximum < torque->positive_limit ? torque->maximum : torque->positive_limit;
   const uint16_t down = torque->maximum < torque->negative_limit ? torque->maximum : torque->negative_limit;
+  const float up_nm = drive_torque_from_permille(up, torque->rated_mnm);
+  const float down_nm = drive_torque_from_permille(down, torque->rated_mnm);
+  const torque_limits own = command->torque_limited ? command->limits : (torque_limits){-down_nm, up_nm};
   command->torque_limited = true;
-  command->limits.maximum_nm = drive_torque_from_permille(up, torque->rated_mnm);
-  command->limits.minimum_nm = -drive_torque_from_permille(down, torque->rated_mnm);
+  command->limits = (torque_limits){scalar_max(own.minimum_nm, -down_nm), scalar_min(own.maximum_nm, up_nm)};
   if (motion->mode == DRIVE_CYCLIC_POSITION || motion->mode == DRIVE_CYCLIC_VELOCITY) {
     command->torque_nm = drive_torque_from_permille(torque->offset, torque->rated_mnm);
   }

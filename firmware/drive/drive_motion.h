@@ -20,10 +20,11 @@
 /* What the axis does; finite. */
 typedef struct {
   drive_angle position;
-  float rate_rad_s;       /* the rate that the speed loop controls */
-  float reference_rad_s;  /* the set-point that it had in the last tick */
-  float torque_demand_nm; /* commanded in the last tick */
-  bool setpoint_arrived;  /* 607A, 60FF or 6071 was written since the last tick, the same value included */
+  float rate_rad_s;                   /* the rate that the speed loop controls */
+  float reference_rad_s;              /* the set-point that it had in the last tick */
+  float torque_demand_nm;             /* commanded in the last tick */
+  bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
+  const servo_axis_command *stimulus; /* of an experiment: obeyed in place of a mode while none is chosen; or NULL */
 } drive_feedback;
 
 typedef struct {

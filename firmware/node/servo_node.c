@@ -68,6 +68,7 @@ static void reset(void *context, bool whole_node) {
     const uint32_t stored_crc = axis->tuning.stored_crc;
     (void)axis_tuning_start(&axis->tuning, &axis->stored, &node->board.app.params.axis[i]); /* was in force before */
     axis->tuning.stored_crc = stored_crc;
+    experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
     drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
   }
 }
@@ -104,6 +105,12 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .values = &axis->tuning,
                                .owner = &axis->owner,
                                .hooks = &tuning_objects_hooks};
+    parts[count++] = (od_part){.table = experiment_objects_table,
+                               .shift = shift,
+                               .prefix = prefixes[i],
+                               .values = &axis->experiment,
+                               .owner = axis,
+                               .hooks = &experiment_objects_hooks};
     parts[count++] = (od_part){.table = drive_objects_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -186,18 +193,21 @@ static drive_axis_inputs inputs_of(servo_node *node, int i) {
   return inputs;
 }
 
-/* EMCY when an axis' error code appears, and again when it has gone; the first byte tells the axis. */
+/* EMCY when an axis' error code appears, and again when it has gone: the axes are sources of their own, so that 1001
+ * tells of a fault as long as one of them is in it. */
 static void tell_fault(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   const uint16_t code = axis->objects.state.error_code;
   if (code == axis->told_error) {
     return;
   }
-  const uint8_t info[EMERGENCY_INFO] = {(uint8_t)i};
+  const uint8_t source = (uint8_t)(i + 1);
+  if (axis->told_error != 0) {
+    (void)canopen_node_clear(&node->canopen, source, axis->told_error);
+  }
   if (code != 0) {
-    (void)canopen_node_raise(&node->canopen, code, ERROR_MANUFACTURER, info); /* false: the bus knows already */
-  } else {
-    (void)canopen_node_clear(&node->canopen, axis->told_error);
+    const emergency_error error = {.code = code, .register_bits = ERROR_MANUFACTURER, .source = source};
+    (void)canopen_node_raise(&node->canopen, &error);
   }
   axis->told_error = code;
 }
@@ -222,8 +232,14 @@ void servo_node_tick(servo_node *node) {
   canopen_node_tick(&node->canopen);
   servo_board_sample(&node->board);
   for (int i = 0; i < SERVO_AXES; ++i) {
-    const drive_axis_inputs inputs = inputs_of(node, i);
-    node->board.command.axis[i] = drive_axis_step(&node->axis[i].drive, &node->axis[i].objects, &inputs, SERVO_TICK_S);
+    servo_node_axis *axis = &node->axis[i];
+    drive_axis_inputs inputs = inputs_of(node, i);
+    servo_axis_command wanted;
+    const float joint_rate_rad_s = node->board.app.axis[i].signals.rates.joint_rate_rad_s;
+    const bool stimulated = experiment_objects_step(&axis->experiment, &axis->drive, inputs.joint_angle,
+                                                    joint_rate_rad_s, &wanted, SERVO_TICK_S);
+    inputs.stimulus = stimulated ? &wanted : NULL;
+    node->board.command.axis[i] = drive_axis_step(&axis->drive, &axis->objects, &inputs, SERVO_TICK_S);
     tell_fault(node, i);
   }
   node->bus_fault_code = 0;

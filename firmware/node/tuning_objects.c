@@ -15,38 +15,27 @@ static od_abort refresh(void *owner, const od_object *object) {
   return OD_OK;
 }
 
-/* A refused apply leaves its reason in 0x2070:3 and nothing else; the command cannot be mapped into a PDO. */
-static od_abort accept(void *owner, const od_object *object, od_number value) {
-  const tuning_owner *tuned = owner;
-  if (!is_command(object) || value.i != COMMAND_APPLY) {
-    return OD_OK;
-  }
-  servo_axis_params built;
-  tuned->tuning->last_result = (uint32_t)axis_parameters_build(&tuned->tuning->staged, &built);
-  return tuned->tuning->last_result == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
-}
-
-static void changed(void *owner, const od_object *object) {
-  const tuning_owner *tuned = owner;
-  if (!is_command(object)) {
-    return;
-  }
+static control_status obey(const tuning_owner *tuned, int64_t command) {
   servo_app *app = &tuned->board->app;
   servo_axis *axis = &app->axis[tuned->axis];
   servo_axis_params *in_force = &app->params.axis[tuned->axis];
-  switch (tuned->tuning->command) {
+  switch (command) {
     case COMMAND_APPLY:
-      (void)axis_tuning_apply(tuned->tuning, axis, in_force, SERVO_TICK_S); /* accept() has checked it */
-      break;
+      return axis_tuning_apply(tuned->tuning, axis, in_force, SERVO_TICK_S);
     case COMMAND_REVERT:
       axis_tuning_revert(tuned->tuning);
-      break;
+      return CONTROL_OK;
     case COMMAND_UNDO:
-      (void)axis_tuning_undo(tuned->tuning, axis, in_force, SERVO_TICK_S); /* was in force before */
-      break;
+      return axis_tuning_undo(tuned->tuning, axis, in_force, SERVO_TICK_S);
     default:
-      break;
+      return CONTROL_OK;
   }
 }
 
-const od_hooks tuning_objects_hooks = {.refresh = refresh, .accept = accept, .changed = changed};
+/* The question is the deed, because only it can answer; no PDO reaches a command. A refused one leaves its reason in
+ * 0x2070:3 and nothing else. */
+static od_abort accept(void *owner, const od_object *object, od_number value) {
+  return !is_command(object) || obey(owner, value.i) == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
+}
+
+const od_hooks tuning_objects_hooks = {.refresh = refresh, .accept = accept};

@@ -129,7 +129,7 @@ double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_p
 
 Margins margins_of(const FrequencyResponse& response) {
   const double none = std::numeric_limits<double>::infinity();
-  Margins margins{none, none, 0.0};
+  Margins margins{none, none, 0.0, none};
   for (std::size_t i = 1; i < response.loop_gain.size(); ++i) {
     const Complex a = response.loop_gain[i - 1];
     const Complex b = response.loop_gain[i];
@@ -147,7 +147,12 @@ Margins margins_of(const FrequencyResponse& response) {
     }
     if ((phase_a_deg > 0.0) != (phase_b_deg > 0.0) && std::abs(phase_a_deg) < 90.0) {
       const double share = crossing(0.0, phase_a_deg, 1.0, phase_b_deg);
-      margins.gain_margin_db = std::min(margins.gain_margin_db, std::abs(gain_a_db + share * (gain_b_db - gain_a_db)));
+      const double gain_margin_db = std::abs(gain_a_db + share * (gain_b_db - gain_a_db));
+      if (gain_margin_db < margins.gain_margin_db) {
+        margins.gain_margin_db = gain_margin_db;
+        margins.phase_crossover_hz =
+            response.frequency_hz[i - 1] + share * (response.frequency_hz[i] - response.frequency_hz[i - 1]);
+      }
     }
   }
   return margins;

@@ -34,9 +34,10 @@ struct FrequencyResponse {
 };
 
 struct Margins {
-  double gain_margin_db = 0.0;    // smallest |gain change in dB|, up or down, that reaches L = -1
-  double phase_margin_deg = 0.0;  // smallest over all crossings of |L| = 1
-  double crossover_hz = 0.0;      // highest frequency with |L| = 1
+  double gain_margin_db = 0.0;      // smallest |gain change in dB|, up or down, that reaches L = -1
+  double phase_margin_deg = 0.0;    // smallest over all crossings of |L| = 1
+  double crossover_hz = 0.0;        // highest frequency with |L| = 1
+  double phase_crossover_hz = 0.0;  // where the gain margin is taken; infinite when there is none
 };
 
 // `count` frequencies, logarithmically spaced.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace trackservo::sim {
 namespace {
@@ -43,20 +44,29 @@ double rms_rate_error_rad_s(const Trace& trace, int axis, Window window) {
 }
 
 double time_to_90_percent_s(const Trace& trace, int axis, Window window, double step_rad_s) {
-  double reached_s = window.end_s;
+  // Half a tick: times are sums of ticks, and a dwell of 100 of them must not depend on their last bit.
+  const double dwell_s = kArrivalDwell_s - 0.5 * static_cast<double>(SERVO_TICK_S);
+  std::optional<double> since_s;  // at 90 % without a break
+  std::optional<double> arrived_s;
   const int rows = for_window(trace, axis, window, [&](double time_s, const AxisRow& row) {
-    if (row.rate_rad_s >= 0.9 * step_rad_s) {
-      reached_s = std::min(reached_s, time_s);
+    if (row.rate_rad_s / step_rad_s < 0.9) {
+      since_s.reset();
+      return;
+    }
+    since_s = since_s.value_or(time_s);
+    if (!arrived_s && time_s - *since_s >= dwell_s) {
+      arrived_s = since_s;
     }
   });
-  return or_no_value(rows, reached_s - window.begin_s);
+  return or_no_value(step_rad_s == 0.0 ? 0 : rows, arrived_s.value_or(window.end_s) - window.begin_s);
 }
 
 double overshoot_fraction(const Trace& trace, int axis, Window window, double step_rad_s) {
-  double highest = step_rad_s;
-  const int rows =
-      for_window(trace, axis, window, [&](double, const AxisRow& row) { highest = std::max(highest, row.rate_rad_s); });
-  return or_no_value(rows, highest / step_rad_s - 1.0);
+  double highest = 1.0;
+  const int rows = for_window(trace, axis, window, [&](double, const AxisRow& row) {
+    highest = std::max(highest, row.rate_rad_s / step_rad_s);
+  });
+  return or_no_value(step_rad_s == 0.0 ? 0 : rows, highest - 1.0);
 }
 
 double tracking_sigma_rad(const Trace& trace, int axis, Window window) {

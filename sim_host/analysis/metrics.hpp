@@ -20,11 +20,18 @@ double peak_rate_error_rad_s(const Trace& trace, int axis, Window window);
 // Root mean square of (true rate - reference) [rad/s].
 double rms_rate_error_rad_s(const Trace& trace, int axis, Window window);
 
-// Time from window.begin_s until the true rate first reaches 90 % of `step_rad_s` (> 0) [s]; the whole window's length
-// when it never does.
+// How long the true rate must stay at 90 % to have arrived. The start-up transient is over by then (a 30 Hz loop's
+// slowest time constant is about 15 ms), while a gust with a corner of 0.5 Hz has hardly moved: a dip that comes later
+// is a disturbance of the motion, no part of its start.
+constexpr double kArrivalDwell_s = 0.1;
+
+// Time from window.begin_s until the true rate reaches 90 % of `step_rad_s` AND stays at or above it, row for
+// row, for kArrivalDwell_s [s]; a touch that sags again does not count. The whole window's length when it never does,
+// or when the window ends before the dwell is over; NaN for a step of 0.
 double time_to_90_percent_s(const Trace& trace, int axis, Window window, double step_rad_s);
 
-// How far the true rate exceeds `step_rad_s` (> 0), as a fraction of it; 0 when it never does.
+// How far the true rate exceeds `step_rad_s` in its direction, as a fraction of it; 0 when it never does, NaN for a
+// step of 0.
 double overshoot_fraction(const Trace& trace, int axis, Window window, double step_rad_s);
 
 // Standard deviation of the line-of-sight error [rad].

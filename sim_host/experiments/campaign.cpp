@@ -1,43 +1,43 @@
 #include "experiments/campaign.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <mutex>
+#include <tuple>
 
 #include "experiments/job_pool.hpp"
 #include "experiments/margin_study.hpp"
+#include "experiments/run_files.hpp"
+#include "experiments/sensitivity.hpp"
 
 namespace trackservo::sim {
 namespace {
 
-constexpr std::size_t kKeptRows = 6000;  // per CSV at most; longer runs are decimated
-
 struct RunSpec {
-  std::size_t study;
+  const Study *study;
+  StudyCase study_case;
   FrictionModel friction;
-  std::size_t controller;
-  std::size_t case_index;
+  const ControllerSpec *controller;
   std::size_t seed_index;
 };
 
-// Friction-free runs are the floor for the experiments that are compared with it.
+// Friction-free runs are the floor where overshoot or tracking decides.
 std::vector<FrictionModel> frictions_of(const Study& study) {
-  std::vector<FrictionModel> models = {FrictionModel::kLugre, FrictionModel::kMaxwellSlip};
-  if (study.experiment == "step_disturbed" || study.experiment == "tracking") {
-    models.push_back(FrictionModel::kNone);
+  const Purpose purpose = purpose_of(study.scenario);
+  if (purpose == Purpose::kDisturbedStep || purpose == Purpose::kTracking) {
+    return {FrictionModel::kLugre, FrictionModel::kMaxwellSlip, FrictionModel::kNone};
   }
-  return models;
+  return {FrictionModel::kLugre, FrictionModel::kMaxwellSlip};
 }
 
-std::vector<RunSpec> all_runs(const std::vector<Study>& studies, const CampaignOptions& options) {
+std::vector<RunSpec> all_runs(const std::vector<Study>& studies, std::size_t seeds) {
   std::vector<RunSpec> runs;
-  for (std::size_t study = 0; study < studies.size(); ++study) {
-    for (const FrictionModel friction : frictions_of(studies[study])) {
-      for (std::size_t controller = 0; controller < controller_specs().size(); ++controller) {
-        for (std::size_t c = 0; c < cases_of(studies[study]).size(); ++c) {
-          for (std::size_t seed = 0; seed < options.seeds.size(); ++seed) {
-            runs.push_back({study, friction, controller, c, seed});
+  for (const Study& study : studies) {
+    const std::vector<StudyCase> cases = cases_of(study);
+    for (const FrictionModel friction : frictions_of(study)) {
+      for (const ControllerSpec& controller : controller_specs()) {
+        for (const StudyCase& study_case : cases) {
+          for (std::size_t seed = 0; seed < seeds; ++seed) {
+            runs.push_back({&study, study_case, friction, &controller, seed});
           }
         }
       }
@@ -46,86 +46,91 @@ std::vector<RunSpec> all_runs(const std::vector<Study>& studies, const CampaignO
   return runs;
 }
 
-servo_params params_of(const Study& study, const ControllerSpec& spec, const Campaign& campaign, std::uint64_t seed) {
-  servo_params params =
-      design_controller(study.plant, spec, {seed, campaign.options.friction_parameter_error, study.tracker});
-  if (spec.name == "pi_best") {
-    for (int axis = 0; axis < kAxes; ++axis) {
-      set_pi(params, study.plant, axis, campaign.best_pi.at(study_name(study)));
-    }
-  }
-  return params;
+// What sets a run or a cell apart, in the order in which they are listed.
+using Place = std::tuple<std::string, std::string, std::string, FrictionModel, std::string>;
+using CellPlace = std::tuple<Place, int, std::string>;
+
+Place place_of(const RunSpec& spec) {
+  return {spec.study->experiment, spec.study->plant.name, spec.study_case.name, spec.friction, spec.controller->name};
 }
 
-std::string file_stem(const KeptRun& run) {
-  std::string stem = fmt::format("{}-{}-{}-{}-{}", run.experiment, run.case_name, run.plant,
-                                 friction_name(run.friction), run.controller);
-  std::replace_if(
-      stem.begin(), stem.end(), [](char c) { return c == ' ' || c == '/' || c == ','; }, '_');
-  return stem;
-}
-
-// One run: its figures go into the cells, the first seed's trace into a file.
+// Runs, and gathers figures and files. Threads finish in any order, people and diffs want one: hence the maps.
 class Runner {
  public:
-  Runner(const std::vector<Study>& studies, Campaign& campaign) : studies_(studies), campaign_(campaign) {}
+  explicit Runner(const Campaign& campaign) : campaign_(campaign) {}
 
   void run(const RunSpec& spec) {
-    const Study& study = studies_[spec.study];
-    const ControllerSpec& controller = controller_specs()[spec.controller];
-    const StudyCase study_case = cases_of(study)[spec.case_index];
-    const std::uint64_t seed = campaign_.options.seeds[spec.seed_index];
-    PlantConfig plant = study.plant;
-    plant.friction_model = spec.friction;
-    const Trace trace = run_scenario(
-        {&plant, &study.scenario, study_case.speed_rad_s, params_of(study, controller, campaign_, seed), seed});
-    if (spec.seed_index == 0) {
-      keep(study, study_case, spec, trace);
+    const Study& study = *spec.study;
+    RunChoice choice{spec.controller, spec.friction, campaign_.options.seeds[spec.seed_index],
+                     campaign_.options.friction_parameter_error, std::nullopt};
+    if (spec.controller->name == "pi_best") {
+      choice.pi = campaign_.best_pi.at(study_name(study));
     }
-    const std::vector<Figure> figures = measure(study, study_case, trace);
+    const Trace trace = run_case(study, spec.study_case, choice);
+    const KeptRun kept = keep(spec, trace);
+    const std::vector<Figure> figures = measure(study, spec.study_case, trace);
     const std::lock_guard<std::mutex> lock(mutex_);
+    runs_.emplace(std::make_tuple(place_of(spec), spec.seed_index), kept);
     for (const Figure& figure : figures) {
-      cell(study, study_case, spec, figure).values[spec.seed_index] = figure.value;
+      cell(spec, figure).values[spec.seed_index] = figure.value;
+    }
+  }
+
+  // Moves what was gathered into the campaign.
+  void hand_over(Campaign& campaign) const {
+    for (const auto& [place, cell] : cells_) {
+      campaign.cells.push_back(cell);
+    }
+    for (const auto& [place, run] : runs_) {
+      campaign.runs.push_back(run);
     }
   }
 
  private:
-  void keep(const Study& study, const StudyCase& study_case, const RunSpec& spec, const Trace& trace) {
-    const ScenarioConfig& scenario = study.scenario;
+  KeptRun keep(const RunSpec& spec, const Trace& trace) const {
+    const Study& study = *spec.study;
     KeptRun run{study.experiment,
-                study_case.name,
+                spec.study_case.name,
                 study.plant.name,
                 spec.friction,
-                controller_specs()[spec.controller].name,
+                spec.controller->name,
                 campaign_.options.seeds[spec.seed_index],
                 "",
                 study.figure,
-                scenario.rest_s + scenario.settle_s};
-    run.csv = "runs/" + file_stem(run) + ".csv";
-    write_csv(trace, campaign_.options.out_dir / run.csv, static_cast<int>((trace.size() + kKeptRows - 1) / kKeptRows));
-    const std::lock_guard<std::mutex> lock(mutex_);
-    campaign_.runs.push_back(run);
+                study.scenario.rest_s + study.scenario.settle_s};
+    run.csv = "runs/" + write_run(trace, campaign_.options.out_dir / "runs",
+                                  {run.experiment, run.case_name, run.plant, friction_name(run.friction),
+                                   run.controller, "seed_" + std::to_string(run.seed)},
+                                  spec.seed_index == 0);
+    return run;
   }
 
-  Cell& cell(const Study& study, const StudyCase& study_case, const RunSpec& spec, const Figure& figure) {
-    const std::string& controller = controller_specs()[spec.controller].name;
-    for (Cell& cell : campaign_.cells) {
-      if (cell.experiment == study.experiment && cell.case_name == study_case.name && cell.plant == study.plant.name &&
-          cell.friction == spec.friction && cell.controller == controller && cell.axis == figure.axis &&
-          cell.metric == figure.metric) {
-        return cell;
-      }
-    }
-    campaign_.cells.push_back({study.experiment, study_case.name, study.plant.name, spec.friction, controller,
-                               figure.axis, figure.metric, figure.unit,
-                               std::vector<double>(campaign_.options.seeds.size())});
-    return campaign_.cells.back();
+  Cell& cell(const RunSpec& spec, const Figure& figure) {
+    const Cell empty{
+        spec.study->experiment, spec.study_case.name,  spec.study->plant.name,
+        spec.friction,          spec.controller->name, figure.axis,
+        figure.metric,          figure.unit,           std::vector<double>(campaign_.options.seeds.size())};
+    return cells_.try_emplace({place_of(spec), figure.axis, figure.metric}, empty).first->second;
   }
 
-  const std::vector<Study>& studies_;
-  Campaign& campaign_;
+  const Campaign& campaign_;
   std::mutex mutex_;
+  std::map<CellPlace, Cell> cells_;
+  std::map<std::tuple<Place, std::size_t>, KeptRun> runs_;
 };
+
+// Beside every varied figure the shipped one.
+void add_shipped(Campaign& campaign) {
+  for (SensitivityRecord& record : campaign.sensitivity) {
+    const Cell& varied = record.varied;
+    const auto same = [&](const Cell& cell) {
+      return cell.experiment == varied.experiment && cell.case_name == varied.case_name &&
+             cell.friction == FrictionModel::kLugre && cell.controller == varied.controller &&
+             cell.axis == varied.axis && cell.metric == varied.metric;
+    };
+    record.shipped = *std::find_if(campaign.cells.begin(), campaign.cells.end(), same);
+  }
+}
 
 Study make_study(const std::filesystem::path& data_dir, const char *experiment, const char *plant, const char *figure,
                  tracker_kind tracker = TRACKER_PI) {
@@ -138,17 +143,48 @@ Study make_study(const std::filesystem::path& data_dir, const char *experiment, 
   return study;
 }
 
-// Threads finish in any order; people and diffs want one order.
-void sort_results(Campaign& campaign) {
-  const auto rank = [](const auto& a) {
-    return std::make_tuple(a.experiment, a.plant, a.case_name, static_cast<int>(a.friction), a.controller);
-  };
-  std::stable_sort(campaign.runs.begin(), campaign.runs.end(),
-                   [&](const KeptRun& a, const KeptRun& b) { return rank(a) < rank(b); });
-  std::stable_sort(campaign.cells.begin(), campaign.cells.end(), [&](const Cell& a, const Cell& b) {
-    return std::tuple_cat(rank(a), std::make_tuple(a.axis, a.metric)) <
-           std::tuple_cat(rank(b), std::make_tuple(b.axis, b.metric));
+void search_best_pis(Campaign& campaign, const std::vector<Study>& studies, JobPool& pool) {
+  const SearchEffort effort = campaign.options.quick() ? SearchEffort{12, 8} : SearchEffort{};
+  std::mutex mutex;
+  pool.run(studies.size(), [&](std::size_t i) {
+    const PiWish best = best_pi(studies[i], effort);
+    const std::lock_guard<std::mutex> lock(mutex);
+    campaign.best_pi[study_name(studies[i])] = best;
+    return "best PI for " + study_name(studies[i]);
   });
+}
+
+void run_sensitivity(Campaign& campaign, const std::vector<SensitivityJob>& jobs, const std::vector<Study>& studies,
+                     JobPool& pool) {
+  std::vector<std::vector<SensitivityRecord>> records(jobs.size());
+  pool.run(jobs.size(), [&](std::size_t i) {
+    records[i] = run_sensitivity_job(jobs[i], studies, campaign.options);
+    return std::string("what if we had chosen otherwise");
+  });
+  for (const std::vector<SensitivityRecord>& of_job : records) {
+    campaign.sensitivity.insert(campaign.sensitivity.end(), of_job.begin(), of_job.end());
+  }
+  add_shipped(campaign);
+}
+
+void run_margins(Campaign& campaign, const std::vector<Study>& studies, JobPool& pool) {
+  const std::vector<MarginJob> jobs = margin_jobs_of(campaign, studies);
+  campaign.margins.resize(jobs.size());
+  pool.run(jobs.size(), [&](std::size_t i) {
+    campaign.margins[i] = run_margin_job(jobs[i], campaign.options.out_dir);
+    return std::string("stability margins");
+  });
+}
+
+std::vector<PlantConfig> plants_of(const std::vector<Study>& studies) {
+  std::vector<PlantConfig> plants;
+  for (const Study& study : studies) {
+    const auto same = [&](const PlantConfig& plant) { return plant.name == study.plant.name; };
+    if (std::none_of(plants.begin(), plants.end(), same)) {
+      plants.push_back(study.plant);
+    }
+  }
+  return plants;
 }
 
 }  // namespace
@@ -182,38 +218,28 @@ std::vector<Study> paper_studies(const std::filesystem::path& data_dir) {
 Campaign run_campaign(const CampaignOptions& options, const Progress& progress) {
   Campaign campaign;
   campaign.options = options;
-  std::filesystem::create_directories(options.out_dir / "runs");
-  std::filesystem::create_directories(options.out_dir / "margins");
-  const std::vector<Study> studies = paper_studies(options.data_dir);
-  for (const Study& study : studies) {
-    const auto same = [&](const PlantConfig& plant) { return plant.name == study.plant.name; };
-    if (std::none_of(campaign.plants.begin(), campaign.plants.end(), same)) {
-      campaign.plants.push_back(study.plant);
-    }
+  for (const char *folder : {"runs", "runs/sensitivity", "margins"}) {
+    std::filesystem::create_directories(options.out_dir / folder);
   }
+  const std::vector<Study> studies = paper_studies(options.data_dir);
+  campaign.plants = plants_of(studies);
+  for (const Study& study : studies) {
+    campaign.best_pi[study_name(study)] = pi_wish(study.plant, kAzimuth);  // until it is found
+  }
+  const std::vector<RunSpec> runs = all_runs(studies, options.seeds.size());
+  const std::vector<SensitivityJob> variations = options.quick() ? std::vector<SensitivityJob>{} : sensitivity_jobs();
+  const std::size_t margins = margin_jobs_of(campaign, studies).size();
+  JobPool pool(options.threads, static_cast<int>(studies.size() + runs.size() + variations.size() + margins), progress);
 
-  const std::vector<RunSpec> runs = all_runs(studies, options);
-  std::vector<MarginJob> margin_jobs = margin_jobs_of(campaign.plants);
-  JobPool pool(options.threads, static_cast<int>(runs.size() + studies.size() + margin_jobs.size()), progress);
-
-  std::mutex mutex;
-  pool.run(studies.size(), [&](std::size_t i) {
-    const PiWish best = best_pi(studies[i]);
-    const std::lock_guard<std::mutex> lock(mutex);
-    campaign.best_pi[study_name(studies[i])] = best;
-    return "best PI for " + study_name(studies[i]);
-  });
-  Runner runner(studies, campaign);
+  search_best_pis(campaign, studies, pool);
+  Runner runner(campaign);
   pool.run(runs.size(), [&](std::size_t i) {
     runner.run(runs[i]);
-    return study_name(studies[runs[i].study]);
+    return study_name(*runs[i].study);
   });
-  campaign.margins.resize(margin_jobs.size());
-  pool.run(margin_jobs.size(), [&](std::size_t i) {
-    campaign.margins[i] = run_margin_job(margin_jobs[i], options.out_dir);
-    return std::string("stability margins");
-  });
-  sort_results(campaign);
+  runner.hand_over(campaign);
+  run_sensitivity(campaign, variations, studies, pool);
+  run_margins(campaign, studies, pool);
   return campaign;
 }
 

@@ -22,6 +22,9 @@ struct CampaignOptions {
   std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5};
   double friction_parameter_error = 0.15;
   int threads = 2;
+
+  // One seed is a first look, no result: the searches for the best PI are shortened, the sensitivity is left out.
+  bool quick() const { return seeds.size() == 1; }
 };
 
 // Told after every finished run: how many of how many, and what was finished.
@@ -40,7 +43,7 @@ struct Cell {
   std::vector<double> values;  // one per seed
 };
 
-// The run of the first seed, kept as CSV.
+// A run, kept as CSV.
 struct KeptRun {
   std::string experiment;
   std::string case_name;
@@ -56,6 +59,7 @@ struct KeptRun {
 struct MarginRecord {
   std::string plant;
   std::string controller;
+  std::string study;  // for which the controller was tuned, as study_name(); empty when it serves all
   int axis;
   bool pre_sliding;
   Margins computed;
@@ -64,12 +68,23 @@ struct MarginRecord {
   std::string csv;
 };
 
+// One figure with one choice changed, beside the same figure as shipped (same controller, same seeds).
+struct SensitivityRecord {
+  std::string variation;
+  bool switches_off = false;  // a source of error; else a choice
+  std::string shipped_setting;
+  std::string varied_setting;
+  Cell varied;
+  Cell shipped;
+};
+
 struct Campaign {
   CampaignOptions options;
   std::vector<PlantConfig> plants;
   std::vector<Cell> cells;
   std::vector<KeptRun> runs;
   std::vector<MarginRecord> margins;
+  std::vector<SensitivityRecord> sensitivity;
   std::map<std::string, PiWish> best_pi;  // by study_name()
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "analysis/statistics.hpp"
+
 namespace trackservo::sim {
 namespace {
 
@@ -17,14 +19,6 @@ const Cell *find(const std::vector<Cell>& cells, const Cell& like, FrictionModel
     return same_place(c, like) && c.friction == friction && c.controller == controller;
   });
   return found == cells.end() ? nullptr : &*found;
-}
-
-double mean(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) {
-    sum += value;
-  }
-  return sum / static_cast<double>(values.size());
 }
 
 // Against the mean of PI alone, so that one lucky seed of PI does not count as a result.

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
 
 #include "analysis/frequency_measurement.hpp"
+#include "experiments/run_files.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -37,15 +39,48 @@ void write_response(const FrequencyResponse& computed, const FrequencyResponse& 
   }
 }
 
+void add_jobs(std::vector<MarginJob>& jobs, MarginJob job) {
+  for (job.axis = 0; job.axis < kAxes; ++job.axis) {
+    for (const bool pre_sliding : {false, true}) {
+      job.pre_sliding = pre_sliding;
+      jobs.push_back(job);
+    }
+  }
+}
+
+servo_params params_of(const MarginJob& job) {
+  servo_params params = design_controller(*job.plant, controller_spec(job.controller), {});
+  for (int axis = 0; axis < kAxes && job.pi; ++axis) {
+    set_pi(params, *job.plant, axis, *job.pi);
+  }
+  return params;
+}
+
+// Around the crossover and beyond the frequency that decides the gain margin. Below, the wind is stronger than any test
+// torque; far above, the loop gain drowns in noise.
+void choose_band(MeasurementRequest& request, const Margins& computed) {
+  constexpr double kNyquistReserve_hz = 450.0;
+  request.first_hz = computed.crossover_hz / 4.0;
+  request.last_hz = 10.0 * computed.crossover_hz;
+  if (std::isfinite(computed.phase_crossover_hz)) {
+    request.last_hz = std::max(request.last_hz, 1.3 * computed.phase_crossover_hz);
+  }
+  request.last_hz = std::min(request.last_hz, kNyquistReserve_hz);
+}
+
 }  // namespace
 
-std::vector<MarginJob> margin_jobs_of(const std::vector<PlantConfig>& plants) {
+std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vector<Study>& studies) {
   std::vector<MarginJob> jobs;
-  for (const PlantConfig& plant : plants) {
+  for (const PlantConfig& plant : campaign.plants) {
     for (const ControllerSpec& controller : controller_specs()) {
-      for (int axis = 0; axis < kAxes && controller.name != "pi_best"; ++axis) {
-        jobs.push_back({&plant, controller.name, axis, false});
-        jobs.push_back({&plant, controller.name, axis, true});
+      if (controller.name != "pi_best") {
+        add_jobs(jobs, {&plant, controller.name, 0, false, "", std::nullopt});
+      }
+    }
+    for (const Study& study : studies) {
+      if (study.plant.name == plant.name) {
+        add_jobs(jobs, {&plant, "pi_best", 0, false, study_name(study), campaign.best_pi.at(study_name(study))});
       }
     }
   }
@@ -53,9 +88,19 @@ std::vector<MarginJob> margin_jobs_of(const std::vector<PlantConfig>& plants) {
 }
 
 MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& out_dir) {
-  const servo_params params = design_controller(*job.plant, controller_spec(job.controller), {});
+  const servo_params params = params_of(job);
   const speed_loop_params& loop = params.axis[job.axis].speed;
   const LinearMachine machine = linear_machine(*job.plant, job.axis, job.pre_sliding);
+
+  MarginRecord record;
+  record.plant = job.plant->name;
+  record.controller = job.controller;
+  record.study = job.study;
+  record.axis = job.axis;
+  record.pre_sliding = job.pre_sliding;
+  record.computed = margins_of(computed_loop_gain(machine, loop, log_space(0.05, 450.0, 2000)));
+  record.bandwidth_hz =
+      job.pre_sliding ? std::numeric_limits<double>::quiet_NaN() : closed_loop_bandwidth_hz(machine, loop);
 
   MeasurementRequest request;
   request.plant = job.plant;
@@ -63,23 +108,11 @@ MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& o
   request.axis = job.axis;
   request.bias_rate_rad_s = job.pre_sliding ? 0.0 : kBiasRate_rad_s;
   request.torque_rms_nm = torque_rms_nm(job);
-
-  MarginRecord record;
-
-  record.plant = job.plant->name;
-  record.controller = job.controller;
-  record.axis = job.axis;
-  record.pre_sliding = job.pre_sliding;
-  record.computed = margins_of(computed_loop_gain(machine, loop, log_space(0.05, 450.0, 2000)));
-  record.bandwidth_hz =
-      job.pre_sliding ? std::numeric_limits<double>::quiet_NaN() : closed_loop_bandwidth_hz(machine, loop);
-  // Around the crossover: below, the wind is stronger than any test torque; above, the loop gain drowns in noise.
-  request.first_hz = record.computed.crossover_hz / 4.0;
-  request.last_hz = std::min(10.0 * record.computed.crossover_hz, 450.0);
+  choose_band(request, record.computed);
   const FrequencyResponse measured = measured_loop_gain(request);
   record.measured = margins_of(measured);
-  record.csv = fmt::format("margins/{}-{}-{}-{}.csv", record.plant, record.controller, axis_name(job.axis),
-                           job.pre_sliding ? "pre_sliding" : "sliding");
+  record.csv = "margins/" + file_name({record.plant, record.controller, record.study, axis_name(job.axis),
+                                       job.pre_sliding ? "pre_sliding" : "sliding"});
   write_response(computed_loop_gain(machine, loop, measured.frequency_hz), measured, out_dir / record.csv);
   return record;
 }

@@ -4,6 +4,7 @@
 #define TRACKSERVO_SIM_EXPERIMENTS_MARGIN_STUDY_HPP
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "experiments/campaign.hpp"
@@ -15,10 +16,13 @@ struct MarginJob {
   std::string controller;
   int axis;
   bool pre_sliding;
+  std::string study;         // for which `pi` was searched; empty: the plant's own PI
+  std::optional<PiWish> pi;  // of pi_best
 };
 
-// Every controller but pi_best (its margins are a constraint of its search), both axes, sliding and pre-sliding.
-std::vector<MarginJob> margin_jobs_of(const std::vector<PlantConfig>& plants);
+// Every controller on every plant, the best PI of every study, both axes, sliding and pre-sliding. The plants of the
+// campaign must outlive the jobs.
+std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vector<Study>& studies);
 
 // Computes, measures, and writes margins/<...>.csv below `out_dir`.
 MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& out_dir);

@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "analysis/statistics.hpp"
 #include "experiments/derived.hpp"
 #include "experiments/goals.hpp"
 
@@ -19,27 +21,31 @@ using Json = nlohmann::ordered_json;
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) {
-    sum += value;
-  }
-  return sum / static_cast<double>(values.size());
+// The middle of start-up times, because they are skewed: with PI alone one gust makes the difference between a tenth of
+// a second and a whole one. The mean of everything else.
+bool is_skewed(const Cell& cell) { return cell.metric == "time_to_90_percent"; }
+
+double value_of(const Cell& cell) { return is_skewed(cell) ? median(cell.values) : mean(cell.values); }
+
+void add_statistics(Json& row, const Cell& cell) {
+  const auto [low, high] = std::minmax_element(cell.values.begin(), cell.values.end());
+  row["statistic"] = is_skewed(cell) ? "median" : "mean";
+  row["value"] = number(value_of(cell));
+  row["spread"] = number(standard_deviation(cell.values));
+  row["low"] = number(*low);
+  row["high"] = number(*high);
+  row["seeds"] = cell.values.size();
 }
 
-double spread_of(const std::vector<double>& values) {
-  const double mean = mean_of(values);
-  double sum = 0.0;
-  for (const double value : values) {
-    sum += (value - mean) * (value - mean);
-  }
-  return values.size() < 2 ? 0.0 : std::sqrt(sum / static_cast<double>(values.size() - 1));
+void add_goal(Json& row, const Cell& cell) {
+  const std::optional<Goal> goal = goal_of(cell);
+  const double value = value_of(cell);
+  row["goal"] = goal ? Json(goal->text) : Json(nullptr);
+  row["met"] = goal ? Json(value >= goal->low && value <= goal->high) : Json(nullptr);
 }
 
 Json row_of(const Cell& cell) {
-  const double value = mean_of(cell.values);
   const PaperFigures paper = paper_figures(cell);
-  const std::optional<Goal> goal = goal_of(cell);
   Json row;
   row["experiment"] = cell.experiment;
   row["case"] = cell.case_name;
@@ -49,13 +55,29 @@ Json row_of(const Cell& cell) {
   row["axis"] = axis_name(cell.axis);
   row["metric"] = cell.metric;
   row["unit"] = cell.unit;
-  row["value"] = number(value);
-  row["spread"] = number(spread_of(cell.values));
-  row["seeds"] = cell.values.size();
+  add_statistics(row, cell);
   row["paper_uncompensated"] = number(paper.uncompensated);
   row["paper_compensated"] = number(paper.compensated);
-  row["goal"] = goal ? Json(goal->text) : Json(nullptr);
-  row["met"] = goal ? Json(value >= goal->low && value <= goal->high) : Json(nullptr);
+  add_goal(row, cell);
+  return row;
+}
+
+Json sensitivity_of(const SensitivityRecord& record) {
+  Json row;
+  row["variation"] = record.variation;
+  row["kind"] = record.switches_off ? "source" : "choice";
+  row["shipped_setting"] = record.shipped_setting;
+  row["varied_setting"] = record.varied_setting;
+  row["experiment"] = record.varied.experiment;
+  row["case"] = record.varied.case_name;
+  row["plant"] = record.varied.plant;
+  row["controller"] = record.varied.controller;
+  row["axis"] = axis_name(record.varied.axis);
+  row["metric"] = record.varied.metric;
+  row["unit"] = record.varied.unit;
+  add_statistics(row, record.varied);
+  add_statistics(row["shipped"], record.shipped);
+  add_goal(row, record.varied);
   return row;
 }
 
@@ -90,6 +112,7 @@ Json margin_of(const MarginRecord& record) {
   Json json;
   json["plant"] = record.plant;
   json["controller"] = record.controller;
+  json["study"] = record.study.empty() ? Json(nullptr) : Json(record.study);
   json["axis"] = axis_name(record.axis);
   json["condition"] = record.pre_sliding ? "pre_sliding" : "sliding";
   json["gain_margin_db"] = number(record.computed.gain_margin_db);
@@ -139,7 +162,7 @@ void write_results(const Campaign& campaign, const std::string& git, const std::
                        {"version", "0.1.0"},
                        {"git", git},
                        {"seeds", campaign.options.seeds},
-                       {"quick", campaign.options.seeds.size() < 5},
+                       {"quick", campaign.options.quick()},
                        {"friction_parameter_error", campaign.options.friction_parameter_error}};
   json["plants"] = Json::array();
   for (const PlantConfig& plant : campaign.plants) {
@@ -149,6 +172,10 @@ void write_results(const Campaign& campaign, const std::string& git, const std::
   json["rows"] = Json::array();
   for (const Cell& cell : with_derived(campaign.cells)) {
     json["rows"].push_back(row_of(cell));
+  }
+  json["sensitivity"] = Json::array();
+  for (const SensitivityRecord& record : campaign.sensitivity) {
+    json["sensitivity"].push_back(sensitivity_of(record));
   }
   json["runs"] = runs_of(campaign);
   json["margins"] = Json::array();

@@ -18,10 +18,19 @@ void add_error_figures(std::vector<Figure>& figures, const Trace& trace, int axi
   figures.push_back({axis, "torque_noise", "Nm", torque_noise_nm(trace, axis, window)});
 }
 
+void add_tracking_figures(std::vector<Figure>& figures, const Trace& trace, int axis, Window window) {
+  figures.push_back({axis, "tracking_sigma", "urad", 1e6 * tracking_sigma_rad(trace, axis, window)});
+  figures.push_back({axis, "torque_noise", "Nm", torque_noise_nm(trace, axis, window)});
+}
+
+void add_overshoot(std::vector<Figure>& figures, const Trace& trace, int axis, Window window, double step_rad_s) {
+  figures.push_back({axis, "overshoot", "%", 100.0 * overshoot_fraction(trace, axis, window, step_rad_s)});
+}
+
 void add_start_figures(std::vector<Figure>& figures, const Trace& trace, int axis, Window start, double step_rad_s) {
   figures.push_back({axis, "time_to_90_percent", "ms", 1e3 * time_to_90_percent_s(trace, axis, start, step_rad_s)});
-  const Window first{start.begin_s, std::min(start.end_s, start.begin_s + kStartWindow_s)};
-  figures.push_back({axis, "overshoot", "%", 100.0 * overshoot_fraction(trace, axis, first, step_rad_s)});
+  add_overshoot(figures, trace, axis, {start.begin_s, std::min(start.end_s, start.begin_s + kStartWindow_s)},
+                step_rad_s);
 }
 
 }  // namespace
@@ -41,6 +50,27 @@ std::vector<StudyCase> cases_of(const Study& study) {
   return cases;
 }
 
+Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice& choice) {
+  PlantConfig plant = study.plant;
+  plant.friction_model = choice.friction;
+  servo_params params =
+      design_controller(plant, *choice.controller, {choice.seed, choice.friction_parameter_error, study.tracker});
+  for (int axis = 0; axis < kAxes && choice.pi; ++axis) {
+    set_pi(params, plant, axis, *choice.pi);
+  }
+  return run_scenario({&plant, &study.scenario, study_case.speed_rad_s, params, choice.seed});
+}
+
+Purpose purpose_of(const ScenarioConfig& scenario) {
+  if (scenario.kind == ScenarioKind::kTracking) {
+    return Purpose::kTracking;
+  }
+  if (scenario.kind == ScenarioKind::kSpeedSine || scenario.settle_s > 0.0) {
+    return Purpose::kSteady;
+  }
+  return scenario.disturbance_amplitude_rad_s > 0.0 ? Purpose::kDisturbedStep : Purpose::kStart;
+}
+
 std::vector<Figure> measure(const Study& study, const StudyCase& study_case, const Trace& trace) {
   const ScenarioConfig& scenario = study.scenario;
   const Window settled{scenario.rest_s + scenario.settle_s, scenario.duration_s};
@@ -50,29 +80,37 @@ std::vector<Figure> measure(const Study& study, const StudyCase& study_case, con
     if (!scenario.axes[static_cast<std::size_t>(axis)]) {
       continue;
     }
-    if (scenario.kind == ScenarioKind::kTracking) {
-      figures.push_back({axis, "tracking_sigma", "urad", 1e6 * tracking_sigma_rad(trace, axis, settled)});
-      figures.push_back({axis, "torque_noise", "Nm", torque_noise_nm(trace, axis, settled)});
-    } else if (study.experiment == "low_speed_start") {
-      add_start_figures(figures, trace, axis, started, study_case.speed_rad_s);
-    } else if (study.experiment == "step_disturbed") {
-      figures.push_back(
-          {axis, "overshoot", "%", 100.0 * overshoot_fraction(trace, axis, started, study_case.speed_rad_s)});
-    } else {
-      add_error_figures(figures, trace, axis, settled);
+    switch (purpose_of(scenario)) {
+      case Purpose::kTracking:
+        add_tracking_figures(figures, trace, axis, settled);
+        break;
+      case Purpose::kStart:
+        add_start_figures(figures, trace, axis, started, study_case.speed_rad_s);
+        break;
+      case Purpose::kDisturbedStep:
+        add_overshoot(figures, trace, axis, started, study_case.speed_rad_s);
+        break;
+      case Purpose::kSteady:
+      default:
+        add_error_figures(figures, trace, axis, settled);
+        break;
     }
   }
   return figures;
 }
 
 std::string deciding_metric(const Study& study) {
-  if (study.scenario.kind == ScenarioKind::kTracking) {
-    return "tracking_sigma";
+  switch (purpose_of(study.scenario)) {
+    case Purpose::kTracking:
+      return "tracking_sigma";
+    case Purpose::kStart:
+      return "time_to_90_percent";
+    case Purpose::kDisturbedStep:
+      return "overshoot";
+    case Purpose::kSteady:
+    default:
+      return "peak_error";
   }
-  if (study.experiment == "low_speed_start") {
-    return "time_to_90_percent";
-  }
-  return study.experiment == "step_disturbed" ? "overshoot" : "peak_error";
 }
 
 }  // namespace trackservo::sim

@@ -1,11 +1,14 @@
 // A study is one scenario on one plant: the unit in which controllers are compared.
 //
-// `measure` turns one run into its figures of merit; `best_pi` finds the PI that does best in the study within the
-// margins that every controller must keep.
+// `run_case` runs one case of it, `measure` turns the run into its figures of merit; `best_pi` finds the PI that does
+// best in the study within the margins that every controller must keep. What is measured follows from what the scenario
+// is, never from its name, so a scenario of your own gets the figures that fit it.
 #ifndef TRACKSERVO_SIM_EXPERIMENTS_STUDY_HPP
 #define TRACKSERVO_SIM_EXPERIMENTS_STUDY_HPP
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,15 +40,44 @@ struct Figure {
 
 std::vector<StudyCase> cases_of(const Study& study);
 
+// With what one case is run.
+struct RunChoice {
+  const ControllerSpec *controller = nullptr;
+  FrictionModel friction = FrictionModel::kLugre;  // of the plant
+  std::uint64_t seed = 1;
+  double friction_parameter_error = 0.15;
+  std::optional<PiWish> pi;  // instead of the plant's own wish
+};
+
+// Designs the controller and runs it. Throws as design_controller and run_scenario do.
+Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice& choice);
+
+// What a run of a scenario is looked at for.
+enum class Purpose {
+  kTracking,       // a target: line-of-sight error after settling
+  kSteady,         // a sine, or a step with settle_s > 0: speed error after settling
+  kStart,          // a step with settle_s = 0: time to 90 %, and overshoot in the first half second
+  kDisturbedStep,  // the same with a sine on the reference: overshoot over the whole run, for the sine goes on
+};
+
+Purpose purpose_of(const ScenarioConfig& scenario);
+
 // The analysis of a run of this study.
 std::vector<Figure> measure(const Study& study, const StudyCase& study_case, const Trace& trace);
 
 // The figure that decides in this study (peak error, time to 90 %, overshoot, tracking sigma).
 std::string deciding_metric(const Study& study);
 
+// Evaluations of a search.
+struct SearchEffort {
+  int explore = 60;
+  int refine = 50;
+};
+
 // The PI that minimises the deciding metric (mean over cases, seeds 101 and 102, both unused elsewhere) within the
-// margins, and within 10 % of overshoot at start-up. Deterministic. NLopt: DIRECT-L, then Nelder-Mead.
-PiWish best_pi(const Study& study);
+// margins, and within 10 % of overshoot at start-up. Deterministic. NLopt: DIRECT-L with `effort.explore` evaluations,
+// then Nelder-Mead with `effort.refine`.
+PiWish best_pi(const Study& study, const SearchEffort& effort = {});
 
 }  // namespace trackservo::sim
 

@@ -57,6 +57,7 @@ class Machine {
   void advance_tick();
 
   TruthState truth() const { return tracker_.truth(); }
+  const servo_samples& samples() const { return board_->samples; }
   const servo_axis& firmware(int axis) const { return board_->app.axis[axis]; }
   double injected_nm(int axis) const { return injected_nm_[static_cast<std::size_t>(axis)]; }
 

@@ -287,7 +287,7 @@ def test_synchronous_pdos_follow_sync(node):
 def test_emergency_is_seen_and_cleared(node):
     node.sdo[0x2F20].raw = 0xFF10
     time.sleep(0.05)
-    assert [(e.code, e.register, e.data) for e in node.emcy.active] == [(0xFF10, 0x81, bytes([1, 2, 3, 4, 5]))]
+    assert [(e.code, e.register, e.data) for e in node.emcy.active] == [(0xFF10, 0x81, bytes([42, 7, 0, 0, 0]))]
     assert node.sdo[0x1001].raw == 0x81
     node.sdo[0x2F20].raw = 0
     time.sleep(0.05)

@@ -97,11 +97,12 @@ static void changed(void *owner, const od_object *object) {
     return;
   }
   if (device->values.error != 0) {
-    const uint8_t info[EMERGENCY_INFO] = {1, 2, 3, 4, 5};
-    (void)canopen_node_raise(&device->node, device->values.error, ERROR_MANUFACTURER, info);
+    const emergency_error error = {
+        .code = device->values.error, .register_bits = ERROR_MANUFACTURER, .source = 7, .detail = 42};
+    (void)canopen_node_raise(&device->node, &error);
     device->raised = device->values.error;
   } else {
-    (void)canopen_node_clear(&device->node, device->raised);
+    (void)canopen_node_clear(&device->node, 7, device->raised);
   }
 }
 

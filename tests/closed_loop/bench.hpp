@@ -3,10 +3,15 @@
 #ifndef TRACKSERVO_TESTS_CLOSED_LOOP_BENCH_HPP
 #define TRACKSERVO_TESTS_CLOSED_LOOP_BENCH_HPP
 
+#include <cstdint>
+#include <iterator>
 #include <string>
+#include <vector>
 
+#include "analysis/statistics.hpp"
 #include "experiments/study.hpp"
 #include "run/scenario_run.hpp"
+#include "unity.h"
 
 namespace bench {
 
@@ -23,22 +28,32 @@ inline sim::Study study(const std::string& experiment, const std::string& plant,
   return study;
 }
 
-// Seeds 11 and 12: neither the report's (1 to 5) nor the optimiser's (101, 102).
+// Neither the report's (1 to 5) nor the optimiser's (101, 102).
+constexpr std::uint64_t kSeeds[] = {11, 12};
+
+inline sim::Trace run(const sim::Study& study, const std::string& controller, std::size_t case_index,
+                      std::uint64_t seed) {
+  sim::RunChoice choice;
+  choice.controller = &sim::controller_spec(controller);
+  choice.friction = study.plant.friction_model;
+  choice.seed = seed;
+  return sim::run_case(study, sim::cases_of(study).at(case_index), choice);
+}
+
 inline double mean_figure(const sim::Study& study, const std::string& controller, std::size_t case_index,
                           const std::string& metric, int axis = sim::kAzimuth) {
   const sim::StudyCase study_case = sim::cases_of(study).at(case_index);
-  double sum = 0.0;
-  for (const std::uint64_t seed : {std::uint64_t{11}, std::uint64_t{12}}) {
-    sim::DesignOptions options;
-    options.seed = seed;
-    options.tracker = study.tracker;
-    const servo_params params = sim::design_controller(study.plant, sim::controller_spec(controller), options);
-    const sim::Trace trace = sim::run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, seed});
+  std::vector<double> values;
+  for (const std::uint64_t seed : kSeeds) {
+    const sim::Trace trace = run(study, controller, case_index, seed);
     for (const sim::Figure& figure : sim::measure(study, study_case, trace)) {
-      sum += figure.axis == axis && figure.metric == metric ? figure.value : 0.0;
+      if (figure.axis == axis && figure.metric == metric) {
+        values.push_back(figure.value);
+      }
     }
   }
-  return sum / 2.0;
+  TEST_ASSERT_EQUAL_INT_MESSAGE(std::size(kSeeds), values.size(), metric.c_str());
+  return sim::mean(values);
 }
 
 }  // namespace bench

@@ -1,8 +1,10 @@
 // The price of bandwidth: every controller keeps 6 dB and 40 degrees, and the machine confirms the calculation.
 #include <cmath>
+#include <filesystem>
 
 #include "analysis/frequency_measurement.hpp"
 #include "bench.hpp"
+#include "experiments/margin_study.hpp"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -64,6 +66,40 @@ void test_measured_loop_gain_agrees_with_the_computed_one() {
   TEST_ASSERT_DOUBLE_WITHIN(4.0, by_equations.phase_margin_deg, by_machine.phase_margin_deg);
 }
 
+// The slow loop of the paper's simulation crosses -180 deg a hundred times above its crossover: the band must reach it.
+void test_measured_band_reaches_the_gain_margin_of_the_slow_loop() {
+  sim::Campaign campaign;
+  campaign.plants = {plant_named("paper_simulation")};
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "trackservo_test_margins";
+  std::filesystem::create_directories(folder / "margins");
+  for (const sim::MarginJob& job : sim::margin_jobs_of(campaign, {})) {
+    if (job.axis == sim::kAzimuth && !job.pre_sliding && (job.controller == "pi" || job.controller == "pi_vob_ftc")) {
+      const sim::MarginRecord record = sim::run_margin_job(job, folder);
+      TEST_ASSERT_DOUBLE_WITHIN(1.5, record.computed.gain_margin_db, record.measured.gain_margin_db);
+      TEST_ASSERT_DOUBLE_WITHIN(2.0, record.computed.phase_margin_deg, record.measured.phase_margin_deg);
+    }
+  }
+  std::filesystem::remove_all(folder);
+}
+
+void test_every_study_has_its_best_pi_among_the_margins() {
+  sim::Campaign campaign;
+  campaign.plants = {plant_named("tracker")};
+  const std::vector<sim::Study> studies = {bench::study("tracking", "tracker"),
+                                           bench::study("steady_speed", "tracker")};
+  campaign.best_pi[sim::study_name(studies[0])] = {100.0, 1.0, 1.0};
+  campaign.best_pi[sim::study_name(studies[1])] = {200.0, 0.9, 1.0};
+  int found = 0;
+  for (const sim::MarginJob& job : sim::margin_jobs_of(campaign, studies)) {
+    if (job.controller == "pi_best") {
+      TEST_ASSERT_DOUBLE_WITHIN(0.0, campaign.best_pi.at(job.study).natural_frequency_rad_s,
+                                job.pi.value().natural_frequency_rad_s);
+      ++found;
+    }
+  }
+  TEST_ASSERT_EQUAL_INT(2 * sim::kAxes * 2, found);  // studies, axes, sliding and pre-sliding
+}
+
 // A pure integrator under proportional control with a dead time has margins that everybody can work out:
 // crossover w = k, phase margin 90 deg - w T, gain margin pi / (2 k T).
 void test_margins_of_an_integrator_with_dead_time_are_the_textbook_ones() {
@@ -80,6 +116,7 @@ void test_margins_of_an_integrator_with_dead_time_are_the_textbook_ones() {
   TEST_ASSERT_DOUBLE_WITHIN(0.1, 90.0 - gain_rad_s * dead_time_s * 180.0 / sim::kPi, margins.phase_margin_deg);
   TEST_ASSERT_DOUBLE_WITHIN(0.05, 20.0 * std::log10(sim::kPi / (2.0 * gain_rad_s * dead_time_s)),
                             margins.gain_margin_db);
+  TEST_ASSERT_DOUBLE_WITHIN(0.1, 1.0 / (4.0 * dead_time_s), margins.phase_crossover_hz);
 }
 
 }  // namespace
@@ -89,6 +126,8 @@ int main() {
   RUN_TEST(test_every_controller_keeps_its_margins_sliding_and_at_rest);
   RUN_TEST(test_speed_loop_of_the_tracker_has_the_30_hz_that_it_claims);
   RUN_TEST(test_measured_loop_gain_agrees_with_the_computed_one);
+  RUN_TEST(test_measured_band_reaches_the_gain_margin_of_the_slow_loop);
+  RUN_TEST(test_every_study_has_its_best_pi_among_the_margins);
   RUN_TEST(test_margins_of_an_integrator_with_dead_time_are_the_textbook_ones);
   return UNITY_END();
 }

@@ -13,6 +13,7 @@ from drive import PV, micro_rad, wait_until
 MASTER = 0x7E
 FLOOD_S = 4.0
 TPDO3 = 0x381
+NODE_ITSELF, AZIMUTH, PITCH = range(3)  # sources of an emergency, byte 4 of its message
 
 
 class Listener:
@@ -102,19 +103,23 @@ def test_lost_master_stops_the_axis_in_time(node, azimuth, pitch, tell):
     assert azimuth.get(0x603F) == 0x8130
     assert pitch.get(0x603F) == 0x8130
     assert node.nmt.wait_for_heartbeat(2) == "PRE-OPERATIONAL"
+    told = {(error.data[1], error.code) for error in node.emcy.log}
+    assert told == {(NODE_ITSELF, 0x8130), (AZIMUTH, 0x8130), (PITCH, 0x8130)}
     assert node.sdo[0x1003][1].raw & 0xFFFF == 0x8130
 
 
-def test_axis_goes_on_after_the_master_is_back(node, azimuth):
+def test_axis_goes_on_after_the_master_is_back(node, azimuth, pitch):
     node.sdo[0x1016][1].raw = MASTER << 16 | 200
     node.network.send_message(0x700 + MASTER, [5])
     azimuth.turn(1.0, settle_s=0.1)
     wait_until(lambda: azimuth.state == "FAULT", 2)
     heartbeat = node.network.send_periodic(0x700 + MASTER, [5], 0.05)
     time.sleep(0.1)
+    assert node.sdo[0x1001].raw == 0x81  # the master is back, the axes are in fault
     node.nmt.state = "OPERATIONAL"
-    azimuth.command(0)
-    azimuth.command(0x80)
+    for axis in azimuth, pitch:
+        axis.command(0)
+        axis.command(0x80)
     wait_until(lambda: azimuth.state == "SWITCH ON DISABLED", 1)
     assert azimuth.get(0x603F) == 0
     azimuth.turn(1.0)

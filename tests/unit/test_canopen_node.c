@@ -119,17 +119,20 @@ static void test_one_node_is_watched_by_one_consumer_only(void) {
 }
 
 static void test_emergency_is_told_once_kept_in_the_history_and_cleared(void) {
+  const emergency_error hot = {.code = 0x4310, .register_bits = ERROR_TEMPERATURE, .source = 1, .detail = 9};
   for (uint32_t i = 0; i < 5; i++) {
-    TEST_ASSERT_EQUAL(i == 0, canopen_node_raise(NODE, 0x4310, ERROR_TEMPERATURE, NULL));
+    TEST_ASSERT_EQUAL(i == 0, canopen_node_raise(NODE, &hot));
     bench_wait_ms(1);
   }
   TEST_ASSERT_EQUAL(1, bench_count(0x85));
   TEST_ASSERT_EQUAL_HEX8(0x09, bench_last(0x85)->data[2]);
+  TEST_ASSERT_EQUAL(9, bench_last(0x85)->data[3]);
+  TEST_ASSERT_EQUAL(1, bench_last(0x85)->data[4]);
   TEST_ASSERT_EQUAL_HEX32(0x09, bench_get(0x1001, 0));
   TEST_ASSERT_EQUAL_HEX32(1, bench_get(0x1003, 0));
-  TEST_ASSERT_EQUAL_HEX32(0x4310, bench_get(0x1003, 1));
-  TEST_ASSERT_TRUE(canopen_node_clear(NODE, 0x4310));
-  TEST_ASSERT_FALSE(canopen_node_clear(NODE, 0x4310));
+  TEST_ASSERT_EQUAL_HEX32(0x01094310, bench_get(0x1003, 1));
+  TEST_ASSERT_TRUE(canopen_node_clear(NODE, 1, 0x4310));
+  TEST_ASSERT_FALSE(canopen_node_clear(NODE, 1, 0x4310));
   bench_wait_ms(2);
   TEST_ASSERT_EQUAL_HEX8(0, bench_last(0x85)->data[1]);
   TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1001, 0));
@@ -137,11 +140,26 @@ static void test_emergency_is_told_once_kept_in_the_history_and_cleared(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1003, 0));
 }
 
+static void test_the_same_error_of_two_sources_is_over_when_both_are(void) {
+  for (uint8_t source = 1; source <= 2; source++) {
+    const emergency_error error = {.code = 0x8611, .register_bits = ERROR_MANUFACTURER, .source = source};
+    TEST_ASSERT_TRUE(canopen_node_raise(NODE, &error));
+  }
+  bench_wait_ms(2);
+  TEST_ASSERT_EQUAL(2, bench_count(0x85));
+  TEST_ASSERT_FALSE(canopen_node_clear(NODE, EMERGENCY_SOURCE_NODE, 0x8611));
+  TEST_ASSERT_TRUE(canopen_node_clear(NODE, 1, 0x8611));
+  TEST_ASSERT_EQUAL_HEX32(0x81, bench_get(0x1001, 0));
+  TEST_ASSERT_TRUE(canopen_node_clear(NODE, 2, 0x8611));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1001, 0));
+}
+
 static void test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1015, 0, 100, 2)); /* 10 ms */
   bench.sent = 0;
   for (uint16_t i = 0; i < 10; i++) {
-    TEST_ASSERT_TRUE(canopen_node_raise(NODE, (uint16_t)(0xFF00 + i), ERROR_MANUFACTURER, NULL));
+    const emergency_error error = {.code = (uint16_t)(0xFF00 + i), .register_bits = ERROR_MANUFACTURER};
+    TEST_ASSERT_TRUE(canopen_node_raise(NODE, &error));
   }
   bench_wait_ms(25);
   TEST_ASSERT_EQUAL(3, bench_count(0x85));
@@ -159,12 +177,12 @@ static void test_missing_sync_is_told_after_one_and_a_half_periods(void) {
     bench_give(0x80, 0, NULL);
     bench_wait_ms(10);
   }
-  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_TIME_OUT));
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
   bench_wait_ms(7);
-  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_TIME_OUT));
+  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
   bench_give(0x80, 0, NULL);
   bench_wait_ms(1);
-  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_TIME_OUT));
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
 }
 
 static void test_sync_of_the_wrong_length_does_nothing_but_complain(void) {
@@ -174,7 +192,7 @@ static void test_sync_of_the_wrong_length_does_nothing_but_complain(void) {
   bench_give(0x80, 1, byte);
   bench_wait_ms(1);
   TEST_ASSERT_EQUAL(0, bench_count(0x285));
-  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, EMERGENCY_SYNC_LENGTH));
+  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_LENGTH));
 }
 
 static void test_store_and_restore_want_their_signatures(void) {
@@ -231,7 +249,7 @@ static void test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats(vo
   TEST_ASSERT_EQUAL_HEX8(0x10, bench_last(0x85)->data[0]);
   TEST_ASSERT_EQUAL_HEX8(0x81, bench_last(0x85)->data[1]);
   bench_wait_ms(1100);
-  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, EMERGENCY_CAN_OVERRUN));
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
 }
 
 static void test_bus_off_is_told_after_the_recovery(void) {
@@ -255,6 +273,7 @@ int main(void) {
   RUN_TEST(test_error_behaviour_can_be_none_or_stopped);
   RUN_TEST(test_one_node_is_watched_by_one_consumer_only);
   RUN_TEST(test_emergency_is_told_once_kept_in_the_history_and_cleared);
+  RUN_TEST(test_the_same_error_of_two_sources_is_over_when_both_are);
   RUN_TEST(test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight);
   RUN_TEST(test_missing_sync_is_told_after_one_and_a_half_periods);
   RUN_TEST(test_sync_of_the_wrong_length_does_nothing_but_complain);

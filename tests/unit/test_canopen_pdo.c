@@ -68,15 +68,15 @@ static void test_silent_rpdo_raises_its_emergency_after_the_event_time(void) {
   write_ok(0x1400, 5, 20, 2);
   bench_operational();
   bench_wait_ms(100);
-  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
   bench_give(RPDO1, 3, bytes);
   bench_wait_ms(19);
-  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
   bench_wait_ms(2);
-  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
   bench_give(RPDO1, 3, bytes);
   bench_wait_ms(1);
-  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0x8250));
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
 }
 
 static void test_event_tpdo_tells_the_start_and_each_change_no_faster_than_inhibited(void) {

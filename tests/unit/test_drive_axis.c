@@ -626,6 +626,66 @@ static void test_a_dwell_timer_that_runs_for_minutes_does_not_wrap(void) {
   TEST_ASSERT_FALSE(dwell_timer_step(&timer, false, 0, dt_s));
 }
 
+static void test_a_stop_is_over_when_the_axis_stands_not_when_its_ramp_does(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = 1000000;
+  ticks(&b, 1500);
+  b.o.state.controlword = 0x02;
+  ticks(&b, 200);
+  b.braked = true; /* lags: still turns at 10 mrad/s, 606F is 0.5 mrad/s */
+  b.held_rad_s = 0.01;
+  ticks(&b, 200);
+  CHECK_SAME("set-point, rad/s", 0.0, b.command.speed.rate_rad_s);
+  TEST_ASSERT_EQUAL_HEX16(0x07, b.o.state.statusword & 0x6F);
+  TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+  b.held_rad_s = 0.0004;
+  ticks(&b, 2);
+  TEST_ASSERT_EQUAL_HEX16(0x40, b.o.state.statusword & 0x4F);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
+}
+
+static void test_an_axis_that_does_not_come_to_rest_is_let_go_after_200_ms(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = 1000000;
+  ticks(&b, 1500);
+  b.braked = true;
+  b.held_rad_s = 0.01;
+  b.o.state.controlword = 0x02;
+  int at_rest = 0;
+  int count = 0;
+  while (b.command.mode != SERVO_OFF) {
+    tick(&b);
+    at_rest += b.command.mode != SERVO_OFF && b.command.speed.rate_rad_s == 0.0f;
+    TEST_ASSERT_TRUE(++count < 5000);
+  }
+  CHECK_NEAR("ticks with set-point 0", 200, at_rest, 3);
+}
+
+static void test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = bench_in(DRIVE_CYCLIC_TORQUE);
+    b.o.limit.maximum_velocity = 500000;
+    b.o.torque.target = (int16_t)(sign * 500); /* 20 Nm on 20 kg m^2: 1 rad/s^2 */
+    double fastest_rad_s = 0.0;
+    for (int i = 0; i < 4000; ++i) {
+      b.in.setpoint_arrived = true;
+      tick(&b);
+      fastest_rad_s = fmax(fastest_rad_s, sign * b.rate_rad_s);
+      if (sign * b.rate_rad_s < 0.499) {
+        CHECK_NEAR("torque below the limit, Nm", sign * 20.0, b.command.torque_nm, i < 2 ? 20.0 : 1e-4);
+      }
+    }
+    CHECK_NEAR("fastest, rad/s", 0.55, fastest_rad_s, 0.001);
+    TEST_ASSERT_TRUE((b.o.state.statusword & DRIVE_STATUS_INTERNAL_LIMIT) != 0);
+    b.o.torque.target = (int16_t)(-sign * 500); /* what brakes is not limited */
+    for (int i = 0; i < 2; ++i) {
+      b.in.setpoint_arrived = true;
+      tick(&b);
+    }
+    CHECK_NEAR("braking torque, Nm", -sign * 20.0, b.command.torque_nm, 1e-4);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_axis_is_off_and_tells_its_position_before_it_is_enabled);
@@ -659,5 +719,8 @@ int main(void) {
   RUN_TEST(test_an_axis_that_turns_when_it_is_enabled_is_caught_at_its_speed);
   RUN_TEST(test_windows_that_are_not_watched_are_always_reached);
   RUN_TEST(test_a_dwell_timer_that_runs_for_minutes_does_not_wrap);
+  RUN_TEST(test_a_stop_is_over_when_the_axis_stands_not_when_its_ramp_does);
+  RUN_TEST(test_an_axis_that_does_not_come_to_rest_is_let_go_after_200_ms);
+  RUN_TEST(test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f);
   return UNITY_END();
 }

@@ -1,161 +1,11 @@
-/* The servo axis as the drive uses it: torque mode, limits and torque offset from outside, on a bare inertia. */
+/* The servo axis as the drive uses it, wired as the node wires them. */
 #include "app/servo_axis.h"
-
 #include "drive/drive_axis.h"
 #include "support/check.h"
-#include "support/seals.h"
+#include "support/servo_bench.h"
 
 void setUp(void) {}
 void tearDown(void) {}
-
-static const float dt_s = 1e-3f;
-static const double inertia_kg_m2 = 20.0;
-
-typedef struct {
-  servo_axis_params params;
-  servo_axis axis;
-  servo_axis_command command;
-  servo_axis_samples samples;
-  double rate_rad_s;
-  double turns;
-  double load_nm;
-  double worst_step_nm; /* of the torque from tick to tick */
-} bench;
-
-static bench bench_at_rest(void) {
-  bench b = {
-      .params = {.speed = {.rate_estimator = {.window_ticks = 2},
-                           .rate_fusion = {.source = RATE_FROM_ENCODER, .crossover_rad_s = 60.0f},
-                           .notch = biquad_pass(),
-                           .lowpass = biquad_pass(),
-                           .pi = {.proportional_gain = 1200.0f,
-                                  .integral_gain = 14000.0f,
-                                  .setpoint_weight = 1.0f,
-                                  .tracking_rate_per_s = 100.0f},
-                           .acceleration_inertia_kg_m2 = 20.0f,
-                           .observer_on = true,
-                           .observer = {.inertia_kg_m2 = 20.0f, .bandwidth_rad_s = 60.0f, .limit_nm = 100.0f},
-                           .friction = {.model = FRICTION_LUGRE,
-                                        .gain = 0.0f,
-                                        .lead_limit_rad_s = 0.05f,
-                                        .sign_width_rad_s = 1e-3f,
-                                        .lugre = stiff_seal()}},
-                 .position = {.proportional_per_s = 10.0f, .rate_limit_rad_s = 1.0f, .deceleration_rad_s2 = 1.0f},
-                 .torque_constant_nm_a = 2.5f,
-                 .current_limit_a = 20.0f}};
-  servo_axis_reset(&b.axis, &b.params, 0u, dt_s);
-  return b;
-}
-
-static void tick(bench *b) {
-  const float before_nm = b->axis.commanded_nm;
-  const double turns = b->turns - floor(b->turns);
-  b->samples.motion.joint_angle = (angle_turn32)(uint64_t)(turns * 4294967296.0);
-  servo_axis_tick(&b->axis, &b->params, &b->command, &b->samples, dt_s);
-  b->worst_step_nm = fmax(b->worst_step_nm, fabs((double)b->axis.commanded_nm - (double)before_nm));
-  const double acceleration = ((double)b->axis.commanded_nm - b->load_nm) / inertia_kg_m2;
-  b->turns += (b->rate_rad_s * 1e-3 + 0.5e-6 * acceleration) / 6.283185307179586;
-  b->rate_rad_s += acceleration * 1e-3;
-  b->samples.mean_current_a = b->axis.commanded_nm / b->params.torque_constant_nm_a;
-}
-
-static void ticks(bench *b, int count) {
-  for (int i = 0; i < count; ++i) {
-    tick(b);
-  }
-}
-
-static void test_torque_mode_gives_exactly_the_torque_asked_for_within_the_limits(void) {
-  bench b = bench_at_rest();
-  b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 3.0f};
-  ticks(&b, 100);
-  CHECK_SAME("torque, Nm", 3.0, b.axis.commanded_nm);
-  CHECK_NEAR("rate, rad/s", 3.0 / 20.0 * 0.1, b.rate_rad_s, 1e-6);
-  TEST_ASSERT_FALSE(b.axis.signals.torque.limited);
-  b.command.torque_nm = -80.0f;
-  tick(&b);
-  CHECK_SAME("at the current limit, Nm", -50.0, b.axis.commanded_nm);
-  TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
-  b.command.torque_limited = true;
-  b.command.limits = (torque_limits){-7.0f, 9.0f};
-  tick(&b);
-  CHECK_SAME("at the limit from outside, Nm", -7.0, b.axis.commanded_nm);
-  b.command.limits = (torque_limits){5.0f, -5.0f}; /* nonsense: no torque at all, not a reversed one */
-  tick(&b);
-  CHECK_SAME("torque, Nm", 0.0, b.axis.commanded_nm);
-}
-
-static void test_a_speed_loop_takes_over_from_torque_mode_without_a_step(void) {
-  bench b = bench_at_rest();
-  b.load_nm = 6.0;
-  b.rate_rad_s = 0.2;
-  b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 6.0f};
-  ticks(&b, 500);
-  CHECK_NEAR("rate, rad/s", 0.2, b.rate_rad_s, 1e-6);
-  b.worst_step_nm = 0.0;
-  b.command.mode = SERVO_SPEED;
-  b.command.torque_nm = 0.0f;
-  b.command.speed.rate_rad_s = b.axis.signals.rates.rate_rad_s;
-  ticks(&b, 200);
-  LOG_VALUE("largest step of the torque, Nm of 6", b.worst_step_nm);
-  CHECK_AT_MOST("largest step of the torque, Nm", 0.05, b.worst_step_nm);
-  CHECK_NEAR("torque, Nm", 6.0, b.axis.commanded_nm, 0.05);
-}
-
-static void test_speed_and_position_loops_keep_the_torque_limits_from_outside(void) {
-  bench b = bench_at_rest();
-  b.command = (servo_axis_command){
-      .mode = SERVO_SPEED, .speed = {.rate_rad_s = 0.5f}, .torque_limited = true, .limits = {-2.0f, 4.0f}};
-  ticks(&b, 300);
-  CHECK_SAME("torque, Nm", 4.0, b.axis.commanded_nm);
-  TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
-  b.command.mode = SERVO_POSITION;
-  b.command.position = (angle_turn32)-200000000;
-  b.command.speed.rate_rad_s = 0.0f;
-  ticks(&b, 50);
-  CHECK_SAME("torque, Nm", -2.0, b.axis.commanded_nm);
-}
-
-static void test_a_torque_offset_carries_a_load_and_is_counted_once(void) {
-  bench b = bench_at_rest();
-  b.load_nm = 8.0;
-  b.command = (servo_axis_command){.mode = SERVO_SPEED, .torque_nm = 8.0f};
-  double worst_rad_s = 0.0;
-  for (int i = 0; i < 1000; ++i) {
-    tick(&b);
-    worst_rad_s = fmax(worst_rad_s, fabs(b.rate_rad_s));
-  }
-  LOG_VALUE("largest rate with the load fed forward, rad/s", worst_rad_s);
-  CHECK_AT_MOST("rate, rad/s", 1e-5, worst_rad_s);
-  CHECK_NEAR("torque, Nm", 8.0, b.axis.commanded_nm, 0.01);
-  CHECK_NEAR("load that the observer still sees, Nm", 0.0, b.axis.signals.torque.disturbance_nm, 0.01);
-}
-
-static void test_position_mode_passes_the_acceleration_on(void) {
-  bench b = bench_at_rest();
-  b.command = (servo_axis_command){.mode = SERVO_POSITION, .speed = {.acceleration_rad_s2 = 0.1f}};
-  tick(&b);
-  CHECK_NEAR("torque of the acceleration, Nm", 2.0, b.axis.signals.torque.acceleration_nm, 1e-6);
-}
-
-static void test_a_torque_or_limit_that_is_not_finite_switches_the_axis_off(void) {
-  const servo_axis_command bad[] = {
-      {.mode = SERVO_TORQUE, .torque_nm = NAN},
-      {.mode = SERVO_SPEED, .torque_limited = true, .limits = {-1.0f, INFINITY}},
-      {.mode = SERVO_SPEED, .torque_limited = true, .limits = {NAN, 1.0f}},
-  };
-  for (int i = 0; i < 3; ++i) {
-    bench b = bench_at_rest();
-    b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 1.0f};
-    ticks(&b, 10);
-    b.command = bad[i];
-    tick(&b);
-    TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.axis.mode);
-    CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
-  }
-}
-
-/* --- drive and servo axis together, as the node wires them --- */
 
 typedef struct {
   bench b;
@@ -270,16 +120,45 @@ static void test_modes_change_on_the_moving_axis_without_a_step_of_the_torque(vo
   CHECK_AT_MOST("largest step of the torque, Nm of 40", 0.4, n.b.worst_step_nm);
 }
 
+static void test_one_implausible_sample_is_a_fault_7300_and_stays_one(void) {
+  node n = node_enabled(DRIVE_PROFILE_VELOCITY);
+  n.o.velocity.target = 100000;
+  node_ticks(&n, 500);
+  n.b.samples.motion.gyro_valid = true;
+  n.b.samples.motion.gyro_rad_s = 1e38f;
+  node_tick(&n);
+  CHECK_SAME("torque in the tick of the sample, Nm", 0.0, n.b.axis.commanded_nm);
+  n.b.samples.motion.gyro_valid = false;
+  node_ticks(&n, 200);
+  TEST_ASSERT_EQUAL_HEX16(DRIVE_ERROR_SENSOR, n.o.state.error_code);
+  TEST_ASSERT_EQUAL_HEX16(0x08, n.o.state.statusword & 0x4F);
+  CHECK_SAME("torque, Nm", 0.0, n.b.axis.commanded_nm);
+}
+
+static void test_a_quick_stop_takes_the_torque_away_from_an_axis_that_stands(void) {
+  node n = node_enabled(DRIVE_PROFILE_VELOCITY);
+  n.o.velocity.threshold = 500;
+  n.o.velocity.target = 200000;
+  node_ticks(&n, 1500);
+  n.o.state.controlword = 0x02;
+  double last_rad_s = n.b.rate_rad_s;
+  int count = 0;
+  while (n.b.command.mode != SERVO_OFF) {
+    last_rad_s = n.b.rate_rad_s;
+    node_tick(&n);
+    TEST_ASSERT_TRUE(++count < 2000);
+  }
+  LOG_VALUE("rate when the torque goes, mrad/s", 1e3 * last_rad_s);
+  LOG_VALUE("ticks to there", count);
+  CHECK_AT_MOST("rate, rad/s", 1e-3, fabs(last_rad_s));
+}
+
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_torque_mode_gives_exactly_the_torque_asked_for_within_the_limits);
-  RUN_TEST(test_a_speed_loop_takes_over_from_torque_mode_without_a_step);
-  RUN_TEST(test_speed_and_position_loops_keep_the_torque_limits_from_outside);
-  RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
-  RUN_TEST(test_position_mode_passes_the_acceleration_on);
-  RUN_TEST(test_a_torque_or_limit_that_is_not_finite_switches_the_axis_off);
   RUN_TEST(test_pv_turns_the_axis_at_1_deg_s);
   RUN_TEST(test_pp_carries_the_axis_along_its_ramp);
   RUN_TEST(test_modes_change_on_the_moving_axis_without_a_step_of_the_torque);
+  RUN_TEST(test_one_implausible_sample_is_a_fault_7300_and_stays_one);
+  RUN_TEST(test_a_quick_stop_takes_the_torque_away_from_an_axis_that_stands);
   return UNITY_END();
 }

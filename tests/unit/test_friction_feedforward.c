@@ -243,6 +243,34 @@ static void test_check_refuses_each_value_by_itself(void) {
   CHECK_STATUS(CONTROL_INCONSISTENT, friction_feedforward_check(&params));
 }
 
+static void test_other_parameters_keep_the_torque_that_the_bristles_hold(void) {
+  const friction_feedforward_params from = example(FRICTION_LUGRE);
+  friction_feedforward_params stiffer = from;
+  stiffer.lugre.stiffness_nm_rad *= 4.0f;
+  friction_feedforward_state state = {.lugre = {1e-4f}};
+  friction_feedforward_retune(&state, &from, &stiffer, 0.02f);
+  CHECK_RELATIVE("deflection, rad", 0.25e-4, state.lugre.deflection_rad, 1e-6);
+}
+
+static void test_bristles_that_were_not_modelled_start_as_sliding_leaves_them(void) {
+  const friction_model before[] = {FRICTION_NONE, FRICTION_COULOMB, FRICTION_STEADY};
+  const friction_feedforward_params to = example(FRICTION_LUGRE);
+  const float sliding_rad_s[] = {1.0f * degree, -1.0f * degree};
+  for (int m = 0; m < 3; ++m) {
+    const friction_feedforward_params from = example(before[m]);
+    for (int i = 0; i < 2; ++i) {
+      friction_feedforward_state state = {.lugre = {5.0f}};
+      friction_feedforward_retune(&state, &from, &to, sliding_rad_s[i]);
+      const friction_feedforward_input input = rates(sliding_rad_s[i], 0.0f, sliding_rad_s[i]);
+      const float torque_nm = friction_feedforward_step(&state, &to, &input, dt_s);
+      CHECK_RELATIVE("torque in the first tick, Nm", lugre_steady_nm(&to.lugre, sliding_rad_s[i]), torque_nm, 1e-5);
+    }
+    friction_feedforward_state slow = {.lugre = {5.0f}};
+    friction_feedforward_retune(&slow, &from, &to, 0.5f * to.lugre.positive.stribeck_speed_rad_s);
+    CHECK_SAME("too slow to know the direction: relaxed", 0.0, slow.lugre.deflection_rad);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_startup_is_compensated_in_the_tick_in_which_it_is_commanded);
@@ -257,5 +285,7 @@ int main(void) {
   RUN_TEST(test_the_cheap_models_follow_their_formulas_in_each_direction);
   RUN_TEST(test_reset_forgets_the_bristles);
   RUN_TEST(test_check_refuses_each_value_by_itself);
+  RUN_TEST(test_other_parameters_keep_the_torque_that_the_bristles_hold);
+  RUN_TEST(test_bristles_that_were_not_modelled_start_as_sliding_leaves_them);
   return UNITY_END();
 }

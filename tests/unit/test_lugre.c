@@ -304,6 +304,23 @@ static void test_lugre_check_accepts_the_ends_of_the_ranges(void) {
   CHECK_STATUS(CONTROL_OK, lugre_check(&hard));
 }
 
+static void test_settled_bristles_are_those_of_long_sliding(void) {
+  const lugre_params seal = stiff_seal();
+  const float speeds_rad_s[] = {0.05f, -0.05f, 0.001f, -0.002f};
+  for (int i = 0; i < 4; ++i) {
+    lugre_state slid = {0};
+    lugre_state settled = {1.0f};
+    for (int tick = 0; tick < 5000; ++tick) {
+      (void)lugre_step(&slid, &seal, speeds_rad_s[i], 1e-3f);
+    }
+    lugre_settle(&settled, &seal, speeds_rad_s[i]);
+    CHECK_RELATIVE("deflection, rad", slid.deflection_rad, settled.deflection_rad, 1e-5);
+  }
+  lugre_state state = {1.0f};
+  lugre_settle(&state, &seal, 0.0f);
+  CHECK_SAME("relaxed, rad", 0.0, state.deflection_rad);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_lugre_holds_still_below_breakaway);
@@ -321,5 +338,6 @@ int main(void) {
   RUN_TEST(test_lugre_check_refuses_breakaway_below_coulomb);
   RUN_TEST(test_lugre_check_refuses_bristles_that_bend_by_more_than_a_radian);
   RUN_TEST(test_lugre_check_accepts_the_ends_of_the_ranges);
+  RUN_TEST(test_settled_bristles_are_those_of_long_sliding);
   return UNITY_END();
 }

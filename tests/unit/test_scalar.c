@@ -58,6 +58,10 @@ static void test_min_max_abs_and_clamp_pick_the_right_value(void) {
   CHECK_SAME("clamp above", 4.0, scalar_clamp(5.0f, 1.0f, 4.0f));
   CHECK_SAME("clamp inside", 2.0, scalar_clamp(2.0f, 1.0f, 4.0f));
   CHECK_SAME("clamp to one point", 3.0, scalar_clamp(2.0f, 3.0f, 3.0f));
+  TEST_ASSERT_TRUE(isnan(scalar_clamp(NAN, -1.0f, 1.0f)));
+  TEST_ASSERT_TRUE(scalar_within(-3.0f, 3.0f) && scalar_within(3.0f, 3.0f));
+  TEST_ASSERT_FALSE(scalar_within(3.1f, 3.0f) || scalar_within(-3.1f, 3.0f));
+  TEST_ASSERT_FALSE(scalar_within(NAN, 3.0f) || scalar_within(-INFINITY, 3.0f));
 }
 
 static control_status check_one(float value) {

@@ -270,6 +270,42 @@ static void test_other_parameters_take_over_without_a_jump_of_the_torque(void) {
   }
 }
 
+/* The base turns back as fast as the joint turns on, the sight stands: friction is the joint's all the same. */
+static void test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns(void) {
+  bench b = bench_at_rest(false);
+  const speed_loop_rates rates = {.joint_rate_rad_s = -0.04f, .base_rate_rad_s = 0.04f};
+  const speed_reference still = {0};
+  speed_loop_output out = {0};
+  for (int tick = 0; tick < 500; ++tick) {
+    out = speed_loop_control(&b.state, &b.params, &rates, &still, out.torque_nm, &wide, dt_s);
+  }
+  CHECK_RELATIVE("friction, Nm", lugre_steady_nm(&b.params.friction.lugre, -0.04f), out.friction_nm, 1e-4);
+}
+
+/* Feedforward is switched off and on in steady sliding: the observer has the difference in the same tick, the rate
+ * feels nothing. */
+static void test_friction_goes_from_feedforward_to_the_observer_and_back_without_an_error_of_the_rate(void) {
+  speed_loop_params without = example();
+  without.friction.model = FRICTION_NONE;
+  const speed_loop_params with = example();
+  bench b = bench_at_rest(true);
+  run_seconds(&b, one_degree_s, 4.0);
+  const double friction_nm = (double)lugre_steady_nm(&b.seal, one_degree_s);
+  for (int change = 0; change < 4; ++change) {
+    const speed_loop_params *to = change % 2 == 0 ? &without : &with;
+    speed_loop_retune(&b.state, &b.params, to, &b.rates, &b.reference, b.applied_nm, dt_s);
+    b.params = *to;
+    double worst_rad_s = 0.0;
+    for (int tick = 0; tick < 1000; ++tick) {
+      run_tick(&b, one_degree_s);
+      worst_rad_s = fmax(worst_rad_s, fabs(b.rate_rad_s - (double)one_degree_s));
+    }
+    CHECK_AT_MOST("error of the rate, rad/s", 2e-5, worst_rad_s);
+    CHECK_NEAR("the observer's share, Nm", change % 2 == 0 ? friction_nm : 0.0, b.out.disturbance_nm, 0.05);
+    CHECK_NEAR("the integral's, Nm", 0.0, b.state.pi.integral, 0.05);
+  }
+}
+
 static void test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold(void) {
   bench b = bench_at_rest(true);
   run_seconds(&b, one_degree_s, 2.0);
@@ -392,6 +428,8 @@ int main(void) {
   RUN_TEST(test_a_limited_axis_reaches_its_rate_without_running_past_it);
   RUN_TEST(test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands);
   RUN_TEST(test_other_parameters_take_over_without_a_jump_of_the_torque);
+  RUN_TEST(test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns);
+  RUN_TEST(test_friction_goes_from_feedforward_to_the_observer_and_back_without_an_error_of_the_rate);
   RUN_TEST(test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold);
   RUN_TEST(test_filters_that_are_switched_on_in_motion_start_settled);
   RUN_TEST(test_losing_the_gyro_makes_no_bump_in_the_feedback);

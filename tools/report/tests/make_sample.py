@@ -46,6 +46,7 @@ def make_sample(folder: Path) -> Path:
         "plants": [_plant("tracker", "Two-axis tracker", 4.0e4), _plant("paper_simulation", "The paper's simulation", 308.1)],
         "controllers": [{"name": n, "title": t, "text": x} for n, (t, x) in CONTROLLERS.items()],
         "rows": _rows(),
+        "sensitivity": _sensitivity(),
         "runs": _runs(folder),
         "margins": _margins(folder),
         "benchmark": {"real_time_factor": 812.0, "core_tick_ns": 640.0},
@@ -71,13 +72,23 @@ def _plant(name: str, title: str, stiffness: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _seeds(metric: str, value: float | None) -> dict[str, Any]:
+    """What the seeds say: 4 % of spread, and twice that of range."""
+    return {
+        "statistic": "median" if metric == "time_to_90_percent" else "mean", "value": value,
+        "spread": None if value is None else round(0.04 * abs(value), 6),
+        "low": None if value is None else value - 0.08 * abs(value),
+        "high": None if value is None else value + 0.08 * abs(value), "seeds": len(SEEDS),
+    }  # fmt: skip
+
+
 def _row(experiment: str, case: str, plant: str, friction: str, controller: str, metric: str, unit: str,
          value: float | None, paper: tuple[float | None, float | None] = (None, None), goal: str | None = None,
          met: bool | None = None, axis: str = "azimuth") -> dict[str, Any]:  # fmt: skip
     return {
         "experiment": experiment, "case": case, "plant": plant, "friction": friction, "controller": controller,
-        "axis": axis, "metric": metric, "unit": unit, "value": value,
-        "spread": None if value is None else round(0.04 * abs(value), 6), "seeds": len(SEEDS),
+        "axis": axis, "metric": metric, "unit": unit,
+        **_seeds(metric, value),
         "paper_uncompensated": paper[0], "paper_compensated": paper[1], "goal": goal, "met": met,
     }  # fmt: skip
 
@@ -182,6 +193,30 @@ def _tracking_rows(friction: str, name: str, share: float, judged: bool) -> list
         rows.append(_row("tracking", case, "tracker", friction, name, "tracking_sigma", "urad", value, paper,
                          *_goal(name, judged, value, band, most)))  # fmt: skip
     return rows
+
+
+def _sensitivity() -> list[dict[str, Any]]:
+    """A wider weave that misses its goal, and a source switched off."""
+    return [
+        _varied("weave of the UAV", ("5 m", "8 m"), ("tracking", "paper loop", "tracking_sigma", "urad"),
+                "pi_vob_ftc", (9.4, 16.9), ("<= 12", False)),
+        _varied("weave of the UAV", ("5 m", "8 m"), ("tracking", "paper loop", "tracking_sigma", "urad"),
+                "pi", (54.9, 57.0), ("48 .. 65", True)),
+        _varied("jitter of the encoder", ("on", "off"), ("low_speed_start", "0.1 deg/s", "time_to_90_percent", "ms"),
+                "pi_vob_ftc", (12.0, 11.0), ("<= 25", True)),
+        _varied("jitter of the encoder", ("on", "off"), ("steady_speed", "0.1 deg/s", "rms_error", "deg/s"),
+                "pi_vob_ftc", (0.002, 0.001), (None, None)),
+    ]  # fmt: skip
+
+
+def _varied(name: str, setting: tuple[str, str], figure: tuple[str, str, str, str], controller: str,
+            values: tuple[float, float], goal: tuple[str | None, bool | None]) -> dict[str, Any]:  # fmt: skip
+    experiment, case, metric, unit = figure
+    return {
+        "variation": name, "kind": "source" if setting[1] == "off" else "choice", "shipped_setting": setting[0], "varied_setting": setting[1], "experiment": experiment,
+        "case": case, "plant": "tracker", "controller": controller, "axis": "azimuth", "metric": metric, "unit": unit,
+        "shipped": _seeds(metric, values[0]), **_seeds(metric, values[1]), "goal": goal[0], "met": goal[1],
+    }  # fmt: skip
 
 
 def _runs(folder: Path) -> list[dict[str, Any]]:
@@ -301,11 +336,14 @@ def _margins(folder: Path) -> list[dict[str, Any]]:
         for condition in ("sliding", "pre_sliding"):
             for axis in ("azimuth", "pitch"):
                 entries.append(_margin(folder, name, axis, condition, gain, phase))
+    for study in ("steady_speed on tracker", "tracking on tracker, improved loop"):
+        entries.append(_margin(folder, "pi_best", "azimuth", "sliding", 6.6, 40.1, study))
     return entries
 
 
-def _margin(folder: Path, controller: str, axis: str, condition: str, gain: float, phase: float) -> dict[str, Any]:
-    name = f"margins/tracker-{controller}-{axis}-{condition}.csv"
+def _margin(folder: Path, controller: str, axis: str, condition: str, gain: float, phase: float,
+            study: str | None = None) -> dict[str, Any]:  # fmt: skip
+    name = f"margins/tracker-{controller}-{(study or 'all').replace(' ', '_')}-{axis}-{condition}.csv"
     frequency = np.logspace(-1, 2.6, 160)
     s = 2j * np.pi * frequency
     crossover = 2 * np.pi * (18.0 if "vob" not in controller else 24.0)
@@ -320,7 +358,8 @@ def _margin(folder: Path, controller: str, axis: str, condition: str, gain: floa
             shown = f"{magnitude[index] + 0.2:.4f},{angle[index] - 1.0:.4f}" if measured and index % 8 == 0 else ","
             stream.write(f"{frequency[index]:.5g},{magnitude[index]:.4f},{angle[index]:.4f},{shown}\n")
     return {
-        "plant": "tracker", "controller": controller, "axis": axis, "condition": condition, "gain_margin_db": gain,
+        "plant": "tracker", "controller": controller, "study": study, "axis": axis, "condition": condition,
+        "gain_margin_db": gain,
         "phase_margin_deg": phase, "crossover_hz": crossover / 6.28, "closed_loop_bandwidth_hz": 30.4,
         "measured_gain_margin_db": gain - 0.3 if measured else None,
         "measured_phase_margin_deg": phase - 1.5 if measured else None, "response_csv": name,

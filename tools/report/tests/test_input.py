@@ -81,6 +81,8 @@ def put(value: Any, *path: Any) -> Callable[[dict[str, Any]], None]:
         (drop("rows", 3, "unit"), ["rows[3]", "'unit' is a required property"]),
         (put("much", "rows", 0, "value"), ["rows[0].value", "'much'"]),
         (put("wiggle", "rows", 2, "metric"), ["rows[2].metric", "wiggle"]),
+        (drop("sensitivity", 0, "shipped"), ["sensitivity[0]", "'shipped' is a required property"]),
+        (put("other", "sensitivity", 1, "plant"), ["sensitivity[1].plant", "'other'", "plants"]),
         (put("dahl", "runs", 1, "friction"), ["runs[1].friction", "dahl"]),
         (put(2, "schema_version"), ["schema_version", "1 was expected"]),
         (put([], "rows"), ["rows"]),

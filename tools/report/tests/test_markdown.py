@@ -1,6 +1,7 @@
 """Marked tables of documents are renewed from the results."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -30,6 +31,21 @@ def test_renewing_twice_changes_nothing(folder: Path, tmp_path: Path) -> None:
     update_document(results, document)
     assert document.read_text(encoding="utf-8") == once
     assert "paper: compensated" in once
+
+
+def test_a_missed_goal_stands_in_the_sensitivity_table(folder: Path) -> None:
+    table = TABLES["sensitivity"](load_results(folder))
+    assert "| weave of the UAV: 5 m → **8 m** | Tracking a UAV, paper loop: tracking error 1σ, µrad |" in table
+    assert "16.9 ± 0.7 ✗ (goal ≤ 12)" in table
+
+
+def test_a_quick_run_renews_no_document(changed: Any, tmp_path: Path) -> None:
+    document = tmp_path / "page.md"
+    document.write_text("<!-- results -->\nold\n<!-- end results -->\n", encoding="utf-8")
+    results = load_results(changed(lambda data: data["generator"].update(quick=True)))
+    with pytest.raises(InputError, match="quick"):
+        update_document(results, document)
+    assert "old" in document.read_text(encoding="utf-8")
 
 
 def test_unknown_table_is_refused_with_its_name(folder: Path, tmp_path: Path) -> None:

@@ -10,6 +10,12 @@ from typing import Any
 
 import pytest
 
+from trackservo_report.__main__ import main
+from trackservo_report.comparison import gather
+from trackservo_report.load import load_results
+from trackservo_report.page import READING_GUIDE, REPOSITORY
+from trackservo_report.sections import ablation_figures, friction_figures, paper_figures, price_figures
+
 FIGURES = [
     "fig7", "fig9", "fig11", "fig12", "fig14", "table2", "table2-curves", "fig16", "ablation", "shares", "frictions",
     "bode", "nyquist", "noise",
@@ -163,16 +169,41 @@ def test_anchors_lead_somewhere(outline: Outline, folder: Path) -> None:
         assert target, link
 
 
-def test_quick_results_are_marked(changed: Any) -> None:
-    from trackservo_report.__main__ import main
+def test_every_source_file_that_the_page_names_exists(page: str, outline: Outline, folder: Path) -> None:
+    named = {path for _, _, block, test, _ in READING_GUIDE for path in (block, test)}
+    results = load_results(folder)
+    items = gather(results.rows)
+    figures = [*paper_figures(results, items), *ablation_figures(results, items), *friction_figures(items)]
+    named |= {path for figure in [*figures, *price_figures(results, items)] for path in figure.hints}
+    named |= {path for path in re.findall(r"<code>([\w./-]+)</code>", page) if "/" in path}
+    assert len(named) > 20
+    for path in named:
+        assert (REPOSITORY / path).exists(), path
+        assert any(link.endswith(path) for link in outline.links), path
 
+
+def test_every_run_is_listed_once(outline: Outline, document: dict[str, Any]) -> None:
+    listed = [link for link in outline.links if link.startswith("runs/")]
+    assert len(listed) == len(set(listed)) == len({run["csv"] for run in document["runs"]})
+
+
+def test_a_missed_goal_of_the_sensitivity_is_marked(page: str) -> None:
+    section = page[page.index('id="sensitivity-table"') :]
+    assert re.search(r'data-value="16.9">16.9<span class="spread"> ± 0.7</span> <span class="no"', section)
+
+
+def test_a_folder_without_sensitivity_says_so(changed: Any) -> None:
+    place = changed(lambda data: data.update(sensitivity=[]))
+    assert main([str(place)]) == 0
+    assert "holds no sensitivity study" in (place / "report.html").read_text(encoding="utf-8")
+
+
+def test_quick_results_are_marked(changed: Any) -> None:
     place = changed(lambda data: data["generator"].update(quick=True))
     assert main([str(place)]) == 0
-    assert "These numbers are not results" in (place / "report.html").read_text(encoding="utf-8")
+    assert "these numbers are not results" in (place / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_page_is_reproducible(folder: Path, page: str) -> None:
-    from trackservo_report.__main__ import main
-
     assert main([str(folder)]) == 0
     assert (folder / "report.html").read_text(encoding="utf-8") == page

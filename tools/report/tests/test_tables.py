@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from trackservo_report import tables, terminal, verdict
+from trackservo_report import sensitivity, tables, terminal, verdict
 from trackservo_report.comparison import count_goals, floor_of, gather, headline
-from trackservo_report.display import case_order, gain, number, plain_number, pretty_units, with_spread
+from trackservo_report.display import case_order, gain, number, plain_number, pretty_units, with_spread, without_seeds
 from trackservo_report.load import Results, Row, load_results
 from trackservo_report.traces import thin
 
@@ -39,6 +39,44 @@ def test_texts_are_pretty() -> None:
     assert gain(0.25, 0.01) == "25 × smaller"
     assert gain(0.25, 0.3) == "no gain"
     assert sorted(["2 deg/s", "0.1 deg/s", "1 deg/s"], key=case_order) == ["0.1 deg/s", "1 deg/s", "2 deg/s"]
+
+
+def test_a_median_is_shown_with_its_range(results: Results) -> None:
+    start = next(line for line in tables.result_lines(gather(results.rows)) if line.metric == "time to 90 %")
+    assert start.after.text == "12.0 (11.0…13.0)"
+    assert without_seeds(start.after.text) == "12.0"
+    row = next(row for row in results.rows if row.metric == "time_to_90_percent" and row.controller == "pi_vob_ftc")
+    assert row.whiskers() == pytest.approx((0.96, 0.96))
+
+
+def test_a_choice_made_otherwise_is_judged_by_the_same_goal(results: Results) -> None:
+    weave, jitter, _ = sensitivity.sensitivity_lines(results)
+    assert (weave.shipped_setting, weave.varied_setting) == ("5 m", "8 m")
+    assert (weave.after_shipped.value, weave.after.value, weave.after.met) == (9.4, 16.9, False)
+    assert (weave.before_shipped.value, weave.before.value, weave.before.met) == (54.9, 57.0, True)
+    assert jitter.before.value is None and jitter.after.met is True
+    assert sensitivity.count_varied(results) == (1, 2)
+
+
+def test_a_source_has_the_share_of_the_variance_that_vanishes_with_it(results: Results) -> None:
+    (line,) = sensitivity.variance_lines(results)
+    assert (line.source, line.where) == ("jitter of the encoder", "Steady speed, 0.1 °/s")
+    assert (line.before, line.after) == ("–", "75 %")
+
+
+@pytest.mark.parametrize(("without_wind", "said"), [(0.004, True), (0.08, False)])
+def test_wind_is_named_only_when_it_makes_the_error(results: Results, without_wind: float, said: bool) -> None:
+    weave = next(item for item in results.sensitivity if item.controller == "pi")
+    wind = dataclasses.replace(
+        weave, variation="wind, rms", experiment="steady_speed", metric="peak_error", value=without_wind,
+        shipped=dataclasses.replace(weave.shipped, value=0.09),
+    )  # fmt: skip
+    assert (sensitivity.wind_line(dataclasses.replace(results, sensitivity=[wind])) is not None) == said
+
+
+def test_a_loop_that_was_tuned_for_a_study_says_so(results: Results) -> None:
+    notes = {line.note for line in tables.margin_lines(results.margins) if line.controller == "pi_best"}
+    assert notes == {"steady speed", "tracking a UAV, improved loop"}
 
 
 def test_result_table_holds_the_paper_beside_ours(results: Results) -> None:
@@ -96,22 +134,10 @@ def _row(
     controller: str, value: float | None, spread: float = 0.0, metric: str = "peak_error", unit: str = "deg/s"
 ) -> Row:
     return Row(
-        "sine",
-        "c",
-        "tracker",
-        "maxwell_slip",
-        controller,
-        "azimuth",
-        metric,
-        unit,
-        value,
-        spread,
-        5,
-        None,
-        None,
-        None,
-        None,
-    )
+        experiment="sine", case="c", plant="tracker", friction="maxwell_slip", controller=controller, axis="azimuth",
+        metric=metric, unit=unit, statistic="mean", value=value, spread=spread, low=value, high=value, seeds=5,
+        paper_uncompensated=None, paper_compensated=None, goal=None, met=None,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

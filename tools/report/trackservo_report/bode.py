@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
-from .display import CONDITION_TITLES, controller_colour, controller_title
+from .display import CONDITION_TITLES, controller_colour, controller_title, study_title
 from .load import Margin, Results
 from .theme import BAD, MUTED, View, panels
 from .traces import Series, read_columns
@@ -32,6 +32,23 @@ def _groups(results: Results) -> dict[tuple[str, str], list[Margin]]:
     return found
 
 
+def _title(margin: Margin) -> str:
+    """The controller, and what it was tuned for if it does not serve all."""
+    title = controller_title(margin.controller)
+    return f"{title}, {study_title(margin.study)}" if margin.study else title
+
+
+def _dash(margin: Margin, margins: list[Margin]) -> str:
+    """Lines of one controller that was tuned several times differ in their dashes."""
+    studies = list(dict.fromkeys(other.study for other in margins if other.controller == margin.controller))
+    return ["solid", "dash", "dot", "dashdot"][studies.index(margin.study) % 4]
+
+
+def _visible(margin: Margin) -> bool | str:
+    """A controller that was tuned for one study only is a click in the legend away."""
+    return "legendonly" if margin.study else True
+
+
 def bode_views(results: Results) -> list[View]:
     """Magnitude and phase of the open loop, one tab per plant and axis."""
     return [View(f"{plant}, {axis}", _bode(results, margins)) for (plant, axis), margins in _groups(results).items()]
@@ -55,10 +72,11 @@ def _bode(results: Results, margins: list[Margin]) -> go.Figure:
         column = conditions.index(margin.condition) + 1
         data = _unwrapped(read_columns(results.folder / margin.response_csv, COLUMNS))
         for row, quantity in ((1, "magnitude_db"), (2, "phase_deg")):
-            first = margin.controller not in shown
-            for trace in _response(margin, data["frequency_hz"], data, quantity, first):
+            first = _title(margin) not in shown
+            dash = _dash(margin, margins)
+            for trace in _response(margin, data["frequency_hz"], data, quantity, first, dash):
                 plot.add_trace(trace, row=row, col=column)
-            shown.add(margin.controller)
+            shown.add(_title(margin))
     plot.update_xaxes(type="log", dtick=1)
     plot.update_xaxes(title_text="frequency (Hz)", row=2)
     plot.update_yaxes(title_text="magnitude (dB)", row=1, col=1)
@@ -68,10 +86,12 @@ def _bode(results: Results, margins: list[Margin]) -> go.Figure:
     return plot
 
 
-def _response(margin: Margin, x: Series, data: dict[str, Series], quantity: str, first: bool) -> list[go.Scatter]:
+def _response(
+    margin: Margin, x: Series, data: dict[str, Series], quantity: str, first: bool, dash: str
+) -> list[go.Scatter]:
     """Computed as a line, measured as open circles."""
-    colour, name = controller_colour(margin.controller), controller_title(margin.controller)
-    group = margin.controller
+    colour, name = controller_colour(margin.controller), _title(margin)
+    group = name
     computed, measured = data[f"computed_{quantity}"], data[f"measured_{quantity}"]
     traces = [
         go.Scatter(
@@ -81,11 +101,12 @@ def _response(margin: Margin, x: Series, data: dict[str, Series], quantity: str,
             name=name,
             legendgroup=group,
             showlegend=first,
-            line={"color": colour, "width": 1.7},
+            visible=_visible(margin),
+            line={"color": colour, "width": 1.7, "dash": dash},
         )
     ]
     if np.any(np.isfinite(measured)):
-        traces.append(_circles(x[np.isfinite(measured)], measured[np.isfinite(measured)], colour, name, group))
+        traces.append(_circles(x[np.isfinite(measured)], measured[np.isfinite(measured)], margin))
     return traces
 
 
@@ -97,15 +118,19 @@ def _unwrapped(data: dict[str, Series]) -> dict[str, Series]:
     return {**data, "computed_phase_deg": computed, "measured_phase_deg": measured}
 
 
-def _circles(x: Series, y: Series, colour: str, name: str, group: str) -> go.Scatter:
-    marker = {"symbol": "circle-open", "size": 6, "color": colour, "line": {"width": 1.4}}
+def _circles(x: Series, y: Series, margin: Margin) -> go.Scatter:
+    name = _title(margin)
+    marker = {
+        "symbol": "circle-open", "size": 6, "color": controller_colour(margin.controller), "line": {"width": 1.4},
+    }  # fmt: skip
     return go.Scatter(
         x=x.astype(np.float32),
         y=y.astype(np.float32),
         mode="markers",
         name=f"{name}, measured",
-        legendgroup=group,
+        legendgroup=name,
         showlegend=False,
+        visible=_visible(margin),
         marker=marker,
     )
 
@@ -117,21 +142,22 @@ def _nyquist(results: Results, margins: list[Margin]) -> go.Figure:
     for margin in margins:
         column = conditions.index(margin.condition) + 1
         data = read_columns(results.folder / margin.response_csv, COLUMNS)
-        colour, name = controller_colour(margin.controller), controller_title(margin.controller)
+        colour, name = controller_colour(margin.controller), _title(margin)
         real, imaginary = _complex(data["computed_magnitude_db"], data["computed_phase_deg"])
         line = go.Scatter(
             x=real.astype(np.float32),
             y=imaginary.astype(np.float32),
             mode="lines",
             name=name,
-            legendgroup=margin.controller,
-            showlegend=margin.controller not in shown,
-            line={"color": colour, "width": 1.7},
+            legendgroup=name,
+            showlegend=name not in shown,
+            visible=_visible(margin),
+            line={"color": colour, "width": 1.7, "dash": _dash(margin, margins)},
             customdata=data["frequency_hz"].astype(np.float32),
             hovertemplate="%{customdata:.2f} Hz<extra>%{fullData.name}</extra>",
         )
         plot.add_trace(line, row=1, col=column)
-        shown.add(margin.controller)
+        shown.add(name)
         _measured_points(plot, margin, data, column)
     for column in range(1, len(conditions) + 1):
         _keep_out(plot, column)
@@ -148,8 +174,7 @@ def _measured_points(plot: go.Figure, margin: Margin, data: dict[str, Series], c
     have = np.isfinite(data["measured_magnitude_db"]) & np.isfinite(data["measured_phase_deg"])
     if np.any(have):
         real, imaginary = _complex(data["measured_magnitude_db"][have], data["measured_phase_deg"][have])
-        colour, name = controller_colour(margin.controller), controller_title(margin.controller)
-        plot.add_trace(_circles(real, imaginary, colour, name, margin.controller), row=1, col=column)
+        plot.add_trace(_circles(real, imaginary, margin), row=1, col=column)
 
 
 def _complex(magnitude_db: Series, phase_deg: Series) -> tuple[Series, Series]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import re
 
+from .load import Figure
+
 CONTROLLER_TITLES = {
     "pi": "PI",
     "pi_vob": "PI + VOB",
@@ -70,6 +72,13 @@ def unit_title(unit: str) -> str:
     return UNIT_TITLES.get(unit, unit)
 
 
+def study_title(study: str) -> str:
+    """The short name of a study such as 'tracking on tracker, improved loop'."""
+    experiment, _, place = study.partition(" on ")
+    _, comma, loop = place.partition(", ")
+    return EXPERIMENT_TITLES.get(experiment, experiment).lower().replace("uav", "UAV") + comma + loop
+
+
 def case_title(case: str) -> str:
     """A case's name with printed units."""
     return pretty_units(case)
@@ -103,6 +112,18 @@ def with_spread(value: float | None, spread: float | None) -> str:
     if value is None:
         return MISSING
     return number(value) if not spread else f"{number(value)} ± {number(spread, 1)}"
+
+
+def over_seeds(figure: Figure) -> str:
+    """A mean with its standard deviation, a median with its range, e.g. '17.0 (15.0…22.0)'."""
+    if figure.statistic != "median" or figure.low is None or figure.high is None or figure.low == figure.high:
+        return with_spread(figure.value, figure.spread)
+    return f"{number(figure.value)} ({number(figure.low)}…{number(figure.high)})"
+
+
+def without_seeds(text: str) -> str:
+    """The mean or median alone, of a text of `over_seeds`."""
+    return text.split(" ± ")[0].split(" (")[0]
 
 
 def span(values: list[float], digits: int = 3) -> str:

@@ -15,9 +15,27 @@ class InputError(Exception):
     """The results folder cannot be used; the text names the file and the reason."""
 
 
-@dataclass(frozen=True)
-class Row:
-    """One result; `value`, `spread` and the paper's values are in `unit`."""
+@dataclass(frozen=True, kw_only=True)
+class Figure:
+    """A number over the seeds, in its row's unit: mean or median, standard deviation, smallest and largest."""
+
+    statistic: str
+    value: float | None
+    spread: float | None
+    low: float | None
+    high: float | None
+    seeds: int
+
+    def whiskers(self) -> tuple[float, float]:
+        """How far the seeds reach below and above: the standard deviation of a mean, the range of a median."""
+        if self.statistic == "median" and None not in (self.value, self.low, self.high):
+            return self.value - self.low, self.high - self.value
+        return self.spread or 0.0, self.spread or 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row(Figure):
+    """One result; its numbers and the paper's are in `unit`."""
 
     experiment: str
     case: str
@@ -27,11 +45,28 @@ class Row:
     axis: str
     metric: str
     unit: str
-    value: float | None
-    spread: float | None
-    seeds: int
     paper_uncompensated: float | None
     paper_compensated: float | None
+    goal: str | None
+    met: bool | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Varied(Figure):
+    """One result with one choice changed, beside the shipped one; both in `unit`."""
+
+    variation: str
+    kind: str
+    shipped_setting: str
+    varied_setting: str
+    experiment: str
+    case: str
+    plant: str
+    controller: str
+    axis: str
+    metric: str
+    unit: str
+    shipped: Figure
     goal: str | None
     met: bool | None
 
@@ -58,6 +93,7 @@ class Margin:
 
     plant: str
     controller: str
+    study: str | None
     axis: str
     condition: str
     gain_margin_db: float | None
@@ -78,12 +114,13 @@ class Results:
     plants: list[dict[str, Any]]
     controllers: list[dict[str, Any]]
     rows: list[Row]
+    sensitivity: list[Varied]
     runs: list[Run]
     margins: list[Margin]
     benchmark: dict[str, Any] | None
 
 
-Record = TypeVar("Record", Row, Run, Margin)
+Record = TypeVar("Record", Figure, Row, Run, Margin)
 
 
 def load_results(folder: Path) -> Results:
@@ -97,6 +134,7 @@ def load_results(folder: Path) -> Results:
         plants=data["plants"],
         controllers=data["controllers"],
         rows=_records(Row, data["rows"]),
+        sensitivity=[_varied(item) for item in data["sensitivity"]],
         runs=_records(Run, data["runs"]),
         margins=_records(Margin, data["margins"]),
         benchmark=data["benchmark"],
@@ -109,6 +147,12 @@ def load_results(folder: Path) -> Results:
 def _records(kind: type[Record], items: list[dict[str, Any]]) -> list[Record]:
     names = [field.name for field in fields(kind)]
     return [kind(**{name: item[name] for name in names}) for item in items]
+
+
+def _varied(item: dict[str, Any]) -> Varied:
+    shipped = _records(Figure, [item["shipped"]])[0]
+    names = [field.name for field in fields(Varied) if field.name != "shipped"]
+    return Varied(shipped=shipped, **{name: item[name] for name in names})
 
 
 def _read_json(file: Path) -> Any:
@@ -150,7 +194,12 @@ def _check_names(file: Path, results: Results) -> None:
     """Every plant and controller that is used must be described."""
     plants = {plant["name"] for plant in results.plants}
     controllers = {controller["name"] for controller in results.controllers}
-    groups: dict[str, list[Any]] = {"rows": results.rows, "runs": results.runs, "margins": results.margins}
+    groups: dict[str, list[Any]] = {
+        "rows": results.rows,
+        "sensitivity": results.sensitivity,
+        "runs": results.runs,
+        "margins": results.margins,
+    }
     for group, items in groups.items():
         for index, item in enumerate(items):
             if item.plant not in plants:

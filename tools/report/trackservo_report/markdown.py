@@ -19,10 +19,12 @@ from .display import (
     case_title,
     controller_title,
     number,
+    over_seeds,
+    study_title,
     unit_title,
-    with_spread,
 )
 from .load import InputError, Results
+from .sensitivity import sensitivity_lines, variance_lines
 from .tables import Cell, result_lines
 
 
@@ -76,7 +78,7 @@ def noise_table(results: Results) -> str:
     for item in items:
         values = [item.rows.get(name) for name in INGREDIENTS]
         title = f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}, {unit_title(item.unit)}"
-        rows.append([title] + [with_spread(row.value, row.spread) if row else "–" for row in values])
+        rows.append([title] + [over_seeds(row) if row else "–" for row in values])
     return _table(head, rows)
 
 
@@ -85,7 +87,7 @@ def margins_table(results: Results) -> str:
     rows = [
         [
             margin.plant,
-            controller_title(margin.controller),
+            controller_title(margin.controller) + (f", {study_title(margin.study)}" if margin.study else ""),
             CONDITION_TITLES[margin.condition],
             f"{number(margin.gain_margin_db)} / {number(margin.measured_gain_margin_db)}",
             f"{number(margin.phase_margin_deg)} / {number(margin.measured_phase_margin_deg)}",
@@ -102,16 +104,43 @@ def margins_table(results: Results) -> str:
     return _table(head, rows)
 
 
+def sensitivity_table(results: Results) -> str:
+    """What if we had chosen otherwise: shipped figure, figure with one choice changed, goal; azimuth, LuGre."""
+    rows = [
+        [
+            f"{line.variation}: {line.shipped_setting} → **{line.varied_setting}**",
+            f"{line.experiment}, {line.case}: {line.metric}, {line.unit}",
+            line.before_shipped.text,
+            _judged(line.before),
+            line.after_shipped.text,
+            _judged(line.after),
+        ]
+        for line in sensitivity_lines(results)
+    ]
+    head = ["choice: shipped → varied", "figure", "PI: shipped", "PI: varied", "PI + VOB + FTC: shipped", "PI + VOB + FTC: varied"]
+    return _table(head, rows)
+
+
+def variance_table(results: Results) -> str:
+    """What the errors at steady speed consist of; azimuth, LuGre."""
+    rows = [[line.source, line.where, line.before, line.after] for line in variance_lines(results)]
+    return _table(["source that is switched off", "where", "share of PI's variance", "share of PI + VOB + FTC's variance"], rows)
+
+
 TABLES: dict[str, Callable[[Results], str]] = {
     "results": results_table,
     "ingredients": ingredients_table,
     "noise": noise_table,
     "margins": margins_table,
+    "sensitivity": sensitivity_table,
+    "variance": variance_table,
 }
 
 
 def update_document(results: Results, file: Path) -> None:
-    """Renew every marked table of a Markdown file; a mark without a table of that name is an `InputError`."""
+    """Renew every marked table of a Markdown file; an unknown mark and a quick run are an `InputError`."""
+    if results.generator["quick"]:
+        raise InputError(f"{file}: not renewed from a quick run; run ./tools/demo without --quick first.")
     text = file.read_text(encoding="utf-8")
     pattern = re.compile(r"<!-- (\w+) -->\n.*?<!-- end \1 -->", re.DOTALL)
 

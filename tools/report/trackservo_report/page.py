@@ -10,7 +10,7 @@ import jinja2
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from . import __version__, tables, verdict
+from . import __version__, sensitivity, tables, verdict
 from .comparison import INGREDIENTS, Comparison, count_goals, gather
 from .display import (
     EXPERIMENT_TITLES,
@@ -19,6 +19,7 @@ from .display import (
     controller_colour,
     controller_title,
     pretty_units,
+    without_seeds,
 )
 from .load import Results
 from .sections import ablation_figures, friction_figures, paper_figures, price_figures
@@ -29,7 +30,7 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 READING_GUIDE = [
     ("LuGre friction", "(1)–(3)", "firmware/control/lugre.c", "tests/unit/test_lugre.c", "fig7"),
     ("steady friction", "(5)", "firmware/control/friction_feedforward.c", "tests/unit/test_friction_feedforward.c", "fig14"),
-    ("axis dynamics", "(6)", "sim_host/plant", "tests/unit/test_plant.cpp", "fig9"),
+    ("axis dynamics", "(6)", "sim_host/plant/tracker.hpp", "tests/unit/test_plant_machine.cpp", "fig9"),
     ("bristle parameters", "(10)–(16)", "firmware/control/lugre.h", "tests/unit/test_lugre.c", "shares"),
     ("disturbance observer", "section III", "firmware/control/disturbance_observer.c", "tests/unit/test_disturbance_observer.c", "fig11"),
     ("speed loop", "section III", "firmware/control/speed_loop.c", "tests/unit/test_speed_loop.c", "bode"),
@@ -52,6 +53,7 @@ def render(results: Results, folder: Path) -> str:
     )  # fmt: skip
     environment.filters["figure_json"] = figure_json
     environment.filters["pretty"] = pretty_units
+    environment.filters["without_seeds"] = without_seeds
     environment.globals.update(link=lambda path: link(path, folder), known=known)
     return environment.get_template("report.html.j2").render(_context(results))
 
@@ -95,15 +97,25 @@ def _context(results: Results) -> dict[str, Any]:
         "shared": tables.SHARED,
         "frictions": _frictions(items, duels),
         "margin_lines": tables.margin_lines(results.margins),
+        "sensitivity": sensitivity.sensitivity_lines(results),
+        "variance": sensitivity.variance_lines(results),
+        "wind": sensitivity.wind_line(results),
+        "run_groups": _run_groups(results),
         "friction_parameters": dict(tables.friction_parameters(results)),
         "guide": _guide(),
         "colour": controller_colour,
         "controller_title": controller_title,
-        "case_title": case_title,
-        "experiments": EXPERIMENT_TITLES,
-        "friction_titles": FRICTION_TITLES,
         **_figures(results, items),
     }
+
+
+def _run_groups(results: Results) -> dict[str, dict[tuple[str, str, str, str], dict[int, str]]]:
+    """Every CSV once: per experiment and (case, plant, friction, controller) the file of each seed."""
+    groups: dict[str, dict[tuple[str, str, str, str], dict[int, str]]] = {}
+    for run in results.runs:
+        place = (case_title(run.case), run.plant, FRICTION_TITLES[run.friction], controller_title(run.controller))
+        groups.setdefault(EXPERIMENT_TITLES[run.experiment], {}).setdefault(place, {})[run.seed] = run.csv
+    return groups
 
 
 def _guide() -> list[tuple[str, str, list[str], list[str], str]]:

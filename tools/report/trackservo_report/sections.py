@@ -106,8 +106,8 @@ def _start_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:
         curves.start_up(book),
         paper="At 0.1, 0.2 and 1 °/s: an obvious start delay without compensation, with slip at 0.1 °/s, "
         "and a quick start with it. No times are printed.",
-        ours=f"At the lowest speed 90 % is reached after {_said(start, BASELINE)} with PI and after "
-        f"{_said(start, COMPENSATED)} with observer and friction compensation.",
+        ours=f"At the lowest speed 90 % is reached, and kept, after {_said(start, BASELINE)} with PI and after "
+        f"{_said(start, COMPENSATED)} with observer and friction compensation (medians over the seeds).",
         caption="Dotted grey: 90 % of the set-point. The feedforward gives the break-away torque in the tick of the command; "
         "PI has to integrate up to it first.",
         hints=["sim_host/scenarios/low_speed_start.toml", *LUGRE],
@@ -173,8 +173,8 @@ def _tracking_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:
         paper=f"A UAV at 20 m/s, 1σ {plain_number(before)} µrad without and {plain_number(after)} µrad with compensation.",
         ours=f"1σ {_said(first, BASELINE)} with PI and {_said(first, COMPENSATED)} with observer and friction "
         "compensation, with the paper's 2 Hz tracking loop; the improved loop is the other tab.",
-        caption="Both panels have the same scale. Dashed: the paper's ±1σ. The friction-free run, "
-        "the floor that no compensation can pass, is in the legend.",
+        caption="Both panels have the same scale. Dashed: the paper's ±1σ. The same loop on a plant without friction "
+        "is in the legend: what it leaves is no matter of friction.",
         hints=["sim_host/scenarios/tracking.toml", *TRACKER, *LUGRE],
     )
 
@@ -226,7 +226,8 @@ def price_figures(results: Results, items: list[Comparison]) -> list[Figure]:
             "Bode plot of the open speed loop",
             bode.bode_views(results),
             caption="Lines: computed with the tick's delay. Circles: measured on the running loop. Feedforward lies outside "
-            "the loop, so it changes nothing here; the observer does.",
+            "the loop, so it changes nothing here; the observer does. Only the sign function of the Coulomb feedforward reacts to "
+            "noise at rest (pre-sliding): its circles scatter. The best PIs are a click in the legend away.",
             hints=[*LOOP, *OBSERVER],
         ),
         Figure(

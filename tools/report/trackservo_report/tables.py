@@ -28,13 +28,14 @@ from .display import (
     controller_title,
     gain,
     number,
+    over_seeds,
     plain_number,
     pretty_units,
     span,
+    study_title,
     unit_title,
-    with_spread,
 )
-from .load import Margin, Results, Row
+from .load import Margin, Results, Row, Varied
 from .verdict import Duel
 
 SHARED = ["pi_vob", "pi_ftc", "pi_vob_ftc"]
@@ -71,11 +72,11 @@ class ResultLine:
     gain: str
 
 
-def _cell(row: Row | None) -> Cell:
+def cell_of(row: Row | Varied | None) -> Cell:
     """A row's value with its spread and its goal."""
     if row is None:
         return Cell()
-    text = with_spread(row.value, row.spread)
+    text = over_seeds(row)
     if row.value is None and row.metric == "time_to_90_percent":
         text = "not reached"
     return Cell(text, row.value, pretty_units(row.goal or ""), row.met)
@@ -103,11 +104,11 @@ def result_lines(items: list[Comparison]) -> list[ResultLine]:
     for item in items:
         if not _belongs(item):
             continue
-        before, after = _cell(item.rows.get(BASELINE)), _cell(item.rows.get(COMPENSATED))
+        before, after = cell_of(item.rows.get(BASELINE)), cell_of(item.rows.get(COMPENSATED))
         lines.append(_line(item, before, after, _where(item), floor_of(item, items)))
         for name in item.controllers():
             if name not in (BASELINE, COMPENSATED) and item.rows[name].met is not None:
-                lines.append(_line(item, Cell(), _cell(item.rows[name]), [*_where(item), controller_title(name)]))
+                lines.append(_line(item, Cell(), cell_of(item.rows[name]), [*_where(item), controller_title(name)]))
     return lines
 
 
@@ -133,7 +134,7 @@ def unmet_goals(rows: list[Row]) -> list[str]:
         f"{EXPERIMENT_TITLES[row.experiment]}, {case_title(row.case)}, {controller_title(row.controller)}"
         + ("" if row.axis == "azimuth" else f", {row.axis}")
         + ("" if row.friction == "lugre" else f", {FRICTION_TITLES[row.friction]} plant")
-        + f": {METRIC_TITLES[row.metric]} {_cell(row).text} {unit_title(row.unit)}, goal {pretty_units(row.goal or '')}"
+        + f": {METRIC_TITLES[row.metric]} {cell_of(row).text} {unit_title(row.unit)}, goal {pretty_units(row.goal or '')}"
         for row in rows
         if row.met is False
     ]
@@ -174,7 +175,7 @@ def _marked_cells(item: Comparison) -> list[Cell]:
     values = [badness(item.metric, row.value) for row in item.rows.values() if row.value is not None]
     cells = []
     for name in INGREDIENTS:
-        cell = _cell(item.rows.get(name))
+        cell = cell_of(item.rows.get(name))
         best = cell.value is not None and badness(item.metric, cell.value) == min(values)
         cells.append(Cell(cell.text, cell.value, best=best))
     return cells
@@ -198,7 +199,7 @@ def table2(items: list[Comparison]) -> tuple[str, list[Table2Column]]:
     chosen = headline(items, "steady_speed")
     columns = []
     for item in chosen:
-        before, after = _cell(item.rows.get(BASELINE)), _cell(item.rows.get(COMPENSATED))
+        before, after = cell_of(item.rows.get(BASELINE)), cell_of(item.rows.get(COMPENSATED))
         columns.append(
             Table2Column(
                 case_title(item.case),
@@ -226,6 +227,7 @@ class MarginLine:
 
     where: str
     controller: str
+    note: str
     condition: str
     cells: list[Cell]
 
@@ -238,6 +240,7 @@ def margin_lines(margins: list[Margin]) -> list[MarginLine]:
         MarginLine(
             where=f"{margin.plant}, {margin.axis}",
             controller=margin.controller,
+            note=study_title(margin.study) if margin.study else "",
             condition=CONDITION_TITLES[margin.condition],
             cells=[
                 _judged(margin.gain_margin_db, GAIN_MARGIN_GOAL_DB),
@@ -340,7 +343,7 @@ def _share(chosen: list[Comparison], controller: str) -> str:
 def loss_sentence(duel: Duel, name_plant: bool = True) -> str:
     """One loss in words, numbers in the row's unit; without the plant's friction under a heading that names it."""
     item = duel.comparison
-    own, other = _cell(item.rows[duel.lugre]), _cell(item.rows[duel.rival])
+    own, other = cell_of(item.rows[duel.lugre]), cell_of(item.rows[duel.rival])
     change = duel.change_percent()
     worse = f" ({change:+.0f}\u00a0%)" if change is not None and abs(change) < LARGEST_PERCENTAGE else ""
     axis = "" if item.axis == "azimuth" else f", {item.axis}"

@@ -12,11 +12,14 @@ from rich.table import Table
 from rich.text import Text
 
 from .comparison import count_goals, gather
+from .display import without_seeds
 from .load import Results
+from .sensitivity import count_varied
 from .tables import Cell, ResultLine, loss_sentence, result_lines, unmet_goals
 from .verdict import Duel, duels
 
 PIPED_WIDTH = 100
+QUICK_WORDS = "quick run: one seed, short search for the best PI, no sensitivity; a first look, not results"
 
 
 def make_console() -> Console:
@@ -31,7 +34,7 @@ def print_results(results: Results, page: Path, console: Console) -> None:
     items = gather(results.rows)
     console.print(_table(result_lines(items)))
     if results.generator["quick"]:
-        console.print("quick run: shortened experiments, not results", style="yellow")
+        console.print(QUICK_WORDS, style="yellow")
     for sentence in unmet_goals(results.rows):
         console.print(Text("✗ not met: " + sentence, style="red"))
     fought = duels(items)
@@ -43,6 +46,12 @@ def print_results(results: Results, page: Path, console: Console) -> None:
     on_other_model = [duel for duel in losses if duel.comparison.friction == "maxwell_slip"]
     for duel in sorted(on_other_model, key=Duel.rank)[:3]:
         console.print(Padding(loss_sentence(duel), (0, 0, 0, 2)))
+    missed, varied = count_varied(results)
+    if varied:
+        console.print(
+            f"With one choice changed or one source off, compensation misses {missed} of {varied} goals "
+            "(“What if we had chosen otherwise” on the page)."
+        )
     console.print(f"report: {page}", soft_wrap=True)
     met, judged = count_goals(results.rows)
     console.print(f"goals met: {met} of {judged}", style="bold green" if met == judged else "bold yellow")
@@ -75,9 +84,9 @@ def _label(line: ResultLine) -> Padding:
 
 
 def _marked(cell: Cell) -> Text:
-    """The mean (the spread is on the page) and the mark of its goal."""
+    """The mean or median (the spread is on the page) and the mark of its goal."""
     mark, style = {True: ("✓", "green"), False: ("✗", "red"), None: (" ", "")}[cell.met]
-    return Text(f"{cell.text.split(' ± ')[0]} {mark}", style=style)
+    return Text(f"{without_seeds(cell.text)} {mark}", style=style)
 
 
 def _goals(line: ResultLine) -> str:

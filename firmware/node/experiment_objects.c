@@ -1,0 +1,123 @@
+#include "node/experiment_objects.h"
+
+#include <math.h>
+
+#include "app/servo_app.h"
+#include "canopen/object_dictionary_rows.h"
+#include "node/servo_node.h"
+
+enum { EXPERIMENT_OBJECT = 0x2100, EXPERIMENT_COMMAND_SUB = 1 };
+enum { COMMAND_START = 1, COMMAND_ABORT = 2 };
+enum { BACKWARD, FORWARD }; /* of stimulus.breakaway */
+
+#define SETS(sub_, member_, low_, high_, preset_, unit_, name_, help_) \
+  OD_F32(0x2100, sub_, OD_RW, 0, experiment_objects, member_, low_, high_, preset_, unit_, name_, help_)
+
+#define BREAKAWAYS(sub_, which_, title_)                                                                             \
+  OD_U32(0x2100, sub_, OD_RO, 0, experiment_objects, breakaway[which_].count, 0, 1000, 0, "", "Break-aways " title_, \
+         "Counted"),                                                                                                 \
+      OD_F32(0x2100, (sub_) + 1, OD_RO, 0, experiment_objects, breakaway[which_].mean_nm, 0.0f, 1e4f, 0.0f, "N m",   \
+             "Break-away torque found " title_, "Mean"),                                                             \
+      OD_F32(0x2100, (sub_) + 2, OD_RO, 0, experiment_objects, breakaway[which_].deviation_nm, 0.0f, 1e4f, 0.0f,     \
+             "N m", "Break-away torque spread " title_, "Standard deviation")
+
+static const od_entry kEntries[] = {
+    OD_RECORD_HEAD(0x2100, 24, "Experiment", "Moves the axis to tell friction and inertia; see commissioning/"),
+    OD_U8(0x2100, 1, OD_RW, 0, experiment_objects, command, 0, 2, 0, "", "Experiment command", "1: start; 2: abort"),
+    OD_U8(0x2100, 2, OD_RO, OD_TPDO, experiment_objects, state, 0, 7, 0, "", "Experiment state",
+          "0: none; 1: runs; 2: done; 3: aborted; 4: left its travel; 5: too fast; 6: too long; 7: the drive stopped"),
+    OD_U8(0x2100, 3, OD_RO, OD_TPDO, experiment_objects, progress, 0, 100, 0, "%", "Experiment progress",
+          "Of the time"),
+    OD_U8(0x2100, 4, OD_RW, 0, experiment_objects, kind, 0, 5, 0, "", "Experiment kind",
+          "1: speed sweep; 2: torque ramps; 3: hysteresis loops; 4: chirp; 5: break-away"),
+    OD_U32(0x2100, 5, OD_RW, 0, experiment_objects, setup.count, 1, 1000, 1, "", "Experiment count",
+           "Speeds, triangles, chirps or break-aways"),
+    SETS(6, setup.dwell_s, 0.01f, 1e3f, 1.0f, "s", "Experiment dwell",
+         "At a speed and direction; of a triangle; of a chirp up; to the whole torque"),
+    SETS(7, setup.low_rad_s, 1e-6f, 1e2f, 1e-3f, "rad/s", "Experiment speed", "Slowest of the sweep; below the chirp"),
+    SETS(8, setup.speed_ratio, 1.0f, 10.0f, 1.5f, "", "Experiment speed ratio", "Of the sweep, speed to speed"),
+    SETS(9, setup.acceleration_rad_s2, 1e-4f, 1e4f, 0.5f, "rad/s^2", "Experiment acceleration", "Of sweep and chirp"),
+    SETS(10, setup.amplitude_nm, 1e-6f, 1e4f, 1.0f, "N m", "Experiment torque", "Of ramps, chirp and break-away"),
+    SETS(11, setup.amplitude_rad, 1e-7f, 3.0f, 1e-3f, "rad", "Experiment angle",
+         "Of the loops, to each side; what counts as broken away"),
+    SETS(12, setup.low_hz, 0.01f, 400.0f, 2.0f, "Hz", "Experiment lowest frequency", "Of the chirp"),
+    SETS(13, setup.high_hz, 0.01f, 400.0f, 50.0f, "Hz", "Experiment highest frequency", "Of the chirp"),
+    SETS(14, limits.travel_rad, 1e-6f, 3.0f, 0.1f, "rad", "Experiment travel limit", "To each side of the start"),
+    SETS(15, limits.rate_rad_s, 1e-6f, 1e2f, 0.1f, "rad/s", "Experiment speed limit", "Of the joint"),
+    SETS(16, limits.torque_nm, 1e-6f, 1e4f, 10.0f, "N m", "Experiment torque limit", "Both directions"),
+    SETS(17, limits.duration_s, 1e-3f, 3600.0f, 60.0f, "s", "Experiment time limit", "It is stopped then"),
+    OD_F32(0x2100, 18, OD_RO, 0, experiment_objects, duration_s, 0.0f, 1e9f, 0.0f, "s", "Experiment duration",
+           "About what the set-up will take"),
+    BREAKAWAYS(19, 0, "positive"),
+    BREAKAWAYS(22, 1, "negative"),
+};
+
+const od_table experiment_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};
+
+static breakaway_objects told(const breakaway_statistics *found) {
+  const float variance_nm2 = found->count > 1 ? found->square_sum_nm2 / (float)(found->count - 1) : 0.0f;
+  return (breakaway_objects){.count = found->count, .mean_nm = found->mean_nm, .deviation_nm = sqrtf(variance_nm2)};
+}
+
+static stimulus_setup setup_of(const experiment_objects *objects) {
+  stimulus_setup setup = objects->setup;
+  setup.kind = (stimulus_kind)objects->kind;
+  return setup;
+}
+
+static void tell_state(experiment_objects *objects) {
+  objects->state = (uint8_t)objects->running.state;
+  objects->progress = objects->running.state == EXPERIMENT_IDLE
+                          ? 0
+                          : (uint8_t)experiment_progress_percent(&objects->running, SERVO_TICK_S);
+}
+
+static od_abort refresh(void *owner, const od_object *object) {
+  experiment_objects *objects = &((servo_node_axis *)owner)->experiment;
+  (void)object;
+  tell_state(objects); /* a command may have come since the tick */
+  const stimulus_setup setup = setup_of(objects);
+  objects->duration_s = stimulus_duration_s(&setup);
+  objects->breakaway[0] = told(&objects->running.stimulus.breakaway[FORWARD]);
+  objects->breakaway[1] = told(&objects->running.stimulus.breakaway[BACKWARD]);
+  return OD_OK;
+}
+
+static od_abort start(servo_node_axis *axis) {
+  const drive_axis *drive = &axis->drive;
+  if (axis->experiment.running.state == EXPERIMENT_RUNNING || !drive_axis_obeys_stimulus(drive) ||
+      !profile_at_rest(&drive->motion.ramp)) {
+    return OD_DEVICE_STATE;
+  }
+  const stimulus_setup setup = setup_of(&axis->experiment);
+  const control_status status =
+      experiment_start(&axis->experiment.running, &setup, &axis->experiment.limits, (angle_turn32)drive->position);
+  return status == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
+}
+
+/* The question is the deed, because only it can answer; no PDO reaches the command. */
+static od_abort accept(void *owner, const od_object *object, od_number value) {
+  servo_node_axis *axis = owner;
+  if (object->entry->index != EXPERIMENT_OBJECT || object->entry->sub != EXPERIMENT_COMMAND_SUB) {
+    return OD_OK;
+  }
+  if (value.i == COMMAND_START) {
+    return start(axis);
+  }
+  if (value.i == COMMAND_ABORT) {
+    experiment_abort(&axis->experiment.running, EXPERIMENT_ABORTED);
+  }
+  return OD_OK;
+}
+
+const od_hooks experiment_objects_hooks = {.refresh = refresh, .accept = accept};
+
+bool experiment_objects_step(experiment_objects *objects, const drive_axis *drive, angle_turn32 angle,
+                             float joint_rate_rad_s, servo_axis_command *command, float dt_s) {
+  if (!drive_axis_obeys_stimulus(drive)) {
+    experiment_abort(&objects->running, EXPERIMENT_DRIVE_STOPPED);
+  }
+  const bool goes_on = experiment_step(&objects->running, angle, joint_rate_rad_s, command, dt_s);
+  tell_state(objects);
+  return goes_on;
+}

@@ -1,0 +1,40 @@
+/* Experiments on the bus: 0x2100 (pitch 0x2900) sets one up, starts and watches it.
+ *
+ * The set-up is plain values in the units of commissioning/stimulus.h; "start" checks them together. It is refused
+ * with 0800 0022 unless the axis is in operation, at rest, without a mode (6060 = 0), and with 0604 0043 when the
+ * set-up does not fit its limits. */
+#ifndef TRACKSERVO_NODE_EXPERIMENT_OBJECTS_H
+#define TRACKSERVO_NODE_EXPERIMENT_OBJECTS_H
+
+#include "canopen/object_dictionary.h"
+#include "commissioning/experiment.h"
+#include "drive/drive_axis.h"
+
+typedef struct {
+  uint32_t count;
+  float mean_nm;
+  float deviation_nm;
+} breakaway_objects;
+
+typedef struct {
+  uint8_t command;
+  uint8_t kind;
+  uint8_t state;    /* experiment_state */
+  uint8_t progress; /* % */
+  stimulus_setup setup;
+  experiment_limits limits;
+  float duration_s;               /* that the set-up takes, about */
+  breakaway_objects breakaway[2]; /* forward, backward */
+  experiment running;
+} experiment_objects;
+
+extern const od_table experiment_objects_table;
+
+/* The owner of the part is the servo_node_axis. */
+extern const od_hooks experiment_objects_hooks;
+
+/* One tick of a running experiment: the set-point for the drive in `command`, or false when there is none. */
+bool experiment_objects_step(experiment_objects *objects, const drive_axis *drive, angle_turn32 angle,
+                             float joint_rate_rad_s, servo_axis_command *command, float dt_s);
+
+#endif

@@ -1,0 +1,215 @@
+#include "experiments/sensitivity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "experiments/run_files.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+Probe paper_loop() { return {"tracking", "paper loop", {"tracking_sigma"}}; }
+Probe improved_loop() { return {"tracking", "improved loop", {"tracking_sigma"}}; }
+Probe steady(const char *case_name) { return {"steady_speed", case_name, {"peak_error", "rms_error"}}; }
+Probe start() { return {"low_speed_start", "0.1 deg/s", {"time_to_90_percent", "overshoot"}}; }
+Probe sine() { return {"sine", "1 deg/s, 0.1 Hz", {"peak_error"}}; }
+
+const AxisConfig& azimuth(const Study& study) { return study.plant.axis[kAzimuth]; }
+
+std::string on_or_off(bool on) { return on ? "on" : "off"; }
+
+Variation weave() {
+  return {"weave of the UAV, lateral and vertical",
+          false,
+          {paper_loop(), improved_loop()},
+          [](const Study& study) {
+            const FlyByConfig& fly_by = study.scenario.fly_by;
+            return fmt::format("{:g} m, {:g} m", fly_by.weave_lateral_m, fly_by.weave_vertical_m);
+          },
+          [](Study& study) {
+            study.scenario.fly_by.weave_lateral_m = 8.0;
+            study.scenario.fly_by.weave_vertical_m = 6.0;
+          }};
+}
+
+Variation encoder_reads() {
+  return {"encoder reads per tick",
+          false,
+          {steady("0.1 deg/s"), steady("2 deg/s")},
+          [](const Study& study) { return fmt::format("{}", azimuth(study).encoder.reads_per_tick); },
+          [](Study& study) {
+            for (AxisConfig& axis : study.plant.axis) {
+              axis.encoder.reads_per_tick = 1;
+            }
+          }};
+}
+
+Variation setpoint_weight() {
+  return {"set-point weight of the PI",
+          false,
+          {start()},
+          [](const Study& study) { return fmt::format("{:g}", study.plant.design[kAzimuth].setpoint_weight); },
+          [](Study& study) {
+            for (DesignConfig& design : study.plant.design) {
+              design.setpoint_weight = 1.0;
+            }
+          }};
+}
+
+Variation wind_corner(double factor) {
+  return {"corner frequency of the wind, same rms",
+          false,
+          {steady("0.1 deg/s"), paper_loop()},
+          [](const Study& study) { return fmt::format("{:g} Hz", azimuth(study).load.wind_turbulence_corner_hz); },
+          [factor](Study& study) {
+            for (AxisConfig& axis : study.plant.axis) {
+              axis.load.wind_turbulence_corner_hz *= factor;
+              axis.load.wind_admittance_corner_hz *= factor;
+            }
+          }};
+}
+
+Variation wind() {
+  return {"wind, rms",
+          true,
+          {start(), steady("0.1 deg/s"), paper_loop(), improved_loop()},
+          [](const Study& study) { return fmt::format("{:g} Nm", azimuth(study).load.wind_gust_rms_nm); },
+          [](Study& study) {
+            for (AxisConfig& axis : study.plant.axis) {
+              axis.load.wind_mean_nm = 0.0;
+              axis.load.wind_gust_rms_nm = 0.0;
+            }
+          }};
+}
+
+Variation friction() {
+  return {"friction of the plant, feedforward as designed",
+          true,
+          {sine(), start(), steady("0.1 deg/s"), paper_loop()},
+          [](const Study& study) { return friction_name(study.plant.friction_model); },
+          [](Study& study) { study.plant.friction_model = FrictionModel::kNone; }};
+}
+
+Variation gyro_noise() {
+  return {"noise of the gyro",
+          true,
+          {steady("0.1 deg/s")},
+          [](const Study& study) { return on_or_off(azimuth(study).gyro.noise_density_rad_s_rthz > 0.0); },
+          [](Study& study) {
+            for (AxisConfig& axis : study.plant.axis) {
+              axis.gyro.noise_density_rad_s_rthz = 0.0;
+            }
+          }};
+}
+
+Variation encoder_jitter() {
+  return {"jitter of the encoder",
+          true,
+          {steady("0.1 deg/s")},
+          [](const Study& study) { return on_or_off(azimuth(study).encoder.jitter_rms_rad > 0.0); },
+          [](Study& study) {
+            for (AxisConfig& axis : study.plant.axis) {
+              axis.encoder.jitter_rms_rad = 0.0;
+            }
+          }};
+}
+
+Variation ripple() {
+  return {"torque ripple and cogging",
+          true,
+          {steady("0.1 deg/s"), steady("2 deg/s")},
+          [](const Study& study) { return on_or_off(!azimuth(study).motor.ripple.empty()); },
+          [](Study& study) {
+            for (AxisConfig& axis : study.plant.axis) {
+              axis.motor.ripple.clear();
+              axis.motor.cogging.clear();
+            }
+          }};
+}
+
+// The study with the probe's case; studies of one experiment differ in their cases.
+std::pair<const Study *, StudyCase> find(const Probe& probe, const std::vector<Study>& studies) {
+  for (const Study& study : studies) {
+    for (const StudyCase& study_case : cases_of(study)) {
+      if (study.experiment == probe.experiment && study_case.name == probe.case_name) {
+        return {&study, study_case};
+      }
+    }
+  }
+  throw std::invalid_argument(fmt::format("sensitivity: no scenario \"{}\" has the case \"{}\"; add the speed to it",
+                                          probe.experiment, probe.case_name));
+}
+
+// A record for each metric that the probe asks for, without values.
+std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const Study& shipped, const Study& varied,
+                                             const StudyCase& study_case) {
+  std::vector<SensitivityRecord> records;
+  for (const std::string& metric : job.probe->metrics) {
+    SensitivityRecord record;
+    record.variation = job.variation->name;
+    record.switches_off = job.variation->switches_off;
+    record.shipped_setting = job.variation->setting(shipped);
+    record.varied_setting = job.variation->setting(varied);
+    record.varied = {shipped.experiment,
+                     study_case.name,
+                     shipped.plant.name,
+                     FrictionModel::kLugre,
+                     job.controller,
+                     kAzimuth,
+                     metric,
+                     "",
+                     {}};
+    records.push_back(record);
+  }
+  return records;
+}
+
+}  // namespace
+
+const std::vector<Variation>& variations() {
+  static const std::vector<Variation> all = {weave(),          encoder_reads(), setpoint_weight(), wind_corner(0.5),
+                                             wind_corner(2.0), wind(),          friction(),        gyro_noise(),
+                                             encoder_jitter(), ripple()};
+  return all;
+}
+
+std::vector<SensitivityJob> sensitivity_jobs() {
+  std::vector<SensitivityJob> jobs;
+  for (const Variation& variation : variations()) {
+    for (const Probe& probe : variation.probes) {
+      jobs.push_back({&variation, &probe, "pi"});
+      jobs.push_back({&variation, &probe, "pi_vob_ftc"});
+    }
+  }
+  return jobs;
+}
+
+std::vector<SensitivityRecord> run_sensitivity_job(const SensitivityJob& job, const std::vector<Study>& studies,
+                                                   const CampaignOptions& options) {
+  const auto [shipped, study_case] = find(*job.probe, studies);
+  Study varied = *shipped;
+  job.variation->change(varied);
+  std::vector<SensitivityRecord> records = empty_records(job, *shipped, varied, study_case);
+  for (const std::uint64_t seed : options.seeds) {
+    const RunChoice choice{&controller_spec(job.controller), varied.plant.friction_model, seed,
+                           options.friction_parameter_error, std::nullopt};
+    const Trace trace = run_case(varied, study_case, choice);
+    write_run(trace, options.out_dir / "runs/sensitivity",
+              {job.variation->name, records.front().varied_setting, shipped->experiment, study_case.name,
+               job.controller, fmt::format("seed_{}", seed)},
+              false);
+    for (const Figure& figure : measure(varied, study_case, trace)) {
+      for (SensitivityRecord& record : records) {
+        if (figure.axis == record.varied.axis && figure.metric == record.varied.metric) {
+          record.varied.unit = figure.unit;
+          record.varied.values.push_back(figure.value);
+        }
+      }
+    }
+  }
+  return records;
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,118 @@
+"""Experiments (0x2100) as a client starts and watches them: on the axis, within limits, ended by whatever goes wrong."""
+
+import time
+
+import canopen
+import pytest
+
+from drive import PV, wait_until
+
+NONE = 0
+START, ABORT = 1, 2
+RUNS, DONE, ABORTED, LEFT_TRAVEL, TOO_FAST, TOO_LONG, DRIVE_STOPPED = range(1, 8)
+SWEEP, RAMPS, LOOPS, CHIRP, BREAKAWAY = range(1, 6)
+COMMAND, STATE, PROGRESS, KIND, COUNT, DWELL = range(1, 7)
+SPEED, RATIO, ACCELERATION, TORQUE, ANGLE, LOW_HZ, HIGH_HZ = range(7, 14)
+TRAVEL, SPEED_LIMIT, TORQUE_LIMIT, TIME_LIMIT, DURATION = range(14, 19)
+
+QUICK_SWEEP = {KIND: SWEEP, COUNT: 3, DWELL: 0.2, SPEED: 0.005, RATIO: 2.0, ACCELERATION: 0.5, TRAVEL: 0.2}
+
+
+class Experiment:
+    def __init__(self, axis):
+        self.axis = axis
+        self.record = axis.node.sdo[0x2100 + axis.shift]
+
+    def set_up(self, values):
+        for sub, value in values.items():
+            self.record[sub].raw = value
+
+    def start(self, values):
+        self.set_up(values)
+        self.record[COMMAND].raw = START
+
+    @property
+    def state(self):
+        return self.record[STATE].raw
+
+    def wait_for_end(self, seconds=10):
+        wait_until(lambda: self.state != RUNS, seconds)
+        return self.state
+
+
+@pytest.fixture
+def experiment(azimuth):
+    azimuth.enable(NONE)
+    return Experiment(azimuth)
+
+
+def test_a_sweep_runs_to_its_end_and_leaves_the_axis_at_rest(experiment, azimuth):
+    experiment.start(QUICK_SWEEP)
+    assert experiment.state == RUNS
+    wait_until(lambda: abs(azimuth.rate_deg_s) > 0.2, 5)
+    assert experiment.wait_for_end() == DONE
+    assert experiment.record[PROGRESS].raw == 100
+    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 1)
+    assert azimuth.state == "OPERATION ENABLED"
+
+
+def test_the_duration_is_told_before_anything_moves(experiment):
+    experiment.set_up(QUICK_SWEEP)
+    assert experiment.record[DURATION].raw == pytest.approx(3 * 2 * (0.2 + 2 * 0.02 / 0.5), rel=1e-4)
+
+
+def test_it_starts_only_in_operation_at_rest_and_without_a_mode(experiment, azimuth):
+    experiment.set_up(QUICK_SWEEP)
+
+    def refused(code):
+        with pytest.raises(canopen.SdoAbortedError) as error:
+            experiment.record[COMMAND].raw = START
+        assert error.value.code == code
+        assert experiment.state == 0
+
+    azimuth.turn(1.0, settle_s=0.2)  # in pv
+    refused(0x08000022)
+    azimuth.command(0x06)
+    azimuth.node.sdo[0x6060 + azimuth.shift].raw = NONE
+    refused(0x08000022)
+    azimuth.enable(NONE)
+    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 2)
+    experiment.record[KIND].raw = LOOPS
+    experiment.record[ANGLE].raw = 0.5  # beyond the travel limit
+    refused(0x06040043)
+
+
+def test_leaving_the_travel_ends_it_and_the_axis_stops(experiment, azimuth):
+    # Torque beyond the seal's: the axis runs away until a limit holds it.
+    experiment.start({KIND: RAMPS, COUNT: 1, DWELL: 4.0, TORQUE: 30.0, TORQUE_LIMIT: 30.0, TRAVEL: 0.01,
+                      SPEED_LIMIT: 10.0})
+    assert experiment.wait_for_end() == LEFT_TRAVEL
+    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 2)
+    assert azimuth.state == "OPERATION ENABLED"
+
+
+def test_an_abort_stops_the_axis(experiment, azimuth):
+    experiment.start(QUICK_SWEEP | {DWELL: 5.0, SPEED: 0.02, TRAVEL: 0.5, COUNT: 1})
+    wait_until(lambda: abs(azimuth.rate_deg_s) > 0.9, 2)
+    experiment.record[COMMAND].raw = ABORT
+    assert experiment.state == ABORTED
+    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 1)
+
+
+def test_choosing_a_mode_a_quick_stop_or_a_silent_master_ends_it(experiment, azimuth, node):
+    long = QUICK_SWEEP | {DWELL: 5.0, SPEED: 0.02, TRAVEL: 0.5, COUNT: 1}
+    experiment.start(long)
+    azimuth.node.sdo[0x6060 + azimuth.shift].raw = PV
+    assert experiment.wait_for_end(2) == DRIVE_STOPPED
+    azimuth.node.sdo[0x6060 + azimuth.shift].raw = NONE
+    time.sleep(0.3)
+    experiment.start(long)
+    azimuth.command(0x02)
+    assert experiment.wait_for_end(2) == DRIVE_STOPPED
+    azimuth.enable(NONE)
+    node.sdo[0x1016][1].raw = 0x7E << 16 | 100
+    node.network.send_message(0x77E, [5])
+    experiment.start(long)
+    assert experiment.wait_for_end(2) == DRIVE_STOPPED
+    wait_until(lambda: azimuth.state == "FAULT", 2)
+    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 2)

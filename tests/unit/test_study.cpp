@@ -1,0 +1,122 @@
+// What a study measures, what a variation varies, and what the files of a campaign are called.
+#include "experiments/study.hpp"
+
+#include <cstring>
+#include <set>
+#include <stdexcept>
+
+#include "experiments/run_files.hpp"
+#include "experiments/sensitivity.hpp"
+#include "support/check.h"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using namespace trackservo::sim;
+
+// A scenario that somebody wrote: any name, one second, azimuth only.
+ScenarioConfig scenario(ScenarioKind kind, double settle_s, double disturbance_rad_s = 0.0) {
+  ScenarioConfig config;
+  config.name = "my_own";
+  config.kind = kind;
+  config.duration_s = 1.0;
+  config.rest_s = 0.1;
+  config.settle_s = settle_s;
+  config.axes = {true, false};
+  config.disturbance_amplitude_rad_s = disturbance_rad_s;
+  return config;
+}
+
+std::set<std::string> measured(const ScenarioConfig& config) {
+  Study study;
+  study.scenario = config;
+  Trace trace(1000);
+  for (std::size_t i = 0; i < trace.size(); ++i) {
+    trace[i].time_s = 1e-3 * static_cast<double>(i);
+  }
+  std::set<std::string> metrics;
+  for (const Figure& figure : measure(study, {"1 deg/s", 0.0175}, trace)) {
+    TEST_ASSERT_EQUAL_INT(kAzimuth, figure.axis);
+    metrics.insert(figure.metric);
+  }
+  TEST_ASSERT_TRUE(metrics.count(deciding_metric(study)) == 1);
+  return metrics;
+}
+
+void test_a_step_without_time_to_settle_is_judged_by_its_start() {
+  TEST_ASSERT_TRUE((std::set<std::string>{"time_to_90_percent", "overshoot"}) ==
+                   measured(scenario(ScenarioKind::kSpeedStep, 0.0)));
+}
+
+void test_a_step_with_time_to_settle_is_judged_by_its_error() {
+  TEST_ASSERT_TRUE((std::set<std::string>{"peak_error", "rms_error", "torque_noise"}) ==
+                   measured(scenario(ScenarioKind::kSpeedStep, 0.2)));
+}
+
+void test_a_disturbed_step_is_judged_by_its_overshoot() {
+  TEST_ASSERT_TRUE((std::set<std::string>{"overshoot"}) == measured(scenario(ScenarioKind::kSpeedStep, 0.0, 0.01)));
+}
+
+void test_a_sine_is_judged_by_its_error() {
+  TEST_ASSERT_TRUE((std::set<std::string>{"peak_error", "rms_error", "torque_noise"}) ==
+                   measured(scenario(ScenarioKind::kSpeedSine, 0.0)));
+}
+
+void test_a_target_is_judged_by_the_line_of_sight() {
+  TEST_ASSERT_TRUE((std::set<std::string>{"tracking_sigma", "torque_noise"}) ==
+                   measured(scenario(ScenarioKind::kTracking, 0.2)));
+}
+
+// A variation that changes nothing, or is looked at where no study looks, would compare a run with itself.
+void test_every_variation_changes_the_shipped_setting_where_it_is_looked_at() {
+  const std::vector<Study> studies = paper_studies("sim_host");
+  for (const Variation& variation : variations()) {
+    for (const Probe& probe : variation.probes) {
+      int found = 0;
+      for (const Study& shipped : studies) {
+        for (const StudyCase& study_case : cases_of(shipped)) {
+          if (shipped.experiment == probe.experiment && study_case.name == probe.case_name) {
+            Study varied = shipped;
+            variation.change(varied);
+            TEST_ASSERT_TRUE_MESSAGE(variation.setting(shipped) != variation.setting(varied), variation.name.c_str());
+            ++found;
+          }
+        }
+      }
+      TEST_ASSERT_EQUAL_INT_MESSAGE(1, found, variation.name.c_str());
+    }
+  }
+}
+
+void test_a_probe_that_no_study_has_is_refused() {
+  const Probe nowhere{"steady_speed", "7 deg/s", {"peak_error"}};
+  const SensitivityJob job{&variations().front(), &nowhere, "pi"};
+  try {
+    run_sensitivity_job(job, paper_studies("sim_host"), {});
+    TEST_FAIL_MESSAGE("not refused");
+  } catch (const std::invalid_argument& error) {
+    TEST_ASSERT_NOT_NULL(std::strstr(error.what(), "7 deg/s"));
+  }
+}
+
+void test_file_names_have_no_letters_that_shells_dislike() {
+  TEST_ASSERT_EQUAL_STRING("sine-1_deg_s__0.1_Hz-pi-seed_3.csv",
+                           file_name({"sine", "1 deg/s, 0.1 Hz", "", "pi", "seed_3"}).c_str());
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_step_without_time_to_settle_is_judged_by_its_start);
+  RUN_TEST(test_a_step_with_time_to_settle_is_judged_by_its_error);
+  RUN_TEST(test_a_disturbed_step_is_judged_by_its_overshoot);
+  RUN_TEST(test_a_sine_is_judged_by_its_error);
+  RUN_TEST(test_a_target_is_judged_by_the_line_of_sight);
+  RUN_TEST(test_every_variation_changes_the_shipped_setting_where_it_is_looked_at);
+  RUN_TEST(test_a_probe_that_no_study_has_is_refused);
+  RUN_TEST(test_file_names_have_no_letters_that_shells_dislike);
+  return UNITY_END();
+}
