@@ -57,7 +57,7 @@ enum class Purpose {
   kTracking,       // a target: line-of-sight error after settling
   kSteady,         // a sine, or a step with settle_s > 0: speed error after settling
   kStart,          // a step with settle_s = 0: time to 90 %, and overshoot in the first half second
-  kDisturbedStep,  // the same with a sine on the reference: overshoot over the whole run, for the sine goes on
+  kDisturbedStep,  // the same with a sine of disturbing torque: overshoot over the whole run, for the sine goes on
 };
 
 Purpose purpose_of(const ScenarioConfig& scenario);
