@@ -29,8 +29,8 @@ def send(frame):
 def test_error_passive_is_told_and_taken_back(node, azimuth):
     azimuth.turn(1.0)
     send(PASSIVE)
-    told = node.emcy.wait(0x8120, timeout=2)
-    assert told is not None and told.register & 0x11 == 0x11
+    wait_until(lambda: [told.code for told in node.emcy.active] == [0x8120], 2)
+    assert node.emcy.active[0].register & 0x11 == 0x11
     assert azimuth.state == "OPERATION ENABLED"
     send(ACTIVE)
     wait_until(lambda: node.emcy.active == [], 2)
