@@ -18,11 +18,13 @@ def servoctl(served, tmp_path):
     environment = {**os.environ, "PYTHONPATH": str(PROJECT / "tools/servoctl"), "SERVOCTL_STATE": str(tmp_path),
                    "SERVOCTL_PARAMETERS": str(DESCRIPTIONS / "parameters.json"), "XDG_CACHE_HOME": str(tmp_path)}
 
-    def run(*words):
+    def run(*words, tries=1):
         command = [sys.executable, "-m", "servoctl", *words, "--bus", BUS, "--json"]
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
+        for _ in range(tries):
+            done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+            if done.returncode == 0:
+                return json.loads(done.stdout)
+        raise AssertionError(done.stderr)
 
     assert served.kind == "socketcan"
     return run
@@ -34,10 +36,11 @@ def test_servoctl_from_scan_to_step(servoctl, tmp_path, tell):
     before = servoctl("get", GAIN)[0]["value"]
     changed = servoctl("set", GAIN, str(before + 10))[0]
     assert (changed["old"], changed["value"], changed["in_force"]) == (before, pytest.approx(before + 10), True)
-    found = servoctl("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
+    # User Mode Linux may be late with set-points; servoctl then leaves out the step that was disturbed, or asks for
+    # another run when none is left.
+    found = servoctl("step", "azimuth", "--amplitude", "1", "--hold", "0.4", "--yes", tries=6)
     rises_ms = [round(1000 * step["rise_s"], 1) for step in found["steps"]]
     tell(f"servoctl step on SocketCAN: rise {rises_ms} ms, {found['lost']} samples lost")
-    # User Mode Linux may be late with set-points; servoctl leaves out a step that was disturbed, and both would be an error.
     assert {step["direction"] for step in found["steps"]} <= {"forward", "backward"} and found["steps"]
     for step in found["steps"]:
         assert 0.001 < step["rise_s"] < 0.1

@@ -153,6 +153,20 @@ def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, event
     assert after[:-2] == before[:-2]  # mode and interpolation period stay as the killed one left them
 
 
+def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench) -> None:
+    scope = servo.start(
+        "scope", "azimuth.reference", "azimuth.torque_nm", "--trigger", "above", "--level", "0.015", "--pre", "0.1",
+        "--for", "0.5", "--json",
+    )  # fmt: skip
+    moved = servo.json("move", "azimuth", "--rate", "1", "--for", "3", "--yes")
+    out, err = scope.communicate(timeout=30)
+    assert scope.returncode == 0, err
+    found = json.loads(out)
+    assert found["triggered"] and found["frames"] == 500
+    assert found["signals"]["azimuth.reference_rad_s"]["max"] == pytest.approx(0.01745, rel=0.01)
+    assert moved["to_deg"] - moved["from_deg"] == pytest.approx(3.0, abs=0.5)  # not longer than it was told to
+
+
 def test_a_faulty_axis_is_not_moved(test_node: Bench) -> None:
     result = test_node("move", "azimuth", "--rate", "1", "--for", "1", "--yes")
     assert result.code in (4, 6)
