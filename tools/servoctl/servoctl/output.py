@@ -48,7 +48,13 @@ class Output:
         )
         for column in columns:
             name, justify = (column, "left") if isinstance(column, str) else (column[0], column[1])
-            table.add_column(name, justify="right" if justify == "right" else "left", overflow="fold")
+            table.add_column(
+                name,
+                justify="right" if justify == "right" else "left",
+                overflow="fold",
+                no_wrap=name == "name",  # to be copied
+                min_width=26 if name == "meaning" else None,
+            )
         for row in rows:
             table.add_row(*(Text(cell) for cell in row))
         self.console.print(table)
