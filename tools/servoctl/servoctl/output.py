@@ -53,7 +53,6 @@ class Output:
                 justify="right" if justify == "right" else "left",
                 overflow="fold",
                 no_wrap=name == "name",  # to be copied
-                min_width=26 if name == "meaning" else None,
             )
         for row in rows:
             table.add_row(*(Text(cell) for cell in row))
