@@ -91,7 +91,10 @@ def test_a_move_beyond_the_position_limits_is_refused_with_the_limits(servo: Ben
 
 def test_step_tells_rise_overshoot_and_settling(servo: Bench) -> None:
     before = borrowed(servo)
-    found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
+    for _ in range(4):
+        found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
+        if len(found["steps"]) == 2:
+            break  # else this computer was late with set-points, and servoctl has said that it is to be run again
     assert [s["direction"] for s in found["steps"]] == ["forward", "backward"]
     for step in found["steps"]:
         assert 0.001 < step["rise_s"] < 0.1 and step["overshoot_percent"] < 15 and step["settling_s"] < 0.2
