@@ -39,7 +39,8 @@ def test_terminal_and_tcp_are_ends_of_one_bus():
         assert kind == "slcan-pty"
         options = {"interface": "slcan", "bitrate": 1000000, "sleep_after_open": 0}
         with served.open_bus() as tcp, can.Bus(channel=terminal, **options) as pty:
-            assert receive(pty, 0x701) == receive(tcp, 0x701) == b"\x7f"
+            for bus in (pty, tcp):
+                assert receive(bus, 0x701) in (b"\x00", b"\x7f")  # boot-up or heartbeat
             pty.send(can.Message(arbitration_id=0x123, data=b"\x01\x02", is_extended_id=False))
             assert receive(tcp, 0x123) == b"\x01\x02"
             assert ticks(pty) > 0
