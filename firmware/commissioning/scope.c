@@ -55,14 +55,25 @@ scope_status scope_arm(scope *s, const scope_config *config, float tick_s) {
   return SCOPE_OK;
 }
 
+/* Frames from the trigger on are counted, those before it are what is left: fewer than asked for after a force. */
+static uint32_t find_trigger(const scope *s) {
+  return s->frames - (s->capacity_frames - s->config.pretrigger - s->after_left);
+}
+
 void scope_stop(scope *s) {
   if (s->phase == SCOPE_FILLING || s->phase == SCOPE_WAITING) {
     s->trigger_frame = s->frames;
   } else if (s->phase == SCOPE_TRIGGERED) {
-    const uint32_t after = s->capacity_frames - s->config.pretrigger - s->after_left;
-    s->trigger_frame = s->frames - after;
+    s->trigger_frame = find_trigger(s);
   }
   s->phase = s->phase == SCOPE_IDLE ? SCOPE_IDLE : SCOPE_DONE;
+}
+
+void scope_force(scope *s) {
+  if (s->phase == SCOPE_FILLING || s->phase == SCOPE_WAITING) {
+    s->forced = true;
+    s->phase = SCOPE_WAITING;
+  }
 }
 
 static float as_float(scope_kind kind, uint32_t word) {
@@ -118,9 +129,9 @@ static bool triggers(scope *s) {
   const bool event = s->pending;
   s->pending = false;
   if (looks_at_channel(source)) {
-    return level_triggers(s);
+    return level_triggers(s) || s->forced;
   }
-  return event || source == SCOPE_IMMEDIATELY;
+  return event || s->forced || source == SCOPE_IMMEDIATELY;
 }
 
 /* Moves on after a frame. The phase of this frame decides whether its trigger counts. */
@@ -136,7 +147,7 @@ static void advance(scope *s) {
   }
   if (s->phase == SCOPE_TRIGGERED && s->after_left == 0) {
     s->phase = SCOPE_DONE;
-    s->trigger_frame = s->config.pretrigger;
+    s->trigger_frame = find_trigger(s);
   }
 }
 

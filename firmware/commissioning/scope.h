@@ -78,6 +78,7 @@ typedef struct {
   uint32_t ticks_to_frame;
   uint32_t trigger_frame; /* counted from the oldest one, once done */
   bool pending;           /* a state change or fault since the last frame */
+  bool forced;
   bool level_known;
   bool level_met; /* in the last frame */
   bool seen;      /* last_state and last_fault hold */
@@ -99,6 +100,10 @@ scope_status scope_arm(scope *s, const scope_config *config, float tick_s);
 
 /* Ends a capture early, or gives up waiting: what was captured can be read (trigger_frame = frames when none came). */
 void scope_stop(scope *s);
+
+/* The next frame is that of the trigger, whatever was waited for; nothing unless armed and without a trigger. What was
+ * captured by then stays, even if it is less than the pre-trigger. */
+void scope_force(scope *s);
 
 /* One tick, after the control has run. `state` is any number that changes with the drive's state. Cost: copies up to
  * 8 words every `divider` ticks, else next to nothing. */

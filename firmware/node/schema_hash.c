@@ -25,10 +25,15 @@ static uint32_t add_number(uint32_t crc, const od_entry *entry, od_number number
   return entry->type == OD_REAL32 ? crc : add_u32(crc, (uint32_t)(bits >> 32));
 }
 
+/* A fixed text, as a version, is no part of the schema; nor is its length. */
+static uint16_t bytes_of(const od_entry *entry) {
+  return entry->type == OD_VISIBLE_STRING && entry->access == OD_CONST ? 0 : entry->bytes;
+}
+
 static uint32_t add_entry(uint32_t crc, const od_object *object) {
   const od_entry *entry = object->entry;
   crc = add_u32(crc, (uint32_t)od_index(object) << 16 | (uint32_t)entry->sub << 8 | entry->type);
-  crc = add_u32(crc, (uint32_t)entry->access << 16 | entry->bytes);
+  crc = add_u32(crc, (uint32_t)entry->access << 16 | bytes_of(entry));
   crc = add_number(crc, entry, entry->low);
   crc = add_number(crc, entry, entry->high);
   crc = add_number(crc, entry, entry->preset);

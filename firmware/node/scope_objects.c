@@ -5,7 +5,7 @@
 #include "node/servo_node.h"
 
 enum { SCOPE_OBJECT = 0x3000, SCOPE_COMMAND_SUB = 1, SCOPE_DATA_OBJECT = 0x3001 };
-enum { COMMAND_ARM = 1, COMMAND_STOP = 2 };
+enum { COMMAND_ARM = 1, COMMAND_STOP = 2, COMMAND_FORCE = 3 };
 
 #define SIGNAL(sub_, number_, preset_)                                                             \
   OD_U8(0x3000, sub_, OD_RW, 0, scope_objects, signal[(number_)-1], 1, SCOPE_SIGNALS, preset_, "", \
@@ -13,7 +13,8 @@ enum { COMMAND_ARM = 1, COMMAND_STOP = 2 };
 
 static const od_entry kEntries[] = {
     OD_RECORD_HEAD(0x3000, 17, "Scope", "Up to 8 signals around a trigger, 32 KiB"),
-    OD_U8(0x3000, 1, OD_RW, 0, scope_objects, command, 0, 2, 0, "", "Scope command", "1: arm; 2: stop"),
+    OD_U8(0x3000, 1, OD_RW, 0, scope_objects, command, 0, 3, 0, "", "Scope command",
+          "1: arm; 2: stop; 3: trigger now, whatever it waits for"),
     OD_U8(0x3000, 2, OD_RO, OD_TPDO, scope_objects, state, 0, 4, 0, "", "Scope state",
           "0: idle; 1: filling; 2: waiting; 3: triggered; 4: done"),
     OD_U16(0x3000, 3, OD_RW, 0, scope_objects, divider, 1, 65535, 1, "ms", "Scope divider",
@@ -89,6 +90,8 @@ static void changed(void *owner, const od_object *object) {
     (void)scope_arm(&node->recorder, &config, SERVO_TICK_S); /* accept() has checked it */
   } else if (is_command(object) && node->scope_setup.command == COMMAND_STOP) {
     scope_stop(&node->recorder);
+  } else if (is_command(object) && node->scope_setup.command == COMMAND_FORCE) {
+    scope_force(&node->recorder);
   }
 }
 

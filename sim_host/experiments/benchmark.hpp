@@ -8,13 +8,13 @@
 namespace trackservo::sim {
 
 struct BenchmarkFigures {
-  double real_time_factor;  // simulated seconds per second: both axes, full plant, firmware, one core
+  double real_time_factor;  // simulated seconds per second of processor time: both axes, full plant, firmware
   double tick_ns;           // servo_app_tick, both axes, everything on
   double pwm_ns;            // servo_app_pwm, one axis
   double plant_pwm_ns;      // Tracker::step_pwm with its ADC samples, both axes
 };
 
-// Best of `repeats` passes, so that a neighbour's load counts least.
+// Processor time, best of `repeats` passes: a neighbour's load, who takes turns and cache, counts least.
 BenchmarkFigures run_benchmark(const PlantConfig& plant, const ScenarioConfig& scenario, int repeats);
 
 }  // namespace trackservo::sim

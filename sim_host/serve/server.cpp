@@ -8,6 +8,7 @@
 #include <csignal>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "bus/slcan_pty.hpp"
 #include "bus/slcan_tcp.hpp"
@@ -51,7 +52,7 @@ std::uint16_t port_of(const std::string& text) {
   return port;
 }
 
-std::unique_ptr<BusEnd> open_end(VirtualBus& bus, const std::string& name) {
+std::unique_ptr<BusEnd> open_end(VirtualBus& bus, const std::string& name, SocketCan::HealthChanged health_changed) {
   std::string rest;
   if (is_kind(name, "slcan-tcp", rest)) {
     return std::make_unique<SlcanTcp>(bus, rest.empty() ? std::uint16_t{0} : port_of(rest));
@@ -60,7 +61,7 @@ std::unique_ptr<BusEnd> open_end(VirtualBus& bus, const std::string& name) {
     return std::make_unique<SlcanPty>(bus);
   }
   if (is_kind(name, "socketcan", rest) && !rest.empty()) {
-    return std::make_unique<SocketCan>(bus, rest);
+    return std::make_unique<SocketCan>(bus, rest, std::move(health_changed));
   }
   throw std::invalid_argument(
       fmt::format("bus \"{}\" is not known; give slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE", name));
@@ -87,6 +88,15 @@ class ServedNode {
   ~ServedNode() { bus_.detach(port_); }
 
   void tick() { machine_.advance_tick(); }
+
+  // What a CAN controller's driver would tell; an interface that was down counts as a bus that was off.
+  void take_health(CanHealth health) {
+    if (health == CanHealth::kRecovered) {
+      canopen_node_bus_off_recovered(&node_->canopen);
+    } else if (health == CanHealth::kGood || health == CanHealth::kErrorPassive) {
+      canopen_node_error_passive(&node_->canopen, health == CanHealth::kErrorPassive);
+    }
+  }
 
   // Answers need not wait for the next tick.
   void process() { canopen_node_process(&node_->canopen); }
@@ -160,7 +170,7 @@ void serve(const PlantConfig& plant, const ServeOptions& options,
   Ends ends;
   std::vector<std::string> addresses;
   for (const std::string& name : options.buses) {
-    ends.push_back(open_end(bus, name));
+    ends.push_back(open_end(bus, name, [&node](CanHealth health) { node.take_health(health); }));
     addresses.push_back(ends.back()->address());
   }
   (void)std::signal(SIGTERM, request_stop);

@@ -31,10 +31,14 @@ canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 2.0
 class Served:
     """`sim_host serve`, and where its bus can be reached."""
 
-    def __init__(self, bus):
+    def __init__(self, bus, *options):
         self.process = subprocess.Popen(
-            [SIM_HOST, "serve", "--bus", bus], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        self.kind, self.address = self.process.stdout.readline().strip().split(":", 1)
+            [SIM_HOST, "serve", "--bus", bus, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.kind, self.address = self.next_end()
+
+    def next_end(self):
+        """Kind and address of a bus end, in the order of the --bus options."""
+        return self.process.stdout.readline().strip().split(":", 1)
 
     @property
     def tcp(self):

@@ -1,6 +1,7 @@
 """What the build prints about the node is what the node does."""
 
 import math
+import re
 import struct
 import time
 
@@ -40,6 +41,10 @@ def test_reference_page_has_every_object(descriptions):
         pitch = entry.name.startswith("Pitch ")
         for sub in entry.subindices if hasattr(entry, "subindices") else [0]:
             assert (entry.index - 0x800 * pitch, sub) in listed, f"{entry.index:04X}:{sub}"
+
+
+def test_node_tells_the_commit_that_it_was_built_from(node):
+    assert re.fullmatch(r"[0-9a-f]{7,}(-dirty)?|.*-g[0-9a-f]{7,}(-dirty)?|unknown", node.sdo[0x3030][3].raw)
 
 
 def test_dbc_has_the_default_pdos(dbc):

@@ -12,6 +12,7 @@ trap 'rm -rf "$work"' EXIT
 out="$work/out"
 err="$work/err"
 passed=0
+left_out=0
 failed=0
 
 uml() {
@@ -224,6 +225,16 @@ masked() {
   unshare "${user[@]}" --mount sh -c "$1"' && shift && exec "$@"' sh "${@:2}"
 }
 
+# As check, but told and left out where the container forbids to take anything away (no mount namespaces).
+check_masked() {
+  if masked : true 2>/dev/null; then
+    check "$@"
+  else
+    left_out=$((left_out + 1))
+    echo "----  $1: left out, mount namespaces are forbidden here"
+  fi
+}
+
 read_only_places() {
   gives 6 masked 'mount -o remount,ro,bind / && : "$@"' sh "$with_can" --via uml sh -c 'touch /tmp/x || exit 6' &&
     grep -q 'Read-only' "$err"
@@ -261,18 +272,18 @@ check "a process left behind does not hold the run" left_running
 check "an ordinary user, who may make interfaces" ordinary_user
 check "kernel with vcan" kernel_way
 check "kernel with vcan: time limit, no command, SIGKILL, ordinary user" kernel_way_limits
-check "read-only root" read_only_places
-check "no User Mode Linux: one sentence" \
+check_masked "read-only root" read_only_places
+check_masked "no User Mode Linux: one sentence" \
   neither 'linux.uml missing.*install' 'mount --bind /dev/null "$(command -v linux.uml)"'
-check "no vcan module: one sentence" \
+check_masked "no vcan module: one sentence" \
   neither 'insmod could not insert' 'mount --bind /dev/null "$(find /usr/lib/uml -name vcan.ko)"'
-check "User Mode Linux that does not start: its last words" \
+check_masked "User Mode Linux that does not start: its last words" \
   neither 'ended before the command' 'mount --bind /bin/ls "$(command -v linux.uml)"'
-check "no room for its memory: one sentence" \
+check_masked "no room for its memory: one sentence" \
   neither 'needs a folder with 900000 MiB' : --memory 900000
 
 booted="$(date +%s%N)"
 uml true
 echo "boot, 'true' and power-off: $((($(date +%s%N) - booted) / 1000000)) ms"
-echo "$passed passed, $failed failed"
+echo "$passed passed, $failed failed, $left_out left out"
 [[ "$failed" == 0 ]]

@@ -143,6 +143,44 @@ static void test_an_edge_while_the_pretrigger_fills_does_not_count(void) {
   TEST_ASSERT_EQUAL_INT(-1, level_trigger(SCOPE_RISING, 0, 20.0f)); /* at tick 41 of 100 */
 }
 
+static void test_a_forced_trigger_ends_the_wait_and_keeps_the_frames_before_it(void) {
+  scope_config config = three_channels(SCOPE_ABOVE);
+  config.trigger.level = 1e9f;
+  TEST_ASSERT_EQUAL_INT(500, arm_and_run(&config, 500));
+  TEST_ASSERT_EQUAL_INT(SCOPE_WAITING, bench_scope.phase);
+  scope_force(&bench_scope);
+  for (int i = 500; bench_scope.phase != SCOPE_DONE; ++i) {
+    tick(i, 1, false);
+  }
+  TEST_ASSERT_EQUAL_UINT32(2730, word_at(16));
+  TEST_ASSERT_EQUAL_INT(500, tick_of_frame(word_at(20)));
+  check_frames(400, 1);
+}
+
+static void test_a_trigger_forced_while_the_pretrigger_fills_has_fewer_frames_before_it(void) {
+  scope_config config = three_channels(SCOPE_FAULT);
+  config.pretrigger = 1000;
+  TEST_ASSERT_EQUAL_INT(40, arm_and_run(&config, 40));
+  TEST_ASSERT_EQUAL_INT(SCOPE_FILLING, bench_scope.phase);
+  scope_force(&bench_scope);
+  for (int i = 40; bench_scope.phase != SCOPE_DONE; ++i) {
+    tick(i, 1, false);
+  }
+  TEST_ASSERT_EQUAL_UINT32(40, word_at(20));
+  TEST_ASSERT_EQUAL_UINT32(40 + 2730 - 1000, word_at(16));
+  check_frames(0, 1);
+}
+
+static void test_a_force_without_a_wait_does_nothing(void) {
+  scope_config config = three_channels(SCOPE_IMMEDIATELY);
+  scope_reset(&bench_scope);
+  scope_force(&bench_scope);
+  TEST_ASSERT_EQUAL_INT(SCOPE_IDLE, bench_scope.phase);
+  (void)arm_and_run(&config, 100000);
+  scope_force(&bench_scope);
+  TEST_ASSERT_EQUAL_INT(SCOPE_DONE, bench_scope.phase);
+}
+
 static void test_a_value_that_is_no_number_never_triggers_and_is_kept_bit_for_bit(void) {
   scope_config config = three_channels(SCOPE_ABOVE);
   config.pretrigger = 0;
@@ -273,6 +311,9 @@ int main(void) {
   RUN_TEST(test_a_fault_that_was_there_before_is_no_trigger);
   RUN_TEST(test_levels_and_edges_of_every_kind_of_channel_trigger_in_their_frame);
   RUN_TEST(test_an_edge_while_the_pretrigger_fills_does_not_count);
+  RUN_TEST(test_a_forced_trigger_ends_the_wait_and_keeps_the_frames_before_it);
+  RUN_TEST(test_a_trigger_forced_while_the_pretrigger_fills_has_fewer_frames_before_it);
+  RUN_TEST(test_a_force_without_a_wait_does_nothing);
   RUN_TEST(test_a_value_that_is_no_number_never_triggers_and_is_kept_bit_for_bit);
   RUN_TEST(test_the_stream_is_the_same_in_pieces_of_any_length);
   RUN_TEST(test_reads_outside_a_finished_capture_are_refused);

@@ -108,7 +108,13 @@ std::string range_of(const od_entry& entry) {
   return whole_type ? "any" : number(entry, entry.low) + " … " + number(entry, entry.high);
 }
 
+// The page is committed, so the commit that was built cannot be on it.
+bool is_commit(const od_entry& entry) { return entry.index == 0x3030 && entry.sub == 3; }
+
 std::string default_of(const od_entry& entry) {
+  if (is_commit(entry)) {
+    return "";
+  }
   if (entry.type == OD_VISIBLE_STRING) {
     return entry.preset.text == nullptr ? "" : fmt::format("\"{}\"", entry.preset.text);
   }

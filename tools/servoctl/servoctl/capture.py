@@ -18,7 +18,7 @@ from .errors import InputError, Refused
 
 SET_UP, DATA, NAMES = 0x3000, 0x3001, 0x3002
 COMMAND, STATE, DIVIDER, PRETRIGGER, TRIGGER, TRIGGER_CHANNEL, LEVEL, FRAMES, CHANNELS, FIRST_SIGNAL = range(1, 11)
-ARM, STOP = 1, 2
+ARM, STOP, FORCE = 1, 2, 3
 MOST_CHANNELS = 8
 WORDS = 8192
 PHASES = ("idle", "filling", "waiting for the trigger", "triggered", "done")

@@ -17,6 +17,7 @@ from .bus import BusAddress, open_bus
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
 from .parameter import AXIS_SHIFT, Parameter, Value
 from .schema import Schema, candidates, fingerprint, load_schema, remember
+from .turns import Turns
 
 SDO_TIMEOUT_S = 0.5
 STORE_TIMEOUT_S = 5.0
@@ -76,6 +77,7 @@ class Device:
         self.node = canopen.RemoteNode(node_id, canopen.ObjectDictionary())
         self.network.add_node(self.node)
         self.node.sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S
+        self.turns = Turns(str(address), node_id)
 
     def __enter__(self) -> Device:
         return self
@@ -91,20 +93,25 @@ class Device:
             self.network.disconnect()
         except (can.CanError, OSError):
             pass  # the bus has gone before us
+        self.turns.close()
 
     # --- objects by index -----------------------------------------------------------------------------------------
 
     def upload(self, index: int, sub: int = 0, name: str = "") -> bytes:
         """Reads an object's bytes."""
         try:
-            return bytes(self.node.sdo.upload(index, sub))
+            with self.turns.transfer():
+                return bytes(self.node.sdo.upload(index, sub))
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("read", index, sub, name, error) from error
 
     def upload_block(self, index: int, sub: int = 0, name: str = "") -> bytes:
         """Reads a long object by block transfer."""
         try:
-            with self.node.sdo.open(index, sub, "rb", block_transfer=True) as stream:
+            with (
+                self.turns.long_transfer(),
+                self.node.sdo.open(index, sub, "rb", block_transfer=True) as stream,
+            ):
                 return bytes(stream.read())
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("read", index, sub, name, error) from error
@@ -114,7 +121,8 @@ class Device:
         sdo = self.node.sdo
         sdo.RESPONSE_TIMEOUT = timeout_s
         try:
-            sdo.download(index, sub, data)
+            with self.turns.transfer():
+                sdo.download(index, sub, data)
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("write", index, sub, name, error) from error
         finally:

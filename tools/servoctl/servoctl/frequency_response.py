@@ -7,6 +7,7 @@ explained by the demand. Sines lie at least four bins apart, so that the window 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ class Multisine:
     phase_rad: Real
     period_s: float
 
-    def at(self, time_s: Real) -> Real:
+    def at(self, time_s: NDArray[np.floating[Any]]) -> Real:
         """The signal; its largest magnitude is 1."""
         angle = 2 * np.pi * np.outer(time_s, self.frequency_hz) + self.phase_rad
         return np.asarray(np.cos(angle) @ self.amplitude, dtype=np.float64)

@@ -9,7 +9,7 @@ import json
 import os
 import uuid
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from pathlib import Path
 
 from .errors import InputError
@@ -44,7 +44,7 @@ def state_folder() -> Path:
 
 def now() -> str:
     """UTC, to the second, as ISO 8601."""
-    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    return datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 class Journal:
@@ -96,5 +96,5 @@ class Journal:
 
     def backup_path(self) -> Path:
         """A new file for a backup, named by the time."""
-        stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
+        stamp = datetime.now(timezone.utc).strftime("%Y%m%dT%H%M%S.%fZ")
         return state_folder() / "backups" / f"node{self.node}-{self.serial:08x}-{stamp}.toml"

@@ -39,6 +39,7 @@ class LiveAxis:
         self.device = device
         self.drive = Drive(device, axis)
         self.mode = mode
+        self._turn = contextlib.ExitStack()
         self._undo: list[Callable[[], None]] = []
         self._beat: _Heartbeat | None = None
         self._was_enabled = False
@@ -55,6 +56,7 @@ class LiveAxis:
             raise MotionError(
                 f"{drive.name} moves at {degrees(drive.rate()):.3f} °/s: stop it first ('servoctl state {drive.name} disable')."
             )
+        self._turn.enter_context(self.device.turns.motion())
         try:
             self._prepare()
         except BaseException:
@@ -127,6 +129,7 @@ class LiveAxis:
             self._undo.clear()
             if self._beat is not None:
                 self._beat.stop()
+            self._turn.close()
         if failed and not broken_off:
             raise failed[0]
 

@@ -48,7 +48,12 @@ class Output:
         )
         for column in columns:
             name, justify = (column, "left") if isinstance(column, str) else (column[0], column[1])
-            table.add_column(name, justify="right" if justify == "right" else "left", overflow="fold")
+            table.add_column(
+                name,
+                justify="right" if justify == "right" else "left",
+                overflow="fold",
+                no_wrap=name == "name",  # to be copied
+            )
         for row in rows:
             table.add_row(*(Text(cell) for cell in row))
         self.console.print(table)

@@ -23,6 +23,7 @@ from matplotlib.figure import Figure  # noqa: E402
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+TRACES = ("#3f7fd6", "#e08a1e", "#0e9f7b", "#d4587f", "#7b5fc7", "#7c8696", "#8c6d3f", "#2bb3c0")
 OPEN, CLOSED, DEMAND, MARK, GRID = "#0e9f7b", "#3f7fd6", "#7c8696", "#d4587f", "#dfe3e8"
 STYLE: Any = {
     "font.size": 10, "axes.grid": True, "grid.color": GRID, "axes.edgecolor": "#9aa3af", "axes.spines.top": False,
@@ -60,6 +61,7 @@ def plot_bode(
     `sharp` tells where the open loop is; elsewhere it is so large that the closed loop does not show how large.
     """
     good = coherence >= GOOD_COHERENCE
+    opened = branch(np.degrees(np.unwrap(np.angle(loop))), 20 * np.log10(np.abs(loop)))
     with plt.rc_context(STYLE):
         figure, (gain, phase, trust) = plt.subplots(
             3, 1, figsize=(8.6, 8.2), sharex=True, height_ratios=[3, 3, 1.1], layout="constrained"
@@ -68,13 +70,14 @@ def plot_bode(
         for values, trusted, colour, label in ((loop, sharp, OPEN, "open loop"), (closed, good, CLOSED, "closed loop")):
             angle = np.degrees(np.unwrap(np.angle(values)))
             if label == "open loop":
-                angle = branch(angle, 20 * np.log10(np.abs(values)))
+                angle = opened
             _curve(gain, frequency_hz, 20 * np.log10(np.abs(values)), trusted, colour, label)
             _curve(phase, frequency_hz, angle, trusted, colour, label)
         gain.set_ylabel("magnitude (dB)")
         phase.set_ylabel("phase (°)")
         gain.axhline(0, color=DEMAND, lw=0.9)
         phase.axhline(-180, color=DEMAND, lw=0.9)
+        _show_trusted_phases(phase, [np.degrees(np.unwrap(np.angle(closed)))[good], opened[sharp]])
         _mark_margins(gain, phase, found)
         if bandwidth_hz is not None:
             gain.plot([bandwidth_hz], [-3], "D", color=CLOSED, ms=6)
@@ -96,6 +99,12 @@ def plot_bode(
         trust.set_xlim(frequency_hz[0] * 0.92, frequency_hz[-1] * 1.08)
         trust.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:g}"))
         _save(figure, path)
+
+
+def _show_trusted_phases(phase: Axes, trusted: Sequence[Real]) -> None:
+    """Points that are not trusted may lie anywhere: they do not decide what is shown."""
+    angles = np.concatenate([*trusted, [-180.0]])
+    phase.set_ylim(float(angles.min()) - 25, float(angles.max()) + 25)
 
 
 def _curve(axes: Axes, x: Real, y: Real, good: NDArray[np.bool_], colour: str, label: str) -> None:
@@ -171,8 +180,9 @@ def plot_traces(
         )
         figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=12)
         for axes, (unit, names) in zip(grid[:, 0], groups.items(), strict=True):
-            for name in names:
-                axes.plot(time_s, traces[name], label=name, lw=1.2)
+            for position, name in enumerate(names):
+                # Later ones are thinner, so that one that lies on another does not hide it.
+                axes.plot(time_s, traces[name], label=name, lw=max(0.8, 2.4 - 0.8 * position), color=TRACES[position])
             axes.set_ylabel(unit or "value")
             axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8.5)
             if trigger_s is not None:

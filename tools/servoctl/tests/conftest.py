@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
+PACKAGE = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "host"
 SIM_HOST = os.environ.get("SIM_HOST", str(BUILD / "bin" / "sim_host"))
 PARAMETERS = Path(os.environ.get("PARAMETERS_JSON", str(BUILD / "share" / "trackservo" / "parameters.json")))
@@ -46,6 +47,7 @@ class Bench:
         self.folder = folder
         self.environment = {
             **os.environ,
+            "PYTHONPATH": str(PACKAGE),
             "SERVOCTL_BUS": bus,
             "SERVOCTL_STATE": str(folder / "state"),
             "SERVOCTL_PARAMETERS": str(parameters),

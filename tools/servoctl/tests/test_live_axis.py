@@ -91,7 +91,10 @@ def test_a_move_beyond_the_position_limits_is_refused_with_the_limits(servo: Ben
 
 def test_step_tells_rise_overshoot_and_settling(servo: Bench) -> None:
     before = borrowed(servo)
-    found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
+    for _ in range(4):
+        found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
+        if len(found["steps"]) == 2:
+            break  # else this computer was late with set-points, and servoctl has said that it is to be run again
     assert [s["direction"] for s in found["steps"]] == ["forward", "backward"]
     for step in found["steps"]:
         assert 0.001 < step["rise_s"] < 0.1 and step["overshoot_percent"] < 15 and step["settling_s"] < 0.2
@@ -145,12 +148,27 @@ def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, event
     eventually(lambda: axis(servo)["state"] in ("fault", "switch on disabled") and at_rest(servo), 4.0)
     found = servo.json("faults")
     assert found["axes"][0]["code"] == 0x8130
+    assert (found["history"][0]["code"], found["history"][0]["origin"]) == (0x8130, "node 127")
     for name in ("azimuth", "pitch"):
         servo.json("state", name, "reset")
     assert servo("step", "azimuth", "--hold", "0.3", "--yes").code == 0
     assert axis(servo)["state"] == "switch on disabled"
     after = borrowed(servo)
     assert after[:-2] == before[:-2]  # mode and interpolation period stay as the killed one left them
+
+
+def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench) -> None:
+    scope = servo.start(
+        "scope", "azimuth.reference", "azimuth.torque_nm", "--trigger", "above", "--level", "0.015", "--pre", "0.1",
+        "--for", "0.5", "--json",
+    )  # fmt: skip
+    moved = servo.json("move", "azimuth", "--rate", "1", "--for", "3", "--yes")
+    out, err = scope.communicate(timeout=30)
+    assert scope.returncode == 0, err
+    found = json.loads(out)
+    assert found["triggered"] and found["frames"] == 500
+    assert found["signals"]["azimuth.reference_rad_s"]["max"] == pytest.approx(0.01745, rel=0.01)
+    assert moved["to_deg"] - moved["from_deg"] == pytest.approx(3.0, abs=0.5)  # not longer than it was told to
 
 
 def test_a_faulty_axis_is_not_moved(test_node: Bench) -> None:

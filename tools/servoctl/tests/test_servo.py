@@ -209,6 +209,25 @@ def test_the_scope_waits_for_its_trigger_and_gives_up_in_time(servo: Bench) -> N
     assert result.code == 6 and "no trigger" in result.err
 
 
+def test_a_trigger_that_does_not_come_is_forced_with_auto(servo: Bench) -> None:
+    words = ("azimuth.torque_nm", "--trigger", "above", "--level", "1000", "--timeout", "1", "--auto", "--for", "0.3")
+    found = servo.json("scope", *words)
+    assert found["triggered"] and found["frames"] == 300
+
+
+def test_several_at_once_take_turns_at_the_nodes_one_sdo_server(servo: Bench) -> None:
+    reading = [
+        servo.start("log", "azimuth.velocity_actual_value", "--rate", "100", "--for", "3", "--out", f"{name}.csv")
+        for name in ("one", "two", "three")
+    ]
+    value = servo.value(GAIN)
+    assert [servo.value(GAIN) for _ in range(4)] == [value] * 4
+    for process in reading:
+        out, err = process.communicate(timeout=60)
+        assert process.returncode == 0, err
+    assert all(len((servo.folder / f"{name}.csv").read_text().splitlines()) > 100 for name in ("one", "two", "three"))
+
+
 def test_log_reads_at_the_rate_that_was_asked_for(servo: Bench) -> None:
     assert servo("log", "azimuth.position_actual_value", "--rate", "20", "--for", "1", "--out", "log.csv").code == 0
     rows = (servo.folder / "log.csv").read_text().splitlines()

@@ -42,6 +42,9 @@ CODES: dict[int, tuple[str, str, str]] = {
 }  # fmt: skip
 """Error codes of CiA 301 table 26 and CiA 402-2: meaning, usual cause, cure."""
 
+_OF_AXIS = (0x2310, 0x2320, 0x7300, 0x7305, 0x8400, 0x8611, 0x8612)
+"""Errors of one axis: the detail tells which."""
+
 _CLASSES = {
     0x1000: "generic", 0x2000: "current", 0x3000: "voltage", 0x4000: "temperature", 0x5000: "hardware",
     0x6000: "software", 0x7000: "additional modules", 0x8000: "monitoring", 0x9000: "external", 0xF000: "device specific",
@@ -72,13 +75,25 @@ def register_names(register: int) -> list[str]:
     return [name for bit, name in enumerate(REGISTER_BITS) if register >> bit & 1]
 
 
+def origin(code: int, info: int) -> str:
+    """What the emergency's detail, two bytes of which 1003 keeps, says about where it came from."""
+    if code == 0x8130:
+        return f"node {info & 0x7F}"
+    if code in _OF_AXIS and info < len(AXES):
+        return AXES[info]
+    return "" if info == 0 else f"detail {info:04X}"
+
+
 def read_faults(device: Device) -> dict[str, Any]:
     """Error register, history and the state of each axis, as the device has them."""
     history = []
     count = device.try_upload(0x1003, 0)
     for sub in range(1, (count[0] if count else 0) + 1):
         value = device.read_int(0x1003, sub)
-        history.append({"code": value & 0xFFFF, "info": value >> 16, "meaning": meaning(value & 0xFFFF)})
+        history.append(
+            {"code": value & 0xFFFF, "info": value >> 16, "meaning": meaning(value & 0xFFFF),
+             "origin": origin(value & 0xFFFF, value >> 16)}
+        )  # fmt: skip
     axes = []
     for axis, name in enumerate(AXES):
         if device.has_axis(axis):
@@ -111,7 +126,11 @@ def read_log(device: Device) -> list[dict[str, Any]]:
 @click.option("--clear", is_flag=True, help="Forget the history (1003); faults that are active stay.")
 @common
 def faults(session: Session, clear: bool) -> None:
-    """Show active faults, the error history and the fault log, with cause and cure."""
+    """Show active faults and the history of errors, with cause and cure.
+
+    The history (1003) is what the device remembers since it started: the last eight, without times. A fault log with
+    times and values (3020) is shown where the device has one.
+    """
     with session.connect() as device:
         if clear:
             device.write_int(0x1003, 0, 0, 1)
@@ -124,16 +143,17 @@ def faults(session: Session, clear: bool) -> None:
         out.say(f"{axis['axis']:8} {axis['state']}; 603F = {axis['code']:04X}, {axis['meaning']}")
     if found["history"]:
         rows = [
-            (str(i), f"{h['code']:04X}", h["meaning"], f"{h['info']:04X}") for i, h in enumerate(found["history"], 1)
+            (str(i), f"{h['code']:04X}", h["meaning"], h["origin"]) for i, h in enumerate(found["history"], 1)
         ]
-        out.table([("", "right"), "code", "meaning", "info"], rows, "history, newest first")
+        out.table([("", "right"), "code", "meaning", "from"], rows, "since the start, newest first")
     else:
-        out.say("the history is empty.")
+        out.say("no error since the start, or the history was cleared.")
     if found["log"]:
         out.table(
             ["fault log", ("value", "right"), "unit"], [(e["name"], str(e["value"]), e["unit"]) for e in found["log"]]
         )
-    active = {a["code"] for a in found["axes"] if a["code"]} | {h["code"] for h in found["history"][:1]}
-    for code in sorted(active & set(CODES)):
+    active = {a["code"] for a in found["axes"] if a["code"]}
+    for code in sorted((active or {h["code"] for h in found["history"][:1]}) & set(CODES)):
         _, cause, cure = CODES[code]
-        out.say(f"{code:04X}: usual cause: {cause}. Cure: {cure}.")
+        when = "active" if code in active else "the last one; no axis has a fault now"
+        out.say(f"{code:04X} ({when}): usual cause: {cause}. Cure: {cure}.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +95,7 @@ def _relative(device: Value, file: Value) -> str:
 @common
 def save(session: Session, file: Path | None, axis: str | None) -> None:
     """Save the device's gains to FILE (default: gains-DATE.toml); comments of an existing file are kept."""
-    path = file or Path(f"gains-{datetime.now(UTC).strftime('%Y%m%dT%H%M%SZ')}.toml")
+    path = file or Path(f"gains-{datetime.now(timezone.utc).strftime('%Y%m%dT%H%M%SZ')}.toml")
     with session.connect() as device:
         pending = staged_axes(device)
         if pending:

@@ -264,9 +264,9 @@ def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:
     session.out.json([_explained(p) for p in chosen])
     if len(chosen) > 5:
         session.out.table(
-            ["index", "name", "range", "unit", "meaning"],
-            [(p.where, p.name, p.limits(), p.unit, p.help) for p in chosen],
+            ["index", "name", "unit", "meaning"], [(p.where, p.name, p.unit, p.help) for p in chosen]
         )
+        session.out.say("range, default and more of one: servoctl explain NAME")
         return
     for parameter in chosen:
         _show_explained(session, schema, parameter)

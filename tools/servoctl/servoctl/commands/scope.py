@@ -34,17 +34,19 @@ from .motion import TIME
 @click.option(
     "--timeout", type=TIME, default="60", show_default=True, help="Give up waiting for the trigger after this (s)."
 )
+@click.option("--auto", is_flag=True, help="Trigger by force when --timeout is over, instead of giving up.")
 @click.option(
     "--out", "folder", type=click.Path(path_type=Path, file_okay=False), default=".", help="Folder for PNG and CSV."
 )
 @common
 def scope(
     session: Session, signals: tuple[str, ...], axis: str | None, listing: bool, rate: float, duration: float | None, pre: float,
-    trigger: str, source: str | None, level: float, timeout: float, folder: Path,
+    trigger: str, source: str | None, level: float, timeout: float, auto: bool, folder: Path,
 ) -> None:  # fmt: skip
     """Capture up to 8 SIGNALs in the device, at up to 1 kHz, around a trigger; saves a plot and a CSV.
 
-    8192 samples fit: two signals at 1 kHz for 4 s. The capture is ended early when --for is over.
+    8192 samples fit: two signals at 1 kHz for 4 s. The capture is ended early when --for is over. It may run beside
+    'servoctl move' and the like, and is read when they are done.
     """
     with session.connect() as device:
         names = recorder.signal_names(device)
@@ -65,7 +67,7 @@ def scope(
         if before >= wanted:
             raise InputError(f"--pre {pre:g} s is as long as the whole capture of {wanted * divider / 1000:g} s.")
         recorder.set_up(device, numbers, divider, before, trigger, numbers.index(on), level)
-        data = _wait_and_read(session, device, wanted - before, frames - before, divider, timeout)
+        data = _wait_and_read(session, device, wanted - before, frames - before, divider, timeout, auto)
         result = recorder.parse_capture(data, names)
     keep = slice(0, None) if not duration else _window(result, wanted, before)
     time_s = result.time_s[keep]
@@ -112,7 +114,9 @@ def _window(result: recorder.Capture, wanted: int, before: int) -> slice:
     return slice(start, start + wanted)
 
 
-def _wait_and_read(session: Session, device: Device, after: int, all_after: int, divider: int, timeout: float) -> bytes:
+def _wait_and_read(
+    session: Session, device: Device, after: int, all_after: int, divider: int, timeout: float, auto: bool
+) -> bytes:
     """Waits for the trigger and for the frames wanted after it, ends the capture then, and reads it."""
     begun = time.monotonic()
     triggered: float | None = None
@@ -128,6 +132,8 @@ def _wait_and_read(session: Session, device: Device, after: int, all_after: int,
                 bar.update(task, description="capturing", completed=now - triggered)
                 if after < all_after and now - triggered > after * divider / 1000.0 + 0.05:
                     device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.STOP, 1)
+            elif now - begun > timeout and auto:
+                device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.FORCE, 1)
             elif now - begun > timeout:
                 device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.STOP, 1)
                 raise MotionError(f"no trigger within {timeout:g} s; the scope is stopped.")

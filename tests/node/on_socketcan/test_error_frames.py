@@ -1,0 +1,70 @@
+"""What the CAN controller tells, as error frames, and an interface that goes and comes. Needs vcan0.
+
+A vcan has no wire that could fail, but it passes on error frames that are sent with can-utils as a driver would.
+"""
+
+import subprocess
+import time
+
+import pytest
+
+from conftest import BUS
+from drive import wait_until
+
+PASSIVE = "20000004#0020000000000000"  # CAN_ERR_CRTL, transmitter error passive
+ACTIVE = "20000004#0040000000000000"  # CAN_ERR_CRTL, error active again
+BUS_OFF = "20000040#0000000000000000"
+RESTARTED = "20000100#0000000000000000"
+
+
+@pytest.fixture(autouse=True)
+def only_on_vcan():
+    assert BUS == "socketcan:vcan0", "run this by tests/socketcan/with-can, as CTest does"
+
+
+def send(frame):
+    subprocess.run(["cansend", "vcan0", frame], check=True)
+
+
+def test_error_passive_is_told_and_taken_back(node, azimuth):
+    azimuth.turn(1.0)
+    send(PASSIVE)
+    wait_until(lambda: [told.code for told in node.emcy.active] == [0x8120], 2)
+    assert node.emcy.active[0].register & 0x11 == 0x11
+    assert azimuth.state == "OPERATION ENABLED"
+    send(ACTIVE)
+    wait_until(lambda: node.emcy.active == [], 2)
+    assert node.sdo[0x1001].raw == 0
+    assert node.sdo[0x1003][1].raw & 0xFFFF == 0x8120
+
+
+def test_bus_off_is_told_when_the_bus_is_back(node):
+    heard = []
+    node.network.subscribe(0x081, lambda _id, data, _time: heard.append(int.from_bytes(data[:2], "little")))
+    send(BUS_OFF)
+    time.sleep(0.3)
+    send(RESTARTED)
+    wait_until(lambda: 0x8140 in heard, 2)
+    wait_until(lambda: heard[-1] == 0, 2)
+    # 0x1029:1 has its default: a communication error ends OPERATIONAL.
+    wait_until(lambda: node.nmt.wait_for_heartbeat(2) == "PRE-OPERATIONAL", 2)
+    assert node.sdo[0x1003][1].raw & 0xFFFF == 0x8140
+    assert node.sdo[0x1000].raw == 0x00020192
+
+
+def test_traffic_proves_that_bus_off_is_over_where_the_driver_does_not_say_so(node):
+    heard = []
+    node.network.subscribe(0x081, lambda _id, data, _time: heard.append(int.from_bytes(data[:2], "little")))
+    send(BUS_OFF)
+    send("123#00")
+    wait_until(lambda: 0x8140 in heard, 2)
+
+
+def test_interface_that_went_down_is_taken_up_again(node, connect):
+    node.network.disconnect()
+    subprocess.run(["ip", "link", "set", "vcan0", "down"], check=True)
+    time.sleep(0.5)
+    subprocess.run(["ip", "link", "set", "vcan0", "up"], check=True)
+    again = connect()
+    assert again.nmt.wait_for_heartbeat(timeout=2) == "PRE-OPERATIONAL"
+    assert again.sdo[0x1003][1].raw & 0xFFFF == 0x8140
