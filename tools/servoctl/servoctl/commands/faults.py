@@ -42,9 +42,6 @@ CODES: dict[int, tuple[str, str, str]] = {
 }  # fmt: skip
 """Error codes of CiA 301 table 26 and CiA 402-2: meaning, usual cause, cure."""
 
-_OF_AXIS = (0x2310, 0x2320, 0x7300, 0x7305, 0x8400, 0x8611, 0x8612)
-"""Errors of one axis: the detail tells which."""
-
 _CLASSES = {
     0x1000: "generic", 0x2000: "current", 0x3000: "voltage", 0x4000: "temperature", 0x5000: "hardware",
     0x6000: "software", 0x7000: "additional modules", 0x8000: "monitoring", 0x9000: "external", 0xF000: "device specific",
@@ -76,12 +73,11 @@ def register_names(register: int) -> list[str]:
 
 
 def origin(code: int, info: int) -> str:
-    """What the emergency's detail, two bytes of which 1003 keeps, says about where it came from."""
-    if code == 0x8130:
-        return f"node {info & 0x7F}"
-    if code in _OF_AXIS and info < len(AXES):
-        return AXES[info]
-    return "" if info == 0 else f"detail {info:04X}"
+    """Where an error of 1003 came from: `info` is its detail (a node's id) and, in the upper byte, its source."""
+    source, detail = info >> 8, info & 0xFF
+    if source == 0:
+        return f"node {detail & 0x7F}" if code == 0x8130 else ""
+    return AXES[source - 1] if source <= len(AXES) else f"source {source}"
 
 
 def read_faults(device: Device) -> dict[str, Any]:
