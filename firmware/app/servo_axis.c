@@ -119,17 +119,23 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
 
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s) {
+  const bool samples_missed = axis->implausible;
   axis->implausible = !samples_are_plausible(samples) || !command_is_plausible(command);
   if (axis->implausible) {
     switch_off(axis);
     return;
   }
-  if (axis->mode == SERVO_OFF && command->mode != SERVO_OFF) {
+  if (samples_missed) { /* what was sensed has a gap */
     servo_axis_reset(axis, params, samples->motion.joint_angle, tick_s);
   }
+  const bool closes = axis->mode == SERVO_OFF && command->mode != SERVO_OFF;
   axis->mode = command->mode;
 
   const speed_loop_rates rates = speed_loop_sense(&axis->speed, &params->speed, &samples->motion, tick_s);
+  if (closes) {
+    speed_loop_close(&axis->speed, &params->speed, &rates, tick_s);
+    current_loop_reset(&axis->current);
+  }
   const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
   axis->signals.rates = rates;
   axis->signals.reference = reference;

@@ -79,7 +79,8 @@ control_status servo_axis_check(const servo_axis_params *params, float tick_s, f
 /* Off, at rest, nothing estimated. */
 void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s);
 
-/* One tick. Changing the mode from off starts all loops at rest in the tick that closes them. */
+/* One tick. An axis that is off goes on sensing; the tick that changes its mode from off closes the loops with no
+ * torque and the rate that is sensed. */
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s);
 

@@ -29,8 +29,16 @@ void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, 
   rate_fusion_reset(&state->rate_fusion);
   biquad_reset(&state->notch, &params->notch, 0.0f);
   biquad_reset(&state->lowpass, &params->lowpass, 0.0f);
-  pi_controller_reset(&state->pi, 0.0f);
-  disturbance_observer_reset(&state->observer, &params->observer, 0.0f, dt_s);
+  speed_loop_close(state, params, &(speed_loop_rates){0}, dt_s);
+}
+
+void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
+                      float dt_s) {
+  const float rate_rad_s = rates->feedback_rad_s;
+  /* No torque for a set-point that is the rate of now, whatever its weight. */
+  pi_controller_reset(&state->pi,
+                      -params->pi.proportional_gain * (params->pi.setpoint_weight * rate_rad_s - rate_rad_s));
+  disturbance_observer_reset(&state->observer, &params->observer, rate_rad_s, dt_s);
   friction_feedforward_reset(&state->friction);
   state->explained_nm = 0.0f;
 }

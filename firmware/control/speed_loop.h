@@ -77,8 +77,14 @@ typedef struct {
 
 control_status speed_loop_check(const speed_loop_params *params, float dt_s);
 
-/* At rest at `angle`, all estimates 0. Call before closing the loop. */
+/* At rest at `angle`, all estimates 0. */
 void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s);
+
+/* The loop is closed in this tick, on an axis that may turn: what was sensed while it was open stays, the controller
+ * starts with no torque and with an observer that knows the rate. Between `speed_loop_sense` and the first
+ * `speed_loop_control`. */
+void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
+                      float dt_s);
 
 speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
                                   const speed_loop_samples *samples, float dt_s);

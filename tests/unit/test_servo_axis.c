@@ -90,16 +90,39 @@ static void test_a_loop_that_is_closed_again_knows_nothing_of_before(void) {
   ticks(&used, 400);
   TEST_ASSERT_TRUE(fabsf(used.axis.speed.pi.integral) > 0.1f);
   used.command.mode = SERVO_OFF;
-  ticks(&used, 3);
+  tick(&used);
+  used.rate_rad_s = used.load_nm = 0.0;
+  ticks(&used, 10);
   bench fresh = bench_at_rest();
   servo_axis_reset(&fresh.axis, &fresh.params, used.samples.motion.joint_angle, dt_s);
   fresh.turns = used.turns;
   fresh.command = used.command = (servo_axis_command){.mode = SERVO_SPEED};
-  used.rate_rad_s = used.load_nm = 0.0;
   for (int i = 0; i < 50; ++i) {
     tick(&used);
     tick(&fresh);
     CHECK_SAME("torque, Nm", fresh.axis.commanded_nm, used.axis.commanded_nm);
+  }
+}
+
+/* It drifts in the wind; what it is asked for is the rate that it has. */
+static void test_closing_the_loop_on_a_turning_axis_gives_no_kick(void) {
+  for (int fused = 0; fused <= 1; ++fused) {
+    bench b = bench_at_rest();
+    b.params.speed.rate_fusion.source = fused ? RATE_FUSED : RATE_FROM_ENCODER;
+    b.params.speed.pi.setpoint_weight = fused ? 0.8f : 1.0f;
+    b.rate_rad_s = -0.03;
+    b.command = (servo_axis_command){.mode = SERVO_OFF};
+    double worst_nm = 0.0;
+    for (int i = 0; i < 400; ++i) {
+      b.samples.motion.gyro_valid = true;
+      b.samples.motion.gyro_rad_s = (float)b.rate_rad_s;
+      b.command.mode = i < 100 ? SERVO_OFF : SERVO_SPEED;
+      b.command.speed.rate_rad_s = -0.03f;
+      tick(&b);
+      worst_nm = fmax(worst_nm, fabs((double)b.axis.commanded_nm));
+    }
+    LOG_VALUE("largest torque, Nm", worst_nm);
+    CHECK_AT_MOST("largest torque, Nm", 0.05, worst_nm);
   }
 }
 
@@ -298,6 +321,7 @@ int main(void) {
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
   RUN_TEST(test_a_loop_that_is_closed_again_knows_nothing_of_before);
+  RUN_TEST(test_closing_the_loop_on_a_turning_axis_gives_no_kick);
   RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_asked_for);
   RUN_TEST(test_the_duty_carries_the_back_emf_of_a_turning_motor);
   RUN_TEST(test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind);
