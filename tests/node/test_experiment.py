@@ -1,7 +1,5 @@
 """Experiments (0x2100) as a client starts and watches them: on the axis, within limits, ended by whatever goes wrong."""
 
-import time
-
 import canopen
 import pytest
 
@@ -40,9 +38,15 @@ class Experiment:
         return self.state
 
 
+def enable_at_rest(axis):
+    """The wind may have turned the axis while it was off; the drive brings it to rest along its ramp."""
+    axis.enable(NONE)
+    wait_until(lambda: axis.get(0x606B) == 0 and abs(axis.rate_deg_s) < 0.05, 2)
+
+
 @pytest.fixture
 def experiment(azimuth):
-    azimuth.enable(NONE)
+    enable_at_rest(azimuth)
     return Experiment(azimuth)
 
 
@@ -75,8 +79,7 @@ def test_it_starts_only_in_operation_at_rest_and_without_a_mode(experiment, azim
     azimuth.command(0x06)
     azimuth.node.sdo[0x6060 + azimuth.shift].raw = NONE
     refused(0x08000022)
-    azimuth.enable(NONE)
-    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 2)
+    enable_at_rest(azimuth)
     experiment.record[KIND].raw = LOOPS
     experiment.record[ANGLE].raw = 0.5  # beyond the travel limit
     refused(0x06040043)
@@ -105,11 +108,11 @@ def test_choosing_a_mode_a_quick_stop_or_a_silent_master_ends_it(experiment, azi
     azimuth.node.sdo[0x6060 + azimuth.shift].raw = PV
     assert experiment.wait_for_end(2) == DRIVE_STOPPED
     azimuth.node.sdo[0x6060 + azimuth.shift].raw = NONE
-    time.sleep(0.3)
+    enable_at_rest(azimuth)
     experiment.start(long)
     azimuth.command(0x02)
     assert experiment.wait_for_end(2) == DRIVE_STOPPED
-    azimuth.enable(NONE)
+    enable_at_rest(azimuth)
     node.sdo[0x1016][1].raw = 0x7E << 16 | 100
     node.network.send_message(0x77E, [5])
     experiment.start(long)

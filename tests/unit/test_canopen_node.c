@@ -30,7 +30,7 @@ static void test_bad_configuration_is_refused(void) {
   config.receive_capacity = 100;
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
   config.receive_capacity = 64;
-  config.part_count = 9;
+  config.part_count = CANOPEN_PARTS - 1; /* two of them are the node's own */
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
 }
 
