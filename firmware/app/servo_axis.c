@@ -23,7 +23,7 @@ control_status servo_axis_check(const servo_axis_params *params, float tick_s, f
 }
 
 void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s) {
-  *axis = (servo_axis){.mode = SERVO_OFF};
+  *axis = (servo_axis){.mode = SERVO_OFF, .last_angle = angle};
   speed_loop_reset(&axis->speed, &params->speed, angle, tick_s);
   target_tracker_reset(&axis->tracker);
   current_loop_reset(&axis->current);
@@ -34,13 +34,29 @@ static bool samples_are_plausible(const servo_axis_samples *samples) {
          (!samples->motion.gyro_valid || scalar_within(samples->motion.gyro_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S));
 }
 
+/* No axis turns so far in a tick; after a gap in the samples nothing can be said. */
+static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float tick_s) {
+  const float step_rad = angle_difference_rad(angle, axis->last_angle);
+  return axis->implausible || scalar_within(step_rad, SERVO_PLAUSIBLE_RATE_RAD_S * tick_s);
+}
+
 static bool command_is_plausible(const servo_axis_command *command) {
   const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
                                 scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
   return (int)command->mode >= (int)SERVO_OFF && (int)command->mode <= (int)SERVO_TORQUE &&
          scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
          scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
+         scalar_within(command->rate_limit_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) && command->rate_limit_rad_s >= 0.0f &&
          scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) && (limits_plausible || !command->torque_limited);
+}
+
+static speed_reference position_reference(const servo_axis_params *params, const servo_axis_command *command,
+                                          angle_turn32 joint_angle) {
+  const float rate_rad_s =
+      position_loop_rate(&params->position, command->position, joint_angle, command->speed.rate_rad_s);
+  const float limit_rad_s = command->rate_limit_rad_s > 0.0f ? command->rate_limit_rad_s : SERVO_PLAUSIBLE_RATE_RAD_S;
+  return (speed_reference){.rate_rad_s = scalar_clamp(rate_rad_s, -limit_rad_s, limit_rad_s),
+                           .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
 }
 
 static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
@@ -53,9 +69,7 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
     case SERVO_TRACKING:
       return tracking;
     case SERVO_POSITION:
-      return (speed_reference){.rate_rad_s = position_loop_rate(&params->position, command->position,
-                                                                samples->motion.joint_angle, command->speed.rate_rad_s),
-                               .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
+      return position_reference(params, command, samples->motion.joint_angle);
     case SERVO_SPEED:
       return command->speed;
     case SERVO_TORQUE: /* no error: the integral of the speed loop follows the torque that is given */
@@ -120,7 +134,9 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s) {
   const bool samples_missed = axis->implausible;
-  axis->implausible = !samples_are_plausible(samples) || !command_is_plausible(command);
+  const bool angle_plausible = angle_is_plausible(axis, samples->motion.joint_angle, tick_s);
+  axis->last_angle = samples->motion.joint_angle;
+  axis->implausible = !samples_are_plausible(samples) || !angle_plausible || !command_is_plausible(command);
   if (axis->implausible) {
     switch_off(axis);
     return;

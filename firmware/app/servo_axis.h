@@ -44,9 +44,10 @@ typedef struct {
   servo_mode mode;
   speed_reference speed;
   angle_turn32 position;
-  float torque_nm;      /* SERVO_TORQUE: the set-point; else added to what the speed loop asks for */
-  bool torque_limited;  /* `limits` hold, besides current_limit_a */
-  torque_limits limits; /* minimum <= 0 <= maximum */
+  float rate_limit_rad_s; /* SERVO_POSITION: the loop asks for no more, either way; 0: no limit but its own */
+  float torque_nm;        /* SERVO_TORQUE: the set-point; else added to what the speed loop asks for */
+  bool torque_limited;    /* `limits` hold, besides current_limit_a */
+  torque_limits limits;   /* minimum <= 0 <= maximum */
 } servo_axis_command;
 
 typedef struct {
@@ -70,7 +71,8 @@ typedef struct {
   float commanded_nm;        /* torque command in force */
   float added_nm;            /* the part of it that was not the speed loop's */
   float current_reference_a; /* set by the tick, followed at the PWM rate */
-  bool implausible;          /* the last samples or command were: the axis is off until the next good ones */
+  angle_turn32 last_angle;
+  bool implausible; /* the last samples or command were: the axis is off until the next good ones */
   servo_axis_signals signals;
 } servo_axis;
 

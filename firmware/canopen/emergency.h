@@ -59,7 +59,7 @@ typedef struct {
   uint16_t inhibit_ms; /* still to wait before the next one */
 } emergency_producer;
 
-/* Nothing wrong, nothing to tell; the history stays. */
+/* Nothing wrong, nothing to tell; the history stays: a reset of the node clears it by its defaults. */
 void emergency_reset(emergency_producer *self, emergency_objects *objects);
 
 /* False when the source has this code already, or 16 errors are active. Byte 3 of the message is the detail, byte 4

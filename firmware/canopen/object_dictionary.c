@@ -317,3 +317,12 @@ void od_restore_defaults(const od_part *part, uint8_t node_id) {
     od_put(&object, preset);
   }
 }
+
+void od_copy_stored(const od_table *table, const void *from, void *to) {
+  for (uint32_t i = 0; i < table->count; i++) {
+    const od_entry *entry = &table->entries[i];
+    if ((entry->flags & OD_STORED) != 0 && entry->offset != OD_NO_VALUE) {
+      memcpy((char *)to + entry->offset, (const char *)from + entry->offset, entry->bytes);
+    }
+  }
+}

@@ -178,4 +178,7 @@ od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length
 /* All defaults of a part, read-only values included. */
 void od_restore_defaults(const od_part *part, uint8_t node_id);
 
+/* Copies the values that are marked OD_STORED from one struct of the table's values to another. */
+void od_copy_stored(const od_table *table, const void *from, void *to);
+
 #endif

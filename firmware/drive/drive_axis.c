@@ -8,7 +8,8 @@
 #define QUARTER_TURN (INT64_C(1) << 30)
 
 bool drive_axis_obeys_stimulus(const drive_axis *axis) {
-  return axis->state.action == DRIVE_RUN && axis->motion.mode == DRIVE_NO_MODE;
+  return axis->state.action == DRIVE_RUN && axis->motion.mode == DRIVE_NO_MODE &&
+         axis->motion.blocked_direction == 0.0f;
 }
 
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {

@@ -33,7 +33,7 @@ typedef struct {
   bool ready;           /* self-test done */
   bool voltage_present; /* the bus voltage lets the motor run */
   bool warning;
-  bool remote;                        /* the controlword is obeyed: the node is operational */
+  bool remote;                        /* the controlword is obeyed: the node is not stopped */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
   const servo_axis_command *stimulus; /* of an experiment, obeyed in operation with 6060 = 0; or NULL */
   drive_fault fault;                  /* while it lasts */
@@ -52,7 +52,8 @@ typedef struct {
   bool following_failed; /* found in the last tick */
 } drive_axis;
 
-/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation. */
+/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation, and not stopped at a
+ * position limit. */
 bool drive_axis_obeys_stimulus(const drive_axis *axis);
 
 /* Not ready to switch on, off; positions count from the encoder's zero within half a turn of it. */

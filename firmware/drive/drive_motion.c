@@ -6,6 +6,9 @@
 
 #include "control/scalar.h"
 
+/* Of 607F: so fast the position loop may go to make good an error, and a torque may drive the axis. */
+#define BEYOND_LIMIT 1.1f
+
 bool drive_mode_supported(int8_t mode) {
   return mode == DRIVE_NO_MODE || mode == DRIVE_PROFILE_POSITION || mode == DRIVE_PROFILE_VELOCITY ||
          (mode >= DRIVE_CYCLIC_POSITION && mode <= DRIVE_CYCLIC_TORQUE);
@@ -270,7 +273,8 @@ static float along_slope(float from_nm, float to_nm, const drive_torque_objects 
 /* A torque is no speed: beyond 607F what would drive the axis on is taken back, all of it at 110 %. */
 static float held_below_limit(float torque_nm, float rate_rad_s, float limit_rad_s) {
   const float ahead_rad_s = torque_nm < 0.0f ? -rate_rad_s : rate_rad_s;
-  return torque_nm * scalar_clamp((1.1f * limit_rad_s - ahead_rad_s) / (0.1f * limit_rad_s), 0.0f, 1.0f);
+  const float share = (BEYOND_LIMIT * limit_rad_s - ahead_rad_s) / ((BEYOND_LIMIT - 1.0f) * limit_rad_s);
+  return torque_nm * scalar_clamp(share, 0.0f, 1.0f);
 }
 
 static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
@@ -298,22 +302,27 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
 
 /* --- an experiment --- */
 
-/* Its set-point within the position limits and below 607F; the ramp goes along, so that a stop begins where it is. */
+/* Its set-point within the position limits and below 607F; the ramp goes along, so that a stop begins where it is. One
+ * that would leave the limits is blocked, which ends the experiment. */
 static drive_setpoint follow(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                              float dt_s) {
   const servo_axis_command *stimulus = feedback->stimulus;
   const profile_limits limits = velocity_limits(&objects->limit);
   const bool torque = stimulus->mode == SERVO_TORQUE;
-  if (limit_blocks(motion, &objects->limit, feedback, &limits,
-                   torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s)) {
+  const drive_angle wanted = drive_angle_unwrap(feedback->position, stimulus->position);
+  const int32_t position = drive_position_from_angle(wanted);
+  const bool beyond = stimulus->mode == SERVO_POSITION && clamped_position(&objects->limit, position) != position;
+  if (beyond || limit_blocks(motion, &objects->limit, feedback, &limits,
+                             torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s)) {
+    motion->blocked_direction = beyond && motion->blocked_direction == 0.0f ? 1.0f : motion->blocked_direction;
     return stop(motion, feedback, &limits, dt_s);
   }
   close_loop(motion, stimulus->mode, feedback);
   motion->ramp = (profile_ramp){.rate_rad_s = torque ? feedback->rate_rad_s : stimulus->speed.rate_rad_s};
-  motion->demand = drive_angle_unwrap(feedback->position, stimulus->position);
+  motion->demand = wanted;
   motion->demand_rest = 0.0f;
   drive_setpoint setpoint = {.command = *stimulus, .position = feedback->position, .followed = true};
-  setpoint.position = stimulus->mode == SERVO_POSITION ? motion->demand : feedback->position;
+  setpoint.position = stimulus->mode == SERVO_POSITION ? wanted : feedback->position;
   setpoint.command.speed.rate_rad_s = scalar_clamp(stimulus->speed.rate_rad_s, -limits.rate_rad_s, limits.rate_rad_s);
   setpoint.command.torque_nm =
       torque ? held_below_limit(stimulus->torque_nm, feedback->rate_rad_s, limits.rate_rad_s) : stimulus->torque_nm;
@@ -340,6 +349,7 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
       if (feedback->stimulus != NULL) {
         return follow(motion, objects, feedback, dt_s);
       }
+      motion->blocked_direction = 0.0f;
       const profile_limits limits = velocity_limits(&objects->limit);
       return stop(motion, feedback, &limits, dt_s);
     }
@@ -387,5 +397,6 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     setpoint = stop(motion, feedback, &limits, dt_s);
   }
   add_torque(motion, &objects->torque, &setpoint.command);
+  setpoint.command.rate_limit_rad_s = BEYOND_LIMIT * drive_limit_from_counts(objects->limit.maximum_velocity);
   return setpoint;
 }

@@ -45,32 +45,86 @@ static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_
 
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 
-/* What is in force becomes what a reset comes back to. */
+/* What is in force now, as something to keep. */
+static kept_objects in_force(const servo_node *node) {
+  kept_objects kept = {.communication = node->canopen.objects};
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    kept.parameters[i] = node->axis[i].tuning.active;
+    kept.drive[i] = node->axis[i].objects;
+  }
+  return kept;
+}
+
+static void tell_stored_crc(servo_node *node) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    node->axis[i].tuning.stored_crc = axis_parameters_crc(&node->stored.parameters[i]);
+  }
+}
+
 static od_abort save(void *context, uint8_t group) {
   servo_node *node = context;
-  if (group == STORAGE_COMMUNICATION) {
-    return OD_HARDWARE; /* only the application's parameters are kept */
-  }
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    node->axis[i].stored = node->axis[i].tuning.active;
-    node->axis[i].tuning.stored_crc = node->axis[i].tuning.active_crc;
-  }
+  const kept_objects now = in_force(node);
+  kept_objects_copy(&node->stored, &now, group);
+  tell_stored_crc(node);
   return OD_OK;
 }
 
+static od_abort restore(void *context, uint8_t group) {
+  servo_node *node = context;
+  kept_objects_copy(&node->stored, &node->factory, group);
+  tell_stored_crc(node);
+  return OD_OK;
+}
+
+/* The axis as after the start, with what is stored. */
+static void reset_axis(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  /* Cannot be refused: what is stored was in force before. */
+  (void)axis_tuning_start(&axis->tuning, &node->stored.parameters[i], &node->board.app.params.axis[i]);
+  od_copy_stored(&drive_objects_table, &node->stored.drive[i], &axis->objects);
+  experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
+  drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
+}
+
+static bool any_axis_is_powered(const servo_node *node) {
+  bool powered = false;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    powered = powered || node->axis[i].drive.state.action != DRIVE_OFF;
+  }
+  return powered;
+}
+
+/* Every part that has commands goes back to its defaults; gains come from what is stored. */
+static void restore_parts(servo_node *node) {
+  for (uint32_t i = 0; i < node->canopen.dictionary.count; ++i) {
+    const od_part *part = &node->canopen.dictionary.parts[i];
+    if (part->hooks == &drive_hooks || part->hooks == &experiment_objects_hooks ||
+        part->hooks == &scope_objects_hooks) {
+      od_restore_defaults(part, node->canopen.config.node_id);
+    }
+  }
+}
+
+/* A reset of the communication forgets what the axes were supervised by: like an NMT stop, it stops those that turn. */
 static void reset(void *context, bool whole_node) {
   servo_node *node = context;
-  if (!whole_node) {
+  if (!node->started) {
     return;
   }
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    servo_node_axis *axis = &node->axis[i];
-    const uint32_t stored_crc = axis->tuning.stored_crc;
-    (void)axis_tuning_start(&axis->tuning, &axis->stored, &node->board.app.params.axis[i]); /* was in force before */
-    axis->tuning.stored_crc = stored_crc;
-    experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
-    drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
+  od_copy_stored(&communication_profile_table, &node->stored.communication, &node->canopen.objects);
+  if (!whole_node && any_axis_is_powered(node)) {
+    node->bus_fault_code = FAULT_BUS;
   }
+  if (whole_node) {
+    restore_parts(node);
+  }
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    node->axis[i].told_error = 0; /* the bus knows nothing any more: a fault that lasts is told again */
+    if (whole_node) {
+      reset_axis(node, i);
+    }
+  }
+  tell_stored_crc(node);
 }
 
 static void heartbeat_lost(void *context, uint8_t node_id) {
@@ -132,11 +186,9 @@ static bool start_servo(servo_node *node, const servo_node_config *config) {
   servo_params params;
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
-    axis->stored = config->parameters[i];
-    if (axis_tuning_start(&axis->tuning, &axis->stored, &params.axis[i]) != CONTROL_OK) {
+    if (axis_tuning_start(&axis->tuning, &config->parameters[i], &params.axis[i]) != CONTROL_OK) {
       return false;
     }
-    axis->tuning.stored_crc = axis->tuning.active_crc;
   }
   return servo_board_start(&node->board, config->machine, &params) == CONTROL_OK;
 }
@@ -162,7 +214,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
       .sender = config->sender,
       .receive_frames = node->received,
       .receive_capacity = SERVO_NODE_QUEUE,
-      .storage = {.save = save, .restore = NULL, .context = node},
+      .storage = {.save = save, .restore = restore, .context = node},
       .events = {.reset = reset,
                  .heartbeat_lost = heartbeat_lost,
                  .rpdo_late = rpdo_late,
@@ -173,6 +225,9 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
     return false;
   }
   node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
+  node->factory = node->stored = in_force(node);
+  tell_stored_crc(node);
+  node->started = true;
   return true;
 }
 

@@ -12,6 +12,7 @@
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
 #include "node/experiment_objects.h"
+#include "node/kept_objects.h"
 #include "node/scope_objects.h"
 #include "node/tuning_objects.h"
 
@@ -19,8 +20,7 @@ enum { SERVO_NODE_QUEUE = 128 };
 
 typedef struct {
   axis_tuning tuning;
-  axis_parameters stored; /* what 0x1010 saved last */
-  tuning_owner owner;     /* of the parameters' part */
+  tuning_owner owner; /* of the parameters' part */
   drive_objects objects;
   drive_axis drive;
   experiment_objects experiment; /* 0x2100 */
@@ -40,6 +40,9 @@ typedef struct {
   servo_node_objects objects;
   scope_objects scope_setup; /* 0x3000 */
   scope recorder;
+  bool started;
+  kept_objects factory;
+  kept_objects stored;
   uint16_t bus_fault_code; /* a communication fault that both axes shall see in the next tick; 0: none */
   canopen_node canopen;
   can_frame received[SERVO_NODE_QUEUE];

@@ -94,6 +94,31 @@ def test_leaving_the_travel_ends_it_and_the_axis_stops(experiment, azimuth):
     assert azimuth.state == "OPERATION ENABLED"
 
 
+def test_position_limits_end_it_before_they_are_passed(experiment, azimuth):
+    here = azimuth.get(0x6064)
+    azimuth.node.sdo[0x607D][1].raw = here - 200000
+    azimuth.node.sdo[0x607D][2].raw = here + 100000  # 10 mrad
+    farthest = 0
+    experiment.start({KIND: LOOPS, COUNT: 2, DWELL: 4.0, ANGLE: 0.08, TRAVEL: 0.2, SPEED_LIMIT: 0.5})
+    while experiment.state == RUNS:
+        farthest = max(farthest, azimuth.get(0x6064) - here)
+    assert experiment.state == DRIVE_STOPPED
+    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 2)
+    assert max(farthest, azimuth.get(0x6064) - here) < 200000  # the way to stop from 80 mrad/s at 1 rad/s^2: 3 mrad
+    azimuth.node.sdo[0x607D][1].raw = azimuth.node.sdo[0x607D][2].raw = 0
+    experiment.start(QUICK_SWEEP)
+    assert experiment.wait_for_end() == DONE
+
+
+def test_607f_holds_for_the_position_loop_of_an_experiment(experiment, azimuth):
+    azimuth.set(10000, 0x607F)  # 10 mrad/s, the triangle asks for 40
+    fastest = 0
+    experiment.start({KIND: LOOPS, COUNT: 1, DWELL: 4.0, ANGLE: 0.04, TRAVEL: 0.2, SPEED_LIMIT: 0.2})
+    while experiment.state == RUNS:
+        fastest = max(fastest, abs(azimuth.get(0x606C)))
+    assert 9000 < fastest < 12500  # 110 %, and the noise
+
+
 def test_an_abort_stops_the_axis(experiment, azimuth):
     experiment.start(QUICK_SWEEP | {DWELL: 5.0, SPEED: 0.02, TRAVEL: 0.5, COUNT: 1})
     wait_until(lambda: abs(azimuth.rate_deg_s) > 0.9, 2)

@@ -194,6 +194,8 @@ static const nonsense every_nonsense[] = {
     {.what = "torque 1e38", .command = {.mode = SERVO_SPEED, .torque_nm = 1e38f}},
     {.what = "limit infinite", .command = {.mode = SERVO_SPEED, .torque_limited = true, .limits = {-1.0f, INFINITY}}},
     {.what = "limit NaN", .command = {.mode = SERVO_SPEED, .torque_limited = true, .limits = {NAN, 1.0f}}},
+    {.what = "rate limit NaN", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = NAN}},
+    {.what = "rate limit negative", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = -1.0f}},
     {.what = "mode unknown", .command = {.mode = (servo_mode)(SERVO_TORQUE + 1)}},
     {.what = "mode negative", .command = {.mode = (servo_mode)-1}},
     {.what = "current NaN", .command = AT_SPEED, .samples = {.mean_current_a = NAN}},
@@ -233,6 +235,33 @@ static void test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_b
     }
     CHECK_NEAR(every_nonsense[i].what, 0.1, b.rate_rad_s, 1e-3);
   }
+}
+
+static void test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command)AT_SPEED;
+  ticks(&b, 300);
+  b.turns += 0.4;
+  tick(&b);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.axis.mode);
+  TEST_ASSERT_TRUE(b.axis.implausible);
+  CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
+  b.worst_step_nm = 0.0;
+  ticks(&b, 1000); /* goes on from where the encoder is now */
+  CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-3);
+}
+
+static void test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_POSITION, .position = 400000000u, .rate_limit_rad_s = 0.05f};
+  tick(&b);
+  CHECK_SAME("set-point, rad/s", 0.05f, b.axis.signals.reference.rate_rad_s);
+  b.command.position = (angle_turn32)-400000000;
+  tick(&b);
+  CHECK_SAME("set-point, rad/s", -0.05f, b.axis.signals.reference.rate_rad_s);
+  b.command.rate_limit_rad_s = 0.0f;
+  tick(&b);
+  CHECK_AT_LEAST("without it, rad/s", 0.5, fabsf(b.axis.signals.reference.rate_rad_s));
 }
 
 static void test_a_gyro_that_says_it_is_not_valid_may_hold_anything(void) {
@@ -326,6 +355,8 @@ int main(void) {
   RUN_TEST(test_the_duty_carries_the_back_emf_of_a_turning_motor);
   RUN_TEST(test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind);
   RUN_TEST(test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_behind);
+  RUN_TEST(test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick);
+  RUN_TEST(test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit);
   RUN_TEST(test_a_gyro_that_says_it_is_not_valid_may_hold_anything);
   RUN_TEST(test_a_sum_that_is_not_a_number_takes_the_torque_away);
   RUN_TEST(test_no_input_whatever_makes_a_torque_or_a_duty_beyond_its_limit);
