@@ -69,6 +69,23 @@ def ingredients_table(results: Results) -> str:
     return _table(head, [_ingredient_row(item) for item in wanted])
 
 
+def pitch_table(results: Results) -> str:
+    """The other axis: what is judged on azimuth; LuGre, and for tracking the friction-free floor beside it."""
+    pitch = select(gather(results.rows), axis="pitch")
+    wanted = [item for item in pitch if item.metric in (PRIMARY_METRICS[item.experiment], "overshoot")]
+    free = {(item.experiment, item.case): item for item in wanted if item.friction == "none"}
+    rows = []
+    for item in wanted:
+        if item.friction != "lugre":
+            continue
+        title = f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}: {METRIC_TITLES[item.metric]}"
+        floor = free.get((item.experiment, item.case)) if item.experiment == "tracking" else None
+        shown = [(item, "pi"), (item, "pi_vob_ftc"), (floor, "pi_vob_ftc")]
+        values = [source.rows.get(name) if source else None for source, name in shown]
+        rows.append([f"{title}, {unit_title(item.unit)}"] + [over_seeds(row) if row else "–" for row in values])
+    return _table(["experiment, pitch", "PI", "PI + VOB + FTC", "PI + VOB + FTC, friction-free"], rows)
+
+
 def noise_table(results: Results) -> str:
     """Torque noise of every controller at steady speed; azimuth, LuGre."""
     items = select(gather(results.rows), axis="azimuth", metric="torque_noise", friction="lugre")
@@ -130,6 +147,7 @@ def variance_table(results: Results) -> str:
 TABLES: dict[str, Callable[[Results], str]] = {
     "results": results_table,
     "ingredients": ingredients_table,
+    "pitch": pitch_table,
     "noise": noise_table,
     "margins": margins_table,
     "sensitivity": sensitivity_table,
