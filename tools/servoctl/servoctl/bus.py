@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import logging
+import os
+import socket
 from dataclasses import dataclass
 
 import can
@@ -25,6 +27,17 @@ class BusAddress:
 
     def __str__(self) -> str:
         return f"{self.kind}:{self.channel}"
+
+    @property
+    def place(self) -> str:
+        """The same for every spelling of a bus on this computer."""
+        if self.kind != "slcan-tcp":
+            return f"{self.kind}:{os.path.realpath(self.channel)}" if self.kind == "slcan" else str(self)
+        host, _, port = self.channel.rpartition(":")
+        try:
+            return f"{self.kind}:{socket.gethostbyname(host)}:{port}"
+        except OSError:
+            return str(self)
 
 
 def parse_bus(text: str | None) -> BusAddress:

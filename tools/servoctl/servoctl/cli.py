@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from types import FrameType
@@ -15,6 +16,8 @@ from .commands import bode, faults, gains, move, node, parameters, scope, step, 
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
 
 _EPILOG = "\b\nExit codes:\n" + "\n".join(f"  {code.value:>3}  {text}" for code, text in EXIT_CODE_HELP.items())
+
+TRACEBACK = "SERVOCTL_TRACEBACK"
 
 _COMPLETION = """\b
 Completion of commands and parameter names:
@@ -97,6 +100,15 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 0
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        click.echo(f"servoctl: {place}{error.strerror or error}.", err=True)
+        return int(ExitCode.BAD_INPUT)
+    except Exception as error:  # no user shall see a traceback unasked
+        if os.environ.get(TRACEBACK):
+            raise
+        click.echo(f"servoctl: an error of servoctl itself: {error!r}; {TRACEBACK}=1 shows where.", err=True)
+        return int(ExitCode.INTERNAL)
 
 
 def run() -> NoReturn:

@@ -16,7 +16,17 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 from .bus import BusAddress, open_bus
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
 from .parameter import AXIS_SHIFT, Parameter, Value
-from .schema import Schema, candidates, fingerprint, load_schema, remember
+from .schema import (
+    ENVIRONMENT,
+    NO_SCHEMA,
+    Schema,
+    find_schema,
+    fingerprint,
+    load_schema,
+    named_file,
+    remember,
+    search_places,
+)
 from .turns import Turns
 
 SDO_TIMEOUT_S = 0.5
@@ -77,7 +87,8 @@ class Device:
         self.node = canopen.RemoteNode(node_id, canopen.ObjectDictionary())
         self.network.add_node(self.node)
         self.node.sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S
-        self.turns = Turns(str(address), node_id)
+        self.opened_s = time.monotonic()
+        self.turns = Turns(address.place, node_id)
 
     def __enter__(self) -> Device:
         return self
@@ -133,7 +144,9 @@ class Device:
         return int.from_bytes(self.upload(index, sub), "little", signed=signed)
 
     def write_int(self, index: int, sub: int, value: int, size: int) -> None:
-        """An integer of `size` bytes; negative ones as two's complement."""
+        """An integer of `size` bytes; negative ones as two's complement. Raises InputError when it needs more."""
+        if not -(1 << (8 * size - 1)) <= value < 1 << (8 * size):
+            raise InputError(f"{hexadecimal(index, sub)}: {value} does not fit into {size} bytes.")
         self.download(index, sub, (value & ((1 << (8 * size)) - 1)).to_bytes(size, "little"))
 
     def try_upload(self, index: int, sub: int = 0) -> bytes | None:
@@ -191,21 +204,29 @@ class Device:
 
     @property
     def any_schema(self) -> Schema:
-        """The best parameters.json at hand, whether it fits or not."""
+        """The parameters.json that was named, whether it fits or not, or one that fits; empty when there is none."""
         if self._schema is None:
             self._schema = self._choose_schema()
         return self._schema
 
     @property
     def schema_fits(self) -> bool:
-        """The hashes agree, or one of the two is not told."""
+        """There is a schema, and the hashes agree, or one of the two is not told."""
         schema = self.any_schema
+        if schema is NO_SCHEMA:
+            return False
         return self.told_hash is None or schema.hash is None or schema.hash == self.told_hash
 
     @property
     def mismatch(self) -> str:
         """The sentence about a schema that does not fit."""
         told = f"{self.told_hash:08X}" if self.told_hash is not None else "none"
+        if self.any_schema is NO_SCHEMA:
+            return (
+                f"no parameters.json with the device's objects (schema {told}) was found; looked in {search_places()}. Give"
+                f" the one that its firmware's build made with --parameters or {ENVIRONMENT}, or use objects by index, as"
+                " in 'get 0x2000:1'."
+            )
         mine = f"{self.any_schema.hash:08X}" if self.any_schema.hash is not None else "none"
         return (
             f"the device's objects (schema {told}) are not those of {self.any_schema.origin} (schema {mine}): give the"
@@ -215,16 +236,8 @@ class Device:
     def _choose_schema(self) -> Schema:
         told = self.try_upload(0x3030, 2)
         self.told_hash = int.from_bytes(told, "little") if told else None
-        paths = candidates(self._schema_file)
-        if not paths:
-            raise InputError(
-                "there is no parameters.json: build the firmware ('cmake --workflow --preset host'), or name the file with"
-                " --parameters."
-            )
-        schemas = [load_schema(path) for path in paths[:1]]
-        if schemas[0].hash not in (None, self.told_hash) and self._schema_file is None:
-            schemas += [load_schema(path) for path in paths[1:]]
-        chosen = next((s for s in schemas if s.hash is not None and s.hash == self.told_hash), schemas[0])
+        named = named_file(self._schema_file)
+        chosen = load_schema(named) if named else find_schema(self.told_hash)
         if chosen.hash == self.told_hash:
             remember(chosen)
         return chosen

@@ -16,6 +16,7 @@ class ExitCode(IntEnum):
     NOT_VERIFIED = 5
     MOTION = 6
     SCHEMA = 7
+    INTERNAL = 70
     INTERRUPTED = 130
 
 
@@ -27,7 +28,8 @@ EXIT_CODE_HELP = {
     ExitCode.REFUSED: "the device refused; nothing of that command is in force",
     ExitCode.NOT_VERIFIED: "what was read back is not what was written",
     ExitCode.MOTION: "a motion was not possible or was broken off; the axis was brought to a safe state",
-    ExitCode.SCHEMA: "the device's objects are not those of the parameters.json in use",
+    ExitCode.SCHEMA: "the device's objects are not those of the parameters.json in use, or none at hand has them",
+    ExitCode.INTERNAL: "an error of servoctl itself; the axis was brought to a safe state",
     ExitCode.INTERRUPTED: "interrupted (Ctrl-C); the axis was brought to a safe state",
 }
 

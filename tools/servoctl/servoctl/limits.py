@@ -10,10 +10,13 @@ import numpy as np
 from .drive import Drive
 from .errors import InputError, MotionError
 from .stream import RateStream
-from .units import degrees
+from .units import POSITION_COUNTS_PER_RAD, degrees
 
 OVERSPEED = 2.0
 """A test is broken off when the axis is faster than this times the limit: no answer to the set-point explains that."""
+
+REACH_RAD = (2**31 - 1) / POSITION_COUNTS_PER_RAD
+"""607A and 6064 are of 32 bits."""
 
 
 @dataclass(frozen=True)
@@ -44,19 +47,24 @@ class Plan:
             ("travel", degrees(travel), degrees(limits.travel_rad), "°", "--max-travel"),
             ("duration", self.duration_s, limits.duration_s, "s", "--max-duration"),
         ):
-            if value > limit * 1.0001:
+            if not value <= limit * 1.0001:
                 raise InputError(
                     f"the {what} would be {value:.3g} {unit}, more than {limit:.3g} {unit}: ask for less, or allow more"
                     f" with {option}."
                 )
         if drive is None:
             return
-        if self.rate_rad_s > drive.rate_limit():
+        if not self.rate_rad_s <= drive.rate_limit():
             raise InputError(
                 f"the rate would be {degrees(self.rate_rad_s):.3g} °/s, more than 607F allows: {degrees(drive.rate_limit()):.3g} °/s."
             )
         allowed = drive.position_limits()
         here = drive.position()
+        if not -REACH_RAD <= here - self.backward_rad <= here + self.forward_rad <= REACH_RAD:
+            raise InputError(
+                f"{self.axis} would move from {degrees(here - self.backward_rad):.5g}° to {degrees(here + self.forward_rad):.5g}°,"
+                f" but the device counts angles up to ±{degrees(REACH_RAD):.5g}° only."
+            )
         if allowed and not allowed[0] <= here - self.backward_rad <= here + self.forward_rad <= allowed[1]:
             raise InputError(
                 f"{self.axis} is at {degrees(here):.2f}° and would move from {degrees(here - self.backward_rad):.2f}° to"
@@ -80,9 +88,9 @@ class Guard:
         now = time.monotonic()
         if rate is not None:
             self._travel_rad += rate * (now - self._last_s)
-            if abs(rate) > OVERSPEED * self._limits.rate_rad_s:
+            if not abs(rate) <= OVERSPEED * self._limits.rate_rad_s:
                 raise MotionError(f"the axis moves at {degrees(rate):.3g} °/s, far more than asked for.")
-            if abs(self._travel_rad) > 1.2 * self._limits.travel_rad:
+            if not abs(self._travel_rad) <= 1.2 * self._limits.travel_rad:
                 raise MotionError(f"the axis has travelled {degrees(self._travel_rad):.3g}°, more than allowed.")
         self._last_s = now
 

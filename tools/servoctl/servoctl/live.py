@@ -1,8 +1,9 @@
 """A motion on the live axis that cannot be left running: whatever happens, the axis ends at rest.
 
-While it lasts the device watches a heartbeat of ours (1016): should this program or its computer die, the device
-brakes by itself. Done: the axis stands, and is enabled or not as before. Broken off (error, Ctrl-C, SIGTERM): quick
-stop, then disabled. Mode, targets, interpolation period, heartbeat watch and NMT state are as before in both cases.
+While it lasts the device watches a heartbeat of ours (supervision.py): should this program or its computer die, the
+device brakes by itself. Done: the axis stands, and is enabled or not as before. Broken off (error, Ctrl-C, SIGTERM):
+quick stop, then disabled. Mode, targets, interpolation period and heartbeat watch are as before in both cases, the NMT
+state when no other motion is left at the node.
 """
 
 from __future__ import annotations
@@ -22,13 +23,8 @@ from . import power
 from .device import Device
 from .drive import STANDSTILL_RAD_S, Drive
 from .errors import MotionError, ServoctlError
+from .supervision import Supervision
 from .units import degrees
-
-WATCH_MS = 1000
-"""The device brakes when our heartbeat stays away for so long."""
-BEAT_S = 0.1
-_CONSUMERS = (4, 3, 2, 1)
-_OPERATIONAL = 5
 
 
 class LiveAxis:
@@ -41,10 +37,27 @@ class LiveAxis:
         self.mode = mode
         self._turn = contextlib.ExitStack()
         self._undo: list[Callable[[], None]] = []
-        self._beat: _Heartbeat | None = None
         self._was_enabled = False
 
     def __enter__(self) -> LiveAxis:
+        drive, turns = self.drive, self.device.turns
+        with contextlib.ExitStack() as turn:
+            turn.enter_context(turns.alone(drive.name, f"another servoctl is moving {drive.name}: wait until it is done."))
+            self._check_at_rest()
+            turn.enter_context(turns.motion())
+            supervision = Supervision(self.device)
+            supervision.begin()
+            self._undo.append(supervision.end)
+            self._turn = turn.pop_all()
+        try:
+            self._prepare()
+        except BaseException:
+            self._leave(broken_off=True)
+            raise
+        gc.disable()
+        return self
+
+    def _check_at_rest(self) -> None:
         drive = self.drive
         state = drive.state()
         if state in (power.FAULT, "fault reaction active"):
@@ -56,14 +69,6 @@ class LiveAxis:
             raise MotionError(
                 f"{drive.name} moves at {degrees(drive.rate()):.3f} °/s: stop it first ('servoctl state {drive.name} disable')."
             )
-        self._turn.enter_context(self.device.turns.motion())
-        try:
-            self._prepare()
-        except BaseException:
-            self._leave(broken_off=True)
-            raise
-        gc.disable()
-        return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -73,12 +78,6 @@ class LiveAxis:
 
     def _prepare(self) -> None:
         device, drive = self.device, self.drive
-        nmt = device.nmt_state()
-        if nmt != "operational":
-            device.set_nmt("operational")
-            if nmt in ("pre-operational", "stopped"):
-                self._undo.append(lambda: device.set_nmt(nmt))
-        self._watch()
         for index, size, sub in ((0x6060, 1, 0), (0x60C2, 1, 1), (0x60C2, 1, 2), (0x6081, 4, 0)):
             self._keep(index, size, sub)
         drive.set_target_rate(0.0)
@@ -93,23 +92,6 @@ class LiveAxis:
         """Puts the object back to what it is now when the motion is over."""
         before = self.device.axis_int(self.drive.axis, index, sub)
         self._undo.append(lambda: self.device.axis_write(self.drive.axis, index, before, size, sub))
-
-    def _watch(self) -> None:
-        """Lets the device watch our heartbeat, in an entry of 1016 that nobody uses."""
-        device = self.device
-        master = 127 if device.node_id != 127 else 126
-        entries = {
-            sub: device.read_int(0x1016, sub) for sub in _CONSUMERS if device.try_upload(0x1016, sub) is not None
-        }
-        ours = [sub for sub, entry in entries.items() if entry >> 16 & 0x7F == master]  # a killed program's
-        free = [sub for sub, entry in entries.items() if entry & 0xFFFF == 0]
-        if not ours and not free:
-            return
-        sub = (ours or free)[0]
-        self._beat = _Heartbeat(device, master)
-        self._beat.start()
-        device.write_int(0x1016, sub, master << 16 | WATCH_MS, 4)
-        self._undo.append(lambda: device.write_int(0x1016, sub, 0, 4))
 
     def set_interpolation(self, period_ms: int) -> None:
         """60C2: time between set-points, ms."""
@@ -127,8 +109,6 @@ class LiveAxis:
                 except (ServoctlError, can.CanError, OSError) as error:
                     failed.append(error)
             self._undo.clear()
-            if self._beat is not None:
-                self._beat.stop()
             self._turn.close()
         if failed and not broken_off:
             raise failed[0]
@@ -151,27 +131,6 @@ class LiveAxis:
         finally:
             if drive.state() not in (power.FAULT, "fault reaction active"):
                 drive.disable()
-
-
-class _Heartbeat(threading.Thread):
-    """Our own heartbeat, from a thread of its own."""
-
-    def __init__(self, device: Device, node_id: int) -> None:
-        super().__init__(daemon=True, name="heartbeat")
-        self._device = device
-        self._cob_id = 0x700 + node_id
-        self._end = threading.Event()
-
-    def run(self) -> None:
-        while not self._end.is_set():
-            with contextlib.suppress(can.CanError, OSError, RuntimeError):
-                self._device.network.send_message(self._cob_id, bytes([_OPERATIONAL]))
-            self._end.wait(BEAT_S)
-
-    def stop(self) -> None:
-        """Ends it."""
-        self._end.set()
-        self.join(timeout=1.0)
 
 
 @contextlib.contextmanager

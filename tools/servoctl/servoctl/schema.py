@@ -119,6 +119,10 @@ class Schema:
         return f"; did you mean {_listed(close)}?" if close else "; 'servoctl explain' lists all names."
 
 
+NO_SCHEMA = Schema(None, "", None, ())
+"""Stands for a file that was not found."""
+
+
 def _listed(names: list[str]) -> str:
     shown = names[:4]
     text = shown[0] if len(shown) == 1 else ", ".join(shown[:-1]) + " or " + shown[-1]
@@ -234,14 +238,51 @@ def fingerprint(schema: Schema) -> int:
     return zlib.crc32("\n".join(rows).encode())
 
 
+def named_file(explicit: Path | None) -> Path | None:
+    """The parameters.json that the user has named: by option, or in the environment."""
+    return explicit or (Path(os.environ[ENVIRONMENT]) if os.environ.get(ENVIRONMENT) else None)
+
+
+def find_schema(told_hash: int | None) -> Schema:
+    """The file at hand with a device's hash (the best when it tells none), or NO_SCHEMA; passes over broken files."""
+    for path in candidates(None):
+        try:
+            schema = load_schema(path)
+        except InputError:
+            continue
+        if told_hash is None or schema.hash == told_hash:
+            return schema
+    return NO_SCHEMA
+
+
+def search_places() -> str:
+    """Where `candidates` looks, for messages."""
+    folders = " and ".join(str(folder) for folder in dict.fromkeys(_starts()))
+    return f"build/*/share/trackservo of {folders} and the folders above, and in {cache_folder()}"
+
+
+def need_schema(explicit: Path | None) -> Schema:
+    """The best file at hand, for who does not ask a device; raises InputError that tells where it looked."""
+    paths = candidates(explicit)
+    if not paths:
+        raise InputError(
+            f"there is no parameters.json; looked in {search_places()}. Give the one that the firmware's build made with"
+            f" --parameters or {ENVIRONMENT}."
+        )
+    return load_schema(paths[0])
+
+
+def _starts() -> tuple[Path, Path]:
+    return (Path.cwd(), Path(__file__).resolve().parent)
+
+
 def candidates(explicit: Path | None) -> list[Path]:
     """Where parameters.json may be, best first: option, environment, builds around this folder, those used before."""
-    if explicit is not None:
-        return [explicit]
-    if os.environ.get(ENVIRONMENT):
-        return [Path(os.environ[ENVIRONMENT])]
+    named = named_file(explicit)
+    if named is not None:
+        return [named]
     found: list[Path] = []
-    for start in (Path.cwd(), Path(__file__).resolve().parent):
+    for start in _starts():
         for folder in (start, *start.parents):
             found += sorted(folder.glob("build/*/share/trackservo/parameters.json"))
             found += [folder / "share/trackservo/parameters.json"]

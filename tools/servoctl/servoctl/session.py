@@ -15,7 +15,7 @@ from .device import Device
 from .errors import ServoctlError
 from .output import Output
 from .parameter import AXES
-from .schema import Schema, candidates, load_schema
+from .schema import Schema, need_schema
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -34,10 +34,9 @@ class Session:
         """Opens the bus and gives the node; close it with `with`."""
         return Device(parse_bus(self.bus), node or self.node, self.parameters, self.bitrate)
 
-    def file_schema(self) -> Schema | None:
-        """The parameters.json at hand, without asking a device; None when there is none."""
-        paths = candidates(self.parameters)
-        return load_schema(paths[0]) if paths else None
+    def file_schema(self) -> Schema:
+        """The parameters.json at hand, without asking a device; raises InputError when there is none."""
+        return need_schema(self.parameters)
 
 
 def common(command: F) -> F:
@@ -94,11 +93,8 @@ class NameType(click.ParamType):  # type: ignore[type-arg] # not generic in clic
         """Names that begin with, or else contain, what was typed; groups first."""
         named = ctx.params.get("parameters")
         try:
-            paths = candidates(Path(named) if named else None)
-            schema = load_schema(paths[0]) if paths else None
+            schema = need_schema(Path(named) if named else None)
         except ServoctlError:
-            schema = None
-        if schema is None:
             return []
         ending = "=" if self.assignment else ""
         usable = [p for p in schema if p.writable or not self.assignment]

@@ -7,6 +7,7 @@ nothing rather than something wrong, and no other master's frames come in. After
 
 from __future__ import annotations
 
+import contextlib
 import struct
 import threading
 import time
@@ -118,10 +119,14 @@ class RateStream:
         self._lock = threading.Lock()
         self._last_frame_s = time.monotonic()
         self.emergency: tuple[int, bytes] | None = None
+        self._turn = contextlib.ExitStack()
 
     def __enter__(self) -> RateStream:
         shift = AXIS_SHIFT * self.axis
         network = self.device.network
+        self._turn.enter_context(
+            self.device.turns.alone("stream", "another servoctl is measuring (step or bode) at this node: wait until it is done.")
+        )
         network.subscribe(self._out_id, self._take)
         network.subscribe(0x80 + self.device.node_id, self._take_emergency)
         try:
@@ -143,6 +148,7 @@ class RateStream:
                 first = first or failed
         self.device.network.unsubscribe(self._out_id, self._take)
         self.device.network.unsubscribe(0x80 + self.device.node_id, self._take_emergency)
+        self._turn.close()
         if first is not None and error is None:
             raise first
 

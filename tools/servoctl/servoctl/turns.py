@@ -1,7 +1,9 @@
-"""The node has one SDO server: the servoctl processes of one computer take turns at it, so that they may run side by side.
+"""Who may do what at one node: the servoctl processes of one user and computer agree by file locks.
 
-Each transfer is one turn. A long one, as the reading of a capture, waits until no servoctl is moving an axis, since a
-motion must be watched all the time. Other programs know nothing of this; they must keep to PDOs meanwhile.
+The node has one SDO server: each transfer is one turn. A long one, as the reading of a capture, waits until no servoctl
+is moving an axis, since a motion must be watched all the time. An axis, the fast stream and a master's id belong to one
+process at a time. The kernel frees the locks of a process that dies. Other programs know nothing of this; they must
+keep to PDOs meanwhile.
 """
 
 from __future__ import annotations
@@ -15,51 +17,103 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
+from .errors import MotionError
+
 SETTLE_S = 0.005
 """After somebody else's turn: the answer to them reaches us, too, and must be in before we ask."""
 
 
-class Turns:
-    """The turns at one node; files are those of the user, in the system's folder for such."""
+class FileLock:
+    """A lock in a file of the user, in the system's folder for such; the file stays for the others, with its text."""
 
-    def __init__(self, bus: str, node_id: int) -> None:
+    def __init__(self, name: str) -> None:
         folder = Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir())
-        name = f"servoctl-{os.getuid()}-{zlib.crc32(bus.encode()):08x}-{node_id}"
-        self._transfer = os.open(folder / f"{name}.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        self._motion = os.open(folder / f"{name}-motion.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
-        self._us = str(os.getpid()).ljust(10).encode()
+        path = folder / f"servoctl-{os.getuid()}-{name}.lock"
+        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+
+    def wait(self, shared: bool = False) -> None:
+        """Takes it, alone or shared; changes what we have of it already."""
+        fcntl.flock(self._descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+
+    def try_alone(self) -> bool:
+        """Takes it alone if nobody else has it; what we had of it is lost if not."""
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        return True
+
+    def release(self) -> None:
+        """For the next one."""
+        fcntl.flock(self._descriptor, fcntl.LOCK_UN)
+
+    @contextlib.contextmanager
+    def held(self, shared: bool = False) -> Iterator[None]:
+        """Within a `with` block."""
+        self.wait(shared)
+        try:
+            yield
+        finally:
+            self.release()
+
+    @property
+    def text(self) -> str:
+        """What the file holds."""
+        return os.pread(self._descriptor, 100, 0).decode("ascii", errors="replace")
+
+    @text.setter
+    def text(self, text: str) -> None:
+        os.ftruncate(self._descriptor, 0)
+        os.pwrite(self._descriptor, text.encode("ascii"), 0)
 
     def close(self) -> None:
-        """Ends our part; the files stay for the others."""
-        os.close(self._transfer)
-        os.close(self._motion)
+        """Releases it, too."""
+        os.close(self._descriptor)
+
+
+class Turns:
+    """The turns at one node."""
+
+    def __init__(self, bus: str, node_id: int) -> None:
+        self._name = f"{zlib.crc32(bus.encode()):08x}-{node_id}"
+        self._transfer = self.lock("transfer")
+        self._motion = self.lock("motion")
+        self._us = str(os.getpid())
+
+    def close(self) -> None:
+        """Ends our part."""
+        self._transfer.close()
+        self._motion.close()
+
+    def lock(self, what: str) -> FileLock:
+        """A lock of this node; close it."""
+        return FileLock(f"{self._name}-{what}")
 
     @contextlib.contextmanager
     def transfer(self) -> Iterator[None]:
         """One SDO transfer."""
-        with _locked(self._transfer, fcntl.LOCK_EX):
-            if os.pread(self._transfer, len(self._us), 0) != self._us:
+        with self._transfer.held():
+            if self._transfer.text != self._us:
                 time.sleep(SETTLE_S)
-                os.pwrite(self._transfer, self._us, 0)
+                self._transfer.text = self._us
             yield
 
     @contextlib.contextmanager
     def long_transfer(self) -> Iterator[None]:
         """One SDO transfer that may take seconds."""
-        with _locked(self._motion, fcntl.LOCK_EX), self.transfer():
+        with self._motion.held(), self.transfer():
             yield
 
     @contextlib.contextmanager
     def motion(self) -> Iterator[None]:
         """While an axis moves: transfers are as ever, nobody's long one comes between."""
-        with _locked(self._motion, fcntl.LOCK_SH):
+        with self._motion.held(shared=True):
             yield
 
-
-@contextlib.contextmanager
-def _locked(descriptor: int, how: int) -> Iterator[None]:
-    fcntl.flock(descriptor, how)
-    try:
-        yield
-    finally:
-        fcntl.flock(descriptor, fcntl.LOCK_UN)
+    @contextlib.contextmanager
+    def alone(self, what: str, refusal: str) -> Iterator[None]:
+        """Raises MotionError with `refusal` when another process has `what` of this node."""
+        with contextlib.closing(self.lock(what)) as lock:
+            if not lock.try_alone():
+                raise MotionError(refusal)
+            yield

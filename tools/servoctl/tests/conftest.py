@@ -52,6 +52,7 @@ class Bench:
             "SERVOCTL_STATE": str(folder / "state"),
             "SERVOCTL_PARAMETERS": str(parameters),
             "XDG_CACHE_HOME": str(folder / "cache"),
+            "XDG_RUNTIME_DIR": str(folder),  # other tests of this computer keep their locks to themselves
             "COLUMNS": "160",
         }
 

@@ -20,6 +20,8 @@ from .conftest import PARAMETERS, Bench
 Eventually = Callable[[Callable[[], bool], float], None]
 BORROWED = (
     "0x1016:1",
+    "0x1016:2",
+    "0x1016:3",
     "0x1016:4",
     "0x1403:1",
     "0x1603:0",

@@ -27,7 +27,8 @@ from ..parameter import AXES
 from ..session import Session, common
 from ..stream import TICK_S
 from ..units import degrees
-from .motion import FREQUENCY, RATE, announce, motion_options, new_path, run_rates, show_files
+from .motion import announce, motion_options, new_path, run_rates, show_files
+from .quantity import FREQUENCY, RATE
 
 SETPOINT_PERIOD_S = 0.002
 WARM_UP_S = 1.0

@@ -21,44 +21,14 @@ from ..live import LiveAxis, pace
 from ..parameter import AXES
 from ..session import Session
 from ..stream import TICK_S, RateStream
-from ..units import degrees, parse_quantity
+from ..units import degrees
+from .quantity import DURATION, FASTEST_RATE, LONGEST_WAY
 
 F = TypeVar("F", bound=Callable[..., Any])
 Real = NDArray[np.float64]
 
 MANY_LOST = 50
 """Lost samples, of 1 ms each, beyond which a time that was measured is doubtful."""
-
-
-class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in click 8.1
-    """A number with a unit, e.g. "5deg" or "0.1 rad/s"; bare numbers are degrees or seconds."""
-
-    name = "value"
-
-    def __init__(self, unit: str, bare: str) -> None:
-        self.unit = unit
-        self.bare = bare
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """To the SI unit."""
-        if isinstance(value, float):
-            return value
-        try:
-            return parse_quantity(str(value), self.unit, self.bare)
-        except InputError as error:
-            self.fail(str(error), param, ctx)
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        """The unit of bare numbers."""
-        return self.bare.upper().replace("DEG", "°")
-
-
-ANGLE, RATE, TIME, FREQUENCY = (
-    Quantity("rad", "deg"),
-    Quantity("rad/s", "deg/s"),
-    Quantity("s", "s"),
-    Quantity("Hz", "Hz"),
-)
 
 
 def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callable[[F], F]:
@@ -69,10 +39,10 @@ def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callabl
             click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer."),
             click.option("--dry-run", is_flag=True, help="Say what would move, and move nothing."),
             click.option(
-                "--max-duration", type=TIME, default=max_duration, show_default=True, help="Longest motion (s)."
+                "--max-duration", type=DURATION, default=max_duration, show_default=True, help="Longest motion (s)."
             ),
-            click.option("--max-travel", type=ANGLE, default=max_travel, show_default=True, help="Farthest way (°)."),
-            click.option("--max-rate", type=RATE, default=max_rate, show_default=True, help="Fastest rate (°/s)."),
+            click.option("--max-travel", type=LONGEST_WAY, default=max_travel, show_default=True, help="Farthest way (°)."),
+            click.option("--max-rate", type=FASTEST_RATE, default=max_rate, show_default=True, help="Fastest rate (°/s)."),
             click.argument("axis", type=click.Choice(AXES)),
         ):
             command = option(command)

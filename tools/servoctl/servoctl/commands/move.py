@@ -15,7 +15,8 @@ from ..live import LiveAxis, pace
 from ..parameter import AXES
 from ..session import Session, common
 from ..units import degrees, radians
-from .motion import ANGLE, RATE, TIME, announce, motion_options, still_enabled
+from .motion import announce, motion_options, still_enabled
+from .quantity import ANGLE, DURATION, RATE
 
 
 @click.command(context_settings={"ignore_unknown_options": False})
@@ -25,7 +26,7 @@ from .motion import ANGLE, RATE, TIME, announce, motion_options, still_enabled
 @click.option(
     "--rate", type=RATE, help="Without --to or --by: run at this rate (°/s); else the profile rate (default 2)."
 )
-@click.option("--for", "duration", type=TIME, help="How long to run at the rate (s).")
+@click.option("--for", "duration", type=DURATION, help="How long to run at the rate (s).")
 @common
 def move(
     session: Session, axis: str, target: float | None, by: float | None, rate: float | None, duration: float | None,
@@ -41,6 +42,8 @@ def move(
         raise InputError("say --to or --by an angle, or --rate and --for.")
     if target is not None and by is not None or (not runs and duration is not None):
         raise InputError("--to, --by and --rate with --for exclude each other.")
+    if not runs and rate == 0.0:
+        raise InputError("--rate must not be 0 on the way to an angle.")
     limits = Limits(max_rate, max_travel, max_duration)
     with session.connect() as device:
         drive = Drive(device, AXES.index(axis))

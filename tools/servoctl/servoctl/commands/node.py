@@ -86,7 +86,7 @@ def info(session: Session) -> None:
         data = device.identity()
         data["nmt"] = device.nmt_state()
         schema = device.any_schema
-        data["parameters"] = str(schema.source)
+        data["parameters"] = str(schema.source) if schema.source else None
         data["schema_fits"] = device.schema_fits
         data["axes"] = [
             read_axis(device, axis) | _set_data(device, axis) for axis in range(len(AXES)) if device.has_axis(axis)

@@ -256,8 +256,6 @@ def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:
                 session.out.say(f"{key:8} {found[key]}")
         return
     schema = session.file_schema()
-    if schema is None:
-        raise InputError("there is no parameters.json: build the firmware, or name the file with --parameters.")
     chosen = (
         schema.select(names, axis) if names else [p for p in schema if axis is None or p.name.startswith(axis + ".")]
     )

@@ -14,7 +14,7 @@ from ..device import Device
 from ..errors import InputError, MotionError
 from ..parameter import AXES
 from ..session import Session, common
-from .motion import TIME
+from .quantity import DURATION, LEAD, LEVEL, Quantity
 
 
 @click.command()
@@ -22,17 +22,17 @@ from .motion import TIME
 @click.option("--axis", type=click.Choice(AXES), help="Completes signals that do not begin with an axis.")
 @click.option("--list", "listing", is_flag=True, help="List the signals and capture nothing.")
 @click.option(
-    "--rate", type=click.FloatRange(0.02, 1000), default=1000.0, show_default=True, help="Frames per second (Hz)."
+    "--rate", type=Quantity("Hz", low=0.02, high=1000.0), default="1000", show_default=True, help="Frames per second (Hz)."
 )
-@click.option("--for", "duration", type=TIME, help="Length (s); default: as much as fits.")
-@click.option("--pre", type=TIME, default="0", help="Time before the trigger (s).")
+@click.option("--for", "duration", type=DURATION, help="Length (s); default: as much as fits.")
+@click.option("--pre", type=LEAD, default="0", help="Time before the trigger (s).")
 @click.option("--trigger", type=click.Choice(recorder.TRIGGERS), default="now", show_default=True)
 @click.option("--on", "source", help="Signal of the trigger (default: the first).")
 @click.option(
-    "--level", type=float, default=0.0, show_default=True, help="Level of the trigger, in the signal's unit (SI)."
+    "--level", type=LEVEL, default="0", show_default=True, help="Level of the trigger, in the signal's unit (SI)."
 )
 @click.option(
-    "--timeout", type=TIME, default="60", show_default=True, help="Give up waiting for the trigger after this (s)."
+    "--timeout", type=DURATION, default="60", show_default=True, help="Give up waiting for the trigger after this (s)."
 )
 @click.option("--auto", is_flag=True, help="Trigger by force when --timeout is over, instead of giving up.")
 @click.option(

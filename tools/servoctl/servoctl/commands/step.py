@@ -15,7 +15,8 @@ from ..session import Session, common
 from ..step_response import StepNumbers, analyse_step
 from ..stream import TICK_S
 from ..units import degrees
-from .motion import RATE, TIME, announce, motion_options, new_path, run_rates, show_files
+from .motion import announce, motion_options, new_path, run_rates, show_files
+from .quantity import DURATION, RATE
 
 Real = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ BEFORE_STEP_S = 0.15
 @motion_options("5", "30", "60")
 @click.option("--amplitude", type=RATE, default="1", show_default=True, help="Height of the step (°/s).")
 @click.option("--from", "base", type=RATE, default="0", show_default=True, help="Rate before the step (°/s).")
-@click.option("--hold", type=TIME, default="1", show_default=True, help="Time at each rate (s).")
+@click.option("--hold", type=DURATION, default="1", show_default=True, help="Time at each rate (s).")
 @click.option(
     "--one-way", is_flag=True, help="Only forward; else the same backward, so that the axis ends where it began."
 )

@@ -21,12 +21,12 @@ from ..errors import ConnectionFailed, InputError
 from ..listener import Listener
 from ..parameter import AXES, Parameter
 from ..power import mode_name, state_of, status_flags
-from ..schema import candidates, load_schema
+from ..schema import need_schema
 from ..session import NameType, Session, axis_option, common
 from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, number
 from .faults import meaning
-from .motion import TIME
 from .parameters import read_or_none
+from .quantity import DURATION, Quantity
 
 REFRESH_S = 0.2
 STALE_S = 1.0
@@ -34,14 +34,11 @@ BIT_RATE = 1_000_000
 
 
 def _listener(session: Session) -> Listener:
-    paths = candidates(session.parameters)
-    if not paths:
-        raise InputError("there is no parameters.json: build the firmware, or name the file with --parameters.")
-    return Listener(session.node, load_schema(paths[0]))
+    return Listener(session.node, need_schema(session.parameters))
 
 
 @click.command()
-@click.option("--for", "duration", type=TIME, help="End after this time (s); else with Ctrl-C.")
+@click.option("--for", "duration", type=DURATION, help="End after this time (s); else with Ctrl-C.")
 @common
 def monitor(session: Session, duration: float | None) -> None:
     """Watch the node live; listens only to heartbeats, PDOs and emergencies, and sends nothing.
@@ -172,9 +169,9 @@ def render(listener: Listener, rate: float, load: float) -> Group:
 @click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP]...")
 @axis_option
 @click.option(
-    "--rate", type=click.FloatRange(0.01, 200), default=10.0, show_default=True, help="Rows per second (Hz), for NAMEs."
+    "--rate", type=Quantity("Hz", low=0.01, high=200.0), default="10", show_default=True, help="Rows per second (Hz), for NAMEs."
 )
-@click.option("--for", "duration", type=TIME, help="End after this time (s); else with Ctrl-C.")
+@click.option("--for", "duration", type=DURATION, help="End after this time (s); else with Ctrl-C.")
 @click.option(
     "--out", "file", type=click.Path(path_type=Path, dir_okay=False), help="CSV file (default: standard output)."
 )

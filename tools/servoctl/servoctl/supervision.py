@@ -1,0 +1,170 @@
+"""What lets the device brake by itself: it watches a heartbeat of each motion, in an entry of 1016 of its own.
+
+Several motions may run at one node, in processes of their own. Each has a master's id that nobody else has, so that no
+other's heartbeat can stand in for one that has died. The first of them makes the node operational, the last one out
+puts its NMT state back.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+
+import can
+
+from .device import Device
+from .errors import MotionError
+from .turns import FileLock
+
+WATCH_MS = 1009
+"""The device brakes when our heartbeat stays away for so long; an odd number, by which our entries are told from others'."""
+BEAT_S = 0.1
+LISTEN_S = 0.3
+"""Heard for so long before an id counts as nobody's: three beats."""
+MASTERS = range(127, 111, -1)
+"""Node ids that motions give themselves, best first."""
+_CONSUMERS = (4, 3, 2, 1)
+_OPERATIONAL = 5
+
+
+class Supervision:
+    """Of one motion, from `begin` to `end`."""
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self._gate = device.turns.lock("gate")  # one begins or ends at a time
+        self._members = device.turns.lock("members")  # shared by all motions; its text: the NMT state before the first
+        self._master: FileLock | None = None
+        self._entry: tuple[int, int] | None = None
+        self._beat: _Heartbeat | None = None
+        self._joined = False
+
+    def begin(self) -> None:
+        """The node is operational and watches us; raises MotionError, and nothing is changed, when it cannot."""
+        try:
+            with self._gate.held():
+                self._join()
+                self._watch()
+        except BaseException:
+            self.end()
+            raise
+
+    def end(self) -> None:
+        """The node does not watch us any more; its NMT state is as before the first motion when we are the last."""
+        try:
+            with self._gate.held():
+                try:
+                    self._unwatch()
+                finally:
+                    self._part()
+        finally:
+            if self._beat is not None:
+                self._beat.stop()
+            for lock in (self._master, self._members, self._gate):
+                if lock is not None:
+                    lock.close()
+
+    # --- NMT state ------------------------------------------------------------------------------------------------
+
+    def _join(self) -> None:
+        nmt = self._device.nmt_state()
+        if self._members.try_alone():
+            self._members.text = nmt
+        self._members.wait(shared=True)
+        self._joined = True
+        if nmt != "operational":
+            self._device.set_nmt("operational")
+
+    def _part(self) -> None:
+        if not self._joined:
+            return
+        before = self._members.text
+        if self._members.try_alone() and before in ("pre-operational", "stopped"):
+            self._device.set_nmt(before)
+
+    # --- heartbeat ------------------------------------------------------------------------------------------------
+
+    def _watch(self) -> None:
+        device = self._device
+        entries = {
+            sub: device.read_int(0x1016, sub) for sub in _CONSUMERS if device.try_upload(0x1016, sub) is not None
+        }
+        master, sub = self._choose(entries)
+        self._beat = _Heartbeat(device, master)
+        entry = master << 16 | WATCH_MS
+        device.write_int(0x1016, sub, entry, 4)
+        self._entry = (sub, entry)
+        self._beat.send()  # the device watches from the first one on
+        self._beat.start()
+
+    def _choose(self, entries: dict[int, int]) -> tuple[int, int]:
+        """An id that is nobody's, locked for us, and the entry for it: one that a killed motion has left, or a free one."""
+        used = {entry >> 16 & 0x7F: sub for sub, entry in entries.items() if entry >> 16 and entry & 0xFFFF}
+        left = {
+            node: sub for node, sub in used.items() if node in MASTERS and entries[sub] == node << 16 | WATCH_MS
+        }  # or of one that lives: then its lock or its heartbeat tells
+        free = [sub for sub in entries if sub not in used.values()]
+        heard = self._heard(WATCH_MS / 1000 + BEAT_S if left else LISTEN_S)
+        for master in sorted(MASTERS, key=lambda node: node not in left):
+            sub = left.get(master) or (free[0] if free and master not in used else None)
+            if sub is None or master in heard:
+                continue
+            lock = FileLock(f"master-{master}")
+            if lock.try_alone():
+                self._master = lock
+                return master, sub
+            lock.close()
+        raise MotionError(self._refusal(used, bool(entries), bool(free)))
+
+    def _heard(self, seconds: float) -> set[int]:
+        """Nodes on the bus, ours included, after at least so long."""
+        device = self._device
+        time.sleep(max(0.0, device.opened_s + seconds - time.monotonic()))
+        return {device.node_id, *device.network.scanner.nodes}
+
+    def _refusal(self, used: dict[int, int], any_entry: bool, any_free: bool) -> str:
+        node = self._device.node_id
+        if not any_entry:
+            return f"node {node} cannot watch a heartbeat (it has no 1016), so nothing would stop it if this computer died."
+        if any_free:
+            return f"the node ids {MASTERS[-1]} to {MASTERS[0]} are all in use: a motion needs one of them for its heartbeat."
+        watched = ", ".join(str(master) for master in used)
+        return (
+            f"node {node} watches {len(used)} heartbeats already (1016: nodes {watched}) and has no entry for one more: wait"
+            " until another motion is over, or clear an entry that nobody needs, as in 'set 0x1016:1 0'."
+        )
+
+    def _unwatch(self) -> None:
+        """Clears our entry, if it is still ours."""
+        if self._entry is None:
+            return
+        sub, entry = self._entry
+        self._entry = None
+        if self._device.read_int(0x1016, sub) == entry:
+            self._device.write_int(0x1016, sub, 0, 4)
+
+
+class _Heartbeat(threading.Thread):
+    """Our own heartbeat, from a thread of its own."""
+
+    def __init__(self, device: Device, node_id: int) -> None:
+        super().__init__(daemon=True, name="heartbeat")
+        self._device = device
+        self._cob_id = 0x700 + node_id
+        self._end = threading.Event()
+
+    def send(self) -> None:
+        """One."""
+        self._device.network.send_message(self._cob_id, bytes([_OPERATIONAL]))
+
+    def run(self) -> None:
+        while not self._end.wait(BEAT_S):
+            with contextlib.suppress(can.CanError, OSError, RuntimeError):
+                self.send()
+
+    def stop(self) -> None:
+        """Ends it; one that never began, too."""
+        self._end.set()
+        if self.is_alive():
+            self.join(timeout=1.0)

@@ -1,0 +1,158 @@
+"""Several motions at one node: each is watched for itself, and no motion runs unwatched."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import can
+import pytest
+
+from servoctl.bus import open_bus, parse_bus
+from servoctl.supervision import WATCH_MS
+
+from .conftest import Bench
+
+Eventually = Callable[[Callable[[], bool], float], None]
+ENTRIES = [f"0x1016:{sub}" for sub in (1, 2, 3, 4)]
+NODE = 1
+
+
+def entries(servo: Bench) -> list[int]:
+    """What the node watches."""
+    return [row["value"] for row in servo.json("get", *ENTRIES)]
+
+
+def watch(servo: Bench, values: list[int]) -> None:
+    for name, value in zip(ENTRIES, values, strict=True):
+        servo.json("set", name, str(value))
+
+
+def masters(servo: Bench) -> list[int]:
+    return sorted(value >> 16 for value in entries(servo) if value)
+
+
+def state(servo: Bench, axis: str) -> str:
+    return str(servo.json("state", axis)["axes"][0]["state"])
+
+
+def rate(servo: Bench, axis: str) -> float:
+    return abs(float(servo.json("state", axis)["axes"][0]["rate_deg_s"]))
+
+
+@pytest.fixture
+def unwatched(servo: Bench) -> Iterator[Bench]:
+    """The servo, whose entries are free before and after."""
+    watch(servo, [0] * 4)
+    yield servo
+    watch(servo, [0] * 4)
+    for axis in ("azimuth", "pitch"):
+        if state(servo, axis) == "fault":
+            servo("state", axis, "reset")
+
+
+@contextmanager
+def heartbeat_of(servo: Bench, node: int) -> Iterator[None]:
+    """Another master on the bus, that takes no locks."""
+    end = threading.Event()
+    bus = open_bus(parse_bus(servo.bus))
+
+    def beat() -> None:
+        while not end.wait(0.1):
+            bus.send(can.Message(arbitration_id=0x700 + node, data=[5], is_extended_id=False))
+
+    thread = threading.Thread(target=beat)
+    thread.start()
+    try:
+        yield
+    finally:
+        end.set()
+        thread.join()
+        bus.shutdown()
+
+
+def test_motions_side_by_side_have_entries_of_their_own_and_the_last_one_puts_nmt_back(
+    unwatched: Bench, eventually: Eventually
+) -> None:
+    servo = unwatched
+    with open_bus(parse_bus(servo.bus)) as bus:
+        bus.send(can.Message(arbitration_id=0, data=[0x80, NODE], is_extended_id=False))
+        time.sleep(0.1)
+    assert servo.json("info")["nmt"] == "pre-operational"
+    short = servo.start("move", "azimuth", "--rate", "1", "--for", "5", "--yes")
+    eventually(lambda: masters(servo) == [127], 5.0)
+    long = servo.start("move", "pitch", "--rate", "0.5", "--for", "12", "--yes")
+    eventually(lambda: masters(servo) == [126, 127], 5.0)
+    assert short.wait(timeout=20) == 0
+    assert masters(servo) == [126] and state(servo, "pitch") == "operation enabled"
+    assert servo.json("info")["nmt"] == "operational"
+    assert long.wait(timeout=30) == 0
+    assert entries(servo) == [0] * 4
+    assert servo.json("info")["nmt"] == "pre-operational"
+
+
+@pytest.mark.parametrize("victim", ["azimuth", "pitch"])
+def test_a_killed_motion_is_noticed_though_another_ones_heartbeat_goes_on(
+    unwatched: Bench, eventually: Eventually, victim: str
+) -> None:
+    servo = unwatched
+    running = {}
+    for count, axis in enumerate(("azimuth", "pitch"), 1):
+        running[axis] = servo.start("move", axis, "--rate", "1", "--for", "40", "--yes")
+        eventually(lambda count=count: len(masters(servo)) == count, 5.0)  # type: ignore[misc]
+    eventually(lambda: rate(servo, victim) > 0.5, 5.0)
+    running[victim].kill()
+    eventually(lambda: state(servo, victim) == "fault" and rate(servo, victim) < 0.1, 4.0)
+    other = next(process for axis, process in running.items() if axis != victim)
+    assert other.wait(timeout=20) == 6  # the node stops all: it does not know whose heartbeat it was
+    assert len(masters(servo)) == 1  # only the killed one's is left ...
+    for axis in running:
+        servo.json("state", axis, "reset")
+    assert servo("move", victim, "--rate", "1", "--for", "0.5", "--yes").code == 0
+    assert entries(servo) == [0] * 4  # ... for the next one
+
+
+def test_no_motion_when_there_is_no_entry_for_its_heartbeat(unwatched: Bench) -> None:
+    servo = unwatched
+    foreign = [node << 16 | 500 for node in (10, 11, 12, 127)]
+    watch(servo, foreign)
+    before = state(servo, "azimuth")
+    refused = servo("move", "azimuth", "--rate", "1", "--for", "1", "--yes")
+    assert refused.code == 6 and "1016: nodes" in refused.err and refused.err.count("\n") == 1
+    assert entries(servo) == foreign and state(servo, "azimuth") == before
+
+
+def test_entries_of_killed_motions_are_taken_over(unwatched: Bench) -> None:
+    servo = unwatched
+    left = [node << 16 | WATCH_MS for node in (124, 125, 126, 127)]
+    watch(servo, left)
+    for _ in left:
+        assert servo("move", "azimuth", "--rate", "1", "--for", "0.2", "--yes").code == 0
+    assert entries(servo) == [0] * 4
+
+
+def test_an_id_heard_on_the_bus_is_another_ones_and_so_is_its_entry(unwatched: Bench, eventually: Eventually) -> None:
+    servo = unwatched
+    theirs = 127 << 16 | WATCH_MS
+    with heartbeat_of(servo, 127):
+        watch(servo, [theirs, 0, 0, 0])
+        move = servo.start("move", "azimuth", "--rate", "1", "--for", "3", "--yes")
+        eventually(lambda: masters(servo) == [126, 127], 5.0)
+        assert move.wait(timeout=20) == 0
+        assert entries(servo) == [theirs, 0, 0, 0]
+        watch(servo, [0] * 4)
+
+
+def test_one_axis_and_one_stream_belong_to_one_motion_at_a_time(unwatched: Bench, eventually: Eventually) -> None:
+    servo = unwatched
+    measuring = servo.start("bode", "azimuth", "--yes")
+    eventually(lambda: masters(servo) == [127], 10.0)
+    for words, told in (
+        (("move", "azimuth", "--rate", "1", "--for", "1", "--yes"), "another servoctl is moving azimuth"),
+        (("step", "pitch", "--yes"), "another servoctl is measuring"),
+    ):
+        refused = servo(*words)
+        assert refused.code == 6 and told in refused.err, refused
+    assert measuring.wait(timeout=60) == 0
