@@ -205,7 +205,7 @@ bool stribeck_effect_is_seen(const JointFit& fit, int coulomb) {
 }
 
 std::string reason_to_refuse(const ParameterText& text, const Parameter& parameter, const Identification& result) {
-  const std::string missing = missing_run(text.index, result.evidence);
+  std::string missing = missing_run(text.index, result.evidence);
   if (!missing.empty()) {
     return missing;
   }

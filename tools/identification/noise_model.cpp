@@ -21,11 +21,10 @@ NoiseModel NoiseModel::fit(const Eigen::VectorXd& residual_nm, const Eigen::Vect
   for (const Span& span : spans) {
     for (Eigen::Index k = span.first + most; k < span.last; ++k) {
       const Eigen::VectorXd past = residual_nm.segment(k - most, most + 1).reverse();
-      moments.selfadjointView<Eigen::Lower>().rankUpdate(past, weights[k]);
+      moments.noalias() += weights[k] * past * past.transpose();
       count += weights[k];
     }
   }
-  moments.triangularView<Eigen::StrictlyUpper>() = moments.transpose();
   NoiseModel best;
   double best_bic = INFINITY;
   for (int order = 1; order <= most; order += order < 4 ? 1 : 2) {

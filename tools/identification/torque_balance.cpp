@@ -119,15 +119,28 @@ void TorqueBalance::add_linear_parts(Eigen::Index node, const Eigen::VectorXd& p
   }
 }
 
+void TorqueBalance::add_bristle_derivatives(const Lugre::Step& step, double weight, const Scale& scale,
+                                            Jacobian::RowXpr row) const {
+  const auto by = [&](std::size_t p) { return step.bristle_by[p] + scale.back() * step.damping_by[p]; };
+  for (std::size_t p = 0; p <= kStiffness; ++p) {
+    row[static_cast<Eigen::Index>(p)] -= weight * scale[p] * by(p);
+  }
+  for (Eigen::Index term = 0; term < map_.count(); ++term) {
+    row[first_map() + term] -= weight * by(static_cast<std::size_t>(kLevel + term));
+  }
+}
+
 void TorqueBalance::evaluate_part(const Part& part, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
                                   Jacobian *jacobian) const {
   const Friction friction = friction_of(parameters);
   Lugre lugre(friction, map_.count());
-  std::array<double, kStiffness + 1> scale{};  // to derivatives by logarithms
+  Scale scale{};
   for (int i = 0; i <= kStiffness; ++i) {
     scale[static_cast<std::size_t>(i)] = std::exp(parameters[i]);
   }
+  scale.back() = friction.damping_nm_s_rad;
   const auto half = static_cast<std::ptrdiff_t>(kHalfWindow);
+  const std::ptrdiff_t first_begin = static_cast<std::ptrdiff_t>(kMargin) - half + 1;
   for (std::size_t i = part.ticks.first; i < part.ticks.last; ++i) {
     const double rate = motion_.joint_rate_rad_s[i];
     const Lugre::Step& step = lugre.advance(rate, kTick_s, level_at(parameters, i), terms_[i].data());
@@ -136,30 +149,17 @@ void TorqueBalance::evaluate_part(const Part& part, const Eigen::VectorXd& param
         (forward ? friction.positive.viscous_nm_s_rad : friction.negative.viscous_nm_s_rad) * rate;
     const double damping_nm = friction.damping_nm_s_rad * step.damping_rad_s;
     const double torque_nm = step.bristle_nm + damping_nm + viscous_nm;
-    // A tick lies under the triangles of two nodes, half a window apart.
-    const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(i - part.ticks.first) -
-                                  static_cast<std::ptrdiff_t>(kMargin) + half - 1;  // from the first window's begin
-    for (const std::ptrdiff_t earlier : {std::ptrdiff_t{0}, std::ptrdiff_t{1}}) {
-      if (offset < earlier * half) {
-        continue;
-      }
-      const std::ptrdiff_t node = offset / half - earlier;
+    // A tick lies under the triangles of two nodes, half a window apart. Ticks are counted from the first one's begin.
+    const std::ptrdiff_t tick = static_cast<std::ptrdiff_t>(i - part.ticks.first) - first_begin;
+    for (std::ptrdiff_t node = tick / half; tick >= 0 && node >= 0 && node > tick / half - 2; --node) {
       if (node >= part.nodes) {
         continue;
       }
-      const double weight = kTriangle[static_cast<std::size_t>(offset - node * half)];
-      const Eigen::Index row_index = part.first_node + node;
-      residual_nm[row_index] -= weight * torque_nm;
+      const double weight = kTriangle[static_cast<std::size_t>(tick - node * half)];
+      residual_nm[part.first_node + node] -= weight * torque_nm;
       if (jacobian != nullptr) {
-        auto row = jacobian->row(row_index);
-        for (int j = 0; j <= kStiffness; ++j) {
-          const auto p = static_cast<std::size_t>(j);
-          row[j] -= weight * scale[p] * (step.bristle_by[p] + friction.damping_nm_s_rad * step.damping_by[p]);
-        }
-        for (int j = 0; j < map_.count(); ++j) {
-          const auto p = static_cast<std::size_t>(kLevel + j);
-          row[first_map() + j] -= weight * (step.bristle_by[p] + friction.damping_nm_s_rad * step.damping_by[p]);
-        }
+        auto row = jacobian->row(part.first_node + node);
+        add_bristle_derivatives(step, weight, scale, jacobian->row(part.first_node + node));
         row[kDamping] -= weight * damping_nm;
         row[forward ? kViscousPositive : kViscousNegative] -= weight * viscous_nm;
       }

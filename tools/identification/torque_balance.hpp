@@ -9,6 +9,7 @@
 #define TRACKSERVO_IDENTIFICATION_TORQUE_BALANCE_HPP
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "identification/lugre.hpp"
@@ -72,6 +73,10 @@ class TorqueBalance {
     Eigen::Index nodes;
   };
 
+  // From derivatives by the bristles' parameters to those by their logarithms; sigma1 at the end.
+  using Scale = std::array<double, kStiffness + 2>;
+
+  void add_bristle_derivatives(const Lugre::Step& step, double weight, const Scale& scale, Jacobian::RowXpr row) const;
   void evaluate_part(const Part& part, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
                      Jacobian *jacobian) const;
   void add_linear_parts(Eigen::Index node, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
