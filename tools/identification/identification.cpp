@@ -186,8 +186,9 @@ const char *helpful_run(int parameter) {
   }
 }
 
-Parameter logarithmic(const std::string& name, const std::string& unit, double logarithm, double deviation) {
-  const double reach = kInterval_deviations * std::hypot(deviation, kModelAllowance);
+Parameter logarithmic(const std::string& name, const std::string& unit, double logarithm, double deviation,
+                      double allowance = kModelAllowance) {
+  const double reach = kInterval_deviations * std::hypot(deviation, allowance);
   Parameter parameter;
   parameter.name = name;
   parameter.unit = unit;
@@ -231,10 +232,33 @@ Parameter coulomb_mean(const JointFit& fit) {
   return logarithmic("coulomb_mean", "Nm", std::log(0.5 * (positive + negative)), std::sqrt(std::max(variance, 0.0)));
 }
 
+double allowance_for(int parameter, const Identification& result) {
+  switch (parameter) {
+    case kBreakawayPositive:
+    case kStribeckSpeedPositive:
+    case kBreakawayNegative:
+    case kStribeckSpeedNegative:
+      return kModelAllowance +
+             kWindAllowance * result.residual_rms_nm / std::exp(result.fit.parameters[kCoulombPositive]);
+    default:
+      return kModelAllowance;
+  }
+}
+
+double residual_rms_nm(const JointFit& fit) {
+  double squares = 0;
+  Eigen::Index nodes = 0;
+  for (const Span& span : fit.spans) {
+    squares += fit.residual_nm.segment(span.first, span.last - span.first).squaredNorm();
+    nodes += span.last - span.first;
+  }
+  return std::sqrt(squares / static_cast<double>(std::max<Eigen::Index>(nodes, 1)));
+}
+
 void judge(const Eigen::VectorXd& paper, Identification& result) {
   for (const ParameterText& text : kTexts) {
-    Parameter parameter =
-        logarithmic(text.name, text.unit, result.fit.parameters[text.index], result.fit.deviation(text.index));
+    Parameter parameter = logarithmic(text.name, text.unit, result.fit.parameters[text.index],
+                                      result.fit.deviation(text.index), allowance_for(text.index, result));
     parameter.paper = std::exp(paper[text.index]);
     parameter.start = std::exp(result.fit.start[text.index]);
     const std::string reason = reason_to_refuse(text, parameter, result);
@@ -304,6 +328,7 @@ Identification identify(const Recording& recording) {
       inertial_share(recording, result.node_ticks, std::exp(result.fit.parameters[kInertia]),
                      std::exp(result.fit.parameters[kCoulombPositive]));
   result.largest_correlation = autocorrelation(result.fit.whitened, result.fit.spans, kLags).cwiseAbs().maxCoeff();
+  result.residual_rms_nm = residual_rms_nm(result.fit);
   check_damping_ratio(result);
   judge(paper, result);
   return result;

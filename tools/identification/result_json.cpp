@@ -75,19 +75,9 @@ Json harmonics_json(const Identification& result) {
   return json;
 }
 
-double rms(const Eigen::VectorXd& values, const std::vector<Span>& spans) {
-  double squares = 0;
-  Eigen::Index count = 0;
-  for (const Span& span : spans) {
-    squares += values.segment(span.first, span.last - span.first).squaredNorm();
-    count += span.last - span.first;
-  }
-  return std::sqrt(squares / static_cast<double>(std::max<Eigen::Index>(count, 1)));
-}
-
 Json noise_json(const Identification& result) {
   const NoiseModel& noise = result.fit.noise;
-  return {{"residual_rms_nm", rms(result.fit.residual_nm, result.fit.spans)},
+  return {{"residual_rms_nm", result.residual_rms_nm},
           {"innovation_nm", noise.innovation_nm()},
           {"step_s", kHalfWindow_s},
           {"autoregression", std::vector<double>(noise.coefficients().begin(), noise.coefficients().end())},
