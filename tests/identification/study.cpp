@@ -114,7 +114,7 @@ void count(const identification::Identification& result, const std::map<std::str
   }
 }
 
-void run(const Case& which, int seeds, std::uint64_t first_seed, bool details) {
+void run(const Case& which, int seeds, std::uint64_t first_seed, bool details, const std::string& csv) {
   BenchSetup setup;
   setup.axis = which.axis;
   setup.plant = sim::load_plant(fmt::format("sim_host/plants/{}.toml", which.plant));
@@ -131,6 +131,9 @@ void run(const Case& which, int seeds, std::uint64_t first_seed, bool details) {
     setup.seed = first_seed + static_cast<std::uint64_t>(i);
     const identification::Recording recording = commissioning::record(setup, programme);
     recorded_s = recording.time_s.back();
+    if (!csv.empty()) {
+      commissioning::write_csv(recording, csv);
+    }
     const identification::Identification result = identification::identify(recording);
     count(result, commissioning::truth_of(setup, result.position_terms), details, tally);
   }
@@ -159,6 +162,8 @@ int main(int argc, char **argv) {
   app.add_option("--case", wanted, "only the cases whose name contains one of these");
   app.add_option("--seeds", seeds);
   app.add_option("--first-seed", first_seed);
+  std::string csv;
+  app.add_option("--csv", csv, "keep the last recording here, for identify fit");
   app.add_flag("--details", details, "every parameter of every seed");
   CLI11_PARSE(app, argc, argv);
   fmt::print("| machine | recorded, s | refused | within the limits | in the 95 % interval | worst | s per fit |\n");
@@ -171,7 +176,7 @@ int main(int argc, char **argv) {
       continue;
     }
     try {
-      run(which, seeds, first_seed, details);
+      run(which, seeds, first_seed, details, csv);
     } catch (const std::exception& error) {
       fmt::print("| {} | {} | | | | | |\n", which.name, error.what());
     }
