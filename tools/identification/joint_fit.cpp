@@ -225,12 +225,19 @@ class HarmonicSearch {
     return own.determinant() > 0 ? right.dot(own.inverse() * right) : 0.0;
   }
 
+  // Two periods must fit into the travel: less looks like a factor on all torques.
+  int lowest_harmonic() const {
+    const PositionTerms& travel = balance_.position_terms();
+    const double turns = (travel.highest_rad() - travel.lowest_rad()) / 6.283185307179586;
+    return std::max(kLowestHarmonic, static_cast<int>(std::ceil(2.0 / std::max(turns, 1e-3))));
+  }
+
   // The one that gains most, if that is beyond doubt.
   std::optional<MotorHarmonic> best() const {
     double most = kCertainGain;
     std::optional<MotorHarmonic> found;
     for (const bool ripple : {true, false}) {
-      for (int per_turn = kLowestHarmonic; per_turn <= kHighestHarmonic; ++per_turn) {
+      for (int per_turn = lowest_harmonic(); per_turn <= kHighestHarmonic; ++per_turn) {
         const double gained = gain({per_turn, ripple});
         if (gained > most) {
           most = gained;
