@@ -23,7 +23,7 @@ struct Case {
   const char *plant;
   int axis;
   std::function<void(BenchSetup&)> change;
-  std::function<void(Programme&)> shorten = nullptr;
+  std::function<void(Programme&)> reprogramme = nullptr;
 };
 
 void scale_friction(BenchSetup& setup, double factor) {
@@ -52,6 +52,16 @@ void limit_travel(BenchSetup& setup) {
   axis_of(setup).end_stops->upper_rad = 60 * kRadPerDeg;
 }
 
+// As if the machine had been taken for one with half of Tc, bristle length and Stribeck speed, or with twice.
+void misjudge(Programme& programme, double factor) {
+  const sim::PlantConfig plant = sim::load_plant("sim_host/plants/tracker.toml");
+  commissioning::RoughMachine machine = commissioning::rough_machine(plant, sim::kAzimuth, BenchSetup().pitch_rad);
+  machine.coulomb_nm *= factor;
+  machine.bristle_rad *= factor;
+  machine.stribeck_rad_s *= factor;
+  programme = commissioning::programme_for(machine);
+}
+
 const std::vector<Case>& cases() {
   static const std::vector<Case> all{
       {"tracker azimuth", "tracker", sim::kAzimuth, [](BenchSetup&) {}},
@@ -71,6 +81,10 @@ const std::vector<Case>& cases() {
       {"encoder only", "tracker", sim::kAzimuth, [](BenchSetup& setup) { setup.gyro_recorded = false; }},
       {"encoder of 20 bits", "tracker", sim::kAzimuth,
        [](BenchSetup& setup) { axis_of(setup).encoder.resolution_bits = 20; }},
+      {"programme for half the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
+       [](Programme& programme) { misjudge(programme, 0.5); }},
+      {"programme for twice the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
+       [](Programme& programme) { misjudge(programme, 2.0); }},
       {"no loops, no chirp", "tracker", sim::kAzimuth, [](BenchSetup&) {},
        [](Programme& programme) {
          for (commissioning::Place& place : programme.places) {
@@ -121,8 +135,8 @@ void run(const Case& which, int seeds, std::uint64_t first_seed, bool details, c
   which.change(setup);
   Programme programme =
       commissioning::programme_for(commissioning::rough_machine(setup.plant, setup.axis, setup.pitch_rad));
-  if (which.shorten) {
-    which.shorten(programme);
+  if (which.reprogramme) {
+    which.reprogramme(programme);
   }
   Tally tally;
   double recorded_s = 0;
