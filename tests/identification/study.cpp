@@ -1,0 +1,198 @@
+// How well identification does on machines of known truth, seed by seed, and on machines that it was not made for. On
+// demand, minutes long: `identification_study [--case NAME]... [--seeds 5] [--details]` prints a table of markdown.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+
+#include "truth.hpp"
+
+namespace identification = trackservo::identification;
+namespace sim = trackservo::sim;
+using commissioning::BenchSetup;
+using commissioning::kRadPerDeg;
+using commissioning::Programme;
+
+namespace {
+
+struct Case {
+  const char *name;
+  const char *plant;
+  int axis;
+  std::function<void(BenchSetup&)> change;
+  std::function<void(Programme&)> reprogramme = nullptr;
+};
+
+void scale_friction(BenchSetup& setup, double factor) {
+  sim::FrictionConfig& friction = setup.plant.axis[static_cast<std::size_t>(setup.axis)].friction;
+  friction.stiffness_nm_rad *= factor;
+  friction.damping_nm_s_rad *= std::sqrt(factor);
+  for (sim::StribeckConfig *direction : {&friction.positive, &friction.negative}) {
+    direction->coulomb_nm *= factor;
+    direction->breakaway_nm *= factor;
+    direction->viscous_nm_s_rad *= factor;
+  }
+}
+
+sim::AxisConfig& axis_of(BenchSetup& setup) { return setup.plant.axis[static_cast<std::size_t>(setup.axis)]; }
+
+void make_asymmetric(BenchSetup& setup) {
+  sim::StribeckConfig& negative = axis_of(setup).friction.negative;
+  negative.coulomb_nm *= 1.4;
+  negative.breakaway_nm *= 1.3;
+  negative.viscous_nm_s_rad *= 1.5;
+  negative.stribeck_speed_rad_s *= 1.5;
+}
+
+void limit_travel(BenchSetup& setup) {
+  axis_of(setup).end_stops->lower_rad = -60 * kRadPerDeg;
+  axis_of(setup).end_stops->upper_rad = 60 * kRadPerDeg;
+}
+
+// As if the machine had been taken for one with half of Tc, bristle length and Stribeck speed, or with twice.
+void misjudge(Programme& programme, double factor) {
+  const sim::PlantConfig plant = sim::load_plant("sim_host/plants/tracker.toml");
+  commissioning::RoughMachine machine = commissioning::rough_machine(plant, sim::kAzimuth, BenchSetup().pitch_rad);
+  machine.coulomb_nm *= factor;
+  machine.bristle_rad *= factor;
+  machine.stribeck_rad_s *= factor;
+  programme = commissioning::programme_for(machine);
+}
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all{
+      {"tracker azimuth", "tracker", sim::kAzimuth, [](BenchSetup&) {}},
+      {"tracker pitch", "tracker", sim::kPitch, [](BenchSetup&) {}},
+      {"paper simulation", "paper_simulation", sim::kAzimuth, [](BenchSetup&) {}},
+      {"observer on", "tracker", sim::kAzimuth, [](BenchSetup& setup) { setup.controller = "pi_vob"; }},
+      {"friction a tenth", "tracker", sim::kAzimuth, [](BenchSetup& setup) { scale_friction(setup, 0.1); }},
+      {"friction three times", "tracker", sim::kAzimuth, [](BenchSetup& setup) { scale_friction(setup, 3.0); }},
+      {"friction ten times, motor too", "tracker", sim::kAzimuth,
+       [](BenchSetup& setup) {
+         scale_friction(setup, 10.0);
+         axis_of(setup).motor.torque_constant_nm_a *= 5.0;
+         axis_of(setup).motor.back_emf_constant_v_s_rad *= 5.0;
+       }},
+      {"directions 40 % apart", "tracker", sim::kAzimuth, make_asymmetric},
+      {"travel of +-60 deg", "tracker", sim::kAzimuth, limit_travel},
+      {"encoder only", "tracker", sim::kAzimuth, [](BenchSetup& setup) { setup.gyro_recorded = false; }},
+      {"encoder of 20 bits", "tracker", sim::kAzimuth,
+       [](BenchSetup& setup) { axis_of(setup).encoder.resolution_bits = 20; }},
+      {"programme for half the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
+       [](Programme& programme) { misjudge(programme, 0.5); }},
+      {"programme for twice the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
+       [](Programme& programme) { misjudge(programme, 2.0); }},
+      {"no loops, no chirp", "tracker", sim::kAzimuth, [](BenchSetup&) {},
+       [](Programme& programme) {
+         for (commissioning::Place& place : programme.places) {
+           place.experiments.resize(place.experiments.size() - 2);
+         }
+       }},
+  };
+  return all;
+}
+
+struct Tally {
+  std::map<std::string, double> worst;  // error by parameter
+  int values = 0;
+  int covered = 0;
+  int within = 0;
+  int refused = 0;
+};
+
+void count(const identification::Identification& result, const std::map<std::string, double>& truth, bool details,
+           Tally& tally) {
+  for (const identification::Parameter& parameter : result.parameters) {
+    if (!parameter.refused.empty()) {
+      ++tally.refused;
+      if (details) {
+        fmt::print("    refused {}\n", parameter.refused);
+      }
+      continue;
+    }
+    const double right = truth.at(parameter.name);
+    const double error = std::log(parameter.value / right);
+    double& worst = tally.worst[parameter.name];
+    worst = std::abs(error) > std::abs(worst) ? error : worst;
+    tally.values += 1;
+    tally.covered += parameter.interval.low <= right && right <= parameter.interval.high ? 1 : 0;
+    tally.within += std::abs(error) <= commissioning::allowed_error(parameter.name) ? 1 : 0;
+    if (details) {
+      fmt::print("    {:<24} true {:10.5g} paper {:10.5g} found {:10.5g} ({:+.2f} %), {:.5g} .. {:.5g}\n",
+                 parameter.name, right, parameter.paper, parameter.value, 100 * error, parameter.interval.low,
+                 parameter.interval.high);
+    }
+  }
+}
+
+void run(const Case& which, int seeds, std::uint64_t first_seed, bool details, const std::string& csv) {
+  BenchSetup setup;
+  setup.axis = which.axis;
+  setup.plant = sim::load_plant(fmt::format("sim_host/plants/{}.toml", which.plant));
+  which.change(setup);
+  Programme programme =
+      commissioning::programme_for(commissioning::rough_machine(setup.plant, setup.axis, setup.pitch_rad));
+  if (which.reprogramme) {
+    which.reprogramme(programme);
+  }
+  Tally tally;
+  double recorded_s = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < seeds; ++i) {
+    setup.seed = first_seed + static_cast<std::uint64_t>(i);
+    const identification::Recording recording = commissioning::record(setup, programme);
+    recorded_s = recording.time_s.back();
+    if (!csv.empty()) {
+      commissioning::write_csv(recording, csv);
+    }
+    const identification::Identification result = identification::identify(recording);
+    count(result, commissioning::truth_of(setup, result.position_terms), details, tally);
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::pair<std::string, double> worst;
+  for (const auto& [name, error] : tally.worst) {
+    if (std::abs(error) / commissioning::allowed_error(name) >
+        std::abs(worst.second) / (worst.first.empty() ? 1.0 : commissioning::allowed_error(worst.first))) {
+      worst = {name, error};
+    }
+  }
+  fmt::print("| {} | {:.0f} | {} | {} of {} | {} of {} | {} {:+.1f} % | {:.0f} |\n", which.name, recorded_s,
+             tally.refused, tally.within, tally.values, tally.covered, tally.values, worst.first, 100 * worst.second,
+             seconds / seeds);
+  (void)std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app{"Identification on machines of known truth"};
+  std::vector<std::string> wanted;
+  int seeds = 5;
+  std::uint64_t first_seed = 11;
+  bool details = false;
+  app.add_option("--case", wanted, "only the cases whose name contains one of these");
+  app.add_option("--seeds", seeds);
+  app.add_option("--first-seed", first_seed);
+  std::string csv;
+  app.add_option("--csv", csv, "keep the last recording here, for identify fit");
+  app.add_flag("--details", details, "every parameter of every seed");
+  CLI11_PARSE(app, argc, argv);
+  fmt::print("| machine | recorded, s | refused | within the limits | in the 95 % interval | worst | s per fit |\n");
+  fmt::print("|---|---|---|---|---|---|---|\n");
+  for (const Case& which : cases()) {
+    const bool chosen = wanted.empty() || std::any_of(wanted.begin(), wanted.end(), [&](const std::string& part) {
+                          return std::string(which.name).find(part) != std::string::npos;
+                        });
+    if (!chosen) {
+      continue;
+    }
+    try {
+      run(which, seeds, first_seed, details, csv);
+    } catch (const std::exception& error) {
+      fmt::print("| {} | {} | | | | | |\n", which.name, error.what());
+    }
+  }
+}

@@ -1,0 +1,48 @@
+// All parameters from all runs together: generalised least squares on the torque balance.
+//
+// Repeated until nothing moves: model the noise of the residuals (noise_model.hpp), whiten, weigh down what does not
+// fit (Huber), minimise by Levenberg-Marquardt. The covariance is that of clusters of 2 s (a sandwich), so what the
+// noise model leaves correlated or uneven widens the intervals instead of being overlooked.
+#ifndef TRACKSERVO_IDENTIFICATION_JOINT_FIT_HPP
+#define TRACKSERVO_IDENTIFICATION_JOINT_FIT_HPP
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "identification/noise_model.hpp"
+#include "identification/paper_method.hpp"
+#include "identification/torque_balance.hpp"
+
+namespace trackservo::identification {
+
+struct JointFit {
+  Eigen::VectorXd start;  // as in TorqueBalance: logarithms first
+  Eigen::VectorXd parameters;
+  Eigen::MatrixXd covariance;
+  NoiseModel noise;
+  std::vector<Span> spans;  // of the nodes that were used
+  Eigen::VectorXd residual_nm;
+  Eigen::VectorXd whitened;  // standard deviation about 1
+  Eigen::VectorXd weights;   // Huber's, 0..1
+  bool converged = false;
+  int rounds = 0;
+  double widening = 1;  // largest ratio of the clusters' standard deviation to that of white residuals
+
+  double deviation(Eigen::Index parameter) const;
+};
+
+// The parameter vector that the paper's method gives.
+Eigen::VectorXd start_parameters(const TorqueBalance& balance, const PaperEstimate& estimate);
+
+// Fits from the best of several starts (they differ in what has local minima). Harmonics of the motor that the
+// residuals show are added to the balance on the way.
+JointFit fit_jointly(TorqueBalance& balance, const std::vector<Eigen::VectorXd>& starts);
+
+// Starts around one: other Stribeck speeds, over all that occur in the recording.
+std::vector<Eigen::VectorXd> starts_around(const Motion& motion, const Eigen::VectorXd& start);
+
+}  // namespace trackservo::identification
+
+#endif

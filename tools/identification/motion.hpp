@@ -1,0 +1,41 @@
+// The motion behind a recording: how fast the joint turned in each tick, and what the base did.
+//
+// Friction follows the joint, inertia follows the inertial rate. The encoder is the better sensor of fast motion (a
+// gyro is late by its filter, and a delay of 0.5 ms at 2 Hz looks like several percent of sigma2), the gyro alone sees
+// the base. So the gyro is first compared with the encoder, gyro = bias + (1 + scale) rate - delay * acceleration, and
+// only what this leaves, low-passed, is taken for base motion.
+#ifndef TRACKSERVO_IDENTIFICATION_MOTION_HPP
+#define TRACKSERVO_IDENTIFICATION_MOTION_HPP
+
+#include <vector>
+
+#include "identification/recording.hpp"
+
+namespace trackservo::identification {
+
+// How the gyro reads the joint's motion.
+struct GyroFit {
+  bool fitted = false;  // there is a gyro, and motion enough to compare
+  double bias_rad_s = 0;
+  double scale_error = 0;
+  double delay_s = 0;
+};
+
+struct Motion {
+  std::vector<Stretch> stretches;
+  // Mean joint rate between the tick before and this one, low-passed without phase: at standstill the encoder's
+  // noise would move the bristles to and fro and relax them.
+  std::vector<double> joint_rate_rad_s;
+  std::vector<double> base_rate_rad_s;  // of the tick; 0 without a gyro
+  GyroFit gyro;
+  double angle_noise_rad = 0;  // rms of the encoder's noise, from what is left of the angle at high frequency
+};
+
+constexpr double kMotionCutoff_hz = 80;
+constexpr double kBaseCutoff_hz = 10;
+
+Motion analyse_motion(const Recording& recording, double cutoff_hz = kMotionCutoff_hz);
+
+}  // namespace trackservo::identification
+
+#endif

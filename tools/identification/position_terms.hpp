@@ -1,0 +1,42 @@
+// What may depend on the joint angle, as far as the travel can tell.
+//
+// Over (nearly) a whole turn: once and twice per turn. Over less, these cannot be told from each other, and a straight
+// line and a parabola over the travel take their place; both have mean zero there, so that a friction level is always
+// the mean over the travel that was recorded. Over hardly any travel nothing depends on the angle.
+#ifndef TRACKSERVO_IDENTIFICATION_POSITION_TERMS_HPP
+#define TRACKSERVO_IDENTIFICATION_POSITION_TERMS_HPP
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "identification/recording.hpp"
+
+namespace trackservo::identification {
+
+enum class PositionBasis { kNone, kTravel, kTurn };
+
+class PositionTerms {
+ public:
+  static constexpr int kMost = 4;
+
+  explicit PositionTerms(const Recording& recording);
+  PositionTerms(double lowest_rad, double highest_rad);
+
+  PositionBasis basis() const { return basis_; }
+  double lowest_rad() const { return lowest_rad_; }
+  double highest_rad() const { return highest_rad_; }
+
+  int count() const;
+  std::string name(int term) const;  // "cos 2 angle", "travel^2"
+  std::array<double, kMost> at(double angle_rad) const;
+
+ private:
+  double lowest_rad_;
+  double highest_rad_;
+  PositionBasis basis_;
+};
+
+}  // namespace trackservo::identification
+
+#endif

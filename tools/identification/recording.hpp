@@ -1,0 +1,62 @@
+// What the servo recorded while the experiments of commissioning ran: one row per 1 ms tick.
+//
+// A recording is columns of equal length. Rows follow each other by one tick; where they do not, a new stretch begins,
+// because nothing is known about the bristles after a gap. read_recording() accepts nothing else.
+#ifndef TRACKSERVO_IDENTIFICATION_RECORDING_HPP
+#define TRACKSERVO_IDENTIFICATION_RECORDING_HPP
+
+#include <cstddef>
+#include <istream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace trackservo::identification {
+
+constexpr double kTick_s = 1e-3;
+
+enum class RunKind { kSpeedSweep = 1, kTorqueRamps, kHysteresis, kTorqueExcitation, kBreakaway };
+
+// What the messages call a kind, with its number in the file.
+const char *run_kind_name(RunKind kind);
+
+struct Recording {
+  std::vector<double> time_s;
+  std::vector<int> run;
+  std::vector<RunKind> kind;
+  std::vector<double> joint_angle_rad;      // unwrapped
+  std::vector<double> joint_rate_rad_s;     // as the servo estimated it
+  std::vector<double> inertial_rate_rad_s;  // the gyro's; NaN in ticks without
+  std::vector<double> torque_nm;            // Kt times the mean current since the last tick
+  std::vector<double> reference;            // rad/s, Nm or rad, by the kind
+
+  std::size_t ticks() const { return time_s.size(); }
+  bool has_gyro() const;
+  bool has(RunKind wanted) const;
+};
+
+// Consecutive ticks [first, last).
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t last = 0;
+
+  std::size_t ticks() const { return last - first; }
+};
+
+std::vector<Stretch> stretches(const Recording& recording);
+
+// A file that cannot be read as a recording; the message names file, line, what is wrong and what would be right.
+class RecordingError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Reads CSV with the header of kRecordingHeader. `name` is the file's name in messages. Throws RecordingError.
+Recording read_recording(std::istream& input, const std::string& name);
+Recording load_recording(const std::string& path);
+
+extern const char *const kRecordingHeader;
+
+}  // namespace trackservo::identification
+
+#endif

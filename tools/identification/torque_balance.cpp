@@ -1,0 +1,226 @@
+#include "identification/torque_balance.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "identification/window.hpp"
+
+namespace trackservo::identification {
+
+namespace {
+
+// Ticks at both ends of a stretch whose windows or delays would reach beyond it.
+constexpr std::size_t kMargin = 2 * kHalfWindow;
+constexpr double kLongestDelay_s = static_cast<double>(kHalfWindow - 2) * kTick_s;
+constexpr double kForgotten = 7.0;       // e^-7: a thousandth of the first bristle force
+constexpr double kLeastLevel = 0.05;     // the map never takes all friction away
+constexpr std::size_t kFilterEnds = 50;  // ticks in which the low-passes see beyond the stretch
+
+// Cubic through the values around `at` ticks before tick i, and its slope by `at`.
+struct Delayed {
+  double value;
+  double slope;
+};
+
+Delayed delayed(const std::vector<double>& values, std::size_t i, double at) {
+  const double back = std::floor(at);
+  const double u = at - back;  // between the ticks `back` and `back + 1` before
+  const auto index = static_cast<std::ptrdiff_t>(i) - static_cast<std::ptrdiff_t>(back);
+  const double a = values[static_cast<std::size_t>(index + 1)];
+  const double b = values[static_cast<std::size_t>(index)];
+  const double c = values[static_cast<std::size_t>(index - 1)];
+  const double d = values[static_cast<std::size_t>(index - 2)];
+  const double linear = -a / 3.0 - b / 2.0 + c - d / 6.0;
+  const double square = (a + c) / 2.0 - b;
+  const double cube = (d - a) / 6.0 + (b - c) / 2.0;
+  return {b + u * (linear + u * (square + u * cube)), linear + u * (2.0 * square + 3.0 * u * cube)};
+}
+
+DirectionFriction direction_of(const Eigen::VectorXd& p, int coulomb, int viscous) {
+  return {std::exp(p[coulomb]), std::exp(p[coulomb + 1]), std::exp(p[coulomb + 2]), std::exp(p[viscous])};
+}
+
+}  // namespace
+
+Friction friction_of(const Eigen::VectorXd& p) {
+  return {std::exp(p[kStiffness]), std::exp(p[kDamping]), direction_of(p, kCoulombPositive, kViscousPositive),
+          direction_of(p, kCoulombNegative, kViscousNegative)};
+}
+
+// A constant acceleration over the window's last half moves the axis by t^2/2 and its speed by t; under the triangle
+// these are T^2/24 and T/6 of the acceleration, and twice that of the second difference, which it enters by one half.
+double surprise_inertia_kg_m2(const Eigen::VectorXd& p, double give, Eigen::VectorXd& by) {
+  const double viscous = 0.5 * (std::exp(p[kViscousPositive]) + std::exp(p[kViscousNegative]));
+  const double stiffness_part = std::exp(p[kStiffness]) * give * kHalfWindow_s * kHalfWindow_s / 12.0;
+  const double damping_part = std::exp(p[kDamping]) * give * kHalfWindow_s / 3.0;
+  by = Eigen::VectorXd::Zero(p.size());
+  by[kInertia] = std::exp(p[kInertia]);
+  by[kStiffness] = stiffness_part;
+  by[kDamping] = damping_part;
+  return by[kInertia] + stiffness_part + damping_part + viscous * kHalfWindow_s / 3.0;
+}
+
+TorqueBalance::TorqueBalance(const Recording& recording, const Motion& motion)
+    : recording_(recording), motion_(motion), map_(recording), torque_(recording.ticks(), 0.0) {
+  for (const Stretch& stretch : motion.stretches) {
+    Part part{stretch, nodes(), 0};
+    for (std::size_t i = stretch.first + kHalfWindow; i + kHalfWindow < stretch.last; ++i) {
+      torque_[i] = triangle_mean(recording.torque_nm, i);
+    }
+    for (std::size_t i = stretch.first + kMargin; i + kMargin < stretch.last; i += kHalfWindow) {
+      tick_.push_back(i);
+      acceleration_.push_back(triangle_second_derivative(recording.joint_angle_rad, i) +
+                              triangle_derivative(motion.base_rate_rad_s, i));
+    }
+    part.nodes = nodes() - part.first_node;
+    parts_.push_back(part);
+  }
+  harmonic_columns_.resize(nodes(), 0);
+  terms_.reserve(recording.ticks());
+  for (const double angle_rad : recording.joint_angle_rad) {
+    terms_.push_back(map_.at(angle_rad));
+  }
+}
+
+void TorqueBalance::add_harmonic(const MotorHarmonic& harmonic) {
+  harmonics_.push_back(harmonic);
+  harmonic_columns_.conservativeResize(Eigen::NoChange, harmonic_columns_.cols() + 2);
+  harmonic_columns_.rightCols(2) = identification::harmonic_columns(recording_, tick_, harmonic);
+}
+
+double TorqueBalance::level_at(const Eigen::VectorXd& parameters, std::size_t tick) const {
+  double level = 1.0;
+  for (int term = 0; term < map_.count(); ++term) {
+    level += parameters[first_map() + term] * terms_[tick][static_cast<std::size_t>(term)];
+  }
+  return std::max(level, kLeastLevel);
+}
+
+void TorqueBalance::add_linear_parts(Eigen::Index node, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
+                                     Jacobian *jacobian) const {
+  const auto n = static_cast<std::size_t>(node);
+  const double delay_s = std::clamp(parameters[kDelay], -kLongestDelay_s, kLongestDelay_s);
+  const Delayed torque = delayed(torque_, tick_[n], delay_s / kTick_s);
+  const double inertial_nm = std::exp(parameters[kInertia]) * acceleration_[n];
+  double load_nm = parameters[first_load()];
+  for (int term = 0; term < map_.count(); ++term) {
+    load_nm += parameters[first_load() + 1 + term] * terms_[tick_[n]][static_cast<std::size_t>(term)];
+  }
+  residual_nm[node] += torque.value - inertial_nm - load_nm;
+  if (jacobian != nullptr) {
+    auto row = jacobian->row(node);
+    row[kDelay] = torque.slope / kTick_s;
+    row[kInertia] = -inertial_nm;
+    row[first_load()] = -1.0;
+    for (int term = 0; term < map_.count(); ++term) {
+      row[first_load() + 1 + term] = -terms_[tick_[n]][static_cast<std::size_t>(term)];
+    }
+  }
+}
+
+void TorqueBalance::add_bristle_derivatives(const Lugre::Step& step, double weight, const Scale& scale,
+                                            Jacobian::RowXpr row) const {
+  const auto by = [&](std::size_t p) { return step.bristle_by[p] + scale.back() * step.damping_by[p]; };
+  for (std::size_t p = 0; p <= kStiffness; ++p) {
+    row[static_cast<Eigen::Index>(p)] -= weight * scale[p] * by(p);
+  }
+  for (Eigen::Index term = 0; term < map_.count(); ++term) {
+    row[first_map() + term] -= weight * by(static_cast<std::size_t>(kLevel + term));
+  }
+}
+
+void TorqueBalance::evaluate_part(const Part& part, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
+                                  Jacobian *jacobian) const {
+  const Friction friction = friction_of(parameters);
+  Lugre lugre(friction, map_.count());
+  Scale scale{};
+  for (int i = 0; i <= kStiffness; ++i) {
+    scale[static_cast<std::size_t>(i)] = std::exp(parameters[i]);
+  }
+  scale.back() = friction.damping_nm_s_rad;
+  const auto half = static_cast<std::ptrdiff_t>(kHalfWindow);
+  const std::ptrdiff_t first_begin = static_cast<std::ptrdiff_t>(kMargin) - half + 1;
+  for (std::size_t i = part.ticks.first; i < part.ticks.last; ++i) {
+    const double rate = motion_.joint_rate_rad_s[i];
+    const Lugre::Step& step = lugre.advance(rate, kTick_s, level_at(parameters, i), terms_[i].data());
+    const bool forward = rate >= 0.0;
+    const double viscous_nm =
+        (forward ? friction.positive.viscous_nm_s_rad : friction.negative.viscous_nm_s_rad) * rate;
+    const double damping_nm = friction.damping_nm_s_rad * step.damping_rad_s;
+    const double torque_nm = step.bristle_nm + damping_nm + viscous_nm;
+    // A tick lies under the triangles of two nodes, half a window apart. Ticks are counted from the first one's begin.
+    const std::ptrdiff_t tick = static_cast<std::ptrdiff_t>(i - part.ticks.first) - first_begin;
+    for (std::ptrdiff_t node = tick / half; tick >= 0 && node >= 0 && node > tick / half - 2; --node) {
+      if (node >= part.nodes) {
+        continue;
+      }
+      const double weight = kTriangle[static_cast<std::size_t>(tick - node * half)];
+      residual_nm[part.first_node + node] -= weight * torque_nm;
+      if (jacobian != nullptr) {
+        auto row = jacobian->row(part.first_node + node);
+        add_bristle_derivatives(step, weight, scale, jacobian->row(part.first_node + node));
+        row[kDamping] -= weight * damping_nm;
+        row[forward ? kViscousPositive : kViscousNegative] -= weight * viscous_nm;
+      }
+    }
+  }
+}
+
+void TorqueBalance::evaluate(const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
+                             Jacobian *jacobian) const {
+  residual_nm.setZero(nodes());
+  if (jacobian != nullptr) {
+    jacobian->setZero(nodes(), this->parameters());
+  }
+  for (const Part& part : parts_) {
+    evaluate_part(part, parameters, residual_nm, jacobian);
+  }
+  for (Eigen::Index node = 0; node < nodes(); ++node) {
+    add_linear_parts(node, parameters, residual_nm, jacobian);
+  }
+  const Eigen::Index harmonic = harmonic_columns_.cols();
+  residual_nm += harmonic_columns_ * parameters.tail(harmonic);
+  if (jacobian != nullptr) {
+    jacobian->rightCols(harmonic) = harmonic_columns_;
+  }
+}
+
+double TorqueBalance::mean_give(const Eigen::VectorXd& parameters) const {
+  double sum = 0;
+  for (const Part& part : parts_) {
+    Lugre lugre(friction_of(parameters), 0);
+    for (std::size_t i = part.ticks.first; i < part.ticks.last; ++i) {
+      sum += lugre.advance(motion_.joint_rate_rad_s[i], kTick_s, level_at(parameters, i), nullptr).give;
+    }
+  }
+  return std::clamp(sum / static_cast<double>(recording_.ticks()), 0.0, 1.0);
+}
+
+std::vector<Span> TorqueBalance::known(const Eigen::VectorXd& parameters) const {
+  const Friction friction = friction_of(parameters);
+  std::vector<Span> spans;
+  for (const Part& part : parts_) {
+    double forgotten = 0;
+    std::size_t i = part.ticks.first;
+    for (; i < part.ticks.last && forgotten < kForgotten; ++i) {
+      const double rate = motion_.joint_rate_rad_s[i];
+      const DirectionFriction& direction = rate >= 0.0 ? friction.positive : friction.negative;
+      forgotten += friction.stiffness_nm_rad * std::abs(rate) * kTick_s / direction.level_nm(std::abs(rate));
+    }
+    Span span{part.first_node, part.first_node + part.nodes};
+    const std::size_t begin = std::max(i + kHalfWindow, part.ticks.first + kFilterEnds);
+    while (span.first < span.last && tick_of(span.first) < begin) {
+      ++span.first;
+    }
+    while (span.last > span.first && tick_of(span.last - 1) + kFilterEnds >= part.ticks.last) {
+      --span.last;
+    }
+    if (span.last > span.first) {
+      spans.push_back(span);
+    }
+  }
+  return spans;
+}
+
+}  // namespace trackservo::identification
