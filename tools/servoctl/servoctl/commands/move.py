@@ -70,9 +70,9 @@ def move(
             return
         if runs:
             _run_at_rate(session, device, axis, rate, plan.duration_s)
+            end = drive.position()
         else:
-            _go_to(session, device, axis, start + way, rate, plan.duration_s)
-        end = drive.position()
+            end = _go_to(session, device, axis, start + way, rate, plan.duration_s)
         error = end - (start + way)
     session.out.json({"axis": axis, "from_deg": degrees(start), "to_deg": degrees(end), "state": "standing"})
     arrived = "" if runs else f", {1e6 * error:+.0f} µrad from the target"
@@ -88,7 +88,8 @@ def _run_at_rate(session: Session, device: Device, axis: str, rate: float, durat
             bar.update(task, completed=now)
 
 
-def _go_to(session: Session, device: Device, axis: str, target: float, rate: float, expected_s: float) -> None:
+def _go_to(session: Session, device: Device, axis: str, target: float, rate: float, expected_s: float) -> float:
+    """Where the axis stands when it has arrived; once it is let go, wind may turn it."""
     with LiveAxis(device, AXES.index(axis), power.PROFILE_POSITION) as live, session.out.progress() as bar:
         drive = live.drive
         task = bar.add_task(f"{axis} moves", total=1.0)
@@ -106,3 +107,4 @@ def _go_to(session: Session, device: Device, axis: str, target: float, rate: flo
             if time.monotonic() > deadline:
                 raise MotionError(f"{axis} has not reached its target after {2.0 * expected_s + 5.0:.0f} s.")
             time.sleep(0.02)
+        return drive.position()
