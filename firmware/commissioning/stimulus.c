@@ -5,8 +5,6 @@
 #define REST_BEFORE_BREAKAWAY_S 0.5f
 #define CHIRP_FADE 0.05f /* share of the chirp in which its torque comes and goes */
 
-enum { BACKWARD, FORWARD };
-
 /* --- what is asked for --- */
 
 static bool uses_speed(stimulus_kind kind) { return kind == STIMULUS_SWEEP || kind == STIMULUS_CHIRP; }
@@ -123,7 +121,7 @@ static bool at_the_end(const stimulus_state *s, const stimulus_setup *setup, con
 }
 
 static void next_speed(stimulus_state *s, const stimulus_setup *setup) {
-  s->time_s[BACKWARD] = s->time_s[FORWARD] = 0.0f;
+  s->time_s[STIMULUS_BACKWARD] = s->time_s[STIMULUS_FORWARD] = 0.0f;
   s->speed_rad_s *= setup->speed_ratio;
   s->step++;
   s->ending = s->step >= setup->count;
@@ -134,7 +132,7 @@ static bool sweep_step(stimulus_state *s, const stimulus_setup *setup, const sti
   if (s->ending) {
     return come_to_rest(s, setup, command, dt_s);
   }
-  const int side = s->direction > 0.0f ? FORWARD : BACKWARD;
+  const int side = s->direction > 0.0f ? STIMULUS_FORWARD : STIMULUS_BACKWARD;
   if (s->rate_rad_s == s->direction * s->speed_rad_s) {
     s->time_s[side] += dt_s;
   }
@@ -157,7 +155,7 @@ static float sine_of_turns(float turns) {
 }
 
 static float chirp_nm(stimulus_state *s, const stimulus_setup *setup, float dt_s) {
-  const float share = s->time_s[FORWARD] / setup->dwell_s;
+  const float share = s->time_s[STIMULUS_FORWARD] / setup->dwell_s;
   const float fade = scalar_min(scalar_min(share, 1.0f - share) / CHIRP_FADE, 1.0f);
   s->phase_turns += (setup->low_hz + (setup->high_hz - setup->low_hz) * share) * dt_s;
   s->phase_turns -= s->phase_turns >= 1.0f ? 1.0f : 0.0f;
@@ -169,11 +167,11 @@ static bool chirp_step(stimulus_state *s, const stimulus_setup *setup, servo_axi
     return come_to_rest(s, setup, command, dt_s);
   }
   if (s->rate_rad_s == s->direction * s->speed_rad_s) {
-    s->time_s[FORWARD] += dt_s;
-    if (s->time_s[FORWARD] < setup->dwell_s) {
+    s->time_s[STIMULUS_FORWARD] += dt_s;
+    if (s->time_s[STIMULUS_FORWARD] < setup->dwell_s) {
       command->torque_nm = chirp_nm(s, setup, dt_s);
     } else {
-      s->time_s[FORWARD] = s->phase_turns = 0.0f;
+      s->time_s[STIMULUS_FORWARD] = s->phase_turns = 0.0f;
       s->step += s->direction < 0.0f ? 1u : 0u;
       s->direction = -s->direction;
       s->ending = s->step >= setup->count;
@@ -197,7 +195,7 @@ static bool triangle_step(stimulus_state *s, const stimulus_setup *setup, servo_
   if (s->step >= setup->count) {
     return false;
   }
-  const float turns = s->time_s[FORWARD] / setup->dwell_s;
+  const float turns = s->time_s[STIMULUS_FORWARD] / setup->dwell_s;
   if (setup->kind == STIMULUS_TORQUE_RAMPS) {
     command->mode = SERVO_TORQUE;
     command->torque_nm = setup->amplitude_nm * triangle(turns);
@@ -208,9 +206,9 @@ static bool triangle_step(stimulus_state *s, const stimulus_setup *setup, servo_
     command->position = s->start_angle + (angle_turn32)(int32_t)(offset_rad / ANGLE_RAD_PER_TURN32);
     command->speed.rate_rad_s = (rises ? 4.0f : -4.0f) * setup->amplitude_rad / setup->dwell_s;
   }
-  s->time_s[FORWARD] += dt_s;
-  if (s->time_s[FORWARD] >= setup->dwell_s) {
-    s->time_s[FORWARD] = 0.0f;
+  s->time_s[STIMULUS_FORWARD] += dt_s;
+  if (s->time_s[STIMULUS_FORWARD] >= setup->dwell_s) {
+    s->time_s[STIMULUS_FORWARD] = 0.0f;
     s->step++;
   }
   return true;
@@ -236,16 +234,16 @@ static bool breakaway_step(stimulus_state *s, const stimulus_setup *setup, const
   if (s->step >= setup->count) {
     return false;
   }
-  const float torque_nm = setup->amplitude_nm * (s->time_s[FORWARD] / setup->dwell_s);
+  const float torque_nm = setup->amplitude_nm * (s->time_s[STIMULUS_FORWARD] / setup->dwell_s);
   const bool moved = s->direction * (view->travel_rad - s->from_rad) > setup->amplitude_rad;
-  s->time_s[FORWARD] += dt_s;
+  s->time_s[STIMULUS_FORWARD] += dt_s;
   command->mode = SERVO_TORQUE;
   command->torque_nm = s->direction * torque_nm;
   if (moved) {
-    count_breakaway(&s->breakaway[s->direction > 0.0f ? FORWARD : BACKWARD], torque_nm);
+    count_breakaway(&s->breakaway[s->direction > 0.0f ? STIMULUS_FORWARD : STIMULUS_BACKWARD], torque_nm);
   }
-  if (moved || s->time_s[FORWARD] >= setup->dwell_s) {
-    s->time_s[FORWARD] = 0.0f;
+  if (moved || s->time_s[STIMULUS_FORWARD] >= setup->dwell_s) {
+    s->time_s[STIMULUS_FORWARD] = 0.0f;
     s->direction = -s->direction;
     s->resting_s = REST_BEFORE_BREAKAWAY_S;
     s->step++;

@@ -36,6 +36,9 @@ typedef struct {
   float acceleration_rad_s2; /* sweep and chirp, 1e-4 .. 1e4 */
 } stimulus_setup;
 
+/* Directions of motion, as indices. */
+enum { STIMULUS_BACKWARD, STIMULUS_FORWARD };
+
 /* Break-away torques of one direction so far (Welford). */
 typedef struct {
   uint32_t count;

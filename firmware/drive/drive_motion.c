@@ -321,7 +321,7 @@ static drive_setpoint follow(drive_motion *motion, const drive_objects *objects,
   motion->ramp = (profile_ramp){.rate_rad_s = torque ? feedback->rate_rad_s : stimulus->speed.rate_rad_s};
   motion->demand = wanted;
   motion->demand_rest = 0.0f;
-  drive_setpoint setpoint = {.command = *stimulus, .position = feedback->position, .followed = true};
+  drive_setpoint setpoint = {.command = *stimulus, .followed = true};
   setpoint.position = stimulus->mode == SERVO_POSITION ? wanted : feedback->position;
   setpoint.command.speed.rate_rad_s = scalar_clamp(stimulus->speed.rate_rad_s, -limits.rate_rad_s, limits.rate_rad_s);
   setpoint.command.torque_nm =

@@ -8,7 +8,6 @@
 
 enum { EXPERIMENT_OBJECT = 0x2100, EXPERIMENT_COMMAND_SUB = 1 };
 enum { COMMAND_START = 1, COMMAND_ABORT = 2 };
-enum { BACKWARD, FORWARD }; /* of stimulus.breakaway */
 
 #define SETS(sub_, member_, low_, high_, preset_, unit_, name_, help_) \
   OD_F32(0x2100, sub_, OD_RW, 0, experiment_objects, member_, low_, high_, preset_, unit_, name_, help_)
@@ -78,8 +77,8 @@ static od_abort refresh(void *owner, const od_object *object) {
   tell_state(objects); /* a command may have come since the tick */
   const stimulus_setup setup = setup_of(objects);
   objects->duration_s = stimulus_duration_s(&setup);
-  objects->breakaway[0] = told(&objects->running.stimulus.breakaway[FORWARD]);
-  objects->breakaway[1] = told(&objects->running.stimulus.breakaway[BACKWARD]);
+  objects->breakaway[0] = told(&objects->running.stimulus.breakaway[STIMULUS_FORWARD]);
+  objects->breakaway[1] = told(&objects->running.stimulus.breakaway[STIMULUS_BACKWARD]);
   return OD_OK;
 }
 

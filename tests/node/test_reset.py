@@ -85,13 +85,19 @@ def test_the_same_fault_is_told_again_after_a_reset(node, azimuth):
     assert azimuth.get(0x603F) == FOLLOWING
 
 
-def test_gains_drive_and_communication_are_stored_and_come_back(node, azimuth):
-    kp = azimuth.get(0x2000, 1)
-    azimuth.set(1.1 * kp, 0x2000, 1)
-    azimuth.set(1, 0x2070, 1)
-    azimuth.set(654321, 0x607F)
+def store_other_values(node, axis):
+    """A gain 10 % up, another speed limit, another heartbeat; answers what the gain was."""
+    kp = axis.get(0x2000, 1)
+    axis.set(1.1 * kp, 0x2000, 1)
+    axis.set(1, 0x2070, 1)
+    axis.set(654321, 0x607F)
     node.sdo[0x1017].raw = 50
     node.sdo[0x1010][ALL].raw = SAVE
+    return kp
+
+
+def test_gains_drive_and_communication_are_stored_and_come_back(node, azimuth):
+    kp = store_other_values(node, azimuth)
     azimuth.set(600000, 0x607F)
     node.sdo[0x1017].raw = 70
     reset_node(node)
@@ -109,12 +115,7 @@ def test_one_group_is_stored_without_the_other(node, azimuth):
 
 
 def test_load_brings_the_defaults_back_at_the_next_reset(node, azimuth):
-    kp = azimuth.get(0x2000, 1)
-    azimuth.set(1.1 * kp, 0x2000, 1)
-    azimuth.set(1, 0x2070, 1)
-    azimuth.set(654321, 0x607F)
-    node.sdo[0x1017].raw = 50
-    node.sdo[0x1010][ALL].raw = SAVE
+    kp = store_other_values(node, azimuth)
     node.sdo[0x1011][ALL].raw = LOAD
     assert azimuth.get(0x2000, 1) == pytest.approx(1.1 * kp)  # until then nothing changes
     assert azimuth.get(0x2070, 2) == 2  # but it is no longer what is stored
