@@ -37,10 +37,6 @@ Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_param
   return worst;
 }
 
-Margins worst_margins(const PlantConfig& plant, int axis, const servo_params& params) {
-  return worst_margins(plant, axis, params.axis[axis].speed);
-}
-
 bool keeps_margins(const Margins& margins) {
   return margins.gain_margin_db >= kLeastGainMargin_db && margins.phase_margin_deg >= kLeastPhaseMargin_deg;
 }

@@ -22,7 +22,6 @@ LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_slidin
 // The smaller one of the margins sliding and in pre-sliding. Margins are distances: they do not tell on which side of
 // L = -1 a loop is. Ask speed_loop_is_stable, too.
 Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);
-Margins worst_margins(const PlantConfig& plant, int axis, const servo_params& params);
 
 // True when both margins are what every controller must keep.
 bool keeps_margins(const Margins& margins);
