@@ -13,6 +13,7 @@ from drive import PV, micro_rad, wait_until
 MASTER = 0x7E
 FLOOD_S = 4.0
 TPDO3 = 0x381
+SDO_RESPONSE = 0x581
 NODE_ITSELF, AZIMUTH, PITCH = range(3)  # sources of an emergency, byte 4 of its message
 
 
@@ -76,15 +77,18 @@ def ticks_kept(node, start_s, start_ticks):
 
 
 def heard_while_flooded(served, lines, seconds=FLOOD_S):
+    """Frames heard meanwhile. Waits for the last answer to the flood: the next client would take it for its own."""
     listener = Listener(served.tcp)
     flood = Flood(served.tcp, lines)
     try:
         time.sleep(0.5)
         listener.listen(0.01)
-        return listener.listen(seconds)
+        heard = listener.listen(seconds)
     finally:
         flood.close()
-        listener.close()
+    wait_until(lambda: SDO_RESPONSE not in listener.listen(0.3), 20)
+    listener.close()
+    return heard
 
 
 def test_lost_master_stops_the_axis_in_time(node, azimuth, pitch, tell):
