@@ -3,6 +3,7 @@
 #include "control/scalar.h"
 
 #define REST_BEFORE_BREAKAWAY_S 0.5f
+#define BEYOND_EVERY_LIMIT_RAD_S 1e6f
 #define CHIRP_FADE 0.05f /* share of the chirp in which its torque comes and goes */
 
 /* --- what is asked for --- */
@@ -43,7 +44,6 @@ control_status stimulus_check(const stimulus_setup *setup) {
 }
 
 float stimulus_peak_rate_rad_s(const stimulus_setup *setup) {
-  const float beyond_every_limit_rad_s = 1e6f;
   if (setup->kind == STIMULUS_HYSTERESIS) {
     return 4.0f * setup->amplitude_rad / setup->dwell_s;
   }
@@ -51,7 +51,7 @@ float stimulus_peak_rate_rad_s(const stimulus_setup *setup) {
     return 0.0f;
   }
   float rate_rad_s = setup->low_rad_s;
-  for (uint32_t i = 1; setup->kind == STIMULUS_SWEEP && i < setup->count && rate_rad_s < beyond_every_limit_rad_s;
+  for (uint32_t i = 1; setup->kind == STIMULUS_SWEEP && i < setup->count && rate_rad_s < BEYOND_EVERY_LIMIT_RAD_S;
        ++i) {
     rate_rad_s *= setup->speed_ratio;
   }
@@ -62,14 +62,24 @@ float stimulus_peak_torque_nm(const stimulus_setup *setup) {
   return uses_torque(setup->kind) ? setup->amplitude_nm : 0.0f;
 }
 
+/* All the speeds of a sweep, added up. */
+static float sum_of_rates_rad_s(const stimulus_setup *setup) {
+  float rate_rad_s = setup->low_rad_s;
+  float sum_rad_s = 0.0f;
+  for (uint32_t i = 0; i < setup->count && sum_rad_s < BEYOND_EVERY_LIMIT_RAD_S; ++i) {
+    sum_rad_s += rate_rad_s;
+    rate_rad_s *= setup->speed_ratio;
+  }
+  return sum_rad_s;
+}
+
 float stimulus_duration_s(const stimulus_setup *setup) {
   const float count = (float)setup->count;
-  const float turn_s =
-      uses_speed(setup->kind) ? 2.0f * stimulus_peak_rate_rad_s(setup) / setup->acceleration_rad_s2 : 0.0f;
   switch (setup->kind) {
-    case STIMULUS_SWEEP:
+    case STIMULUS_SWEEP: /* each speed forth and back, and twice from one to the other */
+      return 2.0f * count * setup->dwell_s + 4.0f * sum_of_rates_rad_s(setup) / setup->acceleration_rad_s2;
     case STIMULUS_CHIRP:
-      return count * 2.0f * (setup->dwell_s + turn_s);
+      return count * (2.0f * setup->dwell_s + 4.0f * setup->low_rad_s / setup->acceleration_rad_s2);
     case STIMULUS_BREAKAWAY:
       return count * (setup->dwell_s + REST_BEFORE_BREAKAWAY_S);
     case STIMULUS_TORQUE_RAMPS:

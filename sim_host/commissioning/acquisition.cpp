@@ -1,9 +1,10 @@
 #include "commissioning/acquisition.hpp"
 
 #include <fmt/format.h>
-#include <fmt/os.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -12,8 +13,10 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr int kSettleTicks = 1000;  // at rest before each experiment
 constexpr double kRadPerTurn32 = 2.0 * kPi / 4294967296.0;
+constexpr double kRampTime_s = 0.3;  // from rest to the speed between two places
+constexpr int kSettleTicks = 300;    // at rest after a move
+constexpr int kRestTicks = 100;      // at rest before each experiment
 
 const char *name_of(stimulus_kind kind) {
   switch (kind) {
@@ -52,116 +55,178 @@ const char *complaint_of(control_status status) {
   return status == CONTROL_INCONSISTENT ? "it does not fit its own limits" : "a value of it is out of range";
 }
 
-class Acquisition {
+// The axis under way to a place: forth on a ramp of speed, and a brake that ends there.
+class Move {
  public:
-  Acquisition(const PlantConfig& plant, const servo_params& params, int axis,
-              const std::array<double, kAxes>& start_angle_rad, std::uint64_t seed)
-      : machine_(plant, params, seed, start_angle_rad),
-        axis_(axis),
-        torque_constant_nm_a_(static_cast<double>(params.axis[axis].torque_constant_nm_a)),
-        angle_rad_(start_angle_rad[static_cast<std::size_t>(axis)]) {
-    machine_.command().axis[0].mode = machine_.command().axis[1].mode = SERVO_SPEED;
+  Move(double place_rad, double speed_rad_s) : place_rad_(place_rad), speed_rad_s_(speed_rad_s) {}
+
+  // The set-point of this tick [rad/s].
+  double rate_rad_s(double angle_rad) {
+    const double acceleration_rad_s2 = speed_rad_s_ / kRampTime_s;
+    const double way_rad = place_rad_ - angle_rad;
+    if (std::abs(way_rad) < 0.01 * speed_rad_s_) {
+      there_ = true;
+    }
+    const double braking_rad_s = std::sqrt(acceleration_rad_s2 * std::abs(way_rad));
+    const double wish_rad_s = there_ ? 0.0 : std::copysign(std::min(speed_rad_s_, braking_rad_s), way_rad);
+    const double step_rad_s = acceleration_rad_s2 * kTick_s;
+    rate_rad_s_ += std::clamp(wish_rad_s - rate_rad_s_, -step_rad_s, step_rad_s);
+    return rate_rad_s_;
   }
 
-  void run(const PlannedExperiment& planned) {
-    ++run_;
-    for (int tick = 0; tick < kSettleTicks; ++tick) {
-      advance();
-    }
-    experiment e{};
-    const control_status status = experiment_start(&e, &planned.setup, &planned.limits, samples().motion.joint_angle);
-    if (status != CONTROL_OK) {
-      throw ExperimentError(
-          fmt::format("experiment {} ({}): {}.", run_, name_of(planned.setup.kind), complaint_of(status)));
-    }
-    while (obey(e)) {
-      advance();
-      record(planned.setup.kind);
-    }
-    machine_.command().axis[axis_] = servo_axis_command{};
-    machine_.command().axis[axis_].mode = SERVO_SPEED;
-    if (e.state != EXPERIMENT_DONE) {
-      throw ExperimentError(
-          fmt::format("experiment {} ({}): {}.", run_, name_of(planned.setup.kind), reason_of(e.state)));
-    }
-    recording_.ended.push_back(e);
-  }
-
-  Recording take() { return std::move(recording_); }
+  bool there() const { return there_; }
 
  private:
-  const servo_axis_samples& samples() const { return machine_.samples().axis[axis_]; }
+  double place_rad_;
+  double speed_rad_s_;
+  double rate_rad_s_ = 0;
+  bool there_ = false;
+};
 
-  bool obey(experiment& e) {
-    const float joint_rate_rad_s = machine_.firmware(axis_).signals.rates.joint_rate_rad_s;
-    return experiment_step(&e, samples().motion.joint_angle, joint_rate_rad_s, &machine_.command().axis[axis_],
-                           SERVO_TICK_S);
+class Bench {
+ public:
+  explicit Bench(const AcquisitionSetup& setup)
+      : axis_(setup.axis),
+        machine_(*setup.plant, setup.seed, setup.start_angle_rad),
+        angle_rad_(setup.start_angle_rad[static_cast<std::size_t>(setup.axis)]) {
+    if (servo_board_start(&board_, machine_.hal_pointer(), &setup.params) != CONTROL_OK) {
+      throw ExperimentError("the firmware refuses these parameters; check the ranges in firmware/control/*.h.");
+    }
+    machine_.run_firmware(board_, [this] { tick(); });
+    for (int axis = 0; axis < kAxes; ++axis) {  // the other axis stays where it is
+      servo_axis_command& command = board_.command.axis[axis];
+      command.mode = SERVO_POSITION;
+      command.position = board_.samples.axis[axis].motion.joint_angle;
+    }
+    last_angle_ = board_.samples.axis[axis_].motion.joint_angle;
   }
 
-  void advance() {
-    const angle_turn32 before = samples().motion.joint_angle;
-    machine_.advance_tick();
-    if (ticks_++ > 0) {
-      angle_rad_ += kRadPerTurn32 * static_cast<std::int32_t>(samples().motion.joint_angle - before);
+  void move_to(double place_rad, double speed_rad_s) {
+    begin(STIMULUS_SWEEP);
+    Move move(place_rad, speed_rad_s);
+    deciding_ = [&move](Bench& bench) {
+      bench.stand();
+      bench.command().speed.rate_rad_s = static_cast<float>(move.rate_rad_s(bench.angle_rad_));
+    };
+    while (!move.there()) {
+      machine_.advance_tick();
     }
+    rest(kSettleTicks);
+  }
+
+  void perform(const stimulus_setup& setup, const experiment_limits& limits) {
+    begin(STIMULUS_SWEEP);
+    deciding_ = [](Bench& bench) { bench.stand(); };
+    rest(kRestTicks);
+    begin(setup.kind);
+    const control_status status = experiment_start(&experiment_, &setup, &limits, last_angle_);
+    if (status != CONTROL_OK) {
+      throw ExperimentError(
+          fmt::format("experiment {} ({}): {}.", result_.ended.size() + 1, name_of(setup.kind), complaint_of(status)));
+    }
+    bool running = true;
+    deciding_ = [&running](Bench& bench) { running = bench.step_experiment(); };
+    while (running) {
+      machine_.advance_tick();
+    }
+    if (experiment_.state != EXPERIMENT_DONE) {
+      throw ExperimentError(fmt::format("experiment {} ({}): {}.", result_.ended.size() + 1, name_of(setup.kind),
+                                        reason_of(experiment_.state)));
+    }
+    result_.ended.push_back(experiment_);
+  }
+
+  Acquisition take() { return std::move(result_); }
+
+ private:
+  // The firmware's tick, and a look at what it saw and did.
+  void tick() {
+    servo_board_sample(&board_);
+    const angle_turn32 angle = board_.samples.axis[axis_].motion.joint_angle;
+    angle_rad_ += kRadPerTurn32 * static_cast<double>(static_cast<std::int32_t>(angle - last_angle_));
+    last_angle_ = angle;
+    deciding_(*this);
+    servo_board_control(&board_);
+    record();
+  }
+
+  servo_axis_command& command() { return board_.command.axis[axis_]; }
+
+  void stand() {
+    command() = {};
+    command().mode = SERVO_SPEED;
+  }
+
+  bool step_experiment() {
+    const float joint_rate_rad_s = board_.app.axis[axis_].signals.rates.joint_rate_rad_s;
+    if (experiment_step(&experiment_, last_angle_, joint_rate_rad_s, &command(), SERVO_TICK_S)) {
+      return true;
+    }
+    stand();
+    return false;
   }
 
   double reference() {
-    const servo_axis_command& command = machine_.command().axis[axis_];
-    switch (command.mode) {
+    switch (command().mode) {
       case SERVO_TORQUE:
-        return static_cast<double>(command.torque_nm);
+        return static_cast<double>(command().torque_nm);
       case SERVO_POSITION:
-        return angle_rad_ + kRadPerTurn32 * static_cast<std::int32_t>(command.position - samples().motion.joint_angle);
+        return angle_rad_ + kRadPerTurn32 * static_cast<std::int32_t>(command().position - last_angle_);
       default:
-        return static_cast<double>(command.speed.rate_rad_s);
+        return static_cast<double>(command().speed.rate_rad_s);
     }
   }
 
-  void record(stimulus_kind kind) {
-    const servo_axis_samples& seen = samples();
-    const double gyro_rad_s =
-        seen.motion.gyro_valid ? static_cast<double>(seen.motion.gyro_rad_s) : std::numeric_limits<double>::quiet_NaN();
-    recording_.ticks.push_back({1e-3 * static_cast<double>(ticks_), run_, kind, angle_rad_,
-                                static_cast<double>(machine_.firmware(axis_).signals.rates.joint_rate_rad_s),
-                                gyro_rad_s, torque_constant_nm_a_ * static_cast<double>(seen.mean_current_a),
-                                reference()});
+  void record() {
+    const servo_axis_samples& seen = board_.samples.axis[axis_];
+    const double torque_constant_nm_a = static_cast<double>(board_.app.params.axis[axis_].torque_constant_nm_a);
+    identification::Recording& recording = result_.recording;
+    recording.time_s.push_back(kTick_s * static_cast<double>(recording.ticks()));
+    recording.run.push_back(run_);
+    recording.kind.push_back(static_cast<identification::RunKind>(kind_));
+    recording.joint_angle_rad.push_back(angle_rad_);
+    recording.joint_rate_rad_s.push_back(static_cast<double>(board_.app.axis[axis_].signals.rates.joint_rate_rad_s));
+    recording.inertial_rate_rad_s.push_back(seen.motion.gyro_valid ? static_cast<double>(seen.motion.gyro_rad_s)
+                                                                   : std::numeric_limits<double>::quiet_NaN());
+    recording.torque_nm.push_back(torque_constant_nm_a * static_cast<double>(seen.mean_current_a));
+    recording.reference.push_back(reference());
   }
 
-  Machine machine_;
+  // The way it was decided last.
+  void rest(int ticks) {
+    for (int tick = 0; tick < ticks; ++tick) {
+      machine_.advance_tick();
+    }
+  }
+
+  void begin(stimulus_kind kind) {
+    ++run_;
+    kind_ = kind;
+  }
+
   int axis_;
-  double torque_constant_nm_a_;
-  double angle_rad_;
-  std::int64_t ticks_ = 0;
+  Machine machine_;
+  servo_board board_{};
+  experiment experiment_{};
+  std::function<void(Bench&)> deciding_ = [](Bench&) {};
+  Acquisition result_;
   int run_ = 0;
-  Recording recording_;
+  stimulus_kind kind_ = STIMULUS_SWEEP;
+  double angle_rad_;
+  angle_turn32 last_angle_ = 0;
 };
 
 }  // namespace
 
-Recording run_experiments(const PlantConfig& plant, const servo_params& params, int axis,
-                          const std::array<double, kAxes>& start_angle_rad, const std::vector<PlannedExperiment>& plan,
-                          std::uint64_t seed) {
-  Acquisition acquisition(plant, params, axis, start_angle_rad, seed);
-  for (const PlannedExperiment& planned : plan) {
-    acquisition.run(planned);
-  }
-  return acquisition.take();
-}
-
-void write_recording(const Recording& recording, const std::filesystem::path& file) {
-  try {
-    auto out = fmt::output_file(file.string());
-    out.print("time_s,run,kind,joint_angle_rad,joint_rate_rad_s,inertial_rate_rad_s,torque_nm,reference\n");
-    for (const RecordedTick& t : recording.ticks) {
-      out.print("{:.3f},{},{},{:.10g},{:.7g},{},{:.6g},{:.8g}\n", t.time_s, t.run, static_cast<int>(t.kind),
-                t.joint_angle_rad, t.joint_rate_rad_s,
-                std::isnan(t.inertial_rate_rad_s) ? std::string() : fmt::format("{:.7g}", t.inertial_rate_rad_s),
-                t.torque_nm, t.reference);
+Acquisition acquire(const AcquisitionSetup& setup, const commissioning::Programme& programme) {
+  Bench bench(setup);
+  for (const commissioning::Place& place : programme.places) {
+    bench.move_to(place.angle_rad, programme.moving_rad_s);
+    for (const stimulus_setup& experiment : place.experiments) {
+      bench.perform(experiment, programme.limits);
     }
-  } catch (const std::system_error& error) {
-    throw std::runtime_error(fmt::format("cannot write {}: {}", file.string(), error.code().message()));
   }
+  return bench.take();
 }
 
 }  // namespace trackservo::sim

@@ -1,7 +1,6 @@
 // The device's experiments on the simulated tracker: what they record is what the firmware saw, and limits hold.
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <string>
 
 #include "bench.hpp"
@@ -10,6 +9,8 @@
 #include "unity.h"
 
 namespace sim = trackservo::sim;
+namespace identification = trackservo::identification;
+using identification::RunKind;
 
 extern "C" void setUp() {}
 extern "C" void tearDown() {}
@@ -17,16 +18,27 @@ extern "C" void tearDown() {}
 namespace {
 
 constexpr experiment_limits kLimits = {0.2F, 0.2F, 20.0F, 60.0F};
+constexpr double kPlace_rad = 0.45;
 
 sim::PlantConfig tracker() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
-sim::Recording record(const sim::PlantConfig& plant, const std::vector<sim::PlannedExperiment>& plan,
-                      std::uint64_t seed = 3) {
-  const servo_params params = sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {});
-  return sim::run_experiments(plant, params, sim::kPitch, {0.1, 0.4}, plan, seed);
+// At one place, which the axis reaches from 0.4 rad.
+sim::Acquisition record(const sim::PlantConfig& plant, const std::vector<stimulus_setup>& experiments,
+                        std::uint64_t seed = 3, const experiment_limits& limits = kLimits) {
+  sim::AcquisitionSetup setup;
+  setup.plant = &plant;
+  setup.params = sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {});
+  setup.axis = sim::kPitch;
+  setup.start_angle_rad = {0.1, 0.4};
+  setup.seed = seed;
+  trackservo::commissioning::Programme programme;
+  programme.places = {{kPlace_rad, experiments}};
+  programme.moving_rad_s = 0.1;
+  programme.limits = limits;
+  return sim::acquire(setup, programme);
 }
 
-sim::PlannedExperiment sweep() {
+stimulus_setup sweep() {
   stimulus_setup setup{};
   setup.kind = STIMULUS_SWEEP;
   setup.low_rad_s = 0.01F;
@@ -34,38 +46,40 @@ sim::PlannedExperiment sweep() {
   setup.count = 2;
   setup.dwell_s = 1.0F;
   setup.acceleration_rad_s2 = 0.5F;
-  return {setup, kLimits};
+  return setup;
 }
 
-sim::PlannedExperiment loops() {
+stimulus_setup loops() {
   stimulus_setup setup{};
   setup.kind = STIMULUS_HYSTERESIS;
   setup.count = 2;
   setup.dwell_s = 2.0F;
   setup.amplitude_rad = 2e-3F;
-  return {setup, kLimits};
+  return setup;
 }
 
-void test_a_sweep_and_loops_are_recorded_tick_by_tick() {
-  const sim::Recording recording = record(tracker(), {sweep(), loops()});
-  TEST_ASSERT_EQUAL(2, recording.ended.size());
+void test_a_move_a_sweep_and_loops_are_recorded_tick_by_tick() {
+  constexpr int kMove = 1;  // then a rest, and so after each experiment
+  constexpr int kSweep = 3;
+  constexpr int kLoops = 5;
+  const sim::Acquisition acquired = record(tracker(), {sweep(), loops()});
+  const identification::Recording& recording = acquired.recording;
+  TEST_ASSERT_EQUAL(2, acquired.ended.size());
   double forward_s = 0.0;
   double error_rad_s = 0.0;
   double largest_loop_rad = 0.0;
-  double last_s = 0.0;
-  for (const sim::RecordedTick& tick : recording.ticks) {
-    TEST_ASSERT_TRUE(tick.time_s > last_s);
-    last_s = tick.time_s;
-    TEST_ASSERT_EQUAL(tick.run == 1 ? STIMULUS_SWEEP : STIMULUS_HYSTERESIS, tick.kind);
-    if (tick.run == 1 && std::abs(tick.reference - 0.02) < 1e-9) {
+  for (std::size_t i = 0; i < recording.ticks(); ++i) {
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, 1e-3 * static_cast<double>(i), recording.time_s[i]);
+    TEST_ASSERT_EQUAL(recording.run[i] == kLoops ? RunKind::kHysteresis : RunKind::kSpeedSweep, recording.kind[i]);
+    if (recording.run[i] == kSweep && std::abs(recording.reference[i] - 0.02) < 1e-9) {
       forward_s += 1e-3;
-      error_rad_s += 1e-3 * (tick.inertial_rate_rad_s - tick.reference);
+      error_rad_s += 1e-3 * (recording.inertial_rate_rad_s[i] - recording.reference[i]);
     }
-    if (tick.run == 2) {
-      largest_loop_rad = std::max(largest_loop_rad, std::abs(tick.joint_angle_rad - tick.reference));
+    if (recording.run[i] == kLoops) {
+      largest_loop_rad = std::max(largest_loop_rad, std::abs(recording.joint_angle_rad[i] - recording.reference[i]));
     }
-    TEST_ASSERT_TRUE(std::abs(tick.joint_angle_rad - 0.4) < 0.2);
-    TEST_ASSERT_TRUE(std::abs(tick.torque_nm) < 20.0);
+    TEST_ASSERT_TRUE(recording.run[i] == kMove || std::abs(recording.joint_angle_rad[i] - kPlace_rad) < 0.21);
+    TEST_ASSERT_TRUE(std::abs(recording.torque_nm[i]) < 20.0);
   }
   TEST_ASSERT_DOUBLE_WITHIN(0.02, 1.0, forward_s);
   TEST_ASSERT_DOUBLE_WITHIN(2e-4, 0.0, error_rad_s / forward_s);
@@ -73,33 +87,28 @@ void test_a_sweep_and_loops_are_recorded_tick_by_tick() {
 }
 
 void test_the_same_seed_records_the_same() {
-  const sim::Recording a = record(tracker(), {loops()}, 5);
-  const sim::Recording b = record(tracker(), {loops()}, 5);
-  const sim::Recording c = record(tracker(), {loops()}, 6);
-  TEST_ASSERT_EQUAL(a.ticks.size(), b.ticks.size());
-  bool differs = false;
-  for (std::size_t i = 0; i < a.ticks.size(); ++i) {
-    TEST_ASSERT_EQUAL_DOUBLE(a.ticks[i].torque_nm, b.ticks[i].torque_nm);
-    differs = differs || a.ticks[i].torque_nm != c.ticks[i].torque_nm;
-  }
-  TEST_ASSERT_TRUE(differs);
+  const identification::Recording a = record(tracker(), {loops()}, 5).recording;
+  const identification::Recording b = record(tracker(), {loops()}, 5).recording;
+  const identification::Recording c = record(tracker(), {loops()}, 6).recording;
+  TEST_ASSERT_TRUE(a.torque_nm == b.torque_nm);
+  TEST_ASSERT_TRUE(a.joint_angle_rad == b.joint_angle_rad);
+  TEST_ASSERT_FALSE(a.torque_nm == c.torque_nm);
 }
 
 void test_an_experiment_that_ends_early_is_named_with_its_reason() {
-  sim::PlannedExperiment runaway{};
-  runaway.setup.kind = STIMULUS_TORQUE_RAMPS;
-  runaway.setup.count = 1;
-  runaway.setup.dwell_s = 4.0F;
-  runaway.setup.amplitude_nm = 15.0F;
-  runaway.limits = {0.01F, 0.2F, 20.0F, 60.0F};
+  stimulus_setup runaway{};
+  runaway.kind = STIMULUS_TORQUE_RAMPS;
+  runaway.count = 1;
+  runaway.dwell_s = 4.0F;
+  runaway.amplitude_nm = 15.0F;
   try {
-    record(tracker(), {loops(), runaway});
+    record(tracker(), {loops(), runaway}, 3, {0.01F, 0.2F, 20.0F, 60.0F});
     TEST_FAIL_MESSAGE("it must not come to its end");
   } catch (const sim::ExperimentError& error) {
     TEST_ASSERT_EQUAL_STRING("experiment 2 (torque ramps): the axis left its travel limit.", error.what());
   }
-  sim::PlannedExperiment wide = loops();
-  wide.setup.amplitude_rad = 1.0F;
+  stimulus_setup wide = loops();
+  wide.amplitude_rad = 1.0F;
   try {
     record(tracker(), {wide});
     TEST_FAIL_MESSAGE("it must be refused");
@@ -108,25 +117,21 @@ void test_an_experiment_that_ends_early_is_named_with_its_reason() {
   }
 }
 
-void test_the_file_has_a_header_with_units_and_a_row_a_tick() {
-  const sim::Recording recording = record(tracker(), {loops()});
+void test_what_is_written_is_read_again() {
+  const identification::Recording recording = record(tracker(), {loops()}).recording;
   const std::string file = "build/test_acquisition.csv";
-  sim::write_recording(recording, file);
-  std::ifstream stream(file);
-  std::string line;
-  std::getline(stream, line);
-  TEST_ASSERT_EQUAL_STRING("time_s,run,kind,joint_angle_rad,joint_rate_rad_s,inertial_rate_rad_s,torque_nm,reference",
-                           line.c_str());
-  std::size_t rows = 0;
-  while (std::getline(stream, line)) {
-    TEST_ASSERT_EQUAL(7, std::count(line.begin(), line.end(), ','));
-    ++rows;
+  identification::write_recording(recording, file);
+  const identification::Recording read = identification::load_recording(file);
+  TEST_ASSERT_EQUAL(recording.ticks(), read.ticks());
+  for (std::size_t i = 0; i < read.ticks(); ++i) {
+    TEST_ASSERT_EQUAL(recording.run[i], read.run[i]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-9, recording.joint_angle_rad[i], read.joint_angle_rad[i]);
+    TEST_ASSERT_DOUBLE_WITHIN(1e-5, recording.torque_nm[i], read.torque_nm[i]);
   }
-  TEST_ASSERT_EQUAL(recording.ticks.size(), rows);
   try {
-    sim::write_recording(recording, "build/no/such/folder/x.csv");
+    identification::write_recording(recording, "build/no/such/folder/x.csv");
     TEST_FAIL_MESSAGE("it must not be written");
-  } catch (const std::runtime_error& error) {
+  } catch (const identification::RecordingError& error) {
     TEST_ASSERT_TRUE(std::string(error.what()).find("no/such/folder/x.csv") != std::string::npos);
   }
 }
@@ -135,9 +140,9 @@ void test_the_file_has_a_header_with_units_and_a_row_a_tick() {
 
 int main() {
   UNITY_BEGIN();
-  RUN_TEST(test_a_sweep_and_loops_are_recorded_tick_by_tick);
+  RUN_TEST(test_a_move_a_sweep_and_loops_are_recorded_tick_by_tick);
   RUN_TEST(test_the_same_seed_records_the_same);
   RUN_TEST(test_an_experiment_that_ends_early_is_named_with_its_reason);
-  RUN_TEST(test_the_file_has_a_header_with_units_and_a_row_a_tick);
+  RUN_TEST(test_what_is_written_is_read_again);
   return UNITY_END();
 }

@@ -8,13 +8,14 @@
 #include <cmath>
 #include <functional>
 
+#include "commissioning/commission.hpp"
 #include "truth.hpp"
 
 namespace identification = trackservo::identification;
 namespace sim = trackservo::sim;
-using commissioning::BenchSetup;
-using commissioning::kRadPerDeg;
-using commissioning::Programme;
+using commissioning_bench::BenchSetup;
+using commissioning_bench::kRadPerDeg;
+using trackservo::commissioning::Programme;
 
 namespace {
 
@@ -54,12 +55,18 @@ void limit_travel(BenchSetup& setup) {
 
 // As if the machine had been taken for one with half of Tc, bristle length and Stribeck speed, or with twice.
 void misjudge(Programme& programme, double factor) {
-  const sim::PlantConfig plant = sim::load_plant("sim_host/plants/tracker.toml");
-  commissioning::RoughMachine machine = commissioning::rough_machine(plant, sim::kAzimuth, BenchSetup().pitch_rad);
+  const BenchSetup setup = commissioning_bench::setup_of("tracker");
+  trackservo::commissioning::RoughMachine machine = commissioning_bench::rough_truth(setup);
   machine.coulomb_nm *= factor;
   machine.bristle_rad *= factor;
   machine.stribeck_rad_s *= factor;
-  programme = commissioning::programme_for(machine);
+  programme = trackservo::commissioning::programme_for(sim::motion_limits(setup.plant, setup.axis), machine);
+}
+
+void keep_sweeps(trackservo::commissioning::Place& place) {
+  std::vector<stimulus_setup>& experiments = place.experiments;
+  const auto other = [](const stimulus_setup& experiment) { return experiment.kind != STIMULUS_SWEEP; };
+  experiments.erase(std::remove_if(experiments.begin(), experiments.end(), other), experiments.end());
 }
 
 const std::vector<Case>& cases() {
@@ -87,8 +94,8 @@ const std::vector<Case>& cases() {
        [](Programme& programme) { misjudge(programme, 2.0); }},
       {"no loops, no chirp", "tracker", sim::kAzimuth, [](BenchSetup&) {},
        [](Programme& programme) {
-         for (commissioning::Place& place : programme.places) {
-           place.experiments.resize(place.experiments.size() - 2);
+         for (trackservo::commissioning::Place& place : programme.places) {
+           keep_sweeps(place);
          }
        }},
   };
@@ -119,7 +126,7 @@ void count(const identification::Identification& result, const std::map<std::str
     worst = std::abs(error) > std::abs(worst) ? error : worst;
     tally.values += 1;
     tally.covered += parameter.interval.low <= right && right <= parameter.interval.high ? 1 : 0;
-    tally.within += std::abs(error) <= commissioning::allowed_error(parameter.name) ? 1 : 0;
+    tally.within += std::abs(error) <= commissioning_bench::allowed_error(parameter.name) ? 1 : 0;
     if (details) {
       fmt::print("    {:<24} true {:10.5g} paper {:10.5g} found {:10.5g} ({:+.2f} %), {:.5g} .. {:.5g}\n",
                  parameter.name, right, parameter.paper, parameter.value, 100 * error, parameter.interval.low,
@@ -129,12 +136,9 @@ void count(const identification::Identification& result, const std::map<std::str
 }
 
 void run(const Case& which, int seeds, std::uint64_t first_seed, bool details, const std::string& csv) {
-  BenchSetup setup;
-  setup.axis = which.axis;
-  setup.plant = sim::load_plant(fmt::format("sim_host/plants/{}.toml", which.plant));
+  BenchSetup setup = commissioning_bench::setup_of(which.plant, which.axis);
   which.change(setup);
-  Programme programme =
-      commissioning::programme_for(commissioning::rough_machine(setup.plant, setup.axis, setup.pitch_rad));
+  Programme programme = commissioning_bench::programme_of(setup);
   if (which.reprogramme) {
     which.reprogramme(programme);
   }
@@ -143,19 +147,19 @@ void run(const Case& which, int seeds, std::uint64_t first_seed, bool details, c
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < seeds; ++i) {
     setup.seed = first_seed + static_cast<std::uint64_t>(i);
-    const identification::Recording recording = commissioning::record(setup, programme);
+    const identification::Recording recording = commissioning_bench::record(setup, programme);
     recorded_s = recording.time_s.back();
     if (!csv.empty()) {
-      commissioning::write_csv(recording, csv);
+      identification::write_recording(recording, csv);
     }
     const identification::Identification result = identification::identify(recording);
-    count(result, commissioning::truth_of(setup, result.position_terms), details, tally);
+    count(result, commissioning_bench::truth_of(setup, result.position_terms), details, tally);
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::pair<std::string, double> worst;
   for (const auto& [name, error] : tally.worst) {
-    if (std::abs(error) / commissioning::allowed_error(name) >
-        std::abs(worst.second) / (worst.first.empty() ? 1.0 : commissioning::allowed_error(worst.first))) {
+    if (std::abs(error) / commissioning_bench::allowed_error(name) >
+        std::abs(worst.second) / (worst.first.empty() ? 1.0 : commissioning_bench::allowed_error(worst.first))) {
       worst = {name, error};
     }
   }

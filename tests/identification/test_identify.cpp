@@ -7,11 +7,12 @@
 
 namespace identification = trackservo::identification;
 namespace sim = trackservo::sim;
-using commissioning::BenchSetup;
-using commissioning::Programme;
+using commissioning_bench::BenchSetup;
+using commissioning_bench::programme_of;
 using identification::Identification;
 using identification::Parameter;
 using identification::Recording;
+using trackservo::commissioning::Programme;
 
 extern "C" void setUp() {}
 extern "C" void tearDown() {}
@@ -20,24 +21,13 @@ namespace {
 
 constexpr std::uint64_t kSeed = 21;  // not one of the study's
 
-BenchSetup setup_of(const char *plant) {
-  BenchSetup setup;
-  setup.plant = sim::load_plant(std::string("sim_host/plants/") + plant + ".toml");
-  setup.seed = kSeed;
-  return setup;
-}
-
-Programme programme_of(const BenchSetup& setup) {
-  return commissioning::programme_for(commissioning::rough_machine(setup.plant, setup.axis, setup.pitch_rad));
-}
-
 // Every parameter within the limits; at most one of the eleven outside of its interval.
 void expect_truth(const BenchSetup& setup, const Identification& result) {
   int outside = 0;
-  for (const auto& [name, right] : commissioning::truth_of(setup, result.position_terms)) {
+  for (const auto& [name, right] : commissioning_bench::truth_of(setup, result.position_terms)) {
     const Parameter& found = result.parameter(name);
     TEST_ASSERT_EQUAL_STRING_MESSAGE("", found.refused.c_str(), name.c_str());
-    CHECK_RELATIVE(name.c_str(), right, found.value, commissioning::allowed_error(name));
+    CHECK_RELATIVE(name.c_str(), right, found.value, commissioning_bench::allowed_error(name));
     outside += found.interval.low <= right && right <= found.interval.high ? 0 : 1;
     CHECK_AT_MOST("width of the interval", 1.3, found.interval.high / found.interval.low);
   }
@@ -46,8 +36,8 @@ void expect_truth(const BenchSetup& setup, const Identification& result) {
 }
 
 void test_the_tracker_is_identified_in_its_wind() {
-  const BenchSetup setup = setup_of("tracker");
-  const Recording recording = commissioning::record(setup, programme_of(setup));
+  const BenchSetup setup = commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed);
+  const Recording recording = commissioning_bench::record(setup, programme_of(setup));
   const Identification result = identification::identify(recording);
   expect_truth(setup, result);
   CHECK_AT_MOST("correlation of whitened residuals", 0.05, result.largest_correlation);
@@ -67,8 +57,8 @@ void test_the_tracker_is_identified_in_its_wind() {
 }
 
 void test_the_papers_machine_is_identified() {
-  const BenchSetup setup = setup_of("paper_simulation");
-  const Recording recording = commissioning::record(setup, programme_of(setup));
+  const BenchSetup setup = commissioning_bench::setup_of("paper_simulation", sim::kAzimuth, kSeed);
+  const Recording recording = commissioning_bench::record(setup, programme_of(setup));
   const Identification result = identification::identify(recording);
   expect_truth(setup, result);
   CHECK_RELATIVE("the paper's assumption holds on its own machine", identification::kPaperDampingRatio,
@@ -76,10 +66,10 @@ void test_the_papers_machine_is_identified() {
 }
 
 void test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing() {
-  const BenchSetup setup = setup_of("tracker");
+  const BenchSetup setup = commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed);
   Programme programme = programme_of(setup);
   programme.places.resize(2);
-  for (commissioning::Place& place : programme.places) {
+  for (trackservo::commissioning::Place& place : programme.places) {
     // The fastest speeds only, one after the other, hardly any turns.
     const std::vector<stimulus_setup> all = place.experiments;
     place.experiments.clear();
@@ -91,7 +81,7 @@ void test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing() {
       }
     }
   }
-  const Recording recording = commissioning::record(setup, programme);
+  const Recording recording = commissioning_bench::record(setup, programme);
   const Identification result = identification::identify(recording);
   TEST_ASSERT_FALSE(result.complete());
   const Parameter& stiffness = result.parameter("stiffness");

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace commissioning {
+namespace commissioning_bench {
 
 namespace {
 
@@ -48,4 +48,4 @@ double allowed_error(const std::string& parameter) {
   return 0.05;
 }
 
-}  // namespace commissioning
+}  // namespace commissioning_bench

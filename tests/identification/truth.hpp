@@ -8,7 +8,7 @@
 #include "commissioning_bench.hpp"
 #include "identification/identification.hpp"
 
-namespace commissioning {
+namespace commissioning_bench {
 
 // Friction levels are the mean over the travel that was recorded, which is all that can be known of a seal that does
 // not run true; over a whole turn that is the plant file's number.
@@ -17,6 +17,6 @@ std::map<std::string, double> truth_of(const BenchSetup& setup, const identifica
 // How far a found value may be off, as a logarithm: the limits.
 double allowed_error(const std::string& parameter);
 
-}  // namespace commissioning
+}  // namespace commissioning_bench
 
 #endif

@@ -1,6 +1,7 @@
 // identify: friction and plant from recorded runs.
 //
 //   identify fit RECORDING.csv [--json FILE] [--residuals FILE]
+//   identify plan --lowest-rad A --highest-rad B --torque-nm T --fastest-rad-s V [--identified FILE] [--json FILE]
 //   identify paper-damping --slope 308.1 --inertia 23.5 --viscous 11.876
 //
 // Exit codes: 0 all parameters, 1 wrong input, 2 some were refused.
@@ -11,10 +12,13 @@
 #include <exception>
 #include <fstream>
 
+#include "commissioning/programme_json.hpp"
+#include "commissioning/programme_text.hpp"
 #include "identification/identification.hpp"
 #include "identification/result_json.hpp"
 
 namespace identification = trackservo::identification;
+namespace commissioning = trackservo::commissioning;
 
 namespace {
 
@@ -64,6 +68,51 @@ int fit(const FitOptions& options) {
   return result.complete() ? 0 : kRefused;
 }
 
+struct PlanOptions {
+  commissioning::MotionLimits limits;
+  double start_rad = 0;
+  std::string identified;
+  std::string json;
+};
+
+// What a first look found, from its result.
+commissioning::RoughMachine load_rough_machine(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) {
+    throw std::runtime_error(fmt::format("{}: cannot be opened; give the result of 'identify fit --json'.", path));
+  }
+  try {
+    const nlohmann::json rough = nlohmann::json::parse(file).at("rough");
+    return {rough.at("coulomb_nm"), rough.at("bristle_rad"), rough.at("stribeck_rad_s"), rough.at("inertia_kg_m2")};
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(fmt::format("{}: is no result of 'identify fit --json', which has a block \"rough\" ({}).",
+                                         path, error.what()));
+  }
+}
+
+void plan(const PlanOptions& options) {
+  const commissioning::Programme programme =
+      options.identified.empty() ? commissioning::first_look(options.limits)
+                                 : commissioning::programme_for(options.limits, load_rough_machine(options.identified));
+  commissioning::print(programme, options.start_rad);
+  if (!options.json.empty()) {
+    open_for_writing(options.json) << commissioning::to_json(programme, options.start_rad).dump(2) << '\n';
+  }
+}
+
+void add_plan(CLI::App& app, PlanOptions& options) {
+  CLI::App *command = app.add_subcommand("plan", "which experiments, where, how fast, how strong, how long");
+  command->add_option("--lowest-rad", options.limits.lowest_rad, "joint angle that is never passed")->required();
+  command->add_option("--highest-rad", options.limits.highest_rad, "joint angle that is never passed")->required();
+  command->add_option("--fastest-rad-s", options.limits.rate_rad_s, "joint rate that is never passed")->required();
+  command->add_option("--torque-nm", options.limits.torque_nm, "torque that is never passed")->required();
+  command->add_option("--start-rad", options.start_rad, "where the axis is, for the predicted duration");
+  command->add_option("--identified", options.identified,
+                      "result of a first look; without it, this plans the first look");
+  command->add_option("--json", options.json, "write the programme here");
+  command->callback([&options] { plan(options); });
+}
+
 struct DampingOptions {
   double slope_nm_rad = 0;
   double inertia_kg_m2 = 0;
@@ -101,6 +150,8 @@ int main(int argc, char **argv) {
     command->add_option("--json", options.json, "write the result here");
     command->add_option("--residuals", options.residuals, "write the residuals here, as CSV for plots");
     command->callback([&] { code = fit(options); });
+    PlanOptions plan_options;
+    add_plan(app, plan_options);
     DampingOptions damping;
     add_paper_damping(app, damping);
     CLI11_PARSE(app, argc, argv);

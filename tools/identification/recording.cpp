@@ -200,4 +200,20 @@ Recording load_recording(const std::string& path) {
   return read_recording(file, path);
 }
 
+void write_recording(const Recording& recording, const std::string& path) {
+  std::ofstream file(path);
+  file << kRecordingHeader << '\n';
+  for (std::size_t i = 0; i < recording.ticks(); ++i) {
+    const double inertial_rad_s = recording.inertial_rate_rad_s[i];
+    file << fmt::format("{:.3f},{},{},{:.10g},{:.7g},{},{:.7g},{:.8g}\n", recording.time_s[i], recording.run[i],
+                        static_cast<int>(recording.kind[i]), recording.joint_angle_rad[i],
+                        recording.joint_rate_rad_s[i],
+                        std::isnan(inertial_rad_s) ? std::string() : fmt::format("{:.7g}", inertial_rad_s),
+                        recording.torque_nm[i], recording.reference[i]);
+  }
+  if (!file.flush()) {
+    throw RecordingError(fmt::format("{}: cannot be written; give a path in a folder that exists.", path));
+  }
+}
+
 }  // namespace trackservo::identification

@@ -55,6 +55,9 @@ class RecordingError : public std::runtime_error {
 Recording read_recording(std::istream& input, const std::string& name);
 Recording load_recording(const std::string& path);
 
+// Writes what load_recording reads. Throws RecordingError when the file cannot be written.
+void write_recording(const Recording& recording, const std::string& path);
+
 extern const char *const kRecordingHeader;
 
 }  // namespace trackservo::identification

@@ -1,0 +1,43 @@
+#include "commissioning/commission.hpp"
+
+#include "experiments/control_design.hpp"
+
+namespace trackservo::sim {
+
+namespace {
+
+// What sizes the programme, whether or not the first look can vouch for it.
+commissioning::RoughMachine rough_machine(const identification::Identification& found) {
+  const double coulomb_nm = found.coulomb_mean.value;
+  return {coulomb_nm, coulomb_nm / found.parameter("stiffness").value, found.parameter("stribeck_speed_positive").value,
+          found.parameter("inertia").value};
+}
+
+}  // namespace
+
+commissioning::MotionLimits motion_limits(const PlantConfig& plant, int axis) {
+  constexpr double kRateLimit_rad_s = 0.6;
+  const AxisConfig& config = plant.axis[static_cast<std::size_t>(axis)];
+  commissioning::MotionLimits limits;
+  limits.lowest_rad = config.end_stops ? config.end_stops->lower_rad : -kPi;
+  limits.highest_rad = config.end_stops ? config.end_stops->upper_rad : kPi;
+  limits.rate_rad_s = kRateLimit_rad_s;
+  limits.torque_nm = config.motor.torque_constant_nm_a * config.motor.current_limit_a;
+  return limits;
+}
+
+Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed) {
+  AcquisitionSetup setup;
+  setup.plant = &plant;
+  setup.params = design_controller(plant, controller_spec("pi"), {seed, 0.15, TRACKER_PI});
+  setup.axis = axis;
+  setup.seed = seed;
+  const commissioning::MotionLimits limits = motion_limits(plant, axis);
+  const Acquisition looked = acquire(setup, commissioning::first_look(limits));
+  const commissioning::RoughMachine rough = rough_machine(identification::identify(looked.recording));
+  Acquisition acquired = acquire(setup, commissioning::programme_for(limits, rough));
+  identification::Identification found = identification::identify(acquired.recording);
+  return {rough, looked.recording.time_s.back(), std::move(acquired), std::move(found)};
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,27 @@
+// The whole commissioning of one axis of a simulated machine: first look, programme, fit. What `servoctl identify`
+// does on a real one, at the computer's full speed.
+#ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSION_HPP
+#define TRACKSERVO_SIM_COMMISSIONING_COMMISSION_HPP
+
+#include "commissioning/acquisition.hpp"
+#include "identification/identification.hpp"
+
+namespace trackservo::sim {
+
+// What an axis of this plant may do: its end stops (or a turn), its motor's torque, and 0.6 rad/s.
+commissioning::MotionLimits motion_limits(const PlantConfig& plant, int axis);
+
+struct Commissioned {
+  commissioning::RoughMachine rough;  // of the first look
+  double first_look_s = 0;            // simulated
+  Acquisition acquisition;            // of the programme
+  identification::Identification identification;
+};
+
+// With the gains that the plant file wishes for (PI alone), for both axes; the other axis stands at angle 0. Throws
+// ConfigError, ProgrammeError, ExperimentError, IdentificationError.
+Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed);
+
+}  // namespace trackservo::sim
+
+#endif
