@@ -115,7 +115,6 @@ class Bench {
   }
 
   void perform(const stimulus_setup& setup, const experiment_limits& limits) {
-    begin(STIMULUS_SWEEP);
     deciding_ = [](Bench& bench) { bench.stand(); };
     rest(kRestTicks);
     begin(setup.kind);
@@ -162,6 +161,7 @@ class Bench {
     if (experiment_step(&experiment_, last_angle_, joint_rate_rad_s, &command(), SERVO_TICK_S)) {
       return true;
     }
+    begin(STIMULUS_SWEEP);
     stand();
     return false;
   }
@@ -199,6 +199,7 @@ class Bench {
     }
   }
 
+  // What does not belong to an experiment is a sweep: at the speed of a move, or at rest.
   void begin(stimulus_kind kind) {
     ++run_;
     kind_ = kind;

@@ -59,9 +59,9 @@ stimulus_setup loops() {
 }
 
 void test_a_move_a_sweep_and_loops_are_recorded_tick_by_tick() {
-  constexpr int kMove = 1;  // then a rest, and so after each experiment
-  constexpr int kSweep = 3;
-  constexpr int kLoops = 5;
+  constexpr int kMove = 1;
+  constexpr int kSweep = 2;  // then a rest
+  constexpr int kLoops = 4;
   const sim::Acquisition acquired = record(tracker(), {sweep(), loops()});
   const identification::Recording& recording = acquired.recording;
   TEST_ASSERT_EQUAL(2, acquired.ended.size());
