@@ -1,6 +1,7 @@
 // sim_host: the simulated tracker on the command line.
 //
 //   sim_host run --plant FILE --scenario FILE --controller NAME --seed N --csv FILE
+//   sim_host identify --plant FILE --out DIR
 //   sim_host experiments --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
@@ -10,11 +11,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cstdio>
 #include <exception>
+#include <future>
 #include <memory>
 #include <set>
 
+#include "commissioning/commission.hpp"
+#include "commissioning/commission_report.hpp"
 #include "config/arguments.hpp"
 #include "experiments/benchmark.hpp"
 #include "experiments/campaign.hpp"
@@ -128,6 +134,33 @@ void run(const RunOptions& options) {
       fmt::print("written {}\n", file.string());
     }
   }
+}
+
+struct IdentifyOptions {
+  std::filesystem::path plant;
+  std::uint64_t seed = 1;
+  std::filesystem::path out_dir;
+};
+
+// Both axes at the same time, as if each machine had one: a thread each.
+void identify(const IdentifyOptions& options) {
+  const sim::PlantConfig plant = sim::load_plant(options.plant);
+  warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
+  const auto begin = std::chrono::steady_clock::now();
+  std::array<std::future<sim::Commissioned>, sim::kAxes> axes;
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    axes[static_cast<std::size_t>(axis)] =
+        std::async(std::launch::async, [&plant, &options, axis] { return sim::commission(plant, axis, options.seed); });
+  }
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    const sim::Commissioned commissioned = axes[static_cast<std::size_t>(axis)].get();
+    sim::print(plant, commissioned);
+    if (!options.out_dir.empty()) {
+      sim::write(commissioned, options.out_dir / sim::axis_name(axis));
+    }
+  }
+  fmt::print("both axes: {:.0f} s of this computer\n",
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
 }
 
 struct ServeCommand {
@@ -259,6 +292,18 @@ void add_experiments(CLI::App& app) {
   });
 }
 
+void add_identify(CLI::App& app) {
+  auto options = std::make_shared<IdentifyOptions>();
+  CLI::App *command =
+      app.add_subcommand("identify", "find friction and inertia of both axes with the device's experiments");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
+  command->add_option("--seed", options->seed, "seed of all noise")->check(seed())->capture_default_str();
+  command
+      ->add_option("--out", options->out_dir, "folder for recordings, results and residuals, below a folder per axis")
+      ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
+  command->callback([options] { identify(*options); });
+}
+
 void add_bench(CLI::App& app) {
   auto data_dir = std::make_shared<std::filesystem::path>(TRACKSERVO_DATA_DIR);
   CLI::App *command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
@@ -294,6 +339,7 @@ int parse_and_run(int argc, char **argv) {
   CLI::App app{"The simulated optical tracker with the servo firmware on it."};
   app.require_subcommand(1);
   add_run(app);
+  add_identify(app);
   add_experiments(app);
   add_bench(app);
   add_serve(app);

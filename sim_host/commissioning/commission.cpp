@@ -1,5 +1,8 @@
 #include "commissioning/commission.hpp"
 
+#include <cmath>
+
+#include "commissioning/true_parameters.hpp"
 #include "experiments/control_design.hpp"
 
 namespace trackservo::sim {
@@ -26,6 +29,23 @@ commissioning::MotionLimits motion_limits(const PlantConfig& plant, int axis) {
   return limits;
 }
 
+BreakawayTorque breakaway_torque(const std::vector<experiment>& ended, int direction) {
+  BreakawayTorque all;
+  double square_sum_nm2 = 0;
+  for (const experiment& e : ended) {
+    const breakaway_statistics& part = e.stimulus.breakaway[direction];
+    if (part.count > 0) {
+      const double off_nm = static_cast<double>(part.mean_nm) - all.mean_nm;
+      const std::uint32_t count = all.count + part.count;
+      square_sum_nm2 += static_cast<double>(part.square_sum_nm2) + off_nm * off_nm * all.count * part.count / count;
+      all.mean_nm += off_nm * part.count / count;
+      all.count = count;
+    }
+  }
+  all.deviation_nm = all.count > 1 ? std::sqrt(square_sum_nm2 / (all.count - 1)) : 0.0;
+  return all;
+}
+
 Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed) {
   AcquisitionSetup setup;
   setup.plant = &plant;
@@ -37,7 +57,8 @@ Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed) 
   const commissioning::RoughMachine rough = rough_machine(identification::identify(looked.recording));
   Acquisition acquired = acquire(setup, commissioning::programme_for(limits, rough));
   identification::Identification found = identification::identify(acquired.recording);
-  return {rough, looked.recording.time_s.back(), std::move(acquired), std::move(found)};
+  const std::map<std::string, double> truth = true_parameters(plant, axis, 0.0, found.position_terms);
+  return {axis, rough, looked.recording.time_s.back(), std::move(acquired), std::move(found), truth};
 }
 
 }  // namespace trackservo::sim

@@ -3,6 +3,9 @@
 #ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSION_HPP
 #define TRACKSERVO_SIM_COMMISSIONING_COMMISSION_HPP
 
+#include <map>
+#include <string>
+
 #include "commissioning/acquisition.hpp"
 #include "identification/identification.hpp"
 
@@ -12,11 +15,23 @@ namespace trackservo::sim {
 commissioning::MotionLimits motion_limits(const PlantConfig& plant, int axis);
 
 struct Commissioned {
+  int axis;
   commissioning::RoughMachine rough;  // of the first look
-  double first_look_s = 0;            // simulated
+  double first_look_s;                // simulated
   Acquisition acquisition;            // of the programme
   identification::Identification identification;
+  std::map<std::string, double> truth;  // of the same names
 };
+
+// Break-away torques of one direction, over all break-away experiments.
+struct BreakawayTorque {
+  std::uint32_t count = 0;
+  double mean_nm = 0;
+  double deviation_nm = 0;  // 0 of less than two
+};
+
+// Of STIMULUS_BACKWARD or STIMULUS_FORWARD.
+BreakawayTorque breakaway_torque(const std::vector<experiment>& ended, int direction);
 
 // With the gains that the plant file wishes for (PI alone), for both axes; the other axis stands at angle 0. Throws
 // ConfigError, ProgrammeError, ExperimentError, IdentificationError.

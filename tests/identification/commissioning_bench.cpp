@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "commissioning/commission.hpp"
+#include "commissioning/true_parameters.hpp"
 #include "experiments/control_design.hpp"
 
 namespace commissioning_bench {
@@ -44,6 +45,20 @@ identification::Recording record(const BenchSetup& setup, const commissioning::P
               std::numeric_limits<double>::quiet_NaN());
   }
   return recording;
+}
+
+std::map<std::string, double> truth_of(const BenchSetup& setup, const identification::Identification& result) {
+  return sim::true_parameters(setup.plant, setup.axis, setup.pitch_rad, result.position_terms);
+}
+
+double allowed_error(const std::string& parameter) {
+  if (parameter == "damping") {
+    return 0.20;
+  }
+  if (parameter == "stiffness" || parameter.rfind("stribeck_speed", 0) == 0) {
+    return 0.10;
+  }
+  return 0.05;
 }
 
 }  // namespace commissioning_bench

@@ -2,11 +2,13 @@
 #ifndef TRACKSERVO_TESTS_COMMISSIONING_BENCH_HPP
 #define TRACKSERVO_TESTS_COMMISSIONING_BENCH_HPP
 
+#include <map>
 #include <string>
 
 #include "commissioning/acquisition.hpp"
 #include "commissioning/programme.hpp"
 #include "config/plant_config.hpp"
+#include "identification/identification.hpp"
 
 namespace commissioning_bench {
 
@@ -35,6 +37,11 @@ commissioning::RoughMachine rough_truth(const BenchSetup& setup);
 commissioning::Programme programme_of(const BenchSetup& setup);
 
 identification::Recording record(const BenchSetup& setup, const commissioning::Programme& programme);
+
+std::map<std::string, double> truth_of(const BenchSetup& setup, const identification::Identification& result);
+
+// How far a found value may be off, as a logarithm: the project's limits.
+double allowed_error(const std::string& parameter);
 
 }  // namespace commissioning_bench
 

@@ -9,7 +9,7 @@
 #include <functional>
 
 #include "commissioning/commission.hpp"
-#include "truth.hpp"
+#include "commissioning_bench.hpp"
 
 namespace identification = trackservo::identification;
 namespace sim = trackservo::sim;
@@ -153,7 +153,7 @@ void run(const Case& which, int seeds, std::uint64_t first_seed, bool details, c
       identification::write_recording(recording, csv);
     }
     const identification::Identification result = identification::identify(recording);
-    count(result, commissioning_bench::truth_of(setup, result.position_terms), details, tally);
+    count(result, commissioning_bench::truth_of(setup, result), details, tally);
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::pair<std::string, double> worst;

@@ -1,8 +1,8 @@
 // Identification of the shipped machines, with all noise on, against their plant files; and what it refuses.
 #include <string>
 
+#include "commissioning_bench.hpp"
 #include "identification/result_json.hpp"
-#include "truth.hpp"
 #include "unit/support/check.h"
 
 namespace identification = trackservo::identification;
@@ -24,7 +24,7 @@ constexpr std::uint64_t kSeed = 21;  // not one of the study's
 // Every parameter within the limits; at most one of the eleven outside of its interval.
 void expect_truth(const BenchSetup& setup, const Identification& result) {
   int outside = 0;
-  for (const auto& [name, right] : commissioning_bench::truth_of(setup, result.position_terms)) {
+  for (const auto& [name, right] : commissioning_bench::truth_of(setup, result)) {
     const Parameter& found = result.parameter(name);
     TEST_ASSERT_EQUAL_STRING_MESSAGE("", found.refused.c_str(), name.c_str());
     CHECK_RELATIVE(name.c_str(), right, found.value, commissioning_bench::allowed_error(name));

@@ -1,12 +1,12 @@
-#include "truth.hpp"
+#include "commissioning/true_parameters.hpp"
 
 #include <cmath>
 
-namespace commissioning_bench {
+namespace trackservo::sim {
 
 namespace {
 
-double mean_level(const sim::FrictionConfig& friction, const identification::PositionTerms& travel) {
+double mean_level(const FrictionConfig& friction, const identification::PositionTerms& travel) {
   if (travel.basis() == identification::PositionBasis::kTurn) {
     return 1.0;
   }
@@ -22,8 +22,9 @@ double mean_level(const sim::FrictionConfig& friction, const identification::Pos
 
 }  // namespace
 
-std::map<std::string, double> truth_of(const BenchSetup& setup, const identification::PositionTerms& travel) {
-  const sim::FrictionConfig& friction = setup.plant.axis[static_cast<std::size_t>(setup.axis)].friction;
+std::map<std::string, double> true_parameters(const PlantConfig& plant, int axis, double pitch_rad,
+                                              const identification::PositionTerms& travel) {
+  const FrictionConfig& friction = plant.axis[static_cast<std::size_t>(axis)].friction;
   const double level = mean_level(friction, travel);
   return {{"coulomb_positive", level * friction.positive.coulomb_nm},
           {"breakaway_positive", level * friction.positive.breakaway_nm},
@@ -35,17 +36,7 @@ std::map<std::string, double> truth_of(const BenchSetup& setup, const identifica
           {"viscous_negative", friction.negative.viscous_nm_s_rad},
           {"stiffness", friction.stiffness_nm_rad},
           {"damping", friction.damping_nm_s_rad},
-          {"inertia", sim::axis_inertia_kg_m2(setup.plant, setup.axis, setup.pitch_rad)}};
+          {"inertia", axis_inertia_kg_m2(plant, axis, pitch_rad)}};
 }
 
-double allowed_error(const std::string& parameter) {
-  if (parameter == "damping") {
-    return 0.20;
-  }
-  if (parameter == "stiffness" || parameter.rfind("stribeck_speed", 0) == 0) {
-    return 0.10;
-  }
-  return 0.05;
-}
-
-}  // namespace commissioning_bench
+}  // namespace trackservo::sim

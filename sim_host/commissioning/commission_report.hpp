@@ -1,0 +1,20 @@
+// What commissioning found, for people and as files.
+#ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSION_REPORT_HPP
+#define TRACKSERVO_SIM_COMMISSIONING_COMMISSION_REPORT_HPP
+
+#include <filesystem>
+
+#include "commissioning/commission.hpp"
+
+namespace trackservo::sim {
+
+// A table to the standard output: true, found, interval.
+void print(const PlantConfig& plant, const Commissioned& commissioned);
+
+// runs.csv, result.json, residuals.csv: as servoctl identify writes them. Makes the folder. Throws std::runtime_error
+// or RecordingError that names the file.
+void write(const Commissioned& commissioned, const std::filesystem::path& folder);
+
+}  // namespace trackservo::sim
+
+#endif
