@@ -42,7 +42,7 @@ double torque_of(const std::vector<Tone>& tones, double amplitude_nm, double tim
 
 }  // namespace
 
-FrequencyResponse measured_loop_gain(const MeasurementRequest& request) {
+gain_design::FrequencyResponse measured_loop_gain(const MeasurementRequest& request) {
   Machine machine(*request.plant, request.params, request.seed, {0.0, 0.0});
   for (servo_axis_command& command : machine.command().axis) {
     command.mode = SERVO_SPEED;
@@ -68,7 +68,7 @@ FrequencyResponse measured_loop_gain(const MeasurementRequest& request) {
       injected[i] += torque_nm * turn;
     }
   }
-  FrequencyResponse response;
+  gain_design::FrequencyResponse response;
   for (std::size_t i = 0; i < tones.size(); ++i) {
     response.frequency_hz.push_back(tones[i].frequency_hz);
     response.loop_gain.push_back(-controller[i] / (controller[i] + injected[i]));

@@ -7,8 +7,9 @@
 
 #include <cstdint>
 
-#include "analysis/frequency_response.hpp"
 #include "config/plant_config.hpp"
+#include "gain_design/loop_gain.hpp"
+#include "run/firmware.hpp"
 
 namespace trackservo::sim {
 
@@ -24,7 +25,7 @@ struct MeasurementRequest {
 };
 
 // Takes 3 s to settle and 16 s to measure, of simulated time.
-FrequencyResponse measured_loop_gain(const MeasurementRequest& request);
+gain_design::FrequencyResponse measured_loop_gain(const MeasurementRequest& request);
 
 }  // namespace trackservo::sim
 

@@ -63,8 +63,8 @@ double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
   double broken = 0.0;
   for (int axis = 0; axis < kAxes; ++axis) {
     const Margins margins = worst_margins(search.study.plant, axis, search.params.axis[axis].speed);
-    broken += lacking(kLeastGainMargin_db + kGainReserve_db, margins.gain_margin_db);
-    broken += lacking(kLeastPhaseMargin_deg + kPhaseReserve_deg, margins.phase_margin_deg);
+    broken += lacking(kLeastMargins.gain_margin_db + kGainReserve_db, margins.gain_margin_db);
+    broken += lacking(kLeastMargins.phase_margin_deg + kPhaseReserve_deg, margins.phase_margin_deg);
   }
   return broken > 0.0 ? 1e4 * (1.0 + broken) : mean_cost(search);
 }

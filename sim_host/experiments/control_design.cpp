@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "experiments/design_check.hpp"
+#include "gain_design/identified_plant.hpp"
+#include "gain_design/outer_loops.hpp"
 #include "random.hpp"
 
 namespace trackservo::sim {
@@ -58,80 +60,98 @@ rate_source source_of(FeedbackSource feedback) {
   }
 }
 
-speed_loop_params design_speed_loop(const PlantConfig& plant, int axis, const ControllerSpec& spec,
-                                    const DesignOptions& options) {
+void set_speed_loop(axis_parameters& p, const PlantConfig& plant, int axis, const ControllerSpec& spec) {
   const std::size_t i = static_cast<std::size_t>(axis);
   const DesignConfig& design = plant.design[i];
-  const double inertia_kg_m2 = nominal_inertia_kg_m2(plant, axis);
+  const float inertia_kg_m2 = to_float(nominal_inertia_kg_m2(plant, axis));
   const double limit_nm = plant.axis[i].motor.current_limit_a * plant.axis[i].motor.torque_constant_nm_a;
-  speed_loop_params p{};
-  p.rate_estimator.window_ticks = design.rate_window_ticks;
-  p.rate_fusion = {source_of(design.feedback), to_float(2.0 * kPi * design.fusion_crossover_hz)};
-  p.notch = biquad_pass();
-  p.lowpass = biquad_pass();
-  p.acceleration_inertia_kg_m2 = to_float(inertia_kg_m2);
-  p.observer_on = spec.observer;
-  p.observer.inertia_kg_m2 = to_float(inertia_kg_m2);
-  p.observer.bandwidth_rad_s = to_float(2.0 * kPi * design.observer_bandwidth_hz);
-  p.observer.limit_nm = to_float(limit_nm);
-  p.friction.model = spec.friction;
+  p.speed_loop.acceleration_inertia_kg_m2 = inertia_kg_m2;
+  p.observer = {spec.observer ? 1U : 0U, inertia_kg_m2, 0.0F, to_float(2.0 * kPi * design.observer_bandwidth_hz),
+                to_float(limit_nm)};
+  p.filters = {0.0F, 10.0F, 0.1F, 0.0F, 0.7F};
+  p.sensors = {static_cast<std::uint32_t>(source_of(design.feedback)), to_float(2.0 * kPi * design.fusion_crossover_hz),
+               static_cast<std::uint32_t>(design.rate_window_ticks)};
+}
+
+void set_friction(axis_parameters& p, const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                  const DesignOptions& options) {
+  p.friction.model = static_cast<std::uint32_t>(spec.friction);
   p.friction.gain = 1.0F;
   p.friction.lead_limit_rad_s = to_float(5.0 * kRadPerDeg);
   p.friction.sign_width_rad_s = to_float(0.01 * kRadPerDeg);
-  p.friction.lugre =
-      wrong_friction(plant.axis[i].friction, WrongBy(options.friction_parameter_error, options.seed, axis));
-  return p;
+  gain_design::set_friction(p, wrong_friction(plant.axis[static_cast<std::size_t>(axis)].friction,
+                                              WrongBy(options.friction_parameter_error, options.seed, axis)));
 }
 
-// Natural frequency of a critically damped PI on an integrator, with a pure delay, whose closed loop is at -3 dB at
-// the wanted frequency. The paper gives "about 2 Hz" for its tracking loop and 20 ms of camera delay.
-double tracking_frequency_rad_s(double bandwidth_hz, double delay_s) {
-  double low = 0.1;
-  double high = 2.0 * kPi * bandwidth_hz;
-  for (int i = 0; i < 60; ++i) {
-    const double w = 0.5 * (low + high);
-    const std::complex<double> s(0.0, 2.0 * kPi * bandwidth_hz);
-    const std::complex<double> loop = (2.0 * w * s + w * w) / (s * s) * std::exp(-s * delay_s);
-    (std::abs(loop / (1.0 + loop)) < M_SQRT1_2 ? low : high) = w;
-  }
-  return low;
-}
-
-target_tracker_params design_tracker(tracker_kind kind) {
-  target_tracker_params p{};
-  p.kind = kind;
-  p.rate_limit_rad_s = to_float(60.0 * kRadPerDeg);
-  p.coast_s = 0.5F;
-  p.estimator_rad_s = 4.0F;
+void set_tracker(axis_parameters& p, tracker_kind kind) {
+  p.tracking_loop = {static_cast<std::uint32_t>(kind), 20.0F, 0.0F, 4.0F, 0.5F};
   if (kind == TRACKER_PI) {
-    // 20 ms of camera, 10 ms of hold between frames, about 6 ms of speed loop.
-    const double w = tracking_frequency_rad_s(2.0, 0.036);
-    p.proportional_per_s = to_float(2.0 * w);
-    p.integral_per_s2 = to_float(w * w);
-  } else {
-    p.proportional_per_s = 20.0F;
+    const double w = gain_design::tracking_frequency_rad_s(2.0, gain_design::kTrackingDelay_s);
+    p.tracking_loop.proportional_per_s = to_float(2.0 * w);
+    p.tracking_loop.integral_per_s2 = to_float(w * w);
   }
+}
+
+void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
+  const MotorConfig& motor = plant.axis[static_cast<std::size_t>(axis)].motor;
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  p.motor = {to_float(motor.torque_constant_nm_a),
+             to_float(motor.resistance_ohm),
+             to_float(motor.inductance_h),
+             to_float(motor.back_emf_constant_v_s_rad),
+             to_float(2.0 * kPi * design.current_loop_bandwidth_hz),
+             to_float(motor.current_limit_a)};
+}
+
+// Everything but the PI.
+axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                           const DesignOptions& options) {
+  axis_parameters p{};
+  set_speed_loop(p, plant, axis, spec);
+  p.position_loop = {10.0F, to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
+  set_tracker(p, options.tracker);
+  set_friction(p, plant, axis, spec, options);
+  set_motor(p, plant, axis);
   return p;
 }
 
-servo_axis_params design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
-                              const DesignOptions& options) {
-  const AxisConfig& machine = plant.axis[static_cast<std::size_t>(axis)];
-  servo_axis_params p{};
-  p.speed = design_speed_loop(plant, axis, spec, options);
-  p.position = {10.0F, to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
-  p.tracker = design_tracker(options.tracker);
-  p.torque_constant_nm_a = to_float(machine.motor.torque_constant_nm_a);
-  p.current_limit_a = to_float(machine.motor.current_limit_a);
-  const control_status status = current_loop_design(
-      &p.current, to_float(machine.motor.resistance_ohm), to_float(machine.motor.inductance_h),
-      to_float(machine.motor.back_emf_constant_v_s_rad),
-      to_float(2.0 * kPi * plant.design[static_cast<std::size_t>(axis)].current_loop_bandwidth_hz), SERVO_PWM_PERIOD_S);
-  if (status != CONTROL_OK) {
-    throw plant.lines.error(fmt::format("design.{}.current_loop_bandwidth_hz", axis_name(axis)),
-                            "is not possible with this motor and a PWM of 20 kHz", "give 10 to 2500");
+// The firmware's own ranges, told as the wish that leads out of them.
+ConfigError out_of_range(const PlantConfig& plant, int axis, const axis_parameters& p) {
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  const auto error = [&](const char *key, const char *reason, const char *right) {
+    return plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), key), reason, right);
+  };
+  const char *const range = "is out of the firmware's range at 1 kHz";
+  current_loop_params current{};
+  if (current_loop_design(&current, p.motor.resistance_ohm, p.motor.inductance_h, p.motor.back_emf_v_s_rad,
+                          p.motor.bandwidth_rad_s, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
+    return error("current_loop_bandwidth_hz", "is not possible with this motor and a PWM of 20 kHz", "give 10 to 2500");
   }
-  return p;
+  const disturbance_observer_params observer{p.observer.inertia_kg_m2, p.observer.viscous_nm_s_rad,
+                                             p.observer.bandwidth_rad_s, p.observer.limit_nm};
+  if (disturbance_observer_check(&observer, SERVO_TICK_S) != CONTROL_OK) {
+    return error("observer_bandwidth_hz", range, "give at most 159");
+  }
+  const pi_controller_params pi{p.speed_loop.proportional_nm_s_rad, p.speed_loop.integral_nm_rad,
+                                p.speed_loop.setpoint_weight, p.speed_loop.tracking_rate_per_s};
+  if (pi_controller_check(&pi, SERVO_TICK_S) != CONTROL_OK) {
+    return error(design.speed_loop_bandwidth_hz ? "speed_loop_bandwidth_hz" : "speed_loop_natural_frequency_rad_s",
+                 range, "give a lower one");
+  }
+  const rate_fusion_params fusion{static_cast<rate_source>(p.sensors.source), p.sensors.crossover_rad_s};
+  if (rate_fusion_check(&fusion) != CONTROL_OK) {
+    return error("fusion_crossover_hz", range, "give a lower one");
+  }
+  return plant.lines.error(axis_name(axis), "has numbers that the firmware's ranges do not hold",
+                           "check friction, motor and inertia against the ranges in firmware/control/*.h");
+}
+
+servo_axis_params built(const PlantConfig& plant, int axis, const axis_parameters& parameters) {
+  servo_axis_params params{};
+  if (axis_parameters_build(&parameters, &params) != CONTROL_OK) {
+    throw out_of_range(plant, axis, parameters);
+  }
+  return params;
 }
 
 }  // namespace
@@ -166,61 +186,27 @@ PiWish pi_wish(const PlantConfig& plant, int axis) {
   if (design.speed_loop_natural_frequency_rad_s) {
     return {*design.speed_loop_natural_frequency_rad_s, design.speed_loop_damping, design.setpoint_weight};
   }
-  const double bandwidth_hz = design.speed_loop_bandwidth_hz.value();
-  servo_params params{};
-  params.axis[axis].speed = design_speed_loop(plant, axis, controller_spec("pi"), {});
-  const LinearMachine machine = linear_machine(plant, axis, false);
-  PiWish wish{0.0, design.speed_loop_damping, design.setpoint_weight};
-  double low = 0.01 * bandwidth_hz;
-  double high = 2.0 * kPi * bandwidth_hz;
-  for (int i = 0; i < 50; ++i) {
-    wish.natural_frequency_rad_s = 0.5 * (low + high);
-    set_pi(params, plant, axis, wish);
-    const double gain = std::abs(closed_loop_gain(machine, params.axis[axis].speed, bandwidth_hz));
-    (gain < M_SQRT1_2 ? low : high) = wish.natural_frequency_rad_s;
-  }
-  return wish;
+  const servo_axis_params params = built(plant, axis, without_pi(plant, axis, controller_spec("pi"), {}));
+  return {gain_design::natural_frequency_rad_s(linear_machine(plant, axis, false), params.speed,
+                                               design.speed_loop_bandwidth_hz.value(), design.speed_loop_damping),
+          design.speed_loop_damping, design.setpoint_weight};
 }
 
 void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWish& wish) {
-  const double inertia_kg_m2 = nominal_inertia_kg_m2(plant, axis);
-  pi_controller_params& pi = params.axis[axis].speed.pi;
-  pi.proportional_gain = to_float(2.0 * wish.damping * wish.natural_frequency_rad_s * inertia_kg_m2);
-  pi.integral_gain = to_float(wish.natural_frequency_rad_s * wish.natural_frequency_rad_s * inertia_kg_m2);
-  pi.setpoint_weight = to_float(wish.setpoint_weight);
-  pi.tracking_rate_per_s = to_float(0.5 * wish.natural_frequency_rad_s / wish.damping);  // ki / kp
+  params.axis[axis].speed.pi = gain_design::pi_params(wish, nominal_inertia_kg_m2(plant, axis));
 }
 
-namespace {
-
-// The firmware's own ranges, told as the wish that leads out of them.
-void refuse_out_of_range(const PlantConfig& plant, int axis, const servo_axis_params& params) {
-  if (servo_axis_check(&params, SERVO_TICK_S, SERVO_PWM_PERIOD_S) == CONTROL_OK) {
-    return;
-  }
-  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
-  const bool observer = disturbance_observer_check(&params.speed.observer, SERVO_TICK_S) != CONTROL_OK;
-  const bool pi = pi_controller_check(&params.speed.pi, SERVO_TICK_S) != CONTROL_OK;
-  const bool fusion = rate_fusion_check(&params.speed.rate_fusion) != CONTROL_OK;
-  const char *pi_key =
-      design.speed_loop_bandwidth_hz ? "speed_loop_bandwidth_hz" : "speed_loop_natural_frequency_rad_s";
-  const std::string key = observer ? "observer_bandwidth_hz" : pi ? pi_key : fusion ? "fusion_crossover_hz" : "";
-  if (key.empty()) {
-    throw plant.lines.error(axis_name(axis), "has numbers that the firmware's ranges do not hold",
-                            "check friction, motor and inertia against the ranges in firmware/control/*.h");
-  }
-  throw plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), key), "is out of the firmware's range at 1 kHz",
-                          observer ? "give at most 159" : "give a lower one");
+axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                            const DesignOptions& options) {
+  axis_parameters parameters = without_pi(plant, axis, spec, options);
+  gain_design::set_pi(parameters, gain_design::pi_params(pi_wish(plant, axis), nominal_inertia_kg_m2(plant, axis)));
+  return parameters;
 }
-
-}  // namespace
 
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options) {
   servo_params params{};
   for (int axis = 0; axis < kAxes; ++axis) {
-    params.axis[axis] = design_axis(plant, axis, spec, options);
-    set_pi(params, plant, axis, pi_wish(plant, axis));
-    refuse_out_of_range(plant, axis, params.axis[axis]);
+    params.axis[axis] = built(plant, axis, design_axis(plant, axis, spec, options));
   }
   refuse_unstable_loops(plant, params);
   return params;

@@ -12,6 +12,7 @@
 
 #include "config/plant_config.hpp"
 #include "experiments/loop_margins.hpp"
+#include "gain_design/speed_loop_pi.hpp"
 #include "run/firmware.hpp"
 
 namespace trackservo::sim {
@@ -30,12 +31,7 @@ const std::vector<ControllerSpec>& controller_specs();
 // Throws std::invalid_argument naming the choices when there is no such controller.
 const ControllerSpec& controller_spec(const std::string& name);
 
-// PI gains per unit inertia from natural frequency and damping: kp = 2 zeta w J, ki = w^2 J.
-struct PiWish {
-  double natural_frequency_rad_s;
-  double damping;
-  double setpoint_weight;
-};
+using gain_design::PiWish;
 
 // The plant's wish for an axis. A wish given as bandwidth means the bandwidth of the real loop, delays included: with
 // PI alone and set-point weight 1, the sliding axis is at -3 dB there.
@@ -50,6 +46,10 @@ struct DesignOptions {
 // Parameters for both axes, accepted by servo_app_configure, with stable speed loops. Throws ConfigError at the line of
 // the wish that cannot be met. Loops that are stable with less margin than asked pass: see margin_warnings().
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options);
+
+// The same for one axis, as the values of the object dictionary; only the firmware's ranges are checked.
+axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                            const DesignOptions& options);
 
 // Sets the PI of one axis from a wish.
 void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWish& wish);

@@ -5,23 +5,19 @@
 #include <cmath>
 #include <optional>
 
+#include "gain_design/speed_loop_pi.hpp"
+
 namespace trackservo::sim {
 namespace {
+
+using gain_design::lowered;
+using gain_design::pi_alone;
 
 // A wish to be changed, and to what.
 struct Advice {
   std::string key;  // dotted, of the plant file
   std::string text;
 };
-
-// The speed loop with its wishes lowered to these shares.
-speed_loop_params lowered(speed_loop_params loop, double pi_share, double observer_share) {
-  const auto pi = static_cast<float>(pi_share);
-  loop.pi.proportional_gain *= pi;
-  loop.pi.integral_gain *= pi * pi;
-  loop.observer.bandwidth_rad_s *= static_cast<float>(observer_share);
-  return loop;
-}
 
 bool is_good(const PlantConfig& plant, int axis, const speed_loop_params& loop) {
   return keeps_margins(worst_margins(plant, axis, loop)) && speed_loop_is_stable(plant, axis, loop);
@@ -54,8 +50,7 @@ Advice pi_advice(const PlantConfig& plant, int axis, const speed_loop_params& lo
   if (design.speed_loop_natural_frequency_rad_s) {
     return {"speed_loop_natural_frequency_rad_s", at_most(share * *design.speed_loop_natural_frequency_rad_s)};
   }
-  speed_loop_params alone = lowered(loop, share, 1.0);
-  alone.observer_on = false;
+  const speed_loop_params alone = pi_alone(lowered(loop, share, 1.0));
   return {"speed_loop_bandwidth_hz", at_most(closed_loop_bandwidth_hz(linear_machine(plant, axis, false), alone))};
 }
 
@@ -125,8 +120,8 @@ std::vector<std::string> margin_warnings(const PlantConfig& plant, const servo_p
       const std::string reason = fmt::format(
           "leaves the speed loop with {} {:.1f} dB of gain and {:.0f} deg of phase margin where {:g} dB and {:g} deg "
           "are asked",
-          loop_text(loop), margins.gain_margin_db, margins.phase_margin_deg, kLeastGainMargin_db,
-          kLeastPhaseMargin_deg);
+          loop_text(loop), margins.gain_margin_db, margins.phase_margin_deg, kLeastMargins.gain_margin_db,
+          kLeastMargins.phase_margin_deg);
       warnings.emplace_back(complaint(plant, axis, loop, reason).what());
     }
   }

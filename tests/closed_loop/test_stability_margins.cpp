@@ -25,8 +25,8 @@ void test_every_controller_keeps_its_margins_sliding_and_at_rest() {
       const servo_params params = sim::design_controller(plant, spec, {});
       for (int axis = 0; axis < sim::kAxes; ++axis) {
         const sim::Margins margins = sim::worst_margins(plant, axis, params.axis[axis].speed);
-        TEST_ASSERT_TRUE_MESSAGE(margins.gain_margin_db >= sim::kLeastGainMargin_db, spec.name.c_str());
-        TEST_ASSERT_TRUE_MESSAGE(margins.phase_margin_deg >= sim::kLeastPhaseMargin_deg, spec.name.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(margins.gain_margin_db >= sim::kLeastMargins.gain_margin_db, spec.name.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(margins.phase_margin_deg >= sim::kLeastMargins.phase_margin_deg, spec.name.c_str());
       }
     }
   }

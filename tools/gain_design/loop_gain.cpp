@@ -1,9 +1,8 @@
-#include "analysis/frequency_response.hpp"
+#include "gain_design/loop_gain.hpp"
 
 #include <cmath>
-#include <limits>
 
-namespace trackservo::sim {
+namespace trackservo::gain_design {
 namespace {
 
 using Complex = std::complex<double>;
@@ -16,7 +15,8 @@ Complex low_pass(Complex s, double bandwidth_rad_s) { return 1.0 / (1.0 + s / ba
 Complex plant(const LinearMachine& m, Complex s) {
   const Complex hold = (1.0 - std::exp(-s * kTick_s)) / (s * kTick_s);
   const Complex damping = m.viscous_nm_s_rad + m.bristle_damping_nm_s_rad;
-  const Complex mechanics = 1.0 / (m.inertia_kg_m2 * s + damping + m.bristle_stiffness_nm_rad / s);
+  const Complex free = m.modes.empty() ? m.inertia_kg_m2 * s : m.inertia_kg_m2 * s / structural_factor(m.modes, s);
+  const Complex mechanics = 1.0 / (free + damping + m.bristle_stiffness_nm_rad / s);
   return hold * delay(s, m.actuation_delay_s) * low_pass(s, m.current_loop_rad_s) * mechanics;
 }
 
@@ -26,8 +26,8 @@ Complex biquad(const biquad_params& p, Complex z_inverse) {
   return (b0 + z_inverse * (b1 + z_inverse * b2)) / (1.0 + z_inverse * (a1 + z_inverse * a2));
 }
 
-// Slope weights of rate_estimator.h applied to the joint angle.
-Complex joint_rate_sensor(const LinearMachine& m, const rate_estimator_params& p, Complex s, Complex z_inverse) {
+// Slope weights of rate_estimator.h: angles of the ticks to joint rate.
+Complex slope_estimator(const rate_estimator_params& p, Complex z_inverse) {
   const int n = p.window_ticks;
   const double spread = n * (n * n - 1) / 12.0;
   Complex slope = 0.0;
@@ -36,26 +36,37 @@ Complex joint_rate_sensor(const LinearMachine& m, const rate_estimator_params& p
     slope += (0.5 * (n - 1) - age) * age_shift;
     age_shift *= z_inverse;
   }
-  return slope / (spread * kTick_s) / s * delay(s, m.encoder_latency_s);
+  return slope / (spread * kTick_s);
 }
 
-// Joint rate to the feedback that the controller sees, the base at rest.
-Complex sensor(const LinearMachine& m, const speed_loop_params& p, Complex s, Complex z_inverse) {
-  const Complex joint = joint_rate_sensor(m, p.rate_estimator, s, z_inverse);
-  const Complex gyro = delay(s, m.gyro_latency_s) * low_pass(s, m.gyro_bandwidth_rad_s);
+// How much the readings count in the feedback that the controller sees, filters included.
+struct SensorWeights {
+  Complex joint;  // of the rate estimated from the angle
+  Complex gyro;
+};
+
+SensorWeights sensor_weights(const speed_loop_params& p, Complex z_inverse) {
   const double step = static_cast<double>(p.rate_fusion.crossover_rad_s) * kTick_s;
   const double blend = step / (1.0 + step);
   const Complex base = blend / (1.0 - (1.0 - blend) * z_inverse);
   const Complex filters = biquad(p.notch, z_inverse) * biquad(p.lowpass, z_inverse);
   switch (p.rate_fusion.source) {
     case RATE_FROM_GYRO:
-      return filters * gyro;
+      return {0.0, filters};
     case RATE_FUSED:
-      return filters * (joint + base * (gyro - joint));
+      return {filters * (1.0 - base), filters * base};
     case RATE_FROM_ENCODER:
     default:
-      return filters * joint;
+      return {filters, 0.0};
   }
+}
+
+// Joint rate to the feedback that the controller sees, the base at rest.
+Complex sensor(const LinearMachine& m, const speed_loop_params& p, Complex s, Complex z_inverse) {
+  const SensorWeights weights = sensor_weights(p, z_inverse);
+  const Complex joint = slope_estimator(p.rate_estimator, z_inverse) / s * delay(s, m.encoder_latency_s);
+  const Complex gyro = delay(s, m.gyro_latency_s) * low_pass(s, m.gyro_bandwidth_rad_s);
+  return weights.joint * joint + weights.gyro * gyro;
 }
 
 struct ControllerResponse {
@@ -80,9 +91,6 @@ ControllerResponse controller(const speed_loop_params& p, Complex z_inverse) {
   return {pi, pi};
 }
 
-// Where a straight line from (x0, y0) to (x1, y1) meets y = 0.
-double crossing(double x0, double y0, double x1, double y1) { return x0 + (x1 - x0) * y0 / (y0 - y1); }
-
 }  // namespace
 
 std::vector<double> log_space(double first_hz, double last_hz, int count) {
@@ -92,6 +100,15 @@ std::vector<double> log_space(double first_hz, double last_hz, int count) {
     points.push_back(first_hz * std::pow(last_hz / first_hz, static_cast<double>(i) / (count - 1)));
   }
   return points;
+}
+
+std::complex<double> structural_factor(const std::vector<StructuralMode>& modes, std::complex<double> s) {
+  Complex factor = 1.0;
+  for (const StructuralMode& mode : modes) {
+    const double w = mode.frequency_rad_s;
+    factor += mode.share * s * s / (s * s + 2.0 * mode.damping * w * s + w * w);
+  }
+  return factor;
 }
 
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
@@ -127,35 +144,19 @@ double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_p
   return bandwidth_hz;
 }
 
-Margins margins_of(const FrequencyResponse& response) {
-  const double none = std::numeric_limits<double>::infinity();
-  Margins margins{none, none, 0.0, none};
-  for (std::size_t i = 1; i < response.loop_gain.size(); ++i) {
-    const Complex a = response.loop_gain[i - 1];
-    const Complex b = response.loop_gain[i];
-    const double gain_a_db = 20.0 * std::log10(std::abs(a));
-    const double gain_b_db = 20.0 * std::log10(std::abs(b));
-    // Distance of the phase to -180 deg, continuous over this short step.
-    const double phase_a_deg = std::arg(-a) * 180.0 / M_PI;
-    const double phase_b_deg = phase_a_deg + std::arg(b / a) * 180.0 / M_PI;
-    if ((gain_a_db > 0.0) != (gain_b_db > 0.0)) {
-      const double share = crossing(0.0, gain_a_db, 1.0, gain_b_db);
-      const double phase_deg = phase_a_deg + share * (phase_b_deg - phase_a_deg);
-      margins.phase_margin_deg = std::min(margins.phase_margin_deg, std::abs(phase_deg));
-      margins.crossover_hz =
-          response.frequency_hz[i - 1] + share * (response.frequency_hz[i] - response.frequency_hz[i - 1]);
-    }
-    if ((phase_a_deg > 0.0) != (phase_b_deg > 0.0) && std::abs(phase_a_deg) < 90.0) {
-      const double share = crossing(0.0, phase_a_deg, 1.0, phase_b_deg);
-      const double gain_margin_db = std::abs(gain_a_db + share * (gain_b_db - gain_a_db));
-      if (gain_margin_db < margins.gain_margin_db) {
-        margins.gain_margin_db = gain_margin_db;
-        margins.phase_crossover_hz =
-            response.frequency_hz[i - 1] + share * (response.frequency_hz[i] - response.frequency_hz[i - 1]);
-      }
-    }
+double torque_noise_nm(const LinearMachine& machine, const speed_loop_params& params, const SensorNoise& noise) {
+  constexpr int kLines = 500;
+  double sum = 0.0;
+  for (int line = 0; line < kLines; ++line) {
+    const Complex s(0.0, M_PI / kTick_s * (line + 0.5) / kLines);
+    const Complex z_inverse = std::exp(-s * kTick_s);
+    const SensorWeights weights = sensor_weights(params, z_inverse);
+    const Complex feedback = controller(params, z_inverse).feedback;
+    const Complex loop = plant(machine, s) * sensor(machine, params, s, z_inverse) * feedback;
+    const Complex angle = weights.joint * slope_estimator(params.rate_estimator, z_inverse) * noise.angle_rad;
+    sum += (std::norm(angle) + std::norm(weights.gyro * noise.gyro_rad_s)) * std::norm(feedback / (1.0 + loop));
   }
-  return margins;
+  return std::sqrt(sum / kLines);
 }
 
-}  // namespace trackservo::sim
+}  // namespace trackservo::gain_design

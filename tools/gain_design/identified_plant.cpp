@@ -1,0 +1,43 @@
+#include "gain_design/identified_plant.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trackservo::gain_design {
+namespace {
+
+axis_friction_direction direction_of(const lugre_direction& d) {
+  return {d.coulomb_nm, d.breakaway_nm, d.stribeck_speed_rad_s, d.viscous_nm_s_rad};
+}
+
+}  // namespace
+
+LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_rad_s, bool pre_sliding) {
+  const lugre_params& friction = plant.friction;
+  LinearMachine m;
+  m.inertia_kg_m2 = plant.inertia_kg_m2;
+  m.viscous_nm_s_rad =
+      static_cast<double>(std::min(friction.positive.viscous_nm_s_rad, friction.negative.viscous_nm_s_rad));
+  m.bristle_stiffness_nm_rad = pre_sliding ? static_cast<double>(friction.stiffness_nm_rad) : 0.0;
+  m.bristle_damping_nm_s_rad = pre_sliding ? static_cast<double>(friction.damping_nm_s_rad) : 0.0;
+  m.modes = plant.modes;
+  m.actuation_delay_s = kActuationDelay_s;
+  m.current_loop_rad_s = current_loop_rad_s;
+  m.encoder_latency_s = plant.encoder.latency_s;
+  m.gyro_latency_s = plant.gyro.latency_s;
+  m.gyro_bandwidth_rad_s = 2.0 * M_PI * plant.gyro.bandwidth_hz;
+  return m;
+}
+
+std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double current_loop_rad_s) {
+  return {linear_machine(plant, current_loop_rad_s, false), linear_machine(plant, current_loop_rad_s, true)};
+}
+
+void set_friction(axis_parameters& parameters, const lugre_params& friction) {
+  parameters.friction.stiffness_nm_rad = friction.stiffness_nm_rad;
+  parameters.friction.damping_nm_s_rad = friction.damping_nm_s_rad;
+  parameters.friction.positive = direction_of(friction.positive);
+  parameters.friction.negative = direction_of(friction.negative);
+}
+
+}  // namespace trackservo::gain_design

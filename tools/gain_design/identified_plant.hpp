@@ -1,0 +1,58 @@
+// What is known of an axis once it has been identified, and the linear machine that loops are designed on.
+#ifndef TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP
+#define TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP
+
+#include <vector>
+
+#include "gain_design/loop_gain.hpp"
+
+namespace trackservo::gain_design {
+
+// The firmware's timing (decision 0007), the same on every board: a tick's set-points count from the third PWM period
+// after its sampling on.
+constexpr double kPwmPeriod_s = 50e-6;  // SERVO_PWM_PERIOD_S, before it was rounded to float
+constexpr double kActuationDelay_s = 2.0 * kPwmPeriod_s;
+
+// Current is sampled at the beginning of each PWM period, so its mean over a tick is half a period old: the
+// identification finds the encoder's delay less by this.
+constexpr double kCurrentAge_s = 0.5 * kPwmPeriod_s;
+
+// Assumed of a gyro: the bandwidth of a fibre-optic one. The identification measures its whole delay; what the assumed
+// low-pass does not explain of it is latency. Below the crossover of the fusion only the sum counts.
+constexpr double kAssumedGyroBandwidth_hz = 440.0;
+constexpr double kAssumedGyroLatency_s = 200e-6;  // only where no gyro was recorded
+
+struct EncoderFacts {
+  double latency_s = 0.0;  // from the joint's angle to the tick's sample of it, averaging included
+  double noise_rad = 0.0;  // rms of a tick's angle
+};
+
+struct GyroFacts {
+  double latency_s = kAssumedGyroLatency_s;
+  double bandwidth_hz = kAssumedGyroBandwidth_hz;  // of a first-order low-pass
+  double noise_rad_s = 0.0;                        // rms of a tick's rate
+};
+
+struct IdentifiedPlant {
+  double inertia_kg_m2 = 0.0;
+  lugre_params friction{};
+  std::vector<StructuralMode> modes;
+  EncoderFacts encoder;
+  GyroFacts gyro;
+
+  SensorNoise noise() const { return {encoder.noise_rad, gyro.noise_rad_s}; }
+};
+
+// The linear machine of an axis: sliding beyond the Stribeck effect in the direction with less viscous friction, or in
+// pre-sliding, where the bristles are a spring. The current loop comes from the device's parameters.
+LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_rad_s, bool pre_sliding);
+
+// Both of them, sliding first: what a speed loop must be good for.
+std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double current_loop_rad_s);
+
+// Into the device's parameters, object 0x2030.
+void set_friction(axis_parameters& parameters, const lugre_params& friction);
+
+}  // namespace trackservo::gain_design
+
+#endif

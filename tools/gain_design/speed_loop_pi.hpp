@@ -1,0 +1,35 @@
+// The PI of the speed loop from natural frequency and damping on the bare inertia: kp = 2 zeta w J, ki = w^2 J.
+#ifndef TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_PI_HPP
+#define TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_PI_HPP
+
+#include "gain_design/loop_gain.hpp"
+
+namespace trackservo::gain_design {
+
+struct PiWish {
+  double natural_frequency_rad_s;
+  double damping;
+  double setpoint_weight;
+};
+
+// The firmware's parameters for it; the integral leaves a limit at the rate ki / kp.
+pi_controller_params pi_params(const PiWish& wish, double inertia_kg_m2);
+
+// Into the device's parameters, object 0x2000.
+void set_pi(axis_parameters& parameters, const pi_controller_params& pi);
+
+// The natural frequency at which the closed loop with PI alone and set-point weight 1 is at -3 dB at the bandwidth,
+// delays included [rad/s]. Sensors and filters are those of `loop`. Where delays make the loop ring, no natural
+// frequency has so small a bandwidth: the search ends at the smaller bound then.
+double natural_frequency_rad_s(const LinearMachine& sliding, const speed_loop_params& loop, double bandwidth_hz,
+                               double damping);
+
+// The loop with its PI's natural frequency and its observer's bandwidth at these shares of what they are.
+speed_loop_params lowered(speed_loop_params loop, double pi_share, double observer_share);
+
+// The loop without its observer.
+speed_loop_params pi_alone(speed_loop_params loop);
+
+}  // namespace trackservo::gain_design
+
+#endif
