@@ -114,11 +114,11 @@ void run(const RunOptions& options) {
   const std::vector<sim::StudyCase> cases = sim::cases_of(study);
   refuse_unwritable_csv(options, cases);
   servo_params params = checked_design(study, sim::controller_spec(options.controller),
-                                       {options.seed, options.friction_parameter_error, study.tracker});
+                                       sim::design_options(study, options.seed, options.friction_parameter_error));
   if (options.controller == "pi_best") {
     const sim::PiWish best = sim::best_pi(study);
     for (int axis = 0; axis < sim::kAxes; ++axis) {
-      sim::set_pi(params, study.plant, axis, best);
+      sim::set_pi(params, axis, best);
     }
   }
   for (const sim::StudyCase& study_case : cases) {
@@ -156,7 +156,9 @@ void identify(const IdentifyOptions& options) {
     const sim::Commissioned commissioned = axes[static_cast<std::size_t>(axis)].get();
     sim::print(plant, commissioned);
     if (!options.out_dir.empty()) {
-      sim::write(commissioned, options.out_dir / sim::axis_name(axis));
+      const std::filesystem::path folder = options.out_dir / sim::axis_name(axis);
+      sim::write_result(commissioned, folder);
+      trackservo::identification::write_recording(commissioned.acquisition.recording, folder / "runs.csv");
     }
   }
   fmt::print("both axes: {:.0f} s of this computer\n",

@@ -49,7 +49,7 @@ BreakawayTorque breakaway_torque(const std::vector<experiment>& ended, int direc
 Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed) {
   AcquisitionSetup setup;
   setup.plant = &plant;
-  setup.params = design_controller(plant, controller_spec("pi"), {seed, 0.15, TRACKER_PI});
+  setup.params = design_controller(plant, controller_spec("pi"), {seed, 0.15, TRACKER_PI, {}});
   setup.axis = axis;
   setup.seed = seed;
   const commissioning::MotionLimits limits = motion_limits(plant, axis);

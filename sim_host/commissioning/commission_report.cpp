@@ -50,10 +50,9 @@ void print(const PlantConfig& plant, const Commissioned& commissioned) {
   }
 }
 
-void write(const Commissioned& commissioned, const std::filesystem::path& folder) {
+void write_result(const Commissioned& commissioned, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const identification::Recording& recording = commissioned.acquisition.recording;
-  identification::write_recording(recording, (folder / "runs.csv").string());
   std::ofstream json(folder / "result.json");
   json << identification::to_json(commissioned.identification, recording).dump(2) << '\n';
   close(json, folder / "result.json");

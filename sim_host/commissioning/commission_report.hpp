@@ -11,9 +11,9 @@ namespace trackservo::sim {
 // A table to the standard output: true, found, interval.
 void print(const PlantConfig& plant, const Commissioned& commissioned);
 
-// runs.csv, result.json, residuals.csv: as servoctl identify writes them. Makes the folder. Throws std::runtime_error
-// or RecordingError that names the file.
-void write(const Commissioned& commissioned, const std::filesystem::path& folder);
+// result.json and residuals.csv, as servoctl identify writes them. Makes the folder. Throws std::runtime_error that
+// names the file.
+void write_result(const Commissioned& commissioned, const std::filesystem::path& folder);
 
 }  // namespace trackservo::sim
 

@@ -55,7 +55,7 @@ double mean_cost(const Search& search) {
 double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
   Search& search = *static_cast<Search *>(data);
   for (int axis = 0; axis < kAxes; ++axis) {
-    set_pi(search.params, search.study.plant, axis, wish_of(x));
+    set_pi(search.params, axis, wish_of(x));
     if (servo_axis_check(&search.params.axis[axis], SERVO_TICK_S, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
       return 1e6;
     }
@@ -84,10 +84,9 @@ void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const
 }  // namespace
 
 PiWish best_pi(const Study& study, const SearchEffort& effort) {
-  DesignOptions options;
-  options.tracker = study.tracker;
+  const DesignOptions options = design_options(study);
   Search search{study, design_controller(study.plant, controller_spec("pi_best"), options)};
-  const PiWish start = pi_wish(study.plant, kAzimuth);
+  const PiWish start = pi_wish(study.plant, kAzimuth, options);
   std::vector<double> x = {std::log(start.natural_frequency_rad_s), std::log(start.damping), start.setpoint_weight};
   minimise(nlopt::GN_DIRECT_L, effort.explore, search, start, x);
   minimise(nlopt::LN_NELDERMEAD, effort.refine, search, start, x);

@@ -1,5 +1,7 @@
 #include "experiments/campaign.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <mutex>
 #include <tuple>
@@ -143,6 +145,26 @@ Study make_study(const std::filesystem::path& data_dir, const char *experiment, 
   return study;
 }
 
+// Every axis of every plant, and each study designed from what was found.
+void identify_plants(Campaign& campaign, std::vector<Study>& studies, JobPool& pool) {
+  campaign.identified.resize(kAxes * campaign.plants.size());
+  pool.run(campaign.identified.size(), [&](std::size_t i) {
+    const PlantConfig& plant = campaign.plants[i / kAxes];
+    const int axis = static_cast<int>(i % kAxes);
+    campaign.identified[i] = identify_axis(plant, axis, campaign.options.out_dir);
+    return fmt::format("identified {} of {}", axis_name(axis), plant.name);
+  });
+  for (Study& study : studies) {
+    Belief belief;
+    for (const IdentifiedAxis& identified : campaign.identified) {
+      if (identified.plant == study.plant.name) {
+        belief[static_cast<std::size_t>(identified.axis)] = identified.believed;
+      }
+    }
+    study.identified = belief;
+  }
+}
+
 void search_best_pis(Campaign& campaign, const std::vector<Study>& studies, JobPool& pool) {
   const SearchEffort effort = campaign.options.quick() ? SearchEffort{12, 8} : SearchEffort{};
   std::mutex mutex;
@@ -221,16 +243,19 @@ Campaign run_campaign(const CampaignOptions& options, const Progress& progress) 
   for (const char *folder : {"runs", "runs/sensitivity", "margins"}) {
     std::filesystem::create_directories(options.out_dir / folder);
   }
-  const std::vector<Study> studies = paper_studies(options.data_dir);
+  std::vector<Study> studies = paper_studies(options.data_dir);
   campaign.plants = plants_of(studies);
   for (const Study& study : studies) {
-    campaign.best_pi[study_name(study)] = pi_wish(study.plant, kAzimuth);  // until it is found
+    campaign.best_pi[study_name(study)] = pi_wish(study.plant, kAzimuth, {});  // until it is found
   }
   const std::vector<RunSpec> runs = all_runs(studies, options.seeds.size());
   const std::vector<SensitivityJob> variations = options.quick() ? std::vector<SensitivityJob>{} : sensitivity_jobs();
   const std::size_t margins = margin_jobs_of(campaign, studies).size();
-  JobPool pool(options.threads, static_cast<int>(studies.size() + runs.size() + variations.size() + margins), progress);
+  const std::size_t axes = kAxes * campaign.plants.size();
+  JobPool pool(options.threads, static_cast<int>(axes + studies.size() + runs.size() + variations.size() + margins),
+               progress);
 
+  identify_plants(campaign, studies, pool);
   search_best_pis(campaign, studies, pool);
   Runner runner(campaign);
   pool.run(runs.size(), [&](std::size_t i) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/identified_axis.hpp"
 #include "experiments/study.hpp"
 
 namespace trackservo::sim {
@@ -20,7 +21,7 @@ struct CampaignOptions {
   std::filesystem::path data_dir;  // with plants/ and scenarios/
   std::filesystem::path out_dir;   // results.json, runs/, margins/
   std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5};
-  double friction_parameter_error = 0.15;
+  double friction_parameter_error = 0.15;  // of the comparison with controllers that nobody identified for
   int threads = 2;
 
   // One seed is a first look, no result: the searches for the best PI are shortened, the sensitivity is left out.
@@ -81,6 +82,7 @@ struct SensitivityRecord {
 struct Campaign {
   CampaignOptions options;
   std::vector<PlantConfig> plants;
+  std::vector<IdentifiedAxis> identified;  // every axis of every plant
   std::vector<Cell> cells;
   std::vector<KeptRun> runs;
   std::vector<MarginRecord> margins;

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "experiments/design_check.hpp"
-#include "gain_design/identified_plant.hpp"
+#include "experiments/true_plant.hpp"
 #include "gain_design/outer_loops.hpp"
 #include "random.hpp"
 
@@ -46,7 +46,15 @@ lugre_params wrong_friction(const FrictionConfig& truth, WrongBy wrong) {
   return params;
 }
 
-double nominal_inertia_kg_m2(const PlantConfig& plant, int axis) { return axis_inertia_kg_m2(plant, axis, 0.0); }
+gain_design::IdentifiedPlant believed(const PlantConfig& plant, int axis, const DesignOptions& options) {
+  if (options.identified) {
+    return (*options.identified)[static_cast<std::size_t>(axis)];
+  }
+  gain_design::IdentifiedPlant belief = true_plant(plant, axis);
+  belief.friction = wrong_friction(plant.axis[static_cast<std::size_t>(axis)].friction,
+                                   WrongBy(options.friction_parameter_error, options.seed, axis));
+  return belief;
+}
 
 rate_source source_of(FeedbackSource feedback) {
   switch (feedback) {
@@ -60,10 +68,11 @@ rate_source source_of(FeedbackSource feedback) {
   }
 }
 
-void set_speed_loop(axis_parameters& p, const PlantConfig& plant, int axis, const ControllerSpec& spec) {
+void set_speed_loop(axis_parameters& p, const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                    double believed_inertia_kg_m2) {
   const std::size_t i = static_cast<std::size_t>(axis);
   const DesignConfig& design = plant.design[i];
-  const float inertia_kg_m2 = to_float(nominal_inertia_kg_m2(plant, axis));
+  const float inertia_kg_m2 = to_float(believed_inertia_kg_m2);
   const double limit_nm = plant.axis[i].motor.current_limit_a * plant.axis[i].motor.torque_constant_nm_a;
   p.speed_loop.acceleration_inertia_kg_m2 = inertia_kg_m2;
   p.observer = {spec.observer ? 1U : 0U, inertia_kg_m2, 0.0F, to_float(2.0 * kPi * design.observer_bandwidth_hz),
@@ -73,14 +82,12 @@ void set_speed_loop(axis_parameters& p, const PlantConfig& plant, int axis, cons
                static_cast<std::uint32_t>(design.rate_window_ticks)};
 }
 
-void set_friction(axis_parameters& p, const PlantConfig& plant, int axis, const ControllerSpec& spec,
-                  const DesignOptions& options) {
+void set_friction(axis_parameters& p, const ControllerSpec& spec, const lugre_params& friction) {
   p.friction.model = static_cast<std::uint32_t>(spec.friction);
   p.friction.gain = 1.0F;
   p.friction.lead_limit_rad_s = to_float(5.0 * kRadPerDeg);
   p.friction.sign_width_rad_s = to_float(0.01 * kRadPerDeg);
-  gain_design::set_friction(p, wrong_friction(plant.axis[static_cast<std::size_t>(axis)].friction,
-                                              WrongBy(options.friction_parameter_error, options.seed, axis)));
+  gain_design::set_friction(p, friction);
 }
 
 void set_tracker(axis_parameters& p, tracker_kind kind) {
@@ -106,11 +113,12 @@ void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
 // Everything but the PI.
 axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                            const DesignOptions& options) {
+  const gain_design::IdentifiedPlant belief = believed(plant, axis, options);
   axis_parameters p{};
-  set_speed_loop(p, plant, axis, spec);
+  set_speed_loop(p, plant, axis, spec, belief.inertia_kg_m2);
   p.position_loop = {10.0F, to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
   set_tracker(p, options.tracker);
-  set_friction(p, plant, axis, spec, options);
+  set_friction(p, spec, belief.friction);
   set_motor(p, plant, axis);
   return p;
 }
@@ -181,25 +189,32 @@ const ControllerSpec& controller_spec(const std::string& name) {
   throw std::invalid_argument(fmt::format("controller \"{}\" is not known; give one of {}", name, choices));
 }
 
-PiWish pi_wish(const PlantConfig& plant, int axis) {
+PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   if (design.speed_loop_natural_frequency_rad_s) {
     return {*design.speed_loop_natural_frequency_rad_s, design.speed_loop_damping, design.setpoint_weight};
   }
-  const servo_axis_params params = built(plant, axis, without_pi(plant, axis, controller_spec("pi"), {}));
-  return {gain_design::natural_frequency_rad_s(linear_machine(plant, axis, false), params.speed,
-                                               design.speed_loop_bandwidth_hz.value(), design.speed_loop_damping),
+  const servo_axis_params params = built(plant, axis, without_pi(plant, axis, controller_spec("pi"), options));
+  LinearMachine machine = linear_machine(plant, axis, false);
+  if (options.identified) {
+    const gain_design::IdentifiedPlant& belief = (*options.identified)[static_cast<std::size_t>(axis)];
+    machine = gain_design::linear_machine(belief, 2.0 * kPi * design.current_loop_bandwidth_hz, false);
+  }
+  return {gain_design::natural_frequency_rad_s(machine, params.speed, design.speed_loop_bandwidth_hz.value(),
+                                               design.speed_loop_damping),
           design.speed_loop_damping, design.setpoint_weight};
 }
 
-void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWish& wish) {
-  params.axis[axis].speed.pi = gain_design::pi_params(wish, nominal_inertia_kg_m2(plant, axis));
+void set_pi(servo_params& params, int axis, const PiWish& wish) {
+  speed_loop_params& loop = params.axis[axis].speed;
+  loop.pi = gain_design::pi_params(wish, static_cast<double>(loop.acceleration_inertia_kg_m2));
 }
 
 axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                             const DesignOptions& options) {
   axis_parameters parameters = without_pi(plant, axis, spec, options);
-  gain_design::set_pi(parameters, gain_design::pi_params(pi_wish(plant, axis), nominal_inertia_kg_m2(plant, axis)));
+  gain_design::set_pi(
+      parameters, gain_design::pi_params(pi_wish(plant, axis, options), believed(plant, axis, options).inertia_kg_m2));
   return parameters;
 }
 

@@ -1,17 +1,20 @@
 // From a plant's numbers and its design wishes to the firmware's parameters, for each controller that is compared.
 //
 // All controllers share the PI, the sensors, the acceleration feedforward and the limits; they differ only in what
-// their name says. Friction feedforward is given parameters that are deliberately wrong: every one is off by
-// +-`friction_parameter_error`, the sign drawn by the seed, as long as no identification exists.
+// their name says. What they are designed from is a belief: what an identification found, or, without one, the plant's
+// inertia and friction parameters that are deliberately wrong, every one by +-`friction_parameter_error`.
 #ifndef TRACKSERVO_SIM_EXPERIMENTS_CONTROL_DESIGN_HPP
 #define TRACKSERVO_SIM_EXPERIMENTS_CONTROL_DESIGN_HPP
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/plant_config.hpp"
 #include "experiments/loop_margins.hpp"
+#include "gain_design/identified_plant.hpp"
 #include "gain_design/speed_loop_pi.hpp"
 #include "run/firmware.hpp"
 
@@ -33,15 +36,19 @@ const ControllerSpec& controller_spec(const std::string& name);
 
 using gain_design::PiWish;
 
-// The plant's wish for an axis. A wish given as bandwidth means the bandwidth of the real loop, delays included: with
-// PI alone and set-point weight 1, the sliding axis is at -3 dB there.
-PiWish pi_wish(const PlantConfig& plant, int axis);
+// What is known of both axes when gains are designed.
+using Belief = std::array<gain_design::IdentifiedPlant, kAxes>;
 
 struct DesignOptions {
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;                  // draws the signs of the errors
   double friction_parameter_error = 0.15;  // 0 gives the plant's own parameters
   tracker_kind tracker = TRACKER_PI;
+  std::optional<Belief> identified;  // in place of the plant's own and the errors
 };
+
+// The plant's wish for an axis. A wish given as bandwidth means the bandwidth of the real loop, delays included: with
+// PI alone and set-point weight 1, the sliding axis as it is believed to be is at -3 dB there.
+PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options);
 
 // Parameters for both axes, accepted by servo_app_configure, with stable speed loops. Throws ConfigError at the line of
 // the wish that cannot be met. Loops that are stable with less margin than asked pass: see margin_warnings().
@@ -51,8 +58,8 @@ servo_params design_controller(const PlantConfig& plant, const ControllerSpec& s
 axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                             const DesignOptions& options);
 
-// Sets the PI of one axis from a wish.
-void set_pi(servo_params& params, const PlantConfig& plant, int axis, const PiWish& wish);
+// Sets the PI of one axis from a wish, for the inertia that the design believes in.
+void set_pi(servo_params& params, int axis, const PiWish& wish);
 
 }  // namespace trackservo::sim
 

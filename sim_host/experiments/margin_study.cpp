@@ -49,9 +49,9 @@ void add_jobs(std::vector<MarginJob>& jobs, MarginJob job) {
 }
 
 servo_params params_of(const MarginJob& job) {
-  servo_params params = design_controller(*job.plant, controller_spec(job.controller), {});
+  servo_params params = design_controller(*job.plant, controller_spec(job.controller), job.design);
   for (int axis = 0; axis < kAxes && job.pi; ++axis) {
-    set_pi(params, *job.plant, axis, *job.pi);
+    set_pi(params, axis, *job.pi);
   }
   return params;
 }
@@ -68,6 +68,15 @@ void choose_band(MeasurementRequest& request, const Margins& computed) {
   request.last_hz = std::min(request.last_hz, kNyquistReserve_hz);
 }
 
+DesignOptions design_for(const PlantConfig& plant, const std::vector<Study>& studies) {
+  for (const Study& study : studies) {
+    if (study.plant.name == plant.name) {
+      return design_options(study);
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vector<Study>& studies) {
@@ -75,12 +84,13 @@ std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vecto
   for (const PlantConfig& plant : campaign.plants) {
     for (const ControllerSpec& controller : controller_specs()) {
       if (controller.name != "pi_best") {
-        add_jobs(jobs, {&plant, controller.name, 0, false, "", std::nullopt});
+        add_jobs(jobs, {&plant, controller.name, 0, false, "", std::nullopt, design_for(plant, studies)});
       }
     }
     for (const Study& study : studies) {
       if (study.plant.name == plant.name) {
-        add_jobs(jobs, {&plant, "pi_best", 0, false, study_name(study), campaign.best_pi.at(study_name(study))});
+        add_jobs(jobs, {&plant, "pi_best", 0, false, study_name(study), campaign.best_pi.at(study_name(study)),
+                        design_options(study)});
       }
     }
   }

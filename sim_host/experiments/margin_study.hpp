@@ -18,6 +18,7 @@ struct MarginJob {
   bool pre_sliding;
   std::string study;         // for which `pi` was searched; empty: the plant's own PI
   std::optional<PiWish> pi;  // of pi_best
+  DesignOptions design;
 };
 
 // Every controller on every plant, the best PI of every study, both axes, sliding and pre-sliding. The plants of the

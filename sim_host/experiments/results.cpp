@@ -108,6 +108,37 @@ Json plant_of(const PlantConfig& plant) {
   return json;
 }
 
+Json breakaway_of(const BreakawayTorque& torque) {
+  return {{"count", torque.count}, {"mean_nm", torque.mean_nm}, {"deviation_nm", torque.deviation_nm}};
+}
+
+Json identified_of(const IdentifiedAxis& identified) {
+  Json json;
+  json["plant"] = identified.plant;
+  json["axis"] = axis_name(identified.axis);
+  json["seed"] = kIdentificationSeed;
+  json["first_look_s"] = identified.first_look_s;
+  json["recorded_s"] = identified.recorded_s;
+  json["rough"] = {{"coulomb_nm", identified.rough.coulomb_nm},
+                   {"bristle_rad", identified.rough.bristle_rad},
+                   {"stribeck_speed_rad_s", identified.rough.stribeck_rad_s},
+                   {"inertia_kg_m2", identified.rough.inertia_kg_m2}};
+  json["parameters"] = Json::array();
+  for (const identification::Parameter& parameter : identified.parameters) {
+    json["parameters"].push_back({{"name", parameter.name},
+                                  {"unit", parameter.unit},
+                                  {"true", identified.truth.at(parameter.name)},
+                                  {"identified", parameter.value},
+                                  {"low", parameter.interval.low},
+                                  {"high", parameter.interval.high},
+                                  {"paper_method", number(parameter.paper)}});
+  }
+  json["breakaway"] = {{"negative", breakaway_of(identified.breakaway[STIMULUS_BACKWARD])},
+                       {"positive", breakaway_of(identified.breakaway[STIMULUS_FORWARD])}};
+  json["folder"] = identified.folder;
+  return json;
+}
+
 Json margin_of(const MarginRecord& record) {
   Json json;
   json["plant"] = record.plant;
@@ -167,6 +198,10 @@ void write_results(const Campaign& campaign, const std::string& git, const std::
   json["plants"] = Json::array();
   for (const PlantConfig& plant : campaign.plants) {
     json["plants"].push_back(plant_of(plant));
+  }
+  json["identified"] = Json::array();
+  for (const IdentifiedAxis& identified : campaign.identified) {
+    json["identified"].push_back(identified_of(identified));
   }
   json["controllers"] = controllers_of();
   json["rows"] = Json::array();

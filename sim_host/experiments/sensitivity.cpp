@@ -20,6 +20,17 @@ const AxisConfig& azimuth(const Study& study) { return study.plant.axis[kAzimuth
 
 std::string on_or_off(bool on) { return on ? "on" : "off"; }
 
+Probe step() { return {"step_disturbed", "1 deg/s", {"overshoot"}}; }
+
+Variation not_identified() {
+  return {"friction parameters of the feedforward",
+          false,
+          {sine(), step(), start(), steady("0.1 deg/s"), steady("0.2 deg/s"), steady("0.4 deg/s"), steady("1 deg/s"),
+           steady("2 deg/s"), paper_loop(), improved_loop()},
+          [](const Study& study) { return study.identified ? "identified" : "each off by 15 %"; },
+          [](Study& study) { study.identified.reset(); }};
+}
+
 Variation weave() {
   return {"weave of the UAV, lateral and vertical",
           false,
@@ -169,9 +180,9 @@ std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const St
 }  // namespace
 
 const std::vector<Variation>& variations() {
-  static const std::vector<Variation> all = {weave(),          encoder_reads(), setpoint_weight(), wind_corner(0.5),
-                                             wind_corner(2.0), wind(),          friction(),        gyro_noise(),
-                                             encoder_jitter(), ripple()};
+  static const std::vector<Variation> all = {not_identified(), weave(),          encoder_reads(), setpoint_weight(),
+                                             wind_corner(0.5), wind_corner(2.0), wind(),          friction(),
+                                             gyro_noise(),     encoder_jitter(), ripple()};
   return all;
 }
 

@@ -50,13 +50,17 @@ std::vector<StudyCase> cases_of(const Study& study) {
   return cases;
 }
 
+DesignOptions design_options(const Study& study, std::uint64_t seed, double friction_parameter_error) {
+  return {seed, friction_parameter_error, study.tracker, study.identified};
+}
+
 Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice& choice) {
   PlantConfig plant = study.plant;
   plant.friction_model = choice.friction;
   servo_params params =
-      design_controller(plant, *choice.controller, {choice.seed, choice.friction_parameter_error, study.tracker});
+      design_controller(plant, *choice.controller, design_options(study, choice.seed, choice.friction_parameter_error));
   for (int axis = 0; axis < kAxes && choice.pi; ++axis) {
-    set_pi(params, plant, axis, *choice.pi);
+    set_pi(params, axis, *choice.pi);
   }
   return run_scenario({&plant, &study.scenario, study_case.speed_rad_s, params, choice.seed});
 }

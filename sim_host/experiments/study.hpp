@@ -22,7 +22,8 @@ struct Study {
   PlantConfig plant;
   ScenarioConfig scenario;
   tracker_kind tracker = TRACKER_PI;
-  std::string figure;  // the paper's figure that it reproduces: "fig7" ...; empty for none
+  std::string figure;                // the paper's figure that it reproduces: "fig7" ...; empty for none
+  std::optional<Belief> identified;  // what its controllers are designed from; none: friction parameters off by a share
 };
 
 struct StudyCase {
@@ -39,6 +40,9 @@ struct Figure {
 };
 
 std::vector<StudyCase> cases_of(const Study& study);
+
+// How the controllers of this study are designed.
+DesignOptions design_options(const Study& study, std::uint64_t seed = 1, double friction_parameter_error = 0.15);
 
 // With what one case is run.
 struct RunChoice {

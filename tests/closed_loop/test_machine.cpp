@@ -138,7 +138,7 @@ void test_position_loop_arrives_without_overshoot() {
 void test_no_torque_is_compensated_twice() {
   sim::PlantConfig plant = tracker_plant();
   plant.axis[sim::kAzimuth].load = {};
-  servo_params params = sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {1, 0.0, TRACKER_PI});
+  servo_params params = sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {1, 0.0, TRACKER_PI, {}});
   sim::Machine machine(plant, params, 1, {0.0, 0.0});
   turn(machine, 1.0, 3.0);
   double friction_nm = 0.0;

@@ -35,7 +35,7 @@ identification::Recording record(const BenchSetup& setup, const commissioning::P
   sim::AcquisitionSetup acquisition;
   acquisition.plant = &setup.plant;
   acquisition.params =
-      sim::design_controller(setup.plant, sim::controller_spec(setup.controller), {setup.seed, 0.15, TRACKER_PI});
+      sim::design_controller(setup.plant, sim::controller_spec(setup.controller), {setup.seed, 0.15, TRACKER_PI, {}});
   acquisition.axis = setup.axis;
   acquisition.start_angle_rad = {0.0, setup.pitch_rad};
   acquisition.seed = setup.seed;

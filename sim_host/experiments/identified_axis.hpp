@@ -1,0 +1,38 @@
+// What the controllers of a campaign are designed from: each axis identified once, in a noisy run of its commissioning.
+#ifndef TRACKSERVO_SIM_EXPERIMENTS_IDENTIFIED_AXIS_HPP
+#define TRACKSERVO_SIM_EXPERIMENTS_IDENTIFIED_AXIS_HPP
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "commissioning/commission.hpp"
+#include "gain_design/identified_plant.hpp"
+
+namespace trackservo::sim {
+
+// Not one of the runs' seeds: the noise of the identification is not met again.
+constexpr std::uint64_t kIdentificationSeed = 1001;
+
+struct IdentifiedAxis {
+  std::string plant;
+  int axis = 0;
+  double first_look_s = 0;  // of the machine's time
+  double recorded_s = 0;
+  commissioning::RoughMachine rough;
+  std::vector<identification::Parameter> parameters;
+  std::map<std::string, double> truth;  // of the same names
+  std::array<BreakawayTorque, 2> breakaway;
+  std::string folder;                     // of result.json and residuals.csv, relative to the campaign's
+  gain_design::IdentifiedPlant believed;  // friction and inertia as found; sensors as their data sheets say
+};
+
+// Commissions the axis and writes `out_dir`/identification/PLANT-AXIS/. Throws as commission(), and std::runtime_error
+// when a parameter was refused.
+IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::filesystem::path& out_dir);
+
+}  // namespace trackservo::sim
+
+#endif
