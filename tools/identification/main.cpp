@@ -1,6 +1,7 @@
 // identify: friction and plant from recorded runs.
 //
 //   identify fit RECORDING.csv [--json FILE] [--residuals FILE]
+//   identify design --identified RESULT.json [--wishes FILE] --parameters FILE --json FILE
 //   identify paper-damping --slope 308.1 --inertia 23.5 --viscous 11.876
 //
 // Exit codes: 0 all parameters, 1 wrong input, 2 some were refused.
@@ -11,6 +12,7 @@
 #include <exception>
 #include <fstream>
 
+#include "identification/design_command.hpp"
 #include "identification/identification.hpp"
 #include "identification/result_json.hpp"
 
@@ -92,7 +94,7 @@ void add_paper_damping(CLI::App& app, DampingOptions& options) {
 
 int main(int argc, char **argv) {
   try {
-    CLI::App app{"Friction and plant of an axis from its recorded runs."};
+    CLI::App app{"Friction and plant of an axis from its recorded runs, and gains for it."};
     app.require_subcommand(1);
     int code = 0;
     FitOptions options;
@@ -103,6 +105,8 @@ int main(int argc, char **argv) {
     command->callback([&] { code = fit(options); });
     DampingOptions damping;
     add_paper_damping(app, damping);
+    identification::DesignCommand design;
+    identification::add_design_command(app, design);
     CLI11_PARSE(app, argc, argv);
     return code;
   } catch (const std::exception& error) {
