@@ -95,6 +95,13 @@ struct EndStopConfig {
   double restitution = 0.3;
 };
 
+// A part of the inertia behind a spring; everything else of the axis is before it.
+struct StructureConfig {
+  double frequency_hz = 100;   // of the free axis, at pitch 0
+  double damping = 0.02;       // ratio
+  double inertia_share = 0.1;  // of the axis' inertia, behind the spring
+};
+
 struct BaseSwayConfig {
   double rms_rad = 0;
   double frequency_hz = 1;
@@ -127,6 +134,7 @@ struct AxisConfig {
   FrictionConfig friction;
   LoadConfig load;
   std::optional<EndStopConfig> end_stops;
+  std::optional<StructureConfig> structure;
   BaseSwayConfig base_sway;
   EncoderConfig encoder;
   GyroConfig gyro;

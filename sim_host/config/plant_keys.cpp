@@ -204,6 +204,17 @@ Keys<LoadConfig> load_keys() {
   };
 }
 
+Keys<StructureConfig> structure_keys() {
+  using Config = StructureConfig;
+  return {
+      number("frequency_hz", unit::kHertz, {1, 400}, &Config::frequency_hz,
+             "resonance of the axis without friction, at pitch 0"),
+      number("damping", unit::kNone, {0.001, 1}, &Config::damping, "damping ratio of that resonance"),
+      number("inertia_share", unit::kNone, {0.001, 0.9}, &Config::inertia_share,
+             "share of the axis' inertia that is behind the spring"),
+  };
+}
+
 Keys<BaseSwayConfig> base_sway_keys() {
   using Config = BaseSwayConfig;
   return {
@@ -297,6 +308,11 @@ std::string plant_keys_markdown() {
           {"[azimuth.friction.positive], [azimuth.friction.negative], the same for pitch",
            "One per direction of motion. Without `negative` both directions are equal.", texts_of(stribeck_keys())},
           {"[azimuth.load], [pitch.load]", "Optional.", texts_of(load_keys())},
+          {"[azimuth.structure], [pitch.structure]",
+           "Optional; without it the axis is rigid. A part of the inertia hangs on a spring; motor, seal, loads, "
+           "encoder "
+           "and gyro are before it, on the joint's side.",
+           texts_of(structure_keys())},
           {"[azimuth.base_sway], [pitch.base_sway]", "Optional; without it the base stands still.",
            texts_of(base_sway_keys())},
           {"[azimuth.encoder], [pitch.encoder]", "", texts_of(encoder_keys())},

@@ -28,6 +28,7 @@ Keys<CoggingConfig> cogging_keys();
 Keys<FrictionConfig> friction_keys();
 Keys<StribeckConfig> stribeck_keys();
 Keys<LoadConfig> load_keys();
+Keys<StructureConfig> structure_keys();
 Keys<BaseSwayConfig> base_sway_keys();
 Keys<EncoderConfig> encoder_keys();
 Keys<GyroConfig> gyro_keys();

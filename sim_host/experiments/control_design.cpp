@@ -15,6 +15,9 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kRadPerDeg = kPi / 180.0;
+constexpr double kPositionLoop_per_s = 10.0;
+constexpr double kPredictiveTracker_per_s = 20.0;
+constexpr double kTrackingBandwidth_hz = 2.0;  // the paper's
 
 float to_float(double value) { return static_cast<float>(value); }
 
@@ -91,9 +94,9 @@ void set_friction(axis_parameters& p, const ControllerSpec& spec, const lugre_pa
 }
 
 void set_tracker(axis_parameters& p, tracker_kind kind) {
-  p.tracking_loop = {static_cast<std::uint32_t>(kind), 20.0F, 0.0F, 4.0F, 0.5F};
+  p.tracking_loop = {static_cast<std::uint32_t>(kind), to_float(kPredictiveTracker_per_s), 0.0F, 4.0F, 0.5F};
   if (kind == TRACKER_PI) {
-    const double w = gain_design::tracking_frequency_rad_s(2.0, gain_design::kTrackingDelay_s);
+    const double w = gain_design::tracking_frequency_rad_s(kTrackingBandwidth_hz, gain_design::kTrackingDelay_s);
     p.tracking_loop.proportional_per_s = to_float(2.0 * w);
     p.tracking_loop.integral_per_s2 = to_float(w * w);
   }
@@ -116,7 +119,7 @@ axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerS
   const gain_design::IdentifiedPlant belief = believed(plant, axis, options);
   axis_parameters p{};
   set_speed_loop(p, plant, axis, spec, belief.inertia_kg_m2);
-  p.position_loop = {10.0F, to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
+  p.position_loop = {to_float(kPositionLoop_per_s), to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
   set_tracker(p, options.tracker);
   set_friction(p, spec, belief.friction);
   set_motor(p, plant, axis);
@@ -208,6 +211,21 @@ PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options)
 void set_pi(servo_params& params, int axis, const PiWish& wish) {
   speed_loop_params& loop = params.axis[axis].speed;
   loop.pi = gain_design::pi_params(wish, static_cast<double>(loop.acceleration_inertia_kg_m2));
+}
+
+gain_design::GainWishes gain_wishes(const PlantConfig& plant, int axis, tracker_kind tracker) {
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  gain_design::GainWishes wishes;
+  wishes.speed_loop_bandwidth_hz = design.speed_loop_bandwidth_hz;
+  wishes.speed_loop_natural_frequency_rad_s = design.speed_loop_natural_frequency_rad_s;
+  wishes.speed_loop_damping = design.speed_loop_damping;
+  wishes.setpoint_weight = design.setpoint_weight;
+  wishes.observer_bandwidth_hz = design.observer_bandwidth_hz;
+  wishes.least = kLeastMargins;
+  wishes.tracking_bandwidth_hz =
+      tracker == TRACKER_PREDICTIVE ? kPredictiveTracker_per_s / (2.0 * kPi) : kTrackingBandwidth_hz;
+  wishes.position_bandwidth_hz = kPositionLoop_per_s / (2.0 * kPi);
+  return wishes;
 }
 
 axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,

@@ -14,7 +14,7 @@
 
 #include "config/plant_config.hpp"
 #include "experiments/loop_margins.hpp"
-#include "gain_design/identified_plant.hpp"
+#include "gain_design/gain_design.hpp"
 #include "gain_design/speed_loop_pi.hpp"
 #include "run/firmware.hpp"
 
@@ -57,6 +57,9 @@ servo_params design_controller(const PlantConfig& plant, const ControllerSpec& s
 // The same for one axis, as the values of the object dictionary; only the firmware's ranges are checked.
 axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                             const DesignOptions& options);
+
+// The plant file's wishes for an axis as the gain design takes them, with the outer loops that design_axis gives it.
+gain_design::GainWishes gain_wishes(const PlantConfig& plant, int axis, tracker_kind tracker);
 
 // Sets the PI of one axis from a wish, for the inertia that the design believes in.
 void set_pi(servo_params& params, int axis, const PiWish& wish);

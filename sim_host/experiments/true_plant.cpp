@@ -32,6 +32,10 @@ gain_design::IdentifiedPlant true_plant(const PlantConfig& plant, int axis) {
   known.friction.damping_nm_s_rad = static_cast<float>(a.friction.damping_nm_s_rad);
   known.friction.positive = direction_of(a.friction.positive);
   known.friction.negative = direction_of(a.friction.negative);
+  if (a.structure) {
+    const double share = a.structure->inertia_share;
+    known.modes.push_back({2.0 * kPi * a.structure->frequency_hz, a.structure->damping, share / (1.0 - share)});
+  }
   known.encoder = {a.encoder.latency_s + 0.5 * (a.encoder.reads_per_tick - 1) * kPwmPeriod_s,
                    encoder_noise_rad(a.encoder)};
   known.gyro = {a.gyro.latency_s, a.gyro.bandwidth_hz, a.gyro.noise_density_rad_s_rthz * std::sqrt(0.5 / kTick_s)};

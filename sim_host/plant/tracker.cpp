@@ -22,12 +22,19 @@ double realised_duty(double duty, double counts, double count) {
   return nearest_whole((duty > 1.0 ? 1.0 : duty) * counts) * count;
 }
 
+std::optional<Structure> structure_of(const PlantConfig& plant, int axis) {
+  const std::optional<StructureConfig>& config = plant.axis[static_cast<std::size_t>(axis)].structure;
+  return config ? std::optional<Structure>(Structure(*config, axis_inertia_kg_m2(plant, axis, 0.0), kPwmPeriod_s))
+                : std::nullopt;
+}
+
 }  // namespace
 
 Tracker::Axis::Axis(const AxisConfig& config, const PlantConfig& plant, std::uint64_t seed, int index)
     : motor(config.motor, kPwmPeriod_s),
       joint(config, plant.friction_model, plant.maxwell_slip, kPwmPeriod_s),
       load(config.load, seed, index),
+      structure(structure_of(plant, index)),
       base(config.base_sway, seed, index),
       encoder(config.encoder, kPwmPeriod_s, seed, index),
       gyro(config.gyro, kPwmPeriod_s, kTick_s, seed, index),
@@ -181,9 +188,22 @@ void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
   const double base_rate_end = axis.base.rate_rad_s(step.end);
   const double drag_nm_s_rad = step.drag_nm_s_rad[i];
   const double base_drag_nm = drag_nm_s_rad * 0.5 * (axis.base_rate_rad_s + base_rate_end);
-  const double base_push_nm = step.inertia_kg_m2[i] * (base_rate_end - axis.base_rate_rad_s) * (1.0 / kPwmPeriod_s);
-  axis.joint.step(step.inertia_kg_m2[i], axis.motor_nm - load_nm - base_drag_nm - base_push_nm, drag_nm_s_rad);
+  const double base_change_rad_s = base_rate_end - axis.base_rate_rad_s;
+  double inertia_kg_m2 = step.inertia_kg_m2[i];
+  Structure::Reaction reaction;
+  if (axis.structure) {
+    reaction = axis.structure->reaction(inertia_kg_m2, base_change_rad_s * (1.0 / kPwmPeriod_s));
+    inertia_kg_m2 *= 1.0 - axis.structure->share();
+  }
+  const double base_push_nm = inertia_kg_m2 * base_change_rad_s * (1.0 / kPwmPeriod_s);
+  axis.joint.step(inertia_kg_m2, axis.motor_nm - load_nm - base_drag_nm - base_push_nm + reaction.push_nm,
+                  drag_nm_s_rad + reaction.drag_nm_s_rad);
   axis.load_nm = load_nm + axis.joint.stop_torque_nm() + base_drag_nm + drag_nm_s_rad * axis.joint.mean_rate_rad_s();
+  if (axis.structure) {
+    const double rate_rad_s = axis.joint.mean_rate_rad_s();
+    axis.structure->commit(rate_rad_s);
+    axis.load_nm += reaction.drag_nm_s_rad * rate_rad_s - reaction.push_nm;
+  }
   axis.base_rate_rad_s = base_rate_end;
   axis.encoder.advance(axis.joint.angle_rad());
   axis.gyro.advance(axis.joint.rate_rad_s() + base_rate_end);

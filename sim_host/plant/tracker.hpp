@@ -16,6 +16,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "config/plant_config.hpp"
 #include "plant/base_sway.hpp"
@@ -23,6 +24,7 @@
 #include "plant/joint.hpp"
 #include "plant/load.hpp"
 #include "plant/motor.hpp"
+#include "plant/structure.hpp"
 #include "plant/truth.hpp"
 #include "sensors/adc.hpp"
 #include "sensors/encoder.hpp"
@@ -58,6 +60,7 @@ class Tracker {
     DcMotor motor;
     Joint joint;
     ExternalLoad load;
+    std::optional<Structure> structure;
     BaseSway base;
     Encoder encoder;
     Gyro gyro;

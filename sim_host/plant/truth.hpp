@@ -2,7 +2,8 @@
 //
 // Errors are measured on TruthState, controllers see only TickSamples and PwmSample. Signs: positive torque of the
 // motor drives forward; friction and load are counted positive against forward motion, so that
-// J d(inertial rate)/dt = motor_torque - friction_torque - load_torque.
+// J d(inertial rate)/dt = motor_torque - friction_torque - load_torque. J is the inertia before the spring of a
+// structure, whose torque is a load.
 #ifndef TRACKSERVO_SIM_PLANT_TRUTH_HPP
 #define TRACKSERVO_SIM_PLANT_TRUTH_HPP
 

@@ -43,6 +43,9 @@ std::string print_dbc(const object_dictionary& dictionary, const DeviceInfo& inf
 // The page docs/can-objects.md: a table per group of objects.
 std::string print_can_reference(const object_dictionary& dictionary, const DeviceInfo& info);
 
+// A value as JSON; a REAL32 as the shortest decimal that is this float.
+nlohmann::ordered_json json_number(const od_entry& entry, od_number value);
+
 // Every entry with type, access, unit, limits, default, mapping and help text.
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);
 

@@ -38,16 +38,6 @@ const char *access_name(const od_entry& entry) {
   return kNames[entry.access & 3];
 }
 
-nlohmann::ordered_json number(const od_entry& entry, od_number value) {
-  if (entry.type == OD_REAL32) {
-    return std::stod(fmt::format("{}", value.f));  // the shortest decimal that is this float
-  }
-  if (entry.type == OD_UNSIGNED64) {
-    return static_cast<std::uint64_t>(value.i);
-  }
-  return value.i;
-}
-
 nlohmann::ordered_json describe(const od_object& object) {
   const od_entry& entry = *object.entry;
   nlohmann::ordered_json row{{"index", od_index(&object)},   {"sub", entry.sub},
@@ -57,9 +47,9 @@ nlohmann::ordered_json describe(const od_object& object) {
     row["capacity"] = entry.bytes;
     row["default"] = entry.preset.text == nullptr ? "" : entry.preset.text;
   } else if (entry.type != OD_DOMAIN) {
-    row["low"] = number(entry, entry.low);
-    row["high"] = number(entry, entry.high);
-    row["default"] = number(entry, entry.preset);
+    row["low"] = json_number(entry, entry.low);
+    row["high"] = json_number(entry, entry.high);
+    row["default"] = json_number(entry, entry.preset);
   }
   const auto flag = [&](const char *name, int bit) { row[name] = (entry.flags & bit) != 0; };
   flag("plus_node_id", OD_NODE_ID);
@@ -71,6 +61,16 @@ nlohmann::ordered_json describe(const od_object& object) {
 }
 
 }  // namespace
+
+nlohmann::ordered_json json_number(const od_entry& entry, od_number value) {
+  if (entry.type == OD_REAL32) {
+    return std::stod(fmt::format("{}", value.f));  // the shortest decimal that is this float
+  }
+  if (entry.type == OD_UNSIGNED64) {
+    return static_cast<std::uint64_t>(value.i);
+  }
+  return value.i;
+}
 
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();

@@ -70,15 +70,17 @@ Complex sensor(const LinearMachine& m, const speed_loop_params& p, Complex s, Co
 }
 
 struct ControllerResponse {
-  Complex forward;   // set-point (weight 1) to torque
+  Complex forward;   // set-point to torque
   Complex feedback;  // measured rate to minus torque
 };
 
 // The difference equations of pi_controller.c and disturbance_observer.c.
-ControllerResponse controller(const speed_loop_params& p, Complex z_inverse) {
+ControllerResponse controller(const speed_loop_params& p, Complex z_inverse, double setpoint_weight) {
   const double kp = static_cast<double>(p.pi.proportional_gain);
   const double ki = static_cast<double>(p.pi.integral_gain);
-  const Complex pi = kp + ki * kTick_s * z_inverse / (1.0 - z_inverse);
+  const Complex integral = ki * kTick_s * z_inverse / (1.0 - z_inverse);
+  const Complex pi = kp + integral;
+  const Complex set_point = setpoint_weight * kp + integral;
   if (p.observer_on) {
     const double blend = 1.0 - std::exp(-static_cast<double>(p.observer.bandwidth_rad_s) * kTick_s);
     const double momentum = blend * static_cast<double>(p.observer.inertia_kg_m2) / kTick_s;
@@ -86,9 +88,9 @@ ControllerResponse controller(const speed_loop_params& p, Complex z_inverse) {
     const Complex lag = 1.0 - (1.0 - blend) * z_inverse;
     const Complex observed = (momentum * (1.0 - z_inverse) + viscous * z_inverse) / lag;
     const Complex inner = blend * z_inverse / lag;
-    return {pi / (1.0 - inner), (pi + observed) / (1.0 - inner)};
+    return {set_point / (1.0 - inner), (pi + observed) / (1.0 - inner)};
   }
-  return {pi, pi};
+  return {set_point, pi};
 }
 
 }  // namespace
@@ -119,16 +121,16 @@ FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_l
     const Complex s(0.0, 2.0 * M_PI * f_hz);
     const Complex z_inverse = std::exp(-s * kTick_s);
     response.loop_gain.push_back(plant(machine, s) * sensor(machine, params, s, z_inverse) *
-                                 controller(params, z_inverse).feedback);
+                                 controller(params, z_inverse, 1.0).feedback);
   }
   return response;
 }
 
 std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
-                                      double frequency_hz) {
+                                      double frequency_hz, double setpoint_weight) {
   const Complex s(0.0, 2.0 * M_PI * frequency_hz);
   const Complex z_inverse = std::exp(-s * kTick_s);
-  const ControllerResponse c = controller(params, z_inverse);
+  const ControllerResponse c = controller(params, z_inverse, setpoint_weight);
   const Complex drive = plant(machine, s);
   return drive * c.forward / (1.0 + drive * sensor(machine, params, s, z_inverse) * c.feedback);
 }
@@ -151,7 +153,7 @@ double torque_noise_nm(const LinearMachine& machine, const speed_loop_params& pa
     const Complex s(0.0, M_PI / kTick_s * (line + 0.5) / kLines);
     const Complex z_inverse = std::exp(-s * kTick_s);
     const SensorWeights weights = sensor_weights(params, z_inverse);
-    const Complex feedback = controller(params, z_inverse).feedback;
+    const Complex feedback = controller(params, z_inverse, 1.0).feedback;
     const Complex loop = plant(machine, s) * sensor(machine, params, s, z_inverse) * feedback;
     const Complex angle = weights.joint * slope_estimator(params.rate_estimator, z_inverse) * noise.angle_rad;
     sum += (std::norm(angle) + std::norm(weights.gyro * noise.gyro_rad_s)) * std::norm(feedback / (1.0 + loop));

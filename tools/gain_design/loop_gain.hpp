@@ -56,9 +56,9 @@ std::complex<double> structural_factor(const std::vector<StructuralMode>& modes,
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz);
 
-// Closed-loop set-point response at one frequency, with set-point weight 1: joint rate over set-point.
+// Closed-loop set-point response at one frequency: joint rate over set-point.
 std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
-                                      double frequency_hz);
+                                      double frequency_hz, double setpoint_weight = 1.0);
 
 // Closed-loop set-point response with set-point weight 1 (the usual meaning of "speed-loop bandwidth"): the highest
 // frequency below which it stays above -3 dB, in Hz.

@@ -6,13 +6,26 @@
 
 namespace trackservo::gain_design {
 
-// A tracking loop on the camera waits 20 ms for a frame, 10 ms on average for the next, and some for the speed loop.
+// What a tracking loop on the camera waits for: 20 ms for a frame and 10 ms on average for the next one.
 constexpr double kCameraDelay_s = 0.030;
-constexpr double kTrackingDelay_s = kCameraDelay_s + 0.006;
+
+// The same with 6 ms for a speed loop of 30 Hz.
+constexpr double kTrackingDelay_s = 0.036;
 
 // Natural frequency of a critically damped PI on an integrator, with a pure delay, whose closed loop is at -3 dB at
 // the bandwidth [rad/s]. The paper gives "about 2 Hz" for its tracking loop and 20 ms of camera delay.
 double tracking_frequency_rad_s(double bandwidth_hz, double delay_s);
+
+// An outer loop from an angle's error to the rate set-point: proportional + integral / s after a delay.
+struct OuterLoop {
+  double proportional_per_s = 0.0;
+  double integral_per_s2 = 0.0;
+  double delay_s = 0.0;
+};
+
+// The smallest margins over the machines, whose speed loop is closed with its own set-point weight.
+Margins outer_margins(const std::vector<LinearMachine>& machines, const speed_loop_params& speed_loop,
+                      const OuterLoop& outer);
 
 }  // namespace trackservo::gain_design
 

@@ -19,8 +19,8 @@ pi_controller_params pi_params(const PiWish& wish, double inertia_kg_m2);
 void set_pi(axis_parameters& parameters, const pi_controller_params& pi);
 
 // The natural frequency at which the closed loop with PI alone and set-point weight 1 is at -3 dB at the bandwidth,
-// delays included [rad/s]. Sensors and filters are those of `loop`. Where delays make the loop ring, no natural
-// frequency has so small a bandwidth: the search ends at the smaller bound then.
+// delays included [rad/s]. Sensors and filters are those of `loop`. At most 2 pi times the bandwidth: beyond, delays
+// make the loop ring before it gets so fast.
 double natural_frequency_rad_s(const LinearMachine& sliding, const speed_loop_params& loop, double bandwidth_hz,
                                double damping);
 

@@ -2,6 +2,7 @@
 //
 //   identify fit RECORDING.csv [--json FILE] [--residuals FILE]
 //   identify plan --lowest-rad A --highest-rad B --torque-nm T --fastest-rad-s V [--identified FILE] [--json FILE]
+//   identify design --identified RESULT.json [--wishes FILE] --parameters FILE --json FILE
 //   identify paper-damping --slope 308.1 --inertia 23.5 --viscous 11.876
 //
 // Exit codes: 0 all parameters, 1 wrong input, 2 some were refused.
@@ -14,6 +15,7 @@
 
 #include "commissioning/programme_json.hpp"
 #include "commissioning/programme_text.hpp"
+#include "identification/design_command.hpp"
 #include "identification/identification.hpp"
 #include "identification/result_json.hpp"
 
@@ -141,7 +143,7 @@ void add_paper_damping(CLI::App& app, DampingOptions& options) {
 
 int main(int argc, char **argv) {
   try {
-    CLI::App app{"Friction and plant of an axis from its recorded runs."};
+    CLI::App app{"Friction and plant of an axis from its recorded runs, and gains for it."};
     app.require_subcommand(1);
     int code = 0;
     FitOptions options;
@@ -154,6 +156,8 @@ int main(int argc, char **argv) {
     add_plan(app, plan_options);
     DampingOptions damping;
     add_paper_damping(app, damping);
+    identification::DesignCommand design;
+    identification::add_design_command(app, design);
     CLI11_PARSE(app, argc, argv);
     return code;
   } catch (const std::exception& error) {

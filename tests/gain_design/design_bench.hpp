@@ -1,0 +1,57 @@
+// Shipped plants, the gains that the device has before, and loops measured on the simulated machine.
+#ifndef TRACKSERVO_TESTS_GAIN_DESIGN_DESIGN_BENCH_HPP
+#define TRACKSERVO_TESTS_GAIN_DESIGN_DESIGN_BENCH_HPP
+
+#include <algorithm>
+#include <string>
+
+#include "analysis/frequency_measurement.hpp"
+#include "experiments/control_design.hpp"
+#include "experiments/true_plant.hpp"
+#include "gain_design/gain_design.hpp"
+#include "unit/support/bench.hpp"
+#include "unit/support/check.h"
+
+namespace design_bench {
+
+namespace sim = trackservo::sim;
+using namespace trackservo::gain_design;
+
+inline axis_parameters present(const sim::PlantConfig& plant, int axis) {
+  return sim::design_axis(plant, axis, sim::controller_spec("pi_vob_ftc"), {1, 0.0, TRACKER_PI});
+}
+
+// Both axes of the device have their present parameters, but for `axis`.
+inline servo_params params_with(const sim::PlantConfig& plant, int axis, const axis_parameters& designed) {
+  servo_params params{};
+  for (int i = 0; i < sim::kAxes; ++i) {
+    const axis_parameters parameters = i == axis ? designed : present(plant, i);
+    CHECK_STATUS(CONTROL_OK, axis_parameters_build(&parameters, &params.axis[i]));
+  }
+  return params;
+}
+
+// As on the machine: a multisine while the axis turns at 2 deg/s, or rests, from a quarter of the crossover to beyond
+// where the gain margin is taken.
+inline FrequencyResponse measured(const sim::PlantConfig& plant, int axis, const axis_parameters& designed,
+                                  const Margins& predicted, bool pre_sliding) {
+  const double coulomb_nm = plant.axis[static_cast<std::size_t>(axis)].friction.positive.coulomb_nm;
+  sim::MeasurementRequest request;
+  request.plant = &plant;
+  request.params = params_with(plant, axis, designed);
+  request.axis = axis;
+  request.bias_rate_rad_s = pre_sliding ? 0.0 : 2.0 * bench::kDegree;
+  request.torque_rms_nm = (pre_sliding ? 0.2 : 1.0) * coulomb_nm;
+  request.first_hz = 0.25 * predicted.crossover_hz;
+  request.last_hz = std::min(450.0, std::max(10.0 * predicted.crossover_hz, 1.3 * predicted.phase_crossover_hz));
+  return sim::measured_loop_gain(request);
+}
+
+inline bool mentions(const std::vector<std::string>& notes, const std::string& part) {
+  return std::any_of(notes.begin(), notes.end(),
+                     [&](const std::string& note) { return note.find(part) != std::string::npos; });
+}
+
+}  // namespace design_bench
+
+#endif

@@ -1,0 +1,67 @@
+#include "gain_design/gain_wishes_json.hpp"
+
+#include <fmt/format.h>
+
+#include <functional>
+
+namespace trackservo::gain_design {
+namespace {
+
+struct WishKey {
+  const char *name;
+  double low;
+  double high;
+  std::function<void(GainWishes&, double)> set;
+};
+
+const std::vector<WishKey>& wish_keys() {
+  static const std::vector<WishKey> keys = {
+      {"speed_loop_bandwidth_hz", 0.01, 300.0, [](GainWishes& w, double x) { w.speed_loop_bandwidth_hz = x; }},
+      {"speed_loop_damping", 0.1, 10.0, [](GainWishes& w, double x) { w.speed_loop_damping = x; }},
+      {"setpoint_weight", 0.0, 1.0, [](GainWishes& w, double x) { w.setpoint_weight = x; }},
+      {"observer_bandwidth_hz", 0.01, 159.0, [](GainWishes& w, double x) { w.observer_bandwidth_hz = x; }},
+      {"least_gain_margin_db", 1.0, 40.0, [](GainWishes& w, double x) { w.least.gain_margin_db = x; }},
+      {"least_phase_margin_deg", 1.0, 90.0, [](GainWishes& w, double x) { w.least.phase_margin_deg = x; }},
+      {"most_torque_noise_nm", 1e-9, 1e4, [](GainWishes& w, double x) { w.most_torque_noise_nm = x; }},
+      {"tracking_bandwidth_hz", 0.01, 15.0, [](GainWishes& w, double x) { w.tracking_bandwidth_hz = x; }},
+      {"position_bandwidth_hz", 0.01, 150.0, [](GainWishes& w, double x) { w.position_bandwidth_hz = x; }},
+  };
+  return keys;
+}
+
+const WishKey *find_key(const std::string& name) {
+  for (const WishKey& key : wish_keys()) {
+    if (name == key.name) {
+      return &key;
+    }
+  }
+  return nullptr;
+}
+
+std::string all_names() {
+  std::string names;
+  for (const WishKey& key : wish_keys()) {
+    names += (names.empty() ? "" : ", ") + std::string(key.name);
+  }
+  return names;
+}
+
+}  // namespace
+
+GainWishes read_gain_wishes(const InputFile& file) {
+  GainWishes wishes;
+  for (const auto& [name, value] : file.json.items()) {
+    const WishKey *key = find_key(name);
+    if (key == nullptr) {
+      throw file.error(fmt::format("\"{}\" is no wish; give any of {}", name, all_names()));
+    }
+    if (!value.is_number() || value.get<double>() < key->low || value.get<double>() > key->high) {
+      throw file.error(
+          fmt::format("\"{}\" is {}; give a number from {:g} to {:g}", name, value.dump(), key->low, key->high));
+    }
+    key->set(wishes, value.get<double>());
+  }
+  return wishes;
+}
+
+}  // namespace trackservo::gain_design

@@ -1,0 +1,15 @@
+// wishes.json: what is asked of the gains.
+#ifndef TRACKSERVO_GAIN_DESIGN_GAIN_WISHES_JSON_HPP
+#define TRACKSERVO_GAIN_DESIGN_GAIN_WISHES_JSON_HPP
+
+#include "gain_design/gain_design.hpp"
+#include "gain_design/input_file.hpp"
+
+namespace trackservo::gain_design {
+
+// Any of the keys in docs/gain-design.md. Throws InputFileError for an unknown key, another type, a value out of range.
+GainWishes read_gain_wishes(const InputFile& file);
+
+}  // namespace trackservo::gain_design
+
+#endif

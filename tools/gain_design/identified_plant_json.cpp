@@ -1,0 +1,114 @@
+#include "gain_design/identified_plant_json.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trackservo::gain_design {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr const char *kFormat = "trackservo-identification";
+constexpr int kVersion = 1;
+
+void check_format(const InputFile& file) {
+  if (file.json.value("format", "") != kFormat || file.json.value("version", 0) != kVersion) {
+    throw file.error(
+        fmt::format("is not a {} of version {}; give the file that identify fit wrote with --json", kFormat, kVersion));
+  }
+}
+
+// A number at a path such as "checks/gyro/delay_s".
+double number_at(const InputFile& file, const std::string& path) {
+  const Json::json_pointer pointer("/" + path);
+  if (!file.json.contains(pointer) || !file.json.at(pointer).is_number()) {
+    throw file.error(fmt::format("\"{}\" is missing or no number; run identify fit again", path));
+  }
+  return file.json.at(pointer).get<double>();
+}
+
+// What the identification said about a parameter that it did not give.
+std::string refusal_of(const InputFile& file, const std::string& parameter) {
+  for (const Json& refused : file.json.value("refused", Json::array())) {
+    if (refused.value("parameter", "") == parameter) {
+      return refused.value("message", "");
+    }
+  }
+  return "";
+}
+
+// One message for all parameters that the identification refused.
+void refuse_what_was_refused(const InputFile& file, const std::vector<std::string>& names) {
+  std::string messages;
+  for (const std::string& name : names) {
+    const Json::json_pointer pointer("/parameters/" + name + "/value");
+    if (file.json.contains(pointer) && file.json.at(pointer).is_null()) {
+      messages += "\n  " + name + ": " + refusal_of(file, name);
+    }
+  }
+  if (!messages.empty()) {
+    throw file.error("the gain design needs parameters that were refused; add the runs that are named:" + messages);
+  }
+}
+
+double parameter(const InputFile& file, const std::string& name) {
+  return number_at(file, "parameters/" + name + "/value");
+}
+
+lugre_direction direction(const InputFile& file, const std::string& name) {
+  lugre_direction d{};
+  d.coulomb_nm = static_cast<float>(parameter(file, "coulomb_" + name));
+  d.breakaway_nm = std::max(static_cast<float>(parameter(file, "breakaway_" + name)), d.coulomb_nm);
+  d.stribeck_speed_rad_s = static_cast<float>(parameter(file, "stribeck_speed_" + name));
+  d.viscous_nm_s_rad = static_cast<float>(parameter(file, "viscous_" + name));
+  return d;
+}
+
+// The whole delay is measured; the assumed low-pass takes its part of it first.
+GyroFacts gyro_facts(double delay_s, double noise_rad_s) {
+  constexpr double kShortest_s = 1e-5;
+  const double lag_s = 1.0 / (2.0 * M_PI * kAssumedGyroBandwidth_hz);
+  if (delay_s >= lag_s) {
+    return {delay_s - lag_s, kAssumedGyroBandwidth_hz, noise_rad_s};
+  }
+  return {0.0, 1.0 / (2.0 * M_PI * std::max(delay_s, kShortest_s)), noise_rad_s};
+}
+
+StructuralMode mode(const InputFile& file, std::size_t index) {
+  const std::string path = fmt::format("resonances/{}/", index);
+  return {2.0 * M_PI * number_at(file, path + "frequency_hz"), number_at(file, path + "damping"),
+          number_at(file, path + "share")};
+}
+
+}  // namespace
+
+IdentifiedPlant read_identified_plant(const InputFile& file) {
+  check_format(file);
+  std::vector<std::string> names{"inertia", "stiffness", "damping"};
+  for (const char *quantity : {"coulomb_", "breakaway_", "stribeck_speed_", "viscous_"}) {
+    names.push_back(std::string(quantity) + "positive");
+    names.push_back(std::string(quantity) + "negative");
+  }
+  refuse_what_was_refused(file, names);
+  IdentifiedPlant plant;
+  plant.inertia_kg_m2 = parameter(file, "inertia");
+  plant.friction.stiffness_nm_rad = static_cast<float>(parameter(file, "stiffness"));
+  plant.friction.damping_nm_s_rad = static_cast<float>(parameter(file, "damping"));
+  plant.friction.positive = direction(file, "positive");
+  plant.friction.negative = direction(file, "negative");
+  plant.encoder = {std::max(0.0, number_at(file, "checks/delay_s") + kCurrentAge_s),
+                   number_at(file, "checks/angle_noise_rad")};
+  if (file.json.value(Json::json_pointer("/checks/gyro/used"), false)) {
+    plant.gyro = gyro_facts(plant.encoder.latency_s + number_at(file, "checks/gyro/delay_s"),
+                            number_at(file, "checks/gyro/noise_rad_s"));
+  }
+  const std::size_t modes = file.json.value("resonances", Json::array()).size();
+  for (std::size_t i = 0; i < modes; ++i) {
+    plant.modes.push_back(mode(file, i));
+  }
+  return plant;
+}
+
+}  // namespace trackservo::gain_design

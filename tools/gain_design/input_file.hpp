@@ -1,0 +1,30 @@
+// JSON files that the gain design reads, and what is said when one is wrong.
+#ifndef TRACKSERVO_GAIN_DESIGN_INPUT_FILE_HPP
+#define TRACKSERVO_GAIN_DESIGN_INPUT_FILE_HPP
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+namespace trackservo::gain_design {
+
+// "FILE: key what is wrong; what would be right".
+class InputFileError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// The content of a file and its name for messages.
+struct InputFile {
+  std::string name;
+  nlohmann::json json;
+
+  InputFileError error(const std::string& what) const { return InputFileError(name + ": " + what); }
+};
+
+// Throws InputFileError when it cannot be read or holds no JSON object.
+InputFile load_input_file(const std::string& path);
+
+}  // namespace trackservo::gain_design
+
+#endif

@@ -1,0 +1,219 @@
+#include "gain_design/speed_loop_design.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gain_design/notch.hpp"
+#include "gain_design/speed_loop_pi.hpp"
+
+namespace trackservo::gain_design {
+namespace {
+
+constexpr double kHzPerRad_s = 0.5 / M_PI;
+
+struct FilterChoice {
+  const StructuralMode *notched = nullptr;
+  double lowpass_hz = 0.0;  // 0: none
+};
+
+struct SpeedLoopChoice {
+  FilterChoice filters;
+  SpeedLoopWish wish;  // with these filters a wish in Hz is another natural frequency
+  SpeedLoopPair pair;
+};
+
+axis_parameters with_filters(axis_parameters parameters, const FilterChoice& filters) {
+  parameters.filters = {0.0F, 10.0F, 0.1F, static_cast<float>(filters.lowpass_hz), 0.7F};
+  if (filters.notched != nullptr) {
+    const NotchFilter notch = notch_for(*filters.notched);
+    parameters.filters.notch_hz = static_cast<float>(notch.frequency_hz);
+    parameters.filters.notch_width_hz = static_cast<float>(notch.width_hz);
+    parameters.filters.notch_depth = static_cast<float>(notch.depth);
+  }
+  return parameters;
+}
+
+SpeedLoopWish wish_with(const GainWishes& wishes, const LinearMachine& sliding, const speed_loop_params& loop) {
+  SpeedLoopWish wish;
+  wish.natural_rad_s = wishes.speed_loop_natural_frequency_rad_s;
+  if (wishes.speed_loop_bandwidth_hz) {
+    wish.natural_rad_s =
+        natural_frequency_rad_s(sliding, loop, *wishes.speed_loop_bandwidth_hz, wishes.speed_loop_damping);
+  }
+  if (wishes.observer_bandwidth_hz) {
+    wish.observer_rad_s = *wishes.observer_bandwidth_hz / kHzPerRad_s;
+  }
+  wish.damping = wishes.speed_loop_damping;
+  return wish;
+}
+
+bool is_wished(const SpeedLoopChoice& choice) {
+  const auto kept = [](const std::optional<double>& wished, double got) { return !wished || *wished == got; };
+  return kept(choice.wish.natural_rad_s, choice.pair.natural_rad_s) &&
+         kept(choice.wish.observer_rad_s, choice.pair.observer_rad_s);
+}
+
+// Tries filters from none to many; more filters must bring a tenth more rejection.
+class FilterSearch {
+ public:
+  FilterSearch(const GainWishes& wishes, const SpeedLoopDemand& demand, const axis_parameters& parameters)
+      : wishes_(wishes), demand_(demand), parameters_(parameters) {}
+
+  std::optional<SpeedLoopChoice> run(const StructuralMode *mode) {
+    constexpr double kLowpasses_hz[] = {400.0, 300.0, 200.0, 150.0, 100.0};
+    attempt({nullptr, 0.0});
+    if (mode != nullptr) {
+      attempt({mode, 0.0});
+    }
+    for (const double lowpass_hz : kLowpasses_hz) {
+      if (noise_refused_) {
+        attempt({nullptr, lowpass_hz});
+      }
+      if (noise_refused_ && mode != nullptr) {
+        attempt({mode, lowpass_hz});
+      }
+    }
+    return best_;
+  }
+
+  // Why nothing was found, or the wish was not.
+  std::string complaint(const FilterChoice& filters, bool slowest) const {
+    const speed_loop_params loop = built(with_filters(parameters_, filters)).speed;
+    const SpeedLoopWish wish = wish_with(wishes_, demand_.machines.front(), loop);
+    const SpeedLoopSearch search(demand_, loop, wish);
+    const SpeedLoopPair pair = slowest ? search.slowest() : SpeedLoopPair{*wish.natural_rad_s, *wish.observer_rad_s};
+    const SpeedLoopVerdict verdict = search.judge(pair);
+    if (!verdict.stable) {
+      return "the loop is unstable";
+    }
+    return fmt::format(
+        "the loop has {:.1f} dB, {:.0f} deg and a torque noise of {:.2g} Nm, where {:g} dB, {:g} deg and at most "
+        "{:.2g} Nm are asked",
+        verdict.margins.gain_margin_db, verdict.margins.phase_margin_deg, verdict.torque_noise_nm,
+        demand_.least.gain_margin_db, demand_.least.phase_margin_deg, demand_.most_torque_noise_nm);
+  }
+
+ private:
+  void attempt(const FilterChoice& filters) {
+    const double kWorthwhile = std::log(1.1);
+    if (best_ && wishes_are_complete() && is_wished(*best_)) {
+      return;
+    }
+    servo_axis_params device{};
+    const axis_parameters parameters = with_filters(parameters_, filters);
+    if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
+      return;  // the resonance is beyond what the firmware's notch reaches
+    }
+    SpeedLoopChoice choice{filters, wish_with(wishes_, demand_.machines.front(), device.speed), {}};
+    SpeedLoopSearch search(demand_, device.speed, choice.wish);
+    const std::optional<SpeedLoopPair> pair = search.best();
+    noise_refused_ = noise_refused_ || search.noise_refused();
+    if (!pair) {
+      return;
+    }
+    choice.pair = *pair;
+    if (!best_ || is_wished(choice) > is_wished(*best_) ||
+        (is_wished(choice) == is_wished(*best_) && rejection(*pair) > rejection(best_->pair) + kWorthwhile)) {
+      best_ = choice;
+    }
+  }
+
+  bool wishes_are_complete() const {
+    return wishes_.observer_bandwidth_hz &&
+           (wishes_.speed_loop_bandwidth_hz || wishes_.speed_loop_natural_frequency_rad_s);
+  }
+
+  const GainWishes& wishes_;
+  const SpeedLoopDemand& demand_;
+  const axis_parameters& parameters_;
+  std::optional<SpeedLoopChoice> best_;
+  bool noise_refused_ = false;
+};
+
+// A natural frequency as people wish it: the bandwidth of PI alone.
+double bandwidth_of(const SpeedLoopDemand& demand, speed_loop_params loop, double natural_rad_s, double damping) {
+  loop.pi = pi_params({natural_rad_s, damping, 1.0}, demand.machines.front().inertia_kg_m2);
+  return closed_loop_bandwidth_hz(demand.machines.front(), pi_alone(loop));
+}
+
+void note_filters(const IdentifiedPlant& plant, const SpeedLoopChoice& choice, std::vector<std::string>& notes) {
+  if (choice.filters.notched != nullptr) {
+    const NotchFilter notch = notch_for(*choice.filters.notched);
+    notes.push_back(fmt::format(
+        "Notch at {:.1f} Hz, {:.1f} Hz wide, depth {:.2g}: a resonance stands {:.3g} times above the rigid body there.",
+        notch.frequency_hz, notch.width_hz, notch.depth, relative_height(*choice.filters.notched)));
+  }
+  for (const StructuralMode& mode : plant.modes) {
+    if (&mode != choice.filters.notched) {
+      notes.push_back(fmt::format("No notch for the resonance at {:.1f} Hz: {}.", mode.frequency_rad_s * kHzPerRad_s,
+                                  choice.filters.notched == nullptr ? "the loop keeps its margins without"
+                                                                    : "the device has one, and another needs it more"));
+    }
+  }
+  if (choice.filters.lowpass_hz > 0.0) {
+    notes.push_back(
+        fmt::format("Low-pass at {:g} Hz, for the torque noise of the sensors.", choice.filters.lowpass_hz));
+  }
+}
+
+void note_observer(const SpeedLoopChoice& choice, std::vector<std::string>& notes) {
+  const double got_hz = choice.pair.observer_rad_s * kHzPerRad_s;
+  if (!choice.wish.observer_rad_s) {
+    notes.push_back(fmt::format("Observer: {:.3g} Hz, as high as margins and torque noise allow.", got_hz));
+  } else if (*choice.wish.observer_rad_s != choice.pair.observer_rad_s) {
+    notes.push_back(fmt::format("Observer lowered from {:.3g} Hz to {:.3g} Hz.",
+                                *choice.wish.observer_rad_s * kHzPerRad_s, got_hz));
+  }
+}
+
+void note_pi(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopChoice& choice,
+             const GainWishes& wishes, std::vector<std::string>& notes) {
+  const double got_hz = bandwidth_of(demand, loop, choice.pair.natural_rad_s, wishes.speed_loop_damping);
+  if (!choice.wish.natural_rad_s) {
+    notes.push_back(
+        fmt::format("Speed loop with PI alone: {:.3g} Hz, as high as margins and torque noise allow.", got_hz));
+  } else if (*choice.wish.natural_rad_s != choice.pair.natural_rad_s) {
+    const double wished_hz = wishes.speed_loop_bandwidth_hz.value_or(
+        bandwidth_of(demand, loop, *choice.wish.natural_rad_s, wishes.speed_loop_damping));
+    notes.push_back(fmt::format("Speed loop with PI alone lowered from {:.3g} Hz to {:.3g} Hz.", wished_hz, got_hz));
+  }
+}
+
+}  // namespace
+
+servo_axis_params built(const axis_parameters& parameters) {
+  servo_axis_params device{};
+  if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
+    throw GainDesignError(
+        "the firmware refuses the designed parameters: check inertia, friction and motor against the limits in "
+        "docs/can-objects.md");
+  }
+  return device;
+}
+
+void design_speed_loop(const IdentifiedPlant& plant, const GainWishes& wishes, const SpeedLoopDemand& demand,
+                       axis_parameters& parameters, std::vector<std::string>& notes) {
+  FilterSearch search(wishes, demand, parameters);
+  const std::optional<SpeedLoopChoice> choice = search.run(dominant_mode(plant.modes));
+  if (!choice) {
+    throw GainDesignError(
+        fmt::format("no gains keep the wishes: even with the slowest ones tried {}; ask for less margin or for more "
+                    "torque noise",
+                    search.complaint({}, true)));
+  }
+  parameters = with_filters(parameters, choice->filters);
+  const PiWish pi{choice->pair.natural_rad_s, wishes.speed_loop_damping, wishes.setpoint_weight};
+  set_pi(parameters, pi_params(pi, plant.inertia_kg_m2));
+  parameters.observer.bandwidth_rad_s = static_cast<float>(choice->pair.observer_rad_s);
+  note_filters(plant, *choice, notes);
+  const speed_loop_params loop = built(parameters).speed;
+  note_pi(demand, loop, *choice, wishes, notes);
+  note_observer(*choice, notes);
+  if (!is_wished(*choice) && choice->wish.natural_rad_s && choice->wish.observer_rad_s) {
+    notes.push_back("As wished, " + search.complaint(choice->filters, false) + ".");
+  }
+}
+
+}  // namespace trackservo::gain_design

@@ -1,0 +1,76 @@
+// The fastest PI and observer that keep what is demanded of a speed loop.
+#ifndef TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_SEARCH_HPP
+#define TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_SEARCH_HPP
+
+#include <optional>
+#include <vector>
+
+#include "gain_design/margins.hpp"
+
+namespace trackservo::gain_design {
+
+struct SpeedLoopDemand {
+  std::vector<LinearMachine> machines;  // all must be good, the sliding one first
+  SensorNoise noise;
+  LeastMargins least;
+  double most_torque_noise_nm = 0.0;
+};
+
+// PI and observer, the two that decide how fast the loop is.
+struct SpeedLoopPair {
+  double natural_rad_s = 0.0;
+  double observer_rad_s = 0.0;
+};
+
+// What is absent is chosen.
+struct SpeedLoopWish {
+  std::optional<double> natural_rad_s;
+  std::optional<double> observer_rad_s;
+  double damping = 1.0;
+};
+
+struct SpeedLoopVerdict {
+  bool stable = false;
+  Margins margins;  // the smallest of all machines
+  double torque_noise_nm = 0.0;
+};
+
+class SpeedLoopSearch {
+ public:
+  // `loop` gives sensors, filters and set-point weight.
+  SpeedLoopSearch(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopWish& wish)
+      : demand_(demand), loop_(loop), wish_(wish) {}
+
+  // The wish if it is good, else lowered: the observer first, then both. Nothing when no pair down to a hundredth is
+  // good.
+  std::optional<SpeedLoopPair> best();
+
+  // A pair was good but for its torque noise: a low-pass may help.
+  bool noise_refused() const { return noise_refused_; }
+
+  SpeedLoopVerdict judge(const SpeedLoopPair& pair) const;
+
+  // The slowest pair that is ever tried.
+  SpeedLoopPair slowest() const;
+
+ private:
+  enum class Reserve { kNone, kKept };
+
+  speed_loop_params loop_with(const SpeedLoopPair& pair) const;
+  bool is_good(const SpeedLoopPair& pair, Reserve reserve);
+  std::optional<SpeedLoopPair> first_good(SpeedLoopPair pair, bool natural_falls, bool observer_falls);
+  std::optional<SpeedLoopPair> best_of_both();
+  SpeedLoopPair fastest() const;
+
+  const SpeedLoopDemand& demand_;
+  speed_loop_params loop_;
+  SpeedLoopWish wish_;
+  bool noise_refused_ = false;
+};
+
+// How fast slow disturbances are divided away by a pair, as a logarithm.
+double rejection(const SpeedLoopPair& pair);
+
+}  // namespace trackservo::gain_design
+
+#endif
