@@ -83,16 +83,6 @@ def new_path(folder: Path, what: str, axis: str) -> Path:
     return folder / f"{what}-{axis}-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
 
 
-def still_enabled(live: LiveAxis) -> int:
-    """The statusword; raises MotionError when the axis is no longer enabled."""
-    status = live.drive.statusword()
-    if live.drive.state(status) != power.ENABLED:
-        raise MotionError(
-            f"{live.drive.name} is in '{live.drive.state(status)}' (603F = {live.drive.error_code():04X}); 'servoctl faults' tells more."
-        )
-    return status
-
-
 def run_rates(
     session: Session, device: Device, axis: str, rates: Real, interpolation_ms: int,
     period_s: float, limits: Limits, what: str,
@@ -112,7 +102,7 @@ def run_rates(
                 if count % 50 == 0:
                     bar.update(task, completed=now)
         stream.send(0.0)
-        still_enabled(live)
+        live.check_enabled()
         demand, answer = stream.samples()
         lost = stream.lost()
     if len(demand) < 0.9 * duration / TICK_S:
