@@ -78,8 +78,9 @@ def steady_friction_nm(identified: Identified, direction: str, speed_rad_s: Real
     coulomb, breakaway, stribeck, viscous = (float(value or 0.0) for value in values)
     if stribeck <= 0:
         return None
-    fall = np.exp(-((speed_rad_s / stribeck) ** 2))
-    return np.asarray(coulomb + (breakaway - coulomb) * fall + viscous * speed_rad_s)
+    fall = np.exp(-np.square(speed_rad_s / stribeck))
+    torque: Real = coulomb + (breakaway - coulomb) * fall + viscous * speed_rad_s
+    return torque
 
 
 def over_position(identified: Identified, terms: list[dict[str, Any]], angle_rad: Real) -> Real:
@@ -101,7 +102,7 @@ def lugre_nm(identified: Identified, angle_rad: Real) -> Real | None:
         return None
     p = {name: float(value or 0.0) for name, value in values.items()}
     rate = np.gradient(angle_rad, TICK_S)
-    bristle, torque = 0.0, np.zeros_like(rate)
+    bristle, torque = 0.0, np.zeros(len(rate))
     for i, v in enumerate(rate):
         side = DIRECTIONS[0] if v >= 0 else DIRECTIONS[1]
         fall = np.exp(-((v / p[f"stribeck_speed_{side}"]) ** 2))
@@ -193,11 +194,11 @@ def whiteness(residuals: Columns, step_s: float) -> Whiteness | None:
     scale = 2 * step_s / np.sum(window**2)
     residual, whitened = (np.sqrt(scale * np.mean([pair[i] for pair in powers], axis=0)) for i in range(2))
     correlation = products / products[0]
+    frequency, lag = np.asarray(np.fft.rfftfreq(SEGMENT, step_s), np.float64), step_s * np.arange(1.0, LAGS + 1)
     return Whiteness(
-        np.fft.rfftfreq(SEGMENT, step_s)[1:], residual[1:], whitened[1:], step_s * np.arange(1, LAGS + 1),
-        correlation[1:], 1.96 / np.sqrt(counted),
-    )  # fmt: skip
+        frequency[1:], residual[1:], whitened[1:], np.asarray(lag, np.float64), correlation[1:], 1.96 / np.sqrt(counted)
+    )
 
 
-def _power(part: Real, window: Real) -> Real:
+def _power(part: Real, window: NDArray[np.floating[Any]]) -> Real:
     return np.asarray(np.abs(np.fft.rfft((part - part.mean()) * window)) ** 2)

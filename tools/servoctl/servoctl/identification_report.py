@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from .commissioning import Outcome
@@ -23,7 +23,7 @@ from .friction_curves import (
 from .identified import Identified
 from .journal import now
 from .page import PageTable, Section, write_page
-from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, plt
+from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
 from .units import degrees
 
 COLOURS = dict(zip(DIRECTIONS, (CLOSED, MARK), strict=True))
@@ -53,13 +53,6 @@ def write_identification_report(
         " the way. Intervals are of 95 %."
     )
     write_page(path, f"Identification of {axis}", lead, [section for section in sections if section], notes)
-
-
-def _picture(figure: Any) -> bytes:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png")
-    plt.close(figure)
-    return buffer.getvalue()
 
 
 def _number(value: float | None, digits: int = 5) -> str:
@@ -97,7 +90,7 @@ def _stribeck(identified: Identified, points: Legs) -> Section:
         axes.set_xlabel("joint speed (rad/s)")
         axes.set_ylabel("friction torque (N m)")
         axes.legend(ncols=2, fontsize=8.5)
-        picture = _picture(figure)
+        picture = png_of(figure)
     text = (
         "Each point is the mean torque of one way at constant speed, less the constant load, as the paper measures it; gusts move"
         " single points by several N m. The curves are eq. (5)."
@@ -128,7 +121,7 @@ def _position(identified: Identified) -> Section:
         load.set_ylabel("load torque (N m)")
         for axes in (level, load):
             axes.set_xlabel("joint angle (°)")
-        picture = _picture(figure)
+        picture = png_of(figure)
     rows = [
         (what, row["term"], _number(row["value"], 3), f"{_number(row['interval_95'][0], 3)} … {_number(row['interval_95'][1], 3)}")
         for what, key in (("friction level", "friction_level"), ("load, N m", "load_nm")) for row in position[key]
@@ -149,7 +142,7 @@ def _hysteresis(identified: Identified, run: Columns) -> Section | None:
         axes.set_xlabel("joint angle (mrad)")
         axes.set_ylabel("torque without its mean (N m)")
         axes.legend(loc="upper left", fontsize=8.5)
-        picture = _picture(figure)
+        picture = png_of(figure)
     text = (
         "Motor torque over the angle in hysteresis loops, averaged over the periods so that wind falls out; the model is LuGre"
         " friction plus inertia times acceleration, computed from the measured angle."
@@ -175,7 +168,7 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
             grid["white"].axhline(bound, color=MARK, lw=0.9, ls="--")
         reach = max(0.1, 1.2 * float(np.max(np.abs(found.correlation))))
         grid["white"].set(xlabel="lag (ms)", ylabel="autocorrelation of whitened", ylim=(-reach, reach))
-        picture = _picture(figure)
+        picture = png_of(figure)
     beyond = int(np.count_nonzero(np.abs(found.correlation) > found.bound))
     text = (
         "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: its spectrum is then"

@@ -104,7 +104,7 @@ class Programme:
         """Raises InputError when the plan asks for more than is allowed."""
         for what, value, most, unit in (
             ("a move at", self.moving_rad_s, envelope.fastest_rad_s, "rad/s"),
-            ("a rate limit of", self.limits["rate_rad_s"], envelope.fastest_rad_s * 2, "rad/s"),
+            ("a rate limit of", self.limits["rate_rad_s"], envelope.fastest_rad_s, "rad/s"),
             ("a torque limit of", self.limits["torque_nm"], envelope.torque_nm, "N m"),
         ):
             if not value <= most * _SLACK:

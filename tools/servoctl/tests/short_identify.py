@@ -9,6 +9,7 @@ import json
 import os
 import sys
 from pathlib import Path
+from typing import Any
 
 ACCELERATION_RAD_S2 = 2.5
 
@@ -40,7 +41,7 @@ def plan(arguments: list[str]) -> None:
     fastest_rad_s = float(arguments[arguments.index("--fastest-rad-s") + 1])
     fault = os.environ.get("SHORT_FAULT", "")
     angles = [float(word) for word in os.environ.get("SHORT_PLACES", "-0.4 0.3").split()]
-    places = [{"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": programme(identified)}
+    places: list[dict[str, Any]] = [{"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": programme(identified)}
               for angle in (angles if identified else angles[:1])]  # fmt: skip
     duration = sum(experiment["duration_s"] for place in places for experiment in place["experiments"]) + 4 * len(places)
     rate = 0.005 if fault == "too fast" else fastest_rad_s
@@ -53,9 +54,30 @@ def plan(arguments: list[str]) -> None:
     Path(arguments[arguments.index("--json") + 1]).write_text(json.dumps(data))
 
 
+def design(arguments: list[str]) -> None:
+    """Gains of the speed loop times SHORT_FACTOR, with the margins SHORT_MARGINS, in dB and degrees."""
+    parameters = json.loads(Path(arguments[arguments.index("--parameters") + 1]).read_text())
+    json.loads(Path(arguments[arguments.index("--identified") + 1]).read_text())
+    json.loads(Path(arguments[arguments.index("--wishes") + 1]).read_text())
+    factor = float(os.environ.get("SHORT_FACTOR", "0.9"))
+    gain_margin_db, phase_margin_deg = (float(word) for word in os.environ.get("SHORT_MARGINS", "13 50").split())
+    rows = [
+        {"index": "0x2000", "sub": sub, "name": "", "unit": "", "before": parameters[f"0x2000:{sub}"],
+         "value": factor * parameters[f"0x2000:{sub}"]} for sub in (1, 2)
+    ]  # fmt: skip
+    frequency = [1.0, 10.0, 100.0]
+    data = {"format": "trackservo-design", "version": 1, "parameters": rows, "notes": ["made up by a test"],
+            "predicted": {"gain_margin_db": gain_margin_db, "phase_margin_deg": phase_margin_deg, "crossover_hz": 50.0,
+                          "bandwidth_hz": 30.0, "torque_noise_nm": 0.1},
+            "loop_gain": {"frequency_hz": frequency, "real": [0.0] * 3, "imag": [-50.0 / f for f in frequency]}}  # fmt: skip
+    Path(arguments[arguments.index("--json") + 1]).write_text(json.dumps(data))
+
+
 if __name__ == "__main__":
     if sys.argv[1:2] == ["plan"]:
         plan(sys.argv[2:])
+    elif sys.argv[1:2] == ["design"] and "SHORT_REAL_DESIGN" not in os.environ:
+        design(sys.argv[2:])
     else:
         program = os.environ["IDENTIFY_PROGRAM"]
         os.execv(program, [program, *sys.argv[1:]])

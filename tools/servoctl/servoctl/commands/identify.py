@@ -72,20 +72,21 @@ def identify(
             session.out.say("dry run: nothing has moved.")
             return int(ExitCode.OK)
         ask(session, yes)
-        outcome = carry_out(session, device, axis, first, envelope, out / "first_look.csv")
-        if quick:
-            fit(session, identifier, out / "first_look.csv", out / "result.json", out / "residuals.csv")
-        else:
-            fit(session, identifier, out / "first_look.csv", out / "first_look.json")
-            programme = identifier.plan(envelope, out / "plan.json", out / "first_look.json")
-            show_programme(session, programme, "programme")
-            outcome = carry_out(session, device, axis, programme, envelope, out / "runs.csv")
-            fit(session, identifier, out / "runs.csv", out / "result.json", out / "residuals.csv")
+        recording = out / ("first_look.csv" if quick else "runs.csv")
+        with Commissioning(device, AXES.index(axis), envelope) as machine:
+            outcome = carry_out(session, machine, first, out / "first_look.csv")
+            if not quick:
+                fit(session, identifier, out / "first_look.csv", out / "first_look.json")
+                programme = identifier.plan(envelope, out / "plan.json", out / "first_look.json")
+                show_programme(session, programme, "programme")
+                outcome = carry_out(session, machine, programme, recording)
+        if not outcome.other_held:
+            session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held: what it did may show in the result.")
+        fit(session, identifier, recording, out / "result.json", out / "residuals.csv")
         identified = read_identified(out / "result.json")
         gains = identified.gains(device.schema, AXES.index(axis))
         if gains:
             write_gains(out / f"{axis}-identified.toml", gains, about(device))
-    recording = out / ("first_look.csv" if quick else "runs.csv")
     page = write_report(out, axis, identified, recording, outcome)
     return tell(session, axis, out, identified, outcome, page)
 
@@ -182,9 +183,7 @@ def ask(session: Session, yes: bool, question: str = "Is the way clear?") -> Non
     click.confirm(question, abort=True)
 
 
-def carry_out(
-    session: Session, device: Device, axis: str, programme: Programme, envelope: Envelope, path: Path
-) -> Outcome:
+def carry_out(session: Session, machine: Commissioning, programme: Programme, path: Path) -> Outcome:
     """Runs the programme and writes what was recorded."""
     with session.out.progress(time_left=True) as bar:
         task = bar.add_task(programme.stage, total=programme.duration_s)
@@ -192,12 +191,10 @@ def carry_out(
         def report(what: str, done_s: float) -> None:
             bar.update(task, description=what, completed=min(done_s, programme.duration_s))
 
-        outcome = Commissioning(device, AXES.index(axis), programme, envelope).run(report)
+        outcome = machine.run(programme, report)
     outcome.recording.write(path)
     for run, share in outcome.incomplete_runs():
         session.out.note(f"run {run} in {path} misses {100 * share:.2g} % of its ticks: the bus or this computer is too busy.")
-    if not outcome.other_held:
-        session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held: what it did may show in the result.")
     return outcome
 
 
