@@ -17,6 +17,7 @@
 #include <exception>
 #include <future>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "commissioning/commission.hpp"
@@ -165,16 +166,42 @@ void identify(const IdentifyOptions& options) {
              std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
 }
 
+constexpr double kSlowest = 0.1;
+constexpr double kFastest = 1000.0;
+
 struct ServeCommand {
   std::filesystem::path plant;
   sim::ServeOptions options;
   std::string speed = "realtime";
 };
 
+// Simulated time per real time; none for "max".
+std::optional<double> pace_of(const std::string& speed) {
+  double pace = 1.0;
+  if (speed == "max") {
+    return std::nullopt;
+  }
+  if (speed != "realtime") {
+    (void)CLI::detail::lexical_cast(speed, pace);  // checked when it was parsed
+  }
+  return pace;
+}
+
+CLI::Validator speed() {
+  return {[](std::string& text) -> std::string {
+            double pace = 0.0;
+            const bool good = text == "realtime" || text == "max" ||
+                              (CLI::detail::lexical_cast(text, pace) && pace >= kSlowest && pace <= kFastest);
+            return good ? ""
+                        : fmt::format("\"{}\" is no pace; give realtime, max or {} to {}", text, kSlowest, kFastest);
+          },
+          "realtime, max or TIMES"};
+}
+
 // Prints the address of every bus end, a line each: scripts read them.
 void serve(const ServeCommand& command) {
   sim::ServeOptions options = command.options;
-  options.real_time = command.speed == "realtime";
+  options.pace = pace_of(command.speed);
   const sim::PlantConfig plant = sim::load_plant(command.plant);
   warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
   sim::serve(plant, options, [](const std::vector<std::string>& addresses) {
@@ -323,8 +350,8 @@ void add_serve(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--node", serving->options.node_id, "node id")->check(CLI::Range(1, 127))->capture_default_str();
   command->add_option("--seed", serving->options.seed, "seed of all noise")->check(seed())->capture_default_str();
-  command->add_option("--speed", serving->speed, "pace of simulated time")
-      ->check(CLI::IsMember({"realtime", "max"}))
+  command->add_option("--speed", serving->speed, "pace of simulated time; a number: so many times real time")
+      ->check(speed())
       ->capture_default_str();
   command->callback([serving] { serve(*serving); });
 }

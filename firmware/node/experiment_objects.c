@@ -91,7 +91,11 @@ static od_abort start(servo_node_axis *axis) {
   const stimulus_setup setup = setup_of(&axis->experiment);
   const control_status status =
       experiment_start(&axis->experiment.running, &setup, &axis->experiment.limits, (angle_turn32)drive->position);
-  return status == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
+  if (status != CONTROL_OK) {
+    return OD_INCOMPATIBLE;
+  }
+  axis->experiment.started++;
+  return OD_OK;
 }
 
 /* The question is the deed, because only it can answer; no PDO reaches the command. */

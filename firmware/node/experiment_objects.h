@@ -21,6 +21,7 @@ typedef struct {
   uint8_t kind;
   uint8_t state;    /* experiment_state */
   uint8_t progress; /* % */
+  uint8_t started;  /* experiments so far, wraps */
   stimulus_setup setup;
   experiment_limits limits;
   float duration_s;               /* that the set-up takes, about */

@@ -165,6 +165,8 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .values = &axis->experiment,
                                .owner = axis,
                                .hooks = &experiment_objects_hooks};
+    parts[count++] =
+        (od_part){.table = recorded_tick_table, .shift = shift, .prefix = prefixes[i], .values = &axis->recorded};
     parts[count++] = (od_part){.table = drive_objects_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -267,11 +269,13 @@ static void tell_fault(servo_node *node, int i) {
   axis->told_error = code;
 }
 
-/* What the scope triggers on: any power state, and any fault. */
-static void record(servo_node *node) {
+/* For 0x2101, and for the scope, which triggers on any power state and any fault. */
+static void record(servo_node *node, const bool *stimulated) {
   uint32_t states = 0;
   bool fault = false;
   for (int i = 0; i < SERVO_AXES; ++i) {
+    recorded_tick_take(&node->axis[i].recorded, &node->board, i, &node->axis[i].experiment, stimulated[i],
+                       node->objects.ticks);
     const drive_power_state power = node->axis[i].drive.state.power;
     states = states << 8 | (uint32_t)power;
     fault = fault || power == DRIVE_FAULT || power == DRIVE_FAULT_REACTION_ACTIVE;
@@ -286,21 +290,22 @@ bool servo_node_receive(servo_node *node, const can_frame *frame) {
 void servo_node_tick(servo_node *node) {
   canopen_node_tick(&node->canopen);
   servo_board_sample(&node->board);
+  bool stimulated[SERVO_AXES];
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
     drive_axis_inputs inputs = inputs_of(node, i);
     servo_axis_command wanted;
     const float joint_rate_rad_s = node->board.app.axis[i].signals.rates.joint_rate_rad_s;
-    const bool stimulated = experiment_objects_step(&axis->experiment, &axis->drive, inputs.joint_angle,
-                                                    joint_rate_rad_s, &wanted, SERVO_TICK_S);
-    inputs.stimulus = stimulated ? &wanted : NULL;
+    stimulated[i] = experiment_objects_step(&axis->experiment, &axis->drive, inputs.joint_angle, joint_rate_rad_s,
+                                            &wanted, SERVO_TICK_S);
+    inputs.stimulus = stimulated[i] ? &wanted : NULL;
     node->board.command.axis[i] = drive_axis_step(&axis->drive, &axis->objects, &inputs, SERVO_TICK_S);
     tell_fault(node, i);
   }
   node->bus_fault_code = 0;
   servo_board_control(&node->board);
-  record(node);
   node->objects.ticks++;
+  record(node, stimulated);
 }
 
 const object_dictionary *servo_node_dictionary(const servo_node *node) { return &node->canopen.dictionary; }

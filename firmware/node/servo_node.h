@@ -3,7 +3,7 @@
  *     frames in -> objects -> drive (CiA 402) -> servo_board -> objects -> frames out
  *
  * One tick does all of it, in that order, on top of any HAL. Parts of the dictionary: the device's own (1000), per axis
- * its parameters (2000), experiments (2100) and drive (6000), pitch shifted by 0x800, and what both share (3000). */
+ * its parameters (2000), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and what both share (3000). */
 #ifndef TRACKSERVO_NODE_SERVO_NODE_H
 #define TRACKSERVO_NODE_SERVO_NODE_H
 
@@ -13,6 +13,7 @@
 #include "drive/drive_objects.h"
 #include "node/experiment_objects.h"
 #include "node/kept_objects.h"
+#include "node/recorded_tick.h"
 #include "node/scope_objects.h"
 #include "node/tuning_objects.h"
 
@@ -24,6 +25,7 @@ typedef struct {
   drive_objects objects;
   drive_axis drive;
   experiment_objects experiment; /* 0x2100 */
+  recorded_tick recorded;        /* 0x2101 */
   bool setpoint_arrived;
   uint16_t told_error; /* 603F that the bus has been told of by EMCY */
 } servo_node_axis;

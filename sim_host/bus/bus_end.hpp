@@ -25,6 +25,9 @@ class BusEnd {
   // What to wait for before the next pump is worth its while.
   virtual void add_to_poll(std::vector<pollfd>& descriptors) const = 0;
 
+  // A client has left so much unread that more would soon be lost.
+  virtual bool is_behind() const { return false; }
+
   // How a client reaches it, for example "slcan-tcp:127.0.0.1:2901".
   virtual std::string address() const = 0;
 };

@@ -8,6 +8,8 @@
 namespace trackservo::sim {
 namespace {
 
+constexpr std::size_t kBehindBytes = 1 << 14;
+
 bool would_block() { return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR; }
 
 }  // namespace
@@ -63,6 +65,8 @@ bool SlcanLine::flush() {
   output.erase(0, static_cast<std::size_t>(length));
   return true;
 }
+
+bool SlcanLine::is_behind() const { return session_.output().size() > kBehindBytes; }
 
 pollfd SlcanLine::wanted() const {
   int events = session_.to_bus().empty() ? POLLIN : 0;

@@ -25,6 +25,9 @@ class SlcanLine {
   // False when the client has gone.
   bool pump();
 
+  // The client has left more unread than the kernel's buffers and some frames besides.
+  bool is_behind() const;
+
   pollfd wanted() const;
 
  private:

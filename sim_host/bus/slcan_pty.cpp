@@ -57,6 +57,8 @@ SlcanPty::~SlcanPty() { close(keeper_); }
 
 void SlcanPty::pump() { line_->pump(); }
 
+bool SlcanPty::is_behind() const { return line_->is_behind(); }
+
 void SlcanPty::add_to_poll(std::vector<pollfd>& descriptors) const { descriptors.push_back(line_->wanted()); }
 
 }  // namespace trackservo::sim

@@ -14,6 +14,9 @@
 namespace trackservo::sim {
 namespace {
 
+// Small, so that a client that is slow shows here soon and does not see seconds of the past first.
+constexpr int kSendBuffer = 1 << 15;
+
 [[noreturn]] void fail(int descriptor, const std::string& what) {
   const int error = errno;
   if (descriptor >= 0) {
@@ -66,6 +69,7 @@ void SlcanTcp::accept_clients() {
     }
     const int yes = 1;
     setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);  // every frame counts at once
+    setsockopt(client, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
     lines_.push_back(std::make_unique<SlcanLine>(bus_, client));
   }
 }
@@ -81,6 +85,11 @@ void SlcanTcp::add_to_poll(std::vector<pollfd>& descriptors) const {
   for (const auto& line : lines_) {
     descriptors.push_back(line->wanted());
   }
+}
+
+bool SlcanTcp::is_behind() const {
+  return std::any_of(lines_.begin(), lines_.end(),
+                     [](const std::unique_ptr<SlcanLine>& line) { return line->is_behind(); });
 }
 
 std::string SlcanTcp::address() const { return "slcan-tcp:127.0.0.1:" + std::to_string(port_); }

@@ -19,6 +19,7 @@ class SlcanTcp : public BusEnd {
   ~SlcanTcp() override;
 
   void pump() override;
+  bool is_behind() const override;
   void add_to_poll(std::vector<pollfd>& descriptors) const override;
   std::string address() const override;
 

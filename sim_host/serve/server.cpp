@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <csignal>
@@ -27,7 +28,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Ends = std::vector<std::unique_ptr<BusEnd>>;
 
-constexpr auto kTickTime = std::chrono::milliseconds(1);
+constexpr auto kHeldTime = std::chrono::milliseconds(1);
 constexpr int kMostTicksBehind = 20;  // after a longer stall of the host, simulated time is let go
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -133,28 +134,37 @@ void pump(const Ends& ends) {
   }
 }
 
-void run_real_time(VirtualBus& bus, ServedNode& node, const Ends& ends) {
+bool any_is_behind(const Ends& ends) {
+  return std::any_of(ends.begin(), ends.end(), [](const std::unique_ptr<BusEnd>& end) { return end->is_behind(); });
+}
+
+void run_at_pace(VirtualBus& bus, ServedNode& node, const Ends& ends, double pace) {
+  const auto tick_time = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kTick_s / pace));
   Clock::time_point last = Clock::now();
-  Clock::time_point next_tick = last + kTickTime;
+  Clock::time_point next_tick = last + tick_time;
   while (wait(ends, next_tick)) {
     pump(ends);
     const Clock::time_point now = Clock::now();
-    bus.advance(std::chrono::duration<double>(now - last).count());
+    const bool held = pace > 1.0 && any_is_behind(ends);
+    bus.advance(held ? 0.0 : pace * std::chrono::duration<double>(now - last).count());
     last = now;
     node.process();
-    for (int behind = 0; behind < kMostTicksBehind && next_tick <= now; ++behind) {
+    for (int behind = 0; behind < kMostTicksBehind && next_tick <= now && !held; ++behind) {
       node.tick();
-      next_tick += kTickTime;
+      next_tick += tick_time;
     }
-    next_tick = next_tick <= now ? now + kTickTime : next_tick;
+    next_tick = next_tick <= now ? now + tick_time : next_tick;
     bus.advance(0.0);
     pump(ends);
   }
 }
 
 void run_at_full_speed(VirtualBus& bus, ServedNode& node, const Ends& ends) {
-  while (wait(ends, Clock::now())) {
+  while (wait(ends, any_is_behind(ends) ? Clock::now() + kHeldTime : Clock::now())) {
     pump(ends);
+    if (any_is_behind(ends)) {
+      continue;
+    }
     bus.advance(kTick_s);
     node.tick();
     pump(ends);
@@ -177,8 +187,8 @@ void serve(const PlantConfig& plant, const ServeOptions& options,
   (void)std::signal(SIGINT, request_stop);
   (void)std::signal(SIGPIPE, SIG_IGN);
   ready(addresses);
-  if (options.real_time) {
-    run_real_time(bus, node, ends);
+  if (options.pace) {
+    run_at_pace(bus, node, ends, *options.pace);
   } else {
     run_at_full_speed(bus, node, ends);
   }

@@ -1,12 +1,13 @@
 // The simulated machine as a CANopen node that clients reach: `sim_host serve`.
 //
 // Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of one virtual 1 Mbit/s
-// bus, so several clients see each other's frames as on a wire. Time runs in real time, or as fast as the host can.
+// bus, so several clients see each other's frames as on a wire. Time runs at a pace, or as fast as the host can.
 #ifndef TRACKSERVO_SIM_SERVE_SERVER_HPP
 #define TRACKSERVO_SIM_SERVE_SERVER_HPP
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,9 @@ struct ServeOptions {
   std::vector<std::string> buses = {"slcan-tcp:0"};
   std::uint8_t node_id = 1;
   std::uint64_t seed = 1;
-  bool real_time = true;
+  // Simulated time per real time. Faster than 1, or as fast as the host can (none), it waits for clients that do not
+  // keep up, so that they lose nothing; in real time they do, as on a wire.
+  std::optional<double> pace = 1.0;
 };
 
 // Calls `ready` with the address of every bus end, then serves until standard input ends or SIGTERM or SIGINT comes.

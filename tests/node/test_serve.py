@@ -56,11 +56,42 @@ def test_time_runs_as_fast_as_it_can_when_asked(tell):
         assert factor > 2
 
 
+def test_time_runs_at_the_pace_that_is_asked_for(tell):
+    with serving("slcan-tcp:0", "--speed", "4") as served, served.open_bus() as bus:
+        receive(bus, 0x701)
+        start_s, start = time.monotonic(), ticks(bus)
+        time.sleep(0.5)
+        factor = (ticks(bus) - start) / (1000 * (time.monotonic() - start_s))
+        tell(f"--speed 4: {factor:.1f} times real time")
+        assert 2 < factor < 4.2
+
+
+def test_faster_than_real_time_a_client_that_reads_slowly_loses_nothing():
+    """Every TPDO on every tick at full speed, read in bits with rests: the simulator waits."""
+    with serving("slcan-tcp:0", "--speed", "max") as served, served.open_bus() as bus:
+        receive(bus, 0x701)
+        write = [(0x1803, 1, 0x80000481, 4), (0x1A03, 0, 0, 1), (0x1A03, 1, 0x30100120, 4), (0x1A03, 0, 1, 1),
+                 (0x1803, 3, 0, 2), (0x1803, 5, 1, 2), (0x1803, 1, 0x481, 4)]
+        for index, sub, value, size in write:
+            head = bytes([0x23 | (4 - size) << 2]) + index.to_bytes(2, "little") + bytes([sub])
+            bus.send(can.Message(arbitration_id=0x601, data=head + value.to_bytes(4, "little"), is_extended_id=False))
+            assert receive(bus, 0x581)[0] == 0x60
+        bus.send(can.Message(arbitration_id=0, data=[1, NODE_ID], is_extended_id=False))
+        numbers = []
+        while len(numbers) < 20000:
+            numbers.append(int.from_bytes(receive(bus, 0x481), "little"))
+            if len(numbers) % 4000 == 0:
+                time.sleep(0.3)
+        assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+
+
 @pytest.mark.parametrize("options, words", [
     (["--bus", "serial:1"], ["serial:1", "slcan-tcp:PORT"]),
     (["--bus", "slcan-tcp:70000"], ["70000", "not a port"]),
     (["--bus", "socketcan:nosuchcan0"], ["socketcan:nosuchcan0"]),
     (["--node", "128"], ["--node", "128"]),
+    (["--speed", "0"], ["--speed", "realtime, max or"]),
+    (["--speed", "fast"], ["--speed", "realtime, max or"]),
 ])
 def test_what_cannot_be_served_is_refused_in_one_sentence(options, words):
     done = subprocess.run([SIM_HOST, "serve", *options], stdin=subprocess.DEVNULL, capture_output=True, text=True,

@@ -12,7 +12,7 @@ import can
 import click
 
 from . import __version__
-from .commands import bode, faults, gains, move, node, parameters, scope, step, watch
+from .commands import bode, faults, gains, identify, move, node, parameters, scope, step, tune, watch
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
 
 _EPILOG = "\b\nExit codes:\n" + "\n".join(f"  {code.value:>3}  {text}" for code, text in EXIT_CODE_HELP.items())
@@ -60,7 +60,7 @@ for _command in (
     node.scan, node.info, node.state,
     parameters.get, parameters.set_, parameters.undo, parameters.explain,
     gains.diff, gains.save, gains.restore, gains.store,
-    move.move, step.step, bode.bode,
+    move.move, step.step, bode.bode, identify.identify, tune.tune,
     scope.scope, watch.log, watch.monitor, faults.faults,
 ):  # fmt: skip
     servoctl.add_command(_command)

@@ -12,7 +12,7 @@ from . import power
 from .device import Device
 from .errors import MotionError
 from .parameter import AXES
-from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S
+from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, TORQUE_COUNTS_OF_RATED
 
 TRANSITION_TIMEOUT_S = 2.0
 STOP_TIMEOUT_S = 10.0
@@ -74,6 +74,12 @@ class Drive:
         """607F in rad/s."""
         return self.device.axis_int(self.axis, 0x607F) / RATE_COUNTS_PER_RAD_S
 
+    def torque_limit(self) -> float:
+        """The largest torque that the axis can give in both directions, N m: 2055 (motor), 6072, 60E0 and 60E1."""
+        motor = self.device.axis_real(self.axis, 0x2055, 1) * self.device.axis_real(self.axis, 0x2055, 6)
+        permille = min(self.device.axis_int(self.axis, index) for index in (0x6072, 0x60E0, 0x60E1))
+        return min(motor, permille / TORQUE_COUNTS_OF_RATED * self.device.axis_int(self.axis, 0x6076) / 1e3)
+
     # --- commands -------------------------------------------------------------------------------------------------
 
     def control(self, controlword: int) -> None:
@@ -100,6 +106,15 @@ class Drive:
     def set_profile_rate(self, rate_rad_s: float) -> None:
         """6081."""
         self.device.axis_write(self.axis, 0x6081, round(rate_rad_s * RATE_COUNTS_PER_RAD_S), 4)
+
+    def start_to(self, position_rad: float, rate_rad_s: float) -> None:
+        """In mode pp: off to an angle, at once; statusword bit 10 then tells of the arrival."""
+        self.set_profile_rate(rate_rad_s)
+        self.set_target_position(position_rad)
+        self.control(power.ENABLE_OPERATION)
+        self.control(power.ENABLE_OPERATION | power.NEW_SETPOINT | power.CHANGE_IMMEDIATELY)
+        self.wait(lambda: bool(self.statusword() & power.SETPOINT_ACKNOWLEDGED), 1.0, "take the target")
+        self.control(power.ENABLE_OPERATION)
 
     def enable(self) -> None:
         """To operation enabled, step by step; the node is made operational for it."""

@@ -22,7 +22,7 @@ class ExitCode(IntEnum):
 
 EXIT_CODE_HELP = {
     ExitCode.OK: "done",
-    ExitCode.DIFFERENT: "diff found differences, or scan found no node",
+    ExitCode.DIFFERENT: "diff found differences, scan no node, identify not all parameters, or tune took its gains back",
     ExitCode.BAD_INPUT: "bad input: an unknown name, a value out of its limits, a file that cannot be used",
     ExitCode.NO_CONNECTION: "no bus, or no answer from the node",
     ExitCode.REFUSED: "the device refused; nothing of that command is in force",

@@ -102,7 +102,7 @@ def write_gains(path: Path, values: Mapping[Parameter, Value], device: Mapping[s
     except (OSError, UnicodeDecodeError, TOMLKitError) as error:
         raise InputError(f"{path}: is there, but is not a gains file that could be renewed: {error}.") from error
     if not old:
-        document.add(tomlkit.comment("Gains, written by servoctl save. Values are in the unit behind them."))
+        document.add(tomlkit.comment("Gains, written by servoctl. Values are in the unit behind them."))
         document.add(
             tomlkit.comment("servoctl diff FILE compares a device with them, servoctl restore FILE sets them.")
         )

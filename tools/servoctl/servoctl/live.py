@@ -10,12 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import signal
-import threading
 import time
 from collections.abc import Callable, Iterator
 from types import TracebackType
-from typing import Any
 
 import can
 
@@ -23,6 +20,7 @@ from . import power
 from .device import Device
 from .drive import STANDSTILL_RAD_S, Drive
 from .errors import MotionError, ServoctlError
+from .interrupts import deaf
 from .supervision import Supervision
 from .units import degrees
 
@@ -35,6 +33,8 @@ class LiveAxis:
         self.device = device
         self.drive = Drive(device, axis)
         self.mode = mode
+        self.when_broken_off: list[Callable[[], None]] = []
+        """Done before the quick stop, by who has started something on the axis."""
         self._turn = contextlib.ExitStack()
         self._undo: list[Callable[[], None]] = []
         self._was_enabled = False
@@ -79,7 +79,7 @@ class LiveAxis:
     def _prepare(self) -> None:
         device, drive = self.device, self.drive
         for index, size, sub in ((0x6060, 1, 0), (0x60C2, 1, 1), (0x60C2, 1, 2), (0x6081, 4, 0)):
-            self._keep(index, size, sub)
+            self.keep(index, size, sub)
         drive.set_target_rate(0.0)
         drive.set_target_position(drive.position())
         if self._was_enabled and drive.mode_number() != self.mode:
@@ -88,10 +88,42 @@ class LiveAxis:
             device.axis_write(drive.axis, 0x6060, self.mode, 1)
         drive.enable()
 
-    def _keep(self, index: int, size: int, sub: int) -> None:
-        """Puts the object back to what it is now when the motion is over."""
+    def keep(self, index: int, size: int, sub: int = 0) -> None:
+        """Puts an object of the axis back to what it is now when the motion is over."""
         before = self.device.axis_int(self.drive.axis, index, sub)
         self._undo.append(lambda: self.device.axis_write(self.drive.axis, index, before, size, sub))
+
+    def check_enabled(self) -> int:
+        """The statusword; raises MotionError when the axis is no longer enabled."""
+        drive = self.drive
+        status = drive.statusword()
+        if drive.state(status) != power.ENABLED:
+            raise MotionError(
+                f"{drive.name} is in '{drive.state(status)}' (603F = {drive.error_code():04X}); 'servoctl faults' tells more."
+            )
+        return status
+
+    def hold(self, axis: int) -> bool:
+        """Enables another axis where it stands, until the motion is over; False when others move it or it has a fault.
+
+        One that is enabled already stays as it is.
+        """
+        other = Drive(self.device, axis)
+        state = other.state()
+        if state == power.ENABLED:
+            return True
+        try:
+            self._turn.enter_context(self.device.turns.alone(other.name, f"another servoctl is moving {other.name}."))
+        except MotionError:
+            return False
+        if state in (power.FAULT, "fault reaction active"):
+            return False
+        mode = other.mode_number()
+        self._undo.append(lambda: self.device.axis_write(axis, 0x6060, mode, 1))
+        self._undo.append(other.disable)
+        self.device.axis_write(axis, 0x6060, power.NO_MODE, 1)
+        other.enable()
+        return True
 
     def set_interpolation(self, period_ms: int) -> None:
         """60C2: time between set-points, ms."""
@@ -100,9 +132,10 @@ class LiveAxis:
 
     def _leave(self, broken_off: bool) -> None:
         """To rest, and all as before; Ctrl-C is deaf meanwhile, an error is told after all has been tried."""
-        with _deaf():
+        with deaf():
             failed: list[Exception] = []
-            steps = [self._stop_hard if broken_off else self._stop_gently, *reversed(self._undo)]
+            stops = [*self.when_broken_off, self._stop_hard] if broken_off else [self._stop_gently]
+            steps = [*stops, *reversed(self._undo)]
             for step in steps:
                 try:
                     step()
@@ -131,20 +164,6 @@ class LiveAxis:
         finally:
             if drive.state() not in (power.FAULT, "fault reaction active"):
                 drive.disable()
-
-
-@contextlib.contextmanager
-def _deaf() -> Iterator[None]:
-    """Ctrl-C and SIGTERM wait until the axis is at rest."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before: dict[signal.Signals, Any] = {s: signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def pace(period_s: float, duration_s: float) -> Iterator[float]:

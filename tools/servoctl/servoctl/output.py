@@ -9,7 +9,7 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -58,13 +58,15 @@ class Output:
             table.add_row(*(Text(cell) for cell in row))
         self.console.print(table)
 
-    def progress(self) -> Progress:
+    def progress(self, time_left: bool = False) -> Progress:
         """A bar on the error stream, gone when done; shown in a terminal only."""
+        left = [TextColumn("left"), TimeRemainingColumn()] if time_left else []
         return Progress(
             TextColumn("{task.description}"),
             BarColumn(),
             TextColumn("{task.percentage:>3.0f} %"),
             TimeElapsedColumn(),
+            *left,
             console=self.errors,
             transient=True,
             disable=not self.errors.is_terminal,

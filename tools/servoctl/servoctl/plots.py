@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,14 @@ def _save(figure: Figure, path: Path) -> None:
         raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
     finally:
         plt.close(figure)
+
+
+def png_of(figure: Figure) -> bytes:
+    """The picture itself, for a page."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    plt.close(figure)
+    return buffer.getvalue()
 
 
 def plot_bode(

@@ -45,6 +45,8 @@ NEXT_COMMAND: dict[str, int] = {
 MODES: dict[int, str] = {0: "none", 1: "pp", 3: "pv", 8: "csp", 9: "csv", 10: "cst"}
 """Modes of operation (6060, 6061) by number."""
 
+NO_MODE = 0
+"""Enabled in it, an axis holds still, and obeys experiments (0x2100)."""
 PROFILE_POSITION = 1
 PROFILE_VELOCITY = 3
 CYCLIC_VELOCITY = 9

@@ -240,7 +240,12 @@ def fingerprint(schema: Schema) -> int:
 
 def named_file(explicit: Path | None) -> Path | None:
     """The parameters.json that the user has named: by option, or in the environment."""
-    return explicit or (Path(os.environ[ENVIRONMENT]) if os.environ.get(ENVIRONMENT) else None)
+    return named_file_of(explicit, ENVIRONMENT)
+
+
+def named_file_of(explicit: Path | None, environment: str) -> Path | None:
+    """A file that is named by option, or in the environment."""
+    return explicit or (Path(os.environ[environment]) if os.environ.get(environment) else None)
 
 
 def find_schema(told_hash: int | None) -> Schema:
@@ -257,7 +262,7 @@ def find_schema(told_hash: int | None) -> Schema:
 
 def search_places() -> str:
     """Where `candidates` looks, for messages."""
-    folders = " and ".join(str(folder) for folder in dict.fromkeys(_starts()))
+    folders = " and ".join(str(folder) for folder in dict.fromkeys(starts()))
     return f"build/*/share/trackservo of {folders} and the folders above, and in {cache_folder()}"
 
 
@@ -272,7 +277,8 @@ def need_schema(explicit: Path | None) -> Schema:
     return load_schema(paths[0])
 
 
-def _starts() -> tuple[Path, Path]:
+def starts() -> tuple[Path, Path]:
+    """Folders around which builds are looked for: here, and where servoctl is."""
     return (Path.cwd(), Path(__file__).resolve().parent)
 
 
@@ -282,7 +288,7 @@ def candidates(explicit: Path | None) -> list[Path]:
     if named is not None:
         return [named]
     found: list[Path] = []
-    for start in _starts():
+    for start in starts():
         for folder in (start, *start.parents):
             found += sorted(folder.glob("build/*/share/trackservo/parameters.json"))
             found += [folder / "share/trackservo/parameters.json"]

@@ -20,6 +20,10 @@ STAMP_PERIOD_S = 60.0
 """After this long the time stamps begin anew."""
 
 
+RECEIVE_BUFFER_BYTES = 1 << 15
+"""Small, so that a simulator faster than we can read finds out soon, and answers do not wait behind old frames."""
+
+
 class SlcanTcpBus(can.BusABC):
     """A python-can bus; frames carry seconds since connecting, by the adapter's clock."""
 
@@ -34,6 +38,7 @@ class SlcanTcpBus(can.BusABC):
     ) -> None:
         """`bitrate` in bit/s; raises OSError when nobody listens at host:port."""
         self._socket = socket.create_connection((host, port), timeout=timeout_s)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._rest = b""
         self._messages: deque[can.Message] = deque()

@@ -19,14 +19,12 @@ from numpy.typing import NDArray
 from .device import Device
 from .errors import MotionError, ServoctlError
 from .parameter import AXIS_SHIFT
+from .pdo_loan import PdoLoan, borrowed_identifiers
 from .units import RATE_COUNTS_PER_RAD_S
 
 TICK_S = 0.001
 TPDO, RPDO = 3, 3
 """TPDO4 and RPDO4, counted from 0."""
-_OFF = 0x80000000
-_FIRST_IDENTIFIER, _LAST_IDENTIFIER = 0x680, 0x6DF
-"""Identifiers 680 to 6DF are free in CANopen's predefined set."""
 
 ACTUAL_LAG_TICKS = 1
 """606C of a frame is one tick older than its 606B: the drive computes the demand before the axis senses the rate."""
@@ -34,72 +32,6 @@ ACTUAL_LAG_TICKS = 1
 SILENT_S = 0.25
 
 Samples = NDArray[np.float64]
-
-
-class PdoLoan:
-    """One PDO with a mapping of ours until `give_back`."""
-
-    def __init__(self, device: Device, communication: int, mapping: int) -> None:
-        """`communication` 0x1400 + n or 0x1800 + n, `mapping` 0x1600 + n or 0x1A00 + n."""
-        self._device = device
-        self._communication = communication
-        self._mapping = mapping
-        self._has_inhibit = communication >= 0x1800
-        self._before: tuple[int, int, int, int, list[int]] | None = None
-
-    def take(self, identifier: int, objects: list[int], event_ms: int) -> None:
-        """Maps `objects` (0xIIIISSLL), sent or taken at once, a TPDO every `event_ms`, too."""
-        device = self._device
-        cob_id = device.read_int(self._communication, 1)
-        if _FIRST_IDENTIFIER <= cob_id & 0x7FF <= _LAST_IDENTIFIER:
-            self._before = self._defaults()
-            self._configure(identifier, 255, 0, event_ms, objects)
-            return
-        count = device.read_int(self._mapping, 0)
-        self._before = (
-            cob_id,
-            device.read_int(self._communication, 2),
-            device.read_int(self._communication, 3) if self._has_inhibit else 0,
-            device.read_int(self._communication, 5),
-            [device.read_int(self._mapping, sub) for sub in range(1, count + 1)],
-        )
-        self._configure(identifier, 255, 0, event_ms, objects)
-
-    def _defaults(self) -> tuple[int, int, int, int, list[int]]:
-        """What the PDO is by default: a killed program has left it as ours, and what it was before is not known."""
-        schema = self._device.schema
-
-        def default(index: int, sub: int) -> int:
-            found = schema.by_index(index, sub)
-            return found.default if found is not None and isinstance(found.default, int) else 0
-
-        count = default(self._mapping, 0)
-        return (
-            default(self._communication, 1) + self._device.node_id,
-            default(self._communication, 2),
-            default(self._communication, 3) if self._has_inhibit else 0,
-            default(self._communication, 5),
-            [default(self._mapping, sub) for sub in range(1, count + 1)],
-        )
-
-    def give_back(self) -> None:
-        """Everything as it was before `take`."""
-        if self._before is not None:
-            self._configure(*self._before)
-            self._before = None
-
-    def _configure(self, cob_id: int, kind: int, inhibit_100us: int, event_ms: int, objects: list[int]) -> None:
-        device = self._device
-        device.write_int(self._communication, 1, device.read_int(self._communication, 1) | _OFF, 4)
-        device.write_int(self._mapping, 0, 0, 1)
-        for sub, mapped in enumerate(objects, 1):
-            device.write_int(self._mapping, sub, mapped, 4)
-        device.write_int(self._mapping, 0, len(objects), 1)
-        device.write_int(self._communication, 2, kind, 1)
-        if self._has_inhibit:
-            device.write_int(self._communication, 3, inhibit_100us, 2)
-        device.write_int(self._communication, 5, event_ms, 2)
-        device.write_int(self._communication, 1, cob_id, 4)
 
 
 class RateStream:
@@ -112,8 +44,7 @@ class RateStream:
         self._period_ms = period_ms
         self._tpdo = PdoLoan(device, 0x1800 + TPDO, 0x1A00 + TPDO)
         self._rpdo = PdoLoan(device, 0x1400 + RPDO, 0x1600 + RPDO)
-        self._out_id = _FIRST_IDENTIFIER + 2 * (device.node_id % 48)
-        self._in_id = self._out_id + 1
+        self._out_id, self._in_id, _ = borrowed_identifiers(device.node_id)
         self._frames: list[bytes] = []
         self._times: list[float] = []
         self._lock = threading.Lock()

@@ -19,6 +19,8 @@ from .turns import FileLock
 
 WATCH_MS = 1009
 """The device brakes when our heartbeat stays away for so long; an odd number, by which our entries are told from others'."""
+MOST_TIMES_REAL_TIME = 64
+"""1016 has room for so many times WATCH_MS."""
 BEAT_S = 0.1
 LISTEN_S = 0.3
 """Heard for so long before an id counts as nobody's: three beats."""
@@ -92,17 +94,21 @@ class Supervision:
         }
         master, sub = self._choose(entries)
         self._beat = _Heartbeat(device, master)
-        entry = master << 16 | WATCH_MS
+        entry = master << 16 | WATCH_MS * self._pace()
         device.write_int(0x1016, sub, entry, 4)
         self._entry = (sub, entry)
         self._beat.send()  # the device watches from the first one on
         self._beat.start()
 
+    def _pace(self) -> int:
+        """How many times faster than ours the device's clock runs: a simulator's may."""
+        return max(1, min(MOST_TIMES_REAL_TIME, round(self._device.pace())))
+
     def _choose(self, entries: dict[int, int]) -> tuple[int, int]:
         """An id that is nobody's, locked for us, and the entry for it: one that a killed motion has left, or a free one."""
         used = {entry >> 16 & 0x7F: sub for sub, entry in entries.items() if entry >> 16 and entry & 0xFFFF}
         left = {
-            node: sub for node, sub in used.items() if node in MASTERS and entries[sub] == node << 16 | WATCH_MS
+            node: sub for node, sub in used.items() if node in MASTERS and (entries[sub] & 0xFFFF) % WATCH_MS == 0
         }  # or of one that lives: then its lock or its heartbeat tells
         free = [sub for sub in entries if sub not in used.values()]
         heard = self._heard(WATCH_MS / 1000 + BEAT_S if left else LISTEN_S)

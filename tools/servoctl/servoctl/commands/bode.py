@@ -5,33 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
 
-from ..errors import InputError, MotionError
-from ..frequency_response import (
-    GOOD_COHERENCE,
-    Multisine,
-    bandwidth_hz,
-    design_multisine,
-    estimate,
-    margins,
-    open_loop_is_sharp,
-    peak_db,
-)
-from ..limits import Limits, Plan, span
-from ..loop_model import open_loop, read_gains
-from ..parameter import AXES
+from ..frequency_response import GOOD_COHERENCE, peak_db
+from ..limits import Limits
 from ..session import Session, common
-from ..stream import TICK_S
-from ..units import degrees
-from .motion import announce, motion_options, new_path, run_rates, show_files
+from .loop import MeasuredLoop, loop_stimulus, measure_loop, save_loop
+from .motion import announce, motion_options, new_path, show_files
 from .quantity import FREQUENCY, RATE
-
-SETPOINT_PERIOD_S = 0.002
-WARM_UP_S = 1.0
 
 
 @click.command()
@@ -61,85 +44,25 @@ def bode(
     gains that the device has. The way of set-points limits the method to 200 Hz. Friction makes the loop non-linear:
     the result is that of the axis sliding at the mean rate.
     """
-    if not 0.05 <= low < high or high > 0.4 / SETPOINT_PERIOD_S:
-        raise InputError(
-            f"the frequencies {low:g} to {high:g} Hz are not possible: --low is 0.05 Hz or more, --high at most"
-            f" {0.4 / SETPOINT_PERIOD_S:.0f} Hz, as set-points go out every {1e3 * SETPOINT_PERIOD_S:g} ms."
-        )
-    if amplitude <= 0 or (bias != 0 and amplitude >= abs(bias)):
-        raise InputError("--amplitude must be above 0 and below --bias, or the axis would turn round and stick.")
-    sine = design_multisine(low, high, lines)
-    duration = WARM_UP_S + periods * sine.period_s + 0.1
-    time_s = np.arange(0.0, duration, TICK_S)
-    ramp = np.minimum(1.0, time_s / WARM_UP_S)
-    rates = ramp * (bias + amplitude * sine.at(time_s))
-    forward, backward = span(rates, TICK_S)
-    text = (
-        f"{degrees(bias):.3g} °/s with {len(sine.frequency_hz)} sines of {low:g} to {high:g} Hz, peak {degrees(amplitude):.3g} °/s,"
-        f" {periods} × {sine.period_s:g} s"
-    )
-    plan = Plan(axis, text, float(np.max(np.abs(rates))), forward, backward, duration)
+    stimulus = loop_stimulus(low, high, bias, amplitude, lines, periods)
     limits = Limits(max_rate, max_travel, max_duration)
     with session.connect() as device:
-        if not announce(session, plan, limits, device, dry_run, yes):
+        if not announce(session, stimulus.plan(axis), limits, device, dry_run, yes):
             return
-        gains = read_gains(device, AXES.index(axis))
-        interpolation_ms = round(SETPOINT_PERIOD_S / TICK_S)
-        demand, answer, lost = run_rates(
-            session, device, axis, rates, interpolation_ms, SETPOINT_PERIOD_S, limits, "bode"
-        )
-    _report_bode(session, axis, sine, demand, answer, lost, gains, new_path(folder, "bode", axis))
+        measured = measure_loop(session, device, axis, stimulus, limits, "bode")
+    files = save_loop(measured, f"{axis}: speed loop, measured", new_path(folder, "bode", axis))
+    _report_bode(session, axis, measured, files)
 
 
-def _report_bode(
-    session: Session, axis: str, sine: Multisine, demand: Any, answer: Any, lost: int, gains: Any, path: Path
-) -> None:
-    skip = int((WARM_UP_S + 0.05) / TICK_S)
-    closed = estimate(demand[skip:], answer[skip:], TICK_S, sine)
-    loop = open_loop(gains, closed.frequency_hz, closed.value)
-    good = closed.coherence >= GOOD_COHERENCE
-    if np.count_nonzero(good) < 3:
-        raise MotionError(
-            f"the coherence is below {GOOD_COHERENCE} nearly everywhere: the answer is noise. More --amplitude or --periods help."
-        )
-    sharp = open_loop_is_sharp(closed, loop)
-    if np.count_nonzero(sharp) < 3:
-        raise MotionError("the open loop cannot be told from the noise: more --amplitude or --periods help.")
-    found = margins(closed.frequency_hz[sharp], loop[sharp])
-    width = bandwidth_hz(closed.frequency_hz[good], closed.value[good])
-    from ..plots import plot_bode, write_csv
-
-    write_csv(
-        path.with_suffix(".csv"),
-        {
-            "frequency_hz": closed.frequency_hz,
-            "closed_db": 20 * np.log10(np.abs(closed.value)),
-            "closed_deg": np.degrees(np.unwrap(np.angle(closed.value))),
-            "open_db": 20 * np.log10(np.abs(loop)),
-            "open_deg": np.degrees(np.unwrap(np.angle(loop))),
-            "coherence": closed.coherence,
-            "open_loop_trusted": sharp.astype(float),
-        },
-    )
-    plot_bode(
-        path.with_suffix(".png"),
-        f"{axis}: speed loop, measured",
-        closed.frequency_hz,
-        closed.value,
-        loop,
-        closed.coherence,
-        sharp,
-        found,
-        width,
-    )
-    files = [str(path.with_suffix(".png")), str(path.with_suffix(".csv"))]
+def _report_bode(session: Session, axis: str, measured: MeasuredLoop, files: list[str]) -> None:
+    found, width = measured.margins, measured.bandwidth_hz
     result = asdict(found) | {
         "bandwidth_hz": width,
-        "closed_peak_db": peak_db(closed.value[good]),
-        "trusted": int(np.count_nonzero(good)),
-        "lines": len(good),
+        "closed_peak_db": peak_db(measured.closed.value[measured.good]),
+        "trusted": int(np.count_nonzero(measured.good)),
+        "lines": len(measured.good),
     }
-    session.out.json({"axis": axis, **result, "lost": lost, "files": files})
+    session.out.json({"axis": axis, **result, "lost": measured.lost, "files": files})
 
     def shown(value: float | None, unit: str, where: float | None = None) -> str:
         if value is None or not math.isfinite(value):
@@ -154,4 +77,4 @@ def _report_bode(
     out.say(
         f"coherence     {result['trusted']} of {result['lines']} lines above {GOOD_COHERENCE}; the others are not used"
     )
-    show_files(session, files, lost)
+    show_files(session, files, measured.lost)

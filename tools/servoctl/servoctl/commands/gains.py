@@ -146,19 +146,23 @@ def restore(session: Session, file: Path, axis: str | None, dry_run: bool) -> No
 def store(session: Session) -> None:
     """Store what is in force so that it survives a power cut; a backup file is written before."""
     with session.connect() as device:
-        pending = staged_axes(device)
-        if pending:
-            names = " and ".join(AXES[a] for a in sorted(pending))
-            raise Refused(
-                f"{names}: staged values are not in force and would not be stored: apply or revert them first."
-            )
-        backup = Journal(device.node_id, device.serial_number()).backup_path()
-        values = read_all(session, device, device.schema.tunable)
-        write_gains(backup, values, about(device))
-        session.out.say(f"backup of {len(values)} gains: {backup}")
-        with session.out.console.status("storing") if not session.out.as_json else session.out.errors.status("storing"):
-            store_on_device(device)
+        backup = store_with_backup(session, device)
         crc = {AXES[a]: s.stored_crc for a in range(len(AXES)) if (s := set_state(device, a)) is not None}
     session.out.json({"backup": str(backup), "stored_crc": crc})
     told = ", ".join(f"{name} {value:08X}" for name, value in crc.items())
     session.out.say(f"stored{f'; CRC {told}' if told else ''}.")
+
+
+def store_with_backup(session: Session, device: Device) -> Path:
+    """Writes a backup of all gains, then stores them on the device; returns the backup's path."""
+    pending = staged_axes(device)
+    if pending:
+        names = " and ".join(AXES[a] for a in sorted(pending))
+        raise Refused(f"{names}: staged values are not in force and would not be stored: apply or revert them first.")
+    backup = Journal(device.node_id, device.serial_number()).backup_path()
+    values = read_all(session, device, device.schema.tunable)
+    write_gains(backup, values, about(device))
+    session.out.say(f"backup of {len(values)} gains: {backup}")
+    with session.out.console.status("storing") if not session.out.as_json else session.out.errors.status("storing"):
+        store_on_device(device)
+    return backup

@@ -27,6 +27,9 @@ from .quantity import DURATION, FASTEST_RATE, LONGEST_WAY
 F = TypeVar("F", bound=Callable[..., Any])
 Real = NDArray[np.float64]
 
+FASTEST_PACE = 1.5
+"""Of the device's time beside ours, that set-points sent from here can follow."""
+
 MANY_LOST = 50
 """Lost samples, of 1 ms each, beyond which a time that was measured is doubtful."""
 
@@ -83,24 +86,18 @@ def new_path(folder: Path, what: str, axis: str) -> Path:
     return folder / f"{what}-{axis}-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
 
 
-def still_enabled(live: LiveAxis) -> int:
-    """The statusword; raises MotionError when the axis is no longer enabled."""
-    status = live.drive.statusword()
-    if live.drive.state(status) != power.ENABLED:
-        raise MotionError(
-            f"{live.drive.name} is in '{live.drive.state(status)}' (603F = {live.drive.error_code():04X}); 'servoctl faults' tells more."
-        )
-    return status
-
-
 def run_rates(
     session: Session, device: Device, axis: str, rates: Real, interpolation_ms: int,
-    period_s: float, limits: Limits, what: str,
+    period_s: float, limits: Limits, what: str, hold_other: bool = False,
 ) -> tuple[Real, Real, int]:  # fmt: skip
     """Sends rates (rad/s, one per tick) in csv and returns demand, answer (rad/s at 1 kHz) and lost frames."""
     number = AXES.index(axis)
     duration = len(rates) * TICK_S
+    if device.pace() > FASTEST_PACE:
+        raise MotionError("the simulator's time is faster than real time: set-points cannot keep up. Serve it with --speed realtime.")
     with RateStream(device, number) as stream, LiveAxis(device, number, power.CYCLIC_VELOCITY) as live:
+        if hold_other:
+            live.hold(1 - number)
         live.set_interpolation(interpolation_ms)
         stream.start()
         guard = Guard(stream, limits)
@@ -112,7 +109,7 @@ def run_rates(
                 if count % 50 == 0:
                     bar.update(task, completed=now)
         stream.send(0.0)
-        still_enabled(live)
+        live.check_enabled()
         demand, answer = stream.samples()
         lost = stream.lost()
     if len(demand) < 0.9 * duration / TICK_S:

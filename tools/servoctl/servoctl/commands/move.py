@@ -15,7 +15,7 @@ from ..live import LiveAxis, pace
 from ..parameter import AXES
 from ..session import Session, common
 from ..units import degrees, radians
-from .motion import announce, motion_options, still_enabled
+from .motion import announce, motion_options
 from .quantity import ANGLE, DURATION, RATE
 
 
@@ -84,7 +84,7 @@ def _run_at_rate(session: Session, device: Device, axis: str, rate: float, durat
         task = bar.add_task(f"{axis} runs", total=duration)
         live.drive.set_target_rate(rate)
         for now in pace(0.05, duration):
-            still_enabled(live)
+            live.check_enabled()
             bar.update(task, completed=now)
 
 
@@ -93,15 +93,10 @@ def _go_to(session: Session, device: Device, axis: str, target: float, rate: flo
     with LiveAxis(device, AXES.index(axis), power.PROFILE_POSITION) as live, session.out.progress() as bar:
         drive = live.drive
         task = bar.add_task(f"{axis} moves", total=1.0)
-        drive.set_profile_rate(rate)
-        drive.set_target_position(target)
         start = drive.position()
-        drive.control(power.ENABLE_OPERATION)
-        drive.control(power.ENABLE_OPERATION | power.NEW_SETPOINT | power.CHANGE_IMMEDIATELY)
-        drive.wait(lambda: bool(drive.statusword() & power.SETPOINT_ACKNOWLEDGED), 1.0, "take the target")
-        drive.control(power.ENABLE_OPERATION)
+        drive.start_to(target, rate)
         deadline = time.monotonic() + 2.0 * expected_s + 5.0
-        while not still_enabled(live) & power.TARGET_REACHED:
+        while not live.check_enabled() & power.TARGET_REACHED:
             done = abs(drive.position() - start) / max(abs(target - start), 1e-9)
             bar.update(task, completed=min(done, 1.0))
             if time.monotonic() > deadline:

@@ -1,0 +1,241 @@
+"""identify: friction and inertia of the live axis, from experiments on it."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..commissioning import Commissioning, Outcome
+from ..device import Device
+from ..drive import Drive
+from ..errors import ExitCode, InputError
+from ..gains_file import write_gains
+from ..identified import Identified, read_identified
+from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
+from ..parameter import AXES
+from ..programme import Envelope, Experiment, Programme
+from ..session import Session, common
+from ..units import degrees, radians
+from .gains import about
+from .motion import new_path
+
+FASTEST_OF_EXPERIMENTS_RAD_S = 100.0
+"""2100:15 takes no more: a 607F above says that nobody has set it."""
+
+PROGRAM = click.option(
+    "--identify-program", "program", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
+    help=f"The program 'identify' (environment: {ENVIRONMENT}; default: that of the build around, or in PATH).",
+)  # fmt: skip
+
+
+@click.command()
+@click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to identify.")
+@click.option("--out", "folder", type=click.Path(path_type=Path, file_okay=False), help="Folder for what is found.")
+@click.option(
+    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH", help="Joint angles to stay between (default: 607D)."
+)
+@click.option("--speed-deg-s", type=float, help="Fastest joint rate (default: 607F).")
+@PROGRAM
+@click.option("--quick", is_flag=True, help="The first look only, about a minute; good to a factor of two.")
+@click.option("--dry-run", is_flag=True, help="Say what would move, how far, how fast and how long; move nothing.")
+@click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer.")
+@common
+def identify(
+    session: Session, axis: str, folder: Path | None, travel_deg: tuple[float, float] | None, speed_deg_s: float | None,
+    program: Path | None, quick: bool, dry_run: bool, yes: bool,
+) -> int:  # fmt: skip
+    """Find friction and inertia of an axis by experiments on it, and write them down with a report.
+
+    First a look that assumes nothing but the travel, the torque limit and that the present gains keep the axis stable;
+    then a programme that is sized by what it has found. The other axis is held where it stands. No gain is changed.
+    Exit code 1 tells that a parameter could not be determined; the report says which run is missing.
+    """
+    identifier = IdentifyProgram(find_identify(program))
+    out = folder or new_path(Path(), "identify", axis)
+    with session.connect() as device:
+        envelope = read_envelope(device, AXES.index(axis), travel_deg, speed_deg_s)
+        make_folder(out)
+        first = identifier.plan(envelope, out / "first_look_plan.json")
+        show_envelope(session, axis, envelope)
+        show_programme(session, first, "first look")
+        if not quick:
+            session.out.say("Then a programme that is sized by what the first look finds; its table comes before it moves.")
+        if dry_run:
+            session.out.json({"dry_run": True, "axis": axis, "envelope": asdict(envelope), "plan": as_json(first)})
+            session.out.say("dry run: nothing has moved.")
+            return int(ExitCode.OK)
+        ask(session, yes)
+        recording = out / ("first_look.csv" if quick else "runs.csv")
+        with Commissioning(device, AXES.index(axis), envelope) as machine:
+            outcome = carry_out(session, machine, first, out / "first_look.csv")
+            if not quick:
+                fit(session, identifier, out / "first_look.csv", out / "first_look.json")
+                programme = identifier.plan(envelope, out / "plan.json", out / "first_look.json")
+                show_programme(session, programme, "programme")
+                outcome = carry_out(session, machine, programme, recording)
+        if not outcome.other_held:
+            session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held: what it did may show in the result.")
+        fit(session, identifier, recording, out / "result.json", out / "residuals.csv")
+        identified = read_identified(out / "result.json")
+        gains = identified.gains(device.schema, AXES.index(axis))
+        if gains:
+            write_gains(out / f"{axis}-identified.toml", gains, about(device))
+    page = write_report(out, axis, identified, recording, outcome)
+    return tell(session, axis, out, identified, outcome, page)
+
+
+def read_envelope(
+    device: Device, axis: int, travel_deg: tuple[float, float] | None, speed_deg_s: float | None
+) -> Envelope:
+    """What the device and the user allow; raises InputError for what neither has said."""
+    drive = Drive(device, axis)
+    limits = drive.position_limits()
+    if travel_deg is None and limits is None:
+        raise InputError(
+            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in --travel-deg -150 150."
+        )
+    low, high = (radians(angle) for angle in travel_deg) if travel_deg else limits or (0.0, 0.0)
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise InputError("--travel-deg wants two angles in °, the lower one first.")
+    if limits and (low < limits[0] or high > limits[1]):
+        raise InputError(
+            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D: {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
+        )
+    if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
+        raise InputError("--speed-deg-s must be above 0.")
+    fastest = drive.rate_limit()
+    if speed_deg_s is None and fastest > FASTEST_OF_EXPERIMENTS_RAD_S:
+        raise InputError(f"{drive.name} has no rate limit (607F): say how fast it may be, as in --speed-deg-s 20.")
+    if speed_deg_s is not None:
+        fastest = min(fastest, radians(speed_deg_s))
+    return Envelope(low, high, drive.torque_limit(), fastest)
+
+
+def make_folder(folder: Path) -> None:
+    """Raises InputError."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}.") from error
+
+
+def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
+    """The bounds of all that follows."""
+    session.out.say(
+        f"{axis} will move between {degrees(envelope.lowest_rad):.4g}° and {degrees(envelope.highest_rad):.4g}°, at up to"
+        f" {degrees(envelope.fastest_rad_s):.4g} °/s, with up to {envelope.torque_nm:.4g} N m; the other axis is held."
+    )
+
+
+def show_programme(session: Session, programme: Programme, title: str) -> None:
+    """What moves where, how far, how fast, with what torque, how long; like experiments of a place in one row."""
+    rows = []
+    for place in programme.places:
+        alike = Counter(_key(experiment) for experiment in place.experiments)
+        for experiment in {_key(e): e for e in place.experiments}.values():
+            times, total_s = alike[_key(experiment)], alike[_key(experiment)] * experiment.duration_s
+            rows.append((f"{degrees(place.angle_rad):.1f}", experiment.name, str(times), *_extent(experiment, programme), f"{total_s:.0f}"))
+    columns = [("at °", "right"), "experiment", ("times", "right"), ("to each side °", "right"), ("up to °/s", "right"),
+               ("up to N m", "right"), ("s", "right")]  # fmt: skip
+    session.out.table(columns, rows, title)
+    session.out.say(
+        f"{title}: {programme.experiments} experiments at {len(programme.places)} places,"
+        f" {programme.duration_s:.0f} s; between the places at {degrees(programme.moving_rad_s):.3g} °/s."
+    )
+
+
+def _key(experiment: Experiment) -> str:
+    return json.dumps([experiment.kind, experiment.fields], sort_keys=True)
+
+
+def _extent(experiment: Experiment, programme: Programme) -> tuple[str, str, str]:
+    """Way, rate and torque; the limit of the experiment where the set-up does not tell."""
+    rate, torque = experiment.fastest_rad_s, experiment.torque_nm
+    return (
+        f"{degrees(experiment.way_rad(programme.limits['travel_rad'])):.3g}",
+        f"{degrees(rate if rate is not None else programme.limits['rate_rad_s']):.3g}",
+        f"{torque if torque is not None else programme.limits['torque_nm']:.3g}",
+    )
+
+
+def as_json(programme: Programme) -> dict[str, Any]:
+    """For --json, in ° and s."""
+    return {
+        "stage": programme.stage, "duration_s": programme.duration_s, "experiments": programme.experiments,
+        "places_deg": [degrees(place.angle_rad) for place in programme.places],
+        "moving_deg_s": degrees(programme.moving_rad_s), "limits": programme.limits,
+    }  # fmt: skip
+
+
+def ask(session: Session, yes: bool, question: str = "Is the way clear?") -> None:
+    """Raises click.Abort or InputError unless it may go on."""
+    if yes:
+        return
+    if session.out.as_json or not sys.stdin.isatty():
+        raise InputError("nobody can be asked whether this may move: add --yes.")
+    click.confirm(question, abort=True)
+
+
+def carry_out(session: Session, machine: Commissioning, programme: Programme, path: Path) -> Outcome:
+    """Runs the programme and writes what was recorded."""
+    with session.out.progress(time_left=True) as bar:
+        task = bar.add_task(programme.stage, total=programme.duration_s)
+
+        def report(what: str, done_s: float) -> None:
+            bar.update(task, description=what, completed=min(done_s, programme.duration_s))
+
+        outcome = machine.run(programme, report)
+    outcome.recording.write(path)
+    for run, share in outcome.incomplete_runs():
+        session.out.note(f"run {run} in {path} misses {100 * share:.2g} % of its ticks: the bus or this computer is too busy.")
+    return outcome
+
+
+def fit(
+    session: Session, program: IdentifyProgram, recording: Path, result: Path, residuals: Path | None = None
+) -> None:
+    """`identify fit`, which may take a quarter of a minute."""
+    with session.out.errors.status(f"fitting {recording.name}"):
+        program.fit(recording, result, residuals)
+
+
+def write_report(folder: Path, axis: str, identified: Identified, recording: Path, outcome: Outcome) -> Path:
+    """report.html; the pictures need a second to be imported."""
+    from ..identification_report import write_identification_report
+
+    path = folder / "report.html"
+    write_identification_report(path, axis, identified, recording, folder / "residuals.csv", outcome)
+    return path
+
+
+def tell(
+    session: Session, axis: str, folder: Path, identified: Identified, outcome: Outcome, page: Path
+) -> int:
+    """The result as a table, what was refused, where all is; the exit code."""
+    files = [str(page), str(folder / "result.json"), str(folder / f"{axis}-identified.toml")]
+    session.out.json(
+        {
+            "axis": axis, "complete": not identified.refused, "parameters": identified.data["parameters"],
+            "refused": identified.data["refused"], "missing_ticks": outcome.recording.missing, "folder": str(folder),
+            "files": files,
+        }
+    )  # fmt: skip
+    rows = []
+    for estimate in identified.estimates.values():
+        value = f"{estimate.value:.5g}" if estimate.value is not None else "refused"
+        percent = f"±{estimate.percent:.1f}" if estimate.percent is not None else "–"
+        paper = f"{estimate.paper:.5g}" if estimate.paper is not None else "–"
+        rows.append((estimate.title, value, percent, paper, estimate.unit))
+    session.out.table(["parameter", ("value", "right"), ("95 % interval, %", "right"), ("paper's method", "right"), "unit"], rows)
+    for _, message in identified.refused:
+        session.out.note(f"refused: {message}")
+    session.out.say("saved: " + ", ".join(files))
+    session.out.say(f"Gains for these: 'servoctl tune --axis {axis} --from {folder}'.")
+    return int(ExitCode.DIFFERENT if identified.refused else ExitCode.OK)

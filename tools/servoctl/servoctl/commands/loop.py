@@ -1,0 +1,152 @@
+"""Measuring the speed loop of the live axis with a multisine, for `bode` and `tune`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..device import Device
+from ..errors import InputError, MotionError
+from ..frequency_response import (
+    GOOD_COHERENCE,
+    Complex,
+    Margins,
+    Multisine,
+    Real,
+    Response,
+    bandwidth_hz,
+    design_multisine,
+    estimate,
+    margins,
+    open_loop_is_sharp,
+)
+from ..limits import Limits, Plan, span
+from ..loop_model import SpeedLoopGains, controller, open_loop, read_gains
+from ..parameter import AXES
+from ..session import Session
+from ..stream import TICK_S
+from ..units import degrees
+from .motion import run_rates
+
+SETPOINT_PERIOD_S = 0.002
+WARM_UP_S = 1.0
+LEAST_LINES = 3
+
+
+@dataclass(frozen=True)
+class LoopStimulus:
+    """What the axis is asked to do: a multisine around a mean rate."""
+
+    sine: Multisine
+    bias_rad_s: float
+    amplitude_rad_s: float
+    periods: int
+
+    def rates(self) -> Real:
+        """Set-points, rad/s, one per tick."""
+        time_s = np.arange(0.0, WARM_UP_S + self.periods * self.sine.period_s + 0.1, TICK_S)
+        ramp = np.minimum(1.0, time_s / WARM_UP_S)
+        rates: Real = ramp * (self.bias_rad_s + self.amplitude_rad_s * self.sine.at(time_s))
+        return rates
+
+    def plan(self, axis: str) -> Plan:
+        """For people, and to be checked."""
+        rates = self.rates()
+        forward, backward = span(rates, TICK_S)
+        frequencies = self.sine.frequency_hz
+        text = (
+            f"{degrees(self.bias_rad_s):.3g} °/s with {len(frequencies)} sines of {frequencies[0]:.3g} to {frequencies[-1]:.3g} Hz,"
+            f" peak {degrees(self.amplitude_rad_s):.3g} °/s, {self.periods} × {self.sine.period_s:g} s"
+        )
+        return Plan(axis, text, float(np.max(np.abs(rates))), forward, backward, len(rates) * TICK_S)
+
+
+def loop_stimulus(low: float, high: float, bias: float, amplitude: float, lines: int, periods: int) -> LoopStimulus:
+    """Frequencies in Hz, rates in rad/s; raises InputError."""
+    if not 0.05 <= low < high or high > 0.4 / SETPOINT_PERIOD_S:
+        raise InputError(
+            f"the frequencies {low:g} to {high:g} Hz are not possible: --low is 0.05 Hz or more, --high at most"
+            f" {0.4 / SETPOINT_PERIOD_S:.0f} Hz, as set-points go out every {1e3 * SETPOINT_PERIOD_S:g} ms."
+        )
+    if amplitude <= 0 or (bias != 0 and amplitude >= abs(bias)):
+        raise InputError("--amplitude must be above 0 and below --bias, or the axis would turn round and stick.")
+    return LoopStimulus(design_multisine(low, high, lines), bias, amplitude, periods)
+
+
+@dataclass(frozen=True)
+class MeasuredLoop:
+    """The closed loop as measured, the open one computed from it, and where each can be trusted."""
+
+    closed: Response
+    loop: Complex
+    good: NDArray[np.bool_]
+    sharp: NDArray[np.bool_]
+    margins: Margins
+    bandwidth_hz: float | None
+    gains: SpeedLoopGains
+    lost: int
+
+    def loop_with(self, gains: SpeedLoopGains) -> Complex:
+        """The open loop that other gains would have with the plant as it was measured."""
+        frequency = self.closed.frequency_hz
+        plant = self.loop / controller(self.gains, frequency)[0]
+        return np.asarray(plant * controller(gains, frequency)[0], dtype=np.complex128)
+
+
+def measure_loop(
+    session: Session, device: Device, axis: str, stimulus: LoopStimulus, limits: Limits, what: str, hold_other: bool = False
+) -> MeasuredLoop:
+    """Moves the axis, the other one held if `hold_other`; raises MotionError when too little can be told from the noise."""
+    gains = read_gains(device, AXES.index(axis))
+    interpolation_ms = round(SETPOINT_PERIOD_S / TICK_S)
+    demand, answer, lost = run_rates(
+        session, device, axis, stimulus.rates(), interpolation_ms, SETPOINT_PERIOD_S, limits, what, hold_other
+    )
+    skip = int((WARM_UP_S + 0.05) / TICK_S)
+    closed = estimate(demand[skip:], answer[skip:], TICK_S, stimulus.sine)
+    loop = open_loop(gains, closed.frequency_hz, closed.value)
+    good = np.asarray(closed.coherence >= GOOD_COHERENCE)
+    if np.count_nonzero(good) < LEAST_LINES:
+        raise MotionError(
+            f"the coherence is below {GOOD_COHERENCE} nearly everywhere: the answer is noise. More --amplitude or --periods help."
+        )
+    sharp = open_loop_is_sharp(closed, loop)
+    if np.count_nonzero(sharp) < LEAST_LINES:
+        raise MotionError("the open loop cannot be told from the noise: more --amplitude or --periods help.")
+    found = margins(closed.frequency_hz[sharp], loop[sharp])
+    width = bandwidth_hz(closed.frequency_hz[good], closed.value[good])
+    return MeasuredLoop(closed, loop, good, sharp, found, width, gains, lost)
+
+
+def save_loop(measured: MeasuredLoop, title: str, path: Path) -> list[str]:
+    """PNG and CSV; their names."""
+    from ..plots import plot_bode, write_csv
+
+    closed, loop = measured.closed, measured.loop
+    write_csv(
+        path.with_suffix(".csv"),
+        {
+            "frequency_hz": closed.frequency_hz,
+            "closed_db": 20 * np.log10(np.abs(closed.value)),
+            "closed_deg": np.degrees(np.unwrap(np.angle(closed.value))),
+            "open_db": 20 * np.log10(np.abs(loop)),
+            "open_deg": np.degrees(np.unwrap(np.angle(loop))),
+            "coherence": closed.coherence,
+            "open_loop_trusted": measured.sharp.astype(float),
+        },
+    )
+    plot_bode(
+        path.with_suffix(".png"),
+        title,
+        closed.frequency_hz,
+        closed.value,
+        loop,
+        closed.coherence,
+        measured.sharp,
+        measured.margins,
+        measured.bandwidth_hz,
+    )
+    return [str(path.with_suffix(".png")), str(path.with_suffix(".csv"))]

@@ -1,0 +1,194 @@
+"""tune: gains from what was identified, kept only if the loop that is measured with them has the margins."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from ..device import Device
+from ..errors import ExitCode
+from ..gain_design import Design, Verdict, design_gains, judge, parameters_of
+from ..gains_file import write_gains
+from ..identified import read_identified
+from ..identify_program import IdentifyProgram, find_identify
+from ..limits import Limits
+from ..loop_model import SpeedLoopGains
+from ..parameter import AXES, Parameter, Value
+from ..session import Session, common
+from ..trial_gains import TrialGains
+from ..tuning import Tuning
+from ..units import number, radians
+from .gains import about, of_axis, read_all, store_with_backup
+from .identify import PROGRAM
+from .loop import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
+from .motion import announce, show_files
+from .quantity import FREQUENCY, RATE, Quantity
+
+RATIO = Quantity("", above=0.0)
+LIMITS = Limits(radians(5.0), radians(60.0), 180.0)
+LOWEST_HZ, LINES = 1.0, 50
+WISHES = {
+    "bandwidth_hz": "speed_loop_bandwidth_hz", "damping": "speed_loop_damping", "setpoint_weight": "setpoint_weight",
+    "observer_hz": "observer_bandwidth_hz", "gain_margin_db": "least_gain_margin_db", "phase_margin_deg": "least_phase_margin_deg",
+    "torque_noise_nm": "most_torque_noise_nm", "tracking_hz": "tracking_bandwidth_hz", "position_hz": "position_bandwidth_hz",
+}  # fmt: skip
+"""What the options are called in wishes.json."""
+
+
+@click.command()
+@click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to tune.")
+@click.option(
+    "--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True), required=True,
+    help="Folder that 'servoctl identify' has written; the results go there, too.",
+)  # fmt: skip
+@click.option("--bandwidth-hz", type=FREQUENCY, help="Bandwidth of the speed loop by its PI alone.")
+@click.option("--damping", type=RATIO, help="Damping of the speed loop.")
+@click.option("--setpoint-weight", type=Quantity("", low=0.0, high=1.0), help="Set-point weight.")
+@click.option("--observer-hz", type=FREQUENCY, help="Bandwidth of the disturbance observer.")
+@click.option("--gain-margin-db", type=Quantity("dB", above=0.0), help="Least gain margin.")
+@click.option("--phase-margin-deg", type=Quantity("deg", above=0.0), help="Least phase margin.")
+@click.option("--torque-noise-nm", type=Quantity("N m", above=0.0), help="Most torque from sensor noise, rms at standstill.")
+@click.option("--tracking-hz", type=FREQUENCY, help="Bandwidth of the tracking loop.")
+@click.option("--position-hz", type=FREQUENCY, help="Bandwidth of the position loop.")
+@click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s) while the loop is measured.")
+@click.option("--amplitude", type=RATE, default="0.6", show_default=True, help="Peak of the multisine (°/s), below the bias.")
+@click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest frequency measured (Hz).")
+@click.option("--periods", type=click.IntRange(2, 100), default=5, show_default=True, help="Periods measured, 4 s each.")
+@PROGRAM
+@click.option("--store", is_flag=True, help="Store the gains on the device if they are kept.")
+@click.option("--dry-run", is_flag=True, help="Show the design; change nothing, move nothing.")
+@click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer.")
+@common
+def tune(
+    session: Session, axis: str, folder: Path, bias: float, amplitude: float, high: float, periods: int,
+    program: Path | None, store: bool, dry_run: bool, yes: bool, **options: float | None,
+) -> int:  # fmt: skip
+    """Design gains from what was identified, try them on the live axis, and keep them if the margins hold.
+
+    What no option wishes the design chooses. The set is applied in one piece; then the open loop is measured as 'bode'
+    does. If its gain or phase margin is less than wished (else: than predicted) by more than the tolerance, if anything
+    fails, or on Ctrl-C, the old gains are in force again. 'servoctl undo' takes kept ones back, too. Exit code 1 tells
+    that the gains were not kept.
+    """
+    wishes = {WISHES[name]: value for name, value in options.items() if value is not None}
+    identified = read_identified(folder / "result.json")
+    stimulus = loop_stimulus(LOWEST_HZ, high, bias, amplitude, LINES, periods)
+    identifier = IdentifyProgram(find_identify(program))
+    with session.connect() as device, ExitStack() as stack:
+        Tuning(device, "tune").refuse_foreign_stage({AXES.index(axis)})
+        present = read_all(session, device, parameters_of(device.schema, AXES.index(axis)))
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else folder
+        with session.out.errors.status("designing"):
+            design = design_gains(identifier, work, identified.path, device.schema, AXES.index(axis), wishes, present)
+        changed = {p: value for p, value in design.gains.items() if present[p] != value}
+        show_design(session, design, present, changed)
+        if not changed:
+            session.out.json({"axis": axis, "kept": True, "changed": []})
+            session.out.say("The device has these gains already; nothing to do.")
+            return int(ExitCode.OK)
+        if not announce(session, stimulus.plan(axis), LIMITS, device, dry_run, yes):
+            return int(ExitCode.OK)
+        measured, verdicts = try_out(session, device, axis, design, changed, wishes, stimulus)
+        kept = all(verdict.kept for verdict in verdicts)
+        active = folder / f"{axis}-active.toml"
+        write_gains(active, read_all(session, device, of_axis(device.schema.tunable, axis)), about(device))
+        if store and kept:
+            store_with_backup(session, device)
+    page = write_page_of(folder, axis, design, present, changed, measured, verdicts)
+    return tell(session, axis, changed, present, measured, verdicts, [str(page), str(active)])
+
+
+def show_design(
+    session: Session, design: Design, present: dict[Parameter, Value], changed: dict[Parameter, Value]
+) -> None:
+    """Before and after, the predicted margins, and what the design has to say."""
+    rows = [(p.where, p.name, number(present[p]), number(value), p.unit) for p, value in changed.items()]
+    session.out.table(["index", "name", ("before", "right"), ("after", "right"), "unit"], rows)
+    session.out.say("predicted: " + predicted_text(design))
+    for note in design.notes:
+        session.out.say(f"- {note}")
+
+
+def predicted_text(design: Design) -> str:
+    """The numbers of "predicted" in one line."""
+    units = {"_db": "dB", "_deg": "°", "_hz": "Hz", "_nm": "N m"}
+    parts = []
+    for name, value in design.predicted.items():
+        ending = next((e for e in units if name.endswith(e)), "")
+        if isinstance(value, int | float):
+            parts.append(f"{name.removesuffix(ending).replace('_', ' ')} {value:.3g} {units.get(ending, '')}".rstrip())
+    return ", ".join(parts)
+
+
+def try_out(
+    session: Session, device: Device, axis: str, design: Design, changed: dict[Parameter, Value],
+    wishes: dict[str, float], stimulus: LoopStimulus,
+) -> tuple[MeasuredLoop, list[Verdict]]:  # fmt: skip
+    """With the new gains in force; they stay so only if every verdict is good."""
+    with TrialGains(device, "tune", changed) as trial:
+        measured = measure_loop(session, device, axis, stimulus, LIMITS, "tune", hold_other=True)
+        gain_db = 20 * np.log10(np.abs(measured.loop[measured.sharp]))
+        verdicts = judge(design, wishes, measured.margins, float(gain_db[-1]))
+        if all(verdict.kept for verdict in verdicts):
+            trial.keep()
+    return measured, verdicts
+
+
+def loop_gains(present: dict[Parameter, Value], measured: SpeedLoopGains) -> SpeedLoopGains:
+    """The controller's gains as they were before, from the parameters that were read then."""
+    places = {
+        "proportional": (0x2000, 1), "integral": (0x2000, 2), "setpoint_weight": (0x2000, 3), "feedforward_inertia": (0x2000, 5),
+        "observer_inertia": (0x2020, 2), "observer_viscous": (0x2020, 3), "observer_bandwidth": (0x2020, 4),
+        "notch_hz": (0x2040, 1), "notch_width_hz": (0x2040, 2), "notch_depth": (0x2040, 3), "lowpass_hz": (0x2040, 4),
+        "lowpass_damping": (0x2040, 5), "observer_on": (0x2020, 1),
+    }  # fmt: skip
+    by_place = {(p.index & ~0x800, p.sub): value for p, value in present.items()}
+    values: dict[str, Any] = {name: by_place[place] for name, place in places.items()}
+    return replace(measured, **values | {"observer_on": values["observer_on"] == 1})
+
+
+def write_page_of(
+    folder: Path, axis: str, design: Design, present: dict[Parameter, Value], changed: dict[Parameter, Value],
+    measured: MeasuredLoop, verdicts: list[Verdict],
+) -> Path:  # fmt: skip
+    """tune.html."""
+    from ..tune_report import LoopComparison, write_tune_report
+
+    sharp = measured.sharp
+    comparison = LoopComparison(
+        measured.closed.frequency_hz[sharp], measured.loop[sharp], measured.loop_with(loop_gains(present, measured.gains))[sharp],
+        design.frequency_hz, design.loop,
+    )  # fmt: skip
+    path = folder / "tune.html"
+    write_tune_report(path, axis, present, changed, comparison, verdicts, [predicted_text(design), *design.notes])
+    return path
+
+
+def tell(
+    session: Session, axis: str, changed: dict[Parameter, Value], present: dict[Parameter, Value], measured: MeasuredLoop,
+    verdicts: list[Verdict], files: list[str],
+) -> int:  # fmt: skip
+    """Kept or not, and why; the exit code."""
+    kept = all(verdict.kept for verdict in verdicts)
+    session.out.json(
+        {
+            "axis": axis, "kept": kept, "margins": [asdict(verdict) for verdict in verdicts], "measured": asdict(measured.margins),
+            "bandwidth_hz": measured.bandwidth_hz,
+            "changed": [{"name": p.name, "index": p.where, "old": present[p], "new": value, "unit": p.unit} for p, value in changed.items()],
+            "lost": measured.lost, "files": files,
+        }
+    )  # fmt: skip
+    for verdict in verdicts:
+        session.out.say(("kept: " if verdict.kept else "missed: ") + verdict.text)
+    if kept:
+        session.out.say(f"{axis} has the new gains. 'servoctl store' makes them survive a power cut, 'servoctl undo' takes them back.")
+    else:
+        session.out.note(f"{axis} has its old gains again: " + "; ".join(v.text for v in verdicts if not v.kept) + ".")
+    show_files(session, files, measured.lost)
+    return int(ExitCode.OK if kept else ExitCode.DIFFERENT)

@@ -1,0 +1,225 @@
+"""Carries a programme out on the live axis: goes from place to place, runs the experiments of 0x2100, records each tick.
+
+It decides nothing: what is done where was planned by `identify plan`. Whatever goes wrong, the experiment is aborted
+and the axis ends at rest (live.py); the objects of the set-up, mode, limits and PDO mappings are as before.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from types import TracebackType
+
+from . import power
+from .device import DEVICE_STATE, Device
+from .drive import POLL_S
+from .errors import MotionError, Refused
+from .live import LiveAxis
+from .parameter import AXES, AXIS_SHIFT
+from .programme import FIELDS, LIMIT_FIELDS, Envelope, Experiment, Place, Programme
+from .recorder import BREAK_AWAY, Recording, TickRecorder
+from .units import POSITION_COUNTS_PER_RAD, degrees
+
+OBJECT = 0x2100
+COMMAND, STATE, PROGRESS, KIND, COUNT, BREAK_AWAYS = 1, 2, 3, 4, 5, 19
+START, ABORT = 1, 2
+RUNS, DONE = 1, 2
+ENDS = {
+    0: "it did not start", 3: "it was aborted", 4: "the axis left the travel limit of the experiment (2100:14)",
+    5: "the axis was faster than the limit of the experiment (2100:15)", 6: "it took longer than its limit (2100:17)",
+    7: "the drive stopped the axis",
+}  # fmt: skip
+"""2100:2 other than runs and done."""
+START_TIMEOUT_S = 5.0
+SETTLE_S = 0.3
+NEAR_RAD = 1e-3
+"""A place that is so near needs no move."""
+MOST_MISSING = 1e-3
+"""Share of a run's ticks; more is told."""
+
+Report = Callable[[str, float], None]
+"""Called with what is being done, and how much of the programme's time is over, s."""
+
+
+@dataclass(frozen=True)
+class BreakAway:
+    """What the device told after break-away runs of one direction: their number, mean and standard deviation, N m."""
+
+    angle_rad: float
+    direction: str
+    count: int
+    mean_nm: float
+    deviation_nm: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All that was recorded, and what was lost."""
+
+    recording: Recording
+    break_aways: list[BreakAway]
+    other_held: bool
+
+    def incomplete_runs(self) -> list[tuple[int, float]]:
+        """(run, share missing) of those that miss more than a permille."""
+        shares = [(run, self.recording.missing_share(run)) for run in range(1, int(self.recording.run[-1]) + 1)]
+        return [(run, share) for run, share in shares if share > MOST_MISSING]
+
+
+class Commissioning:
+    """One axis, enabled, watched and recorded within a `with` block, for one programme after the other.
+
+    Between two it stands, held, so that wind does not turn it away while the first one is fitted.
+    """
+
+    def __init__(self, device: Device, axis: int, envelope: Envelope) -> None:
+        self._device = device
+        self._axis = axis
+        self._envelope = envelope
+        self._recorder = TickRecorder(device, axis)
+        self._live = LiveAxis(device, axis, power.NO_MODE)
+        self._both = contextlib.ExitStack()
+        self._other_held = False
+        self._written: dict[int, bytes] = {}
+
+    def __enter__(self) -> Commissioning:
+        self._check_place()
+        with contextlib.ExitStack() as both:
+            both.enter_context(self._recorder)
+            both.enter_context(self._live)
+            self._live.when_broken_off.append(self._abort)
+            self._borrow()
+            self._other_held = self._live.hold(1 - self._axis)
+            self._both = both.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._both.__exit__(kind, error, trace)
+
+    def run(self, programme: Programme, report: Report) -> Outcome:
+        """Moves the axis; raises MotionError when the programme could not be carried out to its end."""
+        self._recorder.start()
+        began_rad = self._live.drive.position()
+        break_aways: list[BreakAway] = []
+        done_s = 0.0
+        for place in programme.places:
+            report(f"to {degrees(place.angle_rad):.1f}°", done_s)
+            done_s += self._go_to(place.angle_rad, programme.moving_rad_s)
+            for experiment in place.experiments:
+                step = f"{experiment.name} at {degrees(place.angle_rad):.1f}°"
+                self._set_up(experiment, programme)
+                self._start(step)
+                for share in self._until_done(step):
+                    report(step, done_s + share * experiment.duration_s)
+                done_s += experiment.duration_s
+                if experiment.kind == BREAK_AWAY:
+                    break_aways += self._told_break_aways(place)
+        return Outcome(self._recorder.recording(began_rad), break_aways, self._other_held)
+
+    # --- objects ----------------------------------------------------------------------------------------------------
+
+    def _check_place(self) -> None:
+        drive = self._live.drive
+        here, low, high = drive.position(), self._envelope.lowest_rad, self._envelope.highest_rad
+        if not low <= here <= high:
+            raise MotionError(
+                f"{drive.name} is at {degrees(here):.1f}°, outside of {degrees(low):.5g}° to {degrees(high):.5g}°: move it there"
+                f" first, as in 'servoctl move {drive.name} --to {degrees((low + high) / 2):.0f}'."
+            )
+
+    def _borrow(self) -> None:
+        """What the experiments are set up by is put back at the end, and the travel is watched meanwhile (607D)."""
+        live = self._live
+        live.keep(OBJECT, 1, KIND)
+        for sub in (*FIELDS.values(), *LIMIT_FIELDS.values()):
+            live.keep(OBJECT, 4, sub)
+        for sub, value in ((1, self._envelope.lowest_rad), (2, self._envelope.highest_rad)):
+            live.keep(0x607D, 4, sub)
+            self._device.axis_write(self._axis, 0x607D, round(value * POSITION_COUNTS_PER_RAD), 4, sub)
+
+    def _write(self, sub: int, data: bytes) -> None:
+        """Only what differs from what we wrote last."""
+        if self._written.get(sub) != data:
+            self._device.download(OBJECT + AXIS_SHIFT * self._axis, sub, data)
+            self._written[sub] = data
+
+    def _int(self, sub: int) -> int:
+        return self._device.axis_int(self._axis, OBJECT, sub)
+
+    def _abort(self) -> None:
+        if self._int(STATE) == RUNS:
+            self._device.axis_write(self._axis, OBJECT, ABORT, 1, sub=COMMAND)
+
+    def _told_break_aways(self, place: Place) -> list[BreakAway]:
+        found = []
+        for first, direction in ((BREAK_AWAYS, "positive"), (BREAK_AWAYS + 3, "negative")):
+            mean, deviation = (self._device.axis_real(self._axis, OBJECT, first + i) for i in (1, 2))
+            found.append(BreakAway(place.angle_rad, direction, self._int(first), mean, deviation))
+        return found
+
+    # --- motion -----------------------------------------------------------------------------------------------------
+
+    def _watch(self) -> int:
+        """The statusword, while all is well."""
+        self._recorder.check_alive()
+        return self._live.check_enabled()
+
+    def _go_to(self, angle_rad: float, rate_rad_s: float) -> float:
+        """Returns about how long it takes, s."""
+        drive = self._live.drive
+        way = abs(angle_rad - drive.position())
+        if way < NEAR_RAD:
+            return 0.0
+        expected_s = way / rate_rad_s + 1.0
+        self._watch()
+        drive.set_mode(power.PROFILE_POSITION)
+        drive.start_to(angle_rad, rate_rad_s)
+        deadline = time.monotonic() + 2.0 * expected_s + 5.0
+        while not self._watch() & power.TARGET_REACHED:
+            if time.monotonic() > deadline:
+                raise MotionError(f"{drive.name} has not reached {degrees(angle_rad):.2f}° in time.")
+            time.sleep(4 * POLL_S)
+        drive.set_mode(power.NO_MODE)
+        time.sleep(SETTLE_S)
+        return expected_s
+
+    def _set_up(self, experiment: Experiment, programme: Programme) -> None:
+        self._write(KIND, bytes([experiment.kind]))
+        for name, value in experiment.fields.items():
+            sub = FIELDS[name]
+            self._write(sub, struct.pack("<I", round(value)) if sub == COUNT else struct.pack("<f", value))
+        for name, sub in LIMIT_FIELDS.items():
+            self._write(sub, struct.pack("<f", programme.limits[name]))
+
+    def _start(self, step: str) -> None:
+        """The device refuses while its ramp has not ended."""
+        deadline = time.monotonic() + START_TIMEOUT_S
+        while True:
+            self._watch()
+            try:
+                self._device.axis_write(self._axis, OBJECT, START, 1, sub=COMMAND)
+                return
+            except Refused as error:
+                if error.abort != DEVICE_STATE:
+                    raise MotionError(f"{step} was refused, its set-up does not fit its limits: {error}") from error
+                if time.monotonic() > deadline:
+                    raise MotionError(
+                        f"{step} was refused for {START_TIMEOUT_S:g} s: {AXES[self._axis]} does not come to rest, or stands at a"
+                        " position limit (607D)."
+                    ) from error
+            time.sleep(POLL_S)
+
+    def _until_done(self, step: str) -> Iterator[float]:
+        """The share that is over, again and again, until the experiment is; raises MotionError when it breaks off."""
+        while (state := self._int(STATE)) == RUNS:
+            self._watch()
+            yield 0.01 * self._int(PROGRESS)
+            time.sleep(4 * POLL_S)
+        if state != DONE:
+            self._watch()  # an emergency or a fault says more
+            raise MotionError(f"{step} did not come to its end: {ENDS.get(state, f'state {state}')}.")

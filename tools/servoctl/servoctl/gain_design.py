@@ -1,0 +1,122 @@
+"""Wishes and parameters for `identify design`, its answer, and whether a measured loop keeps what was asked of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .errors import InputError
+from .frequency_response import Complex, Margins, Real
+from .identify_program import IdentifyProgram
+from .parameter import AXIS_SHIFT, Parameter, Value
+from .schema import Schema
+
+GAIN_TOLERANCE_DB = 2.0
+PHASE_TOLERANCE_DEG = 5.0
+"""A measured margin that is less by no more than this counts as kept: so much differs from one measurement to the next."""
+FIRST, LAST = 0x2000, 0x205F
+"""The objects that a design may look at."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """Values by parameter, margins as predicted (None: there is none), loop gain at frequencies, remarks."""
+
+    gains: dict[Parameter, Value]
+    gain_margin_db: float | None
+    phase_margin_deg: float | None
+    predicted: dict[str, Any]
+    frequency_hz: Real
+    loop: Complex
+    notes: list[str]
+
+
+def parameters_of(schema: Schema, axis: int) -> list[Parameter]:
+    """All gains of an axis that `identify design` wants to know."""
+    shift = AXIS_SHIFT * axis
+    return [p for p in schema if p.axis == axis and FIRST <= p.index - shift <= LAST and p.writable]
+
+
+def design_gains(
+    program: IdentifyProgram, folder: Path, identified: Path, schema: Schema, axis: int,
+    wishes: Mapping[str, float], present: Mapping[Parameter, Value],
+) -> Design:  # fmt: skip
+    """Runs `identify design`; wishes.json, parameters.json and design.json are in `folder` afterwards."""
+    _write(folder / "wishes.json", wishes)
+    shift = AXIS_SHIFT * axis
+    _write(folder / "parameters.json", {f"0x{p.index - shift:04X}:{p.sub}": value for p, value in present.items()})
+    path = folder / "design.json"
+    data = program.design(identified, folder / "wishes.json", folder / "parameters.json", path)
+    try:
+        gains = {}
+        for row in data["parameters"]:
+            parameter = schema.by_index(int(row["index"], 0) + shift, row["sub"])
+            if parameter is None or parameter not in present:
+                raise InputError(f"{path}: sets {row['index']}:{row['sub']}, which is no gain of this device.")
+            gains[parameter] = parameter.check(row["value"])
+        predicted, loop = data["predicted"], data["loop_gain"]
+        return Design(
+            gains, predicted["gain_margin_db"], predicted["phase_margin_deg"], predicted, np.asarray(loop["frequency_hz"], np.float64),
+            np.asarray(loop["real"], np.float64) + 1j * np.asarray(loop["imag"], np.float64), [str(n) for n in data["notes"]],
+        )  # fmt: skip
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: is no design of 'identify design': {error!r}.") from error
+
+
+def _write(path: Path, data: Mapping[str, Any]) -> None:
+    try:
+        path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One margin: what was required (the wish, else the prediction), what was measured, and whether it is enough."""
+
+    name: str
+    unit: str
+    required: float | None
+    wished: bool
+    predicted: float | None
+    measured: float | None
+    tolerance: float
+    kept: bool
+
+    @property
+    def text(self) -> str:
+        """For people; by how much it is missed when it is not kept."""
+        of = "wished" if self.wished else "predicted"
+        if self.measured is None:
+            return f"the {self.name} could not be told from the measured frequencies"
+        if self.required is None:
+            return f"{self.name} {self.measured:.1f} {self.unit}, where the design predicts none"
+        short = self.required - self.measured
+        told = f"{self.name} {self.measured:.1f} {self.unit}, {of} {self.required:.1f} {self.unit}"
+        return told if self.kept else f"{told}: {short:.1f} {self.unit} too little, {self.tolerance:g} {self.unit} are tolerated"
+
+
+def judge(design: Design, wishes: Mapping[str, float], measured: Margins, highest_gain_db: float) -> list[Verdict]:
+    """Gain and phase margin; `highest_gain_db` is that of the loop at the highest frequency that was measured well.
+
+    Where the phase does not reach -180° within the measured frequencies, the gain margin is at least what the loop has
+    fallen to there.
+    """
+    gain_margin = measured.gain_margin_db
+    if gain_margin is None and measured.crossover_hz is not None:
+        gain_margin = -highest_gain_db
+    asked = (
+        ("gain margin", "dB", "least_gain_margin_db", design.gain_margin_db, gain_margin, GAIN_TOLERANCE_DB),
+        ("phase margin", "°", "least_phase_margin_deg", design.phase_margin_deg, measured.phase_margin_deg, PHASE_TOLERANCE_DEG),
+    )
+    verdicts = []
+    for name, unit, wish, predicted, found, tolerance in asked:
+        required = wishes.get(wish, predicted)
+        kept = found is not None and (required is None or found >= required - tolerance)
+        verdicts.append(Verdict(name, unit, required, wish in wishes, predicted, found, tolerance, kept))
+    return verdicts

@@ -1,0 +1,204 @@
+"""The report of an identification: parameters with their intervals, and what was measured beside what the model says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from .commissioning import Outcome
+from .friction_curves import (
+    DIRECTIONS,
+    Columns,
+    Legs,
+    legs,
+    mean_loop,
+    over_position,
+    read_columns,
+    steady_friction_nm,
+    whiteness,
+)
+from .identified import Identified
+from .journal import now
+from .page import PageTable, Section, write_page
+from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
+from .units import degrees
+
+COLOURS = dict(zip(DIRECTIONS, (CLOSED, MARK), strict=True))
+MOST_POINTS = 4000
+
+
+def write_identification_report(
+    path: Path, axis: str, identified: Identified, recording: Path, residuals: Path, outcome: Outcome
+) -> None:
+    """One HTML file; reads the recording and the residuals again, as they were fitted."""
+    run, left = read_columns(recording), read_columns(residuals)
+    data = identified.data
+    sections = [
+        _parameters(identified),
+        _stribeck(identified, legs(run)),
+        _position(identified),
+        _hysteresis(identified, run),
+        _residuals(left, float(data["noise"]["step_s"])),
+        _break_aways(outcome),
+        _checks(data),
+    ]
+    notes = [f"Refused: {message}" for _, message in identified.refused]
+    notes += [f"The paper's method could only guess: {text}" for text in data["paper_method_missing"]]
+    notes += [f"Run {number} misses {100 * share:.2g} % of its ticks." for number, share in outcome.incomplete_runs()]
+    lead = (
+        f"{now()}, {data['recorded_s']:.0f} s in {data['runs']} runs, moves included; {outcome.recording.missing} ticks were lost on"
+        " the way. Intervals are of 95 %."
+    )
+    write_page(path, f"Identification of {axis}", lead, [section for section in sections if section], notes)
+
+
+def _number(value: float | None, digits: int = 5) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
+
+
+def _parameters(identified: Identified) -> Section:
+    rows, bad = [], []
+    for position, estimate in enumerate(identified.estimates.values()):
+        if estimate.value is None:
+            bad.append(position)
+        half = f"±{estimate.percent:.1f} %" if estimate.percent is not None else "–"
+        interval = f"{_number(estimate.low)} … {_number(estimate.high)}"
+        value = _number(estimate.value) if estimate.value is not None else "refused"
+        rows.append((estimate.title, value, interval, half, _number(estimate.paper), estimate.unit))
+    text = "Paper's method: from mean torques at constant speeds and a slope, eqs (4) to (16); wind and noise bias it."
+    table = PageTable(("parameter", "value", "95 % interval", "half width", "paper's method", "unit"), rows, bad)
+    return Section("Parameters", text, table)
+
+
+def _stribeck(identified: Identified, points: Legs) -> Section:
+    load = sum(row["value"] for row in identified.data["position"]["load_nm"] if row["term"] == "1")
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(9, 4.6), layout="constrained")
+        for direction, sign in zip(DIRECTIONS, (1.0, -1.0), strict=True):
+            mine = sign * points.rate_rad_s > 0
+            speed, friction = np.abs(points.rate_rad_s[mine]), sign * (points.torque_nm[mine] - load)
+            axes.plot(speed, friction, "o", ms=3.5, alpha=0.6, color=COLOURS[direction], label=f"mean torque of a leg, {direction}")
+            low, high = (speed.min(), speed.max()) if speed.size else (1e-4, 0.3)
+            grid = np.geomspace(low / 2, high, 300)
+            _curve(axes, grid, steady_friction_nm(identified, direction, grid), COLOURS[direction], "-", f"identified, {direction}")
+            _curve(axes, grid, steady_friction_nm(identified, direction, grid, paper=True), COLOURS[direction], ":", f"paper's method, {direction}")
+        axes.set_xscale("log")
+        axes.set_ylim(bottom=0, top=max(1.0, 1.6 * _largest(identified)))
+        axes.set_xlabel("joint speed (rad/s)")
+        axes.set_ylabel("friction torque (N m)")
+        axes.legend(ncols=2, fontsize=8.5)
+        picture = png_of(figure)
+    text = (
+        "Each point is the mean torque of one way at constant speed, less the constant load, as the paper measures it; gusts move"
+        " single points by several N m. The curves are eq. (5)."
+    )
+    return Section("Stribeck curve", text, picture=picture)
+
+
+def _largest(identified: Identified) -> float:
+    """The largest torque that the model has within the speeds of a sweep."""
+    curves = [steady_friction_nm(identified, direction, np.geomspace(1e-5, 0.3, 50)) for direction in DIRECTIONS]
+    return max((float(curve.max()) for curve in curves if curve is not None), default=10.0)
+
+
+def _curve(axes: Any, x: Real, y: Real | None, colour: str, style: str, label: str) -> None:
+    if y is not None:
+        axes.plot(x, y, style, color=colour, label=label)
+
+
+def _position(identified: Identified) -> Section:
+    position = identified.data["position"]
+    low, high = position["travel_rad"]
+    angle = np.linspace(low, high, 300)
+    with plt.rc_context(STYLE):
+        figure, (level, load) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+        level.plot(degrees(1) * angle, 1 + over_position(identified, position["friction_level"], angle), color=OPEN)
+        level.set_ylabel("friction level (1: mean)")
+        load.plot(degrees(1) * angle, over_position(identified, position["load_nm"], angle), color=CLOSED)
+        load.set_ylabel("load torque (N m)")
+        for axes in (level, load):
+            axes.set_xlabel("joint angle (°)")
+        picture = png_of(figure)
+    rows = [
+        (what, row["term"], _number(row["value"], 3), f"{_number(row['interval_95'][0], 3)} … {_number(row['interval_95'][1], 3)}")
+        for what, key in (("friction level", "friction_level"), ("load, N m", "load_nm")) for row in position[key]
+    ]  # fmt: skip
+    text = "Friction level: by how much the seal's eccentricity raises and lowers the friction; load: imbalance, cables."
+    return Section("Over the joint angle", text, PageTable(("what", "term", "value", "95 % interval"), rows), picture)
+
+
+def _hysteresis(identified: Identified, run: Columns) -> Section | None:
+    loop = mean_loop(run, identified)
+    if loop is None:
+        return None
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(7, 4.6), layout="constrained")
+        axes.plot(1e3 * loop.angle_rad, loop.measured_nm, color=CLOSED, label=f"measured, mean of {loop.periods} loops")
+        if loop.model_nm is not None:
+            axes.plot(1e3 * loop.angle_rad, loop.model_nm, "--", color=MARK, label="identified model along the measured motion")
+        axes.set_xlabel("joint angle (mrad)")
+        axes.set_ylabel("torque without its mean (N m)")
+        axes.legend(loc="upper left", fontsize=8.5)
+        picture = png_of(figure)
+    text = (
+        "Motor torque over the angle in hysteresis loops, averaged over the periods so that wind falls out; the model is LuGre"
+        " friction plus inertia times acceleration, computed from the measured angle."
+    )
+    return Section("Hysteresis loop", text, picture=picture)
+
+
+def _residuals(left: Columns, step_s: float) -> Section | None:
+    found = whiteness(left, step_s)
+    if found is None:
+        return None
+    every = max(1, len(left["time_s"]) // MOST_POINTS)
+    with plt.rc_context(STYLE):
+        figure, grid = plt.subplot_mosaic([["time", "time"], ["spectrum", "white"]], figsize=(9, 6.4), layout="constrained")
+        grid["time"].plot(left["time_s"][::every], left["residual_nm"][::every], ".", ms=2, color=DEMAND)
+        grid["time"].set(xlabel="time (s)", ylabel="residual (N m)")
+        grid["spectrum"].loglog(found.frequency_hz, found.residual, color=DEMAND, label="residual: wind, noise (N m/√Hz)")
+        grid["spectrum"].loglog(found.frequency_hz, found.whitened, color=OPEN, label="whitened (1/√Hz)")
+        grid["spectrum"].set(xlabel="frequency (Hz)", ylabel="spectral density")
+        grid["spectrum"].legend(fontsize=8.5)
+        grid["white"].stem(1e3 * found.lag_s, found.correlation, basefmt=" ", markerfmt=".")
+        for bound in (-found.bound, found.bound):
+            grid["white"].axhline(bound, color=MARK, lw=0.9, ls="--")
+        reach = max(0.1, 1.2 * float(np.max(np.abs(found.correlation))))
+        grid["white"].set(xlabel="lag (ms)", ylabel="autocorrelation of whitened", ylim=(-reach, reach))
+        picture = png_of(figure)
+    beyond = int(np.count_nonzero(np.abs(found.correlation) > found.bound))
+    text = (
+        "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: its spectrum is then"
+        f" flat and its autocorrelation within the dashed bounds ({beyond} of {len(found.correlation)} lags are beyond; 5 % is chance)."
+    )
+    return Section("Residuals", text, picture=picture)
+
+
+def _break_aways(outcome: Outcome) -> Section | None:
+    if not outcome.break_aways:
+        return None
+    rows = [
+        (f"{degrees(b.angle_rad):.1f}", b.direction, str(b.count), _number(b.mean_nm, 4), _number(b.deviation_nm, 3))
+        for b in outcome.break_aways
+    ]
+    text = "Motor torque at which the axis began to slide, as the device found it; load and wind are in it, so the directions differ."
+    columns = ("at °", "direction", "break-aways", "mean, N m", "standard deviation, N m")
+    return Section("Break-away", text, PageTable(columns, rows))
+
+
+def _checks(data: dict[str, Any]) -> Section:
+    checks, noise = data["checks"], data["noise"]
+    rows = [
+        ("damping ratio in pre-sliding", f"{checks['damping_ratio']:.3g}; the paper assumes {checks['damping_ratio_of_the_paper']:.3g}"),
+        ("σ1 by eq. (15)", f"{_number(checks['damping_by_eq_15_nm_s_rad'])} N m s/rad"),
+        ("residual, rms", f"{_number(noise['residual_rms_nm'], 3)} N m; {_number(noise['innovation_nm'], 3)} N m when whitened"),
+        ("torque to motion delay", f"{1e3 * checks['delay_s']:.3g} ms"),
+        ("gyro", f"scale error {checks['gyro']['scale_error']:.2g}, delay {1e3 * checks['gyro']['delay_s']:.2g} ms" if checks["gyro"]["used"] else "not used"),
+        ("converged", "yes" if checks["converged"] else "no"),
+    ]  # fmt: skip
+    return Section("Checks", table=PageTable(("what", "found"), rows))
+
+

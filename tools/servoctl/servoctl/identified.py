@@ -1,0 +1,105 @@
+"""What was identified: result.json of `identify fit`, and the objects of an axis that it belongs into."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError
+from .identify_program import read_json
+from .parameter import AXIS_SHIFT, Parameter, Value
+from .schema import Schema
+
+NAMES = {
+    "coulomb_positive": "Coulomb torque, positive", "breakaway_positive": "break-away torque, positive",
+    "stribeck_speed_positive": "Stribeck speed, positive", "viscous_positive": "viscous coefficient, positive",
+    "coulomb_negative": "Coulomb torque, negative", "breakaway_negative": "break-away torque, negative",
+    "stribeck_speed_negative": "Stribeck speed, negative", "viscous_negative": "viscous coefficient, negative",
+    "stiffness": "bristle stiffness σ0", "damping": "bristle damping σ1", "inertia": "inertia J",
+}  # fmt: skip
+"""What people call the parameters."""
+OBJECTS = {
+    "stiffness": [(0x2030, 5)], "damping": [(0x2030, 6)],
+    "coulomb_positive": [(0x2030, 7)], "breakaway_positive": [(0x2030, 8)], "stribeck_speed_positive": [(0x2030, 9)],
+    "viscous_positive": [(0x2030, 10)],
+    "coulomb_negative": [(0x2030, 11)], "breakaway_negative": [(0x2030, 12)], "stribeck_speed_negative": [(0x2030, 13)],
+    "viscous_negative": [(0x2030, 14)],
+    "inertia": [(0x2020, 2), (0x2000, 5)],
+}  # fmt: skip
+"""Index, the first axis', and sub-index of what each parameter sets."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter; `value` None when the data could not tell it, `paper` and `start` None when there is none."""
+
+    name: str
+    value: float | None
+    unit: str
+    low: float | None
+    high: float | None
+    paper: float | None
+
+    @property
+    def title(self) -> str:
+        """For people."""
+        return NAMES.get(self.name, self.name)
+
+    @property
+    def percent(self) -> float | None:
+        """Half the width of the 95 % interval, of the value."""
+        if not self.value or self.low is None or self.high is None:
+            return None
+        return 50.0 * (self.high - self.low) / abs(self.value)
+
+
+@dataclass(frozen=True)
+class Identified:
+    """All of a result; `data` is the file as it is."""
+
+    path: Path
+    estimates: dict[str, Estimate]
+    refused: list[tuple[str, str]]
+    data: dict[str, Any]
+
+    def value(self, name: str) -> float | None:
+        """Of a parameter; None when it was refused."""
+        return self.estimates[name].value
+
+    def gains(self, schema: Schema, axis: int) -> dict[Parameter, Value]:
+        """The objects of the axis that are known now, as the device can hold them."""
+        found: dict[Parameter, Value] = {}
+        for name, places in OBJECTS.items():
+            value = self.value(name)
+            for index, sub in places:
+                parameter = schema.by_index(index + AXIS_SHIFT * axis, sub)
+                if value is not None and parameter is not None:
+                    found[parameter] = parameter.check(self._consistent(name, value))
+        return found
+
+    def _consistent(self, name: str, value: float) -> float:
+        """The device takes no break-away torque below the Coulomb torque; noise may give one."""
+        coulomb = self.estimates.get(name.replace("breakaway", "coulomb"))
+        if name.startswith("breakaway") and coulomb is not None and coulomb.value is not None:
+            return max(value, coulomb.value)
+        return value
+
+
+def read_identified(path: Path) -> Identified:
+    """Raises InputError when it is no result of `identify fit`."""
+    data = read_json(path, "trackservo-identification")
+    try:
+        estimates = {
+            name: Estimate(
+                name, row["value"], row["unit"], row["interval_95"][0], row["interval_95"][1], row["paper_method"]
+            )
+            for name, row in data["parameters"].items()
+        }
+        refused = [(row["parameter"], row["message"]) for row in data["refused"]]
+        missing = [name for name in NAMES if name not in estimates]
+    except (KeyError, TypeError, IndexError) as error:
+        raise InputError(f"{path}: is no result of 'identify fit': {error!r}.") from error
+    if missing:
+        raise InputError(f"{path}: is no result of 'identify fit': it has no {missing[0]}.")
+    return Identified(path, estimates, refused, data)

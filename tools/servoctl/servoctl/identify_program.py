@@ -1,0 +1,103 @@
+"""The program `identify` (tools/identification): finds it, runs it, and hands its files on."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError
+from .programme import Envelope, Programme, read_programme
+from .schema import named_file_of, starts
+
+ENVIRONMENT = "TRACKSERVO_IDENTIFY"
+BUILD = "cmake --preset host && cmake --build --preset host --target identify"
+FITTED, REFUSED_SOME = 0, 2
+
+
+def find_identify(explicit: Path | None) -> Path:
+    """By option, environment, the build of the checkout around, PATH; raises InputError that says how to build it."""
+    named = named_file_of(explicit, ENVIRONMENT)
+    if named is not None:
+        if not (named.is_file() and os.access(named, os.X_OK)):
+            raise InputError(f"{named}: is not a program; give the built 'identify' of tools/identification.")
+        return named.resolve()
+    for start in starts():
+        for folder in (start, *start.parents):
+            for path in sorted(folder.glob("build/host/bin/identify")):
+                return path
+    found = shutil.which("identify")
+    # ImageMagick has a program of this name, too.
+    if found and "paper-damping" not in (_help(found) or ""):
+        found = None
+    if found is None:
+        raise InputError(
+            f"the program 'identify' was not found: build it in the checkout with '{BUILD}', or name it with"
+            f" --identify-program or {ENVIRONMENT}."
+        )
+    return Path(found)
+
+
+def _help(program: str) -> str | None:
+    try:
+        return subprocess.run([program, "--help"], capture_output=True, text=True, timeout=5).stdout
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+
+
+class IdentifyProgram:
+    """`identify plan`, `identify fit` and `identify design`."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def plan(self, envelope: Envelope, plan: Path, identified: Path | None = None) -> Programme:
+        """First look, or with what it has found the whole programme; written to `plan` and checked."""
+        words = [
+            "plan", "--lowest-rad", f"{envelope.lowest_rad!r}", "--highest-rad", f"{envelope.highest_rad!r}",
+            "--torque-nm", f"{envelope.torque_nm!r}", "--fastest-rad-s", f"{envelope.fastest_rad_s!r}",
+        ]  # fmt: skip
+        if identified is not None:
+            words += ["--identified", str(identified)]
+        self._run([*words, "--json", str(plan)])
+        programme = read_programme(plan)
+        programme.check(envelope, str(plan))
+        return programme
+
+    def fit(self, recording: Path, result: Path, residuals: Path | None = None) -> bool:
+        """Whether every parameter was found; `result` is written in both cases."""
+        words = ["fit", str(recording), "--json", str(result)]
+        return self._run(words + (["--residuals", str(residuals)] if residuals else []), REFUSED_SOME) == FITTED
+
+    def design(self, identified: Path, wishes: Path, parameters: Path, design: Path) -> Any:
+        """The gains for stated wishes, as design.json has them."""
+        words = ["design", "--identified", str(identified), "--wishes", str(wishes), "--parameters", str(parameters)]
+        self._run([*words, "--json", str(design)])
+        return read_json(design, "trackservo-design")
+
+    def _run(self, words: list[str], also_good: int = FITTED) -> int:
+        try:
+            done = subprocess.run([str(self.path), *words], capture_output=True, text=True)
+        except OSError as error:
+            raise InputError(f"{self.path}: cannot be run: {error.strerror}.") from error
+        if done.returncode not in (FITTED, also_good):
+            told = [line for line in done.stderr.splitlines() if line.strip()]
+            reason = told[0].removeprefix("identify: ") if told else f"exit code {done.returncode}"
+            raise InputError(f"'identify {words[0]}' failed: {reason}")
+        return done.returncode
+
+
+def read_json(path: Path, kind: str) -> Any:
+    """A file of `identify` of this format, version 1; raises InputError."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
+    except ValueError as error:
+        raise InputError(f"{path}: is not JSON: {error}.") from error
+    if not isinstance(data, dict) or (data.get("format"), data.get("version")) != (kind, 1):
+        raise InputError(f"{path}: is not a file of format {kind}, version 1.")
+    return data

@@ -1,0 +1,159 @@
+"""What the axis shall do to be identified: plan.json of `identify plan`, checked against what the user has allowed."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError
+from .recorder import BREAK_AWAY, CHIRP, HYSTERESIS, SPEED_SWEEP, TORQUE_RAMPS
+
+KINDS = {
+    SPEED_SWEEP: "speed sweep", TORQUE_RAMPS: "torque ramps", HYSTERESIS: "hysteresis loops", CHIRP: "torque chirp",
+    BREAK_AWAY: "break-away",
+}  # fmt: skip
+FIELDS = {
+    "count": 5, "dwell_s": 6, "low_rad_s": 7, "speed_ratio": 8, "acceleration_rad_s2": 9, "amplitude_nm": 10,
+    "amplitude_rad": 11, "low_hz": 12, "high_hz": 13,
+}  # fmt: skip
+"""Sub-indices of 0x2100 by the names that the plan uses."""
+LIMIT_FIELDS = {"travel_rad": 14, "rate_rad_s": 15, "torque_nm": 16, "duration_s": 17}
+_SLACK = 1.0001
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """What may be asked of the axis: joint angles, rad, torque, N m, and rate, rad/s."""
+
+    lowest_rad: float
+    highest_rad: float
+    torque_nm: float
+    fastest_rad_s: float
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One run of object 0x2100: its kind, its fields by name, and about how long it takes, s."""
+
+    kind: int
+    fields: dict[str, float]
+    duration_s: float
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return KINDS[self.kind]
+
+    @property
+    def fastest_rad_s(self) -> float | None:
+        """The fastest rate that is asked for; None where the bristles decide."""
+        low = self.fields.get("low_rad_s", 0.0)
+        if self.kind == SPEED_SWEEP:
+            return float(low * self.fields.get("speed_ratio", 1.0) ** (self.fields.get("count", 1.0) - 1))
+        if self.kind == HYSTERESIS:
+            return 4.0 * self.fields["amplitude_rad"] / self.fields["dwell_s"]
+        return low if self.kind == CHIRP else None
+
+    @property
+    def torque_nm(self) -> float | None:
+        """The torque that is asked for; None where the loop decides."""
+        return self.fields.get("amplitude_nm") if self.kind in (TORQUE_RAMPS, CHIRP, BREAK_AWAY) else None
+
+    def way_rad(self, travel_rad: float) -> float:
+        """About how far to one side of its start it goes."""
+        if self.kind in (HYSTERESIS, BREAK_AWAY):
+            return self.fields["amplitude_rad"]
+        if self.kind == TORQUE_RAMPS:
+            return 0.0
+        speed = self.fastest_rad_s or 0.0
+        braking = speed**2 / self.fields.get("acceleration_rad_s2", math.inf)
+        return min(travel_rad, speed * self.fields.get("dwell_s", 0.0) + braking)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A joint angle, rad, and what is done there."""
+
+    angle_rad: float
+    experiments: tuple[Experiment, ...]
+
+
+@dataclass(frozen=True)
+class Programme:
+    """All places, in order; `limits` are those of 0x2100 for every experiment, `moving_rad_s` is for the ways between."""
+
+    stage: str
+    duration_s: float
+    moving_rad_s: float
+    limits: dict[str, float]
+    places: tuple[Place, ...]
+
+    def __iter__(self) -> Iterator[tuple[Place, Experiment]]:
+        return ((place, experiment) for place in self.places for experiment in place.experiments)
+
+    @property
+    def experiments(self) -> int:
+        """How many there are."""
+        return sum(len(place.experiments) for place in self.places)
+
+    def check(self, envelope: Envelope, source: str) -> None:
+        """Raises InputError when the plan asks for more than is allowed."""
+        for what, value, most, unit in (
+            ("a move at", self.moving_rad_s, envelope.fastest_rad_s, "rad/s"),
+            ("a rate limit of", self.limits["rate_rad_s"], envelope.fastest_rad_s, "rad/s"),
+            ("a torque limit of", self.limits["torque_nm"], envelope.torque_nm, "N m"),
+        ):
+            if not value <= most * _SLACK:
+                raise InputError(f"{source}: plans {what} {value:.4g} {unit}, more than {most:.4g} {unit} is not allowed.")
+        for place in self.places:
+            if not envelope.lowest_rad <= place.angle_rad <= envelope.highest_rad:
+                raise InputError(
+                    f"{source}: plans experiments at {place.angle_rad:.4g} rad, outside of {envelope.lowest_rad:.4g} to"
+                    f" {envelope.highest_rad:.4g} rad."
+                )
+
+
+def read_programme(path: Path) -> Programme:
+    """Raises InputError with the file and what is wrong in it."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        if data["format"] != "trackservo-programme" or data["version"] != 1:
+            raise ValueError(f"is {data['format']} version {data['version']}, not trackservo-programme version 1")
+        programme = Programme(
+            str(data["stage"]), _number(data["duration_s"]), _number(data["moving_rad_s"]),
+            {name: _number(data["limits"][name]) for name in LIMIT_FIELDS},
+            tuple(_place(row) for row in data["places"]),
+        )  # fmt: skip
+        if not programme.experiments:
+            raise ValueError("plans no experiment")
+        return programme
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
+    except KeyError as error:
+        raise InputError(f"{path}: is no programme of 'identify plan': {error.args[0]} is missing.") from error
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{path}: is no programme of 'identify plan': {error}.") from error
+
+
+def _place(row: dict[str, Any]) -> Place:
+    return Place(_number(row["angle_rad"]), tuple(_experiment(experiment) for experiment in row["experiments"]))
+
+
+def _experiment(row: dict[str, Any]) -> Experiment:
+    kind = row["kind"]
+    if kind not in KINDS:
+        raise ValueError(f"kind {kind} is not one of {', '.join(f'{k} ({name})' for k, name in KINDS.items())}")
+    unknown = set(row) - set(FIELDS) - {"kind", "duration_s"}
+    if unknown:
+        raise ValueError(f"an experiment has the unknown field {sorted(unknown)[0]}")
+    return Experiment(kind, {name: _number(row[name]) for name in FIELDS if name in row}, _number(row["duration_s"]))
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(f"{value!r} is not a finite number")
+    return float(value)

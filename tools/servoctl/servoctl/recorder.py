@@ -1,0 +1,210 @@
+"""Every tick of one axis, recorded over three borrowed TPDOs that carry object 0x2101.
+
+    angle, joint rate | inertial rate, torque | number, kind, run, reference      each 1 ms, in this order
+
+The first two are taken for the tick of the third only when they came once each, in order, between its predecessor and
+it; whatever else came is a gap. So frames of two ticks are never mixed, whoever has lost one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .device import Device
+from .errors import InputError, MotionError, ServoctlError
+from .interrupts import deaf
+from .parameter import AXIS_SHIFT
+from .pdo_loan import PdoLoan, borrowed_identifiers
+from .stream import TICK_S
+
+Real = NDArray[np.float64]
+
+SILENT_S = 0.5
+_TPDOS = (1, 2, 3)
+"""TPDO2 to TPDO4, counted from 0; TPDO1 goes on telling azimuth's state."""
+_OBJECT = 0x2101
+_FRAMES = (((4, 32), (5, 32)), ((6, 32), (7, 32)), ((1, 16), (2, 8), (3, 8), (8, 32)))
+"""Sub-index and bits of what each frame carries."""
+_LAYOUT = np.dtype(
+    [("angle", "<u4"), ("joint_rate", "<f4"), ("inertial_rate", "<f4"), ("torque", "<f4"),
+     ("number", "<u2"), ("kind", "u1"), ("run", "u1"), ("reference", "<f4")]
+)  # fmt: skip
+_RAD_PER_TURN32 = 2 * np.pi / 2**32
+SPEED_SWEEP, TORQUE_RAMPS, HYSTERESIS, CHIRP, BREAK_AWAY = 1, 2, 3, 4, 5
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Columns of equal length, a row for each tick that came whole; docs/identification.md describes them.
+
+    `run` counts up from 1 with each experiment and each way between two; `kind` of a way is a speed sweep.
+    """
+
+    time_s: Real
+    run: NDArray[np.int64]
+    kind: NDArray[np.int64]
+    joint_angle_rad: Real
+    joint_rate_rad_s: Real
+    inertial_rate_rad_s: Real
+    torque_nm: Real
+    reference: Real
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def missing(self) -> int:
+        """Ticks between the first and the last that did not come."""
+        return round((self.time_s[-1] - self.time_s[0]) / TICK_S) + 1 - len(self) if len(self) else 0
+
+    def missing_share(self, run: int) -> float:
+        """Of the ticks of one run."""
+        times = self.time_s[self.run == run]
+        return 1.0 - len(times) / (round((times[-1] - times[0]) / TICK_S) + 1) if len(times) else 1.0
+
+    def write(self, path: Path) -> None:
+        """CSV, as `identify fit` reads it."""
+        columns = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        formats = ["%.3f", "%d", "%d", "%.10g", "%.7g", "%.7g", "%.7g", "%.8g"]
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            table = np.column_stack(list(columns.values()))
+            np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt=formats)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
+
+
+def decode(frames: bytes, near_rad: float = 0.0) -> Recording:
+    """The ticks of `frames`, 24 bytes each; the first angle is the one nearest to `near_rad`."""
+    raw = np.frombuffer(frames, dtype=_LAYOUT)
+    if not len(raw):
+        raise MotionError("not one whole tick came over the bus.")
+    steps = np.diff(raw["number"].astype(np.int64)) % 0x10000
+    number = np.concatenate([[0], np.cumsum(steps)])
+    angle = np.unwrap(_RAD_PER_TURN32 * raw["angle"])
+    angle = angle + 2 * np.pi * np.round((near_rad - angle[0]) / (2 * np.pi))
+    reference = raw["reference"].astype(np.float64)
+    loops = raw["kind"] == HYSTERESIS
+    turns = np.round((angle[loops] - reference[loops]) / (2 * np.pi))
+    reference[loops] += 2 * np.pi * turns
+    new_run = (np.diff(raw["kind"]) != 0) | (np.diff(raw["run"]) != 0)
+    return Recording(
+        time_s=TICK_S * number,
+        run=1 + np.concatenate([[0], np.cumsum(new_run)]),
+        kind=np.where(raw["kind"] == 0, SPEED_SWEEP, raw["kind"]).astype(np.int64),
+        joint_angle_rad=angle,
+        joint_rate_rad_s=raw["joint_rate"].astype(np.float64),
+        inertial_rate_rad_s=raw["inertial_rate"].astype(np.float64),
+        torque_nm=raw["torque"].astype(np.float64),
+        reference=reference,
+    )
+
+
+class TickGatherer:
+    """Puts ticks together from frames of the three kinds, in the order in which they came."""
+
+    def __init__(self) -> None:
+        self.ticks = bytearray()
+        self._parts: list[bytes] = []
+        self._whole = False
+        self._last: int | None = None
+
+    def take(self, which: int, data: bytes) -> None:
+        """`which` 0 to 2, the frame's place in a tick."""
+        if which < 2:
+            self._whole = len(self._parts) == which and (self._whole or which == 0)
+            self._parts.append(data)
+            return
+        number = int.from_bytes(data[:2], "little")
+        follows = self._last is not None and number == (self._last + 1) & 0xFFFF
+        if follows and self._whole and len(self._parts) == 2:
+            self.ticks += self._parts[0] + self._parts[1] + data
+        self._last = number
+        self._parts.clear()
+        self._whole = False
+
+
+class TickRecorder:
+    """Records one axis within a `with` block; frames come while the node is operational."""
+
+    def __init__(self, device: Device, axis: int) -> None:
+        self.device = device
+        self._shift = AXIS_SHIFT * axis
+        self._loans = [PdoLoan(device, 0x1800 + n, 0x1A00 + n) for n in _TPDOS]
+        self._identifiers = borrowed_identifiers(device.node_id)
+        self._gatherer = TickGatherer()
+        self._lock = threading.Lock()
+        self._last_frame_s = time.monotonic()
+        self._emergency: int | None = None
+        self._turn = contextlib.ExitStack()
+
+    def __enter__(self) -> TickRecorder:
+        network = self.device.network
+        self._turn.enter_context(
+            self.device.turns.alone("stream", "another servoctl is measuring at this node: wait until it is done.")
+        )
+        for identifier in self._identifiers:
+            network.subscribe(identifier, self._take)
+        network.subscribe(0x80 + self.device.node_id, self._take_emergency)
+        try:
+            for loan, identifier, entries in zip(self._loans, self._identifiers, _FRAMES, strict=True):
+                objects = [(_OBJECT + self._shift) << 16 | sub << 8 | bits for sub, bits in entries]
+                loan.take(identifier, objects, event_ms=1)
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        first: ServoctlError | None = None
+        with deaf():
+            for loan in self._loans:
+                try:
+                    loan.give_back()
+                except ServoctlError as failed:
+                    first = first or failed
+        for identifier in self._identifiers:
+            self.device.network.unsubscribe(identifier, self._take)
+        self.device.network.unsubscribe(0x80 + self.device.node_id, self._take_emergency)
+        self._turn.close()
+        if first is not None and error is None:
+            raise first
+
+    def _take(self, identifier: int, data: bytearray, _timestamp: float) -> None:
+        if len(data) == 8:
+            with self._lock:
+                self._gatherer.take(identifier - self._identifiers[0], bytes(data))
+                self._last_frame_s = time.monotonic()
+
+    def _take_emergency(self, _identifier: int, data: bytearray, _timestamp: float) -> None:
+        self._emergency = int.from_bytes(data[:2], "little") or self._emergency
+
+    def start(self) -> None:
+        """Forgets what came until now."""
+        with self._lock:
+            self._gatherer = TickGatherer()
+            self._last_frame_s = time.monotonic()
+        self._emergency = None
+
+    def check_alive(self) -> None:
+        """Raises MotionError after an emergency message, or when the frames have stopped."""
+        if self._emergency is not None:
+            raise MotionError(f"the node sent an emergency (code {self._emergency:04X}): 'servoctl faults' tells more.")
+        if time.monotonic() - self._last_frame_s > SILENT_S:
+            raise MotionError(f"the node has sent no ticks for {SILENT_S:g} s.")
+
+    def recording(self, near_rad: float) -> Recording:
+        """What has come since `start`; the first joint angle is the one nearest to `near_rad`."""
+        with self._lock:
+            frames = bytes(self._gatherer.ticks)
+        return decode(frames, near_rad)
