@@ -94,6 +94,7 @@ double simulated_torque_noise_nm(sim::PlantConfig plant, const axis_parameters& 
   for (sim::AxisConfig& axis : plant.axis) {
     axis.load = {};
     axis.base_sway = {};
+    axis.gyro.bias_rad_s = 0.0;  // or it creeps through the bristles, and friction follows
     axis.motor.cogging.clear();
   }
   plant.base_tilt = {};
