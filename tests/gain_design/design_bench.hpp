@@ -47,6 +47,18 @@ inline FrequencyResponse measured(const sim::PlantConfig& plant, int axis, const
   return sim::measured_loop_gain(request);
 }
 
+// What is measured on the machine is what was predicted, sliding and at rest.
+inline void expect_as_predicted(const sim::PlantConfig& plant, int axis, const GainDesign& design) {
+  for (const bool pre_sliding : {false, true}) {
+    const Margins& predicted = pre_sliding ? design.pre_sliding : design.sliding;
+    const Margins found = margins_of(measured(plant, axis, design.parameters, predicted, pre_sliding));
+    CHECK_NEAR(pre_sliding ? "gain margin at rest" : "gain margin sliding", predicted.gain_margin_db,
+               found.gain_margin_db, 1.0);
+    CHECK_NEAR(pre_sliding ? "phase margin at rest" : "phase margin sliding", predicted.phase_margin_deg,
+               found.phase_margin_deg, 4.0);
+  }
+}
+
 inline bool mentions(const std::vector<std::string>& notes, const std::string& part) {
   return std::any_of(notes.begin(), notes.end(),
                      [&](const std::string& note) { return note.find(part) != std::string::npos; });

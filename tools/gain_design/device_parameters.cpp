@@ -62,7 +62,8 @@ bool bytes_of(const nlohmann::json& json, const od_entry& entry, std::uint8_t (&
   if (entry.type == OD_REAL32 && json.is_number()) {
     const float value = json.get<float>();
     std::memcpy(&raw, &value, sizeof raw);
-  } else if (entry.type == OD_UNSIGNED32 && json.is_number_unsigned() && json.get<std::uint64_t>() <= UINT32_MAX) {
+  } else if (entry.type == OD_UNSIGNED32 && json.is_number_integer() && json.get<std::int64_t>() >= 0 &&
+             json.get<std::int64_t>() <= UINT32_MAX) {
     raw = json.get<std::uint32_t>();
   } else {
     return false;

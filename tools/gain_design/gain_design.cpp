@@ -129,7 +129,7 @@ void predict(const SpeedLoopDemand& demand, GainDesign& design) {
   const speed_loop_params loop = built(design.parameters).speed;
   const LinearMachine& sliding = demand.machines.front();
   design.sliding = worst_margins({sliding}, loop);
-  design.pre_sliding = worst_margins({demand.machines.back()}, loop);
+  design.pre_sliding = worst_margins({demand.machines[1]}, loop);
   design.speed_loop_bandwidth_hz = closed_loop_bandwidth_hz(sliding, pi_alone(loop));
   design.bandwidth_hz = closed_loop_bandwidth_hz(sliding, loop);
   design.torque_noise_nm = 0.0;

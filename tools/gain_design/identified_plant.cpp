@@ -30,7 +30,19 @@ LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_r
 }
 
 std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double current_loop_rad_s) {
-  return {linear_machine(plant, current_loop_rad_s, false), linear_machine(plant, current_loop_rad_s, true)};
+  std::vector<LinearMachine> machines;
+  for (const double factor : {1.0, 1.0 - kResonanceSpread, 1.0 + kResonanceSpread}) {
+    if (factor != 1.0 && plant.modes.empty()) {
+      break;
+    }
+    for (const bool pre_sliding : {false, true}) {
+      machines.push_back(linear_machine(plant, current_loop_rad_s, pre_sliding));
+      for (StructuralMode& mode : machines.back().modes) {
+        mode.frequency_rad_s *= factor;
+      }
+    }
+  }
+  return machines;
 }
 
 void set_friction(axis_parameters& parameters, const lugre_params& friction) {

@@ -22,6 +22,8 @@ constexpr double kCurrentAge_s = 0.5 * kPwmPeriod_s;
 constexpr double kAssumedGyroBandwidth_hz = 440.0;
 constexpr double kAssumedGyroLatency_s = 200e-6;  // only where no gyro was recorded
 
+constexpr double kResonanceSpread = 0.05;
+
 struct EncoderFacts {
   double latency_s = 0.0;  // from the joint's angle to the tick's sample of it, averaging included
   double noise_rad = 0.0;  // rms of a tick's angle
@@ -47,7 +49,8 @@ struct IdentifiedPlant {
 // pre-sliding, where the bristles are a spring. The current loop comes from the device's parameters.
 LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_rad_s, bool pre_sliding);
 
-// Both of them, sliding first: what a speed loop must be good for.
+// What a speed loop must be good for: sliding, pre-sliding, and where there are resonances both again with all of them
+// kResonanceSpread lower and higher: a resonance moves with load and temperature.
 std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double current_loop_rad_s);
 
 // Into the device's parameters, object 0x2030.

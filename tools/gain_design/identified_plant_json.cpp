@@ -33,10 +33,10 @@ double number_at(const InputFile& file, const std::string& path) {
 std::string refusal_of(const InputFile& file, const std::string& parameter) {
   for (const Json& refused : file.json.value("refused", Json::array())) {
     if (refused.value("parameter", "") == parameter) {
-      return refused.value("message", "");
+      return refused.value("message", parameter);
     }
   }
-  return "";
+  return parameter;
 }
 
 // One message for all parameters that the identification refused.
@@ -45,7 +45,7 @@ void refuse_what_was_refused(const InputFile& file, const std::vector<std::strin
   for (const std::string& name : names) {
     const Json::json_pointer pointer("/parameters/" + name + "/value");
     if (file.json.contains(pointer) && file.json.at(pointer).is_null()) {
-      messages += "\n  " + name + ": " + refusal_of(file, name);
+      messages += "\n  " + refusal_of(file, name);
     }
   }
   if (!messages.empty()) {

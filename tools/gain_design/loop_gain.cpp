@@ -104,15 +104,6 @@ std::vector<double> log_space(double first_hz, double last_hz, int count) {
   return points;
 }
 
-std::complex<double> structural_factor(const std::vector<StructuralMode>& modes, std::complex<double> s) {
-  Complex factor = 1.0;
-  for (const StructuralMode& mode : modes) {
-    const double w = mode.frequency_rad_s;
-    factor += mode.share * s * s / (s * s + 2.0 * mode.damping * w * s + w * w);
-  }
-  return factor;
-}
-
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz) {
   FrequencyResponse response{frequency_hz, {}};

@@ -13,20 +13,9 @@
 #include <vector>
 
 #include "gain_design/firmware.hpp"
+#include "gain_design/structural_mode.hpp"
 
 namespace trackservo::gain_design {
-
-// One resonance of the structure beyond the rigid body. The free axis (no friction) turns with
-//
-//     joint rate / torque = 1/(J s) (1 + sum of share s^2 / (s^2 + 2 damping w s + w^2))
-//
-// Two masses on a spring are exactly that: with the encoder on the motor's side, share = inertia behind the spring over
-// inertia before it; with the encoder behind the spring, share = -1.
-struct StructuralMode {
-  double frequency_rad_s = 1.0;
-  double damping = 0.02;  // ratio
-  double share = 0.0;
-};
 
 // The linear machine around one operating point of an axis.
 struct LinearMachine {
@@ -49,9 +38,6 @@ struct FrequencyResponse {
 
 // `count` frequencies, logarithmically spaced.
 std::vector<double> log_space(double first_hz, double last_hz, int count);
-
-// What the structure adds to the rigid body at s = jw: 1 + sum of its modes.
-std::complex<double> structural_factor(const std::vector<StructuralMode>& modes, std::complex<double> s);
 
 FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
                                      const std::vector<double>& frequency_hz);

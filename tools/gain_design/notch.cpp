@@ -5,10 +5,6 @@
 
 namespace trackservo::gain_design {
 
-double relative_height(const StructuralMode& mode) {
-  return std::abs(std::complex<double>(1.0, 0.5 * mode.share / mode.damping));
-}
-
 const StructuralMode *dominant_mode(const std::vector<StructuralMode>& modes) {
   const auto prominence = [](const StructuralMode& mode) { return relative_height(mode) / mode.frequency_rad_s; };
   const auto found =

@@ -4,12 +4,9 @@
 
 #include <vector>
 
-#include "gain_design/loop_gain.hpp"
+#include "gain_design/structural_mode.hpp"
 
 namespace trackservo::gain_design {
-
-// How far the mode stands above the rigid body at its resonance; 1 is not at all.
-double relative_height(const StructuralMode& mode);
 
 // The mode that stands out of a loop gain that falls with 1/f the most; nullptr when there is none.
 const StructuralMode *dominant_mode(const std::vector<StructuralMode>& modes);

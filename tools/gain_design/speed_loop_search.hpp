@@ -10,7 +10,7 @@
 namespace trackservo::gain_design {
 
 struct SpeedLoopDemand {
-  std::vector<LinearMachine> machines;  // all must be good, the sliding one first
+  std::vector<LinearMachine> machines;  // all must be good: operating_points()
   SensorNoise noise;
   LeastMargins least;
   double most_torque_noise_nm = 0.0;

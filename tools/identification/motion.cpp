@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "identification/low_pass.hpp"
+#include "identification/sensor_noise.hpp"
 
 namespace trackservo::identification {
 
@@ -60,24 +61,6 @@ void find_base_motion(const Recording& recording, Motion& motion) {
   }
 }
 
-// White noise passes fourth differences with a power of 70, real motion nearly not at all. The median does not mind
-// the ticks in which the axis moves fast.
-double angle_noise_rad(const Recording& recording, const Motion& motion) {
-  std::vector<double> differences;
-  for (const Stretch& stretch : motion.stretches) {
-    for (std::size_t i = stretch.first + 4; i < stretch.last; ++i) {
-      const double *a = recording.joint_angle_rad.data() + i;
-      differences.push_back(std::abs(a[0] - 4.0 * a[-1] + 6.0 * a[-2] - 4.0 * a[-3] + a[-4]));
-    }
-  }
-  if (differences.empty()) {
-    return 0.0;
-  }
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return *middle / (0.6745 * std::sqrt(70.0));
-}
-
 }  // namespace
 
 Motion analyse_motion(const Recording& recording, double cutoff_hz) {
@@ -91,10 +74,11 @@ Motion analyse_motion(const Recording& recording, double cutoff_hz) {
     filter.smooth(recording.joint_angle_rad, stretch.first, stretch.last, smooth_rad);
     joint_rates(smooth_rad, stretch, motion.joint_rate_rad_s);
   }
-  motion.angle_noise_rad = angle_noise_rad(recording, motion);
+  motion.angle_noise_rad = white_noise_rms(recording.joint_angle_rad, motion.stretches);
   if (recording.has_gyro()) {
     motion.gyro = fit_gyro(recording, motion);
     if (motion.gyro.fitted) {
+      motion.gyro.noise_rad_s = white_noise_rms(recording.inertial_rate_rad_s, motion.stretches);
       find_base_motion(recording, motion);
     }
   }

@@ -19,6 +19,7 @@ struct GyroFit {
   double bias_rad_s = 0;
   double scale_error = 0;
   double delay_s = 0;
+  double noise_rad_s = 0;  // rms, white from tick to tick
 };
 
 struct Motion {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "identification/resonances.hpp"
 #include "identification/window.hpp"
 
 namespace trackservo::identification {
@@ -98,10 +99,46 @@ Json checks_json(const Identification& result) {
           {"gyro",
            {{"used", result.motion.gyro.fitted},
             {"scale_error", result.motion.gyro.scale_error},
-            {"delay_s", result.motion.gyro.delay_s}}},
+            {"delay_s", result.motion.gyro.delay_s},
+            {"noise_rad_s", result.motion.gyro.noise_rad_s}}},
           {"octaves_of_speed", {result.evidence.speeds[0], result.evidence.speeds[1]}},
           {"turns", result.evidence.turns},
           {"inertial_torque_beside_coulomb", result.evidence.inertial_share}};
+}
+
+Json response_json(const AxisResponse& response) {
+  Json magnitude = Json::array();
+  Json phase_rad = Json::array();
+  for (const std::complex<double>& gain : response.gain) {
+    magnitude.push_back(std::abs(gain));
+    phase_rad.push_back(std::arg(gain));
+  }
+  return {{"frequency_hz", response.frequency_hz},
+          {"magnitude", magnitude},
+          {"phase_rad", phase_rad},
+          {"coherence", response.coherence}};
+}
+
+// None where the inertia is not known: nothing can be told to stand above it then.
+std::vector<gain_design::StructuralMode> resonances(const Identification& result, const AxisResponse& response) {
+  const Parameter& inertia = result.parameter("inertia");
+  if (!inertia.refused.empty()) {
+    return {};
+  }
+  const double viscous_nm_s_rad =
+      0.5 * (result.parameter("viscous_positive").value + result.parameter("viscous_negative").value);
+  return find_resonances(response, {inertia.value, viscous_nm_s_rad, result.fit.parameters[kDelay]});
+}
+
+Json resonances_json(const std::vector<gain_design::StructuralMode>& modes) {
+  Json json = Json::array();
+  for (const gain_design::StructuralMode& mode : modes) {
+    json.push_back({{"frequency_hz", mode.frequency_rad_s / (2.0 * M_PI)},
+                    {"damping", mode.damping},
+                    {"relative_height", gain_design::relative_height(mode)},
+                    {"share", mode.share}});
+  }
+  return json;
 }
 
 }  // namespace
@@ -127,6 +164,9 @@ Json to_json(const Identification& result, const Recording& recording) {
   json["motor_harmonics"] = harmonics_json(result);
   json["noise"] = noise_json(result);
   json["checks"] = checks_json(result);
+  const AxisResponse response = axis_response(recording);
+  json["frequency_response"] = response_json(response);
+  json["resonances"] = resonances_json(resonances(result, response));
   json["paper_method_missing"] = result.paper.missing;
   return json;
 }

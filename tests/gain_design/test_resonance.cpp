@@ -1,0 +1,146 @@
+// A structural resonance, from the recorded chirp to a notch with which the loop keeps its margins.
+#include <cmath>
+
+#include "commissioning_bench.hpp"
+#include "gain_design/design_bench.hpp"
+#include "gain_design/notch.hpp"
+#include "identification/resonances.hpp"
+
+extern "C" void setUp(void) {}
+extern "C" void tearDown(void) {}
+
+namespace {
+
+using namespace design_bench;
+namespace identification = trackservo::identification;
+
+constexpr sim::StructureConfig kStructure{90.0, 0.02, 0.3};
+
+sim::PlantConfig flexible_plant(const sim::StructureConfig& structure) {
+  sim::PlantConfig plant = bench::shipped_plant("tracker");
+  plant.axis[sim::kAzimuth].structure = structure;
+  return plant;
+}
+
+// Chirps of 20 s up to 300 Hz while the axis turns at 5 deg/s.
+identification::Recording recorded_chirp(const sim::PlantConfig& plant) {
+  commissioning::BenchSetup setup;
+  setup.plant = plant;
+  setup.pitch_rad = 0.0;
+  stimulus_setup chirp{};
+  chirp.kind = STIMULUS_CHIRP;
+  chirp.low_rad_s = static_cast<float>(5.0 * bench::kDegree);
+  chirp.count = 1;
+  chirp.dwell_s = 20.0F;
+  chirp.amplitude_nm = 6.0F;
+  chirp.low_hz = 5.0F;
+  chirp.high_hz = 300.0F;
+  chirp.acceleration_rad_s2 = 2.0F;
+  commissioning::Programme programme;
+  programme.places = {{-1.4, {chirp}}, {0.0, {chirp}}};
+  programme.moving_rad_s = 0.25;
+  programme.limits = {3.0F, 2.0F, 40.0F, 3600.0F};
+  return commissioning::record(setup, programme);
+}
+
+identification::RigidAxis rigid_axis(const sim::PlantConfig& plant) {
+  const IdentifiedPlant truth = sim::true_plant(plant, sim::kAzimuth);
+  return {truth.inertia_kg_m2, static_cast<double>(truth.friction.positive.viscous_nm_s_rad),
+          truth.encoder.latency_s - kCurrentAge_s};
+}
+
+void test_a_resonance_is_found_where_the_plant_has_it() {
+  for (const sim::StructureConfig& structure :
+       {kStructure, sim::StructureConfig{45.0, 0.01, 0.05}, sim::StructureConfig{150.0, 0.03, 0.2}}) {
+    const sim::PlantConfig plant = flexible_plant(structure);
+    const std::vector<StructuralMode> found =
+        identification::find_resonances(identification::axis_response(recorded_chirp(plant)), rigid_axis(plant));
+    const StructuralMode truth = sim::true_plant(plant, sim::kAzimuth).modes.front();
+    TEST_ASSERT_EQUAL(1, found.size());
+    CHECK_RELATIVE("frequency", truth.frequency_rad_s, found.front().frequency_rad_s, 0.002);
+    CHECK_RELATIVE("damping", truth.damping, found.front().damping, 0.25);  // narrow ones are widened by the window
+    CHECK_RELATIVE("share", truth.share, found.front().share, 0.05);
+    CHECK_RELATIVE("height", relative_height(truth), relative_height(found.front()), 0.2);
+  }
+}
+
+void test_a_rigid_axis_has_no_resonance_and_its_response_is_that_of_the_inertia() {
+  const sim::PlantConfig plant = bench::shipped_plant("tracker");
+  const identification::RigidAxis rigid = rigid_axis(plant);
+  const identification::AxisResponse response = identification::axis_response(recorded_chirp(plant));
+  TEST_ASSERT_EQUAL(0, identification::find_resonances(response, rigid).size());
+  int lines = 0;
+  for (std::size_t i = 0; i < response.frequency_hz.size(); ++i) {
+    if (response.frequency_hz[i] > 25.0 && response.frequency_hz[i] < 200.0) {
+      const std::complex<double> s(0.0, 2.0 * M_PI * response.frequency_hz[i]);
+      const std::complex<double> expected =
+          std::exp(-s * rigid.delay_s) / (rigid.inertia_kg_m2 * s + rigid.viscous_nm_s_rad);
+      CHECK_AT_LEAST("coherence", identification::kGoodCoherence, response.coherence[i]);
+      CHECK_NEAR("measured over rigid", 1.0, std::abs(response.gain[i] / expected), 0.1);
+      ++lines;
+    }
+  }
+  CHECK_AT_LEAST("lines compared", 500, lines);
+}
+
+void test_without_torque_excitation_nothing_is_told() {
+  identification::Recording recording;
+  for (int i = 0; i < 10000; ++i) {
+    recording.time_s.push_back(1e-3 * i);
+    recording.run.push_back(1);
+    recording.kind.push_back(identification::RunKind::kSpeedSweep);
+    recording.joint_angle_rad.push_back(1e-4 * i);
+    recording.torque_nm.push_back(6.0);
+  }
+  const identification::AxisResponse response = identification::axis_response(recording);
+  TEST_ASSERT_EQUAL(0, response.windows);
+  TEST_ASSERT_EQUAL(0, response.frequency_hz.size());
+  TEST_ASSERT_EQUAL(0, identification::find_resonances(response, {}).size());
+}
+
+// Who does not know of the resonance designs a loop that does not keep its margins.
+void test_the_resonance_breaks_the_margins_of_a_design_that_does_not_know_it() {
+  const sim::PlantConfig plant = flexible_plant(kStructure);
+  IdentifiedPlant rigid = sim::true_plant(plant, sim::kAzimuth);
+  rigid.modes.clear();
+  const GainDesign design = design_gains(rigid, {}, present(plant, sim::kAzimuth));
+  CHECK_AT_LEAST("predicted", 40.0, design.sliding.phase_margin_deg);
+  const Margins found = margins_of(measured(plant, sim::kAzimuth, design.parameters, design.sliding, false));
+  CHECK_AT_MOST("measured", 30.0, found.phase_margin_deg);
+}
+
+// From the recording alone: its chirp, the mode found in it, the notch for it.
+void test_with_the_notch_the_margins_hold_as_predicted() {
+  const sim::PlantConfig plant = flexible_plant(kStructure);
+  IdentifiedPlant known = sim::true_plant(plant, sim::kAzimuth);
+  known.modes =
+      identification::find_resonances(identification::axis_response(recorded_chirp(plant)), rigid_axis(plant));
+  const GainDesign design = design_gains(known, {}, present(plant, sim::kAzimuth));
+  CHECK_NEAR("notch", 90.0, design.parameters.filters.notch_hz, 0.5);
+  TEST_ASSERT_TRUE(mentions(design.notes, "Notch at 90.0 Hz"));
+  expect_as_predicted(plant, sim::kAzimuth, design);
+  CHECK_AT_LEAST("phase margin", 40.0, design.sliding.phase_margin_deg);
+  LOG_VALUE("speed loop with PI alone, Hz", design.speed_loop_bandwidth_hz);
+}
+
+void test_a_notch_is_the_inverse_of_the_mode() {
+  const StructuralMode mode{2.0 * M_PI * 90.0, 0.02, 0.43};
+  const NotchFilter notch = notch_for(mode);
+  CHECK_RELATIVE("depth", 1.0 / relative_height(mode), notch.depth, 1e-9);
+  CHECK_RELATIVE("zeros on the poles", 2.0 * mode.damping * notch.frequency_hz, notch.depth * notch.width_hz, 1e-9);
+  const StructuralMode sharp{2.0 * M_PI * 90.0, 0.001, 0.003};  // hardly there, but sharp
+  CHECK_RELATIVE("width", 9.0, notch_for(sharp).width_hz, 1e-9);
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_resonance_is_found_where_the_plant_has_it);
+  RUN_TEST(test_a_rigid_axis_has_no_resonance_and_its_response_is_that_of_the_inertia);
+  RUN_TEST(test_without_torque_excitation_nothing_is_told);
+  RUN_TEST(test_the_resonance_breaks_the_margins_of_a_design_that_does_not_know_it);
+  RUN_TEST(test_with_the_notch_the_margins_hold_as_predicted);
+  RUN_TEST(test_a_notch_is_the_inverse_of_the_mode);
+  return UNITY_END();
+}
