@@ -16,9 +16,10 @@ from .identify_program import IdentifyProgram
 from .parameter import AXIS_SHIFT, Parameter, Value
 from .schema import Schema
 
-GAIN_TOLERANCE_DB = 2.0
-PHASE_TOLERANCE_DEG = 5.0
-"""A measured margin that is less by no more than this counts as kept: so much differs from one measurement to the next."""
+GAIN_TOLERANCE_DB = 1.0
+PHASE_TOLERANCE_DEG = 3.0
+"""A measured margin that is less by no more than this counts as kept. From one measurement to the next they differ by half
+a decibel and half a degree in wind; the rest is for what a design does not model, as the slope of the friction."""
 FIRST, LAST = 0x2000, 0x205F
 """The objects that a design may look at."""
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 import sys
+import tempfile
 from collections import Counter
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -59,10 +61,10 @@ def identify(
     """
     identifier = IdentifyProgram(find_identify(program))
     out = folder or new_path(Path(), "identify", axis)
-    with session.connect() as device:
+    with session.connect() as device, ExitStack() as stack:
         envelope = read_envelope(device, AXES.index(axis), travel_deg, speed_deg_s)
-        make_folder(out)
-        first = identifier.plan(envelope, out / "first_look_plan.json")
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
+        first = identifier.plan(envelope, work / "first_look_plan.json")
         show_envelope(session, axis, envelope)
         show_programme(session, first, "first look")
         if not quick:
@@ -118,12 +120,13 @@ def read_envelope(
     return Envelope(low, high, drive.torque_limit(), fastest)
 
 
-def make_folder(folder: Path) -> None:
-    """Raises InputError."""
+def make_folder(folder: Path) -> Path:
+    """The folder, which is there afterwards; raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}.") from error
+    return folder
 
 
 def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
@@ -146,7 +149,7 @@ def show_programme(session: Session, programme: Programme, title: str) -> None:
                ("up to N m", "right"), ("s", "right")]  # fmt: skip
     session.out.table(columns, rows, title)
     session.out.say(
-        f"{title}: {programme.experiments} experiments at {len(programme.places)} places,"
+        f"{title}: {programme.experiments} experiments at {len(programme.places)} place{'s' * (len(programme.places) > 1)},"
         f" {programme.duration_s:.0f} s; between the places at {degrees(programme.moving_rad_s):.3g} °/s."
     )
 

@@ -166,7 +166,7 @@ def write_page_of(
         design.frequency_hz, design.loop,
     )  # fmt: skip
     path = folder / "tune.html"
-    write_tune_report(path, axis, present, changed, comparison, verdicts, [predicted_text(design), *design.notes])
+    write_tune_report(path, axis, present, changed, comparison, verdicts, ["Predicted: " + predicted_text(design), *design.notes])
     return path
 
 
