@@ -99,7 +99,11 @@ class Verdict:
             return f"{self.name} {self.measured:.1f} {self.unit}, where the design predicts none"
         short = self.required - self.measured
         told = f"{self.name} {self.measured:.1f} {self.unit}, {of} {self.required:.1f} {self.unit}"
-        return told if self.kept else f"{told}: {short:.1f} {self.unit} too little, {self.tolerance:g} {self.unit} are tolerated"
+        return (
+            told
+            if self.kept
+            else f"{told}: {short:.1f} {self.unit} too little, {self.tolerance:g} {self.unit} are tolerated"
+        )
 
 
 def judge(design: Design, wishes: Mapping[str, float], measured: Margins, highest_gain_db: float) -> list[Verdict]:
@@ -113,7 +117,14 @@ def judge(design: Design, wishes: Mapping[str, float], measured: Margins, highes
         gain_margin = -highest_gain_db
     asked = (
         ("gain margin", "dB", "least_gain_margin_db", design.gain_margin_db, gain_margin, GAIN_TOLERANCE_DB),
-        ("phase margin", "°", "least_phase_margin_deg", design.phase_margin_deg, measured.phase_margin_deg, PHASE_TOLERANCE_DEG),
+        (
+            "phase margin",
+            "°",
+            "least_phase_margin_deg",
+            design.phase_margin_deg,
+            measured.phase_margin_deg,
+            PHASE_TOLERANCE_DEG,
+        ),
     )
     verdicts = []
     for name, unit, wish, predicted, found, tolerance in asked:

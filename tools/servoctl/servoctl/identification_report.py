@@ -80,11 +80,33 @@ def _stribeck(identified: Identified, points: Legs) -> Section:
         for direction, sign in zip(DIRECTIONS, (1.0, -1.0), strict=True):
             mine = sign * points.rate_rad_s > 0
             speed, friction = np.abs(points.rate_rad_s[mine]), sign * (points.torque_nm[mine] - load)
-            axes.plot(speed, friction, "o", ms=3.5, alpha=0.6, color=COLOURS[direction], label=f"mean torque of a leg, {direction}")
+            axes.plot(
+                speed,
+                friction,
+                "o",
+                ms=3.5,
+                alpha=0.6,
+                color=COLOURS[direction],
+                label=f"mean torque of a leg, {direction}",
+            )
             low, high = (speed.min(), speed.max()) if speed.size else (1e-4, 0.3)
             grid = np.geomspace(low / 2, high, 300)
-            _curve(axes, grid, steady_friction_nm(identified, direction, grid), COLOURS[direction], "-", f"identified, {direction}")
-            _curve(axes, grid, steady_friction_nm(identified, direction, grid, paper=True), COLOURS[direction], ":", f"paper's method, {direction}")
+            _curve(
+                axes,
+                grid,
+                steady_friction_nm(identified, direction, grid),
+                COLOURS[direction],
+                "-",
+                f"identified, {direction}",
+            )
+            _curve(
+                axes,
+                grid,
+                steady_friction_nm(identified, direction, grid, paper=True),
+                COLOURS[direction],
+                ":",
+                f"paper's method, {direction}",
+            )
         axes.set_xscale("log")
         axes.set_ylim(bottom=0, top=max(1.0, 1.6 * _largest(identified)))
         axes.set_xlabel("joint speed (rad/s)")
@@ -126,7 +148,9 @@ def _position(identified: Identified) -> Section:
         (what, row["term"], _number(row["value"], 3), f"{_number(row['interval_95'][0], 3)} … {_number(row['interval_95'][1], 3)}")
         for what, key in (("friction level", "friction_level"), ("load, N m", "load_nm")) for row in position[key]
     ]  # fmt: skip
-    text = "Friction level: by how much the seal's eccentricity raises and lowers the friction; load: imbalance, cables."
+    text = (
+        "Friction level: by how much the seal's eccentricity raises and lowers the friction; load: imbalance, cables."
+    )
     return Section("Over the joint angle", text, PageTable(("what", "term", "value", "95 % interval"), rows), picture)
 
 
@@ -138,7 +162,13 @@ def _hysteresis(identified: Identified, run: Columns) -> Section | None:
         figure, axes = plt.subplots(figsize=(7, 4.6), layout="constrained")
         axes.plot(1e3 * loop.angle_rad, loop.measured_nm, color=CLOSED, label=f"measured, mean of {loop.periods} loops")
         if loop.model_nm is not None:
-            axes.plot(1e3 * loop.angle_rad, loop.model_nm, "--", color=MARK, label="identified model along the measured motion")
+            axes.plot(
+                1e3 * loop.angle_rad,
+                loop.model_nm,
+                "--",
+                color=MARK,
+                label="identified model along the measured motion",
+            )
         axes.set_xlabel("joint angle (mrad)")
         axes.set_ylabel("torque without its mean (N m)")
         axes.legend(loc="upper left", fontsize=8.5)
@@ -156,10 +186,14 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
         return None
     every = max(1, len(left["time_s"]) // MOST_POINTS)
     with plt.rc_context(STYLE):
-        figure, grid = plt.subplot_mosaic([["time", "time"], ["spectrum", "white"]], figsize=(9, 6.4), layout="constrained")
+        figure, grid = plt.subplot_mosaic(
+            [["time", "time"], ["spectrum", "white"]], figsize=(9, 6.4), layout="constrained"
+        )
         grid["time"].plot(left["time_s"][::every], left["residual_nm"][::every], ".", ms=2, color=DEMAND)
         grid["time"].set(xlabel="time (s)", ylabel="residual (N m)")
-        grid["spectrum"].loglog(found.frequency_hz, found.residual, color=DEMAND, label="residual: wind, noise (N m/√Hz)")
+        grid["spectrum"].loglog(
+            found.frequency_hz, found.residual, color=DEMAND, label="residual: wind, noise (N m/√Hz)"
+        )
         grid["spectrum"].loglog(found.frequency_hz, found.whitened, color=OPEN, label="whitened (1/√Hz)")
         grid["spectrum"].set(xlabel="frequency (Hz)", ylabel="spectral density")
         grid["spectrum"].legend(fontsize=8.5)
@@ -200,5 +234,3 @@ def _checks(data: dict[str, Any]) -> Section:
         ("converged", "yes" if checks["converged"] else "no"),
     ]  # fmt: skip
     return Section("Checks", table=PageTable(("what", "found"), rows))
-
-

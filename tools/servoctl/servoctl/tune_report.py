@@ -15,7 +15,7 @@ from .journal import now
 from .page import PageTable, Section, write_page
 from .parameter import Parameter, Value
 from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
-from .units import number
+from .units import rounded
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,19 @@ def write_tune_report(
 ) -> None:  # fmt: skip
     """One HTML file."""
     kept = all(verdict.kept for verdict in verdicts)
-    rows = [(p.name, p.where, number(present[p]), number(value), p.unit) for p, value in changed.items()]
+    rows = [(p.name, p.where, rounded(present[p]), rounded(value), p.unit) for p, value in changed.items()]
     sections = [
-        Section("Gains", " ".join(f"{text.rstrip('.')}." for text in remarks), PageTable(("gain", "object", "before", "after", "unit"), rows)),
+        Section(
+            "Gains",
+            " ".join(f"{text.rstrip('.')}." for text in remarks),
+            PageTable(("gain", "object", "before", "after", "unit"), rows),
+        ),
         _margins(verdicts, loops),
         _bode(loops),
     ]
-    notes = [] if kept else ["The old gains are in force again: " + "; ".join(v.text for v in verdicts if not v.kept) + "."]
+    notes = (
+        [] if kept else ["The old gains are in force again: " + "; ".join(v.text for v in verdicts if not v.kept) + "."]
+    )
     state = "The new gains were kept." if kept else "The new gains were tried and taken back."
     write_page(path, f"Tuning of {axis}", f"{now()}. {state}", sections, notes)
 
@@ -83,7 +89,9 @@ def _bode(loops: LoopComparison) -> Section:
                 continue
             magnitude = 20 * np.log10(np.abs(loop))
             gain.semilogx(frequency, magnitude, style, ms=3, color=colour, label=label)
-            phase.semilogx(frequency, branch(np.degrees(np.unwrap(np.angle(loop))), magnitude), style, ms=3, color=colour)
+            phase.semilogx(
+                frequency, branch(np.degrees(np.unwrap(np.angle(loop))), magnitude), style, ms=3, color=colour
+            )
         gain.axhline(0, color=MARK, lw=0.9)
         phase.axhline(-180, color=MARK, lw=0.9)
         gain.set_ylabel("open loop (dB)")

@@ -43,7 +43,9 @@ def plan(arguments: list[str]) -> None:
     angles = [float(word) for word in os.environ.get("SHORT_PLACES", "-0.4 0.3").split()]
     places: list[dict[str, Any]] = [{"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": programme(identified)}
               for angle in (angles if identified else angles[:1])]  # fmt: skip
-    duration = sum(experiment["duration_s"] for place in places for experiment in place["experiments"]) + 4 * len(places)
+    duration = sum(experiment["duration_s"] for place in places for experiment in place["experiments"]) + 4 * len(
+        places
+    )
     rate = 0.005 if fault == "too fast" else fastest_rad_s
     data = {"format": "trackservo-programme", "version": 1, "stage": "identification" if identified else "first_look",
             "duration_s": duration, "moving_rad_s": 0.26,

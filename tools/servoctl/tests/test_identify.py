@@ -46,7 +46,10 @@ def machine(tmp_path: Path) -> Iterator[Bench]:
     Of its own because an idle one takes as much of the computer, which tests in real time need beside it.
     """
     process = subprocess.Popen(
-        [SIM_HOST, "serve", "--bus", "slcan-tcp:0", "--speed", PACE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [SIM_HOST, "serve", "--bus", "slcan-tcp:0", "--speed", PACE],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout is not None and process.stdin is not None
     bench = Bench(process.stdout.readline().strip(), tmp_path)
@@ -81,7 +84,10 @@ def test_one_command_finds_the_axis_and_leaves_it_as_it_was(machine: Bench) -> N
     assert found["complete"] and found["refused"] == []
     assert found["missing_ticks"] == 0
     for name, true in TRUE.items():
-        row = found["parameters"].get(name) or json.loads((machine.folder / "found/result.json").read_text())["coulomb_mean"]
+        row = (
+            found["parameters"].get(name)
+            or json.loads((machine.folder / "found/result.json").read_text())["coulomb_mean"]
+        )
         low, high = row["interval_95"]
         assert low <= true <= high, (name, row)
     assert found["parameters"]["inertia"]["value"] == pytest.approx(6.0, rel=0.1)
@@ -97,7 +103,14 @@ def test_one_command_finds_the_axis_and_leaves_it_as_it_was(machine: Bench) -> N
     assert np.mean(np.abs(rate - run["joint_rate_rad_s"])) < 0.02 * np.mean(np.abs(rate)) + 1e-4
     assert (folder / "residuals.csv").stat().st_size > 1000
     page = (folder / "report.html").read_text()
-    for words in ("Stribeck curve", "Over the joint angle", "Hysteresis loop", "Residuals", "Break-away", "data:image/png"):
+    for words in (
+        "Stribeck curve",
+        "Over the joint angle",
+        "Hysteresis loop",
+        "Residuals",
+        "Break-away",
+        "data:image/png",
+    ):
         assert words in page
     assert re.findall(r'(?:src|href)="(?!data:)', page) == []  # opens offline
 
@@ -131,7 +144,10 @@ def test_an_interrupt_ends_the_experiment_and_puts_all_back(machine: Bench, even
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 130, (out, err)
-    assert axis_state(machine)["state"] == "switch on disabled" and axis_state(machine, "pitch")["state"] == "switch on disabled"
+    assert (
+        axis_state(machine)["state"] == "switch on disabled"
+        and axis_state(machine, "pitch")["state"] == "switch on disabled"
+    )
     assert machine.json("get", "0x2100:2")[0]["value"] == 3  # aborted
     assert as_before(machine, before) and machine.json("get") == gains
 
@@ -183,7 +199,9 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Be
         (("--travel-deg", "140", "160", "--yes"), "outside of"),
     ],
 )
-def test_what_is_missing_or_makes_no_sense_is_told_in_one_sentence(machine: Bench, words: tuple[str, ...], told: str) -> None:
+def test_what_is_missing_or_makes_no_sense_is_told_in_one_sentence(
+    machine: Bench, words: tuple[str, ...], told: str
+) -> None:
     if "140" in words:
         machine.environment["SHORT_PLACES"] = "2.6"
     refused = machine("identify", "--axis", "azimuth", *words, "--out", "found")
@@ -226,7 +244,13 @@ def a_result() -> dict[str, Any]:
     true = {f"{name}_{side}": value for name, value in sides.items() for side in ("positive", "negative")}
     true |= {"stiffness": 30000.0, "damping": 300.0, "inertia": 6.0}
     rows = {
-        name: {"value": value, "unit": "", "interval_95": [0.99 * value, 1.01 * value], "paper_method": value, "start": value}
+        name: {
+            "value": value,
+            "unit": "",
+            "interval_95": [0.99 * value, 1.01 * value],
+            "paper_method": value,
+            "start": value,
+        }
         for name, value in true.items()
     }
     return {"format": "trackservo-identification", "version": 1, "parameters": rows, "refused": []}
@@ -262,7 +286,9 @@ def test_gains_whose_margins_do_not_hold_are_taken_back_and_it_says_by_how_much(
     assert tunable("diff", "found/azimuth-active.toml").code == 0
 
 
-def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(tunable: Bench, eventually: Eventually) -> None:
+def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
+    tunable: Bench, eventually: Eventually
+) -> None:
     before = tunable.json("get")
     process = tunable.start(*TUNE, "--yes")
     eventually(lambda: values(tunable, GAINS)[0] != before[0]["value"], 20)

@@ -97,7 +97,13 @@ class MeasuredLoop:
 
 
 def measure_loop(
-    session: Session, device: Device, axis: str, stimulus: LoopStimulus, limits: Limits, what: str, hold_other: bool = False
+    session: Session,
+    device: Device,
+    axis: str,
+    stimulus: LoopStimulus,
+    limits: Limits,
+    what: str,
+    hold_other: bool = False,
 ) -> MeasuredLoop:
     """Moves the axis, the other one held if `hold_other`; raises MotionError when too little can be told from the noise."""
     gains = read_gains(device, AXES.index(axis))
