@@ -18,8 +18,8 @@ from .schema import Schema
 
 GAIN_TOLERANCE_DB = 1.0
 PHASE_TOLERANCE_DEG = 3.0
-"""A measured margin that is less by no more than this counts as kept. From one measurement to the next they differ by half
-a decibel and half a degree in wind; the rest is for what a design does not model, as the slope of the friction."""
+"""A measured margin that is less by no more than this counts as kept. From one measurement to the next they differ by
+half a decibel and half a degree in wind; the rest is for what a design does not model, as the slope of the friction."""
 FIRST, LAST = 0x2000, 0x205F
 """The objects that a design may look at."""
 
@@ -61,10 +61,9 @@ def design_gains(
                 raise InputError(f"{path}: sets {row['index']}:{row['sub']}, which is no gain of this device.")
             gains[parameter] = parameter.check(row["value"])
         predicted, loop = data["predicted"], data["loop_gain"]
-        return Design(
-            gains, predicted["gain_margin_db"], predicted["phase_margin_deg"], predicted, np.asarray(loop["frequency_hz"], np.float64),
-            np.asarray(loop["real"], np.float64) + 1j * np.asarray(loop["imag"], np.float64), [str(n) for n in data["notes"]],
-        )  # fmt: skip
+        frequency, real, imag = (np.asarray(loop[key], np.float64) for key in ("frequency_hz", "real", "imag"))
+        margins = predicted["gain_margin_db"], predicted["phase_margin_deg"]
+        return Design(gains, *margins, predicted, frequency, real + 1j * imag, [str(note) for note in data["notes"]])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: is no design of 'identify design': {error!r}.") from error
 

@@ -84,7 +84,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Programme:
-    """All places, in order; `limits` are those of 0x2100 for every experiment, `moving_rad_s` is for the ways between."""
+    """All places, in order; `limits` are those of 0x2100 for every experiment; between places at `moving_rad_s`."""
 
     stage: str
     duration_s: float

@@ -1,4 +1,4 @@
-"""The report of a tuning: gains before and after, margins as asked, predicted and measured, and the loops as Bode plots."""
+"""The report of a tuning: gains before and after, margins as asked, predicted and measured, and Bode plots."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .units import rounded
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Open loops: `measured` and, computed for the old gains with the measured plant, `before`; the design's prediction."""
+    """Open loops: as measured, `before` (the measured plant with the old gains, computed), as the design predicts."""
 
     frequency_hz: Real
     measured: Complex
@@ -30,8 +30,8 @@ class LoopComparison:
 
 
 def write_tune_report(
-    path: Path, axis: str, present: Mapping[Parameter, Value], changed: Mapping[Parameter, Value], loops: LoopComparison,
-    verdicts: Sequence[Verdict], remarks: Sequence[str],
+    path: Path, axis: str, present: Mapping[Parameter, Value], changed: Mapping[Parameter, Value],
+    loops: LoopComparison, verdicts: Sequence[Verdict], remarks: Sequence[str],
 ) -> None:  # fmt: skip
     """One HTML file."""
     kept = all(verdict.kept for verdict in verdicts)
@@ -57,15 +57,15 @@ def _margins(verdicts: Sequence[Verdict], loops: LoopComparison) -> Section:
     old = {"gain margin": before.gain_margin_db, "phase margin": before.phase_margin_deg}
     rows = [
         (
-            f"{v.name}, {v.unit}", _margin(old[v.name]), _margin(v.required if v.wished else None), _margin(v.predicted),
-            _margin(v.measured), f"{v.tolerance:g}", "yes" if v.kept else "no",
+            f"{v.name}, {v.unit}", _margin(old[v.name]), _margin(v.required if v.wished else None),
+            _margin(v.predicted), _margin(v.measured), f"{v.tolerance:g}", "yes" if v.kept else "no",
         )
         for v in verdicts
     ]  # fmt: skip
     columns = ("margin", "before", "wished", "predicted", "measured", "tolerance", "kept")
     text = (
-        "Before: from the plant as it was measured now and the old gains. A margin is kept when the measured one is not below the"
-        " wished one, or the predicted one where none is wished, by more than the tolerance."
+        "Before: from the plant as it was measured now and the old gains. A margin is kept when the measured one is not"
+        " below the wished one, or the predicted one where none is wished, by more than the tolerance."
     )
     bad = [position for position, verdict in enumerate(verdicts) if not verdict.kept]
     return Section("Margins", text, PageTable(columns, rows, bad))

@@ -28,9 +28,10 @@ SHORT = Path(__file__).with_name("short_identify.py")
 PROGRAMS = {"TRACKSERVO_IDENTIFY": str(SHORT), "IDENTIFY_PROGRAM": str(IDENTIFY)}
 PACE = "8"
 BORROWED = (
-    *(f"0x180{n}:{sub}" for n in (1, 2, 3) for sub in (1, 2, 3, 5)), *(f"0x1A0{n}:{sub}" for n in (1, 2, 3) for sub in (0, 1, 2)),
-    *(f"0x1016:{sub}" for sub in (1, 2, 3, 4)), *(f"0x2100:{sub}" for sub in range(4, 18)), "0x607D:1", "0x607D:2", "0x60C2:1",
-    "0x6060", "0x6860", "0x6081",
+    *(f"0x180{n}:{sub}" for n in (1, 2, 3) for sub in (1, 2, 3, 5)),
+    *(f"0x1A0{n}:{sub}" for n in (1, 2, 3) for sub in (0, 1, 2)),
+    *(f"0x1016:{sub}" for sub in (1, 2, 3, 4)), *(f"0x2100:{sub}" for sub in range(4, 18)),
+    "0x607D:1", "0x607D:2", "0x6084", "0x60A4:1", "0x60C2:1", "0x6060", "0x6860", "0x6081",
 )  # fmt: skip
 TRAVEL = ("--travel-deg", "-100", "100")
 GAINS = ("0x2000:1", "0x2000:2")
@@ -226,7 +227,7 @@ def test_without_the_program_it_says_how_to_build_it(machine: Bench) -> None:
     assert refused.code == 2 and "cmake --build --preset host --target identify" in refused.err
 
 
-# --- tune ---------------------------------------------------------------------------------------------------------------
+# --- tune -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture

@@ -103,14 +103,16 @@ def read_envelope(
     limits = drive.position_limits()
     if travel_deg is None and limits is None:
         raise InputError(
-            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in --travel-deg -150 150."
+            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in"
+            " --travel-deg -150 150."
         )
     low, high = (radians(angle) for angle in travel_deg) if travel_deg else limits or (0.0, 0.0)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise InputError("--travel-deg wants two angles in °, the lower one first.")
     if limits and (low < limits[0] or high > limits[1]):
         raise InputError(
-            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D: {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
+            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D:"
+            f" {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
         )
     if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
         raise InputError("--speed-deg-s must be above 0.")
@@ -134,8 +136,9 @@ def make_folder(folder: Path) -> Path:
 def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
     """The bounds of all that follows."""
     session.out.say(
-        f"{axis} will move between {degrees(envelope.lowest_rad):.4g}° and {degrees(envelope.highest_rad):.4g}°, at up to"
-        f" {degrees(envelope.fastest_rad_s):.4g} °/s, with up to {envelope.torque_nm:.4g} N m; the other axis is held."
+        f"{axis} will move between {degrees(envelope.lowest_rad):.4g}° and {degrees(envelope.highest_rad):.4g}°, at up"
+        f" to {degrees(envelope.fastest_rad_s):.4g} °/s, with up to {envelope.torque_nm:.4g} N m; the other axis is"
+        " held."
     )
 
 
@@ -163,8 +166,8 @@ def show_programme(session: Session, programme: Programme, title: str) -> None:
     session.out.table(columns, rows, title)
     places = ", ".join(_angle(place.angle_rad) for place in programme.places)
     session.out.say(
-        f"{title}: {programme.experiments} experiments at {places}°, {programme.duration_s:.0f} s; between these places at"
-        f" {degrees(programme.moving_rad_s):.3g} °/s."
+        f"{title}: {programme.experiments} experiments at {places}°, {programme.duration_s:.0f} s; between these"
+        f" places at {degrees(programme.moving_rad_s):.3g} °/s."
     )
 
 

@@ -28,16 +28,23 @@ from .gains import about, of_axis, read_all, store_with_backup
 from .identify import PROGRAM
 from .loop import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
 from .motion import announce, show_files
+from .parameters import as_json
 from .quantity import FREQUENCY, RATE, Quantity
 
 RATIO = Quantity("", above=0.0)
 LIMITS = Limits(radians(5.0), radians(60.0), 180.0)
 LOWEST_HZ, LINES = 1.0, 50
 WISHES = {
-    "bandwidth_hz": "speed_loop_bandwidth_hz", "damping": "speed_loop_damping", "setpoint_weight": "setpoint_weight",
-    "observer_hz": "observer_bandwidth_hz", "gain_margin_db": "least_gain_margin_db", "phase_margin_deg": "least_phase_margin_deg",
-    "torque_noise_nm": "most_torque_noise_nm", "tracking_hz": "tracking_bandwidth_hz", "position_hz": "position_bandwidth_hz",
-}  # fmt: skip
+    "bandwidth_hz": "speed_loop_bandwidth_hz",
+    "damping": "speed_loop_damping",
+    "setpoint_weight": "setpoint_weight",
+    "observer_hz": "observer_bandwidth_hz",
+    "gain_margin_db": "least_gain_margin_db",
+    "phase_margin_deg": "least_phase_margin_deg",
+    "torque_noise_nm": "most_torque_noise_nm",
+    "tracking_hz": "tracking_bandwidth_hz",
+    "position_hz": "position_bandwidth_hz",
+}
 """What the options are called in wishes.json."""
 
 
@@ -155,7 +162,8 @@ def try_out(
 def loop_gains(present: dict[Parameter, Value], measured: SpeedLoopGains) -> SpeedLoopGains:
     """The controller's gains as they were before, from the parameters that were read then."""
     places = {
-        "proportional": (0x2000, 1), "integral": (0x2000, 2), "setpoint_weight": (0x2000, 3), "feedforward_inertia": (0x2000, 5),
+        "proportional": (0x2000, 1), "integral": (0x2000, 2), "setpoint_weight": (0x2000, 3),
+        "feedforward_inertia": (0x2000, 5),
         "observer_inertia": (0x2020, 2), "observer_viscous": (0x2020, 3), "observer_bandwidth": (0x2020, 4),
         "notch_hz": (0x2040, 1), "notch_width_hz": (0x2040, 2), "notch_depth": (0x2040, 3), "lowpass_hz": (0x2040, 4),
         "lowpass_damping": (0x2040, 5), "observer_on": (0x2020, 1),
@@ -174,9 +182,12 @@ def write_page_of(
 
     sharp = measured.sharp
     comparison = LoopComparison(
-        measured.closed.frequency_hz[sharp], measured.loop[sharp], measured.loop_with(loop_gains(present, measured.gains))[sharp],
-        design.frequency_hz, design.loop,
-    )  # fmt: skip
+        measured.closed.frequency_hz[sharp],
+        measured.loop[sharp],
+        measured.loop_with(loop_gains(present, measured.gains))[sharp],
+        design.frequency_hz,
+        design.loop,
+    )
     path = folder / "tune.html"
     write_tune_report(
         path, axis, present, changed, comparison, verdicts, ["Predicted: " + predicted_text(design), *design.notes]
@@ -185,16 +196,17 @@ def write_page_of(
 
 
 def tell(
-    session: Session, axis: str, changed: dict[Parameter, Value], present: dict[Parameter, Value], measured: MeasuredLoop,
-    verdicts: list[Verdict], files: list[str],
+    session: Session, axis: str, changed: dict[Parameter, Value], present: dict[Parameter, Value],
+    measured: MeasuredLoop, verdicts: list[Verdict], files: list[str],
 ) -> int:  # fmt: skip
     """Kept or not, and why; the exit code."""
     kept = all(verdict.kept for verdict in verdicts)
     session.out.json(
         {
-            "axis": axis, "kept": kept, "margins": [asdict(verdict) for verdict in verdicts], "measured": asdict(measured.margins),
+            "axis": axis, "kept": kept, "margins": [asdict(verdict) for verdict in verdicts],
+            "measured": asdict(measured.margins),
             "bandwidth_hz": measured.bandwidth_hz,
-            "changed": [{"name": p.name, "index": p.where, "old": present[p], "new": value, "unit": p.unit} for p, value in changed.items()],
+            "changed": [as_json(p, value) | {"old": present[p]} for p, value in changed.items()],
             "lost": measured.lost, "files": files,
         }
     )  # fmt: skip
@@ -202,7 +214,8 @@ def tell(
         session.out.say(("kept: " if verdict.kept else "missed: ") + verdict.text)
     if kept:
         session.out.say(
-            f"{axis} has the new gains. 'servoctl store' makes them survive a power cut, 'servoctl undo' takes them back."
+            f"{axis} has the new gains. 'servoctl store' makes them survive a power cut, 'servoctl undo' takes them"
+            " back."
         )
     else:
         session.out.note(f"{axis} has its old gains again: " + "; ".join(v.text for v in verdicts if not v.kept) + ".")
