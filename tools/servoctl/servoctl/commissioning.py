@@ -1,4 +1,4 @@
-"""Carries a programme out on the live axis: goes from place to place, runs the experiments of 0x2100, records each tick.
+"""Carries a programme out on the live axis: from place to place, the experiments of 0x2100, each tick recorded.
 
 It decides nothing: what is done where was planned by `identify plan`. Whatever goes wrong, the experiment is aborted
 and the axis ends at rest (live.py); the objects of the set-up, mode, limits and PDO mappings are as before.
@@ -21,7 +21,7 @@ from .live import LiveAxis
 from .parameter import AXES, AXIS_SHIFT
 from .programme import FIELDS, LIMIT_FIELDS, Envelope, Experiment, Place, Programme
 from .recorder import BREAK_AWAY, Recording, TickRecorder
-from .units import POSITION_COUNTS_PER_RAD, degrees
+from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees
 
 OBJECT = 0x2100
 COMMAND, STATE, PROGRESS, KIND, COUNT, BREAK_AWAYS = 1, 2, 3, 4, 5, 19
@@ -33,6 +33,10 @@ ENDS = {
     7: "the drive stopped the axis",
 }  # fmt: skip
 """2100:2 other than runs and done."""
+RAMPS = ((0x6084, 0), (0x60A4, 1))
+"""Deceleration and jerk of the drive, in 1e-6 rad/s^2 and 1e-6 rad/s^3."""
+JERK_TIME_S = 0.02
+"""How long the drive takes at most until it brakes fully."""
 START_TIMEOUT_S = 5.0
 SETTLE_S = 0.3
 NEAR_RAD = 1e-3
@@ -103,6 +107,7 @@ class Commissioning:
 
     def run(self, programme: Programme, report: Report) -> Outcome:
         """Moves the axis; raises MotionError when the programme could not be carried out to its end."""
+        self._brake_as(programme)
         self._recorder.start()
         began_rad = self._live.drive.position()
         break_aways: list[BreakAway] = []
@@ -128,8 +133,8 @@ class Commissioning:
         here, low, high = drive.position(), self._envelope.lowest_rad, self._envelope.highest_rad
         if not low <= here <= high:
             raise MotionError(
-                f"{drive.name} is at {degrees(here):.1f}°, outside of {degrees(low):.5g}° to {degrees(high):.5g}°: move it there"
-                f" first, as in 'servoctl move {drive.name} --to {degrees((low + high) / 2):.0f}'."
+                f"{drive.name} is at {degrees(here):.1f}°, outside of {degrees(low):.5g}° to {degrees(high):.5g}°: move"
+                f" it there first, as in 'servoctl move {drive.name} --to {degrees((low + high) / 2):.0f}'."
             )
 
     def _borrow(self) -> None:
@@ -141,6 +146,15 @@ class Commissioning:
         for sub, value in ((1, self._envelope.lowest_rad), (2, self._envelope.highest_rad)):
             live.keep(0x607D, 4, sub)
             self._device.axis_write(self._axis, 0x607D, round(value * POSITION_COUNTS_PER_RAD), 4, sub)
+        for index, sub in RAMPS:
+            live.keep(index, 4, sub)
+
+    def _brake_as(self, programme: Programme) -> None:
+        """The drive stops no slower than the experiments turn: else 607D would stop them where they have room to turn."""
+        fastest = max(experiment.fields.get("acceleration_rad_s2", 0.0) for _, experiment in programme)
+        for (index, sub), least in zip(RAMPS, (fastest, fastest / JERK_TIME_S), strict=True):
+            if self._device.axis_int(self._axis, index, sub) < least * RATE_COUNTS_PER_RAD_S:
+                self._device.axis_write(self._axis, index, round(least * RATE_COUNTS_PER_RAD_S), 4, sub)
 
     def _write(self, sub: int, data: bytes) -> None:
         """Only what differs from what we wrote last."""
@@ -209,8 +223,8 @@ class Commissioning:
                     raise MotionError(f"{step} was refused, its set-up does not fit its limits: {error}") from error
                 if time.monotonic() > deadline:
                     raise MotionError(
-                        f"{step} was refused for {START_TIMEOUT_S:g} s: {AXES[self._axis]} does not come to rest, or stands at a"
-                        " position limit (607D)."
+                        f"{step} was refused for {START_TIMEOUT_S:g} s: {AXES[self._axis]} does not come to rest, or"
+                        " stands at a position limit (607D)."
                     ) from error
             time.sleep(POLL_S)
 

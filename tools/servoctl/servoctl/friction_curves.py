@@ -1,7 +1,7 @@
 """What the identified friction model says, beside what was measured: curves for the report.
 
-The equations are those of docs/identification.md: steady friction (5), LuGre (1) to (3) along a measured motion, friction level and
-load over the joint angle.
+The equations are those of docs/identification.md: steady friction (5), LuGre (1) to (3) along a measured motion,
+friction level and load over the joint angle.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def read_columns(path: Path) -> Columns:
 
 @dataclass(frozen=True)
 class Legs:
-    """Means over the later half of each way at a constant speed: mean joint rate, rad/s, and torque, N m, both signed."""
+    """Means over the later half of each way at a constant speed: joint rate, rad/s, and torque, N m, both signed."""
 
     rate_rad_s: Real
     torque_nm: Real
@@ -96,7 +96,7 @@ def over_position(identified: Identified, terms: list[dict[str, Any]], angle_rad
 
 
 def lugre_nm(identified: Identified, angle_rad: Real) -> Real | None:
-    """LuGre friction along a motion, a sample each tick, bristles relaxed at its start; None when a parameter is refused."""
+    """LuGre friction along a motion, a sample each tick, bristles relaxed at first; None if a parameter is refused."""
     values = {name: estimate.value for name, estimate in identified.estimates.items()}
     if any(value is None for value in values.values()):
         return None
@@ -125,7 +125,7 @@ class Loop:
 
 
 def mean_loop(run: Columns, identified: Identified) -> Loop | None:
-    """Of the run with the most periods; None when none was recorded. The first period, which is the way in, is left out."""
+    """Of the run with the most periods, without the first one, the way in; None when no loops were recorded."""
     best: Loop | None = None
     for number in np.unique(run["run"][run["kind"] == HYSTERESIS]):
         part = {name: column[run["run"] == number] for name, column in run.items()}
@@ -160,7 +160,7 @@ def _smooth(column: Real, ticks: int = 11) -> Real:
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Spectra of the residual and of what the noise model leaves of it, N m/sqrt(Hz), and the latter's autocorrelation."""
+    """Spectra of the residual, N m/sqrt(Hz), and of the residual whitened, and the autocorrelation of the latter."""
 
     frequency_hz: Real
     residual: Real

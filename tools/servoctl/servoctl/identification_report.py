@@ -1,4 +1,4 @@
-"""The report of an identification: parameters with their intervals, and what was measured beside what the model says."""
+"""The report of an identification: parameters with intervals, and what was measured beside what the model says."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def write_identification_report(
     notes += [f"The paper's method could only guess: {text}" for text in data["paper_method_missing"]]
     notes += [f"Run {number} misses {100 * share:.2g} % of its ticks." for number, share in outcome.incomplete_runs()]
     lead = (
-        f"{now()}, {data['recorded_s']:.0f} s in {data['runs']} runs, moves included; {outcome.recording.missing} ticks were lost on"
-        " the way. Intervals are of 95 %."
+        f"{now()}, {data['recorded_s']:.0f} s in {data['runs']} runs, moves included;"
+        f" {outcome.recording.missing} ticks were lost on the way. Intervals are of 95 %."
     )
     write_page(path, f"Identification of {axis}", lead, [section for section in sections if section], notes)
 
@@ -80,11 +80,33 @@ def _stribeck(identified: Identified, points: Legs) -> Section:
         for direction, sign in zip(DIRECTIONS, (1.0, -1.0), strict=True):
             mine = sign * points.rate_rad_s > 0
             speed, friction = np.abs(points.rate_rad_s[mine]), sign * (points.torque_nm[mine] - load)
-            axes.plot(speed, friction, "o", ms=3.5, alpha=0.6, color=COLOURS[direction], label=f"mean torque of a leg, {direction}")
+            axes.plot(
+                speed,
+                friction,
+                "o",
+                ms=3.5,
+                alpha=0.6,
+                color=COLOURS[direction],
+                label=f"mean torque of a leg, {direction}",
+            )
             low, high = (speed.min(), speed.max()) if speed.size else (1e-4, 0.3)
             grid = np.geomspace(low / 2, high, 300)
-            _curve(axes, grid, steady_friction_nm(identified, direction, grid), COLOURS[direction], "-", f"identified, {direction}")
-            _curve(axes, grid, steady_friction_nm(identified, direction, grid, paper=True), COLOURS[direction], ":", f"paper's method, {direction}")
+            _curve(
+                axes,
+                grid,
+                steady_friction_nm(identified, direction, grid),
+                COLOURS[direction],
+                "-",
+                f"identified, {direction}",
+            )
+            _curve(
+                axes,
+                grid,
+                steady_friction_nm(identified, direction, grid, paper=True),
+                COLOURS[direction],
+                ":",
+                f"paper's method, {direction}",
+            )
         axes.set_xscale("log")
         axes.set_ylim(bottom=0, top=max(1.0, 1.6 * _largest(identified)))
         axes.set_xlabel("joint speed (rad/s)")
@@ -92,8 +114,8 @@ def _stribeck(identified: Identified, points: Legs) -> Section:
         axes.legend(ncols=2, fontsize=8.5)
         picture = png_of(figure)
     text = (
-        "Each point is the mean torque of one way at constant speed, less the constant load, as the paper measures it; gusts move"
-        " single points by several N m. The curves are eq. (5)."
+        "Each point is the mean torque of one way at constant speed, less the constant load, as the paper measures it;"
+        " gusts move single points by several N m. The curves are eq. (5)."
     )
     return Section("Stribeck curve", text, picture=picture)
 
@@ -123,10 +145,12 @@ def _position(identified: Identified) -> Section:
             axes.set_xlabel("joint angle (°)")
         picture = png_of(figure)
     rows = [
-        (what, row["term"], _number(row["value"], 3), f"{_number(row['interval_95'][0], 3)} … {_number(row['interval_95'][1], 3)}")
+        (what, row["term"], _number(row["value"], 3), " … ".join(_number(end, 3) for end in row["interval_95"]))
         for what, key in (("friction level", "friction_level"), ("load, N m", "load_nm")) for row in position[key]
     ]  # fmt: skip
-    text = "Friction level: by how much the seal's eccentricity raises and lowers the friction; load: imbalance, cables."
+    text = (
+        "Friction level: by how much the seal's eccentricity raises and lowers the friction; load: imbalance, cables."
+    )
     return Section("Over the joint angle", text, PageTable(("what", "term", "value", "95 % interval"), rows), picture)
 
 
@@ -138,14 +162,20 @@ def _hysteresis(identified: Identified, run: Columns) -> Section | None:
         figure, axes = plt.subplots(figsize=(7, 4.6), layout="constrained")
         axes.plot(1e3 * loop.angle_rad, loop.measured_nm, color=CLOSED, label=f"measured, mean of {loop.periods} loops")
         if loop.model_nm is not None:
-            axes.plot(1e3 * loop.angle_rad, loop.model_nm, "--", color=MARK, label="identified model along the measured motion")
+            axes.plot(
+                1e3 * loop.angle_rad,
+                loop.model_nm,
+                "--",
+                color=MARK,
+                label="identified model along the measured motion",
+            )
         axes.set_xlabel("joint angle (mrad)")
         axes.set_ylabel("torque without its mean (N m)")
         axes.legend(loc="upper left", fontsize=8.5)
         picture = png_of(figure)
     text = (
-        "Motor torque over the angle in hysteresis loops, averaged over the periods so that wind falls out; the model is LuGre"
-        " friction plus inertia times acceleration, computed from the measured angle."
+        "Motor torque over the angle in hysteresis loops, averaged over the periods so that wind falls out; the model"
+        " is LuGre friction plus inertia times acceleration, computed from the measured angle."
     )
     return Section("Hysteresis loop", text, picture=picture)
 
@@ -156,10 +186,14 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
         return None
     every = max(1, len(left["time_s"]) // MOST_POINTS)
     with plt.rc_context(STYLE):
-        figure, grid = plt.subplot_mosaic([["time", "time"], ["spectrum", "white"]], figsize=(9, 6.4), layout="constrained")
+        figure, grid = plt.subplot_mosaic(
+            [["time", "time"], ["spectrum", "white"]], figsize=(9, 6.4), layout="constrained"
+        )
         grid["time"].plot(left["time_s"][::every], left["residual_nm"][::every], ".", ms=2, color=DEMAND)
         grid["time"].set(xlabel="time (s)", ylabel="residual (N m)")
-        grid["spectrum"].loglog(found.frequency_hz, found.residual, color=DEMAND, label="residual: wind, noise (N m/√Hz)")
+        grid["spectrum"].loglog(
+            found.frequency_hz, found.residual, color=DEMAND, label="residual: wind, noise (N m/√Hz)"
+        )
         grid["spectrum"].loglog(found.frequency_hz, found.whitened, color=OPEN, label="whitened (1/√Hz)")
         grid["spectrum"].set(xlabel="frequency (Hz)", ylabel="spectral density")
         grid["spectrum"].legend(fontsize=8.5)
@@ -171,8 +205,9 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
         picture = png_of(figure)
     beyond = int(np.count_nonzero(np.abs(found.correlation) > found.bound))
     text = (
-        "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: its spectrum is then"
-        f" flat and its autocorrelation within the dashed bounds ({beyond} of {len(found.correlation)} lags are beyond; 5 % is chance)."
+        "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: its"
+        f" spectrum is then flat and its autocorrelation within the dashed bounds ({beyond} of {len(found.correlation)} lags are"
+        " beyond; 5 % is chance)."
     )
     return Section("Residuals", text, picture=picture)
 
@@ -184,21 +219,22 @@ def _break_aways(outcome: Outcome) -> Section | None:
         (f"{degrees(b.angle_rad):.1f}", b.direction, str(b.count), _number(b.mean_nm, 4), _number(b.deviation_nm, 3))
         for b in outcome.break_aways
     ]
-    text = "Motor torque at which the axis began to slide, as the device found it; load and wind are in it, so the directions differ."
+    text = "Motor torque at which the axis began to slide, as the device found it, with load and wind in it."
     columns = ("at °", "direction", "break-aways", "mean, N m", "standard deviation, N m")
     return Section("Break-away", text, PageTable(columns, rows))
 
 
 def _checks(data: dict[str, Any]) -> Section:
-    checks, noise = data["checks"], data["noise"]
+    checks, noise, gyro = data["checks"], data["noise"], data["checks"]["gyro"]
+    ratios = f"{checks['damping_ratio']:.3g}; the paper assumes {checks['damping_ratio_of_the_paper']:.3g}"
+    residual, white = _number(noise["residual_rms_nm"], 3), _number(noise["innovation_nm"], 3)
+    told = f"scale error {gyro['scale_error']:.2g}, delay {1e3 * gyro['delay_s']:.2g} ms"
     rows = [
-        ("damping ratio in pre-sliding", f"{checks['damping_ratio']:.3g}; the paper assumes {checks['damping_ratio_of_the_paper']:.3g}"),
+        ("damping ratio in pre-sliding", ratios),
         ("σ1 by eq. (15)", f"{_number(checks['damping_by_eq_15_nm_s_rad'])} N m s/rad"),
-        ("residual, rms", f"{_number(noise['residual_rms_nm'], 3)} N m; {_number(noise['innovation_nm'], 3)} N m when whitened"),
+        ("residual, rms", f"{residual} N m; {white} N m when whitened"),
         ("torque to motion delay", f"{1e3 * checks['delay_s']:.3g} ms"),
-        ("gyro", f"scale error {checks['gyro']['scale_error']:.2g}, delay {1e3 * checks['gyro']['delay_s']:.2g} ms" if checks["gyro"]["used"] else "not used"),
+        ("gyro", told if gyro["used"] else "not used"),
         ("converged", "yes" if checks["converged"] else "no"),
     ]  # fmt: skip
     return Section("Checks", table=PageTable(("what", "found"), rows))
-
-

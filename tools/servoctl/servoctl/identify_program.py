@@ -54,11 +54,12 @@ class IdentifyProgram:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def plan(self, envelope: Envelope, plan: Path, identified: Path | None = None) -> Programme:
+    def plan(self, envelope: Envelope, start_rad: float, plan: Path, identified: Path | None = None) -> Programme:
         """First look, or with what it has found the whole programme; written to `plan` and checked."""
         words = [
             "plan", "--lowest-rad", f"{envelope.lowest_rad!r}", "--highest-rad", f"{envelope.highest_rad!r}",
             "--torque-nm", f"{envelope.torque_nm!r}", "--fastest-rad-s", f"{envelope.fastest_rad_s!r}",
+            "--start-rad", f"{start_rad!r}",
         ]  # fmt: skip
         if identified is not None:
             words += ["--identified", str(identified)]

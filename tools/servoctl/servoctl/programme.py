@@ -84,7 +84,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Programme:
-    """All places, in order; `limits` are those of 0x2100 for every experiment, `moving_rad_s` is for the ways between."""
+    """All places, in order; `limits` are those of 0x2100 for every experiment; between places at `moving_rad_s`."""
 
     stage: str
     duration_s: float
@@ -108,7 +108,9 @@ class Programme:
             ("a torque limit of", self.limits["torque_nm"], envelope.torque_nm, "N m"),
         ):
             if not value <= most * _SLACK:
-                raise InputError(f"{source}: plans {what} {value:.4g} {unit}, more than {most:.4g} {unit} is not allowed.")
+                raise InputError(
+                    f"{source}: plans {what} {value:.4g} {unit}, more than {most:.4g} {unit} is not allowed."
+                )
         for place in self.places:
             if not envelope.lowest_rad <= place.angle_rad <= envelope.highest_rad:
                 raise InputError(

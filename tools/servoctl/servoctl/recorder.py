@@ -148,6 +148,11 @@ class TickRecorder:
 
     def __enter__(self) -> TickRecorder:
         network = self.device.network
+        if self.device.try_upload(_OBJECT + self._shift, 1) is None:
+            raise MotionError(
+                f"node {self.device.node_id} cannot record ticks (it has no {_OBJECT + self._shift:04X}): its firmware"
+                " is too old."
+            )
         self._turn.enter_context(
             self.device.turns.alone("stream", "another servoctl is measuring at this node: wait until it is done.")
         )

@@ -61,5 +61,6 @@ class TrialGains:
                     Tuning(self._device, self._command, undoes=self._undoes).write(differing)
         except ServoctlError as failed:
             raise NotVerified(
-                f"the old gains could not be put back, the new ones may be in force: {failed} 'servoctl undo' takes them back."
+                f"the old gains could not be put back, the new ones may be in force: {failed} 'servoctl undo' takes"
+                " them back."
             ) from failed

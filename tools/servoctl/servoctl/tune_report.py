@@ -1,4 +1,4 @@
-"""The report of a tuning: gains before and after, margins as asked, predicted and measured, and the loops as Bode plots."""
+"""The report of a tuning: gains before and after, margins as asked, predicted and measured, and Bode plots."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .journal import now
 from .page import PageTable, Section, write_page
 from .parameter import Parameter, Value
 from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
-from .units import number
+from .units import rounded
 
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Open loops: `measured` and, computed for the old gains with the measured plant, `before`; the design's prediction."""
+    """Open loops: as measured, `before` (the measured plant with the old gains, computed), as the design predicts."""
 
     frequency_hz: Real
     measured: Complex
@@ -30,18 +30,24 @@ class LoopComparison:
 
 
 def write_tune_report(
-    path: Path, axis: str, present: Mapping[Parameter, Value], changed: Mapping[Parameter, Value], loops: LoopComparison,
-    verdicts: Sequence[Verdict], remarks: Sequence[str],
+    path: Path, axis: str, present: Mapping[Parameter, Value], changed: Mapping[Parameter, Value],
+    loops: LoopComparison, verdicts: Sequence[Verdict], remarks: Sequence[str],
 ) -> None:  # fmt: skip
     """One HTML file."""
     kept = all(verdict.kept for verdict in verdicts)
-    rows = [(p.name, p.where, number(present[p]), number(value), p.unit) for p, value in changed.items()]
+    rows = [(p.name, p.where, rounded(present[p]), rounded(value), p.unit) for p, value in changed.items()]
     sections = [
-        Section("Gains", " ".join(f"{text.rstrip('.')}." for text in remarks), PageTable(("gain", "object", "before", "after", "unit"), rows)),
+        Section(
+            "Gains",
+            " ".join(f"{text.rstrip('.')}." for text in remarks),
+            PageTable(("gain", "object", "before", "after", "unit"), rows),
+        ),
         _margins(verdicts, loops),
         _bode(loops),
     ]
-    notes = [] if kept else ["The old gains are in force again: " + "; ".join(v.text for v in verdicts if not v.kept) + "."]
+    notes = (
+        [] if kept else ["The old gains are in force again: " + "; ".join(v.text for v in verdicts if not v.kept) + "."]
+    )
     state = "The new gains were kept." if kept else "The new gains were tried and taken back."
     write_page(path, f"Tuning of {axis}", f"{now()}. {state}", sections, notes)
 
@@ -51,15 +57,15 @@ def _margins(verdicts: Sequence[Verdict], loops: LoopComparison) -> Section:
     old = {"gain margin": before.gain_margin_db, "phase margin": before.phase_margin_deg}
     rows = [
         (
-            f"{v.name}, {v.unit}", _margin(old[v.name]), _margin(v.required if v.wished else None), _margin(v.predicted),
-            _margin(v.measured), f"{v.tolerance:g}", "yes" if v.kept else "no",
+            f"{v.name}, {v.unit}", _margin(old[v.name]), _margin(v.required if v.wished else None),
+            _margin(v.predicted), _margin(v.measured), f"{v.tolerance:g}", "yes" if v.kept else "no",
         )
         for v in verdicts
     ]  # fmt: skip
     columns = ("margin", "before", "wished", "predicted", "measured", "tolerance", "kept")
     text = (
-        "Before: from the plant as it was measured now and the old gains. A margin is kept when the measured one is not below the"
-        " wished one, or the predicted one where none is wished, by more than the tolerance."
+        "Before: from the plant as it was measured now and the old gains. A margin is kept when the measured one is not"
+        " below the wished one, or the predicted one where none is wished, by more than the tolerance."
     )
     bad = [position for position, verdict in enumerate(verdicts) if not verdict.kept]
     return Section("Margins", text, PageTable(columns, rows, bad))
@@ -83,7 +89,9 @@ def _bode(loops: LoopComparison) -> Section:
                 continue
             magnitude = 20 * np.log10(np.abs(loop))
             gain.semilogx(frequency, magnitude, style, ms=3, color=colour, label=label)
-            phase.semilogx(frequency, branch(np.degrees(np.unwrap(np.angle(loop))), magnitude), style, ms=3, color=colour)
+            phase.semilogx(
+                frequency, branch(np.degrees(np.unwrap(np.angle(loop))), magnitude), style, ms=3, color=colour
+            )
         gain.axhline(0, color=MARK, lw=0.9)
         phase.axhline(-180, color=MARK, lw=0.9)
         gain.set_ylabel("open loop (dB)")

@@ -67,6 +67,11 @@ def radians(value_deg: float) -> float:
     return value_deg * _DEGREE
 
 
+def rounded(value: float | int | bool | str | bytes | None) -> str:
+    """A value for comparing at a glance: six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else number(value)
+
+
 def number(value: float | int | bool | str | bytes | None) -> str:
     """A value as it is printed: the shortest text that is this float32, integers as they are."""
     if value is None:

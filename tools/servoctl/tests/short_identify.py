@@ -41,9 +41,13 @@ def plan(arguments: list[str]) -> None:
     fastest_rad_s = float(arguments[arguments.index("--fastest-rad-s") + 1])
     fault = os.environ.get("SHORT_FAULT", "")
     angles = [float(word) for word in os.environ.get("SHORT_PLACES", "-0.4 0.3").split()]
-    places: list[dict[str, Any]] = [{"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": programme(identified)}
-              for angle in (angles if identified else angles[:1])]  # fmt: skip
-    duration = sum(experiment["duration_s"] for place in places for experiment in place["experiments"]) + 4 * len(places)
+    places: list[dict[str, Any]] = [
+        {"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": programme(identified)}
+        for angle in (angles if identified else angles[:1])
+    ]
+    duration = sum(experiment["duration_s"] for place in places for experiment in place["experiments"]) + 4 * len(
+        places
+    )
     rate = 0.005 if fault == "too fast" else fastest_rad_s
     data = {"format": "trackservo-programme", "version": 1, "stage": "identification" if identified else "first_look",
             "duration_s": duration, "moving_rad_s": 0.26,
@@ -69,7 +73,8 @@ def design(arguments: list[str]) -> None:
     data = {"format": "trackservo-design", "version": 1, "parameters": rows, "notes": ["made up by a test"],
             "predicted": {"gain_margin_db": gain_margin_db, "phase_margin_deg": phase_margin_deg, "crossover_hz": 50.0,
                           "bandwidth_hz": 30.0, "torque_noise_nm": 0.1},
-            "loop_gain": {"frequency_hz": frequency, "real": [0.0] * 3, "imag": [-50.0 / f for f in frequency]}}  # fmt: skip
+            "loop_gain": {"frequency_hz": frequency, "real": [0.0] * 3,
+                          "imag": [-50.0 / f for f in frequency]}}  # fmt: skip
     Path(arguments[arguments.index("--json") + 1]).write_text(json.dumps(data))
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections import Counter
+import tempfile
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -20,7 +21,7 @@ from ..gains_file import write_gains
 from ..identified import Identified, read_identified
 from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
 from ..parameter import AXES
-from ..programme import Envelope, Experiment, Programme
+from ..programme import Envelope, Experiment, Place, Programme
 from ..session import Session, common
 from ..units import degrees, radians
 from .gains import about
@@ -59,14 +60,17 @@ def identify(
     """
     identifier = IdentifyProgram(find_identify(program))
     out = folder or new_path(Path(), "identify", axis)
-    with session.connect() as device:
+    with session.connect() as device, ExitStack() as stack:
         envelope = read_envelope(device, AXES.index(axis), travel_deg, speed_deg_s)
-        make_folder(out)
-        first = identifier.plan(envelope, out / "first_look_plan.json")
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
+        drive = Drive(device, AXES.index(axis))
+        first = identifier.plan(envelope, drive.position(), work / "first_look_plan.json")
         show_envelope(session, axis, envelope)
         show_programme(session, first, "first look")
         if not quick:
-            session.out.say("Then a programme that is sized by what the first look finds; its table comes before it moves.")
+            session.out.say(
+                "Then a programme that is sized by what the first look finds; its table comes before it moves."
+            )
         if dry_run:
             session.out.json({"dry_run": True, "axis": axis, "envelope": asdict(envelope), "plan": as_json(first)})
             session.out.say("dry run: nothing has moved.")
@@ -77,7 +81,7 @@ def identify(
             outcome = carry_out(session, machine, first, out / "first_look.csv")
             if not quick:
                 fit(session, identifier, out / "first_look.csv", out / "first_look.json")
-                programme = identifier.plan(envelope, out / "plan.json", out / "first_look.json")
+                programme = identifier.plan(envelope, drive.position(), out / "plan.json", out / "first_look.json")
                 show_programme(session, programme, "programme")
                 outcome = carry_out(session, machine, programme, recording)
         if not outcome.other_held:
@@ -99,14 +103,16 @@ def read_envelope(
     limits = drive.position_limits()
     if travel_deg is None and limits is None:
         raise InputError(
-            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in --travel-deg -150 150."
+            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in"
+            " --travel-deg -150 150."
         )
     low, high = (radians(angle) for angle in travel_deg) if travel_deg else limits or (0.0, 0.0)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise InputError("--travel-deg wants two angles in °, the lower one first.")
     if limits and (low < limits[0] or high > limits[1]):
         raise InputError(
-            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D: {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
+            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D:"
+            f" {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
         )
     if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
         raise InputError("--speed-deg-s must be above 0.")
@@ -118,41 +124,62 @@ def read_envelope(
     return Envelope(low, high, drive.torque_limit(), fastest)
 
 
-def make_folder(folder: Path) -> None:
-    """Raises InputError."""
+def make_folder(folder: Path) -> Path:
+    """The folder, which is there afterwards; raises InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}.") from error
+    return folder
 
 
 def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
     """The bounds of all that follows."""
     session.out.say(
-        f"{axis} will move between {degrees(envelope.lowest_rad):.4g}° and {degrees(envelope.highest_rad):.4g}°, at up to"
-        f" {degrees(envelope.fastest_rad_s):.4g} °/s, with up to {envelope.torque_nm:.4g} N m; the other axis is held."
+        f"{axis} will move between {degrees(envelope.lowest_rad):.4g}° and {degrees(envelope.highest_rad):.4g}°, at up"
+        f" to {degrees(envelope.fastest_rad_s):.4g} °/s, with up to {envelope.torque_nm:.4g} N m; the other axis is"
+        " held."
     )
 
 
 def show_programme(session: Session, programme: Programme, title: str) -> None:
-    """What moves where, how far, how fast, with what torque, how long; like experiments of a place in one row."""
+    """What moves where, how far, how fast, with what torque, how long; a row for each kind of experiment."""
+    alike: dict[str, list[tuple[Place, Experiment]]] = {}
+    for place, experiment in programme:
+        alike.setdefault(json.dumps([experiment.kind, experiment.fields], sort_keys=True), []).append(
+            (place, experiment)
+        )
     rows = []
-    for place in programme.places:
-        alike = Counter(_key(experiment) for experiment in place.experiments)
-        for experiment in {_key(e): e for e in place.experiments}.values():
-            times, total_s = alike[_key(experiment)], alike[_key(experiment)] * experiment.duration_s
-            rows.append((f"{degrees(place.angle_rad):.1f}", experiment.name, str(times), *_extent(experiment, programme), f"{total_s:.0f}"))
-    columns = [("at °", "right"), "experiment", ("times", "right"), ("to each side °", "right"), ("up to °/s", "right"),
+    for group in alike.values():
+        experiment, duration_s = group[0][1], sum(each.duration_s for _, each in group)
+        rows.append(
+            (
+                experiment.name,
+                str(len(group)),
+                _where(group, programme),
+                *_extent(experiment, programme),
+                f"{duration_s:.0f}",
+            )
+        )
+    columns = ["experiment", ("times", "right"), ("at °", "right"), ("to each side °", "right"), ("up to °/s", "right"),
                ("up to N m", "right"), ("s", "right")]  # fmt: skip
     session.out.table(columns, rows, title)
+    places = ", ".join(_angle(place.angle_rad) for place in programme.places)
     session.out.say(
-        f"{title}: {programme.experiments} experiments at {len(programme.places)} places,"
-        f" {programme.duration_s:.0f} s; between the places at {degrees(programme.moving_rad_s):.3g} °/s."
+        f"{title}: {programme.experiments} experiments at {places}°, {programme.duration_s:.0f} s; between these"
+        f" places at {degrees(programme.moving_rad_s):.3g} °/s."
     )
 
 
-def _key(experiment: Experiment) -> str:
-    return json.dumps([experiment.kind, experiment.fields], sort_keys=True)
+def _where(group: list[tuple[Place, Experiment]], programme: Programme) -> str:
+    """The angles, or that it is done at all places."""
+    angles = {place.angle_rad: None for place, _ in group}
+    return "all" if len(angles) == len(programme.places) else ", ".join(_angle(angle) for angle in angles)
+
+
+def _angle(angle_rad: float) -> str:
+    """In °, without a minus before 0."""
+    return f"{round(degrees(angle_rad), 1) + 0.0:.1f}"
 
 
 def _extent(experiment: Experiment, programme: Programme) -> tuple[str, str, str]:
@@ -194,7 +221,9 @@ def carry_out(session: Session, machine: Commissioning, programme: Programme, pa
         outcome = machine.run(programme, report)
     outcome.recording.write(path)
     for run, share in outcome.incomplete_runs():
-        session.out.note(f"run {run} in {path} misses {100 * share:.2g} % of its ticks: the bus or this computer is too busy.")
+        session.out.note(
+            f"run {run} in {path} misses {100 * share:.2g} % of its ticks: the bus or this computer is too busy."
+        )
     return outcome
 
 
@@ -215,9 +244,7 @@ def write_report(folder: Path, axis: str, identified: Identified, recording: Pat
     return path
 
 
-def tell(
-    session: Session, axis: str, folder: Path, identified: Identified, outcome: Outcome, page: Path
-) -> int:
+def tell(session: Session, axis: str, folder: Path, identified: Identified, outcome: Outcome, page: Path) -> int:
     """The result as a table, what was refused, where all is; the exit code."""
     files = [str(page), str(folder / "result.json"), str(folder / f"{axis}-identified.toml")]
     session.out.json(
@@ -233,7 +260,9 @@ def tell(
         percent = f"±{estimate.percent:.1f}" if estimate.percent is not None else "–"
         paper = f"{estimate.paper:.5g}" if estimate.paper is not None else "–"
         rows.append((estimate.title, value, percent, paper, estimate.unit))
-    session.out.table(["parameter", ("value", "right"), ("95 % interval, %", "right"), ("paper's method", "right"), "unit"], rows)
+    session.out.table(
+        ["parameter", ("value", "right"), ("95 % interval, %", "right"), ("paper's method", "right"), "unit"], rows
+    )
     for _, message in identified.refused:
         session.out.note(f"refused: {message}")
     session.out.say("saved: " + ", ".join(files))

@@ -58,8 +58,9 @@ class LoopStimulus:
         forward, backward = span(rates, TICK_S)
         frequencies = self.sine.frequency_hz
         text = (
-            f"{degrees(self.bias_rad_s):.3g} °/s with {len(frequencies)} sines of {frequencies[0]:.3g} to {frequencies[-1]:.3g} Hz,"
-            f" peak {degrees(self.amplitude_rad_s):.3g} °/s, {self.periods} × {self.sine.period_s:g} s"
+            f"{degrees(self.bias_rad_s):.3g} °/s with {len(frequencies)} sines of {frequencies[0]:.3g} to"
+            f" {frequencies[-1]:.3g} Hz, peak {degrees(self.amplitude_rad_s):.3g} °/s,"
+            f" {self.periods} × {self.sine.period_s:g} s"
         )
         return Plan(axis, text, float(np.max(np.abs(rates))), forward, backward, len(rates) * TICK_S)
 
@@ -97,9 +98,15 @@ class MeasuredLoop:
 
 
 def measure_loop(
-    session: Session, device: Device, axis: str, stimulus: LoopStimulus, limits: Limits, what: str, hold_other: bool = False
+    session: Session,
+    device: Device,
+    axis: str,
+    stimulus: LoopStimulus,
+    limits: Limits,
+    what: str,
+    hold_other: bool = False,
 ) -> MeasuredLoop:
-    """Moves the axis, the other one held if `hold_other`; raises MotionError when too little can be told from the noise."""
+    """Moves the axis, the other one held if `hold_other`; raises MotionError when noise hides too much."""
     gains = read_gains(device, AXES.index(axis))
     interpolation_ms = round(SETPOINT_PERIOD_S / TICK_S)
     demand, answer, lost = run_rates(
@@ -111,7 +118,8 @@ def measure_loop(
     good = np.asarray(closed.coherence >= GOOD_COHERENCE)
     if np.count_nonzero(good) < LEAST_LINES:
         raise MotionError(
-            f"the coherence is below {GOOD_COHERENCE} nearly everywhere: the answer is noise. More --amplitude or --periods help."
+            f"the coherence is below {GOOD_COHERENCE} nearly everywhere: the answer is noise. More --amplitude or"
+            " --periods help."
         )
     sharp = open_loop_is_sharp(closed, loop)
     if np.count_nonzero(sharp) < LEAST_LINES:

@@ -23,21 +23,28 @@ from ..parameter import AXES, Parameter, Value
 from ..session import Session, common
 from ..trial_gains import TrialGains
 from ..tuning import Tuning
-from ..units import number, radians
+from ..units import radians, rounded
 from .gains import about, of_axis, read_all, store_with_backup
 from .identify import PROGRAM
 from .loop import LoopStimulus, MeasuredLoop, loop_stimulus, measure_loop
 from .motion import announce, show_files
+from .parameters import as_json
 from .quantity import FREQUENCY, RATE, Quantity
 
 RATIO = Quantity("", above=0.0)
 LIMITS = Limits(radians(5.0), radians(60.0), 180.0)
 LOWEST_HZ, LINES = 1.0, 50
 WISHES = {
-    "bandwidth_hz": "speed_loop_bandwidth_hz", "damping": "speed_loop_damping", "setpoint_weight": "setpoint_weight",
-    "observer_hz": "observer_bandwidth_hz", "gain_margin_db": "least_gain_margin_db", "phase_margin_deg": "least_phase_margin_deg",
-    "torque_noise_nm": "most_torque_noise_nm", "tracking_hz": "tracking_bandwidth_hz", "position_hz": "position_bandwidth_hz",
-}  # fmt: skip
+    "bandwidth_hz": "speed_loop_bandwidth_hz",
+    "damping": "speed_loop_damping",
+    "setpoint_weight": "setpoint_weight",
+    "observer_hz": "observer_bandwidth_hz",
+    "gain_margin_db": "least_gain_margin_db",
+    "phase_margin_deg": "least_phase_margin_deg",
+    "torque_noise_nm": "most_torque_noise_nm",
+    "tracking_hz": "tracking_bandwidth_hz",
+    "position_hz": "position_bandwidth_hz",
+}
 """What the options are called in wishes.json."""
 
 
@@ -53,13 +60,19 @@ WISHES = {
 @click.option("--observer-hz", type=FREQUENCY, help="Bandwidth of the disturbance observer.")
 @click.option("--gain-margin-db", type=Quantity("dB", above=0.0), help="Least gain margin.")
 @click.option("--phase-margin-deg", type=Quantity("deg", above=0.0), help="Least phase margin.")
-@click.option("--torque-noise-nm", type=Quantity("N m", above=0.0), help="Most torque from sensor noise, rms at standstill.")
+@click.option(
+    "--torque-noise-nm", type=Quantity("N m", above=0.0), help="Most torque from sensor noise, rms at standstill."
+)
 @click.option("--tracking-hz", type=FREQUENCY, help="Bandwidth of the tracking loop.")
 @click.option("--position-hz", type=FREQUENCY, help="Bandwidth of the position loop.")
 @click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s) while the loop is measured.")
-@click.option("--amplitude", type=RATE, default="0.6", show_default=True, help="Peak of the multisine (°/s), below the bias.")
+@click.option(
+    "--amplitude", type=RATE, default="0.6", show_default=True, help="Peak of the multisine (°/s), below the bias."
+)
 @click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest frequency measured (Hz).")
-@click.option("--periods", type=click.IntRange(2, 100), default=5, show_default=True, help="Periods measured, 4 s each.")
+@click.option(
+    "--periods", type=click.IntRange(2, 100), default=5, show_default=True, help="Periods measured, 4 s each."
+)
 @PROGRAM
 @click.option("--store", is_flag=True, help="Store the gains on the device if they are kept.")
 @click.option("--dry-run", is_flag=True, help="Show the design; change nothing, move nothing.")
@@ -108,7 +121,9 @@ def show_design(
     session: Session, design: Design, present: dict[Parameter, Value], changed: dict[Parameter, Value]
 ) -> None:
     """Before and after, the predicted margins, and what the design has to say."""
-    rows = [(p.where, p.name, number(present[p]), number(value), p.unit) for p, value in changed.items()]
+    rows = [
+        (p.where, p.name.split(".", 1)[1], rounded(present[p]), rounded(value), p.unit) for p, value in changed.items()
+    ]
     session.out.table(["index", "name", ("before", "right"), ("after", "right"), "unit"], rows)
     session.out.say("predicted: " + predicted_text(design))
     for note in design.notes:
@@ -119,7 +134,11 @@ def predicted_text(design: Design) -> str:
     """The numbers of "predicted" in one line."""
     units = {"_db": "dB", "_deg": "°", "_hz": "Hz", "_nm": "N m"}
     parts = []
-    for name, value in design.predicted.items():
+    flat = [(name, value) for name, value in design.predicted.items() if not isinstance(value, dict)]
+    for group, rows in design.predicted.items():
+        if isinstance(rows, dict):
+            flat += [(f"{group} {name}", value) for name, value in rows.items()]
+    for name, value in flat:
         ending = next((e for e in units if name.endswith(e)), "")
         if isinstance(value, int | float):
             parts.append(f"{name.removesuffix(ending).replace('_', ' ')} {value:.3g} {units.get(ending, '')}".rstrip())
@@ -143,7 +162,8 @@ def try_out(
 def loop_gains(present: dict[Parameter, Value], measured: SpeedLoopGains) -> SpeedLoopGains:
     """The controller's gains as they were before, from the parameters that were read then."""
     places = {
-        "proportional": (0x2000, 1), "integral": (0x2000, 2), "setpoint_weight": (0x2000, 3), "feedforward_inertia": (0x2000, 5),
+        "proportional": (0x2000, 1), "integral": (0x2000, 2), "setpoint_weight": (0x2000, 3),
+        "feedforward_inertia": (0x2000, 5),
         "observer_inertia": (0x2020, 2), "observer_viscous": (0x2020, 3), "observer_bandwidth": (0x2020, 4),
         "notch_hz": (0x2040, 1), "notch_width_hz": (0x2040, 2), "notch_depth": (0x2040, 3), "lowpass_hz": (0x2040, 4),
         "lowpass_damping": (0x2040, 5), "observer_on": (0x2020, 1),
@@ -162,32 +182,41 @@ def write_page_of(
 
     sharp = measured.sharp
     comparison = LoopComparison(
-        measured.closed.frequency_hz[sharp], measured.loop[sharp], measured.loop_with(loop_gains(present, measured.gains))[sharp],
-        design.frequency_hz, design.loop,
-    )  # fmt: skip
+        measured.closed.frequency_hz[sharp],
+        measured.loop[sharp],
+        measured.loop_with(loop_gains(present, measured.gains))[sharp],
+        design.frequency_hz,
+        design.loop,
+    )
     path = folder / "tune.html"
-    write_tune_report(path, axis, present, changed, comparison, verdicts, [predicted_text(design), *design.notes])
+    write_tune_report(
+        path, axis, present, changed, comparison, verdicts, ["Predicted: " + predicted_text(design), *design.notes]
+    )
     return path
 
 
 def tell(
-    session: Session, axis: str, changed: dict[Parameter, Value], present: dict[Parameter, Value], measured: MeasuredLoop,
-    verdicts: list[Verdict], files: list[str],
+    session: Session, axis: str, changed: dict[Parameter, Value], present: dict[Parameter, Value],
+    measured: MeasuredLoop, verdicts: list[Verdict], files: list[str],
 ) -> int:  # fmt: skip
     """Kept or not, and why; the exit code."""
     kept = all(verdict.kept for verdict in verdicts)
     session.out.json(
         {
-            "axis": axis, "kept": kept, "margins": [asdict(verdict) for verdict in verdicts], "measured": asdict(measured.margins),
+            "axis": axis, "kept": kept, "margins": [asdict(verdict) for verdict in verdicts],
+            "measured": asdict(measured.margins),
             "bandwidth_hz": measured.bandwidth_hz,
-            "changed": [{"name": p.name, "index": p.where, "old": present[p], "new": value, "unit": p.unit} for p, value in changed.items()],
+            "changed": [as_json(p, value) | {"old": present[p]} for p, value in changed.items()],
             "lost": measured.lost, "files": files,
         }
     )  # fmt: skip
     for verdict in verdicts:
         session.out.say(("kept: " if verdict.kept else "missed: ") + verdict.text)
     if kept:
-        session.out.say(f"{axis} has the new gains. 'servoctl store' makes them survive a power cut, 'servoctl undo' takes them back.")
+        session.out.say(
+            f"{axis} has the new gains. 'servoctl store' makes them survive a power cut, 'servoctl undo' takes them"
+            " back."
+        )
     else:
         session.out.note(f"{axis} has its old gains again: " + "; ".join(v.text for v in verdicts if not v.kept) + ".")
     show_files(session, files, measured.lost)
