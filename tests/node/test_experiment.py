@@ -62,7 +62,7 @@ def test_a_sweep_runs_to_its_end_and_leaves_the_axis_at_rest(experiment, azimuth
 
 def test_the_duration_is_told_before_anything_moves(experiment):
     experiment.set_up(QUICK_SWEEP)
-    assert experiment.record[DURATION].raw == pytest.approx(3 * 2 * (0.2 + 2 * 0.02 / 0.5), rel=1e-4)
+    assert experiment.record[DURATION].raw == pytest.approx(sum(2 * (0.2 + 2 * speed / 0.5) for speed in (0.005, 0.01, 0.02)), rel=1e-4)
 
 
 def test_it_starts_only_in_operation_at_rest_and_without_a_mode(experiment, azimuth):
