@@ -46,7 +46,7 @@ def changed(folder: Path, tmp_path: Path) -> Callable[[Change], Path]:
     """Gives a copy of the sample folder whose results.json went through a change."""
 
     def make(change: Change) -> Path:
-        for name in ("runs", "margins"):
+        for name in ("runs", "margins", "identification"):
             (tmp_path / name).symlink_to(folder / name)
         data = json.loads((folder / "results.json").read_text(encoding="utf-8"))
         change(data)

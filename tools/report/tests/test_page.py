@@ -18,7 +18,7 @@ from trackservo_report.sections import ablation_figures, friction_figures, paper
 
 FIGURES = [
     "fig7", "fig9", "fig11", "fig12", "fig14", "table2", "table2-curves", "fig16", "ablation", "shares", "frictions",
-    "bode", "nyquist", "noise",
+    "bode", "nyquist", "noise", "confidence", "stribeck", "friction-map", "whitened",
 ]  # fmt: skip
 
 
@@ -102,7 +102,10 @@ def test_every_figure_is_present_with_data_and_axis_titles(key: str, outline: Ou
         assert any(titles) and all("(" in text or text in TITLES_WITHOUT_UNIT for text in titles if text)
 
 
-TITLES_WITHOUT_UNIT = {"case", "commanded speed", "real part", "imaginary part"}
+TITLES_WITHOUT_UNIT = {
+    "case", "commanded speed", "real part", "imaginary part", "identified / true", "friction / mean friction",
+    "residual / deviation",
+}  # fmt: skip
 
 
 def test_every_result_is_in_the_page_exactly(outline: Outline, document: dict[str, Any]) -> None:
@@ -124,6 +127,15 @@ def test_margins_are_in_the_page(outline: Outline, document: dict[str, Any]) -> 
     for margin in document["margins"]:
         for name in ("gain_margin_db", "phase_margin_deg", "measured_gain_margin_db", "measured_phase_margin_deg"):
             assert margin[name] is None or margin[name] in shown
+
+
+def test_identified_parameters_stand_beside_the_true_ones(page: str, document: dict[str, Any]) -> None:
+    table = re.search(r'<table id="identified-table">.*?</table>', page, re.S)
+    assert table is not None
+    rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(<td.*?)</tr>", table.group(), re.S)]
+    assert len(rows) == sum(len(axis["parameters"]) for axis in document["identified"])
+    assert rows[0] == ["Tc, forward", "Nm", "10.0", "10.1", "+1.00 %", "9.70 … 10.5", "20.0"]
+    assert table.group().count('class="no"') == len(document["identified"])  # the inertia's interval misses
 
 
 def test_every_assumption_is_listed_and_escaped(page: str, document: dict[str, Any]) -> None:

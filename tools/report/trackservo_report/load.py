@@ -106,6 +106,33 @@ class Margin:
 
 
 @dataclass(frozen=True)
+class IdentifiedParameter:
+    """A parameter of an axis in `unit`: the plant's, the identified one with its 95 % interval, the paper's method's."""
+
+    name: str
+    unit: str
+    true: float
+    identified: float
+    low: float
+    high: float
+    paper_method: float | None
+
+
+@dataclass(frozen=True)
+class IdentifiedAxis:
+    """What identification found of an axis; `folder` holds result.json and residuals.csv, relative to the results."""
+
+    plant: str
+    axis: str
+    seed: int
+    first_look_s: float
+    recorded_s: float
+    parameters: list[IdentifiedParameter]
+    breakaway: dict[str, dict[str, float]]
+    folder: str
+
+
+@dataclass(frozen=True)
 class Results:
     """The whole folder, checked; `generator`, `plants`, `controllers` as in results.schema.json."""
 
@@ -113,6 +140,7 @@ class Results:
     generator: dict[str, Any]
     plants: list[dict[str, Any]]
     controllers: list[dict[str, Any]]
+    identified: list[IdentifiedAxis]
     rows: list[Row]
     sensitivity: list[Varied]
     runs: list[Run]
@@ -120,7 +148,7 @@ class Results:
     benchmark: dict[str, Any] | None
 
 
-Record = TypeVar("Record", Figure, Row, Run, Margin)
+Record = TypeVar("Record", Figure, Row, Run, Margin, IdentifiedParameter)
 
 
 def load_results(folder: Path) -> Results:
@@ -133,6 +161,7 @@ def load_results(folder: Path) -> Results:
         generator=data["generator"],
         plants=data["plants"],
         controllers=data["controllers"],
+        identified=[_identified(item) for item in data["identified"]],
         rows=_records(Row, data["rows"]),
         sensitivity=[_varied(item) for item in data["sensitivity"]],
         runs=_records(Run, data["runs"]),
@@ -153,6 +182,12 @@ def _varied(item: dict[str, Any]) -> Varied:
     shipped = _records(Figure, [item["shipped"]])[0]
     names = [field.name for field in fields(Varied) if field.name != "shipped"]
     return Varied(shipped=shipped, **{name: item[name] for name in names})
+
+
+def _identified(item: dict[str, Any]) -> IdentifiedAxis:
+    names = [field.name for field in fields(IdentifiedAxis) if field.name != "parameters"]
+    parameters = _records(IdentifiedParameter, item["parameters"])
+    return IdentifiedAxis(parameters=parameters, **{name: item[name] for name in names})
 
 
 def _read_json(file: Path) -> Any:
@@ -212,6 +247,7 @@ def _check_names(file: Path, results: Results) -> None:
 
 def _check_files(results: Results) -> None:
     """Every CSV that results.json names must exist."""
-    for name in [run.csv for run in results.runs] + [margin.response_csv for margin in results.margins]:
+    identified = [f"{axis.folder}/{file}" for axis in results.identified for file in ("result.json", "residuals.csv")]
+    for name in [run.csv for run in results.runs] + [margin.response_csv for margin in results.margins] + identified:
         if not (results.folder / name).is_file():
             raise InputError(f"{results.folder / name}: named in results.json but not found.")

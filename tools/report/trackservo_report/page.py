@@ -10,7 +10,7 @@ import jinja2
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from . import __version__, sensitivity, tables, verdict
+from . import __version__, identified, sensitivity, tables, verdict
 from .comparison import INGREDIENTS, Comparison, count_goals, gather
 from .display import (
     EXPERIMENT_TITLES,
@@ -32,6 +32,7 @@ READING_GUIDE = [
     ("steady friction", "(5)", "firmware/control/friction_feedforward.c", "tests/unit/test_friction_feedforward.c", "fig14"),
     ("axis dynamics", "(6)", "sim_host/plant/tracker.hpp", "tests/unit/test_plant_machine.cpp", "fig9"),
     ("bristle parameters", "(10)–(16)", "firmware/control/lugre.h", "tests/unit/test_lugre.c", "shares"),
+    ("identification", "(4)–(16)", "tools/identification/joint_fit.cpp", "tests/identification/test_identify.cpp", "confidence"),
     ("disturbance observer", "section III", "firmware/control/disturbance_observer.c", "tests/unit/test_disturbance_observer.c", "fig11"),
     ("speed loop", "section III", "firmware/control/speed_loop.c", "tests/unit/test_speed_loop.c", "bode"),
     ("tracking loop", "section IV.C", "firmware/control/target_tracker.c", "tests/unit/test_target_tracker.c", "fig16"),
@@ -97,6 +98,8 @@ def _context(results: Results) -> dict[str, Any]:
         "shared": tables.SHARED,
         "frictions": _frictions(items, duels),
         "margin_lines": tables.margin_lines(results.margins),
+        "identified_lines": identified.parameter_lines(results),
+        "identified_gain": identified.gain_over_wrong(results),
         "sensitivity": sensitivity.sensitivity_lines(results),
         "variance": sensitivity.variance_lines(results),
         "wind": sensitivity.wind_line(results),
@@ -129,6 +132,7 @@ def _figures(results: Results, items: list[Comparison]) -> dict[str, list[Figure
         "ablation_figures": ablation_figures(results, items),
         "friction_figures": friction_figures(items),
         "price_figures": price_figures(results, items),
+        "identified_figures": identified.figures(results),
     }
 
 
