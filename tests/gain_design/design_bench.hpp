@@ -18,7 +18,7 @@ namespace sim = trackservo::sim;
 using namespace trackservo::gain_design;
 
 inline axis_parameters present(const sim::PlantConfig& plant, int axis) {
-  return sim::design_axis(plant, axis, sim::controller_spec("pi_vob_ftc"), {1, 0.0, TRACKER_PI});
+  return sim::design_axis(plant, axis, sim::controller_spec("pi_vob_ftc"), {1, 0.0, TRACKER_PI, {}});
 }
 
 // Both axes of the device have their present parameters, but for `axis`.

@@ -24,7 +24,7 @@ sim::PlantConfig flexible_plant(const sim::StructureConfig& structure) {
 
 // Chirps of 20 s up to 300 Hz while the axis turns at 5 deg/s.
 identification::Recording recorded_chirp(const sim::PlantConfig& plant) {
-  commissioning::BenchSetup setup;
+  commissioning_bench::BenchSetup setup;
   setup.plant = plant;
   setup.pitch_rad = 0.0;
   stimulus_setup chirp{};
@@ -36,11 +36,11 @@ identification::Recording recorded_chirp(const sim::PlantConfig& plant) {
   chirp.low_hz = 5.0F;
   chirp.high_hz = 300.0F;
   chirp.acceleration_rad_s2 = 2.0F;
-  commissioning::Programme programme;
+  trackservo::commissioning::Programme programme;
   programme.places = {{-1.4, {chirp}}, {0.0, {chirp}}};
   programme.moving_rad_s = 0.25;
   programme.limits = {3.0F, 2.0F, 40.0F, 3600.0F};
-  return commissioning::record(setup, programme);
+  return commissioning_bench::record(setup, programme);
 }
 
 identification::RigidAxis rigid_axis(const sim::PlantConfig& plant) {

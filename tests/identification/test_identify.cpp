@@ -2,6 +2,9 @@
 #include <string>
 
 #include "commissioning_bench.hpp"
+#include "experiments/control_design.hpp"
+#include "experiments/true_plant.hpp"
+#include "gain_design/identified_plant_json.hpp"
 #include "identification/result_json.hpp"
 #include "unit/support/check.h"
 
@@ -20,6 +23,30 @@ extern "C" void tearDown() {}
 namespace {
 
 constexpr std::uint64_t kSeed = 21;  // not one of the study's
+
+// From the file that identify fit writes to gains: those that the truth gives.
+void expect_gains_of_the_truth(const BenchSetup& setup, const nlohmann::ordered_json& result) {
+  namespace design = trackservo::gain_design;
+  design::IdentifiedPlant truth = sim::true_plant(setup.plant, setup.axis);
+  truth.inertia_kg_m2 = sim::axis_inertia_kg_m2(setup.plant, setup.axis, setup.pitch_rad);
+  const design::IdentifiedPlant found =
+      design::read_identified_plant({"result.json", nlohmann::json::parse(result.dump())});
+  TEST_ASSERT_EQUAL(0, found.modes.size());
+  CHECK_NEAR("encoder's delay", truth.encoder.latency_s, found.encoder.latency_s, 5e-6);
+  CHECK_NEAR("gyro's latency", truth.gyro.latency_s, found.gyro.latency_s, 20e-6);
+  CHECK_RELATIVE("encoder's noise", truth.encoder.noise_rad, found.encoder.noise_rad, 0.15);
+  CHECK_RELATIVE("gyro's noise", truth.gyro.noise_rad_s, found.gyro.noise_rad_s, 0.15);
+  const axis_parameters present =
+      sim::design_axis(setup.plant, setup.axis, sim::controller_spec("pi_vob_ftc"), sim::DesignOptions{});
+  const design::GainWishes wishes = sim::gain_wishes(setup.plant, setup.axis, TRACKER_PI);
+  const design::GainDesign right = design::design_gains(truth, wishes, present);
+  const design::GainDesign got = design::design_gains(found, wishes, present);
+  CHECK_RELATIVE("kp", right.parameters.speed_loop.proportional_nm_s_rad,
+                 got.parameters.speed_loop.proportional_nm_s_rad, 0.05);
+  CHECK_RELATIVE("ki", right.parameters.speed_loop.integral_nm_rad, got.parameters.speed_loop.integral_nm_rad, 0.05);
+  CHECK_NEAR("gain margin in dB", right.sliding.gain_margin_db, got.sliding.gain_margin_db, 0.5);
+  CHECK_NEAR("phase margin in deg", right.sliding.phase_margin_deg, got.sliding.phase_margin_deg, 2.0);
+}
 
 // Every parameter within the limits; at most one of the eleven outside of its interval.
 void expect_truth(const BenchSetup& setup, const Identification& result) {
@@ -54,6 +81,7 @@ void test_the_tracker_is_identified_in_its_wind() {
   TEST_ASSERT_TRUE(json.at("complete").get<bool>());
   CHECK_NEAR("inertia in JSON", result.parameter("inertia").value,
              json.at("parameters").at("inertia").at("value").get<double>(), 1e-12);
+  expect_gains_of_the_truth(setup, json);
 }
 
 void test_the_papers_machine_is_identified() {
