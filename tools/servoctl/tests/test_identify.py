@@ -257,7 +257,7 @@ def a_result() -> dict[str, Any]:
     return {"format": "trackservo-identification", "version": 1, "parameters": rows, "refused": []}
 
 
-TUNE = ("tune", "--axis", "azimuth", "--from", "found", "--periods", "2", "--high", "150")
+TUNE = ("tune", "--axis", "azimuth", "--from", "found", "--periods", "3", "--high", "150")
 
 
 def test_gains_whose_margins_hold_are_kept_and_undo_takes_them_back(tunable: Bench) -> None:
