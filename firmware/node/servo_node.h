@@ -3,7 +3,8 @@
  *     frames in -> objects -> drive (CiA 402) -> servo_board -> objects -> frames out
  *
  * One tick does all of it, in that order, on top of any HAL. Parts of the dictionary: the device's own (1000), per axis
- * its parameters (2000), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and what both share (3000). */
+ * its parameters (2000), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and what both share (3000).
+ */
 #ifndef TRACKSERVO_NODE_SERVO_NODE_H
 #define TRACKSERVO_NODE_SERVO_NODE_H
 

@@ -150,7 +150,7 @@ class Commissioning:
             live.keep(index, 4, sub)
 
     def _brake_as(self, programme: Programme) -> None:
-        """The drive stops no slower than the experiments turn: else 607D would stop them where they have room to turn."""
+        """The drive stops no slower than experiments turn: else 607D would stop them where they have room to turn."""
         fastest = max(experiment.fields.get("acceleration_rad_s2", 0.0) for _, experiment in programme)
         for (index, sub), least in zip(RAMPS, (fastest, fastest / JERK_TIME_S), strict=True):
             if self._device.axis_int(self._axis, index, sub) < least * RATE_COUNTS_PER_RAD_S:

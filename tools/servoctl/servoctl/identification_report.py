@@ -206,8 +206,8 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
     beyond = int(np.count_nonzero(np.abs(found.correlation) > found.bound))
     text = (
         "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: its"
-        f" spectrum is then flat and its autocorrelation within the dashed bounds ({beyond} of {len(found.correlation)} lags are"
-        " beyond; 5 % is chance)."
+        f" spectrum is then flat and its autocorrelation within the dashed bounds ({beyond} of {len(found.correlation)}"
+        " lags are beyond; 5 % is chance)."
     )
     return Section("Residuals", text, picture=picture)
 

@@ -2,7 +2,7 @@
 """`identify` with short programmes: plans a few places for the tracker's azimuth, hands all else to IDENTIFY_PROGRAM.
 
 SHORT_PLACES: their angles in rad, as "-0.5 0.4". Faults that a test wants are planned by SHORT_FAULT: "too fast" gives
-an experiment that leaves its speed limit, "beyond" one outside of the travel.
+an experiment that leaves its speed limit, "beyond" one outside of the travel, "long" one of minutes.
 """
 
 import json
@@ -51,8 +51,10 @@ def plan(arguments: list[str]) -> None:
     rate = 0.005 if fault == "too fast" else fastest_rad_s
     data = {"format": "trackservo-programme", "version": 1, "stage": "identification" if identified else "first_look",
             "duration_s": duration, "moving_rad_s": 0.26,
-            "limits": {"travel_rad": 1.5, "rate_rad_s": rate, "torque_nm": torque_nm, "duration_s": 60.0},
+            "limits": {"travel_rad": 1.5, "rate_rad_s": rate, "torque_nm": torque_nm, "duration_s": 600.0},
             "places": places}  # fmt: skip
+    if fault == "long":
+        places[0]["experiments"] = [LOOPS | {"count": 800, "duration_s": 560.0}]
     if fault == "too fast":  # a torque that runs away from the seal
         places[0]["experiments"] = [{"kind": 2, "count": 1, "dwell_s": 4.0, "amplitude_nm": 30.0, "duration_s": 4.0}]
     Path(arguments[arguments.index("--json") + 1]).write_text(json.dumps(data))

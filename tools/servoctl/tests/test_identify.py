@@ -140,8 +140,9 @@ def test_a_dry_run_moves_nothing_and_leaves_no_file(machine: Bench) -> None:
 
 def test_an_interrupt_ends_the_experiment_and_puts_all_back(machine: Bench, eventually: Eventually) -> None:
     before, gains = values(machine, BORROWED), machine.json("get")
+    machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    eventually(lambda: experiment_runs(machine), 20)
+    eventually(lambda: experiment_runs(machine), 30)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
     assert process.returncode == 130, (out, err)
@@ -164,8 +165,9 @@ def test_an_experiment_that_leaves_its_limits_ends_it_all_in_one_sentence(machin
 
 def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> None:
     before = values(machine, BORROWED)
+    machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    eventually(lambda: experiment_runs(machine), 20)
+    eventually(lambda: experiment_runs(machine), 30)
     machine.json("state", "azimuth", "disable")  # by somebody else
     out, err = process.communicate(timeout=20)
     assert process.returncode == 6 and "azimuth is in" in err, (out, err)
@@ -174,8 +176,9 @@ def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> 
 
 def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Bench, eventually: Eventually) -> None:
     before = values(machine, BORROWED)
+    machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
-    eventually(lambda: experiment_runs(machine), 20)
+    eventually(lambda: experiment_runs(machine), 30)
     process.kill()
     process.wait()
     eventually(lambda: axis_state(machine)["state"] == "fault" and abs(axis_state(machine)["rate_deg_s"]) < 0.1, 6.0)
@@ -257,7 +260,7 @@ def a_result() -> dict[str, Any]:
     return {"format": "trackservo-identification", "version": 1, "parameters": rows, "refused": []}
 
 
-TUNE = ("tune", "--axis", "azimuth", "--from", "found", "--periods", "2", "--high", "150")
+TUNE = ("tune", "--axis", "azimuth", "--from", "found", "--periods", "3", "--high", "150")
 
 
 def test_gains_whose_margins_hold_are_kept_and_undo_takes_them_back(tunable: Bench) -> None:

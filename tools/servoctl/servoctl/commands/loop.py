@@ -113,6 +113,8 @@ def measure_loop(
         session, device, axis, stimulus.rates(), interpolation_ms, SETPOINT_PERIOD_S, limits, what, hold_other
     )
     skip = int((WARM_UP_S + 0.05) / TICK_S)
+    if (len(demand) - skip) * TICK_S < 2 * stimulus.sine.period_s:
+        raise MotionError(f"{lost} samples were lost, so that less than two periods are left: more --periods help.")
     closed = estimate(demand[skip:], answer[skip:], TICK_S, stimulus.sine)
     loop = open_loop(gains, closed.frequency_hz, closed.value)
     good = np.asarray(closed.coherence >= GOOD_COHERENCE)
