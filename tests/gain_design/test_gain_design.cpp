@@ -136,6 +136,7 @@ void test_a_noisy_encoder_gets_a_low_pass_and_then_a_slower_loop() {
   CHECK_AT_LEAST("low-pass", 100.0, filtered.parameters.filters.lowpass_hz);
   CHECK_AT_MOST("torque noise", 0.35, filtered.torque_noise_nm);
   TEST_ASSERT_TRUE(mentions(filtered.notes, "Low-pass at "));
+  TEST_ASSERT_TRUE(mentions(filtered.notes, "more torque noise than 0.35 Nm"));
   wishes.most_torque_noise_nm = 0.05;
   const GainDesign slow = design_gains(known, wishes, present(plant, sim::kAzimuth));
   CHECK_AT_MOST("torque noise", 0.05, slow.torque_noise_nm);

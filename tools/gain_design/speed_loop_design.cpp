@@ -78,6 +78,9 @@ class FilterSearch {
     return best_;
   }
 
+  // A faster loop was good but for its torque noise.
+  bool noise_refused() const { return noise_refused_; }
+
   // Why nothing was found, or the wish was not.
   std::string complaint(const FilterChoice& filters, bool slowest) const {
     const speed_loop_params loop = built(with_filters(parameters_, filters)).speed;
@@ -211,6 +214,12 @@ void design_speed_loop(const IdentifiedPlant& plant, const GainWishes& wishes, c
   const speed_loop_params loop = built(parameters).speed;
   note_pi(demand, loop, *choice, wishes, notes);
   note_observer(*choice, notes);
+  if (search.noise_refused()) {
+    notes.push_back(
+        fmt::format("A faster loop, or one with fewer filters, keeps the margins but has more torque noise "
+                    "than {:.2g} Nm.",
+                    demand.most_torque_noise_nm));
+  }
   if (!is_wished(*choice) && choice->wish.natural_rad_s && choice->wish.observer_rad_s) {
     notes.push_back("As wished, " + search.complaint(choice->filters, false) + ".");
   }

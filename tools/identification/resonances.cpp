@@ -163,6 +163,9 @@ void take_out(const StructuralMode& mode, Excess& excess) {
 }  // namespace
 
 std::vector<StructuralMode> find_resonances(const AxisResponse& response, const RigidAxis& rigid) {
+  if (response.windows < kLeastWindows) {
+    return {};
+  }
   Excess excess = excess_of(response, rigid);
   std::vector<StructuralMode> modes;
   for (int i = 0; i < kMostResonances; ++i) {

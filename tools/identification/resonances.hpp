@@ -24,10 +24,13 @@ struct RigidAxis {
 // Where the coherence is below this, nothing is looked for.
 constexpr double kGoodCoherence = 0.8;
 
+// One window alone is always coherent: so many must have been averaged.
+constexpr int kLeastWindows = 8;
+
 // A peak must stand this much above the rigid body and its neighbourhood.
 constexpr double kLeastHeight = 1.5;
 
-// By rising frequency; at most three.
+// By rising frequency; at most three. None where fewer than kLeastWindows were averaged.
 std::vector<gain_design::StructuralMode> find_resonances(const AxisResponse& response, const RigidAxis& rigid);
 
 }  // namespace trackservo::identification
