@@ -26,11 +26,11 @@ struct IdentifiedAxis {
   std::map<std::string, double> truth;  // of the same names
   std::array<BreakawayTorque, 2> breakaway;
   std::string folder;                     // of result.json and residuals.csv, relative to the campaign's
-  gain_design::IdentifiedPlant believed;  // friction and inertia as found; sensors as their data sheets say
+  gain_design::IdentifiedPlant believed;  // all as found: friction, inertia, delays, noise, resonances
 };
 
-// Commissions the axis and writes `out_dir`/identification/PLANT-AXIS/. Throws as commission(), and std::runtime_error
-// when a parameter was refused.
+// Commissions the axis and writes `out_dir`/identification/PLANT-AXIS/. Throws as commission(), and InputFileError when
+// a parameter was refused.
 IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::filesystem::path& out_dir);
 
 }  // namespace trackservo::sim

@@ -106,7 +106,8 @@ stimulus_setup loops(double amplitude_rad, double period_s, int count) {
 }
 
 // On a slow speed, as far as the room goes.
-stimulus_setup chirp(const Means& means, double rate_rad_s, double torque_nm, double low_hz, double dwell_s) {
+stimulus_setup chirp(const Means& means, double rate_rad_s, double torque_nm, double low_hz, double high_hz,
+                     double dwell_s) {
   stimulus_setup setup{};
   setup.kind = STIMULUS_CHIRP;
   setup.count = 1;
@@ -115,7 +116,7 @@ stimulus_setup chirp(const Means& means, double rate_rad_s, double torque_nm, do
       static_cast<float>(std::min({rate_rad_s, 0.5 * kUsedTravel * means.room_rad / dwell_s, 0.5 * means.top_rad_s}));
   setup.amplitude_nm = static_cast<float>(std::min(torque_nm, 0.5 * means.torque_nm));
   setup.low_hz = static_cast<float>(low_hz);
-  setup.high_hz = 40.0F;
+  setup.high_hz = static_cast<float>(high_hz);
   setup.acceleration_rad_s2 = static_cast<float>(means.acceleration_rad_s2);
   return setup;
 }
@@ -137,6 +138,11 @@ struct SlowSpeeds {
   double seconds = 0;
   double next_rad_s = 0;  // the first that is fast enough for the shortest dwell
 };
+
+// Inertia and friction show below the first of these, resonances of the structure between the others.
+constexpr double kInertiaTop_hz = 40.0;
+constexpr double kStructureLow_hz = 10.0;
+constexpr double kStructureTop_hz = 300.0;
 
 constexpr double kSpeedRatio = 1.6;
 constexpr double kShortest_s = 0.4;
@@ -183,7 +189,7 @@ Programme first_look(const MotionLimits& limits) {
       const double amplitude_rad = std::min(kSmallestLoop_rad * std::pow(10.0, 0.5 * i), 0.2 * means.room_rad);
       place.experiments.push_back(loops(amplitude_rad, std::max(1.0, 4.0 * amplitude_rad / means.top_rad_s), 2));
     }
-    place.experiments.push_back(chirp(means, 0.1 * means.top_rad_s, 0.15 * limits.torque_nm, 3.0, 4.0));
+    place.experiments.push_back(chirp(means, 0.1 * means.top_rad_s, 0.15 * limits.torque_nm, 3.0, kInertiaTop_hz, 4.0));
   }
   return programme;
 }
@@ -211,8 +217,10 @@ Programme programme_for(const MotionLimits& limits, const RoughMachine& machine)
       experiments.push_back(sweep(means, means.top_rad_s / std::pow(kQuickRatio, 3), kQuickRatio, 4, 0.3));
     }
     experiments.push_back(loops_for(machine, means));
-    experiments.push_back(chirp(means, 3.0 * machine.stribeck_rad_s, machine.coulomb_nm, 1.0, 5.0));
+    experiments.push_back(chirp(means, 3.0 * machine.stribeck_rad_s, machine.coulomb_nm, 1.0, kInertiaTop_hz, 5.0));
     if (chosen) {
+      experiments.push_back(
+          chirp(means, 0.25 * means.top_rad_s, machine.coulomb_nm, kStructureLow_hz, kStructureTop_hz, 5.0));
       experiments.push_back(breakaways(machine, means));
     }
   }
