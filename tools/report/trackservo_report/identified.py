@@ -87,7 +87,8 @@ def figures(results: Results) -> list[Figure]:
     """Confidence, Stribeck curves, friction over the angle, residuals: a tab per axis."""
     if not results.identified:
         return []
-    made = {f"{axis.plant}, {axis.axis}": _Axis(results, axis) for axis in results.identified}
+    ordered = sorted(results.identified, key=lambda axis: axis.plant != "tracker")
+    made = {f"{axis.plant}, {axis.axis}": _Axis(results, axis) for axis in ordered}
 
     def views(draw: str) -> list[View]:
         return [View(label, getattr(axis, draw)()) for label, axis in made.items()]
@@ -98,7 +99,7 @@ def figures(results: Results) -> list[Figure]:
             "confidence",
             "Identified over true, with 95 % intervals",
             views("confidence"),
-            caption="1 is the plant's own number. The dashed lines are the limits that identification has to keep: "
+            caption="1 is the plant's own number. The strokes are the limits that identification has to keep: "
             "5 % for Tc, Ts, σ2 and J, 10 % for θ̇s and σ0, 20 % for σ1.",
             hints=hints,
         ),
@@ -143,8 +144,8 @@ class _Axis:
         for sign in (-1.0, 1.0):
             plot.add_trace(
                 go.Scatter(
-                    x=[1.0 + sign * limit for limit in limits], y=[TITLES[item.name] for item in items], mode="lines",
-                    line={"color": MUTED, "width": 1, "dash": "dash", "shape": "hvh"}, hoverinfo="skip",
+                    x=[1.0 + sign * limit for limit in limits], y=[TITLES[item.name] for item in items], mode="markers",
+                    marker={"color": MUTED, "size": 14, "symbol": "line-ns-open"}, hoverinfo="skip",
                 )
             )  # fmt: skip
         plot.add_trace(
