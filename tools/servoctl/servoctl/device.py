@@ -69,6 +69,16 @@ def hexadecimal(index: int, sub: int) -> str:
     return f"0x{index:04X}:{sub:02X}"
 
 
+class _LossListener(can.Listener):
+    """Keeps the receiving thread from printing a traceback when the bus goes away: the next transfer tells of it."""
+
+    def on_message_received(self, msg: can.Message) -> None:
+        """Nothing to do."""
+
+    def on_error(self, exc: Exception) -> None:
+        """Told by who waits for an answer."""
+
+
 class Device:
     """One node, open for use in a `with` block; times in s."""
 
@@ -84,6 +94,8 @@ class Device:
         self.network = canopen.Network(bus=open_bus(address, bitrate))
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.network.connect()
+        if self.network.notifier is not None:
+            self.network.notifier.add_listener(_LossListener())
         self.node = canopen.RemoteNode(node_id, canopen.ObjectDictionary())
         self.network.add_node(self.node)
         self.node.sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S

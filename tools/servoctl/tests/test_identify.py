@@ -13,6 +13,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -40,24 +41,34 @@ TRUE = {"coulomb": 6.0, "stribeck_speed_positive": 5.2e-3, "stiffness": 30000.0,
 Eventually = Callable[[Callable[[], bool], float], None]
 
 
+@contextmanager
+def serving() -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """A simulated servo that is faster than real time: its address, its process."""
+    process = subprocess.Popen(
+        [SIM_HOST, "serve", "--bus", "slcan-tcp:0", "--speed", PACE],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stdout is not None and process.stdin is not None
+    yield process.stdout.readline().strip(), process
+    process.stdin.close()
+    process.wait(timeout=10)
+
+
+def with_short_programmes(bus: str, folder: Path) -> Bench:
+    bench = Bench(bus, folder)
+    bench.environment |= PROGRAMS
+    return bench
+
+
 @pytest.fixture
 def machine(tmp_path: Path) -> Iterator[Bench]:
-    """servoctl, with short programmes, at a simulated servo of its own that is faster than real time.
+    """servoctl, with short programmes, at a fast simulated servo of its own.
 
     Of its own because an idle one takes as much of the computer, which tests in real time need beside it.
     """
-    process = subprocess.Popen(
-        [SIM_HOST, "serve", "--bus", "slcan-tcp:0", "--speed", PACE],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None and process.stdin is not None
-    bench = Bench(process.stdout.readline().strip(), tmp_path)
-    bench.environment |= PROGRAMS
-    yield bench
-    process.stdin.close()
-    assert process.wait(timeout=10) == 0
+    with serving() as (bus, process):
+        yield with_short_programmes(bus, tmp_path)
+    assert process.returncode == 0
 
 
 def axis_state(bench: Bench, axis: str = "azimuth") -> dict[str, Any]:
@@ -172,6 +183,17 @@ def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> 
     out, err = process.communicate(timeout=20)
     assert process.returncode == 6 and "azimuth is in" in err, (out, err)
     assert as_before(machine, before)
+
+
+def test_a_bus_that_goes_away_is_told_in_one_sentence(tmp_path: Path, eventually: Eventually) -> None:
+    with serving() as (bus, process):
+        machine = with_short_programmes(bus, tmp_path)
+        machine.environment["SHORT_FAULT"] = "long"
+        running = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
+        eventually(lambda: experiment_runs(machine), 30)
+        process.kill()
+        _, err = running.communicate(timeout=30)
+    assert running.returncode == 3 and err.startswith("servoctl: ") and err.count("\n") == 1, err
 
 
 def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Bench, eventually: Eventually) -> None:
