@@ -312,7 +312,7 @@ Identification identify(const Recording& recording) {
   result.motion_cutoff_hz = motion_cutoff_hz(first_look.angle_noise_rad, bristle_rad);
   result.motion = analyse_motion(recording, result.motion_cutoff_hz);
 
-  TorqueBalance balance(recording, result.motion);
+  TorqueBalance balance(recording, result.motion, result.motion.stretches);
   const Eigen::VectorXd start = start_parameters(balance, found);
   if (usable_nodes(balance.known(start)) < kFewestNodes) {
     throw IdentificationError(fmt::format("the axis hardly slides in this recording of {:.1f} s: record a {} and {}.",

@@ -95,6 +95,7 @@ Json checks_json(const Identification& result) {
           {"motion_cutoff_hz", result.motion_cutoff_hz},
           {"angle_noise_rad", result.motion.angle_noise_rad},
           {"delay_s", result.fit.parameters[kDelay]},
+          {"spread_s2", result.fit.parameters[kSpread]},
           {"gyro",
            {{"used", result.motion.gyro.fitted},
             {"scale_error", result.motion.gyro.scale_error},
