@@ -18,6 +18,9 @@ constexpr double kWidestFactor = 2.0;  // between the ends of an interval that i
 constexpr Eigen::Index kFewestNodes = 400;
 constexpr int kLags = 40;
 
+// An encoder this noisy (22 bits and less) is worse than a gyro where motion is quick: 0.02 rad/s^2 under the window.
+constexpr double kCoarse_rad = 2e-7;
+
 constexpr double kHighestCutoff_hz = 250;
 constexpr double kLowestCutoff_hz = 20;
 constexpr double kRelaxation_1_s = 0.2;  // of the bristles at rest, by the encoder's noise: at most this
@@ -111,11 +114,11 @@ class EvidenceFinder {
   bool counted_ = false;
 };
 
-double inertial_share(const Recording& recording, const std::vector<std::size_t>& ticks, double inertia_kg_m2,
+double inertial_share(const Motion& motion, const std::vector<std::size_t>& ticks, double inertia_kg_m2,
                       double coulomb_nm) {
   double squares = 0;
   for (const std::size_t i : ticks) {
-    squares += std::pow(inertia_kg_m2 * triangle_second_derivative(recording.joint_angle_rad, i), 2.0);
+    squares += std::pow(inertia_kg_m2 * triangle_second_derivative(motion.joint_angle_rad, i), 2.0);
   }
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(ticks.size(), 1))) / coulomb_nm;
 }
@@ -306,11 +309,14 @@ const Parameter& Identification::parameter(const std::string& name) const {
 Identification identify(const Recording& recording) {
   Identification result(recording);
   result.paper = paper_estimate(recording);
-  const Motion first_look = analyse_motion(recording);
+  Motion first_look = analyse_motion(recording);
+  if (recording.has_gyro() && first_look.angle_noise_rad > kCoarse_rad) {
+    first_look = analyse_motion(recording, kMotionCutoff_hz, true);
+  }
   const PaperEstimate found = search_start(recording, first_look, result.paper);
   const double bristle_rad = found.friction.positive.coulomb_nm / found.friction.stiffness_nm_rad;
   result.motion_cutoff_hz = motion_cutoff_hz(first_look.angle_noise_rad, bristle_rad);
-  result.motion = analyse_motion(recording, result.motion_cutoff_hz);
+  result.motion = analyse_motion(recording, result.motion_cutoff_hz, first_look.fused);
 
   TorqueBalance balance(recording, result.motion, result.motion.stretches);
   const Eigen::VectorXd start = start_parameters(balance, found);
@@ -325,7 +331,7 @@ Identification identify(const Recording& recording) {
   result.node_ticks = balance.ticks();
   result.evidence = EvidenceFinder(friction_of(result.fit.parameters), result.motion).find();
   result.evidence.inertial_share =
-      inertial_share(recording, result.node_ticks, std::exp(result.fit.parameters[kInertia]),
+      inertial_share(result.motion, result.node_ticks, std::exp(result.fit.parameters[kInertia]),
                      std::exp(result.fit.parameters[kCoulombPositive]));
   result.largest_correlation = autocorrelation(result.fit.whitened, result.fit.spans, kLags).cwiseAbs().maxCoeff();
   result.residual_rms_nm = residual_rms_nm(result.fit);

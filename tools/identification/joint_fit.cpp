@@ -60,7 +60,8 @@ class Problem {
   Problem(const TorqueBalance& balance, const JointFit& fit)
       : balance_(balance),
         fit_(fit),
-        root_weights_(fit.weights.cwiseSqrt()) {}
+        root_weights_(fit.weights.cwiseSqrt()),
+        first_inertia_(fit.parameters[kInertia]) {}
 
   int inputs() const { return static_cast<int>(balance_.parameters()); }
   int values() const { return static_cast<int>(balance_.nodes() + balance_.parameters()); }
@@ -70,7 +71,7 @@ class Problem {
     balance_.evaluate(parameters, residual, nullptr);
     fit_.noise.whiten(fit_.spans, residual);
     values.resize(this->values());
-    values.head(balance_.nodes()) = residual.cwiseProduct(root_weights_);
+    values.head(balance_.nodes()) = residual.cwiseProduct(root_weights_) * relative(parameters);
     for (Eigen::Index i = 0; i < balance_.parameters(); ++i) {
       values[balance_.nodes() + i] = (parameters[i] - fit_.start[i]) / prior_deviation(balance_, i);
     }
@@ -83,7 +84,9 @@ class Problem {
     balance_.evaluate(parameters, residual, &rows);
     fit_.noise.whiten(fit_.spans, rows);
     jacobian.setZero(values(), inputs());
-    jacobian.topRows(balance_.nodes()) = root_weights_.asDiagonal() * rows;
+    fit_.noise.whiten(fit_.spans, residual);
+    rows.col(kInertia) -= residual;
+    jacobian.topRows(balance_.nodes()) = (relative(parameters) * root_weights_).asDiagonal() * rows;
     for (Eigen::Index i = 0; i < balance_.parameters(); ++i) {
       jacobian(balance_.nodes() + i, i) = 1.0 / prior_deviation(balance_, i);
     }
@@ -91,9 +94,14 @@ class Problem {
   }
 
  private:
+  // Noise of the encoder is in the acceleration, and wind moves the axis in the very window: it is the motion that
+  // surprises, by residual / J. Least squares of torques would favour a light machine, the more the coarser the encoder.
+  double relative(const Eigen::VectorXd& parameters) const { return std::exp(first_inertia_ - parameters[kInertia]); }
+
   const TorqueBalance& balance_;
   const JointFit& fit_;
   Eigen::VectorXd root_weights_;
+  double first_inertia_;  // its logarithm
 };
 
 void update_noise(const TorqueBalance& balance, int order, JointFit& fit) {
@@ -312,8 +320,9 @@ JointFit fit_jointly(TorqueBalance& balance, const std::vector<Eigen::VectorXd>&
     for (int round = 0; round < kTrialRounds; ++round) {
       run_round(trial_balance, kTrialEvaluations, kFirstOrder, trial);
     }
-    if (trial.noise.innovation_nm() < least) {
-      least = trial.noise.innovation_nm();
+    const double surprise_rad_s2 = trial.noise.innovation_nm() / std::exp(trial.parameters[kInertia]);
+    if (surprise_rad_s2 < least) {
+      least = surprise_rad_s2;
       best = std::move(trial);
     }
   }

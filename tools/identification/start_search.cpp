@@ -138,7 +138,7 @@ class Search {
         row[forward ? kS2Plus : kS2Minus] += weight * rate;
         row[kBend] += weight * (bent - static_cast<double>(bend[i - 1])) / kTick_s;
       }
-      row[kAcceleration] = triangle_second_derivative(recording_.joint_angle_rad, middle);
+      row[kAcceleration] = triangle_second_derivative(motion_.joint_angle_rad, middle);
       row[kLoad] = 1.0;
     }
     return columns;

@@ -63,7 +63,7 @@ TorqueBalance::TorqueBalance(const Recording& recording, const Motion& motion, c
     }
     for (std::size_t i = stretch.first + kMargin; i + kMargin < stretch.last; i += kHalfWindow) {
       tick_.push_back(i);
-      acceleration_.push_back(triangle_second_derivative(recording.joint_angle_rad, i) +
+      acceleration_.push_back(triangle_second_derivative(motion.joint_angle_rad, i) +
                               triangle_derivative(motion.base_rate_rad_s, i));
     }
     part.nodes = nodes() - part.first_node;
