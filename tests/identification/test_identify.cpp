@@ -1,4 +1,5 @@
 // Identification of the shipped machines, with all noise on, against their plant files; and what it refuses.
+#include <cmath>
 #include <string>
 
 #include "identification/result_json.hpp"
@@ -105,6 +106,84 @@ void test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing() {
   TEST_ASSERT_TRUE(json.at("refused").size() >= 2);
 }
 
+// Nothing is known yet: speeds over three decades, loops of amplitudes over three decades, a chirp of any torque.
+Programme first_look(double chirp_nm, double acceleration_rad_s2) {
+  Programme programme;
+  programme.moving_rad_s = 0.25;
+  programme.limits = {2.9F, 2.0F, 40.0F, 3600.0F};
+  commissioning::Place place{-0.35, {}};
+  stimulus_setup sweep{};
+  sweep.kind = STIMULUS_SWEEP;
+  sweep.low_rad_s = 0.35e-3F;
+  sweep.speed_ratio = 1.78F;
+  sweep.count = 13;
+  sweep.dwell_s = 0.5F;
+  sweep.acceleration_rad_s2 = static_cast<float>(acceleration_rad_s2);
+  place.experiments.push_back(sweep);
+  for (double amplitude_rad = 30e-6; amplitude_rad < 40e-3; amplitude_rad *= 3.16) {
+    stimulus_setup loops{};
+    loops.kind = STIMULUS_HYSTERESIS;
+    loops.dwell_s = 0.8F;
+    loops.count = 2;
+    loops.amplitude_rad = static_cast<float>(amplitude_rad);
+    place.experiments.push_back(loops);
+  }
+  stimulus_setup chirp{};
+  chirp.kind = STIMULUS_CHIRP;
+  chirp.low_rad_s = 0.03F;
+  chirp.count = 1;
+  chirp.dwell_s = 3.0F;
+  chirp.amplitude_nm = static_cast<float>(chirp_nm);
+  chirp.low_hz = 1.0F;
+  chirp.high_hz = 40.0F;
+  chirp.acceleration_rad_s2 = static_cast<float>(acceleration_rad_s2);
+  place.experiments.push_back(chirp);
+  programme.places = {place, place};
+  programme.places.back().angle_rad = 0.3;
+  return programme;
+}
+
+// Within a factor of 1.5 of the truth.
+void expect_rough_truth(const BenchSetup& setup, const Identification& result) {
+  const auto truth = commissioning::truth_of(setup, result.position_terms);
+  const double coulomb_nm = 0.5 * (truth.at("coulomb_positive") + truth.at("coulomb_negative"));
+  const auto check = [](const char *what, double right, double found) {
+    CHECK_NEAR(what, 0.0, std::log(found / right), std::log(1.5));
+  };
+  check("Coulomb torque", coulomb_nm, result.rough.coulomb_nm);
+  check("bristle length", coulomb_nm / truth.at("stiffness"), result.rough.bristle_rad);
+  check("Stribeck speed", truth.at("stribeck_speed_positive"), result.rough.stribeck_rad_s);
+  check("inertia", truth.at("inertia"), result.rough.inertia_kg_m2);
+}
+
+void test_a_first_look_of_a_minute_sizes_the_programme() {
+  BenchSetup setup = setup_of("tracker");
+  auto& friction = setup.plant.axis[sim::kAzimuth].friction;
+  friction.stiffness_nm_rad *= 0.1;
+  friction.damping_nm_s_rad *= 0.3;
+  for (sim::StribeckConfig *direction : {&friction.positive, &friction.negative}) {
+    direction->coulomb_nm *= 0.1;
+    direction->breakaway_nm *= 0.1;
+    direction->viscous_nm_s_rad *= 0.1;
+  }
+  const Recording recording = commissioning::record(setup, first_look(6.0, 2.8));
+  CHECK_AT_MOST("seconds", 75, static_cast<double>(recording.ticks()) * identification::kTick_s);
+  const Identification result = identification::identify(recording);
+  TEST_ASSERT_FALSE_MESSAGE(result.complete(), "two places and a minute cannot do for everything");
+  expect_rough_truth(setup, result);
+  const auto rough = identification::to_json(result, recording).at("rough");
+  CHECK_SAME("bristle length in JSON", result.rough.bristle_rad, rough.at("bristle_rad").get<double>());
+}
+
+void test_a_coarse_encoder_leaves_quick_motion_to_the_gyro() {
+  BenchSetup setup = setup_of("tracker");
+  setup.plant.axis[sim::kAzimuth].encoder.resolution_bits = 18;
+  const Identification result = identification::identify(commissioning::record(setup, first_look(6.0, 2.8)));
+  TEST_ASSERT_TRUE(result.motion.fused);
+  expect_rough_truth(setup, result);
+  CHECK_RELATIVE("inertia", 5.738, result.rough.inertia_kg_m2, 0.05);
+}
+
 void test_an_axis_that_stands_still_is_refused_at_once() {
   Recording recording;
   for (int tick = 0; tick < 5000; ++tick) {
@@ -132,6 +211,8 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_an_axis_that_stands_still_is_refused_at_once);
   RUN_TEST(test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing);
+  RUN_TEST(test_a_first_look_of_a_minute_sizes_the_programme);
+  RUN_TEST(test_a_coarse_encoder_leaves_quick_motion_to_the_gyro);
   RUN_TEST(test_the_tracker_is_identified_in_its_wind);
   RUN_TEST(test_the_papers_machine_is_identified);
   return UNITY_END();

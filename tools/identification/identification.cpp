@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 
 #include "identification/start_search.hpp"
@@ -243,6 +244,9 @@ double allowance_for(int parameter, const Identification& result) {
     case kStribeckSpeedNegative:
       return kModelAllowance +
              kWindAllowance * result.residual_rms_nm / std::exp(result.fit.parameters[kCoulombPositive]);
+    case kViscousPositive:
+    case kViscousNegative:
+      return kViscousAllowance;
     default:
       return kModelAllowance;
   }
@@ -280,6 +284,37 @@ void check_damping_ratio(Identification& result) {
       presliding_damping_ratio(inertia, friction.stiffness_nm_rad, friction.damping_nm_s_rad, viscous);
   result.eq15_damping_nm_s_rad =
       paper_damping_nm_s_rad(inertia, friction.stiffness_nm_rad, viscous, kPaperDampingRatio);
+}
+
+// --- what sizes the next programme ---
+
+constexpr double kRough_deviations = 1.0;  // of a logarithm; the search alone is no better than that
+
+RoughMachine rough_machine(const Friction& friction, double inertia_kg_m2) {
+  RoughMachine machine;
+  machine.coulomb_nm = 0.5 * (friction.positive.coulomb_nm + friction.negative.coulomb_nm);
+  machine.bristle_rad = machine.coulomb_nm / friction.stiffness_nm_rad;
+  machine.stribeck_rad_s = std::sqrt(friction.positive.stribeck_speed_rad_s * friction.negative.stribeck_speed_rad_s);
+  machine.inertia_kg_m2 = inertia_kg_m2;
+  return machine;
+}
+
+// The joint fit's values; where one is not determined at all, the start search's, which tried all values
+// there are and cannot have run away.
+RoughMachine rough_machine(const JointFit& fit, const PaperEstimate& start) {
+  RoughMachine machine = rough_machine(friction_of(fit.parameters), std::exp(fit.parameters[kInertia]));
+  const RoughMachine begun = rough_machine(start.friction, start.inertia_kg_m2);
+  const auto keep_if_certain = [&fit](double& value, double otherwise, std::initializer_list<Eigen::Index> parameters) {
+    const bool certain = std::all_of(parameters.begin(), parameters.end(), [&fit](Eigen::Index parameter) {
+      return fit.deviation(parameter) <= kRough_deviations;
+    });
+    value = certain && std::isfinite(value) ? value : otherwise;
+  };
+  keep_if_certain(machine.coulomb_nm, begun.coulomb_nm, {kCoulombPositive, kCoulombNegative});
+  keep_if_certain(machine.bristle_rad, begun.bristle_rad, {kCoulombPositive, kCoulombNegative, kStiffness});
+  keep_if_certain(machine.stribeck_rad_s, begun.stribeck_rad_s, {kStribeckSpeedPositive, kStribeckSpeedNegative});
+  keep_if_certain(machine.inertia_kg_m2, begun.inertia_kg_m2, {kInertia});
+  return machine;
 }
 
 Eigen::Index usable_nodes(const std::vector<Span>& spans) {
@@ -337,6 +372,7 @@ Identification identify(const Recording& recording) {
   result.residual_rms_nm = residual_rms_nm(result.fit);
   check_damping_ratio(result);
   judge(paper, result);
+  result.rough = rough_machine(result.fit, found);
   return result;
 }
 

@@ -10,7 +10,7 @@ namespace trackservo::identification {
 
 namespace {
 
-constexpr double kTrial_s = 80;   // of the recording, for each start
+constexpr double kTrial_s = 80;  // of the recording, for each start
 constexpr int kTrialRounds = 2;
 constexpr int kTrialEvaluations = 12;
 constexpr int kMostRounds = 10;
@@ -95,7 +95,8 @@ class Problem {
 
  private:
   // Noise of the encoder is in the acceleration, and wind moves the axis in the very window: it is the motion that
-  // surprises, by residual / J. Least squares of torques would favour a light machine, the more the coarser the encoder.
+  // surprises, by residual / J. Least squares of torques would favour a light machine, the more the coarser the
+  // encoder.
   double relative(const Eigen::VectorXd& parameters) const { return std::exp(first_inertia_ - parameters[kInertia]); }
 
   const TorqueBalance& balance_;

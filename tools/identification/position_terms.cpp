@@ -33,7 +33,10 @@ int count_of(PositionBasis basis) {
 }  // namespace
 
 PositionTerms::PositionTerms(double lowest_rad, double highest_rad)
-    : lowest_rad_(lowest_rad), highest_rad_(highest_rad), basis_(basis_of(highest_rad - lowest_rad)), count_(count_of(basis_)) {}
+    : lowest_rad_(lowest_rad),
+      highest_rad_(highest_rad),
+      basis_(basis_of(highest_rad - lowest_rad)),
+      count_(count_of(basis_)) {}
 
 PositionTerms::PositionTerms(const Recording& recording)
     : PositionTerms(*std::min_element(recording.joint_angle_rad.begin(), recording.joint_angle_rad.end()),

@@ -44,6 +44,13 @@ const char *basis_name(PositionBasis basis) {
   return "none";
 }
 
+Json rough_json(const RoughMachine& rough) {
+  return {{"coulomb_nm", rough.coulomb_nm},
+          {"bristle_rad", rough.bristle_rad},
+          {"stribeck_rad_s", rough.stribeck_rad_s},
+          {"inertia_kg_m2", rough.inertia_kg_m2}};
+}
+
 Json position_json(const Identification& result) {
   const PositionTerms& terms = result.position_terms;
   Json json;
@@ -98,6 +105,7 @@ Json checks_json(const Identification& result) {
           {"spread_s2", result.fit.parameters[kSpread]},
           {"gyro",
            {{"used", result.motion.gyro.fitted},
+            {"quick_motion", result.motion.fused},
             {"scale_error", result.motion.gyro.scale_error},
             {"delay_s", result.motion.gyro.delay_s}}},
           {"octaves_of_speed", {result.evidence.speeds[0], result.evidence.speeds[1]}},
@@ -124,6 +132,7 @@ Json to_json(const Identification& result, const Recording& recording) {
       json["refused"].push_back({{"parameter", parameter.name}, {"message", parameter.refused}});
     }
   }
+  json["rough"] = rough_json(result.rough);
   json["position"] = position_json(result);
   json["motor_harmonics"] = harmonics_json(result);
   json["noise"] = noise_json(result);

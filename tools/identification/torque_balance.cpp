@@ -51,11 +51,7 @@ Friction friction_of(const Eigen::VectorXd& p) {
 }
 
 TorqueBalance::TorqueBalance(const Recording& recording, const Motion& motion, const std::vector<Stretch>& stretches)
-    : recording_(recording),
-      motion_(motion),
-      stretches_(stretches),
-      map_(recording),
-      torque_(recording.ticks(), 0.0) {
+    : recording_(recording), motion_(motion), stretches_(stretches), map_(recording), torque_(recording.ticks(), 0.0) {
   for (const Stretch& stretch : stretches) {
     Part part{stretch, nodes(), 0};
     for (std::size_t i = stretch.first + kWindowReach; i + kWindowReach < stretch.last; ++i) {
