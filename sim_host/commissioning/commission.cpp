@@ -11,9 +11,7 @@ namespace {
 
 // What sizes the programme, whether or not the first look can vouch for it.
 commissioning::RoughMachine rough_machine(const identification::Identification& found) {
-  const double coulomb_nm = found.coulomb_mean.value;
-  return {coulomb_nm, coulomb_nm / found.parameter("stiffness").value, found.parameter("stribeck_speed_positive").value,
-          found.parameter("inertia").value};
+  return {found.rough.coulomb_nm, found.rough.bristle_rad, found.rough.stribeck_rad_s, found.rough.inertia_kg_m2};
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ InputFile result_file() {
   file.json["parameters"]["damping"]["value"] = 300.0;
   file.json["parameters"]["inertia"]["value"] = 6.0;
   file.json["checks"] = {{"delay_s", 70e-6},
-                         {"angle_noise_rad", 5e-8},
+                         {"encoder_noise_rad", 5e-8},
                          {"gyro", {{"used", true}, {"delay_s", 466e-6}, {"noise_rad_s", 8e-5}}}};
   return file;
 }

@@ -1,6 +1,8 @@
 // Identification of the shipped machines, with all noise on, against their plant files; and what it refuses.
+#include <cmath>
 #include <string>
 
+#include "commissioning/commission.hpp"
 #include "commissioning_bench.hpp"
 #include "experiments/control_design.hpp"
 #include "experiments/true_plant.hpp"
@@ -123,6 +125,52 @@ void test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing() {
   TEST_ASSERT_TRUE(json.at("refused").size() >= 2);
 }
 
+Recording first_look(const BenchSetup& setup) {
+  return commissioning_bench::record(
+      setup, trackservo::commissioning::first_look(sim::motion_limits(setup.plant, setup.axis)));
+}
+
+// Within a factor of 1.5 of the truth.
+void expect_rough_truth(const BenchSetup& setup, const Identification& result) {
+  const auto truth = commissioning_bench::truth_of(setup, result);
+  const double coulomb_nm = 0.5 * (truth.at("coulomb_positive") + truth.at("coulomb_negative"));
+  const auto check = [](const char *what, double right, double found) {
+    CHECK_NEAR(what, 0.0, std::log(found / right), std::log(1.5));
+  };
+  check("Coulomb torque", coulomb_nm, result.rough.coulomb_nm);
+  check("bristle length", coulomb_nm / truth.at("stiffness"), result.rough.bristle_rad);
+  check("Stribeck speed", truth.at("stribeck_speed_positive"), result.rough.stribeck_rad_s);
+  check("inertia", truth.at("inertia"), result.rough.inertia_kg_m2);
+}
+
+void test_a_first_look_of_a_minute_sizes_the_programme() {
+  BenchSetup setup = commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed);
+  auto& friction = setup.plant.axis[sim::kAzimuth].friction;
+  friction.stiffness_nm_rad *= 0.1;
+  friction.damping_nm_s_rad *= 0.3;
+  for (sim::StribeckConfig *direction : {&friction.positive, &friction.negative}) {
+    direction->coulomb_nm *= 0.1;
+    direction->breakaway_nm *= 0.1;
+    direction->viscous_nm_s_rad *= 0.1;
+  }
+  const Recording recording = first_look(setup);
+  CHECK_AT_MOST("seconds", 80, static_cast<double>(recording.ticks()) * identification::kTick_s);
+  const Identification result = identification::identify(recording);
+  TEST_ASSERT_FALSE_MESSAGE(result.complete(), "two places and a minute cannot do for everything");
+  expect_rough_truth(setup, result);
+  const auto rough = identification::to_json(result, recording).at("rough");
+  CHECK_SAME("bristle length in JSON", result.rough.bristle_rad, rough.at("bristle_rad").get<double>());
+}
+
+void test_a_coarse_encoder_leaves_quick_motion_to_the_gyro() {
+  BenchSetup setup = commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed);
+  setup.plant.axis[sim::kAzimuth].encoder.resolution_bits = 18;
+  const Identification result = identification::identify(first_look(setup));
+  TEST_ASSERT_TRUE(result.motion.fused);
+  expect_rough_truth(setup, result);
+  CHECK_RELATIVE("inertia", 5.738, result.rough.inertia_kg_m2, 0.05);
+}
+
 void test_an_axis_that_stands_still_is_refused_at_once() {
   Recording recording;
   for (int tick = 0; tick < 5000; ++tick) {
@@ -150,6 +198,8 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_an_axis_that_stands_still_is_refused_at_once);
   RUN_TEST(test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing);
+  RUN_TEST(test_a_first_look_of_a_minute_sizes_the_programme);
+  RUN_TEST(test_a_coarse_encoder_leaves_quick_motion_to_the_gyro);
   RUN_TEST(test_the_tracker_is_identified_in_its_wind);
   RUN_TEST(test_the_papers_machine_is_identified);
   return UNITY_END();

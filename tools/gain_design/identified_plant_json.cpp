@@ -99,7 +99,7 @@ IdentifiedPlant read_identified_plant(const InputFile& file) {
   plant.friction.positive = direction(file, "positive");
   plant.friction.negative = direction(file, "negative");
   plant.encoder = {std::max(0.0, number_at(file, "checks/delay_s") + kCurrentAge_s),
-                   number_at(file, "checks/angle_noise_rad")};
+                   number_at(file, "checks/encoder_noise_rad")};
   if (file.json.value(Json::json_pointer("/checks/gyro/used"), false)) {
     plant.gyro = gyro_facts(plant.encoder.latency_s + number_at(file, "checks/gyro/delay_s"),
                             number_at(file, "checks/gyro/noise_rad_s"));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 
 #include "identification/start_search.hpp"
@@ -17,6 +18,9 @@ constexpr double kInterval_deviations = 1.96;
 constexpr double kWidestFactor = 2.0;  // between the ends of an interval that is still of use
 constexpr Eigen::Index kFewestNodes = 400;
 constexpr int kLags = 40;
+
+// An encoder this noisy (22 bits and less) is worse than a gyro where motion is quick: 0.02 rad/s^2 under the window.
+constexpr double kCoarse_rad = 2e-7;
 
 constexpr double kHighestCutoff_hz = 250;
 constexpr double kLowestCutoff_hz = 20;
@@ -111,11 +115,11 @@ class EvidenceFinder {
   bool counted_ = false;
 };
 
-double inertial_share(const Recording& recording, const std::vector<std::size_t>& ticks, double inertia_kg_m2,
+double inertial_share(const Motion& motion, const std::vector<std::size_t>& ticks, double inertia_kg_m2,
                       double coulomb_nm) {
   double squares = 0;
   for (const std::size_t i : ticks) {
-    squares += std::pow(inertia_kg_m2 * triangle_second_derivative(recording.joint_angle_rad, i), 2.0);
+    squares += std::pow(inertia_kg_m2 * triangle_second_derivative(motion.joint_angle_rad, i), 2.0);
   }
   return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(ticks.size(), 1))) / coulomb_nm;
 }
@@ -240,6 +244,9 @@ double allowance_for(int parameter, const Identification& result) {
     case kStribeckSpeedNegative:
       return kModelAllowance +
              kWindAllowance * result.residual_rms_nm / std::exp(result.fit.parameters[kCoulombPositive]);
+    case kViscousPositive:
+    case kViscousNegative:
+      return kViscousAllowance;
     default:
       return kModelAllowance;
   }
@@ -279,6 +286,37 @@ void check_damping_ratio(Identification& result) {
       paper_damping_nm_s_rad(inertia, friction.stiffness_nm_rad, viscous, kPaperDampingRatio);
 }
 
+// --- what sizes the next programme ---
+
+constexpr double kRough_deviations = 1.0;  // of a logarithm; the search alone is no better than that
+
+RoughMachine rough_machine(const Friction& friction, double inertia_kg_m2) {
+  RoughMachine machine;
+  machine.coulomb_nm = 0.5 * (friction.positive.coulomb_nm + friction.negative.coulomb_nm);
+  machine.bristle_rad = machine.coulomb_nm / friction.stiffness_nm_rad;
+  machine.stribeck_rad_s = std::sqrt(friction.positive.stribeck_speed_rad_s * friction.negative.stribeck_speed_rad_s);
+  machine.inertia_kg_m2 = inertia_kg_m2;
+  return machine;
+}
+
+// The joint fit's values; where one is not determined at all, the start search's, which tried all values
+// there are and cannot have run away.
+RoughMachine rough_machine(const JointFit& fit, const PaperEstimate& start) {
+  RoughMachine machine = rough_machine(friction_of(fit.parameters), std::exp(fit.parameters[kInertia]));
+  const RoughMachine begun = rough_machine(start.friction, start.inertia_kg_m2);
+  const auto keep_if_certain = [&fit](double& value, double otherwise, std::initializer_list<Eigen::Index> parameters) {
+    const bool certain = std::all_of(parameters.begin(), parameters.end(), [&fit](Eigen::Index parameter) {
+      return fit.deviation(parameter) <= kRough_deviations;
+    });
+    value = certain && std::isfinite(value) ? value : otherwise;
+  };
+  keep_if_certain(machine.coulomb_nm, begun.coulomb_nm, {kCoulombPositive, kCoulombNegative});
+  keep_if_certain(machine.bristle_rad, begun.bristle_rad, {kCoulombPositive, kCoulombNegative, kStiffness});
+  keep_if_certain(machine.stribeck_rad_s, begun.stribeck_rad_s, {kStribeckSpeedPositive, kStribeckSpeedNegative});
+  keep_if_certain(machine.inertia_kg_m2, begun.inertia_kg_m2, {kInertia});
+  return machine;
+}
+
 Eigen::Index usable_nodes(const std::vector<Span>& spans) {
   Eigen::Index nodes = 0;
   for (const Span& span : spans) {
@@ -306,13 +344,16 @@ const Parameter& Identification::parameter(const std::string& name) const {
 Identification identify(const Recording& recording) {
   Identification result(recording);
   result.paper = paper_estimate(recording);
-  const Motion first_look = analyse_motion(recording);
+  Motion first_look = analyse_motion(recording);
+  if (recording.has_gyro() && first_look.angle_noise_rad > kCoarse_rad) {
+    first_look = analyse_motion(recording, kMotionCutoff_hz, true);
+  }
   const PaperEstimate found = search_start(recording, first_look, result.paper);
   const double bristle_rad = found.friction.positive.coulomb_nm / found.friction.stiffness_nm_rad;
   result.motion_cutoff_hz = motion_cutoff_hz(first_look.angle_noise_rad, bristle_rad);
-  result.motion = analyse_motion(recording, result.motion_cutoff_hz);
+  result.motion = analyse_motion(recording, result.motion_cutoff_hz, first_look.fused);
 
-  TorqueBalance balance(recording, result.motion);
+  TorqueBalance balance(recording, result.motion, result.motion.stretches);
   const Eigen::VectorXd start = start_parameters(balance, found);
   if (usable_nodes(balance.known(start)) < kFewestNodes) {
     throw IdentificationError(fmt::format("the axis hardly slides in this recording of {:.1f} s: record a {} and {}.",
@@ -325,12 +366,13 @@ Identification identify(const Recording& recording) {
   result.node_ticks = balance.ticks();
   result.evidence = EvidenceFinder(friction_of(result.fit.parameters), result.motion).find();
   result.evidence.inertial_share =
-      inertial_share(recording, result.node_ticks, std::exp(result.fit.parameters[kInertia]),
+      inertial_share(result.motion, result.node_ticks, std::exp(result.fit.parameters[kInertia]),
                      std::exp(result.fit.parameters[kCoulombPositive]));
   result.largest_correlation = autocorrelation(result.fit.whitened, result.fit.spans, kLags).cwiseAbs().maxCoeff();
   result.residual_rms_nm = residual_rms_nm(result.fit);
   check_damping_ratio(result);
   judge(paper, result);
+  result.rough = rough_machine(result.fit, found);
   return result;
 }
 

@@ -10,7 +10,8 @@ namespace trackservo::identification {
 
 namespace {
 
-constexpr int kTrialRounds = 2;  // for each start
+constexpr double kTrial_s = 80;  // of the recording, for each start
+constexpr int kTrialRounds = 2;
 constexpr int kTrialEvaluations = 12;
 constexpr int kMostRounds = 10;
 constexpr int kMostHarmonics = 6;
@@ -26,6 +27,7 @@ constexpr Eigen::Index kCluster_nodes = 400;  // 2 s
 constexpr double kLogarithmPrior = 3.0;
 constexpr double kMapPrior = 0.5;
 constexpr double kDelayPrior_s = 2e-3;
+constexpr double kSpreadPrior_s2 = 3e-8;
 constexpr double kRipplePrior = 0.03;
 
 double prior_deviation(const TorqueBalance& balance, Eigen::Index parameter) {
@@ -34,6 +36,9 @@ double prior_deviation(const TorqueBalance& balance, Eigen::Index parameter) {
   }
   if (parameter == kDelay) {
     return kDelayPrior_s;
+  }
+  if (parameter == kSpread) {
+    return kSpreadPrior_s2;
   }
   if (parameter < balance.first_load()) {
     return kMapPrior;
@@ -56,8 +61,7 @@ class Problem {
       : balance_(balance),
         fit_(fit),
         root_weights_(fit.weights.cwiseSqrt()),
-        give_(balance.mean_give(fit.parameters)),
-        first_inertia_(surprise_inertia_kg_m2(fit.parameters, give_, by_)) {}
+        first_inertia_(fit.parameters[kInertia]) {}
 
   int inputs() const { return static_cast<int>(balance_.parameters()); }
   int values() const { return static_cast<int>(balance_.nodes() + balance_.parameters()); }
@@ -81,9 +85,8 @@ class Problem {
     fit_.noise.whiten(fit_.spans, rows);
     jacobian.setZero(values(), inputs());
     fit_.noise.whiten(fit_.spans, residual);
-    const double relative = this->relative(parameters);  // sets by_
-    rows.noalias() -= residual * by_.transpose() * (relative / first_inertia_);
-    jacobian.topRows(balance_.nodes()) = (relative * root_weights_).asDiagonal() * rows;
+    rows.col(kInertia) -= residual;
+    jacobian.topRows(balance_.nodes()) = (relative(parameters) * root_weights_).asDiagonal() * rows;
     for (Eigen::Index i = 0; i < balance_.parameters(); ++i) {
       jacobian(balance_.nodes() + i, i) = 1.0 / prior_deviation(balance_, i);
     }
@@ -91,18 +94,15 @@ class Problem {
   }
 
  private:
-  // Wind moves the axis, so the residual is not independent of the motion that it is computed from. Maximum likelihood
-  // of the motion, not of the residual, divides by what a surprising acceleration makes of residual.
-  double relative(const Eigen::VectorXd& parameters) const {
-    return first_inertia_ / surprise_inertia_kg_m2(parameters, give_, by_);
-  }
+  // Noise of the encoder is in the acceleration, and wind moves the axis in the very window: it is the motion that
+  // surprises, by residual / J. Least squares of torques would favour a light machine, the more the coarser the
+  // encoder.
+  double relative(const Eigen::VectorXd& parameters) const { return std::exp(first_inertia_ - parameters[kInertia]); }
 
   const TorqueBalance& balance_;
   const JointFit& fit_;
   Eigen::VectorXd root_weights_;
-  mutable Eigen::VectorXd by_;
-  double give_;
-  double first_inertia_;
+  double first_inertia_;  // its logarithm
 };
 
 void update_noise(const TorqueBalance& balance, int order, JointFit& fit) {
@@ -190,13 +190,6 @@ JointFit begin(const TorqueBalance& balance, const Eigen::VectorXd& start) {
   fit.weights = Eigen::VectorXd::Ones(balance.nodes());
   update_noise(balance, kFirstOrder, fit);
   return fit;
-}
-
-// Minus log likelihood per node, up to a constant: what is left, measured as a surprise of the motion.
-double misfit(const TorqueBalance& balance, const JointFit& fit) {
-  Eigen::VectorXd by;
-  const double inertia = surprise_inertia_kg_m2(fit.parameters, balance.mean_give(fit.parameters), by);
-  return std::log(fit.noise.innovation_nm() / inertia);
 }
 
 // How much the squares of the whitened residuals fall when a harmonic is added and all else is fitted anew.
@@ -320,19 +313,23 @@ std::vector<Eigen::VectorXd> starts_around(const Motion& motion, const Eigen::Ve
 }
 
 JointFit fit_jointly(TorqueBalance& balance, const std::vector<Eigen::VectorXd>& starts) {
-  JointFit fit;
+  const TorqueBalance trial_balance = balance.excerpt(kTrial_s);
+  JointFit best;
   double least = std::numeric_limits<double>::infinity();
   for (const Eigen::VectorXd& start : starts) {
-    JointFit trial = begin(balance, start);
+    JointFit trial = begin(trial_balance, start);
     for (int round = 0; round < kTrialRounds; ++round) {
-      run_round(balance, kTrialEvaluations, kFirstOrder, trial);
+      run_round(trial_balance, kTrialEvaluations, kFirstOrder, trial);
     }
-    const double left = misfit(balance, trial);
-    if (left < least) {
-      least = left;
-      fit = std::move(trial);
+    const double surprise_rad_s2 = trial.noise.innovation_nm() / std::exp(trial.parameters[kInertia]);
+    if (surprise_rad_s2 < least) {
+      least = surprise_rad_s2;
+      best = std::move(trial);
     }
   }
+  JointFit fit = begin(balance, best.parameters);
+  fit.start = best.start;
+  run_round(balance, kMostEvaluations, kFirstOrder, fit);
   run_round(balance, kMostEvaluations, kLargestOrder, fit);
   add_harmonics(balance, fit);
   for (fit.rounds = 1; fit.rounds <= kMostRounds && !fit.converged; ++fit.rounds) {

@@ -45,6 +45,7 @@ Level level_of(const DirectionFriction& direction, double speed_rad_s, double le
 
 }  // namespace
 
+template <bool derivatives>
 const Lugre::Step& Lugre::advance(double rate_rad_s, double dt_s, double level, const double *level_terms) {
   const double speed = std::abs(rate_rad_s);
   const double sign = rate_rad_s >= 0.0 ? 1.0 : -1.0;
@@ -55,37 +56,41 @@ const Lugre::Step& Lugre::advance(double rate_rad_s, double dt_s, double level, 
   const MeanDecay decay = mean_decay(x);
   const double away_nm = force_nm_ - sign * g.value_nm;  // from where the force is going to
 
-  // Derivatives of end and mean force by g and by s0, the start force held.
-  const double end_by_x = -away_nm * decay.end;
-  const double mean_by_x = away_nm * decay.slope;
-  const double x_by_g = -x / g.value_nm;
-  const double end_by_g = sign * (1.0 - decay.end) + end_by_x * x_by_g;
-  const double mean_by_g = sign * (1.0 - decay.mean) + mean_by_x * x_by_g;
   const double to_rate = 1.0 / (friction_.stiffness_nm_rad * dt_s);  // of a change of force to dz/dt
 
   const double end_nm = sign * g.value_nm + away_nm * decay.end;
   step_.bristle_nm = sign * g.value_nm + away_nm * decay.mean;
   step_.damping_rad_s = (end_nm - force_nm_) * to_rate;
-  step_.give = 1.0 - sign * end_nm / g.value_nm;
 
-  const auto chain = [&](int parameter, double g_by, double x_by) {
-    const auto p = static_cast<std::size_t>(parameter);
-    const double end = force_by_[p] * decay.end + end_by_g * g_by + end_by_x * x_by;
-    step_.bristle_by[p] = force_by_[p] * decay.mean + mean_by_g * g_by + mean_by_x * x_by;
-    step_.damping_by[p] = (end - force_by_[p]) * to_rate;
-    force_by_[p] = end;
-  };
-  for (int i = 0; i < 3; ++i) {
-    chain(first + i, g.by[static_cast<std::size_t>(i)], 0.0);
-    chain(3 - first + i, 0.0, 0.0);
+  if constexpr (derivatives) {
+    // Of end and mean force by g and by s0, the start force held.
+    const double end_by_x = -away_nm * decay.end;
+    const double mean_by_x = away_nm * decay.slope;
+    const double x_by_g = -x / g.value_nm;
+    const double end_by_g = sign * (1.0 - decay.end) + end_by_x * x_by_g;
+    const double mean_by_g = sign * (1.0 - decay.mean) + mean_by_x * x_by_g;
+    const auto chain = [&](int parameter, double g_by, double x_by) {
+      const auto p = static_cast<std::size_t>(parameter);
+      const double end = force_by_[p] * decay.end + end_by_g * g_by + end_by_x * x_by;
+      step_.bristle_by[p] = force_by_[p] * decay.mean + mean_by_g * g_by + mean_by_x * x_by;
+      step_.damping_by[p] = (end - force_by_[p]) * to_rate;
+      force_by_[p] = end;
+    };
+    for (int i = 0; i < 3; ++i) {
+      chain(first + i, g.by[static_cast<std::size_t>(i)], 0.0);
+      chain(3 - first + i, 0.0, 0.0);
+    }
+    chain(kStiffness, 0.0, stretch);
+    for (int i = 0; i < level_terms_; ++i) {
+      chain(kLevel + i, level_terms[i] * g.value_nm / level, 0.0);
+    }
+    step_.damping_by[kStiffness] -= step_.damping_rad_s / friction_.stiffness_nm_rad;
   }
-  chain(kStiffness, 0.0, stretch);
-  for (int i = 0; i < level_terms_; ++i) {
-    chain(kLevel + i, level_terms[i] * g.value_nm / level, 0.0);
-  }
-  step_.damping_by[kStiffness] -= step_.damping_rad_s / friction_.stiffness_nm_rad;
   force_nm_ = end_nm;
   return step_;
 }
+
+template const Lugre::Step& Lugre::advance<true>(double, double, double, const double *);
+template const Lugre::Step& Lugre::advance<false>(double, double, double, const double *);
 
 }  // namespace trackservo::identification

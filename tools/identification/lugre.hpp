@@ -55,7 +55,6 @@ class Lugre {
   struct Step {
     double bristle_nm = 0;     // s0 z
     double damping_rad_s = 0;  // dz/dt, to be multiplied by s1
-    double give = 0;           // dz/dtheta at the end: 1 relaxed, 0 sliding, 2 just turned round
     Derivatives bristle_by{};  // derivatives of the two by the parameters
     Derivatives damping_by{};
   };
@@ -63,7 +62,9 @@ class Lugre {
   // Bristles relaxed. Neither s1 nor s2 is used here.
   Lugre(const Friction& friction, int level_terms) : friction_(friction), level_terms_(level_terms) {}
 
-  // One step at a constant joint rate; `level_terms` are the values of the map's terms at the present angle.
+  // One step at a constant joint rate; `level_terms` are the values of the map's terms at the present angle. Without
+  // derivatives it takes half the time; they are then wrong from there on.
+  template <bool derivatives = true>
   const Step& advance(double rate_rad_s, double dt_s, double level, const double *level_terms);
 
   double bristle_nm() const { return force_nm_; }

@@ -11,6 +11,9 @@ namespace trackservo::identification {
 
 namespace {
 
+// Noise of a coarse encoder must not hide how late the gyro is: they are compared below this.
+constexpr double kCoarseCutoff_hz = 25;
+
 // Mean rates between ticks, from the smoothed angle. The first tick of a stretch takes the second's.
 void joint_rates(const std::vector<double>& angle_rad, const Stretch& stretch, std::vector<double>& rate_rad_s) {
   for (std::size_t i = stretch.first + 1; i < stretch.last; ++i) {
@@ -61,20 +64,49 @@ void find_base_motion(const Recording& recording, Motion& motion) {
   }
 }
 
-}  // namespace
+// The gyro's integral, freed from its bias, scale error and delay, in place of the encoder above kBaseCutoff_hz.
+void let_gyro_have_quick_motion(const Recording& recording, Motion& motion) {
+  const LowPass filter(kBaseCutoff_hz);
+  std::vector<double> difference(recording.ticks());
+  std::vector<double> turned(recording.ticks());
+  std::vector<double> slow(recording.ticks());
+  for (const Stretch& stretch : motion.stretches) {
+    double integral_rad = recording.joint_angle_rad[stretch.first];
+    double last_rad_s = 0;
+    for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+      const double rate_rad_s =
+          (recording.inertial_rate_rad_s[i] - motion.gyro.bias_rad_s) / (1.0 + motion.gyro.scale_error);
+      integral_rad += i == stretch.first ? 0.0 : 0.5 * (last_rad_s + rate_rad_s) * kTick_s;
+      last_rad_s = rate_rad_s;
+      turned[i] = integral_rad + motion.gyro.delay_s * rate_rad_s;
+      difference[i] = recording.joint_angle_rad[i] - turned[i];
+    }
+    filter.smooth(difference, stretch.first, stretch.last, slow);
+    for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+      motion.joint_angle_rad[i] = turned[i] + slow[i];
+    }
+  }
+  motion.fused = true;
+}
 
-Motion analyse_motion(const Recording& recording, double cutoff_hz) {
-  Motion motion;
-  motion.stretches = stretches(recording);
-  motion.joint_rate_rad_s.assign(recording.ticks(), 0.0);
-  motion.base_rate_rad_s.assign(recording.ticks(), 0.0);
-  std::vector<double> smooth_rad(recording.ticks());
+void find_rates(double cutoff_hz, Motion& motion) {
+  std::vector<double> smooth_rad(motion.joint_angle_rad.size());
   const LowPass filter(cutoff_hz);
   for (const Stretch& stretch : motion.stretches) {
-    filter.smooth(recording.joint_angle_rad, stretch.first, stretch.last, smooth_rad);
+    filter.smooth(motion.joint_angle_rad, stretch.first, stretch.last, smooth_rad);
     joint_rates(smooth_rad, stretch, motion.joint_rate_rad_s);
   }
-  motion.angle_noise_rad = white_noise_rms(recording.joint_angle_rad, motion.stretches);
+}
+
+}  // namespace
+
+Motion analyse_motion(const Recording& recording, double cutoff_hz, bool fuse) {
+  Motion motion;
+  motion.stretches = stretches(recording);
+  motion.joint_angle_rad = recording.joint_angle_rad;
+  motion.joint_rate_rad_s.assign(recording.ticks(), 0.0);
+  motion.base_rate_rad_s.assign(recording.ticks(), 0.0);
+  find_rates(fuse ? kCoarseCutoff_hz : cutoff_hz, motion);
   if (recording.has_gyro()) {
     motion.gyro = fit_gyro(recording, motion);
     if (motion.gyro.fitted) {
@@ -82,6 +114,12 @@ Motion analyse_motion(const Recording& recording, double cutoff_hz) {
       find_base_motion(recording, motion);
     }
   }
+  if (fuse && motion.gyro.fitted) {
+    let_gyro_have_quick_motion(recording, motion);
+    find_rates(cutoff_hz, motion);
+  }
+  motion.encoder_noise_rad = white_noise_rms(recording.joint_angle_rad, motion.stretches);
+  motion.angle_noise_rad = white_noise_rms(motion.joint_angle_rad, motion.stretches);
   return motion;
 }
 

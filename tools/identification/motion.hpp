@@ -4,6 +4,9 @@
 // gyro is late by its filter, and a delay of 0.5 ms at 2 Hz looks like several percent of sigma2), the gyro alone sees
 // the base. So the gyro is first compared with the encoder, gyro = bias + (1 + scale) rate - delay * acceleration, and
 // only what this leaves, low-passed, is taken for base motion.
+//
+// Where the encoder is too coarse for quick motion, the gyro takes over above kBaseCutoff_hz: the angle is then the
+// encoder's, low-passed, plus what the gyro's integral has above that.
 #ifndef TRACKSERVO_IDENTIFICATION_MOTION_HPP
 #define TRACKSERVO_IDENTIFICATION_MOTION_HPP
 
@@ -24,18 +27,22 @@ struct GyroFit {
 
 struct Motion {
   std::vector<Stretch> stretches;
+  std::vector<double> joint_angle_rad;  // the encoder's, or of encoder and gyro together
   // Mean joint rate between the tick before and this one, low-passed without phase: at standstill the encoder's
   // noise would move the bristles to and fro and relax them.
   std::vector<double> joint_rate_rad_s;
   std::vector<double> base_rate_rad_s;  // of the tick; 0 without a gyro
   GyroFit gyro;
-  double angle_noise_rad = 0;  // rms of the encoder's noise, from what is left of the angle at high frequency
+  double angle_noise_rad = 0;    // rms of joint_angle_rad's noise, from what is left of it at high frequency
+  double encoder_noise_rad = 0;  // the same of the encoder alone
+  bool fused = false;            // joint_angle_rad is of encoder and gyro
 };
 
 constexpr double kMotionCutoff_hz = 80;
 constexpr double kBaseCutoff_hz = 10;
 
-Motion analyse_motion(const Recording& recording, double cutoff_hz = kMotionCutoff_hz);
+// Rates are low-passed at `cutoff_hz`. `fuse`: let the gyro, if there is one, have the quick motion.
+Motion analyse_motion(const Recording& recording, double cutoff_hz = kMotionCutoff_hz, bool fuse = false);
 
 }  // namespace trackservo::identification
 

@@ -116,7 +116,7 @@ double inertia_by_excitation(const Recording& recording, const Motion& motion) {
   for (const Stretch& stretch : motion.stretches) {
     double last_torque = NAN;
     double last_acceleration = 0;
-    for (std::size_t i = stretch.first + kHalfWindow; i + kHalfWindow < stretch.last; i += kHalfWindow) {
+    for (std::size_t i = stretch.first + kWindowReach; i + kWindowReach < stretch.last; i += kHalfWindow) {
       if (excited && recording.kind[i] != RunKind::kTorqueExcitation) {
         last_torque = NAN;
         continue;
@@ -147,7 +147,7 @@ class SlopeFinder {
   double find(bool presliding_runs_only) {
     slopes_.clear();
     for (const Stretch& stretch : motion_.stretches) {
-      for (std::size_t i = stretch.first + kHalfWindow; i + kHalfWindow < stretch.last; ++i) {
+      for (std::size_t i = stretch.first + kWindowReach; i + kWindowReach < stretch.last; ++i) {
         const RunKind kind = recording_.kind[i];
         const bool wanted = !presliding_runs_only || kind == RunKind::kTorqueRamps || kind == RunKind::kHysteresis;
         add(wanted,

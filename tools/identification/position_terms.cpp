@@ -18,17 +18,8 @@ PositionBasis basis_of(double travel_rad) {
   return travel_rad >= kHardlyAny_rad ? PositionBasis::kTravel : PositionBasis::kNone;
 }
 
-}  // namespace
-
-PositionTerms::PositionTerms(double lowest_rad, double highest_rad)
-    : lowest_rad_(lowest_rad), highest_rad_(highest_rad), basis_(basis_of(highest_rad - lowest_rad)) {}
-
-PositionTerms::PositionTerms(const Recording& recording)
-    : PositionTerms(*std::min_element(recording.joint_angle_rad.begin(), recording.joint_angle_rad.end()),
-                    *std::max_element(recording.joint_angle_rad.begin(), recording.joint_angle_rad.end())) {}
-
-int PositionTerms::count() const {
-  switch (basis_) {
+int count_of(PositionBasis basis) {
+  switch (basis) {
     case PositionBasis::kTurn:
       return 4;
     case PositionBasis::kTravel:
@@ -38,6 +29,18 @@ int PositionTerms::count() const {
   }
   return 0;
 }
+
+}  // namespace
+
+PositionTerms::PositionTerms(double lowest_rad, double highest_rad)
+    : lowest_rad_(lowest_rad),
+      highest_rad_(highest_rad),
+      basis_(basis_of(highest_rad - lowest_rad)),
+      count_(count_of(basis_)) {}
+
+PositionTerms::PositionTerms(const Recording& recording)
+    : PositionTerms(*std::min_element(recording.joint_angle_rad.begin(), recording.joint_angle_rad.end()),
+                    *std::max_element(recording.joint_angle_rad.begin(), recording.joint_angle_rad.end())) {}
 
 std::string PositionTerms::name(int term) const {
   static const char *const turn[] = {"cos(angle)", "sin(angle)", "cos(2 angle)", "sin(2 angle)"};

@@ -27,7 +27,7 @@ class PositionTerms {
   double lowest_rad() const { return lowest_rad_; }
   double highest_rad() const { return highest_rad_; }
 
-  int count() const;
+  int count() const { return count_; }
   std::string name(int term) const;  // "cos 2 angle", "travel^2"
   std::array<double, kMost> at(double angle_rad) const;
 
@@ -35,6 +35,7 @@ class PositionTerms {
   double lowest_rad_;
   double highest_rad_;
   PositionBasis basis_;
+  int count_;
 };
 
 }  // namespace trackservo::identification

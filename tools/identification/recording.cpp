@@ -190,6 +190,26 @@ std::vector<Stretch> stretches(const Recording& recording) {
   return found;
 }
 
+std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double most_s) {
+  constexpr std::size_t kPart_ticks = 20000;  // long enough that the bristles' unknown start does not matter
+  std::size_t ticks = 0;
+  for (const Stretch& stretch : stretches) {
+    ticks += stretch.ticks();
+  }
+  const double share = most_s / (static_cast<double>(ticks) * kTick_s);
+  if (share >= 1.0) {
+    return stretches;
+  }
+  const auto period = static_cast<std::size_t>(static_cast<double>(kPart_ticks) / share);
+  std::vector<Stretch> parts;
+  for (const Stretch& stretch : stretches) {
+    for (std::size_t first = stretch.first; first < stretch.last; first += period) {
+      parts.push_back({first, std::min(first + kPart_ticks, stretch.last)});
+    }
+  }
+  return parts;
+}
+
 Recording read_recording(std::istream& input, const std::string& name) { return Reader(input, name).read(); }
 
 Recording load_recording(const std::string& path) {

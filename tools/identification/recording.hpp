@@ -45,6 +45,10 @@ struct Stretch {
 
 std::vector<Stretch> stretches(const Recording& recording);
 
+// Parts of them, spread evenly over the whole and as long as each other, `most_s` together at most: enough for a first
+// idea, in a fraction of the time. Everything if there is no more than that.
+std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double most_s);
+
 // A file that cannot be read as a recording; the message names file, line, what is wrong and what would be right.
 class RecordingError : public std::runtime_error {
  public:

@@ -45,6 +45,13 @@ const char *basis_name(PositionBasis basis) {
   return "none";
 }
 
+Json rough_json(const RoughMachine& rough) {
+  return {{"coulomb_nm", rough.coulomb_nm},
+          {"bristle_rad", rough.bristle_rad},
+          {"stribeck_rad_s", rough.stribeck_rad_s},
+          {"inertia_kg_m2", rough.inertia_kg_m2}};
+}
+
 Json position_json(const Identification& result) {
   const PositionTerms& terms = result.position_terms;
   Json json;
@@ -95,9 +102,12 @@ Json checks_json(const Identification& result) {
           {"damping_by_eq_15_nm_s_rad", result.eq15_damping_nm_s_rad},
           {"motion_cutoff_hz", result.motion_cutoff_hz},
           {"angle_noise_rad", result.motion.angle_noise_rad},
+          {"encoder_noise_rad", result.motion.encoder_noise_rad},
           {"delay_s", result.fit.parameters[kDelay]},
+          {"spread_s2", result.fit.parameters[kSpread]},
           {"gyro",
            {{"used", result.motion.gyro.fitted},
+            {"quick_motion", result.motion.fused},
             {"scale_error", result.motion.gyro.scale_error},
             {"delay_s", result.motion.gyro.delay_s},
             {"noise_rad_s", result.motion.gyro.noise_rad_s}}},
@@ -160,6 +170,7 @@ Json to_json(const Identification& result, const Recording& recording) {
       json["refused"].push_back({{"parameter", parameter.name}, {"message", parameter.refused}});
     }
   }
+  json["rough"] = rough_json(result.rough);
   json["position"] = position_json(result);
   json["motor_harmonics"] = harmonics_json(result);
   json["noise"] = noise_json(result);

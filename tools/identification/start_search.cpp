@@ -14,9 +14,16 @@ namespace {
 
 enum Column { kTcPlus, kTsPlus, kTcMinus, kTsMinus, kS2Plus, kS2Minus, kBend, kAcceleration, kLoad, kColumns };
 
-constexpr int kLengths = 9;  // from a tenth to ten times the paper's
-constexpr double kLengthRange = 10.0;
-constexpr int kSpeeds = 24;
+// Of the recording; the search is about the neighbourhood, not about the last percent.
+constexpr double kMost_s = 80;
+// Bristle lengths that are tried at first, then around the best of them.
+constexpr double kShortest_rad = 2e-6;
+constexpr double kLongest_rad = 0.1;
+constexpr int kLengths = 16;
+constexpr int kFineLengths = 9;
+constexpr double kFineRange = 2.5;
+constexpr int kSpeeds = 18;
+constexpr double kSpeedRange = 3000;  // from the fastest that occurs
 constexpr int kNoiseOrder = 6;
 
 using Columns = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;
@@ -28,16 +35,28 @@ struct Candidate {
   Eigen::Matrix<double, kColumns, 1> solution = Eigen::Matrix<double, kColumns, 1>::Zero();
 };
 
+std::vector<double> geometric(double first, double last, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) {
+    values.push_back(first * std::pow(last / first, static_cast<double>(i) / (count - 1)));
+  }
+  return values;
+}
+
 class Search {
  public:
   Search(const Recording& recording, const Motion& motion) : recording_(recording), motion_(motion) {
-    for (const Stretch& stretch : motion.stretches) {
+    for (const Stretch& stretch : excerpt(motion.stretches, kMost_s)) {
       Span span{static_cast<Eigen::Index>(node_tick_.size()), 0};
-      for (std::size_t i = stretch.first + kHalfWindow; i + kHalfWindow < stretch.last; i += kHalfWindow) {
+      for (std::size_t i = stretch.first + kWindowReach; i + kWindowReach < stretch.last; i += kHalfWindow) {
         node_tick_.push_back(i);
       }
       span.last = static_cast<Eigen::Index>(node_tick_.size());
       spans_.push_back(span);
+      stretches_.push_back(stretch);
+      for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+        highest_rad_s_ = std::max(highest_rad_s_, std::abs(motion.joint_rate_rad_s[i]));
+      }
     }
     torque_.resize(static_cast<Eigen::Index>(node_tick_.size()));
     for (Eigen::Index node = 0; node < torque_.size(); ++node) {
@@ -45,66 +64,113 @@ class Search {
     }
   }
 
-  // Twice: noise that is only known after the first time makes the second one sharper.
-  Candidate best(double length_rad) {
-    Candidate best = scan(length_rad, kLengthRange);
-    Eigen::VectorXd residual = torque_ - columns(bend(best.length_rad), best.stribeck_rad_s) * best.solution;
-    noise_ = NoiseModel::fit(residual, Eigen::VectorXd::Ones(residual.size()), spans_, kNoiseOrder);
-    return scan(best.length_rad, std::sqrt(kLengthRange));
+  // The noise is not known before friction is, nor friction before the noise: once as if it were calm, once as if there
+  // were wind, each time with better noise. What leaves the least to be explained is right.
+  Candidate best() {
+    Candidate best;
+    double least_nm = INFINITY;
+    for (const NoiseModel& first : {NoiseModel(), NoiseModel::slow_drift()}) {
+      noise_ = first;
+      std::vector<double> lengths_rad = geometric(kShortest_rad, kLongest_rad, kLengths);
+      renew_noise(scan(lengths_rad).any);
+      Found found = scan(lengths_rad);
+      renew_noise(found.any);
+      const double middle_rad = found.plausible.length_rad;
+      if (!(middle_rad > 0)) {
+        continue;
+      }
+      found = scan(geometric(middle_rad / kFineRange, middle_rad * kFineRange, kFineLengths));
+      renew_noise(found.plausible);
+      if (found.plausible.length_rad > 0 && noise_.innovation_nm() < least_nm) {
+        least_nm = noise_.innovation_nm();
+        best = found.plausible;
+      }
+    }
+    return best;
   }
 
  private:
+  using Series = std::vector<float>;  // by tick; a thousandth is precise enough
+
   std::size_t tick(Eigen::Index node) const { return node_tick_[static_cast<std::size_t>(node)]; }
 
   // The bristles' bend, -1..1: at the end of each tick.
-  std::vector<double> bend(double length_rad) const {
-    std::vector<double> bend(recording_.ticks(), 0.0);
-    for (const Stretch& stretch : motion_.stretches) {
+  Series bend(double length_rad) const {
+    Series bend(recording_.ticks(), 0.0F);
+    for (const Stretch& stretch : stretches_) {
       double h = 0;
       for (std::size_t i = stretch.first; i < stretch.last; ++i) {
         const double way = motion_.joint_rate_rad_s[i] * kTick_s / length_rad;
         const double side = way >= 0 ? 1.0 : -1.0;
         h = side + (h - side) * std::exp(-std::abs(way));
-        bend[i] = h;
+        bend[i] = static_cast<float>(h);
       }
     }
     return bend;
   }
 
-  Columns columns(const std::vector<double>& bend, double stribeck_rad_s) const {
+  // How much of Ts - Tc there is at each tick's speed, 0..1.
+  Series shares(double stribeck_rad_s) const {
+    Series shares(recording_.ticks(), 0.0F);
+    for (const Stretch& stretch : stretches_) {
+      for (std::size_t i = stretch.first; i < stretch.last; ++i) {
+        const double ratio = motion_.joint_rate_rad_s[i] / stribeck_rad_s;
+        shares[i] = std::exp(static_cast<float>(-ratio * ratio));
+      }
+    }
+    return shares;
+  }
+
+  Columns columns(const Series& bend, const Series& shares) const {
     Columns columns = Columns::Zero(torque_.size(), kColumns);
     for (Eigen::Index node = 0; node < columns.rows(); ++node) {
       const std::size_t middle = tick(node);
       auto row = columns.row(node);
       for (std::size_t j = 0; j < kTriangle.size(); ++j) {
-        const std::size_t i = middle + 1 + j - kHalfWindow;
+        const std::size_t i = middle + j - kHalfWindow;
         const double rate = motion_.joint_rate_rad_s[i];
-        const double ratio = rate / stribeck_rad_s;
-        const double share = std::exp(-ratio * ratio);
+        const auto bent = static_cast<double>(bend[i]);
+        const auto share = static_cast<double>(shares[i]);
         const double weight = kTriangle[j];
         const bool forward = rate >= 0;
-        row[forward ? kTcPlus : kTcMinus] += weight * bend[i] * (1.0 - share);
-        row[forward ? kTsPlus : kTsMinus] += weight * bend[i] * share;
+        row[forward ? kTcPlus : kTcMinus] += weight * bent * (1.0 - share);
+        row[forward ? kTsPlus : kTsMinus] += weight * bent * share;
         row[forward ? kS2Plus : kS2Minus] += weight * rate;
-        row[kBend] += weight * (bend[i] - bend[i - 1]) / kTick_s;
+        row[kBend] += weight * (bent - static_cast<double>(bend[i - 1])) / kTick_s;
       }
-      row[kAcceleration] = triangle_second_derivative(recording_.joint_angle_rad, middle);
+      row[kAcceleration] = triangle_second_derivative(motion_.joint_angle_rad, middle);
       row[kLoad] = 1.0;
     }
     return columns;
   }
 
-  Candidate scan(double middle_rad, double range) {
+  void renew_noise(const Candidate& candidate) {
+    if (candidate.length_rad > 0) {
+      const Eigen::VectorXd residual =
+          torque_ - columns(bend(candidate.length_rad), shares(candidate.stribeck_rad_s)) * candidate.solution;
+      noise_ = NoiseModel::fit(residual, Eigen::VectorXd::Ones(residual.size()), spans_, kNoiseOrder);
+    }
+  }
+
+  // The best of all, and the best with friction that resists in both directions.
+  struct Found {
+    Candidate any;
+    Candidate plausible;
+  };
+
+  Found scan(const std::vector<double>& lengths_rad) const {
     Eigen::VectorXd white_torque = torque_;
     noise_.whiten(spans_, white_torque);
-    const double highest = std::max(1e-9, highest_rate());
-    Candidate best;
-    for (int l = 0; l < kLengths; ++l) {
-      const double length_rad = middle_rad * std::pow(range, 2.0 * l / (kLengths - 1) - 1.0);
-      const std::vector<double> bend = this->bend(length_rad);
-      for (int s = 0; s < kSpeeds; ++s) {
-        const double stribeck = highest * std::pow(10.0, -3.5 * s / (kSpeeds - 1));
-        Columns white = columns(bend, stribeck);
+    std::vector<Series> bends;
+    for (const double length_rad : lengths_rad) {
+      bends.push_back(bend(length_rad));
+    }
+    const double highest = std::max(1e-9, highest_rad_s_);
+    Found best;
+    for (const double stribeck_rad_s : geometric(highest, highest / kSpeedRange, kSpeeds)) {
+      const Series shares = this->shares(stribeck_rad_s);
+      for (std::size_t l = 0; l < lengths_rad.size(); ++l) {
+        Columns white = columns(bends[l], shares);
         noise_.whiten(spans_, white);
         Eigen::Matrix<double, kColumns, kColumns> normal = white.transpose() * white;
         normal.diagonal() *= 1.0 + 1e-9;
@@ -112,27 +178,24 @@ class Search {
         const double squares = (white_torque - white * solution).squaredNorm();
         const bool friction =
             solution[kTcPlus] > 0 && solution[kTcMinus] > 0 && solution[kTsPlus] > 0 && solution[kTsMinus] > 0;
-        if (friction && squares < best.squares) {
-          best = {length_rad, stribeck, squares, solution};
+        if (squares < best.any.squares) {
+          best.any = {lengths_rad[l], stribeck_rad_s, squares, solution};
+        }
+        if (friction && squares < best.plausible.squares) {
+          best.plausible = {lengths_rad[l], stribeck_rad_s, squares, solution};
         }
       }
     }
     return best;
   }
 
-  double highest_rate() const {
-    double highest = 0;
-    for (const double rate : motion_.joint_rate_rad_s) {
-      highest = std::max(highest, std::abs(rate));
-    }
-    return highest;
-  }
-
   const Recording& recording_;
   const Motion& motion_;
+  std::vector<Stretch> stretches_;
   std::vector<std::size_t> node_tick_;
   std::vector<Span> spans_;
   Eigen::VectorXd torque_;
+  double highest_rad_s_ = 0;
   NoiseModel noise_ = NoiseModel::slow_drift();
 };
 
@@ -140,9 +203,7 @@ class Search {
 
 PaperEstimate search_start(const Recording& recording, const Motion& motion, const PaperEstimate& paper) {
   PaperEstimate found = paper;
-  const double level_nm =
-      std::max(0.5 * (paper.friction.positive.coulomb_nm + paper.friction.negative.coulomb_nm), 1e-9);
-  const Candidate best = Search(recording, motion).best(level_nm / paper.friction.stiffness_nm_rad);
+  const Candidate best = Search(recording, motion).best();
   if (!(best.length_rad > 0)) {
     return found;
   }

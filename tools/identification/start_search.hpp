@@ -14,7 +14,8 @@
 
 namespace trackservo::identification {
 
-// Searches around the paper's sigma0 and over all speeds that occur. What the data leave open stays as in `paper`.
+// Searches all bristle lengths from microradians to a tenth of a radian, and all speeds that occur: nothing needs to be
+// known of the machine. What the data leave open stays as in `paper`.
 PaperEstimate search_start(const Recording& recording, const Motion& motion, const PaperEstimate& paper);
 
 }  // namespace trackservo::identification

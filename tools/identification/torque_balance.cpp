@@ -17,10 +17,11 @@ constexpr double kForgotten = 7.0;       // e^-7: a thousandth of the first bris
 constexpr double kLeastLevel = 0.05;     // the map never takes all friction away
 constexpr std::size_t kFilterEnds = 50;  // ticks in which the low-passes see beyond the stretch
 
-// Cubic through the values around `at` ticks before tick i, and its slope by `at`.
+// Cubic through the values around `at` ticks before tick i, with its slope and curvature by `at`.
 struct Delayed {
   double value;
   double slope;
+  double curve;
 };
 
 Delayed delayed(const std::vector<double>& values, std::size_t i, double at) {
@@ -34,7 +35,8 @@ Delayed delayed(const std::vector<double>& values, std::size_t i, double at) {
   const double linear = -a / 3.0 - b / 2.0 + c - d / 6.0;
   const double square = (a + c) / 2.0 - b;
   const double cube = (d - a) / 6.0 + (b - c) / 2.0;
-  return {b + u * (linear + u * (square + u * cube)), linear + u * (2.0 * square + 3.0 * u * cube)};
+  return {b + u * (linear + u * (square + u * cube)), linear + u * (2.0 * square + 3.0 * u * cube),
+          2.0 * square + 6.0 * u * cube};
 }
 
 DirectionFriction direction_of(const Eigen::VectorXd& p, int coulomb, int viscous) {
@@ -48,29 +50,16 @@ Friction friction_of(const Eigen::VectorXd& p) {
           direction_of(p, kCoulombNegative, kViscousNegative)};
 }
 
-// A constant acceleration over the window's last half moves the axis by t^2/2 and its speed by t; under the triangle
-// these are T^2/24 and T/6 of the acceleration, and twice that of the second difference, which it enters by one half.
-double surprise_inertia_kg_m2(const Eigen::VectorXd& p, double give, Eigen::VectorXd& by) {
-  const double viscous = 0.5 * (std::exp(p[kViscousPositive]) + std::exp(p[kViscousNegative]));
-  const double stiffness_part = std::exp(p[kStiffness]) * give * kHalfWindow_s * kHalfWindow_s / 12.0;
-  const double damping_part = std::exp(p[kDamping]) * give * kHalfWindow_s / 3.0;
-  by = Eigen::VectorXd::Zero(p.size());
-  by[kInertia] = std::exp(p[kInertia]);
-  by[kStiffness] = stiffness_part;
-  by[kDamping] = damping_part;
-  return by[kInertia] + stiffness_part + damping_part + viscous * kHalfWindow_s / 3.0;
-}
-
-TorqueBalance::TorqueBalance(const Recording& recording, const Motion& motion)
-    : recording_(recording), motion_(motion), map_(recording), torque_(recording.ticks(), 0.0) {
-  for (const Stretch& stretch : motion.stretches) {
+TorqueBalance::TorqueBalance(const Recording& recording, const Motion& motion, const std::vector<Stretch>& stretches)
+    : recording_(recording), motion_(motion), stretches_(stretches), map_(recording), torque_(recording.ticks(), 0.0) {
+  for (const Stretch& stretch : stretches) {
     Part part{stretch, nodes(), 0};
-    for (std::size_t i = stretch.first + kHalfWindow; i + kHalfWindow < stretch.last; ++i) {
+    for (std::size_t i = stretch.first + kWindowReach; i + kWindowReach < stretch.last; ++i) {
       torque_[i] = triangle_mean(recording.torque_nm, i);
     }
     for (std::size_t i = stretch.first + kMargin; i + kMargin < stretch.last; i += kHalfWindow) {
       tick_.push_back(i);
-      acceleration_.push_back(triangle_second_derivative(recording.joint_angle_rad, i) +
+      acceleration_.push_back(triangle_second_derivative(motion.joint_angle_rad, i) +
                               triangle_derivative(motion.base_rate_rad_s, i));
     }
     part.nodes = nodes() - part.first_node;
@@ -81,6 +70,10 @@ TorqueBalance::TorqueBalance(const Recording& recording, const Motion& motion)
   for (const double angle_rad : recording.joint_angle_rad) {
     terms_.push_back(map_.at(angle_rad));
   }
+}
+
+TorqueBalance TorqueBalance::excerpt(double most_s) const {
+  return {recording_, motion_, identification::excerpt(stretches_, most_s)};
 }
 
 void TorqueBalance::add_harmonic(const MotorHarmonic& harmonic) {
@@ -107,10 +100,12 @@ void TorqueBalance::add_linear_parts(Eigen::Index node, const Eigen::VectorXd& p
   for (int term = 0; term < map_.count(); ++term) {
     load_nm += parameters[first_load() + 1 + term] * terms_[tick_[n]][static_cast<std::size_t>(term)];
   }
-  residual_nm[node] += torque.value - inertial_nm - load_nm;
+  const double spread_nm_s2 = torque.curve / (kTick_s * kTick_s);
+  residual_nm[node] += torque.value + parameters[kSpread] * spread_nm_s2 - inertial_nm - load_nm;
   if (jacobian != nullptr) {
     auto row = jacobian->row(node);
-    row[kDelay] = torque.slope / kTick_s;
+    row[kDelay] = torque.slope / kTick_s;  // what the spread adds to it is some thousandths
+    row[kSpread] = spread_nm_s2;
     row[kInertia] = -inertial_nm;
     row[first_load()] = -1.0;
     for (int term = 0; term < map_.count(); ++term) {
@@ -119,17 +114,23 @@ void TorqueBalance::add_linear_parts(Eigen::Index node, const Eigen::VectorXd& p
   }
 }
 
-void TorqueBalance::add_bristle_derivatives(const Lugre::Step& step, double weight, const Scale& scale,
-                                            Jacobian::RowXpr row) const {
+// Of a tick's friction torque, in the order of the parameters.
+TorqueBalance::FrictionRow TorqueBalance::friction_row(const Lugre::Step& step, const Scale& scale, bool forward,
+                                                       double viscous_nm) const {
+  FrictionRow row{};
   const auto by = [&](std::size_t p) { return step.bristle_by[p] + scale.back() * step.damping_by[p]; };
   for (std::size_t p = 0; p <= kStiffness; ++p) {
-    row[static_cast<Eigen::Index>(p)] -= weight * scale[p] * by(p);
+    row.by[p] = scale[p] * by(p);
   }
-  for (Eigen::Index term = 0; term < map_.count(); ++term) {
-    row[first_map() + term] -= weight * by(static_cast<std::size_t>(kLevel + term));
+  row.by[forward ? kViscousPositive : kViscousNegative] = viscous_nm;
+  row.by[kDamping] = scale.back() * step.damping_rad_s;
+  for (std::size_t term = 0; term < row.by_map.size(); ++term) {
+    row.by_map[term] = by(kLevel + term);
   }
+  return row;
 }
 
+template <bool derivatives>
 void TorqueBalance::evaluate_part(const Part& part, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
                                   Jacobian *jacobian) const {
   const Friction friction = friction_of(parameters);
@@ -140,28 +141,32 @@ void TorqueBalance::evaluate_part(const Part& part, const Eigen::VectorXd& param
   }
   scale.back() = friction.damping_nm_s_rad;
   const auto half = static_cast<std::ptrdiff_t>(kHalfWindow);
-  const std::ptrdiff_t first_begin = static_cast<std::ptrdiff_t>(kMargin) - half + 1;
+  const auto first_begin = static_cast<std::ptrdiff_t>(kMargin - kHalfWindow);
+  constexpr auto kTicks = static_cast<std::ptrdiff_t>(kTriangle.size());
   for (std::size_t i = part.ticks.first; i < part.ticks.last; ++i) {
     const double rate = motion_.joint_rate_rad_s[i];
-    const Lugre::Step& step = lugre.advance(rate, kTick_s, level_at(parameters, i), terms_[i].data());
+    const Lugre::Step& step = lugre.advance<derivatives>(rate, kTick_s, level_at(parameters, i), terms_[i].data());
     const bool forward = rate >= 0.0;
     const double viscous_nm =
         (forward ? friction.positive.viscous_nm_s_rad : friction.negative.viscous_nm_s_rad) * rate;
-    const double damping_nm = friction.damping_nm_s_rad * step.damping_rad_s;
-    const double torque_nm = step.bristle_nm + damping_nm + viscous_nm;
-    // A tick lies under the triangles of two nodes, half a window apart. Ticks are counted from the first one's begin.
+    const double torque_nm = step.bristle_nm + friction.damping_nm_s_rad * step.damping_rad_s + viscous_nm;
+    FrictionRow tick_row;
+    if constexpr (derivatives) {
+      tick_row = friction_row(step, scale, forward, viscous_nm);
+    }
+    // A tick lies under up to three triangles, half a window apart. Ticks are counted from the first one's begin.
     const std::ptrdiff_t tick = static_cast<std::ptrdiff_t>(i - part.ticks.first) - first_begin;
-    for (std::ptrdiff_t node = tick / half; tick >= 0 && node >= 0 && node > tick / half - 2; --node) {
+    for (std::ptrdiff_t node = tick / half; tick >= 0 && node >= 0 && tick - node * half < kTicks; --node) {
       if (node >= part.nodes) {
         continue;
       }
       const double weight = kTriangle[static_cast<std::size_t>(tick - node * half)];
       residual_nm[part.first_node + node] -= weight * torque_nm;
-      if (jacobian != nullptr) {
+      if constexpr (derivatives) {
         auto row = jacobian->row(part.first_node + node);
-        add_bristle_derivatives(step, weight, scale, jacobian->row(part.first_node + node));
-        row[kDamping] -= weight * damping_nm;
-        row[forward ? kViscousPositive : kViscousNegative] -= weight * viscous_nm;
+        row.head<kInertia>() -= weight * Eigen::Map<const Eigen::RowVectorXd>(tick_row.by.data(), kInertia);
+        row.segment(first_map(), map_.count()) -=
+            weight * Eigen::Map<const Eigen::RowVectorXd>(tick_row.by_map.data(), map_.count());
       }
     }
   }
@@ -174,7 +179,11 @@ void TorqueBalance::evaluate(const Eigen::VectorXd& parameters, Eigen::VectorXd&
     jacobian->setZero(nodes(), this->parameters());
   }
   for (const Part& part : parts_) {
-    evaluate_part(part, parameters, residual_nm, jacobian);
+    if (jacobian != nullptr) {
+      evaluate_part<true>(part, parameters, residual_nm, jacobian);
+    } else {
+      evaluate_part<false>(part, parameters, residual_nm, nullptr);
+    }
   }
   for (Eigen::Index node = 0; node < nodes(); ++node) {
     add_linear_parts(node, parameters, residual_nm, jacobian);
@@ -184,17 +193,6 @@ void TorqueBalance::evaluate(const Eigen::VectorXd& parameters, Eigen::VectorXd&
   if (jacobian != nullptr) {
     jacobian->rightCols(harmonic) = harmonic_columns_;
   }
-}
-
-double TorqueBalance::mean_give(const Eigen::VectorXd& parameters) const {
-  double sum = 0;
-  for (const Part& part : parts_) {
-    Lugre lugre(friction_of(parameters), 0);
-    for (std::size_t i = part.ticks.first; i < part.ticks.last; ++i) {
-      sum += lugre.advance(motion_.joint_rate_rad_s[i], kTick_s, level_at(parameters, i), nullptr).give;
-    }
-  }
-  return std::clamp(sum / static_cast<double>(recording_.ticks()), 0.0, 1.0);
 }
 
 std::vector<Span> TorqueBalance::known(const Eigen::VectorXd& parameters) const {

@@ -1,9 +1,11 @@
 // The balance of torques on the axis, eq. (6), along a recording, and its derivatives by all parameters.
 //
-//   residual = torque(t - delay) - J dw/dt - Tf(joint rate) - load(angle)
+//   residual = torque(t - delay) + spread d2torque/dt2 - J dw/dt - Tf(joint rate) - load(angle)
 //
 // Every term is a mean under the same triangle (window.hpp), one value each 5 ms: a node. With the true parameters the
-// residual is wind and sensor noise alone. `delay` is how much later the motion is measured than the torque acts.
+// residual is wind and sensor noise alone. `delay` is how much later the motion is measured than the torque acts;
+// `spread` by how much more the motion is smeared over time than the torque, as half a variance: how the current rises
+// within a tick, how the encoder averages its readings.
 // Parameters that cannot be negative enter as logarithms: a relative error is then an absolute one.
 #ifndef TRACKSERVO_IDENTIFICATION_TORQUE_BALANCE_HPP
 #define TRACKSERVO_IDENTIFICATION_TORQUE_BALANCE_HPP
@@ -28,6 +30,7 @@ enum BalanceParameter {
   kInertia,
   kLogarithms,
   kDelay = kLogarithms,  // s
+  kSpread,               // s^2
   kFixedParameters       // the map's coefficients follow, then the load's, then the motor's harmonics
 };
 
@@ -41,7 +44,11 @@ class TorqueBalance {
  public:
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  TorqueBalance(const Recording& recording, const Motion& motion);
+  // Of the given stretches of the motion; recording and motion must outlive it.
+  TorqueBalance(const Recording& recording, const Motion& motion, const std::vector<Stretch>& stretches);
+
+  // The same along parts of it, `most_s` together at most.
+  TorqueBalance excerpt(double most_s) const;
 
   Eigen::Index nodes() const { return static_cast<Eigen::Index>(tick_.size()); }
   Eigen::Index parameters() const { return first_harmonic() + harmonic_columns_.cols(); }
@@ -56,9 +63,6 @@ class TorqueBalance {
 
   // Takes in a harmonic of the motor: two more parameters, at the end.
   void add_harmonic(const MotorHarmonic& harmonic);
-
-  // Mean of dz/dtheta, 0 (sliding) .. 1 (at rest).
-  double mean_give(const Eigen::VectorXd& parameters) const;
 
   // Residuals [Nm] by node and, if asked for, their derivatives.
   void evaluate(const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm, Jacobian *jacobian) const;
@@ -76,7 +80,13 @@ class TorqueBalance {
   // From derivatives by the bristles' parameters to those by their logarithms; sigma1 at the end.
   using Scale = std::array<double, kStiffness + 2>;
 
-  void add_bristle_derivatives(const Lugre::Step& step, double weight, const Scale& scale, Jacobian::RowXpr row) const;
+  struct FrictionRow {
+    std::array<double, kInertia> by;  // what comes before kInertia
+    std::array<double, PositionTerms::kMost> by_map;
+  };
+
+  FrictionRow friction_row(const Lugre::Step& step, const Scale& scale, bool forward, double viscous_nm) const;
+  template <bool derivatives>
   void evaluate_part(const Part& part, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
                      Jacobian *jacobian) const;
   void add_linear_parts(Eigen::Index node, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,
@@ -85,6 +95,7 @@ class TorqueBalance {
 
   const Recording& recording_;
   const Motion& motion_;
+  std::vector<Stretch> stretches_;
   PositionTerms map_;
   std::vector<Part> parts_;
   std::vector<MotorHarmonic> harmonics_;
@@ -94,10 +105,6 @@ class TorqueBalance {
   std::vector<double> torque_;        // under the triangle, by tick: delays are looked up in it
   std::vector<std::array<double, PositionTerms::kMost>> terms_;  // by tick
 };
-
-// How much torque a surprising acceleration in the last half of a window makes [kg m2]: J, and what friction adds to
-// it with bristles that give way by `give` on average. `by`: derivatives by all parameters.
-double surprise_inertia_kg_m2(const Eigen::VectorXd& parameters, double give, Eigen::VectorXd& by);
 
 // The friction that a parameter vector says.
 Friction friction_of(const Eigen::VectorXd& parameters);

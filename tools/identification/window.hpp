@@ -15,26 +15,38 @@ namespace trackservo::identification {
 
 constexpr std::size_t kHalfWindow = 5;  // ticks; also the distance of two windows
 constexpr double kHalfWindow_s = static_cast<double>(kHalfWindow) * kTick_s;
+constexpr std::size_t kWindowReach = kHalfWindow + 1;  // ticks that a window needs to each side
 
-// Weights of the ticks i - kHalfWindow + 1 ... i + kHalfWindow, whose values are means since the tick before.
-constexpr std::array<double, 2 * kHalfWindow> triangle_weights() {
-  std::array<double, 2 * kHalfWindow> weights{};
+// Weights of the ticks i - kHalfWindow ... i + kHalfWindow + 1, whose values are means since the tick before.
+//
+// Inside of a tick both the triangle and the signal have a slope, and the mean of a product is not the product of the
+// means: slope times slope times dt^2/12 is missing. With the signal's slope taken from the neighbouring ticks this is
+// a 24th of a tick's weight at the triangle's corners. Left out, 0.5 % of a torque at 40 Hz is lost, and of J with it.
+constexpr std::array<double, 2 * kWindowReach> triangle_weights() {
+  std::array<double, 2 * kWindowReach> weights{};
   constexpr double kWidth = static_cast<double>(kHalfWindow);
+  constexpr double kCorner = 1.0 / (24.0 * kWidth * kWidth);
   for (std::size_t i = 0; i < kHalfWindow; ++i) {
     const double weight = (static_cast<double>(i) + 0.5) / (kWidth * kWidth);
-    weights[i] = weight;
-    weights[2 * kHalfWindow - 1 - i] = weight;
+    weights[1 + i] = weight;
+    weights[2 * kHalfWindow - i] = weight;
+  }
+  for (const std::size_t i : {std::size_t{0}, std::size_t{1}, 2 * kHalfWindow, 2 * kHalfWindow + 1}) {
+    weights[i] -= kCorner;
+  }
+  for (const std::size_t i : {kHalfWindow, kHalfWindow + 1}) {
+    weights[i] += 2.0 * kCorner;
   }
   return weights;
 }
-constexpr std::array<double, 2 *kHalfWindow> kTriangle = triangle_weights();
+constexpr std::array<double, 2 *kWindowReach> kTriangle = triangle_weights();
 
 // Mean under the triangle around tick i of a series of means since the tick before.
 template <class Series>
 double triangle_mean(const Series& series, std::size_t i) {
   double sum = 0;
   for (std::size_t j = 0; j < kTriangle.size(); ++j) {
-    sum += kTriangle[j] * series[i + 1 + j - kHalfWindow];
+    sum += kTriangle[j] * series[i + j - kHalfWindow];
   }
   return sum;
 }
