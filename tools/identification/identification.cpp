@@ -23,6 +23,7 @@ constexpr int kLags = 40;
 constexpr double kCoarse_rad = 2e-7;
 
 constexpr double kHighestCutoff_hz = 250;
+constexpr double kLowestTrusted_hz = 150;  // below it slip after a stick is blurred, and sigma2 takes what is missing
 constexpr double kLowestCutoff_hz = 20;
 constexpr double kRelaxation_1_s = 0.2;  // of the bristles at rest, by the encoder's noise: at most this
 
@@ -213,6 +214,11 @@ std::string reason_to_refuse(const ParameterText& text, const Parameter& paramet
   std::string missing = missing_run(text.index, result.evidence);
   if (!missing.empty()) {
     return missing;
+  }
+  const bool viscous = text.index == kViscousPositive || text.index == kViscousNegative;
+  if (viscous && result.motion.fused && result.motion_cutoff_hz < kLowestTrusted_hz) {
+    return fmt::format("encoder and gyro let motion be seen only below {:.0f} Hz, which blurs it; use a finer encoder",
+                       result.motion_cutoff_hz);
   }
   const bool stribeck_speed = text.index == kStribeckSpeedPositive || text.index == kStribeckSpeedNegative;
   if (stribeck_speed && !stribeck_effect_is_seen(result.fit, text.index - 2)) {
