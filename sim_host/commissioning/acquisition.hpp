@@ -37,7 +37,8 @@ class ExperimentError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Throws ExperimentError, which names the experiment and says what was wrong with it.
+// Throws ExperimentError, which names the experiment and says what was wrong with it. A break-away that wind takes
+// beyond its limits ends there, and the programme goes on.
 Acquisition acquire(const AcquisitionSetup& setup, const commissioning::Programme& programme);
 
 }  // namespace trackservo::sim

@@ -177,13 +177,16 @@ Programme first_look(const MotionLimits& limits) {
   constexpr double kReach_s = 0.3;  // from rest to the top speed: the inertia is not known yet
   constexpr double kSmallestLoop_rad = 30e-6;
   constexpr int kLoopSizes = 7;  // half a decade apart
-  constexpr int kSpeeds = 11;    // an octave apart
+  constexpr int kSpeeds = 13;
+  constexpr double kRatio = 1.78;  // three decades in all
+  constexpr double kDwell_s = 0.5;
   check(limits);
   const Means means = means_of(limits, kRateShare * limits.rate_rad_s / kReach_s);
   Programme programme{true, places_in(limits, means, kFirstLookUsed_rad, 2), kMovingShare * limits.rate_rad_s,
                       limits_of(limits, means)};
   for (Place& place : programme.places) {
-    place.experiments.push_back(sweep(means, means.top_rad_s * std::pow(2.0, 1 - kSpeeds), 2.0, kSpeeds, kShortest_s));
+    place.experiments.push_back(
+        sweep(means, means.top_rad_s * std::pow(kRatio, 1 - kSpeeds), kRatio, kSpeeds, kDwell_s));
     for (int i = 0; i < kLoopSizes; ++i) {
       const double amplitude_rad = std::min(kSmallestLoop_rad * std::pow(10.0, 0.5 * i), 0.2 * means.room_rad);
       place.experiments.push_back(loops(amplitude_rad, std::max(1.0, 4.0 * amplitude_rad / means.top_rad_s), 2));
