@@ -7,15 +7,6 @@
 
 namespace trackservo::sim {
 
-namespace {
-
-// What sizes the programme, whether or not the first look can vouch for it.
-commissioning::RoughMachine rough_machine(const identification::Identification& found) {
-  return {found.rough.coulomb_nm, found.rough.bristle_rad, found.rough.stribeck_rad_s, found.rough.inertia_kg_m2};
-}
-
-}  // namespace
-
 commissioning::MotionLimits motion_limits(const PlantConfig& plant, int axis) {
   constexpr double kRateLimit_rad_s = 0.6;
   const AxisConfig& config = plant.axis[static_cast<std::size_t>(axis)];
@@ -52,7 +43,7 @@ Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed) 
   setup.seed = seed;
   const commissioning::MotionLimits limits = motion_limits(plant, axis);
   const Acquisition looked = acquire(setup, commissioning::first_look(limits));
-  const commissioning::RoughMachine rough = rough_machine(identification::identify(looked.recording));
+  const commissioning::RoughMachine rough = identification::identify(looked.recording).rough;
   Acquisition acquired = acquire(setup, commissioning::programme_for(limits, rough));
   identification::Identification found = identification::identify(acquired.recording);
   const std::map<std::string, double> truth = true_parameters(plant, axis, 0.0, found.position_terms);

@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "identification/rough_machine.hpp"
+
 extern "C" {
 #include "commissioning/experiment.h"
 }
@@ -25,12 +27,7 @@ struct MotionLimits {
 };
 
 // What is known of it, roughly: a factor of two does not matter.
-struct RoughMachine {
-  double coulomb_nm = 0;
-  double bristle_rad = 0;  // Tc / sigma0
-  double stribeck_rad_s = 0;
-  double inertia_kg_m2 = 0;
-};
+using identification::RoughMachine;
 
 struct Place {
   double angle_rad = 0;

@@ -14,6 +14,7 @@
 #include "identification/motion.hpp"
 #include "identification/paper_method.hpp"
 #include "identification/recording.hpp"
+#include "identification/rough_machine.hpp"
 #include "identification/torque_balance.hpp"
 
 namespace trackservo::identification {
@@ -45,14 +46,6 @@ struct Evidence {
   bool slow[2] = {false, false};  // below the Stribeck speed among them
   int turns = 0;                  // turning round after sliding, sliding again after it
   double inertial_share = 0;      // rms of J dw/dt beside the Coulomb friction
-};
-
-// Point values, each good to a factor of two: they size the next programme where the parameters themselves are refused.
-struct RoughMachine {
-  double coulomb_nm = 0;      // mean of both directions
-  double bristle_rad = 0;     // Tc / sigma0
-  double stribeck_rad_s = 0;  // geometric mean of both directions
-  double inertia_kg_m2 = 0;
 };
 
 struct Identification {
