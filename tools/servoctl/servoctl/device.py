@@ -15,6 +15,7 @@ from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
 from .bus import BusAddress, open_bus
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
+from .interrupts import postponed
 from .parameter import AXIS_SHIFT, Parameter, Value
 from .schema import (
     ENVIRONMENT,
@@ -123,7 +124,7 @@ class Device:
     def upload(self, index: int, sub: int = 0, name: str = "") -> bytes:
         """Reads an object's bytes."""
         try:
-            with self.turns.transfer():
+            with self.turns.transfer(), postponed():
                 return bytes(self.node.sdo.upload(index, sub))
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("read", index, sub, name, error) from error
@@ -133,6 +134,7 @@ class Device:
         try:
             with (
                 self.turns.long_transfer(),
+                postponed(),
                 self.node.sdo.open(index, sub, "rb", block_transfer=True) as stream,
             ):
                 return bytes(stream.read())
@@ -144,7 +146,7 @@ class Device:
         sdo = self.node.sdo
         sdo.RESPONSE_TIMEOUT = timeout_s
         try:
-            with self.turns.transfer():
+            with self.turns.transfer(), postponed():
                 sdo.download(index, sub, data)
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("write", index, sub, name, error) from error

@@ -1,4 +1,4 @@
-"""Steps that an interrupt must not leave half done: bringing an axis to rest, putting back what was borrowed."""
+"""Steps that an interrupt must not leave half done: a transfer, bringing an axis to rest, putting back what was borrowed."""
 
 from __future__ import annotations
 
@@ -10,14 +10,35 @@ from typing import Any
 
 
 @contextlib.contextmanager
-def deaf() -> Iterator[None]:
-    """Within a `with` block Ctrl-C and SIGTERM are not heard."""
+def _handled_by(handler: Any) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield  # only the main thread gets signals
         return
-    before: dict[signal.Signals, Any] = {s: signal.signal(s, signal.SIG_IGN) for s in (signal.SIGINT, signal.SIGTERM)}
+    before: dict[signal.Signals, Any] = {s: signal.signal(s, handler) for s in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, handler_before in before.items():
+            signal.signal(number, handler_before)
+
+
+@contextlib.contextmanager
+def deaf() -> Iterator[None]:
+    """Within a `with` block Ctrl-C and SIGTERM are not heard."""
+    with _handled_by(signal.SIG_IGN):
+        yield
+
+
+@contextlib.contextmanager
+def postponed() -> Iterator[None]:
+    """Ctrl-C and SIGTERM that come within a `with` block are heard at its end.
+
+    An SDO transfer that is left while its answer is on the way has the next one take that answer for its own.
+    """
+    came: list[int] = []
+    try:
+        with _handled_by(lambda number, _frame: came.append(number)):
+            yield
+    finally:
+        if came:
+            signal.raise_signal(came[0])

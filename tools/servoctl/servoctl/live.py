@@ -37,6 +37,7 @@ class LiveAxis:
         """Done before the quick stop, by who has started something on the axis."""
         self._turn = contextlib.ExitStack()
         self._undo: list[Callable[[], None]] = []
+        self._supervision = Supervision(device)
         self._was_enabled = False
 
     def __enter__(self) -> LiveAxis:
@@ -45,9 +46,8 @@ class LiveAxis:
             turn.enter_context(turns.alone(drive.name, f"another servoctl is moving {drive.name}: wait until it is done."))
             self._check_at_rest()
             turn.enter_context(turns.motion())
-            supervision = Supervision(self.device)
-            supervision.begin()
-            self._undo.append(supervision.end)
+            self._supervision.begin()
+            self._undo.append(self._supervision.end)
             self._turn = turn.pop_all()
         try:
             self._prepare()
@@ -157,6 +157,16 @@ class LiveAxis:
             drive.disable()
 
     def _stop_hard(self) -> None:
+        """Tried again when the bus fails it once; when it still does, the device has to brake, for want of our heartbeat."""
+        with contextlib.suppress(ServoctlError, can.CanError, OSError):
+            return self._stop_quickly()
+        try:
+            self._stop_quickly()
+        except (ServoctlError, can.CanError, OSError):
+            self._supervision.abandon()
+            raise
+
+    def _stop_quickly(self) -> None:
         drive = self.drive
         drive.set_target_rate(0.0)
         try:

@@ -52,6 +52,10 @@ class Supervision:
             self.end()
             raise
 
+    def abandon(self) -> None:
+        """The node goes on watching us, and hears us no more: `end` then leaves its entry, and the device brakes."""
+        self._entry = None
+
     def end(self) -> None:
         """The node does not watch us any more; its NMT state is as before the first motion when we are the last."""
         try:

@@ -6,8 +6,11 @@ build/host are used. The folder for journals is a new one in every test.
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -16,6 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from servoctl.cli import main
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -71,8 +76,30 @@ class Bench:
         assert "Traceback" not in err, err
         return Result(process.returncode, out, err)
 
+    def here(self, *arguments: str) -> Result:
+        """In this process, which spares a new one's start; in the same surroundings."""
+        out, err = io.StringIO(), io.StringIO()
+        heard = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+        with (
+            pytest.MonkeyPatch.context() as patch,
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+        ):
+            patch.chdir(self.folder)
+            for name in os.environ.keys() - self.environment.keys():
+                patch.delenv(name)
+            for name, value in self.environment.items():
+                patch.setenv(name, value)
+            try:
+                code = main(list(arguments))
+            finally:
+                for number, handler in heard.items():
+                    signal.signal(number, handler)
+        return Result(code, out.getvalue(), err.getvalue())
+
     def json(self, *arguments: str) -> Any:
-        result = self(*arguments, "--json")
+        ours = self.environment["PYTHONPATH"] == str(PACKAGE)
+        result = (self.here if ours else self)(*arguments, "--json")
         assert result.code == 0, result.err
         return result.data
 
@@ -97,12 +124,12 @@ def servo(served: str, tmp_path: Path) -> Bench:
     """servoctl at the simulated servo, both axes disabled and without fault."""
     bench = Bench(served, tmp_path)
     for axis in ("azimuth", "pitch"):
-        bench("undo", "--staged", "--axis", axis)
+        bench.here("undo", "--staged", "--axis", axis)
         state = bench.json("state", axis)["axes"][0]["state"]
         if state == "fault":
-            bench("state", axis, "reset")
+            bench.here("state", axis, "reset")
         elif state != "switch on disabled":
-            bench("state", axis, "disable")
+            bench.here("state", axis, "disable")
     return bench
 
 

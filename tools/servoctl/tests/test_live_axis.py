@@ -45,6 +45,7 @@ def axis(servo: Bench, name: str = "azimuth") -> dict[str, object]:
 
 
 def at_rest(servo: Bench) -> bool:
+    """At this moment: wind turns a disabled axis now and then."""
     return abs(float(str(axis(servo)["rate_deg_s"]))) < 0.1
 
 
@@ -109,6 +110,7 @@ def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_list
     """`sim_host experiments` computes 50.6 degrees at 49.8 Hz and 12.7 dB for this plant with pitch level."""
     servo.json("state", "pitch", "enable")
     servo.json("move", "pitch", "--to", "0", "--rate", "10", "--yes")
+    servo.json("state", "azimuth", "enable")
     before = borrowed(servo)
     monitor = servo.start("monitor", "--for", "15", "--json")
     found = servo.json("bode", "azimuth", "--periods", "3", "--yes")
@@ -125,18 +127,22 @@ def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_list
     assert all(line["heartbeat_age_s"] < 0.5 for line in lines[5:])
     rates = [line["axes"][0]["rate_deg_s"] for line in lines]
     assert max(abs(rate) for rate in rates if rate is not None) < 3
-    servo.json("state", "pitch", "disable")
+    for name in ("azimuth", "pitch"):
+        servo.json("state", name, "disable")
 
 
 @pytest.mark.parametrize("number, code", [(signal.SIGINT, 130), (signal.SIGTERM, 130)])
-def test_interrupting_stops_the_axis_and_puts_all_back(servo: Bench, number: int, code: int) -> None:
+def test_interrupting_stops_the_axis_and_puts_all_back(
+    servo: Bench, number: int, code: int, eventually: Eventually
+) -> None:
     before = borrowed(servo)
     process = servo.start("bode", "azimuth", "--yes")
     time.sleep(5)
     assert axis(servo)["state"] == "operation enabled"
     process.send_signal(number)
     assert process.wait(timeout=20) == code
-    assert axis(servo)["state"] == "switch on disabled" and at_rest(servo)
+    assert axis(servo)["state"] == "switch on disabled"
+    eventually(lambda: at_rest(servo), 4.0)
     assert borrowed(servo) == before
 
 

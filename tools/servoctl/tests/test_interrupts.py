@@ -1,0 +1,89 @@
+"""An interrupt at the worst moment: a request is out, its answer is on the way."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from servoctl.bus import parse_bus
+from servoctl.device import Device
+from servoctl.drive import Drive
+from servoctl.errors import ConnectionFailed
+from servoctl.live import LiveAxis
+from servoctl.power import DISABLED, PROFILE_VELOCITY
+
+from .conftest import Bench
+
+DEVICE_TYPE, VENDOR = (0x1000, 0), (0x1018, 1)
+
+
+@pytest.fixture
+def device(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(servo.folder))
+    with Device(parse_bus(servo.bus), 1) as opened:
+        yield opened
+
+
+def interrupted(device: Device, times: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The next `times` requests are each followed by Ctrl-C."""
+    send, left = device.network.send_message, [times]
+
+    def send_and_interrupt(*arguments: Any, **named: Any) -> None:
+        send(*arguments, **named)
+        if left[0]:
+            left[0] -= 1
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(device.network, "send_message", send_and_interrupt)
+
+
+def test_a_transfer_after_an_interrupted_one_gets_its_own_answer(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = device.upload(*VENDOR)
+    interrupted(device, 1, monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        device.upload(*DEVICE_TYPE)
+    assert [device.upload(*VENDOR) for _ in range(20)] == [expected] * 20
+
+
+def test_an_interrupted_motion_stops_though_the_bus_fails_it_once(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quick_stop, failures = Drive.quick_stop, [1]
+
+    def fails_first(drive: Drive) -> None:
+        if failures[0]:
+            failures[0] -= 1
+            raise ConnectionFailed("lost")
+        quick_stop(drive)
+
+    monkeypatch.setattr(Drive, "quick_stop", fails_first)
+    monkeypatch.setattr(Drive, "disable", lambda _drive: None)  # nothing else brakes it
+    with pytest.raises(KeyboardInterrupt), LiveAxis(device, 0, PROFILE_VELOCITY) as live:
+        live.drive.set_target_rate(0.02)
+        raise KeyboardInterrupt
+    monkeypatch.undo()
+    assert failures == [0] and Drive(device, 0).state() == DISABLED
+
+
+def test_a_motion_that_cannot_be_stopped_leaves_the_device_watching_for_a_heartbeat(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(_drive: Drive) -> None:
+        raise ConnectionFailed("lost")
+
+    monkeypatch.setattr(Drive, "quick_stop", fails)
+    monkeypatch.setattr(Drive, "disable", fails)
+    with pytest.raises(KeyboardInterrupt), LiveAxis(device, 0, PROFILE_VELOCITY) as live:
+        live.drive.set_target_rate(0.02)
+        raise KeyboardInterrupt
+    monkeypatch.undo()
+    azimuth = Drive(device, 0)
+    azimuth.wait(lambda: azimuth.state() != "operation enabled", 3.0, "brake by itself")
+    azimuth.wait_for_standstill()
+    device.write_int(0x1016, 4, 0, 4)
+    azimuth.reset_fault()
