@@ -8,7 +8,8 @@ add_library(trackservo_reproducible_floats INTERFACE)
 target_compile_options(trackservo_reproducible_floats INTERFACE -ffp-contract=off)
 
 # The simulator is optimised across files, firmware included: a tenth faster with the same numbers. Tests are not, since
-# each would be optimised anew when it is linked; so libraries carry ordinary code, too ("fat objects", gcc only).
+# each would be optimised anew when it is linked, for ten seconds; so libraries carry ordinary code, too ("fat objects",
+# gcc only), and who is not optimised across files has to say so, or the linker would do it nevertheless.
 if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT TRACKSERVO_SANITIZE AND NOT TRACKSERVO_COVERAGE)
   include(CheckIPOSupported)
   check_ipo_supported(RESULT trackservo_ipo LANGUAGES C CXX)
@@ -28,6 +29,10 @@ function(trackservo_own_code target)
   target_compile_features(${target} PRIVATE c_std_11 cxx_std_17)
   set_target_properties(${target} PROPERTIES C_STANDARD 11 C_EXTENSIONS OFF CXX_STANDARD 17 CXX_EXTENSIONS OFF)
   target_link_libraries(${target} PRIVATE trackservo_warnings trackservo_reproducible_floats trackservo_sanitizers)
+  if(trackservo_ipo)
+    set(across_files "$<BOOL:$<TARGET_PROPERTY:INTERPROCEDURAL_OPTIMIZATION_RELWITHDEBINFO>>")
+    target_link_options(${target} PRIVATE "$<$<NOT:${across_files}>:-fno-lto>")
+  endif()
 endfunction()
 
 # A static library of firmware C: its includes are written from firmware/ ("control/lugre.h").

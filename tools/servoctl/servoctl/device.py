@@ -31,6 +31,8 @@ from .schema import (
 from .turns import Turns
 
 SDO_TIMEOUT_S = 0.5
+LATE_ANSWER_S = 0.1
+"""After a transfer that failed, an answer still on the way comes within so long: the next transfer must not take it."""
 STORE_TIMEOUT_S = 5.0
 
 ABORTS: dict[int, str] = {
@@ -122,10 +124,14 @@ class Device:
     # --- objects by index -----------------------------------------------------------------------------------------
 
     def upload(self, index: int, sub: int = 0, name: str = "") -> bytes:
-        """Reads an object's bytes."""
+        """Reads an object's bytes; once more when the first answer is late or lost."""
         try:
             with self.turns.transfer(), postponed():
-                return bytes(self.node.sdo.upload(index, sub))
+                try:
+                    return bytes(self.node.sdo.upload(index, sub))
+                except SdoCommunicationError:
+                    time.sleep(LATE_ANSWER_S)
+                    return bytes(self.node.sdo.upload(index, sub))
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("read", index, sub, name, error) from error
 
@@ -147,7 +153,11 @@ class Device:
         sdo.RESPONSE_TIMEOUT = timeout_s
         try:
             with self.turns.transfer(), postponed():
-                sdo.download(index, sub, data)
+                try:
+                    sdo.download(index, sub, data)
+                except SdoCommunicationError:
+                    time.sleep(LATE_ANSWER_S)
+                    raise
         except (SdoAbortedError, SdoCommunicationError, can.CanError, OSError) as error:
             raise self._explain("write", index, sub, name, error) from error
         finally:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import signal
+import threading
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from servoctl.bus import parse_bus
-from servoctl.device import Device
+from servoctl.device import SDO_TIMEOUT_S, Device
 from servoctl.drive import Drive
 from servoctl.errors import ConnectionFailed
 from servoctl.live import LiveAxis
@@ -48,6 +49,28 @@ def test_a_transfer_after_an_interrupted_one_gets_its_own_answer(
     with pytest.raises(KeyboardInterrupt):
         device.upload(*DEVICE_TYPE)
     assert [device.upload(*VENDOR) for _ in range(20)] == [expected] * 20
+
+
+def test_a_late_answer_is_waited_for_and_not_taken_for_another_ones(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The node answers the first request 50 ms after we have given it up."""
+    expected = device.upload(*VENDOR)
+    take, waits = device.node.sdo.on_response, [True]
+
+    def late(*arguments: Any) -> None:
+        if waits.pop() if waits else False:
+            threading.Timer(SDO_TIMEOUT_S + 0.05, take, arguments).start()
+        else:
+            take(*arguments)
+
+    device.network.unsubscribe(device.node.sdo.tx_cobid, take)
+    device.network.subscribe(device.node.sdo.tx_cobid, late)
+    with pytest.raises(ConnectionFailed):
+        device.download(0x1017, 0, (100).to_bytes(2, "little"))  # as it is
+    assert [device.upload(*VENDOR) for _ in range(20)] == [expected] * 20
+    waits.append(True)
+    assert device.upload(*VENDOR) == expected
 
 
 def test_an_interrupted_motion_stops_though_the_bus_fails_it_once(
