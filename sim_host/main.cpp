@@ -22,6 +22,7 @@
 
 #include "commissioning/commission.hpp"
 #include "commissioning/commission_report.hpp"
+#include "commissioning/tuned_gains.hpp"
 #include "config/arguments.hpp"
 #include "experiments/benchmark.hpp"
 #include "experiments/campaign.hpp"
@@ -143,23 +144,43 @@ struct IdentifyOptions {
   std::filesystem::path out_dir;
 };
 
+struct CommissionedAndTuned {
+  sim::Commissioned commissioned;
+  std::optional<sim::TunedGains> gains;  // none when a parameter was refused
+};
+
+CommissionedAndTuned commission_and_tune(const sim::PlantConfig& plant, int axis, std::uint64_t seed) {
+  CommissionedAndTuned done{sim::commission(plant, axis, seed), std::nullopt};
+  if (done.commissioned.identification.complete()) {
+    done.gains = sim::tune(plant, done.commissioned);
+  }
+  return done;
+}
+
 // Both axes at the same time, as if each machine had one: a thread each.
 void identify(const IdentifyOptions& options) {
   const sim::PlantConfig plant = sim::load_plant(options.plant);
   warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
   const auto begin = std::chrono::steady_clock::now();
-  std::array<std::future<sim::Commissioned>, sim::kAxes> axes;
+  std::array<std::future<CommissionedAndTuned>, sim::kAxes> axes;
   for (int axis = 0; axis < sim::kAxes; ++axis) {
-    axes[static_cast<std::size_t>(axis)] =
-        std::async(std::launch::async, [&plant, &options, axis] { return sim::commission(plant, axis, options.seed); });
+    axes[static_cast<std::size_t>(axis)] = std::async(
+        std::launch::async, [&plant, &options, axis] { return commission_and_tune(plant, axis, options.seed); });
   }
   for (int axis = 0; axis < sim::kAxes; ++axis) {
-    const sim::Commissioned commissioned = axes[static_cast<std::size_t>(axis)].get();
+    const auto [commissioned, gains] = axes[static_cast<std::size_t>(axis)].get();
     sim::print(plant, commissioned);
+    if (gains) {
+      sim::print(*gains);
+    }
     if (!options.out_dir.empty()) {
       const std::filesystem::path folder = options.out_dir / sim::axis_name(axis);
       sim::write_result(commissioned, folder);
       trackservo::identification::write_recording(commissioned.acquisition.recording, folder / "runs.csv");
+      trackservo::identification::write_recording(commissioned.structure, folder / "structure.csv");
+      if (gains) {
+        sim::write_design(*gains, folder);
+      }
     }
   }
   fmt::print("both axes: {:.0f} s of this computer\n",
@@ -323,8 +344,8 @@ void add_experiments(CLI::App& app) {
 
 void add_identify(CLI::App& app) {
   auto options = std::make_shared<IdentifyOptions>();
-  CLI::App *command =
-      app.add_subcommand("identify", "find friction and inertia of both axes with the device's experiments");
+  CLI::App *command = app.add_subcommand(
+      "identify", "find friction and inertia of both axes with the device's experiments, and design gains from them");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
   command->add_option("--seed", options->seed, "seed of all noise")->check(seed())->capture_default_str();
   command

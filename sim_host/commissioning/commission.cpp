@@ -46,8 +46,15 @@ Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed) 
   const commissioning::RoughMachine rough = identification::identify(looked.recording).rough;
   Acquisition acquired = acquire(setup, commissioning::programme_for(limits, rough));
   identification::Identification found = identification::identify(acquired.recording);
+  Acquisition structure = acquire(setup, commissioning::structure_look(limits, rough));
   const std::map<std::string, double> truth = true_parameters(plant, axis, 0.0, found.position_terms);
-  return {axis, rough, looked.recording.time_s.back(), std::move(acquired), std::move(found), truth};
+  return {axis,
+          rough,
+          looked.recording.time_s.back(),
+          std::move(acquired),
+          std::move(structure.recording),
+          std::move(found),
+          truth};
 }
 
 }  // namespace trackservo::sim

@@ -1,5 +1,5 @@
-// The whole commissioning of one axis of a simulated machine: first look, programme, fit. What `servoctl identify`
-// does on a real one, at the computer's full speed.
+// The whole commissioning of one axis of a simulated machine: first look, programme, chirps for the structure, fit.
+// What `servoctl identify` does on a real one, at the computer's full speed.
 #ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSION_HPP
 #define TRACKSERVO_SIM_COMMISSIONING_COMMISSION_HPP
 
@@ -16,9 +16,10 @@ commissioning::MotionLimits motion_limits(const PlantConfig& plant, int axis);
 
 struct Commissioned {
   int axis;
-  commissioning::RoughMachine rough;  // of the first look
-  double first_look_s;                // simulated
-  Acquisition acquisition;            // of the programme
+  commissioning::RoughMachine rough;    // of the first look
+  double first_look_s;                  // simulated
+  Acquisition acquisition;              // of the programme
+  identification::Recording structure;  // of the chirps for resonances
   identification::Identification identification;
   std::map<std::string, double> truth;  // of the same names
 };

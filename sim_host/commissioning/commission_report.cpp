@@ -30,13 +30,14 @@ void print_breakaway(const char *direction, const BreakawayTorque& torque) {
 }  // namespace
 
 void print(const PlantConfig& plant, const Commissioned& commissioned) {
-  const auto& [axis, rough, first_look_s, acquisition, found, truth] = commissioned;
+  const auto& [axis, rough, first_look_s, acquisition, structure, found, truth] = commissioned;
   fmt::print(
       "{} {}\n  first look, {:.0f} s: Tc {:.3g} Nm, bristle length {:.3g} urad, Stribeck speed {:.3g} mrad/s, "
       "inertia {:.3g} kg m2\n",
       plant.name, axis_name(axis), first_look_s, rough.coulomb_nm, 1e6 * rough.bristle_rad, 1e3 * rough.stribeck_rad_s,
       rough.inertia_kg_m2);
-  fmt::print("  programme, {:.0f} s\n", acquisition.recording.time_s.back());
+  fmt::print("  programme, {:.0f} s; chirps for the structure, {:.0f} s\n", acquisition.recording.time_s.back(),
+             structure.time_s.back());
   fmt::print("  {:<24} {:>10} {:>10} {:>8} {:>22}\n", "parameter", "true", "found", "off, %", "95 % interval");
   for (const identification::Parameter& parameter : found.parameters) {
     print(parameter, truth.at(parameter.name));
@@ -54,7 +55,7 @@ void write_result(const Commissioned& commissioned, const std::filesystem::path&
   std::filesystem::create_directories(folder);
   const identification::Recording& recording = commissioned.acquisition.recording;
   std::ofstream json(folder / "result.json");
-  json << identification::to_json(commissioned.identification, recording).dump(2) << '\n';
+  json << identification::to_json(commissioned.identification, recording, commissioned.structure).dump(2) << '\n';
   close(json, folder / "result.json");
   std::ofstream residuals(folder / "residuals.csv");
   identification::write_residuals(residuals, commissioned.identification, recording);

@@ -17,9 +17,8 @@ namespace {
 constexpr double kBiasRate_rad_s = 2.0 * kPi / 180.0;
 
 // Strong enough to stand out of wind and noise, weak enough to stay in the regime (no reversal, no break-away).
-double torque_rms_nm(const MarginJob& job) {
-  const double coulomb_nm = job.plant->axis[static_cast<std::size_t>(job.axis)].friction.positive.coulomb_nm;
-  return (job.pre_sliding ? 0.2 : 1.0) * coulomb_nm;
+double torque_rms_nm(const PlantConfig& plant, int axis, bool pre_sliding) {
+  return (pre_sliding ? 0.2 : 1.0) * plant.axis[static_cast<std::size_t>(axis)].friction.positive.coulomb_nm;
 }
 
 double decibel(std::complex<double> gain) { return 20.0 * std::log10(std::abs(gain)); }
@@ -97,6 +96,18 @@ std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vecto
   return jobs;
 }
 
+FrequencyResponse measured_near_crossover(const PlantConfig& plant, const servo_params& params, int axis,
+                                          bool pre_sliding, const Margins& computed) {
+  MeasurementRequest request;
+  request.plant = &plant;
+  request.params = params;
+  request.axis = axis;
+  request.bias_rate_rad_s = pre_sliding ? 0.0 : kBiasRate_rad_s;
+  request.torque_rms_nm = torque_rms_nm(plant, axis, pre_sliding);
+  choose_band(request, computed);
+  return measured_loop_gain(request);
+}
+
 MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& out_dir) {
   const servo_params params = params_of(job);
   const speed_loop_params& loop = params.axis[job.axis].speed;
@@ -112,14 +123,8 @@ MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& o
   record.bandwidth_hz =
       job.pre_sliding ? std::numeric_limits<double>::quiet_NaN() : closed_loop_bandwidth_hz(machine, loop);
 
-  MeasurementRequest request;
-  request.plant = job.plant;
-  request.params = params;
-  request.axis = job.axis;
-  request.bias_rate_rad_s = job.pre_sliding ? 0.0 : kBiasRate_rad_s;
-  request.torque_rms_nm = torque_rms_nm(job);
-  choose_band(request, record.computed);
-  const FrequencyResponse measured = measured_loop_gain(request);
+  const FrequencyResponse measured =
+      measured_near_crossover(*job.plant, params, job.axis, job.pre_sliding, record.computed);
   record.measured = margins_of(measured);
   record.csv = "margins/" + file_name({record.plant, record.controller, record.study, axis_name(job.axis),
                                        job.pre_sliding ? "pre_sliding" : "sliding"});

@@ -50,6 +50,7 @@ void test_the_firmware_takes_every_experiment_of_every_programme() {
   for (const Case& machine : kCases) {
     expect_possible(machine, first_look(machine.limits));
     expect_possible(machine, programme_for(machine.limits, machine.machine));
+    expect_possible(machine, structure_look(machine.limits, machine.machine));
   }
 }
 
@@ -57,6 +58,7 @@ void test_a_first_look_takes_about_a_minute_and_a_programme_some() {
   for (const Case& machine : {kCases[0], kCases[1], kCases[2]}) {
     CHECK_NEAR("first look, s", 80, duration_s(first_look(machine.limits), 0.0), 15);
     CHECK_NEAR("programme, s", 540, duration_s(programme_for(machine.limits, machine.machine), 0.0), 200);
+    CHECK_NEAR("chirps, s", 75, duration_s(structure_look(machine.limits, machine.machine), 0.0), 15);
   }
 }
 

@@ -1,6 +1,8 @@
 // A structural resonance, from the recorded chirp to a notch with which the loop keeps its margins.
 #include <cmath>
 
+#include "commissioning/commission.hpp"
+#include "commissioning/tuned_gains.hpp"
 #include "commissioning_bench.hpp"
 #include "gain_design/design_bench.hpp"
 #include "gain_design/notch.hpp"
@@ -22,25 +24,14 @@ sim::PlantConfig flexible_plant(const sim::StructureConfig& structure) {
   return plant;
 }
 
-// Chirps of 20 s up to 300 Hz while the axis turns at 5 deg/s.
+// What commissioning records for it.
 identification::Recording recorded_chirp(const sim::PlantConfig& plant) {
   commissioning_bench::BenchSetup setup;
   setup.plant = plant;
   setup.pitch_rad = 0.0;
-  stimulus_setup chirp{};
-  chirp.kind = STIMULUS_CHIRP;
-  chirp.low_rad_s = static_cast<float>(5.0 * bench::kDegree);
-  chirp.count = 1;
-  chirp.dwell_s = 20.0F;
-  chirp.amplitude_nm = 6.0F;
-  chirp.low_hz = 5.0F;
-  chirp.high_hz = 300.0F;
-  chirp.acceleration_rad_s2 = 2.0F;
-  trackservo::commissioning::Programme programme;
-  programme.places = {{-1.4, {chirp}}, {0.0, {chirp}}};
-  programme.moving_rad_s = 0.25;
-  programme.limits = {3.0F, 2.0F, 40.0F, 3600.0F};
-  return commissioning_bench::record(setup, programme);
+  const trackservo::commissioning::RoughMachine machine{6.0, 2e-4, 5e-3, 6.0};
+  return commissioning_bench::record(
+      setup, trackservo::commissioning::structure_look(sim::motion_limits(plant, sim::kAzimuth), machine));
 }
 
 identification::RigidAxis rigid_axis(const sim::PlantConfig& plant) {
@@ -125,6 +116,19 @@ void test_with_the_notch_the_margins_hold_as_predicted() {
   LOG_VALUE("speed loop with PI alone, Hz", design.speed_loop_bandwidth_hz);
 }
 
+void test_commissioning_finds_the_resonance_and_gains_whose_margins_hold() {
+  const sim::PlantConfig plant = flexible_plant({90.0, 0.02, 0.1});
+  const sim::TunedGains gains = sim::tune(plant, sim::commission(plant, sim::kAzimuth, 1));
+  TEST_ASSERT_EQUAL(1, gains.identified.modes.size());
+  const StructuralMode truth = sim::true_plant(plant, sim::kAzimuth).modes.front();
+  CHECK_RELATIVE("frequency", truth.frequency_rad_s, gains.identified.modes.front().frequency_rad_s, 0.002);
+  CHECK_NEAR("gain margin, measured against predicted, dB", 0.0,
+             gains.measured.gain_margin_db - gains.design.sliding.gain_margin_db, 1.0);
+  CHECK_NEAR("phase margin, measured against predicted, deg", 0.0,
+             gains.measured.phase_margin_deg - gains.design.sliding.phase_margin_deg, 4.0);
+  TEST_ASSERT_TRUE(gains.kept);
+}
+
 void test_a_notch_is_the_inverse_of_the_mode() {
   const StructuralMode mode{2.0 * M_PI * 90.0, 0.02, 0.43};
   const NotchFilter notch = notch_for(mode);
@@ -143,6 +147,7 @@ int main() {
   RUN_TEST(test_without_torque_excitation_nothing_is_told);
   RUN_TEST(test_the_resonance_breaks_the_margins_of_a_design_that_does_not_know_it);
   RUN_TEST(test_with_the_notch_the_margins_hold_as_predicted);
+  RUN_TEST(test_commissioning_finds_the_resonance_and_gains_whose_margins_hold);
   RUN_TEST(test_a_notch_is_the_inverse_of_the_mode);
   return UNITY_END();
 }

@@ -12,14 +12,21 @@ namespace {
 constexpr double kRadPerDeg = M_PI / 180.0;
 constexpr double kTurnUsed_rad = 340 * kRadPerDeg;  // more shows nothing new
 constexpr double kFirstLookUsed_rad = 40 * kRadPerDeg;
-constexpr double kLeastTravel_rad = 0.02;          // from end to end
-constexpr double kMostRoom_rad = 20 * kRadPerDeg;  // to each side of a place
-constexpr double kRoomShare = 0.2;                 // of the travel, to each side
-constexpr double kRateShare = 0.6;                 // of the limit, for set-points: wind and overshoot come on top
-constexpr double kMovingShare = 0.4;               // of the limit
-constexpr double kSettle_s = 0.3;                  // at rest after a move
-constexpr double kPreSlidingLengths = 3.0;         // bristle lengths until an axis slides steadily
-constexpr double kUsedTravel = 0.9;                // as commissioning/experiment.c: the rest is for overshoot
+constexpr double kLeastTravel_rad = 0.02;   // from end to end
+constexpr double kRateShare = 0.6;          // of the limit, for set-points: wind and overshoot come on top
+constexpr double kMovingShare = 0.4;        // of the limit
+constexpr double kSettle_s = 0.3;           // at rest after a move
+constexpr double kTorqueShare = 0.4;        // of the limit, for turning round
+constexpr double kPreSlidingLengths = 3.0;  // bristle lengths until an axis slides steadily
+constexpr double kUsedTravel = 0.9;         // as commissioning/experiment.c: the rest is for overshoot
+
+// To each side of a place: an angle, and no more than a share of the travel.
+struct Room {
+  double most_rad;
+  double share;
+};
+constexpr Room kManyPlaces{20 * kRadPerDeg, 0.2};
+constexpr Room kLongWays{60 * kRadPerDeg, 0.4};
 
 // What the experiments are made with.
 struct Means {
@@ -56,9 +63,9 @@ void check(const RoughMachine& machine) {
 }
 
 // Turning round at the top speed takes at most half of the room.
-Means means_of(const MotionLimits& limits, double acceleration_rad_s2) {
+Means means_of(const MotionLimits& limits, double acceleration_rad_s2, const Room& room = kManyPlaces) {
   Means means{};
-  means.room_rad = std::min(kMostRoom_rad, kRoomShare * (limits.highest_rad - limits.lowest_rad));
+  means.room_rad = std::min(room.most_rad, room.share * (limits.highest_rad - limits.lowest_rad));
   means.acceleration_rad_s2 = acceleration_rad_s2;
   means.top_rad_s =
       std::min(kRateShare * limits.rate_rad_s, std::sqrt(0.5 * kUsedTravel * means.room_rad * acceleration_rad_s2));
@@ -139,9 +146,7 @@ struct SlowSpeeds {
   double next_rad_s = 0;  // the first that is fast enough for the shortest dwell
 };
 
-// Where inertia and friction show. Chirps up to 300 Hz would show resonances of the structure, too, but sigma2 would
-// take in the error of the current loop's lag: up to 5 % of it on the tracker.
-constexpr double kInertiaTop_hz = 40.0;
+constexpr double kInertiaTop_hz = 40.0;  // where inertia and friction show
 
 constexpr double kSpeedRatio = 1.6;
 constexpr double kShortest_s = 0.4;
@@ -173,6 +178,18 @@ int speeds_up_to(double top_rad_s, double low_rad_s, double ratio) {
 
 }  // namespace
 
+const char *stage_name(Stage stage) {
+  switch (stage) {
+    case Stage::kFirstLook:
+      return "first_look";
+    case Stage::kStructure:
+      return "structure";
+    case Stage::kIdentification:
+    default:
+      return "identification";
+  }
+}
+
 Programme first_look(const MotionLimits& limits) {
   constexpr double kReach_s = 0.3;  // from rest to the top speed: the inertia is not known yet
   constexpr double kSmallestLoop_rad = 30e-6;
@@ -182,8 +199,8 @@ Programme first_look(const MotionLimits& limits) {
   constexpr double kDwell_s = 0.5;
   check(limits);
   const Means means = means_of(limits, kRateShare * limits.rate_rad_s / kReach_s);
-  Programme programme{true, places_in(limits, means, kFirstLookUsed_rad, 2), kMovingShare * limits.rate_rad_s,
-                      limits_of(limits, means)};
+  Programme programme{Stage::kFirstLook, places_in(limits, means, kFirstLookUsed_rad, 2),
+                      kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
   for (Place& place : programme.places) {
     place.experiments.push_back(
         sweep(means, means.top_rad_s * std::pow(kRatio, 1 - kSpeeds), kRatio, kSpeeds, kDwell_s));
@@ -198,15 +215,14 @@ Programme first_look(const MotionLimits& limits) {
 
 Programme programme_for(const MotionLimits& limits, const RoughMachine& machine) {
   constexpr int kPlaces = 8;
-  constexpr double kTorqueShare = 0.4;  // for turning round
   constexpr double kQuickRatio = 1.45;
   constexpr double kOftenSlow_s = 15.0;  // where the slow speeds take longer, few places must do
   check(limits);
   check(machine);
   const Means means = means_of(limits, kTorqueShare * limits.torque_nm / machine.inertia_kg_m2);
   const SlowSpeeds slow = slow_speeds(machine, means);
-  Programme programme{false, places_in(limits, means, kTurnUsed_rad, kPlaces), kMovingShare * limits.rate_rad_s,
-                      limits_of(limits, means)};
+  Programme programme{Stage::kIdentification, places_in(limits, means, kTurnUsed_rad, kPlaces),
+                      kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
   for (int i = 0; i < kPlaces; ++i) {
     std::vector<stimulus_setup>& experiments = programme.places[static_cast<std::size_t>(i)].experiments;
     const bool chosen = i == 2 || i == 5;
@@ -223,6 +239,22 @@ Programme programme_for(const MotionLimits& limits, const RoughMachine& machine)
     if (chosen) {
       experiments.push_back(breakaways(machine, means));
     }
+  }
+  return programme;
+}
+
+Programme structure_look(const MotionLimits& limits, const RoughMachine& machine) {
+  constexpr double kLowest_hz = 10.0;
+  constexpr double kHighest_hz = 300.0;
+  constexpr double kDwell_s = 16.5;  // slow, or a resonance would still ring when its window ends
+  check(limits);
+  check(machine);
+  const Means means = means_of(limits, kTorqueShare * limits.torque_nm / machine.inertia_kg_m2, kLongWays);
+  Programme programme{Stage::kStructure, places_in(limits, means, kFirstLookUsed_rad, 2),
+                      kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
+  for (Place& place : programme.places) {
+    place.experiments.push_back(
+        chirp(means, 0.25 * means.top_rad_s, machine.coulomb_nm, kLowest_hz, kHighest_hz, kDwell_s));
   }
   return programme;
 }

@@ -1,7 +1,8 @@
 // What an axis does to be identified: which experiments of firmware/commissioning at which places of the travel.
 //
-// An unknown machine is looked at twice. The first look assumes nothing but what the axis may do: loops of all sizes,
-// speeds of all sizes. What its fit finds, good to a factor of two, sizes the programme proper (decision 0013).
+// An unknown machine is looked at in three stages. The first look assumes nothing but what the axis may do: loops of
+// all sizes, speeds of all sizes. What its fit finds, good to a factor of two, sizes the programme proper, and a short
+// one for resonances of the structure (decision 0013).
 // Whoever carries a programme out moves the axis from place to place, performs the experiments there, and records every
 // tick, moves included.
 #ifndef TRACKSERVO_COMMISSIONING_PROGRAMME_HPP
@@ -34,8 +35,13 @@ struct Place {
   std::vector<stimulus_setup> experiments;
 };
 
+enum class Stage { kFirstLook, kIdentification, kStructure };
+
+// As files have it: "first_look", "identification", "structure".
+const char *stage_name(Stage stage);
+
 struct Programme {
-  bool first_look = false;
+  Stage stage = Stage::kIdentification;
   std::vector<Place> places;
   double moving_rad_s = 0;     // between the places
   experiment_limits limits{};  // the same for all experiments; travel to each side of a place
@@ -52,6 +58,10 @@ Programme first_look(const MotionLimits& limits);
 
 // Some minutes. Throws ProgrammeError.
 Programme programme_for(const MotionLimits& limits, const RoughMachine& machine);
+
+// Chirps far beyond the loop's bandwidth, about a minute. They are recorded by themselves: friction is fitted to 5 ms
+// steps, and what folds back from above 100 Hz would be taken for up to 5 % of sigma2. Throws ProgrammeError.
+Programme structure_look(const MotionLimits& limits, const RoughMachine& machine);
 
 // About how long it takes, from `start_rad` on, moves included [s].
 double duration_s(const Programme& programme, double start_rad);

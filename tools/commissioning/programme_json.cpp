@@ -50,7 +50,7 @@ Json json_of(const stimulus_setup& setup) {
 Json to_json(const Programme& programme, double start_rad) {
   Json json{{"format", "trackservo-programme"},
             {"version", 1},
-            {"stage", programme.first_look ? "first_look" : "identification"},
+            {"stage", stage_name(programme.stage)},
             {"duration_s", duration_s(programme, start_rad)},
             {"moving_rad_s", programme.moving_rad_s},
             {"limits",

@@ -13,6 +13,18 @@ constexpr double kDegPerRad = 180.0 / M_PI;
 
 double real(float value) { return static_cast<double>(value); }
 
+const char *title(Stage stage) {
+  switch (stage) {
+    case Stage::kFirstLook:
+      return "First look";
+    case Stage::kStructure:
+      return "Structure";
+    case Stage::kIdentification:
+    default:
+      return "Identification";
+  }
+}
+
 std::string text_of(const stimulus_setup& e) {
   const double low_deg_s = real(e.low_rad_s) * kDegPerRad;
   switch (e.kind) {
@@ -38,8 +50,7 @@ std::string text_of(const stimulus_setup& e) {
 }  // namespace
 
 void print(const Programme& programme, double start_rad) {
-  fmt::print("{}: {} places, about {:.0f} s, moves at {:.3g} deg/s\n",
-             programme.first_look ? "First look" : "Identification", programme.places.size(),
+  fmt::print("{}: {} places, about {:.0f} s, moves at {:.3g} deg/s\n", title(programme.stage), programme.places.size(),
              duration_s(programme, start_rad), programme.moving_rad_s * kDegPerRad);
   fmt::print("Never passed: {:.3g} deg to each side of a place, {:.3g} deg/s, {:.3g} Nm\n",
              real(programme.limits.travel_rad) * kDegPerRad, real(programme.limits.rate_rad_s) * kDegPerRad,

@@ -1,7 +1,8 @@
 // identify: friction and plant from recorded runs.
 //
-//   identify fit RECORDING.csv [--json FILE] [--residuals FILE]
-//   identify plan --lowest-rad A --highest-rad B --torque-nm T --fastest-rad-s V [--identified FILE] [--json FILE]
+//   identify fit RECORDING.csv [--structure RECORDING.csv] [--json FILE] [--residuals FILE]
+//   identify plan --lowest-rad A --highest-rad B --torque-nm T --fastest-rad-s V [--identified FILE [--structure]]
+//                 [--json FILE]
 //   identify design --identified RESULT.json [--wishes FILE] --parameters FILE --json FILE
 //   identify paper-damping --slope 308.1 --inertia 23.5 --viscous 11.876
 //
@@ -28,6 +29,7 @@ constexpr int kRefused = 2;
 
 struct FitOptions {
   std::string recording;
+  std::string structure;
   std::string json;
   std::string residuals;
 };
@@ -58,10 +60,12 @@ void print_table(const identification::Identification& result) {
 
 int fit(const FitOptions& options) {
   const identification::Recording recording = identification::load_recording(options.recording);
+  const identification::Recording structure =
+      options.structure.empty() ? identification::Recording{} : identification::load_recording(options.structure);
   const identification::Identification result = identification::identify(recording);
   print_table(result);
   if (!options.json.empty()) {
-    open_for_writing(options.json) << identification::to_json(result, recording).dump(2) << '\n';
+    open_for_writing(options.json) << identification::to_json(result, recording, structure).dump(2) << '\n';
   }
   if (!options.residuals.empty()) {
     std::ofstream file = open_for_writing(options.residuals);
@@ -74,6 +78,7 @@ struct PlanOptions {
   commissioning::MotionLimits limits;
   double start_rad = 0;
   std::string identified;
+  bool structure = false;
   std::string json;
 };
 
@@ -92,10 +97,17 @@ commissioning::RoughMachine load_rough_machine(const std::string& path) {
   }
 }
 
+commissioning::Programme programme_of(const PlanOptions& options) {
+  if (options.identified.empty()) {
+    return commissioning::first_look(options.limits);
+  }
+  const commissioning::RoughMachine machine = load_rough_machine(options.identified);
+  return options.structure ? commissioning::structure_look(options.limits, machine)
+                           : commissioning::programme_for(options.limits, machine);
+}
+
 void plan(const PlanOptions& options) {
-  const commissioning::Programme programme =
-      options.identified.empty() ? commissioning::first_look(options.limits)
-                                 : commissioning::programme_for(options.limits, load_rough_machine(options.identified));
+  const commissioning::Programme programme = programme_of(options);
   commissioning::print(programme, options.start_rad);
   if (!options.json.empty()) {
     open_for_writing(options.json) << commissioning::to_json(programme, options.start_rad).dump(2) << '\n';
@@ -109,8 +121,10 @@ void add_plan(CLI::App& app, PlanOptions& options) {
   command->add_option("--fastest-rad-s", options.limits.rate_rad_s, "joint rate that is never passed")->required();
   command->add_option("--torque-nm", options.limits.torque_nm, "torque that is never passed")->required();
   command->add_option("--start-rad", options.start_rad, "where the axis is, for the predicted duration");
-  command->add_option("--identified", options.identified,
-                      "result of a first look; without it, this plans the first look");
+  CLI::Option *identified = command->add_option("--identified", options.identified,
+                                                "result of a first look; without it, this plans the first look");
+  command->add_flag("--structure", options.structure, "plan the chirps that show resonances of the structure")
+      ->needs(identified);
   command->add_option("--json", options.json, "write the programme here");
   command->callback([&options] { plan(options); });
 }
@@ -149,6 +163,7 @@ int main(int argc, char **argv) {
     FitOptions options;
     CLI::App *command = app.add_subcommand("fit", "fit all parameters to a recording");
     command->add_option("recording", options.recording, "CSV of the runs (docs/identification.md)")->required();
+    command->add_option("--structure", options.structure, "CSV of chirps to find resonances in (plan --structure)");
     command->add_option("--json", options.json, "write the result here");
     command->add_option("--residuals", options.residuals, "write the residuals here, as CSV for plots");
     command->callback([&] { code = fit(options); });

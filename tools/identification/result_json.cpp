@@ -153,7 +153,7 @@ Json resonances_json(const std::vector<gain_design::StructuralMode>& modes) {
 
 }  // namespace
 
-Json to_json(const Identification& result, const Recording& recording) {
+Json to_json(const Identification& result, const Recording& recording, const Recording& structure) {
   Json json;
   json["format"] = "trackservo-identification";
   json["version"] = 1;
@@ -175,7 +175,7 @@ Json to_json(const Identification& result, const Recording& recording) {
   json["motor_harmonics"] = harmonics_json(result);
   json["noise"] = noise_json(result);
   json["checks"] = checks_json(result);
-  const AxisResponse response = axis_response(recording);
+  const AxisResponse response = axis_response(structure.ticks() > 0 ? structure : recording);
   json["frequency_response"] = response_json(response);
   json["resonances"] = resonances_json(resonances(result, response));
   json["paper_method_missing"] = result.paper.missing;

@@ -9,7 +9,10 @@
 
 namespace trackservo::identification {
 
-nlohmann::ordered_json to_json(const Identification& result, const Recording& recording);
+// `structure`: chirps that were recorded to find resonances in. Without them the recording itself is searched, which
+// shows those that its own chirps reach.
+nlohmann::ordered_json to_json(const Identification& result, const Recording& recording,
+                               const Recording& structure = {});
 
 // One row per node that was used.
 void write_residuals(std::ostream& out, const Identification& result, const Recording& recording);

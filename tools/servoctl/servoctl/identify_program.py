@@ -54,24 +54,30 @@ class IdentifyProgram:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def plan(self, envelope: Envelope, start_rad: float, plan: Path, identified: Path | None = None) -> Programme:
-        """First look, or with what it has found the whole programme; written to `plan` and checked."""
+    def plan(
+        self, envelope: Envelope, start_rad: float, plan: Path, identified: Path | None = None, structure: bool = False
+    ) -> Programme:
+        """First look, or with what it has found the programme, or the chirps for the structure; written and checked."""
         words = [
             "plan", "--lowest-rad", f"{envelope.lowest_rad!r}", "--highest-rad", f"{envelope.highest_rad!r}",
             "--torque-nm", f"{envelope.torque_nm!r}", "--fastest-rad-s", f"{envelope.fastest_rad_s!r}",
             "--start-rad", f"{start_rad!r}",
         ]  # fmt: skip
         if identified is not None:
-            words += ["--identified", str(identified)]
+            words += ["--identified", str(identified), *(["--structure"] if structure else [])]
         self._run([*words, "--json", str(plan)])
         programme = read_programme(plan)
         programme.check(envelope, str(plan))
         return programme
 
-    def fit(self, recording: Path, result: Path, residuals: Path | None = None) -> bool:
+    def fit(
+        self, recording: Path, result: Path, residuals: Path | None = None, structure: Path | None = None
+    ) -> bool:
         """Whether every parameter was found; `result` is written in both cases."""
         words = ["fit", str(recording), "--json", str(result)]
-        return self._run(words + (["--residuals", str(residuals)] if residuals else []), REFUSED_SOME) == FITTED
+        words += ["--residuals", str(residuals)] if residuals else []
+        words += ["--structure", str(structure)] if structure else []
+        return self._run(words, REFUSED_SOME) == FITTED
 
     def design(self, identified: Path, wishes: Path, parameters: Path, design: Path) -> Any:
         """The gains for stated wishes, as design.json has them."""

@@ -33,8 +33,12 @@ def programme(identified: bool) -> list[dict[str, float]]:
     return [*slow, sweep(2e-3, 1.6, 11, 0.4), FAST, FAST, FAST, LOOPS, CHIRP, BREAK_AWAY]
 
 
+CHIRPS = CHIRP | {"dwell_s": 8.3, "low_hz": 10.0, "high_hz": 300.0, "duration_s": 17.0}
+
+
 def plan(arguments: list[str]) -> None:
     identified = "--identified" in arguments
+    structure = "--structure" in arguments
     if identified:
         json.loads(Path(arguments[arguments.index("--identified") + 1]).read_text())
     torque_nm = float(arguments[arguments.index("--torque-nm") + 1])
@@ -42,7 +46,7 @@ def plan(arguments: list[str]) -> None:
     fault = os.environ.get("SHORT_FAULT", "")
     angles = [float(word) for word in os.environ.get("SHORT_PLACES", "-0.4 0.3").split()]
     places: list[dict[str, Any]] = [
-        {"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": programme(identified)}
+        {"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": [CHIRPS] if structure else programme(identified)}
         for angle in (angles if identified else angles[:1])
     ]
     duration = sum(experiment["duration_s"] for place in places for experiment in place["experiments"]) + 4 * len(

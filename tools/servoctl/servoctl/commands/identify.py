@@ -69,14 +69,15 @@ def identify(
         show_programme(session, first, "first look")
         if not quick:
             session.out.say(
-                "Then a programme that is sized by what the first look finds; its table comes before it moves."
+                "Then a programme that is sized by what the first look finds, and chirps for resonances of the structure;"
+                " their tables come before they move."
             )
         if dry_run:
             session.out.json({"dry_run": True, "axis": axis, "envelope": asdict(envelope), "plan": as_json(first)})
             session.out.say("dry run: nothing has moved.")
             return int(ExitCode.OK)
         ask(session, yes)
-        recording = out / ("first_look.csv" if quick else "runs.csv")
+        recording, structure = out / ("first_look.csv" if quick else "runs.csv"), out / "structure.csv"
         with Commissioning(device, AXES.index(axis), envelope) as machine:
             outcome = carry_out(session, machine, first, out / "first_look.csv")
             if not quick:
@@ -84,9 +85,16 @@ def identify(
                 programme = identifier.plan(envelope, drive.position(), out / "plan.json", out / "first_look.json")
                 show_programme(session, programme, "programme")
                 outcome = carry_out(session, machine, programme, recording)
+                chirps = identifier.plan(
+                    envelope, drive.position(), out / "structure_plan.json", out / "first_look.json", structure=True
+                )
+                show_programme(session, chirps, "structure")
+                carry_out(session, machine, chirps, structure)
         if not outcome.other_held:
             session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held: what it did may show in the result.")
-        fit(session, identifier, recording, out / "result.json", out / "residuals.csv")
+        fit(
+            session, identifier, recording, out / "result.json", out / "residuals.csv", None if quick else structure
+        )
         identified = read_identified(out / "result.json")
         gains = identified.gains(device.schema, AXES.index(axis))
         if gains:
@@ -228,11 +236,12 @@ def carry_out(session: Session, machine: Commissioning, programme: Programme, pa
 
 
 def fit(
-    session: Session, program: IdentifyProgram, recording: Path, result: Path, residuals: Path | None = None
-) -> None:
+    session: Session, program: IdentifyProgram, recording: Path, result: Path, residuals: Path | None = None,
+    structure: Path | None = None,
+) -> None:  # fmt: skip
     """`identify fit`, which may take a quarter of a minute."""
     with session.out.errors.status(f"fitting {recording.name}"):
-        program.fit(recording, result, residuals)
+        program.fit(recording, result, residuals, structure)
 
 
 def write_report(folder: Path, axis: str, identified: Identified, recording: Path, outcome: Outcome) -> Path:
