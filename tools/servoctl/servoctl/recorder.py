@@ -8,26 +8,21 @@ it; whatever else came is a gap. So frames of two ticks are never mixed, whoever
 
 from __future__ import annotations
 
-import contextlib
-import threading
-import time
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .borrowed_stream import BorrowedStream
 from .device import Device
-from .errors import InputError, MotionError, ServoctlError
-from .interrupts import deaf
+from .errors import InputError, MotionError
 from .parameter import AXIS_SHIFT
 from .pdo_loan import PdoLoan, borrowed_identifiers
 from .stream import TICK_S
 
 Real = NDArray[np.float64]
 
-SILENT_S = 0.5
 _TPDOS = (1, 2, 3)
 """TPDO2 to TPDO4, counted from 0; TPDO1 goes on telling azimuth's state."""
 _OBJECT = 0x2101
@@ -132,84 +127,35 @@ class TickGatherer:
         self._whole = False
 
 
-class TickRecorder:
-    """Records one axis within a `with` block; frames come while the node is operational."""
+class TickRecorder(BorrowedStream):
+    """Records every tick of one axis."""
+
+    silent_s = 0.5
 
     def __init__(self, device: Device, axis: int) -> None:
-        self.device = device
         self._shift = AXIS_SHIFT * axis
-        self._loans = [PdoLoan(device, 0x1800 + n, 0x1A00 + n) for n in _TPDOS]
-        self._identifiers = borrowed_identifiers(device.node_id)
         self._gatherer = TickGatherer()
-        self._lock = threading.Lock()
-        self._last_frame_s = time.monotonic()
-        self._emergency: int | None = None
-        self._turn = contextlib.ExitStack()
+        loans = [PdoLoan(device, 0x1800 + n, 0x1A00 + n) for n in _TPDOS]
+        super().__init__(device, axis, loans, borrowed_identifiers(device.node_id))
 
-    def __enter__(self) -> TickRecorder:
-        network = self.device.network
+    def _borrow(self) -> None:
         if self.device.try_upload(_OBJECT + self._shift, 1) is None:
             raise MotionError(
                 f"node {self.device.node_id} cannot record ticks (it has no {_OBJECT + self._shift:04X}): its firmware"
                 " is too old."
             )
-        self._turn.enter_context(
-            self.device.turns.alone("stream", "another servoctl is measuring at this node: wait until it is done.")
-        )
-        for identifier in self._identifiers:
-            network.subscribe(identifier, self._take)
-        network.subscribe(0x80 + self.device.node_id, self._take_emergency)
-        try:
-            for loan, identifier, entries in zip(self._loans, self._identifiers, _FRAMES, strict=True):
-                objects = [(_OBJECT + self._shift) << 16 | sub << 8 | bits for sub, bits in entries]
-                loan.take(identifier, objects, event_ms=1)
-        except BaseException:
-            self.__exit__(None, None, None)
-            raise
-        return self
+        for loan, identifier, entries in zip(self._loans, self._identifiers, _FRAMES, strict=True):
+            objects = [(_OBJECT + self._shift) << 16 | sub << 8 | bits for sub, bits in entries]
+            loan.take(identifier, objects, event_ms=1)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        first: ServoctlError | None = None
-        with deaf():
-            for loan in self._loans:
-                try:
-                    loan.give_back()
-                except ServoctlError as failed:
-                    first = first or failed
-        for identifier in self._identifiers:
-            self.device.network.unsubscribe(identifier, self._take)
-        self.device.network.unsubscribe(0x80 + self.device.node_id, self._take_emergency)
-        self._turn.close()
-        if first is not None and error is None:
-            raise first
+    def _take(self, which: int, data: bytes, timestamp_s: float) -> None:
+        self._gatherer.take(which, data)
 
-    def _take(self, identifier: int, data: bytearray, _timestamp: float) -> None:
-        if len(data) == 8:
-            with self._lock:
-                self._gatherer.take(identifier - self._identifiers[0], bytes(data))
-                self._last_frame_s = time.monotonic()
-
-    def _take_emergency(self, _identifier: int, data: bytearray, _timestamp: float) -> None:
-        self._emergency = int.from_bytes(data[:2], "little") or self._emergency
-
-    def start(self) -> None:
-        """Forgets what came until now."""
-        with self._lock:
-            self._gatherer = TickGatherer()
-            self._last_frame_s = time.monotonic()
-        self._emergency = None
-
-    def check_alive(self) -> None:
-        """Raises MotionError after an emergency message, or when the frames have stopped."""
-        if self._emergency is not None:
-            raise MotionError(f"the node sent an emergency (code {self._emergency:04X}): 'servoctl faults' tells more.")
-        if time.monotonic() - self._last_frame_s > SILENT_S:
-            raise MotionError(f"the node has sent no ticks for {SILENT_S:g} s.")
+    def _forget(self) -> None:
+        self._gatherer = TickGatherer()
 
     def recording(self, near_rad: float) -> Recording:
         """What has come since `start`; the first joint angle is the one nearest to `near_rad`."""
-        with self._lock:
+        with self.lock:
             frames = bytes(self._gatherer.ticks)
         return decode(frames, near_rad)

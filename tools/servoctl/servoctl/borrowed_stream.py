@@ -1,0 +1,102 @@
+"""A stream over borrowed PDOs: taken, watched and given back whatever happens. What comes in decides who derives from it."""
+
+from __future__ import annotations
+
+import abc
+import contextlib
+import threading
+import time
+from types import TracebackType
+from typing import TypeVar
+
+from .device import Device
+from .errors import MotionError, ServoctlError
+from .interrupts import deaf
+from .pdo_loan import PdoLoan
+
+_MEASURES = "another servoctl is measuring at this node: wait until it is done."
+
+Stream = TypeVar("Stream", bound="BorrowedStream")
+
+
+class BorrowedStream(abc.ABC):
+    """One axis' stream in a `with` block; frames come while the node is operational."""
+
+    silent_s: float
+    """Without a frame for so long the stream has stopped."""
+
+    def __init__(self, device: Device, axis: int, loans: list[PdoLoan], identifiers: tuple[int, ...]) -> None:
+        """`identifiers`: of the frames that come in, each of 8 bytes."""
+        self.device = device
+        self.axis = axis
+        self.lock = threading.Lock()
+        self._loans = loans
+        self._identifiers = identifiers
+        self._last_frame_s = time.monotonic()
+        self._emergency: int | None = None
+        self._turn = contextlib.ExitStack()
+
+    @abc.abstractmethod
+    def _borrow(self) -> None:
+        """Takes the loans."""
+
+    @abc.abstractmethod
+    def _take(self, which: int, data: bytes, timestamp_s: float) -> None:
+        """One frame, by its place among the identifiers; called from the bus' thread, with the lock held."""
+
+    @abc.abstractmethod
+    def _forget(self) -> None:
+        """Drops what has come; called with the lock held."""
+
+    def __enter__(self: Stream) -> Stream:
+        network = self.device.network
+        self._turn.enter_context(self.device.turns.alone("stream", _MEASURES))
+        for identifier in self._identifiers:
+            network.subscribe(identifier, self._frame)
+        network.subscribe(0x80 + self.device.node_id, self._take_emergency)
+        try:
+            self._borrow()
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        first: ServoctlError | None = None
+        with deaf():
+            for loan in self._loans:
+                try:
+                    loan.give_back()
+                except ServoctlError as failed:
+                    first = first or failed
+        for identifier in self._identifiers:
+            self.device.network.unsubscribe(identifier, self._frame)
+        self.device.network.unsubscribe(0x80 + self.device.node_id, self._take_emergency)
+        self._turn.close()
+        if first is not None and error is None:
+            raise first
+
+    def _frame(self, identifier: int, data: bytearray, timestamp_s: float) -> None:
+        if len(data) == 8:
+            with self.lock:
+                self._take(self._identifiers.index(identifier), bytes(data), timestamp_s)
+                self._last_frame_s = time.monotonic()
+
+    def _take_emergency(self, _identifier: int, data: bytearray, _timestamp: float) -> None:
+        self._emergency = int.from_bytes(data[:2], "little") or self._emergency
+
+    def start(self) -> None:
+        """Forgets what came until now."""
+        with self.lock:
+            self._forget()
+            self._last_frame_s = time.monotonic()
+        self._emergency = None
+
+    def check_alive(self) -> None:
+        """Raises MotionError after an emergency message, or when the frames have stopped."""
+        if self._emergency is not None:
+            raise MotionError(f"the node sent an emergency (code {self._emergency:04X}): 'servoctl faults' tells more.")
+        if time.monotonic() - self._last_frame_s > self.silent_s:
+            raise MotionError(f"the node has sent nothing of the stream for {self.silent_s:g} s.")
