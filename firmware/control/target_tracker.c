@@ -3,7 +3,7 @@
 #include "control/scalar.h"
 
 control_status target_tracker_check(const target_tracker_params *params) {
-  if ((int)params->kind < (int)TRACKER_PI || (int)params->kind > (int)TRACKER_PREDICTIVE) {
+  if ((unsigned)params->kind > (unsigned)TRACKER_PREDICTIVE) {
     return CONTROL_OUT_OF_RANGE;
   }
   const scalar_range ranges[] = {
