@@ -7,6 +7,7 @@
 #ifndef TRACKSERVO_CONTROL_SCALAR_H
 #define TRACKSERVO_CONTROL_SCALAR_H
 
+#include <math.h>
 #include <stdbool.h>
 
 #include "control/status.h"
@@ -15,7 +16,7 @@
 
 static inline float scalar_min(float a, float b) { return a < b ? a : b; }
 static inline float scalar_max(float a, float b) { return a > b ? a : b; }
-static inline float scalar_abs(float a) { return a < 0.0f ? -a : a; }
+static inline float scalar_abs(float a) { return fabsf(a); }
 
 /* Limits `value` to [low, high]; low <= high. NaN stays NaN: a limit must not make a full torque of it. */
 static inline float scalar_clamp(float value, float low, float high) {
