@@ -10,7 +10,8 @@ target_compile_options(trackservo_reproducible_floats INTERFACE -ffp-contract=of
 # The simulator is optimised across files, firmware included: a tenth faster with the same numbers. Tests are not, since
 # each would be optimised anew when it is linked, for ten seconds; so libraries carry ordinary code, too ("fat objects",
 # gcc only), and who is not optimised across files has to say so, or the linker would do it nevertheless.
-if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT TRACKSERVO_SANITIZE AND NOT TRACKSERVO_COVERAGE)
+if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_CROSSCOMPILING
+   AND NOT TRACKSERVO_SANITIZE AND NOT TRACKSERVO_COVERAGE)
   include(CheckIPOSupported)
   check_ipo_supported(RESULT trackservo_ipo LANGUAGES C CXX)
 endif()

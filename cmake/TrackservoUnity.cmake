@@ -18,5 +18,5 @@ endif()
 
 add_library(unity STATIC "${unity_source_dir}/unity.c")
 target_include_directories(unity SYSTEM PUBLIC "${unity_source_dir}")
-target_compile_definitions(unity PUBLIC UNITY_INCLUDE_DOUBLE)
+target_compile_definitions(unity PUBLIC UNITY_INCLUDE_DOUBLE UNITY_SUPPORT_64)
 target_link_libraries(unity PRIVATE trackservo_sanitizers)

@@ -43,7 +43,7 @@ static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float
 static bool command_is_plausible(const servo_axis_command *command) {
   const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
                                 scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
-  return (int)command->mode >= (int)SERVO_OFF && (int)command->mode <= (int)SERVO_TORQUE &&
+  return (unsigned)command->mode <= (unsigned)SERVO_TORQUE &&
          scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
          scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
          scalar_within(command->rate_limit_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) && command->rate_limit_rad_s >= 0.0f &&

@@ -46,25 +46,28 @@ static uint32_t lower_bound(const od_table *table, uint32_t key) {
   return first;
 }
 
+static bool has_index(const od_table *table, uint32_t row, uint32_t index) {
+  return row < table->count && table->entries[row].index == index;
+}
+
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object) {
   od_abort answer = OD_NO_OBJECT;
   for (uint32_t i = 0; i < dictionary->count; i++) {
     const od_part *part = &dictionary->parts[i];
-    if (index < part->shift) {
+    const od_table *table = &part->table;
+    const uint32_t own_index = (uint32_t)index - part->shift; /* wraps below the part, and is then above it */
+    if (table->count == 0 || own_index < table->entries[0].index ||
+        own_index > table->entries[table->count - 1].index) {
       continue;
     }
-    const uint32_t own_index = (uint32_t)index - part->shift;
-    const uint32_t row = lower_bound(&part->table, key_of(own_index, 0));
-    if (row == part->table.count || part->table.entries[row].index != own_index) {
-      continue;
-    }
-    answer = OD_NO_SUB;
-    const uint32_t exact = lower_bound(&part->table, key_of(own_index, sub));
-    if (exact < part->table.count && part->table.entries[exact].index == own_index &&
-        part->table.entries[exact].sub == sub) {
+    const uint32_t row = lower_bound(table, key_of(own_index, sub));
+    if (has_index(table, row, own_index) && table->entries[row].sub == sub) {
       object->part = part;
-      object->entry = &part->table.entries[exact];
+      object->entry = &table->entries[row];
       return OD_OK;
+    }
+    if (has_index(table, row, own_index) || (row > 0 && has_index(table, row - 1, own_index))) {
+      answer = OD_NO_SUB;
     }
   }
   return answer;
@@ -74,74 +77,72 @@ static uint8_t *place_of(const od_object *object) {
   return object->entry->offset == OD_NO_VALUE ? NULL : (uint8_t *)object->part->values + object->entry->offset;
 }
 
-static bool is_signed(od_type type) { return type == OD_INTEGER8 || type == OD_INTEGER16 || type == OD_INTEGER32; }
+/* A value's bytes are the same in memory as on the bus. */
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "CANopen is little-endian, and so must the machine be");
 
-static uint64_t load_native(const uint8_t *place, uint16_t size) {
-  uint8_t u8;
-  uint16_t u16;
-  uint32_t u32;
-  uint64_t u64;
+/* `size` is 1, 2, 4 or 8: cheaper than memcpy() with a size that is not known before. */
+static void copy_value(void *to, const void *from, uint16_t size) {
   switch (size) {
     case 1:
-      memcpy(&u8, place, sizeof u8);
-      return u8;
-    case 2:
-      memcpy(&u16, place, sizeof u16);
-      return u16;
-    case 4:
-      memcpy(&u32, place, sizeof u32);
-      return u32;
-    default:
-      memcpy(&u64, place, sizeof u64);
-      return u64;
-  }
-}
-
-static void store_native(uint8_t *place, uint16_t size, uint64_t bits) {
-  const uint8_t u8 = (uint8_t)bits;
-  const uint16_t u16 = (uint16_t)bits;
-  const uint32_t u32 = (uint32_t)bits;
-  switch (size) {
-    case 1:
-      memcpy(place, &u8, sizeof u8);
+      memcpy(to, from, 1);
       break;
     case 2:
-      memcpy(place, &u16, sizeof u16);
+      memcpy(to, from, 2);
       break;
     case 4:
-      memcpy(place, &u32, sizeof u32);
+      memcpy(to, from, 4);
       break;
     default:
-      memcpy(place, &bits, sizeof bits);
+      memcpy(to, from, 8);
       break;
   }
 }
 
-static od_number number_from_bits(od_type type, uint64_t bits) {
+static int16_t load_i16(const uint8_t *bytes) {
+  int16_t value;
+  memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+static int32_t load_i32(const uint8_t *bytes) {
+  int32_t value;
+  memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+static od_number number_from_bytes(od_type type, const uint8_t *bytes) {
   od_number number = {.i = 0};
-  if (type == OD_REAL32) {
-    const uint32_t u32 = (uint32_t)bits;
-    memcpy(&number.f, &u32, sizeof u32);
-    return number;
+  switch (type) {
+    case OD_BOOLEAN:
+    case OD_UNSIGNED8:
+      number.i = bytes[0];
+      break;
+    case OD_INTEGER8:
+      number.i = (int8_t)bytes[0];
+      break;
+    case OD_UNSIGNED16:
+      number.i = (uint16_t)load_i16(bytes);
+      break;
+    case OD_INTEGER16:
+      number.i = load_i16(bytes);
+      break;
+    case OD_UNSIGNED32:
+      number.i = (uint32_t)load_i32(bytes);
+      break;
+    case OD_INTEGER32:
+      number.i = load_i32(bytes);
+      break;
+    case OD_REAL32:
+      memcpy(&number.f, bytes, sizeof number.f);
+      break;
+    case OD_UNSIGNED64:
+      memcpy(&number.i, bytes, sizeof number.i);
+      break;
+    case OD_VISIBLE_STRING:
+    case OD_DOMAIN:
+      break;
   }
-  const uint16_t size = od_type_bytes(type);
-  const uint64_t sign = (uint64_t)1 << (8u * size - 1u);
-  if (is_signed(type) && (bits & sign) != 0) {
-    bits |= ~(sign | (sign - 1u));
-  }
-  memcpy(&number.i, &bits, sizeof bits); /* two's complement, also above INT64_MAX */
   return number;
-}
-
-static uint64_t bits_of(od_type type, od_number number) {
-  uint64_t bits = 0;
-  if (type == OD_REAL32) {
-    uint32_t u32;
-    memcpy(&u32, &number.f, sizeof u32);
-    return u32;
-  }
-  memcpy(&bits, &number.i, sizeof bits);
-  return bits;
 }
 
 od_number od_get(const od_object *object) {
@@ -153,7 +154,7 @@ od_number od_get(const od_object *object) {
   if (entry->type == OD_VISIBLE_STRING) {
     return (od_number){.text = (const char *)place};
   }
-  return number_from_bits((od_type)entry->type, load_native(place, od_type_bytes((od_type)entry->type)));
+  return number_from_bytes((od_type)entry->type, place);
 }
 
 /* Length of a text that fills `capacity` bytes or ends before. */
@@ -182,7 +183,7 @@ void od_put(const od_object *object, od_number value) {
     put_text(place, entry->bytes, value.text, text_length(value.text, entry->bytes));
     return;
   }
-  store_native(place, od_type_bytes((od_type)entry->type), bits_of((od_type)entry->type, value));
+  copy_value(place, &value, entry->bytes);
 }
 
 od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length) {
@@ -200,19 +201,17 @@ od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uin
       return answer;
     }
   }
-  const od_number value = od_get(object);
   if (entry->type == OD_VISIBLE_STRING) {
-    *length = text_length(value.text, entry->bytes);
+    const char *text = od_get(object).text;
+    *length = text_length(text, entry->bytes);
     if (*length > 0) {
-      memcpy(bytes, value.text, *length);
+      memcpy(bytes, text, *length);
     }
     return OD_OK;
   }
-  const uint64_t bits = bits_of((od_type)entry->type, value);
-  *length = od_type_bytes((od_type)entry->type);
-  for (uint16_t i = 0; i < *length; i++) {
-    bytes[i] = (uint8_t)(bits >> (8u * i));
-  }
+  const uint8_t *place = place_of(object);
+  copy_value(bytes, place != NULL ? (const void *)place : &entry->preset, entry->bytes);
+  *length = entry->bytes;
   return OD_OK;
 }
 
@@ -255,14 +254,6 @@ static od_abort check_text(const od_entry *entry, const uint8_t *bytes, uint16_t
   return OD_OK;
 }
 
-static od_number number_from_bytes(od_type type, const uint8_t *bytes) {
-  uint64_t bits = 0;
-  for (uint16_t i = 0; i < od_type_bytes(type); i++) {
-    bits |= (uint64_t)bytes[i] << (8u * i);
-  }
-  return number_from_bits(type, bits);
-}
-
 od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t length) {
   const od_entry *entry = object->entry;
   const od_hooks *hooks = object->part->hooks;
@@ -286,25 +277,26 @@ od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t 
   return hooks->accept(object->part->owner, object, value);
 }
 
-od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length) {
+void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length) {
   const od_entry *entry = object->entry;
   const od_hooks *hooks = object->part->hooks;
-  const od_abort answer = od_check_write(object, bytes, length);
-  if (answer != OD_OK) {
-    return answer;
-  }
-  if (entry->type == OD_VISIBLE_STRING) {
-    uint8_t *place = place_of(object);
-    if (place != NULL) {
-      put_text(place, entry->bytes, (const char *)bytes, length);
-    }
-  } else {
-    od_put(object, number_from_bytes((od_type)entry->type, bytes));
+  uint8_t *place = place_of(object);
+  if (place != NULL && entry->type == OD_VISIBLE_STRING) {
+    put_text(place, entry->bytes, (const char *)bytes, length);
+  } else if (place != NULL) {
+    copy_value(place, bytes, entry->bytes);
   }
   if (hooks != NULL && hooks->changed != NULL) {
     hooks->changed(object->part->owner, object);
   }
-  return OD_OK;
+}
+
+od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length) {
+  const od_abort answer = od_check_write(object, bytes, length);
+  if (answer == OD_OK) {
+    od_write_checked(object, bytes, length);
+  }
+  return answer;
 }
 
 void od_restore_defaults(const od_part *part, uint8_t node_id) {

@@ -151,7 +151,7 @@ typedef struct {
   uint32_t count;
 } object_dictionary;
 
-/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search per part. */
+/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that could have it. */
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object);
 
 /* The index as the bus sees it. */
@@ -174,6 +174,9 @@ od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t 
 
 /* Checks access, length, limits, finiteness and the owner's accept(); anything but OD_OK has changed nothing. */
 od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length);
+
+/* Writes what od_check_write has just answered with OD_OK. */
+void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length);
 
 /* All defaults of a part, read-only values included. */
 void od_restore_defaults(const od_part *part, uint8_t node_id);

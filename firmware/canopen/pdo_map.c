@@ -95,7 +95,7 @@ od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
   place = 0;
   for (uint8_t i = 0; i < map->count; i++) {
     if (map->object[i].entry != NULL) {
-      (void)od_write(&map->object[i], &bytes[place], map->bytes[i]);
+      od_write_checked(&map->object[i], &bytes[place], map->bytes[i]);
     }
     place = (uint8_t)(place + map->bytes[i]);
   }

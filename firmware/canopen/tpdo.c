@@ -68,10 +68,12 @@ void tpdo_sync(tpdo *self, const pdo_communication *communication, uint8_t count
     return;
   }
   uint8_t bytes[CAN_FRAME_BYTES];
-  pdo_gather(&self->map, bytes);
-  self->event = self->event || has_changed(self, bytes);
+  if (communication->type == PDO_SYNC_ACYCLIC) { /* the others need not know whether something has changed */
+    pdo_gather(&self->map, bytes);
+    self->event = self->event || has_changed(self, bytes);
+  }
   if (sync_is_due(self, communication, counter)) {
-    memcpy(self->bytes, bytes, sizeof bytes);
+    pdo_gather(&self->map, self->bytes);
     self->event = false;
     (void)send(self, communication, sender);
   }

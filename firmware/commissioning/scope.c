@@ -14,7 +14,7 @@ static bool looks_at_channel(scope_source source) { return source >= SCOPE_ABOVE
 
 static scope_status check_trigger(const scope_config *config) {
   const scope_trigger *trigger = &config->trigger;
-  if ((int)trigger->source < (int)SCOPE_IMMEDIATELY || (int)trigger->source > (int)SCOPE_FAULT) {
+  if ((unsigned)trigger->source > (unsigned)SCOPE_FAULT) {
     return SCOPE_BAD_TRIGGER;
   }
   const bool channel_good = trigger->channel < config->channels && isfinite(trigger->level);
@@ -27,7 +27,7 @@ scope_status scope_check(const scope_config *config) {
   }
   for (int i = 0; i < config->channels; ++i) {
     const scope_channel *channel = &config->channel[i];
-    if (channel->source == NULL || (int)channel->kind < (int)SCOPE_FLOAT || (int)channel->kind > (int)SCOPE_UINT32) {
+    if (channel->source == NULL || (unsigned)channel->kind > (unsigned)SCOPE_UINT32) {
       return SCOPE_BAD_CHANNELS;
     }
   }

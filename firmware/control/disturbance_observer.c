@@ -11,15 +11,8 @@ control_status disturbance_observer_check(const disturbance_observer_params *par
   return scalar_check_ranges(ranges, 5);
 }
 
-/* Exact pole of Q for the tick: 1 - exp(-w dt). */
-static float blend_of(const disturbance_observer_params *params, float dt_s) {
-  return 1.0f - scalar_exp_minus(params->bandwidth_rad_s * dt_s);
-}
-
-static void predict(disturbance_observer_state *state, const disturbance_observer_params *params, float auxiliary_nm,
-                    float blend, float momentum_gain, float rate_rad_s) {
-  state->prediction_nm =
-      (1.0f - blend) * auxiliary_nm + blend * (momentum_gain - params->viscous_nm_s_rad) * rate_rad_s;
+static void predict(disturbance_observer_state *state, float auxiliary_nm, float rate_rad_s) {
+  state->prediction_nm = (1.0f - state->blend) * auxiliary_nm + state->prediction_nm_s_rad * rate_rad_s;
 }
 
 void disturbance_observer_reset(disturbance_observer_state *state, const disturbance_observer_params *params,
@@ -30,17 +23,16 @@ void disturbance_observer_reset(disturbance_observer_state *state, const disturb
 
 void disturbance_observer_retune(disturbance_observer_state *state, const disturbance_observer_params *params,
                                  float rate_rad_s, float dt_s) {
-  const float blend = blend_of(params, dt_s);
-  const float momentum_gain = blend * params->inertia_kg_m2 / dt_s;
-  predict(state, params, state->estimate_nm + momentum_gain * rate_rad_s, blend, momentum_gain, rate_rad_s);
+  state->blend = 1.0f - scalar_exp_minus(params->bandwidth_rad_s * dt_s);
+  state->momentum_nm_s_rad = state->blend * params->inertia_kg_m2 / dt_s;
+  state->prediction_nm_s_rad = state->blend * (state->momentum_nm_s_rad - params->viscous_nm_s_rad);
+  predict(state, state->estimate_nm + state->momentum_nm_s_rad * rate_rad_s, rate_rad_s);
 }
 
 float disturbance_observer_step(disturbance_observer_state *state, const disturbance_observer_params *params,
-                                float rate_rad_s, float torque_nm, float dt_s) {
-  const float blend = blend_of(params, dt_s);
-  const float momentum_gain = blend * params->inertia_kg_m2 / dt_s; /* the discrete w J */
-  const float auxiliary_nm = state->prediction_nm + blend * torque_nm;
-  state->estimate_nm = auxiliary_nm - momentum_gain * rate_rad_s;
-  predict(state, params, auxiliary_nm, blend, momentum_gain, rate_rad_s);
+                                float rate_rad_s, float torque_nm) {
+  const float auxiliary_nm = state->prediction_nm + state->blend * torque_nm;
+  state->estimate_nm = auxiliary_nm - state->momentum_nm_s_rad * rate_rad_s;
+  predict(state, auxiliary_nm, rate_rad_s);
   return scalar_clamp(state->estimate_nm, -params->limit_nm, params->limit_nm);
 }

@@ -22,6 +22,10 @@ typedef struct {
 typedef struct {
   float prediction_nm; /* what xi will be at the next tick, but for the torque of this one */
   float estimate_nm;   /* d before the limit */
+  /* What the parameters mean for a tick, set by reset and retune: it takes an exp and a division. */
+  float blend;               /* 1 - exp(-w dt), the exact pole of Q */
+  float momentum_nm_s_rad;   /* blend J / dt, the discrete w J */
+  float prediction_nm_s_rad; /* of the prediction, from the rate */
 } disturbance_observer_state;
 
 /* Ranges as above and bandwidth * dt_s <= 1. */
@@ -31,13 +35,14 @@ control_status disturbance_observer_check(const disturbance_observer_params *par
 void disturbance_observer_reset(disturbance_observer_state *state, const disturbance_observer_params *params,
                                 float rate_rad_s, float dt_s);
 
-/* Goes on with other parameters from the estimate that it has; `rate_rad_s` as in the last tick. */
+/* Goes on with other parameters from the estimate that it has; `rate_rad_s` as in the last tick. Parameters that were
+ * changed count only after this, or a reset, but for the limit. */
 void disturbance_observer_retune(disturbance_observer_state *state, const disturbance_observer_params *params,
                                  float rate_rad_s, float dt_s);
 
 /* One tick: `rate_rad_s` measured now, `torque_nm` applied since the last tick and not yet explained.
  * Returns the torque that cancels the load, in Nm, within +-limit_nm. */
 float disturbance_observer_step(disturbance_observer_state *state, const disturbance_observer_params *params,
-                                float rate_rad_s, float torque_nm, float dt_s);
+                                float rate_rad_s, float torque_nm);
 
 #endif

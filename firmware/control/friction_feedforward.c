@@ -5,7 +5,7 @@
 #include "control/scalar.h"
 
 control_status friction_feedforward_check(const friction_feedforward_params *params) {
-  if ((int)params->model < (int)FRICTION_NONE || (int)params->model > (int)FRICTION_LUGRE) {
+  if ((unsigned)params->model > (unsigned)FRICTION_LUGRE) {
     return CONTROL_OUT_OF_RANGE;
   }
   const scalar_range ranges[] = {

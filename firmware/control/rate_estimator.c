@@ -16,16 +16,17 @@ void rate_estimator_reset(rate_estimator_state *state, angle_turn32 angle) {
 
 float rate_estimator_step(rate_estimator_state *state, const rate_estimator_params *params, angle_turn32 angle,
                           float dt_s) {
-  state->newest = (state->newest + 1) % RATE_ESTIMATOR_MAX_WINDOW;
+  state->newest = (state->newest + 1u) % RATE_ESTIMATOR_MAX_WINDOW;
   state->history[state->newest] = angle;
 
   /* Slope of a line through N points at ages 0 .. N-1 ticks: sum (age_mean - age) angle / sum (age - age_mean)^2. */
   const int n = params->window_ticks;
-  const float mean_age = 0.5f * (float)(n - 1);
+  float weight = 0.5f * (float)(n - 1);
   float weighted_rad = 0.0f;
-  for (int age = 1; age < n; ++age) {
-    const int index = (state->newest + RATE_ESTIMATOR_MAX_WINDOW - age) % RATE_ESTIMATOR_MAX_WINDOW;
-    weighted_rad += (mean_age - (float)age) * angle_difference_rad(state->history[index], angle);
+  for (unsigned age = 1; age < (unsigned)n; ++age) {
+    weight -= 1.0f;
+    weighted_rad +=
+        weight * angle_difference_rad(state->history[(state->newest - age) % RATE_ESTIMATOR_MAX_WINDOW], angle);
   }
   const float spread = (float)(n * (n * n - 1)) / 12.0f;
   return weighted_rad / (spread * dt_s);

@@ -15,7 +15,7 @@
 #include "control/angle.h"
 #include "control/status.h"
 
-#define RATE_ESTIMATOR_MAX_WINDOW 16
+#define RATE_ESTIMATOR_MAX_WINDOW 16 /* a power of two */
 
 typedef struct {
   int window_ticks; /* N, 2 .. 16 */
@@ -23,7 +23,7 @@ typedef struct {
 
 typedef struct {
   angle_turn32 history[RATE_ESTIMATOR_MAX_WINDOW]; /* ring */
-  int newest;
+  unsigned newest;
 } rate_estimator_state;
 
 control_status rate_estimator_check(const rate_estimator_params *params);

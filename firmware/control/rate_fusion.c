@@ -3,7 +3,7 @@
 #include "control/scalar.h"
 
 control_status rate_fusion_check(const rate_fusion_params *params) {
-  if ((int)params->source < (int)RATE_FROM_ENCODER || (int)params->source > (int)RATE_FUSED) {
+  if ((unsigned)params->source > (unsigned)RATE_FUSED) {
     return CONTROL_OUT_OF_RANGE;
   }
   const scalar_range range = {params->crossover_rad_s, 0.01f, 2e3f};

@@ -22,12 +22,12 @@ float scalar_exp_minus(float x) {
   const int32_t n = (int32_t)(x * 1.44269504f + 0.5f);
   const float turns = (float)n;
   const float r = -((x - turns * ln2_high) - turns * ln2_low);
-  /* Taylor series to r^6: the remainder is below 1.2e-7 for |r| <= 0.35. */
-  float series = 1.0f / 720.0f;
-  series = series * r + 1.0f / 120.0f;
-  series = series * r + 1.0f / 24.0f;
-  series = series * r + 1.0f / 6.0f;
-  series = series * r + 0.5f;
+  /* 1 + r + r^2 q(r) with the q of least relative error, 4e-9, from tools/minimax/exp_series.py. */
+  float series = 0.00138146128f;
+  series = series * r + 0.00836871006f;
+  series = series * r + 0.041668389f;
+  series = series * r + 0.166665211f;
+  series = series * r + 0.49999994f;
   series = series * r + 1.0f;
   series = series * r + 1.0f;
   return series * power_of_two(-n);

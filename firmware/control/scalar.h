@@ -1,11 +1,13 @@
 /* Scalar arithmetic that gives the same bits on every machine.
  *
  * The C library's expf, sinf and cosf differ in the last bit between host and target; a trace that must be
- * compared bit by bit cannot use them. These are short polynomials in float, built without fused
- * multiply-add. All functions need finite arguments in the stated range. */
+ * compared bit by bit cannot use them. (sqrtf, roundf and frexpf are exact by their definition and may be used.) These
+ * are short polynomials in float, built without fused multiply-add. All functions need finite arguments in the stated
+ * range. */
 #ifndef TRACKSERVO_CONTROL_SCALAR_H
 #define TRACKSERVO_CONTROL_SCALAR_H
 
+#include <math.h>
 #include <stdbool.h>
 
 #include "control/status.h"
@@ -14,7 +16,7 @@
 
 static inline float scalar_min(float a, float b) { return a < b ? a : b; }
 static inline float scalar_max(float a, float b) { return a > b ? a : b; }
-static inline float scalar_abs(float a) { return a < 0.0f ? -a : a; }
+static inline float scalar_abs(float a) { return fabsf(a); }
 
 /* Limits `value` to [low, high]; low <= high. NaN stays NaN: a limit must not make a full torque of it. */
 static inline float scalar_clamp(float value, float low, float high) {
@@ -27,7 +29,7 @@ static inline float scalar_clamp(float value, float low, float high) {
 /* Whether |value| <= bound; false for NaN. */
 static inline bool scalar_within(float value, float bound) { return scalar_abs(value) <= bound; }
 
-/* exp(-x) for x >= 0, relative error below 3e-7; exactly 1 at 0 and exactly 0 beyond 87. */
+/* exp(-x) for x >= 0, within 1.25 units of the last place; exactly 1 at 0 and exactly 0 from 87 on. */
 float scalar_exp_minus(float x);
 
 /* sin and cos of an angle in [0, pi] rad, absolute error below 4e-7. For filter design, not for the tick. */

@@ -64,8 +64,8 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
   const float feedback_rad_s = rates->feedback_rad_s;
 
   /* The residual load: what the applied torque, less the friction already fed forward, does not explain. */
-  const float observed_nm = disturbance_observer_step(&state->observer, &params->observer, feedback_rad_s,
-                                                      applied_nm - state->explained_nm, dt_s);
+  const float observed_nm =
+      disturbance_observer_step(&state->observer, &params->observer, feedback_rad_s, applied_nm - state->explained_nm);
   const friction_feedforward_input intended = {
       .reference_rad_s = reference->rate_rad_s,
       .base_rate_rad_s = rates->base_rate_rad_s,

@@ -3,7 +3,7 @@
 #include "control/scalar.h"
 
 control_status target_tracker_check(const target_tracker_params *params) {
-  if ((int)params->kind < (int)TRACKER_PI || (int)params->kind > (int)TRACKER_PREDICTIVE) {
+  if ((unsigned)params->kind > (unsigned)TRACKER_PREDICTIVE) {
     return CONTROL_OUT_OF_RANGE;
   }
   const scalar_range ranges[] = {
@@ -19,15 +19,14 @@ void target_tracker_reset(target_tracker_state *state) { *state = (target_tracke
 /* How far the sight has turned during the last `age_ticks` ticks, rad. */
 static float sight_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
   float sum_rad_s = 0.0f;
-  for (int age = 0; age < age_ticks; ++age) {
-    const int index = (state->newest + TARGET_TRACKER_HISTORY - age) % TARGET_TRACKER_HISTORY;
-    sum_rad_s += state->sight_rates_rad_s[index];
+  for (unsigned age = 0; age < (unsigned)age_ticks; ++age) {
+    sum_rad_s += state->sight_rates_rad_s[(state->newest - age) % TARGET_TRACKER_HISTORY];
   }
   return sum_rad_s * dt_s;
 }
 
 static void remember_sight(target_tracker_state *state, float sight_rate_rad_s) {
-  state->newest = (state->newest + 1) % TARGET_TRACKER_HISTORY;
+  state->newest = (state->newest + 1u) % TARGET_TRACKER_HISTORY;
   state->sight_rates_rad_s[state->newest] = sight_rate_rad_s;
 }
 

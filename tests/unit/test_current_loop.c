@@ -140,7 +140,7 @@ static void test_reset_forgets_integral_and_limit(void) {
 
 static void test_any_design_that_is_accepted_settles(void) {
   random_source source = {14};
-  for (int trial = 0; trial < 500; ++trial) {
+  for (int trial = 0; trial < random_cases(500); ++trial) {
     const double r = random_decades(&source, 1e-2, 1e2);
     const double l = r * random_decades(&source, 2e-4, 1e-1); /* electrical time from 4 periods up */
     const double w = random_decades(&source, 20.0, 15900.0);

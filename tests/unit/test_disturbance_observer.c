@@ -32,7 +32,7 @@ static void test_a_step_of_load_is_found_along_an_exponential(void) {
     for (int tick = 1; tick <= 1000; ++tick) {
       const double torque = 3.0 * sin(0.02 * tick); /* what the motor does meanwhile must not show */
       rate = moved(&params, rate, torque, 8.0);
-      const double seen = (double)disturbance_observer_step(&state, &params, (float)rate, (float)torque, dt_s);
+      const double seen = (double)disturbance_observer_step(&state, &params, (float)rate, (float)torque);
       const double expected = 8.0 * (1.0 - exp(-(double)bandwidths_rad_s[i] * 1e-3 * tick));
       worst = fmax(worst, fabs(seen - expected));
     }
@@ -50,7 +50,7 @@ static void test_no_load_leaves_the_estimate_at_zero_whatever_the_motor_does(voi
   for (int tick = 0; tick < 5000; ++tick) {
     const double torque = random_uniform(&source, -50.0, 50.0);
     rate = moved(&params, rate, (double)(float)torque, 0.0);
-    CHECK_NEAR("estimate", 0.0, disturbance_observer_step(&state, &params, (float)rate, (float)torque, dt_s), 2e-3);
+    CHECK_NEAR("estimate", 0.0, disturbance_observer_step(&state, &params, (float)rate, (float)torque), 2e-3);
   }
 }
 
@@ -62,7 +62,7 @@ static void test_torque_that_is_already_explained_is_not_seen(void) {
   float estimate_nm = 0.0f;
   for (int tick = 0; tick < 1000; ++tick) { /* load 10, of which feedforward explains 7 and the motor gives all */
     rate = moved(&params, rate, 10.0, 10.0);
-    estimate_nm = disturbance_observer_step(&state, &params, (float)rate, 10.0f - 7.0f, dt_s);
+    estimate_nm = disturbance_observer_step(&state, &params, (float)rate, 10.0f - 7.0f);
   }
   CHECK_NEAR("estimate", 3.0, estimate_nm, 1e-3);
 }
@@ -89,7 +89,7 @@ static void test_it_is_the_textbook_filter_for_any_torque_and_rate(void) {
       textbook_nm += gap * ((double)torque_nm - (double)params.viscous_nm_s_rad * (double)previous_rad_s -
                             inertia * slope - textbook_nm);
       previous_rad_s = rate_rad_s;
-      (void)disturbance_observer_step(&state, &params, rate_rad_s, torque_nm, dt_s);
+      (void)disturbance_observer_step(&state, &params, rate_rad_s, torque_nm);
       /* Rounding of the terms, summed over the memory of the filter; 1 - exp(-w dt) itself is off by 1e-7. */
       const double scale = gap * inertia / (double)dt_s + (double)params.viscous_nm_s_rad + 1.0;
       CHECK_NEAR("estimate", textbook_nm, state.estimate_nm, 2e-5 * scale + 3e-7 / gap * fabs(textbook_nm));
@@ -106,7 +106,7 @@ static void test_reset_at_any_rate_starts_with_no_estimate(void) {
     disturbance_observer_reset(&state, &params, rates_rad_s[i], dt_s);
     CHECK_SAME("estimate", 0.0, state.estimate_nm);
     for (int tick = 0; tick < 200; ++tick) { /* it coasts: no torque, no load */
-      const float estimate_nm = disturbance_observer_step(&state, &params, rates_rad_s[i], 0.0f, dt_s);
+      const float estimate_nm = disturbance_observer_step(&state, &params, rates_rad_s[i], 0.0f);
       /* w J v is 1.4e5 Nm at 100 rad/s; a float rounds it to 0.01. */
       CHECK_NEAR("estimate", 0.0, estimate_nm, 3e-7 * 60.0 * 23.5 * fabs((double)rates_rad_s[i]) / 0.06);
     }
@@ -123,7 +123,7 @@ static void test_the_compensation_stays_within_its_limit_while_the_estimate_tell
     float compensation_nm = 0.0f;
     for (int tick = 0; tick < 500; ++tick) {
       rate = moved(&params, rate, 0.0, 20.0 * side);
-      compensation_nm = disturbance_observer_step(&state, &params, (float)rate, 0.0f, dt_s);
+      compensation_nm = disturbance_observer_step(&state, &params, (float)rate, 0.0f);
     }
     CHECK_SAME("compensation", 5.0 * side, compensation_nm);
     CHECK_NEAR("estimate", 20.0 * side, state.estimate_nm, 2e-3);
@@ -144,7 +144,7 @@ static void test_a_saturated_drive_does_not_wind_it_up(void) {
       const double load_nm = tick < 3000 ? 40.0 : 6.0;
       const double applied_nm = fmin(fmax(compensation_nm, limits_nm[i][0]), limits_nm[i][1]);
       rate = moved(&params, rate, applied_nm, load_nm);
-      compensation_nm = (double)disturbance_observer_step(&state, &params, (float)rate, (float)applied_nm, dt_s);
+      compensation_nm = (double)disturbance_observer_step(&state, &params, (float)rate, (float)applied_nm);
       CHECK_AT_MOST("estimate under saturation", 40.1, state.estimate_nm);
       CHECK_AT_LEAST("estimate under saturation", -0.1, state.estimate_nm);
       if (tick == 2999) {
@@ -165,7 +165,7 @@ static void test_rate_noise_reaches_the_torque_by_w_j_and_no_more(void) {
   double largest = 0.0;
   for (int tick = 0; tick < 20000; ++tick) {
     const float rate_rad_s = random_bits(&source) % 2 == 0 ? 1e-4f : -1e-4f;
-    const float estimate_nm = disturbance_observer_step(&state, &params, rate_rad_s, 0.0f, dt_s);
+    const float estimate_nm = disturbance_observer_step(&state, &params, rate_rad_s, 0.0f);
     largest = fmax(largest, fabs((double)estimate_nm));
   }
   /* d = w J (v - lowpass v): at most twice the amplitude, whatever the noise; a differentiator gives 2 J/dt = 4.7 Nm.

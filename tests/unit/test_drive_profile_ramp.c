@@ -114,7 +114,7 @@ static void test_a_move_from_rest_arrives_exactly_in_the_shortest_time_without_o
   double worst_overshoot = 0.0;
   double worst_excess = 0.0;
   double earliest_s = 0.0;
-  for (int trial = 0; trial < 1500; ++trial) {
+  for (int trial = 0; trial < random_cases(1500); ++trial) {
     const double way = random_decades(&random, 1e-7, 20.0);
     const double sign = trial % 2 == 0 ? 1.0 : -1.0;
     bench b = {.limits = random_limits(&random, true)};
@@ -143,7 +143,7 @@ static void test_a_move_from_rest_arrives_exactly_in_the_shortest_time_without_o
 
 static void test_moves_with_unequal_deceleration_keep_each_limit_and_do_not_overshoot(void) {
   random_source random = {.state = 2};
-  for (int trial = 0; trial < 1000; ++trial) {
+  for (int trial = 0; trial < random_cases(1000); ++trial) {
     bench b = {.limits = random_limits(&random, false)};
     const double way = random_decades(&random, 1e-6, 20.0);
     b.limits.rate_rad_s = fmaxf(b.limits.rate_rad_s, (float)way / 30.0f);
@@ -162,7 +162,7 @@ static void test_targets_that_change_at_any_time_never_break_a_limit_and_the_las
   random_source random = {.state = 3};
   int replans = 0;
   bench worst = {0};
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < random_cases(300); ++trial) {
     bench b = {.limits = random_limits(&random, trial % 2 == 0)};
     drive_angle target = 0;
     for (int replan = 0; replan < 30; ++replan, ++replans) {
@@ -194,7 +194,7 @@ static void test_targets_that_change_at_any_time_never_break_a_limit_and_the_las
 
 static void test_a_ramp_arrives_exactly_at_its_rate_in_the_shortest_time_without_overshoot(void) {
   random_source random = {.state = 4};
-  for (int trial = 0; trial < 2000; ++trial) {
+  for (int trial = 0; trial < random_cases(2000); ++trial) {
     bench b = {.limits = random_limits(&random, true)};
     const double rate = random_uniform(&random, 0.001, 1.0) * (double)b.limits.rate_rad_s;
     const float target = (float)(trial % 2 == 0 ? rate : -rate);
@@ -262,7 +262,7 @@ static void test_limits_that_shrink_under_way_are_entered_with_the_jerk_limit(vo
 
 static void test_a_rate_is_held_back_before_the_end_of_the_room(void) {
   random_source random = {.state = 5};
-  for (int trial = 0; trial < 500; ++trial) {
+  for (int trial = 0; trial < random_cases(500); ++trial) {
     bench b = {.limits = random_limits(&random, trial % 3 == 0)};
     const double sign = trial % 2 == 0 ? 1.0 : -1.0;
     const drive_angle end = angle_of(sign * random_decades(&random, 1e-3, 2.0));
@@ -315,7 +315,7 @@ static void test_limits_are_refused_outside_their_ranges(void) {
 
 static void test_the_most_extreme_limits_give_no_nan(void) {
   random_source random = {.state = 6};
-  for (int trial = 0; trial < 2000; ++trial) {
+  for (int trial = 0; trial < random_cases(2000); ++trial) {
     bench b = {.limits = limits_of(random_decades(&random, 1e-6, 4294.0), random_decades(&random, 1e-6, 4294.0),
                                    random_decades(&random, 1e-6, 4294.0), random_decades(&random, 1e-6, 4294.0))};
     for (int i = 0; i < 50; ++i) {

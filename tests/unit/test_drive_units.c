@@ -14,7 +14,7 @@ static double counts_of(drive_angle angle) { return (double)((long double)angle 
 static void test_positions_are_the_nearest_count_to_the_angle(void) {
   random_source random = {.state = 1};
   double worst = 0.0;
-  for (int i = 0; i < 1000000; ++i) {
+  for (int i = 0; i < random_cases(1000000); ++i) {
     const drive_angle angle = (drive_angle)random_uniform(&random, -1.46e11, 1.46e11);
     worst = fmax(worst, fabs((double)drive_position_from_angle(angle) - counts_of(angle)));
   }
@@ -23,7 +23,7 @@ static void test_positions_are_the_nearest_count_to_the_angle(void) {
 }
 
 static void test_every_position_comes_back_through_an_angle(void) {
-  const int64_t stride = 997; /* a prime: 4.3 million positions over the whole range, and all around the edges */
+  const int64_t stride = INT64_C(4300000000) / random_cases(4312901); /* 997 on the host, and all around the edges */
   for (int64_t position = INT32_MIN; position <= INT32_MAX; position += stride) {
     const int32_t there = (int32_t)position;
     if (drive_position_from_angle(drive_angle_from_position(there)) != there) {
@@ -42,7 +42,7 @@ static void test_every_position_comes_back_through_an_angle(void) {
 
 static void test_angles_of_positions_are_within_half_a_unit(void) {
   random_source random = {.state = 2};
-  for (int i = 0; i < 1000000; ++i) {
+  for (int i = 0; i < random_cases(1000000); ++i) {
     const int32_t position = (int32_t)random_bits(&random);
     const double exact = (double)((long double)position * 4294967296.0L / (two_pi * 1e7L));
     CHECK_NEAR("angle in 2^-32 turn", exact, (double)drive_angle_from_position(position), 0.5 + 1e-4);
@@ -68,8 +68,8 @@ static void test_an_encoder_is_unwrapped_over_many_turns_both_ways(void) {
   random_source random = {.state = 3};
   drive_angle truth = 12345;
   drive_angle angle = drive_angle_unwrap(0, (angle_turn32)truth);
-  for (int i = 0; i < 1000000; ++i) {
-    truth += (drive_angle)random_uniform(&random, -2.0e9, i < 500000 ? 2.1e9 : 1.9e9);
+  for (int i = 0; i < random_cases(1000000); ++i) {
+    truth += (drive_angle)random_uniform(&random, -2.0e9, i < random_cases(500000) ? 2.1e9 : 1.9e9);
     angle = drive_angle_unwrap(angle, (angle_turn32)(uint64_t)truth);
     TEST_ASSERT_TRUE(truth == angle);
   }
@@ -83,7 +83,7 @@ static void test_the_first_angle_is_within_half_a_turn_of_zero(void) {
 
 static void test_velocities_are_the_exact_product_rounded_once(void) {
   random_source random = {.state = 4};
-  for (int i = 0; i < 1000000; ++i) {
+  for (int i = 0; i < random_cases(1000000); ++i) {
     const float magnitude = (float)random_decades(&random, 1e-8, 2100.0);
     const float rate_rad_s = i % 2 == 0 ? magnitude : -magnitude;
     const double exact = round((double)rate_rad_s * 1e6); /* 24 bits times 20 fit a double */
@@ -94,13 +94,13 @@ static void test_velocities_are_the_exact_product_rounded_once(void) {
 }
 
 static void test_velocities_below_16_rad_s_come_back_exactly_and_faster_ones_within_60_ppb(void) {
-  for (int32_t velocity = -16000000; velocity <= 16000000; velocity += 7) {
+  for (int32_t velocity = -16000000; velocity <= 16000000; velocity += 32000000 / random_cases(4571428)) {
     if (drive_velocity_from_rate(drive_rate_from_velocity(velocity)) != velocity) {
       TEST_ASSERT_EQUAL_INT32(velocity, drive_velocity_from_rate(drive_rate_from_velocity(velocity)));
     }
   }
   random_source random = {.state = 5};
-  for (int i = 0; i < 1000000; ++i) {
+  for (int i = 0; i < random_cases(1000000); ++i) {
     const int32_t velocity = (int32_t)random_bits(&random);
     CHECK_NEAR("velocity", velocity, drive_velocity_from_rate(drive_rate_from_velocity(velocity)),
                1.2e-7 * fabs((double)velocity) + 0.5);

@@ -184,7 +184,7 @@ static double larger_breakaway(const lugre_params *seal) {
 
 static void test_lugre_is_passive_bounded_and_finite_for_any_seal_speed_and_tick(void) {
   random_source source = {4};
-  for (int trial = 0; trial < 5000; ++trial) {
+  for (int trial = 0; trial < random_cases(5000); ++trial) {
     const lugre_params seal = random_seal(&source);
     const float dt_s = (float)random_decades(&source, 1e-5, 1e-2);
     const double stiffness = (double)seal.stiffness_nm_rad;
@@ -215,7 +215,7 @@ static void test_lugre_is_passive_bounded_and_finite_for_any_seal_speed_and_tick
 
 static void test_lugre_is_odd_when_both_directions_are_equal(void) {
   random_source source = {5};
-  for (int trial = 0; trial < 2000; ++trial) {
+  for (int trial = 0; trial < random_cases(2000); ++trial) {
     lugre_params seal = random_seal(&source);
     seal.negative = seal.positive;
     const float dt_s = (float)random_decades(&source, 1e-5, 1e-2);

@@ -1,6 +1,9 @@
 /* Scalar arithmetic and the wrap of the joint angle, against the C library in double. */
 #include "control/scalar.h"
 
+#include <float.h>
+#include <string.h>
+
 #include "control/angle.h"
 #include "support/check.h"
 #include "support/random.h"
@@ -8,23 +11,31 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-static void test_exp_is_within_3e_7_of_libm_over_the_whole_range(void) {
-  double worst = 0.0;
-  for (int i = 0; i < 870000; ++i) {
-    const float x = (float)i * 1e-4f;
-    const double exact = exp(-(double)x);
-    worst = fmax(worst, fabs((double)scalar_exp_minus(x) - exact) / exact);
-  }
-  LOG_VALUE("largest relative error of exp", worst);
-  CHECK_AT_MOST("relative error of exp", 3e-7, worst);
+/* In units of the last place of the exact value. */
+static double ulps(double exact, float computed) {
+  int exponent;
+  (void)frexp(exact, &exponent);
+  return fabs((double)computed - exact) / ldexp(1.0, exponent - FLT_MANT_DIG);
 }
 
-static void test_exp_is_within_3e_7_for_tiny_arguments_of_any_size(void) {
-  random_source source = {1};
-  for (int i = 0; i < 20000; ++i) {
-    const float x = (float)random_decades(&source, 1e-38, 1.0);
-    CHECK_RELATIVE("exp(-x)", exp(-(double)x), scalar_exp_minus(x), 3e-7);
+/* Every exponent of x, and as many of its fractions as time allows. */
+static void test_exp_is_within_1_25_ulp_over_the_whole_range(void) {
+  double worst = 0.0;
+  const float end = 87.0f;
+  uint32_t last;
+  memcpy(&last, &end, sizeof last);
+  const uint32_t stride = last / (uint32_t)random_cases(2000000);
+  for (uint32_t bits = 0; bits < last; bits += stride) {
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    worst = fmax(worst, ulps(exp(-(double)x), scalar_exp_minus(x)));
   }
+  for (int i = 0; i < random_cases(870000); ++i) {
+    const float x = (float)i * (87.0f / (float)random_cases(870000));
+    worst = fmax(worst, ulps(exp(-(double)x), scalar_exp_minus(x)));
+  }
+  LOG_VALUE("largest error of exp, ulp", worst);
+  CHECK_AT_MOST("error of exp, ulp", 1.25, worst);
 }
 
 static void test_exp_is_exactly_one_at_zero_and_exactly_zero_beyond_87(void) {
@@ -32,12 +43,12 @@ static void test_exp_is_exactly_one_at_zero_and_exactly_zero_beyond_87(void) {
   CHECK_SAME("exp(-87)", 0.0, scalar_exp_minus(87.0f));
   CHECK_SAME("exp(-1e30)", 0.0, scalar_exp_minus(1e30f));
   const float below = nextafterf(87.0f, 0.0f);
-  CHECK_RELATIVE("exp just below 87", exp(-(double)below), scalar_exp_minus(below), 3e-7);
+  CHECK_AT_MOST("exp just below 87, ulp", 1.25, ulps(exp(-(double)below), scalar_exp_minus(below)));
 }
 
 static void test_sin_and_cos_are_within_4e_7_from_0_to_pi(void) {
   double worst = 0.0;
-  const int steps = 200000;
+  const int steps = random_cases(200000);
   for (int i = 0; i <= steps; ++i) {
     const float angle_rad = scalar_min(SCALAR_PI * ((float)i / (float)steps), SCALAR_PI);
     worst = fmax(worst, fabs((double)scalar_sin(angle_rad) - sin((double)angle_rad)));
@@ -116,8 +127,7 @@ static void test_angle_differences_take_the_shorter_way_between_any_two_angles(v
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_exp_is_within_3e_7_of_libm_over_the_whole_range);
-  RUN_TEST(test_exp_is_within_3e_7_for_tiny_arguments_of_any_size);
+  RUN_TEST(test_exp_is_within_1_25_ulp_over_the_whole_range);
   RUN_TEST(test_exp_is_exactly_one_at_zero_and_exactly_zero_beyond_87);
   RUN_TEST(test_sin_and_cos_are_within_4e_7_from_0_to_pi);
   RUN_TEST(test_min_max_abs_and_clamp_pick_the_right_value);

@@ -1,0 +1,142 @@
+#include "cortex_m4/core_trace.h"
+
+#include <string.h>
+
+static float visit_float(const trace_visitor *visitor, const char *name, float value) {
+  uint32_t word;
+  memcpy(&word, &value, sizeof word);
+  word = visitor->word(visitor->context, name, word);
+  memcpy(&value, &word, sizeof word);
+  return value;
+}
+
+#define FLOAT(value) ((value) = visit_float(visitor, #value, value))
+#define INTEGER(type, value) ((value) = (type)visitor->word(visitor->context, #value, (uint32_t)(value)))
+
+void trace_visit_event(const trace_visitor *visitor, trace_event *event) { INTEGER(trace_event, *event); }
+
+static void visit_biquad(const trace_visitor *visitor, biquad_params *biquad) {
+  FLOAT(biquad->b0);
+  FLOAT(biquad->b1);
+  FLOAT(biquad->b2);
+  FLOAT(biquad->a1);
+  FLOAT(biquad->a2);
+}
+
+static void visit_pi(const trace_visitor *visitor, pi_controller_params *pi) {
+  FLOAT(pi->proportional_gain);
+  FLOAT(pi->integral_gain);
+  FLOAT(pi->setpoint_weight);
+  FLOAT(pi->tracking_rate_per_s);
+}
+
+static void visit_direction(const trace_visitor *visitor, lugre_direction *direction) {
+  FLOAT(direction->coulomb_nm);
+  FLOAT(direction->breakaway_nm);
+  FLOAT(direction->stribeck_speed_rad_s);
+  FLOAT(direction->viscous_nm_s_rad);
+}
+
+static void visit_friction(const trace_visitor *visitor, friction_feedforward_params *friction) {
+  INTEGER(friction_model, friction->model);
+  FLOAT(friction->gain);
+  FLOAT(friction->lead_limit_rad_s);
+  FLOAT(friction->sign_width_rad_s);
+  FLOAT(friction->lugre.stiffness_nm_rad);
+  FLOAT(friction->lugre.damping_nm_s_rad);
+  visit_direction(visitor, &friction->lugre.positive);
+  visit_direction(visitor, &friction->lugre.negative);
+}
+
+static void visit_speed_loop(const trace_visitor *visitor, speed_loop_params *speed) {
+  INTEGER(int, speed->rate_estimator.window_ticks);
+  INTEGER(rate_source, speed->rate_fusion.source);
+  FLOAT(speed->rate_fusion.crossover_rad_s);
+  visit_biquad(visitor, &speed->notch);
+  visit_biquad(visitor, &speed->lowpass);
+  visit_pi(visitor, &speed->pi);
+  FLOAT(speed->acceleration_inertia_kg_m2);
+  INTEGER(bool, speed->observer_on);
+  FLOAT(speed->observer.inertia_kg_m2);
+  FLOAT(speed->observer.viscous_nm_s_rad);
+  FLOAT(speed->observer.bandwidth_rad_s);
+  FLOAT(speed->observer.limit_nm);
+  visit_friction(visitor, &speed->friction);
+}
+
+void trace_visit_params(const trace_visitor *visitor, servo_params *params) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_axis_params *axis = &params->axis[i];
+    visit_speed_loop(visitor, &axis->speed);
+    FLOAT(axis->position.proportional_per_s);
+    FLOAT(axis->position.rate_limit_rad_s);
+    FLOAT(axis->position.deceleration_rad_s2);
+    INTEGER(tracker_kind, axis->tracker.kind);
+    FLOAT(axis->tracker.proportional_per_s);
+    FLOAT(axis->tracker.integral_per_s2);
+    FLOAT(axis->tracker.estimator_rad_s);
+    FLOAT(axis->tracker.rate_limit_rad_s);
+    FLOAT(axis->tracker.coast_s);
+    visit_pi(visitor, &axis->current.pi);
+    FLOAT(axis->current.back_emf_v_s_rad);
+    FLOAT(axis->current.duty_limit);
+    FLOAT(axis->torque_constant_nm_a);
+    FLOAT(axis->current_limit_a);
+  }
+}
+
+void trace_visit_command(const trace_visitor *visitor, servo_command *command) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_axis_command *axis = &command->axis[i];
+    INTEGER(servo_mode, axis->mode);
+    FLOAT(axis->speed.rate_rad_s);
+    FLOAT(axis->speed.acceleration_rad_s2);
+    INTEGER(angle_turn32, axis->position);
+    FLOAT(axis->rate_limit_rad_s);
+    FLOAT(axis->torque_nm);
+    INTEGER(bool, axis->torque_limited);
+    FLOAT(axis->limits.minimum_nm);
+    FLOAT(axis->limits.maximum_nm);
+  }
+}
+
+void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_axis_samples *axis = &samples->axis[i];
+    INTEGER(angle_turn32, axis->motion.joint_angle);
+    FLOAT(axis->motion.gyro_rad_s);
+    INTEGER(bool, axis->motion.gyro_valid);
+    FLOAT(axis->mean_current_a);
+    INTEGER(bool, axis->frame.fresh);
+    INTEGER(bool, axis->frame.valid);
+    INTEGER(int, axis->frame.age_ticks);
+    FLOAT(axis->frame.error_rad);
+  }
+}
+
+void trace_visit_period(const trace_visitor *visitor, trace_period *period) {
+  INTEGER(int, period->axis);
+  FLOAT(period->reference_a);
+  FLOAT(period->current_a);
+  FLOAT(period->bus_voltage_v);
+}
+
+void trace_visit_tick_results(const trace_visitor *visitor, servo_axis *axis) {
+  INTEGER(servo_mode, axis->mode);
+  FLOAT(axis->signals.rates.joint_rate_rad_s);
+  FLOAT(axis->signals.rates.base_rate_rad_s);
+  FLOAT(axis->signals.rates.rate_rad_s);
+  FLOAT(axis->signals.rates.feedback_rad_s);
+  FLOAT(axis->signals.reference.rate_rad_s);
+  FLOAT(axis->signals.reference.acceleration_rad_s2);
+  FLOAT(axis->signals.torque.torque_nm);
+  FLOAT(axis->signals.torque.pi_nm);
+  FLOAT(axis->signals.torque.acceleration_nm);
+  FLOAT(axis->signals.torque.disturbance_nm);
+  FLOAT(axis->signals.torque.friction_nm);
+  INTEGER(bool, axis->signals.torque.limited);
+  FLOAT(axis->commanded_nm);
+  FLOAT(axis->current_reference_a);
+}
+
+void trace_visit_duty(const trace_visitor *visitor, float *duty) { FLOAT(*duty); }

@@ -1,0 +1,47 @@
+/* What goes into the servo core and what comes out, as a sequence of 32-bit words, so that another machine can be asked
+ * for the same bits.
+ *
+ * The three functions of app/servo_app.h are its events: the parameters once, then ticks and PWM periods in the order
+ * in which they came. Each part is listed once, in core_trace.c; whether it is written, read or compared is up to the
+ * visitor. Floats travel as their bits, everything else as a number, so that structs may be laid out as each compiler
+ * likes. Both machines are little-endian. */
+#ifndef TRACKSERVO_TESTS_CORTEX_M4_CORE_TRACE_H
+#define TRACKSERVO_TESTS_CORTEX_M4_CORE_TRACE_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#include "app/servo_app.h"
+
+typedef enum { TRACE_END = 0, TRACE_CONFIGURE, TRACE_TICK, TRACE_PWM } trace_event;
+
+/* Called for each word, with the expression that names it; what it returns takes the word's place. */
+typedef struct {
+  uint32_t (*word)(void *context, const char *name, uint32_t value);
+  void *context;
+} trace_visitor;
+
+/* One PWM period of one axis. The set-point goes in, because the simulated board delays what the tick has set. */
+typedef struct {
+  int axis;
+  float reference_a;
+  float current_a;
+  float bus_voltage_v;
+} trace_period;
+
+void trace_visit_event(const trace_visitor *visitor, trace_event *event);
+void trace_visit_params(const trace_visitor *visitor, servo_params *params);
+void trace_visit_command(const trace_visitor *visitor, servo_command *command);
+void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples);
+void trace_visit_period(const trace_visitor *visitor, trace_period *period);
+
+/* What comes out: of a tick, everything that an axis has thought and wants; of a period, the duty. */
+void trace_visit_tick_results(const trace_visitor *visitor, servo_axis *axis);
+void trace_visit_duty(const trace_visitor *visitor, float *duty);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,221 @@
+/* cost_node: instructions of the whole 1 kHz task of both axes, servo_node_tick, at work on a full bus; ends with 1
+ * when it takes more than is asked.
+ *
+ * Both axes turn a bare inertia with Coulomb friction. In every tick, as many frames as 1 Mbit/s can carry in a
+ * millisecond: SYNC, all four RPDOs, all four TPDOs, an SDO request and its answer (1061 bits without stuffing). The
+ * scope records 8 signals, a frame every tick. Counted is what the tick does, with what it has to read and send already
+ * in memory: the drivers of a board are not in it, and neither is the interrupt that puts a frame into the queue. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cortex_m4/cost_table.h"
+#include "cortex_m4/instruction_count.h"
+#include "hal_host.h"
+#include "node/servo_node.h"
+#include "parameters/axis_dictionary.h"
+
+enum { NODE_ID = 1, ASKED = 5000, WARM_UP_TICKS = 600, COUNTED_TICKS = 2000 };
+
+typedef struct {
+  float rate_rad_s;
+  float way_turn32; /* what is left over of the angle */
+  angle_turn32 angle;
+} bare_axis;
+
+typedef struct {
+  bare_axis axis[SERVO_AXES];
+  uint32_t tick;
+  servo_node node;
+} bench;
+
+static bench b;
+
+/* --- the machine -------------------------------------------------------------------------------------------------- */
+
+static uint32_t joint_angle(void *machine, int axis) { return ((bench *)machine)->axis[axis].angle; }
+
+static bool gyro(void *machine, int axis, float *rate_rad_s) {
+  *rate_rad_s = ((bench *)machine)->axis[axis].rate_rad_s;
+  return true;
+}
+
+static float mean_current(void *machine, int axis) {
+  return ((bench *)machine)->node.board.app.axis[axis].current_reference_a;
+}
+
+static bool camera(void *machine, int axis, hal_camera_frame *frame) {
+  (void)axis;
+  *frame = (hal_camera_frame){.target_found = true, .age_ticks = 21, .error_rad = 1e-5f};
+  return ((bench *)machine)->tick % 20 == 0;
+}
+
+static float bus_voltage(void *machine) {
+  (void)machine;
+  return 48.0f;
+}
+
+static void ignore_duty(void *machine, int axis, float duty) {
+  (void)machine;
+  (void)axis;
+  (void)duty;
+}
+
+static hal machine_of(bench *of) {
+  return (hal){.machine = of,
+               .joint_angle_turn32 = joint_angle,
+               .gyro_rate = gyro,
+               .mean_current_a = mean_current,
+               .camera = camera,
+               .current_a = mean_current,
+               .bus_voltage_v = bus_voltage,
+               .set_duty = ignore_duty};
+}
+
+static void turn(bench *of) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    bare_axis *axis = &of->axis[i];
+    const float motor_nm = 2.5f * of->node.board.app.axis[i].current_reference_a;
+    const float friction_nm = 7.0f * axis->rate_rad_s / (fabsf(axis->rate_rad_s) + 1e-4f);
+    axis->rate_rad_s += (motor_nm - friction_nm) / 6.0f * SERVO_TICK_S;
+    axis->way_turn32 += axis->rate_rad_s * SERVO_TICK_S / ANGLE_RAD_PER_TURN32;
+    const int32_t whole = (int32_t)axis->way_turn32;
+    axis->angle += (uint32_t)whole;
+    axis->way_turn32 -= (float)whole;
+  }
+  ++of->tick;
+}
+
+/* --- the bus ------------------------------------------------------------------------------------------------------ */
+
+static bool send(void *context, const can_frame *frame) {
+  (void)context;
+  (void)frame;
+  return true;
+}
+
+static void receive(uint32_t id, uint8_t length, const void *data) {
+  can_frame frame = {.id = id, .length = length};
+  memcpy(frame.data, data, length);
+  (void)servo_node_receive(&b.node, &frame);
+}
+
+static void receive_words(uint32_t id, int32_t first, int32_t second) {
+  const int32_t words[] = {first, second};
+  receive(id, sizeof words, words);
+}
+
+static void full_bus(uint16_t controlword, int8_t mode, int32_t velocity, int32_t position) {
+  const uint8_t drive[] = {(uint8_t)controlword, (uint8_t)(controlword >> 8), (uint8_t)mode};
+  const uint8_t upload_of_position[8] = {0x40, 0x64, 0x68, 0x00};
+  receive(0x200 + NODE_ID, sizeof drive, drive);
+  receive(0x300 + NODE_ID, sizeof drive, drive);
+  receive_words(0x400 + NODE_ID, velocity, -velocity);
+  receive_words(0x500 + NODE_ID, position, -position);
+  receive(0x600 + NODE_ID, sizeof upload_of_position, upload_of_position);
+  receive(0x080, 0, "");
+}
+
+static bool set(uint16_t index, uint8_t sub, uint32_t value, uint16_t bytes) {
+  od_object object;
+  const bool set_now = od_find(servo_node_dictionary(&b.node), index, sub, &object) == OD_OK &&
+                       od_write(&object, (const uint8_t *)&value, bytes) == OD_OK;
+  if (!set_now) {
+    printf("%04x:%02x is not set\n", index, sub);
+  }
+  return set_now;
+}
+
+static bool start(void) {
+  static axis_tuning defaults;
+  const od_part part = {.table = axis_parameters_table, .values = &defaults, .prefix = ""};
+  od_restore_defaults(&part, NODE_ID);
+  const axis_parameters parameters[SERVO_AXES] = {defaults.staged, defaults.staged};
+  static hal machine;
+  memset(&b, 0, sizeof b);
+  machine = machine_of(&b);
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters};
+  bool good = servo_node_start(&b.node, &config);
+  for (uint16_t n = 0; n < PDO_COUNT; ++n) {
+    good = good && set((uint16_t)(0x1400 + n), 2, 1, 1) && set((uint16_t)(0x1800 + n), 2, 1, 1);
+  }
+  good = good && set(0x3000, 9, 8, 1) && set(0x3000, 5, 6, 1) && set(0x3000, 1, 1, 1); /* waits for a fault */
+  servo_node_tick(&b.node);
+  receive(0x000, 2, "\x01\x00"); /* NMT: start */
+  return good;
+}
+
+/* --- rows --------------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+  const char *name;
+  int8_t mode;
+
+} work;
+
+/* Shutdown, switch on, enable; then new set-points whenever an axis is there. */
+static uint16_t controlword(uint32_t tick) {
+  if (tick < 100) {
+    return 0x06;
+  }
+  if (tick < 200) {
+    return 0x07;
+  }
+  return tick % 500 < 250 ? 0x0F : 0x1F;
+}
+
+static int32_t position_at(uint32_t tick, int8_t mode) {
+  const int32_t turning = 2000 * (int32_t)(tick % 1000 < 500 ? tick % 500 : 500 - tick % 500);
+  return mode == DRIVE_PROFILE_POSITION ? (tick % 1000 < 500 ? 900000 : -900000) : turning;
+}
+
+static int count_tick(const work *w) {
+  const int32_t velocity = b.tick % 1000 < 500 ? 200000 : -200000;
+  full_bus(controlword(b.tick), w->mode, velocity, position_at(b.tick, w->mode));
+  const uint32_t start_count = instruction_count_now();
+  servo_node_tick(&b.node);
+  const int cost = instruction_count_since(start_count);
+  turn(&b);
+  return cost;
+}
+
+static bool measure(const work *w, cost_row *row) {
+  *row = (cost_row){.name = w->name, .asked = ASKED};
+  if (!start()) {
+    return false;
+  }
+  for (int tick = 0; tick < WARM_UP_TICKS + COUNTED_TICKS; ++tick) {
+    const int cost = count_tick(w);
+    if (tick >= WARM_UP_TICKS) {
+      cost_row_add(row, cost);
+    }
+  }
+  bool enabled = true;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    enabled = enabled && b.node.axis[i].drive.state.power == DRIVE_OPERATION_ENABLED &&
+              b.node.axis[i].objects.state.mode_display == w->mode;
+  }
+  if (!enabled || b.node.recorder.phase != SCOPE_WAITING) {
+    printf("%s: an axis is not in operation, or the scope does not record\n", w->name);
+    return false;
+  }
+  return true;
+}
+
+int main(void) {
+  static const work works[] = {
+      {"1 kHz task, cyclic velocity", DRIVE_CYCLIC_VELOCITY},
+      {"1 kHz task, cyclic position", DRIVE_CYCLIC_POSITION},
+      {"1 kHz task, cyclic torque", DRIVE_CYCLIC_TORQUE},
+      {"1 kHz task, profile velocity", DRIVE_PROFILE_VELOCITY},
+      {"1 kHz task, profile position", DRIVE_PROFILE_POSITION},
+  };
+  static cost_row row;
+  bool good = instruction_count_start();
+  cost_table_head();
+  for (unsigned i = 0; i < sizeof works / sizeof works[0]; ++i) {
+    good = measure(&works[i], &row) && good;
+    good = cost_row_print(&row) && good;
+  }
+  return good ? 0 : 1;
+}
