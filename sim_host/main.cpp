@@ -158,7 +158,9 @@ CommissionedAndTuned commission_and_tune(const sim::PlantConfig& plant, int axis
 }
 
 // Both axes at the same time, as if each machine had one: a thread each.
-void identify(const IdentifyOptions& options) {
+int identify(const IdentifyOptions& options) {
+  constexpr int kRefused = 2;  // as of the program identify
+  int code = 0;
   const sim::PlantConfig plant = sim::load_plant(options.plant);
   warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
   const auto begin = std::chrono::steady_clock::now();
@@ -172,6 +174,9 @@ void identify(const IdentifyOptions& options) {
     sim::print(plant, commissioned);
     if (gains) {
       sim::print(*gains);
+    } else {
+      fmt::print("  no gains: the design needs the parameters that were refused\n");
+      code = kRefused;
     }
     if (!options.out_dir.empty()) {
       const std::filesystem::path folder = options.out_dir / sim::axis_name(axis);
@@ -185,6 +190,7 @@ void identify(const IdentifyOptions& options) {
   }
   fmt::print("both axes: {:.0f} s of this computer\n",
              std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  return code;
 }
 
 constexpr double kSlowest = 0.1;
@@ -342,7 +348,7 @@ void add_experiments(CLI::App& app) {
   });
 }
 
-void add_identify(CLI::App& app) {
+void add_identify(CLI::App& app, int& code) {
   auto options = std::make_shared<IdentifyOptions>();
   CLI::App *command = app.add_subcommand(
       "identify", "find friction and inertia of both axes with the device's experiments, and design gains from them");
@@ -351,7 +357,7 @@ void add_identify(CLI::App& app) {
   command
       ->add_option("--out", options->out_dir, "folder for recordings, results and residuals, below a folder per axis")
       ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
-  command->callback([options] { identify(*options); });
+  command->callback([options, &code] { code = identify(*options); });
 }
 
 void add_bench(CLI::App& app) {
@@ -386,16 +392,17 @@ void add_keys(CLI::App& app) {
 }
 
 int parse_and_run(int argc, char **argv) {
+  int code = 0;
   CLI::App app{"The simulated optical tracker with the servo firmware on it."};
   app.require_subcommand(1);
   add_run(app);
-  add_identify(app);
+  add_identify(app, code);
   add_experiments(app);
   add_bench(app);
   add_serve(app);
   add_keys(app);
   CLI11_PARSE(app, argc, argv);
-  return 0;
+  return code;
 }
 
 }  // namespace

@@ -14,9 +14,12 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kRadPerTurn32 = 2.0 * kPi / 4294967296.0;
-constexpr double kRampTime_s = 0.3;  // from rest to the speed between two places
-constexpr int kSettleTicks = 300;    // at rest after a move
-constexpr int kRestTicks = 100;      // at rest before each experiment
+constexpr double kDegPerRad = 180.0 / kPi;
+constexpr double kRampTime_s = 0.3;   // from rest to the speed between two places
+constexpr int kSettleTicks = 300;     // at rest after a move
+constexpr int kRestTicks = 100;       // at rest before each experiment
+constexpr double kStrayShare = 0.05;  // of its travel: so far from its place an experiment may begin
+constexpr double kMovePatience_s = 10.0;
 
 const char *name_of(stimulus_kind kind) {
   switch (kind) {
@@ -113,10 +116,23 @@ class Bench {
       bench.stand();
       bench.command().speed.rate_rad_s = static_cast<float>(move.rate_rad_s(bench.angle_rad_));
     };
-    while (!move.there()) {
+    const double patience_s = kMovePatience_s + 3.0 * std::abs(place_rad - angle_rad_) / speed_rad_s;
+    for (int ticks = 0; !move.there(); ++ticks) {
+      if (ticks * kTick_s > patience_s) {
+        throw ExperimentError(fmt::format(
+            "{} does not get to {:.1f} deg, it is at {:.1f} deg: friction or load is stronger than its motor.",
+            axis_name(axis_), place_rad * kDegPerRad, angle_rad_ * kDegPerRad));
+      }
       machine_.advance_tick();
     }
     rest(kSettleTicks);
+  }
+
+  // A sweep does not end where it began.
+  void return_to(double place_rad, double speed_rad_s, double travel_rad) {
+    if (std::abs(angle_rad_ - place_rad) > kStrayShare * travel_rad) {
+      move_to(place_rad, speed_rad_s);
+    }
   }
 
   void perform(const stimulus_setup& setup, const experiment_limits& limits) {
@@ -125,8 +141,8 @@ class Bench {
     begin(setup.kind);
     const control_status status = experiment_start(&experiment_, &setup, &limits, last_angle_);
     if (status != CONTROL_OK) {
-      throw ExperimentError(
-          fmt::format("experiment {} ({}): {}.", result_.ended.size() + 1, name_of(setup.kind), complaint_of(status)));
+      throw ExperimentError(fmt::format("{}, experiment {} ({}): {}.", axis_name(axis_), result_.ended.size() + 1,
+                                        name_of(setup.kind), complaint_of(status)));
     }
     bool running = true;
     deciding_ = [&running](Bench& bench) { running = bench.step_experiment(); };
@@ -134,7 +150,8 @@ class Bench {
       machine_.advance_tick();
     }
     if (experiment_.state != EXPERIMENT_DONE && !swept_away(experiment_)) {
-      throw ExperimentError(fmt::format("experiment {} ({}): {}.", result_.ended.size() + 1, name_of(setup.kind),
+      throw ExperimentError(fmt::format("{}, experiment {} ({}) at {:.1f} deg: {}.", axis_name(axis_),
+                                        result_.ended.size() + 1, name_of(setup.kind), angle_rad_ * kDegPerRad,
                                         reason_of(experiment_.state)));
     }
     result_.ended.push_back(experiment_);
@@ -229,6 +246,7 @@ Acquisition acquire(const AcquisitionSetup& setup, const commissioning::Programm
   for (const commissioning::Place& place : programme.places) {
     bench.move_to(place.angle_rad, programme.moving_rad_s);
     for (const stimulus_setup& experiment : place.experiments) {
+      bench.return_to(place.angle_rad, programme.moving_rad_s, static_cast<double>(programme.limits.travel_rad));
       bench.perform(experiment, programme.limits);
     }
   }

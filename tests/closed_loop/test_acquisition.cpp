@@ -6,6 +6,7 @@
 #include "bench.hpp"
 #include "commissioning/acquisition.hpp"
 #include "experiments/control_design.hpp"
+#include "unit/support/check.h"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -47,6 +48,21 @@ stimulus_setup sweep() {
   setup.dwell_s = 1.0F;
   setup.acceleration_rad_s2 = 0.5F;
   return setup;
+}
+
+// The fastest speed turns round at the end of the travel, so the sweep ends far from where it began.
+void test_experiments_begin_at_their_place_wherever_the_one_before_has_ended() {
+  stimulus_setup fast = sweep();
+  fast.low_rad_s = 0.05F;
+  fast.speed_ratio = 1.6F;
+  fast.count = 3;
+  fast.dwell_s = 1.6F;
+  fast.acceleration_rad_s2 = 1.0F;
+  const sim::Acquisition done = record(tracker(), {fast, fast, fast});
+  const auto [lowest, highest] =
+      std::minmax_element(done.recording.joint_angle_rad.begin(), done.recording.joint_angle_rad.end());
+  CHECK_AT_LEAST("lowest angle, rad", kPlace_rad - 1.05 * static_cast<double>(kLimits.travel_rad), *lowest);
+  CHECK_AT_MOST("highest angle, rad", kPlace_rad + 1.05 * static_cast<double>(kLimits.travel_rad), *highest);
 }
 
 stimulus_setup loops() {
@@ -105,7 +121,8 @@ void test_an_experiment_that_ends_early_is_named_with_its_reason() {
     record(tracker(), {loops(), runaway}, 3, {0.01F, 0.2F, 20.0F, 60.0F});
     TEST_FAIL_MESSAGE("it must not come to its end");
   } catch (const sim::ExperimentError& error) {
-    TEST_ASSERT_EQUAL_STRING("experiment 2 (torque ramps): the axis left its travel limit.", error.what());
+    TEST_ASSERT_EQUAL_STRING("pitch, experiment 2 (torque ramps) at 26.3 deg: the axis left its travel limit.",
+                             error.what());
   }
   stimulus_setup wide = loops();
   wide.amplitude_rad = 1.0F;
@@ -113,7 +130,7 @@ void test_an_experiment_that_ends_early_is_named_with_its_reason() {
     record(tracker(), {wide});
     TEST_FAIL_MESSAGE("it must be refused");
   } catch (const sim::ExperimentError& error) {
-    TEST_ASSERT_EQUAL_STRING("experiment 1 (hysteresis loops): it does not fit its own limits.", error.what());
+    TEST_ASSERT_EQUAL_STRING("pitch, experiment 1 (hysteresis loops): it does not fit its own limits.", error.what());
   }
 }
 
@@ -140,6 +157,7 @@ void test_what_is_written_is_read_again() {
 
 int main() {
   UNITY_BEGIN();
+  RUN_TEST(test_experiments_begin_at_their_place_wherever_the_one_before_has_ended);
   RUN_TEST(test_a_move_a_sweep_and_loops_are_recorded_tick_by_tick);
   RUN_TEST(test_the_same_seed_records_the_same);
   RUN_TEST(test_an_experiment_that_ends_early_is_named_with_its_reason);

@@ -102,7 +102,7 @@ void test_limits_without_room_and_machines_that_make_no_sense_are_refused() {
   expect_refusal(limits, good.machine, "the speed limit [rad/s] is nan");
   RoughMachine machine = good.machine;
   machine.inertia_kg_m2 = 0.0;
-  expect_refusal(good.limits, machine, "the rough inertia [kg m2] is 0");
+  expect_refusal(good.limits, machine, "the rough inertia [kg m2] is 0; such a machine has 1e-07");
 }
 
 void test_the_file_holds_what_the_device_is_told() {

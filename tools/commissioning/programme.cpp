@@ -51,15 +51,16 @@ void check(const MotionLimits& limits) {
 }
 
 void check(const RoughMachine& machine) {
-  const auto refuse = [](const char *what, double value) {
-    if (!(value > 0.0 && std::isfinite(value))) {
-      throw ProgrammeError(fmt::format("{} is {:g}; it must be above 0. Identify a first look again.", what, value));
+  const auto refuse_outside = [](const char *what, double value, double low, double high) {
+    if (!(low <= value && value <= high)) {
+      throw ProgrammeError(fmt::format("{} is {:g}; such a machine has {:g} to {:g}. Identify a first look again.",
+                                       what, value, low, high));
     }
   };
-  refuse("the rough Coulomb torque [Nm]", machine.coulomb_nm);
-  refuse("the rough bristle length [rad]", machine.bristle_rad);
-  refuse("the rough Stribeck speed [rad/s]", machine.stribeck_rad_s);
-  refuse("the rough inertia [kg m2]", machine.inertia_kg_m2);
+  refuse_outside("the rough Coulomb torque [Nm]", machine.coulomb_nm, 1e-5, 1e4);
+  refuse_outside("the rough bristle length [rad]", machine.bristle_rad, 1e-8, 1.0);
+  refuse_outside("the rough Stribeck speed [rad/s]", machine.stribeck_rad_s, 1e-6, 10.0);
+  refuse_outside("the rough inertia [kg m2]", machine.inertia_kg_m2, 1e-7, 1e6);
 }
 
 // Turning round at the top speed takes at most half of the room.

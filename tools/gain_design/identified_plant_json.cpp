@@ -45,7 +45,7 @@ void refuse_what_was_refused(const InputFile& file, const std::vector<std::strin
   for (const std::string& name : names) {
     const Json::json_pointer pointer("/parameters/" + name + "/value");
     if (file.json.contains(pointer) && file.json.at(pointer).is_null()) {
-      messages += "\n  " + refusal_of(file, name);
+      messages += " " + refusal_of(file, name);
     }
   }
   if (!messages.empty()) {

@@ -190,8 +190,8 @@ servo_axis_params built(const axis_parameters& parameters) {
   servo_axis_params device{};
   if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
     throw GainDesignError(
-        "the firmware refuses the designed parameters: check inertia, friction and motor against the limits in "
-        "docs/can-objects.md");
+        "the firmware refuses the designed parameters: check the wishes, and inertia, friction and motor, against the "
+        "limits in docs/can-objects.md");
   }
   return device;
 }

@@ -221,8 +221,10 @@ std::string reason_to_refuse(const ParameterText& text, const Parameter& paramet
                        result.motion_cutoff_hz);
   }
   const bool stribeck_speed = text.index == kStribeckSpeedPositive || text.index == kStribeckSpeedNegative;
-  if (stribeck_speed && !stribeck_effect_is_seen(result.fit, text.index - 2)) {
-    return "break-away and Coulomb torque do not differ: there is no Stribeck effect whose speed could be told";
+  const bool breakaway = text.index == kBreakawayPositive || text.index == kBreakawayNegative;
+  if ((stribeck_speed || breakaway) && !stribeck_effect_is_seen(result.fit, text.index - (breakaway ? 1 : 2))) {
+    return "break-away and Coulomb torque do not differ within what wind and noise leave of them: there is no Stribeck "
+           "effect to be told";
   }
   const double factor = parameter.interval.high / parameter.interval.low;
   if (!(factor <= kWidestFactor)) {
@@ -323,6 +325,35 @@ RoughMachine rough_machine(const JointFit& fit, const PaperEstimate& start) {
   return machine;
 }
 
+// Friction takes energy out of the motor, whatever loads and wind do.
+void check_sign_of_torque(const Recording& recording) {
+  constexpr double kPlainly = -0.3;
+  double energy = 0;
+  double turnover = 0;
+  for (std::size_t i = 1; i < recording.ticks(); ++i) {
+    if (recording.run[i] == recording.run[i - 1]) {
+      const double work = recording.torque_nm[i] * (recording.joint_angle_rad[i] - recording.joint_angle_rad[i - 1]);
+      energy += work;
+      turnover += std::abs(work);
+    }
+  }
+  if (energy < kPlainly * turnover) {
+    throw IdentificationError(
+        "the torque works against the motion all the time, as no friction does: its sign is opposite to the joint "
+        "angle's; turn one of the two round");
+  }
+}
+
+void check_gyro(const Motion& motion) {
+  constexpr double kMostScaleError = 0.2;
+  if (motion.gyro.fitted && std::abs(motion.gyro.scale_error) > kMostScaleError) {
+    throw IdentificationError(
+        fmt::format("the gyro shows {:.3g} times the joint rate: its sign or scale is wrong; mend it, or leave its "
+                    "column empty to do without",
+                    1.0 + motion.gyro.scale_error));
+  }
+}
+
 Eigen::Index usable_nodes(const std::vector<Span>& spans) {
   Eigen::Index nodes = 0;
   for (const Span& span : spans) {
@@ -349,11 +380,13 @@ const Parameter& Identification::parameter(const std::string& name) const {
 
 Identification identify(const Recording& recording) {
   Identification result(recording);
+  check_sign_of_torque(recording);
   result.paper = paper_estimate(recording);
   Motion first_look = analyse_motion(recording);
   if (recording.has_gyro() && first_look.angle_noise_rad > kCoarse_rad) {
     first_look = analyse_motion(recording, kMotionCutoff_hz, true);
   }
+  check_gyro(first_look);
   const PaperEstimate found = search_start(recording, first_look, result.paper);
   const double bristle_rad = found.friction.positive.coulomb_nm / found.friction.stiffness_nm_rad;
   result.motion_cutoff_hz = motion_cutoff_hz(first_look.angle_noise_rad, bristle_rad);

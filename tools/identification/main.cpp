@@ -64,8 +64,12 @@ int fit(const FitOptions& options) {
       options.structure.empty() ? identification::Recording{} : identification::load_recording(options.structure);
   const identification::Identification result = identification::identify(recording);
   print_table(result);
+  const nlohmann::ordered_json json = identification::to_json(result, recording, structure);
+  for (const auto& warning : json["warnings"]) {
+    fmt::print("{}\n", warning.get<std::string>());
+  }
   if (!options.json.empty()) {
-    open_for_writing(options.json) << identification::to_json(result, recording, structure).dump(2) << '\n';
+    open_for_writing(options.json) << json.dump(2) << '\n';
   }
   if (!options.residuals.empty()) {
     std::ofstream file = open_for_writing(options.residuals);
@@ -89,7 +93,11 @@ commissioning::RoughMachine load_rough_machine(const std::string& path) {
     throw std::runtime_error(fmt::format("{}: cannot be opened; give the result of 'identify fit --json'.", path));
   }
   try {
-    const nlohmann::json rough = nlohmann::json::parse(file).at("rough");
+    const nlohmann::json result = nlohmann::json::parse(file);
+    if (result.at("format") != "trackservo-identification" || result.at("version") != 1) {
+      throw std::runtime_error(fmt::format("{}: is not of format trackservo-identification, version 1.", path));
+    }
+    const nlohmann::json& rough = result.at("rough");
     return {rough.at("coulomb_nm"), rough.at("bristle_rad"), rough.at("stribeck_rad_s"), rough.at("inertia_kg_m2")};
   } catch (const nlohmann::json::exception& error) {
     throw std::runtime_error(fmt::format("{}: is no result of 'identify fit --json', which has a block \"rough\" ({}).",
@@ -120,7 +128,8 @@ void add_plan(CLI::App& app, PlanOptions& options) {
   command->add_option("--highest-rad", options.limits.highest_rad, "joint angle that is never passed")->required();
   command->add_option("--fastest-rad-s", options.limits.rate_rad_s, "joint rate that is never passed")->required();
   command->add_option("--torque-nm", options.limits.torque_nm, "torque that is never passed")->required();
-  command->add_option("--start-rad", options.start_rad, "where the axis is, for the predicted duration");
+  command->add_option("--start-rad", options.start_rad, "where the axis is, for the predicted duration")
+      ->check(CLI::Range(-1e3, 1e3));
   CLI::Option *identified = command->add_option("--identified", options.identified,
                                                 "result of a first look; without it, this plans the first look");
   command->add_flag("--structure", options.structure, "plan the chirps that show resonances of the structure")

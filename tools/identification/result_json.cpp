@@ -151,6 +151,17 @@ Json resonances_json(const std::vector<gain_design::StructuralMode>& modes) {
   return json;
 }
 
+Json warnings_json(const std::vector<gain_design::StructuralMode>& modes) {
+  Json json = Json::array();
+  for (const gain_design::StructuralMode& mode : modes) {
+    json.push_back(
+        fmt::format("There is a resonance at {:.1f} Hz, but friction was fitted to a rigid axis: break-away torque, "
+                    "Stribeck speed and viscous friction may be off by more than their intervals.",
+                    mode.frequency_rad_s / (2.0 * M_PI)));
+  }
+  return json;
+}
+
 }  // namespace
 
 Json to_json(const Identification& result, const Recording& recording, const Recording& structure) {
@@ -177,7 +188,9 @@ Json to_json(const Identification& result, const Recording& recording, const Rec
   json["checks"] = checks_json(result);
   const AxisResponse response = axis_response(structure.ticks() > 0 ? structure : recording);
   json["frequency_response"] = response_json(response);
-  json["resonances"] = resonances_json(resonances(result, response));
+  const std::vector<gain_design::StructuralMode> modes = resonances(result, response);
+  json["resonances"] = resonances_json(modes);
+  json["warnings"] = warnings_json(modes);
   json["paper_method_missing"] = result.paper.missing;
   return json;
 }

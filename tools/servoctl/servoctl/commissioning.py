@@ -7,6 +7,7 @@ and the axis ends at rest (live.py); the objects of the set-up, mode, limits and
 from __future__ import annotations
 
 import contextlib
+import math
 import struct
 import time
 from collections.abc import Callable, Iterator
@@ -15,7 +16,7 @@ from types import TracebackType
 
 from . import power
 from .device import DEVICE_STATE, Device
-from .drive import POLL_S
+from .drive import POLL_S, Drive
 from .errors import MotionError, Refused
 from .live import LiveAxis
 from .parameter import AXES, AXIS_SHIFT
@@ -30,7 +31,7 @@ RUNS, DONE = 1, 2
 ENDS = {
     0: "it did not start", 3: "it was aborted", 4: "the axis left the travel limit of the experiment (2100:14)",
     5: "the axis was faster than the limit of the experiment (2100:15)", 6: "it took longer than its limit (2100:17)",
-    7: "the drive stopped the axis",
+    7: "the drive stopped the axis, as it does at a position limit (607D)",
 }  # fmt: skip
 """2100:2 other than runs and done."""
 SWEPT_AWAY = (4, 5)
@@ -43,6 +44,8 @@ START_TIMEOUT_S = 5.0
 SETTLE_S = 0.3
 NEAR_RAD = 1e-3
 """A place that is so near needs no move."""
+STRAY_SHARE = 0.05
+"""Of an experiment's travel limit: so far from its place it may begin. A sweep does not end where it began."""
 MOST_MISSING = 1e-3
 """Share of a run's ticks; more is told."""
 
@@ -75,6 +78,19 @@ class Outcome:
         return [(run, share) for run, share in shares if share > MOST_MISSING]
 
 
+def check_place(drive: Drive, envelope: Envelope) -> None:
+    """Raises MotionError when the axis is not where it may move."""
+    here, low, high = drive.position(), envelope.lowest_rad, envelope.highest_rad
+    if low <= here <= high:
+        return
+    middle = degrees((low + high) / 2)
+    way = math.ceil(abs(middle - degrees(here)) + 1)
+    raise MotionError(
+        f"{drive.name} is at {degrees(here):.1f}°, outside of {degrees(low):.5g}° to {degrees(high):.5g}°: move it there"
+        f" first, as in 'servoctl move {drive.name} --to {middle:.0f} --max-travel {way}'."
+    )
+
+
 class Commissioning:
     """One axis, enabled, watched and recorded within a `with` block, for one programme after the other.
 
@@ -92,7 +108,7 @@ class Commissioning:
         self._written: dict[int, bytes] = {}
 
     def __enter__(self) -> Commissioning:
-        self._check_place()
+        check_place(self._live.drive, self._envelope)
         with contextlib.ExitStack() as both:
             both.enter_context(self._recorder)
             both.enter_context(self._live)
@@ -119,6 +135,8 @@ class Commissioning:
             done_s += self._go_to(place.angle_rad, programme.moving_rad_s)
             for experiment in place.experiments:
                 step = f"{experiment.name} at {degrees(place.angle_rad):.1f}°"
+                if abs(self._live.drive.position() - place.angle_rad) > STRAY_SHARE * programme.limits["travel_rad"]:
+                    self._go_to(place.angle_rad, programme.moving_rad_s)
                 self._set_up(experiment, programme)
                 self._start(step)
                 for share in self._until_done(step, experiment.kind):
@@ -129,15 +147,6 @@ class Commissioning:
         return Outcome(self._recorder.recording(began_rad), break_aways, self._other_held)
 
     # --- objects ----------------------------------------------------------------------------------------------------
-
-    def _check_place(self) -> None:
-        drive = self._live.drive
-        here, low, high = drive.position(), self._envelope.lowest_rad, self._envelope.highest_rad
-        if not low <= here <= high:
-            raise MotionError(
-                f"{drive.name} is at {degrees(here):.1f}°, outside of {degrees(low):.5g}° to {degrees(high):.5g}°: move"
-                f" it there first, as in 'servoctl move {drive.name} --to {degrees((low + high) / 2):.0f}'."
-            )
 
     def _borrow(self) -> None:
         """What the experiments are set up by is put back at the end, and the travel is watched meanwhile (607D)."""

@@ -30,8 +30,8 @@ from .schema import (
 )
 from .turns import Turns
 
-SDO_TIMEOUT_S = 0.5
-LATE_ANSWER_S = 0.1
+SDO_TIMEOUT_S = 1.0
+LATE_ANSWER_S = 0.2
 """After a transfer that failed, an answer still on the way comes within so long: the next transfer must not take it."""
 STORE_TIMEOUT_S = 5.0
 

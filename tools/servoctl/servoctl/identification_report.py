@@ -46,6 +46,7 @@ def write_identification_report(
         _checks(data),
     ]
     notes = [f"Refused: {message}" for _, message in identified.refused]
+    notes += identified.warnings or ["No resonance of the structure was found."] * path.with_name("structure.csv").exists()
     notes += [f"The paper's method could only guess: {text}" for text in data["paper_method_missing"]]
     notes += [f"Run {number} misses {100 * share:.2g} % of its ticks." for number, share in outcome.incomplete_runs()]
     lead = (
@@ -205,9 +206,9 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
         picture = png_of(figure)
     beyond = int(np.count_nonzero(np.abs(found.correlation) > found.bound))
     text = (
-        "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: its"
-        f" spectrum is then flat and its autocorrelation within the dashed bounds ({beyond} of {len(found.correlation)}"
-        " lags are beyond; 5 % is chance)."
+        "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: the"
+        " flatter its spectrum and the nearer its autocorrelation to the dashed bounds, the better the intervals."
+        f" {beyond} of {len(found.correlation)} lags are beyond them; chance alone gives one in twenty."
     )
     return Section("Residuals", text, picture=picture)
 

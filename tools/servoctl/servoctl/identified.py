@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from .device import Device
+from .drive import Drive
 from .errors import InputError
 from .identify_program import read_json
-from .parameter import AXIS_SHIFT, Parameter, Value
+from .parameter import AXES, AXIS_SHIFT, Parameter, Value
+from .programme import Envelope
 from .schema import Schema
+from .units import degrees
 
+FORMAT = "trackservo-identification"
 NAMES = {
     "coulomb_positive": "Coulomb torque, positive", "breakaway_positive": "break-away torque, positive",
     "stribeck_speed_positive": "Stribeck speed, positive", "viscous_positive": "viscous coefficient, positive",
@@ -67,6 +73,29 @@ class Identified:
         """Of a parameter; None when it was refused."""
         return self.estimates[name].value
 
+    @property
+    def warnings(self) -> list[str]:
+        """What makes values doubtful that were found."""
+        return [str(warning) for warning in self.data.get("warnings", [])]
+
+    def check_machine(self, device: Device, axis: int) -> None:
+        """Raises InputError when it is known to be of another axis or device."""
+        machine = self.data.get("machine", {})
+        name, serial = machine.get("axis", AXES[axis]), machine.get("serial", 0)
+        if name != AXES[axis]:
+            raise InputError(f"{self.path}: is of {name}, not of {AXES[axis]}: give the folder of {AXES[axis]} with --from.")
+        if serial and serial != device.serial_number():
+            raise InputError(
+                f"{self.path}: is of the device with serial number {serial}, this one has {device.serial_number()}:"
+                " identify this one first."
+            )
+
+    @property
+    def travel_deg(self) -> tuple[float, float] | None:
+        """Between which joint angles it was allowed to move."""
+        travel = self.data.get("machine", {}).get("travel_deg")
+        return (float(travel[0]), float(travel[1])) if isinstance(travel, list) and len(travel) == 2 else None
+
     def gains(self, schema: Schema, axis: int) -> dict[Parameter, Value]:
         """The objects of the axis that are known now, as the device can hold them."""
         found: dict[Parameter, Value] = {}
@@ -86,9 +115,23 @@ class Identified:
         return value
 
 
+def add_machine(path: Path, device: Device, axis: int, envelope: Envelope) -> None:
+    """Whose result it is, into the file: axis, device, where it was allowed to move, where the other axis stood."""
+    data = read_json(path, FORMAT)
+    data["machine"] = {
+        "axis": AXES[axis], "node": device.node_id, "serial": device.serial_number(),
+        "travel_deg": [degrees(envelope.lowest_rad), degrees(envelope.highest_rad)],
+        "other_axis_deg": degrees(Drive(device, 1 - axis).position()),
+    }  # fmt: skip
+    try:
+        path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
+
+
 def read_identified(path: Path) -> Identified:
     """Raises InputError when it is no result of `identify fit`."""
-    data = read_json(path, "trackservo-identification")
+    data = read_json(path, FORMAT)
     try:
         estimates = {
             name: Estimate(

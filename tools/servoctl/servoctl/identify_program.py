@@ -92,8 +92,10 @@ class IdentifyProgram:
             raise InputError(f"{self.path}: cannot be run: {error.strerror}.") from error
         if done.returncode not in (FITTED, also_good):
             told = [line for line in done.stderr.splitlines() if line.strip()]
-            reason = told[0].removeprefix("identify: ") if told else f"exit code {done.returncode}"
-            raise InputError(f"'identify {words[0]}' failed: {reason}")
+            reason = " ".join(line.strip() for line in told).removeprefix("identify: ")
+            raise InputError(
+                f"'identify {words[0]}' failed: {reason or f'{self.path} ended with {done.returncode} and no word'}"
+            )
         return done.returncode
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import numpy as np
 from .drive import Drive
 from .errors import InputError, MotionError
 from .stream import RateStream
-from .units import POSITION_COUNTS_PER_RAD, degrees
+from .units import POSITION_COUNTS_PER_RAD, degrees, radians
 
 OVERSPEED = 2.0
 """A test is broken off when the axis is faster than this times the limit: no answer to the set-point explains that."""
@@ -21,11 +22,31 @@ REACH_RAD = (2**31 - 1) / POSITION_COUNTS_PER_RAD
 
 @dataclass(frozen=True)
 class Limits:
-    """Largest rate (rad/s), travel (rad) and duration (s)."""
+    """Largest rate (rad/s), travel (rad) and duration (s); whether options of the command set them."""
 
     rate_rad_s: float
     travel_rad: float
     duration_s: float
+    by_options: bool = True
+
+
+def allowed_travel(drive: Drive, travel_deg: tuple[float, float] | None) -> tuple[float, float]:
+    """Joint angles, rad, that the user and 607D allow; raises InputError for what neither has said."""
+    limits = drive.position_limits()
+    if travel_deg is None and limits is None:
+        raise InputError(
+            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in"
+            " --travel-deg -150 150."
+        )
+    low, high = (radians(angle) for angle in travel_deg) if travel_deg else limits or (0.0, 0.0)
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise InputError("--travel-deg wants two angles in °, the lower one first.")
+    if limits and (low < limits[0] or high > limits[1]):
+        raise InputError(
+            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D:"
+            f" {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
+        )
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -48,9 +69,9 @@ class Plan:
             ("duration", self.duration_s, limits.duration_s, "s", "--max-duration"),
         ):
             if not value <= limit * 1.0001:
+                more = f", or allow more with {option}" if limits.by_options else ""
                 raise InputError(
-                    f"the {what} would be {value:.3g} {unit}, more than {limit:.3g} {unit}: ask for less, or allow more"
-                    f" with {option}."
+                    f"the {what} would be {value:.3g} {unit}, more than {limit:.3g} {unit}: ask for less{more}."
                 )
         if drive is None:
             return
@@ -69,6 +90,17 @@ class Plan:
             raise InputError(
                 f"{self.axis} is at {degrees(here):.2f}° and would move from {degrees(here - self.backward_rad):.2f}° to"
                 f" {degrees(here + self.forward_rad):.2f}°, beyond 607D: {degrees(allowed[0]):.2f}° to {degrees(allowed[1]):.2f}°."
+            )
+
+    def check_travel(self, drive: Drive, allowed: tuple[float, float]) -> None:
+        """Raises InputError when it would leave these joint angles, rad."""
+        here = drive.position()
+        first, last = here - self.backward_rad, here + self.forward_rad
+        if not allowed[0] <= first <= last <= allowed[1]:
+            raise InputError(
+                f"{self.axis} would move from {degrees(first):.1f}° to {degrees(last):.1f}°, beyond"
+                f" {degrees(allowed[0]):.5g}° to {degrees(allowed[1]):.5g}°: move it away from there first, or turn the"
+                " other way with a negative --bias."
             )
 
 

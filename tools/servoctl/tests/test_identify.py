@@ -282,7 +282,9 @@ def a_result() -> dict[str, Any]:
     return {"format": "trackservo-identification", "version": 1, "parameters": rows, "refused": []}
 
 
-TUNE = ("tune", "--axis", "azimuth", "--from", "found", "--periods", "3", "--high", "150")
+TUNE = (
+    "tune", "--axis", "azimuth", "--from", "found", "--periods", "3", "--high", "150", "--travel-deg", "-270", "270",
+)  # fmt: skip
 
 
 def test_gains_whose_margins_hold_are_kept_and_undo_takes_them_back(tunable: Bench) -> None:
@@ -324,6 +326,31 @@ def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
     assert process.wait(timeout=20) == 130
     assert tunable.json("get") == before
     assert axis_state(tunable)["state"] == "switch on disabled"
+
+
+@pytest.mark.parametrize(
+    "words, told",
+    [
+        (("--axis", "pitch"), "is of azimuth, not of pitch"),
+        (("--axis", "azimuth"), "--travel-deg"),
+        (("--axis", "azimuth", "--travel-deg", "-1000", "-900"), "negative --bias"),
+        (("--axis", "azimuth", "--bias", "0"), "--bias must not be 0"),
+    ],
+)
+def test_tune_refuses_what_is_not_of_this_axis_or_would_leave_the_travel(
+    tunable: Bench, words: tuple[str, ...], told: str
+) -> None:
+    result = a_result() | {"machine": {"axis": "azimuth"}}
+    (tunable.folder / "found/result.json").write_text(json.dumps(result))
+    refused = tunable.here("tune", *words, "--from", "found", "--yes")
+    assert refused.code == 2 and told in refused.err and refused.err.count("\n") == 1, refused
+
+
+def test_an_identification_is_not_written_over(machine: Bench) -> None:
+    (machine.folder / "found").mkdir()
+    (machine.folder / "found/result.json").write_text("{}")
+    refused = machine("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
+    assert refused.code == 2 and "holds an identification already" in refused.err
 
 
 def test_a_dry_run_of_tune_shows_the_design_and_changes_nothing(tunable: Bench) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -58,14 +60,14 @@ def test_numbers_that_make_no_sense_are_refused_in_one_sentence(servo: Bench) ->
 
 @pytest.mark.parametrize("field", ["rate_rad_s", "travel_rad", "duration_s"])
 def test_no_limit_is_passed_by_what_is_no_number(field: str) -> None:
-    fine = {"rate_rad_s": 1.0, "travel_rad": 1.0, "duration_s": 1.0}
+    fine = Limits(rate_rad_s=1.0, travel_rad=1.0, duration_s=1.0)
     plan = Plan("azimuth", "", 0.5, 0.5, 0.0, 0.5)
-    plan.check(Limits(**fine))
+    plan.check(fine)
     with pytest.raises(InputError):
-        plan.check(Limits(**{**fine, field: float("nan")}))
+        plan.check(replace(fine, **dict[str, Any]({field: float("nan")})))
     wrong = {"rate_rad_s": "rate_rad_s", "travel_rad": "forward_rad", "duration_s": "duration_s"}[field]
     with pytest.raises(InputError):
-        Plan(**{**vars(plan), wrong: float("nan")}).check(Limits(**fine))
+        Plan(**{**vars(plan), wrong: float("nan")}).check(fine)
 
 
 def test_a_folder_that_cannot_be_written_is_told_without_traceback(servo: Bench) -> None:

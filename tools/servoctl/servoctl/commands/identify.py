@@ -13,13 +13,14 @@ from typing import Any
 
 import click
 
-from ..commissioning import Commissioning, Outcome
+from ..commissioning import Commissioning, Outcome, check_place
 from ..device import Device
 from ..drive import Drive
 from ..errors import ExitCode, InputError
 from ..gains_file import write_gains
-from ..identified import Identified, read_identified
+from ..identified import Identified, add_machine, read_identified
 from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
+from ..limits import allowed_travel
 from ..parameter import AXES
 from ..programme import Envelope, Experiment, Place, Programme
 from ..session import Session, common
@@ -61,9 +62,10 @@ def identify(
     identifier = IdentifyProgram(find_identify(program))
     out = folder or new_path(Path(), "identify", axis)
     with session.connect() as device, ExitStack() as stack:
-        envelope = read_envelope(device, AXES.index(axis), travel_deg, speed_deg_s)
-        work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
         drive = Drive(device, AXES.index(axis))
+        envelope = read_envelope(device, AXES.index(axis), travel_deg, speed_deg_s)
+        check_place(drive, envelope)
+        work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
         first = identifier.plan(envelope, drive.position(), work / "first_look_plan.json")
         show_envelope(session, axis, envelope)
         show_programme(session, first, "first look")
@@ -95,6 +97,7 @@ def identify(
         fit(
             session, identifier, recording, out / "result.json", out / "residuals.csv", None if quick else structure
         )
+        add_machine(out / "result.json", device, AXES.index(axis), envelope)
         identified = read_identified(out / "result.json")
         gains = identified.gains(device.schema, AXES.index(axis))
         if gains:
@@ -108,20 +111,7 @@ def read_envelope(
 ) -> Envelope:
     """What the device and the user allow; raises InputError for what neither has said."""
     drive = Drive(device, axis)
-    limits = drive.position_limits()
-    if travel_deg is None and limits is None:
-        raise InputError(
-            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in"
-            " --travel-deg -150 150."
-        )
-    low, high = (radians(angle) for angle in travel_deg) if travel_deg else limits or (0.0, 0.0)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise InputError("--travel-deg wants two angles in °, the lower one first.")
-    if limits and (low < limits[0] or high > limits[1]):
-        raise InputError(
-            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D:"
-            f" {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
-        )
+    low, high = allowed_travel(drive, travel_deg)
     if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
         raise InputError("--speed-deg-s must be above 0.")
     fastest = drive.rate_limit()
@@ -133,7 +123,9 @@ def read_envelope(
 
 
 def make_folder(folder: Path) -> Path:
-    """The folder, which is there afterwards; raises InputError."""
+    """The folder, which is there afterwards; raises InputError, also when it holds another identification."""
+    if (folder / "result.json").exists():
+        raise InputError(f"{folder}: holds an identification already (result.json): give another folder with --out.")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -274,6 +266,8 @@ def tell(session: Session, axis: str, folder: Path, identified: Identified, outc
     )
     for _, message in identified.refused:
         session.out.note(f"refused: {message}")
+    for warning in identified.warnings:
+        session.out.note(warning)
     session.out.say("saved: " + ", ".join(files))
     session.out.say(f"Gains for these: 'servoctl tune --axis {axis} --from {folder}'.")
     return int(ExitCode.DIFFERENT if identified.refused else ExitCode.OK)

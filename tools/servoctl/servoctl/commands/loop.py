@@ -69,8 +69,9 @@ def loop_stimulus(low: float, high: float, bias: float, amplitude: float, lines:
     """Frequencies in Hz, rates in rad/s; raises InputError."""
     if not 0.05 <= low < high or high > 0.4 / SETPOINT_PERIOD_S:
         raise InputError(
-            f"the frequencies {low:g} to {high:g} Hz are not possible: --low is 0.05 Hz or more, --high at most"
-            f" {0.4 / SETPOINT_PERIOD_S:.0f} Hz, as set-points go out every {1e3 * SETPOINT_PERIOD_S:g} ms."
+            f"the frequencies {low:g} to {high:g} Hz are not possible: from 0.05 Hz at least to"
+            f" {0.4 / SETPOINT_PERIOD_S:.0f} Hz (--high) at most, as set-points go out every"
+            f" {1e3 * SETPOINT_PERIOD_S:g} ms."
         )
     if amplitude <= 0 or (bias != 0 and amplitude >= abs(bias)):
         raise InputError("--amplitude must be above 0 and below --bias, or the axis would turn round and stick.")

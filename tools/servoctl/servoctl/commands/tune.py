@@ -12,12 +12,13 @@ import click
 import numpy as np
 
 from ..device import Device
-from ..errors import ExitCode
+from ..drive import Drive
+from ..errors import ExitCode, InputError
 from ..gain_design import Design, Verdict, design_gains, judge, parameters_of
 from ..gains_file import write_gains
-from ..identified import read_identified
+from ..identified import Identified, read_identified
 from ..identify_program import IdentifyProgram, find_identify
-from ..limits import Limits
+from ..limits import Limits, Plan, allowed_travel
 from ..loop_model import SpeedLoopGains
 from ..parameter import AXES, Parameter, Value
 from ..session import Session, common
@@ -32,7 +33,7 @@ from .parameters import as_json
 from .quantity import FREQUENCY, RATE, Quantity
 
 RATIO = Quantity("", above=0.0)
-LIMITS = Limits(radians(5.0), radians(60.0), 180.0)
+LIMITS = Limits(radians(5.0), radians(60.0), 180.0, by_options=False)
 LOWEST_HZ, LINES = 1.0, 50
 WISHES = {
     "bandwidth_hz": "speed_loop_bandwidth_hz",
@@ -65,6 +66,10 @@ WISHES = {
 )
 @click.option("--tracking-hz", type=FREQUENCY, help="Bandwidth of the tracking loop.")
 @click.option("--position-hz", type=FREQUENCY, help="Bandwidth of the position loop.")
+@click.option(
+    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH",
+    help="Joint angles to stay between (default: 607D, else those of the identification).",
+)  # fmt: skip
 @click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s) while the loop is measured.")
 @click.option(
     "--amplitude", type=RATE, default="0.6", show_default=True, help="Peak of the multisine (°/s), below the bias."
@@ -79,7 +84,8 @@ WISHES = {
 @click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer.")
 @common
 def tune(
-    session: Session, axis: str, folder: Path, bias: float, amplitude: float, high: float, periods: int,
+    session: Session, axis: str, folder: Path, travel_deg: tuple[float, float] | None, bias: float, amplitude: float,
+    high: float, periods: int,
     program: Path | None, store: bool, dry_run: bool, yes: bool, **options: float | None,
 ) -> int:  # fmt: skip
     """Design gains from what was identified, try them on the live axis, and keep them if the margins hold.
@@ -89,16 +95,25 @@ def tune(
     fails, or on Ctrl-C, the old gains are in force again. 'servoctl undo' takes kept ones back, too. Exit code 1 tells
     that the gains were not kept.
     """
+    if bias == 0.0:
+        raise InputError("--bias must not be 0: the loop is measured while the axis slides.")
     wishes = {WISHES[name]: value for name, value in options.items() if value is not None}
     identified = read_identified(folder / "result.json")
     stimulus = loop_stimulus(LOWEST_HZ, high, bias, amplitude, LINES, periods)
     identifier = IdentifyProgram(find_identify(program))
     with session.connect() as device, ExitStack() as stack:
+        identified.check_machine(device, AXES.index(axis))
+        check_way(Drive(device, AXES.index(axis)), stimulus.plan(axis), identified, travel_deg)
         Tuning(device, "tune").refuse_foreign_stage({AXES.index(axis)})
         present = read_all(session, device, parameters_of(device.schema, AXES.index(axis)))
         work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else folder
         with session.out.errors.status("designing"):
-            design = design_gains(identifier, work, identified.path, device.schema, AXES.index(axis), wishes, present)
+            try:
+                design = design_gains(
+                    identifier, work, identified.path, device.schema, AXES.index(axis), wishes, present
+                )
+            except InputError as error:
+                raise InputError(in_words_of_options(str(error), work)) from error
         changed = {p: value for p, value in design.gains.items() if present[p] != value}
         show_design(session, design, present, changed)
         if not changed:
@@ -115,6 +130,21 @@ def tune(
             store_with_backup(session, device)
     page = write_page_of(folder, axis, design, present, changed, measured, verdicts)
     return tell(session, axis, changed, present, measured, verdicts, [str(page), str(active)])
+
+
+def in_words_of_options(message: str, work: Path) -> str:
+    """What the program says of wishes.json, as the options that it was made from."""
+    message = message.replace(f"{work / 'wishes.json'}: ", "")
+    for option, key in WISHES.items():
+        message = message.replace(f'"{key}"', f"--{option.replace('_', '-')}")
+    return message
+
+
+def check_way(drive: Drive, plan: Plan, identified: Identified, travel_deg: tuple[float, float] | None) -> None:
+    """Raises InputError when the way of the measurement is not allowed, by the user, 607D or the identification."""
+    if travel_deg is None and drive.position_limits() is None:
+        travel_deg = identified.travel_deg
+    plan.check_travel(drive, allowed_travel(drive, travel_deg))
 
 
 def show_design(
