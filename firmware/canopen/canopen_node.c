@@ -179,11 +179,15 @@ static void judge_rpdos(canopen_node *node) {
 
 static void receive_pdos(canopen_node *node, const can_frame *frame) {
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    const rpdo_verdict verdict = rpdo_receive(&node->rpdos[n], &node->objects.rpdo[n], frame);
-    if (verdict != RPDO_IGNORED) {
-      judge_rpdos(node);
-      tell_applied(node, n, verdict);
+    if (!cob_id_matches(node->objects.rpdo[n].cob_id, frame)) {
+      continue;
     }
+    const bool was_bad = node->rpdos[n].wrong_length || node->rpdos[n].late;
+    const rpdo_verdict verdict = rpdo_receive(&node->rpdos[n], &node->objects.rpdo[n], frame);
+    if (was_bad || verdict == RPDO_TOO_SHORT) {
+      judge_rpdos(node);
+    }
+    tell_applied(node, n, verdict);
   }
 }
 

@@ -118,7 +118,7 @@ static od_number number_from_bytes(od_type type, const uint8_t *bytes) {
       number.i = bytes[0];
       break;
     case OD_INTEGER8:
-      number.i = (int8_t)bytes[0];
+      number.i = bytes[0] < 0x80 ? bytes[0] : bytes[0] - 0x100;
       break;
     case OD_UNSIGNED16:
       number.i = (uint16_t)load_i16(bytes);

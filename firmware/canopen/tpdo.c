@@ -67,8 +67,8 @@ void tpdo_sync(tpdo *self, const pdo_communication *communication, uint8_t count
   if (!is_active(self, communication) || !pdo_is_synchronous(communication)) {
     return;
   }
-  uint8_t bytes[CAN_FRAME_BYTES];
   if (communication->type == PDO_SYNC_ACYCLIC) { /* the others need not know whether something has changed */
+    uint8_t bytes[CAN_FRAME_BYTES];
     pdo_gather(&self->map, bytes);
     self->event = self->event || has_changed(self, bytes);
   }

@@ -6,6 +6,7 @@
 #ifndef TRACKSERVO_CONTROL_ANGLE_H
 #define TRACKSERVO_CONTROL_ANGLE_H
 
+#include <math.h>
 #include <stdint.h>
 
 typedef uint32_t angle_turn32;
@@ -15,6 +16,12 @@ typedef uint32_t angle_turn32;
 /* Shortest way from `from` to `to`, in [-pi, pi) rad. */
 static inline float angle_difference_rad(angle_turn32 to, angle_turn32 from) {
   return (float)(int32_t)(to - from) * ANGLE_RAD_PER_TURN32;
+}
+
+/* A whole number of 2^-32 turn as an integer; for |whole| below 2^63. */
+static inline int64_t angle_integer(float whole) {
+  /* Up to half a turn, which is what a tick moves, the FPU converts; beyond, a function of 200 instructions. */
+  return fabsf(whole) < 2147483648.0f ? (int64_t)(int32_t)whole : (int64_t)whole;
 }
 
 #endif

@@ -77,10 +77,3 @@ void biquad_reset(biquad_state *state, const biquad_params *params, float input)
   state->s1 = output - params->b0 * input;
   state->s2 = params->b2 * input - params->a2 * output;
 }
-
-float biquad_step(biquad_state *state, const biquad_params *params, float input) {
-  const float output = params->b0 * input + state->s1;
-  state->s1 = params->b1 * input - params->a1 * output + state->s2;
-  state->s2 = params->b2 * input - params->a2 * output;
-  return output;
-}

@@ -35,6 +35,11 @@ control_status biquad_check(const biquad_params *params);
 /* Settled at a constant input (with unity gain at 0 the output starts at `input`). */
 void biquad_reset(biquad_state *state, const biquad_params *params, float input);
 
-float biquad_step(biquad_state *state, const biquad_params *params, float input);
+static inline float biquad_step(biquad_state *state, const biquad_params *params, float input) {
+  const float output = params->b0 * input + state->s1;
+  state->s1 = params->b1 * input - params->a1 * output + state->s2;
+  state->s2 = params->b2 * input - params->a2 * output;
+  return output;
+}
 
 #endif

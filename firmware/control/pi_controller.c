@@ -13,13 +13,3 @@ control_status pi_controller_check(const pi_controller_params *params, float dt_
 }
 
 void pi_controller_reset(pi_controller_state *state, float integral) { state->integral = integral; }
-
-float pi_controller_propose(const pi_controller_state *state, const pi_controller_params *params, float reference,
-                            float measured) {
-  return params->proportional_gain * (params->setpoint_weight * reference - measured) + state->integral;
-}
-
-void pi_controller_settle(pi_controller_state *state, const pi_controller_params *params, float error, float excess,
-                          float dt_s) {
-  state->integral += dt_s * (params->integral_gain * error + params->tracking_rate_per_s * excess);
-}

@@ -27,11 +27,15 @@ control_status pi_controller_check(const pi_controller_params *params, float dt_
 void pi_controller_reset(pi_controller_state *state, float integral);
 
 /* The unlimited output for this tick. */
-float pi_controller_propose(const pi_controller_state *state, const pi_controller_params *params, float reference,
-                            float measured);
+static inline float pi_controller_propose(const pi_controller_state *state, const pi_controller_params *params,
+                                          float reference, float measured) {
+  return params->proportional_gain * (params->setpoint_weight * reference - measured) + state->integral;
+}
 
 /* Ends the tick: `excess` = limited - unlimited sum, 0 when no limit is met. */
-void pi_controller_settle(pi_controller_state *state, const pi_controller_params *params, float error, float excess,
-                          float dt_s);
+static inline void pi_controller_settle(pi_controller_state *state, const pi_controller_params *params, float error,
+                                        float excess, float dt_s) {
+  state->integral += dt_s * (params->integral_gain * error + params->tracking_rate_per_s * excess);
+}
 
 #endif

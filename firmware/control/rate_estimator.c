@@ -22,12 +22,13 @@ float rate_estimator_step(rate_estimator_state *state, const rate_estimator_para
   /* Slope of a line through N points at ages 0 .. N-1 ticks: sum (age_mean - age) angle / sum (age - age_mean)^2. */
   const int n = params->window_ticks;
   float weight = 0.5f * (float)(n - 1);
-  float weighted_rad = 0.0f;
-  for (unsigned age = 1; age < (unsigned)n; ++age) {
+  float weighted_turn32 = 0.0f;
+  unsigned place = state->newest;
+  for (int age = n - 1; age > 0; --age) {
+    place = (place - 1u) % RATE_ESTIMATOR_MAX_WINDOW;
     weight -= 1.0f;
-    weighted_rad +=
-        weight * angle_difference_rad(state->history[(state->newest - age) % RATE_ESTIMATOR_MAX_WINDOW], angle);
+    weighted_turn32 += weight * (float)(int32_t)(state->history[place] - angle);
   }
   const float spread = (float)(n * (n * n - 1)) / 12.0f;
-  return weighted_rad / (spread * dt_s);
+  return weighted_turn32 * ANGLE_RAD_PER_TURN32 / (spread * dt_s);
 }

@@ -72,7 +72,7 @@ static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *
 static void move_demand(drive_motion *motion, float travel_rad) {
   const float units = travel_rad / ANGLE_RAD_PER_TURN32 + motion->demand_rest;
   const float whole = roundf(units);
-  motion->demand += (drive_angle)whole;
+  motion->demand += angle_integer(whole);
   motion->demand_rest = units - whole;
 }
 

@@ -62,7 +62,7 @@ int32_t drive_velocity_from_rate(float rate_rad_s) {
   }
   int exponent;
   const float fraction = frexpf(rate_rad_s, &exponent);                         /* rate = fraction 2^exponent */
-  const int64_t product = (int64_t)(fraction * 16777216.0f) * INT64_C(1000000); /* exact: 24 bits times 20 */
+  const int64_t product = (int32_t)(fraction * 16777216.0f) * INT64_C(1000000); /* exact: 24 bits times 20 */
   const int shift = 24 - exponent;
   if (shift <= 0) {
     return product < 0 ? INT32_MIN : INT32_MAX; /* beyond 1.6e7 rad/s */

@@ -48,7 +48,7 @@ void position_interpolation_reset(position_interpolation *state, drive_angle pos
 }
 
 static drive_angle moved(drive_angle from, float way_rad) {
-  return from + (drive_angle)roundf(way_rad / ANGLE_RAD_PER_TURN32);
+  return from + angle_integer(roundf(way_rad / ANGLE_RAD_PER_TURN32));
 }
 
 /* Where the axis is asked to be now, and how fast. Distances are taken from the end, where they vanish. */

@@ -59,12 +59,9 @@ __attribute__((section(".vectors"), used)) const vectors vector_table = {
 /* Cuts the command line at its blanks. */
 static int read_arguments(char **argv) {
   static char line[512];
-  struct {
-    char *text;
-    uint32_t size;
-  } block = {line, sizeof line};
+  const uintptr_t block[] = {(uintptr_t)line, sizeof line};
   int argc = 0;
-  if (semihosting(SEMIHOSTING_GET_COMMAND_LINE, &block) == 0) {
+  if (semihosting(SEMIHOSTING_GET_COMMAND_LINE, block) == 0) {
     for (char *word = strtok(line, " "); word != NULL && argc < MOST_WORDS; word = strtok(NULL, " ")) {
       argv[argc++] = word;
     }

@@ -150,7 +150,7 @@ static bool start(void) {
 typedef struct {
   const char *name;
   int8_t mode;
-
+  int bound; /* reached; what is asked is not, see docs/cost.md */
 } work;
 
 /* Shutdown, switch on, enable; then new set-points whenever an axis is there. */
@@ -180,7 +180,7 @@ static int count_tick(const work *w) {
 }
 
 static bool measure(const work *w, cost_row *row) {
-  *row = (cost_row){.name = w->name, .asked = ASKED};
+  *row = (cost_row){.name = w->name, .asked = ASKED, .bound = w->bound};
   if (!start()) {
     return false;
   }
@@ -204,11 +204,11 @@ static bool measure(const work *w, cost_row *row) {
 
 int main(void) {
   static const work works[] = {
-      {"1 kHz task, cyclic velocity", DRIVE_CYCLIC_VELOCITY},
-      {"1 kHz task, cyclic position", DRIVE_CYCLIC_POSITION},
-      {"1 kHz task, cyclic torque", DRIVE_CYCLIC_TORQUE},
-      {"1 kHz task, profile velocity", DRIVE_PROFILE_VELOCITY},
-      {"1 kHz task, profile position", DRIVE_PROFILE_POSITION},
+      {"1 kHz task, cyclic velocity", DRIVE_CYCLIC_VELOCITY, 9800},
+      {"1 kHz task, cyclic position", DRIVE_CYCLIC_POSITION, 10600},
+      {"1 kHz task, cyclic torque", DRIVE_CYCLIC_TORQUE, 9600},
+      {"1 kHz task, profile velocity", DRIVE_PROFILE_VELOCITY, 9900},
+      {"1 kHz task, profile position", DRIVE_PROFILE_POSITION, 24500},
   };
   static cost_row row;
   bool good = instruction_count_start();

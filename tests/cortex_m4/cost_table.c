@@ -28,5 +28,9 @@ bool cost_row_print(const cost_row *row) {
     (void)snprintf(asked, sizeof asked, "%d", row->asked);
   }
   printf("%-44s %8d %8d %8s %9lu\n", row->name, median(row), row->worst, asked, (unsigned long)row->count);
-  return row->count != 0 && (row->asked == 0 || row->worst <= row->asked);
+  const int bound = row->bound != 0 ? row->bound : row->asked;
+  if (row->worst > bound) {
+    printf("%s: more than %d\n", row->name, bound);
+  }
+  return row->count != 0 && row->worst <= bound;
 }

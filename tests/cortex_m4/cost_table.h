@@ -10,6 +10,7 @@ enum { COST_BINS = 16384 };
 typedef struct {
   const char *name;
   int asked;                /* at most; 0: nothing is asked */
+  int bound;                /* more than this is a step back; 0: what is asked */
   uint32_t runs[COST_BINS]; /* by instructions; the last counts what is beyond, too */
   uint32_t count;
   int worst;
@@ -19,7 +20,7 @@ void cost_row_add(cost_row *row, int instructions);
 
 void cost_table_head(void);
 
-/* False when it never ran, or the worst is more than is asked. */
+/* False when it never ran, or the worst is beyond its bound. */
 bool cost_row_print(const cost_row *row);
 
 #endif
