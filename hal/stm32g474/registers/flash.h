@@ -26,7 +26,8 @@ REGISTER_AT(flash_registers, optr, 0x20);
 #define FLASH_ACR_DCEN FIELD(10, 1)
 #define FLASH_ACR_DCRST FIELD(12, 1)
 
-enum { FLASH_KEY_1 = 0x45670123, FLASH_KEY_2 = (int)0xCDEF89AB };
+#define FLASH_KEY_1 0x45670123u
+#define FLASH_KEY_2 0xCDEF89ABu
 
 #define FLASH_SR_EOP FIELD(0, 1)
 #define FLASH_SR_OPERR FIELD(1, 1)
@@ -46,6 +47,9 @@ enum { FLASH_KEY_1 = 0x45670123, FLASH_KEY_2 = (int)0xCDEF89AB };
 #define FLASH_CR_BKER FIELD(11, 1)
 #define FLASH_CR_STRT FIELD(16, 1)
 #define FLASH_CR_LOCK FIELD(31, 1)
+
+#define FLASH_ECCR_BK_ECC FIELD(21, 1)
+#define FLASH_ECCR_ECCD FIELD(31, 1)
 
 #define FLASH_OPTR_RESET 0xFFEFF8AAu /* as ST ships the chip */
 #define FLASH_OPTR_BFB2 FIELD(20, 1)
