@@ -6,7 +6,7 @@
 #include "registers/pwr.h"
 #include "registers/rcc.h"
 
-/* RM0440 section 7.2: f = crystal / M * N / R, 340 MHz in between. */
+/* RM0440: f = crystal / M * N / R, 340 MHz in between. */
 enum { PLL_M = 6, PLL_N = 85, PLL_R = 2, FLASH_WAIT_STATES = 4 };
 
 /* Polls of a flag before it is given up; the crystal may take 2 ms, at 16 MHz and about 10 cycles each. */
@@ -21,7 +21,7 @@ static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t want
   return false;
 }
 
-/* More than 150 MHz wants the boost of range 1 (RM0440 section 6.1.5) and four wait states (section 3.3.3). */
+/* More than 150 MHz wants the boost of range 1 (RM0440) and four wait states. */
 static bool prepare_for_170_mhz(void) {
   RCC->apb1enr1 |= RCC_APB1ENR1_PWREN;
   (void)RCC->apb1enr1;
@@ -44,7 +44,7 @@ static bool start_pll(void) {
   return wait_for(&RCC->cr, RCC_CR_PLLRDY, RCC_CR_PLLRDY);
 }
 
-/* By way of half the speed for at least 1 us (RM0440 section 7.2.7). */
+/* By way of half the speed for at least 1 us (RM0440). */
 static bool switch_to_pll(void) {
   const int polls_of_1_us = 100;
   field_set(&RCC->cfgr, RCC_CFGR_HPRE, RCC_HPRE_DIV2);

@@ -7,7 +7,7 @@
 
 extern const uint8_t parameter_area_start[]; /* the linker script's */
 
-/* RM0440 section 3.3.1: bank 2 begins at 0x08040000; the pieces are pages 120 .. 127 of its 128, as PNB counts. */
+/* RM0440: bank 2 begins at 0x08040000; the pieces are pages 120 .. 127 of its 128, as PNB counts. */
 enum { PAGE_BYTES = 2048, PAGES_PER_AREA = 4, AREA_BYTES = PAGE_BYTES * PAGES_PER_AREA, FIRST_PAGE_OF_BANK_2 = 120 };
 
 enum { MOST_WAIT_US = 100000 };
@@ -71,7 +71,7 @@ static bool read_bytes(const hal_flash *flash, uint32_t offset, void *bytes, uin
   return !unreadable;
 }
 
-/* Both halves in order, without anything between (RM0440 section 3.3.7). */
+/* Both halves in order, without anything between (RM0440). */
 static bool program(const hal_flash *flash, uint32_t offset, const uint32_t double_word[2]) {
   if (offset % HAL_FLASH_UNIT_BYTES != 0 || offset > AREA_BYTES - HAL_FLASH_UNIT_BYTES || !unlock(flash)) {
     return false;

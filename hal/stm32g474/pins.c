@@ -21,7 +21,7 @@ typedef struct {
 enum { LED_PIN = 5 }; /* of port A */
 
 /* Gate signals are pulled low, so that a bridge without its processor is off; a driver's fault line is pulled to fault,
- * so that a broken wire is one. Alternate functions: data sheet DS12288, table 13. */
+ * so that a broken wire is one. Alternate functions: data sheet DS12288. */
 static const pin_use pins[] = {
     /* azimuth bridge: TIM1 CH1, CH1N, CH2, CH2N, BKIN */
     {GPIOA, 8, ALTERNATE, 6, PULL_DOWN, MEDIUM},

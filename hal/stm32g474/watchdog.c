@@ -16,7 +16,7 @@ static bool wait_until_taken(void) {
   return true;
 }
 
-/* RM0440 section 41.3.2: writing the window reloads the counter. */
+/* RM0440: writing the window reloads the counter. */
 bool watchdog_start(void) {
   IWDG->kr = IWDG_KEY_START;
   IWDG->kr = IWDG_KEY_ACCESS;

@@ -56,3 +56,23 @@ def read_addresses(folder: pathlib.Path) -> dict[str, int]:
 def read_interrupts(folder: pathlib.Path) -> dict[str, int]:
     text = (folder / "mod.rs").read_text(encoding="utf-8")
     return {name: int(number) for name, number in re.findall(r"^    (\w+) = (\d+),$", text, re.MULTILINE)}
+
+
+def elements_of(block: dict[str, Register], member: str) -> list[Register | None]:
+    """What a member of our struct is in the crate: one register, or the elements of an array."""
+    name = member.upper()
+    arrays = {"AFR": ["AFRL", "AFRH"], "CCR": [], "CH": [f"CH{n}" for n in range(1, 9)]}
+    if name in arrays and arrays[name] and all(part in block for part in arrays[name]):
+        return [block[part] for part in arrays[name]]
+    register = block.get(name)
+    without_number = block.get(name.rstrip("0123456789"))
+    if register and register.reset is None and without_number and without_number.reset is not None:
+        register = Register(register.offset, without_number.reset, without_number.fields)
+    return [register]
+
+
+def read_variant(path: pathlib.Path, field: str, variant: str) -> int | None:
+    """The number of a field's named value."""
+    enumeration = re.search(rf"pub enum {field} \{{(.*?)^\}}", path.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    found = enumeration and re.search(rf"^\s+{variant} = (\d+),$", enumeration[1], re.MULTILINE)
+    return int(found[1]) if found else None

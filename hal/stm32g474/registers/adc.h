@@ -1,4 +1,4 @@
-/* Analog-to-digital converters: RM0440 section 21.6 and 21.7. */
+/* Analog-to-digital converters: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_ADC_H
 #define TRACKSERVO_STM32G474_REGISTERS_ADC_H
 

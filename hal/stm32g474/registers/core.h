@@ -21,7 +21,6 @@ REGISTER_AT(nvic_registers, ipr, 0x300);
 #define NVIC ((nvic_registers *)0xE000E100u)
 
 typedef struct {
-  volatile uint32_t cpuid;
   volatile uint32_t icsr;
   volatile uint32_t vtor;
   volatile uint32_t aircr;
@@ -38,9 +37,9 @@ typedef struct {
   uint32_t reserved_40[18];
   volatile uint32_t cpacr;
 } scb_registers;
-REGISTER_AT(scb_registers, cpacr, 0x88);
+REGISTER_AT(scb_registers, cpacr, 0x84);
 
-#define SCB ((scb_registers *)0xE000ED00u)
+#define SCB ((scb_registers *)0xE000ED04u) /* behind CPUID */
 
 #define SCB_CCR_DIV_0_TRP FIELD(4, 1)
 #define SCB_SHCSR_MEMFAULTENA FIELD(16, 1)

@@ -1,4 +1,4 @@
-/* Debug support: RM0440 section 47.16. */
+/* Debug support: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_DBGMCU_H
 #define TRACKSERVO_STM32G474_REGISTERS_DBGMCU_H
 

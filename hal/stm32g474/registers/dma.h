@@ -1,4 +1,4 @@
-/* DMA controllers (RM0440 section 12.6) and the multiplexer of their requests (section 13.6). */
+/* DMA controllers and the multiplexer of their requests: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_DMA_H
 #define TRACKSERVO_STM32G474_REGISTERS_DMA_H
 

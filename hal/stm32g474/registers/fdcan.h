@@ -1,4 +1,4 @@
-/* CAN controller FDCAN1: RM0440 section 44.4, and its part of the message RAM (section 44.3.3), whose layout is fixed
+/* CAN controller FDCAN1: RM0440, and its part of the message RAM, whose layout is fixed
  * on this chip: two receive FIFOs and a transmit buffer of three elements each, every element 18 words. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_FDCAN_H
 #define TRACKSERVO_STM32G474_REGISTERS_FDCAN_H

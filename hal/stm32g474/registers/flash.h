@@ -1,4 +1,4 @@
-/* Embedded flash memory interface: RM0440 section 3.7 (category 3 devices). */
+/* Embedded flash memory interface: RM0440 (category 3 devices). */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_FLASH_H
 #define TRACKSERVO_STM32G474_REGISTERS_FLASH_H
 

@@ -1,4 +1,4 @@
-/* General-purpose I/O: RM0440 section 9.4. */
+/* General-purpose I/O: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_GPIO_H
 #define TRACKSERVO_STM32G474_REGISTERS_GPIO_H
 

@@ -1,4 +1,4 @@
-/* Independent watchdog: RM0440 section 41.4. */
+/* Independent watchdog: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_IWDG_H
 #define TRACKSERVO_STM32G474_REGISTERS_IWDG_H
 

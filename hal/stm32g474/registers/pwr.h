@@ -1,4 +1,4 @@
-/* Power control: RM0440 section 6.4. */
+/* Power control: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_PWR_H
 #define TRACKSERVO_STM32G474_REGISTERS_PWR_H
 

@@ -1,4 +1,4 @@
-/* Reset and clock control: RM0440 section 7.4. */
+/* Reset and clock control: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_RCC_H
 #define TRACKSERVO_STM32G474_REGISTERS_RCC_H
 

@@ -1,4 +1,4 @@
-/* Serial peripheral interface: RM0440 section 39.9. */
+/* Serial peripheral interface: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_SPI_H
 #define TRACKSERVO_STM32G474_REGISTERS_SPI_H
 

@@ -1,5 +1,5 @@
-/* Advanced-control timers TIM1 and TIM8 (RM0440 section 28.6) and the basic timer TIM6 (section 31.4), whose registers
- * lie at the same offsets. */
+/* Advanced-control timers TIM1 and TIM8 and the basic timer TIM6, whose registers
+ * lie at the same offsets: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_TIMER_H
 #define TRACKSERVO_STM32G474_REGISTERS_TIMER_H
 

@@ -1,4 +1,4 @@
-/* Universal synchronous/asynchronous receiver transmitter: RM0440 section 37.8. */
+/* Universal synchronous/asynchronous receiver transmitter: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_USART_H
 #define TRACKSERVO_STM32G474_REGISTERS_USART_H
 
