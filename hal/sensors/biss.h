@@ -32,7 +32,7 @@ typedef struct {
   bool warning;          /* the position holds, but the encoder wants to be looked after */
 } biss_reading;
 
-/* `reading` is written only with BISS_OK. About 90 instructions. */
+/* `reading` is written only with BISS_OK. About 60 instructions. */
 biss_status biss_decode(const uint8_t bytes[BISS_BYTES], biss_reading *reading);
 
 /* CRC, not inverted, of the 28 bits that it protects. */

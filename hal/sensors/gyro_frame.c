@@ -11,16 +11,20 @@ static uint32_t word_at(const uint8_t *bytes) {
   return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
 }
 
-/* By nibbles: entry n is n x^32 modulo the polynomial. */
+/* Entry n is n x^32 modulo the polynomial: the sum of what its bits give. */
+#define BIT(n, bit, remainder) (((n) >> (bit)&1u) != 0 ? (remainder) : 0u)
+#define ENTRY(n)                                                                                       \
+  (BIT(n, 0, 0x04C11DB7u) ^ BIT(n, 1, 0x09823B6Eu) ^ BIT(n, 2, 0x130476DCu) ^ BIT(n, 3, 0x2608EDB8u) ^ \
+   BIT(n, 4, 0x4C11DB70u) ^ BIT(n, 5, 0x9823B6E0u) ^ BIT(n, 6, 0x34867077u) ^ BIT(n, 7, 0x690CE0EEu))
+#define ENTRIES_4(n) ENTRY(n), ENTRY((n) + 1u), ENTRY((n) + 2u), ENTRY((n) + 3u)
+#define ENTRIES_16(n) ENTRIES_4(n), ENTRIES_4((n) + 4u), ENTRIES_4((n) + 8u), ENTRIES_4((n) + 12u)
+#define ENTRIES_64(n) ENTRIES_16(n), ENTRIES_16((n) + 16u), ENTRIES_16((n) + 32u), ENTRIES_16((n) + 48u)
+
 uint32_t gyro_frame_crc(const uint8_t *bytes, uint32_t count) {
-  static const uint32_t remainder_of[16] = {
-      0x00000000u, 0x04C11DB7u, 0x09823B6Eu, 0x0D4326D9u, 0x130476DCu, 0x17C56B6Bu, 0x1A864DB2u, 0x1E475005u,
-      0x2608EDB8u, 0x22C9F00Fu, 0x2F8AD6D6u, 0x2B4BCB61u, 0x350C9B64u, 0x31CD86D3u, 0x3C8EA00Au, 0x384FBDBDu};
+  static const uint32_t remainder_of[256] = {ENTRIES_64(0u), ENTRIES_64(64u), ENTRIES_64(128u), ENTRIES_64(192u)};
   uint32_t crc = UINT32_MAX;
   for (uint32_t i = 0; i < count; ++i) {
-    crc ^= (uint32_t)bytes[i] << 24;
-    crc = crc << 4 ^ remainder_of[crc >> 28];
-    crc = crc << 4 ^ remainder_of[crc >> 28];
+    crc = crc << 8 ^ remainder_of[crc >> 24 ^ bytes[i]];
   }
   return crc;
 }
@@ -65,20 +69,38 @@ static void search_again(gyro_frame_reader *reader) {
   }
 }
 
-bool gyro_frame_take(gyro_frame_reader *reader, uint8_t byte, gyro_frame *frame) {
-  if (reader->count < HEADER_BYTES) {
-    search_header(reader, byte);
-    return false;
-  }
-  reader->bytes[reader->count++] = byte;
-  if (reader->count < GYRO_FRAME_BYTES) {
-    return false;
-  }
+static uint32_t end_frame(gyro_frame_reader *reader, gyro_frame *frame) {
   if (read_frame(reader->bytes, frame)) {
     reader->count = 0;
-    return true;
+    return 1;
   }
   reader->bad_crc++;
   search_again(reader);
-  return false;
+  return 0;
+}
+
+static void copy(uint8_t *to, const volatile uint8_t *from, uint32_t count) {
+  for (uint32_t i = 0; i < count; ++i) {
+    to[i] = from[i];
+  }
+}
+
+uint32_t gyro_frame_take(gyro_frame_reader *reader, const volatile uint8_t *bytes, uint32_t count, gyro_frame *frame) {
+  uint32_t frames = 0;
+  uint32_t taken = 0;
+  while (taken < count) {
+    if (reader->count < HEADER_BYTES) {
+      search_header(reader, bytes[taken++]);
+      continue;
+    }
+    const uint32_t missing = GYRO_FRAME_BYTES - reader->count;
+    const uint32_t there = count - taken < missing ? count - taken : missing;
+    copy(reader->bytes + reader->count, bytes + taken, there);
+    taken += there;
+    reader->count += there;
+    if (there == missing) {
+      frames += end_frame(reader, frame);
+    }
+  }
+  return frames;
 }

@@ -27,9 +27,9 @@ typedef struct {
   uint32_t bad_crc; /* frames refused so far, for a rate that is not finite, too */
 } gyro_frame_reader;
 
-/* Takes one byte. True: it was the last of a frame that is good, in `frame`. After a bad one the search begins anew
- * behind its header. */
-bool gyro_frame_take(gyro_frame_reader *reader, uint8_t byte, gyro_frame *frame);
+/* Takes bytes as they come, in pieces of any length. Returns how many good frames ended in them; the last one is in
+ * `frame`. After a bad one the search begins anew behind its header. About 400 instructions for a frame. */
+uint32_t gyro_frame_take(gyro_frame_reader *reader, const volatile uint8_t *bytes, uint32_t count, gyro_frame *frame);
 
 uint32_t gyro_frame_crc(const uint8_t *bytes, uint32_t count);
 

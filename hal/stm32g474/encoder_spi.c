@@ -1,7 +1,5 @@
 #include "encoder_spi.h"
 
-#include <string.h>
-
 #include "registers/dma.h"
 #include "registers/spi.h"
 #include "sensors/angle_mean.h"
@@ -64,20 +62,27 @@ void encoder_begin_read(encoder_readings readings[2], int number) {
   }
 }
 
-/* What was read is wiped out: an answer that did not come is none the next time. */
+/* What was read is wiped out: an answer that does not come is none the next time. */
+static void wipe(encoder_readings *readings) {
+  for (int i = 0; i < ENCODER_READS_PER_TICK; ++i) {
+    readings->answer[i][0] = 0;
+    readings->answer[i][1] = 0;
+  }
+}
+
 bool encoder_take(encoder_readings *readings, uint32_t *angle_turn32) {
   uint32_t good[ENCODER_READS_PER_TICK];
   int count = 0;
   for (int i = 0; i < ENCODER_READS_PER_TICK; ++i) {
     biss_reading reading;
-    if (biss_decode(readings->answer[i], &reading) == BISS_OK) {
+    if (biss_decode((const uint8_t *)readings->answer[i], &reading) == BISS_OK) {
       good[count++] = reading.angle_turn32;
       readings->warning = reading.warning;
     } else {
       readings->refused++;
     }
   }
-  memset(readings->answer, 0, sizeof readings->answer);
+  wipe(readings);
   if (count == 0) {
     return false;
   }

@@ -14,9 +14,9 @@
 enum { ENCODER_READS_PER_TICK = 4 };
 
 typedef struct {
-  uint8_t answer[ENCODER_READS_PER_TICK][BISS_BYTES]; /* written by DMA */
-  uint32_t refused;                                   /* readings so far that were not good */
-  bool warning;                                       /* of the last good one */
+  uint32_t answer[ENCODER_READS_PER_TICK][BISS_BYTES / sizeof(uint32_t)]; /* bytes, written by DMA */
+  uint32_t refused;                                                       /* readings so far that were not good */
+  bool warning;                                                           /* of the last good one */
 } encoder_readings;
 
 void encoder_start(encoder_readings readings[2]);

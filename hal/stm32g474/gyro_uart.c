@@ -38,18 +38,26 @@ void gyro_start(gyro_line lines[2]) {
   }
 }
 
+/* Bytes of the ring from `taken` to `end`. */
+static void take_bytes(gyro_line *line, uint32_t end) {
+  const uint32_t frames = gyro_frame_take(&line->reader, line->ring + line->taken, end - line->taken, &line->last);
+  if (frames != 0) {
+    line->frames += frames;
+    line->age_ticks = 0;
+  }
+  line->taken = end % GYRO_RING_BYTES;
+}
+
 bool gyro_take(gyro_line *line, int axis, float *rate_rad_s) {
   const uint32_t written = GYRO_RING_BYTES - DMA2->ch[ports[axis].channel].ndtr;
   if (line->age_ticks < NEVER_TICKS) {
     line->age_ticks++;
   }
-  while (line->taken != written % GYRO_RING_BYTES) {
-    const uint8_t byte = line->ring[line->taken];
-    line->taken = (line->taken + 1) % GYRO_RING_BYTES;
-    if (gyro_frame_take(&line->reader, byte, &line->last)) {
-      line->frames++;
-      line->age_ticks = 0;
-    }
+  if (written < line->taken) {
+    take_bytes(line, GYRO_RING_BYTES);
+  }
+  if (written > line->taken) {
+    take_bytes(line, written);
   }
   *rate_rad_s = line->last.rate_rad_s;
   return line->age_ticks <= GYRO_MOST_AGE_TICKS && line->last.valid;

@@ -49,11 +49,7 @@ static wire_frame frame_of(float rate_rad_s, uint8_t status, uint8_t sequence) {
 }
 
 static int take_all(gyro_frame_reader *reader, const uint8_t *bytes, int count, gyro_frame *last) {
-  int frames = 0;
-  for (int i = 0; i < count; ++i) {
-    frames += gyro_frame_take(reader, bytes[i], last) ? 1 : 0;
-  }
-  return frames;
+  return (int)gyro_frame_take(reader, bytes, (uint32_t)count, last);
 }
 
 static void test_crc_has_the_catalogued_check_value(void) {
@@ -125,6 +121,25 @@ static void test_a_lost_byte_costs_one_frame(void) {
   }
 }
 
+static void test_pieces_of_any_length_give_the_same_frames(void) {
+  uint8_t stream[3 * GYRO_FRAME_BYTES];
+  for (int i = 0; i < 3; ++i) {
+    const wire_frame f = frame_of((float)i, 0x77, (uint8_t)i);
+    memcpy(stream + i * GYRO_FRAME_BYTES, f.bytes, GYRO_FRAME_BYTES);
+  }
+  for (int piece = 1; piece <= (int)sizeof stream; ++piece) {
+    gyro_frame_reader reader = {.count = 0};
+    gyro_frame frame;
+    int frames = 0;
+    for (int at = 0; at < (int)sizeof stream; at += piece) {
+      const int left = (int)sizeof stream - at;
+      frames += take_all(&reader, stream + at, piece < left ? piece : left, &frame);
+    }
+    TEST_ASSERT_EQUAL(3, frames);
+    CHECK_SAME("rate of the last", 2.0, frame.rate_rad_s);
+  }
+}
+
 static void test_a_rate_that_is_no_number_is_refused(void) {
   const float bad[] = {NAN, INFINITY, -INFINITY};
   for (int i = 0; i < 3; ++i) {
@@ -161,6 +176,7 @@ int main(void) {
   RUN_TEST(test_no_single_wrong_bit_gives_a_frame);
   RUN_TEST(test_a_stream_that_begins_anywhere_gives_every_frame_after_the_first);
   RUN_TEST(test_a_lost_byte_costs_one_frame);
+  RUN_TEST(test_pieces_of_any_length_give_the_same_frames);
   RUN_TEST(test_a_rate_that_is_no_number_is_refused);
   RUN_TEST(test_thermistor_is_within_half_a_kelvin_of_the_beta_equation);
   RUN_TEST(test_thermistor_open_reads_cold_and_shorted_hot);
