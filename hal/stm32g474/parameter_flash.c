@@ -5,7 +5,9 @@
 #include "clock.h"
 #include "registers/flash.h"
 
-extern const uint8_t parameter_area_start[]; /* the linker script's */
+/* The linker script's: the same memory, for reading and for writing. */
+extern const uint8_t parameter_area_start[];
+extern volatile uint32_t parameter_area_words[];
 
 /* RM0440: bank 2 begins at 0x08040000; the pieces are pages 120 .. 127 of its 128, as PNB counts. */
 enum { PAGE_BYTES = 2048, PAGES_PER_AREA = 4, AREA_BYTES = PAGE_BYTES * PAGES_PER_AREA, FIRST_PAGE_OF_BANK_2 = 120 };
@@ -76,11 +78,11 @@ static bool program(const hal_flash *flash, uint32_t offset, const uint32_t doub
   if (offset % HAL_FLASH_UNIT_BYTES != 0 || offset > AREA_BYTES - HAL_FLASH_UNIT_BYTES || !unlock(flash)) {
     return false;
   }
-  volatile uint32_t *target = (volatile uint32_t *)(uintptr_t)at(flash, offset);
+  volatile uint32_t *target = parameter_area_words + (flash->area * AREA_BYTES + offset) / sizeof(uint32_t);
   FLASH->cr = FLASH_CR_PG;
   target[0] = double_word[0];
   target[1] = double_word[1];
-  return finish(flash) && target[0] == double_word[0] && target[1] == double_word[1];
+  return finish(flash) && memcmp(at(flash, offset), double_word, HAL_FLASH_UNIT_BYTES) == 0;
 }
 
 /* The data cache may still hold what was there. */

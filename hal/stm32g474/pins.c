@@ -11,9 +11,9 @@ typedef enum { SLOW = 0, MEDIUM = 1, FAST = 2 } pin_speed;
 
 typedef struct {
   gpio_registers *port;
-  uint8_t pin;
+  uint32_t pin;
   pin_mode mode;
-  uint8_t function; /* alternate function number */
+  uint32_t function; /* alternate function number */
   pin_pull pull;
   pin_speed speed;
 } pin_use;

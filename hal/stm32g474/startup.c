@@ -30,10 +30,10 @@ enum { FULL_ACCESS = 0xF, FRAME_PROGRAM_COUNTER = 6 };
 
 static void initialise_variables(void) {
   const uint32_t *from = data_image;
-  for (uint32_t *to = data_start; to < data_end; ++to) {
+  for (uint32_t *to = data_start; (uintptr_t)to < (uintptr_t)data_end; ++to) {
     *to = *from++;
   }
-  for (uint32_t *to = bss_start; to < bss_end; ++to) {
+  for (uint32_t *to = bss_start; (uintptr_t)to < (uintptr_t)bss_end; ++to) {
     *to = 0;
   }
 }
@@ -91,10 +91,11 @@ typedef void (*vector)(void);
 
 enum { CORE_EXCEPTIONS = 15 }; /* reset is the first of them */
 
+/* Read by the processor alone. */
 typedef struct {
-  uint32_t *initial_stack;
-  vector core[CORE_EXCEPTIONS];
-  vector interrupt[INTERRUPT_COUNT];
+  uint32_t *initial_stack;           /* cppcheck-suppress unusedStructMember */
+  vector core[CORE_EXCEPTIONS];      /* cppcheck-suppress unusedStructMember */
+  vector interrupt[INTERRUPT_COUNT]; /* cppcheck-suppress unusedStructMember */
 } vector_table;
 
 /* Whatever is not expected is a fault. */

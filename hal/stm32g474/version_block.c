@@ -8,11 +8,9 @@ extern const uint8_t image_start[]; /* the linker script's */
 
 enum { MOST_IMAGE_BYTES = 0x7C000 };
 
+/* volatile: the compiler must not believe that what it sees here is what the flash will hold. */
 __attribute__((section(".version_block"), used)) static const volatile version_block block = {
     .magic = VERSION_BLOCK_MAGIC, .format = VERSION_BLOCK_FORMAT, .version = TRACKSERVO_VERSION, .git = TRACKSERVO_GIT};
-
-/* volatile: the compiler must not believe that what it sees here is what the flash will hold. */
-const version_block *version_block_of_image(void) { return (const version_block *)(uintptr_t)&block; }
 
 bool version_block_image_is_whole(void) {
   const uint32_t bytes = block.image_bytes;

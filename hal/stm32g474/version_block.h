@@ -24,8 +24,6 @@ typedef struct {
 } version_block;
 _Static_assert(sizeof(version_block) == 96, "as tools/image/stamp_image.py writes it");
 
-const version_block *version_block_of_image(void);
-
 /* Whether the flash holds what was linked. About 30 ms for 64 KiB. */
 bool version_block_image_is_whole(void);
 
