@@ -7,6 +7,14 @@ include(TrackservoInstrumentation)
 add_library(trackservo_reproducible_floats INTERFACE)
 target_compile_options(trackservo_reproducible_floats INTERFACE -ffp-contract=off)
 
+# For an image: tools/image/budget.py reads what every function takes of the stack, and no path of this machine is in it.
+add_library(trackservo_image_options INTERFACE)
+if(CMAKE_CROSSCOMPILING)
+  target_compile_options(
+    trackservo_image_options INTERFACE -fstack-usage "-ffile-prefix-map=${PROJECT_BINARY_DIR}=build"
+                                       "-ffile-prefix-map=${PROJECT_SOURCE_DIR}=.")
+endif()
+
 # The simulator is optimised across files, firmware included: a tenth faster with the same numbers. Tests are not, since
 # each would be optimised anew when it is linked, for ten seconds; so libraries carry ordinary code, too ("fat objects",
 # gcc only), and who is not optimised across files has to say so, or the linker would do it nevertheless.
@@ -29,7 +37,8 @@ endfunction()
 function(trackservo_own_code target)
   target_compile_features(${target} PRIVATE c_std_11 cxx_std_17)
   set_target_properties(${target} PROPERTIES C_STANDARD 11 C_EXTENSIONS OFF CXX_STANDARD 17 CXX_EXTENSIONS OFF)
-  target_link_libraries(${target} PRIVATE trackservo_warnings trackservo_reproducible_floats trackservo_sanitizers)
+  target_link_libraries(${target} PRIVATE trackservo_warnings trackservo_reproducible_floats trackservo_image_options
+                                          trackservo_sanitizers)
   if(trackservo_ipo)
     set(across_files "$<BOOL:$<TARGET_PROPERTY:INTERPROCEDURAL_OPTIMIZATION_RELWITHDEBINFO>>")
     target_link_options(${target} PRIVATE "$<$<NOT:${across_files}>:-fno-lto>")

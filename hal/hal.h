@@ -16,8 +16,8 @@ typedef struct hal hal;
 
 /* Absolute joint angle, in 2^-32 turn, the mean of the readings of the last PWM periods where the encoder is fast
  * enough (four halve its noise for 75 us of delay); positive counter-clockwise seen from above (azimuth) or nose up
- * (pitch). */
-uint32_t hal_joint_angle_turn32(hal *machine, int axis);
+ * (pitch). False, and nothing written, when no reading passed its checks. */
+bool hal_joint_angle(hal *machine, int axis, uint32_t *angle_turn32);
 
 /* Inertial rate about the axis in rad/s; false when there is no fresh sample that passed its checks. */
 bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s);
@@ -34,6 +34,23 @@ typedef struct {
 
 /* True once per frame, in the tick in which its result has arrived. */
 bool hal_camera(hal *machine, int axis, hal_camera_frame *frame);
+
+/* What keeps an axis from being driven. */
+typedef enum {
+  HAL_GOOD = 0,
+  HAL_NOT_READY,    /* a self-test failed */
+  HAL_OVER_CURRENT, /* beyond what can be measured; a broken wire of the sensor reads so, too */
+  HAL_POWER_STAGE,  /* the driver's fault input */
+  HAL_TOO_HOT       /* the heat sink */
+} hal_health;
+
+/* A fault of the power stage has switched it off already, and lasts until hal_power_bridge(false) finds it gone. */
+hal_health hal_axis_health(hal *machine, int axis);
+
+/* --- set once per tick --- */
+
+/* On: the bridge gives the duty; off: the motor's terminals are open. */
+void hal_power_bridge(hal *machine, int axis, bool on);
 
 /* --- once per PWM period (20 kHz) --- */
 

@@ -30,7 +30,7 @@ void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_t
 }
 
 static bool samples_are_plausible(const servo_axis_samples *samples) {
-  return scalar_within(samples->mean_current_a, SERVO_PLAUSIBLE_CURRENT_A) &&
+  return !samples->encoder_failed && scalar_within(samples->mean_current_a, SERVO_PLAUSIBLE_CURRENT_A) &&
          (!samples->motion.gyro_valid || scalar_within(samples->motion.gyro_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S));
 }
 
@@ -170,14 +170,27 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
   *in_force = *next;
 }
 
-float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
-                     float pwm_period_s) {
+servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params) {
+  return (servo_current_command){.on = axis->mode != SERVO_OFF,
+                                 .reference_a = axis->current_reference_a,
+                                 .joint_rate_rad_s = axis->signals.rates.joint_rate_rad_s,
+                                 .params = params->current};
+}
+
+float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
+                         float bus_voltage_v, float pwm_period_s) {
   const bool plausible =
       scalar_within(current_a, SERVO_PLAUSIBLE_CURRENT_A) && scalar_within(bus_voltage_v, SERVO_PLAUSIBLE_VOLTAGE_V);
-  if (axis->mode == SERVO_OFF || !plausible) {
-    current_loop_reset(&axis->current);
+  if (!command->on || !plausible) {
+    current_loop_reset(state);
     return 0.0f;
   }
-  return current_loop_step(&axis->current, &params->current, axis->current_reference_a, current_a,
-                           axis->signals.rates.joint_rate_rad_s, bus_voltage_v, pwm_period_s);
+  return current_loop_step(state, &command->params, command->reference_a, current_a, command->joint_rate_rad_s,
+                           bus_voltage_v, pwm_period_s);
+}
+
+float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
+                     float pwm_period_s) {
+  const servo_current_command command = servo_axis_current_command(axis, params);
+  return servo_current_step(&axis->current, &command, current_a, bus_voltage_v, pwm_period_s);
 }

@@ -52,6 +52,7 @@ typedef struct {
 
 typedef struct {
   speed_loop_samples motion; /* encoder and gyro */
+  bool encoder_failed;       /* the joint angle is not known: the axis is off */
   float mean_current_a;      /* mean motor current since the last tick */
   camera_frame frame;
 } servo_axis_samples;
@@ -90,7 +91,21 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
  * have passed `servo_axis_check`. */
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
 
-/* One PWM period: the duty in [-1, 1]; 0 while the axis is off or a sample is implausible. */
+/* What the PWM rate needs to know of the tick, to be handed over in one piece. */
+typedef struct {
+  bool on;
+  float reference_a;
+  float joint_rate_rad_s;
+  current_loop_params params;
+} servo_current_command;
+
+servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params);
+
+/* One PWM period of a command: the duty in [-1, 1]; 0 while the axis is off or a sample is implausible. */
+float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
+                         float bus_voltage_v, float pwm_period_s);
+
+/* The same with what the axis commands at this moment. */
 float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
                      float pwm_period_s);
 

@@ -8,21 +8,21 @@ static void read_frame(hal *machine, int axis, camera_frame *frame) {
   frame->error_rad = raw.error_rad;
 }
 
-static servo_samples read_samples(hal *machine) {
-  servo_samples samples = {0};
+/* An angle that cannot be read stays what it was. */
+static void read_samples(hal *machine, servo_samples *samples) {
   for (int i = 0; i < SERVO_AXES; ++i) {
-    servo_axis_samples *axis = &samples.axis[i];
-    axis->motion.joint_angle = hal_joint_angle_turn32(machine, i);
+    servo_axis_samples *axis = &samples->axis[i];
+    axis->encoder_failed = !hal_joint_angle(machine, i, &axis->motion.joint_angle);
     axis->motion.gyro_rad_s = 0.0f;
     axis->motion.gyro_valid = hal_gyro_rate(machine, i, &axis->motion.gyro_rad_s);
     axis->mean_current_a = hal_mean_current_a(machine, i);
     read_frame(machine, i, &axis->frame);
   }
-  return samples;
 }
 
 control_status servo_board_start(servo_board *board, hal *machine, const servo_params *params) {
-  const servo_samples samples = read_samples(machine);
+  servo_samples samples = {0};
+  read_samples(machine, &samples);
   const control_status status = servo_app_configure(&board->app, params, &samples);
   if (status == CONTROL_OK) {
     board->machine = machine;
@@ -35,7 +35,7 @@ control_status servo_board_start(servo_board *board, hal *machine, const servo_p
   return status;
 }
 
-void servo_board_sample(servo_board *board) { board->samples = read_samples(board->machine); }
+void servo_board_sample(servo_board *board) { read_samples(board->machine, &board->samples); }
 
 void servo_board_control(servo_board *board) { servo_app_tick(&board->app, &board->command, &board->samples); }
 

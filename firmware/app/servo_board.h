@@ -1,6 +1,6 @@
 /* The servo on a machine: this is the only place where the core meets the HAL.
  *
- * The way of a sample: hal_joint_angle_turn32, hal_gyro_rate -> servo_app_tick -> current set-point;
+ * The way of a sample: hal_joint_angle, hal_gyro_rate -> servo_app_tick -> current set-point;
  * hal_current_a -> servo_app_pwm -> hal_set_duty. A platform calls `servo_board_tick` every 1 ms and
  * `servo_board_pwm` for each axis every PWM period. */
 #ifndef TRACKSERVO_APP_SERVO_BOARD_H

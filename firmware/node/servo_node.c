@@ -15,6 +15,9 @@ enum { AXIS_SHIFT = 0x800 };
 /* Error codes of CiA 301 table 26 for the bus' own faults. */
 enum { FAULT_BUS = 0x8100, FAULT_HEARTBEAT = 0x8130, FAULT_RPDO_LATE = 0x8250 };
 
+/* Error codes of CiA 402-2 for what the board finds. */
+enum { FAULT_OVER_CURRENT = 0x2310, FAULT_POWER_STAGE = 0x5410, FAULT_TOO_HOT = 0x4310 };
+
 /* Below this the bridge cannot drive the motor: the drive does not switch on. */
 #define LEAST_BUS_VOLTAGE_V 10.0f
 
@@ -235,16 +238,27 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
 
 /* --- tick ------------------------------------------------------------------------------------------------------- */
 
+/* The board's faults go before those of the bus: they cut the torque. */
+static void sense_health(drive_axis_inputs *inputs, hal_health health) {
+  static const uint16_t code_of[] = {
+      [HAL_OVER_CURRENT] = FAULT_OVER_CURRENT, [HAL_POWER_STAGE] = FAULT_POWER_STAGE, [HAL_TOO_HOT] = FAULT_TOO_HOT};
+  inputs->ready = health != HAL_NOT_READY;
+  if (inputs->ready && health != HAL_GOOD) {
+    inputs->fault = DRIVE_FAULT_CUTS;
+    inputs->fault_code = code_of[health];
+  }
+}
+
 static drive_axis_inputs inputs_of(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   drive_axis_inputs inputs = {
-      .ready = true,
       .voltage_present = hal_bus_voltage_v(node->board.machine) >= LEAST_BUS_VOLTAGE_V,
       .remote = node->canopen.state != NMT_STOPPED,
       .setpoint_arrived = axis->setpoint_arrived,
       .fault = node->bus_fault_code != 0 ? DRIVE_FAULT_STOPS : DRIVE_NO_FAULT,
       .fault_code = node->bus_fault_code,
   };
+  sense_health(&inputs, hal_axis_health(node->board.machine, i));
   drive_axis_sense(&inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
   return inputs;

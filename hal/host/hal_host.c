@@ -1,6 +1,8 @@
 #include "hal_host.h"
 
-uint32_t hal_joint_angle_turn32(hal *machine, int axis) { return machine->joint_angle_turn32(machine->machine, axis); }
+bool hal_joint_angle(hal *machine, int axis, uint32_t *angle_turn32) {
+  return machine->joint_angle(machine->machine, axis, angle_turn32);
+}
 
 bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s) {
   return machine->gyro_rate(machine->machine, axis, rate_rad_s);
@@ -11,6 +13,10 @@ float hal_mean_current_a(hal *machine, int axis) { return machine->mean_current_
 bool hal_camera(hal *machine, int axis, hal_camera_frame *frame) {
   return machine->camera(machine->machine, axis, frame);
 }
+
+hal_health hal_axis_health(hal *machine, int axis) { return machine->axis_health(machine->machine, axis); }
+
+void hal_power_bridge(hal *machine, int axis, bool on) { machine->power_bridge(machine->machine, axis, on); }
 
 float hal_current_a(hal *machine, int axis) { return machine->current_a(machine->machine, axis); }
 

@@ -12,10 +12,12 @@ extern "C" {
 
 struct hal {
   void *machine; /* handed to every function below */
-  uint32_t (*joint_angle_turn32)(void *machine, int axis);
+  bool (*joint_angle)(void *machine, int axis, uint32_t *angle_turn32);
   bool (*gyro_rate)(void *machine, int axis, float *rate_rad_s);
   float (*mean_current_a)(void *machine, int axis);
   bool (*camera)(void *machine, int axis, hal_camera_frame *frame);
+  hal_health (*axis_health)(void *machine, int axis);
+  void (*power_bridge)(void *machine, int axis, bool on);
   float (*current_a)(void *machine, int axis);
   float (*bus_voltage_v)(void *machine);
   void (*set_duty)(void *machine, int axis, float duty);

@@ -9,8 +9,9 @@ namespace trackservo::sim {
 struct MachineHal {
   static Machine& of(void *machine) { return *static_cast<Machine *>(machine); }
 
-  static std::uint32_t joint_angle_turn32(void *machine, int axis) {
-    return of(machine).samples_.axis[static_cast<std::size_t>(axis)].encoder_turns_2_32;
+  static bool joint_angle(void *machine, int axis, std::uint32_t *angle_turn32) {
+    *angle_turn32 = of(machine).samples_.axis[static_cast<std::size_t>(axis)].encoder_turns_2_32;
+    return true;
   }
 
   static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
@@ -34,6 +35,11 @@ struct MachineHal {
     return true;
   }
 
+  static hal_health axis_health(void *, int) { return HAL_GOOD; }
+
+  // An axis that is off has duty 0: the simulated bridge shorts the motor then, a board's opens its terminals.
+  static void power_bridge(void *, int, bool) {}
+
   static float current_a(void *machine, int axis) {
     Machine& m = of(machine);
     const std::size_t i = static_cast<std::size_t>(axis);
@@ -53,10 +59,12 @@ struct MachineHal {
 hal Machine::hal_of(Machine *machine) {
   hal table{};
   table.machine = machine;
-  table.joint_angle_turn32 = MachineHal::joint_angle_turn32;
+  table.joint_angle = MachineHal::joint_angle;
   table.gyro_rate = MachineHal::gyro_rate;
   table.mean_current_a = MachineHal::mean_current_a;
   table.camera = MachineHal::camera;
+  table.axis_health = MachineHal::axis_health;
+  table.power_bridge = MachineHal::power_bridge;
   table.current_a = MachineHal::current_a;
   table.bus_voltage_v = MachineHal::bus_voltage_v;
   table.set_duty = MachineHal::set_duty;

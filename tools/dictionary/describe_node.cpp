@@ -1,5 +1,5 @@
 // Prints what describes the node to others: describe_node FOLDER writes trackservo.eds, trackservo.dbc,
-// parameters.json and can-objects.md there.
+// parameters.json, can-objects.md and default_parameters.c there.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -55,6 +55,8 @@ void describe(const std::filesystem::path& folder) {
   write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
   write(folder / "parameters.json", parameters.dump(1) + "\n");
   write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
+  write(folder / "default_parameters.c", dictionary::print_default_parameters(node->axis[SERVO_AZIMUTH].tuning.active,
+                                                                              node->axis[SERVO_PITCH].tuning.active));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
 }
 

@@ -13,6 +13,7 @@
 
 extern "C" {
 #include "canopen/object_dictionary.h"
+#include "parameters/axis_parameters.h"
 }
 
 namespace trackservo::dictionary {
@@ -48,6 +49,9 @@ nlohmann::ordered_json json_number(const od_entry& entry, od_number value);
 
 // Every entry with type, access, unit, limits, default, mapping and help text.
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);
+
+// The file firmware/app/default_parameters.c: what a board starts with.
+std::string print_default_parameters(const axis_parameters& azimuth, const axis_parameters& pitch);
 
 }  // namespace trackservo::dictionary
 

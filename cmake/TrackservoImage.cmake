@@ -1,0 +1,62 @@
+# trackservo_add_image(NAME SOURCES...): an executable for the board, as bin/NAME.elf, .hex, .bin and .map, its sizes
+# beside their budget (target size, part of every build), and the targets flash, erase and debug.
+include_guard(GLOBAL)
+
+find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
+
+set(trackservo_linker_script "${PROJECT_SOURCE_DIR}/hal/stm32g474/stm32g474re.ld")
+set(trackservo_stamp "${PROJECT_SOURCE_DIR}/tools/image/stamp_image.py")
+
+function(trackservo_add_image name)
+  add_executable(${name} ${ARGN})
+  trackservo_own_code(${name})
+  set(image "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${name}")
+  set_target_properties(${name} PROPERTIES SUFFIX .elf LINK_DEPENDS "${trackservo_linker_script}")
+  # newlib without system calls: whatever would want a heap or a file does not link.
+  target_link_options(
+    ${name}
+    PRIVATE
+    --specs=nano.specs
+    -nostartfiles
+    "-T${trackservo_linker_script}"
+    "-Wl,-Map=${image}.map")
+  # The version block gets length and CRC of what was linked; the files are made of that.
+  add_custom_command(
+    TARGET ${name}
+    POST_BUILD
+    COMMAND ${CMAKE_OBJCOPY} -O binary $<TARGET_FILE:${name}> ${image}.bin
+    COMMAND Python3::Interpreter ${trackservo_stamp} ${image}.bin ${image}.version_block
+    COMMAND ${CMAKE_OBJCOPY} --update-section .version_block=${image}.version_block $<TARGET_FILE:${name}>
+    COMMAND ${CMAKE_OBJCOPY} -O ihex $<TARGET_FILE:${name}> ${image}.hex
+    BYPRODUCTS ${image}.bin ${image}.hex ${image}.map ${image}.version_block
+    VERBATIM)
+  trackservo_add_size_target(${name})
+  trackservo_add_flash_targets(${name})
+endfunction()
+
+set(trackservo_budget "${PROJECT_SOURCE_DIR}/tools/image/budget.py")
+set(trackservo_pointers "${PROJECT_SOURCE_DIR}/tools/image/indirect_calls.toml")
+
+function(trackservo_add_size_target name)
+  add_custom_target(
+    size ALL
+    COMMAND Python3::Interpreter ${trackservo_budget} $<TARGET_FILE:${name}> --stack-usage "${PROJECT_BINARY_DIR}"
+            --pointers ${trackservo_pointers}
+    DEPENDS ${name}
+    VERBATIM)
+endfunction()
+
+set(FLASH_RUNNER openocd CACHE STRING "How the image gets to the board")
+set_property(CACHE FLASH_RUNNER PROPERTY STRINGS openocd stlink dfu)
+
+function(trackservo_add_flash_targets name)
+  foreach(action flash erase debug)
+    add_custom_target(
+      ${action}
+      COMMAND "${PROJECT_SOURCE_DIR}/tools/image/board" ${FLASH_RUNNER} ${action}
+              "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${name}"
+      USES_TERMINAL VERBATIM)
+  endforeach()
+  add_dependencies(flash ${name})
+  add_dependencies(debug ${name})
+endfunction()

@@ -1,0 +1,11 @@
+/* What the board starts with: the parameters of the example machine, sim_host/plants/tracker.toml, as `sim_host serve`
+ * designs them. Gains of another machine come over CAN (docs/identification.md, docs/gain-design.md). */
+#ifndef TRACKSERVO_APP_DEFAULT_PARAMETERS_H
+#define TRACKSERVO_APP_DEFAULT_PARAMETERS_H
+
+#include "app/servo_app.h"
+#include "parameters/axis_parameters.h"
+
+extern const axis_parameters default_parameters[SERVO_AXES];
+
+#endif

@@ -1,0 +1,105 @@
+/* The servo on a board: one node, two current loops, and who runs when.
+ *
+ *     PWM period (20 kHz)   current loops
+ *     tick (1 kHz)          node: bus, drives, control; then the new set-points are handed over
+ *     CAN frame             into the node's queue
+ *     background            watchdog
+ *
+ * Each may interrupt those below it. */
+#include <stdint.h>
+
+#include "app/current_stage.h"
+#include "app/default_parameters.h"
+#include "canopen/emergency.h"
+#include "hal_board.h"
+#include "node/servo_node.h"
+
+enum { NODE_ID = 1 };
+
+/* Messages of the board itself: error codes of CiA 301 table 26, and a source that is none of the axes. */
+enum { SOURCE_BOARD = SERVO_AXES + 1, EMERGENCY_HARDWARE = 0x5000, EMERGENCY_SOFTWARE_RESET = 0x6100 };
+
+typedef struct {
+  hal *machine;
+  servo_node node;
+  current_stage stage[SERVO_AXES];
+  hal_can_state can_state;
+} servo_main;
+
+static servo_main self;
+
+void main_pwm_period(uint32_t period) {
+  const float bus_voltage_v = hal_bus_voltage_v(self.machine);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const float current_a = hal_current_a(self.machine, i);
+    hal_set_duty(self.machine, i, current_stage_step(&self.stage[i], period, current_a, bus_voltage_v));
+  }
+}
+
+static void tell_can_state(void) {
+  const hal_can_state state = hal_can_supervise(self.machine);
+  if (state == self.can_state) {
+    return;
+  }
+  if (self.can_state == HAL_CAN_BUS_OFF) {
+    canopen_node_bus_off_recovered(&self.node.canopen);
+  }
+  canopen_node_error_passive(&self.node.canopen, state == HAL_CAN_ERROR_PASSIVE);
+  self.can_state = state;
+}
+
+void main_tick(void) {
+  servo_app *app = &self.node.board.app;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    app->axis[i].current.limited = atomic_load_explicit(&self.stage[i].limited, memory_order_relaxed);
+  }
+  tell_can_state();
+  servo_node_tick(&self.node);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const servo_current_command command = servo_axis_current_command(&app->axis[i], &app->params.axis[i]);
+    current_stage_hand_over(&self.stage[i], &command);
+    hal_power_bridge(self.machine, i, command.on);
+  }
+}
+
+void main_can_frame(const can_frame *frame) { (void)servo_node_receive(&self.node, frame); }
+
+static bool send(void *context, const can_frame *frame) { return hal_can_send(context, frame); }
+
+static void tell(uint16_t code, uint8_t register_bits, uint8_t detail) {
+  const emergency_error error = {
+      .code = code, .register_bits = register_bits, .source = SOURCE_BOARD, .detail = detail};
+  (void)canopen_node_raise(&self.node.canopen, &error);
+}
+
+/* A failed self-test stays; that a watchdog or a fault was the last reset's cause is told once, and is in 1003. */
+static void tell_how_it_started(uint32_t failed_tests) {
+  if (failed_tests != 0) {
+    tell(EMERGENCY_HARDWARE, ERROR_MANUFACTURER, (uint8_t)failed_tests);
+  }
+  const hal_reset reset = hal_board_reset(self.machine);
+  if (reset.cause == HAL_RESET_WATCHDOG || reset.cause == HAL_RESET_FAULT) {
+    const uint8_t exception_shift = 4;
+    tell(EMERGENCY_SOFTWARE_RESET, ERROR_GENERIC, (uint8_t)(reset.exception << exception_shift | (uint8_t)reset.cause));
+    (void)canopen_node_clear(&self.node.canopen, SOURCE_BOARD, EMERGENCY_SOFTWARE_RESET);
+  }
+}
+
+int main(void) {
+  self.machine = hal_board_start(NODE_ID);
+  const uint32_t failed_tests = hal_board_self_test(self.machine);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    current_stage_reset(&self.stage[i]);
+  }
+  const servo_node_config config = {
+      .node_id = NODE_ID, .sender = {send, self.machine}, .machine = self.machine, .parameters = default_parameters};
+  if (!servo_node_start(&self.node, &config)) {
+    for (;;) { /* a build that was never tested: nothing is on, and nothing answers */
+    }
+  }
+  tell_how_it_started(failed_tests);
+  hal_board_run(self.machine);
+  for (;;) {
+    hal_board_background(self.machine);
+  }
+}

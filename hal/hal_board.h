@@ -1,0 +1,77 @@
+/* What a platform with a life of its own does besides hal.h: it starts, tests itself, interrupts, and has a CAN
+ * controller. firmware/app/main.c is the only caller.
+ *
+ *     hal_board_start -> hal_board_self_test -> hal_board_run -> hal_board_background, for ever
+ *                                                  \-> interrupts: main_pwm_period, main_tick, main_can_frame */
+#ifndef TRACKSERVO_HAL_BOARD_H
+#define TRACKSERVO_HAL_BOARD_H
+
+#include "canopen/can_frame.h"
+#include "hal.h"
+
+/* Why the board started. The numbers go out by EMCY. */
+typedef enum {
+  HAL_RESET_POWER_ON = 1,
+  HAL_RESET_PIN = 2,
+  HAL_RESET_SOFTWARE = 3,
+  HAL_RESET_WATCHDOG = 4, /* tick, current loop or background did not do their work */
+  HAL_RESET_FAULT = 5,    /* an exception of the processor, then the watchdog */
+  HAL_RESET_OTHER = 6
+} hal_reset_cause;
+
+typedef struct {
+  hal_reset_cause cause;
+  uint8_t exception;        /* of HAL_RESET_FAULT: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault .. */
+  uint32_t program_counter; /* of HAL_RESET_FAULT, where it was known */
+} hal_reset;
+
+/* What a self-test found. The bits go out by EMCY. */
+enum {
+  HAL_TEST_IMAGE = 0x01,           /* CRC of the program memory */
+  HAL_TEST_CLOCK = 0x02,           /* the gyros' frames come at another rate than 1 kHz */
+  HAL_TEST_CURRENT_OFFSET = 0x04,  /* a current sensor shows current while the bridges are off */
+  HAL_TEST_ENCODER_AZIMUTH = 0x08, /* no plausible answer */
+  HAL_TEST_ENCODER_PITCH = 0x10,
+  HAL_TEST_GYRO_AZIMUTH = 0x20,
+  HAL_TEST_GYRO_PITCH = 0x40,
+  HAL_TEST_CONTROLLER = 0x80 /* ADC, CAN controller or watchdog did not start */
+};
+
+typedef enum { HAL_CAN_GOOD = 0, HAL_CAN_ERROR_PASSIVE, HAL_CAN_BUS_OFF } hal_can_state;
+
+/* Clock, pins and peripherals; the bridges are off. node_id (1 .. 127) is for the CAN controller's filters. Does not
+ * return without a clock: the LED blinks then. */
+hal *hal_board_start(uint8_t node_id);
+
+hal_reset hal_board_reset(const hal *machine);
+
+/* HAL_TEST_* bits, 0: all is well. An axis is not ready while they are not 0. About 0.1 s. */
+uint32_t hal_board_self_test(hal *machine);
+
+/* Adds bits that the caller's own tests found. */
+void hal_board_fail(hal *machine, uint32_t test_bits);
+
+/* Interrupts and watchdog from now on. */
+void hal_board_run(hal *machine);
+
+/* The background, to be called without end: refreshes the watchdog while tick and PWM periods come as they should. */
+void hal_board_background(hal *machine);
+
+/* From the tick only. False: no room, try again later. */
+bool hal_can_send(hal *machine, const can_frame *frame);
+
+/* From the tick, once. A bus-off is ended after 100 ms. */
+hal_can_state hal_can_supervise(hal *machine);
+
+/* --- main.c gives these --- */
+
+/* Every PWM period; `period` counts from 0, the period in which the tick samples, to 19. */
+void main_pwm_period(uint32_t period);
+
+/* Every 1 ms, interrupted by the PWM period. */
+void main_tick(void);
+
+/* A frame was received; interrupted by both. */
+void main_can_frame(const can_frame *frame);
+
+#endif

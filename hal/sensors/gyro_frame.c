@@ -1,0 +1,106 @@
+#include "sensors/gyro_frame.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { HEADER_BYTES = 4, RATE_X = 4, STATUS = 28, SEQUENCE = 29, TEMPERATURE = 30, CRC = 32 };
+
+static const uint8_t header[HEADER_BYTES] = {0xFE, 0x81, 0xFF, 0x55};
+
+static uint32_t word_at(const uint8_t *bytes) {
+  return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
+}
+
+/* Entry n is n x^32 modulo the polynomial: the sum of what its bits give. */
+#define BIT(n, bit, remainder) (((n) >> (bit)&1u) != 0 ? (remainder) : 0u)
+#define ENTRY(n)                                                                                       \
+  (BIT(n, 0, 0x04C11DB7u) ^ BIT(n, 1, 0x09823B6Eu) ^ BIT(n, 2, 0x130476DCu) ^ BIT(n, 3, 0x2608EDB8u) ^ \
+   BIT(n, 4, 0x4C11DB70u) ^ BIT(n, 5, 0x9823B6E0u) ^ BIT(n, 6, 0x34867077u) ^ BIT(n, 7, 0x690CE0EEu))
+#define ENTRIES_4(n) ENTRY(n), ENTRY((n) + 1u), ENTRY((n) + 2u), ENTRY((n) + 3u)
+#define ENTRIES_16(n) ENTRIES_4(n), ENTRIES_4((n) + 4u), ENTRIES_4((n) + 8u), ENTRIES_4((n) + 12u)
+#define ENTRIES_64(n) ENTRIES_16(n), ENTRIES_16((n) + 16u), ENTRIES_16((n) + 32u), ENTRIES_16((n) + 48u)
+
+uint32_t gyro_frame_crc(const uint8_t *bytes, uint32_t count) {
+  static const uint32_t remainder_of[256] = {ENTRIES_64(0u), ENTRIES_64(64u), ENTRIES_64(128u), ENTRIES_64(192u)};
+  uint32_t crc = UINT32_MAX;
+  for (uint32_t i = 0; i < count; ++i) {
+    crc = crc << 8 ^ remainder_of[crc >> 24 ^ bytes[i]];
+  }
+  return crc;
+}
+
+static bool read_frame(const uint8_t *bytes, gyro_frame *frame) {
+  if (gyro_frame_crc(bytes, CRC) != word_at(bytes + CRC)) {
+    return false;
+  }
+  const uint32_t rate = word_at(bytes + RATE_X);
+  gyro_frame read = {.valid = (bytes[STATUS] & 1u) != 0,
+                     .sequence = bytes[SEQUENCE] % GYRO_FRAME_SEQUENCES,
+                     .temperature = (int16_t)(bytes[TEMPERATURE] << 8 | bytes[TEMPERATURE + 1])};
+  memcpy(&read.rate_rad_s, &rate, sizeof rate);
+  if (!isfinite(read.rate_rad_s)) {
+    return false;
+  }
+  *frame = read;
+  return true;
+}
+
+/* The longest end of what is there that could begin a header; no end of the header but itself begins it anew, so a byte
+ * that does not fit counts only if it is the first. */
+static void search_header(gyro_frame_reader *reader, uint8_t byte) {
+  if (byte != header[reader->count]) {
+    reader->count = 0;
+  }
+  if (byte == header[reader->count]) {
+    reader->bytes[reader->count++] = byte;
+  }
+}
+
+/* What is behind the header of a frame that was none may hold the beginning of a true one. */
+static void search_again(gyro_frame_reader *reader) {
+  reader->count = 0;
+  for (uint32_t i = 1; i < GYRO_FRAME_BYTES; ++i) {
+    const uint8_t byte = reader->bytes[i];
+    if (reader->count < HEADER_BYTES) {
+      search_header(reader, byte);
+    } else {
+      reader->bytes[reader->count++] = byte;
+    }
+  }
+}
+
+static uint32_t end_frame(gyro_frame_reader *reader, gyro_frame *frame) {
+  if (read_frame(reader->bytes, frame)) {
+    reader->count = 0;
+    return 1;
+  }
+  reader->bad_crc++;
+  search_again(reader);
+  return 0;
+}
+
+static void copy(uint8_t *to, const volatile uint8_t *from, uint32_t count) {
+  for (uint32_t i = 0; i < count; ++i) {
+    to[i] = from[i];
+  }
+}
+
+uint32_t gyro_frame_take(gyro_frame_reader *reader, const volatile uint8_t *bytes, uint32_t count, gyro_frame *frame) {
+  uint32_t frames = 0;
+  uint32_t taken = 0;
+  while (taken < count) {
+    if (reader->count < HEADER_BYTES) {
+      search_header(reader, bytes[taken++]);
+      continue;
+    }
+    const uint32_t missing = GYRO_FRAME_BYTES - reader->count;
+    const uint32_t there = count - taken < missing ? count - taken : missing;
+    copy(reader->bytes + reader->count, bytes + taken, there);
+    taken += there;
+    reader->count += there;
+    if (there == missing) {
+      frames += end_frame(reader, frame);
+    }
+  }
+  return frames;
+}

@@ -1,0 +1,265 @@
+/* The board behind hal.h and hal_board.h: puts the drivers together, gives the interrupts their work. */
+#include "board.h"
+
+#include "bridge.h"
+#include "can.h"
+#include "clock.h"
+#include "interrupts.h"
+#include "pins.h"
+#include "reset_cause.h"
+#include "sensors/thermistor.h"
+#include "tick_timer.h"
+#include "watchdog.h"
+
+enum { PERIODS_PER_TICK = 20, PERIOD_US = 50, TICK_AFTER_PERIOD_US = 22 };
+
+/* Without a tick for so long the bridges are switched off; the watchdog comes later. */
+enum { MOST_PERIODS_WITHOUT_TICK = 2 * PERIODS_PER_TICK };
+
+#define TOO_HOT_CELSIUS 85.0f
+
+static hal board;
+
+/* --- interrupts ------------------------------------------------------------------------------------------------- */
+
+/* The last reading of a tick is that of period 0, 20 us before the tick takes them. */
+static void begin_encoder_read(uint32_t period) {
+  const uint32_t first = PERIODS_PER_TICK - (ENCODER_READS_PER_TICK - 1);
+  if (period >= first) {
+    encoder_begin_read(board.encoder, (int)(period - first));
+  } else if (period == 0) {
+    encoder_begin_read(board.encoder, ENCODER_READS_PER_TICK - 1);
+  }
+}
+
+static void keep_mean_currents(uint32_t period) {
+  for (int axis = 0; axis < 2; ++axis) {
+    if (period == 0) {
+      board.mean_current_a[axis] = board.current_sum_a[axis] * (1.0f / (float)PERIODS_PER_TICK);
+      board.current_sum_a[axis] = 0.0f;
+    }
+    board.current_sum_a[axis] += board.current_a[axis];
+  }
+}
+
+static void trip(int axis, hal_health why) {
+  bridge_trip(axis);
+  board.tripped[axis] = why;
+}
+
+static void take_currents(void) {
+  const current_sense_sample sample = current_sense_read();
+  for (int axis = 0; axis < 2; ++axis) {
+    const uint32_t counts = sample.current_counts[axis];
+    board.current_a[axis] = current_sense_amperes(counts, board.offset_counts[axis]);
+    if (board.powered[axis] && current_sense_saturated(counts)) {
+      trip(axis, HAL_OVER_CURRENT);
+    }
+  }
+  board.bus_voltage_v = current_sense_bus_voltage_v(sample.bus_counts);
+  board.heat_sink_counts = sample.heat_sink_counts;
+}
+
+static void switch_off_without_tick(void) {
+  if (++board.periods_since_tick > MOST_PERIODS_WITHOUT_TICK) {
+    board.timing_lost = true;
+    bridge_trip(0);
+    bridge_trip(1);
+  }
+}
+
+void adc1_2_interrupt(void) {
+  const uint32_t period = board.period;
+  begin_encoder_read(period);
+  current_sense_acknowledge();
+  take_currents();
+  keep_mean_currents(period);
+  main_pwm_period(period);
+  switch_off_without_tick();
+  board.periods++;
+  board.period = period + 1 < PERIODS_PER_TICK ? period + 1 : 0;
+}
+
+/* The tick's place is in period 0, after its current loop: elsewhere one of the two clocks has gone astray. */
+void tim6_dac_interrupt(void) {
+  tick_timer_acknowledge();
+  if (board.period != 1) {
+    board.timing_lost = true;
+    bridge_trip(0);
+    bridge_trip(1);
+  }
+  board.periods_since_tick = 0;
+  for (int axis = 0; axis < 2; ++axis) {
+    board.angle_known[axis] = encoder_take(&board.encoder[axis], &board.angle_turn32[axis]);
+    board.rate_known[axis] = gyro_take(&board.gyro[axis], axis, &board.rate_rad_s[axis]);
+  }
+  board.too_hot = thermistor_celsius((int)board.heat_sink_counts) > TOO_HOT_CELSIUS;
+  main_tick();
+  board.ticks++;
+}
+
+void fdcan1_it0_interrupt(void) {
+  can_frame frame;
+  can_acknowledge_interrupt();
+  for (int i = 0; i < CAN_MOST_FRAMES_PER_INTERRUPT && can_receive(&frame); ++i) {
+    main_can_frame(&frame);
+  }
+}
+
+void tim1_brk_interrupt(void) {
+  bridge_break_interrupt(0);
+  board.tripped[0] = HAL_POWER_STAGE;
+}
+
+void tim8_brk_interrupt(void) {
+  bridge_break_interrupt(1);
+  board.tripped[1] = HAL_POWER_STAGE;
+}
+
+/* --- hal.h ------------------------------------------------------------------------------------------------------ */
+
+bool hal_joint_angle(hal *machine, int axis, uint32_t *angle_turn32) {
+  if (machine->angle_known[axis]) {
+    *angle_turn32 = machine->angle_turn32[axis];
+  }
+  return machine->angle_known[axis];
+}
+
+bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s) {
+  *rate_rad_s = machine->rate_rad_s[axis];
+  return machine->rate_known[axis];
+}
+
+float hal_mean_current_a(hal *machine, int axis) { return machine->mean_current_a[axis]; }
+
+/* No image processor is connected. */
+bool hal_camera(hal *machine, int axis, hal_camera_frame *frame) {
+  (void)machine;
+  (void)axis;
+  (void)frame;
+  return false;
+}
+
+hal_health hal_axis_health(hal *machine, int axis) {
+  if (machine->test_bits != 0) {
+    return HAL_NOT_READY;
+  }
+  if (bridge_fault(axis)) {
+    return machine->tripped[axis] == HAL_GOOD ? HAL_POWER_STAGE : machine->tripped[axis];
+  }
+  return machine->too_hot ? HAL_TOO_HOT : HAL_GOOD;
+}
+
+/* After a failed self-test nothing is powered, whoever asks. */
+void hal_power_bridge(hal *machine, int axis, bool on) {
+  const bool powered = on && machine->test_bits == 0 && !machine->timing_lost;
+  machine->powered[axis] = powered;
+  bridge_power(axis, powered);
+}
+
+float hal_current_a(hal *machine, int axis) { return machine->current_a[axis]; }
+
+float hal_bus_voltage_v(hal *machine) { return machine->bus_voltage_v; }
+
+void hal_set_duty(hal *machine, int axis, float duty) {
+  (void)machine;
+  bridge_set_duty(axis, duty);
+}
+
+/* --- hal_board.h ------------------------------------------------------------------------------------------------ */
+
+/* Once a second, on the 16 MHz oscillator. */
+static void blink_for_ever(void) {
+  const uint32_t half_second_cycles = 8000000;
+  for (bool lit = true;; lit = !lit) {
+    pins_light_led(lit);
+    const uint32_t start = clock_cycles();
+    while (clock_cycles() - start < half_second_cycles) {
+    }
+  }
+}
+
+hal *hal_board_start(uint8_t node_id) {
+  hal *machine = &board;
+  clock_start_cycle_counter();
+  machine->reset = reset_cause_take();
+  const bool clock_good = clock_start();
+  clock_enable_peripherals();
+  pins_start();
+  if (!clock_good) {
+    blink_for_ever();
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    machine->offset_counts[axis] = (float)CURRENT_NOMINAL_OFFSET;
+  }
+  encoder_start(machine->encoder);
+  gyro_start(machine->gyro);
+  const bool can_good = can_start(node_id);
+  const bool adc_good = current_sense_start();
+  bridge_start();
+  machine->test_bits = can_good && adc_good ? 0 : HAL_TEST_CONTROLLER;
+  return machine;
+}
+
+hal_reset hal_board_reset(const hal *machine) { return machine->reset; }
+
+void hal_board_fail(hal *machine, uint32_t test_bits) { machine->test_bits |= test_bits; }
+
+/* The first tick comes in the next period, which is number 0. */
+void hal_board_run(hal *machine) {
+  if (!current_sense_wait()) {
+    machine->test_bits |= HAL_TEST_CONTROLLER;
+  }
+  machine->period = 0;
+  tick_timer_start(PERIOD_US + TICK_AFTER_PERIOD_US);
+  current_sense_enable_interrupt();
+  can_enable_interrupt();
+  interrupt_enable(TIM1_BRK_INTERRUPT, PRIORITY_DRIVER_FAULT);
+  interrupt_enable(TIM8_BRK_INTERRUPT, PRIORITY_DRIVER_FAULT);
+  interrupt_enable(ADC1_2_INTERRUPT, PRIORITY_CURRENT_LOOP);
+  interrupt_enable(TIM6_DAC_INTERRUPT, PRIORITY_TICK);
+  interrupt_enable(FDCAN1_IT0_INTERRUPT, PRIORITY_CAN);
+  if (!watchdog_start()) {
+    machine->test_bits |= HAL_TEST_CONTROLLER;
+  }
+}
+
+/* The window of the watchdog is open from the 5th to the 20th ms. */
+void hal_board_background(hal *machine) {
+  const uint32_t refresh_ticks = 8;
+  const uint32_t led_ticks = 512; /* a power of two, so that the LED keeps its pace when the count wraps */
+  const uint32_t ticks = machine->ticks;
+  const uint32_t ticks_done = ticks - machine->ticks_at_refresh;
+  if (ticks_done < refresh_ticks) {
+    return;
+  }
+  const uint32_t periods = machine->periods;
+  const uint32_t periods_done = periods - machine->periods_at_refresh;
+  const bool right_number = periods_done + PERIODS_PER_TICK > ticks_done * PERIODS_PER_TICK &&
+                            periods_done < (ticks_done + 1) * PERIODS_PER_TICK;
+  if (machine->timing_lost || !right_number) {
+    return; /* and the watchdog resets */
+  }
+  machine->ticks_at_refresh = ticks;
+  machine->periods_at_refresh = periods;
+  watchdog_refresh();
+  pins_light_led(machine->test_bits != 0 || ticks % (2 * led_ticks) < led_ticks);
+}
+
+bool hal_can_send(hal *machine, const can_frame *frame) {
+  (void)machine;
+  return can_send(frame);
+}
+
+hal_can_state hal_can_supervise(hal *machine) {
+  (void)machine;
+  switch (can_supervise()) {
+    case CAN_BUS_OFF:
+      return HAL_CAN_BUS_OFF;
+    case CAN_ERROR_PASSIVE:
+      return HAL_CAN_ERROR_PASSIVE;
+    case CAN_GOOD:
+    default:
+      return HAL_CAN_GOOD;
+  }
+}

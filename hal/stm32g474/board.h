@@ -1,0 +1,47 @@
+/* The state of the board, one for the chip: what the interrupts leave for each other. */
+#ifndef TRACKSERVO_STM32G474_BOARD_H
+#define TRACKSERVO_STM32G474_BOARD_H
+
+#include "current_sense.h"
+#include "encoder_spi.h"
+#include "gyro_uart.h"
+#include "hal_board.h"
+
+/* All that three elements of the FIFO can hold while the interrupt works at them. */
+enum { CAN_MOST_FRAMES_PER_INTERRUPT = 6 };
+
+struct hal {
+  hal_reset reset;
+  volatile uint32_t test_bits; /* HAL_TEST_*, of the self-tests */
+
+  /* Written by the current loop's interrupt. */
+  volatile uint32_t period;  /* that comes next: 0 .. 19, 0 is the one in which the tick samples */
+  volatile uint32_t periods; /* so far */
+  volatile uint32_t periods_since_tick;
+  volatile bool timing_lost; /* tick and PWM periods do not come in turn: the watchdog shall reset */
+  volatile float current_a[2];
+  volatile float current_sum_a[2]; /* of the periods since period 0 */
+  volatile float mean_current_a[2];
+  volatile float bus_voltage_v;
+  volatile uint32_t heat_sink_counts;
+
+  /* Written by the tick's interrupt. */
+  volatile uint32_t ticks; /* done so far */
+  uint32_t angle_turn32[2];
+  float rate_rad_s[2];
+  bool angle_known[2];
+  bool rate_known[2];
+  bool too_hot;
+  volatile bool powered[2];
+
+  volatile hal_health tripped[2]; /* why a bridge was switched off last */
+  float offset_counts[2];         /* of the current sensors; written before the interrupts begin */
+  encoder_readings encoder[2];
+  gyro_line gyro[2];
+
+  /* The background's. */
+  uint32_t ticks_at_refresh;
+  uint32_t periods_at_refresh;
+};
+
+#endif

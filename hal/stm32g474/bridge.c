@@ -1,0 +1,102 @@
+#include "bridge.h"
+
+#include <stdint.h>
+
+#include "interrupts.h"
+#include "registers/timer.h"
+#include "safe_outputs.h"
+
+/* Counts up and down once a period: 170 MHz / (2 * 4250) = 20 kHz. */
+enum { HALF_PERIOD = 4250, DEAD_TIME_0_5_US = 85, BREAK_FILTER_8_CLOCKS = 3, LOCK_DEAD_TIME_AND_BREAK = 1 };
+
+typedef struct {
+  tim1_registers *timer;
+  uint32_t enable_pin;
+} bridge;
+
+static const bridge bridges[] = {{TIM1, AZIMUTH_ENABLE_PIN}, {TIM8, PITCH_ENABLE_PIN}};
+
+static volatile bool faulty[2];
+
+static void start_timer(tim1_registers *timer) {
+  timer->cr1 = FIELD_VALUE(TIM1_CR1_CMS, TIM1_CMS_CENTRE_1) | TIM1_CR1_ARPE;
+  timer->ccmr1_output = FIELD_VALUE(TIM1_CCMR1_OUTPUT_OC1M, TIM1_OCM_PWM_1) | TIM1_CCMR1_OUTPUT_OC1PE |
+                        FIELD_VALUE(TIM1_CCMR1_OUTPUT_OC2M, TIM1_OCM_PWM_1) | TIM1_CCMR1_OUTPUT_OC2PE;
+  timer->ccer = TIM1_CCER_CC1E | TIM1_CCER_CC1NE | TIM1_CCER_CC2E | TIM1_CCER_CC2NE;
+  timer->psc = 0;
+  timer->arr = HALF_PERIOD;
+  timer->rcr = 1; /* one update a period, of the two that counting up and down would give */
+  timer->ccr1 = HALF_PERIOD / 2;
+  timer->ccr2 = HALF_PERIOD / 2;
+  timer->af1 = TIM1_AF1_BKINE;
+  /* Off state: outputs driven low, not left open. The fault input is low active: BKP stays 0. */
+  timer->bdtr = FIELD_VALUE(TIM1_BDTR_DTG, DEAD_TIME_0_5_US) | TIM1_BDTR_OSSI | TIM1_BDTR_OSSR | TIM1_BDTR_BKE |
+                FIELD_VALUE(TIM1_BDTR_BKF, BREAK_FILTER_8_CLOCKS) |
+                FIELD_VALUE(TIM1_BDTR_LOCK, LOCK_DEAD_TIME_AND_BREAK);
+  timer->egr = TIM1_EGR_UG; /* takes what is preloaded */
+  timer->sr = 0;
+  timer->dier = TIM1_DIER_BIE;
+}
+
+void bridge_start(void) {
+  start_timer(TIM1);
+  start_timer(TIM8);
+  /* TIM1 tells TIM8 when it starts, and the ADC when it updates. */
+  TIM8->smcr = FIELD_VALUE(TIM1_SMCR_TS, TIM8_TS_TIM1) | FIELD_VALUE(TIM1_SMCR_SMS, TIM1_SMS_TRIGGER);
+  TIM1->cr2 = FIELD_VALUE(TIM1_CR2_MMS, TIM1_MMS_ENABLE) | FIELD_VALUE(TIM1_CR2_MMS2, TIM1_MMS2_UPDATE);
+  TIM1->cr1 |= TIM1_CR1_CEN;
+}
+
+void bridge_set_duty(int axis, float duty) {
+  const float half = 0.5f * (float)HALF_PERIOD;
+  const bool in_range = duty >= -1.0f && duty <= 1.0f; /* a NaN is not */
+  const uint32_t leg_1 = (uint32_t)(half + (in_range ? duty : 0.0f) * half + 0.5f);
+  bridges[axis].timer->ccr1 = leg_1;
+  bridges[axis].timer->ccr2 = HALF_PERIOD - leg_1;
+}
+
+static void switch_off(const bridge *b) {
+  b->timer->bdtr &= ~TIM1_BDTR_MOE;
+  GPIOC->bsrr = GPIO_CLEAR(b->enable_pin);
+}
+
+/* The flag comes back at once while the input is bad. */
+static void forget_fault_if_gone(int axis) {
+  tim1_registers *timer = bridges[axis].timer;
+  timer->sr = ~TIM1_SR_BIF;
+  if ((timer->sr & TIM1_SR_BIF) == 0) {
+    faulty[axis] = false;
+    timer->dier |= TIM1_DIER_BIE;
+  }
+}
+
+void bridge_power(int axis, bool on) {
+  const bridge *b = &bridges[axis];
+  if (!on) {
+    switch_off(b);
+    if (faulty[axis]) {
+      forget_fault_if_gone(axis);
+    }
+  } else if (!faulty[axis]) {
+    GPIOC->bsrr = GPIO_SET(b->enable_pin);
+    b->timer->bdtr |= TIM1_BDTR_MOE;
+    if (faulty[axis]) { /* since the question */
+      switch_off(b);
+    }
+  }
+}
+
+bool bridge_fault(int axis) { return faulty[axis]; }
+
+void bridge_trip(int axis) {
+  switch_off(&bridges[axis]);
+  faulty[axis] = true;
+}
+
+/* The interrupt waits until the fault has been seen and is gone, else it would come without end. */
+void bridge_break_interrupt(int axis) {
+  tim1_registers *timer = bridges[axis].timer;
+  bridge_trip(axis);
+  timer->dier &= ~TIM1_DIER_BIE;
+  timer->sr = ~TIM1_SR_BIF;
+}

@@ -1,0 +1,31 @@
+/* Both power bridges: two legs each, complementary with dead time, centre-aligned at 20 kHz, both timers in phase.
+ *
+ *     leg 1 is high for (1 + duty) / 2 of the period, leg 2 for (1 - duty) / 2
+ *
+ * A period begins where the timers update, in the middle of the time in which both legs are high; there the ADC samples
+ * and there new duties come in force. A driver's fault input switches its bridge off by hardware. */
+#ifndef TRACKSERVO_STM32G474_BRIDGE_H
+#define TRACKSERVO_STM32G474_BRIDGE_H
+
+#include <stdbool.h>
+
+/* Timers run, outputs are off, duties are 0. */
+void bridge_start(void);
+
+/* duty -1 .. 1; anything else, and what is no number, is 0. In force from the next period on. */
+void bridge_set_duty(int axis, float duty);
+
+/* On: gates follow the duty, unless the driver's fault is still there. */
+void bridge_power(int axis, bool on);
+
+/* The driver's fault input, or `bridge_trip`, has switched the bridge off; true until it is told to be off while the
+ * input is good. */
+bool bridge_fault(int axis);
+
+/* Off at once, as by a fault. Any interrupt may call it. */
+void bridge_trip(int axis);
+
+/* From the break interrupt of the axis' timer. */
+void bridge_break_interrupt(int axis);
+
+#endif

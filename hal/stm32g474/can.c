@@ -1,0 +1,142 @@
+#include "can.h"
+
+#include "clock.h"
+#include "registers/fdcan.h"
+
+/* 170 MHz / 5 = 34 time quanta a bit: 1 + 29 before the sample point, 4 after it. */
+enum { PRESCALER = 5, QUANTA_BEFORE_SAMPLE = 29, QUANTA_AFTER_SAMPLE = 4, JUMP_WIDTH_QUANTA = 4 };
+
+enum { MOST_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
+
+typedef struct {
+  uint32_t first;
+  uint32_t last;
+} id_range;
+
+static uint32_t bus_off_ticks;
+static volatile uint32_t lost_frames;
+
+static bool wait_for_init(uint32_t wanted) {
+  const uint32_t start = clock_cycles();
+  while ((FDCAN1->cccr & FDCAN_CCCR_INIT) != wanted) {
+    if (clock_cycles() - start > MOST_WAIT_US * CLOCK_CYCLES_PER_US) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/* Returns how many. */
+static uint32_t write_filters(uint8_t node_id) {
+  const uint32_t sdo_request = 0x600u + node_id;
+  const id_range heard[] = {
+      {0x000, 0x000},             /* NMT */
+      {0x080, 0x080},             /* SYNC */
+      {0x180, 0x57F},             /* PDOs */
+      {sdo_request, sdo_request}, /* SDO */
+      {0x701, 0x77F},             /* heartbeats */
+  };
+  const uint32_t count = sizeof heard / sizeof heard[0];
+  for (uint32_t i = 0; i < count; ++i) {
+    FDCAN1_RAM->standard_filter[i] =
+        FIELD_VALUE(STANDARD_FILTER_SFT, FILTER_TYPE_RANGE) | FIELD_VALUE(STANDARD_FILTER_SFEC, FILTER_TO_FIFO_0) |
+        FIELD_VALUE(STANDARD_FILTER_ID1, heard[i].first) | FIELD_VALUE(STANDARD_FILTER_ID2, heard[i].last);
+  }
+  return count;
+}
+
+bool can_start(uint8_t node_id) {
+  bus_off_ticks = 0;
+  lost_frames = 0;
+  FDCAN1->cccr |= FDCAN_CCCR_INIT;
+  if (!wait_for_init(FDCAN_CCCR_INIT)) {
+    return false;
+  }
+  FDCAN1->cccr |= FDCAN_CCCR_CCE;
+  FDCAN1->nbtp =
+      FIELD_VALUE(FDCAN_NBTP_NBRP, PRESCALER - 1) | FIELD_VALUE(FDCAN_NBTP_NTSEG1, QUANTA_BEFORE_SAMPLE - 1) |
+      FIELD_VALUE(FDCAN_NBTP_NTSEG2, QUANTA_AFTER_SAMPLE - 1) | FIELD_VALUE(FDCAN_NBTP_NSJW, JUMP_WIDTH_QUANTA - 1);
+  const uint32_t filters = write_filters(node_id);
+  FDCAN1->rxgfc = FIELD_VALUE(FDCAN_RXGFC_LSS, filters) | FDCAN_RXGFC_RRFE | FDCAN_RXGFC_RRFS |
+                  FIELD_VALUE(FDCAN_RXGFC_ANFE, FDCAN_NON_MATCHING_REJECTED) |
+                  FIELD_VALUE(FDCAN_RXGFC_ANFS, FDCAN_NON_MATCHING_REJECTED);
+  FDCAN1->cccr &= ~FDCAN_CCCR_INIT;
+  return wait_for_init(0);
+}
+
+void can_enable_interrupt(void) {
+  FDCAN1->ie = FDCAN_IE_RF0NE;
+  FDCAN1->ile = FDCAN_ILE_EINT0;
+}
+
+static uint32_t word_of(const uint8_t *bytes) {
+  return bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+}
+
+static void put_word(uint8_t *bytes, uint32_t word) {
+  for (int i = 0; i < 4; ++i) {
+    bytes[i] = (uint8_t)(word >> (8 * i));
+  }
+}
+
+bool can_send(const can_frame *frame) {
+  const uint32_t status = FDCAN1->txfqs;
+  if ((status & FDCAN_TXFQS_TFFL) == 0) {
+    return false;
+  }
+  const uint32_t index = field_get(status, FDCAN_TXFQS_TFQPI);
+  fdcan_element *element = &FDCAN1_RAM->transmit[index];
+  const bool extended = (frame->flags & CAN_FRAME_EXTENDED) != 0;
+  element->identifier = (extended ? ELEMENT_EXTENDED | FIELD_VALUE(ELEMENT_EXTENDED_ID, frame->id)
+                                  : FIELD_VALUE(ELEMENT_STANDARD_ID, frame->id)) |
+                        ((frame->flags & CAN_FRAME_REMOTE) != 0 ? ELEMENT_REMOTE : 0u);
+  element->control = FIELD_VALUE(ELEMENT_LENGTH, frame->length);
+  element->data[0] = word_of(frame->data);
+  element->data[1] = word_of(frame->data + 4);
+  FDCAN1->txbar = 1u << index;
+  return true;
+}
+
+bool can_receive(can_frame *frame) {
+  const uint32_t status = FDCAN1->rxf0s;
+  if ((status & FDCAN_RXF0S_F0FL) == 0) {
+    return false;
+  }
+  const uint32_t index = field_get(status, FDCAN_RXF0S_F0GI);
+  const fdcan_element *element = &FDCAN1_RAM->receive_fifo_0[index];
+  const uint32_t identifier = element->identifier;
+  const uint32_t length = field_get(element->control, ELEMENT_LENGTH);
+  const bool extended = (identifier & ELEMENT_EXTENDED) != 0;
+  frame->id = field_get(identifier, extended ? ELEMENT_EXTENDED_ID : ELEMENT_STANDARD_ID);
+  frame->flags =
+      (uint8_t)((extended ? CAN_FRAME_EXTENDED : 0) | ((identifier & ELEMENT_REMOTE) != 0 ? CAN_FRAME_REMOTE : 0));
+  frame->length = (uint8_t)(length <= CAN_FRAME_BYTES ? length : CAN_FRAME_BYTES);
+  put_word(frame->data, element->data[0]);
+  put_word(frame->data + 4, element->data[1]);
+  FDCAN1->rxf0a = index;
+  return true;
+}
+
+void can_acknowledge_interrupt(void) {
+  if ((FDCAN1->ir & FDCAN_IR_RF0L) != 0) {
+    lost_frames++;
+  }
+  FDCAN1->ir = FDCAN_IR_RF0N | FDCAN_IR_RF0L;
+}
+
+/* The controller takes itself off the bus by setting INIT; taking that back, it comes again after 129 times 11
+ * recessive bits (ISO 11898-1). */
+can_state can_supervise(void) {
+  const uint32_t status = FDCAN1->psr;
+  if ((status & FDCAN_PSR_BO) == 0) {
+    bus_off_ticks = 0;
+    return (status & FDCAN_PSR_EP) != 0 ? CAN_ERROR_PASSIVE : CAN_GOOD;
+  }
+  if (++bus_off_ticks >= BUS_OFF_WAIT_TICKS) {
+    bus_off_ticks = 0;
+    FDCAN1->cccr &= ~FDCAN_CCCR_INIT;
+  }
+  return CAN_BUS_OFF;
+}
+
+uint32_t can_lost_frames(void) { return lost_frames; }

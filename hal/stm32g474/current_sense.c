@@ -1,0 +1,101 @@
+#include "current_sense.h"
+
+#include "clock.h"
+#include "registers/adc.h"
+
+#define AMPERES_PER_COUNT (50.0f / 4096.0f)
+#define VOLTS_PER_COUNT (66.0f / 4096.0f)
+
+enum { COUNTS = 4096, REGULATOR_START_US = 20, MOST_WAIT_US = 1000 };
+
+/* Rank 1 is the current, so that it is sampled at the trigger. */
+enum { CHANNEL_AZIMUTH_CURRENT = 1, CHANNEL_BUS = 6, CHANNEL_PITCH_CURRENT = 2, CHANNEL_HEAT_SINK = 7 };
+
+static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t wanted) {
+  const uint32_t start = clock_cycles();
+  while ((*word & mask) != wanted) {
+    if (clock_cycles() - start > MOST_WAIT_US * CLOCK_CYCLES_PER_US) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/* Bits of CR that act when set are written alone: the others read back what they did. */
+static bool calibrate(adc1_registers *adc) {
+  adc->cr = 0; /* out of deep power-down */
+  adc->cr = ADC1_CR_ADVREGEN;
+  clock_wait_us(REGULATOR_START_US);
+  adc->cr = ADC1_CR_ADVREGEN | ADC1_CR_ADCAL;
+  return wait_for(&adc->cr, ADC1_CR_ADCAL, 0);
+}
+
+static bool enable(adc1_registers *adc) {
+  adc->isr = ADC1_ISR_ADRDY;
+  adc->cr = ADC1_CR_ADVREGEN | ADC1_CR_ADEN;
+  return wait_for(&adc->isr, ADC1_ISR_ADRDY, ADC1_ISR_ADRDY);
+}
+
+static bool start_adc(adc1_registers *adc, uint32_t sample_times, uint32_t first, uint32_t second) {
+  if (!calibrate(adc)) {
+    return false;
+  }
+  clock_wait_us(1); /* four ADC clocks between calibration and enabling */
+  if (!enable(adc)) {
+    return false;
+  }
+  adc->cfgr = ADC1_CFGR_JQDIS;
+  adc->smpr1 = sample_times;
+  adc->jsqr = FIELD_VALUE(ADC1_JSQR_JL, ADC1_JL_2_CONVERSIONS) |
+              FIELD_VALUE(ADC1_JSQR_JEXTSEL, ADC1_JEXTSEL_TIM1_TRGO2) |
+              FIELD_VALUE(ADC1_JSQR_JEXTEN, ADC1_JEXTEN_RISING) | FIELD_VALUE(ADC1_JSQR_JSQ1, first) |
+              FIELD_VALUE(ADC1_JSQR_JSQ2, second);
+  adc->cr = ADC1_CR_ADVREGEN | ADC1_CR_JADSTART;
+  return true;
+}
+
+/* ADC clock 42.5 MHz; 12.5 cycles of sampling and 12.5 of conversion, twice: 1.2 us. */
+bool current_sense_start(void) {
+  ADC12_COMMON->ccr = FIELD_VALUE(ADC12_COMMON_CCR_CKMODE, ADC12_CKMODE_HCLK_4);
+  const uint32_t times_1 =
+      FIELD_VALUE(ADC1_SMPR1_SMP1, ADC1_SMP_12_5_CYCLES) | FIELD_VALUE(ADC1_SMPR1_SMP6, ADC1_SMP_12_5_CYCLES);
+  const uint32_t times_2 =
+      FIELD_VALUE(ADC1_SMPR1_SMP2, ADC1_SMP_12_5_CYCLES) | FIELD_VALUE(ADC1_SMPR1_SMP7, ADC1_SMP_12_5_CYCLES);
+  return start_adc(ADC1, times_1, CHANNEL_AZIMUTH_CURRENT, CHANNEL_BUS) &&
+         start_adc(ADC2, times_2, CHANNEL_PITCH_CURRENT, CHANNEL_HEAT_SINK);
+}
+
+bool current_sense_wait(void) {
+  const uint32_t most_wait_us = 200;
+  const uint32_t start = clock_cycles();
+  current_sense_acknowledge();
+  while ((ADC1->isr & ADC2->isr & ADC1_ISR_JEOS) == 0) {
+    if (clock_cycles() - start > most_wait_us * CLOCK_CYCLES_PER_US) {
+      return false;
+    }
+  }
+  current_sense_acknowledge();
+  return true;
+}
+
+void current_sense_enable_interrupt(void) { ADC1->ier = ADC1_IER_JEOSIE; }
+
+void current_sense_acknowledge(void) {
+  ADC1->isr = ADC1_ISR_JEOC | ADC1_ISR_JEOS;
+  ADC2->isr = ADC1_ISR_JEOC | ADC1_ISR_JEOS;
+}
+
+current_sense_sample current_sense_read(void) {
+  return (current_sense_sample){
+      .current_counts = {ADC1->jdr1, ADC2->jdr1}, .bus_counts = ADC1->jdr2, .heat_sink_counts = ADC2->jdr2};
+}
+
+float current_sense_amperes(uint32_t counts, float offset_counts) {
+  return ((float)(int32_t)counts - offset_counts) * AMPERES_PER_COUNT;
+}
+
+float current_sense_bus_voltage_v(uint32_t counts) { return (float)(int32_t)counts * VOLTS_PER_COUNT; }
+
+bool current_sense_saturated(uint32_t counts) {
+  return counts < CURRENT_RANGE_MARGIN || counts > COUNTS - 1 - CURRENT_RANGE_MARGIN;
+}

@@ -1,0 +1,91 @@
+#include "encoder_spi.h"
+
+#include "registers/dma.h"
+#include "registers/spi.h"
+#include "sensors/angle_mean.h"
+
+/* Channels of DMA1, from 0. */
+typedef struct {
+  spi1_registers *spi;
+  uint32_t receive_channel;
+  uint32_t receive_request;
+  uint32_t transmit_channel;
+  uint32_t transmit_request;
+} encoder_port;
+
+static const encoder_port ports[2] = {{SPI1, 0, DMAMUX_SPI1_RX, 1, DMAMUX_SPI1_TX},
+                                      {SPI3, 2, DMAMUX_SPI3_RX, 3, DMAMUX_SPI3_TX}};
+
+/* Nobody listens to what is sent; sending makes the clock. */
+static const uint8_t sent = 0;
+
+/* DMA wants addresses as numbers. */
+static uint32_t address(const volatile void *object) { return (uint32_t)(uintptr_t)object; }
+
+static void start_port(const encoder_port *port) {
+  dma_ch_registers *receive = &DMA1->ch[port->receive_channel];
+  dma_ch_registers *transmit = &DMA1->ch[port->transmit_channel];
+  DMAMUX->ccr[port->receive_channel] = FIELD_VALUE(DMAMUX_CCR_DMAREQ_ID, port->receive_request);
+  DMAMUX->ccr[port->transmit_channel] = FIELD_VALUE(DMAMUX_CCR_DMAREQ_ID, port->transmit_request);
+  receive->par = address(&port->spi->dr);
+  receive->cr = DMA_CH_CR_MINC | FIELD_VALUE(DMA_CH_CR_PL, DMA_PRIORITY_HIGH);
+  transmit->par = address(&port->spi->dr);
+  transmit->mar = address(&sent);
+  transmit->cr = DMA_CH_CR_DIR;
+  port->spi->cr2 = FIELD_VALUE(SPI1_CR2_DS, 8 - 1) | SPI1_CR2_FRXTH | SPI1_CR2_RXDMAEN | SPI1_CR2_TXDMAEN;
+  const uint32_t mode = SPI1_CR1_MSTR | SPI1_CR1_SSM | SPI1_CR1_SSI | SPI1_CR1_CPOL | SPI1_CR1_CPHA |
+                        FIELD_VALUE(SPI1_CR1_BR, SPI1_BR_PCLK_32);
+  port->spi->cr1 = mode;
+  port->spi->cr1 = mode | SPI1_CR1_SPE;
+}
+
+void encoder_start(encoder_readings readings[2]) {
+  for (int axis = 0; axis < 2; ++axis) {
+    readings[axis] = (encoder_readings){0};
+    start_port(&ports[axis]);
+  }
+}
+
+static void arm(dma_ch_registers *channel, uint32_t mode) {
+  channel->cr = mode; /* off, so that the count can be written */
+  channel->ndtr = BISS_BYTES;
+  channel->cr = mode | DMA_CH_CR_EN;
+}
+
+void encoder_begin_read(encoder_readings readings[2], int number) {
+  for (int axis = 0; axis < 2; ++axis) {
+    dma_ch_registers *receive = &DMA1->ch[ports[axis].receive_channel];
+    receive->cr = 0;
+    receive->mar = address(readings[axis].answer[number]);
+    arm(receive, DMA_CH_CR_MINC | FIELD_VALUE(DMA_CH_CR_PL, DMA_PRIORITY_HIGH));
+    arm(&DMA1->ch[ports[axis].transmit_channel], DMA_CH_CR_DIR);
+  }
+}
+
+/* What was read is wiped out: an answer that does not come is none the next time. */
+static void wipe(encoder_readings *readings) {
+  for (int i = 0; i < ENCODER_READS_PER_TICK; ++i) {
+    readings->answer[i][0] = 0;
+    readings->answer[i][1] = 0;
+  }
+}
+
+bool encoder_take(encoder_readings *readings, uint32_t *angle_turn32) {
+  uint32_t good[ENCODER_READS_PER_TICK];
+  int count = 0;
+  for (int i = 0; i < ENCODER_READS_PER_TICK; ++i) {
+    biss_reading reading;
+    if (biss_decode((const uint8_t *)readings->answer[i], &reading) == BISS_OK) {
+      good[count++] = reading.angle_turn32;
+      readings->warning = reading.warning;
+    } else {
+      readings->refused++;
+    }
+  }
+  wipe(readings);
+  if (count == 0) {
+    return false;
+  }
+  *angle_turn32 = angle_mean(good, count);
+  return true;
+}

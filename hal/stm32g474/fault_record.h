@@ -1,0 +1,20 @@
+/* What was wrong before the last reset: written by the fault handlers into RAM that a reset leaves alone. */
+#ifndef TRACKSERVO_STM32G474_FAULT_RECORD_H
+#define TRACKSERVO_STM32G474_FAULT_RECORD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct {
+  uint32_t exception; /* number in the vector table: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault .. */
+  uint32_t program_counter;           /* 0 when the stack could not be read */
+  uint32_t configurable_fault_status; /* CFSR */
+  uint32_t hard_fault_status;         /* HFSR */
+} fault_record;
+
+void fault_record_write(const fault_record *record);
+
+/* Takes the record out. False: there was none, the last reset was no fault's. */
+bool fault_record_take(fault_record *record);
+
+#endif

@@ -1,0 +1,28 @@
+/* Both gyros: USART1 and USART3 at 921600 baud, received by circular DMA, read out in the tick. */
+#ifndef TRACKSERVO_STM32G474_GYRO_UART_H
+#define TRACKSERVO_STM32G474_GYRO_UART_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "sensors/gyro_frame.h"
+
+/* Three frames: the tick may come late by two. A frame may be so many ticks old: gyro and board have clocks of their
+ * own, so now and then a tick has no frame and the next has two. */
+enum { GYRO_RING_BYTES = 128, GYRO_MOST_AGE_TICKS = 1 };
+
+typedef struct {
+  volatile uint8_t ring[GYRO_RING_BYTES]; /* written by DMA */
+  uint32_t taken;                         /* index of the next byte to take */
+  gyro_frame_reader reader;
+  gyro_frame last;
+  uint32_t frames;    /* good ones so far */
+  uint32_t age_ticks; /* of the last good one */
+} gyro_line;
+
+void gyro_start(gyro_line lines[2]);
+
+/* Takes the bytes that have come; once per tick. True: `rate_rad_s` is that of a fresh and valid frame. */
+bool gyro_take(gyro_line *line, int axis, float *rate_rad_s);
+
+#endif

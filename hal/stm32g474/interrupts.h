@@ -1,0 +1,41 @@
+/* The interrupts that this board uses, and their priorities: 0 is the most urgent, a more urgent one interrupts a less
+ * urgent one.
+ *
+ *     0  driver faults: TIM1 break, TIM8 break
+ *     1  current loop: end of the injected sequence of ADC1, 20 kHz
+ *     2  tick: TIM6 update, 1 kHz
+ *     3  CAN: a frame was received
+ *        background: main, watchdog */
+#ifndef TRACKSERVO_STM32G474_INTERRUPTS_H
+#define TRACKSERVO_STM32G474_INTERRUPTS_H
+
+#include "registers/core.h"
+
+enum {
+  ADC1_2_INTERRUPT = 18,
+  FDCAN1_IT0_INTERRUPT = 21,
+  TIM1_BRK_INTERRUPT = 24,
+  TIM8_BRK_INTERRUPT = 43,
+  TIM6_DAC_INTERRUPT = 54,
+  INTERRUPT_COUNT = 102
+};
+
+enum { PRIORITY_DRIVER_FAULT = 0, PRIORITY_CURRENT_LOOP = 1, PRIORITY_TICK = 2, PRIORITY_CAN = 3 };
+
+void adc1_2_interrupt(void);
+void fdcan1_it0_interrupt(void);
+void tim1_brk_interrupt(void);
+void tim8_brk_interrupt(void);
+void tim6_dac_interrupt(void);
+
+/* Clears what is pending, sets the priority, enables. */
+static inline void interrupt_enable(uint32_t number, uint32_t priority) {
+  const uint32_t unimplemented_bits = 4;
+  const uint32_t word = number / 32u;
+  const uint32_t bit = 1u << (number % 32u);
+  NVIC->ipr[number] = (uint8_t)(priority << unimplemented_bits);
+  NVIC->icpr[word] = bit;
+  NVIC->iser[word] = bit;
+}
+
+#endif

@@ -1,0 +1,117 @@
+#include "parameter_flash.h"
+
+#include <string.h>
+
+#include "clock.h"
+#include "registers/flash.h"
+
+/* The linker script's: the same memory, for reading and for writing. */
+extern const uint8_t parameter_area_start[];
+extern volatile uint32_t parameter_area_words[];
+
+/* RM0440: bank 2 begins at 0x08040000; the pieces are pages 120 .. 127 of its 128, as PNB counts. */
+enum { PAGE_BYTES = 2048, PAGES_PER_AREA = 4, AREA_BYTES = PAGE_BYTES * PAGES_PER_AREA, FIRST_PAGE_OF_BANK_2 = 120 };
+
+enum { MOST_WAIT_US = 100000 };
+
+static const uint32_t errors = FLASH_SR_OPERR | FLASH_SR_PROGERR | FLASH_SR_WRPERR | FLASH_SR_PGAERR | FLASH_SR_SIZERR |
+                               FLASH_SR_PGSERR | FLASH_SR_MISERR | FLASH_SR_FASTERR;
+
+static bool wait_until_idle(const hal_flash *flash) {
+  const uint32_t start = clock_cycles();
+  while ((FLASH->sr & FLASH_SR_BSY) != 0) {
+    if (clock_cycles() - start > MOST_WAIT_US * CLOCK_CYCLES_PER_US) {
+      return false;
+    }
+    flash->waiting(flash->context);
+  }
+  return true;
+}
+
+static bool unlock(const hal_flash *flash) {
+  if (!wait_until_idle(flash)) {
+    return false;
+  }
+  if ((FLASH->cr & FLASH_CR_LOCK) != 0) {
+    FLASH->keyr = FLASH_KEY_1;
+    FLASH->keyr = FLASH_KEY_2;
+  }
+  FLASH->sr = errors | FLASH_SR_EOP; /* written ones clear */
+  return (FLASH->cr & FLASH_CR_LOCK) == 0;
+}
+
+/* Waits, and leaves the controller locked. */
+static bool finish(const hal_flash *flash) {
+  const bool idle = wait_until_idle(flash);
+  const bool good = (FLASH->sr & errors) == 0;
+  FLASH->cr = FLASH_CR_LOCK;
+  return idle && good;
+}
+
+static volatile bool unreadable; /* since the last read began */
+
+bool parameter_flash_take_nmi(void) {
+  const uint32_t both = FLASH_ECCR_ECCD | FLASH_ECCR_BK_ECC;
+  if ((FLASH->eccr & both) != both) {
+    return false;
+  }
+  FLASH->eccr |= FLASH_ECCR_ECCD; /* a written one clears */
+  unreadable = true;
+  return true;
+}
+
+static const uint8_t *at(const hal_flash *flash, uint32_t offset) {
+  return parameter_area_start + flash->area * AREA_BYTES + offset;
+}
+
+static bool read_bytes(const hal_flash *flash, uint32_t offset, void *bytes, uint32_t count) {
+  if (offset > AREA_BYTES || count > AREA_BYTES - offset) {
+    return false;
+  }
+  unreadable = false;
+  memcpy(bytes, at(flash, offset), count);
+  return !unreadable;
+}
+
+/* Both halves in order, without anything between (RM0440). */
+static bool program(const hal_flash *flash, uint32_t offset, const uint32_t double_word[2]) {
+  if (offset % HAL_FLASH_UNIT_BYTES != 0 || offset > AREA_BYTES - HAL_FLASH_UNIT_BYTES || !unlock(flash)) {
+    return false;
+  }
+  volatile uint32_t *target = parameter_area_words + (flash->area * AREA_BYTES + offset) / sizeof(uint32_t);
+  FLASH->cr = FLASH_CR_PG;
+  target[0] = double_word[0];
+  target[1] = double_word[1];
+  return finish(flash) && memcmp(at(flash, offset), double_word, HAL_FLASH_UNIT_BYTES) == 0;
+}
+
+/* The data cache may still hold what was there. */
+static void forget_cached_data(void) {
+  FLASH->acr &= ~FLASH_ACR_DCEN;
+  FLASH->acr |= FLASH_ACR_DCRST;
+  FLASH->acr &= ~FLASH_ACR_DCRST;
+  FLASH->acr |= FLASH_ACR_DCEN;
+}
+
+static bool erase(const hal_flash *flash, uint32_t page) {
+  if (page >= PAGES_PER_AREA || !unlock(flash)) {
+    return false;
+  }
+  const uint32_t number = FIRST_PAGE_OF_BANK_2 + flash->area * PAGES_PER_AREA + page;
+  FLASH->cr = FLASH_CR_PER | FLASH_CR_BKER | FIELD_VALUE(FLASH_CR_PNB, number);
+  FLASH->cr |= FLASH_CR_STRT;
+  const bool good = finish(flash);
+  forget_cached_data();
+  return good;
+}
+
+hal_flash parameter_flash(int area, void (*waiting)(void *context), void *context) {
+  return (hal_flash){.read = read_bytes,
+                     .program = program,
+                     .erase = erase,
+                     .waiting = waiting,
+                     .context = context,
+                     .area = (uint32_t)area,
+                     .page_bytes = PAGE_BYTES,
+                     .pages = PAGES_PER_AREA};
+}

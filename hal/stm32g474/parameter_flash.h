@@ -1,0 +1,16 @@
+/* The parameter pages: the last 16 KiB of bank 2, as two areas of four pages of 2 KiB each.
+ *
+ * Bank 2 is erased and programmed while the program runs on from bank 1. An erase takes about 22 ms, a double word
+ * about 85 us: for the background only. The caller's `waiting` is called all the while, for the watchdog. */
+#ifndef TRACKSERVO_STM32G474_PARAMETER_FLASH_H
+#define TRACKSERVO_STM32G474_PARAMETER_FLASH_H
+
+#include "hal_flash.h"
+
+/* area 0 or 1. `context` goes to `waiting`. */
+hal_flash parameter_flash(int area, void (*waiting)(void *context), void *context);
+
+/* From the NMI: true when it told of two wrong bits in a double word of bank 2; `read` answers false then. */
+bool parameter_flash_take_nmi(void);
+
+#endif

@@ -1,0 +1,12 @@
+/* What every pin is, in one table; docs/board.md shows it. */
+#ifndef TRACKSERVO_STM32G474_PINS_H
+#define TRACKSERVO_STM32G474_PINS_H
+
+#include <stdbool.h>
+
+/* All pins of the table. Outputs start low. */
+void pins_start(void);
+
+void pins_light_led(bool on);
+
+#endif

@@ -1,0 +1,30 @@
+/* What image this is: 96 bytes at offset 0x200 of the flash, where tools find them without running anything.
+ *
+ * Length, CRC and schema hash are written after linking (tools/image/stamp_image.py). The CRC-32 (IEEE 802.3) covers
+ * the image from its first byte to its length, without the four bytes of the CRC itself. */
+#ifndef TRACKSERVO_STM32G474_VERSION_BLOCK_H
+#define TRACKSERVO_STM32G474_VERSION_BLOCK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum { VERSION_BLOCK_FORMAT = 1, VERSION_TEXT_BYTES = 16, VERSION_GIT_BYTES = 48 };
+
+#define VERSION_BLOCK_MAGIC 0x56535354u /* "TSSV" */
+
+typedef struct {
+  uint32_t magic;
+  uint32_t format;
+  uint32_t image_bytes;
+  uint32_t crc32;
+  char version[VERSION_TEXT_BYTES]; /* filled up with zeros */
+  char git[VERSION_GIT_BYTES];
+  uint32_t schema_hash; /* of the object dictionary, see node/schema_hash.h */
+  uint32_t reserved[3];
+} version_block;
+_Static_assert(sizeof(version_block) == 96, "as tools/image/stamp_image.py writes it");
+
+/* Whether the flash holds what was linked. About 30 ms for 64 KiB. */
+bool version_block_image_is_whole(void);
+
+#endif
