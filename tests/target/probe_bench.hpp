@@ -24,8 +24,8 @@ class ProbeBench {
         core(timeline, exceptions, complaints, bus_),
         control_({timeline, exceptions, complaints}, core, [this] { core.request_stop(); }),
         counter_({timeline, exceptions, complaints}, core, control_),
-        flash_(512 * 1024, 0xFF),
-        ram_(32 * 1024, 0xA5) {
+        flash_(kFlashBytes, 0xFF),
+        ram_(kRamBytes, 0xA5) {
     const char *folder = std::getenv("TARGET_PROBES");
     std::ifstream file(std::string(folder != nullptr ? folder : ".") + "/" + name + ".bin", std::ios::binary);
     const std::vector<char> image((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
@@ -33,9 +33,9 @@ class ProbeBench {
       throw std::runtime_error("no image of probe " + name + "; is TARGET_PROBES set?");
     }
     std::copy(image.begin(), image.end(), flash_.begin());
-    core.map({0, &flash_, false});
-    core.map({0x08000000, &flash_, false});
-    core.map({0x20000000, &ram_, true});
+    core.map({0, flash_.data(), kFlashBytes, false});
+    core.map({0x08000000, flash_.data(), kFlashBytes, false});
+    core.map({0x20000000, ram_.data(), kRamBytes, true});
     core.map_bus(0xE0000000, 0x100000);
     bus_.attach(control_, 0xE000E000, 0x1000);
     bus_.attach(counter_, 0xE0001000, 0x1000);
@@ -59,6 +59,9 @@ class ProbeBench {
   target::Complaints complaints;
 
  private:
+  static constexpr std::uint32_t kFlashBytes = 512 * 1024;
+  static constexpr std::uint32_t kRamBytes = 32 * 1024;
+
   target::Bus bus_;
 
  public:

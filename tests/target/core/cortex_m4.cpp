@@ -101,7 +101,7 @@ CortexM4::~CortexM4() { uc_close(uc_); }
 void CortexM4::map(const Memory& memory) {
   memories_.push_back(memory);
   const auto rights = static_cast<std::uint32_t>(memory.writable ? UC_PROT_ALL : UC_PROT_READ | UC_PROT_EXEC);
-  check(uc_mem_map_ptr(uc_, memory.base, memory.bytes->size(), rights, memory.bytes->data()), "memory");
+  check(uc_mem_map_ptr(uc_, memory.base, memory.size, rights, memory.bytes), "memory");
 }
 
 void CortexM4::map_bus(std::uint32_t base, std::uint32_t size) {
@@ -113,8 +113,8 @@ void CortexM4::map_bus(std::uint32_t base, std::uint32_t size) {
 std::uint8_t *CortexM4::memory_at(std::uint32_t address, std::uint32_t size) {
   for (const Memory& memory : memories_) {
     const std::uint32_t offset = address - memory.base;
-    if (offset < memory.bytes->size() && size <= memory.bytes->size() - offset) {
-      return memory.bytes->data() + offset;
+    if (offset < memory.size && size <= memory.size - offset) {
+      return memory.bytes + offset;
     }
   }
   return nullptr;

@@ -61,7 +61,8 @@ class CortexM4 {
   // A stretch of memory that code runs from or data lives in; `bytes` outlives the core.
   struct Memory {
     std::uint32_t base;
-    std::vector<std::uint8_t> *bytes;
+    std::uint8_t *bytes;
+    std::uint32_t size;
     bool writable;
   };
 

@@ -56,8 +56,9 @@ class Timeline {
   Instant next_due() const { return next_due_; }
   void advance(Instant duration) { now_ += duration; }
 
-  // The instant for which the running alarm was set: periodic alarms count on from here, so that nothing drifts.
-  Instant due_now() const { return due_now_; }
+  // The instant for which the running alarm was set, else now(): what follows counts on from here, so that nothing
+  // drifts.
+  Instant instant() const { return running_ ? due_now_ : now_; }
 
   // Runs all that is due, earliest first.
   void run_due() {
@@ -67,7 +68,9 @@ class Timeline {
       due_now_ = first->due;
       first->due = kNever;
       next_due_ = earliest();
+      running_ = true;
       first->action();
+      running_ = false;
     }
   }
 
@@ -89,6 +92,7 @@ class Timeline {
   Instant now_ = 0;
   Instant next_due_ = kNever;
   Instant due_now_ = 0;
+  bool running_ = false;
 };
 
 }  // namespace trackservo::target
