@@ -92,17 +92,15 @@ void Dma::transfer(unsigned channel) {
 void Dma::write_control(unsigned channel, std::uint32_t written) {
   const std::uint32_t base = kFirst + kStep * channel;
   const bool was_enabled = (reg(base) & kEnable) != 0;
-  if (was_enabled) {
-    require(((written ^ reg(base)) & 0x7FF0U) == 0, "a running channel is set up anew");
+  if (was_enabled) {  // all else is read-only until it is off
+    require((written & kEnable) == 0 || ((written ^ reg(base)) & 0x7FF0U) == 0, "a running channel is set up anew");
+    written = (reg(base) & ~0xFU) | (written & 0xFU);
   }
   store(base, written);
   if (!was_enabled && (written & kEnable) != 0) {
     require((written & 1U << 14) == 0 && (written & 1U << 6) == 0, "memory to memory is not modelled");
     require((written >> 8 & 3U) == (written >> 10 & 3U), "different widths at both ends are not modelled");
     require(reg(base + 4) != 0, "a channel is started with nothing to transfer");
-    require((written & 0xEU) != 0 || (reg(kIsr) >> (4 * channel) & 2U) == 0 || (written & kCircular) != 0 ||
-                (written & kEnable) != 0,
-            "started with old flags");
     channel_[channel] = {reg(base + 12), reg(base + 4)};
     if (enabled_) {
       enabled_();

@@ -61,8 +61,8 @@ void Rcc::on_reset() {
 }
 
 void Rcc::tell_cause(ResetCause cause) {
-  causes_ = cause == ResetCause::kPowerOn ? static_cast<std::uint32_t>(cause)
-                                          : causes_ | static_cast<std::uint32_t>(cause);
+  causes_ =
+      cause == ResetCause::kPowerOn ? static_cast<std::uint32_t>(cause) : causes_ | static_cast<std::uint32_t>(cause);
 }
 
 std::uint32_t Rcc::pll_hz() const {

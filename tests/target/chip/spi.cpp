@@ -49,8 +49,8 @@ std::uint32_t Spi::status() const {
 }
 
 void Spi::refresh_interrupt() {
-  const std::uint32_t enabled = (reg(kCr2) & 1U << 6 ? 1U : 0U) | (reg(kCr2) & 1U << 7 ? 2U : 0U) |
-                                (reg(kCr2) & 1U << 5 ? 1U << 6 : 0U);
+  const std::uint32_t enabled =
+      (reg(kCr2) & 1U << 6 ? 1U : 0U) | (reg(kCr2) & 1U << 7 ? 2U : 0U) | (reg(kCr2) & 1U << 5 ? 1U << 6 : 0U);
   line_.set(is_enabled() && (status() & enabled) != 0);
 }
 

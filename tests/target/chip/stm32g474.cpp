@@ -20,8 +20,10 @@ Stm32g474::Stm32g474(const std::vector<std::uint8_t>& image)
       sram_bytes_(kSramBytes, kPowerOnPattern),
       flash(services_, flash_bytes_, kParameterOffset),
       parameter_pages(services_, flash, flash_bytes_, kParameterOffset, kFlashBytes - kParameterOffset),
-      dma1(services_, "DMA1", kDma1Interrupts, bus, [this](std::uint32_t at, std::uint32_t n) { return core.memory_at(at, n); }),
-      dma2(services_, "DMA2", kDma2Interrupts, bus, [this](std::uint32_t at, std::uint32_t n) { return core.memory_at(at, n); }),
+      dma1(services_, "DMA1", kDma1Interrupts, bus,
+           [this](std::uint32_t at, std::uint32_t n) { return core.memory_at(at, n); }),
+      dma2(services_, "DMA2", kDma2Interrupts, bus,
+           [this](std::uint32_t at, std::uint32_t n) { return core.memory_at(at, n); }),
       tim1(services_, "TIM1", {kTim1UpdateInterrupt, kTim1BreakInterrupt}, true),
       tim8(services_, "TIM8", {kTim8UpdateInterrupt, kTim8BreakInterrupt}, true),
       tim6(services_, "TIM6", {kTim6Interrupt, -1}, false),
@@ -98,10 +100,10 @@ void Stm32g474::give_clocks() {
     unsigned bit;
   };
   const Gate gates[] = {
-      {dma1, 0x48, 0},    {dma2, 0x48, 1},    {dma_mux, 0x48, 2}, {flash, 0x48, 8},   {adc1, 0x4C, 13},
-      {adc2, 0x4C, 13},   {adc_common, 0x4C, 13}, {tim6, 0x58, 4}, {spi3, 0x58, 15},  {usart3, 0x58, 18},
-      {fdcan1, 0x58, 25}, {message_ram, 0x58, 25}, {pwr, 0x58, 28}, {syscfg, 0x60, 0}, {tim1, 0x60, 11},
-      {spi1, 0x60, 12},   {tim8, 0x60, 13},   {usart1, 0x60, 14},
+      {dma1, 0x48, 0},    {dma2, 0x48, 1},         {dma_mux, 0x48, 2}, {flash, 0x48, 8},  {adc1, 0x4C, 13},
+      {adc2, 0x4C, 13},   {adc_common, 0x4C, 13},  {tim6, 0x58, 4},    {spi3, 0x58, 15},  {usart3, 0x58, 18},
+      {fdcan1, 0x58, 25}, {message_ram, 0x58, 25}, {pwr, 0x58, 28},    {syscfg, 0x60, 0}, {tim1, 0x60, 11},
+      {spi1, 0x60, 12},   {tim8, 0x60, 13},        {usart1, 0x60, 14},
   };
   for (const Gate& gate : gates) {
     gate.peripheral.clocked_by(rcc.clock(gate.enable_register, gate.bit));
@@ -110,7 +112,9 @@ void Stm32g474::give_clocks() {
     ports_[i]->clocked_by(rcc.clock(0x4C, i));
   }
   // A timer's clock is twice its bus's when that is divided.
-  const auto timer_clock = [](std::uint32_t bus_hz, std::uint32_t core_hz) { return bus_hz == core_hz ? bus_hz : 2 * bus_hz; };
+  const auto timer_clock = [](std::uint32_t bus_hz, std::uint32_t core_hz) {
+    return bus_hz == core_hz ? bus_hz : 2 * bus_hz;
+  };
   const auto apb1_timer = [this, timer_clock] { return timer_clock(rcc.pclk1_hz(), rcc.core_hz()); };
   const auto apb2_timer = [this, timer_clock] { return timer_clock(rcc.pclk2_hz(), rcc.core_hz()); };
   tim1.clocked_at(apb2_timer);
@@ -123,7 +127,8 @@ void Stm32g474::give_clocks() {
   };
   usart1.clocked_at([this, usart_clock] { return usart_clock(rcc.selection(0), rcc.pclk2_hz()); });
   usart3.clocked_at([this, usart_clock] { return usart_clock(rcc.selection(4), rcc.pclk1_hz()); });
-  fdcan1.clocked_at([this] { return rcc.selection(24) == 0 ? Rcc::kCrystalHz : (rcc.selection(24) == 2 ? rcc.pclk1_hz() : 1); });
+  fdcan1.clocked_at(
+      [this] { return rcc.selection(24) == 0 ? Rcc::kCrystalHz : (rcc.selection(24) == 2 ? rcc.pclk1_hz() : 1); });
   const auto configure_flash = [this] {
     core.accelerator().configure(flash.wait_states(), flash.is_cached(), flash.is_prefetching());
   };

@@ -41,7 +41,7 @@ std::vector<Peripheral::Register> Timer::registers(bool advanced) {
       {"CR1", kCr1, 0, advanced ? 0xBFFU : 0x88FU},
       {"CR2", kCr2, 0, advanced ? 0x02F5FFFDU : 0x70U},
       {"DIER", kDier, 0, advanced ? 0x7FFFU : 0x101U},
-      {"SR", kSr, 0, advanced ? 0x33FFFU : 1U},
+      {"SR", kSr, 0, 0xFFFFFFFF},  // writing ones does nothing
       {"EGR", kEgr, 0, advanced ? 0x1FFU : 1U},
       {"CNT", kCnt, 0, 0xFFFF, 1U << 31},
       {"PSC", kPsc, 0, 0xFFFF},
@@ -49,12 +49,15 @@ std::vector<Peripheral::Register> Timer::registers(bool advanced) {
   };
   if (advanced) {
     const std::vector<Register> more = {
-        {"SMCR", kSmcr, 0, 0x0331FFFF}, {"CCMR1", kCcmr1, 0, 0x0101FFFF},   {"CCMR2", kCcmr2, 0, 0x0101FFFF},
-        {"CCER", kCcer, 0, 0x33BBBB | 0x4444}, {"RCR", kRcr, 0, 0xFFFF},    {"CCR1", kCcr1, 0, 0xFFFF},
-        {"CCR2", 0x38, 0, 0xFFFF},      {"CCR3", 0x3C, 0, 0xFFFF},          {"CCR4", kCcr4, 0, 0xFFFF},
-        {"BDTR", kBdtr, 0, 0x3FFFFFFF}, {"CCR5", kCcr5, 0, 0xE000FFFF},     {"CCR6", kCcr6, 0, 0xFFFF},
-        {"CCMR3", kCcmr3, 0, 0x0101FCFC}, {"DTR2", 0x54, 0, 0x000300FF},    {"TISEL", 0x5C, 0, 0x0F0F0F0F},
-        {"AF1", kAf1, 1, 0x3FEFF},      {"AF2", 0x64, 1, 0x73EFF},
+        {"SMCR", kSmcr, 0, 0x0331FFFF},   {"CCMR1", kCcmr1, 0, 0x0101FFFF},
+        {"CCMR2", kCcmr2, 0, 0x0101FFFF}, {"CCER", kCcer, 0, 0x33BBBB | 0x4444},
+        {"RCR", kRcr, 0, 0xFFFF},         {"CCR1", kCcr1, 0, 0xFFFF},
+        {"CCR2", 0x38, 0, 0xFFFF},        {"CCR3", 0x3C, 0, 0xFFFF},
+        {"CCR4", kCcr4, 0, 0xFFFF},       {"BDTR", kBdtr, 0, 0x3FFFFFFF},
+        {"CCR5", kCcr5, 0, 0xE000FFFF},   {"CCR6", kCcr6, 0, 0xFFFF},
+        {"CCMR3", kCcmr3, 0, 0x0101FCFC}, {"DTR2", 0x54, 0, 0x000300FF},
+        {"TISEL", 0x5C, 0, 0x0F0F0F0F},   {"AF1", kAf1, 1, 0x3FEFF},
+        {"AF2", 0x64, 1, 0x73EFF},
     };
     table.insert(table.end(), more.begin(), more.end());
   }
@@ -338,12 +341,12 @@ void Timer::write_cr1(std::uint32_t written) {
 void Timer::check_lock(std::uint32_t offset, std::uint32_t written) const {
   const std::uint32_t level = reg(kBdtr) >> 8 & 3U;
   const std::uint32_t change = written ^ reg(offset);
-  const bool locked = (level >= 1 && ((offset == kBdtr && (change & 0x3FFF7000U) != 0) ||
-                                      (offset == kCr2 && (change & 0x3F00U) != 0) || (offset == kAf1 && change != 0))) ||
-                      (level >= 1 && offset == kBdtr && (change & 0xFFU) != 0) ||
-                      (level >= 2 && ((offset == kCcer && (change & 0xAAAAU) != 0) ||
-                                      (offset == kBdtr && (change & 0xC00U) != 0))) ||
-                      (level >= 3 && (offset == kCcmr1 || offset == kCcmr2) && change != 0);
+  const bool locked =
+      (level >= 1 && ((offset == kBdtr && (change & 0x3FFF7000U) != 0) || (offset == kCr2 && (change & 0x3F00U) != 0) ||
+                      (offset == kAf1 && change != 0))) ||
+      (level >= 1 && offset == kBdtr && (change & 0xFFU) != 0) ||
+      (level >= 2 && ((offset == kCcer && (change & 0xAAAAU) != 0) || (offset == kBdtr && (change & 0xC00U) != 0))) ||
+      (level >= 3 && (offset == kCcmr1 || offset == kCcmr2) && change != 0);
   require(!locked, "a locked bit is written");
 }
 
@@ -351,7 +354,8 @@ void Timer::write_bdtr(std::uint32_t written) {
   check_lock(kBdtr, written);
   integrate();
   store(kBdtr, written);
-  require((written & 0x33FF0000U & ~(1U << 16)) == 0, "second break input, bidirectional break or filter are not modelled");
+  require((written & 0x33F00000U) == 0,
+          "second break input and bidirectional break are not modelled");
   if (is_break_active()) {
     take_break();
   }

@@ -92,9 +92,9 @@ class Timer : public Peripheral {
   Timeline::Alarm edge_;
   Timeline::Alarm compare_;
 
-  Instant count_ = 24;        // one count of the prescaled clock
-  std::uint32_t prescale_ = 0;  // in force
-  std::uint32_t limit_ = 0xFFFF;  // auto-reload in force
+  Instant count_ = 24;                            // one count of the prescaled clock
+  std::uint32_t prescale_ = 0;                    // in force
+  std::uint32_t limit_ = 0xFFFF;                  // auto-reload in force
   std::array<std::uint32_t, 6> compare_value_{};  // in force
   std::uint32_t repetitions_left_ = 0;
   bool down_ = false;

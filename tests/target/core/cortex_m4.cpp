@@ -100,7 +100,7 @@ CortexM4::~CortexM4() { uc_close(uc_); }
 
 void CortexM4::map(const Memory& memory) {
   memories_.push_back(memory);
-  const auto rights = static_cast<std::uint32_t>(memory.writable ? UC_PROT_ALL : UC_PROT_READ | UC_PROT_EXEC);
+  const auto rights = static_cast<std::uint32_t>(memory.writable ? UC_PROT_READ | UC_PROT_WRITE : UC_PROT_READ | UC_PROT_EXEC);
   check(uc_mem_map_ptr(uc_, memory.base, memory.size, rights, memory.bytes), "memory");
 }
 
