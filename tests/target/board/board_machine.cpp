@@ -63,12 +63,6 @@ BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::Pl
   for (const char port : {'A', 'B', 'C'}) {
     chip_.port(port).watch([this] { update_break_inputs(); });
   }
-  chip_.core.watch_exceptions([this](int exception) {
-    if (release_wanted_ && exception == kFirstInterrupt + kTim6Interrupt) {
-      release_wanted_ = held_ = false;
-      step_in_tick_ = 0;
-    }
-  });
   chip_.timeline.set(late_step_, kPwmPeriod + kPwmPeriod / 4);
   chip_.power_on();
   for (int axis = 0; axis < sim::kAxes; ++axis) {
@@ -107,9 +101,7 @@ void BoardMachine::step(Instant at) {
   for (std::size_t i = 0; i < sim::kAxes; ++i) {
     duty_[i] = take_duty(static_cast<int>(i));
   }
-  if (!held_) {
-    tracker_.step_pwm(duty_);
-  }
+  tracker_.step_pwm(duty_);
   for (std::size_t i = 0; i < sim::kAxes; ++i) {
     const sim::PwmSample sample = tracker_.sample_pwm(static_cast<int>(i));
     current_a_[i] = sample.current_a;
@@ -124,7 +116,7 @@ void BoardMachine::step(Instant at) {
       gyro_[i].send(reading.rate_rad_s, reading.valid);
     }
   }
-  if (step_in_tick_ == 0 && !held_ && tick_listener_) {
+  if (step_in_tick_ == 0 && tick_listener_) {
     tick_listener_();
   }
 }

@@ -41,11 +41,6 @@ class BoardMachine {
   FibreGyro& gyro(int axis) { return gyro_[static_cast<std::size_t>(axis)]; }
   sim::TruthState truth() const { return tracker_.truth(); }
 
-  // The machine stands still, brakes on, until it is let go at the beginning of a tick of the firmware (TIM6).
-  void hold() { held_ = true; }
-  void release_at_next_tick() { release_wanted_ = true; }
-  bool is_held() const { return held_; }
-
   // After each whole tick of the plant.
   void on_tick(std::function<void()> listener) { tick_listener_ = std::move(listener); }
 
@@ -80,8 +75,6 @@ class BoardMachine {
   Timeline::Alarm late_step_;
   Instant stepped_at_ = 0;
   int step_in_tick_ = 0;
-  bool held_ = false;
-  bool release_wanted_ = false;
   std::array<bool, sim::kAxes> driver_fault_{};
   std::array<double, sim::kAxes> duty_{};
   std::array<double, sim::kAxes> current_a_{};
