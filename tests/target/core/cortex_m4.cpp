@@ -100,7 +100,8 @@ CortexM4::~CortexM4() { uc_close(uc_); }
 
 void CortexM4::map(const Memory& memory) {
   memories_.push_back(memory);
-  const auto rights = static_cast<std::uint32_t>(memory.writable ? UC_PROT_READ | UC_PROT_WRITE : UC_PROT_READ | UC_PROT_EXEC);
+  const auto rights =
+      static_cast<std::uint32_t>(memory.writable ? UC_PROT_READ | UC_PROT_WRITE : UC_PROT_READ | UC_PROT_EXEC);
   check(uc_mem_map_ptr(uc_, memory.base, memory.size, rights, memory.bytes), "memory");
 }
 
@@ -135,6 +136,7 @@ void CortexM4::reset() {
   costs_.drop_running();
   asleep_ = false;
   locked_up_ = false;
+  thread_hangs_ = false;
   within_it_ = false;
   for (const int name :
        {UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R4, UC_ARM_REG_R5, UC_ARM_REG_R6,
@@ -215,7 +217,7 @@ void CortexM4::run(Instant until) {
     if (timeline_.next_due() <= timeline_.now()) {
       timeline_.run_due();
     }
-    if (asleep_ || locked_up_) {
+    if (asleep_ || locked_up_ || (thread_hangs_ && exceptions_.nesting() == 0)) {
       sleep(until);
     } else if (exceptions_.wants_attention() && !is_masked(exceptions_.next())) {
       enter(exceptions_.next());
@@ -230,6 +232,9 @@ void CortexM4::sleep(Instant until) {
   const std::uint8_t basepri = static_cast<std::uint8_t>(register_value(UC_ARM_REG_BASEPRI));
   if (!locked_up_ && exceptions_.can_run(exceptions_.next(), false, false, basepri)) {
     asleep_ = false;
+    if (!is_masked(exceptions_.next())) {
+      enter(exceptions_.next());
+    }
     return;
   }
   const Instant wake = std::min(timeline_.next_due(), until);

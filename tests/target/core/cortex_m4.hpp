@@ -85,6 +85,9 @@ class CortexM4 {
   // Ends run() at the next block; for resets and for tests.
   void request_stop() { stop_requested_ = true; }
 
+  // From now until the next reset, thread mode makes no progress, as in an endless loop; interrupts go on.
+  void hang_thread() { thread_hangs_ = true; }
+
   void set_clock(std::uint32_t frequency_hz) { units_per_cycle_ = period_of(frequency_hz); }
   FlashAccelerator& accelerator() { return accelerator_; }
   std::uint64_t cycles() const { return cycles_; }
@@ -159,6 +162,7 @@ class CortexM4 {
   bool stop_requested_ = false;
   bool asleep_ = false;
   bool locked_up_ = false;
+  bool thread_hangs_ = false;
 };
 
 }  // namespace trackservo::target
