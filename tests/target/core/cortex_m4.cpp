@@ -187,12 +187,13 @@ void CortexM4::on_block(std::uint32_t address, std::uint32_t size) {
     }
   }
   const Block& block = block_at(address, size);
+  const bool follows_on = address == next_address_;
   std::uint32_t cycles = block.cost.cycles;
-  if (address != next_address_) {
-    cycles += kTakenBranchCycles;
-  }
   if (block.in_flash) {
-    cycles += accelerator_.fetch(address & (kFlashSize - 1), size);
+    cycles += accelerator_.fetch(address & (kFlashSize - 1), size, cycles, follows_on);
+  }
+  if (!follows_on) {
+    cycles += kTakenBranchCycles;
   }
   next_address_ = address + size;
   within_it_ = block.cost.ends_within_it;

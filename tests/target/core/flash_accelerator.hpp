@@ -1,11 +1,12 @@
-// The flash's wait states behind its instruction cache and prefetch (STM32G4: 32 lines of 32 bytes).
+// The flash's wait states behind its instruction cache and prefetch (STM32G4: 32 lines of 32 bytes, read by 8 bytes).
 //
-// A line that is in the cache costs nothing. One that is not costs the wait states once for its first eight bytes, and,
-// with prefetch, what the next words need longer than the core (two cycles at four wait states) for the other three;
-// without prefetch the wait states for each. The oldest line makes room.
+// A line that is in the cache costs nothing. What is not is read at one word of 8 bytes per (wait states + 1) cycles
+// while the core executes what has come, so a block takes the longer of both; where it is not reached in sequence, or
+// without prefetch, the wait states of its first word come on top. The oldest line makes room.
 #ifndef TRACKSERVO_TARGET_CORE_FLASH_ACCELERATOR_HPP
 #define TRACKSERVO_TARGET_CORE_FLASH_ACCELERATOR_HPP
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -16,27 +17,36 @@ class FlashAccelerator {
   void configure(std::uint32_t wait_states, bool cache, bool prefetch) {
     wait_states_ = wait_states;
     cache_ = cache;
-    const std::uint32_t following = wait_states > 2 ? wait_states - 2 : 0;
-    miss_cycles_ = wait_states + 3 * (prefetch ? following : wait_states);
+    prefetch_ = prefetch;
     tags_.fill(kEmpty);
   }
 
-  // Cycles lost when code of `size` bytes (at least 1) is fetched from `offset` into the flash.
-  std::uint32_t fetch(std::uint32_t offset, std::uint32_t size) {
+  // Cycles lost when code of `size` bytes (at least 1) is fetched from `offset` into the flash and executed in
+  // `execution` cycles. `follows_on`: the code before it was in sequence.
+  std::uint32_t fetch(std::uint32_t offset, std::uint32_t size, std::uint32_t execution, bool follows_on) {
     if (wait_states_ == 0) {
       return 0;
     }
-    std::uint32_t lost = 0;
-    for (std::uint32_t line = offset / kLineBytes; line <= (offset + size - 1) / kLineBytes; ++line) {
+    std::uint32_t words = 0;
+    const std::uint32_t end = offset + size;
+    for (std::uint32_t line = offset / kLineBytes; line <= (end - 1) / kLineBytes; ++line) {
       if (!cache_ || !holds(line)) {
-        lost += miss_cycles_;
+        const std::uint32_t first = std::max(offset, line * kLineBytes) / kWordBytes;
+        const std::uint32_t last = (std::min(end, (line + 1) * kLineBytes) - 1) / kWordBytes;
+        words += last - first + 1;
       }
     }
-    return lost;
+    if (words == 0) {
+      return 0;
+    }
+    const std::uint32_t reading = words * (wait_states_ + 1);
+    const std::uint32_t hidden = prefetch_ ? execution : words;
+    return (reading > hidden ? reading - hidden : 0) + (follows_on && prefetch_ ? 0 : wait_states_);
   }
 
  private:
   static constexpr std::uint32_t kLineBytes = 32;
+  static constexpr std::uint32_t kWordBytes = 8;
   static constexpr std::uint32_t kLines = 32;
   static constexpr std::uint32_t kFlashLines = 512 * 1024 / kLineBytes;
   static constexpr std::uint32_t kEmpty = UINT32_MAX;
@@ -64,8 +74,8 @@ class FlashAccelerator {
   }
 
   std::uint32_t wait_states_ = 0;
-  std::uint32_t miss_cycles_ = 0;
   bool cache_ = false;
+  bool prefetch_ = false;
   std::array<std::uint32_t, kLines> tags_{};
   std::array<std::uint64_t, kLines> used_{};
   std::array<std::uint8_t, kFlashLines> where_{};
