@@ -8,7 +8,7 @@
 // implicit second-order step (joint.hpp); wind and base are renewed at 1 kHz, and gravity, ripple and all else that
 // depends on the angle alone as soon as the angle has moved, each with its slopes.
 //
-// Use, in every 1 ms tick: sample_tick() once, then 20 times sample_pwm() of each axis and step_pwm(); judge by
+// Use, in every 1 ms tick: sample_tick() once (or each sensor when it is read), then 20 times sample_pwm() of each axis and step_pwm(); judge by
 // truth().
 #ifndef TRACKSERVO_SIM_PLANT_TRACKER_HPP
 #define TRACKSERVO_SIM_PLANT_TRACKER_HPP
@@ -42,6 +42,10 @@ class Tracker {
 
   // Encoder, gyro and bus voltage of this tick. Draws noise: call exactly once per tick, before its first step.
   TickSamples sample_tick();
+
+  // The same sensors for electronics that read them one by one, at their own instants. Each call draws noise.
+  std::uint32_t read_encoder(int axis) { return axis_[static_cast<std::size_t>(axis)].encoder.read(); }
+  Gyro::Reading read_gyro(int axis) { return axis_[static_cast<std::size_t>(axis)].gyro.sample(); }
 
   // Motor current and bus voltage as the ADC sees them at the start of this PWM period. Draws noise: call at most
   // once per axis and period.

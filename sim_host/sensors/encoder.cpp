@@ -38,4 +38,9 @@ std::uint32_t Encoder::sample() {
   return newest + static_cast<std::uint32_t>(sum / config_.reads_per_tick);
 }
 
+std::uint32_t Encoder::read() {
+  const double angle_rad = history_.delayed(0);
+  return reading(angle_rad + config_.eccentricity_rad * std::sin(angle_rad + config_.eccentricity_phase_rad));
+}
+
 }  // namespace trackservo::sim

@@ -6,7 +6,7 @@
 // e: eccentricity of the disc, one period per turn. The reading is 32 bits for one turn and wraps; an encoder of fewer
 // bits leaves the lower bits of a reading zero; their mean may use them.
 //
-// Use: advance() once per PWM period, sample() once per tick.
+// Use: advance() once per PWM period, sample() once per tick or read() at every reading.
 #ifndef TRACKSERVO_SIM_SENSORS_ENCODER_HPP
 #define TRACKSERVO_SIM_SENSORS_ENCODER_HPP
 
@@ -30,6 +30,9 @@ class Encoder {
 
   // The mean of this tick's readings in 2^-32 turns. Draws noise.
   std::uint32_t sample();
+
+  // A single reading now, for who takes the mean himself. Draws noise.
+  std::uint32_t read();
 
  private:
   // The reading of an angle that the disc shows.

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "bus/socketcan.hpp"
+#include "bus/virtual_bus.hpp"
 #include "config/plant_config.hpp"
 
 namespace trackservo::sim {
@@ -24,10 +26,34 @@ struct ServeOptions {
   std::optional<double> pace = 1.0;
 };
 
+using Ready = std::function<void(const std::vector<std::string>& addresses)>;
+
+// What is served: a device on the bus whose time goes by in ticks of 1 ms.
+class ServedDevice {
+ public:
+  ServedDevice() = default;
+  ServedDevice(const ServedDevice&) = delete;
+  ServedDevice& operator=(const ServedDevice&) = delete;
+  virtual ~ServedDevice() = default;
+
+  virtual void tick() = 0;
+
+  // Between ticks: answers need not wait.
+  virtual void process() {}
+
+  // What a CAN controller's driver would tell.
+  virtual void take_health(CanHealth /*health*/) {}
+
+  // Lets time pass on the bus; a device whose own ticks do this does nothing here.
+  virtual void pass_bus_time(VirtualBus& bus, double seconds) { bus.advance(seconds); }
+};
+
 // Calls `ready` with the address of every bus end, then serves until standard input ends or SIGTERM or SIGINT comes.
 // Throws std::invalid_argument for a bus that is not known, std::runtime_error for one that cannot be opened.
-void serve(const PlantConfig& plant, const ServeOptions& options,
-           const std::function<void(const std::vector<std::string>& addresses)>& ready);
+void serve(const PlantConfig& plant, const ServeOptions& options, const Ready& ready);
+
+// The same for any device; the options' node id and seed are not looked at.
+void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const Ready& ready);
 
 }  // namespace trackservo::sim
 

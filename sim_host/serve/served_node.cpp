@@ -1,0 +1,41 @@
+#include "serve/served_node.hpp"
+
+#include <stdexcept>
+
+#include "serve/node_parameters.hpp"
+
+namespace trackservo::sim {
+
+ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint64_t seed, VirtualBus& bus,
+                       const std::array<double, kAxes>& joint_angle_rad)
+    : bus_(bus),
+      node_(std::make_unique<servo_node>()),
+      port_(bus.attach([this](const can_frame& frame) { servo_node_receive(node_.get(), &frame); })),
+      machine_(plant, seed, joint_angle_rad) {
+  const axis_parameters parameters[SERVO_AXES] = {node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)};
+  const servo_node_config config = {node_id, {send, this}, machine_.hal_pointer(), parameters};
+  if (!servo_node_start(node_.get(), &config)) {
+    throw std::invalid_argument(
+        "the node does not start: give a node id from 1 to 127 and a plant whose gains are in range");
+  }
+  machine_.run_firmware(node_->board, [this] { servo_node_tick(node_.get()); });
+}
+
+ServedNode::~ServedNode() { bus_.detach(port_); }
+
+void ServedNode::process() { canopen_node_process(&node_->canopen); }
+
+void ServedNode::take_health(CanHealth health) {
+  if (health == CanHealth::kRecovered) {
+    canopen_node_bus_off_recovered(&node_->canopen);
+  } else if (health == CanHealth::kGood || health == CanHealth::kErrorPassive) {
+    canopen_node_error_passive(&node_->canopen, health == CanHealth::kErrorPassive);
+  }
+}
+
+bool ServedNode::send(void *context, const can_frame *frame) {
+  const auto *self = static_cast<const ServedNode *>(context);
+  return self->bus_.send(self->port_, *frame);
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,43 @@
+// The servo's CANopen node on a port of a bus, with a simulated machine under it.
+#ifndef TRACKSERVO_SIM_SERVE_SERVED_NODE_HPP
+#define TRACKSERVO_SIM_SERVE_SERVED_NODE_HPP
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "run/machine.hpp"
+#include "serve/server.hpp"
+
+extern "C" {
+#include "node/servo_node.h"
+}
+
+namespace trackservo::sim {
+
+class ServedNode : public ServedDevice {
+ public:
+  // Throws std::invalid_argument for a node id or gains out of range.
+  ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint64_t seed, VirtualBus& bus,
+             const std::array<double, kAxes>& joint_angle_rad = {0.0, 0.3});
+  ~ServedNode() override;
+
+  void tick() override { machine_.advance_tick(); }
+  void process() override;
+  // An interface that was down counts as a bus that was off.
+  void take_health(CanHealth health) override;
+
+  const Machine& machine() const { return machine_; }
+
+ private:
+  static bool send(void *context, const can_frame *frame);
+
+  VirtualBus& bus_;
+  std::unique_ptr<servo_node> node_;
+  VirtualBus::Port port_;
+  Machine machine_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

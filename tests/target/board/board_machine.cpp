@@ -1,0 +1,180 @@
+#include "board/board_machine.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trackservo::target {
+namespace {
+
+using sim::kAzimuth;
+using sim::kPitch;
+
+constexpr Instant kPwmPeriod = 50 * kUnitsPerMicrosecond;
+constexpr double kHeatSinkCelsius = 40.0;
+
+struct Pin {
+  char port;
+  unsigned number;
+};
+
+// The two legs of a bridge, and what belongs to it.
+struct Bridge {
+  Pin high[Timer::kLegs];
+  Pin low[Timer::kLegs];
+  unsigned function;
+  Pin enable;
+  Pin fault;
+};
+
+constexpr Bridge kBridges[] = {
+    {{{'A', 8}, {'A', 9}}, {{'B', 13}, {'B', 14}}, 6, {'C', 8}, {'B', 12}},
+    {{{'C', 6}, {'C', 7}}, {{'A', 7}, {'B', 0}}, 4, {'C', 9}, {'A', 6}},
+};
+
+// 10 kOhm, B = 3435 K, to ground, with 10 kOhm to the reference.
+std::uint32_t thermistor_counts(double celsius) {
+  const double ratio = std::exp(3435.0 * (1.0 / (celsius + 273.15) - 1.0 / 298.15));
+  return static_cast<std::uint32_t>(std::lround(4096.0 * ratio / (1.0 + ratio)));
+}
+
+std::uint32_t clipped_counts(double counts) {
+  return static_cast<std::uint32_t>(std::clamp(std::lround(counts), 0L, 4095L));
+}
+
+}  // namespace
+
+BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::PlantConfig& plant, sim::VirtualBus& bus,
+                           const Options& options)
+    : bus_(bus),
+      tracker_(plant, options.seed),
+      adc_(plant.adc),
+      chip_(image),
+      can_(bus, chip_.fdcan1),
+      encoder_{BissEncoder(chip_.complaints, [this] { return tracker_.read_encoder(kAzimuth); }),
+               BissEncoder(chip_.complaints, [this] { return tracker_.read_encoder(kPitch); })},
+      gyro_{FibreGyro(chip_.timeline, chip_.usart1), FibreGyro(chip_.timeline, chip_.usart3)},
+      gyro_phase_(options.gyro_phase),
+      late_step_(chip_.timeline.add([this] { step(stepped_at_ + kPwmPeriod); })) {
+  tracker_.place(options.joint_angle_rad);
+  chip_.spi1.connect(&encoder_[kAzimuth]);
+  chip_.spi3.connect(&encoder_[kPitch]);
+  chip_.adc1.measures([this](unsigned channel) { return adc_counts(1, channel); });
+  chip_.adc2.measures([this](unsigned channel) { return adc_counts(2, channel); });
+  for (const char port : {'A', 'B', 'C'}) {
+    chip_.port(port).watch([this] { update_break_inputs(); });
+  }
+  chip_.timeline.set(late_step_, kPwmPeriod + kPwmPeriod / 4);
+  chip_.power_on();
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    set_driver_fault(axis, false);
+  }
+}
+
+// --- PWM to motor ---
+
+bool BoardMachine::is_bridge_on(int axis) {
+  const Bridge& bridge = kBridges[axis];
+  const Timer& timer = axis == kAzimuth ? chip_.tim1 : chip_.tim8;
+  return chip_.port(bridge.enable.port).drives_high(bridge.enable.number) && timer.is_main_output_enabled();
+}
+
+double BoardMachine::take_duty(int axis) {
+  const Bridge& bridge = kBridges[axis];
+  Timer& timer = axis == kAzimuth ? chip_.tim1 : chip_.tim8;
+  const auto legs = timer.take_mean_legs();
+  bool driven = legs[0].has_value() && legs[1].has_value() && is_bridge_on(axis);
+  for (std::size_t leg = 0; driven && leg < Timer::kLegs; ++leg) {
+    for (const Pin pin : {bridge.high[leg], bridge.low[leg]}) {
+      if (!chip_.port(pin.port).has_function(pin.number, bridge.function)) {
+        chip_.complaints.add(fmt::format("P{}{} does not give its bridge the timer's signal", pin.port, pin.number));
+        driven = false;
+      }
+    }
+  }
+  return driven ? *legs[0] - *legs[1] : 0.0;
+}
+
+// One PWM period of the plant, which ends `at`, and what else happens at its pace.
+void BoardMachine::step(Instant at) {
+  stepped_at_ = at;
+  chip_.timeline.set(late_step_, stepped_at_ + kPwmPeriod + kPwmPeriod / 4);
+  for (std::size_t i = 0; i < sim::kAxes; ++i) {
+    duty_[i] = take_duty(static_cast<int>(i));
+  }
+  tracker_.step_pwm(duty_);
+  for (std::size_t i = 0; i < sim::kAxes; ++i) {
+    const sim::PwmSample sample = tracker_.sample_pwm(static_cast<int>(i));
+    current_a_[i] = sample.current_a;
+    bus_voltage_v_ = sample.bus_voltage_v;
+  }
+  bus_.advance(seconds_of(kPwmPeriod));
+  can_.pump(chip_.timeline.now());
+  step_in_tick_ = (step_in_tick_ + 1) % sim::kPwmPerTick;
+  if (step_in_tick_ == gyro_phase_) {
+    for (std::size_t i = 0; i < sim::kAxes; ++i) {
+      const sim::Gyro::Reading reading = tracker_.read_gyro(static_cast<int>(i));
+      gyro_[i].send(reading.rate_rad_s, reading.valid);
+    }
+  }
+  if (step_in_tick_ == 0 && tick_listener_) {
+    tick_listener_();
+  }
+}
+
+// Both converters are triggered at the same instant; the first one asks.
+void BoardMachine::step_if_due() {
+  if (chip_.timeline.instant() >= stepped_at_ + kPwmPeriod / 2) {
+    step(chip_.timeline.instant());
+  }
+}
+
+// --- sensors ---
+
+void BoardMachine::check_pin_is_analog(char port, unsigned pin) {
+  if (chip_.port(port).mode(pin) != Gpio::Mode::kAnalog) {
+    chip_.complaints.add(fmt::format("P{}{} is measured and not in analog mode", port, pin));
+  }
+}
+
+std::uint32_t BoardMachine::adc_counts(int converter, unsigned channel) {
+  step_if_due();
+  const double counts_per_a = std::ldexp(0.5, adc_.resolution_bits) / adc_.current_full_scale_a;
+  const double counts_per_v = std::ldexp(1.0, adc_.resolution_bits) / adc_.voltage_full_scale_v;
+  if (converter == 1 && channel == 1) {
+    check_pin_is_analog('A', 0);
+    return clipped_counts(2048.0 + current_a_[kAzimuth] * counts_per_a);
+  }
+  if (converter == 2 && channel == 2) {
+    check_pin_is_analog('A', 1);
+    return clipped_counts(2048.0 + current_a_[kPitch] * counts_per_a);
+  }
+  if (converter == 1 && channel == 6) {
+    check_pin_is_analog('C', 0);
+    return clipped_counts(bus_voltage_v_ * counts_per_v);
+  }
+  if (converter == 2 && channel == 7) {
+    check_pin_is_analog('C', 1);
+    return thermistor_counts(kHeatSinkCelsius);
+  }
+  chip_.complaints.add(fmt::format("ADC{} measures channel {}, where nothing is connected", converter, channel));
+  return 0;
+}
+
+// --- driver faults ---
+
+void BoardMachine::set_driver_fault(int axis, bool fault) {
+  driver_fault_[static_cast<std::size_t>(axis)] = fault;
+  const Pin pin = kBridges[axis].fault;
+  chip_.port(pin.port).set_input(pin.number, !fault);
+}
+
+void BoardMachine::update_break_inputs() {
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    const Bridge& bridge = kBridges[axis];
+    Timer& timer = axis == kAzimuth ? chip_.tim1 : chip_.tim8;
+    const bool given = chip_.port(bridge.fault.port).has_function(bridge.fault.number, bridge.function);
+    timer.set_break_input(!given || !driver_fault_[static_cast<std::size_t>(axis)]);
+  }
+}
+
+}  // namespace trackservo::target

@@ -1,0 +1,33 @@
+// The FDCAN's end of the simulator's virtual bus.
+#ifndef TRACKSERVO_TARGET_BOARD_CAN_LINE_HPP
+#define TRACKSERVO_TARGET_BOARD_CAN_LINE_HPP
+
+#include "bus/virtual_bus.hpp"
+#include "chip/fdcan.hpp"
+
+namespace trackservo::target {
+
+class CanLine {
+ public:
+  static constexpr double kBitsPerSecond = 1e6;
+
+  CanLine(sim::VirtualBus& bus, Fdcan& controller);
+  CanLine(const CanLine&) = delete;
+  CanLine& operator=(const CanLine&) = delete;
+  ~CanLine() { bus_.detach(port_); }
+
+  // Takes and gives what is due; often enough for the three buffers.
+  void pump(Instant now);
+
+ private:
+  void receive(const can_frame& frame);
+
+  sim::VirtualBus& bus_;
+  Fdcan& controller_;
+  sim::VirtualBus::Port port_;
+  bool is_sending_ = false;
+};
+
+}  // namespace trackservo::target
+
+#endif

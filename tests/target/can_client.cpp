@@ -1,0 +1,111 @@
+#include "can_client.hpp"
+
+#include <algorithm>
+
+namespace bench {
+namespace {
+
+constexpr std::uint16_t kPitchShift = 0x800;
+constexpr std::uint16_t kControlword = 0x6040;
+constexpr std::uint16_t kStatusword = 0x6041;
+constexpr std::uint16_t kMode = 0x6060;
+
+std::uint32_t word_of(const can_frame& frame, std::size_t at) {
+  return frame.data[at] | static_cast<std::uint32_t>(frame.data[at + 1]) << 8 |
+         static_cast<std::uint32_t>(frame.data[at + 2]) << 16 | static_cast<std::uint32_t>(frame.data[at + 3]) << 24;
+}
+
+void append(std::vector<std::uint8_t>& bytes, std::uint32_t word) {
+  for (int i = 0; i < 4; ++i) {
+    bytes.push_back(static_cast<std::uint8_t>(word >> (8 * i)));
+  }
+}
+
+}  // namespace
+
+CanClient::CanClient(trackservo::sim::VirtualBus& bus, std::function<void()> pass_ms)
+    : bus_(bus), pass_ms_(std::move(pass_ms)), port_(bus.attach([this](const can_frame& frame) { receive(frame); })) {}
+
+void CanClient::receive(const can_frame& frame) {
+  if (frame.id == 0x580U + kNode) {
+    answer_ = frame;
+  } else if (frame.id == 0x700U + kNode) {
+    ++heartbeats_;
+    boots_ += frame.data[0] == 0 ? 1 : 0;
+  } else if (frame.id == 0x080U + kNode) {
+    Emergency emergency{static_cast<std::uint16_t>(word_of(frame, 0)), {}};
+    std::copy_n(frame.data, emergency.bytes.size(), emergency.bytes.begin());
+    emergencies_.push_back(emergency);
+  }
+}
+
+void CanClient::send(std::uint32_t identifier, const std::vector<std::uint8_t>& bytes) {
+  can_frame frame{};
+  frame.id = identifier;
+  frame.length = static_cast<std::uint8_t>(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), frame.data);
+  bus_.send(port_, frame);
+}
+
+void CanClient::pass(int milliseconds) {
+  for (int i = 0; i < milliseconds; ++i) {
+    pass_ms_();
+  }
+}
+
+std::optional<can_frame> CanClient::answer() {
+  constexpr int kPatience_ms = 50;
+  for (int i = 0; i < kPatience_ms && !answer_; ++i) {
+    pass(1);
+  }
+  return answer_;
+}
+
+std::optional<std::uint32_t> CanClient::read(std::uint16_t index, std::uint8_t sub) {
+  answer_.reset();
+  send(0x600U + kNode,
+       {0x40, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub, 0, 0, 0, 0});
+  const std::optional<can_frame> frame = answer();
+  if (!frame || (frame->data[0] & 0xE2U) != 0x42) {
+    return std::nullopt;
+  }
+  return word_of(*frame, 4);
+}
+
+bool CanClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes) {
+  answer_.reset();
+  std::vector<std::uint8_t> request = {static_cast<std::uint8_t>(0x23 | (4 - bytes) << 2),
+                                       static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub};
+  append(request, value);
+  send(0x600U + kNode, request);
+  const std::optional<can_frame> frame = answer();
+  return frame && frame->data[0] == 0x60;
+}
+
+bool CanClient::is_enabled(int axis) {
+  const auto index = static_cast<std::uint16_t>(kStatusword + kPitchShift * axis);
+  return (read(index).value_or(0) & 0x6FU) == 0x27;
+}
+
+bool CanClient::enable(int mode) {
+  for (const std::uint16_t shift : {std::uint16_t{0}, kPitchShift}) {
+    if (!write(static_cast<std::uint16_t>(kMode + shift), 0, static_cast<std::uint32_t>(mode), 1)) {
+      return false;
+    }
+    for (const std::uint32_t command : {0x06U, 0x07U, 0x0FU}) {
+      write(static_cast<std::uint16_t>(kControlword + shift), 0, command, 2);
+      pass(3);
+    }
+  }
+  pass(20);
+  return is_enabled(0) && is_enabled(1);
+}
+
+void CanClient::set_speeds(std::int32_t azimuth_urad_s, std::int32_t pitch_urad_s) {
+  std::vector<std::uint8_t> bytes;
+  append(bytes, static_cast<std::uint32_t>(azimuth_urad_s));
+  append(bytes, static_cast<std::uint32_t>(pitch_urad_s));
+  send(0x400U + kNode, bytes);
+}
+
+}  // namespace bench

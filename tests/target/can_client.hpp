@@ -1,0 +1,67 @@
+// A CANopen client on the virtual bus, as much as the tests of a servo need: NMT, expedited SDO, the two axes' states,
+// both speed set-points in one RPDO, and what the node says by itself (heartbeat, EMCY).
+#ifndef TRACKSERVO_TARGET_CAN_CLIENT_HPP
+#define TRACKSERVO_TARGET_CAN_CLIENT_HPP
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "bus/virtual_bus.hpp"
+
+namespace bench {
+
+class CanClient {
+ public:
+  struct Emergency {
+    std::uint16_t code;
+    std::array<std::uint8_t, 8> bytes;
+  };
+
+  // `pass_ms` lets one millisecond go by on the bus and for the node.
+  CanClient(trackservo::sim::VirtualBus& bus, std::function<void()> pass_ms);
+
+  void pass(int milliseconds);
+
+  // Nothing within 50 ms, or an abort: no value.
+  std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub = 0);
+  bool write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
+
+  void start_node() { send(0x000, {1, kNode}); }
+
+  // Through the states of CiA 402 up to operation enabled, in this mode, both axes; false when one does not come.
+  bool enable(int mode);
+  bool is_enabled(int axis);
+
+  // Target velocities of both axes [1e-6 rad/s] by RPDO 3.
+  void set_speeds(std::int32_t azimuth_urad_s, std::int32_t pitch_urad_s);
+
+  int heartbeats() const { return heartbeats_; }
+  int boots() const { return boots_; }
+  const std::vector<Emergency>& emergencies() const { return emergencies_; }
+  void forget() {
+    emergencies_.clear();
+    heartbeats_ = boots_ = 0;
+  }
+
+ private:
+  static constexpr std::uint8_t kNode = 1;
+
+  void receive(const can_frame& frame);
+  void send(std::uint32_t identifier, const std::vector<std::uint8_t>& bytes);
+  std::optional<can_frame> answer();
+
+  trackservo::sim::VirtualBus& bus_;
+  std::function<void()> pass_ms_;
+  trackservo::sim::VirtualBus::Port port_;
+  std::optional<can_frame> answer_;
+  int heartbeats_ = 0;
+  int boots_ = 0;
+  std::vector<Emergency> emergencies_;
+};
+
+}  // namespace bench
+
+#endif

@@ -1,0 +1,206 @@
+#include "chip/flash_interface.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace trackservo::target {
+namespace {
+
+constexpr std::uint32_t kAcr = 0x00;
+constexpr std::uint32_t kKeyr = 0x08;
+constexpr std::uint32_t kSr = 0x10;
+constexpr std::uint32_t kCr = 0x14;
+
+constexpr std::uint32_t kProgram = 1;
+constexpr std::uint32_t kPageErase = 2;
+constexpr std::uint32_t kStart = 1U << 16;
+constexpr std::uint32_t kLock = 1U << 31;
+constexpr std::uint32_t kBusy = 1U << 16;
+constexpr std::uint32_t kEndOfOperation = 1;
+constexpr std::uint32_t kProgramError = 1U << 3;
+constexpr std::uint32_t kSizeError = 1U << 6;
+constexpr std::uint32_t kSequenceError = 1U << 7;
+constexpr std::uint32_t kErrors = 0xC3FA;
+
+// Data sheet, typical.
+constexpr Instant kProgramTime = 82 * kUnitsPerMicrosecond;
+constexpr Instant kEraseTime = 22'000 * kUnitsPerMicrosecond;
+
+}  // namespace
+
+FlashInterface::FlashInterface(Services services, std::vector<std::uint8_t>& contents, std::uint32_t data_offset)
+    : Peripheral("FLASH", services,
+                 {{"ACR", kAcr, 0x600, 0x47F0F},
+                  {"PDKEYR", 0x04, 0, 0xFFFFFFFF},
+                  {"KEYR", kKeyr, 0, 0xFFFFFFFF},
+                  {"OPTKEYR", 0x0C, 0, 0xFFFFFFFF},
+                  {"SR", kSr, 0, 0xC3FB, kBusy},
+                  {"CR", kCr, 0xC0000000, 0xFF078FFF},
+                  {"ECCR", 0x18, 0, 0xF1000000, 0x0067FFFF},
+                  {"OPTR", 0x20, 0xFFEFF8AA, 0, 0xFFFFFFFF}}),
+      contents_(contents),
+      data_offset_(data_offset),
+      done_(timeline().add([this] {
+        if ((reg(kCr) & 1U << 24) != 0) {
+          reg(kSr) |= kEndOfOperation;
+        }
+        reg(kCr) &= ~kStart;
+      })) {}
+
+void FlashInterface::on_reset() {
+  timeline().cancel(done_);
+  keys_given_ = 0;
+  key_failed_ = false;
+  first_address_ = UINT32_MAX;
+  if (access_changed_) {
+    access_changed_();
+  }
+}
+
+void FlashInterface::begin(Instant duration) { timeline().set(done_, timeline().now() + duration); }
+
+bool FlashInterface::supply_fails() {
+  if (operations_left_ < 0 || operations_left_-- > 0) {
+    return false;
+  }
+  power_off_();
+  return true;
+}
+
+void FlashInterface::program(std::uint32_t address, std::uint32_t value, unsigned width) {
+  const std::uint32_t offset = address - kBase;
+  if ((reg(kCr) & kLock) != 0 || (reg(kCr) & kProgram) == 0 || is_busy() || (reg(kSr) & kErrors) != 0) {
+    complain("programmed while it is locked, busy, without PG or with an old error");
+    reg(kSr) |= kSequenceError;
+    return;
+  }
+  if (width != 4 || address % 4 != 0) {
+    complain("programmed by other than words");
+    reg(kSr) |= kSizeError;
+    return;
+  }
+  if (address % 8 == 0) {
+    first_address_ = address;
+    first_word_ = value;
+    return;
+  }
+  if (first_address_ != address - 4) {
+    complain("the second word of a double-word without its first");
+    reg(kSr) |= kSequenceError;
+    return;
+  }
+  first_address_ = UINT32_MAX;
+  std::uint8_t *target = contents_.data() + (offset - 4);
+  const bool erased = std::all_of(target, target + 8, [](std::uint8_t byte) { return byte == 0xFF; });
+  if (!erased && (first_word_ | value) != 0) {
+    complain("programmed where it is not erased");
+    reg(kSr) |= kProgramError;
+    return;
+  }
+  begin(kProgramTime);
+  if (supply_fails()) {
+    target[0] &= 0x5A;  // something in between
+    return;
+  }
+  std::memcpy(target, &first_word_, 4);
+  std::memcpy(target + 4, &value, 4);
+}
+
+void FlashInterface::erase_page() {
+  const std::uint32_t page = (reg(kCr) >> 3 & 0x7FU) + ((reg(kCr) & 1U << 11) != 0 ? kBankBytes / kPageBytes : 0);
+  const std::uint32_t offset = page * kPageBytes;
+  if (offset < data_offset_) {
+    complain(fmt::format("page {} of the program itself is erased", page));
+    return;
+  }
+  begin(kEraseTime);
+  const bool half = supply_fails();
+  std::fill_n(contents_.begin() + offset, half ? kPageBytes / 2 : kPageBytes, std::uint8_t{0xFF});
+}
+
+void FlashInterface::write_key(std::uint32_t written) {
+  const std::uint32_t expected = keys_given_ == 0 ? 0x45670123 : 0xCDEF89AB;
+  if (key_failed_ || written != expected || (reg(kCr) & kLock) == 0) {
+    complain("a wrong key; it stays locked until the next reset");
+    key_failed_ = true;
+    return;
+  }
+  if (++keys_given_ == 2) {
+    keys_given_ = 0;
+    reg(kCr) &= ~kLock;
+  }
+}
+
+void FlashInterface::write_control(std::uint32_t written) {
+  if ((reg(kCr) & kLock) != 0) {
+    require(written == reg(kCr), "CR is written while it is locked");
+    return;
+  }
+  require(!is_busy(), "CR is written while it is busy");
+  require((written & (1U << 2 | 1U << 15 | 1U << 18)) == 0, "mass erase and fast programming are not modelled");
+  const bool starts = (written & kStart) != 0;
+  reg(kCr) = (written & ~kLock) | (reg(kCr) & 1U << 30) | (written & kLock);
+  if (starts) {
+    if ((written & kPageErase) != 0 && (written & kProgram) == 0) {
+      erase_page();
+    } else {
+      complain("started without page erase, or together with PG");
+      reg(kSr) |= kSequenceError;
+    }
+  }
+}
+
+std::uint32_t FlashInterface::on_read(std::uint32_t offset, std::uint32_t stored, unsigned /*width*/) {
+  return offset == kSr && is_busy() ? stored | kBusy : stored;
+}
+
+void FlashInterface::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width*/) {
+  switch (offset) {
+    case kAcr:
+      require((written & (1U << 11 | 1U << 12)) == 0 || (written & (1U << 9 | 1U << 10)) == 0,
+              "a cache is reset while it is on");
+      store(offset, written);
+      if (access_changed_) {
+        access_changed_();
+      }
+      break;
+    case kKeyr:
+      write_key(written);
+      break;
+    case kSr:
+      reg(kSr) &= ~(written & 0xC3FBU);
+      break;
+    case kCr:
+      write_control(written);
+      break;
+    default:
+      complain("power-down, option bytes and their keys are not modelled");
+      break;
+  }
+}
+
+FlashData::FlashData(Services services, FlashInterface& flash, const std::vector<std::uint8_t>& contents,
+                     std::uint32_t offset, std::uint32_t size)
+    : Peripheral("flash", services,
+                 [size] {
+                   std::vector<Register> table;
+                   for (std::uint32_t at = 0; at < size; at += 4) {
+                     table.push_back({"parameter pages", at, 0, 0xFFFFFFFF, 0, true});
+                   }
+                   return table;
+                 }()),
+      flash_(flash),
+      contents_(contents),
+      offset_(offset) {}
+
+std::uint32_t FlashData::on_read(std::uint32_t offset, std::uint32_t /*stored*/, unsigned /*width*/) {
+  std::uint32_t word = 0;
+  std::memcpy(&word, contents_.data() + offset_ + offset, 4);
+  return word;
+}
+
+void FlashData::on_write(std::uint32_t offset, std::uint32_t written, unsigned width) {
+  flash_.program(FlashInterface::kBase + offset_ + offset, written, width);
+}
+
+}  // namespace trackservo::target

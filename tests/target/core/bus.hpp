@@ -1,0 +1,62 @@
+// Which peripheral answers at which address.
+//
+// One write may be bent on purpose: every time `value` is written to `address`, one of its bits is flipped. That is how
+// the tests show that a wrongly wired bit does not stay unseen.
+#ifndef TRACKSERVO_TARGET_CORE_BUS_HPP
+#define TRACKSERVO_TARGET_CORE_BUS_HPP
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/peripheral.hpp"
+
+namespace trackservo::target {
+
+class Bus {
+ public:
+  struct Write {
+    std::uint32_t address;
+    std::uint32_t value;
+    bool operator<(const Write& other) const {
+      return address != other.address ? address < other.address : value < other.value;
+    }
+  };
+  struct Bend {
+    Write write;
+    std::uint32_t flip;  // bits
+  };
+
+  explicit Bus(Complaints& complaints) : complaints_(complaints) {}
+
+  // `size` in bytes; regions do not overlap.
+  void attach(Peripheral& peripheral, std::uint32_t base, std::uint32_t size);
+
+  std::uint32_t read(std::uint32_t address, unsigned width);
+  void write(std::uint32_t address, std::uint32_t value, unsigned width);
+
+  void bend(std::optional<Bend> bend) { bend_ = bend; }
+
+  // Sees every write before it is carried out.
+  void watch(std::function<void(const Write&)> watcher) { watcher_ = std::move(watcher); }
+
+ private:
+  struct Region {
+    std::uint32_t base;
+    std::uint32_t size;
+    Peripheral *peripheral;
+  };
+
+  const Region *find(std::uint32_t address, const char *what);
+
+  Complaints& complaints_;
+  std::vector<Region> regions_;
+  std::size_t last_ = 0;
+  std::optional<Bend> bend_;
+  std::function<void(const Write&)> watcher_;
+};
+
+}  // namespace trackservo::target
+
+#endif

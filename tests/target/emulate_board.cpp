@@ -1,0 +1,79 @@
+// The board on a CAN bus that clients reach, emulated register by register: what would be flashed, before there is a
+// board.
+//
+//   emulate_board IMAGE.bin --plant sim_host/plants/tracker.toml --bus slcan-tcp:29536
+//
+// Ends when standard input ends. Whatever the image did against the chip's rules is printed at the end, and makes the
+// exit code 1.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "board/board_machine.hpp"
+#include "serve/server.hpp"
+
+namespace {
+
+namespace sim = trackservo::sim;
+namespace target = trackservo::target;
+
+class EmulatedBoard : public sim::ServedDevice {
+ public:
+  explicit EmulatedBoard(target::BoardMachine& board) : board_(board) {}
+
+  void tick() override { board_.run(sim::kTick_s); }
+
+  // The board does, every PWM period.
+  void pass_bus_time(sim::VirtualBus& /*bus*/, double /*seconds*/) override {}
+
+ private:
+  target::BoardMachine& board_;
+};
+
+std::vector<std::uint8_t> read_image(const std::string& name) {
+  std::ifstream file(name, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+int run(const std::string& image, const std::string& plant, const sim::ServeOptions& options) {
+  sim::VirtualBus bus;
+  target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, {options.seed, {0.0, 0.3}});
+  EmulatedBoard board(machine);
+  sim::serve(board, bus, options, [](const std::vector<std::string>& addresses) {
+    for (const std::string& address : addresses) {
+      fmt::print("{}\n", address);
+    }
+    std::fflush(stdout);
+  });
+  for (const std::string& complaint : machine.chip().complaints.list()) {
+    fmt::print(stderr, "against the chip's rules: {}\n", complaint);
+  }
+  return machine.chip().complaints.list().empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  CLI::App app("Runs the image of the servo board, with the simulator's machine on it.");
+  std::string image;
+  std::string plant = "sim_host/plants/tracker.toml";
+  sim::ServeOptions options;
+  double speed = 1.0;
+  app.add_option("image", image, "what would be flashed")->required()->check(CLI::ExistingFile);
+  app.add_option("--plant", plant, "the machine")->check(CLI::ExistingFile);
+  app.add_option("--bus", options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
+  app.add_option("--seed", options.seed, "of all noise");
+  app.add_option("--speed", speed, "simulated time per real time; 0: as fast as it can");
+  CLI11_PARSE(app, argc, argv);
+  options.pace = speed > 0.0 ? std::optional<double>(speed) : std::nullopt;
+  try {
+    return run(image, plant, options);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "emulate_board: {}\n", error.what());
+    return 2;
+  }
+}

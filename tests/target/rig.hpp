@@ -1,0 +1,77 @@
+// The same node on two machines that differ in one thing only: on one the firmware runs on the host, on the other the
+// board's image runs on the emulated chip. Both are reached over CAN alone.
+#ifndef TRACKSERVO_TARGET_RIG_HPP
+#define TRACKSERVO_TARGET_RIG_HPP
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "board/board_machine.hpp"
+#include "can_client.hpp"
+#include "run/trace.hpp"
+#include "serve/served_node.hpp"
+
+namespace bench {
+
+namespace sim = trackservo::sim;
+namespace target = trackservo::target;
+
+inline sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
+
+// What TARGET_IMAGE names; it must have been built.
+inline std::vector<std::uint8_t> board_image() {
+  const char *name = std::getenv("TARGET_IMAGE");
+  std::ifstream file(name != nullptr ? name : "", std::ios::binary);
+  std::vector<std::uint8_t> image((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (image.empty()) {
+    throw std::runtime_error("no image of the board; is TARGET_IMAGE set?");
+  }
+  return image;
+}
+
+constexpr std::array<double, sim::kAxes> kStart_rad = {0.0, 20.0 * sim::kPi / 180.0};
+
+class HostRig {
+ public:
+  explicit HostRig(const sim::PlantConfig& plant, std::uint64_t seed = 1) : node_(plant, 1, seed, bus_, kStart_rad) {}
+
+  void pass_ms() {
+    for (int part = 0; part < 4; ++part) {  // answers come within the millisecond, as on the board
+      bus_.advance(sim::kTick_s / 4);
+      node_.process();
+    }
+    node_.tick();
+  }
+  sim::TruthState truth() const { return node_.machine().truth(); }
+
+ private:
+  sim::VirtualBus bus_;
+  sim::ServedNode node_;
+
+ public:
+  CanClient client{bus_, [this] { pass_ms(); }};
+};
+
+class BoardRig {
+ public:
+  explicit BoardRig(const sim::PlantConfig& plant, std::uint64_t seed = 1)
+      : machine(board_image(), plant, bus_, {seed, kStart_rad}) {}
+
+  void pass_ms() { machine.run(sim::kTick_s); }
+  sim::TruthState truth() const { return machine.truth(); }
+
+ private:
+  sim::VirtualBus bus_;
+
+ public:
+  target::BoardMachine machine;
+  CanClient client{bus_, [this] { pass_ms(); }};
+};
+
+}  // namespace bench
+
+#endif

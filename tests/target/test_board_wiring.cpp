@@ -1,0 +1,173 @@
+// Does a wrong bit in a register stay unseen? One bit of one register write is flipped, every time the image does it,
+// and the board must show a flaw: against the chip's rules, on the bus, in its motion, in its fault reactions or in
+// what docs/board.md promises about clocks, priorities and times.
+//
+// By default some of the writes are bent; TARGET_ALL_WIRES=1 in the environment bends every one.
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "rig.hpp"
+#include "unity.h"
+
+using bench::BoardRig;
+namespace sim = trackservo::sim;
+namespace target = trackservo::target;
+
+void setUp(void) {}
+void tearDown(void) {}
+
+namespace {
+
+using Write = target::Bus::Write;
+
+constexpr int kBoot_ms = 230;
+constexpr int kCyclicVelocity = 9;
+constexpr std::int32_t kSpeed_urad_s = 17453;
+
+bool is_near(double value, double wanted, double tolerance) { return std::abs(value - wanted) <= tolerance; }
+
+// What the board's page promises of registers that show in no motion.
+std::string broken_promise(target::Stm32g474& chip) {
+  const std::map<int, int> priorities = {{target::kTim1BreakInterrupt, 0},
+                                         {target::kTim8BreakInterrupt, 0},
+                                         {target::kAdc12Interrupt, 1},
+                                         {target::kTim6Interrupt, 2},
+                                         {target::kFdcan1Interrupt0, 3}};
+  for (const auto& [interrupt, priority] : priorities) {
+    if (chip.exceptions.priority(target::kFirstInterrupt + interrupt) != priority << 4 ||
+        !chip.exceptions.is_enabled(target::kFirstInterrupt + interrupt)) {
+      return fmt::format("interrupt {} is not enabled at priority {}", interrupt, priority);
+    }
+  }
+  if (chip.rcc.core_hz() != 170'000'000 || chip.tim1.period() != chip.tim8.period() ||
+      chip.tim1.period() != 50 * target::kUnitsPerMicrosecond ||
+      chip.tim6.period() != 1000 * target::kUnitsPerMicrosecond) {
+    return "a clock is not what it should be";
+  }
+  return is_near(chip.watchdog.timeout_s(), 0.02, 0.002) ? "" : "the watchdog's time is not 20 ms";
+}
+
+// The first thing that is not as it should be; empty when all is well.
+std::string flaw_of(BoardRig& rig) {
+  target::Stm32g474& chip = rig.machine.chip();
+  const auto complaint = [&chip] { return chip.complaints.list().empty() ? "" : chip.complaints.list().front(); };
+  for (int i = 0; i < kBoot_ms; ++i) {
+    rig.client.pass(1);
+    if (!complaint().empty() || !rig.machine.is_safe()) {
+      return complaint().empty() ? "a bridge is on at the start" : complaint();
+    }
+  }
+  if (rig.client.boots() != 1 || rig.client.heartbeats() < 2 || !rig.client.emergencies().empty()) {
+    return "it does not start as it should";
+  }
+  if (const std::string promise = broken_promise(chip); !promise.empty()) {
+    return promise;
+  }
+  rig.client.start_node();
+  if (!rig.client.enable(kCyclicVelocity)) {
+    return "an axis is not enabled";
+  }
+  for (int i = 0; i < 150; ++i) {
+    rig.client.set_speeds(kSpeed_urad_s, kSpeed_urad_s);
+    rig.client.pass(1);
+  }
+  for (std::size_t axis = 0; axis < sim::kAxes; ++axis) {
+    if (!is_near(1e6 * rig.truth().inertial_rate_rad_s[axis], kSpeed_urad_s, 0.05 * kSpeed_urad_s)) {
+      return "an axis does not turn as told";
+    }
+  }
+  if (!complaint().empty() || !rig.client.emergencies().empty() || chip.resets() != 0) {
+    return complaint().empty() ? "an error while it turns" : complaint();
+  }
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    rig.machine.set_driver_fault(axis, true);
+    if (rig.machine.is_bridge_on(axis)) {
+      return "a driver's fault does not switch its bridge off";
+    }
+  }
+  rig.client.pass(20);
+  if (rig.client.emergencies().empty()) {
+    return "a driver's fault is not told";
+  }
+  chip.tim6.stall();
+  rig.client.pass(60);
+  return chip.resets() == 1 && chip.last_reset() == target::ResetCause::kWatchdog ? complaint() : "no watchdog reset";
+}
+
+// Writes that carry data rather than wiring: duties, message RAM, DMA addresses, keys and counters of time.
+bool is_data(std::uint32_t address) {
+  const std::uint32_t page = address & ~0x3FFU;
+  const std::uint32_t offset = address & 0x3FFU;
+  const bool timer = page == 0x40012C00 || page == 0x40013400;
+  const bool dma = page == 0x40020000 || page == 0x40020400;
+  return (timer && (offset == 0x34 || offset == 0x38)) || (address >= 0x4000A400 && address < 0x4000A800) ||
+         (dma && offset >= 8 && (offset - 8) % 0x14 == 12);
+}
+
+std::vector<Write> wiring_writes() {
+  std::map<std::uint32_t, std::set<std::uint32_t>> values;
+  std::vector<Write> order;
+  BoardRig rig(bench::tracker_plant());
+  rig.machine.chip().bus.watch([&](const Write& write) {
+    if (!is_data(write.address) && values[write.address].insert(write.value).second) {
+      order.push_back(write);
+    }
+  });
+  TEST_ASSERT_EQUAL_STRING("", flaw_of(rig).c_str());
+  constexpr std::size_t kMostValues = 12;  // a register with more carries data, too
+  order.erase(std::remove_if(order.begin(), order.end(),
+                             [&](const Write& write) { return values[write.address].size() > kMostValues; }),
+              order.end());
+  return order;
+}
+
+// A bit that is set, another one for each write; of a write of 0 the lowest.
+std::uint32_t bit_to_flip(const Write& write, std::size_t turn) {
+  if (write.value == 0) {
+    return 1;
+  }
+  std::uint32_t rest = write.value;
+  for (std::size_t skip = turn % static_cast<std::size_t>(__builtin_popcount(write.value)); skip > 0; --skip) {
+    rest &= rest - 1;
+  }
+  return rest & (~rest + 1);
+}
+
+void test_a_wrong_bit_is_seen() {
+  const std::vector<Write> writes = wiring_writes();
+  constexpr std::size_t kSome = 36;
+  const bool all = std::getenv("TARGET_ALL_WIRES") != nullptr;
+  const std::size_t step = all ? 1 : std::max<std::size_t>(1, writes.size() / kSome);
+  std::size_t bent = 0;
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < writes.size(); i += step) {
+    const std::uint32_t flip = bit_to_flip(writes[i], i);
+    BoardRig rig(bench::tracker_plant());
+    rig.machine.chip().bus.bend(target::Bus::Bend{writes[i], flip});
+    const std::string flaw = flaw_of(rig);
+    ++bent;
+    seen += flaw.empty() ? 0 : 1;
+    if (flaw.empty() || all) {
+      TEST_MESSAGE(fmt::format("0x{:08x} <- 0x{:08x} ^ 0x{:08x}: {}", writes[i].address, writes[i].value, flip,
+                               flaw.empty() ? "NOT SEEN" : flaw)
+                       .c_str());
+    }
+  }
+  TEST_MESSAGE(
+      fmt::format("{} of {} bent writes are seen ({} different ones in all)", seen, bent, writes.size()).c_str());
+  constexpr double kLeastShare = 0.8;
+  TEST_ASSERT_GREATER_OR_EQUAL_UINT(30, bent);
+  TEST_ASSERT_TRUE(static_cast<double>(seen) >= kLeastShare * static_cast<double>(bent));
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_wrong_bit_is_seen);
+  return UNITY_END();
+}
