@@ -30,8 +30,37 @@ constexpr std::int32_t kSpeed_urad_s = 17453;
 
 bool is_near(double value, double wanted, double tolerance) { return std::abs(value - wanted) <= tolerance; }
 
-// What the board's page promises of registers that show in no motion.
+// What the board's page promises of registers that show in no motion: these bits have these values.
+struct Promise {
+  std::uint32_t address;
+  std::uint32_t mask;
+  std::uint32_t value;
+  const char *what;
+};
+
+constexpr Promise kPromises[] = {
+    {0x40012C44, 0x13FF, 0x1155, "azimuth: dead time 0.5 us, fault input on, lock level 1"},
+    {0x40013444, 0x13FF, 0x1155, "pitch: dead time 0.5 us, fault input on, lock level 1"},
+    {0x40012C0C, 0x80, 0x80, "azimuth: a driver's fault interrupts"},
+    {0x4001340C, 0x80, 0x80, "pitch: a driver's fault interrupts"},
+    {0x4800040C, 3U << 24, 2U << 24, "a broken wire of the azimuth driver is a fault: PB12 is pulled down"},
+    {0x4800000C, 3U << 12, 2U << 12, "a broken wire of the pitch driver is a fault: PA6 is pulled down"},
+    {0x40022000, 0x700, 0x700, "the flash is read with prefetch and both caches"},
+    {0x40021000, 1U << 19, 1U << 19, "the crystal is watched"},
+    {0x40007008, 1U << 14, 1U << 14, "the dead battery pull-downs are off"},
+    {0xE0042008, 0x1010, 0x1010, "a halted core stops tick and watchdog"},
+    {0xE0042010, 0x2800, 0x2800, "a halted core stops both PWM timers"},
+    {0xE000ED24, 0x70000, 0x70000, "bus, usage and memory faults have their own exceptions"},
+    {0x40003008, 0xFFF, 159, "the watchdog's time is 20 ms"},
+    {0x40003010, 0xFFF, 119, "the watchdog's window"},
+};
+
 std::string broken_promise(target::Stm32g474& chip) {
+  for (const Promise& promise : kPromises) {
+    if ((chip.bus.peek(promise.address) & promise.mask) != promise.value) {
+      return promise.what;
+    }
+  }
   const std::map<int, int> priorities = {{target::kTim1BreakInterrupt, 0},
                                          {target::kTim8BreakInterrupt, 0},
                                          {target::kAdc12Interrupt, 1},
@@ -98,14 +127,16 @@ std::string flaw_of(BoardRig& rig) {
   return chip.resets() == 1 && chip.last_reset() == target::ResetCause::kWatchdog ? complaint() : "no watchdog reset";
 }
 
-// Writes that carry data rather than wiring: duties, message RAM, DMA addresses, keys and counters of time.
+// Writes that carry data rather than wiring (duties, message RAM, DMA addresses) or can be seen by people only.
 bool is_data(std::uint32_t address) {
   const std::uint32_t page = address & ~0x3FFU;
   const std::uint32_t offset = address & 0x3FFU;
   const bool timer = page == 0x40012C00 || page == 0x40013400;
   const bool dma = page == 0x40020000 || page == 0x40020400;
-  return (timer && (offset == 0x34 || offset == 0x38)) || (address >= 0x4000A400 && address < 0x4000A800) ||
-         (dma && offset >= 8 && (offset - 8) % 0x14 == 12);
+  const bool clears_pending = address >= 0xE000E280 && address < 0xE000E300;  // of which nothing pends at the start
+  const bool led = page == 0x48000000 && offset == 0x18;                      // PA5
+  return clears_pending || led || (timer && (offset == 0x34 || offset == 0x38)) ||
+         (address >= 0x4000A400 && address < 0x4000A800) || (dma && offset >= 8 && (offset - 8) % 0x14 == 12);
 }
 
 std::vector<Write> wiring_writes() {
@@ -113,7 +144,7 @@ std::vector<Write> wiring_writes() {
   std::vector<Write> order;
   BoardRig rig(bench::tracker_plant());
   rig.machine.chip().bus.watch([&](const Write& write) {
-    if (!is_data(write.address) && values[write.address].insert(write.value).second) {
+    if (write.changed != 0 && !is_data(write.address) && values[write.address].insert(write.value).second) {
       order.push_back(write);
     }
   });
@@ -125,13 +156,10 @@ std::vector<Write> wiring_writes() {
   return order;
 }
 
-// A bit that is set, another one for each write; of a write of 0 the lowest.
+// One of the bits that the write changes, another one for each write.
 std::uint32_t bit_to_flip(const Write& write, std::size_t turn) {
-  if (write.value == 0) {
-    return 1;
-  }
-  std::uint32_t rest = write.value;
-  for (std::size_t skip = turn % static_cast<std::size_t>(__builtin_popcount(write.value)); skip > 0; --skip) {
+  std::uint32_t rest = write.changed;
+  for (std::size_t skip = turn % static_cast<std::size_t>(__builtin_popcount(write.changed)); skip > 0; --skip) {
     rest &= rest - 1;
   }
   return rest & (~rest + 1);

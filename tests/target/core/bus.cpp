@@ -26,9 +26,18 @@ std::uint32_t Bus::read(std::uint32_t address, unsigned width) {
   return region != nullptr ? region->peripheral->bus_read(address - region->base, width) : 0;
 }
 
+std::uint32_t Bus::peek(std::uint32_t address) const {
+  for (const Region& region : regions_) {
+    if (address - region.base < region.size) {
+      return region.peripheral->peek(address - region.base);
+    }
+  }
+  return 0;
+}
+
 void Bus::write(std::uint32_t address, std::uint32_t value, unsigned width) {
   if (watcher_) {
-    watcher_({address, value});
+    watcher_({address, value, value ^ peek(address)});
   }
   if (bend_ && bend_->write.address == address && bend_->write.value == value) {
     value ^= bend_->flip;

@@ -19,6 +19,7 @@ class Bus {
   struct Write {
     std::uint32_t address;
     std::uint32_t value;
+    std::uint32_t changed = 0;  // bits in which it differs from what was there
     bool operator<(const Write& other) const {
       return address != other.address ? address < other.address : value < other.value;
     }
@@ -35,6 +36,9 @@ class Bus {
 
   std::uint32_t read(std::uint32_t address, unsigned width);
   void write(std::uint32_t address, std::uint32_t value, unsigned width);
+
+  // Without side effects, for tests.
+  std::uint32_t peek(std::uint32_t address) const;
 
   void bend(std::optional<Bend> bend) { bend_ = bend; }
 

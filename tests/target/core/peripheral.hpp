@@ -47,6 +47,12 @@ class Peripheral {
   std::uint32_t bus_read(std::uint32_t offset, unsigned width);
   void bus_write(std::uint32_t offset, std::uint32_t value, unsigned width);
 
+  // The stored value, for tests: without side effects, 0 where there is no register.
+  std::uint32_t peek(std::uint32_t offset) const {
+    const std::uint16_t found = find(offset);
+    return found == kNone ? 0 : values_[found];
+  }
+
   // All registers to their reset values, then on_reset().
   void reset();
 
