@@ -8,8 +8,8 @@
 // implicit second-order step (joint.hpp); wind and base are renewed at 1 kHz, and gravity, ripple and all else that
 // depends on the angle alone as soon as the angle has moved, each with its slopes.
 //
-// Use, in every 1 ms tick: sample_tick() once (or each sensor when it is read), then 20 times sample_pwm() of each axis and step_pwm(); judge by
-// truth().
+// Use, in every 1 ms tick: sample_tick() once (or each sensor when it is read), then 20 times sample_pwm() of each axis
+// and step_pwm(); judge by truth().
 #ifndef TRACKSERVO_SIM_PLANT_TRACKER_HPP
 #define TRACKSERVO_SIM_PLANT_TRACKER_HPP
 

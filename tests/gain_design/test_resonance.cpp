@@ -25,13 +25,17 @@ sim::PlantConfig flexible_plant(const sim::StructureConfig& structure) {
 }
 
 // What commissioning records for it.
-identification::Recording recorded_chirp(const sim::PlantConfig& plant) {
+identification::Recording recorded_chirp(const sim::PlantConfig& plant, int axis = sim::kAzimuth,
+                                         std::uint64_t seed = 1) {
   commissioning_bench::BenchSetup setup;
   setup.plant = plant;
+  setup.axis = axis;
+  setup.seed = seed;
   setup.pitch_rad = 0.0;
-  const trackservo::commissioning::RoughMachine machine{6.0, 2e-4, 5e-3, 6.0};
+  const double inertia_kg_m2 = axis == sim::kAzimuth ? 6.0 : 2.5;
+  const trackservo::commissioning::RoughMachine machine{inertia_kg_m2, 2e-4, 5e-3, inertia_kg_m2};
   return commissioning_bench::record(
-      setup, trackservo::commissioning::structure_look(sim::motion_limits(plant, sim::kAzimuth), machine));
+      setup, trackservo::commissioning::structure_look(sim::motion_limits(plant, axis), machine));
 }
 
 identification::RigidAxis rigid_axis(const sim::PlantConfig& plant) {
@@ -74,6 +78,20 @@ void test_a_rigid_axis_has_no_resonance_and_its_response_is_that_of_the_inertia(
     }
   }
   CHECK_AT_LEAST("lines compared", 500, lines);
+}
+
+void test_no_wind_looks_like_a_resonance() {
+  const sim::PlantConfig plant = bench::shipped_plant("tracker");
+  for (const int axis : {sim::kAzimuth, sim::kPitch}) {
+    const IdentifiedPlant truth = sim::true_plant(plant, axis);
+    const identification::RigidAxis rigid{truth.inertia_kg_m2,
+                                          static_cast<double>(truth.friction.positive.viscous_nm_s_rad),
+                                          truth.encoder.latency_s - kCurrentAge_s};
+    for (const std::uint64_t seed : {1U, 5U, 7U, 14U, 1001U}) {
+      const identification::AxisResponse response = identification::axis_response(recorded_chirp(plant, axis, seed));
+      TEST_ASSERT_EQUAL(0, identification::find_resonances(response, rigid).size());
+    }
+  }
 }
 
 void test_without_torque_excitation_nothing_is_told() {
@@ -144,6 +162,7 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_resonance_is_found_where_the_plant_has_it);
   RUN_TEST(test_a_rigid_axis_has_no_resonance_and_its_response_is_that_of_the_inertia);
+  RUN_TEST(test_no_wind_looks_like_a_resonance);
   RUN_TEST(test_without_torque_excitation_nothing_is_told);
   RUN_TEST(test_the_resonance_breaks_the_margins_of_a_design_that_does_not_know_it);
   RUN_TEST(test_with_the_notch_the_margins_hold_as_predicted);

@@ -1,6 +1,7 @@
 #include "identification/frequency_response.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <unsupported/Eigen/FFT>
 
@@ -39,16 +40,28 @@ class CrossSpectra {
   AxisResponse response() const {
     AxisResponse response;
     response.windows = windows_;
+    const double least_uu = windows_ > 0 ? least_excitation() : 0.0;
     for (Eigen::Index line = 1; line < lines_ && windows_ > 0; ++line) {
       response.frequency_hz.push_back(static_cast<double>(line) / (kTick_s * static_cast<double>(kWindow)));
       const double power = uu_[line] * rr_[line];
       response.gain.push_back(uu_[line] > 0.0 ? ur_[line] / uu_[line] : 0.0);
-      response.coherence.push_back(power > 0.0 ? std::norm(ur_[line]) / power : 0.0);
+      response.coherence.push_back(power > 0.0 && uu_[line] >= least_uu ? std::norm(ur_[line]) / power : 0.0);
     }
     return response;
   }
 
  private:
+  // A chirp's power, by which it is told from noise, is that of most of the strong lines: wind has a few, stronger
+  // ones.
+  double least_excitation() const {
+    constexpr double kStrong = 0.95;  // of all lines, this share is weaker
+    constexpr double kLeast = 0.02;
+    Eigen::VectorXd sorted = uu_.tail(lines_ - 1);
+    const Eigen::Index strong = static_cast<Eigen::Index>(kStrong * static_cast<double>(sorted.size()));
+    std::nth_element(sorted.begin(), sorted.begin() + strong, sorted.end());
+    return kLeast * sorted[strong];
+  }
+
   Spectrum transformed(const Eigen::VectorXd& values) {
     const Eigen::VectorXd windowed = window_.cwiseProduct((values.array() - values.mean()).matrix());
     Spectrum spectrum;

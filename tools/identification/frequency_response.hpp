@@ -19,7 +19,7 @@ namespace trackservo::identification {
 struct AxisResponse {
   std::vector<double> frequency_hz;        // evenly spaced
   std::vector<std::complex<double>> gain;  // rad/s per Nm
-  std::vector<double> coherence;           // 0 .. 1
+  std::vector<double> coherence;           // 0 .. 1; 0 where no chirp excited the axis
   int windows = 0;                         // that were averaged; 0: no run was long enough
 };
 

@@ -78,7 +78,9 @@ std::optional<double> highest_peak_hz(const Excess& excess) {
     }
     const double f_hz = excess.frequency_hz[i];
     const Excess around = cut(excess, f_hz / kReach, f_hz * kReach);
-    if (around.factor.size() < kLeastLines || around.frequency_hz.back() < 1.05 * f_hz) {
+    // At the lower end of what was excited friction bends the response, so a peak must stand well within.
+    const bool within = around.frequency_hz.front() * 1.3 < f_hz && 1.05 * f_hz < around.frequency_hz.back();
+    if (around.factor.size() < kLeastLines || !within) {
       continue;
     }
     const double prominence = height / std::max(1.0, median_height(around));
@@ -147,7 +149,7 @@ StructuralMode fit_mode(const Excess& part, double peak_hz) {
 
 bool is_plausible(const StructuralMode& mode, double peak_hz) {
   constexpr double kLeastDamping = 1e-3;
-  constexpr double kMostDamping = 0.5;
+  constexpr double kMostDamping = 0.1;  // a broader hump is no spring of a structure
   const double ratio = mode.frequency_rad_s / (2.0 * M_PI * peak_hz);
   return kLeastDamping <= mode.damping && mode.damping <= kMostDamping && 0.8 < ratio && ratio < 1.25 &&
          relative_height(mode) >= kLeastHeight;
