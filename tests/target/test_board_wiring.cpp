@@ -39,23 +39,59 @@ struct Promise {
 };
 
 constexpr Promise kPromises[] = {
-    {0x40012C44, 0x13FF, 0x1155, "azimuth: dead time 0.5 us, fault input on, lock level 1"},
-    {0x40013444, 0x13FF, 0x1155, "pitch: dead time 0.5 us, fault input on, lock level 1"},
+    {0x40012C44, 0x313FF, 0x31155, "azimuth: dead time 0.5 us, fault input on and filtered, lock level 1"},
+    {0x40013444, 0x313FF, 0x31155, "pitch: dead time 0.5 us, fault input on and filtered, lock level 1"},
+    {0x40013430, 0xFFFF, 1, "both bridges take new duties at the same instant"},
     {0x40012C0C, 0x80, 0x80, "azimuth: a driver's fault interrupts"},
     {0x4001340C, 0x80, 0x80, "pitch: a driver's fault interrupts"},
-    {0x4800040C, 3U << 24, 2U << 24, "a broken wire of the azimuth driver is a fault: PB12 is pulled down"},
-    {0x4800000C, 3U << 12, 2U << 12, "a broken wire of the pitch driver is a fault: PA6 is pulled down"},
     {0x40022000, 0x700, 0x700, "the flash is read with prefetch and both caches"},
     {0x40021000, 1U << 19, 1U << 19, "the crystal is watched"},
     {0x40007008, 1U << 14, 1U << 14, "the dead battery pull-downs are off"},
     {0xE0042008, 0x1010, 0x1010, "a halted core stops tick and watchdog"},
     {0xE0042010, 0x2800, 0x2800, "a halted core stops both PWM timers"},
+    {0xE000ED14, 0x10, 0x10, "a division by zero is a fault"},
     {0xE000ED24, 0x70000, 0x70000, "bus, usage and memory faults have their own exceptions"},
     {0x40003008, 0xFFF, 159, "the watchdog's time is 20 ms"},
     {0x40003010, 0xFFF, 119, "the watchdog's window"},
 };
 
+// What each pin of the board's table is given to, and where its pull must hold an open wire. Gates and a driver's fault
+// input rest low, serial and CAN inputs at their idle high, an encoder's open data line where no frame can come from.
+struct PinPromise {
+  char port;
+  unsigned pin;
+  unsigned function;
+  std::uint32_t pull;  // 1 up, 2 down, 0 none
+  bool fast;           // drives more than 5 MHz or gates: not at the slowest of the four speeds
+};
+
+constexpr PinPromise kPins[] = {
+    {'A', 8, 6, 2, true},   {'B', 13, 6, 2, true},  {'A', 9, 6, 2, true},   {'B', 14, 6, 2, true},
+    {'C', 6, 4, 2, true},   {'A', 7, 4, 2, true},   {'C', 7, 4, 2, true},   {'B', 0, 4, 2, true},
+    {'B', 12, 6, 2, false}, {'A', 6, 4, 2, false},  {'B', 3, 5, 0, true},   {'B', 4, 5, 2, false},
+    {'C', 10, 6, 0, true},  {'C', 11, 6, 2, false}, {'C', 4, 7, 0, false},  {'C', 5, 7, 1, false},
+    {'B', 10, 7, 0, false}, {'B', 11, 7, 1, false}, {'A', 11, 9, 1, false}, {'A', 12, 9, 0, true},
+};
+
+std::string broken_pin(target::Stm32g474& chip) {
+  for (const PinPromise& promise : kPins) {
+    const target::Gpio& port = chip.port(promise.port);
+    const std::uint32_t pull = port.peek(0x0C) >> (2 * promise.pin) & 3U;
+    const std::uint32_t speed = port.peek(0x08) >> (2 * promise.pin) & 3U;
+    if (!port.has_function(promise.pin, promise.function) || pull != promise.pull || (speed != 0) != promise.fast) {
+      return fmt::format("P{}{} is not what the board's table says", promise.port, promise.pin);
+    }
+  }
+  return chip.port('A').mode(5) == target::Gpio::Mode::kOutput ? "" : "PA5 does not drive the LED";
+}
+
 std::string broken_promise(target::Stm32g474& chip) {
+  if (chip.rcc.causes() != 0) {
+    return "the cause of the reset is kept in the chip, too, where the next one would be added to it";
+  }
+  if (const std::string pin = broken_pin(chip); !pin.empty()) {
+    return pin;
+  }
   for (const Promise& promise : kPromises) {
     if ((chip.bus.peek(promise.address) & promise.mask) != promise.value) {
       return promise.what;

@@ -354,8 +354,7 @@ void Timer::write_bdtr(std::uint32_t written) {
   check_lock(kBdtr, written);
   integrate();
   store(kBdtr, written);
-  require((written & 0x33F00000U) == 0,
-          "second break input and bidirectional break are not modelled");
+  require((written & 0x33F00000U) == 0, "second break input and bidirectional break are not modelled");
   if (is_break_active()) {
     take_break();
   }

@@ -19,7 +19,7 @@ class Bus {
   struct Write {
     std::uint32_t address;
     std::uint32_t value;
-    std::uint32_t changed = 0;  // bits in which it differs from what was there
+    std::uint32_t changed = 0;  // writable bits in which it differs from what was there
     bool operator<(const Write& other) const {
       return address != other.address ? address < other.address : value < other.value;
     }
@@ -39,6 +39,7 @@ class Bus {
 
   // Without side effects, for tests.
   std::uint32_t peek(std::uint32_t address) const;
+  std::uint32_t writable(std::uint32_t address) const;
 
   void bend(std::optional<Bend> bend) { bend_ = bend; }
 
@@ -52,11 +53,12 @@ class Bus {
     Peripheral *peripheral;
   };
 
+  const Region *find(std::uint32_t address) const;
   const Region *find(std::uint32_t address, const char *what);
 
   Complaints& complaints_;
   std::vector<Region> regions_;
-  std::size_t last_ = 0;
+  const Region *last_ = nullptr;
   std::optional<Bend> bend_;
   std::function<void(const Write&)> watcher_;
 };
