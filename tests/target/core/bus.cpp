@@ -45,8 +45,8 @@ void Bus::write(std::uint32_t address, std::uint32_t value, unsigned width) {
   if (watcher_) {
     watcher_({address, value, (value ^ peek(address)) & writable(address)});
   }
-  if (bend_ && bend_->write.address == address && bend_->write.value == value) {
-    value ^= bend_->flip;
+  if (bend_ && bend_->address == address) {
+    value = bend_->forced ? value | bend_->bit : value & ~bend_->bit;
   }
   const Region *region = find(address, "write");
   if (region != nullptr) {

@@ -1,7 +1,7 @@
 // Which peripheral answers at which address.
 //
-// One write may be bent on purpose: every time `value` is written to `address`, one of its bits is flipped. That is how
-// the tests show that a wrongly wired bit does not stay unseen.
+// One bit of one register may be bent on purpose: whatever the program writes, the register gets the other value. That
+// is how the tests show that a wrongly wired bit does not stay unseen.
 #ifndef TRACKSERVO_TARGET_CORE_BUS_HPP
 #define TRACKSERVO_TARGET_CORE_BUS_HPP
 
@@ -20,13 +20,11 @@ class Bus {
     std::uint32_t address;
     std::uint32_t value;
     std::uint32_t changed = 0;  // writable bits in which it differs from what was there
-    bool operator<(const Write& other) const {
-      return address != other.address ? address < other.address : value < other.value;
-    }
   };
   struct Bend {
-    Write write;
-    std::uint32_t flip;  // bits
+    std::uint32_t address;
+    std::uint32_t bit;
+    bool forced;
   };
 
   explicit Bus(Complaints& complaints) : complaints_(complaints) {}
