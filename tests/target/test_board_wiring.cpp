@@ -39,8 +39,9 @@ struct Promise {
 };
 
 constexpr Promise kPromises[] = {
-    {0x40012C44, 0x313FF, 0x31155, "azimuth: dead time 0.5 us, fault input on and filtered, lock level 1"},
-    {0x40013444, 0x313FF, 0x31155, "pitch: dead time 0.5 us, fault input on and filtered, lock level 1"},
+    {0x40012C44, 0x31FFF, 0x31D55,
+     "azimuth: dead time 0.5 us, fault input on and filtered, lock level 1, low while off"},
+    {0x40013444, 0x31FFF, 0x31D55, "pitch: dead time 0.5 us, fault input on and filtered, lock level 1, low while off"},
     {0x40013430, 0xFFFF, 1, "both bridges take new duties at the same instant"},
     {0x40012C0C, 0x80, 0x80, "azimuth: a driver's fault interrupts"},
     {0x4001340C, 0x80, 0x80, "pitch: a driver's fault interrupts"},
