@@ -231,6 +231,7 @@ void hal_board_background(hal *machine) {
   const uint32_t ticks = machine->ticks;
   const uint32_t ticks_done = ticks - machine->ticks_at_refresh;
   if (ticks_done < refresh_ticks) {
+    __asm volatile("wfi"); /* the next interrupt is at most a PWM period away */
     return;
   }
   const uint32_t periods = machine->periods;

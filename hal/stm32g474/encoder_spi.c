@@ -28,10 +28,7 @@ static void start_port(const encoder_port *port) {
   DMAMUX->ccr[port->receive_channel] = FIELD_VALUE(DMAMUX_CCR_DMAREQ_ID, port->receive_request);
   DMAMUX->ccr[port->transmit_channel] = FIELD_VALUE(DMAMUX_CCR_DMAREQ_ID, port->transmit_request);
   receive->par = address(&port->spi->dr);
-  receive->cr = DMA_CH_CR_MINC | FIELD_VALUE(DMA_CH_CR_PL, DMA_PRIORITY_HIGH);
   transmit->par = address(&port->spi->dr);
-  transmit->mar = address(&sent);
-  transmit->cr = DMA_CH_CR_DIR;
   port->spi->cr2 = FIELD_VALUE(SPI1_CR2_DS, 8 - 1) | SPI1_CR2_FRXTH | SPI1_CR2_RXDMAEN | SPI1_CR2_TXDMAEN;
   const uint32_t mode = SPI1_CR1_MSTR | SPI1_CR1_SSM | SPI1_CR1_SSI | SPI1_CR1_CPOL | SPI1_CR1_CPHA |
                         FIELD_VALUE(SPI1_CR1_BR, SPI1_BR_PCLK_32);
@@ -46,19 +43,20 @@ void encoder_start(encoder_readings readings[2]) {
   }
 }
 
-static void arm(dma_ch_registers *channel, uint32_t mode) {
-  channel->cr = mode; /* off, so that the count can be written */
+enum { RECEIVE_MODE = DMA_CH_CR_MINC | FIELD_VALUE(DMA_CH_CR_PL, DMA_PRIORITY_HIGH), TRANSMIT_MODE = DMA_CH_CR_DIR };
+
+/* Addresses and counts are taken while a channel is off. */
+static void arm(dma_ch_registers *channel, uint32_t mode, const volatile void *memory) {
+  channel->cr = mode;
+  channel->mar = address(memory);
   channel->ndtr = BISS_BYTES;
   channel->cr = mode | DMA_CH_CR_EN;
 }
 
 void encoder_begin_read(encoder_readings readings[2], int number) {
   for (int axis = 0; axis < 2; ++axis) {
-    dma_ch_registers *receive = &DMA1->ch[ports[axis].receive_channel];
-    receive->cr = 0;
-    receive->mar = address(readings[axis].answer[number]);
-    arm(receive, DMA_CH_CR_MINC | FIELD_VALUE(DMA_CH_CR_PL, DMA_PRIORITY_HIGH));
-    arm(&DMA1->ch[ports[axis].transmit_channel], DMA_CH_CR_DIR);
+    arm(&DMA1->ch[ports[axis].receive_channel], RECEIVE_MODE, readings[axis].answer[number]);
+    arm(&DMA1->ch[ports[axis].transmit_channel], TRANSMIT_MODE, &sent);
   }
 }
 

@@ -1,17 +1,23 @@
 /* The self-tests before the interrupts begin: everything is polled, at the pace of the PWM periods, the bridges off. */
 #include "board.h"
 #include "bridge.h"
+#include "clock.h"
 #include "version_block.h"
 
 enum { TEST_TICKS = 40, PERIODS_PER_TICK = 20, TEST_PERIODS = TEST_TICKS * PERIODS_PER_TICK };
 
 /* Of 40 ticks; an encoder gives four readings in each, a gyro one frame. */
-enum { LEAST_GOOD_TICKS = 38, FEWEST_FRAMES_HEARD = 5, MOST_FRAMES_ASTRAY = 1 };
+enum { LEAST_GOOD_TICKS = 38, FEWEST_FRAMES_HEARD = 5 };
+
+#define CYCLES_PER_FRAME (1000.0f * (float)CLOCK_CYCLES_PER_US)
+#define MOST_FRAMES_ASTRAY 1.5f
 
 typedef struct {
   uint32_t current_sum_counts[2];
   int angles[2]; /* ticks with an angle */
   int rates[2];  /* ticks with a rate */
+  uint32_t frames_before[2];
+  uint32_t cycles_before;
 } observations;
 
 /* One tick's worth of PWM periods. False: they do not come. */
@@ -49,14 +55,15 @@ static bool measure_offset(hal *machine, const observations *seen, int axis) {
   return good;
 }
 
-/* A gyro has a crystal of its own: 40 periods of 1 ms with 39 to 41 frames mean that ours is right to 2.5 %. */
-static bool clock_agrees(const gyro_line *line, uint32_t frames_before) {
-  const int frames = (int)(line->frames - frames_before);
-  return frames < FEWEST_FRAMES_HEARD ||
-         (frames >= TEST_TICKS - MOST_FRAMES_ASTRAY && frames <= TEST_TICKS + MOST_FRAMES_ASTRAY);
+/* A gyro has a crystal of its own: 40 frames, each 1 ms of our clock but for one and a half, mean that ours is right to
+ * 4 %. A crystal of another common frequency is far beyond. */
+static bool clock_agrees(const gyro_line *line, uint32_t frames_before, float frames_by_our_clock) {
+  const uint32_t frames = line->frames - frames_before;
+  const float astray = (float)frames - frames_by_our_clock;
+  return frames < FEWEST_FRAMES_HEARD || (astray <= MOST_FRAMES_ASTRAY && astray >= -MOST_FRAMES_ASTRAY);
 }
 
-static uint32_t judge_axis(hal *machine, const observations *seen, const uint32_t *frames_before, int axis) {
+static uint32_t judge_axis(hal *machine, const observations *seen, float frames_by_our_clock, int axis) {
   uint32_t failed = 0;
   if (!measure_offset(machine, seen, axis)) {
     failed |= HAL_TEST_CURRENT_OFFSET;
@@ -67,7 +74,7 @@ static uint32_t judge_axis(hal *machine, const observations *seen, const uint32_
   if (seen->rates[axis] < LEAST_GOOD_TICKS) {
     failed |= axis == 0 ? HAL_TEST_GYRO_AZIMUTH : HAL_TEST_GYRO_PITCH;
   }
-  if (!clock_agrees(&machine->gyro[axis], frames_before[axis])) {
+  if (!clock_agrees(&machine->gyro[axis], seen->frames_before[axis], frames_by_our_clock)) {
     failed |= HAL_TEST_CLOCK;
   }
   return failed;
@@ -79,13 +86,16 @@ static uint32_t test_sensors(hal *machine) {
   if (!observe_tick(machine, &settling)) {
     return HAL_TEST_CONTROLLER;
   }
-  const uint32_t frames_before[2] = {machine->gyro[0].frames, machine->gyro[1].frames};
+  seen.cycles_before = clock_cycles();
+  seen.frames_before[0] = machine->gyro[0].frames;
+  seen.frames_before[1] = machine->gyro[1].frames;
   for (int tick = 0; tick < TEST_TICKS; ++tick) {
     if (!observe_tick(machine, &seen)) {
       return HAL_TEST_CONTROLLER;
     }
   }
-  return judge_axis(machine, &seen, frames_before, 0) | judge_axis(machine, &seen, frames_before, 1);
+  const float frames_by_our_clock = (float)(clock_cycles() - seen.cycles_before) / CYCLES_PER_FRAME;
+  return judge_axis(machine, &seen, frames_by_our_clock, 0) | judge_axis(machine, &seen, frames_by_our_clock, 1);
 }
 
 uint32_t hal_board_self_test(hal *machine) {

@@ -106,6 +106,7 @@ void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples) {
     INTEGER(angle_turn32, axis->motion.joint_angle);
     FLOAT(axis->motion.gyro_rad_s);
     INTEGER(bool, axis->motion.gyro_valid);
+    INTEGER(bool, axis->encoder_failed);
     FLOAT(axis->mean_current_a);
     INTEGER(bool, axis->frame.fresh);
     INTEGER(bool, axis->frame.valid);

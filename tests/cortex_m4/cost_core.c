@@ -48,12 +48,14 @@ speed_loop_output __wrap_speed_loop_control(speed_loop_state *state, const speed
   return output;
 }
 
-float __real_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v);
 float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v);
 
+/* What servo_app_pwm does, with the command made before, as the board's tick leaves it for its PWM interrupt. */
 float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v) {
+  const servo_current_command command = servo_axis_current_command(&app->axis[axis], &app->params.axis[axis]);
   const uint32_t start = instruction_count_now();
-  const float duty = __real_servo_app_pwm(app, axis, current_a, bus_voltage_v);
+  const float duty =
+      servo_current_step(&app->axis[axis].current, &command, current_a, bus_voltage_v, SERVO_PWM_PERIOD_S);
   cost_row_add(&current_loop, instruction_count_since(start));
   return duty;
 }

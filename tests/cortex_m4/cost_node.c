@@ -33,7 +33,10 @@ static bench b;
 
 /* --- the machine -------------------------------------------------------------------------------------------------- */
 
-static uint32_t joint_angle(void *machine, int axis) { return ((bench *)machine)->axis[axis].angle; }
+static bool joint_angle(void *machine, int axis, uint32_t *angle) {
+  *angle = ((bench *)machine)->axis[axis].angle;
+  return true;
+}
 
 static bool gyro(void *machine, int axis, float *rate_rad_s) {
   *rate_rad_s = ((bench *)machine)->axis[axis].rate_rad_s;
@@ -55,6 +58,18 @@ static float bus_voltage(void *machine) {
   return 48.0f;
 }
 
+static hal_health good_health(void *machine, int axis) {
+  (void)machine;
+  (void)axis;
+  return HAL_GOOD;
+}
+
+static void ignore_power(void *machine, int axis, bool on) {
+  (void)machine;
+  (void)axis;
+  (void)on;
+}
+
 static void ignore_duty(void *machine, int axis, float duty) {
   (void)machine;
   (void)axis;
@@ -63,10 +78,12 @@ static void ignore_duty(void *machine, int axis, float duty) {
 
 static hal machine_of(bench *of) {
   return (hal){.machine = of,
-               .joint_angle_turn32 = joint_angle,
+               .joint_angle = joint_angle,
                .gyro_rate = gyro,
                .mean_current_a = mean_current,
                .camera = camera,
+               .axis_health = good_health,
+               .power_bridge = ignore_power,
                .current_a = mean_current,
                .bus_voltage_v = bus_voltage,
                .set_duty = ignore_duty};

@@ -89,3 +89,15 @@ def test_dbc_encodes_what_the_node_obeys(dbc, node, azimuth):
         "RPDO3", {"AzimuthTargetVelocity": math.radians(1.0), "PitchTargetVelocity": 0.0}))
     time.sleep(1.0)
     assert azimuth.mean_rate_deg_s() == pytest.approx(1.0, rel=0.03)
+
+
+def test_the_board_starts_with_the_parameters_of_the_example_machine(descriptions):
+    """As numbers: another machine's library may design the last digits otherwise."""
+    def assignments(file):
+        return [(name, float(value)) for name, value in re.findall(r"\.([a-z0-9_.]+) = ([-+.e0-9]+)[fu],", file.read_text())]
+    printed = assignments(descriptions / "default_parameters.c")
+    committed = assignments(PROJECT / "firmware/app/default_parameters.c")
+    assert len(printed) == 2 * 46
+    assert [name for name, _ in committed] == [name for name, _ in printed]
+    assert [value for _, value in committed] == pytest.approx([value for _, value in printed], rel=1e-5), \
+        f"copy {descriptions}/default_parameters.c to firmware/app/"

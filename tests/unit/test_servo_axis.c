@@ -251,6 +251,22 @@ static void test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick(vo
   CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-3);
 }
 
+static void test_an_encoder_without_an_answer_takes_the_torque_away_until_it_answers(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 2.0f};
+  ticks(&b, 10);
+  CHECK_SAME("torque, Nm", 2.0, b.axis.commanded_nm);
+  servo_axis_samples samples = b.samples;
+  samples.encoder_failed = true;
+  servo_axis_tick(&b.axis, &b.params, &b.command, &samples, dt_s);
+  CHECK_SAME("torque without an encoder, Nm", 0.0, b.axis.commanded_nm);
+  TEST_ASSERT_EQUAL(SERVO_OFF, b.axis.mode);
+  TEST_ASSERT_TRUE(b.axis.implausible);
+  tick(&b);
+  TEST_ASSERT_FALSE(b.axis.implausible);
+  CHECK_SAME("torque with it again, Nm", 2.0, b.axis.commanded_nm);
+}
+
 static void test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit(void) {
   bench b = bench_at_rest();
   b.command = (servo_axis_command){.mode = SERVO_POSITION, .position = 400000000u, .rate_limit_rad_s = 0.05f};
@@ -356,6 +372,7 @@ int main(void) {
   RUN_TEST(test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind);
   RUN_TEST(test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_behind);
   RUN_TEST(test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick);
+  RUN_TEST(test_an_encoder_without_an_answer_takes_the_torque_away_until_it_answers);
   RUN_TEST(test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit);
   RUN_TEST(test_a_gyro_that_says_it_is_not_valid_may_hold_anything);
   RUN_TEST(test_a_sum_that_is_not_a_number_takes_the_torque_away);
