@@ -124,6 +124,9 @@ void BoardMachine::step(Instant at) {
 // Both converters are triggered at the same instant; the first one asks.
 void BoardMachine::step_if_due() {
   if (chip_.timeline.instant() >= stepped_at_ + kPwmPeriod / 2) {
+    if (chip_.tim1.is_running() && !chip_.tim1.is_around_zero()) {
+      chip_.complaints.add("currents are sampled in the wrong half of the PWM period");
+    }
     step(chip_.timeline.instant());
   }
 }

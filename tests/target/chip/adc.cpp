@@ -27,6 +27,7 @@ constexpr std::uint32_t kCalibrate = 1U << 31;
 
 constexpr std::uint32_t kHighestClockHz = 60'000'000;
 constexpr Instant kRegulatorStartup = 20 * kUnitsPerMicrosecond;
+constexpr double kShortestSampling_s = 0.1e-6;  // for sources of a kilo-ohm
 constexpr double kCalibrationCycles = 116;
 constexpr Instant kEnableTime = 1 * kUnitsPerMicrosecond;
 
@@ -141,6 +142,7 @@ void Adc::start_sequence() {
     const unsigned channel = channel_of(rank);
     reg(kJdr1 + 4 * rank) = source_(channel);
     cycles += adc_cycles(channel);
+    require((adc_cycles(channel) - 12.5) / common_.clock_hz() >= kShortestSampling_s, "sampled for less than 0.1 us");
   }
   const double seconds = cycles / common_.clock_hz();
   timeline().set(sequence_end_, timeline().instant() + duration_of(seconds));
@@ -150,7 +152,7 @@ void Adc::write_cr(std::uint32_t written) {
   const std::uint32_t old = reg(kCr);
   const Instant now = timeline().instant();
   if ((written & ~old & kRegulator) != 0) {
-    require((written & kDeepPowerDown) == 0, "regulator switched on in deep power-down");
+    require(((written | old) & kDeepPowerDown) == 0, "regulator switched on in deep power-down");
     regulator_ready_ = now + kRegulatorStartup;
   }
   const bool powered = (written & kRegulator) != 0 && (written & kDeepPowerDown) == 0;

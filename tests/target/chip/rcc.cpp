@@ -112,7 +112,12 @@ void Rcc::write_cfgr(std::uint32_t written) {
   const std::uint32_t prescaler = written >> 4 & 0xFU;
   constexpr unsigned kAhbShift[] = {1, 2, 3, 4, 6, 7, 8, 9};
   hz >>= prescaler < 8 ? 0 : kAhbShift[prescaler - 8];
+  if (hz == 0) {
+    complain("switched to a PLL without an input: the core stops");
+    return;
+  }
   if (hz != core_hz_) {
+    require(hz <= 85'000'000 || core_hz_ > 80'000'000, "from below to above 80 MHz without a step at half the speed");
     core_hz_ = hz;
     check_speed();
     require(kUnitsPerSecond % hz == 0, "a core clock that the emulator cannot count exactly");

@@ -32,6 +32,7 @@ class Rcc : public Peripheral {
   void supplied_by(Supply supply) { supply_ = std::move(supply); }
 
   void tell_cause(ResetCause cause);
+  std::uint32_t causes() const { return causes_; }
 
   std::uint32_t core_hz() const { return core_hz_; }
   std::uint32_t pclk1_hz() const { return core_hz_ >> shift_of(reg(0x08) >> 8 & 7U); }

@@ -39,6 +39,9 @@ class Timer : public Peripheral {
   // side conducts; nothing for a leg that is or was not driven all the time.
   std::array<std::optional<double>, kLegs> take_mean_legs();
 
+  // Centre-aligned and in the half of the period around counter 0, where high sides conduct.
+  bool is_around_zero() const { return is_centred() && counter() < limit_ / 2; }
+
   bool is_running() const { return (reg(0x00) & 1U) != 0; }
   bool is_main_output_enabled() const { return advanced_ && (reg(0x44) & 1U << 15) != 0; }
 

@@ -4,21 +4,26 @@ namespace trackservo::target {
 
 void Bus::attach(Peripheral& peripheral, std::uint32_t base, std::uint32_t size) {
   regions_.push_back({base, size, &peripheral});
+  last_ = nullptr;
+}
+
+const Bus::Region *Bus::find(std::uint32_t address) const {
+  for (const Region& region : regions_) {
+    if (address - region.base < region.size) {
+      return &region;
+    }
+  }
+  return nullptr;
 }
 
 const Bus::Region *Bus::find(std::uint32_t address, const char *what) {
-  const auto holds = [address](const Region& region) { return address - region.base < region.size; };
-  if (last_ < regions_.size() && holds(regions_[last_])) {
-    return &regions_[last_];
+  if (last_ == nullptr || address - last_->base >= last_->size) {
+    last_ = find(address);
   }
-  for (std::size_t i = 0; i < regions_.size(); ++i) {
-    if (holds(regions_[i])) {
-      last_ = i;
-      return &regions_[i];
-    }
+  if (last_ == nullptr) {
+    complaints_.add(fmt::format("{} at 0x{:08x}, where nothing is modelled", what, address));
   }
-  complaints_.add(fmt::format("{} at 0x{:08x}, where nothing is modelled", what, address));
-  return nullptr;
+  return last_;
 }
 
 std::uint32_t Bus::read(std::uint32_t address, unsigned width) {
@@ -27,20 +32,21 @@ std::uint32_t Bus::read(std::uint32_t address, unsigned width) {
 }
 
 std::uint32_t Bus::peek(std::uint32_t address) const {
-  for (const Region& region : regions_) {
-    if (address - region.base < region.size) {
-      return region.peripheral->peek(address - region.base);
-    }
-  }
-  return 0;
+  const Region *region = find(address);
+  return region != nullptr ? region->peripheral->peek(address - region->base) : 0;
+}
+
+std::uint32_t Bus::writable(std::uint32_t address) const {
+  const Region *region = find(address);
+  return region != nullptr ? region->peripheral->writable(address - region->base) : 0;
 }
 
 void Bus::write(std::uint32_t address, std::uint32_t value, unsigned width) {
   if (watcher_) {
-    watcher_({address, value, value ^ peek(address)});
+    watcher_({address, value, (value ^ peek(address)) & writable(address)});
   }
-  if (bend_ && bend_->write.address == address && bend_->write.value == value) {
-    value ^= bend_->flip;
+  if (bend_ && bend_->address == address) {
+    value = bend_->forced ? value | bend_->bit : value & ~bend_->bit;
   }
   const Region *region = find(address, "write");
   if (region != nullptr) {

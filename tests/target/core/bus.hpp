@@ -1,7 +1,7 @@
 // Which peripheral answers at which address.
 //
-// One write may be bent on purpose: every time `value` is written to `address`, one of its bits is flipped. That is how
-// the tests show that a wrongly wired bit does not stay unseen.
+// One bit of one register may be bent on purpose: whatever the program writes, the register gets the other value. That
+// is how the tests show that a wrongly wired bit does not stay unseen.
 #ifndef TRACKSERVO_TARGET_CORE_BUS_HPP
 #define TRACKSERVO_TARGET_CORE_BUS_HPP
 
@@ -19,14 +19,12 @@ class Bus {
   struct Write {
     std::uint32_t address;
     std::uint32_t value;
-    std::uint32_t changed = 0;  // bits in which it differs from what was there
-    bool operator<(const Write& other) const {
-      return address != other.address ? address < other.address : value < other.value;
-    }
+    std::uint32_t changed = 0;  // writable bits in which it differs from what was there
   };
   struct Bend {
-    Write write;
-    std::uint32_t flip;  // bits
+    std::uint32_t address;
+    std::uint32_t bit;
+    bool forced;
   };
 
   explicit Bus(Complaints& complaints) : complaints_(complaints) {}
@@ -39,6 +37,7 @@ class Bus {
 
   // Without side effects, for tests.
   std::uint32_t peek(std::uint32_t address) const;
+  std::uint32_t writable(std::uint32_t address) const;
 
   void bend(std::optional<Bend> bend) { bend_ = bend; }
 
@@ -52,11 +51,12 @@ class Bus {
     Peripheral *peripheral;
   };
 
+  const Region *find(std::uint32_t address) const;
   const Region *find(std::uint32_t address, const char *what);
 
   Complaints& complaints_;
   std::vector<Region> regions_;
-  std::size_t last_ = 0;
+  const Region *last_ = nullptr;
   std::optional<Bend> bend_;
   std::function<void(const Write&)> watcher_;
 };

@@ -14,6 +14,13 @@ namespace trackservo::target {
 
 class FlashAccelerator {
  public:
+  FlashAccelerator() {
+    for (std::uint8_t slot = 0; slot <= kLines; ++slot) {
+      after_[slot] = static_cast<std::uint8_t>(slot == kLines ? 0 : slot + 1);
+      before_[slot] = static_cast<std::uint8_t>(slot == 0 ? kLines : slot - 1);
+    }
+  }
+
   void configure(std::uint32_t wait_states, bool cache, bool prefetch) {
     wait_states_ = wait_states;
     cache_ = cache;
@@ -50,36 +57,37 @@ class FlashAccelerator {
   static constexpr std::uint32_t kLines = 32;
   static constexpr std::uint32_t kFlashLines = 512 * 1024 / kLineBytes;
   static constexpr std::uint32_t kEmpty = UINT32_MAX;
+  static constexpr std::uint8_t kHead = kLines;
 
   // Whether the line is there; from now on it is. `where_` tells in which slot it was last.
   bool holds(std::uint32_t line) {
     std::uint8_t& slot = where_[line % kFlashLines];
     const bool hit = tags_[slot] == line;
     if (!hit) {
-      slot = oldest();
+      slot = before_[kHead];
       tags_[slot] = line;
     }
-    used_[slot] = ++clock_;
+    use(slot);
     return hit;
   }
 
-  std::uint8_t oldest() const {
-    std::uint8_t oldest = 0;
-    for (std::uint8_t slot = 1; slot < kLines; ++slot) {
-      if (used_[slot] < used_[oldest]) {
-        oldest = slot;
-      }
-    }
-    return oldest;
+  // Puts a slot first in the ring of slots, which begins behind kHead with the one used last.
+  void use(std::uint8_t slot) {
+    after_[before_[slot]] = after_[slot];
+    before_[after_[slot]] = before_[slot];
+    after_[slot] = after_[kHead];
+    before_[slot] = kHead;
+    before_[after_[slot]] = slot;
+    after_[kHead] = slot;
   }
 
   std::uint32_t wait_states_ = 0;
   bool cache_ = false;
   bool prefetch_ = false;
   std::array<std::uint32_t, kLines> tags_{};
-  std::array<std::uint64_t, kLines> used_{};
+  std::array<std::uint8_t, kLines + 1> after_{};
+  std::array<std::uint8_t, kLines + 1> before_{};
   std::array<std::uint8_t, kFlashLines> where_{};
-  std::uint64_t clock_ = 0;
 };
 
 }  // namespace trackservo::target

@@ -53,6 +53,12 @@ class Peripheral {
     return found == kNone ? 0 : values_[found];
   }
 
+  // Which bits of a register the program may write.
+  std::uint32_t writable(std::uint32_t offset) const {
+    const std::uint16_t found = find(offset);
+    return found == kNone ? 0 : table_[found].writable;
+  }
+
   // All registers to their reset values, then on_reset().
   void reset();
 
