@@ -173,6 +173,29 @@ void test_a_coarse_encoder_leaves_quick_motion_to_the_gyro() {
   CHECK_RELATIVE("inertia", 5.738, result.rough.inertia_kg_m2, 0.05);
 }
 
+void expect_refusal(const Recording& recording, const char *said) {
+  try {
+    (void)identification::identify(recording);
+    TEST_FAIL_MESSAGE(said);
+  } catch (const identification::IdentificationError& error) {
+    TEST_ASSERT_TRUE_MESSAGE(std::string(error.what()).find(said) != std::string::npos, error.what());
+  }
+}
+
+void test_a_sensor_of_wrong_sign_is_told() {
+  const Recording good = first_look(commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed));
+  Recording wrong = good;
+  for (double& torque_nm : wrong.torque_nm) {
+    torque_nm = -torque_nm;
+  }
+  expect_refusal(wrong, "its sign is opposite to the joint angle's");
+  wrong = good;
+  for (double& rate_rad_s : wrong.inertial_rate_rad_s) {
+    rate_rad_s = -rate_rad_s;
+  }
+  expect_refusal(wrong, "the gyro shows -1 times the joint rate");
+}
+
 void test_an_axis_that_stands_still_is_refused_at_once() {
   Recording recording;
   for (int tick = 0; tick < 5000; ++tick) {
@@ -185,13 +208,7 @@ void test_an_axis_that_stands_still_is_refused_at_once() {
     recording.torque_nm.push_back(0.1);
     recording.reference.push_back(0.0);
   }
-  try {
-    (void)identification::identify(recording);
-  } catch (const identification::IdentificationError& error) {
-    TEST_ASSERT_TRUE(std::string(error.what()).find("hardly slides") != std::string::npos);
-    return;
-  }
-  TEST_FAIL_MESSAGE("something was identified");
+  expect_refusal(recording, "hardly slides");
 }
 
 }  // namespace
@@ -199,6 +216,7 @@ void test_an_axis_that_stands_still_is_refused_at_once() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_an_axis_that_stands_still_is_refused_at_once);
+  RUN_TEST(test_a_sensor_of_wrong_sign_is_told);
   RUN_TEST(test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing);
   RUN_TEST(test_a_first_look_of_a_minute_sizes_the_programme);
   RUN_TEST(test_a_coarse_encoder_leaves_quick_motion_to_the_gyro);

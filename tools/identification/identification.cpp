@@ -386,7 +386,6 @@ Identification identify(const Recording& recording) {
   if (recording.has_gyro() && first_look.angle_noise_rad > kCoarse_rad) {
     first_look = analyse_motion(recording, kMotionCutoff_hz, true);
   }
-  check_gyro(first_look);
   const PaperEstimate found = search_start(recording, first_look, result.paper);
   const double bristle_rad = found.friction.positive.coulomb_nm / found.friction.stiffness_nm_rad;
   result.motion_cutoff_hz = motion_cutoff_hz(first_look.angle_noise_rad, bristle_rad);
@@ -399,6 +398,7 @@ Identification identify(const Recording& recording) {
                                           static_cast<double>(recording.ticks()) * kTick_s,
                                           run_kind_name(RunKind::kSpeedSweep), run_kind_name(RunKind::kHysteresis)));
   }
+  check_gyro(first_look);
   const Eigen::VectorXd paper = start_parameters(balance, result.paper);
   result.fit = fit_jointly(balance, starts_around(result.motion, start));
   result.harmonics = balance.harmonics();
