@@ -29,7 +29,7 @@ static void put_float(uint8_t *bytes, float value) {
 static uint32_t crc_by_the_definition(const uint8_t *bytes, int count) {
   uint32_t crc = UINT32_MAX;
   for (int bit = 0; bit < 8 * count; ++bit) {
-    const uint32_t in = bytes[bit / 8] >> (7 - bit % 8) & 1u;
+    const uint32_t in = (uint32_t)bytes[bit / 8] >> (7 - bit % 8) & 1u;
     crc = crc << 1 ^ ((crc >> 31 ^ in) != 0 ? 0x04C11DB7u : 0u);
   }
   return crc;

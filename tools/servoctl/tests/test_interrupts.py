@@ -24,8 +24,10 @@ DEVICE_TYPE, VENDOR = (0x1000, 0), (0x1018, 1)
 @pytest.fixture
 def device(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[Device]:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(servo.folder))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job's children ignore it
     with Device(parse_bus(servo.bus), 1) as opened:
         yield opened
+    signal.signal(signal.SIGINT, before)
 
 
 def interrupted(device: Device, times: int, monkeypatch: pytest.MonkeyPatch) -> None:
