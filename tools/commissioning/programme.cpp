@@ -36,31 +36,39 @@ struct Means {
   double torque_nm;
 };
 
-void check(const MotionLimits& limits) {
-  const auto refuse_outside = [](const char *what, double value, double low, double high) {
-    if (!(low <= value && value <= high)) {
-      throw ProgrammeError(fmt::format("{} is {:g}; give {:g} to {:g}.", what, value, low, high));
+struct Bounded {
+  const char *what;
+  double value;
+  double low;
+  double high;
+};
+
+// `lead` and `advice` stand before and after the range.
+void refuse_outside(const std::vector<Bounded>& all, const char *lead, const char *advice) {
+  for (const Bounded& one : all) {
+    if (!(one.low <= one.value && one.value <= one.high)) {
+      throw ProgrammeError(
+          fmt::format("{} is {:g}; {} {:g} to {:g}.{}", one.what, one.value, lead, one.low, one.high, advice));
     }
-  };
-  refuse_outside("the lowest joint angle [rad]", limits.lowest_rad, -1e3, 1e3);
-  refuse_outside("the highest joint angle [rad]", limits.highest_rad, -1e3, 1e3);
-  refuse_outside("the travel between lowest and highest joint angle [rad]", limits.highest_rad - limits.lowest_rad,
-                 kLeastTravel_rad, 2e3);
-  refuse_outside("the speed limit [rad/s]", limits.rate_rad_s, 1e-3, 100.0);
-  refuse_outside("the torque limit [Nm]", limits.torque_nm, 1e-3, 1e4);
+  }
+}
+
+void check(const MotionLimits& limits) {
+  refuse_outside({{"the lowest joint angle [rad]", limits.lowest_rad, -1e3, 1e3},
+                  {"the highest joint angle [rad]", limits.highest_rad, -1e3, 1e3},
+                  {"the travel between lowest and highest joint angle [rad]", limits.highest_rad - limits.lowest_rad,
+                   kLeastTravel_rad, 2e3},
+                  {"the speed limit [rad/s]", limits.rate_rad_s, 1e-3, 100.0},
+                  {"the torque limit [Nm]", limits.torque_nm, 1e-3, 1e4}},
+                 "give", "");
 }
 
 void check(const RoughMachine& machine) {
-  const auto refuse_outside = [](const char *what, double value, double low, double high) {
-    if (!(low <= value && value <= high)) {
-      throw ProgrammeError(fmt::format("{} is {:g}; such a machine has {:g} to {:g}. Identify a first look again.",
-                                       what, value, low, high));
-    }
-  };
-  refuse_outside("the rough Coulomb torque [Nm]", machine.coulomb_nm, 1e-5, 1e4);
-  refuse_outside("the rough bristle length [rad]", machine.bristle_rad, 1e-8, 1.0);
-  refuse_outside("the rough Stribeck speed [rad/s]", machine.stribeck_rad_s, 1e-6, 10.0);
-  refuse_outside("the rough inertia [kg m2]", machine.inertia_kg_m2, 1e-7, 1e6);
+  refuse_outside({{"the rough Coulomb torque [Nm]", machine.coulomb_nm, 1e-5, 1e4},
+                  {"the rough bristle length [rad]", machine.bristle_rad, 1e-8, 1.0},
+                  {"the rough Stribeck speed [rad/s]", machine.stribeck_rad_s, 1e-6, 10.0},
+                  {"the rough inertia [kg m2]", machine.inertia_kg_m2, 1e-7, 1e6}},
+                 "such a machine has", " Identify a first look again.");
 }
 
 // Turning round at the top speed takes at most half of the room.
