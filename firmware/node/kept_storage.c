@@ -1,0 +1,137 @@
+#include "node/kept_storage.h"
+
+#include <string.h>
+
+static uint8_t at_most_u8(uint32_t count) { return count < UINT8_MAX ? (uint8_t)count : UINT8_MAX; }
+
+static uint16_t at_most_u16(uint32_t count) { return count < UINT16_MAX ? (uint16_t)count : UINT16_MAX; }
+
+/* --- start ------------------------------------------------------------------------------------------------------ */
+
+/* Into `next`, so that nothing of a refused set stays. */
+static bool take(kept_storage *storage, uint32_t n, const object_dictionary *dictionary, kept_rows_report *rows) {
+  if (!parameter_store_load(&storage->store, n, storage->rows, KEPT_MOST_ROWS)) {
+    return false;
+  }
+  storage->next = storage->factory;
+  return kept_objects_from_rows(&storage->next, storage->rows, storage->store.found[n].rows, rows) &&
+         kept_objects_are_good(&storage->next, dictionary);
+}
+
+static kept_source source_of(const kept_storage *storage, const parameter_record *record) {
+  const kept_report *report = &storage->report;
+  if (report->damaged + report->unfinished + report->refused > 0) {
+    return record != NULL ? KEPT_OLDER : KEPT_DEFAULTS_BY_FAULT;
+  }
+  if (record == NULL || storage->groups == 0) {
+    return KEPT_DEFAULTS;
+  }
+  return record->schema_hash == storage->schema_hash ? KEPT_STORED : KEPT_MIGRATED;
+}
+
+static const parameter_record *take_newest_good(kept_storage *storage, const object_dictionary *dictionary) {
+  for (uint32_t n = 0; n < storage->store.count; ++n) {
+    const parameter_record *record = &storage->store.found[n];
+    kept_rows_report rows = {.groups = 0};
+    if (take(storage, n, dictionary, &rows)) {
+      parameter_store_use(&storage->store, n);
+      storage->stored = storage->next;
+      storage->groups = rows.groups;
+      storage->report.sequence = record->sequence;
+      storage->report.dropped = at_most_u16(rows.dropped);
+      storage->report.missing = at_most_u16(rows.missing);
+      return record;
+    }
+    storage->report.refused++;
+  }
+  return NULL;
+}
+
+void kept_storage_start(kept_storage *storage, const object_dictionary *dictionary, const kept_objects *factory,
+                        const hal_flash *flash, uint32_t schema_hash) {
+  memset(storage, 0, sizeof *storage);
+  storage->factory = *factory;
+  storage->stored = *factory;
+  storage->schema_hash = schema_hash;
+  storage->has_flash = flash != NULL;
+  if (storage->has_flash) {
+    parameter_store_open(&storage->store, flash);
+    storage->report.damaged = at_most_u8(storage->store.damaged);
+    storage->report.unfinished = at_most_u8(storage->store.unfinished);
+    const parameter_record *record = take_newest_good(storage, dictionary);
+    storage->report.source = (uint8_t)source_of(storage, record);
+  }
+}
+
+/* --- commands --------------------------------------------------------------------------------------------------- */
+
+static void prepare(kept_storage *storage, const kept_command *command) {
+  const uint8_t groups = kept_groups(command->group);
+  storage->saving = command->saving;
+  storage->group = command->group;
+  storage->next = storage->stored;
+  kept_objects_copy(&storage->next, command->saving ? command->in_force : &storage->factory, groups);
+  storage->next_groups = (uint8_t)(command->saving ? storage->groups | groups : storage->groups & ~groups);
+  storage->row_count = kept_objects_to_rows(&storage->next, storage->next_groups, storage->rows, KEPT_MOST_ROWS);
+}
+
+static void adopt(kept_storage *storage) {
+  storage->stored = storage->next;
+  storage->groups = storage->next_groups;
+  storage->report = (kept_report){.source = storage->next_groups != 0 ? KEPT_STORED : KEPT_DEFAULTS,
+                                  .sequence = storage->store.last_sequence};
+  storage->answer = OD_OK;
+}
+
+/* An answer is for the one who asks the same, of the same values: another client may have given up meanwhile. */
+static bool is_answered(const kept_storage *storage, const kept_command *command) {
+  if (storage->progress != KEPT_ANSWERED || storage->saving != command->saving || storage->group != command->group) {
+    return false;
+  }
+  kept_objects wanted;
+  memcpy(&wanted, &storage->stored, sizeof wanted); /* with its padding */
+  kept_objects_copy(&wanted, command->saving ? command->in_force : &storage->factory, kept_groups(command->group));
+  return storage->answer != OD_OK || memcmp(&wanted, &storage->stored, sizeof wanted) == 0;
+}
+
+od_abort kept_storage_command(kept_storage *storage, const kept_command *command) {
+  if (storage->progress == KEPT_SAVING) {
+    return OD_PENDING;
+  }
+  if (is_answered(storage, command)) {
+    storage->progress = KEPT_IDLE;
+    return storage->answer;
+  }
+  if (command->powered) {
+    return OD_DEVICE_STATE;
+  }
+  prepare(storage, command);
+  if (storage->has_flash &&
+      !parameter_store_begin(&storage->store, storage->schema_hash, storage->rows, storage->row_count)) {
+    return OD_HARDWARE;
+  }
+  storage->progress = KEPT_SAVING;
+  return OD_PENDING;
+}
+
+bool kept_storage_tick(kept_storage *storage) {
+  if (storage->progress == KEPT_ANSWERED) {
+    storage->progress = KEPT_IDLE; /* nobody has asked in this tick */
+  }
+  if (storage->progress != KEPT_SAVING) {
+    return false;
+  }
+  const parameter_store_state state =
+      storage->has_flash ? parameter_store_progress(&storage->store) : PARAMETER_STORE_SAVED;
+  if (state == PARAMETER_STORE_BUSY) {
+    return false;
+  }
+  storage->progress = KEPT_ANSWERED;
+  storage->answer = OD_HARDWARE;
+  if (state == PARAMETER_STORE_SAVED) {
+    adopt(storage);
+  }
+  return storage->answer == OD_OK;
+}
+
+void kept_storage_background(kept_storage *storage) { parameter_store_step(&storage->store); }
