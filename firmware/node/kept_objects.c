@@ -79,32 +79,64 @@ static bool row_of(const od_object *object, parameter_row *row) {
   return true;
 }
 
+/* A walk over the kept objects of some groups. */
+typedef struct {
+  uint32_t part;
+  uint32_t entry; /* to be looked at next */
+} kept_walk;
+
+/* False at the end. */
+static bool next_kept(const object_dictionary *view, uint8_t groups, kept_walk *walk, od_object *object) {
+  for (; walk->part < view->count; ++walk->part, walk->entry = 0) {
+    const od_part *part = &view->parts[walk->part];
+    while (walk->entry < part->table.count) {
+      *object = (od_object){part, &part->table.entries[walk->entry++]};
+      if (is_kept(object, groups)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 uint32_t kept_objects_to_rows(kept_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity) {
   od_part parts[TABLES];
   const object_dictionary view = view_of(kept, parts);
+  kept_walk walk = {.part = 0};
+  od_object object;
   uint32_t count = 0;
-  for (uint32_t part = 0; part < view.count; ++part) {
-    for (uint32_t entry = 0; entry < parts[part].table.count; ++entry) {
-      const od_object object = {&parts[part], &parts[part].table.entries[entry]};
-      if (!is_kept(&object, groups)) {
-        continue;
-      }
-      if (count == capacity || !row_of(&object, &rows[count])) {
-        return UINT32_MAX;
-      }
-      ++count;
+  while (next_kept(&view, groups, &walk, &object)) {
+    if (count == capacity || !row_of(&object, &rows[count])) {
+      return UINT32_MAX;
     }
+    ++count;
   }
   return count;
 }
 
+bool kept_objects_are_same(kept_objects *kept, kept_objects *other, uint8_t groups) {
+  od_part parts[TABLES];
+  od_part other_parts[TABLES];
+  const object_dictionary view = view_of(kept, parts);
+  (void)view_of(other, other_parts);
+  kept_walk walk = {.part = 0};
+  od_object object;
+  bool same = true;
+  while (same && next_kept(&view, groups, &walk, &object)) {
+    const od_object other_object = {&other_parts[walk.part], object.entry};
+    parameter_row row;
+    parameter_row other_row;
+    same = row_of(&object, &row) && row_of(&other_object, &other_row) && row.value == other_row.value;
+  }
+  return same;
+}
+
 static uint32_t count_kept(const object_dictionary *view, uint8_t groups) {
+  kept_walk walk = {.part = 0};
+  od_object object;
   uint32_t count = 0;
-  for (uint32_t part = 0; part < view->count; ++part) {
-    for (uint32_t entry = 0; entry < view->parts[part].table.count; ++entry) {
-      const od_object object = {&view->parts[part], &view->parts[part].table.entries[entry]};
-      count += is_kept(&object, groups) ? 1 : 0;
-    }
+  while (next_kept(view, groups, &walk, &object)) {
+    ++count;
   }
   return count;
 }

@@ -35,6 +35,9 @@ void kept_communication_copy(communication_objects *to, const communication_obje
  * more than four bytes: UINT32_MAX, which a test rules out. */
 uint32_t kept_objects_to_rows(kept_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity);
 
+/* Whether all objects of these groups that are marked as stored have the same values; nothing is changed. */
+bool kept_objects_are_same(kept_objects *kept, kept_objects *other, uint8_t groups);
+
 typedef struct {
   uint8_t groups;   /* KEPT_*, of which there are rows */
   uint32_t dropped; /* rows of objects that are not there any more, are not stored, or have another type */

@@ -84,14 +84,12 @@ static void adopt(kept_storage *storage) {
 }
 
 /* An answer is for the one who asks the same, of the same values: another client may have given up meanwhile. */
-static bool is_answered(const kept_storage *storage, const kept_command *command) {
+static bool is_answered(kept_storage *storage, const kept_command *command) {
   if (storage->progress != KEPT_ANSWERED || storage->saving != command->saving || storage->group != command->group) {
     return false;
   }
-  kept_objects wanted;
-  memcpy(&wanted, &storage->stored, sizeof wanted); /* with its padding */
-  kept_objects_copy(&wanted, command->saving ? command->in_force : &storage->factory, kept_groups(command->group));
-  return storage->answer != OD_OK || memcmp(&wanted, &storage->stored, sizeof wanted) == 0;
+  kept_objects *wanted = command->saving ? command->in_force : &storage->factory;
+  return storage->answer != OD_OK || kept_objects_are_same(&storage->stored, wanted, kept_groups(command->group));
 }
 
 od_abort kept_storage_command(kept_storage *storage, const kept_command *command) {

@@ -56,10 +56,10 @@ void kept_storage_start(kept_storage *storage, const object_dictionary *dictiona
                         const hal_flash *flash, uint32_t schema_hash);
 
 typedef struct {
-  bool saving;                  /* 0x1010, else 0x1011 */
-  uint8_t group;                /* STORAGE_* */
-  bool powered;                 /* an axis has torque: nothing is begun then, OD_DEVICE_STATE */
-  const kept_objects *in_force; /* what would be saved */
+  bool saving;            /* 0x1010, else 0x1011 */
+  uint8_t group;          /* STORAGE_* */
+  bool powered;           /* an axis has torque: nothing is begun then, OD_DEVICE_STATE */
+  kept_objects *in_force; /* what would be saved */
 } kept_command;
 
 /* OD_PENDING: ask again in the next tick. */

@@ -93,7 +93,7 @@ static bool any_axis_is_powered(const servo_node *node) {
 
 /* Storing is not begun while an axis has torque: nothing needs it then, and nothing is to be proven. */
 static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group) {
-  const kept_objects now = in_force(node);
+  kept_objects now = in_force(node);
   return kept_storage_command(
       &node->storage,
       &(kept_command){.saving = saving, .group = group, .powered = any_axis_is_powered(node), .in_force = &now});

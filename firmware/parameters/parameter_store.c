@@ -108,12 +108,12 @@ static place_verdict look(const hal_flash *flash, parameter_record *record) {
 
 /* Keeps found[] in order, the newest first. */
 static void insert(parameter_store *store, const parameter_record *record) {
-  uint32_t place = store->count++;
-  while (place > 0 && is_newer(record->sequence, store->found[place - 1].sequence)) {
-    store->found[place] = store->found[place - 1];
-    --place;
+  uint32_t rank = store->count++;
+  while (rank > 0 && is_newer(record->sequence, store->found[rank - 1].sequence)) {
+    store->found[rank] = store->found[rank - 1];
+    --rank;
   }
-  store->found[place] = *record;
+  store->found[rank] = *record;
 }
 
 /* Answers the page behind what was looked at. */
@@ -140,9 +140,8 @@ void parameter_store_open(parameter_store *store, const hal_flash areas[PARAMETE
   memset(store, 0, sizeof *store);
   store->areas = areas;
   for (uint32_t area = 0; area < PARAMETER_STORE_AREAS; ++area) {
-    const uint32_t pages =
-        areas[area].pages < PARAMETER_STORE_MOST_PAGES ? areas[area].pages : PARAMETER_STORE_MOST_PAGES;
-    for (uint32_t page = 0; page < pages;) {
+    uint32_t page = 0;
+    while (page < areas[area].pages && page < PARAMETER_STORE_MOST_PAGES) {
       page = look_at_page(store, area, page);
     }
   }

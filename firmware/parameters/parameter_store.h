@@ -69,7 +69,7 @@ typedef struct {
 } parameter_save;
 
 typedef struct {
-  const hal_flash *areas;                               /* two, of the same size */
+  const hal_flash *areas; /* two, of the same size, of PARAMETER_STORE_MOST_PAGES at most */
   parameter_record found[PARAMETER_STORE_MOST_RECORDS]; /* complete ones, newest first */
   uint32_t count;
   uint32_t damaged;    /* records with a commit mark whose contents are wrong, or that cannot be read */

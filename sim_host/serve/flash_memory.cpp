@@ -58,7 +58,8 @@ bool FlashMemory::read(const hal_flash *flash, std::uint32_t offset, void *bytes
   if (!is_within(offset, count)) {
     return false;
   }
-  std::memcpy(bytes, memory_of(flash).bytes_.data() + flash->area * kAreaBytes + offset, count);
+  const std::uint32_t begin = flash->area * kAreaBytes + offset;
+  std::memcpy(bytes, memory_of(flash).bytes_.data() + begin, count);
   return true;
 }
 
