@@ -54,12 +54,13 @@ static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_
 
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 
-/* What is in force now, as something to keep. */
-static kept_objects in_force(const servo_node *node) {
-  kept_objects kept = {.communication = node->canopen.objects};
+/* What is in force now, as something to keep; too large for the stack. */
+static kept_objects *in_force(servo_node *node) {
+  kept_objects *kept = &node->in_force;
+  kept->communication = node->canopen.objects;
   for (int i = 0; i < SERVO_AXES; ++i) {
-    kept.parameters[i] = node->axis[i].tuning.active;
-    kept.drive[i] = node->axis[i].objects;
+    kept->parameters[i] = node->axis[i].tuning.active;
+    kept->drive[i] = node->axis[i].objects;
   }
   return kept;
 }
@@ -93,10 +94,10 @@ static bool any_axis_is_powered(const servo_node *node) {
 
 /* Storing is not begun while an axis has torque: nothing needs it then, and nothing is to be proven. */
 static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group) {
-  kept_objects now = in_force(node);
   return kept_storage_command(
       &node->storage,
-      &(kept_command){.saving = saving, .group = group, .powered = any_axis_is_powered(node), .in_force = &now});
+      &(kept_command){
+          .saving = saving, .group = group, .powered = any_axis_is_powered(node), .in_force = in_force(node)});
 }
 
 static od_abort save(void *context, uint8_t group) { return storage_command_of(context, true, group); }
@@ -132,9 +133,8 @@ static void restore_parts(servo_node *node) {
 
 /* The first reset, in which all objects have their defaults: these are what 0x1011 gives back. */
 static void start_storage(servo_node *node) {
-  const kept_objects factory = in_force(node);
   node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
-  kept_storage_start(&node->storage, &node->canopen.dictionary, &factory, node->flash, node->objects.schema_hash);
+  kept_storage_start(&node->storage, &node->canopen.dictionary, in_force(node), node->flash, node->objects.schema_hash);
   for (int i = 0; i < SERVO_AXES; ++i) {
     take_stored(node, i);
   }

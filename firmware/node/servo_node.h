@@ -46,6 +46,7 @@ typedef struct {
   scope recorder;
   bool started;
   kept_storage storage;
+  kept_objects in_force;   /* as of the last command to store */
   const hal_flash *flash;  /* as configured */
   uint16_t bus_fault_code; /* a communication fault that both axes shall see in the next tick; 0: none */
   canopen_node canopen;
