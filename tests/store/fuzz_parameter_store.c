@@ -8,7 +8,7 @@
 
 #include "parameters/crc32.h"
 #include "parameters/parameter_store.h"
-#include "support/flash_model.h"
+#include "unit/support/flash_model.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -4,7 +4,7 @@
 #include "hal_host.h"
 #include "node/servo_node.h"
 #include "parameters/axis_dictionary.h"
-#include "support/flash_model.h"
+#include "unit/support/flash_model.h"
 #include "unity.h"
 
 #define SAVE 0x65766173u

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "hal_flash.h"
-#include "support/random.h"
+#include "unit/support/random.h"
 
 enum { FLASH_MODEL_MOST_BYTES = 16384 };
 
