@@ -1,5 +1,7 @@
 #include "node/kept_objects.h"
 
+#include <string.h>
+
 #include "canopen/node_objects.h"
 #include "canopen/storage.h"
 #include "drive/drive_state.h"
@@ -39,6 +41,18 @@ void kept_objects_copy(kept_objects *to, const kept_objects *from, uint8_t group
       od_copy_stored(&drive_objects_table, &from->drive[i], &to->drive[i]);
     }
   }
+}
+
+bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, uint8_t groups) {
+  const communication_objects *own = &kept->communication;
+  bool same =
+      (groups & KEPT_COMMUNICATION) == 0 || (od_same_stored(&communication_profile_table, own, &other->communication) &&
+                                             od_same_stored(&device_table, own, &other->communication));
+  for (int i = 0; i < SERVO_AXES && (groups & KEPT_APPLICATION) != 0; ++i) {
+    same = same && memcmp(&kept->parameters[i], &other->parameters[i], sizeof kept->parameters[i]) == 0 &&
+           od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]);
+  }
+  return same;
 }
 
 /* --- rows ------------------------------------------------------------------------------------------------------- */
@@ -112,23 +126,6 @@ uint32_t kept_objects_to_rows(kept_objects *kept, uint8_t groups, parameter_row 
     ++count;
   }
   return count;
-}
-
-bool kept_objects_are_same(kept_objects *kept, kept_objects *other, uint8_t groups) {
-  od_part parts[TABLES];
-  od_part other_parts[TABLES];
-  const object_dictionary view = view_of(kept, parts);
-  (void)view_of(other, other_parts);
-  kept_walk walk = {.part = 0};
-  od_object object;
-  bool same = true;
-  while (same && next_kept(&view, groups, &walk, &object)) {
-    const od_object other_object = {&other_parts[walk.part], object.entry};
-    parameter_row row;
-    parameter_row other_row;
-    same = row_of(&object, &row) && row_of(&other_object, &other_row) && row.value == other_row.value;
-  }
-  return same;
 }
 
 static uint32_t count_kept(const object_dictionary *view, uint8_t groups) {

@@ -72,7 +72,6 @@ static void prepare(kept_storage *storage, const kept_command *command) {
   storage->next = storage->stored;
   kept_objects_copy(&storage->next, command->saving ? command->in_force : &storage->factory, groups);
   storage->next_groups = (uint8_t)(command->saving ? storage->groups | groups : storage->groups & ~groups);
-  storage->row_count = kept_objects_to_rows(&storage->next, storage->next_groups, storage->rows, KEPT_MOST_ROWS);
 }
 
 static void adopt(kept_storage *storage) {
@@ -84,11 +83,11 @@ static void adopt(kept_storage *storage) {
 }
 
 /* An answer is for the one who asks the same, of the same values: another client may have given up meanwhile. */
-static bool is_answered(kept_storage *storage, const kept_command *command) {
+static bool is_answered(const kept_storage *storage, const kept_command *command) {
   if (storage->progress != KEPT_ANSWERED || storage->saving != command->saving || storage->group != command->group) {
     return false;
   }
-  kept_objects *wanted = command->saving ? command->in_force : &storage->factory;
+  const kept_objects *wanted = command->saving ? command->in_force : &storage->factory;
   return storage->answer != OD_OK || kept_objects_are_same(&storage->stored, wanted, kept_groups(command->group));
 }
 
@@ -104,11 +103,8 @@ od_abort kept_storage_command(kept_storage *storage, const kept_command *command
     return OD_DEVICE_STATE;
   }
   prepare(storage, command);
-  if (storage->has_flash &&
-      !parameter_store_begin(&storage->store, storage->schema_hash, storage->rows, storage->row_count)) {
-    return OD_HARDWARE;
-  }
   storage->progress = KEPT_SAVING;
+  atomic_store_explicit(&storage->work, storage->has_flash ? KEPT_WORK_ASKED : KEPT_WORK_DONE, memory_order_release);
   return OD_PENDING;
 }
 
@@ -116,20 +112,44 @@ bool kept_storage_tick(kept_storage *storage) {
   if (storage->progress == KEPT_ANSWERED) {
     storage->progress = KEPT_IDLE; /* nobody has asked in this tick */
   }
-  if (storage->progress != KEPT_SAVING) {
-    return false;
-  }
-  const parameter_store_state state =
-      storage->has_flash ? parameter_store_progress(&storage->store) : PARAMETER_STORE_SAVED;
-  if (state == PARAMETER_STORE_BUSY) {
+  const uint32_t work = atomic_load_explicit(&storage->work, memory_order_acquire);
+  if (storage->progress != KEPT_SAVING || (work != KEPT_WORK_DONE && work != KEPT_WORK_FAILED)) {
     return false;
   }
   storage->progress = KEPT_ANSWERED;
   storage->answer = OD_HARDWARE;
-  if (state == PARAMETER_STORE_SAVED) {
+  if (work == KEPT_WORK_DONE) {
     adopt(storage);
   }
   return storage->answer == OD_OK;
 }
 
-void kept_storage_background(kept_storage *storage) { parameter_store_step(&storage->store); }
+/* --- background ------------------------------------------------------------------------------------------------- */
+
+/* `next` does not change while it is being saved. */
+static uint32_t begin(kept_storage *storage) {
+  const uint32_t count = kept_objects_to_rows(&storage->next, storage->next_groups, storage->rows, KEPT_MOST_ROWS);
+  return parameter_store_begin(&storage->store, storage->schema_hash, storage->rows, count) ? KEPT_WORK_BEGUN
+                                                                                            : KEPT_WORK_FAILED;
+}
+
+static uint32_t go_on(kept_storage *storage) {
+  parameter_store_step(&storage->store);
+  switch (parameter_store_progress(&storage->store)) {
+    case PARAMETER_STORE_BUSY:
+      return KEPT_WORK_BEGUN;
+    case PARAMETER_STORE_SAVED:
+      return KEPT_WORK_DONE;
+    default:
+      return KEPT_WORK_FAILED;
+  }
+}
+
+void kept_storage_background(kept_storage *storage) {
+  const uint32_t work = atomic_load_explicit(&storage->work, memory_order_acquire);
+  if (work == KEPT_WORK_ASKED) {
+    atomic_store_explicit(&storage->work, begin(storage), memory_order_release);
+  } else if (work == KEPT_WORK_BEGUN) {
+    atomic_store_explicit(&storage->work, go_on(storage), memory_order_release);
+  }
+}

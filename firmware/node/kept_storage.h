@@ -31,6 +31,9 @@ typedef struct {
 
 typedef enum { KEPT_IDLE, KEPT_SAVING, KEPT_ANSWERED } kept_progress;
 
+/* What the background is asked for, and how it went. */
+enum { KEPT_WORK_NONE, KEPT_WORK_ASKED, KEPT_WORK_BEGUN, KEPT_WORK_DONE, KEPT_WORK_FAILED };
+
 typedef struct {
   kept_objects factory; /* what the node was started with */
   kept_objects stored;  /* what a reset comes back to */
@@ -46,7 +49,7 @@ typedef struct {
   od_abort answer;
   kept_objects next;
   uint8_t next_groups;
-  uint32_t row_count;
+  parameter_store_flag work; /* KEPT_WORK_* */
   parameter_row rows[KEPT_MOST_ROWS];
 } kept_storage;
 
@@ -56,10 +59,10 @@ void kept_storage_start(kept_storage *storage, const object_dictionary *dictiona
                         const hal_flash *flash, uint32_t schema_hash);
 
 typedef struct {
-  bool saving;            /* 0x1010, else 0x1011 */
-  uint8_t group;          /* STORAGE_* */
-  bool powered;           /* an axis has torque: nothing is begun then, OD_DEVICE_STATE */
-  kept_objects *in_force; /* what would be saved */
+  bool saving;                  /* 0x1010, else 0x1011 */
+  uint8_t group;                /* STORAGE_* */
+  bool powered;                 /* an axis has torque: nothing is begun then, OD_DEVICE_STATE */
+  const kept_objects *in_force; /* what would be saved */
 } kept_command;
 
 /* OD_PENDING: ask again in the next tick. */
@@ -68,7 +71,8 @@ od_abort kept_storage_command(kept_storage *storage, const kept_command *command
 /* In each tick, after commands were asked. True: `stored` has become another one. */
 bool kept_storage_tick(kept_storage *storage);
 
-/* One operation of the flash at most, which may take 25 ms. kept_storage_tick and _command may interrupt it. */
+/* Makes the rows of a new set, or does one operation of the flash at most, which may take 25 ms. kept_storage_tick and
+ * _command may interrupt it. */
 void kept_storage_background(kept_storage *storage);
 
 #endif

@@ -176,6 +176,7 @@ void test_it_comes_back_from_bus_off() {
 
 constexpr std::uint16_t kSpeedLimit = 0x607F;
 constexpr int kMostStoring_ms = 600;
+constexpr std::uint64_t kMostTickCycles = 85'000;  // half a millisecond
 
 bool store(BoardRig& rig, std::uint32_t speed_limit) {
   constexpr std::uint32_t kSave = 0x65766173;
@@ -185,14 +186,29 @@ bool store(BoardRig& rig, std::uint32_t speed_limit) {
 
 void fail_supply(BoardRig& rig) { rig.machine.chip().request_reset(target::ResetCause::kPowerOn); }
 
+std::uint64_t worst_tick_cycles(BoardRig& rig) {
+  std::uint64_t worst = 0;
+  for (const auto& [exception, costs] : rig.machine.chip().core.costs().finished()) {
+    if (exception - target::kFirstInterrupt == target::kTim6Interrupt) {
+      worst = target::summary_of(costs).worst.cycles;
+    }
+  }
+  return worst;
+}
+
 void test_what_is_stored_survives_a_loss_of_power() {
   BoardRig rig(bench::tracker_plant());
   boot(rig);
   TEST_ASSERT_EQUAL_UINT32(0, rig.client.read(0x3031, 1).value());
   for (std::uint32_t n = 1; n <= 3; ++n) {  // the third begins with the erasing of four pages
     const double begin_s = rig.machine.time_s();
+    rig.machine.chip().core.costs().clear();
     TEST_ASSERT_TRUE(store(rig, 654320 + n));
-    TEST_MESSAGE(fmt::format("save {}: {:.0f} ms", n, 1e3 * (rig.machine.time_s() - begin_s)).c_str());
+    const std::uint64_t worst_cycles = worst_tick_cycles(rig);
+    TEST_MESSAGE(
+        fmt::format("save {}: {:.0f} ms, worst tick {} cycles", n, 1e3 * (rig.machine.time_s() - begin_s), worst_cycles)
+            .c_str());
+    TEST_ASSERT_TRUE_MESSAGE(worst_cycles < kMostTickCycles, "storing makes a tick too long");
   }
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());  // the watchdog was refreshed all the while
   rig.client.forget();
