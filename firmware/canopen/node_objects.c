@@ -113,7 +113,7 @@ bool node_objects_are_good(const object_dictionary *dictionary, const communicat
   bool good = accept_sync_cob_id(objects->sync.cob_id) == OD_OK &&
               accept_emergency_cob_id(COB_ID_INVALID, objects->emergency.cob_id) == OD_OK &&
               accept_sync_overflow(0, (od_number){.i = objects->sync.overflow}) == OD_OK;
-  for (uint8_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     good = good && accept_consumer(objects, (uint8_t)(i + 1), objects->heartbeat_consumer[i]) == OD_OK;
   }
   for (uint32_t n = 0; n < PDO_COUNT; n++) {

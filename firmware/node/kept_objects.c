@@ -1,7 +1,5 @@
 #include "node/kept_objects.h"
 
-#include <string.h>
-
 #include "canopen/node_objects.h"
 #include "canopen/storage.h"
 #include "drive/drive_state.h"
@@ -49,7 +47,7 @@ bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, 
       (groups & KEPT_COMMUNICATION) == 0 || (od_same_stored(&communication_profile_table, own, &other->communication) &&
                                              od_same_stored(&device_table, own, &other->communication));
   for (int i = 0; i < SERVO_AXES && (groups & KEPT_APPLICATION) != 0; ++i) {
-    same = same && memcmp(&kept->parameters[i], &other->parameters[i], sizeof kept->parameters[i]) == 0 &&
+    same = same && od_same_stored(&axis_parameters_table, &kept->parameters[i], &other->parameters[i]) &&
            od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]);
   }
   return same;
