@@ -8,6 +8,7 @@
 
 #include "canopen/can_frame.h"
 #include "hal.h"
+#include "hal_flash.h"
 
 /* Why the board started. The numbers go out by EMCY. */
 typedef enum {
@@ -50,6 +51,10 @@ uint32_t hal_board_self_test(hal *machine);
 
 /* Adds bits that the caller's own tests found. */
 void hal_board_fail(hal *machine, uint32_t test_bits);
+
+/* The parameter pages, as two areas. Erasing and programming them is for the background: 25 ms and 0.1 ms, in which the
+ * interrupts go on and the watchdog is refreshed. */
+const hal_flash *hal_board_flash(hal *machine);
 
 /* Interrupts and watchdog from now on. */
 void hal_board_run(hal *machine);

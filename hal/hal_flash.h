@@ -20,7 +20,7 @@ struct hal_flash {
   bool (*program)(const hal_flash *flash, uint32_t offset, const uint32_t double_word[2]);
   bool (*erase)(const hal_flash *flash, uint32_t page);
   void (*waiting)(void *context); /* called while the flash is busy */
-  void *context;                  /* of `waiting` */
+  void *context;                  /* of `waiting`; of a platform that never waits, its own */
   uint32_t area;                  /* the platform's */
   uint32_t page_bytes;
   uint32_t pages;

@@ -377,6 +377,9 @@ void add_serve(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--node", serving->options.node_id, "node id")->check(CLI::Range(1, 127))->capture_default_str();
   command->add_option("--seed", serving->options.seed, "seed of all noise")->check(seed())->capture_default_str();
+  command
+      ->add_option("--flash", serving->options.flash, "file that keeps what is stored from run to run; made if absent")
+      ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"));
   command->add_option("--speed", serving->speed, "pace of simulated time; a number: so many times real time")
       ->check(speed())
       ->capture_default_str();

@@ -3,7 +3,7 @@
  *     PWM period (20 kHz)   current loops
  *     tick (1 kHz)          node: bus, drives, control; then the new set-points are handed over
  *     CAN frame             into the node's queue
- *     background            watchdog
+ *     background            watchdog, storing of parameters
  *
  * Each may interrupt those below it. */
 #include <stdint.h>
@@ -91,8 +91,11 @@ int main(void) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     current_stage_reset(&self.stage[i]);
   }
-  const servo_node_config config = {
-      .node_id = NODE_ID, .sender = {send, self.machine}, .machine = self.machine, .parameters = default_parameters};
+  const servo_node_config config = {.node_id = NODE_ID,
+                                    .sender = {send, self.machine},
+                                    .machine = self.machine,
+                                    .parameters = default_parameters,
+                                    .flash = hal_board_flash(self.machine)};
   if (!servo_node_start(&self.node, &config)) {
     for (;;) { /* a build that was never tested: nothing is on, and nothing answers */
     }
@@ -101,5 +104,6 @@ int main(void) {
   hal_board_run(self.machine);
   for (;;) {
     hal_board_background(self.machine);
+    servo_node_background(&self.node);
   }
 }

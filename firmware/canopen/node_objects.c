@@ -42,10 +42,10 @@ static od_abort accept_pdo(const canopen_node *node, pdo_range range, uint8_t n,
   return OD_OK;
 }
 
-static od_abort accept_consumer(const canopen_node *node, uint8_t sub, uint32_t value) {
+static od_abort accept_consumer(const communication_objects *objects, uint8_t sub, uint32_t value) {
   const uint8_t watched = heartbeat_consumer_node(value);
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
-    const uint32_t other = node->objects.heartbeat_consumer[i];
+    const uint32_t other = objects->heartbeat_consumer[i];
     if (i + 1 != sub && heartbeat_consumer_active(value) && heartbeat_consumer_active(other) &&
         heartbeat_consumer_node(other) == watched) {
       return OD_INCOMPATIBLE;
@@ -91,12 +91,36 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
     case 0x1014:
       return accept_emergency_cob_id(objects->emergency.cob_id, (uint32_t)value.i);
     case 0x1016:
-      return accept_consumer(node, sub, (uint32_t)value.i);
+      return accept_consumer(objects, sub, (uint32_t)value.i);
     case 0x1019:
       return accept_sync_overflow(objects->sync.period_us, value);
     default:
       return accept_pdo(node, range_of(index), (uint8_t)index, sub, value);
   }
+}
+
+/* As if it were switched off, and so free to change. */
+static bool pdo_is_good(const object_dictionary *dictionary, pdo_direction direction,
+                        const pdo_communication *communication, const pdo_mapping *mapping) {
+  const pdo_communication off = {.cob_id = COB_ID_INVALID};
+  pdo_map map;
+  return pdo_accept_communication(&off, 1, (od_number){.i = communication->cob_id}) == OD_OK &&
+         pdo_accept_communication(&off, 2, (od_number){.i = communication->type}) == OD_OK &&
+         pdo_resolve(dictionary, direction, mapping, &map) == OD_OK;
+}
+
+bool node_objects_are_good(const object_dictionary *dictionary, const communication_objects *objects) {
+  bool good = accept_sync_cob_id(objects->sync.cob_id) == OD_OK &&
+              accept_emergency_cob_id(COB_ID_INVALID, objects->emergency.cob_id) == OD_OK &&
+              accept_sync_overflow(0, (od_number){.i = objects->sync.overflow}) == OD_OK;
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    good = good && accept_consumer(objects, (uint8_t)(i + 1), objects->heartbeat_consumer[i]) == OD_OK;
+  }
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    good = good && pdo_is_good(dictionary, PDO_RECEIVE, &objects->rpdo[n], &objects->rpdo_mapping[n]) &&
+           pdo_is_good(dictionary, PDO_TRANSMIT, &objects->tpdo[n], &objects->tpdo_mapping[n]);
+  }
+  return good;
 }
 
 void node_objects_judge_heartbeats(canopen_node *node) {

@@ -13,4 +13,7 @@ extern const od_hooks node_objects_hooks;
 /* EMCY 8130 while a watched heartbeat is missing. */
 void node_objects_judge_heartbeats(canopen_node *node);
 
+/* Whether values that pass their limits, out of a store, may be in force together: what accept() asks of each write. */
+bool node_objects_are_good(const object_dictionary *dictionary, const communication_objects *objects);
+
 #endif

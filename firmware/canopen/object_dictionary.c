@@ -318,3 +318,14 @@ void od_copy_stored(const od_table *table, const void *from, void *to) {
     }
   }
 }
+
+bool od_same_stored(const od_table *table, const void *one, const void *other) {
+  bool same = true;
+  for (uint32_t i = 0; i < table->count && same; i++) {
+    const od_entry *entry = &table->entries[i];
+    if ((entry->flags & OD_STORED) != 0 && entry->offset != OD_NO_VALUE) {
+      same = memcmp((const char *)one + entry->offset, (const char *)other + entry->offset, entry->bytes) == 0;
+    }
+  }
+  return same;
+}

@@ -181,6 +181,9 @@ void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t le
 /* All defaults of a part, read-only values included. */
 void od_restore_defaults(const od_part *part, uint8_t node_id);
 
+/* Whether the values that are marked OD_STORED are the same, bit for bit, in two structs of the table's values. */
+bool od_same_stored(const od_table *table, const void *one, const void *other);
+
 /* Copies the values that are marked OD_STORED from one struct of the table's values to another. */
 void od_copy_stored(const od_table *table, const void *from, void *to);
 

@@ -18,6 +18,12 @@ enum { FAULT_BUS = 0x8100, FAULT_HEARTBEAT = 0x8130, FAULT_RPDO_LATE = 0x8250 };
 /* Error codes of CiA 402-2 for what the board finds. */
 enum { FAULT_OVER_CURRENT = 0x2310, FAULT_POWER_STAGE = 0x5410, FAULT_TOO_HOT = 0x4310 };
 
+/* CiA 402-2's code for parameters that are lost; its detail is the sum of these. */
+enum { EMERGENCY_PARAMETERS = 0x6310, SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4 };
+
+/* Of EMCY messages; an axis' own is its number + 1, and the board's comes next. */
+enum { SOURCE_STORAGE = SERVO_AXES + 2 };
+
 /* Below this the bridge cannot drive the motor: the drive does not switch on. */
 #define LEAST_BUS_VOLTAGE_V 10.0f
 
@@ -48,45 +54,34 @@ static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_
 
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 
-/* What is in force now, as something to keep. */
-static kept_objects in_force(const servo_node *node) {
-  kept_objects kept = {.communication = node->canopen.objects};
+/* What is in force now, as something to keep; too large for the stack. */
+static kept_objects *in_force(servo_node *node) {
+  kept_objects *kept = &node->in_force;
+  kept->communication = node->canopen.objects;
   for (int i = 0; i < SERVO_AXES; ++i) {
-    kept.parameters[i] = node->axis[i].tuning.active;
-    kept.drive[i] = node->axis[i].objects;
+    kept->parameters[i] = node->axis[i].tuning.active;
+    kept->drive[i] = node->axis[i].objects;
   }
   return kept;
 }
 
-static void tell_stored_crc(servo_node *node) {
+/* 0x2070:5, 0x3031, and EMCY while a set that is damaged, cut off or refused has not been replaced by a good one. */
+static void tell_stored(servo_node *node) {
+  const kept_report *report = &node->storage.report;
   for (int i = 0; i < SERVO_AXES; ++i) {
-    node->axis[i].tuning.stored_crc = axis_parameters_crc(&node->stored.parameters[i]);
+    node->axis[i].tuning.stored_crc = axis_parameters_crc(&node->storage.stored.parameters[i]);
   }
-}
-
-static od_abort save(void *context, uint8_t group) {
-  servo_node *node = context;
-  const kept_objects now = in_force(node);
-  kept_objects_copy(&node->stored, &now, group);
-  tell_stored_crc(node);
-  return OD_OK;
-}
-
-static od_abort restore(void *context, uint8_t group) {
-  servo_node *node = context;
-  kept_objects_copy(&node->stored, &node->factory, group);
-  tell_stored_crc(node);
-  return OD_OK;
-}
-
-/* The axis as after the start, with what is stored. */
-static void reset_axis(servo_node *node, int i) {
-  servo_node_axis *axis = &node->axis[i];
-  /* Cannot be refused: what is stored was in force before. */
-  (void)axis_tuning_start(&axis->tuning, &node->stored.parameters[i], &node->board.app.params.axis[i]);
-  od_copy_stored(&drive_objects_table, &node->stored.drive[i], &axis->objects);
-  experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
-  drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
+  node->objects.stored_set = *report;
+  const int detail = (report->damaged > 0 ? SET_DAMAGED : 0) + (report->unfinished > 0 ? SET_UNFINISHED : 0) +
+                     (report->refused > 0 ? SET_REFUSED : 0);
+  if (detail == 0) {
+    (void)canopen_node_clear(&node->canopen, SOURCE_STORAGE, EMERGENCY_PARAMETERS);
+    return;
+  }
+  (void)canopen_node_raise(&node->canopen, &(emergency_error){.code = EMERGENCY_PARAMETERS,
+                                                              .register_bits = ERROR_MANUFACTURER,
+                                                              .source = SOURCE_STORAGE,
+                                                              .detail = (uint8_t)detail});
 }
 
 static bool any_axis_is_powered(const servo_node *node) {
@@ -95,6 +90,34 @@ static bool any_axis_is_powered(const servo_node *node) {
     powered = powered || node->axis[i].drive.state.action != DRIVE_OFF;
   }
   return powered;
+}
+
+/* Storing is not begun while an axis has torque: nothing needs it then, and nothing is to be proven. */
+static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group) {
+  return kept_storage_command(
+      &node->storage,
+      &(kept_command){
+          .saving = saving, .group = group, .powered = any_axis_is_powered(node), .in_force = in_force(node)});
+}
+
+static od_abort save(void *context, uint8_t group) { return storage_command_of(context, true, group); }
+
+static od_abort restore(void *context, uint8_t group) { return storage_command_of(context, false, group); }
+
+/* Gains and drive objects as stored. */
+static void take_stored(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  /* Cannot be refused: what is stored was in force before, or has been checked when it was found. */
+  (void)axis_tuning_start(&axis->tuning, &node->storage.stored.parameters[i], &node->board.app.params.axis[i]);
+  od_copy_stored(&drive_objects_table, &node->storage.stored.drive[i], &axis->objects);
+}
+
+/* The axis as after the start, with what is stored. */
+static void reset_axis(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  take_stored(node, i);
+  experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
+  drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
 }
 
 /* Every part that has commands goes back to its defaults; gains come from what is stored. */
@@ -108,13 +131,17 @@ static void restore_parts(servo_node *node) {
   }
 }
 
-/* A reset of the communication forgets what the axes were supervised by: like an NMT stop, it stops those that turn. */
-static void reset(void *context, bool whole_node) {
-  servo_node *node = context;
-  if (!node->started) {
-    return;
+/* The first reset, in which all objects have their defaults: these are what 0x1011 gives back. */
+static void start_storage(servo_node *node) {
+  node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
+  kept_storage_start(&node->storage, &node->canopen.dictionary, in_force(node), node->flash, node->objects.schema_hash);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    take_stored(node, i);
   }
-  od_copy_stored(&communication_profile_table, &node->stored.communication, &node->canopen.objects);
+}
+
+/* A reset of the communication forgets what the axes were supervised by: like an NMT stop, it stops those that turn. */
+static void reset_started(servo_node *node, bool whole_node) {
   if (!whole_node && any_axis_is_powered(node)) {
     node->bus_fault_code = FAULT_BUS;
   }
@@ -127,7 +154,17 @@ static void reset(void *context, bool whole_node) {
       reset_axis(node, i);
     }
   }
-  tell_stored_crc(node);
+}
+
+static void reset(void *context, bool whole_node) {
+  servo_node *node = context;
+  if (node->started) {
+    reset_started(node, whole_node);
+  } else {
+    start_storage(node);
+  }
+  kept_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
+  tell_stored(node);
 }
 
 static void heartbeat_lost(void *context, uint8_t node_id) {
@@ -204,6 +241,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   if (!start_servo(node, config)) {
     return false;
   }
+  node->flash = config->flash;
   od_part parts[CANOPEN_PARTS];
   const uint32_t count = describe_parts(node, parts);
   for (uint32_t i = 0; i < count; ++i) {
@@ -229,9 +267,6 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   if (!canopen_node_init(&node->canopen, &canopen)) {
     return false;
   }
-  node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
-  node->factory = node->stored = in_force(node);
-  tell_stored_crc(node);
   node->started = true;
   return true;
 }
@@ -303,6 +338,9 @@ bool servo_node_receive(servo_node *node, const can_frame *frame) {
 
 void servo_node_tick(servo_node *node) {
   canopen_node_tick(&node->canopen);
+  if (kept_storage_tick(&node->storage)) {
+    tell_stored(node);
+  }
   servo_board_sample(&node->board);
   bool stimulated[SERVO_AXES];
   for (int i = 0; i < SERVO_AXES; ++i) {
@@ -321,5 +359,7 @@ void servo_node_tick(servo_node *node) {
   node->objects.ticks++;
   record(node, stimulated);
 }
+
+void servo_node_background(servo_node *node) { kept_storage_background(&node->storage); }
 
 const object_dictionary *servo_node_dictionary(const servo_node *node) { return &node->canopen.dictionary; }

@@ -13,7 +13,7 @@
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
 #include "node/experiment_objects.h"
-#include "node/kept_objects.h"
+#include "node/kept_storage.h"
 #include "node/recorded_tick.h"
 #include "node/scope_objects.h"
 #include "node/tuning_objects.h"
@@ -31,10 +31,11 @@ typedef struct {
   uint16_t told_error; /* 603F that the bus has been told of by EMCY */
 } servo_node_axis;
 
-/* 0x3010 and 0x3030. */
+/* 0x3010, 0x3030 and 0x3031. */
 typedef struct {
   uint32_t ticks;
   uint32_t schema_hash;
+  kept_report stored_set;
 } servo_node_objects;
 
 typedef struct {
@@ -44,8 +45,9 @@ typedef struct {
   scope_objects scope_setup; /* 0x3000 */
   scope recorder;
   bool started;
-  kept_objects factory;
-  kept_objects stored;
+  kept_storage storage;
+  kept_objects in_force;   /* as of the last command to store */
+  const hal_flash *flash;  /* as configured */
   uint16_t bus_fault_code; /* a communication fault that both axes shall see in the next tick; 0: none */
   canopen_node canopen;
   can_frame received[SERVO_NODE_QUEUE];
@@ -55,10 +57,13 @@ typedef struct {
   uint8_t node_id; /* 1 .. 127 */
   can_sender sender;
   hal *machine;
-  const axis_parameters *parameters; /* of both axes, SERVO_AXES of them */
+  const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of what can be stored */
+  const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored set; NULL: kept in RAM only */
 } servo_node_config;
 
-/* False when the parameters or the node id are refused. The node must not move in memory afterwards. */
+/* False when the parameters or the node id are refused. What is stored in the flash and passes its checks is in force
+ * then, else the defaults; 0x3031 tells which, and EMCY 6310 if something was skipped. The node must not move in memory
+ * afterwards. */
 bool servo_node_start(servo_node *node, const servo_node_config *config);
 
 /* From the CAN receive interrupt, or one other thread. False: the queue was full, the frame is lost and counted. */
@@ -66,6 +71,9 @@ bool servo_node_receive(servo_node *node, const can_frame *frame);
 
 /* Every 1 ms. */
 void servo_node_tick(servo_node *node);
+
+/* Between ticks, or from a background that the tick interrupts, again and again: stores, one flash operation a call. */
+void servo_node_background(servo_node *node);
 
 /* The whole dictionary, for printing EDS and the like. */
 const object_dictionary *servo_node_dictionary(const servo_node *node);

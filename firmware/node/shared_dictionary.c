@@ -14,6 +14,21 @@ static const od_entry kEntries[] = {
     OD_U32(0x3030, 2, OD_RO, 0, servo_node_objects, schema_hash, 0, U32_HIGHEST, 0, "", "Schema hash",
            "CRC-32 over all objects: equal hashes mean equal dictionaries"),
     OD_FIXED_TEXT(0x3030, 3, TRACKSERVO_GIT, "Source version", "Commit that the firmware was built from"),
+    OD_RECORD_HEAD(0x3031, 7, "Stored set", "What 0x1010 stored last, as it was found at the start"),
+    OD_U8(0x3031, 1, OD_RO, 0, servo_node_objects, stored_set.source, 0, 4, 0, "", "Stored set source",
+          "0: defaults; 1: stored; 2: of another version; 3: a newer one may be lost; 4: defaults, all are lost"),
+    OD_U32(0x3031, 2, OD_RO, 0, servo_node_objects, stored_set.sequence, 0, U32_HIGHEST, 0, "", "Stored set number",
+           "Counts all saves; 0: nothing is stored"),
+    OD_U8(0x3031, 3, OD_RO, 0, servo_node_objects, stored_set.damaged, 0, 255, 0, "", "Damaged sets",
+          "Skipped since their CRC is wrong"),
+    OD_U8(0x3031, 4, OD_RO, 0, servo_node_objects, stored_set.unfinished, 0, 255, 0, "", "Unfinished sets",
+          "Skipped since the power failed while they were stored"),
+    OD_U8(0x3031, 5, OD_RO, 0, servo_node_objects, stored_set.refused, 0, 255, 0, "", "Refused sets",
+          "Skipped since values are out of range or do not fit together"),
+    OD_U16(0x3031, 6, OD_RO, 0, servo_node_objects, stored_set.dropped, 0, 65535, 0, "", "Dropped values",
+           "Of another version's set: objects that are not here"),
+    OD_U16(0x3031, 7, OD_RO, 0, servo_node_objects, stored_set.missing, 0, 65535, 0, "", "Missing values",
+           "Of another version's set: objects that it did not have, at their defaults"),
 };
 
 const od_table shared_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

@@ -179,6 +179,8 @@ static void blink_for_ever(void) {
   }
 }
 
+static void wait_for_flash(void *context) { hal_board_background(context); }
+
 hal *hal_board_start(uint8_t node_id) {
   hal *machine = &board;
   clock_start_cycle_counter();
@@ -192,6 +194,9 @@ hal *hal_board_start(uint8_t node_id) {
   for (int axis = 0; axis < 2; ++axis) {
     machine->offset_counts[axis] = (float)CURRENT_NOMINAL_OFFSET;
   }
+  for (int area = 0; area < 2; ++area) {
+    machine->parameter_flash[area] = parameter_flash(area, wait_for_flash, machine);
+  }
   encoder_start(machine->encoder);
   gyro_start(machine->gyro);
   const bool can_good = can_start(node_id);
@@ -202,6 +207,8 @@ hal *hal_board_start(uint8_t node_id) {
 }
 
 hal_reset hal_board_reset(const hal *machine) { return machine->reset; }
+
+const hal_flash *hal_board_flash(hal *machine) { return machine->parameter_flash; }
 
 void hal_board_fail(hal *machine, uint32_t test_bits) { machine->test_bits |= test_bits; }
 

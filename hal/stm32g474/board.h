@@ -6,6 +6,7 @@
 #include "encoder_spi.h"
 #include "gyro_uart.h"
 #include "hal_board.h"
+#include "parameter_flash.h"
 
 /* All that three elements of the FIFO can hold while the interrupt works at them. */
 enum { CAN_MOST_FRAMES_PER_INTERRUPT = 6 };
@@ -40,6 +41,7 @@ struct hal {
   gyro_line gyro[2];
 
   /* The background's. */
+  hal_flash parameter_flash[2];
   uint32_t ticks_at_refresh;
   uint32_t periods_at_refresh;
 };

@@ -7,13 +7,13 @@
 namespace trackservo::sim {
 
 ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint64_t seed, VirtualBus& bus,
-                       const std::array<double, kAxes>& joint_angle_rad)
+                       const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad)
     : bus_(bus),
       node_(std::make_unique<servo_node>()),
       port_(bus.attach([this](const can_frame& frame) { servo_node_receive(node_.get(), &frame); })),
       machine_(plant, seed, joint_angle_rad) {
   const axis_parameters parameters[SERVO_AXES] = {node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)};
-  const servo_node_config config = {node_id, {send, this}, machine_.hal_pointer(), parameters};
+  const servo_node_config config = {node_id, {send, this}, machine_.hal_pointer(), parameters, flash.areas()};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::invalid_argument(
         "the node does not start: give a node id from 1 to 127 and a plant whose gains are in range");
@@ -22,6 +22,11 @@ ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint
 }
 
 ServedNode::~ServedNode() { bus_.detach(port_); }
+
+void ServedNode::tick() {
+  machine_.advance_tick();
+  servo_node_background(node_.get());
+}
 
 void ServedNode::process() { canopen_node_process(&node_->canopen); }
 

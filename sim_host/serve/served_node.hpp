@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "run/machine.hpp"
+#include "serve/flash_memory.hpp"
 #include "serve/server.hpp"
 
 extern "C" {
@@ -17,12 +18,13 @@ namespace trackservo::sim {
 
 class ServedNode : public ServedDevice {
  public:
-  // Throws std::invalid_argument for a node id or gains out of range.
+  // The flash must outlive the node; its stored set, if it has one, goes before the plant's gains. Throws
+  // std::invalid_argument for a node id or gains out of range.
   ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint64_t seed, VirtualBus& bus,
-             const std::array<double, kAxes>& joint_angle_rad = {0.0, 0.3});
+             const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad = {0.0, 0.3});
   ~ServedNode() override;
 
-  void tick() override { machine_.advance_tick(); }
+  void tick() override;
   void process() override;
   // An interface that was down counts as a bus that was off.
   void take_health(CanHealth health) override;

@@ -124,7 +124,9 @@ void run_at_full_speed(VirtualBus& bus, ServedDevice& device, const Ends& ends) 
 
 void serve(const PlantConfig& plant, const ServeOptions& options, const Ready& ready) {
   VirtualBus bus;
-  ServedNode node(plant, options.node_id, options.seed, bus);
+  const auto flash =
+      options.flash.empty() ? std::make_unique<FlashMemory>() : std::make_unique<FlashMemory>(options.flash);
+  ServedNode node(plant, options.node_id, options.seed, bus, *flash);
   serve(node, bus, options, ready);
 }
 

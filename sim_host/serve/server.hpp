@@ -6,6 +6,7 @@
 #define TRACKSERVO_SIM_SERVE_SERVER_HPP
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -21,6 +22,7 @@ struct ServeOptions {
   std::vector<std::string> buses = {"slcan-tcp:0"};
   std::uint8_t node_id = 1;
   std::uint64_t seed = 1;
+  std::filesystem::path flash;  // what keeps the stored set from run to run; empty: nothing does
   // Simulated time per real time. Faster than 1, or as fast as the host can (none), it waits for clients that do not
   // keep up, so that they lose nothing; in real time they do, as on a wire.
   std::optional<double> pace = 1.0;

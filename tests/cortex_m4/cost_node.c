@@ -151,7 +151,7 @@ static bool start(void) {
   static hal machine;
   memset(&b, 0, sizeof b);
   machine = machine_of(&b);
-  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters};
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, NULL};
   bool good = servo_node_start(&b.node, &config);
   for (uint16_t n = 0; n < PDO_COUNT; ++n) {
     good = good && set((uint16_t)(0x1400 + n), 2, 1, 1) && set((uint16_t)(0x1800 + n), 2, 1, 1);

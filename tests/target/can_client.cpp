@@ -53,9 +53,8 @@ void CanClient::pass(int milliseconds) {
   }
 }
 
-std::optional<can_frame> CanClient::answer() {
-  constexpr int kPatience_ms = 50;
-  for (int i = 0; i < kPatience_ms && !answer_; ++i) {
+std::optional<can_frame> CanClient::answer(int patience_ms) {
+  for (int i = 0; i < patience_ms && !answer_; ++i) {
     pass(1);
   }
   return answer_;
@@ -65,20 +64,20 @@ std::optional<std::uint32_t> CanClient::read(std::uint16_t index, std::uint8_t s
   answer_.reset();
   send(0x600U + kNode,
        {0x40, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub, 0, 0, 0, 0});
-  const std::optional<can_frame> frame = answer();
+  const std::optional<can_frame> frame = answer(kPatience_ms);
   if (!frame || (frame->data[0] & 0xE2U) != 0x42) {
     return std::nullopt;
   }
   return word_of(*frame, 4);
 }
 
-bool CanClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes) {
+bool CanClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes, int patience_ms) {
   answer_.reset();
   std::vector<std::uint8_t> request = {static_cast<std::uint8_t>(0x23 | (4 - bytes) << 2),
                                        static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub};
   append(request, value);
   send(0x600U + kNode, request);
-  const std::optional<can_frame> frame = answer();
+  const std::optional<can_frame> frame = answer(patience_ms);
   return frame && frame->data[0] == 0x60;
 }
 

@@ -25,9 +25,11 @@ class CanClient {
 
   void pass(int milliseconds);
 
-  // Nothing within 50 ms, or an abort: no value.
+  static constexpr int kPatience_ms = 50;
+
+  // Nothing within kPatience_ms, or an abort: no value.
   std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub = 0);
-  bool write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes);
+  bool write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes, int patience_ms = kPatience_ms);
 
   void start_node() { send(0x000, {1, kNode}); }
 
@@ -51,7 +53,7 @@ class CanClient {
 
   void receive(const can_frame& frame);
   void send(std::uint32_t identifier, const std::vector<std::uint8_t>& bytes);
-  std::optional<can_frame> answer();
+  std::optional<can_frame> answer(int patience_ms);
 
   trackservo::sim::VirtualBus& bus_;
   std::function<void()> pass_ms_;

@@ -37,7 +37,8 @@ constexpr std::array<double, sim::kAxes> kStart_rad = {0.0, 20.0 * sim::kPi / 18
 
 class HostRig {
  public:
-  explicit HostRig(const sim::PlantConfig& plant, std::uint64_t seed = 1) : node_(plant, 1, seed, bus_, kStart_rad) {}
+  explicit HostRig(const sim::PlantConfig& plant, std::uint64_t seed = 1)
+      : node_(plant, 1, seed, bus_, flash_, kStart_rad) {}
 
   void pass_ms() {
     for (int part = 0; part < 4; ++part) {  // answers come within the millisecond, as on the board
@@ -50,6 +51,7 @@ class HostRig {
 
  private:
   sim::VirtualBus bus_;
+  sim::FlashMemory flash_;
   sim::ServedNode node_;
 
  public:

@@ -172,6 +172,77 @@ void test_it_comes_back_from_bus_off() {
   expect_no_complaints(rig);
 }
 
+// --- parameter store ---
+
+constexpr std::uint16_t kSpeedLimit = 0x607F;
+constexpr int kMostStoring_ms = 600;
+constexpr std::uint64_t kMostTickCycles = 85'000;  // half a millisecond
+
+bool store(BoardRig& rig, std::uint32_t speed_limit) {
+  constexpr std::uint32_t kSave = 0x65766173;
+  TEST_ASSERT_TRUE(rig.client.write(kSpeedLimit, 0, speed_limit, 4));
+  return rig.client.write(0x1010, 1, kSave, 4, kMostStoring_ms);
+}
+
+void fail_supply(BoardRig& rig) { rig.machine.chip().request_reset(target::ResetCause::kPowerOn); }
+
+std::uint64_t worst_tick_cycles(BoardRig& rig) {
+  std::uint64_t worst = 0;
+  for (const auto& [exception, costs] : rig.machine.chip().core.costs().finished()) {
+    if (exception - target::kFirstInterrupt == target::kTim6Interrupt) {
+      worst = target::summary_of(costs).worst.cycles;
+    }
+  }
+  return worst;
+}
+
+void test_what_is_stored_survives_a_loss_of_power() {
+  BoardRig rig(bench::tracker_plant());
+  boot(rig);
+  TEST_ASSERT_EQUAL_UINT32(0, rig.client.read(0x3031, 1).value());
+  for (std::uint32_t n = 1; n <= 3; ++n) {  // the third begins with the erasing of four pages
+    const double begin_s = rig.machine.time_s();
+    rig.machine.chip().core.costs().clear();
+    TEST_ASSERT_TRUE(store(rig, 654320 + n));
+    const std::uint64_t worst_cycles = worst_tick_cycles(rig);
+    TEST_MESSAGE(
+        fmt::format("save {}: {:.0f} ms, worst tick {} cycles", n, 1e3 * (rig.machine.time_s() - begin_s), worst_cycles)
+            .c_str());
+    TEST_ASSERT_TRUE_MESSAGE(worst_cycles < kMostTickCycles, "storing makes a tick too long");
+  }
+  TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());  // the watchdog was refreshed all the while
+  rig.client.forget();
+  fail_supply(rig);
+  boot(rig);
+  TEST_ASSERT_EQUAL_UINT32(654323, rig.client.read(kSpeedLimit).value());
+  TEST_ASSERT_EQUAL_UINT32(1, rig.client.read(0x3031, 1).value());
+  TEST_ASSERT_EQUAL_UINT32(3, rig.client.read(0x3031, 2).value());
+  TEST_ASSERT_EQUAL_UINT(0, rig.client.emergencies().size());
+  expect_no_complaints(rig);
+}
+
+// The first save finds blank pages, those after a cut erase four pages first: each number is an operation of the flash.
+void test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one() {
+  BoardRig rig(bench::tracker_plant());
+  boot(rig);
+  TEST_ASSERT_TRUE(store(rig, 700000));
+  std::uint32_t old = 700000;
+  std::uint32_t wanted = old;
+  for (const int operation : {0, 2, 4, 150, 272}) {
+    ++wanted;
+    rig.client.forget();
+    rig.machine.chip().flash.fail_supply_in(operation, [&rig] { fail_supply(rig); });
+    TEST_ASSERT_FALSE(store(rig, wanted));
+    TEST_ASSERT_EQUAL_INT(1, rig.client.boots());
+    const std::uint32_t found = rig.client.read(kSpeedLimit).value();
+    TEST_MESSAGE(fmt::format("power cut at operation {}: {}", operation, found == old ? "old set" : "new set").c_str());
+    TEST_ASSERT_TRUE(found == old || found == wanted);
+    old = found;
+  }
+  TEST_ASSERT_TRUE(store(rig, 800000));
+  expect_no_complaints(rig);
+}
+
 // --- cost ---
 
 constexpr double kMostLoad = 0.25;
@@ -222,6 +293,8 @@ int main() {
   RUN_TEST(test_a_tick_that_does_not_come_is_safe_and_resets);
   RUN_TEST(test_a_background_that_hangs_is_safe_and_resets);
   RUN_TEST(test_it_comes_back_from_bus_off);
+  RUN_TEST(test_what_is_stored_survives_a_loss_of_power);
+  RUN_TEST(test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_what_the_interrupts_cost);
   return UNITY_END();
 }

@@ -36,7 +36,7 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantCo
   const axis_parameters parameters[SERVO_AXES] = {sim::node_parameters(plant, sim::kAzimuth),
                                                   sim::node_parameters(plant, sim::kPitch)};
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
-  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters};
+  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, nullptr};
   if (!servo_node_start(node.get(), &config)) {
     throw std::runtime_error("the node does not start");
   }

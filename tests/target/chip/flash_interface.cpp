@@ -157,8 +157,9 @@ std::uint32_t FlashInterface::on_read(std::uint32_t offset, std::uint32_t stored
 void FlashInterface::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width*/) {
   switch (offset) {
     case kAcr:
-      require((written & (1U << 11 | 1U << 12)) == 0 || (written & (1U << 9 | 1U << 10)) == 0,
-              "a cache is reset while it is on");
+      require((written & (1U << 11 | 1U << 9)) != (1U << 11 | 1U << 9),
+              "the instruction cache is reset while it is on");
+      require((written & (1U << 12 | 1U << 10)) != (1U << 12 | 1U << 10), "the data cache is reset while it is on");
       store(offset, written);
       if (access_changed_) {
         access_changed_();

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from .device import STORE_TIMEOUT_S, Device
+from .device import DEVICE_STATE, STORE_TIMEOUT_S, Device
 from .errors import NotVerified, Refused
 from .journal import Entry, Journal, now
 from .parameter import AXES, Parameter, Value
@@ -175,7 +175,12 @@ class Tuning:
 
 def store(device: Device) -> None:
     """0x1010:1, and the CRC of what is stored read back; takes up to 5 s."""
-    device.download(0x1010, 1, b"save", "store", STORE_TIMEOUT_S)
+    try:
+        device.download(0x1010, 1, b"save", "store", STORE_TIMEOUT_S)
+    except Refused as error:
+        if error.abort != DEVICE_STATE:
+            raise
+        raise Refused("Nothing is stored while an axis has torque: switch both axes off first.", error.abort) from error
     for axis in range(len(AXES)):
         state = set_state(device, axis)
         if state is not None and state.stored_crc != state.active_crc:

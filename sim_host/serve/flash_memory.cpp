@@ -1,0 +1,90 @@
+#include "serve/flash_memory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+namespace trackservo::sim {
+namespace {
+
+constexpr std::uint32_t kAreaBytes = FlashMemory::kPages * FlashMemory::kPageBytes;
+constexpr std::uint32_t kBytes = FlashMemory::kAreas * kAreaBytes;
+constexpr std::uint8_t kErased = 0xFF;
+
+bool is_within(std::uint32_t offset, std::uint32_t count) {
+  return offset <= kAreaBytes && count <= kAreaBytes - offset;
+}
+
+FlashMemory& memory_of(const hal_flash *flash) { return *static_cast<FlashMemory *>(flash->context); }
+
+}  // namespace
+
+FlashMemory::FlashMemory() : bytes_(kBytes, kErased), areas_{} {
+  for (std::uint32_t area = 0; area < kAreas; ++area) {
+    areas_.at(area) = {read, program, erase, nullptr, this, area, kPageBytes, kPages};
+  }
+}
+
+FlashMemory::FlashMemory(const std::filesystem::path& file) : FlashMemory() {
+  if (std::filesystem::exists(file)) {
+    if (std::filesystem::file_size(file) != kBytes) {
+      throw std::invalid_argument(
+          fmt::format("{} is not the contents of a parameter flash: it must have {} bytes", file.string(), kBytes));
+    }
+    std::ifstream(file, std::ios::binary).read(reinterpret_cast<char *>(bytes_.data()), kBytes);
+  } else {
+    std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char *>(bytes_.data()), kBytes);
+  }
+  file_.open(file, std::ios::binary | std::ios::in | std::ios::out);
+  if (!file_) {
+    throw std::runtime_error(fmt::format("{} cannot be read and written", file.string()));
+  }
+}
+
+// False: the file cannot take it.
+bool FlashMemory::keep(std::uint32_t begin, std::uint32_t count) {
+  if (!file_.is_open()) {
+    return true;
+  }
+  file_.seekp(begin);
+  file_.write(reinterpret_cast<const char *>(bytes_.data() + begin), count);
+  file_.flush();
+  return static_cast<bool>(file_);
+}
+
+bool FlashMemory::read(const hal_flash *flash, std::uint32_t offset, void *bytes, std::uint32_t count) {
+  if (!is_within(offset, count)) {
+    return false;
+  }
+  const std::uint32_t begin = flash->area * kAreaBytes + offset;
+  std::memcpy(bytes, memory_of(flash).bytes_.data() + begin, count);
+  return true;
+}
+
+bool FlashMemory::program(const hal_flash *flash, std::uint32_t offset, const std::uint32_t *double_word) {
+  if (offset % HAL_FLASH_UNIT_BYTES != 0 || !is_within(offset, HAL_FLASH_UNIT_BYTES)) {
+    return false;
+  }
+  FlashMemory& memory = memory_of(flash);
+  const std::uint32_t begin = flash->area * kAreaBytes + offset;
+  const auto target = memory.bytes_.begin() + begin;
+  if (std::any_of(target, target + HAL_FLASH_UNIT_BYTES, [](std::uint8_t byte) { return byte != kErased; })) {
+    return false;
+  }
+  std::memcpy(&*target, double_word, HAL_FLASH_UNIT_BYTES);
+  return memory.keep(begin, HAL_FLASH_UNIT_BYTES);
+}
+
+bool FlashMemory::erase(const hal_flash *flash, std::uint32_t page) {
+  if (page >= kPages) {
+    return false;
+  }
+  FlashMemory& memory = memory_of(flash);
+  const std::uint32_t begin = flash->area * kAreaBytes + page * kPageBytes;
+  std::fill_n(memory.bytes_.begin() + begin, kPageBytes, kErased);
+  return memory.keep(begin, kPageBytes);
+}
+
+}  // namespace trackservo::sim

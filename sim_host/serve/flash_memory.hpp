@@ -1,0 +1,50 @@
+// The parameter flash of a simulated board: two areas of four pages of 2 KiB in memory, kept in a file if one is named.
+//
+// It keeps the hardware's rules (hal_flash.h). The file has every operation as soon as it is done: a simulator that is
+// killed while it stores leaves what a board would whose power fails.
+#ifndef TRACKSERVO_SIM_SERVE_FLASH_MEMORY_HPP
+#define TRACKSERVO_SIM_SERVE_FLASH_MEMORY_HPP
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+extern "C" {
+#include "hal_flash.h"
+}
+
+namespace trackservo::sim {
+
+class FlashMemory {
+ public:
+  static constexpr std::uint32_t kAreas = 2;
+  static constexpr std::uint32_t kPages = 4;
+  static constexpr std::uint32_t kPageBytes = 2048;
+
+  // Blank, and gone with the object.
+  FlashMemory();
+  // What the file holds; a file that is not there yet is made, blank. Throws std::invalid_argument for a file that is
+  // not 16 KiB long, std::runtime_error for one that cannot be written.
+  explicit FlashMemory(const std::filesystem::path& file);
+  FlashMemory(const FlashMemory&) = delete;
+  FlashMemory& operator=(const FlashMemory&) = delete;
+
+  // kAreas of them.
+  const hal_flash *areas() const { return areas_.data(); }
+
+ private:
+  static bool read(const hal_flash *flash, std::uint32_t offset, void *bytes, std::uint32_t count);
+  static bool program(const hal_flash *flash, std::uint32_t offset, const std::uint32_t *double_word);
+  static bool erase(const hal_flash *flash, std::uint32_t page);
+  bool keep(std::uint32_t begin, std::uint32_t count);
+
+  std::vector<std::uint8_t> bytes_;
+  std::fstream file_;
+  std::array<hal_flash, kAreas> areas_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,453 @@
+/* The servo's node over a flash: what 0x1010 stores is in force after the next start, whatever happened in between. */
+#include <stdio.h>
+
+#include "hal_host.h"
+#include "node/servo_node.h"
+#include "parameters/axis_dictionary.h"
+#include "unit/support/flash_model.h"
+#include "unity.h"
+
+#define SAVE 0x65766173u
+#define LOAD 0x64616F6Cu
+
+enum { NODE_ID = 5, PARAMETERS_LOST = 0x6310, SOURCE_STORAGE = SERVO_AXES + 2, KP = 0x2000, MOST_TICKS = 1000 };
+
+static flash_model model;
+static hal_flash areas[PARAMETER_STORE_AREAS];
+static servo_node node;
+
+/* --- a machine that stands still ------------------------------------------------------------------------------------
+ */
+
+static bool joint_angle(void *machine, int axis, uint32_t *angle) {
+  (void)machine;
+  (void)axis;
+  *angle = 0;
+  return true;
+}
+
+static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
+  (void)machine;
+  (void)axis;
+  *rate_rad_s = 0.0f;
+  return true;
+}
+
+static float no_current(void *machine, int axis) {
+  (void)machine;
+  (void)axis;
+  return 0.0f;
+}
+
+static bool no_camera(void *machine, int axis, hal_camera_frame *frame) {
+  (void)machine;
+  (void)axis;
+  (void)frame;
+  return false;
+}
+
+static hal_health good_health(void *machine, int axis) {
+  (void)machine;
+  (void)axis;
+  return HAL_GOOD;
+}
+
+static void ignore_power(void *machine, int axis, bool on) {
+  (void)machine;
+  (void)axis;
+  (void)on;
+}
+
+static float bus_voltage(void *machine) {
+  (void)machine;
+  return 48.0f;
+}
+
+static void ignore_duty(void *machine, int axis, float duty) {
+  (void)machine;
+  (void)axis;
+  (void)duty;
+}
+
+static bool send(void *context, const can_frame *frame) {
+  (void)context;
+  (void)frame;
+  return true;
+}
+
+/* The power comes back, or is there for the first time. */
+static void start_node(const hal_flash *flash) {
+  static hal machine = {.joint_angle = joint_angle,
+                        .gyro_rate = gyro_rate,
+                        .mean_current_a = no_current,
+                        .camera = no_camera,
+                        .axis_health = good_health,
+                        .power_bridge = ignore_power,
+                        .current_a = no_current,
+                        .bus_voltage_v = bus_voltage,
+                        .set_duty = ignore_duty};
+  static axis_tuning defaults;
+  const od_part part = {.table = axis_parameters_table, .values = &defaults, .prefix = ""};
+  od_restore_defaults(&part, NODE_ID);
+  const axis_parameters parameters[SERVO_AXES] = {defaults.staged, defaults.staged};
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, flash};
+  model.off = false;
+  model.operations_left = -1;
+  TEST_ASSERT_TRUE(servo_node_start(&node, &config));
+}
+
+static void restart(void) { start_node(areas); }
+
+void setUp(void) {
+  flash_model_init(&model, 2048, 4);
+  areas[0] = flash_model_area(&model, 0);
+  areas[1] = flash_model_area(&model, 1);
+  restart();
+}
+
+void tearDown(void) { TEST_ASSERT_EQUAL(0, model.rule_breaks); }
+
+/* --- objects --------------------------------------------------------------------------------------------------------
+ */
+
+static od_object find(uint16_t index, uint8_t sub) {
+  od_object object;
+  TEST_ASSERT_EQUAL(OD_OK, od_find(servo_node_dictionary(&node), index, sub, &object));
+  return object;
+}
+
+static od_abort set(uint16_t index, uint8_t sub, uint32_t value) {
+  const od_object object = find(index, sub);
+  return od_write(&object, (const uint8_t *)&value, object.entry->bytes);
+}
+
+static uint32_t get(uint16_t index, uint8_t sub) {
+  const od_object object = find(index, sub);
+  uint32_t value = 0;
+  uint16_t length = 0;
+  TEST_ASSERT_EQUAL(OD_OK, od_read(&object, (uint8_t *)&value, sizeof value, &length));
+  return value;
+}
+
+static float kp_of(int axis) { return node.axis[axis].tuning.active.speed_loop.proportional_nm_s_rad; }
+
+static void set_kp(int axis, float kp) {
+  const uint16_t shift = (uint16_t)(0x800 * axis);
+  uint32_t bits;
+  memcpy(&bits, &kp, sizeof bits);
+  TEST_ASSERT_EQUAL(OD_OK, set((uint16_t)(KP + shift), 1, bits));
+  TEST_ASSERT_EQUAL(OD_OK, set((uint16_t)(0x2070 + shift), 1, 1));
+}
+
+/* As the SDO server does: asks again in each tick. */
+static od_abort command(uint16_t index, uint8_t group, uint32_t signature) {
+  od_abort answer = set(index, group, signature);
+  for (int tick = 0; tick < MOST_TICKS && answer == OD_PENDING; ++tick) {
+    const uint32_t before = model.operations;
+    servo_node_tick(&node);
+    TEST_ASSERT_EQUAL_MESSAGE(before, model.operations, "the tick itself touches the flash");
+    servo_node_background(&node);
+    TEST_ASSERT_TRUE(model.operations <= before + 1);
+    answer = set(index, group, signature);
+  }
+  return answer;
+}
+
+static void change_one_of_each(uint32_t n) {
+  set_kp(0, 500.0f + (float)n);
+  set_kp(1, 400.0f + (float)n);
+  TEST_ASSERT_EQUAL(OD_OK, set(0x607F, 0, 600000 + n));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1017, 0, 50 + n));
+}
+
+static bool has_one_of_each(uint32_t n) {
+  return kp_of(0) == 500.0f + (float)n && kp_of(1) == 400.0f + (float)n && get(0x607F, 0) == 600000 + n &&
+         get(0x1017, 0) == 50 + n;
+}
+
+static bool lost_parameters_are_told(void) {
+  return emergency_is_active(&node.canopen.emergency, SOURCE_STORAGE, PARAMETERS_LOST);
+}
+
+/* --- storing and restoring -------------------------------------------------------------------------------------------
+ */
+
+static void test_without_a_stored_set_the_defaults_are_in_force(void) {
+  TEST_ASSERT_EQUAL(KEPT_DEFAULTS, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(0, get(0x3031, 2));
+  TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
+  TEST_ASSERT_FALSE(lost_parameters_are_told());
+}
+
+static void test_what_is_stored_is_there_after_a_loss_of_power(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(0, get(0x2070, 2));
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(7));
+  TEST_ASSERT_EQUAL(KEPT_STORED, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(1, get(0x3031, 2));
+  TEST_ASSERT_EQUAL(0, get(0x3031, 6) + get(0x3031, 7));
+  TEST_ASSERT_EQUAL(0, get(0x2070, 2));
+  TEST_ASSERT_FALSE(lost_parameters_are_told());
+}
+
+static void test_the_gains_in_force_are_those_that_were_stored(void) {
+  set_kp(0, 500.0f);
+  const servo_axis_params before = node.board.app.params.axis[0];
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL_MEMORY(&before, &node.board.app.params.axis[0], sizeof before);
+}
+
+static void test_one_group_is_stored_without_the_other(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 2, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL(57, get(0x1017, 0));
+  TEST_ASSERT_EQUAL(1000000, get(0x607F, 0));
+  TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
+  change_one_of_each(8);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 3, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL(57, get(0x1017, 0));
+  TEST_ASSERT_EQUAL(600008, get(0x607F, 0));
+}
+
+static void test_pdo_mappings_are_stored(void) {
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1803, 1, 0x80000480 + NODE_ID));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1A03, 0, 0));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1A03, 1, 0x60770010));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1A03, 0, 1));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1803, 1, 0x40000480 + NODE_ID));
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL(1, get(0x1A03, 0));
+  TEST_ASSERT_EQUAL_HEX32(0x60770010, get(0x1A03, 1));
+  TEST_ASSERT_EQUAL(2, node.canopen.tpdos[3].map.length);
+}
+
+static void test_load_brings_the_defaults_back_at_the_next_start(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1011, 3, LOAD));
+  TEST_ASSERT_TRUE(has_one_of_each(7)); /* until then */
+  restart();
+  TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
+  TEST_ASSERT_EQUAL(1000000, get(0x607F, 0));
+  TEST_ASSERT_EQUAL(57, get(0x1017, 0));
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1011, 1, LOAD));
+  restart();
+  TEST_ASSERT_EQUAL(100, get(0x1017, 0));
+  TEST_ASSERT_EQUAL(KEPT_DEFAULTS, get(0x3031, 1));
+}
+
+static void test_without_a_flash_it_is_kept_until_the_power_goes(void) {
+  start_node(NULL);
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(0, get(0x2070, 2));
+  start_node(NULL);
+  TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
+}
+
+static void test_storing_is_refused_while_an_axis_has_torque(void) {
+  node.axis[1].drive.state.action = DRIVE_RUN;
+  TEST_ASSERT_EQUAL_HEX32(OD_DEVICE_STATE, set(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL_HEX32(OD_DEVICE_STATE, set(0x1011, 1, LOAD));
+  servo_node_background(&node);
+  TEST_ASSERT_EQUAL(0, model.operations);
+  node.axis[1].drive.state.action = DRIVE_OFF;
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+}
+
+/* A client that gives up leaves the save running; what the next one is told holds for its own values. */
+static void test_a_second_client_gets_its_own_values_stored(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 1, SAVE));
+  servo_node_tick(&node);
+  servo_node_background(&node);
+  change_one_of_each(8);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(8));
+  TEST_ASSERT_EQUAL(2, get(0x3031, 2));
+}
+
+static void test_a_flash_that_refuses_is_told_and_changes_nothing(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  change_one_of_each(8);
+  model.operations_left = 20;
+  TEST_ASSERT_EQUAL_HEX32(OD_HARDWARE, command(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(2, get(0x2070, 2)); /* not stored */
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(7));
+}
+
+/* --- damage ----------------------------------------------------------------------------------------------------------
+ */
+
+static void test_a_damaged_set_is_skipped_and_told_until_the_next_save(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  change_one_of_each(8);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  const parameter_record newest = node.storage.store.in_use;
+  flash_model_at(&areas[newest.area], newest.page * 2048)[100] ^= 0x10;
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(7));
+  TEST_ASSERT_EQUAL(KEPT_OLDER, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(1, get(0x3031, 3));
+  TEST_ASSERT_TRUE(lost_parameters_are_told());
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  TEST_ASSERT_FALSE(lost_parameters_are_told());
+}
+
+static void test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_told(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  model.bytes[100] ^= 0x10;
+  restart();
+  TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
+  TEST_ASSERT_EQUAL(KEPT_DEFAULTS_BY_FAULT, get(0x3031, 1));
+  TEST_ASSERT_TRUE(lost_parameters_are_told());
+}
+
+/* The rows of what is in force, for a set that another firmware has stored. */
+static uint32_t rows_in_force(parameter_row *rows) {
+  const kept_objects kept = {.parameters = {node.axis[0].tuning.active, node.axis[1].tuning.active},
+                             .drive = {node.axis[0].objects, node.axis[1].objects},
+                             .communication = node.canopen.objects};
+  kept_objects copy = kept;
+  const uint32_t count = kept_objects_to_rows(&copy, KEPT_COMMUNICATION | KEPT_APPLICATION, rows, KEPT_MOST_ROWS);
+  TEST_ASSERT_TRUE_MESSAGE(count < KEPT_MOST_ROWS, "not all objects that are stored have room");
+  return count;
+}
+
+static parameter_row *row_with(parameter_row *rows, uint32_t count, uint16_t index, uint8_t sub) {
+  for (uint32_t i = 0; i < count; ++i) {
+    if (rows[i].id >> 8 == ((uint32_t)index << 8 | sub)) {
+      return &rows[i];
+    }
+  }
+  TEST_FAIL_MESSAGE("no such row");
+  return NULL;
+}
+
+static void store_rows(const parameter_row *rows, uint32_t count, uint32_t hash) {
+  parameter_store *store = &node.storage.store;
+  TEST_ASSERT_TRUE(parameter_store_begin(store, hash, rows, count));
+  while (parameter_store_progress(store) == PARAMETER_STORE_BUSY) {
+    parameter_store_step(store);
+  }
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, parameter_store_progress(store));
+}
+
+/* Each is a complete record with a right CRC, one value of which cannot be. */
+static void test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all(void) {
+  static parameter_row rows[KEPT_MOST_ROWS];
+  static const struct {
+    uint16_t index;
+    uint8_t sub;
+    uint32_t value;
+  } bad[] = {
+      {0x2000, 1, 0x7FC00000}, /* NaN */
+      {0x2000, 1, 0xBF800000}, /* a gain of -1: beyond its limits */
+      {0x2011, 1, 2},          /* a kind of tracking loop that is not there */
+      {0x2030, 8, 0x3F800000}, /* break-away torque below the Coulomb torque: do not fit together */
+      {0x605A, 0, 3},          /* an option that is not supported */
+      {0x1005, 0, 0x00000601}, /* SYNC on a reserved identifier */
+      {0x1019, 0, 1},          /* a counter overflow that CiA 301 forbids */
+      {0x1400, 2, 245},        /* a reserved transmission type */
+      {0x1A03, 1, 0x12345678}, /* maps an object that is not there */
+      {0x1A03, 0, 9},          /* maps more than eight */
+  };
+  for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
+    setUp();
+    change_one_of_each(7);
+    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+    change_one_of_each(8);
+    const uint32_t count = rows_in_force(rows);
+    row_with(rows, count, bad[i].index, bad[i].sub)->value = bad[i].value;
+    store_rows(rows, count, node.storage.schema_hash);
+    restart();
+    TEST_ASSERT_EQUAL(1, get(0x3031, 5));
+    TEST_ASSERT_EQUAL(KEPT_OLDER, get(0x3031, 1));
+    TEST_ASSERT_TRUE(has_one_of_each(7));
+    TEST_ASSERT_TRUE(lost_parameters_are_told());
+  }
+}
+
+static void test_a_set_of_another_version_is_taken_by_index_and_sub_index(void) {
+  static parameter_row rows[KEPT_MOST_ROWS];
+  change_one_of_each(9);
+  TEST_ASSERT_EQUAL(OD_OK, set(0x6081, 0, 123456));
+  uint32_t count = rows_in_force(rows);
+  printf("a stored set: %u rows, room for %u\n", (unsigned)count, (unsigned)KEPT_MOST_ROWS);
+  row_with(rows, count, 0x6081, 0)->id ^= 1;                             /* of another type now */
+  row_with(rows, count, 0x6083, 0)->id = 0x5FFFu << 16 | 0x01u << 8 | 7; /* not there any more */
+  *row_with(rows, count, 0x607F, 0) = rows[count - 1];                   /* 0x607F is new */
+  store_rows(rows, count - 1, node.storage.schema_hash + 1);
+  restart();
+  TEST_ASSERT_EQUAL(KEPT_MIGRATED, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(2, get(0x3031, 6));
+  TEST_ASSERT_EQUAL(3, get(0x3031, 7));
+  TEST_ASSERT_EQUAL_FLOAT(509.0f, kp_of(0));
+  TEST_ASSERT_EQUAL_FLOAT(409.0f, kp_of(1));
+  TEST_ASSERT_EQUAL(59, get(0x1017, 0));
+  TEST_ASSERT_EQUAL(1000000, get(0x607F, 0));
+  TEST_ASSERT_EQUAL(350000, get(0x6081, 0));
+  TEST_ASSERT_FALSE(lost_parameters_are_told());
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL(KEPT_STORED, get(0x3031, 1));
+}
+
+/* --- loss of power ---------------------------------------------------------------------------------------------------
+ */
+
+static void test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_or_the_new_one(void) {
+  uint32_t cuts = 0, old = 0, complete = 0;
+  bool cut = true;
+  for (uint32_t operation = 0; cut; ++operation) {
+    for (int kind = 0; kind < FLASH_CUTS; ++kind) {
+      setUp();
+      change_one_of_each(7);
+      TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+      change_one_of_each(8);
+      model.cut = (flash_cut)kind;
+      model.operations_left = operation;
+      (void)command(0x1010, 1, SAVE);
+      cut = model.off;
+      restart();
+      cuts += cut ? 1 : 0;
+      old += has_one_of_each(7) ? 1 : 0;
+      complete += has_one_of_each(8) ? 1 : 0;
+      TEST_ASSERT_TRUE(has_one_of_each(7) || has_one_of_each(8));
+    }
+  }
+  printf("power cuts in 0x1010: %u cuts and 3 complete saves: old set %u, new set %u\n", (unsigned)cuts, (unsigned)old,
+         (unsigned)complete);
+  TEST_ASSERT_TRUE(old > 100 && complete >= 3);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_without_a_stored_set_the_defaults_are_in_force);
+  RUN_TEST(test_what_is_stored_is_there_after_a_loss_of_power);
+  RUN_TEST(test_the_gains_in_force_are_those_that_were_stored);
+  RUN_TEST(test_one_group_is_stored_without_the_other);
+  RUN_TEST(test_pdo_mappings_are_stored);
+  RUN_TEST(test_load_brings_the_defaults_back_at_the_next_start);
+  RUN_TEST(test_without_a_flash_it_is_kept_until_the_power_goes);
+  RUN_TEST(test_storing_is_refused_while_an_axis_has_torque);
+  RUN_TEST(test_a_second_client_gets_its_own_values_stored);
+  RUN_TEST(test_a_flash_that_refuses_is_told_and_changes_nothing);
+  RUN_TEST(test_a_damaged_set_is_skipped_and_told_until_the_next_save);
+  RUN_TEST(test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_told);
+  RUN_TEST(test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all);
+  RUN_TEST(test_a_set_of_another_version_is_taken_by_index_and_sub_index);
+  RUN_TEST(test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_or_the_new_one);
+  return UNITY_END();
+}
