@@ -100,9 +100,7 @@ extern const od_table communication_profile_table;
    .low = {.i = 0},                                                                                             \
    .high = {.i = PDO_OBJECTS},                                                                                  \
    .preset = {.i = (count_)},                                                                                   \
-   .name = name_ " mapping",                                                                                    \
-   .unit = "",                                                                                                  \
-   .help = "Number of mapped objects."},                                                                        \
+   OD_TEXTS(name_ " mapping", "", "Number of mapped objects.")},                                                \
       CANOPEN_MAPPING_ROW(index_, member_, 1, e1_, name_), CANOPEN_MAPPING_ROW(index_, member_, 2, e2_, name_), \
       CANOPEN_MAPPING_ROW(index_, member_, 3, e3_, name_), CANOPEN_MAPPING_ROW(index_, member_, 4, e4_, name_), \
       CANOPEN_MAPPING_ROW(index_, member_, 5, e5_, name_), CANOPEN_MAPPING_ROW(index_, member_, 6, e6_, name_), \

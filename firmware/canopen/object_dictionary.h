@@ -87,17 +87,19 @@ typedef union {
 typedef struct {
   uint16_t index;
   uint8_t sub;
-  uint8_t type;     /* od_type */
-  uint8_t access;   /* od_access */
-  uint8_t flags;    /* OD_* flags */
-  uint16_t bytes;   /* size of the value; capacity of a string; 0 for DOMAIN */
-  uint32_t offset;  /* of the value in the part's struct, or OD_NO_VALUE: the default is the value */
-  od_number low;    /* smallest value that a write may bring; not used by strings and DOMAIN */
-  od_number high;   /* largest */
-  od_number preset; /* default; of a string: its text */
-  const char *name; /* as in the EDS, unique within the dictionary */
-  const char *unit; /* SI, "" when there is none */
-  const char *help; /* one sentence for the one who tunes */
+  uint8_t type;          /* od_type */
+  uint8_t access;        /* od_access */
+  uint8_t flags;         /* OD_* flags */
+  uint16_t bytes;        /* size of the value; capacity of a string; 0 for DOMAIN */
+  uint32_t offset;       /* of the value in the part's struct, or OD_NO_VALUE: the default is the value */
+  od_number low;         /* smallest value that a write may bring; not used by strings and DOMAIN */
+  od_number high;        /* largest */
+  od_number preset;      /* default; of a string: its text */
+#ifndef OD_WITHOUT_TEXTS /* a board needs none of them, and has better use for 20 KiB */
+  const char *name;      /* as in the EDS, unique within the dictionary */
+  const char *unit;      /* SI, "" when there is none */
+  const char *help;      /* one sentence for the one who tunes */
+#endif
 } od_entry;
 
 #define OD_NO_VALUE UINT32_MAX

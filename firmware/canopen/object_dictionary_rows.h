@@ -7,6 +7,13 @@
 
 #include "canopen/object_dictionary.h"
 
+/* The last members of a row: what people read. */
+#ifdef OD_WITHOUT_TEXTS
+#define OD_TEXTS(name_, unit_, help_)
+#else
+#define OD_TEXTS(name_, unit_, help_) .name = (name_), .unit = (unit_), .help = (help_)
+#endif
+
 /* offsetof, or an error about a negative array size when the member does not have the type's size. */
 #define OD_OFFSET(struct_, member_, bytes_) \
   ((uint32_t)(offsetof(struct_, member_) + 0 * sizeof(char[sizeof(((struct_ *)0)->member_) == (bytes_) ? 1 : -1])))
@@ -16,7 +23,7 @@
   {                                                                                                                  \
     .index = (index_), .sub = (sub_), .type = (type_), .access = (access_), .flags = (flags_), .bytes = (bytes_),    \
     .offset = OD_OFFSET(struct_, member_, bytes_), .low = {.i = (low_)}, .high = {.i = (high_)},                     \
-    .preset = {.i = (preset_)}, .name = (name_), .unit = (unit_), .help = (help_)                                    \
+    .preset = {.i = (preset_)}, OD_TEXTS(name_, unit_, help_)                                                        \
   }
 
 /* (index, sub, access, flags, struct, member, low, high, default, unit, name, help) */
@@ -34,7 +41,7 @@
   {                                                                                                          \
     .index = (index_), .sub = (sub_), .type = OD_REAL32, .access = (access_), .flags = (flags_), .bytes = 4, \
     .offset = OD_OFFSET(struct_, member_, 4), .low = {.f = (low_)}, .high = {.f = (high_)},                  \
-    .preset = {.f = (preset_)}, .name = (name_), .unit = (unit_), .help = (help_)                            \
+    .preset = {.f = (preset_)}, OD_TEXTS(name_, unit_, help_)                                                \
   }
 
 /* A number that is the same for ever and needs no room: (type, index, sub, flags, value, name, help). */
@@ -42,7 +49,7 @@
   {                                                                                                              \
     .index = (index_), .sub = (sub_), .type = (type_), .access = OD_CONST, .flags = (flags_), .bytes = (bytes_), \
     .offset = OD_NO_VALUE, .low = {.i = (value_)}, .high = {.i = (value_)}, .preset = {.i = (value_)},           \
-    .name = (name_), .unit = "", .help = (help_)                                                                 \
+    OD_TEXTS(name_, "", help_)                                                                                   \
   }
 
 /* Sub-index 0 of a RECORD, and of an ARRAY, with the number of the highest sub-index and the object's name. */
@@ -56,22 +63,22 @@
   {                                                                                                      \
     .index = (index_), .sub = (sub_), .type = OD_VISIBLE_STRING, .access = (access_), .flags = (flags_), \
     .bytes = (uint16_t)sizeof(((struct_ *)0)->member_), .offset = (uint32_t)offsetof(struct_, member_),  \
-    .preset = {.text = (preset_)}, .name = (name_), .unit = "", .help = (help_)                          \
+    .preset = {.text = (preset_)}, OD_TEXTS(name_, "", help_)                                            \
   }
 
 /* Constant text, no room needed. */
-#define OD_FIXED_TEXT(index_, sub_, value_, name_, help_)                                                          \
-  {                                                                                                                \
-    .index = (index_), .sub = (sub_), .type = OD_VISIBLE_STRING, .access = OD_CONST, .flags = 0,                   \
-    .bytes = (uint16_t)(sizeof(value_) - 1), .offset = OD_NO_VALUE, .preset = {.text = (value_)}, .name = (name_), \
-    .unit = "", .help = (help_)                                                                                    \
+#define OD_FIXED_TEXT(index_, sub_, value_, name_, help_)                                         \
+  {                                                                                               \
+    .index = (index_), .sub = (sub_), .type = OD_VISIBLE_STRING, .access = OD_CONST, .flags = 0,  \
+    .bytes = (uint16_t)(sizeof(value_) - 1), .offset = OD_NO_VALUE, .preset = {.text = (value_)}, \
+    OD_TEXTS(name_, "", help_)                                                                    \
   }
 
 /* Streamed by the part's hooks. */
 #define OD_STREAM(index_, sub_, access_, name_, help_)                                                \
   {                                                                                                   \
     .index = (index_), .sub = (sub_), .type = OD_DOMAIN, .access = (access_), .flags = 0, .bytes = 0, \
-    .offset = OD_NO_VALUE, .name = (name_), .unit = "", .help = (help_)                               \
+    .offset = OD_NO_VALUE, OD_TEXTS(name_, "", help_)                                                 \
   }
 
 #endif

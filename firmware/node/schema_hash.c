@@ -7,14 +7,6 @@ static uint32_t add_u32(uint32_t crc, uint32_t value) {
   return crc32_add(crc, bytes, sizeof bytes);
 }
 
-static uint32_t add_text(uint32_t crc, const char *text) {
-  uint32_t length = 0;
-  while (text[length] != '\0') {
-    ++length;
-  }
-  return crc32_add(crc, (const uint8_t *)text, length);
-}
-
 /* Limits and default as they stand in the union: the low word holds a float, both words an integer. */
 static uint32_t add_number(uint32_t crc, const od_entry *entry, od_number number) {
   if (entry->type == OD_VISIBLE_STRING || entry->type == OD_DOMAIN) {
@@ -36,8 +28,7 @@ static uint32_t add_entry(uint32_t crc, const od_object *object) {
   crc = add_u32(crc, (uint32_t)entry->access << 16 | bytes_of(entry));
   crc = add_number(crc, entry, entry->low);
   crc = add_number(crc, entry, entry->high);
-  crc = add_number(crc, entry, entry->preset);
-  return add_text(crc, entry->name);
+  return add_number(crc, entry, entry->preset);
 }
 
 uint32_t schema_hash(const object_dictionary *dictionary) {

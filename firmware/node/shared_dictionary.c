@@ -12,7 +12,7 @@ static const od_entry kEntries[] = {
     OD_RECORD_HEAD(0x3030, 3, "Version", "What runs here"),
     OD_FIXED_TEXT(0x3030, 1, "0.1.0", "Firmware version", "For people"),
     OD_U32(0x3030, 2, OD_RO, 0, servo_node_objects, schema_hash, 0, U32_HIGHEST, 0, "", "Schema hash",
-           "CRC-32 over all objects: equal hashes mean equal dictionaries"),
+           "CRC-32 over all objects but their texts: equal hashes mean equal dictionaries"),
     OD_FIXED_TEXT(0x3030, 3, TRACKSERVO_GIT, "Source version", "Commit that the firmware was built from"),
     OD_RECORD_HEAD(0x3031, 7, "Stored set", "What 0x1010 stored last, as it was found at the start"),
     OD_U8(0x3031, 1, OD_RO, 0, servo_node_objects, stored_set.source, 0, 4, 0, "", "Stored set source",
