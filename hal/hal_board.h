@@ -17,7 +17,8 @@ typedef enum {
   HAL_RESET_SOFTWARE = 3,
   HAL_RESET_WATCHDOG = 4, /* tick, current loop or background did not do their work */
   HAL_RESET_FAULT = 5,    /* an exception of the processor, then the watchdog */
-  HAL_RESET_OTHER = 6
+  HAL_RESET_OTHER = 6,
+  HAL_RESET_BROWN_OUT = 7 /* the supply dipped: the memory still knew the time before */
 } hal_reset_cause;
 
 typedef struct {

@@ -6,6 +6,7 @@ void current_stage_reset(current_stage *stage) {
   atomic_store_explicit(&stage->handed_over, false, memory_order_relaxed);
   current_loop_reset(&stage->state);
   atomic_store_explicit(&stage->limited, false, memory_order_relaxed);
+  atomic_store_explicit(&stage->voltage_v, 0.0f, memory_order_relaxed);
 }
 
 void current_stage_hand_over(current_stage *stage, const servo_current_command *command) {
@@ -23,5 +24,6 @@ float current_stage_step(current_stage *stage, uint32_t period, float current_a,
   }
   const float duty = servo_current_step(&stage->state, &stage->in_force, current_a, bus_voltage_v, SERVO_PWM_PERIOD_S);
   atomic_store_explicit(&stage->limited, stage->state.limited, memory_order_relaxed);
+  atomic_store_explicit(&stage->voltage_v, stage->state.voltage_v, memory_order_relaxed);
   return duty;
 }

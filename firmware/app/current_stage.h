@@ -20,6 +20,7 @@ typedef struct {
   atomic_bool handed_over;        /* `next` waits to be taken */
   current_loop_state state;       /* the interrupt's */
   atomic_bool limited;            /* the bus could not give the voltage wanted in the last period */
+  _Atomic float voltage_v;        /* given in the last period */
 } current_stage;
 
 /* Off. */

@@ -5,7 +5,9 @@
 
 #include "app/servo_app.h"
 #include "parameters/axis_parameters.h"
+#include "protection/axis_protection.h"
 
 extern const axis_parameters default_parameters[SERVO_AXES];
+extern const protection_limits default_limits[SERVO_AXES];
 
 #endif

@@ -10,14 +10,10 @@
 
 #include "app/current_stage.h"
 #include "app/default_parameters.h"
-#include "canopen/emergency.h"
 #include "hal_board.h"
 #include "node/servo_node.h"
 
 enum { NODE_ID = 1 };
-
-/* Messages of the board itself: error codes of CiA 301 table 26, and a source that is none of the axes. */
-enum { SOURCE_BOARD = SERVO_AXES + 1, EMERGENCY_HARDWARE = 0x5000, EMERGENCY_SOFTWARE_RESET = 0x6100 };
 
 typedef struct {
   hal *machine;
@@ -41,6 +37,9 @@ static void tell_can_state(void) {
   if (state == self.can_state) {
     return;
   }
+  if (state == HAL_CAN_BUS_OFF) {
+    servo_node_bus_off(&self.node);
+  }
   if (self.can_state == HAL_CAN_BUS_OFF) {
     canopen_node_bus_off_recovered(&self.node.canopen);
   }
@@ -52,13 +51,14 @@ void main_tick(void) {
   servo_app *app = &self.node.board.app;
   for (int i = 0; i < SERVO_AXES; ++i) {
     app->axis[i].current.limited = atomic_load_explicit(&self.stage[i].limited, memory_order_relaxed);
+    app->axis[i].current.voltage_v = atomic_load_explicit(&self.stage[i].voltage_v, memory_order_relaxed);
   }
   tell_can_state();
   servo_node_tick(&self.node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     const servo_current_command command = servo_axis_current_command(&app->axis[i], &app->params.axis[i]);
     current_stage_hand_over(&self.stage[i], &command);
-    hal_power_bridge(self.machine, i, command.on);
+    hal_power_bridge(self.machine, i, command.powered);
   }
 }
 
@@ -66,22 +66,19 @@ void main_can_frame(const can_frame *frame) { (void)servo_node_receive(&self.nod
 
 static bool send(void *context, const can_frame *frame) { return hal_can_send(context, frame); }
 
-static void tell(uint16_t code, uint8_t register_bits, uint8_t detail) {
-  const emergency_error error = {
-      .code = code, .register_bits = register_bits, .source = SOURCE_BOARD, .detail = detail};
-  (void)canopen_node_raise(&self.node.canopen, &error);
-}
-
-/* A failed self-test stays; that a watchdog or a fault was the last reset's cause is told once, and is in 1003. */
+/* A failed self-test stays; why the board was reset is told once, and is in 1003 and the fault log. */
 static void tell_how_it_started(uint32_t failed_tests) {
+  static const fault_id fault_of[] = {[HAL_RESET_WATCHDOG] = FAULT_WATCHDOG_RESET,
+                                      [HAL_RESET_FAULT] = FAULT_EXCEPTION_RESET,
+                                      [HAL_RESET_BROWN_OUT] = FAULT_BROWN_OUT_RESET};
   if (failed_tests != 0) {
-    tell(EMERGENCY_HARDWARE, ERROR_MANUFACTURER, (uint8_t)failed_tests);
+    servo_node_tell(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
   }
   const hal_reset reset = hal_board_reset(self.machine);
-  if (reset.cause == HAL_RESET_WATCHDOG || reset.cause == HAL_RESET_FAULT) {
+  if (reset.cause < sizeof fault_of / sizeof fault_of[0] && fault_of[reset.cause] != FAULT_NONE) {
     const uint8_t exception_shift = 4;
-    tell(EMERGENCY_SOFTWARE_RESET, ERROR_GENERIC, (uint8_t)(reset.exception << exception_shift | (uint8_t)reset.cause));
-    (void)canopen_node_clear(&self.node.canopen, SOURCE_BOARD, EMERGENCY_SOFTWARE_RESET);
+    const uint8_t detail = (uint8_t)(reset.exception << exception_shift | (uint8_t)reset.cause);
+    servo_node_tell(&self.node, fault_of[reset.cause], detail, false);
   }
 }
 
@@ -95,6 +92,7 @@ int main(void) {
                                     .sender = {send, self.machine},
                                     .machine = self.machine,
                                     .parameters = default_parameters,
+                                    .limits = default_limits,
                                     .flash = hal_board_flash(self.machine)};
   if (!servo_node_start(&self.node, &config)) {
     for (;;) { /* a build that was never tested: nothing is on, and nothing answers */

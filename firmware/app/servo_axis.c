@@ -43,7 +43,7 @@ static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float
 static bool command_is_plausible(const servo_axis_command *command) {
   const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
                                 scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
-  return (unsigned)command->mode <= (unsigned)SERVO_TORQUE &&
+  return (unsigned)command->mode <= (unsigned)SERVO_BRAKE &&
          scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
          scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
          scalar_within(command->rate_limit_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) && command->rate_limit_rad_s >= 0.0f &&
@@ -75,13 +75,14 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
     case SERVO_TORQUE: /* no error: the integral of the speed loop follows the torque that is given */
       return (speed_reference){.rate_rad_s = rates->feedback_rad_s};
     case SERVO_OFF:
+    case SERVO_BRAKE:
     default:
       return (speed_reference){0};
   }
 }
 
-static void switch_off(servo_axis *axis) {
-  axis->mode = SERVO_OFF;
+static void open_loops(servo_axis *axis, servo_mode mode) {
+  axis->mode = mode == SERVO_BRAKE ? SERVO_BRAKE : SERVO_OFF;
   axis->commanded_nm = 0.0f;
   axis->added_nm = 0.0f;
   axis->current_reference_a = 0.0f;
@@ -124,7 +125,7 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
       scalar_clamp(axis->signals.torque.torque_nm + added_nm, all.minimum_nm, all.maximum_nm);
   if (!isfinite(axis->signals.torque.torque_nm)) { /* no plausible input leads here; should one do, off */
     axis->implausible = true;
-    switch_off(axis);
+    open_loops(axis, SERVO_OFF);
     return;
   }
   axis->commanded_nm = axis->signals.torque.torque_nm;
@@ -138,13 +139,13 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
   axis->last_angle = samples->motion.joint_angle;
   axis->implausible = !samples_are_plausible(samples) || !angle_plausible || !command_is_plausible(command);
   if (axis->implausible) {
-    switch_off(axis);
+    open_loops(axis, command->mode);
     return;
   }
   if (samples_missed) { /* what was sensed has a gap */
     servo_axis_reset(axis, params, samples->motion.joint_angle, tick_s);
   }
-  const bool closes = axis->mode == SERVO_OFF && command->mode != SERVO_OFF;
+  const bool closes = !servo_mode_closes(axis->mode) && servo_mode_closes(command->mode);
   axis->mode = command->mode;
 
   const speed_loop_rates rates = speed_loop_sense(&axis->speed, &params->speed, &samples->motion, tick_s);
@@ -155,15 +156,15 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
   const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
   axis->signals.rates = rates;
   axis->signals.reference = reference;
-  if (axis->mode == SERVO_OFF) {
-    switch_off(axis);
+  if (!servo_mode_closes(axis->mode)) {
+    open_loops(axis, axis->mode);
     return;
   }
   control_torque(axis, params, command, &rates, applied_torque_nm(axis, params, samples), tick_s);
 }
 
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s) {
-  if (axis->mode != SERVO_OFF) {
+  if (servo_mode_closes(axis->mode)) {
     speed_loop_retune(&axis->speed, &in_force->speed, &next->speed, &axis->signals.rates, &axis->signals.reference,
                       axis->commanded_nm - axis->added_nm, tick_s);
   }
@@ -171,7 +172,8 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
 }
 
 servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params) {
-  return (servo_current_command){.on = axis->mode != SERVO_OFF,
+  return (servo_current_command){.powered = axis->mode != SERVO_OFF,
+                                 .on = servo_mode_closes(axis->mode),
                                  .reference_a = axis->current_reference_a,
                                  .joint_rate_rad_s = axis->signals.rates.joint_rate_rad_s,
                                  .params = params->current};

@@ -3,7 +3,7 @@
  *     sense -> choose the set-point (speed, position or tracking) -> speed loop -> current set-point
  *
  * and, at the PWM rate, from the measured current to a duty. Two axes are two instances of this. An axis that is
- * off, or is given something implausible, commands no current.
+ * off, is braked by its shorted motor or is given something implausible commands no current.
  *
  * Plausible is what lies within the bounds below, wide of every machine and narrow enough that no sum of the loops
  * can overflow: not a number, infinity and 1e35 rad/s are all refused before they reach a filter or an integral. */
@@ -24,11 +24,12 @@
 #define SERVO_PLAUSIBLE_VOLTAGE_V 1e4f
 
 typedef enum {
-  SERVO_OFF = 0,  /* duty 0, no loop closed */
+  SERVO_OFF = 0,  /* no loop closed, the motor's terminals are open */
   SERVO_SPEED,    /* command.speed is the set-point */
   SERVO_POSITION, /* command.position, with command.speed as feedforward */
   SERVO_TRACKING, /* the camera decides */
-  SERVO_TORQUE    /* command.torque_nm is the torque; the speed loop looks on, ready to take over */
+  SERVO_TORQUE,   /* command.torque_nm is the torque; the speed loop looks on, ready to take over */
+  SERVO_BRAKE     /* no loop closed, the motor's terminals are shorted: it brakes itself, without any sensor */
 } servo_mode;
 
 typedef struct {
@@ -37,6 +38,7 @@ typedef struct {
   target_tracker_params tracker;
   current_loop_params current;
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
+  float resistance_ohm;       /* of the winding, as the current loop was designed for; for protection */
   float current_limit_a;      /* 0 .. 1e4, both directions */
 } servo_axis_params;
 
@@ -91,9 +93,13 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
  * have passed `servo_axis_check`. */
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
 
+/* Whether a mode closes the current loop and one above it. */
+static inline bool servo_mode_closes(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }
+
 /* What the PWM rate needs to know of the tick, to be handed over in one piece. */
 typedef struct {
-  bool on;
+  bool powered; /* the bridge drives the terminals; not: they are open */
+  bool on;      /* the current loop decides on the duty; not: 0 */
   float reference_a;
   float joint_rate_rad_s;
   current_loop_params params;
@@ -101,7 +107,7 @@ typedef struct {
 
 servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params);
 
-/* One PWM period of a command: the duty in [-1, 1]; 0 while the axis is off or a sample is implausible. */
+/* One PWM period of a command: the duty in [-1, 1]; 0 while no loop is closed or a sample is implausible. */
 float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
                          float bus_voltage_v, float pwm_period_s);
 

@@ -13,7 +13,7 @@
 #include "canopen/tpdo.h"
 
 enum {
-  CANOPEN_PARTS = 14,           /* of the dictionary: two of the node, the others of the application */
+  CANOPEN_PARTS = 16,           /* of the dictionary: two of the node, the others of the application */
   CANOPEN_FRAMES_PER_CALL = 16, /* twice what 1 Mbit/s can bring in 1 ms */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };
@@ -34,7 +34,7 @@ typedef struct {
   uint8_t node_id;              /* 1 .. 127 */
   const od_table *device_table; /* identity and PDO rows, see communication_profile.h */
   const od_part *parts;         /* of the application, copied */
-  uint32_t part_count;          /* 0 .. 8 */
+  uint32_t part_count;          /* 0 .. 14 */
   can_sender sender;
   can_frame *receive_frames; /* room for the receive queue, owned by the caller */
   uint32_t receive_capacity; /* a power of two, at least 64 */

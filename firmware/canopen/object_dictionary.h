@@ -35,13 +35,14 @@ typedef enum {
 
 /* Flags of an entry. */
 enum {
-  OD_RPDO = 1,    /* may be mapped into an RPDO */
-  OD_TPDO = 2,    /* may be mapped into a TPDO */
-  OD_EVENT = 4,   /* a change of this mapped value sends an event-driven TPDO */
-  OD_NODE_ID = 8, /* the node id is added to the default */
-  OD_ARRAY = 16,  /* on sub-index 0: the object is an ARRAY, not a RECORD; for the EDS only */
-  OD_STORED = 32, /* belongs to what 0x1010 saves and 0x1011 restores */
-  OD_RECORD = 64  /* on sub-index 0: the head of an ARRAY or RECORD; `name` is that of the whole object */
+  OD_RPDO = 1,     /* may be mapped into an RPDO */
+  OD_TPDO = 2,     /* may be mapped into a TPDO */
+  OD_EVENT = 4,    /* a change of this mapped value sends an event-driven TPDO */
+  OD_NODE_ID = 8,  /* the node id is added to the default */
+  OD_ARRAY = 16,   /* on sub-index 0: the object is an ARRAY, not a RECORD; for the EDS only */
+  OD_STORED = 32,  /* belongs to what 0x1010 saves and 0x1011 restores */
+  OD_RECORD = 64,  /* on sub-index 0: the head of an ARRAY or RECORD; `name` is that of the whole object */
+  OD_GUARDED = 128 /* can hurt: the application lets it be written only after an unlock */
 };
 
 /* SDO abort codes; OD_OK and OD_PENDING are ours and never travel. */

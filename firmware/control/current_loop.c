@@ -40,6 +40,7 @@ control_status current_loop_check(const current_loop_params *params, float dt_s)
 void current_loop_reset(current_loop_state *state) {
   pi_controller_reset(&state->pi, 0.0f);
   state->limited = false;
+  state->voltage_v = 0.0f;
 }
 
 float current_loop_step(current_loop_state *state, const current_loop_params *params, float reference_a,
@@ -56,6 +57,7 @@ float current_loop_step(current_loop_state *state, const current_loop_params *pa
   const float voltage_v = scalar_clamp(wanted_v, -largest_v, largest_v);
   pi_controller_settle(&state->pi, &params->pi, reference_a - measured_a, voltage_v - wanted_v, dt_s);
   state->limited = voltage_v != wanted_v;
+  state->voltage_v = voltage_v;
   /* Limited again, because the division rounds. */
   return scalar_clamp(voltage_v / bus_voltage_v, -params->duty_limit, params->duty_limit);
 }

@@ -19,7 +19,8 @@ typedef struct {
 
 typedef struct {
   pi_controller_state pi;
-  bool limited; /* the bus could not give the voltage wanted in the last period */
+  bool limited;    /* the bus could not give the voltage wanted in the last period */
+  float voltage_v; /* given in the last period, the mean over it; 0 after a reset */
 } current_loop_state;
 
 /* Gains for a bandwidth (rad/s) of a winding R (1e-4 .. 1e3 ohm), L (1e-7 .. 10 H) at PWM period dt_s. Sets all of

@@ -36,7 +36,11 @@ static bool inputs_are_finite(const drive_axis_inputs *inputs) {
 
 static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
   drive_feedback feedback = {
-      .position = axis->position, .setpoint_arrived = inputs->setpoint_arrived, .stimulus = inputs->stimulus};
+      .position = axis->position,
+      .setpoint_arrived = inputs->setpoint_arrived,
+      .stimulus = inputs->stimulus,
+      .hard_travel = inputs->hard_travel,
+  };
   if (inputs_are_finite(inputs)) {
     feedback.rate_rad_s = inputs->rate_rad_s;
     feedback.reference_rad_s = inputs->reference_rad_s;
@@ -52,18 +56,16 @@ static void write_actual_values(const drive_axis *axis, drive_objects *objects, 
   objects->torque.demand = drive_permille_from_torque(inputs->torque_demand_nm, objects->torque.rated_mnm);
 }
 
-/* The worst of what is wrong: samples, what the caller found, what the drive found. */
-static drive_fault fault_of(const drive_axis *axis, const drive_axis_inputs *inputs, uint16_t *code) {
-  if (inputs->implausible || !inputs_are_finite(inputs)) {
-    *code = DRIVE_ERROR_SENSOR;
-    return DRIVE_FAULT_CUTS;
-  }
-  if (inputs->fault != DRIVE_NO_FAULT) {
-    *code = inputs->fault_code;
-    return inputs->fault;
-  }
-  *code = DRIVE_ERROR_FOLLOWING;
-  return axis->following_failed ? DRIVE_FAULT_STOPS : DRIVE_NO_FAULT;
+_Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_TELL && (int)DRIVE_FAULT_STOPS == (int)REACTION_STOP &&
+                   (int)DRIVE_FAULT_BRAKES == (int)REACTION_BRAKE && (int)DRIVE_FAULT_CUTS == (int)REACTION_CUT,
+               "the table's reactions are the drive's");
+
+/* The worst of what is wrong: what the caller found, and what the drive found. */
+static fault_id fault_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
+  const bool unusable = inputs->implausible || !inputs_are_finite(inputs);
+  const fault_set all = inputs->faults | (unusable ? fault_bit(FAULT_IMPLAUSIBLE) : 0) |
+                        (axis->following_failed ? fault_bit(FAULT_FOLLOWING_ERROR) : 0);
+  return fault_worst(all);
 }
 
 static uint32_t distance_between(int32_t a, int32_t b) {
@@ -80,21 +82,22 @@ static bool stop_is_over(drive_axis *axis, const drive_objects *objects, float d
 }
 
 static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
-  uint16_t code;
   const drive_power_state before = axis->state.power;
+  const fault_id found = fault_of(axis, inputs);
   const drive_state_inputs in = {
       .controlword = objects->state.controlword,
-      .fault = fault_of(axis, inputs, &code),
+      .fault = (drive_fault)fault_table[found].reaction,
       .ready = inputs->ready,
       .voltage_present = inputs->voltage_present,
       .stopped = stop_is_over(axis, objects, dt_s),
   };
   const drive_action action = drive_state_step(&axis->state, &objects->state.option, &in);
   if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE) {
-    objects->state.error_code = code;
+    axis->fault = found;
   } else if (before == DRIVE_FAULT && axis->state.power != DRIVE_FAULT) {
-    objects->state.error_code = 0;
+    axis->fault = FAULT_NONE;
   }
+  objects->state.error_code = fault_table[axis->fault].code;
   return action;
 }
 

@@ -4,8 +4,9 @@
  *                                        \-> following error, windows -> statusword
  *
  * Standard: CiA 402-2 / IEC 61800-7-201. The node writes commands and parameters into `drive_objects`; the step reads
- * them, and writes the values marked ro there. A following error (6065, or a quarter turn, where the position loop
- * would begin to doubt the way) is a fault of its own, 8611. */
+ * them, and writes the values marked ro there. It adds two faults to those that it is told of: samples that the servo
+ * axis refused, and a following error (6065, or a quarter turn, where the position loop would begin to doubt the way).
+ * What is done about a fault stands in protection/fault_table.h. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_AXIS_H
 #define TRACKSERVO_DRIVE_DRIVE_AXIS_H
 
@@ -18,9 +19,7 @@
 #include "drive/drive_state.h"
 #include "drive/drive_units.h"
 #include "drive/dwell_timer.h"
-
-/* Error codes (603F) that the drive finds itself. */
-enum { DRIVE_ERROR_SENSOR = 0x7300, DRIVE_ERROR_FOLLOWING = 0x8611 };
+#include "protection/fault_table.h"
 
 typedef struct {
   angle_turn32 joint_angle;
@@ -36,8 +35,8 @@ typedef struct {
   bool remote;                        /* the controlword is obeyed: the node is not stopped */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
   const servo_axis_command *stimulus; /* of an experiment, obeyed in operation with 6060 = 0; or NULL */
-  drive_fault fault;                  /* while it lasts */
-  uint16_t fault_code;                /* of `fault`, CiA 402-2 table of error codes */
+  fault_set faults;                   /* that others than the drive see now */
+  drive_travel hard_travel;           /* beyond which no set-point leads, whatever 607D says */
 } drive_axis_inputs;
 
 typedef struct {
@@ -50,6 +49,7 @@ typedef struct {
   dwell_timer moving;
   dwell_timer ramp_ended;
   bool following_failed; /* found in the last tick */
+  fault_id fault;        /* of 603F; FAULT_NONE when there was none since the last reset */
 } drive_axis;
 
 /* Whether an experiment may give the set-point: in operation, not halted, no mode of operation, and not stopped at a

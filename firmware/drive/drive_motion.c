@@ -105,37 +105,43 @@ static drive_setpoint stop(drive_motion *motion, const drive_feedback *feedback,
 
 /* --- position limits (607D) --- */
 
-static bool position_is_limited(const drive_limit_objects *limit) {
-  return limit->position_minimum < limit->position_maximum;
-}
+static bool is_limited(const drive_travel *travel) { return travel->minimum < travel->maximum; }
 
-static int32_t clamped_position(const drive_limit_objects *limit, int32_t position) {
-  if (!position_is_limited(limit)) {
+static int32_t clamped_position(const drive_travel *travel, int32_t position) {
+  if (!is_limited(travel)) {
     return position;
   }
-  if (position < limit->position_minimum) {
-    return limit->position_minimum;
+  if (position < travel->minimum) {
+    return travel->minimum;
   }
-  return position > limit->position_maximum ? limit->position_maximum : position;
+  return position > travel->maximum ? travel->maximum : position;
+}
+
+/* 607D within the hard travel; the hard travel alone where the two have nothing in common. */
+static drive_travel travel_in_force(const drive_limit_objects *limit, const drive_travel *hard) {
+  const drive_travel soft = {limit->position_minimum, limit->position_maximum};
+  const drive_travel both = {clamped_position(hard, soft.minimum), clamped_position(hard, soft.maximum)};
+  return is_limited(&soft) && is_limited(&both) ? both : *hard;
 }
 
 /* Way from the axis to the limit that lies in this direction, signed. */
-static float room_rad(const drive_limit_objects *limit, const drive_feedback *feedback, float direction) {
-  const int32_t end = direction < 0.0f ? limit->position_minimum : limit->position_maximum;
+static float room_rad(const drive_travel *travel, const drive_feedback *feedback, float direction) {
+  const int32_t end = direction < 0.0f ? travel->minimum : travel->maximum;
   return drive_angle_difference_rad(drive_angle_from_position(end), feedback->position);
 }
 
 /* Whether an axis that is asked to go in the direction of `asked` must stop now to come to rest before the limit.
  * Once it must, it does until it is asked to go the other way: a set-point held against the limit shall not make it
  * creep. */
-static bool limit_blocks(drive_motion *motion, const drive_limit_objects *limit, const drive_feedback *feedback,
-                         const profile_limits *limits, float asked) {
+static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, const profile_limits *limits,
+                         float asked) {
   if (asked * motion->blocked_direction <= 0.0f) {
     motion->blocked_direction = 0.0f;
   }
-  if (motion->blocked_direction == 0.0f && asked != 0.0f && position_is_limited(limit)) {
+  if (motion->blocked_direction == 0.0f && asked != 0.0f && is_limited(&motion->travel)) {
     const float direction = asked < 0.0f ? -1.0f : 1.0f;
-    const float margin_rad = room_rad(limit, feedback, direction) - profile_stop_travel_rad(&motion->ramp, limits);
+    const float margin_rad =
+        room_rad(&motion->travel, feedback, direction) - profile_stop_travel_rad(&motion->ramp, limits);
     motion->blocked_direction = margin_rad * direction <= 0.0f ? direction : 0.0f;
   }
   return motion->blocked_direction != 0.0f;
@@ -161,7 +167,7 @@ static drive_setpoint profile_position(drive_motion *motion, const drive_objects
   }
   close_loop(motion, SERVO_POSITION, feedback);
   const drive_motion before = *motion;
-  const int32_t target = clamped_position(limit, motion->setpoints.target);
+  const int32_t target = clamped_position(&motion->travel, motion->setpoints.target);
   const drive_angle end = drive_angle_from_position(target);
   const float distance_rad =
       drive_angle_difference_rad(end, motion->demand) - motion->demand_rest * ANGLE_RAD_PER_TURN32;
@@ -184,9 +190,9 @@ static drive_setpoint profile_velocity(drive_motion *motion, const drive_objects
   bool clamped;
   const float target_rad_s = clamped_rate(objects->velocity.target, &limits, &clamped);
   const drive_motion before = *motion;
-  const profile_motion step = position_is_limited(&objects->limit) && target_rad_s != 0.0f
+  const profile_motion step = is_limited(&motion->travel) && target_rad_s != 0.0f
                                   ? profile_towards_rate_within(&motion->ramp, &limits, target_rad_s,
-                                                                room_rad(&objects->limit, feedback, target_rad_s), dt_s)
+                                                                room_rad(&motion->travel, feedback, target_rad_s), dt_s)
                                   : profile_towards_rate(&motion->ramp, &limits, target_rad_s, dt_s);
   drive_setpoint setpoint = setpoint_of(&before, feedback, step.mean_acceleration_rad_s2);
   setpoint.limited = clamped || (profile_at_rest(&motion->ramp) && target_rad_s != 0.0f);
@@ -219,7 +225,7 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
     return stop(motion, feedback, &limits, dt_s);
   }
   close_loop(motion, SERVO_POSITION, feedback);
-  const int32_t target = clamped_position(limit, objects->position.target);
+  const int32_t target = clamped_position(&motion->travel, objects->position.target);
   bool cut = false;
   if (feedback->setpoint_arrived) {
     cut = position_interpolation_aim(&motion->positions, drive_angle_from_position(target), period_ticks,
@@ -244,7 +250,7 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
   const float target_rad_s =
       clamped_rate(drive_add(objects->velocity.target, objects->velocity.offset), &limits, &clamped);
   const bool missing = setpoints_missing(motion, feedback, period_ticks);
-  if (missing || limit_blocks(motion, &objects->limit, feedback, &limits, target_rad_s)) {
+  if (missing || limit_blocks(motion, feedback, &limits, target_rad_s)) {
     drive_setpoint stopping = stop(motion, feedback, &limits, dt_s);
     stopping.limited = !missing;
     return stopping;
@@ -286,7 +292,7 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
     motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
   }
   const bool missing = setpoints_missing(motion, feedback, period_of(&objects->limit, dt_s));
-  if (missing || limit_blocks(motion, &objects->limit, feedback, &limits, target_nm)) {
+  if (missing || limit_blocks(motion, feedback, &limits, target_nm)) {
     drive_setpoint stopping = stop(motion, feedback, &limits, dt_s);
     stopping.limited = !missing;
     return stopping;
@@ -311,9 +317,8 @@ static drive_setpoint follow(drive_motion *motion, const drive_objects *objects,
   const bool torque = stimulus->mode == SERVO_TORQUE;
   const drive_angle wanted = drive_angle_unwrap(feedback->position, stimulus->position);
   const int32_t position = drive_position_from_angle(wanted);
-  const bool beyond = stimulus->mode == SERVO_POSITION && clamped_position(&objects->limit, position) != position;
-  if (beyond || limit_blocks(motion, &objects->limit, feedback, &limits,
-                             torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s)) {
+  const bool beyond = stimulus->mode == SERVO_POSITION && clamped_position(&motion->travel, position) != position;
+  if (beyond || limit_blocks(motion, feedback, &limits, torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s)) {
     motion->blocked_direction = beyond && motion->blocked_direction == 0.0f ? 1.0f : motion->blocked_direction;
     return stop(motion, feedback, &limits, dt_s);
   }
@@ -373,11 +378,13 @@ static void add_torque(const drive_motion *motion, const drive_torque_objects *t
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
                                  const drive_feedback *feedback, float dt_s) {
   const int8_t mode = drive_mode_supported(objects->state.mode) ? objects->state.mode : motion->mode;
-  if (action == DRIVE_OFF) {
+  if (action == DRIVE_OFF || action == DRIVE_BRAKE) {
     drive_motion_reset(motion, feedback->position);
     motion->mode = mode;
-    return (drive_setpoint){.position = feedback->position};
+    return (drive_setpoint){.command = {.mode = action == DRIVE_BRAKE ? SERVO_BRAKE : SERVO_OFF},
+                            .position = feedback->position};
   }
+  motion->travel = travel_in_force(&objects->limit, &feedback->hard_travel);
   if (motion->loop == SERVO_OFF) {
     close_loop(motion, controls_position(mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
     enter_mode(motion, mode, feedback);

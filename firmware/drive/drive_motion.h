@@ -17,6 +17,12 @@
 #include "drive/profile_ramp.h"
 #include "drive/setpoint_queue.h"
 
+/* In the units of 607D; not limited unless minimum < maximum. */
+typedef struct {
+  int32_t minimum;
+  int32_t maximum;
+} drive_travel;
+
 /* What the axis does; finite. */
 typedef struct {
   drive_angle position;
@@ -25,6 +31,7 @@ typedef struct {
   float torque_demand_nm;             /* commanded in the last tick */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
   const servo_axis_command *stimulus; /* of an experiment: obeyed in place of a mode while none is chosen; or NULL */
+  drive_travel hard_travel;
 } drive_feedback;
 
 typedef struct {
@@ -37,6 +44,7 @@ typedef struct {
   rate_interpolation rates;
   position_interpolation positions;
   int setpoint_age_ticks;
+  drive_travel travel;     /* in force: 607D within the hard one */
   float blocked_direction; /* -1 or 1: stopped before the software position limit on that side; 0: free */
   float torque_nm;         /* cst: on its way along the torque slope */
 } drive_motion;

@@ -121,22 +121,43 @@ static void powerless(drive_state *state, const drive_state_inputs *in) {
   }
 }
 
+/* 14: nothing is left to be done. */
+static drive_action end_reaction(drive_state *state) {
+  state->power = DRIVE_FAULT;
+  return DRIVE_OFF;
+}
+
+static drive_action brake(drive_state *state) {
+  return ++state->reaction_ticks > DRIVE_BRAKE_TICKS ? end_reaction(state) : DRIVE_BRAKE;
+}
+
+static drive_action stop(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
+  const drive_action action = action_of_option(options->fault_reaction);
+  const bool over = in->stopped || action == DRIVE_OFF || ++state->reaction_ticks > DRIVE_LONGEST_REACTION_TICKS;
+  return over ? end_reaction(state) : action;
+}
+
+/* Never a milder reaction than before: a fault that has gone again has still been there. */
 static drive_action fault_reaction(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
-  const bool over = in->stopped || state->action == DRIVE_OFF || ++state->reaction_ticks > DRIVE_LONGEST_REACTION_TICKS;
-  const drive_action stop = action_of_option(options->fault_reaction);
-  if (over || in->fault == DRIVE_FAULT_CUTS || stop == DRIVE_OFF) { /* 14 */
-    state->power = DRIVE_FAULT;
-    return DRIVE_OFF;
+  if (in->fault > state->reaction) {
+    state->reaction = in->fault;
+    state->reaction_ticks = 0;
   }
-  return stop;
+  if (state->action == DRIVE_OFF || state->reaction == DRIVE_FAULT_CUTS) {
+    return end_reaction(state);
+  }
+  return state->reaction == DRIVE_FAULT_BRAKES ? brake(state) : stop(state, options, in);
 }
 
 /* 13, from every state. An axis that had no torque gets none. */
 static drive_action enter_fault(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   state->power = DRIVE_FAULT_REACTION_ACTIVE;
+  state->reaction = in->fault;
   state->reaction_ticks = 0;
-  const bool brakes = state->action != DRIVE_OFF && in->fault == DRIVE_FAULT_STOPS;
-  return brakes ? action_of_option(options->fault_reaction) : DRIVE_OFF;
+  if (state->action == DRIVE_OFF || in->fault == DRIVE_FAULT_CUTS) {
+    return DRIVE_OFF;
+  }
+  return in->fault == DRIVE_FAULT_BRAKES ? DRIVE_BRAKE : action_of_option(options->fault_reaction);
 }
 
 static drive_action next_action(drive_state *state, const drive_options *options, const drive_state_inputs *in,

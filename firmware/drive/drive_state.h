@@ -24,16 +24,19 @@ typedef enum {
 } drive_power_state;
 
 typedef enum {
-  DRIVE_OFF = 0,   /* no torque */
-  DRIVE_RUN,       /* the mode of operation decides */
-  DRIVE_SLOW_DOWN, /* to standstill with 6084, then hold it */
-  DRIVE_QUICK_STOP /* to standstill with 6085, then hold it */
+  DRIVE_OFF = 0,    /* no torque */
+  DRIVE_RUN,        /* the mode of operation decides */
+  DRIVE_SLOW_DOWN,  /* to standstill with 6084, then hold it */
+  DRIVE_QUICK_STOP, /* to standstill with 6085, then hold it */
+  DRIVE_BRAKE       /* the motor is shorted: no loop, no sensor is needed */
 } drive_action;
 
+/* The worse, the higher. */
 typedef enum {
   DRIVE_NO_FAULT = 0,
-  DRIVE_FAULT_STOPS, /* the axis can still be braked: 605E decides */
-  DRIVE_FAULT_CUTS   /* it cannot: off at once, whatever 605E says */
+  DRIVE_FAULT_STOPS,  /* the speed loop can be trusted: 605E decides */
+  DRIVE_FAULT_BRAKES, /* it cannot: the shorted motor brakes, then off, whatever 605E says */
+  DRIVE_FAULT_CUTS    /* nor can the bridge: off at once */
 } drive_fault;
 
 /* Bits of the controlword. */
@@ -64,6 +67,7 @@ typedef struct {
   drive_power_state power;
   drive_action action;   /* of the last tick */
   bool reset_bit_before; /* bit 7 of the last controlword: a fault is reset by its rising edge only */
+  drive_fault reaction;  /* to the worst fault since the last one was reset */
   uint32_t reaction_ticks;
 } drive_state;
 
@@ -77,6 +81,9 @@ typedef struct {
 
 /* A fault reaction that has not ended after this is cut: a brake ramp set to nearly nothing must not hold power on. */
 #define DRIVE_LONGEST_REACTION_TICKS 10000u
+
+/* How long the shorted motor brakes. */
+#define DRIVE_BRAKE_TICKS 2000u
 
 void drive_state_reset(drive_state *state);
 

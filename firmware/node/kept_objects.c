@@ -5,10 +5,11 @@
 #include "drive/drive_state.h"
 #include "node/device_dictionary.h"
 #include "node/drive_dictionary.h"
+#include "node/protection_objects.h"
 #include "parameters/axis_dictionary.h"
 #include "parameters/axis_tuning.h"
 
-enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, TABLES = 2 + 2 * SERVO_AXES };
+enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, TABLES = 2 + 3 * SERVO_AXES };
 
 _Static_assert(offsetof(axis_tuning, staged) == 0,
                "rows of gains are read in an axis_parameters, not in its axis_tuning");
@@ -37,6 +38,7 @@ void kept_objects_copy(kept_objects *to, const kept_objects *from, uint8_t group
     for (int i = 0; i < SERVO_AXES; ++i) {
       to->parameters[i] = from->parameters[i];
       od_copy_stored(&drive_objects_table, &from->drive[i], &to->drive[i]);
+      to->protection[i] = from->protection[i];
     }
   }
 }
@@ -48,7 +50,8 @@ bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, 
                                              od_same_stored(&device_table, own, &other->communication));
   for (int i = 0; i < SERVO_AXES && (groups & KEPT_APPLICATION) != 0; ++i) {
     same = same && od_same_stored(&axis_parameters_table, &kept->parameters[i], &other->parameters[i]) &&
-           od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]);
+           od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]) &&
+           od_same_stored(&protection_objects_table, &kept->protection[i], &other->protection[i]);
   }
   return same;
 }
@@ -63,6 +66,7 @@ static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     const uint16_t shift = (uint16_t)(i * AXIS_SHIFT);
     parts[count++] = (od_part){.table = axis_parameters_table, .shift = shift, .values = &kept->parameters[i]};
+    parts[count++] = (od_part){.table = protection_objects_table, .shift = shift, .values = &kept->protection[i]};
     parts[count++] = (od_part){.table = drive_objects_table, .shift = shift, .values = &kept->drive[i]};
   }
   return (object_dictionary){parts, count};
@@ -178,7 +182,8 @@ bool kept_objects_are_good(const kept_objects *kept, const object_dictionary *di
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_params built;
     good = good && options_are_good(&kept->drive[i].state.option) &&
-           axis_parameters_build(&kept->parameters[i], &built) == CONTROL_OK;
+           axis_parameters_build(&kept->parameters[i], &built) == CONTROL_OK &&
+           protection_check(&kept->protection[i]) == CONTROL_OK;
   }
   return good;
 }

@@ -1,4 +1,5 @@
-/* What 0x1010 keeps and 0x1011 gives back: gains, drive objects and communication, and the same as rows of a store.
+/* What 0x1010 keeps and 0x1011 gives back: gains, limits, drive objects and communication, and the same as rows of a
+ * store.
  *
  * Groups are those of canopen/storage.h. */
 #ifndef TRACKSERVO_NODE_KEPT_OBJECTS_H
@@ -9,8 +10,9 @@
 #include "drive/drive_objects.h"
 #include "parameters/axis_parameters.h"
 #include "parameters/parameter_store.h"
+#include "protection/axis_protection.h"
 
-enum { KEPT_MOST_ROWS = 320 };
+enum { KEPT_MOST_ROWS = 384 };
 
 /* Which groups. */
 enum { KEPT_COMMUNICATION = 1, KEPT_APPLICATION = 2 };
@@ -18,6 +20,7 @@ enum { KEPT_COMMUNICATION = 1, KEPT_APPLICATION = 2 };
 typedef struct {
   axis_parameters parameters[SERVO_AXES];
   drive_objects drive[SERVO_AXES];
+  protection_limits protection[SERVO_AXES];
   communication_objects communication;
 } kept_objects;
 

@@ -12,20 +12,11 @@
 
 enum { AXIS_SHIFT = 0x800 };
 
-/* Error codes of CiA 301 table 26 for the bus' own faults. */
-enum { FAULT_BUS = 0x8100, FAULT_HEARTBEAT = 0x8130, FAULT_RPDO_LATE = 0x8250 };
+/* Details of FAULT_PARAMETERS_LOST, summed. */
+enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4 };
 
-/* Error codes of CiA 402-2 for what the board finds. */
-enum { FAULT_OVER_CURRENT = 0x2310, FAULT_POWER_STAGE = 0x5410, FAULT_TOO_HOT = 0x4310 };
-
-/* CiA 402-2's code for parameters that are lost; its detail is the sum of these. */
-enum { EMERGENCY_PARAMETERS = 0x6310, SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4 };
-
-/* Of EMCY messages; an axis' own is its number + 1, and the board's comes next. */
-enum { SOURCE_STORAGE = SERVO_AXES + 2 };
-
-/* Below this the bridge cannot drive the motor: the drive does not switch on. */
-#define LEAST_BUS_VOLTAGE_V 10.0f
+/* Of EMCY messages; an axis' own is its number + 1. */
+enum { SOURCE_BOARD = SERVO_AXES + 1, SOURCE_STORAGE = SERVO_AXES + 2 };
 
 /* --- objects of the drive --------------------------------------------------------------------------------------- */
 
@@ -61,8 +52,17 @@ static kept_objects *in_force(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     kept->parameters[i] = node->axis[i].tuning.active;
     kept->drive[i] = node->axis[i].objects;
+    kept->protection[i] = node->axis[i].watch.limits;
   }
   return kept;
+}
+
+/* EMCY of a row of the fault table. */
+static void raise(servo_node *node, fault_id fault, uint8_t source, uint8_t detail) {
+  const fault_row *row = &fault_table[fault];
+  const emergency_error error = {
+      .code = row->code, .register_bits = row->register_bits, .source = source, .detail = detail};
+  (void)canopen_node_raise(&node->canopen, &error);
 }
 
 /* 0x2070:5, 0x3031, and EMCY while a set that is damaged, cut off or refused has not been replaced by a good one. */
@@ -75,13 +75,10 @@ static void tell_stored(servo_node *node) {
   const int detail = (report->damaged > 0 ? SET_DAMAGED : 0) + (report->unfinished > 0 ? SET_UNFINISHED : 0) +
                      (report->refused > 0 ? SET_REFUSED : 0);
   if (detail == 0) {
-    (void)canopen_node_clear(&node->canopen, SOURCE_STORAGE, EMERGENCY_PARAMETERS);
+    (void)canopen_node_clear(&node->canopen, SOURCE_STORAGE, fault_table[FAULT_PARAMETERS_LOST].code);
     return;
   }
-  (void)canopen_node_raise(&node->canopen, &(emergency_error){.code = EMERGENCY_PARAMETERS,
-                                                              .register_bits = ERROR_MANUFACTURER,
-                                                              .source = SOURCE_STORAGE,
-                                                              .detail = (uint8_t)detail});
+  raise(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
 }
 
 static bool any_axis_is_powered(const servo_node *node) {
@@ -104,12 +101,13 @@ static od_abort save(void *context, uint8_t group) { return storage_command_of(c
 
 static od_abort restore(void *context, uint8_t group) { return storage_command_of(context, false, group); }
 
-/* Gains and drive objects as stored. */
+/* Gains, limits and drive objects as stored. */
 static void take_stored(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   /* Cannot be refused: what is stored was in force before, or has been checked when it was found. */
   (void)axis_tuning_start(&axis->tuning, &node->storage.stored.parameters[i], &node->board.app.params.axis[i]);
   od_copy_stored(&drive_objects_table, &node->storage.stored.drive[i], &axis->objects);
+  axis->watch.limits = node->storage.stored.protection[i];
 }
 
 /* The axis as after the start, with what is stored. */
@@ -117,6 +115,7 @@ static void reset_axis(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   take_stored(node, i);
   experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
+  axis_watch_reset(&axis->watch);
   drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
 }
 
@@ -125,7 +124,7 @@ static void restore_parts(servo_node *node) {
   for (uint32_t i = 0; i < node->canopen.dictionary.count; ++i) {
     const od_part *part = &node->canopen.dictionary.parts[i];
     if (part->hooks == &drive_hooks || part->hooks == &experiment_objects_hooks ||
-        part->hooks == &scope_objects_hooks) {
+        part->hooks == &scope_objects_hooks || part->hooks == &fault_objects_hooks) {
       od_restore_defaults(part, node->canopen.config.node_id);
     }
   }
@@ -143,13 +142,14 @@ static void start_storage(servo_node *node) {
 /* A reset of the communication forgets what the axes were supervised by: like an NMT stop, it stops those that turn. */
 static void reset_started(servo_node *node, bool whole_node) {
   if (!whole_node && any_axis_is_powered(node)) {
-    node->bus_fault_code = FAULT_BUS;
+    node->bus_faults |= fault_bit(FAULT_NODE_STOPPED);
   }
   if (whole_node) {
     restore_parts(node);
+    access_lock_take(&node->lock, 0);
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
-    node->axis[i].told_error = 0; /* the bus knows nothing any more: a fault that lasts is told again */
+    node->axis[i].told_fault = FAULT_NONE; /* the bus knows nothing any more: a fault that lasts is told again */
     if (whole_node) {
       reset_axis(node, i);
     }
@@ -169,17 +169,17 @@ static void reset(void *context, bool whole_node) {
 
 static void heartbeat_lost(void *context, uint8_t node_id) {
   (void)node_id;
-  ((servo_node *)context)->bus_fault_code = FAULT_HEARTBEAT;
+  ((servo_node *)context)->bus_faults |= fault_bit(FAULT_HEARTBEAT_LOST);
 }
 
 static void rpdo_late(void *context, uint32_t n) {
   (void)n;
-  ((servo_node *)context)->bus_fault_code = FAULT_RPDO_LATE;
+  ((servo_node *)context)->bus_faults |= fault_bit(FAULT_RPDO_LATE);
 }
 
 static void state_changed(void *context, nmt_state state) {
   if (state == NMT_STOPPED) {
-    ((servo_node *)context)->bus_fault_code = FAULT_BUS;
+    ((servo_node *)context)->bus_faults |= fault_bit(FAULT_NODE_STOPPED);
   }
 }
 
@@ -192,13 +192,20 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
     const uint16_t shift = (uint16_t)(i * AXIS_SHIFT);
-    axis->owner = (tuning_owner){&axis->tuning, &node->board, i};
+    axis->owner = (tuning_owner){&axis->tuning, &node->board, i, &node->lock};
+    axis->limits_owner = (protection_owner){&axis->watch.limits, &node->lock};
     parts[count++] = (od_part){.table = axis_parameters_table,
                                .shift = shift,
                                .prefix = prefixes[i],
                                .values = &axis->tuning,
                                .owner = &axis->owner,
                                .hooks = &tuning_objects_hooks};
+    parts[count++] = (od_part){.table = protection_objects_table,
+                               .shift = shift,
+                               .prefix = prefixes[i],
+                               .values = &axis->watch.limits,
+                               .owner = &axis->limits_owner,
+                               .hooks = &protection_objects_hooks};
     parts[count++] = (od_part){.table = experiment_objects_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -220,6 +227,12 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .owner = node,
                              .hooks = &scope_objects_hooks};
   parts[count++] = (od_part){.table = scope_signals_table, .prefix = "", .values = node};
+  node->fault_owner = (fault_objects_owner){&node->fault_setup, &node->log, &node->lock};
+  parts[count++] = (od_part){.table = fault_objects_table,
+                             .prefix = "",
+                             .values = &node->fault_setup,
+                             .owner = &node->fault_owner,
+                             .hooks = &fault_objects_hooks};
   parts[count++] = (od_part){.table = shared_table, .prefix = "", .values = &node->objects};
   return count;
 }
@@ -228,9 +241,11 @@ static bool start_servo(servo_node *node, const servo_node_config *config) {
   servo_params params;
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
-    if (axis_tuning_start(&axis->tuning, &config->parameters[i], &params.axis[i]) != CONTROL_OK) {
+    if (axis_tuning_start(&axis->tuning, &config->parameters[i], &params.axis[i]) != CONTROL_OK ||
+        protection_check(&config->limits[i]) != CONTROL_OK) {
       return false;
     }
+    axis->watch.limits = config->limits[i];
   }
   return servo_board_start(&node->board, config->machine, &params) == CONTROL_OK;
 }
@@ -245,7 +260,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   od_part parts[CANOPEN_PARTS];
   const uint32_t count = describe_parts(node, parts);
   for (uint32_t i = 0; i < count; ++i) {
-    if (parts[i].hooks != &tuning_objects_hooks) { /* parameters have come with the configuration */
+    if (parts[i].hooks != &tuning_objects_hooks && parts[i].hooks != &protection_objects_hooks) { /* configured */
       od_restore_defaults(&parts[i], config->node_id);
     }
   }
@@ -273,49 +288,54 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
 
 /* --- tick ------------------------------------------------------------------------------------------------------- */
 
-/* The board's faults go before those of the bus: they cut the torque. */
-static void sense_health(drive_axis_inputs *inputs, hal_health health) {
-  static const uint16_t code_of[] = {
-      [HAL_OVER_CURRENT] = FAULT_OVER_CURRENT, [HAL_POWER_STAGE] = FAULT_POWER_STAGE, [HAL_TOO_HOT] = FAULT_TOO_HOT};
-  inputs->ready = health != HAL_NOT_READY;
-  if (inputs->ready && health != HAL_GOOD) {
-    inputs->fault = DRIVE_FAULT_CUTS;
-    inputs->fault_code = code_of[health];
+/* What the board says of an axis; one that is not ready has to be so in operation, too. */
+static fault_set faults_of_board(hal_health health, drive_power_state power) {
+  static const fault_id fault_of[] = {[HAL_OVER_CURRENT] = FAULT_OVER_CURRENT_TRIP,
+                                      [HAL_POWER_STAGE] = FAULT_POWER_STAGE,
+                                      [HAL_TOO_HOT] = FAULT_OVER_TEMPERATURE,
+                                      [HAL_TIMING_LOST] = FAULT_TICK_LATE};
+  if (health == HAL_GOOD || (health == HAL_NOT_READY && power == DRIVE_NOT_READY)) {
+    return 0;
   }
+  return fault_bit(health == HAL_NOT_READY ? FAULT_SELF_TEST : fault_of[health]);
 }
 
 static drive_axis_inputs inputs_of(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
+  const hal_health health = hal_axis_health(node->board.machine, i);
+  const float bus_voltage_v = hal_bus_voltage_v(node->board.machine);
   drive_axis_inputs inputs = {
-      .voltage_present = hal_bus_voltage_v(node->board.machine) >= LEAST_BUS_VOLTAGE_V,
+      .ready = health != HAL_NOT_READY,
+      .voltage_present = bus_voltage_v >= axis->watch.limits.under_voltage_v,
       .remote = node->canopen.state != NMT_STOPPED,
       .setpoint_arrived = axis->setpoint_arrived,
-      .fault = node->bus_fault_code != 0 ? DRIVE_FAULT_STOPS : DRIVE_NO_FAULT,
-      .fault_code = node->bus_fault_code,
+      .warning = axis_protection_warns(&axis->watch.state, &axis->watch.limits),
+      .hard_travel = axis_watch_travel(&axis->watch),
   };
-  sense_health(&inputs, hal_axis_health(node->board.machine, i));
+  inputs.faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
+                  axis_watch_step(&axis->watch, &node->board, i, axis->drive.position, &node->log);
   drive_axis_sense(&inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
   return inputs;
 }
 
-/* EMCY when an axis' error code appears, and again when it has gone: the axes are sources of their own, so that 1001
- * tells of a fault as long as one of them is in it. */
+/* EMCY and log when an axis falls into a fault, and EMCY again when it has left it: the axes are sources of their own,
+ * so that 1001 tells of a fault as long as one of them is in it. */
 static void tell_fault(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
-  const uint16_t code = axis->objects.state.error_code;
-  if (code == axis->told_error) {
+  const fault_id fault = axis->drive.fault;
+  if (fault == axis->told_fault) {
     return;
   }
   const uint8_t source = (uint8_t)(i + 1);
-  if (axis->told_error != 0) {
-    (void)canopen_node_clear(&node->canopen, source, axis->told_error);
+  if (axis->told_fault != FAULT_NONE) {
+    (void)canopen_node_clear(&node->canopen, source, fault_table[axis->told_fault].code);
   }
-  if (code != 0) {
-    const emergency_error error = {.code = code, .register_bits = ERROR_MANUFACTURER, .source = source};
-    (void)canopen_node_raise(&node->canopen, &error);
+  if (fault != FAULT_NONE) {
+    raise(node, fault, source, (uint8_t)fault);
+    fault_log_write(&node->log, i, fault, node->objects.ticks);
   }
-  axis->told_error = code;
+  axis->told_fault = fault;
 }
 
 /* For 0x2101, and for the scope, which triggers on any power state and any fault. */
@@ -336,7 +356,18 @@ bool servo_node_receive(servo_node *node, const can_frame *frame) {
   return canopen_node_receive(&node->canopen, frame);
 }
 
+void servo_node_bus_off(servo_node *node) { node->bus_faults |= fault_bit(FAULT_BUS_OFF); }
+
+void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool lasts) {
+  raise(node, fault, SOURCE_BOARD, detail);
+  if (!lasts) {
+    (void)canopen_node_clear(&node->canopen, SOURCE_BOARD, fault_table[fault].code);
+  }
+  fault_log_write(&node->log, SERVO_AZIMUTH, fault, node->objects.ticks);
+}
+
 void servo_node_tick(servo_node *node) {
+  access_lock_tick(&node->lock);
   canopen_node_tick(&node->canopen);
   if (kept_storage_tick(&node->storage)) {
     tell_stored(node);
@@ -354,7 +385,7 @@ void servo_node_tick(servo_node *node) {
     node->board.command.axis[i] = drive_axis_step(&axis->drive, &axis->objects, &inputs, SERVO_TICK_S);
     tell_fault(node, i);
   }
-  node->bus_fault_code = 0;
+  node->bus_faults = 0;
   servo_board_control(&node->board);
   node->objects.ticks++;
   record(node, stimulated);

@@ -1,9 +1,10 @@
 /* The servo on the bus: a CANopen node with two CiA 402 axes around the servo core.
  *
- *     frames in -> objects -> drive (CiA 402) -> servo_board -> objects -> frames out
+ *     frames in -> objects -> samples -> protection -> drive (CiA 402) -> servo_board -> objects -> frames out
  *
  * One tick does all of it, in that order, on top of any HAL. Parts of the dictionary: the device's own (1000), per axis
- * its parameters (2000), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and what both share (3000).
+ * its parameters (2000), protection (2060), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and what
+ * both share (3000).
  */
 #ifndef TRACKSERVO_NODE_SERVO_NODE_H
 #define TRACKSERVO_NODE_SERVO_NODE_H
@@ -12,8 +13,11 @@
 #include "canopen/canopen_node.h"
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
+#include "node/axis_watch.h"
 #include "node/experiment_objects.h"
+#include "node/fault_objects.h"
 #include "node/kept_storage.h"
+#include "node/protection_objects.h"
 #include "node/recorded_tick.h"
 #include "node/scope_objects.h"
 #include "node/tuning_objects.h"
@@ -27,8 +31,10 @@ typedef struct {
   drive_axis drive;
   experiment_objects experiment; /* 0x2100 */
   recorded_tick recorded;        /* 0x2101 */
+  axis_watch watch;              /* 0x2060 */
+  protection_owner limits_owner; /* of its part */
   bool setpoint_arrived;
-  uint16_t told_error; /* 603F that the bus has been told of by EMCY */
+  fault_id told_fault; /* that the bus has been told of by EMCY */
 } servo_node_axis;
 
 /* 0x3010, 0x3030 and 0x3031. */
@@ -46,9 +52,13 @@ typedef struct {
   scope recorder;
   bool started;
   kept_storage storage;
-  kept_objects in_force;   /* as of the last command to store */
-  const hal_flash *flash;  /* as configured */
-  uint16_t bus_fault_code; /* a communication fault that both axes shall see in the next tick; 0: none */
+  kept_objects in_force;  /* as of the last command to store */
+  const hal_flash *flash; /* as configured */
+  fault_set bus_faults;   /* that both axes shall see in the next tick */
+  fault_log log;          /* 0x3020 */
+  access_lock lock;       /* 0x3040 */
+  fault_objects fault_setup;
+  fault_objects_owner fault_owner;
   canopen_node canopen;
   can_frame received[SERVO_NODE_QUEUE];
 } servo_node;
@@ -58,6 +68,7 @@ typedef struct {
   can_sender sender;
   hal *machine;
   const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of what can be stored */
+  const protection_limits *limits;   /* likewise */
   const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored set; NULL: kept in RAM only */
 } servo_node_config;
 
@@ -68,6 +79,13 @@ bool servo_node_start(servo_node *node, const servo_node_config *config);
 
 /* From the CAN receive interrupt, or one other thread. False: the queue was full, the frame is lost and counted. */
 bool servo_node_receive(servo_node *node, const can_frame *frame);
+
+/* Before a tick: the CAN controller went bus-off, so nobody can be heard. Both axes stop. */
+void servo_node_bus_off(servo_node *node);
+
+/* Before a tick: a fault of the board itself, not of an axis, for EMCY and log. One that does not last is over at once:
+ * only the history keeps it. */
+void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool lasts);
 
 /* Every 1 ms. */
 void servo_node_tick(servo_node *node);

@@ -1,5 +1,7 @@
 #include "node/tuning_objects.h"
 
+#include "node/protection_objects.h"
+
 enum { TUNING_OBJECT = 0x2070, TUNING_COMMAND = 1 };
 enum { COMMAND_APPLY = 1, COMMAND_REVERT = 2, COMMAND_UNDO = 3 };
 
@@ -35,6 +37,10 @@ static control_status obey(const tuning_owner *tuned, int64_t command) {
 /* The question is the deed, because only it can answer; no PDO reaches a command. A refused one leaves its reason in
  * 0x2070:3 and nothing else. */
 static od_abort accept(void *owner, const od_object *object, od_number value) {
+  const od_abort guarded = guarded_write(((const tuning_owner *)owner)->lock, object->entry);
+  if (guarded != OD_OK) {
+    return guarded;
+  }
   return !is_command(object) || obey(owner, value.i) == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
 }
 

@@ -8,12 +8,14 @@
 #include "app/servo_board.h"
 #include "canopen/object_dictionary.h"
 #include "parameters/axis_tuning.h"
+#include "protection/access_lock.h"
 
 /* Owner of the part. */
 typedef struct {
   axis_tuning *tuning;
   servo_board *board;
   int axis;
+  const access_lock *lock; /* of the guarded ones */
 } tuning_owner;
 
 extern const od_hooks tuning_objects_hooks;

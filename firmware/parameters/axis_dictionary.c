@@ -5,6 +5,10 @@
 
 #define F(index_, sub_, member_, low_, high_, default_, unit_, name_, help_) \
   OD_F32(index_, sub_, OD_RW, OD_STORED, axis_tuning, staged.member_, low_, high_, default_, unit_, name_, help_)
+/* Guarded: a wrong one can hurt. */
+#define G(index_, sub_, member_, low_, high_, default_, unit_, name_, help_)                                     \
+  OD_F32(index_, sub_, OD_RW, OD_STORED | OD_GUARDED, axis_tuning, staged.member_, low_, high_, default_, unit_, \
+         name_, help_)
 #define U(index_, sub_, member_, low_, high_, default_, name_, help_) \
   OD_U32(index_, sub_, OD_RW, OD_STORED, axis_tuning, staged.member_, low_, high_, default_, "", name_, help_)
 
@@ -86,13 +90,13 @@ static const od_entry kEntries[] = {
     U(0x2050, 3, sensors.window_ticks, 2, 16, 2, "Rate estimator window", "Angles in the slope; 2 for fine encoders"),
 
     OD_RECORD_HEAD(0x2055, 6, "Motor", "DC torque motor and its current loop"),
-    F(0x2055, 1, motor.torque_constant_nm_a, 1e-6f, 1e4f, 2.5f, "N m/A", "Torque constant", "Kt"),
-    F(0x2055, 2, motor.resistance_ohm, 1e-4f, 1e3f, 1.2f, "ohm", "Winding resistance", "R at working temperature"),
-    F(0x2055, 3, motor.inductance_h, 1e-7f, 10.0f, 3e-3f, "H", "Winding inductance", "L"),
-    F(0x2055, 4, motor.back_emf_v_s_rad, 0.0f, 1e3f, 2.5f, "V s/rad", "Back-EMF constant", "Ke"),
-    F(0x2055, 5, motor.bandwidth_rad_s, 2.0f, 16000.0f, 6283.0f, "rad/s", "Current loop bandwidth",
+    G(0x2055, 1, motor.torque_constant_nm_a, 1e-6f, 1e4f, 2.5f, "N m/A", "Torque constant", "Kt"),
+    G(0x2055, 2, motor.resistance_ohm, 1e-4f, 1e3f, 1.2f, "ohm", "Winding resistance", "R at working temperature"),
+    G(0x2055, 3, motor.inductance_h, 1e-7f, 10.0f, 3e-3f, "H", "Winding inductance", "L"),
+    G(0x2055, 4, motor.back_emf_v_s_rad, 0.0f, 1e3f, 2.5f, "V s/rad", "Back-EMF constant", "Ke"),
+    G(0x2055, 5, motor.bandwidth_rad_s, 2.0f, 16000.0f, 6283.0f, "rad/s", "Current loop bandwidth",
       "First-order response"),
-    F(0x2055, 6, motor.current_limit_a, 0.0f, 1e4f, 16.0f, "A", "Current limit", "Both directions"),
+    G(0x2055, 6, motor.current_limit_a, 0.0f, 1e4f, 16.0f, "A", "Current limit", "Both directions"),
 
     OD_RECORD_HEAD(0x2070, 5, "Parameter set", "Staged values become active in one piece, or not at all"),
     OD_U8(0x2070, 1, OD_RW, 0, axis_tuning, command, 0, 3, 0, "", "Parameter set command",

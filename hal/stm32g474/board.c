@@ -144,6 +144,9 @@ hal_health hal_axis_health(hal *machine, int axis) {
   if (machine->test_bits != 0) {
     return HAL_NOT_READY;
   }
+  if (machine->timing_lost) {
+    return HAL_TIMING_LOST;
+  }
   if (bridge_fault(axis)) {
     return machine->tripped[axis] == HAL_GOOD ? HAL_POWER_STAGE : machine->tripped[axis];
   }

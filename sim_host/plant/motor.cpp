@@ -33,6 +33,21 @@ void DcMotor::renew_shape(double joint_angle_rad) {
   }
 }
 
+// The mean current of the period.
+double DcMotor::step_open(double back_emf_v, double supply_v) {
+  const double before_a = current_a_;
+  if (before_a == 0.0) {
+    return 0.0;
+  }
+  const double final_a = (std::copysign(supply_v, -before_a) - back_emf_v) * conductance_s_;
+  const double after_a = final_a + (before_a - final_a) * decay_;
+  const bool gone = after_a * before_a <= 0.0;
+  current_a_ = gone ? 0.0 : after_a;
+  // Nearly a straight line; it ends within the period in which the current is gone.
+  const double share = gone ? before_a / (before_a - after_a) : 1.0;
+  return 0.5 * (before_a + current_a_) * share;
+}
+
 double DcMotor::step(double voltage_v, double joint_rate_rad_s, double joint_angle_rad, double supply_v) {
   const double travel = joint_angle_rad - shape_angle_rad_;
   const double shape = ripple_ + ripple_slope_1_rad_ * travel;
@@ -42,6 +57,10 @@ double DcMotor::step(double voltage_v, double joint_rate_rad_s, double joint_ang
     voltage -= dead_share_ * supply_v * std::clamp(current_a_ / knee_a, -1.0, 1.0);
   }
   const double back_emf_v = config_.back_emf_constant_v_s_rad * shape * joint_rate_rad_s;
+  if (open_) {
+    return config_.torque_constant_nm_a * shape * step_open(back_emf_v, supply_v) + cogging_nm_ +
+           cogging_slope_nm_rad_ * travel;
+  }
   const double final_a = (voltage - back_emf_v) * conductance_s_;
   const double distance_a = current_a_ - final_a;
   const double mean_a = final_a + distance_a * mean_share_;

@@ -26,9 +26,15 @@ class DcMotor {
   // dead time. Returns the mean torque [Nm].
   double step(double voltage_v, double joint_rate_rad_s, double joint_angle_rad, double supply_v);
 
+  // The bridge lets go of the terminals: its diodes lead what current there is against the supply until it is gone. A
+  // back-EMF above the supply, which would let it flow again, is not modelled.
+  void open_terminals(bool open) { open_ = open; }
+
   double current_a() const { return current_a_; }  // at the end of the last period
 
  private:
+  double step_open(double back_emf_v, double supply_v);
+
   MotorConfig config_;
   double conductance_s_;  // 1 / R
   double decay_;          // e^(-R dt/L)
@@ -36,6 +42,7 @@ class DcMotor {
   double dead_share_;     // 2 t_d / T
   double dead_knee_a_per_v_;
   double current_a_ = 0;
+  bool open_ = false;
 
   double shape_angle_rad_ = 0;
   double ripple_ = 1;

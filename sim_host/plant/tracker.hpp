@@ -51,6 +51,9 @@ class Tracker {
   // once per axis and period.
   PwmSample sample_pwm(int axis);
 
+  // Whether the bridge of an axis lets go of its motor's terminals, from the next period on.
+  void open_terminals(int axis, bool open) { axis_[static_cast<std::size_t>(axis)].motor.open_terminals(open); }
+
   // Applies the duty of both bridges, -1..1 (clipped; NaN counts as 0), for one PWM period of 50 us.
   void step_pwm(const std::array<double, kAxes>& duty);
 

@@ -37,8 +37,7 @@ struct MachineHal {
 
   static hal_health axis_health(void *, int) { return HAL_GOOD; }
 
-  // An axis that is off has duty 0: the simulated bridge shorts the motor then, a board's opens its terminals.
-  static void power_bridge(void *, int, bool) {}
+  static void power_bridge(void *machine, int axis, bool on) { of(machine).tracker_.open_terminals(axis, !on); }
 
   static float current_a(void *machine, int axis) {
     Machine& m = of(machine);
@@ -101,6 +100,7 @@ void Machine::run_firmware_tick() {
     const float torque_constant_nm_a = board_->app.params.axis[i].torque_constant_nm_a;
     next_reference_a_[i] = axis.current_reference_a + static_cast<float>(injected_nm_[i]) / torque_constant_nm_a;
     axis.current_reference_a = old_reference_a[i];
+    hal_power_bridge(&hal_, static_cast<int>(i), axis.mode != SERVO_OFF);
   }
 }
 

@@ -6,12 +6,16 @@
 
 extern "C" {
 #include "parameters/axis_parameters.h"
+#include "protection/axis_protection.h"
 }
 
 namespace trackservo::sim {
 
 // What PI + VOB + FTC is designed to for this axis, its friction parameters 15 % wrong as in the experiments (seed 1).
 axis_parameters node_parameters(const PlantConfig& plant, int axis);
+
+// The limits that protect this axis (0x2060), from what the plant file says of sensors, motor, supply and end stops.
+protection_limits node_limits(const PlantConfig& plant, int axis);
 
 }  // namespace trackservo::sim
 

@@ -151,7 +151,14 @@ static bool start(void) {
   static hal machine;
   memset(&b, 0, sizeof b);
   machine = machine_of(&b);
-  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, NULL};
+  /* A machine of constants: its sensors always say the same. */
+  protection_limits limits[SERVO_AXES];
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const od_part limits_part = {.table = protection_objects_table, .values = &limits[i], .prefix = ""};
+    od_restore_defaults(&limits_part, NODE_ID);
+    limits[i].stuck_s = 0.0f;
+  }
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL};
   bool good = servo_node_start(&b.node, &config);
   for (uint16_t n = 0; n < PDO_COUNT; ++n) {
     good = good && set((uint16_t)(0x1400 + n), 2, 1, 1) && set((uint16_t)(0x1800 + n), 2, 1, 1);

@@ -90,7 +90,14 @@ static void start_node(const hal_flash *flash) {
   const od_part part = {.table = axis_parameters_table, .values = &defaults, .prefix = ""};
   od_restore_defaults(&part, NODE_ID);
   const axis_parameters parameters[SERVO_AXES] = {defaults.staged, defaults.staged};
-  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, flash};
+  /* A machine of constants: its sensors always say the same. */
+  protection_limits limits[SERVO_AXES];
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const od_part limits_part = {.table = protection_objects_table, .values = &limits[i], .prefix = ""};
+    od_restore_defaults(&limits_part, NODE_ID);
+    limits[i].stuck_s = 0.0f;
+  }
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, flash};
   model.off = false;
   model.operations_left = -1;
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
@@ -318,6 +325,7 @@ static void test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_t
 static uint32_t rows_in_force(parameter_row *rows) {
   const kept_objects kept = {.parameters = {node.axis[0].tuning.active, node.axis[1].tuning.active},
                              .drive = {node.axis[0].objects, node.axis[1].objects},
+                             .protection = {node.axis[0].watch.limits, node.axis[1].watch.limits},
                              .communication = node.canopen.objects};
   kept_objects copy = kept;
   const uint32_t count = kept_objects_to_rows(&copy, KEPT_COMMUNICATION | KEPT_APPLICATION, rows, KEPT_MOST_ROWS);

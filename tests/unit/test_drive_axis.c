@@ -329,12 +329,11 @@ static void test_a_fault_brakes_then_switches_off_and_its_code_stays_until_reset
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
   b.o.velocity.target = 500000;
   ticks(&b, 1000);
-  b.in.fault = DRIVE_FAULT_STOPS;
-  b.in.fault_code = 0x8130; /* heartbeat lost */
+  b.in.faults = fault_bit(FAULT_HEARTBEAT_LOST);
   tick(&b);
   TEST_ASSERT_EQUAL_HEX16(0x0F, b.o.state.statusword & 0x4F);
   TEST_ASSERT_EQUAL_HEX16(0x8130, b.o.state.error_code);
-  b.in.fault = DRIVE_NO_FAULT;
+  b.in.faults = 0;
   const int count = until(&b, 0x4F, 0x08, 1000);
   LOG_VALUE("ticks from the fault to standstill and off", count);
   CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-9);
@@ -355,7 +354,7 @@ static void test_samples_that_are_not_finite_cut_the_torque_and_no_nan_comes_out
     *samples[which] = which % 2 == 0 ? NAN : INFINITY;
     b.command = drive_axis_step(&b.axis, &b.o, &b.in, dt_s);
     TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
-    TEST_ASSERT_EQUAL_HEX16(DRIVE_ERROR_SENSOR, b.o.state.error_code);
+    TEST_ASSERT_EQUAL_HEX16(fault_table[FAULT_IMPLAUSIBLE].code, b.o.state.error_code);
     TEST_ASSERT_TRUE(isfinite(b.command.speed.rate_rad_s) && isfinite(b.command.torque_nm));
   }
 }
@@ -366,7 +365,7 @@ static void test_a_blocked_axis_is_a_following_error_and_a_fault(void) {
   new_setpoint(&b, 12000000, 0);
   const int count = until(&b, 0x4F, 0x0F, 2000);
   LOG_VALUE("ticks from the move to the fault", count);
-  TEST_ASSERT_EQUAL_HEX16(DRIVE_ERROR_FOLLOWING, b.o.state.error_code);
+  TEST_ASSERT_EQUAL_HEX16(fault_table[FAULT_FOLLOWING_ERROR].code, b.o.state.error_code);
   CHECK_AT_LEAST("following error, counts", 100000, b.o.position.following_error);
   (void)until(&b, 0x4F, 0x08, 2000);
 }

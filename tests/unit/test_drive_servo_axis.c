@@ -130,7 +130,7 @@ static void test_one_implausible_sample_is_a_fault_7300_and_stays_one(void) {
   CHECK_SAME("torque in the tick of the sample, Nm", 0.0, n.b.axis.commanded_nm);
   n.b.samples.motion.gyro_valid = false;
   node_ticks(&n, 200);
-  TEST_ASSERT_EQUAL_HEX16(DRIVE_ERROR_SENSOR, n.o.state.error_code);
+  TEST_ASSERT_EQUAL_HEX16(fault_table[FAULT_IMPLAUSIBLE].code, n.o.state.error_code);
   TEST_ASSERT_EQUAL_HEX16(0x08, n.o.state.statusword & 0x4F);
   CHECK_SAME("torque, Nm", 0.0, n.b.axis.commanded_nm);
 }

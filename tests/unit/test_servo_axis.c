@@ -196,7 +196,7 @@ static const nonsense every_nonsense[] = {
     {.what = "limit NaN", .command = {.mode = SERVO_SPEED, .torque_limited = true, .limits = {NAN, 1.0f}}},
     {.what = "rate limit NaN", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = NAN}},
     {.what = "rate limit negative", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = -1.0f}},
-    {.what = "mode unknown", .command = {.mode = (servo_mode)(SERVO_TORQUE + 1)}},
+    {.what = "mode unknown", .command = {.mode = (servo_mode)(SERVO_BRAKE + 1)}},
     {.what = "mode negative", .command = {.mode = (servo_mode)-1}},
     {.what = "current NaN", .command = AT_SPEED, .samples = {.mean_current_a = NAN}},
     {.what = "current 1e38", .command = AT_SPEED, .samples = {.mean_current_a = -1e38f}},

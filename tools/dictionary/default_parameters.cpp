@@ -70,15 +70,44 @@ std::string print_axis(const axis_parameters& p) {
   return text;
 }
 
+std::string print_limits(const protection_limits& p) {
+  std::string text;
+#define PRINT(member) print(text, #member, p.member)
+  PRINT(overspeed_rad_s);
+  PRINT(base_rate_rad_s);
+  PRINT(gyro_range_rad_s);
+  PRINT(encoder_jump_rad);
+  PRINT(stuck_s);
+  PRINT(speed_error_rad_s);
+  PRINT(speed_error_s);
+  PRINT(stall_s);
+  PRINT(minimum_rad);
+  PRINT(maximum_rad);
+  PRINT(continuous_current_a);
+  PRINT(thermal_time_s);
+  PRINT(current_offset_a);
+  PRINT(voltage_mismatch_v);
+  PRINT(under_voltage_v);
+  PRINT(over_voltage_v);
+#undef PRINT
+  return text;
+}
+
+std::string both(const std::string& azimuth, const std::string& pitch) {
+  return "    {\n" + azimuth + "    },\n    {\n" + pitch + "    },\n};\n";
+}
+
 }  // namespace
 
-std::string print_default_parameters(const axis_parameters& azimuth, const axis_parameters& pitch) {
+std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
+                                     const std::array<protection_limits, SERVO_AXES>& limits) {
   return "/* Printed by the build from sim_host/plants/tracker.toml: do not edit it, copy\n"
          " * `share/trackservo/default_parameters.c` of the host's build folder here instead. */\n"
          "#include \"app/default_parameters.h\"\n\n"
-         "const axis_parameters default_parameters[SERVO_AXES] = {\n"
-         "    {\n" +
-         print_axis(azimuth) + "    },\n    {\n" + print_axis(pitch) + "    },\n};\n";
+         "const axis_parameters default_parameters[SERVO_AXES] = {\n" +
+         both(print_axis(parameters[0]), print_axis(parameters[1])) +
+         "\nconst protection_limits default_limits[SERVO_AXES] = {\n" +
+         both(print_limits(limits[0]), print_limits(limits[1]));
 }
 
 }  // namespace trackservo::dictionary

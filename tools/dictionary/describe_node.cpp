@@ -36,7 +36,9 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantCo
   const axis_parameters parameters[SERVO_AXES] = {sim::node_parameters(plant, sim::kAzimuth),
                                                   sim::node_parameters(plant, sim::kPitch)};
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
-  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, nullptr};
+  const protection_limits limits[SERVO_AXES] = {sim::node_limits(plant, sim::kAzimuth),
+                                                sim::node_limits(plant, sim::kPitch)};
+  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr};
   if (!servo_node_start(node.get(), &config)) {
     throw std::runtime_error("the node does not start");
   }
@@ -55,8 +57,11 @@ void describe(const std::filesystem::path& folder) {
   write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
   write(folder / "parameters.json", parameters.dump(1) + "\n");
   write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
-  write(folder / "default_parameters.c", dictionary::print_default_parameters(node->axis[SERVO_AZIMUTH].tuning.active,
-                                                                              node->axis[SERVO_PITCH].tuning.active));
+  const servo_node_axis& azimuth = node->axis[SERVO_AZIMUTH];
+  const servo_node_axis& pitch = node->axis[SERVO_PITCH];
+  write(folder / "default_parameters.c",
+        dictionary::print_default_parameters({azimuth.tuning.active, pitch.tuning.active},
+                                             {azimuth.watch.limits, pitch.watch.limits}));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
 }
 

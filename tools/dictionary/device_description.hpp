@@ -5,6 +5,7 @@
 #ifndef TRACKSERVO_TOOLS_DICTIONARY_DEVICE_DESCRIPTION_HPP
 #define TRACKSERVO_TOOLS_DICTIONARY_DEVICE_DESCRIPTION_HPP
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -12,8 +13,10 @@
 #include <utility>
 
 extern "C" {
+#include "app/servo_app.h"
 #include "canopen/object_dictionary.h"
 #include "parameters/axis_parameters.h"
+#include "protection/axis_protection.h"
 }
 
 namespace trackservo::dictionary {
@@ -51,7 +54,8 @@ nlohmann::ordered_json json_number(const od_entry& entry, od_number value);
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);
 
 // The file firmware/app/default_parameters.c: what a board starts with.
-std::string print_default_parameters(const axis_parameters& azimuth, const axis_parameters& pitch);
+std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
+                                     const std::array<protection_limits, SERVO_AXES>& limits);
 
 }  // namespace trackservo::dictionary
 

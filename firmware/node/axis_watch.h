@@ -1,0 +1,25 @@
+/* Protection of one axis within the node: gathers what is to be judged, keeps the history of the fault log. */
+#ifndef TRACKSERVO_NODE_AXIS_WATCH_H
+#define TRACKSERVO_NODE_AXIS_WATCH_H
+
+#include "app/servo_board.h"
+#include "drive/drive_motion.h"
+#include "protection/axis_protection.h"
+#include "protection/fault_log.h"
+
+typedef struct {
+  protection_limits limits; /* 0x2060 */
+  axis_protection state;
+} axis_watch;
+
+/* Nothing seen yet; the limits stay. */
+void axis_watch_reset(axis_watch *watch);
+
+/* The faults that this tick's samples show; `position` is the drive's, of the last tick. Between `servo_board_sample`
+ * and `servo_board_control`. */
+fault_set axis_watch_step(axis_watch *watch, const servo_board *board, int axis, drive_angle position, fault_log *log);
+
+/* 0x2060:9 and :10 in the units of 607D. */
+drive_travel axis_watch_travel(const axis_watch *watch);
+
+#endif

@@ -1,0 +1,192 @@
+#include "protection/axis_protection.h"
+
+#include "control/scalar.h"
+
+/* How long something must be seen, in ticks, before it is believed. */
+enum {
+  GYRO_MISSING_TICKS = 5,
+  DISAGREE_TICKS = 5,
+  OVERSPEED_TICKS = 2,
+  SATURATED_TICKS = 2,
+  RUNAWAY_TICKS = 20,
+  OFFSET_TICKS = 10,
+  MISMATCH_TICKS = 3,
+  OVER_CURRENT_TICKS = 2,
+  UNDER_VOLTAGE_TICKS = 5,
+  OVER_VOLTAGE_TICKS = 2
+};
+
+#define DISAGREE_SMOOTHING_S 0.003f
+#define DISAGREE_OF_RATE 0.02f /* of the joint rate: scale error and delay of the gyro */
+#define MISMATCH_SMOOTHING_S 0.004f
+#define MISMATCH_OF_DROP 0.4f /* of R i: a winding that is 100 K warmer, and some */
+#define OVER_CURRENT_FACTOR 1.3f
+#define SETTLING_S 0.01f /* of current after a loop was opened, and of the rate that runaway compares with */
+#define RUNAWAY_TORQUE 0.5f
+#define RUNAWAY_ACCELERATION_RAD_S2 0.5f
+#define STANDSTILL_RAD_S 2e-3f
+
+control_status protection_check(const protection_limits *limits) {
+  const scalar_range ranges[] = {
+      {limits->overspeed_rad_s, 1e-3f, 1e3f},
+      {limits->base_rate_rad_s, 1e-4f, 1e3f},
+      {limits->gyro_range_rad_s, 1e-3f, 1e3f},
+      {limits->encoder_jump_rad, 1e-6f, 1.0f},
+      {limits->stuck_s, 0.0f, 60.0f},
+      {limits->speed_error_rad_s, 1e-3f, 1e3f},
+      {limits->speed_error_s, 1e-3f, 60.0f},
+      {limits->stall_s, 0.01f, 60.0f},
+      {limits->minimum_rad, -1e3f, 1e3f},
+      {limits->maximum_rad, -1e3f, 1e3f},
+      {limits->continuous_current_a, 1e-3f, 1e4f},
+      {limits->thermal_time_s, 0.1f, 1e4f},
+      {limits->current_offset_a, 1e-4f, 1e4f},
+      {limits->voltage_mismatch_v, 0.01f, 1e3f},
+      {limits->under_voltage_v, 1.0f, 1e3f},
+      {limits->over_voltage_v, 1.0f, 1e3f},
+  };
+  const control_status status = scalar_check_ranges(ranges, (int)(sizeof ranges / sizeof ranges[0]));
+  if (status == CONTROL_OK && limits->under_voltage_v >= limits->over_voltage_v) {
+    return CONTROL_INCONSISTENT;
+  }
+  return status;
+}
+
+void axis_protection_reset(axis_protection *protection) {
+  *protection = (axis_protection){.heating_a2 = protection->heating_a2};
+}
+
+/* Counts the ticks in a row in which something is seen; whether they are enough. */
+static bool seen_for(int *ticks, bool seen, int enough) {
+  *ticks = seen ? (*ticks < enough ? *ticks + 1 : enough) : 0;
+  return *ticks >= enough;
+}
+
+static bool lasts(float *seconds, bool seen, float enough_s, float dt_s) {
+  *seconds = seen ? scalar_min(*seconds + dt_s, enough_s) : 0.0f;
+  /* Half a tick for rounding. */
+  return seen && *seconds >= enough_s - 0.5f * dt_s;
+}
+
+static void follow(float *slow, float now, float share) { *slow += (now - *slow) * share; }
+
+static fault_set bit_if(bool seen, fault_id fault) { return seen ? fault_bit(fault) : 0; }
+
+/* The way since the last tick is 0 in the first tick with an angle. */
+static fault_set watch_encoder(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
+                               float dt_s, float *step_rad) {
+  if (!in->angle_valid) {
+    p->angles_known = 0;
+    p->same_angle_s = 0.0f;
+    *step_rad = 0.0f;
+    return fault_bit(FAULT_ENCODER_LOST);
+  }
+  const bool known = p->angles_known > 0;
+  *step_rad = known ? angle_difference_rad(in->angle, p->last_angle) : 0.0f;
+  const bool jumps = p->angles_known > 1 && !scalar_within(*step_rad - p->last_step_rad, limits->encoder_jump_rad);
+  const bool stuck =
+      lasts(&p->same_angle_s, known && limits->stuck_s > 0.0f && in->angle == p->last_angle, limits->stuck_s, dt_s);
+  p->last_angle = in->angle;
+  p->last_step_rad = *step_rad;
+  p->angles_known += p->angles_known < 2 ? 1 : 0;
+  return bit_if(jumps, FAULT_ENCODER_JUMP) | bit_if(stuck, FAULT_ENCODER_STUCK);
+}
+
+/* A rate that is not a number is a rate that is missing. */
+static fault_set watch_gyro(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
+                            float joint_rate_rad_s, float dt_s) {
+  const bool known = in->gyro_valid && scalar_within(in->gyro_rad_s, 1e6f);
+  const bool missing = seen_for(&p->gyro_missing_ticks, !known, GYRO_MISSING_TICKS);
+  if (!known) {
+    return bit_if(missing && in->gyro_used, FAULT_GYRO_LOST);
+  }
+  const bool saturated =
+      seen_for(&p->saturated_ticks, !scalar_within(in->gyro_rad_s, 0.99f * limits->gyro_range_rad_s), SATURATED_TICKS);
+  const bool same = limits->stuck_s > 0.0f && in->gyro_rad_s == p->last_gyro_rad_s;
+  const bool stuck = lasts(&p->same_gyro_s, same, limits->stuck_s, dt_s);
+  p->last_gyro_rad_s = in->gyro_rad_s;
+  follow(&p->difference_rad_s, p->angles_known > 1 ? in->gyro_rad_s - joint_rate_rad_s : 0.0f,
+         dt_s / DISAGREE_SMOOTHING_S);
+  const float most_rad_s = limits->base_rate_rad_s + DISAGREE_OF_RATE * scalar_abs(joint_rate_rad_s);
+  const bool disagrees = seen_for(&p->disagree_ticks, !scalar_within(p->difference_rad_s, most_rad_s), DISAGREE_TICKS);
+  return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) |
+         bit_if(disagrees, FAULT_SENSORS_DISAGREE);
+}
+
+static fault_set watch_current(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                               const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
+  const float current_a = in->mean_current_a;
+  const bool finite = scalar_within(current_a, 1e6f);
+  const float square_a2 = finite ? current_a * current_a : 0.0f;
+  follow(&p->heating_a2, square_a2, dt_s / limits->thermal_time_s);
+  const bool overload = p->heating_a2 > limits->continuous_current_a * limits->continuous_current_a;
+  const bool too_much =
+      seen_for(&p->over_current_ticks, !scalar_within(current_a, OVER_CURRENT_FACTOR * motor->current_limit_a),
+               OVER_CURRENT_TICKS);
+  /* An open loop has no current, once the last of it has gone. */
+  follow(&p->offset_a, in->closed || !finite ? 0.0f : current_a, dt_s / SETTLING_S);
+  const bool offset = seen_for(&p->offset_ticks, !scalar_within(p->offset_a, limits->current_offset_a), OFFSET_TICKS);
+  const float drop_v = motor->resistance_ohm * current_a;
+  const float unexplained_v =
+      in->closed && finite ? in->voltage_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s : 0.0f;
+  follow(&p->mismatch_v, unexplained_v, dt_s / MISMATCH_SMOOTHING_S);
+  const float most_v = limits->voltage_mismatch_v + MISMATCH_OF_DROP * scalar_abs(drop_v);
+  const bool mismatch = seen_for(&p->mismatch_ticks, !scalar_within(p->mismatch_v, most_v), MISMATCH_TICKS);
+  return bit_if(overload, FAULT_OVERLOAD) | bit_if(too_much, FAULT_OVER_CURRENT) |
+         bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);
+}
+
+static fault_set watch_voltage(axis_protection *p, const protection_limits *limits, const protection_inputs *in) {
+  const bool under = seen_for(&p->under_voltage_ticks, in->closed && !(in->bus_voltage_v >= limits->under_voltage_v),
+                              UNDER_VOLTAGE_TICKS);
+  const bool over = seen_for(&p->over_voltage_ticks, in->bus_voltage_v > limits->over_voltage_v, OVER_VOLTAGE_TICKS);
+  return bit_if(under, FAULT_UNDER_VOLTAGE) | bit_if(over, FAULT_OVER_VOLTAGE);
+}
+
+/* The torque pushes the axis to its set-point, and it accelerates the other way. */
+static bool runs_away(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                      const protection_inputs *in, float dt_s) {
+  const float acceleration_rad_s2 = (in->rate_rad_s - p->slow_rate_rad_s) / SETTLING_S;
+  follow(&p->slow_rate_rad_s, in->rate_rad_s, dt_s / SETTLING_S);
+  const float error_rad_s = in->reference_rad_s - in->rate_rad_s;
+  const float towards = error_rad_s < 0.0f ? -1.0f : 1.0f;
+  const float limit_nm = motor->current_limit_a * motor->torque_constant_nm_a;
+  const bool away = in->speed_closed && !scalar_within(error_rad_s, 0.1f * limits->speed_error_rad_s) &&
+                    towards * in->torque_nm > RUNAWAY_TORQUE * limit_nm &&
+                    towards * acceleration_rad_s2 < -RUNAWAY_ACCELERATION_RAD_S2;
+  return seen_for(&p->runaway_ticks, away, RUNAWAY_TICKS);
+}
+
+static fault_set watch_motion(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                              const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
+  const bool overspeed =
+      seen_for(&p->overspeed_ticks, !scalar_within(joint_rate_rad_s, limits->overspeed_rad_s), OVERSPEED_TICKS);
+  const bool runaway = runs_away(p, limits, motor, in, dt_s);
+  const bool far_off =
+      in->speed_closed && !scalar_within(in->reference_rad_s - in->rate_rad_s, limits->speed_error_rad_s);
+  const bool speed_error = lasts(&p->speed_error_s, far_off, limits->speed_error_s, dt_s);
+  const bool stalls = in->speed_closed && in->limited && scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S);
+  const bool stall = lasts(&p->stall_s, stalls, limits->stall_s, dt_s);
+  const bool bounded = limits->minimum_rad < limits->maximum_rad;
+  const bool outwards = (in->position_rad < limits->minimum_rad && joint_rate_rad_s < -STANDSTILL_RAD_S) ||
+                        (in->position_rad > limits->maximum_rad && joint_rate_rad_s > STANDSTILL_RAD_S);
+  return bit_if(overspeed, FAULT_OVER_SPEED) | bit_if(runaway, FAULT_RUNAWAY) | bit_if(speed_error, FAULT_SPEED_ERROR) |
+         bit_if(stall, FAULT_STALL) | bit_if(bounded && in->closed && outwards, FAULT_BEYOND_TRAVEL);
+}
+
+fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
+                               const protection_motor *motor, const protection_inputs *in, float dt_s) {
+  float step_rad;
+  fault_set found = watch_encoder(protection, limits, in, dt_s, &step_rad);
+  const float joint_rate_rad_s = step_rad / dt_s;
+  found |= watch_gyro(protection, limits, in, joint_rate_rad_s, dt_s);
+  found |= watch_current(protection, limits, motor, in, joint_rate_rad_s, dt_s);
+  found |= watch_voltage(protection, limits, in);
+  found |= watch_motion(protection, limits, motor, in, joint_rate_rad_s, dt_s);
+  return found;
+}
+
+bool axis_protection_warns(const axis_protection *protection, const protection_limits *limits) {
+  const float warning_of_square = 0.81f;
+  return protection->heating_a2 > warning_of_square * limits->continuous_current_a * limits->continuous_current_a;
+}

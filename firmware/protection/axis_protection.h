@@ -1,0 +1,100 @@
+/* Watches one axis: from what the sensors say and what was asked of the motor, once per tick, to the faults that can be
+ * seen now. It decides nothing but that; the drive reacts as `fault_table` says.
+ *
+ * Sensors are judged in every state, motion only while the loops are closed. All is done with this tick's samples,
+ * before the set-points of this tick: what it finds is reacted to in the same tick. Cost: about 150 instructions. */
+#ifndef TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
+#define TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
+
+#include <stdbool.h>
+
+#include "control/angle.h"
+#include "control/status.h"
+#include "protection/fault_table.h"
+
+/* Object 0x2060, where its rows tell more. */
+typedef struct {
+  float overspeed_rad_s;      /* of the joint, 1e-3 .. 1e3 */
+  float base_rate_rad_s;      /* most that the base turns by itself, 1e-4 .. 1e3: gyro and encoder differ by no more */
+  float gyro_range_rad_s;     /* 1e-3 .. 1e3 */
+  float encoder_jump_rad;     /* most that the way of a tick changes in a tick, 1e-6 .. 1 */
+  float stuck_s;              /* equal readings for so long mean a dead sensor, 0 .. 60; 0: not watched */
+  float speed_error_rad_s;    /* 1e-3 .. 1e3 */
+  float speed_error_s;        /* for so long, 0.001 .. 60 */
+  float stall_s;              /* torque at its limit without motion, 0.01 .. 60 */
+  float minimum_rad;          /* hard end of the travel; not watched unless minimum < maximum */
+  float maximum_rad;          /* */
+  float continuous_current_a; /* 1e-3 .. 1e4, for ever */
+  float thermal_time_s;       /* of the winding, 0.1 .. 1e4 */
+  float current_offset_a;     /* most that the sensor shows of no current, 1e-4 .. 1e4 */
+  float voltage_mismatch_v;   /* between what the bridge gives and what current and speed explain, 0.01 .. 1e3 */
+  float under_voltage_v;      /* 1 .. 1e3 */
+  float over_voltage_v;       /* 1 .. 1e3, above under_voltage_v */
+} protection_limits;
+
+/* The motor as the current loop knows it. */
+typedef struct {
+  float resistance_ohm;
+  float back_emf_v_s_rad;
+  float current_limit_a;
+  float torque_constant_nm_a;
+} protection_motor;
+
+typedef struct {
+  bool angle_valid;
+  angle_turn32 angle;
+  bool gyro_valid;
+  bool gyro_used; /* by the speed loop */
+  float gyro_rad_s;
+  float position_rad; /* counted on beyond a turn */
+  float mean_current_a;
+  float voltage_v; /* that the bridge gave in the last PWM period */
+  float bus_voltage_v;
+  /* of the last tick */
+  bool closed;       /* a loop was closed */
+  bool speed_closed; /* ... that controls the speed */
+  bool limited;      /* the torque was at a limit */
+  float torque_nm;   /* commanded */
+  float reference_rad_s;
+  float rate_rad_s; /* the one controlled */
+} protection_inputs;
+
+typedef struct {
+  angle_turn32 last_angle;
+  float last_step_rad;
+  int angles_known; /* in a row, counted to 2 */
+  float last_gyro_rad_s;
+  float same_angle_s;
+  float same_gyro_s;
+  int gyro_missing_ticks;
+  float difference_rad_s; /* gyro less encoder, smoothed */
+  int disagree_ticks;
+  int overspeed_ticks;
+  int saturated_ticks;
+  float slow_rate_rad_s; /* the rate as it was some ms ago */
+  int runaway_ticks;
+  float speed_error_s;
+  float stall_s;
+  float heating_a2; /* mean square current of the last thermal time */
+  float offset_a;
+  int offset_ticks;
+  float mismatch_v; /* smoothed */
+  int mismatch_ticks;
+  int over_current_ticks;
+  int under_voltage_ticks;
+  int over_voltage_ticks;
+} axis_protection;
+
+control_status protection_check(const protection_limits *limits);
+
+/* Nothing seen yet; the winding is as warm as it was. */
+void axis_protection_reset(axis_protection *protection);
+
+/* The faults that can be seen in this tick. */
+fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
+                               const protection_motor *motor, const protection_inputs *in, float dt_s);
+
+/* Whether the winding is near its limit: 90 % of the continuous current. */
+bool axis_protection_warns(const axis_protection *protection, const protection_limits *limits);
+
+#endif

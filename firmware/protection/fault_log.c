@@ -1,0 +1,33 @@
+#include "protection/fault_log.h"
+
+#include <stddef.h>
+
+void fault_log_clear(fault_log *log) { log->count = 0; }
+
+void fault_log_sample_tick(fault_log *log, int axis, const fault_log_sample *sample) {
+  fault_log_history *history = &log->history[axis];
+  history->sample[history->next] = *sample;
+  history->next = (uint8_t)((history->next + 1u) % FAULT_LOG_TICKS);
+  history->count = (uint8_t)(history->count + (history->count < FAULT_LOG_TICKS ? 1u : 0u));
+}
+
+void fault_log_write(fault_log *log, int axis, fault_id fault, uint32_t tick) {
+  const fault_log_history *history = &log->history[axis];
+  fault_log_entry *entry = &log->entry[log->count % FAULT_LOG_ENTRIES];
+  log->count++;
+  entry->tick = tick;
+  entry->fault = (uint8_t)fault;
+  entry->axis = (uint8_t)axis;
+  entry->samples = history->count;
+  const uint32_t oldest = history->next + 2u * FAULT_LOG_TICKS - history->count;
+  for (uint32_t i = 0; i < history->count; ++i) {
+    entry->before[i] = history->sample[(oldest + i) % FAULT_LOG_TICKS];
+  }
+}
+
+const fault_log_entry *fault_log_find(const fault_log *log, uint32_t age) {
+  if (age >= FAULT_LOG_ENTRIES || age >= log->count) {
+    return NULL;
+  }
+  return &log->entry[(log->count - 1u - age) % FAULT_LOG_ENTRIES];
+}

@@ -1,0 +1,58 @@
+/* The last faults, each with what the axis did in the ticks before it.
+ *
+ * Object 0x3020 (node/fault_objects.c). In RAM: a reset of the node keeps it, a loss of power does not. */
+#ifndef TRACKSERVO_PROTECTION_FAULT_LOG_H
+#define TRACKSERVO_PROTECTION_FAULT_LOG_H
+
+#include "protection/fault_table.h"
+
+enum { FAULT_LOG_ENTRIES = 8, FAULT_LOG_AXES = 2, FAULT_LOG_TICKS = 16 };
+
+/* One tick of one axis. Only floats, so that it can be read as a table of them. */
+typedef struct {
+  float joint_angle_rad; /* -pi .. pi */
+  float joint_rate_rad_s;
+  float gyro_rad_s; /* NaN in a tick without */
+  float reference_rad_s;
+  float rate_rad_s;
+  float torque_nm; /* commanded */
+  float current_a;
+  float bus_voltage_v;
+} fault_log_sample;
+
+enum { FAULT_LOG_SIGNALS = sizeof(fault_log_sample) / sizeof(float) };
+
+typedef struct {
+  uint32_t tick; /* 0x3010:1 when it was seen */
+  uint8_t fault; /* fault_id */
+  uint8_t axis;
+  uint8_t samples;                          /* that are there, up to FAULT_LOG_TICKS */
+  fault_log_sample before[FAULT_LOG_TICKS]; /* oldest first; the last is that of the tick that saw the fault */
+} fault_log_entry;
+
+/* The last ticks of an axis, in a ring. */
+typedef struct {
+  fault_log_sample sample[FAULT_LOG_TICKS];
+  uint8_t next;
+  uint8_t count;
+} fault_log_history;
+
+typedef struct {
+  fault_log_entry entry[FAULT_LOG_ENTRIES];
+  fault_log_history history[FAULT_LOG_AXES];
+  uint32_t count; /* ever written since it was cleared */
+} fault_log;
+
+/* Empty; the ticks that were sampled stay. */
+void fault_log_clear(fault_log *log);
+
+/* Once per tick and axis, before faults of that tick are written. */
+void fault_log_sample_tick(fault_log *log, int axis, const fault_log_sample *sample);
+
+/* `axis` 0 or 1. The oldest entry makes room. */
+void fault_log_write(fault_log *log, int axis, fault_id fault, uint32_t tick);
+
+/* The entry written `age` (0: newest) entries ago, or NULL. */
+const fault_log_entry *fault_log_find(const fault_log *log, uint32_t age);
+
+#endif

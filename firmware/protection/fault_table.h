@@ -1,0 +1,84 @@
+/* Every fault that the servo knows: its number, what it is called on the bus, how soon it is seen, what is done.
+ *
+ * One table for all: detection (axis_protection, the node, the board) speaks in these numbers, the drive takes the
+ * reaction from here, EMCY and 603F take the code, `fault_texts.h` has the words, and docs/faults.md is printed from
+ * both. Codes: CiA 301 table 26, CiA 402-2 table of error codes; the fault's number goes along as byte 3 of the EMCY.
+ */
+#ifndef TRACKSERVO_PROTECTION_FAULT_TABLE_H
+#define TRACKSERVO_PROTECTION_FAULT_TABLE_H
+
+#include <stdint.h>
+
+/* The numbers travel on the bus and stand in fault logs: never give one another meaning. Where several are found in one
+ * tick with the same reaction, the lower number is told first. */
+typedef enum {
+  FAULT_NONE = 0,
+  /* sensors of motion */
+  FAULT_ENCODER_LOST = 1,
+  FAULT_ENCODER_JUMP = 2,
+  FAULT_ENCODER_STUCK = 3,
+  FAULT_SENSORS_DISAGREE = 4,
+  FAULT_GYRO_LOST = 5,
+  FAULT_GYRO_STUCK = 6,
+  FAULT_GYRO_SATURATED = 7,
+  FAULT_IMPLAUSIBLE = 8,
+  /* current, voltage, heat */
+  FAULT_CURRENT_OFFSET = 9,
+  FAULT_CURRENT_SENSOR = 10,
+  FAULT_OVER_CURRENT_TRIP = 11,
+  FAULT_OVER_CURRENT = 12,
+  FAULT_OVERLOAD = 13,
+  FAULT_UNDER_VOLTAGE = 14,
+  FAULT_OVER_VOLTAGE = 15,
+  FAULT_POWER_STAGE = 16,
+  FAULT_OVER_TEMPERATURE = 17,
+  /* motion */
+  FAULT_OVER_SPEED = 18,
+  FAULT_RUNAWAY = 19,
+  FAULT_BEYOND_TRAVEL = 20,
+  FAULT_STALL = 21,
+  FAULT_SPEED_ERROR = 22,
+  FAULT_FOLLOWING_ERROR = 23,
+  /* bus */
+  FAULT_HEARTBEAT_LOST = 24,
+  FAULT_RPDO_LATE = 25,
+  FAULT_NODE_STOPPED = 26,
+  FAULT_BUS_OFF = 27,
+  /* the node itself; not of one axis */
+  FAULT_TICK_LATE = 28,
+  FAULT_SELF_TEST = 29,
+  FAULT_WATCHDOG_RESET = 30,
+  FAULT_EXCEPTION_RESET = 31,
+  FAULT_BROWN_OUT_RESET = 32,
+  FAULT_IMAGE_DAMAGED = 33,
+  FAULT_STACK_OVERFLOW = 34,
+  FAULT_PARAMETERS_LOST = 35,
+  FAULT_COUNT
+} fault_id;
+
+typedef enum {
+  REACTION_TELL = 0, /* EMCY and log only */
+  REACTION_STOP,     /* braked by the speed loop, as 605E says */
+  REACTION_BRAKE,    /* braked by the shorted motor, then off: where the loops cannot be trusted */
+  REACTION_CUT       /* off at once: where the bridge cannot be trusted */
+} fault_reaction;
+
+typedef struct {
+  uint16_t code;
+  uint8_t register_bits; /* of 0x1001, besides the generic one */
+  uint8_t reaction;      /* fault_reaction */
+  uint16_t latency_ms;   /* at most, from when it can be seen to the tick that reacts; timers of 0x2060 come on top */
+} fault_row;
+
+/* `fault` below FAULT_COUNT. */
+extern const fault_row fault_table[FAULT_COUNT];
+
+/* Faults as bits, bit n for fault n. */
+typedef uint64_t fault_set;
+
+static inline fault_set fault_bit(fault_id fault) { return UINT64_C(1) << fault; }
+
+/* Of a set the one with the worst reaction, and of these the lowest; FAULT_NONE of none. */
+fault_id fault_worst(fault_set set);
+
+#endif
