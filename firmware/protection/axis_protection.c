@@ -130,7 +130,9 @@ static fault_set watch_current(axis_protection *p, const protection_limits *limi
   const float unexplained_v =
       in->closed && finite ? in->voltage_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s : 0.0f;
   follow(&p->mismatch_v, unexplained_v, dt_s / MISMATCH_SMOOTHING_S);
-  const float most_v = limits->voltage_mismatch_v + MISMATCH_OF_DROP * scalar_abs(drop_v);
+  /* A warm winding needs more voltage for its current, never less or of the other sign. */
+  const float warm_v = p->mismatch_v * drop_v > 0.0f ? MISMATCH_OF_DROP * scalar_abs(drop_v) : 0.0f;
+  const float most_v = limits->voltage_mismatch_v + warm_v;
   const bool mismatch = seen_for(&p->mismatch_ticks, !scalar_within(p->mismatch_v, most_v), MISMATCH_TICKS);
   return bit_if(overload, FAULT_OVERLOAD) | bit_if(too_much, FAULT_OVER_CURRENT) |
          bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);
@@ -157,6 +159,16 @@ static bool runs_away(axis_protection *p, const protection_limits *limits, const
   return seen_for(&p->runaway_ticks, away, RUNAWAY_TICKS);
 }
 
+/* At its torque limit in both directions in turn it is blocked as well: only motion ends the count. */
+static bool stalls(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
+                   float joint_rate_rad_s, float dt_s) {
+  const bool still = in->speed_closed && scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S);
+  if (!still || in->limited) {
+    return lasts(&p->stall_s, still, limits->stall_s, dt_s);
+  }
+  return false;
+}
+
 static fault_set watch_motion(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                               const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const bool overspeed =
@@ -165,8 +177,7 @@ static fault_set watch_motion(axis_protection *p, const protection_limits *limit
   const bool far_off =
       in->speed_closed && !scalar_within(in->reference_rad_s - in->rate_rad_s, limits->speed_error_rad_s);
   const bool speed_error = lasts(&p->speed_error_s, far_off, limits->speed_error_s, dt_s);
-  const bool stalls = in->speed_closed && in->limited && scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S);
-  const bool stall = lasts(&p->stall_s, stalls, limits->stall_s, dt_s);
+  const bool stall = stalls(p, limits, in, joint_rate_rad_s, dt_s);
   const bool bounded = limits->minimum_rad < limits->maximum_rad;
   const bool outwards = (in->position_rad < limits->minimum_rad && joint_rate_rad_s < -STANDSTILL_RAD_S) ||
                         (in->position_rad > limits->maximum_rad && joint_rate_rad_s > STANDSTILL_RAD_S);

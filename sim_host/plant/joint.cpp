@@ -85,6 +85,10 @@ inline AffineFriction Joint::linearise(double rate_rad_s, double least_slope_nm_
 }
 
 void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
+  if (held_) {
+    rate_rad_s_ = predicted_rate_rad_s_ = mean_rate_rad_s_ = 0.0;
+    return;
+  }
   const Contact stop = stop_ ? contact(inertia_kg_m2) : Contact{};
   const double inertia_per_step = inertia_kg_m2 * rate_1_s_;
   const double least_slope = -0.5 * inertia_per_step;  // leaves half of J / dt in the denominator below

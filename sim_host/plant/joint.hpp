@@ -32,6 +32,9 @@ class Joint {
   // Seal eccentricity at the present angle: factor on the friction level, > 0. Two cosines: for the tick only.
   double eccentricity_factor() const;
 
+  // Something that nothing moves is in the way, or has gone again.
+  void hold(bool held) { held_ = held; }
+
   // Advances by one step with inertia J [kg m2] under `drive_nm`, with an extra linear drag [Nm s/rad] from coupling.
   void step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad);
 
@@ -65,6 +68,7 @@ class Joint {
   double level_ = 1;
   double viscosity_ = 1;
 
+  bool held_ = false;
   double angle_rad_ = 0;
   double rate_rad_s_ = 0;
   double predicted_rate_rad_s_ = 0;

@@ -184,7 +184,7 @@ void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
   const double angle_rad = shape_angle_rad_[i] + step.travel_rad[i];
   axis.motor_nm = axis.motor.step(duty_[i] * bus_v_, step.rate_rad_s[i], angle_rad, bus_v_);
   const double load_nm =
-      axis.load.torque_nm(step.middle, angle_rad) + gravity_nm(i, step.travel_rad) + step.coupling_nm[i];
+      axis.load.torque_nm(step.middle, angle_rad) + gravity_nm(i, step.travel_rad) + step.coupling_nm[i] - axis.push_nm;
   const double base_rate_end = axis.base.rate_rad_s(step.end);
   const double drag_nm_s_rad = step.drag_nm_s_rad[i];
   const double base_drag_nm = drag_nm_s_rad * 0.5 * (axis.base_rate_rad_s + base_rate_end);

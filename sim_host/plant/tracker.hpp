@@ -54,6 +54,10 @@ class Tracker {
   // Whether the bridge of an axis lets go of its motor's terminals, from the next period on.
   void open_terminals(int axis, bool open) { axis_[static_cast<std::size_t>(axis)].motor.open_terminals(open); }
 
+  // Holds a joint where it is; pushes it with a torque [Nm] from outside.
+  void hold_joint(int axis, bool held) { axis_[static_cast<std::size_t>(axis)].joint.hold(held); }
+  void push(int axis, double torque_nm) { axis_[static_cast<std::size_t>(axis)].push_nm = torque_nm; }
+
   // Applies the duty of both bridges, -1..1 (clipped; NaN counts as 0), for one PWM period of 50 us.
   void step_pwm(const std::array<double, kAxes>& duty);
 
@@ -76,6 +80,7 @@ class Tracker {
     // Of the last step.
     double motor_nm = 0;
     double load_nm = 0;
+    double push_nm = 0;  // from outside, held until set again
     double base_rate_rad_s = 0;  // at its end
   };
 

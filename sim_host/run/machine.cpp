@@ -10,14 +10,32 @@ struct MachineHal {
   static Machine& of(void *machine) { return *static_cast<Machine *>(machine); }
 
   static bool joint_angle(void *machine, int axis, std::uint32_t *angle_turn32) {
-    *angle_turn32 = of(machine).samples_.axis[static_cast<std::size_t>(axis)].encoder_turns_2_32;
+    Machine& m = of(machine);
+    const std::size_t i = static_cast<std::size_t>(axis);
+    const BrokenAxis& broken = m.broken_.axis[i];
+    if (broken.encoder_lost) {
+      return false;
+    }
+    if (!broken.encoder_stuck) {
+      const double shift_turns = broken.encoder_shift_rad / (2.0 * kPi);
+      const std::uint32_t angle = m.samples_.axis[i].encoder_turns_2_32;
+      m.told_angle_[i] = (broken.encoder_reversed ? 0U - angle : angle) +
+                         static_cast<std::uint32_t>(std::llround(shift_turns * 4294967296.0));
+    }
+    *angle_turn32 = m.told_angle_[i];
     return true;
   }
 
   static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
-    const AxisSamples& sample = of(machine).samples_.axis[static_cast<std::size_t>(axis)];
-    *rate_rad_s = static_cast<float>(sample.gyro_rate_rad_s);
-    return sample.gyro_valid;
+    Machine& m = of(machine);
+    const std::size_t i = static_cast<std::size_t>(axis);
+    const BrokenAxis& broken = m.broken_.axis[i];
+    if (!broken.gyro_stuck) {
+      const double rate = m.samples_.axis[i].gyro_rate_rad_s;
+      m.told_gyro_rad_s_[i] = broken.gyro_reads_rad_s.value_or(broken.gyro_reversed ? -rate : rate);
+    }
+    *rate_rad_s = static_cast<float>(m.told_gyro_rad_s_[i]);
+    return m.samples_.axis[i].gyro_valid && !broken.gyro_lost;
   }
 
   static float mean_current_a(void *machine, int axis) {
@@ -35,23 +53,36 @@ struct MachineHal {
     return true;
   }
 
-  static hal_health axis_health(void *, int) { return HAL_GOOD; }
+  static hal_health axis_health(void *machine, int axis) {
+    return of(machine).broken_.axis[static_cast<std::size_t>(axis)].health;
+  }
 
-  static void power_bridge(void *machine, int axis, bool on) { of(machine).tracker_.open_terminals(axis, !on); }
+  // A bridge that is in fault has let go by itself.
+  static void power_bridge(void *machine, int axis, bool on) {
+    const BrokenAxis& broken = of(machine).broken_.axis[static_cast<std::size_t>(axis)];
+    const bool tripped = broken.health == HAL_OVER_CURRENT || broken.health == HAL_POWER_STAGE;
+    of(machine).tracker_.open_terminals(axis, !on || tripped || broken.motor_open);
+  }
 
   static float current_a(void *machine, int axis) {
     Machine& m = of(machine);
     const std::size_t i = static_cast<std::size_t>(axis);
     const PwmSample sample = m.tracker_.sample_pwm(axis);
-    m.bus_voltage_v_ = sample.bus_voltage_v;
-    m.current_sum_a_[i] += sample.current_a;
-    return static_cast<float>(sample.current_a);
+    m.bus_voltage_v_ = m.broken_.bus_reads_v.value_or(sample.bus_voltage_v);
+    const BrokenAxis& broken = m.broken_.axis[i];
+    if (!broken.current_stuck) {
+      m.told_current_a_[i] = broken.current_reads_a.value_or(sample.current_a + broken.current_shift_a);
+    }
+    m.current_sum_a_[i] += m.told_current_a_[i];
+    return static_cast<float>(m.told_current_a_[i]);
   }
 
   static float bus_voltage_v(void *machine) { return static_cast<float>(of(machine).bus_voltage_v_); }
 
   static void set_duty(void *machine, int axis, float duty) {
-    of(machine).next_duty_[static_cast<std::size_t>(axis)] = static_cast<double>(duty);
+    const std::size_t i = static_cast<std::size_t>(axis);
+    const double sign = of(machine).broken_.axis[i].motor_reversed ? -1.0 : 1.0;
+    of(machine).next_duty_[i] = sign * static_cast<double>(duty);
   }
 };
 
@@ -85,6 +116,13 @@ Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint
   }
 }
 
+void Machine::break_parts() {
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    tracker_.hold_joint(static_cast<int>(i), broken_.axis[i].joint_held);
+    tracker_.push(static_cast<int>(i), broken_.axis[i].push_nm);
+  }
+}
+
 // The firmware computes its new current set-points now; the bridge follows the old ones a little longer.
 void Machine::run_firmware_tick() {
   std::array<float, kAxes> old_reference_a{};
@@ -115,6 +153,7 @@ void Machine::run_pwm_periods(int periods) {
 }
 
 void Machine::advance_tick() {
+  break_parts();
   run_firmware_tick();
   run_pwm_periods(kTickLatencyPeriods);
   for (std::size_t i = 0; i < kAxes; ++i) {

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "plant/tracker.hpp"
+#include "run/broken_parts.hpp"
 #include "run/firmware.hpp"
 #include "sensors/camera.hpp"
 
@@ -53,6 +54,9 @@ class Machine {
   // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again.
   void inject_torque(int axis, double torque_nm) { injected_nm_[static_cast<std::size_t>(axis)] = torque_nm; }
 
+  // What is broken from the next tick on.
+  BrokenParts& broken() { return broken_; }
+
   // Runs the firmware's tick and then the machine for 1 ms.
   void advance_tick();
 
@@ -64,6 +68,7 @@ class Machine {
  private:
   friend struct MachineHal;
   static hal hal_of(Machine *machine);
+  void break_parts();
   void run_firmware_tick();
   void run_pwm_periods(int periods);
 
@@ -81,6 +86,11 @@ class Machine {
   std::array<float, kAxes> next_reference_a_{};
   std::array<double, kAxes> injected_nm_{};
   std::optional<CameraFrame> frame_;
+  BrokenParts broken_;
+  // As last told to the firmware, for sensors that are stuck or turned around.
+  std::array<std::uint32_t, kAxes> told_angle_{};
+  std::array<double, kAxes> told_gyro_rad_s_{};
+  std::array<double, kAxes> told_current_a_{};
 };
 
 }  // namespace trackservo::sim

@@ -1,0 +1,224 @@
+#include "faults/breakage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace trackservo::sim {
+namespace {
+
+constexpr double kVisibleRate_rad_s = 0.015;  // half of what gyro and encoder differ by then is beyond 0x2060:2
+constexpr double kPush_nm = 300.0;
+constexpr double kStrongerThanMotor_nm = 60.0;
+
+double uniform(SplitMix64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+
+BrokenAxis& broken(DrivenNode& node, int axis) { return node.machine().broken().axis[static_cast<std::size_t>(axis)]; }
+
+double joint_rate_rad_s(DrivenNode& node, int axis) {
+  return node.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(axis)];
+}
+
+double wanted_rate_rad_s(DrivenNode& node, int axis) {
+  return static_cast<double>(node.axis(axis).objects.velocity.target) * 1e-6;
+}
+
+bool always(DrivenNode&, int) { return true; }
+
+bool turns(DrivenNode& node, int axis) { return std::abs(joint_rate_rad_s(node, axis)) > kVisibleRate_rad_s; }
+
+void nothing(DrivenNode&, int) {}
+
+void let_go(DrivenNode& node, int axis) { broken(node, axis).push_nm = 0.0; }
+
+// The true current and the one that is read differ by more than twice 0x2060:14 allows.
+bool current_is_wrong(DrivenNode& node, int axis) {
+  const double true_a = node.machine().truth().current_a[static_cast<std::size_t>(axis)];
+  const double told_a = static_cast<double>(node.machine().samples().axis[axis].mean_current_a);
+  const double resistance_ohm = static_cast<double>(node.node().board.app.params.axis[axis].resistance_ohm);
+  const double limit_v = static_cast<double>(node.axis(axis).watch.limits.voltage_mismatch_v);
+  return resistance_ohm * std::abs(true_a - told_a) > 2.0 * limit_v + resistance_ohm * std::abs(told_a);
+}
+
+void end_the_travel(DrivenNode& node, int axis) {
+  const float far_rad = 100.0F;
+  const float margin_rad = 0.001F;
+  protection_limits& limits = node.node().axis[axis].watch.limits;
+  const float here_rad = static_cast<float>(node.axis(axis).drive.position) * ANGLE_RAD_PER_TURN32;
+  const bool up = joint_rate_rad_s(node, axis) >= 0.0;
+  limits.minimum_rad = up ? -far_rad : here_rad + margin_rad;
+  limits.maximum_rad = up ? here_rad - margin_rad : far_rad;
+}
+
+Breakage health(const char *name, fault_id expected, hal_health reads) {
+  return {name,   expected, 0, 0, false, [reads](DrivenNode& n, int a, SplitMix64&) { broken(n, a).health = reads; },
+          always, nothing};
+}
+
+template <class Begin>
+Breakage part(const char *name, fault_id expected, fault_set also, int timer_ms, Begin begin,
+              bool (*shows)(DrivenNode&, int) = always) {
+  return {name, expected, also, timer_ms, false, begin, shows, nothing};
+}
+
+std::vector<Breakage> sensors() {
+  const fault_set disagree = fault_bit(FAULT_SENSORS_DISAGREE);
+  const fault_set jump = fault_bit(FAULT_ENCODER_JUMP);
+  return {
+      part("encoder lost", FAULT_ENCODER_LOST, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).encoder_lost = true; }),
+      part("encoder jumps", FAULT_ENCODER_JUMP, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64& random) {
+             const double size_rad = 0.002 * std::pow(250.0, uniform(random));
+             broken(n, a).encoder_shift_rad = uniform(random) < 0.5 ? -size_rad : size_rad;
+           }),
+      part("encoder stuck", FAULT_ENCODER_STUCK, disagree | jump, 100,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).encoder_stuck = true; }),
+      part(
+          "encoder counts backwards", FAULT_SENSORS_DISAGREE, jump | fault_bit(FAULT_CURRENT_SENSOR), 0,
+          [](DrivenNode& n, int a, SplitMix64&) {
+            broken(n, a).encoder_reversed = true;
+            broken(n, a).encoder_shift_rad = 2.0 * n.machine().truth().joint_angle_rad[static_cast<std::size_t>(a)];
+          },
+          turns),
+      part("gyro lost", FAULT_GYRO_LOST, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).gyro_lost = true; }),
+      part("gyro stuck", FAULT_GYRO_STUCK, disagree, 100,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).gyro_stuck = true; }),
+      part(
+          "gyro of the wrong sign", FAULT_SENSORS_DISAGREE, 0, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).gyro_reversed = true; }, turns),
+      part("gyro saturated", FAULT_GYRO_SATURATED, disagree, 0,
+           [](DrivenNode& n, int a, SplitMix64&) {
+             broken(n, a).gyro_reads_rad_s = static_cast<double>(n.axis(a).watch.limits.gyro_range_rad_s);
+           }),
+      part("gyro says no number", FAULT_IMPLAUSIBLE, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64&) {
+             broken(n, a).gyro_reads_rad_s = std::numeric_limits<double>::quiet_NaN();
+           }),
+  };
+}
+
+std::vector<Breakage> electrics() {
+  const fault_set current = fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_OVER_CURRENT);
+  const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SENSORS_DISAGREE);
+  return {
+      part("current sensor offset 8 A", FAULT_CURRENT_SENSOR, current, 0,
+           [](DrivenNode& n, int a, SplitMix64& random) {
+             broken(n, a).current_shift_a = uniform(random) < 0.5 ? -8.0 : 8.0;
+           }),
+      part(
+          "current sensor stuck", FAULT_CURRENT_SENSOR, current | away, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).current_stuck = true; }, current_is_wrong),
+      part("current reads 24 A", FAULT_OVER_CURRENT, current, 0,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).current_reads_a = 24.0; }),
+      part(
+          "motor lead off", FAULT_CURRENT_SENSOR, current | away, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).motor_open = true; },
+          [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
+      part(
+          "motor leads swapped", FAULT_CURRENT_SENSOR, current | away, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).motor_reversed = true; },
+          [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
+      health("short circuit", FAULT_OVER_CURRENT_TRIP, HAL_OVER_CURRENT),
+      health("power stage", FAULT_POWER_STAGE, HAL_POWER_STAGE),
+      health("heat sink too hot", FAULT_OVER_TEMPERATURE, HAL_TOO_HOT),
+      {"bus voltage low", FAULT_UNDER_VOLTAGE, 0, 0, true,
+       [](DrivenNode& n, int, SplitMix64&) { n.machine().broken().bus_reads_v = 30.0; }, always, nothing},
+      {"bus voltage high", FAULT_OVER_VOLTAGE, 0, 0, true,
+       [](DrivenNode& n, int, SplitMix64&) { n.machine().broken().bus_reads_v = 65.0; }, always, nothing},
+  };
+}
+
+std::vector<Breakage> motions() {
+  const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SPEED_ERROR) | fault_bit(FAULT_OVER_SPEED);
+  return {
+      {"pushed beyond the speed limit", FAULT_OVER_SPEED, away, 0, false,
+       [](DrivenNode& n, int a, SplitMix64&) {
+         broken(n, a).push_nm = std::copysign(kPush_nm, joint_rate_rad_s(n, a));
+       },
+       [](DrivenNode& n, int a) {
+         return std::abs(joint_rate_rad_s(n, a)) > static_cast<double>(n.axis(a).watch.limits.overspeed_rad_s);
+       },
+       let_go},
+      {"driven against the motor", FAULT_RUNAWAY, away, 0, false,
+       [](DrivenNode& n, int a, SplitMix64&) {
+         broken(n, a).push_nm = std::copysign(kStrongerThanMotor_nm, -wanted_rate_rad_s(n, a));
+       },
+       [](DrivenNode& n, int a) { return std::abs(wanted_rate_rad_s(n, a) - joint_rate_rad_s(n, a)) > 0.05; }, let_go},
+      // Where the set-point turns, the torque is not at its limit for a while, and the timer waits.
+      part(
+          "axis blocked", FAULT_STALL, fault_bit(FAULT_RUNAWAY), 600,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).joint_held = true; },
+          [](DrivenNode& n, int a) { return n.node().board.app.axis[a].signals.torque.limited; }),
+      part(
+          "end of the travel", FAULT_BEYOND_TRAVEL, 0, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { end_the_travel(n, a); },
+          [](DrivenNode& n, int a) {
+            const protection_limits& limits = n.axis(a).watch.limits;
+            const double outwards = limits.minimum_rad < -99.0F ? 1.0 : -1.0;
+            return outwards * joint_rate_rad_s(n, a) > 0.004;
+          }),
+  };
+}
+
+std::vector<Breakage> node_and_bus() {
+  return {
+      {"bus off", FAULT_BUS_OFF, 0, 0, true, [](DrivenNode& n, int, SplitMix64&) { servo_node_bus_off(&n.node()); },
+       always, nothing},
+      {"node stopped by NMT", FAULT_NODE_STOPPED, 0, 0, true,
+       [](DrivenNode& n, int, SplitMix64&) {
+         n.receive(can_frame{0x000, 0, 2, {0x02, 0x00}});
+       },
+       always, nothing},
+      {"master's heartbeat lost", FAULT_HEARTBEAT_LOST, 0, 50, true,
+       [](DrivenNode& n, int a, SplitMix64&) {
+         n.write(a, 0x1016, 1, 0x7F << 16 | 50);
+         n.receive(can_frame{0x77F, 0, 1, {0x05}});
+       },
+       always, nothing},
+      health("tick late", FAULT_TICK_LATE, HAL_TIMING_LOST),
+      health("self-test fails in operation", FAULT_SELF_TEST, HAL_NOT_READY),
+  };
+}
+
+std::vector<Breakage> all() {
+  std::vector<Breakage> together;
+  for (const std::vector<Breakage>& some : {sensors(), electrics(), motions(), node_and_bus()}) {
+    together.insert(together.end(), some.begin(), some.end());
+  }
+  return together;
+}
+
+}  // namespace
+
+const std::vector<Breakage>& breakages() {
+  static const std::vector<Breakage> list = all();
+  return list;
+}
+
+const Breakage& breakage(const std::string& name) {
+  std::string names;
+  for (const Breakage& one : breakages()) {
+    if (one.name == name) {
+      return one;
+    }
+    names += (names.empty() ? "" : ", ") + one.name;
+  }
+  throw std::invalid_argument(fmt::format("\"{}\" is nothing that breaks; give one of: {}", name, names));
+}
+
+int allowed_latency_ms(const Breakage& breakage) {
+  int allowed = fault_table[breakage.expected].latency_ms;
+  for (int fault = 1; fault < FAULT_COUNT; ++fault) {
+    if ((breakage.also >> fault & 1U) != 0) {
+      allowed = std::max(allowed, static_cast<int>(fault_table[fault].latency_ms));
+    }
+  }
+  return allowed + breakage.timer_ms;
+}
+
+}  // namespace trackservo::sim
