@@ -127,8 +127,10 @@ static fault_set watch_current(axis_protection *p, const protection_limits *limi
   follow(&p->offset_a, in->closed || !finite ? 0.0f : current_a, dt_s / SETTLING_S);
   const bool offset = seen_for(&p->offset_ticks, !scalar_within(p->offset_a, limits->current_offset_a), OFFSET_TICKS);
   const float drop_v = motor->resistance_ohm * current_a;
+  const float rise_v = motor->inductance_h * (current_a - p->last_current_a) / dt_s;
+  p->last_current_a = finite ? current_a : 0.0f;
   const float unexplained_v =
-      in->closed && finite ? in->voltage_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s : 0.0f;
+      in->closed && finite ? in->voltage_v - drop_v - rise_v - motor->back_emf_v_s_rad * joint_rate_rad_s : 0.0f;
   follow(&p->mismatch_v, unexplained_v, dt_s / MISMATCH_SMOOTHING_S);
   /* A warm winding needs more voltage for its current, never less or of the other sign. */
   const float warm_v = p->mismatch_v * drop_v > 0.0f ? MISMATCH_OF_DROP * scalar_abs(drop_v) : 0.0f;

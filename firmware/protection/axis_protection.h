@@ -35,6 +35,7 @@ typedef struct {
 /* The motor as the current loop knows it. */
 typedef struct {
   float resistance_ohm;
+  float inductance_h;
   float back_emf_v_s_rad;
   float current_limit_a;
   float torque_constant_nm_a;
@@ -76,6 +77,7 @@ typedef struct {
   float speed_error_s;
   float stall_s;
   float heating_a2; /* mean square current of the last thermal time */
+  float last_current_a;
   float offset_a;
   int offset_ticks;
   float mismatch_v; /* smoothed */
