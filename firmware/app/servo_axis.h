@@ -39,7 +39,6 @@ typedef struct {
   current_loop_params current;
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
   float resistance_ohm;       /* of the winding, as the current loop was designed for; for protection */
-  float inductance_h;
   float current_limit_a;      /* 0 .. 1e4, both directions */
 } servo_axis_params;
 

@@ -7,7 +7,6 @@ void axis_watch_reset(axis_watch *watch) { axis_protection_reset(&watch->state);
 static protection_motor motor_of(const servo_axis_params *params) {
   return (protection_motor){
       .resistance_ohm = params->resistance_ohm,
-      .inductance_h = params->inductance_h,
       .back_emf_v_s_rad = params->current.back_emf_v_s_rad,
       .current_limit_a = params->current_limit_a,
       .torque_constant_nm_a = params->torque_constant_nm_a,

@@ -77,7 +77,6 @@ control_status axis_parameters_build(const axis_parameters *parameters, servo_ax
                   .coast_s = p->tracking_loop.coast_s},
       .torque_constant_nm_a = p->motor.torque_constant_nm_a,
       .resistance_ohm = p->motor.resistance_ohm,
-      .inductance_h = p->motor.inductance_h,
       .current_limit_a = p->motor.current_limit_a,
   };
   control_status status = build_speed_loop(p, &all.speed);

@@ -10,7 +10,7 @@ enum {
   SATURATED_TICKS = 2,
   RUNAWAY_TICKS = 20,
   OFFSET_TICKS = 10,
-  MISMATCH_TICKS = 3,
+  MISMATCH_TICKS = 8,
   OVER_CURRENT_TICKS = 2,
   UNDER_VOLTAGE_TICKS = 5,
   OVER_VOLTAGE_TICKS = 2
@@ -18,8 +18,7 @@ enum {
 
 #define DISAGREE_SMOOTHING_S 0.003f
 #define DISAGREE_OF_RATE 0.02f /* of the joint rate: scale error and delay of the gyro */
-#define MISMATCH_SMOOTHING_S 0.004f
-#define MISMATCH_OF_DROP 0.4f /* of R i: a winding that is 100 K warmer, and some */
+#define MISMATCH_OF_DROP 0.4f  /* of R i: a winding that is 100 K warmer, and some */
 #define OVER_CURRENT_FACTOR 1.3f
 #define SETTLING_S 0.01f /* of current after a loop was opened, and of the rate that runaway compares with */
 #define RUNAWAY_TORQUE 0.5f
@@ -113,6 +112,23 @@ static fault_set watch_gyro(axis_protection *p, const protection_limits *limits,
          bit_if(disagrees, FAULT_SENSORS_DISAGREE);
 }
 
+/* A current that rises or falls needs voltage, too, but never for so many ticks: at full voltage it goes from one limit
+ * to the other in two. The loop around a dead sensor swings from one to the other, so the sign does not count. A warm
+ * winding needs more voltage for its current, never less or of the other sign. */
+static bool voltage_mismatch(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                             const protection_inputs *in, float joint_rate_rad_s) {
+  const float drop_v = motor->resistance_ohm * in->mean_current_a;
+  const float unexplained_v = in->voltage_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s;
+  const float warm_v = unexplained_v * drop_v > 0.0f ? MISMATCH_OF_DROP * scalar_abs(drop_v) : 0.0f;
+  const bool seen = !scalar_within(unexplained_v, limits->voltage_mismatch_v + warm_v);
+  if (!seen) {
+    p->mismatch_ticks -= p->mismatch_ticks > 0 ? 1 : 0;
+    return false;
+  }
+  p->mismatch_ticks += p->mismatch_ticks < MISMATCH_TICKS ? 1 : 0;
+  return p->mismatch_ticks >= MISMATCH_TICKS;
+}
+
 static fault_set watch_current(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                                const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const float current_a = in->mean_current_a;
@@ -126,16 +142,7 @@ static fault_set watch_current(axis_protection *p, const protection_limits *limi
   /* An open loop has no current, once the last of it has gone. */
   follow(&p->offset_a, in->closed || !finite ? 0.0f : current_a, dt_s / SETTLING_S);
   const bool offset = seen_for(&p->offset_ticks, !scalar_within(p->offset_a, limits->current_offset_a), OFFSET_TICKS);
-  const float drop_v = motor->resistance_ohm * current_a;
-  const float rise_v = motor->inductance_h * (current_a - p->last_current_a) / dt_s;
-  p->last_current_a = finite ? current_a : 0.0f;
-  const float unexplained_v =
-      in->closed && finite ? in->voltage_v - drop_v - rise_v - motor->back_emf_v_s_rad * joint_rate_rad_s : 0.0f;
-  follow(&p->mismatch_v, unexplained_v, dt_s / MISMATCH_SMOOTHING_S);
-  /* A warm winding needs more voltage for its current, never less or of the other sign. */
-  const float warm_v = p->mismatch_v * drop_v > 0.0f ? MISMATCH_OF_DROP * scalar_abs(drop_v) : 0.0f;
-  const float most_v = limits->voltage_mismatch_v + warm_v;
-  const bool mismatch = seen_for(&p->mismatch_ticks, !scalar_within(p->mismatch_v, most_v), MISMATCH_TICKS);
+  const bool mismatch = in->closed && finite && voltage_mismatch(p, limits, motor, in, joint_rate_rad_s);
   return bit_if(overload, FAULT_OVERLOAD) | bit_if(too_much, FAULT_OVER_CURRENT) |
          bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);
 }

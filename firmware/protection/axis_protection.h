@@ -35,7 +35,6 @@ typedef struct {
 /* The motor as the current loop knows it. */
 typedef struct {
   float resistance_ohm;
-  float inductance_h;
   float back_emf_v_s_rad;
   float current_limit_a;
   float torque_constant_nm_a;
@@ -77,11 +76,9 @@ typedef struct {
   float speed_error_s;
   float stall_s;
   float heating_a2; /* mean square current of the last thermal time */
-  float last_current_a;
   float offset_a;
   int offset_ticks;
-  float mismatch_v; /* smoothed */
-  int mismatch_ticks;
+  int mismatch_ticks; /* with a mismatch less those without, 0 or more */
   int over_current_ticks;
   int under_voltage_ticks;
   int over_voltage_ticks;

@@ -132,8 +132,7 @@ class Shift {
     const auto share = [](float value, float limit) { return std::abs(static_cast<double>(value / limit)); };
     result_.most_disagreement =
         std::max(result_.most_disagreement, share(seen.difference_rad_s, limits.base_rate_rad_s));
-    result_.most_voltage_mismatch =
-        std::max(result_.most_voltage_mismatch, share(seen.mismatch_v, limits.voltage_mismatch_v));
+    result_.most_mismatch_ticks = std::max(result_.most_mismatch_ticks, std::abs(seen.mismatch_ticks));
     result_.most_heating = std::max(result_.most_heating,
                                     share(seen.heating_a2, limits.continuous_current_a * limits.continuous_current_a));
     if (watched.drive.fault != FAULT_NONE) {
@@ -153,7 +152,7 @@ void add(SoakResult& all, const SoakResult& shift) {
   all.hours += shift.hours;
   all.false_trips.insert(all.false_trips.end(), shift.false_trips.begin(), shift.false_trips.end());
   all.most_disagreement = std::max(all.most_disagreement, shift.most_disagreement);
-  all.most_voltage_mismatch = std::max(all.most_voltage_mismatch, shift.most_voltage_mismatch);
+  all.most_mismatch_ticks = std::max(all.most_mismatch_ticks, shift.most_mismatch_ticks);
   all.most_heating = std::max(all.most_heating, shift.most_heating);
 }
 
@@ -176,9 +175,10 @@ SoakResult run_soak(const PlantConfig& plant, double hours, std::uint64_t seed, 
 
 std::string print_soak(const SoakResult& result) {
   std::string text = fmt::format(
-      "{:.2f} hours, false trips: {}\nnearest to a limit: gyro and encoder {:.0f} %, voltage {:.0f} %, heating {:.0f} "
+      "{:.2f} hours, false trips: {}\nnearest to a limit: gyro and encoder {:.0f} %, voltage {} ticks of 8, heating "
+      "{:.0f} "
       "%\n",
-      result.hours, result.false_trips.size(), 100.0 * result.most_disagreement, 100.0 * result.most_voltage_mismatch,
+      result.hours, result.false_trips.size(), 100.0 * result.most_disagreement, result.most_mismatch_ticks,
       100.0 * result.most_heating);
   for (const std::string& trip : result.false_trips) {
     text += trip + "\n";

@@ -14,7 +14,7 @@ struct SoakResult {
   std::vector<std::string> false_trips;  // what was found, where and when
   // The nearest that a smoothed signal came to its limit, as a share of it, of both axes.
   double most_disagreement = 0;
-  double most_voltage_mismatch = 0;
+  int most_mismatch_ticks = 0;
   double most_heating = 0;
 };
 
