@@ -5,6 +5,8 @@
 //   sim_host experiments --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
+//   sim_host faults [--scenario FILE]
+//   sim_host soak --hours N
 //   sim_host keys plant|scenario
 #include <fmt/format.h>
 #include <unistd.h>
@@ -28,6 +30,9 @@
 #include "experiments/campaign.hpp"
 #include "experiments/design_check.hpp"
 #include "experiments/results.hpp"
+#include "faults/fault_matrix.hpp"
+#include "faults/fault_scenario.hpp"
+#include "faults/soak.hpp"
 #include "run/scenario_check.hpp"
 #include "serve/sdo_benchmark.hpp"
 #include "serve/server.hpp"
@@ -386,6 +391,73 @@ void add_serve(CLI::App& app) {
   command->callback([serving] { serve(*serving); });
 }
 
+struct FaultsCommand {
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path scenario;
+  sim::MatrixOptions matrix;
+  bool list = false;
+};
+
+// 1 when a promise was broken.
+int faults(const FaultsCommand& command) {
+  if (command.list) {
+    for (const sim::Breakage& part : sim::breakages()) {
+      fmt::print("{}\n", part.name);
+    }
+    return 0;
+  }
+  const sim::PlantConfig plant = sim::load_plant(command.plant);
+  if (!command.scenario.empty()) {
+    fmt::print("{}", sim::run_fault_scenario(plant, sim::load_fault_scenario(command.scenario)));
+    return 0;
+  }
+  const std::vector<sim::MatrixRow> rows = sim::run_fault_matrix(plant, command.matrix);
+  fmt::print("{}", sim::print_fault_matrix(rows));
+  return sim::all_promises_kept(rows) ? 0 : 1;
+}
+
+void add_faults(CLI::App& app, int& code) {
+  auto options = std::make_shared<FaultsCommand>();
+  CLI::App *command = app.add_subcommand("faults", "break every part in every motion and see what the firmware does");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  CLI::Option *scenario =
+      command->add_option("--scenario", options->scenario, "only what this file says, told line by line")
+          ->check(CLI::ExistingFile);
+  command->add_option("--moments", options->matrix.moments, "random ones, of each part in each motion on each axis")
+      ->check(CLI::Range(1, 100000))
+      ->excludes(scenario)
+      ->capture_default_str();
+  command->add_option("--seed", options->matrix.seed, "seed of all noise and moments")
+      ->check(seed())
+      ->excludes(scenario)
+      ->capture_default_str();
+  command->add_option("--threads", options->matrix.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  command->add_flag("--list", options->list, "only name the parts");
+  command->callback([options, &code] { code = faults(*options); });
+}
+
+struct SoakCommand {
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  double hours = 24.0;
+  std::uint64_t seed = 1;
+  int threads = 2;
+};
+
+void add_soak(CLI::App& app, int& code) {
+  auto options = std::make_shared<SoakCommand>();
+  CLI::App *command = app.add_subcommand("soak", "hours of work in which nothing breaks: no fault may be found");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  command->add_option("--hours", options->hours, "simulated")->check(CLI::Range(0.01, 1e5))->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of noise and work")->check(seed())->capture_default_str();
+  command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  command->callback([options, &code] {
+    const sim::SoakResult result =
+        sim::run_soak(sim::load_plant(options->plant), options->hours, options->seed, options->threads);
+    fmt::print("{}", sim::print_soak(result));
+    code = result.false_trips.empty() ? 0 : 1;
+  });
+}
+
 void add_keys(CLI::App& app) {
   auto file = std::make_shared<std::string>();
   CLI::App *command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
@@ -403,6 +475,8 @@ int parse_and_run(int argc, char **argv) {
   add_experiments(app);
   add_bench(app);
   add_serve(app);
+  add_faults(app, code);
+  add_soak(app, code);
   add_keys(app);
   CLI11_PARSE(app, argc, argv);
   return code;

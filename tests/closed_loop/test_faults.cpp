@@ -1,0 +1,79 @@
+// Everything that can break breaks: the firmware must see it in time, react as its table says, and keep its promises.
+#include <cstdio>
+
+#include "bench.hpp"
+#include "faults/fault_matrix.hpp"
+#include "faults/fault_scenario.hpp"
+#include "faults/soak.hpp"
+#include "unity.h"
+
+namespace sim = trackservo::sim;
+
+extern "C" void setUp() {}
+extern "C" void tearDown() {}
+
+namespace {
+
+sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
+
+// Two moments of each, one in wind, one in calm air; `sim_host faults` does twenty.
+void test_every_breakage_in_every_motion_is_seen_in_time_and_ends_as_promised() {
+  sim::MatrixOptions options;
+  options.moments = 2;
+  const std::vector<sim::MatrixRow> rows = sim::run_fault_matrix(tracker_plant(), options);
+  std::printf("%s\n", sim::print_fault_matrix(rows).c_str());
+  for (const sim::MatrixRow& row : rows) {
+    TEST_ASSERT_EQUAL_MESSAGE(20, row.trials, row.breakage->name.c_str());
+    TEST_ASSERT_GREATER_THAN_MESSAGE(0, row.seen, row.breakage->name.c_str());
+    for (const std::string& complaint : row.complaints) {
+      TEST_FAIL_MESSAGE(complaint.c_str());
+    }
+  }
+}
+
+// `sim_host soak --hours 24` does more.
+void test_an_hour_of_work_with_nothing_broken_trips_nothing() {
+  const sim::SoakResult result = sim::run_soak(tracker_plant(), 1.0, 1, 2);
+  std::printf("%s\n", sim::print_soak(result).c_str());
+  TEST_ASSERT_EQUAL(0, result.false_trips.size());
+  TEST_ASSERT_TRUE(result.hours >= 1.0);
+}
+
+// The promises can be broken: an axis that is not protected at all breaks most of them.
+void test_without_protection_the_same_trials_find_it_out() {
+  sim::NodeSetup setup(tracker_plant());
+  for (protection_limits& limits : setup.limits) {
+    limits.encoder_jump_rad = 1.0F;
+    limits.base_rate_rad_s = 1e3F;
+    limits.stuck_s = 0.0F;
+    limits.speed_error_rad_s = 1e3F;
+    limits.overspeed_rad_s = 1e3F;
+    limits.stall_s = 60.0F;
+  }
+  const sim::TrialResult stuck =
+      sim::run_trial(setup, {&sim::breakage("encoder stuck"), sim::Motion::kFast, sim::kAzimuth, 7, true});
+  std::printf("an encoder that is stuck and not watched: %.2f rad/s\n", stuck.speed_most_rad_s);
+  TEST_ASSERT_TRUE(stuck.showed);
+  TEST_ASSERT_EQUAL(FAULT_NONE, stuck.seen);
+}
+
+void test_a_scenario_file_says_what_breaks_when() {
+  const sim::FaultScenario scenario = sim::load_fault_scenario("sim_host/scenarios/faults_example.toml");
+  const std::string told = sim::run_fault_scenario(tracker_plant(), scenario);
+  std::printf("%s\n", told.c_str());
+  for (const char *line : {"1.200 s  azimuth  encoder lost", "1.200 s  azimuth  fault 1 (0x7320) at ",
+                           "1.500 s  pitch    driven against the motor", "pitch    fault 19 (0x7122)", "stands"}) {
+    TEST_ASSERT_TRUE_MESSAGE(told.find(line) != std::string::npos, line);
+  }
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_every_breakage_in_every_motion_is_seen_in_time_and_ends_as_promised);
+  RUN_TEST(test_an_hour_of_work_with_nothing_broken_trips_nothing);
+  RUN_TEST(test_without_protection_the_same_trials_find_it_out);
+  RUN_TEST(test_a_scenario_file_says_what_breaks_when);
+  return UNITY_END();
+}

@@ -1,0 +1,418 @@
+/* Protection of one axis, tick by tick: what is fed, and in which tick which fault is found. */
+#include <math.h>
+#include <string.h>
+
+#include "protection/access_lock.h"
+#include "protection/axis_protection.h"
+#include "protection/fault_log.h"
+#include "support/check.h"
+#include "unity.h"
+
+#define DT_S 0.001f
+
+void setUp(void) {}
+void tearDown(void) {}
+
+typedef struct {
+  axis_protection state;
+  protection_limits limits;
+  protection_motor motor;
+  protection_inputs in;
+  float rate_rad_s; /* of encoder and gyro */
+  int tick;
+} bench;
+
+/* An axis of 40 Nm in operation, at rest, with sensors that flicker as real ones do. */
+static bench new_bench(void) {
+  return (bench){
+      .limits = {.overspeed_rad_s = 1.5f,
+                 .base_rate_rad_s = 0.02f,
+                 .gyro_range_rad_s = 8.0f,
+                 .encoder_jump_rad = 5e-4f,
+                 .stuck_s = 0.1f,
+                 .speed_error_rad_s = 0.5f,
+                 .speed_error_s = 0.3f,
+                 .stall_s = 0.5f,
+                 .minimum_rad = -1.0f,
+                 .maximum_rad = 2.0f,
+                 .continuous_current_a = 8.0f,
+                 .thermal_time_s = 10.0f,
+                 .current_offset_a = 0.5f,
+                 .voltage_mismatch_v = 4.0f,
+                 .under_voltage_v = 36.0f,
+                 .over_voltage_v = 60.0f},
+      .motor = {.resistance_ohm = 1.2f,
+                .back_emf_v_s_rad = 2.5f,
+                .current_limit_a = 16.0f,
+                .torque_constant_nm_a = 2.5f},
+      .in = {.angle_valid = true,
+             .gyro_valid = true,
+             .gyro_used = true,
+             .bus_voltage_v = 48.0f,
+             .closed = true,
+             .speed_closed = true},
+  };
+}
+
+/* One tick; the voltage is what current and speed explain, unless `unexplained_v` is added by the caller. */
+static fault_set step(bench *b, float unexplained_v) {
+  ++b->tick;
+  const float flicker_rad_s = (b->tick & 1) != 0 ? 1e-5f : -1e-5f;
+  b->in.angle += (angle_turn32)(int32_t)lrintf((b->rate_rad_s + flicker_rad_s) * DT_S / ANGLE_RAD_PER_TURN32);
+  b->in.gyro_rad_s = b->rate_rad_s - flicker_rad_s;
+  b->in.rate_rad_s = b->rate_rad_s;
+  b->in.voltage_v =
+      b->motor.resistance_ohm * b->in.mean_current_a + b->motor.back_emf_v_s_rad * b->rate_rad_s + unexplained_v;
+  return axis_protection_step(&b->state, &b->limits, &b->motor, &b->in, DT_S);
+}
+
+/* Ticks until a fault is found, 0: not within `most`. */
+static int ticks_until(bench *b, fault_id fault, int most) {
+  for (int i = 1; i <= most; ++i) {
+    if ((step(b, 0.0f) & fault_bit(fault)) != 0) {
+      return i;
+    }
+  }
+  return 0;
+}
+
+static void run(bench *b, int ticks) {
+  for (int i = 0; i < ticks; ++i) {
+    TEST_ASSERT_EQUAL_HEX64(0, step(b, 0.0f));
+  }
+}
+
+static void test_an_axis_in_order_has_no_fault_at_any_speed_within_its_limit(void) {
+  bench b = new_bench();
+  for (int i = 0; i < 4000; ++i) {
+    b.rate_rad_s = 1.4f * sinf((float)i * 0.003f);
+    b.in.reference_rad_s = b.rate_rad_s;
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f));
+  }
+}
+
+static void test_an_angle_that_is_missing_is_found_at_once_and_two_more_pass_before_it_is_judged_again(void) {
+  bench b = new_bench();
+  run(&b, 10);
+  b.in.angle_valid = false;
+  TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_ENCODER_LOST), step(&b, 0.0f));
+  b.in.angle_valid = true;
+  b.in.angle += 1u << 28; /* somewhere else by now */
+  run(&b, 10);
+}
+
+static void test_an_angle_that_jumps_is_found_at_once_in_either_direction(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    run(&b, 10);
+    b.in.angle += (angle_turn32)(int32_t)((float)sign * 6e-4f / ANGLE_RAD_PER_TURN32);
+    TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_ENCODER_JUMP), step(&b, 0.0f));
+  }
+}
+
+static void test_equal_angles_for_the_stuck_time_are_found_in_its_last_tick(void) {
+  bench b = new_bench();
+  run(&b, 10);
+  int ticks = 0;
+  const angle_turn32 angle = b.in.angle;
+  fault_set found = 0;
+  while (found == 0 && ticks < 200) {
+    b.in.gyro_rad_s = ticks % 2 == 0 ? 1e-5f : -1e-5f;
+    b.in.angle = angle;
+    b.in.voltage_v = 0.0f;
+    found = axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S);
+    ++ticks;
+  }
+  TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_ENCODER_STUCK), found);
+  TEST_ASSERT_EQUAL(100, ticks);
+}
+
+static void test_a_stuck_time_of_0_watches_neither_sensor(void) {
+  bench b = new_bench();
+  b.limits.stuck_s = 0.0f;
+  for (int i = 0; i < 1000; ++i) {
+    TEST_ASSERT_EQUAL_HEX64(0, axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S));
+  }
+}
+
+static void test_a_gyro_that_is_missing_counts_only_where_it_is_used(void) {
+  bench b = new_bench();
+  b.in.gyro_valid = false;
+  TEST_ASSERT_EQUAL(5, ticks_until(&b, FAULT_GYRO_LOST, 20));
+  b = new_bench();
+  b.in.gyro_valid = false;
+  b.in.gyro_used = false;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_GYRO_LOST, 20));
+}
+
+static void test_a_gyro_at_its_range_or_stuck_is_found(void) {
+  bench b = new_bench();
+  b.limits.base_rate_rad_s = 100.0f;
+  for (int i = 0; i < 2; ++i) {
+    (void)step(&b, 0.0f);
+  }
+  b.in.gyro_rad_s = 7.95f;
+  TEST_ASSERT_EQUAL_HEX64(
+      0, axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S) & ~fault_bit(FAULT_ENCODER_STUCK));
+  TEST_ASSERT_TRUE(
+      (axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S) & fault_bit(FAULT_GYRO_SATURATED)) != 0);
+  b = new_bench();
+  int ticks = 0;
+  while ((axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S) & fault_bit(FAULT_GYRO_STUCK)) == 0 &&
+         ticks < 200) {
+    ++b.in.angle;
+    ++ticks;
+  }
+  TEST_ASSERT_INT_WITHIN(1, 99, ticks);
+}
+
+static void test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms(void) {
+  bench b = new_bench();
+  b.rate_rad_s = 0.02f;
+  b.in.reference_rad_s = 0.02f;
+  run(&b, 50);
+  for (int ticks = 1; ticks <= 16; ++ticks) {
+    ++b.tick;
+    b.in.angle += (angle_turn32)(int32_t)lrintf(0.02f * DT_S / ANGLE_RAD_PER_TURN32) + (unsigned)(ticks & 1);
+    b.in.gyro_rad_s = -0.02f + 1e-5f * (float)(ticks & 1);
+    b.in.voltage_v = 0.05f;
+    if (axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S) == fault_bit(FAULT_SENSORS_DISAGREE)) {
+      LOG_VALUE("ticks", ticks);
+      return;
+    }
+  }
+  TEST_FAIL_MESSAGE("a gyro of the wrong sign is not seen within 15 ms");
+}
+
+static void test_current_while_nothing_drives_it_is_an_offset(void) {
+  bench b = new_bench();
+  b.in.closed = b.in.speed_closed = false;
+  b.in.mean_current_a = 0.4f;
+  run(&b, 200);
+  b.in.mean_current_a = 0.8f;
+  const int ticks = ticks_until(&b, FAULT_CURRENT_OFFSET, 50);
+  LOG_VALUE("ticks", ticks);
+  TEST_ASSERT_TRUE(ticks > 0 && ticks <= 20);
+}
+
+static void test_more_than_130_percent_of_the_limit_is_an_over_current_in_the_second_tick(void) {
+  bench b = new_bench();
+  b.in.mean_current_a = -20.7f;
+  run(&b, 10);
+  b.in.mean_current_a = -20.9f;
+  TEST_ASSERT_EQUAL(2, ticks_until(&b, FAULT_OVER_CURRENT, 10));
+}
+
+/* Heating is the exact exponential of a first-order winding: i^2 (1 - e^(-t / tau)). */
+static void test_i2t_trips_when_the_winding_has_the_heat_of_the_continuous_current(void) {
+  bench b = new_bench();
+  b.in.mean_current_a = 16.0f;
+  const double expected_s = -10.0 * log(1.0 - (8.0 * 8.0) / (16.0 * 16.0));
+  double time_s = 0.0;
+  bool warned = false;
+  while ((step(&b, 0.0f) & fault_bit(FAULT_OVERLOAD)) == 0 && time_s < 20.0) {
+    time_s += (double)DT_S;
+    warned = warned || axis_protection_warns(&b.state, &b.limits);
+  }
+  LOG_VALUE("s to the trip", time_s);
+  TEST_ASSERT_DOUBLE_WITHIN(0.01 * expected_s, expected_s, time_s);
+  TEST_ASSERT_TRUE(warned);
+  b = new_bench();
+  b.in.mean_current_a = 7.9f;
+  run(&b, 100000);
+}
+
+static void test_a_reset_forgets_what_was_seen_but_not_how_warm_the_winding_is(void) {
+  bench b = new_bench();
+  b.in.mean_current_a = 10.0f;
+  run(&b, 1000);
+  const float warm_a2 = b.state.heating_a2;
+  axis_protection_reset(&b.state);
+  TEST_ASSERT_EQUAL_FLOAT(warm_a2, b.state.heating_a2);
+  TEST_ASSERT_EQUAL(0, b.state.angles_known);
+}
+
+static void test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_the_winding_is_warm(void) {
+  bench b = new_bench();
+  b.in.mean_current_a = 5.0f;
+  for (int i = 1; i <= 8; ++i) {
+    const fault_set found = step(&b, -4.5f);
+    TEST_ASSERT_EQUAL_HEX64(i < 8 ? 0 : fault_bit(FAULT_CURRENT_SENSOR), found);
+  }
+  b = new_bench();
+  b.in.mean_current_a = 5.0f;
+  for (int i = 0; i < 100; ++i) { /* 40 % more resistance explain 2.4 V more */
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 6.3f));
+  }
+}
+
+static void test_bus_voltage_is_judged_low_in_operation_only_and_high_always(void) {
+  bench b = new_bench();
+  b.in.bus_voltage_v = 35.0f;
+  TEST_ASSERT_EQUAL(5, ticks_until(&b, FAULT_UNDER_VOLTAGE, 20));
+  b = new_bench();
+  b.in.closed = b.in.speed_closed = false;
+  b.in.bus_voltage_v = 0.0f;
+  run(&b, 100);
+  b.in.bus_voltage_v = 61.0f;
+  TEST_ASSERT_EQUAL(2, ticks_until(&b, FAULT_OVER_VOLTAGE, 20));
+  b = new_bench();
+  b.in.bus_voltage_v = NAN;
+  TEST_ASSERT_EQUAL(5, ticks_until(&b, FAULT_UNDER_VOLTAGE, 20));
+}
+
+static void test_too_fast_is_too_fast_in_the_second_tick_and_in_any_state(void) {
+  bench b = new_bench();
+  b.limits.encoder_jump_rad = 1.0f;
+  b.in.closed = b.in.speed_closed = false;
+  run(&b, 10);
+  b.rate_rad_s = -1.6f;
+  TEST_ASSERT_EQUAL(2, ticks_until(&b, FAULT_OVER_SPEED, 10));
+}
+
+static void test_an_axis_that_goes_away_from_its_set_point_against_its_torque_runs_away(void) {
+  bench b = new_bench();
+  b.in.torque_nm = 30.0f;
+  b.in.reference_rad_s = 0.1f;
+  int ticks = 0;
+  fault_set found = 0;
+  while (found == 0 && ticks < 200) {
+    b.rate_rad_s -= 2.0f * DT_S; /* 2 rad/s^2 the wrong way */
+    found = step(&b, 0.0f);
+    ++ticks;
+  }
+  TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_RUNAWAY), found);
+  LOG_VALUE("ticks", ticks);
+  TEST_ASSERT_TRUE(ticks <= 60);
+}
+
+static void test_a_speed_error_trips_after_its_time(void) {
+  bench b = new_bench();
+  b.in.reference_rad_s = 0.6f;
+  TEST_ASSERT_EQUAL(300, ticks_until(&b, FAULT_SPEED_ERROR, 400));
+}
+
+static void test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count(void) {
+  bench b = new_bench();
+  b.in.limited = true;
+  run(&b, 400);
+  b.rate_rad_s = 0.01f;
+  run(&b, 1);
+  b.rate_rad_s = 0.0f;
+  TEST_ASSERT_EQUAL(500, ticks_until(&b, FAULT_STALL, 600));
+  b = new_bench();
+  for (int i = 0; i < 499; ++i) { /* not at its limit for a while: the count waits */
+    b.in.limited = true;
+    run(&b, 1);
+    b.in.limited = false;
+    run(&b, 3);
+  }
+  b.in.limited = true;
+  TEST_ASSERT_EQUAL(1, ticks_until(&b, FAULT_STALL, 5));
+}
+
+static void test_outside_of_the_travel_only_the_way_out_is_a_fault(void) {
+  static const struct {
+    float position_rad;
+    float rate_rad_s;
+    bool fault;
+  } cases[] = {
+      {2.1f, 0.1f, true}, {2.1f, -0.1f, false}, {-1.1f, -0.1f, true}, {-1.1f, 0.1f, false}, {0.0f, 0.1f, false}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    bench b = new_bench();
+    b.in.position_rad = cases[i].position_rad;
+    b.rate_rad_s = b.in.reference_rad_s = cases[i].rate_rad_s;
+    TEST_ASSERT_EQUAL(cases[i].fault ? 2 : 0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
+  }
+}
+
+static void test_limits_are_refused_when_they_are_no_numbers_or_contradict(void) {
+  bench b = new_bench();
+  TEST_ASSERT_EQUAL(CONTROL_OK, protection_check(&b.limits));
+  b.limits.overspeed_rad_s = NAN;
+  TEST_ASSERT_EQUAL(CONTROL_NOT_FINITE, protection_check(&b.limits));
+  b.limits.overspeed_rad_s = 0.0f;
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, protection_check(&b.limits));
+  b = new_bench();
+  b.limits.under_voltage_v = b.limits.over_voltage_v;
+  TEST_ASSERT_EQUAL(CONTROL_INCONSISTENT, protection_check(&b.limits));
+}
+
+static void test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number(void) {
+  TEST_ASSERT_EQUAL(FAULT_NONE, fault_worst(0));
+  TEST_ASSERT_EQUAL(FAULT_POWER_STAGE,
+                    fault_worst(fault_bit(FAULT_STALL) | fault_bit(FAULT_POWER_STAGE) | fault_bit(FAULT_ENCODER_LOST)));
+  TEST_ASSERT_EQUAL(FAULT_ENCODER_LOST, fault_worst(fault_bit(FAULT_OVER_SPEED) | fault_bit(FAULT_ENCODER_LOST)));
+  for (int i = 1; i < FAULT_COUNT; ++i) {
+    TEST_ASSERT_EQUAL(i, fault_worst(fault_bit((fault_id)i)));
+    TEST_ASSERT_TRUE(fault_table[i].code != 0 && fault_table[i].latency_ms > 0);
+  }
+}
+
+static void test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each(void) {
+  static fault_log log;
+  memset(&log, 0, sizeof log);
+  TEST_ASSERT_NULL(fault_log_find(&log, 0));
+  for (int tick = 1; tick <= 40; ++tick) {
+    fault_log_sample_tick(&log, 1, &(fault_log_sample){.current_a = (float)tick});
+    if (tick % 4 == 0) {
+      fault_log_write(&log, 1, FAULT_STALL, (uint32_t)tick);
+    }
+  }
+  TEST_ASSERT_EQUAL(10, log.count);
+  const fault_log_entry *newest = fault_log_find(&log, 0);
+  TEST_ASSERT_EQUAL(40, newest->tick);
+  TEST_ASSERT_EQUAL(16, newest->samples);
+  TEST_ASSERT_EQUAL_FLOAT(25.0f, newest->before[0].current_a);
+  TEST_ASSERT_EQUAL_FLOAT(40.0f, newest->before[15].current_a);
+  TEST_ASSERT_EQUAL(12, fault_log_find(&log, 7)->tick);
+  TEST_ASSERT_EQUAL(12, fault_log_find(&log, 7)->samples);
+  TEST_ASSERT_EQUAL_FLOAT(1.0f, fault_log_find(&log, 7)->before[0].current_a);
+  TEST_ASSERT_NULL(fault_log_find(&log, 8));
+  fault_log_clear(&log);
+  TEST_ASSERT_NULL(fault_log_find(&log, 0));
+}
+
+static void test_the_lock_opens_by_its_word_for_a_minute_and_shuts_by_any_other(void) {
+  access_lock lock = {0};
+  TEST_ASSERT_FALSE(access_lock_is_open(&lock));
+  access_lock_take(&lock, ACCESS_LOCK_WORD);
+  for (int i = 0; i < 59999; ++i) {
+    access_lock_tick(&lock);
+  }
+  TEST_ASSERT_TRUE(access_lock_is_open(&lock));
+  access_lock_tick(&lock);
+  access_lock_tick(&lock);
+  TEST_ASSERT_FALSE(access_lock_is_open(&lock));
+  access_lock_take(&lock, ACCESS_LOCK_WORD);
+  access_lock_take(&lock, 0x12345678);
+  TEST_ASSERT_FALSE(access_lock_is_open(&lock));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_an_axis_in_order_has_no_fault_at_any_speed_within_its_limit);
+  RUN_TEST(test_an_angle_that_is_missing_is_found_at_once_and_two_more_pass_before_it_is_judged_again);
+  RUN_TEST(test_an_angle_that_jumps_is_found_at_once_in_either_direction);
+  RUN_TEST(test_equal_angles_for_the_stuck_time_are_found_in_its_last_tick);
+  RUN_TEST(test_a_stuck_time_of_0_watches_neither_sensor);
+  RUN_TEST(test_a_gyro_that_is_missing_counts_only_where_it_is_used);
+  RUN_TEST(test_a_gyro_at_its_range_or_stuck_is_found);
+  RUN_TEST(test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms);
+  RUN_TEST(test_current_while_nothing_drives_it_is_an_offset);
+  RUN_TEST(test_more_than_130_percent_of_the_limit_is_an_over_current_in_the_second_tick);
+  RUN_TEST(test_i2t_trips_when_the_winding_has_the_heat_of_the_continuous_current);
+  RUN_TEST(test_a_reset_forgets_what_was_seen_but_not_how_warm_the_winding_is);
+  RUN_TEST(test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_the_winding_is_warm);
+  RUN_TEST(test_bus_voltage_is_judged_low_in_operation_only_and_high_always);
+  RUN_TEST(test_too_fast_is_too_fast_in_the_second_tick_and_in_any_state);
+  RUN_TEST(test_an_axis_that_goes_away_from_its_set_point_against_its_torque_runs_away);
+  RUN_TEST(test_a_speed_error_trips_after_its_time);
+  RUN_TEST(test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count);
+  RUN_TEST(test_outside_of_the_travel_only_the_way_out_is_a_fault);
+  RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
+  RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
+  RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);
+  RUN_TEST(test_the_lock_opens_by_its_word_for_a_minute_and_shuts_by_any_other);
+  return UNITY_END();
+}
