@@ -3,11 +3,12 @@
 //   sim_host run --plant FILE --scenario FILE --controller NAME --seed N --csv FILE
 //   sim_host identify --plant FILE --out DIR
 //   sim_host experiments --out DIR
+//   sim_host beliefs --out DIR
+//   sim_host random-plants --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host keys plant|scenario
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -20,6 +21,7 @@
 #include <optional>
 #include <set>
 
+#include "command_line.hpp"
 #include "commissioning/commission.hpp"
 #include "commissioning/commission_report.hpp"
 #include "commissioning/tuned_gains.hpp"
@@ -27,33 +29,14 @@
 #include "experiments/benchmark.hpp"
 #include "experiments/campaign.hpp"
 #include "experiments/design_check.hpp"
-#include "experiments/results.hpp"
 #include "run/scenario_check.hpp"
 #include "serve/sdo_benchmark.hpp"
 #include "serve/server.hpp"
+#include "study_commands.hpp"
 
 namespace sim = trackservo::sim;
 
 namespace {
-
-// Each text once, however many runs it holds for.
-void warn(const std::vector<std::string>& texts) {
-  static std::set<std::string> said;
-  for (const std::string& text : texts) {
-    if (said.insert(text).second) {
-      fmt::print(stderr, "sim_host: warning: {}\n", text);
-    }
-  }
-}
-
-// Refuses what makes no sense and warns of what is unusual, before the first run of a study.
-servo_params checked_design(const sim::Study& study, const sim::ControllerSpec& spec,
-                            const sim::DesignOptions& options) {
-  warn(sim::check_scenario(study.plant, study.scenario));
-  const servo_params params = sim::design_controller(study.plant, spec, options);
-  warn(sim::margin_warnings(study.plant, params));
-  return params;
-}
 
 struct RunOptions {
   std::filesystem::path plant;
@@ -115,8 +98,8 @@ void run(const RunOptions& options) {
   }
   const std::vector<sim::StudyCase> cases = sim::cases_of(study);
   refuse_unwritable_csv(options, cases);
-  servo_params params = checked_design(study, sim::controller_spec(options.controller),
-                                       sim::design_options(study, options.seed, options.friction_parameter_error));
+  servo_params params = sim::checked_design(study, sim::controller_spec(options.controller),
+                                            sim::design_options(study, options.seed, options.friction_parameter_error));
   if (options.controller == "pi_best") {
     const sim::PiWish best = sim::best_pi(study);
     for (int axis = 0; axis < sim::kAxes; ++axis) {
@@ -162,7 +145,7 @@ int identify(const IdentifyOptions& options) {
   constexpr int kRefused = 2;  // as of the program identify
   int code = 0;
   const sim::PlantConfig plant = sim::load_plant(options.plant);
-  warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
+  sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
   const auto begin = std::chrono::steady_clock::now();
   std::array<std::future<CommissionedAndTuned>, sim::kAxes> axes;
   for (int axis = 0; axis < sim::kAxes; ++axis) {
@@ -230,43 +213,13 @@ void serve(const ServeCommand& command) {
   sim::ServeOptions options = command.options;
   options.pace = pace_of(command.speed);
   const sim::PlantConfig plant = sim::load_plant(command.plant);
-  warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
+  sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
   sim::serve(plant, options, [](const std::vector<std::string>& addresses) {
     for (const std::string& address : addresses) {
       fmt::print("{}\n", address);
     }
     (void)std::fflush(stdout);
   });
-}
-
-// One line that is rewritten on a terminal, and a line per 10 % elsewhere.
-void show_progress(int done, int total, const std::string& what) {
-  if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r[{:3d} %] {:<60}{}", 100 * done / total, what, done == total ? "\n" : "");
-    (void)std::fflush(stderr);
-  } else if (10 * done / total > 10 * (done - 1) / total) {
-    fmt::print(stderr, "[{:3d} %] {}\n", 100 * done / total, what);
-  }
-}
-
-void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
-  std::sort(seeds.begin(), seeds.end());
-  const auto twice = std::adjacent_find(seeds.begin(), seeds.end());
-  if (twice != seeds.end()) {
-    throw std::invalid_argument(fmt::format("--seeds: {} is given twice, which adds nothing; give each once", *twice));
-  }
-}
-
-void experiments(const sim::CampaignOptions& options) {
-  refuse_repeated_seeds(options.seeds);
-  for (const sim::Study& study : sim::paper_studies(options.data_dir)) {
-    for (const sim::ControllerSpec& spec : sim::controller_specs()) {
-      checked_design(study, spec, {});
-    }
-  }
-  const sim::Campaign campaign = sim::run_campaign(options, show_progress);
-  sim::write_results(campaign, TRACKSERVO_GIT, options.out_dir / "results.json");
-  fmt::print("written {}\n", (options.out_dir / "results.json").string());
 }
 
 void bench(const std::filesystem::path& data_dir) {
@@ -284,8 +237,6 @@ void bench(const std::filesystem::path& data_dir) {
              sim::sdo_reads_per_second(plant, kMeasured_s));
 }
 
-CLI::Validator seed() { return {sim::seed_problem, "SEED"}; }
-
 // CLI::Range lets NaN pass.
 CLI::Validator share_up_to_half() {
   return {[](const std::string& text) {
@@ -296,8 +247,6 @@ CLI::Validator share_up_to_half() {
           },
           "0 to 0.5"};
 }
-
-const char *const kDataHelp = "folder with plants/ and scenarios/";
 
 void add_run(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
@@ -312,7 +261,7 @@ void add_run(CLI::App& app) {
       ->check(CLI::IsMember(names))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "seed of all noise and parameter errors")
-      ->check(seed())
+      ->check(sim::seed())
       ->capture_default_str();
   command->add_option("--csv", options->csv,
                       "write the trace here; with several speeds a file for each, with the speed before the ending");
@@ -327,33 +276,12 @@ void add_run(CLI::App& app) {
   command->callback([options] { run(*options); });
 }
 
-void add_experiments(CLI::App& app) {
-  auto options = std::make_shared<sim::CampaignOptions>();
-  options->data_dir = TRACKSERVO_DATA_DIR;
-  auto quick = std::make_shared<bool>(false);
-  CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
-  command->add_option("--out", options->out_dir, "folder for results.json and the CSVs")
-      ->required()
-      ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
-  command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
-  CLI::Option *seeds =
-      command->add_option("--seeds", options->seeds, "seeds to run")->check(seed())->capture_default_str();
-  command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
-  command->add_flag("--quick", *quick, "one seed only, for a first look")->excludes(seeds);
-  command->callback([options, quick] {
-    if (*quick) {
-      options->seeds = {1};
-    }
-    experiments(*options);
-  });
-}
-
 void add_identify(CLI::App& app, int& code) {
   auto options = std::make_shared<IdentifyOptions>();
   CLI::App *command = app.add_subcommand(
       "identify", "find friction and inertia of both axes with the device's experiments, and design gains from them");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
-  command->add_option("--seed", options->seed, "seed of all noise")->check(seed())->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   command
       ->add_option("--out", options->out_dir, "folder for recordings, results and residuals, below a folder per axis")
       ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
@@ -363,7 +291,7 @@ void add_identify(CLI::App& app, int& code) {
 void add_bench(CLI::App& app) {
   auto data_dir = std::make_shared<std::filesystem::path>(TRACKSERVO_DATA_DIR);
   CLI::App *command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
-  command->add_option("--data", *data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  command->add_option("--data", *data_dir, sim::kDataHelp)->check(CLI::ExistingDirectory);
   command->callback([data_dir] { bench(*data_dir); });
 }
 
@@ -376,7 +304,7 @@ void add_serve(CLI::App& app) {
       ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
       ->capture_default_str();
   command->add_option("--node", serving->options.node_id, "node id")->check(CLI::Range(1, 127))->capture_default_str();
-  command->add_option("--seed", serving->options.seed, "seed of all noise")->check(seed())->capture_default_str();
+  command->add_option("--seed", serving->options.seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   command
       ->add_option("--flash", serving->options.flash, "file that keeps what is stored from run to run; made if absent")
       ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"));
@@ -400,7 +328,8 @@ int parse_and_run(int argc, char **argv) {
   app.require_subcommand(1);
   add_run(app);
   add_identify(app, code);
-  add_experiments(app);
+  sim::add_experiments(app);
+  sim::add_beliefs(app);
   add_bench(app);
   add_serve(app);
   add_keys(app);
