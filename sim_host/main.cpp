@@ -4,7 +4,7 @@
 //   sim_host identify --plant FILE --out DIR
 //   sim_host experiments --out DIR
 //   sim_host beliefs --out DIR
-//   sim_host random-plants --out DIR
+//   sim_host random-plants --plant FILE --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host keys plant|scenario
@@ -330,6 +330,7 @@ int parse_and_run(int argc, char **argv) {
   add_identify(app, code);
   sim::add_experiments(app);
   sim::add_beliefs(app);
+  sim::add_random_plants(app);
   add_bench(app);
   add_serve(app);
   add_keys(app);

@@ -9,6 +9,8 @@
 #include "config/arguments.hpp"
 #include "experiments/belief_study.hpp"
 #include "experiments/campaign.hpp"
+#include "experiments/job_pool.hpp"
+#include "experiments/random_plants_report.hpp"
 #include "experiments/results.hpp"
 
 namespace trackservo::sim {
@@ -32,6 +34,27 @@ void beliefs(const CampaignOptions& options) {
   print(study);
   write_belief_study(study, options, TRACKSERVO_GIT, options.out_dir / "beliefs.json");
   fmt::print("written {}\n", (options.out_dir / "beliefs.json").string());
+}
+
+struct RandomPlantsOptions {
+  std::filesystem::path plant;
+  RandomPlantsSetup setup;
+  std::filesystem::path out_dir;
+};
+
+void random_plants(const RandomPlantsOptions& options) {
+  RandomPlantsSetup setup = options.setup;
+  setup.study.plant = load_plant(options.plant);
+  setup.study.scenario = load_scenario(std::filesystem::path(TRACKSERVO_DATA_DIR) / "scenarios/steady_speed.toml");
+  setup.study.experiment = setup.study.scenario.name;
+  checked_design(setup.study, controller_spec("pi_vob_ftc"), {});
+  JobPool pool(setup.threads, kAxes, show_progress);
+  setup.study.identified = belief_of(setup.study.plant, identify_plants({setup.study.plant}, options.out_dir, pool));
+  const RandomPlants tried = try_random_plants(setup, show_progress);
+  const RandomPlantsSummary summary = summary_of(tried);
+  print(setup, tried, summary);
+  write_random_plants(setup, tried, summary, TRACKSERVO_GIT, options.out_dir);
+  fmt::print("written {0}/random_plants.json, {0}/random_plants.csv\n", options.out_dir.string());
 }
 
 // What every study is told; its seeds, too.
@@ -70,6 +93,27 @@ void add_beliefs(CLI::App& app) {
       "beliefs", "what identification is worth: compensation with identified, exact and wrong friction parameters");
   add_study_options(*command, *options)->expected(2, CLI::detail::expected_max_vector_size);
   command->callback([options] { beliefs(*options); });
+}
+
+void add_random_plants(CLI::App& app) {
+  auto options = std::make_shared<RandomPlantsOptions>();
+  options->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  RandomPlantsSetup& setup = options->setup;
+  CLI::App *command = app.add_subcommand(
+      "random-plants", "steady speed of machines that differ from the one whose gains they have, in every number");
+  command->add_option("--plant", options->plant, "plant file (TOML) of the nominal machine")->check(CLI::ExistingFile);
+  command->add_option("--count", setup.count, "plants")->check(CLI::Range(2, 1000000))->capture_default_str();
+  command->add_option("--share", setup.share, "share by which every number may be off")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  command->add_option("--seed", setup.seed, "seed of the first plant; the next ones follow")
+      ->check(seed())
+      ->capture_default_str();
+  command->add_option("--threads", setup.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  command->add_option("--out", options->out_dir, "folder for what is written")
+      ->required()
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command->callback([options] { random_plants(*options); });
 }
 
 }  // namespace trackservo::sim

@@ -8,6 +8,7 @@ namespace trackservo::sim {
 
 void add_experiments(CLI::App& app);
 void add_beliefs(CLI::App& app);
+void add_random_plants(CLI::App& app);
 
 }  // namespace trackservo::sim
 
