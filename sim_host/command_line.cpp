@@ -49,4 +49,14 @@ void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
 
 CLI::Validator seed() { return {seed_problem, "SEED"}; }
 
+CLI::Validator share(double most) {
+  return {[most](const std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= most
+                       ? ""
+                       : fmt::format("\"{}\" is no share; give 0 to {:g}", text, most);
+          },
+          fmt::format("0 to {:g}", most)};
+}
+
 }  // namespace trackservo::sim

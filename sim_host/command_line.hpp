@@ -29,6 +29,9 @@ void refuse_repeated_seeds(std::vector<std::uint64_t> seeds);
 // Of an option that is a seed.
 CLI::Validator seed();
 
+// Of an option that is a share: 0 to `most`; unlike CLI::Range it refuses NaN.
+CLI::Validator share(double most);
+
 }  // namespace trackservo::sim
 
 #endif

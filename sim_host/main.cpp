@@ -237,17 +237,6 @@ void bench(const std::filesystem::path& data_dir) {
              sim::sdo_reads_per_second(plant, kMeasured_s));
 }
 
-// CLI::Range lets NaN pass.
-CLI::Validator share_up_to_half() {
-  return {[](const std::string& text) {
-            double value = 0.0;
-            return CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= 0.5
-                       ? ""
-                       : fmt::format("\"{}\" is no share; give 0 to 0.5", text);
-          },
-          "0 to 0.5"};
-}
-
 void add_run(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   std::vector<std::string> names;
@@ -270,7 +259,7 @@ void add_run(CLI::App& app) {
   command
       ->add_option("--friction-parameter-error", options->friction_parameter_error,
                    "share by which every feedforward parameter is wrong")
-      ->check(share_up_to_half())
+      ->check(sim::share(0.5))
       ->capture_default_str();
   command->add_flag("--improved-loop", options->improved_loop, "tracking: predict the target, feed its rate forward");
   command->callback([options] { run(*options); });

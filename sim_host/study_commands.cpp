@@ -104,7 +104,7 @@ void add_random_plants(CLI::App& app) {
   command->add_option("--plant", options->plant, "plant file (TOML) of the nominal machine")->check(CLI::ExistingFile);
   command->add_option("--count", setup.count, "plants")->check(CLI::Range(2, 1000000))->capture_default_str();
   command->add_option("--share", setup.share, "share by which every number may be off")
-      ->check(CLI::Range(0.0, 0.9))
+      ->check(share(0.9))
       ->capture_default_str();
   command->add_option("--seed", setup.seed, "seed of the first plant; the next ones follow")
       ->check(seed())

@@ -100,9 +100,10 @@ Json json_of(const Estimate& estimate) {
 }
 
 Json json_of(const BeliefFigure& figure) {
-  return {
-      {"experiment", figure.experiment}, {"case", figure.case_name}, {"metric", figure.metric}, {"unit", figure.unit},
-      {"identified", figure.identified}, {"exact", figure.exact},    {"wrong", figure.wrong}};
+  return {{"experiment", figure.experiment}, {"case", figure.case_name},
+          {"metric", figure.metric},         {"unit", figure.unit},
+          {"identified", figure.identified}, {"exact", figure.exact},
+          {"wrong", figure.wrong},           {"gain", json_of(gain_of(figure))}};
 }
 
 Json json_of(const BeliefSum& sum) {
