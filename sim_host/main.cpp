@@ -3,13 +3,14 @@
 //   sim_host run --plant FILE --scenario FILE --controller NAME --seed N --csv FILE
 //   sim_host identify --plant FILE --out DIR
 //   sim_host experiments --out DIR
+//   sim_host beliefs --out DIR
+//   sim_host random-plants --plant FILE --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host faults [--scenario FILE]
 //   sim_host soak --hours N
 //   sim_host keys plant|scenario
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -22,6 +23,7 @@
 #include <optional>
 #include <set>
 
+#include "command_line.hpp"
 #include "commissioning/commission.hpp"
 #include "commissioning/commission_report.hpp"
 #include "commissioning/tuned_gains.hpp"
@@ -29,36 +31,15 @@
 #include "experiments/benchmark.hpp"
 #include "experiments/campaign.hpp"
 #include "experiments/design_check.hpp"
-#include "experiments/results.hpp"
-#include "faults/fault_matrix.hpp"
-#include "faults/fault_scenario.hpp"
-#include "faults/soak.hpp"
+#include "fault_commands.hpp"
 #include "run/scenario_check.hpp"
 #include "serve/sdo_benchmark.hpp"
 #include "serve/server.hpp"
+#include "study_commands.hpp"
 
 namespace sim = trackservo::sim;
 
 namespace {
-
-// Each text once, however many runs it holds for.
-void warn(const std::vector<std::string>& texts) {
-  static std::set<std::string> said;
-  for (const std::string& text : texts) {
-    if (said.insert(text).second) {
-      fmt::print(stderr, "sim_host: warning: {}\n", text);
-    }
-  }
-}
-
-// Refuses what makes no sense and warns of what is unusual, before the first run of a study.
-servo_params checked_design(const sim::Study& study, const sim::ControllerSpec& spec,
-                            const sim::DesignOptions& options) {
-  warn(sim::check_scenario(study.plant, study.scenario));
-  const servo_params params = sim::design_controller(study.plant, spec, options);
-  warn(sim::margin_warnings(study.plant, params));
-  return params;
-}
 
 struct RunOptions {
   std::filesystem::path plant;
@@ -120,8 +101,8 @@ void run(const RunOptions& options) {
   }
   const std::vector<sim::StudyCase> cases = sim::cases_of(study);
   refuse_unwritable_csv(options, cases);
-  servo_params params = checked_design(study, sim::controller_spec(options.controller),
-                                       sim::design_options(study, options.seed, options.friction_parameter_error));
+  servo_params params = sim::checked_design(study, sim::controller_spec(options.controller),
+                                            sim::design_options(study, options.seed, options.friction_parameter_error));
   if (options.controller == "pi_best") {
     const sim::PiWish best = sim::best_pi(study);
     for (int axis = 0; axis < sim::kAxes; ++axis) {
@@ -167,7 +148,7 @@ int identify(const IdentifyOptions& options) {
   constexpr int kRefused = 2;  // as of the program identify
   int code = 0;
   const sim::PlantConfig plant = sim::load_plant(options.plant);
-  warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
+  sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
   const auto begin = std::chrono::steady_clock::now();
   std::array<std::future<CommissionedAndTuned>, sim::kAxes> axes;
   for (int axis = 0; axis < sim::kAxes; ++axis) {
@@ -235,43 +216,13 @@ void serve(const ServeCommand& command) {
   sim::ServeOptions options = command.options;
   options.pace = pace_of(command.speed);
   const sim::PlantConfig plant = sim::load_plant(command.plant);
-  warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
+  sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
   sim::serve(plant, options, [](const std::vector<std::string>& addresses) {
     for (const std::string& address : addresses) {
       fmt::print("{}\n", address);
     }
     (void)std::fflush(stdout);
   });
-}
-
-// One line that is rewritten on a terminal, and a line per 10 % elsewhere.
-void show_progress(int done, int total, const std::string& what) {
-  if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r[{:3d} %] {:<60}{}", 100 * done / total, what, done == total ? "\n" : "");
-    (void)std::fflush(stderr);
-  } else if (10 * done / total > 10 * (done - 1) / total) {
-    fmt::print(stderr, "[{:3d} %] {}\n", 100 * done / total, what);
-  }
-}
-
-void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
-  std::sort(seeds.begin(), seeds.end());
-  const auto twice = std::adjacent_find(seeds.begin(), seeds.end());
-  if (twice != seeds.end()) {
-    throw std::invalid_argument(fmt::format("--seeds: {} is given twice, which adds nothing; give each once", *twice));
-  }
-}
-
-void experiments(const sim::CampaignOptions& options) {
-  refuse_repeated_seeds(options.seeds);
-  for (const sim::Study& study : sim::paper_studies(options.data_dir)) {
-    for (const sim::ControllerSpec& spec : sim::controller_specs()) {
-      checked_design(study, spec, {});
-    }
-  }
-  const sim::Campaign campaign = sim::run_campaign(options, show_progress);
-  sim::write_results(campaign, TRACKSERVO_GIT, options.out_dir / "results.json");
-  fmt::print("written {}\n", (options.out_dir / "results.json").string());
 }
 
 void bench(const std::filesystem::path& data_dir) {
@@ -289,21 +240,6 @@ void bench(const std::filesystem::path& data_dir) {
              sim::sdo_reads_per_second(plant, kMeasured_s));
 }
 
-CLI::Validator seed() { return {sim::seed_problem, "SEED"}; }
-
-// CLI::Range lets NaN pass.
-CLI::Validator share_up_to_half() {
-  return {[](const std::string& text) {
-            double value = 0.0;
-            return CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= 0.5
-                       ? ""
-                       : fmt::format("\"{}\" is no share; give 0 to 0.5", text);
-          },
-          "0 to 0.5"};
-}
-
-const char *const kDataHelp = "folder with plants/ and scenarios/";
-
 void add_run(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   std::vector<std::string> names;
@@ -317,7 +253,7 @@ void add_run(CLI::App& app) {
       ->check(CLI::IsMember(names))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "seed of all noise and parameter errors")
-      ->check(seed())
+      ->check(sim::seed())
       ->capture_default_str();
   command->add_option("--csv", options->csv,
                       "write the trace here; with several speeds a file for each, with the speed before the ending");
@@ -326,31 +262,10 @@ void add_run(CLI::App& app) {
   command
       ->add_option("--friction-parameter-error", options->friction_parameter_error,
                    "share by which every feedforward parameter is wrong")
-      ->check(share_up_to_half())
+      ->check(sim::share(0.5))
       ->capture_default_str();
   command->add_flag("--improved-loop", options->improved_loop, "tracking: predict the target, feed its rate forward");
   command->callback([options] { run(*options); });
-}
-
-void add_experiments(CLI::App& app) {
-  auto options = std::make_shared<sim::CampaignOptions>();
-  options->data_dir = TRACKSERVO_DATA_DIR;
-  auto quick = std::make_shared<bool>(false);
-  CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
-  command->add_option("--out", options->out_dir, "folder for results.json and the CSVs")
-      ->required()
-      ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
-  command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
-  CLI::Option *seeds =
-      command->add_option("--seeds", options->seeds, "seeds to run")->check(seed())->capture_default_str();
-  command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
-  command->add_flag("--quick", *quick, "one seed only, for a first look")->excludes(seeds);
-  command->callback([options, quick] {
-    if (*quick) {
-      options->seeds = {1};
-    }
-    experiments(*options);
-  });
 }
 
 void add_identify(CLI::App& app, int& code) {
@@ -358,7 +273,7 @@ void add_identify(CLI::App& app, int& code) {
   CLI::App *command = app.add_subcommand(
       "identify", "find friction and inertia of both axes with the device's experiments, and design gains from them");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
-  command->add_option("--seed", options->seed, "seed of all noise")->check(seed())->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   command
       ->add_option("--out", options->out_dir, "folder for recordings, results and residuals, below a folder per axis")
       ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
@@ -368,7 +283,7 @@ void add_identify(CLI::App& app, int& code) {
 void add_bench(CLI::App& app) {
   auto data_dir = std::make_shared<std::filesystem::path>(TRACKSERVO_DATA_DIR);
   CLI::App *command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
-  command->add_option("--data", *data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  command->add_option("--data", *data_dir, sim::kDataHelp)->check(CLI::ExistingDirectory);
   command->callback([data_dir] { bench(*data_dir); });
 }
 
@@ -381,7 +296,7 @@ void add_serve(CLI::App& app) {
       ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
       ->capture_default_str();
   command->add_option("--node", serving->options.node_id, "node id")->check(CLI::Range(1, 127))->capture_default_str();
-  command->add_option("--seed", serving->options.seed, "seed of all noise")->check(seed())->capture_default_str();
+  command->add_option("--seed", serving->options.seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   command
       ->add_option("--flash", serving->options.flash, "file that keeps what is stored from run to run; made if absent")
       ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"));
@@ -389,73 +304,6 @@ void add_serve(CLI::App& app) {
       ->check(speed())
       ->capture_default_str();
   command->callback([serving] { serve(*serving); });
-}
-
-struct FaultsCommand {
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
-  std::filesystem::path scenario;
-  sim::MatrixOptions matrix;
-  bool list = false;
-};
-
-// 1 when a promise was broken.
-int faults(const FaultsCommand& command) {
-  if (command.list) {
-    for (const sim::Breakage& part : sim::breakages()) {
-      fmt::print("{}\n", part.name);
-    }
-    return 0;
-  }
-  const sim::PlantConfig plant = sim::load_plant(command.plant);
-  if (!command.scenario.empty()) {
-    fmt::print("{}", sim::run_fault_scenario(plant, sim::load_fault_scenario(command.scenario)));
-    return 0;
-  }
-  const std::vector<sim::MatrixRow> rows = sim::run_fault_matrix(plant, command.matrix);
-  fmt::print("{}", sim::print_fault_matrix(rows));
-  return sim::all_promises_kept(rows) ? 0 : 1;
-}
-
-void add_faults(CLI::App& app, int& code) {
-  auto options = std::make_shared<FaultsCommand>();
-  CLI::App *command = app.add_subcommand("faults", "break every part in every motion and see what the firmware does");
-  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
-  CLI::Option *scenario =
-      command->add_option("--scenario", options->scenario, "only what this file says, told line by line")
-          ->check(CLI::ExistingFile);
-  command->add_option("--moments", options->matrix.moments, "random ones, of each part in each motion on each axis")
-      ->check(CLI::Range(1, 100000))
-      ->excludes(scenario)
-      ->capture_default_str();
-  command->add_option("--seed", options->matrix.seed, "seed of all noise and moments")
-      ->check(seed())
-      ->excludes(scenario)
-      ->capture_default_str();
-  command->add_option("--threads", options->matrix.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
-  command->add_flag("--list", options->list, "only name the parts");
-  command->callback([options, &code] { code = faults(*options); });
-}
-
-struct SoakCommand {
-  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
-  double hours = 24.0;
-  std::uint64_t seed = 1;
-  int threads = 2;
-};
-
-void add_soak(CLI::App& app, int& code) {
-  auto options = std::make_shared<SoakCommand>();
-  CLI::App *command = app.add_subcommand("soak", "hours of work in which nothing breaks: no fault may be found");
-  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
-  command->add_option("--hours", options->hours, "simulated")->check(CLI::Range(0.01, 1e5))->capture_default_str();
-  command->add_option("--seed", options->seed, "seed of noise and work")->check(seed())->capture_default_str();
-  command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
-  command->callback([options, &code] {
-    const sim::SoakResult result =
-        sim::run_soak(sim::load_plant(options->plant), options->hours, options->seed, options->threads);
-    fmt::print("{}", sim::print_soak(result));
-    code = result.false_trips.empty() ? 0 : 1;
-  });
 }
 
 void add_keys(CLI::App& app) {
@@ -472,11 +320,13 @@ int parse_and_run(int argc, char **argv) {
   app.require_subcommand(1);
   add_run(app);
   add_identify(app, code);
-  add_experiments(app);
+  sim::add_experiments(app);
+  sim::add_beliefs(app);
+  sim::add_random_plants(app);
   add_bench(app);
   add_serve(app);
-  add_faults(app, code);
-  add_soak(app, code);
+  sim::add_faults(app, code);
+  sim::add_soak(app, code);
   add_keys(app);
   CLI11_PARSE(app, argc, argv);
   return code;

@@ -81,8 +81,8 @@ bool current_sense_wait(void) {
 void current_sense_enable_interrupt(void) { ADC1->ier = ADC1_IER_JEOSIE; }
 
 void current_sense_acknowledge(void) {
-  ADC1->isr = ADC1_ISR_JEOC | ADC1_ISR_JEOS;
-  ADC2->isr = ADC1_ISR_JEOC | ADC1_ISR_JEOS;
+  ADC1->isr = ADC1_ISR_JEOS;
+  ADC2->isr = ADC1_ISR_JEOS;
 }
 
 current_sense_sample current_sense_read(void) {

@@ -16,6 +16,13 @@ double standard_deviation(const std::vector<double>& values);
 // The middle value; between the middle two when their number is even.
 double median(std::vector<double> values);
 
+// The value that the share `share` (0 .. 1) of the values does not exceed, linear between neighbours: 0 gives the
+// smallest, 1 the largest.
+double quantile(std::vector<double> values, double share);
+
+// Pearson's coefficient of two lists of equal length, at least two values; 0 when one of them does not vary.
+double correlation(const std::vector<double>& a, const std::vector<double>& b);
+
 }  // namespace trackservo::sim
 
 #endif

@@ -145,26 +145,6 @@ Study make_study(const std::filesystem::path& data_dir, const char *experiment, 
   return study;
 }
 
-// Every axis of every plant, and each study designed from what was found.
-void identify_plants(Campaign& campaign, std::vector<Study>& studies, JobPool& pool) {
-  campaign.identified.resize(kAxes * campaign.plants.size());
-  pool.run(campaign.identified.size(), [&](std::size_t i) {
-    const PlantConfig& plant = campaign.plants[i / kAxes];
-    const int axis = static_cast<int>(i % kAxes);
-    campaign.identified[i] = identify_axis(plant, axis, campaign.options.out_dir);
-    return fmt::format("identified {} of {}", axis_name(axis), plant.name);
-  });
-  for (Study& study : studies) {
-    Belief belief;
-    for (const IdentifiedAxis& identified : campaign.identified) {
-      if (identified.plant == study.plant.name) {
-        belief[static_cast<std::size_t>(identified.axis)] = identified.believed;
-      }
-    }
-    study.identified = belief;
-  }
-}
-
 void search_best_pis(Campaign& campaign, const std::vector<Study>& studies, JobPool& pool) {
   const SearchEffort effort = campaign.options.quick() ? SearchEffort{12, 8} : SearchEffort{};
   std::mutex mutex;
@@ -198,17 +178,6 @@ void run_margins(Campaign& campaign, const std::vector<Study>& studies, JobPool&
   });
 }
 
-std::vector<PlantConfig> plants_of(const std::vector<Study>& studies) {
-  std::vector<PlantConfig> plants;
-  for (const Study& study : studies) {
-    const auto same = [&](const PlantConfig& plant) { return plant.name == study.plant.name; };
-    if (std::none_of(plants.begin(), plants.end(), same)) {
-      plants.push_back(study.plant);
-    }
-  }
-  return plants;
-}
-
 }  // namespace
 
 std::string study_name(const Study& study) {
@@ -237,6 +206,17 @@ std::vector<Study> paper_studies(const std::filesystem::path& data_dir) {
           make_study(data_dir, "tracking", "tracker", "fig16", TRACKER_PREDICTIVE)};
 }
 
+std::vector<PlantConfig> plants_of(const std::vector<Study>& studies) {
+  std::vector<PlantConfig> plants;
+  for (const Study& study : studies) {
+    const auto same = [&](const PlantConfig& plant) { return plant.name == study.plant.name; };
+    if (std::none_of(plants.begin(), plants.end(), same)) {
+      plants.push_back(study.plant);
+    }
+  }
+  return plants;
+}
+
 Campaign run_campaign(const CampaignOptions& options, const Progress& progress) {
   Campaign campaign;
   campaign.options = options;
@@ -255,7 +235,10 @@ Campaign run_campaign(const CampaignOptions& options, const Progress& progress) 
   JobPool pool(options.threads, static_cast<int>(axes + studies.size() + runs.size() + variations.size() + margins),
                progress);
 
-  identify_plants(campaign, studies, pool);
+  campaign.identified = identify_plants(campaign.plants, options.out_dir, pool);
+  for (Study& study : studies) {
+    study.identified = belief_of(study.plant, campaign.identified);
+  }
   search_best_pis(campaign, studies, pool);
   Runner runner(campaign);
   pool.run(runs.size(), [&](std::size_t i) {

@@ -98,6 +98,9 @@ std::string friction_name(FrictionModel model);
 // The studies of the paper, from the files in data_dir. Throws ConfigError.
 std::vector<Study> paper_studies(const std::filesystem::path& data_dir);
 
+// The plants of the studies, each once.
+std::vector<PlantConfig> plants_of(const std::vector<Study>& studies);
+
 // Runs everything and writes the CSVs. Throws ConfigError, std::invalid_argument, std::runtime_error.
 Campaign run_campaign(const CampaignOptions& options, const Progress& progress);
 

@@ -1,10 +1,13 @@
 #include "experiments/identified_axis.hpp"
 
+#include <fmt/format.h>
+
 #include "commissioning/commission_report.hpp"
 #include "experiments/run_files.hpp"
 #include "gain_design/identified_plant_json.hpp"
 
 namespace trackservo::sim {
+
 IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::filesystem::path& out_dir) {
   const Commissioned done = commission(plant, axis, kIdentificationSeed);
   IdentifiedAxis kept;
@@ -22,6 +25,28 @@ IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::file
   kept.believed =
       gain_design::read_identified_plant(gain_design::load_input_file(out_dir / kept.folder / "result.json"));
   return kept;
+}
+
+std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plants,
+                                            const std::filesystem::path& out_dir, JobPool& pool) {
+  std::vector<IdentifiedAxis> identified(kAxes * plants.size());
+  pool.run(identified.size(), [&](std::size_t i) {
+    const PlantConfig& plant = plants[i / kAxes];
+    const int axis = static_cast<int>(i % kAxes);
+    identified[i] = identify_axis(plant, axis, out_dir);
+    return fmt::format("identified {} of {}", axis_name(axis), plant.name);
+  });
+  return identified;
+}
+
+Belief belief_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified) {
+  Belief belief;
+  for (const IdentifiedAxis& axis : identified) {
+    if (axis.plant == plant.name) {
+      belief[static_cast<std::size_t>(axis.axis)] = axis.believed;
+    }
+  }
+  return belief;
 }
 
 }  // namespace trackservo::sim

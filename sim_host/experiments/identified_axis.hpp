@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "commissioning/commission.hpp"
-#include "gain_design/identified_plant.hpp"
+#include "experiments/control_design.hpp"
+#include "experiments/job_pool.hpp"
 
 namespace trackservo::sim {
 
@@ -32,6 +33,13 @@ struct IdentifiedAxis {
 // Commissions the axis and writes `out_dir`/identification/PLANT-AXIS/. Throws as commission(), and InputFileError when
 // a parameter was refused.
 IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::filesystem::path& out_dir);
+
+// Both axes of every plant, in their order, on the pool's threads.
+std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plants,
+                                            const std::filesystem::path& out_dir, JobPool& pool);
+
+// What is believed of a plant whose axes are among the identified ones.
+Belief belief_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified);
 
 }  // namespace trackservo::sim
 

@@ -1,16 +1,13 @@
 #include "experiments/results.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "analysis/statistics.hpp"
 #include "experiments/derived.hpp"
 #include "experiments/goals.hpp"
+#include "experiments/json_file.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -224,11 +221,7 @@ void write_results(const Campaign& campaign, const std::string& git, const std::
                               {"setpoint_weight", wish.setpoint_weight}};
   }
   json["benchmark"] = nullptr;
-  std::ofstream stream(file);
-  stream << json.dump(1) << "\n";
-  if (!stream.flush()) {
-    throw std::runtime_error(fmt::format("{}: cannot be written; is the folder writable?", file.string()));
-  }
+  write_json(json, file);
 }
 
 }  // namespace trackservo::sim

@@ -2,31 +2,22 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <stdexcept>
-
 #include "experiments/run_files.hpp"
 
 namespace trackservo::sim {
 namespace {
 
-Probe paper_loop() { return {"tracking", "paper loop", {"tracking_sigma"}}; }
-Probe improved_loop() { return {"tracking", "improved loop", {"tracking_sigma"}}; }
-Probe steady(const char *case_name) { return {"steady_speed", case_name, {"peak_error", "rms_error"}}; }
-Probe start() { return {"low_speed_start", "0.1 deg/s", {"time_to_90_percent", "overshoot"}}; }
-Probe sine() { return {"sine", "1 deg/s, 0.1 Hz", {"peak_error"}}; }
+using namespace probes;
 
 const AxisConfig& azimuth(const Study& study) { return study.plant.axis[kAzimuth]; }
 
 std::string on_or_off(bool on) { return on ? "on" : "off"; }
 
-Probe step() { return {"step_disturbed", "1 deg/s", {"overshoot"}}; }
-
 Variation not_identified() {
   return {"friction parameters of the feedforward",
           false,
-          {sine(), step(), start(), steady("0.1 deg/s"), steady("0.2 deg/s"), steady("0.4 deg/s"), steady("1 deg/s"),
-           steady("2 deg/s"), paper_loop(), improved_loop()},
+          {sine(), disturbed_step(), start(), steady("0.1 deg/s"), steady("0.2 deg/s"), steady("0.4 deg/s"),
+           steady("1 deg/s"), steady("2 deg/s"), paper_loop(), improved_loop()},
           [](const Study& study) { return study.identified ? "identified" : "each off by 15 %"; },
           [](Study& study) { study.identified.reset(); }};
 }
@@ -140,19 +131,6 @@ Variation ripple() {
           }};
 }
 
-// The study with the probe's case; studies of one experiment differ in their cases.
-std::pair<const Study *, StudyCase> find(const Probe& probe, const std::vector<Study>& studies) {
-  for (const Study& study : studies) {
-    for (const StudyCase& study_case : cases_of(study)) {
-      if (study.experiment == probe.experiment && study_case.name == probe.case_name) {
-        return {&study, study_case};
-      }
-    }
-  }
-  throw std::invalid_argument(fmt::format("sensitivity: no scenario \"{}\" has the case \"{}\"; add the speed to it",
-                                          probe.experiment, probe.case_name));
-}
-
 // A record for each metric that the probe asks for, without values.
 std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const Study& shipped, const Study& varied,
                                              const StudyCase& study_case) {
@@ -199,7 +177,7 @@ std::vector<SensitivityJob> sensitivity_jobs() {
 
 std::vector<SensitivityRecord> run_sensitivity_job(const SensitivityJob& job, const std::vector<Study>& studies,
                                                    const CampaignOptions& options) {
-  const auto [shipped, study_case] = find(*job.probe, studies);
+  const auto [shipped, study_case] = find_case(*job.probe, studies);
   Study varied = *shipped;
   job.variation->change(varied);
   std::vector<SensitivityRecord> records = empty_records(job, *shipped, varied, study_case);

@@ -11,15 +11,9 @@
 #include <vector>
 
 #include "experiments/campaign.hpp"
+#include "experiments/probe.hpp"
 
 namespace trackservo::sim {
-
-// A case of a shipped study, and what is looked at there.
-struct Probe {
-  std::string experiment;
-  std::string case_name;
-  std::vector<std::string> metrics;
-};
 
 struct Variation {
   std::string name;   // what is varied

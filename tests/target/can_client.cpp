@@ -8,7 +8,10 @@ namespace {
 constexpr std::uint16_t kPitchShift = 0x800;
 constexpr std::uint16_t kControlword = 0x6040;
 constexpr std::uint16_t kStatusword = 0x6041;
+constexpr std::uint16_t kErrorCode = 0x603F;
 constexpr std::uint16_t kMode = 0x6060;
+
+std::uint16_t of_axis(std::uint16_t index, int axis) { return static_cast<std::uint16_t>(index + kPitchShift * axis); }
 
 std::uint32_t word_of(const can_frame& frame, std::size_t at) {
   return frame.data[at] | static_cast<std::uint32_t>(frame.data[at + 1]) << 8 |
@@ -44,7 +47,7 @@ void CanClient::send(std::uint32_t identifier, const std::vector<std::uint8_t>& 
   frame.id = identifier;
   frame.length = static_cast<std::uint8_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), frame.data);
-  bus_.send(port_, frame);
+  send(frame);
 }
 
 void CanClient::pass(int milliseconds) {
@@ -81,9 +84,19 @@ bool CanClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value
   return frame && frame->data[0] == 0x60;
 }
 
-bool CanClient::is_enabled(int axis) {
-  const auto index = static_cast<std::uint16_t>(kStatusword + kPitchShift * axis);
-  return (read(index).value_or(0) & 0x6FU) == 0x27;
+std::uint32_t CanClient::statusword(int axis) { return read(of_axis(kStatusword, axis)).value_or(0); }
+
+std::uint32_t CanClient::error_code(int axis) { return read(of_axis(kErrorCode, axis)).value_or(0); }
+
+bool CanClient::is_enabled(int axis) { return (statusword(axis) & 0x6FU) == 0x27; }
+
+bool CanClient::enable_again(int axis) {
+  for (const std::uint32_t command : {0x00U, 0x80U, 0x06U, 0x07U, 0x0FU}) {
+    write(of_axis(kControlword, axis), 0, command, 2);
+    pass(3);
+  }
+  pass(20);
+  return is_enabled(axis);
 }
 
 bool CanClient::enable(int mode) {

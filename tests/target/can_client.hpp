@@ -31,11 +31,18 @@ class CanClient {
   std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub = 0);
   bool write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes, int patience_ms = kPatience_ms);
 
+  // Any frame, also one that is not for this node.
+  void send(const can_frame& frame) { bus_.send(port_, frame); }
+
   void start_node() { send(0x000, {1, kNode}); }
 
   // Through the states of CiA 402 up to operation enabled, in this mode, both axes; false when one does not come.
   bool enable(int mode);
   bool is_enabled(int axis);
+  std::uint32_t statusword(int axis);
+  std::uint32_t error_code(int axis);
+  // Resets the axis' fault and takes it to operation enabled again; false when it does not come.
+  bool enable_again(int axis);
 
   // Target velocities of both axes [1e-6 rad/s] by RPDO 3.
   void set_speeds(std::int32_t azimuth_urad_s, std::int32_t pitch_urad_s);

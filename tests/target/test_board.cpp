@@ -1,55 +1,22 @@
-// The board's image on the emulated chip: how it starts, what it tells the bus, what it does when something breaks, and
-// what its interrupts cost.
-#include <algorithm>
+// The board's image on the emulated chip: how it starts, what it tells the bus, what it stores, and what its interrupts
+// cost. What it does when something breaks: test_board_faults.cpp.
 #include <map>
 #include <string>
 
-#include "rig.hpp"
-#include "unity.h"
+#include "board_steps.hpp"
 
 using bench::BoardRig;
-namespace sim = trackservo::sim;
+using bench::boot;
+using bench::boot_and_turn;
+using bench::expect_no_complaints;
+using bench::kBoot_ms;
+using bench::kSlow_urad_s;
 namespace target = trackservo::target;
 
 void setUp(void) {}
 void tearDown(void) {}
 
 namespace {
-
-constexpr int kCyclicVelocity = 9;
-constexpr int kBoot_ms = 250;
-constexpr std::int32_t kSlow_urad_s = 17453;  // 1 deg/s
-
-// Messages of the board itself: CiA 301, table 26.
-constexpr std::uint16_t kSoftwareReset = 0x6100;
-
-// What must come before 20 ms of the watchdog, its oscillator's tolerance and a background round are over.
-constexpr int kWatchdog_ms = 40;
-
-void expect_no_complaints(BoardRig& rig) {
-  for (const std::string& complaint : rig.machine.chip().complaints.list()) {
-    TEST_MESSAGE(complaint.c_str());
-  }
-  TEST_ASSERT_EQUAL_UINT(0, rig.machine.chip().complaints.list().size());
-}
-
-void boot(BoardRig& rig) {
-  rig.client.pass(kBoot_ms);
-  TEST_ASSERT_EQUAL_INT(1, rig.client.boots());
-}
-
-void boot_and_turn(BoardRig& rig) {
-  boot(rig);
-  rig.client.start_node();
-  TEST_ASSERT_TRUE(rig.client.enable(kCyclicVelocity));
-  TEST_ASSERT_TRUE(rig.machine.is_bridge_on(0) && rig.machine.is_bridge_on(1));
-  for (int i = 0; i < 300; ++i) {
-    rig.client.set_speeds(kSlow_urad_s, kSlow_urad_s);
-    rig.client.pass(1);
-  }
-  TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
-  TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[1]);
-}
 
 // --- start ---
 
@@ -72,90 +39,6 @@ void test_both_axes_turn_when_they_are_told_to() {
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
   expect_no_complaints(rig);
-}
-
-// --- sensors that fail ---
-
-void expect_error_after(BoardRig& rig, const char *what) {
-  rig.client.pass(100);
-  TEST_ASSERT_FALSE_MESSAGE(rig.client.is_enabled(0), what);
-  TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), what);
-  TEST_ASSERT_TRUE_MESSAGE(!rig.client.emergencies().empty(), what);
-  expect_no_complaints(rig);
-}
-
-void test_an_axis_without_its_encoder_or_gyro_is_switched_off() {
-  const auto with = [](void (*harm)(BoardRig&), const char *what) {
-    BoardRig rig(bench::tracker_plant());
-    boot_and_turn(rig);
-    rig.client.forget();
-    harm(rig);
-    expect_error_after(rig, what);
-  };
-  with([](BoardRig& rig) { rig.machine.encoder(0).is_connected = false; }, "encoder's wire is broken");
-  with([](BoardRig& rig) { rig.machine.encoder(0).has_error = true; }, "encoder tells an error");
-  with([](BoardRig& rig) { rig.machine.encoder(0).flipped_bits = 4; }, "encoder's CRC is wrong");
-}
-
-void test_a_driver_fault_switches_its_bridge_off_at_once() {
-  BoardRig rig(bench::tracker_plant());
-  boot_and_turn(rig);
-  rig.client.forget();
-  for (int axis = 0; axis < sim::kAxes; ++axis) {
-    rig.machine.set_driver_fault(axis, true);
-    TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(axis), "by hardware, before any instruction");
-  }
-  rig.client.pass(100);
-  TEST_ASSERT_FALSE(rig.client.is_enabled(0) || rig.client.is_enabled(1));
-  TEST_ASSERT_FALSE(rig.client.emergencies().empty());
-  TEST_ASSERT_TRUE(rig.machine.is_safe());
-  expect_no_complaints(rig);
-}
-
-// --- what must end in the safe state and a reset ---
-
-// Safe within `most_ms` and for good; the watchdog resets once; the bus hears why.
-void expect_safe_reset(BoardRig& rig, int most_ms) {
-  for (int i = 0; i < most_ms; ++i) {
-    rig.client.pass(1);
-  }
-  TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "not in the safe state in time");
-  for (int i = 0; i < kWatchdog_ms + kBoot_ms; ++i) {
-    rig.client.pass(1);
-    TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "left the safe state by itself");
-  }
-  TEST_ASSERT_EQUAL_INT(1, rig.machine.chip().resets());
-  TEST_ASSERT_EQUAL_HEX32(static_cast<std::uint32_t>(target::ResetCause::kWatchdog),
-                          static_cast<std::uint32_t>(rig.machine.chip().last_reset()));
-  TEST_ASSERT_EQUAL_INT_MESSAGE(1, rig.client.boots(), "it must start again");
-  const auto& heard = rig.client.emergencies();
-  TEST_ASSERT_TRUE_MESSAGE(
-      std::any_of(heard.begin(), heard.end(), [](const auto& emergency) { return emergency.code == kSoftwareReset; }),
-      "the cause of the reset is not told");
-}
-
-void test_a_hard_fault_is_safe_and_resets() {
-  BoardRig rig(bench::tracker_plant());
-  boot_and_turn(rig);
-  rig.client.forget();
-  rig.machine.chip().exceptions.pend(target::kHardFault);
-  expect_safe_reset(rig, 1);
-}
-
-void test_a_tick_that_does_not_come_is_safe_and_resets() {
-  BoardRig rig(bench::tracker_plant());
-  boot_and_turn(rig);
-  rig.client.forget();
-  rig.machine.chip().tim6.stall();
-  expect_safe_reset(rig, 5);
-}
-
-void test_a_background_that_hangs_is_safe_and_resets() {
-  BoardRig rig(bench::tracker_plant());
-  boot_and_turn(rig);
-  rig.client.forget();
-  rig.machine.chip().core.hang_thread();
-  expect_safe_reset(rig, kWatchdog_ms);
 }
 
 // --- bus-off ---
@@ -287,11 +170,6 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_it_starts_safe_passes_its_self_tests_and_is_heard);
   RUN_TEST(test_both_axes_turn_when_they_are_told_to);
-  RUN_TEST(test_an_axis_without_its_encoder_or_gyro_is_switched_off);
-  RUN_TEST(test_a_driver_fault_switches_its_bridge_off_at_once);
-  RUN_TEST(test_a_hard_fault_is_safe_and_resets);
-  RUN_TEST(test_a_tick_that_does_not_come_is_safe_and_resets);
-  RUN_TEST(test_a_background_that_hangs_is_safe_and_resets);
   RUN_TEST(test_it_comes_back_from_bus_off);
   RUN_TEST(test_what_is_stored_survives_a_loss_of_power);
   RUN_TEST(test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one);

@@ -54,6 +54,13 @@ constexpr Promise kPromises[] = {
     {0xE000ED24, 0x70000, 0x70000, "bus, usage and memory faults have their own exceptions"},
     {0x40003008, 0xFFF, 159, "the watchdog's time is 20 ms"},
     {0x40003010, 0xFFF, 119, "the watchdog's window"},
+    {0xE000ED08, 0xFFFFFFFF, 0x08000000, "the vectors are the image's, whatever is mapped at 0"},
+    {0x40013800, 0x8, 0x8, "azimuth: the line to the gyro is driven, so that it rests high"},
+    {0x40004800, 0x8, 0x8, "pitch: the line to the gyro is driven, so that it rests high"},
+    {0x40013808, 0x1000, 0x1000, "azimuth: a byte of the gyro that comes too early does not stop the receiver"},
+    {0x40004808, 0x1000, 0x1000, "pitch: a byte of the gyro that comes too early does not stop the receiver"},
+    {0x40020008, 0x3000, 0x2000, "azimuth: what the encoder sends goes before what is sent to it"},
+    {0x40020030, 0x3000, 0x2000, "pitch: what the encoder sends goes before what is sent to it"},
 };
 
 // What each pin of the board's table is given to, and where its pull must hold an open wire. Gates and a driver's fault
@@ -62,16 +69,15 @@ struct PinPromise {
   char port;
   unsigned pin;
   unsigned function;
-  std::uint32_t pull;  // 1 up, 2 down, 0 none
-  bool fast;           // drives more than 5 MHz or gates: not at the slowest of the four speeds
+  std::uint32_t pull;   // 1 up, 2 down, 0 none
+  std::uint32_t speed;  // 1 where it drives more than 5 MHz or gates, else the slowest
 };
 
 constexpr PinPromise kPins[] = {
-    {'A', 8, 6, 2, true},   {'B', 13, 6, 2, true},  {'A', 9, 6, 2, true},   {'B', 14, 6, 2, true},
-    {'C', 6, 4, 2, true},   {'A', 7, 4, 2, true},   {'C', 7, 4, 2, true},   {'B', 0, 4, 2, true},
-    {'B', 12, 6, 2, false}, {'A', 6, 4, 2, false},  {'B', 3, 5, 0, true},   {'B', 4, 5, 2, false},
-    {'C', 10, 6, 0, true},  {'C', 11, 6, 2, false}, {'C', 4, 7, 0, false},  {'C', 5, 7, 1, false},
-    {'B', 10, 7, 0, false}, {'B', 11, 7, 1, false}, {'A', 11, 9, 1, false}, {'A', 12, 9, 0, true},
+    {'A', 8, 6, 2, 1}, {'B', 13, 6, 2, 1}, {'A', 9, 6, 2, 1},  {'B', 14, 6, 2, 1}, {'C', 6, 4, 2, 1},
+    {'A', 7, 4, 2, 1}, {'C', 7, 4, 2, 1},  {'B', 0, 4, 2, 1},  {'B', 12, 6, 2, 0}, {'A', 6, 4, 2, 0},
+    {'B', 3, 5, 0, 1}, {'B', 4, 5, 2, 0},  {'C', 10, 6, 0, 1}, {'C', 11, 6, 2, 0}, {'C', 4, 7, 0, 0},
+    {'C', 5, 7, 1, 0}, {'B', 10, 7, 0, 0}, {'B', 11, 7, 1, 0}, {'A', 11, 9, 1, 0}, {'A', 12, 9, 0, 1},
 };
 
 std::string broken_pin(target::Stm32g474& chip) {
@@ -79,19 +85,44 @@ std::string broken_pin(target::Stm32g474& chip) {
     const target::Gpio& port = chip.port(promise.port);
     const std::uint32_t pull = port.peek(0x0C) >> (2 * promise.pin) & 3U;
     const std::uint32_t speed = port.peek(0x08) >> (2 * promise.pin) & 3U;
-    if (!port.has_function(promise.pin, promise.function) || pull != promise.pull || (speed != 0) != promise.fast) {
+    if (!port.has_function(promise.pin, promise.function) || pull != promise.pull || speed != promise.speed) {
       return fmt::format("P{}{} is not what the board's table says", promise.port, promise.pin);
     }
   }
   return chip.port('A').mode(5) == target::Gpio::Mode::kOutput ? "" : "PA5 does not drive the LED";
 }
 
+// Cycles of the core since the PWM period began, which is where the counter turns upwards.
+int cycles_into_period(target::Stm32g474& chip) {
+  constexpr std::uint32_t kDown = 1U << 4;
+  constexpr int kPeriod_cycles = 8500;
+  const int count = static_cast<int>(chip.bus.read(0x40012C24, 4));
+  return (chip.bus.read(0x40012C00, 4) & kDown) != 0 ? kPeriod_cycles - count : count;
+}
+
+// Both bridges switch at the same instants, and the tick comes when the current loop and the encoders are done.
+std::string broken_phase(target::Stm32g474& chip) {
+  constexpr double kTick_us = 24.0;
+  constexpr int kCyclesPerTickCount = 4;
+  constexpr int kPeriod_cycles = 8500;
+  if (chip.bus.read(0x40012C24, 4) != chip.bus.read(0x40013424, 4) ||
+      chip.tim1.is_running() != chip.tim8.is_running()) {
+    return "the bridges do not count in phase";
+  }
+  const int since_tick = static_cast<int>(chip.bus.read(0x40001024, 4)) * kCyclesPerTickCount;
+  const int tick = ((cycles_into_period(chip) - since_tick) % kPeriod_cycles + kPeriod_cycles) % kPeriod_cycles;
+  return is_near(tick / 170.0, kTick_us, 1.0) ? ""
+                                              : fmt::format("the tick comes {:.1f} us into its period", tick / 170.0);
+}
+
 std::string broken_promise(target::Stm32g474& chip) {
   if (chip.rcc.causes() != 0) {
     return "the cause of the reset is kept in the chip, too, where the next one would be added to it";
   }
-  if (const std::string pin = broken_pin(chip); !pin.empty()) {
-    return pin;
+  for (const std::string& broken : {broken_pin(chip), broken_phase(chip)}) {
+    if (!broken.empty()) {
+      return broken;
+    }
   }
   for (const Promise& promise : kPromises) {
     if ((chip.bus.peek(promise.address) & promise.mask) != promise.value) {
@@ -117,6 +148,30 @@ std::string broken_promise(target::Stm32g474& chip) {
   return is_near(chip.watchdog.timeout_s(), 0.02, 0.002) ? "" : "the watchdog's time is not 20 ms";
 }
 
+// The filters let pass what a CANopen node must hear and nothing else: no other node's, extended or remote frame costs
+// an interrupt.
+std::string broken_filter(BoardRig& rig) {
+  const auto accepted_of = [&rig](const std::vector<can_frame>& frames) {
+    const int before = rig.machine.chip().fdcan1.accepted();
+    for (const can_frame& frame : frames) {
+      rig.client.send(frame);
+    }
+    rig.client.pass(3);
+    return rig.machine.chip().fdcan1.accepted() - before;
+  };
+  const std::vector<can_frame> foreign = {{0x602, 0, 8, {}},
+                                          {0x7E4, 0, 8, {}},
+                                          {0x601, CAN_FRAME_REMOTE, 8, {}},
+                                          {0x601, CAN_FRAME_EXTENDED, 8, {}},
+                                          {0x601, CAN_FRAME_EXTENDED | CAN_FRAME_REMOTE, 8, {}}};
+  const std::vector<can_frame> heard = {
+      {0x000, 0, 2, {1, 1}}, {0x080, 0, 0, {}}, {0x180, 0, 0, {}}, {0x57F, 0, 0, {}}, {0x77F, 0, 1, {5}}};
+  if (accepted_of(foreign) != 0) {
+    return "a frame that is not for the node passes the filters";
+  }
+  return accepted_of(heard) == static_cast<int>(heard.size()) ? "" : "a frame for the node does not pass the filters";
+}
+
 // The first thing that is not as it should be; empty when all is well.
 std::string flaw_of(BoardRig& rig) {
   target::Stm32g474& chip = rig.machine.chip();
@@ -134,6 +189,10 @@ std::string flaw_of(BoardRig& rig) {
     return promise;
   }
   rig.client.start_node();
+  rig.client.pass(3);
+  if (const std::string filter = broken_filter(rig); !filter.empty()) {
+    return filter;
+  }
   if (!rig.client.enable(kCyclicVelocity)) {
     return "an axis is not enabled";
   }
@@ -161,6 +220,12 @@ std::string flaw_of(BoardRig& rig) {
   }
   if (chip.port('C').drives_high(8) || chip.port('C').drives_high(9)) {
     return "a gate driver stays enabled after its fault";
+  }
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    rig.machine.set_driver_fault(axis, false);
+    if (!rig.client.enable_again(axis)) {
+      return "an axis does not come back when its driver's fault has gone";
+    }
   }
   chip.tim6.stall();
   rig.client.pass(60);
@@ -204,6 +269,44 @@ std::vector<Bend> all_bends() {
   return bends;
 }
 
+// Bits that may be wrong without any effect on this board, and why: docs/emulator.md lists them.
+struct Harmless {
+  std::uint32_t address;
+  unsigned bit;
+  bool forced;
+  const char *why;
+};
+
+constexpr Harmless kHarmless[] = {
+    {0x50000000, 0, false, "ADC1 is switched on once after a reset, which has cleared the ready flag"},
+    {0x50000100, 0, false, "ADC2, the same"},
+    {0x50000000, 1, true, "ADC1: clears the end-of-sampling flag, which nobody asks for"},
+    {0x50000100, 1, true, "ADC2, the same"},
+    {0x50000000, 5, true, "ADC1: clears the end-of-conversion flag, which nobody asks for"},
+    {0x50000100, 5, true, "ADC2, the same"},
+    {0x50000100, 6, false, "ADC2 ends its sequence with ADC1, whose flag is asked for"},
+    {0x40012C00, 7, false, "TIM1's period is never changed, so its preload does nothing after the first update"},
+    {0x40013400, 7, false, "TIM8, the same"},
+    {0x40001000, 7, false, "TIM6, the same"},
+    {0x40001000, 2, false, "TIM6: the flag that it keeps away is cleared before the interrupt is enabled"},
+    {0x40012C10, 0, true, "TIM1's update flag has no interrupt, and nobody asks for it"},
+    {0x40013410, 0, true, "TIM8, the same"},
+    {0x40001024, 4, false, "TIM6 begins 0.4 us earlier or later, of a tick that is promised to 1 us"},
+    {0x40006480, 0, false, "FDCAN1: a remote extended frame is refused as an extended one, too"},
+    {0x40006450, 1, true, "FDCAN1: clears the flag of a full FIFO, which nobody asks for"},
+    {0x40006450, 2, false, "FDCAN1: lost frames are counted twice; the count is for a debugger"},
+    {0x40006450, 9, true, "FDCAN1: clears the flag of an empty transmit queue, which nobody asks for"},
+};
+
+const char *why_harmless(const Bend& bend) {
+  for (const Harmless& harmless : kHarmless) {
+    if (harmless.address == bend.address && 1U << harmless.bit == bend.bit && harmless.forced == bend.forced) {
+      return harmless.why;
+    }
+  }
+  return nullptr;
+}
+
 void test_a_wrong_bit_is_seen() {
   const std::vector<Bend> bends = all_bends();
   constexpr std::size_t kSome = 60;
@@ -211,22 +314,27 @@ void test_a_wrong_bit_is_seen() {
   const std::size_t step = all ? 1 : std::max<std::size_t>(1, bends.size() / kSome);
   std::size_t bent = 0;
   std::size_t seen = 0;
+  std::size_t unexplained = 0;
   for (std::size_t i = 0; i < bends.size(); i += step) {
     BoardRig rig(bench::tracker_plant());
     rig.machine.chip().bus.bend(bends[i]);
     const std::string flaw = flaw_of(rig);
+    const char *const harmless = flaw.empty() ? why_harmless(bends[i]) : nullptr;
     ++bent;
     seen += flaw.empty() ? 0 : 1;
+    unexplained += flaw.empty() && harmless == nullptr ? 1 : 0;
     if (flaw.empty() || all) {
+      const std::string fate = harmless != nullptr ? fmt::format("harmless: {}", harmless) : "NOT SEEN";
       TEST_MESSAGE(fmt::format("0x{:08x}, bit {} stuck at {}: {}", bends[i].address, __builtin_ctz(bends[i].bit),
-                               bends[i].forced ? 1 : 0, flaw.empty() ? "NOT SEEN" : flaw)
+                               bends[i].forced ? 1 : 0, flaw.empty() ? fate : flaw)
                        .c_str());
     }
   }
-  TEST_MESSAGE(fmt::format("{} of {} bent bits are seen (of {} in all)", seen, bent, bends.size()).c_str());
-  constexpr double kLeastShare = 0.85;
+  TEST_MESSAGE(fmt::format("{} of {} bent bits are seen, {} are harmless, {} neither (of {} in all)", seen, bent,
+                           bent - seen - unexplained, unexplained, bends.size())
+                   .c_str());
   TEST_ASSERT_GREATER_OR_EQUAL_UINT(30, bent);
-  TEST_ASSERT_TRUE(static_cast<double>(seen) >= kLeastShare * static_cast<double>(bent));
+  TEST_ASSERT_EQUAL_UINT_MESSAGE(0, unexplained, "a wrong bit stays unseen");
 }
 
 }  // namespace

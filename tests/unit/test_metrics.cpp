@@ -90,6 +90,10 @@ void test_statistics_of_a_skewed_handful() {
   CHECK_NEAR("mean", 210.0, mean(start_ms), 1e-12);
   CHECK_NEAR("median", 90.0, median(start_ms), 1e-12);
   CHECK_NEAR("median of four", 0.5, median({0.0, 1.0, 0.0, 1.0}), 1e-12);
+  CHECK_NEAR("95th percentile of 0 to 10", 9.5, quantile({10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0}, 0.95), 1e-12);
+  CHECK_NEAR("largest", 3.0, quantile({3.0, 1.0}, 1.0), 1e-12);
+  CHECK_NEAR("correlation of a falling line", -1.0, correlation({1.0, 2.0, 3.0}, {5.0, 3.0, 1.0}), 1e-12);
+  CHECK_NEAR("correlation with a constant", 0.0, correlation({1.0, 2.0, 3.0}, {5.0, 5.0, 5.0}), 1e-12);
   CHECK_NEAR("standard deviation", std::sqrt(2.0), standard_deviation({1.0, 3.0}), 1e-12);
   CHECK_NEAR("of one value", 0.0, standard_deviation({3.0}), 0.0);
 }

@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "experiments/belief_study.hpp"
 #include "experiments/run_files.hpp"
 #include "experiments/sensitivity.hpp"
 #include "experiments/true_plant.hpp"
@@ -110,6 +111,22 @@ void test_file_names_have_no_letters_that_shells_dislike() {
                            file_name({"sine", "1 deg/s, 0.1 Hz", "", "pi", "seed_3"}).c_str());
 }
 
+// Two figures, two seeds; worked out by hand. Wrong parameters have the means 2 and 10.
+void test_beliefs_are_compared_seed_by_seed_as_shares_of_the_wrong_one() {
+  const std::vector<BeliefFigure> figures{{"a", "", "", "", {1.0, 2.0}, {1.0, 1.0}, {1.0, 3.0}},
+                                          {"b", "", "", "", {9.0, 10.0}, {8.0, 8.0}, {10.0, 10.0}}};
+  const BeliefSum sum = sum_of(figures);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, 2.0, sum.wrong.mean);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * (1.0 / 2 + 9.0 / 10 + 2.0 / 2 + 10.0 / 10), sum.identified.mean);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0 / 2 + 8.0 / 10, sum.exact.mean);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.0, sum.exact.standard_error);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, 3.0 / 2 + 10.0 / 10, sum.worst_wrong);
+  // Paired: -0.1 at the first seed, -0.5 at the second.
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.3, sum.identified_less_wrong.mean);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.2, sum.identified_less_wrong.standard_error);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.25, gain_of(figures.front()).mean);
+}
+
 }  // namespace
 
 int main() {
@@ -122,5 +139,6 @@ int main() {
   RUN_TEST(test_every_variation_changes_the_shipped_setting_where_it_is_looked_at);
   RUN_TEST(test_a_probe_that_no_study_has_is_refused);
   RUN_TEST(test_file_names_have_no_letters_that_shells_dislike);
+  RUN_TEST(test_beliefs_are_compared_seed_by_seed_as_shares_of_the_wrong_one);
   return UNITY_END();
 }

@@ -25,7 +25,6 @@ REGISTER_AT(adc1_registers, jdr2, 0x84);
 #define ADC2 ((adc1_registers *)0x50000100u)
 
 #define ADC1_ISR_ADRDY FIELD(0, 1)
-#define ADC1_ISR_JEOC FIELD(5, 1)
 #define ADC1_ISR_JEOS FIELD(6, 1)
 #define ADC1_IER_JEOSIE FIELD(6, 1)
 

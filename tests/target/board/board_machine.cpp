@@ -104,7 +104,7 @@ void BoardMachine::step(Instant at) {
   tracker_.step_pwm(duty_);
   for (std::size_t i = 0; i < sim::kAxes; ++i) {
     const sim::PwmSample sample = tracker_.sample_pwm(static_cast<int>(i));
-    current_a_[i] = sample.current_a;
+    current_a_[i] = sample.current_a + (is_bridge_on(static_cast<int>(i)) ? short_current_a_[i] : 0.0);
     bus_voltage_v_ = sample.bus_voltage_v;
   }
   bus_.advance(seconds_of(kPwmPeriod));

@@ -44,6 +44,9 @@ class BoardMachine {
   // After each whole tick of the plant.
   void on_tick(std::function<void()> listener) { tick_listener_ = std::move(listener); }
 
+  // Current that flows through the sensor and not through the motor: a short behind it.
+  void set_short_current(int axis, double current_a) { short_current_a_[static_cast<std::size_t>(axis)] = current_a; }
+
   // A driver's fault output, low while it holds.
   void set_driver_fault(int axis, bool fault);
 
@@ -78,6 +81,7 @@ class BoardMachine {
   std::array<bool, sim::kAxes> driver_fault_{};
   std::array<double, sim::kAxes> duty_{};
   std::array<double, sim::kAxes> current_a_{};
+  std::array<double, sim::kAxes> short_current_a_{};
   double bus_voltage_v_ = 0;
   std::function<void()> tick_listener_;
 };

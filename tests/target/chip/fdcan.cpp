@@ -108,6 +108,7 @@ void Fdcan::on_reset() {
   order_ = 0;
   waiting_ = 0;
   put_index_ = 0;
+  accepted_ = 0;
   recovery_.reset();
   for (IrqLine& line : lines_) {
     line.forget();
@@ -239,6 +240,7 @@ void Fdcan::receive(const CanMessage& message) {
   reg(kPsr) &= ~7U;  // no error
   const Decision decision = filter(message);
   if (decision.accepted) {
+    ++accepted_;
     put(decision.fifo, message, decision.filter);
   }
 }

@@ -44,6 +44,9 @@ class Fdcan : public Peripheral {
   // A frame from the bus.
   void receive(const CanMessage& message);
 
+  // How many of them the filters have let pass.
+  int accepted() const { return accepted_; }
+
   // The frame that it wants to send next; `sent` when the bus has taken it.
   std::optional<CanMessage> next_to_send() const;
   void sent();
@@ -93,6 +96,7 @@ class Fdcan : public Peripheral {
   unsigned waiting_ = 0;
   unsigned put_index_ = 0;
   std::optional<Instant> recovery_;
+  int accepted_ = 0;
 };
 
 }  // namespace trackservo::target

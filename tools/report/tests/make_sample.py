@@ -53,7 +53,49 @@ def make_sample(folder: Path) -> Path:
         "benchmark": {"real_time_factor": 812.0, "core_tick_ns": 640.0},
     }  # fmt: skip
     (folder / "results.json").write_text(json.dumps(document, indent=1), encoding="utf-8")
+    (folder / "beliefs.json").write_text(json.dumps(_beliefs()), encoding="utf-8")
+    (folder / "random_plants.json").write_text(json.dumps(_random_plants()), encoding="utf-8")
     return folder
+
+
+def _beliefs() -> dict[str, Any]:
+    estimate = {"mean": 1.0, "standard_error": 0.01}
+    figure = {
+        "experiment": "sine", "case": "1 deg/s, 0.1 Hz", "metric": "peak_error", "unit": "deg/s",
+        "identified": [0.004, 0.006], "exact": [0.004, 0.005], "wrong": [0.005, 0.007],
+        "gain": {"mean": -0.167, "standard_error": 0.02},
+    }  # fmt: skip
+    return {
+        "generator": {"program": "sim_host beliefs", "git": "abc1234", "seeds": [1, 2], "friction_parameter_error": 0.15},
+        "figures": [figure],
+        "sum": {
+            "identified": {"mean": 0.833, "standard_error": 0.01}, "exact": estimate, "wrong": estimate,
+            "identified_less_wrong": {"mean": -0.167, "standard_error": 0.02}, "identified_less_exact": estimate,
+            "worst_identified": 1.0, "worst_exact": 0.9, "worst_wrong": 1.2,
+        },
+    }  # fmt: skip
+
+
+def _random_plants() -> dict[str, Any]:
+    axis = {
+        "unstable": 1, "unstable_at_zenith": 2, "least_gain_margin_db": 7.25, "least_phase_margin_deg": 39.6,
+        "most_ripple_share": 0.005,
+        "errors": [
+            {"case": "0.1 deg/s", "unit": "deg/s", "paper": 0.016, "median": 0.009, "percentile_95": 0.013, "largest": 0.017, "above_paper": 3},
+            {"case": "3 deg/s", "unit": "deg/s", "paper": None, "median": 0.010, "percentile_95": 0.014, "largest": 0.018, "above_paper": 0},
+        ],
+        "influences": [{"key": "azimuth.load.wind_gust_rms_nm", "correlation": -0.5}],
+    }  # fmt: skip
+    return {
+        "generator": {
+            "program": "sim_host random-plants", "git": "abc1234", "plant": "tracker", "plants": 1000, "seed": 1,
+            "share": 0.3, "numbers": 84,
+        },
+        "failing": 4,
+        "azimuth": axis,
+        "pitch": axis,
+        "worst": [{"seed": 985, "ratio": 1.21, "factors": {"azimuth.load.wind_gust_rms_nm": 1.29}}],
+    }  # fmt: skip
 
 
 def _plant(name: str, title: str, stiffness: float) -> dict[str, Any]:

@@ -154,7 +154,7 @@ Record = TypeVar("Record", Figure, Row, Run, Margin, IdentifiedParameter)
 def load_results(folder: Path) -> Results:
     """Read `folder`/results.json, check it against the schema and check that every CSV it names is there."""
     file = folder / "results.json"
-    data = _read_json(file)
+    data = read_json(file)
     _check_schema(file, data)
     results = Results(
         folder=folder,
@@ -190,7 +190,8 @@ def _identified(item: dict[str, Any]) -> IdentifiedAxis:
     return IdentifiedAxis(parameters=parameters, **{name: item[name] for name in names})
 
 
-def _read_json(file: Path) -> Any:
+def read_json(file: Path) -> Any:
+    """The JSON in a results folder's file; every fault is an `InputError`."""
     if not file.parent.is_dir():
         raise InputError(f"{file.parent}: no such folder; run 'sim_host experiments --out {file.parent}' first.")
     if not file.is_file():

@@ -1,7 +1,7 @@
 """Tables of the results as Markdown, and their places in the project's documents.
 
 A document says where a table goes with a pair of comments, `<!-- results -->` and `<!-- end results -->`; what stands
-between them is replaced. So no number in a document is typed by hand.
+between them is replaced. So no number in a document is typed by hand. A table whose study was not run stays as it is.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from .display import (
 )
 from .load import InputError, Results
 from .sensitivity import sensitivity_lines, variance_lines
+from .studies import belief_rows, random_plants_rows, read_beliefs, read_random_plants, stability_rows, worst_rows
 from .tables import Cell, result_lines
 
 
@@ -144,7 +145,28 @@ def variance_table(results: Results) -> str:
     return _table(["source that is switched off", "where", "share of PI's variance", "share of PI + VOB + FTC's variance"], rows)
 
 
-TABLES: dict[str, Callable[[Results], str]] = {
+def beliefs_table(results: Results) -> str | None:
+    """What identification is worth; nothing where it was not measured."""
+    beliefs = read_beliefs(results.folder)
+    return _table(*belief_rows(beliefs)) if beliefs else None
+
+
+def random_plants_table(results: Results) -> str | None:
+    """Machines of the same make: errors, stability, the worst; nothing where none were tried."""
+    tried = read_random_plants(results.folder)
+    if tried is None:
+        return None
+    setup = tried["generator"]
+    said = (
+        f"{setup['plants']:,} plants like `{setup['plant']}`, {setup['numbers']} numbers each off by up to "
+        f"{100 * setup['share']:g} %; **{tried['failing']} fail**: an axis is unstable, or azimuth errs by more than the "
+        "paper at one of the speeds."
+    )
+    tables = [_table(*rows(tried)) for rows in (random_plants_rows, stability_rows, worst_rows)]
+    return "\n\n".join([said, *tables])
+
+
+TABLES: dict[str, Callable[[Results], str | None]] = {
     "results": results_table,
     "ingredients": ingredients_table,
     "pitch": pitch_table,
@@ -152,11 +174,13 @@ TABLES: dict[str, Callable[[Results], str]] = {
     "margins": margins_table,
     "sensitivity": sensitivity_table,
     "variance": variance_table,
+    "beliefs": beliefs_table,
+    "random_plants": random_plants_table,
 }
 
 
 def update_document(results: Results, file: Path) -> None:
-    """Renew every marked table of a Markdown file; an unknown mark and a quick run are an `InputError`."""
+    """Renew every marked table of a Markdown file that can be; an unknown mark and a quick run are an `InputError`."""
     if results.generator["quick"]:
         raise InputError(f"{file}: not renewed from a quick run; run ./tools/demo without --quick first.")
     text = file.read_text(encoding="utf-8")
@@ -166,6 +190,7 @@ def update_document(results: Results, file: Path) -> None:
         name = found.group(1)
         if name not in TABLES:
             raise InputError(f"{file}: there is no table '{name}'; known are {', '.join(TABLES)}.")
-        return f"<!-- {name} -->\n{TABLES[name](results)}\n<!-- end {name} -->"
+        table = TABLES[name](results)
+        return f"<!-- {name} -->\n{table}\n<!-- end {name} -->" if table else found.group()
 
     file.write_text(pattern.sub(renewed, text), encoding="utf-8")

@@ -1,0 +1,15 @@
+// The commands of sim_host that run many machines and write what came of it.
+#ifndef TRACKSERVO_SIM_STUDY_COMMANDS_HPP
+#define TRACKSERVO_SIM_STUDY_COMMANDS_HPP
+
+#include <CLI/CLI.hpp>
+
+namespace trackservo::sim {
+
+void add_experiments(CLI::App& app);
+void add_beliefs(CLI::App& app);
+void add_random_plants(CLI::App& app);
+
+}  // namespace trackservo::sim
+
+#endif

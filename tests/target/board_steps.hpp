@@ -1,0 +1,46 @@
+// What tests of the emulated board begin and end with.
+#ifndef TRACKSERVO_TARGET_BOARD_STEPS_HPP
+#define TRACKSERVO_TARGET_BOARD_STEPS_HPP
+
+#include "rig.hpp"
+#include "unity.h"
+
+namespace bench {
+
+constexpr int kCyclicVelocity = 9;
+constexpr int kBoot_ms = 250;
+constexpr std::int32_t kSlow_urad_s = 17453;  // 1 deg/s
+
+inline void expect_no_complaints(BoardRig& rig) {
+  for (const std::string& complaint : rig.machine.chip().complaints.list()) {
+    TEST_MESSAGE(complaint.c_str());
+  }
+  TEST_ASSERT_EQUAL_UINT(0, rig.machine.chip().complaints.list().size());
+}
+
+inline void boot(BoardRig& rig) {
+  rig.client.pass(kBoot_ms);
+  TEST_ASSERT_EQUAL_INT(1, rig.client.boots());
+}
+
+// Set-points for both axes at 1 deg/s, one a millisecond.
+inline void turn(BoardRig& rig, int milliseconds) {
+  for (int i = 0; i < milliseconds; ++i) {
+    rig.client.set_speeds(kSlow_urad_s, kSlow_urad_s);
+    rig.client.pass(1);
+  }
+}
+
+inline void boot_and_turn(BoardRig& rig) {
+  boot(rig);
+  rig.client.start_node();
+  TEST_ASSERT_TRUE(rig.client.enable(kCyclicVelocity));
+  TEST_ASSERT_TRUE(rig.machine.is_bridge_on(0) && rig.machine.is_bridge_on(1));
+  turn(rig, 300);
+  TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
+  TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[1]);
+}
+
+}  // namespace bench
+
+#endif

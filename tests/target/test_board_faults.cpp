@@ -1,0 +1,194 @@
+// What the emulated board does when something breaks: which outputs go off and when, what the statusword and the bus
+// say, and what goes on.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "board_steps.hpp"
+
+using bench::BoardRig;
+using bench::boot_and_turn;
+using bench::expect_no_complaints;
+using bench::kBoot_ms;
+using bench::kSlow_urad_s;
+using bench::turn;
+namespace sim = trackservo::sim;
+namespace target = trackservo::target;
+
+void setUp(void) {}
+void tearDown(void) {}
+
+namespace {
+
+// Messages of the board itself: CiA 301, table 26.
+constexpr std::uint16_t kSoftwareReset = 0x6100;
+
+// What must come before 20 ms of the watchdog, its oscillator's tolerance and a background round are over.
+constexpr int kWatchdog_ms = 40;
+
+// --- sensors that fail ---
+
+void expect_error_after(BoardRig& rig, const char *what) {
+  rig.client.pass(100);
+  TEST_ASSERT_FALSE_MESSAGE(rig.client.is_enabled(0), what);
+  TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), what);
+  TEST_ASSERT_TRUE_MESSAGE(!rig.client.emergencies().empty(), what);
+  expect_no_complaints(rig);
+}
+
+void test_an_axis_without_its_encoder_is_switched_off() {
+  const auto with = [](void (*harm)(BoardRig&), const char *what) {
+    BoardRig rig(bench::tracker_plant());
+    boot_and_turn(rig);
+    rig.client.forget();
+    harm(rig);
+    expect_error_after(rig, what);
+  };
+  with([](BoardRig& rig) { rig.machine.encoder(0).is_connected = false; }, "encoder's wire is broken");
+  with([](BoardRig& rig) { rig.machine.encoder(0).has_error = true; }, "encoder tells an error");
+  with([](BoardRig& rig) { rig.machine.encoder(0).flipped_bits = 4; }, "encoder's CRC is wrong");
+}
+
+// The joint's rate and the base's as last known take its place. A stale reading that still counted would be told by the
+// new speed: the loop would pull the axis towards the old one.
+void expect_motion_by_encoder(void (*harm)(BoardRig&), const char *what) {
+  constexpr std::int32_t kFaster_urad_s = 3 * kSlow_urad_s;
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  harm(rig);
+  for (int i = 0; i < 600; ++i) {
+    rig.client.set_speeds(kFaster_urad_s, kSlow_urad_s);
+    rig.client.pass(1);
+    const double error_urad_s = 1e6 * rig.truth().inertial_rate_rad_s[0] - kFaster_urad_s;
+    TEST_ASSERT_TRUE_MESSAGE(i < 300 || std::abs(error_urad_s) < 0.02 * kFaster_urad_s, what);
+  }
+  TEST_ASSERT_TRUE_MESSAGE(rig.client.is_enabled(0) && rig.machine.is_bridge_on(0), what);
+  TEST_ASSERT_TRUE_MESSAGE(rig.client.is_enabled(1) && rig.machine.is_bridge_on(1), what);
+  expect_no_complaints(rig);
+}
+
+void test_an_axis_without_its_gyro_goes_on_by_its_encoder() {
+  expect_motion_by_encoder([](BoardRig& rig) { rig.machine.gyro(0).is_connected = false; }, "gyro's wire is broken");
+  expect_motion_by_encoder([](BoardRig& rig) { rig.machine.gyro(0).breaks_crc = true; }, "gyro's CRC is wrong");
+}
+
+// --- power stages that fail ---
+
+// What the bus hears of an axis that has cut its torque, while the other one turns on.
+void expect_fault_of_azimuth(BoardRig& rig, std::uint16_t code) {
+  turn(rig, 100);
+  TEST_ASSERT_EQUAL_HEX32(0x08, rig.client.statusword(0) & 0x4FU);
+  TEST_ASSERT_EQUAL_HEX32(code, rig.client.error_code(0));
+  TEST_ASSERT_EQUAL_UINT(1, rig.client.emergencies().size());
+  TEST_ASSERT_EQUAL_HEX32(code, rig.client.emergencies().front().code);
+  TEST_ASSERT_EQUAL_UINT8_MESSAGE(1, rig.client.emergencies().front().bytes[4], "azimuth is its source");
+  TEST_ASSERT_FALSE(rig.machine.is_bridge_on(0));
+  TEST_ASSERT_TRUE(rig.client.is_enabled(1) && rig.machine.is_bridge_on(1));
+  TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[1]);
+}
+
+void expect_that_it_comes_back(BoardRig& rig) {
+  TEST_ASSERT_TRUE(rig.client.enable_again(0));
+  TEST_ASSERT_TRUE(rig.machine.is_bridge_on(0));
+  turn(rig, 300);
+  TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
+  expect_no_complaints(rig);
+}
+
+void test_a_driver_fault_switches_its_bridge_off_at_once() {
+  constexpr std::uint16_t kPowerStage = 0x5410;
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.set_driver_fault(0, true);
+  TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), "by hardware, before any instruction");
+  expect_fault_of_azimuth(rig, kPowerStage);
+  TEST_ASSERT_FALSE_MESSAGE(rig.client.enable_again(0), "while the driver tells its fault");
+  TEST_ASSERT_FALSE(rig.machine.is_bridge_on(0));
+  rig.machine.set_driver_fault(0, false);
+  expect_that_it_comes_back(rig);
+  rig.machine.set_driver_fault(1, true);
+  TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_bridge_on(0) && !rig.machine.is_bridge_on(1), "pitch has its own");
+}
+
+// More than the sensor can show: the current loop's interrupt switches the bridge off, it does not wait for the tick.
+void test_an_over_current_switches_its_bridge_off_within_two_periods() {
+  constexpr std::uint16_t kOverCurrent = 0x2310;
+  constexpr double kPwmPeriod_s = 50e-6;
+  constexpr double kShort_a = 30.0;
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.set_short_current(0, kShort_a);
+  int periods = 0;
+  for (; periods < 20 && rig.machine.is_bridge_on(0); ++periods) {
+    rig.machine.run(kPwmPeriod_s);
+  }
+  TEST_MESSAGE(fmt::format("bridge off after {} PWM periods", periods).c_str());
+  TEST_ASSERT_LESS_OR_EQUAL_INT(2, periods);
+  expect_fault_of_azimuth(rig, kOverCurrent);
+  TEST_ASSERT_FALSE_MESSAGE(rig.client.enable_again(0), "into a short");
+  TEST_ASSERT_FALSE(rig.machine.is_bridge_on(0));
+  rig.machine.set_short_current(0, 0.0);
+  expect_that_it_comes_back(rig);
+}
+
+// --- what must end in the safe state and a reset ---
+
+// Safe within `most_ms` and for good; the watchdog resets once; the bus hears why.
+void expect_safe_reset(BoardRig& rig, int most_ms) {
+  for (int i = 0; i < most_ms; ++i) {
+    rig.client.pass(1);
+  }
+  TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "not in the safe state in time");
+  for (int i = 0; i < kWatchdog_ms + kBoot_ms; ++i) {
+    rig.client.pass(1);
+    TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "left the safe state by itself");
+  }
+  TEST_ASSERT_EQUAL_INT(1, rig.machine.chip().resets());
+  TEST_ASSERT_EQUAL_HEX32(static_cast<std::uint32_t>(target::ResetCause::kWatchdog),
+                          static_cast<std::uint32_t>(rig.machine.chip().last_reset()));
+  TEST_ASSERT_EQUAL_INT_MESSAGE(1, rig.client.boots(), "it must start again");
+  const auto& heard = rig.client.emergencies();
+  TEST_ASSERT_TRUE_MESSAGE(
+      std::any_of(heard.begin(), heard.end(), [](const auto& emergency) { return emergency.code == kSoftwareReset; }),
+      "the cause of the reset is not told");
+}
+
+void test_a_hard_fault_is_safe_and_resets() {
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.chip().exceptions.pend(target::kHardFault);
+  expect_safe_reset(rig, 1);
+}
+
+void test_a_tick_that_does_not_come_is_safe_and_resets() {
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.chip().tim6.stall();
+  expect_safe_reset(rig, 5);
+}
+
+void test_a_background_that_hangs_is_safe_and_resets() {
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.chip().core.hang_thread();
+  expect_safe_reset(rig, kWatchdog_ms);
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_an_axis_without_its_encoder_is_switched_off);
+  RUN_TEST(test_an_axis_without_its_gyro_goes_on_by_its_encoder);
+  RUN_TEST(test_a_driver_fault_switches_its_bridge_off_at_once);
+  RUN_TEST(test_an_over_current_switches_its_bridge_off_within_two_periods);
+  RUN_TEST(test_a_hard_fault_is_safe_and_resets);
+  RUN_TEST(test_a_tick_that_does_not_come_is_safe_and_resets);
+  RUN_TEST(test_a_background_that_hangs_is_safe_and_resets);
+  return UNITY_END();
+}

@@ -1,0 +1,121 @@
+"""Studies beside the campaign, each with a file of its own: what identification is worth, and machines of the same make.
+
+They take minutes and are run on demand; a folder without them has no table of them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from .display import EXPERIMENT_TITLES, METRIC_TITLES, case_title, number, unit_title
+from .load import InputError, read_json
+
+
+def _read(folder: Path, name: str, command: str) -> dict[str, Any] | None:
+    file = folder / name
+    if not file.is_file():
+        return None
+    data = read_json(file)
+    program = data.get("generator", {}).get("program") if isinstance(data, dict) else None
+    if program != command:
+        raise InputError(f"{file}: was not written by '{command}'; run it again.")
+    loaded: dict[str, Any] = data
+    return loaded
+
+
+def read_beliefs(folder: Path) -> dict[str, Any] | None:
+    """What `sim_host beliefs` wrote into the folder."""
+    return _read(folder, "beliefs.json", "sim_host beliefs")
+
+
+def read_random_plants(folder: Path) -> dict[str, Any] | None:
+    """What `sim_host random-plants` wrote into the folder."""
+    return _read(folder, "random_plants.json", "sim_host random-plants")
+
+
+def _signed(value: float, digits: int) -> str:
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def _mean_and_range(values: list[float]) -> str:
+    return f"{number(sum(values) / len(values))} ({number(min(values))}…{number(max(values))})"
+
+
+def _belief_row(figure: dict[str, Any]) -> list[str]:
+    gain = figure["gain"]
+    return [
+        f"{EXPERIMENT_TITLES[figure['experiment']]}, {case_title(figure['case'])}: "
+        f"{METRIC_TITLES[figure['metric']]}, {unit_title(figure['unit'])}",
+        *(_mean_and_range(figure[name]) for name in ("identified", "exact", "wrong")),
+        f"{_signed(100 * gain['mean'], 1)} ± {100 * gain['standard_error']:.1f}",
+    ]
+
+
+def belief_rows(beliefs: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: every figure with identified, exact and wrong friction parameters, and their sum."""
+    total = beliefs["sum"]
+    share = round(100 * beliefs["generator"]["friction_parameter_error"])
+    head = ["figure", "identified", "exact", f"each off by {share} %", "identified less off, %"]
+    rows = [_belief_row(figure) for figure in beliefs["figures"]]
+    less = total["identified_less_wrong"]
+    rows.append(
+        [
+            "sum of all, each as a share of its mean with parameters off",
+            *(f"{total[name]['mean']:.3f}" for name in ("identified", "exact", "wrong")),
+            f"**{_signed(less['mean'], 3)} ± {less['standard_error']:.3f}** in all",
+        ]
+    )
+    rows.append(
+        ["the same of the worst seeds", *(f"{total[f'worst_{name}']:.2f}" for name in ("identified", "exact", "wrong")), ""]
+    )
+    return head, rows
+
+
+def random_plants_rows(tried: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: peak errors over all plants beside the paper's, axis by axis."""
+    plants = tried["generator"]["plants"]
+    rows = [
+        [
+            f"{axis.capitalize()}, {case_title(error['case'])}",
+            *(number(error[name]) for name in ("median", "percentile_95", "largest")),
+            number(error["paper"]) if error["paper"] is not None else "–",
+            f"{error['above_paper']} of {plants:,}",
+        ]
+        for axis in ("azimuth", "pitch")
+        for error in tried[axis]["errors"]
+    ]
+    head = ["peak speed error, °/s", "median", "95 % of the plants", "largest", "paper, compensated", "plants above the paper"]
+    return head, rows
+
+
+def stability_rows(tried: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: how many plants are not stable, and the smallest margins."""
+    plants = tried["generator"]["plants"]
+    rows = []
+    for axis in ("azimuth", "pitch"):
+        found = tried[axis]
+        rows.append(
+            [
+                axis.capitalize(),
+                f"{found['unstable']} of {plants:,}",
+                f"{found['unstable_at_zenith']} of {plants:,}",
+                f"{number(found['least_gain_margin_db'], 2)} dB, {found['least_phase_margin_deg']:.0f}°",
+                f"{number(100 * found['most_ripple_share'], 2)} %",
+            ]
+        )
+    head = ["axis", "unstable", "unstable with the cabin at the zenith", "least margins", "most ripple, of the motor's torque"]
+    return head, rows
+
+
+def worst_rows(tried: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: the worst plants of azimuth with the numbers that the error goes with."""
+    keys = [item["key"] for item in tried["azimuth"]["influences"]]
+    head = ["seed", "largest error, of the paper's", *(f"`{key.removeprefix('azimuth.')}`" for key in keys)]
+    rows = [
+        [str(plant["seed"]), f"{plant['ratio']:.2f}", *(f"{plant['factors'][key]:.2f}" for key in keys)]
+        for plant in tried["worst"]
+    ]
+    strengths = [_signed(item["correlation"], 2) for item in tried["azimuth"]["influences"]]
+    rows.append(["all", "correlation with it", *strengths])
+    return head, rows
