@@ -3,11 +3,11 @@
  * Input: a byte for the number of rows of the save, a byte for the operation at which the power fails (255: none), then
  * the contents of both areas, the rest of them blank. Bit 7 of the first byte: CRC, complement and commit mark of a
  * record at the beginning of either area are made right, so that contents behind them are reached, too. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "parameters/crc32.h"
 #include "parameters/parameter_store.h"
+#include "require.h"
 #include "unit/support/flash_model.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -17,12 +17,6 @@ enum { PAGE_BYTES = 64, PAGES = 4, AREA_BYTES = PAGE_BYTES * PAGES, MOST_ROWS = 
 static flash_model model;
 static hal_flash areas[PARAMETER_STORE_AREAS];
 static parameter_store store;
-
-static void require(bool good) {
-  if (!good) {
-    abort();
-  }
-}
 
 static void make_record_right(uint8_t *area) {
   uint32_t head[4];
