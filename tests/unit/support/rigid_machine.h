@@ -1,4 +1,4 @@
-/* A machine behind hal_host.h with two rigid, frictionless axes: what the node asks for is what they feel.
+/* A machine behind hal_host.h with two rigid axes: the current that the node asks for is the one that flows.
  *
  * Everything that a machine can do to the node is a member: set it, and it is so from the next tick on. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_RIGID_MACHINE_H
@@ -15,7 +15,8 @@
 typedef struct {
   double turns; /* joint angle */
   double rate_rad_s;
-  double load_nm; /* against positive motion */
+  double load_nm;     /* against positive motion */
+  double friction_nm; /* dry, both directions */
   bool encoder_failed;
   bool gyro_missing;
   float gyro_error_rad_s; /* added to what it should read */
@@ -33,10 +34,10 @@ typedef struct {
   float bus_voltage_v;
 } rigid_machine;
 
-static inline bool rigid_joint_angle(void *machine, int axis, uint32_t *angle_turn32) {
+static inline bool rigid_joint_angle(void *machine, int axis, uint32_t *angle) {
   const rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
   if (!joint->encoder_failed) {
-    *angle_turn32 = (uint32_t)(uint64_t)((joint->turns - floor(joint->turns)) * 4294967296.0);
+    *angle = (uint32_t)(uint64_t)((joint->turns - floor(joint->turns)) * 4294967296.0);
   }
   return !joint->encoder_failed;
 }
@@ -90,16 +91,24 @@ static inline void rigid_machine_init(rigid_machine *machine) {
                              .bus_voltage_v = 48.0f};
 }
 
-/* One ms of motion: the current is what the servo asks for, the inertia the one that its observer assumes. */
+/* The rate after one ms: friction holds what is at rest and brings to rest what would turn round. */
+static inline double rigid_next_rate(const rigid_axis *joint, double torque_nm, double inertia_kg_m2) {
+  const double direction = joint->rate_rad_s != 0.0 ? joint->rate_rad_s : torque_nm;
+  const double free_rad_s = joint->rate_rad_s + 1e-3 * torque_nm / inertia_kg_m2;
+  const double rate_rad_s = free_rad_s - copysign(1e-3 * joint->friction_nm / inertia_kg_m2, direction);
+  return joint->friction_nm > 0.0 && rate_rad_s * direction <= 0.0 ? 0.0 : rate_rad_s;
+}
+
+/* One ms of motion. The inertia is the one that the servo's observer assumes. */
 static inline void rigid_machine_turn(rigid_machine *machine, const servo_app *app) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     rigid_axis *joint = &machine->axis[i];
     const servo_axis_params *params = &app->params.axis[i];
     joint->current_a = app->axis[i].current_reference_a;
     const double torque_nm = (double)(joint->current_a * params->torque_constant_nm_a) - joint->load_nm;
-    const double change_rad_s = 1e-3 * torque_nm / (double)params->speed.observer.inertia_kg_m2;
-    joint->turns += 1e-3 * (joint->rate_rad_s + 0.5 * change_rad_s) / 6.283185307179586;
-    joint->rate_rad_s += change_rad_s;
+    const double rate_rad_s = rigid_next_rate(joint, torque_nm, (double)params->speed.observer.inertia_kg_m2);
+    joint->turns += 1e-3 * 0.5 * (joint->rate_rad_s + rate_rad_s) / 6.283185307179586;
+    joint->rate_rad_s = rate_rad_s;
   }
 }
 
@@ -110,7 +119,13 @@ static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *
   const od_part part = {.table = axis_parameters_table, .values = &defaults, .prefix = ""};
   od_restore_defaults(&part, node_id);
   const axis_parameters parameters[SERVO_AXES] = {defaults.staged, defaults.staged};
-  const servo_node_config config = {node_id, sender, &machine->functions, parameters, flash};
+  protection_limits limits[SERVO_AXES];
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const od_part limits_part = {.table = protection_objects_table, .values = &limits[i], .prefix = ""};
+    od_restore_defaults(&limits_part, node_id);
+    limits[i].stuck_s = 0.0f; /* without noise, a machine at rest says the same again and again */
+  }
+  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash};
   return servo_node_start(node, &config);
 }
 
