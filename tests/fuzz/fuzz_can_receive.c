@@ -16,7 +16,7 @@
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { NODE_ID = 5, MOST_TICKS = 120 };
+enum { NODE_ID = 5, MOST_TICKS = 64 };
 
 static rigid_machine machine;
 static servo_node node;
