@@ -85,7 +85,7 @@ static void disturb(uint8_t what) {
       axis->gyro_missing = !axis->gyro_missing;
       break;
     case 2:
-      axis->health = (hal_health)((axis->health + 1) % (HAL_TOO_HOT + 1));
+      axis->health = (hal_health)((axis->health + 1) % (HAL_TIMING_LOST + 1));
       break;
     case 3:
       machine.bus_voltage_v = machine.bus_voltage_v > 0.0f ? 0.0f : 48.0f;

@@ -40,9 +40,6 @@ static inline bool node_bench_send(void *context, const can_frame *frame) {
 static inline void wait_ms(uint32_t duration_ms) {
   for (uint32_t i = 0; i < duration_ms; ++i) {
     servo_node_tick(&node);
-    for (int axis = 0; axis < SERVO_AXES; ++axis) {
-      servo_board_pwm(&node.board, axis);
-    }
     servo_node_background(&node);
     rigid_machine_turn(&machine, &node.board.app);
   }

@@ -99,12 +99,24 @@ static inline double rigid_next_rate(const rigid_axis *joint, double torque_nm, 
   return joint->friction_nm > 0.0 && rate_rad_s * direction <= 0.0 ? 0.0 : rate_rad_s;
 }
 
-/* One ms of motion. The inertia is the one that the servo's observer assumes. */
-static inline void rigid_machine_turn(rigid_machine *machine, const servo_app *app) {
+/* What flows in the winding, and the voltage that the bridge gives for it. */
+static inline void rigid_drive(rigid_axis *joint, servo_axis *servo, const servo_axis_params *params) {
+  const float back_emf_v = params->current.back_emf_v_s_rad * (float)joint->rate_rad_s;
+  joint->current_a = servo->current_reference_a;
+  if (servo->mode == SERVO_BRAKE) {
+    joint->current_a = -back_emf_v / params->resistance_ohm;
+  } else if (servo_mode_closes(servo->mode)) {
+    servo->current.voltage_v = params->resistance_ohm * joint->current_a + back_emf_v;
+  }
+}
+
+/* One ms of motion, in place of the PWM periods of that time. The inertia is the one that the servo's observer
+ * assumes. */
+static inline void rigid_machine_turn(rigid_machine *machine, servo_app *app) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     rigid_axis *joint = &machine->axis[i];
     const servo_axis_params *params = &app->params.axis[i];
-    joint->current_a = app->axis[i].current_reference_a;
+    rigid_drive(joint, &app->axis[i], params);
     const double torque_nm = (double)(joint->current_a * params->torque_constant_nm_a) - joint->load_nm;
     const double rate_rad_s = rigid_next_rate(joint, torque_nm, (double)params->speed.observer.inertia_kg_m2);
     joint->turns += 1e-3 * 0.5 * (joint->rate_rad_s + rate_rad_s) / 6.283185307179586;
