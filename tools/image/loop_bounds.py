@@ -1,8 +1,8 @@
 """Every loop of the firmware and how often it can go round.
 
 A loop counts by itself when it is `for (T i = A; i < B; ++i)` (or with another step, or downwards, or with an `&&` that
-ends it earlier), A and B are constant, and nothing in it changes i. All others need a line in loop_bounds.toml: by file and condition, what bounds it and why. A loop
-without a line fails, and so does a line without a loop.
+ends it earlier), A and B are constant, and nothing in it changes i. All others need a line in loop_bounds.toml: by file
+and condition, what bounds it and why. A loop without a line fails, and so does a line without a loop.
 """
 
 import re
