@@ -10,6 +10,21 @@ if(TRACKSERVO_SANITIZE)
   target_link_options(trackservo_sanitizers INTERFACE ${sanitizers})
 endif()
 
+# Clang's edge counters and sanitizers; who has a main() of libFuzzer links trackservo_fuzzer as well.
+if(TRACKSERVO_FUZZ)
+  if(NOT CMAKE_C_COMPILER_ID STREQUAL "Clang" OR NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "The fuzzers need clang: use the preset host-fuzz.")
+  endif()
+  set(sanitizers -fsanitize=fuzzer-no-link,address,undefined,float-cast-overflow -fno-sanitize-recover=all)
+  # Comparisons are not traced: most are the sanitizers' own, and half of the time would go there. Harnesses and seeds
+  # bring the rare values instead.
+  target_compile_options(trackservo_sanitizers INTERFACE ${sanitizers} -fno-sanitize-coverage=trace-cmp
+                                                         -fno-omit-frame-pointer)
+  target_link_options(trackservo_sanitizers INTERFACE -fsanitize=address,undefined)
+  add_library(trackservo_fuzzer INTERFACE)
+  target_link_options(trackservo_fuzzer INTERFACE -fsanitize=fuzzer)
+endif()
+
 # Unoptimised, so that a line and a branch are those of the source; the simulator around it stays fast.
 add_library(trackservo_coverage INTERFACE)
 if(TRACKSERVO_COVERAGE)

@@ -38,7 +38,11 @@ control_status experiment_start(experiment *e, const stimulus_setup *setup, cons
                                 angle_turn32 angle) {
   const control_status status = experiment_check(setup, limits);
   if (status == CONTROL_OK) {
-    *e = (experiment){.state = EXPERIMENT_RUNNING, .setup = *setup, .limits = *limits, .last_angle = angle};
+    *e = (experiment){.state = EXPERIMENT_RUNNING,
+                      .setup = *setup,
+                      .limits = *limits,
+                      .whole_s = stimulus_duration_s(setup),
+                      .last_angle = angle};
     stimulus_start(&e->stimulus, setup, angle);
   }
   return status;
@@ -92,6 +96,5 @@ int experiment_progress_percent(const experiment *e, float dt_s) {
   if (e->state == EXPERIMENT_DONE) {
     return 100;
   }
-  const float whole_s = scalar_max(stimulus_duration_s(&e->setup), dt_s);
-  return (int)scalar_min(100.0f * (float)e->ticks * dt_s / whole_s, 99.0f);
+  return (int)scalar_min(100.0f * (float)e->ticks * dt_s / scalar_max(e->whole_s, dt_s), 99.0f);
 }

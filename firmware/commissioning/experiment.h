@@ -37,6 +37,7 @@ typedef struct {
   experiment_state state;
   stimulus_setup setup;
   experiment_limits limits;
+  float whole_s; /* that the set-up takes, about */
   stimulus_state stimulus;
   angle_turn32 last_angle;
   int64_t travel_turn32; /* from the start, unwrapped */

@@ -131,7 +131,8 @@ static bool at_the_end(const stimulus_state *s, const stimulus_setup *setup, con
 }
 
 static void next_speed(stimulus_state *s, const stimulus_setup *setup) {
-  s->time_s[STIMULUS_BACKWARD] = s->time_s[STIMULUS_FORWARD] = 0.0f;
+  s->time_s[STIMULUS_BACKWARD] = 0.0f;
+  s->time_s[STIMULUS_FORWARD] = 0.0f;
   s->speed_rad_s *= setup->speed_ratio;
   s->step++;
   s->ending = s->step >= setup->count;
@@ -181,7 +182,8 @@ static bool chirp_step(stimulus_state *s, const stimulus_setup *setup, servo_axi
     if (s->time_s[STIMULUS_FORWARD] < setup->dwell_s) {
       command->torque_nm = chirp_nm(s, setup, dt_s);
     } else {
-      s->time_s[STIMULUS_FORWARD] = s->phase_turns = 0.0f;
+      s->time_s[STIMULUS_FORWARD] = 0.0f;
+      s->phase_turns = 0.0f;
       s->step += s->direction < 0.0f ? 1u : 0u;
       s->direction = -s->direction;
       s->ending = s->step >= setup->count;

@@ -60,9 +60,10 @@ _Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_TELL && (int)DRIVE_FAULT_STO
                    (int)DRIVE_FAULT_BRAKES == (int)REACTION_BRAKE && (int)DRIVE_FAULT_CUTS == (int)REACTION_CUT,
                "the table's reactions are the drive's");
 
-/* The worst of what is wrong: what the caller found, and what the drive found. */
+/* The worst of what is wrong: what the caller found, and what the drive found. The shorted motor brakes without any
+ * sample: that the angle it brakes for is missing must not end it. */
 static fault_id fault_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
-  const bool unusable = inputs->implausible || !inputs_are_finite(inputs);
+  const bool unusable = (inputs->implausible || !inputs_are_finite(inputs)) && axis->state.action != DRIVE_BRAKE;
   const fault_set all = inputs->faults | (unusable ? fault_bit(FAULT_IMPLAUSIBLE) : 0) |
                         (axis->following_failed ? fault_bit(FAULT_FOLLOWING_ERROR) : 0);
   return fault_worst(all);

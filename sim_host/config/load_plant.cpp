@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "config/plant_keys.hpp"
 #include "config/toml_reader.hpp"
@@ -134,14 +135,11 @@ void check_converters(const TomlReader& reader, const PlantConfig& plant) {
   }
 }
 
-}  // namespace
-
-PlantConfig load_plant(const std::filesystem::path& path) {
-  const TomlReader reader(path);
+PlantConfig plant_from(const TomlReader& reader, std::string name) {
   const TomlTable root = reader.root();
   PlantConfig plant;
   plant.lines = reader.lines();
-  plant.name = path.stem().string();
+  plant.name = std::move(name);
   reader.refuse_unknown(
       root, plant_keys(),
       {"friction", "maxwell_slip", "supply", "adc", "base_tilt", "azimuth", "pitch", "design", "assumption"});
@@ -163,6 +161,14 @@ PlantConfig load_plant(const std::filesystem::path& path) {
     read_table(reader, table, assumption_keys(), plant.assumptions.emplace_back());
   }
   return plant;
+}
+
+}  // namespace
+
+PlantConfig load_plant(const std::filesystem::path& path) { return plant_from(TomlReader(path), path.stem().string()); }
+
+PlantConfig parse_plant(const std::string& name, std::string_view text) {
+  return plant_from(TomlReader(name, text), name);
 }
 
 double axis_inertia_kg_m2(const PlantConfig& plant, int axis, double pitch_rad) {

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/source_lines.hpp"
@@ -194,6 +195,9 @@ struct PlantConfig {
 
 // Reads and checks a plant file. Throws ConfigError, also when the file cannot be read.
 PlantConfig load_plant(const std::filesystem::path& path);
+
+// The same for a text; `name` is the plant's, and stands for the file in refusals.
+PlantConfig parse_plant(const std::string& name, std::string_view text);
 
 // The reference page of all plant keys: one markdown table per section, printed from the table that also checks them.
 std::string plant_keys_markdown();

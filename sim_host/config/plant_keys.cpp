@@ -10,16 +10,21 @@ constexpr Range kFrequency{1e-3, 1e4};
 
 }  // namespace
 
-Keys<PlantConfig> plant_keys() { return {words("title", &PlantConfig::title, "one line for the report")}; }
-
-Keys<PlantConfig> friction_model_keys() {
-  return {choice("model", {"none", "lugre", "maxwell_slip"}, &PlantConfig::friction_model,
-                 "what rubs in both axes; `none` takes away the viscous part too")};
+const Keys<PlantConfig>& plant_keys() {
+  static const Keys<PlantConfig> keys = {words("title", &PlantConfig::title, "one line for the report")};
+  return keys;
 }
 
-Keys<MaxwellSlipConfig> maxwell_slip_keys() {
+const Keys<PlantConfig>& friction_model_keys() {
+  static const Keys<PlantConfig> keys = {choice("model", {"none", "lugre", "maxwell_slip"},
+                                                &PlantConfig::friction_model,
+                                                "what rubs in both axes; `none` takes away the viscous part too")};
+  return keys;
+}
+
+const Keys<MaxwellSlipConfig>& maxwell_slip_keys() {
   using Config = MaxwellSlipConfig;
-  return {
+  static const Keys<MaxwellSlipConfig> keys = {
       number("elements", unit::kNone, {1, 16}, &Config::elements, "spring-slider elements per axis").or_else(8),
       number("attraction_1_s", unit::kPerSecond, {0, 1e4}, &Config::attraction_1_s,
              "how fast slipping elements follow the Stribeck curve")
@@ -46,21 +51,23 @@ Keys<MaxwellSlipConfig> maxwell_slip_keys() {
              "logarithmic change of the viscous coefficient per K")
           .or_else(0),
   };
+  return keys;
 }
 
-Keys<SupplyConfig> supply_keys() {
+const Keys<SupplyConfig>& supply_keys() {
   using Config = SupplyConfig;
-  return {
+  static const Keys<SupplyConfig> keys = {
       number("voltage_v", unit::kVolt, {1, 1000}, &Config::voltage_v, "open-circuit supply voltage"),
       number("source_resistance_ohm", unit::kOhm, {0, 10}, &Config::source_resistance_ohm, "of supply and wiring")
           .or_else(0),
       number("pwm_counts", unit::kNone, {16, 1e6}, &Config::pwm_counts, "timer counts of full duty"),
   };
+  return keys;
 }
 
-Keys<AdcConfig> adc_keys() {
+const Keys<AdcConfig>& adc_keys() {
   using Config = AdcConfig;
-  return {
+  static const Keys<AdcConfig> keys = {
       number("resolution_bits", unit::kNone, {8, 24}, &Config::resolution_bits, "of both converters"),
       number("current_full_scale_a", unit::kAmpere, {0.1, 1e4}, &Config::current_full_scale_a,
              "range is plus and minus this"),
@@ -69,31 +76,34 @@ Keys<AdcConfig> adc_keys() {
       number("voltage_full_scale_v", unit::kVolt, {1, 2000}, &Config::voltage_full_scale_v, "range is 0 to this"),
       number("voltage_noise_rms_v", unit::kVolt, {0, 100}, &Config::voltage_noise_rms_v, "white").or_else(0),
   };
+  return keys;
 }
 
-Keys<BaseTiltConfig> base_tilt_keys() {
+const Keys<BaseTiltConfig>& base_tilt_keys() {
   using Config = BaseTiltConfig;
-  return {
+  static const Keys<BaseTiltConfig> keys = {
       number("tilt_deg", unit::kDegree, {-45, 45}, &Config::tilt_rad, "static slant of the base").or_else(0),
       number("direction_deg", unit::kDegree, kTurn, &Config::direction_rad, "azimuth joint angle to which it slants up")
           .or_else(0),
   };
+  return keys;
 }
 
-Keys<AxisConfig> axis_keys() {
+const Keys<AxisConfig>& axis_keys() {
   using Config = AxisConfig;
-  return {
+  static const Keys<AxisConfig> keys = {
       number("inertia_kg_m2", unit::kKilogramSquareMetre, {1e-6, 1e6}, &Config::inertia_kg_m2,
              "about the axis; azimuth: the part that does not depend on pitch, J0"),
       number("inertia_swing_kg_m2", unit::kKilogramSquareMetre, {0, 1e6}, &Config::inertia_swing_kg_m2,
              "azimuth only: J1 in J0 + J1 cos^2(pitch)")
           .or_else(0),
   };
+  return keys;
 }
 
-Keys<EndStopKeys> end_stop_keys() {
+const Keys<EndStopKeys>& end_stop_keys() {
   using Config = EndStopKeys;
-  return {
+  static const Keys<EndStopKeys> keys = {
       number("end_stops_deg", unit::kDegree, {-1e5, 1e5}, &Config::range_rad,
              "[lower, upper] travel limit of the joint; absent: none")
           .or_absent(),
@@ -104,11 +114,12 @@ Keys<EndStopKeys> end_stop_keys() {
              "speed after over speed before the impact")
           .or_else(0.3),
   };
+  return keys;
 }
 
-Keys<MotorConfig> motor_keys() {
+const Keys<MotorConfig>& motor_keys() {
   using Config = MotorConfig;
-  return {
+  static const Keys<MotorConfig> keys = {
       number("torque_constant_nm_a", unit::kNewtonMetrePerAmpere, {1e-4, 1e3}, &Config::torque_constant_nm_a, "Kt"),
       number("back_emf_constant_v_s_rad", unit::kVoltSecondPerRadian, {0, 1e3}, &Config::back_emf_constant_v_s_rad,
              "Ke"),
@@ -118,29 +129,32 @@ Keys<MotorConfig> motor_keys() {
              "of the drive; the controller keeps it, the plant does not"),
       number("dead_time_us", unit::kMicrosecond, {0, 10}, &Config::dead_time_s, "of the bridge").or_else(0),
   };
+  return keys;
 }
 
-Keys<RippleConfig> ripple_keys() {
+const Keys<RippleConfig>& ripple_keys() {
   using Config = RippleConfig;
-  return {
+  static const Keys<RippleConfig> keys = {
       number("harmonic", unit::kNone, {1, 1000}, &Config::harmonic, "periods per turn of the joint"),
       number("amplitude_percent", unit::kPercent, {0, 50}, &Config::fraction, "of the torque"),
       number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "cosine phase at joint angle 0").or_else(0),
   };
+  return keys;
 }
 
-Keys<CoggingConfig> cogging_keys() {
+const Keys<CoggingConfig>& cogging_keys() {
   using Config = CoggingConfig;
-  return {
+  static const Keys<CoggingConfig> keys = {
       number("harmonic", unit::kNone, {1, 1000}, &Config::harmonic, "periods per turn of the joint"),
       number("amplitude_nm", unit::kNewtonMetre, kTorque, &Config::amplitude_nm, "whatever the current"),
       number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "sine phase at joint angle 0").or_else(0),
   };
+  return keys;
 }
 
-Keys<FrictionConfig> friction_keys() {
+const Keys<FrictionConfig>& friction_keys() {
   using Config = FrictionConfig;
-  return {
+  static const Keys<FrictionConfig> keys = {
       number("stiffness_nm_rad", unit::kNewtonMetrePerRadian, {1e-3, 1e9}, &Config::stiffness_nm_rad,
              "sigma0, eq. (1)"),
       number("damping_nm_s_rad", unit::kNewtonMetreSecondPerRadian, {0, 1e6}, &Config::damping_nm_s_rad,
@@ -158,11 +172,12 @@ Keys<FrictionConfig> friction_keys() {
              "joint angle of a maximum")
           .or_else(0),
   };
+  return keys;
 }
 
-Keys<StribeckConfig> stribeck_keys() {
+const Keys<StribeckConfig>& stribeck_keys() {
   using Config = StribeckConfig;
-  return {
+  static const Keys<StribeckConfig> keys = {
       number("coulomb_nm", unit::kNewtonMetre, {1e-6, 1e4}, &Config::coulomb_nm, "Tc, eq. (3)"),
       number("breakaway_nm", unit::kNewtonMetre, {1e-6, 1e4}, &Config::breakaway_nm, "Ts >= Tc, eq. (3)"),
       number("stribeck_speed_deg_s", unit::kDegreePerSecond, {1e-4, 5e3}, &Config::stribeck_speed_rad_s,
@@ -170,11 +185,12 @@ Keys<StribeckConfig> stribeck_keys() {
       number("viscous_nm_s_rad", unit::kNewtonMetreSecondPerRadian, {0, 1e4}, &Config::viscous_nm_s_rad,
              "sigma2, eq. (1)"),
   };
+  return keys;
 }
 
-Keys<LoadConfig> load_keys() {
+const Keys<LoadConfig>& load_keys() {
   using Config = LoadConfig;
-  return {
+  static const Keys<LoadConfig> keys = {
       number("imbalance_nm", unit::kNewtonMetre, kTorque, &Config::imbalance_nm,
              "gravity moment of the off-centre mass; of azimuth it acts on a tilted base only")
           .or_else(0),
@@ -202,31 +218,34 @@ Keys<LoadConfig> load_keys() {
              "white torque noise, held for 1 ms")
           .or_else(0),
   };
+  return keys;
 }
 
-Keys<StructureConfig> structure_keys() {
+const Keys<StructureConfig>& structure_keys() {
   using Config = StructureConfig;
-  return {
+  static const Keys<StructureConfig> keys = {
       number("frequency_hz", unit::kHertz, {1, 400}, &Config::frequency_hz,
              "resonance of the axis without friction, at pitch 0"),
       number("damping", unit::kNone, {0.001, 1}, &Config::damping, "damping ratio of that resonance"),
       number("inertia_share", unit::kNone, {0.001, 0.9}, &Config::inertia_share,
              "share of the axis' inertia that is behind the spring"),
   };
+  return keys;
 }
 
-Keys<BaseSwayConfig> base_sway_keys() {
+const Keys<BaseSwayConfig>& base_sway_keys() {
   using Config = BaseSwayConfig;
-  return {
+  static const Keys<BaseSwayConfig> keys = {
       number("rms_urad", unit::kMicroradian, {0, 1e5}, &Config::rms_rad, "standard deviation of the base angle"),
       number("frequency_hz", unit::kHertz, {0.01, 100}, &Config::frequency_hz, "of its resonance"),
       number("damping", unit::kNone, {0.001, 2}, &Config::damping, "damping ratio of its resonance"),
   };
+  return keys;
 }
 
-Keys<EncoderConfig> encoder_keys() {
+const Keys<EncoderConfig>& encoder_keys() {
   using Config = EncoderConfig;
-  return {
+  static const Keys<EncoderConfig> keys = {
       number("resolution_bits", unit::kNone, {8, 32}, &Config::resolution_bits, "per turn"),
       number("jitter_rms_urad", unit::kMicroradian, {0, 1e4}, &Config::jitter_rms_rad, "white").or_else(0),
       number("eccentricity_urad", unit::kMicroradian, {0, 1e5}, &Config::eccentricity_rad,
@@ -241,11 +260,12 @@ Keys<EncoderConfig> encoder_keys() {
              "readings averaged per tick, one in each of its last PWM periods")
           .or_else(1),
   };
+  return keys;
 }
 
-Keys<GyroConfig> gyro_keys() {
+const Keys<GyroConfig>& gyro_keys() {
   using Config = GyroConfig;
-  return {
+  static const Keys<GyroConfig> keys = {
       number("noise_density_deg_s_rthz", unit::kDegreePerSecondRootHertz, {0, 1}, &Config::noise_density_rad_s_rthz,
              "one-sided density of the white rate noise"),
       number("bandwidth_hz", unit::kHertz, {1, 5e3}, &Config::bandwidth_hz, "-3 dB"),
@@ -256,11 +276,12 @@ Keys<GyroConfig> gyro_keys() {
              "beyond plus and minus this the reading is clipped and not valid"),
       number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the rate to the reading").or_else(0),
   };
+  return keys;
 }
 
-Keys<DesignConfig> design_keys() {
+const Keys<DesignConfig>& design_keys() {
   using Config = DesignConfig;
-  return {
+  static const Keys<DesignConfig> keys = {
       number("speed_loop_bandwidth_hz", unit::kHertz, {0.01, 300}, &Config::speed_loop_bandwidth_hz,
              "closed-loop bandwidth; exactly one of this and the next")
           .or_absent(),
@@ -279,11 +300,13 @@ Keys<DesignConfig> design_keys() {
       number("current_loop_bandwidth_hz", unit::kHertz, {10, 2500}, &Config::current_loop_bandwidth_hz,
              "closed-loop bandwidth"),
   };
+  return keys;
 }
 
-Keys<Assumption> assumption_keys() {
-  return {words("topic", &Assumption::topic, "what was chosen"),
-          words("text", &Assumption::text, "the choice, and why; goes to the report")};
+const Keys<Assumption>& assumption_keys() {
+  static const Keys<Assumption> keys = {words("topic", &Assumption::topic, "what was chosen"),
+                                        words("text", &Assumption::text, "the choice, and why; goes to the report")};
+  return keys;
 }
 
 std::string plant_keys_markdown() {

@@ -14,26 +14,26 @@ struct EndStopKeys {
   double restitution = 0;
 };
 
-Keys<PlantConfig> plant_keys();
-Keys<PlantConfig> friction_model_keys();
-Keys<MaxwellSlipConfig> maxwell_slip_keys();
-Keys<SupplyConfig> supply_keys();
-Keys<AdcConfig> adc_keys();
-Keys<BaseTiltConfig> base_tilt_keys();
-Keys<AxisConfig> axis_keys();
-Keys<EndStopKeys> end_stop_keys();
-Keys<MotorConfig> motor_keys();
-Keys<RippleConfig> ripple_keys();
-Keys<CoggingConfig> cogging_keys();
-Keys<FrictionConfig> friction_keys();
-Keys<StribeckConfig> stribeck_keys();
-Keys<LoadConfig> load_keys();
-Keys<StructureConfig> structure_keys();
-Keys<BaseSwayConfig> base_sway_keys();
-Keys<EncoderConfig> encoder_keys();
-Keys<GyroConfig> gyro_keys();
-Keys<DesignConfig> design_keys();
-Keys<Assumption> assumption_keys();
+const Keys<PlantConfig>& plant_keys();
+const Keys<PlantConfig>& friction_model_keys();
+const Keys<MaxwellSlipConfig>& maxwell_slip_keys();
+const Keys<SupplyConfig>& supply_keys();
+const Keys<AdcConfig>& adc_keys();
+const Keys<BaseTiltConfig>& base_tilt_keys();
+const Keys<AxisConfig>& axis_keys();
+const Keys<EndStopKeys>& end_stop_keys();
+const Keys<MotorConfig>& motor_keys();
+const Keys<RippleConfig>& ripple_keys();
+const Keys<CoggingConfig>& cogging_keys();
+const Keys<FrictionConfig>& friction_keys();
+const Keys<StribeckConfig>& stribeck_keys();
+const Keys<LoadConfig>& load_keys();
+const Keys<StructureConfig>& structure_keys();
+const Keys<BaseSwayConfig>& base_sway_keys();
+const Keys<EncoderConfig>& encoder_keys();
+const Keys<GyroConfig>& gyro_keys();
+const Keys<DesignConfig>& design_keys();
+const Keys<Assumption>& assumption_keys();
 
 }  // namespace trackservo::sim
 

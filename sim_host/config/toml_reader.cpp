@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 namespace trackservo::sim {
 
@@ -51,14 +52,19 @@ std::size_t edits_between(const std::string& a, const std::string& b) {
   return row[b.size()];
 }
 
-}  // namespace
-
-TomlReader::TomlReader(const std::filesystem::path& path) : file_(path.string()), lines_(path.string()) {
+std::string text_of(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream || std::filesystem::is_directory(path)) {
-    throw ConfigError(fmt::format("{}:1: file: cannot be read, give the path of an existing TOML file", file_));
+    throw ConfigError(fmt::format("{}:1: file: cannot be read, give the path of an existing TOML file", path.string()));
   }
-  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+TomlReader::TomlReader(const std::filesystem::path& path) : TomlReader(path.string(), text_of(path)) {}
+
+TomlReader::TomlReader(std::string name, std::string_view text) : file_(std::move(name)), lines_(file_) {
   try {
     root_ = toml::parse(text, file_);
   } catch (const toml::parse_error& error) {

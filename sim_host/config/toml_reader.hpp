@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/config_error.hpp"
@@ -29,6 +30,9 @@ class TomlReader {
  public:
   // Parses the file. Throws ConfigError when it cannot be read or is not TOML.
   explicit TomlReader(const std::filesystem::path& path);
+
+  // Parses a text; `name` stands for it in refusals.
+  TomlReader(std::string name, std::string_view text);
 
   TomlTable root() const { return {&root_, ""}; }
 

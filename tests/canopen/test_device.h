@@ -1,7 +1,7 @@
 /* A CANopen device for the tests: every data type, both kinds of refusal, streams, and two little axes.
  *
  * Not part of any product. The unit tests drive it directly, canopen_test_node puts it on a bus for python-canopen,
- * and the fuzzer feeds it. */
+ * and the fuzzer of the SDO server feeds it. */
 #ifndef TRACKSERVO_TESTS_CANOPEN_TEST_DEVICE_H
 #define TRACKSERVO_TESTS_CANOPEN_TEST_DEVICE_H
 

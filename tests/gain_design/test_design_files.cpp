@@ -88,20 +88,6 @@ void test_wrong_parameters_are_named() {
   check_says(complaint_of([&] { read_device_parameters(file); }), "\"0x2055:6\" (Current limit) is missing");
 }
 
-void test_wrong_wishes_are_named() {
-  const auto said = [](const Json& json) { return complaint_of([&] { read_gain_wishes({"wishes.json", json}); }); };
-  check_says(said({{"bandwidth_hz", 30}}),
-             "wishes.json: \"bandwidth_hz\" is no wish; give any of speed_loop_bandwidth_hz,");
-  check_says(said({{"setpoint_weight", 1.5}}), "\"setpoint_weight\" is 1.5; give a number from 0 to 1");
-  check_says(said({{"observer_bandwidth_hz", "30"}}), "\"observer_bandwidth_hz\" is \"30\"; give a number");
-  check_says(said({{"speed_loop_damping", nullptr}}), "\"speed_loop_damping\" is null; give a number");
-  const GainWishes wishes = read_gain_wishes({"w", {{"least_phase_margin_deg", 55}, {"position_bandwidth_hz", 2.5}}});
-  CHECK_SAME("phase margin", 55.0, wishes.least.phase_margin_deg);
-  CHECK_SAME("gain margin", 6.0, wishes.least.gain_margin_db);
-  CHECK_SAME("position", 2.5, wishes.position_bandwidth_hz.value());
-  TEST_ASSERT_FALSE(wishes.speed_loop_bandwidth_hz.has_value());
-}
-
 InputFile result_file() {
   InputFile file{"result.json", {{"format", "trackservo-identification"}, {"version", 1}, {"refused", Json::array()}}};
   for (const char *direction : {"positive", "negative"}) {
@@ -118,6 +104,43 @@ InputFile result_file() {
                          {"encoder_noise_rad", 5e-8},
                          {"gyro", {{"used", true}, {"delay_s", 466e-6}, {"noise_rad_s", 8e-5}}}};
   return file;
+}
+
+void test_numbers_that_no_float_can_hold_are_named() {
+  check_says(complaint_of([] { parse_input_file("wishes.json", "{\"setpoint_weight\": 9E339}"); }),
+             "wishes.json: [json.exception.out_of_range.406] number overflow");
+  InputFile device = device_file();
+  device.json["0x2000:1"] = 1e300;
+  check_says(complaint_of([&] { read_device_parameters(device); }), "is 1e+300; give a number from 0.0 to 1000000.0");
+  InputFile result = result_file();
+  result.json["parameters"]["viscous_negative"]["value"] = -1e300;
+  check_says(complaint_of([&] { read_identified_plant(result); }),
+             "\"parameters/viscous_negative/value\" is -1e+300, beyond all machines");
+}
+
+void test_a_result_of_another_shape_is_refused() {
+  for (const char *text : {"{\"format\": 1}", "{\"format\": \"trackservo-identification\", \"version\": []}"}) {
+    check_says(complaint_of([&] { read_identified_plant(parse_input_file("result.json", text)); }),
+               "result.json: [json.exception.type_error.302]");
+  }
+  InputFile file = result_file();
+  file.json["parameters"]["inertia"]["value"] = nullptr;
+  file.json["refused"] = 7;
+  check_says(complaint_of([&] { read_identified_plant(file); }), "result.json: [json.exception.type_error");
+}
+
+void test_wrong_wishes_are_named() {
+  const auto said = [](const Json& json) { return complaint_of([&] { read_gain_wishes({"wishes.json", json}); }); };
+  check_says(said({{"bandwidth_hz", 30}}),
+             "wishes.json: \"bandwidth_hz\" is no wish; give any of speed_loop_bandwidth_hz,");
+  check_says(said({{"setpoint_weight", 1.5}}), "\"setpoint_weight\" is 1.5; give a number from 0 to 1");
+  check_says(said({{"observer_bandwidth_hz", "30"}}), "\"observer_bandwidth_hz\" is \"30\"; give a number");
+  check_says(said({{"speed_loop_damping", nullptr}}), "\"speed_loop_damping\" is null; give a number");
+  const GainWishes wishes = read_gain_wishes({"w", {{"least_phase_margin_deg", 55}, {"position_bandwidth_hz", 2.5}}});
+  CHECK_SAME("phase margin", 55.0, wishes.least.phase_margin_deg);
+  CHECK_SAME("gain margin", 6.0, wishes.least.gain_margin_db);
+  CHECK_SAME("position", 2.5, wishes.position_bandwidth_hz.value());
+  TEST_ASSERT_FALSE(wishes.speed_loop_bandwidth_hz.has_value());
 }
 
 void test_measured_delays_decide() {
@@ -185,6 +208,8 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_parameters_are_read_by_index_and_written_with_before_and_value);
   RUN_TEST(test_wrong_parameters_are_named);
+  RUN_TEST(test_numbers_that_no_float_can_hold_are_named);
+  RUN_TEST(test_a_result_of_another_shape_is_refused);
   RUN_TEST(test_wrong_wishes_are_named);
   RUN_TEST(test_measured_delays_decide);
   RUN_TEST(test_resonances_are_taken_over);

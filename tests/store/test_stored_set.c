@@ -1,10 +1,8 @@
 /* The servo's node over a flash: what 0x1010 stores is in force after the next start, whatever happened in between. */
 #include <stdio.h>
 
-#include "hal_host.h"
-#include "node/servo_node.h"
-#include "parameters/axis_dictionary.h"
 #include "unit/support/flash_model.h"
+#include "unit/support/rigid_machine.h"
 #include "unity.h"
 
 #define SAVE 0x65766173u
@@ -15,59 +13,7 @@ enum { NODE_ID = 5, PARAMETERS_LOST = 0x6310, SOURCE_STORAGE = SERVO_AXES + 2, K
 static flash_model model;
 static hal_flash areas[PARAMETER_STORE_AREAS];
 static servo_node node;
-
-/* --- a machine that stands still ------------------------------------------------------------------------------------
- */
-
-static bool joint_angle(void *machine, int axis, uint32_t *angle) {
-  (void)machine;
-  (void)axis;
-  *angle = 0;
-  return true;
-}
-
-static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
-  (void)machine;
-  (void)axis;
-  *rate_rad_s = 0.0f;
-  return true;
-}
-
-static float no_current(void *machine, int axis) {
-  (void)machine;
-  (void)axis;
-  return 0.0f;
-}
-
-static bool no_camera(void *machine, int axis, hal_camera_frame *frame) {
-  (void)machine;
-  (void)axis;
-  (void)frame;
-  return false;
-}
-
-static hal_health good_health(void *machine, int axis) {
-  (void)machine;
-  (void)axis;
-  return HAL_GOOD;
-}
-
-static void ignore_power(void *machine, int axis, bool on) {
-  (void)machine;
-  (void)axis;
-  (void)on;
-}
-
-static float bus_voltage(void *machine) {
-  (void)machine;
-  return 48.0f;
-}
-
-static void ignore_duty(void *machine, int axis, float duty) {
-  (void)machine;
-  (void)axis;
-  (void)duty;
-}
+static rigid_machine machine;
 
 static bool send(void *context, const can_frame *frame) {
   (void)context;
@@ -77,30 +23,10 @@ static bool send(void *context, const can_frame *frame) {
 
 /* The power comes back, or is there for the first time. */
 static void start_node(const hal_flash *flash) {
-  static hal machine = {.joint_angle = joint_angle,
-                        .gyro_rate = gyro_rate,
-                        .mean_current_a = no_current,
-                        .camera = no_camera,
-                        .axis_health = good_health,
-                        .power_bridge = ignore_power,
-                        .current_a = no_current,
-                        .bus_voltage_v = bus_voltage,
-                        .set_duty = ignore_duty};
-  static axis_tuning defaults;
-  const od_part part = {.table = axis_parameters_table, .values = &defaults, .prefix = ""};
-  od_restore_defaults(&part, NODE_ID);
-  const axis_parameters parameters[SERVO_AXES] = {defaults.staged, defaults.staged};
-  /* A machine of constants: its sensors always say the same. */
-  protection_limits limits[SERVO_AXES];
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    const od_part limits_part = {.table = protection_objects_table, .values = &limits[i], .prefix = ""};
-    od_restore_defaults(&limits_part, NODE_ID);
-    limits[i].stuck_s = 0.0f;
-  }
-  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, flash};
+  rigid_machine_init(&machine);
   model.off = false;
   model.operations_left = -1;
-  TEST_ASSERT_TRUE(servo_node_start(&node, &config));
+  TEST_ASSERT_TRUE(rigid_machine_start_node(&machine, &node, NODE_ID, (can_sender){send, NULL}, flash));
 }
 
 static void restart(void) { start_node(areas); }

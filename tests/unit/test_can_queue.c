@@ -77,6 +77,40 @@ static void *produce(void *context) {
   return NULL;
 }
 
+/* Bound: all sequences of 16 pushes and pops (65,536), on queues of 1, 2, 4 and 8 frames, from counters at 0 and just
+ * before their wrap; beside a list that says what should come. */
+static void test_all_short_sequences_of_pushes_and_pops(void) {
+  enum { STEPS = 16 };
+  uint32_t wrong = 0;
+  for (uint32_t n = 0; n < (1u << STEPS) * 8u; n++) {
+    const uint32_t capacity = 1u << (n >> STEPS & 3u);
+    const uint32_t start = (n >> STEPS & 4u) != 0 ? UINT32_MAX - 3 : 0;
+    (void)can_queue_init(&queue, frames, capacity);
+    atomic_store(&queue.pushed, start);
+    atomic_store(&queue.popped, start);
+    uint32_t next = 0, oldest = 0, lost = 0; /* numbers of frames that were taken, and of those that were given back */
+    uint32_t waiting[STEPS];
+    for (uint32_t step = 0; step < STEPS; step++) {
+      can_frame frame = {.id = step};
+      if ((n >> step & 1u) != 0) {
+        const bool room = next - oldest < capacity;
+        wrong += can_queue_push(&queue, &frame) == room ? 0u : 1u;
+        lost += room ? 0u : 1u;
+        if (room) {
+          waiting[next++] = step;
+        }
+      } else {
+        const bool there = oldest < next;
+        wrong += can_queue_pop(&queue, &frame) == there ? 0u : 1u;
+        wrong += frame.id == (there ? waiting[oldest] : step) ? 0u : 1u; /* left alone when there is none */
+        oldest += there ? 1u : 0u;
+      }
+    }
+    wrong += can_queue_overruns(&queue) == lost ? 0u : 1u;
+  }
+  TEST_ASSERT_EQUAL(0, wrong);
+}
+
 static void test_two_threads_lose_and_tear_nothing(void) {
   pthread_t producer;
   TEST_ASSERT_TRUE(can_queue_init(&queue, frames, 64));
@@ -100,6 +134,7 @@ int main(void) {
   RUN_TEST(test_full_queue_drops_the_newest_and_counts_it);
   RUN_TEST(test_queue_refuses_a_capacity_that_is_no_power_of_two);
   RUN_TEST(test_queue_works_across_the_wrap_of_its_counters);
+  RUN_TEST(test_all_short_sequences_of_pushes_and_pops);
   RUN_TEST(test_two_threads_lose_and_tear_nothing);
   return UNITY_END();
 }

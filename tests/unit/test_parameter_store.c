@@ -200,6 +200,47 @@ static void test_a_wrong_bit_anywhere_gives_the_set_before_and_is_told(void) {
   }
 }
 
+static void flip(uint8_t *record, uint32_t bit) { record[bit / 8] = (uint8_t)(record[bit / 8] ^ 1u << bit % 8); }
+
+/* Bound: all pairs of bits of the newest record, of two rows (73,536), and every double word of it replaced by blank,
+ * by zeros and by each other double word of the record. */
+static void test_two_wrong_bits_or_a_wrong_double_word_give_the_set_before(void) {
+  enum { ROWS = 2, UNITS = ROWS + PARAMETER_STORE_FRAME_UNITS, BITS = UNITS * 8 * HAL_FLASH_UNIT_BYTES };
+  row_set old, newest;
+  fit_flash(64, 4);
+  fill(&old, 1, ROWS);
+  fill(&newest, 2, ROWS);
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&old));
+  TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&newest));
+  restart();
+  uint8_t *record = model.bytes + store.found[0].page * model.page_bytes;
+  uint32_t tried = 0, wrong = 0;
+  for (uint32_t one = 0; one < (uint32_t)random_cases(BITS); ++one) {
+    for (uint32_t other = one + 1; other < BITS; ++other, ++tried) {
+      flip(record, one);
+      flip(record, other);
+      restart();
+      wrong += finds(&old) ? 0u : 1u;
+      flip(record, one);
+      flip(record, other);
+    }
+  }
+  uint8_t good[UNITS + 2][HAL_FLASH_UNIT_BYTES] = {{0}};
+  memcpy(good, record, (size_t)UNITS * HAL_FLASH_UNIT_BYTES);
+  memset(good[UNITS + 1], 0xFF, HAL_FLASH_UNIT_BYTES); /* and [UNITS] is zeros */
+  for (uint32_t place = 0; place < UNITS; ++place) {
+    for (uint32_t from = 0; from < UNITS + 2; ++from, ++tried) {
+      const bool same = memcmp(good[from], good[place], HAL_FLASH_UNIT_BYTES) == 0;
+      memcpy(record + place * HAL_FLASH_UNIT_BYTES, good[from], HAL_FLASH_UNIT_BYTES);
+      restart();
+      wrong += finds(same ? &newest : &old) ? 0u : 1u;
+      memcpy(record + place * HAL_FLASH_UNIT_BYTES, good[place], HAL_FLASH_UNIT_BYTES);
+    }
+  }
+  printf("wrong records: %u tried, %u taken\n", (unsigned)tried, (unsigned)wrong);
+  TEST_ASSERT_EQUAL(0, wrong);
+}
+
 /* --- loss of power ------------------------------------------------------------------------------------------------ */
 
 typedef struct {
@@ -387,6 +428,7 @@ int main(void) {
   RUN_TEST(test_the_set_in_use_survives_a_newer_one_that_was_refused);
   RUN_TEST(test_a_page_that_cannot_be_programmed_leaves_the_old_set);
   RUN_TEST(test_a_wrong_bit_anywhere_gives_the_set_before_and_is_told);
+  RUN_TEST(test_two_wrong_bits_or_a_wrong_double_word_give_the_set_before);
   RUN_TEST(test_a_cut_at_every_operation_of_a_thousand_saves_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_a_cut_in_a_set_of_the_real_size_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_cuts_upon_cuts_leave_the_old_set_or_the_new_one);

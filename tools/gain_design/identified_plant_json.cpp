@@ -12,6 +12,7 @@ using Json = nlohmann::json;
 
 constexpr const char *kFormat = "trackservo-identification";
 constexpr int kVersion = 1;
+constexpr double kMost = 1e30;  // of any number, so that it is one for a float, too
 
 void check_format(const InputFile& file) {
   if (file.json.value("format", "") != kFormat || file.json.value("version", 0) != kVersion) {
@@ -26,7 +27,11 @@ double number_at(const InputFile& file, const std::string& path) {
   if (!file.json.contains(pointer) || !file.json.at(pointer).is_number()) {
     throw file.error(fmt::format("\"{}\" is missing or no number; run identify fit again", path));
   }
-  return file.json.at(pointer).get<double>();
+  const double value = file.json.at(pointer).get<double>();
+  if (std::abs(value) > kMost) {
+    throw file.error(fmt::format("\"{}\" is {:g}, beyond all machines; run identify fit again", path, value));
+  }
+  return value;
 }
 
 // What the identification said about a parameter that it did not give.
@@ -82,9 +87,7 @@ StructuralMode mode(const InputFile& file, std::size_t index) {
           number_at(file, path + "share")};
 }
 
-}  // namespace
-
-IdentifiedPlant read_identified_plant(const InputFile& file) {
+IdentifiedPlant plant_from(const InputFile& file) {
   check_format(file);
   std::vector<std::string> names{"inertia", "stiffness", "damping"};
   for (const char *quantity : {"coulomb_", "breakaway_", "stribeck_speed_", "viscous_"}) {
@@ -109,6 +112,16 @@ IdentifiedPlant read_identified_plant(const InputFile& file) {
     plant.modes.push_back(mode(file, i));
   }
   return plant;
+}
+
+}  // namespace
+
+IdentifiedPlant read_identified_plant(const InputFile& file) {
+  try {
+    return plant_from(file);
+  } catch (const Json::exception& error) {  // a text where a number or a table should be, and the like
+    throw file.error(fmt::format("{}; run identify fit again", error.what()));
+  }
 }
 
 }  // namespace trackservo::gain_design

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace trackservo::gain_design {
 
@@ -24,6 +25,9 @@ struct InputFile {
 
 // Throws InputFileError when it cannot be read or holds no JSON object.
 InputFile load_input_file(const std::string& path);
+
+// The same for a text; `name` stands for it in messages.
+InputFile parse_input_file(std::string name, std::string_view text);
 
 }  // namespace trackservo::gain_design
 

@@ -109,7 +109,7 @@ static inline bool flash_model_erase(const hal_flash *flash, uint32_t page) {
     model->rule_breaks++;
     return false;
   }
-  memset(blank, 0xFF, sizeof blank);
+  memset(blank, 0xFF, model->page_bytes);
   model->erases[flash->area * model->pages + page]++;
   flash_model_change(model, flash_model_at(flash, page * model->page_bytes), blank, model->page_bytes);
   return !model->off;

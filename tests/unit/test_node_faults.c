@@ -1,0 +1,173 @@
+/* What the node keeps of faults (0x3020), and what guards the limits of protection (0x3040, 0x2055, 0x2060). */
+#include "support/node_bench.h"
+
+#include "support/check.h"
+
+enum { PROTECTION = 0x2060, OVERSPEED = 1, UNDER_VOLTAGE = 15, MOTOR = 0x2055, CURRENT_LIMIT = 6 };
+enum { LOG = 0x3020, LOG_COUNT = 1, LOG_COMMAND, NEWEST, ACCESS = 0x3040, WORD = 1, LEFT_S, PV = 3 };
+enum { HEADER = 8, SAMPLE = (int)sizeof(fault_log_sample), EMCY = 0x080 + NODE_ID };
+
+#define OPEN 0x6E65706Fu
+#define DEVICE_STATE 0x08000022u
+#define NO_DATA 0x08000024u
+
+static uint8_t entry[HEADER + FAULT_LOG_TICKS * SAMPLE];
+
+void setUp(void) { node_bench_start(); }
+void tearDown(void) {}
+
+/* Segmented upload; its length, or 0 when there is no such entry. */
+static uint32_t read_entry(uint8_t sub) {
+  const uint8_t *answer = ask((const uint8_t[]){0x40, 0x20, 0x30, sub, 0, 0, 0, 0});
+  if (answer[0] == 0x80) {
+    TEST_ASSERT_EQUAL_HEX32(NO_DATA, u32_of(&answer[4]));
+    return 0;
+  }
+  const uint32_t size = u32_of(&answer[4]);
+  TEST_ASSERT_TRUE(size <= sizeof entry);
+  uint32_t got = 0;
+  for (uint8_t toggle = 0; got < size; toggle ^= 0x10) {
+    answer = ask((const uint8_t[]){(uint8_t)(0x60 | toggle), 0, 0, 0, 0, 0, 0, 0});
+    const uint32_t length = 7u - (answer[0] >> 1 & 7u);
+    memcpy(&entry[got], &answer[1], length);
+    got += length;
+  }
+  return size;
+}
+
+static fault_log_sample sample(uint32_t n) {
+  fault_log_sample s;
+  memcpy(&s, &entry[HEADER + n * (uint32_t)SAMPLE], sizeof s);
+  return s;
+}
+
+/* --- the lock -------------------------------------------------------------------------------------------------------
+ */
+
+static void test_limits_are_written_only_while_the_lock_is_open(void) {
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 2.0f));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(MOTOR, CURRENT_LIMIT, 20.0f));
+  TEST_ASSERT_EQUAL(0, get(ACCESS, LEFT_S) & 0xFFFF);
+  SET(ACCESS, WORD, OPEN);
+  TEST_ASSERT_EQUAL(60, get(ACCESS, LEFT_S) & 0xFFFF);
+  SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
+  SET_FLOAT(MOTOR, CURRENT_LIMIT, 20.0f);
+  CHECK_SAME("rad/s", 2.0, get_float(PROTECTION, OVERSPEED));
+  SET(ACCESS, WORD, OPEN + 1);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 3.0f));
+  CHECK_SAME("rad/s", 2.0, get_float(PROTECTION, OVERSPEED));
+  CHECK_SAME("the other axis", 1.5, get_float(PROTECTION + PITCH, OVERSPEED));
+}
+
+static void test_the_lock_closes_by_itself_after_a_minute(void) {
+  SET(ACCESS, WORD, OPEN);
+  wait_ms(30000);
+  TEST_ASSERT_EQUAL(30, get(ACCESS, LEFT_S) & 0xFFFF);
+  SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
+  wait_ms(30000);
+  TEST_ASSERT_EQUAL(0, get(ACCESS, LEFT_S) & 0xFFFF);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 3.0f));
+}
+
+static void test_a_limit_that_contradicts_another_is_refused(void) {
+  SET(ACCESS, WORD, OPEN);
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, set_float(PROTECTION, UNDER_VOLTAGE, 60.0f)); /* the over-voltage limit */
+  CHECK_SAME("V", 36.0, get_float(PROTECTION, UNDER_VOLTAGE));
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, set_float(PROTECTION, OVERSPEED, 2000.0f));
+}
+
+/* --- the log --------------------------------------------------------------------------------------------------------
+ */
+
+static void test_a_fault_leaves_what_the_axis_did_before_it(void) {
+  enable(PITCH, PV);
+  SET(0x60FF + PITCH, 0, 100000);
+  wait_ms(500);
+  const uint32_t before = get(0x3010, 1);
+  wait_ms(10);
+  machine.axis[1].health = HAL_POWER_STAGE;
+  wait_ms(3);
+  TEST_ASSERT_EQUAL(1, get(LOG, LOG_COUNT));
+  TEST_ASSERT_EQUAL(HEADER + FAULT_LOG_TICKS * SAMPLE, read_entry(NEWEST));
+  TEST_ASSERT_TRUE(u32_of(entry) >= before + 9 && u32_of(entry) <= before + 12);
+  TEST_ASSERT_EQUAL(FAULT_POWER_STAGE, entry[4]);
+  TEST_ASSERT_EQUAL(1, entry[5]); /* pitch */
+  TEST_ASSERT_EQUAL(FAULT_LOG_TICKS, entry[6]);
+  TEST_ASSERT_EQUAL(FAULT_LOG_SIGNALS, entry[7]);
+  for (uint32_t n = 0; n < FAULT_LOG_TICKS; ++n) {
+    CHECK_NEAR("rad/s", 0.1, sample(n).joint_rate_rad_s, 0.002);
+    CHECK_NEAR("V", 48.0, sample(n).bus_voltage_v, 1e-3);
+  }
+  TEST_ASSERT_TRUE(sample(15).joint_angle_rad > sample(0).joint_angle_rad);
+}
+
+static void test_the_last_eight_faults_are_kept_until_they_are_cleared(void) {
+  for (int i = 0; i < 9; ++i) {
+    servo_node_tell(&node, i < 8 ? FAULT_WATCHDOG_RESET : FAULT_BROWN_OUT_RESET, (uint8_t)i, false);
+    wait_ms(20);
+  }
+  TEST_ASSERT_EQUAL(9, get(LOG, LOG_COUNT));
+  TEST_ASSERT_TRUE(read_entry(NEWEST) > 0);
+  TEST_ASSERT_EQUAL(FAULT_BROWN_OUT_RESET, entry[4]);
+  TEST_ASSERT_TRUE(read_entry(NEWEST + 7) > 0);
+  TEST_ASSERT_EQUAL(FAULT_WATCHDOG_RESET, entry[4]);
+  SET(LOG, LOG_COMMAND, 1);
+  TEST_ASSERT_EQUAL(0, get(LOG, LOG_COUNT));
+  TEST_ASSERT_EQUAL(0, read_entry(NEWEST));
+}
+
+static void test_there_is_no_entry_before_a_fault(void) {
+  TEST_ASSERT_EQUAL(0, get(LOG, LOG_COUNT));
+  TEST_ASSERT_EQUAL(0, read_entry(NEWEST));
+  SET(LOG, LOG_COMMAND, 0);
+}
+
+static void test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading(void) {
+  servo_node_tell(&node, FAULT_WATCHDOG_RESET, 0, false);
+  wait_ms(1);
+  (void)ask((const uint8_t[]){0x40, 0x20, 0x30, NEWEST, 0, 0, 0, 0});
+  fault_log_clear(&node.log);
+  const uint8_t *answer = ask((const uint8_t[]){0x60, 0, 0, 0, 0, 0, 0, 0});
+  TEST_ASSERT_EQUAL_HEX8(0x80, answer[0]);
+  TEST_ASSERT_EQUAL_HEX32(NO_DATA, u32_of(&answer[4]));
+}
+
+/* --- what the board tells
+ * --------------------------------------------------------------------------------------------- */
+
+static void test_a_fault_of_the_board_that_lasts_stays_in_the_register(void) {
+  sent_count = 0;
+  servo_node_tell(&node, FAULT_IMAGE_DAMAGED, 42, true);
+  wait_ms(20);
+  const can_frame *told = last_sent(EMCY);
+  TEST_ASSERT_NOT_NULL(told);
+  TEST_ASSERT_EQUAL_HEX32(0x5520, u32_of(told->data) & 0xFFFF);
+  TEST_ASSERT_EQUAL(42, told->data[3]);
+  TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0) & 0xFF);
+}
+
+static void test_bus_off_stops_both_axes(void) {
+  enable(PITCH, PV);
+  enable(0, PV);
+  SET(0x60FF, 0, 100000);
+  wait_ms(500);
+  servo_node_bus_off(&node);
+  wait_ms(500);
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.005);
+  TEST_ASSERT_EQUAL_HEX32(0x8140, get(0x603F, 0) & 0xFFFF);
+  TEST_ASSERT_EQUAL_HEX32(0x8140, get(0x603F + PITCH, 0) & 0xFFFF);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_limits_are_written_only_while_the_lock_is_open);
+  RUN_TEST(test_the_lock_closes_by_itself_after_a_minute);
+  RUN_TEST(test_a_limit_that_contradicts_another_is_refused);
+  RUN_TEST(test_a_fault_leaves_what_the_axis_did_before_it);
+  RUN_TEST(test_the_last_eight_faults_are_kept_until_they_are_cleared);
+  RUN_TEST(test_there_is_no_entry_before_a_fault);
+  RUN_TEST(test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading);
+  RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
+  RUN_TEST(test_bus_off_stops_both_axes);
+  return UNITY_END();
+}

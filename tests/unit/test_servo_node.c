@@ -1,0 +1,368 @@
+/* The whole node, as a master sees it: frames in, frames out, and what its machine does meanwhile. */
+#include "support/node_bench.h"
+
+#include "support/check.h"
+
+enum { EMCY = 0x080 + NODE_ID, HEARTBEAT = 0x700 + NODE_ID, PV = 3, CSV = 9, CST = 10 };
+
+void setUp(void) { node_bench_start(); }
+void tearDown(void) {}
+
+/* Pre-defined error field, newest first: the code alone. */
+static uint32_t newest_error(void) { return get(0x1003, 1) & 0xFFFF; }
+
+static void turn_azimuth_at_0_2_rad_s(void) {
+  enable(0, PV);
+  SET(0x60FF, 0, 200000);
+  wait_ms(1000);
+  CHECK_NEAR("rad/s", 0.2, machine.axis[0].rate_rad_s, 0.002);
+}
+
+/* --- motion ------------------------------------------------------------------------------------------------------- */
+
+static void test_pdos_alone_enable_an_axis_and_turn_it(void) {
+  nmt(1);
+  for (uint8_t controlword = 6; controlword <= 7; ++controlword) {
+    give(0x200 + NODE_ID, 3, (const uint8_t[]){controlword, 0, PV});
+    wait_ms(2);
+  }
+  give(0x200 + NODE_ID, 3, (const uint8_t[]){0x0F, 0, PV});
+  give(0x400 + NODE_ID, 8, (const uint8_t[]){0xC0, 0xD4, 0x01, 0, 0, 0, 0, 0}); /* 120000 for azimuth, 0 for pitch */
+  sent_count = 0;
+  wait_ms(1000);
+  CHECK_NEAR("rad/s", 0.12, machine.axis[0].rate_rad_s, 0.001);
+  CHECK_SAME("pitch, rad/s", 0.0, machine.axis[1].rate_rad_s);
+  const can_frame *speeds = last_sent(0x380 + NODE_ID);
+  TEST_ASSERT_NOT_NULL(speeds);
+  CHECK_NEAR("rad/s on the bus", 0.12, 1e-6 * (double)(int32_t)u32_of(speeds->data), 0.001);
+  const can_frame *state = last_sent(0x180 + NODE_ID);
+  TEST_ASSERT_NOT_NULL(state);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state->data[0] & STATE_MASK);
+  TEST_ASSERT_EQUAL(PV, state->data[2]);
+}
+
+static void pwm(void) {
+  for (int axis = 0; axis < SERVO_AXES; ++axis) {
+    servo_board_pwm(&node.board, axis);
+  }
+}
+
+static void test_the_bridge_pushes_only_where_an_axis_is_on(void) {
+  pwm();
+  CHECK_SAME("duty, off", 0.0, machine.axis[0].duty);
+  enable(0, CST);
+  machine.axis[0].load_nm = 4.0; /* holds against it */
+  SET(0x6071, 0, 100);           /* 4 N m */
+  wait_ms(5);
+  CHECK_NEAR("A", 1.6, machine.axis[0].current_a, 1e-4);
+  machine.axis[0].current_a = 1.5f; /* measured */
+  pwm();
+  CHECK_AT_LEAST("duty", 0.01, machine.axis[0].duty);
+  CHECK_SAME("duty of pitch", 0.0, machine.axis[1].duty);
+  command(0, 0);
+  wait_ms(200);
+  pwm();
+  CHECK_SAME("duty, off again", 0.0, machine.axis[0].duty);
+}
+
+static void test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going(void) {
+  SET(0x60C2, 1, 10);
+  enable(0, CSV);
+  for (int i = 0; i < 50; ++i) {
+    SET(0x60FF, 0, 50000);
+    wait_ms(9);
+  }
+  CHECK_NEAR("rad/s", 0.05, machine.axis[0].rate_rad_s, 0.001);
+  wait_ms(500); /* none arrives any more */
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.001);
+}
+
+/* --- what the board finds ------------------------------------------------------------------------------------------
+ */
+
+static void test_each_fault_of_the_board_stops_its_axis_alone_and_is_told(void) {
+  static const struct {
+    hal_health health;
+    uint32_t code;
+    bool cuts; /* else the loop brakes */
+  } rows[] = {{HAL_OVER_CURRENT, 0x2310, true},
+              {HAL_POWER_STAGE, 0x5410, true},
+              {HAL_TOO_HOT, 0x4310, false},
+              {HAL_TIMING_LOST, 0x6100, true}};
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    node_bench_start();
+    enable(PITCH, PV);
+    turn_azimuth_at_0_2_rad_s();
+    machine.axis[0].health = rows[i].health;
+    sent_count = 0;
+    wait_ms(2);
+    TEST_ASSERT_EQUAL(rows[i].cuts, machine.axis[0].current_a == 0.0f);
+    const can_frame *told = last_sent(EMCY);
+    TEST_ASSERT_NOT_NULL(told);
+    TEST_ASSERT_EQUAL_HEX32(rows[i].code, u32_of(told->data) & 0xFFFF);
+    TEST_ASSERT_EQUAL(1, told->data[4]); /* azimuth */
+    wait_ms(500);
+    CHECK_SAME("A at last", 0.0, machine.axis[0].current_a);
+    TEST_ASSERT_TRUE(is_in_fault(0));
+    TEST_ASSERT_EQUAL_HEX32(rows[i].code, get(0x603F, 0));
+    TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(PITCH));
+    TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0));
+    machine.axis[0].health = HAL_GOOD;
+    sent_count = 0;
+    give(0x600 + NODE_ID, 8, (const uint8_t[]){0x2B, 0x40, 0x60, 0, 0x80, 0, 0, 0});
+    wait_ms(3);
+    told = last_sent(EMCY);
+    TEST_ASSERT_NOT_NULL(told);
+    TEST_ASSERT_EQUAL_HEX32(0, u32_of(told->data) & 0xFFFF);
+    TEST_ASSERT_EQUAL(0, get(0x1001, 0));
+    TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
+  }
+}
+
+static void test_an_axis_whose_self_test_failed_is_never_ready(void) {
+  rigid_machine_init(&machine);
+  machine.axis[1].health = HAL_NOT_READY;
+  TEST_ASSERT_TRUE(rigid_machine_start_node(&machine, &node, NODE_ID, (can_sender){node_bench_send, NULL}, NULL));
+  wait_ms(100);
+  TEST_ASSERT_EQUAL_HEX32(STATE_NOT_READY, get(0x6041 + PITCH, 0) & 0x4F);
+  TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
+  command(PITCH, 0x06);
+  command(PITCH, 0x07);
+  command(PITCH, 0x0F);
+  TEST_ASSERT_EQUAL_HEX32(STATE_NOT_READY, get(0x6041 + PITCH, 0) & 0x4F);
+}
+
+static void test_below_its_limit_of_the_bus_the_drive_does_not_switch_on(void) {
+  machine.bus_voltage_v = 35.9f;
+  command(0, 0x06);
+  command(0, 0x07);
+  TEST_ASSERT_EQUAL_HEX32(STATE_READY, state_of(0));
+  machine.bus_voltage_v = 36.1f;
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX32(STATE_SWITCHED_ON, state_of(0));
+}
+
+static void test_without_an_angle_the_motor_brakes_itself(void) {
+  turn_azimuth_at_0_2_rad_s();
+  machine.axis[0].encoder_failed = true;
+  wait_ms(1);
+  pwm();
+  CHECK_SAME("duty: shorted", 0.0, machine.axis[0].duty);
+  CHECK_NEAR("A, of its own voltage", -0.2 * 2.5 / 1.2, machine.axis[0].current_a, 0.01);
+  wait_ms(3000);
+  TEST_ASSERT_TRUE(is_in_fault(0));
+  /* 2 s with J R / (Kt Ke) = 1.15 s, then off. */
+  CHECK_NEAR("rad/s", 0.2 * exp(-2.0 * 2.5 * 2.5 / (6.0 * 1.2)), machine.axis[0].rate_rad_s, 0.001);
+  TEST_ASSERT_EQUAL_HEX32(0x7300, get(0x603F, 0) & 0xFF00);
+}
+
+/* --- what the bus does ---------------------------------------------------------------------------------------------
+ */
+
+static void test_a_master_that_falls_silent_stops_both_axes(void) {
+  enable(PITCH, PV);
+  turn_azimuth_at_0_2_rad_s();
+  SET(0x1016, 1, 0x00010032); /* node 1 every 50 ms */
+  give(0x701, 1, (const uint8_t[]){5});
+  wait_ms(40);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  wait_ms(20);
+  TEST_ASSERT_EQUAL_HEX32(0x8130, get(0x603F, 0));
+  TEST_ASSERT_EQUAL_HEX32(0x8130, get(0x603F + PITCH, 0));
+  wait_ms(500);
+  TEST_ASSERT_TRUE(is_in_fault(0));
+  TEST_ASSERT_TRUE(is_in_fault(PITCH));
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.005);
+}
+
+static void test_setpoints_that_stay_away_stop_the_axis(void) {
+  SET(0x1402, 1, 0x80000400 + NODE_ID);
+  SET(0x1402, 5, 20); /* ms */
+  SET(0x1402, 1, 0x00000400 + NODE_ID);
+  nmt(1);
+  turn_azimuth_at_0_2_rad_s(); /* not supervised before the first one */
+  give(0x400 + NODE_ID, 8, (const uint8_t[]){0x40, 0x0D, 0x03, 0, 0, 0, 0, 0});
+  wait_ms(15);
+  TEST_ASSERT_EQUAL_HEX32(0, get(0x603F, 0));
+  wait_ms(10);
+  TEST_ASSERT_EQUAL_HEX32(0x8250, get(0x603F, 0));
+}
+
+static void test_an_nmt_stop_stops_an_axis_that_turns(void) {
+  nmt(1);
+  turn_azimuth_at_0_2_rad_s();
+  nmt(2);
+  wait_ms(500);
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.005);
+  nmt(128);
+  TEST_ASSERT_EQUAL_HEX32(0x8100, get(0x603F, 0));
+}
+
+static void test_a_reset_of_the_communication_stops_an_axis_that_turns_and_no_other(void) {
+  turn_azimuth_at_0_2_rad_s();
+  nmt(130);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX32(0x8100, get(0x603F, 0));
+  node_bench_start();
+  nmt(130);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX32(0, get(0x603F, 0));
+}
+
+static void test_a_fault_that_outlives_a_reset_of_the_communication_is_told_again(void) {
+  turn_azimuth_at_0_2_rad_s();
+  machine.axis[0].health = HAL_TOO_HOT;
+  wait_ms(500);
+  nmt(130);
+  sent_count = 0;
+  wait_ms(3);
+  TEST_ASSERT_EQUAL_HEX32(0x4310, newest_error());
+}
+
+static void test_a_reset_of_the_node_is_a_fresh_start(void) {
+  turn_azimuth_at_0_2_rad_s();
+  SET(0x3000, 3, 7);
+  SET_FLOAT(0x2000, 1, 500.0f);
+  SET(0x2070, 1, 1);
+  sent_count = 0;
+  nmt(129);
+  wait_ms(2);
+  const can_frame *boot_up = last_sent(HEARTBEAT);
+  TEST_ASSERT_NOT_NULL(boot_up);
+  TEST_ASSERT_EQUAL(0, boot_up->data[0]);
+  CHECK_SAME("A", 0.0, machine.axis[0].current_a);
+  TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
+  TEST_ASSERT_EQUAL(1, get(0x3000, 3));
+  CHECK_SAME("gain", 720.0, get_float(0x2000, 1));
+}
+
+static void test_a_queue_that_is_full_loses_frames_and_says_so(void) {
+  const can_frame frame = {.id = 0x080, .length = 0};
+  uint32_t taken = 0;
+  while (taken < 2 * SERVO_NODE_QUEUE && servo_node_receive(&node, &frame)) {
+    ++taken;
+  }
+  TEST_ASSERT_EQUAL(SERVO_NODE_QUEUE, taken);
+  sent_count = 0;
+  wait_ms(20);
+  const can_frame *told = last_sent(EMCY);
+  TEST_ASSERT_NOT_NULL(told);
+  TEST_ASSERT_EQUAL_HEX32(0x8110, u32_of(told->data) & 0xFFFF);
+}
+
+/* --- objects --------------------------------------------------------------------------------------------------------
+ */
+
+static void test_what_the_drive_cannot_do_is_refused(void) {
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x605A, 0, 3));
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x6060, 0, 6)); /* homing */
+  TEST_ASSERT_EQUAL(2, get(0x605A, 0));
+  TEST_ASSERT_EQUAL(0, get(0x6060, 0));
+  SET(0x605A, 0, 6);
+  SET(0x6060, 0, 0);
+}
+
+static void test_staged_gains_come_into_force_in_one_piece(void) {
+  const servo_axis_params before = node.board.app.params.axis[0];
+  SET_FLOAT(0x2000, 1, 500.0f);
+  SET_FLOAT(0x2000, 2, 9000.0f);
+  TEST_ASSERT_EQUAL_MEMORY(&before, &node.board.app.params.axis[0], sizeof before);
+  TEST_ASSERT_EQUAL(3, get(0x2070, 2) | 2); /* staged */
+  SET(0x2070, 1, 1);
+  CHECK_SAME("proportional", 500.0, node.board.app.params.axis[0].speed.pi.proportional_gain);
+  CHECK_SAME("integral", 9000.0, node.board.app.params.axis[0].speed.pi.integral_gain);
+  TEST_ASSERT_EQUAL(2, get(0x2070, 2)); /* not stored */
+  SET(0x2070, 1, 3);
+  TEST_ASSERT_EQUAL_MEMORY(&before, &node.board.app.params.axis[0], sizeof before);
+  SET_FLOAT(0x2000, 1, 400.0f);
+  SET(0x2070, 1, 2);
+  CHECK_SAME("staged again", 720.0, get_float(0x2000, 1));
+  SET(0x2070, 1, 0);
+}
+
+static void test_gains_that_do_not_fit_together_are_refused_with_the_reason(void) {
+  const servo_axis_params before = node.board.app.params.axis[1];
+  const float breakaway_nm = get_float(0x2030 + PITCH, 8);
+  SET_FLOAT(0x2030 + PITCH, 7, 2.0f * breakaway_nm); /* Coulomb above break-away */
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x2070 + PITCH, 1, 1));
+  TEST_ASSERT_EQUAL(CONTROL_INCONSISTENT, get(0x2070 + PITCH, 3));
+  TEST_ASSERT_EQUAL_MEMORY(&before, &node.board.app.params.axis[1], sizeof before);
+  SET(0x2070 + PITCH, 1, 2);
+  SET_FLOAT(0x2040 + PITCH, 1, 100.0f); /* a notch as wide as the sampling rate */
+  SET_FLOAT(0x2040 + PITCH, 2, 980.0f);
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x2070 + PITCH, 1, 1));
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, get(0x2070 + PITCH, 3));
+}
+
+static void test_filters_that_are_set_are_in_force(void) {
+  const biquad_params pass = biquad_pass();
+  SET_FLOAT(0x2040, 1, 90.0f);
+  SET_FLOAT(0x2040, 4, 200.0f);
+  SET(0x2070, 1, 1);
+  const speed_loop_params *speed = &node.board.app.params.axis[0].speed;
+  TEST_ASSERT_NOT_EQUAL(0, memcmp(&pass, &speed->notch, sizeof pass));
+  TEST_ASSERT_NOT_EQUAL(0, memcmp(&pass, &speed->lowpass, sizeof pass));
+}
+
+static void test_the_recorded_tick_is_one_tick(void) {
+  enable(0, CST);
+  SET(0x6071, 0, 50);
+  machine.axis[0].friction_nm = 3.0; /* more than that */
+  wait_ms(3);
+  CHECK_NEAR("torque, N m", 2.0, get_float(0x2101, 7), 1e-4);
+  CHECK_NEAR("reference, N m", 2.0, get_float(0x2101, 8), 1e-4);
+  TEST_ASSERT_EQUAL(0, get(0x2101, 2));
+  const uint32_t number = get(0x2101, 1) & 0xFFFF;
+  wait_ms(10);
+  TEST_ASSERT_EQUAL(number + 11, get(0x2101, 1) & 0xFFFF);
+  TEST_ASSERT_EQUAL_HEX32(node.board.samples.axis[0].motion.joint_angle, get(0x2101, 4));
+  machine.axis[0].gyro_missing = true;
+  wait_ms(2);
+  TEST_ASSERT_TRUE(isnan(get_float(0x2101, 6)));
+}
+
+/* --- start ----------------------------------------------------------------------------------------------------------
+ */
+
+static void test_it_does_not_start_with_a_wrong_node_id(void) {
+  TEST_ASSERT_FALSE(rigid_machine_start_node(&machine, &node, 0, (can_sender){node_bench_send, NULL}, NULL));
+  TEST_ASSERT_FALSE(rigid_machine_start_node(&machine, &node, 128, (can_sender){node_bench_send, NULL}, NULL));
+}
+
+static void test_it_does_not_start_with_wrong_parameters(void) {
+  axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
+  const protection_limits limits[SERVO_AXES] = {node.axis[0].watch.limits, node.axis[1].watch.limits};
+  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL};
+  TEST_ASSERT_TRUE(servo_node_start(&node, &config));
+  parameters[1].observer.inertia_kg_m2 = -1.0f;
+  TEST_ASSERT_FALSE(servo_node_start(&node, &config));
+  parameters[1].observer.inertia_kg_m2 = 2.0f;
+  parameters[0].motor.torque_constant_nm_a = 0.0f;
+  TEST_ASSERT_FALSE(servo_node_start(&node, &config));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_pdos_alone_enable_an_axis_and_turn_it);
+  RUN_TEST(test_the_bridge_pushes_only_where_an_axis_is_on);
+  RUN_TEST(test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going);
+  RUN_TEST(test_each_fault_of_the_board_stops_its_axis_alone_and_is_told);
+  RUN_TEST(test_an_axis_whose_self_test_failed_is_never_ready);
+  RUN_TEST(test_below_its_limit_of_the_bus_the_drive_does_not_switch_on);
+  RUN_TEST(test_without_an_angle_the_motor_brakes_itself);
+  RUN_TEST(test_a_master_that_falls_silent_stops_both_axes);
+  RUN_TEST(test_setpoints_that_stay_away_stop_the_axis);
+  RUN_TEST(test_an_nmt_stop_stops_an_axis_that_turns);
+  RUN_TEST(test_a_reset_of_the_communication_stops_an_axis_that_turns_and_no_other);
+  RUN_TEST(test_a_fault_that_outlives_a_reset_of_the_communication_is_told_again);
+  RUN_TEST(test_a_reset_of_the_node_is_a_fresh_start);
+  RUN_TEST(test_a_queue_that_is_full_loses_frames_and_says_so);
+  RUN_TEST(test_what_the_drive_cannot_do_is_refused);
+  RUN_TEST(test_staged_gains_come_into_force_in_one_piece);
+  RUN_TEST(test_gains_that_do_not_fit_together_are_refused_with_the_reason);
+  RUN_TEST(test_filters_that_are_set_are_in_force);
+  RUN_TEST(test_the_recorded_tick_is_one_tick);
+  RUN_TEST(test_it_does_not_start_with_a_wrong_node_id);
+  RUN_TEST(test_it_does_not_start_with_wrong_parameters);
+  return UNITY_END();
+}

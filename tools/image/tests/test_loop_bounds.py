@@ -1,0 +1,70 @@
+"""What counts as a loop that ends by itself, and what is asked of the others."""
+
+import pytest
+
+import loop_bounds
+
+
+def loops(source):
+    return list(loop_bounds.loops_of("a.c", source))
+
+
+def counts(source):
+    (loop,) = loops(source)
+    return loop_bounds.counts_by_itself(loop)
+
+
+@pytest.mark.parametrize("source", [
+    "for (int i = 0; i < 8; ++i) { f(i); }",
+    "for (uint32_t i = 0; i < SERVO_AXES; i++) f(i);",
+    "for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {}",
+    "for (int shift = BITS / 4 * 4; shift >= 0; shift -= BITS) {}",
+    "for (int i = 0; i < MOST && queue_pop(&q); ++i) {}",
+    "for (int i = 0; i < 8; ++i) { other->i = 3; if (i == 4) { g(i); } }",
+])
+def test_a_loop_that_counts_to_a_constant(source):
+    assert counts(source)
+
+
+@pytest.mark.parametrize("source", [
+    "for (;;) {}",
+    "while (n > 0) { n /= 2; }",
+    "for (int i = 0; i < count; ++i) {}",
+    "for (int i = count; i > 0; --i) {}",
+    "for (int i = start; i < 8; ++i) {}",
+    "for (int i = 0; i < 8; --i) {}",
+    "for (int i = 7; i >= 0; ++i) {}",
+    "for (int i = 0; i < 8 || more; ++i) {}",
+    "for (int i = 0; i < 8; ++i) { i = 0; }",
+    "for (int i = 0; i < 8; ++i) { i -= 1; }",
+    "for (int i = 0; i < 8; ++i) { f(&i); }",
+    "for (int i = 0; i < 8; ++i) i--;",
+])
+def test_a_loop_that_needs_a_reason(source):
+    assert not counts(source)
+
+
+def test_comments_texts_and_directives_are_no_loops():
+    assert loops('/* for (;;) {} */ // while (1)\n#define FOREVER for (;;)\nchar *s = "while (1) {}";') == []
+
+
+def test_nested_loops_are_two():
+    inner_of_outer = loops("for (int i = 0; i < 2; ++i) {\n  while (x) {}\n}")
+    assert [(loop.line, loop.condition) for loop in inner_of_outer] == [(1, "i < 2"), (2, "x")]
+
+
+@pytest.mark.parametrize("source", ["do { f(); } while (x);", "again: goto again;"])
+def test_other_ways_to_loop_are_refused(source):
+    with pytest.raises(ValueError):
+        loops(source)
+
+
+def test_a_loop_without_a_reason_and_a_reason_without_a_loop_are_told():
+    found = loops("while (x) {}\nwhile (y) {}")
+    complaints = list(loop_bounds.complaints_of(found, {"a.c": {"y": "ends", "z": "ends"}}))
+    assert complaints == ["a.c:1: what bounds this loop? (x)",
+                          "loop_bounds.toml: a.c has no such loop, or it counts by itself: z"]
+
+
+def test_an_empty_reason_is_none():
+    assert list(loop_bounds.complaints_of(loops("while (x) {}"), {"a.c": {"x": " "}}))
