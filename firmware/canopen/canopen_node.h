@@ -43,12 +43,21 @@ typedef struct {
   void *context; /* of the events */
 } canopen_config;
 
+/* The identifiers that are listened to, out of the objects: a frame is compared with these alone. Greater than any
+ * identifier: nobody listens. */
+typedef struct {
+  uint32_t sync;
+  uint32_t sdo_request;
+  uint32_t rpdo[PDO_COUNT];
+} canopen_listeners;
+
 typedef struct {
   canopen_config config;
   communication_objects objects;
   od_part parts[CANOPEN_PARTS];
   object_dictionary dictionary;
   nmt_state state;
+  canopen_listeners listeners;
   can_queue received;
   sdo_server sdo;
   heartbeat_producer producer;
