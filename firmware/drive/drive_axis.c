@@ -174,7 +174,8 @@ servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, con
   const drive_action action = step_state(axis, objects, inputs, dt_s);
   const drive_setpoint setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
   objects->state.mode_display = axis->motion.mode;
-  objects->position.demand = drive_position_from_angle(setpoint.position);
+  objects->position.demand =
+      setpoint.position == axis->position ? objects->position.actual : drive_position_from_angle(setpoint.position);
   objects->velocity.demand = drive_velocity_from_rate(setpoint.command.speed.rate_rad_s);
   objects->state.statusword = statusword_of(axis, objects, inputs, &setpoint, action, dt_s);
   return setpoint.command;

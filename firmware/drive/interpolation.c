@@ -1,7 +1,5 @@
 #include "drive/interpolation.h"
 
-#include <math.h>
-
 #include "control/scalar.h"
 
 int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
@@ -9,7 +7,7 @@ int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
   for (int8_t i = exponent; i < 0 && period_s > 0.0f; ++i) { /* at most 128 */
     period_s /= 10.0f;
   }
-  const float ticks = roundf(period_s / dt_s);
+  const float ticks = scalar_round(period_s / dt_s);
   const bool usable = exponent <= 0 && ticks >= 1.0f && ticks <= (float)INTERPOLATION_MOST_TICKS;
   return usable ? (int)ticks : 0;
 }
@@ -48,7 +46,7 @@ void position_interpolation_reset(position_interpolation *state, drive_angle pos
 }
 
 static drive_angle moved(drive_angle from, float way_rad) {
-  return from + angle_integer(roundf(way_rad / ANGLE_RAD_PER_TURN32));
+  return from + angle_integer(scalar_round(way_rad / ANGLE_RAD_PER_TURN32));
 }
 
 /* Where the axis is asked to be now, and how fast. Distances are taken from the end, where they vanish. */
