@@ -70,6 +70,9 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   for (uint32_t i = 0; i < config->part_count; i++) {
     node->parts[NODE_PARTS + i] = config->parts[i];
   }
+  for (uint32_t i = 0; i < NODE_PARTS + config->part_count; i++) {
+    od_part_note_span(&node->parts[i]);
+  }
   node->dictionary = (object_dictionary){node->parts, NODE_PARTS + config->part_count};
   node->overruns_told = 0;
   node->overrun_quiet_ms = 0;
@@ -177,17 +180,24 @@ static void judge_rpdos(canopen_node *node) {
   raise_or_clear(node, EMERGENCY_RPDO_TIME_OUT, late_one);
 }
 
+static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) {
+  rpdo *receiver = &node->rpdos[n];
+  const bool was_bad = receiver->wrong_length || receiver->late;
+  const rpdo_verdict verdict = rpdo_receive(receiver, frame);
+  if (was_bad || verdict == RPDO_TOO_SHORT) {
+    judge_rpdos(node);
+  }
+  tell_applied(node, n, verdict);
+}
+
 static void receive_pdos(canopen_node *node, const can_frame *frame) {
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    if (frame->id != node->listeners.rpdo[n]) {
-      continue;
+  const uint32_t group = frame->id >> CANOPEN_ID_GROUP_BITS;
+  uint32_t candidates = group < CANOPEN_ID_GROUPS ? node->listeners.rpdos_of_group[group] : 0;
+  for (uint32_t n = 0; candidates != 0; n++) {
+    if ((candidates & 1u) != 0 && frame->id == node->listeners.rpdo[n]) {
+      receive_pdo(node, n, frame);
     }
-    const bool was_bad = node->rpdos[n].wrong_length || node->rpdos[n].late;
-    const rpdo_verdict verdict = rpdo_receive(&node->rpdos[n], frame);
-    if (was_bad || verdict == RPDO_TOO_SHORT) {
-      judge_rpdos(node);
-    }
-    tell_applied(node, n, verdict);
+    candidates >>= 1;
   }
 }
 

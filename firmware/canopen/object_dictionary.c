@@ -58,10 +58,21 @@ static bool has_index(const od_table *table, uint32_t row, uint32_t index) {
   return row < table->count && table->entries[row].index == index;
 }
 
+void od_part_note_span(od_part *part) {
+  const od_table *table = &part->table;
+  if (table->count > 0) {
+    part->first_index = (uint16_t)(table->entries[0].index + part->shift);
+    part->last_index = (uint16_t)(table->entries[table->count - 1].index + part->shift);
+  }
+}
+
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object) {
   od_abort answer = OD_NO_OBJECT;
   for (uint32_t i = 0; i < dictionary->count; i++) {
     const od_part *part = &dictionary->parts[i];
+    if (part->last_index != 0 && (index < part->first_index || index > part->last_index)) {
+      continue;
+    }
     const od_table *table = &part->table;
     const uint32_t own_index = (uint32_t)index - part->shift; /* wraps below the part, and is then above it */
     if (table->count == 0 || own_index < table->entries[0].index ||

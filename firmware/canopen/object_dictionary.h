@@ -154,14 +154,20 @@ struct od_part {
   void *values;          /* the struct that the offsets of the table point into */
   void *owner;           /* given to the hooks */
   const od_hooks *hooks; /* NULL: plain storage */
+  uint16_t first_index;  /* as the bus sees them, by od_part_note_span(); 0 and 0: not noted */
+  uint16_t last_index;
 };
+
+/* Notes between which indices the part's objects are, so that a search for others passes it by. */
+void od_part_note_span(od_part *part);
 
 typedef struct {
   const od_part *parts;
   uint32_t count;
 } object_dictionary;
 
-/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that could have it. */
+/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that could have it, and half a dozen
+ * instructions for each that could not. */
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object);
 
 /* The index as the bus sees it. */

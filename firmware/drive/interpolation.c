@@ -39,6 +39,7 @@ void position_interpolation_reset(position_interpolation *state, drive_angle pos
   *state = (position_interpolation){
       .points = {position},
       .known_points = 1,
+      .start = position,
       .end = position,
       .start_rad_s = rate_rad_s,
       .end_rad_s = rate_rad_s,
@@ -51,6 +52,9 @@ static drive_angle moved(drive_angle from, float way_rad) {
 
 /* Where the axis is asked to be now, and how fast. Distances are taken from the end, where they vanish. */
 static interpolated_position evaluate(const position_interpolation *state, float dt_s) {
+  if (state->elapsed_ticks == 0) {
+    return (interpolated_position){.position = state->start, .rate_rad_s = state->start_rad_s};
+  }
   const float time_s = (float)state->elapsed_ticks * dt_s;
   const float period_s = (float)state->period_ticks * dt_s;
   if (state->elapsed_ticks >= state->period_ticks) {
@@ -93,6 +97,7 @@ bool position_interpolation_aim(position_interpolation *state, drive_angle targe
   const bool cut = scalar_abs(wanted_rad) > longest_rad;
   state->way_rad = scalar_clamp(wanted_rad, -longest_rad, longest_rad);
   state->end = cut ? moved(now.position, state->way_rad) : target;
+  state->start = now.position;
   state->start_rad_s = now.rate_rad_s;
   state->end_rad_s = scalar_clamp(slope_at_end(state, period_s), -rate_limit_rad_s, rate_limit_rad_s);
   state->elapsed_ticks = 0;
