@@ -70,10 +70,9 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   for (uint32_t i = 0; i < config->part_count; i++) {
     node->parts[NODE_PARTS + i] = config->parts[i];
   }
-  for (uint32_t i = 0; i < NODE_PARTS + config->part_count; i++) {
-    od_part_note_span(&node->parts[i]);
-  }
-  node->dictionary = (object_dictionary){node->parts, NODE_PARTS + config->part_count};
+  const uint32_t part_count = NODE_PARTS + config->part_count;
+  od_group_parts(&node->groups, node->parts, part_count);
+  node->dictionary = (object_dictionary){.parts = node->parts, .count = part_count, .groups = &node->groups};
   node->overruns_told = 0;
   node->overrun_quiet_ms = 0;
   node->producer = (heartbeat_producer){.elapsed_ms = 0};

@@ -58,6 +58,7 @@ typedef struct {
   canopen_config config;
   communication_objects objects;
   od_part parts[CANOPEN_PARTS];
+  od_groups groups;
   object_dictionary dictionary;
   nmt_state state;
   canopen_listeners listeners;

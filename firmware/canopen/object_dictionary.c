@@ -58,36 +58,43 @@ static bool has_index(const od_table *table, uint32_t row, uint32_t index) {
   return row < table->count && table->entries[row].index == index;
 }
 
-void od_part_note_span(od_part *part) {
-  const od_table *table = &part->table;
-  if (table->count > 0) {
-    part->first_index = (uint16_t)(table->entries[0].index + part->shift);
-    part->last_index = (uint16_t)(table->entries[table->count - 1].index + part->shift);
+void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count) {
+  *groups = (od_groups){{0}};
+  for (uint32_t i = 0; i < count && i < OD_GROUPED_PARTS; i++) {
+    const od_table *table = &parts[i].table;
+    for (uint32_t row = 0; row < table->count; row++) {
+      const uint16_t index = (uint16_t)(table->entries[row].index + parts[i].shift);
+      groups->parts[index >> OD_GROUP_SHIFT] |= UINT32_C(1) << i;
+    }
   }
 }
 
+static od_abort find_in(const od_part *part, uint16_t index, uint8_t sub, od_object *object) {
+  const od_table *table = &part->table;
+  const uint32_t own_index = (uint32_t)index - part->shift; /* wraps below the part, and is then above it */
+  if (table->count == 0 || own_index < table->entries[0].index || own_index > table->entries[table->count - 1].index) {
+    return OD_NO_OBJECT;
+  }
+  const uint32_t row = lower_bound(table, key_of(own_index, sub));
+  if (has_index(table, row, own_index) && table->entries[row].sub == sub) {
+    object->part = part;
+    object->entry = &table->entries[row];
+    return OD_OK;
+  }
+  const bool other_sub = has_index(table, row, own_index) || (row > 0 && has_index(table, row - 1, own_index));
+  return other_sub ? OD_NO_SUB : OD_NO_OBJECT;
+}
+
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object) {
+  const od_groups *groups = dictionary->groups;
+  uint32_t candidates = groups != NULL ? groups->parts[index >> OD_GROUP_SHIFT] : UINT32_MAX;
   od_abort answer = OD_NO_OBJECT;
-  for (uint32_t i = 0; i < dictionary->count; i++) {
-    const od_part *part = &dictionary->parts[i];
-    if (part->last_index != 0 && (index < part->first_index || index > part->last_index)) {
-      continue;
+  for (uint32_t i = 0; i < dictionary->count && candidates != 0 && answer != OD_OK; i++) {
+    if ((candidates & 1u) != 0) {
+      const od_abort here = find_in(&dictionary->parts[i], index, sub, object);
+      answer = here == OD_NO_OBJECT ? answer : here;
     }
-    const od_table *table = &part->table;
-    const uint32_t own_index = (uint32_t)index - part->shift; /* wraps below the part, and is then above it */
-    if (table->count == 0 || own_index < table->entries[0].index ||
-        own_index > table->entries[table->count - 1].index) {
-      continue;
-    }
-    const uint32_t row = lower_bound(table, key_of(own_index, sub));
-    if (has_index(table, row, own_index) && table->entries[row].sub == sub) {
-      object->part = part;
-      object->entry = &table->entries[row];
-      return OD_OK;
-    }
-    if (has_index(table, row, own_index) || (row > 0 && has_index(table, row - 1, own_index))) {
-      answer = OD_NO_SUB;
-    }
+    candidates >>= 1;
   }
   return answer;
 }

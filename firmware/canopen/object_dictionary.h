@@ -154,20 +154,25 @@ struct od_part {
   void *values;          /* the struct that the offsets of the table point into */
   void *owner;           /* given to the hooks */
   const od_hooks *hooks; /* NULL: plain storage */
-  uint16_t first_index;  /* as the bus sees them, by od_part_note_span(); 0 and 0: not noted */
-  uint16_t last_index;
 };
 
-/* Notes between which indices the part's objects are, so that a search for others passes it by. */
-void od_part_note_span(od_part *part);
+/* Indices in groups of 0x800, the shift between the axes, and as bits the parts that reach into each. */
+enum { OD_GROUPS = 32, OD_GROUP_SHIFT = 11, OD_GROUPED_PARTS = 32 };
+
+typedef struct {
+  uint32_t parts[OD_GROUPS];
+} od_groups;
 
 typedef struct {
   const od_part *parts;
   uint32_t count;
+  const od_groups *groups; /* of these parts, by od_group_parts(); NULL: a search looks at all of them */
 } object_dictionary;
 
-/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that could have it, and half a dozen
- * instructions for each that could not. */
+/* At most OD_GROUPED_PARTS of them. */
+void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count);
+
+/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that could have it. */
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object);
 
 /* The index as the bus sees it. */

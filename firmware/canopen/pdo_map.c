@@ -51,7 +51,7 @@ static pdo_item item_of(const od_object *object, uint8_t bytes) {
   if (is_number && entry->access != OD_WO && (hooks & OD_HOOK_REFRESH) == 0) {
     item.from = place != NULL ? (const void *)place : &entry->preset;
   }
-  item.to = place;
+  item.to = is_number ? place : NULL;
   item.checked =
       (hooks & OD_HOOK_ACCEPT) != 0 || entry->access == OD_CONST || entry->access == OD_RO || !od_is_unlimited(entry);
   item.told = (hooks & OD_HOOK_CHANGED) != 0 || !is_number;
@@ -132,10 +132,13 @@ od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
   const uint8_t *place = bytes;
   const pdo_item *end = &map->item[map->count];
   for (const pdo_item *item = map->item; item < end; item++) {
-    if (item->told) {
-      od_write_checked(&item->object, place, item->bytes);
-    } else if (item->to != NULL) {
+    if (item->to != NULL) {
       od_copy_number(item->to, place, item->bytes);
+      if (item->told) {
+        item->object.part->hooks->changed(item->object.part->owner, &item->object);
+      }
+    } else if (item->told) {
+      od_write_checked(&item->object, place, item->bytes);
     }
     place += item->bytes;
   }

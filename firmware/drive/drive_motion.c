@@ -79,12 +79,19 @@ static void move_demand(drive_motion *motion, float travel_rad) {
 /* The set-point of now, to be taken before the ramp makes its tick; what accelerates is known after it. */
 static drive_setpoint setpoint_of(const drive_motion *motion, const drive_feedback *feedback) {
   const bool controlled = motion->loop == SERVO_POSITION;
+  /* Every field is named: to clear all of it first would be a call. */
   return (drive_setpoint){
       .command = {.mode = motion->loop,
-                  .speed = {.rate_rad_s = motion->ramp.rate_rad_s},
-                  .position = (angle_turn32)motion->demand},
+                  .speed = {.rate_rad_s = motion->ramp.rate_rad_s, .acceleration_rad_s2 = 0.0f},
+                  .position = (angle_turn32)motion->demand,
+                  .rate_limit_rad_s = 0.0f,
+                  .torque_nm = 0.0f,
+                  .torque_limited = false,
+                  .limits = {.minimum_nm = 0.0f, .maximum_nm = 0.0f}},
       .position = controlled ? motion->demand : feedback->position,
+      .limited = false,
       .followed = true,
+      .stopped = false,
   };
 }
 
