@@ -233,11 +233,11 @@ static bool measure(const work *w, cost_row *row) {
 
 int main(void) {
   static const work works[] = {
-      {"1 kHz task, cyclic velocity", DRIVE_CYCLIC_VELOCITY, 9800},
-      {"1 kHz task, cyclic position", DRIVE_CYCLIC_POSITION, 10600},
-      {"1 kHz task, cyclic torque", DRIVE_CYCLIC_TORQUE, 9600},
-      {"1 kHz task, profile velocity", DRIVE_PROFILE_VELOCITY, 9900},
-      {"1 kHz task, profile position", DRIVE_PROFILE_POSITION, 24500},
+      {"1 kHz task, cyclic velocity", DRIVE_CYCLIC_VELOCITY, 7500},
+      {"1 kHz task, cyclic position", DRIVE_CYCLIC_POSITION, 8100},
+      {"1 kHz task, cyclic torque", DRIVE_CYCLIC_TORQUE, 7300},
+      {"1 kHz task, profile velocity", DRIVE_PROFILE_VELOCITY, 7800},
+      {"1 kHz task, profile position", DRIVE_PROFILE_POSITION, 10700},
   };
   static cost_row row;
   bool good = instruction_count_start();

@@ -1,15 +1,13 @@
 #!/usr/bin/env python3
-"""Where the instructions of the 1 kHz task go: cost_node, executed by Unicorn, by function.
+"""Where the instructions of the 1 kHz task go: cost_node, executed by Unicorn.
 
-    build/venv/bin/python tests/cortex_m4/profile_cost.py [IMAGE] [--mode WORDS] [--worst] [--tree]
+    build/venv/bin/python tests/cortex_m4/profile_cost.py [IMAGE] [--mode 'cyclic velocity'] [--worst] [--least N]
 
-IMAGE is build/cortex-m4-qemu/bin/cost_node. For each row of cost_node: the instructions of an average tick (of the worst
-one with --worst) by function, where an inlined function is counted as the one that the source says (--symbols: as the
-one that the linker knows), and by folder of the firmware.
+IMAGE is build/cortex-m4-qemu/bin/cost_node. Printed are the instructions of an average tick of each row of cost_node, or
+of its worst tick: by folder, by file and by function of the source, an inlined function counted as itself.
 """
 
 import argparse
-import bisect
 import collections
 import pathlib
 import struct
@@ -53,11 +51,8 @@ class Image:
             if kind == 1 and length:
                 yield address, file[offset:offset + length]
 
-    def name_addresses(self, addresses, inlined: bool) -> dict[int, tuple[str, str]]:
+    def name_addresses(self, addresses) -> dict[int, tuple[str, str]]:
         """Function and source file of each address."""
-        if not inlined:
-            starts = sorted(self.symbols)
-            return {a: (self.symbols[starts[bisect.bisect_right(starts, a) - 1]], "") for a in addresses}
         ordered = sorted(addresses)
         text = subprocess.run(["arm-none-eabi-addr2line", "-f", "-e", str(self.elf)], check=True, capture_output=True,
                               text=True, input="\n".join(hex(a) for a in ordered)).stdout.splitlines()
@@ -146,7 +141,6 @@ def main() -> None:
                         default=pathlib.Path("build/cortex-m4-qemu/bin/cost_node"))
     parser.add_argument("--mode", help="only this row, as in 'cyclic velocity'")
     parser.add_argument("--worst", action="store_true")
-    parser.add_argument("--symbols", action="store_true")
     parser.add_argument("--least", type=int, default=20, help="leave out what takes fewer instructions")
     options = parser.parse_args()
     image = Image(options.image)
@@ -162,19 +156,20 @@ def main() -> None:
         chosen, runs = sum(counts, collections.Counter()), len(counts)
         if options.worst:
             chosen, runs = counts[totals.index(max(totals))], 1
-        names = image.name_addresses(chosen, not options.symbols)
-        functions, folders = collections.Counter(), collections.Counter()
+        names = image.name_addresses(chosen)
+        tables = {"folder": collections.Counter(), "file": collections.Counter(), "function": collections.Counter()}
         for address, n in chosen.items():
-            function, file = names[address]
-            functions[function] += n
-            folders["/".join(file.split("/")[-2:])] += n
+            function, path = names[address]
+            folder, file = (["", *path.split("/")])[-2:]
+            tables["folder"][folder] += n
+            tables["file"][f"{folder}/{file}"] += n
+            tables["function"][function] += n
         print(f"{mode}: mean {sum(totals) / len(totals):.0f}, worst {max(totals)}")
-        for name, n in folders.most_common():
-            if n / runs >= options.least:
-                print(f"    {n / runs:7.0f}  {name}")
-        for name, n in functions.most_common():
-            if n / runs >= options.least:
-                print(f"  {n / runs:7.0f}  {name}")
+        for kind, table in tables.items():
+            print(f"  by {kind}")
+            for name, n in table.most_common():
+                if n / runs >= options.least:
+                    print(f"  {n / runs:7.0f}  {name or 'the C library'}")
 
 
 if __name__ == "__main__":
