@@ -10,6 +10,7 @@ set(trackservo_stamp "${PROJECT_SOURCE_DIR}/tools/image/stamp_image.py")
 function(trackservo_add_image name)
   add_executable(${name} ${ARGN})
   trackservo_own_code(${name})
+  trackservo_optimise_across_files(${name})
   set(image "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${name}")
   set_target_properties(${name} PROPERTIES SUFFIX .elf LINK_DEPENDS "${trackservo_linker_script}")
   # newlib without system calls: whatever would want a heap or a file does not link.

@@ -15,16 +15,17 @@ if(CMAKE_CROSSCOMPILING)
                                        "-ffile-prefix-map=${PROJECT_SOURCE_DIR}=.")
 endif()
 
-# The simulator is optimised across files, firmware included: a tenth faster with the same numbers. Tests are not, since
-# each would be optimised anew when it is linked, for ten seconds; so libraries carry ordinary code, too ("fat objects",
-# gcc only), and who is not optimised across files has to say so, or the linker would do it nevertheless.
-if(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT CMAKE_CROSSCOMPILING
-   AND NOT TRACKSERVO_SANITIZE AND NOT TRACKSERVO_COVERAGE)
+# The simulator and the board's image are optimised across files, firmware included: a tenth faster with the same numbers.
+# Tests are not, since each would be optimised anew when it is linked, for ten seconds; so libraries carry ordinary code,
+# too ("fat objects", gcc only), and who is not optimised across files has to say so, or the linker would do it nevertheless.
+if(CMAKE_CROSSCOMPILING)
+  set(trackservo_ipo ON)
+elseif(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT TRACKSERVO_SANITIZE AND NOT TRACKSERVO_COVERAGE)
   include(CheckIPOSupported)
   check_ipo_supported(RESULT trackservo_ipo LANGUAGES C CXX)
 endif()
 
-# For the libraries of the simulator and for its executable.
+# For the libraries, for the simulator's executable, for the image, and for what counts the image's instructions.
 function(trackservo_optimise_across_files target)
   if(trackservo_ipo)
     set_target_properties(

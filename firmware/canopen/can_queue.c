@@ -25,13 +25,24 @@ bool can_queue_push(can_queue *queue, const can_frame *frame) {
   return true;
 }
 
-bool can_queue_pop(can_queue *queue, can_frame *frame) {
+const can_frame *can_queue_front(const can_queue *queue) {
   const uint32_t popped = atomic_load_explicit(&queue->popped, memory_order_relaxed);
-  if (atomic_load_explicit(&queue->pushed, memory_order_acquire) == popped) {
+  const bool empty = atomic_load_explicit(&queue->pushed, memory_order_acquire) == popped;
+  return empty ? NULL : &queue->frames[popped & (queue->capacity - 1)];
+}
+
+void can_queue_drop(can_queue *queue) {
+  const uint32_t popped = atomic_load_explicit(&queue->popped, memory_order_relaxed);
+  atomic_store_explicit(&queue->popped, popped + 1, memory_order_release);
+}
+
+bool can_queue_pop(can_queue *queue, can_frame *frame) {
+  const can_frame *front = can_queue_front(queue);
+  if (front == NULL) {
     return false;
   }
-  *frame = queue->frames[popped & (queue->capacity - 1)];
-  atomic_store_explicit(&queue->popped, popped + 1, memory_order_release);
+  *frame = *front;
+  can_queue_drop(queue);
   return true;
 }
 

@@ -33,7 +33,12 @@ bool can_queue_init(can_queue *queue, can_frame *frames, uint32_t capacity);
 /* Producer side. False: the ring is full, the frame is dropped and counted. */
 bool can_queue_push(can_queue *queue, const can_frame *frame);
 
-/* Consumer side. False: nothing there, `frame` is left alone. */
+/* Consumer side: the oldest frame, where it is, or NULL. It stays until `can_queue_drop`, which there must be a frame
+ * for. */
+const can_frame *can_queue_front(const can_queue *queue);
+void can_queue_drop(can_queue *queue);
+
+/* Consumer side: both of these. False: nothing there, `frame` is left alone. */
 bool can_queue_pop(can_queue *queue, can_frame *frame);
 
 /* Either side. */

@@ -34,7 +34,6 @@ static void reset(canopen_node *node, bool whole_node) {
   od_restore_defaults(&node->parts[PART_DEVICE], node->config.node_id);
   node->objects.serial_number = serial_number;
   emergency_reset(&node->emergency, &node->objects.emergency);
-  sync_reset(&node->sync);
   node->sync_wrong_length = false;
   heartbeat_producer_sent(&node->producer);
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
@@ -44,9 +43,11 @@ static void reset(canopen_node *node, bool whole_node) {
     node->config.events.reset(node->config.context, whole_node);
   }
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    rpdo_configure(&node->rpdos[n], &node->dictionary, &node->objects.rpdo_mapping[n]);
-    tpdo_configure(&node->tpdos[n], &node->dictionary, &node->objects.tpdo_mapping[n]);
+    node_objects_configure_rpdo(node, n);
+    node_objects_configure_tpdo(node, n);
   }
+  node_objects_configure_sync(node);
+  node->listeners.sdo_request = node->objects.sdo_request_cob_id & COB_ID_IDENTIFIER;
   enter(node, NMT_INITIALISING);
 }
 
@@ -69,7 +70,9 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   for (uint32_t i = 0; i < config->part_count; i++) {
     node->parts[NODE_PARTS + i] = config->parts[i];
   }
-  node->dictionary = (object_dictionary){node->parts, NODE_PARTS + config->part_count};
+  const uint32_t part_count = NODE_PARTS + config->part_count;
+  od_group_parts(&node->groups, node->parts, part_count);
+  node->dictionary = (object_dictionary){.parts = node->parts, .count = part_count, .groups = &node->groups};
   node->overruns_told = 0;
   node->overrun_quiet_ms = 0;
   node->producer = (heartbeat_producer){.elapsed_ms = 0};
@@ -142,8 +145,7 @@ static void send_sdo(canopen_node *node, uint32_t limit) {
 }
 
 static void receive_sdo(canopen_node *node, const can_frame *frame) {
-  const bool for_us = cob_id_matches(node->objects.sdo_request_cob_id, frame) && frame->length == SDO_BYTES;
-  if (for_us && nmt_allows_sdo(node->state)) {
+  if (frame->length == SDO_BYTES) {
     sdo_server_receive(&node->sdo, frame->data);
     send_sdo(node, 1);
   }
@@ -177,17 +179,24 @@ static void judge_rpdos(canopen_node *node) {
   raise_or_clear(node, EMERGENCY_RPDO_TIME_OUT, late_one);
 }
 
+static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) {
+  rpdo *receiver = &node->rpdos[n];
+  const bool was_bad = receiver->wrong_length || receiver->late;
+  const rpdo_verdict verdict = rpdo_receive(receiver, frame);
+  if (was_bad || verdict == RPDO_TOO_SHORT) {
+    judge_rpdos(node);
+  }
+  tell_applied(node, n, verdict);
+}
+
 static void receive_pdos(canopen_node *node, const can_frame *frame) {
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    if (!cob_id_matches(node->objects.rpdo[n].cob_id, frame)) {
-      continue;
+  const uint32_t group = frame->id >> CANOPEN_ID_GROUP_BITS;
+  uint32_t candidates = group < CANOPEN_ID_GROUPS ? node->listeners.rpdos_of_group[group] : 0;
+  for (uint32_t n = 0; candidates != 0; n++) {
+    if ((candidates & 1u) != 0 && frame->id == node->listeners.rpdo[n]) {
+      receive_pdo(node, n, frame);
     }
-    const bool was_bad = node->rpdos[n].wrong_length || node->rpdos[n].late;
-    const rpdo_verdict verdict = rpdo_receive(&node->rpdos[n], &node->objects.rpdo[n], frame);
-    if (was_bad || verdict == RPDO_TOO_SHORT) {
-      judge_rpdos(node);
-    }
-    tell_applied(node, n, verdict);
+    candidates >>= 1;
   }
 }
 
@@ -208,7 +217,7 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
     node->config.events.synced(node->config.context);
   }
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    tpdo_sync(&node->tpdos[n], &node->objects.tpdo[n], node->sync.counter, &node->config.sender);
+    tpdo_sync(&node->tpdos[n], node->sync.counter, &node->config.sender);
   }
 }
 
@@ -226,6 +235,20 @@ static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
   }
 }
 
+/* What an operational or pre-operational node listens to, but for network management. */
+static void receive_service(canopen_node *node, const can_frame *frame) {
+  if (frame->id == node->listeners.sync) {
+    receive_sync(node, frame);
+    return;
+  }
+  if (frame->id == node->listeners.sdo_request) {
+    receive_sdo(node, frame);
+  }
+  if (nmt_allows_pdo(node->state)) {
+    receive_pdos(node, frame);
+  }
+}
+
 static void handle(canopen_node *node, const can_frame *frame) {
   const bool ours = frame->flags == 0 && frame->length <= CAN_FRAME_BYTES;
   if (!ours || node->state == NMT_INITIALISING) {
@@ -235,20 +258,17 @@ static void handle(canopen_node *node, const can_frame *frame) {
     receive_nmt(node, frame);
   } else if (frame->id > HEARTBEAT_COB_ID && frame->id <= HEARTBEAT_COB_ID + 127) {
     receive_heartbeat(node, frame);
-  } else if (nmt_allows_sdo(node->state) && cob_id_matches(node->objects.sync.cob_id, frame)) {
-    receive_sync(node, frame);
-  } else {
-    receive_sdo(node, frame);
-    if (nmt_allows_pdo(node->state)) {
-      receive_pdos(node, frame);
-    }
+  } else if (nmt_allows_sdo(node->state)) {
+    receive_service(node, frame);
   }
 }
 
 void canopen_node_process(canopen_node *node) {
-  can_frame frame;
-  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && can_queue_pop(&node->received, &frame); i++) {
-    handle(node, &frame);
+  const can_frame *frame = can_queue_front(&node->received);
+  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
+    handle(node, frame);
+    can_queue_drop(&node->received);
+    frame = can_queue_front(&node->received);
   }
   send_sdo(node, CANOPEN_SDO_FRAMES_PER_CALL);
 }
@@ -304,13 +324,15 @@ static void tick_overruns(canopen_node *node) {
 
 static void tick_pdos(canopen_node *node) {
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    if (rpdo_tick(&node->rpdos[n], &node->objects.rpdo[n])) {
+    if (rpdo_is_watched(&node->rpdos[n]) && rpdo_tick(&node->rpdos[n])) {
       judge_rpdos(node);
       if (node->config.events.rpdo_late != NULL) {
         node->config.events.rpdo_late(node->config.context, n);
       }
     }
-    tpdo_tick(&node->tpdos[n], &node->objects.tpdo[n], &node->config.sender);
+    if (tpdo_is_watched(&node->tpdos[n])) {
+      tpdo_tick(&node->tpdos[n], &node->config.sender);
+    }
   }
 }
 

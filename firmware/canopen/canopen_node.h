@@ -43,12 +43,25 @@ typedef struct {
   void *context; /* of the events */
 } canopen_config;
 
+enum { CANOPEN_ID_GROUPS = 16, CANOPEN_ID_GROUP_BITS = 7 }; /* of 128 identifiers each */
+
+/* The identifiers that are listened to, out of the objects: a frame is compared with these alone. Greater than any
+ * identifier: nobody listens. */
+typedef struct {
+  uint32_t sync;
+  uint32_t sdo_request;
+  uint32_t rpdo[PDO_COUNT];
+  uint8_t rpdos_of_group[CANOPEN_ID_GROUPS]; /* bit n: RPDO n has an identifier of this group */
+} canopen_listeners;
+
 typedef struct {
   canopen_config config;
   communication_objects objects;
   od_part parts[CANOPEN_PARTS];
+  od_groups groups;
   object_dictionary dictionary;
   nmt_state state;
+  canopen_listeners listeners;
   can_queue received;
   sdo_server sdo;
   heartbeat_producer producer;

@@ -14,11 +14,6 @@
 
 static inline bool cob_id_is_valid(uint32_t cob_id) { return (cob_id & COB_ID_INVALID) == 0; }
 
-/* A data frame with this identifier, for an object that is valid. */
-static inline bool cob_id_matches(uint32_t cob_id, const can_frame *frame) {
-  return cob_id_is_valid(cob_id) && frame->flags == 0 && frame->id == (cob_id & COB_ID_IDENTIFIER);
-}
-
 /* An 11-bit identifier that a PDO, SYNC or EMCY may have. */
 static inline bool cob_id_is_allowed(uint32_t cob_id) {
   static const struct {

@@ -34,7 +34,3 @@ nmt_request nmt_receive(nmt_state *state, uint8_t node_id, const can_frame *fram
   }
   return NMT_NOTHING;
 }
-
-bool nmt_allows_pdo(nmt_state state) { return state == NMT_OPERATIONAL; }
-
-bool nmt_allows_sdo(nmt_state state) { return state == NMT_OPERATIONAL || state == NMT_PRE_OPERATIONAL; }

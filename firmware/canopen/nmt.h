@@ -28,7 +28,9 @@ enum { NMT_COB_ID = 0x000 };
  * with another length, for another node or with another command are ignored. */
 nmt_request nmt_receive(nmt_state *state, uint8_t node_id, const can_frame *frame);
 
-bool nmt_allows_pdo(nmt_state state);
-bool nmt_allows_sdo(nmt_state state); /* also SYNC and EMCY */
+static inline bool nmt_allows_pdo(nmt_state state) { return state == NMT_OPERATIONAL; }
+
+/* Also SYNC and EMCY. */
+static inline bool nmt_allows_sdo(nmt_state state) { return state == NMT_OPERATIONAL || state == NMT_PRE_OPERATIONAL; }
 
 #endif

@@ -133,11 +133,37 @@ void node_objects_judge_heartbeats(canopen_node *node) {
   }
 }
 
+enum { NO_IDENTIFIER = COB_ID_IDENTIFIER + 1 };
+
+void node_objects_configure_rpdo(canopen_node *node, uint32_t n) {
+  const pdo_communication *communication = &node->objects.rpdo[n];
+  rpdo_configure(&node->rpdos[n], &node->dictionary, communication, &node->objects.rpdo_mapping[n]);
+  canopen_listeners *listeners = &node->listeners;
+  for (uint32_t group = 0; group < CANOPEN_ID_GROUPS; group++) {
+    listeners->rpdos_of_group[group] &= (uint8_t) ~(1u << n);
+  }
+  listeners->rpdo[n] = NO_IDENTIFIER;
+  if (node->rpdos[n].on) {
+    listeners->rpdo[n] = communication->cob_id & COB_ID_IDENTIFIER;
+    listeners->rpdos_of_group[listeners->rpdo[n] >> CANOPEN_ID_GROUP_BITS] |= (uint8_t)(1u << n);
+  }
+}
+
+void node_objects_configure_tpdo(canopen_node *node, uint32_t n) {
+  tpdo_configure(&node->tpdos[n], &node->dictionary, &node->objects.tpdo[n], &node->objects.tpdo_mapping[n]);
+}
+
+void node_objects_configure_sync(canopen_node *node) {
+  const uint32_t cob_id = node->objects.sync.cob_id;
+  node->listeners.sync = cob_id_is_valid(cob_id) ? cob_id & COB_ID_IDENTIFIER : NO_IDENTIFIER;
+  sync_reset(&node->sync);
+}
+
 static void pdo_changed(canopen_node *node, pdo_range range, uint8_t n) {
   if (range == RPDO_COMMUNICATION || range == RPDO_MAPPING) {
-    rpdo_configure(&node->rpdos[n], &node->dictionary, &node->objects.rpdo_mapping[n]);
+    node_objects_configure_rpdo(node, n);
   } else if (range == TPDO_COMMUNICATION || range == TPDO_MAPPING) {
-    tpdo_configure(&node->tpdos[n], &node->dictionary, &node->objects.tpdo_mapping[n]);
+    node_objects_configure_tpdo(node, n);
   }
 }
 
@@ -149,7 +175,7 @@ static void changed(void *owner, const od_object *object) {
     case 0x1005:
     case 0x1006:
     case 0x1019:
-      sync_reset(&node->sync);
+      node_objects_configure_sync(node);
       break;
     case 0x1010:
       node->objects.save[sub - 1] = STORAGE_ON_COMMAND;

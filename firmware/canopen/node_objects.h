@@ -10,6 +10,11 @@
 /* The owner is the canopen_node. */
 extern const od_hooks node_objects_hooks;
 
+/* Puts the parameters of PDO n and of SYNC in force, after the objects have changed; the PDO starts anew. */
+void node_objects_configure_rpdo(canopen_node *node, uint32_t n);
+void node_objects_configure_tpdo(canopen_node *node, uint32_t n);
+void node_objects_configure_sync(canopen_node *node);
+
 /* EMCY 8130 while a watched heartbeat is missing. */
 void node_objects_judge_heartbeats(canopen_node *node);
 

@@ -1,7 +1,6 @@
 #include "canopen/object_dictionary.h"
 
 #include <math.h>
-#include <string.h>
 
 uint16_t od_type_bytes(od_type type) {
   switch (type) {
@@ -29,6 +28,15 @@ uint16_t od_index(const od_object *object) { return (uint16_t)(object->entry->in
 
 static uint32_t key_of(uint32_t index, uint8_t sub) { return index << 8 | sub; }
 
+/* Index and sub-index stand above the type in an entry's first word. */
+static uint32_t key_at(const od_entry *entry) {
+  _Static_assert(offsetof(od_entry, type) == 0 && offsetof(od_entry, sub) == 1 && offsetof(od_entry, index) == 2,
+                 "type, sub-index and index are one word");
+  uint32_t word;
+  memcpy(&word, entry, sizeof word);
+  return word >> 8;
+}
+
 /* First row of the table whose key is not below the wanted one; count if there is none. */
 static uint32_t lower_bound(const od_table *table, uint32_t key) {
   uint32_t first = 0;
@@ -36,7 +44,7 @@ static uint32_t lower_bound(const od_table *table, uint32_t key) {
   while (length > 0) {
     const uint32_t half = length / 2;
     const od_entry *middle = &table->entries[first + half];
-    if (key_of(middle->index, middle->sub) < key) {
+    if (key_at(middle) < key) {
       first += half + 1;
       length -= half + 1;
     } else {
@@ -50,53 +58,85 @@ static bool has_index(const od_table *table, uint32_t row, uint32_t index) {
   return row < table->count && table->entries[row].index == index;
 }
 
+void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count) {
+  *groups = (od_groups){{0}};
+  for (uint32_t i = 0; i < count && i < OD_GROUPED_PARTS; i++) {
+    const od_table *table = &parts[i].table;
+    for (uint32_t row = 0; row < table->count; row++) {
+      const uint16_t index = (uint16_t)(table->entries[row].index + parts[i].shift);
+      groups->parts[index >> OD_GROUP_SHIFT] |= UINT32_C(1) << i;
+    }
+  }
+}
+
+static od_abort find_in(const od_part *part, uint16_t index, uint8_t sub, od_object *object) {
+  const od_table *table = &part->table;
+  const uint32_t own_index = (uint32_t)index - part->shift; /* wraps below the part, and is then above it */
+  if (table->count == 0 || own_index < table->entries[0].index || own_index > table->entries[table->count - 1].index) {
+    return OD_NO_OBJECT;
+  }
+  const uint32_t row = lower_bound(table, key_of(own_index, sub));
+  if (has_index(table, row, own_index) && table->entries[row].sub == sub) {
+    object->part = part;
+    object->entry = &table->entries[row];
+    return OD_OK;
+  }
+  const bool other_sub = has_index(table, row, own_index) || (row > 0 && has_index(table, row - 1, own_index));
+  return other_sub ? OD_NO_SUB : OD_NO_OBJECT;
+}
+
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object) {
+  const od_groups *groups = dictionary->groups;
+  uint32_t candidates = groups != NULL ? groups->parts[index >> OD_GROUP_SHIFT] : UINT32_MAX;
   od_abort answer = OD_NO_OBJECT;
-  for (uint32_t i = 0; i < dictionary->count; i++) {
-    const od_part *part = &dictionary->parts[i];
-    const od_table *table = &part->table;
-    const uint32_t own_index = (uint32_t)index - part->shift; /* wraps below the part, and is then above it */
-    if (table->count == 0 || own_index < table->entries[0].index ||
-        own_index > table->entries[table->count - 1].index) {
-      continue;
+  for (uint32_t i = 0; i < dictionary->count && candidates != 0 && answer != OD_OK; i++) {
+    if ((candidates & 1u) != 0) {
+      const od_abort here = find_in(&dictionary->parts[i], index, sub, object);
+      answer = here == OD_NO_OBJECT ? answer : here;
     }
-    const uint32_t row = lower_bound(table, key_of(own_index, sub));
-    if (has_index(table, row, own_index) && table->entries[row].sub == sub) {
-      object->part = part;
-      object->entry = &table->entries[row];
-      return OD_OK;
-    }
-    if (has_index(table, row, own_index) || (row > 0 && has_index(table, row - 1, own_index))) {
-      answer = OD_NO_SUB;
-    }
+    candidates >>= 1;
   }
   return answer;
 }
 
-static uint8_t *place_of(const od_object *object) {
+uint8_t *od_place(const od_object *object) {
   return object->entry->offset == OD_NO_VALUE ? NULL : (uint8_t *)object->part->values + object->entry->offset;
+}
+
+unsigned od_needed_hooks(const od_object *object) {
+  const od_hooks *hooks = object->part->hooks;
+  if (hooks == NULL) {
+    return 0;
+  }
+  const unsigned given = (hooks->refresh != NULL ? OD_HOOK_REFRESH : 0u) |
+                         (hooks->accept != NULL ? OD_HOOK_ACCEPT : 0u) |
+                         (hooks->changed != NULL ? OD_HOOK_CHANGED : 0u);
+  return hooks->needed == NULL ? given : given & hooks->needed(object);
+}
+
+bool od_is_unlimited(const od_entry *entry) {
+  const int64_t low = entry->low.i;
+  const int64_t high = entry->high.i;
+  switch (entry->type) {
+    case OD_INTEGER8:
+      return low <= INT8_MIN && high >= INT8_MAX;
+    case OD_INTEGER16:
+      return low <= INT16_MIN && high >= INT16_MAX;
+    case OD_INTEGER32:
+      return low <= INT32_MIN && high >= INT32_MAX;
+    case OD_UNSIGNED8:
+      return low <= 0 && high >= UINT8_MAX;
+    case OD_UNSIGNED16:
+      return low <= 0 && high >= UINT16_MAX;
+    case OD_UNSIGNED32:
+      return low <= 0 && high >= UINT32_MAX;
+    default:
+      return false;
+  }
 }
 
 /* A value's bytes are the same in memory as on the bus. */
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "CANopen is little-endian, and so must the machine be");
-
-/* `size` is 1, 2, 4 or 8: cheaper than memcpy() with a size that is not known before. */
-static void copy_value(void *to, const void *from, uint16_t size) {
-  switch (size) {
-    case 1:
-      memcpy(to, from, 1);
-      break;
-    case 2:
-      memcpy(to, from, 2);
-      break;
-    case 4:
-      memcpy(to, from, 4);
-      break;
-    default:
-      memcpy(to, from, 8);
-      break;
-  }
-}
 
 static int16_t load_i16(const uint8_t *bytes) {
   int16_t value;
@@ -147,7 +187,7 @@ static od_number number_from_bytes(od_type type, const uint8_t *bytes) {
 
 od_number od_get(const od_object *object) {
   const od_entry *entry = object->entry;
-  const uint8_t *place = place_of(object);
+  const uint8_t *place = od_place(object);
   if (place == NULL || entry->type == OD_DOMAIN) {
     return entry->preset;
   }
@@ -175,7 +215,7 @@ static void put_text(uint8_t *place, uint16_t capacity, const char *text, uint16
 
 void od_put(const od_object *object, od_number value) {
   const od_entry *entry = object->entry;
-  uint8_t *place = place_of(object);
+  uint8_t *place = od_place(object);
   if (place == NULL || entry->type == OD_DOMAIN) {
     return;
   }
@@ -183,7 +223,7 @@ void od_put(const od_object *object, od_number value) {
     put_text(place, entry->bytes, value.text, text_length(value.text, entry->bytes));
     return;
   }
-  copy_value(place, &value, entry->bytes);
+  od_copy_number(place, &value, entry->bytes);
 }
 
 od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length) {
@@ -209,8 +249,8 @@ od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uin
     }
     return OD_OK;
   }
-  const uint8_t *place = place_of(object);
-  copy_value(bytes, place != NULL ? (const void *)place : &entry->preset, entry->bytes);
+  const uint8_t *place = od_place(object);
+  od_copy_number(bytes, place != NULL ? (const void *)place : &entry->preset, entry->bytes);
   *length = entry->bytes;
   return OD_OK;
 }
@@ -280,11 +320,11 @@ od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t 
 void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length) {
   const od_entry *entry = object->entry;
   const od_hooks *hooks = object->part->hooks;
-  uint8_t *place = place_of(object);
+  uint8_t *place = od_place(object);
   if (place != NULL && entry->type == OD_VISIBLE_STRING) {
     put_text(place, entry->bytes, (const char *)bytes, length);
   } else if (place != NULL) {
-    copy_value(place, bytes, entry->bytes);
+    od_copy_number(place, bytes, entry->bytes);
   }
   if (hooks != NULL && hooks->changed != NULL) {
     hooks->changed(object->part->owner, object);

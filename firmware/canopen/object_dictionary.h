@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 /* The numbers are those of CiA 301, table 44. */
 typedef enum {
@@ -86,9 +87,9 @@ typedef union {
 
 /* One row. Rows of a table are sorted by index, then sub-index. */
 typedef struct {
-  uint16_t index;
+  uint8_t type; /* od_type */
   uint8_t sub;
-  uint8_t type;          /* od_type */
+  uint16_t index;
   uint8_t access;        /* od_access */
   uint8_t flags;         /* OD_* flags */
   uint16_t bytes;        /* size of the value; capacity of a string; 0 for DOMAIN */
@@ -118,6 +119,9 @@ typedef struct {
   const od_entry *entry;
 } od_object;
 
+/* Hooks of an object, as bits. */
+enum { OD_HOOK_REFRESH = 1, OD_HOOK_ACCEPT = 2, OD_HOOK_CHANGED = 4 };
+
 /* What the owner of a part may add to plain storage; each may be NULL. */
 typedef struct {
   /* Before a read: brings the value up to date. */
@@ -127,6 +131,9 @@ typedef struct {
   od_abort (*accept)(void *owner, const od_object *object, od_number value);
   /* After a write. */
   void (*changed)(void *owner, const od_object *object);
+  /* Which of these three an object needs, a sum of OD_HOOK_*; NULL: each that there is. Asked when a PDO is mapped, so
+   * that what needs none is copied. */
+  unsigned (*needed)(const od_object *object);
 
   /* DOMAIN, any length, at most one transfer per SDO server at a time. `begin` gives the size when reading, and is
    * told the announced size (OD_SIZE_UNKNOWN if none was) when writing. Reads come at any offset within the size,
@@ -149,16 +156,54 @@ struct od_part {
   const od_hooks *hooks; /* NULL: plain storage */
 };
 
+/* Indices in groups of 0x800, the shift between the axes, and as bits the parts that reach into each. */
+enum { OD_GROUPS = 32, OD_GROUP_SHIFT = 11, OD_GROUPED_PARTS = 32 };
+
+typedef struct {
+  uint32_t parts[OD_GROUPS];
+} od_groups;
+
 typedef struct {
   const od_part *parts;
   uint32_t count;
+  const od_groups *groups; /* of these parts, by od_group_parts(); NULL: a search looks at all of them */
 } object_dictionary;
+
+/* At most OD_GROUPED_PARTS of them. */
+void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count);
 
 /* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that could have it. */
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object);
 
 /* The index as the bus sees it. */
 uint16_t od_index(const od_object *object);
+
+/* Where the value is, in the part's struct; NULL when the default is the value. */
+uint8_t *od_place(const od_object *object);
+
+/* The hooks that reading and writing this object must call, a sum of OD_HOOK_*. */
+unsigned od_needed_hooks(const od_object *object);
+
+/* Whether the limits let every value of an integer pass; false for types whose values are to be looked at. */
+bool od_is_unlimited(const od_entry *entry);
+
+/* Copies a number in the order of the bus, which is that of memory; `size` is 1, 2, 4 or 8. */
+static inline void od_copy_number(void *to, const void *from, uint32_t size) {
+  switch (size) { /* cheaper than memcpy() with a size that is not known before */
+    case 1:
+      memcpy(to, from, 1);
+      break;
+    case 2:
+      memcpy(to, from, 2);
+      break;
+    case 4:
+      memcpy(to, from, 4);
+      break;
+    default:
+      memcpy(to, from, 8);
+      break;
+  }
+}
 
 /* Bytes of a value of this type; 0 for strings and DOMAIN. */
 uint16_t od_type_bytes(od_type type);

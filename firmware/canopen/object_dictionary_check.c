@@ -153,7 +153,7 @@ od_table_verdict od_check_table(const od_table *table) {
 od_table_verdict od_check_dictionary(const object_dictionary *dictionary) {
   for (uint32_t i = 0; i < dictionary->count; i++) {
     const od_part *part = &dictionary->parts[i];
-    const object_dictionary before = {dictionary->parts, i};
+    const object_dictionary before = {.parts = dictionary->parts, .count = i};
     const od_table_verdict verdict = od_check_table(&part->table);
     if (verdict.fault != OD_TABLE_GOOD) {
       return verdict;

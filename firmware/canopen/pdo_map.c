@@ -38,9 +38,30 @@ od_abort pdo_check_entry(const object_dictionary *dictionary, pdo_direction dire
   return entry == 0 ? OD_OK : find_entry(dictionary, direction, entry, &found, &bytes);
 }
 
+/* Straight to the value where nobody has to be asked or told. */
+static pdo_item item_of(const od_object *object, uint8_t bytes) {
+  pdo_item item = {.object = *object, .bytes = bytes};
+  const od_entry *entry = object->entry;
+  if (entry == NULL) {
+    return item;
+  }
+  const unsigned hooks = od_needed_hooks(object);
+  const bool is_number = od_type_bytes((od_type)entry->type) != 0;
+  uint8_t *place = od_place(object);
+  if (is_number && entry->access != OD_WO && (hooks & OD_HOOK_REFRESH) == 0) {
+    item.from = place != NULL ? (const void *)place : &entry->preset;
+  }
+  item.to = is_number ? place : NULL;
+  item.checked =
+      (hooks & OD_HOOK_ACCEPT) != 0 || entry->access == OD_CONST || entry->access == OD_RO || !od_is_unlimited(entry);
+  item.told = (hooks & OD_HOOK_CHANGED) != 0 || !is_number;
+  return item;
+}
+
 static void add(pdo_map *map, const od_object *object, uint8_t bytes) {
-  map->object[map->count] = *object;
-  map->bytes[map->count] = bytes;
+  const pdo_item item = item_of(object, bytes);
+  map->item[map->count] = item;
+  map->checked = map->checked || item.checked;
   if (object->entry != NULL && (object->entry->flags & OD_EVENT) != 0) {
     map->event_mask = (uint8_t)(map->event_mask | ((1u << bytes) - 1u) << map->length);
   }
@@ -71,33 +92,55 @@ od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction directio
   return OD_OK;
 }
 
-void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]) {
-  uint8_t place = 0;
-  memset(bytes, 0, CAN_FRAME_BYTES);
-  for (uint8_t i = 0; i < map->count; i++) {
-    uint16_t length = 0;
-    (void)od_read(&map->object[i], &bytes[place], map->bytes[i], &length); /* a refusal leaves zeros */
-    place = (uint8_t)(place + map->bytes[i]);
+static void read_item(const pdo_item *item, uint8_t *bytes) {
+  uint16_t length = 0;
+  if (item->object.entry == NULL || od_read(&item->object, bytes, item->bytes, &length) != OD_OK) {
+    memset(bytes, 0, item->bytes);
   }
 }
 
-od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
-  uint8_t place = 0;
-  for (uint8_t i = 0; i < map->count; i++) {
-    if (map->object[i].entry != NULL) {
-      const od_abort answer = od_check_write(&map->object[i], &bytes[place], map->bytes[i]);
-      if (answer != OD_OK) {
-        return answer;
-      }
+void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]) {
+  uint8_t *place = bytes;
+  const pdo_item *end = &map->item[map->count];
+  for (const pdo_item *item = map->item; item < end; item++) {
+    if (item->from != NULL) {
+      od_copy_number(place, item->from, item->bytes);
+    } else {
+      read_item(item, place);
     }
-    place = (uint8_t)(place + map->bytes[i]);
+    place += item->bytes;
   }
-  place = 0;
-  for (uint8_t i = 0; i < map->count; i++) {
-    if (map->object[i].entry != NULL) {
-      od_write_checked(&map->object[i], &bytes[place], map->bytes[i]);
+}
+
+static od_abort check(const pdo_map *map, const uint8_t *bytes) {
+  od_abort answer = OD_OK;
+  for (uint8_t i = 0; i < map->count && answer == OD_OK; i++) {
+    const pdo_item *item = &map->item[i];
+    if (item->checked) {
+      answer = od_check_write(&item->object, bytes, item->bytes);
     }
-    place = (uint8_t)(place + map->bytes[i]);
+    bytes += item->bytes;
+  }
+  return answer;
+}
+
+od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
+  const od_abort answer = map->checked ? check(map, bytes) : OD_OK;
+  if (answer != OD_OK) {
+    return answer;
+  }
+  const uint8_t *place = bytes;
+  const pdo_item *end = &map->item[map->count];
+  for (const pdo_item *item = map->item; item < end; item++) {
+    if (item->to != NULL) {
+      od_copy_number(item->to, place, item->bytes);
+      if (item->told) {
+        item->object.part->hooks->changed(item->object.part->owner, &item->object);
+      }
+    } else if (item->told) {
+      od_write_checked(&item->object, place, item->bytes);
+    }
+    place += item->bytes;
   }
   return OD_OK;
 }

@@ -1,7 +1,8 @@
 /* The mapping of a PDO: which objects its bytes are.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2.36 (RPDO mapping 0x1600), 7.5.2.38 (TPDO mapping 0x1A00) and 7.4.7.1 (dummy
- * entries in an RPDO). A mapping is resolved once, when it is set; bytes then move without a search. */
+ * entries in an RPDO). A mapping is resolved once, when it is set: bytes are then copied to or from where the values
+ * are, and the dictionary is asked only for objects with limits or with hooks of their owner. */
 #ifndef TRACKSERVO_CANOPEN_PDO_MAP_H
 #define TRACKSERVO_CANOPEN_PDO_MAP_H
 
@@ -18,10 +19,20 @@ typedef struct {
   uint32_t entry[PDO_OBJECTS];
 } pdo_mapping;
 
+/* One mapped object, with what has to be known of it when its bytes move. */
 typedef struct {
-  od_object object[PDO_OBJECTS]; /* entry NULL: dummy */
-  uint8_t bytes[PDO_OBJECTS];
+  const void *from; /* its value; NULL: a dummy, or one that is read through the dictionary */
+  void *to;         /* NULL: a dummy, or one that is written through the dictionary */
+  uint8_t bytes;
+  bool checked;     /* a value may be refused */
+  bool told;        /* its owner is told of a write */
+  od_object object; /* entry NULL: dummy */
+} pdo_item;
+
+typedef struct {
+  pdo_item item[PDO_OBJECTS];
   uint8_t count;
+  bool checked;       /* one of them may refuse its value */
   uint8_t length;     /* of the whole PDO, 0 .. 8 */
   uint8_t event_mask; /* bit n: byte n belongs to an object flagged OD_EVENT */
 } pdo_map;

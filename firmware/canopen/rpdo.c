@@ -12,21 +12,26 @@ void rpdo_reset(rpdo *self) {
   self->silent_ms = 0;
 }
 
-void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_mapping *mapping) {
+void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
+                    const pdo_mapping *mapping) {
   (void)pdo_resolve(dictionary, PDO_RECEIVE, mapping, &self->map);
+  const bool valid = cob_id_is_valid(communication->cob_id);
+  self->on = valid && self->map.count > 0;
+  self->synchronous = pdo_is_synchronous(communication);
+  self->watched_ms = valid ? communication->event_ms : 0;
   rpdo_reset(self);
 }
 
-static rpdo_verdict apply(rpdo *self) {
-  if (pdo_scatter(&self->map, self->bytes) == OD_OK) {
+static rpdo_verdict apply(rpdo *self, const uint8_t *bytes) {
+  if (pdo_scatter(&self->map, bytes) == OD_OK) {
     return RPDO_APPLIED;
   }
   self->refused++;
   return RPDO_REFUSED;
 }
 
-rpdo_verdict rpdo_receive(rpdo *self, const pdo_communication *communication, const can_frame *frame) {
-  if (self->map.count == 0 || !cob_id_matches(communication->cob_id, frame)) {
+rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame) {
+  if (!self->on) {
     return RPDO_IGNORED;
   }
   if (frame->length < self->map.length) {
@@ -37,12 +42,12 @@ rpdo_verdict rpdo_receive(rpdo *self, const pdo_communication *communication, co
   self->late = false;
   self->wrong_length = false;
   self->silent_ms = 0;
-  memcpy(self->bytes, frame->data, CAN_FRAME_BYTES);
-  if (pdo_is_synchronous(communication)) {
-    self->waiting = true;
-    return RPDO_WAITS;
+  if (!self->synchronous) {
+    return apply(self, frame->data);
   }
-  return apply(self);
+  memcpy(self->bytes, frame->data, CAN_FRAME_BYTES);
+  self->waiting = true;
+  return RPDO_WAITS;
 }
 
 rpdo_verdict rpdo_sync(rpdo *self) {
@@ -50,15 +55,14 @@ rpdo_verdict rpdo_sync(rpdo *self) {
     return RPDO_IGNORED;
   }
   self->waiting = false;
-  return apply(self);
+  return apply(self, self->bytes);
 }
 
-bool rpdo_tick(rpdo *self, const pdo_communication *communication) {
-  const bool watched = cob_id_is_valid(communication->cob_id) && communication->event_ms != 0;
-  if (!watched || !self->heard || self->late) {
+bool rpdo_tick(rpdo *self) {
+  if (!rpdo_is_watched(self)) {
     return false;
   }
   self->silent_ms++;
-  self->late = self->silent_ms >= communication->event_ms;
+  self->late = self->silent_ms >= self->watched_ms;
   return self->late;
 }

@@ -9,36 +9,43 @@
 
 typedef struct {
   pdo_map map;
-  bool heard;        /* the silence is watched from the first frame on */
-  bool late;         /* silence has been told */
-  bool wrong_length; /* the last frame was too short */
-  bool waiting;      /* `bytes` wait for SYNC */
+  bool on; /* valid, and something is mapped */
+  bool synchronous;
+  uint16_t watched_ms; /* longest silence; 0: not watched */
+  bool heard;          /* the silence is watched from the first frame on */
+  bool late;           /* silence has been told */
+  bool wrong_length;   /* the last frame was too short */
+  bool waiting;        /* `bytes` wait for SYNC */
   uint16_t silent_ms;
   uint32_t refused; /* frames with a value that its object refused */
   uint8_t bytes[CAN_FRAME_BYTES];
 } rpdo;
 
 typedef enum {
-  RPDO_IGNORED, /* not for this PDO, or nothing mapped */
+  RPDO_IGNORED, /* it is off, or nothing waited */
   RPDO_WAITS,   /* for SYNC */
   RPDO_APPLIED,
   RPDO_REFUSED, /* a value out of its range */
   RPDO_TOO_SHORT
 } rpdo_verdict;
 
-/* Resolves the mapping and forgets all frames. */
-void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_mapping *mapping);
+/* Takes its parameters, resolves the mapping and forgets all frames: whenever one of them has changed. */
+void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
+                    const pdo_mapping *mapping);
 
 /* Forgets all frames. */
 void rpdo_reset(rpdo *self);
 
-/* Longer frames than mapped are fine, the rest is ignored. */
-rpdo_verdict rpdo_receive(rpdo *self, const pdo_communication *communication, const can_frame *frame);
+/* A data frame with its identifier. Longer frames than mapped are fine, the rest is ignored. */
+rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame);
 
 /* RPDO_IGNORED when nothing waited. */
 rpdo_verdict rpdo_sync(rpdo *self);
 
 /* One ms. True once when the PDO has been silent for its event time. */
-bool rpdo_tick(rpdo *self, const pdo_communication *communication);
+bool rpdo_tick(rpdo *self);
+
+/* Whether rpdo_tick has anything to do. */
+static inline bool rpdo_is_watched(const rpdo *self) { return self->watched_ms != 0 && self->heard && !self->late; }
 
 #endif

@@ -13,36 +13,38 @@ void tpdo_reset(tpdo *self) {
   self->elapsed_ms = 0;
 }
 
-void tpdo_configure(tpdo *self, const object_dictionary *dictionary, const pdo_mapping *mapping) {
+void tpdo_configure(tpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
+                    const pdo_mapping *mapping) {
   (void)pdo_resolve(dictionary, PDO_TRANSMIT, mapping, &self->map);
-  memset(self->bytes, 0, sizeof self->bytes);
+  self->communication = communication;
+  self->on = self->map.count > 0 && cob_id_is_valid(communication->cob_id);
+  self->synchronous = pdo_is_synchronous(communication);
+  self->frame = (can_frame){.id = communication->cob_id & COB_ID_IDENTIFIER, .length = self->map.length};
   tpdo_reset(self);
 }
 
 void tpdo_request(tpdo *self) { self->event = true; }
 
-static bool is_active(const tpdo *self, const pdo_communication *communication) {
-  return self->map.count > 0 && cob_id_is_valid(communication->cob_id);
-}
-
-static bool send(tpdo *self, const pdo_communication *communication, const can_sender *sender) {
-  can_frame frame = {.id = communication->cob_id & COB_ID_IDENTIFIER, .length = self->map.length};
-  memcpy(frame.data, self->bytes, CAN_FRAME_BYTES);
-  self->waiting = !sender->send(sender->context, &frame);
+static bool send(tpdo *self, const can_sender *sender) {
+  self->waiting = !sender->send(sender->context, &self->frame);
   return !self->waiting;
 }
 
 /* Does a byte that matters differ from the last frame? */
 static bool has_changed(const tpdo *self, const uint8_t *bytes) {
+  if (memcmp(bytes, self->frame.data, CAN_FRAME_BYTES) == 0) {
+    return false;
+  }
   for (uint8_t i = 0; i < self->map.length; i++) {
-    if ((self->map.event_mask >> i & 1u) != 0 && bytes[i] != self->bytes[i]) {
+    if ((self->map.event_mask >> i & 1u) != 0 && bytes[i] != self->frame.data[i]) {
       return true;
     }
   }
   return false;
 }
 
-static bool sync_is_due(tpdo *self, const pdo_communication *communication, uint8_t counter) {
+static bool sync_is_due(tpdo *self, uint8_t counter) {
+  const pdo_communication *communication = self->communication;
   if (communication->type == PDO_SYNC_ACYCLIC) {
     return self->event;
   }
@@ -63,25 +65,24 @@ static bool sync_is_due(tpdo *self, const pdo_communication *communication, uint
   return true;
 }
 
-void tpdo_sync(tpdo *self, const pdo_communication *communication, uint8_t counter, const can_sender *sender) {
-  if (!is_active(self, communication) || !pdo_is_synchronous(communication)) {
+void tpdo_sync(tpdo *self, uint8_t counter, const can_sender *sender) {
+  if (!self->on || !self->synchronous) {
     return;
   }
-  if (communication->type == PDO_SYNC_ACYCLIC) { /* the others need not know whether something has changed */
-    uint8_t bytes[CAN_FRAME_BYTES];
+  if (self->communication->type == PDO_SYNC_ACYCLIC) { /* the others need not know whether something has changed */
+    uint8_t bytes[CAN_FRAME_BYTES] = {0};
     pdo_gather(&self->map, bytes);
     self->event = self->event || has_changed(self, bytes);
   }
-  if (sync_is_due(self, communication, counter)) {
-    pdo_gather(&self->map, self->bytes);
+  if (sync_is_due(self, counter)) {
+    pdo_gather(&self->map, self->frame.data);
     self->event = false;
-    (void)send(self, communication, sender);
+    (void)send(self, sender);
   }
 }
 
-static void tick_by_event(tpdo *self, const pdo_communication *communication, const can_sender *sender) {
-  uint8_t bytes[CAN_FRAME_BYTES];
-  pdo_gather(&self->map, bytes);
+static void tick_by_event(tpdo *self, const can_sender *sender) {
+  const pdo_communication *communication = self->communication;
   if (self->elapsed_ms < UINT16_MAX) {
     self->elapsed_ms++;
   }
@@ -89,25 +90,33 @@ static void tick_by_event(tpdo *self, const pdo_communication *communication, co
     self->inhibit_ms--;
   }
   const bool timer = communication->event_ms != 0 && self->elapsed_ms >= communication->event_ms;
-  self->event = self->event || timer || self->waiting || has_changed(self, bytes);
-  if (!self->event || self->inhibit_ms > 0) {
+  self->event = self->event || timer || self->waiting;
+  const bool may_send = self->inhibit_ms == 0;
+  const bool looks_on = !self->event && self->map.event_mask != 0;
+  if (!looks_on && !(self->event && may_send)) {
+    return; /* nobody asks for the values of now */
+  }
+  uint8_t bytes[CAN_FRAME_BYTES] = {0};
+  pdo_gather(&self->map, bytes);
+  self->event = self->event || has_changed(self, bytes);
+  if (!self->event || !may_send) {
     return;
   }
-  memcpy(self->bytes, bytes, sizeof bytes);
-  if (send(self, communication, sender)) {
+  memcpy(self->frame.data, bytes, sizeof bytes);
+  if (send(self, sender)) {
     self->event = false;
     self->elapsed_ms = 0;
     self->inhibit_ms = (uint16_t)((communication->inhibit_100us + 9u) / 10u);
   }
 }
 
-void tpdo_tick(tpdo *self, const pdo_communication *communication, const can_sender *sender) {
-  if (!is_active(self, communication)) {
+void tpdo_tick(tpdo *self, const can_sender *sender) {
+  if (!self->on) {
     return;
   }
-  if (!pdo_is_synchronous(communication)) {
-    tick_by_event(self, communication, sender);
+  if (!self->synchronous) {
+    tick_by_event(self, sender);
   } else if (self->waiting) {
-    (void)send(self, communication, sender);
+    (void)send(self, sender);
   }
 }

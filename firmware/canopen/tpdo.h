@@ -10,17 +10,22 @@
 
 typedef struct {
   pdo_map map;
-  bool event;                     /* something to tell since the last frame */
-  bool waiting;                   /* `bytes` were sampled at SYNC and not taken by the bus yet */
-  bool sync_started;              /* the start value of the SYNC counter has come by */
-  uint8_t sync_count;             /* SYNCs since the last frame */
-  uint16_t inhibit_ms;            /* still to wait */
-  uint16_t elapsed_ms;            /* since the last frame */
-  uint8_t bytes[CAN_FRAME_BYTES]; /* last frame sent, or to send */
+  const pdo_communication *communication;
+  bool on; /* valid, and something is mapped */
+  bool synchronous;
+  bool event;          /* something to tell since the last frame */
+  bool waiting;        /* `frame` was sampled at SYNC and not taken by the bus yet */
+  bool sync_started;   /* the start value of the SYNC counter has come by */
+  uint8_t sync_count;  /* SYNCs since the last frame */
+  uint16_t inhibit_ms; /* still to wait */
+  uint16_t elapsed_ms; /* since the last frame */
+  can_frame frame;     /* last one sent, or to send */
 } tpdo;
 
-/* Resolves the mapping and starts anew. */
-void tpdo_configure(tpdo *self, const object_dictionary *dictionary, const pdo_mapping *mapping);
+/* Takes its parameters, resolves the mapping and starts anew: whenever one of them has changed. `communication` stays
+ * where it is. */
+void tpdo_configure(tpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
+                    const pdo_mapping *mapping);
 
 /* Starts anew, as on entering OPERATIONAL: an event-driven PDO is sent once, so that listeners know the start. */
 void tpdo_reset(tpdo *self);
@@ -29,9 +34,12 @@ void tpdo_reset(tpdo *self);
 void tpdo_request(tpdo *self);
 
 /* A SYNC with its counter, 0 without one. */
-void tpdo_sync(tpdo *self, const pdo_communication *communication, uint8_t counter, const can_sender *sender);
+void tpdo_sync(tpdo *self, uint8_t counter, const can_sender *sender);
 
 /* One ms. */
-void tpdo_tick(tpdo *self, const pdo_communication *communication, const can_sender *sender);
+void tpdo_tick(tpdo *self, const can_sender *sender);
+
+/* Whether tpdo_tick has anything to do. */
+static inline bool tpdo_is_watched(const tpdo *self) { return self->on && (self->waiting || !self->synchronous); }
 
 #endif

@@ -9,6 +9,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "control/status.h"
 
@@ -28,6 +29,17 @@ static inline float scalar_clamp(float value, float low, float high) {
 
 /* Whether |value| <= bound; false for NaN. */
 static inline bool scalar_within(float value, float bound) { return scalar_abs(value) <= bound; }
+
+/* roundf(), in line: to the nearest whole number, halves away from 0. */
+static inline float scalar_round(float value) {
+  const float all_are_whole = 8388608.0f; /* from 2^23 on */
+  if (!(scalar_abs(value) < all_are_whole)) {
+    return value; /* NaN and infinity, too */
+  }
+  const float whole = (float)(int32_t)value;
+  const float rest = value - whole; /* exact */
+  return whole + (rest >= 0.5f ? 1.0f : 0.0f) - (rest <= -0.5f ? 1.0f : 0.0f);
+}
 
 /* exp(-x) for x >= 0, within 1.25 units of the last place; exactly 1 at 0 and exactly 0 from 87 on. */
 float scalar_exp_minus(float x);

@@ -18,9 +18,17 @@ void target_tracker_reset(target_tracker_state *state) { *state = (target_tracke
 
 /* How far the sight has turned during the last `age_ticks` ticks, rad. */
 static float sight_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
+  /* Newest first, so that the sum is rounded alike wherever the ring begins: down to its start, then from its end. */
+  const unsigned count = (unsigned)age_ticks;
+  const unsigned until_start = count <= state->newest ? count : state->newest + 1u;
+  const float *end = &state->sight_rates_rad_s[state->newest + 1u];
   float sum_rad_s = 0.0f;
-  for (unsigned age = 0; age < (unsigned)age_ticks; ++age) {
-    sum_rad_s += state->sight_rates_rad_s[(state->newest - age) % TARGET_TRACKER_HISTORY];
+  for (unsigned i = 1; i <= until_start; ++i) {
+    sum_rad_s += *(end - i);
+  }
+  end = &state->sight_rates_rad_s[TARGET_TRACKER_HISTORY];
+  for (unsigned i = 1; i <= count - until_start; ++i) {
+    sum_rad_s += *(end - i);
   }
   return sum_rad_s * dt_s;
 }

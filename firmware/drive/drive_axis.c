@@ -34,14 +34,14 @@ static bool inputs_are_finite(const drive_axis_inputs *inputs) {
          isfinite(inputs->torque_demand_nm);
 }
 
-static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
+static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_inputs *inputs, bool finite) {
   drive_feedback feedback = {
       .position = axis->position,
       .setpoint_arrived = inputs->setpoint_arrived,
       .stimulus = inputs->stimulus,
       .hard_travel = inputs->hard_travel,
   };
-  if (inputs_are_finite(inputs)) {
+  if (finite) {
     feedback.rate_rad_s = inputs->rate_rad_s;
     feedback.reference_rad_s = inputs->reference_rad_s;
     feedback.torque_demand_nm = inputs->torque_demand_nm;
@@ -62,8 +62,8 @@ _Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_TELL && (int)DRIVE_FAULT_STO
 
 /* The worst of what is wrong: what the caller found, and what the drive found. The shorted motor brakes without any
  * sample: that the angle it brakes for is missing must not end it. */
-static fault_id fault_of(const drive_axis *axis, const drive_axis_inputs *inputs) {
-  const bool unusable = (inputs->implausible || !inputs_are_finite(inputs)) && axis->state.action != DRIVE_BRAKE;
+static fault_id fault_of(const drive_axis *axis, const drive_axis_inputs *inputs, bool finite) {
+  const bool unusable = (inputs->implausible || !finite) && axis->state.action != DRIVE_BRAKE;
   const fault_set all = inputs->faults | (unusable ? fault_bit(FAULT_IMPLAUSIBLE) : 0) |
                         (axis->following_failed ? fault_bit(FAULT_FOLLOWING_ERROR) : 0);
   return fault_worst(all);
@@ -82,9 +82,10 @@ static bool stop_is_over(drive_axis *axis, const drive_objects *objects, float d
   return ended && (waited || distance_between(objects->velocity.actual, 0) <= objects->velocity.threshold);
 }
 
-static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
+static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, bool finite,
+                               float dt_s) {
   const drive_power_state before = axis->state.power;
-  const fault_id found = fault_of(axis, inputs);
+  const fault_id found = fault_of(axis, inputs, finite);
   const drive_state_inputs in = {
       .controlword = objects->state.controlword,
       .fault = (drive_fault)fault_table[found].reaction,
@@ -171,11 +172,13 @@ servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, con
                                    float dt_s) {
   axis->position = drive_angle_unwrap(axis->position, inputs->joint_angle);
   write_actual_values(axis, objects, inputs);
-  const drive_feedback feedback = feedback_of(axis, inputs);
-  const drive_action action = step_state(axis, objects, inputs, dt_s);
+  const bool finite = inputs_are_finite(inputs);
+  const drive_feedback feedback = feedback_of(axis, inputs, finite);
+  const drive_action action = step_state(axis, objects, inputs, finite, dt_s);
   const drive_setpoint setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
   objects->state.mode_display = axis->motion.mode;
-  objects->position.demand = drive_position_from_angle(setpoint.position);
+  objects->position.demand =
+      setpoint.position == axis->position ? objects->position.actual : drive_position_from_angle(setpoint.position);
   objects->velocity.demand = drive_velocity_from_rate(setpoint.command.speed.rate_rad_s);
   objects->state.statusword = statusword_of(axis, objects, inputs, &setpoint, action, dt_s);
   return setpoint.command;

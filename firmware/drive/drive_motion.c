@@ -71,20 +71,27 @@ static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *
 
 static void move_demand(drive_motion *motion, float travel_rad) {
   const float units = travel_rad / ANGLE_RAD_PER_TURN32 + motion->demand_rest;
-  const float whole = roundf(units);
+  const float whole = scalar_round(units);
   motion->demand += angle_integer(whole);
   motion->demand_rest = units - whole;
 }
 
-/* The set-point of now, from the state before its tick. */
-static drive_setpoint setpoint_of(const drive_motion *before, const drive_feedback *feedback, float acceleration) {
-  const bool controlled = before->loop == SERVO_POSITION;
+/* The set-point of now, to be taken before the ramp makes its tick; what accelerates is known after it. */
+static drive_setpoint setpoint_of(const drive_motion *motion, const drive_feedback *feedback) {
+  const bool controlled = motion->loop == SERVO_POSITION;
+  /* Every field is named: to clear all of it first would be a call. */
   return (drive_setpoint){
-      .command = {.mode = before->loop,
-                  .speed = {.rate_rad_s = before->ramp.rate_rad_s, .acceleration_rad_s2 = acceleration},
-                  .position = (angle_turn32)before->demand},
-      .position = controlled ? before->demand : feedback->position,
+      .command = {.mode = motion->loop,
+                  .speed = {.rate_rad_s = motion->ramp.rate_rad_s, .acceleration_rad_s2 = 0.0f},
+                  .position = (angle_turn32)motion->demand,
+                  .rate_limit_rad_s = 0.0f,
+                  .torque_nm = 0.0f,
+                  .torque_limited = false,
+                  .limits = {.minimum_nm = 0.0f, .maximum_nm = 0.0f}},
+      .position = controlled ? motion->demand : feedback->position,
+      .limited = false,
       .followed = true,
+      .stopped = false,
   };
 }
 
@@ -92,12 +99,12 @@ static drive_setpoint setpoint_of(const drive_motion *before, const drive_feedba
 static drive_setpoint stop(drive_motion *motion, const drive_feedback *feedback, const profile_limits *limits,
                            float dt_s) {
   close_loop(motion, controls_position(motion->mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
-  const drive_motion before = *motion;
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
   const profile_motion step = profile_towards_rate(&motion->ramp, limits, 0.0f, dt_s);
   move_demand(motion, step.travel_rad);
   rate_interpolation_reset(&motion->rates, motion->ramp.rate_rad_s);
   position_interpolation_reset(&motion->positions, motion->demand, motion->ramp.rate_rad_s);
-  drive_setpoint setpoint = setpoint_of(&before, feedback, step.mean_acceleration_rad_s2);
+  setpoint.command.speed.acceleration_rad_s2 = step.mean_acceleration_rad_s2;
   setpoint.followed = false;
   setpoint.stopped = profile_at_rest(&motion->ramp);
   return setpoint;
@@ -166,8 +173,9 @@ static drive_setpoint profile_position(drive_motion *motion, const drive_objects
     return stop(motion, feedback, &limits, dt_s);
   }
   close_loop(motion, SERVO_POSITION, feedback);
-  const drive_motion before = *motion;
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
   const int32_t target = clamped_position(&motion->travel, motion->setpoints.target);
+  setpoint.limited = target != motion->setpoints.target;
   const drive_angle end = drive_angle_from_position(target);
   const float distance_rad =
       drive_angle_difference_rad(end, motion->demand) - motion->demand_rest * ANGLE_RAD_PER_TURN32;
@@ -178,8 +186,7 @@ static drive_setpoint profile_position(drive_motion *motion, const drive_objects
     motion->demand_rest = 0.0f;
     (void)setpoint_queue_finish(&motion->setpoints);
   }
-  drive_setpoint setpoint = setpoint_of(&before, feedback, step.mean_acceleration_rad_s2);
-  setpoint.limited = target != before.setpoints.target;
+  setpoint.command.speed.acceleration_rad_s2 = step.mean_acceleration_rad_s2;
   return setpoint;
 }
 
@@ -189,12 +196,12 @@ static drive_setpoint profile_velocity(drive_motion *motion, const drive_objects
   const profile_limits limits = velocity_limits(&objects->limit);
   bool clamped;
   const float target_rad_s = clamped_rate(objects->velocity.target, &limits, &clamped);
-  const drive_motion before = *motion;
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
   const profile_motion step = is_limited(&motion->travel) && target_rad_s != 0.0f
                                   ? profile_towards_rate_within(&motion->ramp, &limits, target_rad_s,
                                                                 room_rad(&motion->travel, feedback, target_rad_s), dt_s)
                                   : profile_towards_rate(&motion->ramp, &limits, target_rad_s, dt_s);
-  drive_setpoint setpoint = setpoint_of(&before, feedback, step.mean_acceleration_rad_s2);
+  setpoint.command.speed.acceleration_rad_s2 = step.mean_acceleration_rad_s2;
   setpoint.limited = clamped || (profile_at_rest(&motion->ramp) && target_rad_s != 0.0f);
   return setpoint;
 }
@@ -209,9 +216,15 @@ static bool setpoints_missing(drive_motion *motion, const drive_feedback *feedba
   return interpolation_stale(motion->setpoint_age_ticks, period_ticks);
 }
 
-static int period_of(const drive_limit_objects *limit, float dt_s) {
-  const int ticks = interpolation_ticks(limit->interpolation_period, limit->interpolation_exponent, dt_s);
-  return ticks > 0 ? ticks : 1;
+/* Divided out again only when 60C2 has changed. */
+static int period_of(drive_motion *motion, const drive_limit_objects *limit, float dt_s) {
+  setpoint_period *known = &motion->period;
+  const bool same = known->mantissa == limit->interpolation_period && known->exponent == limit->interpolation_exponent;
+  if (known->ticks == 0 || !same) {
+    const int ticks = interpolation_ticks(limit->interpolation_period, limit->interpolation_exponent, dt_s);
+    *known = (setpoint_period){limit->interpolation_period, limit->interpolation_exponent, ticks > 0 ? ticks : 1};
+  }
+  return known->ticks;
 }
 
 /* A set-point of position leads an acceleration only as far as its own digits: 1e-7 rad within a period of 1 ms is
@@ -220,7 +233,7 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
                                       const drive_feedback *feedback, float dt_s) {
   const drive_limit_objects *limit = &objects->limit;
   const profile_limits limits = velocity_limits(limit);
-  const int period_ticks = period_of(limit, dt_s);
+  const int period_ticks = period_of(motion, limit, dt_s);
   if (setpoints_missing(motion, feedback, period_ticks)) {
     return stop(motion, feedback, &limits, dt_s);
   }
@@ -235,7 +248,7 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
   motion->demand = now.position;
   motion->demand_rest = 0.0f;
   motion->ramp = (profile_ramp){.rate_rad_s = now.rate_rad_s};
-  drive_setpoint setpoint = setpoint_of(motion, feedback, 0.0f);
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
   const float wanted_rad_s = now.rate_rad_s + drive_rate_from_velocity(objects->velocity.offset);
   setpoint.command.speed.rate_rad_s = scalar_clamp(wanted_rad_s, -limits.rate_rad_s, limits.rate_rad_s);
   setpoint.limited = cut || target != objects->position.target || setpoint.command.speed.rate_rad_s != wanted_rad_s;
@@ -245,7 +258,7 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
 static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects *objects,
                                       const drive_feedback *feedback, float dt_s) {
   const profile_limits limits = velocity_limits(&objects->limit);
-  const int period_ticks = period_of(&objects->limit, dt_s);
+  const int period_ticks = period_of(motion, &objects->limit, dt_s);
   bool clamped;
   const float target_rad_s =
       clamped_rate(drive_add(objects->velocity.target, objects->velocity.offset), &limits, &clamped);
@@ -262,7 +275,8 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
   /* The ramp keeps the rate but not the acceleration: the client's may be beyond what a jerk limit can bring back. */
   const interpolated_rate now = rate_interpolation_step(&motion->rates, dt_s);
   motion->ramp = (profile_ramp){.rate_rad_s = now.rate_rad_s};
-  drive_setpoint setpoint = setpoint_of(motion, feedback, now.acceleration_rad_s2);
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
+  setpoint.command.speed.acceleration_rad_s2 = now.acceleration_rad_s2;
   motion->ramp.rate_rad_s = motion->rates.rate_rad_s; /* of the next tick, as in the other modes */
   setpoint.limited = clamped;
   return setpoint;
@@ -291,7 +305,7 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
   if (motion->loop == SERVO_TORQUE) {
     motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
   }
-  const bool missing = setpoints_missing(motion, feedback, period_of(&objects->limit, dt_s));
+  const bool missing = setpoints_missing(motion, feedback, period_of(motion, &objects->limit, dt_s));
   if (missing || limit_blocks(motion, feedback, &limits, target_nm)) {
     drive_setpoint stopping = stop(motion, feedback, &limits, dt_s);
     stopping.limited = !missing;
@@ -300,7 +314,7 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
   close_loop(motion, SERVO_TORQUE, feedback);
   motion->torque_nm = along_slope(motion->torque_nm, target_nm, torque, dt_s);
   motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
-  drive_setpoint setpoint = setpoint_of(motion, feedback, 0.0f);
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
   setpoint.command.torque_nm = held_below_limit(motion->torque_nm, feedback->rate_rad_s, limits.rate_rad_s);
   setpoint.limited = setpoint.command.torque_nm != motion->torque_nm;
   return setpoint;

@@ -34,6 +34,13 @@ typedef struct {
   drive_travel hard_travel;
 } drive_feedback;
 
+/* What 60C2 meant when it was looked at last. */
+typedef struct {
+  uint8_t mantissa;
+  int8_t exponent;
+  int ticks; /* 0: not looked at yet */
+} setpoint_period;
+
 typedef struct {
   int8_t mode;     /* drive_mode in force */
   servo_mode loop; /* of the last tick */
@@ -44,6 +51,7 @@ typedef struct {
   rate_interpolation rates;
   position_interpolation positions;
   int setpoint_age_ticks;
+  setpoint_period period;
   drive_travel travel;     /* in force: 607D within the hard one */
   float blocked_direction; /* -1 or 1: stopped before the software position limit on that side; 0: free */
   float torque_nm;         /* cst: on its way along the torque slope */

@@ -33,15 +33,25 @@ static int16_t supported_or(uint16_t index, int16_t code, int16_t otherwise) {
   return drive_option_supported(index, code) ? code : otherwise;
 }
 
-static drive_options effective(const drive_options *options) {
-  const drive_options preset = drive_options_default();
-  return (drive_options){
-      .quick_stop = supported_or(0x605A, options->quick_stop, preset.quick_stop),
-      .shutdown = supported_or(0x605B, options->shutdown, preset.shutdown),
-      .disable = supported_or(0x605C, options->disable, preset.disable),
-      .halt = supported_or(0x605D, options->halt, preset.halt),
-      .fault_reaction = supported_or(0x605E, options->fault_reaction, preset.fault_reaction),
-  };
+/* The option codes in force: looked at when one is needed, which is rare. */
+static int16_t quick_stop_of(const drive_options *options) {
+  return supported_or(0x605A, options->quick_stop, drive_options_default().quick_stop);
+}
+
+static int16_t shutdown_of(const drive_options *options) {
+  return supported_or(0x605B, options->shutdown, drive_options_default().shutdown);
+}
+
+static int16_t disable_of(const drive_options *options) {
+  return supported_or(0x605C, options->disable, drive_options_default().disable);
+}
+
+static int16_t halt_of(const drive_options *options) {
+  return supported_or(0x605D, options->halt, drive_options_default().halt);
+}
+
+static int16_t fault_reaction_of(const drive_options *options) {
+  return supported_or(0x605E, options->fault_reaction, drive_options_default().fault_reaction);
 }
 
 /* What an option code asks for: the same numbers in all five objects. */
@@ -74,22 +84,22 @@ static drive_action operation_enabled(drive_state *state, const drive_options *o
       return DRIVE_OFF;
     case COMMAND_QUICK_STOP: /* 11 */
       state->power = DRIVE_QUICK_STOP_ACTIVE;
-      return action_of_option(options->quick_stop);
+      return action_of_option(quick_stop_of(options));
     case COMMAND_SHUTDOWN: /* 8 */
-      return leave(state, DRIVE_READY_TO_SWITCH_ON, options->shutdown, in->stopped);
+      return leave(state, DRIVE_READY_TO_SWITCH_ON, shutdown_of(options), in->stopped);
     case COMMAND_SWITCH_ON: /* 5 */
-      return leave(state, DRIVE_SWITCHED_ON, options->disable, in->stopped);
+      return leave(state, DRIVE_SWITCHED_ON, disable_of(options), in->stopped);
     case COMMAND_ENABLE_OPERATION:
     case COMMAND_NONE:
     default:
-      return (in->controlword & DRIVE_CONTROL_HALT) != 0 ? action_of_option(options->halt) : DRIVE_RUN;
+      return (in->controlword & DRIVE_CONTROL_HALT) != 0 ? action_of_option(halt_of(options)) : DRIVE_RUN;
   }
 }
 
 static drive_action quick_stop_active(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   const drive_command command = command_of(in->controlword);
-  const drive_action stop = action_of_option(options->quick_stop);
-  const bool stays = options->quick_stop >= QUICK_STOP_STAYS;
+  const drive_action stop = action_of_option(quick_stop_of(options));
+  const bool stays = quick_stop_of(options) >= QUICK_STOP_STAYS;
   if (command == COMMAND_DISABLE_VOLTAGE || stop == DRIVE_OFF || (!stays && in->stopped)) { /* 12 */
     state->power = DRIVE_SWITCH_ON_DISABLED;
     return DRIVE_OFF;
@@ -132,7 +142,7 @@ static drive_action brake(drive_state *state) {
 }
 
 static drive_action stop(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
-  const drive_action action = action_of_option(options->fault_reaction);
+  const drive_action action = action_of_option(fault_reaction_of(options));
   const bool over = in->stopped || action == DRIVE_OFF || ++state->reaction_ticks > DRIVE_LONGEST_REACTION_TICKS;
   return over ? end_reaction(state) : action;
 }
@@ -157,7 +167,7 @@ static drive_action enter_fault(drive_state *state, const drive_options *options
   if (state->action == DRIVE_OFF || in->fault == DRIVE_FAULT_CUTS) {
     return DRIVE_OFF;
   }
-  return in->fault == DRIVE_FAULT_BRAKES ? DRIVE_BRAKE : action_of_option(options->fault_reaction);
+  return in->fault == DRIVE_FAULT_BRAKES ? DRIVE_BRAKE : action_of_option(fault_reaction_of(options));
 }
 
 static drive_action next_action(drive_state *state, const drive_options *options, const drive_state_inputs *in,
@@ -189,11 +199,10 @@ static drive_action next_action(drive_state *state, const drive_options *options
 void drive_state_reset(drive_state *state) { *state = (drive_state){.power = DRIVE_NOT_READY}; }
 
 drive_action drive_state_step(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
-  const drive_options option = effective(options);
   const bool reset_bit = (in->controlword & DRIVE_CONTROL_FAULT_RESET) != 0;
   const bool reset_edge = reset_bit && !state->reset_bit_before;
   state->reset_bit_before = reset_bit;
-  state->action = next_action(state, &option, in, reset_edge);
+  state->action = next_action(state, options, in, reset_edge);
   return state->action;
 }
 

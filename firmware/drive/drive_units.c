@@ -1,6 +1,7 @@
 #include "drive/drive_units.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "control/scalar.h"
 
@@ -10,6 +11,9 @@
 #define UNITS_PER_COUNT_Q56 UINT64_C(4925606912591084349)
 #define COUNTS_FRACTION_BITS 30
 #define UNITS_FRACTION_BITS 24 /* of 56, 32 are gone with the low half of the product */
+
+/* Of IEEE 754 single precision; the exponent counts from the mantissa's highest bit. */
+enum { MANTISSA_BITS = 23, EXPONENT_BIAS = 127, LONGEST_PRODUCT_BITS = 46 };
 
 /* No position of 32 bits is farther away than this: 64 turns. */
 #define FARTHEST_ANGLE (INT64_C(1) << 38)
@@ -35,12 +39,6 @@ static int64_t signed_like(uint64_t magnitude, bool negative) {
   return negative ? -(int64_t)magnitude : (int64_t)magnitude;
 }
 
-drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now) {
-  return before + (int32_t)(now - (angle_turn32)before);
-}
-
-float drive_angle_difference_rad(drive_angle to, drive_angle from) { return (float)(to - from) * ANGLE_RAD_PER_TURN32; }
-
 int32_t drive_position_from_angle(drive_angle angle) {
   if (angle >= FARTHEST_ANGLE) {
     return INT32_MAX;
@@ -57,37 +55,29 @@ drive_angle drive_angle_from_position(int32_t position) {
 }
 
 int32_t drive_velocity_from_rate(float rate_rad_s) {
-  if (!isfinite(rate_rad_s)) {
-    return isnan(rate_rad_s) ? 0 : (rate_rad_s > 0.0f ? INT32_MAX : INT32_MIN);
+  uint32_t bits;
+  memcpy(&bits, &rate_rad_s, sizeof bits);
+  const bool negative = bits >> 31 != 0;
+  const int shift = MANTISSA_BITS + EXPONENT_BIAS - (int)(bits >> MANTISSA_BITS & 0xFFu);
+  if (shift > LONGEST_PRODUCT_BITS) {
+    return 0; /* half a count at most */
   }
-  int exponent;
-  const float fraction = frexpf(rate_rad_s, &exponent);                         /* rate = fraction 2^exponent */
-  const int64_t product = (int32_t)(fraction * 16777216.0f) * INT64_C(1000000); /* exact: 24 bits times 20 */
-  const int shift = 24 - exponent;
-  if (shift <= 0) {
-    return product < 0 ? INT32_MIN : INT32_MAX; /* beyond 1.6e7 rad/s */
+  if (shift <= 0) { /* beyond 1.6e7 rad/s, infinite, or not a number */
+    return isnan(rate_rad_s) ? 0 : negative ? INT32_MIN : INT32_MAX;
   }
-  if (shift > 46) {
-    return 0;
-  }
-  const uint64_t counts = (magnitude_of(product) + (UINT64_C(1) << (shift - 1))) >> shift;
-  return saturated(signed_like(counts, product < 0));
+  /* |rate| = mantissa 2^-shift, and the product is exact: 24 bits times 20. */
+  const uint32_t mantissa = (bits & ((1u << MANTISSA_BITS) - 1u)) | 1u << MANTISSA_BITS;
+  const uint64_t product = mantissa * UINT64_C(1000000);
+  const uint64_t counts = ((product >> (shift - 1)) + 1) >> 1;
+  return saturated(signed_like(counts, negative));
 }
-
-float drive_rate_from_velocity(int32_t velocity) { return (float)velocity / 1e6f; }
-
-float drive_limit_from_counts(uint32_t counts) { return (float)(counts == 0 ? 1 : counts) / 1e6f; }
 
 int16_t drive_permille_from_torque(float torque_nm, uint32_t rated_mnm) {
   if (rated_mnm == 0 || isnan(torque_nm)) {
     return 0;
   }
   const float permille = torque_nm / (float)rated_mnm * 1e6f;
-  return (int16_t)roundf(scalar_clamp(permille, (float)INT16_MIN, (float)INT16_MAX));
-}
-
-float drive_torque_from_permille(int32_t permille, uint32_t rated_mnm) {
-  return (float)permille * (float)rated_mnm / 1e6f;
+  return (int16_t)scalar_round(scalar_clamp(permille, (float)INT16_MIN, (float)INT16_MAX));
 }
 
 int32_t drive_add(int32_t a, int32_t b) { return saturated((int64_t)a + b); }

@@ -14,10 +14,18 @@
 typedef int64_t drive_angle;
 
 /* The angle near `before` that the encoder calls `now`: within half a turn of it. */
-drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now);
+static inline drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now) {
+  return before + (int32_t)(now - (angle_turn32)before);
+}
 
 /* to - from in rad. A float keeps 24 bits of it: exact to 1.5 nrad within 25 mrad, to 60 ppb beyond. */
-float drive_angle_difference_rad(drive_angle to, drive_angle from);
+static inline float drive_angle_difference_rad(drive_angle to, drive_angle from) {
+  const drive_angle difference = to - from;
+  const int32_t within_half_a_turn = (int32_t)difference;
+  /* What fits, the FPU converts; beyond, a function of 90 instructions. */
+  const float units = difference == within_half_a_turn ? (float)within_half_a_turn : (float)difference;
+  return units * ANGLE_RAD_PER_TURN32;
+}
 
 /* 1e-7 rad, saturated at +-214.7 rad (34 turns). The constant has 57 bits: within 0.5 + 2e-8 counts of the truth. */
 int32_t drive_position_from_angle(drive_angle angle);
@@ -29,15 +37,17 @@ drive_angle drive_angle_from_position(int32_t position);
 int32_t drive_velocity_from_rate(float rate_rad_s);
 
 /* rad/s; its inverse gives the same velocity back below 16 rad/s, and one within 60 ppb beyond. */
-float drive_rate_from_velocity(int32_t velocity);
+static inline float drive_rate_from_velocity(int32_t velocity) { return (float)velocity / 1e6f; }
 
 /* rad/s, rad/s^2 or rad/s^3 of an unsigned limit; at least 1e-6, so that a ramp always ends. */
-float drive_limit_from_counts(uint32_t counts);
+static inline float drive_limit_from_counts(uint32_t counts) { return (float)(counts == 0 ? 1 : counts) / 1e6f; }
 
 /* 0.1 % of rated, within 0.504; 0 when the rated torque is 0. */
 int16_t drive_permille_from_torque(float torque_nm, uint32_t rated_mnm);
 
-float drive_torque_from_permille(int32_t permille, uint32_t rated_mnm);
+static inline float drive_torque_from_permille(int32_t permille, uint32_t rated_mnm) {
+  return (float)permille * (float)rated_mnm / 1e6f;
+}
 
 /* The sum, saturated. */
 int32_t drive_add(int32_t a, int32_t b);

@@ -1,7 +1,5 @@
 #include "drive/interpolation.h"
 
-#include <math.h>
-
 #include "control/scalar.h"
 
 int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
@@ -9,7 +7,7 @@ int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
   for (int8_t i = exponent; i < 0 && period_s > 0.0f; ++i) { /* at most 128 */
     period_s /= 10.0f;
   }
-  const float ticks = roundf(period_s / dt_s);
+  const float ticks = scalar_round(period_s / dt_s);
   const bool usable = exponent <= 0 && ticks >= 1.0f && ticks <= (float)INTERPOLATION_MOST_TICKS;
   return usable ? (int)ticks : 0;
 }
@@ -41,6 +39,7 @@ void position_interpolation_reset(position_interpolation *state, drive_angle pos
   *state = (position_interpolation){
       .points = {position},
       .known_points = 1,
+      .start = position,
       .end = position,
       .start_rad_s = rate_rad_s,
       .end_rad_s = rate_rad_s,
@@ -48,11 +47,14 @@ void position_interpolation_reset(position_interpolation *state, drive_angle pos
 }
 
 static drive_angle moved(drive_angle from, float way_rad) {
-  return from + angle_integer(roundf(way_rad / ANGLE_RAD_PER_TURN32));
+  return from + angle_integer(scalar_round(way_rad / ANGLE_RAD_PER_TURN32));
 }
 
 /* Where the axis is asked to be now, and how fast. Distances are taken from the end, where they vanish. */
 static interpolated_position evaluate(const position_interpolation *state, float dt_s) {
+  if (state->elapsed_ticks == 0) {
+    return (interpolated_position){.position = state->start, .rate_rad_s = state->start_rad_s};
+  }
   const float time_s = (float)state->elapsed_ticks * dt_s;
   const float period_s = (float)state->period_ticks * dt_s;
   if (state->elapsed_ticks >= state->period_ticks) {
@@ -95,6 +97,7 @@ bool position_interpolation_aim(position_interpolation *state, drive_angle targe
   const bool cut = scalar_abs(wanted_rad) > longest_rad;
   state->way_rad = scalar_clamp(wanted_rad, -longest_rad, longest_rad);
   state->end = cut ? moved(now.position, state->way_rad) : target;
+  state->start = now.position;
   state->start_rad_s = now.rate_rad_s;
   state->end_rad_s = scalar_clamp(slope_at_end(state, period_s), -rate_limit_rad_s, rate_limit_rad_s);
   state->elapsed_ticks = 0;

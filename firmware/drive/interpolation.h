@@ -48,8 +48,9 @@ interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s)
 typedef struct {
   drive_angle points[INTERPOLATION_POINTS]; /* the last set-points, newest first */
   int known_points;
-  drive_angle end; /* of the cubic */
-  float way_rad;   /* from its start to its end */
+  drive_angle start; /* of the cubic */
+  drive_angle end;
+  float way_rad; /* from its start to its end */
   float start_rad_s;
   float end_rad_s;
   int elapsed_ticks;

@@ -4,8 +4,10 @@
 
 #include "control/scalar.h"
 
-/* A switching time is found to 2^-16 tick. */
-enum { PIECES = 3, BISECTIONS = 16 };
+enum { PIECES = 3 };
+
+/* The moment at which a stop begins is found in so many steps at most; one or two are the rule. */
+enum { SEARCH_STEPS = 3, CUBIC_STEPS = 6 };
 
 /* What counts as arrived: 1e-8 rad is a tenth of a position count, 7 units of the encoder angle. */
 static const float arrived_rad = 1e-8f;
@@ -147,10 +149,91 @@ static profile_motion follow_tick(profile_ramp *ramp, const ramp_plan *plan, flo
   return motion;
 }
 
+/* --- when to stop --- */
+
+/* On the way of a plan. */
+typedef struct {
+  float travel_rad;
+  float rate_rad_s;
+  float acceleration_rad_s2;
+  float jerk_before_rad_s3; /* which differ where two pieces meet */
+  float jerk_after_rad_s3;
+} ramp_point;
+
+static ramp_point start_of(const profile_ramp *ramp) {
+  return (ramp_point){.rate_rad_s = ramp->rate_rad_s + ramp->rate_rest_rad_s,
+                      .acceleration_rad_s2 = ramp->acceleration_rad_s2};
+}
+
+/* As `follow`, but for the digits that a sum over many ticks needs. */
+static ramp_point point_of(const ramp_plan *plan, const profile_ramp *ramp, float time_s) {
+  ramp_point point = start_of(ramp);
+  float left_s = time_s;
+  for (int i = 0; i < PIECES; ++i) {
+    const float jerk_rad_s3 = plan->jerk_rad_s3[i];
+    const float piece_s = scalar_min(plan->duration_s[i], left_s);
+    if (piece_s > 0.0f) {
+      const float gained_rad_s2 = jerk_rad_s3 * piece_s;
+      point.travel_rad +=
+          piece_s * (point.rate_rad_s + piece_s * (0.5f * point.acceleration_rad_s2 + gained_rad_s2 * (1.0f / 6.0f)));
+      point.rate_rad_s += piece_s * (point.acceleration_rad_s2 + 0.5f * gained_rad_s2);
+      point.acceleration_rad_s2 += gained_rad_s2;
+      point.jerk_before_rad_s3 = jerk_rad_s3;
+    }
+    left_s -= plan->duration_s[i];
+    if (left_s < 0.0f) {
+      point.jerk_after_rad_s3 = jerk_rad_s3;
+      return point;
+    }
+  }
+  point.travel_rad += left_s * plan->end_rate_rad_s;
+  point.rate_rad_s = plan->end_rate_rad_s;
+  point.acceleration_rad_s2 = 0.0f;
+  if (left_s > 0.0f) {
+    point.jerk_before_rad_s3 = 0.0f;
+  }
+  return point;
+}
+
+/* The way to standstill and how it grows with rate and acceleration, which is in terms of the durations of its three
+ * pieces: t1 + t2 + t3 / 2, and t1 (t1 / 2 + t2 + t3 / 2). */
+typedef struct {
+  float travel_rad;
+  float per_rate_s;
+  float per_acceleration_s2;
+} stopping_way;
+
+/* The plan to rate 0 in closed form: from the deceleration of now to its peak, hold, back to 0. */
+static stopping_way way_to_stop(const ramp_point *from, const profile_limits *limits) {
+  const float jerk = limits->jerk_rad_s3;
+  const float acceleration = from->acceleration_rad_s2;
+  const float settled = from->rate_rad_s + acceleration * scalar_abs(acceleration) / (2.0f * jerk);
+  const float sign = settled < 0.0f ? -1.0f : 1.0f;
+  const float rate = sign * from->rate_rad_s;
+  const float start = -sign * acceleration;
+  const float free_peak = sqrtf(scalar_max(jerk * rate + 0.5f * start * start, 0.0f));
+  const float peak = scalar_min(free_peak, limits->deceleration_rad_s2);
+  const float first_s = scalar_abs(peak - start) / jerk;
+  const float last_s = peak / jerk;
+  const float held_rate = rate - 0.5f * (start + peak) * first_s;
+  float hold_s = 0.0f;
+  float travel = first_s * (rate - first_s * (2.0f * start + peak) * (1.0f / 6.0f));
+  float last_rate = held_rate;
+  if (free_peak > peak) {
+    hold_s = scalar_max((held_rate - 0.5f * peak * last_s) / peak, 0.0f);
+    travel += hold_s * (held_rate - 0.5f * peak * hold_s);
+    last_rate -= peak * hold_s;
+  }
+  travel += last_s * (last_rate - last_s * peak * (1.0f / 3.0f));
+  const float later_s = hold_s + 0.5f * last_s;
+  return (stopping_way){.travel_rad = sign * travel,
+                        .per_rate_s = first_s + later_s,
+                        .per_acceleration_s2 = first_s * (0.5f * first_s + later_s)};
+}
+
 float profile_stop_travel_rad(const profile_ramp *ramp, const profile_limits *limits) {
-  profile_ramp moving = *ramp;
-  const ramp_plan plan = plan_to_rate(ramp, limits, 0.0f);
-  return follow(&moving, &plan, plan.duration_s[0] + plan.duration_s[1] + 2.0f * plan.duration_s[2]).travel_rad;
+  const ramp_point start = start_of(ramp);
+  return way_to_stop(&start, limits).travel_rad;
 }
 
 profile_motion profile_towards_rate(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s, float dt_s) {
@@ -160,29 +243,103 @@ profile_motion profile_towards_rate(profile_ramp *ramp, const profile_limits *li
   return motion;
 }
 
-/* What would be left of `distance_rad` after following `plan` for `time_s` and stopping then. */
-static float margin_after(profile_ramp ramp, const profile_limits *limits, const ramp_plan *plan, float time_s,
-                          float distance_rad) {
-  const float travel_rad = follow(&ramp, plan, time_s).travel_rad;
-  return distance_rad - travel_rad - profile_stop_travel_rad(&ramp, limits);
+/* A moment of the tick, and how much of the distance a stop from then on would leave; both in the direction of it. */
+typedef struct {
+  float time_s;
+  float margin_rad;
+  float rate_before_rad_s; /* at which the margin grows; the two differ where two pieces meet */
+  float rate_after_rad_s;
+} stop_moment;
+
+/* What the plan is followed for, and what a stop is to leave. */
+typedef struct {
+  const profile_ramp *ramp;
+  const profile_limits *limits;
+  const ramp_plan *plan;
+  float distance_rad;
+  float direction;
+  float aim_rad;       /* what a stop should leave of the distance, give or take */
+  float tolerance_rad; /* this */
+} stop_search;
+
+static stop_moment moment_of(const stop_search *search, float time_s, const ramp_point *at, const stopping_way *way) {
+  const float growth_rad_s = at->rate_rad_s + way->per_rate_s * at->acceleration_rad_s2;
+  const float margin_rad = search->distance_rad - at->travel_rad - way->travel_rad;
+  return (stop_moment){
+      .time_s = time_s,
+      .margin_rad = search->direction * margin_rad - search->aim_rad,
+      .rate_before_rad_s = -search->direction * (growth_rad_s + way->per_acceleration_s2 * at->jerk_before_rad_s3),
+      .rate_after_rad_s = -search->direction * (growth_rad_s + way->per_acceleration_s2 * at->jerk_after_rad_s3)};
 }
 
-static float spare_of(float distance_rad) { return spare_fraction * scalar_abs(distance_rad); }
+static stop_moment moment_at(const stop_search *search, float time_s) {
+  const ramp_point at = point_of(search->plan, search->ramp, time_s);
+  const stopping_way way = way_to_stop(&at, search->limits);
+  return moment_of(search, time_s, &at, &way);
+}
 
-/* The latest moment of this tick at which a stop still ends within the distance. */
-static float latest_stop_s(const profile_ramp *ramp, const profile_limits *limits, const ramp_plan *plan,
-                           float distance_rad, float direction, float dt_s) {
-  float early_s = 0.0f;
-  float late_s = dt_s;
-  for (int i = 0; i < BISECTIONS; ++i) {
-    const float middle_s = 0.5f * (early_s + late_s);
-    if (direction * margin_after(*ramp, limits, plan, middle_s, distance_rad) >= spare_of(distance_rad)) {
-      early_s = middle_s;
+static stop_moment moment_now(const stop_search *search, const stopping_way *way) {
+  const ramp_plan *plan = search->plan;
+  ramp_point at = start_of(search->ramp);
+  at.jerk_after_rad_s3 = plan->jerk_rad_s3[plan->duration_s[0] > 0.0f ? 0 : plan->duration_s[1] > 0.0f ? 1 : 2];
+  return moment_of(search, 0.0f, &at, way);
+}
+
+/* One that is early and one that is late, with a stop that is in time between them. */
+typedef struct {
+  stop_moment early;
+  stop_moment late;
+} stop_bracket;
+
+/* Where, as a share of the way from `early` (margin above 0) to `late` (below), the cubic with their values and slopes
+ * is 0: Newton's method from the end, which the interval bounds. */
+static float cubic_root(const stop_bracket *bracket, float tolerance_rad) {
+  const stop_moment *early = &bracket->early;
+  const stop_moment *late = &bracket->late;
+  const float time_s = late->time_s - early->time_s;
+  const float linear = early->rate_after_rad_s * time_s;
+  const float slope_sum = linear + late->rate_before_rad_s * time_s;
+  const float change = late->margin_rad - early->margin_rad;
+  const float square = 3.0f * change - linear - slope_sum;
+  const float cube = slope_sum - 2.0f * change;
+  float low = 0.0f;
+  float high = 1.0f;
+  float u = 1.0f;
+  float value = late->margin_rad;
+  for (int i = 0; i < CUBIC_STEPS && scalar_abs(value) > 0.25f * tolerance_rad; ++i) {
+    if (value > 0.0f) {
+      low = u;
     } else {
-      late_s = middle_s;
+      high = u;
+    }
+    const float slope = linear + u * (2.0f * square + u * 3.0f * cube);
+    const float next = u - value / slope;
+    u = slope < 0.0f && next > low && next < high ? next : 0.5f * (low + high);
+    value = early->margin_rad + u * (linear + u * (square + u * cube));
+  }
+  return u;
+}
+
+static void narrow(stop_bracket *bracket, const stop_search *search, float time_s) {
+  const stop_moment between = moment_at(search, time_s);
+  *(between.margin_rad >= -search->tolerance_rad ? &bracket->early : &bracket->late) = between;
+}
+
+/* The latest moment of this tick at which a stop still ends within the distance. Where pieces of the plan meet, the
+ * slope has a step: there first, so that what is left is smooth. */
+static float latest_stop_s(const stop_search *search, stop_bracket *bracket) {
+  float meeting_s = 0.0f;
+  for (int i = 0; i < PIECES; ++i) {
+    meeting_s += search->plan->duration_s[i];
+    if (meeting_s > bracket->early.time_s && meeting_s < bracket->late.time_s) {
+      narrow(bracket, search, meeting_s);
     }
   }
-  return early_s;
+  for (int i = 0; i < SEARCH_STEPS && bracket->early.margin_rad > search->tolerance_rad; ++i) {
+    const float width_s = bracket->late.time_s - bracket->early.time_s;
+    narrow(bracket, search, bracket->early.time_s + width_s * cubic_root(bracket, search->tolerance_rad));
+  }
+  return bracket->early.time_s;
 }
 
 /* Follows `plan` for `time_s` of the tick and stops for the rest of it. */
@@ -198,29 +355,48 @@ static profile_motion follow_then_stop(profile_ramp *ramp, const profile_limits 
   };
 }
 
-/* One tick towards `rate_rad_s`, or the stop that ends at `distance_rad` when it is time for that. `margin_rad` is
- * what a stop from now would leave of the distance. */
+/* One tick of the stop that ends where it ends. */
+static profile_motion stop(profile_ramp *ramp, const profile_limits *limits, float dt_s) {
+  const ramp_plan plan = plan_to_rate(ramp, limits, 0.0f);
+  profile_motion motion = follow_tick(ramp, &plan, dt_s);
+  motion.arrived = profile_at_rest(ramp);
+  return motion;
+}
+
+/* One tick towards `rate_rad_s`, or the stop that ends at `distance_rad` when it is time for that; `way` is that of a
+ * stop from now. */
 static profile_motion approach(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s, float distance_rad,
-                               float margin_rad, float dt_s) {
-  const float direction = margin_rad < 0.0f ? -1.0f : 1.0f;
-  const ramp_plan plan = plan_to_rate(ramp, limits, rate_rad_s);
-  if (scalar_abs(margin_rad) <= aim_rad + 2.0f * spare_of(distance_rad)) {
-    return follow_then_stop(ramp, limits, &plan, 0.0f, dt_s);
+                               const stopping_way *way, float dt_s) {
+  const float margin_rad = distance_rad - way->travel_rad;
+  const float spare_rad = spare_fraction * scalar_abs(distance_rad);
+  if (scalar_abs(margin_rad) <= aim_rad + 2.0f * spare_rad) {
+    return stop(ramp, limits, dt_s);
   }
-  if (direction * margin_after(*ramp, limits, &plan, dt_s, distance_rad) >= spare_of(distance_rad)) {
+  const ramp_plan plan = plan_to_rate(ramp, limits, rate_rad_s);
+  const stop_search search = {.ramp = ramp,
+                              .limits = limits,
+                              .plan = &plan,
+                              .distance_rad = distance_rad,
+                              .direction = margin_rad < 0.0f ? -1.0f : 1.0f,
+                              .aim_rad = 0.5f * aim_rad + 1.5f * spare_rad,
+                              .tolerance_rad = 0.5f * aim_rad + 0.5f * spare_rad};
+  stop_bracket bracket = {.late = moment_at(&search, dt_s)};
+  if (bracket.late.margin_rad >= -search.tolerance_rad) {
     return follow_tick(ramp, &plan, dt_s);
   }
-  const float latest_s = latest_stop_s(ramp, limits, &plan, distance_rad, direction, dt_s);
+  bracket.early = moment_now(&search, way);
+  const float latest_s = latest_stop_s(&search, &bracket);
   return follow_then_stop(ramp, limits, &plan, latest_s, dt_s);
 }
 
 profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s,
                                            float room_rad, float dt_s) {
-  const float margin_rad = room_rad - profile_stop_travel_rad(ramp, limits);
-  if (margin_rad * rate_rad_s <= 0.0f) {
+  const ramp_point start = start_of(ramp);
+  const stopping_way way = way_to_stop(&start, limits);
+  if ((room_rad - way.travel_rad) * rate_rad_s <= 0.0f) {
     return profile_towards_rate(ramp, limits, 0.0f, dt_s);
   }
-  profile_motion motion = approach(ramp, limits, rate_rad_s, room_rad, margin_rad, dt_s);
+  profile_motion motion = approach(ramp, limits, rate_rad_s, room_rad, &way, dt_s);
   motion.arrived = motion.arrived && ramp->rate_rad_s == rate_rad_s;
   return motion;
 }
@@ -230,9 +406,10 @@ profile_motion profile_towards_distance(profile_ramp *ramp, const profile_limits
   if (profile_at_rest(ramp) && scalar_abs(distance_rad) <= arrived_rad) {
     return (profile_motion){.travel_rad = distance_rad, .arrived = true};
   }
-  const float margin_rad = distance_rad - profile_stop_travel_rad(ramp, limits);
-  const float rate_rad_s = margin_rad < 0.0f ? -limits->rate_rad_s : limits->rate_rad_s;
-  profile_motion motion = approach(ramp, limits, rate_rad_s, distance_rad, margin_rad, dt_s);
+  const ramp_point start = start_of(ramp);
+  const stopping_way way = way_to_stop(&start, limits);
+  const float rate_rad_s = distance_rad < way.travel_rad ? -limits->rate_rad_s : limits->rate_rad_s;
+  profile_motion motion = approach(ramp, limits, rate_rad_s, distance_rad, &way, dt_s);
   motion.arrived = profile_at_rest(ramp) && scalar_abs(distance_rad - motion.travel_rad) <= arrived_rad;
   if (motion.arrived) {
     motion.travel_rad = distance_rad;

@@ -23,7 +23,7 @@ static protection_inputs inputs_of(const servo_board *board, int i, drive_angle 
       .gyro_valid = samples->motion.gyro_valid,
       .gyro_used = board->app.params.axis[i].speed.rate_fusion.source != RATE_FROM_ENCODER,
       .gyro_rad_s = samples->motion.gyro_rad_s,
-      .position_rad = (float)position * ANGLE_RAD_PER_TURN32,
+      .position_rad = drive_angle_difference_rad(position, 0),
       .mean_current_a = samples->mean_current_a,
       .voltage_v = axis->current.voltage_v,
       .bus_voltage_v = hal_bus_voltage_v(board->machine),

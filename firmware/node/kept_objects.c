@@ -69,7 +69,7 @@ static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
     parts[count++] = (od_part){.table = protection_objects_table, .shift = shift, .values = &kept->protection[i]};
     parts[count++] = (od_part){.table = drive_objects_table, .shift = shift, .values = &kept->drive[i]};
   }
-  return (object_dictionary){parts, count};
+  return (object_dictionary){.parts = parts, .count = count};
 }
 
 static uint8_t group_of(uint16_t index) {

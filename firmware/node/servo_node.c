@@ -20,10 +20,14 @@ enum { SOURCE_BOARD = SERVO_AXES + 1, SOURCE_STORAGE = SERVO_AXES + 2 };
 
 /* --- objects of the drive --------------------------------------------------------------------------------------- */
 
+static bool is_option(uint16_t index) { return index >= 0x605A && index <= 0x605E; }
+
+static bool is_setpoint(uint16_t index) { return index == 0x607A || index == 0x60FF || index == 0x6071; }
+
 static od_abort accept_drive(void *owner, const od_object *object, od_number value) {
   (void)owner;
   const uint16_t index = object->entry->index;
-  if (index >= 0x605A && index <= 0x605E && !drive_option_supported(index, (int16_t)value.i)) {
+  if (is_option(index) && !drive_option_supported(index, (int16_t)value.i)) {
     return OD_BAD_VALUE;
   }
   if (index == 0x6060 && value.i != DRIVE_NO_MODE && !drive_mode_supported((int8_t)value.i)) {
@@ -35,13 +39,15 @@ static od_abort accept_drive(void *owner, const od_object *object, od_number val
 /* A set-point that arrives counts even when it has the value that it had. */
 static void changed_drive(void *owner, const od_object *object) {
   servo_node_axis *axis = owner;
-  const uint16_t index = object->entry->index;
-  if (index == 0x607A || index == 0x60FF || index == 0x6071) {
-    axis->setpoint_arrived = true;
-  }
+  axis->setpoint_arrived = axis->setpoint_arrived || is_setpoint(object->entry->index);
 }
 
-static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_drive};
+static unsigned needed_by_drive(const od_object *object) {
+  const uint16_t index = object->entry->index;
+  return (is_option(index) || index == 0x6060 ? OD_HOOK_ACCEPT : 0u) | (is_setpoint(index) ? OD_HOOK_CHANGED : 0u);
+}
+
+static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_drive, .needed = needed_by_drive};
 
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 

@@ -188,7 +188,7 @@ static void test_check_names_what_is_wrong_with_a_table(void) {
 static void test_check_finds_an_object_that_two_parts_have(void) {
   const object_dictionary *good = &bench.device.node.dictionary;
   const od_part twice[] = {good->parts[0], good->parts[1], good->parts[0]};
-  const object_dictionary bad = {twice, 3};
+  const object_dictionary bad = {.parts = twice, .count = 3};
   TEST_ASSERT_EQUAL(OD_TABLE_OVERLAP, od_check_dictionary(&bad).fault);
 }
 

@@ -80,6 +80,21 @@ static control_status check_one(float value) {
   return scalar_check_ranges(&range, 1);
 }
 
+static void test_round_is_roundf_for_every_exponent_and_at_halves(void) {
+  const uint32_t stride = UINT32_MAX / (uint32_t)random_cases(2000000);
+  for (uint64_t bits = 0; bits <= UINT32_MAX; bits += stride) {
+    const uint32_t word = (uint32_t)bits;
+    float x;
+    memcpy(&x, &word, sizeof x);
+    TEST_ASSERT_TRUE(scalar_round(x) == roundf(x) || isnan(x));
+  }
+  const float odd[] = {0.5f, -0.5f, 1.5f, -1.5f, 0.49999997f, -0.49999997f, 8388607.5f, -8388607.5f, 8388608.0f};
+  for (unsigned i = 0; i < sizeof odd / sizeof odd[0]; ++i) {
+    TEST_ASSERT_TRUE(scalar_round(odd[i]) == roundf(odd[i]));
+  }
+  TEST_ASSERT_TRUE(isnan(scalar_round(NAN)));
+}
+
 static void test_a_range_includes_its_ends_and_refuses_what_is_beyond(void) {
   CHECK_STATUS(CONTROL_OK, check_one(-1.0f));
   CHECK_STATUS(CONTROL_OK, check_one(2.0f));
@@ -131,6 +146,7 @@ int main(void) {
   RUN_TEST(test_exp_is_exactly_one_at_zero_and_exactly_zero_beyond_87);
   RUN_TEST(test_sin_and_cos_are_within_4e_7_from_0_to_pi);
   RUN_TEST(test_min_max_abs_and_clamp_pick_the_right_value);
+  RUN_TEST(test_round_is_roundf_for_every_exponent_and_at_halves);
   RUN_TEST(test_a_range_includes_its_ends_and_refuses_what_is_beyond);
   RUN_TEST(test_a_range_refuses_nan_and_both_infinities);
   RUN_TEST(test_the_first_complaint_of_several_ranges_is_answered);

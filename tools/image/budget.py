@@ -78,14 +78,13 @@ def read_stack_usage(folder: pathlib.Path) -> dict[str, int]:
 def raise_to_compilers_word(functions: dict[int, call_graph.Function], usage: dict[str, int]) -> None:
     """The larger of what the compiler says and what the code shows counts: library functions have the code alone."""
     for function in functions.values():
-        plain_name = re.sub(r"\.(isra|part|constprop)\.\d+", "", function.name)
-        function.frame_bytes = max(function.frame_bytes, usage.get(plain_name, 0))
+        function.frame_bytes = max(function.frame_bytes, usage.get(call_graph.plain_name(function.name), 0))
 
 
 def stack_rows(elf: pathlib.Path, usage: dict[str, int], table: dict[str, list[str]]) -> tuple[list[Row], list[str]]:
     functions = call_graph.read_functions(elf)
     raise_to_compilers_word(functions, usage)
-    call_graph.resolve_pointers(functions, table)
+    call_graph.resolve_pointers(elf, functions, table)
     address_of = {function.name: address for address, function in functions.items()}
     rows, paths, total = [], [], 0
     for level, roots in LEVELS:

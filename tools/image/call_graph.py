@@ -1,7 +1,8 @@
 """Who calls whom in an image, and what a function takes of the stack, read from the machine code.
 
 Functions are known by their name, local ones with their file: "servo_node.c:reset". Calls through a pointer cannot be
-read from the code: a table says where they may lead, and a call that it does not name is an error.
+read from the code: a table says where they may lead, and a call that it does not name is an error. The table speaks of
+the functions of the source; into which of the image's one of them was inlined, the debug information tells.
 """
 
 import bisect
@@ -16,14 +17,14 @@ class Function:
     name: str
     frame_bytes: int = 0
     calls: set[int] = dataclasses.field(default_factory=set)  # addresses
-    calls_pointer: bool = False
+    pointer_calls: list[int] = dataclasses.field(default_factory=list)  # where they are
 
 
 class CallGraphError(Exception):
     """What the machine code cannot tell, or what it must not be."""
 
 
-_FUNCTION_LINE = re.compile(r"^([0-9a-f]{8}) <(.+)>:$")
+_VARIANT = re.compile(r"\.(isra|part|constprop|lto_priv|cold)(\.\d+)?")
 _CODE_LINE = re.compile(r"^ *([0-9a-f]+):\t[0-9a-f ]+\t(\S+)(?:\t(.*))?$")
 _TARGET = re.compile(r"^([0-9a-f]+) <")
 _BRANCH = re.compile(r"^(bl|b|b(?:eq|ne|cs|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le|lr)?)(?:\.[nw])?$")
@@ -33,20 +34,41 @@ def _run(*command: str) -> list[str]:
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
 
 
+def plain_name(name: str) -> str:
+    """Without what the compiler adds to a function that it has changed."""
+    return _VARIANT.sub("", name)
+
+
+def source_functions(elf: pathlib.Path, addresses: list[int]) -> dict[int, list[str]]:
+    """The functions of the source that an address is of, "file.c:name": the innermost of those inlined there first."""
+    found: dict[int, list[str]] = {address: [] for address in addresses}
+    lines = subprocess.run(["arm-none-eabi-addr2line", "-a", "-f", "-i", "-e", str(elf)], check=True, text=True,
+                           capture_output=True, input="".join(f"{address:x}\n" for address in addresses)).stdout
+    address, name = 0, ""
+    for line in lines.splitlines():
+        if line.startswith("0x"):
+            address, name = int(line, 16), ""
+        elif not name:
+            name = line
+        else:
+            found[address].append(f"{pathlib.PurePath(line.rsplit(':', 1)[0]).name}:{name}")
+            name = ""
+    return found
+
+
 def read_symbols(elf: pathlib.Path) -> dict[int, str]:
     """Name of the function at each address."""
     names: dict[int, str] = {}
-    file = ""
+    local: dict[int, str] = {}
     for line in _run("arm-none-eabi-readelf", "--syms", "--wide", str(elf)):
         part = line.split()
-        if len(part) == 8 and part[3] == "FILE":
-            file = part[7]
-        elif len(part) == 8 and part[3] == "FUNC":
+        if len(part) == 8 and part[3] == "FUNC":
             address = int(part[1], 16) & ~1
-            if part[4] == "GLOBAL":
-                names[address] = part[7]
-            else:
-                names.setdefault(address, f"{file}:{part[7]}")
+            (names if part[4] == "GLOBAL" else local)[address] = part[7]
+    # What was optimised across files has lost its file in the symbol table.
+    only_local = sorted(address for address in local if address not in names)
+    for address, sources in source_functions(elf, only_local).items():
+        names[address] = f"{sources[-1].split(':')[0]}:{plain_name(local[address])}"
     return names
 
 
@@ -78,15 +100,15 @@ def _stack_taken(mnemonic: str, operands: str) -> int:
     return 0
 
 
-def _add_code(function: Function, own_range: tuple[int, int], mnemonic: str, operands: str) -> None:
+def _add_code(function: Function, own_range: tuple[int, int], address: int, mnemonic: str, operands: str) -> None:
     function.frame_bytes += _stack_taken(mnemonic, operands)
     target = _TARGET.match(operands)
     if _BRANCH.match(mnemonic) and target:
-        address = int(target[1], 16)
-        if mnemonic == "bl" or not own_range[0] <= address < own_range[1]:
-            function.calls.add(address)
+        callee = int(target[1], 16)
+        if mnemonic == "bl" or not own_range[0] <= callee < own_range[1]:
+            function.calls.add(callee)
     elif mnemonic == "blx" or (mnemonic == "bx" and operands != "lr"):
-        function.calls_pointer = True
+        function.pointer_calls.append(address)
 
 
 def read_functions(elf: pathlib.Path) -> dict[int, Function]:
@@ -103,27 +125,31 @@ def read_functions(elf: pathlib.Path) -> dict[int, Function]:
         address = int(code[1], 16)
         current = address if address in functions else current
         if current is not None:
-            _add_code(functions[current], (current, ends[current]), code[2], (code[3] or "").split(" @ ")[0].split("\t")[0])
+            operands = (code[3] or "").split(" @ ")[0].split("\t")[0]
+            _add_code(functions[current], (current, ends[current]), address, code[2], operands)
     for function in functions.values():  # the C library's assembler branches into the middle of functions, too
         function.calls = {starts[bisect.bisect_right(starts, target) - 1] for target in function.calls}
     return functions
 
 
-def resolve_pointers(functions: dict[int, Function], table: dict[str, list[str]]) -> None:
+def resolve_pointers(elf: pathlib.Path, functions: dict[int, Function], table: dict[str, list[str]]) -> None:
     """Adds the calls through pointers that the table names. Raises CallGraphError for what it does not, or in vain."""
     by_name: dict[str, int] = {function.name: address for address, function in functions.items()}
+    # An optimiser across files makes global functions local; the table need not know.
+    by_name.update({name.split(":")[-1]: address for name, address in by_name.items() if ":" in name} | by_name)
     unused = set(table)
+    sources = source_functions(elf, [call for function in functions.values() for call in function.pointer_calls])
     for function in functions.values():
-        if not function.calls_pointer:
-            continue
-        plain_name = re.sub(r"\.(isra|part|constprop)\.\d+", "", function.name)
-        if plain_name not in table:
-            raise CallGraphError(f"{function.name} calls through a pointer: name where it may lead")
-        unused.discard(plain_name)
-        for target in table[plain_name]:
-            if target not in by_name:
-                raise CallGraphError(f"{plain_name} may call {target}, which is not in the image")
-            function.calls.add(by_name[target])
+        for call in function.pointer_calls:
+            caller = sources[call][0] if sources[call][0] != "??:??" else plain_name(function.name)
+            entry = caller if caller in table else caller.split(":")[-1]
+            if entry not in table:
+                raise CallGraphError(f"{caller} calls through a pointer: name where it may lead")
+            unused.discard(entry)
+            for target in table[entry]:
+                if target not in by_name:
+                    raise CallGraphError(f"{entry} may call {target}, which is not in the image")
+                function.calls.add(by_name[target])
     if unused:
         raise CallGraphError(f"no call through a pointer in {', '.join(sorted(unused))}")
 

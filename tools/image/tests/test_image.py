@@ -28,7 +28,7 @@ def fixture_compiled(tmp_path: pathlib.Path):
     def compiled(source: str) -> pathlib.Path:
         elf = tmp_path / "program.elf"
         (tmp_path / "program.c").write_text(source, "utf-8")
-        subprocess.run(["arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-O1", "-fno-inline", "-fno-optimize-sibling-calls",
+        subprocess.run(["arm-none-eabi-gcc", "-mcpu=cortex-m4", "-mthumb", "-O1", "-g", "-fno-inline", "-fno-optimize-sibling-calls",
                         "-nostdlib", "-fstack-usage", "-Wl,-e,root", "-o", elf, tmp_path / "program.c"],
                        check=True, cwd=tmp_path)
         return elf
@@ -37,7 +37,7 @@ def fixture_compiled(tmp_path: pathlib.Path):
 
 def depth(elf: pathlib.Path, table: dict[str, list[str]] | None = None) -> tuple[int, list[str]]:
     functions = call_graph.read_functions(elf)
-    call_graph.resolve_pointers(functions, table or {})
+    call_graph.resolve_pointers(elf, functions, table or {})
     root = next(address for address, function in functions.items() if function.name == "root")
     return call_graph.deepest_path(functions, root)
 
@@ -120,6 +120,19 @@ def test_a_named_call_through_a_pointer_counts(compiled):
 def test_a_name_for_no_call_is_refused(compiled):
     with pytest.raises(call_graph.CallGraphError, match="no call through a pointer in taken"):
         depth(compiled(POINTER), {"root": ["taken"], "taken": []})
+
+
+def test_a_call_through_a_pointer_is_of_the_function_in_the_source_that_makes_it(compiled):
+    elf = compiled("""
+        extern void (*hook)(void);
+        void target(void) {}
+        __attribute__((always_inline)) static inline void inner(void) { hook(); }
+        int root(void) { inner(); return 1; }
+        void (*hook)(void) = target;
+    """)
+    assert depth(elf, {"program.c:inner": ["target"]})[1] == ["root", "target"]
+    with pytest.raises(call_graph.CallGraphError, match="program.c:inner calls through a pointer"):
+        depth(elf, {"root": ["target"]})
 
 
 def test_a_stack_of_unknown_size_is_refused(compiled):
