@@ -6,6 +6,7 @@
 #ifndef TRACKSERVO_DRIVE_DRIVE_UNITS_H
 #define TRACKSERVO_DRIVE_DRIVE_UNITS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "control/angle.h"
@@ -21,9 +22,9 @@ static inline drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 no
 /* to - from in rad. A float keeps 24 bits of it: exact to 1.5 nrad within 25 mrad, to 60 ppb beyond. */
 static inline float drive_angle_difference_rad(drive_angle to, drive_angle from) {
   const drive_angle difference = to - from;
-  const int32_t within_half_a_turn = (int32_t)difference;
-  /* What fits, the FPU converts; beyond, a function of 90 instructions. */
-  const float units = difference == within_half_a_turn ? (float)within_half_a_turn : (float)difference;
+  /* Up to half a turn, the FPU converts; beyond, a function of 90 instructions. */
+  const bool short_way = difference >= INT32_MIN && difference <= INT32_MAX;
+  const float units = short_way ? (float)(int32_t)difference : (float)difference;
   return units * ANGLE_RAD_PER_TURN32;
 }
 

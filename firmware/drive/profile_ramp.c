@@ -356,7 +356,7 @@ static profile_motion follow_then_stop(profile_ramp *ramp, const profile_limits 
 }
 
 /* One tick of the stop that ends where it ends. */
-static profile_motion stop(profile_ramp *ramp, const profile_limits *limits, float dt_s) {
+static profile_motion stop_tick(profile_ramp *ramp, const profile_limits *limits, float dt_s) {
   const ramp_plan plan = plan_to_rate(ramp, limits, 0.0f);
   profile_motion motion = follow_tick(ramp, &plan, dt_s);
   motion.arrived = profile_at_rest(ramp);
@@ -370,7 +370,7 @@ static profile_motion approach(profile_ramp *ramp, const profile_limits *limits,
   const float margin_rad = distance_rad - way->travel_rad;
   const float spare_rad = spare_fraction * scalar_abs(distance_rad);
   if (scalar_abs(margin_rad) <= aim_rad + 2.0f * spare_rad) {
-    return stop(ramp, limits, dt_s);
+    return stop_tick(ramp, limits, dt_s);
   }
   const ramp_plan plan = plan_to_rate(ramp, limits, rate_rad_s);
   const stop_search search = {.ramp = ramp,
