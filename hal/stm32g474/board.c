@@ -6,6 +6,7 @@
 #include "clock.h"
 #include "interrupts.h"
 #include "pins.h"
+#include "ram_test.h"
 #include "reset_cause.h"
 #include "sensors/thermistor.h"
 #include "tick_timer.h"
@@ -153,9 +154,9 @@ hal_health hal_axis_health(hal *machine, int axis) {
   return machine->too_hot ? HAL_TOO_HOT : HAL_GOOD;
 }
 
-/* After a failed self-test nothing is powered, whoever asks. */
+/* After a failed self-test nothing is powered, whoever asks; damaged RAM may have lost the bit that says so. */
 void hal_power_bridge(hal *machine, int axis, bool on) {
-  const bool powered = on && machine->test_bits == 0 && !machine->timing_lost;
+  const bool powered = on && machine->test_bits == 0 && ram_test_passed() && !machine->timing_lost;
   machine->powered[axis] = powered;
   bridge_power(axis, powered);
 }

@@ -1,10 +1,11 @@
-/* From reset to main: outputs off, FPU on, variables as C wants them. Faults: outputs off, what happened kept, and the
- * watchdog resets. */
+/* From reset to main: outputs off, FPU on, RAM tested, variables as C wants them. Faults: outputs off, what happened
+ * kept, and the watchdog resets. */
 #include <stdint.h>
 
 #include "fault_record.h"
 #include "interrupts.h"
 #include "parameter_flash.h"
+#include "ram_test.h"
 #include "registers/core.h"
 #include "registers/iwdg.h"
 #include "registers/rcc.h"
@@ -45,6 +46,7 @@ void reset_handler(void) {
   SCB->vtor = (uint32_t)(uintptr_t)image_start;
   SCB->shcsr |= SCB_SHCSR_MEMFAULTENA | SCB_SHCSR_BUSFAULTENA | SCB_SHCSR_USGFAULTENA;
   SCB->ccr |= SCB_CCR_DIV_0_TRP;
+  ram_test_run();
   initialise_variables();
   (void)main();
   for (;;) { /* main does not return */

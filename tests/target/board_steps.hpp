@@ -10,7 +10,7 @@
 namespace bench {
 
 constexpr int kCyclicVelocity = 9;
-constexpr int kBoot_ms = 250;
+constexpr int kBoot_ms = 320;
 constexpr std::int32_t kSlow_urad_s = 17453;  // 1 deg/s
 
 inline void expect_no_complaints(BoardRig& rig) {

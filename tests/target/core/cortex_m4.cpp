@@ -75,6 +75,13 @@ struct CortexM4::Hooks {
     return false;
   }
 
+  // Before the load.
+  static void hold_stuck_bit(uc_engine * /*uc*/, uc_mem_type /*type*/, std::uint64_t /*address*/, int /*size*/,
+                             std::int64_t /*value*/, void *stuck_bit) {
+    const auto *stuck = static_cast<StuckBit *>(stuck_bit);
+    *stuck->byte = static_cast<std::uint8_t>(stuck->value ? *stuck->byte | stuck->mask : *stuck->byte & ~stuck->mask);
+  }
+
   static std::uint64_t read(uc_engine * /*uc*/, std::uint64_t offset, unsigned width, void *window) {
     const auto *w = static_cast<BusWindow *>(window);
     return w->core->bus_.read(w->base + static_cast<std::uint32_t>(offset), width);
@@ -119,6 +126,18 @@ std::uint8_t *CortexM4::memory_at(std::uint32_t address, std::uint32_t size) {
     }
   }
   return nullptr;
+}
+
+void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
+  std::uint8_t *byte = memory_at(address + bit / 8, 1);
+  if (byte == nullptr) {
+    throw std::invalid_argument("no memory whose bit could be stuck");
+  }
+  stuck_bits_.push_back(std::make_unique<StuckBit>(StuckBit{byte, static_cast<std::uint8_t>(1U << bit % 8), value}));
+  uc_hook hook = 0;
+  check(uc_hook_add(uc_, &hook, UC_HOOK_MEM_READ, reinterpret_cast<void *>(Hooks::hold_stuck_bit),
+                    stuck_bits_.back().get(), address, address + 3),
+        "stuck bit");
 }
 
 std::uint32_t CortexM4::register_value(int unicorn_register) const {

@@ -103,6 +103,9 @@ class CortexM4 {
 
   std::uint32_t register_value(int unicorn_register) const;
 
+  // One bit of RAM that the program reads as `value`, whatever it wrote. Before anything has run; DMA reads past it.
+  void stick(std::uint32_t address, unsigned bit, bool value);
+
   // Memory as the program sees it; nothing outside of RAM and flash.
   std::uint8_t *memory_at(std::uint32_t address, std::uint32_t size);
 
@@ -142,6 +145,13 @@ class CortexM4 {
     std::uint32_t base;
   };
   std::vector<std::unique_ptr<BusWindow>> windows_;
+
+  struct StuckBit {
+    std::uint8_t *byte;
+    std::uint8_t mask;
+    bool value;
+  };
+  std::vector<std::unique_ptr<StuckBit>> stuck_bits_;
 
   std::vector<Block> blocks_;              // of the flash, by half-word
   std::map<std::uint32_t, Block> others_;  // elsewhere
