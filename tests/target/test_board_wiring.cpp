@@ -24,7 +24,7 @@ namespace {
 using Write = target::Bus::Write;
 using Bend = target::Bus::Bend;
 
-constexpr int kBoot_ms = 230;
+constexpr int kBoot_ms = 300;
 constexpr int kCyclicVelocity = 9;
 constexpr std::int32_t kSpeed_urad_s = 17453;
 
