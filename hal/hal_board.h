@@ -18,13 +18,14 @@ typedef enum {
   HAL_RESET_WATCHDOG = 4, /* tick, current loop or background did not do their work */
   HAL_RESET_FAULT = 5,    /* an exception of the processor, then the watchdog */
   HAL_RESET_OTHER = 6,
-  HAL_RESET_BROWN_OUT = 7 /* the supply dipped: the memory still knew the time before */
+  HAL_RESET_BROWN_OUT = 7,     /* the supply dipped: the memory still knew the time before */
+  HAL_RESET_STACK_OVERFLOW = 8 /* a fault as 5, but known to be the stack's */
 } hal_reset_cause;
 
 typedef struct {
   hal_reset_cause cause;
-  uint8_t exception;        /* of HAL_RESET_FAULT: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault .. */
-  uint32_t program_counter; /* of HAL_RESET_FAULT, where it was known */
+  uint8_t exception;        /* of a fault: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault .. */
+  uint32_t program_counter; /* of a fault, where it was known */
 } hal_reset;
 
 /* What a self-test found. The lower eight bits go out by EMCY; none of them there is HAL_TEST_MEMORY. */

@@ -2,6 +2,7 @@
 
 #include "fault_record.h"
 #include "registers/rcc.h"
+#include "stack_guard.h"
 
 /* BORRSTF tells of a power-on and of a dip of the supply alike. What tells them apart is a word with its complement:
  * RAM that was without supply holds anything, RAM whose supply dipped still holds both. */
@@ -40,7 +41,8 @@ hal_reset reset_cause_take(void) {
   fault_record record;
   hal_reset reset = {.cause = cause_of(RCC->csr, memory_knows_the_time_before())};
   if (fault_record_take(&record) && reset.cause != HAL_RESET_POWER_ON) {
-    reset.cause = HAL_RESET_FAULT;
+    const bool stack_overflow = (record.configurable_fault_status & STACK_GUARD_WAS_HIT) != 0;
+    reset.cause = stack_overflow ? HAL_RESET_STACK_OVERFLOW : HAL_RESET_FAULT;
     reset.exception = (uint8_t)record.exception;
     reset.program_counter = record.program_counter;
   }

@@ -1,4 +1,5 @@
-// The board's image on an emulated chip whose memory fails: RAM at the start, the program memory in operation.
+// The board's image on an emulated chip whose memory fails: RAM at the start, the program memory in operation, the
+// stack that is too small.
 #include <cstring>
 
 #include "board_steps.hpp"
@@ -17,6 +18,9 @@ constexpr std::uint8_t kRam = 0x00;
 
 constexpr std::uint16_t kImageDamaged = 0x5520;
 constexpr std::uint8_t kImageDamagedFault = 33;
+
+constexpr std::uint16_t kStackOverflow = 0x5510;
+constexpr std::uint8_t kStackOverflowCause = 8;
 
 constexpr std::uint32_t kRamBegin = 0x20000000;
 constexpr std::uint32_t kRamEnd = 0x20018000;
@@ -80,11 +84,26 @@ void test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_i
   expect_no_complaints(rig);
 }
 
+// --- stack ---
+
+void test_a_stack_that_overflows_is_safe_and_told_after_the_reset() {
+  constexpr std::uint32_t kStackLimit = kRamBegin;
+  for (const std::uint32_t left : {0U, 16U, 96U}) {
+    BoardRig rig(bench::tracker_plant());
+    boot_and_turn(rig);
+    rig.client.forget();
+    rig.machine.chip().core.sink_stack_to(kStackLimit + left);
+    expect_safe_reset(rig, 1, kStackOverflow, target::kMemManage << 4 | kStackOverflowCause);
+    expect_no_complaints(rig);
+  }
+}
+
 }  // namespace
 
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_stuck_bit_of_ram_keeps_both_axes_from_being_ready);
   RUN_TEST(test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_its_check);
+  RUN_TEST(test_a_stack_that_overflows_is_safe_and_told_after_the_reset);
   return UNITY_END();
 }
