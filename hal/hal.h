@@ -42,7 +42,8 @@ typedef enum {
   HAL_OVER_CURRENT, /* beyond what can be measured; a broken wire of the sensor reads so, too */
   HAL_POWER_STAGE,  /* the driver's fault input */
   HAL_TOO_HOT,      /* the heat sink */
-  HAL_TIMING_LOST   /* tick or PWM period came too late; a reset follows */
+  HAL_TIMING_LOST,  /* tick or PWM period came too late; a reset follows */
+  HAL_IMAGE_DAMAGED /* the program memory is no longer what it was; until it is written anew */
 } hal_health;
 
 /* A fault of the power stage has switched it off already, and lasts until hal_power_bridge(false) finds it gone. */

@@ -18,16 +18,17 @@ typedef enum {
   HAL_RESET_WATCHDOG = 4, /* tick, current loop or background did not do their work */
   HAL_RESET_FAULT = 5,    /* an exception of the processor, then the watchdog */
   HAL_RESET_OTHER = 6,
-  HAL_RESET_BROWN_OUT = 7 /* the supply dipped: the memory still knew the time before */
+  HAL_RESET_BROWN_OUT = 7,     /* the supply dipped: the memory still knew the time before */
+  HAL_RESET_STACK_OVERFLOW = 8 /* a fault as 5, but known to be the stack's */
 } hal_reset_cause;
 
 typedef struct {
   hal_reset_cause cause;
-  uint8_t exception;        /* of HAL_RESET_FAULT: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault .. */
-  uint32_t program_counter; /* of HAL_RESET_FAULT, where it was known */
+  uint8_t exception;        /* of a fault: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault .. */
+  uint32_t program_counter; /* of a fault, where it was known */
 } hal_reset;
 
-/* What a self-test found. The bits go out by EMCY. */
+/* What a self-test found. The lower eight bits go out by EMCY; none of them there is HAL_TEST_MEMORY. */
 enum {
   HAL_TEST_IMAGE = 0x01,           /* CRC of the program memory */
   HAL_TEST_CLOCK = 0x02,           /* the gyros' frames come at another rate than 1 kHz */
@@ -36,7 +37,8 @@ enum {
   HAL_TEST_ENCODER_PITCH = 0x10,
   HAL_TEST_GYRO_AZIMUTH = 0x20,
   HAL_TEST_GYRO_PITCH = 0x40,
-  HAL_TEST_CONTROLLER = 0x80 /* ADC, CAN controller or watchdog did not start */
+  HAL_TEST_CONTROLLER = 0x80, /* ADC, CAN controller or watchdog did not start */
+  HAL_TEST_MEMORY = 0x100     /* RAM; no other test is made then */
 };
 
 typedef enum { HAL_CAN_GOOD = 0, HAL_CAN_ERROR_PASSIVE, HAL_CAN_BUS_OFF } hal_can_state;
@@ -47,7 +49,8 @@ hal *hal_board_start(uint8_t node_id);
 
 hal_reset hal_board_reset(const hal *machine);
 
-/* HAL_TEST_* bits, 0: all is well. An axis is not ready while they are not 0. About 0.1 s. */
+/* HAL_TEST_* bits, 0: all is well. An axis is not ready while they are not 0. About 0.1 s; the RAM was tested before.
+ */
 uint32_t hal_board_self_test(hal *machine);
 
 /* Adds bits that the caller's own tests found. */

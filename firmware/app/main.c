@@ -70,7 +70,8 @@ static bool send(void *context, const can_frame *frame) { return hal_can_send(co
 static void tell_how_it_started(uint32_t failed_tests) {
   static const fault_id fault_of[] = {[HAL_RESET_WATCHDOG] = FAULT_WATCHDOG_RESET,
                                       [HAL_RESET_FAULT] = FAULT_EXCEPTION_RESET,
-                                      [HAL_RESET_BROWN_OUT] = FAULT_BROWN_OUT_RESET};
+                                      [HAL_RESET_BROWN_OUT] = FAULT_BROWN_OUT_RESET,
+                                      [HAL_RESET_STACK_OVERFLOW] = FAULT_STACK_OVERFLOW};
   if (failed_tests != 0) {
     servo_node_tell(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
   }

@@ -299,7 +299,8 @@ static fault_set faults_of_board(hal_health health, drive_power_state power) {
   static const fault_id fault_of[] = {[HAL_OVER_CURRENT] = FAULT_OVER_CURRENT_TRIP,
                                       [HAL_POWER_STAGE] = FAULT_POWER_STAGE,
                                       [HAL_TOO_HOT] = FAULT_OVER_TEMPERATURE,
-                                      [HAL_TIMING_LOST] = FAULT_TICK_LATE};
+                                      [HAL_TIMING_LOST] = FAULT_TICK_LATE,
+                                      [HAL_IMAGE_DAMAGED] = FAULT_IMAGE_DAMAGED};
   if (health == HAL_GOOD || (health == HAL_NOT_READY && power == DRIVE_NOT_READY)) {
     return 0;
   }

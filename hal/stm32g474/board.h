@@ -7,6 +7,7 @@
 #include "gyro_uart.h"
 #include "hal_board.h"
 #include "parameter_flash.h"
+#include "version_block.h"
 
 /* All that three elements of the FIFO can hold while the interrupt works at them. */
 enum { CAN_MOST_FRAMES_PER_INTERRUPT = 6 };
@@ -41,6 +42,9 @@ struct hal {
   gyro_line gyro[2];
 
   /* The background's. */
+  image_check image;
+  uint32_t ticks_at_image_check;
+  volatile bool image_damaged;
   hal_flash parameter_flash[2];
   uint32_t ticks_at_refresh;
   uint32_t periods_at_refresh;

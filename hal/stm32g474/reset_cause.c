@@ -2,9 +2,26 @@
 
 #include "fault_record.h"
 #include "registers/rcc.h"
+#include "stack_guard.h"
+
+/* BORRSTF tells of a power-on and of a dip of the supply alike. What tells them apart is a word with its complement:
+ * RAM that was without supply holds anything, RAM whose supply dipped still holds both. */
+#define SUPPLIED 0x53555050u
+
+__attribute__((section(".noinit"))) static volatile struct {
+  uint32_t supplied;
+  uint32_t complement;
+} memory;
+
+static bool memory_knows_the_time_before(void) {
+  const bool knows = memory.supplied == SUPPLIED && memory.complement == ~SUPPLIED;
+  memory.supplied = SUPPLIED;
+  memory.complement = ~SUPPLIED;
+  return knows;
+}
 
 /* The pin's flag comes with every reset, so it counts last. */
-static hal_reset_cause cause_of(uint32_t flags) {
+static hal_reset_cause cause_of(uint32_t flags, bool supplied_before) {
   if ((flags & RCC_CSR_IWDGRSTF) != 0) {
     return HAL_RESET_WATCHDOG;
   }
@@ -12,7 +29,7 @@ static hal_reset_cause cause_of(uint32_t flags) {
     return HAL_RESET_SOFTWARE;
   }
   if ((flags & RCC_CSR_BORRSTF) != 0) {
-    return HAL_RESET_POWER_ON;
+    return supplied_before ? HAL_RESET_BROWN_OUT : HAL_RESET_POWER_ON;
   }
   if ((flags & (RCC_CSR_WWDGRSTF | RCC_CSR_LPWRRSTF | RCC_CSR_OBLRSTF)) != 0) {
     return HAL_RESET_OTHER;
@@ -22,9 +39,10 @@ static hal_reset_cause cause_of(uint32_t flags) {
 
 hal_reset reset_cause_take(void) {
   fault_record record;
-  hal_reset reset = {.cause = cause_of(RCC->csr)};
+  hal_reset reset = {.cause = cause_of(RCC->csr, memory_knows_the_time_before())};
   if (fault_record_take(&record) && reset.cause != HAL_RESET_POWER_ON) {
-    reset.cause = HAL_RESET_FAULT;
+    const bool stack_overflow = (record.configurable_fault_status & STACK_GUARD_WAS_HIT) != 0;
+    reset.cause = stack_overflow ? HAL_RESET_STACK_OVERFLOW : HAL_RESET_FAULT;
     reset.exception = (uint8_t)record.exception;
     reset.program_counter = record.program_counter;
   }

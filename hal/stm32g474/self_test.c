@@ -2,6 +2,7 @@
 #include "board.h"
 #include "bridge.h"
 #include "clock.h"
+#include "ram_test.h"
 #include "version_block.h"
 
 enum { TEST_TICKS = 40, PERIODS_PER_TICK = 20, TEST_PERIODS = TEST_TICKS * PERIODS_PER_TICK };
@@ -98,7 +99,12 @@ static uint32_t test_sensors(hal *machine) {
   return judge_axis(machine, &seen, frames_by_our_clock, 0) | judge_axis(machine, &seen, frames_by_our_clock, 1);
 }
 
+/* With RAM that forgets nothing else can be judged. */
 uint32_t hal_board_self_test(hal *machine) {
+  if (!ram_test_passed()) {
+    machine->test_bits |= HAL_TEST_MEMORY;
+    return HAL_TEST_MEMORY;
+  }
   if (!version_block_image_is_whole()) {
     machine->test_bits |= HAL_TEST_IMAGE;
   }

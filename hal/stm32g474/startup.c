@@ -1,18 +1,21 @@
-/* From reset to main: outputs off, FPU on, variables as C wants them. Faults: outputs off, what happened kept, and the
- * watchdog resets. */
+/* From reset to main: outputs off, FPU on, stack guarded, RAM tested, variables as C wants them. Faults: outputs off,
+ * what happened kept, and the watchdog resets. */
 #include <stdint.h>
 
 #include "fault_record.h"
 #include "interrupts.h"
 #include "parameter_flash.h"
+#include "ram_test.h"
 #include "registers/core.h"
 #include "registers/iwdg.h"
 #include "registers/rcc.h"
 #include "safe_outputs.h"
+#include "stack_guard.h"
 
 /* The linker script's; only their addresses mean something. */
 extern uint32_t stack_top[];
 extern uint32_t stack_limit[];
+extern uint32_t stack_guard[];
 extern uint32_t data_image[];
 extern uint32_t data_start[];
 extern uint32_t data_end[];
@@ -45,6 +48,8 @@ void reset_handler(void) {
   SCB->vtor = (uint32_t)(uintptr_t)image_start;
   SCB->shcsr |= SCB_SHCSR_MEMFAULTENA | SCB_SHCSR_BUSFAULTENA | SCB_SHCSR_USGFAULTENA;
   SCB->ccr |= SCB_CCR_DIV_0_TRP;
+  stack_guard_start((uint32_t)(uintptr_t)stack_guard);
+  ram_test_run();
   initialise_variables();
   (void)main();
   for (;;) { /* main does not return */

@@ -12,14 +12,36 @@ enum { MOST_IMAGE_BYTES = 0x7C000 };
 __attribute__((section(".version_block"), used)) static const volatile version_block block = {
     .magic = VERSION_BLOCK_MAGIC, .format = VERSION_BLOCK_FORMAT, .version = TRACKSERVO_VERSION, .git = TRACKSERVO_GIT};
 
-bool version_block_image_is_whole(void) {
-  const uint32_t bytes = block.image_bytes;
+image_check image_check_begin(void) { return (image_check){.at = 0, .crc = CRC32_START}; }
+
+image_verdict image_check_step(image_check *check, uint32_t most_bytes) {
+  const uint32_t image_bytes = block.image_bytes;
   const uint32_t crc_at = (uint32_t)((uintptr_t)&block.crc32 - (uintptr_t)image_start);
   const uint32_t behind_crc = crc_at + (uint32_t)sizeof block.crc32;
-  if (bytes < behind_crc || bytes > MOST_IMAGE_BYTES) {
-    return false;
+  if (check->at == crc_at) {
+    check->at = behind_crc;
   }
-  uint32_t crc = crc32_add(CRC32_START, image_start, crc_at);
-  crc = crc32_add(crc, image_start + behind_crc, bytes - behind_crc);
-  return crc32_end(crc) == block.crc32;
+  if (image_bytes <= behind_crc || image_bytes > MOST_IMAGE_BYTES || check->at > image_bytes) {
+    return IMAGE_DAMAGED; /* the length itself */
+  }
+  const uint32_t left = (check->at < crc_at ? crc_at : image_bytes) - check->at;
+  const uint32_t count = left < most_bytes ? left : most_bytes;
+  check->crc = crc32_add(check->crc, image_start + check->at, count);
+  check->at += count;
+  if (check->at < image_bytes) {
+    return IMAGE_NOT_YET_KNOWN;
+  }
+  const bool whole = crc32_end(check->crc) == block.crc32;
+  *check = image_check_begin();
+  return whole ? IMAGE_WHOLE : IMAGE_DAMAGED;
+}
+
+bool version_block_image_is_whole(void) {
+  const int stretches = 2; /* before the CRC, and behind it */
+  image_check check = image_check_begin();
+  image_verdict verdict = IMAGE_NOT_YET_KNOWN;
+  for (int i = 0; i < stretches; ++i) {
+    verdict = image_check_step(&check, MOST_IMAGE_BYTES);
+  }
+  return verdict == IMAGE_WHOLE;
 }

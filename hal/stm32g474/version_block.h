@@ -27,4 +27,19 @@ _Static_assert(sizeof(version_block) == 96, "as tools/image/stamp_image.py write
 /* Whether the flash holds what was linked. About 30 ms for 64 KiB. */
 bool version_block_image_is_whole(void);
 
+/* The same piece by piece, round and round. */
+typedef enum { IMAGE_NOT_YET_KNOWN = 0, IMAGE_WHOLE, IMAGE_DAMAGED } image_verdict;
+
+typedef struct {
+  uint32_t at; /* offset of the next byte */
+  uint32_t crc;
+} image_check;
+
+/* At the first byte. */
+image_check image_check_begin(void);
+
+/* Goes on by at most so many bytes, 1 or more; after a verdict it begins again. Damage is told in the second round at
+ * the latest. */
+image_verdict image_check_step(image_check *check, uint32_t most_bytes);
+
 #endif

@@ -181,6 +181,7 @@ std::vector<Breakage> node_and_bus() {
        },
        always, nothing},
       health("tick late", FAULT_TICK_LATE, HAL_TIMING_LOST),
+      health("program memory damaged", FAULT_IMAGE_DAMAGED, HAL_IMAGE_DAMAGED),
       health("self-test fails in operation", FAULT_SELF_TEST, HAL_NOT_READY),
   };
 }

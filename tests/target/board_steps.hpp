@@ -2,13 +2,15 @@
 #ifndef TRACKSERVO_TARGET_BOARD_STEPS_HPP
 #define TRACKSERVO_TARGET_BOARD_STEPS_HPP
 
+#include <algorithm>
+
 #include "rig.hpp"
 #include "unity.h"
 
 namespace bench {
 
 constexpr int kCyclicVelocity = 9;
-constexpr int kBoot_ms = 250;
+constexpr int kBoot_ms = 320;
 constexpr std::int32_t kSlow_urad_s = 17453;  // 1 deg/s
 
 inline void expect_no_complaints(BoardRig& rig) {
@@ -39,6 +41,14 @@ inline void boot_and_turn(BoardRig& rig) {
   turn(rig, 300);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[1]);
+}
+
+// EMCY with this code and, in byte 3, this detail.
+inline bool has_heard(const BoardRig& rig, std::uint16_t code, std::uint8_t detail) {
+  const auto& heard = rig.client.emergencies();
+  return std::any_of(heard.begin(), heard.end(), [code, detail](const auto& emergency) {
+    return emergency.code == code && emergency.bytes[3] == detail;
+  });
 }
 
 }  // namespace bench

@@ -9,7 +9,9 @@ using bench::BoardRig;
 using bench::boot;
 using bench::boot_and_turn;
 using bench::expect_no_complaints;
+using bench::has_heard;
 using bench::kBoot_ms;
+using bench::kCyclicVelocity;
 using bench::kSlow_urad_s;
 namespace target = trackservo::target;
 
@@ -22,16 +24,37 @@ namespace {
 
 void test_it_starts_safe_passes_its_self_tests_and_is_heard() {
   BoardRig rig(bench::tracker_plant());
+  double heard_after_s = 0.0;
   for (int part = 0; part < 20 * kBoot_ms; ++part) {
     rig.machine.run(0.05e-3);
+    heard_after_s = rig.client.boots() == 0 ? rig.machine.time_s() : heard_after_s;
     TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "a bridge is on before anybody asked for it");
   }
+  TEST_MESSAGE(fmt::format("heard {:.0f} ms after power-on", 1e3 * heard_after_s).c_str());
   TEST_ASSERT_EQUAL_INT(1, rig.client.boots());
   TEST_ASSERT_GREATER_OR_EQUAL_INT(2, rig.client.heartbeats());
   TEST_ASSERT_EQUAL_UINT(0, rig.client.emergencies().size());
   TEST_ASSERT_EQUAL_UINT32(170'000'000, rig.machine.chip().rcc.core_hz());
   TEST_ASSERT_TRUE(rig.machine.chip().watchdog.is_running());
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
+  expect_no_complaints(rig);
+}
+
+void test_a_dip_of_the_supply_is_told_and_a_power_on_is_not() {
+  constexpr std::uint16_t kSupplyFailed = 0x5100;
+  constexpr std::uint8_t kBrownOut = 7;
+  BoardRig rig(bench::tracker_plant());
+  boot(rig);
+  rig.client.forget();
+  rig.machine.chip().request_brown_out();
+  boot(rig);
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kSupplyFailed, kBrownOut), "the dip is not told");
+  TEST_ASSERT_TRUE_MESSAGE(rig.client.enable(kCyclicVelocity),
+                           "the dip is over, and must not keep an axis from working");
+  rig.client.forget();
+  rig.machine.chip().request_reset(target::ResetCause::kPowerOn);
+  boot(rig);
+  TEST_ASSERT_EQUAL_UINT_MESSAGE(0, rig.client.emergencies().size(), "RAM full of anything is no dip");
   expect_no_complaints(rig);
 }
 
@@ -169,6 +192,7 @@ void test_what_the_interrupts_cost() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_it_starts_safe_passes_its_self_tests_and_is_heard);
+  RUN_TEST(test_a_dip_of_the_supply_is_told_and_a_power_on_is_not);
   RUN_TEST(test_both_axes_turn_when_they_are_told_to);
   RUN_TEST(test_it_comes_back_from_bus_off);
   RUN_TEST(test_what_is_stored_survives_a_loss_of_power);

@@ -24,7 +24,7 @@ namespace {
 using Write = target::Bus::Write;
 using Bend = target::Bus::Bend;
 
-constexpr int kBoot_ms = 230;
+constexpr int kBoot_ms = 300;
 constexpr int kCyclicVelocity = 9;
 constexpr std::int32_t kSpeed_urad_s = 17453;
 
@@ -51,6 +51,9 @@ constexpr Promise kPromises[] = {
     {0xE0042008, 0x1010, 0x1010, "a halted core stops tick and watchdog"},
     {0xE0042010, 0x2800, 0x2800, "a halted core stops both PWM timers"},
     {0xE000ED14, 0x10, 0x10, "a division by zero is a fault"},
+    {0xE000ED94, 7, 5, "the guard below the stack is on"},
+    {0xE000ED9C, 0xFFFFFFE0, 0x1FFF8000, "the guard ends where the stack does"},
+    {0xE000EDA0, 0x1700FF3F, 0x1000001D, "the guard: 32 KiB without access"},
     {0xE000ED24, 0x70000, 0x70000, "bus, usage and memory faults have their own exceptions"},
     {0x40003008, 0xFFF, 159, "the watchdog's time is 20 ms"},
     {0x40003010, 0xFFF, 119, "the watchdog's window"},

@@ -46,6 +46,14 @@ void test_faults_reach_their_handler_or_escalate() {
                        0x99, kEnd});
 }
 
+void test_a_guarded_address_is_a_memory_fault_and_others_are_not() {
+  ProbeBench probe("guard");
+  expect_notes(probe, {0xA0, 0x82, 0x1FFFFFF0,    // DACCVIOL, MMARVALID, and where
+                       0xB0, 0x8200, 0x1FFF7FF0,  // below the region: PRECISERR, BFARVALID
+                       0xB0, 0x8200, 0x1FFFFFF0,  // MPU off
+                       kEnd});
+}
+
 void test_a_fault_in_the_fault_handler_locks_up() {
   ProbeBench probe("lock_up");
   expect_notes(probe, {0xF0});
@@ -68,6 +76,7 @@ int main() {
   RUN_TEST(test_interrupts_nest_by_priority_and_wait_behind_masks);
   RUN_TEST(test_an_interrupt_leaves_the_float_registers_alone);
   RUN_TEST(test_faults_reach_their_handler_or_escalate);
+  RUN_TEST(test_a_guarded_address_is_a_memory_fault_and_others_are_not);
   RUN_TEST(test_a_fault_in_the_fault_handler_locks_up);
   RUN_TEST(test_time_is_the_documented_estimate);
   return UNITY_END();

@@ -41,7 +41,7 @@ stm32g4_select() {
   local crates="$1/crates" chosen="$1/chosen"
   mkdir -p "$chosen/core" "$chosen/pins"
   cp -r "$crates/stm32g4-0.16.0/src/stm32g474" "$chosen/registers" || return 1
-  cp "$crates"/cortex-m-0.7.7/src/peripheral/{dcb,dwt,mod,nvic,scb}.rs "$chosen/core/" || return 1
+  cp "$crates"/cortex-m-0.7.7/src/peripheral/{dcb,dwt,mod,mpu,nvic,scb}.rs "$chosen/core/" || return 1
   cp "$crates"/stm32g4xx-hal-0.1.0/src/{can,pwm,spi}.rs "$crates/stm32g4xx-hal-0.1.0/src/serial/usart.rs" \
     "$crates/stm32g4xx-hal-0.1.0/src/adc/g4.rs" "$crates/stm32g4xx-hal-0.1.0/src/dma/mux.rs" "$chosen/pins/"
 }

@@ -25,7 +25,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 
 # The crate's blocks that one of our structs describes.
 BLOCKS = {"gpio": ["gpioa", "gpiob", "gpioc"], "dma_ch": ["dma1/ch"]}
-CORE = {"nvic", "scb", "dwt", "dcb"}
+CORE = {"nvic", "scb", "mpu", "dwt", "dcb"}
 
 
 class Definitions:

@@ -1,5 +1,5 @@
-/* The processor's own registers: ARMv7-M Architecture Reference Manual (DDI 0403E), sections B3.2 (SCB), B3.4 (NVIC)
- * and C1.8 (DWT). Compared with the crate `cortex-m`. */
+/* The processor's own registers: ARMv7-M Architecture Reference Manual (DDI 0403E), sections B3.2 (SCB), B3.4 (NVIC),
+ * B3.5 (MPU) and C1.8 (DWT). Compared with the crate `cortex-m`. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_CORE_H
 #define TRACKSERVO_STM32G474_REGISTERS_CORE_H
 
@@ -45,8 +45,30 @@ REGISTER_AT(scb_registers, cpacr, 0x84);
 #define SCB_SHCSR_MEMFAULTENA FIELD(16, 1)
 #define SCB_SHCSR_BUSFAULTENA FIELD(17, 1)
 #define SCB_SHCSR_USGFAULTENA FIELD(18, 1)
+#define SCB_CFSR_DACCVIOL FIELD(1, 1)
+#define SCB_CFSR_MSTKERR FIELD(4, 1)
+#define SCB_CFSR_MLSPERR FIELD(5, 1)
 #define SCB_ICSR_VECTACTIVE FIELD(0, 9)
 #define SCB_CPACR_CP10_CP11 FIELD(20, 4)
+
+typedef struct {
+  uint32_t reserved_0;
+  volatile uint32_t ctrl;
+  volatile uint32_t rnr;
+  volatile uint32_t rbar;
+  volatile uint32_t rasr;
+} mpu_registers;
+REGISTER_AT(mpu_registers, rasr, 0x10);
+
+#define MPU ((mpu_registers *)0xE000ED90u)
+
+#define MPU_CTRL_ENABLE FIELD(0, 1)
+#define MPU_CTRL_PRIVDEFENA FIELD(2, 1)
+#define MPU_RASR_ENABLE FIELD(0, 1)
+#define MPU_RASR_SIZE FIELD(1, 5) /* of 2^(SIZE + 1) bytes */
+#define MPU_RASR_AP FIELD(24, 3)
+#define MPU_RASR_XN FIELD(28, 1)
+enum { MPU_AP_NO_ACCESS = 0 };
 
 typedef struct {
   volatile uint32_t ctrl;

@@ -190,7 +190,13 @@ void Stm32g474::reset(ResetCause cause) {
 
 void Stm32g474::request_reset(ResetCause cause) {
   reset_request_ = cause;
+  keeps_ram_ = cause != ResetCause::kPowerOn;
   core.request_stop();
+}
+
+void Stm32g474::request_brown_out() {
+  request_reset(ResetCause::kPowerOn);
+  keeps_ram_ = true;
 }
 
 void Stm32g474::run(Instant duration) {
@@ -200,10 +206,10 @@ void Stm32g474::run(Instant duration) {
     if (reset_request_) {
       const ResetCause cause = *std::exchange(reset_request_, std::nullopt);
       ++resets_;
-      if (cause == ResetCause::kPowerOn) {
-        power_on();
-      } else {
+      if (keeps_ram_) {
         reset(cause);
+      } else {
+        power_on();
       }
     }
   }

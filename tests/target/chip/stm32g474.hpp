@@ -58,6 +58,8 @@ class Stm32g474 {
   // Runs for this long, resets included. `reset_happened` tells whose.
   void run(Instant duration);
   void request_reset(ResetCause cause);
+  // The flags of a power-on, but RAM keeps what it holds.
+  void request_brown_out();
   // Counts resets other than the first power-on.
   int resets() const { return resets_; }
   ResetCause last_reset() const { return last_reset_; }
@@ -114,6 +116,7 @@ class Stm32g474 {
   std::vector<Peripheral *> all_;
   IrqLine adc_line_{exceptions, kAdc12Interrupt};
   std::optional<ResetCause> reset_request_;
+  bool keeps_ram_ = false;  // in the reset that is requested
   std::function<void()> reset_listener_;
   int resets_ = 0;
   ResetCause last_reset_ = ResetCause::kPowerOn;

@@ -75,6 +75,13 @@ struct CortexM4::Hooks {
     return false;
   }
 
+  // Before the load.
+  static void hold_stuck_bit(uc_engine * /*uc*/, uc_mem_type /*type*/, std::uint64_t /*address*/, int /*size*/,
+                             std::int64_t /*value*/, void *stuck_bit) {
+    const auto *stuck = static_cast<StuckBit *>(stuck_bit);
+    *stuck->byte = static_cast<std::uint8_t>(stuck->value ? *stuck->byte | stuck->mask : *stuck->byte & ~stuck->mask);
+  }
+
   static std::uint64_t read(uc_engine * /*uc*/, std::uint64_t offset, unsigned width, void *window) {
     const auto *w = static_cast<BusWindow *>(window);
     return w->core->bus_.read(w->base + static_cast<std::uint32_t>(offset), width);
@@ -120,6 +127,20 @@ std::uint8_t *CortexM4::memory_at(std::uint32_t address, std::uint32_t size) {
   }
   return nullptr;
 }
+
+void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
+  std::uint8_t *byte = memory_at(address + bit / 8, 1);
+  if (byte == nullptr) {
+    throw std::invalid_argument("no memory whose bit could be stuck");
+  }
+  stuck_bits_.push_back(std::make_unique<StuckBit>(StuckBit{byte, static_cast<std::uint8_t>(1U << bit % 8), value}));
+  uc_hook hook = 0;
+  check(uc_hook_add(uc_, &hook, UC_HOOK_MEM_READ, reinterpret_cast<void *>(Hooks::hold_stuck_bit),
+                    stuck_bits_.back().get(), address, address + 3),
+        "stuck bit");
+}
+
+void CortexM4::sink_stack_to(std::uint32_t address) { set_register(UC_ARM_REG_SP, address); }
 
 std::uint32_t CortexM4::register_value(int unicorn_register) const {
   std::uint32_t value = 0;
@@ -272,7 +293,7 @@ void CortexM4::handle_stop(int error) {
     complaints_.add(fmt::format("store to 0x{:08x} in the flash of the program itself", fault_address_));
     fault(kBusFault, kPreciseDataBusError, fault_address_);
   } else if (error == UC_ERR_READ_UNMAPPED || error == UC_ERR_WRITE_UNMAPPED) {
-    fault(kBusFault, kPreciseDataBusError, fault_address_);
+    fault_at_missing_memory();
   } else if (error != UC_ERR_OK || intno_ >= 0) {
     throw std::runtime_error(fmt::format("Unicorn stopped at 0x{:08x}: {} (interrupt {})", pc_,
                                          uc_strerror(static_cast<uc_err>(error)), intno_));
@@ -307,16 +328,13 @@ void CortexM4::enter(int exception) {
   values[7] = (values[7] & ~kStackPadded) | ((top & 4U) != 0 ? kStackPadded : 0U);
   std::uint8_t *frame = memory_at(bottom, size);
   if (frame == nullptr || bottom < 0x10000000) {
-    state_.cfsr |= kStackingBusError;
     locked_up_ = exception == kHardFault || exception == kNmi;
     if (locked_up_) {
       lock_up();
       return;
     }
     set_register(UC_ARM_REG_SP, bottom);  // what the frame would have held is lost
-    exceptions_.pend(kHardFault);
-    state_.hfsr |= kForcedHardFault;
-    exception = kHardFault;
+    exception = exception_of_failed_stacking(bottom);
   } else {
     std::memcpy(frame, values.data(), kBasicFrame);
     if (has_floats) {
@@ -410,6 +428,32 @@ void CortexM4::unstack(std::uint32_t return_code) {
 }
 
 // --- faults ---
+
+// The MPU is off in HardFault and NMI: HFNMIENA is not modelled.
+bool CortexM4::is_guarded(std::uint32_t address) {
+  return address - state_.guard.base < state_.guard.size && current_exception() != kHardFault &&
+         current_exception() != kNmi;
+}
+
+int CortexM4::exception_of_failed_stacking(std::uint32_t bottom) {
+  const bool guarded = is_guarded(bottom);
+  state_.cfsr |= guarded ? kStackingAccessViolation : kStackingBusError;
+  if (guarded && (state_.shcsr_enables & 1U << 16) != 0 && !is_masked(kMemManage)) {
+    return kMemManage;
+  }
+  exceptions_.pend(kHardFault);
+  state_.hfsr |= kForcedHardFault;
+  return kHardFault;
+}
+
+void CortexM4::fault_at_missing_memory() {
+  if (!is_guarded(fault_address_)) {
+    fault(kBusFault, kPreciseDataBusError, fault_address_);
+    return;
+  }
+  state_.mmfar = fault_address_;
+  fault(kMemManage, kDataAccessViolation | kMemManageAddressValid);
+}
 
 // SVC and faults happen at once or, where they cannot, become a HardFault.
 void CortexM4::fault(int exception, std::uint32_t cfsr_bits, std::optional<std::uint32_t> address) {

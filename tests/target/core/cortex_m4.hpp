@@ -31,6 +31,9 @@ namespace trackservo::target {
 
 // Bits of CFSR, HFSR as they are found in the registers.
 enum FaultBits : std::uint32_t {
+  kDataAccessViolation = 1U << 1,
+  kStackingAccessViolation = 1U << 4,
+  kMemManageAddressValid = 1U << 7,
   kInstructionBusError = 1U << 8,
   kPreciseDataBusError = 1U << 9,
   kStackingBusError = 1U << 12,
@@ -44,12 +47,21 @@ enum FaultBits : std::uint32_t {
   kDebugEvent = 1U << 31,
 };
 
+// A region of the MPU without any access, the only kind that is modelled, and only where there is no memory: it turns a
+// BusFault into a MemManage.
+struct GuardRegion {
+  std::uint32_t base = 0;
+  std::uint32_t size = 0;
+};
+
 // What the System Control Block says and is told; its registers are in system_control.hpp.
 struct CoreState {
   std::uint32_t vector_table = 0;
   std::uint32_t cfsr = 0;
   std::uint32_t hfsr = 0;
   std::uint32_t bfar = 0;
+  std::uint32_t mmfar = 0;
+  GuardRegion guard;                  // while the MPU is on
   std::uint32_t shcsr_enables = 0;    // bits 16 MemManage, 17 BusFault, 18 UsageFault
   bool fpu_enabled = false;           // CPACR
   bool fpu_context_automatic = true;  // FPCCR.ASPEN
@@ -103,6 +115,12 @@ class CortexM4 {
 
   std::uint32_t register_value(int unicorn_register) const;
 
+  // One bit of RAM that the program reads as `value`, whatever it wrote. Before anything has run; DMA reads past it.
+  void stick(std::uint32_t address, unsigned bit, bool value);
+
+  // The stack pointer of now, as if calls had nested so deep.
+  void sink_stack_to(std::uint32_t address);
+
   // Memory as the program sees it; nothing outside of RAM and flash.
   std::uint8_t *memory_at(std::uint32_t address, std::uint32_t size);
 
@@ -126,6 +144,9 @@ class CortexM4 {
   void begin_handler(int exception, std::uint32_t return_code);
   void leave();
   void unstack(std::uint32_t return_code);
+  bool is_guarded(std::uint32_t address);
+  int exception_of_failed_stacking(std::uint32_t bottom);
+  void fault_at_missing_memory();
   void fault(int exception, std::uint32_t cfsr_bits, std::optional<std::uint32_t> address = std::nullopt);
   void hard_fault(std::uint32_t hfsr_bits);
   void lock_up();
@@ -142,6 +163,13 @@ class CortexM4 {
     std::uint32_t base;
   };
   std::vector<std::unique_ptr<BusWindow>> windows_;
+
+  struct StuckBit {
+    std::uint8_t *byte;
+    std::uint8_t mask;
+    bool value;
+  };
+  std::vector<std::unique_ptr<StuckBit>> stuck_bits_;
 
   std::vector<Block> blocks_;              // of the flash, by half-word
   std::map<std::uint32_t, Block> others_;  // elsewhere

@@ -23,8 +23,13 @@ constexpr std::uint32_t kSystemPriority = 0xD18;
 constexpr std::uint32_t kShcsr = 0xD24;
 constexpr std::uint32_t kCfsr = 0xD28;
 constexpr std::uint32_t kHfsr = 0xD2C;
+constexpr std::uint32_t kMmfar = 0xD34;
 constexpr std::uint32_t kBfar = 0xD38;
 constexpr std::uint32_t kCpacr = 0xD88;
+constexpr std::uint32_t kMpuControl = 0xD94;
+constexpr std::uint32_t kMpuRegion = 0xD98;
+constexpr std::uint32_t kMpuBase = 0xD9C;
+constexpr std::uint32_t kMpuAttributes = 0xDA0;
 constexpr std::uint32_t kFpccr = 0xF34;
 
 constexpr std::uint32_t kEveryBit = 0xFFFFFFFF;
@@ -49,9 +54,14 @@ std::vector<Peripheral::Register> SystemControl::registers() {
       {"SHCSR", kShcsr, 0, 0x70000, 0xFD8B},
       {"CFSR", kCfsr, 0, kEveryBit, 0, true},
       {"HFSR", kHfsr, 0, kEveryBit},
-      {"MMFAR", 0xD34, 0, 0, kEveryBit},
+      {"MMFAR", kMmfar, 0, 0, kEveryBit},
       {"BFAR", kBfar, 0, 0, kEveryBit},
       {"CPACR", kCpacr, 0, 0xF00000},
+      {"MPU_TYPE", 0xD90, 0x800, 0},
+      {"MPU_CTRL", kMpuControl, 0, 7},
+      {"MPU_RNR", kMpuRegion, 0, 0xFF},
+      {"MPU_RBAR", kMpuBase, 0, 0xFFFFFFFF},
+      {"MPU_RASR", kMpuAttributes, 0, 0x173FFF3F},
       {"DEMCR", 0xDFC, 0, 0x010F07F1},
       {"STIR", 0xF00, 0, 0x1FF},
       {"FPCCR", kFpccr, 0xC0000000, 0xC0000000, 0x17B},
@@ -195,6 +205,25 @@ void SystemControl::write_aircr(std::uint32_t written) {
   }
 }
 
+// --- MPU ---
+
+// One region, of no access; the map of the architecture elsewhere.
+void SystemControl::take_guard() {
+  const std::uint32_t attributes = reg(kMpuAttributes);
+  core_.state().guard = {};
+  if ((reg(kMpuControl) & 1U) == 0 || (attributes & 1U) == 0) {
+    return;
+  }
+  const std::uint32_t size = 2U << (attributes >> 1 & 0x1FU);
+  const std::uint32_t base = reg(kMpuBase) & ~0x1FU;
+  require(reg(kMpuControl) == 5 && reg(kMpuRegion) == 0, "the MPU is used in a way that is not modelled");
+  require((attributes & 0x0700FF00) == 0, "a region of the MPU with rights or parts is not modelled");
+  require((base & (size - 1)) == 0, "a region of the MPU does not begin at a multiple of its size");
+  require(core_.memory_at(base, 1) == nullptr && core_.memory_at(base + size - 1, 1) == nullptr,
+          "a region of the MPU over memory is not modelled");
+  core_.state().guard = {base, size};
+}
+
 // --- SysTick ---
 
 void SystemControl::start_systick() {
@@ -252,6 +281,8 @@ std::uint32_t SystemControl::on_read(std::uint32_t offset, std::uint32_t stored,
       return core_.state().cfsr;
     case kHfsr:
       return core_.state().hfsr;
+    case kMmfar:
+      return core_.state().mmfar;
     case kBfar:
       return core_.state().bfar;
     default:
@@ -280,6 +311,7 @@ void SystemControl::on_write(std::uint32_t offset, std::uint32_t written, unsign
     exceptions().pend(kFirstInterrupt + static_cast<int>(written & 0x1FF));
   } else {
     store(offset, written);
+    take_guard();
     core_.state().vector_table = reg(kVtor);
     core_.state().shcsr_enables = reg(kShcsr) & 0x70000;
     core_.state().fpu_enabled = reg(kCpacr) == 0xF00000;

@@ -1,4 +1,4 @@
-// The core's own registers: NVIC, System Control Block, SysTick, FPU context control, DWT cycle counter
+// The core's own registers: NVIC, System Control Block, MPU, SysTick, FPU context control, DWT cycle counter
 // (ARMv7-M architecture manual, B3.2 to B3.4, C1.8).
 #ifndef TRACKSERVO_TARGET_CORE_SYSTEM_CONTROL_HPP
 #define TRACKSERVO_TARGET_CORE_SYSTEM_CONTROL_HPP
@@ -33,6 +33,7 @@ class SystemControl : public Peripheral {
   void write_bits(std::uint32_t offset, std::uint32_t written);
   void write_priorities(int first_exception, std::uint32_t offset, std::uint32_t written);
   void write_icsr(std::uint32_t written);
+  void take_guard();
   void write_aircr(std::uint32_t written);
   std::uint32_t read_systick(std::uint32_t offset, std::uint32_t stored);
   void write_systick(std::uint32_t offset, std::uint32_t written);

@@ -12,8 +12,12 @@
 #define SCB_SHCSR REGISTER(0xE000ED24u)
 #define SCB_CFSR REGISTER(0xE000ED28u)
 #define SCB_HFSR REGISTER(0xE000ED2Cu)
+#define SCB_MMFAR REGISTER(0xE000ED34u)
 #define SCB_BFAR REGISTER(0xE000ED38u)
 #define SCB_CPACR REGISTER(0xE000ED88u)
+#define MPU_CTRL REGISTER(0xE000ED94u)
+#define MPU_RBAR REGISTER(0xE000ED9Cu)
+#define MPU_RASR REGISTER(0xE000EDA0u)
 #define SCB_SHPR(n) (*(volatile uint8_t *)(0xE000ED14u + (n))) /* n: exception, 4 .. 15 */
 
 enum { LOG_LENGTH = 64 };
@@ -46,6 +50,7 @@ static inline void end_of_probe(void) {
 void start(void);
 void nmi(void);
 void hard_fault(void);
+void mem_manage(void);
 void bus_fault(void);
 void usage_fault(void);
 void svcall(void);
@@ -67,7 +72,7 @@ __attribute__((section(".vectors"), used)) static const void *const vectors[32] 
     (void *)start,
     (void *)nmi,
     (void *)hard_fault,
-    (void *)unexpected,
+    (void *)mem_manage,
     (void *)bus_fault,
     (void *)usage_fault,
     0,

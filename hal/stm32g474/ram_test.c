@@ -1,0 +1,61 @@
+#include "ram_test.h"
+
+#include <stdint.h>
+
+/* The linker script's; only their addresses mean something. */
+extern volatile uint32_t stack_limit[];
+extern uint32_t stack_top[];
+extern volatile uint32_t data_start[];
+extern uint32_t ram_end[];
+
+/* The reset handler and this test themselves. */
+enum { STACK_IN_USE_BYTES = 256 };
+
+#define ZEROS 0u
+#define ONES UINT32_MAX
+
+/* The verdict may lie in damaged memory, too: it is good only as a word and its complement. */
+#define PASSED 0x4D415243u
+
+__attribute__((section(".noinit"))) static volatile struct {
+  uint32_t passed;
+  uint32_t complement;
+} verdict;
+
+/* Both return the bits in which any word was not what it should be. */
+static uint32_t upwards(volatile uint32_t *first, uint32_t words, uint32_t expected, uint32_t written) {
+  uint32_t wrong = 0;
+  for (uint32_t i = 0; i < words; ++i) {
+    wrong |= first[i] ^ expected;
+    first[i] = written;
+  }
+  return wrong;
+}
+
+static uint32_t downwards(volatile uint32_t *first, uint32_t words, uint32_t expected, uint32_t written) {
+  uint32_t wrong = 0;
+  for (uint32_t i = words; i > 0; --i) {
+    wrong |= first[i - 1] ^ expected;
+    first[i - 1] = written;
+  }
+  return wrong;
+}
+
+static uint32_t march(volatile uint32_t *first, uintptr_t end) {
+  const uint32_t words = (uint32_t)(end - (uintptr_t)first) / sizeof(uint32_t);
+  (void)upwards(first, words, ZEROS, ZEROS); /* what was there means nothing */
+  uint32_t wrong = upwards(first, words, ZEROS, ONES);
+  wrong |= upwards(first, words, ONES, ZEROS);
+  wrong |= downwards(first, words, ZEROS, ONES);
+  wrong |= downwards(first, words, ONES, ZEROS);
+  return wrong | upwards(first, words, ZEROS, ZEROS);
+}
+
+void ram_test_run(void) {
+  const uint32_t wrong =
+      march(stack_limit, (uintptr_t)stack_top - STACK_IN_USE_BYTES) | march(data_start, (uintptr_t)ram_end);
+  verdict.passed = wrong == 0 ? PASSED : 0;
+  verdict.complement = wrong == 0 ? ~PASSED : 0;
+}
+
+bool ram_test_passed(void) { return verdict.passed == PASSED && verdict.complement == ~PASSED; }
