@@ -27,9 +27,12 @@ constexpr int kWatchdog_ms = 40;
 
 // --- sensors that fail ---
 
+// Without its angle the axis is braked by its shorted motor: its bridge stays on at duty 0 for a while, then goes off.
 void expect_error_after(BoardRig& rig, const char *what) {
+  constexpr int kBraking_ms = 2100;  // DRIVE_BRAKE_TICKS, and some
   rig.client.pass(100);
   TEST_ASSERT_FALSE_MESSAGE(rig.client.is_enabled(0), what);
+  rig.client.pass(kBraking_ms);
   TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), what);
   TEST_ASSERT_TRUE_MESSAGE(!rig.client.emergencies().empty(), what);
   expect_no_complaints(rig);
