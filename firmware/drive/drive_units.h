@@ -23,6 +23,7 @@ static inline float drive_angle_difference_rad(drive_angle to, drive_angle from)
   const drive_angle difference = to - from;
   const int32_t within_half_a_turn = (int32_t)difference;
   /* What fits, the FPU converts; beyond, a function of 90 instructions. */
+  /* cppcheck-suppress knownConditionTrueFalse ; it does not see that the cast drops bits */
   const float units = difference == within_half_a_turn ? (float)within_half_a_turn : (float)difference;
   return units * ANGLE_RAD_PER_TURN32;
 }
