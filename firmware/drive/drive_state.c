@@ -141,7 +141,7 @@ static drive_action brake(drive_state *state) {
   return ++state->reaction_ticks > DRIVE_BRAKE_TICKS ? end_reaction(state) : DRIVE_BRAKE;
 }
 
-static drive_action stop(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
+static drive_action brake_by_loop(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   const drive_action action = action_of_option(fault_reaction_of(options));
   const bool over = in->stopped || action == DRIVE_OFF || ++state->reaction_ticks > DRIVE_LONGEST_REACTION_TICKS;
   return over ? end_reaction(state) : action;
@@ -156,7 +156,7 @@ static drive_action fault_reaction(drive_state *state, const drive_options *opti
   if (state->action == DRIVE_OFF || state->reaction == DRIVE_FAULT_CUTS) {
     return end_reaction(state);
   }
-  return state->reaction == DRIVE_FAULT_BRAKES ? brake(state) : stop(state, options, in);
+  return state->reaction == DRIVE_FAULT_BRAKES ? brake(state) : brake_by_loop(state, options, in);
 }
 
 /* 13, from every state. An axis that had no torque gets none. */

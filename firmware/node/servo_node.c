@@ -64,7 +64,7 @@ static kept_objects *in_force(servo_node *node) {
 }
 
 /* EMCY of a row of the fault table. */
-static void raise(servo_node *node, fault_id fault, uint8_t source, uint8_t detail) {
+static void tell(servo_node *node, fault_id fault, uint8_t source, uint8_t detail) {
   const fault_row *row = &fault_table[fault];
   const emergency_error error = {
       .code = row->code, .register_bits = row->register_bits, .source = source, .detail = detail};
@@ -84,7 +84,7 @@ static void tell_stored(servo_node *node) {
     (void)canopen_node_clear(&node->canopen, SOURCE_STORAGE, fault_table[FAULT_PARAMETERS_LOST].code);
     return;
   }
-  raise(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
+  tell(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
 }
 
 static bool any_axis_is_powered(const servo_node *node) {
@@ -339,7 +339,7 @@ static void tell_fault(servo_node *node, int i) {
     (void)canopen_node_clear(&node->canopen, source, fault_table[axis->told_fault].code);
   }
   if (fault != FAULT_NONE) {
-    raise(node, fault, source, (uint8_t)fault);
+    tell(node, fault, source, (uint8_t)fault);
     fault_log_write(&node->log, i, fault, node->objects.ticks);
   }
   axis->told_fault = fault;
@@ -366,7 +366,7 @@ bool servo_node_receive(servo_node *node, const can_frame *frame) {
 void servo_node_bus_off(servo_node *node) { node->bus_faults |= fault_bit(FAULT_BUS_OFF); }
 
 void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool lasts) {
-  raise(node, fault, SOURCE_BOARD, detail);
+  tell(node, fault, SOURCE_BOARD, detail);
   if (!lasts) {
     (void)canopen_node_clear(&node->canopen, SOURCE_BOARD, fault_table[fault].code);
   }

@@ -22,7 +22,7 @@ typedef struct {
   float speed_error_rad_s;    /* 1e-3 .. 1e3 */
   float speed_error_s;        /* for so long, 0.001 .. 60 */
   float stall_s;              /* torque at its limit without motion, 0.01 .. 60 */
-  float minimum_rad;          /* hard end of the travel; not watched unless minimum < maximum */
+  float minimum_rad;          /* hard end of the travel, -200 .. 200; not watched unless minimum < maximum */
   float maximum_rad;          /* */
   float continuous_current_a; /* 1e-3 .. 1e4, for ever */
   float thermal_time_s;       /* of the winding, 0.1 .. 1e4 */
