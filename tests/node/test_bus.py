@@ -124,7 +124,7 @@ def test_axis_goes_on_after_the_master_is_back(node, azimuth, pitch):
     wait_until(lambda: azimuth.state == "FAULT", 2)
     heartbeat = node.network.send_periodic(0x700 + MASTER, [5], 0.05)
     time.sleep(0.1)
-    assert node.sdo[0x1001].raw == 0x81  # the master is back, the axes are in fault
+    assert node.sdo[0x1001].raw == 0x11  # the master is back, the axes are in fault
     node.nmt.state = "OPERATIONAL"
     for axis in azimuth, pitch:
         axis.command(0)

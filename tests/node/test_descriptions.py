@@ -1,5 +1,6 @@
 """What the build prints about the node is what the node does."""
 
+import json
 import math
 import re
 import struct
@@ -28,6 +29,29 @@ def test_reference_page_in_docs_is_what_the_build_prints(descriptions):
     printed = (descriptions / "can-objects.md").read_text()
     assert (PROJECT / "docs/can-objects.md").read_text() == printed, \
         f"copy {descriptions}/can-objects.md to docs/"
+
+
+def test_fault_page_in_docs_is_what_the_build_prints(descriptions):
+    printed = (descriptions / "faults.md").read_text()
+    assert (PROJECT / "docs/faults.md").read_text() == printed, f"copy {descriptions}/faults.md to docs/"
+
+
+def test_every_fault_has_all_its_words_and_names_limits_that_exist(descriptions):
+    faults = json.loads((descriptions / "faults.json").read_text())["faults"]
+    assert [fault["number"] for fault in faults] == list(range(1, len(faults) + 1))
+    assert len({fault["name"] for fault in faults}) == len(faults)
+    limits = canopen.import_od(str(descriptions / "trackservo.eds"), NODE_ID)[0x2060].subindices
+    for fault in faults:
+        for key in ("name", "detection", "when", "cause", "check", "cure", "clear"):
+            assert fault[key], f"{fault['number']}: {key}"
+        assert set(fault["limits"]) <= set(limits) - {0}, fault["name"]
+
+
+def test_the_words_of_a_fault_name_the_limits_that_its_row_lists(descriptions):
+    faults = json.loads((descriptions / "faults.json").read_text())["faults"]
+    for fault in faults:
+        told = {int(sub) for sub in re.findall(r"2060:([0-9]+)", fault["detection"] + fault["when"] + fault["timer"])}
+        assert told == set(fault["limits"]), fault["name"]
 
 
 def test_reference_page_has_every_object(descriptions):
@@ -97,7 +121,7 @@ def test_the_board_starts_with_the_parameters_of_the_example_machine(description
         return [(name, float(value)) for name, value in re.findall(r"\.([a-z0-9_.]+) = ([-+.e0-9]+)[fu],", file.read_text())]
     printed = assignments(descriptions / "default_parameters.c")
     committed = assignments(PROJECT / "firmware/app/default_parameters.c")
-    assert len(printed) == 2 * 46
+    assert len(printed) == 2 * (46 + 16)  # gains, and limits of 0x2060
     assert [name for name, _ in committed] == [name for name, _ in printed]
     assert [value for _, value in committed] == pytest.approx([value for _, value in printed], rel=1e-5), \
         f"copy {descriptions}/default_parameters.c to firmware/app/"

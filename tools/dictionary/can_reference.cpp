@@ -188,9 +188,11 @@ std::string print_row(const od_object& object, const DefaultPdos& pdos) {
   const bool record = (entry.flags & OD_RECORD) != 0;
   const char *mark = record ? "**" : "";
   const std::string stored = (entry.flags & OD_STORED) != 0 ? ", stored" : "";
-  return fmt::format("| {:04X} | {} | {}{}{} | {} | {}{} | {} | {} | {} | {} | {} |\n", od_index(&object),
+  const std::string guarded = (entry.flags & OD_GUARDED) != 0 ? ", guarded" : "";
+  return fmt::format("| {:04X} | {} | {}{}{} | {} | {}{}{} | {} | {} | {} | {} | {} |\n", od_index(&object),
                      static_cast<unsigned>(entry.sub), mark, entry.name, mark, type_name(entry), access_name(entry),
-                     stored, entry.unit, range_of(entry), default_of(entry), pdo_of(object, pdos), cell(entry.help));
+                     stored, guarded, entry.unit, range_of(entry), default_of(entry), pdo_of(object, pdos),
+                     cell(entry.help));
 }
 
 std::string print_group(const Group& group, const DefaultPdos& pdos) {
@@ -217,7 +219,8 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
       "the objects: [can.md](can.md).\n\n"
       "- Indices from 2000 to 2FFF and from 6000 on are those of azimuth. Pitch has the same objects 0x800 higher:\n"
       "  Kp is 2000:1 and 2800:1, the controlword 6040 and 6840. What is named 3xxx or 1xxx is there once.\n"
-      "- Access `stored`: 0x1010 saves it, 0x1011 restores it. `+ id`: the node id is added.\n"
+      "- Access `stored`: 0x1010 saves it, 0x1011 restores it. `guarded`: written only while 0x3040 is open.\n"
+      "  `+ id`: the node id is added.\n"
       "- PDO: the default PDO that carries the object, or R or T where it may be mapped into an RPDO or TPDO. Units\n"
       "  are of one count: 606C = 17453 with unit 1e-6 rad/s is 1 deg/s.\n"
       "- Defaults of 2000 to 2FFF are those of the table. A node starts with the gains of its plant or its store.\n\n",

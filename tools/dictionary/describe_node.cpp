@@ -1,5 +1,5 @@
 // Prints what describes the node to others: describe_node FOLDER writes trackservo.eds, trackservo.dbc,
-// parameters.json, can-objects.md and default_parameters.c there.
+// parameters.json, can-objects.md, default_parameters.c, faults.json and faults.md there.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "device_description.hpp"
+#include "fault_description.hpp"
 #include "run/machine.hpp"
 #include "serve/node_parameters.hpp"
 
@@ -63,6 +64,8 @@ void describe(const std::filesystem::path& folder) {
         dictionary::print_default_parameters({azimuth.tuning.active, pitch.tuning.active},
                                              {azimuth.watch.limits, pitch.watch.limits}));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
+  write(folder / "faults.json", dictionary::describe_faults().dump(1) + "\n");
+  write(folder / "faults.md", dictionary::print_fault_page());
 }
 
 }  // namespace

@@ -56,6 +56,7 @@ nlohmann::ordered_json describe(const od_object& object) {
   flag("rpdo", OD_RPDO);
   flag("tpdo", OD_TPDO);
   flag("stored", OD_STORED);
+  flag("guarded", OD_GUARDED);
   row["help"] = entry.help;
   return row;
 }

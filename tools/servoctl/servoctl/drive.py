@@ -150,7 +150,10 @@ class Drive:
             self.wait_for_standstill()
 
     def reset_fault(self) -> None:
-        """A rising edge of bit 7; raises MotionError when the fault is still there after it."""
+        """A rising edge of bit 7, once the axis has done what the fault asks for; raises MotionError when the fault is
+        still there after it."""
+        if self.state() == "fault reaction active":  # deaf to it; a shorted motor brakes for 2 s
+            self._wait_for_states((power.FAULT,), STOP_TIMEOUT_S)
         self.control(0)
         time.sleep(0.01)
         self.control(power.FAULT_RESET)

@@ -33,7 +33,10 @@ AXIS_SHIFT = 0x800
 
 @dataclass(frozen=True)
 class Parameter:
-    """A row of parameters.json; `low`, `high` and `default` are in `unit`."""
+    """A row of parameters.json; `low`, `high` and `default` are in `unit`.
+
+    `guarded`: it can hurt, so the device takes it only while its access lock is open.
+    """
 
     name: str
     title: str
@@ -48,6 +51,7 @@ class Parameter:
     stored: bool = False
     rpdo: bool = False
     tpdo: bool = False
+    guarded: bool = False
     help: str = ""
 
     @property
@@ -63,8 +67,8 @@ class Parameter:
 
     @property
     def staged(self) -> bool:
-        """A write waits for "apply": the gains 0x2000 to 0x206F of an axis."""
-        return self.axis is not None and 0x2000 <= self.index - AXIS_SHIFT * self.axis < 0x2070
+        """A write waits for "apply": the gains 0x2000 to 0x205F of an axis."""
+        return self.axis is not None and 0x2000 <= self.index - AXIS_SHIFT * self.axis < 0x2060
 
     @property
     def tunable(self) -> bool:

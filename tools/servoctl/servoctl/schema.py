@@ -190,6 +190,7 @@ def _parameter(row: dict[str, Any], name: str) -> Parameter:
         stored=row.get("stored", False),
         rpdo=row.get("rpdo", False),
         tpdo=row.get("tpdo", False),
+        guarded=row.get("guarded", False),
         help=row.get("help", ""),
     )
 
@@ -285,8 +286,11 @@ def starts() -> tuple[Path, Path]:
 def candidates(explicit: Path | None) -> list[Path]:
     """Where parameters.json may be, best first: option, environment, builds around this folder, those used before."""
     named = named_file(explicit)
-    if named is not None:
-        return [named]
+    return at_hand() if named is None else [named]
+
+
+def at_hand() -> list[Path]:
+    """Every parameters.json that nobody has named, best first: builds around this folder, those used before."""
     found: list[Path] = []
     for start in starts():
         for folder in (start, *start.parents):
@@ -301,12 +305,23 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "servoctl" / "parameters"
 
 
+def faults_file(parameters: Path) -> Path:
+    """Where the faults.json is that the build made with a parameters.json."""
+    if parameters.parent == cache_folder():
+        return cache_folder().parent / "faults" / parameters.name
+    return parameters.with_name("faults.json")
+
+
 def remember(schema: Schema) -> None:
-    """Keeps a copy of a file whose hash a device has confirmed; a folder that cannot be written is no error."""
+    """Keeps copies of a file whose hash a device has confirmed, and of its faults.json; a folder that cannot be written
+    is no error."""
     if schema.source is None or schema.hash is None or schema.source.parent == cache_folder():
         return
-    try:
-        cache_folder().mkdir(parents=True, exist_ok=True)
-        (cache_folder() / f"{schema.hash:08x}.json").write_bytes(schema.source.read_bytes())
-    except OSError:
-        pass
+    kept = cache_folder() / f"{schema.hash:08x}.json"
+    for source, copy in ((schema.source, kept), (faults_file(schema.source), faults_file(kept))):
+        try:
+            content = source.read_bytes()
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(content)
+        except OSError:
+            pass

@@ -76,6 +76,13 @@ def axis_option(command: F) -> F:
     )
 
 
+def unlock_option(command: F) -> F:
+    """Adds --unlock, for what writes parameters."""
+    return click.option(
+        "--unlock", is_flag=True, help="Also write what can hurt: motor (2055) and protection limits (2060)."
+    )(command)
+
+
 def axis_number(axis: str | None) -> int:
     """0 azimuth (also when none is given), 1 pitch."""
     return AXES.index(axis) if axis else 0

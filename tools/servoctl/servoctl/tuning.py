@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from .access_lock import need_unlock, unlocked, without_equal_guarded
 from .device import DEVICE_STATE, STORE_TIMEOUT_S, Device
 from .errors import NotVerified, Refused
 from .journal import Entry, Journal, now
@@ -117,11 +118,13 @@ class Tuning:
         apply: bool = True,
         progress: Callable[[Parameter], None] | None = None,
         on_top: bool = False,
+        unlock: bool = False,
     ) -> list[Change]:
         """Stages all, applies once per axis, reads everything back.
 
         On the first refusal what was staged is taken back, and objects that have no stage get their old values, so
-        that nothing of it is in force. `on_top` allows staging on values that are staged already.
+        that nothing of it is in force. `on_top` allows staging on values that are staged already. `unlock` opens the
+        access lock, without which guarded values that differ are refused.
         """
         axes = {p.axis for p in values if p.staged and p.axis is not None}
         if not on_top:
@@ -129,6 +132,24 @@ class Tuning:
         old: dict[Parameter, Value | None] = {
             p: self.device.read(p) if p.readable and p.type != "DOMAIN" else None for p in values
         }
+        differing = without_equal_guarded(values, old)
+        if not unlock:
+            need_unlock([p for p in differing if p.guarded])
+        with unlocked(self.device, unlock):
+            self._write_or_take_back(differing, old, axes if apply else set(), progress)
+        changes = [Change(p, old[p], self._read_back(p, values[p])) for p in values]
+        for change in changes:
+            self.note(change.parameter, change.old, change.new)
+        return changes
+
+    def _write_or_take_back(
+        self,
+        values: Mapping[Parameter, Value],
+        old: Mapping[Parameter, Value | None],
+        applied: set[int],
+        progress: Callable[[Parameter], None] | None,
+    ) -> None:
+        staged = {p.axis for p in values if p.staged and p.axis is not None}
         done: list[Parameter] = []
         try:
             for parameter in sorted(values, key=lambda p: not p.staged):
@@ -136,16 +157,11 @@ class Tuning:
                 self.device.write(parameter, values[parameter])
                 if progress:
                     progress(parameter)
-            if apply:
-                for axis in sorted(axes):
-                    command_set(self.device, axis, APPLY)
+            for axis in sorted(applied):
+                command_set(self.device, axis, APPLY)
         except BaseException:
-            self._take_back(axes, [p for p in done if not p.staged], old)
+            self._take_back(staged | applied, [p for p in done if not p.staged], old)
             raise
-        changes = [Change(p, old[p], self._read_back(p, values[p])) for p in values]
-        for change in changes:
-            self.note(change.parameter, change.old, change.new)
-        return changes
 
     def _take_back(self, axes: set[int], unstaged: list[Parameter], old: Mapping[Parameter, Value | None]) -> None:
         for axis in axes:

@@ -126,7 +126,7 @@ def servo(served: str, tmp_path: Path) -> Bench:
     for axis in ("azimuth", "pitch"):
         bench.here("undo", "--staged", "--axis", axis)
         state = bench.json("state", axis)["axes"][0]["state"]
-        if state == "fault":
+        if state in ("fault", "fault reaction active"):
             bench.here("state", axis, "reset")
         elif state != "switch on disabled":
             bench.here("state", axis, "disable")

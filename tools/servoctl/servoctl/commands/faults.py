@@ -2,154 +2,163 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
 
 from ..device import Device
+from ..fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, write_snapshots
+from ..fault_table import SOURCES, FaultTable, Words, find_faults, origin, register_names
+from ..output import Output
 from ..parameter import AXES
 from ..power import state_of
 from ..session import Session, common
 
-_NODE = "node"
 
-CODES: dict[int, tuple[str, str, str]] = {
-    0x0000: ("no error", "", ""),
-    0x2310: ("continuous over-current", "the load or the friction needs more than the current limit", "look at 6077 and at the current limit of the motor"),
-    0x2320: ("short circuit", "winding or bridge", "switch off, measure the winding"),
-    0x3110: ("mains over-voltage", "braking feeds the supply", "lower the deceleration 6084 and 6085"),
-    0x3210: ("DC link over-voltage", "braking feeds the supply", "lower the deceleration 6084 and 6085"),
-    0x3220: ("DC link under-voltage", "the supply is off or too weak", "check the supply"),
-    0x4210: ("over-temperature of the device", "load or cooling", "let it cool"),
-    0x4310: ("over-temperature of the drive", "load or cooling", "let it cool"),
-    0x5530: ("non-volatile memory", "the store is damaged", "store again; replace the board if it comes back"),
-    0x6100: ("internal software", "the control task did not keep its deadline, or a check failed", "read the fault log, report it"),
-    0x6320: ("parameter error", "the parameters contradict each other", "servoctl restore a gains file that is known to be good"),
-    0x7300: ("sensor", "encoder or gyro gave no usable sample", "check its cable and supply, then reset"),
-    0x7305: ("encoder", "the encoder gave no usable sample", "check its cable and supply, then reset"),
-    0x8100: ("communication", "the bus or the master stopped the node", "make the node operational, then reset"),
-    0x8110: ("CAN overrun", "frames came faster than they were read", "lower the bus load"),
-    0x8120: ("CAN error passive", "wiring, termination or bit rate", "check both terminators (60 ohm between the wires)"),
-    0x8130: ("heartbeat lost", "a master that the node watches (1016) has gone", "start it again, or clear its entry in 1016, then reset"),
-    0x8140: ("bus-off recovered", "wiring, termination or bit rate", "check both terminators (60 ohm between the wires)"),
-    0x8210: ("PDO too short", "a master sends another mapping", "compare the master's PDO mapping with 1600 to 1603"),
-    0x8240: ("SYNC of unexpected length", "counter in SYNC does not fit 1019", "set 1019 as the master sends it"),
-    0x8250: ("RPDO time-out", "set-points stopped coming", "start the master again, or set the RPDO's event timer, then reset"),
-    0x8400: ("velocity error", "the axis does not follow the set-point", "check torque limit, load and gains"),
-    0x8611: ("following error", "the axis is further from its set-point than 6065 for longer than 6066", "check torque limit, load and gains; widen 6065 if the profile is too fast"),
-    0x8612: ("position limit", "the joint angle is beyond 607D", "move back, check 607D"),
-    0x8700: ("SYNC time-out", "SYNC stopped coming", "start the master again, or set 1006 to 0"),
-}  # fmt: skip
-"""Error codes of CiA 301 table 26 and CiA 402-2: meaning, usual cause, cure."""
-
-_CLASSES = {
-    0x1000: "generic", 0x2000: "current", 0x3000: "voltage", 0x4000: "temperature", 0x5000: "hardware",
-    0x6000: "software", 0x7000: "additional modules", 0x8000: "monitoring", 0x9000: "external", 0xF000: "device specific",
-}  # fmt: skip
-
-REGISTER_BITS = ("any", "current", "voltage", "temperature", "communication", "profile", "reserved", "manufacturer")
-
-
-def meaning(code: int) -> str:
-    """One or a few words for an error code."""
-    if code in CODES:
-        return CODES[code][0]
-    return f"{_CLASSES.get(code & 0xF000, 'unknown')} error"
-
-
-def explain_code(text: str) -> dict[str, str] | None:
-    """Meaning, cause and cure of an error code typed as 0x8611 or 8611h; None when it is no such code."""
+def explain_code(text: str, table: FaultTable) -> dict[str, Any] | None:
+    """What an error code typed as 0x8611 or 8611h may mean; None when it is no such code."""
     plain = text.lower().removeprefix("0x").removesuffix("h")
-    if len(plain) != 4 or any(c not in "0123456789abcdef" for c in plain) or int(plain, 16) not in CODES:
+    if len(plain) != 4 or any(c not in "0123456789abcdef" for c in plain):
         return None
     code = int(plain, 16)
-    named, cause, cure = CODES[code]
-    return {"code": f"{code:04X}", "meaning": named, "cause": cause, "cure": cure}
+    found = table.words(code)
+    if not found:
+        return None
+    return {"code": f"{code:04X}", "meaning": table.meaning(code), "faults": [_as_dict(words) for words in found]}
 
 
-def register_names(register: int) -> list[str]:
-    """Kinds of errors that object 1001 tells."""
-    return [name for bit, name in enumerate(REGISTER_BITS) if register >> bit & 1]
+def _as_dict(words: Words) -> dict[str, Any]:
+    return dict(vars(words))
 
 
-def origin(code: int, info: int) -> str:
-    """Where an error of 1003 came from: `info` is its detail (a node's id) and, in the upper byte, its source."""
-    source, detail = info >> 8, info & 0xFF
-    if source == 0:
-        return f"node {detail & 0x7F}" if code == 0x8130 else ""
-    return AXES[source - 1] if source <= len(AXES) else f"source {source}"
+def show_code(out: Output, found: dict[str, Any]) -> None:
+    """What `explain_code` has found, for people."""
+    for words in found["faults"]:
+        number = f", fault {words['number']}" if "number" in words else ""
+        out.say(f"{found['code']}{number}: {words['name']}", style="bold")
+        for key in ("detection", "when", "cause", "check", "cure", "clear"):
+            if key in words:
+                out.say(f"  {key:9} {words[key]}")
 
 
-def read_faults(device: Device) -> dict[str, Any]:
+def read_faults(device: Device, table: FaultTable) -> dict[str, Any]:
     """Error register, history and the state of each axis, as the device has them."""
     history = []
     count = device.try_upload(0x1003, 0)
     for sub in range(1, (count[0] if count else 0) + 1):
         value = device.read_int(0x1003, sub)
+        code, info = value & 0xFFFF, value >> 16
         history.append(
-            {"code": value & 0xFFFF, "info": value >> 16, "meaning": meaning(value & 0xFFFF),
-             "origin": origin(value & 0xFFFF, value >> 16)}
+            {"code": code, "info": info, "meaning": _names(table, code, table.told(code, info)),
+             "origin": origin(code, info)}
         )  # fmt: skip
     axes = []
     for axis, name in enumerate(AXES):
         if device.has_axis(axis):
-            code = device.try_upload(0x603F + 0x800 * axis)
+            data = device.try_upload(0x603F + 0x800 * axis)
+            code = int.from_bytes(data, "little") if data else 0
+            words = _of_axis(table, code, name, history)
             axes.append(
-                {
-                    "axis": name,
-                    "state": state_of(device.axis_int(axis, 0x6041)),
-                    "code": int.from_bytes(code, "little") if code else 0,
-                    "meaning": meaning(int.from_bytes(code, "little") if code else 0),
-                }
-            )
-    return {"register": device.read_int(0x1001), "axes": axes, "history": history, "log": read_log(device)}
+                {"axis": name, "state": state_of(device.axis_int(axis, 0x6041)), "code": code,
+                 "meaning": _names(table, code, words), "faults": [_as_dict(w) for w in words]}
+            )  # fmt: skip
+    return {"register": device.read_int(0x1001), "axes": axes, "history": history}
 
 
-def read_log(device: Device) -> list[dict[str, Any]]:
-    """The fault log 0x3020 by the names that the device's table gives it; empty for a device that has none."""
-    rows = [
-        p for p in device.any_schema if 0x3020 <= p.index < 0x3030 and p.sub > 0 and p.readable and p.type != "DOMAIN"
-    ]
-    found = []
-    for parameter in rows if device.schema_fits else []:
-        data = device.try_upload(parameter.index, parameter.sub)
-        if data is not None:
-            found.append({"name": parameter.name, "value": parameter.decode(data), "unit": parameter.unit})
-    return found
+def _names(table: FaultTable, code: int, found: list[Words]) -> str:
+    return " or ".join(words.name for words in found) or table.meaning(code)
+
+
+def _of_axis(table: FaultTable, code: int, axis: str, history: list[dict[str, Any]]) -> list[Words]:
+    """The fault of an axis: 603F tells a code, which several may have; the newest of the history tells its number."""
+    if code == 0:
+        return []
+    infos = (h["info"] for h in history if h["code"] == code and h["origin"] == axis)
+    return table.told(code, next(infos, SOURCES.index(axis) << 8))
 
 
 @click.command()
-@click.option("--clear", is_flag=True, help="Forget the history (1003); faults that are active stay.")
+@click.option("--clear", is_flag=True, help="Forget history (1003) and fault log (3020); faults that are active stay.")
+@click.option(
+    "--csv", "folder", type=click.Path(path_type=Path, file_okay=False), metavar="FOLDER",
+    help="Write the signals before each fault of the log as files.",
+)  # fmt: skip
+@click.option("--snapshots", is_flag=True, help="Show the signals before each fault of the log, not of the newest only.")
 @common
-def faults(session: Session, clear: bool) -> None:
-    """Show active faults and the history of errors, with cause and cure.
+def faults(session: Session, clear: bool, folder: Path | None, snapshots: bool) -> None:
+    """Show active faults, the history of errors and the fault log, with cause, check and cure.
 
-    The history (1003) is what the device remembers since it started: the last eight, without times. A fault log with
-    times and values (3020) is shown where the device has one.
+    The history (1003) is what the device remembers since it started: the last eight, without times. The fault log
+    (3020) has the last eight faults with their times and the signals of the ticks before. With --csv and --clear files
+    are written first.
     """
+    files: list[Path] = []
     with session.connect() as device:
+        table = find_faults([device.any_schema.source])
+        if folder is not None:
+            kept = read_log(device, table)
+            files = write_snapshots(kept, folder) if kept is not None else []
         if clear:
             device.write_int(0x1003, 0, 0, 1)
-        found = read_faults(device)
-    out = session.out
-    out.json(found)
+            clear_log(device)
+        found = read_faults(device, table)
+        log = read_log(device, table)
+    session.out.json(found | {"log": None if log is None else as_json(log), "files": [str(path) for path in files]})
+    _show_now(session.out, found)
+    _show_log(session.out, log, snapshots)
+    for path in files:
+        session.out.say(f"written: {path}")
+    _show_advice(session.out, found, table, log)
+
+
+def _show_now(out: Output, found: dict[str, Any]) -> None:
     kinds = ", ".join(register_names(found["register"])) or "none"
     out.say(f"error register 1001: {found['register']:02X} ({kinds})")
     for axis in found["axes"]:
         out.say(f"{axis['axis']:8} {axis['state']}; 603F = {axis['code']:04X}, {axis['meaning']}")
     if found["history"]:
-        rows = [
-            (str(i), f"{h['code']:04X}", h["meaning"], h["origin"]) for i, h in enumerate(found["history"], 1)
-        ]
+        rows = [(str(i), f"{h['code']:04X}", h["meaning"], h["origin"]) for i, h in enumerate(found["history"], 1)]
         out.table([("", "right"), "code", "meaning", "from"], rows, "since the start, newest first")
     else:
         out.say("no error since the start, or the history was cleared.")
-    if found["log"]:
-        out.table(
-            ["fault log", ("value", "right"), "unit"], [(e["name"], str(e["value"]), e["unit"]) for e in found["log"]]
-        )
-    active = {a["code"] for a in found["axes"] if a["code"]}
-    for code in sorted((active or {h["code"] for h in found["history"][:1]}) & set(CODES)):
-        _, cause, cure = CODES[code]
-        when = "active" if code in active else "the last one; no axis has a fault now"
-        out.say(f"{code:04X} ({when}): usual cause: {cause}. Cure: {cure}.")
+
+
+def _show_log(out: Output, log: FaultLog | None, snapshots: bool) -> None:
+    if log is None:
+        out.say("this node has no fault log (3020): there are no times and signals of its faults.")
+        return
+    if not log.entries:
+        out.say("the fault log (3020) is empty.")
+        return
+    rows = [(str(i), f"{e.age_s:.3f}", str(e.tick), e.name, e.of) for i, e in enumerate(log.entries, 1)]
+    title = f"fault log, newest first; {log.count} since it was cleared"
+    out.table([("", "right"), ("s ago", "right"), ("tick", "right"), "fault", "of"], rows, title)
+    for number, entry in enumerate(log.entries if snapshots else log.entries[:1], 1):
+        _show_snapshot(out, number, entry)
+
+
+def _show_snapshot(out: Output, number: int, entry: LogEntry) -> None:
+    columns = [("tick", "right"), *((f"{name}_{unit}".replace("_", "\n"), "right") for name, unit in entry.signals)]
+    rows = [
+        (str(tick), *("–" if value is None else f"{value:.5g}" for value in row))
+        for tick, row in zip(entry.ticks(), entry.samples, strict=True)
+    ]
+    out.table(columns, rows, f"before fault {number}: {entry.name}, {entry.of}")
+
+
+def _show_advice(out: Output, found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> None:
+    """Cause, check and cure of what is active, else of the last one."""
+    active = {words["name"]: words for axis in found["axes"] for words in axis["faults"]}
+    when = "active" if active else "the last one; no axis has a fault now"
+    for words in active.values() or _newest(found, table, log):
+        out.say(f"{words['name']} ({when})", style="bold")
+        for key in ("cause", "check", "cure"):
+            out.say(f"  {key:11}{words[key]}")
+        out.say(f"  cleared by {words['clear']}")
+
+
+def _newest(found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> list[dict[str, Any]]:
+    if log is not None and log.entries and log.entries[0].fault in table.faults:
+        return [_as_dict(table.faults[log.entries[0].fault])]
+    return [_as_dict(words) for h in found["history"][:1] for words in table.told(h["code"], h["info"])]

@@ -13,7 +13,7 @@ from ..errors import ExitCode, NotVerified, Refused
 from ..gains_file import describe_difference, read_gains, write_gains
 from ..journal import Journal
 from ..parameter import AXES, Parameter, Value
-from ..session import Session, axis_option, common
+from ..session import Session, axis_option, common, unlock_option
 from ..tuning import Tuning, set_state
 from ..tuning import store as store_on_device
 from ..units import number
@@ -114,8 +114,9 @@ def save(session: Session, file: Path | None, axis: str | None) -> None:
 @click.argument("file", type=FILE)
 @axis_option
 @click.option("--dry-run", is_flag=True, help="Check the file and show what would change.")
+@unlock_option
 @common
-def restore(session: Session, file: Path, axis: str | None, dry_run: bool) -> None:
+def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unlock: bool) -> None:
     """Make the device equal to a gains FILE: stages all, applies once per axis, reads all back."""
     with session.connect() as device:
         wanted = read_gains(file, device.schema).values
@@ -131,7 +132,9 @@ def restore(session: Session, file: Path, axis: str | None, dry_run: bool) -> No
         with session.out.progress() as bar:
             task = bar.add_task("staging", total=len(changing))
             changes = (
-                Tuning(device, "restore").write(changing, progress=lambda _p: bar.advance(task)) if changing else []
+                Tuning(device, "restore").write(changing, progress=lambda _p: bar.advance(task), unlock=unlock)
+                if changing
+                else []
             )
         after = read_all(session, device, list(wanted))
     wrong = [p for p in wanted if after[p] != wanted[p]]

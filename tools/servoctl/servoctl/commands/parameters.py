@@ -8,12 +8,13 @@ import click
 
 from ..device import Device
 from ..errors import InputError, Refused
+from ..fault_table import find_faults
 from ..parameter import AXES, TYPES, Parameter, Value
 from ..schema import Schema, parse_index
-from ..session import NameType, Session, axis_option, common
+from ..session import NameType, Session, axis_option, common, unlock_option
 from ..tuning import APPLY, REVERT, UNDO, Change, Tuning, command_set, set_state
 from ..units import number
-from .faults import explain_code
+from .faults import explain_code, show_code
 
 NOT_IN_FORCE = "staged, not in force yet"
 
@@ -142,13 +143,15 @@ def show_changes(session: Session, changes: list[Change], staged_only: bool = Fa
 @axis_option
 @click.option("--stage", is_flag=True, help="Only stage; 'set --apply' puts all staged values in force.")
 @click.option("--apply", "apply_staged", is_flag=True, help="Put in force what is staged, before by --stage or now.")
+@unlock_option
 @click.option(
     "--type", "kind", type=click.Choice(TYPES), help="Type of an object by index that is not in parameters.json."
 )
 @common
 def set_(
-    session: Session, assignments: tuple[str, ...], axis: str | None, stage: bool, apply_staged: bool, kind: str | None
-) -> None:
+    session: Session, assignments: tuple[str, ...], axis: str | None, stage: bool, apply_staged: bool, unlock: bool,
+    kind: str | None,
+) -> None:  # fmt: skip
     """Set parameters: all are staged, applied in one tick, and read back.
 
     A value may carry a unit: 'set azimuth.position_loop.rate_limit_of_the_outer_loops="5 deg/s"'.
@@ -161,7 +164,9 @@ def set_(
         values = parse_assignments(device, assignments, axis, kind)
         changes: list[Change] = []
         if values:
-            changes = Tuning(device, "set").write(values, apply=not stage, on_top=stage or apply_staged)
+            changes = Tuning(device, "set").write(
+                values, apply=not stage, on_top=stage or apply_staged, unlock=unlock
+            )
         if apply_staged:
             for number_of_axis in sorted(staged_axes(device)):
                 if axis in (None, AXES[number_of_axis]):
@@ -177,8 +182,9 @@ def set_(
     "--device", "by_device", is_flag=True, help="The device's own undo: back to the set before the last apply."
 )
 @click.option("--list", "listing", is_flag=True, help="Show the journal's last writes and change nothing.")
+@unlock_option
 @common
-def undo(session: Session, axis: str | None, staged: bool, by_device: bool, listing: bool) -> None:
+def undo(session: Session, axis: str | None, staged: bool, by_device: bool, listing: bool, unlock: bool) -> None:
     """Take back the last change, by the journal of this computer.
 
     A value that somebody else has changed since is left alone, and nothing is undone then.
@@ -210,7 +216,7 @@ def undo(session: Session, axis: str | None, staged: bool, by_device: bool, list
                     " somebody else has changed it since; set it by hand if it shall go back."
                 )
             values[parameter] = entry.old
-        show_changes(session, tuning.write(values))
+        show_changes(session, tuning.write(values, unlock=unlock))
 
 
 def _undo_in_device(session: Session, device: Device, axis: str | None, command: int) -> None:
@@ -248,12 +254,12 @@ def _list_journal(session: Session, tuning: Tuning) -> None:
 @common
 def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:
     """Tell what a parameter or a fault code means; without a name, list all. Needs no device."""
-    if names and all(explain_code(name) for name in names):
-        for name in names:
-            found = explain_code(name) or {}
+    table = find_faults([session.parameters])
+    codes = [found for name in names if (found := explain_code(name, table)) is not None]
+    if names and len(codes) == len(names):
+        for found in codes:
             session.out.json(found)
-            for key in ("code", "meaning", "cause", "cure"):
-                session.out.say(f"{key:8} {found[key]}")
+            show_code(session.out, found)
         return
     schema = session.file_schema()
     chosen = (
@@ -273,7 +279,7 @@ def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:
 def _explained(p: Parameter) -> dict[str, Any]:
     return as_json(p, None) | {
         "title": p.title, "help": p.help, "low": p.low, "high": p.high, "default": p.default, "access": p.access,
-        "stored": p.stored, "staged": p.staged,
+        "stored": p.stored, "staged": p.staged, "guarded": p.guarded,
     }  # fmt: skip
 
 
@@ -289,6 +295,8 @@ def _show_explained(session: Session, schema: Schema, p: Parameter) -> None:
         out.say(f"  range       {p.limits()} {p.unit}".rstrip())
     if p.default is not None:
         out.say(f"  default     {number(p.default)} {p.unit}".rstrip())
+    if p.guarded:
+        out.say("  is guarded: written with --unlock only")
     if p.staged:
         out.say(
             "  takes force when applied ('set' does so), together with what else is staged; stored by 'servoctl store'"

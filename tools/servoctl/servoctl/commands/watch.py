@@ -18,13 +18,13 @@ from rich.text import Text
 
 from ..bus import open_bus, parse_bus
 from ..errors import ConnectionFailed, InputError
+from ..fault_table import FaultTable, find_faults
 from ..listener import Listener
 from ..parameter import AXES, Parameter
 from ..power import mode_name, state_of, status_flags
 from ..schema import need_schema
 from ..session import NameType, Session, axis_option, common
 from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, number
-from .faults import meaning
 from .parameters import read_or_none
 from .quantity import DURATION, Quantity
 
@@ -64,6 +64,7 @@ def _watch(
     session: Session, listener: Listener, bus: Any, live: Live | None, begun: float, duration: float | None
 ) -> None:
     shown, frames, bits = begun, 0, 0
+    faults = find_faults([session.parameters])
     while duration is None or time.monotonic() - begun < duration:
         message = bus.recv(0.05)
         if message is not None:
@@ -74,7 +75,7 @@ def _watch(
         rate, load = (listener.frames - frames) / (now - shown), (listener.bits - bits) / (now - shown) / BIT_RATE
         shown, frames, bits = now, listener.frames, listener.bits
         if live:
-            live.update(render(listener, rate, load), refresh=True)
+            live.update(render(listener, faults, rate, load), refresh=True)
         else:
             session.out.json(snapshot(listener) | {"frames_per_s": round(rate, 1), "load": round(load, 4)})
 
@@ -115,7 +116,7 @@ def snapshot(listener: Listener) -> dict[str, Any]:
     }
 
 
-def render(listener: Listener, rate: float, load: float) -> Group:
+def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> Group:
     """The live table."""
     data = snapshot(listener)
     age = data["heartbeat_age_s"]
@@ -157,7 +158,7 @@ def render(listener: Listener, rate: float, load: float) -> Group:
     for when, code, register in list(listener.emergencies)[-4:]:
         clock = datetime.fromtimestamp(when).strftime("%H:%M:%S")
         text = (
-            f"{clock}  emergency {code:04X} {meaning(code)}, register {register:02X}"
+            f"{clock}  emergency {code:04X} {faults.meaning(code)}, register {register:02X}"
             if code
             else f"{clock}  errors gone, register {register:02X}"
         )

@@ -1,0 +1,40 @@
+/* What people are told of each fault: how it is seen, why it comes, what to look at, what helps, how it is cleared.
+ *
+ * The other half of `fault_table`, row by row; faults.json and docs/faults.md are printed from both (tools/dictionary).
+ * Tools only: no image has these texts. */
+#ifndef TRACKSERVO_PROTECTION_FAULT_TEXTS_H
+#define TRACKSERVO_PROTECTION_FAULT_TEXTS_H
+
+#include <stdint.h>
+
+#include "protection/fault_log.h"
+#include "protection/fault_table.h"
+
+/* Of the source in the EMCY's byte 4. */
+typedef enum { FAULT_OF_AXIS, FAULT_OF_BOARD, FAULT_OF_STORE } fault_owner;
+
+typedef struct {
+  const char *name;
+  fault_owner owner;
+  const char *detection;
+  const char *when;  /* it can be seen */
+  const char *timer; /* object that comes on top of the latency, as "2060:5"; "" without */
+  uint32_t limits;   /* bit n: 2060:n matters */
+  const char *cause;
+  const char *check;
+  const char *cure;
+  const char *clear;
+} fault_text;
+
+/* Row FAULT_NONE has a name only. */
+extern const fault_text fault_texts[FAULT_COUNT];
+
+typedef struct {
+  const char *name; /* as in `fault_log_sample`, without the unit */
+  const char *unit;
+} fault_signal;
+
+/* Columns of a fault log entry, in the order of `fault_log_sample`. */
+extern const fault_signal fault_signals[FAULT_LOG_SIGNALS];
+
+#endif

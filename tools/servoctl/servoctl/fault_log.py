@@ -1,0 +1,130 @@
+"""The fault log 0x3020: the last faults, each with what its axis did in the ticks before it.
+
+0x3020: 1 count, 2 command, 3 and up the entries, newest first (firmware/node/fault_objects.h tells their bytes).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .device import Device
+from .errors import NotVerified
+from .fault_table import FaultTable
+from .parameter import AXES, shortest
+
+LOG_OBJECT, COUNT, COMMAND, FIRST_ENTRY = 0x3020, 1, 2, 3
+FORGET = 1
+_HEAD = struct.Struct("<IBBBB")
+_ATTEMPTS = 5
+_TICK_S = 1e-3
+
+
+@dataclass(frozen=True)
+class LogEntry:
+    """One fault; `samples` are rows of the signals, a tick each, None for what was no number, the last of `tick`."""
+
+    tick: int
+    age_s: float
+    fault: int
+    name: str
+    of: str
+    signals: tuple[tuple[str, str], ...]
+    samples: tuple[tuple[float | None, ...], ...]
+
+    def ticks(self) -> list[int]:
+        """Number of the tick of each row."""
+        return [(self.tick - age) & 0xFFFFFFFF for age in reversed(range(len(self.samples)))]
+
+
+@dataclass(frozen=True)
+class FaultLog:
+    """The entries, newest first; `count` of them were written since the log was cleared."""
+
+    count: int
+    entries: tuple[LogEntry, ...]
+
+
+def read_log(device: Device, table: FaultTable) -> FaultLog | None:
+    """None for a node without a fault log. A fault that comes meanwhile moves the entries on: then all are read again."""
+    if device.try_upload(LOG_OBJECT, COUNT) is None:
+        return None
+    room = device.read_int(LOG_OBJECT) + 1 - FIRST_ENTRY
+    for _ in range(_ATTEMPTS):
+        count = device.read_int(LOG_OBJECT, COUNT)
+        data = [device.upload_block(LOG_OBJECT, FIRST_ENTRY + n, "fault log") for n in range(min(count, room))]
+        now = device.read_int(0x3010, 1)
+        if device.read_int(LOG_OBJECT, COUNT) == count:
+            return FaultLog(count, tuple(parse_entry(entry, now, table) for entry in data))
+    raise NotVerified(f"the fault log could not be read: {_ATTEMPTS} times new faults came meanwhile.")
+
+
+def parse_entry(data: bytes, now: int, table: FaultTable) -> LogEntry:
+    """An entry from its bytes; `now` is the number of the present tick. Raises NotVerified when the bytes are none."""
+    if len(data) < _HEAD.size:
+        raise NotVerified(f"an entry of the fault log has {len(data)} bytes; at least {_HEAD.size} would be right.")
+    tick, fault, axis, rows, columns = _HEAD.unpack_from(data)
+    size = _HEAD.size + 4 * rows * columns
+    if len(data) != size:
+        raise NotVerified(f"an entry of the fault log has {len(data)} bytes; {size} would be right.")
+    values = [_number(value) for (value,) in struct.iter_unpack("<f", data[_HEAD.size :])]
+    known = table.faults.get(fault)
+    of = known.of if known is not None and known.of != "axis" else AXES[axis] if axis < len(AXES) else f"axis {axis}"
+    signals = table.signals if len(table.signals) == columns else tuple((f"signal_{n}", "") for n in range(1, columns + 1))
+    return LogEntry(
+        tick=tick,
+        age_s=((now - tick) & 0xFFFFFFFF) * _TICK_S,
+        fault=fault,
+        name=table.name(fault),
+        of=of,
+        signals=signals,
+        samples=tuple(tuple(values[row * columns : (row + 1) * columns]) for row in range(rows)),
+    )
+
+
+def _number(value: float) -> float | None:
+    return shortest(value) if math.isfinite(value) else None
+
+
+def clear_log(device: Device) -> None:
+    """Forgets all entries, on a node that has a log."""
+    if device.try_upload(LOG_OBJECT, COUNT) is not None:
+        device.write_int(LOG_OBJECT, COMMAND, FORGET, 1)
+
+
+def write_snapshots(log: FaultLog, folder: Path) -> list[Path]:
+    """One CSV for each entry, a row for each tick; an empty cell is no number."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for number, entry in enumerate(log.entries, 1):
+        name = re.sub(r"[^a-z0-9]+", "-", entry.name.lower())
+        path = folder / f"fault-{number}-{entry.of}-{name}.csv"
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(["tick", *(_titled(signal) for signal in entry.signals)])
+            writer.writerows([tick, *row] for tick, row in zip(entry.ticks(), entry.samples, strict=True))
+        paths.append(path)
+    return paths
+
+
+def _titled(signal: tuple[str, str]) -> str:
+    """Head of a column."""
+    name, unit = signal
+    return f"{name} ({unit})" if unit else name
+
+
+def as_json(log: FaultLog) -> dict[str, Any]:
+    """For --json."""
+    entries = [
+        {
+            "tick": e.tick, "age_s": round(e.age_s, 3), "fault": e.fault, "name": e.name, "of": e.of,
+            "signals": [{"name": name, "unit": unit} for name, unit in e.signals], "samples": e.samples,
+        }
+        for e in log.entries
+    ]  # fmt: skip
+    return {"count": log.count, "entries": entries}

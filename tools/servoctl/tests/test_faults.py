@@ -1,0 +1,122 @@
+"""Faults in words, and the fault log: what its bytes mean, and what a simulated servo writes there."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from servoctl.errors import NotVerified
+from servoctl.fault_log import parse_entry
+from servoctl.fault_table import NO_FAULTS, FaultTable, load_faults
+
+from .conftest import PARAMETERS, Bench
+
+OVER_SPEED, STUCK_ENCODER = 18, 3
+
+
+@pytest.fixture(scope="module")
+def table() -> FaultTable:
+    return load_faults(PARAMETERS.with_name("faults.json"))
+
+
+def entry(tick: int, fault: int, axis: int, rows: list[list[float]]) -> bytes:
+    head = struct.pack("<IBBBB", tick, fault, axis, len(rows), len(rows[0]))
+    return head + b"".join(struct.pack(f"<{len(row)}f", *row) for row in rows)
+
+
+def test_an_entry_has_its_signals_by_name_and_the_last_row_is_of_its_tick(table: FaultTable) -> None:
+    found = parse_entry(entry(1, OVER_SPEED, 1, [[0.1] * 8, [0.2] * 8, [0.3] * 8]), 1501, table)
+    assert (found.name, found.of, found.age_s) == ("over-speed", "pitch", 1.5)
+    assert found.signals[0] == ("joint_angle", "rad") and found.signals[-1] == ("bus_voltage", "V")
+    assert found.samples[2] == (0.3,) * 8 and found.ticks() == [0xFFFFFFFF, 0, 1]
+
+
+def test_what_is_no_number_is_none_and_unknown_signals_are_counted(table: FaultTable) -> None:
+    found = parse_entry(entry(9, 200, 0, [[math.nan, math.inf, 1.0]]), 9, table)
+    assert found.samples == ((None, None, 1.0),)
+    assert found.name == "fault 200" and found.signals == (("signal_1", ""), ("signal_2", ""), ("signal_3", ""))
+    assert parse_entry(entry(9, 3, 0, [[1.0]]), 9, NO_FAULTS).name == "fault 3"
+
+
+@pytest.mark.parametrize("cut", [-1, -7, 4])
+def test_bytes_that_are_no_entry_are_told(table: FaultTable, cut: int) -> None:
+    with pytest.raises(NotVerified, match="bytes"):
+        parse_entry(entry(1, 1, 0, [[0.0] * 8])[:cut], 1, table)
+
+
+def test_a_code_of_several_faults_is_told_apart_by_the_number_that_came_with_it(table: FaultTable) -> None:
+    assert [words.name for words in table.told(0x7320, 1 << 8 | STUCK_ENCODER)] == ["encoder stuck"]
+    assert table.meaning(0x7320) == "encoder lost or encoder jumps or encoder stuck"
+    assert [words.name for words in table.told(0x8140, 0)] == ["back from bus-off"]  # the node itself
+    assert [words.name for words in table.told(0x8140, 2 << 8)] == ["bus-off"]  # pitch
+    assert [words.name for words in table.told(0x5000, 3 << 8 | 1)] == ["self-test failed"]
+    assert table.meaning(0x8899) == "monitoring error" and table.meaning(0) == "no error"
+
+
+@pytest.fixture
+def too_fast(servo: Bench) -> Iterator[Bench]:
+    """The pitch axis in the fault over-speed, with an empty log before; the limit comes back afterwards."""
+    assert servo("faults", "--clear").code == 0
+    limit = "pitch.protection.over_speed_limit"
+    servo.json("set", limit, "0.01", "--unlock")
+    moved = servo("move", "pitch", "--rate", "2", "--for", "2", "--yes")
+    servo.json("undo", "--unlock")
+    assert moved.code == 6, moved
+    yield servo
+    servo.json("state", "pitch", "reset")
+
+
+def test_a_fault_is_shown_with_time_signals_cause_and_cure(too_fast: Bench) -> None:
+    found = too_fast.json("faults", "--csv", "before")
+    axis = found["axes"][1]
+    assert (axis["code"], axis["meaning"], axis["faults"][0]["number"]) == (0x8481, "over-speed", OVER_SPEED)
+    assert (found["history"][0]["meaning"], found["history"][0]["origin"]) == ("over-speed", "pitch")
+    log = found["log"]
+    newest = log["entries"][0]
+    assert log["count"] == 1 and (newest["name"], newest["of"]) == ("over-speed", "pitch")
+    assert 0 < newest["age_s"] < 60
+    rates = [row[[s["name"] for s in newest["signals"]].index("joint_rate")] for row in newest["samples"]]
+    assert len(rates) == 16 and abs(rates[-1]) > 0.01 and abs(rates[-2]) > 0.01 and abs(rates[0]) < 0.011
+    with Path(too_fast.folder / found["files"][0]).open() as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["tick"]) for row in rows] == list(range(newest["tick"] - 15, newest["tick"] + 1))
+    assert [float(row["joint_rate (rad/s)"]) for row in rows] == rates
+    text = too_fast("faults").out
+    for part in ("over-speed (active)", "cause", "check", "cure", "cleared by", "voltage"):
+        assert part in text
+
+
+def test_clear_writes_the_files_first_and_then_forgets_history_and_log(too_fast: Bench) -> None:
+    found = too_fast.json("faults", "--clear", "--csv", "kept")
+    assert len(found["files"]) == 1 and (too_fast.folder / found["files"][0]).stat().st_size > 500
+    assert found["log"] == {"count": 0, "entries": []} and found["history"] == []
+    assert found["axes"][1]["code"] == 0x8481  # what is active stays
+    assert "is empty" in too_fast("faults").out
+
+
+def test_a_node_without_a_fault_log_is_told_in_a_sentence(test_node: Bench) -> None:
+    assert "no fault log (3020)" in test_node("faults").out
+    assert test_node.json("faults")["log"] is None
+
+
+def test_explain_tells_all_that_a_code_may_mean(servo: Bench) -> None:
+    found = servo.json("explain", "7320h")
+    assert [fault["number"] for fault in found["faults"]] == [1, 2, 3]
+    assert servo.json("explain", "0x8210")["meaning"] == "PDO too short"
+    text = servo("explain", "0x8611").out
+    for key in ("detection", "cause", "check", "cure", "clear"):
+        assert key in text
+
+
+def test_without_faults_json_numbers_and_codes_are_still_shown(too_fast: Bench) -> None:
+    alone = too_fast.folder / "alone.json"
+    alone.write_text(json.dumps(json.loads(PARAMETERS.read_text())))
+    too_fast.environment |= {"SERVOCTL_PARAMETERS": str(alone), "XDG_CACHE_HOME": str(too_fast.folder / "empty")}
+    found = too_fast.json("faults")
+    assert found["axes"][1]["code"] == 0x8481 and len(found["log"]["entries"]) == 1
