@@ -8,6 +8,8 @@ extern const uint8_t image_start[]; /* the linker script's */
 
 enum { MOST_IMAGE_BYTES = 0x7C000 };
 
+enum { STRETCHES = 2 }; /* of the image: before the CRC, and behind it */
+
 /* volatile: the compiler must not believe that what it sees here is what the flash will hold. */
 __attribute__((section(".version_block"), used)) static const volatile version_block block = {
     .magic = VERSION_BLOCK_MAGIC, .format = VERSION_BLOCK_FORMAT, .version = TRACKSERVO_VERSION, .git = TRACKSERVO_GIT};
@@ -37,10 +39,9 @@ image_verdict image_check_step(image_check *check, uint32_t most_bytes) {
 }
 
 bool version_block_image_is_whole(void) {
-  const int stretches = 2; /* before the CRC, and behind it */
   image_check check = image_check_begin();
   image_verdict verdict = IMAGE_NOT_YET_KNOWN;
-  for (int i = 0; i < stretches; ++i) {
+  for (int i = 0; i < STRETCHES; ++i) {
     verdict = image_check_step(&check, MOST_IMAGE_BYTES);
   }
   return verdict == IMAGE_WHOLE;

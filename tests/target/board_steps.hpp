@@ -11,6 +11,10 @@ namespace bench {
 
 constexpr int kCyclicVelocity = 9;
 constexpr int kBoot_ms = 320;
+
+// What must come before 20 ms of the watchdog, its oscillator's tolerance and a background round are over.
+constexpr int kWatchdog_ms = 40;
+
 constexpr std::int32_t kSlow_urad_s = 17453;  // 1 deg/s
 
 inline void expect_no_complaints(BoardRig& rig) {
@@ -49,6 +53,23 @@ inline bool has_heard(const BoardRig& rig, std::uint16_t code, std::uint8_t deta
   return std::any_of(heard.begin(), heard.end(), [code, detail](const auto& emergency) {
     return emergency.code == code && emergency.bytes[3] == detail;
   });
+}
+
+// Safe within `most_ms` and for good; the watchdog resets once; the bus hears why.
+inline void expect_safe_reset(BoardRig& rig, int most_ms, std::uint16_t code, std::uint8_t detail) {
+  for (int i = 0; i < most_ms; ++i) {
+    rig.client.pass(1);
+  }
+  TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "not in the safe state in time");
+  for (int i = 0; i < kWatchdog_ms + kBoot_ms; ++i) {
+    rig.client.pass(1);
+    TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "left the safe state by itself");
+  }
+  TEST_ASSERT_EQUAL_INT(1, rig.machine.chip().resets());
+  TEST_ASSERT_EQUAL_HEX32(static_cast<std::uint32_t>(target::ResetCause::kWatchdog),
+                          static_cast<std::uint32_t>(rig.machine.chip().last_reset()));
+  TEST_ASSERT_EQUAL_INT_MESSAGE(1, rig.client.boots(), "it must start again");
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, code, detail), "the cause of the reset is not told");
 }
 
 }  // namespace bench

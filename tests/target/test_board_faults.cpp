@@ -1,6 +1,5 @@
 // What the emulated board does when something breaks: which outputs go off and when, what the statusword and the bus
 // say, and what goes on.
-#include <algorithm>
 #include <string>
 
 #include "board_steps.hpp"
@@ -8,8 +7,9 @@
 using bench::BoardRig;
 using bench::boot_and_turn;
 using bench::expect_no_complaints;
-using bench::kBoot_ms;
+using bench::expect_safe_reset;
 using bench::kSlow_urad_s;
+using bench::kWatchdog_ms;
 using bench::turn;
 namespace sim = trackservo::sim;
 namespace target = trackservo::target;
@@ -22,8 +22,9 @@ namespace {
 // Messages of the board itself: CiA 301, table 26.
 constexpr std::uint16_t kSoftwareReset = 0x6100;
 
-// What must come before 20 ms of the watchdog, its oscillator's tolerance and a background round are over.
-constexpr int kWatchdog_ms = 40;
+// The lower half of the byte that goes along.
+constexpr std::uint8_t kWatchdog = 4;
+constexpr std::uint8_t kFault = 5;
 
 // --- sensors that fail ---
 
@@ -143,32 +144,12 @@ void test_an_over_current_switches_its_bridge_off_within_two_periods() {
 
 // --- what must end in the safe state and a reset ---
 
-// Safe within `most_ms` and for good; the watchdog resets once; the bus hears why.
-void expect_safe_reset(BoardRig& rig, int most_ms) {
-  for (int i = 0; i < most_ms; ++i) {
-    rig.client.pass(1);
-  }
-  TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "not in the safe state in time");
-  for (int i = 0; i < kWatchdog_ms + kBoot_ms; ++i) {
-    rig.client.pass(1);
-    TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "left the safe state by itself");
-  }
-  TEST_ASSERT_EQUAL_INT(1, rig.machine.chip().resets());
-  TEST_ASSERT_EQUAL_HEX32(static_cast<std::uint32_t>(target::ResetCause::kWatchdog),
-                          static_cast<std::uint32_t>(rig.machine.chip().last_reset()));
-  TEST_ASSERT_EQUAL_INT_MESSAGE(1, rig.client.boots(), "it must start again");
-  const auto& heard = rig.client.emergencies();
-  TEST_ASSERT_TRUE_MESSAGE(
-      std::any_of(heard.begin(), heard.end(), [](const auto& emergency) { return emergency.code == kSoftwareReset; }),
-      "the cause of the reset is not told");
-}
-
 void test_a_hard_fault_is_safe_and_resets() {
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
   rig.client.forget();
   rig.machine.chip().exceptions.pend(target::kHardFault);
-  expect_safe_reset(rig, 1);
+  expect_safe_reset(rig, 1, kSoftwareReset, target::kHardFault << 4 | kFault);
 }
 
 void test_a_tick_that_does_not_come_is_safe_and_resets() {
@@ -176,7 +157,7 @@ void test_a_tick_that_does_not_come_is_safe_and_resets() {
   boot_and_turn(rig);
   rig.client.forget();
   rig.machine.chip().tim6.stall();
-  expect_safe_reset(rig, 5);
+  expect_safe_reset(rig, 5, kSoftwareReset, kWatchdog);
 }
 
 void test_a_background_that_hangs_is_safe_and_resets() {
@@ -184,7 +165,7 @@ void test_a_background_that_hangs_is_safe_and_resets() {
   boot_and_turn(rig);
   rig.client.forget();
   rig.machine.chip().core.hang_thread();
-  expect_safe_reset(rig, kWatchdog_ms);
+  expect_safe_reset(rig, kWatchdog_ms, kSoftwareReset, kWatchdog);
 }
 
 }  // namespace
