@@ -1,6 +1,6 @@
 #include "protection/fault_texts.h"
 
-#define LIMIT(sub_) (1u << (sub_))
+#define LIMIT(sub_) ((uint32_t)1u << (sub_))
 
 #define ALWAYS "always"
 #define DRIVEN "while a loop is closed"

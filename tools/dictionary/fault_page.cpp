@@ -53,7 +53,7 @@ While the reaction lasts (statusword 0F) the axis is deaf to it, and while the f
 
 3020 keeps the last eight faults, each with the last 16 ticks of its axis, the tick that saw it included: angle,
 rates, torque, current and bus voltage. `servoctl faults` shows them, `--csv FOLDER` writes them as files,
-`--clear` forgets them. The log is in RAM: a reset of the node keeps it, a loss of power does not.
+`--clear` forgets them. The log is in RAM: an NMT reset keeps it, a restart of the board does not.
 
 ## Access lock
 
