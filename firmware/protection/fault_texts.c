@@ -1,6 +1,6 @@
 #include "protection/fault_texts.h"
 
-#define LIMIT(sub_) (1u << (sub_))
+#define LIMIT(sub_) ((uint32_t)1u << (sub_))
 
 #define ALWAYS "always"
 #define DRIVEN "while a loop is closed"
@@ -266,7 +266,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_SELF_TEST] =
         {.name = "self-test failed",
          .owner = FAULT_OF_BOARD,
-         .detection = "a test of the start failed; the detail is a sum: 01 image CRC, 02 clock, 04 current offset, 08 "
+         .detection = "a test of the start failed; the detail is 00 for the RAM, else a sum: 01 image CRC, 02 clock, "
+                      "04 current offset, 08 "
                       "azimuth encoder, 10 pitch encoder, 20 azimuth gyro, 40 pitch gyro, 80 ADC, CAN or watchdog",
          .when = "at the start: the axes do not become ready; an axis in operation whose board is no longer ready",
          .timer = "",
@@ -276,6 +277,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .clear = "a restart of the board"},
     [FAULT_WATCHDOG_RESET] = {.name = "reset by the watchdog",
                               .owner = FAULT_OF_BOARD,
+                              .told_once = true,
                               .detection = "the board started because its watchdog was not refreshed",
                               .when = "at the start",
                               .timer = "",
@@ -285,6 +287,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                               .clear = ITSELF},
     [FAULT_EXCEPTION_RESET] = {.name = "reset after an exception",
                                .owner = FAULT_OF_BOARD,
+                               .told_once = true,
                                .detection = "the processor met an exception, whose number is the detail's upper digit: "
                                             "2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault",
                                .when = "at the start",
@@ -295,6 +298,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                .clear = ITSELF},
     [FAULT_BROWN_OUT_RESET] = {.name = "reset by a dip of the supply",
                                .owner = FAULT_OF_BOARD,
+                               .told_once = true,
                                .detection = "the supply dipped so shortly that the memory still knew the time before",
                                .when = "at the start",
                                .timer = "",
@@ -303,23 +307,24 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                .cure = "mend the supply",
                                .clear = ITSELF},
     [FAULT_IMAGE_DAMAGED] = {.name = "image damaged",
-                             .owner = FAULT_OF_BOARD,
-                             .detection = "none yet; for the CRC of the program memory in operation",
-                             .when = "never yet; the image is tested at the start (29, detail 01)",
+                             .detection = "the background finds another CRC of the program memory than the image has",
+                             .when = "always; a pass over the image takes some 3 s",
                              .timer = "",
                              .cause = "a flash memory that loses bits",
-                             .check = "whether the self-test of the next start fails, too",
+                             .check = "whether the self-test of the next start fails, too (29, detail 01)",
                              .cure = "flash the image again; replace the board if it comes back",
-                             .clear = "a restart of the board"},
+                             .clear = "a restart, with an image that is whole"},
     [FAULT_STACK_OVERFLOW] = {.name = "stack overflow",
                               .owner = FAULT_OF_BOARD,
-                              .detection = "none yet; for a guard below the stack",
-                              .when = "never yet",
+                              .told_once = true,
+                              .detection = "something was written below the stack; the bridges go off at once, and the "
+                                           "board starts again",
+                              .when = "always; it is told after the reset",
                               .timer = "",
                               .cause = "an error in the firmware",
-                              .check = "whether it comes again",
+                              .check = "what was done just before; whether it comes again",
                               .cure = "report it",
-                              .clear = "a restart of the board"},
+                              .clear = ITSELF},
     [FAULT_PARAMETERS_LOST] =
         {.name = "stored parameters skipped",
          .owner = FAULT_OF_STORE,

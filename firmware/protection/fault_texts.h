@@ -5,6 +5,7 @@
 #ifndef TRACKSERVO_PROTECTION_FAULT_TEXTS_H
 #define TRACKSERVO_PROTECTION_FAULT_TEXTS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "protection/fault_log.h"
@@ -16,6 +17,7 @@ typedef enum { FAULT_OF_AXIS, FAULT_OF_BOARD, FAULT_OF_STORE } fault_owner;
 typedef struct {
   const char *name;
   fault_owner owner;
+  bool told_once; /* after a reset; nothing of it lasts */
   const char *detection;
   const char *when;  /* it can be seen */
   const char *timer; /* object that comes on top of the latency, as "2060:5"; "" without */

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
+import shutil
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +15,7 @@ from servoctl.errors import NotVerified
 from servoctl.fault_log import parse_entry
 from servoctl.fault_table import NO_FAULTS, FaultTable, load_faults
 
-from .conftest import PARAMETERS, Bench
+from .conftest import PACKAGE, PARAMETERS, Bench
 
 OVER_SPEED, STUCK_ENCODER = 18, 3
 
@@ -114,9 +114,14 @@ def test_explain_tells_all_that_a_code_may_mean(servo: Bench) -> None:
         assert key in text
 
 
-def test_without_faults_json_numbers_and_codes_are_still_shown(too_fast: Bench) -> None:
-    alone = too_fast.folder / "alone.json"
-    alone.write_text(json.dumps(json.loads(PARAMETERS.read_text())))
-    too_fast.environment |= {"SERVOCTL_PARAMETERS": str(alone), "XDG_CACHE_HOME": str(too_fast.folder / "empty")}
-    found = too_fast.json("faults")
-    assert found["axes"][1]["code"] == 0x8481 and len(found["log"]["entries"]) == 1
+def test_without_faults_json_numbers_are_shown_and_one_that_was_used_is_remembered(too_fast: Bench) -> None:
+    shutil.rmtree(too_fast.folder / "cache", ignore_errors=True)
+    shutil.copytree(PACKAGE / "servoctl", too_fast.folder / "lib" / "servoctl")
+    installed = Bench(too_fast.bus, too_fast.folder)
+    installed.environment["PYTHONPATH"] = str(too_fast.folder / "lib")  # away from any build
+    del installed.environment["SERVOCTL_PARAMETERS"]
+    found = installed.json("faults")
+    assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8481, "monitoring error")
+    assert found["log"]["entries"][0]["name"] == f"fault {OVER_SPEED}"
+    installed.json("faults", "--parameters", str(PARAMETERS))
+    assert installed.json("faults")["axes"][1]["meaning"] == "over-speed"
