@@ -266,11 +266,13 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_SELF_TEST] =
         {.name = "self-test failed",
          .owner = FAULT_OF_BOARD,
-         .detection = "a test of the start failed; the detail is a sum: 01 image CRC, 02 clock, 04 current offset, 08 "
-                      "azimuth encoder, 10 pitch encoder, 20 azimuth gyro, 40 pitch gyro, 80 ADC, CAN or watchdog",
+         .detection = "a test of the start failed; the detail is 00 for RAM, else a sum: 01 image CRC, 02 clock, 04 "
+                      "current offset, 08 azimuth encoder, 10 pitch encoder, 20 azimuth gyro, 40 pitch gyro, 80 ADC, "
+                      "CAN or watchdog",
          .when = "at the start: the axes do not become ready; an axis in operation whose board is no longer ready",
          .timer = "",
-         .cause = "that part is not connected, not supplied, or dead; 01: the image was not written whole",
+         .cause = "that part is not connected, not supplied, or dead; 00: a damaged chip; 01: the image was not "
+                  "written whole",
          .check = "the part that the detail names",
          .cure = "mend it; 01: flash the image again",
          .clear = "a restart of the board"},
@@ -304,8 +306,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                .clear = ITSELF},
     [FAULT_IMAGE_DAMAGED] = {.name = "image damaged",
                              .owner = FAULT_OF_BOARD,
-                             .detection = "none yet; for the CRC of the program memory in operation",
-                             .when = "never yet; the image is tested at the start (29, detail 01)",
+                             .detection = "the CRC of the program memory in operation, a round every 3 s",
+                             .when = "always; at the start it is a self-test (29, detail 01)",
                              .timer = "",
                              .cause = "a flash memory that loses bits",
                              .check = "whether the self-test of the next start fails, too",
@@ -313,13 +315,13 @@ const fault_text fault_texts[FAULT_COUNT] = {
                              .clear = "a restart of the board"},
     [FAULT_STACK_OVERFLOW] = {.name = "stack overflow",
                               .owner = FAULT_OF_BOARD,
-                              .detection = "none yet; for a guard below the stack",
-                              .when = "never yet",
+                              .detection = "an access below the stack, which the MPU refuses; told after the reset",
+                              .when = "always",
                               .timer = "",
                               .cause = "an error in the firmware",
                               .check = "whether it comes again",
                               .cure = "report it",
-                              .clear = "a restart of the board"},
+                              .clear = ITSELF},
     [FAULT_PARAMETERS_LOST] =
         {.name = "stored parameters skipped",
          .owner = FAULT_OF_STORE,
