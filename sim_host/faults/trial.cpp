@@ -12,6 +12,7 @@ constexpr double kLatest_s = 1.5;
 constexpr int kWatchedTicks = 1500;   // for a reaction
 constexpr int kAsideTicks = 300;      // then an axis that stood still is moved, to show what it hides
 constexpr int kReactionTicks = 2300;  // longer than the shorted motor brakes
+constexpr int kBrakeTicks = 1990;
 constexpr double kStandstill_rad_s = 2e-3;
 constexpr double kAside_rad_s = 5.0 * kPi / 180.0;
 
@@ -89,6 +90,7 @@ class Trial {
 
   void brake() {
     const double start_rad = angle();
+    int braked_ticks = 1;
     for (int i = 0; i < kReactionTicks; ++i) {
       if (!result_.came_to_rest) {
         result_.came_to_rest = std::abs(joint_rate()) < kStandstill_rad_s;
@@ -96,9 +98,11 @@ class Trial {
       }
       tick();
       note_speed();
+      braked_ticks += node_.mode(trial_.axis) == SERVO_BRAKE ? 1 : 0;
     }
+    const bool shorted = fault_table[result_.seen].reaction != REACTION_BRAKE || braked_ticks >= kBrakeTicks;
     const bool over = node_.axis(trial_.axis).drive.state.power == DRIVE_FAULT && node_.mode(trial_.axis) == SERVO_OFF;
-    result_.reaction_right = result_.reaction_right && over && fault(trial_.axis) == result_.seen;
+    result_.reaction_right = result_.reaction_right && shorted && over && fault(trial_.axis) == result_.seen;
   }
 
   double angle() { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(trial_.axis)]; }
