@@ -9,7 +9,7 @@
 
 #include <stdbool.h>
 
-/* Before variables are initialised: all of the RAM but .noinit and the top of the stack, which is in use. 75 ms at the
+/* Before variables are initialised: all of the RAM but .noinit and the top of the stack, which is in use. 85 ms at the
  * 16 MHz after a reset. Leaves zeros. */
 void ram_test_run(void);
 
