@@ -80,7 +80,7 @@ class Tracker {
     // Of the last step.
     double motor_nm = 0;
     double load_nm = 0;
-    double push_nm = 0;  // from outside, held until set again
+    double push_nm = 0;          // from outside, held until set again
     double base_rate_rad_s = 0;  // at its end
   };
 
