@@ -277,6 +277,30 @@ static void test_pp_ends_at_the_software_position_limit(void) {
   TEST_ASSERT_EQUAL_INT32(-1000000, b.o.position.actual);
 }
 
+/* 607D wider than the hard travel, off, within it, and where the two have nothing in common. */
+static void test_no_software_limit_leads_beyond_the_hard_travel(void) {
+  static const struct {
+    int32_t minimum, maximum; /* 607D */
+    int32_t lowest, highest;  /* reached */
+  } cases[] = {{-9000000, 9000000, -2000000, 6000000},
+               {0, 0, -2000000, 6000000},
+               {-1000000, 9000000, -1000000, 6000000},
+               {-1000000, 3000000, -1000000, 3000000},
+               {7000000, 9000000, -2000000, 6000000}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    bench b = bench_in(DRIVE_PROFILE_POSITION);
+    b.in.hard_travel = (drive_travel){-2000000, 6000000};
+    b.o.limit.position_minimum = cases[i].minimum;
+    b.o.limit.position_maximum = cases[i].maximum;
+    new_setpoint(&b, 20000000, 0);
+    (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+    TEST_ASSERT_EQUAL_INT32(cases[i].highest, b.o.position.actual);
+    new_setpoint(&b, -20000000, 0);
+    (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+    TEST_ASSERT_EQUAL_INT32(cases[i].lowest, b.o.position.actual);
+  }
+}
+
 static void test_halt_holds_a_move_and_lets_it_go_on_to_its_target(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
   new_setpoint(&b, 8000000, 0);
@@ -698,6 +722,7 @@ int main(void) {
   RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_told);
   RUN_TEST(test_pp_turns_many_times_round);
   RUN_TEST(test_pp_ends_at_the_software_position_limit);
+  RUN_TEST(test_no_software_limit_leads_beyond_the_hard_travel);
   RUN_TEST(test_halt_holds_a_move_and_lets_it_go_on_to_its_target);
   RUN_TEST(test_quick_stop_brakes_with_6085_and_switches_off_or_stays);
   RUN_TEST(test_a_fault_brakes_then_switches_off_and_its_code_stays_until_reset);
