@@ -13,8 +13,9 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kShift_s = 600.0;
+constexpr int kTasks = 60;
 constexpr double kTask_s = 10.0;
+constexpr double kShift_s = kTasks * kTask_s;
 constexpr std::int8_t kProfilePosition = 1;
 constexpr std::int8_t kProfileVelocity = 3;
 constexpr std::int8_t kCyclicVelocity = 9;
@@ -31,7 +32,7 @@ class Shift {
   }
 
   SoakResult run() {
-    for (double at_s = 0; at_s < kShift_s && result_.false_trips.empty(); at_s += kTask_s) {
+    for (int task = 0; task < kTasks && result_.false_trips.empty(); ++task) {
       work();
     }
     result_.hours = time_s_ / 3600.0;
