@@ -91,13 +91,17 @@ class Trial {
   void brake() {
     const double start_rad = angle();
     int braked_ticks = 1;
+    // In wind an axis without torque goes where a gust takes it: no speed can be promised then.
+    const bool judged = trial_.calm || fault_table[result_.seen].reaction == REACTION_STOP;
     for (int i = 0; i < kReactionTicks; ++i) {
       if (!result_.came_to_rest) {
         result_.came_to_rest = std::abs(joint_rate()) < kStandstill_rad_s;
         result_.travel_rad = std::abs(angle() - start_rad);
       }
       tick();
-      note_speed();
+      if (judged) {
+        note_speed();
+      }
       braked_ticks += node_.mode(trial_.axis) == SERVO_BRAKE ? 1 : 0;
     }
     const bool shorted = fault_table[result_.seen].reaction != REACTION_BRAKE || braked_ticks >= kBrakeTicks;

@@ -22,8 +22,9 @@ struct TrialResult {
   bool reaction_right = false;  // torque, brake or nothing in that tick as the table says, and a fault, off, in the end
   bool other_axis_right = false;  // in operation still, or in fault, too, where the breakage is both axes'
   double speed_before_rad_s = 0;  // of the joint when it broke, and of the set-point, whichever is faster
-  double speed_most_rad_s = 0;    // of the joint from then on until it came to rest
-  double travel_rad = 0;          // from the tick that reacts to the first standstill
+  double speed_most_rad_s =
+      0;                  // of the joint from then on, until it came to rest or wind had it: without torque, not calm
+  double travel_rad = 0;  // from the tick that reacts to the first standstill
   bool came_to_rest = false;
 };
 
