@@ -31,6 +31,9 @@ class SplitMix64 {
     return mix(state_);
   }
 
+  // A uniform deviate in [0, 1).
+  double uniform() { return static_cast<double>((*this)() >> 11) * 0x1.0p-53; }
+
   // The output function: a bijection of 64-bit words whose every output bit depends on every input bit.
   static constexpr std::uint64_t mix(std::uint64_t word) {
     word = (word ^ (word >> 30)) * 0xBF58476D1CE4E5B9ULL;
@@ -68,7 +71,7 @@ class RandomStream {
   }
 
   // A uniform deviate in [0, 1).
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1.0p-53; }
+  double uniform() { return engine_.uniform(); }
 
  private:
   static constexpr std::uint64_t start_state(std::uint64_t seed, std::string_view name, std::uint64_t index) {

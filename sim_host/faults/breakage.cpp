@@ -14,8 +14,6 @@ constexpr double kVisibleRate_rad_s = 0.015;  // half of what gyro and encoder d
 constexpr double kPush_nm = 300.0;
 constexpr double kStrongerThanMotor_nm = 60.0;
 
-double uniform(SplitMix64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
-
 BrokenAxis& broken(DrivenNode& node, int axis) { return node.machine().broken().axis[static_cast<std::size_t>(axis)]; }
 
 double joint_rate_rad_s(DrivenNode& node, int axis) {
@@ -72,8 +70,8 @@ std::vector<Breakage> sensors() {
            [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).encoder_lost = true; }),
       part("encoder jumps", FAULT_ENCODER_JUMP, 0, 0,
            [](DrivenNode& n, int a, SplitMix64& random) {
-             const double size_rad = 0.002 * std::pow(250.0, uniform(random));
-             broken(n, a).encoder_shift_rad = uniform(random) < 0.5 ? -size_rad : size_rad;
+             const double size_rad = 0.002 * std::pow(250.0, random.uniform());
+             broken(n, a).encoder_shift_rad = random.uniform() < 0.5 ? -size_rad : size_rad;
            }),
       part("encoder stuck", FAULT_ENCODER_STUCK, disagree | jump, 100,
            [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).encoder_stuck = true; }),
@@ -108,7 +106,7 @@ std::vector<Breakage> electrics() {
   return {
       part("current sensor offset 8 A", FAULT_CURRENT_SENSOR, current, 0,
            [](DrivenNode& n, int a, SplitMix64& random) {
-             broken(n, a).current_shift_a = uniform(random) < 0.5 ? -8.0 : 8.0;
+             broken(n, a).current_shift_a = random.uniform() < 0.5 ? -8.0 : 8.0;
            }),
       part(
           "current sensor stuck", FAULT_CURRENT_SENSOR, current | away, 0,

@@ -11,8 +11,6 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kStandstill_rad_s = 2e-3;
-constexpr std::int8_t kCyclicVelocity = 9;
-constexpr const char *const kAxisNames[kAxes] = {"azimuth", "pitch"};
 
 std::vector<std::string> motion_names() {
   std::vector<std::string> names;
@@ -39,7 +37,7 @@ Keys<FaultScenario> scenario_keys() {
 Keys<PlannedBreakage> breakage_keys() {
   return {
       choice("part", part_names(), &PlannedBreakage::part, "what breaks"),
-      choice("axis", {kAxisNames[0], kAxisNames[1]}, &PlannedBreakage::axis, "whose part"),
+      choice("axis", {axis_name(kAzimuth), axis_name(kPitch)}, &PlannedBreakage::axis, "whose part"),
       number("at_s", unit::kSecond, {0, 3600}, &PlannedBreakage::at_s, "when"),
   };
 }
@@ -52,7 +50,7 @@ class ScenarioRun {
         node_(setup, static_cast<std::uint64_t>(scenario.seed), {0.2, 0.4}) {}
 
   std::string run() {
-    node_.enable(kCyclicVelocity);
+    node_.enable(DRIVE_CYCLIC_VELOCITY);
     const auto ticks = static_cast<int>(std::lround(scenario_.duration_s / kTick_s));
     for (int i = 0; i < ticks; ++i) {
       time_s_ = i * kTick_s;
@@ -71,7 +69,7 @@ class ScenarioRun {
 
  private:
   void say(int axis, const std::string& what) {
-    text_ += fmt::format("{:8.3f} s  {:<8} {}\n", time_s_, kAxisNames[axis], what);
+    text_ += fmt::format("{:8.3f} s  {:<8} {}\n", time_s_, axis_name(axis), what);
   }
 
   void break_parts(int tick) {

@@ -16,9 +16,6 @@ namespace {
 constexpr int kTasks = 60;
 constexpr double kTask_s = 10.0;
 constexpr double kShift_s = kTasks * kTask_s;
-constexpr std::int8_t kProfilePosition = 1;
-constexpr std::int8_t kProfileVelocity = 3;
-constexpr std::int8_t kCyclicVelocity = 9;
 
 // Ten minutes of work.
 class Shift {
@@ -40,9 +37,7 @@ class Shift {
   }
 
  private:
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(random_() >> 11) * 0x1p-53);
-  }
+  double uniform(double low, double high) { return low + (high - low) * random_.uniform(); }
 
   void work() {
     switch (random_() % 5) {
@@ -60,7 +55,7 @@ class Shift {
   }
 
   void position() {
-    node_.enable(kProfilePosition);
+    node_.enable(DRIVE_PROFILE_POSITION);
     for (int part = 0; part < 2; ++part) {
       node_.write(kAzimuth, 0x607A, 0, static_cast<std::int64_t>(uniform(-1.0, 1.0) * 1e7));
       node_.write(kPitch, 0x607A, 0, static_cast<std::int64_t>(uniform(0.1, 1.1) * 1e7));
@@ -79,7 +74,7 @@ class Shift {
     for (int axis = 0; axis < kAxes; ++axis) {
       node_.set_rate(axis, 0.0);
     }
-    node_.enable(kProfileVelocity);
+    node_.enable(DRIVE_PROFILE_VELOCITY);
     for (int part = 0; part < 10; ++part) {
       for (int axis = 0; axis < kAxes; ++axis) {
         const double fast = std::pow(10.0, uniform(-4.0, 0.0));  // 1e-4 to 1 rad/s
@@ -90,7 +85,7 @@ class Shift {
   }
 
   void fly_by() {
-    node_.enable(kCyclicVelocity);
+    node_.enable(DRIVE_CYCLIC_VELOCITY);
     const double direction = uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
     for (int i = 0; i < static_cast<int>(3.0 / kTick_s); ++i) {
       for (int axis = 0; axis < kAxes; ++axis) {
@@ -105,7 +100,7 @@ class Shift {
     for (int axis = 0; axis < kAxes; ++axis) {
       node_.set_rate(axis, 0.0);
     }
-    node_.enable(kProfileVelocity);
+    node_.enable(DRIVE_PROFILE_VELOCITY);
     ticks(static_cast<int>(kTask_s / kTick_s));
   }
 

@@ -6,7 +6,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr std::int8_t kCyclicVelocity = 9;
 constexpr double kEarliest_s = 0.7;
 constexpr double kLatest_s = 1.5;
 constexpr int kWatchedTicks = 1500;   // for a reaction
@@ -22,8 +21,8 @@ class Trial {
       : trial_(trial), random_(SplitMix64::mix(trial.seed)), node_(setup, trial.seed, {0.2, 0.4}) {}
 
   TrialResult run() {
-    node_.enable(kCyclicVelocity);
-    const double share = static_cast<double>(random_() >> 11) * 0x1p-53;
+    node_.enable(DRIVE_CYCLIC_VELOCITY);
+    const double share = random_.uniform();
     const int moves = static_cast<int>((kEarliest_s + share * (kLatest_s - kEarliest_s)) / kTick_s);
     for (int i = 0; i < moves; ++i) {
       tick();
