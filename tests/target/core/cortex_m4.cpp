@@ -140,8 +140,6 @@ void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
         "stuck bit");
 }
 
-void CortexM4::sink_stack_to(std::uint32_t address) { set_register(UC_ARM_REG_SP, address); }
-
 std::uint32_t CortexM4::register_value(int unicorn_register) const {
   std::uint32_t value = 0;
   uc_reg_read(uc_, unicorn_register, &value);
@@ -157,7 +155,8 @@ void CortexM4::reset() {
   costs_.drop_running();
   asleep_ = false;
   locked_up_ = false;
-  thread_hangs_ = false;
+  hanging_.reset();
+  sunken_stack_.reset();
   within_it_ = false;
   for (const int name :
        {UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R4, UC_ARM_REG_R5, UC_ARM_REG_R6,
@@ -239,7 +238,11 @@ void CortexM4::run(Instant until) {
     if (timeline_.next_due() <= timeline_.now()) {
       timeline_.run_due();
     }
-    if (asleep_ || locked_up_ || (thread_hangs_ && exceptions_.nesting() == 0)) {
+    if (sunken_stack_ && exceptions_.nesting() == 0) {
+      set_register(UC_ARM_REG_SP, *sunken_stack_);
+      sunken_stack_.reset();
+    }
+    if (asleep_ || locked_up_ || hanging_ == exceptions_.running()) {
       sleep(until);
     } else if (exceptions_.wants_attention() && !is_masked(exceptions_.next())) {
       enter(exceptions_.next());
