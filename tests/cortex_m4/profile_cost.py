@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Where the instructions of the 1 kHz task go: cost_node, executed by Unicorn.
 
-    build/venv/bin/python tests/cortex_m4/profile_cost.py [IMAGE] [--mode 'cyclic velocity'] [--worst] [--least N]
+    build/venv/bin/python tests/cortex_m4/profile_cost.py [IMAGE] [--mode 'cyclic velocity'] [--entry NAME]
+        [--worst] [--least N]
 
-IMAGE is build/cortex-m4-qemu/bin/cost_node. Printed are the instructions of an average tick of each row of cost_node, or
-of its worst tick: by folder, by file and by function of the source, an inlined function counted as itself.
+IMAGE is build/cortex-m4-qemu/bin/cost_node. Printed are the instructions of an average tick (--entry servo_node_serve: of the
+service after it) of each row of cost_node, or of the worst: by folder, by file and by function of the source, an inlined function counted as itself.
 """
 
 import argparse
@@ -16,7 +17,6 @@ import subprocess
 import unicorn
 from unicorn import arm_const as arm
 
-ENTRY = "servo_node_tick"
 MODES = ["cyclic velocity", "cyclic position", "cyclic torque", "profile velocity", "profile position"]
 WARM_UP_TICKS = 601  # cost_node's, and the tick before the node is started
 COUNTED_TICKS = 2000
@@ -71,7 +71,7 @@ class Image:
 class Machine:
     """QEMU's board as far as cost_node sees it: memory, a system control space that keeps what is written, semihosting."""
 
-    def __init__(self, image: Image, wanted_ticks: range):
+    def __init__(self, image: Image, entry: str, wanted_ticks: range):
         self.image = image
         self.wanted_ticks = wanted_ticks
         self.tick = 0
@@ -83,7 +83,7 @@ class Machine:
         for address, data in image.segments:
             self.uc.mem_write(address, data)
         self.ended = False
-        self.entry = image.address[ENTRY]
+        self.entry = image.address[entry]
         self.uc.hook_add(unicorn.UC_HOOK_INTR, lambda uc, number, data: uc.emu_stop())
         self.uc.hook_add(unicorn.UC_HOOK_BLOCK, self.on_block)
         self.blocks = None
@@ -140,6 +140,7 @@ def main() -> None:
     parser.add_argument("image", nargs="?", type=pathlib.Path,
                         default=pathlib.Path("build/cortex-m4-qemu/bin/cost_node"))
     parser.add_argument("--mode", help="only this row, as in 'cyclic velocity'")
+    parser.add_argument("--entry", default="servo_node_tick", help="function of which one run is a tick")
     parser.add_argument("--worst", action="store_true")
     parser.add_argument("--least", type=int, default=20, help="leave out what takes fewer instructions")
     options = parser.parse_args()
@@ -148,7 +149,7 @@ def main() -> None:
         if options.mode not in (None, mode):
             continue
         first = 1 + i * TICKS_OF_MODE + WARM_UP_TICKS
-        machine = Machine(image, range(first, first + COUNTED_TICKS))
+        machine = Machine(image, options.entry, range(first, first + COUNTED_TICKS))
         machine.execute()
         ticks = machine.ticks
         counts = [count(image, blocks) for blocks in ticks]

@@ -20,6 +20,9 @@ namespace bench {
 namespace sim = trackservo::sim;
 namespace target = trackservo::target;
 
+// The tick, after period 0 has begun: docs/board.md promises it, test_board_wiring measures it.
+constexpr double kTick_us = 24.0;
+
 inline sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
 // What TARGET_IMAGE names; it must have been built.

@@ -15,7 +15,8 @@ constexpr int kVersion = 1;
 constexpr double kMost = 1e30;  // of any number, so that it is one for a float, too
 
 void check_format(const InputFile& file) {
-  if (file.json.value("format", "") != kFormat || file.json.value("version", 0) != kVersion) {
+  // Compared as JSON: a version beyond what an int holds is a wrong one.
+  if (file.json.value("format", "") != kFormat || file.json.value("version", Json()) != Json(kVersion)) {
     throw file.error(
         fmt::format("is not a {} of version {}; give the file that identify fit wrote with --json", kFormat, kVersion));
   }

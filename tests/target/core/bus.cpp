@@ -43,7 +43,9 @@ std::uint32_t Bus::writable(std::uint32_t address) const {
 
 void Bus::write(std::uint32_t address, std::uint32_t value, unsigned width) {
   if (watcher_) {
-    watcher_({address, value, (value ^ peek(address)) & writable(address)});
+    const unsigned shift = width == 4 ? 0 : 8 * (address & 3U);
+    const std::uint32_t lanes = width == 4 ? 0xFFFFFFFFU : (1U << (8 * width)) - 1U;
+    watcher_({address, value, (value ^ peek(address) >> shift) & writable(address) >> shift & lanes});
   }
   if (bend_ && bend_->address == address) {
     value = bend_->forced ? value | bend_->bit : value & ~bend_->bit;
