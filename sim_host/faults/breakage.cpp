@@ -204,7 +204,7 @@ std::vector<Breakage> electrics() {
           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).motor_open = true; },
           [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
       part(
-          "motor leads swapped", FAULT_CURRENT_SENSOR, current | away, 0,
+          "motor leads swapped", FAULT_OVER_CURRENT, current | away, 0,
           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).motor_reversed = true; },
           [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
       // Too little to be seen under current; the axis coasts.

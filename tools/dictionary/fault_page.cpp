@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "fault_description.hpp"
+#include "faults/fault_account.hpp"
 
 extern "C" {
 #include "canopen/object_dictionary.h"
@@ -66,7 +67,8 @@ and so does a reset of the node. 3040:2 tells the seconds left. `servoctl set`, 
 
 `sim_host faults` breaks every part in simulated motions at random moments and tells whether each was seen in
 time (`--list` names the parts, `--scenario FILE` breaks one and tells it line by line). `sim_host soak` turns for
-simulated hours with all noise and wind and nothing broken: any fault then is a false one.
+simulated hours with all noise and wind and nothing broken: any fault then is a false one. Below, "tried" names the
+parts that are broken for a fault, and the tests that bring it about on the emulated board or in the store.
 
 ## Each fault
 )page";
@@ -98,15 +100,29 @@ std::vector<std::string> limits_of(const fault_text& text) {
   return names;
 }
 
+// The parts that the simulator breaks for it, and the tests elsewhere.
+std::string tried(fault_id fault) {
+  std::string text;
+  for (const std::string& name : sim::breakages_of(fault)) {
+    text += (text.empty() ? "`sim_host faults`: " : ", ") + name;
+  }
+  for (const sim::FaultTest& one : sim::fault_tests()) {
+    if (one.fault == fault) {
+      text += fmt::format("{}[{}](../{})", text.empty() ? "" : "; ", one.test, one.file);
+    }
+  }
+  return text;
+}
+
 std::string print_section(int fault) {
   const fault_text& text = fault_texts[fault];
   std::string limits;
   for (const std::string& limit : limits_of(text)) {
     limits += (limits.empty() ? "- Limits: " : ", ") + limit;
   }
-  return fmt::format("\n### {} {} ({:04X})\n\n- Can be seen: {}\n{}- Cause: {}\n- Check: {}\n- Cure: {}\n", fault,
-                     text.name, fault_table[fault].code, text.when, limits.empty() ? "" : limits + "\n", text.cause,
-                     text.check, text.cure);
+  return fmt::format("\n### {} {} ({:04X})\n\n- Can be seen: {}\n{}- Cause: {}\n- Check: {}\n- Cure: {}\n- Tried: {}\n",
+                     fault, text.name, fault_table[fault].code, text.when, limits.empty() ? "" : limits + "\n",
+                     text.cause, text.check, text.cure, tried(static_cast<fault_id>(fault)));
 }
 
 }  // namespace
