@@ -113,9 +113,11 @@ void fit_small_motor(DrivenNode& node, int axis) {
 // Set-points of both axes in RPDO 3, as a master sends them.
 void send_setpoints(DrivenNode& node, int) {
   can_frame frame{0x401, 0, 8, {}};
+  std::uint8_t *place = frame.data;
   for (int axis = 0; axis < kAxes; ++axis) {
     const std::int32_t target = node.axis(axis).objects.velocity.target;
-    std::memcpy(&frame.data[4 * axis], &target, sizeof target);
+    std::memcpy(place, &target, sizeof target);
+    place += sizeof target;
   }
   node.receive(frame);
 }
