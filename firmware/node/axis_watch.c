@@ -27,6 +27,7 @@ static protection_inputs inputs_of(const servo_board *board, int i, drive_angle 
       .mean_current_a = samples->mean_current_a,
       .voltage_v = axis->current.voltage_v,
       .bus_voltage_v = hal_bus_voltage_v(board->machine),
+      .powered = axis->mode != SERVO_OFF,
       .closed = closed,
       .speed_closed = closed && axis->mode != SERVO_TORQUE,
       .limited = axis->signals.torque.limited,

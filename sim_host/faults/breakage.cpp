@@ -211,7 +211,7 @@ std::vector<Breakage> electrics() {
           [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
       // Too little to be seen under current; the axis coasts.
       part(
-          "current offset 1 A, axis off", FAULT_CURRENT_OFFSET, 0, 0,
+          "current offset 1 A, axis off", FAULT_CURRENT_OFFSET, 0, 20,
           [](DrivenNode& n, int a, SplitMix64& random) {
             broken(n, a).current_shift_a = random.uniform() < 0.5 ? -1.0 : 1.0;
             n.write(a, 0x6040, 0, 0x06);
