@@ -140,7 +140,16 @@ void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
         "stuck bit");
 }
 
-void CortexM4::sink_stack_to(std::uint32_t address) { set_register(UC_ARM_REG_SP, address); }
+void CortexM4::sink_stack_to(std::uint32_t address) {
+  constexpr std::uint32_t kFrames = 512;  // more than what is running reads before the next call or interrupt
+  std::uint8_t *to = memory_at(address, kFrames);
+  const std::uint8_t *from = memory_at(register_value(UC_ARM_REG_SP), kFrames);
+  if (to == nullptr || from == nullptr) {
+    throw std::invalid_argument("no stack there");
+  }
+  std::memmove(to, from, kFrames);
+  set_register(UC_ARM_REG_SP, address);
+}
 
 std::uint32_t CortexM4::register_value(int unicorn_register) const {
   std::uint32_t value = 0;

@@ -118,7 +118,7 @@ class CortexM4 {
   // One bit of RAM that the program reads as `value`, whatever it wrote. Before anything has run; DMA reads past it.
   void stick(std::uint32_t address, unsigned bit, bool value);
 
-  // The stack pointer of now, as if calls had nested so deep.
+  // The stack pointer of now, as if calls had nested so deep; what runs finds its variables there.
   void sink_stack_to(std::uint32_t address);
 
   // Memory as the program sees it; nothing outside of RAM and flash.
