@@ -5,7 +5,7 @@ include(TrackservoInstrumentation)
 
 # The same numbers on every host: no fused multiply-add that the source does not ask for.
 add_library(trackservo_reproducible_floats INTERFACE)
-target_compile_options(trackservo_reproducible_floats INTERFACE -ffp-contract=off)
+target_compile_options(trackservo_reproducible_floats INTERFACE -ffp-contract=off -fno-math-errno)
 
 # For an image: tools/image/budget.py reads what every function takes of the stack, and no path of this machine is in it.
 add_library(trackservo_image_options INTERFACE)
@@ -43,6 +43,9 @@ function(trackservo_own_code target)
   if(trackservo_ipo)
     set(across_files "$<BOOL:$<TARGET_PROPERTY:INTERPROCEDURAL_OPTIMIZATION_RELWITHDEBINFO>>")
     target_link_options(${target} PRIVATE "$<$<NOT:${across_files}>:-fno-lto>")
+    if(CMAKE_CROSSCOMPILING) # cut in parts, local functions lose their file's name, which the image's budget needs
+      target_link_options(${target} PRIVATE "$<${across_files}:-flto-partition=one>")
+    endif()
   endif()
 endfunction()
 

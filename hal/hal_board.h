@@ -2,7 +2,8 @@
  * controller. firmware/app/main.c is the only caller.
  *
  *     hal_board_start -> hal_board_self_test -> hal_board_run -> hal_board_background, for ever
- *                                                  \-> interrupts: main_pwm_period, main_tick, main_can_frame */
+ *                                      \-> interrupts: main_pwm_period, main_before_tick, main_tick,
+ *                                                      main_can_frame, main_service */
 #ifndef TRACKSERVO_HAL_BOARD_H
 #define TRACKSERVO_HAL_BOARD_H
 
@@ -66,10 +67,10 @@ void hal_board_run(hal *machine);
 /* The background, to be called without end: refreshes the watchdog while tick and PWM periods come as they should. */
 void hal_board_background(hal *machine);
 
-/* From the tick only. False: no room, try again later. */
+/* From the service only. False: no room, try again later. */
 bool hal_can_send(hal *machine, const can_frame *frame);
 
-/* From the tick, once. A bus-off is ended after 100 ms. */
+/* From the service, once. A bus-off is ended after 100 ms. */
 hal_can_state hal_can_supervise(hal *machine);
 
 /* --- main.c gives these --- */
@@ -77,10 +78,16 @@ hal_can_state hal_can_supervise(hal *machine);
 /* Every PWM period; `period` counts from 0, the period in which the tick samples, to 19. */
 void main_pwm_period(uint32_t period);
 
+/* Shortly before a tick, one or more times; neither within it nor within the service. */
+void main_before_tick(void);
+
 /* Every 1 ms, interrupted by the PWM period. */
 void main_tick(void);
 
 /* A frame was received; interrupted by both. */
 void main_can_frame(const can_frame *frame);
+
+/* After every tick, interrupted by all of these; done long before the next tick. */
+void main_service(void);
 
 #endif

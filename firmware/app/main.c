@@ -1,8 +1,10 @@
 /* The servo on a board: one node, two current loops, and who runs when.
  *
  *     PWM period (20 kHz)   current loops
- *     tick (1 kHz)          node: bus, drives, control; then the new set-points are handed over
- *     CAN frame             into the node's queue
+ *     before the tick       node: process data that has come already
+ *     tick (1 kHz)          node: process data, protection, drives, control; then the new set-points are handed over
+ *     CAN frame             into one of the node's queues
+ *     service (1 kHz)       node: what only the bus wants, begun by each tick
  *     background            watchdog, storing of parameters
  *
  * Each may interrupt those below it. */
@@ -47,19 +49,25 @@ static void tell_can_state(void) {
   self.can_state = state;
 }
 
+void main_before_tick(void) { servo_node_take(&self.node); }
+
 void main_tick(void) {
   servo_app *app = &self.node.board.app;
   for (int i = 0; i < SERVO_AXES; ++i) {
     app->axis[i].current.limited = atomic_load_explicit(&self.stage[i].limited, memory_order_relaxed);
     app->axis[i].current.voltage_v = atomic_load_explicit(&self.stage[i].voltage_v, memory_order_relaxed);
   }
-  tell_can_state();
   servo_node_tick(&self.node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     const servo_current_command command = servo_axis_current_command(&app->axis[i], &app->params.axis[i]);
     current_stage_hand_over(&self.stage[i], &command);
     hal_power_bridge(self.machine, i, command.powered);
   }
+}
+
+void main_service(void) {
+  tell_can_state();
+  servo_node_serve(&self.node);
 }
 
 void main_can_frame(const can_frame *frame) { (void)servo_node_receive(&self.node, frame); }

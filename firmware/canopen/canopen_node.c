@@ -5,7 +5,7 @@
 #include "canopen/cob_id.h"
 #include "canopen/node_objects.h"
 
-enum { PART_COMMUNICATION, PART_DEVICE, NODE_PARTS, RECEIVE_CAPACITY_MIN = 64, OVERRUN_QUIET_MS = 1000 };
+enum { PART_COMMUNICATION, PART_DEVICE, NODE_PARTS, QUEUE_CAPACITY_MIN = 64, OVERRUN_QUIET_MS = 1000 };
 
 static bool send(const canopen_node *node, const can_frame *frame) {
   return node->config.sender.send(node->config.sender.context, frame);
@@ -14,6 +14,7 @@ static bool send(const canopen_node *node, const can_frame *frame) {
 static void enter(canopen_node *node, nmt_state state) {
   node->state = state;
   if (state == NMT_OPERATIONAL) {
+    node->sync_count = 0;
     for (uint32_t n = 0; n < PDO_COUNT; n++) {
       rpdo_reset(&node->rpdos[n]);
       tpdo_reset(&node->tpdos[n]);
@@ -58,9 +59,9 @@ static od_part own_part(canopen_node *node, const od_table *table) {
 
 bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   const bool good = config->node_id >= 1 && config->node_id <= 127 && config->sender.send != NULL &&
-                    config->part_count <= CANOPEN_PARTS - NODE_PARTS &&
-                    config->receive_capacity >= RECEIVE_CAPACITY_MIN;
-  if (!good || !can_queue_init(&node->received, config->receive_frames, config->receive_capacity)) {
+                    config->part_count <= CANOPEN_PARTS - NODE_PARTS && config->queue_capacity >= QUEUE_CAPACITY_MIN;
+  if (!good || !can_queue_init(&node->process_data, config->process_data, config->queue_capacity) ||
+      !can_queue_init(&node->services, config->services, config->queue_capacity)) {
     return false;
   }
   node->config = *config;
@@ -81,7 +82,14 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   return true;
 }
 
-bool canopen_node_receive(canopen_node *node, const can_frame *frame) { return can_queue_push(&node->received, frame); }
+static bool is_heartbeat(const can_frame *frame) {
+  return frame->id > HEARTBEAT_COB_ID && frame->id <= HEARTBEAT_COB_ID + 127;
+}
+
+bool canopen_node_receive(canopen_node *node, const can_frame *frame) {
+  const bool waits = frame->id == node->listeners.sdo_request || is_heartbeat(frame);
+  return can_queue_push(waits ? &node->services : &node->process_data, frame);
+}
 
 bool canopen_node_raise(canopen_node *node, const emergency_error *error) {
   return emergency_raise(&node->emergency, &node->objects.emergency, error);
@@ -127,7 +135,7 @@ void canopen_node_bus_off_recovered(canopen_node *node) {
   obey_error_behaviour(node);
 }
 
-/* --- Frames in --------------------------------------------------------------------------------------------------- */
+/* --- Services: what may wait ------------------------------------------------------------------------------------- */
 
 static void send_sdo(canopen_node *node, uint32_t limit) {
   for (uint32_t i = 0; i < limit; i++) {
@@ -151,6 +159,31 @@ static void receive_sdo(canopen_node *node, const can_frame *frame) {
   }
 }
 
+static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
+  const uint8_t producer = (uint8_t)(frame->id - HEARTBEAT_COB_ID);
+  if (frame->length != 1) {
+    return;
+  }
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    const uint32_t object = node->objects.heartbeat_consumer[i];
+    if (heartbeat_consumer_active(object) && heartbeat_consumer_node(object) == producer &&
+        heartbeat_consumer_hear(&node->consumers[i], frame->data[0])) {
+      node_objects_judge_heartbeats(node);
+    }
+  }
+}
+
+static void receive_service(canopen_node *node, const can_frame *frame) {
+  if (is_heartbeat(frame)) {
+    receive_heartbeat(node, frame);
+  } else if (nmt_allows_sdo(node->state) && frame->id == node->listeners.sdo_request) {
+    receive_sdo(node, frame);
+  }
+}
+
+/* --- Process data: what counts in the tick --------------------------------------------------------------------------
+ */
+
 static void receive_nmt(canopen_node *node, const can_frame *frame) {
   nmt_state wanted = node->state;
   const nmt_request request = nmt_receive(&wanted, node->config.node_id, frame);
@@ -158,12 +191,6 @@ static void receive_nmt(canopen_node *node, const can_frame *frame) {
     reset(node, request == NMT_RESET_NODE);
   } else if (wanted != node->state) {
     enter(node, wanted);
-  }
-}
-
-static void tell_applied(const canopen_node *node, uint32_t n, rpdo_verdict verdict) {
-  if (verdict == RPDO_APPLIED && node->config.events.rpdo_applied != NULL) {
-    node->config.events.rpdo_applied(node->config.context, n);
   }
 }
 
@@ -186,17 +213,13 @@ static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) 
   if (was_bad || verdict == RPDO_TOO_SHORT) {
     judge_rpdos(node);
   }
-  tell_applied(node, n, verdict);
 }
 
 static void receive_pdos(canopen_node *node, const can_frame *frame) {
-  const uint32_t group = frame->id >> CANOPEN_ID_GROUP_BITS;
-  uint32_t candidates = group < CANOPEN_ID_GROUPS ? node->listeners.rpdos_of_group[group] : 0;
-  for (uint32_t n = 0; candidates != 0; n++) {
-    if ((candidates & 1u) != 0 && frame->id == node->listeners.rpdo[n]) {
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    if (frame->id == node->listeners.rpdo[n]) {
       receive_pdo(node, n, frame);
     }
-    candidates >>= 1;
   }
 }
 
@@ -210,66 +233,56 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
   if (!nmt_allows_pdo(node->state)) {
     return;
   }
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    tell_applied(node, n, rpdo_sync(&node->rpdos[n]));
-  }
-  if (node->config.events.synced != NULL) {
-    node->config.events.synced(node->config.context);
+  if (node->sync_count < CANOPEN_FRAMES_PER_CALL) {
+    node->sync_counter[node->sync_count++] = node->sync.counter;
   }
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    tpdo_sync(&node->tpdos[n], node->sync.counter, &node->config.sender);
+    (void)rpdo_sync(&node->rpdos[n]);
   }
 }
 
-static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
-  const uint8_t producer = (uint8_t)(frame->id - HEARTBEAT_COB_ID);
-  if (frame->length != 1) {
-    return;
-  }
-  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
-    const uint32_t object = node->objects.heartbeat_consumer[i];
-    if (heartbeat_consumer_active(object) && heartbeat_consumer_node(object) == producer &&
-        heartbeat_consumer_hear(&node->consumers[i], frame->data[0])) {
-      node_objects_judge_heartbeats(node);
+static void receive_process_data(canopen_node *node, const can_frame *frame) {
+  if (frame->id == NMT_COB_ID) {
+    receive_nmt(node, frame);
+  } else if (frame->id == node->listeners.sync) {
+    if (nmt_allows_sdo(node->state)) { /* pre-operational, too, for its length */
+      receive_sync(node, frame);
     }
-  }
-}
-
-/* What an operational or pre-operational node listens to, but for network management. */
-static void receive_service(canopen_node *node, const can_frame *frame) {
-  if (frame->id == node->listeners.sync) {
-    receive_sync(node, frame);
-    return;
-  }
-  if (frame->id == node->listeners.sdo_request) {
-    receive_sdo(node, frame);
-  }
-  if (nmt_allows_pdo(node->state)) {
+  } else if (nmt_allows_pdo(node->state)) {
     receive_pdos(node, frame);
   }
 }
 
-static void handle(canopen_node *node, const can_frame *frame) {
-  const bool ours = frame->flags == 0 && frame->length <= CAN_FRAME_BYTES;
-  if (!ours || node->state == NMT_INITIALISING) {
-    return;
-  }
-  if (frame->id == NMT_COB_ID) {
-    receive_nmt(node, frame);
-  } else if (frame->id > HEARTBEAT_COB_ID && frame->id <= HEARTBEAT_COB_ID + 127) {
-    receive_heartbeat(node, frame);
-  } else if (nmt_allows_sdo(node->state)) {
-    receive_service(node, frame);
+/* --- Queues ------------------------------------------------------------------------------------------------------- */
+
+static bool is_heard(const canopen_node *node, const can_frame *frame) {
+  return frame->flags == 0 && frame->length <= CAN_FRAME_BYTES && node->state != NMT_INITIALISING;
+}
+
+void canopen_node_take(canopen_node *node) {
+  const can_frame *frame = can_queue_front(&node->process_data);
+  for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
+    if (is_heard(node, frame)) {
+      receive_process_data(node, frame);
+    }
+    can_queue_drop(&node->process_data);
+    frame = can_queue_front(&node->process_data);
   }
 }
 
-void canopen_node_process(canopen_node *node) {
-  const can_frame *frame = can_queue_front(&node->received);
+static void take_services(canopen_node *node) {
+  const can_frame *frame = can_queue_front(&node->services);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
-    handle(node, frame);
-    can_queue_drop(&node->received);
-    frame = can_queue_front(&node->received);
+    if (is_heard(node, frame)) {
+      receive_service(node, frame);
+    }
+    can_queue_drop(&node->services);
+    frame = can_queue_front(&node->services);
   }
+}
+
+void canopen_node_answer(canopen_node *node) {
+  take_services(node);
   send_sdo(node, CANOPEN_SDO_FRAMES_PER_CALL);
 }
 
@@ -310,7 +323,7 @@ static void tick_consumers(canopen_node *node) {
 }
 
 static void tick_overruns(canopen_node *node) {
-  const uint32_t overruns = can_queue_overruns(&node->received);
+  const uint32_t overruns = can_queue_overruns(&node->process_data) + can_queue_overruns(&node->services);
   if (overruns != node->overruns_told) {
     node->overruns_told = overruns;
     node->overrun_quiet_ms = 0;
@@ -322,7 +335,18 @@ static void tick_overruns(canopen_node *node) {
   }
 }
 
+/* TPDOs tell what the tick made of what the RPDOs said. */
+static void tell_syncs(canopen_node *node) {
+  for (uint32_t i = 0; i < node->sync_count; i++) {
+    for (uint32_t n = 0; n < PDO_COUNT; n++) {
+      tpdo_sync(&node->tpdos[n], node->sync_counter[i]);
+    }
+  }
+  node->sync_count = 0;
+}
+
 static void tick_pdos(canopen_node *node) {
+  tell_syncs(node);
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
     if (rpdo_is_watched(&node->rpdos[n]) && rpdo_tick(&node->rpdos[n])) {
       judge_rpdos(node);
@@ -336,9 +360,12 @@ static void tick_pdos(canopen_node *node) {
   }
 }
 
-void canopen_node_tick(canopen_node *node) {
+void canopen_node_serve(canopen_node *node) {
+  if (nmt_allows_pdo(node->state)) {
+    tick_pdos(node);
+  }
   tick_producer(node);
-  canopen_node_process(node);
+  canopen_node_answer(node);
   sdo_server_tick(&node->sdo);
   tick_consumers(node);
   tick_overruns(node);
@@ -348,7 +375,9 @@ void canopen_node_tick(canopen_node *node) {
     }
     emergency_tick(&node->emergency, &node->objects.emergency, &node->config.sender);
   }
-  if (nmt_allows_pdo(node->state)) {
-    tick_pdos(node);
-  }
+}
+
+void canopen_node_tick(canopen_node *node) {
+  canopen_node_take(node);
+  canopen_node_serve(node);
 }

@@ -1,7 +1,13 @@
 /* A CANopen node: all services of one device on one bus.
  *
  * Standard: CiA 301 v4.2.0; each service is a file of its own, this one ties them together. The receive interrupt
- * calls `canopen_node_receive`, the 1 ms tick calls `canopen_node_tick`, and everything leaves through one sender. */
+ * calls `canopen_node_receive`, which puts each frame into one of two queues; everything leaves through one sender.
+ *
+ *     process data: NMT, SYNC, RPDO    `canopen_node_take`, at the beginning of a 1 ms tick: what the tick acts upon
+ *     services: SDO, heartbeat         `canopen_node_serve`, when the tick has done what is urgent; it also sends
+ * TPDOs, with what the tick made, EMCY and heartbeat, and keeps the times
+ *
+ * So an SDO request takes no time from the tick. Both run in one thread, never one within the other. */
 #ifndef TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 #define TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 
@@ -14,20 +20,18 @@
 
 enum {
   CANOPEN_PARTS = 16,           /* of the dictionary: two of the node, the others of the application */
-  CANOPEN_FRAMES_PER_CALL = 16, /* twice what 1 Mbit/s can bring in 1 ms */
+  CANOPEN_FRAMES_PER_CALL = 16, /* of a queue; twice what 1 Mbit/s can bring in 1 ms */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };
 
-/* What the application wants to know; each may be NULL. All are called from the tick, none from the interrupt. */
+/* What the application wants to know; each may be NULL. None is called from the interrupt. */
 typedef struct {
   void (*state_changed)(void *context, nmt_state state);
   /* After the communication objects have their defaults again: the place to put stored values over them, with
    * od_put. `whole_node`: the application resets itself, too. Called by canopen_node_init as well. */
   void (*reset)(void *context, bool whole_node);
   void (*heartbeat_lost)(void *context, uint8_t node_id);
-  void (*rpdo_applied)(void *context, uint32_t n);
   void (*rpdo_late)(void *context, uint32_t n);
-  void (*synced)(void *context); /* RPDOs are applied, TPDOs not sampled yet */
 } canopen_events;
 
 typedef struct {
@@ -36,14 +40,13 @@ typedef struct {
   const od_part *parts;         /* of the application, copied */
   uint32_t part_count;          /* 0 .. 14 */
   can_sender sender;
-  can_frame *receive_frames; /* room for the receive queue, owned by the caller */
-  uint32_t receive_capacity; /* a power of two, at least 64 */
+  can_frame *process_data; /* room for the two queues, owned by the caller */
+  can_frame *services;
+  uint32_t queue_capacity; /* of each: a power of two, at least 64 */
   storage_callbacks storage;
   canopen_events events;
   void *context; /* of the events */
 } canopen_config;
-
-enum { CANOPEN_ID_GROUPS = 16, CANOPEN_ID_GROUP_BITS = 7 }; /* of 128 identifiers each */
 
 /* The identifiers that are listened to, out of the objects: a frame is compared with these alone. Greater than any
  * identifier: nobody listens. */
@@ -51,7 +54,6 @@ typedef struct {
   uint32_t sync;
   uint32_t sdo_request;
   uint32_t rpdo[PDO_COUNT];
-  uint8_t rpdos_of_group[CANOPEN_ID_GROUPS]; /* bit n: RPDO n has an identifier of this group */
 } canopen_listeners;
 
 typedef struct {
@@ -62,7 +64,8 @@ typedef struct {
   object_dictionary dictionary;
   nmt_state state;
   canopen_listeners listeners;
-  can_queue received;
+  can_queue process_data;
+  can_queue services;
   sdo_server sdo;
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
@@ -71,6 +74,8 @@ typedef struct {
   rpdo rpdos[PDO_COUNT];
   tpdo tpdos[PDO_COUNT];
   bool sync_wrong_length;
+  uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC taken since TPDOs were served */
+  uint32_t sync_count;
   uint32_t overruns_told;
   uint16_t overrun_quiet_ms;
 } canopen_node;
@@ -79,20 +84,26 @@ typedef struct {
  * afterwards. The boot-up message leaves with the first tick that finds room for it. */
 bool canopen_node_init(canopen_node *node, const canopen_config *config);
 
-/* From the receive interrupt, or any one other thread. False: the queue was full, the frame is lost and counted. */
+/* From the receive interrupt, or any one other thread. False: its queue was full, the frame is lost and counted. */
 bool canopen_node_receive(canopen_node *node, const can_frame *frame);
 
-/* Every 1 ms, with bounded work: at most CANOPEN_FRAMES_PER_CALL frames in. */
+/* Every 1 ms, with bounded work: at most CANOPEN_FRAMES_PER_CALL frames in. Obeys NMT, gives RPDOs to the objects. */
+void canopen_node_take(canopen_node *node);
+
+/* Every 1 ms, after it, as bounded. */
+void canopen_node_serve(canopen_node *node);
+
+/* Both, for a device that has nothing to do between them. */
 void canopen_node_tick(canopen_node *node);
 
-/* Optional, between ticks and in the same thread: handles frames, so that answers need not wait for the tick. */
-void canopen_node_process(canopen_node *node);
+/* Optional, between ticks and in the same thread: SDO requests, so that answers need not wait for the tick. */
+void canopen_node_answer(canopen_node *node);
 
 /* Errors of the application, see emergency.h; its sources are not 0. */
 bool canopen_node_raise(canopen_node *node, const emergency_error *error);
 bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 
-/* From the CAN driver, in the tick's thread. */
+/* From the CAN driver's supervision, in the tick's thread. */
 void canopen_node_bus_off_recovered(canopen_node *node);
 void canopen_node_error_passive(canopen_node *node, bool passive);
 

@@ -138,15 +138,7 @@ enum { NO_IDENTIFIER = COB_ID_IDENTIFIER + 1 };
 void node_objects_configure_rpdo(canopen_node *node, uint32_t n) {
   const pdo_communication *communication = &node->objects.rpdo[n];
   rpdo_configure(&node->rpdos[n], &node->dictionary, communication, &node->objects.rpdo_mapping[n]);
-  canopen_listeners *listeners = &node->listeners;
-  for (uint32_t group = 0; group < CANOPEN_ID_GROUPS; group++) {
-    listeners->rpdos_of_group[group] &= (uint8_t) ~(1u << n);
-  }
-  listeners->rpdo[n] = NO_IDENTIFIER;
-  if (node->rpdos[n].on) {
-    listeners->rpdo[n] = communication->cob_id & COB_ID_IDENTIFIER;
-    listeners->rpdos_of_group[listeners->rpdo[n] >> CANOPEN_ID_GROUP_BITS] |= (uint8_t)(1u << n);
-  }
+  node->listeners.rpdo[n] = node->rpdos[n].on ? communication->cob_id & COB_ID_IDENTIFIER : NO_IDENTIFIER;
 }
 
 void node_objects_configure_tpdo(canopen_node *node, uint32_t n) {

@@ -205,6 +205,15 @@ static inline void od_copy_number(void *to, const void *from, uint32_t size) {
   }
 }
 
+/* Whether two numbers of `size` bytes, as above, are the same. */
+static inline bool od_same_number(const void *a, const void *b, uint32_t size) {
+  uint64_t of_a = 0;
+  uint64_t of_b = 0;
+  od_copy_number(&of_a, a, size);
+  od_copy_number(&of_b, b, size);
+  return of_a == of_b;
+}
+
 /* Bytes of a value of this type; 0 for strings and DOMAIN. */
 uint16_t od_type_bytes(od_type type);
 

@@ -112,11 +112,16 @@ void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]) {
   }
 }
 
+/* What is there already has been accepted: most masters send the same mode in every frame. */
+static bool is_there(const pdo_item *item, const uint8_t *bytes) {
+  return item->to != NULL && od_same_number(item->to, bytes, item->bytes);
+}
+
 static od_abort check(const pdo_map *map, const uint8_t *bytes) {
   od_abort answer = OD_OK;
   for (uint8_t i = 0; i < map->count && answer == OD_OK; i++) {
     const pdo_item *item = &map->item[i];
-    if (item->checked) {
+    if (item->checked && !is_there(item, bytes)) {
       answer = od_check_write(&item->object, bytes, item->bytes);
     }
     bytes += item->bytes;

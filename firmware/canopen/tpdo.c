@@ -6,6 +6,7 @@
 
 void tpdo_reset(tpdo *self) {
   self->event = true;
+  self->due = 0;
   self->waiting = false;
   self->sync_started = false;
   self->sync_count = 0;
@@ -46,7 +47,7 @@ static bool has_changed(const tpdo *self, const uint8_t *bytes) {
 static bool sync_is_due(tpdo *self, uint8_t counter) {
   const pdo_communication *communication = self->communication;
   if (communication->type == PDO_SYNC_ACYCLIC) {
-    return self->event;
+    return true; /* if something has changed by then */
   }
   if (!self->sync_started) {
     const bool any = communication->sync_start == 0 || counter == 0;
@@ -65,18 +66,30 @@ static bool sync_is_due(tpdo *self, uint8_t counter) {
   return true;
 }
 
-void tpdo_sync(tpdo *self, uint8_t counter, const can_sender *sender) {
-  if (!self->on || !self->synchronous) {
+void tpdo_sync(tpdo *self, uint8_t counter) {
+  if (self->on && self->synchronous && sync_is_due(self, counter)) {
+    const bool once = self->communication->type == PDO_SYNC_ACYCLIC;
+    self->due = once ? 1 : (uint8_t)(self->due + (self->due < UINT8_MAX ? 1 : 0));
+  }
+}
+
+static void tick_by_sync(tpdo *self, const can_sender *sender) {
+  const uint8_t due = self->due;
+  if (due == 0) {
+    if (self->waiting) {
+      (void)send(self, sender);
+    }
     return;
   }
-  if (self->communication->type == PDO_SYNC_ACYCLIC) { /* the others need not know whether something has changed */
-    uint8_t bytes[CAN_FRAME_BYTES] = {0};
-    pdo_gather(&self->map, bytes);
-    self->event = self->event || has_changed(self, bytes);
+  self->due = 0;
+  uint8_t bytes[CAN_FRAME_BYTES] = {0};
+  pdo_gather(&self->map, bytes);
+  if (self->communication->type == PDO_SYNC_ACYCLIC && !self->event && !has_changed(self, bytes)) {
+    return;
   }
-  if (sync_is_due(self, counter)) {
-    pdo_gather(&self->map, self->frame.data);
-    self->event = false;
+  self->event = false;
+  memcpy(self->frame.data, bytes, sizeof bytes);
+  for (uint8_t i = 0; i < due; i++) { /* one for each SYNC, however fast they come */
     (void)send(self, sender);
   }
 }
@@ -114,9 +127,9 @@ void tpdo_tick(tpdo *self, const can_sender *sender) {
   if (!self->on) {
     return;
   }
-  if (!self->synchronous) {
+  if (self->synchronous) {
+    tick_by_sync(self, sender);
+  } else {
     tick_by_event(self, sender);
-  } else if (self->waiting) {
-    (void)send(self, sender);
   }
 }

@@ -17,6 +17,7 @@ typedef struct {
   bool waiting;        /* `frame` was sampled at SYNC and not taken by the bus yet */
   bool sync_started;   /* the start value of the SYNC counter has come by */
   uint8_t sync_count;  /* SYNCs since the last frame */
+  uint8_t due;         /* frames that SYNCs asked for */
   uint16_t inhibit_ms; /* still to wait */
   uint16_t elapsed_ms; /* since the last frame */
   can_frame frame;     /* last one sent, or to send */
@@ -33,13 +34,15 @@ void tpdo_reset(tpdo *self);
 /* The application's event: send when type and inhibit time allow. */
 void tpdo_request(tpdo *self);
 
-/* A SYNC with its counter, 0 without one. */
-void tpdo_sync(tpdo *self, uint8_t counter, const can_sender *sender);
+/* A SYNC with its counter, 0 without one. What it asks for is sampled and sent by the next tpdo_tick. */
+void tpdo_sync(tpdo *self, uint8_t counter);
 
 /* One ms. */
 void tpdo_tick(tpdo *self, const can_sender *sender);
 
 /* Whether tpdo_tick has anything to do. */
-static inline bool tpdo_is_watched(const tpdo *self) { return self->on && (self->waiting || !self->synchronous); }
+static inline bool tpdo_is_watched(const tpdo *self) {
+  return self->on && (self->due != 0 || self->waiting || !self->synchronous);
+}
 
 #endif

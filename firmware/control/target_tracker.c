@@ -16,26 +16,27 @@ control_status target_tracker_check(const target_tracker_params *params) {
 
 void target_tracker_reset(target_tracker_state *state) { *state = (target_tracker_state){0}; }
 
-/* How far the sight has turned during the last `age_ticks` ticks, rad. */
+/* How far the sight has turned during the last `age_ticks` ticks, rad: whole blocks count as one. */
 static float sight_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
-  /* Newest first, so that the sum is rounded alike wherever the ring begins: down to its start, then from its end. */
-  const unsigned count = (unsigned)age_ticks;
-  const unsigned until_start = count <= state->newest ? count : state->newest + 1u;
-  const float *end = &state->sight_rates_rad_s[state->newest + 1u];
-  float sum_rad_s = 0.0f;
-  for (unsigned i = 1; i <= until_start; ++i) {
-    sum_rad_s += *(end - i);
+  const unsigned before = (state->newest + TARGET_TRACKER_HISTORY - (unsigned)age_ticks) % TARGET_TRACKER_HISTORY;
+  const unsigned begun = state->newest % TARGET_TRACKER_BLOCK;
+  float sum_rad_s = state->sight_sum_rad_s[state->newest];
+  if ((unsigned)age_ticks > begun) {
+    const unsigned blocks = ((unsigned)age_ticks - begun - 1u) / TARGET_TRACKER_BLOCK + 1u;
+    unsigned last = state->newest - begun + TARGET_TRACKER_HISTORY - 1u; /* of the block before */
+    for (unsigned i = 0; i < blocks; ++i) {
+      sum_rad_s += state->sight_sum_rad_s[last % TARGET_TRACKER_HISTORY];
+      last -= TARGET_TRACKER_BLOCK;
+    }
   }
-  end = &state->sight_rates_rad_s[TARGET_TRACKER_HISTORY];
-  for (unsigned i = 1; i <= count - until_start; ++i) {
-    sum_rad_s += *(end - i);
-  }
-  return sum_rad_s * dt_s;
+  return (sum_rad_s - state->sight_sum_rad_s[before]) * dt_s;
 }
 
 static void remember_sight(target_tracker_state *state, float sight_rate_rad_s) {
+  const float sum_rad_s = state->sight_sum_rad_s[state->newest];
   state->newest = (state->newest + 1u) % TARGET_TRACKER_HISTORY;
-  state->sight_rates_rad_s[state->newest] = sight_rate_rad_s;
+  const bool begins = state->newest % TARGET_TRACKER_BLOCK == 0;
+  state->sight_sum_rad_s[state->newest] = begins ? sight_rate_rad_s : sum_rad_s + sight_rate_rad_s;
 }
 
 /* Carries the estimate over one tick of target and sight motion. */

@@ -17,7 +17,8 @@
 #include "control/speed_loop.h"
 #include "control/status.h"
 
-#define TARGET_TRACKER_HISTORY 128    /* a power of two */
+#define TARGET_TRACKER_HISTORY 128    /* ticks, a power of two */
+#define TARGET_TRACKER_BLOCK 16       /* ticks that are summed up */
 #define TARGET_TRACKER_STALE_TICKS 60 /* three frames at 50 Hz: the error of TRACKER_PI counts no longer */
 
 typedef enum { TRACKER_PI = 0, TRACKER_PREDICTIVE } tracker_kind;
@@ -36,7 +37,7 @@ typedef struct {
   float error_rad;         /* target - sight, now */
   float target_rate_rad_s; /* inertial */
   float target_acceleration_rad_s2;
-  float sight_rates_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick */
+  float sight_sum_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick: sum of the rates since its block began */
   unsigned newest;
   int ticks_since_frame;
   bool locked; /* a frame has been seen within coast_s */

@@ -35,18 +35,15 @@ static bool inputs_are_finite(const drive_axis_inputs *inputs) {
 }
 
 static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_inputs *inputs, bool finite) {
-  drive_feedback feedback = {
+  return (drive_feedback){
       .position = axis->position,
+      .rate_rad_s = finite ? inputs->rate_rad_s : 0.0f,
+      .reference_rad_s = finite ? inputs->reference_rad_s : 0.0f,
+      .torque_demand_nm = finite ? inputs->torque_demand_nm : 0.0f,
       .setpoint_arrived = inputs->setpoint_arrived,
       .stimulus = inputs->stimulus,
       .hard_travel = inputs->hard_travel,
   };
-  if (finite) {
-    feedback.rate_rad_s = inputs->rate_rad_s;
-    feedback.reference_rad_s = inputs->reference_rad_s;
-    feedback.torque_demand_nm = inputs->torque_demand_nm;
-  }
-  return feedback;
 }
 
 static void write_actual_values(const drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs) {
@@ -74,16 +71,16 @@ static uint32_t distance_between(int32_t a, int32_t b) {
   return (uint32_t)(difference < 0 ? -difference : difference);
 }
 
-static bool stop_is_over(drive_axis *axis, const drive_objects *objects, float dt_s) {
+static bool stop_is_over(drive_axis *axis, const drive_objects *objects, float rate_rad_s, float dt_s) {
   const uint16_t longest_wait_ms = 200;
   const bool stopping = axis->state.action == DRIVE_SLOW_DOWN || axis->state.action == DRIVE_QUICK_STOP;
   const bool ended = stopping && profile_at_rest(&axis->motion.ramp);
   const bool waited = dwell_timer_step(&axis->ramp_ended, ended, longest_wait_ms, dt_s);
-  return ended && (waited || distance_between(objects->velocity.actual, 0) <= objects->velocity.threshold);
+  return ended && (waited || scalar_abs(rate_rad_s) <= drive_limit_from_counts(objects->velocity.threshold));
 }
 
-static drive_action step_state(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, bool finite,
-                               float dt_s) {
+static drive_action step_state(drive_axis *axis, const drive_objects *objects, const drive_axis_inputs *inputs,
+                               bool finite, float dt_s) {
   const drive_power_state before = axis->state.power;
   const fault_id found = fault_of(axis, inputs, finite);
   const drive_state_inputs in = {
@@ -91,7 +88,7 @@ static drive_action step_state(drive_axis *axis, drive_objects *objects, const d
       .fault = (drive_fault)fault_table[found].reaction,
       .ready = inputs->ready,
       .voltage_present = inputs->voltage_present,
-      .stopped = stop_is_over(axis, objects, dt_s),
+      .stopped = stop_is_over(axis, objects, inputs->rate_rad_s, dt_s),
   };
   const drive_action action = drive_state_step(&axis->state, &objects->state.option, &in);
   if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE) {
@@ -99,7 +96,6 @@ static drive_action step_state(drive_axis *axis, drive_objects *objects, const d
   } else if (before == DRIVE_FAULT && axis->state.power != DRIVE_FAULT) {
     axis->fault = FAULT_NONE;
   }
-  objects->state.error_code = fault_table[axis->fault].code;
   return action;
 }
 
@@ -168,18 +164,23 @@ static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const dr
                     bit_if(bit_12, DRIVE_STATUS_MODE_12) | bit_if(following_failed, DRIVE_STATUS_MODE_13));
 }
 
-servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
-                                   float dt_s) {
+const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects *objects,
+                                          const drive_axis_inputs *inputs, float dt_s) {
   axis->position = drive_angle_unwrap(axis->position, inputs->joint_angle);
-  write_actual_values(axis, objects, inputs);
   const bool finite = inputs_are_finite(inputs);
   const drive_feedback feedback = feedback_of(axis, inputs, finite);
   const drive_action action = step_state(axis, objects, inputs, finite, dt_s);
-  const drive_setpoint setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
+  axis->setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
+  return &axis->setpoint.command;
+}
+
+void drive_axis_tell(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
+  const drive_setpoint *setpoint = &axis->setpoint;
+  write_actual_values(axis, objects, inputs);
+  objects->state.error_code = fault_table[axis->fault].code;
   objects->state.mode_display = axis->motion.mode;
   objects->position.demand =
-      setpoint.position == axis->position ? objects->position.actual : drive_position_from_angle(setpoint.position);
-  objects->velocity.demand = drive_velocity_from_rate(setpoint.command.speed.rate_rad_s);
-  objects->state.statusword = statusword_of(axis, objects, inputs, &setpoint, action, dt_s);
-  return setpoint.command;
+      setpoint->position == axis->position ? objects->position.actual : drive_position_from_angle(setpoint->position);
+  objects->velocity.demand = drive_velocity_from_rate(setpoint->command.speed.rate_rad_s);
+  objects->state.statusword = statusword_of(axis, objects, inputs, setpoint, axis->state.action, dt_s);
 }

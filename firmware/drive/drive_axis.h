@@ -1,12 +1,12 @@
-/* One axis as a CiA 402 drive: objects in, servo command and objects out, once per tick before servo_axis_tick.
+/* One axis as a CiA 402 drive, in two halves of a ms.
  *
- *     inputs -> actual values -> power state -> mode of operation -> servo_axis_command
- *                                        \-> following error, windows -> statusword
+ *     before servo_axis_tick    inputs -> power state -> mode of operation -> servo_axis_command
+ *     after it                  actual values -> following error, windows -> statusword; the ramp of the next tick
  *
  * Standard: CiA 402-2 / IEC 61800-7-201. The node writes commands and parameters into `drive_objects`; the step reads
- * them, and writes the values marked ro there. It adds two faults to those that it is told of: samples that the servo
- * axis refused, and a following error (6065, or a quarter turn, where the position loop would begin to doubt the way).
- * What is done about a fault stands in protection/fault_table.h. */
+ * them, and what is told after it are the values marked ro there. The drive adds two faults to those that it is told
+ * of: samples that the servo axis refused, and a following error (6065, or a quarter turn, where the position loop
+ * would begin to doubt the way). What is done about a fault stands in protection/fault_table.h. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_AXIS_H
 #define TRACKSERVO_DRIVE_DRIVE_AXIS_H
 
@@ -48,8 +48,9 @@ typedef struct {
   dwell_timer velocity_reached;
   dwell_timer moving;
   dwell_timer ramp_ended;
-  bool following_failed; /* found in the last tick */
-  fault_id fault;        /* of 603F; FAULT_NONE when there was none since the last reset */
+  bool following_failed;   /* told in the last tick */
+  drive_setpoint setpoint; /* of the last step */
+  fault_id fault;          /* of 603F; FAULT_NONE when there was none since the last reset */
 } drive_axis;
 
 /* Whether an experiment may give the set-point: in operation, not halted, no mode of operation, and not stopped at a
@@ -63,10 +64,20 @@ void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
 
-/* One tick. A stop is over when its ramp has ended and the axis turns no faster than 606F, or 200 ms later: what still
- * turns then is not held by waiting. Inputs that are implausible or not finite are a fault 7300 that cuts the torque.
+/* What the axis shall do in this tick; it stays with the drive. A stop is over when its ramp has ended and the axis
+ * turns no faster than 606F, or 200 ms later: what still turns then is not held by waiting. Inputs that are implausible
+ * or not finite are a fault 7300 that cuts the torque.
  */
-servo_axis_command drive_axis_step(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
-                                   float dt_s);
+const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects *objects,
+                                          const drive_axis_inputs *inputs, float dt_s);
+
+/* Writes what the bus can read of the step; may wait until the tick's set-points are handed over. A following error
+ * that is found here is a fault of the next step. */
+void drive_axis_tell(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s);
+
+/* Last before the next step: drive_motion_prepare. */
+static inline void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, float dt_s) {
+  drive_motion_prepare(&axis->motion, objects, dt_s);
+}
 
 #endif

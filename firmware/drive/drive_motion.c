@@ -59,6 +59,7 @@ static bool controls_position(int8_t mode) { return mode == DRIVE_PROFILE_POSITI
 
 static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *feedback) {
   motion->mode = mode;
+  motion->next.ready = false;
   motion->blocked_direction = 0.0f;
   motion->setpoint_age_ticks = INT_MAX;
   const drive_angle from = motion->loop == SERVO_POSITION ? motion->demand : feedback->position;
@@ -69,11 +70,11 @@ static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *
 
 /* --- a tick of the ramp --- */
 
-static void move_demand(drive_motion *motion, float travel_rad) {
-  const float units = travel_rad / ANGLE_RAD_PER_TURN32 + motion->demand_rest;
+static void move_demand(drive_angle *demand, float *rest, float travel_rad) {
+  const float units = travel_rad / ANGLE_RAD_PER_TURN32 + *rest;
   const float whole = scalar_round(units);
-  motion->demand += angle_integer(whole);
-  motion->demand_rest = units - whole;
+  *demand += angle_integer(whole);
+  *rest = units - whole;
 }
 
 /* The set-point of now, to be taken before the ramp makes its tick; what accelerates is known after it. */
@@ -101,7 +102,8 @@ static drive_setpoint stop(drive_motion *motion, const drive_feedback *feedback,
   close_loop(motion, controls_position(motion->mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
   drive_setpoint setpoint = setpoint_of(motion, feedback);
   const profile_motion step = profile_towards_rate(&motion->ramp, limits, 0.0f, dt_s);
-  move_demand(motion, step.travel_rad);
+  motion->travel_rad = step.travel_rad;
+  move_demand(&motion->demand, &motion->demand_rest, step.travel_rad);
   rate_interpolation_reset(&motion->rates, motion->ramp.rate_rad_s);
   position_interpolation_reset(&motion->positions, motion->demand, motion->ramp.rate_rad_s);
   setpoint.command.speed.acceleration_rad_s2 = step.mean_acceleration_rad_s2;
@@ -131,10 +133,10 @@ static drive_travel travel_in_force(const drive_limit_objects *limit, const driv
   return is_limited(&soft) && is_limited(&both) ? both : *hard;
 }
 
-/* Way from the axis to the limit that lies in this direction, signed. */
-static float room_rad(const drive_travel *travel, const drive_feedback *feedback, float direction) {
+/* Way from a position to the limit that lies in this direction, signed. */
+static float room_rad(const drive_travel *travel, drive_angle position, float direction) {
   const int32_t end = direction < 0.0f ? travel->minimum : travel->maximum;
-  return drive_angle_difference_rad(drive_angle_from_position(end), feedback->position);
+  return drive_angle_difference_rad(drive_angle_from_position(end), position);
 }
 
 /* Whether an axis that is asked to go in the direction of `asked` must stop now to come to rest before the limit.
@@ -148,7 +150,7 @@ static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, c
   if (motion->blocked_direction == 0.0f && asked != 0.0f && is_limited(&motion->travel)) {
     const float direction = asked < 0.0f ? -1.0f : 1.0f;
     const float margin_rad =
-        room_rad(&motion->travel, feedback, direction) - profile_stop_travel_rad(&motion->ramp, limits);
+        room_rad(&motion->travel, feedback->position, direction) - profile_stop_travel_rad(&motion->ramp, limits);
     motion->blocked_direction = margin_rad * direction <= 0.0f ? direction : 0.0f;
   }
   return motion->blocked_direction != 0.0f;
@@ -163,47 +165,115 @@ static float clamped_rate(int32_t velocity, const profile_limits *limits, bool *
   return rate_rad_s;
 }
 
-static drive_setpoint profile_position(drive_motion *motion, const drive_objects *objects,
-                                       const drive_feedback *feedback, float dt_s) {
-  const drive_limit_objects *limit = &objects->limit;
+/* The limits of pp. */
+static profile_limits position_limits(const drive_limit_objects *limit) {
   const uint32_t velocity =
       limit->profile_velocity < limit->maximum_velocity ? limit->profile_velocity : limit->maximum_velocity;
-  const profile_limits limits = drive_profile_limits(limit, velocity, limit->deceleration);
-  if (!motion->setpoints.under_way) {
-    return stop(motion, feedback, &limits, dt_s);
-  }
-  close_loop(motion, SERVO_POSITION, feedback);
-  drive_setpoint setpoint = setpoint_of(motion, feedback);
-  const int32_t target = clamped_position(&motion->travel, motion->setpoints.target);
-  setpoint.limited = target != motion->setpoints.target;
+  return drive_profile_limits(limit, velocity, limit->deceleration);
+}
+
+static drive_profile_step step_from_now(const drive_motion *motion) {
+  return (drive_profile_step){.ready = true,
+                              .ramp = motion->ramp,
+                              .demand = motion->demand,
+                              .demand_rest = motion->demand_rest,
+                              .target = motion->setpoints.target};
+}
+
+static void finish_step(drive_profile_step *step, const profile_motion *made) {
+  move_demand(&step->demand, &step->demand_rest, made->travel_rad);
+  step->travel_rad = made->travel_rad;
+  step->mean_acceleration_rad_s2 = made->mean_acceleration_rad_s2;
+}
+
+static drive_profile_step prepare_position(const drive_motion *motion, const drive_objects *objects, float dt_s) {
+  const profile_limits limits = position_limits(&objects->limit);
+  drive_profile_step step = step_from_now(motion);
+  const int32_t target = clamped_position(&motion->travel, step.target);
   const drive_angle end = drive_angle_from_position(target);
   const float distance_rad =
       drive_angle_difference_rad(end, motion->demand) - motion->demand_rest * ANGLE_RAD_PER_TURN32;
-  const profile_motion step = profile_towards_distance(&motion->ramp, &limits, distance_rad, dt_s);
-  move_demand(motion, step.travel_rad);
-  if (step.arrived) {
-    motion->demand = end;
-    motion->demand_rest = 0.0f;
-    (void)setpoint_queue_finish(&motion->setpoints);
+  const profile_motion made = profile_towards_distance(&step.ramp, &limits, distance_rad, dt_s);
+  finish_step(&step, &made);
+  step.limited = target != step.target;
+  step.arrived = made.arrived;
+  if (made.arrived) {
+    step.demand = end;
+    step.demand_rest = 0.0f;
   }
-  setpoint.command.speed.acceleration_rad_s2 = step.mean_acceleration_rad_s2;
+  return step;
+}
+
+/* The room that there will be in the coming tick: the axis goes as its ramp until then. */
+static drive_profile_step prepare_velocity(const drive_motion *motion, const drive_objects *objects, float dt_s) {
+  const profile_limits limits = velocity_limits(&objects->limit);
+  drive_profile_step step = step_from_now(motion);
+  bool clamped;
+  const float target_rad_s = clamped_rate(objects->velocity.target, &limits, &clamped);
+  const profile_motion made =
+      is_limited(&motion->travel) && target_rad_s != 0.0f
+          ? profile_towards_rate_within(&step.ramp, &limits, target_rad_s,
+                                        room_rad(&motion->travel, motion->position, target_rad_s) - motion->travel_rad,
+                                        dt_s)
+          : profile_towards_rate(&step.ramp, &limits, target_rad_s, dt_s);
+  finish_step(&step, &made);
+  step.limited = clamped || (profile_at_rest(&step.ramp) && target_rad_s != 0.0f);
+  return step;
+}
+
+void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, float dt_s) {
+  motion->next.ready = false;
+  if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way) {
+    motion->next = prepare_position(motion, objects, dt_s);
+  } else if (motion->mode == DRIVE_PROFILE_VELOCITY && motion->loop == SERVO_SPEED) {
+    motion->next = prepare_velocity(motion, objects, dt_s);
+  }
+}
+
+/* As long as nothing is prepared: no jerk. */
+static drive_profile_step carry_on(const drive_motion *motion, float dt_s) {
+  drive_profile_step step = step_from_now(motion);
+  const float gain_rad_s = motion->ramp.acceleration_rad_s2 * dt_s;
+  const profile_motion made = {.travel_rad = (motion->ramp.rate_rad_s + 0.5f * gain_rad_s) * dt_s,
+                               .mean_acceleration_rad_s2 = motion->ramp.acceleration_rad_s2};
+  step.ramp.rate_rad_s += gain_rad_s;
+  finish_step(&step, &made);
+  return step;
+}
+
+/* The set-point of now, then what was prepared. */
+static drive_setpoint take_step(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
+  if (!motion->next.ready) {
+    motion->next = carry_on(motion, dt_s);
+  }
+  const drive_profile_step *next = &motion->next;
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
+  setpoint.command.speed.acceleration_rad_s2 = next->mean_acceleration_rad_s2;
+  setpoint.limited = next->limited;
+  motion->ramp = next->ramp;
+  motion->travel_rad = next->travel_rad;
+  motion->demand = next->demand;
+  motion->demand_rest = next->demand_rest;
   return setpoint;
 }
 
-static drive_setpoint profile_velocity(drive_motion *motion, const drive_objects *objects,
+static drive_setpoint profile_position(drive_motion *motion, const drive_objects *objects,
                                        const drive_feedback *feedback, float dt_s) {
-  close_loop(motion, SERVO_SPEED, feedback);
-  const profile_limits limits = velocity_limits(&objects->limit);
-  bool clamped;
-  const float target_rad_s = clamped_rate(objects->velocity.target, &limits, &clamped);
-  drive_setpoint setpoint = setpoint_of(motion, feedback);
-  const profile_motion step = is_limited(&motion->travel) && target_rad_s != 0.0f
-                                  ? profile_towards_rate_within(&motion->ramp, &limits, target_rad_s,
-                                                                room_rad(&motion->travel, feedback, target_rad_s), dt_s)
-                                  : profile_towards_rate(&motion->ramp, &limits, target_rad_s, dt_s);
-  setpoint.command.speed.acceleration_rad_s2 = step.mean_acceleration_rad_s2;
-  setpoint.limited = clamped || (profile_at_rest(&motion->ramp) && target_rad_s != 0.0f);
+  if (!motion->setpoints.under_way) {
+    const profile_limits limits = position_limits(&objects->limit);
+    return stop(motion, feedback, &limits, dt_s);
+  }
+  close_loop(motion, SERVO_POSITION, feedback);
+  const drive_setpoint setpoint = take_step(motion, feedback, dt_s);
+  if (motion->next.arrived && motion->next.target == motion->setpoints.target) {
+    (void)setpoint_queue_finish(&motion->setpoints);
+  }
   return setpoint;
+}
+
+static drive_setpoint profile_velocity(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
+  close_loop(motion, SERVO_SPEED, feedback);
+  return take_step(motion, feedback, dt_s);
 }
 
 /* Whether a cyclic mode has nothing to follow: no set-point since it was entered, or none any more. */
@@ -356,7 +426,7 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
     case DRIVE_PROFILE_POSITION:
       return profile_position(motion, objects, feedback, dt_s);
     case DRIVE_PROFILE_VELOCITY:
-      return profile_velocity(motion, objects, feedback, dt_s);
+      return profile_velocity(motion, feedback, dt_s);
     case DRIVE_CYCLIC_POSITION:
       return cyclic_position(motion, objects, feedback, dt_s);
     case DRIVE_CYCLIC_VELOCITY:
@@ -399,6 +469,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
                             .position = feedback->position};
   }
   motion->travel = travel_in_force(&objects->limit, &feedback->hard_travel);
+  motion->position = feedback->position;
   if (motion->loop == SERVO_OFF) {
     close_loop(motion, controls_position(mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
     enter_mode(motion, mode, feedback);
@@ -417,6 +488,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     const profile_limits limits = drive_profile_limits(limit, limit->maximum_velocity, deceleration);
     setpoint = stop(motion, feedback, &limits, dt_s);
   }
+  motion->next.ready = false;
   add_torque(motion, &objects->torque, &setpoint.command);
   setpoint.command.rate_limit_rad_s = BEYOND_LIMIT * drive_limit_from_counts(objects->limit.maximum_velocity);
   return setpoint;

@@ -41,12 +41,28 @@ typedef struct {
   int ticks; /* 0: not looked at yet */
 } setpoint_period;
 
+/* A tick of pp or pv: what its ramp comes to. */
+typedef struct {
+  bool ready;
+  profile_ramp ramp;
+  drive_angle demand;
+  float demand_rest;
+  float travel_rad;
+  float mean_acceleration_rad_s2;
+  int32_t target; /* that it leads to: of pp in the units of 607A */
+  bool arrived;   /* there */
+  bool limited;   /* a limit changed what was asked for */
+} drive_profile_step;
+
 typedef struct {
   int8_t mode;     /* drive_mode in force */
   servo_mode loop; /* of the last tick */
   profile_ramp ramp;
   drive_angle demand;
-  float demand_rest; /* what its last digit cannot hold, in 2^-32 turn */
+  float demand_rest;       /* what its last digit cannot hold, in 2^-32 turn */
+  drive_angle position;    /* of the axis in the last tick */
+  float travel_rad;        /* of the ramp since then: pp, pv and stops */
+  drive_profile_step next; /* prepared for the coming tick */
   setpoint_queue setpoints;
   rate_interpolation rates;
   position_interpolation positions;
@@ -72,8 +88,13 @@ profile_limits drive_profile_limits(const drive_limit_objects *limit, uint32_t v
 
 void drive_motion_reset(drive_motion *motion, drive_angle position);
 
-/* One tick. A mode that is not supported leaves the one in force. */
+/* One tick. A mode that is not supported leaves the one in force. In pp and pv it takes the step that was prepared; in
+ * the first tick there is none, and the ramp goes on with the acceleration that it has. */
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
                                  const drive_feedback *feedback, float dt_s);
+
+/* Between two ticks: where the ramp of pp or pv goes in the coming one. To find the moment at which a stop has to begin
+ * takes time, which is not the tick's; so targets and limits of these two modes count a tick later. */
+void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, float dt_s);
 
 #endif

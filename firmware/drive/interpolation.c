@@ -37,7 +37,7 @@ interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s)
 
 void position_interpolation_reset(position_interpolation *state, drive_angle position, float rate_rad_s) {
   *state = (position_interpolation){
-      .points = {position},
+      .last = position,
       .known_points = 1,
       .start = position,
       .end = position,
@@ -74,22 +74,20 @@ static interpolated_position evaluate(const position_interpolation *state, float
 }
 
 /* The slope at the newest of the last set-points, of the parabola (or line) through them. */
-static float slope_at_end(const position_interpolation *state, float period_s) {
-  const float last_rad = drive_angle_difference_rad(state->points[0], state->points[1]);
+static float slope_at_end(const position_interpolation *state, float before_rad, float period_s) {
   if (state->known_points < INTERPOLATION_POINTS) {
-    return last_rad / period_s;
+    return state->last_way_rad / period_s;
   }
-  const float before_rad = drive_angle_difference_rad(state->points[1], state->points[2]);
-  return (1.5f * last_rad - 0.5f * before_rad) / period_s;
+  return (1.5f * state->last_way_rad - 0.5f * before_rad) / period_s;
 }
 
 bool position_interpolation_aim(position_interpolation *state, drive_angle target, int period_ticks,
                                 float rate_limit_rad_s, float dt_s) {
   const float period_s = (float)period_ticks * dt_s;
   const interpolated_position now = evaluate(state, dt_s);
-  state->points[2] = state->points[1];
-  state->points[1] = state->points[0];
-  state->points[0] = target;
+  const float before_rad = state->last_way_rad;
+  state->last_way_rad = drive_angle_difference_rad(target, state->last);
+  state->last = target;
   state->known_points += state->known_points < INTERPOLATION_POINTS ? 1 : 0;
 
   const float wanted_rad = drive_angle_difference_rad(target, now.position);
@@ -99,7 +97,7 @@ bool position_interpolation_aim(position_interpolation *state, drive_angle targe
   state->end = cut ? moved(now.position, state->way_rad) : target;
   state->start = now.position;
   state->start_rad_s = now.rate_rad_s;
-  state->end_rad_s = scalar_clamp(slope_at_end(state, period_s), -rate_limit_rad_s, rate_limit_rad_s);
+  state->end_rad_s = scalar_clamp(slope_at_end(state, before_rad, period_s), -rate_limit_rad_s, rate_limit_rad_s);
   state->elapsed_ticks = 0;
   state->period_ticks = period_ticks;
   return cut;

@@ -46,7 +46,8 @@ typedef struct {
 interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s);
 
 typedef struct {
-  drive_angle points[INTERPOLATION_POINTS]; /* the last set-points, newest first */
+  drive_angle last;   /* set-point */
+  float last_way_rad; /* to it from the one before */
   int known_points;
   drive_angle start; /* of the cubic */
   drive_angle end;

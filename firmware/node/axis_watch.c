@@ -13,50 +13,48 @@ static protection_motor motor_of(const servo_axis_params *params) {
   };
 }
 
-static protection_inputs inputs_of(const servo_board *board, int i, drive_angle position) {
+static void look(protection_inputs *in, const servo_board *board, int i, drive_angle position, float bus_voltage_v) {
   const servo_axis *axis = &board->app.axis[i];
   const servo_axis_samples *samples = &board->samples.axis[i];
   const bool closed = servo_mode_closes(axis->mode);
-  return (protection_inputs){
-      .angle_valid = !samples->encoder_failed,
-      .angle = samples->motion.joint_angle,
-      .gyro_valid = samples->motion.gyro_valid,
-      .gyro_used = board->app.params.axis[i].speed.rate_fusion.source != RATE_FROM_ENCODER,
-      .gyro_rad_s = samples->motion.gyro_rad_s,
-      .position_rad = drive_angle_difference_rad(position, 0),
-      .mean_current_a = samples->mean_current_a,
-      .voltage_v = axis->current.voltage_v,
-      .bus_voltage_v = hal_bus_voltage_v(board->machine),
-      .powered = axis->mode != SERVO_OFF,
-      .closed = closed,
-      .speed_closed = closed && axis->mode != SERVO_TORQUE,
-      .limited = axis->signals.torque.limited,
-      .torque_nm = axis->commanded_nm,
-      .reference_rad_s = axis->signals.reference.rate_rad_s,
-      .rate_rad_s = axis->signals.rates.rate_rad_s,
-  };
+  in->angle_valid = !samples->encoder_failed;
+  in->angle = samples->motion.joint_angle;
+  in->gyro_valid = samples->motion.gyro_valid;
+  in->gyro_used = board->app.params.axis[i].speed.rate_fusion.source != RATE_FROM_ENCODER;
+  in->gyro_rad_s = samples->motion.gyro_rad_s;
+  in->position_rad = drive_angle_difference_rad(position, 0);
+  in->mean_current_a = samples->mean_current_a;
+  in->voltage_v = axis->current.voltage_v;
+  in->bus_voltage_v = bus_voltage_v;
+  in->powered = axis->mode != SERVO_OFF;
+  in->closed = closed;
+  in->speed_closed = closed && axis->mode != SERVO_TORQUE;
+  in->limited = axis->signals.torque.limited;
+  in->torque_nm = axis->commanded_nm;
+  in->reference_rad_s = axis->signals.reference.rate_rad_s;
+  in->rate_rad_s = axis->signals.rates.rate_rad_s;
 }
 
-static void remember(const axis_watch *watch, const protection_inputs *in, int axis, fault_log *log) {
+fault_set axis_watch_step(axis_watch *watch, const servo_board *board, int axis, drive_angle position,
+                          float bus_voltage_v) {
+  const protection_motor motor = motor_of(&board->app.params.axis[axis]);
+  look(&watch->seen, board, axis, position, bus_voltage_v);
+  return axis_protection_step(&watch->state, &watch->limits, &motor, &watch->seen, SERVO_TICK_S);
+}
+
+void axis_watch_remember(const axis_watch *watch, int axis, fault_log *log) {
+  const protection_inputs *seen = &watch->seen;
   const fault_log_sample sample = {
-      .joint_angle_rad = angle_difference_rad(in->angle, 0),
+      .joint_angle_rad = angle_difference_rad(seen->angle, 0),
       .joint_rate_rad_s = watch->state.last_step_rad / SERVO_TICK_S,
-      .gyro_rad_s = in->gyro_valid ? in->gyro_rad_s : NAN,
-      .reference_rad_s = in->reference_rad_s,
-      .rate_rad_s = in->rate_rad_s,
-      .torque_nm = in->torque_nm,
-      .current_a = in->mean_current_a,
-      .bus_voltage_v = in->bus_voltage_v,
+      .gyro_rad_s = seen->gyro_valid ? seen->gyro_rad_s : NAN,
+      .reference_rad_s = seen->reference_rad_s,
+      .rate_rad_s = seen->rate_rad_s,
+      .torque_nm = seen->torque_nm,
+      .current_a = seen->mean_current_a,
+      .bus_voltage_v = seen->bus_voltage_v,
   };
   fault_log_sample_tick(log, axis, &sample);
-}
-
-fault_set axis_watch_step(axis_watch *watch, const servo_board *board, int axis, drive_angle position, fault_log *log) {
-  const protection_motor motor = motor_of(&board->app.params.axis[axis]);
-  const protection_inputs in = inputs_of(board, axis, position);
-  const fault_set found = axis_protection_step(&watch->state, &watch->limits, &motor, &in, SERVO_TICK_S);
-  remember(watch, &in, axis, log);
-  return found;
 }
 
 drive_travel axis_watch_travel(const axis_watch *watch) {

@@ -9,6 +9,7 @@
 
 typedef struct {
   protection_limits limits; /* 0x2060 */
+  protection_inputs seen;   /* by the last step */
   axis_protection state;
 } axis_watch;
 
@@ -17,7 +18,11 @@ void axis_watch_reset(axis_watch *watch);
 
 /* The faults that this tick's samples show; `position` is the drive's, of the last tick. Between `servo_board_sample`
  * and `servo_board_control`. */
-fault_set axis_watch_step(axis_watch *watch, const servo_board *board, int axis, drive_angle position, fault_log *log);
+fault_set axis_watch_step(axis_watch *watch, const servo_board *board, int axis, drive_angle position,
+                          float bus_voltage_v);
+
+/* Adds what the last step saw to the history of the log. */
+void axis_watch_remember(const axis_watch *watch, int axis, fault_log *log);
 
 /* 0x2060:9 and :10 in the units of 607D. */
 drive_travel axis_watch_travel(const axis_watch *watch);

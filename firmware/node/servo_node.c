@@ -276,8 +276,9 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
       .parts = parts,
       .part_count = count,
       .sender = config->sender,
-      .receive_frames = node->received,
-      .receive_capacity = SERVO_NODE_QUEUE,
+      .process_data = node->process_data,
+      .services = node->services,
+      .queue_capacity = SERVO_NODE_QUEUE,
       .storage = {.save = save, .restore = restore, .context = node},
       .events = {.reset = reset,
                  .heartbeat_lost = heartbeat_lost,
@@ -307,24 +308,46 @@ static fault_set faults_of_board(hal_health health, drive_power_state power) {
   return fault_bit(health == HAL_NOT_READY ? FAULT_SELF_TEST : fault_of[health]);
 }
 
-static drive_axis_inputs inputs_of(servo_node *node, int i) {
+static void gather_inputs(servo_node *node, int i, float bus_voltage_v) {
   servo_node_axis *axis = &node->axis[i];
+  drive_axis_inputs *inputs = &axis->inputs;
   const hal_health health = hal_axis_health(node->board.machine, i);
-  const float bus_voltage_v = hal_bus_voltage_v(node->board.machine);
-  drive_axis_inputs inputs = {
-      .ready = health != HAL_NOT_READY,
-      .voltage_present = bus_voltage_v >= axis->watch.limits.under_voltage_v,
-      .remote = node->canopen.state != NMT_STOPPED,
-      .setpoint_arrived = axis->setpoint_arrived,
-      .warning = axis_protection_warns(&axis->watch.state, &axis->watch.limits),
-      .hard_travel = axis_watch_travel(&axis->watch),
-  };
-  inputs.faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
-                  axis_watch_step(&axis->watch, &node->board, i, axis->drive.position, &node->log);
-  drive_axis_sense(&inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
+  inputs->ready = health != HAL_NOT_READY;
+  inputs->voltage_present = bus_voltage_v >= axis->watch.limits.under_voltage_v;
+  inputs->remote = node->canopen.state != NMT_STOPPED;
+  inputs->setpoint_arrived = axis->setpoint_arrived;
+  inputs->hard_travel = axis_watch_travel(&axis->watch);
+  inputs->faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
+                   axis_watch_step(&axis->watch, &node->board, i, axis->drive.position, bus_voltage_v);
+  inputs->warning = axis_protection_warns(&axis->watch.state, &axis->watch.limits);
+  drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
-  return inputs;
 }
+
+static void step_axis(servo_node *node, int i, float bus_voltage_v) {
+  servo_node_axis *axis = &node->axis[i];
+  gather_inputs(node, i, bus_voltage_v);
+  const float joint_rate_rad_s = node->board.app.axis[i].signals.rates.joint_rate_rad_s;
+  const bool stimulated = experiment_objects_step(&axis->experiment, &axis->drive, axis->inputs.joint_angle,
+                                                  joint_rate_rad_s, &axis->stimulus, SERVO_TICK_S);
+  axis->inputs.stimulus = stimulated ? &axis->stimulus : NULL;
+  node->board.command.axis[i] = *drive_axis_step(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
+}
+
+void servo_node_take(servo_node *node) { canopen_node_take(&node->canopen); }
+
+void servo_node_tick(servo_node *node) {
+  servo_node_take(node);
+  servo_board_sample(&node->board);
+  const float bus_voltage_v = hal_bus_voltage_v(node->board.machine);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    step_axis(node, i, bus_voltage_v);
+  }
+  node->bus_faults = 0;
+  servo_board_control(&node->board);
+}
+
+/* --- after it ----------------------------------------------------------------------------------------------------- */
 
 /* EMCY and log when an axis falls into a fault, and EMCY again when it has left it: the axes are sources of their own,
  * so that 1001 tells of a fault as long as one of them is in it. */
@@ -346,18 +369,50 @@ static void tell_fault(servo_node *node, int i) {
 }
 
 /* For 0x2101, and for the scope, which triggers on any power state and any fault. */
-static void record(servo_node *node, const bool *stimulated) {
+static void record(servo_node *node) {
   uint32_t states = 0;
   bool fault = false;
   for (int i = 0; i < SERVO_AXES; ++i) {
-    recorded_tick_take(&node->axis[i].recorded, &node->board, i, &node->axis[i].experiment, stimulated[i],
+    servo_node_axis *axis = &node->axis[i];
+    recorded_tick_take(&axis->recorded, &node->board, i, &axis->experiment, axis->inputs.stimulus != NULL,
                        node->objects.ticks);
-    const drive_power_state power = node->axis[i].drive.state.power;
+    const drive_power_state power = axis->drive.state.power;
     states = states << 8 | (uint32_t)power;
     fault = fault || power == DRIVE_FAULT || power == DRIVE_FAULT_REACTION_ACTIVE;
   }
   scope_step(&node->recorder, states, fault);
 }
+
+static void tell_axis(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  axis_watch_remember(&axis->watch, i, &node->log);
+  drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],
+                   &node->board.samples.axis[i]);
+  drive_axis_tell(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
+  tell_fault(node, i);
+}
+
+void servo_node_serve(servo_node *node) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    tell_axis(node, i);
+  }
+  node->objects.ticks++;
+  record(node);
+  access_lock_tick(&node->lock);
+  canopen_node_serve(&node->canopen);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    drive_axis_prepare(&node->axis[i].drive, &node->axis[i].objects, SERVO_TICK_S);
+  }
+  if (kept_storage_tick(&node->storage)) {
+    tell_stored(node);
+  }
+}
+
+void servo_node_background(servo_node *node) { kept_storage_background(&node->storage); }
+
+const object_dictionary *servo_node_dictionary(const servo_node *node) { return &node->canopen.dictionary; }
+
+/* --- from outside ------------------------------------------------------------------------------------------------- */
 
 bool servo_node_receive(servo_node *node, const can_frame *frame) {
   return canopen_node_receive(&node->canopen, frame);
@@ -372,32 +427,3 @@ void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool last
   }
   fault_log_write(&node->log, SERVO_AZIMUTH, fault, node->objects.ticks);
 }
-
-void servo_node_tick(servo_node *node) {
-  access_lock_tick(&node->lock);
-  canopen_node_tick(&node->canopen);
-  if (kept_storage_tick(&node->storage)) {
-    tell_stored(node);
-  }
-  servo_board_sample(&node->board);
-  bool stimulated[SERVO_AXES];
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    servo_node_axis *axis = &node->axis[i];
-    drive_axis_inputs inputs = inputs_of(node, i);
-    servo_axis_command wanted;
-    const float joint_rate_rad_s = node->board.app.axis[i].signals.rates.joint_rate_rad_s;
-    stimulated[i] = experiment_objects_step(&axis->experiment, &axis->drive, inputs.joint_angle, joint_rate_rad_s,
-                                            &wanted, SERVO_TICK_S);
-    inputs.stimulus = stimulated[i] ? &wanted : NULL;
-    node->board.command.axis[i] = drive_axis_step(&axis->drive, &axis->objects, &inputs, SERVO_TICK_S);
-    tell_fault(node, i);
-  }
-  node->bus_faults = 0;
-  servo_board_control(&node->board);
-  node->objects.ticks++;
-  record(node, stimulated);
-}
-
-void servo_node_background(servo_node *node) { kept_storage_background(&node->storage); }
-
-const object_dictionary *servo_node_dictionary(const servo_node *node) { return &node->canopen.dictionary; }

@@ -1,8 +1,10 @@
 /* The servo on the bus: a CANopen node with two CiA 402 axes around the servo core.
  *
- *     frames in -> objects -> samples -> protection -> drive (CiA 402) -> servo_board -> objects -> frames out
+ *     servo_node_tick     RPDO -> samples -> protection -> drive (CiA 402) -> servo_board -> set-points of the motors
+ *     servo_node_serve    what the tick did -> objects, fault log, scope -> TPDO, SDO, EMCY, heartbeat
  *
- * One tick does all of it, in that order, on top of any HAL. Parts of the dictionary: the device's own (1000), per axis
+ * Each of the two runs once in 1 ms, in that order, on top of any HAL: what turns the motors does not wait for what
+ * only the bus wants. Parts of the dictionary: the device's own (1000), per axis
  * its parameters (2000), protection (2060), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and what
  * both share (3000).
  */
@@ -22,7 +24,7 @@
 #include "node/scope_objects.h"
 #include "node/tuning_objects.h"
 
-enum { SERVO_NODE_QUEUE = 128 };
+enum { SERVO_NODE_QUEUE = 64 };
 
 typedef struct {
   axis_tuning tuning;
@@ -34,7 +36,9 @@ typedef struct {
   axis_watch watch;              /* 0x2060 */
   protection_owner limits_owner; /* of its part */
   bool setpoint_arrived;
-  fault_id told_fault; /* that the bus has been told of by EMCY */
+  drive_axis_inputs inputs;    /* of this tick */
+  servo_axis_command stimulus; /* of an experiment, when it gives the set-point */
+  fault_id told_fault;         /* that the bus has been told of by EMCY */
 } servo_node_axis;
 
 /* 0x3010, 0x3030 and 0x3031. */
@@ -60,7 +64,8 @@ typedef struct {
   fault_objects fault_setup;
   fault_objects_owner fault_owner;
   canopen_node canopen;
-  can_frame received[SERVO_NODE_QUEUE];
+  can_frame process_data[SERVO_NODE_QUEUE];
+  can_frame services[SERVO_NODE_QUEUE];
 } servo_node;
 
 typedef struct {
@@ -87,8 +92,16 @@ void servo_node_bus_off(servo_node *node);
  * only the history keeps it. */
 void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool lasts);
 
-/* Every 1 ms. */
+/* Optional, shortly before a tick and in its thread: process data that has come already, so that the tick finds little.
+ */
+void servo_node_take(servo_node *node);
+
+/* Every 1 ms: from what was sampled to the current set-points of both axes. */
 void servo_node_tick(servo_node *node);
+
+/* After each tick and before the next, never within one: sends, answers, records. What arrives by SDO counts from the
+ * next tick on. */
+void servo_node_serve(servo_node *node);
 
 /* Between ticks, or from a background that the tick interrupts, again and again: stores, one flash operation a call. */
 void servo_node_background(servo_node *node);

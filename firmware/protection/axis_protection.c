@@ -58,14 +58,21 @@ void axis_protection_reset(axis_protection *protection) {
 
 /* Counts the ticks in a row in which something is seen; whether they are enough. */
 static bool seen_for(int *ticks, bool seen, int enough) {
-  *ticks = seen ? (*ticks < enough ? *ticks + 1 : enough) : 0;
+  if (!seen) {
+    *ticks = 0;
+    return false;
+  }
+  *ticks += *ticks < enough ? 1 : 0;
   return *ticks >= enough;
 }
 
 static bool lasts(float *seconds, bool seen, float enough_s, float dt_s) {
-  *seconds = seen ? scalar_min(*seconds + dt_s, enough_s) : 0.0f;
-  /* Half a tick for rounding. */
-  return seen && *seconds >= enough_s - 0.5f * dt_s;
+  if (!seen) {
+    *seconds = 0.0f;
+    return false;
+  }
+  *seconds = scalar_min(*seconds + dt_s, enough_s);
+  return *seconds >= enough_s - 0.5f * dt_s; /* half a tick for rounding */
 }
 
 static void follow(float *slow, float now, float share) { *slow += (now - *slow) * share; }
@@ -194,6 +201,13 @@ static bool stalls(axis_protection *p, const protection_limits *limits, const pr
   return false;
 }
 
+static bool moves_outwards(const protection_limits *limits, const protection_inputs *in, float joint_rate_rad_s) {
+  if (limits->minimum_rad >= limits->maximum_rad || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
+    return false;
+  }
+  return joint_rate_rad_s < 0.0f ? in->position_rad < limits->minimum_rad : in->position_rad > limits->maximum_rad;
+}
+
 static fault_set watch_motion(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                               const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const bool overspeed =
@@ -203,11 +217,9 @@ static fault_set watch_motion(axis_protection *p, const protection_limits *limit
       in->speed_closed && !scalar_within(in->reference_rad_s - in->rate_rad_s, limits->speed_error_rad_s);
   const bool speed_error = lasts(&p->speed_error_s, far_off, limits->speed_error_s, dt_s);
   const bool stall = stalls(p, limits, in, joint_rate_rad_s, dt_s);
-  const bool bounded = limits->minimum_rad < limits->maximum_rad;
-  const bool outwards = (in->position_rad < limits->minimum_rad && joint_rate_rad_s < -STANDSTILL_RAD_S) ||
-                        (in->position_rad > limits->maximum_rad && joint_rate_rad_s > STANDSTILL_RAD_S);
+  const bool beyond = in->closed && moves_outwards(limits, in, joint_rate_rad_s);
   return bit_if(overspeed, FAULT_OVER_SPEED) | bit_if(runaway, FAULT_RUNAWAY) | bit_if(speed_error, FAULT_SPEED_ERROR) |
-         bit_if(stall, FAULT_STALL) | bit_if(bounded && in->closed && outwards, FAULT_BEYOND_TRAVEL);
+         bit_if(stall, FAULT_STALL) | bit_if(beyond, FAULT_BEYOND_TRAVEL);
 }
 
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,

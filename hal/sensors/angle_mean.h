@@ -4,14 +4,18 @@
 
 #include <stdint.h>
 
-/* count 1 .. 2^16; rounded to the nearest. */
+/* count 1 .. 1000; rounded to the nearest. Without a division of 64 bits, which the core does not have: whole parts and
+ * remainders are summed apart. */
 static inline uint32_t angle_mean(const uint32_t *angle_turn32, int count) {
-  int64_t sum = 0;
+  int32_t mean = 0;
+  int32_t rest = 0; /* more than -count^2, less than count^2 */
   for (int i = 1; i < count; ++i) {
-    sum += (int32_t)(angle_turn32[i] - angle_turn32[0]);
+    const int32_t difference = (int32_t)(angle_turn32[i] - angle_turn32[0]);
+    mean += difference / count;
+    rest += difference % count;
   }
-  const int64_t half = sum < 0 ? -(count / 2) : count / 2;
-  return angle_turn32[0] + (uint32_t)(int32_t)((sum + half) / count);
+  const int32_t rounded = (2 * rest + count + 2 * count * count) / (2 * count) - count;
+  return angle_turn32[0] + (uint32_t)(mean + rounded);
 }
 
 #endif

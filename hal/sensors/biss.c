@@ -5,20 +5,24 @@
 enum { ANSWER_BITS = BISS_CHECKED_BITS + BISS_CRC_BITS, CRC_MASK = (1 << BISS_CRC_BITS) - 1 };
 _Static_assert(BISS_MOST_DELAY_BITS < 32, "the start bit lies in the first word");
 
-/* Six bits at a time: entry n is n x^6 modulo the polynomial. */
+/* Entry n is n x^6 modulo the polynomial: the sum of what its bits give. */
+#define BIT(n, bit, remainder) (((n) >> (bit)&1u) != 0 ? (remainder) : 0u)
+#define ENTRY(n)                                                                                                     \
+  (BIT(n, 0, 0x03u) ^ BIT(n, 1, 0x06u) ^ BIT(n, 2, 0x0Cu) ^ BIT(n, 3, 0x18u) ^ BIT(n, 4, 0x30u) ^ BIT(n, 5, 0x23u) ^ \
+   BIT(n, 6, 0x05u) ^ BIT(n, 7, 0x0Au))
+#define ENTRIES_4(n) ENTRY(n), ENTRY((n) + 1u), ENTRY((n) + 2u), ENTRY((n) + 3u)
+#define ENTRIES_16(n) ENTRIES_4(n), ENTRIES_4((n) + 4u), ENTRIES_4((n) + 8u), ENTRIES_4((n) + 12u)
+#define ENTRIES_64(n) ENTRIES_16(n), ENTRIES_16((n) + 16u), ENTRIES_16((n) + 32u), ENTRIES_16((n) + 48u)
+
+/* Four bits, then eight at a time. */
 uint32_t biss_crc(uint32_t checked_bits) {
-  static const uint8_t remainder_of[64] = {
-      0x00, 0x03, 0x06, 0x05, 0x0C, 0x0F, 0x0A, 0x09, 0x18, 0x1B, 0x1E, 0x1D, 0x14, 0x17, 0x12, 0x11,
-      0x30, 0x33, 0x36, 0x35, 0x3C, 0x3F, 0x3A, 0x39, 0x28, 0x2B, 0x2E, 0x2D, 0x24, 0x27, 0x22, 0x21,
-      0x23, 0x20, 0x25, 0x26, 0x2F, 0x2C, 0x29, 0x2A, 0x3B, 0x38, 0x3D, 0x3E, 0x37, 0x34, 0x31, 0x32,
-      0x13, 0x10, 0x15, 0x16, 0x1F, 0x1C, 0x19, 0x1A, 0x0B, 0x08, 0x0D, 0x0E, 0x07, 0x04, 0x01, 0x02,
-  };
-  uint32_t crc = 0;
-  for (int shift = BISS_CHECKED_BITS / BISS_CRC_BITS * BISS_CRC_BITS; shift >= 0; shift -= BISS_CRC_BITS) {
-    crc = remainder_of[(crc ^ checked_bits >> shift) & CRC_MASK];
-  }
-  return crc;
+  static const uint8_t remainder_of[256] = {ENTRIES_64(0u), ENTRIES_64(64u), ENTRIES_64(128u), ENTRIES_64(192u)};
+  uint32_t crc = remainder_of[checked_bits >> 24 & 0x0Fu];
+  crc = remainder_of[crc << 2 ^ (checked_bits >> 16 & 0xFFu)];
+  crc = remainder_of[crc << 2 ^ (checked_bits >> 8 & 0xFFu)];
+  return remainder_of[crc << 2 ^ (checked_bits & 0xFFu)];
 }
+_Static_assert(BISS_CHECKED_BITS == 28 && BISS_CRC_BITS == 6, "as the shifts above");
 
 static uint32_t word_at(const uint8_t *bytes) {
   uint32_t word;

@@ -3,9 +3,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { HEADER_BYTES = 4, RATE_X = 4, STATUS = 28, SEQUENCE = 29, TEMPERATURE = 30, CRC = 32 };
+enum { HEADER_BYTES = 4, RATE_X = 4, STATUS = 28, SEQUENCE = 29, TEMPERATURE = 30 };
 
 static const uint8_t header[HEADER_BYTES] = {0xFE, 0x81, 0xFF, 0x55};
+static const uint32_t crc_of_header = 0x586AEC15u;
 
 static uint32_t word_at(const uint8_t *bytes) {
   return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
@@ -20,17 +21,21 @@ static uint32_t word_at(const uint8_t *bytes) {
 #define ENTRIES_16(n) ENTRIES_4(n), ENTRIES_4((n) + 4u), ENTRIES_4((n) + 8u), ENTRIES_4((n) + 12u)
 #define ENTRIES_64(n) ENTRIES_16(n), ENTRIES_16((n) + 16u), ENTRIES_16((n) + 32u), ENTRIES_16((n) + 48u)
 
+static const uint32_t remainder_of[256] = {ENTRIES_64(0u), ENTRIES_64(64u), ENTRIES_64(128u), ENTRIES_64(192u)};
+
+static uint32_t crc_with(uint32_t crc, uint8_t byte) { return crc << 8 ^ remainder_of[crc >> 24 ^ byte]; }
+
 uint32_t gyro_frame_crc(const uint8_t *bytes, uint32_t count) {
-  static const uint32_t remainder_of[256] = {ENTRIES_64(0u), ENTRIES_64(64u), ENTRIES_64(128u), ENTRIES_64(192u)};
   uint32_t crc = UINT32_MAX;
   for (uint32_t i = 0; i < count; ++i) {
-    crc = crc << 8 ^ remainder_of[crc >> 24 ^ bytes[i]];
+    crc = crc_with(crc, bytes[i]);
   }
   return crc;
 }
 
-static bool read_frame(const uint8_t *bytes, gyro_frame *frame) {
-  if (gyro_frame_crc(bytes, CRC) != word_at(bytes + CRC)) {
+/* With the CRC that was sent behind it, not inverted, the CRC of a whole frame is 0. */
+static bool read_frame(const uint8_t *bytes, uint32_t crc, gyro_frame *frame) {
+  if (crc != 0) {
     return false;
   }
   const uint32_t rate = word_at(bytes + RATE_X);
@@ -53,6 +58,7 @@ static void search_header(gyro_frame_reader *reader, uint8_t byte) {
   }
   if (byte == header[reader->count]) {
     reader->bytes[reader->count++] = byte;
+    reader->crc = crc_of_header;
   }
 }
 
@@ -65,12 +71,13 @@ static void search_again(gyro_frame_reader *reader) {
       search_header(reader, byte);
     } else {
       reader->bytes[reader->count++] = byte;
+      reader->crc = crc_with(reader->crc, byte);
     }
   }
 }
 
 static uint32_t end_frame(gyro_frame_reader *reader, gyro_frame *frame) {
-  if (read_frame(reader->bytes, frame)) {
+  if (read_frame(reader->bytes, reader->crc, frame)) {
     reader->count = 0;
     return 1;
   }
@@ -79,10 +86,16 @@ static uint32_t end_frame(gyro_frame_reader *reader, gyro_frame *frame) {
   return 0;
 }
 
-static void copy(uint8_t *to, const volatile uint8_t *from, uint32_t count) {
+static void append(gyro_frame_reader *reader, const volatile uint8_t *from, uint32_t count) {
+  uint8_t *to = reader->bytes + reader->count;
+  uint32_t crc = reader->crc;
   for (uint32_t i = 0; i < count; ++i) {
-    to[i] = from[i];
+    const uint8_t byte = from[i];
+    to[i] = byte;
+    crc = crc_with(crc, byte);
   }
+  reader->crc = crc;
+  reader->count += count;
 }
 
 uint32_t gyro_frame_take(gyro_frame_reader *reader, const volatile uint8_t *bytes, uint32_t count, gyro_frame *frame) {
@@ -95,9 +108,8 @@ uint32_t gyro_frame_take(gyro_frame_reader *reader, const volatile uint8_t *byte
     }
     const uint32_t missing = GYRO_FRAME_BYTES - reader->count;
     const uint32_t there = count - taken < missing ? count - taken : missing;
-    copy(reader->bytes + reader->count, bytes + taken, there);
+    append(reader, bytes + taken, there);
     taken += there;
-    reader->count += there;
     if (there == missing) {
       frames += end_frame(reader, frame);
     }

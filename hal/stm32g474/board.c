@@ -33,6 +33,14 @@ static void begin_encoder_read(uint32_t period) {
   }
 }
 
+/* Each reading is decoded in the period after its own; that of period 0 is left to the tick. */
+static void request_prelude(uint32_t period) {
+  const uint32_t first = PERIODS_PER_TICK - (ENCODER_READS_PER_TICK - 2);
+  if (period >= first || period == 0) {
+    interrupt_request(PRELUDE_INTERRUPT);
+  }
+}
+
 static void keep_mean_currents(uint32_t period) {
   for (int axis = 0; axis < 2; ++axis) {
     if (period == 0) {
@@ -61,11 +69,15 @@ static void take_currents(void) {
   board.heat_sink_counts = sample.heat_sink_counts;
 }
 
+static void lose_timing(void) {
+  board.timing_lost = true;
+  bridge_trip(0);
+  bridge_trip(1);
+}
+
 static void switch_off_without_tick(void) {
   if (++board.periods_since_tick > MOST_PERIODS_WITHOUT_TICK) {
-    board.timing_lost = true;
-    bridge_trip(0);
-    bridge_trip(1);
+    lose_timing();
   }
 }
 
@@ -77,26 +89,47 @@ void adc1_2_interrupt(void) {
   keep_mean_currents(period);
   main_pwm_period(period);
   switch_off_without_tick();
+  request_prelude(period);
   board.periods++;
   board.period = period + 1 < PERIODS_PER_TICK ? period + 1 : 0;
 }
 
-/* The tick's place is in period 0, after its current loop: elsewhere one of the two clocks has gone astray. */
+/* What sensors and bus have said already, so that the tick has little left to read. Neither interrupts the other. */
+void prelude_interrupt(void) {
+  for (int axis = 0; axis < 2; ++axis) {
+    encoder_decode(&board.encoder[axis]);
+    gyro_read(&board.gyro[axis], axis);
+  }
+  board.too_hot = thermistor_celsius((int)board.heat_sink_counts) > TOO_HOT_CELSIUS;
+  if (!board.service_under_way) { /* else the tick will complain */
+    main_before_tick();
+  }
+}
+
+/* The tick's place is in period 0, after its current loop: elsewhere one of the two clocks has gone astray. Neither may
+ * it interrupt the service, which can have objects half written: no tick is made then, nor any more. */
 void tim6_dac_interrupt(void) {
   tick_timer_acknowledge();
-  if (board.period != 1) {
-    board.timing_lost = true;
-    bridge_trip(0);
-    bridge_trip(1);
+  if (board.period != 1 || board.service_under_way) {
+    lose_timing();
+  }
+  if (board.service_under_way) {
+    return;
   }
   board.periods_since_tick = 0;
   for (int axis = 0; axis < 2; ++axis) {
     board.angle_known[axis] = encoder_take(&board.encoder[axis], &board.angle_turn32[axis]);
     board.rate_known[axis] = gyro_take(&board.gyro[axis], axis, &board.rate_rad_s[axis]);
   }
-  board.too_hot = thermistor_celsius((int)board.heat_sink_counts) > TOO_HOT_CELSIUS;
   main_tick();
   board.ticks++;
+  board.service_under_way = true;
+  service_request();
+}
+
+void pendsv_exception(void) {
+  main_service();
+  board.service_under_way = false;
 }
 
 void fdcan1_it0_interrupt(void) {
@@ -229,10 +262,12 @@ void hal_board_run(hal *machine) {
   tick_timer_start(PERIOD_US + TICK_AFTER_PERIOD_US);
   current_sense_enable_interrupt();
   can_enable_interrupt();
+  service_start();
   interrupt_enable(TIM1_BRK_INTERRUPT, PRIORITY_DRIVER_FAULT);
   interrupt_enable(TIM8_BRK_INTERRUPT, PRIORITY_DRIVER_FAULT);
   interrupt_enable(ADC1_2_INTERRUPT, PRIORITY_CURRENT_LOOP);
   interrupt_enable(TIM6_DAC_INTERRUPT, PRIORITY_TICK);
+  interrupt_enable(PRELUDE_INTERRUPT, PRIORITY_TICK);
   interrupt_enable(FDCAN1_IT0_INTERRUPT, PRIORITY_CAN);
   if (!watchdog_start()) {
     machine->test_bits |= HAL_TEST_CONTROLLER;

@@ -36,6 +36,8 @@ struct hal {
   bool too_hot;
   volatile bool powered[2];
 
+  volatile bool service_under_way; /* from the tick that asks for it to its end */
+
   volatile hal_health tripped[2]; /* why a bridge was switched off last */
   float offset_counts[2];         /* of the current sensors; written before the interrupts begin */
   encoder_readings encoder[2];

@@ -61,29 +61,32 @@ void encoder_begin_read(encoder_readings readings[2], int number) {
 }
 
 /* What was read is wiped out: an answer that does not come is none the next time. */
-static void wipe(encoder_readings *readings) {
-  for (int i = 0; i < ENCODER_READS_PER_TICK; ++i) {
-    readings->answer[i][0] = 0;
-    readings->answer[i][1] = 0;
+void encoder_decode(encoder_readings *readings) {
+  if (readings->decoded >= ENCODER_READS_PER_TICK) {
+    return;
   }
+  uint32_t *answer = readings->answer[readings->decoded++];
+  biss_reading reading;
+  if (biss_decode((const uint8_t *)answer, &reading) == BISS_OK) {
+    readings->good_turn32[readings->good++] = reading.angle_turn32;
+    readings->warning = reading.warning;
+  } else {
+    readings->refused++;
+  }
+  answer[0] = 0;
+  answer[1] = 0;
 }
 
 bool encoder_take(encoder_readings *readings, uint32_t *angle_turn32) {
-  uint32_t good[ENCODER_READS_PER_TICK];
-  int count = 0;
-  for (int i = 0; i < ENCODER_READS_PER_TICK; ++i) {
-    biss_reading reading;
-    if (biss_decode((const uint8_t *)readings->answer[i], &reading) == BISS_OK) {
-      good[count++] = reading.angle_turn32;
-      readings->warning = reading.warning;
-    } else {
-      readings->refused++;
-    }
+  for (int i = readings->decoded; i < ENCODER_READS_PER_TICK; ++i) {
+    encoder_decode(readings);
   }
-  wipe(readings);
-  if (count == 0) {
+  const int good = readings->good;
+  readings->decoded = 0;
+  readings->good = 0;
+  if (good == 0) {
     return false;
   }
-  *angle_turn32 = angle_mean(good, count);
+  *angle_turn32 = angle_mean(readings->good_turn32, good);
   return true;
 }

@@ -43,22 +43,29 @@ static void take_bytes(gyro_line *line, uint32_t end) {
   const uint32_t frames = gyro_frame_take(&line->reader, line->ring + line->taken, end - line->taken, &line->last);
   if (frames != 0) {
     line->frames += frames;
-    line->age_ticks = 0;
+    line->fresh = true;
   }
   line->taken = end % GYRO_RING_BYTES;
 }
 
-bool gyro_take(gyro_line *line, int axis, float *rate_rad_s) {
+void gyro_read(gyro_line *line, int axis) {
   const uint32_t written = GYRO_RING_BYTES - DMA2->ch[ports[axis].channel].ndtr;
-  if (line->age_ticks < NEVER_TICKS) {
-    line->age_ticks++;
-  }
   if (written < line->taken) {
     take_bytes(line, GYRO_RING_BYTES);
   }
   if (written > line->taken) {
     take_bytes(line, written);
   }
+}
+
+bool gyro_take(gyro_line *line, int axis, float *rate_rad_s) {
+  gyro_read(line, axis);
+  if (line->fresh) {
+    line->age_ticks = 0;
+  } else if (line->age_ticks < NEVER_TICKS) {
+    line->age_ticks++;
+  }
+  line->fresh = false;
   *rate_rad_s = line->last.rate_rad_s;
   return line->age_ticks <= GYRO_MOST_AGE_TICKS && line->last.valid;
 }

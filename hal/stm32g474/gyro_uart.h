@@ -17,12 +17,16 @@ typedef struct {
   gyro_frame_reader reader;
   gyro_frame last;
   uint32_t frames;    /* good ones so far */
+  bool fresh;         /* one of them since gyro_take was called last */
   uint32_t age_ticks; /* of the last good one */
 } gyro_line;
 
 void gyro_start(gyro_line lines[2]);
 
-/* Takes the bytes that have come; once per tick. True: `rate_rad_s` is that of a fresh and valid frame. */
+/* Reads the bytes that have come, at any time. */
+void gyro_read(gyro_line *line, int axis);
+
+/* The same, once per tick. True: `rate_rad_s` is that of a fresh and valid frame. */
 bool gyro_take(gyro_line *line, int axis, float *rate_rad_s);
 
 #endif

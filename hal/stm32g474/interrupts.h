@@ -3,8 +3,9 @@
  *
  *     0  driver faults: TIM1 break, TIM8 break
  *     1  current loop: end of the injected sequence of ADC1, 20 kHz
- *     2  tick: TIM6 update, 1 kHz
+ *     2  tick: TIM6 update, 1 kHz; prelude: what came before the tick, asked for by the last PWM periods
  *     3  CAN: a frame was received
+ *     4  service: PendSV, which every tick asks for
  *        background: main, watchdog */
 #ifndef TRACKSERVO_STM32G474_INTERRUPTS_H
 #define TRACKSERVO_STM32G474_INTERRUPTS_H
@@ -17,23 +18,41 @@ enum {
   TIM1_BRK_INTERRUPT = 24,
   TIM8_BRK_INTERRUPT = 43,
   TIM6_DAC_INTERRUPT = 54,
+  PRELUDE_INTERRUPT = 55, /* TIM7's, which is not used */
   INTERRUPT_COUNT = 102
 };
 
-enum { PRIORITY_DRIVER_FAULT = 0, PRIORITY_CURRENT_LOOP = 1, PRIORITY_TICK = 2, PRIORITY_CAN = 3 };
+enum {
+  PRIORITY_DRIVER_FAULT = 0,
+  PRIORITY_CURRENT_LOOP = 1,
+  PRIORITY_TICK = 2,
+  PRIORITY_CAN = 3,
+  PRIORITY_SERVICE = 4
+};
 
 void adc1_2_interrupt(void);
 void fdcan1_it0_interrupt(void);
 void tim1_brk_interrupt(void);
 void tim8_brk_interrupt(void);
 void tim6_dac_interrupt(void);
+void prelude_interrupt(void);
+void pendsv_exception(void);
+
+enum { UNIMPLEMENTED_PRIORITY_BITS = 4 };
+
+/* The service comes when nothing more urgent is left to do. */
+static inline void service_start(void) {
+  field_set(&SCB->shpr[2], SCB_SHPR3_PENDSV, PRIORITY_SERVICE << UNIMPLEMENTED_PRIORITY_BITS);
+}
+static inline void service_request(void) { SCB->icsr = SCB_ICSR_PENDSVSET; }
+
+static inline void interrupt_request(uint32_t number) { NVIC->ispr[number / 32u] = 1u << (number % 32u); }
 
 /* Clears what is pending, sets the priority, enables. */
 static inline void interrupt_enable(uint32_t number, uint32_t priority) {
-  const uint32_t unimplemented_bits = 4;
   const uint32_t word = number / 32u;
   const uint32_t bit = 1u << (number % 32u);
-  NVIC->ipr[number] = (uint8_t)(priority << unimplemented_bits);
+  NVIC->ipr[number] = (uint8_t)(priority << UNIMPLEMENTED_PRIORITY_BITS);
   NVIC->icpr[word] = bit;
   NVIC->iser[word] = bit;
 }

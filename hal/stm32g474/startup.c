@@ -109,7 +109,7 @@ typedef struct {
 #define FAULTS_10 FAULT, FAULT, FAULTS_4, FAULTS_4
 __attribute__((section(".vectors"), used)) static const vector_table vectors = {
     .initial_stack = stack_top,
-    .core = {reset_handler, nmi_handler, FAULT, FAULTS_10, FAULT, FAULT},
+    .core = {reset_handler, nmi_handler, FAULTS_10, FAULT, /* 14 */ pendsv_exception, FAULT},
     .interrupt = {/*  0 */ FAULTS_10,
                   FAULTS_4,
                   FAULTS_4,
@@ -126,11 +126,11 @@ __attribute__((section(".vectors"), used)) static const vector_table vectors = {
                   /* 43 */ tim8_brk_interrupt,
                   FAULTS_10,
                   /* 54 */ tim6_dac_interrupt,
+                  /* 55 */ prelude_interrupt,
                   FAULTS_10,
                   FAULTS_10,
                   FAULTS_10,
                   FAULTS_10,
-                  FAULT,
                   FAULT,
                   FAULT,
                   FAULT,

@@ -77,7 +77,7 @@ void VirtualBus::advance(double seconds) {
   credit_bits_ += seconds * bit_rate_;
   while (credit_bits_ > 0 && deliver_next()) {
   }
-  credit_bits_ = std::min(credit_bits_, bit_rate_ * 0.001);
+  credit_bits_ = std::min(credit_bits_, bit_rate_ * saved_s_);
 }
 
 double VirtualBus::load() const {

@@ -33,7 +33,10 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
   if (!servo_node_start(node_.get(), &config)) {
     throw std::runtime_error("the node does not start with the gains designed for this plant");
   }
-  machine_.run_firmware(node_->board, [this] { servo_node_tick(node_.get()); });
+  machine_.run_firmware(node_->board, [this] {
+    servo_node_tick(node_.get());
+    servo_node_serve(node_.get());
+  });
 }
 
 void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value) {

@@ -19,7 +19,10 @@ ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint
     throw std::invalid_argument(
         "the node does not start: give a node id from 1 to 127 and a plant whose gains are in range");
   }
-  machine_.run_firmware(node_->board, [this] { servo_node_tick(node_.get()); });
+  machine_.run_firmware(node_->board, [this] {
+    servo_node_tick(node_.get());
+    servo_node_serve(node_.get());
+  });
 }
 
 ServedNode::~ServedNode() { bus_.detach(port_); }
@@ -29,7 +32,7 @@ void ServedNode::tick() {
   servo_node_background(node_.get());
 }
 
-void ServedNode::process() { canopen_node_process(&node_->canopen); }
+void ServedNode::process() { canopen_node_answer(&node_->canopen); }
 
 void ServedNode::take_health(CanHealth health) {
   if (health == CanHealth::kRecovered) {

@@ -84,7 +84,7 @@ int main(int argc, char **argv) {
     const auto now = Clock::now();
     bus.advance(std::chrono::duration<double>(now - last).count());
     last = now;
-    canopen_node_process(&device.node);
+    canopen_node_answer(&device.node);
     for (int late = 0; late < 20 && next_tick <= now; ++late) {
       test_device_tick(&device);
       next_tick += std::chrono::milliseconds(1);

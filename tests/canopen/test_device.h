@@ -7,7 +7,7 @@
 
 #include "canopen/canopen_node.h"
 
-enum { TEST_DEVICE_STREAM = 40000, TEST_DEVICE_QUEUE = 256, TEST_DEVICE_AXES = 2 };
+enum { TEST_DEVICE_STREAM = 40000, TEST_DEVICE_QUEUE = 128, TEST_DEVICE_AXES = 2 };
 
 typedef struct {
   float kp;
@@ -39,7 +39,8 @@ typedef struct {
 
 typedef struct {
   canopen_node node;
-  can_frame frames[TEST_DEVICE_QUEUE];
+  can_frame process_data[TEST_DEVICE_QUEUE];
+  can_frame services[TEST_DEVICE_QUEUE];
   test_values values;
   test_axis axis[TEST_DEVICE_AXES];
   uint8_t stream[TEST_DEVICE_STREAM]; /* 2F01, also what 2F02 reads */

@@ -1,10 +1,11 @@
-/* cost_node: instructions of the whole 1 kHz task of both axes, servo_node_tick, at work on a full bus; ends with 1
- * when it takes more than is asked.
+/* cost_node: instructions of the whole 1 kHz task of both axes, servo_node_tick, at work on a full bus, and of the
+ * service after it; ends with 1 when the task takes more than is asked, or the service more than it did.
  *
  * Both axes turn a bare inertia with Coulomb friction. In every tick, as many frames as 1 Mbit/s can carry in a
  * millisecond: SYNC, all four RPDOs, all four TPDOs, an SDO request and its answer (1061 bits without stuffing). The
- * scope records 8 signals, a frame every tick. Counted is what the tick does, with what it has to read and send already
- * in memory: the drivers of a board are not in it, and neither is the interrupt that puts a frame into the queue. */
+ * scope records 8 signals, a frame every tick. Counted is what they do, with what there is to read and send already in
+ * memory: the drivers of a board are not in it, and neither is the interrupt that puts a frame into the queue. (On the
+ * board most frames are taken before the tick; here all of them within it.) */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -169,6 +170,7 @@ static bool start(void) {
   }
   good = good && set(0x3000, 9, 8, 1) && set(0x3000, 5, 6, 1) && set(0x3000, 1, 1, 1); /* waits for a fault */
   servo_node_tick(&b.node);
+  servo_node_serve(&b.node);
   receive(0x000, 2, "\x01\x00"); /* NMT: start */
   return good;
 }
@@ -178,7 +180,6 @@ static bool start(void) {
 typedef struct {
   const char *name;
   int8_t mode;
-  int bound; /* reached; what is asked is not, see docs/cost.md */
 } work;
 
 /* Shutdown, switch on, enable; then new set-points whenever an axis is there. */
@@ -197,25 +198,35 @@ static int32_t position_at(uint32_t tick, int8_t mode) {
   return mode == DRIVE_PROFILE_POSITION ? (tick % 1000 < 500 ? 900000 : -900000) : turning;
 }
 
-static int count_tick(const work *w) {
+typedef struct {
+  int tick;
+  int service;
+} work_cost;
+
+static work_cost count_tick(const work *w) {
   const int32_t velocity = b.tick % 1000 < 500 ? 200000 : -200000;
   full_bus(controlword(b.tick), w->mode, velocity, position_at(b.tick, w->mode));
-  const uint32_t start_count = instruction_count_now();
+  work_cost cost;
+  uint32_t start_count = instruction_count_now();
   servo_node_tick(&b.node);
-  const int cost = instruction_count_since(start_count);
+  cost.tick = instruction_count_since(start_count);
+  start_count = instruction_count_now();
+  servo_node_serve(&b.node);
+  cost.service = instruction_count_since(start_count);
   turn(&b);
   return cost;
 }
 
-static bool measure(const work *w, cost_row *row) {
-  *row = (cost_row){.name = w->name, .asked = ASKED, .bound = w->bound};
+static bool measure(const work *w, cost_row *row, cost_row *service) {
+  *row = (cost_row){.name = w->name, .asked = ASKED};
   if (!start()) {
     return false;
   }
   for (int tick = 0; tick < WARM_UP_TICKS + COUNTED_TICKS; ++tick) {
-    const int cost = count_tick(w);
+    const work_cost cost = count_tick(w);
     if (tick >= WARM_UP_TICKS) {
-      cost_row_add(row, cost);
+      cost_row_add(row, cost.tick);
+      cost_row_add(service, cost.service);
     }
   }
   bool enabled = true;
@@ -233,18 +244,20 @@ static bool measure(const work *w, cost_row *row) {
 
 int main(void) {
   static const work works[] = {
-      {"1 kHz task, cyclic velocity", DRIVE_CYCLIC_VELOCITY, 7500},
-      {"1 kHz task, cyclic position", DRIVE_CYCLIC_POSITION, 8100},
-      {"1 kHz task, cyclic torque", DRIVE_CYCLIC_TORQUE, 7300},
-      {"1 kHz task, profile velocity", DRIVE_PROFILE_VELOCITY, 7800},
-      {"1 kHz task, profile position", DRIVE_PROFILE_POSITION, 10700},
+      {"1 kHz task, cyclic velocity", DRIVE_CYCLIC_VELOCITY},
+      {"1 kHz task, cyclic position", DRIVE_CYCLIC_POSITION},
+      {"1 kHz task, cyclic torque", DRIVE_CYCLIC_TORQUE},
+      {"1 kHz task, profile velocity", DRIVE_PROFILE_VELOCITY},
+      {"1 kHz task, profile position", DRIVE_PROFILE_POSITION},
   };
   static cost_row row;
+  static cost_row service = {.name = "service after it, all modes", .bound = 6700};
   bool good = instruction_count_start();
   cost_table_head();
   for (unsigned i = 0; i < sizeof works / sizeof works[0]; ++i) {
-    good = measure(&works[i], &row) && good;
+    good = measure(&works[i], &row, &service) && good;
     good = cost_row_print(&row) && good;
   }
+  good = cost_row_print(&service) && good;
   return good ? 0 : 1;
 }

@@ -38,6 +38,7 @@ static void tick(void) {
   }
   ticks_left--;
   servo_node_tick(&node);
+  servo_node_serve(&node);
   servo_node_background(&node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_board_pwm(&node.board, i);

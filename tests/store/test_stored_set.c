@@ -78,6 +78,7 @@ static od_abort command(uint16_t index, uint8_t group, uint32_t signature) {
   for (int tick = 0; tick < MOST_TICKS && answer == OD_PENDING; ++tick) {
     const uint32_t before = model.operations;
     servo_node_tick(&node);
+    servo_node_serve(&node);
     TEST_ASSERT_EQUAL_MESSAGE(before, model.operations, "the tick itself touches the flash");
     servo_node_background(&node);
     TEST_ASSERT_TRUE(model.operations <= before + 1);
@@ -199,6 +200,7 @@ static void test_a_second_client_gets_its_own_values_stored(void) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 1, SAVE));
   servo_node_tick(&node);
+  servo_node_serve(&node);
   servo_node_background(&node);
   change_one_of_each(8);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));

@@ -67,7 +67,7 @@ class BoardRig {
   sim::TruthState truth() const { return machine.truth(); }
 
  private:
-  sim::VirtualBus bus_;
+  sim::VirtualBus bus_{1e6, sim::kPwmPeriod_s};
 
  public:
   target::BoardMachine machine;

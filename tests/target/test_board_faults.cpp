@@ -164,8 +164,17 @@ void test_a_background_that_hangs_is_safe_and_resets() {
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
   rig.client.forget();
-  rig.machine.chip().core.hang_thread();
+  rig.machine.chip().core.hang(target::kThread);
   expect_safe_reset(rig, kWatchdog_ms, kSoftwareReset, kWatchdog);
+}
+
+// The next tick would meet objects half written: it is not made, and the bridges are off.
+void test_a_service_that_hangs_is_safe_and_resets() {
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.chip().core.hang(target::kPendSv);
+  expect_safe_reset(rig, 2, kSoftwareReset, kWatchdog);
 }
 
 }  // namespace
@@ -179,5 +188,6 @@ int main() {
   RUN_TEST(test_a_hard_fault_is_safe_and_resets);
   RUN_TEST(test_a_tick_that_does_not_come_is_safe_and_resets);
   RUN_TEST(test_a_background_that_hangs_is_safe_and_resets);
+  RUN_TEST(test_a_service_that_hangs_is_safe_and_resets);
   return UNITY_END();
 }

@@ -45,29 +45,22 @@ struct Harm {
   std::uint8_t detail;  //
 };
 
-// In the background, so that the next interrupt finds no room; one that has begun would first give back what it has.
-void overflow_stack(BoardRig& rig) {
-  constexpr std::uint32_t kStackLimit = 0x20000000;
-  while (rig.machine.chip().exceptions.nesting() > 0) {
-    rig.machine.run(1e-6);
-  }
-  rig.machine.chip().core.sink_stack_to(kStackLimit);
-}
-
 const Harm kHarms[] = {
     {"the tick no longer comes", [](BoardRig& rig) { rig.machine.chip().tim6.stall(); }, 2.0 + kTick_ms, FAULT_NONE,
      FAULT_WATCHDOG_RESET, kWatchdog},
     {"the tick comes 0.6 ms late",
      [](BoardRig& rig) { rig.machine.chip().tim6.slip(600 * target::kUnitsPerMicrosecond); }, 2.0 + kTick_ms,
      FAULT_TICK_LATE, FAULT_WATCHDOG_RESET, kWatchdog},
-    {"the background hangs", [](BoardRig& rig) { rig.machine.chip().core.hang_thread(); }, kWatchdog_ms, FAULT_NONE,
-     FAULT_WATCHDOG_RESET, kWatchdog},
+    {"the background hangs", [](BoardRig& rig) { rig.machine.chip().core.hang(target::kThread); }, kWatchdog_ms,
+     FAULT_NONE, FAULT_WATCHDOG_RESET, kWatchdog},
+    {"what comes after the tick hangs", [](BoardRig& rig) { rig.machine.chip().core.hang(target::kPendSv); },
+     kWatchdog_ms, FAULT_NONE, FAULT_WATCHDOG_RESET, kWatchdog},
     {"HardFault", [](BoardRig& rig) { rig.machine.chip().exceptions.pend(target::kHardFault); }, kTick_ms, FAULT_NONE,
      FAULT_EXCEPTION_RESET, target::kHardFault << 4 | kException},
     {"NMI", [](BoardRig& rig) { rig.machine.chip().exceptions.pend(target::kNmi); }, kTick_ms, FAULT_NONE,
      FAULT_EXCEPTION_RESET, target::kNmi << 4 | kException},
-    {"the stack overflows", overflow_stack, kTick_ms, FAULT_NONE, FAULT_STACK_OVERFLOW,
-     target::kMemManage << 4 | kStackOverflow},
+    {"the stack overflows", [](BoardRig& rig) { rig.machine.chip().core.sink_stack_to(0x20000000); }, kTick_ms,
+     FAULT_NONE, FAULT_STACK_OVERFLOW, target::kMemManage << 4 | kStackOverflow},
     {"the supply dips", [](BoardRig& rig) { rig.machine.chip().request_brown_out(); }, kTick_ms, FAULT_NONE,
      FAULT_BROWN_OUT_RESET, kBrownOut},
 };

@@ -132,16 +132,17 @@ std::string broken_promise(target::Stm32g474& chip) {
       return promise.what;
     }
   }
-  const std::map<int, int> priorities = {{target::kTim1BreakInterrupt, 0},
-                                         {target::kTim8BreakInterrupt, 0},
-                                         {target::kAdc12Interrupt, 1},
-                                         {target::kTim6Interrupt, 2},
-                                         {target::kFdcan1Interrupt0, 3}};
+  const std::map<int, int> priorities = {{target::kTim1BreakInterrupt, 0}, {target::kTim8BreakInterrupt, 0},
+                                         {target::kAdc12Interrupt, 1},     {target::kTim6Interrupt, 2},
+                                         {target::kTim7Interrupt, 2},      {target::kFdcan1Interrupt0, 3}};
   for (const auto& [interrupt, priority] : priorities) {
     if (chip.exceptions.priority(target::kFirstInterrupt + interrupt) != priority << 4 ||
         !chip.exceptions.is_enabled(target::kFirstInterrupt + interrupt)) {
       return fmt::format("interrupt {} is not enabled at priority {}", interrupt, priority);
     }
+  }
+  if (chip.exceptions.priority(target::kPendSv) != 4 << 4) {
+    return "the service does not run below all interrupts";
   }
   if (chip.rcc.core_hz() != 170'000'000 || chip.tim1.period() != chip.tim8.period() ||
       chip.tim1.period() != 50 * target::kUnitsPerMicrosecond ||

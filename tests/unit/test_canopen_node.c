@@ -27,9 +27,9 @@ static void test_bad_configuration_is_refused(void) {
   config.node_id = 128;
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
   config.node_id = 1;
-  config.receive_capacity = 100;
+  config.queue_capacity = 100;
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
-  config.receive_capacity = 64;
+  config.queue_capacity = 64;
   config.part_count = CANOPEN_PARTS - 1; /* two of them are the node's own */
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
 }
@@ -241,9 +241,9 @@ static void test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats(vo
     for (uint32_t k = 0; k < 40; k++) { /* five times what the bus can bring */
       bench_give(0x123, 8, bytes);
     }
-    const uint32_t before = can_queue_overruns(&NODE->received);
+    const uint32_t before = can_queue_overruns(&NODE->process_data);
     bench_wait_ms(1);
-    TEST_ASSERT_EQUAL(before, can_queue_overruns(&NODE->received));
+    TEST_ASSERT_EQUAL(before, can_queue_overruns(&NODE->process_data));
   }
   TEST_ASSERT_EQUAL(100, bench_count(0x705));
   TEST_ASSERT_EQUAL_HEX8(0x10, bench_last(0x85)->data[0]);

@@ -369,7 +369,7 @@ static void try_request(sdo_state state, const uint8_t *bytes, uint8_t length) {
   const uint32_t stream_size = bench.device.stream_size;
   bench.sent = 0;
   bench_give(0x605, length, bytes);
-  canopen_node_process(&bench.device.node);
+  canopen_node_answer(&bench.device.node);
   const bool changed = memcmp(&objects, &bench.device.node.objects, sizeof objects) != 0 ||
                        memcmp(&values, &bench.device.values, sizeof values) != 0 ||
                        stream_size != bench.device.stream_size;

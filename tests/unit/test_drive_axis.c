@@ -81,7 +81,9 @@ static void plant(bench *b) {
 
 static void tick(bench *b) {
   const servo_axis_command last = b->command;
-  b->command = drive_axis_step(&b->axis, &b->o, &b->in, dt_s);
+  b->command = *drive_axis_step(&b->axis, &b->o, &b->in, dt_s);
+  drive_axis_tell(&b->axis, &b->o, &b->in, dt_s);
+  drive_axis_prepare(&b->axis, &b->o, dt_s);
   if (last.mode != SERVO_OFF && b->command.mode != SERVO_OFF) {
     b->worst_step_rad_s =
         fmax(b->worst_step_rad_s, fabs((double)b->command.speed.rate_rad_s - (double)last.speed.rate_rad_s));
@@ -376,7 +378,9 @@ static void test_samples_that_are_not_finite_cut_the_torque_and_no_nan_comes_out
     ticks(&b, 500);
     float *const samples[] = {&b.in.rate_rad_s, &b.in.reference_rad_s, &b.in.torque_nm, &b.in.torque_demand_nm};
     *samples[which] = which % 2 == 0 ? NAN : INFINITY;
-    b.command = drive_axis_step(&b.axis, &b.o, &b.in, dt_s);
+    b.command = *drive_axis_step(&b.axis, &b.o, &b.in, dt_s);
+    drive_axis_tell(&b.axis, &b.o, &b.in, dt_s);
+    drive_axis_prepare(&b.axis, &b.o, dt_s);
     TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
     TEST_ASSERT_EQUAL_HEX16(fault_table[FAULT_IMPLAUSIBLE].code, b.o.state.error_code);
     TEST_ASSERT_TRUE(isfinite(b.command.speed.rate_rad_s) && isfinite(b.command.torque_nm));

@@ -49,6 +49,8 @@ REGISTER_AT(scb_registers, cpacr, 0x84);
 #define SCB_CFSR_MSTKERR FIELD(4, 1)
 #define SCB_CFSR_MLSPERR FIELD(5, 1)
 #define SCB_ICSR_VECTACTIVE FIELD(0, 9)
+#define SCB_ICSR_PENDSVSET FIELD(28, 1)
+#define SCB_SHPR3_PENDSV FIELD(16, 8)
 #define SCB_CPACR_CP10_CP11 FIELD(20, 4)
 
 typedef struct {

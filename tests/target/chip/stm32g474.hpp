@@ -43,6 +43,7 @@ enum Interrupt : int {
   kTim8UpdateInterrupt = 44,
   kSpi3Interrupt = 51,
   kTim6Interrupt = 54,
+  kTim7Interrupt = 55,
 };
 
 class Stm32g474 {

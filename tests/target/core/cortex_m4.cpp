@@ -140,15 +140,17 @@ void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
         "stuck bit");
 }
 
-void CortexM4::sink_stack_to(std::uint32_t address) {
-  constexpr std::uint32_t kFrames = 512;  // more than what is running reads before the next call or interrupt
-  std::uint8_t *to = memory_at(address, kFrames);
+// With the frames that are there: else the program would take whatever lies there for its variables.
+void CortexM4::sink_stack() {
+  constexpr std::uint32_t kFrames = 512;  // more than the background and its calls have
+  std::uint8_t *to = memory_at(*sunken_stack_, kFrames);
   const std::uint8_t *from = memory_at(register_value(UC_ARM_REG_SP), kFrames);
   if (to == nullptr || from == nullptr) {
     throw std::invalid_argument("no stack there");
   }
   std::memmove(to, from, kFrames);
-  set_register(UC_ARM_REG_SP, address);
+  set_register(UC_ARM_REG_SP, *sunken_stack_);
+  sunken_stack_.reset();
 }
 
 std::uint32_t CortexM4::register_value(int unicorn_register) const {
@@ -166,7 +168,8 @@ void CortexM4::reset() {
   costs_.drop_running();
   asleep_ = false;
   locked_up_ = false;
-  thread_hangs_ = false;
+  hanging_.reset();
+  sunken_stack_.reset();
   within_it_ = false;
   for (const int name :
        {UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R4, UC_ARM_REG_R5, UC_ARM_REG_R6,
@@ -248,7 +251,10 @@ void CortexM4::run(Instant until) {
     if (timeline_.next_due() <= timeline_.now()) {
       timeline_.run_due();
     }
-    if (asleep_ || locked_up_ || (thread_hangs_ && exceptions_.nesting() == 0)) {
+    if (sunken_stack_ && exceptions_.nesting() == 0) {
+      sink_stack();
+    }
+    if (asleep_ || locked_up_ || hanging_ == exceptions_.running()) {
       sleep(until);
     } else if (exceptions_.wants_attention() && !is_masked(exceptions_.next())) {
       enter(exceptions_.next());

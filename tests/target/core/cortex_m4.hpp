@@ -97,8 +97,9 @@ class CortexM4 {
   // Ends run() at the next block; for resets and for tests.
   void request_stop() { stop_requested_ = true; }
 
-  // From now until the next reset, thread mode makes no progress, as in an endless loop; interrupts go on.
-  void hang_thread() { thread_hangs_ = true; }
+  // From now until the next reset, this handler (or kThread) makes no progress, as in an endless loop; more urgent ones
+  // go on.
+  void hang(int exception) { hanging_ = exception; }
 
   void set_clock(std::uint32_t frequency_hz) { units_per_cycle_ = period_of(frequency_hz); }
   FlashAccelerator& accelerator() { return accelerator_; }
@@ -118,8 +119,9 @@ class CortexM4 {
   // One bit of RAM that the program reads as `value`, whatever it wrote. Before anything has run; DMA reads past it.
   void stick(std::uint32_t address, unsigned bit, bool value);
 
-  // The stack pointer of now, as if calls had nested so deep; what runs finds its variables there.
-  void sink_stack_to(std::uint32_t address);
+  // The stack pointer from the next moment on in which no handler runs, as if calls had nested so deep; what runs finds
+  // its variables there.
+  void sink_stack_to(std::uint32_t address) { sunken_stack_ = address; }
 
   // Memory as the program sees it; nothing outside of RAM and flash.
   std::uint8_t *memory_at(std::uint32_t address, std::uint32_t size);
@@ -141,6 +143,7 @@ class CortexM4 {
   void sleep(Instant until);
   void handle_stop(int error);
   void enter(int exception);
+  void sink_stack();
   void begin_handler(int exception, std::uint32_t return_code);
   void leave();
   void unstack(std::uint32_t return_code);
@@ -190,7 +193,8 @@ class CortexM4 {
   bool stop_requested_ = false;
   bool asleep_ = false;
   bool locked_up_ = false;
-  bool thread_hangs_ = false;
+  std::optional<int> hanging_;
+  std::optional<std::uint32_t> sunken_stack_;
 };
 
 }  // namespace trackservo::target

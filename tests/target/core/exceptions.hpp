@@ -72,6 +72,7 @@ class Exceptions {
 
   void enter(int exception);
   void leave(int exception);
+  int running() const { return nesting_.empty() ? static_cast<int>(kThread) : nesting_.back(); }
   int nesting() const { return static_cast<int>(nesting_.size()); }
 
  private:

@@ -40,6 +40,7 @@ static inline bool node_bench_send(void *context, const can_frame *frame) {
 static inline void wait_ms(uint32_t duration_ms) {
   for (uint32_t i = 0; i < duration_ms; ++i) {
     servo_node_tick(&node);
+    servo_node_serve(&node);
     servo_node_background(&node);
     rigid_machine_turn(&machine, &node.board.app);
   }
