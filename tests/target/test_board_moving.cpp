@@ -54,7 +54,7 @@ const Harm kHarms[] = {
     {"the background hangs", [](BoardRig& rig) { rig.machine.chip().core.hang(target::kThread); }, kWatchdog_ms,
      FAULT_NONE, FAULT_WATCHDOG_RESET, kWatchdog},
     {"what comes after the tick hangs", [](BoardRig& rig) { rig.machine.chip().core.hang(target::kPendSv); },
-     kWatchdog_ms, FAULT_NONE, FAULT_WATCHDOG_RESET, kWatchdog},
+     2.0 + kTick_ms, FAULT_NONE, FAULT_WATCHDOG_RESET, kWatchdog},
     {"HardFault", [](BoardRig& rig) { rig.machine.chip().exceptions.pend(target::kHardFault); }, kTick_ms, FAULT_NONE,
      FAULT_EXCEPTION_RESET, target::kHardFault << 4 | kException},
     {"NMI", [](BoardRig& rig) { rig.machine.chip().exceptions.pend(target::kNmi); }, kTick_ms, FAULT_NONE,

@@ -44,7 +44,7 @@ constexpr const char *kBetween = R"page(
 - off: the bridge is off at once. For faults in which it cannot be trusted.
 
 An axis without torque gets none, whatever the reaction. A worse fault that comes meanwhile has its reaction, never a
-milder one. An axis that is off is held by its friction alone: a gust or an unbalance can turn it. Where that is
+milder one. What comes while an axis is in a fault is told and logged, too, once until the axis is reset; 603F stays. An axis that is off is held by its friction alone: a gust or an unbalance can turn it. Where that is
 dangerous the machine needs a brake or a lock of its own.
 
 To clear an axis' fault: controlword (6040) 00, then 80 at least 1 ms later; or `servoctl state azimuth reset`.
@@ -53,7 +53,7 @@ While the reaction lasts (statusword 0F) the axis is deaf to it, and while the f
 ## Fault log
 
 3020 keeps the last eight faults, each with the last 16 ticks of its axis, the tick that saw it included: angle,
-rates, torque, current and bus voltage. `servoctl faults` shows them, `--csv FOLDER` writes them as files,
+rates, torque, current and bus voltage; one of the board itself has none. `servoctl faults` shows them, `--csv FOLDER` writes them as files,
 `--clear` forgets them. The log is in RAM: an NMT reset keeps it, a restart of the board does not.
 
 ## Access lock
