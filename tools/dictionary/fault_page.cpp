@@ -44,8 +44,9 @@ constexpr const char *kBetween = R"page(
 - off: the bridge is off at once. For faults in which it cannot be trusted.
 
 An axis without torque gets none, whatever the reaction. A worse fault that comes meanwhile has its reaction, never a
-milder one. What comes while an axis is in a fault is told and logged, too, once until the axis is reset; 603F stays. An axis that is off is held by its friction alone: a gust or an unbalance can turn it. Where that is
-dangerous the machine needs a brake or a lock of its own.
+milder one. What comes while an axis is in a fault is told and logged, too, once until the axis is reset; 603F stays. An
+axis that is off is held by its friction alone: a gust or an unbalance can turn it. Where that is dangerous the
+machine needs a brake or a lock of its own.
 
 To clear an axis' fault: controlword (6040) 00, then 80 at least 1 ms later; or `servoctl state azimuth reset`.
 While the reaction lasts (statusword 0F) the axis is deaf to it, and while the fault can still be seen it stays.
