@@ -95,6 +95,10 @@ bool canopen_node_raise(canopen_node *node, const emergency_error *error) {
   return emergency_raise(&node->emergency, &node->objects.emergency, error);
 }
 
+bool canopen_node_raise_again(canopen_node *node, const emergency_error *error) {
+  return emergency_raise_again(&node->emergency, &node->objects.emergency, error);
+}
+
 bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code) {
   return emergency_clear(&node->emergency, &node->objects.emergency, source, code);
 }

@@ -101,6 +101,7 @@ void canopen_node_answer(canopen_node *node);
 
 /* Errors of the application, see emergency.h; its sources are not 0. */
 bool canopen_node_raise(canopen_node *node, const emergency_error *error);
+bool canopen_node_raise_again(canopen_node *node, const emergency_error *error);
 bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 
 /* From the CAN driver's supervision, in the tick's thread. */

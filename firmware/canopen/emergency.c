@@ -64,6 +64,18 @@ bool emergency_raise(emergency_producer *self, emergency_objects *objects, const
   return true;
 }
 
+bool emergency_raise_again(emergency_producer *self, emergency_objects *objects, const emergency_error *error) {
+  const uint8_t place = find(self, error->source, error->code);
+  if (place == self->active_count) {
+    return emergency_raise(self, objects, error);
+  }
+  self->active[place].register_bits |= error->register_bits;
+  update_register(self, objects);
+  remember(objects, error);
+  tell(self, objects, error);
+  return true;
+}
+
 bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint8_t source, uint16_t code) {
   const uint8_t place = find(self, source, code);
   if (place == self->active_count) {

@@ -66,6 +66,10 @@ void emergency_reset(emergency_producer *self, emergency_objects *objects);
  * the source. */
 bool emergency_raise(emergency_producer *self, emergency_objects *objects, const emergency_error *error);
 
+/* The same for who knows that it is news: of several errors that share source and code each is told. They are one error
+ * in the register, and cleared together. */
+bool emergency_raise_again(emergency_producer *self, emergency_objects *objects, const emergency_error *error);
+
 /* Tells "no error" (code 0) with what the register still holds. False when the source had no such error. */
 bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint8_t source, uint16_t code);
 

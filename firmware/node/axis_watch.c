@@ -26,6 +26,7 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->mean_current_a = samples->mean_current_a;
   in->voltage_v = axis->current.voltage_v;
   in->bus_voltage_v = bus_voltage_v;
+  in->powered = axis->mode != SERVO_OFF;
   in->closed = closed;
   in->speed_closed = closed && axis->mode != SERVO_TORQUE;
   in->limited = axis->signals.torque.limited;

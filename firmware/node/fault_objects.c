@@ -73,7 +73,7 @@ static uint32_t word_of(const fault_log_entry *entry, uint32_t n) {
     return entry->tick;
   }
   if (n == 1) {
-    return entry->fault | (uint32_t)entry->axis << 8 | (uint32_t)entry->samples << 16 |
+    return entry->fault | (uint32_t)entry->source << 8 | (uint32_t)entry->samples << 16 |
            (uint32_t)FAULT_LOG_SIGNALS << 24;
   }
   const uint32_t value = n - HEADER_BYTES / 4;

@@ -14,8 +14,8 @@ typedef struct {
 } fault_objects;
 
 /* Offsets point into `fault_objects`. 0x3020:3 .. 10 are the entries, newest first, each a DOMAIN, little endian:
- *   0 tick u32, 4 fault u8, 5 axis u8, 6 samples n u8, 7 signals m u8, 8 n rows of m REAL32, oldest first,
- * in the order of `fault_log_sample`. */
+ *   0 tick u32, 4 fault u8, 5 whose u8 (0 azimuth, 1 pitch, 2 the board: n is 0 then), 6 samples n u8, 7 signals m u8,
+ * 8 n rows of m REAL32, oldest first, in the order of `fault_log_sample`. */
 extern const od_table fault_objects_table;
 
 /* The owner of the part. */

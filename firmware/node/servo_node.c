@@ -64,10 +64,13 @@ static kept_objects *in_force(servo_node *node) {
 }
 
 /* EMCY of a row of the fault table. */
-static void tell(servo_node *node, fault_id fault, uint8_t source, uint8_t detail) {
+static emergency_error error_of(fault_id fault, uint8_t source, uint8_t detail) {
   const fault_row *row = &fault_table[fault];
-  const emergency_error error = {
-      .code = row->code, .register_bits = row->register_bits, .source = source, .detail = detail};
+  return (emergency_error){.code = row->code, .register_bits = row->register_bits, .source = source, .detail = detail};
+}
+
+static void tell(servo_node *node, fault_id fault, uint8_t source, uint8_t detail) {
+  const emergency_error error = error_of(fault, source, detail);
   (void)canopen_node_raise(&node->canopen, &error);
 }
 
@@ -155,7 +158,7 @@ static void reset_started(servo_node *node, bool whole_node) {
     access_lock_take(&node->lock, 0);
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
-    node->axis[i].told_fault = FAULT_NONE; /* the bus knows nothing any more: a fault that lasts is told again */
+    node->axis[i].news = (fault_news){0}; /* the bus knows nothing any more: a fault that lasts is told again */
     if (whole_node) {
       reset_axis(node, i);
     }
@@ -349,23 +352,20 @@ void servo_node_tick(servo_node *node) {
 
 /* --- after it ----------------------------------------------------------------------------------------------------- */
 
-/* EMCY and log when an axis falls into a fault, and EMCY again when it has left it: the axes are sources of their own,
- * so that 1001 tells of a fault as long as one of them is in it. */
-static void tell_fault(servo_node *node, int i) {
+/* EMCY and log of what comes while an axis is in fault, and EMCY again of what is over: the axes are sources of their
+ * own, so that 1001 tells of a fault as long as one of them is in it. */
+static void tell_faults(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
-  const fault_id fault = axis->drive.fault;
-  if (fault == axis->told_fault) {
-    return;
-  }
   const uint8_t source = (uint8_t)(i + 1);
-  if (axis->told_fault != FAULT_NONE) {
-    (void)canopen_node_clear(&node->canopen, source, fault_table[axis->told_fault].code);
+  const fault_news_item item = fault_news_step(&axis->news, axis->drive.fault, axis->inputs.faults);
+  if (item.over != FAULT_NONE) {
+    (void)canopen_node_clear(&node->canopen, source, fault_table[item.over].code);
   }
-  if (fault != FAULT_NONE) {
-    tell(node, fault, source, (uint8_t)fault);
-    fault_log_write(&node->log, i, fault, node->objects.ticks);
+  if (item.told != FAULT_NONE) {
+    const emergency_error error = error_of(item.told, source, (uint8_t)item.told);
+    (void)canopen_node_raise_again(&node->canopen, &error);
+    fault_log_write(&node->log, i, item.told, node->objects.ticks);
   }
-  axis->told_fault = fault;
 }
 
 /* For 0x2101, and for the scope, which triggers on any power state and any fault. */
@@ -389,7 +389,7 @@ static void tell_axis(servo_node *node, int i) {
   drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],
                    &node->board.samples.axis[i]);
   drive_axis_tell(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
-  tell_fault(node, i);
+  tell_faults(node, i);
 }
 
 void servo_node_serve(servo_node *node) {
@@ -425,5 +425,5 @@ void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool last
   if (!lasts) {
     (void)canopen_node_clear(&node->canopen, SOURCE_BOARD, fault_table[fault].code);
   }
-  fault_log_write(&node->log, SERVO_AZIMUTH, fault, node->objects.ticks);
+  fault_log_write(&node->log, FAULT_LOG_BOARD, fault, node->objects.ticks);
 }

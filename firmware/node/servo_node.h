@@ -17,6 +17,7 @@
 #include "drive/drive_objects.h"
 #include "node/axis_watch.h"
 #include "node/experiment_objects.h"
+#include "node/fault_news.h"
 #include "node/fault_objects.h"
 #include "node/kept_storage.h"
 #include "node/protection_objects.h"
@@ -38,7 +39,7 @@ typedef struct {
   bool setpoint_arrived;
   drive_axis_inputs inputs;    /* of this tick */
   servo_axis_command stimulus; /* of an experiment, when it gives the set-point */
-  fault_id told_fault;         /* that the bus has been told of by EMCY */
+  fault_news news;             /* of faults, for EMCY and log */
 } servo_node_axis;
 
 /* 0x3010, 0x3030 and 0x3031. */

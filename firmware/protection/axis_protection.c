@@ -9,6 +9,7 @@ enum {
   OVERSPEED_TICKS = 2,
   SATURATED_TICKS = 2,
   RUNAWAY_TICKS = 20,
+  DECAY_TICKS = 20, /* of the current of a bridge that goes off: some L / R */
   OFFSET_TICKS = 10,
   MISMATCH_TICKS = 8,
   OVER_CURRENT_TICKS = 2,
@@ -20,7 +21,7 @@ enum {
 #define DISAGREE_OF_RATE 0.02f /* of the joint rate: scale error and delay of the gyro */
 #define MISMATCH_OF_DROP 0.4f  /* of R i: a winding that is 100 K warmer, and some */
 #define OVER_CURRENT_FACTOR 1.3f
-#define SETTLING_S 0.01f /* of current after a loop was opened, and of the rate that runaway compares with */
+#define SETTLING_S 0.01f /* of the current of a bridge that is off, and of the rate that runaway compares with */
 #define RUNAWAY_TORQUE 0.5f
 #define RUNAWAY_ACCELERATION_RAD_S2 0.5f
 #define STANDSTILL_RAD_S 2e-3f
@@ -136,6 +137,23 @@ static bool voltage_mismatch(axis_protection *p, const protection_limits *limits
   return p->mismatch_ticks >= MISMATCH_TICKS;
 }
 
+/* A bridge that is off has no current, once the last of it has gone; a motor that is shorted to brake it has some. */
+static bool current_without_drive(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
+                                  float dt_s) {
+  if (in->powered) {
+    p->off_ticks = 0;
+    p->offset_a = 0.0f;
+    p->offset_ticks = 0;
+    return false;
+  }
+  if (p->off_ticks < DECAY_TICKS) {
+    p->off_ticks++;
+    return false;
+  }
+  follow(&p->offset_a, in->mean_current_a, dt_s / SETTLING_S);
+  return seen_for(&p->offset_ticks, !scalar_within(p->offset_a, limits->current_offset_a), OFFSET_TICKS);
+}
+
 static fault_set watch_current(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                                const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const float current_a = in->mean_current_a;
@@ -146,9 +164,7 @@ static fault_set watch_current(axis_protection *p, const protection_limits *limi
   const bool too_much =
       seen_for(&p->over_current_ticks, !scalar_within(current_a, OVER_CURRENT_FACTOR * motor->current_limit_a),
                OVER_CURRENT_TICKS);
-  /* An open loop has no current, once the last of it has gone. */
-  follow(&p->offset_a, in->closed || !finite ? 0.0f : current_a, dt_s / SETTLING_S);
-  const bool offset = seen_for(&p->offset_ticks, !scalar_within(p->offset_a, limits->current_offset_a), OFFSET_TICKS);
+  const bool offset = finite && current_without_drive(p, limits, in, dt_s);
   const bool mismatch = in->closed && finite && voltage_mismatch(p, limits, motor, in, joint_rate_rad_s);
   return bit_if(overload, FAULT_OVERLOAD) | bit_if(too_much, FAULT_OVER_CURRENT) |
          bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);

@@ -51,6 +51,7 @@ typedef struct {
   float voltage_v; /* that the bridge gave in the last PWM period */
   float bus_voltage_v;
   /* of the last tick */
+  bool powered;      /* the bridge was on: a loop was closed, or the motor was shorted */
   bool closed;       /* a loop was closed */
   bool speed_closed; /* ... that controls the speed */
   bool limited;      /* the torque was at a limit */
@@ -76,6 +77,7 @@ typedef struct {
   float speed_error_s;
   float stall_s;
   float heating_a2; /* mean square current of the last thermal time */
+  int off_ticks;    /* since the bridge went off, counted until its current has decayed */
   float offset_a;
   int offset_ticks;
   int mismatch_ticks; /* with a mismatch less those without, 0 or more */

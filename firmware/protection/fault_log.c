@@ -11,17 +11,23 @@ void fault_log_sample_tick(fault_log *log, int axis, const fault_log_sample *sam
   history->count = (uint8_t)(history->count + (history->count < FAULT_LOG_TICKS ? 1u : 0u));
 }
 
-void fault_log_write(fault_log *log, int axis, fault_id fault, uint32_t tick) {
-  const fault_log_history *history = &log->history[axis];
-  fault_log_entry *entry = &log->entry[log->count % FAULT_LOG_ENTRIES];
-  log->count++;
-  entry->tick = tick;
-  entry->fault = (uint8_t)fault;
-  entry->axis = (uint8_t)axis;
+static void copy_history(const fault_log_history *history, fault_log_entry *entry) {
   entry->samples = history->count;
   const uint32_t oldest = history->next + 2u * FAULT_LOG_TICKS - history->count;
   for (uint32_t i = 0; i < history->count; ++i) {
     entry->before[i] = history->sample[(oldest + i) % FAULT_LOG_TICKS];
+  }
+}
+
+void fault_log_write(fault_log *log, int source, fault_id fault, uint32_t tick) {
+  fault_log_entry *entry = &log->entry[log->count % FAULT_LOG_ENTRIES];
+  log->count++;
+  entry->tick = tick;
+  entry->fault = (uint8_t)fault;
+  entry->source = (uint8_t)source;
+  entry->samples = 0;
+  if (source < FAULT_LOG_AXES) {
+    copy_history(&log->history[source], entry);
   }
 }
 

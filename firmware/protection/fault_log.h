@@ -1,4 +1,4 @@
-/* The last faults, each with what the axis did in the ticks before it.
+/* The last faults of the axes and the board, each with what the axis did in the ticks before it.
  *
  * Object 0x3020 (node/fault_objects.c). In RAM: a reset of the node keeps it, a loss of power does not. */
 #ifndef TRACKSERVO_PROTECTION_FAULT_LOG_H
@@ -7,6 +7,9 @@
 #include "protection/fault_table.h"
 
 enum { FAULT_LOG_ENTRIES = 8, FAULT_LOG_AXES = 2, FAULT_LOG_TICKS = 16 };
+
+/* Whose fault it is: an axis' number, or this for the board itself, of which there are no samples. */
+enum { FAULT_LOG_BOARD = FAULT_LOG_AXES };
 
 /* One tick of one axis. Only floats, so that it can be read as a table of them. */
 typedef struct {
@@ -25,7 +28,7 @@ enum { FAULT_LOG_SIGNALS = sizeof(fault_log_sample) / sizeof(float) };
 typedef struct {
   uint32_t tick; /* 0x3010:1 when it was seen */
   uint8_t fault; /* fault_id */
-  uint8_t axis;
+  uint8_t source;
   uint8_t samples;                          /* that are there, up to FAULT_LOG_TICKS */
   fault_log_sample before[FAULT_LOG_TICKS]; /* oldest first; the last is that of the tick that saw the fault */
 } fault_log_entry;
@@ -49,8 +52,8 @@ void fault_log_clear(fault_log *log);
 /* Once per tick and axis, before faults of that tick are written. */
 void fault_log_sample_tick(fault_log *log, int axis, const fault_log_sample *sample);
 
-/* `axis` 0 or 1. The oldest entry makes room. */
-void fault_log_write(fault_log *log, int axis, fault_id fault, uint32_t tick);
+/* `source` 0, 1 or FAULT_LOG_BOARD. The oldest entry makes room. */
+void fault_log_write(fault_log *log, int source, fault_id fault, uint32_t tick);
 
 /* The entry written `age` (0: newest) entries ago, or NULL. */
 const fault_log_entry *fault_log_find(const fault_log *log, uint32_t age);

@@ -25,6 +25,18 @@ struct Breakage {
   std::function<bool(DrivenNode&, int axis)> shows;
   // When the fault is seen: what pushed from outside lets go.
   std::function<void(DrivenNode&, int axis)> end;
+  // Mode of operation (6060): who watches a position error must control the position.
+  std::int8_t mode = DRIVE_CYCLIC_VELOCITY;
+  // Before the axes move: limits and timers as somebody would set them who wants this to be seen.
+  std::function<void(DrivenNode&, int axis)> prepare = [](DrivenNode&, int) {};
+  // Every tick until it breaks: what stops then.
+  std::function<void(DrivenNode&, int axis)> keep_up = [](DrivenNode&, int) {};
+  // The firmware's timer begins anew when there is nothing to be seen for a tick, and so does the latency.
+  bool lasting = false;
+  // What is broken leaves the loops too little torque to hold against wind.
+  bool weak = false;
+  // Why there is nothing to be seen in some motion.
+  std::string hidden_because{};
 };
 
 const std::vector<Breakage>& breakages();

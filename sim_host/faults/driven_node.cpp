@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "serve/node_parameters.hpp"
@@ -12,6 +14,8 @@ namespace {
 constexpr std::uint8_t kNodeId = 1;
 constexpr std::uint16_t kAxisShift = 0x800;
 constexpr int kMostTicksToEnable = 20;
+constexpr std::int64_t kOpen = 0x6E65706F;
+constexpr double kCountsPerRad = 1e7;  // of positions
 
 bool send_nowhere(void *, const can_frame *) { return true; }
 
@@ -33,6 +37,7 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
     servo_node_tick(node_.get());
     servo_node_serve(node_.get());
   });
+  tick();  // it boots, and hears nothing before
 }
 
 void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value) {
@@ -49,9 +54,18 @@ void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int
   }
 }
 
-void DrivenNode::enable(std::int8_t mode) {
+void DrivenNode::write_real(int axis, std::uint16_t index, std::uint8_t sub, double value) {
+  const auto real = static_cast<float>(value);
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &real, sizeof bits);
+  write(axis, index, sub, bits);
+}
+
+void DrivenNode::unlock() { write(kAzimuth, 0x3040, 1, kOpen); }
+
+void DrivenNode::enable(const std::array<std::int8_t, kAxes>& modes) {
   for (int axis = 0; axis < kAxes; ++axis) {
-    write(axis, 0x6060, 0, mode);
+    write(axis, 0x6060, 0, modes[static_cast<std::size_t>(axis)]);
   }
   for (int tick = 0; tick < kMostTicksToEnable; ++tick) {
     bool enabled = true;
@@ -61,6 +75,9 @@ void DrivenNode::enable(std::int8_t mode) {
       enabled = enabled && power == DRIVE_OPERATION_ENABLED;
     }
     if (enabled) {
+      for (int axis = 0; axis < kAxes; ++axis) {
+        wanted_rad_[static_cast<std::size_t>(axis)] = node_->axis[axis].objects.position.actual / kCountsPerRad;
+      }
       return;
     }
     this->tick();
@@ -70,6 +87,16 @@ void DrivenNode::enable(std::int8_t mode) {
 
 void DrivenNode::set_rate(int axis, double rate_rad_s) {
   write(axis, 0x60FF, 0, static_cast<std::int64_t>(rate_rad_s * 1e6));
+}
+
+void DrivenNode::move(int axis, double rate_rad_s) {
+  if (node_->axis[axis].objects.state.mode != DRIVE_CYCLIC_POSITION) {
+    set_rate(axis, rate_rad_s);
+    return;
+  }
+  double& wanted_rad = wanted_rad_[static_cast<std::size_t>(axis)];
+  wanted_rad += rate_rad_s * kTick_s;
+  write(axis, 0x607A, 0, std::llround(wanted_rad * kCountsPerRad));
 }
 
 }  // namespace trackservo::sim

@@ -31,12 +31,23 @@ class DrivenNode {
   // Writes an object of the axis (azimuth's index for both). Throws std::runtime_error when it is refused.
   void write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value);
 
+  // As above, of a REAL32.
+  void write_real(int axis, std::uint16_t index, std::uint8_t sub, double value);
+
+  // Opens the lock of what can hurt (0x3040), for a minute.
+  void unlock();
+
   // Runs until the axes are enabled in a mode of 6060, a few ticks. Throws std::runtime_error when they do not get
   // there.
-  void enable(std::int8_t mode);
+  void enable(std::int8_t mode) { enable(std::array<std::int8_t, kAxes>{mode, mode}); }
+  void enable(const std::array<std::int8_t, kAxes>& modes);
 
   // The set-point of cyclic synchronous velocity.
   void set_rate(int axis, double rate_rad_s);
+
+  // The set-point of the next tick in cyclic synchronous velocity or position: the position goes on from where the axis
+  // was when it was enabled.
+  void move(int axis, double rate_rad_s);
 
   // A frame from the bus, as in the receive interrupt.
   void receive(const can_frame& frame) { servo_node_receive(node_.get(), &frame); }
@@ -52,6 +63,7 @@ class DrivenNode {
  private:
   std::unique_ptr<servo_node> node_;
   Machine machine_;
+  std::array<double, kAxes> wanted_rad_{};  // of `move`, where the position is controlled
 };
 
 }  // namespace trackservo::sim

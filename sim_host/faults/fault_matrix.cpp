@@ -66,6 +66,7 @@ void add(MatrixRow& row, const TrialSetup& trial, const TrialResult& result) {
                                          trial.axis, trial.seed, complaint));
   }
   if (result.seen == FAULT_NONE) {
+    row.hidden[trial.motion] += result.showed ? 0 : 1;
     return;
   }
   row.seen++;
@@ -124,7 +125,7 @@ std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
   std::string text =
       fmt::format("{:<30} {:>6} {:>6} {:>6} {:>5} {:>7} {:>9} {:>7} {:>9} {:>7}  {}\n", "breakage", "trials", "showed",
                   "seen", "ms", "allowed", "faster by", "travel", "of stated", "in wind", "taken for");
-  std::string complaints;
+  std::string below;
   for (const MatrixRow& row : rows) {
     std::string taken_for;
     for (const auto& [fault, count] : row.taken_for) {
@@ -135,11 +136,15 @@ std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
                         allowed_latency_ms(*row.breakage), row.worst_overshoot_rad_s * kDegreesPerRad,
                         row.worst_travel_rad * kDegreesPerRad, 100.0 * row.worst_travel_share,
                         row.worst_travel_in_wind_rad * kDegreesPerRad, taken_for);
+    for (const auto& [motion, count] : row.hidden) {
+      below += fmt::format("{}: nothing to be seen in {} trials of {}: {}\n", row.breakage->name, count,
+                           motion_name(motion), row.breakage->hidden_because);
+    }
     for (const std::string& complaint : row.complaints) {
-      complaints += complaint + "\n";
+      below += complaint + "\n";
     }
   }
-  return text + complaints;
+  return text + below;
 }
 
 }  // namespace trackservo::sim

@@ -23,6 +23,7 @@ struct MatrixRow {
   int showed = 0;
   int seen = 0;
   std::map<fault_id, int> taken_for;
+  std::map<Motion, int> hidden;  // trials in which there was nothing to be seen
   int worst_latency_ms = 0;
   double worst_overshoot_rad_s = 0;
   double worst_travel_rad = 0;  // in calm air

@@ -42,6 +42,8 @@ Keys<PlannedBreakage> breakage_keys() {
   };
 }
 
+const Breakage& part_of(const PlannedBreakage& planned) { return breakages()[static_cast<std::size_t>(planned.part)]; }
+
 class ScenarioRun {
  public:
   ScenarioRun(const NodeSetup& setup, const FaultScenario& scenario)
@@ -50,14 +52,14 @@ class ScenarioRun {
         node_(setup, static_cast<std::uint64_t>(scenario.seed), {0.2, 0.4}) {}
 
   std::string run() {
-    node_.enable(DRIVE_CYCLIC_VELOCITY);
+    prepare();
     const auto ticks = static_cast<int>(std::lround(scenario_.duration_s / kTick_s));
     for (int i = 0; i < ticks; ++i) {
       time_s_ = i * kTick_s;
       break_parts(i);
       for (int axis = 0; axis < kAxes; ++axis) {
         const Motion motion = kMotions[static_cast<std::size_t>(scenario_.motion)];
-        node_.set_rate(axis, motion_rate_rad_s(motion, time_s_));
+        node_.move(axis, motion_rate_rad_s(motion, time_s_));
       }
       node_.tick();
       for (int axis = 0; axis < kAxes; ++axis) {
@@ -72,10 +74,23 @@ class ScenarioRun {
     text_ += fmt::format("{:8.3f} s  {:<8} {}\n", time_s_, axis_name(axis), what);
   }
 
+  void prepare() {
+    std::array<std::int8_t, kAxes> modes;
+    modes.fill(DRIVE_CYCLIC_VELOCITY);
+    for (const PlannedBreakage& planned : scenario_.breakages) {
+      part_of(planned).prepare(node_, planned.axis);
+      modes[static_cast<std::size_t>(planned.axis)] = part_of(planned).mode;
+    }
+    node_.enable(modes);
+  }
+
   void break_parts(int tick) {
     for (const PlannedBreakage& planned : scenario_.breakages) {
-      if (static_cast<int>(std::lround(planned.at_s / kTick_s)) == tick) {
-        const Breakage& part = breakages()[static_cast<std::size_t>(planned.part)];
+      const auto from_tick = static_cast<int>(std::lround(planned.at_s / kTick_s));
+      const Breakage& part = part_of(planned);
+      if (tick < from_tick) {
+        part.keep_up(node_, planned.axis);
+      } else if (tick == from_tick) {
         say(planned.axis, part.name);
         part.begin(node_, planned.axis, random_);
         broken_[static_cast<std::size_t>(planned.axis)] = &part;
@@ -129,6 +144,12 @@ FaultScenario load_fault_scenario(const std::filesystem::path& path) {
     reader.refuse_unknown(table, breakage_keys());
     if (planned.at_s >= scenario.duration_s) {
       reader.fail(table, "at_s", "is after the end of the run", "give less than duration_s");
+    }
+    for (const PlannedBreakage& other : scenario.breakages) {
+      if (other.axis == planned.axis && part_of(other).mode != part_of(planned).mode) {
+        reader.fail(table, "part", "needs another mode of operation than a part of this axis before it",
+                    "break it in a file of its own");
+      }
     }
     scenario.breakages.push_back(planned);
   }

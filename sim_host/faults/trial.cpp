@@ -21,10 +21,12 @@ class Trial {
       : trial_(trial), random_(SplitMix64::mix(trial.seed)), node_(setup, trial.seed, {0.2, 0.4}) {}
 
   TrialResult run() {
-    node_.enable(DRIVE_CYCLIC_VELOCITY);
+    trial_.breakage->prepare(node_, trial_.axis);
+    node_.enable(trial_.breakage->mode);
     const double share = random_.uniform();
     const int moves = static_cast<int>((kEarliest_s + share * (kLatest_s - kEarliest_s)) / kTick_s);
     for (int i = 0; i < moves; ++i) {
+      trial_.breakage->keep_up(node_, trial_.axis);
       tick();
     }
     result_.speed_before_rad_s = std::abs(joint_rate());
@@ -45,7 +47,7 @@ class Trial {
   void tick() {
     time_s_ += kTick_s;
     for (int axis = 0; axis < kAxes; ++axis) {
-      node_.set_rate(axis, aside_ ? kAside_rad_s : motion_rate_rad_s(trial_.motion, time_s_));
+      node_.move(axis, aside_ ? kAside_rad_s : motion_rate_rad_s(trial_.motion, time_s_));
     }
     node_.tick();
   }
@@ -63,17 +65,23 @@ class Trial {
   void watch() {
     for (int i = 0; i < kWatchedTicks && result_.seen == FAULT_NONE; ++i) {
       aside_ = trial_.motion == Motion::kStandstill && i >= kAsideTicks;
-      result_.showed = result_.showed || trial_.breakage->shows(node_, trial_.axis);
+      const bool shows = trial_.breakage->shows(node_, trial_.axis);
+      result_.showed = result_.showed || shows;
+      if (trial_.breakage->lasting && !shows) {
+        result_.latency_ms = 0;
+      }
+      had_torque_ = node_.mode(trial_.axis) != SERVO_OFF;
       tick();
       note_speed();
-      result_.latency_ms += result_.showed ? 1 : 0;
+      result_.latency_ms += shows || (result_.showed && !trial_.breakage->lasting) ? 1 : 0;
       result_.seen = fault(trial_.axis);
     }
   }
 
   void judge_reaction() {
     const servo_mode mode = node_.mode(trial_.axis);
-    switch (fault_table[result_.seen].reaction) {
+    const auto reaction = static_cast<fault_reaction>(fault_table[result_.seen].reaction);
+    switch (had_torque_ ? reaction : REACTION_CUT) {
       case REACTION_CUT:
         result_.reaction_right = mode == SERVO_OFF;
         break;
@@ -91,7 +99,8 @@ class Trial {
     const double start_rad = angle();
     int braked_ticks = 1;
     // In wind an axis without torque goes where a gust takes it: no speed can be promised then.
-    const bool judged = trial_.calm || fault_table[result_.seen].reaction == REACTION_STOP;
+    const bool holds = fault_table[result_.seen].reaction == REACTION_STOP && !trial_.breakage->weak;
+    const bool judged = trial_.calm || holds;
     for (int i = 0; i < kReactionTicks; ++i) {
       if (!result_.came_to_rest) {
         result_.came_to_rest = std::abs(joint_rate()) < kStandstill_rad_s;
@@ -103,7 +112,8 @@ class Trial {
       }
       braked_ticks += node_.mode(trial_.axis) == SERVO_BRAKE ? 1 : 0;
     }
-    const bool shorted = fault_table[result_.seen].reaction != REACTION_BRAKE || braked_ticks >= kBrakeTicks;
+    const bool shorts = had_torque_ && fault_table[result_.seen].reaction == REACTION_BRAKE;
+    const bool shorted = shorts ? braked_ticks >= kBrakeTicks : had_torque_ || braked_ticks == 1;
     const bool over = node_.axis(trial_.axis).drive.state.power == DRIVE_FAULT && node_.mode(trial_.axis) == SERVO_OFF;
     result_.reaction_right = result_.reaction_right && shorted && over && fault(trial_.axis) == result_.seen;
   }
@@ -116,6 +126,8 @@ class Trial {
   TrialResult result_;
   double time_s_ = 0;
   bool aside_ = false;
+  bool had_torque_ =
+      false;  // in the tick before the one that saw it; an axis without gets none, whatever the table says
 };
 
 }  // namespace

@@ -1,4 +1,6 @@
 // Everything that can break breaks: the firmware must see it in time, react as its table says, and keep its promises.
+#include <fmt/format.h>
+
 #include <cstdio>
 
 #include "bench.hpp"
@@ -22,12 +24,23 @@ void test_every_breakage_in_every_motion_is_seen_in_time_and_ends_as_promised() 
   options.moments = 2;
   const std::vector<sim::MatrixRow> rows = sim::run_fault_matrix(tracker_plant(), options);
   std::printf("%s\n", sim::print_fault_matrix(rows).c_str());
+  fault_set expected = 0;
+  fault_set told = 0;
   for (const sim::MatrixRow& row : rows) {
+    expected |= fault_bit(row.breakage->expected);
+    for (const auto& [fault, count] : row.taken_for) {
+      told |= fault_bit(fault);
+    }
+    TEST_ASSERT_TRUE_MESSAGE(row.hidden.empty() || !row.breakage->hidden_because.empty(), row.breakage->name.c_str());
     TEST_ASSERT_EQUAL_MESSAGE(20, row.trials, row.breakage->name.c_str());
     TEST_ASSERT_GREATER_THAN_MESSAGE(0, row.seen, row.breakage->name.c_str());
     for (const std::string& complaint : row.complaints) {
       TEST_FAIL_MESSAGE(complaint.c_str());
     }
+  }
+  for (int fault = 1; fault < FAULT_COUNT; ++fault) {
+    TEST_ASSERT_TRUE_MESSAGE(((expected & ~told) >> fault & 1U) == 0,
+                             fmt::format("fault {} is expected, and something else is always told", fault).c_str());
   }
 }
 

@@ -49,6 +49,7 @@ static bench new_bench(void) {
              .gyro_valid = true,
              .gyro_used = true,
              .bus_voltage_v = 48.0f,
+             .powered = true,
              .closed = true,
              .speed_closed = true},
   };
@@ -186,13 +187,27 @@ static void test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_
 
 static void test_current_while_nothing_drives_it_is_an_offset(void) {
   bench b = new_bench();
-  b.in.closed = b.in.speed_closed = false;
+  b.in.powered = b.in.closed = b.in.speed_closed = false;
   b.in.mean_current_a = 0.4f;
   run(&b, 200);
   b.in.mean_current_a = 0.8f;
   const int ticks = ticks_until(&b, FAULT_CURRENT_OFFSET, 50);
   LOG_VALUE("ticks", ticks);
   TEST_ASSERT_TRUE(ticks > 0 && ticks <= 20);
+}
+
+static void test_current_that_decays_or_brakes_the_shorted_motor_is_no_offset(void) {
+  bench b = new_bench();
+  b.in.mean_current_a = 10.0f;
+  b.in.closed = b.in.speed_closed = false;
+  for (int i = 0; i < 2000; ++i) {
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f) & fault_bit(FAULT_CURRENT_OFFSET));
+  }
+  b.in.powered = false;
+  for (int i = 0; i < 200; ++i) {
+    b.in.mean_current_a *= 0.7f; /* L / R of 3 ms */
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f) & fault_bit(FAULT_CURRENT_OFFSET));
+  }
 }
 
 static void test_more_than_130_percent_of_the_limit_is_an_over_current_in_the_second_tick(void) {
@@ -251,7 +266,7 @@ static void test_bus_voltage_is_judged_low_in_operation_only_and_high_always(voi
   b.in.bus_voltage_v = 35.0f;
   TEST_ASSERT_EQUAL(5, ticks_until(&b, FAULT_UNDER_VOLTAGE, 20));
   b = new_bench();
-  b.in.closed = b.in.speed_closed = false;
+  b.in.powered = b.in.closed = b.in.speed_closed = false;
   b.in.bus_voltage_v = 0.0f;
   run(&b, 100);
   b.in.bus_voltage_v = 61.0f;
@@ -264,7 +279,7 @@ static void test_bus_voltage_is_judged_low_in_operation_only_and_high_always(voi
 static void test_too_fast_is_too_fast_in_the_second_tick_and_in_any_state(void) {
   bench b = new_bench();
   b.limits.encoder_jump_rad = 1.0f;
-  b.in.closed = b.in.speed_closed = false;
+  b.in.powered = b.in.closed = b.in.speed_closed = false;
   run(&b, 10);
   b.rate_rad_s = -1.6f;
   TEST_ASSERT_EQUAL(2, ticks_until(&b, FAULT_OVER_SPEED, 10));
@@ -400,6 +415,7 @@ int main(void) {
   RUN_TEST(test_a_gyro_at_its_range_or_stuck_is_found);
   RUN_TEST(test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms);
   RUN_TEST(test_current_while_nothing_drives_it_is_an_offset);
+  RUN_TEST(test_current_that_decays_or_brakes_the_shorted_motor_is_no_offset);
   RUN_TEST(test_more_than_130_percent_of_the_limit_is_an_over_current_in_the_second_tick);
   RUN_TEST(test_i2t_trips_when_the_winding_has_the_heat_of_the_continuous_current);
   RUN_TEST(test_a_reset_forgets_what_was_seen_but_not_how_warm_the_winding_is);

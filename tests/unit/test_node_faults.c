@@ -132,6 +132,81 @@ static void test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading(vo
   TEST_ASSERT_EQUAL_HEX32(NO_DATA, u32_of(&answer[4]));
 }
 
+/* --- several at once ----------------------------------------------------------------------------------------------
+ */
+
+/* Emergencies sent since the log was emptied; code and detail of the n-th (0: first), 0 when there was none. */
+static uint32_t told(uint32_t n, uint8_t *detail) {
+  for (uint32_t i = 0; i < sent_count; ++i) {
+    if (sent[i].id == EMCY && n-- == 0) {
+      *detail = sent[i].data[3];
+      return u32_of(sent[i].data) & 0xFFFF;
+    }
+  }
+  return 0;
+}
+
+static void expect_told(uint32_t n, uint32_t code, uint8_t detail) {
+  uint8_t told_detail = 0;
+  TEST_ASSERT_EQUAL_HEX32(code, told(n, &told_detail));
+  TEST_ASSERT_EQUAL(detail, told_detail);
+}
+
+static void test_a_fault_that_comes_while_the_axis_is_in_another_is_told_logged_and_over_when_it_is_gone(void) {
+  enable(0, PV);
+  machine.axis[0].health = HAL_POWER_STAGE;
+  wait_ms(5);
+  sent_count = 0;
+  machine.axis[0].encoder_failed = true;
+  wait_ms(20);
+  expect_told(0, 0x7320, FAULT_ENCODER_LOST);
+  expect_told(1, 0, 0); /* once */
+  TEST_ASSERT_EQUAL(2, get(LOG, LOG_COUNT));
+  TEST_ASSERT_TRUE(read_entry(NEWEST) > 0);
+  TEST_ASSERT_EQUAL(FAULT_ENCODER_LOST, entry[4]);
+  TEST_ASSERT_EQUAL(0, entry[5]);
+  TEST_ASSERT_EQUAL_HEX32(0x5410, get(0x603F, 0) & 0xFFFF); /* what the axis is in */
+  sent_count = 0;
+  machine.axis[0].encoder_failed = false;
+  wait_ms(5);
+  const can_frame *over = last_sent(EMCY);
+  TEST_ASSERT_NOT_NULL(over);
+  TEST_ASSERT_EQUAL_HEX32(0, u32_of(over->data) & 0xFFFF);
+  TEST_ASSERT_EQUAL(1, over->data[4]);
+  TEST_ASSERT_NOT_EQUAL(0, over->data[2]); /* the power stage is bad still */
+  sent_count = 0;
+  machine.axis[0].encoder_failed = true; /* a loose contact */
+  wait_ms(5);
+  TEST_ASSERT_NULL(last_sent(EMCY));
+  machine.axis[0].encoder_failed = false;
+  machine.axis[0].health = HAL_GOOD;
+  wait_ms(5);
+  command(0, 0x00);
+  command(0, 0x80);
+  wait_ms(5);
+  TEST_ASSERT_EQUAL_HEX32(0, get(0x1001, 0) & 0xFF);
+  TEST_ASSERT_EQUAL(2, get(LOG, LOG_COUNT));
+}
+
+static void test_faults_of_one_code_are_each_told_and_over_together(void) {
+  enable(0, PV);
+  wait_ms(20);
+  machine.axis[0].gyro_missing = true;
+  wait_ms(20);
+  sent_count = 0;
+  machine.axis[0].gyro_missing = false;
+  machine.axis[0].gyro_error_rad_s = 100.0f; /* saturated: 7310, too */
+  wait_ms(20);
+  expect_told(0, 0x7310, FAULT_GYRO_SATURATED);
+  machine.axis[0].gyro_error_rad_s = 0.0f;
+  wait_ms(200);
+  TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0) & 0xFF);
+  command(0, 0x00);
+  command(0, 0x80);
+  wait_ms(10);
+  TEST_ASSERT_EQUAL_HEX32(0, get(0x1001, 0) & 0xFF);
+}
+
 /* --- what the board tells
  * --------------------------------------------------------------------------------------------- */
 
@@ -144,6 +219,16 @@ static void test_a_fault_of_the_board_that_lasts_stays_in_the_register(void) {
   TEST_ASSERT_EQUAL_HEX32(0x5520, u32_of(told->data) & 0xFFFF);
   TEST_ASSERT_EQUAL(42, told->data[3]);
   TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0) & 0xFF);
+}
+
+static void test_a_fault_of_the_board_is_logged_as_its_own_without_samples(void) {
+  wait_ms(20);
+  servo_node_tell(&node, FAULT_WATCHDOG_RESET, 4, false);
+  TEST_ASSERT_EQUAL(HEADER, read_entry(NEWEST));
+  TEST_ASSERT_EQUAL(FAULT_WATCHDOG_RESET, entry[4]);
+  TEST_ASSERT_EQUAL(FAULT_LOG_BOARD, entry[5]);
+  TEST_ASSERT_EQUAL(0, entry[6]);
+  TEST_ASSERT_EQUAL(FAULT_LOG_SIGNALS, entry[7]);
 }
 
 static void test_bus_off_stops_both_axes(void) {
@@ -167,6 +252,9 @@ int main(void) {
   RUN_TEST(test_the_last_eight_faults_are_kept_until_they_are_cleared);
   RUN_TEST(test_there_is_no_entry_before_a_fault);
   RUN_TEST(test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading);
+  RUN_TEST(test_a_fault_that_comes_while_the_axis_is_in_another_is_told_logged_and_over_when_it_is_gone);
+  RUN_TEST(test_faults_of_one_code_are_each_told_and_over_together);
+  RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
   RUN_TEST(test_bus_off_stops_both_axes);
   return UNITY_END();

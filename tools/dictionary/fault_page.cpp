@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "fault_description.hpp"
+#include "faults/fault_account.hpp"
 
 extern "C" {
 #include "canopen/object_dictionary.h"
@@ -43,8 +44,9 @@ constexpr const char *kBetween = R"page(
 - off: the bridge is off at once. For faults in which it cannot be trusted.
 
 An axis without torque gets none, whatever the reaction. A worse fault that comes meanwhile has its reaction, never a
-milder one. An axis that is off is held by its friction alone: a gust or an unbalance can turn it. Where that is
-dangerous the machine needs a brake or a lock of its own.
+milder one. What comes while an axis is in a fault is told and logged, too, once until the axis is reset; 603F stays. An
+axis that is off is held by its friction alone: a gust or an unbalance can turn it. Where that is dangerous the
+machine needs a brake or a lock of its own.
 
 To clear an axis' fault: controlword (6040) 00, then 80 at least 1 ms later; or `servoctl state azimuth reset`.
 While the reaction lasts (statusword 0F) the axis is deaf to it, and while the fault can still be seen it stays.
@@ -52,7 +54,7 @@ While the reaction lasts (statusword 0F) the axis is deaf to it, and while the f
 ## Fault log
 
 3020 keeps the last eight faults, each with the last 16 ticks of its axis, the tick that saw it included: angle,
-rates, torque, current and bus voltage. `servoctl faults` shows them, `--csv FOLDER` writes them as files,
+rates, torque, current and bus voltage; one of the board itself has none. `servoctl faults` shows them, `--csv FOLDER` writes them as files,
 `--clear` forgets them. The log is in RAM: an NMT reset keeps it, a restart of the board does not.
 
 ## Access lock
@@ -66,7 +68,8 @@ and so does a reset of the node. 3040:2 tells the seconds left. `servoctl set`, 
 
 `sim_host faults` breaks every part in simulated motions at random moments and tells whether each was seen in
 time (`--list` names the parts, `--scenario FILE` breaks one and tells it line by line). `sim_host soak` turns for
-simulated hours with all noise and wind and nothing broken: any fault then is a false one.
+simulated hours with all noise and wind and nothing broken: any fault then is a false one. Below, "tried" names the
+parts that are broken for a fault, and the tests that bring it about on the emulated board or in the store.
 
 ## Each fault
 )page";
@@ -98,15 +101,29 @@ std::vector<std::string> limits_of(const fault_text& text) {
   return names;
 }
 
+// The parts that the simulator breaks for it, and the tests elsewhere.
+std::string tried(fault_id fault) {
+  std::string text;
+  for (const std::string& name : sim::breakages_of(fault)) {
+    text += (text.empty() ? "`sim_host faults`: " : ", ") + name;
+  }
+  for (const sim::FaultTest& one : sim::fault_tests()) {
+    if (one.fault == fault) {
+      text += fmt::format("{}[{}](../{})", text.empty() ? "" : "; ", one.test, one.file);
+    }
+  }
+  return text;
+}
+
 std::string print_section(int fault) {
   const fault_text& text = fault_texts[fault];
   std::string limits;
   for (const std::string& limit : limits_of(text)) {
     limits += (limits.empty() ? "- Limits: " : ", ") + limit;
   }
-  return fmt::format("\n### {} {} ({:04X})\n\n- Can be seen: {}\n{}- Cause: {}\n- Check: {}\n- Cure: {}\n", fault,
-                     text.name, fault_table[fault].code, text.when, limits.empty() ? "" : limits + "\n", text.cause,
-                     text.check, text.cure);
+  return fmt::format("\n### {} {} ({:04X})\n\n- Can be seen: {}\n{}- Cause: {}\n- Check: {}\n- Cure: {}\n- Tried: {}\n",
+                     fault, text.name, fault_table[fault].code, text.when, limits.empty() ? "" : limits + "\n",
+                     text.cause, text.check, text.cure, tried(static_cast<fault_id>(fault)));
 }
 
 }  // namespace

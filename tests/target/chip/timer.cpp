@@ -125,6 +125,11 @@ void Timer::stop() {
   timeline().cancel(compare_);
 }
 
+void Timer::slip(Instant delay) {
+  edge_at_ += delay;
+  timeline().set(edge_, edge_at_ + (is_centred() ? limit_ : limit_ + 1) * count_);
+}
+
 // The counter is at its limit or, centre-aligned, back at 0.
 void Timer::edge() {
   edge_at_ = timeline().instant();

@@ -54,6 +54,9 @@ class Timer : public Peripheral {
   // No more edges; for a tick that fails to come.
   void stall() { timeline().cancel(edge_); }
 
+  // The next edge and all after it come later by `delay`; for a tick in the wrong place.
+  void slip(Instant delay);
+
  protected:
   std::uint32_t on_read(std::uint32_t offset, std::uint32_t stored, unsigned width) override;
   void on_write(std::uint32_t offset, std::uint32_t written, unsigned width) override;

@@ -140,6 +140,19 @@ void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
         "stuck bit");
 }
 
+// With the frames that are there: else the program would take whatever lies there for its variables.
+void CortexM4::sink_stack() {
+  constexpr std::uint32_t kFrames = 512;  // more than the background and its calls have
+  std::uint8_t *to = memory_at(*sunken_stack_, kFrames);
+  const std::uint8_t *from = memory_at(register_value(UC_ARM_REG_SP), kFrames);
+  if (to == nullptr || from == nullptr) {
+    throw std::invalid_argument("no stack there");
+  }
+  std::memmove(to, from, kFrames);
+  set_register(UC_ARM_REG_SP, *sunken_stack_);
+  sunken_stack_.reset();
+}
+
 std::uint32_t CortexM4::register_value(int unicorn_register) const {
   std::uint32_t value = 0;
   uc_reg_read(uc_, unicorn_register, &value);
@@ -239,8 +252,7 @@ void CortexM4::run(Instant until) {
       timeline_.run_due();
     }
     if (sunken_stack_ && exceptions_.nesting() == 0) {
-      set_register(UC_ARM_REG_SP, *sunken_stack_);
-      sunken_stack_.reset();
+      sink_stack();
     }
     if (asleep_ || locked_up_ || hanging_ == exceptions_.running()) {
       sleep(until);

@@ -119,7 +119,8 @@ class CortexM4 {
   // One bit of RAM that the program reads as `value`, whatever it wrote. Before anything has run; DMA reads past it.
   void stick(std::uint32_t address, unsigned bit, bool value);
 
-  // The stack pointer from the next moment on in which no handler runs, as if calls had nested so deep.
+  // The stack pointer from the next moment on in which no handler runs, as if calls had nested so deep; what runs finds
+  // its variables there.
   void sink_stack_to(std::uint32_t address) { sunken_stack_ = address; }
 
   // Memory as the program sees it; nothing outside of RAM and flash.
@@ -142,6 +143,7 @@ class CortexM4 {
   void sleep(Instant until);
   void handle_stop(int error);
   void enter(int exception);
+  void sink_stack();
   void begin_handler(int exception, std::uint32_t return_code);
   void leave();
   void unstack(std::uint32_t return_code);

@@ -1,4 +1,4 @@
-"""The fault log 0x3020: the last faults, each with what its axis did in the ticks before it.
+"""The fault log 0x3020: the last faults of axes and board, each with what its axis did in the ticks before it.
 
 0x3020: 1 count, 2 command, 3 and up the entries, newest first (firmware/node/fault_objects.h tells their bytes).
 """
@@ -19,6 +19,8 @@ from .fault_table import FaultTable
 from .parameter import AXES, shortest
 
 LOG_OBJECT, COUNT, COMMAND, FIRST_ENTRY = 0x3020, 1, 2, 3
+OWNERS = (*AXES, "board")
+"""Of an entry, byte 5."""
 FORGET = 1
 _HEAD = struct.Struct("<IBBBB")
 _ATTEMPTS = 5
@@ -27,7 +29,7 @@ _TICK_S = 1e-3
 
 @dataclass(frozen=True)
 class LogEntry:
-    """One fault; `samples` are rows of the signals, a tick each, None for what was no number, the last of `tick`."""
+    """One fault; `of` is one of OWNERS, `samples` are rows of the signals, a tick each, None for what was no number, the last of `tick`."""
 
     tick: int
     age_s: float
@@ -68,20 +70,18 @@ def parse_entry(data: bytes, now: int, table: FaultTable) -> LogEntry:
     """An entry from its bytes; `now` is the number of the present tick. Raises NotVerified when the bytes are none."""
     if len(data) < _HEAD.size:
         raise NotVerified(f"an entry of the fault log has {len(data)} bytes; at least {_HEAD.size} would be right.")
-    tick, fault, axis, rows, columns = _HEAD.unpack_from(data)
+    tick, fault, owner, rows, columns = _HEAD.unpack_from(data)
     size = _HEAD.size + 4 * rows * columns
     if len(data) != size:
         raise NotVerified(f"an entry of the fault log has {len(data)} bytes; {size} would be right.")
     values = [_number(value) for (value,) in struct.iter_unpack("<f", data[_HEAD.size :])]
-    known = table.faults.get(fault)
-    of = known.of if known is not None and known.of != "axis" else AXES[axis] if axis < len(AXES) else f"axis {axis}"
     signals = table.signals if len(table.signals) == columns else tuple((f"signal_{n}", "") for n in range(1, columns + 1))
     return LogEntry(
         tick=tick,
         age_s=((now - tick) & 0xFFFFFFFF) * _TICK_S,
         fault=fault,
         name=table.name(fault),
-        of=of,
+        of=OWNERS[owner] if owner < len(OWNERS) else f"source {owner}",
         signals=signals,
         samples=tuple(tuple(values[row * columns : (row + 1) * columns]) for row in range(rows)),
     )
@@ -98,10 +98,12 @@ def clear_log(device: Device) -> None:
 
 
 def write_snapshots(log: FaultLog, folder: Path) -> list[Path]:
-    """One CSV for each entry, a row for each tick; an empty cell is no number."""
+    """One CSV for each entry of an axis, a row for each tick; an empty cell is no number."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
     for number, entry in enumerate(log.entries, 1):
+        if not entry.samples:
+            continue
         name = re.sub(r"[^a-z0-9]+", "-", entry.name.lower())
         path = folder / f"fault-{number}-{entry.of}-{name}.csv"
         with path.open("w", encoding="utf-8", newline="") as file:

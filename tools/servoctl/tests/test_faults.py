@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from servoctl.errors import NotVerified
-from servoctl.fault_log import parse_entry
+from servoctl.fault_log import FaultLog, parse_entry, write_snapshots
 from servoctl.fault_table import NO_FAULTS, FaultTable, load_faults
 
 from .conftest import PACKAGE, PARAMETERS, Bench
 
-OVER_SPEED, STUCK_ENCODER = 18, 3
+OVER_SPEED, STUCK_ENCODER, WATCHDOG = 18, 3, 30
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +42,14 @@ def test_what_is_no_number_is_none_and_unknown_signals_are_counted(table: FaultT
     assert found.samples == ((None, None, 1.0),)
     assert found.name == "fault 200" and found.signals == (("signal_1", ""), ("signal_2", ""), ("signal_3", ""))
     assert parse_entry(entry(9, 3, 0, [[1.0]]), 9, NO_FAULTS).name == "fault 3"
+
+
+def test_a_fault_of_the_board_is_no_fault_of_an_axis_and_has_no_signals(table: FaultTable, tmp_path: Path) -> None:
+    found = parse_entry(struct.pack("<IBBBB", 7, WATCHDOG, 2, 0, 8), 8, table)
+    assert (found.name, found.of, found.samples) == ("reset by the watchdog", "board", ())
+    assert parse_entry(entry(7, 33, 1, [[0.0] * 8]), 8, table).of == "pitch"  # the board's, but told of this axis
+    assert parse_entry(entry(7, 1, 9, [[0.0] * 8]), 8, table).of == "source 9"
+    assert write_snapshots(FaultLog(1, (found,)), tmp_path / "none") == []
 
 
 @pytest.mark.parametrize("cut", [-1, -7, 4])

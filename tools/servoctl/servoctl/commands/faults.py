@@ -135,7 +135,8 @@ def _show_log(out: Output, log: FaultLog | None, snapshots: bool) -> None:
     title = f"fault log, newest first; {log.count} since it was cleared"
     out.table([("", "right"), ("s ago", "right"), ("tick", "right"), "fault", "of"], rows, title)
     for number, entry in enumerate(log.entries if snapshots else log.entries[:1], 1):
-        _show_snapshot(out, number, entry)
+        if entry.samples:
+            _show_snapshot(out, number, entry)
 
 
 def _show_snapshot(out: Output, number: int, entry: LogEntry) -> None:
