@@ -63,7 +63,7 @@ void encoder_begin_read(encoder_readings readings[2], int number) {
 /* What was read is wiped out: an answer that does not come is none the next time. */
 void encoder_decode(encoder_readings *readings) {
   if (readings->decoded >= ENCODER_READS_PER_TICK) {
-    return;
+    return; /* all of them are */
   }
   uint32_t *answer = readings->answer[readings->decoded++];
   biss_reading reading;
@@ -78,7 +78,7 @@ void encoder_decode(encoder_readings *readings) {
 }
 
 bool encoder_take(encoder_readings *readings, uint32_t *angle_turn32) {
-  for (int i = readings->decoded; i < ENCODER_READS_PER_TICK; ++i) {
+  for (int i = 0; i < ENCODER_READS_PER_TICK; ++i) {
     encoder_decode(readings);
   }
   const int good = readings->good;
