@@ -30,8 +30,6 @@ static uint32_t pages_of(const hal_flash *flash, uint32_t rows) {
   return (units_of(rows) + per_page - 1) / per_page;
 }
 
-static bool is_newer(uint32_t sequence, uint32_t than) { return (int32_t)(sequence - than) > 0; }
-
 static uint32_t add_unit(uint32_t crc, flash_unit unit) { return crc32_add(crc, (const uint8_t *)&unit, sizeof unit); }
 
 /* --- reading ---------------------------------------------------------------------------------------------------- */
@@ -97,7 +95,8 @@ static place_verdict look(const hal_flash *flash, parameter_record *record) {
   if (head[1].low == UINT32_MAX && head[1].high == UINT32_MAX) {
     return PLACE_UNFINISHED; /* not programmed any more */
   }
-  if (!fits(flash, record->page, record->rows) || !read_unit(flash, record->page, record->rows + 3, &mark)) {
+  if (record->sequence > PARAMETER_STORE_MOST_SAVES || !fits(flash, record->page, record->rows) ||
+      !read_unit(flash, record->page, record->rows + 3, &mark)) {
     return PLACE_DAMAGED;
   }
   if (mark.low != COMMIT || mark.high != record->sequence) {
@@ -109,7 +108,7 @@ static place_verdict look(const hal_flash *flash, parameter_record *record) {
 /* Keeps found[] in order, the newest first. */
 static void insert(parameter_store *store, const parameter_record *record) {
   uint32_t rank = store->count++;
-  while (rank > 0 && is_newer(record->sequence, store->found[rank - 1].sequence)) {
+  while (rank > 0 && record->sequence > store->found[rank - 1].sequence) {
     store->found[rank] = store->found[rank - 1];
     --rank;
   }
@@ -169,7 +168,8 @@ void parameter_store_use(parameter_store *store, uint32_t n) {
 /* --- saving ----------------------------------------------------------------------------------------------------- */
 
 bool parameter_store_begin(parameter_store *store, uint32_t schema_hash, const parameter_row *rows, uint32_t count) {
-  if (parameter_store_progress(store) == PARAMETER_STORE_BUSY || !fits(&store->areas[0], 0, count)) {
+  if (parameter_store_progress(store) == PARAMETER_STORE_BUSY || !fits(&store->areas[0], 0, count) ||
+      store->last_sequence >= PARAMETER_STORE_MOST_SAVES) {
     return false;
   }
   store->last_sequence++; /* of a save that fails, too: what it left behind must not be taken for the next one */

@@ -5,10 +5,10 @@
  *     magic, sequence | schema hash, rows | row .. | CRC-32, its complement | commit mark, sequence
  *
  * in double words, each programmed once, the commit mark last. A record counts when mark, CRC and sequence are right;
- * the one with the highest sequence (in a circle) is the newest. A new record goes behind the one in use while there
- * are blank pages, else into the other area, which is erased first: the one in use is never touched. So, whenever the
- * power fails, there is the old set or the new one. Each page is erased once in (pages of an area / pages of a record)
- * times two saves.
+ * the one with the highest sequence is the newest (a circle would have no order for three numbers around it). A new
+ * record goes behind the one in use while there are blank pages, else into the other area, which is erased first: the
+ * one in use is never touched. So, whenever the power fails, there is the old set or the new one. Each page is erased
+ * once in (pages of an area / pages of a record) times two saves.
  *
  * A save is done in steps, each one flash operation at most, in a context of its own: the one who asks (the tick) may
  * interrupt the one who works (the background), or both may be the same. */
@@ -34,6 +34,9 @@ enum {
   PARAMETER_STORE_MOST_ROWS = 512,
   PARAMETER_STORE_FRAME_UNITS = 4 /* double words of a record besides its rows */
 };
+
+/* The highest sequence, which is far beyond what flash endures; a higher one is damaged. */
+#define PARAMETER_STORE_MOST_SAVES UINT32_C(0x7FFFFFFF)
 
 /* One parameter, one double word: index << 16 | sub-index << 8 | od_type as on the bus, and the value's bytes, lowest
  * first, zeros above. Values of more than four bytes cannot be stored. */
@@ -92,8 +95,8 @@ bool parameter_store_load(const parameter_store *store, uint32_t n, parameter_ro
 /* found[n] is what the next save must not touch, for one who refuses a newer record. */
 void parameter_store_use(parameter_store *store, uint32_t n);
 
-/* Begins to save; `rows` must stay as they are until the store is no longer busy. False: it is busy, or a record of so
- * many rows does not fit into an area. */
+/* Begins to save; `rows` must stay as they are until the store is no longer busy. False: it is busy, a record of so
+ * many rows does not fit into an area, or the sequence is at its end. */
 bool parameter_store_begin(parameter_store *store, uint32_t schema_hash, const parameter_row *rows, uint32_t count);
 
 /* Does the next piece of work, if there is any: at most one page erased or one double word programmed. */

@@ -51,7 +51,10 @@ static uint32_t newest(parameter_row *rows) {
 }
 
 static bool save(const parameter_row *rows, uint32_t count) {
-  require(parameter_store_begin(&store, 1, rows, count));
+  if (!parameter_store_begin(&store, 1, rows, count)) {
+    require(store.last_sequence == PARAMETER_STORE_MOST_SAVES);
+    return false;
+  }
   for (int step = 0; step < 2 * MOST_ROWS && parameter_store_progress(&store) == PARAMETER_STORE_BUSY; ++step) {
     parameter_store_step(&store);
   }
