@@ -119,9 +119,13 @@ void test_numbers_that_no_float_can_hold_are_named() {
 }
 
 void test_a_result_of_another_shape_is_refused() {
-  for (const char *text : {"{\"format\": 1}", "{\"format\": \"trackservo-identification\", \"version\": []}"}) {
-    check_says(complaint_of([&] { read_identified_plant(parse_input_file("result.json", text)); }),
-               "result.json: [json.exception.type_error.302]");
+  const auto said = [](const char *text) {
+    return complaint_of([&] { read_identified_plant(parse_input_file("result.json", text)); });
+  };
+  check_says(said("{\"format\": 1}"), "result.json: [json.exception.type_error.302]");
+  for (const char *version : {"[]", "2", "1.5", "6e119", "\"1\""}) {  // the fourth once became an int, undefined
+    const std::string text = std::string("{\"format\": \"trackservo-identification\", \"version\": ") + version + "}";
+    check_says(said(text.c_str()), "is not a trackservo-identification of version 1");
   }
   InputFile file = result_file();
   file.json["parameters"]["inertia"]["value"] = nullptr;
