@@ -11,7 +11,7 @@ std::vector<FaultTest> list_tests() {
   const std::string memory = "tests/target/test_board_memory.cpp";
   const std::string moving = "tests/target/test_board_moving.cpp";
   const std::string store = "tests/store/test_stored_set.c";
-  const std::string reset = "test_what_ends_in_a_reset_is_safe_while_both_axes_turn";
+  const std::string reset = "test_what_ends_in_a_reset_is_safe_in_every_motion";
   return {
       {FAULT_ENCODER_LOST, faults, "test_an_axis_without_its_encoder_is_switched_off"},
       {FAULT_GYRO_LOST, faults, "test_an_axis_without_its_gyro_stops_by_its_encoder"},
