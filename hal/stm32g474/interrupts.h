@@ -18,9 +18,12 @@ enum {
   TIM1_BRK_INTERRUPT = 24,
   TIM8_BRK_INTERRUPT = 43,
   TIM6_DAC_INTERRUPT = 54,
-  PRELUDE_INTERRUPT = 55, /* TIM7's, which is not used */
+  TIM7_INTERRUPT = 55,
   INTERRUPT_COUNT = 102
 };
+
+/* The prelude borrows the line of a timer that is not used. */
+enum { PRELUDE_INTERRUPT = TIM7_INTERRUPT };
 
 enum {
   PRIORITY_DRIVER_FAULT = 0,
