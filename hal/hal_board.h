@@ -50,6 +50,9 @@ hal *hal_board_start(uint8_t node_id);
 
 hal_reset hal_board_reset(const hal *machine);
 
+/* Of this board and no other, from what its chip is marked with. */
+uint32_t hal_board_serial_number(const hal *machine);
+
 /* HAL_TEST_* bits, 0: all is well. An axis is not ready while they are not 0. About 0.1 s; the RAM was tested before.
  */
 uint32_t hal_board_self_test(hal *machine);

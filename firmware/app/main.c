@@ -102,7 +102,8 @@ int main(void) {
                                     .machine = self.machine,
                                     .parameters = default_parameters,
                                     .limits = default_limits,
-                                    .flash = hal_board_flash(self.machine)};
+                                    .flash = hal_board_flash(self.machine),
+                                    .serial_number = hal_board_serial_number(self.machine)};
   if (!servo_node_start(&self.node, &config)) {
     for (;;) { /* a build that was never tested: nothing is on, and nothing answers */
     }

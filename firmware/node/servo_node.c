@@ -292,6 +292,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   if (!canopen_node_init(&node->canopen, &canopen)) {
     return false;
   }
+  node->canopen.objects.serial_number = config->serial_number;
   node->started = true;
   return true;
 }

@@ -76,6 +76,7 @@ typedef struct {
   const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of what can be stored */
   const protection_limits *limits;   /* likewise */
   const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored set; NULL: kept in RAM only */
+  uint32_t serial_number;            /* 0x1018:4; 0: none */
 } servo_node_config;
 
 /* False when the parameters or the node id are refused. What is stored in the flash and passes its checks is in force

@@ -10,6 +10,7 @@
 #include "reset_cause.h"
 #include "sensors/thermistor.h"
 #include "tick_timer.h"
+#include "unique_id.h"
 #include "watchdog.h"
 
 enum { PERIODS_PER_TICK = 20, PERIOD_US = 50, TICK_AFTER_PERIOD_US = 22 };
@@ -248,6 +249,11 @@ hal *hal_board_start(uint8_t node_id) {
 }
 
 hal_reset hal_board_reset(const hal *machine) { return machine->reset; }
+
+uint32_t hal_board_serial_number(const hal *machine) {
+  (void)machine;
+  return unique_id_serial_number();
+}
 
 const hal_flash *hal_board_flash(hal *machine) { return machine->parameter_flash; }
 

@@ -2,6 +2,7 @@
 
 #include <stddef.h>
 
+#include "app/default_schema.h"
 #include "parameters/crc32.h"
 
 extern const uint8_t image_start[]; /* the linker script's */
@@ -12,7 +13,11 @@ enum { STRETCHES = 2 }; /* of the image: before the CRC, and behind it */
 
 /* volatile: the compiler must not believe that what it sees here is what the flash will hold. */
 __attribute__((section(".version_block"), used)) static const volatile version_block block = {
-    .magic = VERSION_BLOCK_MAGIC, .format = VERSION_BLOCK_FORMAT, .version = TRACKSERVO_VERSION, .git = TRACKSERVO_GIT};
+    .magic = VERSION_BLOCK_MAGIC,
+    .format = VERSION_BLOCK_FORMAT,
+    .version = TRACKSERVO_VERSION,
+    .git = TRACKSERVO_GIT,
+    .schema_hash = DEFAULT_SCHEMA_HASH};
 
 image_check image_check_begin(void) { return (image_check){.at = 0, .crc = CRC32_START}; }
 

@@ -1,6 +1,6 @@
 /* What image this is: 96 bytes at offset 0x200 of the flash, where tools find them without running anything.
  *
- * Length, CRC and schema hash are written after linking (tools/image/stamp_image.py). The CRC-32 (IEEE 802.3) covers
+ * Length and CRC are written after linking (tools/image/stamp_image.py). The CRC-32 (IEEE 802.3) covers
  * the image from its first byte to its length, without the four bytes of the CRC itself. */
 #ifndef TRACKSERVO_STM32G474_VERSION_BLOCK_H
 #define TRACKSERVO_STM32G474_VERSION_BLOCK_H

@@ -14,7 +14,8 @@ ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint
       machine_(plant, seed, joint_angle_rad) {
   const axis_parameters parameters[SERVO_AXES] = {node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)};
   const protection_limits limits[SERVO_AXES] = {node_limits(plant, kAzimuth), node_limits(plant, kPitch)};
-  const servo_node_config config = {node_id, {send, this}, machine_.hal_pointer(), parameters, limits, flash.areas()};
+  const servo_node_config config = {node_id, {send, this}, machine_.hal_pointer(), parameters, limits, flash.areas(),
+                                    0};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::invalid_argument(
         "the node does not start: give a node id from 1 to 127 and a plant whose gains are in range");

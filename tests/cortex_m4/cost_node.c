@@ -163,7 +163,7 @@ static bool start(void) {
     od_restore_defaults(&limits_part, NODE_ID);
     limits[i].stuck_s = 0.0f;
   }
-  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL};
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL, 0};
   bool good = servo_node_start(&b.node, &config);
   for (uint16_t n = 0; n < PDO_COUNT; ++n) {
     good = good && set((uint16_t)(0x1400 + n), 2, 1, 1) && set((uint16_t)(0x1800 + n), 2, 1, 1);

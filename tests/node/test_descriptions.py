@@ -125,3 +125,9 @@ def test_the_board_starts_with_the_parameters_of_the_example_machine(description
     assert [name for name, _ in committed] == [name for name, _ in printed]
     assert [value for _, value in committed] == pytest.approx([value for _, value in printed], rel=1e-5), \
         f"copy {descriptions}/default_parameters.c to firmware/app/"
+
+
+def test_the_image_is_marked_with_the_hash_of_this_dictionary(descriptions):
+    printed, committed = (file.read_text() for file in (descriptions / "default_schema.h",
+                                                        PROJECT / "firmware/app/default_schema.h"))
+    assert printed == committed, f"copy {descriptions}/default_schema.h to firmware/app/"

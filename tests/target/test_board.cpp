@@ -1,5 +1,7 @@
 // The board's image on the emulated chip: how it starts, what it tells the bus, what it stores, and what its interrupts
 // cost. What it does when something breaks: test_board_faults.cpp.
+#include <boost/crc.hpp>
+#include <cstring>
 #include <map>
 #include <string>
 
@@ -45,6 +47,21 @@ void test_it_starts_safe_passes_its_self_tests_and_is_heard() {
   TEST_ASSERT_EQUAL_UINT32(170'000'000, rig.machine.chip().rcc.core_hz());
   TEST_ASSERT_TRUE(rig.machine.chip().watchdog.is_running());
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
+  expect_no_complaints(rig);
+}
+
+// Two boards on one bus can be told apart, and what is in the flash can be read out of the file that was flashed.
+void test_it_says_which_board_and_which_dictionary_it_is() {
+  constexpr std::size_t kSchemaHashAt = 0x200 + 80;
+  BoardRig rig(bench::tracker_plant());
+  boot(rig);
+  boost::crc_32_type crc;
+  crc.process_bytes(target::FactoryWords::kUniqueId, sizeof target::FactoryWords::kUniqueId);
+  TEST_ASSERT_EQUAL_HEX32(crc.checksum(), rig.client.read(0x1018, 4).value());
+  std::uint32_t schema_hash = 0;
+  std::memcpy(&schema_hash, bench::board_image().data() + kSchemaHashAt, sizeof schema_hash);
+  TEST_ASSERT_EQUAL_HEX32_MESSAGE(schema_hash, rig.client.read(0x3030, 2).value(),
+                                  "copy share/trackservo/default_schema.h of the build folder to firmware/app/");
   expect_no_complaints(rig);
 }
 
@@ -293,6 +310,7 @@ void test_what_the_interrupts_cost_on_a_full_bus() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_it_starts_safe_passes_its_self_tests_and_is_heard);
+  RUN_TEST(test_it_says_which_board_and_which_dictionary_it_is);
   RUN_TEST(test_a_dip_of_the_supply_is_told_and_a_power_on_is_not);
   RUN_TEST(test_both_axes_turn_when_they_are_told_to);
   RUN_TEST(test_it_comes_back_from_bus_off);

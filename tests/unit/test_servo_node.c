@@ -329,11 +329,16 @@ static void test_it_does_not_start_with_a_wrong_node_id(void) {
   TEST_ASSERT_FALSE(rigid_machine_start_node(&machine, &node, 128, (can_sender){node_bench_send, NULL}, NULL));
 }
 
-static void test_it_does_not_start_with_wrong_parameters(void) {
+static void test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters(void) {
   axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
   const protection_limits limits[SERVO_AXES] = {node.axis[0].watch.limits, node.axis[1].watch.limits};
-  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL};
+  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 4711};
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_UINT32(4711, get(0x1018, 4));
+  nmt(0x81); /* a reset of the node does not change what it is */
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_UINT32(4711, get(0x1018, 4));
   parameters[1].observer.inertia_kg_m2 = -1.0f;
   TEST_ASSERT_FALSE(servo_node_start(&node, &config));
   parameters[1].observer.inertia_kg_m2 = 2.0f;
@@ -363,6 +368,6 @@ int main(void) {
   RUN_TEST(test_filters_that_are_set_are_in_force);
   RUN_TEST(test_the_recorded_tick_is_one_tick);
   RUN_TEST(test_it_does_not_start_with_a_wrong_node_id);
-  RUN_TEST(test_it_does_not_start_with_wrong_parameters);
+  RUN_TEST(test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters);
   return UNITY_END();
 }

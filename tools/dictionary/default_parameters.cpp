@@ -110,4 +110,17 @@ std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXE
          both(print_limits(limits[0]), print_limits(limits[1]));
 }
 
+std::string print_default_schema(std::uint32_t schema_hash) {
+  return fmt::format(
+      "/* Printed by the build from the node's dictionary: do not edit it, copy `share/trackservo/default_schema.h` of "
+      "the\n"
+      " * host's build folder here instead. */\n"
+      "#ifndef TRACKSERVO_APP_DEFAULT_SCHEMA_H\n"
+      "#define TRACKSERVO_APP_DEFAULT_SCHEMA_H\n\n"
+      "/* Object 3030:2, see node/schema_hash.h. */\n"
+      "#define DEFAULT_SCHEMA_HASH 0x{:08X}u\n\n"
+      "#endif\n",
+      schema_hash);
+}
+
 }  // namespace trackservo::dictionary

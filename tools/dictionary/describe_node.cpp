@@ -1,5 +1,5 @@
 // Prints what describes the node to others: describe_node FOLDER writes trackservo.eds, trackservo.dbc,
-// parameters.json, can-objects.md, default_parameters.c, faults.json and faults.md there.
+// parameters.json, can-objects.md, default_parameters.c, default_schema.h, faults.json and faults.md there.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -39,7 +39,7 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantCo
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
   const protection_limits limits[SERVO_AXES] = {sim::node_limits(plant, sim::kAzimuth),
                                                 sim::node_limits(plant, sim::kPitch)};
-  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr};
+  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr, 0};
   if (!servo_node_start(node.get(), &config)) {
     throw std::runtime_error("the node does not start");
   }
@@ -63,6 +63,7 @@ void describe(const std::filesystem::path& folder) {
   write(folder / "default_parameters.c",
         dictionary::print_default_parameters({azimuth.tuning.active, pitch.tuning.active},
                                              {azimuth.watch.limits, pitch.watch.limits}));
+  write(folder / "default_schema.h", dictionary::print_default_schema(node->objects.schema_hash));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
   write(folder / "faults.json", dictionary::describe_faults().dump(1) + "\n");
   write(folder / "faults.md", dictionary::print_fault_page());

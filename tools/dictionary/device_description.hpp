@@ -57,6 +57,9 @@ nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, 
 std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
                                      const std::array<protection_limits, SERVO_AXES>& limits);
 
+// Header with DEFAULT_SCHEMA_HASH, for the image's version block.
+std::string print_default_schema(std::uint32_t schema_hash);
+
 }  // namespace trackservo::dictionary
 
 #endif

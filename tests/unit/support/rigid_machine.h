@@ -137,7 +137,7 @@ static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *
     od_restore_defaults(&limits_part, node_id);
     limits[i].stuck_s = 0.0f; /* without noise, a machine at rest says the same again and again */
   }
-  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash};
+  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0};
   return servo_node_start(node, &config);
 }
 

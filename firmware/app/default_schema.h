@@ -1,0 +1,9 @@
+/* Printed by the build from the node's dictionary: do not edit it, copy `share/trackservo/default_schema.h` of the
+ * host's build folder here instead. */
+#ifndef TRACKSERVO_APP_DEFAULT_SCHEMA_H
+#define TRACKSERVO_APP_DEFAULT_SCHEMA_H
+
+/* Object 3030:2, see node/schema_hash.h. */
+#define DEFAULT_SCHEMA_HASH 0x17835A47u
+
+#endif
