@@ -40,7 +40,7 @@ std::vector<std::uint8_t> read_image(const std::string& name) {
 }
 
 int run(const std::string& image, const std::string& plant, const sim::ServeOptions& options) {
-  sim::VirtualBus bus;
+  sim::VirtualBus bus{1e6, sim::kPwmPeriod_s};
   target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, {options.seed, {0.0, 0.3}});
   EmulatedBoard board(machine);
   sim::serve(board, bus, options, [](const std::vector<std::string>& addresses) {
