@@ -22,9 +22,6 @@ TICK_S = 0.001
 TPDO, RPDO = 3, 3
 """TPDO4 and RPDO4, counted from 0."""
 
-ACTUAL_LAG_TICKS = 1
-"""606C of a frame is one tick older than its 606B: the drive computes the demand before the axis senses the rate."""
-
 Samples = NDArray[np.float64]
 
 
@@ -66,12 +63,11 @@ class RateStream(BorrowedStream):
             return struct.unpack_from("<i", self._frames[-1], 4)[0] / RATE_COUNTS_PER_RAD_S if self._frames else None
 
     def samples(self) -> tuple[Samples, Samples]:
-        """Demand and answer in rad/s, one sample every `period_s`, both of the same tick: the lag is taken out."""
+        """Demand and answer in rad/s, one sample every `period_s`, both of the same tick."""
         with self.lock:
             raw = np.frombuffer(b"".join(self._frames), dtype="<i4").reshape(-1, 2)
         values = raw.astype(np.float64) / RATE_COUNTS_PER_RAD_S
-        lag = ACTUAL_LAG_TICKS if self._period_ms == 1 else 0
-        return values[: len(values) - lag, 0], values[lag:, 1]
+        return values[:, 0], values[:, 1]
 
     def lost(self) -> int:
         """Frames missing, by the time stamps of the first and the last."""
