@@ -185,8 +185,7 @@ static void receive_service(canopen_node *node, const can_frame *frame) {
   }
 }
 
-/* --- Process data: what counts in the tick --------------------------------------------------------------------------
- */
+/* --- Process data: what counts in the tick ----------------------------------------------------------------------- */
 
 static void receive_nmt(canopen_node *node, const can_frame *frame) {
   nmt_state wanted = node->state;

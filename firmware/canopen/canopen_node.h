@@ -4,10 +4,10 @@
  * calls `canopen_node_receive`, which puts each frame into one of two queues; everything leaves through one sender.
  *
  *     process data: NMT, SYNC, RPDO    `canopen_node_take`, at the beginning of a 1 ms tick: what the tick acts upon
- *     services: SDO, heartbeat         `canopen_node_serve`, when the tick has done what is urgent; it also sends
- * TPDOs, with what the tick made, EMCY and heartbeat, and keeps the times
+ *     services: SDO, heartbeat         `canopen_node_serve`, when the tick has done what is urgent
  *
- * So an SDO request takes no time from the tick. Both run in one thread, never one within the other. */
+ * The latter also sends TPDOs, with what the tick made, EMCY and heartbeat, and keeps the times. So an SDO request
+ * takes no time from the tick. Both run in one thread, never one within the other. */
 #ifndef TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 #define TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 

@@ -1,7 +1,7 @@
 /* Ramps with limited rate, acceleration and jerk: to a rate (pv, stops), or over a distance (pp).
  *
- *     to a rate:        jerk +-j until the acceleration meets its limit, hold, jerk back to 0: three pieces, closed
- * form over a distance:  go on towards the profile rate as long as one can still stop in time, then stop
+ *     to a rate         jerk +-j until the acceleration meets its limit, hold, jerk back to 0; in closed form
+ *     over a distance   go on towards the profile rate as long as one can still stop in time, then stop
  *
  * (CiA 402-2 clauses 7.2 and 7.3: 6081, 6083, 6084, 60A4, 607F.) Every tick decides anew from its own state, so the
  * target and the limits may change at any time. Switching times fall between ticks: with equal acceleration and
