@@ -2,7 +2,8 @@
  * seen now. It decides nothing but that; the drive reacts as `fault_table` says.
  *
  * Sensors are judged in every state, motion only while the loops are closed. All is done with this tick's samples,
- * before the set-points of this tick: what it finds is reacted to in the same tick. Cost: about 150 instructions. */
+ * before the set-points of this tick: what it finds is reacted to in the same tick. Cost: about 270 instructions
+ * (docs/cost.md). */
 #ifndef TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
 #define TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
 
