@@ -211,18 +211,12 @@ CLI::Validator speed() {
           "realtime, max or TIMES"};
 }
 
-// Prints the address of every bus end, a line each: scripts read them.
 void serve(const ServeCommand& command) {
   sim::ServeOptions options = command.options;
   options.pace = pace_of(command.speed);
   const sim::PlantConfig plant = sim::load_plant(command.plant);
   sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
-  sim::serve(plant, options, [](const std::vector<std::string>& addresses) {
-    for (const std::string& address : addresses) {
-      fmt::print("{}\n", address);
-    }
-    (void)std::fflush(stdout);
-  });
+  sim::serve(plant, options, sim::reports_on_stdout());
 }
 
 void bench(const std::filesystem::path& data_dir) {
@@ -290,7 +284,8 @@ void add_bench(CLI::App& app) {
 void add_serve(CLI::App& app) {
   auto serving = std::make_shared<ServeCommand>();
   serving->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
-  CLI::App *command = app.add_subcommand("serve", "be a CANopen node on a bus that clients reach, until stdin ends");
+  CLI::App *command = app.add_subcommand(
+      "serve", "run the simulated servo as a CANopen node on a bus that clients reach; ends with Ctrl-C or SIGTERM");
   command->add_option("--plant", serving->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command
       ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
@@ -303,6 +298,7 @@ void add_serve(CLI::App& app) {
   command->add_option("--speed", serving->speed, "pace of simulated time; a number: so many times real time")
       ->check(speed())
       ->capture_default_str();
+  command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, sim::kUntilStdinEndsHelp);
   command->callback([serving] { serve(*serving); });
 }
 

@@ -90,7 +90,10 @@ class ServingProcess {
  private:
   [[noreturn]] static void run_child(const PlantConfig& plant, int output) {
     try {
-      serve(plant, {}, [output](const std::vector<std::string>& addresses) { write_all(output, addresses.front()); });
+      ServeOptions options;
+      options.until_stdin_ends = true;
+      const auto report = [output](const std::vector<std::string>& addresses) { write_all(output, addresses.front()); };
+      serve(plant, options, {report, {}});
     } catch (const std::exception&) {
       _exit(1);  // the parent sees the pipe end
     }

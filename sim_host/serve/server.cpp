@@ -7,6 +7,7 @@
 #include <charconv>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -25,6 +26,7 @@ using Ends = std::vector<std::unique_ptr<BusEnd>>;
 
 constexpr auto kHeldTime = std::chrono::milliseconds(1);
 constexpr int kMostTicksBehind = 20;  // after a longer stall of the host, simulated time is let go
+constexpr int kLatestReady_ticks = 1000;
 
 volatile std::sig_atomic_t stop_requested = 0;
 
@@ -63,9 +65,46 @@ std::unique_ptr<BusEnd> open_end(VirtualBus& bus, const std::string& name, Socke
       fmt::format("bus \"{}\" is not known; give slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE", name));
 }
 
-// Waits for a byte or for the next tick. False: standard input has ended or a signal came.
-bool wait(const Ends& ends, Clock::time_point until) {
-  std::vector<pollfd> descriptors{{STDIN_FILENO, POLLIN, 0}};
+// Reports when the device can be used: its boot-up message (CiA 301 7.2.8.3.3) was on the bus. A device without node id
+// sends none, so it counts as ready after a second.
+class ReadyMonitor {
+ public:
+  ReadyMonitor(VirtualBus& bus, const std::function<void()>& ready)
+      : ready_(ready), bus_(bus), port_(bus.attach([this](const can_frame& frame) { receive(frame); })) {}
+  ReadyMonitor(const ReadyMonitor&) = delete;
+  ReadyMonitor& operator=(const ReadyMonitor&) = delete;
+  ~ReadyMonitor() { bus_.detach(port_); }
+
+  void count_tick() {
+    if (is_reported_ || (++ticks_ < kLatestReady_ticks && !is_up_)) {
+      return;
+    }
+    is_reported_ = true;
+    if (ready_) {
+      ready_();
+    }
+  }
+
+ private:
+  void receive(const can_frame& frame) {
+    constexpr std::uint32_t kHeartbeats = 0x700;
+    constexpr std::uint32_t kNodes = 0x7F;
+    is_up_ = is_up_ || ((frame.id & ~kNodes) == kHeartbeats && frame.length == 1 && frame.data[0] == 0);
+  }
+
+  const std::function<void()>& ready_;
+  VirtualBus& bus_;
+  bool is_up_ = false;
+  bool is_reported_ = false;
+  int ticks_ = 0;
+  VirtualBus::Port port_;
+};
+
+// Waits for a frame from a client or for the next tick. False: a signal came, or standard input has ended where that
+// counts.
+bool wait(const Ends& ends, Clock::time_point until, bool until_stdin_ends) {
+  constexpr int kIgnored = -1;
+  std::vector<pollfd> descriptors{{until_stdin_ends ? STDIN_FILENO : kIgnored, POLLIN, 0}};
   for (const auto& end : ends) {
     end->add_to_poll(descriptors);
   }
@@ -73,7 +112,7 @@ bool wait(const Ends& ends, Clock::time_point until) {
   const timespec timeout{0, left > 0 ? static_cast<long>(left) : 0};
   ppoll(descriptors.data(), descriptors.size(), &timeout, nullptr);
   char byte = 0;
-  const bool input_open = (descriptors[0].revents & (POLLIN | POLLHUP)) == 0 || read(STDIN_FILENO, &byte, 1) > 0;
+  const bool input_open = descriptors[0].revents == 0 || read(STDIN_FILENO, &byte, 1) > 0;
   return input_open && stop_requested == 0;
 }
 
@@ -87,11 +126,13 @@ bool any_is_behind(const Ends& ends) {
   return std::any_of(ends.begin(), ends.end(), [](const std::unique_ptr<BusEnd>& end) { return end->is_behind(); });
 }
 
-void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, double pace) {
+void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, const ServeOptions& options,
+                 ReadyMonitor& monitor) {
+  const double pace = *options.pace;
   const auto tick_time = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kTick_s / pace));
   Clock::time_point last = Clock::now();
   Clock::time_point next_tick = last + tick_time;
-  while (wait(ends, next_tick)) {
+  while (wait(ends, next_tick, options.until_stdin_ends)) {
     pump(ends);
     const Clock::time_point now = Clock::now();
     const bool held = pace > 1.0 && any_is_behind(ends);
@@ -100,6 +141,7 @@ void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, double
     device.process();
     for (int behind = 0; behind < kMostTicksBehind && next_tick <= now && !held; ++behind) {
       device.tick();
+      monitor.count_tick();
       next_tick += tick_time;
     }
     next_tick = next_tick <= now ? now + tick_time : next_tick;
@@ -108,29 +150,46 @@ void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, double
   }
 }
 
-void run_at_full_speed(VirtualBus& bus, ServedDevice& device, const Ends& ends) {
-  while (wait(ends, any_is_behind(ends) ? Clock::now() + kHeldTime : Clock::now())) {
+void run_at_full_speed(VirtualBus& bus, ServedDevice& device, const Ends& ends, const ServeOptions& options,
+                       ReadyMonitor& monitor) {
+  while (wait(ends, any_is_behind(ends) ? Clock::now() + kHeldTime : Clock::now(), options.until_stdin_ends)) {
     pump(ends);
     if (any_is_behind(ends)) {
       continue;
     }
     device.pass_bus_time(bus, kTick_s);
     device.tick();
+    monitor.count_tick();
     pump(ends);
   }
 }
 
 }  // namespace
 
-void serve(const PlantConfig& plant, const ServeOptions& options, const Ready& ready) {
+ServeReports reports_on_stdout() {
+  ServeReports reports;
+  reports.open = [](const std::vector<std::string>& addresses) {
+    for (const std::string& address : addresses) {
+      fmt::print("{}\n", address);
+    }
+    (void)std::fflush(stdout);
+  };
+  reports.ready = [] {
+    fmt::print("ready\n");
+    (void)std::fflush(stdout);
+  };
+  return reports;
+}
+
+void serve(const PlantConfig& plant, const ServeOptions& options, const ServeReports& reports) {
   VirtualBus bus;
   const auto flash =
       options.flash.empty() ? std::make_unique<FlashMemory>() : std::make_unique<FlashMemory>(options.flash);
   ServedNode node(plant, options.node_id, options.seed, bus, *flash);
-  serve(node, bus, options, ready);
+  serve(node, bus, options, reports);
 }
 
-void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const Ready& ready) {
+void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const ServeReports& reports) {
   Ends ends;
   std::vector<std::string> addresses;
   for (const std::string& name : options.buses) {
@@ -140,11 +199,14 @@ void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, c
   (void)std::signal(SIGTERM, request_stop);
   (void)std::signal(SIGINT, request_stop);
   (void)std::signal(SIGPIPE, SIG_IGN);
-  ready(addresses);
+  if (reports.open) {
+    reports.open(addresses);
+  }
+  ReadyMonitor monitor(bus, reports.ready);
   if (options.pace) {
-    run_at_pace(bus, device, ends, *options.pace);
+    run_at_pace(bus, device, ends, options, monitor);
   } else {
-    run_at_full_speed(bus, device, ends);
+    run_at_full_speed(bus, device, ends, options, monitor);
   }
 }
 

@@ -1,5 +1,7 @@
 // The simulated machine as a CANopen node that clients reach: `sim_host serve`.
 //
+// It runs until SIGINT or SIGTERM comes; standard input is not read unless that is asked for, because a background job
+// of a script or of a CI service has none.
 // Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of one virtual 1 Mbit/s
 // bus, so several clients see each other's frames as on a wire. Time runs at a pace, or as fast as the host can.
 #ifndef TRACKSERVO_SIM_SERVE_SERVER_HPP
@@ -26,9 +28,20 @@ struct ServeOptions {
   // Simulated time per real time. Faster than 1, or as fast as the host can (none), it waits for clients that do not
   // keep up, so that they lose nothing; in real time they do, as on a wire.
   std::optional<double> pace = 1.0;
+  bool until_stdin_ends = false;  // end when standard input does, too: for a parent that may be killed
 };
 
-using Ready = std::function<void(const std::vector<std::string>& addresses)>;
+// What serve() reports, each once and in this order; an empty function is not called.
+struct ServeReports {
+  std::function<void(const std::vector<std::string>& addresses)> open;  // the address of every bus end
+  std::function<void()>
+      ready;  // the device's boot-up message was on the bus, or 1 s of its time has passed without one
+};
+
+constexpr const char *kUntilStdinEndsHelp = "end also when standard input ends, so that it does not outlive its parent";
+
+// Prints the addresses, a line each, then the line "ready". Each is flushed, so that a script can wait for it.
+ServeReports reports_on_stdout();
 
 // What is served: a device on the bus whose time goes by in ticks of 1 ms.
 class ServedDevice {
@@ -50,12 +63,12 @@ class ServedDevice {
   virtual void pass_bus_time(VirtualBus& bus, double seconds) { bus.advance(seconds); }
 };
 
-// Calls `ready` with the address of every bus end, then serves until standard input ends or SIGTERM or SIGINT comes.
-// Throws std::invalid_argument for a bus that is not known, std::runtime_error for one that cannot be opened.
-void serve(const PlantConfig& plant, const ServeOptions& options, const Ready& ready);
+// Serves until SIGTERM or SIGINT comes. Throws std::invalid_argument for a bus that is not known, std::runtime_error
+// for one that cannot be opened.
+void serve(const PlantConfig& plant, const ServeOptions& options, const ServeReports& reports);
 
 // The same for any device; the options' node id and seed are not looked at.
-void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const Ready& ready);
+void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const ServeReports& reports);
 
 }  // namespace trackservo::sim
 

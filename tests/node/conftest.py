@@ -33,7 +33,8 @@ class Served:
 
     def __init__(self, bus, *options):
         self.process = subprocess.Popen(
-            [SIM_HOST, "serve", "--bus", bus, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            [SIM_HOST, "serve", "--until-stdin-ends", "--bus", bus, *options], stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE, text=True)
         self.kind, self.address = self.next_end()
 
     def next_end(self):

@@ -1,6 +1,8 @@
 """The command `sim_host serve` itself: several ends on one bus, the pace of time, and what it refuses."""
 
 import contextlib
+import os
+import signal
 import subprocess
 import time
 
@@ -31,6 +33,30 @@ def receive(bus, cob_id, timeout=5.0):
 def ticks(bus):
     bus.send(can.Message(arbitration_id=0x600 + NODE_ID, data=TICKS_REQUEST, is_extended_id=False))
     return int.from_bytes(receive(bus, 0x580 + NODE_ID)[4:], "little")
+
+
+# What a script does: a background job, whose standard input is empty.
+JOB = '"$@" & echo $!; wait $!'
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_as_a_background_job_it_runs_until_a_signal_comes(number):
+    shell = subprocess.Popen(["sh", "-c", JOB, "sh", SIM_HOST, "serve", "--bus", "slcan-tcp:0"],
+                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
+    job = int(shell.stdout.readline())
+    address = shell.stdout.readline().strip().removeprefix("slcan-tcp:")
+    assert shell.stdout.readline() == "ready\n"
+    with can.Bus(interface="slcan", channel=f"socket://{address}", bitrate=1000000, sleep_after_open=0) as bus:
+        assert ticks(bus) > 0
+    os.kill(job, number)
+    assert shell.wait(timeout=20) == 0
+    assert shell.stdout.read() == ""
+
+
+def test_it_ends_with_standard_input_where_that_is_asked_for():
+    done = subprocess.run([SIM_HOST, "serve", "--until-stdin-ends"], stdin=subprocess.DEVNULL, capture_output=True,
+                          text=True, timeout=20)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_terminal_and_tcp_are_ends_of_one_bus():

@@ -3,8 +3,8 @@
 //
 //   emulate_board IMAGE.bin --plant sim_host/plants/tracker.toml --bus slcan-tcp:29536
 //
-// Ends when standard input ends. Whatever the image did against the chip's rules is printed at the end, and makes the
-// exit code 1.
+// Prints the bus' addresses, then "ready" when the image has booted. Ends with Ctrl-C or SIGTERM. Whatever the image
+// did against the chip's rules is printed at the end, and makes the exit code 1.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -43,12 +43,7 @@ int run(const std::string& image, const std::string& plant, const sim::ServeOpti
   sim::VirtualBus bus{1e6, sim::kPwmPeriod_s};
   target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, {options.seed, {0.0, 0.3}});
   EmulatedBoard board(machine);
-  sim::serve(board, bus, options, [](const std::vector<std::string>& addresses) {
-    for (const std::string& address : addresses) {
-      fmt::print("{}\n", address);
-    }
-    std::fflush(stdout);
-  });
+  sim::serve(board, bus, options, sim::reports_on_stdout());
   for (const std::string& complaint : machine.chip().complaints.list()) {
     fmt::print(stderr, "against the chip's rules: {}\n", complaint);
   }
@@ -60,7 +55,7 @@ int run(const std::string& image, const std::string& plant, const sim::ServeOpti
 int main(int argc, char **argv) {
   CLI::App app("Runs the image of the servo board, with the simulator's machine on it.");
   std::string image;
-  std::string plant = "sim_host/plants/tracker.toml";
+  std::string plant = TRACKSERVO_DATA_DIR "/plants/tracker.toml";
   sim::ServeOptions options;
   double speed = 1.0;
   app.add_option("image", image, "what would be flashed")->required()->check(CLI::ExistingFile);
@@ -68,6 +63,7 @@ int main(int argc, char **argv) {
   app.add_option("--bus", options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
   app.add_option("--seed", options.seed, "of all noise");
   app.add_option("--speed", speed, "simulated time per real time; 0: as fast as it can");
+  app.add_flag("--until-stdin-ends", options.until_stdin_ends, sim::kUntilStdinEndsHelp);
   CLI11_PARSE(app, argc, argv);
   options.pace = speed > 0.0 ? std::optional<double>(speed) : std::nullopt;
   try {

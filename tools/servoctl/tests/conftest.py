@@ -111,8 +111,9 @@ class Bench:
 def served() -> Iterator[str]:
     """The address of a simulated servo."""
     process = subprocess.Popen(
-        [SIM_HOST, "serve", "--bus", "slcan-tcp:0"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
+        [SIM_HOST, "serve", "--until-stdin-ends", "--bus", "slcan-tcp:0"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
     assert process.stdout is not None and process.stdin is not None
     yield process.stdout.readline().strip()
     process.stdin.close()

@@ -45,7 +45,7 @@ Eventually = Callable[[Callable[[], bool], float], None]
 def serving() -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """A simulated servo that is faster than real time: its address, its process."""
     process = subprocess.Popen(
-        [SIM_HOST, "serve", "--bus", "slcan-tcp:0", "--speed", PACE],
+        [SIM_HOST, "serve", "--until-stdin-ends", "--bus", "slcan-tcp:0", "--speed", PACE],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None and process.stdin is not None
