@@ -1,0 +1,210 @@
+"""Runs the README, line by line in its order, on a Debian that has nothing else installed.
+
+    build/venv/bin/python tests/readme/run_readme.py [--root FOLDER] [--from LINE] [--keep]
+
+A bare root (tests/readme/bare-root), a clone of what is committed in it, then one shell that gets every command of every
+```sh block of README.md, as a reader would type it. The first that does not exit with 0 ends the run. What each said is in
+build/readme/NN.log.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import queue
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+from readme_blocks import Block, Kind, ReadmeError, blocks_of
+
+PROJECT = Path(__file__).resolve().parents[2]
+BARE_ROOT = PROJECT / "tests" / "readme" / "bare-root"
+LOGS = PROJECT / "build" / "readme"
+CLONE = "/home/user/trackservo"
+COMMAND_LIMIT_S = 1500.0
+READY_LIMIT_S = 60.0
+SHELL = ("bash", "--noprofile", "--norc")
+
+
+class Failed(Exception):
+    """A command of the README did not do what it should."""
+
+
+class Terminal:
+    """A shell in the root, in the clone; what it prints goes into `log` line by line."""
+
+    def __init__(self, root: Path, name: str) -> None:
+        self._log = (LOGS / f"{name}.log").open("w")
+        self._lines: queue.Queue[str | None] = queue.Queue()
+        self._process = subprocess.Popen(
+            [str(BARE_ROOT), "run", str(root), *SHELL],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+            start_new_session=True,
+        )  # fmt: skip
+        threading.Thread(target=self._read, daemon=True).start()
+        self._send(f"cd {CLONE}")
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self._lines.put(line)
+        self._lines.put(None)
+
+    def _send(self, text: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(text + "\n")
+        self._process.stdin.flush()
+
+    def wait_for(self, wanted: str, limit_s: float) -> str:
+        """The first line with `wanted` in it. What stands before it goes to the log."""
+        end = time.monotonic() + limit_s
+        while True:
+            try:
+                line = self._lines.get(timeout=max(0.0, end - time.monotonic()))
+            except queue.Empty:
+                raise Failed(f"no '{wanted}' within {limit_s:.0f} s") from None
+            if line is None:
+                raise Failed(f"it ended before '{wanted}'")
+            self._log.write(line)
+            self._log.flush()
+            if wanted in line:
+                return line
+
+    def run(self, command: str) -> None:
+        """As typed; an exit code other than 0 is a failure. Its standard input is empty."""
+        end_mark = "README-COMMAND-ENDED"
+        self._log.write(f"$ {command}\n")
+        self._send(f"{{ {command}\n}} </dev/null; printf '\\n{end_mark} %s\\n' $?")
+        code = int(self.wait_for(end_mark + " ", COMMAND_LIMIT_S).split()[1])
+        if code != 0:
+            raise Failed(f"exit code {code}")
+
+    def start(self, commands: tuple[str, ...], ready: str) -> None:
+        """In the background of the reader: in a terminal of its own, from now on."""
+        for command in commands:
+            self._log.write(f"$ {command}\n")
+            self._send(command)
+        self.wait_for(ready, READY_LIMIT_S)
+
+    def close(self, *, interrupt: bool = False) -> None:
+        if interrupt:  # as Ctrl-C does: to all of the terminal
+            os.killpg(self._process.pid, signal.SIGINT)
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.close()
+            self._process.wait(timeout=10)
+        except (BrokenPipeError, subprocess.TimeoutExpired):
+            os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.wait()
+        self._log.close()
+
+
+class Reader:
+    """Somebody who copies the README into terminals."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._terminal = Terminal(root, "00-terminal")
+        self._server: Terminal | None = None
+        self._count = 0
+
+    def follow(self, block: Block, previous: Block | None) -> None:
+        if previous is not None and previous.headline != block.headline:
+            self._stop_server()
+        if block.kind is Kind.BACKGROUND:
+            self._stop_server()
+            self._count += 1
+            self._server = Terminal(self._root, f"{self._count:02d}-background")
+            self._timed(block.line, " ; ".join(block.commands), lambda: self._start_server(block))
+            return
+        for command in block.to_run:
+            self._timed(block.line, command, lambda command=command: self._terminal.run(command))
+
+    def _start_server(self, block: Block) -> None:
+        assert self._server is not None
+        self._server.start(block.commands, block.detail)
+
+    def _timed(self, line: int, command: str, action) -> None:
+        started = time.monotonic()
+        shown = " ".join(command.replace("\\\n", " ").split("#")[0].split())
+        try:
+            action()
+        except Failed as failure:
+            print(f"FAILED README.md:{line}: {shown}: {failure}", flush=True)
+            raise
+        print(f"ok {time.monotonic() - started:7.1f} s  README.md:{line}: {shown}", flush=True)
+
+    def _stop_server(self) -> None:
+        if self._server is not None:
+            self._server.close(interrupt=True)
+            self._server = None
+
+    def close(self) -> None:
+        self._stop_server()
+        self._terminal.close()
+
+
+def make_root(root: Path) -> None:
+    """A bare Debian with a clone of what is committed here, as `git clone` leaves it."""
+    started = time.monotonic()
+    subprocess.run([str(BARE_ROOT), "make", str(root)], check=True)
+    clone(root)
+    print(f"ok {time.monotonic() - started:7.1f} s  a bare Debian, and a clone in it", flush=True)
+
+
+def clone(root: Path) -> None:
+    place = root / CLONE.lstrip("/")
+    shutil.rmtree(place, ignore_errors=True)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", str(PROJECT), str(place)], check=True)
+
+
+def last_lines(count: int) -> str:
+    newest = max(LOGS.glob("*.log"), key=lambda path: path.stat().st_mtime)
+    return "\n".join(newest.read_text(errors="replace").splitlines()[-count:])
+
+
+def main() -> int:
+    arguments = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
+    arguments.add_argument("--root", type=Path, help="a root that is there already (bare-root make); it gets a new clone")
+    arguments.add_argument("--keep", action="store_true", help="keep the root that was made")
+    arguments.add_argument("--from", dest="first", type=int, default=1, help="begin with this line of the README (with --root)")
+    options = arguments.parse_args()
+    try:
+        blocks = [block for block in blocks_of((PROJECT / "README.md").read_text()) if block.line >= options.first]
+    except ReadmeError as error:
+        print(f"README.md: {error}", file=sys.stderr)
+        return 2
+    shutil.rmtree(LOGS, ignore_errors=True)
+    LOGS.mkdir(parents=True)
+    root = options.root or PROJECT / "build" / "bare-root"
+    if options.root is None:
+        shutil.rmtree(root, ignore_errors=True)
+        make_root(root)
+    elif options.first == 1:
+        clone(root)
+    started = time.monotonic()
+    reader = Reader(root)
+    passed = 0
+    try:
+        for previous, block in zip([None, *blocks], blocks):
+            reader.follow(block, previous)
+            passed += 1
+    except Failed:
+        print(last_lines(40))
+    finally:
+        reader.close()
+    if options.root is None and not options.keep:
+        shutil.rmtree(root)
+    print(f"{passed} of {len(blocks)} blocks in {time.monotonic() - started:.0f} s")
+    print(f"{passed} passed, {len(blocks) - passed if passed < len(blocks) else 0} failed")
+    return 0 if passed == len(blocks) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
