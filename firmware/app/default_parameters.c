@@ -1,5 +1,5 @@
-/* Printed by the build from sim_host/plants/tracker.toml: do not edit it, copy
- * `share/trackservo/default_parameters.c` of the host's build folder here instead. */
+/* Printed by the build from sim_host/plants/tracker.toml: do not edit it,
+ * `tools/update-docs dictionary` renews it. */
 #include "app/default_parameters.h"
 
 const axis_parameters default_parameters[SERVO_AXES] = {

@@ -1,5 +1,4 @@
-/* Printed by the build from the node's dictionary: do not edit it, copy `share/trackservo/default_schema.h` of the
- * host's build folder here instead. */
+/* Printed by the build from the node's dictionary: do not edit it, `tools/update-docs dictionary` renews it. */
 #ifndef TRACKSERVO_APP_DEFAULT_SCHEMA_H
 #define TRACKSERVO_APP_DEFAULT_SCHEMA_H
 

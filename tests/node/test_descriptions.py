@@ -13,6 +13,8 @@ import pytest
 
 from conftest import NODE_ID, PROJECT
 
+RENEW = "the build prints another text: run tools/update-docs dictionary"
+
 
 @pytest.fixture
 def dbc(descriptions):
@@ -27,13 +29,18 @@ def test_eds_loads_without_a_warning(descriptions, caplog):
 
 def test_reference_page_in_docs_is_what_the_build_prints(descriptions):
     printed = (descriptions / "can-objects.md").read_text()
-    assert (PROJECT / "docs/can-objects.md").read_text() == printed, \
-        f"copy {descriptions}/can-objects.md to docs/"
+    assert (PROJECT / "docs/can-objects.md").read_text() == printed, RENEW
 
 
 def test_fault_page_in_docs_is_what_the_build_prints(descriptions):
     printed = (descriptions / "faults.md").read_text()
-    assert (PROJECT / "docs/faults.md").read_text() == printed, f"copy {descriptions}/faults.md to docs/"
+    assert (PROJECT / "docs/faults.md").read_text() == printed, RENEW
+
+
+@pytest.mark.parametrize("name", ["parameters.json", "faults.json"])
+def test_servoctl_carries_the_description_that_the_build_prints(descriptions, name):
+    carried = PROJECT / "tools/servoctl/servoctl/descriptions" / name
+    assert carried.read_text() == (descriptions / name).read_text(), RENEW
 
 
 def test_every_fault_has_all_its_words_and_names_limits_that_exist(descriptions):
@@ -124,10 +131,10 @@ def test_the_board_starts_with_the_parameters_of_the_example_machine(description
     assert len(printed) == 2 * (46 + 16)  # gains, and limits of 0x2060
     assert [name for name, _ in committed] == [name for name, _ in printed]
     assert [value for _, value in committed] == pytest.approx([value for _, value in printed], rel=1e-5), \
-        f"copy {descriptions}/default_parameters.c to firmware/app/"
+        RENEW
 
 
 def test_the_image_is_marked_with_the_hash_of_this_dictionary(descriptions):
     printed, committed = (file.read_text() for file in (descriptions / "default_schema.h",
                                                         PROJECT / "firmware/app/default_schema.h"))
-    assert printed == committed, f"copy {descriptions}/default_schema.h to firmware/app/"
+    assert printed == committed, RENEW

@@ -61,7 +61,7 @@ void test_it_says_which_board_and_which_dictionary_it_is() {
   std::uint32_t schema_hash = 0;
   std::memcpy(&schema_hash, bench::board_image().data() + kSchemaHashAt, sizeof schema_hash);
   TEST_ASSERT_EQUAL_HEX32_MESSAGE(schema_hash, rig.client.read(0x3030, 2).value(),
-                                  "copy share/trackservo/default_schema.h of the build folder to firmware/app/");
+                                  "run tools/update-docs dictionary, then build the image again");
   expect_no_complaints(rig);
 }
 

@@ -214,9 +214,8 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
   std::string text = fmt::format(
       "# CAN objects\n\n"
       "{}: every object of the node. The build prints this page from the object\n"
-      "dictionary: do not edit it, copy `share/trackservo/can-objects.md` of the build folder here instead. How to "
-      "use\n"
-      "the objects: [can.md](can.md).\n\n"
+      "dictionary: do not edit it, `tools/update-docs dictionary` renews it. How to use the objects: "
+      "[can.md](can.md).\n\n"
       "- Indices from 2000 to 2FFF and from 6000 on are those of azimuth. Pitch has the same objects 0x800 higher:\n"
       "  Kp is 2000:1 and 2800:1, the controlword 6040 and 6840. What is named 3xxx or 1xxx is there once.\n"
       "- Access `stored`: 0x1010 saves it, 0x1011 restores it. `guarded`: written only while 0x3040 is open.\n"

@@ -101,8 +101,8 @@ std::string both(const std::string& azimuth, const std::string& pitch) {
 
 std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
                                      const std::array<protection_limits, SERVO_AXES>& limits) {
-  return "/* Printed by the build from sim_host/plants/tracker.toml: do not edit it, copy\n"
-         " * `share/trackservo/default_parameters.c` of the host's build folder here instead. */\n"
+  return "/* Printed by the build from sim_host/plants/tracker.toml: do not edit it,\n"
+         " * `tools/update-docs dictionary` renews it. */\n"
          "#include \"app/default_parameters.h\"\n\n"
          "const axis_parameters default_parameters[SERVO_AXES] = {\n" +
          both(print_axis(parameters[0]), print_axis(parameters[1])) +
@@ -112,9 +112,8 @@ std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXE
 
 std::string print_default_schema(std::uint32_t schema_hash) {
   return fmt::format(
-      "/* Printed by the build from the node's dictionary: do not edit it, copy `share/trackservo/default_schema.h` of "
-      "the\n"
-      " * host's build folder here instead. */\n"
+      "/* Printed by the build from the node's dictionary: do not edit it, `tools/update-docs dictionary` renews "
+      "it. */\n"
       "#ifndef TRACKSERVO_APP_DEFAULT_SCHEMA_H\n"
       "#define TRACKSERVO_APP_DEFAULT_SCHEMA_H\n\n"
       "/* Object 3030:2, see node/schema_hash.h. */\n"

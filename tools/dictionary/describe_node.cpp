@@ -52,11 +52,11 @@ void describe(const std::filesystem::path& folder) {
   const std::unique_ptr<servo_node> node = start_node(machine, plant);
   const object_dictionary& objects = *servo_node_dictionary(node.get());
   const dictionary::DeviceInfo info{"trackservo.eds", "trackservo", "trackservo", "Two-axis tracker servo, CiA 402"};
-  nlohmann::ordered_json parameters = dictionary::describe_parameters(objects, info);
-  parameters["schema_hash"] = node->objects.schema_hash;
+  nlohmann::ordered_json parameters = {{"schema_hash", node->objects.schema_hash}};
+  parameters.update(dictionary::describe_parameters(objects, info));
   std::filesystem::create_directories(folder);
   write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
-  write(folder / "parameters.json", parameters.dump(1) + "\n");
+  write(folder / "parameters.json", dictionary::print_by_rows(parameters));
   write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
   const servo_node_axis& azimuth = node->axis[SERVO_AZIMUTH];
   const servo_node_axis& pitch = node->axis[SERVO_PITCH];
@@ -65,7 +65,7 @@ void describe(const std::filesystem::path& folder) {
                                              {azimuth.watch.limits, pitch.watch.limits}));
   write(folder / "default_schema.h", dictionary::print_default_schema(node->objects.schema_hash));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
-  write(folder / "faults.json", dictionary::describe_faults().dump(1) + "\n");
+  write(folder / "faults.json", dictionary::print_by_rows(dictionary::describe_faults()));
   write(folder / "faults.md", dictionary::print_fault_page());
 }
 

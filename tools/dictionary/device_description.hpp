@@ -50,8 +50,13 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
 // A value as JSON; a REAL32 as the shortest decimal that is this float.
 nlohmann::ordered_json json_number(const od_entry& entry, od_number value);
 
-// Every entry with type, access, unit, limits, default, mapping and help text.
+// Every entry with type, access, unit, limits, default, mapping and help text; empty texts and flags that are false are
+// left out.
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);
+
+// JSON with one line per element of each array, so that a change of one object changes one line. `document` is an
+// object.
+std::string print_by_rows(const nlohmann::ordered_json& document);
 
 // The file firmware/app/default_parameters.c: what a board starts with.
 std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,

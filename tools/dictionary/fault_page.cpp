@@ -17,8 +17,7 @@ namespace {
 constexpr const char *kHead = R"page(# Faults
 
 What the servo notices by itself, what it does then, and what to do about it. The build prints this page from
-`firmware/protection/fault_table.c` and `fault_texts.c`: do not edit it, copy `share/trackservo/faults.md` of the
-build folder here instead.
+`firmware/protection/fault_table.c` and `fault_texts.c`: do not edit it, `tools/update-docs dictionary` renews it.
 
 `servoctl faults` shows what is wrong now and what was before, with cause, check and cure; `servoctl explain 0x7320`
 tells what a code means. On the bus a fault is an EMCY with its code, its number in byte 3 and the axis + 1 in

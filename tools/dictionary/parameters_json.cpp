@@ -40,9 +40,17 @@ const char *access_name(const od_entry& entry) {
 
 nlohmann::ordered_json describe(const od_object& object) {
   const od_entry& entry = *object.entry;
-  nlohmann::ordered_json row{{"index", od_index(&object)},   {"sub", entry.sub},
-                             {"name", full_name(object)},    {"type", type_name(entry)},
-                             {"access", access_name(entry)}, {"unit", entry.unit}};
+  nlohmann::ordered_json row{{"index", od_index(&object)},
+                             {"sub", entry.sub},
+                             {"name", full_name(object)},
+                             {"type", type_name(entry)},
+                             {"access", access_name(entry)}};
+  const auto text = [&](const char *name, const std::string& value) {
+    if (!value.empty()) {
+      row[name] = value;
+    }
+  };
+  text("unit", entry.unit);
   if (entry.type == OD_VISIBLE_STRING) {
     row["capacity"] = entry.bytes;
     row["default"] = entry.preset.text == nullptr ? "" : entry.preset.text;
@@ -51,13 +59,17 @@ nlohmann::ordered_json describe(const od_object& object) {
     row["high"] = json_number(entry, entry.high);
     row["default"] = json_number(entry, entry.preset);
   }
-  const auto flag = [&](const char *name, int bit) { row[name] = (entry.flags & bit) != 0; };
+  const auto flag = [&](const char *name, int bit) {
+    if ((entry.flags & bit) != 0) {
+      row[name] = true;
+    }
+  };
   flag("plus_node_id", OD_NODE_ID);
   flag("rpdo", OD_RPDO);
   flag("tpdo", OD_TPDO);
   flag("stored", OD_STORED);
   flag("guarded", OD_GUARDED);
-  row["help"] = entry.help;
+  text("help", entry.help);
   return row;
 }
 
@@ -79,6 +91,26 @@ nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, 
     rows.push_back(describe(object));
   }
   return {{"product", info.product}, {"vendor", info.vendor}, {"objects", rows}};
+}
+
+std::string print_by_rows(const nlohmann::ordered_json& document) {
+  std::string text = "{";
+  const char *before_key = "\n";
+  for (const auto& [key, value] : document.items()) {
+    text += before_key + nlohmann::ordered_json(key).dump() + ": ";
+    before_key = ",\n";
+    if (!value.is_array()) {
+      text += value.dump();
+      continue;
+    }
+    const char *before_row = "[\n";
+    for (const auto& row : value) {
+      text += before_row + row.dump();
+      before_row = ",\n";
+    }
+    text += value.empty() ? "[]" : "\n]";
+  }
+  return text + "\n}\n";
 }
 
 }  // namespace trackservo::dictionary

@@ -13,6 +13,7 @@ import can
 import canopen
 from canopen.sdo.exceptions import SdoAbortedError, SdoCommunicationError
 
+from . import __version__
 from .bus import BusAddress, open_bus
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
 from .interrupts import postponed
@@ -21,6 +22,7 @@ from .schema import (
     ENVIRONMENT,
     NO_SCHEMA,
     Schema,
+    carried_hash,
     find_schema,
     fingerprint,
     load_schema,
@@ -235,7 +237,7 @@ class Device:
 
     @property
     def schema_fits(self) -> bool:
-        """There is a schema, and the hashes agree, or one of the two is not told."""
+        """There is a schema, and the hashes agree, or one of the two is not told: then somebody has named the file."""
         schema = self.any_schema
         if schema is NO_SCHEMA:
             return False
@@ -243,18 +245,20 @@ class Device:
 
     @property
     def mismatch(self) -> str:
-        """The sentence about a schema that does not fit."""
-        told = f"{self.told_hash:08X}" if self.told_hash is not None else "none"
-        if self.any_schema is NO_SCHEMA:
-            return (
-                f"no parameters.json with the device's objects (schema {told}) was found; looked in {search_places()}. Give"
-                f" the one that its firmware's build made with --parameters or {ENVIRONMENT}, or use objects by index, as"
-                " in 'get 0x2000:1'."
-            )
-        mine = f"{self.any_schema.hash:08X}" if self.any_schema.hash is not None else "none"
+        """What is told about a schema that does not fit: which hashes, where files were looked for, what to do."""
+        if self.told_hash is None:
+            told = "the device tells no schema hash (0x3030:2), so that the names of its objects are not known"
+        else:
+            told = f"the names of the device's objects are not known: its schema hash is {self.told_hash:08X}"
+        if self.any_schema is not NO_SCHEMA:
+            mine = f"{self.any_schema.hash:08X}" if self.any_schema.hash is not None else "none"
+            known = f"that of {self.any_schema.origin} is {mine}"
+        else:
+            known = f"servoctl {__version__} carries {carried_hash()}, and there is no other in {search_places()}"
         return (
-            f"the device's objects (schema {told}) are not those of {self.any_schema.origin} (schema {mine}): give the"
-            " parameters.json of its firmware with --parameters, or use objects by index, as in 'get 0x2000:1'."
+            f"{told}; {known}. Give the parameters.json of its firmware's build with --parameters FILE (or {ENVIRONMENT}), or"
+            " use the servoctl of that firmware. Without it scan, info, state, move, scope, faults and objects by index work,"
+            " as in 'get 0x2000:1 --type REAL32'."
         )
 
     def _choose_schema(self) -> Schema:

@@ -28,7 +28,7 @@ EXIT_CODE_HELP = {
     ExitCode.REFUSED: "the device refused; nothing of that command is in force",
     ExitCode.NOT_VERIFIED: "what was read back is not what was written",
     ExitCode.MOTION: "a motion was not possible or was broken off; the axis was brought to a safe state",
-    ExitCode.SCHEMA: "the device's objects are not those of the parameters.json in use, or none at hand has them",
+    ExitCode.SCHEMA: "the device's objects have other names than servoctl knows (another schema hash): see --parameters",
     ExitCode.INTERNAL: "an error of servoctl itself; the axis was brought to a safe state",
     ExitCode.INTERRUPTED: "interrupted (Ctrl-C); the axis was brought to a safe state",
 }

@@ -1,5 +1,9 @@
 """What objects the device has: read from parameters.json, which the build prints from the firmware's own table.
 
+servoctl carries the file of the firmware that it was released with (descriptions/, renewed by `tools/update-docs
+dictionary`). Others are found in builds around the current folder, or given with --parameters; a file that has fitted
+a device is kept. Which file is a device's own is decided by the schema hash (0x3030:2) alone.
+
 Names are derived from it and stay: axis, object and entry, as in azimuth.speed_loop.proportional_gain.
 """
 
@@ -21,6 +25,8 @@ from .errors import InputError
 from .parameter import AXES, TYPES, Parameter
 
 ENVIRONMENT = "SERVOCTL_PARAMETERS"
+CARRIED = Path(__file__).resolve().parent / "descriptions" / "parameters.json"
+"""The description of the firmware that this servoctl was released with; faults.json is beside it."""
 
 
 @dataclass(frozen=True)
@@ -250,32 +256,34 @@ def named_file_of(explicit: Path | None, environment: str) -> Path | None:
 
 
 def find_schema(told_hash: int | None) -> Schema:
-    """The file at hand with a device's hash (the best when it tells none), or NO_SCHEMA; passes over broken files."""
-    for path in candidates(None):
+    """The file at hand with a device's hash, or NO_SCHEMA, as for a device that tells none; passes over broken files."""
+    for path in candidates(None) if told_hash is not None else ():
         try:
             schema = load_schema(path)
         except InputError:
             continue
-        if told_hash is None or schema.hash == told_hash:
+        if schema.hash == told_hash:
             return schema
     return NO_SCHEMA
 
 
+def carried_hash() -> str:
+    """The hash of the description that servoctl carries, for messages."""
+    try:
+        return f"{load_schema(CARRIED).hash or 0:08X}"
+    except InputError:
+        return "none"
+
+
 def search_places() -> str:
-    """Where `candidates` looks, for messages."""
+    """Where `candidates` looks besides servoctl's own description, for messages."""
     folders = " and ".join(str(folder) for folder in dict.fromkeys(starts()))
-    return f"build/*/share/trackservo of {folders} and the folders above, and in {cache_folder()}"
+    return f"build/*/share/trackservo in {folders} and the folders above them, and {cache_folder()}"
 
 
 def need_schema(explicit: Path | None) -> Schema:
-    """The best file at hand, for who does not ask a device; raises InputError that tells where it looked."""
-    paths = candidates(explicit)
-    if not paths:
-        raise InputError(
-            f"there is no parameters.json; looked in {search_places()}. Give the one that the firmware's build made with"
-            f" --parameters or {ENVIRONMENT}."
-        )
-    return load_schema(paths[0])
+    """The best file at hand, for who does not ask a device."""
+    return load_schema(candidates(explicit)[0])
 
 
 def starts() -> tuple[Path, Path]:
@@ -284,24 +292,25 @@ def starts() -> tuple[Path, Path]:
 
 
 def candidates(explicit: Path | None) -> list[Path]:
-    """Where parameters.json may be, best first: option, environment, builds around this folder, those used before."""
+    """Where parameters.json may be, best first: option, environment, then those that nobody has named."""
     named = named_file(explicit)
     return at_hand() if named is None else [named]
 
 
 def at_hand() -> list[Path]:
-    """Every parameters.json that nobody has named, best first: builds around this folder, those used before."""
+    """Every parameters.json that nobody has named, best first: builds around this folder, servoctl's own, those used
+    before."""
     found: list[Path] = []
     for start in starts():
         for folder in (start, *start.parents):
             found += sorted(folder.glob("build/*/share/trackservo/parameters.json"))
             found += [folder / "share/trackservo/parameters.json"]
-    found += sorted(cache_folder().glob("*.json"))
-    return [path for path in dict.fromkeys(found) if path.is_file()]
+    found += [CARRIED, *sorted(cache_folder().glob("*.json"))]
+    return [path for path in dict.fromkeys(found) if path == CARRIED or path.is_file()]
 
 
 def cache_folder() -> Path:
-    """Copies of the files that fitted a device, so that servoctl works outside of the checkout."""
+    """Copies of files of other firmware that fitted a device, so that they need not be named again."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "servoctl" / "parameters"
 
 
@@ -315,7 +324,7 @@ def faults_file(parameters: Path) -> Path:
 def remember(schema: Schema) -> None:
     """Keeps copies of a file whose hash a device has confirmed, and of its faults.json; a folder that cannot be written
     is no error."""
-    if schema.source is None or schema.hash is None or schema.source.parent == cache_folder():
+    if schema.source is None or schema.hash is None or schema.source.parent in (cache_folder(), CARRIED.parent):
         return
     kept = cache_folder() / f"{schema.hash:08x}.json"
     for source, copy in ((schema.source, kept), (faults_file(schema.source), faults_file(kept))):

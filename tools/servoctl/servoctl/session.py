@@ -35,7 +35,7 @@ class Session:
         return Device(parse_bus(self.bus), node or self.node, self.parameters, self.bitrate)
 
     def file_schema(self) -> Schema:
-        """The parameters.json at hand, without asking a device; raises InputError when there is none."""
+        """The best parameters.json at hand, without asking a device."""
         return need_schema(self.parameters)
 
 
@@ -57,7 +57,7 @@ def common(command: F) -> F:
         "--parameters",
         type=click.Path(path_type=Path, dir_okay=False),
         metavar="FILE",
-        help="parameters.json of the firmware (default: found by the device's schema hash).",
+        help="parameters.json of the firmware (default: the one with the device's schema hash, carried or found).",
     )
     @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
     @functools.wraps(command)

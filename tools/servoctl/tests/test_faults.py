@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import shutil
 import struct
 from collections.abc import Iterator
@@ -122,12 +123,28 @@ def test_explain_tells_all_that_a_code_may_mean(servo: Bench) -> None:
         assert key in text
 
 
-def test_without_faults_json_numbers_are_shown_and_one_that_was_used_is_remembered(too_fast: Bench) -> None:
+@pytest.fixture
+def of_other_firmware(too_fast: Bench) -> Bench:
+    """servoctl away from any build, released for firmware of another schema hash."""
     shutil.rmtree(too_fast.folder / "cache", ignore_errors=True)
     shutil.copytree(PACKAGE / "servoctl", too_fast.folder / "lib" / "servoctl")
+    carried = too_fast.folder / "lib" / "servoctl" / "descriptions" / "parameters.json"
+    carried.write_text(re.sub(r'"schema_hash": *\d+', '"schema_hash": 1', carried.read_text()))
     installed = Bench(too_fast.bus, too_fast.folder)
-    installed.environment["PYTHONPATH"] = str(too_fast.folder / "lib")  # away from any build
+    installed.environment["PYTHONPATH"] = str(too_fast.folder / "lib")
     del installed.environment["SERVOCTL_PARAMETERS"]
+    return installed
+
+
+def test_faults_of_other_firmware_are_named_by_the_table_that_servoctl_carries(of_other_firmware: Bench) -> None:
+    found = of_other_firmware.json("faults")
+    assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8481, "over-speed")
+    assert of_other_firmware.json("info")["schema_fits"] is False
+
+
+def test_without_faults_json_numbers_are_shown_and_one_that_was_used_is_remembered(of_other_firmware: Bench) -> None:
+    installed = of_other_firmware
+    (installed.folder / "lib" / "servoctl" / "descriptions" / "faults.json").unlink()
     found = installed.json("faults")
     assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8481, "monitoring error")
     assert found["log"]["entries"][0]["name"] == f"fault {OVER_SPEED}"

@@ -28,7 +28,7 @@ def parameter_at(device: Device, text: str, axis: str | None, kind: str | None =
     if kind is None and known is not None:
         return known
     if kind is None and not device.schema_fits:
-        raise InputError(f"{device.mismatch} {text} needs --type then, one of {', '.join(TYPES)}.")
+        raise InputError(f"{text} needs --type, one of {', '.join(TYPES)}: {device.mismatch}")
     if kind is None:
         raise InputError(
             f"there is no object {text} in {device.any_schema.origin}; with --type it is read all the same."
