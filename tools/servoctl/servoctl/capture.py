@@ -48,15 +48,32 @@ def signal_names(device: Device) -> dict[int, str]:
     return {n: device.upload(NAMES, n).rstrip(b"\0").decode("ascii", errors="replace") for n in range(1, count + 1)}
 
 
+UNITS = {"rad_s": "rad/s", "nm": "N m", "a": "A", "rad": "rad", "v": "V"}
+"""Of the endings of the signals' names."""
+
+
+def unit_of(name: str) -> str:
+    """The unit that the end of a signal's name tells, as in azimuth.torque_nm."""
+    return next((unit for ending, unit in UNITS.items() if name.endswith("_" + ending)), "")
+
+
+def without_unit(name: str) -> str:
+    """azimuth.torque of azimuth.torque_nm."""
+    return next((name.removesuffix("_" + ending) for ending in UNITS if name.endswith("_" + ending)), name)
+
+
 def find_signal(names: dict[int, str], text: str) -> int:
-    """The number of a name, of a unique part of it, or of a number; raises InputError with suggestions."""
+    """The number of a name, with or without its unit, of a unique part of it, or of a number; raises InputError with
+    suggestions."""
     if text.isdigit() and int(text) in names:
         return int(text)
-    exact = [n for n, name in names.items() if name == text]
+    exact = [n for n, name in names.items() if text in (name, without_unit(name))]
     part = [n for n, name in names.items() if text in name]
     if len(exact or part) == 1:
         return (exact or part)[0]
-    close = [names[n] for n in part] or difflib.get_close_matches(text, names.values(), n=3, cutoff=0.5)
+    close = [without_unit(names[n]) for n in part] or difflib.get_close_matches(
+        text, [without_unit(name) for name in names.values()], n=3, cutoff=0.5
+    )
     hint = f"; did you mean {' or '.join(close[:4])}?" if close else "; 'servoctl scope --list' lists the signals."
     raise InputError(f"there is no single signal '{text}'{hint}")
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
+import textwrap
 from types import FrameType
 from typing import NoReturn
 
@@ -14,8 +16,16 @@ import click
 from . import __version__
 from .commands import bode, faults, gains, identify, move, node, parameters, scope, step, tune, watch
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
+from .output import wrapped
 
-_EPILOG = "\b\nExit codes:\n" + "\n".join(f"  {code.value:>3}  {text}" for code, text in EXIT_CODE_HELP.items())
+_JSON = """With --json, results are JSON on the standard output; an error is one line of JSON on the error stream,
+{"error": {"exit_code": 2, "kind": "bad_input", "message": "..."}}, a remark {"note": "..."}. Exit codes are the same.
+"""
+
+_EPILOG = "\b\nExit codes:\n" + "\n".join(
+    textwrap.fill(text, 76, initial_indent=f"  {code.value:>3}  ", subsequent_indent=" " * 7)
+    for code, text in EXIT_CODE_HELP.items()
+)
 
 TRACEBACK = "SERVOCTL_TRACEBACK"
 
@@ -45,7 +55,7 @@ class Commands(click.Group):
 
 
 @click.group(
-    cls=Commands, epilog=_COMPLETION + "\n\n" + _EPILOG, context_settings={"help_option_names": ["-h", "--help"]}
+    cls=Commands, epilog=_COMPLETION + "\n\n" + _JSON + "\n" + _EPILOG, context_settings={"help_option_names": ["-h", "--help"]}
 )
 @click.version_option(__version__, message="servoctl %(version)s")
 def servoctl() -> None:
@@ -71,44 +81,52 @@ def _terminate(_signal: int, _frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def _wants_json(arguments: list[str]) -> bool:
+    """Also when the command line cannot be understood otherwise."""
+    return "--json" in arguments[: arguments.index("--")] if "--" in arguments else "--json" in arguments
+
+
+def _tell(text: str, code: ExitCode, as_json: bool, command: str = "servoctl") -> int:
+    """One sentence, or with --json one JSON object, on the error stream; the exit code is the same."""
+    if as_json:
+        told = {"error": {"exit_code": int(code), "kind": code.name.lower(), "message": text}}
+        click.echo(json.dumps(told, ensure_ascii=False), err=True)
+    else:
+        click.echo(wrapped(f"{command}: {text}", sys.stderr), err=True)
+    return int(code)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Runs one command and returns its exit code."""
+    as_json = _wants_json(sys.argv[1:] if arguments is None else arguments)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _terminate)  # SIGINT, too: shells start background jobs deaf to it
     try:
         result = servoctl.main(args=arguments, prog_name="servoctl", standalone_mode=False)
         return int(result) if isinstance(result, int) else 0
     except ServoctlError as error:
-        click.echo(f"servoctl: {error}", err=True)
-        return int(error.code)
-    except click.exceptions.Abort:
-        click.echo("servoctl: interrupted.", err=True)
-        return int(ExitCode.INTERRUPTED)
-    except KeyboardInterrupt:
-        click.echo("servoctl: interrupted.", err=True)
-        return int(ExitCode.INTERRUPTED)
+        return _tell(str(error), error.code, as_json)
+    except (click.exceptions.Abort, KeyboardInterrupt):
+        return _tell("interrupted.", ExitCode.INTERRUPTED, as_json)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         return 0
     except click.ClickException as error:
         command = error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else "servoctl"
-        click.echo(f"{command}: {error.format_message()}", err=True)
-        return int(ExitCode.BAD_INPUT)
+        return _tell(error.format_message(), ExitCode.BAD_INPUT, as_json, command)
     except can.CanError as error:
-        click.echo(f"servoctl: {error}.", err=True)
-        return int(ExitCode.NO_CONNECTION)
+        return _tell(f"{error}.", ExitCode.NO_CONNECTION, as_json)
     except BrokenPipeError:
         sys.stderr.close()
         return 0
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        click.echo(f"servoctl: {place}{error.strerror or error}.", err=True)
-        return int(ExitCode.BAD_INPUT)
+        return _tell(f"{place}{error.strerror or error}.", ExitCode.BAD_INPUT, as_json)
     except Exception as error:  # no user shall see a traceback unasked
         if os.environ.get(TRACEBACK):
             raise
-        click.echo(f"servoctl: an error of servoctl itself: {error!r}; {TRACEBACK}=1 shows where.", err=True)
-        return int(ExitCode.INTERNAL)
+        text = f"an error of servoctl itself: {error!r}; {TRACEBACK}=1 shows where."
+        return _tell(text, ExitCode.INTERNAL, as_json)
 
 
 def run() -> NoReturn:

@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TextIO
 
-from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-from rich.table import Table
 from rich.text import Text
 
+from .table import columns_of, lines, needed
+
 PIPED_WIDTH = 100
+DEEPEST_HANG = 16
+
+
+def wrapped(text: str, stream: TextIO) -> str:
+    """Broken between words for a terminal, further lines below the value of "key   value"; elsewhere as it is."""
+    if not stream.isatty():
+        return text
+    head = re.match(r"\s*\S+(?: \S+)*\s{2,}|\s*", text)
+    hang = len(head.group(0)) if head else 0
+    if hang > DEEPEST_HANG:
+        hang = len(text) - len(text.lstrip()) + 2
+    width = max(20, shutil.get_terminal_size().columns - 1)
+    parts = textwrap.wrap(
+        text, width, subsequent_indent=" " * hang, break_long_words=False, break_on_hyphens=False, drop_whitespace=True
+    )
+    return "\n".join(parts)
 
 
 class Output:
@@ -21,8 +40,9 @@ class Output:
 
     def __init__(self, as_json: bool) -> None:
         self.as_json = as_json
-        piped = None if sys.stdout.isatty() else PIPED_WIDTH
-        self.console = Console(highlight=False, width=piped, soft_wrap=False)
+        self._blank = False
+        """The last line of the output is a blank one."""
+        self.console = Console(highlight=False, soft_wrap=True)
         self.errors = Console(stderr=True, highlight=False)
 
     def json(self, data: Any) -> None:
@@ -33,30 +53,30 @@ class Output:
     def say(self, text: str, style: str = "") -> None:
         """A line for people; nothing with --json."""
         if not self.as_json:
-            self.console.print(Text(text, style=style), soft_wrap=True)
+            self.console.print(Text(wrapped(text, sys.stdout), style=style), soft_wrap=True)
+            self._blank = False
 
     def note(self, text: str) -> None:
-        """A remark on the error stream, so that it is seen with --json and in pipes, too."""
-        self.errors.print(Text(text, style="yellow"), soft_wrap=True)
+        """A remark on the error stream, so that it is seen with --json (as an object of its own) and in pipes, too."""
+        if self.as_json:
+            print(json.dumps({"note": text}, ensure_ascii=False), file=sys.stderr, flush=True)
+        else:
+            self.errors.print(Text(wrapped(text, sys.stderr), style="yellow"), soft_wrap=True)
 
     def table(self, columns: Iterable[str | Sequence[str]], rows: Iterable[Iterable[str]], title: str = "") -> None:
         """A table for people; a column is a title, or (title, "right")."""
         if self.as_json:
             return
-        table = Table(
-            box=box.SIMPLE_HEAD, title=title or None, title_justify="left", title_style="bold", pad_edge=False
-        )
-        for column in columns:
-            name, justify = (column, "left") if isinstance(column, str) else (column[0], column[1])
-            table.add_column(
-                name,
-                justify="right" if justify == "right" else "left",
-                overflow="fold",
-                no_wrap=name == "name",  # to be copied
-            )
-        for row in rows:
-            table.add_row(*(Text(cell) for cell in row))
-        self.console.print(table)
+        described = columns_of(columns, rows)
+        width = self.console.width if sys.stdout.isatty() else max(PIPED_WIDTH, needed(described))
+        if not self._blank:
+            self.console.print()
+        if title:
+            self.say(title, style="bold")
+        for line in lines(described, width):
+            self.console.print(line, soft_wrap=True)
+        self.console.print()
+        self._blank = True
 
     def progress(self, time_left: bool = False) -> Progress:
         """A bar on the error stream, gone when done; shown in a terminal only."""

@@ -11,10 +11,11 @@ import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
+from .capture import unit_of, without_unit
 from .errors import InputError
 from .frequency_response import GOOD_COHERENCE, Margins, branch
 from .step_response import StepNumbers
-from .units import degrees
+from .units import Shown, degrees
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402 - after the choice of the back end
@@ -179,7 +180,7 @@ def plot_steps(path: Path, title: str, records: Sequence[tuple[str, Real, Real, 
 def plot_traces(
     path: Path, title: str, time_s: Real, traces: Mapping[str, Real], trigger_s: float | None = None
 ) -> None:
-    """One panel for each unit (the words after the last underscores of the names), all over time in s."""
+    """One panel for each unit (that of the names' ends, angles and rates in degrees), all over time in s."""
     groups: dict[str, list[str]] = {}
     for name in traces:
         groups.setdefault(unit_of(name), []).append(name)
@@ -191,18 +192,11 @@ def plot_traces(
         for axes, (unit, names) in zip(grid[:, 0], groups.items(), strict=True):
             for position, name in enumerate(names):
                 # Later ones are thinner, so that one that lies on another does not hide it.
-                axes.plot(time_s, traces[name], label=name, lw=max(0.8, 2.4 - 0.8 * position), color=TRACES[position])
-            axes.set_ylabel(unit or "value")
+                shown, width = Shown(unit).factor * traces[name], max(0.8, 2.4 - 0.8 * position)
+                axes.plot(time_s, shown, label=without_unit(name), lw=width, color=TRACES[position])
+            axes.set_ylabel(Shown(unit).unit or "value")
             axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8.5)
             if trigger_s is not None:
                 axes.axvline(trigger_s, color=MARK, lw=0.9, ls=":")
         grid[-1, 0].set_xlabel("time (s)")
         _save(figure, path)
-
-
-_UNITS = {"rad_s": "rad/s", "nm": "N m", "a": "A", "rad": "rad", "v": "V", "deg_s": "°/s", "deg": "°"}
-
-
-def unit_of(name: str) -> str:
-    """The unit at the end of a signal's name, as in azimuth.torque_nm."""
-    return next((unit for ending, unit in _UNITS.items() if name.endswith("_" + ending)), "")

@@ -9,7 +9,6 @@ Names are derived from it and stay: axis, object and entry, as in azimuth.speed_
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
 import re
@@ -23,6 +22,7 @@ from canopen.objectdictionary import ObjectDictionary, ODArray, ODRecord, ODVari
 
 from .errors import InputError
 from .parameter import AXES, TYPES, Parameter
+from .suggestions import suggest
 
 ENVIRONMENT = "SERVOCTL_PARAMETERS"
 CARRIED = Path(__file__).resolve().parent / "descriptions" / "parameters.json"
@@ -67,7 +67,7 @@ class Schema:
             return names[endings[0]]
         if endings:
             raise InputError(f"'{text}' may be {_listed(endings)}: say which{'' if axis else ', or give --axis'}.")
-        raise InputError(f"there is no parameter '{text}'{self._suggest(wanted, names)}")
+        raise InputError(f"there is no parameter '{text}'{self._suggest(wanted, axis)}")
 
     def select(self, patterns: Iterable[str], axis: str | None = None) -> list[Parameter]:
         """The readable objects of names, and of groups such as "azimuth.speed_loop" or "speed_loop" with an axis."""
@@ -113,15 +113,8 @@ class Schema:
             dictionary.add_object(record)
         return dictionary
 
-    def _suggest(self, wanted: str, names: dict[str, Parameter]) -> str:
-        by_last: dict[str, list[str]] = {}
-        for name in names:
-            by_last.setdefault(name.split(".", 1)[-1], []).append(name)
-            by_last.setdefault(name.rsplit(".", 1)[-1], []).append(name)
-        close = difflib.get_close_matches(wanted, names, n=3, cutoff=0.6)
-        for key in difflib.get_close_matches(wanted, by_last, n=3, cutoff=0.6):
-            close += by_last[key]
-        close = list(dict.fromkeys(close))[:3]
+    def _suggest(self, wanted: str, axis: str | None) -> str:
+        close = suggest(wanted, self.parameters, axis)
         return f"; did you mean {_listed(close)}?" if close else "; 'servoctl explain' lists all names."
 
 

@@ -59,7 +59,7 @@ def common(command: F) -> F:
         metavar="FILE",
         help="parameters.json of the firmware (default: the one with the device's schema hash, carried or found).",
     )
-    @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
+    @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables, errors included.")
     @functools.wraps(command)
     def wrapped(
         *args: Any, bus: str | None, node: int, bitrate: str, parameters: Path | None, as_json: bool, **kwargs: Any

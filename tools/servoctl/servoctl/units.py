@@ -67,6 +67,24 @@ def radians(value_deg: float) -> float:
     return value_deg * _DEGREE
 
 
+class Shown:
+    """How values of a unit are shown to people: angles and rates in degrees, with as many places as sensors justify."""
+
+    def __init__(self, unit: str) -> None:
+        """`unit` is that of the values."""
+        self.unit, self.factor, self._places = _SHOWN.get(unit, (unit, 1.0, None))
+
+    def text(self, value: float) -> str:
+        """A value of the device's unit, in `self.unit`."""
+        return f"{value:.5g}" if self._places is None else f"{value * self.factor:.{self._places}f}"
+
+
+_SHOWN: dict[str, tuple[str, float, int | None]] = {
+    "rad": ("°", 1 / _DEGREE, 4), "rad/s": ("°/s", 1 / _DEGREE, 4), "N m": ("N m", 1.0, 3), "A": ("A", 1.0, 3),
+    "V": ("V", 1.0, 2),
+}  # fmt: skip
+
+
 def rounded(value: float | int | bool | str | bytes | None) -> str:
     """A value for comparing at a glance: six digits."""
     return f"{value:.6g}" if isinstance(value, float) else number(value)

@@ -17,7 +17,7 @@ from .motion import announce, motion_options, new_path, show_files
 from .quantity import FREQUENCY, RATE
 
 
-@click.command()
+@click.command(short_help="Measure the speed loop: Bode plot, margins.")
 @motion_options("5", "45", "180")
 @click.option("--low", type=FREQUENCY, default="1", show_default=True, help="Lowest frequency (Hz).")
 @click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest frequency (Hz).")

@@ -14,6 +14,7 @@ from ..output import Output
 from ..parameter import AXES
 from ..power import state_of
 from ..session import Session, common
+from ..units import Shown
 
 
 def explain_code(text: str, table: FaultTable) -> dict[str, Any] | None:
@@ -78,7 +79,7 @@ def _of_axis(table: FaultTable, code: int, axis: str, history: list[dict[str, An
     return table.told(code, next(infos, SOURCES.index(axis) << 8))
 
 
-@click.command()
+@click.command(short_help="What is or was wrong, why, and what to do.")
 @click.option("--clear", is_flag=True, help="Forget history (1003) and fault log (3020); faults that are active stay.")
 @click.option(
     "--csv", "folder", type=click.Path(path_type=Path, file_okay=False), metavar="FOLDER",
@@ -140,9 +141,11 @@ def _show_log(out: Output, log: FaultLog | None, snapshots: bool) -> None:
 
 
 def _show_snapshot(out: Output, number: int, entry: LogEntry) -> None:
-    columns = [("tick", "right"), *((f"{name}_{unit}".replace("_", "\n"), "right") for name, unit in entry.signals)]
+    shown = [Shown(unit) for _, unit in entry.signals]
+    heads = (f"{name.replace('_', ' ')} {of.unit}" for (name, _), of in zip(entry.signals, shown, strict=True))
+    columns = [("tick", "right"), *((head.replace("N m", "N\N{NO-BREAK SPACE}m"), "right") for head in heads)]
     rows = [
-        (str(tick), *("–" if value is None else f"{value:.5g}" for value in row))
+        (str(tick), *("–" if value is None else of.text(value) for value, of in zip(row, shown, strict=True)))
         for tick, row in zip(entry.ticks(), entry.samples, strict=True)
     ]
     out.table(columns, rows, f"before fault {number}: {entry.name}, {entry.of}")
@@ -155,8 +158,8 @@ def _show_advice(out: Output, found: dict[str, Any], table: FaultTable, log: Fau
     for words in active.values() or _newest(found, table, log):
         out.say(f"{words['name']} ({when})", style="bold")
         for key in ("cause", "check", "cure"):
-            out.say(f"  {key:11}{words[key]}")
-        out.say(f"  cleared by {words['clear']}")
+            out.say(f"  {key:12}{words[key]}")
+        out.say(f"  cleared by  {words['clear']}")
 
 
 def _newest(found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> list[dict[str, Any]]:

@@ -51,7 +51,7 @@ def of_axis(parameters: list[Parameter], axis: str | None) -> list[Parameter]:
     return [p for p in parameters if axis is None or p.name.startswith(axis + ".")]
 
 
-@click.command()
+@click.command(short_help="Show where the device differs from a gains file.")
 @click.argument("file", type=FILE)
 @axis_option
 @common
@@ -89,7 +89,7 @@ def _relative(device: Value, file: Value) -> str:
     return f"{100.0 * (file - device) / abs(device):+.1f} %"
 
 
-@click.command()
+@click.command(short_help="Save the device's gains to a file.")
 @click.argument("file", type=FILE, required=False)
 @axis_option
 @common
@@ -110,7 +110,7 @@ def save(session: Session, file: Path | None, axis: str | None) -> None:
     session.out.say(f"{len(values)} gains saved to {path}.")
 
 
-@click.command()
+@click.command(short_help="Make the device equal to a gains file.")
 @click.argument("file", type=FILE)
 @axis_option
 @click.option("--dry-run", is_flag=True, help="Check the file and show what would change.")
@@ -144,7 +144,7 @@ def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unloc
     session.out.say(f"{len(changes)} of {len(wanted)} changed; all {len(wanted)} read back as in {file}.")
 
 
-@click.command()
+@click.command(short_help="Keep what is in force through a power cut.")
 @common
 def store(session: Session) -> None:
     """Store what is in force so that it survives a power cut; a backup file is written before."""

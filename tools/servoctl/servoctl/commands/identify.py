@@ -37,7 +37,7 @@ PROGRAM = click.option(
 )  # fmt: skip
 
 
-@click.command()
+@click.command(short_help="Find friction and inertia of an axis by experiments.")
 @click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to identify.")
 @click.option("--out", "folder", type=click.Path(path_type=Path, file_okay=False), help="Folder for what is found.")
 @click.option(

@@ -19,7 +19,7 @@ from .motion import announce, motion_options
 from .quantity import ANGLE, DURATION, RATE
 
 
-@click.command(context_settings={"ignore_unknown_options": False})
+@click.command(short_help="Move to or by an angle, or at a rate for a time.")
 @motion_options("20", "90", "120")
 @click.option("--to", "target", type=ANGLE, help="Absolute joint angle (°).")
 @click.option("--by", type=ANGLE, help="Relative way (°).")

@@ -20,7 +20,7 @@ from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees
 SCAN_LISTEN_S = 1.0
 
 
-@click.command()
+@click.command(short_help="List the nodes on the bus.")
 @click.option("--passive", is_flag=True, help="Only listen, ask nobody.")
 @common
 def scan(session: Session, passive: bool) -> int:
@@ -78,7 +78,7 @@ def _describe(session: Session, node: int, state: str, passive: bool) -> dict[st
     return empty | {key: identity[key] for key in ("name", "software", "serial")} | {"axes": axes}
 
 
-@click.command()
+@click.command(short_help="Tell what the node is: versions, parameter sets, state.")
 @common
 def info(session: Session) -> None:
     """Tell what the node is: versions, schema, parameter sets, state."""
@@ -179,7 +179,7 @@ def show_axes(session: Session, axes: list[dict[str, Any]]) -> None:
 ACTIONS = ("enable", "disable", "quick-stop", "reset")
 
 
-@click.command()
+@click.command(short_help="Show the axes' states, enable, disable, reset a fault.")
 @click.argument("words", nargs=-1, metavar="[AXIS] [enable|disable|quick-stop|reset]")
 @click.option("--axis", type=click.Choice(AXES), help="The axis, when it is not the first word.")
 @common

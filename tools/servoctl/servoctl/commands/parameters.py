@@ -57,7 +57,7 @@ def as_json(parameter: Parameter, value: Value | None) -> dict[str, Any]:
     }
 
 
-@click.command()
+@click.command(short_help="Show values as the device has them.")
 @click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|0xINDEX:SUB]...")
 @axis_option
 @click.option(
@@ -111,7 +111,9 @@ def parse_assignments(
     for word in words:
         name, equals, text = word.partition("=")
         if not equals:
-            raise InputError(f"'{word}' is not NAME=VALUE.")
+            parameter = parameter_at(device, name, axis, kind)  # which may say what was meant
+            limits = f", {parameter.limits()} {parameter.unit}".rstrip() if parameter.limits() else ""
+            raise InputError(f"'{word}' has no value: say {word}=VALUE{limits}.")
         parameter = parameter_at(device, name, axis, kind)
         if not parameter.writable:
             raise InputError(f"{parameter.name} ({parameter.where}) can only be read.")
@@ -138,7 +140,7 @@ def show_changes(session: Session, changes: list[Change], staged_only: bool = Fa
         )
 
 
-@click.command("set")
+@click.command("set", short_help="Change values, all of them in one tick.")
 @click.argument("assignments", nargs=-1, type=NameType(assignment=True), metavar="NAME=VALUE... | NAME VALUE")
 @axis_option
 @click.option("--stage", is_flag=True, help="Only stage; 'set --apply' puts all staged values in force.")
@@ -175,7 +177,7 @@ def set_(
     show_changes(session, changes, staged_only=stage)
 
 
-@click.command()
+@click.command(short_help="Take back the last change.")
 @axis_option
 @click.option("--staged", is_flag=True, help="Forget what is staged and not in force.")
 @click.option(
@@ -248,7 +250,7 @@ def _list_journal(session: Session, tuning: Tuning) -> None:
     )
 
 
-@click.command()
+@click.command(short_help="Tell what a parameter or a fault code means.")
 @click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|FAULT CODE]...")
 @axis_option
 @common

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from datetime import datetime
 from pathlib import Path
@@ -14,10 +15,11 @@ from ..device import Device
 from ..errors import InputError, MotionError
 from ..parameter import AXES
 from ..session import Session, common
-from .quantity import DURATION, LEAD, LEVEL, Quantity
+from ..units import Shown, parse_quantity
+from .quantity import DURATION, LEAD, Quantity
 
 
-@click.command()
+@click.command(short_help="Record signals in the device, at up to 1 kHz.")
 @click.argument("signals", nargs=-1, metavar="[SIGNAL]...")
 @click.option("--axis", type=click.Choice(AXES), help="Completes signals that do not begin with an axis.")
 @click.option("--list", "listing", is_flag=True, help="List the signals and capture nothing.")
@@ -29,8 +31,9 @@ from .quantity import DURATION, LEAD, LEVEL, Quantity
 @click.option("--trigger", type=click.Choice(recorder.TRIGGERS), default="now", show_default=True)
 @click.option("--on", "source", help="Signal of the trigger (default: the first).")
 @click.option(
-    "--level", type=LEVEL, default="0", show_default=True, help="Level of the trigger, in the signal's unit (SI)."
-)
+    "--level", default="0", show_default=True, metavar="LEVEL",
+    help="Level of the trigger, in the unit that --list shows for its signal, or with a unit, as in '10 mrad/s'.",
+)  # fmt: skip
 @click.option(
     "--timeout", type=DURATION, default="60", show_default=True, help="Give up waiting for the trigger after this (s)."
 )
@@ -41,18 +44,20 @@ from .quantity import DURATION, LEAD, LEVEL, Quantity
 @common
 def scope(
     session: Session, signals: tuple[str, ...], axis: str | None, listing: bool, rate: float, duration: float | None, pre: float,
-    trigger: str, source: str | None, level: float, timeout: float, auto: bool, folder: Path,
+    trigger: str, source: str | None, level: str, timeout: float, auto: bool, folder: Path,
 ) -> None:  # fmt: skip
     """Capture up to 8 SIGNALs in the device, at up to 1 kHz, around a trigger; saves a plot and a CSV.
 
     8192 samples fit: two signals at 1 kHz for 4 s. The capture is ended early when --for is over. It may run beside
-    'servoctl move' and the like, and is read when they are done.
+    'servoctl move' and the like, and is read when they are done. Table and plot are in °/s; CSV and --json are in rad/s, as
+    the names of their columns say.
     """
     with session.connect() as device:
         names = recorder.signal_names(device)
         if listing:
             session.out.json([{"number": n, "name": name} for n, name in names.items()])
-            session.out.table([("", "right"), "signal"], [(str(n), name) for n, name in names.items()])
+            rows = [(str(n), recorder.without_unit(name), Shown(recorder.unit_of(name)).unit) for n, name in names.items()]
+            session.out.table([("", "right"), "signal", "unit"], rows)
             return
         if not 1 <= len(signals) <= recorder.MOST_CHANNELS:
             raise InputError(f"say 1 to {recorder.MOST_CHANNELS} signals; 'servoctl scope --list' lists them.")
@@ -66,7 +71,7 @@ def scope(
         wanted = min(frames, round(duration * 1000.0 / divider)) if duration else frames
         if before >= wanted:
             raise InputError(f"--pre {pre:g} s is as long as the whole capture of {wanted * divider / 1000:g} s.")
-        recorder.set_up(device, numbers, divider, before, trigger, numbers.index(on), level)
+        recorder.set_up(device, numbers, divider, before, trigger, numbers.index(on), _level(level, names[on]))
         data = _wait_and_read(session, device, wanted - before, frames - before, divider, timeout, auto)
         result = recorder.parse_capture(data, names)
     keep = slice(0, None) if not duration else _window(result, wanted, before)
@@ -97,9 +102,22 @@ def scope(
             "files": files,
         }
     )
-    rows = [(name, *(f"{value[k]:.6g}" for k in ("min", "mean", "max", "std"))) for name, value in statistics.items()]
-    session.out.table(["signal", ("min", "right"), ("mean", "right"), ("max", "right"), ("std", "right")], rows)
+    columns = ("min", "mean", "max", "std")
+    table: list[tuple[str, ...]] = []
+    for name, value in statistics.items():
+        shown = Shown(recorder.unit_of(name))
+        table.append((recorder.without_unit(name), shown.unit, *(shown.text(value[column]) for column in columns)))
+    session.out.table(["signal", "unit", *((column, "right") for column in columns)], table)
     session.out.say("saved: " + ", ".join(files))
+
+
+def _level(text: str, signal: str) -> float:
+    """In the signal's SI unit; a bare number is in the unit that people are shown."""
+    unit = recorder.unit_of(signal)
+    level = parse_quantity(text, unit, Shown(unit).unit)
+    if not math.isfinite(level):
+        raise InputError(f"--level '{text}' is not a finite number.")
+    return level
 
 
 def _find(names: dict[int, str], text: str, axis: str | None) -> int:

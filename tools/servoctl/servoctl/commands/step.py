@@ -24,7 +24,7 @@ SETPOINT_PERIOD_S = 0.004
 BEFORE_STEP_S = 0.15
 
 
-@click.command()
+@click.command(short_help="Step the rate: rise, overshoot, settling.")
 @motion_options("5", "30", "60")
 @click.option("--amplitude", type=RATE, default="1", show_default=True, help="Height of the step (°/s).")
 @click.option("--from", "base", type=RATE, default="0", show_default=True, help="Rate before the step (°/s).")
@@ -118,7 +118,7 @@ def _show_steps(session: Session, axis: str, records: list[StepRecord], path: Pa
          f"{degrees(r[4].final_error_rad_s):+.5f}", f"{degrees(r[4].noise_rad_s):.5f}")
         for r in records
     ]  # fmt: skip
-    columns = ["step", ("to 50 % ms", "right"), ("rise ms", "right"), ("to 90 % ms", "right"), ("overshoot %", "right"),
+    columns = ["step", ("to\N{NO-BREAK SPACE}50\N{NO-BREAK SPACE}% ms", "right"), ("rise ms", "right"), ("to\N{NO-BREAK SPACE}90\N{NO-BREAK SPACE}% ms", "right"), ("overshoot %", "right"),
                ("settling ms", "right"), ("error °/s", "right"), ("noise °/s", "right")]  # fmt: skip
     session.out.table(columns, rows)
     session.out.say("rise: 10 to 90 %; settling: to within 5 %; error and noise: of the last 30 %.")

@@ -49,7 +49,7 @@ WISHES = {
 """What the options are called in wishes.json."""
 
 
-@click.command()
+@click.command(short_help="Gains from what was identified, tried and kept.")
 @click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to tune.")
 @click.option(
     "--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True), required=True,

@@ -37,7 +37,7 @@ def _listener(session: Session) -> Listener:
     return Listener(session.node, need_schema(session.parameters))
 
 
-@click.command()
+@click.command(short_help="Watch state, angles and faults live.")
 @click.option("--for", "duration", type=DURATION, help="End after this time (s); else with Ctrl-C.")
 @common
 def monitor(session: Session, duration: float | None) -> None:
@@ -126,18 +126,12 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> 
         f"node {listener.node_id}  {data['nmt']}  {beat}  {rate:.0f} frames/s  bus load {100 * load:.1f} %",
         style="red" if late else "",
     )
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name, justify in (
-        ("axis", "left"),
-        ("state", "left"),
-        ("mode", "left"),
-        ("angle °", "right"),
-        ("rate °/s", "right"),
-        ("torque %", "right"),
-        ("error", "left"),
-        ("flags", "left"),
-    ):
-        table.add_column(name, justify=justify, min_width=8)  # type: ignore[arg-type]
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for name, right, width in (  # which fit 80 columns; longer states and flags break between words
+        ("axis", False, 7), ("state", False, 9), ("mode", False, 4), ("angle °", True, 9), ("rate °/s", True, 8),
+        ("torque %", True, 8), ("error", False, 5), ("flags", False, 12),
+    ):  # fmt: skip
+        table.add_column(name, justify="right" if right else "left", min_width=width, no_wrap=right)
 
     def shown(value: float | None, places: int) -> str:
         return "–" if value is None else f"{value:.{places}f}"
@@ -166,7 +160,7 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> 
     return Group(*lines)
 
 
-@click.command()
+@click.command(short_help="Log values as CSV.")
 @click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP]...")
 @axis_option
 @click.option(
