@@ -1,19 +1,24 @@
 # Unity, the test framework: no code of ours, so it is brought in by tools/setup (pinned and checked) and never
-# committed. -DUNITY_DIR=, or the environment variable of that name, uses another copy.
+# committed. -DUNITY_DIR=, or else the environment variable of that name, uses another copy.
 include_guard(GLOBAL)
 
-set(unity_default "${PROJECT_SOURCE_DIR}/third_party/unity")
-if(DEFINED ENV{UNITY_DIR})
-  set(unity_default "$ENV{UNITY_DIR}")
+set(UNITY_DIR "" CACHE PATH "Folder with Unity's unity.c and unity.h; empty: the environment's UNITY_DIR, else third_party/unity")
+if(NOT "$ENV{UNITY_DIR}" STREQUAL "") # kept: builds configure anew by themselves, without this environment
+  set(unity_of_environment "$ENV{UNITY_DIR}" CACHE INTERNAL "The last UNITY_DIR of the environment")
 endif()
-set(UNITY_DIR "${unity_default}" CACHE PATH "Folder with Unity's unity.c and unity.h")
+set(unity_folder "${PROJECT_SOURCE_DIR}/third_party/unity")
+foreach(given IN ITEMS "${unity_of_environment}" "${UNITY_DIR}")
+  if(NOT given STREQUAL "")
+    set(unity_folder "${given}")
+  endif()
+endforeach()
 
 find_path(
   unity_source_dir unity.c
-  PATHS "${UNITY_DIR}" "${UNITY_DIR}/src"
+  PATHS "${unity_folder}" "${unity_folder}/src"
   NO_DEFAULT_PATH NO_CACHE)
 if(NOT unity_source_dir)
-  message(FATAL_ERROR "No Unity in '${UNITY_DIR}': run ./tools/setup test, or pass -DUNITY_DIR=FOLDER.")
+  message(FATAL_ERROR "No Unity in '${unity_folder}': run ./tools/setup test, or pass -DUNITY_DIR=FOLDER.")
 endif()
 
 add_library(unity STATIC "${unity_source_dir}/unity.c")

@@ -1,0 +1,113 @@
+"""Configuring without what is needed: one sentence that helps, and once it is there it is used."""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+
+import pytest
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+WITHOUT_COMPILERS = ("cmake", "ninja")
+
+
+@pytest.fixture
+def bare_path(tmp_path):
+    """A PATH with CMake and Ninja only."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for name in WITHOUT_COMPILERS:
+        (folder / name).symlink_to(shutil.which(name))
+    return str(folder)
+
+
+def run(folder, *command, **environment):
+    plain = {name: value for name, value in os.environ.items() if name != "UNITY_DIR"}
+    return subprocess.run(command, cwd=folder, env=plain | environment, capture_output=True, text=True)
+
+
+def errors(result):
+    """What CMake calls errors, each on one line."""
+    return [" ".join(text.split()) for text in re.split(r"^CMake Error", result.stderr, flags=re.MULTILINE)[1:]]
+
+
+@pytest.fixture
+def sources(tmp_path):
+    """The image's sources, in a folder of their own: presets build below it."""
+    folder = tmp_path / "sources"
+    folder.mkdir()
+    for name in ("CMakeLists.txt", "CMakePresets.json"):
+        shutil.copy(PROJECT / name, folder)
+    for name in ("cmake", "firmware", "hal"):
+        shutil.copytree(PROJECT / name, folder / name)
+    return folder
+
+
+@pytest.mark.parametrize("preset", ["stm32g474", "cortex-m4-qemu"])
+def test_without_the_cross_compiler_one_sentence_says_what_installs_it(sources, bare_path, preset):
+    for _ in range(2):  # what the first try leaves behind adds nothing
+        failed = run(sources, "cmake", "--workflow", "--preset", preset, PATH=bare_path)
+        assert failed.returncode != 0
+        (told,) = errors(failed)
+        assert "The compiler for the board is missing (arm-none-eabi-gcc)" in told
+        command = re.search(r"\./tools/setup (\w+) installs it\.$", told)
+        assert command, told
+        modes = run(PROJECT, "tools/setup", "--help").stdout.splitlines()[0]  # "Usage: tools/setup [demo|test]"
+        assert command[1] in re.findall(r"\w+", modes.split("[")[1])
+
+
+def test_a_cross_compiler_that_has_been_installed_since_is_used(sources, bare_path):
+    assert run(sources, "cmake", "--preset", "stm32g474", PATH=bare_path).returncode != 0
+    done = run(sources, "cmake", "--preset", "stm32g474")
+    assert done.returncode == 0, done.stderr
+
+
+USES_UNITY = """
+cmake_minimum_required(VERSION 3.25)
+project(uses_unity C)
+add_library(trackservo_sanitizers INTERFACE)
+include(TrackservoUnity)
+message(STATUS "unity of ${unity_source_dir}")
+"""
+
+
+@pytest.fixture
+def uses_unity(tmp_path):
+    """Configures a project that has no Unity of its own; returns where it found one, or what it said."""
+    folder = tmp_path / "uses_unity"
+    folder.mkdir()
+    (folder / "CMakeLists.txt").write_text(USES_UNITY)
+
+    def configure(*options, **environment):
+        found = run(folder, "cmake", "-G", "Ninja", "-B", "build", f"-DCMAKE_MODULE_PATH={PROJECT / 'cmake'}", *options,
+                    **environment)
+        place = re.search(r"^-- unity of (.*)$", found.stdout, re.MULTILINE)
+        return pathlib.Path(place[1]) if place else errors(found)
+
+    return configure
+
+
+@pytest.fixture
+def copies(tmp_path):
+    """Two folders with a unity.c."""
+    folders = [tmp_path / name for name in ("one", "two")]
+    for folder in folders:
+        folder.mkdir()
+        (folder / "unity.c").write_text("")
+    return folders
+
+
+def test_unity_dir_of_the_environment_counts_after_a_first_try_without_it(uses_unity, copies):
+    one, two = copies
+    (told,) = uses_unity()
+    assert "No Unity in" in told and "third_party/unity" in told and "./tools/setup test" in told
+    assert uses_unity(UNITY_DIR=str(one)) == one
+    assert uses_unity() == one  # as when a build configures anew by itself
+    assert uses_unity(UNITY_DIR=str(two)) == two
+
+
+def test_an_option_counts_before_the_environment(uses_unity, copies):
+    one, two = copies
+    assert uses_unity(f"-DUNITY_DIR={one}", UNITY_DIR=str(two)) == one
+    assert uses_unity("-DUNITY_DIR=", UNITY_DIR=str(two)) == two
