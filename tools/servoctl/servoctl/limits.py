@@ -1,4 +1,4 @@
-"""What a live test may do at most, and saying what will move before it moves."""
+"""What a live test may do at most, and saying what will move before it moves. The node's own limits: node_limits.py."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ import numpy as np
 
 from .drive import Drive
 from .errors import InputError, MotionError
+from .node_limits import read_limits
 from .stream import RateStream
-from .units import POSITION_COUNTS_PER_RAD, degrees, radians
+from .units import degrees, radians
 
 OVERSPEED = 2.0
 """A test is broken off when the axis is faster than this times the limit: no answer to the set-point explains that."""
-
-REACH_RAD = (2**31 - 1) / POSITION_COUNTS_PER_RAD
-"""607A and 6064 are of 32 bits."""
 
 
 @dataclass(frozen=True)
@@ -31,21 +29,22 @@ class Limits:
 
 
 def allowed_travel(drive: Drive, travel_deg: tuple[float, float] | None) -> tuple[float, float]:
-    """Joint angles, rad, that the user and 607D allow; raises InputError for what neither has said."""
-    limits = drive.position_limits()
-    if travel_deg is None and limits is None:
+    """Joint angles, rad, that the user and the node allow; raises InputError for what neither has said."""
+    node = read_limits(drive)
+    if travel_deg is None and not node.has_travel:
         raise InputError(
-            f"{drive.name} has no position limits (607D): say between which joint angles it may move, as in"
+            f"{drive.name} has no limits of its travel (607D, 2060:9 and 2060:10): say between which joint angles it may move, as in"
             " --travel-deg -150 150."
         )
-    low, high = (radians(angle) for angle in travel_deg) if travel_deg else limits or (0.0, 0.0)
+    low, high = (radians(angle) for angle in travel_deg) if travel_deg else (node.lowest.value, node.highest.value)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise InputError("--travel-deg wants two angles in °, the lower one first.")
-    if limits and (low < limits[0] or high > limits[1]):
-        raise InputError(
-            f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond 607D:"
-            f" {degrees(limits[0]):.5g}° to {degrees(limits[1]):.5g}°."
-        )
+    for beyond, bound in ((low < node.lowest.value, node.lowest), (high > node.highest.value, node.highest)):
+        if beyond:
+            raise InputError(
+                f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond {bound}; within would be"
+                f" {degrees(node.lowest.value):.5g} to {degrees(node.highest.value):.5g}."
+            )
     return low, high
 
 
@@ -61,7 +60,11 @@ class Plan:
     duration_s: float
 
     def check(self, limits: Limits, drive: Drive | None = None) -> None:
-        """Raises InputError when the plan is beyond the limits, or beyond 607D and 607F of the axis."""
+        """Raises InputError when the plan is beyond what the node limits it to, or beyond the limits."""
+        if drive is not None:
+            node = read_limits(drive)
+            node.check_rate(self.rate_rad_s)
+            node.check_travel(self.axis, drive.position(), self.backward_rad, self.forward_rad)
         travel = self.forward_rad + self.backward_rad
         for what, value, limit, unit, option in (
             ("rate", degrees(self.rate_rad_s), degrees(limits.rate_rad_s), "°/s", "--max-rate"),
@@ -73,24 +76,6 @@ class Plan:
                 raise InputError(
                     f"the {what} would be {value:.3g} {unit}, more than {limit:.3g} {unit}: ask for less{more}."
                 )
-        if drive is None:
-            return
-        if not self.rate_rad_s <= drive.rate_limit():
-            raise InputError(
-                f"the rate would be {degrees(self.rate_rad_s):.3g} °/s, more than 607F allows: {degrees(drive.rate_limit()):.3g} °/s."
-            )
-        allowed = drive.position_limits()
-        here = drive.position()
-        if not -REACH_RAD <= here - self.backward_rad <= here + self.forward_rad <= REACH_RAD:
-            raise InputError(
-                f"{self.axis} would move from {degrees(here - self.backward_rad):.5g}° to {degrees(here + self.forward_rad):.5g}°,"
-                f" but the device counts angles up to ±{degrees(REACH_RAD):.5g}° only."
-            )
-        if allowed and not allowed[0] <= here - self.backward_rad <= here + self.forward_rad <= allowed[1]:
-            raise InputError(
-                f"{self.axis} is at {degrees(here):.2f}° and would move from {degrees(here - self.backward_rad):.2f}° to"
-                f" {degrees(here + self.forward_rad):.2f}°, beyond 607D: {degrees(allowed[0]):.2f}° to {degrees(allowed[1]):.2f}°."
-            )
 
     def check_travel(self, drive: Drive, allowed: tuple[float, float]) -> None:
         """Raises InputError when it would leave these joint angles, rad."""

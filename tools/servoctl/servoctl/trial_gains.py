@@ -15,8 +15,11 @@ from .tuning import REVERT, Change, Tuning, command_set, set_state
 class TrialGains:
     """Applied in one piece on entering a `with` block; `keep` them in it, or they are taken back at its end."""
 
-    def __init__(self, device: Device, command: str, gains: Mapping[Parameter, Value]) -> None:
-        """`gains` are of one axis; `command` is the journal's name for who does it."""
+    def __init__(
+        self, device: Device, command: str, gains: Mapping[Parameter, Value], unlock: bool = False
+    ) -> None:
+        """`gains` are of one axis; `command` is the journal's name for who does it; `unlock` as in Tuning.write."""
+        self._unlock = unlock
         self._device = device
         self._command = command
         self._gains = gains
@@ -32,7 +35,7 @@ class TrialGains:
         self._old = {parameter: self._device.read(parameter) for parameter in self._gains}
         self._undoes = tuning.transaction
         try:
-            self.changes = tuning.write(self._gains)
+            self.changes = tuning.write(self._gains, unlock=self._unlock)
         except BaseException:
             self._take_back()
             raise
@@ -58,7 +61,9 @@ class TrialGains:
                         command_set(self._device, axis, REVERT)
                 differing = {p: old for p, old in self._old.items() if self._device.read(p) != old}
                 if differing:
-                    Tuning(self._device, self._command, undoes=self._undoes).write(differing)
+                    Tuning(self._device, self._command, undoes=self._undoes).write(
+                        differing, unlock=self._unlock
+                    )
         except ServoctlError as failed:
             raise NotVerified(
                 f"the old gains could not be put back, the new ones may be in force: {failed} 'servoctl undo' takes"

@@ -65,15 +65,17 @@ def plan(arguments: list[str]) -> None:
 
 
 def design(arguments: list[str]) -> None:
-    """Gains of the speed loop times SHORT_FACTOR, with the margins SHORT_MARGINS, in dB and degrees."""
+    """Gains of the speed loop, and the object SHORT_ALSO, times SHORT_FACTOR, with the margins SHORT_MARGINS, in dB and
+    degrees."""
     parameters = json.loads(Path(arguments[arguments.index("--parameters") + 1]).read_text())
     json.loads(Path(arguments[arguments.index("--identified") + 1]).read_text())
     json.loads(Path(arguments[arguments.index("--wishes") + 1]).read_text())
     factor = float(os.environ.get("SHORT_FACTOR", "0.9"))
     gain_margin_db, phase_margin_deg = (float(word) for word in os.environ.get("SHORT_MARGINS", "13 50").split())
+    places = ["0x2000:1", "0x2000:2", *os.environ.get("SHORT_ALSO", "").split()]
     rows = [
-        {"index": "0x2000", "sub": sub, "name": "", "unit": "", "before": parameters[f"0x2000:{sub}"],
-         "value": factor * parameters[f"0x2000:{sub}"]} for sub in (1, 2)
+        {"index": place.split(":")[0], "sub": int(place.split(":")[1]), "name": "", "unit": "", "before": parameters[place],
+         "value": factor * parameters[place]} for place in places
     ]  # fmt: skip
     frequency = [1.0, 10.0, 100.0]
     data = {"format": "trackservo-design", "version": 1, "parameters": rows, "notes": ["made up by a test"],

@@ -216,8 +216,8 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Be
 @pytest.mark.parametrize(
     "words, told",
     [
-        ((), "--travel-deg"),
         (("--travel-deg", "50", "-50"), "lower one first"),
+        (("--travel-deg", "-50", "290"), "2060:10"),
         (("--travel-deg", "-50", "nan"), "lower one first"),
         ((*TRAVEL, "--speed-deg-s", "0"), "--speed-deg-s"),
         ((*TRAVEL, "--identify-program", "nowhere"), "nowhere"),
@@ -314,6 +314,23 @@ def test_gains_whose_margins_do_not_hold_are_taken_back_and_it_says_by_how_much(
     assert tunable("diff", "found/azimuth-active.toml").code == 0
 
 
+def test_a_design_that_changes_the_motor_asks_for_unlock_before_it_moves_and_takes_it(tunable: Bench) -> None:
+    motor = "azimuth.motor.torque_constant"
+    before, gains = tunable.value(motor), values(tunable, GAINS)
+    tunable.environment |= {"SHORT_ALSO": "0x2055:1", "SHORT_MARGINS": "12 50", "SHORT_FACTOR": "0.95"}
+    shown = tunable.here(*TUNE, "--dry-run")
+    assert shown.code == 0 and motor in shown.err and "--unlock" in shown.err
+    refused = tunable.here(*TUNE, "--gain-margin-db", "8", "--yes")
+    assert refused.code == 2 and motor in refused.err and "--unlock" in refused.err and refused.err.count("\n") == 1
+    assert (tunable.value(motor), values(tunable, GAINS)) == (before, gains)
+    assert "will move" not in refused.out
+    done = tunable(*TUNE, "--gain-margin-db", "8", "--yes", "--unlock", "--json")
+    assert done.code == 0 and done.data["kept"], done.err
+    assert tunable.value(motor) == pytest.approx(0.95 * before, rel=1e-6)
+    tunable.json("undo", "--unlock")
+    assert tunable.value(motor) == before
+
+
 def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
     tunable: Bench, eventually: Eventually
 ) -> None:
@@ -332,8 +349,8 @@ def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
     "words, told",
     [
         (("--axis", "pitch"), "is of azimuth, not of pitch"),
-        (("--axis", "azimuth"), "--travel-deg"),
-        (("--axis", "azimuth", "--travel-deg", "-1000", "-900"), "negative --bias"),
+        (("--axis", "azimuth", "--travel-deg", "-1000", "-900"), "2060:9"),
+        (("--axis", "azimuth", "--travel-deg", "-278", "-277"), "negative --bias"),
         (("--axis", "azimuth", "--bias", "0"), "--bias must not be 0"),
     ],
 )

@@ -21,6 +21,7 @@ from ..gains_file import write_gains
 from ..identified import Identified, add_machine, read_identified
 from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
 from ..limits import allowed_travel
+from ..node_limits import read_limits
 from ..parameter import AXES
 from ..programme import Envelope, Experiment, Place, Programme
 from ..session import Session, common
@@ -41,9 +42,9 @@ PROGRAM = click.option(
 @click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to identify.")
 @click.option("--out", "folder", type=click.Path(path_type=Path, file_okay=False), help="Folder for what is found.")
 @click.option(
-    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH", help="Joint angles to stay between (default: 607D)."
+    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH", help="Joint angles to stay between (default: the node's limits, 607D and 2060:9 to 10)."
 )
-@click.option("--speed-deg-s", type=float, help="Fastest joint rate (default: 607F).")
+@click.option("--speed-deg-s", type=float, help="Fastest joint rate (default: the node's limits, 607F and 2060).")
 @PROGRAM
 @click.option("--quick", is_flag=True, help="The first look only, about a minute; good to a factor of two.")
 @click.option("--dry-run", is_flag=True, help="Say what would move, how far, how fast and how long; move nothing.")
@@ -114,11 +115,12 @@ def read_envelope(
     low, high = allowed_travel(drive, travel_deg)
     if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
         raise InputError("--speed-deg-s must be above 0.")
-    fastest = drive.rate_limit()
-    if speed_deg_s is None and fastest > FASTEST_OF_EXPERIMENTS_RAD_S:
-        raise InputError(f"{drive.name} has no rate limit (607F): say how fast it may be, as in --speed-deg-s 20.")
+    node = read_limits(drive)
     if speed_deg_s is not None:
-        fastest = min(fastest, radians(speed_deg_s))
+        node.check_rate(radians(speed_deg_s))
+    fastest = node.fastest.value if speed_deg_s is None else radians(speed_deg_s)
+    if fastest > FASTEST_OF_EXPERIMENTS_RAD_S:
+        raise InputError(f"{drive.name} has no rate limit (607F, 2060:1): say how fast it may be, as in --speed-deg-s 20.")
     return Envelope(low, high, drive.torque_limit(), fastest)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ..access_lock import need_unlock
 from ..device import Device
 from ..drive import Drive
 from ..errors import ExitCode, InputError
@@ -20,8 +21,9 @@ from ..identified import Identified, read_identified
 from ..identify_program import IdentifyProgram, find_identify
 from ..limits import Limits, Plan, allowed_travel
 from ..loop_model import SpeedLoopGains
+from ..node_limits import read_limits
 from ..parameter import AXES, Parameter, Value
-from ..session import Session, common
+from ..session import Session, common, unlock_option
 from ..trial_gains import TrialGains
 from ..tuning import Tuning
 from ..units import radians, rounded
@@ -68,7 +70,7 @@ WISHES = {
 @click.option("--position-hz", type=FREQUENCY, help="Bandwidth of the position loop.")
 @click.option(
     "--travel-deg", type=float, nargs=2, metavar="LOW HIGH",
-    help="Joint angles to stay between (default: 607D, else those of the identification).",
+    help="Joint angles to stay between (default: the node's limits, else those of the identification).",
 )  # fmt: skip
 @click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s) while the loop is measured.")
 @click.option(
@@ -79,6 +81,7 @@ WISHES = {
     "--periods", type=click.IntRange(2, 100), default=5, show_default=True, help="Periods measured, 4 s each."
 )
 @PROGRAM
+@unlock_option
 @click.option("--store", is_flag=True, help="Store the gains on the device if they are kept.")
 @click.option("--dry-run", is_flag=True, help="Show the design; change nothing, move nothing.")
 @click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer.")
@@ -86,7 +89,7 @@ WISHES = {
 def tune(
     session: Session, axis: str, folder: Path, travel_deg: tuple[float, float] | None, bias: float, amplitude: float,
     high: float, periods: int,
-    program: Path | None, store: bool, dry_run: bool, yes: bool, **options: float | None,
+    program: Path | None, unlock: bool, store: bool, dry_run: bool, yes: bool, **options: float | None,
 ) -> int:  # fmt: skip
     """Design gains from what was identified, try them on the live axis, and keep them if the margins hold.
 
@@ -120,9 +123,14 @@ def tune(
             session.out.json({"axis": axis, "kept": True, "changed": []})
             session.out.say("The device has these gains already; nothing to do.")
             return int(ExitCode.OK)
+        locked = [] if unlock else [p for p in changed if p.guarded]
+        if not dry_run:
+            need_unlock(locked)
         if not announce(session, stimulus.plan(axis), LIMITS, device, dry_run, yes):
+            for parameter in locked:
+                session.out.note(f"{parameter.name} is locked: without --dry-run this needs --unlock.")
             return int(ExitCode.OK)
-        measured, verdicts = try_out(session, device, axis, design, changed, wishes, stimulus)
+        measured, verdicts = try_out(session, device, axis, design, changed, wishes, stimulus, unlock)
         kept = all(verdict.kept for verdict in verdicts)
         active = folder / f"{axis}-active.toml"
         write_gains(active, read_all(session, device, of_axis(device.schema.tunable, axis)), about(device))
@@ -141,8 +149,8 @@ def in_words_of_options(message: str, work: Path) -> str:
 
 
 def check_way(drive: Drive, plan: Plan, identified: Identified, travel_deg: tuple[float, float] | None) -> None:
-    """Raises InputError when the way of the measurement is not allowed, by the user, 607D or the identification."""
-    if travel_deg is None and drive.position_limits() is None:
+    """Raises InputError when the way of the measurement is not allowed, by the user, the node or the identification."""
+    if travel_deg is None and not read_limits(drive).has_travel:
         travel_deg = identified.travel_deg
     plan.check_travel(drive, allowed_travel(drive, travel_deg))
 
@@ -177,10 +185,10 @@ def predicted_text(design: Design) -> str:
 
 def try_out(
     session: Session, device: Device, axis: str, design: Design, changed: dict[Parameter, Value],
-    wishes: dict[str, float], stimulus: LoopStimulus,
+    wishes: dict[str, float], stimulus: LoopStimulus, unlock: bool,
 ) -> tuple[MeasuredLoop, list[Verdict]]:  # fmt: skip
     """With the new gains in force; they stay so only if every verdict is good."""
-    with TrialGains(device, "tune", changed) as trial:
+    with TrialGains(device, "tune", changed, unlock) as trial:
         measured = measure_loop(session, device, axis, stimulus, LIMITS, "tune", hold_other=True)
         gain_db = 20 * np.log10(np.abs(measured.loop[measured.sharp]))
         verdicts = judge(design, wishes, measured.margins, float(gain_db[-1]))

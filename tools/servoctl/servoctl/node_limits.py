@@ -1,0 +1,109 @@
+"""What the node itself limits a motion to: travel and rate, each with the object that says so.
+
+A motion is checked against all of them before it begins, since what the node does about one that goes beyond is to stop on
+the way, or to fall into a fault.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from .drive import Drive
+from .errors import InputError
+from .parameter import AXIS_SHIFT
+from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, radians
+
+REACH_RAD = (2**31 - 1) / POSITION_COUNTS_PER_RAD
+"""607A and 6064 are of 32 bits."""
+HARD_MARGIN_RAD = radians(0.25)
+"""Kept from the hard limits, which are a fault when the axis passes them on its way to rest."""
+FAULT_SHARE = 0.9
+"""Of a rate that is a fault: rates overshoot, and sensors are noisy."""
+_PROTECTION, _OVER_SPEED, _GYRO_RANGE, _HARD_MINIMUM, _HARD_MAXIMUM = 0x2060, 1, 3, 9, 10
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A number that the node limits, in rad or rad/s, and the words for it."""
+
+    value: float
+    source: str
+
+    def __str__(self) -> str:
+        return self.source
+
+
+@dataclass(frozen=True)
+class NodeLimits:
+    """The tightest of each kind. Angles are joint angles; without any limit of the travel only 6064's range counts."""
+
+    lowest: Bound
+    highest: Bound
+    fastest: Bound
+
+    @property
+    def has_travel(self) -> bool:
+        """Somebody has set a limit of the travel."""
+        return self.lowest.value > -REACH_RAD
+
+    def check_rate(self, rate_rad_s: float) -> None:
+        """Raises InputError that names the limit, its value and what would be within."""
+        if not rate_rad_s <= self.fastest.value:
+            raise InputError(
+                f"the rate would be {degrees(rate_rad_s):.5g} °/s, beyond {self.fastest}; at most"
+                f" {_down(degrees(self.fastest.value))} °/s is within."
+            )
+
+    def check_travel(self, axis: str, here_rad: float, backward_rad: float, forward_rad: float) -> None:
+        """The same for a motion that goes so far from where the axis is; ways back from beyond a limit are allowed."""
+        room_back, room_forward = here_rad - self.lowest.value, self.highest.value - here_rad
+        for way, room, end, bound in (
+            (forward_rad, room_forward, here_rad + forward_rad, self.highest),
+            (backward_rad, room_back, here_rad - backward_rad, self.lowest),
+        ):
+            if way > 0.0 and not way <= room or way != way:
+                raise InputError(
+                    f"{axis} is at {degrees(here_rad):.2f}° and would move to {degrees(end):.2f}°, beyond {bound}; within is at"
+                    f" most {_down(degrees(max(room_forward, 0.0)))}° forward and {_down(degrees(max(room_back, 0.0)))}° back"
+                    f" from here, {degrees(self.lowest.value):.2f}° to {degrees(self.highest.value):.2f}°."
+                )
+
+
+def _down(value: float) -> str:
+    """Rounded so that what is told is within."""
+    return f"{int(value * 100) / 100:.2f}"
+
+
+def read_limits(drive: Drive) -> NodeLimits:
+    """As the node has them now."""
+    lowest = [Bound(-REACH_RAD, "the range of its position (6064)")]
+    highest = [Bound(REACH_RAD, "the range of its position (6064)")]
+    software = drive.position_limits()
+    if software is not None:
+        for bounds, sub, value in ((lowest, 1, software[0]), (highest, 2, software[1])):
+            bounds.append(Bound(value, f"its software limit 607D:{sub} ({degrees(value):.2f}°)"))
+    low, high = _protection(drive, _HARD_MINIMUM), _protection(drive, _HARD_MAXIMUM)
+    if low is not None and high is not None and low < high:
+        kept = f"of which {degrees(HARD_MARGIN_RAD):g}° are kept free"
+        for bounds, sub, value, inward in ((lowest, _HARD_MINIMUM, low, 1), (highest, _HARD_MAXIMUM, high, -1)):
+            text = f"its hard limit 2060:{sub} ({degrees(value):.2f}°, {kept})"
+            bounds.append(Bound(value + inward * HARD_MARGIN_RAD, text))
+    profile = drive.rate_limit()
+    fastest = [Bound(profile, f"607F ({degrees(profile):.5g} °/s)")]
+    for sub, name in ((_OVER_SPEED, "the over-speed limit"), (_GYRO_RANGE, "the gyro's range")):
+        limit = _protection(drive, sub)
+        if limit is not None:
+            share = f"{100 * FAULT_SHARE:.0f} % of {degrees(limit):.5g} °/s"
+            fastest.append(Bound(FAULT_SHARE * limit, f"{name} 2060:{sub} ({share})"))
+    return NodeLimits(
+        max(lowest, key=lambda bound: bound.value),
+        min(highest, key=lambda bound: bound.value),
+        min(fastest, key=lambda bound: bound.value),
+    )
+
+
+def _protection(drive: Drive, sub: int) -> float | None:
+    """None for a node that has no such limit."""
+    data = drive.device.try_upload(_PROTECTION + AXIS_SHIFT * drive.axis, sub)
+    return None if data is None else float(struct.unpack("<f", data)[0])
