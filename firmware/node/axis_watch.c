@@ -62,3 +62,12 @@ drive_travel axis_watch_travel(const axis_watch *watch) {
   return (drive_travel){(int32_t)(watch->limits.minimum_rad * counts_per_rad),
                         (int32_t)(watch->limits.maximum_rad * counts_per_rad)};
 }
+
+drive_travel axis_watch_default_travel(const axis_watch *watch) {
+  const int32_t margin = 174533; /* 1 degree */
+  const drive_travel hard = axis_watch_travel(watch);
+  if ((int64_t)hard.maximum - hard.minimum < 4 * (int64_t)margin) {
+    return (drive_travel){0, 0};
+  }
+  return (drive_travel){hard.minimum + margin, hard.maximum - margin};
+}

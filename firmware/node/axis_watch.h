@@ -27,4 +27,8 @@ void axis_watch_remember(const axis_watch *watch, int axis, fault_log *log);
 /* 0x2060:9 and :10 in the units of 607D. */
 drive_travel axis_watch_travel(const axis_watch *watch);
 
+/* What 607D is until somebody writes it: the hard travel less 1 degree at each end, so that a ramp that is led to 607D
+ * stops well before the fault. {0, 0}, which limits nothing, where there is no hard travel or less than 4 degrees. */
+drive_travel axis_watch_default_travel(const axis_watch *watch);
+
 #endif

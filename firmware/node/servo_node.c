@@ -259,6 +259,13 @@ static bool start_servo(servo_node *node, const servo_node_config *config) {
   return servo_board_start(&node->board, config->machine, &params) == CONTROL_OK;
 }
 
+/* Before the first reset, so that this is what 0x1011 gives back. */
+static void limit_travel(servo_node_axis *axis) {
+  const drive_travel travel = axis_watch_default_travel(&axis->watch);
+  axis->objects.limit.position_minimum = travel.minimum;
+  axis->objects.limit.position_maximum = travel.maximum;
+}
+
 bool servo_node_start(servo_node *node, const servo_node_config *config) {
   memset(node, 0, sizeof *node);
   scope_reset(&node->recorder);
@@ -272,6 +279,9 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
     if (parts[i].hooks != &tuning_objects_hooks && parts[i].hooks != &protection_objects_hooks) { /* configured */
       od_restore_defaults(&parts[i], config->node_id);
     }
+  }
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    limit_travel(&node->axis[i]);
   }
   const canopen_config canopen = {
       .node_id = config->node_id,

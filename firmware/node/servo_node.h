@@ -74,7 +74,7 @@ typedef struct {
   can_sender sender;
   hal *machine;
   const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of what can be stored */
-  const protection_limits *limits;   /* likewise */
+  const protection_limits *limits;   /* likewise; 607D comes from them, see axis_watch_default_travel */
   const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored set; NULL: kept in RAM only */
   uint32_t serial_number;            /* 0x1018:4; 0: none */
 } servo_node_config;

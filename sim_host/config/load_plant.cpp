@@ -80,7 +80,8 @@ std::optional<EndStopConfig> read_end_stops(const TomlReader& reader, const Toml
 
 AxisConfig read_axis(const TomlReader& reader, const TomlTable& table, bool swings) {
   AxisConfig axis;
-  std::vector<std::string> known{"motor", "friction", "load", "structure", "base_sway", "encoder", "gyro"};
+  std::vector<std::string> known{"motor",     "friction",  "load",    "holding_brake",
+                                 "structure", "base_sway", "encoder", "gyro"};
   for (const auto& key : end_stop_keys()) {
     known.push_back(key.text.name);
   }
@@ -93,6 +94,9 @@ AxisConfig read_axis(const TomlReader& reader, const TomlTable& table, bool swin
   axis.motor = read_motor(reader, reader.child(table, "motor"));
   axis.friction = read_friction(reader, reader.child(table, "friction"));
   read_optional_table(reader, table, "load", load_keys(), axis.load);
+  if (const auto brake = reader.child_if_present(table, "holding_brake")) {
+    read_table(reader, *brake, holding_brake_keys(), axis.holding_brake.emplace());
+  }
   if (const auto structure = reader.child_if_present(table, "structure")) {
     read_table(reader, *structure, structure_keys(), axis.structure.emplace());
   }

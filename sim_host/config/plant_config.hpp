@@ -96,6 +96,13 @@ struct EndStopConfig {
   double restitution = 0.3;
 };
 
+// Spring-applied, on the joint; holding_brake.hpp.
+struct HoldingBrakeConfig {
+  double torque_nm = 0;
+  double engage_s = 0;   // from the coil's current going to springs pressing
+  double release_s = 0;  // from the coil's current coming to the joint being free
+};
+
 // A part of the inertia behind a spring; everything else of the axis is before it.
 struct StructureConfig {
   double frequency_hz = 100;   // of the free axis, at pitch 0
@@ -135,6 +142,7 @@ struct AxisConfig {
   FrictionConfig friction;
   LoadConfig load;
   std::optional<EndStopConfig> end_stops;
+  std::optional<HoldingBrakeConfig> holding_brake;
   std::optional<StructureConfig> structure;
   BaseSwayConfig base_sway;
   EncoderConfig encoder;

@@ -221,6 +221,19 @@ const Keys<LoadConfig>& load_keys() {
   return keys;
 }
 
+const Keys<HoldingBrakeConfig>& holding_brake_keys() {
+  using Config = HoldingBrakeConfig;
+  static const Keys<HoldingBrakeConfig> keys = {
+      number("torque_nm", unit::kNewtonMetre, {1e-3, 1e5}, &Config::torque_nm,
+             "most that it holds; beyond, it slips with this friction"),
+      number("engage_ms", unit::kMillisecond, {0, 1000}, &Config::engage_s, "from the bridge going off to holding")
+          .or_else(30),
+      number("release_ms", unit::kMillisecond, {0, 1000}, &Config::release_s, "from the bridge coming on to free")
+          .or_else(20),
+  };
+  return keys;
+}
+
 const Keys<StructureConfig>& structure_keys() {
   using Config = StructureConfig;
   static const Keys<StructureConfig> keys = {
@@ -331,6 +344,13 @@ std::string plant_keys_markdown() {
           {"[azimuth.friction.positive], [azimuth.friction.negative], the same for pitch",
            "One per direction of motion. Without `negative` both directions are equal.", texts_of(stribeck_keys())},
           {"[azimuth.load], [pitch.load]", "Optional.", texts_of(load_keys())},
+          {"[azimuth.holding_brake], [pitch.holding_brake]",
+           "Optional. A brake that springs close and a coil opens; the coil is fed with the gate driver's enable line, "
+           "so "
+           "it holds while the axis' bridge is off. `sim_host serve` and `emulate_board` have it. `run`, `identify`, "
+           "the "
+           "studies, `faults` and `soak` leave it out: what they show and promise does not rest on a brake.",
+           texts_of(holding_brake_keys())},
           {"[azimuth.structure], [pitch.structure]",
            "Optional; without it the axis is rigid. A part of the inertia hangs on a spring; motor, seal, loads, "
            "encoder "

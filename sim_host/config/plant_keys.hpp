@@ -28,6 +28,7 @@ const Keys<CoggingConfig>& cogging_keys();
 const Keys<FrictionConfig>& friction_keys();
 const Keys<StribeckConfig>& stribeck_keys();
 const Keys<LoadConfig>& load_keys();
+const Keys<HoldingBrakeConfig>& holding_brake_keys();
 const Keys<StructureConfig>& structure_keys();
 const Keys<BaseSwayConfig>& base_sway_keys();
 const Keys<EncoderConfig>& encoder_keys();

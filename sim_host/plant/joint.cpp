@@ -86,13 +86,21 @@ inline AffineFriction Joint::linearise(double rate_rad_s, double least_slope_nm_
 
 void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
   if (held_) {
-    rate_rad_s_ = predicted_rate_rad_s_ = mean_rate_rad_s_ = 0.0;
+    rest();
     return;
   }
   const Contact stop = stop_ ? contact(inertia_kg_m2) : Contact{};
   const double inertia_per_step = inertia_kg_m2 * rate_1_s_;
   const double least_slope = -0.5 * inertia_per_step;  // leaves half of J / dt in the denominator below
-  const double push_nm = drive_nm - stop.constant_nm;
+  double push_nm = drive_nm - stop.constant_nm;
+  if (brake_nm_ > 0.0) {
+    const double stopping_nm = inertia_per_step * rate_rad_s_ + push_nm;  // after which the joint is at rest
+    if (std::abs(stopping_nm) <= brake_nm_) {
+      rest();
+      return;
+    }
+    push_nm -= std::copysign(brake_nm_, stopping_nm);
+  }
   double rate = predicted_rate_rad_s_;
   AffineFriction friction;
   double stop_slope = 0.0;

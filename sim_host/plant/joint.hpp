@@ -35,6 +35,9 @@ class Joint {
   // Something that nothing moves is in the way, or has gone again.
   void hold(bool held) { held_ = held; }
 
+  // Torque of a closed brake [Nm], 0 for an open one; it holds until set again.
+  void brake(double torque_nm) { brake_nm_ = torque_nm; }
+
   // Advances by one step with inertia J [kg m2] under `drive_nm`, with an extra linear drag [Nm s/rad] from coupling.
   void step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad);
 
@@ -54,6 +57,7 @@ class Joint {
   };
 
   Contact contact(double inertia_kg_m2) const;  // only with stops
+  void rest() { rate_rad_s_ = predicted_rate_rad_s_ = mean_rate_rad_s_ = 0.0; }
   AffineFriction linearise(double rate_rad_s, double least_slope_nm_s_rad);
 
   FrictionModel model_;
@@ -69,6 +73,7 @@ class Joint {
   double viscosity_ = 1;
 
   bool held_ = false;
+  double brake_nm_ = 0;
   double angle_rad_ = 0;
   double rate_rad_s_ = 0;
   double predicted_rate_rad_s_ = 0;

@@ -42,6 +42,7 @@ Tracker::Axis::Axis(const AxisConfig& config, const PlantConfig& plant, std::uin
 
 Tracker::Tracker(const PlantConfig& plant, std::uint64_t seed)
     : axis_{Axis(plant.axis[kAzimuth], plant, seed, kAzimuth), Axis(plant.axis[kPitch], plant, seed, kPitch)},
+      brake_config_{plant.axis[kAzimuth].holding_brake, plant.axis[kPitch].holding_brake},
       gravity_(plant),
       drift_(plant.maxwell_slip),
       drifts_(plant.friction_model == FrictionModel::kMaxwellSlip),
@@ -64,6 +65,20 @@ void Tracker::place(const std::array<double, kAxes>& joint_angle_rad) {
   }
   shapes_known_ = false;
   settle_bus();
+}
+
+void Tracker::fit_holding_brakes() {
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    if (brake_config_[i]) {
+      axis_[i].brake.emplace(*brake_config_[i], kPwmPeriod_s);
+    }
+  }
+}
+
+void Tracker::power_brake(int axis, bool on) {
+  if (std::optional<HoldingBrake>& brake = axis_[static_cast<std::size_t>(axis)].brake) {
+    brake->power(on);
+  }
 }
 
 TruthState Tracker::truth() const {
@@ -194,6 +209,10 @@ void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
   if (axis.structure) {
     reaction = axis.structure->reaction(inertia_kg_m2, base_change_rad_s * (1.0 / kPwmPeriod_s));
     inertia_kg_m2 *= 1.0 - axis.structure->share();
+  }
+  if (axis.brake) {
+    axis.brake->advance();
+    axis.joint.brake(axis.brake->torque_nm());
   }
   const double base_push_nm = inertia_kg_m2 * base_change_rad_s * (1.0 / kPwmPeriod_s);
   axis.joint.step(inertia_kg_m2, axis.motor_nm - load_nm - base_drag_nm - base_push_nm + reaction.push_nm,

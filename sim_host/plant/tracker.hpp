@@ -21,6 +21,7 @@
 #include "config/plant_config.hpp"
 #include "plant/base_sway.hpp"
 #include "plant/gravity.hpp"
+#include "plant/holding_brake.hpp"
 #include "plant/joint.hpp"
 #include "plant/load.hpp"
 #include "plant/motor.hpp"
@@ -54,6 +55,12 @@ class Tracker {
   // Whether the bridge of an axis lets go of its motor's terminals, from the next period on.
   void open_terminals(int axis, bool open) { axis_[static_cast<std::size_t>(axis)].motor.open_terminals(open); }
 
+  // Fits the holding brakes that the plant has; without this call none is there. Only before the first step.
+  void fit_holding_brakes();
+
+  // Whether the coil of an axis' brake has current, from the next period on.
+  void power_brake(int axis, bool on);
+
   // Holds a joint where it is; pushes it with a torque [Nm] from outside.
   void hold_joint(int axis, bool held) { axis_[static_cast<std::size_t>(axis)].joint.hold(held); }
   void push(int axis, double torque_nm) { axis_[static_cast<std::size_t>(axis)].push_nm = torque_nm; }
@@ -71,6 +78,7 @@ class Tracker {
     DcMotor motor;
     Joint joint;
     ExternalLoad load;
+    std::optional<HoldingBrake> brake;
     std::optional<Structure> structure;
     BaseSway base;
     Encoder encoder;
@@ -105,6 +113,7 @@ class Tracker {
   double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the shapes were renewed
 
   std::array<Axis, kAxes> axis_;
+  std::array<std::optional<HoldingBrakeConfig>, kAxes> brake_config_;
   Gravity gravity_;
   FrictionDrift drift_;
   bool drifts_;

@@ -62,6 +62,7 @@ struct MachineHal {
     const BrokenAxis& broken = of(machine).broken_.axis[static_cast<std::size_t>(axis)];
     const bool tripped = broken.health == HAL_OVER_CURRENT || broken.health == HAL_POWER_STAGE;
     of(machine).tracker_.open_terminals(axis, !on || tripped || broken.motor_open);
+    of(machine).tracker_.power_brake(axis, on && !tripped);
   }
 
   static float current_a(void *machine, int axis) {

@@ -45,6 +45,10 @@ class Machine {
     tick_ = std::move(tick);
   }
 
+  // Gives the machine the holding brakes of its plant file, which hold while the bridge of their axis is off. Only
+  // before the first tick.
+  void fit_holding_brakes() { tracker_.fit_holding_brakes(); }
+
   // What the axes shall do; takes effect at the next tick.
   servo_command& command() { return board_->command; }
 

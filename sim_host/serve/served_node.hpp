@@ -21,7 +21,7 @@ class ServedNode : public ServedDevice {
   // The flash must outlive the node; its stored set, if it has one, goes before the plant's gains. Throws
   // std::invalid_argument for a node id or gains out of range.
   ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint64_t seed, VirtualBus& bus,
-             const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad = {0.0, 0.3});
+             const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad = kServedStart_rad);
   ~ServedNode() override;
 
   void tick() override;
@@ -30,6 +30,7 @@ class ServedNode : public ServedDevice {
   void take_health(CanHealth health) override;
 
   const Machine& machine() const { return machine_; }
+  Machine& machine() { return machine_; }
 
  private:
   static bool send(void *context, const can_frame *frame);

@@ -186,6 +186,7 @@ void serve(const PlantConfig& plant, const ServeOptions& options, const ServeRep
   const auto flash =
       options.flash.empty() ? std::make_unique<FlashMemory>() : std::make_unique<FlashMemory>(options.flash);
   ServedNode node(plant, options.node_id, options.seed, bus, *flash);
+  node.machine().fit_holding_brakes();
   serve(node, bus, options, reports);
 }
 

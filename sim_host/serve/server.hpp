@@ -7,6 +7,7 @@
 #ifndef TRACKSERVO_SIM_SERVE_SERVER_HPP
 #define TRACKSERVO_SIM_SERVE_SERVER_HPP
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -19,6 +20,9 @@
 #include "config/plant_config.hpp"
 
 namespace trackservo::sim {
+
+// Joint angles at which a served machine is switched on [rad].
+constexpr std::array<double, kAxes> kServedStart_rad = {0.0, 0.3};
 
 struct ServeOptions {
   std::vector<std::string> buses = {"slcan-tcp:0"};

@@ -1,8 +1,10 @@
 """The command `sim_host serve` itself: several ends on one bus, the pace of time, and what it refuses."""
 
 import contextlib
+import math
 import os
 import signal
+import struct
 import subprocess
 import time
 
@@ -10,8 +12,6 @@ import can
 import pytest
 
 from conftest import NODE_ID, SIM_HOST, Served
-
-TICKS_REQUEST = [0x40, 0x10, 0x30, 0x01, 0, 0, 0, 0]
 
 
 @contextlib.contextmanager
@@ -30,9 +30,14 @@ def receive(bus, cob_id, timeout=5.0):
     raise AssertionError(f"no frame {cob_id:03X}")
 
 
+def read(bus, index, sub, signed=False):
+    request = [0x40, index & 0xFF, index >> 8, sub, 0, 0, 0, 0]
+    bus.send(can.Message(arbitration_id=0x600 + NODE_ID, data=request, is_extended_id=False))
+    return int.from_bytes(receive(bus, 0x580 + NODE_ID)[4:], "little", signed=signed)
+
+
 def ticks(bus):
-    bus.send(can.Message(arbitration_id=0x600 + NODE_ID, data=TICKS_REQUEST, is_extended_id=False))
-    return int.from_bytes(receive(bus, 0x580 + NODE_ID)[4:], "little")
+    return read(bus, 0x3010, 1)
 
 
 # What a script does: a background job, whose standard input is empty.
@@ -70,6 +75,36 @@ def test_terminal_and_tcp_are_ends_of_one_bus():
             pty.send(can.Message(arbitration_id=0x123, data=b"\x01\x02", is_extended_id=False))
             assert receive(tcp, 0x123) == b"\x01\x02"
             assert ticks(pty) > 0
+
+
+COUNTS_PER_DEG = 1e7 * math.pi / 180
+
+
+def angles_deg(bus):
+    return [read(bus, index, 0, signed=True) / COUNTS_PER_DEG for index in (0x6064, 0x6864)]
+
+
+def test_an_unpowered_machine_stands_for_20_minutes(tell):
+    """In its wind; without holding brakes azimuth was at -141 degrees then, and pitch on its end stop."""
+    with serving("slcan-tcp:0", "--speed", "max") as served, served.open_bus() as bus:
+        receive(bus, 0x701)
+        before = angles_deg(bus)
+        while ticks(bus) < 20 * 60 * 1000:
+            time.sleep(0.2)
+        moved = [after - at for after, at in zip(angles_deg(bus), before, strict=True)]
+        tell(f"moved by {moved[0]:.5f} and {moved[1]:.5f} degrees")
+        assert max(map(abs, moved)) < 0.001
+
+
+def test_travel_limits_are_those_of_the_plant():
+    """Stops at +-280 and at -20 and 95 degrees: the fault 1 degree before them, ramps end 1 degree before that."""
+    with serving("slcan-tcp:0") as served, served.open_bus() as bus:
+        receive(bus, 0x701)
+        soft = [read(bus, 0x607D + axis, sub, signed=True) / COUNTS_PER_DEG for axis in (0, 0x800) for sub in (1, 2)]
+        hard = [struct.unpack("<f", read(bus, 0x2060 + axis, sub).to_bytes(4, "little"))[0]
+                for axis in (0, 0x800) for sub in (9, 10)]
+        assert soft == pytest.approx([-278, 278, -18, 93], abs=0.01)
+        assert [math.degrees(rad) for rad in hard] == pytest.approx([-279, 279, -19, 94], abs=0.01)
 
 
 def pace(bus):

@@ -12,6 +12,7 @@ from drive import PV, Axis
 
 SAVE, LOAD = 0x65766173, 0x64616F6C
 DEFAULTS, STORED, OLDER = 0, 1, 3
+OWN_LIMIT = 12345678
 
 
 @contextlib.contextmanager
@@ -35,6 +36,7 @@ def change(node, speed_limit):
     Axis(node, 0).set(1.1 * kp, 0x2000, 1)
     Axis(node, 0).set(1, 0x2070, 1)
     Axis(node, 0).set(speed_limit, 0x607F)
+    Axis(node, 0).set(-OWN_LIMIT, 0x607D, 1)
     return 1.1 * kp
 
 
@@ -48,10 +50,12 @@ def test_gains_and_limits_survive_a_loss_of_power(tmp_path):
         assert (node.sdo[0x3031][1].raw, node.sdo[0x3031][2].raw) == (STORED, 1)
         assert Axis(node, 0).get(0x2000, 1) == pytest.approx(kp)
         assert Axis(node, 0).get(0x607F) == 654321
+        assert Axis(node, 0).get(0x607D, 1) == -OWN_LIMIT
         node.sdo[0x1011][1].raw = LOAD
     with powered(flash) as node:
         assert node.sdo[0x3031][1].raw == DEFAULTS
         assert Axis(node, 0).get(0x607F) == 1000000
+        assert Axis(node, 0).get(0x607D, 1) == pytest.approx(-48.52e6, rel=1e-3)  # of the plant: 278 degrees
 
 
 def test_a_damaged_set_is_skipped_and_told(tmp_path):

@@ -41,7 +41,11 @@ std::vector<std::uint8_t> read_image(const std::string& name) {
 
 int run(const std::string& image, const std::string& plant, const sim::ServeOptions& options) {
   sim::VirtualBus bus{1e6, sim::kPwmPeriod_s};
-  target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, {options.seed, {0.0, 0.3}});
+  target::BoardMachine::Options fitted;
+  fitted.seed = options.seed;
+  fitted.joint_angle_rad = sim::kServedStart_rad;
+  fitted.holding_brakes = true;
+  target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, fitted);
   EmulatedBoard board(machine);
   sim::serve(board, bus, options, sim::reports_on_stdout());
   for (const std::string& complaint : machine.chip().complaints.list()) {

@@ -1,6 +1,8 @@
 """The program emulate_board itself, as a script runs it: EMULATE_BOARD and TARGET_IMAGE name it and its image."""
 
+import math
 import os
+import pathlib
 import signal
 import subprocess
 
@@ -10,15 +12,20 @@ import pytest
 PROGRAM = os.environ["EMULATE_BOARD"]
 IMAGE = os.environ["TARGET_IMAGE"]
 JOB = '"$@" & echo $!; wait $!'
-READ_DEVICE_TYPE = [0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0]
+COUNTS_PER_DEG = 1e7 * math.pi / 180
 
 
-def read_device_type(address):
-    with can.Bus(interface="slcan", channel=f"socket://{address}", bitrate=1000000, sleep_after_open=0) as bus:
-        bus.send(can.Message(arbitration_id=0x601, data=READ_DEVICE_TYPE, is_extended_id=False))
-        while (message := bus.recv(20.0)) is not None:
-            if message.arbitration_id == 0x581:
-                return bytes(message.data)
+def open_bus(address):
+    return can.Bus(interface="slcan", channel=f"socket://{address}", bitrate=1000000, sleep_after_open=0)
+
+
+def read(bus, index, sub):
+    request = [0x40, index & 0xFF, index >> 8, sub, 0, 0, 0, 0]
+    bus.send(can.Message(arbitration_id=0x601, data=request, is_extended_id=False))
+    while (message := bus.recv(20.0)) is not None:
+        if message.arbitration_id == 0x581:
+            assert message.data[0] == 0x43
+            return int.from_bytes(message.data[4:], "little", signed=True)
     raise AssertionError("no answer")
 
 
@@ -29,7 +36,8 @@ def test_as_a_background_job_it_runs_until_a_signal_comes(number):
     job = int(shell.stdout.readline())
     address = shell.stdout.readline().strip().removeprefix("slcan-tcp:")
     assert shell.stdout.readline() == "ready\n"
-    assert read_device_type(address)[:4] == b"\x43\x00\x10\x00"
+    with open_bus(address) as bus:
+        assert read(bus, 0x1018, 1) >= 0
     os.kill(job, number)
     assert shell.wait(timeout=60) == 0
     assert shell.stdout.read() == ""
@@ -39,3 +47,23 @@ def test_it_ends_with_standard_input_where_that_is_asked_for():
     done = subprocess.run([PROGRAM, IMAGE, "--until-stdin-ends"], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_an_unpowered_machine_stands_in_a_storm(tmp_path):
+    """20 Nm of steady wind, which would turn azimuth by a turn meanwhile: its seal holds 9 Nm, its brake 30 Nm."""
+    shipped = (pathlib.Path(__file__).parents[2] / "sim_host/plants/tracker.toml").read_text()
+    assert shipped.count("wind_mean_nm = 0.5\n") == 1
+    plant = tmp_path / "storm.toml"
+    plant.write_text(shipped.replace("wind_mean_nm = 0.5\n", "wind_mean_nm = 20.0\n"))
+    with subprocess.Popen([PROGRAM, IMAGE, "--plant", plant, "--until-stdin-ends", "--speed", "0"],
+                          stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as board:
+        address = board.stdout.readline().strip().removeprefix("slcan-tcp:")
+        assert board.stdout.readline() == "ready\n"
+        with open_bus(address) as bus:
+            before, start = read(bus, 0x6064, 0), read(bus, 0x3010, 1)
+            while read(bus, 0x3010, 1) - start < 5000:
+                pass
+            moved_deg = (read(bus, 0x6064, 0) - before) / COUNTS_PER_DEG
+        board.stdin.close()
+        assert board.wait(timeout=60) == 0
+    assert abs(moved_deg) < 0.001

@@ -195,6 +195,59 @@ void test_without_end_stops_the_joint_turns_on() {
   CHECK_AT_LEAST("azimuth in turns", 2.0, tracker.truth().joint_angle_rad[kAzimuth] / (2.0 * kPi));
 }
 
+// Pitch alone, without anything else that could hold it; the brake's coil has no current.
+Tracker braked_tracker(double push_nm) {
+  PlantConfig plant = bare_plant();
+  plant.axis[kPitch].motor.back_emf_constant_v_s_rad = 0.0;
+  plant.axis[kPitch].holding_brake = HoldingBrakeConfig{15.0, 0.03, 0.02};
+  Tracker tracker(plant, 1);
+  tracker.fit_holding_brakes();
+  tracker.push(kPitch, push_nm);
+  return tracker;
+}
+
+void test_a_holding_brake_holds_up_to_its_torque_and_slips_beyond() {
+  for (const double push_nm : {14.9, -14.9}) {
+    Tracker held = braked_tracker(push_nm);
+    run(held, 1.0);
+    CHECK_SAME("joint angle in rad", 0.0, held.truth().joint_angle_rad[kPitch]);
+    Tracker slipping = braked_tracker(1.2 * push_nm);
+    run(slipping, 1.0);
+    const double beyond_nm = 1.2 * push_nm - std::copysign(15.0, push_nm);
+    CHECK_RELATIVE("speed in rad/s", beyond_nm / 2.5, slipping.truth().joint_rate_rad_s[kPitch], 1e-3);
+  }
+}
+
+void test_a_holding_brake_opens_and_closes_in_its_times_and_stops_a_turning_joint() {
+  Tracker tracker = braked_tracker(10.0);
+  tracker.power_brake(kPitch, true);
+  run(tracker, 0.0199);
+  CHECK_SAME("still closed, rad/s", 0.0, tracker.truth().joint_rate_rad_s[kPitch]);
+  run(tracker, 0.5);
+  const double free_s = 0.5 - 0.0001;
+  CHECK_RELATIVE("free, rad/s", 10.0 * free_s / 2.5, tracker.truth().joint_rate_rad_s[kPitch], 1e-3);
+  tracker.power_brake(kPitch, false);
+  run(tracker, 0.03);
+  CHECK_RELATIVE("still open, rad/s", 10.0 * (free_s + 0.03) / 2.5, tracker.truth().joint_rate_rad_s[kPitch], 1e-3);
+  run(tracker, 0.5);  // 5 Nm are left to brake with
+  CHECK_RELATIVE("slowed, rad/s", 10.0 * (free_s + 0.03) / 2.5 - 5.0 * 0.5 / 2.5,
+                 tracker.truth().joint_rate_rad_s[kPitch], 1e-3);
+  run(tracker, 1.0);
+  const double stopped_rad = tracker.truth().joint_angle_rad[kPitch];
+  run(tracker, 1.0);
+  CHECK_SAME("stands, rad", stopped_rad, tracker.truth().joint_angle_rad[kPitch]);
+}
+
+void test_a_brake_that_is_not_fitted_does_nothing() {
+  PlantConfig plant = bare_plant();
+  plant.axis[kPitch].motor.back_emf_constant_v_s_rad = 0.0;
+  Tracker tracker(plant, 1);
+  tracker.push(kPitch, 1.0);
+  tracker.power_brake(kPitch, false);
+  run(tracker, 1.0);
+  CHECK_RELATIVE("rad/s", 1.0 / 2.5, tracker.truth().joint_rate_rad_s[kPitch], 1e-3);
+}
+
 void test_a_free_axis_keeps_its_line_of_sight_while_the_base_sways() {
   PlantConfig plant = bare_plant();
   plant.axis[kPitch].motor.back_emf_constant_v_s_rad = 0.0;
@@ -257,6 +310,9 @@ int main() {
   RUN_TEST(test_torques_of_the_truth_add_up_to_the_acceleration);
   RUN_TEST(test_end_stop_holds_and_returns_its_share_of_the_speed);
   RUN_TEST(test_without_end_stops_the_joint_turns_on);
+  RUN_TEST(test_a_holding_brake_holds_up_to_its_torque_and_slips_beyond);
+  RUN_TEST(test_a_holding_brake_opens_and_closes_in_its_times_and_stops_a_turning_joint);
+  RUN_TEST(test_a_brake_that_is_not_fitted_does_nothing);
   RUN_TEST(test_a_free_axis_keeps_its_line_of_sight_while_the_base_sways);
   RUN_TEST(test_seal_eccentricity_shows_once_per_turn_of_the_joint);
   return UNITY_END();

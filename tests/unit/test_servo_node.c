@@ -346,6 +346,34 @@ static void test_it_has_its_serial_number_and_does_not_start_with_wrong_paramete
   TEST_ASSERT_FALSE(servo_node_start(&node, &config));
 }
 
+static int32_t software_limit(uint16_t shift, uint8_t sub) { return (int32_t)get((uint16_t)(0x607D + shift), sub); }
+
+static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void) {
+  const axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
+  protection_limits limits[SERVO_AXES] = {node.axis[0].watch.limits, node.axis[1].watch.limits};
+  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 0};
+  limits[0].minimum_rad = -1.0f;
+  limits[0].maximum_rad = 2.0f;
+  limits[1].minimum_rad = limits[1].maximum_rad = 0.0f; /* no hard limits */
+  TEST_ASSERT_TRUE(servo_node_start(&node, &config));
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_INT32(-10000000 + 174533, software_limit(0, 1));
+  TEST_ASSERT_EQUAL_INT32(20000000 - 174533, software_limit(0, 2));
+  TEST_ASSERT_EQUAL_INT32(0, software_limit(PITCH, 1));
+  TEST_ASSERT_EQUAL_INT32(0, software_limit(PITCH, 2));
+  SET(0x607D, 1, (uint32_t)-5000);
+  SET(0x607D, 2, 5000);
+  nmt(0x81); /* resets the node */
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_INT32(-10000000 + 174533, software_limit(0, 1));
+  TEST_ASSERT_EQUAL_INT32(20000000 - 174533, software_limit(0, 2));
+  limits[0].minimum_rad = 1.95f; /* less than 4 degrees are left */
+  TEST_ASSERT_TRUE(servo_node_start(&node, &config));
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_INT32(0, software_limit(0, 1));
+  TEST_ASSERT_EQUAL_INT32(0, software_limit(0, 2));
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_pdos_alone_enable_an_axis_and_turn_it);
@@ -369,5 +397,6 @@ int main(void) {
   RUN_TEST(test_the_recorded_tick_is_one_tick);
   RUN_TEST(test_it_does_not_start_with_a_wrong_node_id);
   RUN_TEST(test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters);
+  RUN_TEST(test_software_limits_are_at_first_a_degree_inside_the_hard_ones);
   return UNITY_END();
 }

@@ -56,6 +56,9 @@ BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::Pl
       gyro_phase_(options.gyro_phase),
       late_step_(chip_.timeline.add([this] { step(stepped_at_ + kPwmPeriod); })) {
   tracker_.place(options.joint_angle_rad);
+  if (options.holding_brakes) {
+    tracker_.fit_holding_brakes();
+  }
   chip_.spi1.connect(&encoder_[kAzimuth]);
   chip_.spi3.connect(&encoder_[kPitch]);
   chip_.adc1.measures([this](unsigned channel) { return adc_counts(1, channel); });
@@ -100,6 +103,7 @@ void BoardMachine::step(Instant at) {
   chip_.timeline.set(late_step_, stepped_at_ + kPwmPeriod + kPwmPeriod / 4);
   for (std::size_t i = 0; i < sim::kAxes; ++i) {
     duty_[i] = take_duty(static_cast<int>(i));
+    tracker_.power_brake(static_cast<int>(i), is_bridge_on(static_cast<int>(i)));
   }
   tracker_.step_pwm(duty_);
   for (std::size_t i = 0; i < sim::kAxes; ++i) {

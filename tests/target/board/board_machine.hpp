@@ -27,6 +27,8 @@ class BoardMachine {
     std::array<double, sim::kAxes> joint_angle_rad{};
     // PWM periods after a tick of the plant at which the gyros take their rate; 0.39 ms later it has arrived.
     int gyro_phase = 11;
+    bool holding_brakes =
+        false;  // of the plant file, if it has some; their coils are on the gate drivers' enable lines
   };
 
   // Switches the power on. `bus` must outlive the machine.

@@ -35,6 +35,7 @@ BORROWED = (
     "0x607D:1", "0x607D:2", "0x6084", "0x60A4:1", "0x60C2:1", "0x6060", "0x6860", "0x6081",
 )  # fmt: skip
 TRAVEL = ("--travel-deg", "-100", "100")
+NO_POSITION_LIMITS = tuple(f"azimuth.software_position_limit.{end}_position_limit=0" for end in ("min", "max"))
 GAINS = ("0x2000:1", "0x2000:2")
 TRUE = {"coulomb": 6.0, "stribeck_speed_positive": 5.2e-3, "stiffness": 30000.0, "inertia": 6.0}
 
@@ -217,7 +218,7 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Be
     "words, told",
     [
         (("--travel-deg", "50", "-50"), "lower one first"),
-        (("--travel-deg", "-50", "290"), "2060:10"),
+        (("--travel-deg", "-50", "290"), "607D:2"),
         (("--travel-deg", "-50", "nan"), "lower one first"),
         ((*TRAVEL, "--speed-deg-s", "0"), "--speed-deg-s"),
         ((*TRAVEL, "--identify-program", "nowhere"), "nowhere"),
@@ -359,7 +360,9 @@ def test_tune_refuses_what_is_not_of_this_axis_or_would_leave_the_travel(
 ) -> None:
     result = a_result() | {"machine": {"axis": "azimuth"}}
     (tunable.folder / "found/result.json").write_text(json.dumps(result))
+    tunable.json("set", *NO_POSITION_LIMITS)
     refused = tunable.here("tune", *words, "--from", "found", "--yes")
+    tunable.json("undo")
     assert refused.code == 2 and told in refused.err and refused.err.count("\n") == 1, refused
 
 

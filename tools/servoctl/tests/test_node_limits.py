@@ -109,7 +109,7 @@ def test_identify_and_tune_stay_within_the_hard_limits(servo: Bench, still: floa
 
 
 def test_without_any_limit_of_the_travel_identify_asks_for_one(servo: Bench, still: float) -> None:
-    with limited(servo, f"{HARD}_minimum_position=0", f"{HARD}_maximum_position=0"):
+    with limited(servo, *hard(0, 0), *software(0, 0)):
         refused = servo.here("identify", "--axis", "azimuth", "--dry-run")
         assert refused.code == 2 and "2060:10" in refused.err and "--travel-deg -150 150" in refused.err, refused
         assert servo.here("identify", "--axis", "azimuth", "--travel-deg", str(still - 20), str(still + 20), "--dry-run").code == 0

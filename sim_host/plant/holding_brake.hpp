@@ -1,0 +1,43 @@
+// Spring-applied holding brake on a joint: springs close it, a coil that has current opens it.
+//
+// Closed, it is dry friction of up to its torque on top of the seal's: it holds the joint where it is while all other
+// torques ask for less, and slips beyond (Joint::brake). It closes and opens some time after the coil's current went or
+// came, at once and completely; that a real one creeps by its backlash is left out. The firmware knows nothing of it:
+// the coil hangs on the enable line of the axis' bridge.
+//
+// Use: power() whenever the coil's current changes, advance() once per PWM period, then torque_nm().
+#ifndef TRACKSERVO_SIM_PLANT_HOLDING_BRAKE_HPP
+#define TRACKSERVO_SIM_PLANT_HOLDING_BRAKE_HPP
+
+#include "config/plant_config.hpp"
+
+namespace trackservo::sim {
+
+class HoldingBrake {
+ public:
+  // Without current, closed. dt_s: the PWM period [s].
+  HoldingBrake(const HoldingBrakeConfig& config, double dt_s) : config_(config), dt_s_(dt_s) {}
+
+  void power(bool on) {
+    left_s_ = on == powered_ ? left_s_ : (on ? config_.release_s : config_.engage_s);
+    powered_ = on;
+  }
+
+  void advance() {
+    left_s_ -= dt_s_;
+    closed_ = left_s_ > 0.0 ? closed_ : !powered_;
+  }
+
+  double torque_nm() const { return closed_ ? config_.torque_nm : 0.0; }
+
+ private:
+  HoldingBrakeConfig config_;
+  double dt_s_;
+  double left_s_ = 0;  // until the springs or the coil have their way
+  bool powered_ = false;
+  bool closed_ = true;
+};
+
+}  // namespace trackservo::sim
+
+#endif
