@@ -28,28 +28,77 @@ static void enter(canopen_node *node, nmt_state state) {
   }
 }
 
-static void reset(canopen_node *node, bool whole_node) {
-  const uint32_t serial_number = node->objects.serial_number;
+/* --- Reset: at once what cannot wait, then one piece a ms -------------------------------------------------------- */
+
+/* The steps before the application's; the last of them is followed by the application's first. */
+enum { STEP_COMMUNICATION, STEP_DEVICE, STEP_SERVICES, STEP_APPLICATION };
+
+/* Far more than any application needs, so that canopen_node_init ends. */
+enum { RESET_STEPS_MAX = 64 };
+
+static void begin_reset(canopen_node *node, bool whole_node) {
+  node->reset = (canopen_reset){.pending = true, .whole_node = whole_node, .step = STEP_COMMUNICATION};
   sdo_server_reset(&node->sdo);
-  od_restore_defaults(&node->parts[PART_COMMUNICATION], node->config.node_id);
+  if (node->config.events.reset_begins != NULL) {
+    node->config.events.reset_begins(node->config.context, whole_node);
+  }
+  enter(node, NMT_INITIALISING);
+}
+
+static void restore_device(canopen_node *node) {
+  const uint32_t serial_number = node->objects.serial_number;
   od_restore_defaults(&node->parts[PART_DEVICE], node->config.node_id);
   node->objects.serial_number = serial_number;
+}
+
+static void reset_services(canopen_node *node) {
   emergency_reset(&node->emergency, &node->objects.emergency);
   node->sync_wrong_length = false;
   heartbeat_producer_sent(&node->producer);
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     heartbeat_consumer_reset(&node->consumers[i]);
   }
-  if (node->config.events.reset != NULL) {
-    node->config.events.reset(node->config.context, whole_node);
-  }
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+}
+
+/* After the application, which may have put other values into the objects: a PDO a step, then who listens. */
+static void configure(canopen_node *node, uint32_t n) {
+  if (n < PDO_COUNT) {
     node_objects_configure_rpdo(node, n);
     node_objects_configure_tpdo(node, n);
+    return;
   }
   node_objects_configure_sync(node);
   node->listeners.sdo_request = node->objects.sdo_request_cob_id & COB_ID_IDENTIFIER;
-  enter(node, NMT_INITIALISING);
+  node->reset.pending = false;
+}
+
+static bool application_is_reset(canopen_node *node, uint32_t step) {
+  return node->config.events.reset == NULL ||
+         node->config.events.reset(node->config.context, node->reset.whole_node, step);
+}
+
+static void step_reset(canopen_node *node) {
+  canopen_reset *reset = &node->reset;
+  const uint32_t step = reset->step++;
+  switch (step) {
+    case STEP_COMMUNICATION:
+      od_restore_defaults(&node->parts[PART_COMMUNICATION], node->config.node_id);
+      break;
+    case STEP_DEVICE:
+      restore_device(node);
+      break;
+    case STEP_SERVICES:
+      reset_services(node);
+      break;
+    default:
+      if (reset->configured > 0) {
+        configure(node, reset->configured - 1);
+        reset->configured++;
+      } else if (application_is_reset(node, step - STEP_APPLICATION)) {
+        reset->configured = 1;
+      }
+      break;
+  }
 }
 
 static od_part own_part(canopen_node *node, const od_table *table) {
@@ -78,8 +127,11 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   node->overrun_quiet_ms = 0;
   node->producer = (heartbeat_producer){.elapsed_ms = 0};
   sdo_server_init(&node->sdo, &node->dictionary);
-  reset(node, true);
-  return true;
+  begin_reset(node, true);
+  for (uint32_t i = 0; i < RESET_STEPS_MAX && node->reset.pending; i++) {
+    step_reset(node);
+  }
+  return !node->reset.pending;
 }
 
 static bool is_heartbeat(const can_frame *frame) {
@@ -191,7 +243,7 @@ static void receive_nmt(canopen_node *node, const can_frame *frame) {
   nmt_state wanted = node->state;
   const nmt_request request = nmt_receive(&wanted, node->config.node_id, frame);
   if (request != NMT_NOTHING) {
-    reset(node, request == NMT_RESET_NODE);
+    begin_reset(node, request == NMT_RESET_NODE);
   } else if (wanted != node->state) {
     enter(node, wanted);
   }
@@ -364,6 +416,11 @@ static void tick_pdos(canopen_node *node) {
 }
 
 void canopen_node_serve(canopen_node *node) {
+  if (node->reset.pending) {
+    canopen_node_answer(node); /* nobody is heard, so that the queues do not run over */
+    step_reset(node);
+    return;
+  }
   if (nmt_allows_pdo(node->state)) {
     tick_pdos(node);
   }

@@ -7,7 +7,8 @@
  *     services: SDO, heartbeat         `canopen_node_serve`, when the tick has done what is urgent
  *
  * The latter also sends TPDOs, with what the tick made, EMCY and heartbeat, and keeps the times. So an SDO request
- * takes no time from the tick. Both run in one thread, never one within the other. */
+ * takes no time from the tick. A reset by NMT takes some 20 calls of it: each does one piece, and the boot-up message
+ * comes after the last. Both run in one thread, never one within the other. */
 #ifndef TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 #define TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 
@@ -27,9 +28,12 @@ enum {
 /* What the application wants to know; each may be NULL. None is called from the interrupt. */
 typedef struct {
   void (*state_changed)(void *context, nmt_state state);
-  /* After the communication objects have their defaults again: the place to put stored values over them, with
-   * od_put. `whole_node`: the application resets itself, too. Called by canopen_node_init as well. */
-  void (*reset)(void *context, bool whole_node);
+  /* NMT asked for a reset: what cannot wait, such as to take torque away. `whole_node`: of the application, too. */
+  void (*reset_begins)(void *context, bool whole_node);
+  /* Once the communication objects have their defaults again: the place to put stored values over them, with od_put.
+   * Called once a ms with `step` 0, 1, 2 ... until it answers true, so that no ms has too much to do; without a pause
+   * by canopen_node_init. */
+  bool (*reset)(void *context, bool whole_node, uint32_t step);
   void (*heartbeat_lost)(void *context, uint8_t node_id);
   void (*rpdo_late)(void *context, uint32_t n);
 } canopen_events;
@@ -56,6 +60,14 @@ typedef struct {
   uint32_t rpdo[PDO_COUNT];
 } canopen_listeners;
 
+/* A reset under way, while the state is NMT_INITIALISING. */
+typedef struct {
+  bool pending;
+  bool whole_node;
+  uint32_t step;       /* the next one */
+  uint32_t configured; /* 0: the application is not done yet; else 1 + the PDO to be configured next */
+} canopen_reset;
+
 typedef struct {
   canopen_config config;
   communication_objects objects;
@@ -63,6 +75,7 @@ typedef struct {
   od_groups groups;
   object_dictionary dictionary;
   nmt_state state;
+  canopen_reset reset;
   canopen_listeners listeners;
   can_queue process_data;
   can_queue services;

@@ -119,26 +119,6 @@ static void take_stored(servo_node *node, int i) {
   axis->watch.limits = node->storage.stored.protection[i];
 }
 
-/* The axis as after the start, with what is stored. */
-static void reset_axis(servo_node *node, int i) {
-  servo_node_axis *axis = &node->axis[i];
-  take_stored(node, i);
-  experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
-  axis_watch_reset(&axis->watch);
-  drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
-}
-
-/* Every part that has commands goes back to its defaults; gains come from what is stored. */
-static void restore_parts(servo_node *node) {
-  for (uint32_t i = 0; i < node->canopen.dictionary.count; ++i) {
-    const od_part *part = &node->canopen.dictionary.parts[i];
-    if (part->hooks == &drive_hooks || part->hooks == &experiment_objects_hooks ||
-        part->hooks == &scope_objects_hooks || part->hooks == &fault_objects_hooks) {
-      od_restore_defaults(part, node->canopen.config.node_id);
-    }
-  }
-}
-
 /* The first reset, in which all objects have their defaults: these are what 0x1011 gives back. */
 static void start_storage(servo_node *node) {
   node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
@@ -148,32 +128,69 @@ static void start_storage(servo_node *node) {
   }
 }
 
+/* --- reset: off at once, then one piece a ms --------------------------------------------------------------------- */
+
+/* Without torque, and nothing under way; the drive stays "not ready" until the reset is over. */
+static void switch_off(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
+  axis_watch_reset(&axis->watch);
+  drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
+}
+
 /* A reset of the communication forgets what the axes were supervised by: like an NMT stop, it stops those that turn. */
-static void reset_started(servo_node *node, bool whole_node) {
+static void reset_begins(void *context, bool whole_node) {
+  servo_node *node = context;
+  if (!node->started) {
+    return;
+  }
   if (!whole_node && any_axis_is_powered(node)) {
     node->bus_faults |= fault_bit(FAULT_NODE_STOPPED);
   }
   if (whole_node) {
-    restore_parts(node);
     access_lock_take(&node->lock, 0);
   }
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    node->axis[i].news = (fault_news){0}; /* the bus knows nothing any more: a fault that lasts is told again */
-    if (whole_node) {
-      reset_axis(node, i);
-    }
+  for (int i = 0; i < SERVO_AXES && whole_node; ++i) {
+    switch_off(node, i);
   }
 }
 
-static void reset(void *context, bool whole_node) {
-  servo_node *node = context;
-  if (node->started) {
-    reset_started(node, whole_node);
-  } else {
-    start_storage(node);
+/* Every part that has commands goes back to its defaults; gains come from what is stored. */
+static void restore_part(servo_node *node, const od_part *part) {
+  if (part->hooks == &drive_hooks || part->hooks == &experiment_objects_hooks || part->hooks == &scope_objects_hooks ||
+      part->hooks == &fault_objects_hooks) {
+    od_restore_defaults(part, node->canopen.config.node_id);
   }
-  kept_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
+}
+
+static void reset_application(servo_node *node, uint32_t step) {
+  const uint32_t part_count = node->canopen.dictionary.count;
+  if (step < part_count) {
+    restore_part(node, &node->canopen.dictionary.parts[step]);
+  } else {
+    take_stored(node, (int)(step - part_count));
+  }
+}
+
+static bool reset(void *context, bool whole_node, uint32_t step) {
+  servo_node *node = context;
+  const uint32_t application_steps = whole_node && node->started ? node->canopen.dictionary.count + SERVO_AXES : 0;
+  if (step < application_steps) {
+    reset_application(node, step);
+    return false;
+  }
+  if (step == application_steps) {
+    if (!node->started) {
+      start_storage(node);
+    }
+    kept_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
+    return false;
+  }
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    node->axis[i].news = (fault_news){0}; /* the bus knows nothing any more: a fault that lasts is told again */
+  }
   tell_stored(node);
+  return true;
 }
 
 static void heartbeat_lost(void *context, uint8_t node_id) {
@@ -293,7 +310,8 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
       .services = node->services,
       .queue_capacity = SERVO_NODE_QUEUE,
       .storage = {.save = save, .restore = restore, .context = node},
-      .events = {.reset = reset,
+      .events = {.reset_begins = reset_begins,
+                 .reset = reset,
                  .heartbeat_lost = heartbeat_lost,
                  .rpdo_late = rpdo_late,
                  .state_changed = state_changed},
@@ -326,7 +344,7 @@ static void gather_inputs(servo_node *node, int i, float bus_voltage_v) {
   servo_node_axis *axis = &node->axis[i];
   drive_axis_inputs *inputs = &axis->inputs;
   const hal_health health = hal_axis_health(node->board.machine, i);
-  inputs->ready = health != HAL_NOT_READY;
+  inputs->ready = health != HAL_NOT_READY && !node->canopen.reset.pending;
   inputs->voltage_present = bus_voltage_v >= axis->watch.limits.under_voltage_v;
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;

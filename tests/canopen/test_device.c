@@ -171,9 +171,11 @@ static od_abort restore(void *context, uint8_t group) {
   return OD_OK;
 }
 
-static void on_reset(void *context, bool whole_node) {
+/* In two pieces, of which the second is the last. */
+static bool on_reset(void *context, bool whole_node, uint32_t step) {
   test_device *device = context;
-  device->resets += whole_node ? 0x10000u : 1u;
+  device->resets += step > 0 ? 0 : whole_node ? 0x10000u : 1u;
+  return step == 1;
 }
 
 static void on_heartbeat_lost(void *context, uint8_t node_id) {

@@ -4,31 +4,25 @@ import pytest
 
 from readme_blocks import Kind, ReadmeError, blocks_of
 
-
-
 def test_every_sh_block_is_found_and_no_other():
     text = "# T\n## One\n```sh\n./a\n```\n```text\nno command\n```\n## Two\n```sh\n./b --c \\\n  d\n# a comment\n./e\n```\n"
     first, second = blocks_of(text)
     assert (first.headline, first.commands, first.line) == ("One", ("./a",), 4)
     assert (second.headline, second.commands) == ("Two", ("./b --c \\\n  d", "./e"))
 
-
 def test_a_background_block_names_what_it_prints_when_ready():
     (block,) = blocks_of("<!-- run: background, ready: ready -->\n```sh\n./serve\n```\n")
     assert (block.kind, block.detail, block.to_run) == (Kind.BACKGROUND, "ready", ("./serve",))
 
-
 def test_hardware_names_what_is_run_on_the_emulated_board():
     (block,) = blocks_of("<!-- run: hardware, on the emulated board: ./emulate -->\n```sh\n./flash\n```\n")
     assert (block.kind, block.to_run) == (Kind.HARDWARE, ("./emulate",))
-
 
 def test_only_the_test_itself_is_run_otherwise_than_printed():
     (block,) = blocks_of("<!-- run: instead: ./tools/test format -->\n```sh\n./tools/test\n```\n")
     assert block.to_run == ("./tools/test format",)
     with pytest.raises(ReadmeError, match="only ./tools/test"):
         blocks_of("<!-- run: instead: true -->\n```sh\n./tools/demo\n```\n")
-
 
 @pytest.mark.parametrize(
     "text",

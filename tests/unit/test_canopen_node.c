@@ -5,6 +5,8 @@ void tearDown(void) {}
 
 #define NODE (&bench.device.node)
 
+enum { RESET_MS = 20 };
+
 static void test_node_boots_with_one_message_and_is_pre_operational(void) {
   const can_sender sender = {bench_send, NULL};
   bench.sent = 0;
@@ -56,13 +58,16 @@ static void test_reset_communication_brings_the_defaults_and_a_boot_up(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F00, 5, 77, 1));
   bench.sent = 0;
   bench_nmt(130, BENCH_NODE);
-  bench_wait_ms(1);
-  TEST_ASSERT_EQUAL(0, bench_last(0x705)->data[0]);
+  TEST_ASSERT_EQUAL(NMT_INITIALISING, NODE->state);
+  TEST_ASSERT_EQUAL(0, bench.sent);
+  bench_wait_ms(RESET_MS);
+  TEST_ASSERT_EQUAL(0, bench.log[0].data[0]);
   TEST_ASSERT_EQUAL(0, NODE->objects.emergency.inhibit_100us);
   TEST_ASSERT_EQUAL(4711, NODE->objects.serial_number);
   TEST_ASSERT_EQUAL(77, bench.device.values.u8);
   TEST_ASSERT_EQUAL_HEX32(0x10001, bench.device.resets);
   bench_nmt(129, BENCH_NODE);
+  bench_wait_ms(RESET_MS);
   TEST_ASSERT_EQUAL_HEX32(0x20001, bench.device.resets);
 }
 

@@ -1,0 +1,93 @@
+"""Identity, emergency, storage (1000h to 1018h) and the drives' own objects."""
+
+import pytest
+
+from conftest import NODE_ID
+
+EMERGENCY = 0x80 + NODE_ID
+
+
+def test_1000_says_several_devices(master):
+    """Two drives in one node: FFFF in the upper half, each drive's own type at 67FFh and 6FFFh (CiA 301, 7.5.2.1)."""
+    assert master.number(0x1000) == 0xFFFF0192
+
+
+@pytest.mark.parametrize("index", [0x67FF, 0x6FFF], ids=["67FF", "6FFF"])
+def test_device_type_of_each_drive(master, index):
+    assert master.number(index) & 0xFFFF == 0x0192
+
+
+def test_1001_is_0_without_an_error(master):
+    assert master.number(0x1001) == 0
+
+
+def test_1003_keeps_the_newest_error_first_and_forgets_on_0(master):
+    master.write(0x1003, 0, 0, 1)
+    master.write(0x1016, 1, 5 << 16 | 50, 4)
+    master.send(0x705, 5)
+    master.wait_for(EMERGENCY, 3)
+    assert master.number(0x1003, 0) == 3 and master.number(0x1003, 1) & 0xFFFF == 0x8130
+    master.write(0x1003, 0, 0, 1)
+    assert master.number(0x1003, 0) == 0 and master.sdo_abort(0x1003, 1) == 0x08000024
+
+
+def test_1014_moves_the_emergencies(master):
+    master.write(0x1014, 0, 0x80000000 | EMERGENCY, 4)
+    master.write(0x1014, 0, 0x0A7, 4)
+    master.write(0x1016, 1, 5 << 16 | 50, 4)
+    master.send(0x705, 5)
+    master.wait_for(0x0A7)
+    assert master.heard(EMERGENCY) == []
+
+
+def test_1014_refuses_to_move_while_it_is_on(master):
+    assert master.sdo_abort(0x1014, 0, (0x0A7).to_bytes(4, "little")) == 0x08000022
+
+
+def test_1018_has_four_numbers_and_a_product(master):
+    assert master.number(0x1018, 0) == 4 and master.number(0x1018, 2) != 0
+
+
+def test_1010_stores_and_1011_restores_after_a_reset(master):
+    master.write(0x6081, 0, 111111, 4)
+    master.node.sdo.download(0x1010, 1, b"save")
+    master.reset()
+    assert master.number(0x6081) == 111111
+    master.node.sdo.download(0x1011, 1, b"load")
+    assert master.number(0x6081) == 111111
+    master.reset()
+    assert master.number(0x6081) != 111111
+
+
+def test_1010_of_the_application_leaves_the_communication_alone(master):
+    master.write(0x6081, 0, 122222, 4)
+    master.write(0x1015, 0, 55, 2)
+    master.node.sdo.download(0x1010, 3, b"save")
+    master.reset()
+    stored = (master.number(0x6081), master.number(0x1015))
+    master.node.sdo.download(0x1011, 1, b"load")
+    master.reset()
+    assert stored == (122222, 0)
+
+
+@pytest.mark.parametrize("sub", [1, 2, 3])
+def test_1010_and_1011_say_that_they_act_on_command(master, sub):
+    assert master.number(0x1010, sub) == 1 and master.number(0x1011, sub) == 1
+
+
+def test_1200_names_the_default_channel(master):
+    assert (master.number(0x1200, 1), master.number(0x1200, 2)) == (0x600 + NODE_ID, 0x580 + NODE_ID)
+
+
+@pytest.mark.parametrize("shift", [0, 0x800], ids=["azimuth", "pitch"])
+@pytest.mark.parametrize("index, value", [(0x6502, 0x385), (0x60A8, 0xF9100000), (0x60A9, 0xFA100300)], ids=["6502", "60A8", "60A9"])
+def test_constant_object_of_a_drive(master, shift, index, value):
+    assert master.number(index + shift) == value
+
+
+@pytest.mark.parametrize("shift", [0, 0x800], ids=["azimuth", "pitch"])
+def test_6086_names_a_ramp_that_is_there_and_refuses_others(master, shift):
+    kind = master.number(0x6086 + shift)
+    master.write(0x6086 + shift, 0, kind, 2)
+    assert master.sdo_abort(0x6086 + shift, 0, (0x7FFF).to_bytes(2, "little")) in (0x06090030, 0x06090031)
+    assert master.number(0x6086 + shift) == kind
