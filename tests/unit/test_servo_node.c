@@ -364,7 +364,7 @@ static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void
   SET(0x607D, 1, (uint32_t)-5000);
   SET(0x607D, 2, 5000);
   nmt(0x81); /* resets the node */
-  wait_ms(2);
+  wait_ms(RESET_MS);
   TEST_ASSERT_EQUAL_INT32(-10000000 + 174533, software_limit(0, 1));
   TEST_ASSERT_EQUAL_INT32(20000000 - 174533, software_limit(0, 2));
   limits[0].minimum_rad = 1.95f; /* less than 4 degrees are left */
