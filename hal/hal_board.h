@@ -44,9 +44,8 @@ enum {
 
 typedef enum { HAL_CAN_GOOD = 0, HAL_CAN_ERROR_PASSIVE, HAL_CAN_BUS_OFF } hal_can_state;
 
-/* Clock, pins and peripherals; the bridges are off. node_id (1 .. 127) is for the CAN controller's filters. Does not
- * return without a clock: the LED blinks then. */
-hal *hal_board_start(uint8_t node_id);
+/* Clock, pins and peripherals; the bridges are off. Does not return without a clock: the LED blinks then. */
+hal *hal_board_start(void);
 
 hal_reset hal_board_reset(const hal *machine);
 

@@ -57,7 +57,7 @@ void main_tick(void) {
     app->axis[i].current.limited = atomic_load_explicit(&self.stage[i].limited, memory_order_relaxed);
     app->axis[i].current.voltage_v = atomic_load_explicit(&self.stage[i].voltage_v, memory_order_relaxed);
   }
-  servo_node_tick(&self.node);
+  servo_node_tick_taken(&self.node); /* main_before_tick ran in this period */
   for (int i = 0; i < SERVO_AXES; ++i) {
     const servo_current_command command = servo_axis_current_command(&app->axis[i], &app->params.axis[i]);
     current_stage_hand_over(&self.stage[i], &command);
@@ -92,7 +92,7 @@ static void tell_how_it_started(uint32_t failed_tests) {
 }
 
 int main(void) {
-  self.machine = hal_board_start(NODE_ID);
+  self.machine = hal_board_start();
   const uint32_t failed_tests = hal_board_self_test(self.machine);
   for (int i = 0; i < SERVO_AXES; ++i) {
     current_stage_reset(&self.stage[i]);

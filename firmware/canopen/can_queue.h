@@ -7,23 +7,14 @@
 #define TRACKSERVO_CANOPEN_CAN_QUEUE_H
 
 #include "canopen/can_frame.h"
-
-#ifdef __cplusplus
-extern "C++" {
-#include <atomic>
-}
-typedef std::atomic<uint32_t> can_queue_counter; /* the same representation as C's; C++17 has no stdatomic.h */
-#else
-#include <stdatomic.h>
-typedef _Atomic uint32_t can_queue_counter;
-#endif
+#include "canopen/shared_word.h"
 
 typedef struct {
   can_frame *frames;
   uint32_t capacity;
-  can_queue_counter pushed;   /* written by the producer only */
-  can_queue_counter popped;   /* written by the consumer only */
-  can_queue_counter overruns; /* frames dropped since the start, written by the producer only */
+  shared_word pushed;   /* written by the producer only */
+  shared_word popped;   /* written by the consumer only */
+  shared_word overruns; /* frames dropped since the start, written by the producer only */
 } can_queue;
 
 /* Uses `frames` (owned by the caller) as the ring. `capacity` is a power of two up to 2^31; anything else is refused

@@ -69,6 +69,7 @@ static void configure(canopen_node *node, uint32_t n) {
   }
   node_objects_configure_sync(node);
   node->listeners.sdo_request = node->objects.sdo_request_cob_id & COB_ID_IDENTIFIER;
+  node_objects_listen(node);
   node->reset.pending = false;
 }
 
@@ -138,7 +139,16 @@ static bool is_heartbeat(const can_frame *frame) {
   return frame->id > HEARTBEAT_COB_ID && frame->id <= HEARTBEAT_COB_ID + 127;
 }
 
+static bool is_heard(const canopen_node *node, const can_frame *frame) {
+  const uint32_t word = frame->id / 32u;
+  return frame->flags == 0 && frame->length <= CAN_FRAME_BYTES && word < CANOPEN_HEARD_WORDS &&
+         (atomic_load_explicit(&node->heard[word], memory_order_relaxed) >> frame->id % 32u & 1u) != 0;
+}
+
 bool canopen_node_receive(canopen_node *node, const can_frame *frame) {
+  if (!is_heard(node, frame)) {
+    return true;
+  }
   const bool waits = frame->id == node->listeners.sdo_request || is_heartbeat(frame);
   return can_queue_push(waits ? &node->services : &node->process_data, frame);
 }
@@ -310,14 +320,10 @@ static void receive_process_data(canopen_node *node, const can_frame *frame) {
 
 /* --- Queues ------------------------------------------------------------------------------------------------------- */
 
-static bool is_heard(const canopen_node *node, const can_frame *frame) {
-  return frame->flags == 0 && frame->length <= CAN_FRAME_BYTES && node->state != NMT_INITIALISING;
-}
-
 void canopen_node_take(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->process_data);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
-    if (is_heard(node, frame)) {
+    if (node->state != NMT_INITIALISING) {
       receive_process_data(node, frame);
     }
     can_queue_drop(&node->process_data);
@@ -328,7 +334,7 @@ void canopen_node_take(canopen_node *node) {
 static void take_services(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->services);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
-    if (is_heard(node, frame)) {
+    if (node->state != NMT_INITIALISING) {
       receive_service(node, frame);
     }
     can_queue_drop(&node->services);

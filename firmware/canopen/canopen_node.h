@@ -68,6 +68,9 @@ typedef struct {
   uint32_t configured; /* 0: the application is not done yet; else 1 + the PDO to be configured next */
 } canopen_reset;
 
+/* The same, and heartbeats, for the receive interrupt: a bit for each identifier. */
+enum { CANOPEN_HEARD_WORDS = 0x800 / 32 };
+
 typedef struct {
   canopen_config config;
   communication_objects objects;
@@ -91,13 +94,15 @@ typedef struct {
   uint32_t sync_count;
   uint32_t overruns_told;
   uint16_t overrun_quiet_ms;
+  shared_word heard[CANOPEN_HEARD_WORDS];
 } canopen_node;
 
 /* False on a bad node id, too many parts or a bad queue; the node must not be used then. It must not move in memory
  * afterwards. The boot-up message leaves with the first tick that finds room for it. */
 bool canopen_node_init(canopen_node *node, const canopen_config *config);
 
-/* From the receive interrupt, or any one other thread. False: its queue was full, the frame is lost and counted. */
+/* From the receive interrupt, or any one other thread. A frame that nobody listens to is dropped here, so that a bus
+ * full of other nodes' frames fills no queue. False: the queue was full, the frame is lost and counted. */
 bool canopen_node_receive(canopen_node *node, const can_frame *frame);
 
 /* Every 1 ms, with bounded work: at most CANOPEN_FRAMES_PER_CALL frames in. Obeys NMT, gives RPDOs to the objects. */

@@ -23,11 +23,22 @@ static pdo_range range_of(uint16_t index) {
   }
 }
 
+static bool same_identifier(uint32_t one, uint32_t other) { return ((one ^ other) & COB_ID_IDENTIFIER) == 0; }
+
+/* One identifier is heard as one thing: as SYNC or as an RPDO. */
+static od_abort accept_rpdo(const communication_objects *objects, uint8_t n, uint8_t sub, od_number value) {
+  const uint8_t sub_of_cob_id = 1;
+  const uint32_t cob_id = (uint32_t)value.i;
+  const od_abort answer = pdo_accept_communication(&objects->rpdo[n], sub, value);
+  const bool taken = sub == sub_of_cob_id && cob_id_is_valid(cob_id) && same_identifier(cob_id, objects->sync.cob_id);
+  return answer == OD_OK && taken ? OD_INCOMPATIBLE : answer;
+}
+
 static od_abort accept_pdo(const canopen_node *node, pdo_range range, uint8_t n, uint8_t sub, od_number value) {
   const communication_objects *objects = &node->objects;
   switch (range) {
     case RPDO_COMMUNICATION:
-      return pdo_accept_communication(&objects->rpdo[n], sub, value);
+      return accept_rpdo(objects, n, sub, value);
     case TPDO_COMMUNICATION:
       return pdo_accept_communication(&objects->tpdo[n], sub, value);
     case RPDO_MAPPING:
@@ -55,8 +66,16 @@ static od_abort accept_consumer(const communication_objects *objects, uint8_t su
 }
 
 /* Bit 30 of 0x1005 asks to produce SYNC, which this node does not do. */
-static od_abort accept_sync_cob_id(uint32_t value) {
-  return (value & 0xC0000000u) == 0 && cob_id_is_allowed(value) ? OD_OK : OD_BAD_VALUE;
+static od_abort accept_sync_cob_id(const communication_objects *objects, uint32_t value) {
+  if ((value & (COB_ID_INVALID | COB_ID_NO_REMOTE)) != 0 || !cob_id_is_allowed(value)) {
+    return OD_BAD_VALUE;
+  }
+  bool taken = false;
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    const uint32_t cob_id = objects->rpdo[n].cob_id;
+    taken = taken || (cob_id_is_valid(cob_id) && same_identifier(cob_id, value));
+  }
+  return taken ? OD_INCOMPATIBLE : OD_OK;
 }
 
 static od_abort accept_emergency_cob_id(uint32_t now, uint32_t value) {
@@ -84,7 +103,7 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
     case 0x1003:
       return value.i == 0 ? OD_OK : OD_BAD_VALUE;
     case 0x1005:
-      return accept_sync_cob_id((uint32_t)value.i);
+      return accept_sync_cob_id(objects, (uint32_t)value.i);
     case 0x1010:
     case 0x1011: /* no PDO reaches these, so here the question is the deed: the store may answer "pending" or fail */
       return storage_command(&node->config.storage, index == 0x1010, sub, (uint32_t)value.i);
@@ -110,7 +129,7 @@ static bool pdo_is_good(const object_dictionary *dictionary, pdo_direction direc
 }
 
 bool node_objects_are_good(const object_dictionary *dictionary, const communication_objects *objects) {
-  bool good = accept_sync_cob_id(objects->sync.cob_id) == OD_OK &&
+  bool good = accept_sync_cob_id(objects, objects->sync.cob_id) == OD_OK &&
               accept_emergency_cob_id(COB_ID_INVALID, objects->emergency.cob_id) == OD_OK &&
               accept_sync_overflow(0, (od_number){.i = objects->sync.overflow}) == OD_OK;
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
@@ -151,6 +170,30 @@ void node_objects_configure_sync(canopen_node *node) {
   sync_reset(&node->sync);
 }
 
+static void add(uint32_t *heard, uint32_t identifier) {
+  if (identifier <= COB_ID_IDENTIFIER) {
+    heard[identifier / 32u] |= 1u << identifier % 32u;
+  }
+}
+
+void node_objects_listen(canopen_node *node) {
+  uint32_t heard[CANOPEN_HEARD_WORDS] = {0};
+  add(heard, NMT_COB_ID);
+  add(heard, node->listeners.sync);
+  add(heard, node->listeners.sdo_request);
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    add(heard, node->listeners.rpdo[n]);
+  }
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    const uint32_t object = node->objects.heartbeat_consumer[i];
+    add(heard, heartbeat_consumer_active(object) ? (uint32_t)HEARTBEAT_COB_ID + heartbeat_consumer_node(object)
+                                                 : NO_IDENTIFIER);
+  }
+  for (uint32_t i = 0; i < CANOPEN_HEARD_WORDS; i++) { /* the interrupt reads one of them, so their order is free */
+    atomic_store_explicit(&node->heard[i], heard[i], memory_order_relaxed);
+  }
+}
+
 static void pdo_changed(canopen_node *node, pdo_range range, uint8_t n) {
   if (range == RPDO_COMMUNICATION || range == RPDO_MAPPING) {
     node_objects_configure_rpdo(node, n);
@@ -183,6 +226,7 @@ static void changed(void *owner, const od_object *object) {
       pdo_changed(node, range_of(index), (uint8_t)index);
       break;
   }
+  node_objects_listen(node);
 }
 
 static od_abort refresh(void *owner, const od_object *object) {

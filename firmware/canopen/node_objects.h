@@ -15,6 +15,9 @@ void node_objects_configure_rpdo(canopen_node *node, uint32_t n);
 void node_objects_configure_tpdo(canopen_node *node, uint32_t n);
 void node_objects_configure_sync(canopen_node *node);
 
+/* After any of these, and after a change of the heartbeats to be watched: tells the receive interrupt what to take. */
+void node_objects_listen(canopen_node *node);
+
 /* EMCY 8130 while a watched heartbeat is missing. */
 void node_objects_judge_heartbeats(canopen_node *node);
 

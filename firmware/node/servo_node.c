@@ -370,6 +370,10 @@ void servo_node_take(servo_node *node) { canopen_node_take(&node->canopen); }
 
 void servo_node_tick(servo_node *node) {
   servo_node_take(node);
+  servo_node_tick_taken(node);
+}
+
+void servo_node_tick_taken(servo_node *node) {
   servo_board_sample(&node->board);
   const float bus_voltage_v = hal_bus_voltage_v(node->board.machine);
   for (int i = 0; i < SERVO_AXES; ++i) {

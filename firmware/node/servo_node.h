@@ -98,8 +98,12 @@ void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool last
  */
 void servo_node_take(servo_node *node);
 
-/* Every 1 ms: from what was sampled to the current set-points of both axes. */
+/* Every 1 ms: takes process data, then goes from what was sampled to the current set-points of both axes. */
 void servo_node_tick(servo_node *node);
+
+/* The same where servo_node_take has just run: what comes after that counts in the next tick, and the cost of this one
+ * does not depend on the moment at which frames come. */
+void servo_node_tick_taken(servo_node *node);
 
 /* After each tick and before the next, never within one: sends, answers, records. What arrives by SDO counts from the
  * next tick on. */

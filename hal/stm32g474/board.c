@@ -222,7 +222,7 @@ static void blink_for_ever(void) {
 
 static void wait_for_flash(void *context) { hal_board_background(context); }
 
-hal *hal_board_start(uint8_t node_id) {
+hal *hal_board_start(void) {
   hal *machine = &board;
   clock_start_cycle_counter();
   machine->reset = reset_cause_take();
@@ -240,7 +240,7 @@ hal *hal_board_start(uint8_t node_id) {
   }
   encoder_start(machine->encoder);
   gyro_start(machine->gyro);
-  const bool can_good = can_start(node_id);
+  const bool can_good = can_start();
   const bool adc_good = current_sense_start();
   bridge_start();
   machine->image = image_check_begin();

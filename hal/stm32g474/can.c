@@ -1,5 +1,6 @@
 #include "can.h"
 
+#include "canopen/heard_frames.h"
 #include "clock.h"
 #include "registers/fdcan.h"
 
@@ -7,11 +8,6 @@
 enum { PRESCALER = 5, QUANTA_BEFORE_SAMPLE = 29, QUANTA_AFTER_SAMPLE = 4, JUMP_WIDTH_QUANTA = 4 };
 
 enum { MOST_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
-
-typedef struct {
-  uint32_t first;
-  uint32_t last;
-} id_range;
 
 static uint32_t bus_off_ticks;
 static volatile uint32_t lost_frames;
@@ -26,26 +22,16 @@ static bool wait_for_init(uint32_t wanted) {
   return true;
 }
 
-/* Returns how many. */
-static uint32_t write_filters(uint8_t node_id) {
-  const uint32_t sdo_request = 0x600u + node_id;
-  const id_range heard[] = {
-      {0x000, 0x000},             /* NMT */
-      {0x080, 0x080},             /* SYNC */
-      {0x180, 0x57F},             /* PDOs */
-      {sdo_request, sdo_request}, /* SDO */
-      {0x701, 0x77F},             /* heartbeats */
-  };
-  const uint32_t count = sizeof heard / sizeof heard[0];
-  for (uint32_t i = 0; i < count; ++i) {
-    FDCAN1_RAM->standard_filter[i] =
-        FIELD_VALUE(STANDARD_FILTER_SFT, FILTER_TYPE_RANGE) | FIELD_VALUE(STANDARD_FILTER_SFEC, FILTER_TO_FIFO_0) |
-        FIELD_VALUE(STANDARD_FILTER_ID1, heard[i].first) | FIELD_VALUE(STANDARD_FILTER_ID2, heard[i].last);
+static void write_filters(void) {
+  for (uint32_t i = 0; i < HEARD_RANGES; ++i) {
+    FDCAN1_RAM->standard_filter[i] = FIELD_VALUE(STANDARD_FILTER_SFT, FILTER_TYPE_RANGE) |
+                                     FIELD_VALUE(STANDARD_FILTER_SFEC, FILTER_TO_FIFO_0) |
+                                     FIELD_VALUE(STANDARD_FILTER_ID1, (uint32_t)heard_ranges[i].first) |
+                                     FIELD_VALUE(STANDARD_FILTER_ID2, (uint32_t)heard_ranges[i].last);
   }
-  return count;
 }
 
-bool can_start(uint8_t node_id) {
+bool can_start(void) {
   bus_off_ticks = 0;
   lost_frames = 0;
   FDCAN1->cccr |= FDCAN_CCCR_INIT;
@@ -56,8 +42,8 @@ bool can_start(uint8_t node_id) {
   FDCAN1->nbtp =
       FIELD_VALUE(FDCAN_NBTP_NBRP, PRESCALER - 1) | FIELD_VALUE(FDCAN_NBTP_NTSEG1, QUANTA_BEFORE_SAMPLE - 1) |
       FIELD_VALUE(FDCAN_NBTP_NTSEG2, QUANTA_AFTER_SAMPLE - 1) | FIELD_VALUE(FDCAN_NBTP_NSJW, JUMP_WIDTH_QUANTA - 1);
-  const uint32_t filters = write_filters(node_id);
-  FDCAN1->rxgfc = FIELD_VALUE(FDCAN_RXGFC_LSS, filters) | FDCAN_RXGFC_RRFE | FDCAN_RXGFC_RRFS |
+  write_filters();
+  FDCAN1->rxgfc = FIELD_VALUE(FDCAN_RXGFC_LSS, (uint32_t)HEARD_RANGES) | FDCAN_RXGFC_RRFE | FDCAN_RXGFC_RRFS |
                   FIELD_VALUE(FDCAN_RXGFC_ANFE, FDCAN_NON_MATCHING_REJECTED) |
                   FIELD_VALUE(FDCAN_RXGFC_ANFS, FDCAN_NON_MATCHING_REJECTED);
   FDCAN1->cccr &= ~FDCAN_CCCR_INIT;

@@ -1,7 +1,7 @@
 /* CAN: FDCAN1, classic frames, 1 Mbit/s, sample point 88 %.
  *
- * Received are the frames that a CANopen node may have to hear: NMT, SYNC, PDOs of anybody, SDO requests to this node
- * and heartbeats; the hardware drops the rest, extended and remote frames among them. */
+ * Received are the frames of canopen/heard_frames.h; the hardware drops the rest, extended and remote frames among
+ * them. */
 #ifndef TRACKSERVO_STM32G474_CAN_H
 #define TRACKSERVO_STM32G474_CAN_H
 
@@ -12,8 +12,8 @@
 
 typedef enum { CAN_GOOD = 0, CAN_ERROR_PASSIVE, CAN_BUS_OFF } can_state;
 
-/* node_id 1 .. 127. False: the controller does not answer. */
-bool can_start(uint8_t node_id);
+/* False: the controller does not answer. */
+bool can_start(void);
 
 void can_enable_interrupt(void);
 

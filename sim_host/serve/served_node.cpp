@@ -10,7 +10,7 @@ ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint
                        const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad)
     : bus_(bus),
       node_(std::make_unique<servo_node>()),
-      port_(bus.attach([this](const can_frame& frame) { servo_node_receive(node_.get(), &frame); })),
+      port_(bus.attach([this](const can_frame& frame) { receive(frame); })),
       machine_(plant, seed, joint_angle_rad) {
   const axis_parameters parameters[SERVO_AXES] = {node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)};
   const protection_limits limits[SERVO_AXES] = {node_limits(plant, kAzimuth), node_limits(plant, kPitch)};
@@ -24,6 +24,13 @@ ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint
     servo_node_tick(node_.get());
     servo_node_serve(node_.get());
   });
+}
+
+// As the board's CAN controller: what its filters drop, the node does not see.
+void ServedNode::receive(const can_frame& frame) {
+  if (heard_frame(&frame)) {
+    servo_node_receive(node_.get(), &frame);
+  }
 }
 
 ServedNode::~ServedNode() { bus_.detach(port_); }

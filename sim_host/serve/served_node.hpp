@@ -11,6 +11,7 @@
 #include "serve/server.hpp"
 
 extern "C" {
+#include "canopen/heard_frames.h"
 #include "node/servo_node.h"
 }
 
@@ -33,6 +34,7 @@ class ServedNode : public ServedDevice {
   Machine& machine() { return machine_; }
 
  private:
+  void receive(const can_frame& frame);
   static bool send(void *context, const can_frame *frame);
 
   VirtualBus& bus_;

@@ -16,6 +16,7 @@
 #include "bus/virtual_bus.hpp"
 
 extern "C" {
+#include "canopen/heard_frames.h"
 #include "canopen/test_device.h"
 }
 
@@ -54,7 +55,12 @@ int main(int argc, char **argv) {
   const int node_id = argc > 1 ? std::atoi(argv[1]) : 5;
   VirtualBus bus;
   static test_device device;
-  NodePort node{&bus, bus.attach([](const can_frame& frame) { canopen_node_receive(&device.node, &frame); }, 32)};
+  const auto receive = [](const can_frame& frame) {
+    if (heard_frame(&frame)) {
+      canopen_node_receive(&device.node, &frame);
+    }
+  };
+  NodePort node{&bus, bus.attach(receive, 32)};
   if (!test_device_init(&device, static_cast<std::uint8_t>(node_id), {send, &node})) {
     std::fprintf(stderr, "bad node id\n");
     return 2;

@@ -238,22 +238,36 @@ static void test_foreign_frames_change_nothing_and_get_no_answer(void) {
   TEST_ASSERT_EQUAL_MEMORY(&values, &bench.device.values, sizeof values);
 }
 
-static void test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats(void) {
-  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1017, 0, 10, 2));
-  bench.sent = 0;
+static void flood(uint32_t id) {
   const uint8_t bytes[8] = {1};
   for (uint32_t i = 0; i < 1000; i++) {
     for (uint32_t k = 0; k < 40; k++) { /* five times what the bus can bring */
-      bench_give(0x123, 8, bytes);
+      bench_give(id, 8, bytes);
     }
     const uint32_t before = can_queue_overruns(&NODE->process_data);
     bench_wait_ms(1);
     TEST_ASSERT_EQUAL(before, can_queue_overruns(&NODE->process_data));
   }
+}
+
+static void test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1017, 0, 10, 2));
+  bench.sent = 0;
+  flood(0x205);
   TEST_ASSERT_EQUAL(100, bench_count(0x705));
   TEST_ASSERT_EQUAL_HEX8(0x10, bench_last(0x85)->data[0]);
   TEST_ASSERT_EQUAL_HEX8(0x81, bench_last(0x85)->data[1]);
   bench_wait_ms(1100);
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
+}
+
+/* PDOs, SDO requests and heartbeats of others pass the controller's filters, but fill no queue. */
+static void test_a_flood_of_frames_for_others_loses_nothing(void) {
+  const uint32_t others[] = {0x081, 0x123, 0x204, 0x57F, 0x604, 0x6DF, 0x77F, 0x7E5};
+  for (uint32_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+    flood(others[i]);
+  }
+  TEST_ASSERT_EQUAL(0, can_queue_overruns(&NODE->process_data) + can_queue_overruns(&NODE->services));
   TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
 }
 
@@ -285,6 +299,7 @@ int main(void) {
   RUN_TEST(test_store_and_restore_want_their_signatures);
   RUN_TEST(test_foreign_frames_change_nothing_and_get_no_answer);
   RUN_TEST(test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats);
+  RUN_TEST(test_a_flood_of_frames_for_others_loses_nothing);
   RUN_TEST(test_bus_off_is_told_after_the_recovery);
   return UNITY_END();
 }

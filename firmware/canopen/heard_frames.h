@@ -1,0 +1,29 @@
+/* The frames that a node hears: one table for the board, the simulator and the objects.
+ *
+ * Standard: CiA 301 v4.2.0, clause 7.3.5 and table 40 (identifiers that no object may have), CiA 305 (LSS). The board's
+ * CAN controller has a filter for each row, the simulator's node takes what `heard_frame` passes, and an object takes
+ * a COB-ID only where the table says so: an identifier that can be set is an identifier that is heard. The table is the
+ * same for each node id, so that a change of it (LSS) leaves the filters alone. */
+#ifndef TRACKSERVO_CANOPEN_HEARD_FRAMES_H
+#define TRACKSERVO_CANOPEN_HEARD_FRAMES_H
+
+#include "canopen/can_frame.h"
+
+enum { HEARD_RANGES = 9, HEARD_LSS_REQUEST = 0x7E5 };
+
+typedef struct {
+  uint16_t first; /* inclusive, as is `last` */
+  uint16_t last;
+  bool free; /* PDO, SYNC, EMCY and further SDO channels may have these */
+} heard_range;
+
+/* In rising order, without overlap. */
+extern const heard_range heard_ranges[HEARD_RANGES];
+
+/* A data frame with an 11-bit identifier out of the table. Extended and remote frames are never heard. */
+bool heard_frame(const can_frame *frame);
+
+/* An 11-bit identifier that an object may have. */
+bool heard_identifier_is_free(uint32_t identifier);
+
+#endif

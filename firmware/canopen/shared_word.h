@@ -1,0 +1,17 @@
+/* A 32-bit word that the tick's thread and the receive interrupt share. */
+#ifndef TRACKSERVO_CANOPEN_SHARED_WORD_H
+#define TRACKSERVO_CANOPEN_SHARED_WORD_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C++" {
+#include <atomic>
+}
+typedef std::atomic<uint32_t> shared_word; /* the same representation as C's; C++17 has no stdatomic.h */
+#else
+#include <stdatomic.h>
+typedef _Atomic uint32_t shared_word;
+#endif
+
+#endif
