@@ -119,6 +119,7 @@ const protection_limits default_limits[SERVO_AXES] = {
         .voltage_mismatch_v = 4.0f,
         .under_voltage_v = 36.0f,
         .over_voltage_v = 60.0f,
+        .stopping_margin_rad = 0.005f,
     },
     {
         .overspeed_rad_s = 1.5f,
@@ -137,5 +138,6 @@ const protection_limits default_limits[SERVO_AXES] = {
         .voltage_mismatch_v = 4.0f,
         .under_voltage_v = 36.0f,
         .over_voltage_v = 60.0f,
+        .stopping_margin_rad = 0.005f,
     },
 };

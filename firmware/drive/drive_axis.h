@@ -36,7 +36,7 @@ typedef struct {
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
   const servo_axis_command *stimulus; /* of an experiment, obeyed in operation with 6060 = 0; or NULL */
   fault_set faults;                   /* that others than the drive see now */
-  drive_travel hard_travel;           /* beyond which no set-point leads, whatever 607D says */
+  drive_machine machine;              /* what it allows, whatever the objects say */
 } drive_axis_inputs;
 
 typedef struct {

@@ -9,14 +9,17 @@
 /* Of 607F: so fast the position loop may go to make good an error, and a torque may drive the axis. */
 #define BEYOND_LIMIT 1.1f
 
+/* So near to the end of the travel a rate is held as a position. */
+#define END_RAD 5e-5f
+
 bool drive_mode_supported(int8_t mode) {
   return mode == DRIVE_NO_MODE || mode == DRIVE_PROFILE_POSITION || mode == DRIVE_PROFILE_VELOCITY ||
          (mode >= DRIVE_CYCLIC_POSITION && mode <= DRIVE_CYCLIC_TORQUE);
 }
 
-profile_limits drive_profile_limits(const drive_limit_objects *limit, uint32_t velocity, uint32_t deceleration) {
+profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration) {
   return (profile_limits){
-      .rate_rad_s = drive_limit_from_counts(velocity),
+      .rate_rad_s = rate_rad_s,
       .acceleration_rad_s2 = drive_limit_from_counts(limit->acceleration),
       .deceleration_rad_s2 = drive_limit_from_counts(deceleration),
       .jerk_rad_s3 = drive_limit_from_counts(limit->jerk),
@@ -24,13 +27,14 @@ profile_limits drive_profile_limits(const drive_limit_objects *limit, uint32_t v
 }
 
 /* The limits of pv, of the cyclic modes and of a slow-down. */
-static profile_limits velocity_limits(const drive_limit_objects *limit) {
-  return drive_profile_limits(limit, limit->maximum_velocity, limit->deceleration);
+static profile_limits velocity_limits(const drive_bounds *bounds, const drive_limit_objects *limit) {
+  return drive_profile_limits(limit, bounds->rate_rad_s, limit->deceleration);
 }
 
 void drive_motion_reset(drive_motion *motion, drive_angle position) {
   const int8_t mode = motion->mode;
-  *motion = (drive_motion){.mode = mode, .demand = position, .setpoint_age_ticks = INT_MAX};
+  const drive_travel soft = motion->bounds.soft;
+  *motion = (drive_motion){.mode = mode, .demand = position, .setpoint_age_ticks = INT_MAX, .bounds = {.soft = soft}};
 }
 
 /* --- handing over --- */
@@ -96,64 +100,53 @@ static drive_setpoint setpoint_of(const drive_motion *motion, const drive_feedba
   };
 }
 
-/* To standstill; the interpolations stand by to go on from there. */
+/* --- the end of the travel --- */
+
+/* Where the next set-point goes on from. */
+static drive_angle start_of(const drive_motion *motion, drive_angle position) {
+  return motion->loop == SERVO_POSITION ? motion->demand : position;
+}
+
+/* Whether an axis that is asked to go in the direction of `asked` must stop now to come to rest within the travel:
+ * `ahead` is its ramp in the next tick. Once it must, it does until it is asked to go the other way: a set-point held
+ * against the limit shall not make it creep. One that drifts out of the travel unasked is stopped as well. */
+static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, const profile_limits *braking,
+                         float asked, const profile_ramp *ahead, float dt_s) {
+  if (asked * motion->blocked_direction < 0.0f) {
+    motion->blocked_direction = 0.0f;
+  }
+  if (motion->blocked_direction == 0.0f && drive_travel_is_limited(&motion->bounds.travel)) {
+    const drive_angle from = start_of(motion, feedback->position);
+    const float side = drive_travel_side(&motion->bounds.travel, from);
+    const float direction = asked < 0.0f ? -1.0f : asked > 0.0f ? 1.0f : side;
+    const float margin_rad = drive_travel_room_rad(&motion->bounds.travel, from, direction) - ahead->rate_rad_s * dt_s -
+                             profile_stop_travel_rad(ahead, braking);
+    motion->blocked_direction = direction != 0.0f && margin_rad * direction <= 0.0f ? direction : 0.0f;
+  }
+  return motion->blocked_direction != 0.0f;
+}
+
+/* To standstill; the interpolations stand by to go on from there. A limit of the travel holds the position: a rate of 0
+ * is one of inertial space, and would drift beyond it with the base. */
 static drive_setpoint stop(drive_motion *motion, const drive_feedback *feedback, const profile_limits *limits,
                            float dt_s) {
-  close_loop(motion, controls_position(motion->mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
+  const drive_angle from = start_of(motion, feedback->position);
+  profile_limits within = *limits;
+  const bool limited = drive_stop_within(&motion->bounds, &within, &motion->ramp, from);
+  const bool held = limited || motion->blocked_direction != 0.0f || motion->loop == SERVO_POSITION ||
+                    drive_travel_side(&motion->bounds.travel, from) != 0.0f;
+  close_loop(motion, held || controls_position(motion->mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
   drive_setpoint setpoint = setpoint_of(motion, feedback);
-  const profile_motion step = profile_towards_rate(&motion->ramp, limits, 0.0f, dt_s);
+  const profile_motion step = profile_towards_rate(&motion->ramp, &within, 0.0f, dt_s);
   motion->travel_rad = step.travel_rad;
   move_demand(&motion->demand, &motion->demand_rest, step.travel_rad);
   rate_interpolation_reset(&motion->rates, motion->ramp.rate_rad_s);
   position_interpolation_reset(&motion->positions, motion->demand, motion->ramp.rate_rad_s);
   setpoint.command.speed.acceleration_rad_s2 = step.mean_acceleration_rad_s2;
+  setpoint.limited = motion->blocked_direction != 0.0f;
   setpoint.followed = false;
   setpoint.stopped = profile_at_rest(&motion->ramp);
   return setpoint;
-}
-
-/* --- position limits (607D) --- */
-
-static bool is_limited(const drive_travel *travel) { return travel->minimum < travel->maximum; }
-
-static int32_t clamped_position(const drive_travel *travel, int32_t position) {
-  if (!is_limited(travel)) {
-    return position;
-  }
-  if (position < travel->minimum) {
-    return travel->minimum;
-  }
-  return position > travel->maximum ? travel->maximum : position;
-}
-
-/* 607D within the hard travel; the hard travel alone where the two have nothing in common. */
-static drive_travel travel_in_force(const drive_limit_objects *limit, const drive_travel *hard) {
-  const drive_travel soft = {limit->position_minimum, limit->position_maximum};
-  const drive_travel both = {clamped_position(hard, soft.minimum), clamped_position(hard, soft.maximum)};
-  return is_limited(&soft) && is_limited(&both) ? both : *hard;
-}
-
-/* Way from a position to the limit that lies in this direction, signed. */
-static float room_rad(const drive_travel *travel, drive_angle position, float direction) {
-  const int32_t end = direction < 0.0f ? travel->minimum : travel->maximum;
-  return drive_angle_difference_rad(drive_angle_from_position(end), position);
-}
-
-/* Whether an axis that is asked to go in the direction of `asked` must stop now to come to rest before the limit.
- * Once it must, it does until it is asked to go the other way: a set-point held against the limit shall not make it
- * creep. */
-static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, const profile_limits *limits,
-                         float asked) {
-  if (asked * motion->blocked_direction <= 0.0f) {
-    motion->blocked_direction = 0.0f;
-  }
-  if (motion->blocked_direction == 0.0f && asked != 0.0f && is_limited(&motion->travel)) {
-    const float direction = asked < 0.0f ? -1.0f : 1.0f;
-    const float margin_rad =
-        room_rad(&motion->travel, feedback->position, direction) - profile_stop_travel_rad(&motion->ramp, limits);
-    motion->blocked_direction = margin_rad * direction <= 0.0f ? direction : 0.0f;
-  }
-  return motion->blocked_direction != 0.0f;
 }
 
 /* --- the modes --- */
@@ -166,10 +159,22 @@ static float clamped_rate(int32_t velocity, const profile_limits *limits, bool *
 }
 
 /* The limits of pp. */
-static profile_limits position_limits(const drive_limit_objects *limit) {
-  const uint32_t velocity =
-      limit->profile_velocity < limit->maximum_velocity ? limit->profile_velocity : limit->maximum_velocity;
-  return drive_profile_limits(limit, velocity, limit->deceleration);
+static profile_limits position_limits(const drive_bounds *bounds, const drive_limit_objects *limit) {
+  const float rate_rad_s = scalar_min(drive_limit_from_counts(limit->profile_velocity), bounds->rate_rad_s);
+  return drive_profile_limits(limit, rate_rad_s, limit->deceleration);
+}
+
+/* An axis that cannot brake as hard as 6084 says would overshoot its target: that must not lead out of the travel. */
+static profile_limits limits_of_move(const drive_motion *motion, const drive_objects *objects, drive_angle end,
+                                     float distance_rad) {
+  const drive_bounds *bounds = &motion->bounds;
+  const profile_limits limits = position_limits(bounds, &objects->limit);
+  if (!drive_travel_is_limited(&bounds->travel)) {
+    return limits;
+  }
+  const float behind_rad = drive_travel_room_rad(&bounds->travel, end, distance_rad);
+  const float longest_rad = limits.rate_rad_s * limits.rate_rad_s / (2.0f * bounds->braking_rad_s2);
+  return scalar_abs(behind_rad) < longest_rad ? drive_braking_within(bounds, &limits) : limits;
 }
 
 static drive_profile_step step_from_now(const drive_motion *motion) {
@@ -187,12 +192,12 @@ static void finish_step(drive_profile_step *step, const profile_motion *made) {
 }
 
 static drive_profile_step prepare_position(const drive_motion *motion, const drive_objects *objects, float dt_s) {
-  const profile_limits limits = position_limits(&objects->limit);
   drive_profile_step step = step_from_now(motion);
-  const int32_t target = clamped_position(&motion->travel, step.target);
+  const int32_t target = drive_travel_clamp(&motion->bounds.travel, step.target);
   const drive_angle end = drive_angle_from_position(target);
   const float distance_rad =
       drive_angle_difference_rad(end, motion->demand) - motion->demand_rest * ANGLE_RAD_PER_TURN32;
+  const profile_limits limits = limits_of_move(motion, objects, end, distance_rad);
   const profile_motion made = profile_towards_distance(&step.ramp, &limits, distance_rad, dt_s);
   finish_step(&step, &made);
   step.limited = target != step.target;
@@ -204,20 +209,28 @@ static drive_profile_step prepare_position(const drive_motion *motion, const dri
   return step;
 }
 
-/* The room that there will be in the coming tick: the axis goes as its ramp until then. */
+/* The room that there will be in the coming tick: until then a demand has moved already, an axis goes as its ramp. */
+static float room_ahead_rad(const drive_motion *motion, float direction) {
+  const float moving_rad = motion->loop == SERVO_POSITION ? 0.0f : motion->travel_rad;
+  return drive_travel_room_rad(&motion->bounds.travel, start_of(motion, motion->position), direction) - moving_rad;
+}
+
 static drive_profile_step prepare_velocity(const drive_motion *motion, const drive_objects *objects, float dt_s) {
-  const profile_limits limits = velocity_limits(&objects->limit);
+  const drive_bounds *bounds = &motion->bounds;
+  const profile_limits limits = velocity_limits(bounds, &objects->limit);
+  const profile_limits braking = drive_braking_within(bounds, &limits);
   drive_profile_step step = step_from_now(motion);
   bool clamped;
   const float target_rad_s = clamped_rate(objects->velocity.target, &limits, &clamped);
-  const profile_motion made =
-      is_limited(&motion->travel) && target_rad_s != 0.0f
-          ? profile_towards_rate_within(&step.ramp, &limits, target_rad_s,
-                                        room_rad(&motion->travel, motion->position, target_rad_s) - motion->travel_rad,
-                                        dt_s)
-          : profile_towards_rate(&step.ramp, &limits, target_rad_s, dt_s);
+  const profile_motion made = drive_travel_is_limited(&bounds->travel) && target_rad_s != 0.0f
+                                  ? profile_towards_rate_within(&step.ramp, &limits, &braking, target_rad_s,
+                                                                room_ahead_rad(motion, target_rad_s), dt_s)
+                                  : profile_towards_rate(&step.ramp, &limits, target_rad_s, dt_s);
   finish_step(&step, &made);
-  step.limited = clamped || (profile_at_rest(&step.ramp) && target_rad_s != 0.0f);
+  const bool stays = target_rad_s == 0.0f &&
+                     (motion->loop == SERVO_POSITION || drive_travel_side(&bounds->travel, motion->position) != 0.0f);
+  step.held = made.stops || stays;
+  step.limited = clamped || made.stops;
   return step;
 }
 
@@ -225,7 +238,7 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, fl
   motion->next.ready = false;
   if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way) {
     motion->next = prepare_position(motion, objects, dt_s);
-  } else if (motion->mode == DRIVE_PROFILE_VELOCITY && motion->loop == SERVO_SPEED) {
+  } else if (motion->mode == DRIVE_PROFILE_VELOCITY && servo_mode_closes(motion->loop)) {
     motion->next = prepare_velocity(motion, objects, dt_s);
   }
 }
@@ -260,8 +273,11 @@ static drive_setpoint take_step(drive_motion *motion, const drive_feedback *feed
 static drive_setpoint profile_position(drive_motion *motion, const drive_objects *objects,
                                        const drive_feedback *feedback, float dt_s) {
   if (!motion->setpoints.under_way) {
-    const profile_limits limits = position_limits(&objects->limit);
-    return stop(motion, feedback, &limits, dt_s);
+    const profile_limits limits = position_limits(&motion->bounds, &objects->limit);
+    const int32_t target = motion->setpoints.target;
+    drive_setpoint stopping = stop(motion, feedback, &limits, dt_s);
+    stopping.limited = drive_travel_clamp(&motion->bounds.travel, target) != target;
+    return stopping;
   }
   close_loop(motion, SERVO_POSITION, feedback);
   const drive_setpoint setpoint = take_step(motion, feedback, dt_s);
@@ -272,7 +288,13 @@ static drive_setpoint profile_position(drive_motion *motion, const drive_objects
 }
 
 static drive_setpoint profile_velocity(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
-  close_loop(motion, SERVO_SPEED, feedback);
+  const servo_mode before = motion->loop;
+  close_loop(motion, motion->next.ready && motion->next.held ? SERVO_POSITION : SERVO_SPEED, feedback);
+  if (motion->next.ready && motion->loop != before) { /* the demand is where the axis is now */
+    motion->next.demand = motion->demand;
+    motion->next.demand_rest = 0.0f;
+    move_demand(&motion->next.demand, &motion->next.demand_rest, motion->next.travel_rad);
+  }
   return take_step(motion, feedback, dt_s);
 }
 
@@ -297,58 +319,94 @@ static int period_of(drive_motion *motion, const drive_limit_objects *limit, flo
   return known->ticks;
 }
 
+/* Moves the demand to where the set-points lead, no faster than it can be stopped within the travel; whether it was
+ * held back. It comes after them then, and is with them again when they turn round. */
+static bool demand_within(drive_motion *motion, const profile_limits *braking, drive_angle wanted, float dt_s) {
+  const float wanted_rad = drive_angle_difference_rad(wanted, motion->demand);
+  const float way_rad = dt_s * drive_rate_within(&motion->bounds, braking, motion->demand, wanted_rad / dt_s, dt_s);
+  const bool braked = way_rad != wanted_rad && scalar_abs(way_rad) < scalar_abs(wanted_rad);
+  if (braked) {
+    move_demand(&motion->demand, &motion->demand_rest, way_rad);
+  } else {
+    motion->demand = wanted;
+    motion->demand_rest = 0.0f;
+  }
+  return braked;
+}
+
 /* A set-point of position leads an acceleration only as far as its own digits: 1e-7 rad within a period of 1 ms is
  * 0.1 rad/s^2. So csp gives position and rate; who knows the acceleration sends it as a torque (60B2). */
 static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects *objects,
                                       const drive_feedback *feedback, float dt_s) {
   const drive_limit_objects *limit = &objects->limit;
-  const profile_limits limits = velocity_limits(limit);
+  const profile_limits limits = velocity_limits(&motion->bounds, limit);
   const int period_ticks = period_of(motion, limit, dt_s);
   if (setpoints_missing(motion, feedback, period_ticks)) {
     return stop(motion, feedback, &limits, dt_s);
   }
   close_loop(motion, SERVO_POSITION, feedback);
-  const int32_t target = clamped_position(&motion->travel, objects->position.target);
+  const int32_t target = drive_travel_clamp(&motion->bounds.travel, objects->position.target);
   bool cut = false;
   if (feedback->setpoint_arrived) {
     cut = position_interpolation_aim(&motion->positions, drive_angle_from_position(target), period_ticks,
                                      limits.rate_rad_s, dt_s);
   }
   const interpolated_position now = position_interpolation_step(&motion->positions, dt_s);
-  motion->demand = now.position;
-  motion->demand_rest = 0.0f;
-  motion->ramp = (profile_ramp){.rate_rad_s = now.rate_rad_s};
+  /* Set-points have no jerk limit, and no deceleration but the motor's. */
+  const profile_limits braking = {.deceleration_rad_s2 = motion->bounds.braking_rad_s2, .jerk_rad_s3 = 1e9f};
+  const bool braked = demand_within(motion, &braking, now.position, dt_s);
+  const float rate_rad_s =
+      braked ? drive_rate_within(&motion->bounds, &braking, motion->demand, now.rate_rad_s, dt_s) : now.rate_rad_s;
+  motion->ramp = (profile_ramp){.rate_rad_s = rate_rad_s};
   drive_setpoint setpoint = setpoint_of(motion, feedback);
-  const float wanted_rad_s = now.rate_rad_s + drive_rate_from_velocity(objects->velocity.offset);
-  setpoint.command.speed.rate_rad_s = scalar_clamp(wanted_rad_s, -limits.rate_rad_s, limits.rate_rad_s);
-  setpoint.limited = cut || target != objects->position.target || setpoint.command.speed.rate_rad_s != wanted_rad_s;
+  const float wanted_rad_s = rate_rad_s + drive_rate_from_velocity(objects->velocity.offset);
+  const float bounded_rad_s = scalar_clamp(wanted_rad_s, -limits.rate_rad_s, limits.rate_rad_s);
+  setpoint.command.speed.rate_rad_s = drive_rate_within(&motion->bounds, &braking, motion->demand, bounded_rad_s, dt_s);
+  setpoint.limited =
+      cut || braked || target != objects->position.target || setpoint.command.speed.rate_rad_s != wanted_rad_s;
   return setpoint;
+}
+
+/* Holds the rate of the next tick to what can be stopped within the travel, with some to spare; whether it did. */
+static bool rate_braked(const drive_motion *motion, const profile_limits *braking, drive_angle position,
+                        rate_interpolation *rates, float dt_s) {
+  profile_limits gentle = *braking;
+  gentle.deceleration_rad_s2 *= 0.8f;
+  const float wanted_rad_s = rates->rate_rad_s;
+  rates->rate_rad_s = drive_rate_within(&motion->bounds, &gentle, start_of(motion, position), wanted_rad_s, dt_s);
+  return rates->rate_rad_s != wanted_rad_s;
 }
 
 static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects *objects,
                                       const drive_feedback *feedback, float dt_s) {
-  const profile_limits limits = velocity_limits(&objects->limit);
+  const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
   const int period_ticks = period_of(motion, &objects->limit, dt_s);
   bool clamped;
   const float target_rad_s =
       clamped_rate(drive_add(objects->velocity.target, objects->velocity.offset), &limits, &clamped);
+  const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
   const bool missing = setpoints_missing(motion, feedback, period_ticks);
-  if (missing || limit_blocks(motion, feedback, &limits, target_rad_s)) {
-    drive_setpoint stopping = stop(motion, feedback, &limits, dt_s);
-    stopping.limited = !missing;
-    return stopping;
+  rate_interpolation rates = motion->rates;
+  if (feedback->setpoint_arrived) {
+    rate_interpolation_aim(&rates, target_rad_s, period_ticks, dt_s);
+  }
+  interpolated_rate now = rate_interpolation_step(&rates, dt_s);
+  const bool braked = rate_braked(motion, &braking, feedback->position, &rates, dt_s);
+  if (braked) {
+    now.acceleration_rad_s2 = (rates.rate_rad_s - now.rate_rad_s) / dt_s;
+  }
+  const profile_ramp ahead = {.rate_rad_s = rates.rate_rad_s};
+  if (missing || limit_blocks(motion, feedback, &braking, target_rad_s, &ahead, dt_s)) {
+    return stop(motion, feedback, &braking, dt_s);
   }
   close_loop(motion, SERVO_SPEED, feedback);
-  if (feedback->setpoint_arrived) {
-    rate_interpolation_aim(&motion->rates, target_rad_s, period_ticks, dt_s);
-  }
   /* The ramp keeps the rate but not the acceleration: the client's may be beyond what a jerk limit can bring back. */
-  const interpolated_rate now = rate_interpolation_step(&motion->rates, dt_s);
+  motion->rates = rates;
   motion->ramp = (profile_ramp){.rate_rad_s = now.rate_rad_s};
   drive_setpoint setpoint = setpoint_of(motion, feedback);
   setpoint.command.speed.acceleration_rad_s2 = now.acceleration_rad_s2;
   motion->ramp.rate_rad_s = motion->rates.rate_rad_s; /* of the next tick, as in the other modes */
-  setpoint.limited = clamped;
+  setpoint.limited = clamped || braked;
   return setpoint;
 }
 
@@ -370,16 +428,17 @@ static float held_below_limit(float torque_nm, float rate_rad_s, float limit_rad
 static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                                     float dt_s) {
   const drive_torque_objects *torque = &objects->torque;
-  const profile_limits limits = velocity_limits(&objects->limit);
+  const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
   const float target_nm = drive_torque_from_permille((int32_t)torque->target + torque->offset, torque->rated_mnm);
-  if (motion->loop == SERVO_TORQUE) {
+  profile_ramp ahead = motion->ramp;
+  if (motion->loop == SERVO_TORQUE) { /* in a tick it gains what it has gained in the last one */
+    ahead.rate_rad_s = 2.0f * feedback->rate_rad_s - motion->ramp.rate_rad_s;
     motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
   }
+  const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
   const bool missing = setpoints_missing(motion, feedback, period_of(motion, &objects->limit, dt_s));
-  if (missing || limit_blocks(motion, feedback, &limits, target_nm)) {
-    drive_setpoint stopping = stop(motion, feedback, &limits, dt_s);
-    stopping.limited = !missing;
-    return stopping;
+  if (missing || limit_blocks(motion, feedback, &braking, target_nm, &ahead, dt_s)) {
+    return stop(motion, feedback, &braking, dt_s);
   }
   close_loop(motion, SERVO_TORQUE, feedback);
   motion->torque_nm = along_slope(motion->torque_nm, target_nm, torque, dt_s);
@@ -397,14 +456,18 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
 static drive_setpoint follow(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                              float dt_s) {
   const servo_axis_command *stimulus = feedback->stimulus;
-  const profile_limits limits = velocity_limits(&objects->limit);
+  const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
   const bool torque = stimulus->mode == SERVO_TORQUE;
   const drive_angle wanted = drive_angle_unwrap(feedback->position, stimulus->position);
   const int32_t position = drive_position_from_angle(wanted);
-  const bool beyond = stimulus->mode == SERVO_POSITION && clamped_position(&motion->travel, position) != position;
-  if (beyond || limit_blocks(motion, feedback, &limits, torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s)) {
+  const bool beyond =
+      stimulus->mode == SERVO_POSITION && drive_travel_clamp(&motion->bounds.travel, position) != position;
+  const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
+  const profile_ramp ahead = {.rate_rad_s = torque ? feedback->rate_rad_s : stimulus->speed.rate_rad_s};
+  const float asked = torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s;
+  if (beyond || limit_blocks(motion, feedback, &braking, asked, &ahead, dt_s)) {
     motion->blocked_direction = beyond && motion->blocked_direction == 0.0f ? 1.0f : motion->blocked_direction;
-    return stop(motion, feedback, &limits, dt_s);
+    return stop(motion, feedback, &braking, dt_s);
   }
   close_loop(motion, stimulus->mode, feedback);
   motion->ramp = (profile_ramp){.rate_rad_s = torque ? feedback->rate_rad_s : stimulus->speed.rate_rad_s};
@@ -439,7 +502,7 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
         return follow(motion, objects, feedback, dt_s);
       }
       motion->blocked_direction = 0.0f;
-      const profile_limits limits = velocity_limits(&objects->limit);
+      const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
       return stop(motion, feedback, &limits, dt_s);
     }
   }
@@ -459,6 +522,17 @@ static void add_torque(const drive_motion *motion, const drive_torque_objects *t
   }
 }
 
+/* Whatever the objects hold: they have no limits but those of their integers, and the servo axis refuses what no
+ * machine can do as a fault of the samples. */
+static void keep_plausible(servo_axis_command *command) {
+  const float most_nm = SERVO_PLAUSIBLE_TORQUE_NM;
+  const float most_rad_s2 = SERVO_PLAUSIBLE_ACCELERATION_RAD_S2;
+  command->speed.acceleration_rad_s2 = scalar_clamp(command->speed.acceleration_rad_s2, -most_rad_s2, most_rad_s2);
+  command->torque_nm = scalar_clamp(command->torque_nm, -most_nm, most_nm);
+  command->limits.minimum_nm = scalar_max(command->limits.minimum_nm, -most_nm);
+  command->limits.maximum_nm = scalar_min(command->limits.maximum_nm, most_nm);
+}
+
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
                                  const drive_feedback *feedback, float dt_s) {
   const int8_t mode = drive_mode_supported(objects->state.mode) ? objects->state.mode : motion->mode;
@@ -468,7 +542,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     return (drive_setpoint){.command = {.mode = action == DRIVE_BRAKE ? SERVO_BRAKE : SERVO_OFF},
                             .position = feedback->position};
   }
-  motion->travel = travel_in_force(&objects->limit, &feedback->hard_travel);
+  drive_bounds_update(&motion->bounds, objects, &feedback->machine);
   motion->position = feedback->position;
   if (motion->loop == SERVO_OFF) {
     close_loop(motion, controls_position(mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
@@ -485,11 +559,12 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
   } else {
     const drive_limit_objects *limit = &objects->limit;
     const uint32_t deceleration = action == DRIVE_QUICK_STOP ? limit->quick_stop_deceleration : limit->deceleration;
-    const profile_limits limits = drive_profile_limits(limit, limit->maximum_velocity, deceleration);
+    const profile_limits limits = drive_profile_limits(limit, motion->bounds.rate_rad_s, deceleration);
     setpoint = stop(motion, feedback, &limits, dt_s);
   }
   motion->next.ready = false;
   add_torque(motion, &objects->torque, &setpoint.command);
-  setpoint.command.rate_limit_rad_s = BEYOND_LIMIT * drive_limit_from_counts(objects->limit.maximum_velocity);
+  setpoint.command.rate_limit_rad_s = BEYOND_LIMIT * motion->bounds.rate_rad_s;
+  keep_plausible(&setpoint.command);
   return setpoint;
 }

@@ -12,16 +12,11 @@
 #include "app/servo_axis.h"
 #include "drive/drive_objects.h"
 #include "drive/drive_state.h"
+#include "drive/drive_travel.h"
 #include "drive/drive_units.h"
 #include "drive/interpolation.h"
 #include "drive/profile_ramp.h"
 #include "drive/setpoint_queue.h"
-
-/* In the units of 607D; not limited unless minimum < maximum. */
-typedef struct {
-  int32_t minimum;
-  int32_t maximum;
-} drive_travel;
 
 /* What the axis does; finite. */
 typedef struct {
@@ -31,7 +26,7 @@ typedef struct {
   float torque_demand_nm;             /* commanded in the last tick */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
   const servo_axis_command *stimulus; /* of an experiment: obeyed in place of a mode while none is chosen; or NULL */
-  drive_travel hard_travel;
+  drive_machine machine;
 } drive_feedback;
 
 /* What 60C2 meant when it was looked at last. */
@@ -52,6 +47,7 @@ typedef struct {
   int32_t target; /* that it leads to: of pp in the units of 607A */
   bool arrived;   /* there */
   bool limited;   /* a limit changed what was asked for */
+  bool held;      /* of pv: a limit of the travel stops it, and holds the position */
 } drive_profile_step;
 
 typedef struct {
@@ -68,8 +64,8 @@ typedef struct {
   position_interpolation positions;
   int setpoint_age_ticks;
   setpoint_period period;
-  drive_travel travel;     /* in force: 607D within the hard one */
-  float blocked_direction; /* -1 or 1: stopped before the software position limit on that side; 0: free */
+  drive_bounds bounds;     /* in force */
+  float blocked_direction; /* -1 or 1: stopped before the end of the travel on that side; 0: free */
   float torque_nm;         /* cst: on its way along the torque slope */
 } drive_motion;
 
@@ -84,7 +80,7 @@ typedef struct {
 bool drive_mode_supported(int8_t mode);
 
 /* The whole ramp limits of this tick: profile velocity and deceleration depend on what is done. */
-profile_limits drive_profile_limits(const drive_limit_objects *limit, uint32_t velocity, uint32_t deceleration);
+profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration);
 
 void drive_motion_reset(drive_motion *motion, drive_angle position);
 

@@ -352,6 +352,7 @@ static profile_motion follow_then_stop(profile_ramp *ramp, const profile_limits 
       .travel_rad = before.travel_rad + after.travel_rad,
       .mean_acceleration_rad_s2 = (before.mean_acceleration_rad_s2 + after.mean_acceleration_rad_s2) / dt_s,
       .arrived = profile_at_rest(ramp),
+      .stops = true,
   };
 }
 
@@ -360,21 +361,22 @@ static profile_motion stop_tick(profile_ramp *ramp, const profile_limits *limits
   const ramp_plan plan = plan_to_rate(ramp, limits, 0.0f);
   profile_motion motion = follow_tick(ramp, &plan, dt_s);
   motion.arrived = profile_at_rest(ramp);
+  motion.stops = true;
   return motion;
 }
 
-/* One tick towards `rate_rad_s`, or the stop that ends at `distance_rad` when it is time for that; `way` is that of a
- * stop from now. */
-static profile_motion approach(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s, float distance_rad,
-                               const stopping_way *way, float dt_s) {
+/* One tick towards `rate_rad_s`, or the stop along `braking` that ends at `distance_rad` when it is time for that;
+ * `way` is that of a stop from now. */
+static profile_motion approach(profile_ramp *ramp, const profile_limits *limits, const profile_limits *braking,
+                               float rate_rad_s, float distance_rad, const stopping_way *way, float dt_s) {
   const float margin_rad = distance_rad - way->travel_rad;
   const float spare_rad = spare_fraction * scalar_abs(distance_rad);
   if (scalar_abs(margin_rad) <= aim_rad + 2.0f * spare_rad) {
-    return stop_tick(ramp, limits, dt_s);
+    return stop_tick(ramp, braking, dt_s);
   }
   const ramp_plan plan = plan_to_rate(ramp, limits, rate_rad_s);
   const stop_search search = {.ramp = ramp,
-                              .limits = limits,
+                              .limits = braking,
                               .plan = &plan,
                               .distance_rad = distance_rad,
                               .direction = margin_rad < 0.0f ? -1.0f : 1.0f,
@@ -386,17 +388,20 @@ static profile_motion approach(profile_ramp *ramp, const profile_limits *limits,
   }
   bracket.early = moment_now(&search, way);
   const float latest_s = latest_stop_s(&search, &bracket);
-  return follow_then_stop(ramp, limits, &plan, latest_s, dt_s);
+  return follow_then_stop(ramp, braking, &plan, latest_s, dt_s);
 }
 
-profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s,
-                                           float room_rad, float dt_s) {
+profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_limits *limits,
+                                           const profile_limits *braking, float rate_rad_s, float room_rad,
+                                           float dt_s) {
   const ramp_point start = start_of(ramp);
-  const stopping_way way = way_to_stop(&start, limits);
+  const stopping_way way = way_to_stop(&start, braking);
   if ((room_rad - way.travel_rad) * rate_rad_s <= 0.0f) {
-    return profile_towards_rate(ramp, limits, 0.0f, dt_s);
+    profile_motion stop = profile_towards_rate(ramp, braking, 0.0f, dt_s);
+    stop.stops = true;
+    return stop;
   }
-  profile_motion motion = approach(ramp, limits, rate_rad_s, room_rad, &way, dt_s);
+  profile_motion motion = approach(ramp, limits, braking, rate_rad_s, room_rad, &way, dt_s);
   motion.arrived = motion.arrived && ramp->rate_rad_s == rate_rad_s;
   return motion;
 }
@@ -409,7 +414,7 @@ profile_motion profile_towards_distance(profile_ramp *ramp, const profile_limits
   const ramp_point start = start_of(ramp);
   const stopping_way way = way_to_stop(&start, limits);
   const float rate_rad_s = distance_rad < way.travel_rad ? -limits->rate_rad_s : limits->rate_rad_s;
-  profile_motion motion = approach(ramp, limits, rate_rad_s, distance_rad, &way, dt_s);
+  profile_motion motion = approach(ramp, limits, limits, rate_rad_s, distance_rad, &way, dt_s);
   motion.arrived = profile_at_rest(ramp) && scalar_abs(distance_rad - motion.travel_rad) <= arrived_rad;
   if (motion.arrived) {
     motion.travel_rad = distance_rad;

@@ -38,6 +38,7 @@ typedef struct {
   float travel_rad;
   float mean_acceleration_rad_s2; /* rate change / tick: with an inertia it is the torque that gives this motion */
   bool arrived;                   /* at the asked rate, or at rest at the end of the distance */
+  bool stops;                     /* within a room: it is too short to go on */
 } profile_motion;
 
 control_status profile_limits_check(const profile_limits *limits);
@@ -50,11 +51,11 @@ float profile_stop_travel_rad(const profile_ramp *ramp, const profile_limits *li
 /* One tick towards `rate_rad_s` (finite; the caller limits it). No overshoot; arrives exactly. */
 profile_motion profile_towards_rate(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s, float dt_s);
 
-/* The same, but comes to rest before it has travelled more than `room_rad` in the direction of `rate_rad_s`. When it
- * is too late for that, stops as soon as the limits allow. Cost: that of profile_towards_rate three times, and in the
- * tick in which the stop begins eight times at most. */
-profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s,
-                                           float room_rad, float dt_s);
+/* The same, but comes to rest, along `braking`, before it has travelled more than `room_rad` in the direction of
+ * `rate_rad_s`. When it is too late for that, stops as soon as these limits allow. Cost: that of profile_towards_rate
+ * three times, and in the tick in which the stop begins eight times at most. */
+profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_limits *limits,
+                                           const profile_limits *braking, float rate_rad_s, float room_rad, float dt_s);
 
 /* One tick towards rest at `distance_rad` from here, at no more than limits->rate_rad_s. Overshoots only when the
  * limits leave no other way from where it is (or by rounding: 1e-7 of the distance), and comes back. `travel_rad` is

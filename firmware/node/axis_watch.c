@@ -57,15 +57,28 @@ void axis_watch_remember(const axis_watch *watch, int axis, fault_log *log) {
   fault_log_sample_tick(log, axis, &sample);
 }
 
-drive_travel axis_watch_travel(const axis_watch *watch) {
+static int32_t position_of(float angle_rad) {
   const float counts_per_rad = 1e7f;
-  return (drive_travel){(int32_t)(watch->limits.minimum_rad * counts_per_rad),
-                        (int32_t)(watch->limits.maximum_rad * counts_per_rad)};
+  return (int32_t)(angle_rad * counts_per_rad);
+}
+
+static drive_travel hard_travel(const protection_limits *limits) {
+  return (drive_travel){position_of(limits->minimum_rad), position_of(limits->maximum_rad)};
+}
+
+drive_machine axis_watch_machine(const axis_watch *watch, const servo_axis_params *params) {
+  const protection_limits *limits = &watch->limits;
+  return (drive_machine){
+      .hard = hard_travel(limits),
+      .margin = position_of(limits->stopping_margin_rad),
+      .overspeed_rad_s = limits->overspeed_rad_s,
+      .torque_nm = params->current_limit_a * params->torque_constant_nm_a,
+      .inertia_kg_m2 = params->speed.observer.inertia_kg_m2};
 }
 
 drive_travel axis_watch_default_travel(const axis_watch *watch) {
   const int32_t margin = 174533; /* 1 degree */
-  const drive_travel hard = axis_watch_travel(watch);
+  const drive_travel hard = hard_travel(&watch->limits);
   if ((int64_t)hard.maximum - hard.minimum < 4 * (int64_t)margin) {
     return (drive_travel){0, 0};
   }

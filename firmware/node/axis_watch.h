@@ -8,7 +8,7 @@
 #include "protection/fault_log.h"
 
 typedef struct {
-  protection_limits limits; /* 0x2060 */
+  protection_limits limits; /* 0x2060, in force */
   protection_inputs seen;   /* by the last step */
   axis_protection state;
 } axis_watch;
@@ -24,8 +24,8 @@ fault_set axis_watch_step(axis_watch *watch, const servo_board *board, int axis,
 /* Adds what the last step saw to the history of the log. */
 void axis_watch_remember(const axis_watch *watch, int axis, fault_log *log);
 
-/* 0x2060:9 and :10 in the units of 607D. */
-drive_travel axis_watch_travel(const axis_watch *watch);
+/* What the axis allows its drive: limits of 0x2060, motor and inertia of its parameters. */
+drive_machine axis_watch_machine(const axis_watch *watch, const servo_axis_params *params);
 
 /* What 607D is until somebody writes it: the hard travel less 1 degree at each end, so that a ramp that is led to 607D
  * stops well before the fault. {0, 0}, which limits nothing, where there is no hard travel or less than 4 degrees. */

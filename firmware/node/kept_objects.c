@@ -182,6 +182,7 @@ bool kept_objects_are_good(const kept_objects *kept, const object_dictionary *di
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_params built;
     good = good && options_are_good(&kept->drive[i].state.option) &&
+           kept->drive[i].limit.position_minimum <= kept->drive[i].limit.position_maximum &&
            axis_parameters_build(&kept->parameters[i], &built) == CONTROL_OK &&
            protection_check(&kept->protection[i]) == CONTROL_OK;
   }

@@ -106,9 +106,30 @@ static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group)
           .saving = saving, .group = group, .powered = any_axis_is_powered(node), .in_force = in_force(node)});
 }
 
-static od_abort save(void *context, uint8_t group) { return storage_command_of(context, true, group); }
+/* What waits cannot be stored, and to store the rest in silence would be a lie. */
+static bool any_limits_wait(const servo_node *node) {
+  bool wait = false;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    wait = wait || protection_objects_waiting(&node->axis[i].limits_owner) != 0;
+  }
+  return wait;
+}
+
+static od_abort save(void *context, uint8_t group) {
+  servo_node *node = context;
+  if ((kept_groups(group) & KEPT_APPLICATION) != 0 && any_limits_wait(node)) {
+    return OD_INCOMPATIBLE;
+  }
+  return storage_command_of(node, true, group);
+}
 
 static od_abort restore(void *context, uint8_t group) { return storage_command_of(context, false, group); }
+
+/* They have been checked. */
+static void take_limits(servo_node_axis *axis, const protection_limits *limits) {
+  axis->limits.written = *limits;
+  axis->watch.limits = *limits;
+}
 
 /* Gains, limits and drive objects as stored. */
 static void take_stored(servo_node *node, int i) {
@@ -116,7 +137,7 @@ static void take_stored(servo_node *node, int i) {
   /* Cannot be refused: what is stored was in force before, or has been checked when it was found. */
   (void)axis_tuning_start(&axis->tuning, &node->storage.stored.parameters[i], &node->board.app.params.axis[i]);
   od_copy_stored(&drive_objects_table, &node->storage.stored.drive[i], &axis->objects);
-  axis->watch.limits = node->storage.stored.protection[i];
+  take_limits(axis, &node->storage.stored.protection[i]);
 }
 
 /* The first reset, in which all objects have their defaults: these are what 0x1011 gives back. */
@@ -219,7 +240,7 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
     servo_node_axis *axis = &node->axis[i];
     const uint16_t shift = (uint16_t)(i * AXIS_SHIFT);
     axis->owner = (tuning_owner){&axis->tuning, &node->board, i, &node->lock};
-    axis->limits_owner = (protection_owner){&axis->watch.limits, &node->lock};
+    axis->limits_owner = (protection_owner){&axis->limits, &axis->watch.limits, &axis->objects.limit, &node->lock};
     parts[count++] = (od_part){.table = axis_parameters_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -229,7 +250,7 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
     parts[count++] = (od_part){.table = protection_objects_table,
                                .shift = shift,
                                .prefix = prefixes[i],
-                               .values = &axis->watch.limits,
+                               .values = &axis->limits,
                                .owner = &axis->limits_owner,
                                .hooks = &protection_objects_hooks};
     parts[count++] = (od_part){.table = experiment_objects_table,
@@ -271,7 +292,7 @@ static bool start_servo(servo_node *node, const servo_node_config *config) {
         protection_check(&config->limits[i]) != CONTROL_OK) {
       return false;
     }
-    axis->watch.limits = config->limits[i];
+    take_limits(axis, &config->limits[i]);
   }
   return servo_board_start(&node->board, config->machine, &params) == CONTROL_OK;
 }
@@ -348,7 +369,7 @@ static void gather_inputs(servo_node *node, int i, float bus_voltage_v) {
   inputs->voltage_present = bus_voltage_v >= axis->watch.limits.under_voltage_v;
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
-  inputs->hard_travel = axis_watch_travel(&axis->watch);
+  inputs->machine = axis_watch_machine(&axis->watch, &node->board.app.params.axis[i]);
   inputs->faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
                    axis_watch_step(&axis->watch, &node->board, i, axis->drive.position, bus_voltage_v);
   inputs->warning = axis_protection_warns(&axis->watch.state, &axis->watch.limits);

@@ -34,7 +34,8 @@ typedef struct {
   drive_axis drive;
   experiment_objects experiment; /* 0x2100 */
   recorded_tick recorded;        /* 0x2101 */
-  axis_watch watch;              /* 0x2060 */
+  axis_watch watch;
+  protection_objects limits;     /* 0x2060 */
   protection_owner limits_owner; /* of its part */
   bool setpoint_arrived;
   drive_axis_inputs inputs;    /* of this tick */

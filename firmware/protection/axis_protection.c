@@ -26,6 +26,15 @@ enum {
 #define RUNAWAY_ACCELERATION_RAD_S2 0.5f
 #define STANDSTILL_RAD_S 2e-3f
 
+static bool travel_is_watched(const protection_limits *limits) { return limits->minimum_rad < limits->maximum_rad; }
+
+uint8_t protection_contradictions(const protection_limits *limits) {
+  const float travel_rad = limits->maximum_rad - limits->minimum_rad;
+  const bool margin_fits = !travel_is_watched(limits) || 2.0f * limits->stopping_margin_rad < travel_rad;
+  const bool voltages = limits->under_voltage_v < limits->over_voltage_v;
+  return (uint8_t)((voltages ? 0 : PROTECTION_VOLTAGES) | (travel_rad >= 0.0f && margin_fits ? 0 : PROTECTION_TRAVEL));
+}
+
 control_status protection_check(const protection_limits *limits) {
   const scalar_range ranges[] = {
       {limits->overspeed_rad_s, 1e-3f, 1e3f},
@@ -44,12 +53,10 @@ control_status protection_check(const protection_limits *limits) {
       {limits->voltage_mismatch_v, 0.01f, 1e3f},
       {limits->under_voltage_v, 1.0f, 1e3f},
       {limits->over_voltage_v, 1.0f, 1e3f},
+      {limits->stopping_margin_rad, 0.0f, 10.0f},
   };
   const control_status status = scalar_check_ranges(ranges, (int)(sizeof ranges / sizeof ranges[0]));
-  if (status == CONTROL_OK && limits->under_voltage_v >= limits->over_voltage_v) {
-    return CONTROL_INCONSISTENT;
-  }
-  return status;
+  return status == CONTROL_OK && protection_contradictions(limits) != 0 ? CONTROL_INCONSISTENT : status;
 }
 
 void axis_protection_reset(axis_protection *protection) {
@@ -202,7 +209,7 @@ static bool stalls(axis_protection *p, const protection_limits *limits, const pr
 }
 
 static bool moves_outwards(const protection_limits *limits, const protection_inputs *in, float joint_rate_rad_s) {
-  if (limits->minimum_rad >= limits->maximum_rad || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
+  if (!travel_is_watched(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
     return false;
   }
   return joint_rate_rad_s < 0.0f ? in->position_rad < limits->minimum_rad : in->position_rad > limits->maximum_rad;

@@ -23,14 +23,15 @@ typedef struct {
   float speed_error_rad_s;    /* 1e-3 .. 1e3 */
   float speed_error_s;        /* for so long, 0.001 .. 60 */
   float stall_s;              /* torque at its limit without motion, 0.01 .. 60 */
-  float minimum_rad;          /* hard end of the travel, -200 .. 200; not watched unless minimum < maximum */
-  float maximum_rad;          /* */
+  float minimum_rad;          /* hard end of the travel, -200 .. 200; equal to maximum: not watched */
+  float maximum_rad;          /* not below minimum */
   float continuous_current_a; /* 1e-3 .. 1e4, for ever */
   float thermal_time_s;       /* of the winding, 0.1 .. 1e4 */
   float current_offset_a;     /* most that the sensor shows of no current, 1e-4 .. 1e4 */
   float voltage_mismatch_v;   /* between what the bridge gives and what current and speed explain, 0.01 .. 1e3 */
   float under_voltage_v;      /* 1 .. 1e3 */
   float over_voltage_v;       /* 1 .. 1e3, above under_voltage_v */
+  float stopping_margin_rad;  /* ramps end so far within the travel, 0 .. 10 and less than half of it */
 } protection_limits;
 
 /* The motor as the current loop knows it. */
@@ -87,6 +88,15 @@ typedef struct {
   int over_voltage_ticks;
 } axis_protection;
 
+/* Pairs of limits that contradict each other, as bits. */
+enum {
+  PROTECTION_VOLTAGES = 1, /* under-voltage not below over-voltage */
+  PROTECTION_TRAVEL = 2    /* minimum above maximum, or twice the stopping margin leaves nothing of the travel */
+};
+
+uint8_t protection_contradictions(const protection_limits *limits);
+
+/* CONTROL_OK: these limits may be in force. */
 control_status protection_check(const protection_limits *limits);
 
 /* Nothing seen yet; the winding is as warm as it was. */

@@ -30,7 +30,8 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   const AxisConfig& axis = plant.axis[static_cast<std::size_t>(axis_index)];
   const double code_rad = 2.0 * kPi / std::pow(2.0, axis.encoder.resolution_bits);
   const double sway_rad_s = 2.0 * kPi * axis.base_sway.frequency_hz * axis.base_sway.rms_rad;
-  const double margin_rad = 0.0175;  // one degree
+  const double travel_rad = axis.end_stops ? axis.end_stops->upper_rad - axis.end_stops->lower_rad : 1.0;
+  const double margin_rad = std::min(0.0175, 0.1 * travel_rad);  // one degree
   const auto f = [](double value) { return static_cast<float>(value); };
   protection_limits limits{};
   limits.overspeed_rad_s = 1.5F;
@@ -49,6 +50,7 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   limits.voltage_mismatch_v = f(plant.supply.voltage_v / 12.0);
   limits.under_voltage_v = f(0.75 * plant.supply.voltage_v);
   limits.over_voltage_v = f(1.25 * plant.supply.voltage_v);
+  limits.stopping_margin_rad = f(std::min(0.005, 0.1 * travel_rad));
   return limits;
 }
 

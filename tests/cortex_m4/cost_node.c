@@ -159,8 +159,10 @@ static bool start(void) {
   /* A machine of constants: its sensors always say the same. */
   protection_limits limits[SERVO_AXES];
   for (int i = 0; i < SERVO_AXES; ++i) {
-    const od_part limits_part = {.table = protection_objects_table, .values = &limits[i], .prefix = ""};
+    protection_objects objects;
+    const od_part limits_part = {.table = protection_objects_table, .values = &objects, .prefix = ""};
     od_restore_defaults(&limits_part, NODE_ID);
+    limits[i] = objects.written;
     limits[i].stuck_s = 0.0f;
   }
   const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL, 0};

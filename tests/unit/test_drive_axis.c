@@ -291,7 +291,7 @@ static void test_no_software_limit_leads_beyond_the_hard_travel(void) {
                {7000000, 9000000, -2000000, 6000000}};
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
     bench b = bench_in(DRIVE_PROFILE_POSITION);
-    b.in.hard_travel = (drive_travel){-2000000, 6000000};
+    b.in.machine.hard = (drive_travel){-2000000, 6000000};
     b.o.limit.position_minimum = cases[i].minimum;
     b.o.limit.position_maximum = cases[i].maximum;
     new_setpoint(&b, 20000000, 0);
@@ -541,7 +541,7 @@ static void test_cst_gives_target_and_offset_along_the_slope(void) {
   CHECK_NEAR("limit", 40.0, b.command.limits.maximum_nm, 1e-5);
 }
 
-static void test_cst_is_stopped_by_the_position_limit_in_speed(void) {
+static void test_cst_is_stopped_by_the_position_limit_and_held(void) {
   bench b = bench_in(DRIVE_CYCLIC_TORQUE);
   b.o.limit.position_minimum = -5000000;
   b.o.limit.position_maximum = 10000000;
@@ -552,7 +552,7 @@ static void test_cst_is_stopped_by_the_position_limit_in_speed(void) {
     CHECK_AT_MOST("position, rad", 1.0 + 2e-3, b.angle_rad);
   }
   CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
-  TEST_ASSERT_EQUAL_INT(SERVO_SPEED, b.command.mode);
+  TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode); /* held */
   b.o.torque.target = -10;
   b.in.setpoint_arrived = true;
   tick(&b);
@@ -740,7 +740,7 @@ int main(void) {
   RUN_TEST(test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d);
   RUN_TEST(test_csv_stops_before_a_position_limit_and_stays_there_until_turned_round);
   RUN_TEST(test_cst_gives_target_and_offset_along_the_slope);
-  RUN_TEST(test_cst_is_stopped_by_the_position_limit_in_speed);
+  RUN_TEST(test_cst_is_stopped_by_the_position_limit_and_held);
   RUN_TEST(test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1);
   RUN_TEST(test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword);
   RUN_TEST(test_any_mode_takes_over_a_moving_axis_without_a_step);

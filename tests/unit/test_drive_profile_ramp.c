@@ -271,7 +271,7 @@ static void test_a_rate_is_held_back_before_the_end_of_the_room(void) {
     for (int i = 0; i < 200000 && still < 10; ++i) {
       const profile_ramp before = b.ramp;
       const float room_rad = (float)((double)(end - b.demand) * rad_per_unit);
-      const profile_motion motion = profile_towards_rate_within(&b.ramp, &b.limits, rate, room_rad, dt_s);
+      const profile_motion motion = profile_towards_rate_within(&b.ramp, &b.limits, &b.limits, rate, room_rad, dt_s);
       look(&b, &before, &motion);
       move(&b, (double)motion.travel_rad);
       CHECK_AT_MOST("beyond the end, rad", 5e-7, sign * (double)(b.demand - end) * rad_per_unit);
@@ -286,13 +286,13 @@ static void test_room_that_is_behind_stops_and_room_enough_changes_nothing(void)
   profile_ramp ramp = {0};
   const profile_limits limits = limits_of(1.0, 2.0, 2.0, 40.0);
   for (int i = 0; i < 100; ++i) {
-    (void)profile_towards_rate_within(&ramp, &limits, 1.0f, -0.1f, dt_s);
+    (void)profile_towards_rate_within(&ramp, &limits, &limits, 1.0f, -0.1f, dt_s);
     TEST_ASSERT_TRUE(profile_at_rest(&ramp));
   }
   profile_ramp free_ramp = {0};
   bool arrived = false;
   for (int i = 0; i < 2000; ++i) {
-    arrived = profile_towards_rate_within(&ramp, &limits, 1.0f, 100.0f, dt_s).arrived;
+    arrived = profile_towards_rate_within(&ramp, &limits, &limits, 1.0f, 100.0f, dt_s).arrived;
     (void)profile_towards_rate(&free_ramp, &limits, 1.0f, dt_s);
     CHECK_SAME("rate", free_ramp.rate_rad_s, ramp.rate_rad_s);
   }

@@ -3,7 +3,8 @@
 
 #include "support/check.h"
 
-enum { PROTECTION = 0x2060, OVERSPEED = 1, UNDER_VOLTAGE = 15, MOTOR = 0x2055, CURRENT_LIMIT = 6 };
+enum { PROTECTION = 0x2060, OVERSPEED = 1, TRAVEL_MINIMUM = 9, TRAVEL_MAXIMUM, UNDER_VOLTAGE = 15, OVER_VOLTAGE };
+enum { STOPPING_MARGIN = 17, WAITING, MOTOR = 0x2055, CURRENT_LIMIT = 6, SOFT_TRAVEL = 0x607D };
 enum { LOG = 0x3020, LOG_COUNT = 1, LOG_COMMAND, NEWEST, ACCESS = 0x3040, WORD = 1, LEFT_S, PV = 3 };
 enum { HEADER = 8, SAMPLE = (int)sizeof(fault_log_sample), EMCY = 0x080 + NODE_ID };
 
@@ -69,11 +70,106 @@ static void test_the_lock_closes_by_itself_after_a_minute(void) {
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 3.0f));
 }
 
-static void test_a_limit_that_contradicts_another_is_refused(void) {
+static void test_a_limit_out_of_range_is_refused(void) {
   SET(ACCESS, WORD, OPEN);
-  TEST_ASSERT_EQUAL_HEX32(0x06040043, set_float(PROTECTION, UNDER_VOLTAGE, 60.0f)); /* the over-voltage limit */
-  CHECK_SAME("V", 36.0, get_float(PROTECTION, UNDER_VOLTAGE));
   TEST_ASSERT_EQUAL_HEX32(0x06090031, set_float(PROTECTION, OVERSPEED, 2000.0f));
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, set_float(PROTECTION, STOPPING_MARGIN, 11.0f));
+  TEST_ASSERT_EQUAL_HEX32(0x06010002, set_float(PROTECTION, WAITING, 0.0f)); /* read only */
+}
+
+/* A supply of 24 V in place of 48 V, in the order that the old pair contradicts; likewise a travel elsewhere. */
+static void test_limits_are_written_in_any_order_and_only_whole_sets_are_in_force(void) {
+  const protection_limits *in_force = &node.axis[0].watch.limits;
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(PROTECTION, OVER_VOLTAGE, 30.0f);
+  CHECK_SAME("V read back", 30.0, get_float(PROTECTION, OVER_VOLTAGE));
+  CHECK_SAME("V in force", 60.0, in_force->over_voltage_v);
+  TEST_ASSERT_EQUAL(PROTECTION_VOLTAGES, get(PROTECTION, WAITING) & 0xFF);
+  SET_FLOAT(PROTECTION, UNDER_VOLTAGE, 18.0f);
+  CHECK_SAME("V in force", 30.0, in_force->over_voltage_v);
+  CHECK_SAME("V in force", 18.0, in_force->under_voltage_v);
+  TEST_ASSERT_EQUAL(0, get(PROTECTION, WAITING) & 0xFF);
+
+  SET_FLOAT(PROTECTION, TRAVEL_MAXIMUM, 1.0f);
+  SET_FLOAT(PROTECTION, TRAVEL_MINIMUM, -1.0f);
+  SET_FLOAT(PROTECTION, TRAVEL_MINIMUM, 2.0f); /* above the old maximum */
+  CHECK_SAME("rad in force", -1.0, in_force->minimum_rad);
+  TEST_ASSERT_EQUAL(PROTECTION_TRAVEL, get(PROTECTION, WAITING) & 0xFF);
+  SET_FLOAT(PROTECTION, OVERSPEED, 1.25f); /* the rest of the set waits with it */
+  CHECK_SAME("rad/s in force", 1.5, in_force->overspeed_rad_s);
+  SET_FLOAT(PROTECTION, TRAVEL_MAXIMUM, 3.0f);
+  CHECK_SAME("rad in force", 2.0, in_force->minimum_rad);
+  CHECK_SAME("rad in force", 3.0, in_force->maximum_rad);
+  CHECK_SAME("rad/s in force", 1.25, in_force->overspeed_rad_s);
+  SET_FLOAT(PROTECTION, STOPPING_MARGIN, 0.5f); /* twice of it leaves nothing */
+  TEST_ASSERT_EQUAL(PROTECTION_TRAVEL, get(PROTECTION, WAITING) & 0xFF);
+  SET_FLOAT(PROTECTION, STOPPING_MARGIN, 0.01f);
+  CHECK_SAME("rad in force", 0.01f, in_force->stopping_margin_rad);
+}
+
+/* Every order of four writes, from one set without contradiction to another. */
+static void test_any_order_of_writes_ends_in_the_set_that_was_written(void) {
+  static const uint8_t subs[] = {TRAVEL_MINIMUM, TRAVEL_MAXIMUM, UNDER_VOLTAGE, OVER_VOLTAGE};
+  static const float sets[][4] = {
+      {-1.0f, 1.0f, 36.0f, 60.0f}, {2.0f, 3.0f, 18.0f, 30.0f}, {-4.0f, -2.0f, 61.0f, 80.0f}, {0.0f, 0.0f, 5.0f, 17.0f}};
+  const protection_limits *in_force = &node.axis[1].watch.limits;
+  for (unsigned to = 1; to <= 4; ++to) {
+    for (unsigned order = 0; order < 24; ++order) {
+      unsigned left[] = {0, 1, 2, 3};
+      for (unsigned from = 0; from < 4; ++from) {
+        SET(ACCESS, WORD, OPEN);
+        SET_FLOAT(PROTECTION + PITCH, subs[from], sets[(to - 1) % 4][from]);
+      }
+      unsigned code = order;
+      for (unsigned n = 4; n > 0; --n) {
+        const unsigned pick = code % n;
+        code /= n;
+        SET_FLOAT(PROTECTION + PITCH, subs[left[pick]], sets[to % 4][left[pick]]);
+        left[pick] = left[n - 1];
+        TEST_ASSERT_EQUAL(CONTROL_OK, protection_check(in_force));
+      }
+      TEST_ASSERT_EQUAL(0, get(PROTECTION + PITCH, WAITING) & 0xFF);
+      TEST_ASSERT_EQUAL_FLOAT(sets[to % 4][0], in_force->minimum_rad);
+      TEST_ASSERT_EQUAL_FLOAT(sets[to % 4][1], in_force->maximum_rad);
+      TEST_ASSERT_EQUAL_FLOAT(sets[to % 4][2], in_force->under_voltage_v);
+      TEST_ASSERT_EQUAL_FLOAT(sets[to % 4][3], in_force->over_voltage_v);
+    }
+  }
+}
+
+static void test_limits_that_wait_are_not_stored_and_a_reset_forgets_them(void) {
+  const uint32_t save = 0x65766173;
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(PROTECTION, OVER_VOLTAGE, 30.0f);
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x1010, 1, save));
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x1010, 3, save));
+  nmt(0x81);
+  wait_ms(5);
+  TEST_ASSERT_EQUAL(0, get(PROTECTION, WAITING) & 0xFF);
+  CHECK_SAME("V", 60.0, get_float(PROTECTION, OVER_VOLTAGE));
+}
+
+static void test_a_contradiction_of_607d_leaves_the_last_one_in_force(void) {
+  const drive_travel *in_force = &node.axis[0].drive.motion.bounds.travel;
+  enable(0, PV);
+  SET(SOFT_TRAVEL, 1, (uint32_t)-1000000);
+  SET(SOFT_TRAVEL, 2, 1000000);
+  wait_ms(2);
+  SET(SOFT_TRAVEL, 1, 2000000);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(PROTECTION_SOFT_TRAVEL, get(PROTECTION, WAITING) & 0xFF);
+  TEST_ASSERT_EQUAL_INT32(-1000000, in_force->minimum);
+  TEST_ASSERT_EQUAL_INT32(1000000, in_force->maximum);
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x1010, 1, 0x65766173));
+  SET(SOFT_TRAVEL, 2, 3000000);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(0, get(PROTECTION, WAITING) & 0xFF);
+  TEST_ASSERT_EQUAL_INT32(2000000, in_force->minimum);
+  TEST_ASSERT_EQUAL_INT32(3000000, in_force->maximum);
+  command(0, 0x00); /* off does not forget it */
+  SET(SOFT_TRAVEL, 1, 4000000);
+  enable(0, PV);
+  TEST_ASSERT_EQUAL_INT32(2000000, in_force->minimum);
 }
 
 /* --- the log --------------------------------------------------------------------------------------------------------
@@ -247,7 +343,11 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_limits_are_written_only_while_the_lock_is_open);
   RUN_TEST(test_the_lock_closes_by_itself_after_a_minute);
-  RUN_TEST(test_a_limit_that_contradicts_another_is_refused);
+  RUN_TEST(test_a_limit_out_of_range_is_refused);
+  RUN_TEST(test_limits_are_written_in_any_order_and_only_whole_sets_are_in_force);
+  RUN_TEST(test_any_order_of_writes_ends_in_the_set_that_was_written);
+  RUN_TEST(test_limits_that_wait_are_not_stored_and_a_reset_forgets_them);
+  RUN_TEST(test_a_contradiction_of_607d_leaves_the_last_one_in_force);
   RUN_TEST(test_a_fault_leaves_what_the_axis_did_before_it);
   RUN_TEST(test_the_last_eight_faults_are_kept_until_they_are_cleared);
   RUN_TEST(test_there_is_no_entry_before_a_fault);

@@ -253,6 +253,52 @@ static void test_a_queue_that_is_full_loses_frames_and_says_so(void) {
 /* --- objects --------------------------------------------------------------------------------------------------------
  */
 
+/* 607F = FFFFFFFF is everybody's "no limit": what is left is 80 % of 2060:1, whatever the other objects say. */
+static void test_no_limit_of_607f_leaves_the_machine_its_own(void) {
+  enable(0, 3);
+  SET(0x607F, 0, UINT32_MAX);
+  SET(0x60FF, 0, INT32_MAX);
+  wait_ms(4000);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  CHECK_NEAR("rad/s", 0.8 * 1.5, machine.axis[0].rate_rad_s, 0.01);
+  TEST_ASSERT_TRUE((get(0x6041, 0) & 1u << 11) != 0);
+}
+
+/* No value that an object takes is a fault of the samples (7300). */
+static void test_the_largest_values_of_all_objects_are_plausible(void) {
+  static const struct {
+    uint16_t index;
+    uint8_t sub;
+    uint32_t value;
+  } largest[] = {{0x607F, 0, UINT32_MAX}, {0x6081, 0, UINT32_MAX}, {0x6083, 0, UINT32_MAX}, {0x6084, 0, UINT32_MAX},
+                 {0x6085, 0, UINT32_MAX}, {0x60A4, 1, UINT32_MAX}, {0x6087, 0, UINT32_MAX}, {0x6076, 0, UINT32_MAX},
+                 {0x6072, 0, 0xFFFF},     {0x60E0, 0, 0xFFFF},     {0x60E1, 0, 0xFFFF},     {0x60FF, 0, INT32_MAX},
+                 {0x60B1, 0, INT32_MAX},  {0x60B2, 0, INT16_MAX},  {0x6071, 0, INT16_MAX},  {0x607A, 0, INT32_MAX}};
+  static const int8_t modes[] = {0, 1, 3, 8, 9, 10};
+  SET(0x3040, 1, 0x6E65706Fu);
+  SET_FLOAT(0x2060, 1, 1000.0f); /* nothing else is a limit, then */
+  SET_FLOAT(0x2060, 6, 1000.0f);
+  for (unsigned i = 0; i < sizeof largest / sizeof largest[0]; ++i) {
+    SET(largest[i].index, largest[i].sub, largest[i].value);
+  }
+  for (unsigned m = 0; m < sizeof modes; ++m) {
+    SET(0x6060, 0, (uint8_t)modes[m]);
+    command(0, 0x80);
+    command(0, 0x06);
+    command(0, 0x07);
+    for (int i = 0; i < 20; ++i) {
+      command(0, (uint16_t)(0x0F | (i % 2 == 0 ? 0x30 : 0)));
+      SET(0x60FF, 0, i % 4 < 2 ? (uint32_t)INT32_MAX : (uint32_t)INT32_MIN);
+      SET(0x607A, 0, i % 4 < 2 ? (uint32_t)INT32_MAX : (uint32_t)INT32_MIN);
+      SET(0x6071, 0, i % 4 < 2 ? (uint32_t)INT16_MAX : (uint16_t)INT16_MIN);
+      TEST_ASSERT_FALSE_MESSAGE(node.board.app.axis[0].implausible, "refused by the servo axis");
+    }
+    command(0, 0x00);
+    rigid_machine_init(&machine);
+    wait_ms(20);
+  }
+}
+
 static void test_what_the_drive_cannot_do_is_refused(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x605A, 0, 3));
   TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x6060, 0, 6)); /* homing */
@@ -390,6 +436,8 @@ int main(void) {
   RUN_TEST(test_a_fault_that_outlives_a_reset_of_the_communication_is_told_again);
   RUN_TEST(test_a_reset_of_the_node_is_a_fresh_start);
   RUN_TEST(test_a_queue_that_is_full_loses_frames_and_says_so);
+  RUN_TEST(test_no_limit_of_607f_leaves_the_machine_its_own);
+  RUN_TEST(test_the_largest_values_of_all_objects_are_plausible);
   RUN_TEST(test_what_the_drive_cannot_do_is_refused);
   RUN_TEST(test_staged_gains_come_into_force_in_one_piece);
   RUN_TEST(test_gains_that_do_not_fit_together_are_refused_with_the_reason);

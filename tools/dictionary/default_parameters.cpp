@@ -89,6 +89,7 @@ std::string print_limits(const protection_limits& p) {
   PRINT(voltage_mismatch_v);
   PRINT(under_voltage_v);
   PRINT(over_voltage_v);
+  PRINT(stopping_margin_rad);
 #undef PRINT
   return text;
 }

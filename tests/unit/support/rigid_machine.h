@@ -133,8 +133,10 @@ static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *
   const axis_parameters parameters[SERVO_AXES] = {defaults.staged, defaults.staged};
   protection_limits limits[SERVO_AXES];
   for (int i = 0; i < SERVO_AXES; ++i) {
-    const od_part limits_part = {.table = protection_objects_table, .values = &limits[i], .prefix = ""};
+    protection_objects objects;
+    const od_part limits_part = {.table = protection_objects_table, .values = &objects, .prefix = ""};
     od_restore_defaults(&limits_part, node_id);
+    limits[i] = objects.written;
     limits[i].stuck_s = 0.0f; /* without noise, a machine at rest says the same again and again */
   }
   const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0};

@@ -17,10 +17,12 @@ from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, radi
 REACH_RAD = (2**31 - 1) / POSITION_COUNTS_PER_RAD
 """607A and 6064 are of 32 bits."""
 HARD_MARGIN_RAD = radians(0.25)
-"""Kept from the hard limits, which are a fault when the axis passes them on its way to rest."""
-FAULT_SHARE = 0.9
-"""Of a rate that is a fault: rates overshoot, and sensors are noisy."""
-_PROTECTION, _OVER_SPEED, _GYRO_RANGE, _HARD_MINIMUM, _HARD_MAXIMUM = 0x2060, 1, 3, 9, 10
+"""Kept from the hard limits, which are a fault when the axis passes them on its way to rest; of nodes without 2060:17."""
+OVER_SPEED_SHARE = 0.8
+"""Of the rate that is a fault; the node lets no set-point go beyond."""
+GYRO_SHARE = 0.9
+"""Of the gyro's range: rates overshoot, and sensors are noisy."""
+_PROTECTION, _OVER_SPEED, _GYRO_RANGE, _HARD_MINIMUM, _HARD_MAXIMUM, _STOPPING_MARGIN = 0x2060, 1, 3, 9, 10, 17
 
 
 @dataclass(frozen=True)
@@ -85,17 +87,21 @@ def read_limits(drive: Drive) -> NodeLimits:
             bounds.append(Bound(value, f"its software limit 607D:{sub} ({degrees(value):.2f}°)"))
     low, high = _protection(drive, _HARD_MINIMUM), _protection(drive, _HARD_MAXIMUM)
     if low is not None and high is not None and low < high:
-        kept = f"of which {degrees(HARD_MARGIN_RAD):g}° are kept free"
+        known = _protection(drive, _STOPPING_MARGIN)
+        margin = HARD_MARGIN_RAD if known is None else known
+        kept = f"of which {degrees(margin):.3g}° are kept free"
         for bounds, sub, value, inward in ((lowest, _HARD_MINIMUM, low, 1), (highest, _HARD_MAXIMUM, high, -1)):
             text = f"its hard limit 2060:{sub} ({degrees(value):.2f}°, {kept})"
-            bounds.append(Bound(value + inward * HARD_MARGIN_RAD, text))
+            bounds.append(Bound(value + inward * margin, text))
     profile = drive.rate_limit()
     fastest = [Bound(profile, f"607F ({degrees(profile):.5g} °/s)")]
-    for sub, name in ((_OVER_SPEED, "the over-speed limit"), (_GYRO_RANGE, "the gyro's range")):
+    for sub, name, share in (
+        (_OVER_SPEED, "the over-speed limit", OVER_SPEED_SHARE), (_GYRO_RANGE, "the gyro's range", GYRO_SHARE),
+    ):  # fmt: skip
         limit = _protection(drive, sub)
         if limit is not None:
-            share = f"{100 * FAULT_SHARE:.0f} % of {degrees(limit):.5g} °/s"
-            fastest.append(Bound(FAULT_SHARE * limit, f"{name} 2060:{sub} ({share})"))
+            source = f"{name} 2060:{sub} ({100 * share:.0f} % of {degrees(limit):.5g} °/s)"
+            fastest.append(Bound(share * limit, source))
     return NodeLimits(
         max(lowest, key=lambda bound: bound.value),
         min(highest, key=lambda bound: bound.value),

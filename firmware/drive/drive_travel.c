@@ -1,0 +1,128 @@
+#include "drive/drive_travel.h"
+
+#include <math.h>
+
+#include "app/servo_axis.h"
+#include "control/scalar.h"
+
+/* The position loop may go at 110 % of 607F to make good an error: 88 % of 2060:1, and the rest is for what a loop
+ * overshoots. */
+#define RATE_OF_OVERSPEED 0.8f
+#define BRAKING_OF_MOTOR 0.5f
+
+/* As high as the limits of a ramp go: no limit. */
+#define HARDEST_BRAKING_RAD_S2 4300.0f
+#define HARDEST_JERK_RAD_S3 4300.0f
+#define SOFTEST_BRAKING_RAD_S2 1e-3f
+
+int32_t drive_travel_clamp(const drive_travel *travel, int32_t position) {
+  if (!drive_travel_is_limited(travel)) {
+    return position;
+  }
+  if (position < travel->minimum) {
+    return travel->minimum;
+  }
+  return position > travel->maximum ? travel->maximum : position;
+}
+
+/* The soft travel within the hard one; the hard one alone where the two have nothing in common. */
+static drive_travel travel_in_force(const drive_travel *soft, const drive_machine *machine) {
+  drive_travel inner = machine->hard;
+  if (drive_travel_is_limited(&inner)) {
+    inner.minimum += machine->margin;
+    inner.maximum -= machine->margin;
+  }
+  const drive_travel both = {drive_travel_clamp(&inner, soft->minimum), drive_travel_clamp(&inner, soft->maximum)};
+  return drive_travel_is_limited(soft) && drive_travel_is_limited(&both) ? both : inner;
+}
+
+/* Both directions alike: the torque limit that is lower counts. */
+static float sure_braking_rad_s2(const drive_torque_objects *torque, const drive_machine *machine) {
+  if (!(machine->inertia_kg_m2 > 0.0f)) {
+    return HARDEST_BRAKING_RAD_S2;
+  }
+  uint16_t least = torque->positive_limit < torque->negative_limit ? torque->positive_limit : torque->negative_limit;
+  least = torque->maximum < least ? torque->maximum : least;
+  const float torque_nm = scalar_min(machine->torque_nm, drive_torque_from_permille(least, torque->rated_mnm));
+  return scalar_clamp(BRAKING_OF_MOTOR * torque_nm / machine->inertia_kg_m2, SOFTEST_BRAKING_RAD_S2,
+                      HARDEST_BRAKING_RAD_S2);
+}
+
+static float rate_in_force_rad_s(uint32_t wanted, const drive_machine *machine) {
+  const float own_rad_s = machine->overspeed_rad_s > 0.0f ? RATE_OF_OVERSPEED * machine->overspeed_rad_s
+                                                          : RATE_OF_OVERSPEED * SERVO_PLAUSIBLE_RATE_RAD_S;
+  return scalar_min(drive_limit_from_counts(wanted), own_rad_s);
+}
+
+void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, const drive_machine *machine) {
+  const drive_limit_objects *limit = &objects->limit;
+  if (limit->position_minimum <= limit->position_maximum) {
+    bounds->soft = (drive_travel){limit->position_minimum, limit->position_maximum};
+  }
+  bounds->travel = travel_in_force(&bounds->soft, machine);
+  bounds->rate_rad_s = rate_in_force_rad_s(limit->maximum_velocity, machine);
+  bounds->braking_rad_s2 = sure_braking_rad_s2(&objects->torque, machine);
+}
+
+float drive_travel_room_rad(const drive_travel *travel, drive_angle position, float direction) {
+  const int32_t end = direction < 0.0f ? travel->minimum : travel->maximum;
+  return drive_angle_difference_rad(drive_angle_from_position(end), position);
+}
+
+float drive_travel_side(const drive_travel *travel, drive_angle position) {
+  if (!drive_travel_is_limited(travel)) {
+    return 0.0f;
+  }
+  if (drive_travel_room_rad(travel, position, 1.0f) <= 0.0f) {
+    return 1.0f;
+  }
+  return drive_travel_room_rad(travel, position, -1.0f) >= 0.0f ? -1.0f : 0.0f;
+}
+
+profile_limits drive_braking_within(const drive_bounds *bounds, const profile_limits *limits) {
+  profile_limits braking = *limits;
+  braking.deceleration_rad_s2 = scalar_min(limits->deceleration_rad_s2, bounds->braking_rad_s2);
+  return braking;
+}
+
+bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const profile_ramp *ramp,
+                       drive_angle position) {
+  if (!drive_travel_is_limited(&bounds->travel) || ramp->rate_rad_s == 0.0f) {
+    return false;
+  }
+  const float direction = ramp->rate_rad_s < 0.0f ? -1.0f : 1.0f;
+  const float room_rad = direction * drive_travel_room_rad(&bounds->travel, position, direction);
+  if (room_rad > direction * profile_stop_travel_rad(ramp, limits)) {
+    return false;
+  }
+  /* No harder than it needs, without a gentle start: what is left may be too short for that. */
+  const float hardest_rad_s2 = scalar_max(limits->deceleration_rad_s2, bounds->braking_rad_s2);
+  const float square = ramp->rate_rad_s * ramp->rate_rad_s;
+  const float needed_rad_s2 = square < 2.0f * hardest_rad_s2 * room_rad ? square / (2.0f * room_rad) : hardest_rad_s2;
+  limits->deceleration_rad_s2 = scalar_max(limits->deceleration_rad_s2, needed_rad_s2);
+  limits->jerk_rad_s3 = HARDEST_JERK_RAD_S3;
+  return true;
+}
+
+/* The rate whose stop, with deceleration a and jerk j, is as long as the room: v^2 / 2a + v a / 2j. Near its end it is
+ * 2 j / a times the room. And no more than the room in a tick. */
+static float fastest_rad_s(float room_rad, const profile_limits *braking, float dt_s) {
+  if (room_rad <= 0.0f) {
+    return 0.0f;
+  }
+  const float a = braking->deceleration_rad_s2;
+  const float q_rad_s = 0.5f * a * a / braking->jerk_rad_s3;
+  const float rate_rad_s = 2.0f * a * room_rad / (sqrtf(q_rad_s * q_rad_s + 2.0f * a * room_rad) + q_rad_s);
+  return scalar_min(rate_rad_s, room_rad / dt_s);
+}
+
+float drive_rate_within(const drive_bounds *bounds, const profile_limits *braking, drive_angle position,
+                        float rate_rad_s, float dt_s) {
+  if (!drive_travel_is_limited(&bounds->travel)) {
+    return rate_rad_s;
+  }
+  const float direction = rate_rad_s < 0.0f ? -1.0f : 1.0f;
+  const float room_rad = direction * drive_travel_room_rad(&bounds->travel, position, direction);
+  const float fastest = fastest_rad_s(room_rad, braking, dt_s);
+  return scalar_clamp(rate_rad_s, -fastest, fastest);
+}
