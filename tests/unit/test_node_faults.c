@@ -144,7 +144,7 @@ static void test_limits_that_wait_are_not_stored_and_a_reset_forgets_them(void) 
   TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x1010, 1, save));
   TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x1010, 3, save));
   nmt(0x81);
-  wait_ms(5);
+  wait_ms(100); /* in pieces */
   TEST_ASSERT_EQUAL(0, get(PROTECTION, WAITING) & 0xFF);
   CHECK_SAME("V", 60.0, get_float(PROTECTION, OVER_VOLTAGE));
 }
