@@ -68,12 +68,11 @@ static drive_travel hard_travel(const protection_limits *limits) {
 
 drive_machine axis_watch_machine(const axis_watch *watch, const servo_axis_params *params) {
   const protection_limits *limits = &watch->limits;
-  return (drive_machine){
-      .hard = hard_travel(limits),
-      .margin = position_of(limits->stopping_margin_rad),
-      .overspeed_rad_s = limits->overspeed_rad_s,
-      .torque_nm = params->current_limit_a * params->torque_constant_nm_a,
-      .inertia_kg_m2 = params->speed.observer.inertia_kg_m2};
+  return (drive_machine){.hard = hard_travel(limits),
+                         .margin = position_of(limits->stopping_margin_rad),
+                         .overspeed_rad_s = limits->overspeed_rad_s,
+                         .torque_nm = params->current_limit_a * params->torque_constant_nm_a,
+                         .inertia_kg_m2 = params->speed.observer.inertia_kg_m2};
 }
 
 drive_travel axis_watch_default_travel(const axis_watch *watch) {
