@@ -16,7 +16,7 @@ from rich.text import Text
 
 from .table import columns_of, lines, needed
 
-PIPED_WIDTH = 100
+PIPED_WIDTH = 160
 DEEPEST_HANG = 16
 
 

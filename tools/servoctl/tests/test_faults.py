@@ -7,6 +7,7 @@ import math
 import re
 import shutil
 import struct
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -70,13 +71,19 @@ def test_a_code_of_several_faults_is_told_apart_by_the_number_that_came_with_it(
 
 @pytest.fixture
 def too_fast(servo: Bench) -> Iterator[Bench]:
-    """The pitch axis in the fault over-speed, with an empty log before; the limit comes back afterwards."""
+    """The pitch axis in the fault over-speed, with an empty log before; the limit comes back afterwards.
+
+    Its objects are written one by one: `move` checks the limit, and would not begin.
+    """
     assert servo("faults", "--clear").code == 0
-    limit = "pitch.protection.over_speed_limit"
-    servo.json("set", limit, "0.01", "--unlock")
-    moved = servo("move", "pitch", "--rate", "2", "--for", "2", "--yes")
-    servo.json("undo", "--unlock")
-    assert moved.code == 6, moved
+    limit, mode, target = "pitch.protection.over_speed_limit", "pitch.modes_of_operation", "pitch.target_velocity"
+    before = servo.value(limit)
+    servo.json("state", "pitch", "enable")
+    servo.json("set", f"{limit}=0.01", f"{mode}=3", f"{target}=34907", "--unlock")
+    end = time.monotonic() + 30
+    while servo.json("state", "pitch")["axes"][0]["state"] != "fault":
+        assert time.monotonic() < end, "no fault"
+    servo.json("set", f"{limit}={before}", f"{mode}=0", f"{target}=0", "--unlock")
     yield servo
     servo.json("state", "pitch", "reset")
 
