@@ -43,6 +43,13 @@ def test_servoctl_carries_the_description_that_the_build_prints(descriptions, na
     assert carried.read_text() == (descriptions / name).read_text(), RENEW
 
 
+def test_the_description_that_servoctl_carries_is_the_same_for_every_commit(descriptions, node):
+    text = (descriptions / "parameters.json").read_text()
+    assert node.sdo[0x3030][3].raw not in text
+    fixed = [row for row in json.loads(text)["objects"] if row["type"] == "VISIBLE_STRING" and row["access"] == "const"]
+    assert len(fixed) > 3 and not any("default" in row for row in fixed)
+
+
 def test_every_fault_has_all_its_words_and_names_limits_that_exist(descriptions):
     faults = json.loads((descriptions / "faults.json").read_text())["faults"]
     assert [fault["number"] for fault in faults] == list(range(1, len(faults) + 1))

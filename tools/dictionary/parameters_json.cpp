@@ -52,8 +52,11 @@ nlohmann::ordered_json describe(const od_object& object) {
   };
   text("unit", entry.unit);
   if (entry.type == OD_VISIBLE_STRING) {
-    row["capacity"] = entry.bytes;
-    row["default"] = entry.preset.text == nullptr ? "" : entry.preset.text;
+    // Not of a fixed text, which may be the commit: like the schema hash, the file is the same for every commit.
+    if (entry.access != OD_CONST) {
+      row["capacity"] = entry.bytes;
+      row["default"] = entry.preset.text == nullptr ? "" : entry.preset.text;
+    }
   } else if (entry.type != OD_DOMAIN) {
     row["low"] = json_number(entry, entry.low);
     row["high"] = json_number(entry, entry.high);
