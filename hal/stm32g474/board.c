@@ -139,6 +139,7 @@ void fdcan1_it0_interrupt(void) {
   for (int i = 0; i < CAN_MOST_FRAMES_PER_INTERRUPT && can_receive(&frame); ++i) {
     main_can_frame(&frame);
   }
+  can_send_waiting();
 }
 
 void tim1_brk_interrupt(void) {

@@ -1,7 +1,11 @@
 #include "can.h"
 
+#include <stddef.h>
+
+#include "canopen/can_queue.h"
 #include "canopen/heard_frames.h"
 #include "clock.h"
+#include "interrupts.h"
 #include "registers/fdcan.h"
 
 /* 170 MHz / 5 = 34 time quanta a bit: 1 + 29 before the sample point, 4 after it. */
@@ -11,6 +15,8 @@ enum { MOST_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
 
 static uint32_t bus_off_ticks;
 static volatile uint32_t lost_frames;
+static can_frame waiting_frames[CAN_SEND_FRAMES];
+static can_queue waiting; /* from the service to the interrupt */
 
 static bool wait_for_init(uint32_t wanted) {
   const uint32_t start = clock_cycles();
@@ -34,6 +40,9 @@ static void write_filters(void) {
 bool can_start(void) {
   bus_off_ticks = 0;
   lost_frames = 0;
+  if (!can_queue_init(&waiting, waiting_frames, CAN_SEND_FRAMES)) {
+    return false;
+  }
   FDCAN1->cccr |= FDCAN_CCCR_INIT;
   if (!wait_for_init(FDCAN_CCCR_INIT)) {
     return false;
@@ -51,7 +60,7 @@ bool can_start(void) {
 }
 
 void can_enable_interrupt(void) {
-  FDCAN1->ie = FDCAN_IE_RF0NE;
+  FDCAN1->ie = FDCAN_IE_RF0NE | FDCAN_IE_TFEE;
   FDCAN1->ile = FDCAN_ILE_EINT0;
 }
 
@@ -65,12 +74,10 @@ static void put_word(uint8_t *bytes, uint32_t word) {
   }
 }
 
-bool can_send(const can_frame *frame) {
-  const uint32_t status = FDCAN1->txfqs;
-  if ((status & FDCAN_TXFQS_TFFL) == 0) {
-    return false;
-  }
-  const uint32_t index = field_get(status, FDCAN_TXFQS_TFQPI);
+static bool has_room(void) { return (FDCAN1->txfqs & FDCAN_TXFQS_TFFL) != 0; }
+
+static void transmit(const can_frame *frame) {
+  const uint32_t index = field_get(FDCAN1->txfqs, FDCAN_TXFQS_TFQPI);
   fdcan_element *element = &FDCAN1_RAM->transmit[index];
   const bool extended = (frame->flags & CAN_FRAME_EXTENDED) != 0;
   element->identifier = (extended ? ELEMENT_EXTENDED | FIELD_VALUE(ELEMENT_EXTENDED_ID, frame->id)
@@ -80,7 +87,29 @@ bool can_send(const can_frame *frame) {
   element->data[0] = word_of(frame->data);
   element->data[1] = word_of(frame->data + 4);
   FDCAN1->txbar = 1u << index;
-  return true;
+}
+
+/* While frames wait, the interrupt alone writes to the hardware; none wait but those pushed here. It comes when the
+ * hardware has sent all that it has; if that was before the frame was pushed, it is asked for. */
+bool can_send(const can_frame *frame) {
+  if (can_queue_front(&waiting) == NULL && has_room()) {
+    transmit(frame);
+    return true;
+  }
+  const bool waits = can_queue_push(&waiting, frame);
+  if (has_room()) {
+    interrupt_request(FDCAN1_IT0_INTERRUPT);
+  }
+  return waits;
+}
+
+void can_send_waiting(void) {
+  const can_frame *frame = can_queue_front(&waiting);
+  for (int i = 0; i < FDCAN_FIFO_ELEMENTS && frame != NULL && has_room(); ++i) {
+    transmit(frame);
+    can_queue_drop(&waiting);
+    frame = can_queue_front(&waiting);
+  }
 }
 
 bool can_receive(can_frame *frame) {
@@ -107,7 +136,7 @@ void can_acknowledge_interrupt(void) {
   if ((FDCAN1->ir & FDCAN_IR_RF0L) != 0) {
     lost_frames++;
   }
-  FDCAN1->ir = FDCAN_IR_RF0N | FDCAN_IR_RF0L;
+  FDCAN1->ir = FDCAN_IR_RF0N | FDCAN_IR_RF0L | FDCAN_IR_TFE;
 }
 
 /* The controller takes itself off the bus by setting INIT; taking that back, it comes again after 129 times 11

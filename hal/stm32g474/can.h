@@ -10,6 +10,10 @@
 
 #include "canopen/can_frame.h"
 
+/* About what the bus carries in a tick: a node that sends a TPDO in every tick on each of its channels still has room
+ * for its heartbeat and its SDO answers. A power of two. */
+enum { CAN_SEND_FRAMES = 8 };
+
 typedef enum { CAN_GOOD = 0, CAN_ERROR_PASSIVE, CAN_BUS_OFF } can_state;
 
 /* False: the controller does not answer. */
@@ -17,10 +21,14 @@ bool can_start(void);
 
 void can_enable_interrupt(void);
 
-/* False: three frames wait already. From the tick only. */
+/* Frames go out in the order of their calls. False: CAN_SEND_FRAMES wait already behind the three in the hardware. From
+ * the service only. */
 bool can_send(const can_frame *frame);
 
-/* Takes the oldest frame; false: there is none. From the receive interrupt only. */
+/* Gives frames that wait to the hardware, which has sent its own. From the interrupt only. */
+void can_send_waiting(void);
+
+/* Takes the oldest frame; false: there is none. From the interrupt only. */
 bool can_receive(can_frame *frame);
 
 void can_acknowledge_interrupt(void);

@@ -4,7 +4,7 @@
  *     0  driver faults: TIM1 break, TIM8 break
  *     1  current loop: end of the injected sequence of ADC1, 20 kHz
  *     2  tick: TIM6 update, 1 kHz; prelude: what came before the tick, asked for by the last PWM periods
- *     3  CAN: a frame was received
+ *     3  CAN: a frame was received, or all that the hardware had to send has been sent
  *     4  service: PendSV, which every tick asks for
  *        background: main, watchdog */
 #ifndef TRACKSERVO_STM32G474_INTERRUPTS_H

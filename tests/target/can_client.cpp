@@ -39,6 +39,8 @@ void CanClient::receive(const can_frame& frame) {
     Emergency emergency{static_cast<std::uint16_t>(word_of(frame, 0)), {}};
     std::copy_n(frame.data, emergency.bytes.size(), emergency.bytes.begin());
     emergencies_.push_back(emergency);
+  } else if (frame.id >= 0x180U && frame.id < 0x580U) {
+    ++pdos_;
   }
 }
 

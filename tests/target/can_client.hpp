@@ -49,10 +49,11 @@ class CanClient {
 
   int heartbeats() const { return heartbeats_; }
   int boots() const { return boots_; }
+  int pdos() const { return pdos_; }
   const std::vector<Emergency>& emergencies() const { return emergencies_; }
   void forget() {
     emergencies_.clear();
-    heartbeats_ = boots_ = 0;
+    heartbeats_ = boots_ = pdos_ = 0;
   }
 
  private:
@@ -68,6 +69,7 @@ class CanClient {
   std::optional<can_frame> answer_;
   int heartbeats_ = 0;
   int boots_ = 0;
+  int pdos_ = 0;
   std::vector<Emergency> emergencies_;
 };
 

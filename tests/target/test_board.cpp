@@ -182,7 +182,7 @@ constexpr int kScope = 0x3000;
 constexpr double kCyclesPerMicrosecond = 170.0;
 
 // A bus as full as 1 Mbit/s can be: SYNC, four RPDOs and four TPDOs each ms, an SDO request and its answer in every
-// other.
+// eighth.
 class FullBus {
  public:
   FullBus(BoardRig& rig, int mode) : rig_(rig), mode_(mode) {
@@ -213,7 +213,7 @@ class FullBus {
     }
     send_words(0x401, back ? -20000 : 20000, back ? 20000 : -20000);
     send_words(0x501, moved(0), moved(1));
-    if (tick_ % 2 == 0) {
+    if (tick_ % 8 == 0) {
       send(0x601, {0x40, 0x64, 0x68, 0, 0, 0, 0, 0});
     }
     send(0x080, {});

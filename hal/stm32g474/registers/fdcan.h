@@ -72,7 +72,9 @@ REGISTER_AT(fdcan_registers, txbcr, 0xD0);
 
 #define FDCAN_IR_RF0N FIELD(0, 1)
 #define FDCAN_IR_RF0L FIELD(2, 1)
+#define FDCAN_IR_TFE FIELD(9, 1)
 #define FDCAN_IE_RF0NE FIELD(0, 1)
+#define FDCAN_IE_TFEE FIELD(9, 1)
 #define FDCAN_ILE_EINT0 FIELD(0, 1)
 
 #define FDCAN_RXGFC_RRFE FIELD(0, 1)
