@@ -33,12 +33,12 @@ DCFGEN_SDO = {"index", "sub_index", "value"}
 
 # Read by ros2_canopen: canopen_core (container, drivers' base class), canopen_base_driver and canopen_402_driver
 # (node_canopen_base_driver_impl.hpp, node_canopen_402_driver_impl.hpp), canopen_ros2_control; documented in its pages
-# "Configuration Package" and "Cia402 Driver". num_channels, channel_names, channels and scale_eff_from_dev came with its
-# pull request 404 (January 2026).
-ROS2_MASTER = {"driver", "package"}
+# "Configuration Package" and "Cia402 Driver". namespace came with its pull request 170, remappings with 352, and
+# num_channels, channel_names, channels and scale_eff_from_dev with 404 (January 2026).
+ROS2_MASTER = {"driver", "namespace", "package", "remappings"}
 ROS2_NODE = {
-    "boot_timeout_ms", "diagnostics", "driver", "enable_lazy_load", "non_transmit_timeout", "package", "period", "polling",
-    "sdo_timeout_ms",
+    "boot_timeout_ms", "diagnostics", "driver", "enable_lazy_load", "namespace", "non_transmit_timeout", "package", "period",
+    "polling", "remappings", "sdo_timeout_ms",
 }
 ROS2_SCALES = {
     "offset_pos_from_dev", "offset_pos_to_dev", "scale_eff_from_dev", "scale_pos_from_dev", "scale_pos_to_dev",
