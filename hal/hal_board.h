@@ -1,7 +1,7 @@
 /* What a platform with a life of its own does besides hal.h: it starts, tests itself, interrupts, and has a CAN
  * controller. firmware/app/main.c is the only caller.
  *
- *     hal_board_start -> hal_board_self_test -> hal_board_run -> hal_board_background, for ever
+ *     hal_board_start -> hal_board_self_test -> hal_can_join -> hal_board_run -> hal_board_background, for ever
  *                                      \-> interrupts: main_pwm_period, main_before_tick, main_tick,
  *                                                      main_can_frame, main_service */
 #ifndef TRACKSERVO_HAL_BOARD_H
@@ -63,11 +63,22 @@ void hal_board_fail(hal *machine, uint32_t test_bits);
  * interrupts go on and the watchdog is refreshed. */
 const hal_flash *hal_board_flash(hal *machine);
 
+/* Pages for node id and bit rate, BUS_SETTINGS_LOG_PAGES of them; likewise. */
+const hal_flash *hal_board_bus_flash(hal *machine);
+
+/* Somebody asks at the board itself for node id and bit rate as delivered: a button was held from the start until now.
+ * After the self-test. */
+bool hal_board_recovery_is_asked(const hal *machine);
+
 /* Interrupts and watchdog from now on. */
 void hal_board_run(hal *machine);
 
 /* The background, to be called without end: refreshes the watchdog while tick and PWM periods come as they should. */
 void hal_board_background(hal *machine);
+
+/* Takes part in the bus at this bit rate (1000, 500, 250 or 125 kbit/s) from now on. Before hal_board_run, and again
+ * from the service for another one; frames under way are lost then. False: the controller does not answer. */
+bool hal_can_join(hal *machine, uint16_t kbit_s);
 
 /* From the service only. False: no room, try again later. */
 bool hal_can_send(hal *machine, const can_frame *frame);

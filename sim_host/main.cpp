@@ -290,7 +290,23 @@ void add_serve(CLI::App& app) {
   command
       ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
       ->capture_default_str();
-  command->add_option("--node", serving->options.node_id, "node id")->check(CLI::Range(1, 127))->capture_default_str();
+  command
+      ->add_option("--node-id,--node", serving->options.node_id,
+                   "node id while LSS has stored no other in the flash; 255: none, so that LSS alone is answered")
+      ->check(CLI::Range(1, 127) | CLI::Range(255, 255))
+      ->capture_default_str();
+  command
+      ->add_option("--bit-rate", serving->options.bit_rate,
+                   "of the bus in bit/s, and of a node while LSS has stored no other in its flash")
+      ->check(CLI::IsMember({125000, 250000, 500000, 1000000}))
+      ->capture_default_str();
+  command->add_option("--serial", serving->options.serial_number, "serial number, object 1018:4")
+      ->capture_default_str();
+  command
+      ->add_option("--nodes", serving->options.nodes,
+                   "so many nodes on the bus; node ids and serial numbers count up, the flash files get .2, .3 ...")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
   command->add_option("--seed", serving->options.seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   command
       ->add_option("--flash", serving->options.flash, "file that keeps what is stored from run to run; made if absent")

@@ -15,8 +15,6 @@
 #include "hal_board.h"
 #include "node/servo_node.h"
 
-enum { NODE_ID = 1 };
-
 typedef struct {
   hal *machine;
   servo_node node;
@@ -74,6 +72,8 @@ void main_can_frame(const can_frame *frame) { (void)servo_node_receive(&self.nod
 
 static bool send(void *context, const can_frame *frame) { return hal_can_send(context, frame); }
 
+static bool join(void *context, uint16_t kbit_s) { return hal_can_join(context, kbit_s); }
+
 /* A failed self-test stays; why the board was reset is told once, and is in 1003 and the fault log. */
 static void tell_how_it_started(uint32_t failed_tests) {
   static const fault_id fault_of[] = {[HAL_RESET_WATCHDOG] = FAULT_WATCHDOG_RESET,
@@ -93,20 +93,28 @@ static void tell_how_it_started(uint32_t failed_tests) {
 
 int main(void) {
   self.machine = hal_board_start();
-  const uint32_t failed_tests = hal_board_self_test(self.machine);
+  uint32_t failed_tests = hal_board_self_test(self.machine);
   for (int i = 0; i < SERVO_AXES; ++i) {
     current_stage_reset(&self.stage[i]);
   }
-  const servo_node_config config = {.node_id = NODE_ID,
+  const servo_node_config config = {.node_id = BUS_DEFAULT_NODE_ID,
                                     .sender = {send, self.machine},
                                     .machine = self.machine,
                                     .parameters = default_parameters,
                                     .limits = default_limits,
                                     .flash = hal_board_flash(self.machine),
-                                    .serial_number = hal_board_serial_number(self.machine)};
+                                    .serial_number = hal_board_serial_number(self.machine),
+                                    .bus = {.kbit_s = BUS_DEFAULT_KBIT_S,
+                                            .recovering = hal_board_recovery_is_asked(self.machine),
+                                            .flash = hal_board_bus_flash(self.machine),
+                                            .joiner = {join, self.machine}}};
   if (!servo_node_start(&self.node, &config)) {
     for (;;) { /* a build that was never tested: nothing is on, and nothing answers */
     }
+  }
+  if (self.node.objects.bus.join_failed) {
+    hal_board_fail(self.machine, HAL_TEST_CONTROLLER);
+    failed_tests |= HAL_TEST_CONTROLLER;
   }
   tell_how_it_started(failed_tests);
   hal_board_run(self.machine);

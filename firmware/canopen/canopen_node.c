@@ -7,8 +7,15 @@
 
 enum { PART_COMMUNICATION, PART_DEVICE, NODE_PARTS, QUEUE_CAPACITY_MIN = 64, OVERRUN_QUIET_MS = 1000 };
 
+_Static_assert((uint32_t)LSS_REQUEST_COB_ID == (uint32_t)HEARD_LSS_REQUEST, "it must pass the filters");
+
 static bool send(const canopen_node *node, const can_frame *frame) {
-  return node->config.sender.send(node->config.sender.context, frame);
+  return node->sender.send(node->sender.context, frame);
+}
+
+static bool send_unless_silent(void *context, const can_frame *frame) {
+  const canopen_node *node = context;
+  return !lss_slave_is_silent(&node->lss) && node->config.sender.send(node->config.sender.context, frame);
 }
 
 static void enter(canopen_node *node, nmt_state state) {
@@ -36,7 +43,20 @@ enum { STEP_COMMUNICATION, STEP_DEVICE, STEP_SERVICES, STEP_APPLICATION };
 /* Far more than any application needs, so that canopen_node_init ends. */
 enum { RESET_STEPS_MAX = 64 };
 
+bus_settings canopen_node_settings(const canopen_node *node) {
+  return (bus_settings){.node_id = node->config.node_id, .kbit_s = node->config.kbit_s};
+}
+
+/* A node id that LSS has set counts from now on. */
+static void take_lss_node_id(canopen_node *node) {
+  lss_slave_take_node_id(&node->lss);
+  if (!lss_slave_is_unconfigured(&node->lss)) {
+    node->config.node_id = node->lss.active.node_id;
+  }
+}
+
 static void begin_reset(canopen_node *node, bool whole_node) {
+  take_lss_node_id(node);
   node->reset = (canopen_reset){.pending = true, .whole_node = whole_node, .step = STEP_COMMUNICATION};
   sdo_server_reset(&node->sdo);
   if (node->config.events.reset_begins != NULL) {
@@ -45,9 +65,12 @@ static void begin_reset(canopen_node *node, bool whole_node) {
   enter(node, NMT_INITIALISING);
 }
 
-static void restore_device(canopen_node *node) {
+static void restore_defaults(canopen_node *node, uint32_t part) {
   const uint32_t serial_number = node->objects.serial_number;
-  od_restore_defaults(&node->parts[PART_DEVICE], node->config.node_id);
+  const bus_settings now = canopen_node_settings(node);
+  const bus_settings preset = {.node_id = now.node_id, .kbit_s = BUS_DEFAULT_KBIT_S};
+  od_restore_defaults(&node->parts[part], now.node_id);
+  bus_defaults_follow(&node->parts[part].table, &node->objects, &preset, &now);
   node->objects.serial_number = serial_number;
 }
 
@@ -83,10 +106,10 @@ static void step_reset(canopen_node *node) {
   const uint32_t step = reset->step++;
   switch (step) {
     case STEP_COMMUNICATION:
-      od_restore_defaults(&node->parts[PART_COMMUNICATION], node->config.node_id);
+      restore_defaults(node, PART_COMMUNICATION);
       break;
     case STEP_DEVICE:
-      restore_device(node);
+      restore_defaults(node, PART_DEVICE);
       break;
     case STEP_SERVICES:
       reset_services(node);
@@ -108,13 +131,20 @@ static od_part own_part(canopen_node *node, const od_table *table) {
 }
 
 bool canopen_node_init(canopen_node *node, const canopen_config *config) {
-  const bool good = config->node_id >= 1 && config->node_id <= 127 && config->sender.send != NULL &&
-                    config->part_count <= CANOPEN_PARTS - NODE_PARTS && config->queue_capacity >= QUEUE_CAPACITY_MIN;
+  const uint16_t kbit_s = config->kbit_s == 0 ? BUS_DEFAULT_KBIT_S : config->kbit_s;
+  const bool good = bus_node_id_is_good(config->node_id) && bus_kbit_s_of_index(bus_index_of_kbit_s(kbit_s)) != 0 &&
+                    config->sender.send != NULL && config->part_count <= CANOPEN_PARTS - NODE_PARTS &&
+                    config->queue_capacity >= QUEUE_CAPACITY_MIN;
   if (!good || !can_queue_init(&node->process_data, config->process_data, config->queue_capacity) ||
       !can_queue_init(&node->services, config->services, config->queue_capacity)) {
     return false;
   }
+  const bus_settings settings = {.node_id = config->node_id, .kbit_s = kbit_s};
   node->config = *config;
+  node->config.node_id = BUS_DEFAULT_NODE_ID; /* until reset() takes that of the settings, if there is one */
+  node->config.kbit_s = kbit_s;
+  node->sender = (can_sender){.send = send_unless_silent, .context = node};
+  lss_slave_init(&node->lss, &settings, &config->lss);
   memset(&node->objects, 0, sizeof node->objects);
   node->parts[PART_COMMUNICATION] = own_part(node, &communication_profile_table);
   node->parts[PART_DEVICE] = own_part(node, config->device_table);
@@ -149,7 +179,7 @@ bool canopen_node_receive(canopen_node *node, const can_frame *frame) {
   if (!is_heard(node, frame)) {
     return true;
   }
-  const bool waits = frame->id == node->listeners.sdo_request || is_heartbeat(frame);
+  const bool waits = frame->id == node->listeners.sdo_request || is_heartbeat(frame) || frame->id == LSS_REQUEST_COB_ID;
   return can_queue_push(waits ? &node->services : &node->process_data, frame);
 }
 
@@ -247,6 +277,54 @@ static void receive_service(canopen_node *node, const can_frame *frame) {
   }
 }
 
+/* --- LSS --------------------------------------------------------------------------------------------------------- */
+
+static bool is_lss(const can_frame *frame) {
+  return frame->id == LSS_REQUEST_COB_ID && frame->flags == 0 && frame->length == LSS_BYTES;
+}
+
+static uint32_t identity_of(const canopen_node *node, uint8_t sub) {
+  od_object object;
+  return od_find(&node->dictionary, 0x1018, sub, &object) == OD_OK ? (uint32_t)od_get(&object).i : 0;
+}
+
+static void send_lss(canopen_node *node) {
+  const uint8_t *bytes = lss_slave_outgoing(&node->lss);
+  if (bytes != NULL) {
+    can_frame frame = {.id = LSS_RESPONSE_COB_ID, .length = LSS_BYTES};
+    memcpy(frame.data, bytes, LSS_BYTES);
+    if (send(node, &frame)) {
+      lss_slave_sent(&node->lss);
+    }
+  }
+}
+
+/* In every NMT state, and without a node id. The identity is read here, since the serial number comes after the start.
+ */
+static void receive_lss(canopen_node *node, const can_frame *frame) {
+  uint32_t identity[LSS_IDENTITY_PARTS];
+  for (uint8_t part = 0; part < LSS_IDENTITY_PARTS; part++) {
+    identity[part] = identity_of(node, (uint8_t)(part + 1));
+  }
+  lss_slave_identify(&node->lss, identity);
+  if (lss_slave_receive(&node->lss, frame->data)) {
+    begin_reset(node, false);
+  }
+  send_lss(node);
+}
+
+void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s) {
+  const bus_settings before = canopen_node_settings(node);
+  node->config.kbit_s = kbit_s;
+  const bus_settings now = canopen_node_settings(node);
+  for (uint32_t part = 0; part < NODE_PARTS; part++) {
+    bus_defaults_follow(&node->parts[part].table, &node->objects, &before, &now);
+  }
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    node_objects_configure_tpdo(node, n);
+  }
+}
+
 /* --- Process data: what counts in the tick ----------------------------------------------------------------------- */
 
 static void receive_nmt(canopen_node *node, const can_frame *frame) {
@@ -334,7 +412,9 @@ void canopen_node_take(canopen_node *node) {
 static void take_services(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->services);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
-    if (node->state != NMT_INITIALISING) {
+    if (is_lss(frame)) {
+      receive_lss(node, frame);
+    } else if (node->state != NMT_INITIALISING) {
       receive_service(node, frame);
     }
     can_queue_drop(&node->services);
@@ -345,12 +425,17 @@ static void take_services(canopen_node *node) {
 void canopen_node_answer(canopen_node *node) {
   take_services(node);
   send_sdo(node, CANOPEN_SDO_FRAMES_PER_CALL);
+  send_lss(node);
 }
 
 /* --- One millisecond --------------------------------------------------------------------------------------------- */
 
-/* Heartbeat, and the boot-up message, which is the heartbeat of a node that initialises. */
+/* Heartbeat, and the boot-up message, which is the heartbeat of a node that initialises; without a node id it does
+ * so until it gets one. */
 static void tick_producer(canopen_node *node) {
+  if (lss_slave_is_unconfigured(&node->lss)) {
+    return;
+  }
   const bool boot = node->state == NMT_INITIALISING;
   const bool due = heartbeat_producer_due(&node->producer, node->objects.heartbeat_producer_ms);
   if (!boot && !due) {
@@ -416,14 +501,15 @@ static void tick_pdos(canopen_node *node) {
       }
     }
     if (tpdo_is_watched(&node->tpdos[n])) {
-      tpdo_tick(&node->tpdos[n], &node->config.sender);
+      tpdo_tick(&node->tpdos[n], &node->sender);
     }
   }
 }
 
 void canopen_node_serve(canopen_node *node) {
+  lss_slave_tick(&node->lss);
   if (node->reset.pending) {
-    canopen_node_answer(node); /* nobody is heard, so that the queues do not run over */
+    canopen_node_answer(node); /* nothing but LSS is heard, so that the queues do not run over */
     step_reset(node);
     return;
   }
@@ -439,7 +525,7 @@ void canopen_node_serve(canopen_node *node) {
     if (sync_tick(&node->sync, &node->objects.sync)) {
       raise_or_clear(node, EMERGENCY_SYNC_TIME_OUT, true);
     }
-    emergency_tick(&node->emergency, &node->objects.emergency, &node->config.sender);
+    emergency_tick(&node->emergency, &node->objects.emergency, &node->sender);
   }
 }
 

@@ -4,7 +4,7 @@
  * calls `canopen_node_receive`, which puts each frame into one of two queues; everything leaves through one sender.
  *
  *     process data: NMT, SYNC, RPDO    `canopen_node_take`, at the beginning of a 1 ms tick: what the tick acts upon
- *     services: SDO, heartbeat         `canopen_node_serve`, when the tick has done what is urgent
+ *     services: SDO, LSS, heartbeat    `canopen_node_serve`, when the tick has done what is urgent
  *
  * The latter also sends TPDOs, with what the tick made, EMCY and heartbeat, and keeps the times. So an SDO request
  * takes no time from the tick. A reset by NMT takes some 20 calls of it: each does one piece, and the boot-up message
@@ -14,6 +14,7 @@
 
 #include "canopen/can_queue.h"
 #include "canopen/communication_profile.h"
+#include "canopen/lss_slave.h"
 #include "canopen/nmt.h"
 #include "canopen/rpdo.h"
 #include "canopen/sdo_server.h"
@@ -39,7 +40,8 @@ typedef struct {
 } canopen_events;
 
 typedef struct {
-  uint8_t node_id;              /* 1 .. 127 */
+  uint8_t node_id;              /* 1 .. 127; BUS_UNCONFIGURED: nothing but LSS, until that gives one */
+  uint16_t kbit_s;              /* bit rate of the bus; 0: BUS_DEFAULT_KBIT_S */
   const od_table *device_table; /* identity and PDO rows, see communication_profile.h */
   const od_part *parts;         /* of the application, copied */
   uint32_t part_count;          /* 0 .. 14 */
@@ -48,6 +50,7 @@ typedef struct {
   can_frame *services;
   uint32_t queue_capacity; /* of each: a power of two, at least 64 */
   storage_callbacks storage;
+  lss_callbacks lss;
   canopen_events events;
   void *context; /* of the events */
 } canopen_config;
@@ -72,7 +75,8 @@ typedef struct {
 enum { CANOPEN_HEARD_WORDS = 0x800 / 32 };
 
 typedef struct {
-  canopen_config config;
+  canopen_config config; /* node_id is always 1 .. 127: without a node id, the one that the objects are for */
+  can_sender sender;     /* the configured one, but while the bit rate changes */
   communication_objects objects;
   od_part parts[CANOPEN_PARTS];
   od_groups groups;
@@ -83,6 +87,7 @@ typedef struct {
   can_queue process_data;
   can_queue services;
   sdo_server sdo;
+  lss_slave lss;
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
   sync_consumer sync;
@@ -125,6 +130,12 @@ bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 /* From the CAN driver's supervision, in the tick's thread. */
 void canopen_node_bus_off_recovered(canopen_node *node);
 void canopen_node_error_passive(canopen_node *node, bool passive);
+
+/* Node id and bit rate in force, as the COB-IDs and default inhibit times have them. */
+bus_settings canopen_node_settings(const canopen_node *node);
+
+/* The CAN controller has another bit rate from now on; default inhibit times follow. */
+void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s);
 
 /* Sends TPDO n (0 .. 3) as soon as its type and inhibit time allow. */
 void canopen_node_request_tpdo(canopen_node *node, uint32_t n);

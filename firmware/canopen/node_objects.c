@@ -179,6 +179,7 @@ static void add(uint32_t *heard, uint32_t identifier) {
 void node_objects_listen(canopen_node *node) {
   uint32_t heard[CANOPEN_HEARD_WORDS] = {0};
   add(heard, NMT_COB_ID);
+  add(heard, LSS_REQUEST_COB_ID);
   add(heard, node->listeners.sync);
   add(heard, node->listeners.sdo_request);
   for (uint32_t n = 0; n < PDO_COUNT; n++) {

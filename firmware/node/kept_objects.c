@@ -1,6 +1,7 @@
 #include "node/kept_objects.h"
 
 #include "canopen/node_objects.h"
+#include "canopen/object_dictionary_rows.h"
 #include "canopen/storage.h"
 #include "drive/drive_state.h"
 #include "node/device_dictionary.h"
@@ -9,10 +10,19 @@
 #include "parameters/axis_dictionary.h"
 #include "parameters/axis_tuning.h"
 
-enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, TABLES = 2 + 3 * SERVO_AXES };
+enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, BUS_INDEX = 0x3050, TABLES = 3 + 3 * SERVO_AXES };
 
 _Static_assert(offsetof(axis_tuning, staged) == 0,
                "rows of gains are read in an axis_parameters, not in its axis_tuning");
+
+/* What a set was saved under, with the indices of what is in force on the bus. */
+static const od_entry bus_rows[] = {
+    OD_U8(BUS_INDEX, 1, OD_RW, OD_STORED, kept_objects, bus.node_id, 1, BUS_LAST_NODE_ID, BUS_DEFAULT_NODE_ID, "",
+          "Node id", ""),
+    OD_U16(BUS_INDEX, 2, OD_RW, OD_STORED, kept_objects, bus.kbit_s, 1, UINT16_MAX, BUS_DEFAULT_KBIT_S, "kbit/s",
+           "Bit rate", ""),
+};
+static const od_table bus_table = {bus_rows, sizeof bus_rows / sizeof bus_rows[0]};
 
 uint8_t kept_groups(uint8_t group) {
   switch (group) {
@@ -30,9 +40,15 @@ void kept_communication_copy(communication_objects *to, const communication_obje
   od_copy_stored(&device_table, from, to);
 }
 
+void kept_communication_follow(communication_objects *objects, const bus_settings *from, const bus_settings *to) {
+  bus_defaults_follow(&communication_profile_table, objects, from, to);
+  bus_defaults_follow(&device_table, objects, from, to);
+}
+
 void kept_objects_copy(kept_objects *to, const kept_objects *from, uint8_t groups) {
   if ((groups & KEPT_COMMUNICATION) != 0) {
     kept_communication_copy(&to->communication, &from->communication);
+    to->bus = from->bus;
   }
   if ((groups & KEPT_APPLICATION) != 0) {
     for (int i = 0; i < SERVO_AXES; ++i) {
@@ -61,6 +77,7 @@ bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, 
 /* A dictionary of the kept objects alone, without hooks: no write to it does more than put the value. */
 static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
   uint32_t count = 0;
+  parts[count++] = (od_part){.table = bus_table, .values = kept};
   parts[count++] = (od_part){.table = communication_profile_table, .values = &kept->communication};
   parts[count++] = (od_part){.table = device_table, .values = &kept->communication};
   for (int i = 0; i < SERVO_AXES; ++i) {
@@ -73,7 +90,7 @@ static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
 }
 
 static uint8_t group_of(uint16_t index) {
-  return index < FIRST_APPLICATION_INDEX ? KEPT_COMMUNICATION : KEPT_APPLICATION;
+  return index < FIRST_APPLICATION_INDEX || index == BUS_INDEX ? KEPT_COMMUNICATION : KEPT_APPLICATION;
 }
 
 static bool is_kept(const od_object *object, uint8_t groups) {
@@ -147,11 +164,44 @@ static od_abort put_row(const od_object *object, const parameter_row *row) {
   return size > sizeof bytes ? OD_TOO_LONG : od_write(object, bytes, size);
 }
 
+/* What the rows were saved under. Sets of versions that could not change them have no rows for it. */
+static bus_settings saved_under(const parameter_row *rows, uint32_t count) {
+  bus_settings bus = {.node_id = BUS_DEFAULT_NODE_ID, .kbit_s = BUS_DEFAULT_KBIT_S};
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t place = rows[i].id >> 8;
+    if (place == (BUS_INDEX << 8 | 1)) {
+      bus.node_id = (uint8_t)rows[i].value;
+    } else if (place == (BUS_INDEX << 8 | 2)) {
+      bus.kbit_s = (uint16_t)rows[i].value;
+    }
+  }
+  return bus;
+}
+
+static bool is_good(const bus_settings *bus) {
+  return bus->node_id >= 1 && bus->node_id <= BUS_LAST_NODE_ID &&
+         bus_kbit_s_of_index(bus_index_of_kbit_s(bus->kbit_s)) != 0;
+}
+
+/* Objects without a row keep their defaults, which are then those of the other rows. */
+static bool follow_rows(kept_objects *kept, const parameter_row *rows, uint32_t count) {
+  const bus_settings bus = saved_under(rows, count);
+  if (!is_good(&bus)) {
+    return false;
+  }
+  kept_communication_follow(&kept->communication, &kept->bus, &bus);
+  kept->bus = bus;
+  return true;
+}
+
 bool kept_objects_from_rows(kept_objects *kept, const parameter_row *rows, uint32_t count, kept_rows_report *report) {
   const uint8_t all = KEPT_COMMUNICATION | KEPT_APPLICATION;
   od_part parts[TABLES];
   const object_dictionary view = view_of(kept, parts);
   *report = (kept_rows_report){.groups = 0};
+  if (!follow_rows(kept, rows, count)) {
+    return false;
+  }
   for (uint32_t i = 0; i < count; ++i) {
     const uint16_t index = (uint16_t)(rows[i].id >> 16);
     od_object object;

@@ -6,6 +6,7 @@
 #define TRACKSERVO_NODE_KEPT_OBJECTS_H
 
 #include "app/servo_app.h"
+#include "canopen/bus_settings.h"
 #include "canopen/communication_profile.h"
 #include "drive/drive_objects.h"
 #include "parameters/axis_parameters.h"
@@ -22,6 +23,7 @@ typedef struct {
   drive_objects drive[SERVO_AXES];
   protection_limits protection[SERVO_AXES];
   communication_objects communication;
+  bus_settings bus; /* that the defaults in `communication` are for: kept with it */
 } kept_objects;
 
 /* KEPT_* bits of STORAGE_ALL, STORAGE_COMMUNICATION or STORAGE_APPLICATION. */
@@ -37,6 +39,9 @@ bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, 
 /* The communication alone, likewise. */
 void kept_communication_copy(communication_objects *to, const communication_objects *from);
 
+/* Moves what is at its default for `from` to its default for `to`: COB-IDs and inhibit times, see bus_settings.h. */
+void kept_communication_follow(communication_objects *objects, const bus_settings *from, const bus_settings *to);
+
 /* The objects of these groups that are marked as stored, as rows (`kept` is not changed; 0.3 ms on a board); answers
  * how many. More than `capacity`, or a value of more than four bytes: UINT32_MAX, which a test rules out. */
 uint32_t kept_objects_to_rows(kept_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity);
@@ -47,7 +52,8 @@ typedef struct {
   uint32_t missing; /* objects of these groups without a row: they keep what they had */
 } kept_rows_report;
 
-/* Puts rows over what `kept` holds, by index and sub-index. False, and `kept` must not be used: a value is beyond its
+/* Puts rows over what `kept` holds, by index and sub-index; the node id and bit rate that the rows were saved under
+ * become those of `kept`. False, and `kept` must not be used: a value is beyond its
  * limits. That the values fit together is kept_objects_are_good's question. */
 bool kept_objects_from_rows(kept_objects *kept, const parameter_row *rows, uint32_t count, kept_rows_report *report);
 

@@ -55,6 +55,7 @@ static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_
 static kept_objects *in_force(servo_node *node) {
   kept_objects *kept = &node->in_force;
   kept->communication = node->canopen.objects;
+  kept->bus = canopen_node_settings(&node->canopen);
   for (int i = 0; i < SERVO_AXES; ++i) {
     kept->parameters[i] = node->axis[i].tuning.active;
     kept->drive[i] = node->axis[i].objects;
@@ -193,6 +194,14 @@ static void reset_application(servo_node *node, uint32_t step) {
   }
 }
 
+/* With defaults of the node id and bit rate that are in force now. */
+static void take_stored_communication(servo_node *node) {
+  const bus_settings now = canopen_node_settings(&node->canopen);
+  kept_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
+  kept_communication_follow(&node->canopen.objects, &node->storage.stored.bus, &now);
+  node->objects.bus.in_force = node->canopen.lss.active;
+}
+
 static bool reset(void *context, bool whole_node, uint32_t step) {
   servo_node *node = context;
   const uint32_t application_steps = whole_node && node->started ? node->canopen.dictionary.count + SERVO_AXES : 0;
@@ -204,7 +213,7 @@ static bool reset(void *context, bool whole_node, uint32_t step) {
     if (!node->started) {
       start_storage(node);
     }
-    kept_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
+    take_stored_communication(node);
     return false;
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
@@ -230,7 +239,27 @@ static void state_changed(void *context, nmt_state state) {
   }
 }
 
+/* --- LSS ---------------------------------------------------------------------------------------------------------- */
+
+static bool has_torque(void *context) { return any_axis_is_powered(context); }
+
+static lss_store_progress store_bus(void *context, const bus_settings *settings) {
+  return bus_objects_store(&((servo_node *)context)->objects.bus, settings);
+}
+
+static void activate_bit_rate(void *context, uint16_t kbit_s) {
+  servo_node *node = context;
+  canopen_node_set_bit_rate(&node->canopen, kbit_s);
+  bus_objects_join(&node->objects.bus, kbit_s);
+}
+
 /* --- start ------------------------------------------------------------------------------------------------------ */
+
+static void start_bus(servo_node *node, const servo_node_config *config) {
+  const uint16_t kbit_s = config->bus.kbit_s == 0 ? BUS_DEFAULT_KBIT_S : config->bus.kbit_s;
+  const bus_settings defaults = {.node_id = config->node_id, .kbit_s = kbit_s};
+  bus_objects_start(&node->objects.bus, &defaults, config->bus.recovering, config->bus.flash, &config->bus.joiner);
+}
 
 /* Parts of the application, in the order of their indices. */
 static uint32_t describe_parts(servo_node *node, od_part *parts) {
@@ -321,8 +350,10 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     limit_travel(&node->axis[i]);
   }
+  start_bus(node, config);
   const canopen_config canopen = {
-      .node_id = config->node_id,
+      .node_id = node->objects.bus.in_force.node_id,
+      .kbit_s = node->objects.bus.in_force.kbit_s,
       .device_table = &device_table,
       .parts = parts,
       .part_count = count,
@@ -331,6 +362,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
       .services = node->services,
       .queue_capacity = SERVO_NODE_QUEUE,
       .storage = {.save = save, .restore = restore, .context = node},
+      .lss = {.has_torque = has_torque, .store = store_bus, .activate = activate_bit_rate, .context = node},
       .events = {.reset_begins = reset_begins,
                  .reset = reset,
                  .heartbeat_lost = heartbeat_lost,
@@ -342,6 +374,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
     return false;
   }
   node->canopen.objects.serial_number = config->serial_number;
+  bus_objects_join(&node->objects.bus, node->canopen.config.kbit_s);
   node->started = true;
   return true;
 }
@@ -462,7 +495,12 @@ void servo_node_serve(servo_node *node) {
   }
 }
 
-void servo_node_background(servo_node *node) { kept_storage_background(&node->storage); }
+/* An LSS master waits 20 ms, a client of 0x1010 a second. */
+void servo_node_background(servo_node *node) {
+  if (!bus_settings_log_step(&node->objects.bus.log)) {
+    kept_storage_background(&node->storage);
+  }
+}
 
 const object_dictionary *servo_node_dictionary(const servo_node *node) { return &node->canopen.dictionary; }
 

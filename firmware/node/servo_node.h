@@ -16,6 +16,7 @@
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
 #include "node/axis_watch.h"
+#include "node/bus_objects.h"
 #include "node/experiment_objects.h"
 #include "node/fault_news.h"
 #include "node/fault_objects.h"
@@ -43,11 +44,12 @@ typedef struct {
   fault_news news;             /* of faults, for EMCY and log */
 } servo_node_axis;
 
-/* 0x3010, 0x3030 and 0x3031. */
+/* 0x3010, 0x3030, 0x3031 and 0x3050. */
 typedef struct {
   uint32_t ticks;
   uint32_t schema_hash;
   kept_report stored_set;
+  bus_objects bus;
 } servo_node_objects;
 
 typedef struct {
@@ -70,14 +72,23 @@ typedef struct {
   can_frame services[SERVO_NODE_QUEUE];
 } servo_node;
 
+/* The node's place on the bus, besides its node id. */
 typedef struct {
-  uint8_t node_id; /* 1 .. 127 */
+  uint16_t kbit_s;        /* bit rate while LSS has stored none; 0: BUS_DEFAULT_KBIT_S */
+  bool recovering;        /* node id and bit rate are those given here, whatever LSS has stored */
+  const hal_flash *flash; /* BUS_SETTINGS_LOG_PAGES pages for what LSS stores; NULL: kept in RAM only */
+  bus_joiner joiner;      /* called for the first time before servo_node_start returns */
+} servo_node_bus;
+
+typedef struct {
+  uint8_t node_id; /* 1 .. 127 or BUS_UNCONFIGURED, while LSS has stored none */
   can_sender sender;
   hal *machine;
   const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of what can be stored */
   const protection_limits *limits;   /* likewise; 607D comes from them, see axis_watch_default_travel */
   const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored set; NULL: kept in RAM only */
   uint32_t serial_number;            /* 0x1018:4; 0: none */
+  servo_node_bus bus;
 } servo_node_config;
 
 /* False when the parameters or the node id are refused. What is stored in the flash and passes its checks is in force

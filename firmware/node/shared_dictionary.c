@@ -29,6 +29,15 @@ static const od_entry kEntries[] = {
            "Of another version's set: objects that are not here"),
     OD_U16(0x3031, 7, OD_RO, 0, servo_node_objects, stored_set.missing, 0, 65535, 0, "", "Missing values",
            "Of another version's set: objects that it did not have, at their defaults"),
+    OD_RECORD_HEAD(0x3050, 4, "Bus settings", "Node id and bit rate, as LSS sets them"),
+    OD_U8(0x3050, 1, OD_RO, 0, servo_node_objects, bus.in_force.node_id, 1, 255, 1, "", "Node id in force",
+          "255: none, only LSS is answered"),
+    OD_U16(0x3050, 2, OD_RO, 0, servo_node_objects, bus.in_force.kbit_s, 125, 1000, 1000, "kbit/s", "Bit rate in force",
+           "125, 250, 500 or 1000"),
+    OD_U8(0x3050, 3, OD_RO, 0, servo_node_objects, bus.stored.node_id, 1, 255, 1, "", "Stored node id",
+          "In force from the next start on; 255: none"),
+    OD_U16(0x3050, 4, OD_RO, 0, servo_node_objects, bus.stored.kbit_s, 125, 1000, 1000, "kbit/s", "Stored bit rate",
+           "In force from the next start on"),
 };
 
 const od_table shared_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

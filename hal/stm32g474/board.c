@@ -236,16 +236,16 @@ hal *hal_board_start(void) {
   for (int axis = 0; axis < 2; ++axis) {
     machine->offset_counts[axis] = (float)CURRENT_NOMINAL_OFFSET;
   }
-  for (int area = 0; area < 2; ++area) {
-    machine->parameter_flash[area] = parameter_flash(area, wait_for_flash, machine);
-  }
+  machine->parameter_flash[0] = parameter_flash(PARAMETER_AREA_0, wait_for_flash, machine);
+  machine->parameter_flash[1] = parameter_flash(PARAMETER_AREA_1, wait_for_flash, machine);
+  machine->bus_flash = parameter_flash(BUS_SETTINGS_PIECE, wait_for_flash, machine);
   encoder_start(machine->encoder);
   gyro_start(machine->gyro);
-  const bool can_good = can_start();
   const bool adc_good = current_sense_start();
   bridge_start();
   machine->image = image_check_begin();
-  machine->test_bits = can_good && adc_good ? 0 : HAL_TEST_CONTROLLER;
+  machine->test_bits = adc_good ? 0 : HAL_TEST_CONTROLLER;
+  machine->button_was_held = pins_button_is_held();
   return machine;
 }
 
@@ -257,6 +257,11 @@ uint32_t hal_board_serial_number(const hal *machine) {
 }
 
 const hal_flash *hal_board_flash(hal *machine) { return machine->parameter_flash; }
+
+const hal_flash *hal_board_bus_flash(hal *machine) { return &machine->bus_flash; }
+
+/* The self-test's 80 ms are between the two readings. */
+bool hal_board_recovery_is_asked(const hal *machine) { return machine->button_was_held && pins_button_is_held(); }
 
 void hal_board_fail(hal *machine, uint32_t test_bits) { machine->test_bits |= test_bits; }
 
@@ -316,6 +321,11 @@ void hal_board_background(hal *machine) {
   machine->periods_at_refresh = periods;
   watchdog_refresh();
   pins_light_led(machine->test_bits != 0 || ticks % (2 * led_ticks) < led_ticks);
+}
+
+bool hal_can_join(hal *machine, uint16_t kbit_s) {
+  (void)machine;
+  return can_start(kbit_s);
 }
 
 bool hal_can_send(hal *machine, const can_frame *frame) {

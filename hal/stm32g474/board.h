@@ -48,6 +48,8 @@ struct hal {
   uint32_t ticks_at_image_check;
   volatile bool image_damaged;
   hal_flash parameter_flash[2];
+  hal_flash bus_flash;
+  bool button_was_held; /* at the start */
   uint32_t ticks_at_refresh;
   uint32_t periods_at_refresh;
 };

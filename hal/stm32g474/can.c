@@ -8,8 +8,10 @@
 #include "interrupts.h"
 #include "registers/fdcan.h"
 
-/* 170 MHz / 5 = 34 time quanta a bit: 1 + 29 before the sample point, 4 after it. */
-enum { PRESCALER = 5, QUANTA_BEFORE_SAMPLE = 29, QUANTA_AFTER_SAMPLE = 4, JUMP_WIDTH_QUANTA = 4 };
+/* 34 time quanta a bit: 1 + 29 before the sample point, 4 after it; 170 MHz / 5 at 1 Mbit/s. */
+enum { QUANTA_BEFORE_SAMPLE = 29, QUANTA_AFTER_SAMPLE = 4, JUMP_WIDTH_QUANTA = 4, KHZ_OF_QUANTA_PER_KBIT_S = 34 };
+_Static_assert(1 + QUANTA_BEFORE_SAMPLE + QUANTA_AFTER_SAMPLE == KHZ_OF_QUANTA_PER_KBIT_S, "quanta of a bit");
+_Static_assert(CLOCK_HZ % (KHZ_OF_QUANTA_PER_KBIT_S * 1000000u) == 0, "the prescalers are whole numbers");
 
 enum { MOST_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
 
@@ -37,7 +39,11 @@ static void write_filters(void) {
   }
 }
 
-bool can_start(void) {
+/* Without the interrupt, which takes from the queue and the FIFO that are emptied here. */
+bool can_start(uint16_t kbit_s) {
+  const uint32_t prescaler = CLOCK_HZ / 1000u / KHZ_OF_QUANTA_PER_KBIT_S / kbit_s;
+  const uint32_t lines = FDCAN1->ile;
+  FDCAN1->ile = 0;
   bus_off_ticks = 0;
   lost_frames = 0;
   if (!can_queue_init(&waiting, waiting_frames, CAN_SEND_FRAMES)) {
@@ -49,13 +55,14 @@ bool can_start(void) {
   }
   FDCAN1->cccr |= FDCAN_CCCR_CCE;
   FDCAN1->nbtp =
-      FIELD_VALUE(FDCAN_NBTP_NBRP, PRESCALER - 1) | FIELD_VALUE(FDCAN_NBTP_NTSEG1, QUANTA_BEFORE_SAMPLE - 1) |
+      FIELD_VALUE(FDCAN_NBTP_NBRP, prescaler - 1) | FIELD_VALUE(FDCAN_NBTP_NTSEG1, QUANTA_BEFORE_SAMPLE - 1) |
       FIELD_VALUE(FDCAN_NBTP_NTSEG2, QUANTA_AFTER_SAMPLE - 1) | FIELD_VALUE(FDCAN_NBTP_NSJW, JUMP_WIDTH_QUANTA - 1);
   write_filters();
   FDCAN1->rxgfc = FIELD_VALUE(FDCAN_RXGFC_LSS, (uint32_t)HEARD_RANGES) | FDCAN_RXGFC_RRFE | FDCAN_RXGFC_RRFS |
                   FIELD_VALUE(FDCAN_RXGFC_ANFE, FDCAN_NON_MATCHING_REJECTED) |
                   FIELD_VALUE(FDCAN_RXGFC_ANFS, FDCAN_NON_MATCHING_REJECTED);
   FDCAN1->cccr &= ~FDCAN_CCCR_INIT;
+  FDCAN1->ile = lines;
   return wait_for_init(0);
 }
 

@@ -1,4 +1,4 @@
-/* CAN: FDCAN1, classic frames, 1 Mbit/s, sample point 88 %.
+/* CAN: FDCAN1, classic frames, 125 kbit/s to 1 Mbit/s, sample point 88 %.
  *
  * Received are the frames of canopen/heard_frames.h; the hardware drops the rest, extended and remote frames among
  * them. */
@@ -16,8 +16,9 @@ enum { CAN_SEND_FRAMES = 8 };
 
 typedef enum { CAN_GOOD = 0, CAN_ERROR_PASSIVE, CAN_BUS_OFF } can_state;
 
-/* False: the controller does not answer. */
-bool can_start(void);
+/* Also again, with other settings: what waited to be sent or taken is lost then. kbit_s 1000, 500, 250 or
+ * 125. False: the controller does not answer. */
+bool can_start(uint16_t kbit_s);
 
 void can_enable_interrupt(void);
 

@@ -6,11 +6,21 @@
 #include "registers/flash.h"
 
 /* The linker script's: the same memory, for reading and for writing. */
-extern const uint8_t parameter_area_start[];
-extern volatile uint32_t parameter_area_words[];
+extern const uint8_t parameter_pages_start[];
+extern volatile uint32_t parameter_pages_words[];
 
-/* RM0440: bank 2 begins at 0x08040000; the pieces are pages 120 .. 127 of its 128, as PNB counts. */
-enum { PAGE_BYTES = 2048, PAGES_PER_AREA = 4, AREA_BYTES = PAGE_BYTES * PAGES_PER_AREA, FIRST_PAGE_OF_BANK_2 = 120 };
+/* RM0440: bank 2 begins at 0x08040000; the pieces are pages 118 .. 127 of its 128, as PNB counts. */
+enum { PAGE_BYTES = 2048, FIRST_PAGE_OF_BANK_2 = 118 };
+
+/* By parameter_piece, counted from the first of these pages. */
+static const struct {
+  uint8_t first_page;
+  uint8_t pages;
+} pieces[] = {
+    [PARAMETER_AREA_0] = {2, 4},
+    [PARAMETER_AREA_1] = {6, 4},
+    [BUS_SETTINGS_PIECE] = {0, 2},
+};
 
 enum { MOST_WAIT_US = 100000 };
 
@@ -60,12 +70,18 @@ bool parameter_flash_take_nmi(void) {
   return true;
 }
 
+static uint32_t bytes_of(const hal_flash *flash) { return flash->pages * flash->page_bytes; }
+
+static uint32_t offset_of(const hal_flash *flash, uint32_t offset) {
+  return (uint32_t)pieces[flash->area].first_page * PAGE_BYTES + offset;
+}
+
 static const uint8_t *at(const hal_flash *flash, uint32_t offset) {
-  return parameter_area_start + flash->area * AREA_BYTES + offset;
+  return parameter_pages_start + offset_of(flash, offset);
 }
 
 static bool read_bytes(const hal_flash *flash, uint32_t offset, void *bytes, uint32_t count) {
-  if (offset > AREA_BYTES || count > AREA_BYTES - offset) {
+  if (offset > bytes_of(flash) || count > bytes_of(flash) - offset) {
     return false;
   }
   unreadable = false;
@@ -75,10 +91,10 @@ static bool read_bytes(const hal_flash *flash, uint32_t offset, void *bytes, uin
 
 /* Both halves in order, without anything between (RM0440). */
 static bool program(const hal_flash *flash, uint32_t offset, const uint32_t double_word[2]) {
-  if (offset % HAL_FLASH_UNIT_BYTES != 0 || offset > AREA_BYTES - HAL_FLASH_UNIT_BYTES || !unlock(flash)) {
+  if (offset % HAL_FLASH_UNIT_BYTES != 0 || offset > bytes_of(flash) - HAL_FLASH_UNIT_BYTES || !unlock(flash)) {
     return false;
   }
-  volatile uint32_t *target = parameter_area_words + (flash->area * AREA_BYTES + offset) / sizeof(uint32_t);
+  volatile uint32_t *target = parameter_pages_words + offset_of(flash, offset) / sizeof(uint32_t);
   FLASH->cr = FLASH_CR_PG;
   target[0] = double_word[0];
   target[1] = double_word[1];
@@ -94,10 +110,10 @@ static void forget_cached_data(void) {
 }
 
 static bool erase(const hal_flash *flash, uint32_t page) {
-  if (page >= PAGES_PER_AREA || !unlock(flash)) {
+  if (page >= flash->pages || !unlock(flash)) {
     return false;
   }
-  const uint32_t number = FIRST_PAGE_OF_BANK_2 + flash->area * PAGES_PER_AREA + page;
+  const uint32_t number = FIRST_PAGE_OF_BANK_2 + pieces[flash->area].first_page + page;
   FLASH->cr = FLASH_CR_PER | FLASH_CR_BKER | FIELD_VALUE(FLASH_CR_PNB, number);
   FLASH->cr |= FLASH_CR_STRT;
   const bool good = finish(flash);
@@ -105,13 +121,13 @@ static bool erase(const hal_flash *flash, uint32_t page) {
   return good;
 }
 
-hal_flash parameter_flash(int area, void (*waiting)(void *context), void *context) {
+hal_flash parameter_flash(parameter_piece piece, void (*waiting)(void *context), void *context) {
   return (hal_flash){.read = read_bytes,
                      .program = program,
                      .erase = erase,
                      .waiting = waiting,
                      .context = context,
-                     .area = (uint32_t)area,
+                     .area = (uint32_t)piece,
                      .page_bytes = PAGE_BYTES,
-                     .pages = PAGES_PER_AREA};
+                     .pages = pieces[piece].pages};
 }

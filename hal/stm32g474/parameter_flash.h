@@ -1,4 +1,5 @@
-/* The parameter pages: the last 16 KiB of bank 2, as two areas of four pages of 2 KiB each.
+/* The parameter pages: the last 20 KiB of bank 2, in pages of 2 KiB: two for node id and bit rate, then two areas of
+ * four for the parameter store.
  *
  * Bank 2 is erased and programmed while the program runs on from bank 1. An erase takes about 22 ms, a double word
  * about 85 us: for the background only. The caller's `waiting` is called all the while, for the watchdog. */
@@ -7,8 +8,10 @@
 
 #include "hal_flash.h"
 
-/* area 0 or 1. `context` goes to `waiting`. */
-hal_flash parameter_flash(int area, void (*waiting)(void *context), void *context);
+typedef enum { PARAMETER_AREA_0, PARAMETER_AREA_1, BUS_SETTINGS_PIECE } parameter_piece;
+
+/* `context` goes to `waiting`. */
+hal_flash parameter_flash(parameter_piece piece, void (*waiting)(void *context), void *context);
 
 /* From the NMI: true when it told of two wrong bits in a double word of bank 2; `read` answers false then. */
 bool parameter_flash_take_nmi(void);

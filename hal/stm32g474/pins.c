@@ -18,7 +18,8 @@ typedef struct {
   pin_speed speed;
 } pin_use;
 
-enum { LED_PIN = 5 }; /* of port A */
+enum { LED_PIN = 5 };     /* of port A */
+enum { BUTTON_PIN = 13 }; /* of port C: B1 of the NUCLEO board, high while it is held */
 
 /* Gate signals are pulled low, so that a bridge without its processor is off; a driver's fault line is pulled to fault,
  * so that a broken wire is one. Alternate functions: data sheet DS12288. */
@@ -58,6 +59,7 @@ static const pin_use pins[] = {
     {GPIOA, 11, ALTERNATE, 9, PULL_UP, SLOW},
     {GPIOA, 12, ALTERNATE, 9, NO_PULL, MEDIUM},
     {GPIOA, LED_PIN, OUTPUT, 0, NO_PULL, SLOW},
+    {GPIOC, BUTTON_PIN, INPUT, 0, PULL_DOWN, SLOW},
 };
 
 static void start(const pin_use *use) {
@@ -78,3 +80,5 @@ void pins_start(void) {
 }
 
 void pins_light_led(bool on) { GPIOA->bsrr = on ? GPIO_SET(LED_PIN) : GPIO_CLEAR(LED_PIN); }
+
+bool pins_button_is_held(void) { return (GPIOC->idr & GPIO_SET(BUTTON_PIN)) != 0; }

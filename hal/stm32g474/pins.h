@@ -9,4 +9,7 @@ void pins_start(void);
 
 void pins_light_led(bool on);
 
+/* The button that recovers node id and bit rate; a few microseconds after pins_start at the earliest. */
+bool pins_button_is_held(void);
+
 #endif

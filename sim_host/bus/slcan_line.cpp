@@ -43,6 +43,7 @@ bool SlcanLine::receive() {
     return would_block();
   }
   session_.consume({buffer.data(), static_cast<std::size_t>(length)});
+  bus_.set_bit_rate(port_, session_.bit_rate() > 0 ? session_.bit_rate() : bus_.bit_rate());
   return length > 0;
 }
 

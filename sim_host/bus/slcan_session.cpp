@@ -110,11 +110,21 @@ bool SlcanSession::transmit(std::string_view line) {
   return true;
 }
 
+// S9 is what python-can has beside Lawicel's S0 to S8.
+bool SlcanSession::set_bit_rate(char digit) {
+  constexpr std::array<double, 10> kBitRates = {10e3, 20e3, 50e3, 100e3, 125e3, 250e3, 500e3, 800e3, 1e6, 83.3e3};
+  if (open_ || digit < '0' || digit > '9') {
+    return false;
+  }
+  bit_rate_ = kBitRates.at(static_cast<std::size_t>(digit - '0'));
+  return true;
+}
+
 // Bit rate S0 to S8 and s, time stamps Z0 and Z1; filters M and m, U, W, X and Q have nothing to set here.
 bool SlcanSession::set_up(std::string_view line) {
   switch (line[0]) {
     case 'S':
-      return !open_ && line.size() == 2 && line[1] >= '0' && line[1] <= '9';
+      return line.size() == 2 && set_bit_rate(line[1]);
     case 's':
       return !open_ && line.size() >= 2;
     case 'Z':

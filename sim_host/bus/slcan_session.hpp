@@ -35,16 +35,21 @@ class SlcanSession {
 
   bool is_open() const { return open_; }
 
+  // Bit rate that the client has chosen (S0 to S8), bit/s; 0: none yet, or one of its own making (s).
+  double bit_rate() const { return bit_rate_; }
+
  private:
   void execute(std::string_view line);
   bool transmit(std::string_view line);
   bool set_up(std::string_view line);
+  bool set_bit_rate(char digit);
   bool open(bool listen_only);
 
   std::string line_;
   bool line_too_long_ = false;
   std::string output_;
   std::deque<can_frame> to_bus_;
+  double bit_rate_ = 0;
   bool open_ = false;
   bool listen_only_ = false;
   bool time_stamps_ = false;

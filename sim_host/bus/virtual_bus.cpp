@@ -1,12 +1,15 @@
 #include "bus/virtual_bus.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "bus/can_bit_time.hpp"
 
 namespace trackservo::sim {
 namespace {
+
+constexpr double kTolerance = 0.005;  // of a bit rate, about what CAN controllers bear
 
 // The lower, the earlier: base identifier, data before remote and standard before extended, the other 18 bits.
 std::uint64_t arbitration_key(const can_frame& frame) {
@@ -22,7 +25,7 @@ std::uint64_t arbitration_key(const can_frame& frame) {
 
 VirtualBus::Port VirtualBus::attach(Receiver receiver, std::size_t queue_limit) {
   const Port port = next_port_++;
-  nodes_.emplace(port, Node{std::move(receiver), {}, queue_limit});
+  nodes_.emplace(port, Node{std::move(receiver), {}, queue_limit, kEveryBitRate});
   return port;
 }
 
@@ -58,11 +61,15 @@ bool VirtualBus::deliver_next() {
   const can_frame frame = winner->second.queue.front();
   winner->second.queue.pop_front();
   const int bits = can_frame_bits(frame);
-  credit_bits_ -= bits;
+  const double sent_at = winner->second.bit_rate;
+  const double frame_s = bit_rate_ <= 0 ? 0.0 : bits / (sent_at > 0 ? sent_at : bit_rate_);
+  credit_s_ -= frame_s;
+  busy_s_ += frame_s;
   bits_ += static_cast<std::uint64_t>(bits);
   ++frames_;
   for (auto& [port, node] : nodes_) {
-    if (port != winner->first) {
+    const bool understands = node.bit_rate <= 0 || sent_at <= 0 || std::abs(node.bit_rate / sent_at - 1.0) < kTolerance;
+    if (port != winner->first && understands) {
       node.receiver(frame);
     }
   }
@@ -74,14 +81,12 @@ void VirtualBus::advance(double seconds) {
   if (bit_rate_ <= 0) {
     return;
   }
-  credit_bits_ += seconds * bit_rate_;
-  while (credit_bits_ > 0 && deliver_next()) {
+  credit_s_ += seconds;
+  while (credit_s_ > 0 && deliver_next()) {
   }
-  credit_bits_ = std::min(credit_bits_, bit_rate_ * saved_s_);
+  credit_s_ = std::min(credit_s_, saved_s_);
 }
 
-double VirtualBus::load() const {
-  return bit_rate_ <= 0 || advanced_s_ <= 0 ? 0.0 : static_cast<double>(bits_) / (bit_rate_ * advanced_s_);
-}
+double VirtualBus::load() const { return bit_rate_ <= 0 || advanced_s_ <= 0 ? 0.0 : busy_s_ / advanced_s_; }
 
 }  // namespace trackservo::sim

@@ -3,6 +3,9 @@
 // As on the wire (ISO 11898-1), each port has a queue, the lowest identifier among their heads wins, and a frame
 // reaches all ports but its own after its bit time. The owner advances it with the time that passes; a bus without a
 // bit rate delivers at once.
+//
+// A port may have a bit rate of its own: it and ports of another one do not understand each other. (That each also
+// destroys the other's frames on a real wire is not simulated: such a frame takes its time and is lost.)
 #ifndef TRACKSERVO_SIM_BUS_VIRTUAL_BUS_HPP
 #define TRACKSERVO_SIM_BUS_VIRTUAL_BUS_HPP
 
@@ -31,6 +34,11 @@ class VirtualBus {
   Port attach(Receiver receiver, std::size_t queue_limit = 64);
   void detach(Port port);
 
+  // Without one a port understands every bit rate, and sends at the bus's.
+  static constexpr double kEveryBitRate = 0;
+  void set_bit_rate(Port port, double bit_rate) { nodes_.at(port).bit_rate = bit_rate; }
+  double bit_rate() const { return bit_rate_; }
+
   // False: the port's queue is full, try again after the bus has advanced.
   bool send(Port port, const can_frame& frame);
   bool has_room(Port port) const;
@@ -49,13 +57,15 @@ class VirtualBus {
     Receiver receiver;
     std::deque<can_frame> queue;
     std::size_t limit;
+    double bit_rate;
   };
 
   bool deliver_next();
 
   double bit_rate_;
   double saved_s_;
-  double credit_bits_ = 0;
+  double credit_s_ = 0;
+  double busy_s_ = 0;
   double advanced_s_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t bits_ = 0;

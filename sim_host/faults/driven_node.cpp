@@ -28,9 +28,14 @@ NodeSetup::NodeSetup(const PlantConfig& of_plant)
 
 DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
     : node_(std::make_unique<servo_node>()), machine_(setup.plant, seed, joint_angle_rad) {
-  const servo_node_config config = {
-      kNodeId, {send_nowhere, nullptr}, machine_.hal_pointer(), setup.parameters.data(), setup.limits.data(), nullptr,
-      0};
+  const servo_node_config config = {kNodeId,
+                                    {send_nowhere, nullptr},
+                                    machine_.hal_pointer(),
+                                    setup.parameters.data(),
+                                    setup.limits.data(),
+                                    nullptr,
+                                    0,
+                                    {}};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::runtime_error("the node does not start with the gains designed for this plant");
   }

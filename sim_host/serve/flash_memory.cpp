@@ -10,11 +10,13 @@ namespace trackservo::sim {
 namespace {
 
 constexpr std::uint32_t kAreaBytes = FlashMemory::kPages * FlashMemory::kPageBytes;
-constexpr std::uint32_t kBytes = FlashMemory::kAreas * kAreaBytes;
+constexpr std::uint32_t kAreasBytes = FlashMemory::kAreas * kAreaBytes;
+constexpr std::uint32_t kBytes = kAreasBytes + FlashMemory::kBusPages * FlashMemory::kPageBytes;
 constexpr std::uint8_t kErased = 0xFF;
 
-bool is_within(std::uint32_t offset, std::uint32_t count) {
-  return offset <= kAreaBytes && count <= kAreaBytes - offset;
+bool is_within(const hal_flash *flash, std::uint32_t offset, std::uint32_t count) {
+  const std::uint32_t bytes = flash->pages * flash->page_bytes;
+  return offset <= bytes && count <= bytes - offset;
 }
 
 FlashMemory& memory_of(const hal_flash *flash) { return *static_cast<FlashMemory *>(flash->context); }
@@ -25,18 +27,20 @@ FlashMemory::FlashMemory() : bytes_(kBytes, kErased), areas_{} {
   for (std::uint32_t area = 0; area < kAreas; ++area) {
     areas_.at(area) = {read, program, erase, nullptr, this, area, kPageBytes, kPages};
   }
+  areas_.back() = {read, program, erase, nullptr, this, kAreas, kPageBytes, kBusPages};
 }
 
 FlashMemory::FlashMemory(const std::filesystem::path& file) : FlashMemory() {
   if (std::filesystem::exists(file)) {
-    if (std::filesystem::file_size(file) != kBytes) {
+    const auto size = std::filesystem::file_size(file);
+    if (size != kBytes && size != kAreasBytes) {
       throw std::invalid_argument(
           fmt::format("{} is not the contents of a parameter flash: it must have {} bytes", file.string(), kBytes));
     }
-    std::ifstream(file, std::ios::binary).read(reinterpret_cast<char *>(bytes_.data()), kBytes);
-  } else {
-    std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char *>(bytes_.data()), kBytes);
+    std::ifstream(file, std::ios::binary)
+        .read(reinterpret_cast<char *>(bytes_.data()), static_cast<std::streamsize>(size));
   }
+  std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char *>(bytes_.data()), kBytes);
   file_.open(file, std::ios::binary | std::ios::in | std::ios::out);
   if (!file_) {
     throw std::runtime_error(fmt::format("{} cannot be read and written", file.string()));
@@ -55,7 +59,7 @@ bool FlashMemory::keep(std::uint32_t begin, std::uint32_t count) {
 }
 
 bool FlashMemory::read(const hal_flash *flash, std::uint32_t offset, void *bytes, std::uint32_t count) {
-  if (!is_within(offset, count)) {
+  if (!is_within(flash, offset, count)) {
     return false;
   }
   const std::uint32_t begin = flash->area * kAreaBytes + offset;
@@ -64,7 +68,7 @@ bool FlashMemory::read(const hal_flash *flash, std::uint32_t offset, void *bytes
 }
 
 bool FlashMemory::program(const hal_flash *flash, std::uint32_t offset, const std::uint32_t *double_word) {
-  if (offset % HAL_FLASH_UNIT_BYTES != 0 || !is_within(offset, HAL_FLASH_UNIT_BYTES)) {
+  if (offset % HAL_FLASH_UNIT_BYTES != 0 || !is_within(flash, offset, HAL_FLASH_UNIT_BYTES)) {
     return false;
   }
   FlashMemory& memory = memory_of(flash);
@@ -78,7 +82,7 @@ bool FlashMemory::program(const hal_flash *flash, std::uint32_t offset, const st
 }
 
 bool FlashMemory::erase(const hal_flash *flash, std::uint32_t page) {
-  if (page >= kPages) {
+  if (page >= flash->pages) {
     return false;
   }
   FlashMemory& memory = memory_of(flash);

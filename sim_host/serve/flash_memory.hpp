@@ -1,4 +1,5 @@
-// The parameter flash of a simulated board: two areas of four pages of 2 KiB in memory, kept in a file if one is named.
+// The parameter flash of a simulated board: two areas of four pages of 2 KiB for the parameter store and one of two for
+// node id and bit rate, in memory, kept in a file if one is named.
 //
 // It keeps the hardware's rules (hal_flash.h). The file has every operation as soon as it is done: a simulator that is
 // killed while it stores leaves what a board would whose power fails.
@@ -20,19 +21,23 @@ namespace trackservo::sim {
 class FlashMemory {
  public:
   static constexpr std::uint32_t kAreas = 2;
-  static constexpr std::uint32_t kPages = 4;
+  static constexpr std::uint32_t kPages = 4;     // of an area
+  static constexpr std::uint32_t kBusPages = 2;  // behind the areas
   static constexpr std::uint32_t kPageBytes = 2048;
 
   // Blank, and gone with the object.
   FlashMemory();
   // What the file holds; a file that is not there yet is made, blank. Throws std::invalid_argument for a file that is
-  // not 16 KiB long, std::runtime_error for one that cannot be written.
+  // not 20 KiB long (or 16, as before there were pages for the bus), std::runtime_error for one that cannot be written.
   explicit FlashMemory(const std::filesystem::path& file);
   FlashMemory(const FlashMemory&) = delete;
   FlashMemory& operator=(const FlashMemory&) = delete;
 
   // kAreas of them.
   const hal_flash *areas() const { return areas_.data(); }
+
+  // For node id and bit rate.
+  const hal_flash *bus_pages() const { return &areas_.back(); }
 
  private:
   static bool read(const hal_flash *flash, std::uint32_t offset, void *bytes, std::uint32_t count);
@@ -42,7 +47,7 @@ class FlashMemory {
 
   std::vector<std::uint8_t> bytes_;
   std::fstream file_;
-  std::array<hal_flash, kAreas> areas_;
+  std::array<hal_flash, kAreas + 1> areas_;
 };
 
 }  // namespace trackservo::sim

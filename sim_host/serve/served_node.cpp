@@ -6,7 +6,7 @@
 
 namespace trackservo::sim {
 
-ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint64_t seed, VirtualBus& bus,
+ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::uint64_t seed, VirtualBus& bus,
                        const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad)
     : bus_(bus),
       node_(std::make_unique<servo_node>()),
@@ -14,11 +14,13 @@ ServedNode::ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint
       machine_(plant, seed, joint_angle_rad) {
   const axis_parameters parameters[SERVO_AXES] = {node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)};
   const protection_limits limits[SERVO_AXES] = {node_limits(plant, kAzimuth), node_limits(plant, kPitch)};
-  const servo_node_config config = {node_id, {send, this}, machine_.hal_pointer(), parameters, limits, flash.areas(),
-                                    0};
+  const servo_node_config config = {
+      on_bus.node_id, {send, this},  machine_.hal_pointer(), parameters,
+      limits,         flash.areas(), on_bus.serial_number,   {on_bus.kbit_s, false, flash.bus_pages(), {join, this}}};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::invalid_argument(
-        "the node does not start: give a node id from 1 to 127 and a plant whose gains are in range");
+        "the node does not start: give a node id from 1 to 127 or 255, a bit rate of 125, 250, 500 or 1000 kbit/s, and "
+        "a plant whose gains are in range");
   }
   machine_.run_firmware(node_->board, [this] {
     servo_node_tick(node_.get());
@@ -53,6 +55,12 @@ void ServedNode::take_health(CanHealth health) {
 bool ServedNode::send(void *context, const can_frame *frame) {
   const auto *self = static_cast<const ServedNode *>(context);
   return self->bus_.send(self->port_, *frame);
+}
+
+bool ServedNode::join(void *context, std::uint16_t kbit_s) {
+  const auto *self = static_cast<const ServedNode *>(context);
+  self->bus_.set_bit_rate(self->port_, 1000.0 * kbit_s);
+  return true;
 }
 
 }  // namespace trackservo::sim

@@ -17,11 +17,18 @@ extern "C" {
 
 namespace trackservo::sim {
 
+// What a node is on its bus: as delivered, while LSS has stored nothing else.
+struct NodeOnBus {
+  std::uint8_t node_id = 1;     // 1 .. 127, or 255: none
+  std::uint16_t kbit_s = 1000;  // 125, 250, 500 or 1000
+  std::uint32_t serial_number = 0;
+};
+
 class ServedNode : public ServedDevice {
  public:
   // The flash must outlive the node; its stored set, if it has one, goes before the plant's gains. Throws
-  // std::invalid_argument for a node id or gains out of range.
-  ServedNode(const PlantConfig& plant, std::uint8_t node_id, std::uint64_t seed, VirtualBus& bus,
+  // std::invalid_argument for a node id, bit rate or gains out of range.
+  ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::uint64_t seed, VirtualBus& bus,
              const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad = kServedStart_rad);
   ~ServedNode() override;
 
@@ -36,6 +43,7 @@ class ServedNode : public ServedDevice {
  private:
   void receive(const can_frame& frame);
   static bool send(void *context, const can_frame *frame);
+  static bool join(void *context, std::uint16_t kbit_s);
 
   VirtualBus& bus_;
   std::unique_ptr<servo_node> node_;

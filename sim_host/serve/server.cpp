@@ -164,6 +164,52 @@ void run_at_full_speed(VirtualBus& bus, ServedDevice& device, const Ends& ends, 
   }
 }
 
+// Nodes on one bus, each with a machine and a flash of its own.
+class ServedNodes : public ServedDevice {
+ public:
+  ServedNodes(const PlantConfig& plant, const ServeOptions& options, VirtualBus& bus) {
+    if (options.node_id != BUS_UNCONFIGURED && options.node_id + options.nodes - 1 > BUS_LAST_NODE_ID) {
+      throw std::invalid_argument(fmt::format("{} nodes from node id {} on: the last one would be above {}",
+                                              options.nodes, options.node_id, BUS_LAST_NODE_ID));
+    }
+    for (int i = 0; i < options.nodes; ++i) {
+      flashes_.push_back(options.flash.empty() ? std::make_unique<FlashMemory>()
+                                               : std::make_unique<FlashMemory>(file_of(options.flash, i)));
+      const bool has_id = options.node_id != BUS_UNCONFIGURED;
+      const NodeOnBus on_bus = {static_cast<std::uint8_t>(options.node_id + (has_id ? i : 0)),
+                                static_cast<std::uint16_t>(options.bit_rate / 1000),
+                                options.serial_number + static_cast<std::uint32_t>(i)};
+      nodes_.push_back(std::make_unique<ServedNode>(plant, on_bus, options.seed + static_cast<std::uint64_t>(i), bus,
+                                                    *flashes_.back()));
+      nodes_.back()->machine().fit_holding_brakes();
+    }
+  }
+
+  void tick() override {
+    for (const auto& node : nodes_) {
+      node->tick();
+    }
+  }
+  void process() override {
+    for (const auto& node : nodes_) {
+      node->process();
+    }
+  }
+  void take_health(CanHealth health) override {
+    for (const auto& node : nodes_) {
+      node->take_health(health);
+    }
+  }
+
+ private:
+  static std::filesystem::path file_of(const std::filesystem::path& flash, int node) {
+    return node == 0 ? flash : std::filesystem::path(fmt::format("{}.{}", flash.string(), node + 1));
+  }
+
+  std::vector<std::unique_ptr<FlashMemory>> flashes_;
+  std::vector<std::unique_ptr<ServedNode>> nodes_;
+};
+
 }  // namespace
 
 ServeReports reports_on_stdout() {
@@ -182,12 +228,9 @@ ServeReports reports_on_stdout() {
 }
 
 void serve(const PlantConfig& plant, const ServeOptions& options, const ServeReports& reports) {
-  VirtualBus bus;
-  const auto flash =
-      options.flash.empty() ? std::make_unique<FlashMemory>() : std::make_unique<FlashMemory>(options.flash);
-  ServedNode node(plant, options.node_id, options.seed, bus, *flash);
-  node.machine().fit_holding_brakes();
-  serve(node, bus, options, reports);
+  VirtualBus bus(options.bit_rate);
+  ServedNodes nodes(plant, options, bus);
+  serve(nodes, bus, options, reports);
 }
 
 void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const ServeReports& reports) {

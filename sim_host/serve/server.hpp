@@ -2,8 +2,8 @@
 //
 // It runs until SIGINT or SIGTERM comes; standard input is not read unless that is asked for, because a background job
 // of a script or of a CI service has none.
-// Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of one virtual 1 Mbit/s
-// bus, so several clients see each other's frames as on a wire. Time runs at a pace, or as fast as the host can.
+// Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of one virtual bus, so
+// several clients see each other's frames as on a wire. Time runs at a pace, or as fast as the host can.
 #ifndef TRACKSERVO_SIM_SERVE_SERVER_HPP
 #define TRACKSERVO_SIM_SERVE_SERVER_HPP
 
@@ -26,7 +26,12 @@ constexpr std::array<double, kAxes> kServedStart_rad = {0.0, 0.3};
 
 struct ServeOptions {
   std::vector<std::string> buses = {"slcan-tcp:0"};
+  // Each node has the next node id (or none: 255), serial number and seed, and a flash file of its own: with the number
+  // of the node appended from the second on.
+  int nodes = 1;
   std::uint8_t node_id = 1;
+  std::uint32_t serial_number = 0;
+  std::uint32_t bit_rate = 1000000;  // of the bus, and of nodes that have stored no other
   std::uint64_t seed = 1;
   std::filesystem::path flash;  // what keeps the stored set from run to run; empty: nothing does
   // Simulated time per real time. Faster than 1, or as fast as the host can (none), it waits for clients that do not

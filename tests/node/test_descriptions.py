@@ -145,3 +145,18 @@ def test_the_image_is_marked_with_the_hash_of_this_dictionary(descriptions):
     printed, committed = (file.read_text() for file in (descriptions / "default_schema.h",
                                                         PROJECT / "firmware/app/default_schema.h"))
     assert printed == committed, RENEW
+
+
+def test_the_eds_names_the_bit_rates_that_lss_can_set(node, descriptions):
+    device = canopen.import_od(str(descriptions / "trackservo.eds"), NODE_ID).device_information
+    assert device.LSS_supported
+    lss = node.network.lss
+    lss.send_switch_state_global(lss.CONFIGURATION_STATE)
+    taken = set()
+    for index, kbit_s in enumerate((1000, 800, 500, 250, 125, 100, 50, 20, 10)):
+        try:
+            lss.configure_bit_timing(index)
+            taken.add(1000 * kbit_s)
+        except canopen.lss.LssError as error:
+            assert str(error) == "LSS Error: 1"
+    assert taken == device.allowed_baudrates == {125000, 250000, 500000, 1000000}

@@ -89,5 +89,17 @@ def test_a_file_that_is_no_flash_is_refused(tmp_path):
     run = subprocess.run([SIM_HOST, "serve", "--flash", str(file)], capture_output=True, text=True, timeout=20,
                          stdin=subprocess.DEVNULL)
     assert run.returncode != 0
-    assert "16384 bytes" in run.stderr
+    assert "20480 bytes" in run.stderr
     assert file.read_text() == "not a flash"
+
+
+def test_a_flash_file_from_before_there_were_pages_for_the_bus_is_taken(tmp_path):
+    flash = tmp_path / "flash"
+    with powered(flash) as node:
+        Axis(node, 0).set(654321, 0x607F)
+        node.sdo[0x1010][1].raw = SAVE
+    flash.write_bytes(flash.read_bytes()[:16384])
+    with powered(flash) as node:
+        assert Axis(node, 0).get(0x607F) == 654321
+        assert [node.sdo[0x3050][sub].raw for sub in range(1, 5)] == [1, 1000, 1, 1000]
+    assert flash.stat().st_size == 20480

@@ -254,7 +254,8 @@ static uint32_t rows_in_force(parameter_row *rows) {
   const kept_objects kept = {.parameters = {node.axis[0].tuning.active, node.axis[1].tuning.active},
                              .drive = {node.axis[0].objects, node.axis[1].objects},
                              .protection = {node.axis[0].watch.limits, node.axis[1].watch.limits},
-                             .communication = node.canopen.objects};
+                             .communication = node.canopen.objects,
+                             .bus = canopen_node_settings(&node.canopen)};
   kept_objects copy = kept;
   const uint32_t count = kept_objects_to_rows(&copy, KEPT_COMMUNICATION | KEPT_APPLICATION, rows, KEPT_MOST_ROWS);
   TEST_ASSERT_TRUE_MESSAGE(count < KEPT_MOST_ROWS, "not all objects that are stored have room");
@@ -298,6 +299,8 @@ static void test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all
       {0x1400, 2, 245},        /* a reserved transmission type */
       {0x1A03, 1, 0x12345678}, /* maps an object that is not there */
       {0x1A03, 0, 9},          /* maps more than eight */
+      {0x3050, 1, 0},          /* saved under a node id that does not exist */
+      {0x3050, 2, 800},        /* and under such a bit rate */
   };
   for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
     setUp();

@@ -30,12 +30,12 @@ CanClient::CanClient(trackservo::sim::VirtualBus& bus, std::function<void()> pas
     : bus_(bus), pass_ms_(std::move(pass_ms)), port_(bus.attach([this](const can_frame& frame) { receive(frame); })) {}
 
 void CanClient::receive(const can_frame& frame) {
-  if (frame.id == 0x580U + kNode) {
+  if (frame.id == 0x580U + node_) {
     answer_ = frame;
-  } else if (frame.id == 0x700U + kNode) {
+  } else if (frame.id == 0x700U + node_) {
     ++heartbeats_;
     boots_ += frame.data[0] == 0 ? 1 : 0;
-  } else if (frame.id == 0x080U + kNode) {
+  } else if (frame.id == 0x080U + node_) {
     Emergency emergency{static_cast<std::uint16_t>(word_of(frame, 0)), {}};
     std::copy_n(frame.data, emergency.bytes.size(), emergency.bytes.begin());
     emergencies_.push_back(emergency);
@@ -65,10 +65,23 @@ std::optional<can_frame> CanClient::answer(int patience_ms) {
   return answer_;
 }
 
-std::optional<std::uint32_t> CanClient::read(std::uint16_t index, std::uint8_t sub) {
+void CanClient::ask(std::uint16_t index, std::uint8_t sub) {
   answer_.reset();
-  send(0x600U + kNode,
+  send(0x600U + node_,
        {0x40, static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub, 0, 0, 0, 0});
+}
+
+int CanClient::read_within(std::uint16_t index, int patience_ms) {
+  ask(index, 0);
+  int ms = 0;
+  for (; ms < patience_ms && !answer_; ++ms) {
+    pass(1);
+  }
+  return answer_ && (answer_->data[0] & 0xE2U) == 0x42 ? ms : -1;
+}
+
+std::optional<std::uint32_t> CanClient::read(std::uint16_t index, std::uint8_t sub) {
+  ask(index, sub);
   const std::optional<can_frame> frame = answer(kPatience_ms);
   if (!frame || (frame->data[0] & 0xE2U) != 0x42) {
     return std::nullopt;
@@ -81,7 +94,7 @@ bool CanClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value
   std::vector<std::uint8_t> request = {static_cast<std::uint8_t>(0x23 | (4 - bytes) << 2),
                                        static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8), sub};
   append(request, value);
-  send(0x600U + kNode, request);
+  send(0x600U + node_, request);
   const std::optional<can_frame> frame = answer(patience_ms);
   return frame && frame->data[0] == 0x60;
 }
@@ -119,7 +132,7 @@ void CanClient::set_speeds(std::int32_t azimuth_urad_s, std::int32_t pitch_urad_
   std::vector<std::uint8_t> bytes;
   append(bytes, static_cast<std::uint32_t>(azimuth_urad_s));
   append(bytes, static_cast<std::uint32_t>(pitch_urad_s));
-  send(0x400U + kNode, bytes);
+  send(0x400U + node_, bytes);
 }
 
 }  // namespace bench

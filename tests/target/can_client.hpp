@@ -25,16 +25,24 @@ class CanClient {
 
   void pass(int milliseconds);
 
+  // The node that it talks to; 1 from the start.
+  void set_node(std::uint8_t node_id) { node_ = node_id; }
+
+  // It understands every bit rate until it is given one.
+  void set_bit_rate(double bits_per_s) { bus_.set_bit_rate(port_, bits_per_s); }
+
   static constexpr int kPatience_ms = 50;
 
   // Nothing within kPatience_ms, or an abort: no value.
   std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub = 0);
+  // Milliseconds until the answer came; -1: not within `patience_ms`.
+  int read_within(std::uint16_t index, int patience_ms);
   bool write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, int bytes, int patience_ms = kPatience_ms);
 
   // Any frame, also one that is not for this node.
   void send(const can_frame& frame) { bus_.send(port_, frame); }
 
-  void start_node() { send(0x000, {1, kNode}); }
+  void start_node() { send(0x000, {1, node_}); }
 
   // Through the states of CiA 402 up to operation enabled, in this mode, both axes; false when one does not come.
   bool enable(int mode);
@@ -57,15 +65,15 @@ class CanClient {
   }
 
  private:
-  static constexpr std::uint8_t kNode = 1;
-
   void receive(const can_frame& frame);
+  void ask(std::uint16_t index, std::uint8_t sub);
   void send(std::uint32_t identifier, const std::vector<std::uint8_t>& bytes);
   std::optional<can_frame> answer(int patience_ms);
 
   trackservo::sim::VirtualBus& bus_;
   std::function<void()> pass_ms_;
   trackservo::sim::VirtualBus::Port port_;
+  std::uint8_t node_ = 1;
   std::optional<can_frame> answer_;
   int heartbeats_ = 0;
   int boots_ = 0;

@@ -40,7 +40,7 @@ std::vector<std::uint8_t> read_image(const std::string& name) {
 }
 
 int run(const std::string& image, const std::string& plant, const sim::ServeOptions& options) {
-  sim::VirtualBus bus{1e6, sim::kPwmPeriod_s};
+  sim::VirtualBus bus{static_cast<double>(options.bit_rate), sim::kPwmPeriod_s};
   target::BoardMachine::Options fitted;
   fitted.seed = options.seed;
   fitted.joint_angle_rad = sim::kServedStart_rad;
@@ -65,6 +65,8 @@ int main(int argc, char **argv) {
   app.add_option("image", image, "what would be flashed")->required()->check(CLI::ExistingFile);
   app.add_option("--plant", plant, "the machine")->check(CLI::ExistingFile);
   app.add_option("--bus", options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
+  app.add_option("--bit-rate", options.bit_rate, "of the bus in bit/s; the board has its own, 1000000 as delivered")
+      ->check(CLI::IsMember({125000, 250000, 500000, 1000000}));
   app.add_option("--seed", options.seed, "of all noise");
   app.add_option("--speed", speed, "simulated time per real time; 0: as fast as it can");
   app.add_flag("--until-stdin-ends", options.until_stdin_ends, sim::kUntilStdinEndsHelp);

@@ -41,7 +41,7 @@ constexpr std::array<double, sim::kAxes> kStart_rad = {0.0, 20.0 * sim::kPi / 18
 class HostRig {
  public:
   explicit HostRig(const sim::PlantConfig& plant, std::uint64_t seed = 1)
-      : node_(plant, 1, seed, bus_, flash_, kStart_rad) {}
+      : node_(plant, {}, seed, bus_, flash_, kStart_rad) {}
 
   void pass_ms() {
     for (int part = 0; part < 4; ++part) {  // answers come within the millisecond, as on the board
@@ -64,17 +64,16 @@ class HostRig {
 class BoardRig {
  public:
   explicit BoardRig(const sim::PlantConfig& plant, std::uint64_t seed = 1)
-      : machine(board_image(), plant, bus_, {seed, kStart_rad}) {}
+      : machine(board_image(), plant, bus, {seed, kStart_rad}) {
+    client.set_bit_rate(1e6);
+  }
 
   void pass_ms() { machine.run(sim::kTick_s); }
   sim::TruthState truth() const { return machine.truth(); }
 
- private:
-  sim::VirtualBus bus_{1e6, sim::kPwmPeriod_s};
-
- public:
+  sim::VirtualBus bus{1e6, sim::kPwmPeriod_s};
   target::BoardMachine machine;
-  CanClient client{bus_, [this] { pass_ms(); }};
+  CanClient client{bus, [this] { pass_ms(); }};
 };
 
 }  // namespace bench

@@ -93,6 +93,10 @@ std::string broken_pin(target::Stm32g474& chip) {
       return fmt::format("P{}{} is not what the board's table says", promise.port, promise.pin);
     }
   }
+  const target::Gpio& button_port = chip.port('C');
+  if (button_port.mode(13) != target::Gpio::Mode::kInput || (button_port.peek(0x0C) >> 26 & 3U) != 2) {
+    return "PC13 does not read the button, pulled down";
+  }
   return chip.port('A').mode(5) == target::Gpio::Mode::kOutput ? "" : "PA5 does not drive the LED";
 }
 

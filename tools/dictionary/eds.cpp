@@ -5,6 +5,10 @@
 
 #include "device_description.hpp"
 
+extern "C" {
+#include "canopen/bus_settings.h"
+}
+
 namespace trackservo::dictionary {
 namespace {
 
@@ -94,6 +98,16 @@ std::string print_object(const std::vector<od_object>& rows) {
   return text;
 }
 
+// Those that LSS can set.
+std::string bit_rates() {
+  std::string text;
+  for (const int kbit_s : {10, 20, 50, 125, 250, 500, 800, 1000}) {
+    const std::uint8_t index = bus_index_of_kbit_s(static_cast<std::uint16_t>(kbit_s));
+    text += fmt::format("BaudRate_{}={}\n", kbit_s, bus_kbit_s_of_index(index) == kbit_s ? 1 : 0);
+  }
+  return text;
+}
+
 std::string print_head(const DeviceInfo& info, const SortedObjects& objects) {
   const auto constant = [&](std::uint8_t sub) {
     const auto found = objects.find({0x1018, sub});
@@ -110,15 +124,18 @@ std::string print_head(const DeviceInfo& info, const SortedObjects& objects) {
       info.file_name, info.description, info.time, info.date, info.vendor);
   text += fmt::format(
       "[DeviceInfo]\nVendorName={}\nVendorNumber=0x{:X}\nProductName={}\nProductNumber=0x{:X}\nRevisionNumber=0x{:X}\n"
-      "OrderCode={}\nBaudRate_10=0\nBaudRate_20=0\nBaudRate_50=0\nBaudRate_125=1\nBaudRate_250=1\nBaudRate_500=1\n"
-      "BaudRate_800=0\nBaudRate_1000=1\nSimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\n"
-      "DynamicChannelsSupported=0\nGroupMessaging=0\nNrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=0\n\n",
-      info.vendor, constant(1), info.product, constant(2), constant(3), info.product, count(0x1400), count(0x1800));
+      "OrderCode={}\n{}SimpleBootUpMaster=0\nSimpleBootUpSlave=1\nGranularity=8\n"
+      "DynamicChannelsSupported=0\nGroupMessaging=0\nNrOfRXPDO={}\nNrOfTXPDO={}\nLSS_Supported=1\n\n",
+      info.vendor, constant(1), info.product, constant(2), constant(3), info.product, bit_rates(), count(0x1400),
+      count(0x1800));
   text += "[DummyUsage]\nDummy0001=0\n";
   for (int i = 2; i <= 7; ++i) {
     text += fmt::format("Dummy{:04d}=1\n", i);
   }
-  return text + "\n[Comments]\nLines=1\nLine1=Printed from the object dictionary table; do not edit.\n\n";
+  return text +
+         "\n[Comments]\nLines=2\nLine1=Printed from the object dictionary table; do not edit.\n"
+         "Line2=Default inhibit times (1800 to 1803, sub-index 3) are those at 1000 kbit/s; below they grow as "
+         "1000 / (kbit/s).\n\n";
 }
 
 std::string print_list(const char *section, const std::vector<std::uint16_t>& indices) {

@@ -14,7 +14,7 @@ CanLine::CanLine(sim::VirtualBus& bus, Fdcan& controller)
     : bus_(bus), controller_(controller), port_(bus.attach([this](const can_frame& frame) { receive(frame); }, 1)) {}
 
 void CanLine::receive(const can_frame& frame) {
-  if (!controller_.is_on_bus(kBitsPerSecond)) {
+  if (!controller_.bits_per_s()) {
     return;
   }
   CanMessage message;
@@ -30,12 +30,20 @@ void CanLine::receive(const can_frame& frame) {
 
 void CanLine::pump(Instant now) {
   controller_.bus_idle(now);
+  if (controller_.restarts() != restarts_) {
+    restarts_ = controller_.restarts();
+    is_sending_ = false;  // the controller has forgotten it
+  }
+  const std::optional<double> bits_per_s = controller_.bits_per_s();
+  if (bits_per_s) {
+    bus_.set_bit_rate(port_, *bits_per_s);
+  }
   if (is_sending_ && bus_.has_room(port_)) {
     is_sending_ = false;
     controller_.sent();
   }
   const std::optional<CanMessage> message = controller_.next_to_send();
-  if (is_sending_ || !message || !controller_.is_on_bus(kBitsPerSecond)) {
+  if (is_sending_ || !message || !bits_per_s) {
     return;
   }
   can_frame frame{};

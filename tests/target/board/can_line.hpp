@@ -9,8 +9,6 @@ namespace trackservo::target {
 
 class CanLine {
  public:
-  static constexpr double kBitsPerSecond = 1e6;
-
   CanLine(sim::VirtualBus& bus, Fdcan& controller);
   CanLine(const CanLine&) = delete;
   CanLine& operator=(const CanLine&) = delete;
@@ -26,6 +24,7 @@ class CanLine {
   Fdcan& controller_;
   sim::VirtualBus::Port port_;
   bool is_sending_ = false;
+  int restarts_ = 0;  // of the controller, so far
 };
 
 }  // namespace trackservo::target

@@ -1,7 +1,5 @@
 #include "chip/fdcan.hpp"
 
-#include <cmath>
-
 namespace trackservo::target {
 namespace {
 
@@ -117,15 +115,26 @@ void Fdcan::on_reset() {
 
 // --- joining the bus ---
 
-bool Fdcan::is_on_bus(double bits_per_s) const {
+std::optional<double> Fdcan::bits_per_s() const {
   if (is_initialising() || !pins_()) {
-    return false;
+    return std::nullopt;
   }
   const std::uint32_t nbtp = reg(kNbtp);
   const double quanta = (nbtp & 0x7FU) + (nbtp >> 8 & 0xFFU) + 3;
   const std::uint32_t divider = reg(kCkdiv) == 0 ? 1 : 2 * reg(kCkdiv);
-  const double rate = frequency_hz_() / divider / ((nbtp >> 16 & 0x1FFU) + 1.0) / quanta;
-  return std::abs(rate / bits_per_s - 1.0) < 0.005;
+  return static_cast<double>(frequency_hz_()) / divider / ((nbtp >> 16 & 0x1FFU) + 1.0) / quanta;
+}
+
+// RM0440: setting CCE resets what is behind the FIFOs' and the buffers' status registers.
+void Fdcan::forget_frames() {
+  fifo_ = {};
+  order_ = 0;
+  waiting_ = 0;
+  put_index_ = 0;
+  reg(kTxbrp) = 0;
+  reg(kTxbto) = 0;
+  reg(kTxbcf) = 0;
+  ++restarts_;
 }
 
 void Fdcan::check_timing() const {
@@ -148,6 +157,9 @@ void Fdcan::write_cccr(std::uint32_t written) {
   }
   require((written & kChangeEnable) == 0 || (old & kInit) != 0, "CCE is set without INIT");
   store(kCccr, written);
+  if ((old & kChangeEnable) == 0 && (written & kChangeEnable) != 0) {
+    forget_frames();
+  }
   if ((old & kInit) != 0 && (written & kInit) == 0) {
     check_timing();
     if ((reg(kPsr) & 1U << 7) != 0) {

@@ -38,8 +38,11 @@ class Fdcan : public Peripheral {
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
   void wired_by(std::function<bool()> pins) { pins_ = std::move(pins); }
 
-  // Takes part in the traffic of a bus of this rate: started, wired, timed right, not off.
-  bool is_on_bus(double bits_per_s) const;
+  // The rate at which it takes part in the traffic of its bus; nothing unless it is started, wired and not off.
+  std::optional<double> bits_per_s() const;
+
+  // How often the program has begun to set it up: frames that waited are gone each time.
+  int restarts() const { return restarts_; }
 
   // A frame from the bus.
   void receive(const CanMessage& message);
@@ -76,6 +79,7 @@ class Fdcan : public Peripheral {
   bool is_initialising() const { return (reg(0x18) & 1U) != 0; }
   void write_cccr(std::uint32_t written);
   void check_timing() const;
+  void forget_frames();
   Decision filter(const CanMessage& message);
   Decision filter_standard(const CanMessage& message);
   Decision filter_extended(const CanMessage& message);
@@ -97,6 +101,7 @@ class Fdcan : public Peripheral {
   unsigned put_index_ = 0;
   std::optional<Instant> recovery_;
   int accepted_ = 0;
+  int restarts_ = 0;
 };
 
 }  // namespace trackservo::target

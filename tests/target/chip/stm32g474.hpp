@@ -49,7 +49,7 @@ enum Interrupt : int {
 class Stm32g474 {
  public:
   static constexpr std::uint32_t kFlashBytes = 512 * 1024;
-  static constexpr std::uint32_t kParameterOffset = 0x7C000;  // parameter pages, to the end of the flash
+  static constexpr std::uint32_t kParameterOffset = 0x7B000;  // parameter pages, to the end of the flash
 
   // `image` is what a programmer would write to the start of the flash.
   explicit Stm32g474(const std::vector<std::uint8_t>& image);

@@ -124,9 +124,9 @@ static inline void rigid_machine_turn(rigid_machine *machine, servo_app *app) {
   }
 }
 
-/* The node with its default parameters on this machine; false when it refuses to start. */
-static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *node, uint8_t node_id,
-                                            can_sender sender, const hal_flash *flash) {
+/* The node with its default parameters on this machine and bus; false when it refuses to start. */
+static inline bool rigid_machine_start_node_on(rigid_machine *machine, servo_node *node, uint8_t node_id,
+                                               can_sender sender, const hal_flash *flash, const servo_node_bus *bus) {
   static axis_tuning defaults;
   const od_part part = {.table = axis_parameters_table, .values = &defaults, .prefix = ""};
   od_restore_defaults(&part, node_id);
@@ -139,8 +139,15 @@ static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *
     limits[i] = objects.written;
     limits[i].stuck_s = 0.0f; /* without noise, a machine at rest says the same again and again */
   }
-  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0};
+  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus};
   return servo_node_start(node, &config);
+}
+
+/* The same at 1 Mbit/s; what LSS stores is kept in RAM. */
+static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *node, uint8_t node_id,
+                                            can_sender sender, const hal_flash *flash) {
+  const servo_node_bus bus = {0};
+  return rigid_machine_start_node_on(machine, node, node_id, sender, flash, &bus);
 }
 
 #endif

@@ -1,0 +1,93 @@
+/* LSS slave (layer setting services): node id and bit rate are set over the bus, also of a node that has no node id.
+ *
+ * Standard: CiA 305. Each request and each answer is one frame of 8 bytes, 7E5h and 7E4h, lowest byte first:
+ *
+ *     04 state               switch state global: 0 waiting, 1 configuration             no answer
+ *     40 41 42 43 number     switch state selective: vendor, product, revision, serial   44 from the node that is meant
+ *     11 id                  configure node id: 1 .. 127, or 255 for none                11 error detail
+ *     13 table index         configure bit rate                                          13 error detail
+ *     15 delay_ms (2 bytes)  activate bit rate                                           no answer
+ *     17                     store configuration                                         17 error detail
+ *     5A 5B 5C 5D            inquire vendor, product, revision, serial number            5A .. 5D number
+ *     5E                     inquire node id, 255: none                                  5E id
+ *     46 .. 4B number        identify: vendor, product, range of revision and serial     4F
+ *     4C                     identify a node without node id                             50
+ *     51 number bit part next  fastscan of nodes without node id                         4F
+ *
+ * The node starts in the waiting state. 11 to 17 and 5A to 5E count in the configuration state alone. A new node id
+ * counts from the next reset of the communication; a node that has none takes it when it is switched to waiting. As
+ * sdo_server, this file knows no CAN: it gets the bytes of requests, shows the answer, and is told the time. */
+#ifndef TRACKSERVO_CANOPEN_LSS_SLAVE_H
+#define TRACKSERVO_CANOPEN_LSS_SLAVE_H
+
+#include "canopen/bus_settings.h"
+
+enum { LSS_REQUEST_COB_ID = 0x7E5, LSS_RESPONSE_COB_ID = 0x7E4, LSS_BYTES = 8 };
+
+/* Second byte of an answer to 11, 13 and 17. */
+enum { LSS_OK = 0, LSS_OUT_OF_RANGE = 1, LSS_STORE_UNSUPPORTED = 1, LSS_STORE_FAILED = 2, LSS_SEE_DETAIL = 255 };
+
+/* Third byte, with LSS_SEE_DETAIL. */
+enum { LSS_DETAIL_TORQUE = 1 };
+
+typedef enum { LSS_STORE_PENDING, LSS_STORE_DONE, LSS_STORE_REFUSED } lss_store_progress;
+
+/* What only the device can do or know; `store` and `activate` may be NULL, where there is no such thing. */
+typedef struct {
+  /* A motor has torque: nothing is changed then. NULL: never. */
+  bool (*has_torque)(void *context);
+  /* Asked again in each tick until it is not pending; the settings stay the same meanwhile. */
+  lss_store_progress (*store)(void *context, const bus_settings *settings);
+  /* The CAN controller changes its bit rate. */
+  void (*activate)(void *context, uint16_t kbit_s);
+  void *context;
+} lss_callbacks;
+
+enum { LSS_IDENTITY_PARTS = 4 };
+
+/* Progress of "activate bit rate": silence before the change and after it, each as long as the master said. */
+typedef enum { LSS_NO_CHANGE, LSS_BEFORE_CHANGE, LSS_AFTER_CHANGE } lss_change;
+
+typedef struct {
+  lss_callbacks callbacks;
+  uint32_t identity[LSS_IDENTITY_PARTS]; /* vendor, product, revision, serial number: 0x1018 */
+  bus_settings active;                   /* in force */
+  bus_settings pending;                  /* as configured */
+  bool configuring;                      /* in the configuration state */
+  uint8_t selected;                      /* parts of "switch state selective" that were this node's, in order */
+  uint8_t identified;                    /* likewise of "identify" */
+  uint8_t scanned;                       /* part that fastscan is at */
+  bool storing;
+  lss_change change;
+  uint16_t delay_ms;
+  uint16_t left_ms; /* of this silence */
+  uint8_t answer[LSS_BYTES];
+  bool answer_waiting;
+} lss_slave;
+
+void lss_slave_init(lss_slave *slave, const bus_settings *active, const lss_callbacks *callbacks);
+
+/* What 0x1018 says; before any request. */
+void lss_slave_identify(lss_slave *slave, const uint32_t identity[LSS_IDENTITY_PARTS]);
+
+/* At a reset of the communication: the pending node id is in force from now on. */
+void lss_slave_take_node_id(lss_slave *slave);
+
+/* A request of exactly 8 bytes. True: a node without node id has got one and shall initialise now. */
+bool lss_slave_receive(lss_slave *slave, const uint8_t request[LSS_BYTES]);
+
+/* The 8 bytes to send next, or NULL. They stay until `lss_slave_sent`. */
+const uint8_t *lss_slave_outgoing(const lss_slave *slave);
+void lss_slave_sent(lss_slave *slave);
+
+/* One ms: storing, and the change of the bit rate. */
+void lss_slave_tick(lss_slave *slave);
+
+/* The node must not send: it is about to change its bit rate, or others are. */
+static inline bool lss_slave_is_silent(const lss_slave *slave) { return slave->change != LSS_NO_CHANGE; }
+
+static inline bool lss_slave_is_unconfigured(const lss_slave *slave) {
+  return slave->active.node_id == BUS_UNCONFIGURED;
+}
+
+#endif

@@ -1,0 +1,205 @@
+"""lss: node ids and the bit rate, set over the bus (layer setting services, CiA 305)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import canopen
+import click
+from canopen.lss import LssError, LssMaster
+
+from ..bus import BIT_RATES, BusAddress, open_bus, parse_bus
+from ..errors import ConnectionFailed, ExitCode, InputError, NotVerified, Refused
+from ..session import Session, common
+
+RESPONSE_TIMEOUT_S = 0.1
+SWITCH_DELAY_MS = 500
+"""Silence of every node before the bit rate changes, and again after it."""
+BOOT_S = 2.0
+MOST_NODES = 127
+INDEX_OF_BIT_RATE = {1_000_000: 0, 500_000: 2, 250_000: 3, 125_000: 4}
+TORQUE = 255
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What object 1018 says, and LSS asks for."""
+
+    vendor: int = 0
+    product: int = 0x54534456
+    revision: int = 1
+    serial: int = 0
+
+
+@click.group()
+def lss() -> None:
+    """Set node ids and the bit rate over the bus (CiA 305).
+
+    Nothing is changed while an axis has torque. A new node id is in force at once; what is stored counts after every
+    start. After `lss rate` the adapter and all other nodes must have the new bit rate, too.
+    """
+
+
+@contextmanager
+def _master(session: Session, bitrate: int | None = None) -> Iterator[tuple[canopen.Network, LssMaster]]:
+    """The bus, and the LSS master on it; leaves every node in the waiting state."""
+    network = canopen.Network(bus=open_bus(parse_bus(session.bus), bitrate or session.bitrate))
+    network.lss.RESPONSE_TIMEOUT = RESPONSE_TIMEOUT_S
+    with network.connect():
+        try:
+            yield network, network.lss
+        finally:
+            network.lss.send_switch_state_global(LssMaster.WAITING_STATE)
+
+
+def _ask(what: str, request: Callable[[], Any]) -> Any:
+    """The answer to an LSS request; raises what the node said in words."""
+    try:
+        return request()
+    except LssError as error:
+        reason = str(error)
+        if "No LSS response" in reason:
+            raise ConnectionFailed(f"no node answers while {what}.") from error
+        if reason.endswith(str(TORQUE)):
+            raise Refused(f"refused while {what}: an axis has torque; disable both axes first.") from error
+        raise Refused(f"the node refused {what} ({reason}).") from error
+
+
+def _number(master: LssMaster, node: int, store: bool) -> None:
+    """Of the one node in the configuration state."""
+    _ask(f"setting node id {node}", lambda: master.configure_node_id(node))
+    if store:
+        _ask("storing the node id", master.store_configuration)
+
+
+def _wait_for_boot(network: canopen.Network, node: int) -> None:
+    heard: list[int] = []
+    network.subscribe(0x700 + node, lambda _id, data, _time: heard.append(data[0]))
+    network.lss.send_switch_state_global(LssMaster.WAITING_STATE)
+    until = time.monotonic() + BOOT_S
+    while not heard and time.monotonic() < until:
+        time.sleep(0.01)
+    network.unsubscribe(0x700 + node)
+    if not heard:
+        raise NotVerified(f"node {node} is not heard on the bus after it got its node id.")
+
+
+def _find(master: LssMaster) -> Identity | None:
+    """The next node without node id, which is in the configuration state then."""
+    found, identity = master.fast_scan()
+    return Identity(*identity) if found else None
+
+
+@lss.command()
+@click.option("--first", type=click.IntRange(1, 127), help="Number the nodes that are found, from this node id on.")
+@click.option("--store/--no-store", default=True, help="Whether the node ids count after the next start, too.")
+@common
+def scan(session: Session, first: int | None, store: bool) -> int:
+    """Find the nodes without node id (fastscan), and number them; exit code 1 when there is none."""
+    rows: list[dict[str, Any]] = []
+    with _master(session) as (network, master), session.out.errors.status("scanning"):
+        for n in range(MOST_NODES):
+            identity = _find(master)
+            if identity is None:
+                break
+            node = None if first is None else first + n
+            if node is not None:
+                if node > MOST_NODES:
+                    raise InputError(f"node id {node} is above {MOST_NODES}; begin lower than --first {first}.")
+                _number(master, node, store)
+                _wait_for_boot(network, node)
+            rows.append({"node": node} | asdict(identity))
+    session.out.json(rows)
+    if not rows:
+        session.out.say(f"no node without node id answers on {parse_bus(session.bus)}.")
+        return int(ExitCode.DIFFERENT)
+    session.out.table(
+        [("node", "right"), "vendor", "product", "revision", "serial"],
+        [
+            (str(r["node"] or "–"), *(f"0x{r[key]:08X}" for key in ("vendor", "product", "revision", "serial")))
+            for r in rows
+        ],
+    )
+    return 0
+
+
+@lss.command(name="id")
+@click.argument("new_id", type=click.IntRange(1, 127))
+@click.option(
+    "--serial",
+    type=lambda text: int(text, 0),
+    help="Serial number (1018:4) of the node, where its node id does not tell it from others.",
+)
+@click.option("--store/--no-store", default=True, help="Whether it counts after the next start, too.")
+@common
+def set_id(session: Session, new_id: int, serial: int | None, store: bool) -> None:
+    """Give the node --node, or that with --serial, another node id."""
+    identity = _identity(session) if serial is None else Identity(serial=serial)
+    with _master(session) as (network, master):
+        who = f"switching the node with serial number 0x{identity.serial:08X}"
+        _ask(who, lambda: master.send_switch_state_selective(*asdict(identity).values()))
+        old = _ask("asking for its node id", master.inquire_node_id)
+        _number(master, new_id, store)
+        if 1 <= old <= MOST_NODES and old != new_id:
+            master.send_switch_state_global(LssMaster.WAITING_STATE)
+            network.send_message(0, bytes([0x82, old]))  # NMT: reset communication
+        if old != new_id:
+            _wait_for_boot(network, new_id)
+    session.out.json({"node": new_id, "was": old, "stored": store} | asdict(identity))
+    session.out.say(f"node {old if old <= MOST_NODES else 'without id'} is node {new_id} now.")
+
+
+def _identity(session: Session) -> Identity:
+    with session.connect() as device:
+        numbers = [device.try_upload(0x1018, sub) for sub in range(1, 5)]
+    if any(number is None for number in numbers):
+        raise ConnectionFailed(f"node {session.node} does not tell its identity (object 1018).")
+    return Identity(*(int.from_bytes(number or b"", "little") for number in numbers))
+
+
+def _present(network: canopen.Network) -> set[int]:
+    network.scanner.reset()
+    network.scanner.search()
+    time.sleep(0.5)
+    return set(network.scanner.nodes)
+
+
+@lss.command()
+@click.argument("bit_rate", type=click.Choice([str(rate) for rate in BIT_RATES]))
+@click.option("--store/--no-store", default=True, help="Whether it counts after the next start, too.")
+@common
+def rate(session: Session, bit_rate: str, store: bool) -> None:
+    """Give all nodes on the bus another bit rate, now."""
+    new = int(bit_rate)
+    address = parse_bus(session.bus)
+    with _master(session) as (network, master):
+        before = _present(network)
+        if not before:
+            raise ConnectionFailed(f"no node answers at {session.bitrate} bit/s on {address}.")
+        master.send_switch_state_global(LssMaster.CONFIGURATION_STATE)
+        _ask(f"setting {new} bit/s", lambda: master.configure_bit_timing(INDEX_OF_BIT_RATE[new]))
+        if store:
+            _ask("storing the bit rate", master.store_configuration)
+        master.activate_bit_timing(SWITCH_DELAY_MS)
+    time.sleep(2.2 * SWITCH_DELAY_MS / 1000.0)
+    lost = _lost(session, address, new, before)
+    if lost:
+        raise NotVerified(f"at {new} bit/s node {', '.join(str(node) for node in sorted(lost))} does not answer.")
+    session.out.json({"bit_rate": new, "stored": store, "nodes": sorted(before)})
+    session.out.say(f"{len(before)} of {len(before)} nodes have {new} bit/s; give servoctl --bitrate {new} from now on.")
+
+
+def _lost(session: Session, address: BusAddress, bit_rate: int, before: set[int]) -> set[int]:
+    if address.kind == "socketcan":
+        interface = address.channel
+        session.out.note(
+            f"not checked: set the interface to the new bit rate, as with: ip link set {interface} down; "
+            f"ip link set {interface} up type can bitrate {bit_rate}"
+        )
+        return set()
+    with _master(session, bit_rate) as (network, _):
+        return before - _present(network)

@@ -1,0 +1,89 @@
+"""Node ids and the bit rate over the bus, on simulators of their own whose flash outlives them."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from .conftest import SIM_HOST, Bench
+
+Serve = Callable[..., contextlib.AbstractContextManager[Bench]]
+
+
+@pytest.fixture
+def serve(tmp_path: Path) -> Serve:
+    """A simulator with these options, and servoctl at it."""
+
+    @contextlib.contextmanager
+    def start(*options: str) -> Iterator[Bench]:
+        process = subprocess.Popen(
+            [SIM_HOST, "serve", "--until-stdin-ends", "--bus", "slcan-tcp:0", "--flash", str(tmp_path / "flash"), *options],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert process.stdin is not None and process.stdout is not None
+        address = process.stdout.readline().strip()
+        while process.stdout.readline().strip() not in ("ready", ""):
+            pass
+        yield Bench(address, tmp_path)
+        process.stdin.close()
+        assert process.wait(timeout=20) == 0
+
+    return start
+
+
+def test_nodes_without_id_are_found_numbered_and_keep_their_ids(serve: Serve) -> None:
+    options = ("--nodes", "2", "--node-id", "255", "--serial", "0x1001")
+    with serve(*options) as bench:
+        only_found = bench.json("lss", "scan")
+        assert sorted((row["node"], row["serial"]) for row in only_found) == [(None, 0x1001), (None, 0x1002)]
+        numbered = bench.json("lss", "scan", "--first", "10")
+        assert [row["node"] for row in numbered] == [10, 11]
+        assert sorted(row["serial"] for row in numbered) == [0x1001, 0x1002]
+        assert bench.here("lss", "scan").code == 1
+    with serve(*options) as bench:
+        for row in numbered:
+            assert bench.json("info", "--node", str(row["node"]))["serial"] == row["serial"]
+
+
+def test_a_node_gets_another_id_at_once_and_for_good(serve: Serve) -> None:
+    with serve("--serial", "77") as bench:
+        told = bench.here("lss", "id", "5")
+        assert (told.code, told.out) == (0, "node 1 is node 5 now.\n")
+        assert bench.json("info", "--node", "5")["serial"] == 77
+        changed = bench.json("lss", "id", "6", "--serial", "77", "--no-store")
+        assert (changed["node"], changed["was"], changed["stored"]) == (6, 5, False)
+    with serve("--serial", "77") as bench:
+        assert bench.json("info", "--node", "5")["serial"] == 77
+
+
+def test_the_bit_rate_changes_for_all_nodes_and_for_good(serve: Serve) -> None:
+    with serve("--nodes", "2") as bench:
+        changed = bench.json("lss", "rate", "250000")
+        assert changed == {"bit_rate": 250000, "stored": True, "nodes": [1, 2]}
+        assert bench.here("info").code == 3
+        assert bench.here("info", "--bitrate", "250000").code == 0
+    with serve("--nodes", "2") as bench:
+        assert bench.here("info", "--node", "2", "--bitrate", "250000").code == 0
+
+
+def test_what_cannot_be_done_is_said_in_one_sentence(serve: Serve) -> None:
+    with serve() as bench:
+        for code, words, reason in (
+            (3, ("lss", "id", "5", "--serial", "0x99"), "no node answers"),
+            (3, ("lss", "rate", "125000", "--bitrate", "500000"), "no node answers at 500000 bit/s"),
+            (2, ("lss", "rate", "800000"), "800000"),
+            (2, ("lss", "id", "128"), "128"),
+            (2, ("lss", "id", "5", "--serial", "x"), "x"),
+        ):
+            result = bench.here(*words)
+            assert (result.code, result.err.count("\n")) == (code, 1), (words, result)
+            assert reason in result.err
+        assert bench.here("state", "azimuth", "enable").code == 0
+        result = bench.here("lss", "id", "5")
+        assert (result.code, result.err.count("\n")) == (4, 1)
+        assert "an axis has torque; disable both axes first" in result.err
+        assert bench.here("info").code == 0
