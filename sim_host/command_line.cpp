@@ -4,15 +4,29 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <set>
 #include <stdexcept>
 
 #include "config/arguments.hpp"
 #include "experiments/design_check.hpp"
+#include "progress.hpp"
 #include "run/scenario_check.hpp"
 
 namespace trackservo::sim {
+namespace {
+
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+ProgressPrinter& printer() {
+  static ProgressPrinter printer(stderr, isatty(STDERR_FILENO) != 0, now_s);
+  return printer;
+}
+
+}  // namespace
+
+void start_progress() { printer(); }
 
 void warn(const std::vector<std::string>& texts) {
   static std::set<std::string> said;
@@ -30,14 +44,7 @@ servo_params checked_design(const Study& study, const ControllerSpec& spec, cons
   return params;
 }
 
-void show_progress(int done, int total, const std::string& what) {
-  if (isatty(STDERR_FILENO) != 0) {
-    fmt::print(stderr, "\r[{:3d} %] {:<60}{}", 100 * done / total, what, done == total ? "\n" : "");
-    (void)std::fflush(stderr);
-  } else if (10 * done / total > 10 * (done - 1) / total) {
-    fmt::print(stderr, "[{:3d} %] {}\n", 100 * done / total, what);
-  }
-}
+void show_progress(int done, int total, const std::string& what) { printer().show(done, total, what); }
 
 void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
   std::sort(seeds.begin(), seeds.end());

@@ -20,7 +20,10 @@ void warn(const std::vector<std::string>& texts);
 // design_controller.
 servo_params checked_design(const Study& study, const ControllerSpec& spec, const DesignOptions& options);
 
-// One line that is rewritten on a terminal, and a line per 10 % elsewhere.
+// Call before the first job, whose time counts, too.
+void start_progress();
+
+// After every finished job, to the standard error: see progress.hpp.
 void show_progress(int done, int total, const std::string& what);
 
 // Throws std::invalid_argument.

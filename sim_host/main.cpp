@@ -335,6 +335,7 @@ int parse_and_run(int argc, char **argv) {
   sim::add_experiments(app);
   sim::add_beliefs(app);
   sim::add_random_plants(app);
+  sim::add_fig9_scan(app);
   add_bench(app);
   add_serve(app);
   sim::add_faults(app, code);

@@ -9,6 +9,7 @@
 #include "config/arguments.hpp"
 #include "experiments/belief_study.hpp"
 #include "experiments/campaign.hpp"
+#include "experiments/fig9_scan_report.hpp"
 #include "experiments/job_pool.hpp"
 #include "experiments/random_plants_report.hpp"
 #include "experiments/results.hpp"
@@ -23,6 +24,7 @@ void experiments(const CampaignOptions& options) {
       checked_design(study, spec, {});
     }
   }
+  start_progress();
   const Campaign campaign = run_campaign(options, show_progress);
   write_results(campaign, TRACKSERVO_GIT, options.out_dir / "results.json");
   fmt::print("written {}\n", (options.out_dir / "results.json").string());
@@ -30,6 +32,7 @@ void experiments(const CampaignOptions& options) {
 
 void beliefs(const CampaignOptions& options) {
   refuse_repeated_seeds(options.seeds);
+  start_progress();
   const BeliefStudy study = run_belief_study(options, show_progress);
   print(study);
   write_belief_study(study, options, TRACKSERVO_GIT, options.out_dir / "beliefs.json");
@@ -48,6 +51,7 @@ void random_plants(const RandomPlantsOptions& options) {
   setup.study.scenario = load_scenario(std::filesystem::path(TRACKSERVO_DATA_DIR) / "scenarios/steady_speed.toml");
   setup.study.experiment = setup.study.scenario.name;
   checked_design(setup.study, controller_spec("pi_vob_ftc"), {});
+  start_progress();
   JobPool pool(setup.threads, kAxes, show_progress);
   setup.study.identified = belief_of(setup.study.plant, identify_plants({setup.study.plant}, options.out_dir, pool));
   const RandomPlants tried = try_random_plants(setup, show_progress);
@@ -55,6 +59,25 @@ void random_plants(const RandomPlantsOptions& options) {
   print(setup, tried, summary);
   write_random_plants(setup, tried, summary, TRACKSERVO_GIT, options.out_dir);
   fmt::print("written {0}/random_plants.json, {0}/random_plants.csv\n", options.out_dir.string());
+}
+
+struct Fig9Options {
+  Fig9Setup setup;
+  std::filesystem::path data_dir = TRACKSERVO_DATA_DIR;
+  std::filesystem::path out_dir;
+};
+
+void fig9_scan(const Fig9Options& options) {
+  Fig9Setup setup = options.setup;
+  setup.axis = load_plant(options.data_dir / "plants/paper_simulation.toml").axis[kAzimuth];
+  setup.sine = load_scenario(options.data_dir / "scenarios/sine.toml");
+  setup.disturbed_step = load_scenario(options.data_dir / "scenarios/step_disturbed.toml");
+  start_progress();
+  const std::vector<Fig9Outcome> outcomes = scan_fig9(setup, show_progress);
+  const Fig9Summary summary = summary_of(outcomes);
+  print(setup, summary);
+  write_fig9_scan(setup, outcomes, summary, TRACKSERVO_GIT, options.out_dir);
+  fmt::print("written {}\n", (options.out_dir / "fig9_scan.json").string());
 }
 
 // What every study is told; its seeds, too.
@@ -114,6 +137,21 @@ void add_random_plants(CLI::App& app) {
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command->callback([options] { random_plants(*options); });
+}
+
+void add_fig9_scan(CLI::App& app) {
+  auto options = std::make_shared<Fig9Options>();
+  Fig9Setup& setup = options->setup;
+  CLI::App *command = app.add_subcommand(
+      "fig9-scan", "do any values of what the paper does not print give its Fig. 7 and its Fig. 9 together?");
+  command->add_option("--samples", setup.samples, "random sets")->check(CLI::Range(1, 1000000))->capture_default_str();
+  command->add_option("--seed", setup.seed, "seed of the sets")->check(seed())->capture_default_str();
+  command->add_option("--threads", setup.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  command->add_option("--out", options->out_dir, "folder for fig9_scan.json")
+      ->required()
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command->callback([options] { fig9_scan(*options); });
 }
 
 }  // namespace trackservo::sim

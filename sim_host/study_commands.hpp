@@ -9,6 +9,7 @@ namespace trackservo::sim {
 void add_experiments(CLI::App& app);
 void add_beliefs(CLI::App& app);
 void add_random_plants(CLI::App& app);
+void add_fig9_scan(CLI::App& app);
 
 }  // namespace trackservo::sim
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
+#include <numeric>
 #include <tuple>
 
 #include "experiments/job_pool.hpp"
@@ -13,6 +15,16 @@
 
 namespace trackservo::sim {
 namespace {
+
+// What jobs cost beside each other, measured in units of about 15 ms of one core: only the estimate of the time left
+// depends on it.
+constexpr int kIdentificationCost = 800;
+constexpr int kEvaluationCost = 17;  // of a search for the best PI
+constexpr int kMarginCost = 18;
+
+int run_cost(const Study& study) { return 3 + static_cast<int>(std::lround(0.5 * study.scenario.duration_s)); }
+
+int search_cost(const SearchEffort& effort) { return kEvaluationCost * (effort.explore + effort.refine); }
 
 struct RunSpec {
   const Study *study;
@@ -31,16 +43,14 @@ std::vector<FrictionModel> frictions_of(const Study& study) {
   return {FrictionModel::kLugre, FrictionModel::kMaxwellSlip};
 }
 
-std::vector<RunSpec> all_runs(const std::vector<Study>& studies, std::size_t seeds) {
+std::vector<RunSpec> runs_of(const Study& study, std::size_t seeds) {
   std::vector<RunSpec> runs;
-  for (const Study& study : studies) {
-    const std::vector<StudyCase> cases = cases_of(study);
-    for (const FrictionModel friction : frictions_of(study)) {
-      for (const ControllerSpec& controller : controller_specs()) {
-        for (const StudyCase& study_case : cases) {
-          for (std::size_t seed = 0; seed < seeds; ++seed) {
-            runs.push_back({&study, study_case, friction, &controller, seed});
-          }
+  const std::vector<StudyCase> cases = cases_of(study);
+  for (const FrictionModel friction : frictions_of(study)) {
+    for (const ControllerSpec& controller : controller_specs()) {
+      for (const StudyCase& study_case : cases) {
+        for (std::size_t seed = 0; seed < seeds; ++seed) {
+          runs.push_back({&study, study_case, friction, &controller, seed});
         }
       }
     }
@@ -145,24 +155,36 @@ Study make_study(const std::filesystem::path& data_dir, const char *experiment, 
   return study;
 }
 
-void search_best_pis(Campaign& campaign, const std::vector<Study>& studies, JobPool& pool) {
-  const SearchEffort effort = campaign.options.quick() ? SearchEffort{12, 8} : SearchEffort{};
-  std::mutex mutex;
-  pool.run(studies.size(), [&](std::size_t i) {
-    const PiWish best = best_pi(studies[i], effort);
-    const std::lock_guard<std::mutex> lock(mutex);
-    campaign.best_pi[study_name(studies[i])] = best;
-    return "best PI for " + study_name(studies[i]);
-  });
+SearchEffort effort_of(const CampaignOptions& options) {
+  return options.quick() ? SearchEffort{12, 8} : SearchEffort{};
 }
+
+void search_best_pis(Campaign& campaign, const std::vector<Study>& studies, JobPool& pool) {
+  const SearchEffort effort = effort_of(campaign.options);
+  std::mutex mutex;
+  pool.run(
+      studies.size(),
+      [&](std::size_t i) {
+        const PiWish best = best_pi(studies[i], effort);
+        const std::lock_guard<std::mutex> lock(mutex);
+        campaign.best_pi[study_name(studies[i])] = best;
+        return "best PI for " + study_name(studies[i]);
+      },
+      search_cost(effort));
+}
+
+int variation_cost(const CampaignOptions& options) { return 16 * static_cast<int>(options.seeds.size()); }
 
 void run_sensitivity(Campaign& campaign, const std::vector<SensitivityJob>& jobs, const std::vector<Study>& studies,
                      JobPool& pool) {
   std::vector<std::vector<SensitivityRecord>> records(jobs.size());
-  pool.run(jobs.size(), [&](std::size_t i) {
-    records[i] = run_sensitivity_job(jobs[i], studies, campaign.options);
-    return std::string("what if we had chosen otherwise");
-  });
+  pool.run(
+      jobs.size(),
+      [&](std::size_t i) {
+        records[i] = run_sensitivity_job(jobs[i], studies, campaign.options);
+        return std::string("what if we had chosen otherwise");
+      },
+      variation_cost(campaign.options));
   for (const std::vector<SensitivityRecord>& of_job : records) {
     campaign.sensitivity.insert(campaign.sensitivity.end(), of_job.begin(), of_job.end());
   }
@@ -172,9 +194,23 @@ void run_sensitivity(Campaign& campaign, const std::vector<SensitivityJob>& jobs
 void run_margins(Campaign& campaign, const std::vector<Study>& studies, JobPool& pool) {
   const std::vector<MarginJob> jobs = margin_jobs_of(campaign, studies);
   campaign.margins.resize(jobs.size());
-  pool.run(jobs.size(), [&](std::size_t i) {
-    campaign.margins[i] = run_margin_job(jobs[i], campaign.options.out_dir);
-    return std::string("stability margins");
+  pool.run(
+      jobs.size(),
+      [&](std::size_t i) {
+        campaign.margins[i] = run_margin_job(jobs[i], campaign.options.out_dir);
+        return std::string("stability margins");
+      },
+      kMarginCost);
+}
+
+int cost_of(const Campaign& campaign, const std::vector<Study>& studies, std::size_t variations) {
+  const auto times = [](std::size_t count, int cost) { return static_cast<int>(count) * cost; };
+  const int fixed = times(kAxes * campaign.plants.size(), kIdentificationCost) +
+                    times(studies.size(), search_cost(effort_of(campaign.options))) +
+                    times(variations, variation_cost(campaign.options)) +
+                    times(margin_jobs_of(campaign, studies).size(), kMarginCost);
+  return std::accumulate(studies.begin(), studies.end(), fixed, [&](int sum, const Study& study) {
+    return sum + times(runs_of(study, campaign.options.seeds.size()).size(), run_cost(study));
   });
 }
 
@@ -228,23 +264,25 @@ Campaign run_campaign(const CampaignOptions& options, const Progress& progress) 
   for (const Study& study : studies) {
     campaign.best_pi[study_name(study)] = pi_wish(study.plant, kAzimuth, {});  // until it is found
   }
-  const std::vector<RunSpec> runs = all_runs(studies, options.seeds.size());
   const std::vector<SensitivityJob> variations = options.quick() ? std::vector<SensitivityJob>{} : sensitivity_jobs();
-  const std::size_t margins = margin_jobs_of(campaign, studies).size();
-  const std::size_t axes = kAxes * campaign.plants.size();
-  JobPool pool(options.threads, static_cast<int>(axes + studies.size() + runs.size() + variations.size() + margins),
-               progress);
+  JobPool pool(options.threads, cost_of(campaign, studies, variations.size()), progress);
 
-  campaign.identified = identify_plants(campaign.plants, options.out_dir, pool);
+  campaign.identified = identify_plants(campaign.plants, options.out_dir, pool, kIdentificationCost);
   for (Study& study : studies) {
     study.identified = belief_of(study.plant, campaign.identified);
   }
   search_best_pis(campaign, studies, pool);
   Runner runner(campaign);
-  pool.run(runs.size(), [&](std::size_t i) {
-    runner.run(runs[i]);
-    return study_name(*runs[i].study);
-  });
+  for (const Study& study : studies) {
+    const std::vector<RunSpec> runs = runs_of(study, options.seeds.size());
+    pool.run(
+        runs.size(),
+        [&](std::size_t i) {
+          runner.run(runs[i]);
+          return "runs of " + study_name(study);
+        },
+        run_cost(study));
+  }
   runner.hand_over(campaign);
   run_sensitivity(campaign, variations, studies, pool);
   run_margins(campaign, studies, pool);

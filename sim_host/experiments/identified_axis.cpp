@@ -28,14 +28,17 @@ IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::file
 }
 
 std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plants,
-                                            const std::filesystem::path& out_dir, JobPool& pool) {
+                                            const std::filesystem::path& out_dir, JobPool& pool, int cost) {
   std::vector<IdentifiedAxis> identified(kAxes * plants.size());
-  pool.run(identified.size(), [&](std::size_t i) {
-    const PlantConfig& plant = plants[i / kAxes];
-    const int axis = static_cast<int>(i % kAxes);
-    identified[i] = identify_axis(plant, axis, out_dir);
-    return fmt::format("identified {} of {}", axis_name(axis), plant.name);
-  });
+  pool.run(
+      identified.size(),
+      [&](std::size_t i) {
+        const PlantConfig& plant = plants[i / kAxes];
+        const int axis = static_cast<int>(i % kAxes);
+        identified[i] = identify_axis(plant, axis, out_dir);
+        return fmt::format("identified {} of {}", axis_name(axis), plant.name);
+      },
+      cost);
   return identified;
 }
 

@@ -34,9 +34,9 @@ struct IdentifiedAxis {
 // a parameter was refused.
 IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::filesystem::path& out_dir);
 
-// Both axes of every plant, in their order, on the pool's threads.
+// Both axes of every plant, in their order, on the pool's threads; `cost` of each as JobPool::run wants it.
 std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plants,
-                                            const std::filesystem::path& out_dir, JobPool& pool);
+                                            const std::filesystem::path& out_dir, JobPool& pool, int cost = 1);
 
 // What is believed of a plant whose axes are among the identified ones.
 Belief belief_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified);

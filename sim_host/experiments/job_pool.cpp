@@ -8,7 +8,7 @@
 
 namespace trackservo::sim {
 
-void JobPool::run(std::size_t count, const std::function<std::string(std::size_t)>& job) {
+void JobPool::run(std::size_t count, const std::function<std::string(std::size_t)>& job, int cost) {
   std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::exception_ptr failure;
@@ -17,7 +17,8 @@ void JobPool::run(std::size_t count, const std::function<std::string(std::size_t
       try {
         const std::string what = job(i);
         const std::lock_guard<std::mutex> lock(mutex);
-        progress_(++done_, total_, what);
+        done_ += cost;
+        progress_(done_, total_, what);
       } catch (...) {
         const std::lock_guard<std::mutex> lock(mutex);
         failure = failure ? failure : std::current_exception();

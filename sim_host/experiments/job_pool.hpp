@@ -9,12 +9,13 @@ namespace trackservo::sim {
 
 class JobPool {
  public:
-  // `total` jobs are expected over all calls of run(); `progress` is called under a lock after each.
+  // Jobs that cost `total` together are expected over all calls of run(); `progress` is called under a lock after each.
   JobPool(int threads, int total, std::function<void(int, int, const std::string&)> progress)
       : threads_(threads), total_(total), progress_(std::move(progress)) {}
 
-  // Calls job(0) ... job(count - 1), each exactly once, and waits for all. The job returns what to tell people.
-  void run(std::size_t count, const std::function<std::string(std::size_t)>& job);
+  // Calls job(0) ... job(count - 1), each exactly once, and waits for all. The job returns what to tell people. `cost`
+  // is what one of them takes beside others of this pool, so that the time left can be estimated.
+  void run(std::size_t count, const std::function<std::string(std::size_t)>& job, int cost = 1);
 
  private:
   int threads_;
