@@ -1,9 +1,11 @@
 #include "experiments/derived.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "analysis/statistics.hpp"
+#include "experiments/fig9_scan.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -46,10 +48,15 @@ std::string without_feedforward(const std::string& controller) {
   return controller == "pi_ftc" || controller == "pi_coulomb" ? "pi" : controller;
 }
 
-std::optional<Cell> above_friction_free(const std::vector<Cell>& cells, const Cell& cell) {
+const Cell *friction_free(const std::vector<Cell>& cells, const Cell& cell) {
   const bool counts =
       cell.experiment == "step_disturbed" && cell.metric == "overshoot" && cell.friction != FrictionModel::kNone;
-  const Cell *free = counts ? find(cells, cell, FrictionModel::kNone, without_feedforward(cell.controller)) : nullptr;
+  return counts ? find(cells, cell, FrictionModel::kNone, without_feedforward(cell.controller)) : nullptr;
+}
+
+// The paper's "the overshoot increases by 25 %", read as a difference.
+std::optional<Cell> above_friction_free(const std::vector<Cell>& cells, const Cell& cell) {
+  const Cell *free = friction_free(cells, cell);
   if (free == nullptr) {
     return std::nullopt;
   }
@@ -62,12 +69,29 @@ std::optional<Cell> above_friction_free(const std::vector<Cell>& cells, const Ce
   return derived;
 }
 
+// The same, read as a ratio; none to an overshoot of nearly nothing.
+std::optional<Cell> over_friction_free(const std::vector<Cell>& cells, const Cell& cell) {
+  const Cell *free = friction_free(cells, cell);
+  if (free == nullptr) {
+    return std::nullopt;
+  }
+  Cell derived = cell;
+  derived.metric = "overshoot_over_friction_free";
+  derived.unit = "ratio";
+  for (std::size_t i = 0; i < derived.values.size(); ++i) {
+    const bool has_ratio = free->values[i] >= kLeastFreeOvershoot;
+    derived.values[i] = has_ratio ? cell.values[i] / free->values[i] : std::numeric_limits<double>::quiet_NaN();
+  }
+  return derived;
+}
+
 }  // namespace
 
 std::vector<Cell> with_derived(const std::vector<Cell>& cells) {
   std::vector<Cell> all = cells;
   for (const Cell& cell : cells) {
-    for (const std::optional<Cell>& derived : {reduction(cells, cell), above_friction_free(cells, cell)}) {
+    for (const std::optional<Cell>& derived :
+         {reduction(cells, cell), above_friction_free(cells, cell), over_friction_free(cells, cell)}) {
       if (derived) {
         all.push_back(*derived);
       }

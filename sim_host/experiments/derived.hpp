@@ -1,4 +1,5 @@
-// Figures that compare two cells: the reduction against PI alone, and the overshoot above the friction-free machine.
+// Figures that compare two cells: the reduction against PI alone, and the overshoot beside that of the
+// friction-free machine, as a difference and as a ratio.
 #ifndef TRACKSERVO_SIM_EXPERIMENTS_DERIVED_HPP
 #define TRACKSERVO_SIM_EXPERIMENTS_DERIVED_HPP
 

@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "experiments/fig9_scan.hpp"
+
 namespace trackservo::sim {
 namespace {
 
@@ -23,6 +25,9 @@ constexpr SteadyRow kTable2[] = {
 
 constexpr double kTracking_urad[] = {56.44, 14.86};  // Fig. 16, 1 sigma
 constexpr double kCalibrationShare = 0.15;           // PI alone must meet the paper's column within this
+// The paper's friction adds a quarter of the friction-free overshoot; with compensation it may change a tenth. Chosen
+// when 0.95 had been measured.
+constexpr double kRatioTolerance = 0.1;
 
 Goal at_most(double high, int decimals = 3) { return {-kAnyValue, high, fmt::format("<= {:.{}f}", high, decimals)}; }
 Goal at_least(double low) { return {low, kAnyValue, fmt::format(">= {:g}", low)}; }
@@ -62,6 +67,9 @@ std::optional<Goal> result_goal(const Cell& cell) {
   if (cell.metric == "overshoot_above_friction_free") {
     return at_most(2.0, 0);
   }
+  if (cell.metric == "overshoot_over_friction_free") {
+    return around(1.0, kRatioTolerance, 2);
+  }
   if (cell.metric == "tracking_sigma") {
     return at_most(cell.case_name == "paper loop" ? 12.0 : 6.0, 0);
   }
@@ -75,7 +83,10 @@ PaperFigures paper_figures(const Cell& cell) {
     return {0.25, 0.02};
   }
   if (cell.experiment == "step_disturbed" && cell.metric == "overshoot_above_friction_free") {
-    return {25.0, std::nullopt};
+    return {kFig9Points, std::nullopt};
+  }
+  if (cell.experiment == "step_disturbed" && cell.metric == "overshoot_over_friction_free") {
+    return {kFig9Ratio, std::nullopt};
   }
   if (cell.experiment == "tracking" && cell.metric == "tracking_sigma" && cell.case_name == "paper loop") {
     return {kTracking_urad[0], kTracking_urad[1]};
@@ -96,6 +107,15 @@ std::optional<Goal> goal_of(const Cell& cell) {
     return calibration_goal(cell);
   }
   return cell.controller == "pi_vob_ftc" ? result_goal(cell) : std::nullopt;
+}
+
+std::optional<bool> reproduces_paper(const Cell& cell, double value) {
+  const bool counts = cell.controller == "pi" && cell.axis == kAzimuth && cell.friction == FrictionModel::kLugre;
+  if (!counts || !paper_figures(cell).uncompensated) {
+    return std::nullopt;
+  }
+  const std::optional<Goal> band = calibration_goal(cell);
+  return band && value >= band->low && value <= band->high;
 }
 
 }  // namespace trackservo::sim

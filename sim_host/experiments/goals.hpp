@@ -26,6 +26,10 @@ PaperFigures paper_figures(const Cell& cell);
 // Goals are set for the azimuth axis on LuGre friction: bands of calibration for "pi", results for "pi_vob_ftc".
 std::optional<Goal> goal_of(const Cell& cell);
 
+// Whether PI alone shows what the paper printed for it: within the band of calibration, also where that is no goal
+// because the plant cannot show it (Fig. 9). Nothing where the paper printed nothing, and for the other controllers.
+std::optional<bool> reproduces_paper(const Cell& cell, double value);
+
 }  // namespace trackservo::sim
 
 #endif

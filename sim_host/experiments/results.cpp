@@ -56,6 +56,8 @@ Json row_of(const Cell& cell) {
   row["paper_uncompensated"] = number(paper.uncompensated);
   row["paper_compensated"] = number(paper.compensated);
   add_goal(row, cell);
+  const std::optional<bool> reproduced = reproduces_paper(cell, value_of(cell));
+  row["reproduced"] = reproduced ? Json(*reproduced) : Json(nullptr);
   return row;
 }
 

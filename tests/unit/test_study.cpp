@@ -6,6 +6,8 @@
 #include <stdexcept>
 
 #include "experiments/belief_study.hpp"
+#include "experiments/derived.hpp"
+#include "experiments/goals.hpp"
 #include "experiments/run_files.hpp"
 #include "experiments/sensitivity.hpp"
 #include "experiments/true_plant.hpp"
@@ -127,6 +129,56 @@ void test_beliefs_are_compared_seed_by_seed_as_shares_of_the_wrong_one() {
   TEST_ASSERT_DOUBLE_WITHIN(1e-12, -0.25, gain_of(figures.front()).mean);
 }
 
+Cell overshoot(FrictionModel friction, const char *controller, double percent) {
+  return {"step_disturbed", "1 deg/s", "p", friction, controller, kAzimuth, "overshoot", "%", {percent}};
+}
+
+// "The overshoot increases by 25 %" is read both ways.
+void test_a_step_is_compared_with_the_friction_free_one_as_points_and_as_a_ratio() {
+  const std::vector<Cell> all =
+      with_derived({overshoot(FrictionModel::kLugre, "pi", 15.0), overshoot(FrictionModel::kNone, "pi", 12.0),
+                    overshoot(FrictionModel::kLugre, "pi_best", 1.5), overshoot(FrictionModel::kNone, "pi_best", 0.5)});
+  TEST_ASSERT_EQUAL_INT(8, all.size());
+  TEST_ASSERT_EQUAL_STRING("overshoot_above_friction_free", all[4].metric.c_str());
+  CHECK_NEAR("points", 3.0, all[4].values[0], 1e-12);
+  TEST_ASSERT_EQUAL_STRING("overshoot_over_friction_free", all[5].metric.c_str());
+  CHECK_NEAR("ratio", 1.25, all[5].values[0], 1e-12);
+  CHECK_NEAR("points", 1.0, all[6].values[0], 1e-12);
+  TEST_ASSERT_DOUBLE_IS_NAN_MESSAGE(all[7].values[0], "a ratio to nearly nothing");
+}
+
+void test_both_readings_judge_the_compensated_step() {
+  Cell cell = overshoot(FrictionModel::kLugre, "pi_vob_ftc", 0.0);
+  cell.metric = "overshoot_above_friction_free";
+  CHECK_NEAR("points, at most", 2.0, goal_of(cell).value().high, 1e-12);
+  cell.metric = "overshoot_over_friction_free";
+  CHECK_NEAR("ratio, at least", 0.9, goal_of(cell).value().low, 1e-12);
+  CHECK_NEAR("ratio, at most", 1.1, goal_of(cell).value().high, 1e-12);
+}
+
+// PI alone has no goal there: the published plant cannot show it. But it must not pass as reproduced.
+void test_a_figure_of_the_paper_that_has_the_wrong_sign_is_not_reproduced() {
+  Cell cell = overshoot(FrictionModel::kLugre, "pi", 0.0);
+  cell.metric = "overshoot_above_friction_free";
+  TEST_ASSERT_FALSE(goal_of(cell).has_value());
+  TEST_ASSERT_FALSE(reproduces_paper(cell, -10.6).value());
+  TEST_ASSERT_TRUE(reproduces_paper(cell, 24.0).value());
+  cell.metric = "overshoot_over_friction_free";
+  TEST_ASSERT_FALSE(reproduces_paper(cell, 0.12).value());
+  TEST_ASSERT_TRUE(reproduces_paper(cell, 1.2).value());
+  cell.controller = "pi_vob_ftc";
+  TEST_ASSERT_FALSE(reproduces_paper(cell, 1.2).has_value());
+}
+
+void test_a_figure_of_the_paper_within_the_band_of_calibration_is_reproduced() {
+  const Cell sine{"sine", "", "p", FrictionModel::kLugre, "pi", kAzimuth, "peak_error", "deg/s", {}};
+  TEST_ASSERT_TRUE(reproduces_paper(sine, 0.248).value());
+  TEST_ASSERT_FALSE(reproduces_paper(sine, 0.2).value());
+  const Cell start{"low_speed_start",    "0.1 deg/s", "p", FrictionModel::kLugre, "pi", kAzimuth,
+                   "time_to_90_percent", "ms",        {}};
+  TEST_ASSERT_FALSE_MESSAGE(reproduces_paper(start, 700.0).has_value(), "the paper prints no time");
+}
+
 }  // namespace
 
 int main() {
@@ -140,5 +192,9 @@ int main() {
   RUN_TEST(test_a_probe_that_no_study_has_is_refused);
   RUN_TEST(test_file_names_have_no_letters_that_shells_dislike);
   RUN_TEST(test_beliefs_are_compared_seed_by_seed_as_shares_of_the_wrong_one);
+  RUN_TEST(test_a_step_is_compared_with_the_friction_free_one_as_points_and_as_a_ratio);
+  RUN_TEST(test_both_readings_judge_the_compensated_step);
+  RUN_TEST(test_a_figure_of_the_paper_that_has_the_wrong_sign_is_not_reproduced);
+  RUN_TEST(test_a_figure_of_the_paper_within_the_band_of_calibration_is_reproduced);
   return UNITY_END();
 }
