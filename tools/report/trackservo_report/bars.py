@@ -41,8 +41,42 @@ def _labels(items: list[Comparison]) -> list[str]:
     return labels
 
 
-def _bar(items: list[Comparison], controller: str, of: int = 2) -> go.Bar:
-    """The values of one controller, one `of` several, over the cases, with the spread over the seeds."""
+def _add_bars(plot: go.Figure, items: list[Comparison], controller: str, of: int = 2) -> None:
+    """The values of one controller, one `of` several: bars, whiskers, and above the whiskers the numbers."""
+    plot.add_trace(_bar(items, controller))
+    if len(items) * of <= MOST_LABELS:
+        plot.add_trace(_numbers(items, controller))
+
+
+def _numbers(items: list[Comparison], controller: str) -> go.Bar:
+    """Invisible bars without height on the tips of the whiskers, which carry the numbers clear of them."""
+    tips: list[float | None] = []
+    texts = []
+    for item in items:
+        row, value = item.rows.get(controller), item.value(controller)
+        tips.append(None if row is None or value is None else max(value, 0.0) + row.whiskers()[1])
+        texts.append("" if value is None else number(value))
+    return go.Bar(
+        x=_labels(items),
+        y=[None if tip is None else 0.0 for tip in tips],
+        base=tips,
+        name=f"numbers of {controller_title(controller)}",
+        offsetgroup=controller,
+        legendgroup=controller,
+        showlegend=False,
+        marker={"color": "rgba(0,0,0,0)"},
+        text=texts,
+        textposition="outside",
+        textangle=0,
+        constraintext="none",
+        cliponaxis=False,
+        textfont={"size": 11, "shadow": HALO},
+        hoverinfo="skip",
+    )
+
+
+def _bar(items: list[Comparison], controller: str) -> go.Bar:
+    """The values of one controller over the cases, with the spread over the seeds."""
     values = [item.value(controller) for item in items]
     rows = [item.rows.get(controller) for item in items]
     return go.Bar(
@@ -50,10 +84,8 @@ def _bar(items: list[Comparison], controller: str, of: int = 2) -> go.Bar:
         y=values,
         name=controller_title(controller),
         marker={"color": controller_colour(controller)},
-        text=[f"{number(value)}<br> " if value is not None else "" for value in values],
-        textposition="outside" if len(items) * of <= MOST_LABELS else "none",
-        cliponaxis=False,
-        textfont={"size": 11, "shadow": HALO},
+        offsetgroup=controller,
+        legendgroup=controller,
         error_y={
             "type": "data",
             "symmetric": False,
@@ -96,7 +128,7 @@ def steady_speed_bars(items: list[Comparison]) -> list[View]:
         return []
     plot = canvas(400, xaxis_title="commanded speed", yaxis_title=f"peak speed error ({unit_title(chosen[0].unit)})")
     for controller in (BASELINE, COMPENSATED):
-        plot.add_trace(_bar(chosen, controller))
+        _add_bars(plot, chosen, controller)
     for compensated in (False, True):
         _paper_marks(plot, chosen, compensated)
     _paper_legend(plot)
@@ -114,7 +146,7 @@ def ablation_bars(items: list[Comparison]) -> list[View]:
         plot = canvas(420, xaxis_title="case", yaxis_title=f"{METRIC_TITLES[metric]} ({unit})")
         for controller in INGREDIENTS:
             if any(controller in item.rows for item in chosen):
-                plot.add_trace(_bar(chosen, controller, len(INGREDIENTS)))
+                _add_bars(plot, chosen, controller, len(INGREDIENTS))
         for compensated in (False, True):
             _paper_marks(plot, chosen, compensated)
         if any(item.paper(False) is not None or item.paper(True) is not None for item in chosen):
@@ -222,7 +254,7 @@ def torque_noise_bars(items: list[Comparison]) -> list[View]:
         plot = canvas(380, xaxis_title="case", yaxis_title=f"torque noise ({unit_title(chosen[0].unit)})")
         for controller in INGREDIENTS:
             if any(controller in item.rows for item in chosen):
-                plot.add_trace(_bar(chosen, controller, len(INGREDIENTS)))
+                _add_bars(plot, chosen, controller, len(INGREDIENTS))
         _fit_scale(plot, chosen)
         views.append(View(EXPERIMENT_TITLES[experiment], plot))
     return views

@@ -22,13 +22,32 @@ PRIMARY_METRICS = {
 }
 """The metric that the paper or the goals judge each experiment by."""
 
-NEAREST_TO_ZERO = {"overshoot_above_friction_free"}
-"""Metrics that are best at zero: a loop that stays far below the friction-free one is not better."""
+WITHOUT_EFFECT = {"overshoot_above_friction_free": 0.0, "overshoot_over_friction_free": 1.0}
+"""Metrics that are best where friction changes nothing: a loop that stays far below the friction-free one is not better."""
 
 
 def badness(metric: str, value: float) -> float:
     """What is smaller for a better result, in the metric's unit."""
-    return abs(value) if metric in NEAREST_TO_ZERO else value
+    return abs(value - WITHOUT_EFFECT[metric]) if metric in WITHOUT_EFFECT else value
+
+
+def paper_mark(row: Row) -> str:
+    """What must stand beside a figure of PI alone that is not the paper's; empty where it is, or where none is printed."""
+    if row.reproduced is not False or row.value is None or row.paper_uncompensated is None:
+        return ""
+    neutral = WITHOUT_EFFECT.get(row.metric, 0.0)
+    opposite = (row.value - neutral) * (row.paper_uncompensated - neutral) < 0
+    return "not reproduced: opposite sign" if opposite else "not reproduced"
+
+
+def count_reproduced(rows: list[Row]) -> tuple[int, int]:
+    """The paper's printed figures for PI alone: reproduced, and all. Two readings of one figure are one."""
+    figures: dict[tuple[str, str], bool] = {}
+    for row in rows:
+        if row.reproduced is not None:
+            place = (row.experiment, row.case)
+            figures[place] = figures.get(place, False) or row.reproduced
+    return sum(figures.values()), len(figures)
 
 
 PREFERRED_PLANTS = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -11,7 +12,7 @@ from .comparison import BASELINE, COMPENSATED, PREFERRED_PLANTS
 from .display import case_order, case_title, controller_colour, controller_title, number
 from .load import Results, Run
 from .theme import GRID, INK, MUTED, View, canvas, panels, paper_key, paper_line
-from .traces import Series, read_run, thin, window
+from .traces import MAX_POINTS, Series, coarse, read_run, thin, window
 
 DEGREES = 180.0 / np.pi
 MICRORADIANS = 1e6
@@ -88,11 +89,12 @@ _USED_COLUMNS = [
 
 
 def _line(curve: Curve, colour: str, name: str, **style: object) -> go.Scatter:
-    """A thinned line; kept as 32-bit numbers so that the page stays small."""
-    time, values = thin(curve.time, curve.values)
+    """A thinned line; rounded below a pixel so that the page stays small, and coarser where it is off at first."""
+    points = MAX_POINTS // 2 if style.get("visible") == "legendonly" else MAX_POINTS
+    time, values = thin(curve.time, curve.values, points)
     options = {"width": 1.8, "color": colour, **({"dash": style.pop("dash")} if "dash" in style else {})}
     return go.Scatter(
-        x=time.astype(np.float32), y=values.astype(np.float32), mode="lines", name=name, line=options, **style
+        x=coarse(time), y=coarse(values), mode="lines", name=name, line=options, **style
     )
 
 
@@ -111,7 +113,7 @@ def _settling(plot: go.Figure, run: Run, **place: object) -> None:
         plot.add_vrect(x0=0, x1=run.settling_s, fillcolor=GRID, opacity=0.35, line_width=0, layer="below", **place)
 
 
-def _step_time(reference: Curve) -> float:
+def step_time(reference: Curve) -> float:
     """When the set-point first changes, in seconds; the start of the run when it is there from the beginning."""
     moved = np.flatnonzero(np.abs(reference.values - reference.values[0]) > 1e-9)
     return float(reference.time[moved[0]]) if moved.size else float(reference.time[0])
@@ -243,10 +245,35 @@ def step_response(book: RunBook) -> list[View]:
             if rate:
                 plot.add_trace(_controller_line(rate, visible="legendonly" if name in EXTRAS else True))
         plot.add_trace(_reference(reference))
-        start = _step_time(reference)
+        start = step_time(reference)
         plot.update_xaxes(range=[start - 0.2, min(start + 6.0, float(reference.time[-1]))])
         views.append(View(case_title(case), plot))
     return views
+
+
+def fig9_scan(scan: dict[str, Any]) -> View:
+    """Overshoot with friction over that without, of every scanned set that gives Fig. 7."""
+    free = [item["free_overshoot_percent"] for item in scan["sets"]]
+    plot = canvas(430, xaxis_title="overshoot without friction (%)", yaxis_title="overshoot with friction (%)")
+    plot.add_trace(
+        go.Scatter(
+            x=free,
+            y=[item["overshoot_percent"] for item in scan["sets"]],
+            mode="markers",
+            name="a set that gives Fig. 7",
+            marker={"color": controller_colour(BASELINE), "size": 5, "opacity": 0.7},
+        )
+    )
+    points, ratio = scan["paper"]["points"], scan["paper"]["ratio"]
+    reach = np.array([0.0, 1.05 * max(free, default=1.0)])
+    for name, values, dash in (
+        ("no difference", reach, "dot"),
+        (f"paper as a ratio: × {ratio:g}", ratio * reach, "dash"),
+        (f"paper as points: + {points:g}", points + reach, "longdash"),
+    ):
+        line = {"color": MUTED if dash == "dot" else INK, "width": 1.3, "dash": dash}
+        plot.add_trace(go.Scatter(x=reach, y=values, mode="lines", name=name, line=line, hoverinfo="skip"))
+    return View("numbers that are not printed", plot)
 
 
 def start_up(book: RunBook) -> list[View]:
@@ -270,7 +297,7 @@ def _start_panel(plot: go.Figure, book: RunBook, case: str, column: int, shown: 
         rate, reference = book.curve(run, "rate_rad_s", DEGREES), book.curve(run, "reference_rad_s", DEGREES)
         if run is None or rate is None or reference is None:
             continue
-        start = _step_time(reference)
+        start = step_time(reference)
         near = _after(rate, start)
         off = "legendonly" if name in EXTRAS else True
         plot.add_trace(_controller_line(near, visible=off, showlegend=name not in shown), row=1, col=column)
@@ -316,7 +343,7 @@ def _share_panel(plot: go.Figure, book: RunBook, run: Run, column: int) -> None:
     for quantity, colour, name, dash in parts:
         curve = book.curve(run, quantity)
         if curve and reference:
-            near = _after(curve, _step_time(reference))
+            near = _after(curve, step_time(reference))
             plot.add_trace(
                 _line(near, colour, name, dash=dash, legendgroup=name, showlegend=column == 1), row=1, col=column
             )

@@ -41,6 +41,7 @@ METRIC_TITLES = {
     "time_to_90_percent": "time to 90 %",
     "overshoot": "overshoot",
     "overshoot_above_friction_free": "overshoot above friction-free",
+    "overshoot_over_friction_free": "overshoot ÷ friction-free one",
     "tracking_sigma": "tracking error 1σ",
     "torque_noise": "torque noise",
     "reduction": "error removed",
@@ -50,7 +51,10 @@ FRICTION_TITLES = {"lugre": "LuGre", "maxwell_slip": "Maxwell-slip", "none": "fr
 
 CONDITION_TITLES = {"sliding": "sliding", "pre_sliding": "pre-sliding"}
 
-UNIT_TITLES = {"deg/s": "°/s", "urad": "µrad", "Nm": "N·m", "deg": "°", "points": "points"}
+UNIT_TITLES = {"deg/s": "°/s", "urad": "µrad", "Nm": "N·m", "deg": "°", "points": "points", "ratio": "ratio"}
+
+PLANT_TITLES = {"tracker": "tracker plant", "paper_simulation": "paper's simulated plant"}
+"""The two simulated machines; no figure mixes them."""
 
 HIGHER_IS_BETTER = {"reduction"}
 
@@ -65,6 +69,11 @@ def controller_title(name: str) -> str:
 def controller_colour(name: str) -> str:
     """Colour of a controller, the same in every figure."""
     return CONTROLLER_COLOURS.get(name, "#8a8a5c")
+
+
+def plant_title(name: str) -> str:
+    """Which simulated machine, in words."""
+    return PLANT_TITLES.get(name, name)
 
 
 def unit_title(unit: str) -> str:

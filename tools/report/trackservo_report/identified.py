@@ -62,25 +62,41 @@ def _line(where: str, item: IdentifiedParameter) -> ParameterLine:
 
 @dataclass(frozen=True)
 class Gain:
-    """What identification is worth: compensated figures over those with wrong parameters, summed as shares."""
+    """What identification is worth: compensated figures with wrong parameters over those with identified ones, means."""
 
     figures: int
     middle: float
     worst: float
 
+    @property
+    def middle_words(self) -> str:
+        """'2.1 % larger'"""
+        return _change_words(self.middle)
+
+    @property
+    def worst_words(self) -> str:
+        """The same of the worst seed of every figure."""
+        return _change_words(self.worst)
+
+
+def _change_words(ratio: float) -> str:
+    change = 100.0 * (ratio - 1.0)
+    return f"{abs(change):.1f} % {'larger' if change > 0 else 'smaller'}" if abs(change) >= 0.05 else "the same"
+
 
 def gain_over_wrong(results: Results) -> Gain | None:
-    """Sum of the figures, each as a share of the same figure with wrong parameters; by middle and by worst seed."""
+    """The mean over the figures of wrong over identified; by middle and by worst seed. None when a figure is missing."""
     chosen = [
         item
         for item in results.sensitivity
         if item.shipped_setting == "identified" and item.controller == COMPENSATED and item.metric != "rms_error"
     ]
-    if not chosen or any(not item.value or not item.high for item in chosen):
+    pairs = [(item.value, item.shipped.value, item.high, item.shipped.high) for item in chosen]
+    if not pairs or any(not value for pair in pairs for value in pair):
         return None
-    middle = sum((item.shipped.value or 0.0) / (item.value or 1.0) for item in chosen)
-    worst = sum((item.shipped.high or 0.0) / (item.high or 1.0) for item in chosen)
-    return Gain(len(chosen), middle, worst)
+    middle = sum((wrong or 0.0) / (found or 1.0) for wrong, found, _, _ in pairs) / len(pairs)
+    worst = sum((wrong or 0.0) / (found or 1.0) for _, _, wrong, found in pairs) / len(pairs)
+    return Gain(len(pairs), middle, worst)
 
 
 def figures(results: Results) -> list[Figure]:

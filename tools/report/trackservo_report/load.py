@@ -49,6 +49,7 @@ class Row(Figure):
     paper_compensated: float | None
     goal: str | None
     met: bool | None
+    reproduced: bool | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,7 +176,7 @@ def load_results(folder: Path) -> Results:
 
 def _records(kind: type[Record], items: list[dict[str, Any]]) -> list[Record]:
     names = [field.name for field in fields(kind)]
-    return [kind(**{name: item[name] for name in names}) for item in items]
+    return [kind(**{name: item[name] for name in names if name in item}) for item in items]
 
 
 def _varied(item: dict[str, Any]) -> Varied:

@@ -25,7 +25,17 @@ from .display import (
 )
 from .load import InputError, Results
 from .sensitivity import sensitivity_lines, variance_lines
-from .studies import belief_rows, random_plants_rows, read_beliefs, read_random_plants, stability_rows, worst_rows
+from .studies import (
+    belief_rows,
+    fig9_rows,
+    fig9_sentence,
+    random_plants_rows,
+    read_beliefs,
+    read_fig9_scan,
+    read_random_plants,
+    stability_rows,
+    worst_rows,
+)
 from .tables import Cell, result_lines
 
 
@@ -37,7 +47,7 @@ def _table(head: list[str], rows: list[list[str]]) -> str:
 def _judged(cell: Cell) -> str:
     mark = {True: " ✓", False: " ✗", None: ""}[cell.met]
     goal = f" (goal {cell.goal})" if cell.goal else ""
-    return f"{cell.text}{mark}{goal}"
+    return f"{cell.text}{mark}{goal}" + (f" ≠ paper, **{cell.mark}**" if cell.mark else "")
 
 
 def results_table(results: Results) -> str:
@@ -166,6 +176,12 @@ def random_plants_table(results: Results) -> str | None:
     return "\n\n".join([said, *tables])
 
 
+def fig9_table(results: Results) -> str | None:
+    """Both readings of Fig. 9 over random sets of unpublished numbers."""
+    scan = read_fig9_scan(results.folder)
+    return f"{fig9_sentence(scan)}\n\n{_table(*fig9_rows(scan))}" if scan else None
+
+
 TABLES: dict[str, Callable[[Results], str | None]] = {
     "results": results_table,
     "ingredients": ingredients_table,
@@ -176,6 +192,7 @@ TABLES: dict[str, Callable[[Results], str | None]] = {
     "variance": variance_table,
     "beliefs": beliefs_table,
     "random_plants": random_plants_table,
+    "fig9": fig9_table,
 }
 
 

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
 from . import __version__, identified, sensitivity, tables, verdict
-from .comparison import INGREDIENTS, Comparison, count_goals, gather
+from .comparison import INGREDIENTS, Comparison, count_goals, count_reproduced, gather
 from .display import (
     EXPERIMENT_TITLES,
     FRICTION_TITLES,
@@ -21,8 +21,11 @@ from .display import (
     pretty_units,
     without_seeds,
 )
+from .hero import hero
 from .load import Results
+from .packing import packed
 from .sections import ablation_figures, friction_figures, paper_figures, price_figures
+from .studies import fig9_rows, fig9_sentence, read_fig9_scan
 from .theme import Figure
 
 REPOSITORY = Path(__file__).resolve().parents[3]
@@ -52,7 +55,7 @@ def render(results: Results, folder: Path) -> str:
         loader=loader, autoescape=jinja2.select_autoescape(["html", "j2"]), trim_blocks=True, lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
-    environment.filters["figure_json"] = figure_json
+    environment.filters["packed_figure"] = packed_figure
     environment.filters["pretty"] = pretty_units
     environment.filters["without_seeds"] = without_seeds
     environment.globals.update(link=lambda path: link(path, folder), known=known)
@@ -71,21 +74,27 @@ def known(paths: list[str]) -> list[str]:
     return [path for path in paths if apart or (REPOSITORY / path).exists()]
 
 
-def figure_json(plot: go.Figure) -> str:
-    """A plot as JSON that can stand inside a script element."""
-    text: str = plot.to_json()
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+def packed_figure(plot: go.Figure) -> str:
+    """A plot's JSON, compressed."""
+    return packed(plot.to_json())
 
 
 def _context(results: Results) -> dict[str, Any]:
     """Everything that the template shows."""
     items = gather(results.rows)
     met, judged = count_goals(results.rows)
+    reproduced, printed = count_reproduced(results.rows)
+    scan = read_fig9_scan(results.folder)
     duels = verdict.duels(items)
     return {
         "results": results,
         "version": __version__,
-        "plotly": get_plotlyjs(),
+        "plotly": packed(get_plotlyjs()),
+        "hero": hero(results, items),
+        "reproduced": reproduced,
+        "printed": printed,
+        "unreproduced": tables.unreproduced(results.rows),
+        "fig9": {"sentence": fig9_sentence(scan), "rows": fig9_rows(scan)} if scan else None,
         "met": met,
         "judged": judged,
         "unmet": tables.unmet_goals(results.rows),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from . import bars, bode, curves
-from .comparison import BASELINE, COMPENSATED, Comparison, headline
+from .comparison import BASELINE, COMPENSATED, Comparison, headline, paper_mark
 from .display import number, plain_number, span, unit_title
 from .load import Results
+from .studies import read_fig9_scan
 from .theme import Figure
 
 LUGRE = ["firmware/control/lugre.c", "firmware/control/friction_feedforward.c"]
@@ -37,7 +38,7 @@ def paper_figures(results: Results, items: list[Comparison]) -> list[Figure]:
     first_sine, *more_sine = _sine_figures(book, items)
     return [
         first_sine,
-        _step_figure(book, items),
+        _step_figure(results, book, items),
         *more_sine,
         _start_figure(book, items),
         *_steady_figures(book, items),
@@ -83,19 +84,27 @@ def _sine_figures(book: curves.RunBook, items: list[Comparison]) -> list[Figure]
     ]
 
 
-def _step_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:
+def _step_figure(results: Results, book: curves.RunBook, items: list[Comparison]) -> Figure:
     step = _first(items, "step_disturbed")
+    ratio = next(iter(headline(items, "step_disturbed", "overshoot_over_friction_free")), None)
+    scan = read_fig9_scan(results.folder)
     return Figure(
         "fig9",
         "Fig. 9 — a step with a disturbance",
-        curves.step_response(book),
-        paper="Step to 1 °/s with a 0.02 °/s, 2 Hz disturbance. Friction adds 25 % of overshoot to that of the "
-        "friction-free model, with repeated oscillation.",
-        ours=f"Overshoot above the friction-free plant: {_said(step, BASELINE)} with PI, "
-        f"{_said(step, COMPENSATED)} with observer and friction compensation.",
-        caption="Compare each curve with the dashed one, the same loop on a plant without friction.",
-        hints=["sim_host/scenarios/step_disturbed.toml", *LUGRE, *LOOP],
+        curves.step_response(book) + ([curves.fig9_scan(scan)] if scan else []),
+        paper="Step to 1 °/s with a 0.02 °/s, 2 Hz disturbance: “the overshoot increases by 25 %” against the friction-free model, "
+        "with repeated oscillation. That is +25 points, or × 1.25.",
+        ours=f"Against the friction-free plant: {_said(step, BASELINE)} (× {_value(ratio, BASELINE)}) with PI, "
+        f"{_said(step, COMPENSATED)} (× {_value(ratio, COMPENSATED)}) with observer and friction compensation.",
+        caption="Compare each curve with the dashed one, the same loop on a plant without friction."
+        + (" Second tab: random sets of the numbers that the paper does not print." if scan else ""),
+        hints=["sim_host/scenarios/step_disturbed.toml", "sim_host/experiments/fig9_scan.cpp", *LUGRE, *LOOP],
+        mark=paper_mark(step.rows[BASELINE]) if step and BASELINE in step.rows else "",
     )
+
+
+def _value(item: Comparison | None, controller: str) -> str:
+    return number(item.value(controller) if item else None)
 
 
 def _start_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:

@@ -16,6 +16,7 @@ from .comparison import (
     badness,
     floor_of,
     headline,
+    paper_mark,
 )
 from .display import (
     CONDITION_TITLES,
@@ -30,6 +31,7 @@ from .display import (
     number,
     over_seeds,
     plain_number,
+    plant_title,
     pretty_units,
     span,
     study_title,
@@ -53,6 +55,7 @@ class Cell:
     goal: str = ""
     met: bool | None = None
     best: bool = False
+    mark: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,8 @@ def cell_of(row: Row | Varied | None) -> Cell:
     text = over_seeds(row)
     if row.value is None and row.metric == "time_to_90_percent":
         text = "not reached"
-    return Cell(text, row.value, pretty_units(row.goal or ""), row.met)
+    mark = paper_mark(row) if isinstance(row, Row) else ""
+    return Cell(text, row.value, pretty_units(row.goal or ""), row.met, mark=mark)
 
 
 def _paper_cell(value: float | None) -> Cell:
@@ -140,6 +144,17 @@ def unmet_goals(rows: list[Row]) -> list[str]:
     ]
 
 
+def unreproduced(rows: list[Row]) -> list[str]:
+    """One sentence per printed figure of the paper that PI alone does not show here."""
+    return [
+        f"{EXPERIMENT_TITLES[row.experiment]}, {case_title(row.case)}: {METRIC_TITLES[row.metric]} "
+        f"{cell_of(row).text}{'' if row.unit == 'ratio' else ' ' + unit_title(row.unit)}, "
+        f"paper {plain_number(row.paper_uncompensated)}; {paper_mark(row)}"
+        for row in rows
+        if paper_mark(row)
+    ]
+
+
 @dataclass(frozen=True)
 class AblationLine:
     """One measurement under every controller, the best one marked."""
@@ -177,7 +192,7 @@ def _marked_cells(item: Comparison) -> list[Cell]:
     for name in INGREDIENTS:
         cell = cell_of(item.rows.get(name))
         best = cell.value is not None and badness(item.metric, cell.value) == min(values)
-        cells.append(Cell(cell.text, cell.value, best=best))
+        cells.append(Cell(cell.text, cell.value, best=best, mark=cell.mark))
     return cells
 
 
@@ -264,6 +279,7 @@ class Tile:
     """One number of the summary: PI alone, ours, and the paper's compensated figure, in `unit`."""
 
     title: str
+    plant: str
     unit: str
     before: float
     after: float
@@ -277,10 +293,10 @@ class Tile:
 def tiles(items: list[Comparison]) -> list[Tile]:
     """What compensation gains, one tile per experiment that can be said in two numbers."""
     wanted = [
-        ("sine", 0, "Peak speed error on a slow sine"),
-        ("low_speed_start", 0, "Start-up delay at {case}"),
-        ("steady_speed", 0, "Peak speed error at a steady {case}"),
-        ("tracking", 0, "Tracking a UAV, error 1σ"),
+        ("low_speed_start", 0, "Start at {case}: time to 90 %"),
+        ("steady_speed", 0, "Steady {case}: peak speed error"),
+        ("tracking", 0, "Tracking a UAV: error 1σ"),
+        ("sine", 0, "Slow sine: peak speed error"),
     ]
     found = []
     for experiment, index, title in wanted:
@@ -297,6 +313,7 @@ def _tile(item: Comparison, title: str) -> Tile | None:
         return None
     return Tile(
         title.format(case=case_title(item.case)),
+        plant_title(item.plant),
         unit_title(item.unit),
         before,
         after,

@@ -15,7 +15,7 @@ from .comparison import count_goals, gather
 from .display import without_seeds
 from .load import Results
 from .sensitivity import count_varied
-from .tables import Cell, ResultLine, loss_sentence, result_lines, unmet_goals
+from .tables import Cell, ResultLine, loss_sentence, result_lines, unmet_goals, unreproduced
 from .verdict import Duel, duels
 
 PIPED_WIDTH = 100
@@ -37,6 +37,8 @@ def print_results(results: Results, page: Path, console: Console) -> None:
         console.print(QUICK_WORDS, style="yellow")
     for sentence in unmet_goals(results.rows):
         console.print(Text("✗ not met: " + sentence, style="red"))
+    for sentence in unreproduced(results.rows):
+        console.print(Text("≠ paper: " + sentence, style="yellow"))
     fought = duels(items)
     losses = [duel for duel in fought if duel.outcome == "loses"]
     if fought:
@@ -86,6 +88,8 @@ def _label(line: ResultLine) -> Padding:
 def _marked(cell: Cell) -> Text:
     """The mean or median (the spread is on the page) and the mark of its goal."""
     mark, style = {True: ("✓", "green"), False: ("✗", "red"), None: (" ", "")}[cell.met]
+    if cell.mark:
+        mark, style = "≠", "yellow"
     return Text(f"{without_seeds(cell.text)} {mark}", style=style)
 
 

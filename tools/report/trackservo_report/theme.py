@@ -28,7 +28,10 @@ class View:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of the page: what the paper shows, what ours shows, the plots, and where its code is."""
+    """A figure of the page: what the paper shows, what ours shows, the plots, and where its code is.
+
+    `mark` says that the paper is not reproduced, and how.
+    """
 
     key: str
     title: str
@@ -37,6 +40,7 @@ class Figure:
     ours: str = ""
     caption: str = ""
     hints: list[str] = field(default_factory=list)
+    mark: str = ""
 
 
 def canvas(height: int = 400, **axes: Any) -> go.Figure:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,10 @@ from .load import InputError
 
 Series = NDArray[np.float64]
 
-MAX_POINTS = 4000
-"""Points of one curve on the page; keeps it responsive and the file small."""
+MAX_POINTS = 1200
+"""Points of one curve on the page, nearly two per pixel of a plot; keeps it responsive and the file small."""
+STEPS_OF_RANGE = 2000
+"""A drawn curve is rounded to its range by this, a fifth of a pixel; what is rounded can be compressed."""
 
 
 def read_columns(file: Path, columns: list[str], blanks: bool = True) -> dict[str, Series]:
@@ -63,6 +66,13 @@ def thin(time: Series, values: Series, points: int = MAX_POINTS) -> tuple[Series
     highs = [start + np.argmax(values[start:end]) for start, end in stretches]
     keep = np.unique(np.concatenate([[0], lows, highs, [time.size - 1]]))
     return time[keep], values[keep]
+
+
+def coarse(values: Series) -> list[float]:
+    """Values for drawing: rounded to a decimal near their range / `STEPS_OF_RANGE`; as text they compress better than bits."""
+    reach = float(np.ptp(values))
+    digits = 0 if reach == 0.0 else max(0, math.ceil(-math.log10(reach / STEPS_OF_RANGE)))
+    return [round(float(value), digits) for value in values]
 
 
 def window(time: Series, values: Series, start: float, end: float) -> tuple[Series, Series]:
