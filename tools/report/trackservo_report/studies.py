@@ -41,9 +41,9 @@ def read_fig9_scan(folder: Path) -> dict[str, Any] | None:
 
 
 def fig9_rows(scan: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows: both readings of Fig. 9, and the set that comes nearest to it."""
+    """Head and rows: both readings of Fig. 9, and the set that comes farthest."""
     matching, paper = scan["matching"], scan["paper"]
-    points, ratio = scan["most_points"], scan["nearest_ratio"]
+    points, ratio = scan["most_points"], scan["most_ratio"]
     rows = [
         [
             f"difference: +{paper['points']:g} points",
@@ -54,11 +54,11 @@ def fig9_rows(scan: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
         [
             f"ratio: × {paper['ratio']:g} or more",
             f"{scan['matching_ratio']} of {matching}",
-            f"× {ratio['overshoot_percent'] / ratio['free_overshoot_percent']:.2f} is the nearest",
+            f"× {ratio['overshoot_percent'] / ratio['free_overshoot_percent']:.2f} is the most",
             *_set_words(ratio),
         ],
     ]
-    head = ["“the overshoot increases by 25 %” read as", "sets that reach it", "nearest set", "overshoot without → with friction", "its numbers"]
+    head = ["“the overshoot increases by 25 %” read as", "sets that reach it", "the set that comes farthest", "overshoot without → with friction", "its numbers"]
     return head, rows
 
 
