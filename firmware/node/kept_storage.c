@@ -91,6 +91,19 @@ static bool is_answered(const kept_storage *storage, const kept_command *command
   return storage->answer != OD_OK || kept_objects_are_same(&storage->stored, wanted, kept_groups(command->group));
 }
 
+/* What the command asks for is what the newest set in flash says, so there is nothing to write. A set that was found
+ * damaged, or is of another version, is always replaced. */
+static bool is_stored(const kept_storage *storage, const kept_command *command) {
+  const uint8_t groups = kept_groups(command->group);
+  if (storage->report.source != KEPT_STORED && storage->report.source != KEPT_DEFAULTS) {
+    return false;
+  }
+  if (!command->saving) {
+    return (storage->groups & groups) == 0;
+  }
+  return (storage->groups & groups) == groups && kept_objects_are_same(&storage->stored, command->in_force, groups);
+}
+
 od_abort kept_storage_command(kept_storage *storage, const kept_command *command) {
   if (storage->progress == KEPT_SAVING) {
     return OD_PENDING;
@@ -101,6 +114,9 @@ od_abort kept_storage_command(kept_storage *storage, const kept_command *command
   }
   if (command->powered) {
     return OD_DEVICE_STATE;
+  }
+  if (is_stored(storage, command)) {
+    return OD_OK;
   }
   prepare(storage, command);
   storage->progress = KEPT_SAVING;

@@ -126,6 +126,40 @@ static void test_what_is_stored_is_there_after_a_loss_of_power(void) {
   TEST_ASSERT_FALSE(lost_parameters_are_told());
 }
 
+static void test_an_unchanged_set_is_not_written_again(void) {
+  change_one_of_each(7);
+  for (uint8_t group = 1; group <= 3; ++group) {
+    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, group, SAVE));
+    const uint32_t operations = model.operations;
+    for (int n = 0; n < 30; ++n) {
+      TEST_ASSERT_EQUAL(OD_OK, set(0x1010, group, SAVE));
+    }
+    TEST_ASSERT_EQUAL(operations, model.operations);
+    TEST_ASSERT_EQUAL(1, get(0x3031, 2)); /* group 1 has stored what 2 and 3 would */
+  }
+  restart();
+  const uint32_t operations = model.operations;
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(operations, model.operations);
+  change_one_of_each(8);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(2, get(0x3031, 2));
+}
+
+static void test_defaults_that_are_in_force_already_are_not_written(void) {
+  const uint32_t operations = model.operations;
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1011, 1, LOAD));
+  TEST_ASSERT_EQUAL(operations, model.operations);
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 2, SAVE));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1011, 3, LOAD));
+  TEST_ASSERT_EQUAL(1, get(0x3031, 2));
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1011, 2, LOAD));
+  TEST_ASSERT_EQUAL(2, get(0x3031, 2));
+  restart();
+  TEST_ASSERT_EQUAL(100, get(0x1017, 0));
+}
+
 static void test_the_gains_in_force_are_those_that_were_stored(void) {
   set_kp(0, 500.0f);
   const servo_axis_params before = node.board.app.params.axis[0];
@@ -375,6 +409,8 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_without_a_stored_set_the_defaults_are_in_force);
   RUN_TEST(test_what_is_stored_is_there_after_a_loss_of_power);
+  RUN_TEST(test_an_unchanged_set_is_not_written_again);
+  RUN_TEST(test_defaults_that_are_in_force_already_are_not_written);
   RUN_TEST(test_the_gains_in_force_are_those_that_were_stored);
   RUN_TEST(test_one_group_is_stored_without_the_other);
   RUN_TEST(test_pdo_mappings_are_stored);
