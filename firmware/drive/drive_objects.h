@@ -22,6 +22,12 @@ typedef enum {
 /* 6502: bits pp 0, pv 2, csp 7, csv 8, cst 9. */
 #define DRIVE_SUPPORTED_MODES 0x00000385u
 
+/* 67FF: device profile 402, servo drive. */
+#define DRIVE_DEVICE_TYPE 0x00020192u
+
+/* 6086: the one type of ramp that there is. */
+enum { DRIVE_JERK_LIMITED_RAMP = 3 };
+
 typedef struct {
   int16_t quick_stop;     /* 605A: 0, 1, 2, 5, 6 */
   int16_t shutdown;       /* 605B: 0, 1 */
@@ -82,6 +88,7 @@ typedef struct {
   uint32_t acceleration;            /* 6083; 0 counts as 1 here and below */
   uint32_t deceleration;            /* 6084 */
   uint32_t quick_stop_deceleration; /* 6085 */
+  int16_t motion_profile_type;      /* 6086 */
   uint32_t jerk;                    /* 60A4:01 */
   uint8_t interpolation_period;     /* 60C2:01, times 10^60C2:02 s */
   int8_t interpolation_exponent;    /* 60C2:02 */

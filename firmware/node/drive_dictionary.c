@@ -74,6 +74,9 @@ static const od_entry kEntries[] = {
          "Of all ramps, towards standstill"),
     SETS(OD_U32, 0x6085, 0, limit.quick_stop_deceleration, 1, U32_HIGHEST, 3000000, ACCELERATION,
          "Quick stop deceleration", "Of quick stop and of fault reactions"),
+    OD_I16(0x6086, 0, OD_RW, 0, drive_objects, limit.motion_profile_type, DRIVE_JERK_LIMITED_RAMP,
+           DRIVE_JERK_LIMITED_RAMP, DRIVE_JERK_LIMITED_RAMP, "", "Motion profile type",
+           "3: acceleration changes no faster than 60A4; no other"),
     SETS(OD_U32, 0x6087, 0, torque.slope_per_s, 0, U32_HIGHEST, 0, "0.1 % of rated/s", "Torque slope", "0: steps pass"),
     OD_RECORD_HEAD(0x60A4, 1, "Profile jerk", "Of all ramps"),
     SETS(OD_U32, 0x60A4, 1, limit.jerk, 1, U32_HIGHEST, 50000000, JERK, "Profile jerk 1",
@@ -94,6 +97,7 @@ static const od_entry kEntries[] = {
           "Demand less actual position"),
     TAKES(OD_I32, 0x60FF, velocity.target, INT32_MIN, INT32_MAX, 0, VELOCITY, "Target velocity", "Modes pv and csv"),
     OD_FIXED(OD_UNSIGNED32, 4, 0x6502, 0, 0, DRIVE_SUPPORTED_MODES, "Supported drive modes", "pp, pv, csp, csv, cst"),
+    OD_FIXED(OD_UNSIGNED32, 4, 0x67FF, 0, 0, DRIVE_DEVICE_TYPE, "Single device type", "Servo drive, CiA 402"),
 };
 
 const od_table drive_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

@@ -299,6 +299,25 @@ static void test_the_largest_values_of_all_objects_are_plausible(void) {
   }
 }
 
+/* CiA 301, 1000: a device of several, and what each of them is. */
+static void test_the_device_types_are_those_of_two_drives_on_one_node(void) {
+  TEST_ASSERT_EQUAL_HEX32(0xFFFF0192, get(0x1000, 0));
+  TEST_ASSERT_EQUAL_HEX32(0x00020192, get(0x67FF, 0));
+  TEST_ASSERT_EQUAL_HEX32(0x00020192, get(0x6FFF, 0));
+}
+
+static void test_the_motion_profile_is_jerk_limited_and_no_other(void) {
+  for (uint16_t shift = 0; shift <= 0x800; shift = (uint16_t)(shift + 0x800)) {
+    const uint16_t index = (uint16_t)(0x6086 + shift);
+    TEST_ASSERT_EQUAL(3, get(index, 0));
+    SET(index, 0, 3);
+    TEST_ASSERT_EQUAL_HEX32(0x06090032, set(index, 0, 0)); /* linear */
+    TEST_ASSERT_EQUAL_HEX32(0x06090032, set(index, 0, 2)); /* jerk-free */
+    TEST_ASSERT_EQUAL_HEX32(0x06090031, set(index, 0, 4));
+    TEST_ASSERT_EQUAL(3, get(index, 0));
+  }
+}
+
 static void test_what_the_drive_cannot_do_is_refused(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x605A, 0, 3));
   TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x6060, 0, 6)); /* homing */
@@ -439,6 +458,8 @@ int main(void) {
   RUN_TEST(test_a_queue_that_is_full_loses_frames_and_says_so);
   RUN_TEST(test_no_limit_of_607f_leaves_the_machine_its_own);
   RUN_TEST(test_the_largest_values_of_all_objects_are_plausible);
+  RUN_TEST(test_the_device_types_are_those_of_two_drives_on_one_node);
+  RUN_TEST(test_the_motion_profile_is_jerk_limited_and_no_other);
   RUN_TEST(test_what_the_drive_cannot_do_is_refused);
   RUN_TEST(test_staged_gains_come_into_force_in_one_piece);
   RUN_TEST(test_gains_that_do_not_fit_together_are_refused_with_the_reason);

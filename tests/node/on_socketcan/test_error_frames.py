@@ -49,7 +49,7 @@ def test_bus_off_is_told_when_the_bus_is_back(node):
     # 0x1029:1 has its default: a communication error ends OPERATIONAL.
     wait_until(lambda: node.nmt.wait_for_heartbeat(2) == "PRE-OPERATIONAL", 2)
     assert node.sdo[0x1003][1].raw & 0xFFFF == 0x8140
-    assert node.sdo[0x1000].raw == 0x00020192
+    assert node.sdo[0x1000].raw == 0xFFFF0192
 
 
 def test_traffic_proves_that_bus_off_is_over_where_the_driver_does_not_say_so(node):
