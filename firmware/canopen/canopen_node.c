@@ -18,6 +18,12 @@ static bool send_unless_silent(void *context, const can_frame *frame) {
   return !lss_slave_is_silent(&node->lss) && node->config.sender.send(node->config.sender.context, frame);
 }
 
+static void reset_sdo(canopen_node *node) {
+  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    sdo_server_reset(&node->sdo[i]);
+  }
+}
+
 static void enter(canopen_node *node, nmt_state state) {
   node->state = state;
   if (state == NMT_OPERATIONAL) {
@@ -28,7 +34,7 @@ static void enter(canopen_node *node, nmt_state state) {
     }
   }
   if (!nmt_allows_sdo(state)) {
-    sdo_server_reset(&node->sdo);
+    reset_sdo(node);
   }
   if (node->config.events.state_changed != NULL) {
     node->config.events.state_changed(node->config.context, state);
@@ -58,7 +64,7 @@ static void take_lss_node_id(canopen_node *node) {
 static void begin_reset(canopen_node *node, bool whole_node) {
   take_lss_node_id(node);
   node->reset = (canopen_reset){.pending = true, .whole_node = whole_node, .step = STEP_COMMUNICATION};
-  sdo_server_reset(&node->sdo);
+  reset_sdo(node);
   if (node->config.events.reset_begins != NULL) {
     node->config.events.reset_begins(node->config.context, whole_node);
   }
@@ -91,7 +97,7 @@ static void configure(canopen_node *node, uint32_t n) {
     return;
   }
   node_objects_configure_sync(node);
-  node->listeners.sdo_request = node->objects.sdo_request_cob_id & COB_ID_IDENTIFIER;
+  node_objects_configure_sdo(node);
   node_objects_listen(node);
   node->reset.pending = false;
 }
@@ -157,7 +163,9 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   node->overruns_told = 0;
   node->overrun_quiet_ms = 0;
   node->producer = (heartbeat_producer){.elapsed_ms = 0};
-  sdo_server_init(&node->sdo, &node->dictionary);
+  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    sdo_server_init(&node->sdo[i], &node->dictionary);
+  }
   begin_reset(node, true);
   for (uint32_t i = 0; i < RESET_STEPS_MAX && node->reset.pending; i++) {
     step_reset(node);
@@ -167,6 +175,15 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
 
 static bool is_heartbeat(const can_frame *frame) {
   return frame->id > HEARTBEAT_COB_ID && frame->id <= HEARTBEAT_COB_ID + 127;
+}
+
+/* SDO_CHANNELS: none. */
+static uint32_t sdo_channel_of(const canopen_node *node, const can_frame *frame) {
+  uint32_t channel = 0;
+  while (channel < SDO_CHANNELS && frame->id != node->listeners.sdo_request[channel]) {
+    channel++;
+  }
+  return channel;
 }
 
 static bool is_heard(const canopen_node *node, const can_frame *frame) {
@@ -179,7 +196,8 @@ bool canopen_node_receive(canopen_node *node, const can_frame *frame) {
   if (!is_heard(node, frame)) {
     return true;
   }
-  const bool waits = frame->id == node->listeners.sdo_request || is_heartbeat(frame) || frame->id == LSS_REQUEST_COB_ID;
+  const bool waits =
+      is_heartbeat(frame) || frame->id == LSS_REQUEST_COB_ID || sdo_channel_of(node, frame) < SDO_CHANNELS;
   return can_queue_push(waits ? &node->services : &node->process_data, frame);
 }
 
@@ -233,25 +251,45 @@ void canopen_node_bus_off_recovered(canopen_node *node) {
 
 /* --- Services: what may wait ------------------------------------------------------------------------------------- */
 
-static void send_sdo(canopen_node *node, uint32_t limit) {
-  for (uint32_t i = 0; i < limit; i++) {
-    const uint8_t *bytes = sdo_server_outgoing(&node->sdo);
-    if (bytes == NULL) {
-      return;
-    }
-    can_frame frame = {.id = node->objects.sdo_response_cob_id & COB_ID_IDENTIFIER, .length = SDO_BYTES};
-    memcpy(frame.data, bytes, SDO_BYTES);
-    if (!send(node, &frame)) {
-      return;
-    }
-    sdo_server_sent(&node->sdo);
+/* False: nothing to send, or no room for it. */
+static bool send_sdo(canopen_node *node, uint32_t channel) {
+  sdo_server *server = &node->sdo[channel];
+  const uint8_t *bytes = sdo_server_outgoing(server);
+  if (bytes == NULL) {
+    return false;
+  }
+  can_frame frame = {.id = node->objects.sdo[channel].response_cob_id & COB_ID_IDENTIFIER, .length = SDO_BYTES};
+  memcpy(frame.data, bytes, SDO_BYTES);
+  const bool sent = send(node, &frame);
+  if (sent) {
+    sdo_server_sent(server);
+  }
+  return sent;
+}
+
+/* By turns: a block upload on one channel leaves room for answers on the other. */
+static void send_sdos(canopen_node *node, uint32_t limit) {
+  uint32_t idle = 0;
+  for (uint32_t i = 0; i < limit && idle < SDO_CHANNELS; i++) {
+    idle = send_sdo(node, node->first_sdo) ? 0 : idle + 1;
+    node->first_sdo = (node->first_sdo + 1) % SDO_CHANNELS;
   }
 }
 
-static void receive_sdo(canopen_node *node, const can_frame *frame) {
+static void receive_sdo(canopen_node *node, uint32_t channel, const can_frame *frame) {
   if (frame->length == SDO_BYTES) {
-    sdo_server_receive(&node->sdo, frame->data);
-    send_sdo(node, 1);
+    sdo_server_receive(&node->sdo[channel], frame->data);
+    (void)send_sdo(node, channel);
+  }
+}
+
+static void tick_sdo(canopen_node *node) {
+  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    if (node_objects_sdo_is_on(&node->objects, i)) {
+      sdo_server_tick(&node->sdo[i]);
+    } else {
+      sdo_server_reset(&node->sdo[i]);
+    }
   }
 }
 
@@ -270,10 +308,11 @@ static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
 }
 
 static void receive_service(canopen_node *node, const can_frame *frame) {
+  const uint32_t channel = sdo_channel_of(node, frame);
   if (is_heartbeat(frame)) {
     receive_heartbeat(node, frame);
-  } else if (nmt_allows_sdo(node->state) && frame->id == node->listeners.sdo_request) {
-    receive_sdo(node, frame);
+  } else if (nmt_allows_sdo(node->state) && channel < SDO_CHANNELS) {
+    receive_sdo(node, channel, frame);
   }
 }
 
@@ -424,7 +463,7 @@ static void take_services(canopen_node *node) {
 
 void canopen_node_answer(canopen_node *node) {
   take_services(node);
-  send_sdo(node, CANOPEN_SDO_FRAMES_PER_CALL);
+  send_sdos(node, CANOPEN_SDO_FRAMES_PER_CALL);
   send_lss(node);
 }
 
@@ -518,7 +557,7 @@ void canopen_node_serve(canopen_node *node) {
   }
   tick_producer(node);
   canopen_node_answer(node);
-  sdo_server_tick(&node->sdo);
+  tick_sdo(node);
   tick_consumers(node);
   tick_overruns(node);
   if (nmt_allows_sdo(node->state)) {

@@ -59,7 +59,7 @@ typedef struct {
  * identifier: nobody listens. */
 typedef struct {
   uint32_t sync;
-  uint32_t sdo_request;
+  uint32_t sdo_request[SDO_CHANNELS];
   uint32_t rpdo[PDO_COUNT];
 } canopen_listeners;
 
@@ -86,7 +86,8 @@ typedef struct {
   canopen_listeners listeners;
   can_queue process_data;
   can_queue services;
-  sdo_server sdo;
+  sdo_server sdo[SDO_CHANNELS];
+  uint32_t first_sdo; /* the channel that sends first in the next call: both have their share */
   lss_slave lss;
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];

@@ -1,5 +1,6 @@
 #include "canopen/communication_profile.h"
 
+#include "canopen/cob_id.h"
 #include "canopen/object_dictionary_rows.h"
 
 #define OBJECTS communication_objects
@@ -76,10 +77,15 @@ static const od_entry rows[] = {
           "Communication error", "0: to pre-operational, 1: no change, 2: to stopped."),
 
     OD_RECORD_HEAD(0x1200, 2, "SDO server parameter", "The way in to this dictionary."),
-    OD_U32(0x1200, 1, OD_RO, OD_NODE_ID, OBJECTS, sdo_request_cob_id, 0, CANOPEN_U32_MAX, 0x600, "",
+    OD_U32(0x1200, 1, OD_RO, OD_NODE_ID, OBJECTS, sdo[0].request_cob_id, 0, CANOPEN_U32_MAX, 0x600, "",
            "SDO COB-ID client to server", "Requests."),
-    OD_U32(0x1200, 2, OD_RO, OD_NODE_ID, OBJECTS, sdo_response_cob_id, 0, CANOPEN_U32_MAX, 0x580, "",
+    OD_U32(0x1200, 2, OD_RO, OD_NODE_ID, OBJECTS, sdo[0].response_cob_id, 0, CANOPEN_U32_MAX, 0x580, "",
            "SDO COB-ID server to client", "Answers."),
+    OD_RECORD_HEAD(0x1201, 2, "Second SDO server parameter", "Another way in, for a second client; off by default."),
+    OD_U32(0x1201, 1, OD_RW, OD_STORED, OBJECTS, sdo[1].request_cob_id, 0, CANOPEN_U32_MAX, COB_ID_INVALID, "",
+           "Second SDO COB-ID client to server", "Requests; bit 31 switches the channel off."),
+    OD_U32(0x1201, 2, OD_RW, OD_STORED, OBJECTS, sdo[1].response_cob_id, 0, CANOPEN_U32_MAX, COB_ID_INVALID, "",
+           "Second SDO COB-ID server to client", "Answers; bit 31 switches the channel off."),
 };
 
 const od_table communication_profile_table = {rows, sizeof rows / sizeof rows[0]};

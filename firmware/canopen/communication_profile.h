@@ -12,6 +12,14 @@
 #include "canopen/storage.h"
 #include "canopen/sync.h"
 
+enum { SDO_CHANNELS = 2 };
+
+/* 0x1200 and 0x1201: bit 31 of either: off, bits 0..10 identifier. */
+typedef struct {
+  uint32_t request_cob_id;
+  uint32_t response_cob_id;
+} sdo_channel;
+
 typedef struct {
   emergency_objects emergency;
   sync_objects sync;
@@ -21,8 +29,7 @@ typedef struct {
   uint16_t heartbeat_producer_ms;
   uint32_t serial_number;  /* 0x1018:4, set by the application */
   uint8_t error_behaviour; /* 0x1029:1 */
-  uint32_t sdo_request_cob_id;
-  uint32_t sdo_response_cob_id;
+  sdo_channel sdo[SDO_CHANNELS];
   pdo_communication rpdo[PDO_COUNT];
   pdo_mapping rpdo_mapping[PDO_COUNT];
   pdo_communication tpdo[PDO_COUNT];
@@ -32,7 +39,7 @@ typedef struct {
 /* 0x1029:1, what a communication error does to an operational node. */
 enum { ON_ERROR_PRE_OPERATIONAL = 0, ON_ERROR_NOTHING = 1, ON_ERROR_STOP = 2 };
 
-/* 1001, 1003, 1005, 1006, 1010, 1011, 1014 to 1017, 1019, 1029, 1200. */
+/* 1001, 1003, 1005, 1006, 1010, 1011, 1014 to 1017, 1019, 1029, 1200, 1201. */
 extern const od_table communication_profile_table;
 
 /* --- For the device's table; include object_dictionary_rows.h before use. `n` is 0 .. 3. ------------------------ */

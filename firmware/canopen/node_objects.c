@@ -23,14 +23,32 @@ static pdo_range range_of(uint16_t index) {
   }
 }
 
+enum { SDO_REQUEST = 1, SDO_RESPONSE = 2 }; /* sub-indices of 0x1201 */
+
 static bool same_identifier(uint32_t one, uint32_t other) { return ((one ^ other) & COB_ID_IDENTIFIER) == 0; }
 
-/* One identifier is heard as one thing: as SYNC or as an RPDO. */
+static bool is_valid_and_same(uint32_t cob_id, uint32_t other) {
+  return cob_id_is_valid(cob_id) && same_identifier(cob_id, other);
+}
+
+/* One identifier is heard as one thing: as SYNC, as an SDO request or as RPDOs. */
+static bool is_service(const communication_objects *objects, uint32_t cob_id) {
+  return same_identifier(objects->sync.cob_id, cob_id) || is_valid_and_same(objects->sdo[1].request_cob_id, cob_id);
+}
+
+static bool is_rpdo(const communication_objects *objects, uint32_t cob_id) {
+  bool found = false;
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    found = found || is_valid_and_same(objects->rpdo[n].cob_id, cob_id);
+  }
+  return found;
+}
+
 static od_abort accept_rpdo(const communication_objects *objects, uint8_t n, uint8_t sub, od_number value) {
   const uint8_t sub_of_cob_id = 1;
   const uint32_t cob_id = (uint32_t)value.i;
   const od_abort answer = pdo_accept_communication(&objects->rpdo[n], sub, value);
-  const bool taken = sub == sub_of_cob_id && cob_id_is_valid(cob_id) && same_identifier(cob_id, objects->sync.cob_id);
+  const bool taken = sub == sub_of_cob_id && cob_id_is_valid(cob_id) && is_service(objects, cob_id);
   return answer == OD_OK && taken ? OD_INCOMPATIBLE : answer;
 }
 
@@ -70,12 +88,29 @@ static od_abort accept_sync_cob_id(const communication_objects *objects, uint32_
   if ((value & (COB_ID_INVALID | COB_ID_NO_REMOTE)) != 0 || !cob_id_is_allowed(value)) {
     return OD_BAD_VALUE;
   }
-  bool taken = false;
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    const uint32_t cob_id = objects->rpdo[n].cob_id;
-    taken = taken || (cob_id_is_valid(cob_id) && same_identifier(cob_id, value));
-  }
+  const bool taken = is_rpdo(objects, value) || is_valid_and_same(objects->sdo[1].request_cob_id, value);
   return taken ? OD_INCOMPATIBLE : OD_OK;
+}
+
+/* Clause 7.5.2.34: identifiers change while the channel is off. Bit 30 (dynamic) is not supported. */
+static od_abort accept_sdo_cob_id(const communication_objects *objects, uint8_t sub, uint32_t value) {
+  const bool request = sub == SDO_REQUEST;
+  const uint32_t now = request ? objects->sdo[1].request_cob_id : objects->sdo[1].response_cob_id;
+  const uint32_t other = request ? objects->sdo[1].response_cob_id : objects->sdo[1].request_cob_id;
+  if ((value & (COB_ID_NO_REMOTE | COB_ID_EXTENDED)) != 0) {
+    return OD_BAD_VALUE;
+  }
+  if (!cob_id_is_valid(value)) {
+    return OD_OK; /* switched off, any identifier may rest there */
+  }
+  if (!cob_id_is_allowed(value)) {
+    return OD_BAD_VALUE;
+  }
+  if (cob_id_is_valid(now) && !same_identifier(now, value)) {
+    return OD_DEVICE_STATE;
+  }
+  const bool taken = request && (is_rpdo(objects, value) || same_identifier(objects->sync.cob_id, value));
+  return taken || is_valid_and_same(other, value) ? OD_INCOMPATIBLE : OD_OK;
 }
 
 static od_abort accept_emergency_cob_id(uint32_t now, uint32_t value) {
@@ -113,6 +148,8 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
       return accept_consumer(objects, sub, (uint32_t)value.i);
     case 0x1019:
       return accept_sync_overflow(objects->sync.period_us, value);
+    case 0x1201:
+      return accept_sdo_cob_id(objects, sub, (uint32_t)value.i);
     default:
       return accept_pdo(node, range_of(index), (uint8_t)index, sub, value);
   }
@@ -131,7 +168,9 @@ static bool pdo_is_good(const object_dictionary *dictionary, pdo_direction direc
 bool node_objects_are_good(const object_dictionary *dictionary, const communication_objects *objects) {
   bool good = accept_sync_cob_id(objects, objects->sync.cob_id) == OD_OK &&
               accept_emergency_cob_id(COB_ID_INVALID, objects->emergency.cob_id) == OD_OK &&
-              accept_sync_overflow(0, (od_number){.i = objects->sync.overflow}) == OD_OK;
+              accept_sync_overflow(0, (od_number){.i = objects->sync.overflow}) == OD_OK &&
+              accept_sdo_cob_id(objects, SDO_REQUEST, objects->sdo[1].request_cob_id) == OD_OK &&
+              accept_sdo_cob_id(objects, SDO_RESPONSE, objects->sdo[1].response_cob_id) == OD_OK;
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     good = good && accept_consumer(objects, (uint8_t)(i + 1), objects->heartbeat_consumer[i]) == OD_OK;
   }
@@ -170,6 +209,19 @@ void node_objects_configure_sync(canopen_node *node) {
   sync_reset(&node->sync);
 }
 
+bool node_objects_sdo_is_on(const communication_objects *objects, uint32_t channel) {
+  const sdo_channel *ids = &objects->sdo[channel];
+  return cob_id_is_valid(ids->request_cob_id) && cob_id_is_valid(ids->response_cob_id);
+}
+
+void node_objects_configure_sdo(canopen_node *node) {
+  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    node->listeners.sdo_request[i] = node_objects_sdo_is_on(&node->objects, i)
+                                         ? node->objects.sdo[i].request_cob_id & COB_ID_IDENTIFIER
+                                         : NO_IDENTIFIER;
+  }
+}
+
 static void add(uint32_t *heard, uint32_t identifier) {
   if (identifier <= COB_ID_IDENTIFIER) {
     heard[identifier / 32u] |= 1u << identifier % 32u;
@@ -181,7 +233,9 @@ void node_objects_listen(canopen_node *node) {
   add(heard, NMT_COB_ID);
   add(heard, LSS_REQUEST_COB_ID);
   add(heard, node->listeners.sync);
-  add(heard, node->listeners.sdo_request);
+  for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
+    add(heard, node->listeners.sdo_request[i]);
+  }
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
     add(heard, node->listeners.rpdo[n]);
   }
@@ -212,6 +266,9 @@ static void changed(void *owner, const od_object *object) {
     case 0x1006:
     case 0x1019:
       node_objects_configure_sync(node);
+      break;
+    case 0x1201:
+      node_objects_configure_sdo(node);
       break;
     case 0x1010:
       node->objects.save[sub - 1] = STORAGE_ON_COMMAND;

@@ -14,6 +14,10 @@ extern const od_hooks node_objects_hooks;
 void node_objects_configure_rpdo(canopen_node *node, uint32_t n);
 void node_objects_configure_tpdo(canopen_node *node, uint32_t n);
 void node_objects_configure_sync(canopen_node *node);
+void node_objects_configure_sdo(canopen_node *node);
+
+/* Both COB-IDs of SDO channel `channel` (0: 0x1200) are valid. */
+bool node_objects_sdo_is_on(const communication_objects *objects, uint32_t channel);
 
 /* After any of these, and after a change of the heartbeats to be watched: tells the receive interrupt what to take. */
 void node_objects_listen(canopen_node *node);

@@ -107,7 +107,8 @@ void sdo_block_upload_receive(sdo_server *server, const uint8_t *request) {
   } else if (subcommand == CONFIRM && (state == SDO_BLOCK_UPLOADING || state == SDO_BLOCK_UPLOAD_ACK)) {
     confirm(server, request);
   } else if (subcommand == END && state == SDO_BLOCK_UPLOAD_END) {
-    sdo_server_reset(server);
+    sdo_transfer_close(&server->transfer);
+    server->state = SDO_IDLE;
   } else {
     sdo_server_abort(server, OD_BAD_COMMAND);
   }

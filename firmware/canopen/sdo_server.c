@@ -10,12 +10,15 @@ enum {
   SIZE_GIVEN = 0x01,
   LAST_SEGMENT = 0x01,
   TOGGLE = 0x10,
-  BLOCK_END = 0x01, /* of a block download: end instead of initiate */
+  BLOCK_END = 0x01,               /* of a block download: end instead of initiate */
+  BLOCK_UPLOAD_SUBCOMMAND = 0x03, /* 0: initiate */
   ANSWER_DOWNLOAD = 0x60,
   ANSWER_DOWNLOAD_SEGMENT = 0x20,
   ANSWER_UPLOAD = 0x40,
   ABORT = 0x80
 };
+
+enum { EXPEDITED_BYTES = 4 };
 
 uint32_t sdo_get_u32(const uint8_t *bytes) {
   return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
@@ -31,11 +34,30 @@ void sdo_server_init(sdo_server *server, const object_dictionary *dictionary) {
   *server = (sdo_server){.dictionary = dictionary, .state = SDO_IDLE};
 }
 
-void sdo_server_reset(sdo_server *server) {
+static void end_transfer(sdo_server *server) {
   sdo_transfer_close(&server->transfer);
   server->state = SDO_IDLE;
   server->reply_waiting = false;
   server->silent_ms = 0;
+}
+
+void sdo_server_reset(sdo_server *server) {
+  end_transfer(server);
+  server->quiet_ms = 0;
+  server->request_held = false;
+}
+
+/* A transfer whose client waits for an answer or is about to send its next request. */
+static bool is_running(const sdo_server *server) {
+  return server->state != SDO_IDLE && server->state != SDO_COMMITTING;
+}
+
+/* Ends the transfer while its client may go on with it. */
+static void break_off(sdo_server *server) {
+  if (is_running(server) && server->silent_ms < SDO_QUIET_MS) {
+    server->quiet_ms = SDO_QUIET_MS;
+  }
+  end_transfer(server);
 }
 
 void sdo_server_answer(sdo_server *server, uint8_t command) {
@@ -50,8 +72,17 @@ void sdo_server_put_multiplexer(sdo_server *server) {
   server->reply[3] = server->sub;
 }
 
+/* Requests that do not continue the transfer can come from another client, which sees this abort, too. */
+static bool is_out_of_turn(od_abort code) {
+  return code == OD_TOGGLE || code == OD_BAD_COMMAND || code == OD_BAD_SEQUENCE || code == OD_NOT_TRANSFERRED;
+}
+
 void sdo_server_abort(sdo_server *server, od_abort code) {
-  sdo_server_reset(server);
+  if (is_out_of_turn(code)) {
+    break_off(server);
+    server->request_held = false;
+  }
+  end_transfer(server);
   sdo_server_answer(server, ABORT);
   sdo_server_put_multiplexer(server);
   sdo_put_u32(&server->reply[4], (uint32_t)code);
@@ -83,7 +114,7 @@ static void take_multiplexer(sdo_server *server, const uint8_t *request) {
 }
 
 bool sdo_server_open(sdo_server *server, const uint8_t *request, bool writing, uint32_t size) {
-  sdo_server_reset(server);
+  end_transfer(server);
   take_multiplexer(server, request);
   od_object object;
   od_abort answer = od_find(server->dictionary, server->index, server->sub, &object);
@@ -160,7 +191,7 @@ static void upload_initiate(sdo_server *server, const uint8_t *request) {
     return;
   }
   const uint32_t size = server->transfer.size;
-  const bool expedited = size >= 1 && size <= 4;
+  const bool expedited = size >= 1 && size <= EXPEDITED_BYTES;
   sdo_server_answer(server, ANSWER_UPLOAD | SIZE_GIVEN);
   sdo_server_put_multiplexer(server);
   if (!expedited) {
@@ -228,18 +259,101 @@ static void dispatch(sdo_server *server, const uint8_t *request) {
   }
 }
 
-void sdo_server_receive(sdo_server *server, const uint8_t request[SDO_BYTES]) {
-  if (request[0] == ABORT) {
-    sdo_server_reset(server);
-    return;
+static bool is_initiate(const uint8_t *request) {
+  switch (request[0] >> 5) {
+    case SDO_CCS_DOWNLOAD:
+    case SDO_CCS_UPLOAD:
+      return true;
+    case SDO_CCS_BLOCK_DOWNLOAD:
+      return (request[0] & BLOCK_END) == 0;
+    case SDO_CCS_BLOCK_UPLOAD:
+      return (request[0] & BLOCK_UPLOAD_SUBCOMMAND) == 0;
+    default:
+      return false;
   }
-  if (server->state == SDO_COMMITTING) {
-    return; /* the answer to the last request is still being worked out */
+}
+
+/* Not done with one answer. */
+static bool takes_several_requests(const sdo_server *server, const uint8_t *request) {
+  const uint8_t specifier = request[0] >> 5;
+  if (specifier == SDO_CCS_DOWNLOAD) {
+    return (request[0] & EXPEDITED) == 0;
   }
-  server->silent_ms = 0;
-  if (server->state == SDO_BLOCK_DOWNLOADING) {
-    sdo_block_download_segment(server, request);
+  od_object object;
+  const uint16_t index = (uint16_t)(request[1] | request[2] << 8);
+  if (specifier == SDO_CCS_UPLOAD && od_find(server->dictionary, index, request[3], &object) == OD_OK) {
+    const uint8_t type = object.entry->type;
+    return type == OD_DOMAIN || type == OD_VISIBLE_STRING || object.entry->bytes > EXPEDITED_BYTES;
+  }
+  return specifier != SDO_CCS_UPLOAD;
+}
+
+static bool must_wait(const sdo_server *server, const uint8_t *request) {
+  return server->quiet_ms > 0 && takes_several_requests(server, request);
+}
+
+/* The answer to the request before is not known or not sent yet, so this one is of another client. */
+static bool is_answering(const sdo_server *server) {
+  return server->state == SDO_COMMITTING || (server->reply_waiting && server->state != SDO_BLOCK_UPLOADING);
+}
+
+static void hold(sdo_server *server, const uint8_t *request) {
+  memcpy(server->held_request, request, SDO_BYTES);
+  server->request_held = true;
+}
+
+static void begin_or_hold(sdo_server *server, const uint8_t *request) {
+  break_off(server);
+  if (!must_wait(server, request)) {
+    dispatch(server, request);
+  } else if (!server->request_held) {
+    hold(server, request);
+  } else { /* two clients want one: neither gets it, and both see that */
+    take_multiplexer(server, request);
+    sdo_server_abort(server, OD_NOT_TRANSFERRED);
+  }
+}
+
+static bool can_take_held_request(const sdo_server *server) {
+  return server->request_held && !is_answering(server) && !must_wait(server, server->held_request);
+}
+
+static void receive_initiate(sdo_server *server, const uint8_t *request) {
+  if (is_answering(server)) {
+    hold(server, request);
+  } else if (can_take_held_request(server)) { /* it came before this one */
+    uint8_t first[SDO_BYTES];
+    memcpy(first, server->held_request, SDO_BYTES);
+    hold(server, request);
+    break_off(server);
+    dispatch(server, first);
   } else {
+    begin_or_hold(server, request);
+  }
+}
+
+/* An abort that names another object than that of the transfer can be of another client. */
+static void receive_abort(sdo_server *server, const uint8_t *request) {
+  const bool own = server->index == (uint16_t)(request[1] | request[2] << 8) && server->sub == request[3];
+  if (own) {
+    end_transfer(server);
+  } else {
+    break_off(server);
+  }
+  server->request_held = false;
+}
+
+void sdo_server_receive(sdo_server *server, const uint8_t request[SDO_BYTES]) {
+  const bool gone = server->silent_ms >= SDO_QUIET_MS;
+  if (request[0] == ABORT) {
+    receive_abort(server, request);
+  } else if (server->state == SDO_BLOCK_DOWNLOADING && !(gone && is_initiate(request))) {
+    server->silent_ms = 0;
+    sdo_block_download_segment(server, request);
+  } else if (is_initiate(request)) {
+    receive_initiate(server, request);
+  } else if (server->state != SDO_COMMITTING) {
+    server->silent_ms = 0;
     dispatch(server, request);
   }
 }
@@ -256,11 +370,16 @@ void sdo_server_sent(sdo_server *server) {
   server->silent_ms = 0;
 }
 
-void sdo_server_tick(sdo_server *server) {
-  if (server->state == SDO_COMMITTING) {
-    conclude_commit(server, sdo_transfer_commit(&server->transfer));
-    return;
+static void take_held_request(sdo_server *server) {
+  uint8_t request[SDO_BYTES];
+  if (can_take_held_request(server)) {
+    memcpy(request, server->held_request, SDO_BYTES);
+    server->request_held = false;
+    begin_or_hold(server, request);
   }
+}
+
+static void watch_time(sdo_server *server) {
   if (server->state == SDO_IDLE) {
     server->silent_ms = 0;
     return;
@@ -269,4 +388,14 @@ void sdo_server_tick(sdo_server *server) {
   if (server->silent_ms >= SDO_TIME_OUT_MS) {
     sdo_server_abort(server, OD_TIME_OUT);
   }
+}
+
+void sdo_server_tick(sdo_server *server) {
+  server->quiet_ms = (uint8_t)(server->quiet_ms - (server->quiet_ms > 0 ? 1 : 0));
+  if (server->state == SDO_COMMITTING) {
+    conclude_commit(server, sdo_transfer_commit(&server->transfer));
+  } else {
+    watch_time(server);
+  }
+  take_held_request(server);
 }

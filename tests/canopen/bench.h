@@ -17,19 +17,21 @@ typedef struct {
   uint32_t sent;
   uint32_t refused; /* frames offered while the bus was full */
   bool bus_full;
+  uint32_t room; /* frames that still fit */
 } bench_state;
 
 static bench_state bench;
 
 static inline bool bench_send(void *context, const can_frame *frame) {
   (void)context;
-  if (bench.bus_full) {
+  if (bench.bus_full || bench.room == 0) {
     bench.refused++;
     return false;
   }
   TEST_ASSERT_TRUE(frame->length <= CAN_FRAME_BYTES);
   bench.log[bench.sent % BENCH_LOG] = *frame;
   bench.sent++;
+  bench.room--;
   return true;
 }
 
@@ -42,6 +44,7 @@ static inline void bench_wait_ms(uint32_t duration_ms) {
 /* A device that has booted and is pre-operational, heartbeat off, log empty. */
 static inline void bench_start(void) {
   memset(&bench, 0, sizeof bench);
+  bench.room = UINT32_MAX;
   const can_sender sender = {bench_send, NULL};
   TEST_ASSERT_TRUE(test_device_init(&bench.device, BENCH_NODE, sender));
   bench_wait_ms(1);

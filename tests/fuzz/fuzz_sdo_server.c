@@ -27,15 +27,15 @@ static bool no_frame(void *context, const can_frame *frame) {
 /* What the server would send must be an answer of the standard, and stay until it is sent. */
 static void send_answers(uint32_t most) {
   for (uint32_t i = 0; i < most; ++i) {
-    const uint8_t *answer = sdo_server_outgoing(&device.node.sdo);
+    const uint8_t *answer = sdo_server_outgoing(&device.node.sdo[0]);
     if (answer == NULL) {
       return;
     }
     uint8_t copy[SDO_BYTES];
     memcpy(copy, answer, SDO_BYTES);
-    const uint8_t *again = sdo_server_outgoing(&device.node.sdo);
+    const uint8_t *again = sdo_server_outgoing(&device.node.sdo[0]);
     require(again != NULL && memcmp(again, copy, SDO_BYTES) == 0);
-    sdo_server_sent(&device.node.sdo);
+    sdo_server_sent(&device.node.sdo[0]);
   }
 }
 
@@ -51,7 +51,7 @@ static void request(uint8_t control, input_bytes *input) {
     bytes[2] = (uint8_t)(index >> 8);
     bytes[3] = object.entry->sub;
   }
-  sdo_server_receive(&device.node.sdo, bytes);
+  sdo_server_receive(&device.node.sdo[0], bytes);
   send_answers(control & 0x0Fu);
 }
 
@@ -81,16 +81,16 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
       request(control, &input);
     }
     for (uint32_t i = 0; i < ((control & 0x80) != 0 ? (control & 0x7Fu) * 16u : 0u) && left_ms > 0; ++i) {
-      sdo_server_tick(&device.node.sdo);
+      sdo_server_tick(&device.node.sdo[0]);
       left_ms--;
     }
     require(device.streams_open <= 1 && device.stream_size <= TEST_DEVICE_STREAM);
   }
-  for (uint32_t i = 0; i < 2 * SDO_TIME_OUT_MS && device.node.sdo.state != SDO_IDLE; ++i) {
+  for (uint32_t i = 0; i < 2 * SDO_TIME_OUT_MS && device.node.sdo[0].state != SDO_IDLE; ++i) {
     send_answers(1);
-    sdo_server_tick(&device.node.sdo);
+    sdo_server_tick(&device.node.sdo[0]);
   }
-  require(device.node.sdo.state == SDO_IDLE); /* whatever was begun ends, at the latest by its time-out */
+  require(device.node.sdo[0].state == SDO_IDLE); /* whatever was begun ends, at the latest by its time-out */
   require_values_within_limits(&device.node.dictionary);
   return 0;
 }

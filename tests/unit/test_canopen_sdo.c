@@ -4,7 +4,7 @@
 void setUp(void) { bench_start(); }
 void tearDown(void) {}
 
-#define SERVER (&bench.device.node.sdo)
+#define SERVER (&bench.device.node.sdo[0])
 
 static uint32_t abort_of(const uint8_t *answer) { return answer[0] == 0x80 ? bench_u32(&answer[4]) : 0; }
 
@@ -91,6 +91,7 @@ static void test_segment_with_the_wrong_toggle_is_refused(void) {
   bench_sdo(upload, answer);
   bench_sdo(upload_segment, answer);
   TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
+  bench_wait_ms(SDO_QUIET_MS); /* it could have been another client's */
   bench_sdo(download, answer);
   bench_sdo(download_segment, answer);
   TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
@@ -132,6 +133,196 @@ static void test_new_request_replaces_a_transfer_that_was_left(void) {
   bench_sdo(start, answer);
   TEST_ASSERT_EQUAL_HEX32(0x1234, bench_get(0x2F00, 12) & 0xFFFFu);
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+/* --- Two clients on one channel ------------------------------------------------------------------------------------
+ */
+
+static const uint8_t upload_text[8] = {0x40, 0x00, 0x2F, 10};
+static const uint8_t upload_u64[8] = {0x40, 0x00, 0x2F, 8};
+static const uint8_t upload_segment[8] = {0x60};
+
+static void test_a_second_clients_transfer_waits_until_the_first_cannot_go_on(void) {
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
+  bench_sdo(upload_u64, answer);
+  TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
+  bench_wait_ms(SDO_QUIET_MS - 2);
+  TEST_ASSERT_EQUAL(0, bench_count(0x585));
+  bench_wait_ms(3); /* the first has gone away */
+  TEST_ASSERT_EQUAL_HEX8(0x41, bench_last(0x585)->data[0]);
+  TEST_ASSERT_EQUAL_HEX8(8, bench_last(0x585)->data[3]);
+}
+
+static void test_a_first_client_that_goes_on_ends_both_transfers(void) {
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_sdo(upload_u64, answer);
+  bench_sdo(upload_segment, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x05040001, abort_of(answer));
+  bench_wait_ms(3 * SDO_QUIET_MS);
+  TEST_ASSERT_EQUAL(1, bench_count(0x585));
+  bench_sdo(upload_text, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
+}
+
+static void test_two_clients_that_wait_are_both_refused(void) {
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_sdo(upload_u64, answer);
+  bench_sdo(upload_text, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x08000020, abort_of(answer));
+  TEST_ASSERT_EQUAL_HEX8(10, answer[3]);
+  bench_wait_ms(3 * SDO_QUIET_MS);
+  TEST_ASSERT_EQUAL(1, bench_count(0x585));
+}
+
+static void test_an_expedited_request_never_waits(void) {
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F00, 7, 4711, 4));
+  TEST_ASSERT_EQUAL_HEX32(4711, bench_get(0x2F00, 7));
+  bench_sdo(upload_segment, answer); /* of the transfer that this has ended */
+  TEST_ASSERT_EQUAL_HEX32(0x05040001, abort_of(answer));
+}
+
+static void test_an_abort_of_another_client_makes_the_next_transfer_wait(void) {
+  const uint8_t without_object[8] = {0x80};
+  const uint8_t own[8] = {0x80, 0x00, 0x2F, 10};
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_sdo(own, answer);
+  bench_sdo(upload_text, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
+  bench_sdo(without_object, answer);
+  bench_sdo(upload_text, answer);
+  TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
+  bench_wait_ms(SDO_QUIET_MS);
+  TEST_ASSERT_EQUAL_HEX8(0x41, bench_last(0x585)->data[0]);
+}
+
+static void test_a_client_that_has_been_silent_is_taken_for_gone(void) {
+  const uint8_t block_download[8] = {0xC6, 0x01, 0x2F, 0, 100};
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_wait_ms(SDO_QUIET_MS);
+  bench_sdo(block_download, answer);
+  TEST_ASSERT_EQUAL_HEX8(0xA4, answer[0]);
+  bench_wait_ms(SDO_QUIET_MS);
+  bench_sdo(upload_text, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+static void test_no_initiate_request_is_taken_for_a_block_segment(void) {
+  static const uint8_t initiates[] = {0x20, 0x21, 0x22, 0x23, 0x27, 0x2B, 0x2F, 0x40, 0xA0, 0xA4, 0xC0, 0xC2, 0xC6};
+  const uint8_t block_download[8] = {0xC6, 0x01, 0x2F, 0, 100};
+  uint8_t answer[8];
+  for (uint32_t i = 0; i < sizeof initiates; i++) {
+    for (uint32_t received = 0; received < SDO_BLOCK_SEGMENTS; received++) {
+      sdo_server_reset(SERVER);
+      bench_sdo(block_download, answer);
+      TEST_ASSERT_EQUAL(SDO_BLOCK_SEGMENTS, answer[4]);
+      SERVER->sequence = (uint8_t)received;
+      const uint8_t request[8] = {initiates[i], 0x00, 0x2F, 7, 1};
+      bench_sdo(request, answer);
+      TEST_ASSERT_EQUAL_HEX32(0x05040003, abort_of(answer));
+      TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+    }
+  }
+}
+
+static void test_a_request_that_meets_an_answer_under_way_comes_after_it(void) {
+  const uint8_t slow[8] = {0x2F, 0x11, 0x2F, 0, 9};
+  const uint8_t write[8] = {0x23, 0x00, 0x2F, 7, 0x39};
+  bench_give(0x605, 8, slow);
+  bench_give(0x605, 8, write);
+  bench_wait_ms(8);
+  TEST_ASSERT_EQUAL(2, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX8(0x11, bench.log[0].data[1]);
+  TEST_ASSERT_EQUAL_HEX8(7, bench_last(0x585)->data[3]);
+  TEST_ASSERT_EQUAL_HEX32(0x39, bench.device.values.u32);
+  bench.sent = 0;
+  bench.bus_full = true;
+  const uint8_t read[8] = {0x40, 0x00, 0x2F, 7};
+  const uint8_t again[8] = {0x23, 0x00, 0x2F, 7, 0x3A};
+  bench_give(0x605, 8, read);
+  bench_give(0x605, 8, write);
+  bench_wait_ms(3);
+  bench.bus_full = false;
+  canopen_node_answer(&bench.device.node); /* the first answer is out, the write still waits */
+  bench_give(0x605, 8, again);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(3, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX8(0x43, bench.log[0].data[0]);
+  TEST_ASSERT_EQUAL_HEX32(0x3A, bench.device.values.u32);
+}
+
+/* --- Two channels ----------------------------------------------------------------------------------------------------
+ */
+
+enum { REQUEST_2 = 0x6A0, ANSWER_2 = 0x6A1 };
+
+static void open_second_channel(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1201, 1, REQUEST_2, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1201, 2, ANSWER_2, 4));
+}
+
+static void test_two_transfers_on_two_channels_do_not_touch(void) {
+  uint8_t answer[8];
+  open_second_channel();
+  bench_sdo(upload_text, answer);
+  bench.sent = 0;
+  bench_give(REQUEST_2, 8, upload_u64);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(0, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX8(8, bench_last(ANSWER_2)->data[3]);
+  bench_sdo(upload_segment, answer);
+  TEST_ASSERT_EQUAL_MEMORY("hello w", &answer[1], 7);
+}
+
+static void test_the_second_channel_obeys_the_rules_of_its_object(void) {
+  const uint8_t text[8] = {0x40, 0x00, 0x2F, 10};
+  bench_give(REQUEST_2, 8, text);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(0, bench_count(ANSWER_2));
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1201, 1, 0x606, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1201, 1, 0x40000000 | REQUEST_2, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1201, 2, 0x20000000 | ANSWER_2, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1201, 1, 0x080, 4)); /* SYNC */
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1201, 1, 0x205, 4)); /* RPDO 1 */
+  open_second_channel();
+  TEST_ASSERT_EQUAL_HEX32(0x08000022, bench_write(0x1201, 1, REQUEST_2 + 2, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1005, 0, REQUEST_2, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1400, 1, 0x80000000, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1400, 1, REQUEST_2, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1201, 2, 0x80000000, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1201, 2, REQUEST_2, 4));
+  bench.sent = 0;
+  bench_give(REQUEST_2, 8, text);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(0, bench_count(0x585) + bench_count(ANSWER_2));
+}
+
+/* The bus takes three frames a ms: a long upload on one channel must leave the other its share. */
+static void test_a_long_upload_leaves_the_other_channel_its_answers(void) {
+  static const uint8_t begin[8] = {0xA4, 0x02, 0x2F, 0, 127};
+  static const uint8_t go[8] = {0xA3};
+  static const uint8_t read[8] = {0x40, 0x00, 0x2F, 7};
+  uint8_t answer[8];
+  open_second_channel();
+  bench.device.stream_size = 800;
+  bench_sdo(begin, answer);
+  bench.sent = 0;
+  bench_give(0x605, 8, go);
+  bench.room = 3;
+  bench_give(REQUEST_2, 8, read);
+  bench_wait_ms(1);
+  bench.room = 3;
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench_count(ANSWER_2));
+  bench.room = UINT32_MAX;
 }
 
 static void test_slow_owner_keeps_the_answer_waiting_and_the_node_alive(void) {
@@ -429,6 +620,17 @@ int main(void) {
   RUN_TEST(test_segmented_download_must_bring_what_it_announced);
   RUN_TEST(test_silent_client_is_timed_out_and_told);
   RUN_TEST(test_new_request_replaces_a_transfer_that_was_left);
+  RUN_TEST(test_a_second_clients_transfer_waits_until_the_first_cannot_go_on);
+  RUN_TEST(test_a_first_client_that_goes_on_ends_both_transfers);
+  RUN_TEST(test_two_clients_that_wait_are_both_refused);
+  RUN_TEST(test_an_expedited_request_never_waits);
+  RUN_TEST(test_an_abort_of_another_client_makes_the_next_transfer_wait);
+  RUN_TEST(test_a_client_that_has_been_silent_is_taken_for_gone);
+  RUN_TEST(test_no_initiate_request_is_taken_for_a_block_segment);
+  RUN_TEST(test_a_request_that_meets_an_answer_under_way_comes_after_it);
+  RUN_TEST(test_two_transfers_on_two_channels_do_not_touch);
+  RUN_TEST(test_the_second_channel_obeys_the_rules_of_its_object);
+  RUN_TEST(test_a_long_upload_leaves_the_other_channel_its_answers);
   RUN_TEST(test_slow_owner_keeps_the_answer_waiting_and_the_node_alive);
   RUN_TEST(test_block_download_of_any_length_arrives_bit_exact);
   RUN_TEST(test_lost_segment_is_sent_again);

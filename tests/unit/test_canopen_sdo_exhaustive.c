@@ -18,7 +18,7 @@ static canopen_node fresh_node;
 static test_values fresh_values;
 static uint32_t wrong;
 
-#define SERVER (&device.node.sdo)
+#define SERVER (&device.node.sdo[0])
 
 /* Cheaper than an assertion of Unity, of which there are millions. */
 static void expect(bool good) { wrong += good ? 0 : 1; }

@@ -1,0 +1,152 @@
+"""Two python-canopen clients that use SDO at once, each on a channel of its own and both on the same one.
+
+TWO_CLIENTS_TRANSFERS: transfers of each client, 300 unless told otherwise; 10000 take about two minutes.
+"""
+
+import os
+import random
+import struct
+import threading
+import time
+
+import canopen
+import pytest
+from conftest import NODE_ID, Master
+
+TRANSFERS = int(os.environ.get("TWO_CLIENTS_TRANSFERS", "300"))
+SDO_2_REQUEST, SDO_2_ANSWER = 0x6A0, 0x6A1
+
+TEXTS = [(0x1008, 0), (0x1009, 0), (0x100A, 0), *((0x3002, sub) for sub in range(1, 13))]
+NUMBERS = [(0x1000, 0), (0x1018, 2), (0x6502, 0), (0x6087, 0)]
+OWN = [(0x6081, 0), (0x6881, 0)]
+"""The profile velocity of an axis for each client, which no other writes."""
+
+
+class Client(threading.Thread):
+    """Reads texts and numbers whose values are known, writes its own object and reads it back."""
+
+    def __init__(self, sdo, own, known, most_pause_s, seed):
+        super().__init__()
+        self.sdo, self.own, self.known, self.most_pause_s = sdo, own, known, most_pause_s
+        self.random = random.Random(seed)
+        self.may_be = {known[own]}
+        self.right = {"text": 0, "number": 0, "write": 0}
+        self.aborted, self.wrong = 0, []
+
+    def run(self):
+        for _ in range(TRANSFERS):
+            time.sleep(self.random.uniform(0, self.most_pause_s))
+            try:
+                self.right[self.transfer()] += 1
+            except (canopen.SdoAbortedError, canopen.SdoCommunicationError):
+                self.aborted += 1
+
+    def transfer(self):
+        kind = self.random.choice(["text", "text", "number", "write", "own"])
+        if kind == "write":
+            value = struct.pack("<I", self.random.randrange(100_000, 400_000))
+            self.may_be.add(value)
+            self.sdo.download(*self.own, value, force_segment=self.random.random() < 0.5)
+            self.may_be = {value}
+        elif kind == "own":
+            self.expect(self.own, self.may_be, self.sdo.upload(*self.own))
+            kind = "number"
+        else:
+            of = self.random.choice(TEXTS if kind == "text" else NUMBERS)
+            self.expect(of, {self.known[of]}, self.sdo.upload(*of))
+        return kind
+
+    def expect(self, of, values, value):
+        if value not in values:
+            self.wrong.append((hex(of[0]), of[1], value, values))
+
+
+def run_both(channels, known, most_pause_s):
+    both = [Client(sdo, OWN[n], known, most_pause_s, seed=n) for n, sdo in enumerate(channels)]
+    for client in both:
+        client.start()
+    for client in both:
+        client.join()
+    return both
+
+
+def channel(master, request=0x600 + NODE_ID, answer=0x580 + NODE_ID):
+    """Where this master's SDO client talks."""
+    if request == 0x600 + NODE_ID:
+        return master.node.sdo
+    sdo = master.node.add_sdo(request, answer)
+    sdo.network = master.network  # which add_sdo forgets
+    return sdo
+
+
+@pytest.fixture
+def other(device):
+    """A second master on the bus."""
+    second = Master(device.open_bus())
+    yield second
+    second.close()
+
+
+@pytest.fixture
+def known(master):
+    return {of: master.node.sdo.upload(*of) for of in TEXTS + NUMBERS + OWN}
+
+
+def open_second_channel(master):
+    master.write(0x1201, 1, SDO_2_REQUEST, 4)
+    master.write(0x1201, 2, SDO_2_ANSWER, 4)
+
+
+def report(capsys, what, both):
+    with capsys.disabled():
+        for n, client in enumerate(both):
+            print(f"\n  {what}, client {n}: {sum(client.right.values())} of {TRANSFERS} right {client.right}, "
+                  f"{client.aborted} aborted, {len(client.wrong)} wrong", end="")
+
+
+def test_two_clients_on_channels_of_their_own_have_no_wrong_value_and_no_abort(master, other, known, capsys):
+    open_second_channel(master)
+    both = run_both([channel(master), channel(other, SDO_2_REQUEST, SDO_2_ANSWER)], known, 0.0)
+    report(capsys, "own channels", both)
+    assert [client.wrong for client in both] == [[], []]
+    assert [sum(client.right.values()) for client in both] == [TRANSFERS, TRANSFERS]
+
+
+def test_two_clients_on_one_channel_have_no_wrong_value(master, other, known, capsys):
+    both = run_both([channel(master), channel(other)], known, 0.04)
+    report(capsys, "one channel", both)
+    assert [client.wrong for client in both] == [[], []]
+    for client in both:
+        assert client.aborted > TRANSFERS / 100, "the clients did not meet: nothing was tried"
+        assert sum(client.right.values()) > TRANSFERS / 20, "one client keeps the other out"
+    assert sum(client.right["text"] for client in both) > 0, "no transfer of several requests came through"
+
+
+def test_a_client_that_crashes_in_a_transfer_hinders_no_other(master, other, known):
+    for _ in range(5):
+        master.forget()
+        other.send(0x600 + NODE_ID, 0x40, 0x08, 0x10, 0, 0, 0, 0, 0)
+        other.send(0x600 + NODE_ID, 0x60, 0, 0, 0, 0, 0, 0, 0)
+        master.wait_for(0x580 + NODE_ID, 2)  # else it takes them for answers to its own request
+        assert master.node.sdo.upload(0x3002, 1) == known[0x3002, 1]
+
+
+def test_1201_is_off_by_default_and_is_stored(master, other):
+    assert [master.number(0x1201, sub) for sub in (1, 2)] == [0x80000000, 0x80000000]
+    open_second_channel(master)
+    master.node.sdo.download(0x1010, 2, b"save")
+    try:
+        master.reset()
+        assert channel(other, SDO_2_REQUEST, SDO_2_ANSWER).upload(0x1008, 0) == b"trackservo"
+    finally:
+        master.node.sdo.download(0x1011, 2, b"load")
+
+
+@pytest.mark.parametrize("sub", [1, 2])
+def test_1201_refuses_what_cannot_be_heard_and_changes_while_it_is_on(master, sub):
+    for reserved in (0x000, 0x07F, 0x101, 0x581, 0x601, 0x6E0, 0x701, 0x7E5, 0x7FF):
+        assert master.sdo_abort(0x1201, sub, reserved.to_bytes(4, "little")) == 0x06090030
+    master.write(0x1201, sub, SDO_2_REQUEST, 4)
+    assert master.sdo_abort(0x1201, sub, (SDO_2_REQUEST + 8).to_bytes(4, "little")) == 0x08000022
+    master.write(0x1201, sub, 0x80000000, 4)
+    master.write(0x1201, sub, SDO_2_REQUEST + 8, 4)
