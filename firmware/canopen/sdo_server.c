@@ -371,8 +371,8 @@ void sdo_server_sent(sdo_server *server) {
 }
 
 static void take_held_request(sdo_server *server) {
-  uint8_t request[SDO_BYTES];
   if (can_take_held_request(server)) {
+    uint8_t request[SDO_BYTES];
     memcpy(request, server->held_request, SDO_BYTES);
     server->request_held = false;
     begin_or_hold(server, request);
