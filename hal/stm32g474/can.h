@@ -16,8 +16,8 @@ enum { CAN_SEND_FRAMES = 8 };
 
 typedef enum { CAN_GOOD = 0, CAN_ERROR_PASSIVE, CAN_BUS_OFF } can_state;
 
-/* Also again, with other settings: what waited to be sent or taken is lost then. kbit_s 1000, 500, 250 or
- * 125. False: the controller does not answer. */
+/* kbit_s: 1000, 500, 250 or 125. Also again, for another bit rate: frames that wait to be sent or taken are lost then.
+ * False: the controller does not answer. */
 bool can_start(uint16_t kbit_s);
 
 void can_enable_interrupt(void);

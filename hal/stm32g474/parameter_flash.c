@@ -16,7 +16,7 @@ enum { PAGE_BYTES = 2048, FIRST_PAGE_OF_BANK_2 = 118 };
 static const struct {
   uint8_t first_page;
   uint8_t pages;
-} pieces[] = {
+} pieces[PARAMETER_PIECES] = {
     [PARAMETER_AREA_0] = {2, 4},
     [PARAMETER_AREA_1] = {6, 4},
     [BUS_SETTINGS_PIECE] = {0, 2},

@@ -8,7 +8,7 @@
 
 #include "hal_flash.h"
 
-typedef enum { PARAMETER_AREA_0, PARAMETER_AREA_1, BUS_SETTINGS_PIECE } parameter_piece;
+typedef enum { PARAMETER_AREA_0, PARAMETER_AREA_1, BUS_SETTINGS_PIECE, PARAMETER_PIECES } parameter_piece;
 
 /* `context` goes to `waiting`. */
 hal_flash parameter_flash(parameter_piece piece, void (*waiting)(void *context), void *context);

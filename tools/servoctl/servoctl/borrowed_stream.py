@@ -10,11 +10,25 @@ from types import TracebackType
 from typing import TypeVar
 
 from .device import Device
-from .errors import MotionError, ServoctlError
+from .errors import InputError, MotionError, ServoctlError
 from .interrupts import deaf
 from .pdo_loan import PdoLoan
 
+_LEAST_KBIT_S = 500
+"""Three frames of 8 bytes in every tick are up to 405 kbit/s."""
+
 _MEASURES = "another servoctl is measuring at this node: wait until it is done."
+
+
+def _need_fast_bus(device: Device) -> None:
+    """Raises InputError when the frames of every tick do not fit on the bus; other firmware does not tell its bit rate."""
+    kbit_s = int.from_bytes(device.try_upload(0x3050, 2) or b"", "little")
+    if 0 < kbit_s < _LEAST_KBIT_S:
+        raise InputError(
+            f"the bus has {kbit_s} kbit/s, too slow for a frame in every tick: it needs {_LEAST_KBIT_S} kbit/s or more,"
+            f" as with 'servoctl lss rate {_LEAST_KBIT_S}000 --bitrate {kbit_s}000'."
+        )
+
 
 Stream = TypeVar("Stream", bound="BorrowedStream")
 
@@ -49,6 +63,7 @@ class BorrowedStream(abc.ABC):
         """Drops what has come; called with the lock held."""
 
     def __enter__(self: Stream) -> Stream:
+        _need_fast_bus(self.device)
         network = self.device.network
         self._turn.enter_context(self.device.turns.alone("stream", _MEASURES))
         for identifier in self._identifiers:

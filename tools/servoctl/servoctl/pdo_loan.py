@@ -61,10 +61,15 @@ class PdoLoan:
         return (
             default(self._communication, 1) + self._device.node_id,
             default(self._communication, 2),
-            default(self._communication, 3) if self._has_inhibit else 0,
+            self._slow_down(default(self._communication, 3)) if self._has_inhibit else 0,
             default(self._communication, 5),
             [default(self._mapping, sub) for sub in range(1, count + 1)],
         )
+
+    def _slow_down(self, inhibit_100us: int) -> int:
+        """A default inhibit time, which is that of 1 Mbit/s, at the bus' bit rate."""
+        kbit_s = int.from_bytes(self._device.try_upload(0x3050, 2) or b"", "little")
+        return inhibit_100us * 1000 // kbit_s if kbit_s else inhibit_100us
 
     def give_back(self) -> None:
         """Everything as it was before `take`."""

@@ -87,3 +87,11 @@ def test_what_cannot_be_done_is_said_in_one_sentence(serve: Serve) -> None:
         assert (result.code, result.err.count("\n")) == (4, 1)
         assert "an axis has torque; disable both axes first" in result.err
         assert bench.here("info").code == 0
+
+
+def test_what_needs_a_frame_in_every_tick_is_refused_on_a_slow_bus(serve: Serve) -> None:
+    with serve("--bit-rate", "250000") as bench:
+        result = bench.here("step", "azimuth", "--yes", "--bitrate", "250000")
+        assert (result.code, result.err.count("\n")) == (2, 1), result
+        assert "250 kbit/s" in result.err and "needs 500 kbit/s" in result.err
+        assert bench.json("state", "azimuth", "--bitrate", "250000")["axes"][0]["state"] == "switch on disabled"
