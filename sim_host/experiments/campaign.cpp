@@ -16,9 +16,9 @@
 namespace trackservo::sim {
 namespace {
 
-// What jobs cost beside each other, measured in units of about 15 ms of one core: only the estimate of the time left
+// What jobs cost beside each other, measured in units of about 5.5 ms of one core: only the estimate of the time left
 // depends on it.
-constexpr int kIdentificationCost = 800;
+constexpr int kIdentificationCost = 2200;
 constexpr int kEvaluationCost = 17;  // of a search for the best PI
 constexpr int kMarginCost = 18;
 
