@@ -25,7 +25,6 @@ using Clock = std::chrono::steady_clock;
 using Ends = std::vector<std::unique_ptr<BusEnd>>;
 
 constexpr auto kHeldTime = std::chrono::milliseconds(1);
-constexpr int kMostTicksBehind = 20;  // after a longer stall of the host, simulated time is let go
 constexpr int kLatestReady_ticks = 1000;
 
 volatile std::sig_atomic_t stop_requested = 0;
@@ -139,7 +138,7 @@ void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, const 
     device.pass_bus_time(bus, held ? 0.0 : pace * std::chrono::duration<double>(now - last).count());
     last = now;
     device.process();
-    for (int behind = 0; behind < kMostTicksBehind && next_tick <= now && !held; ++behind) {
+    for (int behind = 0; behind < options.catch_up_ticks && next_tick <= now && !held; ++behind) {
       device.tick();
       monitor.count_tick();
       next_tick += tick_time;

@@ -37,6 +37,9 @@ struct ServeOptions {
   // Simulated time per real time. Faster than 1, or as fast as the host can (none), it waits for clients that do not
   // keep up, so that they lose nothing; in real time they do, as on a wire.
   std::optional<double> pace = 1.0;
+  // After a stall of the host so many ticks are made up for at once; what is beyond is let go, and simulated time is
+  // late.
+  int catch_up_ticks = 20;
   bool until_stdin_ends = false;  // end when standard input does, too: for a parent that may be killed
 };
 

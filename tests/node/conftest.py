@@ -1,7 +1,9 @@
-"""A simulated servo on a bus of its own for each test, and python-canopen clients on that bus.
+"""A servo on a bus of its own for each test, and python-canopen clients on that bus.
 
-SIM_HOST and NODE_DESCRIPTIONS name the program and the folder of the EDS; CTest sets them, and by hand those of
-build/host count. NODE_TEST_BUS is slcan-tcp:0 or, where it exists, socketcan:vcan0.
+NODE_TEST_DEVICE says what the servo is: `sim`, the simulator (sim_host serve), or `image`, the image that is flashed, on
+the emulated board (emulate_board). SIM_HOST, EMULATE_BOARD and TARGET_IMAGE name programs and image, NODE_DESCRIPTIONS
+the folder of the EDS; CTest sets them, and by hand those of build/host and build/stm32g474 count. NODE_TEST_BUS is
+slcan-tcp:0 or, where it exists, socketcan:vcan0.
 """
 
 import contextlib
@@ -21,6 +23,12 @@ from drive import Axis
 NODE_ID = 1
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 SIM_HOST = os.environ.get("SIM_HOST", str(PROJECT / "build/host/bin/sim_host"))
+EMULATE_BOARD = os.environ.get("EMULATE_BOARD", str(PROJECT / "build/host/bin/emulate_board"))
+IMAGE = os.environ.get("TARGET_IMAGE", str(PROJECT / "build/stm32g474/bin/trackservo.bin"))
+SERVERS = {"sim": [SIM_HOST, "serve"], "image": [EMULATE_BOARD, IMAGE]}
+DEVICE = os.environ.get("NODE_TEST_DEVICE", "sim")
+if DEVICE not in SERVERS:
+    raise SystemExit(f"NODE_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.")
 DESCRIPTIONS = pathlib.Path(os.environ.get("NODE_DESCRIPTIONS", str(PROJECT / "build/host/share/trackservo")))
 BUS = os.environ.get("NODE_TEST_BUS", "slcan-tcp:0")
 
@@ -29,12 +37,12 @@ canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 2.0
 
 
 class Served:
-    """`sim_host serve`, and where its bus can be reached."""
+    """A servo, and where its bus can be reached."""
 
-    def __init__(self, bus, *options):
+    def __init__(self, bus, *options, server=SERVERS["sim"]):
         self.process = subprocess.Popen(
-            [SIM_HOST, "serve", "--until-stdin-ends", "--bus", bus, *options], stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE, text=True)
+            [*server, "--until-stdin-ends", "--bus", bus, *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            text=True)
         self.kind, self.address = self.next_end()
 
     def next_end(self):
@@ -54,7 +62,7 @@ class Served:
 
     def close(self):
         self.process.stdin.close()
-        assert self.process.wait(timeout=20) == 0
+        assert self.process.wait(timeout=20) == 0  # else the image has broken the chip's rules
 
 
 @pytest.fixture
@@ -64,7 +72,8 @@ def descriptions():
 
 @pytest.fixture
 def served():
-    process = Served(BUS)
+    process = Served(BUS, server=SERVERS[DEVICE])
+    assert process.process.stdout.readline() == "ready\n"
     yield process
     process.close()
 

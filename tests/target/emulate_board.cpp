@@ -21,6 +21,10 @@ namespace {
 namespace sim = trackservo::sim;
 namespace target = trackservo::target;
 
+// Few: set-points of a client come between them, which the drive misses after 20 ticks. A computer that is too busy
+// makes the board slower than real time rather than jerky.
+constexpr int kCatchUp_ticks = 4;
+
 class EmulatedBoard : public sim::ServedDevice {
  public:
   explicit EmulatedBoard(target::BoardMachine& board) : board_(board) {}
@@ -72,6 +76,9 @@ int main(int argc, char **argv) {
   app.add_flag("--until-stdin-ends", options.until_stdin_ends, sim::kUntilStdinEndsHelp);
   CLI11_PARSE(app, argc, argv);
   options.pace = speed > 0.0 ? std::optional<double>(speed) : std::nullopt;
+  if (speed <= 1.0) {
+    options.catch_up_ticks = kCatchUp_ticks;
+  }
   try {
     return run(image, plant, options);
   } catch (const std::exception& error) {

@@ -17,6 +17,9 @@ from .pdo_loan import PdoLoan
 _LEAST_KBIT_S = 500
 """Three frames of 8 bytes in every tick are up to 405 kbit/s."""
 
+SILENT_S = 2.0
+"""Without a frame for so long, by the computer's clock, the node is silent. (One that lives and hears us no more brakes by
+itself, by its own clock: supervision.py.)"""
 _MEASURES = "another servoctl is measuring at this node: wait until it is done."
 
 
@@ -36,14 +39,11 @@ Stream = TypeVar("Stream", bound="BorrowedStream")
 class BorrowedStream(abc.ABC):
     """One axis' stream in a `with` block; frames come while the node is operational."""
 
-    silent_s: float
-    """Without a frame for so long the stream has stopped."""
-
     def __init__(self, device: Device, axis: int, loans: list[PdoLoan], identifiers: tuple[int, ...]) -> None:
-        """`identifiers`: of the frames that come in, each of 8 bytes."""
+        """`identifiers`: of the frames that come in."""
         self.device = device
         self.axis = axis
-        self.lock = threading.Lock()
+        self.lock = threading.Condition()
         self._loans = loans
         self._identifiers = identifiers
         self._last_frame_s = time.monotonic()
@@ -94,10 +94,10 @@ class BorrowedStream(abc.ABC):
             raise first
 
     def _frame(self, identifier: int, data: bytearray, timestamp_s: float) -> None:
-        if len(data) == 8:
-            with self.lock:
-                self._take(self._identifiers.index(identifier), bytes(data), timestamp_s)
-                self._last_frame_s = time.monotonic()
+        with self.lock:
+            self._take(self._identifiers.index(identifier), bytes(data), timestamp_s)
+            self._last_frame_s = time.monotonic()
+            self.lock.notify_all()
 
     def _take_emergency(self, _identifier: int, data: bytearray, _timestamp: float) -> None:
         self._emergency = int.from_bytes(data[:2], "little") or self._emergency
@@ -113,5 +113,8 @@ class BorrowedStream(abc.ABC):
         """Raises MotionError after an emergency message, or when the frames have stopped."""
         if self._emergency is not None:
             raise MotionError(f"the node sent an emergency (code {self._emergency:04X}): 'servoctl faults' tells more.")
-        if time.monotonic() - self._last_frame_s > self.silent_s:
-            raise MotionError(f"the node has sent nothing of the stream for {self.silent_s:g} s.")
+        if time.monotonic() - self._last_frame_s > SILENT_S:
+            raise MotionError(
+                f"node {self.device.node_id} has sent nothing of the stream for {SILENT_S:g} s of the computer's clock: is it"
+                " switched on, operational and still on the bus?"
+            )

@@ -204,13 +204,14 @@ class Commissioning:
         self._watch()
         drive.set_mode(power.PROFILE_POSITION)
         drive.start_to(angle_rad, rate_rad_s)
-        deadline = time.monotonic() + 2.0 * expected_s + 5.0
+        clock = self._device.clock
+        deadline = clock.now() + 2.0 * expected_s + 5.0
         while not self._watch() & power.TARGET_REACHED:
-            if time.monotonic() > deadline:
+            if clock.now() > deadline:
                 raise MotionError(f"{drive.name} has not reached {degrees(angle_rad):.2f}° in time.")
             time.sleep(4 * POLL_S)
         drive.set_mode(power.NO_MODE)
-        time.sleep(SETTLE_S)
+        clock.sleep(SETTLE_S)
         return expected_s
 
     def _set_up(self, experiment: Experiment, programme: Programme) -> None:
@@ -223,7 +224,7 @@ class Commissioning:
 
     def _start(self, step: str) -> None:
         """The device refuses while its ramp has not ended."""
-        deadline = time.monotonic() + START_TIMEOUT_S
+        deadline = self._device.clock.now() + START_TIMEOUT_S
         while True:
             self._watch()
             try:
@@ -232,7 +233,7 @@ class Commissioning:
             except Refused as error:
                 if error.abort != DEVICE_STATE:
                     raise MotionError(f"{step} was refused, its set-up does not fit its limits: {error}") from error
-                if time.monotonic() > deadline:
+                if self._device.clock.now() > deadline:
                     raise MotionError(
                         f"{step} was refused for {START_TIMEOUT_S:g} s: {AXES[self._axis]} does not come to rest, or"
                         " stands at a position limit (607D)."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import struct
 import time
@@ -17,6 +18,7 @@ from . import __version__
 from .bus import BusAddress, open_bus
 from .errors import ConnectionFailed, InputError, NotVerified, Refused, SchemaMismatch
 from .interrupts import postponed
+from .node_clock import TICKS, NodeClock
 from .parameter import AXIS_SHIFT, Parameter, Value
 from .schema import (
     ENVIRONMENT,
@@ -36,6 +38,9 @@ SDO_TIMEOUT_S = 1.0
 LATE_ANSWER_S = 0.2
 """After a transfer that failed, an answer still on the way comes within so long: the next transfer must not take it."""
 STORE_TIMEOUT_S = 5.0
+HEARTBEAT_TIMEOUT_S = 1.0
+HEARTBEATS_OF_NMT = 20
+"""The node takes an NMT command within so many of its heartbeats (1017), or not at all."""
 
 ABORTS: dict[int, str] = {
     0x05030000: "the toggle bit was wrong",
@@ -106,6 +111,7 @@ class Device:
         self.node.sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S
         self.opened_s = time.monotonic()
         self.turns = Turns(address.place, node_id)
+        self.clock = NodeClock(self._ticks)
 
     def __enter__(self) -> Device:
         return self
@@ -305,30 +311,43 @@ class Device:
         data = self.try_upload(0x1018, 4)
         return int.from_bytes(data, "little") if data else 0
 
-    def nmt_state(self, timeout_s: float = 1.0) -> str:
-        """The state that the next heartbeat tells; "unknown" when none comes."""
-        try:
+    def nmt_state(self, timeout_s: float = HEARTBEAT_TIMEOUT_S) -> str:
+        """The state that the next heartbeat tells; "unknown" when none comes within `timeout_s` by the node's clock."""
+        with contextlib.suppress(canopen.nmt.NmtError):
             return str(self.node.nmt.wait_for_heartbeat(timeout_s)).lower()
-        except canopen.nmt.NmtError:
-            return "unknown"
+        try:
+            if self.try_upload(0x1017) in (None, b"\0\0"):
+                return "unknown"  # it sends none
+            begun = self.clock.now()
+            while self.clock.now() - begun < timeout_s:
+                with contextlib.suppress(canopen.nmt.NmtError):
+                    return str(self.node.nmt.wait_for_heartbeat(timeout_s)).lower()
+        except ConnectionFailed:
+            pass  # silent, or stopped and without heartbeat
+        return "unknown"
+
+    def _ticks(self) -> int | None:
+        data = self.try_upload(*TICKS)
+        return None if data is None else int.from_bytes(data, "little")
 
     def pace(self, seconds: float = 0.1) -> float:
-        """Time of the device's clock (3010:1) per our own: about 1, unless it is a simulator that is told otherwise."""
-        if self.try_upload(0x3010, 1) is None:
-            return 1.0
-        start, start_s = self.read_int(0x3010, 1), time.monotonic()
+        """Time of the node's clock per the computer's: about 1, unless it is an emulated board or a simulator."""
+        start, start_s = self.clock.now(), time.monotonic()
         time.sleep(seconds)
-        passed_ms = (self.read_int(0x3010, 1) - start) & 0xFFFFFFFF
-        return 1e-3 * passed_ms / (time.monotonic() - start_s)
+        return (self.clock.now() - start) / (time.monotonic() - start_s)
 
-    def set_nmt(self, state: str, timeout_s: float = 2.0) -> None:
+    def set_nmt(self, state: str) -> None:
         """Commands an NMT state and waits until a heartbeat tells it."""
         self.node.nmt.send_command({"operational": 0x01, "stopped": 0x02, "pre-operational": 0x80}[state])
-        deadline = time.monotonic() + timeout_s
-        while time.monotonic() < deadline:
-            if self.nmt_state(deadline - time.monotonic()) == state:
+        for _ in range(HEARTBEATS_OF_NMT):
+            told = self.nmt_state()
+            if told == state:
                 return
-        raise ConnectionFailed(f"node {self.node_id} does not become {state} within {timeout_s:g} s.")
+            if told == "unknown":
+                raise ConnectionFailed(
+                    f"node {self.node_id} was told to become {state}, but sends no heartbeat that would tell it: is 1017 0?"
+                )
+        raise ConnectionFailed(f"node {self.node_id} does not become {state} within {HEARTBEATS_OF_NMT} of its heartbeats.")
 
     def fingerprint(self) -> int:
         """The schema's hash, or one of our own when the file has none."""

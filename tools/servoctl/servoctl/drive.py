@@ -1,6 +1,6 @@
 """One axis as a CiA 402 drive, commanded by SDO: power states, modes and targets.
 
-Needs no PDO and disturbs no PDO mapping; a transition takes a few ms.
+Needs no PDO and disturbs no PDO mapping; a transition takes a few ms. All times are by the node's clock.
 """
 
 from __future__ import annotations
@@ -120,14 +120,15 @@ class Drive:
         """To operation enabled, step by step; the node is made operational for it."""
         if self.device.nmt_state() != "operational":
             self.device.set_nmt("operational")
-        deadline = time.monotonic() + TRANSITION_TIMEOUT_S
+        clock = self.device.clock
+        deadline = clock.now() + TRANSITION_TIMEOUT_S
         while (state := self.state()) != power.ENABLED:
             if state in (power.FAULT, "fault reaction active"):
                 raise MotionError(
                     f"{self.name} has a fault (603F = {self.error_code():04X}): 'servoctl faults' tells more,"
                     f" 'servoctl state {self.name} reset' resets it."
                 )
-            if time.monotonic() > deadline:
+            if clock.now() > deadline:
                 raise MotionError(f"{self.name} stays in '{state}': is its supply there?")
             if state in power.NEXT_COMMAND:
                 self.control(power.NEXT_COMMAND[state])
@@ -155,9 +156,9 @@ class Drive:
         if self.state() == "fault reaction active":  # deaf to it; a shorted motor brakes for 2 s
             self._wait_for_states((power.FAULT,), STOP_TIMEOUT_S)
         self.control(0)
-        time.sleep(0.01)
+        self.device.clock.sleep(0.01)
         self.control(power.FAULT_RESET)
-        time.sleep(0.05)
+        self.device.clock.sleep(0.05)
         self.control(0)
         self._wait_for_states(
             tuple(
@@ -170,10 +171,10 @@ class Drive:
 
     def wait_for_standstill(self, timeout_s: float = STOP_TIMEOUT_S) -> None:
         """Until the rate has been near zero for `STANDSTILL_S`; raises MotionError."""
-        deadline = time.monotonic() + timeout_s
+        deadline = self.device.clock.now() + timeout_s
         still_since: float | None = None
         while True:
-            now = time.monotonic()
+            now = self.device.clock.now()
             if abs(self.rate()) > STANDSTILL_RAD_S:
                 still_since = None
             elif still_since is None:
@@ -186,9 +187,9 @@ class Drive:
 
     def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
         """Until a condition holds; raises MotionError "does not <what>"."""
-        deadline = time.monotonic() + timeout_s
+        deadline = self.device.clock.now() + timeout_s
         while not condition():
-            if time.monotonic() > deadline:
+            if self.device.clock.now() > deadline:
                 raise MotionError(f"{self.name} does not {what} within {timeout_s:g} s; it is in '{self.state()}'.")
             time.sleep(POLL_S)
 

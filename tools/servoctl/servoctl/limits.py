@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from .drive import Drive
 from .errors import InputError, MotionError
 from .node_limits import read_limits
-from .stream import RateStream
+from .stream import TICK_S, RateStream
 from .units import degrees, radians
 
 OVERSPEED = 2.0
@@ -96,20 +95,20 @@ class Guard:
         self._stream = stream
         self._limits = limits
         self._travel_rad = 0.0
-        self._last_s = time.monotonic()
+        self._last_tick = 0
 
     def look(self) -> None:
         """Call every few ms."""
         self._stream.check_alive()
         rate = self._stream.latest()
-        now = time.monotonic()
+        tick = self._stream.ticks()
         if rate is not None:
-            self._travel_rad += rate * (now - self._last_s)
+            self._travel_rad += rate * (tick - self._last_tick) * TICK_S
             if not abs(rate) <= OVERSPEED * self._limits.rate_rad_s:
                 raise MotionError(f"the axis moves at {degrees(rate):.3g} °/s, far more than asked for.")
             if not abs(self._travel_rad) <= 1.2 * self._limits.travel_rad:
                 raise MotionError(f"the axis has travelled {degrees(self._travel_rad):.3g}°, more than allowed.")
-        self._last_s = now
+        self._last_tick = tick
 
 
 def span(rates_rad_s: np.ndarray[tuple[int], np.dtype[np.float64]], period_s: float) -> tuple[float, float]:

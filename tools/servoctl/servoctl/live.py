@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from types import TracebackType
 
 import can
@@ -174,18 +173,3 @@ class LiveAxis:
         finally:
             if drive.state() not in (power.FAULT, "fault reaction active"):
                 drive.disable()
-
-
-def pace(period_s: float, duration_s: float) -> Iterator[float]:
-    """Gives the time since the start, s, every `period_s` until `duration_s`; late ones are left out, not caught up."""
-    start = time.perf_counter()
-    next_s = 0.0
-    while True:
-        now = time.perf_counter() - start
-        if now < next_s:
-            time.sleep(next_s - now)
-            now = time.perf_counter() - start
-        if now >= duration_s:
-            return
-        yield now
-        next_s = (int(now / period_s) + 1) * period_s

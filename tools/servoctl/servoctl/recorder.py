@@ -130,8 +130,6 @@ class TickGatherer:
 class TickRecorder(BorrowedStream):
     """Records every tick of one axis."""
 
-    silent_s = 0.5
-
     def __init__(self, device: Device, axis: int) -> None:
         self._shift = AXIS_SHIFT * axis
         self._gatherer = TickGatherer()
@@ -149,7 +147,8 @@ class TickRecorder(BorrowedStream):
             loan.take(identifier, objects, event_ms=1)
 
     def _take(self, which: int, data: bytes, timestamp_s: float) -> None:
-        self._gatherer.take(which, data)
+        if len(data) == 8:
+            self._gatherer.take(which, data)
 
     def _forget(self) -> None:
         self._gatherer = TickGatherer()

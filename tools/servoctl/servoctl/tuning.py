@@ -60,7 +60,7 @@ def command_set(device: Device, axis: int, command: int) -> None:
         raise Refused(
             f"{name}: the set was not taken, the old one stays in force: {error}{hint}", error.abort
         ) from error
-    deadline = time.monotonic() + APPLY_TIMEOUT_S
+    deadline = device.clock.now() + APPLY_TIMEOUT_S
     while True:
         state = set_state(device, axis)
         if state is None or (not state.staged_differs and (command != APPLY or state.result == 0)):
@@ -68,7 +68,7 @@ def command_set(device: Device, axis: int, command: int) -> None:
         if command == APPLY and state.result != 0:
             reason = RESULTS.get(state.result, f"result {state.result}")
             raise Refused(f"{name}: the set was not taken, the old one stays in force: {reason}.")
-        if time.monotonic() > deadline:
+        if device.clock.now() > deadline:
             raise NotVerified(f"{name}: the set is not in force {APPLY_TIMEOUT_S:g} s after the command.")
         time.sleep(0.005)
 

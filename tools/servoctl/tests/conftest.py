@@ -1,7 +1,9 @@
-"""A simulated servo (sim_host serve) in a process of its own, and servoctl in others, as users run it.
+"""A servo in a process of its own, and servoctl in others, as users run it.
 
-SIM_HOST, PARAMETERS_JSON, CANOPEN_TEST_NODE and PRINT_TEST_EDS name the built programs and files; without them those of
-build/host are used. The folder for journals is a new one in every test.
+SERVOCTL_TEST_DEVICE says what the servo is: `sim`, the simulator (sim_host serve), or `image`, the image that is flashed,
+on the emulated board (emulate_board). The tests are the same. SIM_HOST, EMULATE_BOARD, TARGET_IMAGE, PARAMETERS_JSON,
+CANOPEN_TEST_NODE and PRINT_TEST_EDS name the built programs and files; without them those of build/host and
+build/stm32g474 are used. The folder for journals is a new one in every test.
 """
 
 from __future__ import annotations
@@ -25,10 +27,31 @@ from servoctl.cli import main
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGE = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "host"
+DEVICE = os.environ.get("SERVOCTL_TEST_DEVICE", "sim")
 SIM_HOST = os.environ.get("SIM_HOST", str(BUILD / "bin" / "sim_host"))
+EMULATE_BOARD = os.environ.get("EMULATE_BOARD", str(BUILD / "bin" / "emulate_board"))
+IMAGE = os.environ.get("TARGET_IMAGE", str(ROOT / "build" / "stm32g474" / "bin" / "trackservo.bin"))
+SERVERS = {"sim": [SIM_HOST, "serve"], "image": [EMULATE_BOARD, IMAGE]}
+FAST = {"sim": "8", "image": "3"}
+"""Times real time, for tests that need no set-points from the computer; what one core can emulate."""
+SIMULATOR_ONLY = {
+    "test_tune_and_bode_refuse_a_simulator_that_is_faster_than_real_time": (
+        "how fast the board is emulated is up to the computer; the rule itself is tried by"
+        " test_set_points_are_refused_to_a_node_that_stays_faster_than_real_time"
+    ),
+}
+"""Tests that the image does not run, and why; docs/emulator.md lists them, too."""
 PARAMETERS = Path(os.environ.get("PARAMETERS_JSON", str(BUILD / "share" / "trackservo" / "parameters.json")))
 TEST_NODE = os.environ.get("CANOPEN_TEST_NODE", str(BUILD / "bin" / "canopen_test_node"))
 PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_test_eds"))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
+    """On the image: all tests but those listed."""
+    for item in items:
+        reason = SIMULATOR_ONLY.get(item.originalname)
+        if DEVICE == "image" and reason:
+            item.add_marker(pytest.mark.skip(reason=reason))
 
 
 @dataclass(frozen=True)
@@ -107,22 +130,34 @@ class Bench:
         return self.json("get", name)[0]["value"]
 
 
-@pytest.fixture(scope="session")
-def served() -> Iterator[str]:
-    """The address of a simulated servo."""
+@contextlib.contextmanager
+def serving(speed: str = "1") -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """A servo that has started, `speed` times real time: its address, its process."""
+    if DEVICE not in SERVERS:
+        pytest.exit(f"SERVOCTL_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.", returncode=4)
     process = subprocess.Popen(
-        [SIM_HOST, "serve", "--until-stdin-ends", "--bus", "slcan-tcp:0"],
+        [*SERVERS[DEVICE], "--until-stdin-ends", "--bus", "slcan-tcp:0", "--speed", speed],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None and process.stdin is not None
-    yield process.stdout.readline().strip()
+    address, told = (process.stdout.readline().strip() for _ in range(2))
+    assert told == "ready", f"{SERVERS[DEVICE]} says: {address} {told}"
+    yield address, process
     process.stdin.close()
-    assert process.wait(timeout=10) == 0
+    process.wait(timeout=10)
+
+
+@pytest.fixture(scope="session")
+def served() -> Iterator[str]:
+    """The address of a servo in real time."""
+    with serving() as (address, process):
+        yield address
+    assert process.returncode == 0  # else the image has broken the chip's rules, too
 
 
 @pytest.fixture
 def servo(served: str, tmp_path: Path) -> Bench:
-    """servoctl at the simulated servo, both axes disabled and without fault."""
+    """servoctl at the servo, both axes disabled and without fault."""
     bench = Bench(served, tmp_path)
     for axis in ("azimuth", "pitch"):
         bench.here("undo", "--staged", "--axis", axis)

@@ -13,7 +13,6 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +21,11 @@ import pytest
 
 from servoctl.friction_curves import read_columns
 
-from .conftest import BUILD, SIM_HOST, Bench
+from .conftest import BUILD, DEVICE, FAST, Bench, serving
 
 IDENTIFY = Path(os.environ.get("IDENTIFY_PROGRAM", str(BUILD / "bin" / "identify")))
 SHORT = Path(__file__).with_name("short_identify.py")
 PROGRAMS = {"TRACKSERVO_IDENTIFY": str(SHORT), "IDENTIFY_PROGRAM": str(IDENTIFY)}
-PACE = "8"
 BORROWED = (
     *(f"0x180{n}:{sub}" for n in (1, 2, 3) for sub in (1, 2, 3, 5)),
     *(f"0x1A0{n}:{sub}" for n in (1, 2, 3) for sub in (0, 1, 2)),
@@ -42,19 +40,6 @@ TRUE = {"coulomb": 6.0, "stribeck_speed_positive": 5.2e-3, "stiffness": 30000.0,
 Eventually = Callable[[Callable[[], bool], float], None]
 
 
-@contextmanager
-def serving() -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """A simulated servo that is faster than real time: its address, its process."""
-    process = subprocess.Popen(
-        [SIM_HOST, "serve", "--until-stdin-ends", "--bus", "slcan-tcp:0", "--speed", PACE],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    assert process.stdout is not None and process.stdin is not None
-    yield process.stdout.readline().strip(), process
-    process.stdin.close()
-    process.wait(timeout=10)
-
-
 def with_short_programmes(bus: str, folder: Path) -> Bench:
     bench = Bench(bus, folder)
     bench.environment |= PROGRAMS
@@ -67,7 +52,7 @@ def machine(tmp_path: Path) -> Iterator[Bench]:
 
     Of its own because an idle one takes as much of the computer, which tests in real time need beside it.
     """
-    with serving() as (bus, process):
+    with serving(FAST[DEVICE]) as (bus, process):
         yield with_short_programmes(bus, tmp_path)
     assert process.returncode == 0
 
@@ -187,7 +172,7 @@ def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> 
 
 
 def test_a_bus_that_goes_away_is_told_in_one_sentence(tmp_path: Path, eventually: Eventually) -> None:
-    with serving() as (bus, process):
+    with serving(FAST[DEVICE]) as (bus, process):
         machine = with_short_programmes(bus, tmp_path)
         machine.environment["SHORT_FAULT"] = "long"
         running = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
@@ -204,7 +189,7 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Be
     eventually(lambda: experiment_runs(machine), 30)
     process.kill()
     process.wait()
-    eventually(lambda: axis_state(machine)["state"] == "fault" and abs(axis_state(machine)["rate_deg_s"]) < 0.1, 6.0)
+    eventually(lambda: axis_state(machine)["state"] == "fault" and abs(axis_state(machine)["rate_deg_s"]) < 0.1, 15.0)
     for axis in ("azimuth", "pitch"):
         machine.json("state", axis, "reset")
     machine.environment["SHORT_FAULT"] = "too fast"
@@ -387,7 +372,7 @@ def test_tune_and_bode_refuse_a_simulator_that_is_faster_than_real_time(machine:
     gains = machine.json("get")
     for words in (TUNE, ("bode", "azimuth")):
         refused = machine(*words, "--yes")
-        assert refused.code == 6 and "--speed realtime" in refused.err
+        assert refused.code == 6 and "--speed 1" in refused.err
     assert machine.json("get") == gains
 
 

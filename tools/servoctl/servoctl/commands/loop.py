@@ -31,7 +31,8 @@ from ..stream import TICK_S
 from ..units import degrees
 from .motion import run_rates
 
-SETPOINT_PERIOD_S = 0.002
+SETPOINT_TICKS = 2
+SETPOINT_PERIOD_S = SETPOINT_TICKS * TICK_S
 WARM_UP_S = 1.0
 LEAST_LINES = 3
 
@@ -109,10 +110,8 @@ def measure_loop(
 ) -> MeasuredLoop:
     """Moves the axis, the other one held if `hold_other`; raises MotionError when noise hides too much."""
     gains = read_gains(device, AXES.index(axis))
-    interpolation_ms = round(SETPOINT_PERIOD_S / TICK_S)
-    demand, answer, lost = run_rates(
-        session, device, axis, stimulus.rates(), interpolation_ms, SETPOINT_PERIOD_S, limits, what, hold_other
-    )
+    run = run_rates(session, device, axis, stimulus.rates(), SETPOINT_TICKS, limits, what, hold_other)
+    demand, answer, lost = run.demand, run.answer, run.lost
     skip = int((WARM_UP_S + 0.05) / TICK_S)
     if (len(demand) - skip) * TICK_S < 2 * stimulus.sine.period_s:
         raise MotionError(f"{lost} samples were lost, so that less than two periods are left: more --periods help.")

@@ -11,7 +11,7 @@ from ..device import Device
 from ..drive import Drive
 from ..errors import InputError, MotionError
 from ..limits import Limits, Plan
-from ..live import LiveAxis, pace
+from ..live import LiveAxis
 from ..parameter import AXES
 from ..session import Session, common
 from ..units import degrees, radians
@@ -83,7 +83,7 @@ def _run_at_rate(session: Session, device: Device, axis: str, rate: float, durat
     with LiveAxis(device, AXES.index(axis), power.PROFILE_VELOCITY) as live, session.out.progress() as bar:
         task = bar.add_task(f"{axis} runs", total=duration)
         live.drive.set_target_rate(rate)
-        for now in pace(0.05, duration):
+        for now in device.clock.every(0.05, duration):
             live.check_enabled()
             bar.update(task, completed=now)
 
@@ -95,11 +95,11 @@ def _go_to(session: Session, device: Device, axis: str, target: float, rate: flo
         task = bar.add_task(f"{axis} moves", total=1.0)
         start = drive.position()
         drive.start_to(target, rate)
-        deadline = time.monotonic() + 2.0 * expected_s + 5.0
+        deadline = device.clock.now() + 2.0 * expected_s + 5.0
         while not live.check_enabled() & power.TARGET_REACHED:
             done = abs(drive.position() - start) / max(abs(target - start), 1e-9)
             bar.update(task, completed=min(done, 1.0))
-            if time.monotonic() > deadline:
+            if device.clock.now() > deadline:
                 raise MotionError(f"{axis} has not reached its target after {2.0 * expected_s + 5.0:.0f} s.")
             time.sleep(0.02)
         return drive.position()

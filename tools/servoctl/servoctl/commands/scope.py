@@ -135,14 +135,17 @@ def _window(result: recorder.Capture, wanted: int, before: int) -> slice:
 def _wait_and_read(
     session: Session, device: Device, after: int, all_after: int, divider: int, timeout: float, auto: bool
 ) -> bytes:
-    """Waits for the trigger and for the frames wanted after it, ends the capture then, and reads it."""
-    begun = time.monotonic()
+    """Waits for the trigger and for the frames wanted after it, ends the capture then, and reads it.
+
+    All times are by the node's clock.
+    """
+    begun = device.clock.now()
     triggered: float | None = None
     with session.out.progress() as bar:
         task = bar.add_task("waiting for the trigger", total=after * divider / 1000.0)
         while True:
             phase = device.read_int(recorder.SET_UP, recorder.STATE)
-            now = time.monotonic()
+            now = device.clock.now()
             if phase == recorder.DONE:
                 break
             if phase == recorder.DONE - 1:

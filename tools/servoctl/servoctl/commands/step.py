@@ -20,7 +20,7 @@ from .quantity import DURATION, RATE
 
 Real = NDArray[np.float64]
 
-SETPOINT_PERIOD_S = 0.004
+SETPOINT_TICKS = 4
 BEFORE_STEP_S = 0.15
 
 
@@ -58,14 +58,17 @@ def step(
     with session.connect() as device:
         if not announce(session, plan, limits, device, dry_run, yes):
             return
-        demand, answer, lost = run_rates(session, device, axis, rates, 1, SETPOINT_PERIOD_S, limits, "step")
+        run = run_rates(session, device, axis, rates, SETPOINT_TICKS, limits, "step", interpolation=1)
+    demand, answer, lost = run.demand, run.answer, run.lost
     records = _cut_steps(demand, answer, hold)
+    told = f"the latest set-point left {run.late} ms late by the node's clock, {lost} samples were lost"
     if not records:
         raise MotionError(
-            "the axis' demand did not step as told: this computer was late by more than 20 ms; run it again."
+            f"the axis' demand (606B) did not step and hold as told: {told}. Run it again with less else on the bus and on"
+            " this computer."
         )
     if len(records) < len(signs):
-        session.out.note(f"only {len(records)} of {len(signs)} steps came through undisturbed; run it again.")
+        session.out.note(f"only {len(records)} of {len(signs)} steps came through undisturbed ({told}); run it again.")
     path = new_path(folder, "step", axis)
     from ..plots import plot_steps, write_csv
 

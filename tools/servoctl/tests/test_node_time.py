@@ -1,0 +1,132 @@
+"""servoctl keeps the node's time: on a node that is slower or faster than real time the same comes out.
+
+And set-points that do not arrive are told as what they are: not heard by the node.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from servoctl.commands.motion import FASTEST_PACE, check_pace
+from servoctl.device import Device
+from servoctl.errors import MotionError
+from servoctl.node_clock import NodeClock
+from servoctl.stream import RateStream, SampleGatherer
+
+from .conftest import DEVICE, FAST, Bench, serving
+
+SLOW = "0.2"
+
+
+class FakeNode:
+    """Ticks that go on by `step` with each reading."""
+
+    def __init__(self, first: int, step: int) -> None:
+        self.ticks, self.step = first, step
+
+    def read(self) -> int:
+        self.ticks = (self.ticks + self.step) % (1 << 32)
+        return self.ticks
+
+
+def test_the_clock_goes_on_over_the_wrap_of_the_counter_and_over_a_reset() -> None:
+    node = FakeNode((1 << 32) - 1500, 1000)
+    clock = NodeClock(node.read)
+    begun = clock.now()
+    assert [clock.now() - begun for _ in range(3)] == pytest.approx([1.0, 2.0, 3.0])
+    node.ticks = -980  # it has started again 20 ms ago
+    assert clock.now() - begun == pytest.approx(3.02)
+
+
+def test_a_sleep_and_a_pace_last_by_the_nodes_clock() -> None:
+    slow = NodeClock(FakeNode(0, 1).read)
+    begun = slow.now()
+    slow.sleep(0.01)
+    assert 0.01 <= slow.now() - begun < 0.013
+    fast = NodeClock(FakeNode(0, 300).read)
+    times = list(fast.every(0.5, 3.0))
+    assert times[-1] < 3.0 and all(later - earlier >= 0.3 for earlier, later in zip(times, times[1:], strict=False))
+
+
+def test_a_node_without_a_tick_counter_keeps_the_computers_time() -> None:
+    clock = NodeClock(lambda: None)
+    begun = clock.now()
+    clock.sleep(0.02)
+    assert 0.02 <= clock.now() - begun < 2.0
+
+
+def sample(number: int) -> bytes:
+    return struct.pack("<ii", number, number)
+
+
+def gathered(lost: set[int], lost_clocks: set[int], first: int = 0) -> SampleGatherer:
+    """Of 100 ticks, of which each tenth tells its number."""
+    found = SampleGatherer()
+    for tick in range(100):
+        if tick not in lost:
+            found.take_sample(sample(tick))
+        if tick % 10 == 9 and tick not in lost_clocks:
+            found.take_clock((first + tick) % (1 << 32))
+    return found
+
+
+@pytest.mark.parametrize("first", [0, (1 << 32) - 50])
+def test_samples_that_are_lost_are_counted_by_the_nodes_ticks(first: int) -> None:
+    whole = gathered(set(), set(), first)
+    assert (len(whole.frames), whole.lost, whole.ticks) == (90, 0, 90)  # from the first tick that was told
+    some = gathered({12, 13, 14, 55}, {59, 69}, first)
+    assert (len(some.frames), some.lost, some.ticks) == (86, 4, 90)
+    assert SampleGatherer().ticks == -1
+
+
+class FakeDevice:
+    def __init__(self, paces: list[float]) -> None:
+        self.paces = paces
+
+    def pace(self, _seconds: float) -> float:
+        return self.paces.pop(0)
+
+
+def test_set_points_are_refused_to_a_node_that_stays_faster_than_real_time() -> None:
+    check_pace(cast(Device, FakeDevice([1.0])))
+    check_pace(cast(Device, FakeDevice([2 * FASTEST_PACE, 1.0])))  # it made up for a stall
+    with pytest.raises(MotionError, match="8.0 times as fast.*--speed 1"):
+        check_pace(cast(Device, FakeDevice([7.0, 8.0])))
+
+
+@pytest.fixture(params=[SLOW, FAST[DEVICE]])
+def other_pace(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Bench]:
+    with serving(request.param) as (bus, _):
+        yield Bench(bus, tmp_path)
+
+
+def test_a_motion_lasts_as_long_as_told_by_the_nodes_clock(other_pace: Bench) -> None:
+    moved = other_pace.json("move", "azimuth", "--rate", "2", "--for", "2", "--yes")
+    assert moved["to_deg"] - moved["from_deg"] == pytest.approx(4.0, abs=1.5)
+
+
+def test_a_step_on_a_node_five_times_slower_than_the_computer_is_the_same(tmp_path: Path) -> None:
+    with serving(SLOW) as (bus, _):
+        found = Bench(bus, tmp_path).json("step", "azimuth", "--hold", "0.4", "--yes")
+    assert [s["direction"] for s in found["steps"]] == ["forward", "backward"]
+    for step in found["steps"]:
+        assert 0.001 < step["rise_s"] < 0.1 and step["settling_s"] < 0.2
+
+
+@pytest.mark.parametrize("words", [("step", "--hold", "0.3"), ("bode", "--periods", "2")])
+def test_set_points_that_are_not_heard_are_told_with_their_identifier(
+    servo: Bench, monkeypatch: pytest.MonkeyPatch, words: tuple[Any, ...]
+) -> None:
+    before = servo.json("state", "azimuth")["axes"][0]["position_deg"]
+    with monkeypatch.context() as patch:
+        patch.setattr(RateStream, "_send", lambda _stream, _counts: None)
+        refused = servo.here(words[0], "azimuth", *words[1:], "--yes")
+    assert refused.code == 6 and refused.err.count("\n") == 1, refused
+    assert "node 1 does not hear identifier 684" in refused.err and "late" not in refused.err
+    state = servo.json("state", "azimuth")["axes"][0]
+    assert state["state"] == "switch on disabled" and abs(state["position_deg"] - before) < 1.0
