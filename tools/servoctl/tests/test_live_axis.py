@@ -118,7 +118,7 @@ def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_list
     before = borrowed(servo)
     monitor = servo.start("monitor", "--for", "15", "--json")
     found = servo.json("bode", "azimuth", "--periods", "3", "--yes")
-    out, _ = monitor.communicate(timeout=30)
+    out, _ = monitor.communicate(timeout=60)
     assert found["phase_margin_deg"] == pytest.approx(50, abs=5)
     assert found["crossover_hz"] == pytest.approx(50, abs=6)
     assert found["gain_margin_db"] == pytest.approx(12.5, abs=2)
@@ -143,7 +143,7 @@ def test_interrupting_stops_the_axis_and_puts_all_back(
     process = servo.start("bode", "azimuth", "--yes")
     eventually(lambda: slides(servo), 20.0)
     process.send_signal(number)
-    assert process.wait(timeout=20) == code
+    assert process.wait(timeout=60) == code
     assert axis(servo)["state"] == "switch on disabled"
     eventually(lambda: at_rest(servo), 20.0)
     assert borrowed(servo) == before
@@ -174,7 +174,7 @@ def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench) -> None:
         "--for", "0.5", "--json",
     )  # fmt: skip
     moved = servo.json("move", "azimuth", "--rate", "1", "--for", "3", "--yes")
-    out, err = scope.communicate(timeout=30)
+    out, err = scope.communicate(timeout=60)
     assert scope.returncode == 0, err
     found = json.loads(out)
     assert found["triggered"] and found["frames"] == 500
