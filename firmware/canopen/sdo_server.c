@@ -72,6 +72,25 @@ void sdo_server_put_multiplexer(sdo_server *server) {
   server->reply[3] = server->sub;
 }
 
+static bool is_segmented_download(const uint8_t *request) {
+  return request[0] >> 5 == SDO_CCS_DOWNLOAD && (request[0] & EXPEDITED) == 0;
+}
+
+/* An answer to a download names its object, but few clients look: one whose request is not carried out can have taken
+ * the other's confirmation for its own, and have a segment on its way. */
+static void refuse(sdo_server *server, const uint8_t *request) {
+  if (is_segmented_download(request)) {
+    server->quiet_ms = SDO_QUIET_MS;
+  }
+}
+
+static void drop_held_request(sdo_server *server) {
+  if (server->request_held) {
+    refuse(server, server->held_request);
+  }
+  server->request_held = false;
+}
+
 /* Requests that do not continue the transfer can come from another client, which sees this abort, too. */
 static bool is_out_of_turn(od_abort code) {
   return code == OD_TOGGLE || code == OD_BAD_COMMAND || code == OD_BAD_SEQUENCE || code == OD_NOT_TRANSFERRED;
@@ -80,7 +99,7 @@ static bool is_out_of_turn(od_abort code) {
 void sdo_server_abort(sdo_server *server, od_abort code) {
   if (is_out_of_turn(code)) {
     break_off(server);
-    server->request_held = false;
+    drop_held_request(server);
   }
   end_transfer(server);
   sdo_server_answer(server, ABORT);
@@ -149,6 +168,7 @@ static void download_initiate(sdo_server *server, const uint8_t *request) {
     size = expedited ? 4u - (command >> 2 & 3u) : sdo_get_u32(&request[4]);
   }
   if (!sdo_server_open(server, request, true, size)) {
+    refuse(server, request);
     return;
   }
   if (!expedited) {
@@ -277,7 +297,7 @@ static bool is_initiate(const uint8_t *request) {
 static bool takes_several_requests(const sdo_server *server, const uint8_t *request) {
   const uint8_t specifier = request[0] >> 5;
   if (specifier == SDO_CCS_DOWNLOAD) {
-    return (request[0] & EXPEDITED) == 0;
+    return is_segmented_download(request);
   }
   od_object object;
   const uint16_t index = (uint16_t)(request[1] | request[2] << 8);
@@ -311,6 +331,7 @@ static void begin_or_hold(sdo_server *server, const uint8_t *request) {
   } else { /* two clients want one: neither gets it, and both see that */
     take_multiplexer(server, request);
     sdo_server_abort(server, OD_NOT_TRANSFERRED);
+    refuse(server, request);
   }
 }
 
@@ -332,15 +353,21 @@ static void receive_initiate(sdo_server *server, const uint8_t *request) {
   }
 }
 
-/* An abort that names another object than that of the transfer can be of another client. */
+/* An abort that names another object than that of the transfer can be of another client. Whoever waits for an answer
+ * meanwhile gets one: it would take the next that comes, for something else, for its own. */
 static void receive_abort(sdo_server *server, const uint8_t *request) {
   const bool own = server->index == (uint16_t)(request[1] | request[2] << 8) && server->sub == request[3];
-  if (own) {
+  const bool awaited = !own && server->reply_waiting && server->state != SDO_BLOCK_UPLOADING;
+  if (own && !server->request_held) {
     end_transfer(server);
+  } else if (server->request_held) {
+    take_multiplexer(server, server->held_request);
+    sdo_server_abort(server, OD_NOT_TRANSFERRED);
+  } else if (awaited) {
+    sdo_server_abort(server, OD_NOT_TRANSFERRED);
   } else {
     break_off(server);
   }
-  server->request_held = false;
 }
 
 void sdo_server_receive(sdo_server *server, const uint8_t request[SDO_BYTES]) {

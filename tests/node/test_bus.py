@@ -161,7 +161,7 @@ def test_two_clients_at_once_one_only_listening(served, node, azimuth, connect):
 def test_two_clients_at_once_each_with_an_axis(connect, azimuth, pitch):
     other = connect()
     azimuth.turn(1.0, settle_s=0)
-    # The node has one SDO server, so the second client knows the mapping from the EDS and keeps to PDOs.
+    # Both have one SDO channel, so the second client knows the mapping from the EDS and keeps to PDOs.
     other.rpdo.read(from_od=True)
     other.rpdo[2]["Pitch Modes of operation"].raw = PV
     for controlword in (6, 7, 15):

@@ -71,9 +71,10 @@ static bool is_open_as_its_state_says(void) {
 }
 
 static void say(const uint8_t request[SDO_BYTES]) {
+  const bool held = SERVER->request_held; /* whoever waits is told */
   sdo_server_receive(SERVER, request);
   expect(is_open_as_its_state_says());
-  expect(request[0] != 0x80 || SERVER->state == SDO_BLOCK_DOWNLOADING || !SERVER->reply_waiting);
+  expect(request[0] != 0x80 || SERVER->state == SDO_BLOCK_DOWNLOADING || held || !SERVER->reply_waiting);
   for (uint32_t i = 0; i < 3; ++i) {
     const uint8_t *answer = sdo_server_outgoing(SERVER);
     if (answer == NULL) {
