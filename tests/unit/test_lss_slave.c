@@ -267,7 +267,7 @@ static void test_the_bit_rate_changes_between_two_times_of_silence(void) {
   const uint16_t delay_ms = 300;
   switch_to(CONFIGURATION);
   (void)error_of(0x13, 0, 3);
-  TEST_ASSERT_EQUAL_HEX8(NO_ANSWER, ask(0x15, (uint8_t)delay_ms, delay_ms >> 8));
+  TEST_ASSERT_EQUAL_HEX8(NO_ANSWER, ask(0x15, (uint8_t)delay_ms, (uint8_t)(delay_ms >> 8)));
   uint32_t before = 0, after = 0;
   for (uint32_t ms = 0; lss_slave_is_silent(&slave); ++ms) {
     TEST_ASSERT_TRUE(ms < 10000);
