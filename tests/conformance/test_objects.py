@@ -91,3 +91,30 @@ def test_6086_names_a_ramp_that_is_there_and_refuses_others(master, shift):
     master.write(0x6086 + shift, 0, kind, 2)
     assert master.sdo_abort(0x6086 + shift, 0, (0x7FFF).to_bytes(2, "little")) in (0x06090030, 0x06090031)
     assert master.number(0x6086 + shift) == kind
+
+
+def test_1201_gives_a_second_client_a_channel_of_its_own(master):
+    """Both channels upload the same long object at once, segment by segment, each with its own answers."""
+    request = master.number(0x1201, 1) & 0x7FF
+    answer = master.number(0x1201, 2) & 0x7FF
+    if master.number(0x1201, 1) & 0x80000000:
+        request, answer = 0x6A0, 0x6A1
+        master.write(0x1201, 1, request, 4)
+        master.write(0x1201, 2, answer, 4)
+    expected = master.node.sdo.upload(0x1008, 0)
+    master.forget()
+    texts = {0x600 + NODE_ID: b"", request: b""}
+    answers = {0x600 + NODE_ID: 0x580 + NODE_ID, request: answer}
+
+    def exchange(identifier, *data):
+        before = len(master.heard(answers[identifier]))
+        master.send(identifier, *bytes(data).ljust(8, b"\0"))
+        return master.wait_for(answers[identifier], before + 1)[before]
+
+    for identifier in texts:
+        assert exchange(identifier, 0x40, 0x08, 0x10, 0)[0] == 0x41
+    for toggle in (0x60, 0x70):
+        for identifier in texts:
+            got = exchange(identifier, toggle)
+            texts[identifier] += got[1 : 8 - (got[0] >> 1 & 7)]
+    assert set(texts.values()) == {expected}

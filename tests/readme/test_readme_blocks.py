@@ -1,8 +1,13 @@
 """What counts as a command of the README, and what its marks may say."""
 
+from pathlib import Path
+
 import pytest
 
 from readme_blocks import Kind, ReadmeError, blocks_of
+
+README = Path(__file__).resolve().parents[2] / "README.md"
+
 
 def test_every_sh_block_is_found_and_no_other():
     text = "# T\n## One\n```sh\n./a\n```\n```text\nno command\n```\n## Two\n```sh\n./b --c \\\n  d\n# a comment\n./e\n```\n"
@@ -36,3 +41,9 @@ def test_only_the_test_itself_is_run_otherwise_than_printed():
 def test_a_mark_that_is_not_understood_or_belongs_to_nothing_is_refused(text):
     with pytest.raises(ReadmeError, match="line"):
         blocks_of(text)
+
+
+def test_the_readme_itself_can_be_run():
+    blocks = blocks_of(README.read_text())
+    assert blocks[0].commands == ("./tools/demo",)
+    assert {Kind.FOREGROUND, Kind.BACKGROUND, Kind.HARDWARE, Kind.INSTEAD} == {block.kind for block in blocks}

@@ -7,6 +7,7 @@ import re
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
@@ -56,6 +57,16 @@ class Outline(HTMLParser):
     def handle_data(self, data: str) -> None:
         if self._script:
             self.scripts[self._script] = self.scripts.get(self._script, "") + data
+
+
+def test_the_picture_stands_alone_as_a_file(folder: Path, tmp_path: Path) -> None:
+    """What the README shows is the picture of the first screen, with its own style."""
+    file = tmp_path / "images" / "picture.svg"
+    assert main([str(folder), "--picture", str(file)]) == 0
+    picture = ElementTree.parse(file).getroot()
+    assert picture.tag.endswith("}svg") and picture.get("width") == str(WIDTH)
+    assert len(picture.findall(".//{http://www.w3.org/2000/svg}polyline")) == 3
+    assert "var(--" not in file.read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .load import InputError, load_results
 from .markdown import update_document
-from .page import write_page
+from .page import write_page, write_picture
 from .terminal import make_console, print_results
 
 
@@ -19,6 +19,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--update", type=Path, nargs="+", default=[], metavar="FILE", help="also renew the marked tables of these documents"
     )
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="also write the picture of the first screen as an SVG file")
     options = parser.parse_args(arguments)
     folder: Path = options.folder
     page = folder / "report.html"
@@ -27,6 +28,8 @@ def main(arguments: list[str] | None = None) -> int:
         write_page(results, page)
         for document in options.update:
             update_document(results, document)
+        if options.picture is not None:
+            write_picture(results, options.picture)
     except InputError as error:
         print(f"trackservo_report: {error}", file=sys.stderr)
         return 2

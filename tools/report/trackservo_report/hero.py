@@ -82,6 +82,21 @@ def hero(results: Results, items: list[Comparison]) -> Hero | None:
     return Hero("\n".join(parts), caption)
 
 
+_ALONE = (
+    "text{font:13px sans-serif;fill:#667083} text.name{fill:#1d2430} text.curve{font-size:15px;font-weight:600;fill:#1d2430} "
+    ".grid{stroke:#e9ebee} .set{stroke:#1d2430;stroke-width:1.3;stroke-dasharray:2 3}"
+)
+"""The page's style sheet in its light colours, for a picture outside of the page."""
+
+
+def standalone(picture: Hero) -> str:
+    """The picture as a file of its own, on a white ground, for the README."""
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" '
+    ground = f'<style>{_ALONE}</style>\n<rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>\n'
+    first, rest = picture.svg.split("\n", 1)
+    return first.replace("<svg ", head, 1) + "\n" + ground + rest + "\n"
+
+
 def _curve(frame: _Frame, time: Series, values: Series, colour: str) -> str:
     short, kept = thin(time, values, POINTS)
     clipped = np.clip(kept, frame.bottom_speed, 0.84 * frame.top_speed)  # clear of the labels

@@ -21,8 +21,8 @@ from .display import (
     pretty_units,
     without_seeds,
 )
-from .hero import hero
-from .load import Results
+from .hero import hero, standalone
+from .load import InputError, Results
 from .packing import packed
 from .sections import ablation_figures, friction_figures, paper_figures, price_figures
 from .studies import fig9_rows, fig9_sentence, read_fig9_scan
@@ -46,6 +46,15 @@ READING_GUIDE = [
 def write_page(results: Results, file: Path) -> None:
     """Render the report and write it to `file`."""
     file.write_text(render(results, file.parent), encoding="utf-8")
+
+
+def write_picture(results: Results, file: Path) -> None:
+    """Write the picture of the first screen to `file`; InputError where the results hold no such runs."""
+    picture = hero(results, gather(results.rows))
+    if picture is None:
+        raise InputError(f"{file}: the results hold no runs of the low-speed start, which the picture shows.")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(standalone(picture), encoding="utf-8")
 
 
 def render(results: Results, folder: Path) -> str:
