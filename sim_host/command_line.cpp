@@ -56,6 +56,12 @@ void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
 
 CLI::Validator seed() { return {seed_problem, "SEED"}; }
 
+void add_threads(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "runs at the same time; one per processor unless given")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+}
+
 CLI::Validator share(double most) {
   return {[most](const std::string& text) {
             double value = 0.0;

@@ -32,6 +32,9 @@ void refuse_repeated_seeds(std::vector<std::uint64_t> seeds);
 // Of an option that is a seed.
 CLI::Validator seed();
 
+// The option --threads, whose default is one thread per processor.
+void add_threads(CLI::App& command, int& threads);
+
 // Of an option that is a share: 0 to `most`; unlike CLI::Range it refuses NaN.
 CLI::Validator share(double most);
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "command_line.hpp"
+#include "experiments/job_pool.hpp"
 #include "faults/fault_matrix.hpp"
 #include "faults/fault_scenario.hpp"
 #include "faults/soak.hpp"
@@ -42,7 +43,7 @@ struct SoakCommand {
   std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
   double hours = 24.0;
   std::uint64_t seed = 1;
-  int threads = 2;
+  int threads = usable_threads();
 };
 
 }  // namespace
@@ -62,7 +63,7 @@ void add_faults(CLI::App& app, int& code) {
       ->check(seed())
       ->excludes(scenario)
       ->capture_default_str();
-  command->add_option("--threads", options->matrix.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  add_threads(*command, options->matrix.threads);
   command->add_flag("--list", options->list, "only name the parts");
   command->callback([options, &code] { code = faults(*options); });
 }
@@ -73,7 +74,7 @@ void add_soak(CLI::App& app, int& code) {
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command->add_option("--hours", options->hours, "simulated")->check(CLI::Range(0.01, 1e5))->capture_default_str();
   command->add_option("--seed", options->seed, "seed of noise and work")->check(seed())->capture_default_str();
-  command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  add_threads(*command, options->threads);
   command->callback([options, &code] {
     const SoakResult result = run_soak(load_plant(options->plant), options->hours, options->seed, options->threads);
     fmt::print("{}", print_soak(result));

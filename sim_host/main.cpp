@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <future>
@@ -33,6 +34,7 @@
 #include "experiments/design_check.hpp"
 #include "fault_commands.hpp"
 #include "run/scenario_check.hpp"
+#include "run/verdict.hpp"
 #include "serve/sdo_benchmark.hpp"
 #include "serve/server.hpp"
 #include "study_commands.hpp"
@@ -93,7 +95,30 @@ sim::Study study_of(const RunOptions& options) {
   return study;
 }
 
-void run(const RunOptions& options) {
+std::string value_text(const sim::Figure& figure) {
+  if (std::isinf(figure.value)) {
+    return "not reached";
+  }
+  return std::isnan(figure.value) ? "no value" : fmt::format("{:>10.4g} {}", figure.value, figure.unit);
+}
+
+// What the controller knows of the plant's friction: not what the plant's friction is.
+void print_assumption(const RunOptions& options) {
+  if (sim::controller_spec(options.controller).friction == FRICTION_NONE) {
+    fmt::print("assumed friction: none ({} does not compensate it)\n", options.controller);
+  } else if (options.friction_parameter_error == 0.0) {
+    fmt::print("assumed friction: exactly the plant's\n");
+  } else {
+    fmt::print(
+        "assumed friction: every parameter {:g} % off, signs drawn from seed {}; --friction-parameter-error 0: exact\n",
+        100.0 * options.friction_parameter_error, options.seed);
+  }
+}
+
+constexpr int kNotControlled = 1;
+
+// kNotControlled when an axis did not do what it was told.
+int run(const RunOptions& options) {
   const sim::Study study = study_of(options);
   if (options.improved_loop && study.scenario.kind != sim::ScenarioKind::kTracking) {
     throw std::invalid_argument(
@@ -109,12 +134,20 @@ void run(const RunOptions& options) {
       sim::set_pi(params, axis, best);
     }
   }
+  print_assumption(options);
+  int code = 0;
   for (const sim::StudyCase& study_case : cases) {
     const sim::Trace trace =
         sim::run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, options.seed});
     for (const sim::Figure& figure : sim::measure(study, study_case, trace)) {
-      fmt::print("{:<18} {:<9} {:<20} {:>10.4g} {}\n", study_case.name, sim::axis_name(figure.axis), figure.metric,
-                 figure.value, figure.unit);
+      fmt::print("{:<18} {:<9} {:<20} {}\n", study_case.name, sim::axis_name(figure.axis), figure.metric,
+                 value_text(figure));
+    }
+    (void)std::fflush(stdout);
+    for (const std::string& sentence :
+         sim::uncontrolled_axes(study.plant, study.scenario, study_case.speed_rad_s, trace)) {
+      fmt::print(stderr, "sim_host: {}: {}\n", study_case.name, sentence);
+      code = kNotControlled;
     }
     if (!options.csv.empty()) {
       const std::filesystem::path file = csv_of_case(options, cases.size(), study_case);
@@ -122,6 +155,7 @@ void run(const RunOptions& options) {
       fmt::print("written {}\n", file.string());
     }
   }
+  return code;
 }
 
 struct IdentifyOptions {
@@ -234,13 +268,14 @@ void bench(const std::filesystem::path& data_dir) {
              sim::sdo_reads_per_second(plant, kMeasured_s));
 }
 
-void add_run(CLI::App& app) {
+void add_run(CLI::App& app, int& code) {
   auto options = std::make_shared<RunOptions>();
   std::vector<std::string> names;
   for (const sim::ControllerSpec& spec : sim::controller_specs()) {
     names.push_back(spec.name);
   }
-  CLI::App *command = app.add_subcommand("run", "run one scenario with one controller");
+  CLI::App *command = app.add_subcommand(
+      "run", "run one scenario with one controller; exit code 1: an axis did not do what it was told, 2: wrong input");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
   command->add_option("--scenario", options->scenario, "scenario file (TOML)")->required()->check(CLI::ExistingFile);
   command->add_option("--controller", options->controller, "controller")
@@ -255,11 +290,12 @@ void add_run(CLI::App& app) {
       ->check(CLI::IsMember({"lugre", "maxwell_slip", "none"}));
   command
       ->add_option("--friction-parameter-error", options->friction_parameter_error,
-                   "share by which every feedforward parameter is wrong")
+                   "share by which every friction parameter that the controller assumes is off, up or down as the seed "
+                   "draws it; 0: exactly the plant's. The studies use what an identification found instead")
       ->check(sim::share(0.5))
       ->capture_default_str();
   command->add_flag("--improved-loop", options->improved_loop, "tracking: predict the target, feed its rate forward");
-  command->callback([options] { run(*options); });
+  command->callback([options, &code] { code = run(*options); });
 }
 
 void add_identify(CLI::App& app, int& code) {
@@ -330,7 +366,7 @@ int parse_and_run(int argc, char **argv) {
   int code = 0;
   CLI::App app{"The simulated optical tracker with the servo firmware on it."};
   app.require_subcommand(1);
-  add_run(app);
+  add_run(app, code);
   add_identify(app, code);
   sim::add_experiments(app);
   sim::add_beliefs(app);

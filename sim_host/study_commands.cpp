@@ -87,7 +87,7 @@ CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command.add_option("--data", options.data_dir, kDataHelp)->check(CLI::ExistingDirectory);
-  command.add_option("--threads", options.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  add_threads(command, options.threads);
   return command.add_option("--seeds", options.seeds, "seeds to run")->check(seed())->capture_default_str();
 }
 
@@ -132,7 +132,7 @@ void add_random_plants(CLI::App& app) {
   command->add_option("--seed", setup.seed, "seed of the first plant; the next ones follow")
       ->check(seed())
       ->capture_default_str();
-  command->add_option("--threads", setup.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  add_threads(*command, setup.threads);
   command->add_option("--out", options->out_dir, "folder for what is written")
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
@@ -146,7 +146,7 @@ void add_fig9_scan(CLI::App& app) {
       "fig9-scan", "do any values of what the paper does not print give its Fig. 7 and its Fig. 9 together?");
   command->add_option("--samples", setup.samples, "random sets")->check(CLI::Range(1, 1000000))->capture_default_str();
   command->add_option("--seed", setup.seed, "seed of the sets")->check(seed())->capture_default_str();
-  command->add_option("--threads", setup.threads, "threads")->check(CLI::Range(1, 64))->capture_default_str();
+  add_threads(*command, setup.threads);
   command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   command->add_option("--out", options->out_dir, "folder for fig9_scan.json")
       ->required()

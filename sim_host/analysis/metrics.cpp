@@ -58,7 +58,8 @@ double time_to_90_percent_s(const Trace& trace, int axis, Window window, double 
       arrived_s = since_s;
     }
   });
-  return or_no_value(step_rad_s == 0.0 ? 0 : rows, arrived_s.value_or(window.end_s) - window.begin_s);
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  return or_no_value(step_rad_s == 0.0 ? 0 : rows, arrived_s.value_or(kNever) - window.begin_s);
 }
 
 double overshoot_fraction(const Trace& trace, int axis, Window window, double step_rad_s) {

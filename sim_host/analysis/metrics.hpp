@@ -26,8 +26,8 @@ double rms_rate_error_rad_s(const Trace& trace, int axis, Window window);
 constexpr double kArrivalDwell_s = 0.1;
 
 // Time from window.begin_s until the true rate reaches 90 % of `step_rad_s` AND stays at or above it, row for
-// row, for kArrivalDwell_s [s]; a touch that sags again does not count. The whole window's length when it never does,
-// or when the window ends before the dwell is over; NaN for a step of 0.
+// row, for kArrivalDwell_s [s]; a touch that sags again does not count. Infinite when it never does, or when the window
+// ends before the dwell is over; NaN for a step of 0.
 double time_to_90_percent_s(const Trace& trace, int axis, Window window, double step_rad_s);
 
 // How far the true rate exceeds `step_rad_s` in its direction, as a fraction of it; 0 when it never does, NaN for a

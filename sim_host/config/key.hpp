@@ -84,6 +84,7 @@ template <class Owner>
 struct Key {
   KeyText text;
   std::function<void(Owner&, const Value&)> set;
+  std::function<std::optional<double>(const Owner&)> get;  // of a number, in SI; none where it is absent
 
   // Makes the key optional, with this value [file's unit].
   Key or_else(double value) const {
@@ -110,25 +111,31 @@ Key<Owner> number(std::string name, Unit unit, Range range, Member Owner::*membe
   KeyText text{std::move(name), KeyType::kNumber, unit, range, std::move(meaning), {}, std::nullopt, false};
   if constexpr (std::is_same_v<Member, int>) {
     text.type = KeyType::kInteger;
-    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<int>(value); }};
+    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<int>(value); },
+            [member](const Owner& owner) { return std::optional<double>(owner.*member); }};
   } else if constexpr (std::is_same_v<Member, std::vector<double>>) {
     text.type = KeyType::kList;
-    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<std::vector<double>>(value); }};
+    return {
+        text, [member](Owner& owner, const Value& value) { owner.*member = std::get<std::vector<double>>(value); }, {}};
   } else if constexpr (std::is_same_v<Member, std::array<double, 3>>) {
     text.type = KeyType::kThreeNumbers;
-    return {text, [member](Owner& owner, const Value& value) {
+    return {text,
+            [member](Owner& owner, const Value& value) {
               const auto& list = std::get<std::vector<double>>(value);
               owner.*member = {list.at(0), list.at(1), list.at(2)};
-            }};
+            },
+            {}};
   } else {
-    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<double>(value); }};
+    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<double>(value); },
+            [member](const Owner& owner) { return std::optional<double>(owner.*member); }};
   }
 }
 
 template <class Owner>
 Key<Owner> words(std::string name, std::string Owner::*member, std::string meaning) {
   return {KeyText{std::move(name), KeyType::kText, unit::kNone, {0, 0}, std::move(meaning), {}, std::nullopt, false},
-          [member](Owner& owner, const Value& value) { owner.*member = std::get<std::string>(value); }};
+          [member](Owner& owner, const Value& value) { owner.*member = std::get<std::string>(value); },
+          {}};
 }
 
 // One of several words; the member is an enumeration in the same order, from 0.
@@ -142,7 +149,8 @@ Key<Owner> choice(std::string name, std::vector<std::string> choices, Enum Owner
                   std::move(choices),
                   std::nullopt,
                   false},
-          [member](Owner& owner, const Value& value) { owner.*member = static_cast<Enum>(std::get<int>(value)); }};
+          [member](Owner& owner, const Value& value) { owner.*member = static_cast<Enum>(std::get<int>(value)); },
+          {}};
 }
 
 // One table of a file, for the reference page.

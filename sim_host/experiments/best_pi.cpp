@@ -32,7 +32,11 @@ double cost_of(const Study& study, const Figure& figure) {
   if (purpose_of(study.scenario) == Purpose::kStart && figure.metric == "overshoot") {
     return 10.0 * std::max(0.0, figure.value - kMostStartOvershoot_percent);
   }
-  return figure.metric == deciding_metric(study) ? figure.value : 0.0;
+  if (figure.metric != deciding_metric(study)) {
+    return 0.0;
+  }
+  // A start that never arrives costs its whole window.
+  return std::isinf(figure.value) ? 1e3 * (study.scenario.duration_s - study.scenario.rest_s) : figure.value;
 }
 
 double mean_cost(const Search& search) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "experiments/identified_axis.hpp"
+#include "experiments/job_pool.hpp"
 #include "experiments/study.hpp"
 
 namespace trackservo::sim {
@@ -22,7 +23,7 @@ struct CampaignOptions {
   std::filesystem::path out_dir;   // results.json, runs/, margins/
   std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5};
   double friction_parameter_error = 0.15;  // of the comparison with controllers that nobody identified for
-  int threads = 2;
+  int threads = usable_threads();
 
   // One seed is a first look, no result: the searches for the best PI are shortened, the sensitivity is left out.
   bool quick() const { return seeds.size() == 1; }

@@ -4,12 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <optional>
 #include <stdexcept>
 
 #include "experiments/design_check.hpp"
+#include "experiments/plant_remedy.hpp"
 #include "experiments/true_plant.hpp"
 #include "gain_design/outer_loops.hpp"
 #include "random.hpp"
+
+extern "C" {
+#include "parameters/axis_dictionary.h"
+#include "parameters/axis_tuning.h"
+}
 
 namespace trackservo::sim {
 namespace {
@@ -126,43 +134,61 @@ axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerS
   return p;
 }
 
-// The firmware's own ranges, told as the wish that leads out of them.
-ConfigError out_of_range(const PlantConfig& plant, int axis, const axis_parameters& p) {
+// The firmware takes no such parameters. Cheap to throw: the search for a remedy catches many of them.
+struct Refused : ConfigError {
+  Refused(const std::string& what, const axis_parameters& the_parameters)
+      : ConfigError(what), parameters(the_parameters) {}
+  axis_parameters parameters;
+};
+
+servo_axis_params built(const PlantConfig& plant, int axis, const axis_parameters& parameters) {
+  servo_axis_params params{};
+  if (axis_parameters_build(&parameters, &params) != CONTROL_OK) {
+    throw Refused(plant.lines
+                      .error(axis_name(axis), "needs parameters that the firmware refuses",
+                             "compare inertia, friction and motor with those of a shipped plant")
+                      .what(),
+                  parameters);
+  }
+  return params;
+}
+
+// A wish that no machine can fulfil at 1 kHz and a PWM of 20 kHz.
+std::optional<ConfigError> impossible_wish(const PlantConfig& plant, int axis) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   const auto error = [&](const char *key, const char *reason, const char *right) {
     return plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), key), reason, right);
   };
   const char *const range = "is out of the firmware's range at 1 kHz";
-  current_loop_params current{};
-  if (current_loop_design(&current, p.motor.resistance_ohm, p.motor.inductance_h, p.motor.back_emf_v_s_rad,
-                          p.motor.bandwidth_rad_s, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
+  if (design.current_loop_bandwidth_hz < 10.0 || design.current_loop_bandwidth_hz > 2500.0) {
     return error("current_loop_bandwidth_hz", "is not possible with this motor and a PWM of 20 kHz", "give 10 to 2500");
   }
-  const disturbance_observer_params observer{p.observer.inertia_kg_m2, p.observer.viscous_nm_s_rad,
-                                             p.observer.bandwidth_rad_s, p.observer.limit_nm};
-  if (disturbance_observer_check(&observer, SERVO_TICK_S) != CONTROL_OK) {
+  if (design.observer_bandwidth_hz > 159.0) {
     return error("observer_bandwidth_hz", range, "give at most 159");
   }
-  const pi_controller_params pi{p.speed_loop.proportional_nm_s_rad, p.speed_loop.integral_nm_rad,
-                                p.speed_loop.setpoint_weight, p.speed_loop.tracking_rate_per_s};
-  if (pi_controller_check(&pi, SERVO_TICK_S) != CONTROL_OK) {
-    return error(design.speed_loop_bandwidth_hz ? "speed_loop_bandwidth_hz" : "speed_loop_natural_frequency_rad_s",
-                 range, "give a lower one");
+  if (design.fusion_crossover_hz > 318.0) {
+    return error("fusion_crossover_hz", range, "give at most 318");
   }
-  const rate_fusion_params fusion{static_cast<rate_source>(p.sensors.source), p.sensors.crossover_rad_s};
-  if (rate_fusion_check(&fusion) != CONTROL_OK) {
-    return error("fusion_crossover_hz", range, "give a lower one");
-  }
-  return plant.lines.error(axis_name(axis), "has numbers that the firmware's ranges do not hold",
-                           "check friction, motor and inertia against the ranges in firmware/control/*.h");
+  return std::nullopt;
 }
 
-servo_axis_params built(const PlantConfig& plant, int axis, const axis_parameters& parameters) {
-  servo_axis_params params{};
-  if (axis_parameters_build(&parameters, &params) != CONTROL_OK) {
-    throw out_of_range(plant, axis, parameters);
+// Which of the firmware's numbers is out of its range.
+std::string reason_of(const axis_parameters& parameters) {
+  axis_tuning tuning{};
+  tuning.staged = parameters;
+  for (std::uint32_t row = 0; row < axis_parameters_table.count; ++row) {
+    const od_entry& entry = axis_parameters_table.entries[row];
+    float value = 0.0F;
+    if (entry.type != OD_REAL32 || entry.offset == OD_NO_VALUE) {
+      continue;
+    }
+    std::memcpy(&value, reinterpret_cast<const char *>(&tuning) + entry.offset, sizeof value);
+    if (!(value >= entry.low.f && value <= entry.high.f)) {
+      return fmt::format("would need {:.3g} {} of \"{}\", and the firmware takes {:g} to {:g}", value, entry.unit,
+                         entry.name, entry.low.f, entry.high.f);
+    }
   }
-  return params;
+  return "does not go with the other numbers: the firmware refuses the controller that it would need";
 }
 
 }  // namespace
@@ -237,11 +263,29 @@ axis_parameters design_axis(const PlantConfig& plant, int axis, const Controller
 }
 
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options) {
+  // What was identified stays what it is when the plant's numbers change, so no remedy can be found then.
+  const auto is_possible = [&](const PlantConfig& changed, int axis) {
+    try {
+      const servo_axis_params params = built(changed, axis, design_axis(changed, axis, spec, options));
+      return keeps_margins(worst_margins(changed, axis, params.speed)) &&
+             speed_loop_is_stable(changed, axis, params.speed);
+    } catch (const ConfigError&) {
+      return false;
+    }
+  };
   servo_params params{};
   for (int axis = 0; axis < kAxes; ++axis) {
-    params.axis[axis] = built(plant, axis, design_axis(plant, axis, spec, options));
+    try {
+      params.axis[axis] = built(plant, axis, design_axis(plant, axis, spec, options));
+    } catch (const Refused& refused) {
+      if (const std::optional<ConfigError> wish = impossible_wish(plant, axis)) {
+        throw ConfigError(*wish);
+      }
+      throw design_error(plant, axis, reason_of(refused.parameters),
+                         [&](const PlantConfig& changed) { return is_possible(changed, axis); });
+    }
   }
-  refuse_unstable_loops(plant, params);
+  refuse_unstable_loops(plant, params, is_possible);
   return params;
 }
 

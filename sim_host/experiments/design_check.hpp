@@ -6,6 +6,7 @@
 #ifndef TRACKSERVO_SIM_EXPERIMENTS_DESIGN_CHECK_HPP
 #define TRACKSERVO_SIM_EXPERIMENTS_DESIGN_CHECK_HPP
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,8 +14,10 @@
 
 namespace trackservo::sim {
 
-// Throws ConfigError when the speed loop of an axis is unstable, sliding or in pre-sliding. About 1 ms.
-void refuse_unstable_loops(const PlantConfig& plant, const servo_params& params);
+// Throws ConfigError when the speed loop of an axis is unstable, sliding or in pre-sliding. About 1 ms. `is_possible`:
+// whether a controller can be designed for another plant's axis; with it the error names numbers of the machine, too.
+void refuse_unstable_loops(const PlantConfig& plant, const servo_params& params,
+                           const std::function<bool(const PlantConfig& plant, int axis)>& is_possible = {});
 
 // One line for each axis whose margins are less than they should be; none when all is well.
 std::vector<std::string> margin_warnings(const PlantConfig& plant, const servo_params& params);

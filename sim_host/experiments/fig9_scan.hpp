@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "experiments/campaign.hpp"
+#include "experiments/job_pool.hpp"
 
 namespace trackservo::sim {
 
@@ -60,7 +61,7 @@ struct Fig9Setup {
   ScenarioConfig disturbed_step;  // of Fig. 9
   int samples = 6000;
   std::uint64_t seed = 1;
-  int threads = 2;
+  int threads = usable_threads();
 };
 
 struct Fig9Summary {

@@ -1,5 +1,6 @@
 #include "experiments/job_pool.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -7,6 +8,8 @@
 #include <vector>
 
 namespace trackservo::sim {
+
+int usable_threads() { return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 64); }
 
 void JobPool::run(std::size_t count, const std::function<std::string(std::size_t)>& job, int cost) {
   std::atomic<std::size_t> next{0};

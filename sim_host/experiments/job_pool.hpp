@@ -7,6 +7,10 @@
 
 namespace trackservo::sim {
 
+// How many threads work on independent runs unless somebody says otherwise: one per processor that this process may
+// use, 64 at most.
+int usable_threads();
+
 class JobPool {
  public:
   // Jobs that cost `total` together are expected over all calls of run(); `progress` is called under a lock after each.

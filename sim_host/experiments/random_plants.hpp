@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "experiments/campaign.hpp"
+#include "experiments/job_pool.hpp"
 #include "experiments/random_plant.hpp"
 
 namespace trackservo::sim {
@@ -44,7 +45,7 @@ struct RandomPlantsSetup {
   double share = 0.3;  // by which numbers are off
   int count = 1000;
   std::uint64_t seed = 1;  // of the first plant; the next ones follow
-  int threads = 2;
+  int threads = usable_threads();
 };
 
 struct RandomPlants {

@@ -31,7 +31,8 @@ struct StudyCase {
   double speed_rad_s;  // 0 for tracking
 };
 
-// One figure of merit of one run, in the unit that people read.
+// One figure of merit of one run, in the unit that people read. Infinite: never reached; NaN: there is nothing to
+// measure. Neither is a number of JSON, where both are null.
 struct Figure {
   int axis;
   std::string metric;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "experiments/job_pool.hpp"
 #include "faults/trial.hpp"
 
 namespace trackservo::sim {
@@ -13,7 +14,7 @@ namespace trackservo::sim {
 struct MatrixOptions {
   int moments = 20;  // random ones, of each breakage in each motion on each axis; every other one in calm air
   std::uint64_t seed = 1;
-  int threads = 2;
+  int threads = usable_threads();
 };
 
 // All trials of one breakage.

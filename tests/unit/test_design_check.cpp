@@ -1,6 +1,7 @@
 // Wishes that shake the machine are refused, those near to it warned of, and the advice given is good.
 #include "experiments/design_check.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -134,6 +135,40 @@ void test_wishes_out_of_the_firmwares_range_name_their_line() {
   check_says(refusal(plant, "pi"), ": design.pitch.current_loop_bandwidth_hz: is not possible with this motor");
 }
 
+// The first two numbers behind "give ".
+std::array<double, 2> advised_range(const std::string& text) {
+  const std::size_t place = text.find("give ");
+  TEST_ASSERT_TRUE_MESSAGE(place != std::string::npos, text.c_str());
+  char *end = nullptr;
+  const double low = std::strtod(text.c_str() + place + 5, &end);
+  TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE(" to ", end, 4, text.c_str());
+  return {low, std::strtod(end + 4, nullptr)};
+}
+
+void test_an_inertia_that_no_controller_can_turn_is_named_with_the_range_that_works() {
+  PlantConfig plant = shipped_plant("tracker");
+  plant.axis[kPitch].inertia_kg_m2 = 1e5;
+  const std::string text = refusal(plant, "pi_vob_ftc");
+  check_says(text, ": pitch.inertia_kg_m2: 1e+05 would need ");
+  check_says(text, "or design.pitch.speed_loop_bandwidth_hz (now 30) ");
+  for (const double inertia_kg_m2 : advised_range(text)) {
+    plant.axis[kPitch].inertia_kg_m2 = inertia_kg_m2;
+    TEST_ASSERT_EQUAL_STRING("", refusal(plant, "pi_vob_ftc").c_str());
+  }
+}
+
+void test_two_numbers_that_do_not_go_together_are_both_named() {
+  PlantConfig plant = shipped_plant("tracker");
+  plant.axis[kAzimuth].inertia_kg_m2 = 1e-3;  // with a swing of 3 kg m2
+  const std::string text = refusal(plant, "pi_vob_ftc");
+  check_says(text, "azimuth.inertia_swing_kg_m2");
+  check_says(text, "(inertia_kg_m2 = 0.001, inertia_swing_kg_m2 = 3)");
+  plant = shipped_plant("tracker");
+  plant.axis[kAzimuth].motor.torque_constant_nm_a = 1000.0;
+  check_says(refusal(plant, "pi"), ": azimuth.motor.torque_constant_nm_a: 1000 would need 1.6e+04 N m of ");
+  check_says(refusal(plant, "pi"), "azimuth.motor.current_limit_a (now 16) ");
+}
+
 void test_the_least_inertia_is_that_of_the_pitch_travel() {
   PlantConfig plant = shipped_plant("tracker");
   CHECK_NEAR("over the zenith", 3.0, least_inertia_kg_m2(plant, kAzimuth), 1e-9);
@@ -208,6 +243,8 @@ int main() {
   RUN_TEST(test_a_bandwidth_beyond_the_delays_is_named_and_the_advice_works);
   RUN_TEST(test_a_wish_as_natural_frequency_is_advised_in_that_key);
   RUN_TEST(test_wishes_out_of_the_firmwares_range_name_their_line);
+  RUN_TEST(test_an_inertia_that_no_controller_can_turn_is_named_with_the_range_that_works);
+  RUN_TEST(test_two_numbers_that_do_not_go_together_are_both_named);
   RUN_TEST(test_the_least_inertia_is_that_of_the_pitch_travel);
   RUN_TEST(test_the_machine_shakes_where_the_calculation_says_so);
   return UNITY_END();
