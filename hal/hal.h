@@ -46,6 +46,16 @@ typedef enum {
   HAL_IMAGE_DAMAGED /* the program memory is no longer what it was; until it is written anew */
 } hal_health;
 
+/* What the board's amplifiers and dividers make of a current and a voltage. */
+typedef struct {
+  float current_full_scale_a[2]; /* at either end of the sensor's range, 0 A in its middle; 0.1 .. 1000 */
+  float over_current_a[2];    /* beyond it the bridge is switched off at once, 0.05 .. 1000; the range ends it, too */
+  float voltage_full_scale_v; /* 5 .. 1000 */
+} hal_scales;
+
+/* In force from the next PWM period on; while both axes are off. Until the first call they are 25 A and 66 V. */
+void hal_set_scales(hal *machine, const hal_scales *scales);
+
 /* A fault of the power stage has switched it off already, and lasts until hal_power_bridge(false) finds it gone. */
 hal_health hal_axis_health(hal *machine, int axis);
 

@@ -32,14 +32,15 @@ typedef struct {
 /* What a self-test found. The lower eight bits go out by EMCY; none of them there is HAL_TEST_MEMORY. */
 enum {
   HAL_TEST_IMAGE = 0x01,           /* CRC of the program memory */
-  HAL_TEST_CLOCK = 0x02,           /* the gyros' frames come at another rate than 1 kHz */
+  HAL_TEST_CLOCK = 0x02,           /* the frames of no gyro that is heard come at 1 kHz */
   HAL_TEST_CURRENT_OFFSET = 0x04,  /* a current sensor shows current while the bridges are off */
   HAL_TEST_ENCODER_AZIMUTH = 0x08, /* no plausible answer */
   HAL_TEST_ENCODER_PITCH = 0x10,
   HAL_TEST_GYRO_AZIMUTH = 0x20,
   HAL_TEST_GYRO_PITCH = 0x40,
   HAL_TEST_CONTROLLER = 0x80, /* ADC, CAN controller or watchdog did not start */
-  HAL_TEST_MEMORY = 0x100     /* RAM; no other test is made then */
+  HAL_TEST_MEMORY = 0x100,    /* RAM; no other test is made then */
+  HAL_TEST_COMMON = HAL_TEST_IMAGE | HAL_TEST_CLOCK | HAL_TEST_CONTROLLER | HAL_TEST_MEMORY /* keep both axes */
 };
 
 typedef enum { HAL_CAN_GOOD = 0, HAL_CAN_ERROR_PASSIVE, HAL_CAN_BUS_OFF } hal_can_state;
@@ -52,12 +53,15 @@ hal_reset hal_board_reset(const hal *machine);
 /* Of this board and no other, from what its chip is marked with. */
 uint32_t hal_board_serial_number(const hal *machine);
 
-/* HAL_TEST_* bits, 0: all is well. An axis is not ready while they are not 0. About 0.1 s; the RAM was tested before.
- */
+/* HAL_TEST_* bits, 0: all is well. Both axes are not ready with one of HAL_TEST_COMMON, one axis with its own encoder
+ * or current sensor; a gyro keeps none. About 0.1 s; the RAM was tested before. */
 uint32_t hal_board_self_test(hal *machine);
 
 /* Adds bits that the caller's own tests found. */
 void hal_board_fail(hal *machine, uint32_t test_bits);
+
+/* Takes bits of gyros back that nobody uses, so that the LED does not tell of them. */
+void hal_board_waive(hal *machine, uint32_t test_bits);
 
 /* The parameter pages, as two areas. Erasing and programming them is for the background: 25 ms and 0.1 ms, in which the
  * interrupts go on and the watchdog is refreshed. */

@@ -4,13 +4,14 @@
 #include "canopen/object_dictionary_rows.h"
 #include "canopen/storage.h"
 #include "drive/drive_state.h"
+#include "node/board_objects.h"
 #include "node/device_dictionary.h"
 #include "node/drive_dictionary.h"
 #include "node/protection_objects.h"
 #include "parameters/axis_dictionary.h"
 #include "parameters/axis_tuning.h"
 
-enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, BUS_INDEX = 0x3050, TABLES = 3 + 3 * SERVO_AXES };
+enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, BUS_INDEX = 0x3050, TABLES = 4 + 3 * SERVO_AXES };
 
 _Static_assert(offsetof(axis_tuning, staged) == 0,
                "rows of gains are read in an axis_parameters, not in its axis_tuning");
@@ -56,6 +57,7 @@ void kept_objects_copy(kept_objects *to, const kept_objects *from, uint8_t group
       od_copy_stored(&drive_objects_table, &from->drive[i], &to->drive[i]);
       to->protection[i] = from->protection[i];
     }
+    to->scales = from->scales;
   }
 }
 
@@ -64,6 +66,8 @@ bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, 
   bool same =
       (groups & KEPT_COMMUNICATION) == 0 || (od_same_stored(&communication_profile_table, own, &other->communication) &&
                                              od_same_stored(&device_table, own, &other->communication));
+  same =
+      same && ((groups & KEPT_APPLICATION) == 0 || od_same_stored(&board_objects_table, &kept->scales, &other->scales));
   for (int i = 0; i < SERVO_AXES && (groups & KEPT_APPLICATION) != 0; ++i) {
     same = same && od_same_stored(&axis_parameters_table, &kept->parameters[i], &other->parameters[i]) &&
            od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]) &&
@@ -86,6 +90,7 @@ static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
     parts[count++] = (od_part){.table = protection_objects_table, .shift = shift, .values = &kept->protection[i]};
     parts[count++] = (od_part){.table = drive_objects_table, .shift = shift, .values = &kept->drive[i]};
   }
+  parts[count++] = (od_part){.table = board_objects_table, .values = &kept->scales};
   return (object_dictionary){.parts = parts, .count = count};
 }
 
@@ -228,7 +233,8 @@ static bool options_are_good(const drive_options *option) {
 }
 
 bool kept_objects_are_good(const kept_objects *kept, const object_dictionary *dictionary) {
-  bool good = node_objects_are_good(dictionary, &kept->communication);
+  bool good =
+      node_objects_are_good(dictionary, &kept->communication) && board_objects_check(&kept->scales) == CONTROL_OK;
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_params built;
     good = good && options_are_good(&kept->drive[i].state.option) &&

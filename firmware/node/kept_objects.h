@@ -9,6 +9,7 @@
 #include "canopen/bus_settings.h"
 #include "canopen/communication_profile.h"
 #include "drive/drive_objects.h"
+#include "hal.h"
 #include "parameters/axis_parameters.h"
 #include "parameters/parameter_store.h"
 #include "protection/axis_protection.h"
@@ -22,6 +23,7 @@ typedef struct {
   axis_parameters parameters[SERVO_AXES];
   drive_objects drive[SERVO_AXES];
   protection_limits protection[SERVO_AXES];
+  hal_scales scales;
   communication_objects communication;
   bus_settings bus; /* that the defaults in `communication` are for: kept with it */
 } kept_objects;

@@ -49,6 +49,31 @@ static unsigned needed_by_drive(const od_object *object) {
 
 static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_drive, .needed = needed_by_drive};
 
+/* --- objects of the board --- */
+
+static bool any_axis_is_powered(const servo_node *node) {
+  bool powered = false;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    powered = powered || node->axis[i].drive.state.action != DRIVE_OFF;
+  }
+  return powered;
+}
+
+/* A current that is read anew while it flows would be one that jumps. */
+static od_abort accept_board(void *owner, const od_object *object, od_number value) {
+  (void)value;
+  const servo_node *node = owner;
+  return any_axis_is_powered(node) ? OD_DEVICE_STATE : guarded_write(&node->lock, object->entry);
+}
+
+static void changed_board(void *owner, const od_object *object) {
+  (void)object;
+  servo_node *node = owner;
+  hal_set_scales(node->board.machine, &node->scales);
+}
+
+static const od_hooks board_hooks = {.accept = accept_board, .changed = changed_board};
+
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 
 /* What is in force now, as something to keep; too large for the stack. */
@@ -61,6 +86,7 @@ static kept_objects *in_force(servo_node *node) {
     kept->drive[i] = node->axis[i].objects;
     kept->protection[i] = node->axis[i].watch.limits;
   }
+  kept->scales = node->scales;
   return kept;
 }
 
@@ -91,14 +117,6 @@ static void tell_stored(servo_node *node) {
   tell(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
 }
 
-static bool any_axis_is_powered(const servo_node *node) {
-  bool powered = false;
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    powered = powered || node->axis[i].drive.state.action != DRIVE_OFF;
-  }
-  return powered;
-}
-
 /* Storing is not begun while an axis has torque: nothing needs it then, and nothing is to be proven. */
 static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group) {
   return kept_storage_command(
@@ -126,6 +144,11 @@ static od_abort save(void *context, uint8_t group) {
 
 static od_abort restore(void *context, uint8_t group) { return storage_command_of(context, false, group); }
 
+static void take_scales(servo_node *node, const hal_scales *scales) {
+  node->scales = *scales;
+  hal_set_scales(node->board.machine, scales);
+}
+
 /* They have been checked. */
 static void take_limits(servo_node_axis *axis, const protection_limits *limits) {
   axis->limits.written = *limits;
@@ -148,6 +171,7 @@ static void start_storage(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     take_stored(node, i);
   }
+  take_scales(node, &node->storage.stored.scales);
 }
 
 /* --- reset: off at once, then one piece a ms --------------------------------------------------------------------- */
@@ -191,6 +215,7 @@ static void reset_application(servo_node *node, uint32_t step) {
     restore_part(node, &node->canopen.dictionary.parts[step]);
   } else {
     take_stored(node, (int)(step - part_count));
+    take_scales(node, &node->storage.stored.scales);
   }
 }
 
@@ -310,6 +335,8 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .owner = &node->fault_owner,
                              .hooks = &fault_objects_hooks};
   parts[count++] = (od_part){.table = shared_table, .prefix = "", .values = &node->objects};
+  parts[count++] = (od_part){
+      .table = board_objects_table, .prefix = "", .values = &node->scales, .owner = node, .hooks = &board_hooks};
   return count;
 }
 
@@ -340,10 +367,19 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
     return false;
   }
   node->flash = config->flash;
+  const od_part board_part = {.table = board_objects_table, .values = &node->scales};
+  od_restore_defaults(&board_part, config->node_id);
+  if (config->scales != NULL) {
+    node->scales = *config->scales;
+  }
+  if (board_objects_check(&node->scales) != CONTROL_OK) {
+    return false;
+  }
   od_part parts[CANOPEN_PARTS];
   const uint32_t count = describe_parts(node, parts);
   for (uint32_t i = 0; i < count; ++i) {
-    if (parts[i].hooks != &tuning_objects_hooks && parts[i].hooks != &protection_objects_hooks) { /* configured */
+    if (parts[i].hooks != &tuning_objects_hooks && parts[i].hooks != &protection_objects_hooks &&
+        parts[i].hooks != &board_hooks) { /* configured */
       od_restore_defaults(&parts[i], config->node_id);
     }
   }

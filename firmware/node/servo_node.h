@@ -16,6 +16,7 @@
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
 #include "node/axis_watch.h"
+#include "node/board_objects.h"
 #include "node/bus_objects.h"
 #include "node/experiment_objects.h"
 #include "node/fault_news.h"
@@ -62,6 +63,7 @@ typedef struct {
   kept_storage storage;
   kept_objects in_force;  /* as of the last command to store */
   const hal_flash *flash; /* as configured */
+  hal_scales scales;      /* 0x3060 */
   fault_set bus_faults;   /* that both axes shall see in the next tick */
   fault_log log;          /* 0x3020 */
   access_lock lock;       /* 0x3040 */
@@ -89,6 +91,7 @@ typedef struct {
   const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored set; NULL: kept in RAM only */
   uint32_t serial_number;            /* 0x1018:4; 0: none */
   servo_node_bus bus;
+  const hal_scales *scales; /* of the board's sensors, the defaults of 0x3060; NULL: those of its table */
 } servo_node_config;
 
 /* False when the parameters or the node id are refused. What is stored in the flash and passes its checks is in force

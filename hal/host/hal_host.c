@@ -23,3 +23,5 @@ float hal_current_a(hal *machine, int axis) { return machine->current_a(machine-
 float hal_bus_voltage_v(hal *machine) { return machine->bus_voltage_v(machine->machine); }
 
 void hal_set_duty(hal *machine, int axis, float duty) { machine->set_duty(machine->machine, axis, duty); }
+
+void hal_set_scales(hal *machine, const hal_scales *scales) { machine->set_scales(machine->machine, scales); }

@@ -21,6 +21,7 @@ struct hal {
   float (*current_a)(void *machine, int axis);
   float (*bus_voltage_v)(void *machine);
   void (*set_duty)(void *machine, int axis, float duty);
+  void (*set_scales)(void *machine, const hal_scales *scales);
 };
 
 #ifdef __cplusplus

@@ -14,7 +14,8 @@ enum { CAN_MOST_FRAMES_PER_INTERRUPT = 6 };
 
 struct hal {
   hal_reset reset;
-  volatile uint32_t test_bits; /* HAL_TEST_*, of the self-tests */
+  volatile uint32_t test_bits;    /* HAL_TEST_*, of the self-tests */
+  volatile uint32_t axis_bits[2]; /* those of them that keep one axis from being driven */
 
   /* Written by the current loop's interrupt. */
   volatile uint32_t period;  /* that comes next: 0 .. 19, 0 is the one in which the tick samples */
@@ -40,6 +41,7 @@ struct hal {
 
   volatile hal_health tripped[2]; /* why a bridge was switched off last */
   float offset_counts[2];         /* of the current sensors; written before the interrupts begin */
+  current_sense_scales scales;    /* written while the bridges are off */
   encoder_readings encoder[2];
   gyro_line gyro[2];
 

@@ -3,9 +3,6 @@
 #include "clock.h"
 #include "registers/adc.h"
 
-#define AMPERES_PER_COUNT (50.0f / 4096.0f)
-#define VOLTS_PER_COUNT (66.0f / 4096.0f)
-
 enum { COUNTS = 4096, REGULATOR_START_US = 20, MOST_WAIT_US = 1000 };
 
 /* Rank 1 is the current, so that it is sampled at the trigger. */
@@ -90,12 +87,16 @@ current_sense_sample current_sense_read(void) {
       .current_counts = {ADC1->jdr1, ADC2->jdr1}, .bus_counts = ADC1->jdr2, .heat_sink_counts = ADC2->jdr2};
 }
 
-float current_sense_amperes(uint32_t counts, float offset_counts) {
-  return ((float)(int32_t)counts - offset_counts) * AMPERES_PER_COUNT;
-}
-
-float current_sense_bus_voltage_v(uint32_t counts) { return (float)(int32_t)counts * VOLTS_PER_COUNT; }
-
-bool current_sense_saturated(uint32_t counts) {
-  return counts < CURRENT_RANGE_MARGIN || counts > COUNTS - 1 - CURRENT_RANGE_MARGIN;
+/* The threshold counts from the middle of the range: the offset of a good sensor is small beside it. */
+current_sense_scales current_sense_scales_of(const hal_scales *scales) {
+  const uint32_t most_counts = CURRENT_NOMINAL_OFFSET - CURRENT_RANGE_MARGIN;
+  current_sense_scales of = {.volts_per_count = scales->voltage_full_scale_v * (1.0f / (float)COUNTS)};
+  for (int axis = 0; axis < 2; ++axis) {
+    of.amperes_per_count[axis] = scales->current_full_scale_a[axis] * (1.0f / (float)CURRENT_NOMINAL_OFFSET);
+    const float limit_counts = scales->over_current_a[axis] / of.amperes_per_count[axis];
+    const uint32_t counts = limit_counts < (float)most_counts ? (uint32_t)limit_counts : most_counts;
+    of.lowest_counts[axis] = CURRENT_NOMINAL_OFFSET - counts;
+    of.highest_counts[axis] = CURRENT_NOMINAL_OFFSET - 1 + counts;
+  }
+  return of;
 }

@@ -1,12 +1,16 @@
 /* Motor currents, bus voltage and heat-sink temperature: ADC1 and ADC2, two injected conversions each, started by TIM1
  * at the beginning of every PWM period and done 1.2 us later.
  *
- *     current = (counts - offset) * 50 A / 4096      bus voltage = counts * 66 V / 4096 */
+ *     current = (counts - offset) * full scale / 2048      bus voltage = counts * full scale / 4096
+ *
+ * Full scales are the board's (object 0x3060): its shunts, amplifiers and dividers. */
 #ifndef TRACKSERVO_STM32G474_CURRENT_SENSE_H
 #define TRACKSERVO_STM32G474_CURRENT_SENSE_H
 
 #include <stdbool.h>
 #include <stdint.h>
+
+#include "hal.h"
 
 enum { CURRENT_NOMINAL_OFFSET = 2048, CURRENT_MOST_OFFSET_ERROR = 100, CURRENT_RANGE_MARGIN = 32 };
 
@@ -30,10 +34,19 @@ void current_sense_acknowledge(void);
 
 current_sense_sample current_sense_read(void);
 
-float current_sense_amperes(uint32_t counts, float offset_counts);
-float current_sense_bus_voltage_v(uint32_t counts);
+/* hal_scales as the interrupt needs them. */
+typedef struct {
+  float amperes_per_count[2];
+  uint32_t lowest_counts[2]; /* of a current that the bridge may carry */
+  uint32_t highest_counts[2];
+  float volts_per_count;
+} current_sense_scales;
 
-/* The amplifier is at its end: more current than can be measured, or a broken wire. */
-bool current_sense_saturated(uint32_t counts);
+current_sense_scales current_sense_scales_of(const hal_scales *scales);
+
+/* More current than allowed or than can be measured, or a broken wire. */
+static inline bool current_sense_is_over(const current_sense_scales *scales, int axis, uint32_t counts) {
+  return counts < scales->lowest_counts[axis] || counts > scales->highest_counts[axis];
+}
 
 #endif

@@ -31,7 +31,7 @@ static bool observe_tick(hal *machine, observations *seen) {
     for (int axis = 0; axis < 2; ++axis) {
       seen->current_sum_counts[axis] += sample.current_counts[axis];
     }
-    machine->bus_voltage_v = current_sense_bus_voltage_v(sample.bus_counts);
+    machine->bus_voltage_v = (float)(int32_t)sample.bus_counts * machine->scales.volts_per_count;
     if (period < ENCODER_READS_PER_TICK) {
       encoder_begin_read(machine->encoder, period);
     }
@@ -58,13 +58,19 @@ static bool measure_offset(hal *machine, const observations *seen, int axis) {
 
 /* A gyro has a crystal of its own: 40 frames, each 1 ms of our clock but for one and a half, mean that ours is right to
  * 4 %. A crystal of another common frequency is far beyond. */
-static bool clock_agrees(const gyro_line *line, uint32_t frames_before, float frames_by_our_clock) {
+typedef enum { GYRO_SILENT, GYRO_AGREES, GYRO_ASTRAY } gyro_pace;
+
+static gyro_pace pace_of(const gyro_line *line, uint32_t frames_before, float frames_by_our_clock) {
   const uint32_t frames = line->frames - frames_before;
+  if (frames < FEWEST_FRAMES_HEARD) {
+    return GYRO_SILENT;
+  }
   const float astray = (float)frames - frames_by_our_clock;
-  return frames < FEWEST_FRAMES_HEARD || (astray <= MOST_FRAMES_ASTRAY && astray >= -MOST_FRAMES_ASTRAY);
+  return astray <= MOST_FRAMES_ASTRAY && astray >= -MOST_FRAMES_ASTRAY ? GYRO_AGREES : GYRO_ASTRAY;
 }
 
-static uint32_t judge_axis(hal *machine, const observations *seen, float frames_by_our_clock, int axis) {
+/* The bits of an axis that cannot be driven, and of a gyro that is missing or set to another pace. */
+static uint32_t judge_axis(hal *machine, const observations *seen, gyro_pace pace, int axis) {
   uint32_t failed = 0;
   if (!measure_offset(machine, seen, axis)) {
     failed |= HAL_TEST_CURRENT_OFFSET;
@@ -72,13 +78,21 @@ static uint32_t judge_axis(hal *machine, const observations *seen, float frames_
   if (seen->angles[axis] < LEAST_GOOD_TICKS) {
     failed |= axis == 0 ? HAL_TEST_ENCODER_AZIMUTH : HAL_TEST_ENCODER_PITCH;
   }
-  if (seen->rates[axis] < LEAST_GOOD_TICKS) {
+  machine->axis_bits[axis] = failed;
+  if (seen->rates[axis] < LEAST_GOOD_TICKS || pace == GYRO_ASTRAY) {
     failed |= axis == 0 ? HAL_TEST_GYRO_AZIMUTH : HAL_TEST_GYRO_PITCH;
   }
-  if (!clock_agrees(&machine->gyro[axis], seen->frames_before[axis], frames_by_our_clock)) {
-    failed |= HAL_TEST_CLOCK;
-  }
   return failed;
+}
+
+/* One gyro that agrees shows that the clock is right, and the other one wrong. */
+static uint32_t judge(hal *machine, const observations *seen, float frames_by_our_clock) {
+  const gyro_pace pace[2] = {pace_of(&machine->gyro[0], seen->frames_before[0], frames_by_our_clock),
+                             pace_of(&machine->gyro[1], seen->frames_before[1], frames_by_our_clock)};
+  const bool agrees = pace[0] == GYRO_AGREES || pace[1] == GYRO_AGREES;
+  const bool astray = pace[0] == GYRO_ASTRAY || pace[1] == GYRO_ASTRAY;
+  return (astray && !agrees ? HAL_TEST_CLOCK : 0) | judge_axis(machine, seen, pace[0], 0) |
+         judge_axis(machine, seen, pace[1], 1);
 }
 
 static uint32_t test_sensors(hal *machine) {
@@ -96,7 +110,7 @@ static uint32_t test_sensors(hal *machine) {
     }
   }
   const float frames_by_our_clock = (float)(clock_cycles() - seen.cycles_before) / CYCLES_PER_FRAME;
-  return judge_axis(machine, &seen, frames_by_our_clock, 0) | judge_axis(machine, &seen, frames_by_our_clock, 1);
+  return judge(machine, &seen, frames_by_our_clock);
 }
 
 /* With RAM that forgets nothing else can be judged. */

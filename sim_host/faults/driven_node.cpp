@@ -24,7 +24,8 @@ bool send_nowhere(void *, const can_frame *) { return true; }
 NodeSetup::NodeSetup(const PlantConfig& of_plant)
     : plant(of_plant),
       parameters{node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)},
-      limits{node_limits(plant, kAzimuth), node_limits(plant, kPitch)} {}
+      limits{node_limits(plant, kAzimuth), node_limits(plant, kPitch)},
+      scales(node_scales(plant)) {}
 
 DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
     : node_(std::make_unique<servo_node>()), machine_(setup.plant, seed, joint_angle_rad) {
@@ -35,7 +36,8 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
                                     setup.limits.data(),
                                     nullptr,
                                     0,
-                                    {}};
+                                    {},
+                                    &setup.scales};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::runtime_error("the node does not start with the gains designed for this plant");
   }

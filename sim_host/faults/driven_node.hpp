@@ -21,6 +21,7 @@ struct NodeSetup {
   PlantConfig plant;
   std::array<axis_parameters, kAxes> parameters;
   std::array<protection_limits, kAxes> limits;
+  hal_scales scales;
 };
 
 class DrivenNode {

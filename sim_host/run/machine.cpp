@@ -54,13 +54,18 @@ struct MachineHal {
   }
 
   static hal_health axis_health(void *machine, int axis) {
-    return of(machine).broken_.axis[static_cast<std::size_t>(axis)].health;
+    const std::size_t i = static_cast<std::size_t>(axis);
+    const hal_health health = of(machine).broken_.axis[i].health;
+    return health == HAL_GOOD && of(machine).tripped_[i] ? HAL_OVER_CURRENT : health;
   }
 
   // A bridge that is in fault has let go by itself.
   static void power_bridge(void *machine, int axis, bool on) {
-    const BrokenAxis& broken = of(machine).broken_.axis[static_cast<std::size_t>(axis)];
-    const bool tripped = broken.health == HAL_OVER_CURRENT || broken.health == HAL_POWER_STAGE;
+    const std::size_t i = static_cast<std::size_t>(axis);
+    const BrokenAxis& broken = of(machine).broken_.axis[i];
+    of(machine).tripped_[i] = of(machine).tripped_[i] && on;
+    const bool tripped =
+        broken.health == HAL_OVER_CURRENT || broken.health == HAL_POWER_STAGE || of(machine).tripped_[i];
     of(machine).tracker_.open_terminals(axis, !on || tripped || broken.motor_open);
     of(machine).tracker_.power_brake(axis, on && !tripped);
   }
@@ -69,10 +74,15 @@ struct MachineHal {
     Machine& m = of(machine);
     const std::size_t i = static_cast<std::size_t>(axis);
     const PwmSample sample = m.tracker_.sample_pwm(axis);
-    m.bus_voltage_v_ = m.broken_.bus_reads_v.value_or(sample.bus_voltage_v);
+    m.bus_voltage_v_ = m.voltage_share_ * m.broken_.bus_reads_v.value_or(sample.bus_voltage_v);
     const BrokenAxis& broken = m.broken_.axis[i];
     if (!broken.current_stuck) {
-      m.told_current_a_[i] = broken.current_reads_a.value_or(sample.current_a + broken.current_shift_a);
+      m.told_current_a_[i] =
+          m.current_share_[i] * broken.current_reads_a.value_or(sample.current_a + broken.current_shift_a);
+    }
+    if (m.over_current_a_[i] > 0.0 && std::abs(m.told_current_a_[i]) > m.over_current_a_[i]) {
+      m.tripped_[i] = true;
+      m.tracker_.open_terminals(axis, true);
     }
     m.current_sum_a_[i] += m.told_current_a_[i];
     return static_cast<float>(m.told_current_a_[i]);
@@ -84,6 +94,18 @@ struct MachineHal {
     const std::size_t i = static_cast<std::size_t>(axis);
     const double sign = of(machine).broken_.axis[i].motor_reversed ? -1.0 : 1.0;
     of(machine).next_duty_[i] = sign * static_cast<double>(duty);
+  }
+
+  // The threshold where it is within the range; its end is left to the breakages.
+  static void set_scales(void *machine, const hal_scales *scales) {
+    Machine& m = of(machine);
+    for (std::size_t i = 0; i < kAxes; ++i) {
+      const auto full_scale_a = static_cast<double>(scales->current_full_scale_a[i]);
+      const auto over_current_a = static_cast<double>(scales->over_current_a[i]);
+      m.current_share_[i] = full_scale_a / m.adc_.current_full_scale_a;
+      m.over_current_a_[i] = over_current_a < full_scale_a ? over_current_a : 0.0;
+    }
+    m.voltage_share_ = static_cast<double>(scales->voltage_full_scale_v) / m.adc_.voltage_full_scale_v;
   }
 };
 
@@ -99,11 +121,12 @@ hal Machine::hal_of(Machine *machine) {
   table.current_a = MachineHal::current_a;
   table.bus_voltage_v = MachineHal::bus_voltage_v;
   table.set_duty = MachineHal::set_duty;
+  table.set_scales = MachineHal::set_scales;
   return table;
 }
 
 Machine::Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
-    : tracker_(plant, seed), hal_(hal_of(this)) {
+    : tracker_(plant, seed), hal_(hal_of(this)), adc_(plant.adc) {
   tracker_.place(joint_angle_rad);
   samples_ = tracker_.sample_tick();
   bus_voltage_v_ = samples_.bus_voltage_v;

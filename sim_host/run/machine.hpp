@@ -95,6 +95,12 @@ class Machine {
   std::array<std::uint32_t, kAxes> told_angle_{};
   std::array<double, kAxes> told_gyro_rad_s_{};
   std::array<double, kAxes> told_current_a_{};
+  // What the firmware takes the converters for, beside what they are: scales that are wrong read wrong.
+  AdcConfig adc_;
+  std::array<double, kAxes> current_share_{1.0, 1.0};
+  std::array<double, kAxes> over_current_a_{};  // 0: the end of the range, which the machine's breakages stand for
+  double voltage_share_ = 1.0;
+  std::array<bool, kAxes> tripped_{};
 };
 
 }  // namespace trackservo::sim

@@ -54,4 +54,9 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   return limits;
 }
 
+hal_scales node_scales(const PlantConfig& plant) {
+  const auto current_a = static_cast<float>(plant.adc.current_full_scale_a);
+  return {{current_a, current_a}, {current_a, current_a}, static_cast<float>(plant.adc.voltage_full_scale_v)};
+}
+
 }  // namespace trackservo::sim

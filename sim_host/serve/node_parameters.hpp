@@ -5,6 +5,7 @@
 #include "config/plant_config.hpp"
 
 extern "C" {
+#include "hal.h"
 #include "parameters/axis_parameters.h"
 #include "protection/axis_protection.h"
 }
@@ -16,6 +17,9 @@ axis_parameters node_parameters(const PlantConfig& plant, int axis);
 
 // The limits that protect this axis (0x2060), from what the plant file says of sensors, motor, supply and end stops.
 protection_limits node_limits(const PlantConfig& plant, int axis);
+
+// The scales of the machine's converters (0x3060): [adc] of the plant file.
+hal_scales node_scales(const PlantConfig& plant);
 
 }  // namespace trackservo::sim
 

@@ -14,9 +14,11 @@ ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::u
       machine_(plant, seed, joint_angle_rad) {
   const axis_parameters parameters[SERVO_AXES] = {node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)};
   const protection_limits limits[SERVO_AXES] = {node_limits(plant, kAzimuth), node_limits(plant, kPitch)};
+  const hal_scales scales = node_scales(plant);
   const servo_node_config config = {
       on_bus.node_id, {send, this},  machine_.hal_pointer(), parameters,
-      limits,         flash.areas(), on_bus.serial_number,   {on_bus.kbit_s, false, flash.bus_pages(), {join, this}}};
+      limits,         flash.areas(), on_bus.serial_number,   {on_bus.kbit_s, false, flash.bus_pages(), {join, this}},
+      &scales};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::invalid_argument(
         "the node does not start: give a node id from 1 to 127 or 255, a bit rate of 125, 250, 500 or 1000 kbit/s, and "

@@ -71,6 +71,11 @@ static void ignore_power(void *machine, int axis, bool on) {
   (void)on;
 }
 
+static void ignore_scales(void *machine, const hal_scales *scales) {
+  (void)machine;
+  (void)scales;
+}
+
 static void ignore_duty(void *machine, int axis, float duty) {
   (void)machine;
   (void)axis;
@@ -87,7 +92,8 @@ static hal machine_of(bench *of) {
                .power_bridge = ignore_power,
                .current_a = mean_current,
                .bus_voltage_v = bus_voltage,
-               .set_duty = ignore_duty};
+               .set_duty = ignore_duty,
+               .set_scales = ignore_scales};
 }
 
 static void turn(bench *of) {
@@ -165,7 +171,7 @@ static bool start(void) {
     limits[i] = objects.written;
     limits[i].stuck_s = 0.0f;
   }
-  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL, 0, {0}};
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL, 0, {0}, NULL};
   bool good = servo_node_start(&b.node, &config);
   for (uint16_t n = 0; n < PDO_COUNT; ++n) {
     good = good && set((uint16_t)(0x1400 + n), 2, 1, 1) && set((uint16_t)(0x1800 + n), 2, 1, 1);

@@ -288,6 +288,7 @@ static uint32_t rows_in_force(parameter_row *rows) {
   const kept_objects kept = {.parameters = {node.axis[0].tuning.active, node.axis[1].tuning.active},
                              .drive = {node.axis[0].objects, node.axis[1].objects},
                              .protection = {node.axis[0].watch.limits, node.axis[1].watch.limits},
+                             .scales = node.scales,
                              .communication = node.canopen.objects,
                              .bus = canopen_node_settings(&node.canopen)};
   kept_objects copy = kept;

@@ -43,13 +43,27 @@ std::vector<std::uint8_t> read_image(const std::string& name) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-int run(const std::string& image, const std::string& plant, const sim::ServeOptions& options) {
+// Sensors that a board may be tried without, by name.
+void unplug(target::BoardMachine& machine, const std::vector<std::string>& missing) {
+  for (const std::string& sensor : missing) {
+    const int axis = sensor.rfind("azimuth", 0) == 0 ? sim::kAzimuth : sim::kPitch;
+    if (sensor.find("encoder") != std::string::npos) {
+      machine.encoder(axis).is_connected = false;
+    } else {
+      machine.gyro(axis).is_connected = false;
+    }
+  }
+}
+
+int run(const std::string& image, const std::string& plant, const std::vector<std::string>& missing,
+        const sim::ServeOptions& options) {
   sim::VirtualBus bus{static_cast<double>(options.bit_rate), sim::kPwmPeriod_s};
   target::BoardMachine::Options fitted;
   fitted.seed = options.seed;
   fitted.joint_angle_rad = sim::kServedStart_rad;
   fitted.holding_brakes = true;
   target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, fitted);
+  unplug(machine, missing);
   EmulatedBoard board(machine);
   sim::serve(board, bus, options, sim::reports_on_stdout());
   for (const std::string& complaint : machine.chip().complaints.list()) {
@@ -64,10 +78,14 @@ int main(int argc, char **argv) {
   CLI::App app("Runs the image of the servo board, with the simulator's machine on it.");
   std::string image;
   std::string plant = TRACKSERVO_DATA_DIR "/plants/tracker.toml";
+  std::vector<std::string> missing;
   sim::ServeOptions options;
   double speed = 1.0;
   app.add_option("image", image, "what would be flashed")->required()->check(CLI::ExistingFile);
   app.add_option("--plant", plant, "the machine")->check(CLI::ExistingFile);
+  app.add_option("--without", missing, "sensors that are not connected, as in --without pitch-encoder,pitch-gyro")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"azimuth-encoder", "azimuth-gyro", "pitch-encoder", "pitch-gyro"}));
   app.add_option("--bus", options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
   app.add_option("--bit-rate", options.bit_rate, "of the bus in bit/s; the board has its own, 1000000 as delivered")
       ->check(CLI::IsMember({125000, 250000, 500000, 1000000}));
@@ -80,7 +98,7 @@ int main(int argc, char **argv) {
     options.catch_up_ticks = kCatchUp_ticks;
   }
   try {
-    return run(image, plant, options);
+    return run(image, plant, missing, options);
   } catch (const std::exception& error) {
     fmt::print(stderr, "emulate_board: {}\n", error.what());
     return 2;

@@ -1,5 +1,6 @@
 // What the emulated board does when something breaks: which outputs go off and when, what the statusword and the bus
 // say, and what goes on.
+#include <cstring>
 #include <string>
 
 #include "board_steps.hpp"
@@ -142,6 +143,67 @@ void test_an_over_current_switches_its_bridge_off_within_two_periods() {
   expect_that_it_comes_back(rig);
 }
 
+std::uint32_t bits_of(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+void unlock(BoardRig& rig) { TEST_ASSERT_TRUE(rig.client.write(0x3040, 1, 0x6E65706F, 4)); }
+
+// 3060: below the end of the range, the threshold decides; and what a count means is what it says.
+void test_the_boards_scales_decide_what_a_current_is() {
+  BoardRig rig(bench::tracker_plant());
+  bench::boot(rig);
+  unlock(rig);
+  TEST_ASSERT_TRUE(rig.client.write(0x3060, 3, bits_of(12.0F), 4));
+  rig.client.start_node();
+  TEST_ASSERT_TRUE(rig.client.enable(bench::kCyclicVelocity));
+  turn(rig, 100);
+  rig.machine.set_short_current(0, 5.0);
+  rig.machine.run(200e-6);
+  TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_bridge_on(0), "5 A and what the motor takes are below the threshold");
+  rig.machine.set_short_current(0, 15.0);
+  rig.machine.run(200e-6);
+  TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), "15 A are beyond it");
+  TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_bridge_on(1), "the other axis has its own");
+
+  BoardRig doubled(bench::tracker_plant());
+  bench::boot(doubled);
+  unlock(doubled);
+  TEST_ASSERT_TRUE(doubled.client.write(0x3060, 5, bits_of(132.0F), 4));
+  TEST_ASSERT_TRUE(doubled.client.write(0x3040, 1, 0, 4));
+  doubled.client.start_node();
+  doubled.client.pass(20);
+  TEST_ASSERT_EQUAL_HEX32_MESSAGE(0x3210, doubled.client.error_code(0), "48 V read as 96 V are over-voltage");
+}
+
+// One axis has no gyro and does without, the other one has no encoder: the first one works.
+void test_an_axis_works_without_a_gyro_and_without_the_other_axis() {
+  BoardRig rig(bench::tracker_plant());
+  rig.machine.gyro(0).is_connected = false;
+  rig.machine.gyro(1).is_connected = false;
+  rig.machine.encoder(1).is_connected = false;
+  bench::boot(rig);
+  TEST_ASSERT_TRUE_MESSAGE(bench::has_heard(rig, 0x5000, 0x20 | 0x40 | 0x10), "what failed is told");
+  TEST_ASSERT_EQUAL_HEX32_MESSAGE(0x7310, rig.client.error_code(0), "its gyro is used and missing");
+  rig.client.start_node();
+  TEST_ASSERT_TRUE(rig.client.write(0x2050, 1, 0, 4));
+  TEST_ASSERT_TRUE(rig.client.write(0x2070, 1, 1, 1));
+  TEST_ASSERT_TRUE(rig.client.write(0x6060, 0, bench::kCyclicVelocity, 1));
+  for (const std::uint32_t word : {0x00U, 0x80U, 0x06U, 0x07U, 0x0FU}) {
+    TEST_ASSERT_TRUE(rig.client.write(0x6040, 0, word, 2));
+    rig.client.pass(5);
+  }
+  TEST_ASSERT_TRUE_MESSAGE(rig.client.is_enabled(0), "azimuth");
+  TEST_ASSERT_TRUE(rig.machine.is_bridge_on(0));
+  turn(rig, 300);
+  TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
+  TEST_ASSERT_FALSE(rig.client.is_enabled(1));
+  TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(1), "an axis whose self-test failed is never powered");
+  expect_no_complaints(rig);
+}
+
 // --- what must end in the safe state and a reset ---
 
 void test_a_hard_fault_is_safe_and_resets() {
@@ -185,6 +247,8 @@ int main() {
   RUN_TEST(test_an_axis_without_its_gyro_stops_by_its_encoder);
   RUN_TEST(test_a_driver_fault_switches_its_bridge_off_at_once);
   RUN_TEST(test_an_over_current_switches_its_bridge_off_within_two_periods);
+  RUN_TEST(test_the_boards_scales_decide_what_a_current_is);
+  RUN_TEST(test_an_axis_works_without_a_gyro_and_without_the_other_axis);
   RUN_TEST(test_a_hard_fault_is_safe_and_resets);
   RUN_TEST(test_a_tick_that_does_not_come_is_safe_and_resets);
   RUN_TEST(test_a_background_that_hangs_is_safe_and_resets);

@@ -4,7 +4,7 @@
 #include "support/check.h"
 
 enum { PROTECTION = 0x2060, OVERSPEED = 1, TRAVEL_MINIMUM = 9, TRAVEL_MAXIMUM, UNDER_VOLTAGE = 15, OVER_VOLTAGE };
-enum { STOPPING_MARGIN = 17, WAITING, MOTOR = 0x2055, CURRENT_LIMIT = 6, SOFT_TRAVEL = 0x607D };
+enum { BOARD = 0x3060, STOPPING_MARGIN = 17, WAITING, MOTOR = 0x2055, CURRENT_LIMIT = 6, SOFT_TRAVEL = 0x607D };
 enum { LOG = 0x3020, LOG_COUNT = 1, LOG_COMMAND, NEWEST, ACCESS = 0x3040, WORD = 1, LEFT_S, PV = 3 };
 enum { HEADER = 8, SAMPLE = (int)sizeof(fault_log_sample), EMCY = 0x080 + NODE_ID };
 
@@ -170,6 +170,38 @@ static void test_a_contradiction_of_607d_leaves_the_last_one_in_force(void) {
   SET(SOFT_TRAVEL, 1, 4000000);
   enable(0, PV);
   TEST_ASSERT_EQUAL_INT32(2000000, in_force->minimum);
+}
+
+/* --- the board's scales --- */
+
+static void test_scales_of_the_board_are_written_unlocked_and_off_and_reach_the_sensors(void) {
+  CHECK_SAME("A at first", 25.0, machine.scales.current_full_scale_a[0]);
+  CHECK_SAME("V at first", 66.0, machine.scales.voltage_full_scale_v);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(BOARD, 1, 10.0f));
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(BOARD, 1, 10.0f);
+  SET_FLOAT(BOARD, 4, 6.5f);
+  SET_FLOAT(BOARD, 5, 100.0f);
+  CHECK_SAME("A", 10.0, machine.scales.current_full_scale_a[0]);
+  CHECK_SAME("A of the other axis", 25.0, machine.scales.current_full_scale_a[1]);
+  CHECK_SAME("A of the other axis", 6.5, machine.scales.over_current_a[1]);
+  CHECK_SAME("V", 100.0, machine.scales.voltage_full_scale_v);
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, set_float(BOARD, 1, 1001.0f));
+  TEST_ASSERT_EQUAL_HEX32(0x06090032, set_float(BOARD, 5, 4.0f));
+  enable(PITCH, PV); /* a current that flows is not read anew */
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(BOARD, 1, 20.0f));
+  command(PITCH, 0x00);
+  nmt(0x81);
+  wait_ms(100);
+  CHECK_SAME("A after a reset", 25.0, machine.scales.current_full_scale_a[0]);
+  CHECK_SAME("A after a reset", 25.0, get_float(BOARD, 1));
+}
+
+static void test_scales_beyond_their_ranges_are_no_scales(void) {
+  hal_scales scales = node.scales;
+  TEST_ASSERT_EQUAL(CONTROL_OK, board_objects_check(&scales));
+  scales.over_current_a[1] = 0.0f;
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, board_objects_check(&scales));
 }
 
 /* --- the log --------------------------------------------------------------------------------------------------------
@@ -348,6 +380,8 @@ int main(void) {
   RUN_TEST(test_any_order_of_writes_ends_in_the_set_that_was_written);
   RUN_TEST(test_limits_that_wait_are_not_stored_and_a_reset_forgets_them);
   RUN_TEST(test_a_contradiction_of_607d_leaves_the_last_one_in_force);
+  RUN_TEST(test_scales_of_the_board_are_written_unlocked_and_off_and_reach_the_sensors);
+  RUN_TEST(test_scales_beyond_their_ranges_are_no_scales);
   RUN_TEST(test_a_fault_leaves_what_the_axis_did_before_it);
   RUN_TEST(test_the_last_eight_faults_are_kept_until_they_are_cleared);
   RUN_TEST(test_there_is_no_entry_before_a_fault);

@@ -397,8 +397,8 @@ static void test_it_does_not_start_with_a_wrong_node_id(void) {
 static void test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters(void) {
   axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
   const protection_limits limits[SERVO_AXES] = {node.axis[0].watch.limits, node.axis[1].watch.limits};
-  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 4711,
-                              {0}};
+  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 4711, {0},
+                              NULL};
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
   wait_ms(2);
   TEST_ASSERT_EQUAL_UINT32(4711, get(0x1018, 4));
@@ -410,6 +410,14 @@ static void test_it_has_its_serial_number_and_does_not_start_with_wrong_paramete
   parameters[1].observer.inertia_kg_m2 = 2.0f;
   parameters[0].motor.torque_constant_nm_a = 0.0f;
   TEST_ASSERT_FALSE(servo_node_start(&node, &config));
+  parameters[0].motor.torque_constant_nm_a = 2.5f;
+  hal_scales scales = {
+      .current_full_scale_a = {10.0f, 20.0f}, .over_current_a = {8.0f, 9.0f}, .voltage_full_scale_v = 80.0f};
+  config.scales = &scales;
+  TEST_ASSERT_TRUE(servo_node_start(&node, &config));
+  TEST_ASSERT_EQUAL_FLOAT(80.0f, machine.scales.voltage_full_scale_v);
+  scales.voltage_full_scale_v = 0.0f;
+  TEST_ASSERT_FALSE(servo_node_start(&node, &config));
 }
 
 static int32_t software_limit(uint16_t shift, uint8_t sub) { return (int32_t)get((uint16_t)(0x607D + shift), sub); }
@@ -417,7 +425,8 @@ static int32_t software_limit(uint16_t shift, uint8_t sub) { return (int32_t)get
 static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void) {
   const axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
   protection_limits limits[SERVO_AXES] = {node.axis[0].watch.limits, node.axis[1].watch.limits};
-  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 0, {0}};
+  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 0, {0},
+                              NULL};
   limits[0].minimum_rad = -1.0f;
   limits[0].maximum_rad = 2.0f;
   limits[1].minimum_rad = limits[1].maximum_rad = 0.0f; /* no hard limits */

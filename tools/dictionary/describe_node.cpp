@@ -39,7 +39,8 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantCo
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
   const protection_limits limits[SERVO_AXES] = {sim::node_limits(plant, sim::kAzimuth),
                                                 sim::node_limits(plant, sim::kPitch)};
-  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr, 0, {}};
+  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr, 0,
+                                    {},      nullptr};
   if (!servo_node_start(node.get(), &config)) {
     throw std::runtime_error("the node does not start");
   }

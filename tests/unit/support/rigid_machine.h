@@ -32,6 +32,7 @@ typedef struct {
   hal functions;
   rigid_axis axis[SERVO_AXES];
   float bus_voltage_v;
+  hal_scales scales; /* told; what is read is right in any case */
 } rigid_machine;
 
 static inline bool rigid_joint_angle(void *machine, int axis, uint32_t *angle) {
@@ -76,6 +77,10 @@ static inline void rigid_set_duty(void *machine, int axis, float duty) {
   ((rigid_machine *)machine)->axis[axis].duty = duty;
 }
 
+static inline void rigid_set_scales(void *machine, const hal_scales *scales) {
+  ((rigid_machine *)machine)->scales = *scales;
+}
+
 /* At rest at angle 0, healthy, 48 V. */
 static inline void rigid_machine_init(rigid_machine *machine) {
   *machine = (rigid_machine){.functions = {.machine = machine,
@@ -87,7 +92,8 @@ static inline void rigid_machine_init(rigid_machine *machine) {
                                            .power_bridge = rigid_power,
                                            .current_a = rigid_current_a,
                                            .bus_voltage_v = rigid_bus_voltage_v,
-                                           .set_duty = rigid_set_duty},
+                                           .set_duty = rigid_set_duty,
+                                           .set_scales = rigid_set_scales},
                              .bus_voltage_v = 48.0f};
 }
 
@@ -139,7 +145,7 @@ static inline bool rigid_machine_start_node_on(rigid_machine *machine, servo_nod
     limits[i] = objects.written;
     limits[i].stuck_s = 0.0f; /* without noise, a machine at rest says the same again and again */
   }
-  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus};
+  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus, NULL};
   return servo_node_start(node, &config);
 }
 
