@@ -156,16 +156,18 @@ void test_the_boards_scales_decide_what_a_current_is() {
   BoardRig rig(bench::tracker_plant());
   bench::boot(rig);
   unlock(rig);
-  TEST_ASSERT_TRUE(rig.client.write(0x3060, 3, bits_of(12.0F), 4));
+  TEST_ASSERT_TRUE(rig.client.write(0x3060, 3, bits_of(20.0F), 4));
   rig.client.start_node();
   TEST_ASSERT_TRUE(rig.client.enable(bench::kCyclicVelocity));
   turn(rig, 100);
+  TEST_ASSERT_EQUAL_HEX32(0, rig.client.error_code(0));
+  TEST_ASSERT_TRUE(rig.machine.is_bridge_on(0));
   rig.machine.set_short_current(0, 5.0);
   rig.machine.run(200e-6);
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_bridge_on(0), "5 A and what the motor takes are below the threshold");
-  rig.machine.set_short_current(0, 15.0);
+  rig.machine.set_short_current(0, 22.0);
   rig.machine.run(200e-6);
-  TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), "15 A are beyond it");
+  TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), "22 A are beyond it, and within the sensor's range");
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_bridge_on(1), "the other axis has its own");
 
   BoardRig doubled(bench::tracker_plant());

@@ -1,6 +1,7 @@
 """The first power-up of docs/board.md, carried out as written: its commands are taken out of the page and given to
 servoctl, which talks to the board's image on the emulated board, with what the page says is on the bench."""
 
+import math
 import os
 import pathlib
 import shlex
@@ -49,9 +50,9 @@ def servoctl(tmp_path):
 
 
 def angle_deg(servoctl):
-    """As people are shown it: NAME = VALUE °."""
+    """6064, in 1e-7 rad."""
     shown = servoctl("get", "azimuth.position_actual_value").stdout
-    return float(shown.split("=")[1].split()[0])
+    return math.degrees(1e-7 * float(shown.split("=")[1].split()[0]))
 
 
 def test_the_page_has_the_steps_that_can_be_executed():
@@ -82,4 +83,4 @@ def test_at_24_v_nothing_switches_on_before_step_5(servoctl):
     for line in steps()[4]:
         assert servoctl(*shlex.split(line)[1:]).returncode == 0
     refused = servoctl("move", "azimuth", "--by", "1", "--yes")
-    assert refused.returncode != 0 and "switch on disabled" in refused.stderr, refused
+    assert refused.returncode != 0 and "ready to switch on" in refused.stderr, refused
