@@ -42,7 +42,6 @@ static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_input
       .torque_demand_nm = finite ? inputs->torque_demand_nm : 0.0f,
       .setpoint_arrived = inputs->setpoint_arrived,
       .stimulus = inputs->stimulus,
-      .machine = inputs->machine,
   };
 }
 

@@ -36,7 +36,6 @@ typedef struct {
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
   const servo_axis_command *stimulus; /* of an experiment, obeyed in operation with 6060 = 0; or NULL */
   fault_set faults;                   /* that others than the drive see now */
-  drive_machine machine;              /* what it allows, whatever the objects say */
 } drive_axis_inputs;
 
 typedef struct {
@@ -76,8 +75,9 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
 void drive_axis_tell(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s);
 
 /* Last before the next step: drive_motion_prepare. */
-static inline void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, float dt_s) {
-  drive_motion_prepare(&axis->motion, objects, dt_s);
+static inline void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const drive_machine *machine,
+                                      float dt_s) {
+  drive_motion_prepare(&axis->motion, objects, machine, dt_s);
 }
 
 #endif

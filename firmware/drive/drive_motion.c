@@ -33,8 +33,8 @@ static profile_limits velocity_limits(const drive_bounds *bounds, const drive_li
 
 void drive_motion_reset(drive_motion *motion, drive_angle position) {
   const int8_t mode = motion->mode;
-  const drive_travel soft = motion->bounds.soft;
-  *motion = (drive_motion){.mode = mode, .demand = position, .setpoint_age_ticks = INT_MAX, .bounds = {.soft = soft}};
+  const drive_bounds bounds = motion->bounds;
+  *motion = (drive_motion){.mode = mode, .demand = position, .setpoint_age_ticks = INT_MAX, .bounds = bounds};
 }
 
 /* --- handing over --- */
@@ -234,7 +234,9 @@ static drive_profile_step prepare_velocity(const drive_motion *motion, const dri
   return step;
 }
 
-void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, float dt_s) {
+void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, const drive_machine *machine,
+                          float dt_s) {
+  drive_bounds_update(&motion->bounds, objects, machine);
   motion->next.ready = false;
   if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way) {
     motion->next = prepare_position(motion, objects, dt_s);
@@ -542,7 +544,6 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     return (drive_setpoint){.command = {.mode = action == DRIVE_BRAKE ? SERVO_BRAKE : SERVO_OFF},
                             .position = feedback->position};
   }
-  drive_bounds_update(&motion->bounds, objects, &feedback->machine);
   motion->position = feedback->position;
   if (motion->loop == SERVO_OFF) {
     close_loop(motion, controls_position(mode) ? SERVO_POSITION : SERVO_SPEED, feedback);

@@ -26,7 +26,6 @@ typedef struct {
   float torque_demand_nm;             /* commanded in the last tick */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
   const servo_axis_command *stimulus; /* of an experiment: obeyed in place of a mode while none is chosen; or NULL */
-  drive_machine machine;
 } drive_feedback;
 
 /* What 60C2 meant when it was looked at last. */
@@ -90,7 +89,8 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
                                  const drive_feedback *feedback, float dt_s);
 
 /* Between two ticks: where the ramp of pp or pv goes in the coming one. To find the moment at which a stop has to begin
- * takes time, which is not the tick's; so targets and limits of these two modes count a tick later. */
-void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, float dt_s);
+ * takes time, which is not the tick's; so targets and limits of these two modes count a tick later, and
+ * the bounds of the travel and of the rate in every mode. */
+void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, const drive_machine *machine, float dt_s);
 
 #endif

@@ -438,7 +438,6 @@ static void gather_inputs(servo_node *node, int i, float bus_voltage_v) {
   inputs->voltage_present = bus_voltage_v >= axis->watch.limits.under_voltage_v;
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
-  inputs->machine = axis_watch_machine(&axis->watch, &node->board.app.params.axis[i]);
   inputs->faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
                    axis_watch_step(&axis->watch, &node->board, i, axis->drive.position, bus_voltage_v);
   inputs->warning = axis_protection_warns(&axis->watch.state, &axis->watch.limits);
@@ -524,7 +523,9 @@ void servo_node_serve(servo_node *node) {
   access_lock_tick(&node->lock);
   canopen_node_serve(&node->canopen);
   for (int i = 0; i < SERVO_AXES; ++i) {
-    drive_axis_prepare(&node->axis[i].drive, &node->axis[i].objects, SERVO_TICK_S);
+    servo_node_axis *axis = &node->axis[i];
+    const drive_machine machine = axis_watch_machine(&axis->watch, &node->board.app.params.axis[i]);
+    drive_axis_prepare(&axis->drive, &axis->objects, &machine, SERVO_TICK_S);
   }
   if (kept_storage_tick(&node->storage)) {
     tell_stored(node);

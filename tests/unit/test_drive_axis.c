@@ -18,6 +18,7 @@ typedef struct {
   drive_axis axis;
   drive_objects o;
   drive_axis_inputs in;
+  drive_machine machine;
   servo_axis_command command;
   double angle_rad;
   double rate_rad_s;
@@ -83,7 +84,7 @@ static void tick(bench *b) {
   const servo_axis_command last = b->command;
   b->command = *drive_axis_step(&b->axis, &b->o, &b->in, dt_s);
   drive_axis_tell(&b->axis, &b->o, &b->in, dt_s);
-  drive_axis_prepare(&b->axis, &b->o, dt_s);
+  drive_axis_prepare(&b->axis, &b->o, &b->machine, dt_s);
   if (last.mode != SERVO_OFF && b->command.mode != SERVO_OFF) {
     b->worst_step_rad_s =
         fmax(b->worst_step_rad_s, fabs((double)b->command.speed.rate_rad_s - (double)last.speed.rate_rad_s));
@@ -291,7 +292,7 @@ static void test_no_software_limit_leads_beyond_the_hard_travel(void) {
                {7000000, 9000000, -2000000, 6000000}};
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
     bench b = bench_in(DRIVE_PROFILE_POSITION);
-    b.in.machine.hard = (drive_travel){-2000000, 6000000};
+    b.machine.hard = (drive_travel){-2000000, 6000000};
     b.o.limit.position_minimum = cases[i].minimum;
     b.o.limit.position_maximum = cases[i].maximum;
     new_setpoint(&b, 20000000, 0);
@@ -380,7 +381,7 @@ static void test_samples_that_are_not_finite_cut_the_torque_and_no_nan_comes_out
     *samples[which] = which % 2 == 0 ? NAN : INFINITY;
     b.command = *drive_axis_step(&b.axis, &b.o, &b.in, dt_s);
     drive_axis_tell(&b.axis, &b.o, &b.in, dt_s);
-    drive_axis_prepare(&b.axis, &b.o, dt_s);
+    drive_axis_prepare(&b.axis, &b.o, &b.machine, dt_s);
     TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
     TEST_ASSERT_EQUAL_HEX16(fault_table[FAULT_IMPLAUSIBLE].code, b.o.state.error_code);
     TEST_ASSERT_TRUE(isfinite(b.command.speed.rate_rad_s) && isfinite(b.command.torque_nm));

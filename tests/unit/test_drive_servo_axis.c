@@ -19,7 +19,8 @@ static void node_tick(node *n) {
   drive_axis_sense(&n->in, &n->b.axis, &n->b.params, &n->b.samples);
   n->b.command = *drive_axis_step(&n->drive, &n->o, &n->in, dt_s);
   drive_axis_tell(&n->drive, &n->o, &n->in, dt_s);
-  drive_axis_prepare(&n->drive, &n->o, dt_s);
+  const drive_machine machine = {.margin = 0};
+  drive_axis_prepare(&n->drive, &n->o, &machine, dt_s);
   n->in.setpoint_arrived = false;
   tick(&n->b);
 }
