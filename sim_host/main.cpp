@@ -9,6 +9,8 @@
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host faults [--scenario FILE]
 //   sim_host soak --hours N
+//   sim_host check --limits FILE
+//   sim_host gains --plant FILE --out FILE
 //   sim_host keys plant|scenario
 #include <fmt/format.h>
 
@@ -24,6 +26,7 @@
 #include <optional>
 #include <set>
 
+#include "check_command.hpp"
 #include "command_line.hpp"
 #include "commissioning/commission.hpp"
 #include "commissioning/commission_report.hpp"
@@ -363,6 +366,9 @@ void add_keys(CLI::App& app) {
 }
 
 int parse_and_run(int argc, char **argv) {
+  constexpr int kWrongInput = 2;
+  const std::vector<std::string> arguments(argv, argv + argc);
+  const sim::ImageDevices image_devices;  // none: check hands images over to check_board
   int code = 0;
   CLI::App app{"The simulated optical tracker with the servo firmware on it."};
   app.require_subcommand(1);
@@ -376,8 +382,14 @@ int parse_and_run(int argc, char **argv) {
   add_serve(app);
   sim::add_faults(app, code);
   sim::add_soak(app, code);
+  sim::add_check(app, code, arguments, image_devices);
+  sim::add_gains(app);
   add_keys(app);
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kWrongInput;
+  }
   return code;
 }
 

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "experiments/control_design.hpp"
-#include "experiments/margin_study.hpp"
+#include "experiments/margin_measurement.hpp"
 #include "gain_design/design_json.hpp"
 #include "gain_design/identified_plant_json.hpp"
 #include "identification/result_json.hpp"

@@ -2,24 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
 #include <stdexcept>
 
-#include "analysis/frequency_measurement.hpp"
+#include "experiments/margin_measurement.hpp"
 #include "experiments/run_files.hpp"
 
 namespace trackservo::sim {
 namespace {
-
-constexpr double kBiasRate_rad_s = 2.0 * kPi / 180.0;
-
-// Strong enough to stand out of wind and noise, weak enough to stay in the regime (no reversal, no break-away).
-double torque_rms_nm(const PlantConfig& plant, int axis, bool pre_sliding) {
-  return (pre_sliding ? 0.2 : 1.0) * plant.axis[static_cast<std::size_t>(axis)].friction.positive.coulomb_nm;
-}
 
 double decibel(std::complex<double> gain) { return 20.0 * std::log10(std::abs(gain)); }
 double degrees(std::complex<double> gain) { return std::arg(gain) * 180.0 / kPi; }
@@ -55,18 +47,6 @@ servo_params params_of(const MarginJob& job) {
   return params;
 }
 
-// Around the crossover and beyond the frequency that decides the gain margin. Below, the wind is stronger than any test
-// torque; far above, the loop gain drowns in noise.
-void choose_band(MeasurementRequest& request, const Margins& computed) {
-  constexpr double kNyquistReserve_hz = 450.0;
-  request.first_hz = computed.crossover_hz / 4.0;
-  request.last_hz = 10.0 * computed.crossover_hz;
-  if (std::isfinite(computed.phase_crossover_hz)) {
-    request.last_hz = std::max(request.last_hz, 1.3 * computed.phase_crossover_hz);
-  }
-  request.last_hz = std::min(request.last_hz, kNyquistReserve_hz);
-}
-
 DesignOptions design_for(const PlantConfig& plant, const std::vector<Study>& studies) {
   for (const Study& study : studies) {
     if (study.plant.name == plant.name) {
@@ -94,18 +74,6 @@ std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vecto
     }
   }
   return jobs;
-}
-
-FrequencyResponse measured_near_crossover(const PlantConfig& plant, const servo_params& params, int axis,
-                                          bool pre_sliding, const Margins& computed) {
-  MeasurementRequest request;
-  request.plant = &plant;
-  request.params = params;
-  request.axis = axis;
-  request.bias_rate_rad_s = pre_sliding ? 0.0 : kBiasRate_rad_s;
-  request.torque_rms_nm = torque_rms_nm(plant, axis, pre_sliding);
-  choose_band(request, computed);
-  return measured_loop_gain(request);
 }
 
 MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& out_dir) {

@@ -25,11 +25,6 @@ struct MarginJob {
 // campaign must outlive the jobs.
 std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vector<Study>& studies);
 
-// The loop gain measured on the simulated machine around the crossover and the frequency that decides the gain margin,
-// sliding at 2 deg/s or in pre-sliding. `computed` says where these are.
-FrequencyResponse measured_near_crossover(const PlantConfig& plant, const servo_params& params, int axis,
-                                          bool pre_sliding, const Margins& computed);
-
 // Computes, measures, and writes margins/<...>.csv below `out_dir`.
 MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& out_dir);
 

@@ -18,6 +18,11 @@ namespace trackservo::sim {
 struct NodeSetup {
   explicit NodeSetup(const PlantConfig& plant);
 
+  // With given gains and limits, whatever the plant would want.
+  NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
+            const std::array<protection_limits, kAxes>& with_limits)
+      : plant(of_plant), parameters(with_parameters), limits(with_limits) {}
+
   PlantConfig plant;
   std::array<axis_parameters, kAxes> parameters;
   std::array<protection_limits, kAxes> limits;

@@ -10,34 +10,6 @@
 namespace trackservo::sim {
 namespace {
 
-speed_reference speed_set_point(const RunRequest& request, double time_s) {
-  const ScenarioConfig& scenario = *request.scenario;
-  const double t = time_s - scenario.rest_s;
-  if (t < 0.0) {
-    return {0.0F, 0.0F};
-  }
-  if (scenario.kind == ScenarioKind::kSpeedSine) {
-    const double w = 2.0 * kPi * scenario.frequency_hz;
-    return {static_cast<float>(request.speed_rad_s * std::sin(w * t)),
-            static_cast<float>(request.speed_rad_s * w * std::cos(w * t))};
-  }
-  return {static_cast<float>(request.speed_rad_s), 0.0F};
-}
-
-// A disturbance given as a speed is the torque that alone would move the bare inertia with that speed: J d(speed)/dt.
-// It comes in behind the controller, which does not know of it, and passes the motor's current loop.
-double disturbance_nm(const RunRequest& request, int axis, double time_s) {
-  const ScenarioConfig& scenario = *request.scenario;
-  const double t = time_s - scenario.rest_s;
-  if (scenario.disturbance_amplitude_rad_s == 0.0 || t < 0.0) {
-    return 0.0;
-  }
-  const double w = 2.0 * kPi * scenario.disturbance_frequency_hz;
-  const double pitch_rad = scenario.initial_joint_angle_rad[kPitch];
-  return axis_inertia_kg_m2(*request.plant, axis, pitch_rad) * scenario.disturbance_amplitude_rad_s * w *
-         std::cos(w * t);
-}
-
 // `truth` is the machine's state at the moment for which the set-point was made.
 AxisRow row_of(const TruthState& truth, const Machine& machine, int axis, double tracking_error_rad) {
   const std::size_t i = static_cast<std::size_t>(axis);
@@ -96,11 +68,33 @@ void command_axis(const RunRequest& request, Machine& machine, int axis, double 
     return;
   }
   command.mode = SERVO_SPEED;
-  command.speed = moves ? speed_set_point(request, time_s) : speed_reference{0.0F, 0.0F};
-  machine.inject_torque(axis, moves ? disturbance_nm(request, axis, time_s) : 0.0);
+  command.speed = moves ? speed_set_point(scenario, request.speed_rad_s, time_s) : speed_reference{0.0F, 0.0F};
+  machine.inject_torque(axis, moves ? disturbance_nm(*request.plant, scenario, axis, time_s) : 0.0);
 }
 
 }  // namespace
+
+speed_reference speed_set_point(const ScenarioConfig& scenario, double speed_rad_s, double time_s) {
+  const double t = time_s - scenario.rest_s;
+  if (t < 0.0) {
+    return {0.0F, 0.0F};
+  }
+  if (scenario.kind == ScenarioKind::kSpeedSine) {
+    const double w = 2.0 * kPi * scenario.frequency_hz;
+    return {static_cast<float>(speed_rad_s * std::sin(w * t)), static_cast<float>(speed_rad_s * w * std::cos(w * t))};
+  }
+  return {static_cast<float>(speed_rad_s), 0.0F};
+}
+
+double disturbance_nm(const PlantConfig& plant, const ScenarioConfig& scenario, int axis, double time_s) {
+  const double t = time_s - scenario.rest_s;
+  if (scenario.disturbance_amplitude_rad_s == 0.0 || t < 0.0) {
+    return 0.0;
+  }
+  const double w = 2.0 * kPi * scenario.disturbance_frequency_hz;
+  const double pitch_rad = scenario.initial_joint_angle_rad[kPitch];
+  return axis_inertia_kg_m2(plant, axis, pitch_rad) * scenario.disturbance_amplitude_rad_s * w * std::cos(w * t);
+}
 
 Trace run_scenario(const RunRequest& request) {
   const ScenarioConfig& scenario = *request.scenario;

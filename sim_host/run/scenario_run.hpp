@@ -11,6 +11,14 @@
 
 namespace trackservo::sim {
 
+// The speed that a moving axis shall have at a time of the run; `speed_rad_s` is the case. Not for tracking.
+speed_reference speed_set_point(const ScenarioConfig& scenario, double speed_rad_s, double time_s);
+
+// The scenario's disturbing torque. A disturbance given as a speed is the torque that alone would move the bare inertia
+// with that speed: J d(speed)/dt. It comes in behind the controller, which does not know of it, and passes the motor's
+// current loop.
+double disturbance_nm(const PlantConfig& plant, const ScenarioConfig& scenario, int axis, double time_s);
+
 struct RunRequest {
   const PlantConfig *plant = nullptr;
   const ScenarioConfig *scenario = nullptr;

@@ -96,6 +96,8 @@ bool CanClient::write(std::uint16_t index, std::uint8_t sub, std::uint32_t value
   append(request, value);
   send(0x600U + node_, request);
   const std::optional<can_frame> frame = answer(patience_ms);
+  constexpr std::uint8_t kAbort = 0x80;
+  abort_code_ = frame && frame->data[0] == kAbort ? std::optional(word_of(*frame, 4)) : std::nullopt;
   return frame && frame->data[0] == 0x60;
 }
 

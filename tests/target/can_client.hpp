@@ -42,6 +42,9 @@ class CanClient {
   // Any frame, also one that is not for this node.
   void send(const can_frame& frame) { bus_.send(port_, frame); }
 
+  // Of the last write that was aborted; none when the node did not answer, or took it.
+  std::optional<std::uint32_t> abort_code() const { return abort_code_; }
+
   void start_node() { send(0x000, {1, node_}); }
 
   // Through the states of CiA 402 up to operation enabled, in this mode, both axes; false when one does not come.
@@ -75,6 +78,7 @@ class CanClient {
   trackservo::sim::VirtualBus::Port port_;
   std::uint8_t node_ = 1;
   std::optional<can_frame> answer_;
+  std::optional<std::uint32_t> abort_code_;
   int heartbeats_ = 0;
   int boots_ = 0;
   int pdos_ = 0;

@@ -1,0 +1,44 @@
+// The runs of a check: every scenario, case and seed, and the margins of the speed loops.
+//
+// Speed scenarios are driven through the whole device (node, drive, protection, servo core). Tracking, which no CiA 402
+// mode carries, runs on the servo core, as do the measured margins; both with the gains that the device has then.
+#ifndef TRACKSERVO_SIM_CHECK_CHECK_RUN_HPP
+#define TRACKSERVO_SIM_CHECK_CHECK_RUN_HPP
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "check/device.hpp"
+#include "check/figure.hpp"
+#include "check/gains_file.hpp"
+#include "config/scenario_config.hpp"
+
+namespace trackservo::sim {
+
+constexpr const char *kLoopScenario = "loop";  // as margins are named
+
+struct CheckPlan {
+  PlantConfig plant;
+  Gains gains;
+  std::vector<ScenarioConfig> scenarios;
+  std::vector<std::uint64_t> seeds;
+  int threads = 2;
+  bool only_device = false;  // an image: no tracking, no margins, no disturbing torque
+  DeviceMaker make_device;
+};
+
+// Throws ConfigError for a scenario that this plan cannot run, or gains that are refused.
+void refuse_impossible(const CheckPlan& plan);
+
+// The figures that run_check gives, in its order, without values. Throws as apply_gains.
+std::vector<CheckFigure> figures_of(const CheckPlan& plan);
+
+// Throws as apply_gains.
+std::vector<CheckFigure> run_check(const CheckPlan& plan,
+                                   const std::function<void(int, int, const std::string&)>& progress);
+
+}  // namespace trackservo::sim
+
+#endif

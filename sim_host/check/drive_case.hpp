@@ -1,0 +1,27 @@
+// Drives a device through one case of a speed scenario, and records what the machine truly did.
+#ifndef TRACKSERVO_SIM_CHECK_DRIVE_CASE_HPP
+#define TRACKSERVO_SIM_CHECK_DRIVE_CASE_HPP
+
+#include <optional>
+#include <string>
+
+#include "check/device.hpp"
+#include "check/gains_file.hpp"
+#include "config/scenario_config.hpp"
+#include "run/trace.hpp"
+
+namespace trackservo::sim {
+
+// A row per millisecond. Errors count against the set-point as it was sent, later by the delay that the protocol has.
+struct DrivenCase {
+  Trace trace;                         // empty after a failure: no figure of a broken run means anything
+  std::optional<std::string> failure;  // "pitch: fault 7300h after 3.2 s"
+};
+
+// Throws as apply_gains.
+DrivenCase drive_case(CheckedDevice& device, const PlantConfig& plant, const ScenarioConfig& scenario,
+                      double speed_rad_s, const Gains& gains);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,73 @@
+#include "check/host_device.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+extern "C" {
+#include "app/default_parameters.h"
+}
+
+namespace trackservo::sim {
+namespace {
+
+constexpr std::uint16_t kTargetVelocity = 0x60FF;
+constexpr double kCountsPerRad_s = 1e6;
+
+}  // namespace
+
+NodeSetup device_setup(const PlantConfig& plant) {
+  return {plant,
+          {default_parameters[kAzimuth], default_parameters[kPitch]},
+          {default_limits[kAzimuth], default_limits[kPitch]}};
+}
+
+HostDevice::HostDevice(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
+    : setup_(device_setup(plant)), node_(setup_, seed, joint_angle_rad) {}
+
+std::uint32_t HostDevice::write(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, int bytes) {
+  std::uint8_t data[4];
+  for (int i = 0; i < 4; ++i) {
+    data[i] = static_cast<std::uint8_t>(bits >> (8 * i));
+  }
+  od_object object;
+  const od_abort found = od_find(servo_node_dictionary(&node_.node()), index, sub, &object);
+  return found != OD_OK ? found : od_write(&object, data, static_cast<std::uint16_t>(bytes));
+}
+
+bool HostDevice::enable() {
+  try {
+    node_.enable(DRIVE_CYCLIC_VELOCITY);
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+  return true;
+}
+
+void HostDevice::command(const std::array<double, kAxes>& rate_rad_s) {
+  for (int axis = 0; axis < kAxes; ++axis) {
+    node_.write(axis, kTargetVelocity, 0, std::llround(kCountsPerRad_s * rate_rad_s[static_cast<std::size_t>(axis)]));
+  }
+}
+
+double HostDevice::torque_command_nm(int axis) const {
+  return static_cast<double>(node_.machine().firmware(axis).signals.torque.torque_nm);
+}
+
+std::optional<std::string> HostDevice::failure() {
+  for (int axis = 0; axis < kAxes; ++axis) {
+    const std::uint16_t code = node_.axis(axis).objects.state.error_code;
+    if (code != 0 || node_.axis(axis).drive.state.power != DRIVE_OPERATION_ENABLED) {
+      return fmt::format("{}: fault {:04X}h", axis_name(axis), code);
+    }
+  }
+  return std::nullopt;
+}
+
+std::unique_ptr<CheckedDevice> make_host_device(const PlantConfig& plant, std::uint64_t seed,
+                                                const std::array<double, kAxes>& joint_angle_rad) {
+  return std::make_unique<HostDevice>(plant, seed, joint_angle_rad);
+}
+
+}  // namespace trackservo::sim
