@@ -1,10 +1,10 @@
-"""Runs the README, line by line in its order, on a Debian that has nothing else installed.
+"""Runs the README, line by line in its order, on a Debian that has nothing else installed; then the container file of docs/ci.
 
     build/venv/bin/python tests/readme/run_readme.py [--root FOLDER] [--from LINE] [--keep]
 
 A bare root (tests/readme/bare-root), a clone of what is committed in it, then one shell that gets every command of every
 ```sh block of README.md, as a reader would type it. The first that does not exit with 0 ends the run. What each said is in
-build/readme/NN.log.
+build/readme/NN-*.log. The RUN lines of docs/ci/Containerfile run in a bare root of their own (tests/ci).
 """
 
 from __future__ import annotations
@@ -164,6 +164,25 @@ def clone(root: Path) -> None:
     subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", str(PROJECT), str(place)], check=True)
 
 
+def run_container_file(root: Path) -> bool:
+    """What `podman build` would run, in another bare root."""
+    started = time.monotonic()
+    clone(root)
+    environment = {
+        **os.environ,
+        "GATE_WRAP": f"{BARE_ROOT} run {root}",
+        "GATE_TREE": str(root / CLONE.lstrip("/")),
+        "GATE_SHELL_TREE": CLONE,
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/ci/test_steps.py", "-k", "container"],
+        cwd=PROJECT, env=environment, check=False,
+    )  # fmt: skip
+    took = time.monotonic() - started
+    print(f"{'ok' if done.returncode == 0 else 'FAILED'} {took:7.1f} s  the RUN lines of docs/ci/Containerfile", flush=True)
+    return done.returncode == 0
+
+
 def last_lines(count: int) -> str:
     newest = max(LOGS.glob("*.log"), key=lambda path: path.stat().st_mtime)
     return "\n".join(newest.read_text(errors="replace").splitlines()[-count:])
@@ -183,9 +202,12 @@ def main() -> int:
     shutil.rmtree(LOGS, ignore_errors=True)
     LOGS.mkdir(parents=True)
     root = options.root or PROJECT / "build" / "bare-root"
+    other_root = root.with_name(root.name + "-container")
     if options.root is None:
         shutil.rmtree(root, ignore_errors=True)
+        shutil.rmtree(other_root, ignore_errors=True)
         make_root(root)
+        subprocess.run(["cp", "-a", str(root), str(other_root)], check=True)
     elif options.first == 1:
         clone(root)
     started = time.monotonic()
@@ -199,11 +221,15 @@ def main() -> int:
         print(last_lines(40))
     finally:
         reader.close()
-    if options.root is None and not options.keep:
-        shutil.rmtree(root)
-    print(f"{passed} of {len(blocks)} blocks in {time.monotonic() - started:.0f} s")
-    print(f"{passed} passed, {len(blocks) - passed if passed < len(blocks) else 0} failed")
-    return 0 if passed == len(blocks) else 1
+    print(f"{passed} of {len(blocks)} blocks in {time.monotonic() - started:.0f} s", flush=True)
+    failed = len(blocks) - passed
+    if options.root is None:
+        contained = run_container_file(other_root)
+        passed, failed = passed + contained, failed + (not contained)
+        for made in [] if options.keep else [root, other_root]:
+            shutil.rmtree(made)
+    print(f"{passed} passed, {failed} failed")
+    return 0 if failed == 0 else 1
 
 
 if __name__ == "__main__":
