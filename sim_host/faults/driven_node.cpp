@@ -27,6 +27,10 @@ NodeSetup::NodeSetup(const PlantConfig& of_plant)
       limits{node_limits(plant, kAzimuth), node_limits(plant, kPitch)},
       scales(node_scales(plant)) {}
 
+NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
+                     const std::array<protection_limits, kAxes>& with_limits)
+    : plant(of_plant), parameters(with_parameters), limits(with_limits), scales(node_scales(plant)) {}
+
 DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
     : node_(std::make_unique<servo_node>()), machine_(setup.plant, seed, joint_angle_rad) {
   const servo_node_config config = {kNodeId,

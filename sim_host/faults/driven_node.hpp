@@ -18,10 +18,9 @@ namespace trackservo::sim {
 struct NodeSetup {
   explicit NodeSetup(const PlantConfig& plant);
 
-  // With given gains and limits, whatever the plant would want.
+  // With given gains and limits, whatever the plant would want; the sensors' scales are the plant's.
   NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
-            const std::array<protection_limits, kAxes>& with_limits)
-      : plant(of_plant), parameters(with_parameters), limits(with_limits) {}
+            const std::array<protection_limits, kAxes>& with_limits);
 
   PlantConfig plant;
   std::array<axis_parameters, kAxes> parameters;
