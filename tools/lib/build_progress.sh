@@ -30,6 +30,7 @@ show_build_progress() {
     [[ "$line" =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
     step="${BASH_REMATCH[1]}"
     total="${BASH_REMATCH[2]}"
+    ((step > 0)) || continue # "[0/2] Re-checking globbed directories", before it knows what to build
     begun=yes
     now="$(progress_now_s)"
     files=$((total + build_progress_link_files))
