@@ -21,7 +21,7 @@ import os, sys, time
 if "--build" not in sys.argv:
     sys.exit(0)
 by_line = os.environ.get("_STDBUF_O") == "L"
-sys.stdout.write("[0/2] Re-checking globbed directories...\n")
+sys.stdout.write("[0/2] Re-checking globbed directories...\\n")
 for step in range(1, 21):
     sys.stdout.write(f"[{step}/20] Building CXX object a{step}.o\\n")
     if by_line:
