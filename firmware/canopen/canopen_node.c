@@ -342,7 +342,7 @@ static void send_lss(canopen_node *node) {
  */
 static void receive_lss(canopen_node *node, const can_frame *frame) {
   uint32_t identity[LSS_IDENTITY_PARTS];
-  for (uint8_t part = 0; part < LSS_IDENTITY_PARTS; part++) {
+  for (uint32_t part = 0; part < LSS_IDENTITY_PARTS; part++) {
     identity[part] = identity_of(node, (uint8_t)(part + 1));
   }
   lss_slave_identify(&node->lss, identity);
