@@ -197,9 +197,14 @@ def test_wrong_toggle_and_wrong_crc_are_refused(node):
     node.network.subscribe(0x580 + NODE_ID, lambda _i, data, _t: answers.append(bytes(data)))
 
     def exchange(*request):
+        """As a client does: it waits for the answer, which may be 100 ms after a transfer that was broken off (0019)."""
+        count = len(answers)
         node.network.send_message(0x600 + NODE_ID, bytes(request).ljust(8, b"\0"))
-        time.sleep(0.02)
-        return answers[-1]
+        end = time.monotonic() + 1
+        while len(answers) == count:
+            time.sleep(0.002)
+            assert time.monotonic() < end, "no answer within 1 s"
+        return answers[count]
 
     exchange(0x40, 0x00, 0x2F, 10)
     assert struct.unpack_from("<L", exchange(0x70), 4)[0] == 0x05030000
