@@ -35,6 +35,7 @@ void drive_motion_reset(drive_motion *motion, drive_angle position) {
   const int8_t mode = motion->mode;
   const drive_bounds bounds = motion->bounds;
   *motion = (drive_motion){.mode = mode, .demand = position, .setpoint_age_ticks = INT_MAX, .bounds = bounds};
+  motion->setpoints.edge_before = true; /* what enables the axis moves it nowhere */
 }
 
 /* --- handing over --- */
@@ -61,13 +62,14 @@ static void close_loop(drive_motion *motion, servo_mode loop, const drive_feedba
 
 static bool controls_position(int8_t mode) { return mode == DRIVE_PROFILE_POSITION || mode == DRIVE_CYCLIC_POSITION; }
 
+/* A bit 4 that rises with the mode is a new set-point: RPDO1 carries both in one frame. */
 static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *feedback) {
   motion->mode = mode;
   motion->next.ready = false;
   motion->blocked_direction = 0.0f;
   motion->setpoint_age_ticks = INT_MAX;
   const drive_angle from = motion->loop == SERVO_POSITION ? motion->demand : feedback->position;
-  setpoint_queue_reset(&motion->setpoints, drive_position_from_angle(from));
+  setpoint_queue_reset(&motion->setpoints, drive_position_from_angle(from), motion->setpoints.edge_before);
   rate_interpolation_reset(&motion->rates, motion->ramp.rate_rad_s);
   position_interpolation_reset(&motion->positions, from, motion->ramp.rate_rad_s);
 }
@@ -553,6 +555,8 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
   }
   if (mode == DRIVE_PROFILE_POSITION) {
     (void)setpoint_queue_step(&motion->setpoints, objects->state.controlword, objects->position.target);
+  } else {
+    setpoint_queue_idle(&motion->setpoints, objects->state.controlword);
   }
   drive_setpoint setpoint;
   if (action == DRIVE_RUN) {

@@ -3,8 +3,8 @@
 #include "drive/drive_state.h"
 #include "drive/drive_units.h"
 
-void setpoint_queue_reset(setpoint_queue *queue, int32_t position) {
-  *queue = (setpoint_queue){.target = position, .next = position, .edge_before = true};
+void setpoint_queue_reset(setpoint_queue *queue, int32_t position, bool bit_before) {
+  *queue = (setpoint_queue){.target = position, .next = position, .edge_before = bit_before};
 }
 
 static bool take(setpoint_queue *queue, uint16_t controlword, int32_t target) {
@@ -33,6 +33,10 @@ bool setpoint_queue_step(setpoint_queue *queue, uint16_t controlword, int32_t ta
   /* Stays until the client has taken bit 4 back and another set-point could be taken. */
   queue->acknowledged = edge || (queue->acknowledged && bit) || queue->waiting;
   return started;
+}
+
+void setpoint_queue_idle(setpoint_queue *queue, uint16_t controlword) {
+  queue->edge_before = (controlword & DRIVE_CONTROL_NEW_SETPOINT) != 0;
 }
 
 bool setpoint_queue_finish(setpoint_queue *queue) {

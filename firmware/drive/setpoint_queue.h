@@ -19,11 +19,15 @@ typedef struct {
   bool edge_before;  /* bit 4 of the last controlword */
 } setpoint_queue;
 
-/* Nothing under way; relative set-points would count from `position`. A set bit 4 must fall before it counts. */
-void setpoint_queue_reset(setpoint_queue *queue, int32_t position);
+/* Nothing under way; relative set-points would count from `position`. `bit_before` is bit 4 of the controlword in the
+ * tick before: a bit that was set already must fall before it counts. */
+void setpoint_queue_reset(setpoint_queue *queue, int32_t position, bool bit_before);
 
 /* One tick. `target` is 607A. Returns whether a set-point came under way in this tick. */
 bool setpoint_queue_step(setpoint_queue *queue, uint16_t controlword, int32_t target);
+
+/* One tick of another mode: bit 4 is watched, so that one that is held into pp is no edge. */
+void setpoint_queue_idle(setpoint_queue *queue, uint16_t controlword);
 
 /* The set-point under way is reached. Returns whether the waiting one is under way now. */
 bool setpoint_queue_finish(setpoint_queue *queue);

@@ -115,6 +115,8 @@ def test_rpdo_that_stays_out_is_emergency_8250(master):
     master.start()
     master.send(RPDO[2] + NODE_ID, *bytes(8))
     assert master.wait_for(0x80 + NODE_ID)[0][:2] == b"\x50\x82"
+    master.pass_time(250)
+    assert master.heard(0x700 + NODE_ID)[-1] == b"\x05"  # no communication error of 1029:1 (CiA 301, 7.5.2.32)
 
 
 IDENTIFIERS = [0x081, 0x0A5, 0x100, 0x181, 0x2A5, 0x3FF, 0x57F, 0x580, 0x680, 0x6A5, 0x6DF]

@@ -255,6 +255,41 @@ static void test_pp_takes_a_waiting_set_point_and_changes_immediately_when_told(
   CHECK_AT_MOST("largest step of the rate, rad/s", 0.0021, b.worst_step_rad_s);
 }
 
+/* RPDO1 carries controlword and mode in one frame. */
+static void test_pp_takes_a_set_point_whose_bit_4_rises_with_the_mode(void) {
+  const int8_t modes_before[] = {DRIVE_NO_MODE, DRIVE_PROFILE_VELOCITY};
+  for (unsigned i = 0; i < sizeof modes_before / sizeof modes_before[0]; ++i) {
+    bench b = bench_in(modes_before[i]);
+    ticks(&b, 20);
+    b.o.position.target = 2000000;
+    b.o.state.mode = DRIVE_PROFILE_POSITION;
+    b.o.state.controlword |= DRIVE_CONTROL_NEW_SETPOINT;
+    ticks(&b, 2);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
+    (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+    TEST_ASSERT_EQUAL_INT32(2000000, b.o.position.actual);
+  }
+}
+
+static void test_a_bit_4_that_enables_or_was_set_in_another_mode_moves_nothing(void) {
+  bench b = bench_in(DRIVE_NO_MODE);
+  const int32_t before = b.o.position.actual;
+  b.o.position.target = 2000000;
+  b.o.state.controlword |= DRIVE_CONTROL_NEW_SETPOINT;
+  ticks(&b, 20);
+  b.o.state.mode = DRIVE_PROFILE_POSITION;
+  ticks(&b, 200);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+  TEST_ASSERT_EQUAL_INT32(before, b.o.position.actual);
+  const uint16_t commands[] = {0x0006, 0x0007, 0x001F};
+  for (unsigned i = 0; i < sizeof commands / sizeof commands[0]; ++i) {
+    b.o.state.controlword = commands[i];
+    ticks(&b, 400);
+  }
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
+  TEST_ASSERT_EQUAL_INT32(before, b.o.position.actual);
+}
+
 static void test_pp_turns_many_times_round(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
   b.o.limit.maximum_velocity = 20000000;
@@ -725,6 +760,8 @@ int main(void) {
   RUN_TEST(test_the_acceleration_given_brings_exactly_the_next_rate);
   RUN_TEST(test_pp_goes_to_its_target_acknowledges_and_arrives_exactly);
   RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_told);
+  RUN_TEST(test_pp_takes_a_set_point_whose_bit_4_rises_with_the_mode);
+  RUN_TEST(test_a_bit_4_that_enables_or_was_set_in_another_mode_moves_nothing);
   RUN_TEST(test_pp_turns_many_times_round);
   RUN_TEST(test_pp_ends_at_the_software_position_limit);
   RUN_TEST(test_no_software_limit_leads_beyond_the_hard_travel);

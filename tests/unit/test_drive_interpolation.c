@@ -159,7 +159,7 @@ enum {
 
 static setpoint_queue queue_at(int32_t position) {
   setpoint_queue queue;
-  setpoint_queue_reset(&queue, position);
+  setpoint_queue_reset(&queue, position, true);
   (void)setpoint_queue_step(&queue, 0x0F, 0);
   return queue;
 }
@@ -220,9 +220,16 @@ static void test_relative_set_points_count_from_the_target_before_them(void) {
 
 static void test_a_bit_4_that_was_set_before_the_mode_is_not_an_edge(void) {
   setpoint_queue queue;
-  setpoint_queue_reset(&queue, 0);
+  setpoint_queue_reset(&queue, 0, true);
   TEST_ASSERT_FALSE(setpoint_queue_step(&queue, new_setpoint, 100));
   TEST_ASSERT_FALSE(queue.acknowledged);
+  setpoint_queue_idle(&queue, 0x0F);
+  setpoint_queue_reset(&queue, 0, queue.edge_before);
+  TEST_ASSERT_TRUE(setpoint_queue_step(&queue, new_setpoint, 100));
+  TEST_ASSERT_TRUE(queue.acknowledged);
+  setpoint_queue_idle(&queue, new_setpoint);
+  setpoint_queue_reset(&queue, 0, queue.edge_before);
+  TEST_ASSERT_FALSE(setpoint_queue_step(&queue, new_setpoint, 100));
 }
 
 int main(void) {

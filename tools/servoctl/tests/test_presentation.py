@@ -170,3 +170,14 @@ def test_set_kp_says_what_may_be_meant(servo: Bench) -> None:
         assert refused.code == 2 and f"did you mean {GAIN}" in refused.err
     refused = servo.here("set", GAIN)
     assert refused.code == 2 and f"say {GAIN}=VALUE" in refused.err
+
+
+def test_set_takes_a_negative_number_after_a_name(servo: Bench) -> None:
+    limit = "azimuth.software_position_limit.min_position_limit"
+    before = servo.json("get", limit)[0]["value"]
+    servo.json("set", limit, "-4000000")
+    assert servo.json("get", limit)[0]["value"] == -4000000
+    servo.json("set", f"{limit}={before}")
+    refused = servo.here("set", GAIN, "-5")
+    assert refused.code == 2 and "-5" in refused.err and "below the lower limit" in refused.err
+    assert "No such option" in servo.here("set", GAIN, "-x").err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import click
@@ -140,7 +141,20 @@ def show_changes(session: Session, changes: list[Change], staged_only: bool = Fa
         )
 
 
-@click.command("set", short_help="Change values, all of them in one tick.")
+class SetCommand(click.Command):
+    """'set NAME -5': what begins like a negative number is the value of the name before it, not an option."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        words: list[str] = []
+        for word in args:
+            if words and not words[-1].startswith("-") and "=" not in words[-1] and re.match(r"-(\.?\d|inf|nan)", word):
+                words[-1] = f"{words[-1]}={word}"
+            else:
+                words.append(word)
+        return super().parse_args(ctx, words)
+
+
+@click.command("set", cls=SetCommand, short_help="Change values, all of them in one tick.")
 @click.argument("assignments", nargs=-1, type=NameType(assignment=True), metavar="NAME=VALUE... | NAME VALUE")
 @axis_option
 @click.option("--stage", is_flag=True, help="Only stage; 'set --apply' puts all staged values in force.")
