@@ -70,6 +70,33 @@ def test_the_bit_rate_changes_for_all_nodes_and_for_good(serve: Serve) -> None:
         assert bench.here("info", "--node", "2", "--bitrate", "250000").code == 0
 
 
+def test_answers_of_many_nodes_on_a_slow_bus_are_all_heard(serve: Serve) -> None:
+    with serve("--nodes", "4", "--bit-rate", "125000") as bench:
+        changed = bench.json("lss", "rate", "1000000", "--bitrate", "125000")
+        assert changed == {"bit_rate": 1000000, "stored": True, "nodes": [1, 2, 3, 4]}
+
+
+def test_one_node_with_torque_keeps_all_nodes_at_their_bit_rate(serve: Serve) -> None:
+    with serve("--nodes", "2") as bench:
+        assert bench.here("state", "azimuth", "enable", "--node", "2").code == 0
+        refused = bench.here("lss", "rate", "250000")
+        assert (refused.code, refused.err.count("\n")) == (4, 1), refused
+        assert "an axis has torque" in refused.err
+        assert bench.here("state", "azimuth", "disable", "--node", "2").code == 0
+        assert bench.here("lss", "id", "3", "--node", "1").code == 0  # stores the bit rate along with the id
+        for node in ("2", "3"):
+            assert bench.json("get", "0x3050:4", "--node", node)[0]["value"] == 1000
+
+
+def test_a_node_id_in_use_is_not_given_again(serve: Serve) -> None:
+    with serve("--nodes", "2") as bench:
+        refused = bench.here("lss", "id", "2", "--node", "1")
+        assert (refused.code, refused.err.count("\n")) == (2, 1), refused
+        assert "node id 2 is in use" in refused.err
+        assert bench.json("info", "--node", "1")["serial"] == 0
+        assert bench.json("info", "--node", "2")["serial"] == 1
+
+
 def test_what_cannot_be_done_is_said_in_one_sentence(serve: Serve) -> None:
     with serve() as bench:
         for code, words, reason in (

@@ -17,6 +17,9 @@ from ..errors import ConnectionFailed, ExitCode, InputError, NotVerified, Refuse
 from ..session import Session, common
 
 RESPONSE_TIMEOUT_S = 0.1
+ANSWER_OF_ALL_S = 1.0
+QUIET_S = 0.15
+"""After the last of several answers."""
 SWITCH_DELAY_MS = 500
 """Silence of every node before the bit rate changes, and again after it."""
 BOOT_S = 2.0
@@ -69,6 +72,43 @@ def _ask(what: str, request: Callable[[], Any]) -> Any:
         raise Refused(f"the node refused {what} ({reason}).") from error
 
 
+def _ask_all(network: canopen.Network, what: str, request: bytes) -> None:
+    """A request that every node answers; refused when one of them refuses.
+
+    On a real bus equal answers may be one frame, so they are not counted: the last has come when it is quiet.
+    """
+    answers: list[bytes] = []
+
+    def hear(_id: int, data: bytearray, _time: float) -> None:
+        if data[0] == request[0]:
+            answers.append(bytes(data))
+
+    network.subscribe(LssMaster.LSS_RX_COBID, hear)
+    try:
+        network.send_message(LssMaster.LSS_TX_COBID, request.ljust(8, b"\0"))
+        until = time.monotonic() + ANSWER_OF_ALL_S
+        heard = 0
+        while time.monotonic() < until:
+            time.sleep(0.01)
+            if len(answers) > heard:
+                heard = len(answers)
+                until = time.monotonic() + QUIET_S
+    finally:
+        network.unsubscribe(LssMaster.LSS_RX_COBID, hear)
+    if not answers:
+        raise ConnectionFailed(f"no node answers while {what}.")
+    refusals = sorted({answer[1] for answer in answers} - {0})
+    if TORQUE in refusals:
+        raise Refused(f"refused while {what}: an axis has torque; disable all axes of all nodes first.")
+    if refusals:
+        raise Refused(f"a node refused {what} (LSS error {refusals[0]}).")
+
+
+def _check_free(node: int, present: set[int]) -> None:
+    if node in present:
+        raise InputError(f"node id {node} is in use on this bus; 'servoctl scan' shows which are.")
+
+
 def _number(master: LssMaster, node: int, store: bool) -> None:
     """Of the one node in the configuration state."""
     _ask(f"setting node id {node}", lambda: master.configure_node_id(node))
@@ -102,6 +142,7 @@ def scan(session: Session, first: int | None, store: bool) -> int:
     """Find the nodes without node id (fastscan), and number them; exit code 1 when there is none."""
     rows: list[dict[str, Any]] = []
     with _master(session) as (network, master), session.out.errors.status("scanning"):
+        present = set() if first is None else _present(network)
         for n in range(MOST_NODES):
             identity = _find(master)
             if identity is None:
@@ -110,6 +151,7 @@ def scan(session: Session, first: int | None, store: bool) -> int:
             if node is not None:
                 if node > MOST_NODES:
                     raise InputError(f"node id {node} is above {MOST_NODES}; begin lower than --first {first}.")
+                _check_free(node, present)
                 _number(master, node, store)
                 _wait_for_boot(network, node)
             rows.append({"node": node} | asdict(identity))
@@ -143,6 +185,8 @@ def set_id(session: Session, new_id: int, serial: int | None, store: bool) -> No
         who = f"switching the node with serial number 0x{identity.serial:08X}"
         _ask(who, lambda: master.send_switch_state_selective(*asdict(identity).values()))
         old = _ask("asking for its node id", master.inquire_node_id)
+        if old != new_id:
+            _check_free(new_id, _present(network))
         _number(master, new_id, store)
         if 1 <= old <= MOST_NODES and old != new_id:
             master.send_switch_state_global(LssMaster.WAITING_STATE)
@@ -168,6 +212,16 @@ def _present(network: canopen.Network) -> set[int]:
     return set(network.scanner.nodes)
 
 
+def _bit_rate(network: canopen.Network, node: int) -> int:
+    """In force, in bit/s (3050:2)."""
+    kbit_s = network.add_node(node, canopen.ObjectDictionary()).sdo.upload(0x3050, 2)
+    return int.from_bytes(kbit_s, "little") * 1000
+
+
+def _bit_timing(bit_rate: int) -> bytes:
+    return bytes([0x13, 0, INDEX_OF_BIT_RATE[bit_rate], 0, 0, 0, 0, 0])
+
+
 @lss.command()
 @click.argument("bit_rate", type=click.Choice([str(rate) for rate in BIT_RATES]))
 @click.option("--store/--no-store", default=True, help="Whether it counts after the next start, too.")
@@ -180,10 +234,15 @@ def rate(session: Session, bit_rate: str, store: bool) -> None:
         before = _present(network)
         if not before:
             raise ConnectionFailed(f"no node answers at {session.bitrate} bit/s on {address}.")
+        in_force = _bit_rate(network, min(before))
         master.send_switch_state_global(LssMaster.CONFIGURATION_STATE)
-        _ask(f"setting {new} bit/s", lambda: master.configure_bit_timing(INDEX_OF_BIT_RATE[new]))
+        try:
+            _ask_all(network, f"setting {new} bit/s", _bit_timing(new))
+        except Refused:  # those that took it take it back, so that no later store keeps it
+            network.send_message(LssMaster.LSS_TX_COBID, _bit_timing(in_force))
+            raise
         if store:
-            _ask("storing the bit rate", master.store_configuration)
+            _ask_all(network, "storing the bit rate", bytes([0x17]))
         master.activate_bit_timing(SWITCH_DELAY_MS)
     time.sleep(2.2 * SWITCH_DELAY_MS / 1000.0)
     lost = _lost(session, address, new, before)
