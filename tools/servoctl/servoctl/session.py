@@ -79,7 +79,7 @@ def axis_option(command: F) -> F:
 def unlock_option(command: F) -> F:
     """Adds --unlock, for what writes parameters."""
     return click.option(
-        "--unlock", is_flag=True, help="Also write what can hurt: motor (2055) and protection limits (2060)."
+        "--unlock", is_flag=True, help="Also write what can hurt: motor (2055), protection limits (2060), board (3060)."
     )(command)
 
 

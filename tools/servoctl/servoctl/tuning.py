@@ -15,6 +15,7 @@ from .errors import NotVerified, Refused
 from .journal import Entry, Journal, now
 from .parameter import AXES, Parameter, Value
 from .units import number
+from .waiting_limits import refuse_waiting
 
 SET_OBJECT = 0x2070
 APPLY, REVERT, UNDO = 1, 2, 3
@@ -157,6 +158,7 @@ class Tuning:
                 self.device.write(parameter, values[parameter])
                 if progress:
                     progress(parameter)
+            refuse_waiting(self.device, values)
             for axis in sorted(applied):
                 command_set(self.device, axis, APPLY)
         except BaseException:

@@ -14,9 +14,9 @@ GAIN = "azimuth.speed_loop.proportional_gain"
 SECONDS_LEFT = "0x3040:2"
 
 
-def test_motor_and_protection_limits_are_guarded_and_nothing_else() -> None:
+def test_motor_protection_limits_and_board_scales_are_guarded_and_nothing_else() -> None:
     guarded = {p.index & ~0x800 for p in load_schema(PARAMETERS) if p.guarded}
-    assert guarded == {0x2055, 0x2060}
+    assert guarded == {0x2055, 0x2060, 0x3060}
 
 
 def test_protection_limits_take_force_without_being_applied() -> None:
@@ -67,4 +67,6 @@ def test_a_refused_set_leaves_limits_as_they_were_and_the_lock_closed(servo: Ben
     refused = servo.here("set", f"{GAIN}=703", f"{LIMIT}=1.0", f"{under}=900", "--unlock")
     assert refused.code == 4
     assert servo.value(under) == before and servo.value(GAIN) == gain and servo.value(LIMIT) != 1.0
+    assert "2060:15" in refused.err and "2060:16" in refused.err
+    assert servo.value("azimuth.protection.waiting_limits") == 0
     assert servo.value(SECONDS_LEFT) == 0
