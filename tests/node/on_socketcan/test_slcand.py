@@ -31,4 +31,4 @@ def test_node_is_reached_over_slcand(can0):
         subprocess.run(["cansend", can0, "601#4000100000000000"], check=True)
         answers = []
         wait_until(lambda: (m := bus.recv(1)).arbitration_id == 0x581 and answers.append(bytes(m.data)) is None, 5)
-        assert answers == [bytes.fromhex("4300100092010200")]
+        assert answers == [bytes.fromhex("430010009201FFFF")]
