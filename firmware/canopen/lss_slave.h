@@ -34,7 +34,7 @@ typedef enum { LSS_STORE_PENDING, LSS_STORE_DONE, LSS_STORE_REFUSED } lss_store_
 
 /* What only the device can do or know; `store` and `activate` may be NULL, where there is no such thing. */
 typedef struct {
-  /* A motor has torque: nothing is changed then. NULL: never. */
+  /* True while a motor has torque: the settings must not change then. NULL: no motor ever has. */
   bool (*has_torque)(void *context);
   /* Asked again in each tick until it is not pending; the settings stay the same meanwhile. */
   lss_store_progress (*store)(void *context, const bus_settings *settings);
@@ -45,7 +45,8 @@ typedef struct {
 
 enum { LSS_IDENTITY_PARTS = 4 };
 
-/* Progress of "activate bit rate": silence before the change and after it, each as long as the master said. */
+/* Progress of "activate bit rate": the node is silent before and after the change, each for the delay that the master
+ * gave. */
 typedef enum { LSS_NO_CHANGE, LSS_BEFORE_CHANGE, LSS_AFTER_CHANGE } lss_change;
 
 typedef struct {
@@ -73,7 +74,7 @@ void lss_slave_identify(lss_slave *slave, const uint32_t identity[LSS_IDENTITY_P
 /* At a reset of the communication: the pending node id is in force from now on. */
 void lss_slave_take_node_id(lss_slave *slave);
 
-/* A request of exactly 8 bytes. True: a node without node id has got one and shall initialise now. */
+/* A request of exactly 8 bytes. True: the node had no node id, has received one, and must initialise now. */
 bool lss_slave_receive(lss_slave *slave, const uint8_t request[LSS_BYTES]);
 
 /* The 8 bytes to send next, or NULL. They stay until `lss_slave_sent`. */

@@ -119,25 +119,26 @@ def test_1016_the_same_producer_twice_is_refused(master):
     assert master.sdo_abort(0x1016, 2, (5 << 16 | 200).to_bytes(4, "little")) == 0x06040043
 
 
-def test_1029_a_lost_producer_makes_it_pre_operational(master):
+def lose_a_producer_in_operation(master):
+    """Node 5 is heard once, and must be heard again within 100 ms."""
     master.write(0x1016, 1, 5 << 16 | 100, 4)
     master.start()
     master.send(0x705, 5)
+
+
+def test_1029_a_lost_producer_makes_it_pre_operational(master):
+    lose_a_producer_in_operation(master)
     master.wait_for_state(PRE_OPERATIONAL)
 
 
 def test_1029_1_a_lost_producer_changes_no_state(master):
     master.write(0x1029, 1, 1, 1)
-    master.write(0x1016, 1, 5 << 16 | 100, 4)
-    master.start()
-    master.send(0x705, 5)
+    lose_a_producer_in_operation(master)
     master.wait_for(0x80 + NODE_ID)
     master.wait_for_state(OPERATIONAL)
 
 
 def test_1029_2_a_lost_producer_makes_it_stopped(master):
     master.write(0x1029, 1, 2, 1)
-    master.write(0x1016, 1, 5 << 16 | 100, 4)
-    master.start()
-    master.send(0x705, 5)
+    lose_a_producer_in_operation(master)
     master.wait_for_state(STOPPED)

@@ -60,9 +60,6 @@ def test_segmented_download_of_a_short_value_counts_as_one(master):
 
 
 def test_block_upload_and_segmented_upload_give_the_same(master):
-    master.write(0x3000, 1, 1, 1)
-    master.write(0x3000, 1, 3, 1)
-    master.write(0x3000, 1, 2, 1)
     with master.node.sdo[0x3002][1].open("rb", block_transfer=True) as stream:
         by_block = stream.read()
     assert by_block == master.node.sdo.upload(0x3002, 1)
