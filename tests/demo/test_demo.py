@@ -19,6 +19,7 @@ NINJA = """\
 #!/usr/bin/env python3
 import os, sys, time
 if "--build" not in sys.argv:
+    print("cmake", *sys.argv[1:])  # goes to the log of the configuration
     sys.exit(0)
 by_line = os.environ.get("_STDBUF_O") == "L"
 sys.stdout.write("[0/2] Re-checking globbed directories...\\n")
@@ -126,6 +127,17 @@ def test_a_failed_build_ends_the_demo_with_its_log(demo: Path) -> None:
     assert code == 1
     assert "does not build (log: " in text and "demo-build.log)" in text
     assert "== Experiments" not in text
+
+
+def test_tests_are_configured_where_unity_is_there(demo: Path) -> None:
+    def configured(**more: str) -> str:
+        assert run(demo, **more)[0] == 0
+        return (demo / "build/demo-configure.log").read_text(encoding="utf-8")
+
+    (demo / "my_unity").mkdir()
+    (demo / "my_unity/unity.c").write_text("", encoding="utf-8")
+    assert "-DBUILD_TESTING=OFF" in configured(UNITY_DIR="")
+    assert "-DBUILD_TESTING=OFF" not in configured(UNITY_DIR=str(demo / "my_unity"))
 
 
 def progress(script: str, steps: str) -> str:

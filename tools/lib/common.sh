@@ -19,7 +19,14 @@ die() {
   exit 1
 }
 
-# Unity as tools/setup laid it, or the user's own copy.
+# Where Unity is: the user's own copy (UNITY_DIR), or else the one that tools/setup brings. UNITY_DIR becomes an absolute
+# path here, because scripts change the folder.
+if [[ -n "${UNITY_DIR:-}" ]]; then
+  UNITY_DIR="$(realpath --canonicalize-missing -- "$UNITY_DIR")"
+  export UNITY_DIR
+fi
+unity_dir="${UNITY_DIR:-$root/third_party/unity}"
+
 unity_present() {
-  [[ -n "${UNITY_DIR:-}" || -f "$root/third_party/unity/unity.c" ]]
+  [[ -f "$unity_dir/unity.c" || -f "$unity_dir/src/unity.c" ]]
 }

@@ -1,16 +1,25 @@
 # shellcheck shell=bash
-# Brings Unity, the C test framework, to third_party/unity: taken from the source package of the machine's own
+# Brings Unity, the C test framework, to third_party/unity unless UNITY_DIR names another copy. It is taken from the source package of the machine's own
 # distribution that carries it, and accepted only if every file has the SHA-256 in unity.sha256.
 # Sourced by tools/setup after common.sh; expects log.
 # shellcheck disable=SC2154
 
-unity_dir="$root/third_party/unity"
 unity_hashes="$root/tools/lib/unity.sha256"
 unity_package=ntpsec
 unity_folder=tests/unity
 
 unity_has_right_files() {
   [[ -d "$1" ]] && (cd "$1" && sha256sum --check --status "$unity_hashes" 2>/dev/null)
+}
+
+# Whether Unity must be installed. A copy that the user gives is used as it is.
+unity_missing() {
+  if [[ -n "${UNITY_DIR:-}" ]]; then
+    unity_present || die "there is no unity.c in UNITY_DIR ($UNITY_DIR): give the folder of Unity's unity.c and unity.h," \
+      "or unset UNITY_DIR."
+    return 1
+  fi
+  ! unity_has_right_files "$unity_dir"
 }
 
 # The archives of the distribution itself, so that other vendors' archives are not asked for its sources.
