@@ -1,5 +1,6 @@
 """Marked tables of documents are renewed from the results."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,13 @@ def test_every_marked_table_is_renewed_and_the_rest_kept(folder: Path, tmp_path:
     assert text.endswith("\nafter\n")
     for name, table in TABLES.items():
         assert f"before {name}\n<!-- {name} -->\n{table(results)}\n<!-- end {name} -->" in text
+
+
+def test_the_result_pages_hold_every_table_once() -> None:
+    docs = Path(__file__).resolve().parents[3] / "docs"
+    pages = [docs / "results.md", *sorted((docs / "results").glob("*.md"))]
+    marks = [name for page in pages for name in re.findall(r"<!-- (\w+) -->", page.read_text(encoding="utf-8"))]
+    assert sorted(marks) == sorted(TABLES)
 
 
 def test_renewing_twice_changes_nothing(folder: Path, tmp_path: Path) -> None:
