@@ -1,0 +1,33 @@
+# shellcheck shell=bash
+# The checks of source text: tools/test runs them on all files, the hooks of .pre-commit-config.yaml on changed files.
+# Sourced after common.sh; the working folder is the project's.
+# shellcheck disable=SC2154
+
+our_sources() {
+  find firmware hal sim_host tests tools -type f \( -name '*.c' -o -name '*.h' -o -name '*.cpp' -o -name '*.hpp' \)
+}
+
+# Executables and *.sh whose first line names a shell.
+our_scripts() {
+  find .ci firmware hal sim_host tests tools -type f \( -name '*.sh' -o -perm -u+x \) ! -path '*/build/*' -exec \
+    awk 'FNR == 1 { if (/^#( shellcheck shell=|!.*sh$)/) print FILENAME; nextfile }' {} +
+}
+
+# check_format FILE...: clang-format finds nothing to change in these C and C++ files.
+check_format() {
+  local found
+  [[ -x "$venv/bin/clang-format" ]] || die "clang-format is missing (build/venv): ./tools/setup test installs it."
+  if found="$("$venv/bin/clang-format" --dry-run --Werror "$@" 2>&1)"; then
+    echo "$# files are formatted."
+  else
+    echo "To be formatted, with build/venv/bin/clang-format -i:"
+    sed -n 's/:[0-9]*:[0-9]*: error: .*//p' <<<"$found" | sort -u
+    return 1
+  fi
+}
+
+# check_scripts FILE...: shellcheck finds nothing in these shell scripts.
+check_scripts() {
+  command -v shellcheck >/dev/null || die "shellcheck is missing: ./tools/setup test installs it."
+  shellcheck --external-sources "$@" && echo "Nothing found in $# scripts."
+}
