@@ -292,7 +292,7 @@ def passages_of(root, file):
 
 # ---- sentences
 
-END = re.compile(r"(?<=[.!?])[\"')\]]*\s+(?=[\"'(\[`]*[A-Z0-9`])")
+END = re.compile(r"(?<=[^\s.][.!?])[\"')\]]*\s+(?=[\"'(\[`]*[A-Z0-9`])")
 ABBREVIATION = re.compile(r"(?:\b(?:e\.g|i\.e|cf|vs|Fig|Eq|No|Nos|Sec|ch|approx|resp|etc|p|pp)\.|\b[A-Z]\.)$")
 
 
