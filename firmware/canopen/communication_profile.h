@@ -48,21 +48,21 @@ extern const od_table communication_profile_table;
 #define CANOPEN_U32_MAX INT64_C(0xFFFFFFFF)
 
 /* 0x1018:0 to 4; the serial number is communication_objects.serial_number. */
-#define CANOPEN_IDENTITY_ROWS(vendor_, product_, revision_)                                                         \
-  OD_RECORD_HEAD(0x1018, 4, "Identity", "Who made this device, what it is, and which one."),                        \
-      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 1, 0, vendor_, "Vendor-ID", "Number given by CiA; 0: none."),              \
-      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 2, 0, product_, "Product code", "Kind of device."),                        \
-      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 3, 0, revision_, "Revision number", "Changes when the objects change."),   \
-      OD_U32(0x1018, 4, OD_RO, 0, communication_objects, serial_number, 0, CANOPEN_U32_MAX, 0, "", "Serial number", \
-             "Tells devices of one kind apart.")
+#define CANOPEN_IDENTITY_ROWS(vendor_, product_, revision_)                                                          \
+  OD_RECORD_HEAD(0x1018, 4, "Identity", "Vendor, type and serial number of this device."),                           \
+      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 1, 0, vendor_, "Vendor-ID", "Vendor number assigned by CiA; 0: none."),     \
+      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 2, 0, product_, "Product code", "Type of device."),                         \
+      OD_FIXED(OD_UNSIGNED32, 4, 0x1018, 3, 0, revision_, "Revision number", "Changes with the object dictionary."), \
+      OD_U32(0x1018, 4, OD_RO, 0, communication_objects, serial_number, 0, CANOPEN_U32_MAX, 0, "", "Serial number",  \
+             "Distinguishes devices of the same type.")
 
 #define CANOPEN_COB_ID_ROW(index_, member_, cob_id_, name_)                                                            \
   OD_U32(index_, 1, OD_RW, OD_NODE_ID | OD_STORED, communication_objects, member_.cob_id, 0, CANOPEN_U32_MAX, cob_id_, \
-         "", name_ " COB-ID", "Identifier of its frames; bit 31 switches it off, bit 30: no remote request.")
+         "", name_ " COB-ID", "CAN identifier; bit 31: switched off; bit 30: no remote requests.")
 
 #define CANOPEN_TYPE_ROW(index_, member_, type_, name_)                                      \
   OD_U8(index_, 2, OD_RW, OD_STORED, communication_objects, member_.type, 0, 255, type_, "", \
-        name_ " transmission type", "0: at SYNC after an event, 1..240: every n-th SYNC, 254 and 255: by event.")
+        name_ " transmission type", "0: at the SYNC after an event; 1 to 240: every n-th SYNC; 254, 255: on event.")
 
 #define CANOPEN_EVENT_ROW(index_, member_, event_ms_, name_, help_)                                       \
   OD_U16(index_, 5, OD_RW, OD_STORED, communication_objects, member_.event_ms, 0, 65535, event_ms_, "ms", \
@@ -74,20 +74,21 @@ extern const od_table communication_profile_table;
       CANOPEN_COB_ID_ROW(0x1400 + (n_), rpdo[n_], (int64_t)(off_) + 0x200 + INT64_C(0x100) * (n_), "RPDO" number_), \
       CANOPEN_TYPE_ROW(0x1400 + (n_), rpdo[n_], type_, "RPDO" number_),                                             \
       CANOPEN_EVENT_ROW(0x1400 + (n_), rpdo[n_], event_ms_, "RPDO" number_,                                         \
-                        "Longest silence before EMCY 8250; 0: not watched.")
+                        "Longest time without this RPDO before EMCY 8250; 0: not monitored.")
 
 /* 0x1800 + n. */
-#define CANOPEN_TPDO_ROWS(n_, number_, off_, type_, inhibit_100us_, event_ms_)                                     \
-  OD_RECORD_HEAD(0x1800 + (n_), 6, "TPDO" number_ " communication", "When the frame is sent."),                    \
-      CANOPEN_COB_ID_ROW(0x1800 + (n_), tpdo[n_], (int64_t)(off_) + 0x40000180 + INT64_C(0x100) * (n_),            \
-                         "TPDO" number_),                                                                          \
-      CANOPEN_TYPE_ROW(0x1800 + (n_), tpdo[n_], type_, "TPDO" number_),                                            \
-      OD_U16(0x1800 + (n_), 3, OD_RW, OD_STORED, communication_objects, tpdo[n_].inhibit_100us, 0, 65535,          \
-             inhibit_100us_, "100 us", "TPDO" number_ " inhibit time", "Least time between two frames by event."), \
-      CANOPEN_EVENT_ROW(0x1800 + (n_), tpdo[n_], event_ms_, "TPDO" number_,                                        \
-                        "Longest time between two frames by event; 0: only on change."),                           \
-      OD_U8(0x1800 + (n_), 6, OD_RW, OD_STORED, communication_objects, tpdo[n_].sync_start, 0, 240, 0, "",         \
-            "TPDO" number_ " SYNC start value", "SYNC counter to begin with; 0: any.")
+#define CANOPEN_TPDO_ROWS(n_, number_, off_, type_, inhibit_100us_, event_ms_)                             \
+  OD_RECORD_HEAD(0x1800 + (n_), 6, "TPDO" number_ " communication", "When the frame is sent."),            \
+      CANOPEN_COB_ID_ROW(0x1800 + (n_), tpdo[n_], (int64_t)(off_) + 0x40000180 + INT64_C(0x100) * (n_),    \
+                         "TPDO" number_),                                                                  \
+      CANOPEN_TYPE_ROW(0x1800 + (n_), tpdo[n_], type_, "TPDO" number_),                                    \
+      OD_U16(0x1800 + (n_), 3, OD_RW, OD_STORED, communication_objects, tpdo[n_].inhibit_100us, 0, 65535,  \
+             inhibit_100us_, "100 us", "TPDO" number_ " inhibit time",                                     \
+             "Minimum time between two event-driven frames."),                                             \
+      CANOPEN_EVENT_ROW(0x1800 + (n_), tpdo[n_], event_ms_, "TPDO" number_,                                \
+                        "Maximum time between two event-driven frames; 0: on change only."),               \
+      OD_U8(0x1800 + (n_), 6, OD_RW, OD_STORED, communication_objects, tpdo[n_].sync_start, 0, 240, 0, "", \
+            "TPDO" number_ " SYNC start value", "SYNC counter value of the first frame; 0: any.")
 
 #define CANOPEN_MAPPING_ROW(index_, member_, sub_, entry_, name_)                                                    \
   OD_U32(index_, sub_, OD_RW, OD_STORED, communication_objects, member_.entry[(sub_)-1], 0, CANOPEN_U32_MAX, entry_, \

@@ -14,18 +14,17 @@
 
 static const od_entry kEntries[] = {
     OD_RECORD_HEAD(0x3060, 5, "Board",
-                   "Scales of its current and voltage sensors; open 0x3040 and switch both axes off"),
+                   "Scales of the current and voltage sensors; to write: open 0x3040 and switch both axes off"),
     SCALE(1, current_full_scale_a[0], LEAST_CURRENT_A, MOST_CURRENT_A, 25.0f, "A", "Current full scale of azimuth",
-          "At either end of the sensor's range; 0 A in its middle"),
+          "Current at both ends of the sensor's range; the middle is 0 A"),
     SCALE(2, current_full_scale_a[1], LEAST_CURRENT_A, MOST_CURRENT_A, 25.0f, "A", "Current full scale of pitch",
-          "As 3060:1"),
+          "See 3060:1"),
     SCALE(3, over_current_a[0], LEAST_THRESHOLD_A, MOST_CURRENT_A, 25.0f, "A", "Over-current threshold of azimuth",
-          "Beyond it the bridge is off within a PWM period (2310); above the current limit 2055:6; full scale counts, "
-          "too"),
+          "Above it, and at full scale, the bridge is switched off within a PWM period (2310); set it above 2055:6"),
     SCALE(4, over_current_a[1], LEAST_THRESHOLD_A, MOST_CURRENT_A, 25.0f, "A", "Over-current threshold of pitch",
-          "As 3060:3, of 2855:6"),
+          "See 3060:3; for pitch the current limit is 2855:6"),
     SCALE(5, voltage_full_scale_v, LEAST_VOLTAGE_V, MOST_VOLTAGE_V, 66.0f, "V", "Bus voltage full scale",
-          "At the upper end of the divider's range"),
+          "Voltage at the upper end of the divider's range"),
 };
 
 const od_table board_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

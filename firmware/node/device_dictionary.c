@@ -16,10 +16,12 @@
 
 static const od_entry kEntries[] = {
     OD_FIXED(OD_UNSIGNED32, 4, 0x1000, 0, 0, INT64_C(0xFFFF0192), "Device type",
-             "Several devices of CiA 402: those of 67FF and 6FFF"),
+             "CiA 402 device with two drives, see 67FF and 6FFF"),
     OD_FIXED_TEXT(0x1008, 0, "trackservo", "Manufacturer device name", "Two-axis tracker servo"),
-    OD_FIXED_TEXT(0x1009, 0, "host", "Manufacturer hardware version", "Board, or host for the simulator"),
-    OD_FIXED_TEXT(0x100A, 0, "0.1.0", "Manufacturer software version", "For people; tools compare 0x3030:2"),
+    OD_FIXED_TEXT(0x1009, 0, "host", "Manufacturer hardware version",
+                  "Name of the board, or \"host\" for the simulator"),
+    OD_FIXED_TEXT(0x100A, 0, "0.1.0", "Manufacturer software version",
+                  "For information; tools compare 0x3030:2 instead"),
     CANOPEN_IDENTITY_ROWS(0, PRODUCT_CODE, REVISION),
     CANOPEN_RPDO_ROWS(0, "1", 0, 255, 0),
     CANOPEN_RPDO_ROWS(1, "2", 0, 255, 0),

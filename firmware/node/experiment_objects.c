@@ -14,39 +14,47 @@ enum { COMMAND_START = 1, COMMAND_ABORT = 2 };
 
 #define BREAKAWAYS(sub_, which_, title_)                                                                             \
   OD_U32(0x2100, sub_, OD_RO, 0, experiment_objects, breakaway[which_].count, 0, 1000, 0, "", "Break-aways " title_, \
-         "Counted"),                                                                                                 \
+         "Number of break-aways detected"),                                                                          \
       OD_F32(0x2100, (sub_) + 1, OD_RO, 0, experiment_objects, breakaway[which_].mean_nm, 0.0f, 1e4f, 0.0f, "N m",   \
-             "Break-away torque found " title_, "Mean"),                                                             \
+             "Break-away torque found " title_, "Mean of the detected break-away torques"),                          \
       OD_F32(0x2100, (sub_) + 2, OD_RO, 0, experiment_objects, breakaway[which_].deviation_nm, 0.0f, 1e4f, 0.0f,     \
-             "N m", "Break-away torque spread " title_, "Standard deviation")
+             "N m", "Break-away torque spread " title_, "Standard deviation of the detected break-away torques")
 
 static const od_entry kEntries[] = {
-    OD_RECORD_HEAD(0x2100, 24, "Experiment", "Moves the axis to tell friction and inertia; see commissioning/"),
+    OD_RECORD_HEAD(0x2100, 24, "Experiment", "Moves the axis to measure friction and inertia; see commissioning/"),
     OD_U8(0x2100, 1, OD_RW, 0, experiment_objects, command, 0, 2, 0, "", "Experiment command", "1: start; 2: abort"),
     OD_U8(0x2100, 2, OD_RO, OD_TPDO, experiment_objects, state, 0, 7, 0, "", "Experiment state",
-          "0: none; 1: runs; 2: done; 3: aborted; 4: left its travel; 5: too fast; 6: too long; 7: the drive stopped"),
+          "0: none; 1: running; 2: done; 3: aborted; 4: travel limit exceeded; 5: speed limit exceeded; 6: time limit "
+          "exceeded; 7: stopped by the drive"),
     OD_U8(0x2100, 3, OD_RO, OD_TPDO, experiment_objects, progress, 0, 100, 0, "%", "Experiment progress",
-          "Of the time"),
+          "Elapsed share of the experiment's duration"),
     OD_U8(0x2100, 4, OD_RW, 0, experiment_objects, kind, 0, 5, 0, "", "Experiment kind",
           "1: speed sweep; 2: torque ramps; 3: hysteresis loops; 4: chirp; 5: break-away"),
     OD_U32(0x2100, 5, OD_RW, 0, experiment_objects, setup.count, 1, 1000, 1, "", "Experiment count",
-           "Speeds, triangles, chirps or break-aways"),
+           "Number of speeds, triangles, chirps or break-aways"),
     SETS(6, setup.dwell_s, 0.01f, 1e3f, 1.0f, "s", "Experiment dwell",
-         "At a speed and direction; of a triangle; of a chirp up; to the whole torque"),
-    SETS(7, setup.low_rad_s, 1e-6f, 1e2f, 1e-3f, "rad/s", "Experiment speed", "Slowest of the sweep; below the chirp"),
-    SETS(8, setup.speed_ratio, 1.0f, 10.0f, 1.5f, "", "Experiment speed ratio", "Of the sweep, speed to speed"),
-    SETS(9, setup.acceleration_rad_s2, 1e-4f, 1e4f, 0.5f, "rad/s^2", "Experiment acceleration", "Of sweep and chirp"),
-    SETS(10, setup.amplitude_nm, 1e-6f, 1e4f, 1.0f, "N m", "Experiment torque", "Of ramps, chirp and break-away"),
+         "Time at each speed and direction, of a triangle, of a rising chirp, or up to full torque"),
+    SETS(7, setup.low_rad_s, 1e-6f, 1e2f, 1e-3f, "rad/s", "Experiment speed",
+         "Slowest speed of the sweep; base speed of the chirp"),
+    SETS(8, setup.speed_ratio, 1.0f, 10.0f, 1.5f, "", "Experiment speed ratio",
+         "Ratio of consecutive speeds of the sweep"),
+    SETS(9, setup.acceleration_rad_s2, 1e-4f, 1e4f, 0.5f, "rad/s^2", "Experiment acceleration",
+         "Acceleration of sweep and chirp"),
+    SETS(10, setup.amplitude_nm, 1e-6f, 1e4f, 1.0f, "N m", "Experiment torque",
+         "Torque amplitude of ramps, chirp and break-away"),
     SETS(11, setup.amplitude_rad, 1e-7f, 3.0f, 1e-3f, "rad", "Experiment angle",
-         "Of the loops, to each side; what counts as broken away"),
-    SETS(12, setup.low_hz, 0.01f, 400.0f, 2.0f, "Hz", "Experiment lowest frequency", "Of the chirp"),
-    SETS(13, setup.high_hz, 0.01f, 400.0f, 50.0f, "Hz", "Experiment highest frequency", "Of the chirp"),
-    SETS(14, limits.travel_rad, 1e-6f, 3.0f, 0.1f, "rad", "Experiment travel limit", "To each side of the start"),
-    SETS(15, limits.rate_rad_s, 1e-6f, 1e2f, 0.1f, "rad/s", "Experiment speed limit", "Of the joint"),
-    SETS(16, limits.torque_nm, 1e-6f, 1e4f, 10.0f, "N m", "Experiment torque limit", "Both directions"),
-    SETS(17, limits.duration_s, 1e-3f, 3600.0f, 60.0f, "s", "Experiment time limit", "It is stopped then"),
+         "Amplitude of hysteresis loops; motion that counts as break-away"),
+    SETS(12, setup.low_hz, 0.01f, 400.0f, 2.0f, "Hz", "Experiment lowest frequency", "Start frequency of the chirp"),
+    SETS(13, setup.high_hz, 0.01f, 400.0f, 50.0f, "Hz", "Experiment highest frequency", "End frequency of the chirp"),
+    SETS(14, limits.travel_rad, 1e-6f, 3.0f, 0.1f, "rad", "Experiment travel limit",
+         "Travel to each side of the start position"),
+    SETS(15, limits.rate_rad_s, 1e-6f, 1e2f, 0.1f, "rad/s", "Experiment speed limit",
+         "Joint speed above which the experiment ends"),
+    SETS(16, limits.torque_nm, 1e-6f, 1e4f, 10.0f, "N m", "Experiment torque limit", "In both directions"),
+    SETS(17, limits.duration_s, 1e-3f, 3600.0f, 60.0f, "s", "Experiment time limit",
+         "The experiment ends after this time"),
     OD_F32(0x2100, 18, OD_RO, 0, experiment_objects, duration_s, 0.0f, 1e9f, 0.0f, "s", "Experiment duration",
-           "About what the set-up will take"),
+           "Approximate duration with the present settings"),
     BREAKAWAYS(19, 0, "positive"),
     BREAKAWAYS(22, 1, "negative"),
 };

@@ -10,13 +10,13 @@ enum { HEADER_BYTES = 8, TICKS_PER_S = 1000 };
 
 #define U32_HIGHEST INT64_C(0xFFFFFFFF)
 #define ENTRY(sub_, number_) \
-  OD_STREAM(0x3020, sub_, OD_RO, "Fault log entry " #number_, "See node/fault_objects.h; 1 is the newest")
+  OD_STREAM(0x3020, sub_, OD_RO, "Fault log entry " #number_, "Format: node/fault_objects.h; entry 1 is the newest")
 
 static const od_entry kEntries[] = {
-    OD_RECORD_HEAD(0x3020, 10, "Fault log", "The last faults with what the axis did before them"),
+    OD_RECORD_HEAD(0x3020, 10, "Fault log", "The last faults with the signals recorded before them"),
     OD_U32(0x3020, 1, OD_RO, 0, fault_objects, count, 0, U32_HIGHEST, 0, "", "Fault log count",
-           "Written since it was cleared; the last eight are there"),
-    OD_U8(0x3020, 2, OD_RW, 0, fault_objects, command, 0, 1, 0, "", "Fault log command", "1: forget all entries"),
+           "Entries written since the log was cleared; the last eight are kept"),
+    OD_U8(0x3020, 2, OD_RW, 0, fault_objects, command, 0, 1, 0, "", "Fault log command", "1: clear all entries"),
     ENTRY(3, 1),
     ENTRY(4, 2),
     ENTRY(5, 3),
@@ -25,9 +25,9 @@ static const od_entry kEntries[] = {
     ENTRY(8, 6),
     ENTRY(9, 7),
     ENTRY(10, 8),
-    OD_RECORD_HEAD(0x3040, 2, "Access", "Guards the parameters that can hurt: 2055 and 2060"),
+    OD_RECORD_HEAD(0x3040, 2, "Access", "Write lock of parameters that can cause damage: 2055, 2060 and 3060"),
     OD_U32(0x3040, 1, OD_WO, 0, fault_objects, access_word, 0, U32_HIGHEST, 0, "", "Access word",
-           "\"open\" (6E65706F): guarded parameters can be written for 60 s; anything else: no more"),
+           "\"open\" (6E65706F): guarded parameters can be written for 60 s; any other value locks them"),
     OD_U16(0x3040, 2, OD_RO, 0, fault_objects, access_left_s, 0, 65535, 0, "s", "Access time left", "0: locked"),
 };
 

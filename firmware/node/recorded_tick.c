@@ -10,21 +10,22 @@
   OD_F32(0x2101, sub_, OD_RO, OD_TPDO, recorded_tick, member_, -(bound_), bound_, 0.0f, unit_, name_, help_)
 
 static const od_entry kEntries[] = {
-    OD_RECORD_HEAD(0x2101, 8, "Recorded tick", "What the axis saw and did in the last tick, all of the same one"),
-    OD_U16(0x2101, 1, OD_RO, OD_TPDO, recorded_tick, number, 0, 0xFFFF, 0, "ms", "Recorded tick number", "Wraps"),
+    OD_RECORD_HEAD(0x2101, 8, "Recorded tick", "Signals of the axis in the last tick, all of the same tick"),
+    OD_U16(0x2101, 1, OD_RO, OD_TPDO, recorded_tick, number, 0, 0xFFFF, 0, "ms", "Recorded tick number",
+           "Counts the ticks and wraps"),
     OD_U8(0x2101, 2, OD_RO, OD_TPDO, recorded_tick, kind, 0, 5, 0, "", "Recorded tick kind",
-          "Of the experiment that gave the set-point, as 2100:4; 0: none did"),
+          "Kind of the experiment that gave the set-point, see 2100:4; 0: none"),
     OD_U8(0x2101, 3, OD_RO, OD_TPDO, recorded_tick, run, 0, 255, 0, "", "Recorded tick run",
-          "Experiments started so far, wraps"),
+          "Number of experiments started so far; wraps"),
     OD_U32(0x2101, 4, OD_RO, OD_TPDO, recorded_tick, joint_angle_turn32, 0, U32_HIGHEST, 0, "2^-32 turn",
-           "Recorded tick joint angle", "The encoder's"),
-    RECORDS(5, joint_rate_rad_s, 1e3f, "rad/s", "Recorded tick joint rate", "From the encoder"),
+           "Recorded tick joint angle", "Joint angle from the encoder"),
+    RECORDS(5, joint_rate_rad_s, 1e3f, "rad/s", "Recorded tick joint rate", "Joint rate from the encoder"),
     RECORDS(6, inertial_rate_rad_s, 1e3f, "rad/s", "Recorded tick inertial rate",
-            "As the gyro gives it; NaN in a tick without"),
+            "Gyro rate; NaN in a tick without a reading"),
     RECORDS(7, torque_nm, 1e8f, "N m", "Recorded tick torque",
-            "Torque constant times mean current since the last tick"),
+            "Torque constant times mean current since the previous tick"),
     RECORDS(8, reference, 1e8f, "", "Recorded tick reference",
-            "Set-point: rad/s; N m of torque ramps, break-away and cst; rad (-pi to pi) of hysteresis loops"),
+            "Set-point in rad/s; in N m for torque ramps, break-away and cst; in rad (-pi to pi) for hysteresis loops"),
 };
 
 const od_table recorded_tick_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

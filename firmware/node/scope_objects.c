@@ -9,28 +9,27 @@ enum { COMMAND_ARM = 1, COMMAND_STOP = 2, COMMAND_FORCE = 3 };
 
 #define SIGNAL(sub_, number_, preset_)                                                             \
   OD_U8(0x3000, sub_, OD_RW, 0, scope_objects, signal[(number_)-1], 1, SCOPE_SIGNALS, preset_, "", \
-        "Scope channel " #number_, "Number of a signal, see 0x3002")
+        "Scope channel " #number_, "Signal number, see 0x3002")
 
 static const od_entry kEntries[] = {
-    OD_RECORD_HEAD(0x3000, 17, "Scope", "Up to 8 signals around a trigger, 32 KiB"),
-    OD_U8(0x3000, 1, OD_RW, 0, scope_objects, command, 0, 3, 0, "", "Scope command",
-          "1: arm; 2: stop; 3: trigger now, whatever it waits for"),
+    OD_RECORD_HEAD(0x3000, 17, "Scope", "Records up to 8 signals around a trigger in 32 KiB"),
+    OD_U8(0x3000, 1, OD_RW, 0, scope_objects, command, 0, 3, 0, "", "Scope command", "1: arm; 2: stop; 3: trigger now"),
     OD_U8(0x3000, 2, OD_RO, OD_TPDO, scope_objects, state, 0, 4, 0, "", "Scope state",
           "0: idle; 1: filling; 2: waiting; 3: triggered; 4: done"),
     OD_U16(0x3000, 3, OD_RW, 0, scope_objects, divider, 1, 65535, 1, "ms", "Scope divider",
-           "A frame every so many ticks"),
+           "Number of ticks per frame"),
     OD_U16(0x3000, 4, OD_RW, 0, scope_objects, pretrigger, 0, 8191, 0, "", "Scope pre-trigger",
-           "Frames before the trigger"),
+           "Number of frames before the trigger"),
     OD_U8(0x3000, 5, OD_RW, 0, scope_objects, trigger, 0, 6, 0, "", "Scope trigger",
           "0: at once; 1: above; 2: below; 3: rising; 4: falling; 5: state change; 6: fault"),
     OD_U8(0x3000, 6, OD_RW, 0, scope_objects, trigger_channel, 0, 7, 0, "", "Scope trigger channel",
           "0: the first channel"),
     OD_F32(0x3000, 7, OD_RW, 0, scope_objects, trigger_level, -1e9f, 1e9f, 0.0f, "", "Scope trigger level",
-           "In the unit of its channel"),
+           "In the unit of the trigger channel"),
     OD_U32(0x3000, 8, OD_RO, 0, scope_objects, frames, 0, INT64_C(0xFFFFFFFF), 0, "", "Scope frames",
-           "Captured so far"),
+           "Number of frames captured so far"),
     OD_U8(0x3000, 9, OD_RW, 0, scope_objects, channels, 1, 8, 4, "", "Scope channels",
-          "How many of the next eight count"),
+          "Number of channels used: 3000:10 to 3000:17"),
     SIGNAL(10, 1, 1),
     SIGNAL(11, 2, 2),
     SIGNAL(12, 3, 6),
@@ -39,7 +38,7 @@ static const od_entry kEntries[] = {
     SIGNAL(15, 6, 10),
     SIGNAL(16, 7, 11),
     SIGNAL(17, 8, 12),
-    OD_STREAM(0x3001, 0, OD_RO, "Scope data", "Header and frames of a finished capture, see commissioning/scope.h"),
+    OD_STREAM(0x3001, 0, OD_RO, "Scope data", "Header and frames of a finished capture; format: commissioning/scope.h"),
 };
 
 const od_table scope_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

@@ -3,26 +3,28 @@
 #include "canopen/object_dictionary_rows.h"
 #include "node/servo_node.h"
 
-#define NAMES(first_, axis_)                                                                                          \
-  OD_FIXED_TEXT(0x3002, (first_), axis_ ".reference_rad_s", axis_ " signal set-point", "Inertial rate asked for"),    \
-      OD_FIXED_TEXT(0x3002, (first_) + 1, axis_ ".feedback_rad_s", axis_ " signal feedback",                          \
-                    "Inertial rate, filtered, as the controller sees it"),                                            \
-      OD_FIXED_TEXT(0x3002, (first_) + 2, axis_ ".rate_rad_s", axis_ " signal rate", "Inertial rate, unfiltered"),    \
-      OD_FIXED_TEXT(0x3002, (first_) + 3, axis_ ".joint_rate_rad_s", axis_ " signal joint rate", "From the encoder"), \
-      OD_FIXED_TEXT(0x3002, (first_) + 4, axis_ ".base_rate_rad_s", axis_ " signal base rate", "Of the base itself"), \
-      OD_FIXED_TEXT(0x3002, (first_) + 5, axis_ ".torque_nm", axis_ " signal torque", "Torque command"),              \
-      OD_FIXED_TEXT(0x3002, (first_) + 6, axis_ ".pi_nm", axis_ " signal PI torque", "Part of the PI"),               \
-      OD_FIXED_TEXT(0x3002, (first_) + 7, axis_ ".disturbance_nm", axis_ " signal disturbance torque",                \
-                    "Part of the observer"),                                                                          \
-      OD_FIXED_TEXT(0x3002, (first_) + 8, axis_ ".friction_nm", axis_ " signal friction torque",                      \
-                    "Part of the friction feedforward"),                                                              \
-      OD_FIXED_TEXT(0x3002, (first_) + 9, axis_ ".current_reference_a", axis_ " signal current set-point",            \
-                    "Of the current loop"),                                                                           \
-      OD_FIXED_TEXT(0x3002, (first_) + 10, axis_ ".current_a", axis_ " signal current", "Mean of the last tick"),     \
-      OD_FIXED_TEXT(0x3002, (first_) + 11, axis_ ".gyro_rad_s", axis_ " signal gyro", "As the sensor gives it")
+#define NAMES(first_, axis_)                                                                                         \
+  OD_FIXED_TEXT(0x3002, (first_), axis_ ".reference_rad_s", axis_ " signal set-point", "Inertial rate set-point"),   \
+      OD_FIXED_TEXT(0x3002, (first_) + 1, axis_ ".feedback_rad_s", axis_ " signal feedback",                         \
+                    "Filtered inertial rate used by the controller"),                                                \
+      OD_FIXED_TEXT(0x3002, (first_) + 2, axis_ ".rate_rad_s", axis_ " signal rate", "Unfiltered inertial rate"),    \
+      OD_FIXED_TEXT(0x3002, (first_) + 3, axis_ ".joint_rate_rad_s", axis_ " signal joint rate",                     \
+                    "Joint rate from the encoder"),                                                                  \
+      OD_FIXED_TEXT(0x3002, (first_) + 4, axis_ ".base_rate_rad_s", axis_ " signal base rate", "Rate of the base"),  \
+      OD_FIXED_TEXT(0x3002, (first_) + 5, axis_ ".torque_nm", axis_ " signal torque", "Torque command"),             \
+      OD_FIXED_TEXT(0x3002, (first_) + 6, axis_ ".pi_nm", axis_ " signal PI torque", "Torque of the PI controller"), \
+      OD_FIXED_TEXT(0x3002, (first_) + 7, axis_ ".disturbance_nm", axis_ " signal disturbance torque",               \
+                    "Torque of the disturbance observer"),                                                           \
+      OD_FIXED_TEXT(0x3002, (first_) + 8, axis_ ".friction_nm", axis_ " signal friction torque",                     \
+                    "Torque of the friction feedforward"),                                                           \
+      OD_FIXED_TEXT(0x3002, (first_) + 9, axis_ ".current_reference_a", axis_ " signal current set-point",           \
+                    "Set-point of the current loop"),                                                                \
+      OD_FIXED_TEXT(0x3002, (first_) + 10, axis_ ".current_a", axis_ " signal current",                              \
+                    "Mean current of the last tick"),                                                                \
+      OD_FIXED_TEXT(0x3002, (first_) + 11, axis_ ".gyro_rad_s", axis_ " signal gyro", "Gyro rate as measured")
 
 static const od_entry kEntries[] = {
-    OD_ARRAY_HEAD(0x3002, SCOPE_SIGNALS, "Scope signals", "Names of what the scope can record"),
+    OD_ARRAY_HEAD(0x3002, SCOPE_SIGNALS, "Scope signals", "Names of the signals that the scope can record"),
     NAMES(1, "azimuth"),
     NAMES(1 + SCOPE_SIGNALS_PER_AXIS, "pitch"),
 };

@@ -213,16 +213,15 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
   const DefaultPdos pdos = default_pdos(objects);
   std::string text = fmt::format(
       "# CAN objects\n\n"
-      "{}: every object of the node. The build prints this page from the object\n"
-      "dictionary: do not edit it, `tools/update-docs dictionary` renews it. How to use the objects: "
-      "[can.md](can.md).\n\n"
-      "- Indices from 2000 to 2FFF and from 6000 on are those of azimuth. Pitch has the same objects 0x800 higher:\n"
-      "  Kp is 2000:1 and 2800:1, the controlword 6040 and 6840. What is named 3xxx or 1xxx is there once.\n"
-      "- Access `stored`: 0x1010 saves it, 0x1011 restores it. `guarded`: written only while 0x3040 is open.\n"
-      "  `+ id`: the node id is added.\n"
-      "- PDO: the default PDO that carries the object, or R or T where it may be mapped into an RPDO or TPDO. Units\n"
-      "  are of one count: 606C = 17453 with unit 1e-6 rad/s is 1 deg/s.\n"
-      "- Defaults of 2000 to 2FFF are those of the table. A node starts with the gains of its plant or its store.\n\n",
+      "{}: every object of the node. The build prints this page from the object dictionary.\n"
+      "Do not edit it: run `tools/update-docs dictionary`. How to use the objects: [can.md](can.md).\n\n"
+      "- Objects 2000 to 2FFF and from 6000 on belong to azimuth. Pitch has the same objects 0x800 higher:\n"
+      "  Kp is 2000:1 and 2800:1, the controlword 6040 and 6840. Objects 1xxx and 3xxx exist once.\n"
+      "- Access `stored`: 0x1010 saves the value, 0x1011 restores its default. `guarded`: can be written only\n"
+      "  while 0x3040 is open. `+ id`: the node id is added.\n"
+      "- PDO: the default PDO that carries the object. R or T: the object can be mapped into an RPDO or TPDO.\n"
+      "- Unit: the unit of one count: 606C = 17453 with unit 1e-6 rad/s is 1 deg/s.\n"
+      "- Default: for 2000 to 2FFF a node starts with the values of its plant file or its store instead.\n\n",
       info.description);
   for (const Group& group : groups_of(objects)) {
     text += print_group(group, pdos);

@@ -16,19 +16,20 @@ namespace {
 
 constexpr const char *kHead = R"page(# Faults
 
-What the servo notices by itself, what it does then, and what to do about it. The build prints this page from
-`firmware/protection/fault_table.c` and `fault_texts.c`: do not edit it, `tools/update-docs dictionary` renews it.
+Every fault that the drive detects: its code, what the drive does, the likely cause, and the remedy. The build prints
+this page from `firmware/protection/fault_table.c` and `fault_texts.c`. Do not edit it: run
+`tools/update-docs dictionary`.
 
-`servoctl faults` shows what is wrong now and what was before, with cause, check and cure; `servoctl explain 0x7320`
-tells what a code means. On the bus a fault is an EMCY with its code, its number in byte 3 and the axis + 1 in
-byte 4; the code is in 603F (pitch: 683F) until the axis is reset. For faults of board and store byte 3 has
-the detail that their text tells. Codes of the CANopen stack alone: [can.md](can.md#emergencies). Objects that are
-named here: [can-objects.md](can-objects.md).
+`servoctl faults` shows active and past faults with cause, check and cure. `servoctl explain 0x7320` explains a code.
+On the bus a fault is an EMCY with its code, its number in byte 3 and the axis + 1 in byte 4. The code stays in 603F
+(pitch: 683F) until the axis is reset. For faults of the board and the store, byte 3 is the detail that the text of the
+fault explains. Codes of the CANopen stack itself: [can.md](can.md#emergencies). Objects:
+[can-objects.md](can-objects.md).
 
 ## Table
 
-Latency: at most, from when the fault can be seen to the tick that reacts; a timer is an object that comes on top.
-Latched: the axis stays in fault until it is cleared.
+Latency: the longest time from when the fault can be detected to the tick that reacts. Where an object is named, its
+time is added. Latched: the axis stays in fault until the fault is cleared.
 
 | number | fault | code | detection | latency | reaction | latched | cleared by |
 |---|---|---|---|---|---|---|---|
@@ -37,43 +38,54 @@ Latched: the axis stays in fault until it is cleared.
 constexpr const char *kBetween = R"page(
 ## Reactions
 
-- tell: EMCY, and all goes on.
-- stop: the speed loop brakes the axis as 605E says, then the bridge is off. For faults that leave the loops whole.
-- brake: the bridge shorts the motor, which brakes without sensors and loops. After 2 s of it the bridge is off.
-- off: the bridge is off at once. For faults in which it cannot be trusted.
+- report: EMCY and fault log only; the axis continues.
+- stop: the speed loop brakes the axis as 605E selects, then the bridge is switched off. For faults that leave the
+  control loops intact.
+- brake: the bridge shorts the motor, which brakes without sensors and loops. After 2 s the bridge is switched off.
+- off: the bridge is switched off at once. For faults in which the bridge cannot be trusted.
 
-An axis without torque gets none, whatever the reaction. A worse fault that comes meanwhile has its reaction, never a
-milder one. What comes while an axis is in a fault is told and logged, too, once until the axis is reset; 603F stays. An
-axis that is off is held by its friction alone: a gust or an unbalance can turn it. Where that is dangerous the
-machine needs a brake or a lock of its own.
+An axis without torque stays without torque, whatever the reaction. If a second fault occurs during a reaction, the more
+severe reaction applies. Faults of an axis that is already in fault are reported and logged as well, each once until the
+axis is reset; 603F keeps the first code. Only friction holds an axis that is off: a gust or an unbalance can turn it.
+Where that is dangerous, the machine needs its own brake or lock.
 
-To clear an axis' fault: controlword (6040) 00, then 80 at least 1 ms later; or `servoctl state azimuth reset`.
-While the reaction lasts (statusword 0F) the axis is deaf to it, and while the fault can still be seen it stays.
+To clear the fault of an axis, run `servoctl state azimuth reset`, or write 00 and at least 1 ms later 80 to the
+controlword (6040). A reset has no effect while the reaction lasts (statusword 0F) or while the fault is still present.
 
 ## Fault log
 
-3020 keeps the last eight faults, each with the last 16 ticks of its axis, the tick that saw it included: angle,
-rates, torque, current and bus voltage; one of the board itself has none. `servoctl faults` shows them, `--csv FOLDER` writes them as files,
-`--clear` forgets them. The log is in RAM: an NMT reset keeps it, a restart of the board does not.
+3020 keeps the last eight faults. A fault of an axis includes its signals in the last 16 ticks, up to the tick that
+detected the fault: angle, rates, torque, current and bus voltage. A fault of the board has no signals.
+`servoctl faults` shows the log, `--csv FOLDER` writes it into files, `--clear` clears it. The log is in RAM: it
+survives an NMT reset, but not a restart of the board.
 
 ## Access lock
 
-Motor (2055) and protection limits (2060) can hurt when they are wrong: they are written only while the lock is
-open, else abort 0800 0022. Writing 6E65706F ("open") to 3040:1 opens it for 60 s, anything else locks it,
-and so does a reset of the node. 3040:2 tells the seconds left. `servoctl set`, `restore` and `undo` open it with
-`--unlock`, and lock it again. It is no password: it keeps out slips, not people.
+Wrong motor data (2055) or protection limits (2060) can cause damage. They can be written only while the lock is open;
+otherwise the write fails with abort 0800 0022. Writing 6E65706F ("open") to 3040:1 opens the lock for 60 s. Any other
+value locks it, and so does a reset of the node. 3040:2 is the remaining time in seconds. `servoctl set`, `restore` and
+`undo` open the lock with `--unlock` and close it again. The lock is not a password: it prevents mistakes, not misuse.
 
 ## Try it in the simulator
 
-`sim_host faults` breaks every part in simulated motions at random moments and tells whether each was seen in
-time (`--list` names the parts, `--scenario FILE` breaks one and tells it line by line). `sim_host soak` turns for
-simulated hours with all noise and wind and nothing broken: any fault then is a false one. Below, "tried" names the
-parts that are broken for a fault, and the tests that bring it about on the emulated board or in the store.
+`sim_host faults` injects every fault into simulated motions at random instants and reports whether each was detected
+in time (`--list` lists the fault injections, `--scenario FILE` runs one and reports it line by line). `sim_host soak`
+runs simulated hours with full noise and wind and without fault injection: any fault is then a false alarm. Below,
+"Tested" lists the fault injections for a fault, and the tests that provoke it on the emulated board or in the store.
 
 ## Each fault
 )page";
 
-std::string reaction_text(const fault_row& row) { return row.reaction == REACTION_CUT ? "off" : reaction_name(row); }
+std::string reaction_text(const fault_row& row) {
+  switch (row.reaction) {
+    case REACTION_TELL:
+      return "report";
+    case REACTION_CUT:
+      return "off";
+    default:
+      return reaction_name(row);
+  }
+}
 
 std::string latency_of(int fault) {
   const std::string timer = fault_texts[fault].timer;
@@ -100,8 +112,8 @@ std::vector<std::string> limits_of(const fault_text& text) {
   return names;
 }
 
-// The parts that the simulator breaks for it, and the tests elsewhere.
-std::string tried(fault_id fault) {
+// The fault injections of the simulator for this fault, and other tests.
+std::string tests_of(fault_id fault) {
   std::string text;
   for (const std::string& name : sim::breakages_of(fault)) {
     text += (text.empty() ? "`sim_host faults`: " : ", ") + name;
@@ -120,9 +132,13 @@ std::string print_section(int fault) {
   for (const std::string& limit : limits_of(text)) {
     limits += (limits.empty() ? "- Limits: " : ", ") + limit;
   }
-  return fmt::format("\n### {} {} ({:04X})\n\n- Can be seen: {}\n{}- Cause: {}\n- Check: {}\n- Cure: {}\n- Tried: {}\n",
-                     fault, text.name, fault_table[fault].code, text.when, limits.empty() ? "" : limits + "\n",
-                     text.cause, text.check, text.cure, tried(static_cast<fault_id>(fault)));
+  return fmt::format(
+      "\n### {} {} ({:04X})\n\n- Detection: {}\n- Monitored: {}\n{}- Reaction: {}\n- Cause: {}\n- Check: {}\n- Cure: "
+      "{}\n"
+      "- Cleared by: {}\n- Tested: {}\n",
+      fault, text.name, fault_table[fault].code, text.detection, text.when, limits.empty() ? "" : limits + "\n",
+      reaction_text(fault_table[fault]), text.cause, text.check, text.cure, text.clear,
+      tests_of(static_cast<fault_id>(fault)));
 }
 
 }  // namespace

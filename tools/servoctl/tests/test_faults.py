@@ -48,7 +48,7 @@ def test_what_is_no_number_is_none_and_unknown_signals_are_counted(table: FaultT
 
 def test_a_fault_of_the_board_is_no_fault_of_an_axis_and_has_no_signals(table: FaultTable, tmp_path: Path) -> None:
     found = parse_entry(struct.pack("<IBBBB", 7, WATCHDOG, 2, 0, 8), 8, table)
-    assert (found.name, found.of, found.samples) == ("reset by the watchdog", "board", ())
+    assert (found.name, found.of, found.samples) == ("watchdog reset", "board", ())
     assert parse_entry(entry(7, 33, 1, [[0.0] * 8]), 8, table).of == "pitch"  # the board's, but told of this axis
     assert parse_entry(entry(7, 1, 9, [[0.0] * 8]), 8, table).of == "source 9"
     assert write_snapshots(FaultLog(1, (found,)), tmp_path / "none") == []
@@ -62,7 +62,7 @@ def test_bytes_that_are_no_entry_are_told(table: FaultTable, cut: int) -> None:
 
 def test_a_code_of_several_faults_is_told_apart_by_the_number_that_came_with_it(table: FaultTable) -> None:
     assert [words.name for words in table.told(0x7320, 1 << 8 | STUCK_ENCODER)] == ["encoder stuck"]
-    assert table.meaning(0x7320) == "encoder lost or encoder jumps or encoder stuck"
+    assert table.meaning(0x7320) == "encoder lost or encoder jump or encoder stuck"
     assert [words.name for words in table.told(0x8140, 0)] == ["back from bus-off"]  # the node itself
     assert [words.name for words in table.told(0x8140, 2 << 8)] == ["bus-off"]  # pitch
     assert [words.name for words in table.told(0x5000, 3 << 8 | 1)] == ["self-test failed"]
