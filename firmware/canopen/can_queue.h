@@ -1,8 +1,8 @@
 /* A queue of CAN frames from one producer to one consumer, without locks.
  *
  * A ring with free-running counters (Lamport 1983, "Specifying concurrent program modules"), with C11 acquire and
- * release order on them. The receive interrupt pushes, the tick pops; frames that find the ring full are dropped
- * and counted. */
+ * release order on them. The receive interrupt pushes, the tick pops. A frame that finds the ring full is dropped and
+ * counted. */
 #ifndef TRACKSERVO_CANOPEN_CAN_QUEUE_H
 #define TRACKSERVO_CANOPEN_CAN_QUEUE_H
 
@@ -17,19 +17,20 @@ typedef struct {
   shared_word overruns; /* frames dropped since the start, written by the producer only */
 } can_queue;
 
-/* Uses `frames` (owned by the caller) as the ring. `capacity` is a power of two up to 2^31; anything else is refused
- * and the queue then drops every frame. Call before either side runs. */
+/* Uses `frames` (owned by the caller) as the ring. `capacity` is a power of two up to 2^31. Any other capacity is
+ * refused, and the queue then drops every frame. Call it before either side runs. */
 bool can_queue_init(can_queue *queue, can_frame *frames, uint32_t capacity);
 
-/* Producer side. False: the ring is full, the frame is dropped and counted. */
+/* Producer side. Returns false when the ring is full; the frame is dropped and counted. */
 bool can_queue_push(can_queue *queue, const can_frame *frame);
 
-/* Consumer side: the oldest frame, where it is, or NULL. It stays until `can_queue_drop`, which there must be a frame
- * for. */
+/* Consumer side: the oldest frame in place, or NULL. It stays until `can_queue_drop`, which must only be called when
+ * there is a frame. */
 const can_frame *can_queue_front(const can_queue *queue);
 void can_queue_drop(can_queue *queue);
 
-/* Consumer side: both of these. False: nothing there, `frame` is left alone. */
+/* Consumer side: copies and drops the oldest frame. Returns false when the queue is empty; `frame` is then
+ * unchanged. */
 bool can_queue_pop(can_queue *queue, can_frame *frame);
 
 /* Either side. */

@@ -41,19 +41,19 @@ static void enter(canopen_node *node, nmt_state state) {
   }
 }
 
-/* --- Reset: at once what cannot wait, then one piece a ms -------------------------------------------------------- */
+/* --- Reset: urgent parts at once, then one piece per ms --------------------------------------------------------- */
 
-/* The steps before the application's; the last of them is followed by the application's first. */
+/* The node's steps before the application's; the application's first step follows the last of them. */
 enum { STEP_COMMUNICATION, STEP_DEVICE, STEP_SERVICES, STEP_APPLICATION };
 
-/* Far more than any application needs, so that canopen_node_init ends. */
+/* Far more than any application needs; it bounds canopen_node_init. */
 enum { RESET_STEPS_MAX = 64 };
 
 bus_settings canopen_node_settings(const canopen_node *node) {
   return (bus_settings){.node_id = node->config.node_id, .kbit_s = node->config.kbit_s};
 }
 
-/* A node id that LSS has set counts from now on. */
+/* A node id that LSS has set takes effect now. */
 static void take_lss_node_id(canopen_node *node) {
   lss_slave_take_node_id(&node->lss);
   if (!lss_slave_is_unconfigured(&node->lss)) {
@@ -89,7 +89,8 @@ static void reset_services(canopen_node *node) {
   }
 }
 
-/* After the application, which may have put other values into the objects: a PDO a step, then who listens. */
+/* After the application, which may have written other values to the objects: one PDO per step, then the heard
+ * identifiers. */
 static void configure(canopen_node *node, uint32_t n) {
   if (n < PDO_COUNT) {
     node_objects_configure_rpdo(node, n);
@@ -147,7 +148,7 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   }
   const bus_settings settings = {.node_id = config->node_id, .kbit_s = kbit_s};
   node->config = *config;
-  node->config.node_id = BUS_DEFAULT_NODE_ID; /* until reset() takes that of the settings, if there is one */
+  node->config.node_id = BUS_DEFAULT_NODE_ID; /* until reset() takes the node id of the settings, if there is one */
   node->config.kbit_s = kbit_s;
   node->sender = (can_sender){.send = send_unless_silent, .context = node};
   lss_slave_init(&node->lss, &settings, &config->lss);
@@ -249,9 +250,9 @@ void canopen_node_bus_off_recovered(canopen_node *node) {
   obey_error_behaviour(node);
 }
 
-/* --- Services: what may wait ------------------------------------------------------------------------------------- */
+/* --- Services: deferred work ------------------------------------------------------------------------------------ */
 
-/* False: nothing to send, or no room for it. */
+/* Returns false when there is nothing to send or no room for it. */
 static bool send_sdo(canopen_node *node, uint32_t channel) {
   sdo_server *server = &node->sdo[channel];
   const uint8_t *bytes = sdo_server_outgoing(server);
@@ -267,7 +268,7 @@ static bool send_sdo(canopen_node *node, uint32_t channel) {
   return sent;
 }
 
-/* By turns: a block upload on one channel leaves room for answers on the other. */
+/* The channels take turns: a block upload on one channel leaves room for answers on the other. */
 static void send_sdos(canopen_node *node, uint32_t limit) {
   uint32_t idle = 0;
   for (uint32_t i = 0; i < limit && idle < SDO_CHANNELS; i++) {
@@ -338,7 +339,8 @@ static void send_lss(canopen_node *node) {
   }
 }
 
-/* In every NMT state, and without a node id. The identity is read here, since the serial number comes after the start.
+/* In every NMT state, also without a node id. The identity is read here, because the serial number is set after the
+ * start.
  */
 static void receive_lss(canopen_node *node, const can_frame *frame) {
   uint32_t identity[LSS_IDENTITY_PARTS];
@@ -364,7 +366,7 @@ void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s) {
   }
 }
 
-/* --- Process data: what counts in the tick ----------------------------------------------------------------------- */
+/* --- Process data: work of the tick ------------------------------------------------------------------------------ */
 
 static void receive_nmt(canopen_node *node, const can_frame *frame) {
   nmt_state wanted = node->state;
@@ -376,7 +378,7 @@ static void receive_nmt(canopen_node *node, const can_frame *frame) {
   }
 }
 
-/* EMCY 8210 and 8250 stand for all RPDOs together. */
+/* EMCY 8210 and 8250 cover all RPDOs together. */
 static void judge_rpdos(canopen_node *node) {
   bool short_one = false;
   bool late_one = false;
@@ -427,7 +429,7 @@ static void receive_process_data(canopen_node *node, const can_frame *frame) {
   if (frame->id == NMT_COB_ID) {
     receive_nmt(node, frame);
   } else if (frame->id == node->listeners.sync) {
-    if (nmt_allows_sdo(node->state)) { /* pre-operational, too, for its length */
+    if (nmt_allows_sdo(node->state)) { /* also pre-operational, because of its length */
       receive_sync(node, frame);
     }
   } else if (nmt_allows_pdo(node->state)) {
@@ -469,8 +471,8 @@ void canopen_node_answer(canopen_node *node) {
 
 /* --- One millisecond --------------------------------------------------------------------------------------------- */
 
-/* Heartbeat, and the boot-up message, which is the heartbeat of a node that initialises; without a node id it does
- * so until it gets one. */
+/* Heartbeat and boot-up message. The boot-up message is the heartbeat of an initialising node; a node without node id
+ * initialises until it gets one. */
 static void tick_producer(canopen_node *node) {
   if (lss_slave_is_unconfigured(&node->lss)) {
     return;
@@ -520,7 +522,7 @@ static void tick_overruns(canopen_node *node) {
   }
 }
 
-/* TPDOs tell what the tick made of what the RPDOs said. */
+/* TPDOs carry the result that the tick computed from the RPDOs. */
 static void tell_syncs(canopen_node *node) {
   for (uint32_t i = 0; i < node->sync_count; i++) {
     for (uint32_t n = 0; n < PDO_COUNT; n++) {
@@ -548,7 +550,7 @@ static void tick_pdos(canopen_node *node) {
 void canopen_node_serve(canopen_node *node) {
   lss_slave_tick(&node->lss);
   if (node->reset.pending) {
-    canopen_node_answer(node); /* nothing but LSS is heard, so that the queues do not run over */
+    canopen_node_answer(node); /* only LSS is processed; the queues must not overflow */
     step_reset(node);
     return;
   }

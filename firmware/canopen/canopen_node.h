@@ -1,14 +1,14 @@
 /* A CANopen node: all services of one device on one bus.
  *
- * Standard: CiA 301 v4.2.0; each service is a file of its own, this one ties them together. The receive interrupt
- * calls `canopen_node_receive`, which puts each frame into one of two queues; everything leaves through one sender.
+ * Standard: CiA 301 v4.2.0. Each service has its own file; this file combines them. The receive interrupt calls
+ * `canopen_node_receive`, which puts each frame into one of two queues. All frames leave through one send function.
  *
  *     process data: NMT, SYNC, RPDO    `canopen_node_take`, at the beginning of a 1 ms tick: what the tick acts upon
  *     services: SDO, LSS, heartbeat    `canopen_node_serve`, when the tick has done what is urgent
  *
- * The latter also sends TPDOs, with what the tick made, EMCY and heartbeat, and keeps the times. So an SDO request
- * takes no time from the tick. A reset by NMT takes some 20 calls of it: each does one piece, and the boot-up message
- * comes after the last. Both run in one thread, never one within the other. */
+ * `canopen_node_serve` also sends TPDOs with the results of the tick, EMCY and heartbeat, and advances the timers. So
+ * an SDO request takes no time from the tick. A reset by NMT takes some 20 calls of it: each call does one piece, and
+ * the boot-up message follows the last. Both functions run in one thread and never interrupt each other. */
 #ifndef TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 #define TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 
@@ -22,27 +22,27 @@
 
 enum {
   CANOPEN_PARTS = 18,           /* of the dictionary: two of the node, the others of the application */
-  CANOPEN_FRAMES_PER_CALL = 16, /* of a queue; twice what 1 Mbit/s can bring in 1 ms */
+  CANOPEN_FRAMES_PER_CALL = 16, /* of a queue; twice what 1 Mbit/s can deliver in 1 ms */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };
 
-/* What the application wants to know; each may be NULL. None is called from the interrupt. */
+/* Callbacks into the application; each may be NULL. None is called from the interrupt. */
 typedef struct {
   void (*state_changed)(void *context, nmt_state state);
-  /* NMT asked for a reset: what cannot wait, such as to take torque away. `whole_node`: of the application, too. */
+  /* NMT requested a reset: do the urgent part, such as removing torque. `whole_node`: reset the application as well. */
   void (*reset_begins)(void *context, bool whole_node);
-  /* Once the communication objects have their defaults again: the place to put stored values over them, with od_put.
-   * Called once a ms with `step` 0, 1, 2 ... until it answers true, so that no ms has too much to do; without a pause
-   * by canopen_node_init. */
+  /* The communication objects have their defaults again: write stored values over them here, with od_put. Called once
+   * per ms with `step` 0, 1, 2 ... until it returns true, so that no ms has too much work. canopen_node_init calls it
+   * without pauses. */
   bool (*reset)(void *context, bool whole_node, uint32_t step);
   void (*heartbeat_lost)(void *context, uint8_t node_id);
   void (*rpdo_late)(void *context, uint32_t n);
 } canopen_events;
 
 typedef struct {
-  uint8_t node_id;              /* 1 .. 127; BUS_UNCONFIGURED: nothing but LSS, until that gives one */
+  uint8_t node_id;              /* 1 .. 127; BUS_UNCONFIGURED: only LSS, until LSS sets a node id */
   uint16_t kbit_s;              /* bit rate of the bus; 0: BUS_DEFAULT_KBIT_S */
-  const od_table *device_table; /* identity and PDO rows, see communication_profile.h */
+  const od_table *device_table; /* identity and PDO rows; see communication_profile.h */
   const od_part *parts;         /* of the application, copied */
   uint32_t part_count;          /* 0 .. 14 */
   can_sender sender;
@@ -55,28 +55,28 @@ typedef struct {
   void *context; /* of the events */
 } canopen_config;
 
-/* The identifiers that are listened to, out of the objects: a frame is compared with these alone. Greater than any
- * identifier: nobody listens. */
+/* The heard identifiers, taken from the objects: a received frame is compared with these only. Greater than any
+ * identifier: not heard. */
 typedef struct {
   uint32_t sync;
   uint32_t sdo_request[SDO_CHANNELS];
   uint32_t rpdo[PDO_COUNT];
 } canopen_listeners;
 
-/* A reset under way, while the state is NMT_INITIALISING. */
+/* A reset in progress, while the state is NMT_INITIALISING. */
 typedef struct {
   bool pending;
   bool whole_node;
-  uint32_t step;       /* the next one */
-  uint32_t configured; /* 0: the application is not done yet; else 1 + the PDO to be configured next */
+  uint32_t step;       /* the next step */
+  uint32_t configured; /* 0: the application is not done yet; otherwise 1 + the PDO to configure next */
 } canopen_reset;
 
-/* The same, and heartbeats, for the receive interrupt: a bit for each identifier. */
+/* The same identifiers, and heartbeats, for the receive interrupt: one bit per identifier. */
 enum { CANOPEN_HEARD_WORDS = 0x800 / 32 };
 
 typedef struct {
-  canopen_config config; /* node_id is always 1 .. 127: without a node id, the one that the objects are for */
-  can_sender sender;     /* the configured one, but while the bit rate changes */
+  canopen_config config; /* node_id is always 1 .. 127; with none configured, that of the objects */
+  can_sender sender;     /* the configured sender, except while the bit rate changes */
   communication_objects objects;
   od_part parts[CANOPEN_PARTS];
   od_groups groups;
@@ -87,7 +87,7 @@ typedef struct {
   can_queue process_data;
   can_queue services;
   sdo_server sdo[SDO_CHANNELS];
-  uint32_t first_sdo; /* the channel that sends first in the next call: both have their share */
+  uint32_t first_sdo; /* the channel that sends first in the next call, so that both get their share */
   lss_slave lss;
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
@@ -96,34 +96,37 @@ typedef struct {
   rpdo rpdos[PDO_COUNT];
   tpdo tpdos[PDO_COUNT];
   bool sync_wrong_length;
-  uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC taken since TPDOs were served */
+  uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC received since TPDOs were last processed */
   uint32_t sync_count;
   uint32_t overruns_told;
   uint16_t overrun_quiet_ms;
   shared_word heard[CANOPEN_HEARD_WORDS];
 } canopen_node;
 
-/* False on a bad node id, too many parts or a bad queue; the node must not be used then. It must not move in memory
- * afterwards. The boot-up message leaves with the first tick that finds room for it. */
+/* Returns false for a bad node id, too many parts or a bad queue; the node must not be used then. It must not be moved
+ * in memory afterwards. The boot-up message leaves with the first tick that finds room for it. */
 bool canopen_node_init(canopen_node *node, const canopen_config *config);
 
-/* From the receive interrupt, or any one other thread. A frame that nobody listens to is dropped here, so that a bus
- * full of other nodes' frames fills no queue. False: the queue was full, the frame is lost and counted. */
+/* From the receive interrupt, or from any one other thread. A frame that the node does not hear is dropped here, so
+ * that the traffic of other nodes fills no queue. Returns false when the queue was full; the frame is lost and
+ * counted. */
 bool canopen_node_receive(canopen_node *node, const can_frame *frame);
 
-/* Every 1 ms, with bounded work: at most CANOPEN_FRAMES_PER_CALL frames in. Obeys NMT, gives RPDOs to the objects. */
+/* Every 1 ms, with bounded work: at most CANOPEN_FRAMES_PER_CALL received frames. Executes NMT commands and writes
+ * RPDOs to the objects. */
 void canopen_node_take(canopen_node *node);
 
-/* Every 1 ms, after it, as bounded. */
+/* Every 1 ms, after canopen_node_take, with the same bound. */
 void canopen_node_serve(canopen_node *node);
 
-/* Both, for a device that has nothing to do between them. */
+/* Both calls in one, for a device that does nothing between them. */
 void canopen_node_tick(canopen_node *node);
 
-/* Optional, between ticks and in the same thread: SDO requests, so that answers need not wait for the tick. */
+/* Optional, between ticks and in the same thread: processes SDO requests, so that answers need not wait for the
+ * tick. */
 void canopen_node_answer(canopen_node *node);
 
-/* Errors of the application, see emergency.h; its sources are not 0. */
+/* Errors of the application; see emergency.h. Its sources are not 0. */
 bool canopen_node_raise(canopen_node *node, const emergency_error *error);
 bool canopen_node_raise_again(canopen_node *node, const emergency_error *error);
 bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
@@ -132,10 +135,10 @@ bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 void canopen_node_bus_off_recovered(canopen_node *node);
 void canopen_node_error_passive(canopen_node *node, bool passive);
 
-/* Node id and bit rate in force, as the COB-IDs and default inhibit times have them. */
+/* Node id and bit rate in effect, as the COB-IDs and default inhibit times use them. */
 bus_settings canopen_node_settings(const canopen_node *node);
 
-/* The CAN controller has another bit rate from now on; default inhibit times follow. */
+/* The CAN controller has changed its bit rate; default inhibit times follow. */
 void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s);
 
 /* Sends TPDO n (0 .. 3) as soon as its type and inhibit time allow. */

@@ -1,7 +1,7 @@
-/* COB-IDs as the objects hold them: an identifier and what the bits above it say.
+/* COB-IDs as the objects hold them: an identifier and the flags in the bits above it.
  *
- * Standard: CiA 301 v4.2.0, clause 7.5.2 (bit 31: not valid). Used by
- * PDO, SYNC and EMCY to judge a written COB-ID and to compare frames with it. */
+ * Standard: CiA 301 v4.2.0, clause 7.5.2 (bit 31: not valid). PDO, SYNC and EMCY use it to check a written COB-ID and
+ * to compare frames with it. */
 #ifndef TRACKSERVO_CANOPEN_COB_ID_H
 #define TRACKSERVO_CANOPEN_COB_ID_H
 
@@ -14,7 +14,7 @@
 
 static inline bool cob_id_is_valid(uint32_t cob_id) { return (cob_id & COB_ID_INVALID) == 0; }
 
-/* An 11-bit identifier that a PDO, SYNC, EMCY or further SDO channel may have, which is one that the node can hear. */
+/* An 11-bit identifier that a PDO, SYNC, EMCY or further SDO channel may use, and that the node can therefore hear. */
 static inline bool cob_id_is_allowed(uint32_t cob_id) {
   const uint32_t beyond_11_bits = 0x1FFFF800u;
   return (cob_id & (COB_ID_EXTENDED | beyond_11_bits)) == 0 && heard_identifier_is_free(cob_id & COB_ID_IDENTIFIER);

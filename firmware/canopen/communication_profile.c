@@ -13,7 +13,7 @@
   OD_U32(0x1016, sub_, OD_RW, OD_STORED, OBJECTS, heartbeat_consumer[(sub_)-1], 0, 0x7FFFFF, 0, "", \
          "Consumer heartbeat time " #sub_, "Node id << 16 | longest time between heartbeats in ms; 0: not monitored.")
 
-/* NOLINTBEGIN(bugprone-macro-parentheses): a member's name cannot stand in parentheses. */
+/* NOLINTBEGIN(bugprone-macro-parentheses): a member name cannot be put in parentheses. */
 #define STORAGE_ROW(index_, sub_, member_, name_, help_) \
   OD_U32(index_, sub_, OD_RW, 0, OBJECTS, member_[(sub_)-1], 0, CANOPEN_U32_MAX, STORAGE_ON_COMMAND, "", name_, help_)
 /* NOLINTEND(bugprone-macro-parentheses) */

@@ -1,7 +1,7 @@
-/* The communication objects 0x1000 to 0x1FFF: where their values live, and the rows that every node shares.
+/* The communication objects 0x1000 to 0x1FFF: the struct of their values, and the rows that all nodes share.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2. What differs between devices (identity, default PDO mapping) is a second,
- * short table that the application writes with the macros at the end of this file. */
+ * short table. The application writes it with the macros at the end of this file. */
 #ifndef TRACKSERVO_CANOPEN_COMMUNICATION_PROFILE_H
 #define TRACKSERVO_CANOPEN_COMMUNICATION_PROFILE_H
 
@@ -36,14 +36,14 @@ typedef struct {
   pdo_mapping tpdo_mapping[PDO_COUNT];
 } communication_objects;
 
-/* 0x1029:1, what a communication error does to an operational node. */
+/* 0x1029:1, reaction of an operational node to a communication error */
 enum { ON_ERROR_PRE_OPERATIONAL = 0, ON_ERROR_NOTHING = 1, ON_ERROR_STOP = 2 };
 
 /* 1001, 1003, 1005, 1006, 1010, 1011, 1014 to 1017, 1019, 1029, 1200, 1201. */
 extern const od_table communication_profile_table;
 
-/* --- For the device's table; include object_dictionary_rows.h before use. `n` is 0 .. 3. ------------------------ */
-/* Member names and pieces of text cannot stand in parentheses. NOLINTBEGIN(bugprone-macro-parentheses) */
+/* --- For the device's table; include object_dictionary_rows.h first. `n` is 0 .. 3. ------------------------ */
+/* Member names and string fragments cannot be put in parentheses. NOLINTBEGIN(bugprone-macro-parentheses) */
 
 #define CANOPEN_U32_MAX INT64_C(0xFFFFFFFF)
 

@@ -38,7 +38,7 @@ static void tell(emergency_producer *self, const emergency_objects *objects, con
   message[4] = error->source;
 }
 
-/* Place of an error among the active ones, active_count when it is not there. */
+/* Index of an error among the active ones; active_count when it is not active. */
 static uint8_t find(const emergency_producer *self, uint8_t source, uint16_t code) {
   uint8_t i = 0;
   while (i < self->active_count && (self->active[i].code != code || self->active[i].source != source)) {

@@ -1,7 +1,7 @@
-/* Emergency messages: what is wrong now, what was wrong before, and telling the bus of both.
+/* Emergency messages: active errors, error history, and the messages that report both.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.7, objects 0x1001 (error register), 0x1003 (history), 0x1014 (COB-ID) and
- * 0x1015 (inhibit time). Whoever sees an error raises it, every tick if he likes: it is told once, until cleared. */
+ * 0x1015 (inhibit time). The owner of an error may raise it in every tick: it is reported once, until it is cleared. */
 #ifndef TRACKSERVO_CANOPEN_EMERGENCY_H
 #define TRACKSERVO_CANOPEN_EMERGENCY_H
 
@@ -41,12 +41,12 @@ typedef struct {
   uint16_t inhibit_100us;              /* 0x1015 */
 } emergency_objects;
 
-/* The same code of two sources is two errors: each is told, and each is cleared by itself. */
+/* The same code from two sources is two errors: each is reported and cleared separately. */
 typedef struct {
   uint16_t code;
   uint8_t register_bits;
-  uint8_t source; /* EMERGENCY_SOURCE_NODE; others are the application's */
-  uint8_t detail; /* what more is known; the meaning is the code's */
+  uint8_t source; /* EMERGENCY_SOURCE_NODE; other sources belong to the application */
+  uint8_t detail; /* additional information; the code defines its meaning */
 } emergency_error;
 
 typedef struct {
@@ -56,21 +56,21 @@ typedef struct {
   uint8_t waiting_first;
   uint8_t waiting_count;
   uint16_t dropped;    /* messages that found no room */
-  uint16_t inhibit_ms; /* still to wait before the next one */
+  uint16_t inhibit_ms; /* time left before the next message */
 } emergency_producer;
 
-/* Nothing wrong, nothing to tell; the history stays: a reset of the node clears it by its defaults. */
+/* No active error and no pending message. The history stays: a reset of the node clears it through its defaults. */
 void emergency_reset(emergency_producer *self, emergency_objects *objects);
 
-/* False when the source has this code already, or 16 errors are active. Byte 3 of the message is the detail, byte 4
- * the source. */
+/* Returns false when the source has this code already, or 16 errors are active. Byte 3 of the message is the detail,
+ * byte 4 the source. */
 bool emergency_raise(emergency_producer *self, emergency_objects *objects, const emergency_error *error);
 
-/* The same for who knows that it is news: of several errors that share source and code each is told. They are one error
- * in the register, and cleared together. */
+/* Reports the error even if the source has the same code already, for a caller that knows that it is a new one. Errors
+ * with equal source and code are one error in the register and are cleared together. */
 bool emergency_raise_again(emergency_producer *self, emergency_objects *objects, const emergency_error *error);
 
-/* Tells "no error" (code 0) with what the register still holds. False when the source had no such error. */
+/* Reports "no error" (code 0) with the remaining register value. Returns false when the source had no such error. */
 bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint8_t source, uint16_t code);
 
 bool emergency_is_active(const emergency_producer *self, uint8_t source, uint16_t code);

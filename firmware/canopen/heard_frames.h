@@ -1,9 +1,9 @@
 /* The frames that a node hears: one table for the board, the simulator and the objects.
  *
  * Standard: CiA 301 v4.2.0, clause 7.3.5 and table 40 (identifiers that no object may have), CiA 305 (LSS). The board's
- * CAN controller has a filter for each row, the simulator's node takes what `heard_frame` passes, and an object takes
- * a COB-ID only where the table says so: an identifier that can be set is an identifier that is heard. The table is the
- * same for each node id, so that a change of it (LSS) leaves the filters alone. */
+ * CAN controller has a filter for each row. The simulated node accepts what `heard_frame` passes. An object accepts a
+ * COB-ID only if the table has it. So every identifier that can be set is heard. The table is the same for every node
+ * id, so a change of the node id (LSS) does not change the filters. */
 #ifndef TRACKSERVO_CANOPEN_HEARD_FRAMES_H
 #define TRACKSERVO_CANOPEN_HEARD_FRAMES_H
 
@@ -17,13 +17,13 @@ typedef struct {
   bool free; /* PDO, SYNC, EMCY and further SDO channels may have these */
 } heard_range;
 
-/* In rising order, without overlap. */
+/* In ascending order, without overlap. */
 extern const heard_range heard_ranges[HEARD_RANGES];
 
-/* A data frame with an 11-bit identifier out of the table. Extended and remote frames are never heard. */
+/* A data frame whose 11-bit identifier is in the table. Extended and remote frames are never heard. */
 bool heard_frame(const can_frame *frame);
 
-/* An 11-bit identifier that an object may have. */
+/* An 11-bit identifier that an object may use. */
 bool heard_identifier_is_free(uint32_t identifier);
 
 #endif

@@ -1,7 +1,7 @@
-/* Heartbeats: saying that this node lives, and noticing that another one does not.
+/* Heartbeats: sends this node's heartbeat and detects the loss of another node's.
  *
- * Standard: CiA 301 v4.2.0, clause 7.2.8.3.2, objects 0x1017 (producer) and 0x1016 (consumers). Both sides are
- * advanced by the 1 ms tick; a consumer watches from the first heartbeat it hears on. */
+ * Standard: CiA 301 v4.2.0, clause 7.2.8.3.2, objects 0x1017 (producer) and 0x1016 (consumers). The 1 ms tick advances
+ * both sides. A consumer monitors a node from its first heartbeat on. */
 #ifndef TRACKSERVO_CANOPEN_HEARTBEAT_H
 #define TRACKSERVO_CANOPEN_HEARTBEAT_H
 
@@ -14,13 +14,13 @@ typedef struct {
   uint16_t elapsed_ms; /* since the last heartbeat */
 } heartbeat_producer;
 
-/* True when a heartbeat is due now; call once per ms. It stays due until `heartbeat_producer_sent`, so that a full
- * bus delays and never loses one. Period 0: never. */
+/* True when a heartbeat is due now; call it once per ms. It stays due until `heartbeat_producer_sent`, so a full bus
+ * delays a heartbeat but never loses it. Period 0: never. */
 bool heartbeat_producer_due(heartbeat_producer *producer, uint16_t period_ms);
 void heartbeat_producer_sent(heartbeat_producer *producer);
 
 typedef enum {
-  HEARTBEAT_UNKNOWN, /* nothing heard yet, or not watched */
+  HEARTBEAT_UNKNOWN, /* nothing heard yet, or not monitored */
   HEARTBEAT_ALIVE,
   HEARTBEAT_LOST
 } heartbeat_health;
@@ -28,17 +28,17 @@ typedef enum {
 typedef struct {
   heartbeat_health health;
   uint16_t silent_ms;
-  uint8_t remote_state; /* NMT state last heard */
+  uint8_t remote_state; /* last NMT state heard */
 } heartbeat_consumer;
 
-/* Fields of 0x1016:n. Node 0, nodes above 127 or time 0 switch the consumer off. */
+/* Fields of 0x1016:n. Node 0, nodes above 127 and time 0 switch the consumer off. */
 uint8_t heartbeat_consumer_node(uint32_t object);
 uint16_t heartbeat_consumer_time_ms(uint32_t object);
 bool heartbeat_consumer_active(uint32_t object);
 
 void heartbeat_consumer_reset(heartbeat_consumer *consumer);
 
-/* A heartbeat of the watched node. True: it had been lost and is back. */
+/* A heartbeat of the monitored node. True: the node had been lost and is back. */
 bool heartbeat_consumer_hear(heartbeat_consumer *consumer, uint8_t remote_state);
 
 /* One ms. True once, in the tick that declares the node lost. */

@@ -7,14 +7,14 @@ enum {
   CONFIGURE_BIT_RATE = 0x13,
   ACTIVATE_BIT_RATE = 0x15,
   STORE = 0x17,
-  SWITCH_SELECTIVE = 0x40, /* and the three behind it */
+  SWITCH_SELECTIVE = 0x40, /* this code and the next three */
   SWITCHED = 0x44,
-  IDENTIFY = 0x46, /* and the five behind it */
+  IDENTIFY = 0x46, /* this code and the next five */
   IDENTIFY_UNCONFIGURED = 0x4C,
   IDENTIFIED = 0x4F,
   IDENTIFIED_UNCONFIGURED = 0x50,
   FASTSCAN = 0x51,
-  INQUIRE_IDENTITY = 0x5A, /* and the three behind it */
+  INQUIRE_IDENTITY = 0x5A, /* this code and the next three */
   INQUIRE_NODE_ID = 0x5E
 };
 
@@ -49,7 +49,7 @@ static void answer_error(lss_slave *slave, uint8_t command, uint8_t error, uint8
 
 static void answer_number(lss_slave *slave, uint8_t command, uint32_t number) {
   answer(slave, command);
-  memcpy(&slave->answer[1], &number, sizeof number); /* little-endian, as object_dictionary.c asserts */
+  memcpy(&slave->answer[1], &number, sizeof number); /* little-endian; object_dictionary.c asserts this */
 }
 
 const uint8_t *lss_slave_outgoing(const lss_slave *slave) { return slave->answer_waiting ? slave->answer : NULL; }
@@ -137,7 +137,7 @@ static void configure(lss_slave *slave, const uint8_t *request) {
 
 /* --- finding nodes ------------------------------------------------------------------------------------------------ */
 
-/* The parts come in order; one that is not this node's begins anew. Answers how many were right. */
+/* The parts come in order; a part that does not match this node starts over. Returns how many matched. */
 static uint8_t next_part(uint8_t right_so_far, uint8_t part, bool right) {
   if (!right || (part != right_so_far && part != 0)) {
     return 0;
@@ -181,8 +181,9 @@ static bool wants_node_id(const lss_slave *slave) {
   return lss_slave_is_unconfigured(slave) && slave->pending.node_id == BUS_UNCONFIGURED;
 }
 
-/* The master asks bit by bit, from the highest of each part down; no answer says that the bit is 1. The last bit of the
- * last part leaves one node, which is switched to the configuration state: the next part is then not a later one. */
+/* The master asks bit by bit, from the highest bit of each part down; no answer means that the bit is 1. The last bit
+ * of the last part leaves one node, which is switched to the configuration state: the next part is then no later
+ * one. */
 static void fastscan(lss_slave *slave, const uint8_t *request, uint32_t number) {
   const uint8_t bit = request[5];
   const uint8_t part = request[6];
@@ -208,7 +209,7 @@ static void fastscan(lss_slave *slave, const uint8_t *request, uint32_t number) 
 
 /* --- states ------------------------------------------------------------------------------------------------------- */
 
-/* True: the node has got its first node id. */
+/* True: the node has received its first node id. */
 static bool switch_global(lss_slave *slave, uint8_t state) {
   const bool leaves = slave->configuring && state == 0;
   if (state <= 1) {
@@ -222,7 +223,7 @@ bool lss_slave_receive(lss_slave *slave, const uint8_t request[LSS_BYTES]) {
   uint32_t number = 0;
   memcpy(&number, &request[1], sizeof number);
   if (slave->storing) {
-    return false; /* the master has an answer to come */
+    return false; /* the master has to receive an answer */
   }
   if (command == SWITCH_GLOBAL) {
     return switch_global(slave, request[1]);

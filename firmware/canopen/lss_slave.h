@@ -1,4 +1,4 @@
-/* LSS slave (layer setting services): node id and bit rate are set over the bus, also of a node that has no node id.
+/* LSS slave (layer setting services): sets node id and bit rate over the bus, also for a node that has no node id.
  *
  * Standard: CiA 305. Each request and each answer is one frame of 8 bytes, 7E5h and 7E4h, lowest byte first:
  *
@@ -14,9 +14,10 @@
  *     4C                     identify a node without node id                             50
  *     51 number bit part next  fastscan of nodes without node id                         4F
  *
- * The node starts in the waiting state. 11 to 17 and 5A to 5E count in the configuration state alone. A new node id
- * counts from the next reset of the communication; a node that has none takes it when it is switched to waiting. As
- * sdo_server, this file knows no CAN: it gets the bytes of requests, shows the answer, and is told the time. */
+ * The node starts in the waiting state. Commands 11 to 17 and 5A to 5E work only in the configuration state. A new node
+ * id takes effect at the next reset of the communication. A node without node id takes it when it is switched to the
+ * waiting state. Like sdo_server, this file does not handle CAN: it receives the bytes of requests, provides the
+ * answer, and is advanced in time by its owner. */
 #ifndef TRACKSERVO_CANOPEN_LSS_SLAVE_H
 #define TRACKSERVO_CANOPEN_LSS_SLAVE_H
 
@@ -32,11 +33,11 @@ enum { LSS_DETAIL_TORQUE = 1 };
 
 typedef enum { LSS_STORE_PENDING, LSS_STORE_DONE, LSS_STORE_REFUSED } lss_store_progress;
 
-/* What only the device can do or know; `store` and `activate` may be NULL, where there is no such thing. */
+/* What only the device can do or know. `store` and `activate` may be NULL when the device does not support them. */
 typedef struct {
-  /* True while a motor has torque: the settings must not change then. NULL: no motor ever has. */
+  /* True while a motor has torque: the settings must not change then. NULL: no motor ever has torque. */
   bool (*has_torque)(void *context);
-  /* Asked again in each tick until it is not pending; the settings stay the same meanwhile. */
+  /* Called again in each tick until it no longer returns pending; the settings do not change meanwhile. */
   lss_store_progress (*store)(void *context, const bus_settings *settings);
   /* The CAN controller changes its bit rate. */
   void (*activate)(void *context, uint16_t kbit_s);
@@ -45,8 +46,8 @@ typedef struct {
 
 enum { LSS_IDENTITY_PARTS = 4 };
 
-/* Progress of "activate bit rate": the node is silent before and after the change, each for the delay that the master
- * gave. */
+/* Progress of "activate bit rate": the node is silent before and after the change, each time for the delay that the
+ * master gave. */
 typedef enum { LSS_NO_CHANGE, LSS_BEFORE_CHANGE, LSS_AFTER_CHANGE } lss_change;
 
 typedef struct {
@@ -55,9 +56,9 @@ typedef struct {
   bus_settings active;                   /* in force */
   bus_settings pending;                  /* as configured */
   bool configuring;                      /* in the configuration state */
-  uint8_t selected;                      /* parts of "switch state selective" that were this node's, in order */
-  uint8_t identified;                    /* likewise of "identify" */
-  uint8_t scanned;                       /* part that fastscan is at */
+  uint8_t selected;                      /* matching parts of "switch state selective", in order */
+  uint8_t identified;                    /* the same for "identify" */
+  uint8_t scanned;                       /* current part of fastscan */
   bool storing;
   lss_change change;
   uint16_t delay_ms;
@@ -68,10 +69,10 @@ typedef struct {
 
 void lss_slave_init(lss_slave *slave, const bus_settings *active, const lss_callbacks *callbacks);
 
-/* What 0x1018 says; before any request. */
+/* The identity of 0x1018; set it before any request. */
 void lss_slave_identify(lss_slave *slave, const uint32_t identity[LSS_IDENTITY_PARTS]);
 
-/* At a reset of the communication: the pending node id is in force from now on. */
+/* At a reset of the communication: the pending node id takes effect. */
 void lss_slave_take_node_id(lss_slave *slave);
 
 /* A request of exactly 8 bytes. True: the node had no node id, has received one, and must initialise now. */
@@ -81,10 +82,10 @@ bool lss_slave_receive(lss_slave *slave, const uint8_t request[LSS_BYTES]);
 const uint8_t *lss_slave_outgoing(const lss_slave *slave);
 void lss_slave_sent(lss_slave *slave);
 
-/* One ms: storing, and the change of the bit rate. */
+/* One ms: stores the configuration and changes the bit rate. */
 void lss_slave_tick(lss_slave *slave);
 
-/* The node must not send: it is about to change its bit rate, or others are. */
+/* The node must not send: it is about to change its bit rate, or other nodes are. */
 static inline bool lss_slave_is_silent(const lss_slave *slave) { return slave->change != LSS_NO_CHANGE; }
 
 static inline bool lss_slave_is_unconfigured(const lss_slave *slave) {

@@ -1,13 +1,13 @@
-/* Network management: the node's own state and the commands that move it.
+/* Network management: the node's own state and the commands that change it.
  *
- * Standard: CiA 301 v4.2.0, clause 7.2.8 and 7.3.2 (NMT state machine, figure 47). The node gives each NMT frame to
- * `nmt_receive` and acts on what comes back; which services work in which state is asked with the `nmt_allows_*`. */
+ * Standard: CiA 301 v4.2.0, clause 7.2.8 and 7.3.2 (NMT state machine, figure 47). The node passes each NMT frame to
+ * `nmt_receive` and acts on the result. The `nmt_allows_*` functions say which services work in which state. */
 #ifndef TRACKSERVO_CANOPEN_NMT_H
 #define TRACKSERVO_CANOPEN_NMT_H
 
 #include "canopen/can_frame.h"
 
-/* As the heartbeat says them. */
+/* As sent in the heartbeat. */
 typedef enum {
   NMT_INITIALISING = 0, /* boot-up message not sent yet */
   NMT_STOPPED = 4,
@@ -15,17 +15,17 @@ typedef enum {
   NMT_PRE_OPERATIONAL = 127
 } nmt_state;
 
-/* What the node shall do beyond changing its state. */
+/* Actions of the node beyond the change of its state. */
 typedef enum {
   NMT_NOTHING,
-  NMT_RESET_COMMUNICATION, /* objects 1000 to 1FFF to their start values, then boot-up */
+  NMT_RESET_COMMUNICATION, /* reset objects 1000 to 1FFF, then boot-up */
   NMT_RESET_NODE           /* the whole device */
 } nmt_request;
 
 enum { NMT_COB_ID = 0x000 };
 
-/* Follows a command frame (start 1, stop 2, pre-operational 128, reset node 129, reset communication 130). Frames
- * with another length, for another node or with another command are ignored. */
+/* Executes a command frame (start 1, stop 2, pre-operational 128, reset node 129, reset communication 130). Frames with
+ * another length, for another node or with another command are ignored. */
 nmt_request nmt_receive(nmt_state *state, uint8_t node_id, const can_frame *frame);
 
 static inline bool nmt_allows_pdo(nmt_state state) { return state == NMT_OPERATIONAL; }

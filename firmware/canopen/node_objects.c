@@ -31,7 +31,7 @@ static bool is_valid_and_same(uint32_t cob_id, uint32_t other) {
   return cob_id_is_valid(cob_id) && same_identifier(cob_id, other);
 }
 
-/* One identifier is heard as one thing: as SYNC, as an SDO request or as RPDOs. */
+/* An identifier has one use: SYNC, SDO requests or RPDOs. */
 static bool is_service(const communication_objects *objects, uint32_t cob_id) {
   return same_identifier(objects->sync.cob_id, cob_id) || is_valid_and_same(objects->sdo[1].request_cob_id, cob_id);
 }
@@ -83,7 +83,7 @@ static od_abort accept_consumer(const communication_objects *objects, uint8_t su
   return OD_OK;
 }
 
-/* Bit 30 of 0x1005 asks to produce SYNC, which this node does not do. */
+/* Bit 30 of 0x1005 requests a SYNC producer, which this node does not have. */
 static od_abort accept_sync_cob_id(const communication_objects *objects, uint32_t value) {
   if ((value & (COB_ID_INVALID | COB_ID_NO_REMOTE)) != 0 || !cob_id_is_allowed(value)) {
     return OD_BAD_VALUE;
@@ -92,7 +92,7 @@ static od_abort accept_sync_cob_id(const communication_objects *objects, uint32_
   return taken ? OD_INCOMPATIBLE : OD_OK;
 }
 
-/* Clause 7.5.2.34: identifiers change while the channel is off. Bit 30 (dynamic) is not supported. */
+/* Clause 7.5.2.34: identifiers may change only while the channel is off. Bit 30 (dynamic) is not supported. */
 static od_abort accept_sdo_cob_id(const communication_objects *objects, uint8_t sub, uint32_t value) {
   const bool request = sub == SDO_REQUEST;
   const uint32_t now = request ? objects->sdo[1].request_cob_id : objects->sdo[1].response_cob_id;
@@ -101,7 +101,7 @@ static od_abort accept_sdo_cob_id(const communication_objects *objects, uint8_t 
     return OD_BAD_VALUE;
   }
   if (!cob_id_is_valid(value)) {
-    return OD_OK; /* switched off, any identifier may rest there */
+    return OD_OK; /* while switched off, any identifier may be set */
   }
   if (!cob_id_is_allowed(value)) {
     return OD_BAD_VALUE;
@@ -121,7 +121,7 @@ static od_abort accept_emergency_cob_id(uint32_t now, uint32_t value) {
   return cob_id_is_valid(now) && cob_id_is_valid(value) && moves ? OD_DEVICE_STATE : OD_OK;
 }
 
-/* 0x1019 is 0 or at least 2, and is set while no period is (clause 7.5.2.22). */
+/* 0x1019 is 0 or at least 2, and may be set only while no period is set (clause 7.5.2.22). */
 static od_abort accept_sync_overflow(uint32_t period_us, od_number value) {
   if (value.i == 1) {
     return OD_BAD_VALUE;
@@ -155,7 +155,7 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
   }
 }
 
-/* As if it were switched off, and so free to change. */
+/* As if it were switched off, and therefore free to change. */
 static bool pdo_is_good(const object_dictionary *dictionary, pdo_direction direction,
                         const pdo_communication *communication, const pdo_mapping *mapping) {
   const pdo_communication off = {.cob_id = COB_ID_INVALID};
@@ -244,7 +244,7 @@ void node_objects_listen(canopen_node *node) {
     add(heard, heartbeat_consumer_active(object) ? (uint32_t)HEARTBEAT_COB_ID + heartbeat_consumer_node(object)
                                                  : NO_IDENTIFIER);
   }
-  for (uint32_t i = 0; i < CANOPEN_HEARD_WORDS; i++) { /* the interrupt reads one of them, so their order is free */
+  for (uint32_t i = 0; i < CANOPEN_HEARD_WORDS; i++) { /* the interrupt reads one word: any order will do */
     atomic_store_explicit(&node->heard[i], heard[i], memory_order_relaxed);
   }
 }

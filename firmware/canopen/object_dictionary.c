@@ -28,7 +28,7 @@ uint16_t od_index(const od_object *object) { return (uint16_t)(object->entry->in
 
 static uint32_t key_of(uint32_t index, uint8_t sub) { return index << 8 | sub; }
 
-/* Index and sub-index stand above the type in an entry's first word. */
+/* Index and sub-index are above the type in the first word of an entry. */
 static uint32_t key_at(const od_entry *entry) {
   _Static_assert(offsetof(od_entry, type) == 0 && offsetof(od_entry, sub) == 1 && offsetof(od_entry, index) == 2,
                  "type, sub-index and index are one word");
@@ -37,7 +37,7 @@ static uint32_t key_at(const od_entry *entry) {
   return word >> 8;
 }
 
-/* First row of the table whose key is not below the wanted one; count if there is none. */
+/* First row of the table whose key is not below the required one; count if there is none. */
 static uint32_t lower_bound(const od_table *table, uint32_t key) {
   uint32_t first = 0;
   uint32_t length = table->count;
@@ -71,7 +71,7 @@ void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count) {
 
 static od_abort find_in(const od_part *part, uint16_t index, uint8_t sub, od_object *object) {
   const od_table *table = &part->table;
-  const uint32_t own_index = (uint32_t)index - part->shift; /* wraps below the part, and is then above it */
+  const uint32_t own_index = (uint32_t)index - part->shift; /* wraps when below the part, and is then too large */
   if (table->count == 0 || own_index < table->entries[0].index || own_index > table->entries[table->count - 1].index) {
     return OD_NO_OBJECT;
   }
@@ -135,7 +135,7 @@ bool od_is_unlimited(const od_entry *entry) {
   }
 }
 
-/* A value's bytes are the same in memory as on the bus. */
+/* A value has the same bytes in memory and on the bus. */
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "CANopen is little-endian, and so must the machine be");
 
 static int16_t load_i16(const uint8_t *bytes) {
@@ -197,7 +197,7 @@ od_number od_get(const od_object *object) {
   return number_from_bytes((od_type)entry->type, place);
 }
 
-/* Length of a text that fills `capacity` bytes or ends before. */
+/* Length of a text that fills `capacity` bytes or ends earlier. */
 static uint16_t text_length(const char *text, uint16_t capacity) {
   uint16_t length = 0;
   while (text != NULL && length < capacity && text[length] != '\0') {

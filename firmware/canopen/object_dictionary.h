@@ -1,8 +1,8 @@
 /* The object dictionary: typed entries as data, found by index and sub-index.
  *
  * Standard: CiA 301 v4.2.0, clause 7.4 (object dictionary, data types) and table 22 (SDO abort codes). A dictionary
- * is a few parts; a part is one const table of entries and the struct that holds their values, so one table serves
- * both axes (the second with its indices shifted by 0x800), many nodes live in one process, and EDS, DBC and
+ * consists of a few parts. A part is one const table of entries and the struct of their values. So one table serves
+ * both axes (the second with its indices shifted by 0x800), many nodes can run in one process, and EDS, DBC and
  * documentation are printed from the same rows. */
 #ifndef TRACKSERVO_CANOPEN_OBJECT_DICTIONARY_H
 #define TRACKSERVO_CANOPEN_OBJECT_DICTIONARY_H
@@ -43,10 +43,10 @@ enum {
   OD_ARRAY = 16,   /* on sub-index 0: the object is an ARRAY, not a RECORD; for the EDS only */
   OD_STORED = 32,  /* belongs to what 0x1010 saves and 0x1011 restores */
   OD_RECORD = 64,  /* on sub-index 0: the head of an ARRAY or RECORD; `name` is that of the whole object */
-  OD_GUARDED = 128 /* can hurt: the application lets it be written only after an unlock */
+  OD_GUARDED = 128 /* can cause damage: the application allows a write only after an unlock */
 };
 
-/* SDO abort codes; OD_OK and OD_PENDING are ours and never travel. */
+/* SDO abort codes; OD_OK and OD_PENDING are internal and are never sent. */
 typedef enum {
   OD_OK = 0,
   OD_PENDING = 1, /* accept() only: not decided yet, ask again in the next tick */
@@ -93,14 +93,14 @@ typedef struct {
   uint8_t access;        /* od_access */
   uint8_t flags;         /* OD_* flags */
   uint16_t bytes;        /* size of the value; capacity of a string; 0 for DOMAIN */
-  uint32_t offset;       /* of the value in the part's struct, or OD_NO_VALUE: the default is the value */
-  od_number low;         /* smallest value that a write may bring; not used by strings and DOMAIN */
+  uint32_t offset;       /* offset of the value in the part's struct, or OD_NO_VALUE: the default is the value */
+  od_number low;         /* smallest value that a write may have; not used by strings and DOMAIN */
   od_number high;        /* largest */
   od_number preset;      /* default; of a string: its text */
-#ifndef OD_WITHOUT_TEXTS /* a board needs none of them, and has better use for 20 KiB */
+#ifndef OD_WITHOUT_TEXTS /* a board needs none of these; leaving them out saves 20 KiB */
   const char *name;      /* as in the EDS, unique within the dictionary */
   const char *unit;      /* SI, "" when there is none */
-  const char *help;      /* one sentence for the one who tunes */
+  const char *help;      /* one sentence for the person who tunes the drive */
 #endif
 } od_entry;
 
@@ -113,7 +113,7 @@ typedef struct {
 
 typedef struct od_part od_part;
 
-/* What a search finds: valid as long as its part. */
+/* Result of a search: valid as long as its part. */
 typedef struct {
   const od_part *part;
   const od_entry *entry;
@@ -122,22 +122,22 @@ typedef struct {
 /* Hooks of an object, as bits. */
 enum { OD_HOOK_REFRESH = 1, OD_HOOK_ACCEPT = 2, OD_HOOK_CHANGED = 4 };
 
-/* What the owner of a part may add to plain storage; each may be NULL. */
+/* Hooks of the owner of a part, beside plain storage; each may be NULL. */
 typedef struct {
   /* Before a read: brings the value up to date. */
   od_abort (*refresh)(void *owner, const od_object *object);
   /* Before a write that passed type and limits: may refuse or postpone. It decides only and changes nothing, since a
-   * PDO asks for all its objects before it writes any. Strings and DOMAIN do not ask. */
+   * PDO asks for all its objects before it writes any. Not called for strings and DOMAIN. */
   od_abort (*accept)(void *owner, const od_object *object, od_number value);
   /* After a write. */
   void (*changed)(void *owner, const od_object *object);
-  /* Which of these three an object needs, a sum of OD_HOOK_*; NULL: each that there is. Asked when a PDO is mapped, so
-   * that what needs none is copied. */
+  /* Which hooks an object needs, a sum of OD_HOOK_*; NULL: every hook that is set. Called when a PDO is mapped, so that
+   * values without hooks are copied directly. */
   unsigned (*needed)(const od_object *object);
 
-  /* DOMAIN, any length, at most one transfer per SDO server at a time. `begin` gives the size when reading, and is
-   * told the announced size (OD_SIZE_UNKNOWN if none was) when writing. Reads come at any offset within the size,
-   * some twice; writes in order. `end` with complete = false discards what was written. */
+  /* DOMAIN, any length, at most one transfer per SDO server at a time. `begin` returns the size when reading, and
+   * receives the announced size (OD_SIZE_UNKNOWN if none) when writing. Reads may come at any offset within the size,
+   * also twice; writes come in order. `end` with complete = false discards what was written. */
   od_abort (*stream_begin)(void *owner, const od_object *object, bool writing, uint32_t *size);
   od_abort (*stream_read)(void *owner, const od_object *object, uint32_t offset, uint8_t *bytes, uint32_t length);
   od_abort (*stream_write)(void *owner, const od_object *object, uint32_t offset, const uint8_t *bytes,
@@ -150,13 +150,13 @@ typedef struct {
 struct od_part {
   od_table table;
   uint16_t shift;        /* added to every index of the table: 0x800 for the second axis */
-  const char *prefix;    /* put before every name in EDS, DBC and documentation; "" for none */
-  void *values;          /* the struct that the offsets of the table point into */
-  void *owner;           /* given to the hooks */
+  const char *prefix;    /* prefix of every name in EDS, DBC and documentation; "" for none */
+  void *values;          /* the struct to which the offsets of the table refer */
+  void *owner;           /* passed to the hooks */
   const od_hooks *hooks; /* NULL: plain storage */
 };
 
-/* Indices in groups of 0x800, the shift between the axes, and as bits the parts that reach into each. */
+/* Indices in groups of 0x800, the shift between the axes; one bit per part that has objects in the group. */
 enum { OD_GROUPS = 32, OD_GROUP_SHIFT = 11, OD_GROUPED_PARTS = 32 };
 
 typedef struct {
@@ -166,30 +166,30 @@ typedef struct {
 typedef struct {
   const od_part *parts;
   uint32_t count;
-  const od_groups *groups; /* of these parts, by od_group_parts(); NULL: a search looks at all of them */
+  const od_groups *groups; /* of these parts, by od_group_parts(); NULL: a search tries all of them */
 } object_dictionary;
 
 /* At most OD_GROUPED_PARTS of them. */
 void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count);
 
-/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that could have it. */
+/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that can have the object. */
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object);
 
 /* The index as the bus sees it. */
 uint16_t od_index(const od_object *object);
 
-/* Where the value is, in the part's struct; NULL when the default is the value. */
+/* Address of the value in the part's struct; NULL when the default is the value. */
 uint8_t *od_place(const od_object *object);
 
-/* The hooks that reading and writing this object must call, a sum of OD_HOOK_*. */
+/* The hooks to call when this object is read or written, a sum of OD_HOOK_*. */
 unsigned od_needed_hooks(const od_object *object);
 
-/* Whether the limits let every value of an integer pass; false for types whose values are to be looked at. */
+/* Whether the limits allow every value of an integer; false for types whose values must be checked. */
 bool od_is_unlimited(const od_entry *entry);
 
-/* Copies a number in the order of the bus, which is that of memory; `size` is 1, 2, 4 or 8. */
+/* Copies a number in bus order, which is also memory order; `size` is 1, 2, 4 or 8. */
 static inline void od_copy_number(void *to, const void *from, uint32_t size) {
-  switch (size) { /* cheaper than memcpy() with a size that is not known before */
+  switch (size) { /* cheaper than memcpy() with a variable size */
     case 1:
       memcpy(to, from, 1);
       break;
@@ -205,7 +205,7 @@ static inline void od_copy_number(void *to, const void *from, uint32_t size) {
   }
 }
 
-/* Whether two numbers of `size` bytes, as above, are the same. */
+/* Whether two numbers of `size` bytes are equal, as above. */
 static inline bool od_same_number(const void *a, const void *b, uint32_t size) {
   uint64_t of_a = 0;
   uint64_t of_b = 0;
@@ -217,19 +217,20 @@ static inline bool od_same_number(const void *a, const void *b, uint32_t size) {
 /* Bytes of a value of this type; 0 for strings and DOMAIN. */
 uint16_t od_type_bytes(od_type type);
 
-/* The value as it is now, without access check; text points into the struct. */
+/* The current value, without access check; text points into the struct. */
 od_number od_get(const od_object *object);
 
-/* Puts a value without any check; for defaults, and for a store that has checked. Strings are cut to capacity. */
+/* Writes a value without any check; for defaults, and for a store that has checked the value. Strings are cut to the
+ * capacity. */
 void od_put(const od_object *object, od_number value);
 
 /* Reads in bus order (little endian). `bytes` must hold the entry's size; DOMAIN is refused with OD_UNSUPPORTED. */
 od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length);
 
-/* What od_write would answer, with nothing changed. */
+/* The result that od_write would return; changes nothing. */
 od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t length);
 
-/* Checks access, length, limits, finiteness and the owner's accept(); anything but OD_OK has changed nothing. */
+/* Checks access, length, limits, finiteness and the owner's accept(); on any result but OD_OK nothing has changed. */
 od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length);
 
 /* Writes what od_check_write has just answered with OD_OK. */
@@ -238,10 +239,10 @@ void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t le
 /* All defaults of a part, read-only values included. */
 void od_restore_defaults(const od_part *part, uint8_t node_id);
 
-/* Whether the values that are marked OD_STORED are the same, bit for bit, in two structs of the table's values. */
+/* Whether all values with OD_STORED are equal, bit for bit, in two structs of the table's values. */
 bool od_same_stored(const od_table *table, const void *one, const void *other);
 
-/* Copies the values that are marked OD_STORED from one struct of the table's values to another. */
+/* Copies the values with OD_STORED from one struct of the table's values to another. */
 void od_copy_stored(const od_table *table, const void *from, void *to);
 
 #endif

@@ -1,20 +1,20 @@
 /* Macros that write the rows of an object dictionary table.
  *
- * Each is one initialiser of `od_entry` (object_dictionary.h); the size of the member is compared with that of the
- * type at compile time. Include this where a table is written, nowhere else. */
+ * Each is one initialiser of `od_entry` (object_dictionary.h); the size of the member is compared with that of the type
+ * at compile time. Include this only where a table is written. */
 #ifndef TRACKSERVO_CANOPEN_OBJECT_DICTIONARY_ROWS_H
 #define TRACKSERVO_CANOPEN_OBJECT_DICTIONARY_ROWS_H
 
 #include "canopen/object_dictionary.h"
 
-/* The last members of a row: what people read. */
+/* The last members of a row: texts for people. */
 #ifdef OD_WITHOUT_TEXTS
 #define OD_TEXTS(name_, unit_, help_)
 #else
 #define OD_TEXTS(name_, unit_, help_) .name = (name_), .unit = (unit_), .help = (help_)
 #endif
 
-/* offsetof, or an error about a negative array size when the member does not have the type's size. */
+/* offsetof, or a compile error about a negative array size when the member's size does not match the type. */
 #define OD_OFFSET(struct_, member_, bytes_) \
   ((uint32_t)(offsetof(struct_, member_) + 0 * sizeof(char[sizeof(((struct_ *)0)->member_) == (bytes_) ? 1 : -1])))
 
@@ -44,7 +44,7 @@
     .preset = {.f = (preset_)}, OD_TEXTS(name_, unit_, help_)                                                \
   }
 
-/* A number that is the same for ever and needs no room: (type, index, sub, flags, value, name, help). */
+/* A constant number that needs no memory: (type, index, sub, flags, value, name, help). */
 #define OD_FIXED(type_, bytes_, index_, sub_, flags_, value_, name_, help_)                                      \
   {                                                                                                              \
     .index = (index_), .sub = (sub_), .type = (type_), .access = OD_CONST, .flags = (flags_), .bytes = (bytes_), \
@@ -66,7 +66,7 @@
     .preset = {.text = (preset_)}, OD_TEXTS(name_, "", help_)                                            \
   }
 
-/* Constant text, no room needed. */
+/* Constant text that needs no memory. */
 #define OD_FIXED_TEXT(index_, sub_, value_, name_, help_)                                         \
   {                                                                                               \
     .index = (index_), .sub = (sub_), .type = OD_VISIBLE_STRING, .access = OD_CONST, .flags = 0,  \

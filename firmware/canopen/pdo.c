@@ -6,7 +6,7 @@ enum { SUB_COB_ID = 1, SUB_TYPE = 2, SUB_INHIBIT = 3, SUB_SYNC_START = 6 };
 
 static od_abort accept_cob_id(uint32_t now, uint32_t value) {
   if (!cob_id_is_allowed(value)) {
-    /* Switched off, any identifier may rest there, as clients write 0x80000000. */
+    /* While switched off, any identifier may be set, since clients write 0x80000000. */
     return cob_id_is_valid(value) || (value & COB_ID_EXTENDED) != 0 ? OD_BAD_VALUE : OD_OK;
   }
   const bool stays_on = cob_id_is_valid(now) && cob_id_is_valid(value);
@@ -20,7 +20,7 @@ od_abort pdo_accept_communication(const pdo_communication *communication, uint8_
     case SUB_COB_ID:
       return accept_cob_id(communication->cob_id, (uint32_t)value.i);
     case SUB_TYPE:
-      /* 241..251 are reserved; 252 and 253 need remote requests, which this node does not answer. */
+      /* 241..251 are reserved; 252 and 253 need remote requests, which this node does not support. */
       return value.i > PDO_SYNC_MAX && value.i < PDO_EVENT_MAKER ? OD_BAD_VALUE : OD_OK;
     case SUB_INHIBIT:
     case SUB_SYNC_START:

@@ -19,8 +19,8 @@ enum {
 typedef struct {
   uint32_t cob_id;        /* sub 1: bit 31 off, bit 30 no remote request, bits 0..10 identifier */
   uint8_t type;           /* sub 2: transmission type, 0..240 with SYNC, 254 and 255 by event */
-  uint16_t inhibit_100us; /* sub 3, TPDO: least time between two */
-  uint16_t event_ms;      /* sub 5: TPDO: longest time between two; RPDO: longest silence; 0: none */
+  uint16_t inhibit_100us; /* sub 3, TPDO: minimum time between two */
+  uint16_t event_ms;      /* sub 5: TPDO: maximum time between two; RPDO: maximum silence; 0: none */
   uint8_t sync_start;     /* sub 6, TPDO: SYNC counter value to start with; 0: any */
 } pdo_communication;
 
@@ -28,10 +28,10 @@ static inline bool pdo_is_synchronous(const pdo_communication *communication) {
   return communication->type <= PDO_SYNC_MAX;
 }
 
-/* May sub-index `sub` of the communication record become `value`? */
+/* Whether sub-index `sub` of the communication record may be set to `value`. */
 od_abort pdo_accept_communication(const pdo_communication *communication, uint8_t sub, od_number value);
 
-/* May sub-index `sub` of the mapping record become `value`? */
+/* Whether sub-index `sub` of the mapping record may be set to `value`. */
 od_abort pdo_accept_mapping(const object_dictionary *dictionary, pdo_direction direction,
                             const pdo_communication *communication, const pdo_mapping *mapping, uint8_t sub,
                             od_number value);

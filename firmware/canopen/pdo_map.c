@@ -38,7 +38,7 @@ od_abort pdo_check_entry(const object_dictionary *dictionary, pdo_direction dire
   return entry == 0 ? OD_OK : find_entry(dictionary, direction, entry, &found, &bytes);
 }
 
-/* Straight to the value where nobody has to be asked or told. */
+/* Directly to the value when its owner has no hooks. */
 static pdo_item item_of(const od_object *object, uint8_t bytes) {
   pdo_item item = {.object = *object, .bytes = bytes};
   const od_entry *entry = object->entry;
@@ -112,7 +112,7 @@ void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]) {
   }
 }
 
-/* What is there already has been accepted: most masters send the same mode in every frame. */
+/* A value that is already set has been accepted: most masters send the same mode in every frame. */
 static bool is_there(const pdo_item *item, const uint8_t *bytes) {
   return item->to != NULL && od_same_number(item->to, bytes, item->bytes);
 }

@@ -1,8 +1,8 @@
-/* The mapping of a PDO: which objects its bytes are.
+/* The mapping of a PDO: the objects that its bytes belong to.
  *
  * Standard: CiA 301 v4.2.0, clause 7.5.2.36 (RPDO mapping 0x1600), 7.5.2.38 (TPDO mapping 0x1A00) and 7.4.7.1 (dummy
- * entries in an RPDO). A mapping is resolved once, when it is set: bytes are then copied to or from where the values
- * are, and the dictionary is asked only for objects with limits or with hooks of their owner. */
+ * entries in an RPDO). A mapping is resolved once, when it is set. Then bytes are copied directly to or from the
+ * values; the dictionary is called only for objects with limits or hooks. */
 #ifndef TRACKSERVO_CANOPEN_PDO_MAP_H
 #define TRACKSERVO_CANOPEN_PDO_MAP_H
 
@@ -19,13 +19,13 @@ typedef struct {
   uint32_t entry[PDO_OBJECTS];
 } pdo_mapping;
 
-/* One mapped object, with what has to be known of it when its bytes move. */
+/* One mapped object, with the data needed to move its bytes. */
 typedef struct {
-  const void *from; /* its value; NULL: a dummy, or one that is read through the dictionary */
-  void *to;         /* NULL: a dummy, or one that is written through the dictionary */
+  const void *from; /* its value; NULL: a dummy, or an object that is read through the dictionary */
+  void *to;         /* NULL: a dummy, or an object that is written through the dictionary */
   uint8_t bytes;
   bool checked;     /* a value may be refused */
-  bool told;        /* its owner is told of a write */
+  bool told;        /* its owner is notified of a write */
   od_object object; /* entry NULL: dummy */
 } pdo_item;
 
@@ -37,17 +37,17 @@ typedef struct {
   uint8_t event_mask; /* bit n: byte n belongs to an object flagged OD_EVENT */
 } pdo_map;
 
-/* OD_OK, OD_NO_OBJECT, OD_NO_SUB or OD_NOT_MAPPABLE. Entry 0 is fine: it is not used. */
+/* OD_OK, OD_NO_OBJECT, OD_NO_SUB or OD_NOT_MAPPABLE. Entry 0 is allowed: it is not used. */
 od_abort pdo_check_entry(const object_dictionary *dictionary, pdo_direction direction, uint32_t entry);
 
-/* Also OD_MAPPING_TOO_LONG, above 8 objects or 8 bytes. The map is empty on any refusal. */
+/* Also OD_MAPPING_TOO_LONG, above 8 objects or 8 bytes. On any refusal the map is empty. */
 od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction direction, const pdo_mapping *mapping,
                      pdo_map *map);
 
-/* The bytes of a TPDO, as the objects are now. */
+/* The bytes of a TPDO from the current objects. */
 void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]);
 
-/* Writes the objects of an RPDO, all or, if one refuses its value, none. */
+/* Writes the objects of an RPDO: all of them, or none if one refuses its value. */
 od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]);
 
 #endif

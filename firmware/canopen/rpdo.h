@@ -1,7 +1,7 @@
 /* Receive PDO: from a frame into the mapped objects.
  *
- * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.35: at once with types 254 and 255, at the next SYNC with types 0
- * to 240; the event timer watches for silence. A frame whose values are not all acceptable changes nothing. */
+ * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.35: types 254 and 255 take effect at once, types 0 to 240 at the
+ * next SYNC; the event timer monitors silence. A frame whose values are not all acceptable changes nothing. */
 #ifndef TRACKSERVO_CANOPEN_RPDO_H
 #define TRACKSERVO_CANOPEN_RPDO_H
 
@@ -9,11 +9,11 @@
 
 typedef struct {
   pdo_map map;
-  bool on; /* valid, and something is mapped */
+  bool on; /* valid, with at least one mapped object */
   bool synchronous;
-  uint16_t watched_ms; /* longest silence; 0: not watched */
-  bool heard;          /* the silence is watched from the first frame on */
-  bool late;           /* silence has been told */
+  uint16_t watched_ms; /* maximum silence; 0: not monitored */
+  bool heard;          /* silence is monitored from the first frame on */
+  bool late;           /* silence has been reported */
   bool wrong_length;   /* the last frame was too short */
   bool waiting;        /* `bytes` wait for SYNC */
   uint16_t silent_ms;
@@ -29,14 +29,14 @@ typedef enum {
   RPDO_TOO_SHORT
 } rpdo_verdict;
 
-/* Takes its parameters, resolves the mapping and forgets all frames: whenever one of them has changed. */
+/* Takes its parameters, resolves the mapping and discards all frames: call it whenever one of them has changed. */
 void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
                     const pdo_mapping *mapping);
 
-/* Forgets all frames. */
+/* Discards all frames. */
 void rpdo_reset(rpdo *self);
 
-/* A data frame with its identifier. Longer frames than mapped are fine, the rest is ignored. */
+/* A data frame with its identifier. Longer frames than mapped are accepted; the rest is ignored. */
 rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame);
 
 /* RPDO_IGNORED when nothing waited. */

@@ -25,13 +25,13 @@ void sdo_block_download_initiate(sdo_server *server, const uint8_t *request) {
   server->sequence = 0;
   server->holding = false;
   server->block_size = SDO_BLOCK_SEGMENTS;
-  /* Said only to a client that asked: some check a CRC that they did not ask for. */
+  /* Only for a client that requested the CRC: some check a CRC that they did not request. */
   sdo_server_answer(server, (uint8_t)(ANSWER_INITIATE | (server->use_crc ? CRC_OFFERED : 0)));
   sdo_server_put_multiplexer(server);
   server->reply[4] = server->block_size;
 }
 
-/* Passes on the segment that was held back, or the first `length` bytes of it. */
+/* Passes on the segment that was held back, or its first `length` bytes. */
 static od_abort pass_on_held(sdo_server *server, uint32_t length) {
   if (!server->holding) {
     return OD_OK;
@@ -69,7 +69,7 @@ void sdo_block_download_segment(sdo_server *server, const uint8_t *request) {
   if (!last && sequence != server->block_size) {
     return;
   }
-  /* The client sends again what follows the confirmed segment. */
+  /* The client repeats the segments after the confirmed one. */
   sdo_server_answer(server, ANSWER_SUB_BLOCK);
   server->reply[1] = server->sequence;
   server->reply[2] = server->block_size;

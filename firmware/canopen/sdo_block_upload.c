@@ -30,7 +30,7 @@ static void initiate(sdo_server *server, const uint8_t *request) {
   server->use_crc = (request[0] & CRC_WANTED) != 0;
   server->crc = 0;
   server->crc_offset = 0;
-  /* Said only to a client that asked: some check a CRC that they did not ask for. */
+  /* Only for a client that requested the CRC: some check a CRC that they did not request. */
   sdo_server_answer(server, (uint8_t)(ANSWER_INITIATE | SIZE_GIVEN | (server->use_crc ? CRC_OFFERED : 0)));
   sdo_server_put_multiplexer(server);
   sdo_put_u32(&server->reply[4], server->transfer.size);
@@ -75,7 +75,7 @@ static void say_end(sdo_server *server) {
   server->state = SDO_BLOCK_UPLOAD_END;
 }
 
-/* The client has all segments up to the one it names; what follows is sent again. */
+/* The client has all segments up to the confirmed one; the following segments are sent again. */
 static void confirm(sdo_server *server, const uint8_t *request) {
   const uint8_t confirmed = request[1];
   if (confirmed > server->sequence) {

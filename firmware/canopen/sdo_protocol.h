@@ -30,7 +30,7 @@ void sdo_server_put_multiplexer(sdo_server *server);
 /* Commits what was downloaded; `command` is the first byte of the answer when that succeeds. */
 void sdo_server_commit(sdo_server *server, uint8_t command, bool with_multiplexer);
 
-/* Finds the object that the request names and opens it; on a refusal the abort is on its way. */
+/* Finds the object that the request names and opens it; on a refusal an abort is prepared. */
 bool sdo_server_open(sdo_server *server, const uint8_t *request, bool writing, uint32_t size);
 
 uint32_t sdo_get_u32(const uint8_t *bytes);
@@ -40,7 +40,7 @@ void sdo_block_download_initiate(sdo_server *server, const uint8_t *request);
 void sdo_block_download_segment(sdo_server *server, const uint8_t *request);
 void sdo_block_download_end(sdo_server *server, const uint8_t *request);
 
-/* Initiate, start, confirm or end, as the request's lowest two bits say. */
+/* Initiate, start, confirm or end, from the lowest two bits of the request. */
 void sdo_block_upload_receive(sdo_server *server, const uint8_t *request);
 void sdo_block_upload_next_segment(sdo_server *server);
 

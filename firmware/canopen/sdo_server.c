@@ -47,12 +47,12 @@ void sdo_server_reset(sdo_server *server) {
   server->request_held = false;
 }
 
-/* A transfer whose client waits for an answer or is about to send its next request. */
+/* A transfer whose client waits for an answer or will send its next request soon. */
 static bool is_running(const sdo_server *server) {
   return server->state != SDO_IDLE && server->state != SDO_COMMITTING;
 }
 
-/* Ends the transfer while its client may go on with it. */
+/* Ends a transfer that its client may still continue. */
 static void break_off(sdo_server *server) {
   if (is_running(server) && server->silent_ms < SDO_QUIET_MS) {
     server->quiet_ms = SDO_QUIET_MS;
@@ -76,8 +76,8 @@ static bool is_segmented_download(const uint8_t *request) {
   return request[0] >> 5 == SDO_CCS_DOWNLOAD && (request[0] & EXPEDITED) == 0;
 }
 
-/* An answer to a download names its object, but few clients look: one whose request is not carried out can have taken
- * the other's confirmation for its own, and have a segment on its way. */
+/* An answer to a download names its object, but few clients check it. So a client whose request was refused can have
+ * taken the other client's confirmation for its own, and may already have sent a segment. */
 static void refuse(sdo_server *server, const uint8_t *request) {
   if (is_segmented_download(request)) {
     server->quiet_ms = SDO_QUIET_MS;
@@ -91,7 +91,7 @@ static void drop_held_request(sdo_server *server) {
   server->request_held = false;
 }
 
-/* Requests that do not continue the transfer can come from another client, which sees this abort, too. */
+/* A request that does not continue the transfer can come from another client, which sees this abort too. */
 static bool is_out_of_turn(od_abort code) {
   return code == OD_TOGGLE || code == OD_BAD_COMMAND || code == OD_BAD_SEQUENCE || code == OD_NOT_TRANSFERRED;
 }
@@ -150,7 +150,7 @@ bool sdo_server_open(sdo_server *server, const uint8_t *request, bool writing, u
   return true;
 }
 
-/* An expedited download may leave its length open: then it is the type's, as far as four bytes reach. */
+/* An expedited download may omit its length: then it is the length of the type, up to four bytes. */
 static uint32_t expedited_length(const sdo_server *server, uint8_t command) {
   if ((command & SIZE_GIVEN) != 0) {
     return 4u - (command >> 2 & 3u);
@@ -293,7 +293,7 @@ static bool is_initiate(const uint8_t *request) {
   }
 }
 
-/* Not done with one answer. */
+/* Needs more than one answer. */
 static bool takes_several_requests(const sdo_server *server, const uint8_t *request) {
   const uint8_t specifier = request[0] >> 5;
   if (specifier == SDO_CCS_DOWNLOAD) {
@@ -312,7 +312,7 @@ static bool must_wait(const sdo_server *server, const uint8_t *request) {
   return server->quiet_ms > 0 && takes_several_requests(server, request);
 }
 
-/* The answer to the request before is not known or not sent yet, so this one is of another client. */
+/* The previous request has no answer yet, or the answer is not sent, so this request comes from another client. */
 static bool is_answering(const sdo_server *server) {
   return server->state == SDO_COMMITTING || (server->reply_waiting && server->state != SDO_BLOCK_UPLOADING);
 }
@@ -328,7 +328,7 @@ static void begin_or_hold(sdo_server *server, const uint8_t *request) {
     dispatch(server, request);
   } else if (!server->request_held) {
     hold(server, request);
-  } else { /* two clients want one: neither gets it, and both see that */
+  } else { /* two clients compete: neither gets the channel, and both see the abort */
     take_multiplexer(server, request);
     sdo_server_abort(server, OD_NOT_TRANSFERRED);
     refuse(server, request);
@@ -353,8 +353,8 @@ static void receive_initiate(sdo_server *server, const uint8_t *request) {
   }
 }
 
-/* An abort that names another object than that of the transfer can be of another client. Whoever waits for an answer
- * meanwhile gets one: it would take the next that comes, for something else, for its own. */
+/* An abort that names another object than that of the transfer can come from another client. A client that waits for an
+ * answer meanwhile gets one: otherwise it would take the next answer, for another request, as its own. */
 static void receive_abort(sdo_server *server, const uint8_t *request) {
   const bool own = server->index == (uint16_t)(request[1] | request[2] << 8) && server->sub == request[3];
   const bool awaited = !own && server->reply_waiting && server->state != SDO_BLOCK_UPLOADING;

@@ -1,13 +1,13 @@
 /* SDO server: reading and writing the object dictionary from the bus.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.4: expedited, segmented and block transfer in both directions with
- * CRC-16/XMODEM. It knows no CAN: the node gives it the 8 bytes of each request, sends what `sdo_server_outgoing`
- * shows, and tells it the time; whatever ends in an abort has changed nothing.
+ * CRC-16/XMODEM. It does not handle CAN: the node passes the 8 bytes of each request, sends what `sdo_server_outgoing`
+ * returns, and advances the time. A transfer that ends with an abort has changed nothing.
  *
- * Two clients on one channel (docs/decisions/0019): nothing in a request says who sent it, and both clients see each
- * answer. So a transfer never passes from one client to the other: an initiate request ends a transfer that goes on,
- * and another transfer of several requests begins only when the former client can have no request on its way any more
- * (SDO_QUIET_MS). A segment request that meets no transfer meanwhile is answered with an abort, which both see. */
+ * Two clients on one channel (docs/decisions/0019): a request does not identify its sender, and both clients see each
+ * answer. So a transfer never passes from one client to the other: an initiate request ends the transfer in progress.
+ * Another transfer of several requests begins only when the former client can have no request in transit
+ * (SDO_QUIET_MS). A segment request without a transfer is answered with an abort meanwhile, which both clients see. */
 #ifndef TRACKSERVO_CANOPEN_SDO_SERVER_H
 #define TRACKSERVO_CANOPEN_SDO_SERVER_H
 
@@ -16,10 +16,10 @@
 enum {
   SDO_BYTES = 8,
   SDO_TIME_OUT_MS = 1000,
-  /* Longest time in which a client sends its next request of a transfer, else it is taken for gone. */
+  /* Maximum time until a client sends its next request of a transfer; later it counts as gone. */
   SDO_QUIET_MS = 100,
-  /* What this server asks of a block download: must fit the receive queue in one go, and be below the first byte of
-   * each initiate request, 0x20, so that none is taken for a segment. */
+  /* Segments per block that this server requests in a block download. They must fit into the receive queue at once. The
+   * number must be below the first byte of every initiate request, 0x20, so that none is mistaken for a segment. */
   SDO_BLOCK_SEGMENTS = 31
 };
 
@@ -28,12 +28,12 @@ typedef enum {
   SDO_DOWNLOADING,
   SDO_UPLOADING,
   SDO_BLOCK_DOWNLOADING,  /* within the sub-blocks */
-  SDO_BLOCK_DOWNLOAD_END, /* all segments are here, the end request is not */
-  SDO_BLOCK_UPLOAD_START, /* answered, the client has not started it yet */
-  SDO_BLOCK_UPLOADING,    /* segments go out */
-  SDO_BLOCK_UPLOAD_ACK,   /* sub-block sent, waiting for its confirmation */
-  SDO_BLOCK_UPLOAD_END,   /* end sent, waiting for its confirmation */
-  SDO_COMMITTING          /* the owner has not finished writing, the answer waits */
+  SDO_BLOCK_DOWNLOAD_END, /* all segments arrived, the end request did not */
+  SDO_BLOCK_UPLOAD_START, /* answered; the client has not started the upload yet */
+  SDO_BLOCK_UPLOADING,    /* segments are being sent */
+  SDO_BLOCK_UPLOAD_ACK,   /* sub-block sent; waits for its confirmation */
+  SDO_BLOCK_UPLOAD_END,   /* end sent; waits for its confirmation */
+  SDO_COMMITTING          /* the owner has not finished writing; the answer waits */
 } sdo_state;
 
 typedef struct {
@@ -44,7 +44,7 @@ typedef struct {
   uint8_t sub;
   bool toggle;        /* expected in the next segment request */
   uint32_t offset;    /* next byte to upload */
-  uint16_t silent_ms; /* since a frame came or went */
+  uint16_t silent_ms; /* since the last received or sent frame */
 
   /* Block transfer */
   uint32_t block_offset; /* first byte of the sub-block being uploaded */
@@ -52,14 +52,15 @@ typedef struct {
   uint8_t sequence;      /* last segment sent or accepted */
   bool use_crc;
   uint16_t crc;
-  uint32_t crc_offset; /* bytes in the CRC of an upload, so that what is sent again counts once */
-  bool holding;        /* the last segment waits in `held`: only the end says how much of it is data */
+  uint32_t crc_offset; /* bytes included in the CRC of an upload, so that repeated bytes count once */
+  bool holding;        /* the last segment waits in `held`: only the end request says how much of it is data */
   uint8_t held[SDO_BYTES - 1];
 
   /* Two clients */
-  uint8_t quiet_ms; /* still to pass before a transfer of several requests may begin */
+  uint8_t quiet_ms; /* time left before a transfer of several requests may begin */
   bool request_held;
-  uint8_t held_request[SDO_BYTES]; /* an initiate request that waits for that, or for the answer to another one */
+  uint8_t
+      held_request[SDO_BYTES]; /* an initiate request that waits for that time, or for the answer to another request */
 
   uint8_t reply[SDO_BYTES];
   bool reply_waiting;
@@ -67,18 +68,18 @@ typedef struct {
 
 void sdo_server_init(sdo_server *server, const object_dictionary *dictionary);
 
-/* Gives up what goes on, without telling the client. */
+/* Drops the transfer without an abort to the client. */
 void sdo_server_reset(sdo_server *server);
 
-/* A request of exactly 8 bytes. A client that crashed half-way hinders nobody: an expedited request is answered at
- * once, any other within SDO_QUIET_MS. */
+/* A request of exactly 8 bytes. A client that crashed during a transfer blocks nobody: an expedited request is answered
+ * at once, any other within SDO_QUIET_MS. */
 void sdo_server_receive(sdo_server *server, const uint8_t request[SDO_BYTES]);
 
 /* The 8 bytes to send next, or NULL. They stay until `sdo_server_sent`. */
 const uint8_t *sdo_server_outgoing(sdo_server *server);
 void sdo_server_sent(sdo_server *server);
 
-/* One ms: time-out (abort 0504 0000), and asking again an owner who said OD_PENDING. */
+/* One ms: time-out (abort 0504 0000), and another call of an owner who returned OD_PENDING. */
 void sdo_server_tick(sdo_server *server);
 
 #endif

@@ -1,13 +1,13 @@
 /* The data of one SDO transfer: a value through a small buffer, or a DOMAIN through its owner's stream.
  *
- * Standard: CiA 301 v4.2.0, clause 7.2.4 leaves open where the bytes come from; this hides it from the protocols.
- * The SDO server opens a transfer, moves bytes, and commits or cancels: until the commit the object is untouched. */
+ * Standard: CiA 301 v4.2.0, clause 7.2.4 leaves the source of the bytes open; this file hides it from the protocols.
+ * The SDO server opens a transfer, moves bytes, and commits or cancels: until the commit the object is unchanged. */
 #ifndef TRACKSERVO_CANOPEN_SDO_TRANSFER_H
 #define TRACKSERVO_CANOPEN_SDO_TRANSFER_H
 
 #include "canopen/object_dictionary.h"
 
-enum { SDO_BUFFER_BYTES = 64 }; /* longest VISIBLE_STRING that can be read or written */
+enum { SDO_BUFFER_BYTES = 64 }; /* maximum length of a VISIBLE_STRING that can be read or written */
 
 typedef struct {
   od_object object;
@@ -23,7 +23,7 @@ od_abort sdo_transfer_open_read(sdo_transfer *transfer, const od_object *object)
 /* Any piece within the size, in any order. */
 od_abort sdo_transfer_read(sdo_transfer *transfer, uint32_t offset, uint8_t *bytes, uint32_t length);
 
-/* Refuses at once what cannot succeed: access, announced size. */
+/* Refuses at once what cannot succeed: wrong access or announced size. */
 od_abort sdo_transfer_open_write(sdo_transfer *transfer, const od_object *object, uint32_t announced_size);
 
 od_abort sdo_transfer_append(sdo_transfer *transfer, const uint8_t *bytes, uint32_t length);
@@ -31,7 +31,7 @@ od_abort sdo_transfer_append(sdo_transfer *transfer, const uint8_t *bytes, uint3
 /* Writes the object. OD_PENDING: call again in the next tick; anything else ends the transfer. */
 od_abort sdo_transfer_commit(sdo_transfer *transfer);
 
-/* Ends a transfer that was read, or whose writing is given up. Harmless when none is open. */
+/* Ends a transfer that was read, or a write that is abandoned. Has no effect when none is open. */
 void sdo_transfer_close(sdo_transfer *transfer);
 
 #endif

@@ -8,7 +8,7 @@
 extern "C++" {
 #include <atomic>
 }
-typedef std::atomic<uint32_t> shared_word; /* the same representation as C's; C++17 has no stdatomic.h */
+typedef std::atomic<uint32_t> shared_word; /* same representation as in C; C++17 has no stdatomic.h */
 #else
 #include <stdatomic.h>
 typedef _Atomic uint32_t shared_word;

@@ -1,7 +1,7 @@
 /* Storing and restoring parameters by command: objects 0x1010 and 0x1011.
  *
- * Standard: CiA 301 v4.2.0, clauses 7.5.2.13 and 7.5.2.14: only the signatures "save" and "load" act. What storing
- * means belongs to the application: a callback that may take many ticks (OD_PENDING) and may fail (OD_HARDWARE). */
+ * Standard: CiA 301 v4.2.0, clauses 7.5.2.13 and 7.5.2.14: only the signatures "save" and "load" act. The application
+ * defines what storing means: a callback that may take many ticks (OD_PENDING) and may fail (OD_HARDWARE). */
 #ifndef TRACKSERVO_CANOPEN_STORAGE_H
 #define TRACKSERVO_CANOPEN_STORAGE_H
 
@@ -13,12 +13,12 @@ enum { STORAGE_ALL = 1, STORAGE_COMMUNICATION = 2, STORAGE_APPLICATION = 3, STOR
 #define STORAGE_SAVE 0x65766173u /* "save", lowest byte first */
 #define STORAGE_LOAD 0x64616F6Cu /* "load" */
 
-/* What both objects read as: saves, or restores, on command and not by itself. */
+/* The value of both objects: saves, or restores, on command and not autonomously. */
 #define STORAGE_ON_COMMAND 1u
 
 typedef struct {
-  /* Each gets STORAGE_* and answers OD_OK, OD_PENDING (is called again in the next tick) or why not. NULL: the
-   * device has no such thing, OD_HARDWARE. Restored values count after the next reset. */
+  /* Each receives STORAGE_* and returns OD_OK, OD_PENDING (called again in the next tick) or an error. NULL: the device
+   * does not support it, OD_HARDWARE. Restored values take effect after the next reset. */
   od_abort (*save)(void *context, uint8_t group);
   od_abort (*restore)(void *context, uint8_t group);
   void *context;

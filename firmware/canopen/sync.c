@@ -25,7 +25,7 @@ bool sync_tick(sync_consumer *consumer, const sync_objects *objects) {
   if (consumer->silent_us < UINT32_MAX - TICK_US) {
     consumer->silent_us += TICK_US;
   }
-  /* A SYNC may come up to one tick before it is handled: never complain within that. */
+  /* A SYNC may arrive up to one tick before it is handled, so never report an error within that time. */
   consumer->late = consumer->silent_us > limit_us && consumer->silent_us > objects->period_us + TICK_US;
   return consumer->late;
 }

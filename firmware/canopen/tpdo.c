@@ -31,7 +31,7 @@ static bool send(tpdo *self, const can_sender *sender) {
   return !self->waiting;
 }
 
-/* Does a byte that matters differ from the last frame? */
+/* Whether a byte that matters differs from the last frame. */
 static bool has_changed(const tpdo *self, const uint8_t *bytes) {
   if (memcmp(bytes, self->frame.data, CAN_FRAME_BYTES) == 0) {
     return false;
@@ -55,7 +55,7 @@ static bool sync_is_due(tpdo *self, uint8_t counter) {
       return false;
     }
     self->sync_started = true;
-    /* With a start value, the SYNC that carries it is already one to answer. */
+    /* With a start value, the SYNC that carries it is already answered. */
     self->sync_count = any ? 0 : (uint8_t)(communication->type - 1u);
   }
   self->sync_count++;
@@ -89,7 +89,7 @@ static void tick_by_sync(tpdo *self, const can_sender *sender) {
   }
   self->event = false;
   memcpy(self->frame.data, bytes, sizeof bytes);
-  for (uint8_t i = 0; i < due; i++) { /* one for each SYNC, however fast they come */
+  for (uint8_t i = 0; i < due; i++) { /* one per SYNC, however fast they come */
     (void)send(self, sender);
   }
 }
@@ -107,7 +107,7 @@ static void tick_by_event(tpdo *self, const can_sender *sender) {
   const bool may_send = self->inhibit_ms == 0;
   const bool looks_on = !self->event && self->map.event_mask != 0;
   if (!looks_on && !(self->event && may_send)) {
-    return; /* nobody asks for the values of now */
+    return; /* no SYNC requests the current values */
   }
   uint8_t bytes[CAN_FRAME_BYTES] = {0};
   pdo_gather(&self->map, bytes);

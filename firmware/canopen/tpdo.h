@@ -1,8 +1,8 @@
 /* Transmit PDO: from the mapped objects into a frame.
  *
- * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.37: types 254 and 255 go out when a mapped object flagged OD_EVENT
+ * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.37: types 254 and 255 are sent when a mapped object with OD_EVENT
  * changes or the event timer ends, type 0 at the SYNC after such a change, types 1 to 240 at every n-th SYNC. The
- * inhibit time is kept in all event-driven cases; a frame that the bus does not take is tried again. */
+ * inhibit time holds in all event-driven cases; a frame that the bus does not accept is sent again. */
 #ifndef TRACKSERVO_CANOPEN_TPDO_H
 #define TRACKSERVO_CANOPEN_TPDO_H
 
@@ -11,30 +11,30 @@
 typedef struct {
   pdo_map map;
   const pdo_communication *communication;
-  bool on; /* valid, and something is mapped */
+  bool on; /* valid, with at least one mapped object */
   bool synchronous;
-  bool event;          /* something to tell since the last frame */
-  bool waiting;        /* `frame` was sampled at SYNC and not taken by the bus yet */
-  bool sync_started;   /* the start value of the SYNC counter has come by */
+  bool event;          /* something to send since the last frame */
+  bool waiting;        /* `frame` was sampled at SYNC and not yet accepted by the bus */
+  bool sync_started;   /* the start value of the SYNC counter has been received */
   uint8_t sync_count;  /* SYNCs since the last frame */
-  uint8_t due;         /* frames that SYNCs asked for */
-  uint16_t inhibit_ms; /* still to wait */
+  uint8_t due;         /* frames requested by SYNCs */
+  uint16_t inhibit_ms; /* time left */
   uint16_t elapsed_ms; /* since the last frame */
-  can_frame frame;     /* last one sent, or to send */
+  can_frame frame;     /* last frame sent, or frame to send */
 } tpdo;
 
-/* Takes its parameters, resolves the mapping and starts anew: whenever one of them has changed. `communication` stays
- * where it is. */
+/* Takes its parameters, resolves the mapping and restarts: call it whenever one of them has changed. `communication`
+ * stays unchanged. */
 void tpdo_configure(tpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
                     const pdo_mapping *mapping);
 
-/* Starts anew, as on entering OPERATIONAL: an event-driven PDO is sent once, so that listeners know the start. */
+/* Restarts, as on entering OPERATIONAL: an event-driven PDO is sent once, so that listeners get the initial values. */
 void tpdo_reset(tpdo *self);
 
-/* The application's event: send when type and inhibit time allow. */
+/* The application's event: sends when type and inhibit time allow. */
 void tpdo_request(tpdo *self);
 
-/* A SYNC with its counter, 0 without one. What it asks for is sampled and sent by the next tpdo_tick. */
+/* A SYNC with its counter, 0 without one. The requested frame is sampled and sent by the next tpdo_tick. */
 void tpdo_sync(tpdo *self, uint8_t counter);
 
 /* One ms. */

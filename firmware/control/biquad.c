@@ -12,7 +12,7 @@ static control_status check_frequency(float frequency_rad_s, float dt_s) {
 /* Denominator 1 + a1 z^-1 + a2 z^-2 of a resonance at w; `spread` = damping * sin(w dt). */
 static void set_poles(biquad_params *params, float angle_rad, float spread) {
   const float half_sine = scalar_sin(0.5f * angle_rad);
-  const float cosine = 1.0f - 2.0f * half_sine * half_sine; /* rounded once also near 1 */
+  const float cosine = 1.0f - 2.0f * half_sine * half_sine; /* rounded once, also near 1 */
   params->a1 = -2.0f * cosine / (1.0f + spread);
   params->a2 = (1.0f - spread) / (1.0f + spread);
 }
@@ -50,11 +50,11 @@ control_status biquad_design_notch(biquad_params *params, float frequency_rad_s,
     return status;
   }
   const float half_width_rad = 0.5f * width_rad_s * dt_s;
-  const float spread = scalar_sin(half_width_rad) / scalar_cos(half_width_rad); /* prewarps the width too */
+  const float spread = scalar_sin(half_width_rad) / scalar_cos(half_width_rad); /* prewarps the width as well */
   set_poles(params, frequency_rad_s * dt_s, spread);
   params->b0 = (1.0f + depth * spread) / (1.0f + spread);
   params->b1 = params->a1;
-  params->b2 = params->a2 + (1.0f - params->b0); /* gain 1 at 0, with the poles as they are rounded */
+  params->b2 = params->a2 + (1.0f - params->b0); /* unity gain at 0 with the rounded poles */
   return CONTROL_OK;
 }
 

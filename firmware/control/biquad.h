@@ -17,15 +17,15 @@ typedef struct {
   float s1, s2;
 } biquad_state;
 
-/* Leaves the signal as it is. */
+/* Passes the signal unchanged. */
 biquad_params biquad_pass(void);
 
 /* Unity gain at 0, 2nd-order roll-off; frequency 1e-3 .. 0.49 of the sampling rate, damping 0.1 .. 2. On an error
- * `*params` is not touched. */
+ * `*params` is left unchanged. */
 control_status biquad_design_lowpass(biquad_params *params, float frequency_rad_s, float damping, float dt_s);
 
 /* Unity gain at 0, gain `depth` (0 .. 1) at the frequency, which has the low-pass's range; -3 dB width `width_rad_s`
- * (for depth 0), 1e-3 .. 2 of the frequency and width_rad_s * dt_s <= 2.8. On an error `*params` is not touched. */
+ * (for depth 0), 1e-3 .. 2 of the frequency and width_rad_s * dt_s <= 2.8. On an error `*params` is left unchanged. */
 control_status biquad_design_notch(biquad_params *params, float frequency_rad_s, float width_rad_s, float depth,
                                    float dt_s);
 

@@ -58,6 +58,6 @@ float current_loop_step(current_loop_state *state, const current_loop_params *pa
   pi_controller_settle(&state->pi, &params->pi, reference_a - measured_a, voltage_v - wanted_v, dt_s);
   state->limited = voltage_v != wanted_v;
   state->voltage_v = voltage_v;
-  /* Limited again, because the division rounds. */
+  /* Limit again: the division rounds. */
   return scalar_clamp(voltage_v / bus_voltage_v, -params->duty_limit, params->duty_limit);
 }

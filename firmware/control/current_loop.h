@@ -2,8 +2,8 @@
  *
  *     v = kp (i_ref - i) + integral + Ke w,   integral' = ki (i_ref - i)
  *
- * Pole-zero cancelling PI: kp = w_c L, ki = w_c R gives a first-order response of bandwidth w_c. The voltage is
- * limited to what the bus gives now; back-calculation keeps the integral right meanwhile. */
+ * Pole-zero cancelling PI: kp = w_c L, ki = w_c R gives a first-order response of bandwidth w_c. The voltage is limited
+ * to what the bus can supply now; back-calculation keeps the integral consistent with that limit. */
 #ifndef TRACKSERVO_CONTROL_CURRENT_LOOP_H
 #define TRACKSERVO_CONTROL_CURRENT_LOOP_H
 
@@ -19,8 +19,8 @@ typedef struct {
 
 typedef struct {
   pi_controller_state pi;
-  bool limited;    /* the bus could not give the voltage wanted in the last period */
-  float voltage_v; /* given in the last period, the mean over it; 0 after a reset */
+  bool limited;    /* the bus could not supply the required voltage in the last period */
+  float voltage_v; /* mean voltage applied over the last period; 0 after a reset */
 } current_loop_state;
 
 /* Gains for a bandwidth (rad/s) of a winding R (1e-4 .. 1e3 ohm), L (1e-7 .. 10 H) at PWM period dt_s. Sets all of

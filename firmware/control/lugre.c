@@ -95,7 +95,7 @@ float lugre_step(lugre_state *state, const lugre_params *params, float speed_rad
 
   float damping_nm_s_rad = params->damping_nm_s_rad;
   if (damping_nm_s_rad * magnitude_rad_s > 4.0f * level_nm) {
-    damping_nm_s_rad = 4.0f * level_nm / magnitude_rad_s; /* keeps the model passive, see the header */
+    damping_nm_s_rad = 4.0f * level_nm / magnitude_rad_s; /* keeps the model passive; see the header */
   }
   return params->stiffness_nm_rad * mean_rad + damping_nm_s_rad * mean_slope_rad_s +
          direction->viscous_nm_s_rad * speed_rad_s;

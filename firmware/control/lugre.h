@@ -6,9 +6,9 @@
  *
  * Discretisation: with the speed held over the tick the bristle equation is linear in z and has an exact
  * exponential solution, so the step is stable for every parameter set, speed and tick length; |z| never leaves
- * max(Ts)/s0. The torque is its mean over the tick, so the energy it takes from the shaft is that of the
- * continuous model. That model itself is passive only while s0 |v|/g <= 4 s0/s1 [Barahona & Canudas de Wit 2003,
- * see docs/theory.md]; beyond, s1 is reduced to 4 g/|v|, which changes nothing in steady sliding (dz/dt = 0). */
+ * max(Ts)/s0. The torque is its mean over the tick, so the energy taken from the shaft is that of the continuous model.
+ * That model itself is passive only while s0 |v|/g <= 4 s0/s1 [Barahona & Canudas de Wit 2003, see docs/theory.md];
+ * beyond, s1 is reduced to 4 g/|v|, which changes nothing in steady sliding (dz/dt = 0). */
 #ifndef TRACKSERVO_CONTROL_LUGRE_H
 #define TRACKSERVO_CONTROL_LUGRE_H
 
@@ -38,10 +38,10 @@ control_status lugre_check(const lugre_params *params);
 
 void lugre_reset(lugre_state *state);
 
-/* The bristles as long sliding at this rate leaves them; relaxed when it is 0. */
+/* The bristles after long sliding at this rate; relaxed when it is 0. */
 void lugre_settle(lugre_state *state, const lugre_params *params, float speed_rad_s);
 
-/* g(v) of eq. (3) in Nm, always within [Tc, Ts]. The sign of the speed does not matter here. */
+/* g(v) of eq. (3) in Nm, always within [Tc, Ts]. The sign of the speed has no effect. */
 float lugre_stribeck_nm(const lugre_direction *direction, float speed_rad_s);
 
 /* Friction torque in steady sliding, eq. (5), in Nm; 0 at standstill. */

@@ -13,11 +13,11 @@ control_status position_loop_check(const position_loop_params *params) {
   return scalar_check_ranges(ranges, 3);
 }
 
-/* Rate that leads into the target from `distance_rad` >= 0. */
+/* Rate at `distance_rad` >= 0 from which the axis can stop at the target. */
 static float approach_rad_s(const position_loop_params *params, float distance_rad) {
   const float kp = params->proportional_per_s;
   const float a = params->deceleration_rad_s2;
-  const float join_rad = a / (kp * kp); /* here line and parabola meet with equal value and slope */
+  const float join_rad = a / (kp * kp); /* line and parabola meet here with equal value and slope */
   if (distance_rad <= join_rad) {
     return kp * distance_rad;
   }

@@ -3,9 +3,9 @@
  *     rate = rate_ff + sign(e) { kp |e|                        for |e| <= a/kp^2
  *                              { sqrt(2 a (|e| - a/(2 kp^2)))  beyond,            within +-rate limit
  *
- * Near the target it is proportional; far away it follows the parabola along which a constant deceleration `a`
- * ends in the target, joined to the straight line with equal slope, so that large steps arrive without overshoot.
- * In the tick: between sense and control of the speed loop. */
+ * Near the target the loop is proportional. Far away it follows the parabola of constant deceleration `a` that ends at
+ * the target. Both join with equal slope, so large steps do not overshoot. In the tick: between sense and control of
+ * the speed loop. */
 #ifndef TRACKSERVO_CONTROL_POSITION_LOOP_H
 #define TRACKSERVO_CONTROL_POSITION_LOOP_H
 
@@ -20,7 +20,7 @@ typedef struct {
 
 control_status position_loop_check(const position_loop_params *params);
 
-/* The rate set-point in rad/s, within +-rate_limit; the shorter way round is taken. No state. */
+/* The rate set-point in rad/s, within +-rate_limit, towards the target on the shorter side. No state. */
 float position_loop_rate(const position_loop_params *params, angle_turn32 target, angle_turn32 measured,
                          float feedforward_rad_s);
 

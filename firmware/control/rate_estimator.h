@@ -3,12 +3,12 @@
  *     rate = sum_i w_i (angle_i - angle_newest) / dt,   w_i the end-point slope weights of N equidistant samples
  *
  * A finite window has a known delay of (N-1)/2 ticks and no transient of its own; quantisation noise falls with
- * N^1.5. N = 2 is the plain difference, right for encoders of 24 bits and more.
+ * N^1.5. N = 2 is the plain difference and suits encoders of 24 bits or more.
  *
- * A longer window is not the cure for a coarse encoder: its delay takes the phase margin of a fast loop, most of all of
- * one with a disturbance observer, and the loop shakes. With an encoder of 22 bits or less close the loop on the gyro
- * (RATE_FROM_GYRO); where there is none, lower the bandwidths together with lengthening the window. The simulator
- * refuses a plant file whose window does not go with its bandwidths, and says which bandwidth would. */
+ * A longer window does not help a coarse encoder: its delay takes phase margin from a fast loop, above all from one
+ * with a disturbance observer, and the loop oscillates. With an encoder of 22 bits or less, close the loop on the gyro
+ * (RATE_FROM_GYRO). Without a gyro, lower the bandwidths when you lengthen the window. The simulator refuses a plant
+ * file whose window is too long for its bandwidths, and names a bandwidth that would work. */
 #ifndef TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
 #define TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
 
@@ -31,7 +31,7 @@ control_status rate_estimator_check(const rate_estimator_params *params);
 /* At rest at `angle`. */
 void rate_estimator_reset(rate_estimator_state *state, angle_turn32 angle);
 
-/* One tick; returns the joint rate in rad/s. Right for less than half a turn within the window. */
+/* One tick; returns the joint rate in rad/s. Correct for less than half a turn within the window. */
 float rate_estimator_step(rate_estimator_state *state, const rate_estimator_params *params, angle_turn32 angle,
                           float dt_s);
 

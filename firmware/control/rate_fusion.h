@@ -1,10 +1,11 @@
-/* The inertial rate that the speed loop controls, and the base's rate that friction needs, from gyro and encoder.
+/* Estimates the inertial rate that the speed loop controls and the base's rate that the friction model needs, from gyro
+ * and encoder.
  *
  *     base = lowpass(gyro - joint),   inertial = joint + base          (complementary filter, crossover w)
  *
  * The gyro measures the inertial rate, the encoder the joint rate; they differ by the base's own motion, which is
- * slow. A fine encoder is quieter than a gyro above some 10 Hz, so above the crossover the fused rate follows the
- * encoder and below it the gyro. When the gyro is lost the last base rate is kept and the loop stays closed. */
+ * slow. Above some 10 Hz a fine encoder is quieter than a gyro. So the fused rate follows the encoder above the
+ * crossover and the gyro below it. When the gyro is lost, the last base rate is held and the loop stays closed. */
 #ifndef TRACKSERVO_CONTROL_RATE_FUSION_H
 #define TRACKSERVO_CONTROL_RATE_FUSION_H
 
@@ -13,7 +14,7 @@
 #include "control/status.h"
 
 typedef enum {
-  RATE_FROM_ENCODER = 0, /* no gyro fitted: the base is taken to be at rest */
+  RATE_FROM_ENCODER = 0, /* no gyro fitted: the base rate is taken as 0 */
   RATE_FROM_GYRO,        /* gyro alone */
   RATE_FUSED
 } rate_source;

@@ -22,7 +22,7 @@ float scalar_exp_minus(float x) {
   const int32_t n = (int32_t)(x * 1.44269504f + 0.5f);
   const float turns = (float)n;
   const float r = -((x - turns * ln2_high) - turns * ln2_low);
-  /* 1 + r + r^2 q(r) with the q of least relative error, 4e-9, from tools/minimax/exp_series.py. */
+  /* 1 + r + r^2 q(r); q has the least relative error, 4e-9, and comes from tools/minimax/exp_series.py. */
   float series = 0.00138146128f;
   series = series * r + 0.00836871006f;
   series = series * r + 0.041668389f;

@@ -1,9 +1,8 @@
 /* Scalar arithmetic that gives the same bits on every machine.
  *
- * The C library's expf, sinf and cosf differ in the last bit between host and target; a trace that must be
- * compared bit by bit cannot use them. (sqrtf, roundf and frexpf are exact by their definition and may be used.) These
- * are short polynomials in float, built without fused multiply-add. All functions need finite arguments in the stated
- * range. */
+ * The C library's expf, sinf and cosf differ in the last bit between host and target, so they cannot be used in a trace
+ * that is compared bit by bit. (sqrtf, roundf and frexpf are exact by definition and may be used.) These are short
+ * polynomials in float, built without fused multiply-add. All functions need finite arguments in the stated range. */
 #ifndef TRACKSERVO_CONTROL_SCALAR_H
 #define TRACKSERVO_CONTROL_SCALAR_H
 
@@ -19,7 +18,7 @@ static inline float scalar_min(float a, float b) { return a < b ? a : b; }
 static inline float scalar_max(float a, float b) { return a > b ? a : b; }
 static inline float scalar_abs(float a) { return fabsf(a); }
 
-/* Limits `value` to [low, high]; low <= high. NaN stays NaN: a limit must not make a full torque of it. */
+/* Limits `value` to [low, high]; low <= high. NaN stays NaN: a limit must not turn it into full torque. */
 static inline float scalar_clamp(float value, float low, float high) {
   if (value < low) {
     return low;
@@ -30,11 +29,11 @@ static inline float scalar_clamp(float value, float low, float high) {
 /* Whether |value| <= bound; false for NaN. */
 static inline bool scalar_within(float value, float bound) { return scalar_abs(value) <= bound; }
 
-/* roundf(), in line: to the nearest whole number, halves away from 0. */
+/* Inline roundf(): to the nearest whole number, halves away from 0. */
 static inline float scalar_round(float value) {
   const float all_are_whole = 8388608.0f; /* from 2^23 on */
   if (!(scalar_abs(value) < all_are_whole)) {
-    return value; /* NaN and infinity, too */
+    return value; /* also NaN and infinity */
   }
   const float whole = (float)(int32_t)value;
   const float rest = value - whole; /* exact */
@@ -55,7 +54,7 @@ typedef struct {
   float high;
 } scalar_range;
 
-/* The first complaint of `count` ranges, CONTROL_OK when there is none. */
+/* The first error among `count` ranges, or CONTROL_OK. */
 control_status scalar_check_ranges(const scalar_range *ranges, int count);
 
 #endif

@@ -35,7 +35,7 @@ void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, 
 void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
                       float dt_s) {
   const float rate_rad_s = rates->feedback_rad_s;
-  /* No torque for a set-point that is the rate of now, whatever its weight. */
+  /* Without a rate error no torque, whatever the set-point weight is. */
   pi_controller_reset(&state->pi,
                       -params->pi.proportional_gain * (params->pi.setpoint_weight * rate_rad_s - rate_rad_s));
   disturbance_observer_reset(&state->observer, &params->observer, rate_rad_s, dt_s);
@@ -63,7 +63,7 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
                                      const torque_limits *limits, float dt_s) {
   const float feedback_rad_s = rates->feedback_rad_s;
 
-  /* The residual load: what the applied torque, less the friction already fed forward, does not explain. */
+  /* The residual load: the part of the applied torque that the friction already fed forward does not explain. */
   const float observed_nm =
       disturbance_observer_step(&state->observer, &params->observer, feedback_rad_s, applied_nm - state->explained_nm);
   const friction_feedforward_input intended = {
@@ -88,7 +88,7 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
   return out;
 }
 
-/* What one tick would command if nothing limited it; the state is a copy. */
+/* The command of one tick without limits; works on a copy of the state. */
 static speed_loop_output unlimited(speed_loop_state state, const speed_loop_params *params,
                                    const speed_loop_rates *rates, const speed_reference *reference, float applied_nm,
                                    float dt_s) {
@@ -96,7 +96,7 @@ static speed_loop_output unlimited(speed_loop_state state, const speed_loop_para
   return speed_loop_control(&state, params, rates, reference, applied_nm, &none, dt_s);
 }
 
-/* Bristles keep their torque, the observer its estimate, the filters their settled output. */
+/* Bristles keep their torque, the observer keeps its estimate, the filters keep their settled output. */
 static speed_loop_state carried_over(const speed_loop_state *state, const speed_loop_params *from,
                                      const speed_loop_params *to, const speed_loop_rates *rates, float dt_s) {
   speed_loop_state next = *state;
@@ -107,8 +107,8 @@ static speed_loop_state carried_over(const speed_loop_state *state, const speed_
   return next;
 }
 
-/* Friction that feedforward explains no longer is load to the observer, and the other way round. It would find that
- * by itself, but only out of an error of the rate. */
+/* Friction that the feedforward no longer compensates becomes load for the observer, and vice versa. Without this the
+ * observer would find it only from a rate error. */
 static void hand_to_observer(speed_loop_state *state, const speed_loop_params *params, float friction_nm,
                              const speed_loop_rates *rates, float dt_s) {
   state->explained_nm -= friction_nm;

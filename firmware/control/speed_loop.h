@@ -2,9 +2,9 @@
  *
  *     torque = PI(set-point, rate) + J * set-point acceleration + disturbance estimate + friction feedforward
  *
- * Two halves, because the outer loops stand between them: `speed_loop_sense` turns samples into rates,
- * `speed_loop_control` turns a set-point into a torque. Both read top to bottom as the block diagram in
- * docs/theory.md. Every torque already explained by friction feedforward is hidden from the disturbance observer. */
+ * The tick has two halves, because the outer loops run between them: `speed_loop_sense` turns samples into rates,
+ * `speed_loop_control` turns a set-point into a torque. Both follow the block diagram in docs/theory.md from top to
+ * bottom. Every torque already explained by friction feedforward is hidden from the disturbance observer. */
 #ifndef TRACKSERVO_CONTROL_SPEED_LOOP_H
 #define TRACKSERVO_CONTROL_SPEED_LOOP_H
 
@@ -37,7 +37,7 @@ typedef struct {
   pi_controller_state pi;
   disturbance_observer_state observer;
   friction_feedforward_state friction;
-  float explained_nm; /* friction feedforward in force since the last tick */
+  float explained_nm; /* friction feedforward applied since the last tick */
 } speed_loop_state;
 
 typedef struct {
@@ -48,15 +48,15 @@ typedef struct {
 
 /* All in rad/s. */
 typedef struct {
-  float joint_rate_rad_s; /* rotor against stator: friction acts on it */
-  float base_rate_rad_s;  /* the base's own motion */
-  float rate_rad_s;       /* inertial rate, before the filters: the outer loops use it */
-  float feedback_rad_s;   /* after notch and low-pass: the controller uses it */
+  float joint_rate_rad_s; /* rotor relative to stator: friction acts on it */
+  float base_rate_rad_s;  /* rate of the base */
+  float rate_rad_s;       /* inertial rate before the filters, for the outer loops */
+  float feedback_rad_s;   /* after notch and low-pass, for the speed controller */
 } speed_loop_rates;
 
 typedef struct {
   float rate_rad_s;
-  float acceleration_rad_s2; /* 0 when not known */
+  float acceleration_rad_s2; /* 0 when unknown */
 } speed_reference;
 
 /* The torque that the drive can give now: minimum <= maximum. The two may have the same sign. */
@@ -80,8 +80,8 @@ control_status speed_loop_check(const speed_loop_params *params, float dt_s);
 /* At rest at `angle`, all estimates 0. */
 void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s);
 
-/* The loop is closed in this tick, on an axis that may turn: what was sensed while it was open stays, the controller
- * starts with no torque and with an observer that knows the rate. Between `speed_loop_sense` and the first
+/* Closes the loop in this tick on an axis that may be turning. The sensed state stays; the controller starts with no
+ * torque, and the observer starts at the measured rate. Call it between `speed_loop_sense` and the first
  * `speed_loop_control`. */
 void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
                       float dt_s);
@@ -89,16 +89,16 @@ void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, 
 speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
                                   const speed_loop_samples *samples, float dt_s);
 
-/* `applied_nm` is the torque that the motor gave since the last tick: the last command, or what the current loop
- * could do of it. */
+/* `applied_nm` is the torque that the motor gave since the last tick: the last command, or as much of it as the current
+ * loop could apply. */
 speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_params *params,
                                      const speed_loop_rates *rates, const speed_reference *reference, float applied_nm,
                                      const torque_limits *limits, float dt_s);
 
-/* Hands a running loop over from one set of parameters to another without a jump of the torque: call once, with what
- * the last tick saw, before the next `speed_loop_control` with `to`. Estimates are carried over; what
- * friction feedforward gives less or more becomes the observer's, and what the two sets still differ by in that tick
- * goes into the integral. Both sets must have passed `speed_loop_check`. */
+/* Changes a running loop from one set of parameters to another without a torque step. Call it once, with the inputs of
+ * the last tick, before the next `speed_loop_control` with `to`. The estimates carry over. A change in friction
+ * feedforward moves to the observer; the remaining difference of the two sets in that tick moves to the integral. Both
+ * sets must have passed `speed_loop_check`. */
 void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, const speed_loop_params *to,
                        const speed_loop_rates *rates, const speed_reference *reference, float applied_nm, float dt_s);
 

@@ -16,14 +16,14 @@ control_status target_tracker_check(const target_tracker_params *params) {
 
 void target_tracker_reset(target_tracker_state *state) { *state = (target_tracker_state){0}; }
 
-/* How far the sight has turned during the last `age_ticks` ticks, rad: whole blocks count as one. */
+/* How far the line of sight has turned during the last `age_ticks` ticks, rad; counts whole blocks as one. */
 static float sight_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
   const unsigned before = (state->newest + TARGET_TRACKER_HISTORY - (unsigned)age_ticks) % TARGET_TRACKER_HISTORY;
   const unsigned begun = state->newest % TARGET_TRACKER_BLOCK;
   float sum_rad_s = state->sight_sum_rad_s[state->newest];
   if ((unsigned)age_ticks > begun) {
     const unsigned blocks = ((unsigned)age_ticks - begun - 1u) / TARGET_TRACKER_BLOCK + 1u;
-    unsigned last = state->newest - begun + TARGET_TRACKER_HISTORY - 1u; /* of the block before */
+    unsigned last = state->newest - begun + TARGET_TRACKER_HISTORY - 1u; /* rest of the oldest block */
     for (unsigned i = 0; i < blocks; ++i) {
       sum_rad_s += state->sight_sum_rad_s[last % TARGET_TRACKER_HISTORY];
       last -= TARGET_TRACKER_BLOCK;
@@ -39,14 +39,14 @@ static void remember_sight(target_tracker_state *state, float sight_rate_rad_s) 
   state->sight_sum_rad_s[state->newest] = begins ? sight_rate_rad_s : sum_rad_s + sight_rate_rad_s;
 }
 
-/* Carries the estimate over one tick of target and sight motion. */
+/* Moves the estimate forward by one tick of target and line-of-sight motion. */
 static void propagate(target_tracker_state *state, float sight_rate_rad_s, float dt_s) {
   const float mean_rate_rad_s = state->target_rate_rad_s + 0.5f * state->target_acceleration_rad_s2 * dt_s;
   state->error_rad += (mean_rate_rad_s - sight_rate_rad_s) * dt_s;
   state->target_rate_rad_s += state->target_acceleration_rad_s2 * dt_s;
 }
 
-/* Corrects the estimate with a frame: the residual is formed at the moment of exposure. */
+/* Corrects the estimate with a frame; the residual belongs to the time of exposure. */
 static void correct(target_tracker_state *state, const target_tracker_params *params, const camera_frame *frame,
                     float dt_s) {
   const float age_s = (float)frame->age_ticks * dt_s;
@@ -59,7 +59,7 @@ static void correct(target_tracker_state *state, const target_tracker_params *pa
   const float gap = 1.0f - pole;
   const float rate_step_rad_s = 1.5f * gap * gap * (1.0f + pole) * residual_rad / interval_s;
   const float acceleration_step_rad_s2 = gap * gap * gap * residual_rad / (interval_s * interval_s);
-  /* The steps hold at exposure; brought forward to now. */
+  /* The corrections are those at exposure; extrapolate them to now. */
   state->error_rad += (1.0f - pole * pole * pole) * residual_rad + rate_step_rad_s * age_s +
                       0.5f * acceleration_step_rad_s2 * age_s * age_s;
   state->target_rate_rad_s += rate_step_rad_s + acceleration_step_rad_s2 * age_s;
@@ -96,7 +96,7 @@ static void take_frame(target_tracker_state *state, const target_tracker_params 
 
 static bool usable(const camera_frame *frame) {
   return frame->fresh && frame->valid && frame->age_ticks >= 0 && frame->age_ticks < TARGET_TRACKER_HISTORY &&
-         scalar_abs(frame->error_rad) <= SCALAR_PI; /* false for NaN too */
+         scalar_abs(frame->error_rad) <= SCALAR_PI; /* false for NaN as well */
 }
 
 static speed_reference limited(const target_tracker_params *params, float rate_rad_s, float acceleration_rad_s2) {

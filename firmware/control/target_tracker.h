@@ -2,13 +2,13 @@
  *
  * TRACKER_PI is the paper's loop (section IV.C, about 2 Hz): a PI on the error as it arrives, held between frames.
  *
- * TRACKER_PREDICTIVE adds what the paper's loop lacks. The rates of the last 128 ms tell how far the sight has moved
- * since the frame was exposed, which takes the delay out of the measurement; an alpha-beta-gamma filter (Kalata,
- * critically damped) estimates the target's rate and acceleration, which become feedforward; and the estimated
- * error is closed at 1 kHz. The camera's delay is then in the estimator only, not in the loop.
+ * TRACKER_PREDICTIVE adds what the paper's loop lacks. The rates of the last 128 ms give the rotation of the line of
+ * sight since the frame was exposed, which removes the delay from the measurement. An alpha-beta-gamma filter (Kalata,
+ * critically damped) estimates the target's rate and acceleration for feedforward. The loop on the estimated error
+ * closes at 1 kHz. So the camera's delay is in the estimator only, not in the loop.
  *
- * All states are differences of angles, a few mrad, so single precision resolves far below a microradian. When
- * frames stop, the tracker coasts on the estimated rate for `coast_s`, then asks for rate 0. */
+ * All states are differences of angles, a few mrad, so single precision resolves far below a microradian. When frames
+ * stop, the tracker coasts at the estimated rate for `coast_s`, then commands rate 0. */
 #ifndef TRACKSERVO_CONTROL_TARGET_TRACKER_H
 #define TRACKSERVO_CONTROL_TARGET_TRACKER_H
 
@@ -18,8 +18,8 @@
 #include "control/status.h"
 
 #define TARGET_TRACKER_HISTORY 128    /* ticks, a power of two */
-#define TARGET_TRACKER_BLOCK 16       /* ticks that are summed up */
-#define TARGET_TRACKER_STALE_TICKS 60 /* three frames at 50 Hz: the error of TRACKER_PI counts no longer */
+#define TARGET_TRACKER_BLOCK 16       /* ticks in one sum */
+#define TARGET_TRACKER_STALE_TICKS 60 /* three frames at 50 Hz; after that TRACKER_PI ignores the last error */
 
 typedef enum { TRACKER_PI = 0, TRACKER_PREDICTIVE } tracker_kind;
 
@@ -34,20 +34,21 @@ typedef struct {
 
 typedef struct {
   float integral_rad_s;
-  float error_rad;         /* target - sight, now */
+  float error_rad;         /* target - line of sight, now */
   float target_rate_rad_s; /* inertial */
   float target_acceleration_rad_s2;
-  float sight_sum_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick: sum of the rates since its block began */
+  float sight_sum_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick: sum of the rates since the start of its
+                                                    block */
   unsigned newest;
   int ticks_since_frame;
-  bool locked; /* a frame has been seen within coast_s */
+  bool locked; /* a frame arrived within coast_s */
 } target_tracker_state;
 
 typedef struct {
   bool fresh;      /* true in the tick in which a result arrives */
   bool valid;      /* the target was found */
   int age_ticks;   /* from exposure to now, 0 .. 127 */
-  float error_rad; /* target - sight at exposure, positive when the target is ahead */
+  float error_rad; /* target - line of sight at exposure, positive when the target is ahead */
 } camera_frame;
 
 control_status target_tracker_check(const target_tracker_params *params);

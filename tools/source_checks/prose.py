@@ -293,7 +293,7 @@ def passages_of(root, file):
 # ---- sentences
 
 END = re.compile(r"(?<=[^\s.][.!?])[\"')\]]*\s+(?=[\"'(\[`]*[A-Z0-9`])")
-ABBREVIATION = re.compile(r"(?:\b(?:e\.g|i\.e|cf|vs|Fig|Eq|No|Nos|Sec|ch|approx|resp|etc|p|pp)\.|\b[A-Z]\.)$")
+ABBREVIATION = re.compile(r"(?:\b(?:e\.g|i\.e|cf|vs|al|[Ff]ig|[Ee]qs?|No|Nos|Sec|ch|approx|resp|etc|p|pp)\.|\b[A-Z]\.)$")
 
 
 def sentences(passage):
