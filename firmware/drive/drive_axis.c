@@ -4,7 +4,7 @@
 
 #include "control/scalar.h"
 
-/* 2^30 units: beyond half a turn the position loop would take the other way round. */
+/* 2^30 units: beyond half a turn the position loop would turn in the other direction. */
 #define QUARTER_TURN (INT64_C(1) << 30)
 
 bool drive_axis_obeys_stimulus(const drive_axis *axis) {
@@ -56,8 +56,8 @@ _Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_TELL && (int)DRIVE_FAULT_STO
                    (int)DRIVE_FAULT_BRAKES == (int)REACTION_BRAKE && (int)DRIVE_FAULT_CUTS == (int)REACTION_CUT,
                "the table's reactions are the drive's");
 
-/* The worst of what is wrong: what the caller found, and what the drive found. The shorted motor brakes without any
- * sample: that the angle it brakes for is missing must not end it. */
+/* The worst active fault: from the caller or from the drive itself. The shorted motor brakes without any sample, so the
+ * missing angle that caused the braking must not end it. */
 static fault_id fault_of(const drive_axis *axis, const drive_axis_inputs *inputs, bool finite) {
   const bool unusable = (inputs->implausible || !finite) && axis->state.action != DRIVE_BRAKE;
   const fault_set all = inputs->faults | (unusable ? fault_bit(FAULT_IMPLAUSIBLE) : 0) |
@@ -98,7 +98,7 @@ static drive_action step_state(drive_axis *axis, const drive_objects *objects, c
   return action;
 }
 
-/* 60F4 and its window: the bit (window left for longer than 6066) and the fault. */
+/* 60F4 and its window: the status bit (window left for longer than 6066) and the fault. */
 static bool watch_following(drive_axis *axis, drive_objects *objects, const drive_setpoint *setpoint, float dt_s) {
   drive_position_objects *position = &objects->position;
   const bool controlled = setpoint->command.mode == SERVO_POSITION;
@@ -130,7 +130,7 @@ static bool target_reached(drive_axis *axis, const drive_objects *objects, const
   return position_reached || velocity_reached || (!runs && setpoint->stopped);
 }
 
-/* Statusword bit 12, whose meaning is the mode's. */
+/* Statusword bit 12; its meaning depends on the mode. */
 static bool mode_bit(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,
                      drive_action action, float dt_s) {
   const drive_velocity_objects *velocity = &objects->velocity;

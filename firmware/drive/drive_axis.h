@@ -3,10 +3,10 @@
  *     before servo_axis_tick    inputs -> power state -> mode of operation -> servo_axis_command
  *     after it                  actual values -> following error, windows -> statusword; the ramp of the next tick
  *
- * Standard: CiA 402-2 / IEC 61800-7-201. The node writes commands and parameters into `drive_objects`; the step reads
- * them, and what is told after it are the values marked ro there. The drive adds two faults to those that it is told
- * of: samples that the servo axis refused, and a following error (6065, or a quarter turn, where the position loop
- * would begin to doubt the way). What is done about a fault stands in protection/fault_table.h. */
+ * Standard: CiA 402-2 / IEC 61800-7-201. The node writes commands and parameters into `drive_objects` and the step
+ * reads them. The results are the values marked ro there. The drive adds two faults to those that it receives: samples
+ * that the servo axis refused, and a following error (6065, or a quarter turn, beyond which the position loop could
+ * choose the wrong direction). The reaction to each fault is in protection/fault_table.h. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_AXIS_H
 #define TRACKSERVO_DRIVE_DRIVE_AXIS_H
 
@@ -25,17 +25,17 @@ typedef struct {
   angle_turn32 joint_angle;
   float rate_rad_s;       /* the rate that the speed loop controls: signals.rates.rate_rad_s */
   float reference_rad_s;  /* its set-point in the last tick: signals.reference.rate_rad_s */
-  float torque_nm;        /* what the motor gives */
-  float torque_demand_nm; /* what the last tick commanded */
+  float torque_nm;        /* torque that the motor can give */
+  float torque_demand_nm; /* torque command of the last tick */
   bool torque_limited;
   bool implausible;     /* the servo axis refused the last samples */
   bool ready;           /* self-test done */
-  bool voltage_present; /* the bus voltage lets the motor run */
+  bool voltage_present; /* the bus voltage is high enough for the motor */
   bool warning;
-  bool remote;                        /* the controlword is obeyed: the node is not stopped */
-  bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, the same value included */
-  const servo_axis_command *stimulus; /* of an experiment, obeyed in operation with 6060 = 0; or NULL */
-  fault_set faults;                   /* that others than the drive see now */
+  bool remote;                        /* the controlword is executed: the node is not stopped */
+  bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, also with the same value */
+  const servo_axis_command *stimulus; /* of an experiment, used in operation with 6060 = 0; or NULL */
+  fault_set faults;                   /* as seen outside the drive */
 } drive_axis_inputs;
 
 typedef struct {
@@ -47,34 +47,34 @@ typedef struct {
   dwell_timer velocity_reached;
   dwell_timer moving;
   dwell_timer ramp_ended;
-  bool following_failed;   /* told in the last tick */
+  bool following_failed;   /* reported in the last tick */
   drive_setpoint setpoint; /* of the last step */
   fault_id fault;          /* of 603F; FAULT_NONE when there was none since the last reset */
 } drive_axis;
 
-/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation, and not stopped at a
- * position limit. */
+/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation selected, and not
+ * stopped at a position limit. */
 bool drive_axis_obeys_stimulus(const drive_axis *axis);
 
-/* Not ready to switch on, off; positions count from the encoder's zero within half a turn of it. */
+/* Not ready to switch on, off. The first position is within half a turn of the encoder's zero. */
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 
-/* Fills the inputs that the servo axis knows; the others are left as they are. */
+/* Fills the inputs that the servo axis knows; leaves the others unchanged. */
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
 
-/* What the axis shall do in this tick; it stays with the drive. A stop is over when its ramp has ended and the axis
- * turns no faster than 606F, or 200 ms later: what still turns then is not held by waiting. Inputs that are implausible
- * or not finite are a fault 7300 that cuts the torque.
- */
+/* The command for the axis in this tick; it is owned by the drive. A stop is complete when its ramp has ended and the
+ * axis turns no faster than 606F, or after another 200 ms: waiting longer would not stop an axis that still turns.
+ * Inputs that are implausible or not finite cause fault 7300, which removes the
+ * torque. */
 const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects *objects,
                                           const drive_axis_inputs *inputs, float dt_s);
 
-/* Writes what the bus can read of the step; may wait until the tick's set-points are handed over. A following error
- * that is found here is a fault of the next step. */
+/* Writes the results that the bus can read; may run after the set-points of the tick are handed over. A following error
+ * found here is a fault of the next step. */
 void drive_axis_tell(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s);
 
-/* Last before the next step: drive_motion_prepare. */
+/* Call drive_motion_prepare last, before the next step. */
 static inline void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const drive_machine *machine,
                                       float dt_s) {
   drive_motion_prepare(&axis->motion, objects, machine, dt_s);

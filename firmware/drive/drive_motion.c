@@ -6,10 +6,10 @@
 
 #include "control/scalar.h"
 
-/* Of 607F: so fast the position loop may go to make good an error, and a torque may drive the axis. */
+/* Share of 607F that the position loop may use to correct an error, and at which a torque may drive the axis. */
 #define BEYOND_LIMIT 1.1f
 
-/* So near to the end of the travel a rate is held as a position. */
+/* At this distance from the end of the travel a rate is held as a position. */
 #define END_RAD 5e-5f
 
 bool drive_mode_supported(int8_t mode) {
@@ -35,12 +35,12 @@ void drive_motion_reset(drive_motion *motion, drive_angle position) {
   const int8_t mode = motion->mode;
   const drive_bounds bounds = motion->bounds;
   *motion = (drive_motion){.mode = mode, .demand = position, .setpoint_age_ticks = INT_MAX, .bounds = bounds};
-  motion->setpoints.edge_before = true; /* what enables the axis moves it nowhere */
+  motion->setpoints.edge_before = true; /* enabling the axis causes no motion */
 }
 
 /* --- handing over --- */
 
-/* Closes another loop without a step: what was asked of the speed loop in the last tick is where the ramp begins. */
+/* Closes another loop without a step: the ramp begins at the speed loop's set-point of the last tick. */
 static void close_loop(drive_motion *motion, servo_mode loop, const drive_feedback *feedback) {
   const servo_mode before = motion->loop;
   if (loop == before) {
@@ -62,7 +62,7 @@ static void close_loop(drive_motion *motion, servo_mode loop, const drive_feedba
 
 static bool controls_position(int8_t mode) { return mode == DRIVE_PROFILE_POSITION || mode == DRIVE_CYCLIC_POSITION; }
 
-/* A bit 4 that rises with the mode is a new set-point: RPDO1 carries both in one frame. */
+/* A bit 4 that rises together with the mode is a new set-point: RPDO1 carries both in one frame. */
 static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *feedback) {
   motion->mode = mode;
   motion->next.ready = false;
@@ -74,7 +74,7 @@ static void enter_mode(drive_motion *motion, int8_t mode, const drive_feedback *
   position_interpolation_reset(&motion->positions, from, motion->ramp.rate_rad_s);
 }
 
-/* --- a tick of the ramp --- */
+/* --- one tick of the ramp --- */
 
 static void move_demand(drive_angle *demand, float *rest, float travel_rad) {
   const float units = travel_rad / ANGLE_RAD_PER_TURN32 + *rest;
@@ -83,10 +83,10 @@ static void move_demand(drive_angle *demand, float *rest, float travel_rad) {
   *rest = units - whole;
 }
 
-/* The set-point of now, to be taken before the ramp makes its tick; what accelerates is known after it. */
+/* The set-point of now, taken before the ramp makes its tick; its acceleration is known after the tick. */
 static drive_setpoint setpoint_of(const drive_motion *motion, const drive_feedback *feedback) {
   const bool controlled = motion->loop == SERVO_POSITION;
-  /* Every field is named: to clear all of it first would be a call. */
+  /* Every field is named: clearing all of it first would cost a call. */
   return (drive_setpoint){
       .command = {.mode = motion->loop,
                   .speed = {.rate_rad_s = motion->ramp.rate_rad_s, .acceleration_rad_s2 = 0.0f},
@@ -104,14 +104,14 @@ static drive_setpoint setpoint_of(const drive_motion *motion, const drive_feedba
 
 /* --- the end of the travel --- */
 
-/* Where the next set-point goes on from. */
+/* The state from which the next set-point continues. */
 static drive_angle start_of(const drive_motion *motion, drive_angle position) {
   return motion->loop == SERVO_POSITION ? motion->demand : position;
 }
 
-/* Whether an axis that is asked to go in the direction of `asked` must stop now to come to rest within the travel:
- * `ahead` is its ramp in the next tick. Once it must, it does until it is asked to go the other way: a set-point held
- * against the limit shall not make it creep. One that drifts out of the travel unasked is stopped as well. */
+/* Whether an axis commanded in this direction must stop now to come to rest within the travel: `ahead` is its ramp in
+ * the next tick. Once stopping, it continues until the command reverses: a set-point held against the limit must not
+ * make it creep. An axis that drifts out of the travel without a command is stopped as well. */
 static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, const profile_limits *braking,
                          float asked, const profile_ramp *ahead, float dt_s) {
   if (asked * motion->blocked_direction < 0.0f) {
@@ -128,8 +128,8 @@ static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, c
   return motion->blocked_direction != 0.0f;
 }
 
-/* To standstill; the interpolations stand by to go on from there. A limit of the travel holds the position: a rate of 0
- * is one of inertial space, and would drift beyond it with the base. */
+/* To standstill; the interpolations are ready to continue from there. A limit of the travel holds the position: a rate
+ * of 0 refers to inertial space, so the axis would drift beyond the limit with the base. */
 static drive_setpoint stop(drive_motion *motion, const drive_feedback *feedback, const profile_limits *limits,
                            float dt_s) {
   const drive_angle from = start_of(motion, feedback->position);
@@ -166,7 +166,7 @@ static profile_limits position_limits(const drive_bounds *bounds, const drive_li
   return drive_profile_limits(limit, rate_rad_s, limit->deceleration);
 }
 
-/* An axis that cannot brake as hard as 6084 says would overshoot its target: that must not lead out of the travel. */
+/* An axis that cannot brake as hard as 6084 would overshoot its target; the overshoot must not leave the travel. */
 static profile_limits limits_of_move(const drive_motion *motion, const drive_objects *objects, drive_angle end,
                                      float distance_rad) {
   const drive_bounds *bounds = &motion->bounds;
@@ -211,7 +211,7 @@ static drive_profile_step prepare_position(const drive_motion *motion, const dri
   return step;
 }
 
-/* The room that there will be in the coming tick: until then a demand has moved already, an axis goes as its ramp. */
+/* The room in the coming tick: by then a demand has moved already, and an axis has moved with its ramp. */
 static float room_ahead_rad(const drive_motion *motion, float direction) {
   const float moving_rad = motion->loop == SERVO_POSITION ? 0.0f : motion->travel_rad;
   return drive_travel_room_rad(&motion->bounds.travel, start_of(motion, motion->position), direction) - moving_rad;
@@ -247,7 +247,7 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
   }
 }
 
-/* As long as nothing is prepared: no jerk. */
+/* While nothing is prepared: no jerk. */
 static drive_profile_step carry_on(const drive_motion *motion, float dt_s) {
   drive_profile_step step = step_from_now(motion);
   const float gain_rad_s = motion->ramp.acceleration_rad_s2 * dt_s;
@@ -258,7 +258,7 @@ static drive_profile_step carry_on(const drive_motion *motion, float dt_s) {
   return step;
 }
 
-/* The set-point of now, then what was prepared. */
+/* The set-point of now, then the prepared one. */
 static drive_setpoint take_step(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
   if (!motion->next.ready) {
     motion->next = carry_on(motion, dt_s);
@@ -294,7 +294,7 @@ static drive_setpoint profile_position(drive_motion *motion, const drive_objects
 static drive_setpoint profile_velocity(drive_motion *motion, const drive_feedback *feedback, float dt_s) {
   const servo_mode before = motion->loop;
   close_loop(motion, motion->next.ready && motion->next.held ? SERVO_POSITION : SERVO_SPEED, feedback);
-  if (motion->next.ready && motion->loop != before) { /* the demand is where the axis is now */
+  if (motion->next.ready && motion->loop != before) { /* the demand is the present position of the axis */
     motion->next.demand = motion->demand;
     motion->next.demand_rest = 0.0f;
     move_demand(&motion->next.demand, &motion->next.demand_rest, motion->next.travel_rad);
@@ -302,7 +302,7 @@ static drive_setpoint profile_velocity(drive_motion *motion, const drive_feedbac
   return take_step(motion, feedback, dt_s);
 }
 
-/* Whether a cyclic mode has nothing to follow: no set-point since it was entered, or none any more. */
+/* Whether a cyclic mode has no set-point: none since it was entered, or none for too long. */
 static bool setpoints_missing(drive_motion *motion, const drive_feedback *feedback, int period_ticks) {
   if (feedback->setpoint_arrived) {
     motion->setpoint_age_ticks = 0;
@@ -312,7 +312,7 @@ static bool setpoints_missing(drive_motion *motion, const drive_feedback *feedba
   return interpolation_stale(motion->setpoint_age_ticks, period_ticks);
 }
 
-/* Divided out again only when 60C2 has changed. */
+/* Divided again only when 60C2 has changed. */
 static int period_of(drive_motion *motion, const drive_limit_objects *limit, float dt_s) {
   setpoint_period *known = &motion->period;
   const bool same = known->mantissa == limit->interpolation_period && known->exponent == limit->interpolation_exponent;
@@ -323,8 +323,8 @@ static int period_of(drive_motion *motion, const drive_limit_objects *limit, flo
   return known->ticks;
 }
 
-/* Moves the demand to where the set-points lead, no faster than it can be stopped within the travel; whether it was
- * held back. It comes after them then, and is with them again when they turn round. */
+/* Moves the demand towards the set-points, no faster than it can be stopped within the travel. Returns whether it was
+ * held back. Then it lags the set-points, and meets them again when they reverse. */
 static bool demand_within(drive_motion *motion, const profile_limits *braking, drive_angle wanted, float dt_s) {
   const float wanted_rad = drive_angle_difference_rad(wanted, motion->demand);
   const float way_rad = dt_s * drive_rate_within(&motion->bounds, braking, motion->demand, wanted_rad / dt_s, dt_s);
@@ -338,8 +338,8 @@ static bool demand_within(drive_motion *motion, const profile_limits *braking, d
   return braked;
 }
 
-/* A set-point of position leads an acceleration only as far as its own digits: 1e-7 rad within a period of 1 ms is
- * 0.1 rad/s^2. So csp gives position and rate; who knows the acceleration sends it as a torque (60B2). */
+/* The acceleration from position set-points is only as fine as their resolution: 1e-7 rad within a period of 1 ms is
+ * 0.1 rad/s^2. So csp gives position and rate; a client that knows the acceleration sends it as a torque (60B2). */
 static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects *objects,
                                       const drive_feedback *feedback, float dt_s) {
   const drive_limit_objects *limit = &objects->limit;
@@ -356,7 +356,7 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
                                      limits.rate_rad_s, dt_s);
   }
   const interpolated_position now = position_interpolation_step(&motion->positions, dt_s);
-  /* Set-points have no jerk limit, and no deceleration but the motor's. */
+  /* Set-points have no jerk limit; their deceleration is limited only by the motor. */
   const profile_limits braking = {.deceleration_rad_s2 = motion->bounds.braking_rad_s2, .jerk_rad_s3 = 1e9f};
   const bool braked = demand_within(motion, &braking, now.position, dt_s);
   const float rate_rad_s =
@@ -371,7 +371,8 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
   return setpoint;
 }
 
-/* Holds the rate of the next tick to what can be stopped within the travel, with some to spare; whether it did. */
+/* Limits the rate of the next tick to one that can be stopped within the travel, with a margin. Returns whether it
+ * did. */
 static bool rate_braked(const drive_motion *motion, const profile_limits *braking, drive_angle position,
                         rate_interpolation *rates, float dt_s) {
   profile_limits gentle = *braking;
@@ -404,7 +405,7 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
     return stop(motion, feedback, &braking, dt_s);
   }
   close_loop(motion, SERVO_SPEED, feedback);
-  /* The ramp keeps the rate but not the acceleration: the client's may be beyond what a jerk limit can bring back. */
+  /* The ramp keeps the rate but not the acceleration: the client's may exceed what a jerk limit can bring back. */
   motion->rates = rates;
   motion->ramp = (profile_ramp){.rate_rad_s = now.rate_rad_s};
   drive_setpoint setpoint = setpoint_of(motion, feedback);
@@ -422,7 +423,7 @@ static float along_slope(float from_nm, float to_nm, const drive_torque_objects 
   return scalar_clamp(to_nm, from_nm - step_nm, from_nm + step_nm);
 }
 
-/* A torque is no speed: beyond 607F what would drive the axis on is taken back, all of it at 110 %. */
+/* A torque does not limit the speed: above 607F the accelerating torque is reduced, to zero at 110 %. */
 static float held_below_limit(float torque_nm, float rate_rad_s, float limit_rad_s) {
   const float ahead_rad_s = torque_nm < 0.0f ? -rate_rad_s : rate_rad_s;
   const float share = (BEYOND_LIMIT * limit_rad_s - ahead_rad_s) / ((BEYOND_LIMIT - 1.0f) * limit_rad_s);
@@ -435,7 +436,7 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
   const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
   const float target_nm = drive_torque_from_permille((int32_t)torque->target + torque->offset, torque->rated_mnm);
   profile_ramp ahead = motion->ramp;
-  if (motion->loop == SERVO_TORQUE) { /* in a tick it gains what it has gained in the last one */
+  if (motion->loop == SERVO_TORQUE) { /* the rate gain of a tick is estimated from the last one */
     ahead.rate_rad_s = 2.0f * feedback->rate_rad_s - motion->ramp.rate_rad_s;
     motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
   }
@@ -455,8 +456,8 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
 
 /* --- an experiment --- */
 
-/* Its set-point within the position limits and below 607F; the ramp goes along, so that a stop begins where it is. One
- * that would leave the limits is blocked, which ends the experiment. */
+/* Its set-point within the position limits and below 607F; the ramp follows, so that a stop begins at the actual rate.
+ * A set-point that would leave the limits is blocked, which ends the experiment. */
 static drive_setpoint follow(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                              float dt_s) {
   const servo_axis_command *stimulus = feedback->stimulus;
@@ -512,7 +513,7 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
   }
 }
 
-/* 6072, 60E0 and 60E1, narrowed further where the command brings limits; in csp and csv the torque offset 60B2. */
+/* 6072, 60E0 and 60E1, narrowed further by limits in the command; in csp and csv the torque offset 60B2. */
 static void add_torque(const drive_motion *motion, const drive_torque_objects *torque, servo_axis_command *command) {
   const uint16_t up = torque->maximum < torque->positive_limit ? torque->maximum : torque->positive_limit;
   const uint16_t down = torque->maximum < torque->negative_limit ? torque->maximum : torque->negative_limit;
@@ -526,8 +527,8 @@ static void add_torque(const drive_motion *motion, const drive_torque_objects *t
   }
 }
 
-/* Whatever the objects hold: they have no limits but those of their integers, and the servo axis refuses what no
- * machine can do as a fault of the samples. */
+/* Whatever the objects hold: they are limited only by their integer types, and the servo axis treats implausible inputs
+ * as a sensor fault. */
 static void keep_plausible(servo_axis_command *command) {
   const float most_nm = SERVO_PLAUSIBLE_TORQUE_NM;
   const float most_rad_s2 = SERVO_PLAUSIBLE_ACCELERATION_RAD_S2;

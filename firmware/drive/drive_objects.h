@@ -1,9 +1,9 @@
-/* The values of one axis that the bus can see, as plain integers in the units of CiA 402.
+/* The values of one axis that the bus can access, as plain integers in the units of CiA 402.
  *
- * Standard: CiA 402-2 v4.1 / IEC 61800-7-201, clauses 7 (modes) and 8 (objects); the index stands beside each value.
- * The object dictionary's table points into this struct; the drive reads the commands and writes the answers once
- * per tick. Position counts 1e-7 rad, velocity 1e-6 rad/s, acceleration 1e-6 rad/s^2, jerk 1e-6 rad/s^3, torque
- * 0.1 % of the rated torque (6076), times ms. */
+ * Standard: CiA 402-2 v4.1 / IEC 61800-7-201, clauses 7 (modes) and 8 (objects); the index is beside each value. The
+ * table of the object dictionary points into this struct; the drive reads the commands and writes the results once per
+ * tick. Position counts 1e-7 rad, velocity 1e-6 rad/s, acceleration 1e-6 rad/s^2, jerk 1e-6 rad/s^3, torque 0.1 % of
+ * the rated torque (6076), times ms. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_OBJECTS_H
 #define TRACKSERVO_DRIVE_DRIVE_OBJECTS_H
 
@@ -25,7 +25,7 @@ typedef enum {
 /* 67FF: device profile 402, servo drive. */
 #define DRIVE_DEVICE_TYPE 0x00020192u
 
-/* 6086: the one type of ramp that there is. */
+/* 6086: the only supported type of ramp. */
 enum { DRIVE_JERK_LIMITED_RAMP = 3 };
 
 typedef struct {
@@ -48,7 +48,7 @@ typedef struct {
 typedef struct {
   int32_t demand;                  /* 6062, ro */
   int32_t actual;                  /* 6064, ro */
-  uint32_t following_error_window; /* 6065; UINT32_MAX: not watched */
+  uint32_t following_error_window; /* 6065; UINT32_MAX: not monitored */
   uint16_t following_error_ms;     /* 6066 */
   uint32_t window;                 /* 6067; UINT32_MAX: always inside */
   uint16_t window_ms;              /* 6068 */
@@ -72,7 +72,7 @@ typedef struct {
   uint16_t maximum;          /* 6072 */
   int16_t demand;            /* 6074, ro */
   uint32_t rated_current_ma; /* 6075; for the client, not used here */
-  uint32_t rated_mnm;        /* 6076; 0: no torque can be told or asked for */
+  uint32_t rated_mnm;        /* 6076; 0: no torque can be reported or commanded */
   int16_t actual;            /* 6077, ro */
   uint32_t slope_per_s;      /* 6087; 0: steps are passed on */
   int16_t offset;            /* 60B2 */
@@ -81,7 +81,7 @@ typedef struct {
 } drive_torque_objects;
 
 typedef struct {
-  int32_t position_minimum;         /* 607D:01; not watched unless minimum < maximum */
+  int32_t position_minimum;         /* 607D:01; not monitored unless minimum < maximum */
   int32_t position_maximum;         /* 607D:02 */
   uint32_t maximum_velocity;        /* 607F */
   uint32_t profile_velocity;        /* 6081 */

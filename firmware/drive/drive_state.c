@@ -3,7 +3,7 @@
 typedef enum {
   COMMAND_NONE,
   COMMAND_SHUTDOWN,
-  COMMAND_SWITCH_ON, /* the same bits are Disable operation when operation is enabled */
+  COMMAND_SWITCH_ON, /* the same bits mean Disable operation when operation is enabled */
   COMMAND_ENABLE_OPERATION,
   COMMAND_DISABLE_VOLTAGE,
   COMMAND_QUICK_STOP
@@ -11,8 +11,8 @@ typedef enum {
 
 enum { QUICK_STOP_STAYS = 5, LAST_OPTION = 6 };
 
-/* The standard's table wants bit 7 = 0 for a command. Commands that take power away are obeyed with either, so that
- * a client that leaves the bit set can still stop the axis. */
+/* The standard requires bit 7 = 0 for a command. Commands that remove power are executed with either value, so a client
+ * that leaves the bit set can still stop the axis. */
 static drive_command command_of(uint16_t controlword) {
   if ((controlword & DRIVE_CONTROL_ENABLE_VOLTAGE) == 0) {
     return COMMAND_DISABLE_VOLTAGE;
@@ -33,7 +33,7 @@ static int16_t supported_or(uint16_t index, int16_t code, int16_t otherwise) {
   return drive_option_supported(index, code) ? code : otherwise;
 }
 
-/* The option codes in force: looked at when one is needed, which is rare. */
+/* The option codes in effect: read only when one is needed, which is rare. */
 static int16_t quick_stop_of(const drive_options *options) {
   return supported_or(0x605A, options->quick_stop, drive_options_default().quick_stop);
 }
@@ -54,7 +54,7 @@ static int16_t fault_reaction_of(const drive_options *options) {
   return supported_or(0x605E, options->fault_reaction, drive_options_default().fault_reaction);
 }
 
-/* What an option code asks for: the same numbers in all five objects. */
+/* Actions of an option code: the same numbers in all five objects. */
 static drive_action action_of_option(int16_t code) {
   switch (code) {
     case 0:
@@ -111,7 +111,7 @@ static drive_action quick_stop_active(drive_state *state, const drive_options *o
   return stop;
 }
 
-/* The states in which no torque is given and no fault is known. */
+/* The states without torque and without a fault. */
 static void powerless(drive_state *state, const drive_state_inputs *in) {
   const drive_command command = command_of(in->controlword);
   const bool takes_away = command == COMMAND_DISABLE_VOLTAGE || command == COMMAND_QUICK_STOP;
@@ -131,7 +131,7 @@ static void powerless(drive_state *state, const drive_state_inputs *in) {
   }
 }
 
-/* 14: nothing is left to be done. */
+/* 14: the fault reaction is complete. */
 static drive_action end_reaction(drive_state *state) {
   state->power = DRIVE_FAULT;
   return DRIVE_OFF;
@@ -147,7 +147,7 @@ static drive_action brake_by_loop(drive_state *state, const drive_options *optio
   return over ? end_reaction(state) : action;
 }
 
-/* Never a milder reaction than before: a fault that has gone again has still been there. */
+/* Never a milder reaction than before, even when the fault is gone: it was present. */
 static drive_action fault_reaction(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   if (in->fault > state->reaction) {
     state->reaction = in->fault;
@@ -159,7 +159,7 @@ static drive_action fault_reaction(drive_state *state, const drive_options *opti
   return state->reaction == DRIVE_FAULT_BRAKES ? brake(state) : brake_by_loop(state, options, in);
 }
 
-/* 13, from every state. An axis that had no torque gets none. */
+/* 13, from every state. An axis without torque gets none. */
 static drive_action enter_fault(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   state->power = DRIVE_FAULT_REACTION_ACTIVE;
   state->reaction = in->fault;

@@ -1,9 +1,9 @@
 /* The power state machine of one axis.
  *
  * Standard: CiA 402-2 v4.1 / IEC 61800-7-201, clauses 6.2 (states and transitions 0 .. 16), 8.4.1 (controlword 6040),
- * 8.4.2 (statusword 6041) and 8.5 (option codes 605A .. 605E). One transition per tick at most; a controlword is
- * looked at in every tick, so a command that comes before the state that it needs waits for it. The machine says
- * what the axis shall do (run, slow down, quick stop, off) and is told when a stop has ended. */
+ * 8.4.2 (statusword 6041) and 8.5 (option codes 605A .. 605E). At most one transition per tick. The controlword is
+ * evaluated in every tick, so a command that comes too early waits for the state that it needs. The machine commands an
+ * action (run, slow down, quick stop, off) and is notified when a stop has ended. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_STATE_H
 #define TRACKSERVO_DRIVE_DRIVE_STATE_H
 
@@ -28,15 +28,15 @@ typedef enum {
   DRIVE_RUN,        /* the mode of operation decides */
   DRIVE_SLOW_DOWN,  /* to standstill with 6084, then hold it */
   DRIVE_QUICK_STOP, /* to standstill with 6085, then hold it */
-  DRIVE_BRAKE       /* the motor is shorted: no loop, no sensor is needed */
+  DRIVE_BRAKE       /* the motor is shorted: needs no loop and no sensor */
 } drive_action;
 
-/* The worse, the higher. */
+/* In ascending order of severity. */
 typedef enum {
   DRIVE_NO_FAULT = 0,
   DRIVE_FAULT_STOPS,  /* the speed loop can be trusted: 605E decides */
-  DRIVE_FAULT_BRAKES, /* it cannot: the shorted motor brakes, then off, whatever 605E says */
-  DRIVE_FAULT_CUTS    /* nor can the bridge: off at once */
+  DRIVE_FAULT_BRAKES, /* it cannot be trusted: the shorted motor brakes, then off, regardless of 605E */
+  DRIVE_FAULT_CUTS    /* neither can the bridge: off at once */
 } drive_fault;
 
 /* Bits of the controlword. */
@@ -52,7 +52,7 @@ enum {
   DRIVE_CONTROL_HALT = 0x0100
 };
 
-/* Bits of the statusword that the state does not decide. */
+/* Bits of the statusword that do not depend on the state. */
 enum {
   DRIVE_STATUS_VOLTAGE_ENABLED = 0x0010,
   DRIVE_STATUS_WARNING = 0x0080,
@@ -66,8 +66,8 @@ enum {
 typedef struct {
   drive_power_state power;
   drive_action action;   /* of the last tick */
-  bool reset_bit_before; /* bit 7 of the last controlword: a fault is reset by its rising edge only */
-  drive_fault reaction;  /* to the worst fault since the last one was reset */
+  bool reset_bit_before; /* bit 7 of the last controlword: only its rising edge resets a fault */
+  drive_fault reaction;  /* to the worst fault since the last reset */
   uint32_t reaction_ticks;
 } drive_state;
 
@@ -76,10 +76,10 @@ typedef struct {
   drive_fault fault;
   bool ready;           /* self-test done: leaves Not ready to switch on */
   bool voltage_present; /* needed for Switched on */
-  bool stopped;         /* the stop that the last action asked for has ended */
+  bool stopped;         /* the stop of the last action has ended */
 } drive_state_inputs;
 
-/* A fault reaction that has not ended after this is cut: a brake ramp set to nearly nothing must not hold power on. */
+/* Time limit of a fault reaction; then the torque is cut. A brake ramp set close to zero must not keep the power on. */
 #define DRIVE_LONGEST_REACTION_TICKS 10000u
 
 /* How long the shorted motor brakes. */
@@ -87,13 +87,13 @@ typedef struct {
 
 void drive_state_reset(drive_state *state);
 
-/* One tick. An option code that is not supported counts as the standard's default. */
+/* One tick. An unsupported option code counts as the standard's default. */
 drive_action drive_state_step(drive_state *state, const drive_options *options, const drive_state_inputs *in);
 
 /* The state's bits of the statusword; bit 5 is 0 in Quick stop active only. */
 uint16_t drive_state_statusword(drive_power_state power);
 
-/* Whether the option code object `index` (0x605A .. 0x605E) may have this value: a dictionary refuses others with
+/* Whether the option code object `index` (0x605A .. 0x605E) may have this value: a dictionary refuses other values with
  * 0609 0030. Stops on the current or voltage limit (3, 4, 7, 8) are not supported. */
 bool drive_option_supported(uint16_t index, int16_t code);
 

@@ -5,12 +5,12 @@
 #include "app/servo_axis.h"
 #include "control/scalar.h"
 
-/* The position loop may go at 110 % of 607F to make good an error: 88 % of 2060:1, and the rest is for what a loop
- * overshoots. */
+/* The position loop may use 110 % of 607F to correct an error: 88 % of 2060:1. The rest is for the overshoot of a
+ * loop. */
 #define RATE_OF_OVERSPEED 0.8f
 #define BRAKING_OF_MOTOR 0.5f
 
-/* As high as the limits of a ramp go: no limit. */
+/* The highest limits of a ramp: no limit. */
 #define HARDEST_BRAKING_RAD_S2 4300.0f
 #define HARDEST_JERK_RAD_S3 4300.0f
 #define SOFTEST_BRAKING_RAD_S2 1e-3f
@@ -25,7 +25,7 @@ int32_t drive_travel_clamp(const drive_travel *travel, int32_t position) {
   return position > travel->maximum ? travel->maximum : position;
 }
 
-/* The soft travel within the hard one; the hard one alone where the two have nothing in common. */
+/* The soft travel within the hard travel; only the hard travel when the two have nothing in common. */
 static drive_travel travel_in_force(const drive_travel *soft, const drive_machine *machine) {
   drive_travel inner = machine->hard;
   if (drive_travel_is_limited(&inner)) {
@@ -36,7 +36,7 @@ static drive_travel travel_in_force(const drive_travel *soft, const drive_machin
   return drive_travel_is_limited(soft) && drive_travel_is_limited(&both) ? both : inner;
 }
 
-/* Both directions alike: the torque limit that is lower counts. */
+/* The same in both directions: the lower torque limit decides. */
 static float sure_braking_rad_s2(const drive_torque_objects *torque, const drive_machine *machine) {
   if (!(machine->inertia_kg_m2 > 0.0f)) {
     return HARDEST_BRAKING_RAD_S2;
@@ -95,7 +95,7 @@ bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const
   if (room_rad > direction * profile_stop_travel_rad(ramp, limits)) {
     return false;
   }
-  /* No harder than it needs, without a gentle start: what is left may be too short for that. */
+  /* No harder than needed, without a gentle start: the remaining distance may be too short for that. */
   const float hardest_rad_s2 = scalar_max(limits->deceleration_rad_s2, bounds->braking_rad_s2);
   const float square = ramp->rate_rad_s * ramp->rate_rad_s;
   const float needed_rad_s2 = square < 2.0f * hardest_rad_s2 * room_rad ? square / (2.0f * room_rad) : hardest_rad_s2;
@@ -104,8 +104,8 @@ bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const
   return true;
 }
 
-/* The rate whose stop, with deceleration a and jerk j, is as long as the room: v^2 / 2a + v a / 2j. Near its end it is
- * 2 j / a times the room. And no more than the room in a tick. */
+/* The rate whose stop, with deceleration a and jerk j, takes exactly the room: v^2 / 2a + v a / 2j. Near its end it is
+ * 2 j / a times the room. And in a tick no more than the room. */
 static float fastest_rad_s(float room_rad, const profile_limits *braking, float dt_s) {
   if (room_rad <= 0.0f) {
     return 0.0f;

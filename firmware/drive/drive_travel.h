@@ -3,7 +3,7 @@
  *     in force   607D, within the hard travel (2060:9, :10) less the stopping margin (2060:17) at either end
  *     braking    of what the motor gives, half counts: gravity, wind and an inertia that is wrong take from the rest
  *
- * No ramp is led further than that, so what a loop overshoots is left between the end of a ramp and fault 8612
+ * No ramp goes beyond it. So the overshoot of a loop has the distance between the end of a ramp and fault 8612
  * (docs/decisions/0021-travel-limits.md). Positions are in the units of 607D: 1e-7 rad. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_TRAVEL_H
 #define TRACKSERVO_DRIVE_DRIVE_TRAVEL_H
@@ -21,32 +21,33 @@ typedef struct {
   int32_t maximum;
 } drive_travel;
 
-/* What the machine allows, whatever the objects of CiA 402 say; 0 where it is not known. */
+/* Limits of the machine, whatever the objects of CiA 402 say; 0 where unknown. */
 typedef struct {
   drive_travel hard;     /* 2060:9 and :10 */
-  int32_t margin;        /* 2060:17, 0 or more; twice of it is less than the hard travel */
-  float overspeed_rad_s; /* 2060:1, which is a fault */
+  int32_t margin;        /* 2060:17, 0 or more; twice this is less than the hard travel */
+  float overspeed_rad_s; /* 2060:1; above it is a fault */
   float torque_nm;       /* of the motor at its current limit */
   float inertia_kg_m2;   /* 2020:2 */
 } drive_machine;
 
-/* What is in force in a tick. */
+/* Limits in effect in a tick. */
 typedef struct {
-  drive_travel soft;   /* 607D as it was last without contradiction */
+  drive_travel soft;   /* 607D when it last was consistent */
   drive_travel travel; /* in force */
-  float rate_rad_s;    /* 607F, or 80 % of 2060:1 if that is less: no set-point leads into fault 7180 */
+  float rate_rad_s;    /* 607F, or 80 % of 2060:1 if that is less: no set-point causes fault 7180 */
   float braking_rad_s2;
 } drive_bounds;
 
-/* `bounds` are those of the tick before: a 607D whose minimum is above its maximum leaves the last one in force. */
+/* `bounds` are those of the previous tick: a 607D whose minimum is above its maximum leaves the last valid one in
+ * effect. */
 void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, const drive_machine *machine);
 
 static inline bool drive_travel_is_limited(const drive_travel *travel) { return travel->minimum < travel->maximum; }
 
-/* The nearest position of the travel; any position when it is not limited. */
+/* The nearest position of the travel; the position itself when the travel is not limited. */
 int32_t drive_travel_clamp(const drive_travel *travel, int32_t position);
 
-/* Way from a position to the limit that lies in this direction, signed. */
+/* Distance from a position to the limit in this direction, signed. */
 float drive_travel_room_rad(const drive_travel *travel, drive_angle position, float direction);
 
 /* -1 or 1: a position at or beyond the limit on that side; 0: within the travel. */
@@ -55,12 +56,12 @@ float drive_travel_side(const drive_travel *travel, drive_angle position);
 /* Ramp limits of a stop that must end in the travel: those of the mode, but no harder than the motor can brake. */
 profile_limits drive_braking_within(const drive_bounds *bounds, const profile_limits *limits);
 
-/* Ramp limits of a halt or quick stop from here: where they would lead out of the travel, as hard as is needed and the
- * motor can brake. Whether they would. */
+/* Ramp limits of a halt or quick stop from here. If the stop would leave the travel, they are as hard as needed, up to
+ * what the motor can brake. Returns whether it would leave the travel. */
 bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const profile_ramp *ramp,
                        drive_angle position);
 
-/* A rate, held to what a stop along `braking` still brings to rest within the travel from this position. */
+/* A rate, limited so that a stop along `braking` from this position ends within the travel. */
 float drive_rate_within(const drive_bounds *bounds, const profile_limits *braking, drive_angle position,
                         float rate_rad_s, float dt_s);
 

@@ -5,20 +5,20 @@
 
 #include "control/scalar.h"
 
-/* Binary fixed point, from 2 pi to 60 digits. Counts per turn: 2 pi 1e7 in 2^-30; units of 2^-32 turn per count:
- * 2^32 / (2 pi 1e7) in 2^-56. */
+/* Binary fixed point, from 2 pi to 60 digits. Counts per turn: 2 pi 1e7 in 2^-30; units of 2^-32 turn per count: 2^32 /
+ * (2 pi 1e7) in 2^-56. */
 #define COUNTS_PER_TURN_Q30 UINT64_C(67465188522610095)
 #define UNITS_PER_COUNT_Q56 UINT64_C(4925606912591084349)
 #define COUNTS_FRACTION_BITS 30
-#define UNITS_FRACTION_BITS 24 /* of 56, 32 are gone with the low half of the product */
+#define UNITS_FRACTION_BITS 24 /* of 56, 32 are dropped with the low half of the product */
 
 /* Of IEEE 754 single precision; the exponent counts from the mantissa's highest bit. */
 enum { MANTISSA_BITS = 23, EXPONENT_BIAS = 127, LONGEST_PRODUCT_BITS = 46 };
 
-/* No position of 32 bits is farther away than this: 64 turns. */
+/* No 32-bit position is farther away than this: 64 turns. */
 #define FARTHEST_ANGLE (INT64_C(1) << 38)
 
-/* round(x m / 2^(32 + fraction_bits)): a product of 96 bits in halves, for machines that multiply 32 by 32. */
+/* round(x m / 2^(32 + fraction_bits)): a product of 96 bits in halves, for processors that multiply 32 by 32. */
 static uint64_t scale(uint64_t x, uint64_t m, unsigned fraction_bits) {
   const uint64_t x_high = x >> 32;
   const uint64_t x_low = x & UINT32_MAX;

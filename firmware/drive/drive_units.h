@@ -1,8 +1,8 @@
-/* Between the integers of CiA 402 and the angles, rates and torques of the control core.
+/* Converts between the integers of CiA 402 and the angles, rates and torques of the control core.
  *
  * Position: 1e-7 rad <-> 2^-32 turn, unwrapped over many turns (2 pi 1e7 / 2^32 = 0.0146 counts per unit); velocity:
- * 1e-6 rad/s <-> rad/s; torque: 0.1 % of rated <-> Nm (CiA 402-2 clause 8, objects 60A8, 60A9, 6076). Everything
- * rounds to the nearest, halves away from zero, and stops at the ends of the integer; NaN becomes 0. */
+ * 1e-6 rad/s <-> rad/s; torque: 0.1 % of rated <-> Nm (CiA 402-2 clause 8, objects 60A8, 60A9, 6076). Everything rounds
+ * to the nearest, halves away from zero, and saturates at the ends of the integer; NaN becomes 0. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_UNITS_H
 #define TRACKSERVO_DRIVE_DRIVE_UNITS_H
 
@@ -11,10 +11,10 @@
 
 #include "control/angle.h"
 
-/* An angle in 2^-32 turn that counts turns: 2^31 of them, so it never wraps in use. */
+/* An angle in 2^-32 turn that also counts turns: 2^31 of them, so it never wraps in use. */
 typedef int64_t drive_angle;
 
-/* The angle near `before` that the encoder calls `now`: within half a turn of it. */
+/* The angle near `before` at which the encoder reads `now`: within half a turn. */
 static inline drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 now) {
   return before + (int32_t)(now - (angle_turn32)before);
 }
@@ -22,22 +22,22 @@ static inline drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 no
 /* to - from in rad. A float keeps 24 bits of it: exact to 1.5 nrad within 25 mrad, to 60 ppb beyond. */
 static inline float drive_angle_difference_rad(drive_angle to, drive_angle from) {
   const drive_angle difference = to - from;
-  /* Up to half a turn, the FPU converts; beyond, a function of 90 instructions. */
+  /* Up to half a turn the FPU converts; beyond that the conversion is a library function of 90 instructions. */
   const bool short_way = difference >= INT32_MIN && difference <= INT32_MAX;
   const float units = short_way ? (float)(int32_t)difference : (float)difference;
   return units * ANGLE_RAD_PER_TURN32;
 }
 
-/* 1e-7 rad, saturated at +-214.7 rad (34 turns). The constant has 57 bits: within 0.5 + 2e-8 counts of the truth. */
+/* 1e-7 rad, saturated at +-214.7 rad (34 turns). The constant has 57 bits: the error is at most 0.5 + 2e-8 counts. */
 int32_t drive_position_from_angle(drive_angle angle);
 
-/* Within half a unit of 2^-32 turn; its inverse gives the same position back, for every int32. */
+/* Within half a unit of 2^-32 turn; the inverse function restores the position, for every int32. */
 drive_angle drive_angle_from_position(int32_t position);
 
 /* 1e-6 rad/s, the exact product rounded once. */
 int32_t drive_velocity_from_rate(float rate_rad_s);
 
-/* rad/s; its inverse gives the same velocity back below 16 rad/s, and one within 60 ppb beyond. */
+/* rad/s; the inverse function restores the velocity below 16 rad/s, and is within 60 ppb beyond. */
 static inline float drive_rate_from_velocity(int32_t velocity) { return (float)velocity / 1e6f; }
 
 /* rad/s, rad/s^2 or rad/s^3 of an unsigned limit; at least 1e-6, so that a ramp always ends. */

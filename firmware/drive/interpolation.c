@@ -50,7 +50,7 @@ static drive_angle moved(drive_angle from, float way_rad) {
   return from + angle_integer(scalar_round(way_rad / ANGLE_RAD_PER_TURN32));
 }
 
-/* Where the axis is asked to be now, and how fast. Distances are taken from the end, where they vanish. */
+/* The present demand and its rate. Distances are measured from the end, where they vanish. */
 static interpolated_position evaluate(const position_interpolation *state, float dt_s) {
   if (state->elapsed_ticks == 0) {
     return (interpolated_position){.position = state->start, .rate_rad_s = state->start_rad_s};
@@ -66,7 +66,7 @@ static interpolated_position evaluate(const position_interpolation *state, float
   const float end_rad_s = state->end_rad_s - mean_rad_s;
   const float u = time_s / period_s;
   const float rest = 1.0f - u;
-  /* The straight line, and what bends it. */
+  /* The straight line and its curvature. */
   const float ahead_rad_s = mean_rad_s - u * (rest * start_rad_s - u * end_rad_s);
   const float rate_rad_s = mean_rad_s + rest * (1.0f - 3.0f * u) * start_rad_s - u * (2.0f - 3.0f * u) * end_rad_s;
   return (interpolated_position){.position = moved(state->end, -ahead_rad_s * rest * period_s),

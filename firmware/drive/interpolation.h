@@ -1,11 +1,11 @@
-/* Set-points that come every few ms (csp, csv), made continuous at the tick.
+/* Set-points that arrive every few ms (csp, csv), made continuous in each tick.
  *
  *     rate:      a straight line to the new set-point, one interpolation period (60C2) long
- *     position:  a cubic from where the axis is asked to be to the new set-point; its end rate is the slope of the
+ *     position:  a cubic from the present demand to the new set-point; its end rate is the slope of the
  *                parabola through the last three set-points, so that position and rate are exact on parabolas
  *
- * (CiA 402-2 clauses 7.10 to 7.13.) The result is one period late. When the next set-point is late the last slope is
- * continued (position) or the last rate held, until `interpolation_stale` tells the caller to stop the axis. */
+ * (CiA 402-2 clauses 7.10 to 7.13.) The result is one period late. When the next set-point is late, the last slope is
+ * continued (position) or the last rate held, until `interpolation_stale` makes the caller stop the axis. */
 #ifndef TRACKSERVO_DRIVE_INTERPOLATION_H
 #define TRACKSERVO_DRIVE_INTERPOLATION_H
 
@@ -16,8 +16,8 @@
 
 enum { INTERPOLATION_MOST_TICKS = 20, INTERPOLATION_POINTS = 3 };
 
-/* Set-points have stopped when none came for three periods, and never before 20 ticks: a client without a real-time
- * system is late by that much now and then. */
+/* Set-points have stopped when none came for three periods, but not before 20 ticks: a client without a real-time
+ * system is sometimes late by that much. */
 enum { INTERPOLATION_HELD_PERIODS = 3, INTERPOLATION_HELD_TICKS = 20 };
 
 /* Ticks in period 10^exponent s, rounded; 0 when that is not 1 .. 20 ticks: a dictionary refuses such a value. */
@@ -28,7 +28,7 @@ bool interpolation_stale(int age_ticks, int period_ticks);
 typedef struct {
   float rate_rad_s; /* now */
   float target_rad_s;
-  float slope_rad_s2; /* until left_ticks are over */
+  float slope_rad_s2; /* until left_ticks have passed */
   int left_ticks;
 } rate_interpolation;
 
@@ -42,12 +42,12 @@ typedef struct {
   float acceleration_rad_s2; /* until the next tick */
 } interpolated_rate;
 
-/* Gives the rate of now; the state is then that of the next tick. */
+/* Returns the rate of now; then the state is that of the next tick. */
 interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s);
 
 typedef struct {
   drive_angle last;   /* set-point */
-  float last_way_rad; /* to it from the one before */
+  float last_way_rad; /* to it from the previous one */
   int known_points;
   drive_angle start; /* of the cubic */
   drive_angle end;
@@ -63,15 +63,15 @@ typedef struct {
   float rate_rad_s;
 } interpolated_position;
 
-/* The set-points begin at `position`, which moves with `rate_rad_s` until the first of them has come. */
+/* Set-points start from `position`, which moves with `rate_rad_s` until the first one arrives. */
 void position_interpolation_reset(position_interpolation *state, drive_angle position, float rate_rad_s);
 
-/* A set-point has arrived. A way that needs a mean rate above `rate_limit_rad_s` is cut: the axis comes later.
- * Returns whether it was. */
+/* A set-point has arrived. A distance that needs a mean rate above `rate_limit_rad_s` is shortened: the axis arrives
+ * later. Returns whether it was. */
 bool position_interpolation_aim(position_interpolation *state, drive_angle target, int period_ticks,
                                 float rate_limit_rad_s, float dt_s);
 
-/* Gives position and rate of now; the state is then that of the next tick. */
+/* Returns position and rate of now; then the state is that of the next tick. */
 interpolated_position position_interpolation_step(position_interpolation *state, float dt_s);
 
 #endif

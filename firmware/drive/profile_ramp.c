@@ -6,18 +6,18 @@
 
 enum { PIECES = 3 };
 
-/* The moment at which a stop begins is found in so many steps at most; one or two are the rule. */
+/* Maximum number of steps of the search for the time at which a stop begins; one or two are typical. */
 enum { SEARCH_STEPS = 3, CUBIC_STEPS = 6 };
 
-/* What counts as arrived: 1e-8 rad is a tenth of a position count, 7 units of the encoder angle. */
+/* Distance that counts as arrived: 1e-8 rad is a tenth of a position count, 7 units of the encoder angle. */
 static const float arrived_rad = 1e-8f;
 
-/* A stop is begun with this fraction of the distance to spare, the rounding of its sums: braking at the limit can
- * give way a little, not brake a little harder. It shrinks with the distance. */
+/* A stop begins with this fraction of the distance to spare, to cover rounding of its sums: braking at the limit can be
+ * slightly softer, not slightly harder. The fraction shrinks with the distance. */
 static const float spare_fraction = 2e-7f;
 static const float aim_rad = 1e-9f;
 
-/* Three pieces of constant jerk that end at `end_rate_rad_s` with no acceleration. */
+/* Three pieces of constant jerk that end at `end_rate_rad_s` with zero acceleration. */
 typedef struct {
   float duration_s[PIECES];
   float jerk_rad_s3[PIECES];
@@ -40,18 +40,18 @@ control_status profile_limits_check(const profile_limits *limits) {
 
 bool profile_at_rest(const profile_ramp *ramp) { return ramp->rate_rad_s == 0.0f && ramp->acceleration_rad_s2 == 0.0f; }
 
-/* From the rate of now, all its digits, to another. */
+/* From the present rate, with all its digits, to another. */
 static float rate_change(const profile_ramp *ramp, float to_rad_s) {
   return (to_rad_s - ramp->rate_rad_s) - ramp->rate_rest_rad_s;
 }
 
-/* How much the rate still changes when the acceleration is brought to 0 at once. */
+/* The rate change that remains when the acceleration goes to 0 at full jerk. */
 static float settling_change(const profile_ramp *ramp, float jerk_rad_s3) {
   const float a = ramp->acceleration_rad_s2;
   return a * scalar_abs(a) / (2.0f * jerk_rad_s3);
 }
 
-/* An axis that brakes harder than it accelerates stops first and reverses then: its acceleration at rate 0 is 0, so
+/* An axis that brakes harder than it accelerates stops first and then reverses: its acceleration at rate 0 is 0, so
  * both limits hold on either side. */
 static float reachable_rate(const profile_ramp *ramp, const profile_limits *limits, float target_rad_s) {
   const bool reverses = ramp->rate_rad_s * target_rad_s < 0.0f;
@@ -104,8 +104,8 @@ static void add_to(float *sum, float *rest, float term) {
   *rest = wanted - (*sum - before);
 }
 
-/* One piece of the plan, or the part of it that fits: an acceleration linear in time. Gives the travel, adds to the
- * gain in rate. */
+/* One piece of the plan, or the part of it that fits: an acceleration linear in time. Returns the travel and adds to
+ * the rate gain. */
 static float follow_piece(profile_ramp *ramp, float *gain_rad_s, float jerk_rad_s3, float duration_s) {
   const float start_rad_s = ramp->rate_rad_s + *gain_rad_s;
   const float start_rad_s2 = ramp->acceleration_rad_s2;
@@ -115,8 +115,8 @@ static float follow_piece(profile_ramp *ramp, float *gain_rad_s, float jerk_rad_
   return duration_s * (start_rad_s + duration_s * (0.5f * start_rad_s2 + step_rad_s2 / 6.0f));
 }
 
-/* Follows the plan for `time_s`, then goes on with its end rate. The gain in rate stands in the place of the mean
- * acceleration: summed apart from the rate, its digits are those of the acceleration. */
+/* Follows the plan for `time_s`, then continues at its end rate. The rate gain takes the place of the mean
+ * acceleration: it is summed apart from the rate, so it has the resolution of the acceleration. */
 static profile_motion follow(profile_ramp *ramp, const ramp_plan *plan, float time_s) {
   float travel_rad = 0.0f;
   float gain_rad_s = 0.0f;
@@ -142,7 +142,7 @@ static profile_motion follow(profile_ramp *ramp, const ramp_plan *plan, float ti
   return motion;
 }
 
-/* As `follow` over a tick of `dt_s`, with the gain in rate made an acceleration. */
+/* Like `follow` over a tick of `dt_s`, with the rate gain converted to an acceleration. */
 static profile_motion follow_tick(profile_ramp *ramp, const ramp_plan *plan, float dt_s) {
   profile_motion motion = follow(ramp, plan, dt_s);
   motion.mean_acceleration_rad_s2 /= dt_s;
@@ -151,12 +151,12 @@ static profile_motion follow_tick(profile_ramp *ramp, const ramp_plan *plan, flo
 
 /* --- when to stop --- */
 
-/* On the way of a plan. */
+/* A state along a plan. */
 typedef struct {
   float travel_rad;
   float rate_rad_s;
   float acceleration_rad_s2;
-  float jerk_before_rad_s3; /* which differ where two pieces meet */
+  float jerk_before_rad_s3; /* these differ where two pieces meet */
   float jerk_after_rad_s3;
 } ramp_point;
 
@@ -165,7 +165,7 @@ static ramp_point start_of(const profile_ramp *ramp) {
                       .acceleration_rad_s2 = ramp->acceleration_rad_s2};
 }
 
-/* As `follow`, but for the digits that a sum over many ticks needs. */
+/* Like `follow`, without the digits that a sum over many ticks needs. */
 static ramp_point point_of(const ramp_plan *plan, const profile_ramp *ramp, float time_s) {
   ramp_point point = start_of(ramp);
   float left_s = time_s;
@@ -195,15 +195,15 @@ static ramp_point point_of(const ramp_plan *plan, const profile_ramp *ramp, floa
   return point;
 }
 
-/* The way to standstill and how it grows with rate and acceleration, which is in terms of the durations of its three
- * pieces: t1 + t2 + t3 / 2, and t1 (t1 / 2 + t2 + t3 / 2). */
+/* The stopping distance and its derivatives by rate and acceleration. In terms of the durations of its three pieces
+ * these are t1 + t2 + t3 / 2, and t1 (t1 / 2 + t2 + t3 / 2). */
 typedef struct {
   float travel_rad;
   float per_rate_s;
   float per_acceleration_s2;
 } stopping_way;
 
-/* The plan to rate 0 in closed form: from the deceleration of now to its peak, hold, back to 0. */
+/* The plan to rate 0 in closed form: from the present deceleration to its peak, hold, back to 0. */
 static stopping_way way_to_stop(const ramp_point *from, const profile_limits *limits) {
   const float jerk = limits->jerk_rad_s3;
   const float acceleration = from->acceleration_rad_s2;
@@ -243,22 +243,22 @@ profile_motion profile_towards_rate(profile_ramp *ramp, const profile_limits *li
   return motion;
 }
 
-/* A moment of the tick, and how much of the distance a stop from then on would leave; both in the direction of it. */
+/* A time in the tick, and the distance that a stop from then on would leave; both signed by the direction of motion. */
 typedef struct {
   float time_s;
   float margin_rad;
-  float rate_before_rad_s; /* at which the margin grows; the two differ where two pieces meet */
+  float rate_before_rad_s; /* growth rate of the margin; the two differ where two pieces meet */
   float rate_after_rad_s;
 } stop_moment;
 
-/* What the plan is followed for, and what a stop is to leave. */
+/* Inputs of the search: the plan that is followed and the margin that a stop leaves. */
 typedef struct {
   const profile_ramp *ramp;
   const profile_limits *limits;
   const ramp_plan *plan;
   float distance_rad;
   float direction;
-  float aim_rad;       /* what a stop should leave of the distance, give or take */
+  float aim_rad;       /* margin that a stop should leave, and its tolerance */
   float tolerance_rad; /* this */
 } stop_search;
 
@@ -285,14 +285,14 @@ static stop_moment moment_now(const stop_search *search, const stopping_way *way
   return moment_of(search, 0.0f, &at, way);
 }
 
-/* One that is early and one that is late, with a stop that is in time between them. */
+/* One time that is too early and one that is too late; the stop in time lies between them. */
 typedef struct {
   stop_moment early;
   stop_moment late;
 } stop_bracket;
 
-/* Where, as a share of the way from `early` (margin above 0) to `late` (below), the cubic with their values and slopes
- * is 0: Newton's method from the end, which the interval bounds. */
+/* Zero, as a share of the interval from `early` (margin above 0) to `late` (below), of the cubic with their values and
+ * slopes: Newton's method from the end, bounded by the interval. */
 static float cubic_root(const stop_bracket *bracket, float tolerance_rad) {
   const stop_moment *early = &bracket->early;
   const stop_moment *late = &bracket->late;
@@ -325,8 +325,8 @@ static void narrow(stop_bracket *bracket, const stop_search *search, float time_
   *(between.margin_rad >= -search->tolerance_rad ? &bracket->early : &bracket->late) = between;
 }
 
-/* The latest moment of this tick at which a stop still ends within the distance. Where pieces of the plan meet, the
- * slope has a step: there first, so that what is left is smooth. */
+/* The latest time in this tick at which a stop still ends within the distance. The slope has a step where pieces of the
+ * plan meet: try these points first, so that the rest is smooth. */
 static float latest_stop_s(const stop_search *search, stop_bracket *bracket) {
   float meeting_s = 0.0f;
   for (int i = 0; i < PIECES; ++i) {
@@ -356,7 +356,7 @@ static profile_motion follow_then_stop(profile_ramp *ramp, const profile_limits 
   };
 }
 
-/* One tick of the stop that ends where it ends. */
+/* One tick of the stop, to wherever it ends. */
 static profile_motion stop_tick(profile_ramp *ramp, const profile_limits *limits, float dt_s) {
   const ramp_plan plan = plan_to_rate(ramp, limits, 0.0f);
   profile_motion motion = follow_tick(ramp, &plan, dt_s);
@@ -365,8 +365,8 @@ static profile_motion stop_tick(profile_ramp *ramp, const profile_limits *limits
   return motion;
 }
 
-/* One tick towards `rate_rad_s`, or the stop along `braking` that ends at `distance_rad` when it is time for that;
- * `way` is that of a stop from now. */
+/* One tick towards `rate_rad_s`, or the stop along `braking` that ends at `distance_rad` when it must begin; `way` is
+ * the distance of a stop from now. */
 static profile_motion approach(profile_ramp *ramp, const profile_limits *limits, const profile_limits *braking,
                                float rate_rad_s, float distance_rad, const stopping_way *way, float dt_s) {
   const float margin_rad = distance_rad - way->travel_rad;

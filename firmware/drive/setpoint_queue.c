@@ -30,7 +30,7 @@ bool setpoint_queue_step(setpoint_queue *queue, uint16_t controlword, int32_t ta
   const bool edge = bit && !queue->edge_before;
   queue->edge_before = bit;
   const bool started = edge && take(queue, controlword, target);
-  /* Stays until the client has taken bit 4 back and another set-point could be taken. */
+  /* Stays set until the client has cleared bit 4 and another set-point could be taken. */
   queue->acknowledged = edge || (queue->acknowledged && bit) || queue->waiting;
   return started;
 }

@@ -1,7 +1,7 @@
-/* Parameters that can hurt are written only while this lock is open.
+/* Dangerous parameters can be written only while this lock is open.
  *
- * Object 0x3040: the word "open" opens it for a minute, anything else locks it. It keeps nobody out who means to come
- * in; it keeps a slip of the fingers, a wrong script or a stray frame from raising a limit. It starts locked. */
+ * Object 0x3040: the word "open" opens it for a minute, any other value locks it. It is no protection against intent.
+ * It prevents a typing error, a wrong script or a stray frame from raising a limit. It starts locked. */
 #ifndef TRACKSERVO_PROTECTION_ACCESS_LOCK_H
 #define TRACKSERVO_PROTECTION_ACCESS_LOCK_H
 

@@ -2,14 +2,14 @@
 
 #include "control/scalar.h"
 
-/* How long something must be seen, in ticks, before it is believed. */
+/* How long a condition must hold, in ticks, before it counts. */
 enum {
   GYRO_MISSING_TICKS = 5,
   DISAGREE_TICKS = 5,
   OVERSPEED_TICKS = 2,
   SATURATED_TICKS = 2,
   RUNAWAY_TICKS = 20,
-  DECAY_TICKS = 20, /* of the current of a bridge that goes off: some L / R */
+  DECAY_TICKS = 20, /* of the current of a bridge that switches off: a few times L / R */
   OFFSET_TICKS = 10,
   MISMATCH_TICKS = 8,
   OVER_CURRENT_TICKS = 2,
@@ -19,7 +19,7 @@ enum {
 
 #define DISAGREE_SMOOTHING_S 0.003f
 #define DISAGREE_OF_RATE 0.02f /* of the joint rate: scale error and delay of the gyro */
-#define MISMATCH_OF_DROP 0.4f  /* of R i: a winding that is 100 K warmer, and some */
+#define MISMATCH_OF_DROP 0.4f  /* of R i: a winding that is 100 K warmer, plus a margin */
 #define OVER_CURRENT_FACTOR 1.3f
 #define SETTLING_S 0.01f /* of the current of a bridge that is off, and of the rate that runaway compares with */
 #define RUNAWAY_TORQUE 0.5f
@@ -63,7 +63,7 @@ void axis_protection_reset(axis_protection *protection) {
   *protection = (axis_protection){.heating_a2 = protection->heating_a2};
 }
 
-/* Counts the ticks in a row in which something is seen; whether they are enough. */
+/* Counts consecutive ticks with the condition; returns whether they are enough. */
 static bool seen_for(int *ticks, bool seen, int enough) {
   if (!seen) {
     *ticks = 0;
@@ -86,7 +86,7 @@ static void follow(float *slow, float now, float share) { *slow += (now - *slow)
 
 static fault_set bit_if(bool seen, fault_id fault) { return seen ? fault_bit(fault) : 0; }
 
-/* The way since the last tick is 0 in the first tick with an angle. */
+/* The position increment is 0 in the first tick with an angle. */
 static fault_set watch_encoder(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
                                float dt_s, float *step_rad) {
   if (!in->angle_valid) {
@@ -106,7 +106,7 @@ static fault_set watch_encoder(axis_protection *p, const protection_limits *limi
   return bit_if(jumps, FAULT_ENCODER_JUMP) | bit_if(stuck, FAULT_ENCODER_STUCK);
 }
 
-/* A rate that is not a number is a rate that is missing. */
+/* A rate that is NaN counts as missing. */
 static fault_set watch_gyro(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
                             float joint_rate_rad_s, float dt_s) {
   const bool known = in->gyro_valid && scalar_within(in->gyro_rad_s, 1e6f);
@@ -127,9 +127,9 @@ static fault_set watch_gyro(axis_protection *p, const protection_limits *limits,
          bit_if(disagrees, FAULT_SENSORS_DISAGREE);
 }
 
-/* A current that rises or falls needs voltage, too, but never for so many ticks: at full voltage it goes from one limit
- * to the other in two. The loop around a dead sensor swings from one to the other, so the sign does not count. A warm
- * winding needs more voltage for its current, never less or of the other sign. */
+/* A current that rises or falls needs voltage too, but never for so many ticks: at full voltage it changes from one
+ * limit to the other in two. The loop around a dead sensor swings between the limits, so the sign is ignored. A warm
+ * winding needs more voltage for its current, never less and never of the other sign. */
 static bool voltage_mismatch(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                              const protection_inputs *in, float joint_rate_rad_s) {
   const float drop_v = motor->resistance_ohm * in->mean_current_a;
@@ -144,7 +144,7 @@ static bool voltage_mismatch(axis_protection *p, const protection_limits *limits
   return p->mismatch_ticks >= MISMATCH_TICKS;
 }
 
-/* A bridge that is off has no current, once the last of it has gone; a motor that is shorted to brake it has some. */
+/* A bridge that is off has no current after its decay time; a motor that is shorted to brake has some. */
 static bool current_without_drive(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
                                   float dt_s) {
   if (in->powered) {
@@ -184,7 +184,7 @@ static fault_set watch_voltage(axis_protection *p, const protection_limits *limi
   return bit_if(under, FAULT_UNDER_VOLTAGE) | bit_if(over, FAULT_OVER_VOLTAGE);
 }
 
-/* The torque pushes the axis to its set-point, and it accelerates the other way. */
+/* The torque pushes the axis towards its set-point, but it accelerates the other way. */
 static bool runs_away(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                       const protection_inputs *in, float dt_s) {
   const float acceleration_rad_s2 = (in->rate_rad_s - p->slow_rate_rad_s) / SETTLING_S;
@@ -198,7 +198,7 @@ static bool runs_away(axis_protection *p, const protection_limits *limits, const
   return seen_for(&p->runaway_ticks, away, RUNAWAY_TICKS);
 }
 
-/* At its torque limit in both directions in turn it is blocked as well: only motion ends the count. */
+/* Alternating between both torque limits counts as blocked as well: only motion ends the count. */
 static bool stalls(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
                    float joint_rate_rad_s, float dt_s) {
   const bool still = in->speed_closed && scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S);

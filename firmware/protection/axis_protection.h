@@ -1,8 +1,8 @@
-/* Watches one axis: from what the sensors say and what was asked of the motor, once per tick, to the faults that can be
- * seen now. It decides nothing but that; the drive reacts as `fault_table` says.
+/* Monitors one axis once per tick: finds the active faults from the sensors and from the motor commands. It only
+ * detects; the drive reacts as `fault_table` says.
  *
- * Sensors are judged in every state, motion only while the loops are closed. All is done with this tick's samples,
- * before the set-points of this tick: what it finds is reacted to in the same tick. Cost: about 270 instructions
+ * Sensors are checked in every state, motion only while the loops are closed. It works on the samples of this tick
+ * before the set-points are computed, so the reaction is in the same tick. Cost: about 270 instructions
  * (docs/cost.md). */
 #ifndef TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
 #define TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
@@ -13,28 +13,28 @@
 #include "control/status.h"
 #include "protection/fault_table.h"
 
-/* Object 0x2060, where its rows tell more. */
+/* Object 0x2060; its rows have the details. */
 typedef struct {
   float overspeed_rad_s;      /* of the joint, 1e-3 .. 1e3 */
-  float base_rate_rad_s;      /* most that the base turns by itself, 1e-4 .. 1e3: gyro and encoder differ by no more */
+  float base_rate_rad_s;      /* maximum rate of the base, 1e-4 .. 1e3: gyro and encoder differ by no more */
   float gyro_range_rad_s;     /* 1e-3 .. 1e3 */
-  float encoder_jump_rad;     /* most that the way of a tick changes in a tick, 1e-6 .. 1 */
-  float stuck_s;              /* equal readings for so long mean a dead sensor, 0 .. 60; 0: not watched */
+  float encoder_jump_rad;     /* maximum change of the position increment between ticks, 1e-6 .. 1 */
+  float stuck_s;              /* equal readings for this long: dead sensor, 0 .. 60; 0: not monitored */
   float speed_error_rad_s;    /* 1e-3 .. 1e3 */
-  float speed_error_s;        /* for so long, 0.001 .. 60 */
+  float speed_error_s;        /* for this long, 0.001 .. 60 */
   float stall_s;              /* torque at its limit without motion, 0.01 .. 60 */
-  float minimum_rad;          /* hard end of the travel, -200 .. 200; equal to maximum: not watched */
+  float minimum_rad;          /* hard end of the travel, -200 .. 200; equal to maximum: not monitored */
   float maximum_rad;          /* not below minimum */
-  float continuous_current_a; /* 1e-3 .. 1e4, for ever */
+  float continuous_current_a; /* 1e-3 .. 1e4, continuous */
   float thermal_time_s;       /* of the winding, 0.1 .. 1e4 */
-  float current_offset_a;     /* most that the sensor shows of no current, 1e-4 .. 1e4 */
-  float voltage_mismatch_v;   /* between what the bridge gives and what current and speed explain, 0.01 .. 1e3 */
+  float current_offset_a;     /* maximum reading of the sensor without current, 1e-4 .. 1e4 */
+  float voltage_mismatch_v;   /* between bridge voltage and what current and speed explain, 0.01 .. 1e3 */
   float under_voltage_v;      /* 1 .. 1e3 */
   float over_voltage_v;       /* 1 .. 1e3, above under_voltage_v */
-  float stopping_margin_rad;  /* ramps end so far within the travel, 0 .. 10 and less than half of it */
+  float stopping_margin_rad;  /* ramps end this far within the travel, 0 .. 10 and less than half of it */
 } protection_limits;
 
-/* The motor as the current loop knows it. */
+/* The motor parameters of the current loop. */
 typedef struct {
   float resistance_ohm;
   float back_emf_v_s_rad;
@@ -48,9 +48,9 @@ typedef struct {
   bool gyro_valid;
   bool gyro_used; /* by the speed loop */
   float gyro_rad_s;
-  float position_rad; /* counted on beyond a turn */
+  float position_rad; /* counts turns */
   float mean_current_a;
-  float voltage_v; /* that the bridge gave in the last PWM period */
+  float voltage_v; /* mean of the bridge in the last PWM period */
   float bus_voltage_v;
   /* of the last tick */
   bool powered;      /* the bridge was on: a loop was closed, or the motor was shorted */
@@ -65,24 +65,24 @@ typedef struct {
 typedef struct {
   angle_turn32 last_angle;
   float last_step_rad;
-  int angles_known; /* in a row, counted to 2 */
+  int angles_known; /* consecutive, counted up to 2 */
   float last_gyro_rad_s;
   float same_angle_s;
   float same_gyro_s;
   int gyro_missing_ticks;
-  float difference_rad_s; /* gyro less encoder, smoothed */
+  float difference_rad_s; /* gyro minus encoder, smoothed */
   int disagree_ticks;
   int overspeed_ticks;
   int saturated_ticks;
-  float slow_rate_rad_s; /* the rate as it was some ms ago */
+  float slow_rate_rad_s; /* the rate some ms ago */
   int runaway_ticks;
   float speed_error_s;
   float stall_s;
   float heating_a2; /* mean square current of the last thermal time */
-  int off_ticks;    /* since the bridge went off, counted until its current has decayed */
+  int off_ticks;    /* since the bridge switched off, counted until its current has decayed */
   float offset_a;
   int offset_ticks;
-  int mismatch_ticks; /* with a mismatch less those without, 0 or more */
+  int mismatch_ticks; /* ticks with a mismatch minus ticks without, 0 or more */
   int over_current_ticks;
   int under_voltage_ticks;
   int over_voltage_ticks;
@@ -91,18 +91,18 @@ typedef struct {
 /* Pairs of limits that contradict each other, as bits. */
 enum {
   PROTECTION_VOLTAGES = 1, /* under-voltage not below over-voltage */
-  PROTECTION_TRAVEL = 2    /* minimum above maximum, or twice the stopping margin leaves nothing of the travel */
+  PROTECTION_TRAVEL = 2    /* minimum above maximum, or twice the stopping margin leaves no travel */
 };
 
 uint8_t protection_contradictions(const protection_limits *limits);
 
-/* CONTROL_OK: these limits may be in force. */
+/* CONTROL_OK: these limits may take effect. */
 control_status protection_check(const protection_limits *limits);
 
-/* Nothing seen yet; the winding is as warm as it was. */
+/* No fault counted yet; the winding temperature is kept. */
 void axis_protection_reset(axis_protection *protection);
 
-/* The faults that can be seen in this tick. */
+/* The faults that are present in this tick. */
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s);
 

@@ -1,6 +1,6 @@
-/* The last faults of the axes and the board, each with what the axis did in the ticks before it.
+/* The last faults of the axes and the board, each with the samples of its axis in the ticks before it.
  *
- * Object 0x3020 (node/fault_objects.c). In RAM: a reset of the node keeps it, a loss of power does not. */
+ * Object 0x3020 (node/fault_objects.c). In RAM: survives a reset of the node, but not a loss of power. */
 #ifndef TRACKSERVO_PROTECTION_FAULT_LOG_H
 #define TRACKSERVO_PROTECTION_FAULT_LOG_H
 
@@ -8,7 +8,7 @@
 
 enum { FAULT_LOG_ENTRIES = 8, FAULT_LOG_AXES = 2, FAULT_LOG_TICKS = 16 };
 
-/* Whose fault it is: an axis' number, or this for the board itself, of which there are no samples. */
+/* Source of a fault: the number of an axis, or this for the board itself, which has no samples. */
 enum { FAULT_LOG_BOARD = FAULT_LOG_AXES };
 
 /* One tick of one axis. Only floats, so that it can be read as a table of them. */
@@ -26,11 +26,11 @@ typedef struct {
 enum { FAULT_LOG_SIGNALS = sizeof(fault_log_sample) / sizeof(float) };
 
 typedef struct {
-  uint32_t tick; /* 0x3010:1 when it was seen */
+  uint32_t tick; /* 0x3010:1 when it was detected */
   uint8_t fault; /* fault_id */
   uint8_t source;
-  uint8_t samples;                          /* that are there, up to FAULT_LOG_TICKS */
-  fault_log_sample before[FAULT_LOG_TICKS]; /* oldest first; the last is that of the tick that saw the fault */
+  uint8_t samples;                          /* valid ones, up to FAULT_LOG_TICKS */
+  fault_log_sample before[FAULT_LOG_TICKS]; /* oldest first; the last is that of the tick that detected the fault */
 } fault_log_entry;
 
 /* The last ticks of an axis, in a ring. */
@@ -43,16 +43,16 @@ typedef struct {
 typedef struct {
   fault_log_entry entry[FAULT_LOG_ENTRIES];
   fault_log_history history[FAULT_LOG_AXES];
-  uint32_t count; /* ever written since it was cleared */
+  uint32_t count; /* written since the log was cleared */
 } fault_log;
 
-/* Empty; the ticks that were sampled stay. */
+/* Empties the log; the sampled ticks stay. */
 void fault_log_clear(fault_log *log);
 
 /* Once per tick and axis, before faults of that tick are written. */
 void fault_log_sample_tick(fault_log *log, int axis, const fault_log_sample *sample);
 
-/* `source` 0, 1 or FAULT_LOG_BOARD. The oldest entry makes room. */
+/* `source` 0, 1 or FAULT_LOG_BOARD. Replaces the oldest entry when the log is full. */
 void fault_log_write(fault_log *log, int source, fault_id fault, uint32_t tick);
 
 /* The entry written `age` (0: newest) entries ago, or NULL. */

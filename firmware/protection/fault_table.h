@@ -1,16 +1,16 @@
-/* Every fault that the servo knows: its number, what it is called on the bus, how soon it is seen, what is done.
+/* Every fault of the servo: its number, its code on the bus, its detection time, the reaction.
  *
- * One table for all: detection (axis_protection, the node, the board) speaks in these numbers, the drive takes the
- * reaction from here, EMCY and 603F take the code, `fault_texts.h` has the words, and docs/faults.md is printed from
- * both. Codes: CiA 301 table 26, CiA 402-2 table of error codes; the fault's number goes along as byte 3 of the EMCY.
- */
+ * One table for all: detection (axis_protection, the node, the board) uses these numbers, the drive takes the reaction
+ * from here, EMCY and 603F take the code, `fault_texts.h` has the texts, and docs/faults.md is printed from both.
+ * Codes: CiA 301 table 26, CiA 402-2 table of error codes; byte 3 of the EMCY is the fault's
+ * number. */
 #ifndef TRACKSERVO_PROTECTION_FAULT_TABLE_H
 #define TRACKSERVO_PROTECTION_FAULT_TABLE_H
 
 #include <stdint.h>
 
-/* The numbers travel on the bus and stand in fault logs: never give one another meaning. Where several are found in one
- * tick with the same reaction, the lower number is told first. */
+/* The numbers are sent on the bus and stored in fault logs: never change the meaning of one. Of several faults with the
+ * same reaction in one tick, the lowest number is reported first. */
 typedef enum {
   FAULT_NONE = 0,
   /* sensors of motion */
@@ -67,7 +67,8 @@ typedef struct {
   uint16_t code;
   uint8_t register_bits; /* of 0x1001, besides the generic one */
   uint8_t reaction;      /* fault_reaction */
-  uint16_t latency_ms;   /* at most, from when it can be seen to the tick that reacts; timers of 0x2060 come on top */
+  uint16_t latency_ms;   /* maximum time from the first possible detection to the tick that reacts; timers of 0x2060 are
+                            added */
 } fault_row;
 
 /* `fault` below FAULT_COUNT. */
@@ -78,7 +79,7 @@ typedef uint64_t fault_set;
 
 static inline fault_set fault_bit(fault_id fault) { return UINT64_C(1) << fault; }
 
-/* Of a set the one with the worst reaction, and of these the lowest; FAULT_NONE of none. */
+/* Of a set, the fault with the worst reaction, and of these the lowest number; FAULT_NONE of an empty set. */
 fault_id fault_worst(fault_set set);
 
 #endif

@@ -1,4 +1,4 @@
-/* What people are told of each fault: how it is seen, why it comes, what to look at, what helps, how it is cleared.
+/* Texts of each fault for people: how it is detected, causes, what to check, remedies, how it is cleared.
  *
  * The other half of `fault_table`, row by row; faults.json and docs/faults.md are printed from both (tools/dictionary).
  * Tools only: no image has these texts. */
@@ -17,11 +17,11 @@ typedef enum { FAULT_OF_AXIS, FAULT_OF_BOARD, FAULT_OF_STORE } fault_owner;
 typedef struct {
   const char *name;
   fault_owner owner;
-  bool told_once; /* after a reset; nothing of it lasts */
+  bool told_once; /* after a reset; it does not persist */
   const char *detection;
-  const char *when;  /* it can be seen */
-  const char *timer; /* object that comes on top of the latency, as "2060:5"; "" without */
-  uint32_t limits;   /* bit n: 2060:n matters */
+  const char *when;  /* it can be detected */
+  const char *timer; /* object that adds to the latency, as "2060:5"; "" without */
+  uint32_t limits;   /* bit n: 2060:n is relevant */
   const char *cause;
   const char *check;
   const char *cure;
