@@ -1,17 +1,24 @@
-# The libraries of the simulator, all from the system's packages.
+# The libraries of the simulator, all from the system's packages. Every folder may link them.
 include_guard(GLOBAL)
+include(TrackservoMissing)
 
-find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(tomlplusplus REQUIRED)
-find_package(nlohmann_json REQUIRED)
-find_package(fmt REQUIRED)
-find_package(Boost 1.74 REQUIRED CONFIG) # headers only
-find_package(CLI11 REQUIRED)
+set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
+trackservo_find_library("The library Eigen, 3.4 or newer," Eigen3 3.4 NO_MODULE)
+trackservo_find_library("The library toml++" tomlplusplus)
+trackservo_find_library("The library JSON for Modern C++ (nlohmann_json)" nlohmann_json)
+trackservo_find_library("The library {fmt}" fmt)
+trackservo_find_library("The library Boost, 1.74 or newer," Boost 1.74 CONFIG) # headers only
+trackservo_find_library("The library CLI11" CLI11)
+trackservo_find_library("The library pugixml" pugixml)
+unset(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL)
 
 # NLopt's C++ interface is a library of its own on Debian and part of the one library elsewhere, and both CMake
 # packages are called NLopt: look for the files instead.
-find_path(NLOPT_INCLUDE_DIR nlopt.hpp REQUIRED)
-find_library(NLOPT_LIBRARY NAMES nlopt_cxx nlopt REQUIRED)
+find_path(NLOPT_INCLUDE_DIR nlopt.hpp)
+find_library(NLOPT_LIBRARY NAMES nlopt_cxx nlopt)
+if(NOT NLOPT_INCLUDE_DIR OR NOT NLOPT_LIBRARY)
+  trackservo_missing("The library NLopt, with its C++ interface," demo)
+endif()
 mark_as_advanced(NLOPT_INCLUDE_DIR NLOPT_LIBRARY)
 add_library(trackservo_nlopt INTERFACE)
 target_include_directories(trackservo_nlopt SYSTEM INTERFACE "${NLOPT_INCLUDE_DIR}")

@@ -1,8 +1,12 @@
 # trackservo_add_image(NAME SOURCES...): an executable for the board, as bin/NAME.elf, .hex, .bin and .map, its sizes
 # beside their budget (target size, part of every build), and the targets flash, erase and debug.
 include_guard(GLOBAL)
+include(TrackservoMissing)
 
-find_package(Python3 3.11 REQUIRED COMPONENTS Interpreter)
+find_package(Python3 3.11 QUIET COMPONENTS Interpreter)
+if(NOT Python3_FOUND)
+  trackservo_missing("Python 3.11 or newer" board)
+endif()
 
 set(trackservo_linker_script "${PROJECT_SOURCE_DIR}/hal/stm32g474/stm32g474re.ld")
 set(trackservo_stamp "${PROJECT_SOURCE_DIR}/tools/image/stamp_image.py")

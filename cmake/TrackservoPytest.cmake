@@ -3,6 +3,10 @@
 # Many tests talk to a servo in real time, on machines that are shared: a test that fails is repeated twice at most, and
 # the summary lists each test that was repeated ("RERUN"). Their options are in tests/real_time.args, for tools/test, too.
 include_guard(DIRECTORY) # what it sets is of the folder that includes it
+include(TrackservoMissing)
 
-find_program(TRACKSERVO_PYTEST pytest HINTS "${PROJECT_SOURCE_DIR}/build/venv/bin" REQUIRED NO_DEFAULT_PATH)
+find_program(TRACKSERVO_PYTEST pytest HINTS "${PROJECT_SOURCE_DIR}/build/venv/bin" NO_DEFAULT_PATH)
+if(NOT TRACKSERVO_PYTEST)
+  trackservo_missing("pytest (in build/venv, the project's Python environment)" test)
+endif()
 set(trackservo_pytest_in_real_time "${TRACKSERVO_PYTEST}" "@${PROJECT_SOURCE_DIR}/tests/real_time.args")

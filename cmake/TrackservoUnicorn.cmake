@@ -1,13 +1,14 @@
 # Unicorn, the instruction-set emulator: header and library come with the Python package that tools/requirements.txt
 # pins and tools/setup puts into build/venv.
 include_guard(GLOBAL)
+include(TrackservoMissing)
 
 file(GLOB unicorn_packages "${PROJECT_SOURCE_DIR}/build/venv/lib/python3*/site-packages/unicorn")
 find_path(UNICORN_INCLUDE_DIR unicorn/unicorn.h HINTS ${unicorn_packages} PATH_SUFFIXES include NO_DEFAULT_PATH)
 find_library(UNICORN_LIBRARY NAMES libunicorn.so.2 unicorn HINTS ${unicorn_packages} PATH_SUFFIXES lib NO_DEFAULT_PATH)
 mark_as_advanced(UNICORN_INCLUDE_DIR UNICORN_LIBRARY)
 if(NOT UNICORN_INCLUDE_DIR OR NOT UNICORN_LIBRARY)
-  message(FATAL_ERROR "No Unicorn in build/venv: run ./tools/setup test.")
+  trackservo_missing("The instruction-set emulator Unicorn (in build/venv)" test)
 endif()
 
 add_library(unicorn SHARED IMPORTED GLOBAL)

@@ -32,6 +32,11 @@ def errors(result):
     return [" ".join(text.split()) for text in re.split(r"^CMake Error", result.stderr, flags=re.MULTILINE)[1:]]
 
 
+def setup_words():
+    """The words that tools/setup takes, of "Usage: tools/setup [demo|test]"."""
+    return re.findall(r"\w+", run(PROJECT, "tools/setup", "--help").stdout.splitlines()[0].split("[")[1])
+
+
 @pytest.fixture
 def sources(tmp_path):
     """The image's sources, in a folder of their own: presets build below it."""
@@ -53,8 +58,7 @@ def test_without_the_cross_compiler_one_sentence_says_what_installs_it(sources, 
         assert "The compiler for the board is missing (arm-none-eabi-gcc)" in told
         command = re.search(r"\./tools/setup (\w+) installs it\.$", told)
         assert command, told
-        modes = run(PROJECT, "tools/setup", "--help").stdout.splitlines()[0]  # "Usage: tools/setup [demo|test]"
-        assert command[1] in re.findall(r"\w+", modes.split("[")[1])
+        assert command[1] in setup_words()
 
 
 def test_a_cross_compiler_that_has_been_installed_since_is_used(sources, bare_path):
@@ -98,10 +102,16 @@ def copies(tmp_path):
     return folders
 
 
+def test_a_relative_unity_dir_counts_from_the_project_folder(uses_unity, copies):
+    one, _ = copies
+    assert uses_unity(UNITY_DIR=f"../{one.name}") == one
+
+
 def test_unity_dir_of_the_environment_counts_after_a_first_try_without_it(uses_unity, copies):
     one, two = copies
     (told,) = uses_unity()
-    assert "No Unity in" in told and "third_party/unity" in told and "./tools/setup test" in told
+    assert "Unity, the C test framework (no unity.c in" in told and "third_party/unity" in told
+    assert "is missing: ./tools/setup firmware installs it." in told
     assert uses_unity(UNITY_DIR=str(one)) == one
     assert uses_unity() == one  # as when a build configures anew by itself
     assert uses_unity(UNITY_DIR=str(two)) == two
@@ -111,3 +121,30 @@ def test_an_option_counts_before_the_environment(uses_unity, copies):
     one, two = copies
     assert uses_unity(f"-DUNITY_DIR={one}", UNITY_DIR=str(two)) == one
     assert uses_unity("-DUNITY_DIR=", UNITY_DIR=str(two)) == two
+
+
+# Each library or tool that a CMake module looks for, as the user reads it, with what hides it, the module that looks for
+# it, and the word that installs it.
+HIDDEN = {
+    "Eigen": ("-DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON", "TrackservoDependencies", "demo"),
+    "toml++": ("-DCMAKE_DISABLE_FIND_PACKAGE_tomlplusplus=ON", "TrackservoDependencies", "demo"),
+    "nlohmann_json": ("-DCMAKE_DISABLE_FIND_PACKAGE_nlohmann_json=ON", "TrackservoDependencies", "demo"),
+    "{fmt}": ("-DCMAKE_DISABLE_FIND_PACKAGE_fmt=ON", "TrackservoDependencies", "demo"),
+    "Boost": ("-DCMAKE_DISABLE_FIND_PACKAGE_Boost=ON", "TrackservoDependencies", "demo"),
+    "CLI11": ("-DCMAKE_DISABLE_FIND_PACKAGE_CLI11=ON", "TrackservoDependencies", "demo"),
+    "pugixml": ("-DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON", "TrackservoDependencies", "demo"),
+    "NLopt": ("-DCMAKE_IGNORE_PATH=/usr/include;/usr/local/include", "TrackservoDependencies", "demo"),
+    "Python 3.11": ("-DCMAKE_DISABLE_FIND_PACKAGE_Python3=ON", "TrackservoImage", "board"),
+    "Unicorn": ("-DX=", "TrackservoUnicorn", "test"),  # looked for below the project's own folder only
+    "pytest": ("-DX=", "TrackservoPytest", "test"),
+}
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_what_is_missing_is_the_one_error_and_says_what_installs_it(tmp_path, name):
+    hidden, module, word = HIDDEN[name]
+    (tmp_path / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.25)\nproject(p CXX)\ninclude({module})\n")
+    failed = run(tmp_path, "cmake", "-B", "build", f"-DCMAKE_MODULE_PATH={PROJECT / 'cmake'}", hidden)
+    (reported,) = errors(failed)
+    assert name in reported and f" is missing: ./tools/setup {word} installs it." in reported
+    assert word in setup_words()

@@ -79,3 +79,27 @@ def test_the_firmware_needs_no_python_and_no_library_of_the_simulator(project):
     assert failed.returncode == 1
     assert "  Debian packages, as root: cmake gcc\n" in failed.stdout
     assert "could not install the Debian packages cmake gcc (" in failed.stderr or "needs root" in failed.stderr
+
+
+@pytest.mark.parametrize(("script", "tool", "word"), [
+    ("tools/fuzz", "clang", "test"),
+    ("tools/misra/check", "cppcheck", "test"),
+])
+def test_a_script_names_the_tool_that_it_misses_and_what_installs_it(tmp_path, script, tool, word):
+    for name in ("bash", "dirname"):
+        (tmp_path / name).symlink_to(shutil.which(name))
+    failed = subprocess.run([PROJECT / script], env={"PATH": str(tmp_path)}, capture_output=True, text=True)
+    name = pathlib.Path(script).name
+    assert (failed.returncode, failed.stdout) == (1, "")
+    assert failed.stderr == f"{name}: {tool} is missing: ./tools/setup {word} installs it.\n"
+
+
+@pytest.mark.parametrize(("check", "tool"), [("check_format", "clang-format"), ("check_scripts", "shellcheck")])
+def test_a_check_names_the_tool_that_it_misses(project, check, tool):
+    for name in ("bash", "dirname"):
+        (project / "bin" / name).symlink_to(shutil.which(name))
+    script = f"source tools/lib/common.sh; source tools/lib/checks.sh; {check} x.c"
+    failed = subprocess.run(["bash", "-c", script, "test"], cwd=project, env={"PATH": str(project / "bin")}, capture_output=True,
+                            text=True)
+    assert failed.returncode == 1
+    assert failed.stderr == f"test: {tool} is missing: ./tools/setup test installs it.\n"

@@ -16,7 +16,7 @@ our_scripts() {
 # check_format FILE...: clang-format finds nothing to change in these C and C++ files.
 check_format() {
   local found
-  [[ -x "$venv/bin/clang-format" ]] || die "clang-format is missing (build/venv): ./tools/setup test installs it."
+  need_tool "$venv/bin/clang-format" test || return
   if found="$("$venv/bin/clang-format" --dry-run --Werror "$@" 2>&1)"; then
     echo "$# files are formatted."
   else
@@ -28,6 +28,6 @@ check_format() {
 
 # check_scripts FILE...: shellcheck finds nothing in these shell scripts.
 check_scripts() {
-  command -v shellcheck >/dev/null || die "shellcheck is missing: ./tools/setup test installs it."
+  need_tool shellcheck test || return
   shellcheck --external-sources "$@" && echo "Nothing found in $# scripts."
 }

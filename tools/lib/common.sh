@@ -19,6 +19,13 @@ die() {
   exit 1
 }
 
+# need_tool COMMAND MODE: whether there is such a command; if not, says that tools/setup MODE installs it.
+need_tool() {
+  command -v "$1" >/dev/null && return
+  printf '%s: %s is missing: ./tools/setup %s installs it.\n' "${0##*/}" "${1##*/}" "$2" >&2
+  return 1
+}
+
 # Where Unity is: the user's own copy (UNITY_DIR), or else the one that tools/setup brings. UNITY_DIR becomes an absolute
 # path here, because scripts change the folder.
 if [[ -n "${UNITY_DIR:-}" ]]; then
