@@ -24,7 +24,7 @@ HALO = ", ".join([f"0 0 3px {SURFACE}"] * 4)
 """Keeps a number readable where a dashed line passes behind it."""
 WIDEST_RATIO = 100.0
 """Largest over smallest value that a linear axis can still show."""
-MOST_LABELS = 18
+MAX_LABELS = 18
 """Above this many bars the numbers would be too small to read; they are under the pointer and in the table."""
 
 
@@ -44,7 +44,7 @@ def _labels(items: list[Comparison]) -> list[str]:
 def _add_bars(plot: go.Figure, items: list[Comparison], controller: str, of: int = 2) -> None:
     """The values of one controller, one `of` several: bars, whiskers, and above the whiskers the numbers."""
     plot.add_trace(_bar(items, controller))
-    if len(items) * of <= MOST_LABELS:
+    if len(items) * of <= MAX_LABELS:
         plot.add_trace(_numbers(items, controller))
 
 
@@ -181,11 +181,11 @@ def _floor_marks(plot: go.Figure, chosen: list[Comparison], items: list[Comparis
 
 
 def friction_bars(items: list[Comparison]) -> list[View]:
-    """What is left of PI's error, in %, on the feedforward's own friction model and on another one."""
+    """The remaining share of PI's error, in %, on the feedforward's own friction model and on another one."""
     pairs = _friction_pairs(items)
     if not pairs:
         return []
-    plot = canvas(440, yaxis_title="error left (% of PI on the same friction)")
+    plot = canvas(440, yaxis_title="remaining error (% of PI on the same friction)")
     labels = [
         [EXPERIMENT_TITLES[item.experiment] for item, _ in pairs],
         [_group_label(item) for item, _ in pairs],
@@ -197,7 +197,7 @@ def friction_bars(items: list[Comparison]) -> list[View]:
                 plot.add_trace(_friction_bar(labels, values, controller, friction))
     plot.add_hline(y=100, line={"color": MUTED, "width": 1, "dash": "dot"})
     plot.update_xaxes(tickfont={"size": 11}, tickangle=0, showdividers=True, dividercolor=GRID)
-    return [View("error left", plot)]
+    return [View("remaining error", plot)]
 
 
 def _group_label(item: Comparison) -> str:
@@ -245,7 +245,7 @@ def _left_over(item: Comparison, controller: str) -> float | None:
 
 
 def torque_noise_bars(items: list[Comparison]) -> list[View]:
-    """Torque noise per controller: the price that the motor pays."""
+    """Torque noise per controller."""
     views = []
     for experiment in EXPERIMENTS:
         chosen = headline(items, experiment, "torque_noise")

@@ -273,7 +273,7 @@ def fig9_scan(scan: dict[str, Any]) -> View:
     ):
         line = {"color": MUTED if dash == "dot" else INK, "width": 1.3, "dash": dash}
         plot.add_trace(go.Scatter(x=reach, y=values, mode="lines", name=name, line=line, hoverinfo="skip"))
-    return View("numbers that are not printed", plot)
+    return View("unpublished numbers", plot)
 
 
 def start_up(book: RunBook) -> list[View]:
@@ -317,7 +317,7 @@ def _after(curve: Curve, start: float) -> Curve:
 
 
 def friction_shares(book: RunBook) -> list[View]:
-    """Who carries the friction torque at start-up: the feedforward or the observer."""
+    """Which block compensates the friction torque at start-up: the feedforward or the observer."""
     views = []
     for case in book.cases("low_speed_start"):
         runs = [run for name in ["pi_vob", COMPENSATED] if (run := book.run("low_speed_start", case, name))]

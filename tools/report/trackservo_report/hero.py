@@ -69,8 +69,8 @@ def hero(results: Results, items: list[Comparison]) -> Hero | None:
         _axes(frame, speed),
         _set_point(frame, speed),
         *lines,
-        _label(frame, 0.10, 1.84 * speed, BASELINE, f"PI alone: 90 % after {number(times[0])} ms, then every gust"),
-        _label(frame, 1.60, 1.84 * speed, COMPENSATED, f"PI + VOB + FTC: 90 % after {number(times[1])} ms, and stays"),
+        _label(frame, 0.10, 1.84 * speed, BASELINE, f"PI alone: 90 % after {number(times[0])} ms, disturbed by gusts"),
+        _label(frame, 1.60, 1.84 * speed, COMPENSATED, f"PI + VOB + FTC: 90 % after {number(times[1])} ms, steady"),
         "</svg>",
     ]
     seeds = item.rows[BASELINE].seeds
@@ -98,8 +98,8 @@ def standalone(picture: Hero) -> str:
 
 
 def _curve(frame: _Frame, time: Series, values: Series, colour: str) -> str:
-    short, kept = thin(time, values, POINTS)
-    clipped = np.clip(kept, frame.bottom_speed, 0.84 * frame.top_speed)  # clear of the labels
+    short, thinned = thin(time, values, POINTS)
+    clipped = np.clip(thinned, frame.bottom_speed, 0.84 * frame.top_speed)  # clear of the labels
     points = " ".join(f"{frame.x(t):.1f},{frame.y(v):.1f}" for t, v in zip(short, clipped, strict=True))
     return f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2" stroke-linejoin="round"/>'
 

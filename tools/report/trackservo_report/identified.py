@@ -62,7 +62,7 @@ def _line(where: str, item: IdentifiedParameter) -> ParameterLine:
 
 @dataclass(frozen=True)
 class Gain:
-    """What identification is worth: compensated figures with wrong parameters over those with identified ones, means."""
+    """Value of identification: compensated figures with wrong parameters over those with identified ones, means."""
 
     figures: int
     middle: float
@@ -115,7 +115,7 @@ def figures(results: Results) -> list[Figure]:
             "confidence",
             "Identified over true, with 95 % intervals",
             views("confidence"),
-            caption="1 is the plant's own number. The strokes are the limits that identification has to keep: "
+            caption="1 is the plant's true value. The strokes are the required limits: "
             "5 % for Tc, Ts, σ2 and J, 10 % for θ̇s and σ0, 20 % for σ1.",
             hints=hints,
         ),
@@ -123,22 +123,22 @@ def figures(results: Results) -> list[Figure]:
             "stribeck",
             "Steady friction, eq. (5)",
             views("stribeck"),
-            caption="Lines: the plant. Dashed: what was identified of it, in its wind.",
+            caption="Solid: the plant. Dashed: the identified curve, from runs with the plant's wind.",
             hints=["tools/identification/stribeck_fit.cpp"],
         ),
         Figure(
             "friction-map",
             "Friction level over the joint angle",
             views("friction_map"),
-            caption="What a seal that does not run true does once and twice per turn, as identified.",
+            caption="Identified variation of friction once and twice per turn, caused by the seal's eccentricity.",
             hints=["tools/identification/position_terms.cpp"],
         ),
         Figure(
             "whitened",
             "Residuals of the fit, whitened",
             views("whitened"),
-            caption="Left: their distribution beside the normal one. Right: their correlation; between the dashed lines nothing "
-            "is left that the noise model does not explain.",
+            caption="Left: their distribution beside the normal one. Right: their correlation. Between the dashed "
+            "lines, the noise model explains the residuals.",
             hints=["tools/identification/noise_model.cpp"],
         ),
     ]

@@ -150,27 +150,27 @@ def sensitivity_table(results: Results) -> str:
 
 
 def variance_table(results: Results) -> str:
-    """What the errors at steady speed consist of; azimuth, LuGre."""
+    """Composition of the errors at steady speed; azimuth, LuGre."""
     rows = [[line.source, line.where, line.before, line.after] for line in variance_lines(results)]
     return _table(["source that is switched off", "where", "share of PI's variance", "share of PI + VOB + FTC's variance"], rows)
 
 
 def beliefs_table(results: Results) -> str | None:
-    """What identification is worth; nothing where it was not measured."""
+    """Value of identification; nothing where it was not measured."""
     beliefs = read_beliefs(results.folder)
     return _table(*belief_rows(beliefs)) if beliefs else None
 
 
 def random_plants_table(results: Results) -> str | None:
-    """Machines of the same make: errors, stability, the worst; nothing where none were tried."""
+    """Random plants: errors, stability, the worst; nothing where the study was not run."""
     tried = read_random_plants(results.folder)
     if tried is None:
         return None
     setup = tried["generator"]
     said = (
-        f"{setup['plants']:,} plants like `{setup['plant']}`, {setup['numbers']} numbers each off by up to "
-        f"{100 * setup['share']:g} %; **{tried['failing']} fail**: an axis is unstable, or azimuth errs by more than the "
-        "paper at one of the speeds."
+        f"{setup['plants']:,} plants like `{setup['plant']}`, with {setup['numbers']} numbers each off by up to "
+        f"{100 * setup['share']:g} %. **{tried['failing']} fail**: an axis is unstable, or the azimuth error exceeds the "
+        "paper's at one of the speeds."
     )
     tables = [_table(*rows(tried)) for rows in (random_plants_rows, stability_rows, worst_rows)]
     return "\n\n".join([said, *tables])

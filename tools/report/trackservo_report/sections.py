@@ -1,4 +1,4 @@
-"""The figures of the page in order, each headed with what the paper shows and what ours shows."""
+"""The figures of the page in order, each headed with the paper's result and ours."""
 
 from __future__ import annotations
 
@@ -56,15 +56,15 @@ def _sine_figures(book: curves.RunBook, items: list[Comparison]) -> list[Figure]
             paper="Set-point 1 °/s at 0.1 Hz. Friction disturbs the speed while it is low and around each reversal.",
             ours=f"The same sine on the paper's own simulated plant. Peak speed error {_said(sine, BASELINE)}.",
             caption="Compare the speed with the set-point at its peaks and around its zeros. With the published numbers "
-            "σ0/J is only 13 s⁻², so the seal mostly holds like a spring and never slides for long.",
+            "σ0/J is only 13 s⁻², so the seal acts mostly as a spring and never slides for long.",
             hints=["sim_host/scenarios/sine.toml", *LUGRE[:1], *LOOP],
         ),
         Figure(
             "fig11",
-            "Fig. 11 — the ingredients, one by one",
+            "Fig. 11 — the ingredients one by one",
             curves.sine_ingredients(book),
             paper="(a) PI, (b) with the disturbance observer, (c) with observer and friction compensation. "
-            "The observer reduces the effect of friction at low speed, only both together overcome it.",
+            "The observer reduces the effect of friction at low speed; only both together remove it.",
             ours=f"Peak error {_said(sine, 'pi')} with PI, {_said(sine, 'pi_vob')} with the observer, "
             f"{_said(sine, COMPENSATED)} with both.",
             caption="Right column: the same curves around a reversal, where they differ.",
@@ -76,8 +76,8 @@ def _sine_figures(book: curves.RunBook, items: list[Comparison]) -> list[Figure]
             curves.sine_error(book, _pair(sine)),
             paper="About ±0.25 °/s without compensation, about ±0.02 °/s with observer and friction compensation.",
             ours=f"±{_said(sine, BASELINE)} without, ±{_said(sine, COMPENSATED)} with. "
-            "The error is the set-point less the plant's true rate.",
-            caption="Dashed: the paper's figures. Shaded: settling, not counted. "
+            "The error is the set-point minus the plant's true rate.",
+            caption="Dashed: the paper's figures. Shaded: the settling time, which does not count. "
             "Click a name in the legend to add the other controllers.",
             hints=["sim_host/scenarios/sine.toml", *LUGRE, *OBSERVER],
         ),
@@ -96,8 +96,8 @@ def _step_figure(results: Results, book: curves.RunBook, items: list[Comparison]
         "with repeated oscillation. That is +25 points, or × 1.25.",
         ours=f"Against the friction-free plant: {_said(step, BASELINE)} (× {_value(ratio, BASELINE)}) with PI, "
         f"{_said(step, COMPENSATED)} (× {_value(ratio, COMPENSATED)}) with observer and friction compensation.",
-        caption="Compare each curve with the dashed one, the same loop on a plant without friction."
-        + (" Second tab: random sets of the numbers that the paper does not print." if scan else ""),
+        caption="The dashed curve is the same loop on a plant without friction."
+        + (" The second tab shows random sets of the numbers that the paper does not print." if scan else ""),
         hints=["sim_host/scenarios/step_disturbed.toml", "sim_host/experiments/fig9_scan.cpp", *LUGRE, *LOOP],
         mark=paper_mark(step.rows[BASELINE]) if step and BASELINE in step.rows else "",
     )
@@ -115,10 +115,10 @@ def _start_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:
         curves.start_up(book),
         paper="At 0.1, 0.2 and 1 °/s: an obvious start delay without compensation, with slip at 0.1 °/s, "
         "and a quick start with it. No times are printed.",
-        ours=f"At the lowest speed 90 % is reached, and kept, after {_said(start, BASELINE)} with PI and after "
+        ours=f"At the lowest speed the axis arrives at 90 % and stays there after {_said(start, BASELINE)} with PI and after "
         f"{_said(start, COMPENSATED)} with observer and friction compensation (medians over the seeds).",
-        caption="Dotted grey: 90 % of the set-point. The feedforward gives the break-away torque in the tick of the command; "
-        "PI has to integrate up to it first.",
+        caption="Dotted grey: 90 % of the set-point. The feedforward applies the break-away torque in the tick of the command; "
+        "PI must integrate up to it first.",
         hints=["sim_host/scenarios/low_speed_start.toml", *LUGRE],
     )
 
@@ -140,9 +140,9 @@ def _steady_figures(book: curves.RunBook, items: list[Comparison]) -> list[Figur
             "table2-curves",
             "Behind Table 2 — the error against time",
             curves.steady_errors(book, paper),
-            paper="Shows no curves for this table, only the errors once the speed is steady.",
+            paper="The paper prints no curves for this table, only the errors at steady speed.",
             ours="One run per speed; the peak after the shaded settling time, averaged over the seeds, is the value in the table.",
-            caption="At steady speed friction hardly changes: what is left is ripple, wind and noise, and the observer fights those.",
+            caption="At steady speed friction hardly changes. Ripple, wind and noise remain, and only the observer acts on them.",
             hints=OBSERVER,
         ),
     ]
@@ -182,31 +182,31 @@ def _tracking_figure(book: curves.RunBook, items: list[Comparison]) -> Figure:
         paper=f"A UAV at 20 m/s, 1σ {plain_number(before)} µrad without and {plain_number(after)} µrad with compensation.",
         ours=f"1σ {_said(first, BASELINE)} with PI and {_said(first, COMPENSATED)} with observer and friction "
         "compensation, with the paper's 2 Hz tracking loop; the improved loop is the other tab.",
-        caption="Both panels have the same scale. Dashed: the paper's ±1σ. The same loop on a plant without friction "
-        "is in the legend: what it leaves is no matter of friction.",
+        caption="Both panels have the same scale. Dashed: the paper's ±1σ. The legend also has the same loop on a plant "
+        "without friction; friction does not cause the error that remains there.",
         hints=["sim_host/scenarios/tracking.toml", *TRACKER, *LUGRE],
     )
 
 
 def ablation_figures(results: Results, items: list[Comparison]) -> list[Figure]:
-    """What each ingredient gains, and who carries the friction."""
+    """What each ingredient gains, and which block compensates friction."""
     return [
         Figure(
             "ablation",
             "Each experiment, ingredient by ingredient",
             bars.ablation_bars(items),
-            caption="Grey is the honestly tuned baseline; blue adds the observer, amber the feedforward, green both. "
-            "Purple and rose are for scale: what drives usually have, and the best PI within the same margins. "
+            caption="Grey is the tuned baseline. Blue adds the observer, amber the feedforward, green both. Purple is the "
+            "Coulomb feedforward that drives usually have, rose the best PI within the same margins. "
             "Dashed: the paper. Dotted: the plant without friction.",
             hints=[*LUGRE, *OBSERVER],
         ),
         Figure(
             "shares",
-            "Who carries the friction at start-up",
+            "What compensates friction at start-up",
             curves.friction_shares(curves.RunBook(results)),
-            caption="Left, the observer carries friction and load, and sees them only through the speed error. Right, the "
-            "feedforward carries the friction from the command on, and the observer is left with the load "
-            "and with what the wrong parameters missed.",
+            caption="Left: the observer compensates friction and load, which it sees only through the speed error. Right: the "
+            "feedforward compensates the friction from the command on. The observer then compensates the load "
+            "and the error of the identified parameters.",
             hints=[*LUGRE, *OBSERVER],
         ),
     ]
@@ -217,10 +217,10 @@ def friction_figures(items: list[Comparison]) -> list[Figure]:
     return [
         Figure(
             "frictions",
-            "Error left on both frictions",
+            "Remaining error on both friction models",
             bars.friction_bars(items),
             caption="Full bars: the seal behaves as LuGre. Hatched: generalised Maxwell-slip with load and temperature drift, "
-            "which the feedforward knows nothing of. 100 % is PI alone on the same friction; "
+            "which the feedforward does not model. 100 % is PI alone on the same friction; "
             "a bar above the line is worse than no compensation.",
             hints=LUGRE[:1],
         )
@@ -234,23 +234,23 @@ def price_figures(results: Results, items: list[Comparison]) -> list[Figure]:
             "bode",
             "Bode plot of the open speed loop",
             bode.bode_views(results),
-            caption="Lines: computed with the tick's delay. Circles: measured on the running loop. Feedforward lies outside "
-            "the loop, so it changes nothing here; the observer does. Only the sign function of the Coulomb feedforward reacts to "
-            "noise at rest (pre-sliding): its circles scatter. The best PIs are a click in the legend away.",
+            caption="Lines: computed with the tick's delay. Circles: measured on the running loop. The feedforward lies "
+            "outside the loop and has no effect here; the observer has. At rest (pre-sliding) the sign function of the "
+            "Coulomb feedforward reacts to noise, so its circles scatter. Click a best PI in the legend to show it.",
             hints=[*LOOP, *OBSERVER],
         ),
         Figure(
             "nyquist",
             "Nyquist plot around the critical point",
             bode.nyquist_views(results),
-            caption="A loop that does not touch the red has at least 6 dB and 40° of margin; −1 is the cross.",
+            caption="A loop that stays outside the red line has at least 6 dB and 40° of margin. The cross marks −1.",
             hints=[*LOOP, *OBSERVER],
         ),
         Figure(
             "noise",
             "Torque noise",
             bars.torque_noise_bars(items),
-            caption="What the motor has to bear for it: sensor noise that the loop turns into torque.",
+            caption="Sensor noise that the loop turns into motor torque: the cost of rejecting disturbances.",
             hints=OBSERVER,
         ),
     ]

@@ -1,5 +1,5 @@
-"""Studies beside the campaign, each with a file of its own: what identification is worth, machines of the same make, and
-what unpublished numbers would give the paper's Fig. 9.
+"""Studies beside the campaign, each with a file of its own: value of identification, random plants, and a search for
+unpublished numbers that give the paper's Fig. 9.
 
 They are run on demand (the last one by ./tools/demo, too); a folder without them has no table of them.
 """
@@ -41,24 +41,24 @@ def read_fig9_scan(folder: Path) -> dict[str, Any] | None:
 
 
 def fig9_rows(scan: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows: both readings of Fig. 9, and the set that comes farthest."""
+    """Head and rows: both readings of Fig. 9, and the set with the largest change."""
     matching, paper = scan["matching"], scan["paper"]
     points, ratio = scan["most_points"], scan["most_ratio"]
     rows = [
         [
             f"difference: +{paper['points']:g} points",
             f"{scan['matching_points']} of {matching}",
-            f"{_signed(points['overshoot_percent'] - points['free_overshoot_percent'], 1)} points is the most",
+            f"{_signed(points['overshoot_percent'] - points['free_overshoot_percent'], 1)} points",
             *_set_words(points),
         ],
         [
             f"ratio: × {paper['ratio']:g} or more",
             f"{scan['matching_ratio']} of {matching}",
-            f"× {ratio['overshoot_percent'] / ratio['free_overshoot_percent']:.2f} is the most",
+            f"× {ratio['overshoot_percent'] / ratio['free_overshoot_percent']:.2f}",
             *_set_words(ratio),
         ],
     ]
-    head = ["“the overshoot increases by 25 %” read as", "sets that reach it", "the set that comes farthest", "overshoot without → with friction", "its numbers"]
+    head = ["“the overshoot increases by 25 %” read as", "sets with this result", "largest result", "overshoot without → with friction", "numbers of that set"]
     return head, rows
 
 
@@ -72,12 +72,12 @@ def _set_words(found: dict[str, Any]) -> list[str]:
 
 
 def fig9_sentence(scan: dict[str, Any]) -> str:
-    """What was scanned, in one sentence."""
+    """What was scanned."""
     setup, (low, high) = scan["generator"], scan["fig7_deg_s"]
     return (
-        f"{setup['samples']:,} random sets of what the paper does not print (Tc, Ts, Stribeck speed, PI gains, set-point weight, "
-        f"how and with which phase the disturbance enters) with the published J, σ0, σ1 and σ2 (seed {setup['seed']}): {scan['matching']} give the "
-        f"±{low:g} to {high:g} °/s of Fig. 7."
+        f"{setup['samples']:,} random sets (seed {setup['seed']}) of the numbers that the paper does not print, with the published J, σ0, "
+        "σ1 and σ2. The unpublished numbers are Tc, Ts, Stribeck speed, PI gains, set-point weight, and the kind and phase of the "
+        f"disturbance. {scan['matching']} sets give the ±{low:g} to {high:g} °/s of Fig. 7."
     )
 
 
@@ -103,18 +103,18 @@ def belief_rows(beliefs: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
     """Head and rows: every figure with identified, exact and wrong friction parameters, and their sum."""
     total = beliefs["sum"]
     share = round(100 * beliefs["generator"]["friction_parameter_error"])
-    head = ["figure", "identified", "exact", f"each off by {share} %", "identified less off, %"]
+    head = ["figure", "identified", "exact", f"each off by {share} %", "identified minus off, %"]
     rows = [_belief_row(figure) for figure in beliefs["figures"]]
     less = total["identified_less_wrong"]
     rows.append(
         [
             "sum of all figures, each divided by its mean with parameters off",
             *(f"{total[name]['mean']:.3f}" for name in ("identified", "exact", "wrong")),
-            f"**{_signed(less['mean'], 3)} ± {less['standard_error']:.3f}** in all",
+            f"**{_signed(less['mean'], 3)} ± {less['standard_error']:.3f}** (sum)",
         ]
     )
     rows.append(
-        ["the same of the worst seeds", *(f"{total[f'worst_{name}']:.2f}" for name in ("identified", "exact", "wrong")), ""]
+        ["the same for the worst seeds", *(f"{total[f'worst_{name}']:.2f}" for name in ("identified", "exact", "wrong")), ""]
     )
     return head, rows
 
@@ -151,18 +151,18 @@ def stability_rows(tried: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
                 f"{number(100 * found['most_ripple_share'], 2)} %",
             ]
         )
-    head = ["axis", "unstable", "unstable with the cabin at the zenith", "least margins", "most ripple, of the motor's torque"]
+    head = ["axis", "unstable", "unstable with the cabin at the zenith", "smallest margins", "largest ripple, share of the motor's torque"]
     return head, rows
 
 
 def worst_rows(tried: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows: the worst plants of azimuth with the numbers that the error goes with."""
+    """Head and rows: the worst plants of azimuth with the numbers that the error correlates with."""
     keys = [item["key"] for item in tried["azimuth"]["influences"]]
-    head = ["seed", "largest error, of the paper's", *(f"`{key.removeprefix('azimuth.')}`" for key in keys)]
+    head = ["seed", "largest error / paper's", *(f"`{key.removeprefix('azimuth.')}`" for key in keys)]
     rows = [
         [str(plant["seed"]), f"{plant['ratio']:.2f}", *(f"{plant['factors'][key]:.2f}" for key in keys)]
         for plant in tried["worst"]
     ]
     strengths = [_signed(item["correlation"], 2) for item in tried["azimuth"]["influences"]]
-    rows.append(["all", "correlation with it", *strengths])
+    rows.append(["all", "correlation with the error", *strengths])
     return head, rows

@@ -43,7 +43,7 @@ def print_results(results: Results, page: Path, console: Console) -> None:
     losses = [duel for duel in fought if duel.outcome == "loses"]
     if fought:
         console.print(
-            f"LuGre compensation loses {len(losses)} of {len(fought)} comparisons with its rivals (see the page)."
+            f"LuGre compensation loses {len(losses)} of {len(fought)} comparisons with other controllers (see the report)."
         )
     on_other_model = [duel for duel in losses if duel.comparison.friction == "maxwell_slip"]
     for duel in sorted(on_other_model, key=Duel.rank)[:3]:
@@ -52,7 +52,7 @@ def print_results(results: Results, page: Path, console: Console) -> None:
     if varied:
         console.print(
             f"With one choice changed or one source off, compensation misses {missed} of {varied} goals "
-            "(“What if we had chosen otherwise” on the page)."
+            "(“What if we had chosen otherwise” in the report)."
         )
     console.print(f"report: {page}", soft_wrap=True)
     met, judged = count_goals(results.rows)
