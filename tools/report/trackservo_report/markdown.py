@@ -7,6 +7,7 @@ between them is replaced. So no number in a document is typed by hand. A table w
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,9 +40,17 @@ from .studies import (
 from .tables import Cell, result_lines
 
 
+PAGE_WIDTH = 120
+"""Columns of a page's prose."""
+
+
 def _table(head: list[str], rows: list[list[str]]) -> str:
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, PAGE_WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def _judged(cell: Cell) -> str:
@@ -173,13 +182,13 @@ def random_plants_table(results: Results) -> str | None:
         "paper's at one of the speeds."
     )
     tables = [_table(*rows(tried)) for rows in (random_plants_rows, stability_rows, worst_rows)]
-    return "\n\n".join([said, *tables])
+    return "\n\n".join([_wrapped(said), *tables])
 
 
 def fig9_table(results: Results) -> str | None:
     """Both readings of Fig. 9 over random sets of unpublished numbers."""
     scan = read_fig9_scan(results.folder)
-    return f"{fig9_sentence(scan)}\n\n{_table(*fig9_rows(scan))}" if scan else None
+    return f"{_wrapped(fig9_sentence(scan))}\n\n{_table(*fig9_rows(scan))}" if scan else None
 
 
 TABLES: dict[str, Callable[[Results], str | None]] = {
