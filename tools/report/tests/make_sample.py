@@ -53,13 +53,13 @@ def make_sample(folder: Path) -> Path:
         "benchmark": {"real_time_factor": 812.0, "core_tick_ns": 640.0},
     }  # fmt: skip
     (folder / "results.json").write_text(json.dumps(document, indent=1), encoding="utf-8")
-    (folder / "beliefs.json").write_text(json.dumps(_beliefs()), encoding="utf-8")
+    (folder / "beliefs.json").write_text(json.dumps(_identification_value()), encoding="utf-8")
     (folder / "random_plants.json").write_text(json.dumps(_random_plants()), encoding="utf-8")
     (folder / "fig9_scan.json").write_text(json.dumps(_fig9_scan()), encoding="utf-8")
     return folder
 
 
-def _beliefs() -> dict[str, Any]:
+def _identification_value() -> dict[str, Any]:
     estimate = {"mean": 1.0, "standard_error": 0.01}
     figure = {
         "experiment": "sine", "case": "1 deg/s, 0.1 Hz", "metric": "peak_error", "unit": "deg/s",

@@ -10,7 +10,7 @@ from trackservo_report.load import InputError, load_results
 from trackservo_report.markdown import TABLES, update_document
 
 
-def test_every_marked_table_is_renewed_and_the_rest_kept(folder: Path, tmp_path: Path) -> None:
+def test_every_marked_table_is_renewed_and_the_rest_unchanged(folder: Path, tmp_path: Path) -> None:
     results = load_results(folder)
     document = tmp_path / "page.md"
     marks = "\n".join(f"before {name}\n<!-- {name} -->\nold\n<!-- end {name} -->" for name in TABLES)

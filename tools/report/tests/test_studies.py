@@ -10,7 +10,7 @@ from trackservo_report.load import InputError, load_results
 from trackservo_report.markdown import TABLES, update_document
 
 
-def test_beliefs_show_means_ranges_and_the_paired_gain(folder: Path) -> None:
+def test_identification_value_shows_means_ranges_and_the_paired_gain(folder: Path) -> None:
     table = TABLES["beliefs"](load_results(folder))
     assert table is not None
     assert (
@@ -34,9 +34,9 @@ def test_random_plants_show_what_fails_and_what_the_paper_has_not(folder: Path) 
 
 def test_a_study_that_was_not_run_leaves_its_table_alone(changed: Any, tmp_path: Path) -> None:
     document = tmp_path / "page.md"
-    document.write_text("<!-- beliefs -->\nkept\n<!-- end beliefs -->\n", encoding="utf-8")
+    document.write_text("<!-- beliefs -->\nunchanged\n<!-- end beliefs -->\n", encoding="utf-8")
     update_document(load_results(changed(lambda data: None)), document)
-    assert document.read_text(encoding="utf-8") == "<!-- beliefs -->\nkept\n<!-- end beliefs -->\n"
+    assert document.read_text(encoding="utf-8") == "<!-- beliefs -->\nunchanged\n<!-- end beliefs -->\n"
 
 
 def test_a_file_of_another_program_is_refused(changed: Any) -> None:

@@ -162,8 +162,8 @@ def test_thinning_keeps_peaks_and_order() -> None:
     time = np.arange(100_000) * 1e-3
     values = np.sin(time)
     values[54_321] = 9.0
-    short, kept = thin(time, values, 2000)
-    assert short.size <= 2002 and kept.max() == 9.0
+    short, thinned = thin(time, values, 2000)
+    assert short.size <= 2002 and thinned.max() == 9.0
     assert np.all(np.diff(short) > 0) and short[0] == time[0] and short[-1] == time[-1]
 
 

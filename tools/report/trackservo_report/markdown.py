@@ -27,18 +27,17 @@ from .display import (
 from .load import InputError, Results
 from .sensitivity import sensitivity_lines, variance_lines
 from .studies import (
-    belief_rows,
     fig9_rows,
     fig9_sentence,
+    identification_value_rows,
     random_plants_rows,
-    read_beliefs,
     read_fig9_scan,
+    read_identification_value,
     read_random_plants,
     stability_rows,
     worst_rows,
 )
 from .tables import Cell, result_lines
-
 
 PAGE_WIDTH = 120
 """Columns of a page's prose."""
@@ -164,10 +163,10 @@ def variance_table(results: Results) -> str:
     return _table(["source that is switched off", "where", "share of PI's variance", "share of PI + VOB + FTC's variance"], rows)
 
 
-def beliefs_table(results: Results) -> str | None:
+def identification_value_table(results: Results) -> str | None:
     """Value of identification; nothing where it was not measured."""
-    beliefs = read_beliefs(results.folder)
-    return _table(*belief_rows(beliefs)) if beliefs else None
+    study = read_identification_value(results.folder)
+    return _table(*identification_value_rows(study)) if study else None
 
 
 def random_plants_table(results: Results) -> str | None:
@@ -199,7 +198,7 @@ TABLES: dict[str, Callable[[Results], str | None]] = {
     "margins": margins_table,
     "sensitivity": sensitivity_table,
     "variance": variance_table,
-    "beliefs": beliefs_table,
+    "beliefs": identification_value_table,
     "random_plants": random_plants_table,
     "fig9": fig9_table,
 }

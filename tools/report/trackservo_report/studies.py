@@ -25,7 +25,7 @@ def _read(folder: Path, name: str, command: str) -> dict[str, Any] | None:
     return loaded
 
 
-def read_beliefs(folder: Path) -> dict[str, Any] | None:
+def read_identification_value(folder: Path) -> dict[str, Any] | None:
     """What `sim_host beliefs` wrote into the folder."""
     return _read(folder, "beliefs.json", "sim_host beliefs")
 
@@ -89,7 +89,7 @@ def _mean_and_range(values: list[float]) -> str:
     return f"{number(sum(values) / len(values))} ({number(min(values))}…{number(max(values))})"
 
 
-def _belief_row(figure: dict[str, Any]) -> list[str]:
+def _identification_value_row(figure: dict[str, Any]) -> list[str]:
     gain = figure["gain"]
     return [
         f"{EXPERIMENT_TITLES[figure['experiment']]}, {case_title(figure['case'])}: "
@@ -99,12 +99,12 @@ def _belief_row(figure: dict[str, Any]) -> list[str]:
     ]
 
 
-def belief_rows(beliefs: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+def identification_value_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
     """Head and rows: every figure with identified, exact and wrong friction parameters, and their sum."""
-    total = beliefs["sum"]
-    share = round(100 * beliefs["generator"]["friction_parameter_error"])
+    total = study["sum"]
+    share = round(100 * study["generator"]["friction_parameter_error"])
     head = ["figure", "identified", "exact", f"each off by {share} %", "identified minus off, %"]
-    rows = [_belief_row(figure) for figure in beliefs["figures"]]
+    rows = [_identification_value_row(figure) for figure in study["figures"]]
     less = total["identified_less_wrong"]
     rows.append(
         [
