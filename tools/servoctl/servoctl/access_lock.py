@@ -28,8 +28,8 @@ def need_unlock(guarded: list[Parameter]) -> None:
     if guarded:
         others = f" and {len(guarded) - 1} more" if len(guarded) > 1 else ""
         raise InputError(
-            f"{guarded[0].name} ({guarded[0].where}){others} can hurt when it is wrong and is locked: nothing was written;"
-            " add --unlock to write it."
+            f"{guarded[0].name} ({guarded[0].where}){others} is locked because a wrong value can cause damage."
+            " Nothing was written; add --unlock to write it."
         )
 
 

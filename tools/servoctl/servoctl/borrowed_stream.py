@@ -20,7 +20,7 @@ _LEAST_KBIT_S = 500
 SILENT_S = 2.0
 """Without a frame for so long, by the computer's clock, the node is silent. (One that lives and hears us no more brakes by
 itself, by its own clock: supervision.py.)"""
-_MEASURES = "another servoctl is measuring at this node: wait until it is done."
+_MEASURES = "another servoctl is measuring on this node: wait until it has finished."
 
 
 def _need_fast_bus(device: Device) -> None:
@@ -28,8 +28,9 @@ def _need_fast_bus(device: Device) -> None:
     kbit_s = int.from_bytes(device.try_upload(0x3050, 2) or b"", "little")
     if 0 < kbit_s < _LEAST_KBIT_S:
         raise InputError(
-            f"the bus has {kbit_s} kbit/s, too slow for a frame in every tick: it needs {_LEAST_KBIT_S} kbit/s or more,"
-            f" as with 'servoctl lss rate {_LEAST_KBIT_S}000 --bitrate {kbit_s}000'."
+            f"the bus runs at {kbit_s} kbit/s, which is too slow for a frame in every tick. At least"
+            f" {_LEAST_KBIT_S} kbit/s are needed, e.g. 'servoctl lss rate {_LEAST_KBIT_S}000 --bitrate"
+            f" {kbit_s}000'."
         )
 
 
@@ -112,9 +113,11 @@ class BorrowedStream(abc.ABC):
     def check_alive(self) -> None:
         """Raises MotionError after an emergency message, or when the frames have stopped."""
         if self._emergency is not None:
-            raise MotionError(f"the node sent an emergency (code {self._emergency:04X}): 'servoctl faults' tells more.")
+            raise MotionError(
+                f"the node sent an emergency (code {self._emergency:04X}); 'servoctl faults' shows details."
+            )
         if time.monotonic() - self._last_frame_s > SILENT_S:
             raise MotionError(
-                f"node {self.device.node_id} has sent nothing of the stream for {SILENT_S:g} s of the computer's clock: is it"
+                f"node {self.device.node_id} sent no frame of the stream for {SILENT_S:g} s (computer time): is it"
                 " switched on, operational and still on the bus?"
             )

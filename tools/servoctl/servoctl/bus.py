@@ -43,14 +43,14 @@ class BusAddress:
 def parse_bus(text: str | None) -> BusAddress:
     """Raises InputError that says what would be right."""
     if not text:
-        raise InputError(f"no bus is given: add --bus or set {ENVIRONMENT} to {FORMS}.")
+        raise InputError(f"no bus given: add --bus or set {ENVIRONMENT} to {FORMS}.")
     kind, _, channel = text.partition(":")
     if kind not in ("slcan-tcp", "slcan", "slcan-pty", "socketcan") or not channel:
-        raise InputError(f"the bus '{text}' is none of {FORMS}.")
+        raise InputError(f"invalid bus '{text}': expected {FORMS}.")
     if kind == "slcan-tcp":
         host, _, port = channel.rpartition(":")
         if not port.isdigit() or not 0 < int(port) < 65536:
-            raise InputError(f"the bus '{text}' has no port; right would be slcan-tcp:HOST:PORT.")
+            raise InputError(f"the bus '{text}' has no valid port: expected slcan-tcp:HOST:PORT.")
         channel = f"{host or '127.0.0.1'}:{port}"
     return BusAddress("slcan" if kind == "slcan-pty" else kind, channel)
 
@@ -78,11 +78,11 @@ def open_bus(address: BusAddress, bitrate: int = 1_000_000, listen_only: bool = 
 def _reason(address: BusAddress, error: Exception) -> str:
     number = getattr(error, "errno", None)
     if isinstance(error, ConnectionRefusedError):
-        return "nobody listens there; is the simulator ('sim_host serve') running?"
+        return "connection refused; is the simulator ('sim_host serve') running?"
     if isinstance(error, TimeoutError):
         return "no connection within 3 s."
     if address.kind == "socketcan" and number == errno.EAFNOSUPPORT:
-        return "this kernel has no CAN; load the module can_raw, or use slcan-tcp."
+        return "this kernel does not support CAN; load the module can_raw, or use slcan-tcp."
     if address.kind == "socketcan" and number == errno.ENODEV:
-        return f"there is no interface {address.channel}; 'ip link show type can' lists those that are there."
+        return f"no such interface: {address.channel}; 'ip link show type can' lists the CAN interfaces."
     return f"cannot be opened: {error}."

@@ -75,7 +75,7 @@ def find_signal(names: dict[int, str], text: str) -> int:
         text, [without_unit(name) for name in names.values()], n=3, cutoff=0.5
     )
     hint = f"; did you mean {' or '.join(close[:4])}?" if close else "; 'servoctl scope --list' lists the signals."
-    raise InputError(f"there is no single signal '{text}'{hint}")
+    raise InputError(f"no unique signal '{text}'{hint}")
 
 
 def set_up(
@@ -102,13 +102,13 @@ def capacity(channels: int) -> int:
 def parse_capture(data: bytes, names: dict[int, str]) -> Capture:
     """Raises InputError when the bytes are no capture."""
     if len(data) < _HEADER.size:
-        raise InputError(f"the capture has {len(data)} bytes; a header alone has {_HEADER.size}.")
+        raise InputError(f"invalid capture: {len(data)} bytes, but its header alone has {_HEADER.size}.")
     magic, version, header, channels, frames, trigger, divider, tick_ns = _HEADER.unpack_from(data)
     if magic != b"TSSC" or version != 1:
-        raise InputError(f"the capture is of an unknown kind ({magic!r}, version {version}).")
+        raise InputError(f"invalid capture: unknown format ({magic!r}, version {version}).")
     expected = header + 4 * channels * frames
     if not 1 <= channels <= MOST_CHANNELS or len(data) != expected:
-        raise InputError(f"the capture has {len(data)} bytes instead of {expected}.")
+        raise InputError(f"invalid capture: {len(data)} bytes instead of {expected}.")
     described = [struct.unpack_from("<II", data, _HEADER.size + 8 * i) for i in range(channels)]
     words = np.frombuffer(data, dtype="<u4", offset=header).reshape(frames, channels)
     traces = {

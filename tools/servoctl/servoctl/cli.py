@@ -18,8 +18,8 @@ from .commands import bode, faults, gains, identify, lss, move, node, parameters
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
 from .output import wrapped
 
-_JSON = """With --json, results are JSON on the standard output; an error is one line of JSON on the error stream,
-{"error": {"exit_code": 2, "kind": "bad_input", "message": "..."}}, a remark {"note": "..."}. Exit codes are the same.
+_JSON = """With --json, results are written as JSON to standard output. An error is one line of JSON on standard error,
+{"error": {"exit_code": 2, "kind": "bad_input", "message": "..."}}, a note is {"note": "..."}. Exit codes are the same.
 """
 
 _EPILOG = "\b\nExit codes:\n" + "\n".join(
@@ -50,7 +50,7 @@ class Commands(click.Group):
         if name and not name.startswith("-") and self.get_command(ctx, name) is None:
             close = difflib.get_close_matches(name, self.commands, n=1)
             hint = f"; did you mean '{close[0]}'?" if close else "; 'servoctl --help' lists the commands."
-            ctx.fail(f"there is no command '{name}'{hint}")
+            ctx.fail(f"unknown command '{name}'{hint}")
         return super().resolve_command(ctx, args)
 
 
@@ -59,10 +59,10 @@ class Commands(click.Group):
 )
 @click.version_option(__version__, message="servoctl %(version)s")
 def servoctl() -> None:
-    """Tunes a trackservo over CANopen, the simulator and the board alike.
+    """Tunes a trackservo over CANopen. Works with the simulator and the board.
 
-    Parameters have names such as azimuth.speed_loop.proportional_gain; any unique ending will do, --axis completes it.
-    What is shown is always read from the device. Options of a command come after its name.
+    Parameters have names such as azimuth.speed_loop.proportional_gain. A unique ending of the name is enough; --axis
+    adds the axis. All values shown are read from the device. Options follow the name of the command.
     """
 
 
@@ -125,7 +125,7 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:  # no user shall see a traceback unasked
         if os.environ.get(TRACEBACK):
             raise
-        text = f"an error of servoctl itself: {error!r}; {TRACEBACK}=1 shows where."
+        text = f"internal error of servoctl: {error!r}. Set {TRACEBACK}=1 to see the traceback."
         return _tell(text, ExitCode.INTERNAL, as_json)
 
 

@@ -29,9 +29,9 @@ COMMAND, STATE, PROGRESS, KIND, COUNT, BREAK_AWAYS = 1, 2, 3, 4, 5, 19
 START, ABORT = 1, 2
 RUNS, DONE = 1, 2
 ENDS = {
-    0: "it did not start", 3: "it was aborted", 4: "the axis left the travel limit of the experiment (2100:14)",
-    5: "the axis was faster than the limit of the experiment (2100:15)", 6: "it took longer than its limit (2100:17)",
-    7: "the drive stopped the axis, as it does at a position limit (607D)",
+    0: "it did not start", 3: "it was aborted", 4: "the axis exceeded the travel limit of the experiment (2100:14)",
+    5: "the axis exceeded the speed limit of the experiment (2100:15)", 6: "it exceeded its time limit (2100:17)",
+    7: "the drive stopped the axis, for example at a position limit (607D)",
 }  # fmt: skip
 """2100:2 other than runs and done."""
 SWEPT_AWAY = (4, 5)
@@ -86,8 +86,8 @@ def check_place(drive: Drive, envelope: Envelope) -> None:
     middle = degrees((low + high) / 2)
     way = math.ceil(abs(middle - degrees(here)) + 1)
     raise MotionError(
-        f"{drive.name} is at {degrees(here):.1f}°, outside of {degrees(low):.5g}° to {degrees(high):.5g}°: move it there"
-        f" first, as in 'servoctl move {drive.name} --to {middle:.0f} --max-travel {way}'."
+        f"{drive.name} is at {degrees(here):.1f}°, outside {degrees(low):.5g}° to {degrees(high):.5g}°. Move it"
+        f" inside first, e.g. 'servoctl move {drive.name} --to {middle:.0f} --max-travel {way}'."
     )
 
 
@@ -208,7 +208,7 @@ class Commissioning:
         deadline = clock.now() + 2.0 * expected_s + 5.0
         while not self._watch() & power.TARGET_REACHED:
             if clock.now() > deadline:
-                raise MotionError(f"{drive.name} has not reached {degrees(angle_rad):.2f}° in time.")
+                raise MotionError(f"{drive.name} did not reach {degrees(angle_rad):.2f}° in time.")
             time.sleep(4 * POLL_S)
         drive.set_mode(power.NO_MODE)
         clock.sleep(SETTLE_S)
@@ -232,11 +232,13 @@ class Commissioning:
                 return
             except Refused as error:
                 if error.abort != DEVICE_STATE:
-                    raise MotionError(f"{step} was refused, its set-up does not fit its limits: {error}") from error
+                    raise MotionError(
+                        f"{step} was refused because its set-up does not fit its limits: {error}"
+                    ) from error
                 if self._device.clock.now() > deadline:
                     raise MotionError(
-                        f"{step} was refused for {START_TIMEOUT_S:g} s: {AXES[self._axis]} does not come to rest, or"
-                        " stands at a position limit (607D)."
+                        f"{step} was refused for {START_TIMEOUT_S:g} s: {AXES[self._axis]} does not come to rest,"
+                        " or is at a position limit (607D)."
                     ) from error
             time.sleep(POLL_S)
 
@@ -251,4 +253,4 @@ class Commissioning:
             time.sleep(4 * POLL_S)
         if state != DONE and not (kind == BREAK_AWAY and state in SWEPT_AWAY):
             self._watch()  # an emergency or a fault says more
-            raise MotionError(f"{step} did not come to its end: {ENDS.get(state, f'state {state}')}.")
+            raise MotionError(f"{step} ended early: {ENDS.get(state, f'state {state}')}.")

@@ -43,30 +43,30 @@ HEARTBEATS_OF_NMT = 20
 """The node takes an NMT command within so many of its heartbeats (1017), or not at all."""
 
 ABORTS: dict[int, str] = {
-    0x05030000: "the toggle bit was wrong",
-    0x05040000: "the transfer timed out in the device",
-    0x05040001: "the device does not know this kind of transfer",
-    0x05040004: "the CRC was wrong",
+    0x05030000: "wrong toggle bit",
+    0x05040000: "the device timed out during the transfer",
+    0x05040001: "the device does not support this kind of transfer",
+    0x05040004: "wrong CRC",
     0x06010000: "the device does not support this access",
-    0x06010001: "it may only be written",
-    0x06010002: "it may only be read",
+    0x06010001: "the object is write-only",
+    0x06010002: "the object is read-only",
     0x06020000: "the device has no such object",
-    0x06040041: "it cannot be mapped into a PDO",
+    0x06040041: "the object cannot be mapped into a PDO",
     0x06040042: "the mapped objects do not fit into a PDO",
     0x06040043: "the values contradict each other",
-    0x06060000: "the hardware failed, or the device keeps no such thing",
-    0x06070010: "the length is wrong",
+    0x06060000: "hardware error, or the device cannot store this",
+    0x06070010: "wrong length",
     0x06070012: "the value is too long",
     0x06070013: "the value is too short",
     0x06090011: "the device has no such sub-index",
     0x06090030: "the value is not allowed",
-    0x06090031: "the value is above its upper limit",
-    0x06090032: "the value is below its lower limit",
+    0x06090031: "the value is above the upper limit",
+    0x06090032: "the value is below the lower limit",
     0x08000000: "the device gives no reason",
     0x08000020: "the value could not be transferred or stored",
     0x08000021: "the device is under local control",
-    0x08000022: "not in the present state of the device",
-    0x08000024: "there is no data",
+    0x08000022: "not possible in the present state of the device",
+    0x08000024: "no data available",
 }
 """SDO abort codes of CiA 301, table 22, as reasons."""
 
@@ -193,13 +193,14 @@ class Device:
         if isinstance(error, SdoAbortedError):
             reason = ABORTS.get(error.code, "unknown abort code")
             return Refused(
-                f"{place} was not {'read' if what == 'read' else 'written'}: {reason} (SDO abort {error.code:08X}).",
+                f"{place} could not be {'read' if what == 'read' else 'written'}: {reason} (SDO abort"
+                f" {error.code:08X}).",
                 error.code,
             )
         if isinstance(error, SdoCommunicationError) and "No SDO response" in str(error):
             return ConnectionFailed(
-                f"node {self.node_id} does not answer on {self.address}: is it switched on, and is {self.node_id} its node id?"
-                " 'servoctl scan' shows who is there."
+                f"node {self.node_id} does not answer on {self.address}: is it switched on, and is {self.node_id}"
+                " its node id? 'servoctl scan' lists the nodes."
             )
         return ConnectionFailed(f"{place} could not be {'read' if what == 'read' else 'written'}: {error}.")
 
@@ -208,7 +209,7 @@ class Device:
     def read(self, parameter: Parameter) -> Value:
         """The value that the device has."""
         if not parameter.readable:
-            raise InputError(f"{parameter.name} ({parameter.where}) can only be written.")
+            raise InputError(f"{parameter.name} ({parameter.where}) is write-only.")
         if parameter.type == "DOMAIN":
             return self.upload_block(parameter.index, parameter.sub, parameter.name)
         return parameter.decode(self.upload(parameter.index, parameter.sub, parameter.name))
@@ -216,13 +217,13 @@ class Device:
     def write(self, parameter: Parameter, value: Value) -> None:
         """Writes and reads back; raises NotVerified when the device then has another value."""
         if not parameter.writable:
-            raise InputError(f"{parameter.name} ({parameter.where}) can only be read.")
+            raise InputError(f"{parameter.name} ({parameter.where}) is read-only.")
         data = parameter.encode(value)
         self.download(parameter.index, parameter.sub, data, parameter.name)
         if parameter.readable and parameter.type != "DOMAIN":
             found = self.read(parameter)
             if found != parameter.decode(data):
-                raise NotVerified(f"{parameter.name}: {value!r} was written, the device has {found!r}.")
+                raise NotVerified(f"{parameter.name}: wrote {value!r}, but the device has {found!r}.")
 
     # --- schema ---------------------------------------------------------------------------------------------------
 
@@ -253,14 +254,14 @@ class Device:
     def mismatch(self) -> str:
         """What is told about a schema that does not fit: which hashes, where files were looked for, what to do."""
         if self.told_hash is None:
-            told = "the device tells no schema hash (0x3030:2), so that the names of its objects are not known"
+            told = "the device reports no schema hash (0x3030:2), so the names of its objects are unknown"
         else:
-            told = f"the names of the device's objects are not known: its schema hash is {self.told_hash:08X}"
+            told = f"the names of the device's objects are unknown: its schema hash is {self.told_hash:08X}"
         if self.any_schema is not NO_SCHEMA:
             mine = f"{self.any_schema.hash:08X}" if self.any_schema.hash is not None else "none"
-            known = f"that of {self.any_schema.origin} is {mine}"
+            known = f"the hash of {self.any_schema.origin} is {mine}"
         else:
-            known = f"servoctl {__version__} carries {carried_hash()}, and there is no other in {search_places()}"
+            known = f"servoctl {__version__} includes {carried_hash()}; searched without success: {search_places()}"
         return (
             f"{told}; {known}. Give the parameters.json of its firmware's build with --parameters FILE (or {ENVIRONMENT}), or"
             " use the servoctl of that firmware. Without it scan, info, state, move, scope, faults and objects by index work,"
@@ -345,9 +346,12 @@ class Device:
                 return
             if told == "unknown":
                 raise ConnectionFailed(
-                    f"node {self.node_id} was told to become {state}, but sends no heartbeat that would tell it: is 1017 0?"
+                    f"node {self.node_id} was commanded to become {state}, but sends no heartbeat to confirm it:"
+                    " is 1017 set to 0?"
                 )
-        raise ConnectionFailed(f"node {self.node_id} does not become {state} within {HEARTBEATS_OF_NMT} of its heartbeats.")
+        raise ConnectionFailed(
+            f"node {self.node_id} did not become {state} within {HEARTBEATS_OF_NMT} of its heartbeats."
+        )
 
     def fingerprint(self) -> int:
         """The schema's hash, or one of our own when the file has none."""

@@ -92,7 +92,7 @@ class Drive:
         self.wait(
             lambda: self.device.axis_int(self.axis, 0x6061, signed=True) == mode,
             1.0,
-            f"take mode {power.mode_name(mode)}",
+            f"change to mode {power.mode_name(mode)}",
         )
 
     def set_target_rate(self, rate_rad_s: float) -> None:
@@ -113,7 +113,7 @@ class Drive:
         self.set_target_position(position_rad)
         self.control(power.ENABLE_OPERATION)
         self.control(power.ENABLE_OPERATION | power.NEW_SETPOINT | power.CHANGE_IMMEDIATELY)
-        self.wait(lambda: bool(self.statusword() & power.SETPOINT_ACKNOWLEDGED), 1.0, "take the target")
+        self.wait(lambda: bool(self.statusword() & power.SETPOINT_ACKNOWLEDGED), 1.0, "accept the target")
         self.control(power.ENABLE_OPERATION)
 
     def enable(self) -> None:
@@ -125,11 +125,11 @@ class Drive:
         while (state := self.state()) != power.ENABLED:
             if state in (power.FAULT, "fault reaction active"):
                 raise MotionError(
-                    f"{self.name} has a fault (603F = {self.error_code():04X}): 'servoctl faults' tells more,"
+                    f"{self.name} has a fault (603F = {self.error_code():04X}). 'servoctl faults' shows details;"
                     f" 'servoctl state {self.name} reset' resets it."
                 )
             if clock.now() > deadline:
-                raise MotionError(f"{self.name} stays in '{state}': is its supply there?")
+                raise MotionError(f"{self.name} stays in '{state}': is its power supply on?")
             if state in power.NEXT_COMMAND:
                 self.control(power.NEXT_COMMAND[state])
             time.sleep(POLL_S)
@@ -182,7 +182,7 @@ class Drive:
             elif now - still_since >= STANDSTILL_S:
                 return
             if now > deadline:
-                raise MotionError(f"{self.name} still moves {timeout_s:g} s after it was told to stop.")
+                raise MotionError(f"{self.name} still moves {timeout_s:g} s after the command to stop.")
             time.sleep(POLL_S)
 
     def wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
@@ -190,7 +190,7 @@ class Drive:
         deadline = self.device.clock.now() + timeout_s
         while not condition():
             if self.device.clock.now() > deadline:
-                raise MotionError(f"{self.name} does not {what} within {timeout_s:g} s; it is in '{self.state()}'.")
+                raise MotionError(f"{self.name} did not {what} within {timeout_s:g} s; its state is '{self.state()}'.")
             time.sleep(POLL_S)
 
     def _wait_for_states(self, states: tuple[str, ...], timeout_s: float) -> None:

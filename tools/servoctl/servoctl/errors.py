@@ -22,14 +22,17 @@ class ExitCode(IntEnum):
 
 EXIT_CODE_HELP = {
     ExitCode.OK: "done",
-    ExitCode.DIFFERENT: "diff found differences, scan no node, identify not all parameters, or tune took its gains back",
-    ExitCode.BAD_INPUT: "bad input: an unknown name, a value out of its limits, a file that cannot be used",
+    ExitCode.DIFFERENT: (
+        "diff found differences, scan found no node, identify could not determine all parameters, or tune"
+        " restored the old gains"
+    ),
+    ExitCode.BAD_INPUT: "bad input: unknown name, value out of range, unusable file",
     ExitCode.NO_CONNECTION: "no bus, or no answer from the node",
-    ExitCode.REFUSED: "the device refused; nothing of that command is in force",
-    ExitCode.NOT_VERIFIED: "what was read back is not what was written",
-    ExitCode.MOTION: "a motion was not possible or was broken off; the axis was brought to a safe state",
-    ExitCode.SCHEMA: "the device's objects have other names than servoctl knows (another schema hash): see --parameters",
-    ExitCode.INTERNAL: "an error of servoctl itself; the axis was brought to a safe state",
+    ExitCode.REFUSED: "the device refused; nothing of this command is active",
+    ExitCode.NOT_VERIFIED: "the value read back differs from the value written",
+    ExitCode.MOTION: "a motion was not possible or was aborted; the axis was brought to a safe state",
+    ExitCode.SCHEMA: "the names of the device's objects are unknown (schema hash differs): see --parameters",
+    ExitCode.INTERNAL: "internal error of servoctl; the axis was brought to a safe state",
     ExitCode.INTERRUPTED: "interrupted (Ctrl-C); the axis was brought to a safe state",
 }
 

@@ -63,17 +63,17 @@ def read_log(device: Device, table: FaultTable) -> FaultLog | None:
         now = device.read_int(0x3010, 1)
         if device.read_int(LOG_OBJECT, COUNT) == count:
             return FaultLog(count, tuple(parse_entry(entry, now, table) for entry in data))
-    raise NotVerified(f"the fault log could not be read: {_ATTEMPTS} times new faults came meanwhile.")
+    raise NotVerified(f"the fault log could not be read: new faults occurred during all {_ATTEMPTS} attempts.")
 
 
 def parse_entry(data: bytes, now: int, table: FaultTable) -> LogEntry:
     """An entry from its bytes; `now` is the number of the present tick. Raises NotVerified when the bytes are none."""
     if len(data) < _HEAD.size:
-        raise NotVerified(f"an entry of the fault log has {len(data)} bytes; at least {_HEAD.size} would be right.")
+        raise NotVerified(f"invalid fault log entry: {len(data)} bytes; expected at least {_HEAD.size}.")
     tick, fault, owner, rows, columns = _HEAD.unpack_from(data)
     size = _HEAD.size + 4 * rows * columns
     if len(data) != size:
-        raise NotVerified(f"an entry of the fault log has {len(data)} bytes; {size} would be right.")
+        raise NotVerified(f"invalid fault log entry: {len(data)} bytes; expected {size}.")
     values = [_number(value) for (value,) in struct.iter_unpack("<f", data[_HEAD.size :])]
     signals = table.signals if len(table.signals) == columns else tuple((f"signal_{n}", "") for n in range(1, columns + 1))
     return LogEntry(

@@ -39,6 +39,15 @@ class Words:
     clear: str
 
 
+REACTIONS = {
+    "tell": "Report only (EMCY and fault log); the axis continues.",
+    "stop": "Stop: the speed loop brakes the axis as 605E selects, then the bridge is switched off.",
+    "brake": "Brake: the bridge shorts the motor, which brakes without sensors and loops; off after 2 s.",
+    "cut": "Off: the bridge is switched off at once.",
+}
+"""What the drive does, by the reaction of a fault."""
+
+
 @dataclass(frozen=True)
 class Fault(Words):
     """A row of faults.json; `limits` are sub-indices of 0x2060, `of` is "axis", "board" or "store"."""
@@ -54,15 +63,17 @@ class Fault(Words):
     when: str
 
 
+_BY_ITSELF = "No action needed."
+
 _STACK: dict[int, Words] = {
-    0x8110: Words("CAN overrun", "frames came faster than they were read", "bus load", "lower the bus load", "over by itself"),
-    0x8120: Words("CAN error passive", "wiring, termination or bit rate", "60 ohm between the wires", "mend the bus", "over by itself"),
-    0x8140: Words("back from bus-off", "wiring, termination or bit rate", "60 ohm between the wires", "mend the bus", "over by itself"),
-    0x8210: Words("PDO too short", "a master sends another mapping", "the master's mapping and 1600 to 1603", "map both alike", "over by itself"),
-    0x8240: Words("SYNC of unexpected length", "the master's SYNC does not fit 1019", "length of frames 080", "set 1019 as the master sends it", "over by itself"),
-    0x8700: Words("SYNC time-out", "SYNC stopped coming", "frames 080 on the bus", "start the master again, or set 1006 to 0", "over by itself"),
+    0x8110: Words("CAN overrun", "Frames arrived faster than the node could read them.", "Measure the bus load.", "Lower the bus load.", _BY_ITSELF),
+    0x8120: Words("CAN error passive", "Wiring, termination or bit rate.", "Measure 60 ohm between the two bus wires with all power off.", "Repair the bus.", _BY_ITSELF),
+    0x8140: Words("recovered from bus-off", "Wiring, termination or bit rate.", "Measure 60 ohm between the two bus wires with all power off.", "Repair the bus.", _BY_ITSELF),
+    0x8210: Words("PDO too short", "A master uses a different PDO mapping.", "Compare the master's mapping with 1600 to 1603.", "Use the same mapping in the master and the node.", _BY_ITSELF),
+    0x8240: Words("SYNC with unexpected length", "The master's SYNC does not match 1019.", "Length of the frames with identifier 080.", "Set 1019 to match the master's SYNC.", _BY_ITSELF),
+    0x8700: Words("SYNC time-out", "SYNC frames stopped.", "Frames with identifier 080 on the bus.", "Restart the master, or set 1006 to 0.", _BY_ITSELF),
 }  # fmt: skip
-"""Codes of the CANopen stack that are no fault of the servo, or mean another thing when the node tells them."""
+"""Codes of the CANopen stack that are not faults of the servo, or mean something else when they come from the node."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +123,7 @@ def load_faults(path: Path) -> FaultTable:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: is not a faults.json of the trackservo build ({error!r}).") from error
+        raise InputError(f"{path}: not a faults.json of the trackservo build ({error!r}).") from error
     return FaultTable({fault.number: fault for fault in faults}, signals)
 
 

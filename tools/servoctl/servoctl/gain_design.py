@@ -58,14 +58,14 @@ def design_gains(
         for row in data["parameters"]:
             parameter = schema.by_index(int(row["index"], 0) + shift, row["sub"])
             if parameter is None or parameter not in present:
-                raise InputError(f"{path}: sets {row['index']}:{row['sub']}, which is no gain of this device.")
+                raise InputError(f"{path}: sets {row['index']}:{row['sub']}, which is not a gain of this device.")
             gains[parameter] = parameter.check(row["value"])
         predicted, loop = data["predicted"], data["loop_gain"]
         frequency, real, imag = (np.asarray(loop[key], np.float64) for key in ("frequency_hz", "real", "imag"))
         margins = predicted["gain_margin_db"], predicted["phase_margin_deg"]
         return Design(gains, *margins, predicted, frequency, real + 1j * imag, [str(note) for note in data["notes"]])
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: is no design of 'identify design': {error!r}.") from error
+        raise InputError(f"{path}: not a design of 'identify design': {error!r}.") from error
 
 
 def _write(path: Path, data: Mapping[str, Any]) -> None:
@@ -91,17 +91,15 @@ class Verdict:
     @property
     def text(self) -> str:
         """For people; by how much it is missed when it is not kept."""
-        of = "wished" if self.wished else "predicted"
+        of = "required" if self.wished else "predicted"
         if self.measured is None:
-            return f"the {self.name} could not be told from the measured frequencies"
+            return f"the {self.name} could not be determined from the measured frequencies"
         if self.required is None:
-            return f"{self.name} {self.measured:.1f} {self.unit}, where the design predicts none"
+            return f"{self.name} {self.measured:.1f} {self.unit}; the design predicts none"
         short = self.required - self.measured
         told = f"{self.name} {self.measured:.1f} {self.unit}, {of} {self.required:.1f} {self.unit}"
         return (
-            told
-            if self.kept
-            else f"{told}: {short:.1f} {self.unit} too little, {self.tolerance:g} {self.unit} are tolerated"
+            told if self.kept else f"{told}: {short:.1f} {self.unit} too low (tolerance {self.tolerance:g} {self.unit})"
         )
 
 

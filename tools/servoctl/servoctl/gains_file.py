@@ -42,13 +42,13 @@ def read_gains(path: Path, schema: Schema) -> GainsFile:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text.") from error
+        raise InputError(f"{path}: not UTF-8 text.") from error
     try:
         document = tomlkit.parse(text)
     except ParseError as error:
-        raise InputError(f"{path}:{error.line}: is not TOML: {str(error).split(' at line')[0]}.") from error
+        raise InputError(f"{path}:{error.line}: invalid TOML: {str(error).split(' at line')[0]}.") from error
     except TOMLKitError as error:
-        raise InputError(f"{path}: is not TOML: {error}.") from error
+        raise InputError(f"{path}: invalid TOML: {error}.") from error
     content = document.unwrap()
     device = content.pop(DEVICE_TABLE, {})
     values: dict[Parameter, Value] = {}
@@ -60,7 +60,7 @@ def read_gains(path: Path, schema: Schema) -> GainsFile:
         except InputError as error:
             raise InputError(f"{place}: {error}") from None
     if not values:
-        raise InputError(f"{path}: holds no gains; 'servoctl save {path}' writes such a file.")
+        raise InputError(f"{path}: contains no gains; 'servoctl save {path}' writes such a file.")
     return GainsFile(path, values, device if isinstance(device, dict) else {})
 
 
@@ -69,7 +69,7 @@ def _tunable(schema: Schema, name: str) -> Parameter:
     if parameter.name != name:
         raise InputError(f"'{name}' must be written in full: {parameter.name}.")
     if not parameter.tunable:
-        raise InputError(f"{name} is not a gain: it is not stored, or only to be read.")
+        raise InputError(f"{name} is not a gain: it is read-only or cannot be stored.")
     return parameter
 
 
@@ -100,11 +100,13 @@ def write_gains(path: Path, values: Mapping[Parameter, Value], device: Mapping[s
         old = path.read_text(encoding="utf-8") if path.exists() else ""
         document = tomlkit.parse(old) if old else tomlkit.document()
     except (OSError, UnicodeDecodeError, TOMLKitError) as error:
-        raise InputError(f"{path}: is there, but is not a gains file that could be renewed: {error}.") from error
+        raise InputError(f"{path}: exists, but is not a gains file that servoctl can update: {error}.") from error
     if not old:
-        document.add(tomlkit.comment("Gains, written by servoctl. Values are in the unit behind them."))
+        document.add(tomlkit.comment("Gains, written by servoctl. The unit follows each value."))
         document.add(
-            tomlkit.comment("servoctl diff FILE compares a device with them, servoctl restore FILE sets them.")
+            tomlkit.comment(
+                "'servoctl diff FILE' compares a device with this file, 'servoctl restore FILE' writes it to a device."
+            )
         )
         document.add(tomlkit.nl())
     about = _table(document, DEVICE_TABLE)

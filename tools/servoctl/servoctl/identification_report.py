@@ -45,13 +45,13 @@ def write_identification_report(
         _break_aways(outcome),
         _checks(data),
     ]
-    notes = [f"Refused: {message}" for _, message in identified.refused]
-    notes += identified.warnings or ["No resonance of the structure was found."] * path.with_name("structure.csv").exists()
-    notes += [f"The paper's method could only guess: {text}" for text in data["paper_method_missing"]]
-    notes += [f"Run {number} misses {100 * share:.2g} % of its ticks." for number, share in outcome.incomplete_runs()]
+    notes = [f"Not determined: {message}" for _, message in identified.refused]
+    notes += identified.warnings or ["No structural resonance was found."] * path.with_name("structure.csv").exists()
+    notes += [f"The paper's method lacks data for {text}." for text in data["paper_method_missing"]]
+    notes += [f"Run {number} lost {100 * share:.2g} % of its ticks." for number, share in outcome.incomplete_runs()]
     lead = (
-        f"{now()}, {data['recorded_s']:.0f} s in {data['runs']} runs, moves included;"
-        f" {outcome.recording.missing} ticks were lost on the way. Intervals are of 95 %."
+        f"{now()}; {data['recorded_s']:.0f} s in {data['runs']} runs, including moves; {outcome.recording.missing}"
+        " ticks were lost in transmission. Intervals are 95 % intervals."
     )
     write_page(path, f"Identification of {axis}", lead, [section for section in sections if section], notes)
 
@@ -67,9 +67,12 @@ def _parameters(identified: Identified) -> Section:
             bad.append(position)
         half = f"±{estimate.percent:.1f} %" if estimate.percent is not None else "–"
         interval = f"{_number(estimate.low)} … {_number(estimate.high)}"
-        value = _number(estimate.value) if estimate.value is not None else "refused"
+        value = _number(estimate.value) if estimate.value is not None else "not determined"
         rows.append((estimate.title, value, interval, half, _number(estimate.paper), estimate.unit))
-    text = "Paper's method: from mean torques at constant speeds and a slope, eqs (4) to (16); wind and noise bias it."
+    text = (
+        "Paper's method: from mean torques at constant speeds and a slope, eqs (4) to (16). Wind and noise bias"
+        " it."
+    )
     table = PageTable(("parameter", "value", "95 % interval", "half width", "paper's method", "unit"), rows, bad)
     return Section("Parameters", text, table)
 
@@ -115,8 +118,8 @@ def _stribeck(identified: Identified, points: Legs) -> Section:
         axes.legend(ncols=2, fontsize=8.5)
         picture = png_of(figure)
     text = (
-        "Each point is the mean torque of one way at constant speed, less the constant load, as the paper measures it;"
-        " gusts move single points by several N m. The curves are eq. (5)."
+        "Each point is the mean torque of one leg at constant speed, minus the constant load, as in the paper."
+        " Gusts move single points by several N m. The curves are eq. (5)."
     )
     return Section("Stribeck curve", text, picture=picture)
 
@@ -150,7 +153,7 @@ def _position(identified: Identified) -> Section:
         for what, key in (("friction level", "friction_level"), ("load, N m", "load_nm")) for row in position[key]
     ]  # fmt: skip
     text = (
-        "Friction level: by how much the seal's eccentricity raises and lowers the friction; load: imbalance, cables."
+        "Friction level: how the seal's eccentricity raises and lowers the friction. Load: imbalance and cables."
     )
     return Section("Over the joint angle", text, PageTable(("what", "term", "value", "95 % interval"), rows), picture)
 
@@ -175,8 +178,8 @@ def _hysteresis(identified: Identified, run: Columns) -> Section | None:
         axes.legend(loc="upper left", fontsize=8.5)
         picture = png_of(figure)
     text = (
-        "Motor torque over the angle in hysteresis loops, averaged over the periods so that wind falls out; the model"
-        " is LuGre friction plus inertia times acceleration, computed from the measured angle."
+        "Motor torque over angle in hysteresis loops, averaged over the periods to remove wind. The model is"
+        " LuGre friction plus inertia times acceleration, computed from the measured angle."
     )
     return Section("Hysteresis loop", text, picture=picture)
 
@@ -206,9 +209,9 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
         picture = png_of(figure)
     beyond = int(np.count_nonzero(np.abs(found.correlation) > found.bound))
     text = (
-        "The residual is the torque that the model does not explain, wind above all. The noise model whitens it: the"
-        " flatter its spectrum and the nearer its autocorrelation to the dashed bounds, the better the intervals."
-        f" {beyond} of {len(found.correlation)} lags are beyond them; chance alone gives one in twenty."
+        "The residual is the torque that the model does not explain, mainly wind. The noise model whitens it: the"
+        " flatter its spectrum and the closer its autocorrelation to the dashed bounds, the better the intervals."
+        f" {beyond} of {len(found.correlation)} lags exceed the bounds; chance alone gives one in twenty."
     )
     return Section("Residuals", text, picture=picture)
 
@@ -220,7 +223,7 @@ def _break_aways(outcome: Outcome) -> Section | None:
         (f"{degrees(b.angle_rad):.1f}", b.direction, str(b.count), _number(b.mean_nm, 4), _number(b.deviation_nm, 3))
         for b in outcome.break_aways
     ]
-    text = "Motor torque at which the axis began to slide, as the device found it, with load and wind in it."
+    text = "Motor torque at which the axis began to slide, as measured by the device; it includes load and wind."
     columns = ("at °", "direction", "break-aways", "mean, N m", "standard deviation, N m")
     return Section("Break-away", text, PageTable(columns, rows))
 

@@ -83,11 +83,14 @@ class Identified:
         machine = self.data.get("machine", {})
         name, serial = machine.get("axis", AXES[axis]), machine.get("serial", 0)
         if name != AXES[axis]:
-            raise InputError(f"{self.path}: is of {name}, not of {AXES[axis]}: give the folder of {AXES[axis]} with --from.")
+            raise InputError(
+                f"{self.path}: belongs to {name}, not to {AXES[axis]}: give the folder of {AXES[axis]} with"
+                " --from."
+            )
         if serial and serial != device.serial_number():
             raise InputError(
-                f"{self.path}: is of the device with serial number {serial}, this one has {device.serial_number()}:"
-                " identify this one first."
+                f"{self.path}: belongs to the device with serial number {serial}, but this device has"
+                f" {device.serial_number()}: identify this device first."
             )
 
     @property
@@ -142,7 +145,7 @@ def read_identified(path: Path) -> Identified:
         refused = [(row["parameter"], row["message"]) for row in data["refused"]]
         missing = [name for name in NAMES if name not in estimates]
     except (KeyError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: is no result of 'identify fit': {error!r}.") from error
+        raise InputError(f"{path}: not a result of 'identify fit': {error!r}.") from error
     if missing:
-        raise InputError(f"{path}: is no result of 'identify fit': it has no {missing[0]}.")
+        raise InputError(f"{path}: not a result of 'identify fit': {missing[0]} is missing.")
     return Identified(path, estimates, refused, data)

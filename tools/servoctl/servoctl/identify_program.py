@@ -23,7 +23,7 @@ def find_identify(explicit: Path | None) -> Path:
     named = named_file_of(explicit, ENVIRONMENT)
     if named is not None:
         if not (named.is_file() and os.access(named, os.X_OK)):
-            raise InputError(f"{named}: is not a program; give the built 'identify' of tools/identification.")
+            raise InputError(f"{named}: not a program; give the built 'identify'.")
         return named.resolve()
     for start in starts():
         for folder in (start, *start.parents):
@@ -35,8 +35,8 @@ def find_identify(explicit: Path | None) -> Path:
         found = None
     if found is None:
         raise InputError(
-            f"the program 'identify' was not found: build it in the checkout with '{BUILD}', or name it with"
-            f" --identify-program or {ENVIRONMENT}."
+            f"the program 'identify' was not found: build it in the source tree with '{BUILD}', or give its path"
+            f" with --identify-program or {ENVIRONMENT}."
         )
     return Path(found)
 
@@ -94,7 +94,8 @@ class IdentifyProgram:
             told = [line for line in done.stderr.splitlines() if line.strip()]
             reason = " ".join(line.strip() for line in told).removeprefix("identify: ")
             raise InputError(
-                f"'identify {words[0]}' failed: {reason or f'{self.path} ended with {done.returncode} and no word'}"
+                f"'identify {words[0]}' failed:"
+                f" {reason or f'{self.path} ended with {done.returncode} without a message'}"
             )
         return done.returncode
 
@@ -106,7 +107,7 @@ def read_json(path: Path, kind: str) -> Any:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except ValueError as error:
-        raise InputError(f"{path}: is not JSON: {error}.") from error
+        raise InputError(f"{path}: invalid JSON: {error}.") from error
     if not isinstance(data, dict) or (data.get("format"), data.get("version")) != (kind, 1):
-        raise InputError(f"{path}: is not a file of format {kind}, version 1.")
+        raise InputError(f"{path}: not a file of format {kind}, version 1.")
     return data

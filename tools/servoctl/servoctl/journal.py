@@ -84,7 +84,7 @@ class Journal:
                 found.append(Entry(**json.loads(line)))
             except (json.JSONDecodeError, TypeError) as error:
                 if number != len(lines):
-                    raise InputError(f"{self.path}:{number}: is not a line of the journal.") from error
+                    raise InputError(f"{self.path}:{number}: not a line of the journal.") from error
         return found
 
     def last_undoable(self) -> list[Entry]:

@@ -32,16 +32,16 @@ def allowed_travel(drive: Drive, travel_deg: tuple[float, float] | None) -> tupl
     node = read_limits(drive)
     if travel_deg is None and not node.has_travel:
         raise InputError(
-            f"{drive.name} has no limits of its travel (607D, 2060:9 and 2060:10): say between which joint angles it may move, as in"
-            " --travel-deg -150 150."
+            f"{drive.name} has no travel limits (607D, 2060:9 and 2060:10). Give the joint angles between which it"
+            " may move, e.g. --travel-deg -150 150."
         )
     low, high = (radians(angle) for angle in travel_deg) if travel_deg else (node.lowest.value, node.highest.value)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise InputError("--travel-deg wants two angles in °, the lower one first.")
+        raise InputError("--travel-deg needs two angles in °, the lower one first.")
     for beyond, bound in ((low < node.lowest.value, node.lowest), (high > node.highest.value, node.highest)):
         if beyond:
             raise InputError(
-                f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} is beyond {bound}; within would be"
+                f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} exceeds {bound}; allowed:"
                 f" {degrees(node.lowest.value):.5g} to {degrees(node.highest.value):.5g}."
             )
     return low, high
@@ -71,9 +71,10 @@ class Plan:
             ("duration", self.duration_s, limits.duration_s, "s", "--max-duration"),
         ):
             if not value <= limit * 1.0001:
-                more = f", or allow more with {option}" if limits.by_options else ""
+                more = f", or raise {option}" if limits.by_options else ""
                 raise InputError(
-                    f"the {what} would be {value:.3g} {unit}, more than {limit:.3g} {unit}: ask for less{more}."
+                    f"the {what} would be {value:.3g} {unit}, but at most {limit:.3g} {unit} is allowed: request"
+                    f" less{more}."
                 )
 
     def check_travel(self, drive: Drive, allowed: tuple[float, float]) -> None:
@@ -82,9 +83,9 @@ class Plan:
         first, last = here - self.backward_rad, here + self.forward_rad
         if not allowed[0] <= first <= last <= allowed[1]:
             raise InputError(
-                f"{self.axis} would move from {degrees(first):.1f}° to {degrees(last):.1f}°, beyond"
-                f" {degrees(allowed[0]):.5g}° to {degrees(allowed[1]):.5g}°: move it away from there first, or turn the"
-                " other way with a negative --bias."
+                f"{self.axis} would move from {degrees(first):.1f}° to {degrees(last):.1f}°, outside"
+                f" {degrees(allowed[0]):.5g}° to {degrees(allowed[1]):.5g}°. Move it away from the limit first, or"
+                " reverse the direction with a negative --bias."
             )
 
 
@@ -105,7 +106,7 @@ class Guard:
         if rate is not None:
             self._travel_rad += rate * (tick - self._last_tick) * TICK_S
             if not abs(rate) <= OVERSPEED * self._limits.rate_rad_s:
-                raise MotionError(f"the axis moves at {degrees(rate):.3g} °/s, far more than asked for.")
+                raise MotionError(f"the axis moves at {degrees(rate):.3g} °/s, much faster than commanded.")
             if not abs(self._travel_rad) <= 1.2 * self._limits.travel_rad:
                 raise MotionError(f"the axis has travelled {degrees(self._travel_rad):.3g}°, more than allowed.")
         self._last_tick = tick

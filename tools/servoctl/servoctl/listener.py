@@ -44,7 +44,7 @@ class Listener:
     def __post_init__(self) -> None:
         self.mappings = default_mappings(self.schema, self.node_id)
         if not self.mappings:
-            raise InputError(f"{self.schema.origin} tells of no TPDO.")
+            raise InputError(f"{self.schema.origin} describes no TPDO.")
 
     def take(self, message: can.Message) -> dict[Parameter, Value]:
         """One frame of the bus; returns the values in it."""

@@ -42,7 +42,8 @@ class LiveAxis:
     def __enter__(self) -> LiveAxis:
         drive, turns = self.drive, self.device.turns
         with contextlib.ExitStack() as turn:
-            turn.enter_context(turns.alone(drive.name, f"another servoctl is moving {drive.name}: wait until it is done."))
+            refusal = f"another servoctl is moving {drive.name}: wait until it has finished."
+            turn.enter_context(turns.alone(drive.name, refusal))
             self._check_at_rest()
             turn.enter_context(turns.motion())
             self._supervision.begin()
@@ -61,12 +62,14 @@ class LiveAxis:
         state = drive.state()
         if state in (power.FAULT, "fault reaction active"):
             raise MotionError(
-                f"{drive.name} has a fault (603F = {drive.error_code():04X}): 'servoctl state {drive.name} reset' resets it."
+                f"{drive.name} has a fault (603F = {drive.error_code():04X}): reset it with 'servoctl state"
+                f" {drive.name} reset'."
             )
         self._was_enabled = state == power.ENABLED
         if self._was_enabled and abs(drive.rate()) > 10 * STANDSTILL_RAD_S:
             raise MotionError(
-                f"{drive.name} moves at {degrees(drive.rate()):.3f} °/s: stop it first ('servoctl state {drive.name} disable')."
+                f"{drive.name} moves at {degrees(drive.rate()):.3f} °/s: stop it first ('servoctl state"
+                f" {drive.name} disable')."
             )
 
     def __exit__(
@@ -98,7 +101,8 @@ class LiveAxis:
         status = drive.statusword()
         if drive.state(status) != power.ENABLED:
             raise MotionError(
-                f"{drive.name} is in '{drive.state(status)}' (603F = {drive.error_code():04X}); 'servoctl faults' tells more."
+                f"{drive.name} is in '{drive.state(status)}' (603F = {drive.error_code():04X}); 'servoctl faults'"
+                " shows details."
             )
         return status
 
@@ -148,7 +152,9 @@ class LiveAxis:
     def _stop_gently(self) -> None:
         drive = self.drive
         if drive.state() != power.ENABLED:
-            raise MotionError(f"{drive.name} left 'operation enabled' during the motion; it is in '{drive.state()}'.")
+            raise MotionError(
+                f"{drive.name} left 'operation enabled' during the motion; its state is '{drive.state()}'."
+            )
         if self.mode != power.PROFILE_POSITION:
             drive.set_target_rate(0.0)
         drive.wait_for_standstill()

@@ -53,8 +53,8 @@ class NodeLimits:
         """Raises InputError that names the limit, its value and what would be within."""
         if not rate_rad_s <= self.fastest.value:
             raise InputError(
-                f"the rate would be {degrees(rate_rad_s):.5g} °/s, beyond {self.fastest}; at most"
-                f" {_down(degrees(self.fastest.value))} °/s is within."
+                f"the rate would be {degrees(rate_rad_s):.5g} °/s, above {self.fastest}; at most"
+                f" {_down(degrees(self.fastest.value))} °/s is allowed."
             )
 
     def check_travel(self, axis: str, here_rad: float, backward_rad: float, forward_rad: float) -> None:
@@ -66,9 +66,10 @@ class NodeLimits:
         ):
             if way > 0.0 and not way <= room or way != way:
                 raise InputError(
-                    f"{axis} is at {degrees(here_rad):.2f}° and would move to {degrees(end):.2f}°, beyond {bound}; within is at"
-                    f" most {_down(degrees(max(room_forward, 0.0)))}° forward and {_down(degrees(max(room_back, 0.0)))}° back"
-                    f" from here, {degrees(self.lowest.value):.2f}° to {degrees(self.highest.value):.2f}°."
+                    f"{axis} is at {degrees(here_rad):.2f}° and would move to {degrees(end):.2f}°, beyond {bound}."
+                    f" From here at most {_down(degrees(max(room_forward, 0.0)))}° forward and"
+                    f" {_down(degrees(max(room_back, 0.0)))}° back are allowed ({degrees(self.lowest.value):.2f}°"
+                    f" to {degrees(self.highest.value):.2f}°)."
                 )
 
 
@@ -89,7 +90,7 @@ def read_limits(drive: Drive) -> NodeLimits:
     if low is not None and high is not None and low < high:
         known = _protection(drive, _STOPPING_MARGIN)
         margin = HARD_MARGIN_RAD if known is None else known
-        kept = f"of which {degrees(margin):.3g}° are kept free"
+        kept = f"{degrees(margin):.3g}° margin"
         for bounds, sub, value, inward in ((lowest, _HARD_MINIMUM, low, 1), (highest, _HARD_MAXIMUM, high, -1)):
             text = f"its hard limit 2060:{sub} ({degrees(value):.2f}°, {kept})"
             bounds.append(Bound(value + inward * margin, text))

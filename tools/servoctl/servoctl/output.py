@@ -98,4 +98,4 @@ def _jsonable(value: Any) -> Any:
         return value.hex()
     if hasattr(value, "tolist"):
         return value.tolist()
-    raise TypeError(f"{type(value)} has no JSON form")
+    raise TypeError(f"{type(value)} cannot be written as JSON")

@@ -98,7 +98,9 @@ class Parameter:
             return bytes(data)
         layout = struct.Struct(_FORMATS[self.type])
         if len(data) < layout.size:
-            raise InputError(f"{self.name} ({self.where}): {len(data)} bytes came, {self.type} has {layout.size}.")
+            raise InputError(
+                f"{self.name} ({self.where}): received {len(data)} bytes, but {self.type} has {layout.size}."
+            )
         value: Value = layout.unpack_from(data)[0]
         return shortest(value) if isinstance(value, float) else value
 
@@ -109,7 +111,7 @@ class Parameter:
         if self.type == "VISIBLE_STRING":
             return str(value).encode("ascii")
         if self.type == "DOMAIN":
-            raise InputError(f"{self.name} ({self.where}) takes bytes from a file, not '{value}'.")
+            raise InputError(f"{self.name} ({self.where}) needs bytes from a file, not '{value}'.")
         try:
             return struct.pack(_FORMATS[self.type], value)
         except (struct.error, OverflowError) as error:
@@ -131,7 +133,7 @@ class Parameter:
                 "no": False,
             }
             if text.strip().lower() not in known:
-                raise InputError(f"{self.name}: '{text}' is neither on nor off.")
+                raise InputError(f"{self.name}: invalid value '{text}': expected on or off.")
             return known[text.strip().lower()]
         if self.type != "REAL32":
             stripped = text.strip()
@@ -176,7 +178,7 @@ class Parameter:
         if self.low is None or self.high is None or self.low > self.high:
             return ""
         unit = f" {self.unit}" if self.unit else ""
-        return f"; right would be {number(self.low)} to {number(self.high)}{unit}"
+        return f"; expected {number(self.low)} to {number(self.high)}{unit}"
 
     def limits(self) -> str:
         """The range as text, in the unit."""

@@ -109,13 +109,13 @@ class Programme:
         ):
             if not value <= most * _SLACK:
                 raise InputError(
-                    f"{source}: plans {what} {value:.4g} {unit}, more than {most:.4g} {unit} is not allowed."
+                    f"{source}: plans {what} {value:.4g} {unit}, but at most {most:.4g} {unit} is allowed."
                 )
         for place in self.places:
             if not envelope.lowest_rad <= place.angle_rad <= envelope.highest_rad:
                 raise InputError(
-                    f"{source}: plans experiments at {place.angle_rad:.4g} rad, outside of {envelope.lowest_rad:.4g} to"
-                    f" {envelope.highest_rad:.4g} rad."
+                    f"{source}: plans experiments at {place.angle_rad:.4g} rad, outside {envelope.lowest_rad:.4g}"
+                    f" to {envelope.highest_rad:.4g} rad."
                 )
 
 
@@ -131,14 +131,14 @@ def read_programme(path: Path) -> Programme:
             tuple(_place(row) for row in data["places"]),
         )  # fmt: skip
         if not programme.experiments:
-            raise ValueError("plans no experiment")
+            raise ValueError("contains no experiment")
         return programme
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except KeyError as error:
-        raise InputError(f"{path}: is no programme of 'identify plan': {error.args[0]} is missing.") from error
+        raise InputError(f"{path}: not a test plan of 'identify plan': {error.args[0]} is missing.") from error
     except (ValueError, TypeError) as error:
-        raise InputError(f"{path}: is no programme of 'identify plan': {error}.") from error
+        raise InputError(f"{path}: not a test plan of 'identify plan': {error}.") from error
 
 
 def _place(row: dict[str, Any]) -> Place:

@@ -81,7 +81,7 @@ def decode(frames: bytes, near_rad: float = 0.0) -> Recording:
     """The ticks of `frames`, 24 bytes each; the first angle is the one nearest to `near_rad`."""
     raw = np.frombuffer(frames, dtype=_LAYOUT)
     if not len(raw):
-        raise MotionError("not one whole tick came over the bus.")
+        raise MotionError("not one complete tick was received over the bus.")
     steps = np.diff(raw["number"].astype(np.int64)) % 0x10000
     number = np.concatenate([[0], np.cumsum(steps)])
     angle = np.unwrap(_RAD_PER_TURN32 * raw["angle"])
@@ -139,8 +139,8 @@ class TickRecorder(BorrowedStream):
     def _borrow(self) -> None:
         if self.device.try_upload(_OBJECT + self._shift, 1) is None:
             raise MotionError(
-                f"node {self.device.node_id} cannot record ticks (it has no {_OBJECT + self._shift:04X}): its firmware"
-                " is too old."
+                f"node {self.device.node_id} cannot record ticks: it has no object {_OBJECT + self._shift:04X}."
+                " Update its firmware."
             )
         for loan, identifier, entries in zip(self._loans, self._identifiers, _FRAMES, strict=True):
             objects = [(_OBJECT + self._shift) << 16 | sub << 8 | bits for sub, bits in entries]

@@ -55,7 +55,7 @@ class Schema:
         if at is not None:
             found = self.by_index(*at)
             if found is None:
-                raise InputError(f"there is no object 0x{at[0]:04X}:{at[1]:02X} in {self.origin}.")
+                raise InputError(f"no object 0x{at[0]:04X}:{at[1]:02X} in {self.origin}.")
             return found
         wanted = text.strip().lower().replace("-", "_").replace(" ", "_")
         names = {p.name: p for p in self.parameters}
@@ -66,8 +66,10 @@ class Schema:
         if len(endings) == 1:
             return names[endings[0]]
         if endings:
-            raise InputError(f"'{text}' may be {_listed(endings)}: say which{'' if axis else ', or give --axis'}.")
-        raise InputError(f"there is no parameter '{text}'{self._suggest(wanted, axis)}")
+            raise InputError(
+                f"'{text}' is ambiguous: {_listed(endings)}. Give the full name{'' if axis else ' or --axis'}."
+            )
+        raise InputError(f"unknown parameter '{text}'{self._suggest(wanted, axis)}")
 
     def select(self, patterns: Iterable[str], axis: str | None = None) -> list[Parameter]:
         """The readable objects of names, and of groups such as "azimuth.speed_loop" or "speed_loop" with an axis."""
@@ -155,14 +157,14 @@ def load_schema(path: Path) -> Schema:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not JSON: {error}.") from error
+        raise InputError(f"{path}: invalid JSON: {error}.") from error
     try:
         rows = content["objects"]
         heads = {int(row["index"]): str(row["name"]) for row in rows if row["sub"] == 0}
         titles = [_dotted(row, heads) for row in rows]
         parameters = tuple(_parameter(row, name) for row, name in zip(rows, _unique(titles, rows), strict=True))
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: is not a parameters.json of the trackservo build ({error!r}).") from error
+        raise InputError(f"{path}: not a parameters.json of the trackservo build ({error!r}).") from error
     return Schema(path, str(content.get("product", "")), _hash_of(content), parameters)
 
 

@@ -42,7 +42,7 @@ class Session:
 def common(command: F) -> F:
     """Adds the common options; the command gets a Session as its first argument."""
 
-    @click.option("--bus", envvar=ENVIRONMENT, metavar="BUS", help=f"{FORMS} (environment: {ENVIRONMENT}).")
+    @click.option("--bus", envvar=ENVIRONMENT, metavar="BUS", help=f"CAN bus: {FORMS} (environment: {ENVIRONMENT}).")
     @click.option(
         "--node", type=click.IntRange(1, 127), default=1, envvar="SERVOCTL_NODE", show_default=True, help="Node id."
     )
@@ -57,9 +57,12 @@ def common(command: F) -> F:
         "--parameters",
         type=click.Path(path_type=Path, dir_okay=False),
         metavar="FILE",
-        help="parameters.json of the firmware (default: the one with the device's schema hash, carried or found).",
+        help=(
+            "parameters.json of the firmware (default: the file with the device's schema hash, included in"
+            " servoctl or found)."
+        ),
     )
-    @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables, errors included.")
+    @click.option("--json", "as_json", is_flag=True, help="Print results and errors as JSON.")
     @functools.wraps(command)
     def wrapped(
         *args: Any, bus: str | None, node: int, bitrate: str, parameters: Path | None, as_json: bool, **kwargs: Any
@@ -69,17 +72,24 @@ def common(command: F) -> F:
     return wrapped  # type: ignore[return-value]
 
 
-def axis_option(command: F) -> F:
+def axis_choice(meaning: str) -> Callable[[F], F]:
     """Adds --axis, None when it is not given."""
-    return click.option("--axis", type=click.Choice(AXES), help="Completes names that do not begin with an axis.")(
-        command
-    )
+    return click.option("--axis", type=click.Choice(AXES), help=meaning)
+
+
+axis_option = axis_choice("Axis of the names that do not contain one; without names, only this axis.")
+only_axis_option = axis_choice("Only this axis.")
 
 
 def unlock_option(command: F) -> F:
     """Adds --unlock, for what writes parameters."""
     return click.option(
-        "--unlock", is_flag=True, help="Also write what can hurt: motor (2055), protection limits (2060), board (3060)."
+        "--unlock",
+        is_flag=True,
+        help=(
+            "Allow writing guarded parameters, which can cause damage: motor (2055), protection limits (2060),"
+            " board (3060)."
+        ),
     )(command)
 
 

@@ -54,7 +54,7 @@ class SlcanTcpBus(can.BusABC):
             try:
                 self._socket.sendall(text.encode("ascii"))
             except OSError as error:
-                raise can.CanOperationError(f"{self.channel_info}: the connection is lost") from error
+                raise can.CanOperationError(f"{self.channel_info}: connection lost") from error
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Sends one frame; `timeout` is not used, TCP takes what fits."""
@@ -74,9 +74,9 @@ class SlcanTcpBus(can.BusABC):
         try:
             received = self._socket.recv(1 << 16)
         except OSError as error:
-            raise can.CanOperationError(f"{self.channel_info}: the connection is lost") from error
+            raise can.CanOperationError(f"{self.channel_info}: connection lost") from error
         if not received:
-            raise can.CanOperationError(f"{self.channel_info}: the other end has closed the connection")
+            raise can.CanOperationError(f"{self.channel_info}: the other end closed the connection")
         *lines, self._rest = (self._rest + received.replace(b"\a", b"\r")).split(b"\r")
         for line in lines:
             if line[:1] in (b"t", b"T", b"r", b"R"):

@@ -38,7 +38,7 @@ def analyse_step(demand: Real, answer: Real, sample_s: float) -> StepNumbers:
     jump = float(demand[-1] - demand[0])
     moved = np.flatnonzero(np.abs(demand - demand[0]) > 0.5 * abs(jump))
     if jump == 0.0 or moved.size == 0:
-        raise ValueError("the demand does not step")
+        raise ValueError("the demand contains no step")
     start = int(moved[0])
     share = (answer[start:] - demand[0]) / jump
     tail = answer[len(answer) - max(2, int(FINAL_SHARE * (len(answer) - start))) :]

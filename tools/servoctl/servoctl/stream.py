@@ -159,9 +159,9 @@ class RateStream(BorrowedStream):
         """The sentence about it."""
         node = self.device.node_id
         return (
-            f"node {node} does not hear identifier {self.targets_id:03X}, by which set-points are sent (RPDO{RPDO + 1}), but"
-            f" answers SDO ({0x600 + node:03X}): check that its firmware is up to date (its CAN filter has to pass 680 to 6DF),"
-            " and that no gateway on the way to it holds this identifier back."
+            f"node {node} does not receive identifier {self.targets_id:03X}, which carries the set-points"
+            f" (RPDO{RPDO + 1}), but answers SDO ({0x600 + node:03X}). Check that its firmware is up to date (its"
+            " CAN filter has to pass 680 to 6DF), and that no gateway in between blocks this identifier."
         )
 
     # --- samples --------------------------------------------------------------------------------------------------

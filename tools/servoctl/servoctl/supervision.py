@@ -136,13 +136,19 @@ class Supervision:
     def _refusal(self, used: dict[int, int], any_entry: bool, any_free: bool) -> str:
         node = self._device.node_id
         if not any_entry:
-            return f"node {node} cannot watch a heartbeat (it has no 1016), so nothing would stop it if this computer died."
+            return (
+                f"node {node} cannot monitor a heartbeat (it has no object 1016), so nothing would stop it if this"
+                " computer failed."
+            )
         if any_free:
-            return f"the node ids {MASTERS[-1]} to {MASTERS[0]} are all in use: a motion needs one of them for its heartbeat."
+            return (
+                f"all node ids from {MASTERS[-1]} to {MASTERS[0]} are in use; a motion needs one of them for its"
+                " heartbeat."
+            )
         watched = ", ".join(str(master) for master in used)
         return (
-            f"node {node} watches {len(used)} heartbeats already (1016: nodes {watched}) and has no entry for one more: wait"
-            " until another motion is over, or clear an entry that nobody needs, as in 'set 0x1016:1 0'."
+            f"node {node} already monitors {len(used)} heartbeats (1016: nodes {watched}) and has no entry for"
+            " another. Wait until another motion has finished, or clear an unused entry, e.g. 'set 0x1016:1 0'."
         )
 
     def _unwatch(self) -> None:

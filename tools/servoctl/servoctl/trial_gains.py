@@ -66,6 +66,6 @@ class TrialGains:
                     )
         except ServoctlError as failed:
             raise NotVerified(
-                f"the old gains could not be put back, the new ones may be in force: {failed} 'servoctl undo' takes"
-                " them back."
+                f"the old gains could not be restored, the new ones may be active: {failed} 'servoctl undo'"
+                " restores the old ones."
             ) from failed

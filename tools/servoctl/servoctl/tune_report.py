@@ -46,9 +46,9 @@ def write_tune_report(
         _bode(loops),
     ]
     notes = (
-        [] if kept else ["The old gains are in force again: " + "; ".join(v.text for v in verdicts if not v.kept) + "."]
+        [] if kept else ["The old gains are active again: " + "; ".join(v.text for v in verdicts if not v.kept) + "."]
     )
-    state = "The new gains were kept." if kept else "The new gains were tried and taken back."
+    state = "The new gains were kept." if kept else "The new gains were tried; the old gains were restored."
     write_page(path, f"Tuning of {axis}", f"{now()}. {state}", sections, notes)
 
 
@@ -62,10 +62,10 @@ def _margins(verdicts: Sequence[Verdict], loops: LoopComparison) -> Section:
         )
         for v in verdicts
     ]  # fmt: skip
-    columns = ("margin", "before", "wished", "predicted", "measured", "tolerance", "kept")
+    columns = ("margin", "before", "required", "predicted", "measured", "tolerance", "met")
     text = (
-        "Before: from the plant as it was measured now and the old gains. A margin is kept when the measured one is not"
-        " below the wished one, or the predicted one where none is wished, by more than the tolerance."
+        "Before: computed from the plant as measured now and the old gains. A margin passes if the measured value"
+        " is not below the required one (or the predicted one, if none is required) by more than the tolerance."
     )
     bad = [position for position, verdict in enumerate(verdicts) if not verdict.kept]
     return Section("Margins", text, PageTable(columns, rows, bad))
@@ -98,4 +98,4 @@ def _bode(loops: LoopComparison) -> Section:
         phase.set_ylabel("phase (°)")
         phase.set_xlabel("frequency (Hz)")
         gain.legend(fontsize=8.5)
-        return Section("Open loop, broken at the motor's torque", picture=png_of(figure))
+        return Section("Open loop, cut at the motor torque", picture=png_of(figure))

@@ -57,9 +57,9 @@ def command_set(device: Device, axis: int, command: int) -> None:
     try:
         device.axis_write(axis, SET_OBJECT, command, 1, sub=1)
     except Refused as error:
-        hint = " Coulomb torque above break-away torque is the usual reason." if error.abort == 0x06040043 else ""
+        hint = " The usual reason: Coulomb torque above break-away torque." if error.abort == 0x06040043 else ""
         raise Refused(
-            f"{name}: the set was not taken, the old one stays in force: {error}{hint}", error.abort
+            f"{name}: the parameter set was refused, the old set stays active: {error}{hint}", error.abort
         ) from error
     deadline = device.clock.now() + APPLY_TIMEOUT_S
     while True:
@@ -68,9 +68,9 @@ def command_set(device: Device, axis: int, command: int) -> None:
             return
         if command == APPLY and state.result != 0:
             reason = RESULTS.get(state.result, f"result {state.result}")
-            raise Refused(f"{name}: the set was not taken, the old one stays in force: {reason}.")
+            raise Refused(f"{name}: the parameter set was refused, the old set stays active: {reason}.")
         if device.clock.now() > deadline:
-            raise NotVerified(f"{name}: the set is not in force {APPLY_TIMEOUT_S:g} s after the command.")
+            raise NotVerified(f"{name}: the parameter set is not active {APPLY_TIMEOUT_S:g} s after the command.")
         time.sleep(0.005)
 
 
@@ -109,8 +109,9 @@ class Tuning:
             state = set_state(self.device, axis)
             if state is not None and state.staged_differs:
                 raise Refused(
-                    f"{AXES[axis]} has staged values that are not in force, by this or another tool: 'servoctl set --apply"
-                    f" --axis {AXES[axis]}' puts them in force, 'servoctl undo --staged --axis {AXES[axis]}' forgets them."
+                    f"{AXES[axis]} has staged values that are not active, from this or another tool. 'servoctl set"
+                    f" --apply --axis {AXES[axis]}' activates them, 'servoctl undo --staged --axis {AXES[axis]}'"
+                    " discards them."
                 )
 
     def write(
@@ -186,7 +187,7 @@ class Tuning:
         found = self.device.read(parameter)
         if found != parameter.decode(parameter.encode(wanted)):
             raise NotVerified(
-                f"{parameter.name}: {number(wanted)} was written, the device now has {number(found)} {parameter.unit}."
+                f"{parameter.name}: wrote {number(wanted)}, but the device has {number(found)} {parameter.unit}."
             )
         return found
 
@@ -198,10 +199,13 @@ def store(device: Device) -> None:
     except Refused as error:
         if error.abort != DEVICE_STATE:
             raise
-        raise Refused("Nothing is stored while an axis has torque: switch both axes off first.", error.abort) from error
+        raise Refused(
+            "The device does not store while an axis has torque: disable both axes first.", error.abort
+        ) from error
     for axis in range(len(AXES)):
         state = set_state(device, axis)
         if state is not None and state.stored_crc != state.active_crc:
             raise NotVerified(
-                f"{AXES[axis]}: the stored set (CRC {state.stored_crc:08X}) is not the active one ({state.active_crc:08X})."
+                f"{AXES[axis]}: the stored parameter set (CRC {state.stored_crc:08X}) differs from the active one"
+                f" ({state.active_crc:08X})."
             )

@@ -49,7 +49,7 @@ def parse_quantity(text: str, unit: str, bare: str | None = None) -> float:
     factors = _FACTORS.get(unit, {})
     if typed not in factors:
         right = ", ".join(factors) or unit or "a number without unit"
-        raise InputError(f"'{text}' has the unit '{typed}', which does not fit; right would be: {right}.")
+        raise InputError(f"'{text}' has the unit '{typed}', which does not fit; expected: {right}.")
     return value * factors[typed]
 
 

@@ -30,6 +30,6 @@ def refuse_waiting(device: Device, written: Iterable[Parameter]) -> None:
         reasons = [words for bit, words in GROUPS.items() if waiting & bit]
         if reasons:
             raise Refused(
-                f"{AXES[axis]}: the limits contradict each other, the old ones stay in force: {'; '.join(reasons)}."
+                f"{AXES[axis]}: the limits contradict each other, the old ones stay active: {'; '.join(reasons)}."
                 " Give limits that belong together in one command."
             )

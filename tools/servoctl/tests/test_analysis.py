@@ -152,5 +152,5 @@ def test_step_numbers_of_a_second_order_system_are_those_of_the_textbook() -> No
 
 
 def test_a_record_without_a_step_is_refused() -> None:
-    with pytest.raises(ValueError, match="does not step"):
+    with pytest.raises(ValueError, match="contains no step"):
         analyse_step(np.zeros(100), np.zeros(100), TICK_S)

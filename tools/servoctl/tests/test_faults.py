@@ -63,7 +63,7 @@ def test_bytes_that_are_no_entry_are_told(table: FaultTable, cut: int) -> None:
 def test_a_code_of_several_faults_is_told_apart_by_the_number_that_came_with_it(table: FaultTable) -> None:
     assert [words.name for words in table.told(0x7320, 1 << 8 | STUCK_ENCODER)] == ["encoder stuck"]
     assert table.meaning(0x7320) == "encoder lost or encoder jump or encoder stuck"
-    assert [words.name for words in table.told(0x8140, 0)] == ["back from bus-off"]  # the node itself
+    assert [words.name for words in table.told(0x8140, 0)] == ["recovered from bus-off"]  # the node itself
     assert [words.name for words in table.told(0x8140, 2 << 8)] == ["bus-off"]  # pitch
     assert [words.name for words in table.told(0x5000, 3 << 8 | 1)] == ["self-test failed"]
     assert table.meaning(0x8899) == "monitoring error" and table.meaning(0) == "no error"

@@ -54,7 +54,7 @@ def test_comments_of_an_existing_file_stay(schema: Schema, tmp_path: Path) -> No
         ("[azimuth.speed_loop]\nproportional_gain = nan\n", 2, "not finite"),
         ("[azimuth]\nspeed_loop.proportional_gain = 1e12\n", 2, "above the upper limit"),
         ("[azimuth]\nstatusword = 3\n", 2, "is not a gain"),
-        ("[azimuth.speed_loop\nproportional_gain = 1.0\n", 1, "is not TOML"),
+        ("[azimuth.speed_loop\nproportional_gain = 1.0\n", 1, "invalid TOML"),
         ("[azimuth.rate_sensors]\nestimator_window = 2.5\n", 2, "not a whole number"),
     ],
 )

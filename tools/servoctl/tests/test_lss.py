@@ -52,7 +52,7 @@ def test_nodes_without_id_are_found_numbered_and_keep_their_ids(serve: Serve) ->
 def test_a_node_gets_another_id_at_once_and_for_good(serve: Serve) -> None:
     with serve("--serial", "77") as bench:
         told = bench.here("lss", "id", "5")
-        assert (told.code, told.out) == (0, "node 1 is node 5 now.\n")
+        assert (told.code, told.out) == (0, "node 1 is now node 5.\n")
         assert bench.json("info", "--node", "5")["serial"] == 77
         changed = bench.json("lss", "id", "6", "--serial", "77", "--no-store")
         assert (changed["node"], changed["was"], changed["stored"]) == (6, 5, False)
@@ -92,7 +92,7 @@ def test_a_node_id_in_use_is_not_given_again(serve: Serve) -> None:
     with serve("--nodes", "2") as bench:
         refused = bench.here("lss", "id", "2", "--node", "1")
         assert (refused.code, refused.err.count("\n")) == (2, 1), refused
-        assert "node id 2 is in use" in refused.err
+        assert "node id 2 is already in use" in refused.err
         assert bench.json("info", "--node", "1")["serial"] == 0
         assert bench.json("info", "--node", "2")["serial"] == 1
 
@@ -100,7 +100,7 @@ def test_a_node_id_in_use_is_not_given_again(serve: Serve) -> None:
 def test_what_cannot_be_done_is_said_in_one_sentence(serve: Serve) -> None:
     with serve() as bench:
         for code, words, reason in (
-            (3, ("lss", "id", "5", "--serial", "0x99"), "no node answers"),
+            (3, ("lss", "id", "5", "--serial", "0x99"), "no node answered"),
             (3, ("lss", "rate", "125000", "--bitrate", "500000"), "no node answers at 500000 bit/s"),
             (2, ("lss", "rate", "800000"), "800000"),
             (2, ("lss", "id", "128"), "128"),
@@ -120,5 +120,5 @@ def test_what_needs_a_frame_in_every_tick_is_refused_on_a_slow_bus(serve: Serve)
     with serve("--bit-rate", "250000") as bench:
         result = bench.here("step", "azimuth", "--yes", "--bitrate", "250000")
         assert (result.code, result.err.count("\n")) == (2, 1), result
-        assert "250 kbit/s" in result.err and "needs 500 kbit/s" in result.err
+        assert "250 kbit/s" in result.err and "At least 500 kbit/s" in result.err
         assert bench.json("state", "azimuth", "--bitrate", "250000")["axes"][0]["state"] == "switch on disabled"

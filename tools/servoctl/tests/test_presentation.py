@@ -63,7 +63,7 @@ def rows_after(shown: list[str], head: str) -> list[list[str]]:
 def test_numbers_and_words_of_faults_stay_whole_in_80_columns(too_fast: Bench) -> None:  # noqa: F811
     shown = in_terminal(too_fast, "faults")
     assert max(cell_len(line) for line in shown) <= WIDTH
-    rows = rows_after(shown, "before fault 1")
+    rows = rows_after(shown, "signals before fault 1")
     assert len(rows) == 16
     assert all(len(row) == 9 and all(re.fullmatch(r"-?\d+(\.\d+)?", cell) for cell in row) for row in rows), rows
     assert not any("rad" in line for line in shown)  # angles and rates are in degrees, as everywhere else
@@ -169,7 +169,7 @@ def test_set_kp_says_what_may_be_meant(servo: Bench) -> None:
         refused = servo.here("set", *words)
         assert refused.code == 2 and f"did you mean {GAIN}" in refused.err
     refused = servo.here("set", GAIN)
-    assert refused.code == 2 and f"say {GAIN}=VALUE" in refused.err
+    assert refused.code == 2 and f"expected {GAIN}=VALUE" in refused.err
 
 
 def test_set_takes_a_negative_number_after_a_name(servo: Bench) -> None:

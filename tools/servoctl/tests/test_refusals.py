@@ -114,7 +114,7 @@ def test_another_schema_hash_is_told_with_what_servoctl_carries_and_what_to_do(e
         refused = servo(*words)
         assert refused.code == (2 if "0x2000:1" in words else 7) and refused.err.count("\n") == 1
         for part in (
-            f"schema hash is {told:08X}", f"servoctl {__version__} carries {told ^ 2:08X}", str(servo.folder / "cache"),
+            f"schema hash is {told:08X}", f"servoctl {__version__} includes {told ^ 2:08X}", str(servo.folder / "cache"),
             "--parameters FILE", "SERVOCTL_PARAMETERS", "servoctl of that firmware", "--type REAL32",
         ):  # fmt: skip
             assert part in refused.err, part
@@ -133,4 +133,4 @@ def test_a_device_without_a_schema_hash_is_not_taken_for_a_trackservo(test_node:
     """Its objects may mean anything: names are refused until somebody gives its table."""
     del test_node.environment["SERVOCTL_PARAMETERS"]
     refused = test_node("set", GAIN, "700")
-    assert refused.code == 7 and "tells no schema hash" in refused.err and refused.err.count("\n") == 1
+    assert refused.code == 7 and "reports no schema hash" in refused.err and refused.err.count("\n") == 1

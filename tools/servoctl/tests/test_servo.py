@@ -52,7 +52,7 @@ def test_undo_leaves_alone_what_somebody_else_has_changed_since(servo: Bench, tm
     other.environment["SERVOCTL_STATE"] = str(tmp_path / "other")
     other.json("set", GAIN, str(before + 7))
     refused = servo("undo")
-    assert refused.code == 4 and "somebody else" in refused.err
+    assert refused.code == 4 and "another client" in refused.err
     other.json("undo")
     servo.json("undo")
     assert servo.value(GAIN) == before

@@ -21,13 +21,21 @@ from .quantity import FREQUENCY, RATE
 @motion_options("5", "45", "180")
 @click.option("--low", type=FREQUENCY, default="1", show_default=True, help="Lowest frequency (Hz).")
 @click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest frequency (Hz).")
-@click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s): the axis slides throughout.")
+@click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s); keeps the axis sliding.")
 @click.option(
-    "--amplitude", type=RATE, default="0.6", show_default=True, help="Peak of the multisine (°/s), below the bias."
+    "--amplitude",
+    type=RATE,
+    default="0.6",
+    show_default=True,
+    help=("Peak of the multisine (°/s); must be below the bias."),
 )
 @click.option("--lines", type=click.IntRange(5, 200), default=50, show_default=True, help="Number of sines.")
 @click.option(
-    "--periods", type=click.IntRange(2, 100), default=5, show_default=True, help="Periods measured; more average more."
+    "--periods",
+    type=click.IntRange(2, 100),
+    default=5,
+    show_default=True,
+    help=("Number of periods measured; more periods reduce noise."),
 )
 @click.option(
     "--out", "folder", type=click.Path(path_type=Path, file_okay=False), default=".", help="Folder for PNG and CSV."
@@ -39,10 +47,10 @@ def bode(
 ) -> None:  # fmt: skip
     """Measure the speed loop of the live axis: closed and open loop, margins, bandwidth, coherence.
 
-    A multisine around a mean rate is the set-point (60FF, mode csv, every 2 ms); demand (606B) and answer (606C) come
-    back at 1 kHz. The closed loop is their quotient; the open loop at the motor's torque is computed from it with the
-    gains that the device has. The way of set-points limits the method to 200 Hz. Friction makes the loop non-linear:
-    the result is that of the axis sliding at the mean rate.
+    The set-point (60FF, mode csv, every 2 ms) is a multisine around a mean rate. Demand (606B) and response (606C) are
+    recorded at 1 kHz. The closed loop is the ratio of response to demand. The open loop at the motor torque is computed
+    from it with the gains of the device. The method works up to 200 Hz because of the set-point period. Friction makes
+    the loop non-linear: the result is valid for an axis that slides at the mean rate.
     """
     stimulus = loop_stimulus(low, high, bias, amplitude, lines, periods)
     limits = Limits(max_rate, max_travel, max_duration)
@@ -66,7 +74,7 @@ def _report_bode(session: Session, axis: str, measured: MeasuredLoop, files: lis
 
     def shown(value: float | None, unit: str, where: float | None = None) -> str:
         if value is None or not math.isfinite(value):
-            return "not within the measured frequencies"
+            return "outside the measured frequencies"
         return f"{value:.1f} {unit}" + (f" at {where:.1f} Hz" if where is not None else "")
 
     out = session.out
@@ -75,6 +83,6 @@ def _report_bode(session: Session, axis: str, measured: MeasuredLoop, files: lis
     out.say(f"              gain margin  {shown(found.gain_margin_db, 'dB', found.phase_crossover_hz)}")
     out.say(f"              sensitivity peak {shown(found.sensitivity, '')}".rstrip())
     out.say(
-        f"coherence     {result['trusted']} of {result['lines']} lines above {GOOD_COHERENCE}; the others are not used"
+        f"coherence     {result['trusted']} of {result['lines']} lines above {GOOD_COHERENCE}; the others were not used"
     )
     show_files(session, files, measured.lost)

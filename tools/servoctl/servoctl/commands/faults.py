@@ -9,7 +9,7 @@ import click
 
 from ..device import Device
 from ..fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, write_snapshots
-from ..fault_table import SOURCES, FaultTable, Words, find_faults, origin, register_names
+from ..fault_table import REACTIONS, SOURCES, FaultTable, Words, find_faults, origin, register_names
 from ..output import Output
 from ..parameter import AXES
 from ..power import state_of
@@ -38,9 +38,18 @@ def show_code(out: Output, found: dict[str, Any]) -> None:
     for words in found["faults"]:
         number = f", fault {words['number']}" if "number" in words else ""
         out.say(f"{found['code']}{number}: {words['name']}", style="bold")
-        for key in ("detection", "when", "cause", "check", "cure", "clear"):
-            if key in words:
-                out.say(f"  {key:9} {words[key]}")
+        show_words(out, words, ("detection", "when", "reaction", "cause", "check", "cure", "clear"))
+
+
+TITLES = {"when": "monitored", "clear": "cleared by"}
+
+
+def show_words(out: Output, words: dict[str, Any], keys: tuple[str, ...]) -> None:
+    """One line for each of the keys that there are."""
+    for key in keys:
+        if key in words:
+            text = REACTIONS.get(words[key], words[key]) if key == "reaction" else words[key]
+            out.say(f"  {TITLES.get(key, key):12}{text}")
 
 
 def read_faults(device: Device, table: FaultTable) -> dict[str, Any]:
@@ -79,20 +88,22 @@ def _of_axis(table: FaultTable, code: int, axis: str, history: list[dict[str, An
     return table.told(code, next(infos, SOURCES.index(axis) << 8))
 
 
-@click.command(short_help="What is or was wrong, why, and what to do.")
-@click.option("--clear", is_flag=True, help="Forget history (1003) and fault log (3020); faults that are active stay.")
+@click.command(short_help="Show present and past faults, with cause and remedy.")
+@click.option("--clear", is_flag=True, help="Clear the history (1003) and the fault log (3020); active faults stay.")
 @click.option(
     "--csv", "folder", type=click.Path(path_type=Path, file_okay=False), metavar="FOLDER",
-    help="Write the signals before each fault of the log as files.",
+    help="Write the signals recorded before each logged fault into files.",
 )  # fmt: skip
-@click.option("--snapshots", is_flag=True, help="Show the signals before each fault of the log, not of the newest only.")
+@click.option(
+    "--snapshots", is_flag=True, help="Show the recorded signals of all logged faults, not only of the newest."
+)
 @common
 def faults(session: Session, clear: bool, folder: Path | None, snapshots: bool) -> None:
-    """Show active faults, the history of errors and the fault log, with cause, check and cure.
+    """Show active faults, the error history and the fault log, with cause, check and cure.
 
-    The history (1003) is what the device remembers since it started: the last eight, without times. The fault log
-    (3020) has the last eight faults with their times and the signals of the ticks before. With --csv and --clear files
-    are written first.
+    The history (1003) has the last eight errors since start-up, without times. The fault log (3020) has the last eight
+    faults with their times and the signals of the ticks before. With both --csv and --clear, the files are written
+    first.
     """
     files: list[Path] = []
     with session.connect() as device:
@@ -122,18 +133,18 @@ def _show_now(out: Output, found: dict[str, Any]) -> None:
         rows = [(str(i), f"{h['code']:04X}", h["meaning"], h["origin"]) for i, h in enumerate(found["history"], 1)]
         out.table([("", "right"), "code", "meaning", "from"], rows, "since the start, newest first")
     else:
-        out.say("no error since the start, or the history was cleared.")
+        out.say("no errors since start-up, or the history was cleared.")
 
 
 def _show_log(out: Output, log: FaultLog | None, snapshots: bool) -> None:
     if log is None:
-        out.say("this node has no fault log (3020): there are no times and signals of its faults.")
+        out.say("this node has no fault log (3020), so the times and signals of its faults are unknown.")
         return
     if not log.entries:
         out.say("the fault log (3020) is empty.")
         return
     rows = [(str(i), f"{e.age_s:.3f}", str(e.tick), e.name, e.of) for i, e in enumerate(log.entries, 1)]
-    title = f"fault log, newest first; {log.count} since it was cleared"
+    title = f"fault log, newest first; {log.count} entries since it was cleared"
     out.table([("", "right"), ("s ago", "right"), ("tick", "right"), "fault", "of"], rows, title)
     for number, entry in enumerate(log.entries if snapshots else log.entries[:1], 1):
         if entry.samples:
@@ -148,18 +159,16 @@ def _show_snapshot(out: Output, number: int, entry: LogEntry) -> None:
         (str(tick), *("–" if value is None else of.text(value) for value, of in zip(row, shown, strict=True)))
         for tick, row in zip(entry.ticks(), entry.samples, strict=True)
     ]
-    out.table(columns, rows, f"before fault {number}: {entry.name}, {entry.of}")
+    out.table(columns, rows, f"signals before fault {number}: {entry.name}, {entry.of}")
 
 
 def _show_advice(out: Output, found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> None:
     """Cause, check and cure of what is active, else of the last one."""
     active = {words["name"]: words for axis in found["axes"] for words in axis["faults"]}
-    when = "active" if active else "the last one; no axis has a fault now"
+    when = "active" if active else "most recent fault; no axis has a fault now"
     for words in active.values() or _newest(found, table, log):
         out.say(f"{words['name']} ({when})", style="bold")
-        for key in ("cause", "check", "cure"):
-            out.say(f"  {key:12}{words[key]}")
-        out.say(f"  cleared by  {words['clear']}")
+        show_words(out, words, ("detection", "reaction", "cause", "check", "cure", "clear"))
 
 
 def _newest(found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> list[dict[str, Any]]:

@@ -13,7 +13,7 @@ from ..errors import ExitCode, NotVerified, Refused
 from ..gains_file import describe_difference, read_gains, write_gains
 from ..journal import Journal
 from ..parameter import AXES, Parameter, Value
-from ..session import Session, axis_option, common, unlock_option
+from ..session import Session, common, only_axis_option, unlock_option
 from ..tuning import Tuning, set_state
 from ..tuning import store as store_on_device
 from ..units import number
@@ -51,12 +51,12 @@ def of_axis(parameters: list[Parameter], axis: str | None) -> list[Parameter]:
     return [p for p in parameters if axis is None or p.name.startswith(axis + ".")]
 
 
-@click.command(short_help="Show where the device differs from a gains file.")
+@click.command(short_help="Compare the device with a gains file.")
 @click.argument("file", type=FILE)
-@axis_option
+@only_axis_option
 @common
 def diff(session: Session, file: Path, axis: str | None) -> int:
-    """Show where the device differs from a gains FILE; exit code 1 when it does."""
+    """Compare the device with a gains FILE and show the differences. Exit code 1 if there are any."""
     with session.connect() as device:
         wanted = read_gains(file, device.schema).values
         wanted = {p: v for p, v in wanted.items() if axis is None or p.name.startswith(axis + ".")}
@@ -74,11 +74,13 @@ def diff(session: Session, file: Path, axis: str | None) -> int:
     rows = [(p.name, number(found[p]), number(wanted[p]), p.unit, _relative(found[p], wanted[p])) for p in different]
     if rows:
         session.out.table(["name", ("device", "right"), ("file", "right"), "unit", ("change", "right")], rows)
-    session.out.say(f"{len(different)} of {len(wanted)} differ from {file}.")
+    session.out.say(f"{len(different)} of {len(wanted)} gains differ from {file}.")
     if absent:
         session.out.say(f"{len(absent)} gains of the device are not in the file.")
     for number_of_axis in sorted(pending):
-        session.out.note(f"{AXES[number_of_axis]}: compared are the staged values; they differ from those in force.")
+        session.out.note(
+            f"{AXES[number_of_axis]}: the staged values were compared; they differ from the active values."
+        )
     return int(ExitCode.DIFFERENT) if different else 0
 
 
@@ -91,18 +93,18 @@ def _relative(device: Value, file: Value) -> str:
 
 @click.command(short_help="Save the device's gains to a file.")
 @click.argument("file", type=FILE, required=False)
-@axis_option
+@only_axis_option
 @common
 def save(session: Session, file: Path | None, axis: str | None) -> None:
-    """Save the device's gains to FILE (default: gains-DATE.toml); comments of an existing file are kept."""
+    """Save the device's gains to FILE (default: gains-DATE.toml). Comments in an existing file are preserved."""
     path = file or Path(f"gains-{datetime.now(timezone.utc).strftime('%Y%m%dT%H%M%SZ')}.toml")
     with session.connect() as device:
         pending = staged_axes(device)
         if pending:
             names = " and ".join(AXES[a] for a in sorted(pending))
             raise Refused(
-                f"{names}: staged values are not in force, so there is no one truth to save: 'servoctl set --apply' or"
-                " 'servoctl undo --staged' first."
+                f"{names}: the staged values differ from the active values, so it is unclear which to save. Run"
+                " 'servoctl set --apply' or 'servoctl undo --staged' first."
             )
         values = read_all(session, device, of_axis(device.schema.tunable, axis))
         write_gains(path, values, about(device))
@@ -110,14 +112,14 @@ def save(session: Session, file: Path | None, axis: str | None) -> None:
     session.out.say(f"{len(values)} gains saved to {path}.")
 
 
-@click.command(short_help="Make the device equal to a gains file.")
+@click.command(short_help="Write a gains file to the device.")
 @click.argument("file", type=FILE)
-@axis_option
-@click.option("--dry-run", is_flag=True, help="Check the file and show what would change.")
+@only_axis_option
+@click.option("--dry-run", is_flag=True, help="Check the file and show what would change, without writing.")
 @unlock_option
 @common
 def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unlock: bool) -> None:
-    """Make the device equal to a gains FILE: stages all, applies once per axis, reads all back."""
+    """Write a gains FILE to the device: stages all values, applies them once per axis, reads all back."""
     with session.connect() as device:
         wanted = read_gains(file, device.schema).values
         wanted = {p: v for p, v in wanted.items() if axis is None or p.name.startswith(axis + ".")}
@@ -127,7 +129,7 @@ def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unloc
             session.out.json([as_json(p, found[p]) | {"file": v} for p, v in changing.items()])
             for parameter, value in changing.items():
                 session.out.say(describe_difference(parameter, found[parameter], value))
-            session.out.say(f"{len(changing)} of {len(wanted)} would change.")
+            session.out.say(f"{len(changing)} of {len(wanted)} gains would change.")
             return
         with session.out.progress() as bar:
             task = bar.add_task("staging", total=len(changing))
@@ -141,13 +143,17 @@ def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unloc
     if wrong:
         raise NotVerified("after restoring, " + describe_difference(wrong[0], after[wrong[0]], wanted[wrong[0]]) + ".")
     show_changes(session, changes)
-    session.out.say(f"{len(changes)} of {len(wanted)} changed; all {len(wanted)} read back as in {file}.")
+    session.out.say(
+        f"{len(changes)} of {len(wanted)} gains changed; all {len(wanted)} were read back and match {file}."
+    )
 
 
-@click.command(short_help="Keep what is in force through a power cut.")
+@click.command(short_help="Store the active values in the device's flash.")
 @common
 def store(session: Session) -> None:
-    """Store what is in force so that it survives a power cut; a backup file is written before."""
+    """Store the active values in the device's flash, so that they survive a power loss. A backup file is written
+    first.
+    """
     with session.connect() as device:
         backup = store_with_backup(session, device)
         crc = {AXES[a]: s.stored_crc for a in range(len(AXES)) if (s := set_state(device, a)) is not None}
@@ -161,7 +167,7 @@ def store_with_backup(session: Session, device: Device) -> Path:
     pending = staged_axes(device)
     if pending:
         names = " and ".join(AXES[a] for a in sorted(pending))
-        raise Refused(f"{names}: staged values are not in force and would not be stored: apply or revert them first.")
+        raise Refused(f"{names}: staged values are not active and would not be stored: apply or revert them first.")
     backup = Journal(device.node_id, device.serial_number()).backup_path()
     values = read_all(session, device, device.schema.tunable)
     write_gains(backup, values, about(device))

@@ -34,31 +34,37 @@ FASTEST_OF_EXPERIMENTS_RAD_S = 100.0
 
 PROGRAM = click.option(
     "--identify-program", "program", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
-    help=f"The program 'identify' (environment: {ENVIRONMENT}; default: that of the build around, or in PATH).",
+    help=(
+        f"Path of the program 'identify' (environment: {ENVIRONMENT}; default: the one in the build folder, or in"
+        " PATH)."
+    ),
 )  # fmt: skip
 
 
-@click.command(short_help="Find friction and inertia of an axis by experiments.")
+@click.command(short_help="Measure friction and inertia of an axis.")
 @click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to identify.")
-@click.option("--out", "folder", type=click.Path(path_type=Path, file_okay=False), help="Folder for what is found.")
+@click.option("--out", "folder", type=click.Path(path_type=Path, file_okay=False), help="Folder for the results.")
 @click.option(
-    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH", help="Joint angles to stay between (default: the node's limits, 607D and 2060:9 to 10)."
+    "--travel-deg", type=float, nargs=2, metavar="LOW HIGH",
+    help="Joint angles between which the axis may move (default: the node's limits, 607D, 2060:9 and 2060:10)."
 )
 @click.option("--speed-deg-s", type=float, help="Fastest joint rate (default: the node's limits, 607F and 2060).")
 @PROGRAM
-@click.option("--quick", is_flag=True, help="The first look only, about a minute; good to a factor of two.")
-@click.option("--dry-run", is_flag=True, help="Say what would move, how far, how fast and how long; move nothing.")
-@click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer.")
+@click.option(
+    "--quick", is_flag=True, help="Run only the first, rough test plan: about a minute, accurate to a factor of two."
+)
+@click.option("--dry-run", is_flag=True, help="Show what would move, how far, how fast and how long, without moving.")
+@click.option("--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal.")
 @common
 def identify(
     session: Session, axis: str, folder: Path | None, travel_deg: tuple[float, float] | None, speed_deg_s: float | None,
     program: Path | None, quick: bool, dry_run: bool, yes: bool,
 ) -> int:  # fmt: skip
-    """Find friction and inertia of an axis by experiments on it, and write them down with a report.
+    """Measure friction and inertia of an axis by experiments, and write the results and a report.
 
-    First a look that assumes nothing but the travel, the torque limit and that the present gains keep the axis stable;
-    then a programme that is sized by what it has found. The other axis is held where it stands. No gain is changed.
-    Exit code 1 tells that a parameter could not be determined; the report says which run is missing.
+    A first, rough test plan assumes only the travel, the torque limit, and that the present gains keep the axis stable.
+    The main test plan is then sized by its results. The other axis is held in place. No gain is changed. Exit code 1
+    means that a parameter could not be determined; the report names the missing run.
     """
     identifier = IdentifyProgram(find_identify(program))
     out = folder or new_path(Path(), "identify", axis)
@@ -69,15 +75,15 @@ def identify(
         work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
         first = identifier.plan(envelope, drive.position(), work / "first_look_plan.json")
         show_envelope(session, axis, envelope)
-        show_programme(session, first, "first look")
+        show_programme(session, first, "first test plan")
         if not quick:
             session.out.say(
-                "Then a programme that is sized by what the first look finds, and chirps for resonances of the structure;"
-                " their tables come before they move."
+                "The main test plan, sized by these results, and chirps for structural resonances follow. Their"
+                " tables are shown before the axis moves."
             )
         if dry_run:
             session.out.json({"dry_run": True, "axis": axis, "envelope": asdict(envelope), "plan": as_json(first)})
-            session.out.say("dry run: nothing has moved.")
+            session.out.say("dry run: nothing was moved.")
             return int(ExitCode.OK)
         ask(session, yes)
         recording, structure = out / ("first_look.csv" if quick else "runs.csv"), out / "structure.csv"
@@ -86,15 +92,15 @@ def identify(
             if not quick:
                 fit(session, identifier, out / "first_look.csv", out / "first_look.json")
                 programme = identifier.plan(envelope, drive.position(), out / "plan.json", out / "first_look.json")
-                show_programme(session, programme, "programme")
+                show_programme(session, programme, "main test plan")
                 outcome = carry_out(session, machine, programme, recording)
                 chirps = identifier.plan(
                     envelope, drive.position(), out / "structure_plan.json", out / "first_look.json", structure=True
                 )
-                show_programme(session, chirps, "structure")
+                show_programme(session, chirps, "structural resonances")
                 carry_out(session, machine, chirps, structure)
         if not outcome.other_held:
-            session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held: what it did may show in the result.")
+            session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held; its motion may affect the result.")
         fit(
             session, identifier, recording, out / "result.json", out / "residuals.csv", None if quick else structure
         )
@@ -114,24 +120,28 @@ def read_envelope(
     drive = Drive(device, axis)
     low, high = allowed_travel(drive, travel_deg)
     if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
-        raise InputError("--speed-deg-s must be above 0.")
+        raise InputError("--speed-deg-s must be greater than 0.")
     node = read_limits(drive)
     if speed_deg_s is not None:
         node.check_rate(radians(speed_deg_s))
     fastest = node.fastest.value if speed_deg_s is None else radians(speed_deg_s)
     if fastest > FASTEST_OF_EXPERIMENTS_RAD_S:
-        raise InputError(f"{drive.name} has no rate limit (607F, 2060:1): say how fast it may be, as in --speed-deg-s 20.")
+        raise InputError(
+            f"{drive.name} has no rate limit (607F, 2060:1). Give its fastest rate, e.g. --speed-deg-s 20."
+        )
     return Envelope(low, high, drive.torque_limit(), fastest)
 
 
 def make_folder(folder: Path) -> Path:
     """The folder, which is there afterwards; raises InputError, also when it holds another identification."""
     if (folder / "result.json").exists():
-        raise InputError(f"{folder}: holds an identification already (result.json): give another folder with --out.")
+        raise InputError(
+            f"{folder}: already contains an identification (result.json): give another folder with --out."
+        )
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: cannot be made: {error.strerror}.") from error
+        raise InputError(f"{folder}: cannot be created: {error.strerror}.") from error
     return folder
 
 
@@ -163,13 +173,13 @@ def show_programme(session: Session, programme: Programme, title: str) -> None:
                 f"{duration_s:.0f}",
             )
         )
-    columns = ["experiment", ("times", "right"), ("at °", "right"), ("to each side °", "right"), ("up to °/s", "right"),
-               ("up to N m", "right"), ("s", "right")]  # fmt: skip
+    columns = ["experiment", ("times", "right"), ("at °", "right"), ("travel ± °", "right"), ("max °/s", "right"),
+               ("max N m", "right"), ("s", "right")]  # fmt: skip
     session.out.table(columns, rows, title)
     places = ", ".join(_angle(place.angle_rad) for place in programme.places)
     session.out.say(
-        f"{title}: {programme.experiments} experiments at {places}°, {programme.duration_s:.0f} s; between these"
-        f" places at {degrees(programme.moving_rad_s):.3g} °/s."
+        f"{title}: {programme.experiments} experiments at {places}°, {programme.duration_s:.0f} s; moves between"
+        f" these angles at {degrees(programme.moving_rad_s):.3g} °/s."
     )
 
 
@@ -203,12 +213,12 @@ def as_json(programme: Programme) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def ask(session: Session, yes: bool, question: str = "Is the way clear?") -> None:
+def ask(session: Session, yes: bool, question: str = "Is the travel range clear?") -> None:
     """Raises click.Abort or InputError unless it may go on."""
     if yes:
         return
     if session.out.as_json or not sys.stdin.isatty():
-        raise InputError("nobody can be asked whether this may move: add --yes.")
+        raise InputError("cannot ask for confirmation because standard input is not a terminal: add --yes.")
     click.confirm(question, abort=True)
 
 
@@ -224,7 +234,7 @@ def carry_out(session: Session, machine: Commissioning, programme: Programme, pa
     outcome.recording.write(path)
     for run, share in outcome.incomplete_runs():
         session.out.note(
-            f"run {run} in {path} misses {100 * share:.2g} % of its ticks: the bus or this computer is too busy."
+            f"run {run} in {path} lost {100 * share:.2g} % of its ticks: the bus or this computer is too busy."
         )
     return outcome
 
@@ -259,7 +269,7 @@ def tell(session: Session, axis: str, folder: Path, identified: Identified, outc
     )  # fmt: skip
     rows = []
     for estimate in identified.estimates.values():
-        value = f"{estimate.value:.5g}" if estimate.value is not None else "refused"
+        value = f"{estimate.value:.5g}" if estimate.value is not None else "not determined"
         percent = f"±{estimate.percent:.1f}" if estimate.percent is not None else "–"
         paper = f"{estimate.paper:.5g}" if estimate.paper is not None else "–"
         rows.append((estimate.title, value, percent, paper, estimate.unit))
@@ -267,9 +277,9 @@ def tell(session: Session, axis: str, folder: Path, identified: Identified, outc
         ["parameter", ("value", "right"), ("95 % interval, %", "right"), ("paper's method", "right"), "unit"], rows
     )
     for _, message in identified.refused:
-        session.out.note(f"refused: {message}")
+        session.out.note(f"not determined: {message}")
     for warning in identified.warnings:
         session.out.note(warning)
     session.out.say("saved: " + ", ".join(files))
-    session.out.say(f"Gains for these: 'servoctl tune --axis {axis} --from {folder}'.")
+    session.out.say(f"To design gains from this: 'servoctl tune --axis {axis} --from {folder}'.")
     return int(ExitCode.DIFFERENT if identified.refused else ExitCode.OK)

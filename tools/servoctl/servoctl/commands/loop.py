@@ -70,12 +70,14 @@ def loop_stimulus(low: float, high: float, bias: float, amplitude: float, lines:
     """Frequencies in Hz, rates in rad/s; raises InputError."""
     if not 0.05 <= low < high or high > 0.4 / SETPOINT_PERIOD_S:
         raise InputError(
-            f"the frequencies {low:g} to {high:g} Hz are not possible: from 0.05 Hz at least to"
-            f" {0.4 / SETPOINT_PERIOD_S:.0f} Hz (--high) at most, as set-points go out every"
-            f" {1e3 * SETPOINT_PERIOD_S:g} ms."
+            f"invalid frequencies {low:g} to {high:g} Hz: expected 0.05 Hz or more and at most"
+            f" {0.4 / SETPOINT_PERIOD_S:.0f} Hz (--high), because set-points are sent every"
+            f" {1000.0 * SETPOINT_PERIOD_S:g} ms."
         )
     if amplitude <= 0 or (bias != 0 and amplitude >= abs(bias)):
-        raise InputError("--amplitude must be above 0 and below --bias, or the axis would turn round and stick.")
+        raise InputError(
+            "--amplitude must be greater than 0 and less than --bias; otherwise the axis would reverse and stick."
+        )
     return LoopStimulus(design_multisine(low, high, lines), bias, amplitude, periods)
 
 
@@ -114,18 +116,18 @@ def measure_loop(
     demand, answer, lost = run.demand, run.answer, run.lost
     skip = int((WARM_UP_S + 0.05) / TICK_S)
     if (len(demand) - skip) * TICK_S < 2 * stimulus.sine.period_s:
-        raise MotionError(f"{lost} samples were lost, so that less than two periods are left: more --periods help.")
+        raise MotionError(f"{lost} samples were lost, which leaves less than two periods: use more --periods.")
     closed = estimate(demand[skip:], answer[skip:], TICK_S, stimulus.sine)
     loop = open_loop(gains, closed.frequency_hz, closed.value)
     good = np.asarray(closed.coherence >= GOOD_COHERENCE)
     if np.count_nonzero(good) < LEAST_LINES:
         raise MotionError(
-            f"the coherence is below {GOOD_COHERENCE} nearly everywhere: the answer is noise. More --amplitude or"
-            " --periods help."
+            f"the coherence is below {GOOD_COHERENCE} at nearly all frequencies: the response is mostly noise."
+            " Raise --amplitude or --periods."
         )
     sharp = open_loop_is_sharp(closed, loop)
     if np.count_nonzero(sharp) < LEAST_LINES:
-        raise MotionError("the open loop cannot be told from the noise: more --amplitude or --periods help.")
+        raise MotionError("the open loop is hidden by noise: raise --amplitude or --periods.")
     found = margins(closed.frequency_hz[sharp], loop[sharp])
     width = bandwidth_hz(closed.frequency_hz[good], closed.value[good])
     return MeasuredLoop(closed, loop, good, sharp, found, width, gains, lost)

@@ -42,8 +42,8 @@ class Identity:
 def lss() -> None:
     """Set node ids and the bit rate over the bus (CiA 305).
 
-    Nothing is changed while an axis has torque. A new node id is in force at once; what is stored counts after every
-    start. After `lss rate` the adapter and all other nodes must have the new bit rate, too.
+    The nodes refuse changes while an axis has torque. A new node id is active at once; a stored one also after a
+    restart. After 'lss rate', change the bit rate of the adapter and of all other devices as well.
     """
 
 
@@ -66,7 +66,7 @@ def _ask(what: str, request: Callable[[], Any]) -> Any:
     except LssError as error:
         reason = str(error)
         if "No LSS response" in reason:
-            raise ConnectionFailed(f"no node answers while {what}.") from error
+            raise ConnectionFailed(f"no node answered while {what}.") from error
         if reason.endswith(str(TORQUE)):
             raise Refused(f"refused while {what}: an axis has torque; disable both axes first.") from error
         raise Refused(f"the node refused {what} ({reason}).") from error
@@ -96,7 +96,7 @@ def _ask_all(network: canopen.Network, what: str, request: bytes) -> None:
     finally:
         network.unsubscribe(LssMaster.LSS_RX_COBID, hear)
     if not answers:
-        raise ConnectionFailed(f"no node answers while {what}.")
+        raise ConnectionFailed(f"no node answered while {what}.")
     refusals = sorted({answer[1] for answer in answers} - {0})
     if TORQUE in refusals:
         raise Refused(f"refused while {what}: an axis has torque; disable all axes of all nodes first.")
@@ -106,7 +106,7 @@ def _ask_all(network: canopen.Network, what: str, request: bytes) -> None:
 
 def _check_free(node: int, present: set[int]) -> None:
     if node in present:
-        raise InputError(f"node id {node} is in use on this bus; 'servoctl scan' shows which are.")
+        raise InputError(f"node id {node} is already in use on this bus; 'servoctl scan' lists the nodes.")
 
 
 def _number(master: LssMaster, node: int, store: bool) -> None:
@@ -125,7 +125,7 @@ def _wait_for_boot(network: canopen.Network, node: int) -> None:
         time.sleep(0.01)
     network.unsubscribe(0x700 + node)
     if not heard:
-        raise NotVerified(f"node {node} is not heard on the bus after it got its node id.")
+        raise NotVerified(f"node {node} sent nothing after it got its node id.")
 
 
 def _find(master: LssMaster) -> Identity | None:
@@ -134,12 +134,16 @@ def _find(master: LssMaster) -> Identity | None:
     return Identity(*identity) if found else None
 
 
-@lss.command()
-@click.option("--first", type=click.IntRange(1, 127), help="Number the nodes that are found, from this node id on.")
-@click.option("--store/--no-store", default=True, help="Whether the node ids count after the next start, too.")
+@lss.command(short_help="Find nodes without a node id and assign ids.")
+@click.option(
+    "--first", type=click.IntRange(1, 127), help="Assign node ids to the nodes found, beginning with this one."
+)
+@click.option(
+    "--store/--no-store", default=True, help="Store the node ids, so that they survive a restart (default: --store)."
+)
 @common
 def scan(session: Session, first: int | None, store: bool) -> int:
-    """Find the nodes without node id (fastscan), and number them; exit code 1 when there is none."""
+    """Find nodes without a node id (fastscan) and assign ids with --first. Exit code 1 if none is found."""
     rows: list[dict[str, Any]] = []
     with _master(session) as (network, master), session.out.errors.status("scanning"):
         present = set() if first is None else _present(network)
@@ -150,14 +154,14 @@ def scan(session: Session, first: int | None, store: bool) -> int:
             node = None if first is None else first + n
             if node is not None:
                 if node > MOST_NODES:
-                    raise InputError(f"node id {node} is above {MOST_NODES}; begin lower than --first {first}.")
+                    raise InputError(f"node id {node} is above {MOST_NODES}; use a value lower than --first {first}.")
                 _check_free(node, present)
                 _number(master, node, store)
                 _wait_for_boot(network, node)
             rows.append({"node": node} | asdict(identity))
     session.out.json(rows)
     if not rows:
-        session.out.say(f"no node without node id answers on {parse_bus(session.bus)}.")
+        session.out.say(f"no node without a node id answers on {parse_bus(session.bus)}.")
         return int(ExitCode.DIFFERENT)
     session.out.table(
         [("node", "right"), "vendor", "product", "revision", "serial"],
@@ -174,12 +178,15 @@ def scan(session: Session, first: int | None, store: bool) -> int:
 @click.option(
     "--serial",
     type=lambda text: int(text, 0),
-    help="Serial number (1018:4) of the node, where its node id does not tell it from others.",
+    metavar="NUMBER",
+    help="Serial number (1018:4) of the node, if several nodes have the same node id.",
 )
-@click.option("--store/--no-store", default=True, help="Whether it counts after the next start, too.")
+@click.option(
+    "--store/--no-store", default=True, help="Store the node id, so that it survives a restart (default: --store)."
+)
 @common
 def set_id(session: Session, new_id: int, serial: int | None, store: bool) -> None:
-    """Give the node --node, or that with --serial, another node id."""
+    """Change the node id of the node given by --node or --serial."""
     identity = _identity(session) if serial is None else Identity(serial=serial)
     with _master(session) as (network, master):
         who = f"switching the node with serial number 0x{identity.serial:08X}"
@@ -194,14 +201,14 @@ def set_id(session: Session, new_id: int, serial: int | None, store: bool) -> No
         if old != new_id:
             _wait_for_boot(network, new_id)
     session.out.json({"node": new_id, "was": old, "stored": store} | asdict(identity))
-    session.out.say(f"node {old if old <= MOST_NODES else 'without id'} is node {new_id} now.")
+    session.out.say(f"node {old if old <= MOST_NODES else 'without id'} is now node {new_id}.")
 
 
 def _identity(session: Session) -> Identity:
     with session.connect() as device:
         numbers = [device.try_upload(0x1018, sub) for sub in range(1, 5)]
     if any(number is None for number in numbers):
-        raise ConnectionFailed(f"node {session.node} does not tell its identity (object 1018).")
+        raise ConnectionFailed(f"node {session.node} does not report its identity (object 1018).")
     return Identity(*(int.from_bytes(number or b"", "little") for number in numbers))
 
 
@@ -224,10 +231,12 @@ def _bit_timing(bit_rate: int) -> bytes:
 
 @lss.command()
 @click.argument("bit_rate", type=click.Choice([str(rate) for rate in BIT_RATES]))
-@click.option("--store/--no-store", default=True, help="Whether it counts after the next start, too.")
+@click.option(
+    "--store/--no-store", default=True, help="Store the bit rate, so that it survives a restart (default: --store)."
+)
 @common
 def rate(session: Session, bit_rate: str, store: bool) -> None:
-    """Give all nodes on the bus another bit rate, now."""
+    """Change the bit rate of all nodes on the bus at once."""
     new = int(bit_rate)
     address = parse_bus(session.bus)
     with _master(session) as (network, master):
@@ -247,17 +256,19 @@ def rate(session: Session, bit_rate: str, store: bool) -> None:
     time.sleep(2.2 * SWITCH_DELAY_MS / 1000.0)
     lost = _lost(session, address, new, before)
     if lost:
-        raise NotVerified(f"at {new} bit/s node {', '.join(str(node) for node in sorted(lost))} does not answer.")
+        raise NotVerified(f"node {', '.join((str(node) for node in sorted(lost)))} does not answer at {new} bit/s.")
     session.out.json({"bit_rate": new, "stored": store, "nodes": sorted(before)})
-    session.out.say(f"{len(before)} of {len(before)} nodes have {new} bit/s; give servoctl --bitrate {new} from now on.")
+    session.out.say(
+        f"{len(before)} of {len(before)} nodes use {new} bit/s; from now on call servoctl with --bitrate {new}."
+    )
 
 
 def _lost(session: Session, address: BusAddress, bit_rate: int, before: set[int]) -> set[int]:
     if address.kind == "socketcan":
         interface = address.channel
         session.out.note(
-            f"not checked: set the interface to the new bit rate, as with: ip link set {interface} down; "
-            f"ip link set {interface} up type can bitrate {bit_rate}"
+            f"not checked: set the interface to the new bit rate, e.g. ip link set {interface} down; ip link set"
+            f" {interface} up type can bitrate {bit_rate}"
         )
         return set()
     with _master(session, bit_rate) as (network, _):

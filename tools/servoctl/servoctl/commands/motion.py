@@ -40,13 +40,20 @@ def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callabl
 
     def add(command: F) -> F:
         for option in (
-            click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer."),
-            click.option("--dry-run", is_flag=True, help="Say what would move, and move nothing."),
             click.option(
-                "--max-duration", type=DURATION, default=max_duration, show_default=True, help="Longest motion (s)."
+                "--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal."
             ),
-            click.option("--max-travel", type=LONGEST_WAY, default=max_travel, show_default=True, help="Farthest way (°)."),
-            click.option("--max-rate", type=FASTEST_RATE, default=max_rate, show_default=True, help="Fastest rate (°/s)."),
+            click.option("--dry-run", is_flag=True, help="Show what would move, without moving."),
+            click.option(
+                "--max-duration", type=DURATION, default=max_duration, show_default=True,
+                help="Limit of the duration (s)."
+            ),
+            click.option(
+                "--max-travel", type=LONGEST_WAY, default=max_travel, show_default=True, help="Limit of the travel (°)."
+            ),
+            click.option(
+                "--max-rate", type=FASTEST_RATE, default=max_rate, show_default=True, help="Limit of the rate (°/s)."
+            ),
             click.argument("axis", type=click.Choice(AXES)),
         ):
             command = option(command)
@@ -65,12 +72,12 @@ def announce(session: Session, plan: Plan, limits: Limits, device: Device | None
     )
     if dry_run:
         session.out.json({"dry_run": True, "plan": plan_data(plan)})
-        session.out.say("dry run: nothing has moved.")
+        session.out.say("dry run: nothing was moved.")
         return False
     if not yes:
         if session.out.as_json or not sys.stdin.isatty():
-            raise InputError("nobody can be asked whether this may move: add --yes.")
-        click.confirm("Is the way clear?", abort=True)
+            raise InputError("cannot ask for confirmation because standard input is not a terminal: add --yes.")
+        click.confirm("Is the travel range clear?", abort=True)
     return True
 
 
@@ -94,8 +101,8 @@ def check_pace(device: Device) -> None:
         if pace <= FASTEST_PACE:
             return
     raise MotionError(
-        f"the node's clock goes {pace:.1f} times as fast as the computer's, so that set-points from here would come late: serve"
-        " the simulator or the emulated board with --speed 1."
+        f"the node's clock runs {pace:.1f} times as fast as the computer's, so set-points from here would arrive"
+        " late: run the simulator or the emulated board with --speed 1."
     )
 
 
@@ -139,16 +146,16 @@ def run_rates(
         lost, late = stream.lost(), stream.late()
         not_heard = stream.not_heard()
     if len(demand) < 0.9 * len(rates):
-        raise MotionError(f"only {len(demand)} of {len(rates)} samples came: the bus is too slow or too busy.")
+        raise MotionError(f"only {len(demand)} of {len(rates)} samples arrived: the bus is too slow or too busy.")
     if np.ptp(rates) > 0.0 and np.ptp(demand) == 0.0:
-        raise MotionError(f"the demanded rate (606B) has not changed in {len(demand)} samples: {not_heard}")
+        raise MotionError(f"the demanded rate (606B) did not change in {len(demand)} samples: {not_heard}")
     return RatesRun(demand, answer, lost, late)
 
 
 def show_files(session: Session, files: list[str], lost: int) -> None:
     if lost:
         worse = (
-            "; times are too short by as many ms: run it again on a quieter bus or computer" if lost > MANY_LOST else ""
+            "; measured times are too short by as many ms: repeat on a less busy bus or computer" if lost > MANY_LOST else ""
         )
-        session.out.note(f"{lost} samples were lost on the way{worse}.")
+        session.out.note(f"{lost} samples were lost in transmission{worse}.")
     session.out.say("saved: " + ", ".join(files))

@@ -22,28 +22,29 @@ from .quantity import ANGLE, DURATION, RATE
 @click.command(short_help="Move to or by an angle, or at a rate for a time.")
 @motion_options("20", "90", "120")
 @click.option("--to", "target", type=ANGLE, help="Absolute joint angle (°).")
-@click.option("--by", type=ANGLE, help="Relative way (°).")
+@click.option("--by", type=ANGLE, help="Relative angle (°).")
 @click.option(
-    "--rate", type=RATE, help="Without --to or --by: run at this rate (°/s); else the profile rate (default 2)."
+    "--rate", type=RATE, help="Rate (°/s). With --to or --by the profile rate (default 2), else the rate to run at."
 )
-@click.option("--for", "duration", type=DURATION, help="How long to run at the rate (s).")
+@click.option("--for", "duration", type=DURATION, help="Duration of the run at --rate (s).")
 @common
 def move(
     session: Session, axis: str, target: float | None, by: float | None, rate: float | None, duration: float | None,
     max_rate: float, max_travel: float, max_duration: float, dry_run: bool, yes: bool,
 ) -> None:  # fmt: skip
-    """Move an axis: --to or --by an angle (mode pp), or --rate --for a time (mode pv).
+    """Move an axis: to an angle with --to, by an angle with --by (mode pp), or at a rate for a time with --rate and
+    --for (mode pv).
 
-    Angles and rates are in degrees unless a unit follows, as in --by "10 mrad". The axis is enabled for it, and
-    disabled again when it was before.
+    Angles and rates are in degrees unless a unit follows, e.g. --by "10 mrad". The axis is enabled for the motion. If
+    it was disabled before, it is disabled again.
     """
     runs = target is None and by is None
     if runs and (rate is None or duration is None):
-        raise InputError("say --to or --by an angle, or --rate and --for.")
+        raise InputError("give --to or --by with an angle, or --rate and --for.")
     if target is not None and by is not None or (not runs and duration is not None):
-        raise InputError("--to, --by and --rate with --for exclude each other.")
+        raise InputError("--to, --by, and --rate with --for exclude each other.")
     if not runs and rate == 0.0:
-        raise InputError("--rate must not be 0 on the way to an angle.")
+        raise InputError("--rate must not be 0 with --to or --by.")
     limits = Limits(max_rate, max_travel, max_duration)
     with session.connect() as device:
         drive = Drive(device, AXES.index(axis))

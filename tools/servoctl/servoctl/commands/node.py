@@ -21,10 +21,10 @@ SCAN_LISTEN_S = 1.0
 
 
 @click.command(short_help="List the nodes on the bus.")
-@click.option("--passive", is_flag=True, help="Only listen, ask nobody.")
+@click.option("--passive", is_flag=True, help="Listen only; send no requests.")
 @common
 def scan(session: Session, passive: bool) -> int:
-    """List the nodes on the bus; exit code 1 when there is none."""
+    """List the nodes on the bus. Exit code 1 if there are none."""
     address = parse_bus(session.bus)
     network = canopen.Network(bus=open_bus(address, session.bitrate, listen_only=passive))
     states: dict[int, str] = {}
@@ -78,10 +78,10 @@ def _describe(session: Session, node: int, state: str, passive: bool) -> dict[st
     return empty | {key: identity[key] for key in ("name", "software", "serial")} | {"axes": axes}
 
 
-@click.command(short_help="Tell what the node is: versions, parameter sets, state.")
+@click.command(short_help="Show versions, parameter sets and state of the node.")
 @common
 def info(session: Session) -> None:
-    """Tell what the node is: versions, schema, parameter sets, state."""
+    """Show versions, schema, parameter sets and state of the node."""
     with session.connect() as device:
         data = device.identity()
         data["nmt"] = device.nmt_state()
@@ -109,7 +109,7 @@ def info(session: Session) -> None:
             stored = (
                 "as stored" if not axis["differs_from_stored"] else f"not stored (stored: {axis['stored_crc']:08X})"
             )
-            staged = "; staged values wait" if axis["staged"] else ""
+            staged = "; staged values are not active" if axis["staged"] else ""
             out.say(f"{axis['axis']:8} set {axis['active_crc']:08X}, {stored}{staged}")
     if mismatch:
         out.note(mismatch)
@@ -179,12 +179,12 @@ def show_axes(session: Session, axes: list[dict[str, Any]]) -> None:
 ACTIONS = ("enable", "disable", "quick-stop", "reset")
 
 
-@click.command(short_help="Show the axes' states, enable, disable, reset a fault.")
+@click.command(short_help="Show the axes' states; enable, disable, reset a fault.")
 @click.argument("words", nargs=-1, metavar="[AXIS] [enable|disable|quick-stop|reset]")
-@click.option("--axis", type=click.Choice(AXES), help="The axis, when it is not the first word.")
+@click.option("--axis", type=click.Choice(AXES), help="The axis, if it is not given as an argument.")
 @common
 def state(session: Session, words: tuple[str, ...], axis: str | None) -> None:
-    """Show the state of the axes, or bring one to another: enable, disable, quick-stop, reset (a fault)."""
+    """Show the state of the axes, or change the state of one: enable, disable, quick-stop, reset (a fault)."""
     action = None
     for word in words:
         if word in AXES and axis in (None, word):
@@ -192,9 +192,9 @@ def state(session: Session, words: tuple[str, ...], axis: str | None) -> None:
         elif word in ACTIONS and action is None:
             action = word
         else:
-            raise InputError(f"'{word}' is neither an axis ({', '.join(AXES)}) nor one of {', '.join(ACTIONS)}.")
+            raise InputError(f"'{word}' is neither an axis ({', '.join(AXES)}) nor an action ({', '.join(ACTIONS)}).")
     if action and axis is None:
-        raise InputError(f"say which axis shall {action}: {' or '.join(AXES)}.")
+        raise InputError(f"'{action}' needs an axis: {' or '.join(AXES)}.")
     with session.connect() as device:
         if action and axis:
             drive = Drive(device, AXES.index(axis))

@@ -12,12 +12,12 @@ from ..errors import InputError, Refused
 from ..fault_table import find_faults
 from ..parameter import AXES, TYPES, Parameter, Value
 from ..schema import Schema, parse_index
-from ..session import NameType, Session, axis_option, common, unlock_option
+from ..session import NameType, Session, axis_choice, axis_option, common, unlock_option
 from ..tuning import APPLY, REVERT, UNDO, Change, Tuning, command_set, set_state
 from ..units import number
 from .faults import explain_code, show_code
 
-NOT_IN_FORCE = "staged, not in force yet"
+NOT_IN_FORCE = "staged, not active yet"
 
 
 def parameter_at(device: Device, text: str, axis: str | None, kind: str | None = None) -> Parameter:
@@ -32,7 +32,7 @@ def parameter_at(device: Device, text: str, axis: str | None, kind: str | None =
         raise InputError(f"{text} needs --type, one of {', '.join(TYPES)}: {device.mismatch}")
     if kind is None:
         raise InputError(
-            f"there is no object {text} in {device.any_schema.origin}; with --type it is read all the same."
+            f"no object {text} in {device.any_schema.origin}; give its --type to read it anyway."
         )
     return Parameter(name=text, title=text, index=at[0], sub=at[1], type=kind, access="rw")
 
@@ -58,15 +58,16 @@ def as_json(parameter: Parameter, value: Value | None) -> dict[str, Any]:
     }
 
 
-@click.command(short_help="Show values as the device has them.")
+@click.command(short_help="Show values from the device.")
 @click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|0xINDEX:SUB]...")
 @axis_option
 @click.option(
-    "--type", "kind", type=click.Choice(TYPES), help="Type of an object by index that is not in parameters.json."
+    "--type", "kind", type=click.Choice(TYPES),
+    help="Type of an object given by index that is not in parameters.json."
 )
 @common
 def get(session: Session, names: tuple[str, ...], axis: str | None, kind: str | None) -> None:
-    """Show values as the device has them; without a name, all gains."""
+    """Show values from the device; without a name, all gains."""
     with session.connect() as device:
         if names and all(parse_index(name) for name in names):
             chosen = [parameter_at(device, name, axis, kind) for name in names]
@@ -89,7 +90,7 @@ def get(session: Session, names: tuple[str, ...], axis: str | None, kind: str | 
         table = [(p.where, p.name, number(v), p.unit, number(p.default)) for p, v in rows]
         session.out.table(["index", "name", ("value", "right"), "unit", ("default", "right")], table)
     for number_of_axis in sorted(pending & {p.axis for p in chosen if p.staged and p.axis is not None}):
-        session.out.note(f"{AXES[number_of_axis]}: these are the staged values; they differ from those in force.")
+        session.out.note(f"{AXES[number_of_axis]}: these are the staged values; they differ from the active values.")
 
 
 def read_or_none(device: Device, parameter: Parameter, single: bool) -> Value | None:
@@ -114,10 +115,10 @@ def parse_assignments(
         if not equals:
             parameter = parameter_at(device, name, axis, kind)  # which may say what was meant
             limits = f", {parameter.limits()} {parameter.unit}".rstrip() if parameter.limits() else ""
-            raise InputError(f"'{word}' has no value: say {word}=VALUE{limits}.")
+            raise InputError(f"'{word}' has no value: expected {word}=VALUE{limits}.")
         parameter = parameter_at(device, name, axis, kind)
         if not parameter.writable:
-            raise InputError(f"{parameter.name} ({parameter.where}) can only be read.")
+            raise InputError(f"{parameter.name} ({parameter.where}) is read-only.")
         values[parameter] = parameter.check(parameter.parse(text))
     return values
 
@@ -132,7 +133,7 @@ def show_changes(session: Session, changes: list[Change], staged_only: bool = Fa
     )
     for change in changes:
         waits = f"  ({NOT_IN_FORCE})" if staged_only and change.parameter.staged else ""
-        same = "  (as before)" if change.old == change.new else ""
+        same = "  (unchanged)" if change.old == change.new else ""
         old = f"  was {number(change.old)}" if change.old is not None and not same else ""
         session.out.say(
             f"{change.parameter.name} = {number(change.new)} {change.parameter.unit}{old}{same}{waits}".replace(
@@ -154,28 +155,31 @@ class SetCommand(click.Command):
         return super().parse_args(ctx, words)
 
 
-@click.command("set", cls=SetCommand, short_help="Change values, all of them in one tick.")
+@click.command("set", cls=SetCommand, short_help="Change values; all take effect in the same tick.")
 @click.argument("assignments", nargs=-1, type=NameType(assignment=True), metavar="NAME=VALUE... | NAME VALUE")
 @axis_option
-@click.option("--stage", is_flag=True, help="Only stage; 'set --apply' puts all staged values in force.")
-@click.option("--apply", "apply_staged", is_flag=True, help="Put in force what is staged, before by --stage or now.")
+@click.option("--stage", is_flag=True, help="Only stage the values; 'set --apply' activates all staged values later.")
+@click.option(
+    "--apply", "apply_staged", is_flag=True, help="Activate all staged values, those staged earlier and those given now."
+)
 @unlock_option
 @click.option(
-    "--type", "kind", type=click.Choice(TYPES), help="Type of an object by index that is not in parameters.json."
+    "--type", "kind", type=click.Choice(TYPES),
+    help="Type of an object given by index that is not in parameters.json."
 )
 @common
 def set_(
     session: Session, assignments: tuple[str, ...], axis: str | None, stage: bool, apply_staged: bool, unlock: bool,
     kind: str | None,
 ) -> None:  # fmt: skip
-    """Set parameters: all are staged, applied in one tick, and read back.
+    """Set parameters: all values are staged, applied in one tick, and read back.
 
-    A value may carry a unit: 'set azimuth.position_loop.rate_limit_of_the_outer_loops="5 deg/s"'.
+    A value may have a unit: 'set azimuth.position_loop.rate_limit_of_the_outer_loops="5 deg/s"'.
     """
     if stage and apply_staged:
         raise InputError("--stage and --apply exclude each other.")
     if not assignments and not apply_staged:
-        raise InputError("nothing to set: say NAME=VALUE.")
+        raise InputError("nothing to set: expected NAME=VALUE.")
     with session.connect() as device:
         values = parse_assignments(device, assignments, axis, kind)
         changes: list[Change] = []
@@ -187,23 +191,23 @@ def set_(
             for number_of_axis in sorted(staged_axes(device)):
                 if axis in (None, AXES[number_of_axis]):
                     command_set(device, number_of_axis, APPLY)
-                    session.out.say(f"{AXES[number_of_axis]}: staged values are in force.")
+                    session.out.say(f"{AXES[number_of_axis]}: the staged values are now active.")
     show_changes(session, changes, staged_only=stage)
 
 
-@click.command(short_help="Take back the last change.")
-@axis_option
-@click.option("--staged", is_flag=True, help="Forget what is staged and not in force.")
+@click.command(short_help="Undo the last change.")
+@axis_choice("Axis of --staged or --device.")
+@click.option("--staged", is_flag=True, help="Discard staged values that are not active.")
 @click.option(
-    "--device", "by_device", is_flag=True, help="The device's own undo: back to the set before the last apply."
+    "--device", "by_device", is_flag=True, help="Use the device's own undo: restore the set before the last apply."
 )
-@click.option("--list", "listing", is_flag=True, help="Show the journal's last writes and change nothing.")
+@click.option("--list", "listing", is_flag=True, help="Show the last writes in the journal and change nothing.")
 @unlock_option
 @common
 def undo(session: Session, axis: str | None, staged: bool, by_device: bool, listing: bool, unlock: bool) -> None:
-    """Take back the last change, by the journal of this computer.
+    """Undo the last change that this computer's journal recorded.
 
-    A value that somebody else has changed since is left alone, and nothing is undone then.
+    If another client has changed one of the values since, nothing is undone.
     """
     if staged and by_device:
         raise InputError("--staged and --device exclude each other.")
@@ -217,19 +221,20 @@ def undo(session: Session, axis: str | None, staged: bool, by_device: bool, list
             return
         entries = tuning.journal.last_undoable()
         if not entries:
-            raise InputError(f"there is nothing to undo in {tuning.journal.path}.")
+            raise InputError(f"{tuning.journal.path} contains nothing to undo.")
         tuning.undoes = entries[0].transaction
         schema = device.schema
         values: dict[Parameter, Value] = {}
         for entry in entries:
             parameter = schema.by_index(entry.index, entry.sub)
             if parameter is None or entry.old is None:
-                raise InputError(f"{entry.name} of the journal is not an object of this device.")
+                raise InputError(f"{entry.name} from the journal is not an object of this device.")
             found = device.read(parameter)
             if found != entry.new:
                 raise Refused(
-                    f"{entry.name} is {number(found)} now, not {number(entry.new)} as the journal's last write left it:"
-                    " somebody else has changed it since; set it by hand if it shall go back."
+                    f"{entry.name} is now {number(found)}, but the journal's last write set it to"
+                    f" {number(entry.new)}: another client has changed it since. Set it with 'servoctl set' if you"
+                    " want the old value."
                 )
             values[parameter] = entry.old
         show_changes(session, tuning.write(values, unlock=unlock))
@@ -238,9 +243,9 @@ def undo(session: Session, axis: str | None, staged: bool, by_device: bool, list
 def _undo_in_device(session: Session, device: Device, axis: str | None, command: int) -> None:
     axes = [AXES.index(axis)] if axis else [a for a in range(len(AXES)) if set_state(device, a) is not None]
     if not axes:
-        raise InputError("this device has no staged set (object 0x2070).")
+        raise InputError("this device has no staged parameter set (object 0x2070).")
     if command == UNDO and axis is None and len(axes) > 1:
-        raise InputError("the device's undo is of one axis: say which with --axis.")
+        raise InputError("the device's undo works on one axis: choose it with --axis.")
     tuning = Tuning(device, "undo")
     gains = [p for p in device.schema if p.staged and p.axis in axes and p.type != "DOMAIN" and p.writable]
     before = {p: device.read(p) for p in gains}
@@ -252,7 +257,7 @@ def _undo_in_device(session: Session, device: Device, axis: str | None, command:
         tuning.note(change.parameter, change.old, change.new)
     show_changes(session, changes)
     if not changes:
-        session.out.say("nothing was staged." if command == REVERT else "nothing has changed.")
+        session.out.say("nothing was staged." if command == REVERT else "nothing changed.")
 
 
 def _list_journal(session: Session, tuning: Tuning) -> None:
@@ -264,12 +269,12 @@ def _list_journal(session: Session, tuning: Tuning) -> None:
     )
 
 
-@click.command(short_help="Tell what a parameter or a fault code means.")
+@click.command(short_help="Explain a parameter or a fault code.")
 @click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP|FAULT CODE]...")
 @axis_option
 @common
 def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:
-    """Tell what a parameter or a fault code means; without a name, list all. Needs no device."""
+    """Explain a parameter or a fault code; without a name, list all parameters. Needs no device."""
     table = find_faults([session.parameters])
     codes = [found for name in names if (found := explain_code(name, table)) is not None]
     if names and len(codes) == len(names):
@@ -286,7 +291,7 @@ def explain(session: Session, names: tuple[str, ...], axis: str | None) -> None:
         session.out.table(
             ["index", "name", "unit", "meaning"], [(p.where, p.name, p.unit, p.help) for p in chosen]
         )
-        session.out.say("range, default and more of one: servoctl explain NAME")
+        session.out.say("For range, default and details of one parameter: servoctl explain NAME")
         return
     for parameter in chosen:
         _show_explained(session, schema, parameter)
@@ -305,17 +310,18 @@ def _show_explained(session: Session, schema: Schema, p: Parameter) -> None:
     out.say(f"  {p.title}: {p.help}" if p.help else f"  {p.title}")
     head = schema.by_index(p.index, 0)
     if head is not None and head is not p:
-        out.say(f"  belongs to  {head.title}: {head.help}")
+        out.say(f"  part of     {head.title}: {head.help}")
     out.say(f"  object      {p.where}, {p.type}, {p.access}")
     if p.limits():
         out.say(f"  range       {p.limits()} {p.unit}".rstrip())
     if p.default is not None:
         out.say(f"  default     {number(p.default)} {p.unit}".rstrip())
     if p.guarded:
-        out.say("  is guarded: written with --unlock only")
+        out.say("  guarded: can be written with --unlock only")
     if p.staged:
         out.say(
-            "  takes force when applied ('set' does so), together with what else is staged; stored by 'servoctl store'"
+            "  becomes active when applied ('servoctl set' applies), together with other staged values; stored by"
+            " 'servoctl store'"
         )
     elif p.stored:
-        out.say("  takes force at once; stored by 'servoctl store'")
+        out.say("  becomes active at once; stored by 'servoctl store'")

@@ -35,7 +35,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in clic
         if not math.isfinite(found):
             self.fail(f"'{value}' is not a finite number.", param, ctx)
         if not found > self.above:
-            self.fail(f"'{value}' must be more than {self.above:g}.", param, ctx)
+            self.fail(f"'{value}' must be greater than {self.above:g}.", param, ctx)
         if not self.low <= found <= self.high:
             right = f"{self.low:g} or more" if math.isinf(self.high) else f"{self.low:g} to {self.high:g}"
             self.fail(f"'{value}' must be {right} {self.unit}".rstrip() + ".", param, ctx)
@@ -43,7 +43,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in clic
 
     def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
         """The unit of bare numbers."""
-        return self.bare.upper().replace("DEG", "°") or "NUMBER"
+        return self.bare.replace("deg", "°") or "NUMBER"
 
 
 ANGLE = Quantity("rad", "deg")

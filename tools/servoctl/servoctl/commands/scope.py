@@ -19,25 +19,28 @@ from ..units import Shown, parse_quantity
 from .quantity import DURATION, LEAD, Quantity
 
 
-@click.command(short_help="Record signals in the device, at up to 1 kHz.")
+@click.command(short_help="Record signals in the device at up to 1 kHz.")
 @click.argument("signals", nargs=-1, metavar="[SIGNAL]...")
-@click.option("--axis", type=click.Choice(AXES), help="Completes signals that do not begin with an axis.")
-@click.option("--list", "listing", is_flag=True, help="List the signals and capture nothing.")
+@click.option("--axis", type=click.Choice(AXES), help="Axis of the signals that do not contain one.")
+@click.option("--list", "listing", is_flag=True, help="List the signals; capture nothing.")
 @click.option(
     "--rate", type=Quantity("Hz", low=0.02, high=1000.0), default="1000", show_default=True, help="Frames per second (Hz)."
 )
-@click.option("--for", "duration", type=DURATION, help="Length (s); default: as much as fits.")
+@click.option("--for", "duration", type=DURATION, help="Length of the capture (s); default: as long as fits.")
 @click.option("--pre", type=LEAD, default="0", help="Time before the trigger (s).")
-@click.option("--trigger", type=click.Choice(recorder.TRIGGERS), default="now", show_default=True)
-@click.option("--on", "source", help="Signal of the trigger (default: the first).")
+@click.option(
+    "--trigger", type=click.Choice(recorder.TRIGGERS), default="now", show_default=True,
+    help="When to trigger: at once, above or below a level, on its rising or falling edge, on a state change or a fault.",
+)  # fmt: skip
+@click.option("--on", "source", help="Signal that triggers (default: the first one).")
 @click.option(
     "--level", default="0", show_default=True, metavar="LEVEL",
-    help="Level of the trigger, in the unit that --list shows for its signal, or with a unit, as in '10 mrad/s'.",
+    help="Trigger level, in the unit that --list shows for its signal, or with a unit, e.g. '10 mrad/s'.",
 )  # fmt: skip
 @click.option(
-    "--timeout", type=DURATION, default="60", show_default=True, help="Give up waiting for the trigger after this (s)."
+    "--timeout", type=DURATION, default="60", show_default=True, help="Longest wait for the trigger (s)."
 )
-@click.option("--auto", is_flag=True, help="Trigger by force when --timeout is over, instead of giving up.")
+@click.option("--auto", is_flag=True, help="Force the trigger after --timeout instead of giving up.")
 @click.option(
     "--out", "folder", type=click.Path(path_type=Path, file_okay=False), default=".", help="Folder for PNG and CSV."
 )
@@ -46,11 +49,11 @@ def scope(
     session: Session, signals: tuple[str, ...], axis: str | None, listing: bool, rate: float, duration: float | None, pre: float,
     trigger: str, source: str | None, level: str, timeout: float, auto: bool, folder: Path,
 ) -> None:  # fmt: skip
-    """Capture up to 8 SIGNALs in the device, at up to 1 kHz, around a trigger; saves a plot and a CSV.
+    """Capture up to 8 SIGNALs in the device around a trigger, at up to 1 kHz. Saves a plot and a CSV file.
 
-    8192 samples fit: two signals at 1 kHz for 4 s. The capture is ended early when --for is over. It may run beside
-    'servoctl move' and the like, and is read when they are done. Table and plot are in °/s; CSV and --json are in rad/s, as
-    the names of their columns say.
+    The memory holds 8192 samples, e.g. two signals at 1 kHz for 4 s. A capture with --for ends after that time. It can
+    run during 'servoctl move' and similar commands, and is read when they have finished. Table and plot use °/s; CSV
+    and --json use rad/s, as the column names state.
     """
     with session.connect() as device:
         names = recorder.signal_names(device)
@@ -60,17 +63,17 @@ def scope(
             session.out.table([("", "right"), "signal", "unit"], rows)
             return
         if not 1 <= len(signals) <= recorder.MOST_CHANNELS:
-            raise InputError(f"say 1 to {recorder.MOST_CHANNELS} signals; 'servoctl scope --list' lists them.")
+            raise InputError(f"expected 1 to {recorder.MOST_CHANNELS} signals; 'servoctl scope --list' lists them.")
         numbers = [_find(names, text, axis) for text in signals]
         on = _find(names, source, axis) if source else numbers[0]
         if on not in numbers:
-            raise InputError(f"the trigger's signal {names[on]} must be one of those captured.")
+            raise InputError(f"the trigger signal {names[on]} must be one of the captured signals.")
         divider = max(1, round(1000.0 / rate))
         frames = recorder.capacity(len(numbers))
         before = round(pre * 1000.0 / divider)
         wanted = min(frames, round(duration * 1000.0 / divider)) if duration else frames
         if before >= wanted:
-            raise InputError(f"--pre {pre:g} s is as long as the whole capture of {wanted * divider / 1000:g} s.")
+            raise InputError(f"--pre {pre:g} s must be shorter than the capture of {wanted * divider / 1000:g} s.")
         recorder.set_up(device, numbers, divider, before, trigger, numbers.index(on), _level(level, names[on]))
         data = _wait_and_read(session, device, wanted - before, frames - before, divider, timeout, auto)
         result = recorder.parse_capture(data, names)
@@ -157,7 +160,7 @@ def _wait_and_read(
                 device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.FORCE, 1)
             elif now - begun > timeout:
                 device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.STOP, 1)
-                raise MotionError(f"no trigger within {timeout:g} s; the scope is stopped.")
+                raise MotionError(f"no trigger within {timeout:g} s; the scope was stopped.")
             time.sleep(0.02)
         bar.update(task, description="reading")
         return device.upload_block(recorder.DATA, 0, "scope data")

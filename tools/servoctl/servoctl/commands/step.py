@@ -24,13 +24,15 @@ SETPOINT_TICKS = 4
 BEFORE_STEP_S = 0.15
 
 
-@click.command(short_help="Step the rate: rise, overshoot, settling.")
+@click.command(short_help="Apply a rate step: rise, overshoot, settling.")
 @motion_options("5", "30", "60")
 @click.option("--amplitude", type=RATE, default="1", show_default=True, help="Height of the step (°/s).")
 @click.option("--from", "base", type=RATE, default="0", show_default=True, help="Rate before the step (°/s).")
 @click.option("--hold", type=DURATION, default="1", show_default=True, help="Time at each rate (s).")
 @click.option(
-    "--one-way", is_flag=True, help="Only forward; else the same backward, so that the axis ends where it began."
+    "--one-way",
+    is_flag=True,
+    help=("Step forward only. Default: repeat the step backward, so that the axis ends where it began."),
 )
 @click.option(
     "--out", "folder", type=click.Path(path_type=Path, file_okay=False), default=".", help="Folder for PNG and CSV."
@@ -40,10 +42,11 @@ def step(
     session: Session, axis: str, amplitude: float, base: float, hold: float, one_way: bool, folder: Path,
     max_rate: float, max_travel: float, max_duration: float, dry_run: bool, yes: bool,
 ) -> None:  # fmt: skip
-    """Step the rate of the live axis (mode csv): rise, overshoot, settling, with plot and CSV.
+    """Apply a step to the rate of the live axis (mode csv) and measure rise, overshoot and settling. Saves a plot and
+    a CSV file.
 
-    Demand (606B) and answer (606C) are recorded at 1 kHz, of the same tick. Limits are --max-rate, --max-travel and
-    --max-duration.
+    Demand (606B) and response (606C) are recorded at 1 kHz in the same tick. The motion is limited by --max-rate,
+    --max-travel and --max-duration.
     """
     if amplitude == 0.0 or hold < 0.1 or hold > 30.0:
         raise InputError("--amplitude must not be 0, and --hold must be 0.1 to 30 s.")
@@ -61,14 +64,16 @@ def step(
         run = run_rates(session, device, axis, rates, SETPOINT_TICKS, limits, "step", interpolation=1)
     demand, answer, lost = run.demand, run.answer, run.lost
     records = _cut_steps(demand, answer, hold)
-    told = f"the latest set-point left {run.late} ms late by the node's clock, {lost} samples were lost"
+    told = f"the latest set-point was {run.late} ms late by the node's clock, {lost} samples were lost"
     if not records:
         raise MotionError(
-            f"the axis' demand (606B) did not step and hold as told: {told}. Run it again with less else on the bus and on"
-            " this computer."
+            f"the axis' demand (606B) did not follow the commanded steps: {told}. Repeat with less load on the bus"
+            " and on this computer."
         )
     if len(records) < len(signs):
-        session.out.note(f"only {len(records)} of {len(signs)} steps came through undisturbed ({told}); run it again.")
+        session.out.note(
+            f"only {len(records)} of {len(signs)} steps were recorded undisturbed ({told}); repeat the measurement."
+        )
     path = new_path(folder, "step", axis)
     from ..plots import plot_steps, write_csv
 
@@ -76,7 +81,7 @@ def step(
         path.with_suffix(".csv"),
         {"time_s": (np.arange(len(demand)) * TICK_S).tolist(), "demand_rad_s": demand, "rate_rad_s": answer},
     )
-    plot_steps(path.with_suffix(".png"), f"{axis}: step of the rate by {degrees(amplitude):.3g} °/s", records)
+    plot_steps(path.with_suffix(".png"), f"{axis}: rate step of {degrees(amplitude):.3g} °/s", records)
     _show_steps(session, axis, records, path, lost)
 
 
@@ -124,5 +129,5 @@ def _show_steps(session: Session, axis: str, records: list[StepRecord], path: Pa
     columns = ["step", ("to\N{NO-BREAK SPACE}50\N{NO-BREAK SPACE}% ms", "right"), ("rise ms", "right"), ("to\N{NO-BREAK SPACE}90\N{NO-BREAK SPACE}% ms", "right"), ("overshoot %", "right"),
                ("settling ms", "right"), ("error °/s", "right"), ("noise °/s", "right")]  # fmt: skip
     session.out.table(columns, rows)
-    session.out.say("rise: 10 to 90 %; settling: to within 5 %; error and noise: of the last 30 %.")
+    session.out.say("rise: 10 to 90 %; settling: to within 5 %; error and noise: over the last 30 %.")
     show_files(session, files, lost)

@@ -51,52 +51,63 @@ WISHES = {
 """What the options are called in wishes.json."""
 
 
-@click.command(short_help="Gains from what was identified, tried and kept.")
+@click.command(short_help="Design gains from an identification and test them.")
 @click.option("--axis", type=click.Choice(AXES), required=True, help="The axis to tune.")
 @click.option(
     "--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True), required=True,
-    help="Folder that 'servoctl identify' has written; the results go there, too.",
+    help="Folder written by 'servoctl identify'; the results are written there as well.",
 )  # fmt: skip
-@click.option("--bandwidth-hz", type=FREQUENCY, help="Bandwidth of the speed loop by its PI alone.")
+@click.option("--bandwidth-hz", type=FREQUENCY, help="Bandwidth of the speed loop with its PI controller alone.")
 @click.option("--damping", type=RATIO, help="Damping of the speed loop.")
 @click.option("--setpoint-weight", type=Quantity("", low=0.0, high=1.0), help="Set-point weight.")
 @click.option("--observer-hz", type=FREQUENCY, help="Bandwidth of the disturbance observer.")
-@click.option("--gain-margin-db", type=Quantity("dB", above=0.0), help="Least gain margin.")
-@click.option("--phase-margin-deg", type=Quantity("deg", above=0.0), help="Least phase margin.")
+@click.option("--gain-margin-db", type=Quantity("dB", above=0.0), help="Minimum gain margin.")
+@click.option("--phase-margin-deg", type=Quantity("deg", above=0.0), help="Minimum phase margin.")
 @click.option(
-    "--torque-noise-nm", type=Quantity("N m", above=0.0), help="Most torque from sensor noise, rms at standstill."
+    "--torque-noise-nm", type=Quantity("N m", above=0.0), help="Maximum torque from sensor noise, rms at standstill."
 )
 @click.option("--tracking-hz", type=FREQUENCY, help="Bandwidth of the tracking loop.")
 @click.option("--position-hz", type=FREQUENCY, help="Bandwidth of the position loop.")
 @click.option(
     "--travel-deg", type=float, nargs=2, metavar="LOW HIGH",
-    help="Joint angles to stay between (default: the node's limits, else those of the identification).",
+    help=(
+        "Joint angles between which the axis may move (default: the node's limits, else those of the"
+        " identification)."
+    ),
 )  # fmt: skip
 @click.option("--bias", type=RATE, default="1", show_default=True, help="Mean rate (°/s) while the loop is measured.")
 @click.option(
-    "--amplitude", type=RATE, default="0.6", show_default=True, help="Peak of the multisine (°/s), below the bias."
+    "--amplitude",
+    type=RATE,
+    default="0.6",
+    show_default=True,
+    help=("Peak of the multisine (°/s); must be below the bias."),
 )
-@click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest frequency measured (Hz).")
+@click.option("--high", type=FREQUENCY, default="200", show_default=True, help="Highest measured frequency (Hz).")
 @click.option(
-    "--periods", type=click.IntRange(2, 100), default=5, show_default=True, help="Periods measured, 4 s each."
+    "--periods",
+    type=click.IntRange(2, 100),
+    default=5,
+    show_default=True,
+    help=("Number of periods measured, 4 s each."),
 )
 @PROGRAM
 @unlock_option
 @click.option("--store", is_flag=True, help="Store the gains on the device if they are kept.")
-@click.option("--dry-run", is_flag=True, help="Show the design; change nothing, move nothing.")
-@click.option("--yes", "-y", is_flag=True, help="Move without asking; needed when no terminal can answer.")
+@click.option("--dry-run", is_flag=True, help="Show the design, without changing gains or moving.")
+@click.option("--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal.")
 @common
 def tune(
     session: Session, axis: str, folder: Path, travel_deg: tuple[float, float] | None, bias: float, amplitude: float,
     high: float, periods: int,
     program: Path | None, unlock: bool, store: bool, dry_run: bool, yes: bool, **options: float | None,
 ) -> int:  # fmt: skip
-    """Design gains from what was identified, try them on the live axis, and keep them if the margins hold.
+    """Design gains from an identification, test them on the live axis, and keep them if the margins are met.
 
-    What no option wishes the design chooses. The set is applied in one piece; then the open loop is measured as 'bode'
-    does. If its gain or phase margin is less than wished (else: than predicted) by more than the tolerance, if anything
-    fails, or on Ctrl-C, the old gains are in force again. 'servoctl undo' takes kept ones back, too. Exit code 1 tells
-    that the gains were not kept.
+    The design chooses every value that no option requires. All gains are applied together, then the open loop is
+    measured as in 'servoctl bode'. The old gains are restored on any error, on Ctrl-C, or if the gain or phase margin
+    is below the required value (default: the predicted value) by more than the tolerance. 'servoctl undo' restores the
+    old gains later. Exit code 1 means that the gains were not kept.
     """
     if bias == 0.0:
         raise InputError("--bias must not be 0: the loop is measured while the axis slides.")
@@ -121,14 +132,14 @@ def tune(
         show_design(session, design, present, changed)
         if not changed:
             session.out.json({"axis": axis, "kept": True, "changed": []})
-            session.out.say("The device has these gains already; nothing to do.")
+            session.out.say("The device already has these gains; nothing to do.")
             return int(ExitCode.OK)
         locked = [] if unlock else [p for p in changed if p.guarded]
         if not dry_run:
             need_unlock(locked)
         if not announce(session, stimulus.plan(axis), LIMITS, device, dry_run, yes):
             for parameter in locked:
-                session.out.note(f"{parameter.name} is locked: without --dry-run this needs --unlock.")
+                session.out.note(f"{parameter.name} is locked: without --dry-run this command needs --unlock.")
             return int(ExitCode.OK)
         measured, verdicts = try_out(session, device, axis, design, changed, wishes, stimulus, unlock)
         kept = all(verdict.kept for verdict in verdicts)
@@ -249,11 +260,11 @@ def tell(
         }
     )  # fmt: skip
     for verdict in verdicts:
-        session.out.say(("kept: " if verdict.kept else "missed: ") + verdict.text)
+        session.out.say(("met: " if verdict.kept else "not met: ") + verdict.text)
     if kept:
         session.out.say(
-            f"{axis} has the new gains. 'servoctl store' makes them survive a power cut, 'servoctl undo' takes them"
-            " back."
+            f"{axis} now has the new gains. 'servoctl store' stores them permanently, 'servoctl undo' restores the"
+            " old ones."
         )
     else:
         session.out.note(f"{axis} has its old gains again: " + "; ".join(v.text for v in verdicts if not v.kept) + ".")

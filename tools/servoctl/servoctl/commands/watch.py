@@ -37,13 +37,13 @@ def _listener(session: Session) -> Listener:
     return Listener(session.node, need_schema(session.parameters))
 
 
-@click.command(short_help="Watch state, angles and faults live.")
-@click.option("--for", "duration", type=DURATION, help="End after this time (s); else with Ctrl-C.")
+@click.command(short_help="Show state, angles and faults live.")
+@click.option("--for", "duration", type=DURATION, help="Stop after this time (s); default: until Ctrl-C.")
 @common
 def monitor(session: Session, duration: float | None) -> None:
-    """Watch the node live; listens only to heartbeats, PDOs and emergencies, and sends nothing.
+    """Show the state of the node live. Only receives heartbeats, PDOs and emergencies; sends nothing.
 
-    With --json one line every 0.2 s. PDOs are read in the mapping of parameters.json.
+    With --json prints one line every 0.2 s. PDOs are decoded with the default mapping in parameters.json.
     """
     listener = _listener(session)
     begun = time.monotonic()
@@ -147,14 +147,14 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> 
     lines: list[Any] = [head, table]
     if data["nmt"] != "operational":
         lines.append(
-            Text("PDOs come when the node is operational ('servoctl state AXIS enable' makes it so).", style="yellow")
+            Text("No PDOs: the node is not operational ('servoctl state AXIS enable' makes it operational).", style="yellow")
         )
     for when, code, register in list(listener.emergencies)[-4:]:
         clock = datetime.fromtimestamp(when).strftime("%H:%M:%S")
         text = (
             f"{clock}  emergency {code:04X} {faults.meaning(code)}, register {register:02X}"
             if code
-            else f"{clock}  errors gone, register {register:02X}"
+            else f"{clock}  errors cleared, register {register:02X}"
         )
         lines.append(Text(text, style="red" if code else ""))
     return Group(*lines)
@@ -164,9 +164,10 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> 
 @click.argument("names", nargs=-1, type=NameType(), metavar="[NAME|GROUP]...")
 @axis_option
 @click.option(
-    "--rate", type=Quantity("Hz", low=0.01, high=200.0), default="10", show_default=True, help="Rows per second (Hz), for NAMEs."
+    "--rate", type=Quantity("Hz", low=0.01, high=200.0), default="10", show_default=True,
+    help="Rows per second (Hz), if NAMEs are given."
 )
-@click.option("--for", "duration", type=DURATION, help="End after this time (s); else with Ctrl-C.")
+@click.option("--for", "duration", type=DURATION, help="Stop after this time (s); default: until Ctrl-C.")
 @click.option(
     "--out", "file", type=click.Path(path_type=Path, dir_okay=False), help="CSV file (default: standard output)."
 )
@@ -174,9 +175,10 @@ def render(listener: Listener, faults: FaultTable, rate: float, load: float) -> 
 def log(
     session: Session, names: tuple[str, ...], axis: str | None, rate: float, duration: float | None, file: Path | None
 ) -> None:
-    """Log values as CSV: NAMEs are read by SDO at --rate; without any, whatever the node's PDOs tell, unasked.
+    """Log values as CSV. NAMEs are read by SDO at --rate; without NAMEs every received PDO is logged.
 
-    With --json one JSON object for each row. Columns carry units; raw counts are those of the device.
+    With --json prints one JSON object per row. Column names include units; values without a unit are raw counts of the
+    device.
     """
     begun = time.monotonic()
     try:
@@ -200,7 +202,7 @@ def log(
     if file:
         session.out.say(f"{rows} rows in {file}.")
     if rows == 0:
-        raise ConnectionFailed("nothing was logged: no PDO came. They come when the node is operational.")
+        raise ConnectionFailed("nothing was logged: no PDO arrived. The node sends PDOs only when it is operational.")
 
 
 class _RowWriter:
