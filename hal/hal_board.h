@@ -1,5 +1,5 @@
 /* What a platform with a life of its own does besides hal.h: it starts, tests itself, interrupts, and has a CAN
- * controller. firmware/app/main.c is the only caller.
+ * controller. firmware/products/brushed_tracker/main.c is the only caller.
  *
  *     hal_board_start -> hal_board_self_test -> hal_can_join -> hal_board_run -> hal_board_background, for ever
  *                                      \-> interrupts: main_pwm_period, main_before_tick, main_tick,
@@ -7,7 +7,7 @@
 #ifndef TRACKSERVO_HAL_BOARD_H
 #define TRACKSERVO_HAL_BOARD_H
 
-#include "canopen/can_frame.h"
+#include "base/can_frame.h"
 #include "hal.h"
 #include "hal_flash.h"
 

@@ -12,7 +12,7 @@
 #ifndef TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 #define TRACKSERVO_CANOPEN_CANOPEN_NODE_H
 
-#include "canopen/can_queue.h"
+#include "base/can_queue.h"
 #include "canopen/communication_profile.h"
 #include "canopen/lss_slave.h"
 #include "canopen/nmt.h"

@@ -5,7 +5,7 @@
 #ifndef TRACKSERVO_CANOPEN_EMERGENCY_H
 #define TRACKSERVO_CANOPEN_EMERGENCY_H
 
-#include "canopen/can_frame.h"
+#include "base/can_frame.h"
 
 enum { EMERGENCY_HISTORY = 8, EMERGENCY_ACTIVE = 16, EMERGENCY_WAITING = 8, EMERGENCY_SOURCE_NODE = 0 };
 

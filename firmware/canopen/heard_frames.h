@@ -7,7 +7,7 @@
 #ifndef TRACKSERVO_CANOPEN_HEARD_FRAMES_H
 #define TRACKSERVO_CANOPEN_HEARD_FRAMES_H
 
-#include "canopen/can_frame.h"
+#include "base/can_frame.h"
 
 enum { HEARD_RANGES = 9, HEARD_LSS_REQUEST = 0x7E5 };
 

@@ -5,7 +5,7 @@
 #ifndef TRACKSERVO_CANOPEN_NMT_H
 #define TRACKSERVO_CANOPEN_NMT_H
 
-#include "canopen/can_frame.h"
+#include "base/can_frame.h"
 
 /* As sent in the heartbeat. */
 typedef enum {

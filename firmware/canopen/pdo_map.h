@@ -6,7 +6,7 @@
 #ifndef TRACKSERVO_CANOPEN_PDO_MAP_H
 #define TRACKSERVO_CANOPEN_PDO_MAP_H
 
-#include "canopen/can_frame.h"
+#include "base/can_frame.h"
 #include "canopen/object_dictionary.h"
 
 enum { PDO_OBJECTS = 8 };

@@ -6,7 +6,7 @@
 #ifndef TRACKSERVO_CANOPEN_SYNC_H
 #define TRACKSERVO_CANOPEN_SYNC_H
 
-#include "canopen/can_frame.h"
+#include "base/can_frame.h"
 
 typedef struct {
   uint32_t cob_id;    /* 0x1005; bits 0..10 */

@@ -1,6 +1,6 @@
 #include "commissioning/experiment.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 /* Of the travel, what the stimulus uses; the rest is for what the axis overshoots. */
 #define USED_TRAVEL 0.9f

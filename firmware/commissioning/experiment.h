@@ -11,8 +11,8 @@
 #ifndef TRACKSERVO_COMMISSIONING_EXPERIMENT_H
 #define TRACKSERVO_COMMISSIONING_EXPERIMENT_H
 
-#include "app/servo_axis.h"
 #include "commissioning/stimulus.h"
+#include "servo/servo_axis.h"
 
 /* How far from its start, how fast, how strong, how long. */
 typedef struct {

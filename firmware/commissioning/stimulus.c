@@ -1,6 +1,6 @@
 #include "commissioning/stimulus.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 #define REST_BEFORE_BREAKAWAY_S 0.5f
 #define BEYOND_EVERY_LIMIT_RAD_S 1e6f

@@ -10,7 +10,7 @@
 #ifndef TRACKSERVO_COMMISSIONING_STIMULUS_H
 #define TRACKSERVO_COMMISSIONING_STIMULUS_H
 
-#include "app/servo_axis.h"
+#include "servo/servo_axis.h"
 
 typedef enum {
   STIMULUS_NONE = 0,

@@ -1,6 +1,6 @@
 #include "control/biquad.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 biquad_params biquad_pass(void) { return (biquad_params){.b0 = 1.0f}; }
 

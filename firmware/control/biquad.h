@@ -6,7 +6,7 @@
 #ifndef TRACKSERVO_CONTROL_BIQUAD_H
 #define TRACKSERVO_CONTROL_BIQUAD_H
 
-#include "control/status.h"
+#include "base/status.h"
 
 typedef struct {
   float b0, b1, b2;

@@ -1,6 +1,6 @@
 #include "control/current_loop.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status current_loop_design(current_loop_params *params, float resistance_ohm, float inductance_h,
                                    float back_emf_v_s_rad, float bandwidth_rad_s, float dt_s) {

@@ -1,6 +1,6 @@
 #include "control/disturbance_observer.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status disturbance_observer_check(const disturbance_observer_params *params, float dt_s) {
   const scalar_range ranges[] = {

@@ -11,7 +11,7 @@
 #ifndef TRACKSERVO_CONTROL_DISTURBANCE_OBSERVER_H
 #define TRACKSERVO_CONTROL_DISTURBANCE_OBSERVER_H
 
-#include "control/status.h"
+#include "base/status.h"
 
 typedef struct {
   float inertia_kg_m2;    /* J, 1e-9 .. 1e5 */

@@ -2,7 +2,7 @@
 
 #include <stdbool.h>
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status friction_feedforward_check(const friction_feedforward_params *params) {
   if ((unsigned)params->model > (unsigned)FRICTION_LUGRE) {

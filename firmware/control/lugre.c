@@ -1,6 +1,6 @@
 #include "control/lugre.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 static control_status check_direction(const lugre_direction *d, float stiffness_nm_rad) {
   const scalar_range ranges[] = {

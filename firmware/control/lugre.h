@@ -12,7 +12,7 @@
 #ifndef TRACKSERVO_CONTROL_LUGRE_H
 #define TRACKSERVO_CONTROL_LUGRE_H
 
-#include "control/status.h"
+#include "base/status.h"
 
 /* Stribeck curve of one direction of motion, eq. (5). */
 typedef struct {

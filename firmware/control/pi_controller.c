@@ -1,6 +1,6 @@
 #include "control/pi_controller.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status pi_controller_check(const pi_controller_params *params, float dt_s) {
   const scalar_range ranges[] = {

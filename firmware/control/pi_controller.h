@@ -8,7 +8,7 @@
 #ifndef TRACKSERVO_CONTROL_PI_CONTROLLER_H
 #define TRACKSERVO_CONTROL_PI_CONTROLLER_H
 
-#include "control/status.h"
+#include "base/status.h"
 
 typedef struct {
   float proportional_gain;   /* kp, output unit / input unit, 0 .. 1e6 */

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status position_loop_check(const position_loop_params *params) {
   const scalar_range ranges[] = {

@@ -9,8 +9,8 @@
 #ifndef TRACKSERVO_CONTROL_POSITION_LOOP_H
 #define TRACKSERVO_CONTROL_POSITION_LOOP_H
 
-#include "control/angle.h"
-#include "control/status.h"
+#include "base/angle.h"
+#include "base/status.h"
 
 typedef struct {
   float proportional_per_s;  /* kp, 0.01 .. 1000 */

@@ -12,8 +12,8 @@
 #ifndef TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
 #define TRACKSERVO_CONTROL_RATE_ESTIMATOR_H
 
-#include "control/angle.h"
-#include "control/status.h"
+#include "base/angle.h"
+#include "base/status.h"
 
 #define RATE_ESTIMATOR_MAX_WINDOW 16 /* a power of two */
 

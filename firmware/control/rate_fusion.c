@@ -1,6 +1,6 @@
 #include "control/rate_fusion.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status rate_fusion_check(const rate_fusion_params *params) {
   if ((unsigned)params->source > (unsigned)RATE_FUSED) {

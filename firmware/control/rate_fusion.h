@@ -11,7 +11,7 @@
 
 #include <stdbool.h>
 
-#include "control/status.h"
+#include "base/status.h"
 
 typedef enum {
   RATE_FROM_ENCODER = 0, /* no gyro fitted: the base rate is taken as 0 */

@@ -2,7 +2,7 @@
 
 #include <float.h>
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status speed_loop_check(const speed_loop_params *params, float dt_s) {
   const scalar_range inertia = {params->acceleration_inertia_kg_m2, 0.0f, 1e5f};

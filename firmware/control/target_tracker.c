@@ -1,6 +1,6 @@
 #include "control/target_tracker.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 control_status target_tracker_check(const target_tracker_params *params) {
   if ((unsigned)params->kind > (unsigned)TRACKER_PREDICTIVE) {

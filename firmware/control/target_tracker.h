@@ -14,8 +14,8 @@
 
 #include <stdbool.h>
 
+#include "base/status.h"
 #include "control/speed_loop.h"
-#include "control/status.h"
 
 #define TARGET_TRACKER_HISTORY 128    /* ticks, a power of two */
 #define TARGET_TRACKER_BLOCK 16       /* ticks in one sum */

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 /* 2^30 units: beyond half a turn the position loop would turn in the other direction. */
 #define QUARTER_TURN (INT64_C(1) << 30)

@@ -13,13 +13,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "app/servo_axis.h"
 #include "drive/drive_motion.h"
 #include "drive/drive_objects.h"
 #include "drive/drive_state.h"
 #include "drive/drive_units.h"
 #include "drive/dwell_timer.h"
 #include "protection/fault_table.h"
+#include "servo/servo_axis.h"
 
 typedef struct {
   angle_turn32 joint_angle;

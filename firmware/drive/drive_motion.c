@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stddef.h>
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 /* Share of 607F that the position loop may use to correct an error, and at which a torque may drive the axis. */
 #define BEYOND_LIMIT 1.1f

@@ -9,7 +9,6 @@
 
 #include <stdbool.h>
 
-#include "app/servo_axis.h"
 #include "drive/drive_objects.h"
 #include "drive/drive_state.h"
 #include "drive/drive_travel.h"
@@ -17,6 +16,7 @@
 #include "drive/interpolation.h"
 #include "drive/profile_ramp.h"
 #include "drive/setpoint_queue.h"
+#include "servo/servo_axis.h"
 
 /* Actual values of the axis; finite. */
 typedef struct {

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#include "app/servo_axis.h"
-#include "control/scalar.h"
+#include "base/scalar.h"
+#include "servo/servo_axis.h"
 
 /* The position loop may use 110 % of 607F to correct an error: 88 % of 2060:1. The rest is for the overshoot of a
  * loop. */

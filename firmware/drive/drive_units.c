@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 /* Binary fixed point, from 2 pi to 60 digits. Counts per turn: 2 pi 1e7 in 2^-30; units of 2^-32 turn per count: 2^32 /
  * (2 pi 1e7) in 2^-56. */

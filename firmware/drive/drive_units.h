@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "control/angle.h"
+#include "base/angle.h"
 
 /* An angle in 2^-32 turn that also counts turns: 2^31 of them, so it never wraps in use. */
 typedef int64_t drive_angle;

@@ -1,6 +1,6 @@
 #include "drive/interpolation.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
   float period_s = (float)period;

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 enum { PIECES = 3 };
 

@@ -15,7 +15,7 @@
 
 #include <stdbool.h>
 
-#include "control/status.h"
+#include "base/status.h"
 
 typedef struct {
   float rate_rad_s;          /* 1e-6 .. 4300 */

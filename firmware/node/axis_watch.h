@@ -2,10 +2,10 @@
 #ifndef TRACKSERVO_NODE_AXIS_WATCH_H
 #define TRACKSERVO_NODE_AXIS_WATCH_H
 
-#include "app/servo_board.h"
 #include "drive/drive_motion.h"
 #include "protection/axis_protection.h"
 #include "protection/fault_log.h"
+#include "servo/servo_board.h"
 
 typedef struct {
   protection_limits limits; /* 0x2060, in force */

@@ -2,7 +2,6 @@
 
 #include <math.h>
 
-#include "app/servo_app.h"
 #include "canopen/object_dictionary_rows.h"
 #include "node/servo_node.h"
 

@@ -7,7 +7,7 @@
 #ifndef TRACKSERVO_NODE_KEPT_STORAGE_H
 #define TRACKSERVO_NODE_KEPT_STORAGE_H
 
-#include "node/kept_objects.h"
+#include "node/objects/kept_objects.h"
 
 /* 0x3031:1, what `stored` is made of. */
 typedef enum {

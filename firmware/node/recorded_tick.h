@@ -5,13 +5,13 @@
  *     joint angle, joint rate | inertial rate, torque | number, kind, run, reference
  *
  * A receiver has the first two of a tick for certain when they came, once each and in this order, between the third of
- * the tick before and the third of this one. They are what sim_host/commissioning/acquisition.cpp records. */
+ * the tick before and the third of this one. They are what sim_host/simulator/commission/acquisition.cpp records. */
 #ifndef TRACKSERVO_NODE_RECORDED_TICK_H
 #define TRACKSERVO_NODE_RECORDED_TICK_H
 
-#include "app/servo_board.h"
 #include "canopen/object_dictionary.h"
 #include "node/experiment_objects.h"
+#include "servo/servo_board.h"
 
 typedef struct {
   uint16_t number; /* of the tick, wraps */

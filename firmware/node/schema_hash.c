@@ -1,6 +1,6 @@
 #include "node/schema_hash.h"
 
-#include "parameters/crc32.h"
+#include "base/crc32.h"
 
 static uint32_t add_u32(uint32_t crc, uint32_t value) {
   const uint8_t bytes[4] = {(uint8_t)value, (uint8_t)(value >> 8), (uint8_t)(value >> 16), (uint8_t)(value >> 24)};

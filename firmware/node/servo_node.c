@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "canopen/emergency.h"
-#include "node/device_dictionary.h"
-#include "node/drive_dictionary.h"
+#include "node/objects/device_dictionary.h"
+#include "node/objects/drive_dictionary.h"
 #include "node/schema_hash.h"
 #include "node/scope_signals.h"
 #include "node/shared_dictionary.h"

@@ -11,21 +11,21 @@
 #ifndef TRACKSERVO_NODE_SERVO_NODE_H
 #define TRACKSERVO_NODE_SERVO_NODE_H
 
-#include "app/servo_board.h"
 #include "canopen/canopen_node.h"
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
 #include "node/axis_watch.h"
-#include "node/board_objects.h"
-#include "node/bus_objects.h"
 #include "node/experiment_objects.h"
 #include "node/fault_news.h"
-#include "node/fault_objects.h"
 #include "node/kept_storage.h"
-#include "node/protection_objects.h"
+#include "node/objects/board_objects.h"
+#include "node/objects/bus_objects.h"
+#include "node/objects/fault_objects.h"
+#include "node/objects/protection_objects.h"
+#include "node/objects/tuning_objects.h"
 #include "node/recorded_tick.h"
 #include "node/scope_objects.h"
-#include "node/tuning_objects.h"
+#include "servo/servo_board.h"
 
 enum { SERVO_NODE_QUEUE = 64 };
 

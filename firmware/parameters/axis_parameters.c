@@ -1,8 +1,8 @@
 #include "parameters/axis_parameters.h"
 
-#include "app/servo_app.h"
-#include "control/scalar.h"
-#include "parameters/crc32.h"
+#include "base/crc32.h"
+#include "base/scalar.h"
+#include "servo/servo_app.h"
 
 _Static_assert(sizeof(axis_parameters) % 4 == 0, "there must be no padding in what the CRC covers");
 

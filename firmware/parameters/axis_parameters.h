@@ -8,7 +8,7 @@
 
 #include <stdint.h>
 
-#include "app/servo_axis.h"
+#include "servo/servo_axis.h"
 
 /* One direction of the seal, eq. (5). */
 typedef struct {

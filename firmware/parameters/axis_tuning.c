@@ -1,6 +1,6 @@
 #include "parameters/axis_tuning.h"
 
-#include "app/servo_axis.h"
+#include "servo/servo_axis.h"
 
 control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *parameters, servo_axis_params *in_force) {
   const control_status status = axis_parameters_build(parameters, in_force);

@@ -1,6 +1,6 @@
 #include "parameters/bus_settings_log.h"
 
-#include "parameters/crc32.h"
+#include "base/crc32.h"
 
 typedef struct {
   uint32_t content;

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "parameters/crc32.h"
+#include "base/crc32.h"
 
 #define MAGIC 0x54535631u  /* "1VST": a record in this layout begins */
 #define COMMIT 0x444E4521u /* "!END": the record is complete */

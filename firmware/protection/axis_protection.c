@@ -1,6 +1,6 @@
 #include "protection/axis_protection.h"
 
-#include "control/scalar.h"
+#include "base/scalar.h"
 
 /* How long a condition must hold, in ticks, before it counts. */
 enum {

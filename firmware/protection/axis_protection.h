@@ -9,8 +9,8 @@
 
 #include <stdbool.h>
 
-#include "control/angle.h"
-#include "control/status.h"
+#include "base/angle.h"
+#include "base/status.h"
 #include "protection/fault_table.h"
 
 /* Object 0x2060; its rows have the details. */

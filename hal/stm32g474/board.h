@@ -6,8 +6,8 @@
 #include "encoder_spi.h"
 #include "gyro_uart.h"
 #include "hal_board.h"
+#include "image_check.h"
 #include "parameter_flash.h"
-#include "version_block.h"
 
 /* All that three elements of the FIFO can hold while the interrupt works at them. */
 enum { CAN_MOST_FRAMES_PER_INTERRUPT = 6 };

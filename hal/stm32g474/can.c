@@ -2,7 +2,7 @@
 
 #include <stddef.h>
 
-#include "canopen/can_queue.h"
+#include "base/can_queue.h"
 #include "canopen/heard_frames.h"
 #include "clock.h"
 #include "interrupts.h"

@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "canopen/can_frame.h"
+#include "base/can_frame.h"
 
 /* About what the bus carries in a tick: a node that sends a TPDO in every tick on each of its channels still has room
  * for its heartbeat and its SDO answers. A power of two. */

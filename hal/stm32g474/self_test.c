@@ -2,8 +2,8 @@
 #include "board.h"
 #include "bridge.h"
 #include "clock.h"
+#include "image_check.h"
 #include "ram_test.h"
-#include "version_block.h"
 
 enum { TEST_TICKS = 40, PERIODS_PER_TICK = 20, TEST_PERIODS = TEST_TICKS * PERIODS_PER_TICK };
 
@@ -119,7 +119,7 @@ uint32_t hal_board_self_test(hal *machine) {
     machine->test_bits |= HAL_TEST_MEMORY;
     return HAL_TEST_MEMORY;
   }
-  if (!version_block_image_is_whole()) {
+  if (!image_check_is_whole()) {
     machine->test_bits |= HAL_TEST_IMAGE;
   }
   machine->test_bits |= test_sensors(machine);

@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "parameters/crc32.h"
+#include "base/crc32.h"
 
 enum { UNIQUE_ID_WORDS = 3 };
 

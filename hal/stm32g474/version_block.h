@@ -5,7 +5,6 @@
 #ifndef TRACKSERVO_STM32G474_VERSION_BLOCK_H
 #define TRACKSERVO_STM32G474_VERSION_BLOCK_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 enum { VERSION_BLOCK_FORMAT = 1, VERSION_TEXT_BYTES = 16, VERSION_GIT_BYTES = 48 };
@@ -24,22 +23,8 @@ typedef struct {
 } version_block;
 _Static_assert(sizeof(version_block) == 96, "as tools/image/stamp_image.py writes it");
 
-/* Whether the flash holds what was linked. About 30 ms for 64 KiB. */
-bool version_block_image_is_whole(void);
-
-/* The same piece by piece, round and round. */
-typedef enum { IMAGE_NOT_YET_KNOWN = 0, IMAGE_WHOLE, IMAGE_DAMAGED } image_verdict;
-
-typedef struct {
-  uint32_t at; /* offset of the next byte */
-  uint32_t crc;
-} image_check;
-
-/* At the first byte. */
-image_check image_check_begin(void);
-
-/* Goes on by at most so many bytes, 1 or more; after a verdict it begins again. Damage is told in the second round at
- * the latest. */
-image_verdict image_check_step(image_check *check, uint32_t most_bytes);
+/* The product's folder fills it in. volatile: the compiler must not believe that what it sees there is what the flash
+ * will hold. */
+extern const volatile version_block image_version_block;
 
 #endif

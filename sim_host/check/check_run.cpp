@@ -6,11 +6,11 @@
 #include <limits>
 #include <map>
 
+#include "base/job_pool.hpp"
 #include "check/drive_case.hpp"
 #include "check/host_device.hpp"
 #include "check/loop_figures.hpp"
-#include "experiments/job_pool.hpp"
-#include "experiments/study.hpp"
+#include "studies/study.hpp"
 
 namespace trackservo::sim {
 namespace {

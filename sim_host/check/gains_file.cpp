@@ -11,7 +11,7 @@
 
 #include "check/host_device.hpp"
 #include "config/toml_reader.hpp"
-#include "parameter_names.hpp"
+#include "dictionary/parameter_names.hpp"
 
 namespace trackservo::sim {
 namespace {

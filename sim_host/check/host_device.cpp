@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 extern "C" {
-#include "app/default_parameters.h"
+#include "products/brushed_tracker/default_parameters.h"
 }
 
 namespace trackservo::sim {

@@ -2,8 +2,8 @@
 
 #include <limits>
 
-#include "experiments/loop_margins.hpp"
-#include "experiments/margin_measurement.hpp"
+#include "analysis/margin_measurement.hpp"
+#include "design/loop_margins.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "experiments/study.hpp"
+#include "studies/study.hpp"
 
 namespace trackservo::sim {
 

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <string>
 
-#include "device_description.hpp"
+#include "dictionary/device_description.hpp"
 
 extern "C" {
 #include "canopen/test_device.h"

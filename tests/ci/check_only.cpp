@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "check_command.hpp"
+#include "commands/check_command.hpp"
 
 int main(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "analysis/statistics.hpp"
-#include "experiments/study.hpp"
 #include "run/scenario_run.hpp"
+#include "studies/study.hpp"
 #include "unity.h"
 
 namespace bench {

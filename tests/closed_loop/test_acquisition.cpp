@@ -4,9 +4,9 @@
 #include <string>
 
 #include "bench.hpp"
-#include "commissioning/acquisition.hpp"
-#include "experiments/control_design.hpp"
-#include "unit/support/check.h"
+#include "commission/acquisition.hpp"
+#include "design/control_design.hpp"
+#include "support/check.h"
 #include "unity.h"
 
 namespace sim = trackservo::sim;

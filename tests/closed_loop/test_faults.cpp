@@ -4,9 +4,9 @@
 #include <cstdio>
 
 #include "bench.hpp"
-#include "faults/fault_matrix.hpp"
-#include "faults/fault_scenario.hpp"
-#include "faults/soak.hpp"
+#include "fault_injection/fault_matrix.hpp"
+#include "fault_injection/fault_scenario.hpp"
+#include "fault_injection/soak.hpp"
 #include "unity.h"
 
 namespace sim = trackservo::sim;

@@ -1,10 +1,10 @@
 // Gains for one machine on others of its make: fifty here, a thousand from `sim_host random-plants`.
-#include "experiments/random_plants.hpp"
+#include "studies/random_plants.hpp"
 
 #include <cstdio>
 
 #include "bench.hpp"
-#include "experiments/random_plants_report.hpp"
+#include "studies/random_plants_report.hpp"
 #include "unity.h"
 
 extern "C" void setUp() {}

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/random.hpp"
 #include "bench.hpp"
-#include "faults/driven_node.hpp"
-#include "random.hpp"
+#include "fault_injection/driven_node.hpp"
 
 namespace sim = trackservo::sim;
 

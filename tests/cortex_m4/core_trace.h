@@ -12,7 +12,7 @@
 extern "C" {
 #endif
 
-#include "app/servo_app.h"
+#include "servo/servo_app.h"
 
 typedef enum { TRACE_END = 0, TRACE_CONFIGURE, TRACE_TICK, TRACE_PWM } trace_event;
 

@@ -4,11 +4,11 @@
  * The linker hands the parts to this program first (--wrap): a part is counted from before its call to after it. */
 #include <stdio.h>
 
-#include "app/servo_app.h"
 #include "cortex_m4/core_replay.h"
 #include "cortex_m4/cost_table.h"
 #include "cortex_m4/instruction_count.h"
-#include "unit/support/servo_bench.h"
+#include "servo/servo_app.h"
+#include "support/servo_bench.h"
 
 enum { COUNTED_TICKS = 4000 };
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "cortex_m4/core_trace.h"
-#include "experiments/study.hpp"
+#include "studies/study.hpp"
 
 namespace sim = trackservo::sim;
 

@@ -11,7 +11,7 @@
 
 #include "input_bytes.h"
 #include "require.h"
-#include "unit/support/rigid_machine.h"
+#include "support/rigid_machine.h"
 
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

@@ -5,10 +5,10 @@
  * record at the beginning of either area are made right, so that contents behind them are reached, too. */
 #include <string.h>
 
-#include "parameters/crc32.h"
+#include "base/crc32.h"
 #include "parameters/parameter_store.h"
 #include "require.h"
-#include "unit/support/flash_model.h"
+#include "support/flash_model.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

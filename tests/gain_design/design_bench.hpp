@@ -6,11 +6,11 @@
 #include <string>
 
 #include "analysis/frequency_measurement.hpp"
-#include "experiments/control_design.hpp"
-#include "experiments/true_plant.hpp"
+#include "design/control_design.hpp"
+#include "design/true_plant.hpp"
 #include "gain_design/gain_design.hpp"
-#include "unit/support/bench.hpp"
-#include "unit/support/check.h"
+#include "support/bench.hpp"
+#include "support/check.h"
 
 namespace design_bench {
 

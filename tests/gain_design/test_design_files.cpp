@@ -1,7 +1,7 @@
 // The files of identify design: what is wrong in one is named, with what would be right.
 #include <functional>
 
-#include "device_description.hpp"
+#include "dictionary/device_description.hpp"
 #include "gain_design/design_bench.hpp"
 #include "gain_design/design_json.hpp"
 #include "gain_design/device_parameters.hpp"

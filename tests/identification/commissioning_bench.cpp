@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "commissioning/commission.hpp"
-#include "commissioning/true_parameters.hpp"
-#include "experiments/control_design.hpp"
+#include "commission/commission.hpp"
+#include "commission/true_parameters.hpp"
+#include "design/control_design.hpp"
 
 namespace commissioning_bench {
 

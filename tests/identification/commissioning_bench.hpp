@@ -5,10 +5,10 @@
 #include <map>
 #include <string>
 
-#include "commissioning/acquisition.hpp"
-#include "commissioning/programme.hpp"
+#include "commission/acquisition.hpp"
 #include "config/plant_config.hpp"
 #include "identification/identification.hpp"
+#include "test_plan/test_plan.hpp"
 
 namespace commissioning_bench {
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "commissioning/commission.hpp"
+#include "commission/commission.hpp"
 #include "commissioning_bench.hpp"
 
 namespace identification = trackservo::identification;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "identification/lugre.hpp"
-#include "unit/support/check.h"
-#include "unit/support/lugre_ode.hpp"
+#include "support/check.h"
+#include "support/lugre_ode.hpp"
 
 namespace identification = trackservo::identification;
 using identification::Friction;

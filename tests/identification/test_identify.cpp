@@ -2,13 +2,13 @@
 #include <cmath>
 #include <string>
 
-#include "commissioning/commission.hpp"
+#include "commission/commission.hpp"
 #include "commissioning_bench.hpp"
-#include "experiments/control_design.hpp"
-#include "experiments/true_plant.hpp"
+#include "design/control_design.hpp"
+#include "design/true_plant.hpp"
 #include "gain_design/identified_plant_json.hpp"
 #include "identification/result_json.hpp"
-#include "unit/support/check.h"
+#include "support/check.h"
 
 namespace identification = trackservo::identification;
 namespace sim = trackservo::sim;

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "base/random.hpp"
 #include "identification/low_pass.hpp"
 #include "identification/noise_model.hpp"
 #include "identification/window.hpp"
-#include "random.hpp"
-#include "unit/support/check.h"
+#include "support/check.h"
 
 namespace identification = trackservo::identification;
 using identification::NoiseModel;

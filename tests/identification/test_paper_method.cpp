@@ -4,7 +4,7 @@
 
 #include "identification/paper_method.hpp"
 #include "identification/stribeck_fit.hpp"
-#include "unit/support/check.h"
+#include "support/check.h"
 
 namespace identification = trackservo::identification;
 using identification::DirectionFriction;

@@ -134,7 +134,7 @@ def test_the_board_starts_with_the_parameters_of_the_example_machine(description
     def assignments(file):
         return [(name, float(value)) for name, value in re.findall(r"\.([a-z0-9_.]+) = ([-+.e0-9]+)[fu],", file.read_text())]
     printed = assignments(descriptions / "default_parameters.c")
-    committed = assignments(PROJECT / "firmware/app/default_parameters.c")
+    committed = assignments(PROJECT / "firmware/products/brushed_tracker/default_parameters.c")
     assert len(printed) == 2 * (46 + 17)  # gains, and limits of 0x2060
     assert [name for name, _ in committed] == [name for name, _ in printed]
     assert [value for _, value in committed] == pytest.approx([value for _, value in printed], rel=1e-5), \
@@ -143,7 +143,7 @@ def test_the_board_starts_with_the_parameters_of_the_example_machine(description
 
 def test_the_image_is_marked_with_the_hash_of_this_dictionary(descriptions):
     printed, committed = (file.read_text() for file in (descriptions / "default_schema.h",
-                                                        PROJECT / "firmware/app/default_schema.h"))
+                                                        PROJECT / "firmware/products/brushed_tracker/default_schema.h"))
     assert printed == committed, RENEW
 
 

@@ -2,8 +2,8 @@
 #include <stdio.h>
 
 #include "canopen/cob_id.h"
-#include "unit/support/flash_model.h"
-#include "unit/support/rigid_machine.h"
+#include "support/flash_model.h"
+#include "support/rigid_machine.h"
 #include "unity.h"
 
 enum {

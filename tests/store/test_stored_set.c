@@ -1,8 +1,8 @@
 /* The servo's node over a flash: what 0x1010 stores is in force after the next start, whatever happened in between. */
 #include <stdio.h>
 
-#include "unit/support/flash_model.h"
-#include "unit/support/rigid_machine.h"
+#include "support/flash_model.h"
+#include "support/rigid_machine.h"
 #include "unity.h"
 
 #define SAVE 0x65766173u

@@ -1,6 +1,6 @@
 // What tests of the emulated board begin and end with.
-#ifndef TRACKSERVO_TARGET_BOARD_STEPS_HPP
-#define TRACKSERVO_TARGET_BOARD_STEPS_HPP
+#ifndef TRACKSERVO_SIM_EMULATOR_BOARD_STEPS_HPP
+#define TRACKSERVO_SIM_EMULATOR_BOARD_STEPS_HPP
 
 #include <algorithm>
 

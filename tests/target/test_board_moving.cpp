@@ -7,9 +7,9 @@
 #include <cstring>
 #include <string>
 
+#include "base/random.hpp"
 #include "board_steps.hpp"
-#include "faults/trial.hpp"
-#include "random.hpp"
+#include "fault_injection/trial.hpp"
 
 using bench::BoardRig;
 using bench::expect_no_complaints;

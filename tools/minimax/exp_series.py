@@ -1,4 +1,4 @@
-"""Prints the coefficients of scalar_exp_minus (firmware/control/scalar.c): run it with build/venv/bin/python.
+"""Prints the coefficients of scalar_exp_minus (firmware/base/scalar.c): run it with build/venv/bin/python.
 
 exp(r) = 1 + r + r^2 q(r) for |r| <= ln(2)/2, with the q of degree 4 whose largest relative error is smallest, found by
 Remez' exchange algorithm in long double. The first two coefficients are kept at 1, so that exp(0) is 1 and small

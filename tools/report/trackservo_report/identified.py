@@ -109,7 +109,7 @@ def figures(results: Results) -> list[Figure]:
     def views(draw: str) -> list[View]:
         return [View(label, getattr(axis, draw)()) for label, axis in made.items()]
 
-    hints = ["tools/identification/joint_fit.cpp", "tools/commissioning/programme.cpp"]
+    hints = ["sim_host/lib/identification/joint_fit.cpp", "sim_host/lib/test_plan/test_plan.cpp"]
     return [
         Figure(
             "confidence",
@@ -124,14 +124,14 @@ def figures(results: Results) -> list[Figure]:
             "Steady friction, eq. (5)",
             views("stribeck"),
             caption="Solid: the plant. Dashed: the identified curve, from runs with the plant's wind.",
-            hints=["tools/identification/stribeck_fit.cpp"],
+            hints=["sim_host/lib/identification/stribeck_fit.cpp"],
         ),
         Figure(
             "friction-map",
             "Friction level over the joint angle",
             views("friction_map"),
             caption="Identified variation of friction once and twice per turn, caused by the seal's eccentricity.",
-            hints=["tools/identification/position_terms.cpp"],
+            hints=["sim_host/lib/identification/position_terms.cpp"],
         ),
         Figure(
             "whitened",
@@ -139,7 +139,7 @@ def figures(results: Results) -> list[Figure]:
             views("whitened"),
             caption="Left: their distribution beside the normal one. Right: their correlation. Between the dashed "
             "lines, the noise model explains the residuals.",
-            hints=["tools/identification/noise_model.cpp"],
+            hints=["sim_host/lib/identification/noise_model.cpp"],
         ),
     ]
 

@@ -31,14 +31,14 @@ from .theme import Figure
 REPOSITORY = Path(__file__).resolve().parents[3]
 
 READING_GUIDE = [
-    ("LuGre friction", "(1)–(3)", "firmware/control/lugre.c", "tests/unit/test_lugre.c", "fig7"),
-    ("steady friction", "(5)", "firmware/control/friction_feedforward.c", "tests/unit/test_friction_feedforward.c", "fig14"),
-    ("axis dynamics", "(6)", "sim_host/plant/tracker.hpp", "tests/unit/test_plant_machine.cpp", "fig9"),
-    ("bristle parameters", "(10)–(16)", "firmware/control/lugre.h", "tests/unit/test_lugre.c", "shares"),
-    ("identification", "(4)–(16)", "tools/identification/joint_fit.cpp", "tests/identification/test_identify.cpp", "confidence"),
-    ("disturbance observer", "section III", "firmware/control/disturbance_observer.c", "tests/unit/test_disturbance_observer.c", "fig11"),
-    ("speed loop", "section III", "firmware/control/speed_loop.c", "tests/unit/test_speed_loop.c", "bode"),
-    ("tracking loop", "section IV.C", "firmware/control/target_tracker.c", "tests/unit/test_target_tracker.c", "fig16"),
+    ("LuGre friction", "(1)–(3)", "firmware/control/lugre.c", "firmware/control/tests/test_lugre.c", "fig7"),
+    ("steady friction", "(5)", "firmware/control/friction_feedforward.c", "firmware/control/tests/test_friction_feedforward.c", "fig14"),
+    ("axis dynamics", "(6)", "sim_host/simulator/plant/tracker.hpp", "sim_host/simulator/plant/tests/test_plant_machine.cpp", "fig9"),
+    ("bristle parameters", "(10)–(16)", "firmware/control/lugre.h", "firmware/control/tests/test_lugre.c", "shares"),
+    ("identification", "(4)–(16)", "sim_host/lib/identification/joint_fit.cpp", "tests/identification/test_identify.cpp", "confidence"),
+    ("disturbance observer", "section III", "firmware/control/disturbance_observer.c", "firmware/control/tests/test_disturbance_observer.c", "fig11"),
+    ("speed loop", "section III", "firmware/control/speed_loop.c", "firmware/control/tests/test_speed_loop.c", "bode"),
+    ("tracking loop", "section IV.C", "firmware/control/target_tracker.c", "firmware/control/tests/test_target_tracker.c", "fig16"),
 ]  # fmt: skip
 """(what, equation or section of the paper, block, its test, key of the figure that shows it)."""
 

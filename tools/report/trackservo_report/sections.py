@@ -98,7 +98,7 @@ def _step_figure(results: Results, book: curves.RunBook, items: list[Comparison]
         f"{_said(step, COMPENSATED)} (× {_value(ratio, COMPENSATED)}) with observer and friction compensation.",
         caption="The dashed curve is the same loop on a plant without friction."
         + (" The second tab shows random sets of the numbers that the paper does not print." if scan else ""),
-        hints=["sim_host/scenarios/step_disturbed.toml", "sim_host/experiments/fig9_scan.cpp", *LUGRE, *LOOP],
+        hints=["sim_host/scenarios/step_disturbed.toml", "sim_host/studies/fig9_scan.cpp", *LUGRE, *LOOP],
         mark=paper_mark(step.rows[BASELINE]) if step and BASELINE in step.rows else "",
     )
 

@@ -1,6 +1,6 @@
 """The fault log 0x3020: the last faults of axes and board, each with what its axis did in the ticks before it.
 
-0x3020: 1 count, 2 command, 3 and up the entries, newest first (firmware/node/fault_objects.h tells their bytes).
+0x3020: 1 count, 2 command, 3 and up the entries, newest first (firmware/node/objects/fault_objects.h tells their bytes).
 """
 
 from __future__ import annotations

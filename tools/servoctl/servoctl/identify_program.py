@@ -1,4 +1,4 @@
-"""The program `identify` (tools/identification): finds it, runs it, and hands its files on."""
+"""The program `identify` (sim_host/commands/identify.cpp): finds it, runs it, and hands its files on."""
 
 from __future__ import annotations
 

@@ -1,0 +1,43 @@
+/* The limits that protect an axis, on the bus: 0x2060, one part per axis, written only while 0x3040 is open.
+ *
+ *     written, one by one -> contradict each other? -> no: in force, all of them, from the next tick on
+ *                                                   -> yes: wait; what was in force stays so (2060:18 says which)
+ *
+ * So any order of writes that ends in a set without contradiction works, and no other set is ever in force. What is
+ * read back is what was written. */
+#ifndef TRACKSERVO_NODE_OBJECTS_PROTECTION_OBJECTS_H
+#define TRACKSERVO_NODE_OBJECTS_PROTECTION_OBJECTS_H
+
+#include "canopen/object_dictionary.h"
+#include "drive/drive_objects.h"
+#include "protection/access_lock.h"
+#include "protection/axis_protection.h"
+
+typedef struct {
+  protection_limits written; /* first: a protection_limits alone serves for the rows that are stored */
+  uint8_t waiting;           /* 2060:18: PROTECTION_* and PROTECTION_SOFT_TRAVEL bits */
+} protection_objects;
+
+/* 607D:1 is above 607D:2; the last travel without contradiction stays in force. */
+enum { PROTECTION_SOFT_TRAVEL = 4 };
+
+/* Offsets point into `protection_objects`. */
+extern const od_table protection_objects_table;
+
+/* The owner of the part. */
+typedef struct {
+  protection_objects *objects;
+  protection_limits *in_force;
+  const drive_limit_objects *drive; /* of the same axis */
+  const access_lock *lock;
+} protection_owner;
+
+extern const od_hooks protection_objects_hooks;
+
+/* What waits to be in force, as in 2060:18. */
+uint8_t protection_objects_waiting(const protection_owner *own);
+
+/* OD_DEVICE_STATE for a row flagged OD_GUARDED while the lock is closed, else OD_OK. */
+od_abort guarded_write(const access_lock *lock, const od_entry *entry);
+
+#endif

@@ -1,0 +1,47 @@
+#include "node/objects/tuning_objects.h"
+
+#include "node/objects/protection_objects.h"
+
+enum { TUNING_OBJECT = 0x2070, TUNING_COMMAND = 1 };
+enum { COMMAND_APPLY = 1, COMMAND_REVERT = 2, COMMAND_UNDO = 3 };
+
+static bool is_command(const od_object *object) {
+  return object->entry->index == TUNING_OBJECT && object->entry->sub == TUNING_COMMAND;
+}
+
+static od_abort refresh(void *owner, const od_object *object) {
+  const tuning_owner *tuned = owner;
+  if (object->entry->index == TUNING_OBJECT) {
+    axis_tuning_refresh(tuned->tuning);
+  }
+  return OD_OK;
+}
+
+static control_status obey(const tuning_owner *tuned, int64_t command) {
+  servo_app *app = &tuned->board->app;
+  servo_axis *axis = &app->axis[tuned->axis];
+  servo_axis_params *in_force = &app->params.axis[tuned->axis];
+  switch (command) {
+    case COMMAND_APPLY:
+      return axis_tuning_apply(tuned->tuning, axis, in_force, SERVO_TICK_S);
+    case COMMAND_REVERT:
+      axis_tuning_revert(tuned->tuning);
+      return CONTROL_OK;
+    case COMMAND_UNDO:
+      return axis_tuning_undo(tuned->tuning, axis, in_force, SERVO_TICK_S);
+    default:
+      return CONTROL_OK;
+  }
+}
+
+/* The question is the deed, because only it can answer; no PDO reaches a command. A refused one leaves its reason in
+ * 0x2070:3 and nothing else. */
+static od_abort accept(void *owner, const od_object *object, od_number value) {
+  const od_abort guarded = guarded_write(((const tuning_owner *)owner)->lock, object->entry);
+  if (guarded != OD_OK) {
+    return guarded;
+  }
+  return !is_command(object) || obey(owner, value.i) == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
+}
+
+const od_hooks tuning_objects_hooks = {.refresh = refresh, .accept = accept};

@@ -1,0 +1,23 @@
+/* What the bus may do to an axis' parameters: the hooks of its dictionary part (0x2000 to 0x2070).
+ *
+ * Writes go to the staged set; 0x2070:1 puts it in force, takes it back or undoes it. An inconsistent set is refused
+ * with 0604 0043 before anything changes. */
+#ifndef TRACKSERVO_NODE_OBJECTS_TUNING_OBJECTS_H
+#define TRACKSERVO_NODE_OBJECTS_TUNING_OBJECTS_H
+
+#include "canopen/object_dictionary.h"
+#include "parameters/axis_tuning.h"
+#include "protection/access_lock.h"
+#include "servo/servo_board.h"
+
+/* Owner of the part. */
+typedef struct {
+  axis_tuning *tuning;
+  servo_board *board;
+  int axis;
+  const access_lock *lock; /* of the guarded ones */
+} tuning_owner;
+
+extern const od_hooks tuning_objects_hooks;
+
+#endif

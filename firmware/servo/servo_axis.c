@@ -1,0 +1,198 @@
+#include "servo/servo_axis.h"
+
+#include <math.h>
+
+#include "base/scalar.h"
+
+control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s) {
+  const scalar_range ranges[] = {
+      {params->torque_constant_nm_a, 1e-6f, 1e4f},
+      {params->current_limit_a, 0.0f, 1e4f},
+  };
+  const control_status parts[] = {
+      speed_loop_check(&params->speed, tick_s), position_loop_check(&params->position),
+      target_tracker_check(&params->tracker),   current_loop_check(&params->current, pwm_period_s),
+      scalar_check_ranges(ranges, 2),
+  };
+  for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
+    if (parts[i] != CONTROL_OK) {
+      return parts[i];
+    }
+  }
+  return CONTROL_OK;
+}
+
+void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s) {
+  *axis = (servo_axis){.mode = SERVO_OFF, .last_angle = angle};
+  speed_loop_reset(&axis->speed, &params->speed, angle, tick_s);
+  target_tracker_reset(&axis->tracker);
+  current_loop_reset(&axis->current);
+}
+
+static bool samples_are_plausible(const servo_axis_samples *samples) {
+  return !samples->encoder_failed && scalar_within(samples->mean_current_a, SERVO_PLAUSIBLE_CURRENT_A) &&
+         (!samples->motion.gyro_valid || scalar_within(samples->motion.gyro_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S));
+}
+
+/* No axis turns so far in a tick; after a gap in the samples nothing can be said. */
+static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float tick_s) {
+  const float step_rad = angle_difference_rad(angle, axis->last_angle);
+  return axis->implausible || scalar_within(step_rad, SERVO_PLAUSIBLE_RATE_RAD_S * tick_s);
+}
+
+static bool command_is_plausible(const servo_axis_command *command) {
+  const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
+                                scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
+  return (unsigned)command->mode <= (unsigned)SERVO_BRAKE &&
+         scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
+         scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
+         scalar_within(command->rate_limit_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) && command->rate_limit_rad_s >= 0.0f &&
+         scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) && (limits_plausible || !command->torque_limited);
+}
+
+static speed_reference position_reference(const servo_axis_params *params, const servo_axis_command *command,
+                                          angle_turn32 joint_angle) {
+  const float rate_rad_s =
+      position_loop_rate(&params->position, command->position, joint_angle, command->speed.rate_rad_s);
+  const float limit_rad_s = command->rate_limit_rad_s > 0.0f ? command->rate_limit_rad_s : SERVO_PLAUSIBLE_RATE_RAD_S;
+  return (speed_reference){.rate_rad_s = scalar_clamp(rate_rad_s, -limit_rad_s, limit_rad_s),
+                           .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
+}
+
+static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
+                                        const servo_axis_command *command, const servo_axis_samples *samples,
+                                        const speed_loop_rates *rates, float tick_s) {
+  /* The tracker looks on in every mode, so that it knows the sight's motion when it takes over. */
+  const speed_reference tracking =
+      target_tracker_step(&axis->tracker, &params->tracker, &samples->frame, rates->rate_rad_s, tick_s);
+  switch (axis->mode) {
+    case SERVO_TRACKING:
+      return tracking;
+    case SERVO_POSITION:
+      return position_reference(params, command, samples->motion.joint_angle);
+    case SERVO_SPEED:
+      return command->speed;
+    case SERVO_TORQUE: /* no error: the integral of the speed loop follows the torque that is given */
+      return (speed_reference){.rate_rad_s = rates->feedback_rad_s};
+    case SERVO_OFF:
+    case SERVO_BRAKE:
+    default:
+      return (speed_reference){0};
+  }
+}
+
+static void open_loops(servo_axis *axis, servo_mode mode) {
+  axis->mode = mode == SERVO_BRAKE ? SERVO_BRAKE : SERVO_OFF;
+  axis->commanded_nm = 0.0f;
+  axis->added_nm = 0.0f;
+  axis->current_reference_a = 0.0f;
+  axis->signals.torque = (speed_loop_output){0};
+}
+
+/* The torque that the motor gave since the last tick: the command, unless the bus could not drive the current. */
+static float applied_torque_nm(const servo_axis *axis, const servo_axis_params *params,
+                               const servo_axis_samples *samples) {
+  return axis->current.limited ? params->torque_constant_nm_a * samples->mean_current_a : axis->commanded_nm;
+}
+
+static torque_limits limits_in_force(const servo_axis_params *params, const servo_axis_command *command) {
+  const float limit_nm = params->current_limit_a * params->torque_constant_nm_a;
+  if (!command->torque_limited) {
+    return (torque_limits){.minimum_nm = -limit_nm, .maximum_nm = limit_nm};
+  }
+  return (torque_limits){.minimum_nm = scalar_clamp(command->limits.minimum_nm, -limit_nm, 0.0f),
+                         .maximum_nm = scalar_clamp(command->limits.maximum_nm, 0.0f, limit_nm)};
+}
+
+/* The speed loop within the limits that the added torque leaves it; in SERVO_TORQUE that is no room at all, so that
+ * its anti-windup holds the integral at the torque given and the way back to a closed loop has no step. */
+static void control_torque(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
+                           const speed_loop_rates *rates, float applied_nm, float tick_s) {
+  const torque_limits all = limits_in_force(params, command);
+  const float given_nm = scalar_clamp(command->torque_nm, all.minimum_nm, all.maximum_nm);
+  const bool torque_mode = axis->mode == SERVO_TORQUE;
+  const float added_nm = torque_mode ? 0.0f : given_nm;
+  const torque_limits room = {.minimum_nm = (torque_mode ? given_nm : all.minimum_nm) - added_nm,
+                              .maximum_nm = (torque_mode ? given_nm : all.maximum_nm) - added_nm};
+  axis->signals.torque = speed_loop_control(&axis->speed, &params->speed, rates, &axis->signals.reference,
+                                            applied_nm - axis->added_nm, &room, tick_s);
+  if (torque_mode) {
+    axis->signals.torque.limited = given_nm != command->torque_nm;
+  }
+  axis->added_nm = added_nm;
+  /* Limited again, because the difference and the sum round. */
+  axis->signals.torque.torque_nm =
+      scalar_clamp(axis->signals.torque.torque_nm + added_nm, all.minimum_nm, all.maximum_nm);
+  if (!isfinite(axis->signals.torque.torque_nm)) { /* no plausible input leads here; should one do, off */
+    axis->implausible = true;
+    open_loops(axis, SERVO_OFF);
+    return;
+  }
+  axis->commanded_nm = axis->signals.torque.torque_nm;
+  axis->current_reference_a = axis->commanded_nm / params->torque_constant_nm_a;
+}
+
+void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
+                     const servo_axis_samples *samples, float tick_s) {
+  const bool samples_missed = axis->implausible;
+  const bool angle_plausible = angle_is_plausible(axis, samples->motion.joint_angle, tick_s);
+  axis->last_angle = samples->motion.joint_angle;
+  axis->implausible = !samples_are_plausible(samples) || !angle_plausible || !command_is_plausible(command);
+  if (axis->implausible) {
+    open_loops(axis, command->mode);
+    return;
+  }
+  if (samples_missed) { /* what was sensed has a gap */
+    servo_axis_reset(axis, params, samples->motion.joint_angle, tick_s);
+  }
+  const bool closes = !servo_mode_closes(axis->mode) && servo_mode_closes(command->mode);
+  axis->mode = command->mode;
+
+  const speed_loop_rates rates = speed_loop_sense(&axis->speed, &params->speed, &samples->motion, tick_s);
+  if (closes) {
+    speed_loop_close(&axis->speed, &params->speed, &rates, tick_s);
+    current_loop_reset(&axis->current);
+  }
+  const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
+  axis->signals.rates = rates;
+  axis->signals.reference = reference;
+  if (!servo_mode_closes(axis->mode)) {
+    open_loops(axis, axis->mode);
+    return;
+  }
+  control_torque(axis, params, command, &rates, applied_torque_nm(axis, params, samples), tick_s);
+}
+
+void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s) {
+  if (servo_mode_closes(axis->mode)) {
+    speed_loop_retune(&axis->speed, &in_force->speed, &next->speed, &axis->signals.rates, &axis->signals.reference,
+                      axis->commanded_nm - axis->added_nm, tick_s);
+  }
+  *in_force = *next;
+}
+
+servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params) {
+  return (servo_current_command){.powered = axis->mode != SERVO_OFF,
+                                 .on = servo_mode_closes(axis->mode),
+                                 .reference_a = axis->current_reference_a,
+                                 .joint_rate_rad_s = axis->signals.rates.joint_rate_rad_s,
+                                 .params = params->current};
+}
+
+float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
+                         float bus_voltage_v, float pwm_period_s) {
+  const bool plausible =
+      scalar_within(current_a, SERVO_PLAUSIBLE_CURRENT_A) && scalar_within(bus_voltage_v, SERVO_PLAUSIBLE_VOLTAGE_V);
+  if (!command->on || !plausible) {
+    current_loop_reset(state);
+    return 0.0f;
+  }
+  return current_loop_step(state, &command->params, command->reference_a, current_a, command->joint_rate_rad_s,
+                           bus_voltage_v, pwm_period_s);
+}
+
+float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
+                     float pwm_period_s) {
+  const servo_current_command command = servo_axis_current_command(axis, params);
+  return servo_current_step(&axis->current, &command, current_a, bus_voltage_v, pwm_period_s);
+}

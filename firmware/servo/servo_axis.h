@@ -1,0 +1,118 @@
+/* One servo axis: from its sensor samples to the current that its motor shall carry, once per 1 ms tick.
+ *
+ *     sense -> choose the set-point (speed, position or tracking) -> speed loop -> current set-point
+ *
+ * and, at the PWM rate, from the measured current to a duty. Two axes are two instances of this. An axis that is
+ * off, is braked by its shorted motor or is given something implausible commands no current.
+ *
+ * Plausible is what lies within the bounds below, wide of every machine and narrow enough that no sum of the loops
+ * can overflow: not a number, infinity and 1e35 rad/s are all refused before they reach a filter or an integral. */
+#ifndef TRACKSERVO_SERVO_SERVO_AXIS_H
+#define TRACKSERVO_SERVO_SERVO_AXIS_H
+
+#include <stdbool.h>
+
+#include "control/current_loop.h"
+#include "control/position_loop.h"
+#include "control/speed_loop.h"
+#include "control/target_tracker.h"
+
+#define SERVO_PLAUSIBLE_RATE_RAD_S 1e3f
+#define SERVO_PLAUSIBLE_ACCELERATION_RAD_S2 1e6f
+#define SERVO_PLAUSIBLE_TORQUE_NM 1e8f
+#define SERVO_PLAUSIBLE_CURRENT_A 1e5f
+#define SERVO_PLAUSIBLE_VOLTAGE_V 1e4f
+
+typedef enum {
+  SERVO_OFF = 0,  /* no loop closed, the motor's terminals are open */
+  SERVO_SPEED,    /* command.speed is the set-point */
+  SERVO_POSITION, /* command.position, with command.speed as feedforward */
+  SERVO_TRACKING, /* the camera decides */
+  SERVO_TORQUE,   /* command.torque_nm is the torque; the speed loop looks on, ready to take over */
+  SERVO_BRAKE     /* no loop closed, the motor's terminals are shorted: it brakes itself, without any sensor */
+} servo_mode;
+
+typedef struct {
+  speed_loop_params speed;
+  position_loop_params position;
+  target_tracker_params tracker;
+  current_loop_params current;
+  float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
+  float resistance_ohm;       /* of the winding, as the current loop was designed for; for protection */
+  float current_limit_a;      /* 0 .. 1e4, both directions */
+} servo_axis_params;
+
+typedef struct {
+  servo_mode mode;
+  speed_reference speed;
+  angle_turn32 position;
+  float rate_limit_rad_s; /* SERVO_POSITION: the loop asks for no more, either way; 0: no limit but its own */
+  float torque_nm;        /* SERVO_TORQUE: the set-point; else added to what the speed loop asks for */
+  bool torque_limited;    /* `limits` hold, besides current_limit_a */
+  torque_limits limits;   /* minimum <= 0 <= maximum */
+} servo_axis_command;
+
+typedef struct {
+  speed_loop_samples motion; /* encoder and gyro */
+  bool encoder_failed;       /* the joint angle is not known: the axis is off */
+  float mean_current_a;      /* mean motor current since the last tick */
+  camera_frame frame;
+} servo_axis_samples;
+
+/* What the axis thought in its last tick; for the scope, the bus and the tests. */
+typedef struct {
+  speed_loop_rates rates;
+  speed_reference reference;
+  speed_loop_output torque;
+} servo_axis_signals;
+
+typedef struct {
+  servo_mode mode;
+  speed_loop_state speed;
+  target_tracker_state tracker;
+  current_loop_state current;
+  float commanded_nm;        /* torque command in force */
+  float added_nm;            /* the part of it that was not the speed loop's */
+  float current_reference_a; /* set by the tick, followed at the PWM rate */
+  angle_turn32 last_angle;
+  bool implausible; /* the last samples or command were: the axis is off until the next good ones */
+  servo_axis_signals signals;
+} servo_axis;
+
+control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s);
+
+/* Off, at rest, nothing estimated. */
+void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s);
+
+/* One tick. An axis that is off goes on sensing; the tick that changes its mode from off closes the loops with no
+ * torque and the rate that is sensed. */
+void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
+                     const servo_axis_samples *samples, float tick_s);
+
+/* Puts other parameters in force between two ticks, without a jump of the torque while a loop is closed. `next` must
+ * have passed `servo_axis_check`. */
+void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
+
+/* Whether a mode closes the current loop and one above it. */
+static inline bool servo_mode_closes(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }
+
+/* What the PWM rate needs to know of the tick, to be handed over in one piece. */
+typedef struct {
+  bool powered; /* the bridge drives the terminals; not: they are open */
+  bool on;      /* the current loop decides on the duty; not: 0 */
+  float reference_a;
+  float joint_rate_rad_s;
+  current_loop_params params;
+} servo_current_command;
+
+servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params);
+
+/* One PWM period of a command: the duty in [-1, 1]; 0 while no loop is closed or a sample is implausible. */
+float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
+                         float bus_voltage_v, float pwm_period_s);
+
+/* The same with what the axis commands at this moment. */
+float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
+                     float pwm_period_s);
+
+#endif

@@ -1,0 +1,381 @@
+/* The servo axis: torque mode, limits and torque offset from outside, and what it does with nonsense. */
+#include "servo/servo_axis.h"
+
+#include <string.h>
+
+#include "support/check.h"
+#include "support/random.h"
+#include "support/servo_bench.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static void test_torque_mode_gives_exactly_the_torque_asked_for_within_the_limits(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 3.0f};
+  ticks(&b, 100);
+  CHECK_SAME("torque, Nm", 3.0, b.axis.commanded_nm);
+  CHECK_NEAR("rate, rad/s", 3.0 / 20.0 * 0.1, b.rate_rad_s, 1e-6);
+  TEST_ASSERT_FALSE(b.axis.signals.torque.limited);
+  b.command.torque_nm = -80.0f;
+  tick(&b);
+  CHECK_SAME("at the current limit, Nm", -50.0, b.axis.commanded_nm);
+  TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
+  b.command.torque_limited = true;
+  b.command.limits = (torque_limits){-7.0f, 9.0f};
+  tick(&b);
+  CHECK_SAME("at the limit from outside, Nm", -7.0, b.axis.commanded_nm);
+  b.command.limits = (torque_limits){5.0f, -5.0f}; /* nonsense: no torque at all, not a reversed one */
+  tick(&b);
+  CHECK_SAME("torque, Nm", 0.0, b.axis.commanded_nm);
+}
+
+static void test_a_speed_loop_takes_over_from_torque_mode_without_a_step(void) {
+  bench b = bench_at_rest();
+  b.load_nm = 6.0;
+  b.rate_rad_s = 0.2;
+  b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 6.0f};
+  ticks(&b, 500);
+  CHECK_NEAR("rate, rad/s", 0.2, b.rate_rad_s, 1e-6);
+  b.worst_step_nm = 0.0;
+  b.command.mode = SERVO_SPEED;
+  b.command.torque_nm = 0.0f;
+  b.command.speed.rate_rad_s = b.axis.signals.rates.rate_rad_s;
+  ticks(&b, 200);
+  LOG_VALUE("largest step of the torque, Nm of 6", b.worst_step_nm);
+  CHECK_AT_MOST("largest step of the torque, Nm", 0.05, b.worst_step_nm);
+  CHECK_NEAR("torque, Nm", 6.0, b.axis.commanded_nm, 0.05);
+}
+
+static void test_speed_and_position_loops_keep_the_torque_limits_from_outside(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){
+      .mode = SERVO_SPEED, .speed = {.rate_rad_s = 0.5f}, .torque_limited = true, .limits = {-2.0f, 4.0f}};
+  ticks(&b, 300);
+  CHECK_SAME("torque, Nm", 4.0, b.axis.commanded_nm);
+  TEST_ASSERT_TRUE(b.axis.signals.torque.limited);
+  b.command.mode = SERVO_POSITION;
+  b.command.position = (angle_turn32)-200000000;
+  b.command.speed.rate_rad_s = 0.0f;
+  ticks(&b, 50);
+  CHECK_SAME("torque, Nm", -2.0, b.axis.commanded_nm);
+}
+
+static void test_a_torque_offset_carries_a_load_and_is_counted_once(void) {
+  bench b = bench_at_rest();
+  b.load_nm = 8.0;
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .torque_nm = 8.0f};
+  double worst_rad_s = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    tick(&b);
+    worst_rad_s = fmax(worst_rad_s, fabs(b.rate_rad_s));
+  }
+  LOG_VALUE("largest rate with the load fed forward, rad/s", worst_rad_s);
+  CHECK_AT_MOST("rate, rad/s", 1e-5, worst_rad_s);
+  CHECK_NEAR("torque, Nm", 8.0, b.axis.commanded_nm, 0.01);
+  CHECK_NEAR("load that the observer still sees, Nm", 0.0, b.axis.signals.torque.disturbance_nm, 0.01);
+}
+
+static void test_position_mode_passes_the_acceleration_on(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_POSITION, .speed = {.acceleration_rad_s2 = 0.1f}};
+  tick(&b);
+  CHECK_NEAR("torque of the acceleration, Nm", 2.0, b.axis.signals.torque.acceleration_nm, 1e-6);
+}
+
+static void test_a_loop_that_is_closed_again_knows_nothing_of_before(void) {
+  bench used = bench_at_rest();
+  used.load_nm = 20.0;
+  used.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 0.3f}};
+  ticks(&used, 400);
+  TEST_ASSERT_TRUE(fabsf(used.axis.speed.pi.integral) > 0.1f);
+  used.command.mode = SERVO_OFF;
+  tick(&used);
+  used.rate_rad_s = used.load_nm = 0.0;
+  ticks(&used, 10);
+  bench fresh = bench_at_rest();
+  servo_axis_reset(&fresh.axis, &fresh.params, used.samples.motion.joint_angle, dt_s);
+  fresh.turns = used.turns;
+  fresh.command = used.command = (servo_axis_command){.mode = SERVO_SPEED};
+  for (int i = 0; i < 50; ++i) {
+    tick(&used);
+    tick(&fresh);
+    CHECK_SAME("torque, Nm", fresh.axis.commanded_nm, used.axis.commanded_nm);
+  }
+}
+
+/* It drifts in the wind; what it is asked for is the rate that it has. */
+static void test_closing_the_loop_on_a_turning_axis_gives_no_kick(void) {
+  for (int fused = 0; fused <= 1; ++fused) {
+    bench b = bench_at_rest();
+    b.params.speed.rate_fusion.source = fused ? RATE_FUSED : RATE_FROM_ENCODER;
+    b.params.speed.pi.setpoint_weight = fused ? 0.8f : 1.0f;
+    b.rate_rad_s = -0.03;
+    b.command = (servo_axis_command){.mode = SERVO_OFF};
+    double worst_nm = 0.0;
+    for (int i = 0; i < 400; ++i) {
+      b.samples.motion.gyro_valid = true;
+      b.samples.motion.gyro_rad_s = (float)b.rate_rad_s;
+      b.command.mode = i < 100 ? SERVO_OFF : SERVO_SPEED;
+      b.command.speed.rate_rad_s = -0.03f;
+      tick(&b);
+      worst_nm = fmax(worst_nm, fabs((double)b.axis.commanded_nm));
+    }
+    LOG_VALUE("largest torque, Nm", worst_nm);
+    CHECK_AT_MOST("largest torque, Nm", 0.05, worst_nm);
+  }
+}
+
+static void test_the_observer_counts_what_a_limited_motor_gives_not_what_was_asked_for(void) {
+  bench b = bench_at_rest();
+  b.motor_limit_nm = 5.0;
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 1.0f}};
+  double worst_nm = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    tick(&b);
+    worst_nm = fmax(worst_nm, fabs((double)b.axis.speed.observer.estimate_nm));
+  }
+  LOG_VALUE("largest load seen where there is none, Nm", worst_nm);
+  CHECK_AT_MOST("load seen, Nm", 0.5, worst_nm);
+}
+
+/* --- at the PWM rate --- */
+
+static const float pwm_s = 50e-6f;
+
+static void test_the_duty_carries_the_back_emf_of_a_turning_motor(void) {
+  bench b = bench_at_rest();
+  b.rate_rad_s = 0.4;
+  b.command = (servo_axis_command){.mode = SERVO_TORQUE};
+  ticks(&b, 20);
+  const float duty = servo_axis_pwm(&b.axis, &b.params, 0.0f, 50.0f, pwm_s);
+  CHECK_NEAR("duty", 2.5 * 0.4 / 50.0, duty, 1e-6);
+}
+
+static void test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind(void) {
+  const float bad[][2] = {{NAN, 48.0f}, {INFINITY, 48.0f}, {-1e38f, 48.0f}, {1.01e5f, 48.0f},
+                          {1.0f, NAN},  {1.0f, INFINITY},  {1.0f, 1e38f},   {1.0f, -1e38f}};
+  for (unsigned i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
+    bench b = bench_at_rest();
+    b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 2.5f};
+    ticks(&b, 2);
+    bench untouched = b;
+    CHECK_SAME("duty", 0.0, servo_axis_pwm(&b.axis, &b.params, bad[i][0], bad[i][1], pwm_s));
+    const float duty = servo_axis_pwm(&b.axis, &b.params, 0.5f, 48.0f, pwm_s);
+    CHECK_SAME("next duty", servo_axis_pwm(&untouched.axis, &untouched.params, 0.5f, 48.0f, pwm_s), duty);
+    TEST_ASSERT_TRUE(duty > 0.0f);
+  }
+}
+
+/* --- nonsense --- */
+
+typedef struct {
+  const char *what;
+  servo_axis_command command;
+  servo_axis_samples samples;
+} nonsense;
+
+static servo_axis_samples gyro_at(float rate_rad_s) {
+  return (servo_axis_samples){.motion = {.gyro_rad_s = rate_rad_s, .gyro_valid = true}};
+}
+
+#define AT_SPEED                                        \
+  {                                                     \
+    .mode = SERVO_SPEED, .speed = {.rate_rad_s = 0.1f } \
+  }
+
+static const nonsense every_nonsense[] = {
+    {.what = "rate NaN", .command = {.mode = SERVO_SPEED, .speed = {.rate_rad_s = NAN}}},
+    {.what = "rate 1e35", .command = {.mode = SERVO_SPEED, .speed = {.rate_rad_s = 1e35f}}},
+    {.what = "rate beyond", .command = {.mode = SERVO_SPEED, .speed = {.rate_rad_s = -1001.0f}}},
+    {.what = "acceleration NaN", .command = {.mode = SERVO_SPEED, .speed = {.acceleration_rad_s2 = NAN}}},
+    {.what = "acceleration 1e38", .command = {.mode = SERVO_SPEED, .speed = {.acceleration_rad_s2 = 1e38f}}},
+    {.what = "torque NaN", .command = {.mode = SERVO_TORQUE, .torque_nm = NAN}},
+    {.what = "torque 1e38", .command = {.mode = SERVO_SPEED, .torque_nm = 1e38f}},
+    {.what = "limit infinite", .command = {.mode = SERVO_SPEED, .torque_limited = true, .limits = {-1.0f, INFINITY}}},
+    {.what = "limit NaN", .command = {.mode = SERVO_SPEED, .torque_limited = true, .limits = {NAN, 1.0f}}},
+    {.what = "rate limit NaN", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = NAN}},
+    {.what = "rate limit negative", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = -1.0f}},
+    {.what = "mode unknown", .command = {.mode = (servo_mode)(SERVO_BRAKE + 1)}},
+    {.what = "mode negative", .command = {.mode = (servo_mode)-1}},
+    {.what = "current NaN", .command = AT_SPEED, .samples = {.mean_current_a = NAN}},
+    {.what = "current 1e38", .command = AT_SPEED, .samples = {.mean_current_a = -1e38f}},
+    {.what = "gyro NaN", .command = AT_SPEED, .samples = {.motion = {.gyro_rad_s = NAN, .gyro_valid = true}}},
+    {.what = "gyro infinite",
+     .command = AT_SPEED,
+     .samples = {.motion = {.gyro_rad_s = -INFINITY, .gyro_valid = true}}},
+    {.what = "gyro 1e38", .command = AT_SPEED, .samples = {.motion = {.gyro_rad_s = 1e38f, .gyro_valid = true}}},
+};
+
+static bench turning_with_gyro(void) {
+  bench b = bench_at_rest();
+  b.params.speed.rate_fusion.source = RATE_FUSED;
+  b.command = (servo_axis_command)AT_SPEED;
+  for (int i = 0; i < 300; ++i) {
+    b.samples.motion = gyro_at((float)b.rate_rad_s).motion;
+    tick(&b);
+  }
+  return b;
+}
+
+static void test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_behind(void) {
+  for (unsigned i = 0; i < sizeof every_nonsense / sizeof every_nonsense[0]; ++i) {
+    bench b = turning_with_gyro();
+    servo_axis_samples samples = every_nonsense[i].samples;
+    samples.motion.joint_angle = b.samples.motion.joint_angle;
+    servo_axis_tick(&b.axis, &b.params, &every_nonsense[i].command, &samples, dt_s);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(SERVO_OFF, b.axis.mode, every_nonsense[i].what);
+    TEST_ASSERT_TRUE_MESSAGE(b.axis.implausible, every_nonsense[i].what);
+    CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
+    CHECK_SAME("current", 0.0, b.axis.current_reference_a);
+    CHECK_SAME("duty", 0.0, servo_axis_pwm(&b.axis, &b.params, 1.0f, 48.0f, pwm_s));
+    for (int t = 0; t < 1000; ++t) {
+      b.samples.motion = gyro_at((float)b.rate_rad_s).motion;
+      tick(&b);
+    }
+    CHECK_NEAR(every_nonsense[i].what, 0.1, b.rate_rad_s, 1e-3);
+  }
+}
+
+static void test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command)AT_SPEED;
+  ticks(&b, 300);
+  b.turns += 0.4;
+  tick(&b);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.axis.mode);
+  TEST_ASSERT_TRUE(b.axis.implausible);
+  CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
+  b.worst_step_nm = 0.0;
+  ticks(&b, 1000); /* goes on from where the encoder is now */
+  CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-3);
+}
+
+static void test_an_encoder_without_an_answer_takes_the_torque_away_until_it_answers(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 2.0f};
+  ticks(&b, 10);
+  CHECK_SAME("torque, Nm", 2.0, b.axis.commanded_nm);
+  servo_axis_samples samples = b.samples;
+  samples.encoder_failed = true;
+  servo_axis_tick(&b.axis, &b.params, &b.command, &samples, dt_s);
+  CHECK_SAME("torque without an encoder, Nm", 0.0, b.axis.commanded_nm);
+  TEST_ASSERT_EQUAL(SERVO_OFF, b.axis.mode);
+  TEST_ASSERT_TRUE(b.axis.implausible);
+  tick(&b);
+  TEST_ASSERT_FALSE(b.axis.implausible);
+  CHECK_SAME("torque with it again, Nm", 2.0, b.axis.commanded_nm);
+}
+
+static void test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_POSITION, .position = 400000000u, .rate_limit_rad_s = 0.05f};
+  tick(&b);
+  CHECK_SAME("set-point, rad/s", 0.05f, b.axis.signals.reference.rate_rad_s);
+  b.command.position = (angle_turn32)-400000000;
+  tick(&b);
+  CHECK_SAME("set-point, rad/s", -0.05f, b.axis.signals.reference.rate_rad_s);
+  b.command.rate_limit_rad_s = 0.0f;
+  tick(&b);
+  CHECK_AT_LEAST("without it, rad/s", 0.5, fabsf(b.axis.signals.reference.rate_rad_s));
+}
+
+static void test_a_gyro_that_says_it_is_not_valid_may_hold_anything(void) {
+  bench b = turning_with_gyro();
+  for (int i = 0; i < 300; ++i) {
+    b.samples.motion.gyro_rad_s = NAN;
+    b.samples.motion.gyro_valid = false;
+    tick(&b);
+  }
+  TEST_ASSERT_FALSE(b.axis.implausible);
+  CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-3);
+}
+
+static void test_a_sum_that_is_not_a_number_takes_the_torque_away(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command)AT_SPEED;
+  ticks(&b, 300);
+  b.axis.speed.pi.integral = NAN; /* by no known way */
+  tick(&b);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.axis.mode);
+  TEST_ASSERT_TRUE(b.axis.implausible);
+  CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
+  ticks(&b, 1000);
+  CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-3);
+}
+
+/* Any bits, or a number at the edge of what is plausible, each with equal chance. */
+static float any_float(random_source *source) {
+  const float edges[] = {SERVO_PLAUSIBLE_RATE_RAD_S, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2, SERVO_PLAUSIBLE_TORQUE_NM,
+                         SERVO_PLAUSIBLE_CURRENT_A, 0.0f};
+  const uint64_t bits = random_bits(source);
+  if ((bits & 1) == 0) {
+    return ((bits & 2) == 0 ? 1.0f : -1.0f) * edges[(bits >> 8) % 5];
+  }
+  const uint32_t word = (uint32_t)(bits >> 32);
+  float value;
+  memcpy(&value, &word, sizeof value);
+  return value;
+}
+
+static void test_no_input_whatever_makes_a_torque_or_a_duty_beyond_its_limit(void) {
+  random_source source = {17};
+  bench b = bench_at_rest();
+  b.params.speed.rate_fusion.source = RATE_FUSED;
+  int closed = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const servo_axis_command command = {
+        .mode = (servo_mode)(random_bits(&source) % 6),
+        .speed = {any_float(&source), any_float(&source)},
+        .position = (angle_turn32)random_bits(&source),
+        .torque_nm = any_float(&source),
+        .torque_limited = random_bits(&source) % 2 == 0,
+        .limits = {any_float(&source), any_float(&source)},
+    };
+    const servo_axis_samples samples = {
+        .motion = {(angle_turn32)random_bits(&source), any_float(&source), random_bits(&source) % 2 == 0},
+        .mean_current_a = any_float(&source),
+        .frame = {.fresh = random_bits(&source) % 2 == 0,
+                  .valid = true,
+                  .age_ticks = (int)(random_bits(&source) % 300) - 50,
+                  .error_rad = any_float(&source)},
+    };
+    servo_axis_tick(&b.axis, &b.params, &command, &samples, dt_s);
+    const float duty = servo_axis_pwm(&b.axis, &b.params, any_float(&source), any_float(&source), pwm_s);
+    CHECK_AT_MOST("torque, Nm", 50.0, fabsf(b.axis.commanded_nm));
+    CHECK_AT_MOST("current, A", 20.0, fabsf(b.axis.current_reference_a));
+    CHECK_AT_MOST("duty", 0.98f, fabsf(duty));
+    closed += b.axis.mode != SERVO_OFF;
+  }
+  LOG_VALUE("ticks with a loop closed, of 200000", closed);
+  TEST_ASSERT_TRUE(closed > 1000);
+  b.samples = (servo_axis_samples){0};
+  b.command = (servo_axis_command){.mode = SERVO_OFF};
+  tick(&b);
+  b.command = (servo_axis_command)AT_SPEED;
+  b.params.speed.rate_fusion.source = RATE_FROM_ENCODER;
+  ticks(&b, 1000);
+  CHECK_NEAR("rate afterwards, rad/s", 0.1, b.rate_rad_s, 1e-3);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_torque_mode_gives_exactly_the_torque_asked_for_within_the_limits);
+  RUN_TEST(test_a_speed_loop_takes_over_from_torque_mode_without_a_step);
+  RUN_TEST(test_speed_and_position_loops_keep_the_torque_limits_from_outside);
+  RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
+  RUN_TEST(test_position_mode_passes_the_acceleration_on);
+  RUN_TEST(test_a_loop_that_is_closed_again_knows_nothing_of_before);
+  RUN_TEST(test_closing_the_loop_on_a_turning_axis_gives_no_kick);
+  RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_asked_for);
+  RUN_TEST(test_the_duty_carries_the_back_emf_of_a_turning_motor);
+  RUN_TEST(test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind);
+  RUN_TEST(test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_behind);
+  RUN_TEST(test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick);
+  RUN_TEST(test_an_encoder_without_an_answer_takes_the_torque_away_until_it_answers);
+  RUN_TEST(test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit);
+  RUN_TEST(test_a_gyro_that_says_it_is_not_valid_may_hold_anything);
+  RUN_TEST(test_a_sum_that_is_not_a_number_takes_the_torque_away);
+  RUN_TEST(test_no_input_whatever_makes_a_torque_or_a_duty_beyond_its_limit);
+  return UNITY_END();
+}

@@ -1,0 +1,26 @@
+/* Whether the program memory is still what was linked: its CRC-32 against that of the version block. */
+#ifndef TRACKSERVO_STM32G474_IMAGE_CHECK_H
+#define TRACKSERVO_STM32G474_IMAGE_CHECK_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* Whether the flash holds what was linked. About 30 ms for 64 KiB. */
+bool image_check_is_whole(void);
+
+/* The same piece by piece, round and round. */
+typedef enum { IMAGE_NOT_YET_KNOWN = 0, IMAGE_WHOLE, IMAGE_DAMAGED } image_verdict;
+
+typedef struct {
+  uint32_t at; /* offset of the next byte */
+  uint32_t crc;
+} image_check;
+
+/* At the first byte. */
+image_check image_check_begin(void);
+
+/* Goes on by at most so many bytes, 1 or more; after a verdict it begins again. Damage is told in the second round at
+ * the latest. */
+image_verdict image_check_step(image_check *check, uint32_t most_bytes);
+
+#endif

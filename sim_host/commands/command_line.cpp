@@ -1,0 +1,75 @@
+#include "command_line.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <set>
+#include <stdexcept>
+
+#include "base/progress.hpp"
+#include "config/arguments.hpp"
+#include "design/design_check.hpp"
+#include "run/scenario_check.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+ProgressPrinter& printer() {
+  static ProgressPrinter printer(stderr, isatty(STDERR_FILENO) != 0, now_s);
+  return printer;
+}
+
+}  // namespace
+
+void start_progress() { printer(); }
+
+void warn(const std::vector<std::string>& texts) {
+  static std::set<std::string> said;
+  for (const std::string& text : texts) {
+    if (said.insert(text).second) {
+      fmt::print(stderr, "sim_host: warning: {}\n", text);
+    }
+  }
+}
+
+servo_params checked_design(const Study& study, const ControllerSpec& spec, const DesignOptions& options) {
+  warn(check_scenario(study.plant, study.scenario));
+  const servo_params params = design_controller(study.plant, spec, options);
+  warn(margin_warnings(study.plant, params));
+  return params;
+}
+
+void show_progress(int done, int total, const std::string& what) { printer().show(done, total, what); }
+
+void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
+  std::sort(seeds.begin(), seeds.end());
+  const auto twice = std::adjacent_find(seeds.begin(), seeds.end());
+  if (twice != seeds.end()) {
+    throw std::invalid_argument(fmt::format("--seeds: {} is given twice, which adds nothing; give each once", *twice));
+  }
+}
+
+CLI::Validator seed() { return {seed_problem, "SEED"}; }
+
+void add_threads(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "runs at the same time; one per processor unless given")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+}
+
+CLI::Validator share(double most) {
+  return {[most](const std::string& text) {
+            double value = 0.0;
+            return CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= most
+                       ? ""
+                       : fmt::format("\"{}\" is no share; give 0 to {:g}", text, most);
+          },
+          fmt::format("0 to {:g}", most)};
+}
+
+}  // namespace trackservo::sim

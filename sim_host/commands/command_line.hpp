@@ -1,0 +1,43 @@
+// What the commands of sim_host share: warnings, progress, checks of arguments.
+#ifndef TRACKSERVO_SIM_COMMANDS_COMMAND_LINE_HPP
+#define TRACKSERVO_SIM_COMMANDS_COMMAND_LINE_HPP
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "studies/study.hpp"
+
+namespace trackservo::sim {
+
+constexpr const char *kDataHelp = "folder with plants/ and scenarios/";
+
+// To the standard error, each text once, however many runs it holds for.
+void warn(const std::vector<std::string>& texts);
+
+// Refuses what makes no sense and warns of what is unusual, before the first run of a study. Throws as
+// design_controller.
+servo_params checked_design(const Study& study, const ControllerSpec& spec, const DesignOptions& options);
+
+// Call before the first job, whose time counts, too.
+void start_progress();
+
+// After every finished job, to the standard error: see progress.hpp.
+void show_progress(int done, int total, const std::string& what);
+
+// Throws std::invalid_argument.
+void refuse_repeated_seeds(std::vector<std::uint64_t> seeds);
+
+// Of an option that is a seed.
+CLI::Validator seed();
+
+// The option --threads, whose default is one thread per processor.
+void add_threads(CLI::App& command, int& threads);
+
+// Of an option that is a share: 0 to `most`; unlike CLI::Range it refuses NaN.
+CLI::Validator share(double most);
+
+}  // namespace trackservo::sim
+
+#endif

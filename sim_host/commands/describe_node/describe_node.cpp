@@ -1,0 +1,87 @@
+// Prints what describes the node to others: describe_node FOLDER writes trackservo.eds, trackservo.dbc,
+// parameters.json, can-objects.md, default_parameters.c, default_schema.h, faults.json and faults.md there.
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+
+#include "dictionary/device_description.hpp"
+#include "fault_description.hpp"
+#include "run/machine.hpp"
+#include "serve/node_parameters.hpp"
+
+extern "C" {
+#include "node/servo_node.h"
+}
+
+namespace {
+
+namespace sim = trackservo::sim;
+namespace dictionary = trackservo::dictionary;
+
+constexpr std::uint8_t kNodeId = 1;  // of the DBC; the others are for any node
+
+void write(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  if (!stream.flush()) {
+    throw std::runtime_error(file.string() + ": cannot be written; give a folder that is writable");
+  }
+}
+
+// Only the dictionary counts here; the plant is any that starts.
+std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantConfig& plant) {
+  auto node = std::make_unique<servo_node>();
+  const axis_parameters parameters[SERVO_AXES] = {sim::node_parameters(plant, sim::kAzimuth),
+                                                  sim::node_parameters(plant, sim::kPitch)};
+  const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
+  const protection_limits limits[SERVO_AXES] = {sim::node_limits(plant, sim::kAzimuth),
+                                                sim::node_limits(plant, sim::kPitch)};
+  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr, 0,
+                                    {},      nullptr};
+  if (!servo_node_start(node.get(), &config)) {
+    throw std::runtime_error("the node does not start");
+  }
+  return node;
+}
+
+void describe(const std::filesystem::path& folder) {
+  const sim::PlantConfig plant = sim::load_plant(std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml");
+  sim::Machine machine(plant, 1, {0.0, 0.0});
+  const std::unique_ptr<servo_node> node = start_node(machine, plant);
+  const object_dictionary& objects = *servo_node_dictionary(node.get());
+  const dictionary::DeviceInfo info{"trackservo.eds", "trackservo", "trackservo", "Two-axis tracker servo, CiA 402"};
+  nlohmann::ordered_json parameters = {{"schema_hash", node->objects.schema_hash}};
+  parameters.update(dictionary::describe_parameters(objects, info));
+  std::filesystem::create_directories(folder);
+  write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
+  write(folder / "parameters.json", dictionary::print_by_rows(parameters));
+  write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
+  const servo_node_axis& azimuth = node->axis[SERVO_AZIMUTH];
+  const servo_node_axis& pitch = node->axis[SERVO_PITCH];
+  write(folder / "default_parameters.c",
+        dictionary::print_default_parameters({azimuth.tuning.active, pitch.tuning.active},
+                                             {azimuth.watch.limits, pitch.watch.limits}));
+  write(folder / "default_schema.h", dictionary::print_default_schema(node->objects.schema_hash));
+  write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
+  write(folder / "faults.json", dictionary::print_by_rows(dictionary::describe_faults()));
+  write(folder / "faults.md", dictionary::print_fault_page());
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  if (argc != 2) {
+    (void)std::fprintf(stderr, "Usage: describe_node FOLDER\n");
+    return 2;
+  }
+  try {
+    describe(argv[1]);
+  } catch (const std::exception& error) {
+    (void)std::fprintf(stderr, "describe_node: %s\n", error.what());
+    return 2;
+  }
+  return 0;
+}

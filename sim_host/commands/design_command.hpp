@@ -1,0 +1,22 @@
+// `identify design`: gains from result.json, wishes and the device's parameters.
+#ifndef TRACKSERVO_SIM_COMMANDS_DESIGN_COMMAND_HPP
+#define TRACKSERVO_SIM_COMMANDS_DESIGN_COMMAND_HPP
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace trackservo::identification {
+
+struct DesignCommand {
+  std::string identified;
+  std::string wishes;
+  std::string parameters;
+  std::string json;
+};
+
+// The subcommand's options fill `options`, which must outlive `app`; it runs when it is given.
+void add_design_command(CLI::App& app, DesignCommand& options);
+
+}  // namespace trackservo::identification
+
+#endif

@@ -1,0 +1,85 @@
+#include "fault_commands.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "base/job_pool.hpp"
+#include "command_line.hpp"
+#include "fault_injection/fault_matrix.hpp"
+#include "fault_injection/fault_scenario.hpp"
+#include "fault_injection/soak.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+struct FaultsCommand {
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path scenario;
+  MatrixOptions matrix;
+  bool list = false;
+};
+
+// 1 when a promise was broken.
+int faults(const FaultsCommand& command) {
+  if (command.list) {
+    for (const Breakage& part : breakages()) {
+      fmt::print("{}\n", part.name);
+    }
+    return 0;
+  }
+  const PlantConfig plant = load_plant(command.plant);
+  if (!command.scenario.empty()) {
+    fmt::print("{}", run_fault_scenario(plant, load_fault_scenario(command.scenario)));
+    return 0;
+  }
+  const std::vector<MatrixRow> rows = run_fault_matrix(plant, command.matrix);
+  fmt::print("{}", print_fault_matrix(rows));
+  return all_promises_kept(rows) ? 0 : 1;
+}
+
+struct SoakCommand {
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  double hours = 24.0;
+  std::uint64_t seed = 1;
+  int threads = usable_threads();
+};
+
+}  // namespace
+
+void add_faults(CLI::App& app, int& code) {
+  auto options = std::make_shared<FaultsCommand>();
+  CLI::App *command = app.add_subcommand("faults", "break every part in every motion and see what the firmware does");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  CLI::Option *scenario =
+      command->add_option("--scenario", options->scenario, "only what this file says, told line by line")
+          ->check(CLI::ExistingFile);
+  command->add_option("--moments", options->matrix.moments, "random ones, of each part in each motion on each axis")
+      ->check(CLI::Range(1, 100000))
+      ->excludes(scenario)
+      ->capture_default_str();
+  command->add_option("--seed", options->matrix.seed, "seed of all noise and moments")
+      ->check(seed())
+      ->excludes(scenario)
+      ->capture_default_str();
+  add_threads(*command, options->matrix.threads);
+  command->add_flag("--list", options->list, "only name the parts");
+  command->callback([options, &code] { code = faults(*options); });
+}
+
+void add_soak(CLI::App& app, int& code) {
+  auto options = std::make_shared<SoakCommand>();
+  CLI::App *command = app.add_subcommand("soak", "hours of work in which nothing breaks: no fault may be found");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  command->add_option("--hours", options->hours, "simulated")->check(CLI::Range(0.01, 1e5))->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of noise and work")->check(seed())->capture_default_str();
+  add_threads(*command, options->threads);
+  command->callback([options, &code] {
+    const SoakResult result = run_soak(load_plant(options->plant), options->hours, options->seed, options->threads);
+    fmt::print("{}", print_soak(result));
+    code = result.false_trips.empty() ? 0 : 1;
+  });
+}
+
+}  // namespace trackservo::sim

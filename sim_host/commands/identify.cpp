@@ -1,0 +1,191 @@
+// identify: friction and plant from recorded runs.
+//
+//   identify fit RECORDING.csv [--structure RECORDING.csv] [--json FILE] [--residuals FILE]
+//   identify plan --lowest-rad A --highest-rad B --torque-nm T --fastest-rad-s V [--identified FILE [--structure]]
+//                 [--json FILE]
+//   identify design --identified RESULT.json [--wishes FILE] --parameters FILE --json FILE
+//   identify paper-damping --slope 308.1 --inertia 23.5 --viscous 11.876
+//
+// Exit codes: 0 all parameters, 1 wrong input, 2 some were refused.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <fstream>
+
+#include "commands/design_command.hpp"
+#include "identification/identification.hpp"
+#include "identification/result_json.hpp"
+#include "test_plan/test_plan_json.hpp"
+#include "test_plan/test_plan_text.hpp"
+
+namespace identification = trackservo::identification;
+namespace commissioning = trackservo::commissioning;
+
+namespace {
+
+constexpr int kRefused = 2;
+
+struct FitOptions {
+  std::string recording;
+  std::string structure;
+  std::string json;
+  std::string residuals;
+};
+
+std::ofstream open_for_writing(const std::string& path) {
+  std::ofstream file(path);
+  if (!file) {
+    throw std::runtime_error(fmt::format("{}: cannot be written; give a path in a folder that exists.", path));
+  }
+  return file;
+}
+
+void print_table(const identification::Identification& result) {
+  fmt::print("{:<24} {:>12} {:>26} {:>12}  {}\n", "parameter", "value", "95 % interval", "paper's", "unit");
+  for (const identification::Parameter& parameter : result.parameters) {
+    const std::string value = parameter.refused.empty() ? fmt::format("{:.5g}", parameter.value) : "refused";
+    fmt::print("{:<24} {:>12} {:>12.5g} .. {:<10.5g} {:>12.5g}  {}\n", parameter.name, value, parameter.interval.low,
+               parameter.interval.high, parameter.paper, parameter.unit);
+  }
+  fmt::print("Damping ratio in pre-sliding {:.3g}; the paper assumes {:.3g}, which gives sigma1 = {:.5g} Nm s/rad.\n",
+             result.damping_ratio, identification::kPaperDampingRatio, result.eq15_damping_nm_s_rad);
+  for (const identification::Parameter& parameter : result.parameters) {
+    if (!parameter.refused.empty()) {
+      fmt::print("Refused: {}\n", parameter.refused);
+    }
+  }
+}
+
+int fit(const FitOptions& options) {
+  const identification::Recording recording = identification::load_recording(options.recording);
+  const identification::Recording structure =
+      options.structure.empty() ? identification::Recording{} : identification::load_recording(options.structure);
+  const identification::Identification result = identification::identify(recording);
+  print_table(result);
+  const nlohmann::ordered_json json = identification::to_json(result, recording, structure);
+  for (const auto& warning : json["warnings"]) {
+    fmt::print("{}\n", warning.get<std::string>());
+  }
+  if (!options.json.empty()) {
+    open_for_writing(options.json) << json.dump(2) << '\n';
+  }
+  if (!options.residuals.empty()) {
+    std::ofstream file = open_for_writing(options.residuals);
+    identification::write_residuals(file, result, recording);
+  }
+  return result.complete() ? 0 : kRefused;
+}
+
+struct PlanOptions {
+  commissioning::MotionLimits limits;
+  double start_rad = 0;
+  std::string identified;
+  bool structure = false;
+  std::string json;
+};
+
+// What a first look found, from its result.
+commissioning::RoughMachine load_rough_machine(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) {
+    throw std::runtime_error(fmt::format("{}: cannot be opened; give the result of 'identify fit --json'.", path));
+  }
+  try {
+    const nlohmann::json result = nlohmann::json::parse(file);
+    if (result.at("format") != "trackservo-identification" || result.at("version") != 1) {
+      throw std::runtime_error(fmt::format("{}: is not of format trackservo-identification, version 1.", path));
+    }
+    const nlohmann::json& rough = result.at("rough");
+    return {rough.at("coulomb_nm"), rough.at("bristle_rad"), rough.at("stribeck_rad_s"), rough.at("inertia_kg_m2")};
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(fmt::format("{}: is no result of 'identify fit --json', which has a block \"rough\" ({}).",
+                                         path, error.what()));
+  }
+}
+
+commissioning::Programme programme_of(const PlanOptions& options) {
+  if (options.identified.empty()) {
+    return commissioning::first_look(options.limits);
+  }
+  const commissioning::RoughMachine machine = load_rough_machine(options.identified);
+  return options.structure ? commissioning::structure_look(options.limits, machine)
+                           : commissioning::programme_for(options.limits, machine);
+}
+
+void plan(const PlanOptions& options) {
+  const commissioning::Programme programme = programme_of(options);
+  commissioning::print(programme, options.start_rad);
+  if (!options.json.empty()) {
+    open_for_writing(options.json) << commissioning::to_json(programme, options.start_rad).dump(2) << '\n';
+  }
+}
+
+void add_plan(CLI::App& app, PlanOptions& options) {
+  CLI::App *command = app.add_subcommand("plan", "which experiments, where, how fast, how strong, how long");
+  command->add_option("--lowest-rad", options.limits.lowest_rad, "joint angle that is never passed")->required();
+  command->add_option("--highest-rad", options.limits.highest_rad, "joint angle that is never passed")->required();
+  command->add_option("--fastest-rad-s", options.limits.rate_rad_s, "joint rate that is never passed")->required();
+  command->add_option("--torque-nm", options.limits.torque_nm, "torque that is never passed")->required();
+  command->add_option("--start-rad", options.start_rad, "where the axis is, for the predicted duration")
+      ->check(CLI::Range(-1e3, 1e3));
+  CLI::Option *identified = command->add_option("--identified", options.identified,
+                                                "result of a first look; without it, this plans the first look");
+  command->add_flag("--structure", options.structure, "plan the chirps that show resonances of the structure")
+      ->needs(identified);
+  command->add_option("--json", options.json, "write the programme here");
+  command->callback([&options] { plan(options); });
+}
+
+struct DampingOptions {
+  double slope_nm_rad = 0;
+  double inertia_kg_m2 = 0;
+  double viscous_nm_s_rad = 0;
+  double damping_ratio = identification::kPaperDampingRatio;
+};
+
+void add_paper_damping(CLI::App& app, DampingOptions& options) {
+  CLI::App *command = app.add_subcommand("paper-damping", "sigma1 from the slope in pre-sliding, eqs (15) and (16)");
+  command->add_option("--slope", options.slope_nm_rad, "du/dtheta = sigma0 [Nm/rad]")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--inertia", options.inertia_kg_m2, "J [kg m2]")->required()->check(CLI::PositiveNumber);
+  command->add_option("--viscous", options.viscous_nm_s_rad, "sigma2 [Nm s/rad]")
+      ->required()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--damping-ratio", options.damping_ratio, "assumed, 1/sqrt(2) in the paper")
+      ->check(CLI::PositiveNumber);
+  command->callback([&options] {
+    fmt::print("{:.2f}\n", identification::paper_damping_nm_s_rad(options.inertia_kg_m2, options.slope_nm_rad,
+                                                                  options.viscous_nm_s_rad, options.damping_ratio));
+  });
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  try {
+    CLI::App app{"Friction and plant of an axis from its recorded runs, and gains for it."};
+    app.require_subcommand(1);
+    int code = 0;
+    FitOptions options;
+    CLI::App *command = app.add_subcommand("fit", "fit all parameters to a recording");
+    command->add_option("recording", options.recording, "CSV of the runs (docs/identification.md)")->required();
+    command->add_option("--structure", options.structure, "CSV of chirps to find resonances in (plan --structure)");
+    command->add_option("--json", options.json, "write the result here");
+    command->add_option("--residuals", options.residuals, "write the residuals here, as CSV for plots");
+    command->callback([&] { code = fit(options); });
+    PlanOptions plan_options;
+    add_plan(app, plan_options);
+    DampingOptions damping;
+    add_paper_damping(app, damping);
+    identification::DesignCommand design;
+    identification::add_design_command(app, design);
+    CLI11_PARSE(app, argc, argv);
+    return code;
+  } catch (const std::exception& error) {
+    (void)std::fprintf(stderr, "identify: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,405 @@
+// sim_host: the simulated tracker on the command line.
+//
+//   sim_host run --plant FILE --scenario FILE --controller NAME --seed N --csv FILE
+//   sim_host identify --plant FILE --out DIR
+//   sim_host experiments --out DIR
+//   sim_host beliefs --out DIR
+//   sim_host random-plants --plant FILE --out DIR
+//   sim_host bench
+//   sim_host serve --plant FILE --bus slcan-tcp:PORT
+//   sim_host faults [--scenario FILE]
+//   sim_host soak --hours N
+//   sim_host check --limits FILE
+//   sim_host gains --plant FILE --out FILE
+//   sim_host keys plant|scenario
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <future>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "analysis/benchmark.hpp"
+#include "analysis/verdict.hpp"
+#include "check_command.hpp"
+#include "command_line.hpp"
+#include "commission/commission.hpp"
+#include "commission/commission_report.hpp"
+#include "commission/tuned_gains.hpp"
+#include "config/arguments.hpp"
+#include "design/design_check.hpp"
+#include "fault_commands.hpp"
+#include "run/scenario_check.hpp"
+#include "serve/sdo_benchmark.hpp"
+#include "serve/server.hpp"
+#include "studies/campaign.hpp"
+#include "study_commands.hpp"
+
+namespace sim = trackservo::sim;
+
+namespace {
+
+struct RunOptions {
+  std::filesystem::path plant;
+  std::filesystem::path scenario;
+  std::string controller = "pi_vob_ftc";
+  std::string friction;
+  std::uint64_t seed = 1;
+  double friction_parameter_error = 0.15;
+  bool improved_loop = false;
+  std::filesystem::path csv;
+};
+
+// A file for each case: the case's name goes before the ending when there are several.
+std::filesystem::path csv_of_case(const RunOptions& options, std::size_t cases, const sim::StudyCase& study_case) {
+  if (cases == 1) {
+    return options.csv;
+  }
+  std::string name = study_case.name;
+  for (char& letter : name) {
+    letter = letter == ' ' || letter == '/' || letter == ',' ? '_' : letter;
+  }
+  std::filesystem::path file = options.csv;
+  return file.replace_filename(options.csv.stem().string() + "-" + name + options.csv.extension().string());
+}
+
+void refuse_unwritable_csv(const RunOptions& options, const std::vector<sim::StudyCase>& cases) {
+  if (options.csv.empty()) {
+    return;
+  }
+  std::string problem = sim::output_file_problem(options.csv);
+  for (const sim::StudyCase& study_case : cases) {
+    problem = problem.empty() ? sim::output_file_problem(csv_of_case(options, cases.size(), study_case)) : problem;
+  }
+  if (!problem.empty()) {
+    throw std::invalid_argument("--csv: " + problem);
+  }
+}
+
+sim::Study study_of(const RunOptions& options) {
+  sim::Study study;
+  study.plant = sim::load_plant(options.plant);
+  study.scenario = sim::load_scenario(options.scenario);
+  study.experiment = study.scenario.name;
+  study.tracker = options.improved_loop ? TRACKER_PREDICTIVE : TRACKER_PI;
+  for (const sim::FrictionModel model :
+       {sim::FrictionModel::kLugre, sim::FrictionModel::kMaxwellSlip, sim::FrictionModel::kNone}) {
+    if (options.friction == sim::friction_name(model)) {
+      study.plant.friction_model = model;
+    }
+  }
+  return study;
+}
+
+std::string value_text(const sim::Figure& figure) {
+  if (std::isinf(figure.value)) {
+    return "not reached";
+  }
+  return std::isnan(figure.value) ? "no value" : fmt::format("{:>10.4g} {}", figure.value, figure.unit);
+}
+
+// What the controller knows of the plant's friction: not what the plant's friction is.
+void print_assumption(const RunOptions& options) {
+  if (sim::controller_spec(options.controller).friction == FRICTION_NONE) {
+    fmt::print("assumed friction: none ({} does not compensate it)\n", options.controller);
+  } else if (options.friction_parameter_error == 0.0) {
+    fmt::print("assumed friction: exactly the plant's\n");
+  } else {
+    fmt::print(
+        "assumed friction: every parameter {:g} % off, signs drawn from seed {}; --friction-parameter-error 0: exact\n",
+        100.0 * options.friction_parameter_error, options.seed);
+  }
+}
+
+constexpr int kNotControlled = 1;
+
+// kNotControlled when an axis did not do what it was told.
+int run(const RunOptions& options) {
+  const sim::Study study = study_of(options);
+  if (options.improved_loop && study.scenario.kind != sim::ScenarioKind::kTracking) {
+    throw std::invalid_argument(
+        fmt::format("--improved-loop: {} does not track; leave the option out", options.scenario.string()));
+  }
+  const std::vector<sim::StudyCase> cases = sim::cases_of(study);
+  refuse_unwritable_csv(options, cases);
+  servo_params params = sim::checked_design(study, sim::controller_spec(options.controller),
+                                            sim::design_options(study, options.seed, options.friction_parameter_error));
+  if (options.controller == "pi_best") {
+    const sim::PiWish best = sim::best_pi(study);
+    for (int axis = 0; axis < sim::kAxes; ++axis) {
+      sim::set_pi(params, axis, best);
+    }
+  }
+  print_assumption(options);
+  int code = 0;
+  for (const sim::StudyCase& study_case : cases) {
+    const sim::Trace trace =
+        sim::run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, options.seed});
+    for (const sim::Figure& figure : sim::measure(study, study_case, trace)) {
+      fmt::print("{:<18} {:<9} {:<20} {}\n", study_case.name, sim::axis_name(figure.axis), figure.metric,
+                 value_text(figure));
+    }
+    (void)std::fflush(stdout);
+    for (const std::string& sentence :
+         sim::uncontrolled_axes(study.plant, study.scenario, study_case.speed_rad_s, trace)) {
+      fmt::print(stderr, "sim_host: {}: {}\n", study_case.name, sentence);
+      code = kNotControlled;
+    }
+    if (!options.csv.empty()) {
+      const std::filesystem::path file = csv_of_case(options, cases.size(), study_case);
+      sim::write_csv(trace, file);
+      fmt::print("written {}\n", file.string());
+    }
+  }
+  return code;
+}
+
+struct IdentifyOptions {
+  std::filesystem::path plant;
+  std::uint64_t seed = 1;
+  std::filesystem::path out_dir;
+};
+
+struct CommissionedAndTuned {
+  sim::Commissioned commissioned;
+  std::optional<sim::TunedGains> gains;  // none when a parameter was refused
+};
+
+CommissionedAndTuned commission_and_tune(const sim::PlantConfig& plant, int axis, std::uint64_t seed) {
+  CommissionedAndTuned done{sim::commission(plant, axis, seed), std::nullopt};
+  if (done.commissioned.identification.complete()) {
+    done.gains = sim::tune(plant, done.commissioned);
+  }
+  return done;
+}
+
+// Both axes at the same time, as if each machine had one: a thread each.
+int identify(const IdentifyOptions& options) {
+  constexpr int kRefused = 2;  // as of the program identify
+  int code = 0;
+  const sim::PlantConfig plant = sim::load_plant(options.plant);
+  sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
+  const auto begin = std::chrono::steady_clock::now();
+  std::array<std::future<CommissionedAndTuned>, sim::kAxes> axes;
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    axes[static_cast<std::size_t>(axis)] = std::async(
+        std::launch::async, [&plant, &options, axis] { return commission_and_tune(plant, axis, options.seed); });
+  }
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    const auto [commissioned, gains] = axes[static_cast<std::size_t>(axis)].get();
+    sim::print(plant, commissioned);
+    if (gains) {
+      sim::print(*gains);
+    } else {
+      fmt::print("  no gains: the design needs the parameters that were refused\n");
+      code = kRefused;
+    }
+    if (!options.out_dir.empty()) {
+      const std::filesystem::path folder = options.out_dir / sim::axis_name(axis);
+      sim::write_result(commissioned, folder);
+      trackservo::identification::write_recording(commissioned.acquisition.recording, folder / "runs.csv");
+      trackservo::identification::write_recording(commissioned.structure, folder / "structure.csv");
+      if (gains) {
+        sim::write_design(*gains, folder);
+      }
+    }
+  }
+  fmt::print("both axes: {:.0f} s of this computer\n",
+             std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  return code;
+}
+
+constexpr double kSlowest = 0.1;
+constexpr double kFastest = 1000.0;
+
+struct ServeCommand {
+  std::filesystem::path plant;
+  sim::ServeOptions options;
+  std::string speed = "realtime";
+};
+
+// Simulated time per real time; none for "max".
+std::optional<double> pace_of(const std::string& speed) {
+  double pace = 1.0;
+  if (speed == "max") {
+    return std::nullopt;
+  }
+  if (speed != "realtime") {
+    (void)CLI::detail::lexical_cast(speed, pace);  // checked when it was parsed
+  }
+  return pace;
+}
+
+CLI::Validator speed() {
+  return {[](std::string& text) -> std::string {
+            double pace = 0.0;
+            const bool good = text == "realtime" || text == "max" ||
+                              (CLI::detail::lexical_cast(text, pace) && pace >= kSlowest && pace <= kFastest);
+            return good ? ""
+                        : fmt::format("\"{}\" is no pace; give realtime, max or {} to {}", text, kSlowest, kFastest);
+          },
+          "realtime, max or TIMES"};
+}
+
+void serve(const ServeCommand& command) {
+  sim::ServeOptions options = command.options;
+  options.pace = pace_of(command.speed);
+  const sim::PlantConfig plant = sim::load_plant(command.plant);
+  sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
+  sim::serve(plant, options, sim::reports_on_stdout());
+}
+
+void bench(const std::filesystem::path& data_dir) {
+  const sim::PlantConfig plant = sim::load_plant(data_dir / "plants/tracker.toml");
+  const sim::BenchmarkFigures figures =
+      sim::run_benchmark(plant, sim::load_scenario(data_dir / "scenarios/steady_speed.toml"), 5);
+  fmt::print("processor time, best of 5, so that a busy machine does not count:\n");
+  fmt::print("real-time factor, both axes, full plant and firmware, one core  {:8.0f} x\n", figures.real_time_factor);
+  fmt::print("firmware tick of 1 ms, both axes, everything on                 {:8.1f} ns\n", figures.tick_ns);
+  fmt::print("firmware current loop, one axis, one PWM period                 {:8.1f} ns\n", figures.pwm_ns);
+  fmt::print("plant, both axes, one PWM period of 50 us                       {:8.1f} ns\n", figures.plant_pwm_ns);
+  constexpr double kMeasured_s = 2.0;
+  fmt::print("wall clock, so a busy machine counts:\n");
+  fmt::print("SDO reads over SLCAN on TCP, one client, node in real time      {:8.0f} /s\n",
+             sim::sdo_reads_per_second(plant, kMeasured_s));
+}
+
+void add_run(CLI::App& app, int& code) {
+  auto options = std::make_shared<RunOptions>();
+  std::vector<std::string> names;
+  for (const sim::ControllerSpec& spec : sim::controller_specs()) {
+    names.push_back(spec.name);
+  }
+  CLI::App *command = app.add_subcommand(
+      "run", "run one scenario with one controller; exit code 1: an axis did not do what it was told, 2: wrong input");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
+  command->add_option("--scenario", options->scenario, "scenario file (TOML)")->required()->check(CLI::ExistingFile);
+  command->add_option("--controller", options->controller, "controller")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of all noise and parameter errors")
+      ->check(sim::seed())
+      ->capture_default_str();
+  command->add_option("--csv", options->csv,
+                      "write the trace here; with several speeds a file for each, with the speed before the ending");
+  command->add_option("--friction", options->friction, "the plant's friction, instead of its file's")
+      ->check(CLI::IsMember({"lugre", "maxwell_slip", "none"}));
+  command
+      ->add_option("--friction-parameter-error", options->friction_parameter_error,
+                   "share by which every friction parameter that the controller assumes is off, up or down as the seed "
+                   "draws it; 0: exactly the plant's. The studies use what an identification found instead")
+      ->check(sim::share(0.5))
+      ->capture_default_str();
+  command->add_flag("--improved-loop", options->improved_loop, "tracking: predict the target, feed its rate forward");
+  command->callback([options, &code] { code = run(*options); });
+}
+
+void add_identify(CLI::App& app, int& code) {
+  auto options = std::make_shared<IdentifyOptions>();
+  CLI::App *command = app.add_subcommand(
+      "identify", "find friction and inertia of both axes with the device's experiments, and design gains from them");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
+  command->add_option("--seed", options->seed, "seed of all noise")->check(sim::seed())->capture_default_str();
+  command
+      ->add_option("--out", options->out_dir, "folder for recordings, results and residuals, below a folder per axis")
+      ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
+  command->callback([options, &code] { code = identify(*options); });
+}
+
+void add_bench(CLI::App& app) {
+  auto data_dir = std::make_shared<std::filesystem::path>(TRACKSERVO_DATA_DIR);
+  CLI::App *command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
+  command->add_option("--data", *data_dir, sim::kDataHelp)->check(CLI::ExistingDirectory);
+  command->callback([data_dir] { bench(*data_dir); });
+}
+
+void add_serve(CLI::App& app) {
+  auto serving = std::make_shared<ServeCommand>();
+  serving->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  CLI::App *command = app.add_subcommand(
+      "serve", "run the simulated servo as a CANopen node on a bus that clients reach; ends with Ctrl-C or SIGTERM");
+  command->add_option("--plant", serving->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  command
+      ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
+      ->capture_default_str();
+  command
+      ->add_option("--node-id,--node", serving->options.node_id,
+                   "node id while LSS has stored no other in the flash; 255: none, so that LSS alone is answered")
+      ->check(CLI::Range(1, 127) | CLI::Range(255, 255))
+      ->capture_default_str();
+  command
+      ->add_option("--bit-rate", serving->options.bit_rate,
+                   "of the bus in bit/s, and of a node while LSS has stored no other in its flash")
+      ->check(CLI::IsMember({125000, 250000, 500000, 1000000}))
+      ->capture_default_str();
+  command->add_option("--serial", serving->options.serial_number, "serial number, object 1018:4")
+      ->capture_default_str();
+  command
+      ->add_option("--nodes", serving->options.nodes,
+                   "so many nodes on the bus; node ids and serial numbers count up, the flash files get .2, .3 ...")
+      ->check(CLI::Range(1, 16))
+      ->capture_default_str();
+  command->add_option("--seed", serving->options.seed, "seed of all noise")->check(sim::seed())->capture_default_str();
+  command
+      ->add_option("--flash", serving->options.flash, "file that keeps what is stored from run to run; made if absent")
+      ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"));
+  command->add_option("--speed", serving->speed, "pace of simulated time; a number: so many times real time")
+      ->check(speed())
+      ->capture_default_str();
+  command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, sim::kUntilStdinEndsHelp);
+  command->callback([serving] { serve(*serving); });
+}
+
+void add_keys(CLI::App& app) {
+  auto file = std::make_shared<std::string>();
+  CLI::App *command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
+  command->add_option("file", *file, "which files")->required()->check(CLI::IsMember({"plant", "scenario"}));
+  command->callback(
+      [file] { fmt::print("{}", *file == "plant" ? sim::plant_keys_markdown() : sim::scenario_keys_markdown()); });
+}
+
+int parse_and_run(int argc, char **argv) {
+  constexpr int kWrongInput = 2;
+  const std::vector<std::string> arguments(argv, argv + argc);
+  const sim::ImageDevices image_devices;  // none: check hands images over to check_board
+  int code = 0;
+  CLI::App app{"The simulated optical tracker with the servo firmware on it."};
+  app.require_subcommand(1);
+  add_run(app, code);
+  add_identify(app, code);
+  sim::add_experiments(app);
+  sim::add_beliefs(app);
+  sim::add_random_plants(app);
+  sim::add_fig9_scan(app);
+  add_bench(app);
+  add_serve(app);
+  sim::add_faults(app, code);
+  sim::add_soak(app, code);
+  sim::add_check(app, code, arguments, image_devices);
+  sim::add_gains(app);
+  add_keys(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kWrongInput;
+  }
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char **argv) {
+  try {
+    return parse_and_run(argc, argv);
+  } catch (const std::exception& error) {
+    (void)std::fprintf(stderr, "sim_host: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,157 @@
+#include "study_commands.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <numeric>
+
+#include "base/job_pool.hpp"
+#include "command_line.hpp"
+#include "config/arguments.hpp"
+#include "studies/belief_study.hpp"
+#include "studies/campaign.hpp"
+#include "studies/fig9_scan_report.hpp"
+#include "studies/random_plants_report.hpp"
+#include "studies/results.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+void experiments(const CampaignOptions& options) {
+  refuse_repeated_seeds(options.seeds);
+  for (const Study& study : paper_studies(options.data_dir)) {
+    for (const ControllerSpec& spec : controller_specs()) {
+      checked_design(study, spec, {});
+    }
+  }
+  start_progress();
+  const Campaign campaign = run_campaign(options, show_progress);
+  write_results(campaign, TRACKSERVO_GIT, options.out_dir / "results.json");
+  fmt::print("written {}\n", (options.out_dir / "results.json").string());
+}
+
+void beliefs(const CampaignOptions& options) {
+  refuse_repeated_seeds(options.seeds);
+  start_progress();
+  const BeliefStudy study = run_belief_study(options, show_progress);
+  print(study);
+  write_belief_study(study, options, TRACKSERVO_GIT, options.out_dir / "beliefs.json");
+  fmt::print("written {}\n", (options.out_dir / "beliefs.json").string());
+}
+
+struct RandomPlantsOptions {
+  std::filesystem::path plant;
+  RandomPlantsSetup setup;
+  std::filesystem::path out_dir;
+};
+
+void random_plants(const RandomPlantsOptions& options) {
+  RandomPlantsSetup setup = options.setup;
+  setup.study.plant = load_plant(options.plant);
+  setup.study.scenario = load_scenario(std::filesystem::path(TRACKSERVO_DATA_DIR) / "scenarios/steady_speed.toml");
+  setup.study.experiment = setup.study.scenario.name;
+  checked_design(setup.study, controller_spec("pi_vob_ftc"), {});
+  start_progress();
+  JobPool pool(setup.threads, kAxes, show_progress);
+  setup.study.identified = belief_of(setup.study.plant, identify_plants({setup.study.plant}, options.out_dir, pool));
+  const RandomPlants tried = try_random_plants(setup, show_progress);
+  const RandomPlantsSummary summary = summary_of(tried);
+  print(setup, tried, summary);
+  write_random_plants(setup, tried, summary, TRACKSERVO_GIT, options.out_dir);
+  fmt::print("written {0}/random_plants.json, {0}/random_plants.csv\n", options.out_dir.string());
+}
+
+struct Fig9Options {
+  Fig9Setup setup;
+  std::filesystem::path data_dir = TRACKSERVO_DATA_DIR;
+  std::filesystem::path out_dir;
+};
+
+void fig9_scan(const Fig9Options& options) {
+  Fig9Setup setup = options.setup;
+  setup.axis = load_plant(options.data_dir / "plants/paper_simulation.toml").axis[kAzimuth];
+  setup.sine = load_scenario(options.data_dir / "scenarios/sine.toml");
+  setup.disturbed_step = load_scenario(options.data_dir / "scenarios/step_disturbed.toml");
+  start_progress();
+  const std::vector<Fig9Outcome> outcomes = scan_fig9(setup, show_progress);
+  const Fig9Summary summary = summary_of(outcomes);
+  print(setup, summary);
+  write_fig9_scan(setup, outcomes, summary, TRACKSERVO_GIT, options.out_dir);
+  fmt::print("written {}\n", (options.out_dir / "fig9_scan.json").string());
+}
+
+// What every study is told; its seeds, too.
+CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
+  options.data_dir = TRACKSERVO_DATA_DIR;
+  command.add_option("--out", options.out_dir, "folder for what is written")
+      ->required()
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command.add_option("--data", options.data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  add_threads(command, options.threads);
+  return command.add_option("--seeds", options.seeds, "seeds to run")->check(seed())->capture_default_str();
+}
+
+}  // namespace
+
+void add_experiments(CLI::App& app) {
+  auto options = std::make_shared<CampaignOptions>();
+  auto quick = std::make_shared<bool>(false);
+  CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
+  CLI::Option *seeds = add_study_options(*command, *options);
+  command->add_flag("--quick", *quick, "one seed only, for a first look")->excludes(seeds);
+  command->callback([options, quick] {
+    if (*quick) {
+      options->seeds = {1};
+    }
+    experiments(*options);
+  });
+}
+
+void add_beliefs(CLI::App& app) {
+  constexpr std::uint64_t kSeeds = 20;
+  auto options = std::make_shared<CampaignOptions>();
+  options->seeds.resize(kSeeds);
+  std::iota(options->seeds.begin(), options->seeds.end(), 1);
+  CLI::App *command = app.add_subcommand(
+      "beliefs", "what identification is worth: compensation with identified, exact and wrong friction parameters");
+  add_study_options(*command, *options)->expected(2, CLI::detail::expected_max_vector_size);
+  command->callback([options] { beliefs(*options); });
+}
+
+void add_random_plants(CLI::App& app) {
+  auto options = std::make_shared<RandomPlantsOptions>();
+  options->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  RandomPlantsSetup& setup = options->setup;
+  CLI::App *command = app.add_subcommand(
+      "random-plants", "steady speed of machines that differ from the one whose gains they have, in every number");
+  command->add_option("--plant", options->plant, "plant file (TOML) of the nominal machine")->check(CLI::ExistingFile);
+  command->add_option("--count", setup.count, "plants")->check(CLI::Range(2, 1000000))->capture_default_str();
+  command->add_option("--share", setup.share, "share by which every number may be off")
+      ->check(share(0.9))
+      ->capture_default_str();
+  command->add_option("--seed", setup.seed, "seed of the first plant; the next ones follow")
+      ->check(seed())
+      ->capture_default_str();
+  add_threads(*command, setup.threads);
+  command->add_option("--out", options->out_dir, "folder for what is written")
+      ->required()
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command->callback([options] { random_plants(*options); });
+}
+
+void add_fig9_scan(CLI::App& app) {
+  auto options = std::make_shared<Fig9Options>();
+  Fig9Setup& setup = options->setup;
+  CLI::App *command = app.add_subcommand(
+      "fig9-scan", "do any values of what the paper does not print give its Fig. 7 and its Fig. 9 together?");
+  command->add_option("--samples", setup.samples, "random sets")->check(CLI::Range(1, 1000000))->capture_default_str();
+  command->add_option("--seed", setup.seed, "seed of the sets")->check(seed())->capture_default_str();
+  add_threads(*command, setup.threads);
+  command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  command->add_option("--out", options->out_dir, "folder for fig9_scan.json")
+      ->required()
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command->callback([options] { fig9_scan(*options); });
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,16 @@
+// The commands of sim_host that run many machines and write what came of it.
+#ifndef TRACKSERVO_SIM_COMMANDS_STUDY_COMMANDS_HPP
+#define TRACKSERVO_SIM_COMMANDS_STUDY_COMMANDS_HPP
+
+#include <CLI/CLI.hpp>
+
+namespace trackservo::sim {
+
+void add_experiments(CLI::App& app);
+void add_beliefs(CLI::App& app);
+void add_random_plants(CLI::App& app);
+void add_fig9_scan(CLI::App& app);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,95 @@
+// An absolute encoder that speaks BiSS-C (protocol description C5), as far as one slave's position data go.
+//
+// The first falling clock edge after a pause takes the reading. The data line: high until the second rising edge, low
+// while the encoder works (acknowledge), a high start bit, a low one (CDS), then 26 bits of position, error and warning
+// (both low active), and six of CRC (polynomial 0x43, inverted) over the 28 before; low until the clock has paused.
+//
+// A bit comes a round trip after the rising edge that asked for it: a hundred nanoseconds of cable, transceivers and
+// encoder. A master that takes it at the next rising edge has 88 ns in hand at 5.3 MHz; half a period earlier it meets
+// the change itself.
+#ifndef TRACKSERVO_SIM_EMULATOR_BOARD_BISS_ENCODER_HPP
+#define TRACKSERVO_SIM_EMULATOR_BOARD_BISS_ENCODER_HPP
+
+#include <cstdint>
+#include <functional>
+
+#include "chip/spi.hpp"
+#include "core/complaints.hpp"
+
+namespace trackservo::target {
+
+class BissEncoder : public SpiDevice {
+ public:
+  // `reading` gives the position at this moment, in 2^-32 turns.
+  BissEncoder(Complaints& complaints, std::function<std::uint32_t()> reading)
+      : complaints_(complaints), reading_(std::move(reading)) {}
+
+  std::uint32_t clock(unsigned bits, Instant at, Instant period, bool on_leading_edge) override {
+    if (changes_when_taken(period, on_leading_edge)) {
+      complaints_.add("an encoder's data line is sampled while it changes");
+      return 0;
+    }
+    if (period < kShortestPeriod || period > kLongestPeriod) {
+      complaints_.add("an encoder's clock is outside 250 kHz to 10 MHz");
+      return (1U << bits) - 1U;
+    }
+    if (at > pause_begins_ + kPause) {
+      load();
+    }
+    pause_begins_ = at + bits * period;
+    const auto line = static_cast<std::uint32_t>(stream_ >> (64 - bits));
+    stream_ <<= bits;
+    return is_connected ? line : (1U << bits) - 1U;
+  }
+
+  int frames() const { return frames_; }
+
+  bool is_connected = true;
+  bool has_error = false;
+  bool has_warning = false;
+  unsigned flipped_bits = 0;  // of the position as sent, after the CRC was made
+  unsigned acknowledge_bits = 6;
+
+ private:
+  static constexpr Instant kPause = 12 * kUnitsPerMicrosecond;
+  static constexpr Instant kShortestPeriod = kUnitsPerMicrosecond / 10;
+  static constexpr Instant kLongestPeriod = 4 * kUnitsPerMicrosecond;
+  static constexpr Instant kRoundTrip = kUnitsPerMicrosecond / 10;
+  static constexpr Instant kSettling = kUnitsPerMicrosecond / 50;  // around a change: neither the old bit nor the new
+  static constexpr unsigned kPositionBits = 26;
+
+  // The leading edge of a clock that rests high is the falling one, half a period behind the rising one.
+  static bool changes_when_taken(Instant period, bool on_leading_edge) {
+    const Instant taken = on_leading_edge ? period / 2 : period;
+    const Instant since_change = (taken + period - kRoundTrip % period) % period;
+    return since_change < kSettling || period - since_change < kSettling;
+  }
+
+  static std::uint32_t crc(std::uint32_t bits28) {
+    std::uint32_t remainder = 0;
+    for (int bit = 27; bit >= 0; --bit) {
+      const std::uint32_t top = (remainder >> 5 ^ bits28 >> bit) & 1U;
+      remainder = (remainder << 1 & 0x3FU) ^ (top != 0 ? 0x03U : 0U);
+    }
+    return ~remainder & 0x3FU;
+  }
+
+  void load() {
+    const std::uint32_t position = reading_() >> (32 - kPositionBits);
+    const std::uint32_t checked = position << 2 | (has_error ? 0U : 2U) | (has_warning ? 0U : 1U);
+    const std::uint64_t data = static_cast<std::uint64_t>(checked ^ flipped_bits << 2) << 6 | crc(checked);
+    const unsigned before = 2 + acknowledge_bits + 2;  // idle, acknowledge, start, CDS
+    stream_ = 3ULL << 62 | 1ULL << (64 - before + 1) | data << (64 - before - 34);
+    ++frames_;
+  }
+
+  Complaints& complaints_;
+  std::function<std::uint32_t()> reading_;
+  std::uint64_t stream_ = 0;
+  Instant pause_begins_ = 0;
+  int frames_ = 0;
+};
+
+}  // namespace trackservo::target
+
+#endif

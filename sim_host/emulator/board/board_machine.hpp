@@ -1,0 +1,93 @@
+// The servo board with a machine on it: the chip runs an image, its PWM drives the simulator's plant, the plant's
+// sensors come back through ADC, SPI and UART, and CAN is an end of a virtual bus.
+//
+// The plant moves in whole PWM periods. A period ends when the ADCs are triggered (or 50 us after the last one while
+// they are not); then the plant moves under the mean duty of that period, and the ADCs see the currents at its end.
+// A bridge that is off is taken as one of duty 0: the plant's motor knows no open circuit.
+#ifndef TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_MACHINE_HPP
+#define TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_MACHINE_HPP
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "board/biss_encoder.hpp"
+#include "board/can_line.hpp"
+#include "board/fibre_gyro.hpp"
+#include "chip/stm32g474.hpp"
+#include "plant/tracker.hpp"
+
+namespace trackservo::target {
+
+class BoardMachine {
+ public:
+  struct Options {
+    std::uint64_t seed = 1;
+    std::array<double, sim::kAxes> joint_angle_rad{};
+    // PWM periods after a tick of the plant at which the gyros take their rate; 0.39 ms later it has arrived.
+    int gyro_phase = 11;
+    bool holding_brakes =
+        false;  // of the plant file, if it has some; their coils are on the gate drivers' enable lines
+  };
+
+  // Switches the power on. `bus` must outlive the machine.
+  BoardMachine(const std::vector<std::uint8_t>& image, const sim::PlantConfig& plant, sim::VirtualBus& bus,
+               const Options& options);
+
+  void run(double seconds) { chip_.run(duration_of(seconds)); }
+  double time_s() const { return seconds_of(chip_.timeline.now()); }
+
+  Stm32g474& chip() { return chip_; }
+  BissEncoder& encoder(int axis) { return encoder_[static_cast<std::size_t>(axis)]; }
+  FibreGyro& gyro(int axis) { return gyro_[static_cast<std::size_t>(axis)]; }
+  sim::TruthState truth() const { return tracker_.truth(); }
+
+  // After each whole tick of the plant.
+  void on_tick(std::function<void()> listener) { tick_listener_ = std::move(listener); }
+
+  // Current that flows through the sensor and not through the motor: a short behind it.
+  void set_short_current(int axis, double current_a) { short_current_a_[static_cast<std::size_t>(axis)] = current_a; }
+
+  // A driver's fault output, low while it holds.
+  void set_driver_fault(int axis, bool fault);
+
+  // The gate driver is enabled and the timer gives it signals.
+  bool is_bridge_on(int axis);
+  // Neither: what every reset and fault must leave.
+  bool is_safe() { return !is_bridge_on(0) && !is_bridge_on(1); }
+
+  double duty(int axis) const { return duty_[static_cast<std::size_t>(axis)]; }
+
+ private:
+  struct BridgePins;
+
+  void step(Instant at);
+  void step_if_due();
+  double take_duty(int axis);
+  std::uint32_t adc_counts(int converter, unsigned channel);
+  void update_break_inputs();
+  void check_pin_is_analog(char port, unsigned pin);
+
+  sim::VirtualBus& bus_;
+  sim::Tracker tracker_;
+  sim::AdcConfig adc_;
+  Stm32g474 chip_;
+  CanLine can_;
+  std::array<BissEncoder, sim::kAxes> encoder_;
+  std::array<FibreGyro, sim::kAxes> gyro_;
+  int gyro_phase_;
+  Timeline::Alarm late_step_;
+  Instant stepped_at_ = 0;
+  int step_in_tick_ = 0;
+  std::array<bool, sim::kAxes> driver_fault_{};
+  std::array<double, sim::kAxes> duty_{};
+  std::array<double, sim::kAxes> current_a_{};
+  std::array<double, sim::kAxes> short_current_a_{};
+  double bus_voltage_v_ = 0;
+  std::function<void()> tick_listener_;
+};
+
+}  // namespace trackservo::target
+
+#endif

@@ -1,0 +1,80 @@
+// The flash's registers and the parameter pages behind them (RM0440, 5): unlocking, page erase, programming of
+// double-words, errors, timing.
+#ifndef TRACKSERVO_SIM_EMULATOR_CHIP_FLASH_INTERFACE_HPP
+#define TRACKSERVO_SIM_EMULATOR_CHIP_FLASH_INTERFACE_HPP
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/peripheral.hpp"
+
+namespace trackservo::target {
+
+class FlashInterface : public Peripheral {
+ public:
+  static constexpr std::uint32_t kBase = 0x08000000;
+  static constexpr std::uint32_t kBankBytes = 256 * 1024;
+  static constexpr std::uint32_t kPageBytes = 2048;
+
+  // `contents` is the whole flash; only the part from `data_offset` on may be changed.
+  FlashInterface(Services services, std::vector<std::uint8_t>& contents, std::uint32_t data_offset);
+
+  std::uint32_t wait_states() const { return reg(0x00) & 0xFU; }
+  bool is_cached() const { return (reg(0x00) & 1U << 9) != 0; }
+  bool is_prefetching() const { return (reg(0x00) & 1U << 8) != 0; }
+  void on_access_control(std::function<void()> listener) { access_changed_ = std::move(listener); }
+
+  // The program stores to an address of the flash.
+  void program(std::uint32_t address, std::uint32_t value, unsigned width);
+
+  // The next erase or program operations end halfway: the supply fails. Counts down to 0; negative: never.
+  void fail_supply_in(int operations, std::function<void()> power_off) {
+    operations_left_ = operations;
+    power_off_ = std::move(power_off);
+  }
+
+ protected:
+  std::uint32_t on_read(std::uint32_t offset, std::uint32_t stored, unsigned width) override;
+  void on_write(std::uint32_t offset, std::uint32_t written, unsigned width) override;
+  void on_reset() override;
+
+ private:
+  bool is_busy() const { return timeline().due(done_) != Timeline::kNever; }
+  void begin(Instant duration);
+  void write_key(std::uint32_t written);
+  void write_control(std::uint32_t written);
+  void erase_page();
+  bool supply_fails();
+
+  std::vector<std::uint8_t>& contents_;
+  std::uint32_t data_offset_;
+  std::function<void()> access_changed_;
+  std::function<void()> power_off_;
+  Timeline::Alarm done_;
+  int keys_given_ = 0;
+  bool key_failed_ = false;
+  std::uint32_t first_word_ = 0;
+  std::uint32_t first_address_ = UINT32_MAX;
+  int operations_left_ = -1;
+};
+
+// The parameter pages on the bus: reads, and stores that program.
+class FlashData : public Peripheral {
+ public:
+  FlashData(Services services, FlashInterface& flash, const std::vector<std::uint8_t>& contents, std::uint32_t offset,
+            std::uint32_t size);
+
+ protected:
+  std::uint32_t on_read(std::uint32_t offset, std::uint32_t stored, unsigned width) override;
+  void on_write(std::uint32_t offset, std::uint32_t written, unsigned width) override;
+
+ private:
+  FlashInterface& flash_;
+  const std::vector<std::uint8_t>& contents_;
+  std::uint32_t offset_;
+};
+
+}  // namespace trackservo::target
+
+#endif

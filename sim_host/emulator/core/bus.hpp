@@ -1,0 +1,66 @@
+// Which peripheral answers at which address.
+//
+// One bit of one register may be bent on purpose: whatever the program writes, the register gets the other value. That
+// is how the tests show that a wrongly wired bit does not stay unseen.
+#ifndef TRACKSERVO_SIM_EMULATOR_CORE_BUS_HPP
+#define TRACKSERVO_SIM_EMULATOR_CORE_BUS_HPP
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/peripheral.hpp"
+
+namespace trackservo::target {
+
+class Bus {
+ public:
+  struct Write {
+    std::uint32_t address;
+    std::uint32_t value;
+    std::uint32_t changed = 0;  // writable bits in which it differs from what was there
+  };
+  struct Bend {
+    std::uint32_t address;
+    std::uint32_t bit;
+    bool forced;
+  };
+
+  explicit Bus(Complaints& complaints) : complaints_(complaints) {}
+
+  // `size` in bytes; regions do not overlap.
+  void attach(Peripheral& peripheral, std::uint32_t base, std::uint32_t size);
+
+  std::uint32_t read(std::uint32_t address, unsigned width);
+  void write(std::uint32_t address, std::uint32_t value, unsigned width);
+
+  // Without side effects, for tests.
+  std::uint32_t peek(std::uint32_t address) const;
+  std::uint32_t writable(std::uint32_t address) const;
+
+  void bend(std::optional<Bend> bend) { bend_ = bend; }
+
+  // Sees every write before it is carried out.
+  void watch(std::function<void(const Write&)> watcher) { watcher_ = std::move(watcher); }
+
+ private:
+  struct Region {
+    std::uint32_t base;
+    std::uint32_t size;
+    Peripheral *peripheral;
+  };
+
+  const Region *find(std::uint32_t address) const;
+  const Region *find(std::uint32_t address, const char *what);
+
+  Complaints& complaints_;
+  std::vector<Region> regions_;
+  const Region *last_ = nullptr;
+  std::optional<Bend> bend_;
+  std::function<void(const Write&)> watcher_;
+};
+
+}  // namespace trackservo::target
+
+#endif

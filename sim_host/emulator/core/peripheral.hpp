@@ -1,0 +1,112 @@
+// A peripheral as its manual's register table: offset, reset value, which bits may be written.
+//
+// Writing a reserved bit other than its reset value, an access to a register that is not in the table, an access of a
+// wrong width and an access while the peripheral's clock is off are complaints. A peripheral adds what its registers
+// do in on_read and on_write.
+#ifndef TRACKSERVO_SIM_EMULATOR_CORE_PERIPHERAL_HPP
+#define TRACKSERVO_SIM_EMULATOR_CORE_PERIPHERAL_HPP
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/complaints.hpp"
+#include "core/exceptions.hpp"
+#include "core/irq_line.hpp"
+#include "core/timeline.hpp"
+
+namespace trackservo::target {
+
+// What every peripheral may use.
+struct Services {
+  Timeline& timeline;
+  Exceptions& exceptions;
+  Complaints& complaints;
+};
+
+class Peripheral {
+ public:
+  struct Register {
+    const char *name;
+    std::uint32_t offset;
+    std::uint32_t reset;
+    std::uint32_t writable;       // keeps what is written, or acts on it
+    std::uint32_t read_only = 0;  // set by the peripheral; writing either value is no fault
+    bool narrow = false;          // may be accessed as byte or half-word
+  };
+
+  Peripheral(std::string name, Services services, std::vector<Register> registers);
+  Peripheral(const Peripheral&) = delete;
+  Peripheral& operator=(const Peripheral&) = delete;
+  virtual ~Peripheral() = default;
+
+  const std::string& name() const { return name_; }
+
+  // From the bus; `width` in bytes.
+  std::uint32_t bus_read(std::uint32_t offset, unsigned width);
+  void bus_write(std::uint32_t offset, std::uint32_t value, unsigned width);
+
+  // The stored value, for tests: without side effects, 0 where there is no register.
+  std::uint32_t peek(std::uint32_t offset) const {
+    const std::uint16_t found = find(offset);
+    return found == kNone ? 0 : values_[found];
+  }
+
+  // Which bits of a register the program may write.
+  std::uint32_t writable(std::uint32_t offset) const {
+    const std::uint16_t found = find(offset);
+    return found == kNone ? 0 : table_[found].writable;
+  }
+
+  // All registers to their reset values, then on_reset().
+  void reset();
+
+  // Whether its clock runs; without one it always does.
+  void clocked_by(std::function<bool()> clock) { clock_ = std::move(clock); }
+
+ protected:
+  // A value to be handed to the bus, with side effects of reading. `stored` is the register's value.
+  virtual std::uint32_t on_read(std::uint32_t /*offset*/, std::uint32_t stored, unsigned /*width*/) { return stored; }
+
+  // `written` is what the bus brought, a byte or half-word together with the stored rest; reg(offset) still has the old
+  // value. The default stores it.
+  virtual void on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width*/) { store(offset, written); }
+
+  virtual void on_reset() {}
+
+  // The register's value, for the peripheral itself.
+  std::uint32_t& reg(std::uint32_t offset) { return values_[index_[offset / 4]]; }
+  std::uint32_t reg(std::uint32_t offset) const { return values_[index_[offset / 4]]; }
+
+  // Keeps the writable bits of `written`.
+  void store(std::uint32_t offset, std::uint32_t written);
+
+  void complain(const std::string& sentence) const { services_.complaints.add(name_ + ": " + sentence); }
+  void require(bool kept, const char *rule) const {
+    if (!kept) {
+      complain(rule);
+    }
+  }
+
+  Timeline& timeline() const { return services_.timeline; }
+  Exceptions& exceptions() const { return services_.exceptions; }
+  Services services() const { return services_; }
+
+ private:
+  static constexpr std::uint16_t kNone = 0xFFFF;
+
+  std::uint16_t find(std::uint32_t offset) const;
+  bool is_accessible(std::uint32_t offset, unsigned width, const char *what) const;
+
+  std::string name_;
+  Services services_;
+  std::vector<Register> table_;
+  std::vector<std::uint16_t> index_;  // by word offset
+  std::vector<std::uint32_t> values_;
+  std::function<bool()> clock_;
+};
+
+}  // namespace trackservo::target
+
+#endif

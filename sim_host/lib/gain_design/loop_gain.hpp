@@ -1,0 +1,64 @@
+// Loop gain of the speed loop at the torque command, as the firmware's difference equations make it.
+//
+//     L(jw) = P(jw) H(jw) C(z),  z = exp(jw T)
+//
+// P: torque command to joint rate, with the tick's zero-order hold and latency and the current loop;
+// H: sensors; C(z): the controller's own difference equations (rate estimator, fusion, filters, PI, observer).
+// Friction feedforward is not in it: it runs on the set-point, not on the measured joint rate. The same response can be
+// measured on the full simulated machine (sim_host/simulator/analysis/frequency_measurement.hpp).
+#ifndef TRACKSERVO_GAIN_DESIGN_LOOP_GAIN_HPP
+#define TRACKSERVO_GAIN_DESIGN_LOOP_GAIN_HPP
+
+#include <complex>
+#include <vector>
+
+#include "gain_design/firmware.hpp"
+#include "identification/structural_mode.hpp"
+
+namespace trackservo::gain_design {
+
+// The linear machine around one operating point of an axis.
+struct LinearMachine {
+  double inertia_kg_m2 = 1.0;
+  double viscous_nm_s_rad = 0.0;
+  double bristle_stiffness_nm_rad = 0.0;  // 0 while the seal slides; sigma0 in pre-sliding
+  double bristle_damping_nm_s_rad = 0.0;  // sigma1, counts in pre-sliding only
+  std::vector<StructuralMode> modes;
+  double actuation_delay_s = 0.0;   // from sampling to the voltage being applied
+  double current_loop_rad_s = 1e4;  // first-order bandwidth
+  double encoder_latency_s = 0.0;
+  double gyro_latency_s = 0.0;
+  double gyro_bandwidth_rad_s = 1e4;  // first-order
+};
+
+struct FrequencyResponse {
+  std::vector<double> frequency_hz;
+  std::vector<std::complex<double>> loop_gain;  // L, negative feedback: instability at L = -1
+};
+
+// `count` frequencies, logarithmically spaced.
+std::vector<double> log_space(double first_hz, double last_hz, int count);
+
+FrequencyResponse computed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
+                                     const std::vector<double>& frequency_hz);
+
+// Closed-loop set-point response at one frequency: joint rate over set-point.
+std::complex<double> closed_loop_gain(const LinearMachine& machine, const speed_loop_params& params,
+                                      double frequency_hz, double setpoint_weight = 1.0);
+
+// Closed-loop set-point response with set-point weight 1 (the usual meaning of "speed-loop bandwidth"): the highest
+// frequency below which it stays above -3 dB, in Hz.
+double closed_loop_bandwidth_hz(const LinearMachine& machine, const speed_loop_params& params);
+
+// Noise of the sensors: white from tick to tick.
+struct SensorNoise {
+  double angle_rad = 0.0;   // rms of the encoder's reading
+  double gyro_rad_s = 0.0;  // rms of the gyro's reading
+};
+
+// Rms of the torque command that the sensors' noise causes in the closed loop [Nm], up to half the tick's rate.
+double torque_noise_nm(const LinearMachine& machine, const speed_loop_params& params, const SensorNoise& noise);
+
+}  // namespace trackservo::gain_design
+
+#endif

@@ -1,0 +1,38 @@
+// Resonances of the structure: peaks of the measured frequency response beyond the rigid body that was identified.
+//
+//     H(jw) = exp(-jw delay) / (J jw / R(jw) + sigma2),   R = 1 for a rigid body
+//
+// R is solved for; where it stands out, one mode (structural_mode.hpp) is fitted to it, together with a gain and a
+// delay of its own, so that neither an error of J nor another mode far away moves it.
+#ifndef TRACKSERVO_IDENTIFICATION_RESONANCES_HPP
+#define TRACKSERVO_IDENTIFICATION_RESONANCES_HPP
+
+#include <vector>
+
+#include "identification/frequency_response.hpp"
+#include "identification/structural_mode.hpp"
+
+namespace trackservo::identification {
+
+// The rigid axis while it slides.
+struct RigidAxis {
+  double inertia_kg_m2 = 1.0;
+  double viscous_nm_s_rad = 0.0;
+  double delay_s = 0.0;  // how much later the motion is measured than the torque
+};
+
+// Where the coherence is below this, nothing is looked for.
+constexpr double kGoodCoherence = 0.8;
+
+// One window alone is always coherent: so many must have been averaged.
+constexpr int kLeastWindows = 8;
+
+// A peak must stand this much above the rigid body and its neighbourhood.
+constexpr double kLeastHeight = 1.5;
+
+// By rising frequency; at most three. None where fewer than kLeastWindows were averaged.
+std::vector<gain_design::StructuralMode> find_resonances(const AxisResponse& response, const RigidAxis& rigid);
+
+}  // namespace trackservo::identification
+
+#endif

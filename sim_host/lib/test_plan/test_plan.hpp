@@ -1,0 +1,71 @@
+// What an axis does to be identified: which experiments of firmware/commissioning at which places of the travel.
+//
+// An unknown machine is looked at in three stages. The first look assumes nothing but what the axis may do: loops of
+// all sizes, speeds of all sizes. What its fit finds, good to a factor of two, sizes the programme proper, and a short
+// one for resonances of the structure (decision 0013).
+// Whoever carries a programme out moves the axis from place to place, performs the experiments there, and records every
+// tick, moves included.
+#ifndef TRACKSERVO_TEST_PLAN_TEST_PLAN_HPP
+#define TRACKSERVO_TEST_PLAN_TEST_PLAN_HPP
+
+#include <stdexcept>
+#include <vector>
+
+#include "identification/rough_machine.hpp"
+
+extern "C" {
+#include "commissioning/experiment.h"
+}
+
+namespace trackservo::commissioning {
+
+// What the axis may do, whatever is found.
+struct MotionLimits {
+  double lowest_rad = 0;   // of the joint angle
+  double highest_rad = 0;  // at least 0.02 rad above; of more than a turn only the middle one is used
+  double rate_rad_s = 0;   // never passed; set-points keep to half of it. 1e-3 .. 100
+  double torque_nm = 0;    // never passed, 1e-3 .. 1e4
+};
+
+// What is known of it, roughly: a factor of two does not matter.
+using identification::RoughMachine;
+
+struct Place {
+  double angle_rad = 0;
+  std::vector<stimulus_setup> experiments;
+};
+
+enum class Stage { kFirstLook, kIdentification, kStructure };
+
+// As files have it: "first_look", "identification", "structure".
+const char *stage_name(Stage stage);
+
+struct Programme {
+  Stage stage = Stage::kIdentification;
+  std::vector<Place> places;
+  double moving_rad_s = 0;     // between the places
+  experiment_limits limits{};  // the same for all experiments; travel to each side of a place
+};
+
+// These limits leave no room for a programme; the message says which one, and what would be enough.
+class ProgrammeError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// About a minute. Throws ProgrammeError.
+Programme first_look(const MotionLimits& limits);
+
+// Some minutes. Throws ProgrammeError.
+Programme programme_for(const MotionLimits& limits, const RoughMachine& machine);
+
+// Chirps far beyond the loop's bandwidth, about a minute. They are recorded by themselves: friction is fitted to 5 ms
+// steps, and what folds back from above 100 Hz would be taken for up to 5 % of sigma2. Throws ProgrammeError.
+Programme structure_look(const MotionLimits& limits, const RoughMachine& machine);
+
+// About how long it takes, from `start_rad` on, moves included [s].
+double duration_s(const Programme& programme, double start_rad);
+
+}  // namespace trackservo::commissioning
+
+#endif

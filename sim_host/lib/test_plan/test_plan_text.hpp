@@ -1,0 +1,14 @@
+// A programme as people read it before an axis moves: what, where, how fast, how strong, how long.
+#ifndef TRACKSERVO_TEST_PLAN_TEST_PLAN_TEXT_HPP
+#define TRACKSERVO_TEST_PLAN_TEST_PLAN_TEXT_HPP
+
+#include "test_plan/test_plan.hpp"
+
+namespace trackservo::commissioning {
+
+// To the standard output. `start_rad`: where the axis is.
+void print(const Programme& programme, double start_rad);
+
+}  // namespace trackservo::commissioning
+
+#endif

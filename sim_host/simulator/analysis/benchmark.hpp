@@ -1,0 +1,22 @@
+// How fast the simulator is and what a tick of the firmware costs on this host. A measurement to print, not a test.
+#ifndef TRACKSERVO_SIM_ANALYSIS_BENCHMARK_HPP
+#define TRACKSERVO_SIM_ANALYSIS_BENCHMARK_HPP
+
+#include "config/plant_config.hpp"
+#include "config/scenario_config.hpp"
+
+namespace trackservo::sim {
+
+struct BenchmarkFigures {
+  double real_time_factor;  // simulated seconds per second of processor time: both axes, full plant, firmware
+  double tick_ns;           // servo_app_tick, both axes, everything on
+  double pwm_ns;            // servo_app_pwm, one axis
+  double plant_pwm_ns;      // Tracker::step_pwm with its ADC samples, both axes
+};
+
+// Processor time, best of `repeats` passes: a neighbour's load, who takes turns and cache, counts least.
+BenchmarkFigures run_benchmark(const PlantConfig& plant, const ScenarioConfig& scenario, int repeats);
+
+}  // namespace trackservo::sim
+
+#endif

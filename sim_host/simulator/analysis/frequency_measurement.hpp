@@ -1,0 +1,32 @@
+// The loop gain as an engineer measures it on the machine: a multisine torque is added behind the controller while the
+// axis turns at constant rate (or rests), everything else as it is: noise, friction, quantisation, coupling.
+//
+//     L(jw) = -U_controller / (U_controller + U_injected)
+#ifndef TRACKSERVO_SIM_ANALYSIS_FREQUENCY_MEASUREMENT_HPP
+#define TRACKSERVO_SIM_ANALYSIS_FREQUENCY_MEASUREMENT_HPP
+
+#include <cstdint>
+
+#include "base/firmware.hpp"
+#include "config/plant_config.hpp"
+#include "gain_design/loop_gain.hpp"
+
+namespace trackservo::sim {
+
+struct MeasurementRequest {
+  const PlantConfig *plant = nullptr;
+  servo_params params{};
+  int axis = 0;
+  double bias_rate_rad_s = 0.0;  // constant set-point during the measurement
+  double torque_rms_nm = 0.0;    // of the whole multisine
+  double first_hz = 0.5;         // multiples of 0.25 Hz are excited, about logarithmically spaced
+  double last_hz = 250.0;
+  std::uint64_t seed = 1;
+};
+
+// Takes 3 s to settle and 16 s to measure, of simulated time.
+gain_design::FrequencyResponse measured_loop_gain(const MeasurementRequest& request);
+
+}  // namespace trackservo::sim
+
+#endif

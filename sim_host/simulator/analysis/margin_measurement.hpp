@@ -1,0 +1,19 @@
+// The loop gain of an axis measured on the simulated machine, in the band where its margins are decided.
+#ifndef TRACKSERVO_SIM_ANALYSIS_MARGIN_MEASUREMENT_HPP
+#define TRACKSERVO_SIM_ANALYSIS_MARGIN_MEASUREMENT_HPP
+
+#include <cstdint>
+
+#include "base/firmware.hpp"
+#include "design/loop_margins.hpp"
+
+namespace trackservo::sim {
+
+// Around the crossover and the frequency that decides the gain margin, sliding at 2 deg/s or in pre-sliding.
+// `computed` says where these are. Takes 19 s of simulated time.
+FrequencyResponse measured_near_crossover(const PlantConfig& plant, const servo_params& params, int axis,
+                                          bool pre_sliding, const Margins& computed, std::uint64_t seed = 1);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,20 @@
+// What commissioning found, for people and as files.
+#ifndef TRACKSERVO_SIM_COMMISSION_COMMISSION_REPORT_HPP
+#define TRACKSERVO_SIM_COMMISSION_COMMISSION_REPORT_HPP
+
+#include <filesystem>
+
+#include "commission/commission.hpp"
+
+namespace trackservo::sim {
+
+// A table to the standard output: true, found, interval.
+void print(const PlantConfig& plant, const Commissioned& commissioned);
+
+// result.json and residuals.csv, as servoctl identify writes them. Makes the folder. Throws std::runtime_error that
+// names the file.
+void write_result(const Commissioned& commissioned, const std::filesystem::path& folder);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,180 @@
+// How one key of a configuration file is described: name, unit, range, default, meaning, and where its value goes.
+//
+// The tables made of these (plant_keys.cpp, scenario_keys.cpp) are the only description of the keys. The reader takes
+// types and ranges from them, the reference pages are printed from them.
+#ifndef TRACKSERVO_SIM_CONFIG_KEY_HPP
+#define TRACKSERVO_SIM_CONFIG_KEY_HPP
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "base/axis.hpp"
+
+namespace trackservo::sim {
+
+// A unit as it stands in key names, and its size in SI.
+struct Unit {
+  const char *text;
+  double in_si;
+};
+
+namespace unit {
+constexpr Unit kNone{"-", 1.0};
+constexpr Unit kPercent{"%", 0.01};
+constexpr Unit kPpm{"ppm", 1e-6};
+constexpr Unit kDegree{"deg", kPi / 180.0};
+constexpr Unit kDegreePerSecond{"deg/s", kPi / 180.0};
+constexpr Unit kDegreePerSecondRootHertz{"deg/s/sqrt(Hz)", kPi / 180.0};
+constexpr Unit kMicroradian{"urad", 1e-6};
+constexpr Unit kKilogramSquareMetre{"kg m2", 1.0};
+constexpr Unit kNewtonMetre{"Nm", 1.0};
+constexpr Unit kNewtonMetrePerRadian{"Nm/rad", 1.0};
+constexpr Unit kNewtonMetreSecondPerRadian{"Nm s/rad", 1.0};
+constexpr Unit kNewtonMetrePerAmpere{"Nm/A", 1.0};
+constexpr Unit kVoltSecondPerRadian{"V s/rad", 1.0};
+constexpr Unit kPerNewtonMetre{"1/Nm", 1.0};
+constexpr Unit kPerKelvin{"1/K", 1.0};
+constexpr Unit kPerSecond{"1/s", 1.0};
+constexpr Unit kRadianPerSecond{"rad/s", 1.0};
+constexpr Unit kKelvin{"K", 1.0};
+constexpr Unit kHertz{"Hz", 1.0};
+constexpr Unit kSecond{"s", 1.0};
+constexpr Unit kMillisecond{"ms", 1e-3};
+constexpr Unit kMicrosecond{"us", 1e-6};
+constexpr Unit kOhm{"ohm", 1.0};
+constexpr Unit kMillihenry{"mH", 1e-3};
+constexpr Unit kAmpere{"A", 1.0};
+constexpr Unit kVolt{"V", 1.0};
+constexpr Unit kMetre{"m", 1.0};
+constexpr Unit kMetrePerSecond{"m/s", 1.0};
+constexpr Unit kPixel{"px", 1.0};
+}  // namespace unit
+
+// Inclusive, in the file's unit.
+struct Range {
+  double least;
+  double most;
+};
+
+enum class KeyType { kNumber, kInteger, kText, kChoice, kList, kThreeNumbers };
+
+// A value as read and checked: numbers in SI, a choice as its index.
+using Value = std::variant<double, int, std::string, std::vector<double>>;
+
+// A key without its destination; all that the reader's checks and the reference page need.
+struct KeyText {
+  std::string name;
+  KeyType type = KeyType::kNumber;
+  Unit unit = unit::kNone;
+  Range range{0, 0};
+  std::string meaning;
+  std::vector<std::string> choices;  // in the order of the enumeration
+  std::optional<double> fallback;    // in the file's unit; without it the key is required ...
+  bool optional = false;             // ... unless this says that it may be absent
+};
+
+// A key and how its value gets into an `Owner`.
+template <class Owner>
+struct Key {
+  KeyText text;
+  std::function<void(Owner&, const Value&)> set;
+  std::function<std::optional<double>(const Owner&)> get;  // of a number, in SI; none where it is absent
+
+  // Makes the key optional, with this value [file's unit].
+  Key or_else(double value) const {
+    Key copy = *this;
+    copy.text.fallback = value;
+    copy.text.optional = true;
+    return copy;
+  }
+
+  // Makes the key optional; absent leaves the member as it is.
+  Key or_absent() const {
+    Key copy = *this;
+    copy.text.optional = true;
+    return copy;
+  }
+};
+
+template <class Owner>
+using Keys = std::vector<Key<Owner>>;
+
+// A number or numbers; the member's type (double, int, list, three numbers) says which.
+template <class Owner, class Member>
+Key<Owner> number(std::string name, Unit unit, Range range, Member Owner::*member, std::string meaning) {
+  KeyText text{std::move(name), KeyType::kNumber, unit, range, std::move(meaning), {}, std::nullopt, false};
+  if constexpr (std::is_same_v<Member, int>) {
+    text.type = KeyType::kInteger;
+    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<int>(value); },
+            [member](const Owner& owner) { return std::optional<double>(owner.*member); }};
+  } else if constexpr (std::is_same_v<Member, std::vector<double>>) {
+    text.type = KeyType::kList;
+    return {
+        text, [member](Owner& owner, const Value& value) { owner.*member = std::get<std::vector<double>>(value); }, {}};
+  } else if constexpr (std::is_same_v<Member, std::array<double, 3>>) {
+    text.type = KeyType::kThreeNumbers;
+    return {text,
+            [member](Owner& owner, const Value& value) {
+              const auto& list = std::get<std::vector<double>>(value);
+              owner.*member = {list.at(0), list.at(1), list.at(2)};
+            },
+            {}};
+  } else {
+    return {text, [member](Owner& owner, const Value& value) { owner.*member = std::get<double>(value); },
+            [member](const Owner& owner) { return std::optional<double>(owner.*member); }};
+  }
+}
+
+template <class Owner>
+Key<Owner> words(std::string name, std::string Owner::*member, std::string meaning) {
+  return {KeyText{std::move(name), KeyType::kText, unit::kNone, {0, 0}, std::move(meaning), {}, std::nullopt, false},
+          [member](Owner& owner, const Value& value) { owner.*member = std::get<std::string>(value); },
+          {}};
+}
+
+// One of several words; the member is an enumeration in the same order, from 0.
+template <class Owner, class Enum>
+Key<Owner> choice(std::string name, std::vector<std::string> choices, Enum Owner::*member, std::string meaning) {
+  return {KeyText{std::move(name),
+                  KeyType::kChoice,
+                  unit::kNone,
+                  {0, 0},
+                  std::move(meaning),
+                  std::move(choices),
+                  std::nullopt,
+                  false},
+          [member](Owner& owner, const Value& value) { owner.*member = static_cast<Enum>(std::get<int>(value)); },
+          {}};
+}
+
+// One table of a file, for the reference page.
+struct Section {
+  std::string heading;  // "[azimuth.motor], [pitch.motor]"
+  std::string note;
+  std::vector<KeyText> keys;
+};
+
+template <class Owner>
+std::vector<KeyText> texts_of(const Keys<Owner>& keys) {
+  std::vector<KeyText> texts;
+  for (const Key<Owner>& key : keys) {
+    texts.push_back(key.text);
+  }
+  return texts;
+}
+
+// Markdown of sections: a heading, the note, and a table with one row a key.
+std::string sections_markdown(const std::string& title, const std::vector<Section>& sections);
+
+// "0.1 .. 20 A", "one of `a`, `b`", ...: what a value must be.
+std::string allowed_text(const KeyText& key);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,71 @@
+// Everything that a scenario file says, in SI units: what the reference does, for how long, and what is analysed.
+//
+// One scenario holds one or several cases (speeds). A run lasts `duration_s`; errors count from `settle_s` after the
+// reference begins to move, which is at `rest_s`. Load with load_scenario(); the result is checked and complete.
+#ifndef TRACKSERVO_SIM_CONFIG_SCENARIO_CONFIG_HPP
+#define TRACKSERVO_SIM_CONFIG_SCENARIO_CONFIG_HPP
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/axis.hpp"
+#include "config/source_lines.hpp"
+
+namespace trackservo::sim {
+
+enum class ScenarioKind { kSpeedSine = 0, kSpeedStep = 1, kTracking = 2 };
+
+// A UAV on a straight course with a gentle weave. Tracker at the origin, x ahead, y to the left, z up.
+struct FlyByConfig {
+  std::array<double, 3> start_position_m{};
+  std::array<double, 3> velocity_m_s{};
+  double weave_lateral_m = 0;  // horizontal, across the course
+  double weave_lateral_period_s = 1;
+  double weave_vertical_m = 0;
+  double weave_vertical_period_s = 1;
+};
+
+struct CameraConfig {
+  double frame_rate_hz = 50;
+  double delay_s = 0.02;  // from exposure to the result being available
+  double pixel_rad = 11.499e-6;
+  int width_px = 1920;   // along azimuth
+  int height_px = 1080;  // along pitch
+  double centroid_noise_rms_px = 0.2;
+};
+
+struct ScenarioConfig {
+  std::string name;  // as in the file; equals the experiment
+  SourceLines lines;
+  std::string title;
+  ScenarioKind kind = ScenarioKind::kSpeedSine;
+  double duration_s = 0;
+  double rest_s = 0;    // reference zero until then
+  double settle_s = 0;  // from rest_s to the start of the analysis
+  std::array<bool, kAxes> axes{};
+  std::array<double, kAxes> initial_joint_angle_rad{};
+
+  // kSpeedSine: speeds are the amplitudes. kSpeedStep: speeds are the steps. One case each.
+  std::vector<double> speeds_rad_s;
+  double frequency_hz = 0;  // kSpeedSine only
+  // The paper's "external speed disturbance signal" (Figs 8 and 9; both 0: none): a torque J d(speed)/dt at the motor
+  // shaft, which alone would move the bare inertia J with speed = amplitude * sin(2 pi f t). The reference stays as it
+  // is.
+  double disturbance_amplitude_rad_s = 0;
+  double disturbance_frequency_hz = 0;
+
+  FlyByConfig fly_by;   // kTracking only
+  CameraConfig camera;  // kTracking only
+};
+
+// Reads and checks a scenario file. Throws ConfigError, also when the file cannot be read.
+ScenarioConfig load_scenario(const std::filesystem::path& path);
+
+// The reference page of all scenario keys, as plant_keys_markdown().
+std::string scenario_keys_markdown();
+
+}  // namespace trackservo::sim
+
+#endif

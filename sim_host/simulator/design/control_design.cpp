@@ -1,0 +1,292 @@
+#include "design/control_design.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <stdexcept>
+
+#include "base/random.hpp"
+#include "design/design_check.hpp"
+#include "design/plant_remedy.hpp"
+#include "design/true_plant.hpp"
+#include "gain_design/outer_loops.hpp"
+
+extern "C" {
+#include "parameters/axis_dictionary.h"
+#include "parameters/axis_tuning.h"
+}
+
+namespace trackservo::sim {
+namespace {
+
+constexpr double kRadPerDeg = kPi / 180.0;
+constexpr double kPositionLoop_per_s = 10.0;
+constexpr double kPredictiveTracker_per_s = 20.0;
+constexpr double kTrackingBandwidth_hz = 2.0;  // the paper's
+
+float to_float(double value) { return static_cast<float>(value); }
+
+// Every friction parameter is wrong by the same share, each with a sign of its own.
+class WrongBy {
+ public:
+  WrongBy(double share, std::uint64_t seed, int axis) : share_(share), signs_(seed, "friction.parameter.error", axis) {}
+  double operator()(double value) { return value * (signs_.uniform() < 0.5 ? 1.0 - share_ : 1.0 + share_); }
+
+ private:
+  double share_;
+  RandomStream signs_;
+};
+
+lugre_direction wrong_direction(const StribeckConfig& truth, WrongBy& wrong) {
+  const double coulomb_nm = wrong(truth.coulomb_nm);
+  const double breakaway_nm = std::max(wrong(truth.breakaway_nm), coulomb_nm);
+  const double stribeck_speed_rad_s = wrong(truth.stribeck_speed_rad_s);
+  const double viscous_nm_s_rad = wrong(truth.viscous_nm_s_rad);
+  return {to_float(coulomb_nm), to_float(breakaway_nm), to_float(stribeck_speed_rad_s), to_float(viscous_nm_s_rad)};
+}
+
+lugre_params wrong_friction(const FrictionConfig& truth, WrongBy wrong) {
+  lugre_params params{};
+  params.stiffness_nm_rad = to_float(wrong(truth.stiffness_nm_rad));
+  params.damping_nm_s_rad = to_float(wrong(truth.damping_nm_s_rad));
+  params.positive = wrong_direction(truth.positive, wrong);
+  params.negative = wrong_direction(truth.negative, wrong);
+  return params;
+}
+
+gain_design::IdentifiedPlant believed(const PlantConfig& plant, int axis, const DesignOptions& options) {
+  if (options.identified) {
+    return (*options.identified)[static_cast<std::size_t>(axis)];
+  }
+  gain_design::IdentifiedPlant belief = true_plant(plant, axis);
+  belief.friction = wrong_friction(plant.axis[static_cast<std::size_t>(axis)].friction,
+                                   WrongBy(options.friction_parameter_error, options.seed, axis));
+  return belief;
+}
+
+rate_source source_of(FeedbackSource feedback) {
+  switch (feedback) {
+    case FeedbackSource::kGyro:
+      return RATE_FROM_GYRO;
+    case FeedbackSource::kEncoder:
+      return RATE_FROM_ENCODER;
+    case FeedbackSource::kFused:
+    default:
+      return RATE_FUSED;
+  }
+}
+
+void set_speed_loop(axis_parameters& p, const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                    double believed_inertia_kg_m2) {
+  const std::size_t i = static_cast<std::size_t>(axis);
+  const DesignConfig& design = plant.design[i];
+  const float inertia_kg_m2 = to_float(believed_inertia_kg_m2);
+  const double limit_nm = plant.axis[i].motor.current_limit_a * plant.axis[i].motor.torque_constant_nm_a;
+  p.speed_loop.acceleration_inertia_kg_m2 = inertia_kg_m2;
+  p.observer = {spec.observer ? 1U : 0U, inertia_kg_m2, 0.0F, to_float(2.0 * kPi * design.observer_bandwidth_hz),
+                to_float(limit_nm)};
+  p.filters = {0.0F, 10.0F, 0.1F, 0.0F, 0.7F};
+  p.sensors = {static_cast<std::uint32_t>(source_of(design.feedback)), to_float(2.0 * kPi * design.fusion_crossover_hz),
+               static_cast<std::uint32_t>(design.rate_window_ticks)};
+}
+
+void set_friction(axis_parameters& p, const ControllerSpec& spec, const lugre_params& friction) {
+  p.friction.model = static_cast<std::uint32_t>(spec.friction);
+  p.friction.gain = 1.0F;
+  p.friction.lead_limit_rad_s = to_float(5.0 * kRadPerDeg);
+  p.friction.sign_width_rad_s = to_float(0.01 * kRadPerDeg);
+  gain_design::set_friction(p, friction);
+}
+
+void set_tracker(axis_parameters& p, tracker_kind kind) {
+  p.tracking_loop = {static_cast<std::uint32_t>(kind), to_float(kPredictiveTracker_per_s), 0.0F, 4.0F, 0.5F};
+  if (kind == TRACKER_PI) {
+    const double w = gain_design::tracking_frequency_rad_s(kTrackingBandwidth_hz, gain_design::kTrackingDelay_s);
+    p.tracking_loop.proportional_per_s = to_float(2.0 * w);
+    p.tracking_loop.integral_per_s2 = to_float(w * w);
+  }
+}
+
+void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
+  const MotorConfig& motor = plant.axis[static_cast<std::size_t>(axis)].motor;
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  p.motor = {to_float(motor.torque_constant_nm_a),
+             to_float(motor.resistance_ohm),
+             to_float(motor.inductance_h),
+             to_float(motor.back_emf_constant_v_s_rad),
+             to_float(2.0 * kPi * design.current_loop_bandwidth_hz),
+             to_float(motor.current_limit_a)};
+}
+
+// Everything but the PI.
+axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                           const DesignOptions& options) {
+  const gain_design::IdentifiedPlant belief = believed(plant, axis, options);
+  axis_parameters p{};
+  set_speed_loop(p, plant, axis, spec, belief.inertia_kg_m2);
+  p.position_loop = {to_float(kPositionLoop_per_s), to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
+  set_tracker(p, options.tracker);
+  set_friction(p, spec, belief.friction);
+  set_motor(p, plant, axis);
+  return p;
+}
+
+// The firmware takes no such parameters. Cheap to throw: the search for a remedy catches many of them.
+struct Refused : ConfigError {
+  Refused(const std::string& what, const axis_parameters& the_parameters)
+      : ConfigError(what), parameters(the_parameters) {}
+  axis_parameters parameters;
+};
+
+servo_axis_params built(const PlantConfig& plant, int axis, const axis_parameters& parameters) {
+  servo_axis_params params{};
+  if (axis_parameters_build(&parameters, &params) != CONTROL_OK) {
+    throw Refused(plant.lines
+                      .error(axis_name(axis), "needs parameters that the firmware refuses",
+                             "compare inertia, friction and motor with those of a shipped plant")
+                      .what(),
+                  parameters);
+  }
+  return params;
+}
+
+// A wish that no machine can fulfil at 1 kHz and a PWM of 20 kHz.
+std::optional<ConfigError> impossible_wish(const PlantConfig& plant, int axis) {
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  const auto error = [&](const char *key, const char *reason, const char *right) {
+    return plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), key), reason, right);
+  };
+  const char *const range = "is out of the firmware's range at 1 kHz";
+  if (design.current_loop_bandwidth_hz < 10.0 || design.current_loop_bandwidth_hz > 2500.0) {
+    return error("current_loop_bandwidth_hz", "is not possible with this motor and a PWM of 20 kHz", "give 10 to 2500");
+  }
+  if (design.observer_bandwidth_hz > 159.0) {
+    return error("observer_bandwidth_hz", range, "give at most 159");
+  }
+  if (design.fusion_crossover_hz > 318.0) {
+    return error("fusion_crossover_hz", range, "give at most 318");
+  }
+  return std::nullopt;
+}
+
+// Which of the firmware's numbers is out of its range.
+std::string reason_of(const axis_parameters& parameters) {
+  axis_tuning tuning{};
+  tuning.staged = parameters;
+  for (std::uint32_t row = 0; row < axis_parameters_table.count; ++row) {
+    const od_entry& entry = axis_parameters_table.entries[row];
+    float value = 0.0F;
+    if (entry.type != OD_REAL32 || entry.offset == OD_NO_VALUE) {
+      continue;
+    }
+    std::memcpy(&value, reinterpret_cast<const char *>(&tuning) + entry.offset, sizeof value);
+    if (!(value >= entry.low.f && value <= entry.high.f)) {
+      return fmt::format("would need {:.3g} {} of \"{}\", and the firmware takes {:g} to {:g}", value, entry.unit,
+                         entry.name, entry.low.f, entry.high.f);
+    }
+  }
+  return "does not go with the other numbers: the firmware refuses the controller that it would need";
+}
+
+}  // namespace
+
+const std::vector<ControllerSpec>& controller_specs() {
+  static const std::vector<ControllerSpec> specs = {
+      {"pi", "PI", "PI speed loop with acceleration feedforward", false, FRICTION_NONE},
+      {"pi_vob", "PI + VOB", "PI and velocity disturbance observer", true, FRICTION_NONE},
+      {"pi_ftc", "PI + FTC", "PI and LuGre friction feedforward", false, FRICTION_LUGRE},
+      {"pi_vob_ftc", "PI + VOB + FTC", "PI, observer and LuGre friction feedforward", true, FRICTION_LUGRE},
+      {"pi_coulomb", "PI + Coulomb", "PI and the Coulomb and viscous feedforward that drives usually have", false,
+       FRICTION_COULOMB},
+      {"pi_best", "best PI", "PI tuned by an optimiser for this scenario within the same margins", false,
+       FRICTION_NONE},
+  };
+  return specs;
+}
+
+const ControllerSpec& controller_spec(const std::string& name) {
+  std::string choices;
+  for (const ControllerSpec& spec : controller_specs()) {
+    if (spec.name == name) {
+      return spec;
+    }
+    choices += (choices.empty() ? "" : ", ") + spec.name;
+  }
+  throw std::invalid_argument(fmt::format("controller \"{}\" is not known; give one of {}", name, choices));
+}
+
+PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options) {
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  if (design.speed_loop_natural_frequency_rad_s) {
+    return {*design.speed_loop_natural_frequency_rad_s, design.speed_loop_damping, design.setpoint_weight};
+  }
+  const servo_axis_params params = built(plant, axis, without_pi(plant, axis, controller_spec("pi"), options));
+  LinearMachine machine = linear_machine(plant, axis, false);
+  if (options.identified) {
+    const gain_design::IdentifiedPlant& belief = (*options.identified)[static_cast<std::size_t>(axis)];
+    machine = gain_design::linear_machine(belief, 2.0 * kPi * design.current_loop_bandwidth_hz, false);
+  }
+  return {gain_design::natural_frequency_rad_s(machine, params.speed, design.speed_loop_bandwidth_hz.value(),
+                                               design.speed_loop_damping),
+          design.speed_loop_damping, design.setpoint_weight};
+}
+
+void set_pi(servo_params& params, int axis, const PiWish& wish) {
+  speed_loop_params& loop = params.axis[axis].speed;
+  loop.pi = gain_design::pi_params(wish, static_cast<double>(loop.acceleration_inertia_kg_m2));
+}
+
+gain_design::GainWishes gain_wishes(const PlantConfig& plant, int axis, tracker_kind tracker) {
+  const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
+  gain_design::GainWishes wishes;
+  wishes.speed_loop_bandwidth_hz = design.speed_loop_bandwidth_hz;
+  wishes.speed_loop_natural_frequency_rad_s = design.speed_loop_natural_frequency_rad_s;
+  wishes.speed_loop_damping = design.speed_loop_damping;
+  wishes.setpoint_weight = design.setpoint_weight;
+  wishes.observer_bandwidth_hz = design.observer_bandwidth_hz;
+  wishes.least = kLeastMargins;
+  wishes.tracking_bandwidth_hz =
+      tracker == TRACKER_PREDICTIVE ? kPredictiveTracker_per_s / (2.0 * kPi) : kTrackingBandwidth_hz;
+  wishes.position_bandwidth_hz = kPositionLoop_per_s / (2.0 * kPi);
+  return wishes;
+}
+
+axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
+                            const DesignOptions& options) {
+  axis_parameters parameters = without_pi(plant, axis, spec, options);
+  gain_design::set_pi(
+      parameters, gain_design::pi_params(pi_wish(plant, axis, options), believed(plant, axis, options).inertia_kg_m2));
+  return parameters;
+}
+
+servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options) {
+  // What was identified stays what it is when the plant's numbers change, so no remedy can be found then.
+  const auto is_possible = [&](const PlantConfig& changed, int axis) {
+    try {
+      const servo_axis_params params = built(changed, axis, design_axis(changed, axis, spec, options));
+      return keeps_margins(worst_margins(changed, axis, params.speed)) &&
+             speed_loop_is_stable(changed, axis, params.speed);
+    } catch (const ConfigError&) {
+      return false;
+    }
+  };
+  servo_params params{};
+  for (int axis = 0; axis < kAxes; ++axis) {
+    try {
+      params.axis[axis] = built(plant, axis, design_axis(plant, axis, spec, options));
+    } catch (const Refused& refused) {
+      if (const std::optional<ConfigError> wish = impossible_wish(plant, axis)) {
+        throw ConfigError(*wish);
+      }
+      throw design_error(plant, axis, reason_of(refused.parameters),
+                         [&](const PlantConfig& changed) { return is_possible(changed, axis); });
+    }
+  }
+  refuse_unstable_loops(plant, params, is_possible);
+  return params;
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,44 @@
+// How far a speed loop is from instability on a simulated plant, computed from its difference equations and the plant's
+// numbers.
+//
+// Two conditions count: the seal slides (a viscous load), and pre-sliding (the seal is a spring). Margins are those at
+// pitch 0, where the loops are designed and the azimuth inertia is largest; towards the zenith they shrink, because the
+// same gains turn less inertia. Stability is asked of the whole pitch travel. The arithmetic is that of the gain
+// design.
+#ifndef TRACKSERVO_SIM_DESIGN_LOOP_MARGINS_HPP
+#define TRACKSERVO_SIM_DESIGN_LOOP_MARGINS_HPP
+
+#include "config/plant_config.hpp"
+#include "gain_design/margins.hpp"
+
+namespace trackservo::sim {
+
+using gain_design::closed_loop_bandwidth_hz;
+using gain_design::closed_loop_gain;
+using gain_design::computed_loop_gain;
+using gain_design::FrequencyResponse;
+using gain_design::is_stable_in_closed_loop;
+using gain_design::keeps_margins;
+using gain_design::LinearMachine;
+using gain_design::log_space;
+using gain_design::Margins;
+using gain_design::margins_of;
+
+// What every controller variant must keep, computed with the tick's delay.
+constexpr gain_design::LeastMargins kLeastMargins;
+
+// The linear machine of one axis for computed margins: sliding, or in pre-sliding.
+LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_sliding);
+
+// The smaller one of the margins sliding and in pre-sliding.
+Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);
+
+// The least inertia that the axis' motor turns within the pitch travel [kg m2].
+double least_inertia_kg_m2(const PlantConfig& plant, int axis);
+
+// Stable sliding and in pre-sliding, with the inertia at pitch 0 and with the least one.
+bool speed_loop_is_stable(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);
+
+}  // namespace trackservo::sim
+
+#endif

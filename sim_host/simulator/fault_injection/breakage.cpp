@@ -1,0 +1,354 @@
+#include "fault_injection/breakage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+namespace trackservo::sim {
+namespace {
+
+constexpr double kVisibleRate_rad_s = 0.015;  // half of what gyro and encoder differ by then is beyond 0x2060:2
+constexpr double kOutwards_rad_s = 0.004;
+constexpr double kEncoderError_rad = 3e-5;
+constexpr double kPush_nm = 300.0;
+constexpr double kStrongerThanMotor_nm = 60.0;
+constexpr double kContinuous_a = 5.0;  // of a smaller motor, for 0x2060:11
+constexpr double kThermal_s = 0.1;     // of its winding, for 0x2060:12
+constexpr double kPositionWindow_rad = 0.002;
+constexpr double kSpeedWindow_rad_s = 0.01;
+
+BrokenAxis& broken(DrivenNode& node, int axis) { return node.machine().broken().axis[static_cast<std::size_t>(axis)]; }
+
+double joint_rate_rad_s(DrivenNode& node, int axis) {
+  return node.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(axis)];
+}
+
+double wanted_rate_rad_s(DrivenNode& node, int axis) {
+  return static_cast<double>(node.axis(axis).objects.velocity.target) * 1e-6;
+}
+
+bool always(DrivenNode&, int) { return true; }
+
+bool turns(DrivenNode& node, int axis) { return std::abs(joint_rate_rad_s(node, axis)) > kVisibleRate_rad_s; }
+
+void nothing(DrivenNode&, int) {}
+
+void let_go(DrivenNode& node, int axis) { broken(node, axis).push_nm = 0.0; }
+
+// The true current and the one that is read differ by more than twice 0x2060:14 allows.
+bool current_is_wrong(DrivenNode& node, int axis) {
+  const double true_a = node.machine().truth().current_a[static_cast<std::size_t>(axis)];
+  const double told_a = static_cast<double>(node.machine().samples().axis[axis].mean_current_a);
+  const double resistance_ohm = static_cast<double>(node.node().board.app.params.axis[axis].resistance_ohm);
+  const double limit_v = static_cast<double>(node.axis(axis).watch.limits.voltage_mismatch_v);
+  return resistance_ohm * std::abs(true_a - told_a) > 2.0 * limit_v + resistance_ohm * std::abs(told_a);
+}
+
+void end_the_travel(DrivenNode& node, int axis) {
+  const float far_rad = 100.0F;
+  const float margin_rad = 0.001F;
+  protection_limits& limits = node.node().axis[axis].watch.limits;
+  const float here_rad = static_cast<float>(node.axis(axis).drive.position) * ANGLE_RAD_PER_TURN32;
+  const bool up = joint_rate_rad_s(node, axis) >= 0.0;
+  limits.minimum_rad = up ? -far_rad : here_rad + margin_rad;
+  limits.maximum_rad = up ? here_rad - margin_rad : far_rad;
+}
+
+Breakage health(const char *name, fault_id expected, hal_health reads) {
+  return {name,   expected, 0, 0, false, [reads](DrivenNode& n, int a, SplitMix64&) { broken(n, a).health = reads; },
+          always, nothing};
+}
+
+template <class Begin>
+Breakage part(const char *name, fault_id expected, fault_set also, int timer_ms, Begin begin,
+              bool (*shows)(DrivenNode&, int) = always) {
+  return {name, expected, also, timer_ms, false, begin, shows, nothing};
+}
+
+double true_current_a(DrivenNode& node, int axis) {
+  return node.machine().truth().current_a[static_cast<std::size_t>(axis)];
+}
+
+double motor_torque_nm(DrivenNode& node, int axis, double current_a) {
+  return static_cast<double>(node.node().board.app.params.axis[axis].torque_constant_nm_a) * current_a;
+}
+
+// At 1.26 times the continuous current the winding is too warm after 0.98 times its time constant, if it was cold.
+bool overloads(DrivenNode& node, int axis) { return std::abs(true_current_a(node, axis)) > 1.26 * kContinuous_a; }
+
+bool is_off_position(DrivenNode& node, int axis) {
+  const drive_position_objects& position = node.axis(axis).objects.position;
+  return std::abs(static_cast<double>(position.following_error)) > static_cast<double>(position.following_error_window);
+}
+
+bool is_off_speed(DrivenNode& node, int axis) {
+  const servo_axis_signals& signals = node.node().board.app.axis[axis].signals;
+  const double error_rad_s = static_cast<double>(signals.reference.rate_rad_s - signals.rates.rate_rad_s);
+  return std::abs(error_rad_s) > static_cast<double>(node.axis(axis).watch.limits.speed_error_rad_s);
+}
+
+bool is_off(DrivenNode& node, int axis) { return !servo_mode_closes(node.mode(axis)); }
+
+void watch_position(DrivenNode& node, int axis) {
+  node.write(axis, 0x6065, 0, static_cast<std::int64_t>(kPositionWindow_rad * 1e7));
+  node.write(axis, 0x6066, 0, 10);
+}
+
+void watch_speed(DrivenNode& node, int axis) {
+  node.unlock();
+  node.write_real(axis, 0x2060, 6, kSpeedWindow_rad_s);
+  node.write_real(axis, 0x2060, 7, 0.05);
+}
+
+void fit_small_motor(DrivenNode& node, int axis) {
+  node.unlock();
+  node.write_real(axis, 0x2060, 11, kContinuous_a);
+  node.write_real(axis, 0x2060, 12, kThermal_s);
+}
+
+// Set-points of both axes in RPDO 3, as a master sends them.
+void send_setpoints(DrivenNode& node, int) {
+  can_frame frame{0x401, 0, 8, {}};
+  std::uint8_t *place = frame.data;
+  for (int axis = 0; axis < kAxes; ++axis) {
+    const std::int32_t target = node.axis(axis).objects.velocity.target;
+    std::memcpy(place, &target, sizeof target);
+    place += sizeof target;
+  }
+  node.receive(frame);
+}
+
+void expect_setpoints(DrivenNode& node, int axis) {
+  node.receive(can_frame{0x000, 0, 2, {0x01, 0x00}});
+  node.write(axis, 0x1402, 5, 20);
+}
+
+// Beyond the end of the travel, and on the way outwards.
+bool is_outside(DrivenNode& node, int axis) {
+  const protection_limits& limits = node.axis(axis).watch.limits;
+  const double angle_rad = node.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
+  const bool above = angle_rad > static_cast<double>(limits.maximum_rad) + kEncoderError_rad;
+  const bool below = angle_rad < static_cast<double>(limits.minimum_rad) - kEncoderError_rad;
+  return (above || below) && (above ? 1.0 : -1.0) * joint_rate_rad_s(node, axis) > kOutwards_rad_s;
+}
+
+std::vector<Breakage> sensors() {
+  const fault_set disagree = fault_bit(FAULT_SENSORS_DISAGREE);
+  const fault_set jump = fault_bit(FAULT_ENCODER_JUMP);
+  return {
+      part("encoder lost", FAULT_ENCODER_LOST, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).encoder_lost = true; }),
+      part("encoder jumps", FAULT_ENCODER_JUMP, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64& random) {
+             const double size_rad = 0.002 * std::pow(250.0, random.uniform());
+             broken(n, a).encoder_shift_rad = random.uniform() < 0.5 ? -size_rad : size_rad;
+           }),
+      part("encoder stuck", FAULT_ENCODER_STUCK, disagree | jump, 100,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).encoder_stuck = true; }),
+      part(
+          "encoder counts backwards", FAULT_SENSORS_DISAGREE, jump | fault_bit(FAULT_CURRENT_SENSOR), 0,
+          [](DrivenNode& n, int a, SplitMix64&) {
+            broken(n, a).encoder_reversed = true;
+            broken(n, a).encoder_shift_rad = 2.0 * n.machine().truth().joint_angle_rad[static_cast<std::size_t>(a)];
+          },
+          turns),
+      part("gyro lost", FAULT_GYRO_LOST, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).gyro_lost = true; }),
+      part("gyro stuck", FAULT_GYRO_STUCK, disagree, 100,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).gyro_stuck = true; }),
+      part(
+          "gyro of the wrong sign", FAULT_SENSORS_DISAGREE, 0, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).gyro_reversed = true; }, turns),
+      part("gyro saturated", FAULT_GYRO_SATURATED, disagree, 0,
+           [](DrivenNode& n, int a, SplitMix64&) {
+             broken(n, a).gyro_reads_rad_s = static_cast<double>(n.axis(a).watch.limits.gyro_range_rad_s);
+           }),
+      part("gyro says no number", FAULT_IMPLAUSIBLE, 0, 0,
+           [](DrivenNode& n, int a, SplitMix64&) {
+             broken(n, a).gyro_reads_rad_s = std::numeric_limits<double>::quiet_NaN();
+           }),
+  };
+}
+
+// A load that the motor can bear, but not for ever.
+Breakage overload() {
+  Breakage load = part(
+      "load too heavy", FAULT_OVERLOAD, 0, static_cast<int>(1000.0 * kThermal_s),
+      [](DrivenNode& n, int a, SplitMix64&) {
+        broken(n, a).push_nm = std::copysign(motor_torque_nm(n, a, 8.0), -wanted_rate_rad_s(n, a));
+      },
+      overloads);
+  load.end = let_go;
+  load.prepare = fit_small_motor;
+  load.lasting = true;
+  return load;
+}
+
+std::vector<Breakage> electrics() {
+  const fault_set current = fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_OVER_CURRENT);
+  const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SENSORS_DISAGREE);
+  return {
+      part("current sensor offset 8 A", FAULT_CURRENT_SENSOR, current, 0,
+           [](DrivenNode& n, int a, SplitMix64& random) {
+             broken(n, a).current_shift_a = random.uniform() < 0.5 ? -8.0 : 8.0;
+           }),
+      part(
+          "current sensor stuck", FAULT_CURRENT_SENSOR, current | away, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).current_stuck = true; }, current_is_wrong),
+      part("current reads 24 A", FAULT_OVER_CURRENT, current, 0,
+           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).current_reads_a = 24.0; }),
+      part(
+          "motor lead off", FAULT_CURRENT_SENSOR, current | away, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).motor_open = true; },
+          [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
+      part(
+          "motor leads swapped", FAULT_OVER_CURRENT, current | away, 0,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).motor_reversed = true; },
+          [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
+      // Too little to be seen under current; the axis coasts.
+      part(
+          "current offset 1 A, axis off", FAULT_CURRENT_OFFSET, 0, 20,
+          [](DrivenNode& n, int a, SplitMix64& random) {
+            broken(n, a).current_shift_a = random.uniform() < 0.5 ? -1.0 : 1.0;
+            n.write(a, 0x6040, 0, 0x06);
+          },
+          is_off),
+      overload(),
+      health("short circuit", FAULT_OVER_CURRENT_TRIP, HAL_OVER_CURRENT),
+      health("power stage", FAULT_POWER_STAGE, HAL_POWER_STAGE),
+      health("heat sink too hot", FAULT_OVER_TEMPERATURE, HAL_TOO_HOT),
+      {"bus voltage low", FAULT_UNDER_VOLTAGE, 0, 0, true,
+       [](DrivenNode& n, int, SplitMix64&) { n.machine().broken().bus_reads_v = 30.0; }, always, nothing},
+      {"bus voltage high", FAULT_OVER_VOLTAGE, 0, 0, true,
+       [](DrivenNode& n, int, SplitMix64&) { n.machine().broken().bus_reads_v = 65.0; }, always, nothing},
+  };
+}
+
+// Somebody has written a torque limit (6072) that is less than the friction.
+Breakage weak_torque_limit() {
+  Breakage weak = part(
+      "torque limit below friction", FAULT_SPEED_ERROR, 0, 50,
+      [](DrivenNode& n, int a, SplitMix64&) { n.write(a, 0x6072, 0, 50); }, is_off_speed);
+  weak.prepare = watch_speed;
+  weak.lasting = true;
+  weak.weak = true;
+  return weak;
+}
+
+Breakage jam() {
+  Breakage jammed = part(
+      "axis jams in position control", FAULT_FOLLOWING_ERROR, fault_bit(FAULT_RUNAWAY), 10,
+      [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).joint_held = true; }, is_off_position);
+  jammed.mode = DRIVE_CYCLIC_POSITION;
+  jammed.prepare = watch_position;
+  jammed.lasting = true;
+  return jammed;
+}
+
+// While it turns, the travel ends a milliradian behind it.
+Breakage end_of_travel() {
+  Breakage end = part(
+      "end of the travel", FAULT_BEYOND_TRAVEL, 0, 0, [](DrivenNode& n, int a, SplitMix64&) { end_the_travel(n, a); },
+      is_outside);
+  end.hidden_because = "no set-point leads out of the travel, and none is followed further out";
+  return end;
+}
+
+std::vector<Breakage> motions() {
+  const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SPEED_ERROR) | fault_bit(FAULT_OVER_SPEED);
+  return {
+      {"pushed beyond the speed limit", FAULT_OVER_SPEED, away, 0, false,
+       [](DrivenNode& n, int a, SplitMix64&) {
+         broken(n, a).push_nm = std::copysign(kPush_nm, joint_rate_rad_s(n, a));
+       },
+       [](DrivenNode& n, int a) {
+         return std::abs(joint_rate_rad_s(n, a)) > static_cast<double>(n.axis(a).watch.limits.overspeed_rad_s);
+       },
+       let_go},
+      {"driven against the motor", FAULT_RUNAWAY, away, 0, false,
+       [](DrivenNode& n, int a, SplitMix64&) {
+         broken(n, a).push_nm = std::copysign(kStrongerThanMotor_nm, -wanted_rate_rad_s(n, a));
+       },
+       [](DrivenNode& n, int a) { return std::abs(wanted_rate_rad_s(n, a) - joint_rate_rad_s(n, a)) > 0.05; }, let_go},
+      // Where the set-point turns, the torque is not at its limit for a while, and the timer waits.
+      part(
+          "axis blocked", FAULT_STALL, fault_bit(FAULT_RUNAWAY), 600,
+          [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).joint_held = true; },
+          [](DrivenNode& n, int a) { return n.node().board.app.axis[a].signals.torque.limited; }),
+      weak_torque_limit(),
+      jam(),
+      end_of_travel(),
+  };
+}
+
+Breakage silent_setpoints() {
+  Breakage silent = part("set-points no longer sent", FAULT_RPDO_LATE, 0, 20, [](DrivenNode&, int, SplitMix64&) {});
+  silent.both_axes = true;
+  silent.prepare = expect_setpoints;
+  silent.keep_up = send_setpoints;
+  return silent;
+}
+
+std::vector<Breakage> node_and_bus() {
+  return {
+      {"bus off", FAULT_BUS_OFF, 0, 0, true, [](DrivenNode& n, int, SplitMix64&) { servo_node_bus_off(&n.node()); },
+       always, nothing},
+      {"node stopped by NMT", FAULT_NODE_STOPPED, 0, 0, true,
+       [](DrivenNode& n, int, SplitMix64&) {
+         n.receive(can_frame{0x000, 0, 2, {0x02, 0x00}});
+       },
+       always, nothing},
+      {"master's heartbeat lost", FAULT_HEARTBEAT_LOST, 0, 50, true,
+       [](DrivenNode& n, int a, SplitMix64&) {
+         n.write(a, 0x1016, 1, 0x7F << 16 | 50);
+         n.receive(can_frame{0x77F, 0, 1, {0x05}});
+       },
+       always, nothing},
+      silent_setpoints(),
+      health("tick late", FAULT_TICK_LATE, HAL_TIMING_LOST),
+      health("program memory damaged", FAULT_IMAGE_DAMAGED, HAL_IMAGE_DAMAGED),
+      health("self-test fails in operation", FAULT_SELF_TEST, HAL_NOT_READY),
+  };
+}
+
+std::vector<Breakage> all() {
+  std::vector<Breakage> together;
+  for (const std::vector<Breakage>& some : {sensors(), electrics(), motions(), node_and_bus()}) {
+    together.insert(together.end(), some.begin(), some.end());
+  }
+  return together;
+}
+
+}  // namespace
+
+const std::vector<Breakage>& breakages() {
+  static const std::vector<Breakage> list = all();
+  return list;
+}
+
+const Breakage& breakage(const std::string& name) {
+  std::string names;
+  for (const Breakage& one : breakages()) {
+    if (one.name == name) {
+      return one;
+    }
+    names += (names.empty() ? "" : ", ") + one.name;
+  }
+  throw std::invalid_argument(fmt::format("\"{}\" is nothing that breaks; give one of: {}", name, names));
+}
+
+int allowed_latency_ms(const Breakage& breakage) {
+  int allowed = fault_table[breakage.expected].latency_ms;
+  for (int fault = 1; fault < FAULT_COUNT; ++fault) {
+    if ((breakage.also >> fault & 1U) != 0) {
+      allowed = std::max(allowed, static_cast<int>(fault_table[fault].latency_ms));
+    }
+  }
+  return allowed + breakage.timer_ms;
+}
+
+}  // namespace trackservo::sim

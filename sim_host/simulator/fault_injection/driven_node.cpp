@@ -1,0 +1,114 @@
+#include "fault_injection/driven_node.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "serve/node_parameters.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+constexpr std::uint8_t kNodeId = 1;
+constexpr std::uint16_t kAxisShift = 0x800;
+constexpr int kMostTicksToEnable = 20;
+constexpr std::int64_t kOpen = 0x6E65706F;
+constexpr double kCountsPerRad = 1e7;  // of positions
+
+bool send_nowhere(void *, const can_frame *) { return true; }
+
+}  // namespace
+
+NodeSetup::NodeSetup(const PlantConfig& of_plant)
+    : plant(of_plant),
+      parameters{node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)},
+      limits{node_limits(plant, kAzimuth), node_limits(plant, kPitch)},
+      scales(node_scales(plant)) {}
+
+NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
+                     const std::array<protection_limits, kAxes>& with_limits)
+    : plant(of_plant), parameters(with_parameters), limits(with_limits), scales(node_scales(plant)) {}
+
+DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
+    : node_(std::make_unique<servo_node>()), machine_(setup.plant, seed, joint_angle_rad) {
+  const servo_node_config config = {kNodeId,
+                                    {send_nowhere, nullptr},
+                                    machine_.hal_pointer(),
+                                    setup.parameters.data(),
+                                    setup.limits.data(),
+                                    nullptr,
+                                    0,
+                                    {},
+                                    &setup.scales};
+  if (!servo_node_start(node_.get(), &config)) {
+    throw std::runtime_error("the node does not start with the gains designed for this plant");
+  }
+  machine_.run_firmware(node_->board, [this] {
+    servo_node_tick(node_.get());
+    servo_node_serve(node_.get());
+  });
+  tick();  // it boots, and hears nothing before
+}
+
+void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value) {
+  const bool of_axis = index >= 0x2000 && (index < 0x3000 || index >= 0x6000);
+  const std::uint16_t shifted = static_cast<std::uint16_t>(index + (of_axis && axis == kPitch ? kAxisShift : 0));
+  od_object object;
+  std::uint8_t bytes[8];
+  for (int i = 0; i < 8; ++i) {
+    bytes[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * i));
+  }
+  if (od_find(servo_node_dictionary(node_.get()), shifted, sub, &object) != OD_OK ||
+      od_write(&object, bytes, object.entry->bytes) != OD_OK) {
+    throw std::runtime_error(fmt::format("the node refuses {} in 0x{:04X}:{}", value, shifted, sub));
+  }
+}
+
+void DrivenNode::write_real(int axis, std::uint16_t index, std::uint8_t sub, double value) {
+  const auto real = static_cast<float>(value);
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &real, sizeof bits);
+  write(axis, index, sub, bits);
+}
+
+void DrivenNode::unlock() { write(kAzimuth, 0x3040, 1, kOpen); }
+
+void DrivenNode::enable(const std::array<std::int8_t, kAxes>& modes) {
+  for (int axis = 0; axis < kAxes; ++axis) {
+    write(axis, 0x6060, 0, modes[static_cast<std::size_t>(axis)]);
+  }
+  for (int tick = 0; tick < kMostTicksToEnable; ++tick) {
+    bool enabled = true;
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const drive_power_state power = node_->axis[axis].drive.state.power;
+      write(axis, 0x6040, 0, power == DRIVE_SWITCH_ON_DISABLED ? 0x06 : 0x0F);
+      enabled = enabled && power == DRIVE_OPERATION_ENABLED;
+    }
+    if (enabled) {
+      for (int axis = 0; axis < kAxes; ++axis) {
+        wanted_rad_[static_cast<std::size_t>(axis)] = node_->axis[axis].objects.position.actual / kCountsPerRad;
+      }
+      return;
+    }
+    this->tick();
+  }
+  throw std::runtime_error("the axes are not enabled after 20 ticks");
+}
+
+void DrivenNode::set_rate(int axis, double rate_rad_s) {
+  write(axis, 0x60FF, 0, static_cast<std::int64_t>(rate_rad_s * 1e6));
+}
+
+void DrivenNode::move(int axis, double rate_rad_s) {
+  if (node_->axis[axis].objects.state.mode != DRIVE_CYCLIC_POSITION) {
+    set_rate(axis, rate_rad_s);
+    return;
+  }
+  double& wanted_rad = wanted_rad_[static_cast<std::size_t>(axis)];
+  wanted_rad += rate_rad_s * kTick_s;
+  write(axis, 0x607A, 0, std::llround(wanted_rad * kCountsPerRad));
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,76 @@
+// The servo's node on a simulated machine, driven through its objects as a master would, without a bus between them.
+#ifndef TRACKSERVO_SIM_FAULT_INJECTION_DRIVEN_NODE_HPP
+#define TRACKSERVO_SIM_FAULT_INJECTION_DRIVEN_NODE_HPP
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "run/machine.hpp"
+
+extern "C" {
+#include "node/servo_node.h"
+}
+
+namespace trackservo::sim {
+
+// What a plant's node is configured with; expensive to design, so once for many nodes.
+struct NodeSetup {
+  explicit NodeSetup(const PlantConfig& plant);
+
+  // With given gains and limits, whatever the plant would want; the sensors' scales are the plant's.
+  NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
+            const std::array<protection_limits, kAxes>& with_limits);
+
+  PlantConfig plant;
+  std::array<axis_parameters, kAxes> parameters;
+  std::array<protection_limits, kAxes> limits;
+  hal_scales scales;
+};
+
+class DrivenNode {
+ public:
+  // `setup` must outlive the node.
+  DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad);
+
+  // Writes an object of the axis (azimuth's index for both). Throws std::runtime_error when it is refused.
+  void write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value);
+
+  // As above, of a REAL32.
+  void write_real(int axis, std::uint16_t index, std::uint8_t sub, double value);
+
+  // Opens the lock of what can hurt (0x3040), for a minute.
+  void unlock();
+
+  // Runs until the axes are enabled in a mode of 6060, a few ticks. Throws std::runtime_error when they do not get
+  // there.
+  void enable(std::int8_t mode) { enable(std::array<std::int8_t, kAxes>{mode, mode}); }
+  void enable(const std::array<std::int8_t, kAxes>& modes);
+
+  // The set-point of cyclic synchronous velocity.
+  void set_rate(int axis, double rate_rad_s);
+
+  // The set-point of the next tick in cyclic synchronous velocity or position: the position goes on from where the axis
+  // was when it was enabled.
+  void move(int axis, double rate_rad_s);
+
+  // A frame from the bus, as in the receive interrupt.
+  void receive(const can_frame& frame) { servo_node_receive(node_.get(), &frame); }
+
+  // Runs one tick.
+  void tick() { machine_.advance_tick(); }
+
+  Machine& machine() { return machine_; }
+  servo_node& node() { return *node_; }
+  const servo_node_axis& axis(int axis) const { return node_->axis[axis]; }
+  servo_mode mode(int axis) const { return node_->board.app.axis[axis].mode; }
+
+ private:
+  std::unique_ptr<servo_node> node_;
+  Machine machine_;
+  std::array<double, kAxes> wanted_rad_{};  // of `move`, where the position is controlled
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,49 @@
+#include "fault_injection/fault_account.hpp"
+
+#include "fault_injection/breakage.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+std::vector<FaultTest> list_tests() {
+  const std::string board = "tests/target/test_board.cpp";
+  const std::string faults = "tests/target/test_board_faults.cpp";
+  const std::string memory = "tests/target/test_board_memory.cpp";
+  const std::string moving = "tests/target/test_board_moving.cpp";
+  const std::string store = "tests/store/test_stored_set.c";
+  const std::string reset = "test_what_ends_in_a_reset_is_safe_in_every_motion";
+  return {
+      {FAULT_ENCODER_LOST, faults, "test_an_axis_without_its_encoder_is_switched_off"},
+      {FAULT_GYRO_LOST, faults, "test_an_axis_without_its_gyro_stops_by_its_encoder"},
+      {FAULT_OVER_CURRENT_TRIP, faults, "test_an_over_current_switches_its_bridge_off_within_two_periods"},
+      {FAULT_POWER_STAGE, faults, "test_a_driver_fault_switches_its_bridge_off_at_once"},
+      {FAULT_BUS_OFF, board, "test_it_comes_back_from_bus_off"},
+      {FAULT_TICK_LATE, moving, reset},
+      {FAULT_SELF_TEST, memory, "test_a_stuck_bit_of_ram_keeps_both_axes_from_being_ready"},
+      {FAULT_WATCHDOG_RESET, moving, reset},
+      {FAULT_EXCEPTION_RESET, moving, reset},
+      {FAULT_BROWN_OUT_RESET, moving, reset},
+      {FAULT_IMAGE_DAMAGED, moving, "test_a_damaged_image_stops_both_axes_while_they_turn_fast"},
+      {FAULT_STACK_OVERFLOW, moving, reset},
+      {FAULT_PARAMETERS_LOST, store, "test_a_damaged_set_is_skipped_and_told_until_the_next_save"},
+  };
+}
+
+}  // namespace
+
+const std::vector<FaultTest>& fault_tests() {
+  static const std::vector<FaultTest> list = list_tests();
+  return list;
+}
+
+std::vector<std::string> breakages_of(fault_id fault) {
+  std::vector<std::string> names;
+  for (const Breakage& one : breakages()) {
+    if (one.expected == fault) {
+      names.push_back(one.name);
+    }
+  }
+  return names;
+}
+
+}  // namespace trackservo::sim

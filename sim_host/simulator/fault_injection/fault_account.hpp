@@ -1,0 +1,29 @@
+// Where each fault of the firmware's table is tried: what breaks for it in `sim_host faults`, and the tests beside
+// that.
+#ifndef TRACKSERVO_SIM_FAULT_INJECTION_FAULT_ACCOUNT_HPP
+#define TRACKSERVO_SIM_FAULT_INJECTION_FAULT_ACCOUNT_HPP
+
+#include <string>
+#include <vector>
+
+extern "C" {
+#include "protection/fault_table.h"
+}
+
+namespace trackservo::sim {
+
+// A test that brings about a fault where the simulator's matrix does not reach: on the emulated board, in the store.
+struct FaultTest {
+  fault_id fault;
+  std::string file;  // within the project
+  std::string test;  // its function
+};
+
+const std::vector<FaultTest>& fault_tests();
+
+// Names of the breakages that must be taken for this fault.
+std::vector<std::string> breakages_of(fault_id fault);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,51 @@
+// What really happens in the simulated machine, and what its electronics deliver.
+//
+// Errors are measured on TruthState, controllers see only TickSamples and PwmSample. Signs: positive torque of the
+// motor drives forward; friction and load are counted positive against forward motion, so that
+// J d(inertial rate)/dt = motor_torque - friction_torque - load_torque. J is the inertia before the spring of a
+// structure, whose torque is a load.
+#ifndef TRACKSERVO_SIM_PLANT_TRUTH_HPP
+#define TRACKSERVO_SIM_PLANT_TRUTH_HPP
+
+#include <array>
+#include <cstdint>
+
+#include "base/axis.hpp"
+
+namespace trackservo::sim {
+
+// State at the end of the last PWM period; torques are means over that period.
+struct TruthState {
+  double time_s = 0;
+  std::array<double, kAxes> joint_angle_rad{};     // moving part against base, not wrapped
+  std::array<double, kAxes> joint_rate_rad_s{};    // its rate: what the seal feels
+  std::array<double, kAxes> inertial_angle_rad{};  // line of sight = joint angle + base angle
+  std::array<double, kAxes> inertial_rate_rad_s{};
+  std::array<double, kAxes> base_rate_rad_s{};
+  std::array<double, kAxes> motor_torque_nm{};     // with ripple and cogging
+  std::array<double, kAxes> friction_torque_nm{};  // positive against forward motion
+  std::array<double, kAxes> load_torque_nm{};      // wind + cable + imbalance + coupling + end stop, same sign
+  std::array<double, kAxes> current_a{};
+};
+
+struct AxisSamples {
+  std::uint32_t encoder_turns_2_32 = 0;  // joint angle in 2^-32 turns, modulo one turn
+  double gyro_rate_rad_s = 0;            // inertial rate
+  bool gyro_valid = false;               // the gyro's own flag: false while it is saturated
+};
+
+// Delivered once per 1 ms tick.
+struct TickSamples {
+  std::array<AxisSamples, kAxes> axis{};
+  double bus_voltage_v = 0;
+};
+
+// Delivered once per PWM period and axis.
+struct PwmSample {
+  double current_a = 0;
+  double bus_voltage_v = 0;
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,108 @@
+// One simulated tracker with the firmware on it: the host end of the HAL.
+//
+// The firmware runs as on the board: `servo_board_tick` every 1 ms, `servo_board_pwm` every PWM period. What a board
+// cannot do at once is not done at once here: the tick's new current set-points count from the third PWM period on
+// (100 us for computing), and a duty counts from the period after the one in which its current was sampled.
+#ifndef TRACKSERVO_SIM_RUN_MACHINE_HPP
+#define TRACKSERVO_SIM_RUN_MACHINE_HPP
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "base/firmware.hpp"
+#include "plant/tracker.hpp"
+#include "run/broken_parts.hpp"
+#include "sensors/camera.hpp"
+
+namespace trackservo::sim {
+
+// PWM periods that pass between the tick's sampling and its set-points being followed.
+constexpr int kTickLatencyPeriods = 2;
+
+struct MachineHal;
+
+class Machine {
+ public:
+  // Throws std::invalid_argument when the firmware refuses the parameters.
+  Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
+          const std::array<double, kAxes>& joint_angle_rad);
+
+  // A machine without firmware; `run_firmware` gives it one that somebody else owns.
+  Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad);
+
+  Machine(const Machine&) = delete;
+  Machine& operator=(const Machine&) = delete;
+
+  // The HAL's end of this machine, for starting a firmware on it.
+  hal *hal_pointer() { return &hal_; }
+
+  // From now on `tick` is the firmware's 1 ms tick, and `board` what its PWM interrupt runs. Both must outlive the
+  // machine.
+  void run_firmware(servo_board& board, std::function<void()> tick) {
+    board_ = &board;
+    tick_ = std::move(tick);
+  }
+
+  // Gives the machine the holding brakes of its plant file, which hold while the bridge of their axis is off. Only
+  // before the first tick.
+  void fit_holding_brakes() { tracker_.fit_holding_brakes(); }
+
+  // What the axes shall do; takes effect at the next tick.
+  servo_command& command() { return board_->command; }
+
+  // The result of a camera frame that has arrived in this tick, or nothing.
+  void deliver(const std::optional<CameraFrame>& frame) { frame_ = frame; }
+
+  // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again.
+  void inject_torque(int axis, double torque_nm) { injected_nm_[static_cast<std::size_t>(axis)] = torque_nm; }
+
+  // What is broken from the next tick on.
+  BrokenParts& broken() { return broken_; }
+
+  // Runs the firmware's tick and then the machine for 1 ms.
+  void advance_tick();
+
+  TruthState truth() const { return tracker_.truth(); }
+  const servo_samples& samples() const { return board_->samples; }
+  const servo_axis& firmware(int axis) const { return board_->app.axis[axis]; }
+  double injected_nm(int axis) const { return injected_nm_[static_cast<std::size_t>(axis)]; }
+
+ private:
+  friend struct MachineHal;
+  static hal hal_of(Machine *machine);
+  void break_parts();
+  void run_firmware_tick();
+  void run_pwm_periods(int periods);
+
+  Tracker tracker_;
+  hal hal_;
+  servo_board own_board_{};
+  servo_board *board_ = &own_board_;
+  std::function<void()> tick_ = [this] { servo_board_tick(board_); };
+  TickSamples samples_{};
+  double bus_voltage_v_ = 0;  // both axes share one conversion a period
+  std::array<double, kAxes> current_sum_a_{};
+  std::array<double, kAxes> mean_current_a_{};
+  std::array<double, kAxes> duty_{};       // in force
+  std::array<double, kAxes> next_duty_{};  // from the next period on
+  std::array<float, kAxes> next_reference_a_{};
+  std::array<double, kAxes> injected_nm_{};
+  std::optional<CameraFrame> frame_;
+  BrokenParts broken_;
+  // As last told to the firmware, for sensors that are stuck or turned around.
+  std::array<std::uint32_t, kAxes> told_angle_{};
+  std::array<double, kAxes> told_gyro_rad_s_{};
+  std::array<double, kAxes> told_current_a_{};
+  // What the firmware takes the converters for, beside what they are: scales that are wrong read wrong.
+  AdcConfig adc_;
+  std::array<double, kAxes> current_share_{1.0, 1.0};
+  std::array<double, kAxes> over_current_a_{};  // 0: the end of the range, which the machine's breakages stand for
+  double voltage_share_ = 1.0;
+  std::array<bool, kAxes> tripped_{};
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,49 @@
+// Absolute angle encoder of one joint.
+//
+//   reading = quantise(angle(t - latency) + e sin(angle + phase) + jitter), resolution 2^bits per turn
+//   sample  = mean of the last `reads_per_tick` readings, one per PWM period
+//
+// e: eccentricity of the disc, one period per turn. The reading is 32 bits for one turn and wraps; an encoder of fewer
+// bits leaves the lower bits of a reading zero; their mean may use them.
+//
+// Use: advance() once per PWM period, sample() once per tick or read() at every reading.
+#ifndef TRACKSERVO_SIM_SENSORS_ENCODER_HPP
+#define TRACKSERVO_SIM_SENSORS_ENCODER_HPP
+
+#include <cstdint>
+
+#include "base/random.hpp"
+#include "config/plant_config.hpp"
+#include "sensors/history.hpp"
+
+namespace trackservo::sim {
+
+class Encoder {
+ public:
+  // dt_s: time between advance() calls [s].
+  Encoder(const EncoderConfig& config, double dt_s, std::uint64_t seed, int axis);
+
+  // As if the joint had always been at this angle [rad].
+  void place(double joint_angle_rad) { history_.fill(joint_angle_rad); }
+
+  void advance(double joint_angle_rad) { history_.push(joint_angle_rad); }
+
+  // The mean of this tick's readings in 2^-32 turns. Draws noise.
+  std::uint32_t sample();
+
+  // A single reading now, for who takes the mean himself. Draws noise.
+  std::uint32_t read();
+
+ private:
+  // The reading of an angle that the disc shows.
+  std::uint32_t reading(double shown_rad);
+
+  EncoderConfig config_;
+  double counts_per_rad_;
+  History history_;
+  RandomStream jitter_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,49 @@
+// Rate gyro of one axis (fibre-optic class): measures the inertial rate.
+//
+//   reading = clip((1 + scale) F{rate}(t - latency) + bias + F{noise})
+//
+// F is a first- or second-order (Butterworth) low-pass of the given bandwidth. The signal goes through it at the PWM
+// rate, exact for a rate that is linear within a period. The noise is white with variance density^2 fs/2 at the tick
+// rate fs = 1 kHz, then goes through the same low-pass sampled at fs, so that the density at low frequency is the one
+// on the data sheet. The valid flag is the gyro's own: false while its range is exceeded.
+//
+// Use: advance() once per PWM period, sample() once per tick.
+#ifndef TRACKSERVO_SIM_SENSORS_GYRO_HPP
+#define TRACKSERVO_SIM_SENSORS_GYRO_HPP
+
+#include <cstdint>
+
+#include "base/random.hpp"
+#include "config/plant_config.hpp"
+#include "sensors/history.hpp"
+#include "sensors/low_pass.hpp"
+
+namespace trackservo::sim {
+
+class Gyro {
+ public:
+  struct Reading {
+    double rate_rad_s = 0;
+    bool valid = false;
+  };
+
+  // dt_s: time between advance() calls [s]; tick_s: between sample() calls [s].
+  Gyro(const GyroConfig& config, double dt_s, double tick_s, std::uint64_t seed, int axis);
+
+  void advance(double inertial_rate_rad_s) { history_.push(signal_.advance(inertial_rate_rad_s)); }
+
+  // The reading [rad/s]. Draws noise.
+  Reading sample();
+
+ private:
+  GyroConfig config_;
+  LowPass signal_;
+  LowPass noise_filter_;
+  History history_;
+  RandomStream noise_;
+  double noise_rms_rad_s_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

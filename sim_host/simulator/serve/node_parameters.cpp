@@ -1,0 +1,62 @@
+#include "serve/node_parameters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "design/control_design.hpp"
+
+namespace trackservo::sim {
+
+axis_parameters node_parameters(const PlantConfig& plant, int axis) {
+  DesignOptions options;
+  options.tracker = TRACKER_PREDICTIVE;
+  const ControllerSpec& spec = controller_spec("pi_vob_ftc");
+  design_controller(plant, spec, options);  // refuses what is unstable
+  return design_axis(plant, axis, spec, options);
+}
+
+namespace {
+
+// Of the mean of a tick's readings; an encoder and a gyro whose noise is below it may well say the same twice.
+bool readings_differ(const AxisConfig& axis) {
+  const double code_rad = 2.0 * kPi / std::pow(2.0, axis.encoder.resolution_bits);
+  return axis.encoder.jitter_rms_rad > 0.5 * code_rad && axis.gyro.noise_density_rad_s_rthz > 0.0;
+}
+
+}  // namespace
+
+protection_limits node_limits(const PlantConfig& plant, int axis_index) {
+  const AxisConfig& axis = plant.axis[static_cast<std::size_t>(axis_index)];
+  const double code_rad = 2.0 * kPi / std::pow(2.0, axis.encoder.resolution_bits);
+  const double sway_rad_s = 2.0 * kPi * axis.base_sway.frequency_hz * axis.base_sway.rms_rad;
+  const double travel_rad = axis.end_stops ? axis.end_stops->upper_rad - axis.end_stops->lower_rad : 1.0;
+  const double margin_rad = std::min(0.0175, 0.1 * travel_rad);  // one degree
+  const auto f = [](double value) { return static_cast<float>(value); };
+  protection_limits limits{};
+  limits.overspeed_rad_s = 1.5F;
+  limits.base_rate_rad_s = f(0.02 + 6.0 * sway_rad_s);
+  limits.gyro_range_rad_s = f(axis.gyro.range_rad_s);
+  limits.encoder_jump_rad = f(std::max(5e-4, 4.0 * code_rad + 10.0 * axis.encoder.jitter_rms_rad));
+  limits.stuck_s = readings_differ(axis) ? 0.1F : 0.0F;
+  limits.speed_error_rad_s = 0.5F;
+  limits.speed_error_s = 0.3F;
+  limits.stall_s = 0.5F;
+  limits.minimum_rad = axis.end_stops ? f(axis.end_stops->lower_rad + margin_rad) : 0.0F;
+  limits.maximum_rad = axis.end_stops ? f(axis.end_stops->upper_rad - margin_rad) : 0.0F;
+  limits.continuous_current_a = f(0.5 * axis.motor.current_limit_a);
+  limits.thermal_time_s = 60.0F;
+  limits.current_offset_a = f(axis.motor.current_limit_a / 32.0);
+  limits.voltage_mismatch_v = f(plant.supply.voltage_v / 12.0);
+  limits.under_voltage_v = f(0.75 * plant.supply.voltage_v);
+  limits.over_voltage_v = f(1.25 * plant.supply.voltage_v);
+  limits.stopping_margin_rad = f(std::min(0.005, 0.1 * travel_rad));
+  return limits;
+}
+
+hal_scales node_scales(const PlantConfig& plant) {
+  const auto current_a = static_cast<float>(plant.adc.current_full_scale_a);
+  return {{current_a, current_a}, {current_a, current_a}, static_cast<float>(plant.adc.voltage_full_scale_v)};
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,15 @@
+// Figures that compare two cells: the reduction against PI alone, and the overshoot beside that of the
+// friction-free machine, as a difference and as a ratio.
+#ifndef TRACKSERVO_SIM_STUDIES_DERIVED_HPP
+#define TRACKSERVO_SIM_STUDIES_DERIVED_HPP
+
+#include "studies/campaign.hpp"
+
+namespace trackservo::sim {
+
+// The campaign's cells followed by the derived ones, seed by seed.
+std::vector<Cell> with_derived(const std::vector<Cell>& cells);
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,35 @@
+// What the paper reports and what this project asks of itself, row by row of the result table.
+#ifndef TRACKSERVO_SIM_STUDIES_GOALS_HPP
+#define TRACKSERVO_SIM_STUDIES_GOALS_HPP
+
+#include <optional>
+#include <string>
+
+#include "studies/campaign.hpp"
+
+namespace trackservo::sim {
+
+// The paper's published figures for a row (facts: Figs 7, 12, 14, 16 and Table 2).
+struct PaperFigures {
+  std::optional<double> uncompensated;
+  std::optional<double> compensated;
+};
+
+struct Goal {
+  double low;  // met when low <= value <= high
+  double high;
+  std::string text;
+};
+
+PaperFigures paper_figures(const Cell& cell);
+
+// Goals are set for the azimuth axis on LuGre friction: bands of calibration for "pi", results for "pi_vob_ftc".
+std::optional<Goal> goal_of(const Cell& cell);
+
+// Whether PI alone shows what the paper printed for it: within the band of calibration, also where that is no goal
+// because the plant cannot show it (Fig. 9). Nothing where the paper printed nothing, and for the other controllers.
+std::optional<bool> reproduces_paper(const Cell& cell, double value);
+
+}  // namespace trackservo::sim
+
+#endif

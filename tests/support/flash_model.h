@@ -1,0 +1,136 @@
+/* Two areas of flash in memory behind hal_flash.h, whose power can be cut at any operation.
+ *
+ * As the hardware does: erased is FF, a double word is programmed once after an erase, and what a cut leaves behind of
+ * its operation is one of flash_cut. */
+#ifndef TRACKSERVO_TESTS_SUPPORT_FLASH_MODEL_H
+#define TRACKSERVO_TESTS_SUPPORT_FLASH_MODEL_H
+
+#include <string.h>
+
+#include "hal_flash.h"
+#include "support/random.h"
+
+enum { FLASH_MODEL_MOST_BYTES = 16384 };
+
+/* What is left of the operation at which the power fails. */
+typedef enum {
+  CUT_CLEAN,  /* nothing was done */
+  CUT_TORN,   /* about half of the bits are as wanted, the others as before */
+  CUT_FLIPPED /* all was done, but one bit is wrong */
+} flash_cut;
+
+enum { FLASH_CUTS = 3 };
+
+typedef struct {
+  uint8_t bytes[FLASH_MODEL_MOST_BYTES]; /* area 0, then area 1 */
+  uint32_t page_bytes;
+  uint32_t pages;          /* of an area */
+  int64_t operations_left; /* until the power fails in the next one; negative: never */
+  flash_cut cut;
+  random_source random;
+  bool off;
+  uint32_t operations;  /* programmed or erased so far */
+  uint32_t rule_breaks; /* programmed what was not erased, or out of range */
+  uint32_t erases[8];   /* of each page, area 0 first */
+} flash_model;
+
+static inline uint32_t flash_model_bytes(const flash_model *model) { return 2 * model->page_bytes * model->pages; }
+
+static inline uint8_t *flash_model_at(const hal_flash *flash, uint32_t offset) {
+  flash_model *model = (flash_model *)flash->context;
+  return model->bytes + flash->area * model->page_bytes * model->pages + offset;
+}
+
+static inline bool flash_model_read(const hal_flash *flash, uint32_t offset, void *bytes, uint32_t count) {
+  flash_model *model = (flash_model *)flash->context;
+  const uint32_t area = model->page_bytes * model->pages;
+  if (offset > area || count > area - offset) {
+    model->rule_breaks++;
+    return false;
+  }
+  memcpy(bytes, flash_model_at(flash, offset), count);
+  return true;
+}
+
+/* True: the power fails now. */
+static inline bool flash_model_fails(flash_model *model) {
+  if (model->operations_left > 0) {
+    model->operations_left--;
+  } else if (model->operations_left == 0) {
+    model->off = true;
+  }
+  model->operations++;
+  return model->off;
+}
+
+static inline void flash_model_leave(flash_model *model, uint8_t *place, const uint8_t *wanted, uint32_t count) {
+  if (model->cut == CUT_TORN) {
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint8_t done = (uint8_t)random_bits(&model->random);
+      place[i] = (uint8_t)((place[i] & ~done) | (wanted[i] & done));
+    }
+  } else if (model->cut == CUT_FLIPPED) {
+    const uint32_t bit = (uint32_t)(random_bits(&model->random) % (8 * count));
+    memcpy(place, wanted, count);
+    place[bit / 8] = (uint8_t)(place[bit / 8] ^ 1u << bit % 8);
+  }
+}
+
+static inline void flash_model_change(flash_model *model, uint8_t *place, const uint8_t *wanted, uint32_t count) {
+  if (model->off) {
+    return;
+  }
+  if (flash_model_fails(model)) {
+    flash_model_leave(model, place, wanted, count);
+  } else {
+    memcpy(place, wanted, count);
+  }
+}
+
+static inline bool flash_model_program(const hal_flash *flash, uint32_t offset, const uint32_t double_word[2]) {
+  flash_model *model = (flash_model *)flash->context;
+  if (offset % HAL_FLASH_UNIT_BYTES != 0 ||
+      offset > model->page_bytes * model->pages - (uint32_t)HAL_FLASH_UNIT_BYTES) {
+    model->rule_breaks++;
+    return false;
+  }
+  uint8_t *place = flash_model_at(flash, offset);
+  for (int i = 0; i < HAL_FLASH_UNIT_BYTES; ++i) {
+    model->rule_breaks += place[i] != 0xFF && !model->off ? 1 : 0;
+  }
+  flash_model_change(model, place, (const uint8_t *)double_word, HAL_FLASH_UNIT_BYTES);
+  return !model->off;
+}
+
+static inline bool flash_model_erase(const hal_flash *flash, uint32_t page) {
+  static uint8_t blank[FLASH_MODEL_MOST_BYTES];
+  flash_model *model = (flash_model *)flash->context;
+  if (page >= model->pages) {
+    model->rule_breaks++;
+    return false;
+  }
+  memset(blank, 0xFF, model->page_bytes);
+  model->erases[flash->area * model->pages + page]++;
+  flash_model_change(model, flash_model_at(flash, page * model->page_bytes), blank, model->page_bytes);
+  return !model->off;
+}
+
+/* All is erased, the power is on. */
+static inline void flash_model_init(flash_model *model, uint32_t page_bytes, uint32_t pages) {
+  memset(model, 0, sizeof *model);
+  memset(model->bytes, 0xFF, sizeof model->bytes);
+  model->page_bytes = page_bytes;
+  model->pages = pages;
+  model->operations_left = -1;
+}
+
+static inline hal_flash flash_model_area(flash_model *model, uint32_t area) {
+  hal_flash flash = {.read = flash_model_read, .program = flash_model_program, .erase = flash_model_erase};
+  flash.context = model;
+  flash.area = area;
+  flash.page_bytes = model->page_bytes;
+  flash.pages = model->pages;
+  return flash;
+}
+
+#endif

@@ -1,0 +1,159 @@
+/* A machine behind hal_host.h with two rigid axes: the current that the node asks for is the one that flows.
+ *
+ * Everything that a machine can do to the node is a member: set it, and it is so from the next tick on. */
+#ifndef TRACKSERVO_TESTS_SUPPORT_RIGID_MACHINE_H
+#define TRACKSERVO_TESTS_SUPPORT_RIGID_MACHINE_H
+
+#include <math.h>
+#include <string.h>
+
+#include "hal_host.h"
+#include "node/servo_node.h"
+#include "parameters/axis_dictionary.h"
+#include "servo/servo_app.h"
+
+typedef struct {
+  double turns; /* joint angle */
+  double rate_rad_s;
+  double load_nm;     /* against positive motion */
+  double friction_nm; /* dry, both directions */
+  bool encoder_failed;
+  bool gyro_missing;
+  float gyro_error_rad_s; /* added to what it should read */
+  bool frame_waits;       /* for the next tick */
+  hal_camera_frame frame;
+  hal_health health;
+  bool powered;
+  float duty;
+  float current_a;
+} rigid_axis;
+
+typedef struct {
+  hal functions;
+  rigid_axis axis[SERVO_AXES];
+  float bus_voltage_v;
+  hal_scales scales; /* told; what is read is right in any case */
+} rigid_machine;
+
+static inline bool rigid_joint_angle(void *machine, int axis, uint32_t *angle) {
+  const rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
+  if (!joint->encoder_failed) {
+    *angle = (uint32_t)(uint64_t)((joint->turns - floor(joint->turns)) * 4294967296.0);
+  }
+  return !joint->encoder_failed;
+}
+
+static inline bool rigid_gyro_rate(void *machine, int axis, float *rate_rad_s) {
+  const rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
+  if (!joint->gyro_missing) {
+    *rate_rad_s = (float)joint->rate_rad_s + joint->gyro_error_rad_s;
+  }
+  return !joint->gyro_missing;
+}
+
+static inline float rigid_current_a(void *machine, int axis) {
+  return ((rigid_machine *)machine)->axis[axis].current_a;
+}
+
+static inline bool rigid_camera(void *machine, int axis, hal_camera_frame *frame) {
+  rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
+  const bool arrived = joint->frame_waits;
+  if (arrived) {
+    *frame = joint->frame;
+  }
+  joint->frame_waits = false;
+  return arrived;
+}
+
+static inline hal_health rigid_health(void *machine, int axis) { return ((rigid_machine *)machine)->axis[axis].health; }
+
+static inline void rigid_power(void *machine, int axis, bool on) {
+  ((rigid_machine *)machine)->axis[axis].powered = on;
+}
+
+static inline float rigid_bus_voltage_v(void *machine) { return ((rigid_machine *)machine)->bus_voltage_v; }
+
+static inline void rigid_set_duty(void *machine, int axis, float duty) {
+  ((rigid_machine *)machine)->axis[axis].duty = duty;
+}
+
+static inline void rigid_set_scales(void *machine, const hal_scales *scales) {
+  ((rigid_machine *)machine)->scales = *scales;
+}
+
+/* At rest at angle 0, healthy, 48 V. */
+static inline void rigid_machine_init(rigid_machine *machine) {
+  *machine = (rigid_machine){.functions = {.machine = machine,
+                                           .joint_angle = rigid_joint_angle,
+                                           .gyro_rate = rigid_gyro_rate,
+                                           .mean_current_a = rigid_current_a,
+                                           .camera = rigid_camera,
+                                           .axis_health = rigid_health,
+                                           .power_bridge = rigid_power,
+                                           .current_a = rigid_current_a,
+                                           .bus_voltage_v = rigid_bus_voltage_v,
+                                           .set_duty = rigid_set_duty,
+                                           .set_scales = rigid_set_scales},
+                             .bus_voltage_v = 48.0f};
+}
+
+/* The rate after one ms: friction holds what is at rest and brings to rest what would turn round. */
+static inline double rigid_next_rate(const rigid_axis *joint, double torque_nm, double inertia_kg_m2) {
+  const double direction = joint->rate_rad_s != 0.0 ? joint->rate_rad_s : torque_nm;
+  const double free_rad_s = joint->rate_rad_s + 1e-3 * torque_nm / inertia_kg_m2;
+  const double rate_rad_s = free_rad_s - copysign(1e-3 * joint->friction_nm / inertia_kg_m2, direction);
+  return joint->friction_nm > 0.0 && rate_rad_s * direction <= 0.0 ? 0.0 : rate_rad_s;
+}
+
+/* What flows in the winding, and the voltage that the bridge gives for it. */
+static inline void rigid_drive(rigid_axis *joint, servo_axis *servo, const servo_axis_params *params) {
+  const float back_emf_v = params->current.back_emf_v_s_rad * (float)joint->rate_rad_s;
+  joint->current_a = servo->current_reference_a;
+  if (servo->mode == SERVO_BRAKE) {
+    joint->current_a = -back_emf_v / params->resistance_ohm;
+  } else if (servo_mode_closes(servo->mode)) {
+    servo->current.voltage_v = params->resistance_ohm * joint->current_a + back_emf_v;
+  }
+}
+
+/* One ms of motion, in place of the PWM periods of that time. The inertia is the one that the servo's observer
+ * assumes. */
+static inline void rigid_machine_turn(rigid_machine *machine, servo_app *app) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    rigid_axis *joint = &machine->axis[i];
+    const servo_axis_params *params = &app->params.axis[i];
+    rigid_drive(joint, &app->axis[i], params);
+    const double torque_nm = (double)(joint->current_a * params->torque_constant_nm_a) - joint->load_nm;
+    const double rate_rad_s = rigid_next_rate(joint, torque_nm, (double)params->speed.observer.inertia_kg_m2);
+    joint->turns += 1e-3 * 0.5 * (joint->rate_rad_s + rate_rad_s) / 6.283185307179586;
+    joint->rate_rad_s = rate_rad_s;
+  }
+}
+
+/* The node with its default parameters on this machine and bus; false when it refuses to start. */
+static inline bool rigid_machine_start_node_on(rigid_machine *machine, servo_node *node, uint8_t node_id,
+                                               can_sender sender, const hal_flash *flash, const servo_node_bus *bus) {
+  static axis_tuning defaults;
+  const od_part part = {.table = axis_parameters_table, .values = &defaults, .prefix = ""};
+  od_restore_defaults(&part, node_id);
+  const axis_parameters parameters[SERVO_AXES] = {defaults.staged, defaults.staged};
+  protection_limits limits[SERVO_AXES];
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    protection_objects objects;
+    const od_part limits_part = {.table = protection_objects_table, .values = &objects, .prefix = ""};
+    od_restore_defaults(&limits_part, node_id);
+    limits[i] = objects.written;
+    limits[i].stuck_s = 0.0f; /* without noise, a machine at rest says the same again and again */
+  }
+  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus, NULL};
+  return servo_node_start(node, &config);
+}
+
+/* The same at 1 Mbit/s; what LSS stores is kept in RAM. */
+static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *node, uint8_t node_id,
+                                            can_sender sender, const hal_flash *flash) {
+  const servo_node_bus bus = {0};
+  return rigid_machine_start_node_on(machine, node, node_id, sender, flash, &bus);
+}
+
+#endif
