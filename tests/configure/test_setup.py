@@ -52,7 +52,7 @@ def test_with_unity_dir_nothing_is_fetched(project, place):
     for value in (str(unity), "my unity"):
         done, calls = setup(project, "firmware", UNITY_DIR=value)
         assert done.returncode == 0, done.stderr
-        assert done.stdout == "Set-up for firmware: everything is in place.\n"
+        assert done.stdout == "Set-up for firmware: everything is installed.\n"
         assert not calls and not (project / "third_party").exists()
 
 

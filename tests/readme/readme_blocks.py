@@ -79,9 +79,9 @@ def _kind_of(mark: str, line: int, commands: tuple[str, ...]) -> tuple[Kind, str
         found = re.fullmatch(pattern, mark)
         if found is not None:
             if kind is Kind.INSTEAD and any(command.split()[0] not in _INSTEAD_ALLOWED for command in commands):
-                raise ReadmeError(f"line {line}: only {', '.join(_INSTEAD_ALLOWED)} may be run otherwise than printed")
+                raise ReadmeError(f"line {line}: only {', '.join(_INSTEAD_ALLOWED)} may run a different command than printed")
             return kind, found[1]
-    raise ReadmeError(f"line {line}: '<!-- run: {mark} -->' is none of background, instead, hardware")
+    raise ReadmeError(f"line {line}: '<!-- run: {mark} -->': expected background, instead or hardware")
 
 
 def blocks_of(text: str) -> list[Block]:
@@ -106,13 +106,13 @@ def blocks_of(text: str) -> list[Block]:
         elif fence is not None:
             inside, lines, first = fence["language"], [], number + 1
             if mark and inside != "sh":
-                raise ReadmeError(f"line {mark_line}: the mark belongs to no ```sh block")
+                raise ReadmeError(f"line {mark_line}: the mark has no ```sh block after it")
         elif (found := _MARK.fullmatch(line.strip())) is not None:
             mark, mark_line = found["text"], number
         elif mark and line.strip():
-            raise ReadmeError(f"line {mark_line}: the mark belongs to no ```sh block")
+            raise ReadmeError(f"line {mark_line}: the mark has no ```sh block after it")
         elif line.startswith("## "):
             headline = line[3:]
     if inside is not None or mark:
-        raise ReadmeError(f"line {max(first - 1, mark_line)}: a block that does not end, or a mark without a block")
+        raise ReadmeError(f"line {max(first - 1, mark_line)}: a block without an end, or a mark without a block")
     return blocks

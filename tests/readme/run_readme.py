@@ -69,7 +69,7 @@ class Terminal:
             except queue.Empty:
                 raise Failed(f"no '{wanted}' within {limit_s:.0f} s") from None
             if line is None:
-                raise Failed(f"it ended before '{wanted}'")
+                raise Failed(f"the command ended before it printed '{wanted}'")
             self._log.write(line)
             self._log.flush()
             if wanted in line:
@@ -190,9 +190,9 @@ def last_lines(count: int) -> str:
 
 def main() -> int:
     arguments = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    arguments.add_argument("--root", type=Path, help="a root that is there already (bare-root make); it gets a new clone")
-    arguments.add_argument("--keep", action="store_true", help="keep the root that was made")
-    arguments.add_argument("--from", dest="first", type=int, default=1, help="begin with this line of the README (with --root)")
+    arguments.add_argument("--root", type=Path, help="use this existing root (bare-root make); it gets a new clone")
+    arguments.add_argument("--keep", action="store_true", help="keep the created root afterwards")
+    arguments.add_argument("--from", dest="first", type=int, default=1, help="begin at this line of the README (with --root)")
     options = arguments.parse_args()
     try:
         blocks = [block for block in blocks_of((PROJECT / "README.md").read_text()) if block.line >= options.first]

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What an image takes of flash, RAM and stack beside what it may, and that it has neither heap nor recursion.
+"""Checks an image's flash, RAM and stack against its budget, and that it uses neither heap nor recursion.
 
     budget.py IMAGE.elf --stack-usage FOLDER --pointers indirect_calls.toml
 
-FOLDER holds the compiler's *.su files. Ends with 1 when something is over its budget.
+FOLDER contains the compiler's *.su files. Exit code 1: something is over budget.
 """
 
 import argparse
@@ -68,7 +68,7 @@ def read_stack_usage(folder: pathlib.Path) -> dict[str, int]:
         for line in file.read_text(encoding="utf-8").splitlines():
             place, frame, kind = line.split("\t")
             if "dynamic" in kind and "bounded" not in kind:
-                raise call_graph.CallGraphError(f"{place}: a frame of unknown size")
+                raise call_graph.CallGraphError(f"{place}: the stack frame has an unknown size")
             source, _, _, name = place.rsplit(":", 3)
             name = name.split(".")[0]
             for key in (name, f"{pathlib.PurePath(source).name}:{name}"):
@@ -107,8 +107,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("elf", type=pathlib.Path)
     parser.add_argument("--stack-usage", type=pathlib.Path, required=True, help="folder of the compiler's *.su files")
-    parser.add_argument("--pointers", type=pathlib.Path, required=True, help="where calls through pointers may lead")
-    parser.add_argument("--paths", action="store_true", help="also print the deepest calls of each level")
+    parser.add_argument("--pointers", type=pathlib.Path, required=True, help="targets of calls through pointers")
+    parser.add_argument("--paths", action="store_true", help="also print the deepest call chain of each level")
     options = parser.parse_args()
     table = {name: entry["calls"] for name, entry in tomllib.loads(options.pointers.read_text("utf-8")).items()}
     try:

@@ -96,7 +96,7 @@ def _stack_taken(mnemonic: str, operands: str) -> int:
     if base in ("str", "strd") and pre_decrement:
         return int(pre_decrement[1])
     if base in ("sub", "subw") and operands.startswith("sp,"):
-        raise CallGraphError(f"the stack pointer moves by what only running tells: {mnemonic} {operands}")
+        raise CallGraphError(f"the stack pointer changes by an amount unknown before run time: {mnemonic} {operands}")
     return 0
 
 
@@ -144,7 +144,7 @@ def resolve_pointers(elf: pathlib.Path, functions: dict[int, Function], table: d
             caller = sources[call][0] if sources[call][0] != "??:??" else plain_name(function.name)
             entry = caller if caller in table else caller.split(":")[-1]
             if entry not in table:
-                raise CallGraphError(f"{caller} calls through a pointer: name where it may lead")
+                raise CallGraphError(f"{caller} calls through a pointer: list its possible targets")
             unused.discard(entry)
             for target in table[entry]:
                 if target not in by_name:

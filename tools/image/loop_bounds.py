@@ -51,7 +51,7 @@ def end_of(text, start, opening, closing):
         depth += (text[at] == opening) - (text[at] == closing)
         if depth == 0:
             return at + 1
-    raise ValueError("a bracket is not closed")
+    raise ValueError("unclosed bracket")
 
 
 def body_at(text, start):
@@ -64,9 +64,9 @@ def body_at(text, start):
 def loops_of(file, source):
     text = blanked(source)
     if re.search(r"\bgoto\b", text):
-        raise ValueError(f"{file}: goto can make a loop that is not seen")
+        raise ValueError(f"{file}: goto is not allowed: it can form a loop that this check misses")
     if re.search(r"\bdo\s*\{", text):
-        raise ValueError(f"{file}: do ... while is not understood: write for or while")
+        raise ValueError(f"{file}: do ... while is not supported: use for or while")
     for match in re.finditer(r"\b(for|while)\s*\(", text):
         opening = match.end() - 1
         closing = end_of(text, opening, "(", ")")
@@ -99,32 +99,32 @@ def all_loops(root):
                 yield from loops_of(file, path.read_text())
 
 
-def complaints_of(loops, bounds):
+def errors_of(loops, bounds):
     needed = set()
     for loop in loops:
         if counts_by_itself(loop):
             continue
         needed.add((loop.file, loop.condition))
         if loop.condition not in bounds.get(loop.file, {}):
-            yield f"{loop.file}:{loop.line}: what bounds this loop? ({loop.condition or 'for ever'})"
+            yield f"{loop.file}:{loop.line}: no bound known for this loop ({loop.condition or 'endless'})"
     for file, conditions in bounds.items():
         for condition, reason in conditions.items():
             if (file, condition) not in needed:
-                yield f"loop_bounds.toml: {file} has no such loop, or it counts by itself: {condition}"
+                yield f"loop_bounds.toml: {file} has no such loop, or the loop has a constant bound: {condition}"
             elif not reason.strip():
-                yield f"loop_bounds.toml: {file}: no reason is given for {condition}"
+                yield f"loop_bounds.toml: {file}: no reason given for {condition}"
 
 
 def main():
     loops = list(all_loops(ROOT))
     bounds = tomllib.loads((Path(__file__).parent / "loop_bounds.toml").read_text())
-    complaints = list(complaints_of(loops, bounds))
-    for complaint in complaints:
-        print(complaint)
+    errors = list(errors_of(loops, bounds))
+    for error in errors:
+        print(error)
     by_themselves = sum(counts_by_itself(loop) for loop in loops)
     print(f"{len(loops)} loops: {by_themselves} with a constant bound, {len(loops) - by_themselves} with a reason, "
-          f"{len(complaints)} complaints.")
-    return 1 if complaints else 0
+          f"{len(errors)} errors.")
+    return 1 if errors else 0
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Compares the board's register definitions and pin table with what others say about the chip.
+"""Compares the board's register definitions and pin table with public descriptions of the chip.
 
     check_registers.py [--crates FOLDER] [--headers FOLDER]
 
-Every register (offset, value after reset), field (position, width), address, interrupt number, DMA request and pin of
-hal/stm32g474 is compared; a definition that nothing can be compared with is an error, too, unless exceptions.toml says
-why. The definitions are not parsed but compiled for the host, so that what is compared is what the firmware gets.
+Compares every register (offset, value after reset), field (position, width), address, interrupt number, DMA request and
+pin of hal/stm32g474. A definition without counterpart is an error, unless exceptions.toml gives a reason. The definitions
+are compiled for the host, not parsed, so that the comparison uses the values that the firmware gets.
 """
 
 import argparse
@@ -83,7 +83,7 @@ class Check:
             self.unused_exceptions.discard(name)
             theirs = self.exceptions[name]["value"]
         if theirs is None:
-            self.wrong.append(f"{name}: the crates do not have it; say in exceptions.toml what it must be, and why")
+            self.wrong.append(f"{name}: not in the crates; add its value and the reason to exceptions.toml")
         elif ours != theirs:
             self.wrong.append(f"{name}: ours {ours:#x}, theirs {theirs:#x}")
         else:
@@ -100,7 +100,7 @@ class Check:
     def register(self, block: str, prefix: str, member: str, index: int, theirs: crate_registers.Register | None) -> None:
         name = f"{prefix}_{member.upper()}"
         if theirs is None:
-            self.wrong.append(f"{name}: the crate does not have it")
+            self.wrong.append(f"{name}: not in the crate")
             return
         offset, stride = self.ours.values[f"{block}.{member}"], self.ours.values[f"{block}.{member}.stride"]
         self.compare(f"{name} offset {index}", offset + stride * index, theirs.offset)
@@ -151,9 +151,9 @@ class Check:
         for pin, function in ours.items():
             use = uses.get(pin)
             if use is None:
-                self.wrong.append(f"{pin}: values.toml does not say what it is")
+                self.wrong.append(f"{pin}: missing in values.toml")
             elif (pin, use) not in theirs:
-                self.wrong.append(f"{pin}: the crate does not know it as {use}")
+                self.wrong.append(f"{pin}: not known to the crate as {use}")
             else:
                 self.compare(f"{pin} as {use}", function, theirs[pin, use])
 
@@ -171,7 +171,7 @@ def main() -> int:
     parser.add_argument("--pins", type=pathlib.Path, default=ROOT / "hal/stm32g474/pins.c")
     options = parser.parse_args()
     if not options.crates.is_dir():
-        print(f"check_registers.py: no crates in {options.crates}; run ./tools/setup test.", file=sys.stderr)
+        print(f"check_registers.py: no crates in {options.crates}: run ./tools/setup test.", file=sys.stderr)
         return 2
     tables = tomllib.loads((HERE / "values.toml").read_text("utf-8"))
     exceptions = tomllib.loads((HERE / "exceptions.toml").read_text("utf-8"))
@@ -188,7 +188,7 @@ def main() -> int:
     check.everything_was_compared()
     for line in check.wrong:
         print(line)
-    print(f"{check.compared} facts of registers and pins agree, {len(check.wrong)} do not.")
+    print(f"{check.compared} register and pin facts match, {len(check.wrong)} do not.")
     return 1 if check.wrong else 0
 
 

@@ -57,14 +57,14 @@ def complaints(bus):
     """What is wrong with the content of a bus.yml, a sentence each."""
     found = []
     if not isinstance(bus, dict):
-        return ["it is no bus.yml: the sections options, master and nodes are missing"]
+        return ["not a bus.yml: the sections options, master and nodes are missing"]
     _look(found, "the file", bus, SECTIONS)
     _look(found, "options", bus.get("options", {}), DCFGEN_OPTIONS)
     master = bus.get("master", {})
     _look(found, "master", master, DCFGEN_MASTER | ROS2_MASTER)
     nodes = bus.get("nodes", {})
     if not isinstance(nodes, dict) or not nodes:
-        return [*found, "nodes: there is none"]
+        return [*found, "nodes: empty; expected at least one node"]
     for name, node in {"defaults": bus.get("defaults", {}), **nodes}.items():
         place = name if name == "defaults" else f"nodes/{name}"
         if _look(found, place, node, DCFGEN_NODE | ROS2_NODE | ROS2_402):
@@ -91,7 +91,7 @@ def _look_into_node(found, place, node):
         found.append(f"{place}/channel_names: {len(names)} for {node['num_channels']} channels")
     for name in names:
         if str(name).isdigit() or names.count(name) > 1:
-            found.append(f"{place}/channel_names: '{name}' must be unique and no number, ROS names services by it")
+            found.append(f"{place}/channel_names: '{name}' must be unique and not a number, because ROS names services after it")
 
 
 def _look(found, place, table, known):
@@ -102,14 +102,14 @@ def _look(found, place, table, known):
     for key in table:
         if key not in known:
             close = difflib.get_close_matches(str(key), known, n=1)
-            found.append(f"{place}: nobody reads '{key}'" + (f"; did you mean '{close[0]}'?" if close else ""))
+            found.append(f"{place}: neither dcfgen nor ros2_canopen reads '{key}'" + (f"; did you mean '{close[0]}'?" if close else ""))
     return True
 
 
 def main():
     parser = argparse.ArgumentParser(
-        description="Checks that every key of a bus.yml is one that dcfgen or ros2_canopen reads; exit code 1 when one is not,"
-        " 2 when the file cannot be read.")
+        description="Checks that dcfgen or ros2_canopen reads every key of a bus.yml. Exit code 1: unknown key; 2: the file"
+        " cannot be read.")
     parser.add_argument("file", type=Path)
     file = parser.parse_args().file
     try:
@@ -120,7 +120,7 @@ def main():
     for complaint in found:
         print(f"{file}: {complaint}.", file=sys.stderr)
     if not found:
-        print(f"{file}: every key is known.")
+        print(f"{file}: all keys are known.")
     return 1 if found else 0
 
 

@@ -138,7 +138,7 @@ def test_a_call_through_a_pointer_is_of_the_function_in_the_source_that_makes_it
 
 def test_a_stack_of_unknown_size_is_refused(compiled):
     elf = compiled("void use(char *); void root(int n) { char a[n]; use(a); } void use(char *p) { __asm volatile(\"\" :: \"r\"(p) : \"memory\"); }")
-    with pytest.raises(call_graph.CallGraphError, match="a frame of unknown size"):
+    with pytest.raises(call_graph.CallGraphError, match="the stack frame has an unknown size"):
         budget.read_stack_usage(elf.parent)
 
 

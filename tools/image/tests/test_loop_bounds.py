@@ -61,10 +61,10 @@ def test_other_ways_to_loop_are_refused(source):
 
 def test_a_loop_without_a_reason_and_a_reason_without_a_loop_are_told():
     found = loops("while (x) {}\nwhile (y) {}")
-    complaints = list(loop_bounds.complaints_of(found, {"a.c": {"y": "ends", "z": "ends"}}))
-    assert complaints == ["a.c:1: what bounds this loop? (x)",
-                          "loop_bounds.toml: a.c has no such loop, or it counts by itself: z"]
+    errors = list(loop_bounds.errors_of(found, {"a.c": {"y": "ends", "z": "ends"}}))
+    assert errors == ["a.c:1: no bound known for this loop (x)",
+                          "loop_bounds.toml: a.c has no such loop, or the loop has a constant bound: z"]
 
 
 def test_an_empty_reason_is_none():
-    assert list(loop_bounds.complaints_of(loops("while (x) {}"), {"a.c": {"x": " "}}))
+    assert list(loop_bounds.errors_of(loops("while (x) {}"), {"a.c": {"x": " "}}))
