@@ -164,7 +164,7 @@ def circles(includes):
                 sentence.append(f"    and {len(found) - LINES_SHOWN} more from {source} to {target}")
         others = sorted(component - set(circle))
         if others:
-            sentence.append(f"    in the same knot: {', '.join(others)}")
+            sentence.append(f"    other folders that include each other here: {', '.join(others)}")
         yield "\n".join(sentence)
 
 

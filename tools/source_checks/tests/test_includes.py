@@ -85,7 +85,7 @@ def test_folders_of_a_large_circle_that_the_shortest_leaves_out_are_named(errors
     free = {"may_include": {"low": [], "high": ["low"]}}
     (error,) = errors_of({"low/base/angle.h": '#include "node/node.h"\n#include "control/pi.h"\n'}, free)
     assert error.splitlines()[0] == "Include circle between folders: low/base -> low/control -> low/base"
-    assert error.splitlines()[-1] == "    in the same knot: low/node"
+    assert error.splitlines()[-1] == "    other folders that include each other here: low/node"
 
 
 def test_an_arrow_upwards_is_an_error(errors_of):
