@@ -1,7 +1,7 @@
-/* The whole boundary between the firmware and a machine, on one page.
+/* The complete boundary between the firmware and a machine, on one page.
  *
  * A platform (a folder beside this file) implements these functions at link time: `host` forwards them to a
- * simulated machine, a board folder to registers. The firmware calls nothing else that touches the world. Axis is 0
+ * simulated machine, a board folder to registers. The firmware calls nothing else that accesses hardware. Axis is 0
  * (azimuth) or 1 (pitch). No function blocks; each costs at most a few microseconds on a board. */
 #ifndef TRACKSERVO_HAL_H
 #define TRACKSERVO_HAL_H
@@ -14,12 +14,12 @@ typedef struct hal hal;
 
 /* --- sampled once per 1 ms tick --- */
 
-/* Absolute joint angle, in 2^-32 turn, the mean of the readings of the last PWM periods where the encoder is fast
- * enough (four halve its noise for 75 us of delay); positive counter-clockwise seen from above (azimuth) or nose up
- * (pitch). False, and nothing written, when no reading passed its checks. */
+/* Absolute joint angle, in 2^-32 turn: the mean of the readings of the last PWM periods if the encoder is fast enough
+ * (four readings halve its noise and add 75 us of delay). Positive counter-clockwise seen from above (azimuth) or nose
+ * up (pitch). Returns false and writes nothing when no reading passed its checks. */
 bool hal_joint_angle(hal *machine, int axis, uint32_t *angle_turn32);
 
-/* Inertial rate about the axis in rad/s; false when there is no fresh sample that passed its checks. */
+/* Inertial rate about the axis in rad/s; returns false when there is no recent sample that passed its checks. */
 bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s);
 
 /* Mean motor current since the last tick in A, positive for torque in positive direction. */
@@ -35,33 +35,36 @@ typedef struct {
 /* True once per frame, in the tick in which its result has arrived. */
 bool hal_camera(hal *machine, int axis, hal_camera_frame *frame);
 
-/* What keeps an axis from being driven. */
+/* Conditions that prevent an axis from being driven. */
 typedef enum {
   HAL_GOOD = 0,
   HAL_NOT_READY,    /* a self-test failed */
-  HAL_OVER_CURRENT, /* beyond what can be measured; a broken wire of the sensor reads so, too */
+  HAL_OVER_CURRENT, /* beyond the measuring range; a broken sensor wire reads the same */
   HAL_POWER_STAGE,  /* the driver's fault input */
   HAL_TOO_HOT,      /* the heat sink */
   HAL_TIMING_LOST,  /* tick or PWM period came too late; a reset follows */
-  HAL_IMAGE_DAMAGED /* the program memory is no longer what it was; until it is written anew */
+  HAL_IMAGE_DAMAGED /* the program memory is damaged; until it is programmed again */
 } hal_health;
 
-/* What the board's amplifiers and dividers make of a current and a voltage. */
+/* Scales of the board's amplifiers and dividers for a current and a voltage. */
 typedef struct {
   float current_full_scale_a[2]; /* at either end of the sensor's range, 0 A in its middle; 0.1 .. 1000 */
-  float over_current_a[2];    /* beyond it the bridge is switched off at once, 0.05 .. 1000; the range ends it, too */
+  float
+      over_current_a[2]; /* above it the bridge is switched off at once, 0.05 .. 1000; the sensor range limits it too */
   float voltage_full_scale_v; /* 5 .. 1000 */
 } hal_scales;
 
-/* In force from the next PWM period on; while both axes are off. Until the first call they are 25 A and 66 V. */
+/* Takes effect from the next PWM period on; call it while both axes are off. Until the first call they are 25 A and 66
+ * V. */
 void hal_set_scales(hal *machine, const hal_scales *scales);
 
-/* A fault of the power stage has switched it off already, and lasts until hal_power_bridge(false) finds it gone. */
+/* The power stage has switched itself off because of a fault. It stays off until hal_power_bridge(false) finds the
+ * fault gone. */
 hal_health hal_axis_health(hal *machine, int axis);
 
 /* --- set once per tick --- */
 
-/* On: the bridge gives the duty; off: the motor's terminals are open. */
+/* On: the bridge applies the duty; off: the motor's terminals are open. */
 void hal_power_bridge(hal *machine, int axis, bool on);
 
 /* --- once per PWM period (20 kHz) --- */
@@ -71,7 +74,7 @@ float hal_current_a(hal *machine, int axis);
 
 float hal_bus_voltage_v(hal *machine);
 
-/* Bridge duty in [-1, 1]: mean motor voltage = duty * bus voltage, in force from the next period on. */
+/* Bridge duty in [-1, 1]: mean motor voltage = duty * bus voltage, from the next period on. */
 void hal_set_duty(hal *machine, int axis, float duty);
 
 #endif

@@ -2,7 +2,7 @@
 
 #include "base/scalar.h"
 
-/* Of the travel, what the stimulus uses; the rest is for what the axis overshoots. */
+/* Share of the travel that the stimulus uses; the rest is for overshoot. */
 #define USED_TRAVEL 0.9f
 
 static bool fits(const stimulus_setup *setup, const experiment_limits *limits) {
@@ -60,7 +60,7 @@ static float travel_of(experiment *e, angle_turn32 angle) {
   return (float)e->travel_turn32 * ANGLE_RAD_PER_TURN32;
 }
 
-/* EXPERIMENT_RUNNING, or the limit that is passed. */
+/* EXPERIMENT_RUNNING, or the exceeded limit. */
 static experiment_state judge(const experiment *e, float travel_rad, float joint_rate_rad_s, float dt_s) {
   if (!scalar_within(travel_rad, e->limits.travel_rad)) {
     return EXPERIMENT_LEFT_TRAVEL;

@@ -55,7 +55,8 @@ scope_status scope_arm(scope *s, const scope_config *config, float tick_s) {
   return SCOPE_OK;
 }
 
-/* Frames from the trigger on are counted, those before it are what is left: fewer than asked for after a force. */
+/* Frames from the trigger on are counted; the frames before it are the rest: fewer than requested after a forced
+ * trigger. */
 static uint32_t find_trigger(const scope *s) {
   return s->frames - (s->capacity_frames - s->config.pretrigger - s->after_left);
 }
@@ -99,7 +100,7 @@ static void take_frame(scope *s) {
   s->frames += s->frames < s->capacity_frames ? 1u : 0u;
 }
 
-/* Looks at the frame just taken. A value that is no number meets no level. */
+/* Evaluates the frame just taken. A NaN crosses no level. */
 static bool level_triggers(scope *s) {
   const scope_trigger *trigger = &s->config.trigger;
   const uint32_t frame = s->next_frame == 0 ? s->capacity_frames - 1 : s->next_frame - 1;
@@ -134,7 +135,7 @@ static bool triggers(scope *s) {
   return event || s->forced || source == SCOPE_IMMEDIATELY;
 }
 
-/* Moves on after a frame. The phase of this frame decides whether its trigger counts. */
+/* Advances after a frame. The phase of this frame decides whether its trigger counts. */
 static void advance(scope *s) {
   const bool triggered = triggers(s);
   if (s->phase == SCOPE_FILLING) {
@@ -181,7 +182,7 @@ static uint32_t header_word(const scope *s, uint32_t index) {
   return (index - FIXED_WORDS) % CHANNEL_WORDS == 0 ? channel->id : (uint32_t)channel->kind;
 }
 
-/* Word `index` of the frames, oldest first: the ring begins where the next frame would go once it is full. */
+/* Word `index` of the frames, oldest first: when the ring is full, it begins at the place of the next frame. */
 static uint32_t frame_word(const scope *s, uint32_t index) {
   const uint32_t used = s->capacity_frames * s->config.channels;
   const uint32_t oldest = s->frames == s->capacity_frames ? s->next_frame * s->config.channels : 0;

@@ -1,8 +1,8 @@
 /* The scope: up to 8 signals sampled at the tick into 32 KiB, around a trigger, read out as bytes.
  *
- * A frame is one sample of each channel, kept bit for bit as the 32-bit word that its source is; frames go into a ring
- * until the trigger has come and what shall follow it is there. The capture is read as one byte stream (object 0x3000
- * as DOMAIN, CiA 301 clause 7.2.4): a header that describes it, then the frames, oldest first, little endian.
+ * A frame is one sample of each channel, bit for bit the 32-bit word of its source. Frames go into a ring until the
+ * trigger has come and the frames after it are complete. The capture is read as one byte stream (object 0x3000 as
+ * DOMAIN, CiA 301 clause 7.2.4): a header that describes it, then the frames, oldest first, little endian.
  *
  * Header, all UNSIGNED32 unless said otherwise:
  *     0  "TSSC"                    16  frames               32  one record of 8 bytes for each channel:
@@ -19,7 +19,7 @@ enum { SCOPE_CHANNELS = 8, SCOPE_WORDS = 8192, SCOPE_HEADER_BYTES = 32, SCOPE_CH
 
 typedef enum {
   SCOPE_OK = 0,
-  SCOPE_BAD_CHANNELS, /* none, more than 8, or one without a source or of unknown kind */
+  SCOPE_BAD_CHANNELS, /* none, more than 8, one without a source, or one of unknown kind */
   SCOPE_BAD_DIVIDER,  /* 0 */
   SCOPE_BAD_PRETRIGGER,
   SCOPE_BAD_TRIGGER, /* unknown source, a channel that is not captured, or a level that is not finite */
@@ -30,9 +30,9 @@ typedef enum {
 typedef enum { SCOPE_FLOAT = 0, SCOPE_INT32, SCOPE_UINT32 } scope_kind;
 
 typedef struct {
-  uint32_t id; /* names the signal for whoever reads the stream */
+  uint32_t id; /* identifies the signal for readers of the stream */
   scope_kind kind;
-  const void *source; /* an aligned 32-bit value that outlives the capture */
+  const void *source; /* an aligned 32-bit value that exists longer than the capture */
 } scope_channel;
 
 typedef enum {
@@ -41,7 +41,7 @@ typedef enum {
   SCOPE_BELOW,        /* channel < level */
   SCOPE_RISING,       /* channel > level, after a frame in which it was not */
   SCOPE_FALLING,      /* channel < level, after a frame in which it was not */
-  SCOPE_STATE_CHANGE, /* the drive's state is another than in the tick before */
+  SCOPE_STATE_CHANGE, /* the drive's state differs from the previous tick */
   SCOPE_FAULT         /* a fault begins */
 } scope_source;
 
@@ -54,15 +54,15 @@ typedef struct {
 typedef struct {
   uint8_t channels;
   scope_channel channel[SCOPE_CHANNELS];
-  uint16_t divider;    /* a frame every so many ticks, >= 1 */
+  uint16_t divider;    /* ticks per frame, >= 1 */
   uint16_t pretrigger; /* frames before that of the trigger, less than scope_capacity() */
   scope_trigger trigger;
 } scope_config;
 
 typedef enum {
   SCOPE_IDLE = 0,
-  SCOPE_FILLING, /* armed; the frames before the trigger are not all there yet, triggers do not count */
-  SCOPE_WAITING, /* for the trigger */
+  SCOPE_FILLING, /* armed; the frames before the trigger are not complete yet, triggers are ignored */
+  SCOPE_WAITING, /* waits for the trigger */
   SCOPE_TRIGGERED,
   SCOPE_DONE
 } scope_phase;
@@ -72,41 +72,42 @@ typedef struct {
   scope_phase phase;
   uint32_t tick_ns;
   uint32_t capacity_frames;
-  uint32_t next_frame; /* slot of the ring that is written next */
+  uint32_t next_frame; /* slot of the ring for the next frame */
   uint32_t frames;     /* in the ring, up to the capacity */
-  uint32_t after_left; /* frames still to come after the trigger */
+  uint32_t after_left; /* frames left after the trigger */
   uint32_t ticks_to_frame;
   uint32_t trigger_frame; /* counted from the oldest one, once done */
   bool pending;           /* a state change or fault since the last frame */
   bool forced;
   bool level_known;
   bool level_met; /* in the last frame */
-  bool seen;      /* last_state and last_fault hold */
+  bool seen;      /* last_state and last_fault are valid */
   uint32_t last_state;
   bool last_fault;
   uint32_t words[SCOPE_WORDS];
 } scope;
 
-/* Frames that fit with so many channels, 1 .. 8. */
+/* Frames that fit with this number of channels, 1 .. 8. */
 uint32_t scope_capacity(uint8_t channels);
 
-/* SCOPE_OK, or what is wrong. */
+/* SCOPE_OK, or the error. */
 scope_status scope_check(const scope_config *config);
 
 void scope_reset(scope *s);
 
-/* Begins a capture; the last one is lost. On a complaint nothing is changed. */
+/* Starts a capture; the previous one is lost. On an error nothing is changed. */
 scope_status scope_arm(scope *s, const scope_config *config, float tick_s);
 
-/* Ends a capture early, or gives up waiting: what was captured can be read (trigger_frame = frames when none came). */
+/* Ends a capture early, or stops waiting: the captured frames can be read (trigger_frame = frames when no trigger
+ * came). */
 void scope_stop(scope *s);
 
-/* The next frame is that of the trigger, whatever was waited for; nothing unless armed and without a trigger. What was
- * captured by then stays, even if it is less than the pre-trigger. */
+/* The next frame becomes that of the trigger, whatever the trigger condition; no effect unless armed and without a
+ * trigger. The frames captured until then stay, even if fewer than the pre-trigger. */
 void scope_force(scope *s);
 
-/* One tick, after the control has run. `state` is any number that changes with the drive's state. Cost: copies up to
- * 8 words every `divider` ticks, else next to nothing. */
+/* One tick, after the control has run. `state` is any number that changes with the drive's state. Cost: copies up to 8
+ * words every `divider` ticks, otherwise almost nothing. */
 void scope_step(scope *s, uint32_t state, bool fault);
 
 /* Length of the stream; 0 unless done. */

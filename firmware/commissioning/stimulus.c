@@ -4,9 +4,9 @@
 
 #define REST_BEFORE_BREAKAWAY_S 0.5f
 #define BEYOND_EVERY_LIMIT_RAD_S 1e6f
-#define CHIRP_FADE 0.05f /* share of the chirp in which its torque comes and goes */
+#define CHIRP_FADE 0.05f /* share of the chirp in which its torque fades in and out */
 
-/* --- what is asked for --- */
+/* --- requested values --- */
 
 static bool uses_speed(stimulus_kind kind) { return kind == STIMULUS_SWEEP || kind == STIMULUS_CHIRP; }
 
@@ -62,7 +62,7 @@ float stimulus_peak_torque_nm(const stimulus_setup *setup) {
   return uses_torque(setup->kind) ? setup->amplitude_nm : 0.0f;
 }
 
-/* All the speeds of a sweep, added up. */
+/* Sum of all the speeds of a sweep. */
 static float sum_of_rates_rad_s(const stimulus_setup *setup) {
   float rate_rad_s = setup->low_rad_s;
   float sum_rad_s = 0.0f;
@@ -105,7 +105,7 @@ static float towards(float value, float target, float step) {
   return value + scalar_clamp(target - value, -step, step);
 }
 
-/* The rate of now, on its way to `target`, with the acceleration that leads to the next one. */
+/* The present rate, moving towards `target`, with the acceleration to the next rate. */
 static void command_rate(stimulus_state *s, const stimulus_setup *setup, float target_rad_s,
                          servo_axis_command *command, float dt_s) {
   const float next_rad_s = towards(s->rate_rad_s, target_rad_s, setup->acceleration_rad_s2 * dt_s);
@@ -122,7 +122,7 @@ static bool come_to_rest(stimulus_state *s, const stimulus_setup *setup, servo_a
   return true;
 }
 
-/* Whether the axis must turn round now to come to rest before the end of the travel in its direction. */
+/* Whether the axis must reverse now to come to rest before the end of the travel in its direction. */
 static bool at_the_end(const stimulus_state *s, const stimulus_setup *setup, const stimulus_view *view, float dt_s) {
   const float room_rad = view->room_rad - s->direction * view->travel_rad;
   const float ahead_rad_s = scalar_max(s->direction * s->rate_rad_s, 0.0f);
@@ -195,7 +195,7 @@ static bool chirp_step(stimulus_state *s, const stimulus_setup *setup, servo_axi
 
 /* --- triangles --- */
 
-/* 0, 1, 0, -1 at the quarters of a turn, straight between. */
+/* 0, 1, 0, -1 at the quarters of a turn, linear between. */
 static float triangle(float turns) {
   if (turns < 0.25f) {
     return 4.0f * turns;

@@ -1,8 +1,8 @@
-/* Experiments on the bus: 0x2100 (pitch 0x2900) sets one up, starts and watches it.
+/* Experiments on the bus: 0x2100 (pitch 0x2900) sets one up, starts it and monitors it.
  *
- * The set-up is plain values in the units of commissioning/stimulus.h; "start" checks them together. It is refused
- * with 0800 0022 unless the axis is in operation, at rest, without a mode (6060 = 0), and with 0604 0043 when the
- * set-up does not fit its limits. */
+ * The set-up objects are plain values in the units of commissioning/stimulus.h; "start" checks them together. A start
+ * is refused with 0800 0022 unless the axis is in operation, at rest, without a mode (6060 = 0), and with 0604 0043
+ * when the set-up does not fit its limits. */
 #ifndef TRACKSERVO_NODE_EXPERIMENT_OBJECTS_H
 #define TRACKSERVO_NODE_EXPERIMENT_OBJECTS_H
 
@@ -21,10 +21,10 @@ typedef struct {
   uint8_t kind;
   uint8_t state;    /* experiment_state */
   uint8_t progress; /* % */
-  uint8_t started;  /* experiments so far, wraps */
+  uint8_t started;  /* number of experiments so far, wraps */
   stimulus_setup setup;
   experiment_limits limits;
-  float duration_s;               /* that the set-up takes, about */
+  float duration_s;               /* approximate duration of the set-up */
   breakaway_objects breakaway[2]; /* forward, backward */
   experiment running;
 } experiment_objects;
@@ -34,7 +34,8 @@ extern const od_table experiment_objects_table;
 /* The owner of the part is the servo_node_axis. */
 extern const od_hooks experiment_objects_hooks;
 
-/* One tick of a running experiment: the set-point for the drive in `command`, or false when there is none. */
+/* One tick of a running experiment: writes the set-point for the drive into `command`; returns false when there is
+ * none. */
 bool experiment_objects_step(experiment_objects *objects, const drive_axis *drive, angle_turn32 angle,
                              float joint_rate_rad_s, servo_axis_command *command, float dt_s);
 

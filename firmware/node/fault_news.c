@@ -10,7 +10,7 @@ static bool has_code(fault_set set, uint16_t code) {
   return found;
 }
 
-/* An error is one source and one code on the bus: it is over when no fault of this code is left. */
+/* An error on the bus is one source and one code: it ends when no fault with this code is left. */
 static fault_id end_one(fault_news *news, fault_set present) {
   const fault_id gone = fault_worst(news->active & ~present);
   if (gone == FAULT_NONE) {
@@ -20,7 +20,7 @@ static fault_id end_one(fault_news *news, fault_set present) {
   return has_code(news->active, fault_table[gone].code) ? FAULT_NONE : gone;
 }
 
-/* What the axis is in comes before what was found with it. */
+/* The fault that the axis is in comes before those detected with it. */
 static fault_id tell_one(fault_news *news, fault_id latched) {
   const bool first = (news->waiting & fault_bit(latched)) != 0;
   const fault_id next = first ? latched : fault_worst(news->waiting);

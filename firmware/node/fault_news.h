@@ -1,25 +1,26 @@
-/* What the bus and the fault log are still to be told of the faults of an axis.
+/* Faults of an axis that are still to be reported to the bus and the fault log.
  *
- * An axis falls into one fault, which it keeps until it is reset; others may come meanwhile, of their own or out of the
- * first. Each is told once until the reset, however often it comes and goes in this time: a loose contact must not
- * flush the log. One a tick, the worst first, so that a tick costs what it costs. */
+ * An axis enters one fault and stays in it until the reset. Meanwhile others may occur, independent of the first or
+ * caused by it. Each is reported once until the reset, however often it comes and goes in this time: a loose contact
+ * must not flush the log. One report per tick, the worst fault first, so that the cost of a tick is bounded. */
 #ifndef TRACKSERVO_NODE_FAULT_NEWS_H
 #define TRACKSERVO_NODE_FAULT_NEWS_H
 
 #include "protection/fault_table.h"
 
 typedef struct {
-  fault_set told;    /* since the axis fell into its fault */
-  fault_set waiting; /* found, and still to be told */
-  fault_set active;  /* told, and not over */
+  fault_set told;    /* since the axis entered its fault */
+  fault_set waiting; /* detected, not reported yet */
+  fault_set active;  /* reported, not over */
 } fault_news;
 
 typedef struct {
-  fault_id over; /* no active fault has its code any more: "no error" is to be sent; FAULT_NONE: nothing is */
-  fault_id told; /* to be told now, after `over`, and logged; FAULT_NONE: nothing is */
+  fault_id over; /* the code that no active fault has any more: send "no error"; FAULT_NONE: nothing to send */
+  fault_id told; /* to be reported now, after `over`, and logged; FAULT_NONE: nothing */
 } fault_news_item;
 
-/* Every tick: `latched` is the fault that the axis is in, or FAULT_NONE, `found` all that can be seen in this tick. */
+/* Every tick: `latched` is the fault that the axis is in, or FAULT_NONE; `found` has all faults detected in this
+ * tick. */
 fault_news_item fault_news_step(fault_news *news, fault_id latched, fault_set found);
 
 #endif

@@ -8,7 +8,7 @@ static uint16_t at_most_u16(uint32_t count) { return count < UINT16_MAX ? (uint1
 
 /* --- start ------------------------------------------------------------------------------------------------------ */
 
-/* Into `next`, so that nothing of a refused set stays. */
+/* Into `next`, so that nothing of a refused set remains. */
 static bool take(kept_storage *storage, uint32_t n, const object_dictionary *dictionary, kept_rows_report *rows) {
   if (!parameter_store_load(&storage->store, n, storage->rows, KEPT_MOST_ROWS)) {
     return false;
@@ -82,7 +82,7 @@ static void adopt(kept_storage *storage) {
   storage->answer = OD_OK;
 }
 
-/* An answer is for the one who asks the same, of the same values: another client may have given up meanwhile. */
+/* The result is for a requester with the same command and values: another client may have given up meanwhile. */
 static bool is_answered(const kept_storage *storage, const kept_command *command) {
   if (storage->progress != KEPT_ANSWERED || storage->saving != command->saving || storage->group != command->group) {
     return false;
@@ -91,7 +91,7 @@ static bool is_answered(const kept_storage *storage, const kept_command *command
   return storage->answer != OD_OK || kept_objects_are_same(&storage->stored, wanted, kept_groups(command->group));
 }
 
-/* What the command asks for is what the newest set in flash says, so there is nothing to write. A set that was found
+/* The newest set in flash already has the requested contents, so there is nothing to write. A set that was found
  * damaged, or is of another version, is always replaced. */
 static bool is_stored(const kept_storage *storage, const kept_command *command) {
   const uint8_t groups = kept_groups(command->group);
@@ -126,7 +126,7 @@ od_abort kept_storage_command(kept_storage *storage, const kept_command *command
 
 bool kept_storage_tick(kept_storage *storage) {
   if (storage->progress == KEPT_ANSWERED) {
-    storage->progress = KEPT_IDLE; /* nobody has asked in this tick */
+    storage->progress = KEPT_IDLE; /* nobody has called in this tick */
   }
   const uint32_t work = atomic_load_explicit(&storage->work, memory_order_acquire);
   if (storage->progress != KEPT_SAVING || (work != KEPT_WORK_DONE && work != KEPT_WORK_FAILED)) {

@@ -1,11 +1,12 @@
-/* What an axis saw and did in the last tick, for recording over the bus: 0x2101 (pitch 0x2901).
+/* Inputs and outputs of an axis in the last tick, for recording over the bus: 0x2101 (pitch 0x2901).
  *
- * All values are of one tick and go out together in the next one, so three TPDOs of 8 bytes carry every tick:
+ * All values are of one tick and are sent together in the next one, so three TPDOs of 8 bytes carry every tick:
  *
  *     joint angle, joint rate | inertial rate, torque | number, kind, run, reference
  *
- * A receiver has the first two of a tick for certain when they came, once each and in this order, between the third of
- * the tick before and the third of this one. They are what sim_host/simulator/commission/acquisition.cpp records. */
+ * A receiver knows that the first two belong to a tick when they came, once each and in this order, between the third
+ * of the previous tick and the third of this one. They are what sim_host/simulator/commission/acquisition.cpp
+ * records. */
 #ifndef TRACKSERVO_NODE_RECORDED_TICK_H
 #define TRACKSERVO_NODE_RECORDED_TICK_H
 
@@ -15,7 +16,7 @@
 
 typedef struct {
   uint16_t number; /* of the tick, wraps */
-  uint8_t kind;    /* stimulus_kind of the experiment that gave the set-point, 0: none did */
+  uint8_t kind;    /* stimulus_kind of the experiment that gave the set-point, 0: none */
   uint8_t run;     /* experiments started so far, wraps */
   uint32_t joint_angle_turn32;
   float joint_rate_rad_s;

@@ -7,7 +7,7 @@ static uint32_t add_u32(uint32_t crc, uint32_t value) {
   return crc32_add(crc, bytes, sizeof bytes);
 }
 
-/* Limits and default as they stand in the union: the low word holds a float, both words an integer. */
+/* Limits and default as stored in the union: the low word holds a float, both words an integer. */
 static uint32_t add_number(uint32_t crc, const od_entry *entry, od_number number) {
   if (entry->type == OD_VISIBLE_STRING || entry->type == OD_DOMAIN) {
     return crc;
@@ -17,7 +17,7 @@ static uint32_t add_number(uint32_t crc, const od_entry *entry, od_number number
   return entry->type == OD_REAL32 ? crc : add_u32(crc, (uint32_t)(bits >> 32));
 }
 
-/* A fixed text, as a version, is no part of the schema; nor is its length. */
+/* A fixed text, such as a version, is not part of the schema; nor is its length. */
 static uint16_t bytes_of(const od_entry *entry) {
   return entry->type == OD_VISIBLE_STRING && entry->access == OD_CONST ? 0 : entry->bytes;
 }

@@ -1,5 +1,5 @@
-/* A number that says whether two devices have the same dictionary: index, sub-index, type, access, limits and default
- * of every object, in order; not the texts, which a board does not have. Tools compare it with the one in
+/* A number that tells whether two devices have the same dictionary: index, sub-index, type, access, limits and default
+ * of every object, in order; not the texts, which a board does not have. Tools compare it with the number in
  * parameters.json instead of version strings. */
 #ifndef TRACKSERVO_NODE_SCHEMA_HASH_H
 #define TRACKSERVO_NODE_SCHEMA_HASH_H

@@ -1,7 +1,8 @@
 /* The scope on the bus: 0x3000 sets it up and arms it, 0x3001 is the capture as a DOMAIN.
  *
- * Set-up objects are plain values; the command "arm" checks them together and refuses with 0604 0043 what does not fit.
- */
+ * Set-up objects are plain values; the command "arm" checks them together and refuses a set-up that does not fit with
+ * 0604
+ * 0043. */
 #ifndef TRACKSERVO_NODE_SCOPE_OBJECTS_H
 #define TRACKSERVO_NODE_SCOPE_OBJECTS_H
 

@@ -12,10 +12,10 @@
 
 enum { AXIS_SHIFT = 0x800 };
 
-/* Details of FAULT_PARAMETERS_LOST, summed. */
+/* Details of FAULT_PARAMETERS_LOST, as a sum. */
 enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4 };
 
-/* Of EMCY messages; an axis' own is its number + 1. */
+/* Of EMCY messages; the source of an axis is its number + 1. */
 enum { SOURCE_BOARD = SERVO_AXES + 1, SOURCE_STORAGE = SERVO_AXES + 2 };
 
 /* --- objects of the drive --------------------------------------------------------------------------------------- */
@@ -36,7 +36,7 @@ static od_abort accept_drive(void *owner, const od_object *object, od_number val
   return OD_OK;
 }
 
-/* A set-point that arrives counts even when it has the value that it had. */
+/* A set-point counts as new even when its value is the old one. */
 static void changed_drive(void *owner, const od_object *object) {
   servo_node_axis *axis = owner;
   axis->setpoint_arrived = axis->setpoint_arrived || is_setpoint(object->entry->index);
@@ -59,7 +59,7 @@ static bool any_axis_is_powered(const servo_node *node) {
   return powered;
 }
 
-/* A current that is read anew while it flows would be one that jumps. */
+/* Changing the scale of a flowing current would look like a current step. */
 static od_abort accept_board(void *owner, const od_object *object, od_number value) {
   (void)value;
   const servo_node *node = owner;
@@ -76,7 +76,7 @@ static const od_hooks board_hooks = {.accept = accept_board, .changed = changed_
 
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 
-/* What is in force now, as something to keep; too large for the stack. */
+/* The values in effect now, as a set to persist; too large for the stack. */
 static kept_objects *in_force(servo_node *node) {
   kept_objects *kept = &node->in_force;
   kept->communication = node->canopen.objects;
@@ -117,7 +117,7 @@ static void tell_stored(servo_node *node) {
   tell(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
 }
 
-/* Storing is not begun while an axis has torque: nothing needs it then, and nothing is to be proven. */
+/* A save is not started while an axis has torque: it is never needed then, and its safety is not proven. */
 static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group) {
   return kept_storage_command(
       &node->storage,
@@ -125,7 +125,7 @@ static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group)
           .saving = saving, .group = group, .powered = any_axis_is_powered(node), .in_force = in_force(node)});
 }
 
-/* What waits cannot be stored, and to store the rest in silence would be a lie. */
+/* Values that wait cannot be stored, and storing only the rest without an error would be wrong. */
 static bool any_limits_wait(const servo_node *node) {
   bool wait = false;
   for (int i = 0; i < SERVO_AXES; ++i) {
@@ -155,16 +155,16 @@ static void take_limits(servo_node_axis *axis, const protection_limits *limits) 
   axis->watch.limits = *limits;
 }
 
-/* Gains, limits and drive objects as stored. */
+/* Gains, limits and drive objects from the stored parameters. */
 static void take_stored(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
-  /* Cannot be refused: what is stored was in force before, or has been checked when it was found. */
+  /* Cannot be refused: the stored values were in effect before, or were checked when they were found. */
   (void)axis_tuning_start(&axis->tuning, &node->storage.stored.parameters[i], &node->board.app.params.axis[i]);
   od_copy_stored(&drive_objects_table, &node->storage.stored.drive[i], &axis->objects);
   take_limits(axis, &node->storage.stored.protection[i]);
 }
 
-/* The first reset, in which all objects have their defaults: these are what 0x1011 gives back. */
+/* The first reset, in which all objects have their defaults: 0x1011 restores these. */
 static void start_storage(servo_node *node) {
   node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
   kept_storage_start(&node->storage, &node->canopen.dictionary, in_force(node), node->flash, node->objects.schema_hash);
@@ -174,9 +174,9 @@ static void start_storage(servo_node *node) {
   take_scales(node, &node->storage.stored.scales);
 }
 
-/* --- reset: off at once, then one piece a ms --------------------------------------------------------------------- */
+/* --- reset: off at once, then one piece per ms ------------------------------------------------------------------- */
 
-/* Without torque, and nothing under way; the drive stays "not ready" until the reset is over. */
+/* Without torque and without a set-point; the drive stays "not ready" until the reset has ended. */
 static void switch_off(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
@@ -184,7 +184,7 @@ static void switch_off(servo_node *node, int i) {
   drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
 }
 
-/* A reset of the communication forgets what the axes were supervised by: like an NMT stop, it stops those that turn. */
+/* A reset of the communication removes the supervision of the axes: like an NMT stop, it stops those that turn. */
 static void reset_begins(void *context, bool whole_node) {
   servo_node *node = context;
   if (!node->started) {
@@ -201,7 +201,7 @@ static void reset_begins(void *context, bool whole_node) {
   }
 }
 
-/* Every part that has commands goes back to its defaults; gains come from what is stored. */
+/* Every part with commands gets its defaults; gains come from the stored parameters. */
 static void restore_part(servo_node *node, const od_part *part) {
   if (part->hooks == &drive_hooks || part->hooks == &experiment_objects_hooks || part->hooks == &scope_objects_hooks ||
       part->hooks == &fault_objects_hooks) {
@@ -219,7 +219,7 @@ static void reset_application(servo_node *node, uint32_t step) {
   }
 }
 
-/* With defaults of the node id and bit rate that are in force now. */
+/* With defaults for the node id and bit rate in effect now. */
 static void take_stored_communication(servo_node *node) {
   const bus_settings now = canopen_node_settings(&node->canopen);
   kept_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
@@ -242,7 +242,7 @@ static bool reset(void *context, bool whole_node, uint32_t step) {
     return false;
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
-    node->axis[i].news = (fault_news){0}; /* the bus knows nothing any more: a fault that lasts is told again */
+    node->axis[i].news = (fault_news){0}; /* the bus has lost its reports: a fault that lasts is reported again */
   }
   tell_stored(node);
   return true;
@@ -353,7 +353,7 @@ static bool start_servo(servo_node *node, const servo_node_config *config) {
   return servo_board_start(&node->board, config->machine, &params) == CONTROL_OK;
 }
 
-/* Before the first reset, so that this is what 0x1011 gives back. */
+/* Before the first reset, so that 0x1011 restores these values. */
 static void limit_travel(servo_node_axis *axis) {
   const drive_travel travel = axis_watch_default_travel(&axis->watch);
   axis->objects.limit.position_minimum = travel.minimum;
@@ -417,7 +417,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
 
 /* --- tick ------------------------------------------------------------------------------------------------------- */
 
-/* What the board says of an axis; one that is not ready has to be so in operation, too. */
+/* The board's state of an axis; an axis that becomes not ready in operation must react, too. */
 static fault_set faults_of_board(hal_health health, drive_power_state power) {
   static const fault_id fault_of[] = {[HAL_OVER_CURRENT] = FAULT_OVER_CURRENT_TRIP,
                                       [HAL_POWER_STAGE] = FAULT_POWER_STAGE,
@@ -474,8 +474,8 @@ void servo_node_tick_taken(servo_node *node) {
 
 /* --- after it ----------------------------------------------------------------------------------------------------- */
 
-/* EMCY and log of what comes while an axis is in fault, and EMCY again of what is over: the axes are sources of their
- * own, so that 1001 tells of a fault as long as one of them is in it. */
+/* EMCY and log of faults that come while an axis is in fault, and EMCY for those that end. The axes are separate
+ * sources, so that 1001 shows a fault as long as one of them is in it. */
 static void tell_faults(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   const uint8_t source = (uint8_t)(i + 1);

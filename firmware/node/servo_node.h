@@ -3,10 +3,10 @@
  *     servo_node_tick     RPDO -> samples -> protection -> drive (CiA 402) -> servo_board -> set-points of the motors
  *     servo_node_serve    what the tick did -> objects, fault log, scope -> TPDO, SDO, EMCY, heartbeat
  *
- * Each of the two runs once in 1 ms, in that order, on top of any HAL: what turns the motors does not wait for what
- * only the bus wants. Parts of the dictionary: the device's own (1000), per axis
- * its parameters (2000), protection (2060), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and what
- * both share (3000).
+ * Each of the two runs once per ms, in that order, on top of any HAL: the motor set-points do not wait for work that
+ * only the bus needs. Parts of the dictionary: that of the device (1000), for each axis its parameters (2000),
+ * protection (2060), experiments (2100, 2101) and drive (6000), pitch shifted by 0x800, and the part that both share
+ * (3000).
  */
 #ifndef TRACKSERVO_NODE_SERVO_NODE_H
 #define TRACKSERVO_NODE_SERVO_NODE_H
@@ -61,10 +61,10 @@ typedef struct {
   scope recorder;
   bool started;
   kept_storage storage;
-  kept_objects in_force;  /* as of the last command to store */
+  kept_objects in_force;  /* as of the last store command */
   const hal_flash *flash; /* as configured */
   hal_scales scales;      /* 0x3060 */
-  fault_set bus_faults;   /* that both axes shall see in the next tick */
+  fault_set bus_faults;   /* command of both axes in the next tick */
   fault_log log;          /* 0x3020 */
   access_lock lock;       /* 0x3040 */
   fault_objects fault_setup;
@@ -74,60 +74,62 @@ typedef struct {
   can_frame services[SERVO_NODE_QUEUE];
 } servo_node;
 
-/* The node's place on the bus, besides its node id. */
+/* The node's bus, besides its node id. */
 typedef struct {
   uint16_t kbit_s;        /* bit rate while LSS has stored none; 0: BUS_DEFAULT_KBIT_S */
-  bool recovering;        /* node id and bit rate are those given here, whatever LSS has stored */
-  const hal_flash *flash; /* BUS_SETTINGS_LOG_PAGES pages for what LSS stores; NULL: kept in RAM only */
-  bus_joiner joiner;      /* called for the first time before servo_node_start returns */
+  bool recovering;        /* use the node id and bit rate given here, regardless of those that LSS has stored */
+  const hal_flash *flash; /* BUS_SETTINGS_LOG_PAGES pages for what LSS stores; NULL: in RAM only */
+  bus_joiner joiner;      /* first called before servo_node_start returns */
 } servo_node_bus;
 
 typedef struct {
   uint8_t node_id; /* 1 .. 127 or BUS_UNCONFIGURED, while LSS has stored none */
   can_sender sender;
   hal *machine;
-  const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of what can be stored */
-  const protection_limits *limits;   /* likewise; 607D comes from them, see axis_watch_default_travel */
-  const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored set; NULL: kept in RAM only */
+  const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of the stored objects */
+  const protection_limits *limits;   /* the same; the default of 607D comes from them, see axis_watch_default_travel */
+  const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored parameters; NULL: in RAM only */
   uint32_t serial_number;            /* 0x1018:4; 0: none */
   servo_node_bus bus;
   const hal_scales *scales; /* of the board's sensors, the defaults of 0x3060; NULL: those of its table */
 } servo_node_config;
 
-/* False when the parameters or the node id are refused. What is stored in the flash and passes its checks is in force
- * then, else the defaults; 0x3031 tells which, and EMCY 6310 if something was skipped. The node must not move in memory
- * afterwards. */
+/* Returns false when the parameters or the node id are refused. Stored values that pass their checks are then in
+ * effect, otherwise the defaults; 0x3031 reports which, and EMCY 6310 if something was skipped. The node must not be
+ * moved in memory afterwards. */
 bool servo_node_start(servo_node *node, const servo_node_config *config);
 
-/* From the CAN receive interrupt, or one other thread. False: the queue was full, the frame is lost and counted. */
+/* From the CAN receive interrupt, or from one other thread. Returns false when the queue was full; the frame is lost
+ * and counted. */
 bool servo_node_receive(servo_node *node, const can_frame *frame);
 
-/* Before a tick: the CAN controller went bus-off, so nobody can be heard. Both axes stop. */
+/* Before a tick: the CAN controller went bus-off, so no frame can be received. Both axes stop. */
 void servo_node_bus_off(servo_node *node);
 
-/* Before a tick: a fault of the board itself, not of an axis, for EMCY and log. One that does not last is over at once:
- * only the history keeps it. */
+/* Before a tick: reports a fault of the board itself, not of an axis, by EMCY and in the log. A fault that does not
+ * persist ends at once: only the history keeps it. */
 void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool lasts);
 
-/* Optional, shortly before a tick and in its thread: process data that has come already, so that the tick finds little.
+/* Optional, shortly before a tick and in its thread: takes process data that has arrived, so that the tick has less
+ * work.
  */
 void servo_node_take(servo_node *node);
 
-/* Every 1 ms: takes process data, then goes from what was sampled to the current set-points of both axes. */
+/* Every 1 ms: takes process data, then computes the current set-points of both axes from the samples. */
 void servo_node_tick(servo_node *node);
 
-/* The same where servo_node_take has just run: what comes after that counts in the next tick, and the cost of this one
- * does not depend on the moment at which frames come. */
+/* The same, when servo_node_take has just run: later frames take effect in the next tick, and the cost of this one does
+ * not depend on when frames arrive. */
 void servo_node_tick_taken(servo_node *node);
 
-/* After each tick and before the next, never within one: sends, answers, records. What arrives by SDO counts from the
- * next tick on. */
+/* After each tick and before the next, never within one: sends, answers, records. Values received by SDO take effect in
+ * the next tick. */
 void servo_node_serve(servo_node *node);
 
-/* Between ticks, or from a background that the tick interrupts, again and again: stores, one flash operation a call. */
+/* Between ticks, or from a background that the tick interrupts, repeatedly: stores, one flash operation per call. */
 void servo_node_background(servo_node *node);
 
-/* The whole dictionary, for printing EDS and the like. */
+/* The whole dictionary, for printing EDS and other descriptions. */
 const object_dictionary *servo_node_dictionary(const servo_node *node);
 
 #endif

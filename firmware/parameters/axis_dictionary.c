@@ -5,7 +5,7 @@
 
 #define F(index_, sub_, member_, low_, high_, default_, unit_, name_, help_) \
   OD_F32(index_, sub_, OD_RW, OD_STORED, axis_tuning, staged.member_, low_, high_, default_, unit_, name_, help_)
-/* Guarded: a wrong one can hurt. */
+/* Guarded: a wrong value can cause damage. */
 #define G(index_, sub_, member_, low_, high_, default_, unit_, name_, help_)                                     \
   OD_F32(index_, sub_, OD_RW, OD_STORED | OD_GUARDED, axis_tuning, staged.member_, low_, high_, default_, unit_, \
          name_, help_)

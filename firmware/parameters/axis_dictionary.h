@@ -1,7 +1,7 @@
 /* The rows of one axis' parameters in the object dictionary: index, limits, default, unit, text.
  *
- * The offsets point into `axis_tuning`: gains into its staged set, 0x2070 into its bookkeeping. The table serves both
- * axes, the second shifted by 0x800. EDS, parameters.json and the CAN reference page are printed from it. */
+ * The offsets point into `axis_tuning`: gains into its staged set, 0x2070 into its state. The table serves both axes,
+ * the second shifted by 0x800. EDS, parameters.json and the CAN reference page are printed from it. */
 #ifndef TRACKSERVO_PARAMETERS_AXIS_DICTIONARY_H
 #define TRACKSERVO_PARAMETERS_AXIS_DICTIONARY_H
 

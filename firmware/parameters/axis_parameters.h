@@ -1,8 +1,8 @@
-/* The parameters of one axis as people set them: plain numbers in SI units, one struct, one row each in the dictionary.
+/* The parameters of one axis as users set them: plain numbers in SI units, one struct, one row each in the dictionary.
  *
- * `axis_dictionary.c` gives every member its index, limits, default, unit and text. From here to the blocks there is
- * one way: `axis_parameters_build` designs the filters and the current loop and checks everything together. So a set of
- * gains is either taken whole or refused whole. */
+ * `axis_dictionary.c` gives every member its index, limits, default, unit and text. All parameters reach the blocks by
+ * one function: `axis_parameters_build` designs the filters and the current loop and checks everything together. So a
+ * set of gains is either applied completely or refused completely. */
 #ifndef TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 #define TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 
@@ -81,7 +81,7 @@ typedef struct {
 /* Designs and checks; `*built` is written only with CONTROL_OK. Not for the tick: about 100 us on a board. */
 control_status axis_parameters_build(const axis_parameters *parameters, servo_axis_params *built);
 
-/* CRC-32 (IEEE 802.3) over the values, for telling sets apart. */
+/* CRC-32 (IEEE 802.3) over the values, to distinguish sets. */
 uint32_t axis_parameters_crc(const axis_parameters *parameters);
 
 #endif

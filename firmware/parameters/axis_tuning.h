@@ -1,8 +1,8 @@
-/* Gains are set in one piece: staged by writes, checked together, put in force between two ticks, taken back at will.
+/* Gains are set as a whole: staged by writes, checked together, applied between two ticks, and reversible.
  *
- * The object dictionary writes into `staged` only. `apply` builds the staged set, and either all of it is in force from
- * the next tick on (bumpless, also while the axis turns) or nothing changes and the reason can be read. `revert`
- * forgets what is staged, `undo` goes back to the set before the last apply. Object 0x2070 is this, on the bus. */
+ * The object dictionary writes into `staged` only. `apply` builds the staged set. Either the whole set takes effect
+ * from the next tick on (bumpless, also while the axis turns), or nothing changes and the reason can be read. `revert`
+ * discards the staged values, `undo` restores the set before the last apply. Object 0x2070 provides this on the bus. */
 #ifndef TRACKSERVO_PARAMETERS_AXIS_TUNING_H
 #define TRACKSERVO_PARAMETERS_AXIS_TUNING_H
 
@@ -13,27 +13,27 @@ enum { AXIS_TUNING_STAGED = 1, AXIS_TUNING_DIRTY = 2 };
 typedef struct {
   axis_parameters staged;
   axis_parameters active;
-  axis_parameters previous; /* in force before the last apply */
+  axis_parameters previous; /* in effect before the last apply */
   uint32_t active_crc;
-  uint32_t stored_crc;  /* of what the store holds; kept by whoever stores */
+  uint32_t stored_crc;  /* of the stored values; maintained by the owner of the store */
   uint32_t last_result; /* control_status of the last apply */
-  uint32_t flags;       /* AXIS_TUNING_* bits, renewed by axis_tuning_refresh */
+  uint32_t flags;       /* AXIS_TUNING_* bits, updated by axis_tuning_refresh */
   uint8_t command;      /* 0x2070:1 as last written */
 } axis_tuning;
 
-/* Starts with one set as staged, active and previous; refuses a set that does not build and changes nothing then. */
+/* Starts with one set as staged, active and previous; refuses a set that does not build and then changes nothing. */
 control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *parameters, servo_axis_params *in_force);
 
-/* Staged becomes active, on a running axis, too. Call between ticks. */
+/* Staged becomes active, also on a running axis. Call it between ticks. */
 control_status axis_tuning_apply(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
 
-/* Staged becomes what is active. */
+/* The active set becomes the staged one. */
 void axis_tuning_revert(axis_tuning *tuning);
 
 /* The set before the last apply becomes staged and active again; twice is a redo. */
 control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
 
-/* Renews `flags`: staged differs from active; active differs from what is stored. */
+/* Updates `flags`: staged differs from active; active differs from the stored values. */
 void axis_tuning_refresh(axis_tuning *tuning);
 
 #endif

@@ -29,7 +29,7 @@ static bus_settings settings_of(const log_entry *entry) {
                         .kbit_s = bus_kbit_s_of_index((uint8_t)(entry->content >> 8))};
 }
 
-/* An erased double word has a right CRC, but no sequence number. */
+/* An erased double word has a correct CRC, but no sequence number. */
 static bool is_good(const log_entry *entry) {
   const bus_settings settings = settings_of(entry);
   return entry->crc == crc_of(entry->content) && sequence_of(entry) <= BUS_SETTINGS_LOG_MOST_SAVES &&
@@ -40,7 +40,7 @@ static bool is_blank(const log_entry *entry) { return (entry->content & entry->c
 
 /* --- start -------------------------------------------------------------------------------------------------------- */
 
-/* Answers the first unit behind what is not blank. */
+/* Returns the first unit after the last one that is not blank. */
 static uint32_t look_at_page(bus_settings_log *log, uint32_t page) {
   const hal_flash *flash = log->flash;
   uint32_t end = 0;
@@ -62,7 +62,7 @@ static uint32_t look_at_page(bus_settings_log *log, uint32_t page) {
   return end;
 }
 
-/* Behind a unit that is left out: one whose programming was cut off can look blank. */
+/* After a skipped unit: one whose programming was interrupted can look blank. */
 void bus_settings_log_open(bus_settings_log *log, const hal_flash *flash, const bus_settings *defaults) {
   *log = (bus_settings_log){.flash = flash, .newest = *defaults};
   if (flash == NULL) {
@@ -100,7 +100,7 @@ static bool is_full(const bus_settings_log *log) {
   return log->flash != NULL && log->unit >= units_per_page(log->flash);
 }
 
-/* The page without the newest entry, also where that is the one that is full of entries which failed. */
+/* The page without the newest entry, also when that page is full of failed entries. */
 static void erase_other_page(bus_settings_log *log) {
   const uint32_t page = BUS_SETTINGS_LOG_PAGES - 1 - log->newest_page;
   log->erase_failed = !log->flash->erase(log->flash, page);
@@ -114,7 +114,7 @@ static bool program(bus_settings_log *log) {
   if (log->sequence >= BUS_SETTINGS_LOG_MOST_SAVES || is_full(log)) {
     return false; /* full: the erase failed */
   }
-  log->sequence++; /* of a save that fails, too: what it left behind must not be taken for the next one */
+  log->sequence++; /* of a failed save too: its remains must not be taken for the next one */
   const log_entry entry = entry_of(&log->wanted, log->sequence);
   const uint32_t words[2] = {entry.content, entry.crc};
   const uint32_t offset = log->page * log->flash->page_bytes + log->unit * HAL_FLASH_UNIT_BYTES;

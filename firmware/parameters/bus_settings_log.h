@@ -1,11 +1,11 @@
-/* Node id and bit rate in flash: a log of double words in two pages of its own, the newest counts.
+/* Node id and bit rate in flash: a log of double words in two pages of its own; the newest entry is valid.
  *
  *     node id, index of the bit rate, sequence number (16 bits) | CRC-32 of these four bytes
  *
- * A save programs one double word (85 us on the board), so an LSS master has its answer within 2 ms; a set of 0x1010
- * takes up to 140. When a page is full the other one is erased ahead of the next save. The page with the newest entry
- * is never erased: whenever the power fails, there are the old settings or the new ones. What is asked for (by the
- * tick's thread) and what is done (`bus_settings_log_step`, in the background) may interrupt each other. */
+ * A save programs one double word (85 us on the board), so an LSS master has its answer within 2 ms; a save by 0x1010
+ * takes up to 140 ms. When a page is full, the other one is erased before the next save. The page with the newest entry
+ * is never erased: after a power failure the flash has either the old settings or the new ones. Requests (from the
+ * tick's thread) and their execution (`bus_settings_log_step`, in the background) may interrupt each other. */
 #ifndef TRACKSERVO_PARAMETERS_BUS_SETTINGS_LOG_H
 #define TRACKSERVO_PARAMETERS_BUS_SETTINGS_LOG_H
 
@@ -20,26 +20,26 @@ typedef enum { BUS_SETTINGS_IDLE, BUS_SETTINGS_ASKED, BUS_SETTINGS_SAVED, BUS_SE
 typedef struct {
   const hal_flash *flash; /* BUS_SETTINGS_LOG_PAGES pages; NULL: kept in RAM only */
   bool found;             /* an entry in the flash */
-  bus_settings newest;    /* stored last; without one, what the log was opened with */
+  bus_settings newest;    /* stored last; without an entry, the defaults given at the start */
   uint32_t newest_page;
   uint32_t sequence; /* highest so far */
-  uint32_t page;     /* where the next entry goes */
+  uint32_t page;     /* place of the next entry */
   uint32_t unit;
-  bool erase_failed; /* tried again when a save is asked for */
+  bool erase_failed; /* repeated when a save is requested */
   bus_settings wanted;
   parameter_store_flag work; /* bus_settings_work */
 } bus_settings_log;
 
-/* Reads both pages; `defaults` count where nothing is stored. */
+/* Reads both pages; `defaults` apply where nothing is stored. */
 void bus_settings_log_open(bus_settings_log *log, const hal_flash *flash, const bus_settings *defaults);
 
-/* Asks for a save. False: one is under way. */
+/* Requests a save. Returns false when one is in progress. */
 bool bus_settings_log_begin(bus_settings_log *log, const bus_settings *settings);
 
-/* SAVED and FAILED tell of the last save, once. */
+/* SAVED and FAILED report the last save, once. */
 bus_settings_work bus_settings_log_take_result(bus_settings_log *log);
 
-/* In the background: one flash operation at most. True: there was one to do. */
+/* In the background: at most one flash operation. Returns true when there was one to do. */
 bool bus_settings_log_step(bus_settings_log *log);
 
 #endif

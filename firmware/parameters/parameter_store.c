@@ -7,7 +7,7 @@
 #define MAGIC 0x54535631u  /* "1VST": a record in this layout begins */
 #define COMMIT 0x444E4521u /* "!END": the record is complete */
 
-/* A first word that is nearly the magic was one: its record is damaged, not absent. */
+/* A first word close to the magic was one: its record is damaged, not absent. */
 enum { MOST_WRONG_BITS = 4 };
 
 /* A double word of flash. */
@@ -54,7 +54,7 @@ static bool fits(const hal_flash *flash, uint32_t page, uint32_t rows) {
   return rows <= PARAMETER_STORE_MOST_ROWS && pages_of(flash, rows) <= flash->pages - page;
 }
 
-/* Sum of a record's head and rows; `rows` gets the latter if it is not NULL. */
+/* Sum of a record's head and rows; `rows` receives the latter if it is not NULL. */
 static bool sum(const hal_flash *flash, const parameter_record *record, parameter_row *rows, uint32_t *crc) {
   const flash_unit head[] = {{MAGIC, record->sequence}, {record->schema_hash, record->rows}};
   *crc = add_unit(add_unit(CRC32_START, head[0]), head[1]);
@@ -79,7 +79,7 @@ static bool sum_is_right(const hal_flash *flash, const parameter_record *record,
          sum(flash, record, rows, &crc) && crc == end.low;
 }
 
-/* Head and commit mark are read here, what is between them by sum_is_right. */
+/* Head and commit mark are read here, the rest by sum_is_right. */
 static place_verdict look(const hal_flash *flash, parameter_record *record) {
   flash_unit head[2];
   flash_unit mark;
@@ -93,7 +93,7 @@ static place_verdict look(const hal_flash *flash, parameter_record *record) {
   record->schema_hash = head[1].low;
   record->rows = head[1].high;
   if (head[1].low == UINT32_MAX && head[1].high == UINT32_MAX) {
-    return PLACE_UNFINISHED; /* not programmed any more */
+    return PLACE_UNFINISHED; /* no longer programmed */
   }
   if (record->sequence > PARAMETER_STORE_MOST_SAVES || !fits(flash, record->page, record->rows) ||
       !read_unit(flash, record->page, record->rows + 3, &mark)) {
@@ -115,7 +115,7 @@ static void insert(parameter_store *store, const parameter_record *record) {
   store->found[rank] = *record;
 }
 
-/* Answers the page behind what was looked at. */
+/* Returns the page after the examined ones. */
 static uint32_t look_at_page(parameter_store *store, uint32_t area, uint32_t page) {
   const hal_flash *flash = &store->areas[area];
   parameter_record record = {.area = area, .page = page};
@@ -172,7 +172,7 @@ bool parameter_store_begin(parameter_store *store, uint32_t schema_hash, const p
       store->last_sequence >= PARAMETER_STORE_MOST_SAVES) {
     return false;
   }
-  store->last_sequence++; /* of a save that fails, too: what it left behind must not be taken for the next one */
+  store->last_sequence++; /* of a failed save too: its remains must not be taken for the next one */
   store->save = (parameter_save){
       .rows = rows,
       .record = {.sequence = store->last_sequence, .schema_hash = schema_hash, .rows = count},
@@ -192,7 +192,7 @@ static bool is_blank(const hal_flash *flash, uint32_t page, uint32_t pages) {
   return true;
 }
 
-/* Behind the record in use where all that is left of its area is blank: then nothing was ever tried there. */
+/* Behind the record in use, when the rest of its area is blank: then no save was attempted there. */
 static void place(parameter_store *store) {
   parameter_save *save = &store->save;
   save->placed = true;

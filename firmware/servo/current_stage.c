@@ -10,7 +10,7 @@ void current_stage_reset(current_stage *stage) {
 }
 
 void current_stage_hand_over(current_stage *stage, const servo_current_command *command) {
-  /* One that was not taken yet is taken back first: it would be seen half replaced. */
+  /* Withdraw a command that was not taken yet: the interrupt would see it partly replaced. */
   atomic_store_explicit(&stage->handed_over, false, memory_order_relaxed);
   atomic_signal_fence(memory_order_seq_cst);
   stage->next = *command;

@@ -1,4 +1,4 @@
-/* The whole servo as one value: both axes, their parameters and the two things that time drives.
+/* The whole servo as one value: both axes, their parameters, and the two functions that a timer calls.
  *
  * `servo_app_tick` runs once per millisecond, `servo_app_pwm` once per axis and PWM period. Neither touches
  * hardware: the same code runs on the board (main.c behind the HAL), in the simulator and in the tests. */
@@ -30,8 +30,8 @@ typedef struct {
   servo_axis axis[SERVO_AXES];
 } servo_app;
 
-/* Takes the parameters after checking all of them; on a complaint the app is left as it was. `samples` give the
- * angles to start from. All axes are off afterwards. */
+/* Takes the parameters after checking all of them; on an error the app is unchanged. `samples` give the start angles.
+ * All axes are off afterwards. */
 control_status servo_app_configure(servo_app *app, const servo_params *params, const servo_samples *samples);
 
 /* One 1 ms tick of both axes. */

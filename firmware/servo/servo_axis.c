@@ -34,7 +34,7 @@ static bool samples_are_plausible(const servo_axis_samples *samples) {
          (!samples->motion.gyro_valid || scalar_within(samples->motion.gyro_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S));
 }
 
-/* No axis turns so far in a tick; after a gap in the samples nothing can be said. */
+/* No axis turns this far in a tick; after a gap in the samples the rate is unknown. */
 static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float tick_s) {
   const float step_rad = angle_difference_rad(angle, axis->last_angle);
   return axis->implausible || scalar_within(step_rad, SERVO_PLAUSIBLE_RATE_RAD_S * tick_s);
@@ -62,7 +62,7 @@ static speed_reference position_reference(const servo_axis_params *params, const
 static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
                                         const servo_axis_command *command, const servo_axis_samples *samples,
                                         const speed_loop_rates *rates, float tick_s) {
-  /* The tracker looks on in every mode, so that it knows the sight's motion when it takes over. */
+  /* The tracker runs in every mode, so that it knows the motion of the line of sight when it takes over. */
   const speed_reference tracking =
       target_tracker_step(&axis->tracker, &params->tracker, &samples->frame, rates->rate_rad_s, tick_s);
   switch (axis->mode) {
@@ -72,7 +72,7 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
       return position_reference(params, command, samples->motion.joint_angle);
     case SERVO_SPEED:
       return command->speed;
-    case SERVO_TORQUE: /* no error: the integral of the speed loop follows the torque that is given */
+    case SERVO_TORQUE: /* no error: the integral of the speed loop follows the applied torque */
       return (speed_reference){.rate_rad_s = rates->feedback_rad_s};
     case SERVO_OFF:
     case SERVO_BRAKE:
@@ -104,8 +104,8 @@ static torque_limits limits_in_force(const servo_axis_params *params, const serv
                          .maximum_nm = scalar_clamp(command->limits.maximum_nm, 0.0f, limit_nm)};
 }
 
-/* The speed loop within the limits that the added torque leaves it; in SERVO_TORQUE that is no room at all, so that
- * its anti-windup holds the integral at the torque given and the way back to a closed loop has no step. */
+/* The speed loop within the limits that the added torque leaves. In SERVO_TORQUE these are zero, so its anti-windup
+ * holds the integral at the applied torque, and closing a loop again causes no step. */
 static void control_torque(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                            const speed_loop_rates *rates, float applied_nm, float tick_s) {
   const torque_limits all = limits_in_force(params, command);
@@ -120,10 +120,10 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
     axis->signals.torque.limited = given_nm != command->torque_nm;
   }
   axis->added_nm = added_nm;
-  /* Limited again, because the difference and the sum round. */
+  /* Limit again: the difference and the sum round. */
   axis->signals.torque.torque_nm =
       scalar_clamp(axis->signals.torque.torque_nm + added_nm, all.minimum_nm, all.maximum_nm);
-  if (!isfinite(axis->signals.torque.torque_nm)) { /* no plausible input leads here; should one do, off */
+  if (!isfinite(axis->signals.torque.torque_nm)) { /* no plausible input leads here; if one does, the axis is off */
     axis->implausible = true;
     open_loops(axis, SERVO_OFF);
     return;
@@ -142,7 +142,7 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
     open_loops(axis, command->mode);
     return;
   }
-  if (samples_missed) { /* what was sensed has a gap */
+  if (samples_missed) { /* the sensed state has a gap */
     servo_axis_reset(axis, params, samples->motion.joint_angle, tick_s);
   }
   const bool closes = !servo_mode_closes(axis->mode) && servo_mode_closes(command->mode);

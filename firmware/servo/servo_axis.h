@@ -1,12 +1,12 @@
-/* One servo axis: from its sensor samples to the current that its motor shall carry, once per 1 ms tick.
+/* One servo axis: from its sensor samples to the current set-point of its motor, once per 1 ms tick.
  *
  *     sense -> choose the set-point (speed, position or tracking) -> speed loop -> current set-point
  *
- * and, at the PWM rate, from the measured current to a duty. Two axes are two instances of this. An axis that is
- * off, is braked by its shorted motor or is given something implausible commands no current.
+ * and, at the PWM rate, from the measured current to a duty. Two axes are two instances. An axis that is off, braked by
+ * its shorted motor, or given implausible inputs commands no current.
  *
- * Plausible is what lies within the bounds below, wide of every machine and narrow enough that no sum of the loops
- * can overflow: not a number, infinity and 1e35 rad/s are all refused before they reach a filter or an integral. */
+ * The bounds below define plausible: beyond every machine, and narrow enough that no sum in the loops can overflow.
+ * NaN, infinity and 1e35 rad/s are refused before they reach a filter or an integral. */
 #ifndef TRACKSERVO_SERVO_SERVO_AXIS_H
 #define TRACKSERVO_SERVO_SERVO_AXIS_H
 
@@ -27,9 +27,9 @@ typedef enum {
   SERVO_OFF = 0,  /* no loop closed, the motor's terminals are open */
   SERVO_SPEED,    /* command.speed is the set-point */
   SERVO_POSITION, /* command.position, with command.speed as feedforward */
-  SERVO_TRACKING, /* the camera decides */
-  SERVO_TORQUE,   /* command.torque_nm is the torque; the speed loop looks on, ready to take over */
-  SERVO_BRAKE     /* no loop closed, the motor's terminals are shorted: it brakes itself, without any sensor */
+  SERVO_TRACKING, /* the camera's error is the input */
+  SERVO_TORQUE,   /* command.torque_nm is the torque; the speed loop follows, ready to take over */
+  SERVO_BRAKE     /* no loop closed, the motor's terminals are shorted: it brakes without any sensor */
 } servo_mode;
 
 typedef struct {
@@ -38,7 +38,7 @@ typedef struct {
   target_tracker_params tracker;
   current_loop_params current;
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
-  float resistance_ohm;       /* of the winding, as the current loop was designed for; for protection */
+  float resistance_ohm;       /* of the winding, from the design of the current loop; for protection */
   float current_limit_a;      /* 0 .. 1e4, both directions */
 } servo_axis_params;
 
@@ -46,20 +46,20 @@ typedef struct {
   servo_mode mode;
   speed_reference speed;
   angle_turn32 position;
-  float rate_limit_rad_s; /* SERVO_POSITION: the loop asks for no more, either way; 0: no limit but its own */
-  float torque_nm;        /* SERVO_TORQUE: the set-point; else added to what the speed loop asks for */
-  bool torque_limited;    /* `limits` hold, besides current_limit_a */
+  float rate_limit_rad_s; /* SERVO_POSITION: limit of the loop's rate in both directions; 0: only its own limit */
+  float torque_nm;        /* SERVO_TORQUE: the set-point; otherwise added to the torque of the speed loop */
+  bool torque_limited;    /* `limits` apply, besides current_limit_a */
   torque_limits limits;   /* minimum <= 0 <= maximum */
 } servo_axis_command;
 
 typedef struct {
   speed_loop_samples motion; /* encoder and gyro */
-  bool encoder_failed;       /* the joint angle is not known: the axis is off */
+  bool encoder_failed;       /* the joint angle is unknown: the axis is off */
   float mean_current_a;      /* mean motor current since the last tick */
   camera_frame frame;
 } servo_axis_samples;
 
-/* What the axis thought in its last tick; for the scope, the bus and the tests. */
+/* Internal signals of the last tick, for the scope, the bus and the tests. */
 typedef struct {
   speed_loop_rates rates;
   speed_reference reference;
@@ -71,35 +71,35 @@ typedef struct {
   speed_loop_state speed;
   target_tracker_state tracker;
   current_loop_state current;
-  float commanded_nm;        /* torque command in force */
-  float added_nm;            /* the part of it that was not the speed loop's */
-  float current_reference_a; /* set by the tick, followed at the PWM rate */
+  float commanded_nm;        /* torque command in effect */
+  float added_nm;            /* its part that is not from the speed loop */
+  float current_reference_a; /* set by the tick, applied at the PWM rate */
   angle_turn32 last_angle;
-  bool implausible; /* the last samples or command were: the axis is off until the next good ones */
+  bool implausible; /* the last samples or command were implausible: the axis is off until the next good ones */
   servo_axis_signals signals;
 } servo_axis;
 
 control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s);
 
-/* Off, at rest, nothing estimated. */
+/* Off, at rest, no estimates. */
 void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s);
 
-/* One tick. An axis that is off goes on sensing; the tick that changes its mode from off closes the loops with no
- * torque and the rate that is sensed. */
+/* One tick. An axis that is off continues sensing. The tick that changes its mode from off closes the loops with no
+ * torque at the sensed rate. */
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s);
 
-/* Puts other parameters in force between two ticks, without a jump of the torque while a loop is closed. `next` must
- * have passed `servo_axis_check`. */
+/* Changes the parameters between two ticks, without a torque step while a loop is closed. `next` must have passed
+ * `servo_axis_check`. */
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
 
 /* Whether a mode closes the current loop and one above it. */
 static inline bool servo_mode_closes(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }
 
-/* What the PWM rate needs to know of the tick, to be handed over in one piece. */
+/* What the PWM rate needs from the tick, handed over in one piece. */
 typedef struct {
-  bool powered; /* the bridge drives the terminals; not: they are open */
-  bool on;      /* the current loop decides on the duty; not: 0 */
+  bool powered; /* the bridge drives the terminals; false: they are open */
+  bool on;      /* the current loop computes the duty; false: 0 */
   float reference_a;
   float joint_rate_rad_s;
   current_loop_params params;
@@ -111,7 +111,7 @@ servo_current_command servo_axis_current_command(const servo_axis *axis, const s
 float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
                          float bus_voltage_v, float pwm_period_s);
 
-/* The same with what the axis commands at this moment. */
+/* The same with the present command of the axis. */
 float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
                      float pwm_period_s);
 

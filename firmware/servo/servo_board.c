@@ -8,7 +8,7 @@ static void read_frame(hal *machine, int axis, camera_frame *frame) {
   frame->error_rad = raw.error_rad;
 }
 
-/* An angle that cannot be read stays what it was. */
+/* An angle that cannot be read keeps its last value. */
 static void read_samples(hal *machine, servo_samples *samples) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_samples *axis = &samples->axis[i];

@@ -1,8 +1,8 @@
 /* From reset to main() on QEMU's mps2-an386, and from main() to QEMU's exit code.
  *
  * Files, streams and the exit code go through ARM semihosting, as newlib's librdimon implements it; the words of the
- * command line (`-semihosting-config arg=...`) become argv. An exception that nobody expects ends the program with a
- * sentence and exit code 70, so that a test which crashes fails at once. */
+ * command line (`-semihosting-config arg=...`) become argv. An unexpected exception ends the program with a message and
+ * exit code 70, so that a test that crashes fails at once. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -56,7 +56,7 @@ __attribute__((section(".vectors"), used)) const vectors vector_table = {
                    unexpected, unexpected, unexpected, unexpected, unexpected, unexpected},
 };
 
-/* Cuts the command line at its blanks. */
+/* Splits the command line at its blanks. */
 static int read_arguments(char **argv) {
   static char line[512];
   const uintptr_t block[] = {(uintptr_t)line, sizeof line};

@@ -11,7 +11,7 @@ extern "C" {
 #endif
 
 struct hal {
-  void *machine; /* handed to every function below */
+  void *machine; /* passed to every function below */
   bool (*joint_angle)(void *machine, int axis, uint32_t *angle_turn32);
   bool (*gyro_rate)(void *machine, int axis, float *rate_rad_s);
   float (*mean_current_a)(void *machine, int axis);

@@ -5,7 +5,7 @@
 enum { ANSWER_BITS = BISS_CHECKED_BITS + BISS_CRC_BITS, CRC_MASK = (1 << BISS_CRC_BITS) - 1 };
 _Static_assert(BISS_MOST_DELAY_BITS < 32, "the start bit lies in the first word");
 
-/* Entry n is n x^6 modulo the polynomial: the sum of what its bits give. */
+/* Entry n is n x^6 modulo the polynomial: the sum of the contributions of its bits. */
 #define BIT(n, bit, remainder) (((n) >> (bit)&1u) != 0 ? (remainder) : 0u)
 #define ENTRY(n)                                                                                                     \
   (BIT(n, 0, 0x03u) ^ BIT(n, 1, 0x06u) ^ BIT(n, 2, 0x0Cu) ^ BIT(n, 3, 0x18u) ^ BIT(n, 4, 0x30u) ^ BIT(n, 5, 0x23u) ^ \
@@ -30,7 +30,7 @@ static uint32_t word_at(const uint8_t *bytes) {
   return __builtin_bswap32(word);
 }
 
-/* Zeros before the first one; 32 when there is none. */
+/* Number of zeros before the first one bit; 32 when there is none. */
 static int leading_zeros(uint32_t word) { return word == 0 ? 32 : __builtin_clz(word); }
 
 biss_status biss_decode(const uint8_t bytes[BISS_BYTES], biss_reading *reading) {
@@ -40,7 +40,7 @@ biss_status biss_decode(const uint8_t bytes[BISS_BYTES], biss_reading *reading) 
   if (line == 0 || delay > BISS_MOST_DELAY_BITS) {
     return BISS_NO_ANSWER;
   }
-  const int behind = 8 * BISS_BYTES - delay - 2 - ANSWER_BITS; /* start bit and CDS are before */
+  const int behind = 8 * BISS_BYTES - delay - 2 - ANSWER_BITS; /* start bit and CDS come before */
   const uint64_t answer = ((uint64_t)first << 32 | word_at(bytes + 4)) >> behind;
   const uint32_t checked = (uint32_t)(answer >> BISS_CRC_BITS) & ((1u << BISS_CHECKED_BITS) - 1u);
   const uint32_t sent_crc = ~(uint32_t)answer & CRC_MASK;

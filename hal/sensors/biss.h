@@ -1,11 +1,11 @@
-/* One answer of a BiSS-C encoder, as an SPI master that clocked a fixed number of bytes has read it.
+/* One answer of a BiSS-C encoder, read by an SPI master that clocked a fixed number of bytes.
  *
  *     1 .. 1 | 0 .. 0 | 1 | 0 | position, 26 bits | error | warning | CRC, 6 bits | 0 ..
  *     line    acknowledge start CDS                  low active        inverted
  *
- * Source: iC-Haus, "BiSS C Protocol Description" (single cycle data). The start bit is searched, so that the delay of
- * line and encoder may be any number of clocks up to BISS_MOST_DELAY_BITS. CRC: polynomial 0x43 (x^6 + x + 1) over
- * position, error and warning, first bit first, start value 0. */
+ * Source: iC-Haus, "BiSS C Protocol Description" (single cycle data). The start bit is searched, so the delay of line
+ * and encoder may be any number of clocks up to BISS_MOST_DELAY_BITS. CRC: polynomial 0x43 (x^6 + x + 1) over position,
+ * error and warning, first bit first, start value 0. */
 #ifndef TRACKSERVO_SENSORS_BISS_H
 #define TRACKSERVO_SENSORS_BISS_H
 
@@ -24,12 +24,12 @@ typedef enum {
   BISS_OK = 0,
   BISS_NO_ANSWER, /* no acknowledge or no start bit in time */
   BISS_BAD_CRC,
-  BISS_ERROR /* the encoder says that its position is not valid */
+  BISS_ERROR /* the encoder reports that its position is not valid */
 } biss_status;
 
 typedef struct {
   uint32_t angle_turn32; /* the position, in 2^-32 turn */
-  bool warning;          /* the position holds, but the encoder wants to be looked after */
+  bool warning;          /* the position is valid, but the encoder needs service */
 } biss_reading;
 
 /* `reading` is written only with BISS_OK. About 60 instructions. */

@@ -12,7 +12,7 @@ static uint32_t word_at(const uint8_t *bytes) {
   return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | bytes[3];
 }
 
-/* Entry n is n x^32 modulo the polynomial: the sum of what its bits give. */
+/* Entry n is n x^32 modulo the polynomial: the sum of the contributions of its bits. */
 #define BIT(n, bit, remainder) (((n) >> (bit)&1u) != 0 ? (remainder) : 0u)
 #define ENTRY(n)                                                                                       \
   (BIT(n, 0, 0x04C11DB7u) ^ BIT(n, 1, 0x09823B6Eu) ^ BIT(n, 2, 0x130476DCu) ^ BIT(n, 3, 0x2608EDB8u) ^ \
@@ -33,7 +33,7 @@ uint32_t gyro_frame_crc(const uint8_t *bytes, uint32_t count) {
   return crc;
 }
 
-/* With the CRC that was sent behind it, not inverted, the CRC of a whole frame is 0. */
+/* With the CRC sent after it, not inverted, the CRC of a whole frame is 0. */
 static bool read_frame(const uint8_t *bytes, uint32_t crc, gyro_frame *frame) {
   if (crc != 0) {
     return false;
@@ -50,8 +50,8 @@ static bool read_frame(const uint8_t *bytes, uint32_t crc, gyro_frame *frame) {
   return true;
 }
 
-/* The longest end of what is there that could begin a header; no end of the header but itself begins it anew, so a byte
- * that does not fit counts only if it is the first. */
+/* The longest suffix of the received bytes that can begin a header. No proper suffix of the header begins it again, so
+ * after a mismatch only a match of the first header byte counts. */
 static void search_header(gyro_frame_reader *reader, uint8_t byte) {
   if (byte != header[reader->count]) {
     reader->count = 0;
@@ -62,7 +62,7 @@ static void search_header(gyro_frame_reader *reader, uint8_t byte) {
   }
 }
 
-/* What is behind the header of a frame that was none may hold the beginning of a true one. */
+/* After the header of an invalid frame, the bytes may contain the start of a valid one. */
 static void search_again(gyro_frame_reader *reader) {
   reader->count = 0;
   for (uint32_t i = 1; i < GYRO_FRAME_BYTES; ++i) {

@@ -2,13 +2,13 @@
  *
  *     counts = 4096 R / (R + R25),  R = R25 exp(B (1 / T - 1 / T25))
  *
- * The source is the Beta equation; a table of it, straight between its points, which is within 0.5 K from 0 to 100
- * degree Celsius (a test compares). */
+ * The source is the Beta equation, as a table with linear interpolation. Its error is below 0.5 K from 0 to 100 degree
+ * Celsius (a test compares). */
 #ifndef TRACKSERVO_SENSORS_THERMISTOR_H
 #define TRACKSERVO_SENSORS_THERMISTOR_H
 
-/* counts 0 .. 4095; beyond the table (-20 .. 120 degree Celsius) its end. An open sensor reads cold, a shorted one
- * hot. */
+/* counts 0 .. 4095; beyond the table (-20 .. 120 degree Celsius) its last value. An open sensor reads cold, a shorted
+ * one hot. */
 float thermistor_celsius(int counts);
 
 #endif

@@ -1,4 +1,4 @@
-/* The board behind hal.h and hal_board.h: puts the drivers together, gives the interrupts their work. */
+/* Implements hal.h and hal_board.h for the board: combines the drivers and implements the interrupts. */
 #include "board.h"
 
 #include "bridge.h"
@@ -15,7 +15,7 @@
 
 enum { PERIODS_PER_TICK = 20, PERIOD_US = 50, TICK_AFTER_PERIOD_US = 22 };
 
-/* Without a tick for so long the bridges are switched off; the watchdog comes later. */
+/* Without a tick for this long the bridges are switched off; the watchdog reacts later. */
 enum { MOST_PERIODS_WITHOUT_TICK = 2 * PERIODS_PER_TICK };
 
 #define TOO_HOT_CELSIUS 85.0f
@@ -34,7 +34,7 @@ static void begin_encoder_read(uint32_t period) {
   }
 }
 
-/* Each reading is decoded in the period after its own; that of period 0 is left to the tick. */
+/* Each reading is decoded in the period after it; the tick decodes that of period 0. */
 static void request_prelude(uint32_t period) {
   const uint32_t first = PERIODS_PER_TICK - (ENCODER_READS_PER_TICK - 2);
   if (period >= first || period == 0) {
@@ -95,20 +95,22 @@ void adc1_2_interrupt(void) {
   board.period = period + 1 < PERIODS_PER_TICK ? period + 1 : 0;
 }
 
-/* What sensors and bus have said already, so that the tick has little left to read. Neither interrupts the other. */
+/* Reads what sensors and bus have already delivered, so that the tick has less to read. Neither interrupts the
+ * other. */
 void prelude_interrupt(void) {
   for (int axis = 0; axis < 2; ++axis) {
     encoder_decode(&board.encoder[axis]);
     gyro_read(&board.gyro[axis], axis);
   }
   board.too_hot = thermistor_celsius((int)board.heat_sink_counts) > TOO_HOT_CELSIUS;
-  if (!board.service_under_way) { /* else the tick will complain */
+  if (!board.service_under_way) { /* otherwise the tick reports an error */
     main_before_tick();
   }
 }
 
-/* The tick's place is in period 0, after its current loop: elsewhere one of the two clocks has gone astray. Neither may
- * it interrupt the service, which can have objects half written: no tick is made then, nor any more. */
+/* The tick belongs into period 0, after its current loop: anywhere else one of the two clocks is wrong. The tick must
+ * not interrupt the deferred task, which can have partially written objects: then this tick and all later ones are
+ * skipped. */
 void tim6_dac_interrupt(void) {
   tick_timer_acknowledge();
   if (board.period != 1 || board.service_under_way) {
@@ -176,8 +178,8 @@ bool hal_camera(hal *machine, int axis, hal_camera_frame *frame) {
   return false;
 }
 
-/* What belongs to both axes, and what belongs to this one. A gyro that is missing keeps no axis: where one is used,
- * that is fault 5 of the node. */
+/* Conditions common to both axes, and those of this axis. A missing gyro disables no axis: where one is used, that is
+ * fault 5 of the node. */
 static bool passed_its_tests(const hal *machine, int axis) {
   return ((machine->test_bits & HAL_TEST_COMMON) | machine->axis_bits[axis]) == 0;
 }
@@ -198,7 +200,7 @@ hal_health hal_axis_health(hal *machine, int axis) {
   return machine->too_hot ? HAL_TOO_HOT : HAL_GOOD;
 }
 
-/* After a failed self-test nothing is powered, whoever asks; damaged RAM may have lost the bit that says so. */
+/* After a failed self-test nothing can be powered; damaged RAM may have lost the bit that says so. */
 void hal_power_bridge(hal *machine, int axis, bool on) {
   const bool powered = on && passed_its_tests(machine, axis) && ram_test_passed() && !machine->timing_lost;
   machine->powered[axis] = powered;
@@ -272,7 +274,7 @@ const hal_flash *hal_board_flash(hal *machine) { return machine->parameter_flash
 
 const hal_flash *hal_board_bus_flash(hal *machine) { return &machine->bus_flash; }
 
-/* The self-test's 80 ms are between the two readings. */
+/* The 80 ms of the self-test are between the two readings. */
 bool hal_board_recovery_is_asked(const hal *machine) { return machine->button_was_held && pins_button_is_held(); }
 
 void hal_board_fail(hal *machine, uint32_t test_bits) { machine->test_bits |= test_bits; }
@@ -302,7 +304,7 @@ void hal_board_run(hal *machine) {
   }
 }
 
-/* A piece of the image every tick: 128 KiB take 4.1 s, and 15 us of each ms. */
+/* Checks a piece of the image in every tick: 128 KiB take 4.1 s, and 15 us of each ms. */
 static void watch_image(hal *machine) {
   const uint32_t bytes_per_tick = 32;
   const uint32_t ticks = machine->ticks;
@@ -318,7 +320,7 @@ static void watch_image(hal *machine) {
 /* The window of the watchdog is open from the 5th to the 20th ms. */
 void hal_board_background(hal *machine) {
   const uint32_t refresh_ticks = 8;
-  const uint32_t led_ticks = 512; /* a power of two, so that the LED keeps its pace when the count wraps */
+  const uint32_t led_ticks = 512; /* a power of two, so that the LED keeps its rhythm when the count wraps */
   watch_image(machine);
   const uint32_t ticks = machine->ticks;
   const uint32_t ticks_done = ticks - machine->ticks_at_refresh;

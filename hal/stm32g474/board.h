@@ -1,4 +1,4 @@
-/* The state of the board, one for the chip: what the interrupts leave for each other. */
+/* The state of the board, one for the chip: data that the interrupts share. */
 #ifndef TRACKSERVO_STM32G474_BOARD_H
 #define TRACKSERVO_STM32G474_BOARD_H
 
@@ -9,19 +9,19 @@
 #include "image_check.h"
 #include "parameter_flash.h"
 
-/* All that three elements of the FIFO can hold while the interrupt works at them. */
+/* All that three elements of the FIFO can hold while the interrupt empties it. */
 enum { CAN_MOST_FRAMES_PER_INTERRUPT = 6 };
 
 struct hal {
   hal_reset reset;
   volatile uint32_t test_bits;    /* HAL_TEST_*, of the self-tests */
-  volatile uint32_t axis_bits[2]; /* those of them that keep one axis from being driven */
+  volatile uint32_t axis_bits[2]; /* those that prevent one axis from being driven */
 
   /* Written by the current loop's interrupt. */
-  volatile uint32_t period;  /* that comes next: 0 .. 19, 0 is the one in which the tick samples */
+  volatile uint32_t period;  /* the next one: 0 .. 19, 0 is the one in which the tick samples */
   volatile uint32_t periods; /* so far */
   volatile uint32_t periods_since_tick;
-  volatile bool timing_lost; /* tick and PWM periods do not come in turn: the watchdog shall reset */
+  volatile bool timing_lost; /* tick and PWM periods are out of order: the watchdog must reset */
   volatile float current_a[2];
   volatile float current_sum_a[2]; /* of the periods since period 0 */
   volatile float mean_current_a[2];
@@ -37,9 +37,9 @@ struct hal {
   bool too_hot;
   volatile bool powered[2];
 
-  volatile bool service_under_way; /* from the tick that asks for it to its end */
+  volatile bool service_under_way; /* from the request of the tick to its end */
 
-  volatile hal_health tripped[2]; /* why a bridge was switched off last */
+  volatile hal_health tripped[2]; /* why a bridge was last switched off */
   float offset_counts[2];         /* of the current sensors; written before the interrupts begin */
   current_sense_scales scales;    /* written while the bridges are off */
   encoder_readings encoder[2];

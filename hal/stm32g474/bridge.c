@@ -25,7 +25,7 @@ static void start_timer(tim1_registers *timer) {
   timer->ccer = TIM1_CCER_CC1E | TIM1_CCER_CC1NE | TIM1_CCER_CC2E | TIM1_CCER_CC2NE;
   timer->psc = 0;
   timer->arr = HALF_PERIOD;
-  timer->rcr = 1; /* one update a period, of the two that counting up and down would give */
+  timer->rcr = 1; /* one update per period, of the two that up-down counting would give */
   timer->ccr1 = HALF_PERIOD / 2;
   timer->ccr2 = HALF_PERIOD / 2;
   timer->af1 = TIM1_AF1_BKINE;
@@ -33,7 +33,7 @@ static void start_timer(tim1_registers *timer) {
   timer->bdtr = FIELD_VALUE(TIM1_BDTR_DTG, DEAD_TIME_0_5_US) | TIM1_BDTR_OSSI | TIM1_BDTR_OSSR | TIM1_BDTR_BKE |
                 FIELD_VALUE(TIM1_BDTR_BKF, BREAK_FILTER_8_CLOCKS) |
                 FIELD_VALUE(TIM1_BDTR_LOCK, LOCK_DEAD_TIME_AND_BREAK);
-  timer->egr = TIM1_EGR_UG; /* takes what is preloaded */
+  timer->egr = TIM1_EGR_UG; /* loads the preloaded values */
   timer->sr = 0;
   timer->dier = TIM1_DIER_BIE;
 }
@@ -41,7 +41,7 @@ static void start_timer(tim1_registers *timer) {
 void bridge_start(void) {
   start_timer(TIM1);
   start_timer(TIM8);
-  /* TIM1 tells TIM8 when it starts, and the ADC when it updates. */
+  /* TIM1 triggers TIM8 when it starts, and the ADC when it updates. */
   TIM8->smcr = FIELD_VALUE(TIM1_SMCR_TS, TIM8_TS_TIM1) | FIELD_VALUE(TIM1_SMCR_SMS, TIM1_SMS_TRIGGER);
   TIM1->cr2 = FIELD_VALUE(TIM1_CR2_MMS, TIM1_MMS_ENABLE) | FIELD_VALUE(TIM1_CR2_MMS2, TIM1_MMS2_UPDATE);
   TIM1->cr1 |= TIM1_CR1_CEN;
@@ -60,7 +60,7 @@ static void switch_off(const bridge *b) {
   GPIOC->bsrr = GPIO_CLEAR(b->enable_pin);
 }
 
-/* The flag comes back at once while the input is bad. */
+/* The flag returns at once while the input is active. */
 static void forget_fault_if_gone(int axis) {
   tim1_registers *timer = bridges[axis].timer;
   timer->sr = ~TIM1_SR_BIF;
@@ -80,7 +80,7 @@ void bridge_power(int axis, bool on) {
   } else if (!faulty[axis]) {
     GPIOC->bsrr = GPIO_SET(b->enable_pin);
     b->timer->bdtr |= TIM1_BDTR_MOE;
-    if (faulty[axis]) { /* since the question */
+    if (faulty[axis]) { /* since the check */
       switch_off(b);
     }
   }
@@ -93,7 +93,7 @@ void bridge_trip(int axis) {
   faulty[axis] = true;
 }
 
-/* The interrupt waits until the fault has been seen and is gone, else it would come without end. */
+/* The interrupt is disabled until the fault was reported and is gone; otherwise it would repeat without end. */
 void bridge_break_interrupt(int axis) {
   tim1_registers *timer = bridges[axis].timer;
   bridge_trip(axis);

@@ -2,8 +2,8 @@
  *
  *     leg 1 is high for (1 + duty) / 2 of the period, leg 2 for (1 - duty) / 2
  *
- * A period begins where the timers update, in the middle of the time in which both legs are high; there the ADC samples
- * and there new duties come in force. A driver's fault input switches its bridge off by hardware. */
+ * A period begins where the timers update, in the middle of the time in which both legs are high. There the ADC samples
+ * and new duties take effect. A driver's fault input switches its bridge off by hardware. */
 #ifndef TRACKSERVO_STM32G474_BRIDGE_H
 #define TRACKSERVO_STM32G474_BRIDGE_H
 
@@ -12,14 +12,14 @@
 /* Timers run, outputs are off, duties are 0. */
 void bridge_start(void);
 
-/* duty -1 .. 1; anything else, and what is no number, is 0. In force from the next period on. */
+/* duty -1 .. 1; any other value, including NaN, counts as 0. Takes effect from the next period on. */
 void bridge_set_duty(int axis, float duty);
 
-/* On: gates follow the duty, unless the driver's fault is still there. */
+/* On: the gates follow the duty, unless the driver's fault is still present. */
 void bridge_power(int axis, bool on);
 
-/* The driver's fault input, or `bridge_trip`, has switched the bridge off; true until it is told to be off while the
- * input is good. */
+/* The driver's fault input, or `bridge_trip`, has switched the bridge off; true until it is switched off by command
+ * while the input is good. */
 bool bridge_fault(int axis);
 
 /* Off at once, as by a fault. Any interrupt may call it. */

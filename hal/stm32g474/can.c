@@ -18,7 +18,7 @@ enum { MOST_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
 static uint32_t bus_off_ticks;
 static volatile uint32_t lost_frames;
 static can_frame waiting_frames[CAN_SEND_FRAMES];
-static can_queue waiting; /* from the service to the interrupt */
+static can_queue waiting; /* from the deferred task to the interrupt */
 
 static bool wait_for_init(uint32_t wanted) {
   const uint32_t start = clock_cycles();
@@ -39,7 +39,7 @@ static void write_filters(void) {
   }
 }
 
-/* Without the interrupt, which takes from the queue and the FIFO that are emptied here. */
+/* Without the interrupt, which reads from the queue and the FIFO that are emptied here. */
 bool can_start(uint16_t kbit_s) {
   const uint32_t prescaler = CLOCK_HZ / 1000u / KHZ_OF_QUANTA_PER_KBIT_S / kbit_s;
   const uint32_t lines = FDCAN1->ile;
@@ -96,8 +96,8 @@ static void transmit(const can_frame *frame) {
   FDCAN1->txbar = 1u << index;
 }
 
-/* While frames wait, the interrupt alone writes to the hardware; none wait but those pushed here. It comes when the
- * hardware has sent all that it has; if that was before the frame was pushed, it is asked for. */
+/* While frames wait, only the interrupt writes to the hardware; only frames pushed here wait. It comes when the
+ * hardware has sent all its frames; if that was before the frame was pushed, it is requested. */
 bool can_send(const can_frame *frame) {
   if (can_queue_front(&waiting) == NULL && has_room()) {
     transmit(frame);
@@ -146,8 +146,8 @@ void can_acknowledge_interrupt(void) {
   FDCAN1->ir = FDCAN_IR_RF0N | FDCAN_IR_RF0L | FDCAN_IR_TFE;
 }
 
-/* The controller takes itself off the bus by setting INIT; taking that back, it comes again after 129 times 11
- * recessive bits (ISO 11898-1). */
+/* The controller leaves the bus by setting INIT. After INIT is cleared it returns after 129 times 11 recessive bits
+ * (ISO 11898-1). */
 can_state can_supervise(void) {
   const uint32_t status = FDCAN1->psr;
   if ((status & FDCAN_PSR_BO) == 0) {

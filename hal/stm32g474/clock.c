@@ -9,7 +9,7 @@
 /* RM0440: f = crystal / M * N / R, 340 MHz in between. */
 enum { PLL_M = 6, PLL_N = 85, PLL_R = 2, FLASH_WAIT_STATES = 4 };
 
-/* Polls of a flag before it is given up; the crystal may take 2 ms, at 16 MHz and about 10 cycles each. */
+/* Polls of a flag before giving up; the crystal may take 2 ms, at 16 MHz and about 10 cycles each. */
 enum { MOST_POLLS = 20000 };
 
 static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t wanted) {
@@ -21,12 +21,12 @@ static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t want
   return false;
 }
 
-/* More than 150 MHz wants the boost of range 1 (RM0440) and four wait states. */
+/* More than 150 MHz needs the boost of range 1 (RM0440) and four wait states. */
 static bool prepare_for_170_mhz(void) {
   RCC->apb1enr1 |= RCC_APB1ENR1_PWREN;
   (void)RCC->apb1enr1;
   PWR->cr5 &= ~PWR_CR5_R1MODE;
-  PWR->cr3 |= PWR_CR3_UCPD1_DBDIS; /* else USB-C pull-downs hang on PB4 and PB6 */
+  PWR->cr3 |= PWR_CR3_UCPD1_DBDIS; /* otherwise USB-C pull-downs load PB4 and PB6 */
   FLASH->acr |= FLASH_ACR_ICEN | FLASH_ACR_DCEN | FLASH_ACR_PRFTEN;
   field_set(&FLASH->acr, FLASH_ACR_LATENCY, FLASH_WAIT_STATES);
   return wait_for(&FLASH->acr, FLASH_ACR_LATENCY, FIELD_VALUE(FLASH_ACR_LATENCY, FLASH_WAIT_STATES));
@@ -44,7 +44,7 @@ static bool start_pll(void) {
   return wait_for(&RCC->cr, RCC_CR_PLLRDY, RCC_CR_PLLRDY);
 }
 
-/* By way of half the speed for at least 1 us (RM0440). */
+/* Through half the speed for at least 1 us (RM0440). */
 static bool switch_to_pll(void) {
   const int polls_of_1_us = 100;
   field_set(&RCC->cfgr, RCC_CFGR_HPRE, RCC_HPRE_DIV2);
@@ -67,7 +67,7 @@ bool clock_start(void) {
   return true;
 }
 
-/* A debugger that halts the core also stops what would go on without it, and the outputs of the bridges with it. */
+/* A debugger that halts the core also stops the timers, and with them the outputs of the bridges. */
 static void stop_with_the_core(void) {
   DBGMCU->apb1l_fz |= DBGMCU_APB1L_FZ_DBG_TIMER6_STOP | DBGMCU_APB1L_FZ_DBG_IWDG_STOP;
   DBGMCU->apb2_fz |= DBGMCU_APB2_FZ_DBG_TIM1_STOP | DBGMCU_APB2_FZ_DBG_TIM8_STOP;

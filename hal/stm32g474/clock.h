@@ -8,8 +8,8 @@
 #define CLOCK_HZ 170000000u
 #define CLOCK_CYCLES_PER_US 170u
 
-/* False: crystal or PLL did not start, the chip runs on its 16 MHz oscillator. Should the crystal fail later, the clock
- * security system raises an NMI, which is a fault. Takes about 2 ms. */
+/* Returns false when crystal or PLL did not start; the chip then runs on its 16 MHz oscillator. If the crystal fails
+ * later, the clock security system raises an NMI, which is a fault. Takes about 2 ms. */
 bool clock_start(void);
 
 /* Clocks of all peripherals that are used. */
@@ -19,7 +19,7 @@ void clock_enable_peripherals(void);
 void clock_start_cycle_counter(void);
 uint32_t clock_cycles(void);
 
-/* Waits at least so long; 0 .. 10 s. */
+/* Waits at least this long; 0 .. 10 s. */
 void clock_wait_us(uint32_t us);
 
 #endif

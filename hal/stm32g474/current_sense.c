@@ -18,7 +18,7 @@ static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t want
   return true;
 }
 
-/* Bits of CR that act when set are written alone: the others read back what they did. */
+/* Bits of CR that act when set are written alone: the others read back as set. */
 static bool calibrate(adc1_registers *adc) {
   adc->cr = 0; /* out of deep power-down */
   adc->cr = ADC1_CR_ADVREGEN;
@@ -87,7 +87,7 @@ current_sense_sample current_sense_read(void) {
       .current_counts = {ADC1->jdr1, ADC2->jdr1}, .bus_counts = ADC1->jdr2, .heat_sink_counts = ADC2->jdr2};
 }
 
-/* The threshold counts from the middle of the range: the offset of a good sensor is small beside it. */
+/* The threshold counts from the middle of the range: the offset of a good sensor is small compared to it. */
 current_sense_scales current_sense_scales_of(const hal_scales *scales) {
   const uint32_t most_counts = CURRENT_NOMINAL_OFFSET - CURRENT_RANGE_MARGIN;
   current_sense_scales of = {.volts_per_count = scales->voltage_full_scale_v * (1.0f / (float)COUNTS)};

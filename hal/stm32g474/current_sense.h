@@ -1,5 +1,5 @@
-/* Motor currents, bus voltage and heat-sink temperature: ADC1 and ADC2, two injected conversions each, started by TIM1
- * at the beginning of every PWM period and done 1.2 us later.
+/* Motor currents, bus voltage and heat-sink temperature: ADC1 and ADC2, two injected conversions each. TIM1 starts them
+ * at the beginning of every PWM period; they take 1.2 us.
  *
  *     current = (counts - offset) * full scale / 2048      bus voltage = counts * full scale / 4096
  *
@@ -20,31 +20,32 @@ typedef struct {
   uint32_t heat_sink_counts;
 } current_sense_sample;
 
-/* Calibrates, enables, arms the trigger. False: an ADC does not answer. Takes about 0.2 ms. */
+/* Calibrates, enables, arms the trigger. Returns false when an ADC does not answer. Takes about 0.2 ms. */
 bool current_sense_start(void);
 
-/* Waits for the end of the next sequences, at most 200 us. False: they did not come. Before the interrupt is enabled.
- */
+/* Waits for the end of the next sequences, at most 200 us. Returns false when they did not come. Call it before the
+ * interrupt is
+ * enabled. */
 bool current_sense_wait(void);
 
-/* The end of the sequences interrupts from now on. */
+/* Enables the interrupt at the end of the sequences. */
 void current_sense_enable_interrupt(void);
 
 void current_sense_acknowledge(void);
 
 current_sense_sample current_sense_read(void);
 
-/* hal_scales as the interrupt needs them. */
+/* hal_scales in the form that the interrupt needs. */
 typedef struct {
   float amperes_per_count[2];
-  uint32_t lowest_counts[2]; /* of a current that the bridge may carry */
+  uint32_t lowest_counts[2]; /* maximum current of the bridge */
   uint32_t highest_counts[2];
   float volts_per_count;
 } current_sense_scales;
 
 current_sense_scales current_sense_scales_of(const hal_scales *scales);
 
-/* More current than allowed or than can be measured, or a broken wire. */
+/* More current than allowed or measurable, or a broken wire. */
 static inline bool current_sense_is_over(const current_sense_scales *scales, int axis, uint32_t counts) {
   return counts < scales->lowest_counts[axis] || counts > scales->highest_counts[axis];
 }

@@ -16,10 +16,10 @@ typedef struct {
 static const encoder_port ports[2] = {{SPI1, 0, DMAMUX_SPI1_RX, 1, DMAMUX_SPI1_TX},
                                       {SPI3, 2, DMAMUX_SPI3_RX, 3, DMAMUX_SPI3_TX}};
 
-/* Nobody listens to what is sent; sending makes the clock. */
+/* The sent data are ignored by the encoder; sending generates the clock. */
 static const uint8_t sent = 0;
 
-/* DMA wants addresses as numbers. */
+/* DMA needs addresses as numbers. */
 static uint32_t address(const volatile void *object) { return (uint32_t)(uintptr_t)object; }
 
 static void start_port(const encoder_port *port) {
@@ -45,7 +45,7 @@ void encoder_start(encoder_readings readings[2]) {
 
 enum { RECEIVE_MODE = DMA_CH_CR_MINC | FIELD_VALUE(DMA_CH_CR_PL, DMA_PRIORITY_HIGH), TRANSMIT_MODE = DMA_CH_CR_DIR };
 
-/* Addresses and counts are taken while a channel is off. */
+/* Addresses and counts can be written only while a channel is off. */
 static void arm(dma_ch_registers *channel, uint32_t mode, const volatile void *memory) {
   channel->cr = mode;
   channel->mar = address(memory);
@@ -60,7 +60,7 @@ void encoder_begin_read(encoder_readings readings[2], int number) {
   }
 }
 
-/* What was read is wiped out: an answer that does not come is none the next time. */
+/* The buffer is cleared after reading, so that a missing answer is not taken for an old one. */
 void encoder_decode(encoder_readings *readings) {
   if (readings->decoded >= ENCODER_READS_PER_TICK) {
     return; /* all of them are */

@@ -1,6 +1,6 @@
 #include "fault_record.h"
 
-/* RAM holds anything after power-on, so the record proves itself with a word and its complement sum. */
+/* RAM has arbitrary contents after power-on, so a word and its complement mark the record as valid. */
 #define PRESENT 0x46415553u
 
 typedef struct {

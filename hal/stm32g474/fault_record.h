@@ -1,4 +1,4 @@
-/* What was wrong before the last reset: written by the fault handlers into RAM that a reset leaves alone. */
+/* The fault before the last reset: written by the fault handlers into RAM that a reset does not clear. */
 #ifndef TRACKSERVO_STM32G474_FAULT_RECORD_H
 #define TRACKSERVO_STM32G474_FAULT_RECORD_H
 
@@ -14,7 +14,7 @@ typedef struct {
 
 void fault_record_write(const fault_record *record);
 
-/* Takes the record out. False: there was none, the last reset was no fault's. */
+/* Takes the record out. Returns false when there was none: no fault caused the last reset. */
 bool fault_record_take(fault_record *record);
 
 #endif

@@ -6,7 +6,7 @@
 
 enum { BAUD = 921600, NEVER_TICKS = 1000 };
 
-/* Channels of DMA2, from 0; the multiplexer's are 8 further. */
+/* Channels of DMA2, from 0; those of the multiplexer are 8 higher. */
 typedef struct {
   usart1_registers *usart;
   uint32_t channel;

@@ -1,4 +1,4 @@
-/* Both gyros: USART1 and USART3 at 921600 baud, received by circular DMA, read out in the tick. */
+/* Both gyros: USART1 and USART3 at 921600 baud, received by circular DMA, read in the tick. */
 #ifndef TRACKSERVO_STM32G474_GYRO_UART_H
 #define TRACKSERVO_STM32G474_GYRO_UART_H
 
@@ -7,8 +7,8 @@
 
 #include "sensors/gyro_frame.h"
 
-/* Three frames: the tick may come late by two. A frame may be so many ticks old: gyro and board have clocks of their
- * own, so now and then a tick has no frame and the next has two. */
+/* Three frames: the tick may come late by two. Maximum age of a frame in ticks: gyro and board have clocks of their
+ * own, so sometimes a tick has no frame and the next has two. */
 enum { GYRO_RING_BYTES = 128, GYRO_MOST_AGE_TICKS = 1 };
 
 typedef struct {
@@ -17,16 +17,16 @@ typedef struct {
   gyro_frame_reader reader;
   gyro_frame last;
   uint32_t frames;    /* good ones so far */
-  bool fresh;         /* one of them since gyro_take was called last */
+  bool fresh;         /* one of them since the last call of gyro_take */
   uint32_t age_ticks; /* of the last good one */
 } gyro_line;
 
 void gyro_start(gyro_line lines[2]);
 
-/* Reads the bytes that have come, at any time. */
+/* Reads the received bytes, at any time. */
 void gyro_read(gyro_line *line, int axis);
 
-/* The same, once per tick. True: `rate_rad_s` is that of a fresh and valid frame. */
+/* The same, once per tick. Returns true when `rate_rad_s` is from a recent and valid frame. */
 bool gyro_take(gyro_line *line, int axis, float *rate_rad_s);
 
 #endif

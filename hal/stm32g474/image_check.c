@@ -9,7 +9,7 @@ extern const uint8_t image_start[]; /* the linker script's */
 
 enum { MOST_IMAGE_BYTES = 0x7C000 };
 
-enum { STRETCHES = 2 }; /* of the image: before the CRC, and behind it */
+enum { STRETCHES = 2 }; /* of the image: before the CRC, and after it */
 
 image_check image_check_begin(void) { return (image_check){.at = 0, .crc = CRC32_START}; }
 

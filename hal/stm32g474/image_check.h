@@ -5,10 +5,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Whether the flash holds what was linked. About 30 ms for 64 KiB. */
+/* Whether the flash holds the linked image. About 30 ms for 64 KiB. */
 bool image_check_is_whole(void);
 
-/* The same piece by piece, round and round. */
+/* The same piece by piece, in an endless cycle. */
 typedef enum { IMAGE_NOT_YET_KNOWN = 0, IMAGE_WHOLE, IMAGE_DAMAGED } image_verdict;
 
 typedef struct {
@@ -19,8 +19,8 @@ typedef struct {
 /* At the first byte. */
 image_check image_check_begin(void);
 
-/* Goes on by at most so many bytes, 1 or more; after a verdict it begins again. Damage is told in the second round at
- * the latest. */
+/* Continues by at most this many bytes, 1 or more; after a result it begins again. Damage is reported in the second
+ * cycle at the latest. */
 image_verdict image_check_step(image_check *check, uint32_t most_bytes);
 
 #endif

@@ -22,7 +22,7 @@ enum {
   INTERRUPT_COUNT = 102
 };
 
-/* The prelude borrows the line of a timer that is not used. */
+/* The pre-tick task borrows the line of an unused timer. */
 enum { PRELUDE_INTERRUPT = TIM7_INTERRUPT };
 
 enum {
@@ -43,7 +43,7 @@ void pendsv_exception(void);
 
 enum { UNIMPLEMENTED_PRIORITY_BITS = 4 };
 
-/* The service comes when nothing more urgent is left to do. */
+/* The deferred task runs when nothing more urgent is pending. */
 static inline void service_start(void) {
   field_set(&SCB->shpr[2], SCB_SHPR3_PENDSV, PRIORITY_SERVICE << UNIMPLEMENTED_PRIORITY_BITS);
 }

@@ -5,7 +5,7 @@
 #include "clock.h"
 #include "registers/flash.h"
 
-/* The linker script's: the same memory, for reading and for writing. */
+/* From the linker script: the same memory, for reading and for writing. */
 extern const uint8_t parameter_pages_start[];
 extern volatile uint32_t parameter_pages_words[];
 
@@ -46,7 +46,7 @@ static bool unlock(const hal_flash *flash) {
     FLASH->keyr = FLASH_KEY_1;
     FLASH->keyr = FLASH_KEY_2;
   }
-  FLASH->sr = errors | FLASH_SR_EOP; /* written ones clear */
+  FLASH->sr = errors | FLASH_SR_EOP; /* cleared by writing ones */
   return (FLASH->cr & FLASH_CR_LOCK) == 0;
 }
 
@@ -65,7 +65,7 @@ bool parameter_flash_take_nmi(void) {
   if ((FLASH->eccr & both) != both) {
     return false;
   }
-  FLASH->eccr |= FLASH_ECCR_ECCD; /* a written one clears */
+  FLASH->eccr |= FLASH_ECCR_ECCD; /* cleared by writing one */
   unreadable = true;
   return true;
 }
@@ -89,7 +89,7 @@ static bool read_bytes(const hal_flash *flash, uint32_t offset, void *bytes, uin
   return !unreadable;
 }
 
-/* Both halves in order, without anything between (RM0440). */
+/* Both halves in order, without any other access between (RM0440). */
 static bool program(const hal_flash *flash, uint32_t offset, const uint32_t double_word[2]) {
   if (offset % HAL_FLASH_UNIT_BYTES != 0 || offset > bytes_of(flash) - HAL_FLASH_UNIT_BYTES || !unlock(flash)) {
     return false;
@@ -101,7 +101,7 @@ static bool program(const hal_flash *flash, uint32_t offset, const uint32_t doub
   return finish(flash) && memcmp(at(flash, offset), double_word, HAL_FLASH_UNIT_BYTES) == 0;
 }
 
-/* The data cache may still hold what was there. */
+/* The data cache may still hold the old contents. */
 static void forget_cached_data(void) {
   FLASH->acr &= ~FLASH_ACR_DCEN;
   FLASH->acr |= FLASH_ACR_DCRST;

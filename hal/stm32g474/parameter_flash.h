@@ -1,8 +1,8 @@
 /* The parameter pages: the last 20 KiB of bank 2, in pages of 2 KiB: two for node id and bit rate, then two areas of
  * four for the parameter store.
  *
- * Bank 2 is erased and programmed while the program runs on from bank 1. An erase takes about 22 ms, a double word
- * about 85 us: for the background only. The caller's `waiting` is called all the while, for the watchdog. */
+ * Bank 2 is erased and programmed while the program runs from bank 1. An erase takes about 22 ms, a double word about
+ * 85 us: for the background only. The caller's `waiting` is called during this time, for the watchdog. */
 #ifndef TRACKSERVO_STM32G474_PARAMETER_FLASH_H
 #define TRACKSERVO_STM32G474_PARAMETER_FLASH_H
 
@@ -10,10 +10,10 @@
 
 typedef enum { PARAMETER_AREA_0, PARAMETER_AREA_1, BUS_SETTINGS_PIECE, PARAMETER_PIECES } parameter_piece;
 
-/* `context` goes to `waiting`. */
+/* `context` is passed to `waiting`. */
 hal_flash parameter_flash(parameter_piece piece, void (*waiting)(void *context), void *context);
 
-/* From the NMI: true when it told of two wrong bits in a double word of bank 2; `read` answers false then. */
+/* From the NMI: true when it reported two wrong bits in a double word of bank 2; `read` returns false then. */
 bool parameter_flash_take_nmi(void);
 
 #endif

@@ -21,8 +21,8 @@ typedef struct {
 enum { LED_PIN = 5 };     /* of port A */
 enum { BUTTON_PIN = 13 }; /* of port C: B1 of the NUCLEO board, high while it is held */
 
-/* Gate signals are pulled low, so that a bridge without its processor is off; a driver's fault line is pulled to fault,
- * so that a broken wire is one. Alternate functions: data sheet DS12288. */
+/* Gate signals are pulled low, so a bridge without a running processor is off. A driver's fault line is pulled to
+ * fault, so a broken wire reads as a fault. Alternate functions: data sheet DS12288. */
 static const pin_use pins[] = {
     /* azimuth bridge: TIM1 CH1, CH1N, CH2, CH2N, BKIN */
     {GPIOA, 8, ALTERNATE, 6, PULL_DOWN, MEDIUM},
@@ -44,13 +44,13 @@ static const pin_use pins[] = {
     {GPIOC, 0, ANALOG, 0, NO_PULL, SLOW},
     {GPIOA, 1, ANALOG, 0, NO_PULL, SLOW},
     {GPIOC, 1, ANALOG, 0, NO_PULL, SLOW},
-    /* azimuth encoder: SPI1 SCK, MISO; a line without an encoder reads low, which is no answer */
+    /* azimuth encoder: SPI1 SCK, MISO; a line without an encoder reads low, which is no valid answer */
     {GPIOB, 3, ALTERNATE, 5, NO_PULL, MEDIUM},
     {GPIOB, 4, ALTERNATE, 5, PULL_DOWN, SLOW},
     /* pitch encoder: SPI3 SCK, MISO */
     {GPIOC, 10, ALTERNATE, 6, NO_PULL, MEDIUM},
     {GPIOC, 11, ALTERNATE, 6, PULL_DOWN, SLOW},
-    /* azimuth gyro: USART1 TX, RX; pitch gyro: USART3 TX, RX; a UART's line rests high */
+    /* azimuth gyro: USART1 TX, RX; pitch gyro: USART3 TX, RX; a UART line idles high */
     {GPIOC, 4, ALTERNATE, 7, NO_PULL, SLOW},
     {GPIOC, 5, ALTERNATE, 7, PULL_UP, SLOW},
     {GPIOB, 10, ALTERNATE, 7, NO_PULL, SLOW},

@@ -1,4 +1,4 @@
-/* What every pin is, in one table; docs/board.md shows it. */
+/* The function of every pin, in one table; docs/board.md shows it. */
 #ifndef TRACKSERVO_STM32G474_PINS_H
 #define TRACKSERVO_STM32G474_PINS_H
 
@@ -9,7 +9,7 @@ void pins_start(void);
 
 void pins_light_led(bool on);
 
-/* The button that recovers node id and bit rate; a few microseconds after pins_start at the earliest. */
+/* The button that restores node id and bit rate; read it a few microseconds after pins_start at the earliest. */
 bool pins_button_is_held(void);
 
 #endif

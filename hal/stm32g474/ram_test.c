@@ -2,19 +2,19 @@
 
 #include <stdint.h>
 
-/* The linker script's; only their addresses mean something. */
+/* From the linker script; only their addresses are meaningful. */
 extern volatile uint32_t stack_limit[];
 extern uint32_t stack_top[];
 extern volatile uint32_t data_start[];
 extern uint32_t ram_end[];
 
-/* The reset handler and this test themselves. */
+/* The reset handler and this test itself. */
 enum { STACK_IN_USE_BYTES = 256 };
 
 #define ZEROS 0u
 #define ONES UINT32_MAX
 
-/* The verdict may lie in damaged memory, too: it is good only as a word and its complement. */
+/* The result may lie in damaged memory too: it is valid only as a word and its complement. */
 #define PASSED 0x4D415243u
 
 __attribute__((section(".noinit"))) static volatile struct {
@@ -22,7 +22,7 @@ __attribute__((section(".noinit"))) static volatile struct {
   uint32_t complement;
 } verdict;
 
-/* Both return the bits in which any word was not what it should be. */
+/* Both return the bits in which any word was wrong. */
 static uint32_t upwards(volatile uint32_t *first, uint32_t words, uint32_t expected, uint32_t written) {
   uint32_t wrong = 0;
   for (uint32_t i = 0; i < words; ++i) {
@@ -43,7 +43,7 @@ static uint32_t downwards(volatile uint32_t *first, uint32_t words, uint32_t exp
 
 static uint32_t march(volatile uint32_t *first, uintptr_t end) {
   const uint32_t words = (uint32_t)(end - (uintptr_t)first) / sizeof(uint32_t);
-  (void)upwards(first, words, ZEROS, ZEROS); /* what was there means nothing */
+  (void)upwards(first, words, ZEROS, ZEROS); /* previous contents do not matter */
   uint32_t wrong = upwards(first, words, ZEROS, ONES);
   wrong |= upwards(first, words, ONES, ZEROS);
   wrong |= downwards(first, words, ZEROS, ONES);

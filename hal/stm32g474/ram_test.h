@@ -1,19 +1,20 @@
-/* March C- over RAM that nothing uses yet: finds stuck bits, cells that do not change, coupled words and wrong
- * addresses. Source: A. J. van de Goor, Using March Tests to Test SRAMs, IEEE Design & Test of Computers 10 (1993).
+/* March C- over unused RAM: finds stuck bits, cells that do not change, coupled words and wrong addresses. Source: A.
+ * J. van de Goor, Using March Tests to Test SRAMs, IEEE Design & Test of Computers 10 (1993).
  *
  *     up (w0); up (r0, w1); up (r1, w0); down (r0, w1); down (r1, w0); up (r0)
  *
- * It goes by words, 0 is a word of zeros and 1 one of ones: bits of the same word that disturb each other can hide. */
+ * It works on words; 0 is a word of zeros and 1 one of ones. Coupling between bits of the same word can stay
+ * undetected. */
 #ifndef TRACKSERVO_STM32G474_RAM_TEST_H
 #define TRACKSERVO_STM32G474_RAM_TEST_H
 
 #include <stdbool.h>
 
-/* Before variables are initialised: all of the RAM but .noinit and the top of the stack, which is in use. 85 ms at the
- * 16 MHz after a reset. Leaves zeros. */
+/* Run it before variables are initialised: it covers all of the RAM except .noinit and the top of the stack, which is
+ * in use. 85 ms at the 16 MHz after a reset. Leaves zeros. */
 void ram_test_run(void);
 
-/* Whether it has run and found nothing. */
+/* Whether it has run without an error. */
 bool ram_test_passed(void);
 
 #endif

@@ -4,8 +4,8 @@
 #include "registers/rcc.h"
 #include "stack_guard.h"
 
-/* BORRSTF tells of a power-on and of a dip of the supply alike. What tells them apart is a word with its complement:
- * RAM that was without supply holds anything, RAM whose supply dipped still holds both. */
+/* BORRSTF is set by a power-on and by a dip of the supply. A word with its complement distinguishes them: RAM that lost
+ * its supply holds arbitrary data, RAM whose supply dipped still holds both. */
 #define SUPPLIED 0x53555050u
 
 __attribute__((section(".noinit"))) static volatile struct {
@@ -20,7 +20,7 @@ static bool memory_knows_the_time_before(void) {
   return knows;
 }
 
-/* The pin's flag comes with every reset, so it counts last. */
+/* The pin's flag is set by every reset, so it is checked last. */
 static hal_reset_cause cause_of(uint32_t flags, bool supplied_before) {
   if ((flags & RCC_CSR_IWDGRSTF) != 0) {
     return HAL_RESET_WATCHDOG;

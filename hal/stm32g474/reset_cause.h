@@ -1,4 +1,4 @@
-/* Why the chip started anew. */
+/* Why the chip restarted. */
 #ifndef TRACKSERVO_STM32G474_RESET_CAUSE_H
 #define TRACKSERVO_STM32G474_RESET_CAUSE_H
 

@@ -1,7 +1,7 @@
 /* Outputs off: both bridges' timers without main output enable, both driver enables low.
  *
- * Needs no RAM but a little stack, no clock but the one after reset, and nothing that was set up before, so it is the
- * first thing that a reset and every fault does. */
+ * It needs no RAM except a little stack, no clock except the one after reset, and no initialisation, so a reset and
+ * every fault do it first. */
 #ifndef TRACKSERVO_STM32G474_SAFE_OUTPUTS_H
 #define TRACKSERVO_STM32G474_SAFE_OUTPUTS_H
 
@@ -14,7 +14,7 @@ enum { AZIMUTH_ENABLE_PIN = 8, PITCH_ENABLE_PIN = 9, PIN_MODE_OUTPUT = 1 }; /* o
 static inline void safe_outputs(void) {
   RCC->ahb2enr |= RCC_AHB2ENR_GPIOCEN;
   RCC->apb2enr |= RCC_APB2ENR_TIM1EN | RCC_APB2ENR_TIM8EN;
-  (void)RCC->apb2enr; /* a clock needs two cycles before the first access; reading back waits them */
+  (void)RCC->apb2enr; /* a clock needs two cycles before the first access; reading back takes that long */
   TIM1->bdtr &= ~TIM1_BDTR_MOE;
   TIM8->bdtr &= ~TIM1_BDTR_MOE;
   GPIOC->bsrr = GPIO_CLEAR(AZIMUTH_ENABLE_PIN) | GPIO_CLEAR(PITCH_ENABLE_PIN);

@@ -1,4 +1,4 @@
-/* The self-tests before the interrupts begin: everything is polled, at the pace of the PWM periods, the bridges off. */
+/* The self-tests before the interrupts start: all by polling, at the rate of the PWM periods, with the bridges off. */
 #include "board.h"
 #include "bridge.h"
 #include "clock.h"
@@ -21,7 +21,7 @@ typedef struct {
   uint32_t cycles_before;
 } observations;
 
-/* One tick's worth of PWM periods. False: they do not come. */
+/* The PWM periods of one tick. Returns false when they do not come. */
 static bool observe_tick(hal *machine, observations *seen) {
   for (int period = 0; period < PERIODS_PER_TICK; ++period) {
     if (!current_sense_wait()) {
@@ -56,8 +56,8 @@ static bool measure_offset(hal *machine, const observations *seen, int axis) {
   return good;
 }
 
-/* A gyro has a crystal of its own: 40 frames, each 1 ms of our clock but for one and a half, mean that ours is right to
- * 4 %. A crystal of another common frequency is far beyond. */
+/* A gyro has a crystal of its own. 40 frames that take 40 ms within one and a half of our clock show that it is right
+ * to 4 %. A crystal of another common frequency is far outside. */
 typedef enum { GYRO_SILENT, GYRO_AGREES, GYRO_ASTRAY } gyro_pace;
 
 static gyro_pace pace_of(const gyro_line *line, uint32_t frames_before, float frames_by_our_clock) {
@@ -69,7 +69,7 @@ static gyro_pace pace_of(const gyro_line *line, uint32_t frames_before, float fr
   return astray <= MOST_FRAMES_ASTRAY && astray >= -MOST_FRAMES_ASTRAY ? GYRO_AGREES : GYRO_ASTRAY;
 }
 
-/* The bits of an axis that cannot be driven, and of a gyro that is missing or set to another pace. */
+/* The bits of an axis that cannot be driven, and of a gyro that is missing or set to another rate. */
 static uint32_t judge_axis(hal *machine, const observations *seen, gyro_pace pace, int axis) {
   uint32_t failed = 0;
   if (!measure_offset(machine, seen, axis)) {
@@ -85,7 +85,7 @@ static uint32_t judge_axis(hal *machine, const observations *seen, gyro_pace pac
   return failed;
 }
 
-/* One gyro that agrees shows that the clock is right, and the other one wrong. */
+/* One gyro that agrees shows that the clock is right, and that the other gyro is wrong. */
 static uint32_t judge(hal *machine, const observations *seen, float frames_by_our_clock) {
   const gyro_pace pace[2] = {pace_of(&machine->gyro[0], seen->frames_before[0], frames_by_our_clock),
                              pace_of(&machine->gyro[1], seen->frames_before[1], frames_by_our_clock)};
@@ -113,7 +113,7 @@ static uint32_t test_sensors(hal *machine) {
   return judge(machine, &seen, frames_by_our_clock);
 }
 
-/* With RAM that forgets nothing else can be judged. */
+/* With faulty RAM no other result can be trusted. */
 uint32_t hal_board_self_test(hal *machine) {
   if (!ram_test_passed()) {
     machine->test_bits |= HAL_TEST_MEMORY;

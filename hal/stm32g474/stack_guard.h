@@ -1,7 +1,7 @@
-/* The stack lies at the bottom of the RAM. The 32 KiB below it, where no memory is, may not be accessed: one push too
- * many, by the program or by an interrupt's entry, is a MemManage fault at once, before any data is lost.
+/* The stack lies at the bottom of the RAM. The 32 KiB below it, where no memory is, may not be accessed: a stack
+ * overflow, by the program or by an interrupt's entry, causes a MemManage fault at once, before any data is lost.
  *
- * It is the only such region, so every data access that the MPU refuses is told as a stack overflow. */
+ * It is the only such region, so every data access that the MPU refuses is reported as a stack overflow. */
 #ifndef TRACKSERVO_STM32G474_STACK_GUARD_H
 #define TRACKSERVO_STM32G474_STACK_GUARD_H
 

@@ -1,5 +1,5 @@
-/* From reset to main: outputs off, FPU on, stack guarded, RAM tested, variables as C wants them. Faults: outputs off,
- * what happened kept, and the watchdog resets. */
+/* From reset to main: outputs off, FPU on, stack guarded, RAM tested, variables initialised for C. Faults: outputs off,
+ * the cause recorded, and the watchdog resets. */
 #include <stdint.h>
 
 #include "fault_record.h"
@@ -12,7 +12,7 @@
 #include "safe_outputs.h"
 #include "stack_guard.h"
 
-/* The linker script's; only their addresses mean something. */
+/* From the linker script; only their addresses are meaningful. */
 extern uint32_t stack_top[];
 extern uint32_t stack_limit[];
 extern uint32_t stack_guard[];
@@ -56,7 +56,7 @@ void reset_handler(void) {
   }
 }
 
-/* The stack may be what is wrong: the handler has a fresh one, and is told where the old one was. */
+/* The stack may be the cause: the handler uses a new one, and receives the address of the old one. */
 __attribute__((naked)) void fault_handler(void) {
   __asm volatile(
       "mov r0, sp\n"
@@ -65,7 +65,7 @@ __attribute__((naked)) void fault_handler(void) {
       "b handle_fault\n");
 }
 
-/* Ends in the reset by the watchdog, which is started here should it not run yet. */
+/* Ends in the reset by the watchdog, which is started here if it does not run yet. */
 void handle_fault(const uint32_t *frame) {
   safe_outputs();
   const uintptr_t frame_end = (uintptr_t)(frame + FRAME_PROGRAM_COUNTER + 1);
@@ -80,8 +80,8 @@ void handle_fault(const uint32_t *frame) {
   }
 }
 
-/* Parameter memory that lost power while it was written may not be readable: its reader finds out. All else, as a
- * crystal that stopped, is a fault. */
+/* Parameter memory that lost power while it was written may be unreadable: its reader handles that. Everything else,
+ * such as a crystal that stopped, is a fault. */
 __attribute__((naked)) void nmi_handler(void) {
   __asm volatile(
       "push {r4, lr}\n"
@@ -96,14 +96,14 @@ typedef void (*vector)(void);
 
 enum { CORE_EXCEPTIONS = 15 }; /* reset is the first of them */
 
-/* Read by the processor alone. */
+/* Read by the processor only. */
 typedef struct {
   uint32_t *initial_stack;           /* cppcheck-suppress unusedStructMember */
   vector core[CORE_EXCEPTIONS];      /* cppcheck-suppress unusedStructMember */
   vector interrupt[INTERRUPT_COUNT]; /* cppcheck-suppress unusedStructMember */
 } vector_table;
 
-/* Whatever is not expected is a fault. */
+/* Every unexpected exception is a fault. */
 #define FAULT fault_handler
 #define FAULTS_4 FAULT, FAULT, FAULT, FAULT
 #define FAULTS_10 FAULT, FAULT, FAULTS_4, FAULTS_4

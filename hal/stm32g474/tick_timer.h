@@ -1,4 +1,4 @@
-/* The 1 ms tick: TIM6, from the same clock as the PWM and so at a fixed place between its periods. */
+/* The 1 ms tick: TIM6, from the same clock as the PWM and so at a fixed position between its periods. */
 #ifndef TRACKSERVO_STM32G474_TICK_TIMER_H
 #define TRACKSERVO_STM32G474_TICK_TIMER_H
 

@@ -1,4 +1,4 @@
-/* What image this is: 96 bytes at offset 0x200 of the flash, where tools find them without running anything.
+/* Identifies the image: 96 bytes at offset 0x200 of the flash, where tools find them without running anything.
  *
  * Length and CRC are written after linking (tools/image/stamp_image.py). The CRC-32 (IEEE 802.3) covers
  * the image from its first byte to its length, without the four bytes of the CRC itself. */
@@ -18,7 +18,7 @@ typedef struct {
   uint32_t crc32;
   char version[VERSION_TEXT_BYTES]; /* filled up with zeros */
   char git[VERSION_GIT_BYTES];
-  uint32_t schema_hash; /* of the object dictionary, see node/schema_hash.h */
+  uint32_t schema_hash; /* of the object dictionary; see node/schema_hash.h */
   uint32_t reserved[3];
 } version_block;
 _Static_assert(sizeof(version_block) == 96, "as tools/image/stamp_image.py writes it");

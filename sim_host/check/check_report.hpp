@@ -1,4 +1,4 @@
-// All that a check has found, as its outputs need it.
+// All results of a check, as its outputs need them.
 #ifndef TRACKSERVO_SIM_CHECK_CHECK_REPORT_HPP
 #define TRACKSERVO_SIM_CHECK_CHECK_REPORT_HPP
 
@@ -23,12 +23,12 @@ struct CheckReport {
   std::optional<Comparison> comparison;
   bool worse_is_red = true;
 
-  // Worse than the baseline, and this counts.
+  // Changes for the worse since the baseline that fail the check.
   bool red_by_baseline() const { return comparison && worse_is_red && comparison->count(ChangeKind::kWorse) > 0; }
   bool kept() const { return all_kept(figures) && !red_by_baseline(); }
 };
 
-// To the standard output: a line per figure, changes since the baseline, and what is not kept at the end.
+// To the standard output: a line per figure, changes since the baseline, and the missed limits at the end.
 void print(const CheckReport& report);
 
 // Throws std::runtime_error that names the file.

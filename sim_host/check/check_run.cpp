@@ -15,7 +15,7 @@
 namespace trackservo::sim {
 namespace {
 
-// What one job gives: figures of one seed, NaN after a failure.
+// Result of one job: figures of one seed, NaN after a failure.
 struct Outcome {
   std::string scenario;
   std::string case_name;
@@ -47,7 +47,7 @@ Outcome tracking_outcome(const CheckPlan& plan, const Study& study, const StudyC
   return {study.scenario.name, study_case.name, seed, measure(study, study_case, trace), std::nullopt};
 }
 
-// Of a device there is no torque command to be seen.
+// The torque command of a device cannot be observed.
 std::vector<Figure> figures_of_trace(const CheckPlan& plan, const Study& study, const StudyCase& study_case,
                                      const Trace& trace) {
   std::vector<Figure> figures;

@@ -1,7 +1,7 @@
 // The runs of a check: every scenario, case and seed, and the margins of the speed loops.
 //
 // Speed scenarios are driven through the whole device (node, drive, protection, servo core). Tracking, which no CiA 402
-// mode carries, runs on the servo core, as do the measured margins; both with the gains that the device has then.
+// mode supports, runs on the servo core, as do the measured margins; both use the gains of the device.
 #ifndef TRACKSERVO_SIM_CHECK_CHECK_RUN_HPP
 #define TRACKSERVO_SIM_CHECK_CHECK_RUN_HPP
 
@@ -29,13 +29,13 @@ struct CheckPlan {
   DeviceMaker make_device;
 };
 
-// Throws ConfigError for a scenario that this plan cannot run, or gains that are refused.
+// Throws ConfigError for a scenario that cannot run like this, or gains that are refused.
 void refuse_impossible(const CheckPlan& plan);
 
-// The figures that run_check gives, in its order, without values. Throws as apply_gains.
+// The figures of run_check, in its order, without values. Throws like apply_gains.
 std::vector<CheckFigure> figures_of(const CheckPlan& plan);
 
-// Throws as apply_gains.
+// Throws like apply_gains.
 std::vector<CheckFigure> run_check(const CheckPlan& plan,
                                    const std::function<void(int, int, const std::string&)>& progress);
 

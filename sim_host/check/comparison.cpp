@@ -54,7 +54,7 @@ ChangeKind kind_of(Better better, double difference) {
   return (difference < 0.0) == (better == Better::kLower) ? ChangeKind::kBetter : ChangeKind::kWorse;
 }
 
-// A figure that had values and has none any more is worse; the other way round it is better.
+// A figure that had values and has none now is worse; the reverse is better.
 void add_change(Comparison& comparison, const CheckFigure& before, const CheckFigure& now) {
   const double mean_before = mean_of(before);
   const double mean_now = mean_of(now);

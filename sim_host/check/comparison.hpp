@@ -1,8 +1,8 @@
-// What got better or worse since an earlier run, by more than the seeds' scatter.
+// What got better or worse since an earlier run, by more than the scatter of the seeds.
 //
-// With the same seeds, runs are compared in pairs: wind and noise are the same, so only the change is left. A figure
-// has changed when the mean difference is beyond Student's t at 0.1 % AND at least 2 % of what it was. With other seeds
-// the two means are compared by Welch's t, and with one seed by the 2 % alone.
+// With the same seeds, runs are compared in pairs: wind and noise are the same, so only the change remains. A figure
+// has changed when the mean difference is beyond Student's t at 0.1 % AND at least 2 % of its former value. With other
+// seeds the two means are compared by Welch's t, and with one seed by the 2 % alone.
 #ifndef TRACKSERVO_SIM_CHECK_COMPARISON_HPP
 #define TRACKSERVO_SIM_CHECK_COMPARISON_HPP
 
@@ -33,14 +33,14 @@ struct Change {
   ChangeKind kind;
   double before;
   double now;
-  double threshold;  // |now - before| beyond which it counts
+  double threshold;  // threshold of |now - before|
 };
 
 struct Comparison {
   Baseline baseline;
   bool paired = false;
   std::vector<Change> changes;         // worse ones first
-  std::vector<FigureKey> only_before;  // figures of the baseline that were not taken now
+  std::vector<FigureKey> only_before;  // figures of the baseline that are missing now
   std::size_t compared = 0;
 
   std::size_t count(ChangeKind kind) const;

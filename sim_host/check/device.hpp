@@ -1,7 +1,7 @@
-// What a check drives: the servo's node on a simulated machine, reached through its objects as a master would.
+// What a check drives: the servo's node on a simulated machine, accessed through its objects as a master would.
 //
-// Implemented by HostDevice (the firmware that this program is built from) and by the emulated board with an image on
-// it. Use: write gains, enable(), then command() and pass_ms() for every millisecond of the scenario.
+// Implemented by HostDevice (the firmware compiled into this program) and by the emulated board with an image on it.
+// Use: write gains, enable(), then command() and pass_ms() for every millisecond of the scenario.
 #ifndef TRACKSERVO_SIM_CHECK_DEVICE_HPP
 #define TRACKSERVO_SIM_CHECK_DEVICE_HPP
 
@@ -27,7 +27,7 @@ class CheckedDevice {
   // As an expedited SDO of 1, 2 or 4 bytes: 0, or the abort code.
   virtual std::uint32_t write(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, int bytes) = 0;
 
-  // Both axes to operation enabled in cyclic synchronous velocity; false when one does not get there.
+  // Switches both axes to operation enabled in cyclic synchronous velocity; false when one does not get there.
   virtual bool enable() = 0;
 
   // The set-points of both axes for the next millisecond [rad/s].
@@ -41,17 +41,17 @@ class CheckedDevice {
 
   virtual TruthState truth() const = 0;
 
-  // Milliseconds from command() to the tick whose reference it is.
+  // Milliseconds from command() to the tick that uses its set-point.
   virtual int set_point_delay_ms() const = 0;
 
-  // Torque command of the last tick [Nm]; NaN where it cannot be seen.
+  // Torque command of the last tick [Nm]; NaN where it cannot be observed.
   virtual double torque_command_nm(int axis) const = 0;
 
-  // Why the device does not follow its set-points any more ("pitch: fault 7300h"); none while it does.
+  // Why the device no longer follows its set-points ("pitch: fault 7300h"); none while it does.
   virtual std::optional<std::string> failure() = 0;
 };
 
-// Makes a device on this plant, with the gains that a device starts with. Called from several threads.
+// Makes a device on this plant, with the start gains of a device. Called from several threads.
 using DeviceMaker = std::function<std::unique_ptr<CheckedDevice>(const PlantConfig& plant, std::uint64_t seed,
                                                                  const std::array<double, kAxes>& joint_angle_rad)>;
 

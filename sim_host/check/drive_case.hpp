@@ -1,4 +1,4 @@
-// Drives a device through one case of a speed scenario, and records what the machine truly did.
+// Drives a device through one case of a speed scenario, and records the true motion of the machine.
 #ifndef TRACKSERVO_SIM_CHECK_DRIVE_CASE_HPP
 #define TRACKSERVO_SIM_CHECK_DRIVE_CASE_HPP
 
@@ -12,13 +12,13 @@
 
 namespace trackservo::sim {
 
-// A row per millisecond. Errors count against the set-point as it was sent, later by the delay that the protocol has.
+// One row per millisecond. Errors are relative to the set-point as sent, delayed by the protocol's delay.
 struct DrivenCase {
-  Trace trace;                         // empty after a failure: no figure of a broken run means anything
+  Trace trace;                         // empty after a failure: no figure of a failed run is meaningful
   std::optional<std::string> failure;  // "pitch: fault 7300h after 3.2 s"
 };
 
-// Throws as apply_gains.
+// Throws like apply_gains.
 DrivenCase drive_case(CheckedDevice& device, const PlantConfig& plant, const ScenarioConfig& scenario,
                       double speed_rad_s, const Gains& gains);
 

@@ -11,7 +11,7 @@ namespace trackservo::sim {
 
 enum class Better { kLower, kHigher, kNeither };
 
-// Where a figure belongs; `name` ends with its unit.
+// Place of a figure; `name` ends with its unit.
 struct FigureKey {
   std::string scenario;
   std::string case_name;
@@ -30,16 +30,16 @@ struct FigureKey {
 
 struct CheckFigure {
   FigureKey key;
-  std::string unit;  // as people read it: "deg/s"
+  std::string unit;  // for people: "deg/s"
   Better better = Better::kLower;
   std::vector<double> values;          // one per seed; NaN where a run gave none
-  std::optional<std::string> failure;  // why, of the first such run
+  std::optional<std::string> failure;  // the reason, of the first such run
 };
 
 // "rms_error" and "deg/s" give "rms_error_deg_s".
 std::string name_with_unit(const std::string& metric, const std::string& unit);
 
-// Which direction of a figure, by its name with unit, is good.
+// The good direction of a figure, by its name with unit.
 Better better_of(const std::string& name);
 
 // "lower", "higher", "neither".

@@ -35,7 +35,7 @@ std::string range_text(const od_entry& entry) {
                                  : fmt::format("a whole number from {} to {}{}", entry.low.i, entry.high.i, unit);
 }
 
-// Levenshtein would be kinder; the last word of a name is what people get wrong least.
+// Levenshtein would be more tolerant; the last word of a name is the one that people get wrong least.
 std::string hint(const Tunable& tunable, const std::string& name) {
   const std::string last = name.substr(name.rfind('.') + 1);
   std::vector<std::string> similar;
@@ -120,12 +120,12 @@ class GainsReader {
   }
 
   TomlReader reader_;
-  HostDevice device_;  // whose dictionary is looked at; it does not run
+  HostDevice device_;  // only for its dictionary; it does not run
   Tunable tunable_;
   Gains gains_;
 };
 
-// What depends on a value that comes later is tried again, until a pass changes nothing.
+// Rows that depend on a later value are tried again, until a pass changes nothing.
 void write_all(CheckedDevice& device, const Gains& gains) {
   std::vector<Gain> waiting = gains.values;
   while (!waiting.empty()) {
@@ -197,7 +197,7 @@ void apply_gains(CheckedDevice& device, const Gains& gains) {
     return;
   }
   (void)device.write(kAccessLock, 1, kOpen,
-                     4);  // of limits that can hurt; who needs it and has it not is refused below
+                     4);  // of dangerous limits; a device that needs it and does not have it is refused below
   write_all(device, gains);
   for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
     const std::uint32_t answer = device.write(static_cast<std::uint16_t>(kTuning + kAxisShift * axis), 1, kApply, 1);

@@ -24,18 +24,19 @@ struct Gain {
 };
 
 struct Gains {
-  std::filesystem::path file;  // empty: what a new device has
+  std::filesystem::path file;  // empty: the start gains of a device
   SourceLines lines;
   std::vector<Gain> values;
 };
 
-// Throws ConfigError with file, line, and what would be right. The plant is that of the check.
+// Throws ConfigError with file, line and remedy. The plant is that of the check.
 Gains read_gains(const std::filesystem::path& file, const PlantConfig& plant);
 
 // Throws ConfigError at the line of a value that the device refuses, std::runtime_error when it refuses the whole set.
 void apply_gains(CheckedDevice& device, const Gains& gains);
 
-// The gains that the design gives this plant, with its limits, as a gains file. Throws ConfigError, std::runtime_error.
+// The gains that the design computes for this plant, with its limits, as a gains file. Throws ConfigError,
+// std::runtime_error.
 void write_designed_gains(const PlantConfig& plant, const std::filesystem::path& file);
 
 }  // namespace trackservo::sim

@@ -1,4 +1,4 @@
-// The firmware that this program is built from, on the simulated machine, with the gains that a new device has.
+// The firmware compiled into this program, on the simulated machine, with the start gains of a device.
 #ifndef TRACKSERVO_SIM_CHECK_HOST_DEVICE_HPP
 #define TRACKSERVO_SIM_CHECK_HOST_DEVICE_HPP
 
@@ -29,7 +29,7 @@ class HostDevice : public CheckedDevice {
   DrivenNode& node() { return node_; }
 
  private:
-  // One of interpolation: 60FF is written before the tick that takes it.
+  // One of interpolation: 60FF is written before the tick that uses it.
   static constexpr int kSetPointDelay_ms = 1;
 
   NodeSetup setup_;

@@ -20,7 +20,7 @@ class Suite {
     }
   }
 
-  // A failed one when there is a problem.
+  // A failed test case when there is a problem.
   void add(const std::string& class_name, const std::string& name, const std::string& problem) {
     increase("tests");
     pugi::xml_node test = node_.append_child("testcase");

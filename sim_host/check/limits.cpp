@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char *kLearned = "learned";
 
-// Unique names of one level of the keys below a common beginning.
+// Unique names of one level of the keys below a common prefix.
 using Names = std::vector<std::string>;
 
 class LimitsReader {
@@ -150,13 +150,13 @@ class LimitsReader {
 constexpr double kStandardErrors = 6.0;
 constexpr double kLeastShare = 0.05;
 
-// What a figure may always move by: a tick, and half a per cent of a step.
+// Change that a figure may always have: a tick, or half a per cent of a step.
 double least_width(const CheckFigure& figure) {
   const double step = figure.unit == "ms" ? 1.0 : figure.unit == "%" ? 0.5 : 0.0;
   return std::max(step, kLeastShare * std::abs(mean_of(figure)));
 }
 
-// Four digits, away from the mean.
+// Four digits, rounded away from the mean.
 double rounded(double value, bool up) {
   if (value == 0.0) {
     return 0.0;

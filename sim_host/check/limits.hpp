@@ -27,17 +27,17 @@ struct Limit {
 struct Limits {
   std::filesystem::path file;
   std::vector<Limit> values;
-  std::optional<int> for_seeds;  // they hold for means over so many seeds
+  std::optional<int> for_seeds;  // number of seeds of the means for which they hold
 
   // None when the figure is not limited.
   const Limit *find(const FigureKey& key) const;
 };
 
-// `figures` are those of the check. Scenarios that were not chosen may have limits when `subset`. Throws ConfigError
+// `figures` are those of the check. With `subset`, scenarios that were not chosen may have limits. Throws ConfigError
 // for unknown names, for values that are no limits, and for a scenario of the check that has none.
 Limits read_limits(const std::filesystem::path& file, const std::vector<CheckFigure>& figures, bool subset);
 
-// Limits that an unchanged plant and firmware keep with other seeds: mean and six standard errors of the difference of
+// Limits that an unchanged plant and firmware meet with other seeds: mean and six standard errors of the difference of
 // two means, and at least 5 %. Writes the file. Throws std::runtime_error when it cannot be written, or when a figure
 // has no value.
 Limits learn_limits(const std::vector<CheckFigure>& figures, const std::string& what, int seeds,

@@ -1,7 +1,7 @@
-// Margins of the speed loops: what notices a gain that is off before noise lets any run notice it.
+// Margins of the speed loops: they show a wrong gain before it is visible above the noise of a run.
 //
 // Computed from the gains and the plant's numbers, without noise; and measured on the simulated machine with the
-// firmware as it is built, so that a change in the firmware counts, too.
+// firmware as built, so that changes in the firmware are included.
 #ifndef TRACKSERVO_SIM_CHECK_LOOP_FIGURES_HPP
 #define TRACKSERVO_SIM_CHECK_LOOP_FIGURES_HPP
 
@@ -28,7 +28,7 @@ struct LoopFigures {
   std::optional<std::string> failure;  // the loop is unstable
 };
 
-// Its figures without values.
+// The same figures without values.
 std::vector<Figure> unknown_loop_figures(const LoopCase& loop_case);
 
 LoopFigures loop_figures(const PlantConfig& plant, const servo_params& params, const LoopCase& loop_case,

@@ -1,5 +1,5 @@
-// The result as one HTML page that opens without a network: verdict, what is not kept, what changed, every figure with
-// its limits as a bar.
+// The result as one HTML page that opens without a network: verdict, missed limits, changes, every figure with its
+// limits as a bar.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ void add_key(pugi::xml_node row, const FigureKey& key) {
 
 std::string value_text(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "no value"; }
 
-// How much of its limit a figure uses: of a maximum upwards, of a minimum downwards.
+// Used share of a figure's limit: of a maximum upwards, of a minimum downwards.
 double used_share(const JudgedFigure& judged) {
   const Limit& limit = *judged.limit;
   if (!std::isfinite(judged.value)) {

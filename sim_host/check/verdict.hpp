@@ -1,4 +1,4 @@
-// Which figures keep their limits.
+// Which figures meet their limits.
 #ifndef TRACKSERVO_SIM_CHECK_VERDICT_HPP
 #define TRACKSERVO_SIM_CHECK_VERDICT_HPP
 
@@ -16,10 +16,10 @@ struct JudgedFigure {
   double scatter = 0.0;  // standard deviation over the seeds
   std::optional<Limit> limit;
   bool kept = true;     // true without a limit
-  std::string problem;  // one sentence; empty when it is kept
+  std::string problem;  // one sentence; empty when the limit is met
 };
 
-// A figure without a value keeps no limit.
+// A figure without a value meets no limit.
 std::vector<JudgedFigure> judge(const std::vector<CheckFigure>& figures, const Limits& limits);
 
 bool all_kept(const std::vector<JudgedFigure>& judged);

@@ -96,7 +96,7 @@ CheckPlan plan_of(const CheckOptions& options, const ImageDevices& image_devices
   return plan;
 }
 
-// Those of the shipped plant go without being named.
+// The files of the shipped plant need not be named.
 fs::path limits_file(const CheckOptions& options) {
   if (!options.limits.empty()) {
     return options.limits;

@@ -1,7 +1,7 @@
-// sim_host check: does the firmware still keep its limits on this plant? Exit code 0 kept, 1 not kept, 2 wrong input.
+// sim_host check: does the firmware still meet its limits on this plant? Exit code 0: met, 1: not met, 2: wrong input.
 //
-// The same command serves sim_host, whose device is the firmware that it is built from, and check_board, whose device
-// is the emulated board with an image on it; sim_host hands --image over to check_board.
+// The same command serves sim_host, whose device is the firmware compiled into it, and check_board, whose device is the
+// emulated board with an image on it; sim_host passes --image on to check_board.
 #ifndef TRACKSERVO_SIM_COMMANDS_CHECK_COMMAND_HPP
 #define TRACKSERVO_SIM_COMMANDS_CHECK_COMMAND_HPP
 
@@ -15,13 +15,13 @@
 
 namespace trackservo::sim {
 
-// Devices with an image of the board on them. Throws std::runtime_error when it cannot be read.
+// Devices that run an image of the board. Throws std::runtime_error when it cannot be read.
 using ImageDevices = std::function<DeviceMaker(const std::filesystem::path& image)>;
 
-// `arguments` are those of this program, for handing them over; without `image_devices` --image does so.
+// `arguments` are those of this program, to pass them on; without `image_devices`, --image does so.
 void add_check(CLI::App& app, int& code, const std::vector<std::string>& arguments, const ImageDevices& image_devices);
 
-// sim_host gains: the gains that the design gives a plant, as a gains file.
+// sim_host gains: the gains that the design computes for a plant, as a gains file.
 void add_gains(CLI::App& app);
 
 }  // namespace trackservo::sim

@@ -13,29 +13,29 @@ namespace trackservo::sim {
 
 constexpr const char *kDataHelp = "folder with plants/ and scenarios/";
 
-// To the standard error, each text once, however many runs it holds for.
+// To the standard error, each text once, for however many runs it is valid.
 void warn(const std::vector<std::string>& texts);
 
-// Refuses what makes no sense and warns of what is unusual, before the first run of a study. Throws as
+// Refuses inconsistent input and warns of unusual input, before the first run of a study. Throws like
 // design_controller.
 servo_params checked_design(const Study& study, const ControllerSpec& spec, const DesignOptions& options);
 
-// Call before the first job, whose time counts, too.
+// Call it before the first job, whose time counts too.
 void start_progress();
 
-// After every finished job, to the standard error: see progress.hpp.
+// After every finished job, to the standard error; see progress.hpp.
 void show_progress(int done, int total, const std::string& what);
 
 // Throws std::invalid_argument.
 void refuse_repeated_seeds(std::vector<std::uint64_t> seeds);
 
-// Of an option that is a seed.
+// For an option that is a seed.
 CLI::Validator seed();
 
 // The option --threads, whose default is one thread per processor.
 void add_threads(CLI::App& command, int& threads);
 
-// Of an option that is a share: 0 to `most`; unlike CLI::Range it refuses NaN.
+// For an option that is a share: 0 to `most`; unlike CLI::Range it refuses NaN.
 CLI::Validator share(double most);
 
 }  // namespace trackservo::sim

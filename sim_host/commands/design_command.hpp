@@ -1,4 +1,4 @@
-// `identify design`: gains from result.json, wishes and the device's parameters.
+// `identify design`: gains from result.json, requirements and the device's parameters.
 #ifndef TRACKSERVO_SIM_COMMANDS_DESIGN_COMMAND_HPP
 #define TRACKSERVO_SIM_COMMANDS_DESIGN_COMMAND_HPP
 
@@ -14,7 +14,7 @@ struct DesignCommand {
   std::string json;
 };
 
-// The subcommand's options fill `options`, which must outlive `app`; it runs when it is given.
+// The subcommand's options fill `options`, which must exist longer than `app`; the subcommand runs when it is given.
 void add_design_command(CLI::App& app, DesignCommand& options);
 
 }  // namespace trackservo::identification

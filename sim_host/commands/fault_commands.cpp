@@ -21,7 +21,7 @@ struct FaultsCommand {
   bool list = false;
 };
 
-// 1 when a promise was broken.
+// 1 when a requirement was violated.
 int faults(const FaultsCommand& command) {
   if (command.list) {
     for (const Breakage& part : breakages()) {

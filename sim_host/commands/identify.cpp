@@ -86,7 +86,7 @@ struct PlanOptions {
   std::string json;
 };
 
-// What a first look found, from its result.
+// Results of a first look, from its file.
 commissioning::RoughMachine load_rough_machine(const std::string& path) {
   std::ifstream file(path);
   if (!file) {

@@ -57,7 +57,7 @@ struct RunOptions {
   std::filesystem::path csv;
 };
 
-// A file for each case: the case's name goes before the ending when there are several.
+// One file per case: the case's name is inserted before the extension when there are several.
 std::filesystem::path csv_of_case(const RunOptions& options, std::size_t cases, const sim::StudyCase& study_case) {
   if (cases == 1) {
     return options.csv;
@@ -105,7 +105,7 @@ std::string value_text(const sim::Figure& figure) {
   return std::isnan(figure.value) ? "no value" : fmt::format("{:>10.4g} {}", figure.value, figure.unit);
 }
 
-// What the controller knows of the plant's friction: not what the plant's friction is.
+// The controller's knowledge of the plant's friction, which differs from the plant's friction.
 void print_assumption(const RunOptions& options) {
   if (sim::controller_spec(options.controller).friction == FRICTION_NONE) {
     fmt::print("assumed friction: none ({} does not compensate it)\n", options.controller);
@@ -120,7 +120,7 @@ void print_assumption(const RunOptions& options) {
 
 constexpr int kNotControlled = 1;
 
-// kNotControlled when an axis did not do what it was told.
+// kNotControlled when an axis did not follow its command.
 int run(const RunOptions& options) {
   const sim::Study study = study_of(options);
   if (options.improved_loop && study.scenario.kind != sim::ScenarioKind::kTracking) {
@@ -180,9 +180,9 @@ CommissionedAndTuned commission_and_tune(const sim::PlantConfig& plant, int axis
   return done;
 }
 
-// Both axes at the same time, as if each machine had one: a thread each.
+// Both axes at the same time, as if each machine had one axis: one thread each.
 int identify(const IdentifyOptions& options) {
-  constexpr int kRefused = 2;  // as of the program identify
+  constexpr int kRefused = 2;  // like the program identify
   int code = 0;
   const sim::PlantConfig plant = sim::load_plant(options.plant);
   sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi"), {})));
@@ -368,7 +368,7 @@ void add_keys(CLI::App& app) {
 int parse_and_run(int argc, char **argv) {
   constexpr int kWrongInput = 2;
   const std::vector<std::string> arguments(argv, argv + argc);
-  const sim::ImageDevices image_devices;  // none: check hands images over to check_board
+  const sim::ImageDevices image_devices;  // none: check passes images on to check_board
   int code = 0;
   CLI::App app{"The simulated optical tracker with the servo firmware on it."};
   app.require_subcommand(1);

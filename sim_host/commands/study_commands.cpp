@@ -80,7 +80,7 @@ void fig9_scan(const Fig9Options& options) {
   fmt::print("written {}\n", (options.out_dir / "fig9_scan.json").string());
 }
 
-// What every study is told; its seeds, too.
+// Options of every study, including its seeds.
 CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
   options.data_dir = TRACKSERVO_DATA_DIR;
   command.add_option("--out", options.out_dir, "folder for what is written")

@@ -1,4 +1,4 @@
-// The commands of sim_host that run many machines and write what came of it.
+// The commands of sim_host that run many machines and write the results.
 #ifndef TRACKSERVO_SIM_COMMANDS_STUDY_COMMANDS_HPP
 #define TRACKSERVO_SIM_COMMANDS_STUDY_COMMANDS_HPP
 

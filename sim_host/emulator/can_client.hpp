@@ -1,5 +1,5 @@
-// A CANopen client on the virtual bus, as much as the tests of a servo need: NMT, expedited SDO, the two axes' states,
-// both speed set-points in one RPDO, and what the node says by itself (heartbeat, EMCY).
+// A CANopen client on the virtual bus, limited to the needs of the servo's tests: NMT, expedited SDO, the two axes'
+// states, both speed set-points in one RPDO, and the node's own messages (heartbeat, EMCY).
 #ifndef TRACKSERVO_SIM_EMULATOR_CAN_CLIENT_HPP
 #define TRACKSERVO_SIM_EMULATOR_CAN_CLIENT_HPP
 
@@ -20,15 +20,15 @@ class CanClient {
     std::array<std::uint8_t, 8> bytes;
   };
 
-  // `pass_ms` lets one millisecond go by on the bus and for the node.
+  // `pass_ms` advances the bus and the node by one millisecond.
   CanClient(trackservo::sim::VirtualBus& bus, std::function<void()> pass_ms);
 
   void pass(int milliseconds);
 
-  // The node that it talks to; 1 from the start.
+  // The node that it talks to; initially 1.
   void set_node(std::uint8_t node_id) { node_ = node_id; }
 
-  // It understands every bit rate until it is given one.
+  // Without one it understands every bit rate.
   void set_bit_rate(double bits_per_s) { bus_.set_bit_rate(port_, bits_per_s); }
 
   static constexpr int kPatience_ms = 50;
@@ -42,17 +42,17 @@ class CanClient {
   // Any frame, also one that is not for this node.
   void send(const can_frame& frame) { bus_.send(port_, frame); }
 
-  // Of the last write that was aborted; none when the node did not answer, or took it.
+  // Abort code of the last aborted write; none when the node did not answer, or accepted it.
   std::optional<std::uint32_t> abort_code() const { return abort_code_; }
 
   void start_node() { send(0x000, {1, node_}); }
 
-  // Through the states of CiA 402 up to operation enabled, in this mode, both axes; false when one does not come.
+  // Through the states of CiA 402 up to operation enabled, in this mode, both axes; false when one does not get there.
   bool enable(int mode);
   bool is_enabled(int axis);
   std::uint32_t statusword(int axis);
   std::uint32_t error_code(int axis);
-  // Resets the axis' fault and takes it to operation enabled again; false when it does not come.
+  // Resets the axis' fault and takes it to operation enabled again; false when it does not get there.
   bool enable_again(int axis);
 
   // Target velocities of both axes [1e-6 rad/s] by RPDO 3.

@@ -2,7 +2,7 @@
 //
 //   check_board check --image build/stm32g474/bin/trackservo.bin
 //
-// `sim_host check --image` starts it. The device is driven over CAN alone, as a master would.
+// `sim_host check --image` starts it. The device is driven only over CAN, as a master would.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,10 +1,10 @@
-// The board on a CAN bus that clients reach, emulated register by register: what would be flashed, before there is a
+// The board on a CAN bus for clients, emulated register by register: it runs the image to be flashed, before there is a
 // board.
 //
 //   emulate_board IMAGE.bin --plant sim_host/plants/tracker.toml --bus slcan-tcp:29536
 //
-// Prints the bus' addresses, then "ready" when the image has booted. Ends with Ctrl-C or SIGTERM. Whatever the image
-// did against the chip's rules is printed at the end, and makes the exit code 1.
+// Prints the bus' addresses, then "ready" when the image has booted. Ends with Ctrl-C or SIGTERM. Violations of the
+// chip's rules by the image are printed at the end, and make the exit code 1.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -22,7 +22,7 @@ namespace sim = trackservo::sim;
 namespace target = trackservo::target;
 
 // Few: set-points of a client come between them, which the drive misses after 20 ticks. A computer that is too busy
-// makes the board slower than real time rather than jerky.
+// makes the board slower than real time instead of irregular.
 constexpr int kCatchUp_ticks = 4;
 
 class EmulatedBoard : public sim::ServedDevice {
@@ -43,7 +43,7 @@ std::vector<std::uint8_t> read_image(const std::string& name) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// Sensors that a board may be tried without, by name.
+// Sensors that may be missing on a test board, by name.
 void unplug(target::BoardMachine& machine, const std::vector<std::string>& missing) {
   for (const std::string& sensor : missing) {
     const int axis = sensor.rfind("azimuth", 0) == 0 ? sim::kAzimuth : sim::kPitch;

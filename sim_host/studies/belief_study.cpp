@@ -33,7 +33,7 @@ Estimate estimate(const std::vector<double>& values) {
   return {mean(values), standard_deviation(values) / std::sqrt(static_cast<double>(values.size()))};
 }
 
-// At each seed: all figures as shares of their mean with wrong parameters, added up.
+// At each seed: all figures as shares of their mean with wrong parameters, summed.
 std::vector<double> sums(const std::vector<BeliefFigure>& figures, Values belief) {
   std::vector<double> per_seed(figures.front().wrong.size());
   for (const BeliefFigure& figure : figures) {
@@ -58,7 +58,7 @@ std::vector<double> less(std::vector<double> a, const std::vector<double>& b) {
   return a;
 }
 
-// The study as it is designed with one of the beliefs, and with it the error of the parameters.
+// The study with its controller designed from one of the assumed plants, and so with its parameter errors.
 std::pair<Study, double> believing(const Study& shipped, Values belief, const CampaignOptions& options) {
   Study study = shipped;
   if (belief != &BeliefFigure::identified) {
@@ -67,10 +67,10 @@ std::pair<Study, double> believing(const Study& shipped, Values belief, const Ca
   return {study, belief == &BeliefFigure::wrong ? options.friction_parameter_error : 0.0};
 }
 
-// A probe at a seed, with all three beliefs.
+// A probe at a seed, with all three assumed plants.
 struct Place {
   const Probe *probe;
-  std::size_t first_figure;  // of the probe's, which follow each other
+  std::size_t first_figure;  // of the probe's, in consecutive order
   std::size_t seed;
 };
 

@@ -1,8 +1,8 @@
-// What identification is worth: the compensated figures of the first table of docs/results.md with friction parameters
-// that were identified, that are the plant's own, and that are each off by a share.
+// The value of identification: the compensated figures of the first table of docs/results.md with friction parameters
+// that were identified, that are the plant's own, and that are each wrong by a share.
 //
-// Runs are paired: at a seed all three see the same noise and wind. Each seed draws other signs of the errors, so many
-// seeds tell what wrong parameters do on average and at worst.
+// Runs are paired: at a seed all three have the same noise and wind. Each seed draws other signs of the errors, so many
+// seeds show the effect of wrong parameters on average and at worst.
 #ifndef TRACKSERVO_SIM_STUDIES_BELIEF_STUDY_HPP
 #define TRACKSERVO_SIM_STUDIES_BELIEF_STUDY_HPP
 
@@ -38,7 +38,7 @@ struct BeliefSum {
   Estimate wrong;
   Estimate identified_less_wrong;  // paired by seed
   Estimate identified_less_exact;
-  double worst_identified = 0;  // each figure's worst seed in place of its mean
+  double worst_identified = 0;  // each figure's worst seed instead of its mean
   double worst_exact = 0;
   double worst_wrong = 0;
 };
@@ -48,13 +48,13 @@ struct BeliefStudy {
   BeliefSum sum;
 };
 
-// Identified less wrong, as a share of the mean with wrong parameters; paired by seed.
+// Identified minus wrong, as a share of the mean with wrong parameters; paired by seed.
 Estimate gain_of(const BeliefFigure& figure);
 
 // Sums over figures that have equally many values, at least two.
 BeliefSum sum_of(const std::vector<BeliefFigure>& figures);
 
-// Identifies both axes of the plants, then runs all. Throws as run_campaign.
+// Identifies both axes of the plants, then runs all. Throws like run_campaign.
 BeliefStudy run_belief_study(const CampaignOptions& options, const Progress& progress);
 
 // To the standard output.

@@ -1,4 +1,4 @@
-// The strongest opponent that a PI can be: found by search, within the margins that our own controllers keep.
+// The best possible PI, as the opponent of our controllers: found by search, within the margins that they keep.
 #include <algorithm>
 #include <cmath>
 #include <nlopt.hpp>
@@ -13,17 +13,17 @@ PiWish wish_of(const std::vector<double>& x) { return {std::exp(x[0]), std::exp(
 
 struct Search {
   const Study& study;
-  servo_params params;  // with everything but the PI
+  servo_params params;  // with everything except the PI
 };
 
-// The margins are judged as measured, too, and a measurement finds up to this less than is computed.
+// The measured margins count too, and a measurement can be lower than the computation by up to this.
 constexpr double kGainReserve_db = 0.5;
 constexpr double kPhaseReserve_deg = 2.0;
 
 double lacking(double wanted, double got) { return std::max(0.0, (wanted - got) / wanted); }
 
-// What one figure adds to the cost. In the start-up race a PI must keep the overshoot that we ask of ourselves: every
-// point above costs 10 ms.
+// Contribution of one figure to the cost. In the start-up race a PI must meet our own limit of overshoot: every point
+// above costs 10 ms.
 double cost_of(const Study& study, const Figure& figure) {
   constexpr double kMostStartOvershoot_percent = 10.0;
   if (figure.axis != kAzimuth) {
@@ -55,7 +55,7 @@ double mean_cost(const Search& search) {
   return sum / count;
 }
 
-// What NLopt minimises. A PI that breaks a margin is not run: it costs more than any run and more the worse it is.
+// What NLopt minimises. A PI that violates a margin is not run: it costs more than any run, and more the worse it is.
 double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
   Search& search = *static_cast<Search *>(data);
   for (int axis = 0; axis < kAxes; ++axis) {

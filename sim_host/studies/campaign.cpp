@@ -16,8 +16,7 @@
 namespace trackservo::sim {
 namespace {
 
-// What jobs cost beside each other, measured in units of about 5.5 ms of one core: only the estimate of the time left
-// depends on it.
+// Relative cost of jobs, in units of about 5.5 ms of one core; used only for the estimate of the time left.
 constexpr int kIdentificationCost = 2200;
 constexpr int kEvaluationCost = 17;  // of a search for the best PI
 constexpr int kMarginCost = 18;
@@ -34,7 +33,7 @@ struct RunSpec {
   std::size_t seed_index;
 };
 
-// Friction-free runs are the floor where overshoot or tracking decides.
+// Friction-free runs are the reference where overshoot or tracking decides.
 std::vector<FrictionModel> frictions_of(const Study& study) {
   const Purpose purpose = purpose_of(study.scenario);
   if (purpose == Purpose::kDisturbedStep || purpose == Purpose::kTracking) {
@@ -58,7 +57,7 @@ std::vector<RunSpec> runs_of(const Study& study, std::size_t seeds) {
   return runs;
 }
 
-// What sets a run or a cell apart, in the order in which they are listed.
+// The properties that distinguish a run or a cell, in the order in which they are listed.
 using Place = std::tuple<std::string, std::string, std::string, FrictionModel, std::string>;
 using CellPlace = std::tuple<Place, int, std::string>;
 
@@ -66,7 +65,8 @@ Place place_of(const RunSpec& spec) {
   return {spec.study->experiment, spec.study->plant.name, spec.study_case.name, spec.friction, spec.controller->name};
 }
 
-// Runs, and gathers figures and files. Threads finish in any order, people and diffs want one: hence the maps.
+// Runs the jobs and collects figures and files. Threads finish in any order; people and diffs need a fixed one: hence
+// the maps.
 class Runner {
  public:
   explicit Runner(const Campaign& campaign) : campaign_(campaign) {}
@@ -88,7 +88,7 @@ class Runner {
     }
   }
 
-  // Moves what was gathered into the campaign.
+  // Moves the collected results into the campaign.
   void hand_over(Campaign& campaign) const {
     for (const auto& [place, cell] : cells_) {
       campaign.cells.push_back(cell);
@@ -131,7 +131,7 @@ class Runner {
   std::map<std::tuple<Place, std::size_t>, KeptRun> runs_;
 };
 
-// Beside every varied figure the shipped one.
+// The shipped figure beside every varied one.
 void add_shipped(Campaign& campaign) {
   for (SensitivityRecord& record : campaign.sensitivity) {
     const Cell& varied = record.varied;

@@ -22,14 +22,14 @@ struct CampaignOptions {
   std::filesystem::path data_dir;  // with plants/ and scenarios/
   std::filesystem::path out_dir;   // results.json, runs/, margins/
   std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5};
-  double friction_parameter_error = 0.15;  // of the comparison with controllers that nobody identified for
+  double friction_parameter_error = 0.15;  // of the comparison with controllers designed without identification
   int threads = usable_threads();
 
-  // One seed is a first look, no result: the searches for the best PI are shortened, the sensitivity is left out.
+  // One seed is a first look, not a result: the searches for the best PI are shortened, the sensitivity is left out.
   bool quick() const { return seeds.size() == 1; }
 };
 
-// Told after every finished run: how many of how many, and what was finished.
+// Called after every finished run: how many of how many, and what was finished.
 using Progress = std::function<void(int done, int total, const std::string& what)>;
 
 // Figures of one combination over all seeds.
@@ -45,7 +45,7 @@ struct Cell {
   std::vector<double> values;  // one per seed
 };
 
-// A run, kept as CSV.
+// A run, saved as CSV.
 struct KeptRun {
   std::string experiment;
   std::string case_name;
@@ -73,7 +73,7 @@ struct MarginRecord {
 // One figure with one choice changed, beside the same figure as shipped (same controller, same seeds).
 struct SensitivityRecord {
   std::string variation;
-  bool switches_off = false;  // a source of error; else a choice
+  bool switches_off = false;  // a source of error; otherwise a choice
   std::string shipped_setting;
   std::string varied_setting;
   Cell varied;
@@ -91,7 +91,7 @@ struct Campaign {
   std::map<std::string, PiWish> best_pi;  // by study_name()
 };
 
-// "steady_speed on tracker" and the like; tells the two tracking loops apart.
+// "steady_speed on tracker" and the like; distinguishes the two tracking loops.
 std::string study_name(const Study& study);
 
 std::string friction_name(FrictionModel model);

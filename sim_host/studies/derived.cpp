@@ -23,7 +23,7 @@ const Cell *find(const std::vector<Cell>& cells, const Cell& like, FrictionModel
   return found == cells.end() ? nullptr : &*found;
 }
 
-// Against the mean of PI alone, so that one lucky seed of PI does not count as a result.
+// Relative to the mean of PI alone, so that one lucky seed of PI does not count as a result.
 std::optional<Cell> reduction(const std::vector<Cell>& cells, const Cell& cell) {
   const bool counts = cell.experiment == "steady_speed" && cell.metric == "peak_error" && cell.controller != "pi";
   const Cell *pi = counts ? find(cells, cell, cell.friction, "pi") : nullptr;
@@ -39,7 +39,7 @@ std::optional<Cell> reduction(const std::vector<Cell>& cells, const Cell& cell) 
   return derived;
 }
 
-// Feeding friction forward on a machine that has none is no fair reference: the friction-free run is that of the same
+// Friction feedforward on a machine without friction is no fair reference: the friction-free run is that of the same
 // loop without it.
 std::string without_feedforward(const std::string& controller) {
   if (controller == "pi_vob_ftc") {
@@ -69,7 +69,7 @@ std::optional<Cell> above_friction_free(const std::vector<Cell>& cells, const Ce
   return derived;
 }
 
-// The same, read as a ratio; none to an overshoot of nearly nothing.
+// The same, read as a ratio; none when the overshoot is almost zero.
 std::optional<Cell> over_friction_free(const std::vector<Cell>& cells, const Cell& cell) {
   const Cell *free = friction_free(cells, cell);
   if (free == nullptr) {

@@ -1,4 +1,4 @@
-// Figures that compare two cells: the reduction against PI alone, and the overshoot beside that of the
+// Figures that compare two cells: the reduction relative to PI alone, and the overshoot relative to that of the
 // friction-free machine, as a difference and as a ratio.
 #ifndef TRACKSERVO_SIM_STUDIES_DERIVED_HPP
 #define TRACKSERVO_SIM_STUDIES_DERIVED_HPP

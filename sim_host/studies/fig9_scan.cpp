@@ -50,8 +50,8 @@ struct Pi {
   }
 };
 
-// Runs the axis; `reference` and `disturbance` give rad/s at a time from the start of the motion, and `look` sees the
-// speed at every tick.
+// Runs the axis; `reference` and `disturbance` return rad/s at a time from the start of the motion, and `look` receives
+// the speed at every tick.
 template <class Reference, class Disturbance, class Look>
 void run(const AxisConfig& axis, FrictionModel friction, const Fig9Set& set, const ScenarioConfig& scenario,
          Reference reference, Disturbance disturbance, Look look) {
@@ -68,7 +68,7 @@ void run(const AxisConfig& axis, FrictionModel friction, const Fig9Set& set, con
     const double torque_nm = pi.tick(reference(time_s), speed_rad_s);
     for (int step = 0; step < kStepsPerTick; ++step) {
       const double now_s = time_s + step * step_s;
-      // The torque's impulse over the step: exactly what changes the bare inertia's speed by the disturbance.
+      // The torque's impulse over the step: it changes the speed of the bare inertia exactly by the disturbance.
       const double pushed_nm =
           as_speed ? 0.0 : axis.inertia_kg_m2 * (disturbance(now_s + step_s) - disturbance(now_s)) / step_s;
       joint.step(axis.inertia_kg_m2, torque_nm + pushed_nm, 0.0);

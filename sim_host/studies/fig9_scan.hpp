@@ -1,9 +1,9 @@
-// Which numbers that the paper does not print would give both of its figures, the sine of Fig. 7 and the step of Fig.
-// 9?
+// Which numbers that the paper does not print would reproduce both of its figures, the sine of Fig. 7 and the step of
+// Fig. 9?
 //
-// Inertia, sigma0, sigma1 and sigma2 are published; Tc, Ts, the Stribeck speed, the PI gains and how the disturbance of
-// Fig. 9 enters are not. The scan draws those at random. Each set is an axis of eq. (6) with LuGre friction, eqs
-// (1)-(3), under PI alone: ideal torque and ideal measurement, one PI tick per millisecond. A set matches when its
+// Inertia, sigma0, sigma1 and sigma2 are published. Tc, Ts, the Stribeck speed, the PI gains and the entry point of the
+// disturbance of Fig. 9 are not. The scan draws those at random. Each set is an axis of eq. (6) with LuGre friction,
+// eqs (1)-(3), under PI alone: ideal torque and ideal measurement, one PI tick per millisecond. A set matches when its
 // speed error on the sine is that of Fig. 7. Its step is compared with the same step without friction in both readings
 // of "the overshoot increases by 25 %": as a difference in points of the set-point, and as a ratio of the two
 // overshoots.
@@ -19,19 +19,19 @@
 
 namespace trackservo::sim {
 
-constexpr double kFig7Low_deg_s = 0.2;  // the sine's peak error as one reads it off Fig. 7
+constexpr double kFig7Low_deg_s = 0.2;  // the sine's peak error as read off Fig. 7
 constexpr double kFig7High_deg_s = 0.3;
 constexpr double kFig9Points = 25.0;
 constexpr double kFig9Ratio = 1.25;
-// A ratio to less than this overshoot says nothing [%].
+// A ratio to less than this overshoot is meaningless [%].
 constexpr double kLeastFreeOvershoot = 1.0;
 
 enum class Fig9Disturbance {
   kSpeed,
   kTorque
-};  // added to the axis' speed, or a torque that alone would make that speed
+};  // added to the axis' speed, or a torque that alone would cause that speed
 
-// What the paper does not print.
+// Numbers that the paper does not print.
 struct Fig9Set {
   double coulomb_nm = 10.0;              // 0.2 .. 40, logarithmic
   double breakaway_share = 1.4;          // Ts / Tc, 1 .. 2.5
@@ -65,13 +65,13 @@ struct Fig9Setup {
 };
 
 struct Fig9Summary {
-  int matching = 0;           // sets that give Fig. 7
+  int matching = 0;           // sets that reproduce Fig. 7
   int matching_points = 0;    // of them: at least 25 points above friction-free
   int matching_ratio = 0;     // of them: at least 1.25 times the friction-free overshoot
   Fig9Outcome most_points;    // of the matching ones
   Fig9Outcome nearest_ratio;  // of the matching ones: ratio nearest to 1.25
   Fig9Outcome most_ratio;     // of the matching ones
-  int any_points = 0;         // of all sets, whatever their sine: at least 25 points
+  int any_points = 0;         // of all sets, regardless of their sine: at least 25 points
   double any_most_points = 0;
 };
 

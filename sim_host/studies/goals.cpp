@@ -24,9 +24,9 @@ constexpr SteadyRow kTable2[] = {
 };
 
 constexpr double kTracking_urad[] = {56.44, 14.86};  // Fig. 16, 1 sigma
-constexpr double kCalibrationShare = 0.15;           // PI alone must meet the paper's column within this
-// The paper's friction adds a quarter of the friction-free overshoot; with compensation it may change a tenth. Chosen
-// when 0.95 had been measured.
+constexpr double kCalibrationShare = 0.15;           // PI alone must match the paper's column within this
+// The paper's friction adds a quarter of the friction-free overshoot; with compensation it may change by a tenth.
+// Chosen when the measured value was 0.95.
 constexpr double kRatioTolerance = 0.1;
 
 Goal at_most(double high, int decimals = 3) { return {-kAnyValue, high, fmt::format("<= {:.{}f}", high, decimals)}; }

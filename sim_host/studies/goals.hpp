@@ -1,4 +1,4 @@
-// What the paper reports and what this project asks of itself, row by row of the result table.
+// Values reported by the paper and goals of this project, row by row of the result table.
 #ifndef TRACKSERVO_SIM_STUDIES_GOALS_HPP
 #define TRACKSERVO_SIM_STUDIES_GOALS_HPP
 
@@ -23,10 +23,10 @@ struct Goal {
 
 PaperFigures paper_figures(const Cell& cell);
 
-// Goals are set for the azimuth axis on LuGre friction: bands of calibration for "pi", results for "pi_vob_ftc".
+// Goals are set for the azimuth axis on LuGre friction: calibration bands for "pi", results for "pi_vob_ftc".
 std::optional<Goal> goal_of(const Cell& cell);
 
-// Whether PI alone shows what the paper printed for it: within the band of calibration, also where that is no goal
+// Whether PI alone reproduces the value printed in the paper: within the calibration band, also where that is no goal
 // because the plant cannot show it (Fig. 9). Nothing where the paper printed nothing, and for the other controllers.
 std::optional<bool> reproduces_paper(const Cell& cell, double value);
 

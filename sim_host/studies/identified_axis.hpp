@@ -1,4 +1,4 @@
-// What the controllers of a campaign are designed from: each axis identified once, in a noisy run of its commissioning.
+// The basis of a campaign's controllers: each axis identified once, in a noisy run of its commissioning.
 #ifndef TRACKSERVO_SIM_STUDIES_IDENTIFIED_AXIS_HPP
 #define TRACKSERVO_SIM_STUDIES_IDENTIFIED_AXIS_HPP
 
@@ -14,7 +14,7 @@
 
 namespace trackservo::sim {
 
-// Not one of the runs' seeds: the noise of the identification is not met again.
+// Not one of the runs' seeds: the noise of the identification does not occur again.
 constexpr std::uint64_t kIdentificationSeed = 1001;
 
 struct IdentifiedAxis {
@@ -24,21 +24,21 @@ struct IdentifiedAxis {
   double recorded_s = 0;
   commissioning::RoughMachine rough;
   std::vector<identification::Parameter> parameters;
-  std::map<std::string, double> truth;  // of the same names
+  std::map<std::string, double> truth;  // with the same names
   std::array<BreakawayTorque, 2> breakaway;
   std::string folder;                     // of result.json and residuals.csv, relative to the campaign's
-  gain_design::IdentifiedPlant believed;  // all as found: friction, inertia, delays, noise, resonances
+  gain_design::IdentifiedPlant believed;  // all identified values: friction, inertia, delays, noise, resonances
 };
 
-// Commissions the axis and writes `out_dir`/identification/PLANT-AXIS/. Throws as commission(), and InputFileError when
-// a parameter was refused.
+// Commissions the axis and writes `out_dir`/identification/PLANT-AXIS/. Throws like commission(), and InputFileError
+// when a parameter was refused.
 IdentifiedAxis identify_axis(const PlantConfig& plant, int axis, const std::filesystem::path& out_dir);
 
-// Both axes of every plant, in their order, on the pool's threads; `cost` of each as JobPool::run wants it.
+// Both axes of every plant, in their order, on the pool's threads; `cost` of each as for JobPool::run.
 std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plants,
                                             const std::filesystem::path& out_dir, JobPool& pool, int cost = 1);
 
-// What is believed of a plant whose axes are among the identified ones.
+// The assumed plant for a plant whose axes are among the identified ones.
 Belief belief_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified);
 
 }  // namespace trackservo::sim

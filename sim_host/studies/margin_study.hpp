@@ -1,5 +1,5 @@
 // Stability margins of every controller on every plant: computed from the difference equations, and measured on the
-// simulated machine with all its noise. The price of the observer's bandwidth is read here.
+// simulated machine with all its noise. It shows the cost of the observer's bandwidth.
 #ifndef TRACKSERVO_SIM_STUDIES_MARGIN_STUDY_HPP
 #define TRACKSERVO_SIM_STUDIES_MARGIN_STUDY_HPP
 
@@ -22,7 +22,7 @@ struct MarginJob {
 };
 
 // Every controller on every plant, the best PI of every study, both axes, sliding and pre-sliding. The plants of the
-// campaign must outlive the jobs.
+// campaign must exist longer than the jobs.
 std::vector<MarginJob> margin_jobs_of(const Campaign& campaign, const std::vector<Study>& studies);
 
 // Computes, measures, and writes margins/<...>.csv below `out_dir`.

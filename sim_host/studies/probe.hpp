@@ -1,4 +1,4 @@
-// A place to look at: a case of a shipped study, and some of its figures.
+// A case of a shipped study, with some of its figures.
 #ifndef TRACKSERVO_SIM_STUDIES_PROBE_HPP
 #define TRACKSERVO_SIM_STUDIES_PROBE_HPP
 

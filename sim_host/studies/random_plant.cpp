@@ -7,7 +7,7 @@
 namespace trackservo::sim {
 namespace {
 
-// Draws in a fixed order from one stream per axis, so that a plant is its nominal and its seed.
+// Draws in a fixed order from one stream per axis, so that a plant is defined by its nominal plant and its seed.
 class Draw {
  public:
   Draw(RandomPlant& plant, double share, std::uint64_t seed, std::string place, int axis)

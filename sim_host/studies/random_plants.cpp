@@ -11,8 +11,8 @@
 namespace trackservo::sim {
 namespace {
 
-// The machine as the loop sees it: torque is what the current makes of the torque constant that the firmware believes
-// in, so a weaker motor turns a heavier axis; the current loop was designed for another inductance.
+// The machine as the loop sees it: the torque is the current times the true torque constant, so a weaker motor acts
+// like a heavier axis; the current loop was designed for another inductance.
 std::vector<LinearMachine> machines_of(const PlantConfig& plant, int axis, const PlantConfig& nominal) {
   const auto i = static_cast<std::size_t>(axis);
   const MotorConfig& motor = plant.axis[i].motor;
@@ -81,7 +81,8 @@ TriedPlant try_plant(const RandomPlantsSetup& setup, const servo_params& params,
     const Trace trace = run_scenario({&study.plant, &study.scenario, study_case.speed_rad_s, params, seed});
     for (const Figure& figure : measure(study, study_case, trace)) {
       const auto axis = static_cast<std::size_t>(figure.axis);
-      const MotorConfig& motor = setup.study.plant.axis[axis].motor;  // commands are in the believed motor's torque
+      const MotorConfig& motor =
+          setup.study.plant.axis[axis].motor;  // commands use the assumed motor's torque constant
       add_figure(figure, motor.torque_constant_nm_a * motor.current_limit_a, tried.axis[axis]);
     }
   }

@@ -1,4 +1,4 @@
-// What came of the random plants, in numbers, for people and as files.
+// Results of the random plants, in numbers, for people and as files.
 #ifndef TRACKSERVO_SIM_STUDIES_RANDOM_PLANTS_REPORT_HPP
 #define TRACKSERVO_SIM_STUDIES_RANDOM_PLANTS_REPORT_HPP
 
@@ -20,7 +20,7 @@ struct ErrorDistribution {
   int above_paper = 0;  // plants
 };
 
-// How the worst ratio of azimuth goes with one number of the plant.
+// Dependence of the worst ratio of azimuth on one number of the plant.
 struct Influence {
   std::string key;
   double correlation = 0;

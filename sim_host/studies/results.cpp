@@ -14,11 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// JSON has no NaN: a figure that could not be taken is null.
+// JSON has no NaN: a figure without a value is null.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
 
-// The middle of start-up times, because they are skewed: with PI alone one gust makes the difference between a tenth of
+// The median of start-up times, because they are skewed: with PI alone one gust makes the difference between a tenth of
 // a second and a whole one. The mean of everything else.
 bool is_skewed(const Cell& cell) { return cell.metric == "time_to_90_percent"; }
 
@@ -163,7 +163,7 @@ Json controllers_of() {
   return json;
 }
 
-// A CSV holds both axes; the report asks for it by axis.
+// A CSV holds both axes; the report needs it by axis.
 Json runs_of(const Campaign& campaign) {
   Json json = Json::array();
   for (const KeptRun& run : campaign.runs) {

@@ -1,4 +1,4 @@
-// The CSVs of a campaign's runs: their names, and how many rows they keep.
+// The CSVs of a campaign's runs: their names, and their number of rows.
 #ifndef TRACKSERVO_SIM_STUDIES_RUN_FILES_HPP
 #define TRACKSERVO_SIM_STUDIES_RUN_FILES_HPP
 
@@ -10,12 +10,12 @@
 
 namespace trackservo::sim {
 
-// WORD-WORD-....csv, empty words left out, letters that file names dislike replaced.
+// WORD-WORD-....csv, empty words left out, letters that are not allowed in file names replaced.
 std::string file_name(const std::vector<std::string>& words);
 
-// Writes FOLDER/file_name(words) and returns the file's name. A run that is drawn keeps up to 6000 rows, every other
-// one up to 400: a campaign has about a thousand runs, and any of them comes back at full rate from `sim_host run`.
-// Throws as write_csv.
+// Writes FOLDER/file_name(words) and returns the file's name. A drawn run has up to 6000 rows, every other one up to
+// 400: a campaign has about a thousand runs, and `sim_host run` repeats any of them at full rate. Throws like
+// write_csv.
 std::string write_run(const Trace& trace, const std::filesystem::path& folder, const std::vector<std::string>& words,
                       bool drawn);
 

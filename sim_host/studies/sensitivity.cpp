@@ -131,7 +131,7 @@ Variation ripple() {
           }};
 }
 
-// A record for each metric that the probe asks for, without values.
+// A record without values for each metric of the probe.
 std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const Study& shipped, const Study& varied,
                                              const StudyCase& study_case) {
   std::vector<SensitivityRecord> records;

@@ -1,8 +1,8 @@
-// What if we had chosen otherwise: the same runs with one choice changed, or with one disturbance switched off.
+// The effect of our choices: the same runs with one choice changed, or with one disturbance switched off.
 //
 // Some choices of plant, scenario and design were made after the compensated figures had been seen (decision 0006). So
-// that nobody has to take them on trust, each is varied here and its figure stands beside the shipped one, judged by
-// the same goal. Switching sources off shows what the errors consist of.
+// that they can be checked, each is varied here and its figure is beside the shipped one, compared with the same goal.
+// Switching sources off shows the contributions to the errors.
 #ifndef TRACKSERVO_SIM_STUDIES_SENSITIVITY_HPP
 #define TRACKSERVO_SIM_STUDIES_SENSITIVITY_HPP
 
@@ -17,9 +17,9 @@ namespace trackservo::sim {
 
 struct Variation {
   std::string name;   // what is varied
-  bool switches_off;  // a source of error, to see its share; else a choice that could have been another
+  bool switches_off;  // a source of error, to show its share; otherwise a choice that could have been different
   std::vector<Probe> probes;
-  std::function<std::string(const Study&)> setting;  // its value as people read it, of azimuth
+  std::function<std::string(const Study&)> setting;  // its value for people, of azimuth
   std::function<void(Study&)> change;                // from shipped to varied
 };
 
@@ -34,8 +34,8 @@ struct SensitivityJob {
 
 std::vector<SensitivityJob> sensitivity_jobs();
 
-// Runs the job and writes its CSVs below out_dir. Azimuth's figures that the probe asks for, as records whose `shipped`
-// is still empty. Throws std::invalid_argument when no study has the probe's case.
+// Runs the job and writes its CSVs below out_dir. Azimuth's figures of the probe, as records whose `shipped` is still
+// empty. Throws std::invalid_argument when no study has the probe's case.
 std::vector<SensitivityRecord> run_sensitivity_job(const SensitivityJob& job, const std::vector<Study>& studies,
                                                    const CampaignOptions& options);
 

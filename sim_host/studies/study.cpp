@@ -10,7 +10,7 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kDegPerRad = 180.0 / kPi;
-constexpr double kStartWindow_s = 0.5;  // in which start-up overshoot is looked for
+constexpr double kStartWindow_s = 0.5;  // window of the start-up overshoot
 
 void add_error_figures(std::vector<Figure>& figures, const Trace& trace, int axis, Window window) {
   figures.push_back({axis, "peak_error", "deg/s", kDegPerRad * peak_rate_error_rad_s(trace, axis, window)});

@@ -1,8 +1,8 @@
 // A study is one scenario on one plant: the unit in which controllers are compared.
 //
-// `run_case` runs one case of it, `measure` turns the run into its figures of merit; `best_pi` finds the PI that does
-// best in the study within the margins that every controller must keep. What is measured follows from what the scenario
-// is, never from its name, so a scenario of your own gets the figures that fit it.
+// `run_case` runs one case of it, `measure` computes the figures of merit of the run; `best_pi` finds the PI that does
+// best in the study within the margins that every controller must keep. The kind of scenario decides what is measured,
+// never its name, so a user's own scenario gets suitable figures.
 #ifndef TRACKSERVO_SIM_STUDIES_STUDY_HPP
 #define TRACKSERVO_SIM_STUDIES_STUDY_HPP
 
@@ -23,16 +23,16 @@ struct Study {
   ScenarioConfig scenario;
   tracker_kind tracker = TRACKER_PI;
   std::string figure;                // the paper's figure that it reproduces: "fig7" ...; empty for none
-  std::optional<Belief> identified;  // what its controllers are designed from; none: friction parameters off by a share
+  std::optional<Belief> identified;  // basis of its controllers; none: friction parameters wrong by a share
 };
 
 struct StudyCase {
-  std::string name;    // as people read it: "0.1 deg/s"
+  std::string name;    // for people: "0.1 deg/s"
   double speed_rad_s;  // 0 for tracking
 };
 
-// One figure of merit of one run, in the unit that people read. Infinite: never reached; NaN: there is nothing to
-// measure. Neither is a number of JSON, where both are null.
+// One figure of merit of one run, in the unit for people. Infinite: never arrived; NaN: nothing to measure. JSON has
+// neither number; both are null.
 struct Figure {
   int axis;
   std::string metric;
@@ -45,24 +45,25 @@ std::vector<StudyCase> cases_of(const Study& study);
 // How the controllers of this study are designed.
 DesignOptions design_options(const Study& study, std::uint64_t seed = 1, double friction_parameter_error = 0.15);
 
-// With what one case is run.
+// Inputs of one run of a case.
 struct RunChoice {
   const ControllerSpec *controller = nullptr;
   FrictionModel friction = FrictionModel::kLugre;  // of the plant
   std::uint64_t seed = 1;
   double friction_parameter_error = 0.15;
-  std::optional<PiWish> pi;  // instead of the plant's own wish
+  std::optional<PiWish> pi;  // replaces the plant's own requirement
 };
 
-// Designs the controller and runs it. Throws as design_controller and run_scenario do.
+// Designs the controller and runs it. Throws like design_controller and run_scenario.
 Trace run_case(const Study& study, const StudyCase& study_case, const RunChoice& choice);
 
-// What a run of a scenario is looked at for.
+// What a run of a scenario is analysed for.
 enum class Purpose {
   kTracking,       // a target: line-of-sight error after settling
   kSteady,         // a sine, or a step with settle_s > 0: speed error after settling
   kStart,          // a step with settle_s = 0: time to 90 %, and overshoot in the first half second
-  kDisturbedStep,  // the same with a sine of disturbing torque: overshoot over the whole run, for the sine goes on
+  kDisturbedStep,  // the same with a sine of disturbing torque: overshoot over the whole run, because the sine
+                   // continues
 };
 
 Purpose purpose_of(const ScenarioConfig& scenario);
@@ -73,7 +74,7 @@ std::vector<Figure> measure(const Study& study, const StudyCase& study_case, con
 // The figure that decides in this study (peak error, time to 90 %, overshoot, tracking sigma).
 std::string deciding_metric(const Study& study);
 
-// Evaluations of a search.
+// Numbers of evaluations of a search.
 struct SearchEffort {
   int explore = 60;
   int refine = 50;

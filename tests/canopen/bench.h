@@ -1,6 +1,6 @@
-/* A bench for one test device: frames in, frames out, time passing.
+/* A bench for one test device: frames in, frames out, and time.
  *
- * Sent frames land in a log; `bus_full` makes the bus refuse them. Include once, in a test with Unity. */
+ * Sent frames go into a log; with `bus_full` the bus refuses them. Include it once, in a test with Unity. */
 #ifndef TRACKSERVO_TESTS_CANOPEN_BENCH_H
 #define TRACKSERVO_TESTS_CANOPEN_BENCH_H
 

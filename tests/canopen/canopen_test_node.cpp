@@ -1,7 +1,7 @@
-// A test device on a virtual bus that clients reach over TCP, in real time.
+// A test device on a virtual bus for TCP clients, in real time.
 //
-// Prints "slcan-tcp:127.0.0.1:PORT" on a line of its own and runs until its standard input ends. For the tests with
-// python-canopen in this folder.
+// Prints "slcan-tcp:127.0.0.1:PORT" on a line of its own and runs until its standard input ends. For the python-canopen
+// tests in this folder.
 #include <unistd.h>
 
 #include <chrono>
@@ -36,7 +36,7 @@ bool send(void *context, const can_frame *frame) {
   return node->bus->send(node->port, *frame);
 }
 
-// Waits for a byte or for the next tick. False: standard input has ended.
+// Waits for a byte or for the next tick. Returns false when standard input has ended.
 bool wait(const std::vector<std::unique_ptr<BusEnd>>& ends, Clock::time_point until) {
   std::vector<pollfd> descriptors{{STDIN_FILENO, POLLIN, 0}};
   for (const auto& end : ends) {

@@ -13,12 +13,12 @@ import pytest
 
 NODE_ID = 5
 
-# These machines are shared: an answer may be late without anything being wrong.
+# The test machines are shared: an answer may be late without an error.
 canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 2.0
 
 
 class TestNode:
-    """The program canopen_test_node, and where its bus can be reached."""
+    """The program canopen_test_node, and the address of its bus."""
 
     __test__ = False
 
@@ -60,7 +60,7 @@ def test_node():
 
 @pytest.fixture
 def connect(test_node, eds):
-    """Makes clients: each a network with the node in it."""
+    """Makes clients: each is a network with the node in it."""
     networks = []
 
     def make(channel=None):

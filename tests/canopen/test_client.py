@@ -1,4 +1,4 @@
-"""What python-canopen, a client that knows nothing of this node, makes of it."""
+"""python-canopen, a client without knowledge of this node, uses it."""
 
 import math
 import random
@@ -15,7 +15,7 @@ NODE_ID = 5
 
 
 def collect(network, cob_id, seconds):
-    """Payloads seen with this identifier within the time."""
+    """Payloads with this identifier within the time."""
     seen = []
     network.subscribe(cob_id, lambda _id, data, _time: seen.append(bytes(data)))
     time.sleep(seconds)
@@ -123,7 +123,7 @@ SIZES = [1, 4, 7, 8, 889, 890, 32768]
 @pytest.mark.parametrize("block_up", [False, True])
 def test_domain_goes_there_and_back_bit_exact(node, size, block_down, block_up):
     if size == 32768 and not (block_down and block_up):
-        size = 4096  # segmented is one round trip every seven bytes
+        size = 4096  # segmented takes one round trip every seven bytes
     data = random.Random(size).randbytes(size)
     with node.sdo[0x2F01].open("wb", size=size, block_transfer=block_down, buffering=1024) as stream:
         stream.write(data)
@@ -197,7 +197,7 @@ def test_wrong_toggle_and_wrong_crc_are_refused(node):
     node.network.subscribe(0x580 + NODE_ID, lambda _i, data, _t: answers.append(bytes(data)))
 
     def exchange(*request):
-        """As a client does: it waits for the answer, which may be 100 ms after a transfer that was broken off (0019)."""
+        """As a client does: it waits for the answer, which may come 100 ms after an aborted transfer (0019)."""
         count = len(answers)
         node.network.send_message(0x600 + NODE_ID, bytes(request).ljust(8, b"\0"))
         end = time.monotonic() + 1
@@ -304,7 +304,7 @@ def test_emergency_is_seen_and_cleared(node):
 
 
 def listen_fast(test_node, seconds):
-    """All that the bus says, as SLCAN lines; python-can could not keep up with a full bus."""
+    """All frames of the bus, as SLCAN lines; python-can cannot keep up with a full bus."""
     text = b""
     with socket.create_connection(("127.0.0.1", test_node.port)) as connection:
         connection.sendall(b"S8\rL\r")
@@ -386,7 +386,7 @@ def test_garbage_on_the_line_is_answered_with_bel_and_forgotten(test_node):
         connection.settimeout(1)
 
         def ask(command):
-            """The answer; frames of the bus that come in between are skipped."""
+            """The answer; frames of the bus in between are skipped."""
             connection.sendall(command + b"\r")
             answer = b""
             while not answer.endswith((b"\r", b"\a")):

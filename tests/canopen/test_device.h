@@ -33,7 +33,7 @@ typedef struct {
   char text[16];
   uint32_t secret;
   uint8_t moody;  /* 13 is refused with 0800 0022, 66 with 0606 0000 */
-  uint8_t slow;   /* taken at the fourth asking */
+  uint8_t slow;   /* taken at the fourth call */
   uint16_t error; /* written: this EMCY is raised; 0: the last one is cleared */
 } test_values;
 
@@ -43,10 +43,10 @@ typedef struct {
   can_frame services[TEST_DEVICE_QUEUE];
   test_values values;
   test_axis axis[TEST_DEVICE_AXES];
-  uint8_t stream[TEST_DEVICE_STREAM]; /* 2F01, also what 2F02 reads */
+  uint8_t stream[TEST_DEVICE_STREAM]; /* 2F01, also read by 2F02 */
   uint32_t stream_size;
   uint8_t staged[TEST_DEVICE_STREAM]; /* being written, taken over when complete */
-  uint8_t asked;                      /* how often the slow one was asked */
+  uint8_t asked;                      /* number of calls of the slow one */
   uint16_t raised;
   uint32_t saves;
   uint32_t loads;

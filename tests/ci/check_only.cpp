@@ -1,4 +1,4 @@
-// sim_host with nothing but its check: for builds of the firmware with a mistake in it.
+// sim_host with only its check command: for builds of a faulty firmware.
 #include <cstdio>
 #include <exception>
 

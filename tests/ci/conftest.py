@@ -1,4 +1,4 @@
-"""Where the gate is: SIM_HOST and NODE_DESCRIPTIONS in the environment, else what the preset host has built."""
+"""Programs of the gate: SIM_HOST and NODE_DESCRIPTIONS in the environment, otherwise the build of the preset host."""
 
 from __future__ import annotations
 
@@ -68,5 +68,5 @@ def sim_host() -> Path:
 
 @pytest.fixture
 def gate(sim_host: Path, tmp_path: Path) -> Gate:
-    """The gate, with a folder of the test's own."""
+    """The gate, with its own folder for the test."""
     return Gate(sim_host, tmp_path)

@@ -1,7 +1,7 @@
-"""The steps of docs/ci, carried out as GitHub, GitLab and podman would: each line is run, in its order.
+"""The steps of docs/ci, executed as GitHub, GitLab and podman would: each line runs, in order.
 
-Environment: GATE_TREE, the tree in which they run (this one); GATE_WRAP, a command that is put before each shell (none),
-for example "chroot ROOT env HOME=/root", with GATE_SHELL_TREE, the tree as that shell sees it.
+Environment: GATE_TREE, the tree in which they run (this one); GATE_WRAP, a command before each shell (none), for
+example "chroot ROOT env HOME=/root", with GATE_SHELL_TREE, the path of the tree in that shell.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ PATIENCE_S = 3000
 
 
 def run(script: str, environment: dict[str, str] | None = None) -> str:
-    """One step: a shell of its own that ends at the first failure, in the tree."""
+    """One step: its own shell in the tree, which ends at the first failure."""
     text = f"cd {shlex.quote(SHELL_TREE)}\nset -eo pipefail\n{script}"
     command = [*WRAP, "bash", "-c", text]
     if "apt-get" in script and not WRAP and os.geteuid() != 0:

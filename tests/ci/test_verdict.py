@@ -1,4 +1,4 @@
-"""What turns the gate red, and what leaves it green."""
+"""What makes the gate fail, and what lets it pass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-# Writes OUT: the file IN with the observer's estimate negated. Fails when that line is not in it.
+# Writes OUT: the file IN with the observer's estimate negated. Fails when the file does not have that line.
 file(READ "${IN}" text)
 set(line "return scalar_clamp(state->estimate_nm,")
 string(FIND "${text}" "${line}" found)

@@ -1,4 +1,4 @@
-// The device's experiments on the simulated tracker: what they record is what the firmware saw, and limits hold.
+// The device's experiments on the simulated tracker: they record the firmware's signals, and limits hold.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -23,7 +23,7 @@ constexpr double kPlace_rad = 0.45;
 
 sim::PlantConfig tracker() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
-// At one place, which the axis reaches from 0.4 rad.
+// At one place, which the axis starts towards from 0.4 rad.
 sim::Acquisition record(const sim::PlantConfig& plant, const std::vector<stimulus_setup>& experiments,
                         std::uint64_t seed = 3, const experiment_limits& limits = kLimits) {
   sim::AcquisitionSetup setup;
@@ -50,7 +50,7 @@ stimulus_setup sweep() {
   return setup;
 }
 
-// The fastest speed turns round at the end of the travel, so the sweep ends far from where it began.
+// The fastest speed reverses at the end of the travel, so the sweep ends far from its start.
 void test_experiments_begin_at_their_place_wherever_the_one_before_has_ended() {
   stimulus_setup fast = sweep();
   fast.low_rad_s = 0.05F;

@@ -1,4 +1,4 @@
-// Everything that can break breaks: the firmware must see it in time, react as its table says, and keep its promises.
+// Every fault injection: the firmware must detect it in time, react as its table says, and meet its requirements.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -18,7 +18,7 @@ namespace {
 
 sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
-// Two moments of each, one in wind, one in calm air; `sim_host faults` does twenty.
+// Two instants of each, one in wind, one in calm air; `sim_host faults` uses twenty.
 void test_every_breakage_in_every_motion_is_seen_in_time_and_ends_as_promised() {
   sim::MatrixOptions options;
   options.moments = 2;
@@ -52,7 +52,7 @@ void test_an_hour_of_work_with_nothing_broken_trips_nothing() {
   TEST_ASSERT_TRUE(result.hours >= 1.0);
 }
 
-// The promises can be broken: an axis that is not protected at all breaks most of them.
+// The requirements can be violated: an axis without protection violates most of them.
 void test_without_protection_the_same_trials_find_it_out() {
   sim::NodeSetup setup(tracker_plant());
   for (protection_limits& limits : setup.limits) {

@@ -1,4 +1,4 @@
-// The whole machine with the firmware behind the HAL: what must hold whatever the experiment.
+// The whole machine with the firmware behind the HAL: properties of every experiment.
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -21,7 +21,7 @@ servo_params params_for(const sim::PlantConfig& plant) {
   return sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {});
 }
 
-// Turns the azimuth axis at a rate for some time; the other axis stands.
+// Turns the azimuth axis at a rate for some time; the other axis stands still.
 void turn(sim::Machine& machine, double rate_deg_s, double seconds) {
   for (servo_axis_command& command : machine.command().axis) {
     command.mode = SERVO_SPEED;
@@ -61,8 +61,8 @@ void test_an_axis_that_is_off_gives_no_duty_and_no_torque() {
   TEST_ASSERT_DOUBLE_WITHIN(0.01, 0.0, machine.truth().current_a[sim::kAzimuth]);
 }
 
-// 30 V are missing: at 400 deg/s set-point the bus cannot overcome the back-EMF, for two seconds. Back at 1 deg/s the
-// loop must be there at once, not after unwinding.
+// 30 V are missing: at a set-point of 400 deg/s the bus cannot overcome the back-EMF, for two seconds. Back at 1 deg/s
+// the loop must follow at once, without unwinding.
 void test_loop_comes_back_from_a_bus_that_is_too_weak_without_winding_up() {
   sim::PlantConfig plant = tracker_plant();
   plant.supply.voltage_v = 12.0;
@@ -75,7 +75,7 @@ void test_loop_comes_back_from_a_bus_that_is_too_weak_without_winding_up() {
   TEST_ASSERT_DOUBLE_WITHIN(0.05, 1.0, azimuth_rate_deg_s(machine));
 }
 
-// The cabin is driven into its end stop for three seconds and then told to leave: it leaves within 50 ms.
+// The cabin is driven into its end stop for three seconds and then commanded to leave: it leaves within 50 ms.
 void test_axis_leaves_an_end_stop_as_soon_as_it_is_told() {
   sim::PlantConfig plant = tracker_plant();
   sim::EndStopConfig stops;
@@ -104,7 +104,7 @@ double sway_rms_deg_s(rate_source source) {
   return std::sqrt(sum / 20000.0);
 }
 
-// The line of sight is held against a swaying base by the gyro, and cannot be without one. What is left is the lag of
+// The line of sight is held against a swaying base by the gyro, and cannot be without one. The remainder is the lag of
 // the 10 Hz crossover and the friction that reverses with the base.
 void test_line_of_sight_is_stabilised_on_a_swaying_base() {
   const double fused_deg_s = sway_rms_deg_s(RATE_FUSED);
@@ -151,7 +151,7 @@ void test_no_torque_is_compensated_twice() {
     residual_nm += static_cast<double>(machine.firmware(sim::kAzimuth).signals.torque.disturbance_nm) / 2000.0;
   }
   TEST_ASSERT_TRUE(friction_nm > 5.0);
-  // The seal's eccentricity (7 %) is not in the model: it is what the observer finds.
+  // The seal's eccentricity (7 %) is not in the model: the observer finds it.
   TEST_ASSERT_DOUBLE_WITHIN(0.08 * friction_nm, friction_nm, feedforward_nm);
   TEST_ASSERT_DOUBLE_WITHIN(0.10, friction_nm, feedforward_nm + residual_nm);
 }

@@ -1,4 +1,4 @@
-// The paper's experiments as regressions: the baseline must stay where the paper's is, the result where we got it.
+// The paper's experiments as regressions: the baseline must stay at the paper's values, the result at ours.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -68,7 +68,7 @@ void test_start_up_at_a_tenth_of_a_degree_is_quick_with_feedforward() {
   must_be_within(0.0, 12.0, mean_figure(start, "pi_vob_ftc", 0, "overshoot"), "% overshoot");
 }
 
-// The figure's dwell is not what makes it small: with compensation the speed stays up to the end of the run.
+// The figure's dwell does not make it small: with compensation the speed stays up to the end of the run.
 void test_start_up_with_compensation_never_falls_back_below_90_percent() {
   const auto start = study("low_speed_start", "tracker");
   const double speed_rad_s = start.scenario.speeds_rad_s.front();
@@ -83,7 +83,7 @@ void test_start_up_with_compensation_never_falls_back_below_90_percent() {
   }
 }
 
-// What the report says beside Table 2: the uncompensated column is made by the wind, not by friction.
+// The report's statement beside Table 2: the wind causes the uncompensated column, not friction.
 void test_without_wind_pi_alone_has_no_error_worth_compensating() {
   auto steady = study("steady_speed", "tracker");
   for (auto& axis : steady.plant.axis) {

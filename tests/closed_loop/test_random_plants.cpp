@@ -1,4 +1,4 @@
-// Gains for one machine on others of its make: fifty here, a thousand from `sim_host random-plants`.
+// Gains for one machine on others of its type: fifty here, a thousand in `sim_host random-plants`.
 #include "studies/random_plants.hpp"
 
 #include <cstdio>
@@ -14,7 +14,8 @@ namespace {
 
 using namespace trackservo::sim;
 
-// The paper's tightest speed and the slowest, and friction parameters off by 15 % each, which is worse than identified.
+// The paper's tightest speed and the slowest, and friction parameters wrong by 15 % each, which is worse than
+// identified.
 RandomPlantsSetup setup_of(int count) {
   RandomPlantsSetup setup;
   setup.study = bench::study("steady_speed", "tracker");
@@ -45,7 +46,7 @@ void test_fifty_random_plants_are_stable_and_err_less_than_the_paper() {
   TEST_ASSERT_EQUAL_INT(0, summary.axis[kPitch].unstable);
 }
 
-// The other way round: what shakes is found out, by computation and, for itself, in the run.
+// The reverse: an unstable loop is detected, by computation and separately in the run.
 void test_a_machine_that_is_far_too_light_is_called_unstable() {
   RandomPlantsSetup setup = setup_of(1);
   setup.share = 0.0;
@@ -72,7 +73,7 @@ std::vector<double> factors_of(const std::vector<TriedPlant>& plants, const std:
   return factors;
 }
 
-// A motor that is stronger than the firmware believes takes margin away, a heavier machine gives some.
+// A motor that is stronger than the firmware assumes takes margin away, a heavier machine adds some.
 void test_margins_know_of_the_motor_and_of_the_inertia() {
   RandomPlantsSetup setup = setup_of(1);
   const servo_params gains = gains_of(setup.study);

@@ -1,4 +1,4 @@
-// The price of bandwidth: every controller keeps 6 dB and 40 degrees, and the machine confirms the calculation.
+// The cost of bandwidth: every controller keeps 6 dB and 40 degrees, and the machine confirms the calculation.
 #include <cmath>
 #include <filesystem>
 
@@ -66,7 +66,8 @@ void test_measured_loop_gain_agrees_with_the_computed_one() {
   TEST_ASSERT_DOUBLE_WITHIN(4.0, by_equations.phase_margin_deg, by_machine.phase_margin_deg);
 }
 
-// The slow loop of the paper's simulation crosses -180 deg a hundred times above its crossover: the band must reach it.
+// The slow loop of the paper's simulation crosses -180 deg at a hundred times its crossover: the band must extend to
+// it.
 void test_measured_band_reaches_the_gain_margin_of_the_slow_loop() {
   sim::Campaign campaign;
   campaign.plants = {plant_named("paper_simulation")};
@@ -100,8 +101,8 @@ void test_every_study_has_its_best_pi_among_the_margins() {
   TEST_ASSERT_EQUAL_INT(2 * sim::kAxes * 2, found);  // studies, axes, sliding and pre-sliding
 }
 
-// A pure integrator under proportional control with a dead time has margins that everybody can work out:
-// crossover w = k, phase margin 90 deg - w T, gain margin pi / (2 k T).
+// A pure integrator under proportional control with a dead time has simple analytic margins: crossover w = k, phase
+// margin 90 deg - w T, gain margin pi / (2 k T).
 void test_margins_of_an_integrator_with_dead_time_are_the_textbook_ones() {
   const double gain_rad_s = 100.0;
   const double dead_time_s = 4e-3;

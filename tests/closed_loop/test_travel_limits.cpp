@@ -1,5 +1,5 @@
 // Moves towards the hard end of the travel (0x2060:9, :10), in every mode, at every speed, in wind: they must end
-// inside, told by statusword bit 11, and never in fault 8612.
+// inside, reported by statusword bit 11, and never in fault 8612.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ constexpr unsigned kInternalLimit = 1U << 11;
 
 enum class Ending { kHeld, kHalted, kQuickStopped };
 
-// One move outwards. Rates and accelerations in 1e-6, as the bus has them.
+// One move outwards. Rates and accelerations in 1e-6, as on the bus.
 struct Approach {
   int mode = kProfileVelocity;
   int axis = sim::kAzimuth;
@@ -42,7 +42,7 @@ struct Approach {
   std::uint32_t deceleration = 1000000;
   std::uint32_t quick_stop = 3000000;
   Ending ending = Ending::kHeld;
-  double ended_at_rad = 0.0;  // of what is left, where the halt or quick stop comes
+  double ended_at_rad = 0.0;  // share of the remaining distance at which the halt or quick stop comes
   std::uint64_t seed = 1;
 };
 
@@ -102,7 +102,7 @@ class Run {
     return outcome_;
   }
 
-  // The other way round from now on.
+  // From now on in the other direction.
   Outcome come_back(int ticks) {
     inwards_ = true;
     tick_ = 0;
@@ -199,7 +199,7 @@ Approach random_approach(std::uint64_t seed) {
   return a;
 }
 
-// Within the half turn in which a drive that has just started knows where it is.
+// Within the half turn in which a drive that has just started knows its position.
 sim::NodeSetup setup_with_travel() {
   sim::NodeSetup setup(sim::load_plant("sim_host/plants/tracker.toml"));
   setup.limits[sim::kAzimuth].minimum_rad = -1.2F;
@@ -207,7 +207,7 @@ sim::NodeSetup setup_with_travel() {
   return setup;
 }
 
-// Inside all the way; told where the limit is what stops it.
+// Always inside; reported where the limit stops it.
 void expect_inside(const Approach& approach, const Outcome& outcome) {
   const std::string what = describe(approach, outcome);
   TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, outcome.fault, what.c_str());
@@ -215,7 +215,7 @@ void expect_inside(const Approach& approach, const Outcome& outcome) {
   TEST_ASSERT_TRUE_MESSAGE(approach.ending != Ending::kHeld || outcome.told, what.c_str());
 }
 
-// pp and pv with what the objects have after a start: each of these ended in fault 8612, 0.3 to 3.8 mrad outside.
+// pp and pv with the objects' values after a start: each of these ended in fault 8612, 0.3 to 3.8 mrad outside.
 void test_twelve_plain_moves_to_the_hard_end_stop_inside_and_say_so() {
   const sim::NodeSetup setup = setup_with_travel();
   double least_rad = 1e3;
@@ -238,8 +238,8 @@ void test_twelve_plain_moves_to_the_hard_end_stop_inside_and_say_so() {
   std::printf("12 plain moves: %.2f mrad left to the hard end at least\n", 1e3 * least_rad);
 }
 
-// Rates up to 607F = FFFFFFFF, accelerations up to what the objects hold, in all modes, held against the limit, halted
-// or quick-stopped on the way to it. Of the stopping margin of 5 mrad there must be something left.
+// Rates up to 607F = FFFFFFFF, accelerations up to the objects' maximum, in all modes, held against the limit, or
+// stopped by halt or quick stop before it. Some of the stopping margin of 5 mrad must be left.
 void test_moves_of_all_kinds_towards_the_hard_end_stop_inside() {
   constexpr std::uint64_t kMoves = 300;
   const sim::NodeSetup setup = setup_with_travel();
@@ -255,7 +255,7 @@ void test_moves_of_all_kinds_towards_the_hard_end_stop_inside() {
               1e3 * left_rad.front(), 1e3 * left_rad[kMoves / 20]);
 }
 
-// What the drive takes the machine for is 30 % off, either way.
+// The drive's model of the machine is wrong by 30 %, in both directions.
 void test_a_wrong_inertia_does_not_lead_outside() {
   for (const float share : {0.7F, 1.3F}) {
     sim::NodeSetup setup = setup_with_travel();
@@ -270,7 +270,7 @@ void test_a_wrong_inertia_does_not_lead_outside() {
   }
 }
 
-// A rate of 0 is one of inertial space: what held it would drift out with gyro bias, base and gusts.
+// A rate of 0 refers to inertial space: an axis held by it would drift out with gyro bias, base and gusts.
 void test_an_axis_that_is_held_against_its_limit_stays_there() {
   const sim::NodeSetup setup = setup_with_travel();
   for (const int mode : {kProfileVelocity, kCyclicVelocity, kCyclicTorque}) {
@@ -289,7 +289,7 @@ void test_an_axis_that_is_held_against_its_limit_stays_there() {
   }
 }
 
-// Pushed into the margin, or out of the travel: set-points outwards are not obeyed there, those inwards are.
+// Pushed into the margin, or out of the travel: outward set-points are not followed there, inward ones are.
 void test_an_axis_that_stands_outside_comes_back() {
   const sim::NodeSetup setup = setup_with_travel();
   for (const double room_rad : {0.003, -0.008}) {

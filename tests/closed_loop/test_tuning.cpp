@@ -1,5 +1,5 @@
-// Gains are changed while the axis turns: the torque must not jump in the tick of the change, nor the speed leave its
-// band. Two machines of one seed run side by side, equal to the bit until one of them is retuned.
+// Gains are changed while the axis turns: the torque must not jump in the tick of the change, and the speed must stay
+// in its band. Two machines of one seed run side by side, equal bit for bit until one of them is retuned.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -30,11 +30,11 @@ constexpr double kLargestJump_nm = 0.01 * kRated_nm;
 constexpr double kRate_deg_s = 1.0;
 constexpr int kSettleTicks = 2000;
 constexpr int kChanges = 12;       // of each parameter, at different places of the turn
-constexpr int kChangeTicks = 157;  // between two of them; no multiple of anything on the machine
+constexpr int kChangeTicks = 157;  // time between two of them; no multiple of any period of the machine
 
 using Change = std::function<void(axis_parameters&)>;
 
-// A machine with the node's parameters, and the azimuth's as something to tune.
+// A machine with the node's parameters, and the tuning object of azimuth.
 class Bench {
  public:
   explicit Bench(const sim::PlantConfig& plant) : machine_(plant, 9, {0.0, 0.3}) {
@@ -80,8 +80,8 @@ class Bench {
 
 sim::PlantConfig noisy_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
-// The same machine with sensors that do not hiss. New gains weigh the noise of their first sample differently, which
-// is no jump; without noise all of the difference is.
+// The same machine with noise-free sensors. New gains weight the noise of their first sample differently, which is no
+// jump; without noise the whole difference is one.
 sim::PlantConfig quiet_plant() {
   sim::PlantConfig plant = noisy_plant();
   plant.adc.current_noise_rms_a = 0.0;
@@ -94,8 +94,8 @@ sim::PlantConfig quiet_plant() {
 
 struct Worst {
   double jump_nm = 0.0;        // between the machines, in the tick of the change
-  double step_nm = 0.0;        // from the tick before, on the machine that is changed
-  double usual_step_nm = 0.0;  // the largest from tick to tick of the one left alone, in the next 0.2 s
+  double step_nm = 0.0;        // from the previous tick, on the machine that is changed
+  double usual_step_nm = 0.0;  // the largest tick-to-tick change of the unchanged machine, in the next 0.2 s
   double speed_error_deg_s = 0.0;
 };
 
@@ -131,7 +131,7 @@ void compare_one_change(const sim::PlantConfig& plant, int ticks_before, const C
   }
 }
 
-// At several places of the turn, there and back.
+// At several places of the turn, forward and back.
 Worst worst_of(const sim::PlantConfig& plant, const Change& write) {
   Worst worst;
   for (int i = 0; i < kChanges; ++i) {
@@ -153,10 +153,10 @@ void expect_bumpless(const char *name, double speed_band_deg_s, const Change& wr
   TEST_ASSERT_TRUE_MESSAGE(noisy.speed_error_deg_s <= speed_band_deg_s, name);
 }
 
-// With gains as designed the speed stays within this of 1 deg/s, gusts included.
+// With the designed gains the speed stays within this of 1 deg/s, gusts included.
 constexpr double kBand_deg_s = 0.02;
 
-// While the observer is off, PI alone meets the gusts.
+// While the observer is off, PI alone acts against the gusts.
 constexpr double kPiBand_deg_s = 0.1;
 
 void test_nothing_changes_when_the_same_gains_are_applied() {

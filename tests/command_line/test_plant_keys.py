@@ -1,5 +1,5 @@
-"""Every number of a plant file at its lowest and its highest allowed value and at the decades between: what comes out is a
-good run, or one sentence that names the number. SIM_HOST names the program; PLANTS the folder of the shipped plants."""
+"""Every number of a plant file at its minimum and its maximum and at the decades between: the result is a good run, or
+one sentence that names the number. SIM_HOST names the program; PLANTS the folder of the shipped plants."""
 
 import math
 import os
@@ -32,7 +32,7 @@ MORE = {"[azimuth.structure]": {"frequency_hz": 90.0, "damping": 0.02, "inertia_
 
 
 def tables():
-    """Section, key, kind, lowest and highest value of every number, from the program's own page."""
+    """Section, key, kind, minimum and maximum of every number, from the program's own page."""
     page = subprocess.run([SIM_HOST, "keys", "plant"], capture_output=True, text=True, check=True).stdout
     section = ""
     for line in page.splitlines():
@@ -44,7 +44,8 @@ def tables():
 
 
 def decades(kind, low, high):
-    """The two ends and the powers of ten between, also of the negative side; six decades below the highest where 0 is allowed."""
+    """Both ends and the powers of ten between, also of the negative side; six decades below the maximum where 0 is
+    allowed."""
     found = {low, high}
     for sign in (1.0, -1.0):
         most = high if sign > 0 else -low

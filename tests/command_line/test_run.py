@@ -1,4 +1,4 @@
-"""`sim_host run` says what it assumes, and a run that means nothing says so with its exit code."""
+"""`sim_host run` prints its assumptions, and a meaningless run has its own exit code."""
 
 import os
 import pathlib
@@ -21,7 +21,7 @@ def run(plant, scenario, *options):
 
 @pytest.fixture
 def plant(tmp_path):
-    """A shipped plant, with some texts replaced wherever they stand."""
+    """A shipped plant, with some texts replaced everywhere."""
 
     def make(**replaced):
         text = SHIPPED

@@ -1,4 +1,4 @@
-"""Configuring without what is needed: one sentence that helps, and once it is there it is used."""
+"""Configuring with a missing part: one helpful sentence, and the part is used once it is installed."""
 
 import os
 import pathlib
@@ -14,7 +14,7 @@ WITHOUT_COMPILERS = ("cmake", "ninja")
 
 @pytest.fixture
 def bare_path(tmp_path):
-    """A PATH with CMake and Ninja only."""
+    """A PATH with only CMake and Ninja."""
     folder = tmp_path / "bin"
     folder.mkdir()
     for name in WITHOUT_COMPILERS:
@@ -33,13 +33,13 @@ def errors(result):
 
 
 def setup_words():
-    """The words that tools/setup takes, of "Usage: tools/setup [demo|test]"."""
+    """The arguments of tools/setup, from "Usage: tools/setup [demo|test]"."""
     return re.findall(r"\w+", run(PROJECT, "tools/setup", "--help").stdout.splitlines()[0].split("[")[1])
 
 
 @pytest.fixture
 def sources(tmp_path):
-    """The image's sources, in a folder of their own: presets build below it."""
+    """The image's sources, in their own folder: presets build below it."""
     folder = tmp_path / "sources"
     folder.mkdir()
     for name in ("CMakeLists.txt", "CMakePresets.json"):
@@ -78,7 +78,7 @@ message(STATUS "unity of ${unity_source_dir}")
 
 @pytest.fixture
 def uses_unity(tmp_path):
-    """Configures a project that has no Unity of its own; returns where it found one, or what it said."""
+    """Configures a project without its own Unity; returns where it found one, or its message."""
     folder = tmp_path / "uses_unity"
     folder.mkdir()
     (folder / "CMakeLists.txt").write_text(USES_UNITY)
@@ -113,7 +113,7 @@ def test_unity_dir_of_the_environment_counts_after_a_first_try_without_it(uses_u
     assert "Unity, the C test framework (no unity.c in" in told and "third_party/unity" in told
     assert "is missing: ./tools/setup firmware installs it." in told
     assert uses_unity(UNITY_DIR=str(one)) == one
-    assert uses_unity() == one  # as when a build configures anew by itself
+    assert uses_unity() == one  # as when a build configures again by itself
     assert uses_unity(UNITY_DIR=str(two)) == two
 
 
@@ -123,8 +123,8 @@ def test_an_option_counts_before_the_environment(uses_unity, copies):
     assert uses_unity("-DUNITY_DIR=", UNITY_DIR=str(two)) == two
 
 
-# Each library or tool that a CMake module looks for, as the user reads it, with what hides it, the module that looks for
-# it, and the word that installs it.
+# Each library or tool that a CMake module searches: its name for the user, what hides it, the module, and the argument
+# of tools/setup that installs it.
 HIDDEN = {
     "Eigen": ("-DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON", "TrackservoDependencies", "demo"),
     "toml++": ("-DCMAKE_DISABLE_FIND_PACKAGE_tomlplusplus=ON", "TrackservoDependencies", "demo"),
@@ -135,7 +135,7 @@ HIDDEN = {
     "pugixml": ("-DCMAKE_DISABLE_FIND_PACKAGE_pugixml=ON", "TrackservoDependencies", "demo"),
     "NLopt": ("-DCMAKE_IGNORE_PATH=/usr/include;/usr/local/include", "TrackservoDependencies", "demo"),
     "Python 3.11": ("-DCMAKE_DISABLE_FIND_PACKAGE_Python3=ON", "TrackservoImage", "board"),
-    "Unicorn": ("-DX=", "TrackservoUnicorn", "test"),  # looked for below the project's own folder only
+    "Unicorn": ("-DX=", "TrackservoUnicorn", "test"),  # searched only below the project's own folder
     "pytest": ("-DX=", "TrackservoPytest", "test"),
 }
 

@@ -1,4 +1,4 @@
-"""tools/setup on machines that lack something; apt and dpkg are stand-ins."""
+"""tools/setup on machines where something is missing; apt and dpkg are stand-ins."""
 
 import os
 import pathlib
@@ -23,7 +23,7 @@ exit 1
 
 @pytest.fixture
 def project(tmp_path):
-    """A copy of tools/setup and what it reads, without third_party and build."""
+    """A copy of tools/setup and the files that it reads, without third_party and build."""
     (tmp_path / "tools").mkdir()
     for name in ("setup", "requirements.txt"):
         shutil.copy(PROJECT / "tools" / name, tmp_path / "tools")

@@ -1,7 +1,8 @@
-"""The servo as any CANopen master meets it: python-canopen and nothing of ours, on the simulator and on the emulated board.
+"""The servo from a CANopen master's side: only python-canopen, on the simulator and on the emulated board.
 
-SIM_HOST, EMULATE_BOARD, TARGET_IMAGE and NODE_DESCRIPTIONS name the programs, the image and the folder of the EDS; CTest sets them,
-and by hand those of the build folders count. CONFORMANCE_DEVICES (default "simulator board") chooses.
+SIM_HOST, EMULATE_BOARD, TARGET_IMAGE and NODE_DESCRIPTIONS name the programs, the image and the folder of the EDS.
+CTest sets them; without them those of the build folders are used. CONFORMANCE_DEVICES (default "simulator board")
+selects the devices.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ IMAGE = os.environ.get("TARGET_IMAGE", str(PROJECT / "build/stm32g474/bin/tracks
 DESCRIPTIONS = pathlib.Path(os.environ.get("NODE_DESCRIPTIONS", str(PROJECT / "build/host/share/trackservo")))
 DEVICES = os.environ.get("CONFORMANCE_DEVICES", "simulator board").split()
 
-# These machines are shared: an answer may be late without anything being wrong.
+# The test machines are shared: an answer may be late without an error.
 canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 3.0
 
 
@@ -53,7 +54,7 @@ class Device:
 
 
 class Master:
-    """A master with the node in its network, and what it hears."""
+    """A master with the node in its network, and the frames that it receives."""
 
     def __init__(self, bus: can.BusABC) -> None:
         self.network = canopen.Network(bus=bus)
@@ -106,7 +107,7 @@ class Master:
         return struct.unpack("<L", self.node.sdo.upload(0x3010, 1))[0]
 
     def sdo_abort(self, index: int, sub: int, data: bytes | None = None) -> int:
-        """The code with which a download (an upload without `data`) is refused; 0: it is not."""
+        """The abort code of a download (an upload without `data`); 0: not refused."""
         try:
             if data is None:
                 self.node.sdo.upload(index, sub)
@@ -136,7 +137,7 @@ class Master:
         self.wait_for_state(5)
 
     def wait_for_state(self, state: int) -> None:
-        """The next heartbeats say so."""
+        """The next heartbeats show it."""
         self.forget()
         end = time.monotonic() + 10
         while bytes([state]) not in self.heard(0x700 + NODE_ID):
@@ -151,7 +152,7 @@ class Master:
 def device(request):
     served = Device(request.param)
     yield served
-    assert served.close() == 0  # the emulated board: the image kept the chip's rules
+    assert served.close() == 0  # the emulated board: the image followed the chip's rules
 
 
 @pytest.fixture(scope="session")
@@ -171,7 +172,7 @@ def master(session_master):
 
 @pytest.fixture(autouse=True)
 def no_warnings(caplog):
-    """The client finds nothing to complain about, but for what a test provokes."""
+    """The client finds no errors, except those that a test provokes."""
     yield
     loud = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING and r.name.startswith("canopen")]
     assert [m for m in loud if "Transfer aborted" not in m and "Data size has not been specified" not in m] == []

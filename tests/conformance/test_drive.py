@@ -1,4 +1,5 @@
-"""CiA 402: the power state machine by SDO and by PDO, modes, stops, halt; as python-canopen's own profile masks them."""
+"""CiA 402: the power state machine by SDO and by PDO, modes, stops, halt, with the masks of python-canopen's own
+profile."""
 
 import struct
 

@@ -1,4 +1,4 @@
-"""LSS (CiA 305), as python-canopen's master speaks it, to a node that has its id."""
+"""LSS (CiA 305), from python-canopen's master to a node that has its id."""
 
 import pytest
 from canopen.lss import LssError, LssMaster

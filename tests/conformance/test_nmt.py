@@ -44,7 +44,7 @@ def test_nmt_reset_ends_in_a_boot_up_and_gives_the_communication_its_defaults(ma
 
 @pytest.mark.parametrize("command", [RESET_NODE, RESET_COMMUNICATION])
 def test_nmt_reset_is_no_emergency_and_the_node_starts_once(master, command):
-    """The work of a reset must not make the control task late, which would end in a reset by the watchdog."""
+    """The work of a reset must not make the control task late, which would cause a reset by the watchdog."""
     for _ in range(5):
         master.node.nmt.send_command(command)
         master.wait_for(HEARTBEAT, 5)
@@ -103,7 +103,7 @@ def test_1016_a_lost_producer_is_emergency_8130_and_clears_by_itself(master):
     master.send(0x705, 5)
     lost = master.wait_for(0x80 + NODE_ID)[0]
     assert lost[:3] == bytes([0x30, 0x81, 0x11])
-    master.wait_for(0x80 + NODE_ID, 3)  # the node's own, and that of each drive, which stops for want of a master
+    master.wait_for(0x80 + NODE_ID, 3)  # the node's own, and one of each drive, which stops without a master
     master.send(0x705, 5)
     assert master.wait_for(0x80 + NODE_ID, 4)[3][:2] == b"\0\0"
 
@@ -120,7 +120,7 @@ def test_1016_the_same_producer_twice_is_refused(master):
 
 
 def lose_a_producer_in_operation(master):
-    """Node 5 is heard once, and must be heard again within 100 ms."""
+    """Node 5 sends once, and must send again within 100 ms."""
     master.write(0x1016, 1, 5 << 16 | 100, 4)
     master.start()
     master.send(0x705, 5)

@@ -13,7 +13,7 @@ UNMAPPABLE, TOO_LONG, NO_OBJECT, STATE = 0x06040041, 0x06040042, 0x06020000, 0x0
 
 
 def configure(master, pdo, *, kind=None, objects=None, identifier=None, event_ms=None, inhibit_100us=None):
-    """CiA 301's order: off, changed, on. `pdo` is 0x1400 + n or 0x1800 + n."""
+    """The order of CiA 301: off, changed, on. `pdo` is 0x1400 + n or 0x1800 + n."""
     before = master.number(pdo, 1)
     master.write(pdo, 1, before | OFF, 4)
     if objects is not None:

@@ -1,4 +1,4 @@
-"""SDO server (1200h): expedited, segmented and block transfer, and every way to be refused."""
+"""SDO server (1200h): expedited, segmented and block transfer, and every kind of refusal."""
 
 import struct
 
@@ -160,7 +160,7 @@ def test_every_object_of_the_eds_is_there_with_its_access(master):
     wrong, checked = [], 0
     for entry in master.node.object_dictionary.values():
         if entry.index < 0x1000:
-            continue  # types to fill a mapping with
+            continue  # types to fill a mapping
         for variable in [entry] if not hasattr(entry, "values") else entry.values():
             code = master.sdo_abort(variable.index, variable.subindex)
             expected = {0x06010001} if variable.access_type == "wo" else {0, 0x08000024, 0x08000022}

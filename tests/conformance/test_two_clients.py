@@ -1,6 +1,6 @@
-"""Two python-canopen clients that use SDO at once, each on a channel of its own and both on the same one.
+"""Two python-canopen clients that use SDO at once, each on its own channel and both on the same one.
 
-TWO_CLIENTS_TRANSFERS: transfers of each client, 300 unless told otherwise; 10000 take about two minutes.
+TWO_CLIENTS_TRANSFERS: transfers of each client, 300 by default; 10000 take about two minutes.
 """
 
 import contextlib
@@ -20,7 +20,7 @@ SDO_2_REQUEST, SDO_2_ANSWER = 0x6A0, 0x6A1
 TEXTS = [(0x1008, 0), (0x1009, 0), (0x100A, 0), *((0x3002, sub) for sub in range(1, 13))]
 NUMBERS = [(0x1000, 0), (0x1018, 2), (0x6502, 0), (0x6087, 0)]
 OWN = [(0x6081, 0), (0x6881, 0)]
-"""The profile velocity of an axis for each client, which no other writes."""
+"""The profile velocity of an axis for each client; no other client writes it."""
 
 
 class Client(threading.Thread):
@@ -44,7 +44,8 @@ class Client(threading.Thread):
         self.settle()
 
     def settle(self):
-        """Until a request is answered: those before it are then, too, and none comes late into the next test."""
+        """Waits until a request is answered: the requests before it are answered too, and no answer comes late into the
+        next test."""
         for _ in range(100):
             with contextlib.suppress(canopen.SdoAbortedError, canopen.SdoCommunicationError):
                 self.sdo.upload(*NUMBERS[0])
@@ -80,11 +81,11 @@ def run_both(channels, known, most_pause_s):
 
 
 def channel(master, request=0x600 + NODE_ID, answer=0x580 + NODE_ID):
-    """Where this master's SDO client talks."""
+    """Identifiers of this master's SDO client."""
     if request == 0x600 + NODE_ID:
         return master.node.sdo
     sdo = master.node.add_sdo(request, answer)
-    sdo.network = master.network  # which add_sdo forgets
+    sdo.network = master.network  # which add_sdo does not set
     return sdo
 
 
@@ -136,7 +137,7 @@ def test_a_client_that_crashes_in_a_transfer_hinders_no_other(master, other, kno
         master.forget()
         other.send(0x600 + NODE_ID, 0x40, 0x08, 0x10, 0, 0, 0, 0, 0)
         other.send(0x600 + NODE_ID, 0x60, 0, 0, 0, 0, 0, 0, 0)
-        master.wait_for(0x580 + NODE_ID, 2)  # else it takes them for answers to its own request
+        master.wait_for(0x580 + NODE_ID, 2)  # otherwise it takes them for answers to its own request
         assert master.node.sdo.upload(0x3002, 1) == known[0x3002, 1]
 
 

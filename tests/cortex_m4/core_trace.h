@@ -1,10 +1,10 @@
-/* What goes into the servo core and what comes out, as a sequence of 32-bit words, so that another machine can be asked
- * for the same bits.
+/* The inputs and outputs of the servo core as a sequence of 32-bit words, so that another machine can be checked for
+ * the same bits.
  *
  * The three functions of app/servo_app.h are its events: the parameters once, then ticks and PWM periods in the order
- * in which they came. Each part is listed once, in core_trace.c; whether it is written, read or compared is up to the
- * visitor. Floats travel as their bits, everything else as a number, so that structs may be laid out as each compiler
- * likes. Both machines are little-endian. */
+ * in which they came. Each part is listed once, in core_trace.c; the visitor decides whether it is written, read or
+ * compared. Floats are stored as their bits, everything else as a number, so that each compiler may lay out its
+ * structs. Both machines are little-endian. */
 #ifndef TRACKSERVO_TESTS_CORTEX_M4_CORE_TRACE_H
 #define TRACKSERVO_TESTS_CORTEX_M4_CORE_TRACE_H
 
@@ -16,13 +16,13 @@ extern "C" {
 
 typedef enum { TRACE_END = 0, TRACE_CONFIGURE, TRACE_TICK, TRACE_PWM } trace_event;
 
-/* Called for each word, with the expression that names it; what it returns takes the word's place. */
+/* Called for each word, with the expression that names it; its result replaces the word. */
 typedef struct {
   uint32_t (*word)(void *context, const char *name, uint32_t value);
   void *context;
 } trace_visitor;
 
-/* One PWM period of one axis. The set-point goes in, because the simulated board delays what the tick has set. */
+/* One PWM period of one axis. The set-point is an input, because the simulated board delays the result of the tick. */
 typedef struct {
   int axis;
   float reference_a;
@@ -36,7 +36,7 @@ void trace_visit_command(const trace_visitor *visitor, servo_command *command);
 void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples);
 void trace_visit_period(const trace_visitor *visitor, trace_period *period);
 
-/* What comes out: of a tick, everything that an axis has thought and wants; of a period, the duty. */
+/* Outputs: of a tick, all signals and commands of an axis; of a period, the duty. */
 void trace_visit_tick_results(const trace_visitor *visitor, servo_axis *axis);
 void trace_visit_duty(const trace_visitor *visitor, float *duty);
 

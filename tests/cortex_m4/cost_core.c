@@ -1,7 +1,7 @@
 /* cost_core TRACE...: instructions of the servo core's parts over the traces, as a table; ends with 1 when one of them
- * costs more than is asked.
+ * exceeds its limit.
  *
- * The linker hands the parts to this program first (--wrap): a part is counted from before its call to after it. */
+ * The linker redirects the parts to this program (--wrap): the count of a part spans exactly its call. */
 #include <stdio.h>
 
 #include "cortex_m4/core_replay.h"
@@ -50,7 +50,7 @@ speed_loop_output __wrap_speed_loop_control(speed_loop_state *state, const speed
 
 float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v);
 
-/* What servo_app_pwm does, with the command made before, as the board's tick leaves it for its PWM interrupt. */
+/* The work of servo_app_pwm, with the prepared command, as the board's tick leaves it for its PWM interrupt. */
 float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v) {
   const servo_current_command command = servo_axis_current_command(&app->axis[axis], &app->params.axis[axis]);
   const uint32_t start = instruction_count_now();
@@ -60,8 +60,8 @@ float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_
   return duty;
 }
 
-/* What the experiments do not reach: the longest window of the estimator, every rate, and a seal whose Stribeck speed
- * is so high that all branches of the friction model are taken. */
+/* Cases that the experiments do not cover: the longest window of the estimator, every rate, and a seal whose Stribeck
+ * speed is so high that all branches of the friction model are taken. */
 static void sweep_speed_loop(void) {
   bench b = bench_at_rest();
   b.params.speed.rate_estimator.window_ticks = RATE_ESTIMATOR_MAX_WINDOW;

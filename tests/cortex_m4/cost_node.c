@@ -1,11 +1,11 @@
-/* cost_node: instructions of the whole 1 kHz task of both axes, servo_node_tick, at work on a full bus, and of the
- * service after it; ends with 1 when the task takes more than is asked, or the service more than it did.
+/* cost_node: instructions of the whole 1 kHz task of both axes, servo_node_tick, on a full bus, and of the deferred
+ * task after it. It ends with 1 when the task exceeds its limit, or the deferred task its former cost.
  *
- * Both axes turn a bare inertia with Coulomb friction. In every tick, as many frames as 1 Mbit/s can carry in a
+ * Both axes turn a bare inertia with Coulomb friction. In every tick, the frames that 1 Mbit/s can carry in a
  * millisecond: SYNC, all four RPDOs, all four TPDOs, an SDO request and its answer (1061 bits without stuffing). The
- * scope records 8 signals, a frame every tick. Counted is what they do, with what there is to read and send already in
- * memory: the drivers of a board are not in it, and neither is the interrupt that puts a frame into the queue. (On the
- * board most frames are taken before the tick; here all of them within it.) */
+ * scope records 8 signals, a frame every tick. The count has their work with received and sent frames already in
+ * memory. It has neither a board's drivers nor the interrupt that puts a frame into the queue. (On the board most
+ * frames are taken before the tick; here all of them within it.) */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -20,7 +20,7 @@ enum { NODE_ID = 1, ASKED = 5000, WARM_UP_TICKS = 600, COUNTED_TICKS = 2000 };
 
 typedef struct {
   float rate_rad_s;
-  float way_turn32; /* what is left over of the angle */
+  float way_turn32; /* remainder of the angle */
   angle_turn32 angle;
 } bare_axis;
 
@@ -162,7 +162,7 @@ static bool start(void) {
   static hal machine;
   memset(&b, 0, sizeof b);
   machine = machine_of(&b);
-  /* A machine of constants: its sensors always say the same. */
+  /* A machine of constants: its sensors always read the same. */
   protection_limits limits[SERVO_AXES];
   for (int i = 0; i < SERVO_AXES; ++i) {
     protection_objects objects;
@@ -190,7 +190,7 @@ typedef struct {
   int8_t mode;
 } work;
 
-/* Shutdown, switch on, enable; then new set-points whenever an axis is there. */
+/* Shutdown, switch on, enable; then new set-points whenever an axis has arrived. */
 static uint16_t controlword(uint32_t tick) {
   if (tick < 100) {
     return 0x06;

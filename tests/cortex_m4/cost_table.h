@@ -1,4 +1,4 @@
-/* How many instructions a part took, each time that it ran: the median, the most, and what is asked. */
+/* Instructions of each run of a part: the median, the maximum, and the limit. */
 #ifndef TRACKSERVO_TESTS_CORTEX_M4_COST_TABLE_H
 #define TRACKSERVO_TESTS_CORTEX_M4_COST_TABLE_H
 
@@ -9,9 +9,9 @@ enum { COST_BINS = 16384 };
 
 typedef struct {
   const char *name;
-  int asked;                /* at most; 0: nothing is asked */
-  int bound;                /* more than this is a step back; 0: what is asked */
-  uint32_t runs[COST_BINS]; /* by instructions; the last counts what is beyond, too */
+  int asked;                /* limit; 0: none */
+  int bound;                /* a higher count is a regression; 0: same as the limit */
+  uint32_t runs[COST_BINS]; /* by instructions; the last one also counts everything beyond */
   uint32_t count;
   int worst;
 } cost_row;

@@ -11,7 +11,7 @@ enum { SYST_MASK = 0xFFFFFF, COUNTS_PER_10_INSTRUCTIONS = 256 };
 
 static int own_cost;
 
-/* Not inlined, so that what stands between the two readings besides the measured code is always the same. */
+/* Not inlined, so that the code between the two readings besides the measured code is always the same. */
 __attribute__((noinline)) uint32_t instruction_count_now(void) { return *SYST_CVR; }
 
 __attribute__((noinline)) int instruction_count_since(uint32_t start) {

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Where the instructions of the 1 kHz task go: cost_node, executed by Unicorn.
+"""Distribution of the instructions of the 1 kHz task: cost_node, executed by Unicorn.
 
     build/venv/bin/python tests/cortex_m4/profile_cost.py [IMAGE] [--mode 'cyclic velocity'] [--entry NAME]
         [--worst] [--least N]
 
-IMAGE is build/cortex-m4-qemu/bin/cost_node. Printed are the instructions of an average tick (--entry servo_node_serve: of the
-service after it) of each row of cost_node, or of the worst: by folder, by file and by function of the source, an inlined function counted as itself.
+IMAGE is build/cortex-m4-qemu/bin/cost_node. It prints the instructions of an average tick (--entry servo_node_serve: of
+the deferred task after it) of each row of cost_node, or of the worst tick: by folder, by file and by function of the
+source, an inlined function counted separately.
 """
 
 import argparse
@@ -69,7 +70,8 @@ class Image:
 
 
 class Machine:
-    """QEMU's board as far as cost_node sees it: memory, a system control space that keeps what is written, semihosting."""
+    """QEMU's board as far as cost_node uses it: memory, a system control space that stores written values,
+    semihosting."""
 
     def __init__(self, image: Image, entry: str, wanted_ticks: range):
         self.image = image

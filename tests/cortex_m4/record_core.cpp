@@ -1,7 +1,7 @@
-// record_core FOLDER: runs 20 s of each experiment, both axes with everything on, and writes what went into the servo
-// core and what came out as FOLDER/EXPERIMENT.trace, for replay_core on another machine.
+// record_core FOLDER: runs 20 s of each experiment, both axes with everything on, and writes inputs and outputs of the
+// servo core as FOLDER/EXPERIMENT.trace, for replay_core on another machine.
 //
-// The linker hands the core's three functions to this program first (--wrap), so the simulator runs as it always does.
+// The linker redirects the core's three functions to this program (--wrap), so the simulator runs unchanged.
 #include <cstdio>
 #include <exception>
 #include <filesystem>

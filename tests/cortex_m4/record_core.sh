@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Usage: record_core.sh FOLDER
-# Builds the host's record_core when it is not up to date, and has it write the traces into FOLDER.
+# Builds the host's record_core when it is out of date, and lets it write the traces into FOLDER.
 set -euo pipefail
 [[ -f build/host/build.ninja ]] || cmake --preset host
 cmake --build --preset host --target record_core

@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
 # Usage: test_library_calls.sh READELF ARCHIVE...
-# What the firmware's archives call outside themselves may only be what gives the same bits everywhere and costs little:
-# no function of the C library that rounds in its own way (expf, sinf), no arithmetic in double, no heap.
+# The firmware's archives may call only functions that give the same bits everywhere and cost little: no function of the
+# C library with its own rounding (expf, sinf), no arithmetic in double, no heap.
 set -euo pipefail
 
 allowed=(
   'memcpy|memmove|memset|memcmp|strlen'  # bytes
-  'sqrtf|roundf|frexpf'           # exact by their definition
+  'sqrtf|roundf|frexpf'           # exact by definition
   '__aeabi_f2lz|__aeabi_l2f'      # float to int64 and back
   'hal_.*'                        # the boundary, hal/hal.h
 )
 
-# Not nm: of what will be optimised across files it tells the source's calls, not those of the machine code beside it.
+# Not nm: for code that will be optimised across files it lists the source's calls, not those of the machine code.
 readelf="$1"
 shift
 undefined() { "$readelf" --syms --wide "$@" | awk '$7 == "UND" && NF == 8 { print $8 }' | sort -u; }

@@ -1,4 +1,4 @@
-"""What ./tools/demo writes when nobody sits at a terminal: lines, at once, with the time that is left."""
+"""Output of ./tools/demo without a terminal: lines, without buffering, with the time left."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# Ninja as it is: what it writes to a pipe waits in the C library's buffer, unless stdbuf has it written line by line.
+# The real Ninja: its output to a pipe waits in the C library's buffer, unless stdbuf makes it line-buffered.
 NINJA = """\
 #!/usr/bin/env python3
 import os, sys, time
@@ -31,7 +31,7 @@ for step in range(1, 21):
 sys.exit(int(os.environ.get("BUILD_FAILS", "0")))
 """
 
-# Tells what stands in the demo's output when the experiments begin.
+# Returns the demo's output at the start of the experiments.
 SIM_HOST = """\
 #!/bin/bash
 if [[ $1 == experiments ]]; then cp "$DEMO_OUTPUT" "$DEMO_OUTPUT.seen"; fi
@@ -141,7 +141,7 @@ def test_tests_are_configured_where_unity_is_there(demo: Path) -> None:
 
 
 def progress(script: str, steps: str) -> str:
-    """What the build's progress writes for Ninja's lines, with a clock that advances by `script`."""
+    """Output of the build progress for Ninja's lines, with a clock that advances by `script`."""
     library = ROOT / "tools/lib/build_progress.sh"
     done = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", f'source "{library}"; {script}\nprintf "{steps}" | show_build_progress'],
@@ -155,7 +155,7 @@ def test_the_time_left_is_that_of_the_steps_so_far(tmp_path: Path) -> None:
     clock = f'count="{tmp_path}/clock"; echo 0 >"$count"; progress_now_s() {{ local n; n=$(<"$count"); echo $((n + 5)) >"$count"; echo "$n"; }}'
     steps = "".join(f"[{step}/100] x\\n" for step in range(1, 101))
     lines = progress(clock, steps).splitlines()
-    # Five seconds a step, and a link like eight steps: every tenth second a line.
+    # Five seconds per step, and a link like eight steps: every tenth second a line.
     assert lines[0] == "[  1 %] 2 of 100 steps"
     assert lines[4] == "[  9 %] 10 of 100 steps; about 8 min 10 s left"
     assert lines[-2].startswith("[ 91 %] 99 of 100 steps, linking; about 45 s left")

@@ -1,6 +1,7 @@
-// libFuzzer harness of what gains are designed from: any text is read, or is refused by an InputFileError.
+// libFuzzer harness of the design's input files: any text is read, or is refused by an InputFileError.
 //
-// Input: a byte that picks the reader (wishes, parameters of a device, result of an identification), then the text.
+// Input: a byte that selects the reader (requirements, parameters of a device, result of an identification), then the
+// text.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
  *
  * Input: a byte for the number of rows of the save, a byte for the operation at which the power fails (255: none), then
  * the contents of both areas, the rest of them blank. Bit 7 of the first byte: CRC, complement and commit mark of a
- * record at the beginning of either area are made right, so that contents behind them are reached, too. */
+ * record at the beginning of either area are corrected, so that the fuzzer also gets behind these checks. */
 #include <string.h>
 
 #include "base/crc32.h"
@@ -45,7 +45,7 @@ static void restart(void) {
 /* A copy of the newest set; its number of rows, or UINT32_MAX. */
 static uint32_t newest(parameter_row *rows) {
   for (uint32_t n = 0; n < store.count; ++n) {
-    require(parameter_store_load(&store, n, rows, MOST_ROWS)); /* it was complete a moment ago */
+    require(parameter_store_load(&store, n, rows, MOST_ROWS)); /* it was complete just before */
   }
   return store.count > 0 && parameter_store_load(&store, 0, rows, MOST_ROWS) ? store.found[0].rows : UINT32_MAX;
 }

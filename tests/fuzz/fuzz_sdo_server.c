@@ -1,8 +1,8 @@
 /* libFuzzer harness of the SDO server: any requests in any order, over objects of every type, two streams, values that
  * are refused and one that is taken late.
  *
- * Input: for each step a control byte. Bit 7: as many times 16 ms as the other bits say pass. Else 8 bytes of a request
- * follow; bit 6: its multiplexer is the number of an object instead; bits 0 to 3: so many answers leave after it. */
+ * Input: for each step a control byte. Bit 7: time passes, 16 ms times the other bits. Otherwise 8 bytes of a request
+ * follow; bit 6: its multiplexer is the number of an object instead; bits 0 to 3: number of answers sent after it. */
 #include <string.h>
 
 #include "canopen/test_device.h"
@@ -24,7 +24,7 @@ static bool no_frame(void *context, const can_frame *frame) {
   return true;
 }
 
-/* What the server would send must be an answer of the standard, and stay until it is sent. */
+/* An answer of the server must follow the standard, and stay until it is sent. */
 static void send_answers(uint32_t most) {
   for (uint32_t i = 0; i < most; ++i) {
     const uint8_t *answer = sdo_server_outgoing(&device.node.sdo[0]);
@@ -90,7 +90,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     send_answers(1);
     sdo_server_tick(&device.node.sdo[0]);
   }
-  require(device.node.sdo[0].state == SDO_IDLE); /* whatever was begun ends, at the latest by its time-out */
+  require(device.node.sdo[0].state == SDO_IDLE); /* every started transfer ends, at the latest by its time-out */
   require_values_within_limits(&device.node.dictionary);
   return 0;
 }

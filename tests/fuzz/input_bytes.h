@@ -1,4 +1,4 @@
-/* A fuzzer's input, taken byte by byte; behind its end are zeros. */
+/* A fuzzer's input, taken byte by byte; zeros follow its end. */
 #ifndef TRACKSERVO_TESTS_FUZZ_INPUT_BYTES_H
 #define TRACKSERVO_TESTS_FUZZ_INPUT_BYTES_H
 

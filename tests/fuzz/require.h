@@ -1,4 +1,4 @@
-/* What a fuzzer's input must never make false. */
+/* A condition that no fuzzer input may violate. */
 #ifndef TRACKSERVO_TESTS_FUZZ_REQUIRE_H
 #define TRACKSERVO_TESTS_FUZZ_REQUIRE_H
 
@@ -8,7 +8,7 @@
 
 #include "canopen/object_dictionary.h"
 
-/* Harness, not what is fuzzed: its branches are no news. */
+/* Harness code, not the fuzzed code: its branches must not count as coverage. */
 #define UNCOUNTED __attribute__((no_sanitize("coverage", "address", "undefined")))
 
 static inline void require(bool good) {
@@ -37,7 +37,7 @@ UNCOUNTED static inline void require_values_within_limits(const object_dictionar
   }
 }
 
-/* Object n of the dictionary, counted over all its parts and around. */
+/* Object n of the dictionary, counted over all its parts and modulo their number. */
 UNCOUNTED static inline od_object nth_object(const object_dictionary *dictionary, uint32_t n) {
   uint32_t total = 0;
   for (uint32_t i = 0; i < dictionary->count; i++) {

@@ -1,4 +1,4 @@
-"""The corpus archives of tests/fuzz/corpus, and what tools/fuzz does with them; the fuzzers themselves are stand-ins."""
+"""The corpus archives of tests/fuzz/corpus, and how tools/fuzz handles them; the fuzzers themselves are stand-ins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 CORPUS = ROOT / "tests" / "fuzz" / "corpus"
 
-# A run finds one input. A merge copies what the second folder has into the first, as libFuzzer does with new coverage.
+# A run finds one input. A merge copies the contents of the second folder into the first, as libFuzzer does with new
+# coverage.
 FUZZER = """\
 #!/bin/bash
 folders=("${@: -2}")

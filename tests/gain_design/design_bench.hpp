@@ -1,4 +1,4 @@
-// Shipped plants, the gains that the device has before, and loops measured on the simulated machine.
+// Shipped plants, the device's previous gains, and loops measured on the simulated machine.
 #ifndef TRACKSERVO_TESTS_GAIN_DESIGN_DESIGN_BENCH_HPP
 #define TRACKSERVO_TESTS_GAIN_DESIGN_DESIGN_BENCH_HPP
 
@@ -21,7 +21,7 @@ inline axis_parameters present(const sim::PlantConfig& plant, int axis) {
   return sim::design_axis(plant, axis, sim::controller_spec("pi_vob_ftc"), {1, 0.0, TRACKER_PI, {}});
 }
 
-// Both axes of the device have their present parameters, but for `axis`.
+// Both axes of the device have their present parameters, except `axis`.
 inline servo_params params_with(const sim::PlantConfig& plant, int axis, const axis_parameters& designed) {
   servo_params params{};
   for (int i = 0; i < sim::kAxes; ++i) {
@@ -32,7 +32,7 @@ inline servo_params params_with(const sim::PlantConfig& plant, int axis, const a
 }
 
 // As on the machine: a multisine while the axis turns at 2 deg/s, or rests, from a quarter of the crossover to beyond
-// where the gain margin is taken.
+// the frequency of the gain margin.
 inline FrequencyResponse measured(const sim::PlantConfig& plant, int axis, const axis_parameters& designed,
                                   const Margins& predicted, bool pre_sliding) {
   const double coulomb_nm = plant.axis[static_cast<std::size_t>(axis)].friction.positive.coulomb_nm;
@@ -47,7 +47,7 @@ inline FrequencyResponse measured(const sim::PlantConfig& plant, int axis, const
   return sim::measured_loop_gain(request);
 }
 
-// What is measured on the machine is what was predicted, sliding and at rest.
+// The machine's measurement matches the prediction, sliding and at rest.
 inline void expect_as_predicted(const sim::PlantConfig& plant, int axis, const GainDesign& design) {
   for (const bool pre_sliding : {false, true}) {
     const Margins& predicted = pre_sliding ? design.pre_sliding : design.sliding;

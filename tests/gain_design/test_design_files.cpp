@@ -1,4 +1,4 @@
-// The files of identify design: what is wrong in one is named, with what would be right.
+// The files of identify design: an error in one is named, with its remedy.
 #include <functional>
 
 #include "dictionary/device_description.hpp"

@@ -1,4 +1,4 @@
-// From an identified plant and wishes to gains: shipped gains come out again, and what is predicted is measured.
+// From an identified plant and requirements to gains: shipped gains are reproduced, and predictions match measurements.
 #include <cmath>
 
 #include "gain_design/design_bench.hpp"
@@ -89,12 +89,12 @@ void test_more_margin_costs_bandwidth() {
   CHECK_AT_MOST("bandwidth", 0.9 * usual.bandwidth_hz, design.bandwidth_hz);
 }
 
-// Nothing but the encoder's noise moves the axis, which stands still.
+// Only the encoder's noise moves the axis, which stands still.
 double simulated_torque_noise_nm(sim::PlantConfig plant, const axis_parameters& designed) {
   for (sim::AxisConfig& axis : plant.axis) {
     axis.load = {};
     axis.base_sway = {};
-    axis.gyro.bias_rad_s = 0.0;  // or it creeps through the bristles, and friction follows
+    axis.gyro.bias_rad_s = 0.0;  // otherwise it creeps through the bristles, and friction follows
     axis.motor.cogging.clear();
   }
   plant.base_tilt = {};

@@ -24,7 +24,7 @@ sim::PlantConfig flexible_plant(const sim::StructureConfig& structure) {
   return plant;
 }
 
-// What commissioning records for it.
+// The chirp that commissioning records for it.
 identification::Recording recorded_chirp(const sim::PlantConfig& plant, int axis = sim::kAzimuth,
                                          std::uint64_t seed = 1) {
   commissioning_bench::BenchSetup setup;
@@ -53,10 +53,10 @@ void test_a_resonance_is_found_where_the_plant_has_it() {
     const StructuralMode truth = sim::true_plant(plant, sim::kAzimuth).modes.front();
     TEST_ASSERT_EQUAL(1, found.size());
     CHECK_RELATIVE("frequency", truth.frequency_rad_s, found.front().frequency_rad_s, 0.002);
-    CHECK_RELATIVE("damping", truth.damping, found.front().damping, 0.25);  // narrow ones are widened by the window
+    CHECK_RELATIVE("damping", truth.damping, found.front().damping, 0.25);  // the window widens narrow ones
     CHECK_RELATIVE("share", truth.share, found.front().share, 0.05);
     CHECK_RELATIVE("height", relative_height(truth), relative_height(found.front()), 0.2);
-    response.windows = identification::kLeastWindows - 1;  // its coherence would mean nothing
+    response.windows = identification::kLeastWindows - 1;  // its coherence would be meaningless
     TEST_ASSERT_EQUAL(0, identification::find_resonances(response, rigid_axis(plant)).size());
   }
 }
@@ -109,7 +109,7 @@ void test_without_torque_excitation_nothing_is_told() {
   TEST_ASSERT_EQUAL(0, identification::find_resonances(response, {}).size());
 }
 
-// Who does not know of the resonance designs a loop that does not keep its margins.
+// A design without knowledge of the resonance gives a loop that does not keep its margins.
 void test_the_resonance_breaks_the_margins_of_a_design_that_does_not_know_it() {
   const sim::PlantConfig plant = flexible_plant(kStructure);
   IdentifiedPlant rigid = sim::true_plant(plant, sim::kAzimuth);
@@ -152,7 +152,7 @@ void test_a_notch_is_the_inverse_of_the_mode() {
   const NotchFilter notch = notch_for(mode);
   CHECK_RELATIVE("depth", 1.0 / relative_height(mode), notch.depth, 1e-9);
   CHECK_RELATIVE("zeros on the poles", 2.0 * mode.damping * notch.frequency_hz, notch.depth * notch.width_hz, 1e-9);
-  const StructuralMode sharp{2.0 * M_PI * 90.0, 0.001, 0.003};  // hardly there, but sharp
+  const StructuralMode sharp{2.0 * M_PI * 90.0, 0.001, 0.003};  // small, but sharp
   CHECK_RELATIVE("width", 9.0, notch_for(sharp).width_hz, 1e-9);
 }
 

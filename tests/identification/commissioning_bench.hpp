@@ -1,4 +1,4 @@
-// Machines whose truth is known, as identification is tried on: which plant, which axis, which noise.
+// Machines with known parameters for tests of the identification: which plant, which axis, which noise.
 #ifndef TRACKSERVO_TESTS_COMMISSIONING_BENCH_HPP
 #define TRACKSERVO_TESTS_COMMISSIONING_BENCH_HPP
 
@@ -30,17 +30,17 @@ struct BenchSetup {
 // The shipped plant of this name.
 BenchSetup setup_of(const std::string& plant, int axis = sim::kAzimuth, std::uint64_t seed = 1);
 
-// The plant's own numbers, as if a first look had found them.
+// The plant's own numbers, like the result of a first look.
 commissioning::RoughMachine rough_truth(const BenchSetup& setup);
 
-// The programme proper for these numbers.
+// The main test plan for these numbers.
 commissioning::Programme programme_of(const BenchSetup& setup);
 
 identification::Recording record(const BenchSetup& setup, const commissioning::Programme& programme);
 
 std::map<std::string, double> truth_of(const BenchSetup& setup, const identification::Identification& result);
 
-// How far a found value may be off, as a logarithm: the project's limits.
+// Allowed error of a value, as a logarithm: the project's limits.
 double allowed_error(const std::string& parameter);
 
 }  // namespace commissioning_bench

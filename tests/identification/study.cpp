@@ -1,5 +1,5 @@
-// How well identification does on machines of known truth, seed by seed, and on machines that it was not made for. On
-// demand, minutes long: `identification_study [--case NAME]... [--seeds 5] [--details]` prints a table of markdown.
+// Accuracy of the identification on machines with known parameters, seed by seed, and on machines outside its model. On
+// request, minutes long: `identification_study [--case NAME]... [--seeds 5] [--details]` prints a table of markdown.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -53,7 +53,7 @@ void limit_travel(BenchSetup& setup) {
   axis_of(setup).end_stops->upper_rad = 60 * kRadPerDeg;
 }
 
-// As if the machine had been taken for one with half of Tc, bristle length and Stribeck speed, or with twice.
+// As if the machine had been assumed to have half of Tc, bristle length and Stribeck speed, or twice.
 void misjudge(Programme& programme, double factor) {
   const BenchSetup setup = commissioning_bench::setup_of("tracker");
   trackservo::commissioning::RoughMachine machine = commissioning_bench::rough_truth(setup);

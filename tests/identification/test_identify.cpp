@@ -1,4 +1,4 @@
-// Identification of the shipped machines, with all noise on, against their plant files; and what it refuses.
+// Identification of the shipped machines, with all noise on, compared with their plant files; and its refusals.
 #include <cmath>
 #include <string>
 
@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 21;  // not one of the study's
 
-// From the file that identify fit writes to gains: those that the truth gives.
+// From the file of identify fit to gains: the same as for the true parameters.
 void expect_gains_of_the_truth(const BenchSetup& setup, const nlohmann::ordered_json& result) {
   namespace design = trackservo::gain_design;
   design::IdentifiedPlant truth = sim::true_plant(setup.plant, setup.axis);
@@ -50,7 +50,7 @@ void expect_gains_of_the_truth(const BenchSetup& setup, const nlohmann::ordered_
   CHECK_NEAR("phase margin in deg", right.sliding.phase_margin_deg, got.sliding.phase_margin_deg, 2.0);
 }
 
-// Every parameter within the limits; at most one of the eleven outside of its interval.
+// Every parameter within the required limits; at most one of the eleven outside its interval.
 void expect_truth(const BenchSetup& setup, const Identification& result) {
   int outside = 0;
   for (const auto& [name, right] : commissioning_bench::truth_of(setup, result)) {
@@ -77,7 +77,7 @@ void test_the_tracker_is_identified_in_its_wind() {
     ripple_24 = ripple_24 || (harmonic.ripple && harmonic.per_turn == 24);
   }
   TEST_ASSERT_TRUE_MESSAGE(ripple_8 && ripple_24, "the motor's ripple was not found");
-  // The paper's damping ratio is wrong for this machine, and that is said.
+  // The paper's damping ratio is wrong for this machine, and the result says so.
   CHECK_RELATIVE("damping ratio", 0.371, result.damping_ratio, 0.05);
   const auto json = identification::to_json(result, recording);
   TEST_ASSERT_TRUE(json.at("complete").get<bool>());
@@ -100,7 +100,7 @@ void test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing() {
   Programme programme = programme_of(setup);
   programme.places.resize(2);
   for (trackservo::commissioning::Place& place : programme.places) {
-    // The fastest speeds only, one after the other, hardly any turns.
+    // Only the fastest speeds, in sequence, almost no reversals.
     const std::vector<stimulus_setup> all = place.experiments;
     place.experiments.clear();
     for (const stimulus_setup& experiment : all) {
@@ -130,7 +130,7 @@ Recording first_look(const BenchSetup& setup) {
       setup, trackservo::commissioning::first_look(sim::motion_limits(setup.plant, setup.axis)));
 }
 
-// Within a factor of 1.5 of the truth; the Stribeck speed only where friction is not hidden by wind.
+// Within a factor of 1.5 of the truth; the Stribeck speed only where wind does not hide friction.
 void expect_rough_truth(const BenchSetup& setup, const Identification& result, bool stribeck_shows = true) {
   const auto truth = commissioning_bench::truth_of(setup, result);
   const double coulomb_nm = 0.5 * (truth.at("coulomb_positive") + truth.at("coulomb_negative"));

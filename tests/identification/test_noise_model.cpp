@@ -1,4 +1,4 @@
-// The noise model and the windows that torque and motion are compared through, on signals that are known.
+// The noise model and the comparison windows of torque and motion, on known signals.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -43,8 +43,8 @@ void test_an_autoregression_is_found_and_whitened() {
   TEST_ASSERT_EQUAL_DOUBLE(0.0, white.segment(9000, 500).cwiseAbs().maxCoeff());
 }
 
-// J theta'' = u under the window, with a torque that changes within the ticks: means since the tick before are all that
-// is recorded of it. Taken as held over each tick, 40 Hz would be wrong by 5e-3.
+// J theta'' = u under the window, with a torque that changes within the ticks: only means since the previous tick are
+// recorded of it. Taken as held over each tick, 40 Hz would be wrong by 5e-3.
 void test_the_window_balances_torque_and_motion_of_quick_turns() {
   const double inertia = 3.0;
   for (const double frequency_hz : {2.0, 10.0, 40.0}) {
@@ -65,7 +65,7 @@ void test_the_window_balances_torque_and_motion_of_quick_turns() {
   }
 }
 
-// The window's weights are a mean: a constant stays what it is.
+// The window's weights are a mean: a constant stays constant.
 void test_the_window_is_a_mean() {
   const std::vector<double> constant(40, 2.5);
   CHECK_NEAR("mean", 2.5, identification::triangle_mean(constant, 20), 1e-12);

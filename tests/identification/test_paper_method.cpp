@@ -1,4 +1,4 @@
-// The paper's own identification: its worked example, and its curve fit on torques that are known.
+// The paper's own identification: its worked example, and its curve fit on known torques.
 #include <cmath>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// What a recording must look like, and what is said when it does not.
+// The required form of a recording, and the messages for errors.
 #include <sstream>
 #include <string>
 

@@ -1,8 +1,8 @@
-"""A servo on a bus of its own for each test, and python-canopen clients on that bus.
+"""A servo on its own bus for each test, and python-canopen clients on that bus.
 
-NODE_TEST_DEVICE says what the servo is: `sim`, the simulator (sim_host serve), or `image`, the image that is flashed, on
-the emulated board (emulate_board). SIM_HOST, EMULATE_BOARD and TARGET_IMAGE name programs and image, NODE_DESCRIPTIONS
-the folder of the EDS; CTest sets them, and by hand those of build/host and build/stm32g474 count. NODE_TEST_BUS is
+NODE_TEST_DEVICE selects the servo: `sim`, the simulator (sim_host serve), or `image`, the flashed image on the emulated
+board (emulate_board). SIM_HOST, EMULATE_BOARD and TARGET_IMAGE name programs and image, NODE_DESCRIPTIONS the folder of
+the EDS. CTest sets them; without them those of build/host and build/stm32g474 are used. NODE_TEST_BUS is
 slcan-tcp:0 or, where it exists, socketcan:vcan0.
 """
 
@@ -32,12 +32,12 @@ if DEVICE not in SERVERS:
 DESCRIPTIONS = pathlib.Path(os.environ.get("NODE_DESCRIPTIONS", str(PROJECT / "build/host/share/trackservo")))
 BUS = os.environ.get("NODE_TEST_BUS", "slcan-tcp:0")
 
-# These machines are shared: an answer may be late without anything being wrong.
+# The test machines are shared: an answer may be late without an error.
 canopen.sdo.SdoClient.RESPONSE_TIMEOUT = 2.0
 
 
 class Served:
-    """A servo, and where its bus can be reached."""
+    """A servo, and the address of its bus."""
 
     def __init__(self, bus, *options, server=SERVERS["sim"]):
         self.process = subprocess.Popen(
@@ -62,7 +62,7 @@ class Served:
 
     def close(self):
         self.process.stdin.close()
-        assert self.process.wait(timeout=20) == 0  # else the image has broken the chip's rules
+        assert self.process.wait(timeout=20) == 0  # otherwise the image has violated the chip's rules
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def served():
 
 @pytest.fixture
 def connect(served):
-    """Makes clients: each a network with a BaseNode402, unmodified, of its own."""
+    """Makes clients: each a network with its own, unmodified BaseNode402."""
     with contextlib.ExitStack() as clients:
 
         def make(**options):
@@ -128,7 +128,7 @@ def tell(capsys):
 
 @pytest.fixture(autouse=True)
 def no_warnings(caplog):
-    """The client finds nothing to complain about, but for what a test provokes."""
+    """The client finds no errors, except those that a test provokes."""
     yield
     loud = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING and r.name.startswith("canopen")]
     assert [m for m in loud if "Transfer aborted" not in m and "Data size has not been specified" not in m] == []

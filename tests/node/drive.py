@@ -20,7 +20,7 @@ def micro_rad(degrees):
 
 
 def wait_until(condition, timeout):
-    """How long it took, in seconds."""
+    """Duration in seconds."""
     start = time.monotonic()
     while not condition():
         assert time.monotonic() - start < timeout, "it did not happen in time"
@@ -73,7 +73,7 @@ class Axis:
         return math.degrees(self.get(0x6064) * 1e-7)
 
     def mean_rate_deg_s(self, seconds=0.5):
-        """From the angle, so that noise does not count, over the node's own time (3010:1)."""
+        """From the angle, so that noise does not matter, over the node's own time (3010:1)."""
         start_ms, angle_deg = self.node.sdo[0x3010][1].raw, self.angle_deg
         time.sleep(seconds)
         return (self.angle_deg - angle_deg) / (1e-3 * (self.node.sdo[0x3010][1].raw - start_ms))

@@ -1,4 +1,4 @@
-"""What comes over the bus must not disturb the axis: a silent master, a second client, foreign frames."""
+"""Traffic on the bus must not disturb the axis: a silent master, a second client, foreign frames."""
 
 import re
 import select
@@ -18,14 +18,14 @@ NODE_ITSELF, AZIMUTH, PITCH = range(3)  # sources of an emergency, byte 4 of its
 
 
 class Listener:
-    """Reads SLCAN faster than python-can can, for a bus that is full."""
+    """Reads SLCAN faster than python-can, for a bus that is full."""
 
     def __init__(self, address):
         self.socket = socket.create_connection(address)
         self.socket.sendall(b"C\rS8\rL\r")
 
     def listen(self, seconds):
-        """Frames heard by identifier: payloads as hexadecimal text."""
+        """Received frames by identifier: payloads as hexadecimal text."""
         text, end = bytearray(), time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             if select.select([self.socket], [], [], left)[0]:
@@ -72,12 +72,13 @@ def rate_of(payload):
 
 
 def ticks_kept(node, start_s, start_ticks):
-    """Share of the ticks that were due since then and came. The simulator lets go of those that it cannot catch up."""
+    """Share of the due ticks since then that came. The simulator drops those that it cannot make up for."""
     return (node.sdo[0x3010][1].raw - start_ticks) / (1000 * (time.monotonic() - start_s))
 
 
 def heard_while_flooded(served, lines, seconds=FLOOD_S):
-    """Frames heard meanwhile. Waits for the last answer to the flood: the next client would take it for its own."""
+    """Frames received meanwhile. Waits for the last answer to the flood: otherwise the next client would take it for
+    its own."""
     listener = Listener(served.tcp)
     flood = Flood(served.tcp, lines)
     try:
@@ -152,7 +153,7 @@ def test_two_clients_at_once_one_only_listening(served, node, azimuth, connect):
     assert len(rates) >= 40  # every 20 ms
     assert sum(rates) / len(rates) == pytest.approx(micro_rad(1.0), rel=0.03)
     assert listener.nmt.wait_for_heartbeat(2) == "OPERATIONAL"
-    # Its frames do not reach the bus.
+    # Its frames do not get onto the bus.
     listener.network.send_message(0x201, [0, 0, PV])
     time.sleep(0.2)
     assert azimuth.state == "OPERATION ENABLED"
@@ -161,7 +162,7 @@ def test_two_clients_at_once_one_only_listening(served, node, azimuth, connect):
 def test_two_clients_at_once_each_with_an_axis(connect, azimuth, pitch):
     other = connect()
     azimuth.turn(1.0, settle_s=0)
-    # Both have one SDO channel, so the second client knows the mapping from the EDS and keeps to PDOs.
+    # Both have one SDO channel, so the second client knows the mapping from the EDS and uses only PDOs.
     other.rpdo.read(from_od=True)
     other.rpdo[2]["Pitch Modes of operation"].raw = PV
     for controlword in (6, 7, 15):
@@ -198,7 +199,7 @@ def test_full_bus_of_foreign_frames_leaves_axis_and_heartbeat_alone(served, node
 
 
 def test_flood_of_the_nodes_own_identifiers_does_not_stop_the_axis(served, node, azimuth, connect, tell):
-    """Wrong lengths on RPDOs, unknown NMT commands, SDO frames that mean nothing, others' heartbeats."""
+    """Wrong lengths on RPDOs, unknown NMT commands, SDO frames without meaning, heartbeats of others."""
     azimuth.turn(1.0)
     start_s, start_ticks = time.monotonic(), node.sdo[0x3010][1].raw
     node.network.disconnect()
@@ -223,4 +224,4 @@ def test_sdo_reads_per_second(azimuth, tell):
         azimuth.node.sdo.upload(0x606C, 0)
     rate = count / (time.monotonic() - start)
     tell(f"{rate:.0f} SDO reads per second, one after the other")
-    assert rate > 300  # the aim is 1000; this machine may be busy
+    assert rate > 300  # the target is 1000; this machine may be busy

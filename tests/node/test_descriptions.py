@@ -1,4 +1,4 @@
-"""What the build prints about the node is what the node does."""
+"""The node's printed descriptions match its behaviour."""
 
 import json
 import math
@@ -130,7 +130,7 @@ def test_dbc_encodes_what_the_node_obeys(dbc, node, azimuth):
 
 
 def test_the_board_starts_with_the_parameters_of_the_example_machine(descriptions):
-    """As numbers: another machine's library may design the last digits otherwise."""
+    """As numbers: on another machine the design's last digits may differ."""
     def assignments(file):
         return [(name, float(value)) for name, value in re.findall(r"\.([a-z0-9_.]+) = ([-+.e0-9]+)[fu],", file.read_text())]
     printed = assignments(descriptions / "default_parameters.c")

@@ -1,4 +1,4 @@
-"""Experiments (0x2100) as a client starts and watches them: on the axis, within limits, ended by whatever goes wrong."""
+"""Experiments (0x2100) as a client starts and monitors them: on the axis, within limits, ended by any error."""
 
 import canopen
 import pytest
@@ -86,7 +86,7 @@ def test_it_starts_only_in_operation_at_rest_and_without_a_mode(experiment, azim
 
 
 def test_leaving_the_travel_ends_it_and_the_axis_stops(experiment, azimuth):
-    # Torque beyond the seal's: the axis runs away until a limit holds it.
+    # Torque above the seal's: the axis accelerates until a limit stops it.
     experiment.start({KIND: RAMPS, COUNT: 1, DWELL: 4.0, TORQUE: 30.0, TORQUE_LIMIT: 30.0, TRAVEL: 0.01,
                       SPEED_LIMIT: 10.0})
     assert experiment.wait_for_end() == LEFT_TRAVEL
@@ -104,14 +104,14 @@ def test_position_limits_end_it_before_they_are_passed(experiment, azimuth):
         farthest = max(farthest, azimuth.get(0x6064) - here)
     assert experiment.state == DRIVE_STOPPED
     wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 2)
-    assert max(farthest, azimuth.get(0x6064) - here) < 200000  # the way to stop from 80 mrad/s at 1 rad/s^2: 3 mrad
+    assert max(farthest, azimuth.get(0x6064) - here) < 200000  # stopping distance from 80 mrad/s at 1 rad/s^2: 3 mrad
     azimuth.node.sdo[0x607D][1].raw = azimuth.node.sdo[0x607D][2].raw = 0
     experiment.start(QUICK_SWEEP)
     assert experiment.wait_for_end() == DONE
 
 
 def test_607f_holds_for_the_position_loop_of_an_experiment(experiment, azimuth):
-    azimuth.set(10000, 0x607F)  # 10 mrad/s, the triangle asks for 40
+    azimuth.set(10000, 0x607F)  # 10 mrad/s, the triangle requires 40
     fastest = 0
     experiment.start({KIND: LOOPS, COUNT: 1, DWELL: 4.0, ANGLE: 0.04, TRAVEL: 0.2, SPEED_LIMIT: 0.2})
     while experiment.state == RUNS:

@@ -1,4 +1,4 @@
-"""Gains are staged, checked together and put in force in one piece; what is refused changes nothing."""
+"""Gains are staged, checked together and applied as a whole; a refused set changes nothing."""
 
 import gc
 import math
@@ -26,7 +26,7 @@ def abort_of(action):
 
 
 def parameters(axis):
-    """All staged values and the bookkeeping, as bytes."""
+    """All staged values and the state objects, as bytes."""
     values = {}
     for index in (0x2000, 0x2010, 0x2011, 0x2020, 0x2030, 0x2040, 0x2050, 0x2055, 0x2070):
         for sub in range(1, axis.get(index, 0) + 1):
@@ -132,6 +132,7 @@ def test_refused_values_change_nothing(azimuth):
 def test_wrong_access_gets_the_standards_abort_code(azimuth, index, sub, data, code):
     before = parameters(azimuth)
     assert abort_of(lambda: azimuth.node.sdo.download(index, sub, data)) == code
-    # python-canopen's stream of a refused download sends when it is collected; within another transfer that waits for ever.
+    # python-canopen's stream of a refused download sends when it is garbage-collected; within another transfer it would
+    # wait for ever.
     gc.collect()
     assert parameters(azimuth) == before

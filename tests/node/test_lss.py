@@ -13,11 +13,11 @@ UNCONFIGURED = 255
 PRODUCT = 0x54534456
 FIRST_SERIAL = 0xCAFE1FFE
 BIT_RATE_INDEX = {1000000: 0, 500000: 2, 250000: 3, 125000: 4}
-ATTEMPTS = 3  # at what the computer may be late for
+ATTEMPTS = 3  # times for which the computer may be late
 
 
 class Clients:
-    """A served bus and networks on it; python-canopen's SLCAN adapter has the bit rate it is asked for."""
+    """A served bus and networks on it; python-canopen's SLCAN adapter uses the given bit rate."""
 
     def __init__(self, *options):
         self.served = Served("slcan-tcp:0", *options)
@@ -25,7 +25,7 @@ class Clients:
         self.stack.callback(self.served.close)
 
     def close(self):
-        """The clients first; a second time it does nothing."""
+        """Closes the clients first; a second call does nothing."""
         self.stack.close()
 
     def network(self, bit_rate=1000000):
@@ -53,7 +53,7 @@ def add(network, node_id):
 
 
 def answers(network, node_id):
-    """Reads the device type; whether anybody answered within a second."""
+    """Reads the device type; whether a node answered within a second."""
     node = add(network, node_id)
     node.sdo.RESPONSE_TIMEOUT = 1.0
     try:
@@ -122,7 +122,7 @@ def test_answers_come_within_5_ms(serve, tell):
     network = serve("--node-id", str(UNCONFIGURED)).network()
     lss = network.lss
     slowest_ms = []
-    for _ in range(ATTEMPTS):  # the node is the same each time, the computer may be busy
+    for _ in range(ATTEMPTS):  # the node is the same each time; the computer may be busy
         lss.send_switch_state_global(LssMaster.CONFIGURATION_STATE)
         took = []
         for _ in range(20):
@@ -216,7 +216,7 @@ def test_sdo_answers_within_50_ms_while_both_axes_move(serve, bit_rate, tell):
     node = add(network, NODE_ID)
     node.sdo.RESPONSE_TIMEOUT = 2.0
     for n in range(4):
-        node.sdo[0x1800 + n][5].raw = 1  # an event each ms: as often as the inhibit time lets it
+        node.sdo[0x1800 + n][5].raw = 1  # an event every ms: as often as the inhibit time allows
     node.nmt.state = "OPERATIONAL"
     for shift in (0, 0x800):
         node.sdo[0x6060 + shift].raw = 3

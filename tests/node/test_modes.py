@@ -12,7 +12,7 @@ HALT = 0x100
 NEW_SETPOINT = 0x10
 TARGET_REACHED = 0x400
 FOLLOWED = 0x1000
-CYCLE_S = 0.02  # the longest that 60C2 can be
+CYCLE_S = 0.02  # maximum of 60C2
 
 
 def tenth_micro_rad(degrees):
@@ -49,7 +49,7 @@ def test_quick_stop_ends_with_the_axis_off(azimuth):
     azimuth.turn(2.0)
     azimuth.command(0x02)
     assert wait_until(lambda: azimuth.state == "SWITCH ON DISABLED", 1) < 0.5
-    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 0.3)  # friction takes what the loop's lag left
+    wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 0.3)  # friction removes the rest of the loop's lag
 
 
 @pytest.mark.parametrize("shift_deg", [2.0, -1.0])
@@ -72,7 +72,7 @@ def test_pp_move_relative_arrives_on_pitch(pitch):
     wait_until(lambda: pitch.get(0x6041) & 0x1000, 1)
     pitch.command(ENABLE)
     wait_until(lambda: pitch.get(0x6041) & TARGET_REACHED, 5)
-    # Off, the axis was free to creep until it was enabled.
+    # While off, the axis was free to creep until it was enabled.
     assert pitch.get(0x6064) - start == pytest.approx(tenth_micro_rad(1.5), abs=tenth_micro_rad(0.05))
 
 
@@ -139,7 +139,7 @@ def test_cst_gives_the_torque(azimuth):
     azimuth.enable(CST)
 
     def torques(permille, seconds):
-        """Demanded and given, while the set-point comes again and again."""
+        """Demanded and actual, while the set-point is repeated."""
         seen, end = [], time.monotonic() + seconds
         while time.monotonic() < end:
             azimuth.set(permille, 0x6071)

@@ -1,4 +1,4 @@
-"""Every tick of an axis over three PDOs (0x2101): whole, in order, and what the other objects tell."""
+"""Every tick of an axis over three PDOs (0x2101): complete, in order, and consistent with the other objects."""
 
 import math
 import struct
@@ -15,7 +15,7 @@ FRAMES = ([(4, 32), (5, 32)], [(6, 32), (7, 32)], [(1, 16), (2, 8), (3, 8), (8, 
 
 @pytest.fixture
 def ticks(node):
-    """What has come so far: rows (angle, joint rate, inertial rate, torque, number, kind, run, reference)."""
+    """Received so far: rows (angle, joint rate, inertial rate, torque, number, kind, run, reference)."""
     rows, parts = [], {}
 
     def take(cob_id, data, _timestamp):

@@ -1,4 +1,4 @@
-"""What a reset leaves: a moving axis stops, commands are gone, what was stored is back, and a fault is told again."""
+"""Effects of a reset: a moving axis stops, commands are gone, stored values are back, and a fault is reported again."""
 
 import threading
 import time
@@ -14,7 +14,7 @@ FOLLOWING, BUS = 0x8611, 0x8100
 
 
 def reset(node, command):
-    """canopen's wait_for_bootup misses a message that comes before it is called."""
+    """canopen's wait_for_bootup misses a message that comes before the call."""
     booted = threading.Event()
     identifier = 0x700 + node.id
 
@@ -81,12 +81,12 @@ def test_the_same_fault_is_told_again_after_a_reset(node, azimuth):
         assert node.sdo[0x1001].raw == 0
     fail_to_follow(azimuth)
     reset_communication(node)
-    wait_until(lambda: node.sdo[0x1001].raw != 0, 1)  # still in fault: told again
+    wait_until(lambda: node.sdo[0x1001].raw != 0, 1)  # still in fault: reported again
     assert azimuth.get(0x603F) == FOLLOWING
 
 
 def store_other_values(node, axis):
-    """A gain 10 % up, another speed limit, another heartbeat; answers what the gain was."""
+    """A gain 10 % up, another speed limit, another heartbeat; returns the former gain."""
     kp = axis.get(0x2000, 1)
     axis.set(1.1 * kp, 0x2000, 1)
     axis.set(1, 0x2070, 1)
@@ -118,7 +118,7 @@ def test_load_brings_the_defaults_back_at_the_next_reset(node, azimuth):
     kp = store_other_values(node, azimuth)
     node.sdo[0x1011][ALL].raw = LOAD
     assert azimuth.get(0x2000, 1) == pytest.approx(1.1 * kp)  # until then nothing changes
-    assert azimuth.get(0x2070, 2) == 2  # but it is no longer what is stored
+    assert azimuth.get(0x2070, 2) == 2  # but it no longer equals the stored values
     reset_node(node)
     assert azimuth.get(0x2000, 1) == pytest.approx(kp)
     assert (azimuth.get(0x607F), node.sdo[0x1017].raw) == (1000000, 100)

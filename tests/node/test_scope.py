@@ -1,4 +1,4 @@
-"""A capture of the scope comes over the bus bit for bit, whichever way it is read. On SLCAN and on SocketCAN."""
+"""A capture of the scope comes over the bus bit for bit, whichever method reads it. On SLCAN and on SocketCAN."""
 
 import struct
 import time
@@ -69,7 +69,7 @@ def test_state_change_triggers_with_frames_before_it(node, azimuth):
     time.sleep(0.1)
     scope[COMMAND].raw = STOP
     trigger, (reference,) = parse(read(node, block=True))
-    assert trigger >= 100 and len(reference) > trigger + 50  # ended early, so nothing had to make room
+    assert trigger >= 100 and len(reference) > trigger + 50  # ended early, so no frame was overwritten
 
 
 def test_trigger_that_does_not_come_can_be_forced(node, azimuth):

@@ -1,4 +1,4 @@
-"""The command `sim_host serve` itself: several ends on one bus, the pace of time, and what it refuses."""
+"""The command `sim_host serve` itself: several ends on one bus, the pace of time, and its refusals."""
 
 import contextlib
 import math
@@ -40,7 +40,7 @@ def ticks(bus):
     return read(bus, 0x3010, 1)
 
 
-# What a script does: a background job, whose standard input is empty.
+# As a script does: a background job with empty standard input.
 JOB = '"$@" & echo $!; wait $!'
 
 
@@ -85,7 +85,7 @@ def angles_deg(bus):
 
 
 def test_an_unpowered_machine_stands_for_20_minutes(tell):
-    """In its wind; without holding brakes azimuth was at -141 degrees then, and pitch on its end stop."""
+    """In its wind; without holding brakes azimuth was at -141 degrees then, and pitch at its end stop."""
     with serving("slcan-tcp:0", "--speed", "max") as served, served.open_bus() as bus:
         receive(bus, 0x701)
         before = angles_deg(bus)
@@ -130,7 +130,7 @@ def test_time_runs_at_the_pace_that_is_asked_for(tell):
 
 
 def test_faster_than_real_time_a_client_that_reads_slowly_loses_nothing():
-    """Every TPDO on every tick at full speed, read in bits with rests: the simulator waits."""
+    """Every TPDO on every tick at full speed, read in parts with pauses: the simulator waits."""
     with serving("slcan-tcp:0", "--speed", "max") as served, served.open_bus() as bus:
         receive(bus, 0x701)
         write = [(0x1803, 1, 0x80000481, 4), (0x1A03, 0, 0, 1), (0x1A03, 1, 0x30100120, 4), (0x1A03, 0, 1, 1),

@@ -1,4 +1,4 @@
-"""What is stored survives a loss of power: another `sim_host serve` with the same --flash file."""
+"""Stored values survive a loss of power: another `sim_host serve` with the same --flash file."""
 
 import contextlib
 import subprocess

@@ -1,6 +1,7 @@
-"""A master as ros2_canopen: boots the node by SDO, maps all it needs into synchronous PDOs, and drives both axes by them.
+"""A master like ros2_canopen: boots the node by SDO, maps all its objects into synchronous PDOs, and drives both axes
+by them.
 
-Controlword and targets are obeyed at the SYNC that follows, actual values come with each SYNC. Halt (bit 8) is set
+Controlword and targets take effect at the following SYNC, actual values come with each SYNC. Halt (bit 8) is set
 while there is no target, in every state.
 """
 
@@ -19,7 +20,7 @@ TRANSITIONS = ((0x06, "READY TO SWITCH ON"), (0x07, "SWITCHED ON"), (0x0F, "OPER
 
 
 class Channel:
-    """One axis of the master: what goes out and what came in with the last SYNC."""
+    """One axis of the master: sent values, and those received with the last SYNC."""
 
     def __init__(self):
         self.controlword, self.mode, self.position, self.velocity = HALT, 0, 0, 0
@@ -33,7 +34,7 @@ class Channel:
 
 
 class SyncMaster:
-    """SYNC every 10 ms, then the RPDOs that the next SYNC puts in force."""
+    """SYNC every 10 ms, then the RPDOs that the next SYNC puts into effect."""
 
     def __init__(self, node):
         self.node = node
@@ -53,7 +54,7 @@ class SyncMaster:
         assert all(self.node.sdo[0x1018][sub].raw is not None for sub in range(1, 5))
 
     def map_pdos(self):
-        """Per axis RPDO: controlword, mode, target of position. RPDO 3: both velocities. TPDO: what is measured."""
+        """Per axis RPDO: controlword, mode, target of position. RPDO 3: both velocities. TPDO: measured values."""
         self.node.tpdo.read()
         self.node.rpdo.read()
         for n, shift in ((1, 0), (2, 0x800)):
@@ -113,7 +114,7 @@ class SyncMaster:
             time.sleep(PERIOD_S)
 
     def enable(self, mode):
-        """Both axes by PDO alone, Halt set on the way; the target is where the axis is until the path begins."""
+        """Both axes by PDO alone, Halt set on the way; the target is the axis' position until the path begins."""
         for channel in self.channels:
             channel.mode = mode
         self.wait(lambda channel: channel.display == mode)
@@ -179,7 +180,7 @@ def test_targets_count_only_when_sync_comes(node, master, azimuth):
     for _ in range(50):
         master.send_targets()
         time.sleep(PERIOD_S)
-    assert abs(azimuth.rate_deg_s) < 0.05  # without SYNC set-points end, and the axis stops
+    assert abs(azimuth.rate_deg_s) < 0.05  # without SYNC the set-points stop, and the axis stops
     assert azimuth.state == "OPERATION ENABLED"
     master.running = True
     master.thread = threading.Thread(target=master.run)

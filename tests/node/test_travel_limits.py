@@ -16,7 +16,7 @@ def unlock(node):
 
 
 def confine(axis, room_rad):
-    """Hard ends this far on either side of where the axis stands, and no software limit before them."""
+    """Hard ends this far on either side of the axis' position, and no software limit before them."""
     here = axis.get(0x6064) / COUNTS_PER_RAD
     axis.set(0, 0x607D, 1)
     axis.set(0, 0x607D, 2)
@@ -61,7 +61,7 @@ def test_a_move_to_the_hard_end_stops_inside_with_bit_11(node, azimuth, pitch, t
 
 
 def test_607f_of_ffffffff_is_no_limit_and_no_fault(node, azimuth):
-    """Everybody's "no limit" was fault 7300 at enable."""
+    """The usual value for "no limit" caused fault 7300 at enable."""
     azimuth.set(0xFFFFFFFF, 0x607F)
     azimuth.turn(20.0)
     assert azimuth.get(0x603F) == 0
@@ -75,7 +75,7 @@ def test_607f_of_ffffffff_is_no_limit_and_no_fault(node, azimuth):
 
 @pytest.mark.parametrize("order", [(15, 16), (16, 15)])
 def test_voltage_limits_are_written_in_either_order(node, azimuth, order):
-    new = {15: 70.0, 16: 90.0}  # both above the old over-voltage limit of 60 V
+    new = {15: 70.0, 16: 90.0}  # both above the former over-voltage limit of 60 V
     unlock(node)
     for sub in order:
         azimuth.set(new[sub], 0x2060, sub)
@@ -90,7 +90,7 @@ def test_limits_that_contradict_each_other_wait_and_are_not_stored(node, azimuth
     with pytest.raises(canopen.SdoAbortedError) as refused:
         node.store(1)
     assert refused.value.code == 0x06040043
-    azimuth.enable(PV)  # the limits of before are in force: with 60.5 V it would not switch on
+    azimuth.enable(PV)  # the former limits are in effect: with 60.5 V it would not switch on
     azimuth.command(0x00)
     azimuth.set(36.0, 0x2060, 15)
     assert azimuth.get(0x2060, 18) == 0

@@ -1,4 +1,4 @@
-"""The commands of a README: what stands in its ```sh blocks, in their order, and what a comment before a block says of it.
+"""The commands of a README: the contents of its ```sh blocks, in order, and the comment before a block.
 
 A block is preceded by nothing, or by one HTML comment that a reader does not see:
 
@@ -18,7 +18,7 @@ from enum import Enum
 _MARK = re.compile(r"<!-- run: (?P<text>.*?) -->")
 _FENCE = re.compile(r"^```(?P<language>\w*)$")
 _INSTEAD_ALLOWED = ("./tools/test",)
-"""The test of the README is no part of itself; everything else is run, or needs hardware."""
+"""The test of the README does not run itself; everything else is run, or needs hardware."""
 
 
 class Kind(Enum):
@@ -35,14 +35,14 @@ class Block:
     """One ```sh block."""
 
     line: int
-    """Of its first command, from 1."""
+    """Line of its first command, from 1."""
     headline: str
     """Of level 2, above it."""
     kind: Kind
     commands: tuple[str, ...]
-    """As printed, comments and all; a continued line is one command."""
+    """As printed, including comments; a continued line is one command."""
     detail: str = ""
-    """The text of readiness, or the command that is run instead."""
+    """The text that signals readiness, or the command that is run instead."""
 
     @property
     def to_run(self) -> tuple[str, ...]:
@@ -50,7 +50,7 @@ class Block:
 
 
 class ReadmeError(Exception):
-    """The README cannot be run; where and why."""
+    """The README cannot be run, with place and reason."""
 
 
 def _commands(lines: list[str]) -> tuple[str, ...]:

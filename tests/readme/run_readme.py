@@ -1,10 +1,11 @@
-"""Runs the README, line by line in its order, on a Debian that has nothing else installed; then the container file of docs/ci.
+"""Runs the README line by line on a Debian without other packages; then the container file of docs/ci.
 
     build/venv/bin/python tests/readme/run_readme.py [--root FOLDER] [--from LINE] [--keep]
 
-A bare root (tests/readme/bare-root), a clone of what is committed in it, then one shell that gets every command of every
-```sh block of README.md, as a reader would type it. The first that does not exit with 0 ends the run. What each said is in
-build/readme/NN-*.log. The RUN lines of docs/ci/Containerfile run in a bare root of their own (tests/ci).
+A bare root (tests/readme/bare-root), a clone of the committed files in it, then one shell that gets every command of
+every ```sh block of README.md, as a reader would type it. The first command that does not exit with 0 ends the run. The
+output of each is in build/readme/NN-*.log. The RUN lines of docs/ci/Containerfile run in their own bare root
+(tests/ci).
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ SHELL = ("bash", "--noprofile", "--norc")
 
 
 class Failed(Exception):
-    """A command of the README did not do what it should."""
+    """A command of the README failed."""
 
 
 class Terminal:
-    """A shell in the root, in the clone; what it prints goes into `log` line by line."""
+    """A shell in the root, in the clone; its output goes into `log` line by line."""
 
     def __init__(self, root: Path, name: str) -> None:
         self._log = (LOGS / f"{name}.log").open("w")
@@ -61,7 +62,7 @@ class Terminal:
         self._process.stdin.flush()
 
     def wait_for(self, wanted: str, limit_s: float) -> str:
-        """The first line with `wanted` in it. What stands before it goes to the log."""
+        """The first line with `wanted` in it. The lines before it go to the log."""
         end = time.monotonic() + limit_s
         while True:
             try:
@@ -85,7 +86,7 @@ class Terminal:
             raise Failed(f"exit code {code}")
 
     def start(self, commands: tuple[str, ...], ready: str) -> None:
-        """In the background of the reader: in a terminal of its own, from now on."""
+        """In the background of the reader: in its own terminal, from now on."""
         for command in commands:
             self._log.write(f"$ {command}\n")
             self._send(command)
@@ -105,7 +106,7 @@ class Terminal:
 
 
 class Reader:
-    """Somebody who copies the README into terminals."""
+    """A reader who copies the README into terminals."""
 
     def __init__(self, root: Path) -> None:
         self._root = root
@@ -150,7 +151,7 @@ class Reader:
 
 
 def make_root(root: Path) -> None:
-    """A bare Debian with a clone of what is committed here, as `git clone` leaves it."""
+    """A bare Debian with a clone of the commit, as `git clone` makes it."""
     started = time.monotonic()
     subprocess.run([str(BARE_ROOT), "make", str(root)], check=True)
     clone(root)
@@ -165,7 +166,7 @@ def clone(root: Path) -> None:
 
 
 def run_container_file(root: Path) -> bool:
-    """What `podman build` would run, in another bare root."""
+    """The commands of `podman build`, in another bare root."""
     started = time.monotonic()
     clone(root)
     environment = {

@@ -1,4 +1,4 @@
-"""What counts as a command of the README, and what its marks may say."""
+"""What counts as a command of the README, and what its marks may contain."""
 
 from pathlib import Path
 

@@ -1,7 +1,8 @@
-"""docs/ros2/bus.yml: every key is read by somebody, and what dcfgen makes of it is taken by simulator and board.
+"""docs/ros2/bus.yml: every key is used, and simulator and board accept dcfgen's output for it.
 
-SIM_HOST, EMULATE_BOARD, TARGET_IMAGE and NODE_DESCRIPTIONS name programs, image and the folder of the EDS; CTest sets them, and by
-hand those of the build folders count. ROS 2 itself is not needed: its build makes the same two steps, cogen and dcfgen.
+SIM_HOST, EMULATE_BOARD, TARGET_IMAGE and NODE_DESCRIPTIONS name programs, image and the folder of the EDS. CTest sets
+them; without them those of the build folders are used. ROS 2 itself is not needed: its build makes the same two steps,
+cogen and dcfgen.
 """
 
 import ast
@@ -32,7 +33,8 @@ IMAGE = os.environ.get("TARGET_IMAGE", str(PROJECT / "build/stm32g474/bin/tracks
 DESCRIPTIONS = pathlib.Path(os.environ.get("NODE_DESCRIPTIONS", str(BUILD / "share/trackservo")))
 DCFGEN = pathlib.Path(sys.executable).parent / "dcfgen"
 AXES = (0, 0x800)
-# What ros2_canopen's Motor402 writes and reads while it runs (canopen_402_driver: motor.hpp, motor.cpp), for each channel.
+# The objects that ros2_canopen's Motor402 writes and reads while it runs (canopen_402_driver: motor.hpp, motor.cpp),
+# for each channel.
 WRITTEN = {0x6040, 0x6060, 0x607A, 0x60FF, 0x6071}
 READ = {0x6041, 0x6061, 0x6064, 0x606C, 0x6077}
 
@@ -44,12 +46,12 @@ def bus():
 
 @pytest.fixture(scope="module")
 def dcf(bus, tmp_path_factory):
-    """The folder with what dcfgen makes: master.dcf and tracker.bin."""
+    """The folder with dcfgen's output: master.dcf and tracker.bin."""
     return generate(bus, tmp_path_factory.mktemp("dcf"))
 
 
 def generate(bus, folder):
-    """As cogen and the CMake macro cogen_dcf of ros2_canopen do it; without -S, so that the EDS must be faultless, too."""
+    """Like cogen and the CMake macro cogen_dcf of ros2_canopen; without -S, so that the EDS must have no errors."""
     flat = {"options": bus["options"], "master": bus["master"]}
     flat |= {name: {**node, **bus.get("defaults", {})} for name, node in bus["nodes"].items()}
     (folder / "bus.yml").write_text(yaml.dump(flat).replace("@BUS_CONFIG_PATH@", "."))
@@ -73,7 +75,7 @@ def requests_of(dcf):
 
 @pytest.fixture(params=["simulator", "board"])
 def network(request):
-    """python-canopen on the bus of a device that has just booted; answers may take long where the computer is busy."""
+    """python-canopen on the bus of a device that has just booted; answers may be slow when the computer is busy."""
     program = [SIM_HOST, "serve"] if request.param == "simulator" else [EMULATE_BOARD, IMAGE]
     process = subprocess.Popen([*program, "--until-stdin-ends", "--bus", "slcan-tcp:0"], stdin=subprocess.PIPE,
                                stdout=subprocess.PIPE, text=True)
@@ -109,7 +111,8 @@ def test_every_key_of_the_shipped_file_is_known(bus):
 
 
 def test_the_list_of_dcfgens_keys_is_what_its_source_reads():
-    """Keys are what is asked of `cfg` and its parts in dcfgen/cli.py: "key" in cfg, cfg["key"], pdo_mapping.get("key")."""
+    """Keys are those read from `cfg` and its parts in dcfgen/cli.py: "key" in cfg, cfg["key"],
+    pdo_mapping.get("key")."""
     import dcfgen.cli
 
     tree = ast.parse(pathlib.Path(dcfgen.cli.__file__).read_text())
@@ -213,7 +216,7 @@ def test_each_sdo_of_the_concise_dcf_is_accepted_and_in_force(node, dcf, bus):
 
 
 def test_the_masters_idea_of_the_device_is_the_device(node, dcf):
-    """A CiA 302 master that boots another device type, vendor or product than in its 1F84 to 1F86 refuses it."""
+    """A CiA 302 master refuses a device whose type, vendor or product differs from its 1F84 to 1F86."""
     master = configparser.ConfigParser(strict=False, interpolation=None)
     master.read(dcf / "master.dcf")
     found = {0x1F84: node.sdo[0x1000].raw, 0x1F85: node.sdo[0x1018][1].raw, 0x1F86: node.sdo[0x1018][2].raw}
@@ -225,7 +228,7 @@ def test_the_masters_idea_of_the_device_is_the_device(node, dcf):
 
 
 def test_both_axes_run_by_these_pdos_alone(network, node, dcf):
-    """States and targets by RPDO, answers by TPDO with each SYNC, as the driver has them."""
+    """States and targets by RPDO, answers by TPDO with each SYNC, as in the driver."""
     configure(node, dcf)
     seen = {}
     for identifier in (0x181, 0x281, 0x381, 0x481):

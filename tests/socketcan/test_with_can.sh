@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Proves what with-can promises, both ways: in User Mode Linux, and in a kernel that has vcan (User Mode Linux's own).
-# Needs can-utils, and a Python with python-can: PYTHON, or else that of build/venv.
+# Proves the promises of with-can in both modes: in User Mode Linux, and in a kernel that has vcan (User Mode Linux's
+# own). Needs can-utils, and a Python with python-can: PYTHON, or else that of build/venv.
 # shellcheck disable=SC2016  # the single-quoted scripts are for the shells inside
 set -uo pipefail
 
@@ -19,7 +19,7 @@ uml() {
   "$with_can" --via uml "$@"
 }
 
-# check NAME COMMAND...: the command's success is the test's.
+# check NAME COMMAND...: the test passes when the command succeeds.
 check() {
   local name="$1"
   shift
@@ -34,7 +34,7 @@ check() {
   fi
 }
 
-# gives CODE COMMAND...: keeps what the command prints in $out and $err.
+# gives CODE COMMAND...: keeps the command's output in $out and $err.
 gives() {
   local wanted="$1" code=0
   shift
@@ -102,7 +102,7 @@ PYTHON
   gives 0 uml "$python" "$work/two_buses.py" && prints out $'both ways\n'
 }
 
-# Nothing of the run marked $1 is left, after a moment for the machine to bury its dead.
+# Nothing of the run marked $1 is left, after a short time for the machine to remove ended processes.
 nothing_left() {
   local job="$1" try
   for try in {1..50}; do
@@ -178,7 +178,7 @@ much_output() {
   uml seq 1 2000000 | { sleep 4 && cat; } | cmp - "$work/numbers"
 }
 
-# Whoever reads the output goes away.
+# The reader of the output closes it.
 reader_gone() {
   local started=$SECONDS
   [[ "$(uml yes | head -n 1)" == y ]] && ((SECONDS - started < 30))
@@ -218,14 +218,14 @@ kernel_way_limits() {
       exit 5' - "$with_can" && grep -q 'ended after 1 s' "$err"
 }
 
-# In namespaces where folders and programs can be taken away.
+# In namespaces where folders and programs can be hidden.
 masked() {
   local user=()
   [[ "$(id -u)" == 0 ]] || user=(--user --map-root-user)
   unshare "${user[@]}" --mount sh -c "$1"' && shift && exec "$@"' sh "${@:2}"
 }
 
-# As check, but told and left out where the container forbids to take anything away (no mount namespaces).
+# As check, but reported and left out where the container forbids hiding (no mount namespaces).
 check_masked() {
   if masked : true 2>/dev/null; then
     check "$@"

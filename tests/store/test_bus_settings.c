@@ -1,4 +1,4 @@
-/* Node id and bit rate of the servo's node: set by LSS, kept in flash, followed by COB-IDs and inhibit times. */
+/* Node id and bit rate of the servo's node: set by LSS, persisted in flash, followed by COB-IDs and inhibit times. */
 #include <stdio.h>
 
 #include "canopen/cob_id.h"
@@ -76,8 +76,8 @@ void setUp(void) {
 
 void tearDown(void) { TEST_ASSERT_EQUAL(0, model.rule_breaks + bus_model.rule_breaks); }
 
-/* --- the bus ---------------------------------------------------------------------------------------------------------
- */
+/* --- the bus
+ * --------------------------------------------------------------------------------------------------------- */
 
 static void give(uint32_t id, const uint8_t *bytes, uint8_t length) {
   can_frame frame = {.id = id, .length = length};
@@ -99,7 +99,7 @@ static void nmt(uint8_t command) {
   wait_ms(RESET_MS);
 }
 
-/* An LSS request that is answered within 5 ms; answers the error, -1 without an answer. */
+/* An LSS request that is answered within 5 ms; returns the error, -1 without an answer. */
 static int lss(uint8_t command, uint8_t first, uint8_t second) {
   sent_count = 0;
   give(LSS_REQUEST_COB_ID, (const uint8_t[]){command, first, second, 0, 0, 0, 0, 0}, 8);
@@ -154,8 +154,8 @@ static void set_tpdo4(uint32_t cob_id, uint16_t inhibit_100us) {
   TEST_ASSERT_EQUAL(OD_OK, set(0x1803, 1, cob_id));
 }
 
-/* --- node id ---------------------------------------------------------------------------------------------------------
- */
+/* --- node id
+ * --------------------------------------------------------------------------------------------------------- */
 
 static void test_a_fresh_node_has_id_1_at_1_mbit_s(void) {
   TEST_ASSERT_NOT_NULL(heard(0x701));
@@ -254,11 +254,11 @@ static void test_with_torque_lss_changes_nothing(void) {
   TEST_ASSERT_EQUAL(LSS_OK, lss(CONFIGURE_ID, 9, 0));
 }
 
-/* --- bit rate --------------------------------------------------------------------------------------------------------
- */
+/* --- bit rate
+ * -------------------------------------------------------------------------------------------------------- */
 
-/* Of all four TPDOs, as fast as their inhibit times let them: 8 bytes are 135 bits with the most stuffing, 7 are 125.
- */
+/* Of all four TPDOs, as fast as their inhibit times allow: 8 bytes are 135 bits with the most stuffing, 7 are
+ * 125. */
 static double share_of_bus(uint32_t kbit_s) {
   static const double bits[] = {125, 125, 135, 135};
   double share = 0.0;
@@ -334,8 +334,8 @@ static void test_a_controller_that_does_not_answer_is_known(void) {
   TEST_ASSERT_TRUE(node.objects.bus.join_failed);
 }
 
-/* --- beside 0x1010 and 0x1011 ----------------------------------------------------------------------------------------
- */
+/* --- beside 0x1010 and 0x1011
+ * ---------------------------------------------------------------------------------------- */
 
 static void test_lss_and_the_parameter_store_keep_each_other(void) {
   TEST_ASSERT_EQUAL(OD_OK, set(0x607F, 0, 654321));
@@ -377,7 +377,7 @@ static void test_saved_defaults_follow_node_id_and_bit_rate_and_other_values_sta
 }
 
 static void test_an_identifier_that_is_another_nodes_default_stays(void) {
-  set_tpdo4(0x40000000 + TPDO4 + STORED_ID, 20); /* what node 42 would have */
+  set_tpdo4(0x40000000 + TPDO4 + STORED_ID, 20); /* the defaults for node 42 */
   command(0x1010, 1, SAVE);
   store_settings(9, 0);
   power_up(false);
@@ -394,8 +394,8 @@ static void test_a_tpdo_that_is_off_stays_off_with_another_node_id(void) {
   TEST_ASSERT_EQUAL_HEX32(COB_ID_INVALID | (TPDO4 + STORED_ID), get(0x1803, 1));
 }
 
-/* --- loss of power ---------------------------------------------------------------------------------------------------
- */
+/* --- loss of power
+ * --------------------------------------------------------------------------------------------------- */
 
 static void test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_ones(void) {
   for (int kind = 0; kind < FLASH_CUTS; ++kind) {

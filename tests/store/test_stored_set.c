@@ -1,4 +1,5 @@
-/* The servo's node over a flash: what 0x1010 stores is in force after the next start, whatever happened in between. */
+/* The servo's node over a flash: the values that 0x1010 stores are in effect after the next start, whatever happened in
+ * between. */
 #include <stdio.h>
 
 #include "support/flash_model.h"
@@ -21,7 +22,7 @@ static bool send(void *context, const can_frame *frame) {
   return true;
 }
 
-/* The power comes back, or is there for the first time. */
+/* The power returns, or is on for the first time. */
 static void start_node(const hal_flash *flash) {
   rigid_machine_init(&machine);
   model.off = false;
@@ -40,8 +41,8 @@ void setUp(void) {
 
 void tearDown(void) { TEST_ASSERT_EQUAL(0, model.rule_breaks); }
 
-/* --- objects --------------------------------------------------------------------------------------------------------
- */
+/* --- objects
+ * -------------------------------------------------------------------------------------------------------- */
 
 static od_object find(uint16_t index, uint8_t sub) {
   od_object object;
@@ -72,7 +73,7 @@ static void set_kp(int axis, float kp) {
   TEST_ASSERT_EQUAL(OD_OK, set((uint16_t)(0x2070 + shift), 1, 1));
 }
 
-/* As the SDO server does: asks again in each tick. */
+/* Like the SDO server: calls again in each tick. */
 static od_abort command(uint16_t index, uint8_t group, uint32_t signature) {
   od_abort answer = set(index, group, signature);
   for (int tick = 0; tick < MOST_TICKS && answer == OD_PENDING; ++tick) {
@@ -103,8 +104,8 @@ static bool lost_parameters_are_told(void) {
   return emergency_is_active(&node.canopen.emergency, SOURCE_STORAGE, PARAMETERS_LOST);
 }
 
-/* --- storing and restoring -------------------------------------------------------------------------------------------
- */
+/* --- storing and restoring
+ * ------------------------------------------------------------------------------------------- */
 
 static void test_without_a_stored_set_the_defaults_are_in_force(void) {
   TEST_ASSERT_EQUAL(KEPT_DEFAULTS, get(0x3031, 1));
@@ -135,7 +136,7 @@ static void test_an_unchanged_set_is_not_written_again(void) {
       TEST_ASSERT_EQUAL(OD_OK, set(0x1010, group, SAVE));
     }
     TEST_ASSERT_EQUAL(operations, model.operations);
-    TEST_ASSERT_EQUAL(1, get(0x3031, 2)); /* group 1 has stored what 2 and 3 would */
+    TEST_ASSERT_EQUAL(1, get(0x3031, 2)); /* group 1 has stored what 2 and 3 would store */
   }
   restart();
   const uint32_t operations = model.operations;
@@ -229,7 +230,7 @@ static void test_storing_is_refused_while_an_axis_has_torque(void) {
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
 }
 
-/* A client that gives up leaves the save running; what the next one is told holds for its own values. */
+/* A client that gives up leaves the save running; the result for the next client is valid for its own values. */
 static void test_a_second_client_gets_its_own_values_stored(void) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_PENDING, set(0x1010, 1, SAVE));
@@ -254,8 +255,8 @@ static void test_a_flash_that_refuses_is_told_and_changes_nothing(void) {
   TEST_ASSERT_TRUE(has_one_of_each(7));
 }
 
-/* --- damage ----------------------------------------------------------------------------------------------------------
- */
+/* --- damage
+ * ---------------------------------------------------------------------------------------------------------- */
 
 static void test_a_damaged_set_is_skipped_and_told_until_the_next_save(void) {
   change_one_of_each(7);
@@ -283,7 +284,7 @@ static void test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_t
   TEST_ASSERT_TRUE(lost_parameters_are_told());
 }
 
-/* The rows of what is in force, for a set that another firmware has stored. */
+/* The rows of the values in effect, for a set that another firmware has stored. */
 static uint32_t rows_in_force(parameter_row *rows) {
   const kept_objects kept = {.parameters = {node.axis[0].tuning.active, node.axis[1].tuning.active},
                              .drive = {node.axis[0].objects, node.axis[1].objects},
@@ -316,7 +317,7 @@ static void store_rows(const parameter_row *rows, uint32_t count, uint32_t hash)
   TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, parameter_store_progress(store));
 }
 
-/* Each is a complete record with a right CRC, one value of which cannot be. */
+/* Each is a complete record with a correct CRC, and one value that is not allowed. */
 static void test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all(void) {
   static parameter_row rows[KEPT_MOST_ROWS];
   static const struct {
@@ -326,13 +327,13 @@ static void test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all
   } bad[] = {
       {0x2000, 1, 0x7FC00000}, /* NaN */
       {0x2000, 1, 0xBF800000}, /* a gain of -1: beyond its limits */
-      {0x2011, 1, 2},          /* a kind of tracking loop that is not there */
+      {0x2011, 1, 2},          /* a kind of tracking loop that does not exist */
       {0x2030, 8, 0x3F800000}, /* break-away torque below the Coulomb torque: do not fit together */
       {0x605A, 0, 3},          /* an option that is not supported */
       {0x1005, 0, 0x00000601}, /* SYNC on a reserved identifier */
       {0x1019, 0, 1},          /* a counter overflow that CiA 301 forbids */
       {0x1400, 2, 245},        /* a reserved transmission type */
-      {0x1A03, 1, 0x12345678}, /* maps an object that is not there */
+      {0x1A03, 1, 0x12345678}, /* maps an object that does not exist */
       {0x1A03, 0, 9},          /* maps more than eight */
       {0x3050, 1, 0},          /* saved under a node id that does not exist */
       {0x3050, 2, 800},        /* and under such a bit rate */
@@ -359,8 +360,8 @@ static void test_a_set_of_another_version_is_taken_by_index_and_sub_index(void) 
   TEST_ASSERT_EQUAL(OD_OK, set(0x6081, 0, 123456));
   uint32_t count = rows_in_force(rows);
   printf("a stored set: %u rows, room for %u\n", (unsigned)count, (unsigned)KEPT_MOST_ROWS);
-  row_with(rows, count, 0x6081, 0)->id ^= 1;                             /* of another type now */
-  row_with(rows, count, 0x6083, 0)->id = 0x5FFFu << 16 | 0x01u << 8 | 7; /* not there any more */
+  row_with(rows, count, 0x6081, 0)->id ^= 1;                             /* now of another type */
+  row_with(rows, count, 0x6083, 0)->id = 0x5FFFu << 16 | 0x01u << 8 | 7; /* no longer present */
   *row_with(rows, count, 0x607F, 0) = rows[count - 1];                   /* 0x607F is new */
   store_rows(rows, count - 1, node.storage.schema_hash + 1);
   restart();
@@ -378,8 +379,8 @@ static void test_a_set_of_another_version_is_taken_by_index_and_sub_index(void) 
   TEST_ASSERT_EQUAL(KEPT_STORED, get(0x3031, 1));
 }
 
-/* --- loss of power ---------------------------------------------------------------------------------------------------
- */
+/* --- loss of power
+ * --------------------------------------------------------------------------------------------------- */
 
 static void test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_or_the_new_one(void) {
   uint32_t cuts = 0, old = 0, complete = 0;

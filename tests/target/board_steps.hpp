@@ -1,4 +1,4 @@
-// What tests of the emulated board begin and end with.
+// Common first and last steps of tests of the emulated board.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_STEPS_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_STEPS_HPP
 
@@ -12,7 +12,7 @@ namespace bench {
 constexpr int kCyclicVelocity = 9;
 constexpr int kBoot_ms = 320;
 
-// What must come before 20 ms of the watchdog, its oscillator's tolerance and a background round are over.
+// Time for 20 ms of the watchdog, its oscillator's tolerance and a background round.
 constexpr int kWatchdog_ms = 40;
 
 constexpr std::int32_t kSlow_urad_s = 17453;  // 1 deg/s
@@ -55,7 +55,7 @@ inline bool has_heard(const BoardRig& rig, std::uint16_t code, std::uint8_t deta
   });
 }
 
-// Safe within `most_ms` and for good; the watchdog resets once; the bus hears why.
+// Safe within `most_ms` and permanently; the watchdog resets once; the bus gets the reason.
 inline void expect_safe_reset(BoardRig& rig, int most_ms, std::uint16_t code, std::uint8_t detail) {
   for (int i = 0; i < most_ms; ++i) {
     rig.client.pass(1);

@@ -43,7 +43,7 @@ class ProbeBench {
     core.set_clock(170'000'000);
   }
 
-  // What the probe has noted.
+  // Records of the probe.
   std::vector<std::uint32_t> run(double seconds = 0.001) {
     core.run(target::duration_of(seconds));
     const std::uint8_t *log = core.memory_at(0x20001000, 65 * 4);

@@ -1,5 +1,5 @@
-// The same node on two machines that differ in one thing only: on one the firmware runs on the host, on the other the
-// board's image runs on the emulated chip. Both are reached over CAN alone.
+// The same node on two machines with one difference: on one the firmware runs on the host, on the other the board's
+// image runs on the emulated chip. Both are accessed over CAN alone.
 #ifndef TRACKSERVO_TARGET_RIG_HPP
 #define TRACKSERVO_TARGET_RIG_HPP
 
@@ -20,12 +20,12 @@ namespace bench {
 namespace sim = trackservo::sim;
 namespace target = trackservo::target;
 
-// The tick, after period 0 has begun: docs/board.md promises it, test_board_wiring measures it.
+// The tick, after period 0 has begun: docs/board.md states it, test_board_wiring measures it.
 constexpr double kTick_us = 24.0;
 
 inline sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
-// What TARGET_IMAGE names; it must have been built.
+// The image in TARGET_IMAGE; it must have been built.
 inline std::vector<std::uint8_t> board_image() {
   const char *name = std::getenv("TARGET_IMAGE");
   std::ifstream file(name != nullptr ? name : "", std::ios::binary);

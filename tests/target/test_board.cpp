@@ -1,5 +1,5 @@
-// The board's image on the emulated chip: how it starts, what it tells the bus, what it stores, and what its interrupts
-// cost. What it does when something breaks: test_board_faults.cpp.
+// The board's image on the emulated chip: its start, its messages, its storage, and the cost of its interrupts. Its
+// reactions to faults: test_board_faults.cpp.
 #include <boost/crc.hpp>
 #include <cstring>
 #include <map>
@@ -50,7 +50,7 @@ void test_it_starts_safe_passes_its_self_tests_and_is_heard() {
   expect_no_complaints(rig);
 }
 
-// Two boards on one bus can be told apart, and what is in the flash can be read out of the file that was flashed.
+// Two boards on one bus can be distinguished, and the contents of the flash can be traced to the flashed file.
 void test_it_says_which_board_and_which_dictionary_it_is() {
   constexpr std::size_t kSchemaHashAt = 0x200 + 80;
   BoardRig rig(bench::tracker_plant());
@@ -141,7 +141,7 @@ void test_what_is_stored_survives_a_loss_of_power() {
             .c_str());
     TEST_ASSERT_TRUE_MESSAGE(worst_cycles < kMostTickCycles, "storing makes a tick too long");
   }
-  TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());  // the watchdog was refreshed all the while
+  TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());  // the watchdog was refreshed all the time
   rig.client.forget();
   fail_supply(rig);
   boot(rig);
@@ -152,7 +152,7 @@ void test_what_is_stored_survives_a_loss_of_power() {
   expect_no_complaints(rig);
 }
 
-// The first save finds blank pages, those after a cut erase four pages first: each number is an operation of the flash.
+// The first save finds blank pages; those after a cut erase four pages first: each number is an operation of the flash.
 void test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one() {
   BoardRig rig(bench::tracker_plant());
   boot(rig);
@@ -181,8 +181,7 @@ constexpr std::uint64_t kMostTickInstructions = 5000;
 constexpr int kScope = 0x3000;
 constexpr double kCyclesPerMicrosecond = 170.0;
 
-// A bus as full as 1 Mbit/s can be: SYNC, four RPDOs and four TPDOs each ms, an SDO request and its answer in every
-// eighth.
+// A full bus at 1 Mbit/s: SYNC, four RPDOs and four TPDOs each ms, an SDO request and its answer in every eighth.
 class FullBus {
  public:
   FullBus(BoardRig& rig, int mode) : rig_(rig), mode_(mode) {
@@ -190,7 +189,7 @@ class FullBus {
       write(0x1400 + n, 2, 1, 1);
       write(0x1800 + n, 2, 1, 1);
     }
-    write(kScope, 9, 8, 1);  // signals, more than are asked for by default
+    write(kScope, 9, 8, 1);  // signals, more than the default
     write(kScope, 5, 6, 1);  // waits for a fault
     write(kScope, 1, 1, 1);
     rig.client.start_node();

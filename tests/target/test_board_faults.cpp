@@ -1,5 +1,5 @@
-// What the emulated board does when something breaks: which outputs go off and when, what the statusword and the bus
-// say, and what goes on.
+// Reactions of the emulated board to faults: which outputs go off and when, the statusword and the messages on the bus,
+// and what continues.
 #include <cstring>
 #include <string>
 
@@ -23,7 +23,7 @@ namespace {
 // Messages of the board itself: CiA 301, table 26.
 constexpr std::uint16_t kSoftwareReset = 0x6100;
 
-// The lower half of the byte that goes along.
+// The lower half of the accompanying byte.
 constexpr std::uint8_t kWatchdog = 4;
 constexpr std::uint8_t kFault = 5;
 
@@ -55,7 +55,7 @@ void test_an_axis_without_its_encoder_is_switched_off() {
 
 // --- power stages that fail ---
 
-// What the bus hears of an axis that has cut its torque, while the other one turns on.
+// Messages of an axis that has cut its torque, while the other one keeps turning.
 void expect_fault_of_azimuth(BoardRig& rig, std::uint16_t code) {
   turn(rig, 100);
   TEST_ASSERT_EQUAL_HEX32(0x08, rig.client.statusword(0) & 0x4FU);
@@ -76,10 +76,10 @@ void expect_that_it_comes_back(BoardRig& rig) {
   expect_no_complaints(rig);
 }
 
-// The encoder is enough to brake with: the axis stops in its loop, then its bridge goes off.
+// The encoder is enough for braking: the axis stops in its loop, then its bridge goes off.
 void expect_stop_without_gyro(void (*harm)(BoardRig&), void (*mend)(BoardRig&), const char *what) {
   constexpr std::uint16_t kGyro = 0x7310;
-  constexpr int kMostLatency_ms = 10;  // six ticks, and the way over the bus
+  constexpr int kMostLatency_ms = 10;  // six ticks, and the bus delay
   constexpr int kStopping_ms = 500;
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
@@ -121,7 +121,7 @@ void test_a_driver_fault_switches_its_bridge_off_at_once() {
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_bridge_on(0) && !rig.machine.is_bridge_on(1), "pitch has its own");
 }
 
-// More than the sensor can show: the current loop's interrupt switches the bridge off, it does not wait for the tick.
+// More than the sensor can measure: the current loop's interrupt switches the bridge off without waiting for the tick.
 void test_an_over_current_switches_its_bridge_off_within_two_periods() {
   constexpr std::uint16_t kOverCurrent = 0x2310;
   constexpr double kPwmPeriod_s = 50e-6;
@@ -151,7 +151,7 @@ std::uint32_t bits_of(float value) {
 
 void unlock(BoardRig& rig) { TEST_ASSERT_TRUE(rig.client.write(0x3040, 1, 0x6E65706F, 4)); }
 
-// 3060: below the end of the range, the threshold decides; and what a count means is what it says.
+// 3060: below the end of the range, the threshold decides; and it defines the value of a count.
 void test_the_boards_scales_decide_what_a_current_is() {
   BoardRig rig(bench::tracker_plant());
   bench::boot(rig);
@@ -180,7 +180,7 @@ void test_the_boards_scales_decide_what_a_current_is() {
   TEST_ASSERT_EQUAL_HEX32_MESSAGE(0x3210, doubled.client.error_code(0), "48 V read as 96 V are over-voltage");
 }
 
-// One axis has no gyro and does without, the other one has no encoder: the first one works.
+// One axis has no gyro and does not need it, the other one has no encoder: the first one works.
 void test_an_axis_works_without_a_gyro_and_without_the_other_axis() {
   BoardRig rig(bench::tracker_plant());
   rig.machine.gyro(0).is_connected = false;
@@ -232,7 +232,7 @@ void test_a_background_that_hangs_is_safe_and_resets() {
   expect_safe_reset(rig, kWatchdog_ms, kSoftwareReset, kWatchdog);
 }
 
-// The next tick would meet objects half written: it is not made, and the bridges are off.
+// The next tick could read partially written objects: it is skipped, and the bridges are off.
 void test_a_service_that_hangs_is_safe_and_resets() {
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);

@@ -1,5 +1,5 @@
-// What the board's CAN controller lets through, beside what the simulator's node hears: an RPDO and a SYNC at each kind
-// of identifier, set and sent over CAN alone.
+// The frames that the board's CAN controller accepts, compared with the simulator's node: an RPDO and a SYNC at each
+// kind of identifier, set and sent only over CAN.
 #include <optional>
 
 #include "rig.hpp"
@@ -21,7 +21,7 @@ constexpr std::uint32_t kDefaultSync = 0x080;
 constexpr std::uint32_t kDefaultRpdo3 = 0x401;
 constexpr int kBoot_ms = 320;
 
-// Both ends of each range of the predefined connection set, and of what CiA 301 reserves between them.
+// Both ends of each range of the predefined connection set, and of the ranges that CiA 301 reserves between them.
 constexpr std::uint32_t kIdentifiers[] = {0x000, 0x001, 0x07F, 0x080, 0x081, 0x0FF, 0x100, 0x101, 0x180, 0x181,
                                           0x1FF, 0x200, 0x280, 0x300, 0x4FF, 0x500, 0x57F, 0x580, 0x581, 0x5FF,
                                           0x600, 0x601, 0x602, 0x67F, 0x680, 0x683, 0x6DF, 0x6E0, 0x6FF, 0x700,
@@ -63,7 +63,7 @@ class Listener {
     return has_come(send_pdo(identifier)) ? Answer::kHeard : Answer::kDeaf;
   }
 
-  // A synchronous RPDO counts when the SYNC comes.
+  // A synchronous RPDO takes effect when the SYNC comes.
   Answer try_sync(std::uint32_t identifier) {
     must_write(kRpdo3, 1, kOff, 4);
     must_write(kSyncCobId, 0, kDefaultSync, 4);

@@ -1,5 +1,5 @@
-// Node id and bit rate of the board's image: found by fastscan, set by LSS, kept over a loss of power, recovered with
-// the button; and what a slow bus is like. All times are those of the emulated chip.
+// Node id and bit rate of the board's image: found by fastscan, set by LSS, persisted over a loss of power, recovered
+// with the button; and the behaviour of a slow bus. All times are those of the emulated chip.
 #include "board_steps.hpp"
 #include "bus/can_bit_time.hpp"
 
@@ -30,7 +30,7 @@ constexpr int kAnswer_ms = 5;
 constexpr int kMasterWaits_ms = 20;   // python-canopen's RESPONSE_TIMEOUT in the test of the node
 constexpr int kMasterSleeps_ms = 10;  // after each of its requests
 
-// A master on a port of its own, which counts the frames of everybody, too.
+// A master on its own port, which also counts all frames.
 class LssMaster {
  public:
   explicit LssMaster(BoardRig& rig)
@@ -74,7 +74,7 @@ class LssMaster {
 
   void switch_to(std::uint8_t state) { TEST_ASSERT_FALSE(ask({kSwitchGlobal, state}).has_value()); }
 
-  // At the pace of python-canopen. The serial number; nothing: nobody is there.
+  // At the pace of python-canopen. The serial number; nothing: no node answered.
   std::optional<std::uint32_t> fastscan() {
     std::array<std::uint32_t, 4> numbers{};
     if (!scan(0, 0x80, 0, 0)) {
@@ -92,7 +92,7 @@ class LssMaster {
   double scanned_s() const { return 1e-3 * passed_ms_; }
   int slowest_ms() const { return slowest_ms_; }
 
-  // Bits of the TPDOs heard so far, and how many frames of an identifier.
+  // Bits of the received TPDOs, and number of frames of an identifier.
   std::uint64_t tpdo_bits() const { return tpdo_bits_; }
   int heard(std::uint32_t identifier) { return heard_[identifier]; }
   void forget() {
@@ -267,12 +267,12 @@ void test_the_button_recovers_a_wrong_stored_bit_rate() {
   TEST_ASSERT_EQUAL(42, rig.client.read(0x3050, 3).value());
   TEST_ASSERT_EQUAL(125, rig.client.read(0x3050, 4).value());
   master.switch_to(1);
-  master.expect({kStore}, 0);  // node id 1 and 1 Mbit/s, as they are in force
+  master.expect({kStore}, 0);  // node id 1 and 1 Mbit/s, as in effect
   TEST_ASSERT_TRUE(is_heard(false, false));
   expect_no_complaints(rig);
 }
 
-// Both axes turn, their set-points come and all four TPDOs go out as often as their inhibit times let them.
+// Both axes turn with new set-points, and all four TPDOs are sent as often as their inhibit times allow.
 void test_sdo_answers_in_time_on_a_slow_bus_while_both_axes_move() {
   constexpr int kMost_ms = 50;
   constexpr int kSetPoint_ms = 10;
@@ -284,7 +284,7 @@ void test_sdo_answers_in_time_on_a_slow_bus_while_both_axes_move() {
     power_cycle(rig);
     master.set_bit_rate(rate.bits_per_s);
     const std::uint32_t inhibit_100us = rig.client.read(0x1800, 3).value() & 0xFFFFU;
-    for (int n = 0; n < 4; ++n) {  // an event each ms
+    for (int n = 0; n < 4; ++n) {  // an event every ms
       TEST_ASSERT_TRUE(rig.client.write(static_cast<std::uint16_t>(0x1800 + n), 5, 1, 2));
     }
     rig.client.start_node();

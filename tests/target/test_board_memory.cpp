@@ -1,4 +1,4 @@
-// The board's image on an emulated chip whose memory fails: RAM at the start, the program memory in operation, the
+// The board's image on an emulated chip with memory faults: RAM at the start, the program memory in operation, the
 // stack that is too small.
 #include <cstring>
 
@@ -34,7 +34,7 @@ void expect_not_ready(BoardRig& rig) {
   TEST_ASSERT_TRUE(rig.machine.is_safe());
 }
 
-// Where the stack never gets to, in the middle of the variables (the scope's record), and where nothing lies.
+// Where the stack never extends, in the middle of the variables (the scope's record), and in unused RAM.
 void test_a_stuck_bit_of_ram_keeps_both_axes_from_being_ready() {
   for (const std::uint32_t address : {kRamBegin, kRamBegin + 0xA000, kRamEnd - 4}) {
     for (const bool value : {false, true}) {
@@ -58,7 +58,7 @@ std::uint32_t image_bytes(BoardRig& rig) {
   return bytes;
 }
 
-// The last byte is an initial value that nobody reads any more, so nothing but the check can notice.
+// The last byte is an initial value that nobody reads any more, so only the check can detect it.
 void test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_its_check() {
   constexpr std::uint32_t kBytesPerTick = 32;
   constexpr int kMostBraking_ms = 200;
@@ -86,7 +86,7 @@ void test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_i
 
 // --- stack ---
 
-// The next interrupt does not find room for its frame, or for the first registers that it pushes.
+// The next interrupt finds no room for its frame, or for the first registers that it pushes.
 void test_a_stack_that_overflows_is_safe_and_told_after_the_reset() {
   constexpr std::uint32_t kStackLimit = kRamBegin;
   for (const std::uint32_t left : {0U, 16U, 40U}) {

@@ -1,7 +1,7 @@
 // The emulated board beside the host's firmware: the same machine, the same noise, the same set-points over CAN.
 //
-// Each run: power on, enable both axes at 0.3 s, move from 1 s on. The figures are the experiments' (peak error of the
-// true rate); the board's sensors have transport delays of their own, which the host's have not.
+// Each run: power on, enable both axes at 0.3 s, move from 1 s on. The figures are those of the experiments (peak error
+// of the true rate); the board's sensors have transport delays of their own, which the host's do not have.
 //
 // TARGET_WHOLE_WINDOWS=1 in the environment: every speed, over the experiments' whole windows.
 #include <algorithm>
@@ -74,7 +74,7 @@ double rms_difference_deg_s(const sim::Trace& a, const sim::Trace& b, std::size_
   return std::sqrt(sum / rows) / kDeg;
 }
 
-// The plant's motion, loads and friction, measured without noise: encoder, current and duty still come in steps.
+// The plant's motion, loads and friction, measured without noise: encoder, current and duty are still quantised.
 sim::PlantConfig without_sensor_noise(sim::PlantConfig plant) {
   for (sim::AxisConfig& axis : plant.axis) {
     axis.encoder.jitter_rms_rad = 0.0;
@@ -85,7 +85,7 @@ sim::PlantConfig without_sensor_noise(sim::PlantConfig plant) {
   return plant;
 }
 
-// Also without these steps.
+// Also without quantisation.
 sim::PlantConfig without_quantisation(const sim::PlantConfig& plant) {
   constexpr int kFineEncoder_bits = 32;
   constexpr int kFineAdc_bits = 24;
@@ -123,10 +123,10 @@ sim::Trace on_board(const sim::PlantConfig& plant, const Motion& motion) {
   return trace;
 }
 
-// Board and host are two machines with the same wind and friction and with measuring errors of their own. What such
-// errors do to the motion is measured on the host: the rms s of its rate against a host without them. Two of them
-// differ by s times the square root of two; the board's gyro is read at another moment of the tick, hence 2 s. A peak
-// is moved by about twice the rms of what is added to it, on each side: 4 s.
+// Board and host are two machines with the same wind and friction and with their own measuring errors. The effect of
+// such errors on the motion is measured on the host: the rms s of its rate relative to a host without them. Two of them
+// differ by s times the square root of two; the board's gyro is read at another time of the tick, hence 2 s. A peak
+// moves by about twice the rms of the added signal, on each side: 4 s.
 constexpr double kMostDifference = 2.0;
 constexpr double kMostPeakDifference = 4.0;
 

@@ -1,6 +1,6 @@
 /* The scales of the board's current and voltage sensors on the bus: 0x3060, one part for both axes.
  *
- * Written only while 0x3040 is open and both axes are off, in force at once (hal_set_scales). */
+ * Written only while 0x3040 is open and both axes are off; takes effect at once (hal_set_scales). */
 #ifndef TRACKSERVO_NODE_OBJECTS_BOARD_OBJECTS_H
 #define TRACKSERVO_NODE_OBJECTS_BOARD_OBJECTS_H
 

@@ -67,7 +67,7 @@ static od_abort stream_begin(void *owner, const od_object *object, bool writing,
   return entry == NULL ? OD_NO_DATA : OD_OK;
 }
 
-/* Word `n` of an entry as it stands on the bus. */
+/* Word `n` of an entry in the byte order of the bus. */
 static uint32_t word_of(const fault_log_entry *entry, uint32_t n) {
   if (n == 0) {
     return entry->tick;
@@ -84,7 +84,8 @@ static uint32_t word_of(const fault_log_entry *entry, uint32_t n) {
   return word;
 }
 
-/* A fault that comes while an entry is read moves the entries on: what was read then has two ticks, and is read again.
+/* A fault that comes while an entry is read shifts the entries: what was read then mixes two entries, and must be read
+ * again.
  */
 static od_abort stream_read(void *owner, const od_object *object, uint32_t offset, uint8_t *bytes, uint32_t length) {
   const fault_log_entry *entry = entry_of(owner, object);

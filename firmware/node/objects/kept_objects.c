@@ -16,7 +16,7 @@ enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, BUS_INDEX = 0x3050,
 _Static_assert(offsetof(axis_tuning, staged) == 0,
                "rows of gains are read in an axis_parameters, not in its axis_tuning");
 
-/* What a set was saved under, with the indices of what is in force on the bus. */
+/* Node id and bit rate in effect, for which the values of the set are valid. */
 static const od_entry bus_rows[] = {
     OD_U8(BUS_INDEX, 1, OD_RW, OD_STORED, kept_objects, bus.node_id, 1, BUS_LAST_NODE_ID, BUS_DEFAULT_NODE_ID, "",
           "Node id", ""),
@@ -78,7 +78,7 @@ bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, 
 
 /* --- rows ------------------------------------------------------------------------------------------------------- */
 
-/* A dictionary of the kept objects alone, without hooks: no write to it does more than put the value. */
+/* A dictionary of the persisted objects only, without hooks: a write to it only stores the value. */
 static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
   uint32_t count = 0;
   parts[count++] = (od_part){.table = bus_table, .values = kept};
@@ -117,10 +117,10 @@ static bool row_of(const od_object *object, parameter_row *row) {
   return true;
 }
 
-/* A walk over the kept objects of some groups. */
+/* Iterates over the persisted objects of some groups. */
 typedef struct {
   uint32_t part;
-  uint32_t entry; /* to be looked at next */
+  uint32_t entry; /* next object */
 } kept_walk;
 
 /* False at the end. */
@@ -169,7 +169,8 @@ static od_abort put_row(const od_object *object, const parameter_row *row) {
   return size > sizeof bytes ? OD_TOO_LONG : od_write(object, bytes, size);
 }
 
-/* What the rows were saved under. Sets of versions that could not change them have no rows for it. */
+/* Node id and bit rate under which the rows were saved. Sets of versions that could not change them have no rows for
+ * it. */
 static bus_settings saved_under(const parameter_row *rows, uint32_t count) {
   bus_settings bus = {.node_id = BUS_DEFAULT_NODE_ID, .kbit_s = BUS_DEFAULT_KBIT_S};
   for (uint32_t i = 0; i < count; ++i) {
@@ -188,7 +189,7 @@ static bool is_good(const bus_settings *bus) {
          bus_kbit_s_of_index(bus_index_of_kbit_s(bus->kbit_s)) != 0;
 }
 
-/* Objects without a row keep their defaults, which are then those of the other rows. */
+/* Objects without a row keep their defaults: those for the node id and bit rate of the other rows. */
 static bool follow_rows(kept_objects *kept, const parameter_row *rows, uint32_t count) {
   const bus_settings bus = saved_under(rows, count);
   if (!is_good(&bus)) {

@@ -3,8 +3,8 @@
  *     written, one by one -> contradict each other? -> no: in force, all of them, from the next tick on
  *                                                   -> yes: wait; what was in force stays so (2060:18 says which)
  *
- * So any order of writes that ends in a set without contradiction works, and no other set is ever in force. What is
- * read back is what was written. */
+ * So any order of writes that ends in a consistent set works, and no inconsistent set is ever in effect. A read returns
+ * the written value. */
 #ifndef TRACKSERVO_NODE_OBJECTS_PROTECTION_OBJECTS_H
 #define TRACKSERVO_NODE_OBJECTS_PROTECTION_OBJECTS_H
 
@@ -14,11 +14,11 @@
 #include "protection/axis_protection.h"
 
 typedef struct {
-  protection_limits written; /* first: a protection_limits alone serves for the rows that are stored */
+  protection_limits written; /* first: for the stored rows a protection_limits alone is enough */
   uint8_t waiting;           /* 2060:18: PROTECTION_* and PROTECTION_SOFT_TRAVEL bits */
 } protection_objects;
 
-/* 607D:1 is above 607D:2; the last travel without contradiction stays in force. */
+/* 607D:1 is above 607D:2; the last consistent travel stays in effect. */
 enum { PROTECTION_SOFT_TRAVEL = 4 };
 
 /* Offsets point into `protection_objects`. */
@@ -34,10 +34,10 @@ typedef struct {
 
 extern const od_hooks protection_objects_hooks;
 
-/* What waits to be in force, as in 2060:18. */
+/* Limits that are written but not in effect, as in 2060:18. */
 uint8_t protection_objects_waiting(const protection_owner *own);
 
-/* OD_DEVICE_STATE for a row flagged OD_GUARDED while the lock is closed, else OD_OK. */
+/* OD_DEVICE_STATE for a row with OD_GUARDED while the lock is closed, otherwise OD_OK. */
 od_abort guarded_write(const access_lock *lock, const od_entry *entry);
 
 #endif

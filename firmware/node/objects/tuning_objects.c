@@ -34,8 +34,8 @@ static control_status obey(const tuning_owner *tuned, int64_t command) {
   }
 }
 
-/* The question is the deed, because only it can answer; no PDO reaches a command. A refused one leaves its reason in
- * 0x2070:3 and nothing else. */
+/* The question is the deed, because only it can answer; no PDO reaches a command. A refused command leaves its reason
+ * in 0x2070:3 and changes nothing else. */
 static od_abort accept(void *owner, const od_object *object, od_number value) {
   const od_abort guarded = guarded_write(((const tuning_owner *)owner)->lock, object->entry);
   if (guarded != OD_OK) {

@@ -1,7 +1,7 @@
-/* What the bus may do to an axis' parameters: the hooks of its dictionary part (0x2000 to 0x2070).
+/* Access of the bus to the parameters of an axis: the hooks of its dictionary part (0x2000 to 0x2070).
  *
- * Writes go to the staged set; 0x2070:1 puts it in force, takes it back or undoes it. An inconsistent set is refused
- * with 0604 0043 before anything changes. */
+ * Writes go to the staged set; 0x2070:1 applies it, discards it or undoes the last apply. An inconsistent set is
+ * refused with 0604 0043 before anything changes. */
 #ifndef TRACKSERVO_NODE_OBJECTS_TUNING_OBJECTS_H
 #define TRACKSERVO_NODE_OBJECTS_TUNING_OBJECTS_H
 

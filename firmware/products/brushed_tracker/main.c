@@ -1,4 +1,4 @@
-/* The servo on a board: one node, two current loops, and who runs when.
+/* The servo on a board: one node, two current loops, and the order of their calls.
  *
  *     PWM period (20 kHz)   current loops
  *     before the tick       node: process data that has come already
@@ -74,7 +74,7 @@ static bool send(void *context, const can_frame *frame) { return hal_can_send(co
 
 static bool join(void *context, uint16_t kbit_s) { return hal_can_join(context, kbit_s); }
 
-/* A failed self-test stays; why the board was reset is told once, and is in 1003 and the fault log. */
+/* A failed self-test persists; the reset cause is reported once, and is in 1003 and the fault log. */
 static void tell_how_it_started(uint32_t failed_tests) {
   static const fault_id fault_of[] = {[HAL_RESET_WATCHDOG] = FAULT_WATCHDOG_RESET,
                                       [HAL_RESET_FAULT] = FAULT_EXCEPTION_RESET,
@@ -91,7 +91,7 @@ static void tell_how_it_started(uint32_t failed_tests) {
   }
 }
 
-/* Self-tests of gyros that the axes do without (2050:1 = 0). */
+/* Self-tests of gyros that the axes do not use (2050:1 = 0). */
 static uint32_t unused_gyros(void) {
   const uint32_t bits[SERVO_AXES] = {HAL_TEST_GYRO_AZIMUTH, HAL_TEST_GYRO_PITCH};
   uint32_t unused = 0;
@@ -120,7 +120,7 @@ int main(void) {
                                             .flash = hal_board_bus_flash(self.machine),
                                             .joiner = {join, self.machine}}};
   if (!servo_node_start(&self.node, &config)) {
-    for (;;) { /* a build that was never tested: nothing is on, and nothing answers */
+    for (;;) { /* a build that was never tested: everything stays off and nothing answers */
     }
   }
   if (self.node.objects.bus.join_failed) {

@@ -12,7 +12,7 @@
 /* width 1 .. 31 */
 #define FIELD(position, width) (((1u << (width)) - 1u) << (position))
 
-/* `value` moved to where the field is; a constant where both are. */
+/* `value` shifted to the field; a constant when both are. */
 #define FIELD_VALUE(mask, value) ((uint32_t)(value) * ((mask) & (0u - (mask))))
 
 static inline uint32_t field_get(uint32_t word, uint32_t mask) { return (word & mask) / (mask & (0u - mask)); }

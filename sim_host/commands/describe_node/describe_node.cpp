@@ -1,5 +1,5 @@
-// Prints what describes the node to others: describe_node FOLDER writes trackservo.eds, trackservo.dbc,
-// parameters.json, can-objects.md, default_parameters.c, default_schema.h, faults.json and faults.md there.
+// Prints the descriptions of the node: describe_node FOLDER writes trackservo.eds, trackservo.dbc, parameters.json,
+// can-objects.md, default_parameters.c, default_schema.h, faults.json and faults.md there.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -31,7 +31,7 @@ void write(const std::filesystem::path& file, const std::string& text) {
   }
 }
 
-// Only the dictionary counts here; the plant is any that starts.
+// Only the dictionary is used here; any plant that starts will do.
 std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantConfig& plant) {
   auto node = std::make_unique<servo_node>();
   const axis_parameters parameters[SERVO_AXES] = {sim::node_parameters(plant, sim::kAzimuth),

@@ -1,12 +1,12 @@
-// An absolute encoder that speaks BiSS-C (protocol description C5), as far as one slave's position data go.
+// An absolute encoder with BiSS-C (protocol description C5), limited to the position data of one slave.
 //
-// The first falling clock edge after a pause takes the reading. The data line: high until the second rising edge, low
+// The first falling clock edge after a pause latches the reading. The data line: high until the second rising edge, low
 // while the encoder works (acknowledge), a high start bit, a low one (CDS), then 26 bits of position, error and warning
 // (both low active), and six of CRC (polynomial 0x43, inverted) over the 28 before; low until the clock has paused.
 //
-// A bit comes a round trip after the rising edge that asked for it: a hundred nanoseconds of cable, transceivers and
-// encoder. A master that takes it at the next rising edge has 88 ns in hand at 5.3 MHz; half a period earlier it meets
-// the change itself.
+// A bit comes one round trip after the rising edge that requested it: a hundred nanoseconds of cable, transceivers and
+// encoder. A master that samples it at the next rising edge has 88 ns to spare at 5.3 MHz; half a period earlier it
+// would sample during the change.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_BISS_ENCODER_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_BISS_ENCODER_HPP
 
@@ -20,7 +20,7 @@ namespace trackservo::target {
 
 class BissEncoder : public SpiDevice {
  public:
-  // `reading` gives the position at this moment, in 2^-32 turns.
+  // `reading` gives the present position, in 2^-32 turns.
   BissEncoder(Complaints& complaints, std::function<std::uint32_t()> reading)
       : complaints_(complaints), reading_(std::move(reading)) {}
 
@@ -55,10 +55,10 @@ class BissEncoder : public SpiDevice {
   static constexpr Instant kShortestPeriod = kUnitsPerMicrosecond / 10;
   static constexpr Instant kLongestPeriod = 4 * kUnitsPerMicrosecond;
   static constexpr Instant kRoundTrip = kUnitsPerMicrosecond / 10;
-  static constexpr Instant kSettling = kUnitsPerMicrosecond / 50;  // around a change: neither the old bit nor the new
+  static constexpr Instant kSettling = kUnitsPerMicrosecond / 50;  // during a change: neither the old bit nor the new
   static constexpr unsigned kPositionBits = 26;
 
-  // The leading edge of a clock that rests high is the falling one, half a period behind the rising one.
+  // The leading edge of a clock that idles high is the falling one, half a period after the rising one.
   static bool changes_when_taken(Instant period, bool on_leading_edge) {
     const Instant taken = on_leading_edge ? period / 2 : period;
     const Instant since_change = (taken + period - kRoundTrip % period) % period;

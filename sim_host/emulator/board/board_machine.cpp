@@ -17,7 +17,7 @@ struct Pin {
   unsigned number;
 };
 
-// The two legs of a bridge, and what belongs to it.
+// The two legs of a bridge, and its signals.
 struct Bridge {
   Pin high[Timer::kLegs];
   Pin low[Timer::kLegs];
@@ -97,7 +97,7 @@ double BoardMachine::take_duty(int axis) {
   return driven ? *legs[0] - *legs[1] : 0.0;
 }
 
-// One PWM period of the plant, which ends `at`, and what else happens at its pace.
+// One PWM period of the plant, which ends `at`, and the other actions at this rate.
 void BoardMachine::step(Instant at) {
   stepped_at_ = at;
   chip_.timeline.set(late_step_, stepped_at_ + kPwmPeriod + kPwmPeriod / 4);
@@ -125,7 +125,7 @@ void BoardMachine::step(Instant at) {
   }
 }
 
-// Both converters are triggered at the same instant; the first one asks.
+// Both converters are triggered at the same time; the first one requests the values.
 void BoardMachine::step_if_due() {
   if (chip_.timeline.instant() >= stepped_at_ + kPwmPeriod / 2) {
     if (chip_.tim1.is_running() && !chip_.tim1.is_around_zero()) {

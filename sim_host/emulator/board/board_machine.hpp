@@ -1,8 +1,8 @@
 // The servo board with a machine on it: the chip runs an image, its PWM drives the simulator's plant, the plant's
-// sensors come back through ADC, SPI and UART, and CAN is an end of a virtual bus.
+// sensors feed ADC, SPI and UART, and CAN is an end of a virtual bus.
 //
 // The plant moves in whole PWM periods. A period ends when the ADCs are triggered (or 50 us after the last one while
-// they are not); then the plant moves under the mean duty of that period, and the ADCs see the currents at its end.
+// they are not). Then the plant moves under the mean duty of that period, and the ADCs sample the currents at its end.
 // A bridge that is off is taken as one of duty 0: the plant's motor knows no open circuit.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_MACHINE_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_MACHINE_HPP
@@ -25,13 +25,13 @@ class BoardMachine {
   struct Options {
     std::uint64_t seed = 1;
     std::array<double, sim::kAxes> joint_angle_rad{};
-    // PWM periods after a tick of the plant at which the gyros take their rate; 0.39 ms later it has arrived.
+    // PWM periods after a tick of the plant at which the gyros sample their rate; 0.39 ms later it has arrived.
     int gyro_phase = 11;
     bool holding_brakes =
-        false;  // of the plant file, if it has some; their coils are on the gate drivers' enable lines
+        false;  // of the plant file, if it has some; their coils are connected to the gate drivers' enable lines
   };
 
-  // Switches the power on. `bus` must outlive the machine.
+  // Switches the power on. `bus` must exist longer than the machine.
   BoardMachine(const std::vector<std::uint8_t>& image, const sim::PlantConfig& plant, sim::VirtualBus& bus,
                const Options& options);
 
@@ -49,12 +49,12 @@ class BoardMachine {
   // Current that flows through the sensor and not through the motor: a short behind it.
   void set_short_current(int axis, double current_a) { short_current_a_[static_cast<std::size_t>(axis)] = current_a; }
 
-  // A driver's fault output, low while it holds.
+  // A driver's fault output, low while active.
   void set_driver_fault(int axis, bool fault);
 
   // The gate driver is enabled and the timer gives it signals.
   bool is_bridge_on(int axis);
-  // Neither: what every reset and fault must leave.
+  // Neither: the required state after every reset and fault.
   bool is_safe() { return !is_bridge_on(0) && !is_bridge_on(1); }
 
   double duty(int axis) const { return duty_[static_cast<std::size_t>(axis)]; }

@@ -32,7 +32,7 @@ void CanLine::pump(Instant now) {
   controller_.bus_idle(now);
   if (controller_.restarts() != restarts_) {
     restarts_ = controller_.restarts();
-    is_sending_ = false;  // the controller has forgotten it
+    is_sending_ = false;  // the controller has dropped it
   }
   const std::optional<double> bits_per_s = controller_.bits_per_s();
   if (bits_per_s) {

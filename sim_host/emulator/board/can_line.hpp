@@ -14,7 +14,7 @@ class CanLine {
   CanLine& operator=(const CanLine&) = delete;
   ~CanLine() { bus_.detach(port_); }
 
-  // Takes and gives what is due; often enough for the three buffers.
+  // Moves the frames that are due; call it often enough for the three buffers.
   void pump(Instant now);
 
  private:

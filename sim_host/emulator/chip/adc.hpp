@@ -1,4 +1,4 @@
-// An analogue-digital converter of the pair ADC1 and ADC2 (RM0440, 21): the way from power-down over calibration to
+// An analogue-digital converter of the pair ADC1 and ADC2 (RM0440, 21): the steps from power-down over calibration to
 // ready, and injected sequences started by a timer or by software. Regular conversions are not modelled.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_ADC_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_ADC_HPP
@@ -10,7 +10,7 @@
 
 namespace trackservo::target {
 
-// What starts injected sequences of ADC1 and ADC2: the values of JEXTSEL (RM0440, table 166).
+// Triggers of injected sequences of ADC1 and ADC2: the values of JEXTSEL (RM0440, table 166).
 enum class AdcTrigger : unsigned { kTim1Trgo = 0, kTim1Trgo2 = 8, kTim8Trgo = 9, kTim8Trgo2 = 10 };
 
 // 0x300 from the pair's base: the clock of both.
@@ -33,7 +33,7 @@ class Adc : public Peripheral {
  public:
   Adc(Services services, const char *name, const AdcCommon& common);
 
-  // The counts of a channel at this instant, 0 .. 4095; it complains by itself when nothing is there.
+  // The counts of a channel now, 0 .. 4095; it reports a violation when nothing is connected.
   void measures(std::function<std::uint32_t(unsigned channel)> source) { source_ = std::move(source); }
 
   void trigger(AdcTrigger trigger);

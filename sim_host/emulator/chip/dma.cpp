@@ -92,7 +92,7 @@ void Dma::transfer(unsigned channel) {
 void Dma::write_control(unsigned channel, std::uint32_t written) {
   const std::uint32_t base = kFirst + kStep * channel;
   const bool was_enabled = (reg(base) & kEnable) != 0;
-  if (was_enabled) {  // all else is read-only until it is off
+  if (was_enabled) {  // everything else is read-only until it is off
     require((written & kEnable) == 0 || ((written ^ reg(base)) & 0x7FF0U) == 0, "a running channel is set up anew");
     written = (reg(base) & ~0xFU) | (written & 0xFU);
   }

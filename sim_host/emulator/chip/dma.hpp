@@ -27,7 +27,7 @@ class Dma : public Peripheral {
  public:
   static constexpr unsigned kChannels = 8;
 
-  // Where the memory end of a transfer lies; nullptr for what is no RAM or flash.
+  // The memory end of a transfer; nullptr for an address that is no RAM or flash.
   using MemoryAt = std::function<std::uint8_t *(std::uint32_t address, std::uint32_t size)>;
 
   Dma(Services services, const char *name, const std::array<int, kChannels>& interrupts, Bus& bus, MemoryAt memory);
@@ -37,7 +37,7 @@ class Dma : public Peripheral {
   // One item of the channel.
   void transfer(unsigned channel);
 
-  // Told when a channel is switched on.
+  // Called when a channel is switched on.
   void on_enable(std::function<void()> listener) { enabled_ = std::move(listener); }
 
  protected:

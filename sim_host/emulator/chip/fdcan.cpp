@@ -27,7 +27,7 @@ constexpr std::uint32_t kTxbcf = 0xD8;
 constexpr std::uint32_t kTxbtie = 0xDC;
 constexpr std::uint32_t kCkdiv = 0x100;
 
-// Where things lie in the message RAM (RM0440, 44.3.3).
+// Offsets in the message RAM (RM0440, 44.3.3).
 constexpr std::uint32_t kStandardFilters = 0x000;
 constexpr std::uint32_t kExtendedFilters = 0x070;
 constexpr std::uint32_t kFifos[] = {0x0B0, 0x188};
@@ -125,7 +125,7 @@ std::optional<double> Fdcan::bits_per_s() const {
   return static_cast<double>(frequency_hz_()) / divider / ((nbtp >> 16 & 0x1FFU) + 1.0) / quanta;
 }
 
-// RM0440: setting CCE resets what is behind the FIFOs' and the buffers' status registers.
+// RM0440: setting CCE resets the status registers of the FIFOs and the buffers.
 void Fdcan::forget_frames() {
   fifo_ = {};
   order_ = 0;

@@ -12,7 +12,7 @@
 
 namespace trackservo::target {
 
-// A frame as it lies in the message RAM.
+// A frame as stored in the message RAM.
 struct CanMessage {
   std::uint32_t header = 0;  // ESI, XTD, RTR and the identifier
   std::uint32_t length = 0;  // 0 .. 8
@@ -34,30 +34,30 @@ class Fdcan : public Peripheral {
 
   Fdcan(Services services, const char *name, std::array<int, 2> interrupts, MessageRam& ram);
 
-  // Frequency of its kernel clock, and whether RX and TX are given to it.
+  // Frequency of its kernel clock, and whether RX and TX are connected to it.
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
   void wired_by(std::function<bool()> pins) { pins_ = std::move(pins); }
 
-  // The rate at which it takes part in the traffic of its bus; nothing unless it is started, wired and not off.
+  // Its bit rate on the bus; nothing unless it is started, wired and not off.
   std::optional<double> bits_per_s() const;
 
-  // How often the program has begun to set it up: frames that waited are gone each time.
+  // How often the program has started its configuration: waiting frames are lost each time.
   int restarts() const { return restarts_; }
 
   // A frame from the bus.
   void receive(const CanMessage& message);
 
-  // How many of them the filters have let pass.
+  // Number of frames that the filters have passed.
   int accepted() const { return accepted_; }
 
-  // The frame that it wants to send next; `sent` when the bus has taken it.
+  // Its next frame to send; call `sent` when the bus has accepted it.
   std::optional<CanMessage> next_to_send() const;
   void sent();
 
   // 256 failed transmissions: the node leaves the bus until the program ends its initialisation mode.
   void go_bus_off();
 
-  // Time for 129 times eleven recessive bits has gone by since the program asked to come back.
+  // Time for 129 times eleven recessive bits has passed since the program requested to return.
   void bus_idle(Instant now);
 
  protected:

@@ -1,5 +1,5 @@
-// Peripherals of which the board uses registers that only hold what is written: SYSCFG, the debug unit's freeze bits,
-// and the words that the factory has programmed (unique identifier, flash size).
+// Peripherals of which the board uses only registers that store written values: SYSCFG, the debug unit's freeze bits,
+// and the words programmed in the factory (unique identifier, flash size).
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_FIXED_REGISTERS_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_FIXED_REGISTERS_HPP
 
@@ -14,7 +14,7 @@ class Syscfg : public Peripheral {
                    {{"MEMRMP", 0x00, 0, 0x107}, {"CFGR1", 0x04, 0x7C000001, 0xFDFF0301}, {"CFGR2", 0x18, 0, 0x10F}}) {}
 };
 
-// Sleep with the debugger attached is not emulated; freezing a counter matters to a debugger only.
+// Sleep with the debugger attached is not emulated; freezing a counter matters only to a debugger.
 class DebugUnit : public Peripheral {
  public:
   explicit DebugUnit(Services services)

@@ -99,7 +99,7 @@ void FlashInterface::program(std::uint32_t address, std::uint32_t value, unsigne
   }
   begin(kProgramTime);
   if (supply_fails()) {
-    target[0] &= 0x5A;  // something in between
+    target[0] &= 0x5A;  // an intermediate value
     return;
   }
   std::memcpy(target, &first_word_, 4);

@@ -23,14 +23,14 @@ class Gpio : public Peripheral {
   bool drives_high(unsigned pin) const { return mode(pin) == Mode::kOutput && (reg(0x14) >> pin & 1U) != 0; }
   bool drives_low(unsigned pin) const { return mode(pin) == Mode::kOutput && (reg(0x14) >> pin & 1U) == 0; }
 
-  // The level that the world outside gives to a pin.
+  // The external level of a pin.
   void set_input(unsigned pin, bool level) {
     inputs_ = (inputs_ & ~(1U << pin)) | (level ? 1U << pin : 0U);
     changed();
   }
   bool input(unsigned pin) const { return (inputs_ >> pin & 1U) != 0; }
 
-  // Told after any change of a mode, function, output or input.
+  // Called after any change of a mode, function, output or input.
   void watch(std::function<void()> watcher) { watcher_ = std::move(watcher); }
 
  protected:

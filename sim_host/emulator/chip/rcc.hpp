@@ -20,7 +20,7 @@ class Rcc : public Peripheral {
  public:
   static constexpr std::uint32_t kCrystalHz = 24'000'000;
 
-  // What the clock tree depends on outside of it.
+  // Signals outside the clock tree on which it depends.
   struct Supply {
     std::function<std::uint32_t()> flash_wait_states;
     std::function<bool()> is_range_1;

@@ -1,5 +1,5 @@
 // The STM32G474RE as far as the board uses it: core, memories, peripherals at their addresses, their clocks and
-// interrupts. What is outside of the chip is connected by its owner (board/board_machine.hpp).
+// interrupts. The chip's owner connects the outside (board/board_machine.hpp).
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_STM32G474_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_STM32G474_HPP
 
@@ -29,7 +29,7 @@
 
 namespace trackservo::target {
 
-// Interrupt numbers (RM0440, table 97) of what the board uses.
+// Interrupt numbers (RM0440, table 97) that the board uses.
 enum Interrupt : int {
   kAdc12Interrupt = 18,
   kFdcan1Interrupt0 = 21,
@@ -56,10 +56,10 @@ class Stm32g474 {
 
   void power_on();
 
-  // Runs for this long, resets included. `reset_happened` tells whose.
+  // Runs for this long, resets included. `reset_happened` returns the cause.
   void run(Instant duration);
   void request_reset(ResetCause cause);
-  // The flags of a power-on, but RAM keeps what it holds.
+  // The flags of a power-on, but RAM keeps its contents.
   void request_brown_out();
   // Counts resets other than the first power-on.
   int resets() const { return resets_; }
@@ -102,7 +102,7 @@ class Stm32g474 {
   DebugUnit debug{services_};
   FactoryWords factory{services_};
 
-  // Pattern of which uninitialised memory is full after power-on.
+  // Pattern that fills uninitialised memory after power-on.
   static constexpr std::uint8_t kPowerOnPattern = 0xC3;
 
  private:

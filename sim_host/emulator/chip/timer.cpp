@@ -145,7 +145,7 @@ void Timer::edge() {
   }
 }
 
-// The update event: preloaded values come into force, then the flag, the interrupt and the triggers.
+// The update event: preloaded values take effect, then the flag, the interrupt and the triggers.
 void Timer::update(bool by_software) {
   if ((reg(kCr1) & 2U) != 0 && !by_software) {
     return;  // UDIS
@@ -202,7 +202,7 @@ void Timer::schedule_compare() {
   }
   const unsigned channel = source - 4;  // 3, 4, 5 for channels 4, 5, 6
   const std::uint32_t modes = channel == 3 ? reg(kCcmr2) >> 8 : (channel == 4 ? reg(kCcmr3) : reg(kCcmr3) >> 8);
-  const bool inverted = (modes >> 4 & 7U) == 7;  // PWM mode 2 rises on the way up, mode 1 on the way down
+  const bool inverted = (modes >> 4 & 7U) == 7;  // PWM mode 2 rises while counting up, mode 1 while counting down
   require((modes >> 4 & 6U) == 6, "the trigger's channel is not in a PWM mode");
   const std::uint32_t value = compare_value_[channel];
   if (inverted != down_ && value <= limit_) {
@@ -296,7 +296,7 @@ void Timer::outputs_changed() {
   }
 }
 
-// What would let both switches of a leg conduct, or a bridge move while it should be off.
+// Settings that would let both switches of a leg conduct, or a bridge move while it should be off.
 void Timer::check_legs() {
   if (!is_main_output_enabled()) {
     return;
@@ -342,7 +342,7 @@ void Timer::write_cr1(std::uint32_t written) {
   }
 }
 
-// RM0440, LOCK of BDTR: what may no longer change.
+// RM0440, LOCK of BDTR: bits that can no longer change.
 void Timer::check_lock(std::uint32_t offset, std::uint32_t written) const {
   const std::uint32_t level = reg(kBdtr) >> 8 & 3U;
   const std::uint32_t change = written ^ reg(offset);

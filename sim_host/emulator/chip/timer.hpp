@@ -1,6 +1,6 @@
 // An advanced timer (TIM1, TIM8: RM0440, 28) or a basic one (TIM6: RM0440, 31), as far as the board uses them: counting
 // up or centre-aligned, repetition, preload, complementary outputs with dead time and break, start by another timer,
-// trigger outputs. A write that would let both switches of a leg conduct is a complaint.
+// trigger outputs. A write that would let both switches of a leg conduct is a violation.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_TIMER_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_TIMER_HPP
 
@@ -22,13 +22,13 @@ class Timer : public Peripheral {
 
   Timer(Services services, const char *name, Interrupts interrupts, bool advanced);
 
-  // The kernel clock's period, asked for when the counter starts.
+  // The kernel clock's period, read when the counter starts.
   void clocked_at(std::function<std::uint32_t()> frequency_hz) { frequency_hz_ = std::move(frequency_hz); }
 
   // Called when the first or second trigger output pulses.
   void on_trigger(std::function<void(bool second)> listener) { triggered_ = std::move(listener); }
 
-  // This timer starts another: what the slave does when the master's counter is switched on.
+  // This timer starts another: the action of the slave when the master's counter is switched on.
   void on_enable(std::function<void()> listener) { enabled_ = std::move(listener); }
   void started_by_master();
 
@@ -45,16 +45,16 @@ class Timer : public Peripheral {
   bool is_running() const { return (reg(0x00) & 1U) != 0; }
   bool is_main_output_enabled() const { return advanced_ && (reg(0x44) & 1U << 15) != 0; }
 
-  // Told after every change of the main output enable.
+  // Called after every change of the main output enable.
   void watch_outputs(std::function<void()> watcher) { output_watcher_ = std::move(watcher); }
 
   // PWM period, or time between updates of a basic timer [1/4.08 GHz].
   Instant period() const { return (is_centred() ? 2 * limit_ : limit_ + 1) * count_; }
 
-  // No more edges; for a tick that fails to come.
+  // No more edges; for a missing tick.
   void stall() { timeline().cancel(edge_); }
 
-  // The next edge and all after it come later by `delay`; for a tick in the wrong place.
+  // The next edge and all later ones are delayed by `delay`; for a misplaced tick.
   void slip(Instant delay);
 
  protected:
@@ -100,7 +100,7 @@ class Timer : public Peripheral {
 
   Instant count_ = 24;                            // one count of the prescaled clock
   std::uint32_t prescale_ = 0;                    // in force
-  std::uint32_t limit_ = 0xFFFF;                  // auto-reload in force
+  std::uint32_t limit_ = 0xFFFF;                  // auto-reload in effect
   std::array<std::uint32_t, 6> compare_value_{};  // in force
   std::uint32_t repetitions_left_ = 0;
   bool down_ = false;

@@ -1,5 +1,5 @@
-// An asynchronous serial port (RM0440, 37): characters of eight bits, received by program or DMA; sending is taken and
-// lost.
+// An asynchronous serial port (RM0440, 37): characters of eight bits, received by program or DMA; sent characters are
+// dropped.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_USART_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_USART_HPP
 
@@ -26,7 +26,7 @@ class Usart : public Peripheral {
   // A character has arrived on the line, sent at this rate without parity. Too different a rate breaks it.
   void receive(std::uint8_t character, double bits_per_s);
 
-  // What the program has sent since the last call.
+  // Characters that the program has sent since the last call.
   std::vector<std::uint8_t> take_sent() { return std::move(sent_); }
 
  protected:

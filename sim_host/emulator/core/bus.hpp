@@ -1,7 +1,7 @@
 // Which peripheral answers at which address.
 //
-// One bit of one register may be bent on purpose: whatever the program writes, the register gets the other value. That
-// is how the tests show that a wrongly wired bit does not stay unseen.
+// One bit of one register may be inverted on purpose: whatever the program writes, the register gets the other value.
+// The tests use it to show that a wrongly wired bit is detected.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_BUS_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_BUS_HPP
 
@@ -19,7 +19,7 @@ class Bus {
   struct Write {
     std::uint32_t address;
     std::uint32_t value;
-    std::uint32_t changed = 0;  // writable bits in which it differs from what was there
+    std::uint32_t changed = 0;  // writable bits that differ from the former value
   };
   struct Bend {
     std::uint32_t address;
@@ -41,7 +41,7 @@ class Bus {
 
   void bend(std::optional<Bend> bend) { bend_ = bend; }
 
-  // Sees every write before it is carried out.
+  // Receives every write before it is executed.
   void watch(std::function<void(const Write&)> watcher) { watcher_ = std::move(watcher); }
 
  private:

@@ -1,4 +1,4 @@
-// What a program does that the chip's manual forbids, or that the emulator does not model: each makes a test fail.
+// Actions of a program that the chip's manual forbids, or that the emulator does not model: each makes a test fail.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_COMPLAINTS_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_COMPLAINTS_HPP
 
@@ -14,7 +14,8 @@ namespace trackservo::target {
 
 class Complaints {
  public:
-  // The same sentence counts once. `block_address()` is where the program was, to the start of its basic block.
+  // The same sentence counts once. `block_address()` is the address of the program, rounded to the start of its basic
+  // block.
   void add(const std::string& sentence) {
     if (std::none_of(list_.begin(), list_.end(),
                      [&](const std::string& known) { return known.rfind(sentence + " [", 0) == 0; }) &&

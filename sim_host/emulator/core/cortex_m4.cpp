@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint32_t kFlashBase = 0x08000000;
 constexpr std::uint32_t kFlashSize = 512 * 1024;
 
-// What Unicorn reports to its interrupt hook.
+// Exceptions that Unicorn reports to its interrupt hook.
 constexpr int kSupervisorCall = 2;
 constexpr int kBreakpoint = 7;
 constexpr int kExceptionReturn = 8;
@@ -24,7 +24,7 @@ constexpr std::uint32_t kStackPadded = 1U << 9;
 constexpr std::uint32_t kExceptionMask = 0x1FF;
 constexpr std::uint32_t kProcessStack = 2;  // of CONTROL
 constexpr std::uint32_t kFloatContext = 4;
-constexpr std::uint32_t kFloatContextInUse = 0xC;  // Unicorn wants its secure twin set, too, or starts a new context
+constexpr std::uint32_t kFloatContextInUse = 0xC;  // Unicorn needs its secure twin set too, or starts a new context
 constexpr std::uint32_t kNoFloatFrame = 0x10;      // of an EXC_RETURN
 constexpr std::uint32_t kBasicFrame = 0x20;        // bytes
 constexpr std::uint32_t kFloatFrame = 0x68;
@@ -140,9 +140,9 @@ void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
         "stuck bit");
 }
 
-// With the frames that are there: else the program would take whatever lies there for its variables.
+// With the existing frames: otherwise the program would use the memory there for its variables.
 void CortexM4::sink_stack() {
-  constexpr std::uint32_t kFrames = 512;  // more than the background and its calls have
+  constexpr std::uint32_t kFrames = 512;  // more than the background and its calls use
   std::uint8_t *to = memory_at(*sunken_stack_, kFrames);
   const std::uint8_t *from = memory_at(register_value(UC_ARM_REG_SP), kFrames);
   if (to == nullptr || from == nullptr) {
@@ -206,7 +206,7 @@ CortexM4::Block& CortexM4::block_at(std::uint32_t address, std::uint32_t size) {
   return block;
 }
 
-// Called before the block runs: first what is due by now, then its own time.
+// Called before the block runs: first everything that is due, then its own time.
 void CortexM4::on_block(std::uint32_t address, std::uint32_t size) {
   if (!within_it_) {
     complaints_.at_block(address);
@@ -264,7 +264,7 @@ void CortexM4::run(Instant until) {
   }
 }
 
-// PRIMASK does not keep a sleeper asleep.
+// PRIMASK does not prevent a wake-up.
 void CortexM4::sleep(Instant until) {
   const std::uint8_t basepri = static_cast<std::uint8_t>(register_value(UC_ARM_REG_BASEPRI));
   if (!locked_up_ && exceptions_.can_run(exceptions_.next(), false, false, basepri)) {
@@ -314,7 +314,7 @@ void CortexM4::handle_stop(int error) {
                                          uc_strerror(static_cast<uc_err>(error)), intno_));
   } else if (!stop_requested_ && timeline_.now() < until_ &&
              !(exceptions_.wants_attention() && !is_masked(exceptions_.next()))) {
-    asleep_ = true;  // nobody asked it to stop: a WFI
+    asleep_ = true;  // no stop was requested: a WFI
   }
 }
 
@@ -348,7 +348,7 @@ void CortexM4::enter(int exception) {
       lock_up();
       return;
     }
-    set_register(UC_ARM_REG_SP, bottom);  // what the frame would have held is lost
+    set_register(UC_ARM_REG_SP, bottom);  // the contents of the frame are lost
     exception = exception_of_failed_stacking(bottom);
   } else {
     std::memcpy(frame, values.data(), kBasicFrame);
@@ -389,7 +389,7 @@ void CortexM4::begin_handler(int exception, std::uint32_t return_code) {
   }
 }
 
-// An exception returns: straight to the next one that waits, or to what was interrupted.
+// An exception returns: directly to the next waiting one, or to the interrupted code.
 void CortexM4::leave() {
   const int exception = current_exception();
   const std::uint32_t return_code = pc_ | 1U;
@@ -470,7 +470,7 @@ void CortexM4::fault_at_missing_memory() {
   fault(kMemManage, kDataAccessViolation | kMemManageAddressValid);
 }
 
-// SVC and faults happen at once or, where they cannot, become a HardFault.
+// SVC and faults are taken at once or, if they cannot be, become a HardFault.
 void CortexM4::fault(int exception, std::uint32_t cfsr_bits, std::optional<std::uint32_t> address) {
   state_.cfsr |= cfsr_bits;
   if (address) {

@@ -1,9 +1,9 @@
-// A Cortex-M4F: Unicorn executes the instructions, and here is what surrounds them (ARMv7-M architecture manual, B1.5).
+// A Cortex-M4F: Unicorn executes the instructions; this class adds the rest (ARMv7-M architecture manual, B1.5).
 //
 // Exception entry and return with stacking (FPU context included), priorities and tail-chaining, faults and their
 // escalation, lock-up, WFI; time by the estimate of instruction_cost.hpp and flash_accelerator.hpp. An interrupt is
 // taken at the end of a basic block.
-// Not modelled: the process stack and unprivileged code (a complaint). The FPU's registers are written to the stack at
+// Not modelled: the process stack and unprivileged code (a violation). The FPU's registers are written to the stack at
 // entry even when the architecture would do so lazily; only the cost is the lazy one.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_CORTEX_M4_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_CORTEX_M4_HPP
@@ -29,7 +29,7 @@ struct uc_struct;
 
 namespace trackservo::target {
 
-// Bits of CFSR, HFSR as they are found in the registers.
+// Bits of CFSR, HFSR as in the registers.
 enum FaultBits : std::uint32_t {
   kDataAccessViolation = 1U << 1,
   kStackingAccessViolation = 1U << 4,
@@ -54,7 +54,7 @@ struct GuardRegion {
   std::uint32_t size = 0;
 };
 
-// What the System Control Block says and is told; its registers are in system_control.hpp.
+// State and settings of the System Control Block; its registers are in system_control.hpp.
 struct CoreState {
   std::uint32_t vector_table = 0;
   std::uint32_t cfsr = 0;
@@ -70,7 +70,7 @@ struct CoreState {
 
 class CortexM4 {
  public:
-  // A stretch of memory that code runs from or data lives in; `bytes` outlives the core.
+  // A range of memory for code or data; `bytes` exists longer than the core.
   struct Memory {
     std::uint32_t base;
     std::uint8_t *bytes;
@@ -85,20 +85,20 @@ class CortexM4 {
 
   void map(const Memory& memory);
 
-  // `size` bytes from `base` on answer by the bus.
+  // The bus answers for `size` bytes from `base` on.
   void map_bus(std::uint32_t base, std::uint32_t size);
 
   // As after a reset: stack pointer and start address from the vector table at 0.
   void reset();
 
-  // Runs until `until`, a request to stop, or a lock-up without anything due; peripherals' alarms run in between.
+  // Runs until `until`, a stop request, or a lock-up with nothing due; the peripherals' alarms run in between.
   void run(Instant until);
 
   // Ends run() at the next block; for resets and for tests.
   void request_stop() { stop_requested_ = true; }
 
   // From now until the next reset, this handler (or kThread) makes no progress, as in an endless loop; more urgent ones
-  // go on.
+  // run.
   void hang(int exception) { hanging_ = exception; }
 
   void set_clock(std::uint32_t frequency_hz) { units_per_cycle_ = period_of(frequency_hz); }
@@ -111,19 +111,20 @@ class CortexM4 {
   bool is_asleep() const { return asleep_; }
   int current_exception();
 
-  // Called at the start of every exception and after every return (then with kThread or the one returned to).
+  // Called at the start of every exception and after every return (then with kThread or the resumed exception).
   void watch_exceptions(std::function<void(int exception)> watcher) { exception_watcher_ = std::move(watcher); }
 
   std::uint32_t register_value(int unicorn_register) const;
 
-  // One bit of RAM that the program reads as `value`, whatever it wrote. Before anything has run; DMA reads past it.
+  // One bit of RAM that the program reads as `value`, whatever it wrote. Call it before anything has run; DMA bypasses
+  // it.
   void stick(std::uint32_t address, unsigned bit, bool value);
 
-  // The stack pointer from the next moment on in which no handler runs, as if calls had nested so deep; what runs finds
+  // The stack pointer from the next time on in which no handler runs, as if calls had nested so deep; running code has
   // its variables there.
   void sink_stack_to(std::uint32_t address) { sunken_stack_ = address; }
 
-  // Memory as the program sees it; nothing outside of RAM and flash.
+  // Memory as the program reads it; nothing outside RAM and flash.
   std::uint8_t *memory_at(std::uint32_t address, std::uint32_t size);
 
  private:
@@ -176,7 +177,7 @@ class CortexM4 {
 
   std::vector<Block> blocks_;              // of the flash, by half-word
   std::map<std::uint32_t, Block> others_;  // elsewhere
-  std::uint32_t next_address_ = 0;         // where the last block ends
+  std::uint32_t next_address_ = 0;         // end of the last block
   bool within_it_ = false;
 
   CoreState state_;
@@ -188,7 +189,7 @@ class CortexM4 {
   std::uint64_t instructions_ = 0;
   Instant until_ = 0;
   std::uint32_t pc_ = 0;
-  int intno_ = -1;  // that Unicorn reported last
+  int intno_ = -1;  // last report of Unicorn
   std::uint32_t fault_address_ = 0;
   bool stop_requested_ = false;
   bool asleep_ = false;

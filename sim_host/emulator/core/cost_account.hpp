@@ -1,4 +1,4 @@
-// What each activation of an exception handler costs, with whatever preempts it left out.
+// Cost of each activation of an exception handler, without the handlers that preempt it.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_COST_ACCOUNT_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_COST_ACCOUNT_HPP
 
@@ -32,7 +32,7 @@ class CostAccount {
     }
   }
 
-  // Forgets what was counted, not who runs.
+  // Clears the counts, not the running handlers.
   void clear() {
     finished_.clear();
     thread_ = {};

@@ -79,7 +79,7 @@ bool Exceptions::can_run(int exception, bool primask, bool faultmask, std::uint8
   return exception != kThread && group_priority(exception) < execution_priority(primask, faultmask, basepri);
 }
 
-// Of several that wait, the highest priority including its sub-priority, then the lowest number.
+// Of several waiting exceptions, the highest priority including its sub-priority, then the lowest number.
 void Exceptions::decide() {
   const Bits waiting = pending_ & enabled_;
   next_ = kThread;

@@ -41,7 +41,7 @@ class Exceptions {
   void unpend(int exception) { set(pending_, exception, false); }
   bool is_pending(int exception) const { return pending_[index(exception)]; }
 
-  // Of interrupts only; system exceptions are enabled always, configurable faults by SHCSR where they are raised.
+  // Of interrupts only; system exceptions are always enabled, configurable faults by SHCSR where they are raised.
   void enable(int exception, bool enabled) { set(enabled_, exception, enabled); }
   bool is_enabled(int exception) const { return enabled_[index(exception)]; }
 
@@ -53,15 +53,15 @@ class Exceptions {
   void set_priority_grouping(unsigned prigroup);
   unsigned priority_grouping() const { return prigroup_; }
 
-  // A peripheral's request. Lines with several sources are counted. A line that is still high when its handler
-  // returns pends again.
+  // A peripheral's request. Lines with several sources are counted. A line that is still high when its handler returns
+  // becomes pending again.
   void raise_line(int interrupt);
   void lower_line(int interrupt);
 
   // The exception that would run next, or kThread.
   int next() const { return next_; }
 
-  // Something waits that active exceptions alone would let through.
+  // An exception waits that active exceptions alone would allow.
   bool wants_attention() const { return attention_; }
 
   // The same under the masks; BASEPRI 0 masks nothing.

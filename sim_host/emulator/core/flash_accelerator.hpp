@@ -1,8 +1,8 @@
 // The flash's wait states behind its instruction cache and prefetch (STM32G4: 32 lines of 32 bytes, read by 8 bytes).
 //
-// A line that is in the cache costs nothing. What is not is read at one word of 8 bytes per (wait states + 1) cycles
-// while the core executes what has come, so a block takes the longer of both; where it is not reached in sequence, or
-// without prefetch, the wait states of its first word come on top. The oldest line makes room.
+// A line that is in the cache costs nothing. Other lines are read at one word of 8 bytes per (wait states + 1) cycles
+// while the core executes the words that have arrived, so a block takes the longer of both. When it does not follow in
+// sequence, or without prefetch, the wait states of its first word are added. The oldest line is replaced.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_FLASH_ACCELERATOR_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_FLASH_ACCELERATOR_HPP
 
@@ -59,7 +59,7 @@ class FlashAccelerator {
   static constexpr std::uint32_t kEmpty = UINT32_MAX;
   static constexpr std::uint8_t kHead = kLines;
 
-  // Whether the line is there; from now on it is. `where_` tells in which slot it was last.
+  // Whether the line is in the cache; afterwards it is. `where_` has its last slot.
   bool holds(std::uint32_t line) {
     std::uint8_t& slot = where_[line % kFlashLines];
     const bool hit = tags_[slot] == line;
@@ -71,7 +71,7 @@ class FlashAccelerator {
     return hit;
   }
 
-  // Puts a slot first in the ring of slots, which begins behind kHead with the one used last.
+  // Moves a slot to the front of the ring of slots, which begins after kHead with the last used one.
   void use(std::uint8_t slot) {
     after_[before_[slot]] = after_[slot];
     before_[after_[slot]] = before_[slot];

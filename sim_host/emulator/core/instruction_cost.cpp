@@ -5,7 +5,7 @@ namespace {
 
 struct Cost {
   std::uint32_t cycles;
-  bool single_access;  // a load or store of one register, which hides behind its neighbour
+  bool single_access;  // a load or store of one register, which overlaps with its neighbour
 };
 
 std::uint32_t ones(std::uint32_t bits) { return static_cast<std::uint32_t>(__builtin_popcount(bits)); }

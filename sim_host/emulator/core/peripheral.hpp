@@ -1,8 +1,8 @@
 // A peripheral as its manual's register table: offset, reset value, which bits may be written.
 //
-// Writing a reserved bit other than its reset value, an access to a register that is not in the table, an access of a
-// wrong width and an access while the peripheral's clock is off are complaints. A peripheral adds what its registers
-// do in on_read and on_write.
+// Violations are: writing a reserved bit other than its reset value, access to a register that is not in the table,
+// access of a wrong width, and access while the peripheral's clock is off. A peripheral adds the function of its
+// registers in on_read and on_write.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_PERIPHERAL_HPP
 #define TRACKSERVO_SIM_EMULATOR_CORE_PERIPHERAL_HPP
 
@@ -18,7 +18,7 @@
 
 namespace trackservo::target {
 
-// What every peripheral may use.
+// Services for every peripheral.
 struct Services {
   Timeline& timeline;
   Exceptions& exceptions;
@@ -31,7 +31,7 @@ class Peripheral {
     const char *name;
     std::uint32_t offset;
     std::uint32_t reset;
-    std::uint32_t writable;       // keeps what is written, or acts on it
+    std::uint32_t writable;       // stores the written value, or acts on it
     std::uint32_t read_only = 0;  // set by the peripheral; writing either value is no fault
     bool narrow = false;          // may be accessed as byte or half-word
   };
@@ -66,11 +66,11 @@ class Peripheral {
   void clocked_by(std::function<bool()> clock) { clock_ = std::move(clock); }
 
  protected:
-  // A value to be handed to the bus, with side effects of reading. `stored` is the register's value.
+  // A value for the bus, with the side effects of reading. `stored` is the register's value.
   virtual std::uint32_t on_read(std::uint32_t /*offset*/, std::uint32_t stored, unsigned /*width*/) { return stored; }
 
-  // `written` is what the bus brought, a byte or half-word together with the stored rest; reg(offset) still has the old
-  // value. The default stores it.
+  // `written` is the value from the bus, a byte or half-word combined with the stored rest; reg(offset) still has the
+  // old value. The default stores it.
   virtual void on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width*/) { store(offset, written); }
 
   virtual void on_reset() {}
@@ -79,7 +79,7 @@ class Peripheral {
   std::uint32_t& reg(std::uint32_t offset) { return values_[index_[offset / 4]]; }
   std::uint32_t reg(std::uint32_t offset) const { return values_[index_[offset / 4]]; }
 
-  // Keeps the writable bits of `written`.
+  // Stores the writable bits of `written`.
   void store(std::uint32_t offset, std::uint32_t written);
 
   void complain(const std::string& sentence) const { services_.complaints.add(name_ + ": " + sentence); }

@@ -207,7 +207,7 @@ void SystemControl::write_aircr(std::uint32_t written) {
 
 // --- MPU ---
 
-// One region, of no access; the map of the architecture elsewhere.
+// One region, without access; elsewhere the map of the architecture.
 void SystemControl::take_guard() {
   const std::uint32_t attributes = reg(kMpuAttributes);
   core_.state().guard = {};

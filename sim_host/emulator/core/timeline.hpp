@@ -1,8 +1,7 @@
-// Simulated time and what is due when.
+// Simulated time and its alarms.
 //
 // Time counts in 1/4.08 GHz, in which every clock of the board has a whole period: 24 units at 170 MHz, 170 at 24 MHz,
-// 255 at 16 MHz, 127,500 at 32 kHz. An alarm is one thing that comes due, again and again (a timer's next edge, the
-// end of a conversion).
+// 255 at 16 MHz, 127,500 at 32 kHz. An alarm is a repeated event (a timer's next edge, the end of a conversion).
 //
 // Use: set alarms, move `now` on, run_due() whenever next_due() has passed.
 #ifndef TRACKSERVO_SIM_EMULATOR_CORE_TIMELINE_HPP
@@ -39,7 +38,7 @@ class Timeline {
   Timeline(const Timeline&) = delete;
   Timeline& operator=(const Timeline&) = delete;
 
-  // `action` runs in run_due(), with the alarm already off; now() may be a little later than the instant that was set.
+  // `action` runs in run_due(), with the alarm already off; now() may be a little later than the set time.
   Alarm add(std::function<void()> action) {
     actions_.push_back({kNever, std::move(action)});
     return actions_.size() - 1;
@@ -56,11 +55,10 @@ class Timeline {
   Instant next_due() const { return next_due_; }
   void advance(Instant duration) { now_ += duration; }
 
-  // The instant for which the running alarm was set, else now(): what follows counts on from here, so that nothing
-  // drifts.
+  // The set time of the running alarm, otherwise now(): later times are computed from here, so that nothing drifts.
   Instant instant() const { return running_ ? due_now_ : now_; }
 
-  // Runs all that is due, earliest first.
+  // Runs everything that is due, earliest first.
   void run_due() {
     while (next_due_ <= now_) {
       const auto first = std::min_element(actions_.begin(), actions_.end(),

@@ -15,7 +15,7 @@ struct Group {
   std::vector<od_object> rows;
 };
 
-// Where a default PDO carries an object: "TPDO3".
+// The default PDO that carries an object: "TPDO3".
 using DefaultPdos = std::map<std::pair<std::uint16_t, std::uint8_t>, std::string>;
 
 bool is_one_of(std::uint16_t index, std::initializer_list<std::uint16_t> list) {
@@ -82,7 +82,7 @@ std::string access_name(const od_entry& entry) {
   return kNames[entry.access & 3];
 }
 
-// Identifiers, mappings and bit fields are read in hexadecimal.
+// Identifiers, mappings and bit fields are written in hexadecimal.
 bool is_hexadecimal(const od_entry& entry) {
   return entry.unit[0] == '\0' && (entry.type == OD_UNSIGNED16 || entry.type == OD_UNSIGNED32) &&
          (entry.high.i == 0xFFFF || entry.high.i >= 0x7FFFFF || entry.access == OD_CONST);
@@ -108,7 +108,7 @@ std::string range_of(const od_entry& entry) {
   return whole_type ? "any" : number(entry, entry.low) + " … " + number(entry, entry.high);
 }
 
-// The page is committed, so the commit that was built cannot be on it.
+// The page is committed, so it cannot contain the commit that was built.
 bool is_commit(const od_entry& entry) { return entry.index == 0x3030 && entry.sub == 3; }
 
 std::string default_of(const od_entry& entry) {
@@ -146,7 +146,7 @@ DefaultPdos default_pdos(const SortedObjects& objects) {
   return pdos;
 }
 
-// The group that an object belongs to; a RECORD's own for what the standard does not name.
+// The group that an object belongs to; a RECORD without a group in the standard is its own group.
 std::string group_of(const od_object& object, const std::string& record) {
   const std::uint16_t index = object.entry->index;
   if (index < 0x2000) {
@@ -155,7 +155,7 @@ std::string group_of(const od_object& object, const std::string& record) {
   return index >= 0x6000 ? drive_group(index) : fmt::format("{:04X} {}", index, record);
 }
 
-// In the order of their first rows. The second axis is the first one's table again.
+// In the order of their first rows. The second axis repeats the table of the first.
 std::vector<Group> groups_of(const SortedObjects& objects) {
   std::vector<Group> groups;
   std::string record;

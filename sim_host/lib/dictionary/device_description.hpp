@@ -1,7 +1,7 @@
-// Descriptions of a device, printed from its object dictionary: one table, several readers.
+// Descriptions of a device, printed from its object dictionary: one table, several formats.
 //
-// EDS by CiA 306-1 v1.4 for masters, parameters.json for tools, DBC for whoever looks at the bus, a page for people.
-// REAL32 limits and defaults do not stand in the EDS: its readers disagree about them, as they do about units.
+// EDS by CiA 306-1 v1.4 for masters, parameters.json for tools, DBC for bus monitors, a page for people. The EDS has no
+// REAL32 limits and defaults: its readers disagree about them, as they do about units.
 #ifndef TRACKSERVO_DICTIONARY_DEVICE_DESCRIPTION_HPP
 #define TRACKSERVO_DICTIONARY_DEVICE_DESCRIPTION_HPP
 
@@ -21,17 +21,17 @@ extern "C" {
 
 namespace trackservo::dictionary {
 
-// What the table does not say.
+// Data that are not in the table.
 struct DeviceInfo {
   std::string file_name;
   std::string vendor;
   std::string product;
   std::string description;
-  std::string date = "01-01-2026";  // fixed, so that the same table gives the same file
+  std::string date = "01-01-2026";  // constant, so that the same table gives the same file
   std::string time = "12:00AM";
 };
 
-// All entries of all parts by (index, sub-index) as the bus sees them.
+// All entries of all parts by (index, sub-index) as on the bus.
 using SortedObjects = std::map<std::pair<std::uint16_t, std::uint8_t>, od_object>;
 SortedObjects sorted_objects(const object_dictionary& dictionary);
 
@@ -50,8 +50,8 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
 // A value as JSON; a REAL32 as the shortest decimal that is this float.
 nlohmann::ordered_json json_number(const od_entry& entry, od_number value);
 
-// Every entry with type, access, unit, limits, default, mapping and help text; empty texts and flags that are false are
-// left out.
+// Every entry with type, access, unit, limits, default, mapping and help text; empty texts and false flags are left
+// out.
 nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, const DeviceInfo& info);
 
 // JSON with one line per element of each array, so that a change of one object changes one line. `document` is an

@@ -30,7 +30,7 @@ const char *access_of(const od_entry& entry) {
     case OD_RW:
       break;
   }
-  // rww and rwr say which direction of PDO the object may be mapped into.
+  // rww and rwr give the direction of PDO in which the object may be mapped.
   return received && !transmitted ? "rww" : transmitted && !received ? "rwr" : "rw";
 }
 
@@ -42,7 +42,7 @@ bool is_signed(const od_entry& entry) {
   return entry.type == OD_INTEGER8 || entry.type == OD_INTEGER16 || entry.type == OD_INTEGER32;
 }
 
-// The number of a default or limit: decimal with a sign where there is one, else hexadecimal.
+// The number of a default or limit: decimal with a sign where it has one, otherwise hexadecimal.
 std::string number_of(const od_entry& entry, od_number number) {
   if (is_signed(entry)) {
     return fmt::format("{}", number.i);

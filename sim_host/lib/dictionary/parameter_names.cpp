@@ -29,7 +29,7 @@ Words words_of(const std::string& text) {
 
 std::string joined(const Words& words) { return fmt::format("{}", fmt::join(words, "_")); }
 
-// Takes the axis off the words and returns it; empty when they begin with none.
+// Removes the axis from the words and returns it; empty when they begin with none.
 std::string take_axis(Words& words) {
   if (words.size() < 2 || (words.front() != "azimuth" && words.front() != "pitch")) {
     return "";

@@ -1,4 +1,4 @@
-// The names of parameters as people write them in a gains file: "azimuth.speed_loop.proportional_gain".
+// The names of parameters in a gains file: "azimuth.speed_loop.proportional_gain".
 //
 // Derived from the names in the object table by the rules of servoctl (tools/servoctl/servoctl/schema.py); a test
 // compares the two over all objects.
@@ -12,7 +12,7 @@
 
 namespace trackservo::dictionary {
 
-// What a gains file holds: objects of an axis that are stored and writable, by name.
+// Contents of a gains file: objects of an axis that are stored and writable, by name.
 std::map<std::string, od_object> tunable_parameters(const object_dictionary& dictionary);
 
 }  // namespace trackservo::dictionary

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A margin that does not exist is null: JSON knows no infinity.
+// A margin that does not exist is null: JSON has no infinity.
 Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json margins_json(const Margins& margins) {

@@ -1,4 +1,4 @@
-// design.json: the designed parameters and what they will do; docs/gain-design.md describes it.
+// design.json: the designed parameters and their predicted effect; docs/gain-design.md describes it.
 #ifndef TRACKSERVO_GAIN_DESIGN_DESIGN_JSON_HPP
 #define TRACKSERVO_GAIN_DESIGN_DESIGN_JSON_HPP
 

@@ -1,5 +1,5 @@
-// The parameters of one axis as files have them: value by "0xINDEX:SUB" of the object dictionary, azimuth's indices for
-// both axes. Names, units, ranges and places in the struct are those of firmware/parameters/axis_dictionary.c.
+// The parameters of one axis in the form of files: value by "0xINDEX:SUB" of the object dictionary, azimuth's indices
+// for both axes. Names, units, ranges and places in the struct are those of firmware/parameters/axis_dictionary.c.
 #ifndef TRACKSERVO_GAIN_DESIGN_DEVICE_PARAMETERS_HPP
 #define TRACKSERVO_GAIN_DESIGN_DEVICE_PARAMETERS_HPP
 
@@ -10,10 +10,10 @@
 
 namespace trackservo::gain_design {
 
-// All of 0x2000 to 0x205F must be there; sub-index 0 may be. Throws InputFileError.
+// All of 0x2000 to 0x205F must be present; sub-index 0 may be. Throws InputFileError.
 axis_parameters read_device_parameters(const InputFile& file);
 
-// Rows {index, sub, name, unit, before, value} of what a gain design decides: 0x2000 to 0x204F.
+// Rows {index, sub, name, unit, before, value} of the results of a gain design: 0x2000 to 0x204F.
 nlohmann::ordered_json parameter_rows(const axis_parameters& before, const axis_parameters& after);
 
 }  // namespace trackservo::gain_design

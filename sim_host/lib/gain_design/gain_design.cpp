@@ -35,7 +35,7 @@ void refuse_weak_motor(const IdentifiedPlant& plant, const axis_parameters& pres
   }
 }
 
-// The model's rate may run ahead of the measured one by this; it must stay well above the noise of that rate.
+// Limit of the lead of the model's rate over the measured one; it must stay well above the noise of that rate.
 void set_lead_limit(const IdentifiedPlant& plant, axis_parameters& p, std::vector<std::string>& notes) {
   constexpr double kUsual_rad_s = 5.0 * kRadPerDeg;
   constexpr double kNoises = 6.0;
@@ -49,7 +49,7 @@ void set_lead_limit(const IdentifiedPlant& plant, axis_parameters& p, std::vecto
   }
 }
 
-// All but PI, filters and outer loops.
+// Everything except PI, filters and outer loops.
 axis_parameters with_plant(const IdentifiedPlant& plant, const GainWishes& wishes, const axis_parameters& present,
                            std::vector<std::string>& notes) {
   axis_parameters p = present;
@@ -57,7 +57,7 @@ axis_parameters with_plant(const IdentifiedPlant& plant, const GainWishes& wishe
   p.speed_loop.acceleration_inertia_kg_m2 = to_float(plant.inertia_kg_m2);
   p.observer.on = 1;
   p.observer.inertia_kg_m2 = to_float(plant.inertia_kg_m2);
-  p.observer.viscous_nm_s_rad = 0.0F;  // friction is the feedforward's
+  p.observer.viscous_nm_s_rad = 0.0F;  // the feedforward handles friction
   p.observer.limit_nm = to_float(peak_torque_nm(present));
   p.friction.model = FRICTION_LUGRE;
   p.friction.gain = 1.0F;
@@ -67,7 +67,7 @@ axis_parameters with_plant(const IdentifiedPlant& plant, const GainWishes& wishe
   return p;
 }
 
-// Lowers a bandwidth until the outer loop that `loop_at` makes of it keeps the margins.
+// Lowers a bandwidth until the outer loop that `loop_at` makes from it keeps the margins.
 template <class LoopAt>
 double kept_bandwidth_hz(const char *name, const SpeedLoopDemand& demand, const speed_loop_params& loop, bool wished,
                          double bandwidth_hz, LoopAt loop_at, std::vector<std::string>& notes) {
@@ -96,11 +96,11 @@ OuterLoop tracking_pi(double bandwidth_hz) {
   return {2.0 * w, w * w, kCameraDelay_s};
 }
 
-// Without a wish a tenth of the speed loop: far enough below it not to feel it.
+// Without a requirement a tenth of the speed loop: far enough below it to be independent.
 void design_outer_loops(const IdentifiedPlant& plant, const GainWishes& wishes, const SpeedLoopDemand& demand,
                         GainDesign& design) {
   constexpr double kShare = 0.1;
-  constexpr double kPaperTracking_hz = 2.0;  // what a camera with 20 ms of delay allows
+  constexpr double kPaperTracking_hz = 2.0;  // limit with 20 ms of camera delay
   axis_parameters& p = design.parameters;
   const speed_loop_params loop = built(p).speed;
   const double usual_hz = kShare * design.speed_loop_bandwidth_hz;

@@ -1,14 +1,14 @@
-// From an identified plant and wishes to all gains of an axis, with the margins that they will have.
+// From an identified plant and requirements to all gains of an axis, with their predicted margins.
 //
-// A wish is kept exactly or lowered, never silently: the notes say from what to what, and why. First the observer's
-// bandwidth is lowered, then the PI's natural frequency together with it, until the loop keeps the margins and the
-// torque noise that are asked, sliding and in pre-sliding. What is not wished is chosen as high as these allow; of
-// PI and observer the pair with the largest w^2 q, by which the loop divides slow disturbances (w: natural frequency of
-// the PI, q: bandwidth of the observer). Where search and not the wish decides, half a decibel and 2 degrees are kept
-// in reserve, because a measured margin spreads by as much.
+// A requirement is met exactly or lowered, never silently: the notes say from what to what, and why. First the
+// observer's bandwidth is lowered, then the PI's natural frequency together with it, until the loop meets the required
+// margins and torque noise, sliding and in pre-sliding. Values that are not required are chosen as high as these allow:
+// of PI and observer the pair with the largest w^2 q, by which the loop divides slow disturbances (w: natural frequency
+// of the PI, q: bandwidth of the observer). Where the search and not the requirement decides, half a decibel and 2
+// degrees are kept in reserve, because a measured margin scatters by as much.
 //
 // The inertia is taken as constant. Where it varies (azimuth towards the zenith), identify and design where it is
-// largest and look at the stability where it is least.
+// largest and check the stability where it is smallest.
 #ifndef TRACKSERVO_GAIN_DESIGN_GAIN_DESIGN_HPP
 #define TRACKSERVO_GAIN_DESIGN_GAIN_DESIGN_HPP
 
@@ -22,10 +22,10 @@
 
 namespace trackservo::gain_design {
 
-// Ranges are those of wishes.json (gain_wishes_json.cpp); what is absent is chosen by the design.
+// Ranges are those of wishes.json (gain_wishes_json.cpp); the design chooses what is absent.
 struct GainWishes {
   std::optional<double> speed_loop_bandwidth_hz;             // of PI alone with set-point weight 1, sliding
-  std::optional<double> speed_loop_natural_frequency_rad_s;  // the same in other words; at most one of the two
+  std::optional<double> speed_loop_natural_frequency_rad_s;  // the same in another form; at most one of the two
   double speed_loop_damping = 1.0;
   double setpoint_weight = 0.8;
   std::optional<double> observer_bandwidth_hz;
@@ -39,21 +39,21 @@ struct GainDesign {
   axis_parameters parameters{};
   Margins sliding;
   Margins pre_sliding;
-  double speed_loop_bandwidth_hz = 0.0;  // of PI alone with set-point weight 1, sliding: what the wish means
+  double speed_loop_bandwidth_hz = 0.0;  // of PI alone with set-point weight 1, sliding: the meaning of the requirement
   double bandwidth_hz = 0.0;             // of the whole speed loop, observer included, with set-point weight 1
   double torque_noise_nm = 0.0;          // rms, from the sensors, the larger one of sliding and standstill
   FrequencyResponse loop_gain;           // sliding
-  std::vector<std::string> notes;        // what was lowered, chosen or left, and why
+  std::vector<std::string> notes;        // what was lowered, chosen or omitted, and why
 };
 
-// No gains can keep what is asked; the message says what is missing and what would be possible.
+// No gains can meet the requirements; the message says what is missing and what would be possible.
 class GainDesignError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// `present`: the parameters of the device, of which sensors, motor, limits of the outer loops and the tracker's kind
-// are kept. Throws GainDesignError. Up to a few seconds where much has to be searched.
+// `present`: the parameters of the device; sensors, motor, limits of the outer loops and the tracker's kind are taken
+// from them. Throws GainDesignError. Takes up to a few seconds for a long search.
 GainDesign design_gains(const IdentifiedPlant& plant, const GainWishes& wishes, const axis_parameters& present);
 
 }  // namespace trackservo::gain_design

@@ -1,4 +1,4 @@
-// wishes.json: what is asked of the gains.
+// wishes.json: the requirements for the gains.
 #ifndef TRACKSERVO_GAIN_DESIGN_GAIN_WISHES_JSON_HPP
 #define TRACKSERVO_GAIN_DESIGN_GAIN_WISHES_JSON_HPP
 

@@ -1,4 +1,4 @@
-// What is known of an axis once it has been identified, and the linear machine that loops are designed on.
+// Parameters of an identified axis, and the linear machine on which loops are designed.
 #ifndef TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP
 #define TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_HPP
 
@@ -8,19 +8,19 @@
 
 namespace trackservo::gain_design {
 
-// The firmware's timing (decision 0007), the same on every board: a tick's set-points count from the third PWM period
-// after its sampling on.
+// The firmware's timing (decision 0007), the same on every board: a tick's set-points take effect in the third PWM
+// period after its sampling.
 constexpr double kPwmPeriod_s = 50e-6;  // SERVO_PWM_PERIOD_S, before it was rounded to float
 constexpr double kActuationDelay_s = 2.0 * kPwmPeriod_s;
 
-// Current is sampled at the beginning of each PWM period, so its mean over a tick is half a period old: the
-// identification finds the encoder's delay less by this.
+// Current is sampled at the beginning of each PWM period, so its mean over a tick is half a period old: the identified
+// delay of the encoder is smaller by this.
 constexpr double kCurrentAge_s = 0.5 * kPwmPeriod_s;
 
-// Assumed of a gyro: the bandwidth of a fibre-optic one. The identification measures its whole delay; what the assumed
-// low-pass does not explain of it is latency. Below the crossover of the fusion only the sum counts.
+// Assumed for a gyro: the bandwidth of a fibre-optic one. The identification measures its whole delay; the part that
+// the assumed low-pass does not explain is latency. Below the crossover of the fusion only the sum matters.
 constexpr double kAssumedGyroBandwidth_hz = 440.0;
-constexpr double kAssumedGyroLatency_s = 200e-6;  // only where no gyro was recorded
+constexpr double kAssumedGyroLatency_s = 200e-6;  // only when no gyro was recorded
 
 constexpr double kResonanceSpread = 0.05;
 
@@ -49,8 +49,8 @@ struct IdentifiedPlant {
 // pre-sliding, where the bristles are a spring. The current loop comes from the device's parameters.
 LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_rad_s, bool pre_sliding);
 
-// What a speed loop must be good for: sliding, pre-sliding, and where there are resonances both again with all of them
-// kResonanceSpread lower and higher: a resonance moves with load and temperature.
+// Operating points for which a speed loop must be good: sliding, pre-sliding, and with resonances both again with all
+// of them kResonanceSpread lower and higher: a resonance moves with load and temperature.
 std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double current_loop_rad_s);
 
 // Into the device's parameters, object 0x2030.

@@ -12,10 +12,10 @@ using Json = nlohmann::json;
 
 constexpr const char *kFormat = "trackservo-identification";
 constexpr int kVersion = 1;
-constexpr double kMost = 1e30;  // of any number, so that it is one for a float, too
+constexpr double kMost = 1e30;  // of any number, so that it is one for a float too
 
 void check_format(const InputFile& file) {
-  // Compared as JSON: a version beyond what an int holds is a wrong one.
+  // Compared as JSON, to reject versions that do not fit an int.
   if (file.json.value("format", "") != kFormat || file.json.value("version", Json()) != Json(kVersion)) {
     throw file.error(
         fmt::format("is not a {} of version {}; give the file that identify fit wrote with --json", kFormat, kVersion));
@@ -35,7 +35,7 @@ double number_at(const InputFile& file, const std::string& path) {
   return value;
 }
 
-// What the identification said about a parameter that it did not give.
+// The reason that the identification gave for a refused parameter.
 std::string refusal_of(const InputFile& file, const std::string& parameter) {
   for (const Json& refused : file.json.value("refused", Json::array())) {
     if (refused.value("parameter", "") == parameter) {
@@ -72,7 +72,7 @@ lugre_direction direction(const InputFile& file, const std::string& name) {
   return d;
 }
 
-// The whole delay is measured; the assumed low-pass takes its part of it first.
+// The whole delay is measured; the assumed low-pass explains its part first.
 GyroFacts gyro_facts(double delay_s, double noise_rad_s) {
   constexpr double kShortest_s = 1e-5;
   const double lag_s = 1.0 / (2.0 * M_PI * kAssumedGyroBandwidth_hz);
@@ -120,7 +120,7 @@ IdentifiedPlant plant_from(const InputFile& file) {
 IdentifiedPlant read_identified_plant(const InputFile& file) {
   try {
     return plant_from(file);
-  } catch (const Json::exception& error) {  // a text where a number or a table should be, and the like
+  } catch (const Json::exception& error) {  // a text where a number or a table should be, and similar errors
     throw file.error(fmt::format("{}; run identify fit again", error.what()));
   }
 }

@@ -1,4 +1,4 @@
-// result.json of `identify fit`, as far as gains are designed from it.
+// result.json of `identify fit`, as far as the gain design needs it.
 #ifndef TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_JSON_HPP
 #define TRACKSERVO_GAIN_DESIGN_IDENTIFIED_PLANT_JSON_HPP
 
@@ -7,7 +7,7 @@
 
 namespace trackservo::gain_design {
 
-// Throws InputFileError; where a parameter was refused by the identification the message says which run is missing.
+// Throws InputFileError; if the identification refused a parameter, the message names the missing run.
 IdentifiedPlant read_identified_plant(const InputFile& file);
 
 }  // namespace trackservo::gain_design

@@ -1,4 +1,4 @@
-// JSON files that the gain design reads, and what is said when one is wrong.
+// JSON files that the gain design reads, and the messages for errors in them.
 #ifndef TRACKSERVO_GAIN_DESIGN_INPUT_FILE_HPP
 #define TRACKSERVO_GAIN_DESIGN_INPUT_FILE_HPP
 
@@ -9,7 +9,7 @@
 
 namespace trackservo::gain_design {
 
-// "FILE: key what is wrong; what would be right".
+// "FILE: key error; remedy".
 class InputFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -26,7 +26,7 @@ struct InputFile {
 // Throws InputFileError when it cannot be read or holds no JSON object.
 InputFile load_input_file(const std::string& path);
 
-// The same for a text; `name` stands for it in messages.
+// The same for a text; `name` replaces the file in messages.
 InputFile parse_input_file(std::string name, std::string_view text);
 
 }  // namespace trackservo::gain_design

@@ -39,7 +39,7 @@ Complex slope_estimator(const rate_estimator_params& p, Complex z_inverse) {
   return slope / (spread * kTick_s);
 }
 
-// How much the readings count in the feedback that the controller sees, filters included.
+// Weight of the readings in the feedback of the controller, filters included.
 struct SensorWeights {
   Complex joint;  // of the rate estimated from the angle
   Complex gyro;
@@ -61,7 +61,7 @@ SensorWeights sensor_weights(const speed_loop_params& p, Complex z_inverse) {
   }
 }
 
-// Joint rate to the feedback that the controller sees, the base at rest.
+// Joint rate to the feedback of the controller, with the base at rest.
 Complex sensor(const LinearMachine& m, const speed_loop_params& p, Complex s, Complex z_inverse) {
   const SensorWeights weights = sensor_weights(p, z_inverse);
   const Complex joint = slope_estimator(p.rate_estimator, z_inverse) / s * delay(s, m.encoder_latency_s);

@@ -1,11 +1,11 @@
-// Loop gain of the speed loop at the torque command, as the firmware's difference equations make it.
+// Loop gain of the speed loop at the torque command, from the firmware's difference equations.
 //
 //     L(jw) = P(jw) H(jw) C(z),  z = exp(jw T)
 //
 // P: torque command to joint rate, with the tick's zero-order hold and latency and the current loop;
 // H: sensors; C(z): the controller's own difference equations (rate estimator, fusion, filters, PI, observer).
-// Friction feedforward is not in it: it runs on the set-point, not on the measured joint rate. The same response can be
-// measured on the full simulated machine (sim_host/simulator/analysis/frequency_measurement.hpp).
+// Friction feedforward is not included: it runs on the set-point, not on the measured joint rate. The same response can
+// be measured on the full simulated machine (sim_host/simulator/analysis/frequency_measurement.hpp).
 #ifndef TRACKSERVO_GAIN_DESIGN_LOOP_GAIN_HPP
 #define TRACKSERVO_GAIN_DESIGN_LOOP_GAIN_HPP
 
@@ -22,9 +22,9 @@ struct LinearMachine {
   double inertia_kg_m2 = 1.0;
   double viscous_nm_s_rad = 0.0;
   double bristle_stiffness_nm_rad = 0.0;  // 0 while the seal slides; sigma0 in pre-sliding
-  double bristle_damping_nm_s_rad = 0.0;  // sigma1, counts in pre-sliding only
+  double bristle_damping_nm_s_rad = 0.0;  // sigma1, used in pre-sliding only
   std::vector<StructuralMode> modes;
-  double actuation_delay_s = 0.0;   // from sampling to the voltage being applied
+  double actuation_delay_s = 0.0;   // from sampling to the voltage taking effect
   double current_loop_rad_s = 1e4;  // first-order bandwidth
   double encoder_latency_s = 0.0;
   double gyro_latency_s = 0.0;

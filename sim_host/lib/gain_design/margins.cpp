@@ -82,9 +82,9 @@ bool keeps_margins(const Margins& margins, const LeastMargins& least) {
 bool is_stable_in_closed_loop(const FrequencyResponse& response) {
   const std::vector<std::complex<double>>& gain = response.loop_gain;
   if (std::abs(gain.back()) >= 1.0) {
-    return false;  // still in command at half the tick's rate: nothing bounds the phase there
+    return false;  // still controlled at half the tick's rate: nothing bounds the phase there
   }
-  // n integrators begin at -90 n degrees, which atan2 alone would fold into one turn; the slope of |L| tells n.
+  // n integrators begin at -90 n degrees, which atan2 alone would wrap into one turn; the slope of |L| gives n.
   const double slope =
       gain.front() == 0.0 || std::abs(gain.front()) < 1.0
           ? 0.0
@@ -100,7 +100,7 @@ bool is_stable_in_closed_loop(const FrequencyResponse& response) {
 
 bool is_stable(const std::vector<LinearMachine>& machines, const speed_loop_params& loop) {
   return std::all_of(machines.begin(), machines.end(), [&](const LinearMachine& machine) {
-    // From below any bandwidth that a wish may ask for, up to half the tick's rate.
+    // From below any bandwidth that may be required, up to half the tick's rate.
     return is_stable_in_closed_loop(computed_loop_gain(machine, loop, frequencies_hz(machine, 1e-4, 499.0, 1000)));
   });
 }

@@ -1,4 +1,4 @@
-// How far a loop is from instability, and whether it is on the right side.
+// Distance of a loop from instability, and whether it is stable.
 #ifndef TRACKSERVO_GAIN_DESIGN_MARGINS_HPP
 #define TRACKSERVO_GAIN_DESIGN_MARGINS_HPP
 
@@ -8,15 +8,15 @@
 
 namespace trackservo::gain_design {
 
-// Margins are distances: they do not tell on which side of L = -1 a loop is. Ask is_stable_in_closed_loop, too.
+// Margins are distances: they do not say on which side of L = -1 a loop is. Check is_stable_in_closed_loop too.
 struct Margins {
   double gain_margin_db = 0.0;      // smallest |gain change in dB|, up or down, that reaches L = -1
   double phase_margin_deg = 0.0;    // smallest over all crossings of |L| = 1
   double crossover_hz = 0.0;        // highest frequency with |L| = 1
-  double phase_crossover_hz = 0.0;  // where the gain margin is taken; infinite when there is none
+  double phase_crossover_hz = 0.0;  // frequency of the gain margin; infinite when there is none
 };
 
-// What a loop must keep.
+// Margins that a loop must keep.
 struct LeastMargins {
   double gain_margin_db = 6.0;
   double phase_margin_deg = 40.0;

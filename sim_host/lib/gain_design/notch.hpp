@@ -8,7 +8,7 @@
 
 namespace trackservo::gain_design {
 
-// The mode that stands out of a loop gain that falls with 1/f the most; nullptr when there is none.
+// The mode that exceeds a loop gain falling with 1/f the most; nullptr when there is none.
 const StructuralMode *dominant_mode(const std::vector<StructuralMode>& modes);
 
 // Object 0x2040:1 to 3.
@@ -18,7 +18,7 @@ struct NotchFilter {
   double depth = 1.0;
 };
 
-// As deep as the mode is high, and so wide that its zeros lie on the mode's poles, within the firmware's ranges. At
+// As deep as the mode is high, and wide enough that its zeros lie on the mode's poles, within the firmware's ranges. At
 // least a tenth of the frequency wide: a resonance moves by a few percent with load and temperature.
 NotchFilter notch_for(const StructuralMode& mode);
 

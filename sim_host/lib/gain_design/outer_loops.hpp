@@ -6,10 +6,10 @@
 
 namespace trackservo::gain_design {
 
-// What a tracking loop on the camera waits for: 20 ms for a frame and 10 ms on average for the next one.
+// Delay of a tracking loop on the camera: 20 ms for a frame and 10 ms on average for the next one.
 constexpr double kCameraDelay_s = 0.030;
 
-// The same with 6 ms for a speed loop of 30 Hz.
+// The same plus 6 ms for a speed loop of 30 Hz.
 constexpr double kTrackingDelay_s = 0.036;
 
 // Natural frequency of a critically damped PI on an integrator, with a pure delay, whose closed loop is at -3 dB at

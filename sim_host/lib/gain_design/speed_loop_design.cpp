@@ -20,7 +20,7 @@ struct FilterChoice {
 
 struct SpeedLoopChoice {
   FilterChoice filters;
-  SpeedLoopWish wish;  // with these filters a wish in Hz is another natural frequency
+  SpeedLoopWish wish;  // with these filters a requirement in Hz is another natural frequency
   SpeedLoopPair pair;
 };
 
@@ -78,10 +78,10 @@ class FilterSearch {
     return best_;
   }
 
-  // A faster loop was good but for its torque noise.
+  // A faster loop was good except for its torque noise.
   bool noise_refused() const { return noise_refused_; }
 
-  // Why nothing was found, or the wish was not.
+  // Why nothing was found, or not the required values.
   std::string complaint(const FilterChoice& filters, bool slowest) const {
     const speed_loop_params loop = built(with_filters(parameters_, filters)).speed;
     const SpeedLoopWish wish = wish_with(wishes_, demand_.machines.front(), loop);
@@ -107,7 +107,7 @@ class FilterSearch {
     servo_axis_params device{};
     const axis_parameters parameters = with_filters(parameters_, filters);
     if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
-      return;  // the resonance is beyond what the firmware's notch reaches
+      return;  // the resonance is outside the range of the firmware's notch
     }
     SpeedLoopChoice choice{filters, wish_with(wishes_, demand_.machines.front(), device.speed), {}};
     SpeedLoopSearch search(demand_, device.speed, choice.wish);
@@ -135,7 +135,7 @@ class FilterSearch {
   bool noise_refused_ = false;
 };
 
-// A natural frequency as people wish it: the bandwidth of PI alone.
+// A natural frequency in the form of a requirement: the bandwidth of PI alone.
 double bandwidth_of(const SpeedLoopDemand& demand, speed_loop_params loop, double natural_rad_s, double damping) {
   loop.pi = pi_params({natural_rad_s, damping, 1.0}, demand.machines.front().inertia_kg_m2);
   return closed_loop_bandwidth_hz(demand.machines.front(), pi_alone(loop));

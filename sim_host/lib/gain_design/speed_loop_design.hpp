@@ -1,4 +1,4 @@
-// PI, observer and filters of the speed loop: the filters that let the loop be fastest, and the pair found with them.
+// PI, observer and filters of the speed loop: the filters that allow the fastest loop, and the pair found with them.
 #ifndef TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_DESIGN_HPP
 #define TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_DESIGN_HPP
 
@@ -10,12 +10,12 @@
 
 namespace trackservo::gain_design {
 
-// Writes PI, observer bandwidth and filters into `parameters`, whose other members must be complete, and tells in
+// Writes PI, observer bandwidth and filters into `parameters`, whose other members must be complete, and reports in
 // `notes` what was lowered or chosen. Throws GainDesignError.
 void design_speed_loop(const IdentifiedPlant& plant, const GainWishes& wishes, const SpeedLoopDemand& demand,
                        axis_parameters& parameters, std::vector<std::string>& notes);
 
-// What the device makes of the parameters. Throws GainDesignError when the firmware refuses them.
+// The device's filters and loops for the parameters. Throws GainDesignError when the firmware refuses them.
 servo_axis_params built(const axis_parameters& parameters);
 
 }  // namespace trackservo::gain_design

@@ -19,12 +19,12 @@ pi_controller_params pi_params(const PiWish& wish, double inertia_kg_m2);
 void set_pi(axis_parameters& parameters, const pi_controller_params& pi);
 
 // The natural frequency at which the closed loop with PI alone and set-point weight 1 is at -3 dB at the bandwidth,
-// delays included [rad/s]. Sensors and filters are those of `loop`. At most 2 pi times the bandwidth: beyond, delays
-// make the loop ring before it gets so fast.
+// delays included [rad/s]. Sensors and filters are those of `loop`. At most 2 pi times the bandwidth: above that,
+// delays make the loop oscillate before it gets so fast.
 double natural_frequency_rad_s(const LinearMachine& sliding, const speed_loop_params& loop, double bandwidth_hz,
                                double damping);
 
-// The loop with its PI's natural frequency and its observer's bandwidth at these shares of what they are.
+// The loop with its PI's natural frequency and its observer's bandwidth scaled by these shares.
 speed_loop_params lowered(speed_loop_params loop, double pi_share, double observer_share);
 
 // The loop without its observer.

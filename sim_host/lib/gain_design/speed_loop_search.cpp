@@ -8,17 +8,17 @@
 namespace trackservo::gain_design {
 namespace {
 
-// A measured margin is up to this less than the computed one.
+// A measured margin is up to this below the computed one.
 constexpr double kGainReserve_db = 0.5;
 constexpr double kPhaseReserve_deg = 2.0;
 
-constexpr double kStep = 0.95;  // from one pair that is tried to the next
+constexpr double kStep = 0.95;  // ratio from one tried pair to the next
 constexpr int kSteps = 90;      // down to a hundredth
 
-constexpr double kMostObserver_rad_s = 999.0;  // the firmware takes up to one per tick
+constexpr double kMostObserver_rad_s = 999.0;  // the firmware accepts up to one per tick
 constexpr double kMostNatural_rad_s = 900.0;   // beyond 300 Hz of bandwidth
 
-// Observers slower than half of the PI add nothing to it, faster than four times leave the PI nothing to do.
+// Observers slower than half of the PI add nothing to it; faster than four times, they leave the PI nothing to do.
 constexpr double kObserverRatios[] = {0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
 
 }  // namespace
@@ -110,7 +110,7 @@ std::optional<SpeedLoopPair> SpeedLoopSearch::best() {
   if (wish_.natural_rad_s && wish_.observer_rad_s && is_good(wished, Reserve::kNone)) {
     return wished;
   }
-  std::optional<SpeedLoopPair> pair = wish_.natural_rad_s ? first_good(wished, false, true)   // the observer gives way
+  std::optional<SpeedLoopPair> pair = wish_.natural_rad_s ? first_good(wished, false, true)   // the observer is reduced
                                                           : first_good(wished, true, false);  // the PI is free
   return pair ? pair : first_good(wished, true, true);
 }

@@ -1,4 +1,4 @@
-// The fastest PI and observer that keep what is demanded of a speed loop.
+// The fastest PI and observer that meet the requirements of a speed loop.
 #ifndef TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_SEARCH_HPP
 #define TRACKSERVO_GAIN_DESIGN_SPEED_LOOP_SEARCH_HPP
 
@@ -16,13 +16,13 @@ struct SpeedLoopDemand {
   double most_torque_noise_nm = 0.0;
 };
 
-// PI and observer, the two that decide how fast the loop is.
+// PI and observer, the two that decide the speed of the loop.
 struct SpeedLoopPair {
   double natural_rad_s = 0.0;
   double observer_rad_s = 0.0;
 };
 
-// What is absent is chosen.
+// Absent values are chosen.
 struct SpeedLoopWish {
   std::optional<double> natural_rad_s;
   std::optional<double> observer_rad_s;
@@ -41,16 +41,16 @@ class SpeedLoopSearch {
   SpeedLoopSearch(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopWish& wish)
       : demand_(demand), loop_(loop), wish_(wish) {}
 
-  // The wish if it is good, else lowered: the observer first, then both. Nothing when no pair down to a hundredth is
-  // good.
+  // The required values if they are good, otherwise lowered: the observer first, then both. Nothing when no pair down
+  // to a hundredth is good.
   std::optional<SpeedLoopPair> best();
 
-  // A pair was good but for its torque noise: a low-pass may help.
+  // A pair was good except for its torque noise: a low-pass may help.
   bool noise_refused() const { return noise_refused_; }
 
   SpeedLoopVerdict judge(const SpeedLoopPair& pair) const;
 
-  // The slowest pair that is ever tried.
+  // The slowest pair that is tried.
   SpeedLoopPair slowest() const;
 
  private:
@@ -68,7 +68,7 @@ class SpeedLoopSearch {
   bool noise_refused_ = false;
 };
 
-// How fast slow disturbances are divided away by a pair, as a logarithm.
+// Rejection of slow disturbances by a pair, as a logarithm.
 double rejection(const SpeedLoopPair& pair);
 
 }  // namespace trackservo::gain_design

@@ -9,7 +9,7 @@ namespace trackservo::identification {
 
 namespace {
 
-constexpr Eigen::Index kWindow = 4096;  // ticks: 0.24 Hz, so that a resonance of 1 % damping at 20 Hz still shows
+constexpr Eigen::Index kWindow = 4096;  // ticks: 0.24 Hz, so that a resonance of 1 % damping at 20 Hz is still visible
 constexpr double kHighest_hz = 400.0;
 
 using Spectrum = Eigen::VectorXcd;
@@ -51,7 +51,7 @@ class CrossSpectra {
   }
 
  private:
-  // A chirp's power, by which it is told from noise, is that of most of the strong lines: wind has a few, stronger
+  // A chirp's power, which distinguishes it from noise, is that of most of the strong lines: wind has a few, stronger
   // ones.
   double least_excitation() const {
     constexpr double kStrong = 0.95;  // of all lines, this share is weaker
@@ -78,7 +78,7 @@ class CrossSpectra {
   int windows_ = 0;
 };
 
-// Ticks of one run that follow each other.
+// Consecutive ticks of one run.
 std::vector<Stretch> excited_stretches(const Recording& recording) {
   std::vector<Stretch> excited;
   for (const Stretch& stretch : stretches(recording)) {
@@ -105,7 +105,7 @@ AxisResponse axis_response(const Recording& recording) {
   Eigen::VectorXd rate_rad_s(kWindow);
   constexpr auto kTicks = static_cast<std::size_t>(kWindow);
   for (const Stretch& stretch : excited_stretches(recording)) {
-    // The rate of a tick needs the angle of the one before.
+    // The rate of a tick needs the angle of the previous one.
     for (std::size_t first = stretch.first + 1; first + kTicks <= stretch.last; first += kTicks / 2) {
       for (std::size_t i = 0; i < kTicks; ++i) {
         const auto row = static_cast<Eigen::Index>(i);

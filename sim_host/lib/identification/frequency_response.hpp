@@ -2,10 +2,10 @@
 //
 //     H = S_ur / S_uu,   coherence = |S_ur|^2 / (S_uu S_rr)        (Welch: Hann windows, overlapping by half)
 //
-// u: mean torque of a tick, r: mean joint rate of the same tick, so both are averaged alike and no filter stands
-// between them. The axis is in its closed loop while it is excited: where the coherence is good, the excitation is so
-// much stronger than wind and friction that the estimate is that of the axis alone. Torque between the ticks folds
-// back: 1 % at 90 Hz, 5 % at 200 Hz.
+// u: mean torque of a tick, r: mean joint rate of the same tick, so both are averaged equally and no filter lies
+// between them. The axis is in closed loop while it is excited. With good coherence the excitation is so much stronger
+// than wind and friction that the estimate is that of the axis alone. Torque between the ticks is aliased: 1 % at 90
+// Hz, 5 % at 200 Hz.
 #ifndef TRACKSERVO_IDENTIFICATION_FREQUENCY_RESPONSE_HPP
 #define TRACKSERVO_IDENTIFICATION_FREQUENCY_RESPONSE_HPP
 

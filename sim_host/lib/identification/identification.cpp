@@ -15,15 +15,16 @@ namespace trackservo::identification {
 namespace {
 
 constexpr double kInterval_deviations = 1.96;
-constexpr double kWidestFactor = 2.0;  // between the ends of an interval that is still of use
+constexpr double kWidestFactor = 2.0;  // ratio of the ends of an interval that is still useful
 constexpr Eigen::Index kFewestNodes = 400;
 constexpr int kLags = 40;
 
-// An encoder this noisy (22 bits and less) is worse than a gyro where motion is quick: 0.02 rad/s^2 under the window.
+// An encoder this noisy (22 bits and less) is worse than a gyro in fast motion: 0.02 rad/s^2 under the window.
 constexpr double kCoarse_rad = 2e-7;
 
 constexpr double kHighestCutoff_hz = 250;
-constexpr double kLowestTrusted_hz = 150;  // below it slip after a stick is blurred, and sigma2 takes what is missing
+constexpr double kLowestTrusted_hz =
+    150;  // below it slip after a stick is blurred, and sigma2 absorbs the missing part
 constexpr double kLowestCutoff_hz = 20;
 constexpr double kRelaxation_1_s = 0.2;  // of the bristles at rest, by the encoder's noise: at most this
 
@@ -57,7 +58,7 @@ constexpr ParameterText kTexts[] = {
 
 // --- evidence ---
 
-// Steady sliding: how long in which octave of speed; and where the axis turned round.
+// Steady sliding: duration per octave of speed, and the reversals.
 class EvidenceFinder {
  public:
   EvidenceFinder(const Friction& friction, const Motion& motion) : friction_(friction), motion_(motion) {}
@@ -110,7 +111,7 @@ class EvidenceFinder {
   const Motion& motion_;
   Evidence evidence_;
   std::map<std::pair<int, int>, int> ticks_;
-  double slid_rad_ = 0;    // since the last turning round
+  double slid_rad_ = 0;    // since the last reversal
   double before_rad_ = 0;  // in the other direction, before it
   int side_ = 1;
   bool counted_ = false;
@@ -141,7 +142,7 @@ std::string sweep_wanted(const Evidence& evidence, int side) {
       evidence.speeds[side], side == 1 ? "forward" : "backward", run_kind_name(RunKind::kSpeedSweep));
 }
 
-// What motion is missing for a parameter; empty if none.
+// The missing motion for a parameter; empty if none.
 std::string missing_run(int parameter, const Evidence& evidence) {
   const int side = parameter == kCoulombPositive || parameter == kBreakawayPositive ||
                            parameter == kStribeckSpeedPositive || parameter == kViscousPositive
@@ -202,7 +203,7 @@ Parameter logarithmic(const std::string& name, const std::string& unit, double l
   return parameter;
 }
 
-// No Stribeck effect within the uncertainty: its speed means nothing.
+// No Stribeck effect within the uncertainty: its speed is meaningless.
 bool stribeck_effect_is_seen(const JointFit& fit, int coulomb) {
   const double difference = fit.parameters[coulomb + 1] - fit.parameters[coulomb];
   const double variance = fit.covariance(coulomb, coulomb) + fit.covariance(coulomb + 1, coulomb + 1) -
@@ -294,9 +295,9 @@ void check_damping_ratio(Identification& result) {
       paper_damping_nm_s_rad(inertia, friction.stiffness_nm_rad, viscous, kPaperDampingRatio);
 }
 
-// --- what sizes the next programme ---
+// --- sizes of the next test plan ---
 
-constexpr double kRough_deviations = 1.0;  // of a logarithm; the search alone is no better than that
+constexpr double kRough_deviations = 1.0;  // of a logarithm; the search alone is no more precise than that
 
 RoughMachine rough_machine(const Friction& friction, double inertia_kg_m2) {
   RoughMachine machine;
@@ -307,8 +308,8 @@ RoughMachine rough_machine(const Friction& friction, double inertia_kg_m2) {
   return machine;
 }
 
-// The joint fit's values; where one is not determined at all, the start search's, which tried all values
-// there are and cannot have run away.
+// The joint fit's values. Where one is not determined at all, the start search's, which tried all possible values and
+// cannot diverge.
 RoughMachine rough_machine(const JointFit& fit, const PaperEstimate& start) {
   RoughMachine machine = rough_machine(friction_of(fit.parameters), std::exp(fit.parameters[kInertia]));
   const RoughMachine begun = rough_machine(start.friction, start.inertia_kg_m2);

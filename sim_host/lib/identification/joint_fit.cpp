@@ -19,11 +19,12 @@ constexpr double kTypicalBreakaway = 1.4;     // Ts/Tc
 constexpr int kMostEvaluations = 25;          // of Levenberg-Marquardt in one round
 constexpr double kSettled_deviations = 0.05;  // between two rounds, in standard deviations
 constexpr double kHuber_deviations = 2.0;
-constexpr int kFirstOrder = 4;  // of the noise, while the residuals are still the model's fault
+constexpr int kFirstOrder = 4;  // of the noise, while the model still causes the residuals
 constexpr int kLargestOrder = 24;
 constexpr Eigen::Index kCluster_nodes = 400;  // 2 s
-// Priors only keep the equations solvable where the data say nothing: a factor of e^3 = 20 in a logarithm, half of the
-// friction level in the map, a few ticks of delay, 3 % of ripple. What rests on a prior is refused later.
+// Priors only keep the equations solvable where the data give no information: a factor of e^3 = 20 in a logarithm, half
+// of the friction level in the map, a few ticks of delay, 3 % of ripple. A value that depends on a prior is refused
+// later.
 constexpr double kLogarithmPrior = 3.0;
 constexpr double kMapPrior = 0.5;
 constexpr double kDelayPrior_s = 2e-3;
@@ -94,9 +95,8 @@ class Problem {
   }
 
  private:
-  // Noise of the encoder is in the acceleration, and wind moves the axis in the very window: it is the motion that
-  // surprises, by residual / J. Least squares of torques would favour a light machine, the more the coarser the
-  // encoder.
+  // Noise of the encoder is in the acceleration, and wind moves the axis within the window: the error is in the motion,
+  // by residual / J. Least squares of torques would favour a light machine, the more the coarser the encoder.
   double relative(const Eigen::VectorXd& parameters) const { return std::exp(first_inertia_ - parameters[kInertia]); }
 
   const TorqueBalance& balance_;
@@ -113,7 +113,7 @@ void update_noise(const TorqueBalance& balance, int order, JointFit& fit) {
   fit.noise.whiten(fit.spans, fit.whitened);
 }
 
-// Huber's weights against the median, which outliers cannot move.
+// Huber's weights relative to the median, which outliers do not move.
 void update_weights(JointFit& fit) {
   std::vector<double> sizes;
   for (const double value : fit.whitened) {
@@ -162,7 +162,7 @@ void update_covariance(const TorqueBalance& balance, JointFit& fit) {
   const double white = fit.weights.dot(fit.whitened.cwiseAbs2()) / std::max(fit.weights.sum(), 1.0);
   const Eigen::MatrixXd ordinary = white * inverse;
   const Eigen::MatrixXd sandwich = few * inverse * scatter * inverse;
-  // Neither may promise more than the other: each parameter keeps the larger of its two deviations.
+  // Neither may be too small: each parameter keeps the larger of its two deviations.
   Eigen::VectorXd stretch(p);
   for (Eigen::Index i = 0; i < p; ++i) {
     stretch[i] = std::sqrt(std::max(1.0, ordinary(i, i) / sandwich(i, i)));
@@ -171,7 +171,7 @@ void update_covariance(const TorqueBalance& balance, JointFit& fit) {
   fit.widening = (fit.covariance.diagonal().cwiseQuotient(ordinary.diagonal())).cwiseSqrt().maxCoeff();
 }
 
-// One round: minimise with the noise and the weights held, then renew these.
+// One round: minimise with noise and weights held, then update these.
 void run_round(const TorqueBalance& balance, int evaluations, int noise_order, JointFit& fit) {
   Problem problem(balance, fit);
   Eigen::LevenbergMarquardt<Problem> solver(problem);
@@ -192,7 +192,7 @@ JointFit begin(const TorqueBalance& balance, const Eigen::VectorXd& start) {
   return fit;
 }
 
-// How much the squares of the whitened residuals fall when a harmonic is added and all else is fitted anew.
+// Decrease of the squares of the whitened residuals when a harmonic is added and everything else is fitted again.
 class HarmonicSearch {
  public:
   HarmonicSearch(const TorqueBalance& balance, const JointFit& fit) : balance_(balance), fit_(fit) {
@@ -218,14 +218,14 @@ class HarmonicSearch {
     return own.determinant() > 0 ? right.dot(own.inverse() * right) : 0.0;
   }
 
-  // Two periods must fit into the travel: less looks like a factor on all torques.
+  // Two periods must fit into the travel: fewer look like a factor on all torques.
   int lowest_harmonic() const {
     const PositionTerms& travel = balance_.position_terms();
     const double turns = (travel.highest_rad() - travel.lowest_rad()) / 6.283185307179586;
     return std::max(kLowestHarmonic, static_cast<int>(std::ceil(2.0 / std::max(turns, 1e-3))));
   }
 
-  // The one that gains most, if that is beyond doubt.
+  // The one with the largest gain, if that is beyond doubt.
   std::optional<MotorHarmonic> best() const {
     double most = kCertainGain;
     std::optional<MotorHarmonic> found;
@@ -242,8 +242,8 @@ class HarmonicSearch {
   }
 
  private:
-  // By chance two columns gain 2 and the largest of all candidates about 14; wind, correlated beyond the noise model,
-  // and few places of the travel make it many times more.
+  // By chance two columns gain 2 and the largest of all candidates about 14. Wind that is correlated beyond the noise
+  // model and few places of the travel make it many times more.
   static constexpr double kCertainGain = 300.0;
 
   const TorqueBalance& balance_;
@@ -280,7 +280,8 @@ Eigen::VectorXd start_parameters(const TorqueBalance& balance, const PaperEstima
     start[first] = logarithm(direction->coulomb_nm);
     start[first + 1] = logarithm(direction->breakaway_nm);
     start[first + 2] = logarithm(direction->stribeck_speed_rad_s);
-    // None was seen: a tenth of the Coulomb friction at ten times the Stribeck speed, so that it can be found yet.
+    // None was detected: a tenth of the Coulomb friction at ten times the Stribeck speed, so that it can still be
+    // found.
     start[viscous] = logarithm(
         std::max(direction->viscous_nm_s_rad, 0.01 * direction->coulomb_nm / direction->stribeck_speed_rad_s));
   }

@@ -1,8 +1,8 @@
 // All parameters from all runs together: generalised least squares on the torque balance.
 //
-// Repeated until nothing moves: model the noise of the residuals (noise_model.hpp), whiten, weigh down what does not
-// fit (Huber), minimise by Levenberg-Marquardt. The covariance is that of clusters of 2 s (a sandwich), so what the
-// noise model leaves correlated or uneven widens the intervals instead of being overlooked.
+// Repeated until nothing changes: model the noise of the residuals (noise_model.hpp), whiten, reduce the weight of
+// outliers (Huber), minimise by Levenberg-Marquardt. The covariance is that of clusters of 2 s (a sandwich), so that
+// correlation and non-uniform noise left by the noise model widen the intervals.
 #ifndef TRACKSERVO_IDENTIFICATION_JOINT_FIT_HPP
 #define TRACKSERVO_IDENTIFICATION_JOINT_FIT_HPP
 
@@ -22,7 +22,7 @@ struct JointFit {
   Eigen::VectorXd parameters;
   Eigen::MatrixXd covariance;
   NoiseModel noise;
-  std::vector<Span> spans;  // of the nodes that were used
+  std::vector<Span> spans;  // of the used nodes
   Eigen::VectorXd residual_nm;
   Eigen::VectorXd whitened;  // standard deviation about 1
   Eigen::VectorXd weights;   // Huber's, 0..1
@@ -36,11 +36,11 @@ struct JointFit {
 // The parameter vector that the paper's method gives.
 Eigen::VectorXd start_parameters(const TorqueBalance& balance, const PaperEstimate& estimate);
 
-// Fits from the best of several starts (they differ in what has local minima). Harmonics of the motor that the
-// residuals show are added to the balance on the way.
+// Fits from the best of several starts (they differ in the parameters that have local minima). Harmonics of the motor
+// that the residuals show are added to the balance in between.
 JointFit fit_jointly(TorqueBalance& balance, const std::vector<Eigen::VectorXd>& starts);
 
-// Starts around one: other Stribeck speeds, over all that occur in the recording.
+// Starts around one: other Stribeck speeds, over all speeds in the recording.
 std::vector<Eigen::VectorXd> starts_around(const Motion& motion, const Eigen::VectorXd& start);
 
 }  // namespace trackservo::identification

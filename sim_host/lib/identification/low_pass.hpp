@@ -12,11 +12,11 @@ class LowPass {
   // 0 < cutoff_hz < 500: half the amplitude passes there.
   explicit LowPass(double cutoff_hz);
 
-  // Samples at each end that see less than the whole filter.
+  // Samples at each end that do not get the whole filter.
   std::size_t reach() const { return weights_.size() - 1; }
 
-  // Smoothed ticks first..last-1 of `values`; beyond the ends the values go on point-symmetrically, so a straight line
-  // stays one. `smooth` has the length of `values`; other ticks are left alone.
+  // Smoothed ticks first..last-1 of `values`; beyond the ends the values continue point-symmetrically, so a straight
+  // line stays straight. `smooth` has the length of `values`; other ticks are unchanged.
   void smooth(const std::vector<double>& values, std::size_t first, std::size_t last,
               std::vector<double>& smooth) const;
 

@@ -11,7 +11,7 @@ double DirectionFriction::level_nm(double speed_rad_s) const {
 
 namespace {
 
-// (1 - e^-x)/x and its derivative: the mean over a step of what decays by e^-x.
+// (1 - e^-x)/x and its derivative: the mean over a step of a quantity that decays by e^-x.
 struct MeanDecay {
   double end;    // e^-x
   double mean;   // (1 - e^-x)/x
@@ -54,7 +54,7 @@ const Lugre::Step& Lugre::advance(double rate_rad_s, double dt_s, double level, 
   const double stretch = speed * dt_s / g.value_nm;  // x = s0 |v| dt / g, per s0
   const double x = friction_.stiffness_nm_rad * stretch;
   const MeanDecay decay = mean_decay(x);
-  const double away_nm = force_nm_ - sign * g.value_nm;  // from where the force is going to
+  const double away_nm = force_nm_ - sign * g.value_nm;  // from the asymptote of the force
 
   const double to_rate = 1.0 / (friction_.stiffness_nm_rad * dt_s);  // of a change of force to dz/dt
 

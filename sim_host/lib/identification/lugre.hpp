@@ -2,9 +2,9 @@
 //
 //   Tf = f + s1 dz/dt + s2 v,   f = s0 z,   df/dt = s0 (v - |v| f / g(v)),   g = level (Tc + (Ts - Tc) exp(-(v/vs)^2))
 //
-// With v held over a step, f goes exponentially to +-g: exact for every step length. The bristle force f, not z, is the
-// state, so that everything is in Nm. Damping and viscous torque are linear in s1 and s2: a step returns their shapes.
-// `level` is the seal's eccentricity at the present angle, relative to its mean.
+// With v held over a step, f approaches +-g exponentially: exact for every step length. The bristle force f, not z, is
+// the state, so that everything is in Nm. Damping and viscous torque are linear in s1 and s2: a step returns their
+// shapes. `level` is the seal's eccentricity at the present angle, relative to its mean.
 #ifndef TRACKSERVO_IDENTIFICATION_LUGRE_HPP
 #define TRACKSERVO_IDENTIFICATION_LUGRE_HPP
 
@@ -32,7 +32,7 @@ struct Friction {
   DirectionFriction negative;
 };
 
-// The parameters that act on the bristle force, in the order of its derivatives.
+// The parameters that affect the bristle force, in the order of its derivatives.
 enum BristleParameter {
   kCoulombPositive,
   kBreakawayPositive,
@@ -41,12 +41,12 @@ enum BristleParameter {
   kBreakawayNegative,
   kStribeckSpeedNegative,
   kStiffness,
-  kLevel,  // and from here on the coefficients of the friction map
+  kLevel,  // the coefficients of the friction map follow
 };
 
 class Lugre {
  public:
-  // Of what a coefficient of the friction map scales: at most this many.
+  // Maximum number of values that a coefficient of the friction map scales.
   static constexpr int kMostLevelTerms = 4;
   static constexpr int kDerivatives = kLevel + kMostLevelTerms;
   using Derivatives = std::array<double, kDerivatives>;  // by the parameters up to kStiffness, then by the level terms

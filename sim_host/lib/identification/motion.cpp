@@ -11,10 +11,10 @@ namespace trackservo::identification {
 
 namespace {
 
-// Noise of a coarse encoder must not hide how late the gyro is: they are compared below this.
+// Noise of a coarse encoder must not hide the gyro's delay: they are compared below this.
 constexpr double kCoarseCutoff_hz = 25;
 
-// Mean rates between ticks, from the smoothed angle. The first tick of a stretch takes the second's.
+// Mean rates between ticks, from the smoothed angle. The first tick of a stretch uses the second's.
 void joint_rates(const std::vector<double>& angle_rad, const Stretch& stretch, std::vector<double>& rate_rad_s) {
   for (std::size_t i = stretch.first + 1; i < stretch.last; ++i) {
     rate_rad_s[i] = (angle_rad[i] - angle_rad[i - 1]) / kTick_s;
@@ -51,7 +51,7 @@ GyroFit fit_gyro(const Recording& recording, const Motion& motion) {
   return {true, solution[0], solution[1], solution[2]};
 }
 
-// What the gyro sees and the encoder does not.
+// Motion that the gyro measures and the encoder does not.
 void find_base_motion(const Recording& recording, Motion& motion) {
   std::vector<double> left(recording.ticks(), 0.0);
   for (const Stretch& stretch : motion.stretches) {
@@ -64,7 +64,7 @@ void find_base_motion(const Recording& recording, Motion& motion) {
   }
 }
 
-// The gyro's integral, freed from its bias, scale error and delay, in place of the encoder above kBaseCutoff_hz.
+// The gyro's integral, without its bias, scale error and delay, replaces the encoder above kBaseCutoff_hz.
 void let_gyro_have_quick_motion(const Recording& recording, Motion& motion) {
   const LowPass filter(kBaseCutoff_hz);
   std::vector<double> difference(recording.ticks());

@@ -1,12 +1,12 @@
-// The motion behind a recording: how fast the joint turned in each tick, and what the base did.
+// The motion in a recording: the rate of the joint in each tick, and the motion of the base.
 //
-// Friction follows the joint, inertia follows the inertial rate. The encoder is the better sensor of fast motion (a
-// gyro is late by its filter, and a delay of 0.5 ms at 2 Hz looks like several percent of sigma2), the gyro alone sees
-// the base. So the gyro is first compared with the encoder, gyro = bias + (1 + scale) rate - delay * acceleration, and
-// only what this leaves, low-passed, is taken for base motion.
+// Friction follows the joint, inertia follows the inertial rate. The encoder is the better sensor of fast motion: a
+// gyro is delayed by its filter, and a delay of 0.5 ms at 2 Hz looks like several percent of sigma2. Only the gyro
+// measures the base. So the gyro is first compared with the encoder, gyro = bias + (1 + scale) rate - delay *
+// acceleration, and only the remainder, low-passed, counts as base motion.
 //
-// Where the encoder is too coarse for quick motion, the gyro takes over above kBaseCutoff_hz: the angle is then the
-// encoder's, low-passed, plus what the gyro's integral has above that.
+// If the encoder is too coarse for fast motion, the gyro is used above kBaseCutoff_hz: the angle is then the encoder's,
+// low-passed, plus the gyro's integral above that frequency.
 #ifndef TRACKSERVO_IDENTIFICATION_MOTION_HPP
 #define TRACKSERVO_IDENTIFICATION_MOTION_HPP
 
@@ -16,9 +16,9 @@
 
 namespace trackservo::identification {
 
-// How the gyro reads the joint's motion.
+// The gyro's response to the joint's motion.
 struct GyroFit {
-  bool fitted = false;  // there is a gyro, and motion enough to compare
+  bool fitted = false;  // there is a gyro, and enough motion to compare
   double bias_rad_s = 0;
   double scale_error = 0;
   double delay_s = 0;
@@ -27,21 +27,21 @@ struct GyroFit {
 
 struct Motion {
   std::vector<Stretch> stretches;
-  std::vector<double> joint_angle_rad;  // the encoder's, or of encoder and gyro together
-  // Mean joint rate between the tick before and this one, low-passed without phase: at standstill the encoder's
-  // noise would move the bristles to and fro and relax them.
+  std::vector<double> joint_angle_rad;  // from the encoder, or from encoder and gyro together
+  // Mean joint rate between the previous tick and this one, low-passed without phase: at standstill the encoder's noise
+  // would move the bristles back and forth and relax them.
   std::vector<double> joint_rate_rad_s;
   std::vector<double> base_rate_rad_s;  // of the tick; 0 without a gyro
   GyroFit gyro;
-  double angle_noise_rad = 0;    // rms of joint_angle_rad's noise, from what is left of it at high frequency
+  double angle_noise_rad = 0;    // rms of joint_angle_rad's noise, from its remainder at high frequency
   double encoder_noise_rad = 0;  // the same of the encoder alone
-  bool fused = false;            // joint_angle_rad is of encoder and gyro
+  bool fused = false;            // joint_angle_rad is from encoder and gyro
 };
 
 constexpr double kMotionCutoff_hz = 80;
 constexpr double kBaseCutoff_hz = 10;
 
-// Rates are low-passed at `cutoff_hz`. `fuse`: let the gyro, if there is one, have the quick motion.
+// Rates are low-passed at `cutoff_hz`. `fuse`: use the gyro, if there is one, for fast motion.
 Motion analyse_motion(const Recording& recording, double cutoff_hz = kMotionCutoff_hz, bool fuse = false);
 
 }  // namespace trackservo::identification

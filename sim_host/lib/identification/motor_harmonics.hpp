@@ -1,10 +1,10 @@
-// What the motor adds to Kt times current: ripple, in proportion to the torque, and cogging, both periodic in the
+// The motor's deviation from Kt times current: ripple, in proportion to the torque, and cogging, both periodic in the
 // angle.
 //
 //   torque = u (1 + sum r_h cos(h angle + ...)) + sum c_h cos(h angle + ...)
 //
 // Quick reversals at one place repeat the same phase of the ripple, so 1.5 % of it can shift sigma2 by several percent.
-// Which harmonics a motor has is not asked: those are taken that the residuals show beyond doubt.
+// The harmonics of the motor need not be given: those that the residuals show beyond doubt are used.
 #ifndef TRACKSERVO_IDENTIFICATION_MOTOR_HARMONICS_HPP
 #define TRACKSERVO_IDENTIFICATION_MOTOR_HARMONICS_HPP
 
@@ -20,7 +20,7 @@ struct MotorHarmonic {
   bool ripple = false;  // else cogging
 };
 
-// Harmonics that are looked for. Once and twice per turn belong to the friction map and the load.
+// Candidate harmonics. Once and twice per turn belong to the friction map and the load.
 constexpr int kLowestHarmonic = 3;
 constexpr int kHighestHarmonic = 48;
 

@@ -2,8 +2,8 @@
 //
 //   e_k = r_k + a_1 r_(k-1) + ... + a_p r_(k-p)
 //
-// Wind is slow and strong, sensor noise is fast and weak: ordinary least squares would believe both alike, and believe
-// in far more independent values than there are. After whitening least squares is the best estimate, and its
+// Wind is slow and strong, sensor noise is fast and weak. Ordinary least squares would weight both equally, and would
+// assume far more independent values than there are. After whitening least squares is the best estimate, and its
 // covariance the true one.
 #ifndef TRACKSERVO_IDENTIFICATION_NOISE_MODEL_HPP
 #define TRACKSERVO_IDENTIFICATION_NOISE_MODEL_HPP
@@ -21,10 +21,10 @@ class NoiseModel {
   // White noise of standard deviation 1.
   NoiseModel() = default;
 
-  // What wind is like before anything is known of it: two poles far below the nodes' rate.
+  // Wind before any fit: two poles far below the nodes' rate.
   static NoiseModel slow_drift();
 
-  // Fitted to residuals, the order chosen by BIC up to `most`; `weights` (0..1) say how far each is to be believed.
+  // Fitted to residuals, the order chosen by BIC up to `most`; `weights` (0..1) are the weights of the nodes.
   static NoiseModel fit(const Eigen::VectorXd& residual_nm, const Eigen::VectorXd& weights,
                         const std::vector<Span>& spans, int most);
 
@@ -44,7 +44,7 @@ class NoiseModel {
 // Correlation of whitened residuals at lags 1..`lags`.
 Eigen::VectorXd autocorrelation(const Eigen::VectorXd& whitened, const std::vector<Span>& spans, int lags);
 
-// From the end, so that what is still needed is not yet overwritten.
+// From the end, so that values that are still needed are not overwritten.
 template <class Rows>
 void NoiseModel::whiten(const std::vector<Span>& spans, Rows& values) const {
   const Eigen::Index order = coefficients_.size();

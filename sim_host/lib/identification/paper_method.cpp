@@ -24,7 +24,7 @@ double presliding_damping_ratio(double inertia_kg_m2, double stiffness_nm_rad, d
 namespace {
 
 constexpr std::size_t kShortestLeg_ticks = 50;
-constexpr double kSpeedBand = 0.3;  // how far the mean speed of a leg may be from what was asked for, relatively
+constexpr double kSpeedBand = 0.3;  // maximum relative deviation of the mean speed of a leg from the commanded one
 
 struct Mean {
   double sum = 0;
@@ -42,7 +42,7 @@ struct SpeedMeans {
   Mean torque_nm[2];
 };
 
-// Speeds that differ by less than a thousandth are one.
+// Speeds that differ by less than a thousandth are equal.
 long speed_key(double speed_rad_s) { return std::lround(1000.0 * std::log(speed_rad_s)); }
 
 // Adds the second half of a leg, ticks [first, last), in which the reference did not change.
@@ -108,7 +108,7 @@ SteadySpeeds steady_speeds(const Recording& recording, const Motion& motion) {
   return steady;
 }
 
-// Torque against acceleration under the window, both differenced once: friction and wind change slowly beside it.
+// Torque against acceleration under the window, both differenced once: friction and wind change slowly in comparison.
 double inertia_by_excitation(const Recording& recording, const Motion& motion) {
   const bool excited = recording.has(RunKind::kTorqueExcitation);
   double product = 0;
@@ -134,8 +134,8 @@ double inertia_by_excitation(const Recording& recording, const Motion& motion) {
   return square > 0 ? product / square : 0.0;
 }
 
-// Slopes du/dtheta, eq. (16), wherever the friction torque goes through zero after the axis turned round: there the
-// bristles are relaxed, and LuGre's slope is sigma0.
+// Slopes du/dtheta, eq. (16), at each zero of the friction torque after a reversal of the axis: there the bristles are
+// relaxed, and LuGre's slope is sigma0.
 class SlopeFinder {
  public:
   SlopeFinder(const Recording& recording, const Motion& motion, const PaperEstimate& so_far)
@@ -167,7 +167,7 @@ class SlopeFinder {
 
  private:
   static constexpr double kNearZero = 0.4;  // of Tc
-  static constexpr double kWholeWay = 0.5;  // of Tc: a crossing shorter than this is none
+  static constexpr double kWholeWay = 0.5;  // of Tc: a shorter crossing does not count
 
   void add(bool wanted, double friction_nm, double angle_rad) {
     if (wanted && std::abs(friction_nm) < kNearZero * level_nm_) {
@@ -198,7 +198,7 @@ class SlopeFinder {
   std::vector<double> slopes_;
 };
 
-// A guess to start from where no steady speeds were recorded: all torque is Coulomb friction.
+// A start value where no steady speeds were recorded: all torque is Coulomb friction.
 DirectionFriction guess_direction(const Recording& recording, const Motion& motion) {
   Mean torque;
   Mean speed;

@@ -1,8 +1,8 @@
 // The paper's own identification, section II: steady speeds for the Stribeck curve, eqs (4)-(7); the slope in
 // pre-sliding for sigma0, eq. (16); an assumed damping ratio for sigma1, eq. (15).
 //
-// It needs no optimiser and no model of the wind. Here it gives the start of the joint fit, and it is reported beside
-// the result so that one sees what the paper's assumptions cost.
+// It needs no optimiser and no model of the wind. Here it gives the start of the joint fit. It is also reported beside
+// the result, to show the cost of the paper's assumptions.
 #ifndef TRACKSERVO_IDENTIFICATION_PAPER_METHOD_HPP
 #define TRACKSERVO_IDENTIFICATION_PAPER_METHOD_HPP
 
@@ -22,15 +22,15 @@ extern const double kPaperDampingRatio;
 double paper_damping_nm_s_rad(double inertia_kg_m2, double stiffness_nm_rad, double viscous_nm_s_rad,
                               double damping_ratio);
 
-// The other way round: the damping ratio of pre-sliding, eq. (14).
+// The inverse: the damping ratio of pre-sliding, eq. (14).
 double presliding_damping_ratio(double inertia_kg_m2, double stiffness_nm_rad, double damping_nm_s_rad,
                                 double viscous_nm_s_rad);
 
-// Torque while the axis slides at the reference of a speed sweep, both directions of a speed in turns.
+// Torque while the axis slides at the reference of a speed sweep, alternating between both directions of a speed.
 struct SteadySpeeds {
   std::vector<SteadyPoint> positive;  // against the motion
   std::vector<SteadyPoint> negative;
-  double load_nm = 0;  // half the sum of both directions: what does not turn round with the motion
+  double load_nm = 0;  // half the sum of both directions: the part that does not change sign with the motion
 };
 
 SteadySpeeds steady_speeds(const Recording& recording);
@@ -39,7 +39,7 @@ struct PaperEstimate {
   Friction friction;
   double inertia_kg_m2 = 0;
   double load_nm = 0;
-  std::vector<std::string> missing;  // what could not be had from these runs, and is only guessed
+  std::vector<std::string> missing;  // values that these runs do not give, and that are only guessed
 };
 
 PaperEstimate paper_estimate(const Recording& recording);

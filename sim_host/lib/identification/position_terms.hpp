@@ -1,8 +1,8 @@
-// What may depend on the joint angle, as far as the travel can tell.
+// Terms that may depend on the joint angle, as far as the travel can resolve them.
 //
-// Over (nearly) a whole turn: once and twice per turn. Over less, these cannot be told from each other, and a straight
-// line and a parabola over the travel take their place; both have mean zero there, so that a friction level is always
-// the mean over the travel that was recorded. Over hardly any travel nothing depends on the angle.
+// Over (nearly) a whole turn: once and twice per turn. Over less, these cannot be distinguished, and a straight line
+// and a parabola over the travel replace them. Both have mean zero there, so a friction level is always the mean over
+// the recorded travel. Over almost no travel nothing depends on the angle.
 #ifndef TRACKSERVO_IDENTIFICATION_POSITION_TERMS_HPP
 #define TRACKSERVO_IDENTIFICATION_POSITION_TERMS_HPP
 

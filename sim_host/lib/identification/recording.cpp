@@ -24,7 +24,7 @@ constexpr std::array<const char *, kColumns> kNames{
 
 constexpr double kTickTolerance_s = 0.1 * kTick_s;
 
-// Reads one file and remembers where it is, for the messages.
+// Reads one file and keeps the position, for the messages.
 class Reader {
  public:
   Reader(std::istream& input, const std::string& name) : input_(input), name_(name) {}
@@ -126,7 +126,7 @@ class Reader {
     recording_.reference.push_back(values[7]);
   }
 
-  // Angle and rate must be of one unit: the angle gained while the rate says so many rad.
+  // Angle and rate must be in the same unit: the angle increased while the integral of the rate is this many rad.
   void check_rate_unit() const {
     double product = 0;
     double square = 0;
@@ -191,7 +191,7 @@ std::vector<Stretch> stretches(const Recording& recording) {
 }
 
 std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double most_s) {
-  constexpr std::size_t kPart_ticks = 20000;  // long enough that the bristles' unknown start does not matter
+  constexpr std::size_t kPart_ticks = 20000;  // long enough that the unknown start of the bristles does not matter
   std::size_t ticks = 0;
   for (const Stretch& stretch : stretches) {
     ticks += stretch.ticks();

@@ -1,7 +1,7 @@
-// What the servo recorded while the experiments of commissioning ran: one row per 1 ms tick.
+// The servo's recording of the commissioning experiments: one row per 1 ms tick.
 //
-// A recording is columns of equal length. Rows follow each other by one tick; where they do not, a new stretch begins,
-// because nothing is known about the bristles after a gap. read_recording() accepts nothing else.
+// A recording is columns of equal length. Rows are one tick apart. Where they are not, a new stretch begins, because
+// the bristles are unknown after a gap. read_recording() accepts nothing else.
 #ifndef TRACKSERVO_IDENTIFICATION_RECORDING_HPP
 #define TRACKSERVO_IDENTIFICATION_RECORDING_HPP
 
@@ -17,7 +17,7 @@ constexpr double kTick_s = 1e-3;
 
 enum class RunKind { kSpeedSweep = 1, kTorqueRamps, kHysteresis, kTorqueExcitation, kBreakaway };
 
-// What the messages call a kind, with its number in the file.
+// Name of a kind in messages, with its number in the file.
 const char *run_kind_name(RunKind kind);
 
 struct Recording {
@@ -25,7 +25,7 @@ struct Recording {
   std::vector<int> run;
   std::vector<RunKind> kind;
   std::vector<double> joint_angle_rad;      // unwrapped
-  std::vector<double> joint_rate_rad_s;     // as the servo estimated it
+  std::vector<double> joint_rate_rad_s;     // as estimated by the servo
   std::vector<double> inertial_rate_rad_s;  // the gyro's; NaN in ticks without
   std::vector<double> torque_nm;            // Kt times the mean current since the last tick
   std::vector<double> reference;            // rad/s, Nm or rad, by the kind
@@ -45,11 +45,11 @@ struct Stretch {
 
 std::vector<Stretch> stretches(const Recording& recording);
 
-// Parts of them, spread evenly over the whole and as long as each other, `most_s` together at most: enough for a first
-// idea, in a fraction of the time. Everything if there is no more than that.
+// Parts of them, spread evenly over the whole and of equal length, `most_s` together at most: enough for a first
+// estimate, in a fraction of the time. All of it if there is no more than that.
 std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double most_s);
 
-// A file that cannot be read as a recording; the message names file, line, what is wrong and what would be right.
+// A file that cannot be read as a recording; the message has file, line, error and remedy.
 class RecordingError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

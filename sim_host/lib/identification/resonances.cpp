@@ -24,11 +24,11 @@ constexpr std::size_t kLeastLines = 20;  // with good coherence in that band
 struct Excess {
   std::vector<double> frequency_hz;
   std::vector<Complex> factor;  // R
-  std::vector<double> weight;   // one over the relative deviation, but for a common factor
+  std::vector<double> weight;   // one over the relative deviation, up to a common factor
 };
 
 Excess excess_of(const AxisResponse& response, const RigidAxis& rigid) {
-  constexpr double kMostCoherence = 0.9999;  // what is better is limited by the model, not by noise
+  constexpr double kMostCoherence = 0.9999;  // higher values are limited by the model, not by noise
   Excess excess;
   for (std::size_t i = 0; i < response.frequency_hz.size(); ++i) {
     if (response.coherence[i] < kGoodCoherence) {
@@ -67,7 +67,7 @@ double median_height(const Excess& excess) {
   return *middle;
 }
 
-// The line that stands out of its neighbourhood the most; nothing when none does by kLeastHeight.
+// The line that exceeds its neighbourhood the most; nothing when none does by kLeastHeight.
 std::optional<double> highest_peak_hz(const Excess& excess) {
   std::optional<double> peak_hz;
   double most = kLeastHeight;
@@ -78,7 +78,7 @@ std::optional<double> highest_peak_hz(const Excess& excess) {
     }
     const double f_hz = excess.frequency_hz[i];
     const Excess around = cut(excess, f_hz / kReach, f_hz * kReach);
-    // At the lower end of what was excited friction bends the response, so a peak must stand well within.
+    // At the lower end of the excitation friction bends the response, so a peak must be well within.
     const bool within = around.frequency_hz.front() * 1.3 < f_hz && 1.05 * f_hz < around.frequency_hz.back();
     if (around.factor.size() < kLeastLines || !within) {
       continue;
@@ -95,7 +95,7 @@ std::optional<double> highest_peak_hz(const Excess& excess) {
 // Logarithm of gain, delay [ms], share, and logarithms of frequency and damping.
 enum ModeParameter { kGain, kDelay_ms, kShare, kFrequency, kDamping, kModeParameters };
 
-// As Eigen's Levenberg-Marquardt and its numerical differentiation want it.
+// In the form that Eigen's Levenberg-Marquardt and its numerical differentiation need.
 struct ModeResidual {
   using Scalar = double;
   using InputType = Eigen::VectorXd;
@@ -113,7 +113,7 @@ struct ModeResidual {
     return {std::exp(x[kFrequency]), std::exp(x[kDamping]), x[kShare]};
   }
 
-  // Differences of logarithms: resonance and antiresonance count alike.
+  // Differences of logarithms: resonance and antiresonance have equal weight.
   int operator()(const Eigen::VectorXd& x, Eigen::VectorXd& residual) const {
     for (std::size_t i = 0; i < excess.factor.size(); ++i) {
       const Complex s(0.0, 2.0 * M_PI * excess.frequency_hz[i]);
@@ -126,7 +126,7 @@ struct ModeResidual {
   }
 };
 
-// The better one of two fits: with the encoder before the spring, and behind it.
+// The better of two fits: with the encoder before the spring, and behind it.
 StructuralMode fit_mode(const Excess& part, double peak_hz) {
   const double height = std::abs(cut(part, peak_hz, peak_hz).factor.front());
   const ModeResidual residual{part};
@@ -141,7 +141,7 @@ StructuralMode fit_mode(const Excess& part, double peak_hz) {
     if (share > 0.0 || solver.fnorm < least) {
       least = solver.fnorm;
       best = ModeResidual::mode_of(x);
-      best.share *= std::exp(x[kGain]);  // beside the rigid body, not beside what other modes make of it here
+      best.share *= std::exp(x[kGain]);  // relative to the rigid body, not to the response with other modes
     }
   }
   return best;
@@ -149,13 +149,13 @@ StructuralMode fit_mode(const Excess& part, double peak_hz) {
 
 bool is_plausible(const StructuralMode& mode, double peak_hz) {
   constexpr double kLeastDamping = 1e-3;
-  constexpr double kMostDamping = 0.1;  // a broader hump is no spring of a structure
+  constexpr double kMostDamping = 0.1;  // a broader peak is no spring of a structure
   const double ratio = mode.frequency_rad_s / (2.0 * M_PI * peak_hz);
   return kLeastDamping <= mode.damping && mode.damping <= kMostDamping && 0.8 < ratio && ratio < 1.25 &&
          relative_height(mode) >= kLeastHeight;
 }
 
-// What is left once a mode is known.
+// The remainder once a mode is known.
 void take_out(const StructuralMode& mode, Excess& excess) {
   for (std::size_t i = 0; i < excess.factor.size(); ++i) {
     excess.factor[i] /= structural_factor({mode}, {0.0, 2.0 * M_PI * excess.frequency_hz[i]});

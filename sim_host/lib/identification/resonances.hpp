@@ -2,8 +2,8 @@
 //
 //     H(jw) = exp(-jw delay) / (J jw / R(jw) + sigma2),   R = 1 for a rigid body
 //
-// R is solved for; where it stands out, one mode (structural_mode.hpp) is fitted to it, together with a gain and a
-// delay of its own, so that neither an error of J nor another mode far away moves it.
+// The equation is solved for R. Where it is above 1, one mode (structural_mode.hpp) is fitted to it, together with a
+// gain and a delay of its own, so that neither an error of J nor another mode far away affects it.
 #ifndef TRACKSERVO_IDENTIFICATION_RESONANCES_HPP
 #define TRACKSERVO_IDENTIFICATION_RESONANCES_HPP
 
@@ -18,16 +18,16 @@ namespace trackservo::identification {
 struct RigidAxis {
   double inertia_kg_m2 = 1.0;
   double viscous_nm_s_rad = 0.0;
-  double delay_s = 0.0;  // how much later the motion is measured than the torque
+  double delay_s = 0.0;  // delay of the measured motion relative to the torque
 };
 
-// Where the coherence is below this, nothing is looked for.
+// Below this coherence no resonance is searched.
 constexpr double kGoodCoherence = 0.8;
 
-// One window alone is always coherent: so many must have been averaged.
+// One window alone is always coherent: at least this many must have been averaged.
 constexpr int kLeastWindows = 8;
 
-// A peak must stand this much above the rigid body and its neighbourhood.
+// A peak must exceed the rigid body and its neighbourhood by this.
 constexpr double kLeastHeight = 1.5;
 
 // By rising frequency; at most three. None where fewer than kLeastWindows were averaged.

@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kInterval_deviations = 1.96;
 
-// A refused value is null: nobody shall use it by mistake. Its interval says how little is known.
+// A refused value is null, so that nobody uses it by mistake. Its interval shows how little is known.
 Json json_of(const Parameter& parameter) {
   Json json;
   json["value"] = parameter.refused.empty() ? Json(parameter.value) : Json(nullptr);
@@ -129,7 +129,7 @@ Json response_json(const AxisResponse& response) {
           {"coherence", response.coherence}};
 }
 
-// None where the inertia is not known: nothing can be told to stand above it then.
+// None when the inertia is not known: there is no rigid body to compare with.
 std::vector<gain_design::StructuralMode> resonances(const Identification& result, const AxisResponse& response) {
   const Parameter& inertia = result.parameter("inertia");
   if (!inertia.refused.empty()) {

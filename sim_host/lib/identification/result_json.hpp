@@ -9,12 +9,12 @@
 
 namespace trackservo::identification {
 
-// `structure`: chirps that were recorded to find resonances in. Without them the recording itself is searched, which
-// shows those that its own chirps reach.
+// `structure`: chirps recorded to find resonances. Without them the recording itself is searched, which shows the
+// resonances that its own chirps excite.
 nlohmann::ordered_json to_json(const Identification& result, const Recording& recording,
                                const Recording& structure = {});
 
-// One row per node that was used.
+// One row per used node.
 void write_residuals(std::ostream& out, const Identification& result, const Recording& recording);
 
 }  // namespace trackservo::identification

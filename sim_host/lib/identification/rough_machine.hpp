@@ -1,10 +1,10 @@
-// What a first look at a machine finds, good to a factor of two: it sizes the programme that finds the rest.
+// The result of a first look at a machine, good to a factor of two: it sizes the test plan that finds the rest.
 #ifndef TRACKSERVO_IDENTIFICATION_ROUGH_MACHINE_HPP
 #define TRACKSERVO_IDENTIFICATION_ROUGH_MACHINE_HPP
 
 namespace trackservo::identification {
 
-// Point values, each good to a factor of two: they size the next programme where the parameters themselves are refused.
+// Point values, each good to a factor of two: they size the next test plan when the parameters themselves are refused.
 struct RoughMachine {
   double coulomb_nm = 0;      // mean of both directions
   double bristle_rad = 0;     // Tc / sigma0

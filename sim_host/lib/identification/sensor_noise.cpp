@@ -5,8 +5,8 @@
 
 namespace trackservo::identification {
 
-// White noise passes fourth differences with a power of 70, real motion nearly not at all. The median does not mind
-// the ticks in which the axis moves fast.
+// White noise passes fourth differences with a power of 70, real motion almost not at all. The median ignores the ticks
+// in which the axis moves fast.
 double white_noise_rms(const std::vector<double>& values, const std::vector<Stretch>& stretches) {
   constexpr double kPower = 70.0;
   constexpr double kMedianOfNormal = 0.6745;

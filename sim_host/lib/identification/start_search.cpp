@@ -14,7 +14,7 @@ namespace {
 
 enum Column { kTcPlus, kTsPlus, kTcMinus, kTsMinus, kS2Plus, kS2Minus, kBend, kAcceleration, kLoad, kColumns };
 
-// Of the recording; the search is about the neighbourhood, not about the last percent.
+// Of the recording; the search finds the neighbourhood, not the last percent.
 constexpr double kMost_s = 80;
 // Bristle lengths that are tried at first, then around the best of them.
 constexpr double kShortest_rad = 2e-6;
@@ -23,7 +23,7 @@ constexpr int kLengths = 16;
 constexpr int kFineLengths = 9;
 constexpr double kFineRange = 2.5;
 constexpr int kSpeeds = 18;
-constexpr double kSpeedRange = 3000;  // from the fastest that occurs
+constexpr double kSpeedRange = 3000;  // from the fastest speed
 constexpr int kNoiseOrder = 6;
 
 using Columns = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;
@@ -64,8 +64,8 @@ class Search {
     }
   }
 
-  // The noise is not known before friction is, nor friction before the noise: once as if it were calm, once as if there
-  // were wind, each time with better noise. What leaves the least to be explained is right.
+  // The noise is not known before friction is, nor friction before the noise: once for calm air, once for wind, each
+  // time with better noise. The result with the smallest remainder is right.
   Candidate best() {
     Candidate best;
     double least_nm = INFINITY;
@@ -109,7 +109,7 @@ class Search {
     return bend;
   }
 
-  // How much of Ts - Tc there is at each tick's speed, 0..1.
+  // Share of Ts - Tc at each tick's speed, 0..1.
   Series shares(double stribeck_rad_s) const {
     Series shares(recording_.ticks(), 0.0F);
     for (const Stretch& stretch : stretches_) {

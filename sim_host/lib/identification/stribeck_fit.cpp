@@ -8,13 +8,13 @@ namespace trackservo::identification {
 
 namespace {
 
-// With the Stribeck speed given, eq. (5) is linear: Tc, Ts - Tc and sigma2, none below zero. Returns the weighted sum
-// of squares that is left.
+// With the Stribeck speed given, eq. (5) is linear: Tc, Ts - Tc and sigma2, none below zero. Returns the remaining
+// weighted sum of squares.
 double fit_linear_part(const std::vector<SteadyPoint>& points, double stribeck_speed_rad_s,
                        DirectionFriction& direction) {
   const auto rows = static_cast<Eigen::Index>(points.size());
   double best = INFINITY;
-  // An excess or a viscosity below zero is left out: try all four ways and keep the best that needs none.
+  // A negative excess or viscosity is left out: try all four combinations and keep the best without one.
   for (int without = 0; without < 4; ++without) {
     Eigen::MatrixXd shapes(rows, 3);
     Eigen::VectorXd torque(rows);
@@ -48,7 +48,8 @@ std::optional<DirectionFriction> fit_stribeck(const std::vector<SteadyPoint>& po
   if (!(slowest->speed_rad_s > 0)) {
     return std::nullopt;
   }
-  // One nonlinear parameter left, between the slowest and the fastest speed: a fine scan finds the best for certain.
+  // One nonlinear parameter is left, between the slowest and the fastest speed: a fine scan is certain to find the
+  // best.
   constexpr int kSteps = 400;
   const double span = std::log(fastest->speed_rad_s / slowest->speed_rad_s);
   double best = INFINITY;

@@ -9,7 +9,7 @@
 
 namespace trackservo::identification {
 
-// Friction torque of a steady speed, both positive, and how many measurements it is the mean of.
+// Friction torque of a steady speed, both positive, and the number of averaged measurements.
 struct SteadyPoint {
   double speed_rad_s = 0;
   double friction_nm = 0;

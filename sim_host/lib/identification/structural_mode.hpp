@@ -19,7 +19,7 @@ struct StructuralMode {
   double share = 0.0;
 };
 
-// What the structure makes of the rigid body at s = jw.
+// Factor of the structure on the rigid body at s = jw.
 inline std::complex<double> structural_factor(const std::vector<StructuralMode>& modes, std::complex<double> s) {
   std::complex<double> factor = 1.0;
   for (const StructuralMode& mode : modes) {
@@ -29,7 +29,7 @@ inline std::complex<double> structural_factor(const std::vector<StructuralMode>&
   return factor;
 }
 
-// How far the mode stands above the rigid body at its resonance; 1 is not at all.
+// Height of the mode above the rigid body at its resonance; 1 is none.
 inline double relative_height(const StructuralMode& mode) {
   return std::abs(std::complex<double>(1.0, 0.5 * mode.share / mode.damping));
 }

@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kMargin = 2 * kHalfWindow;
 constexpr double kLongestDelay_s = static_cast<double>(kHalfWindow - 2) * kTick_s;
 constexpr double kForgotten = 7.0;       // e^-7: a thousandth of the first bristle force
-constexpr double kLeastLevel = 0.05;     // the map never takes all friction away
-constexpr std::size_t kFilterEnds = 50;  // ticks in which the low-passes see beyond the stretch
+constexpr double kLeastLevel = 0.05;     // the map never removes all friction
+constexpr std::size_t kFilterEnds = 50;  // ticks in which the low-passes extend beyond the stretch
 
 // Cubic through the values around `at` ticks before tick i, with its slope and curvature by `at`.
 struct Delayed {
@@ -104,7 +104,7 @@ void TorqueBalance::add_linear_parts(Eigen::Index node, const Eigen::VectorXd& p
   residual_nm[node] += torque.value + parameters[kSpread] * spread_nm_s2 - inertial_nm - load_nm;
   if (jacobian != nullptr) {
     auto row = jacobian->row(node);
-    row[kDelay] = torque.slope / kTick_s;  // what the spread adds to it is some thousandths
+    row[kDelay] = torque.slope / kTick_s;  // the spread adds some thousandths to it
     row[kSpread] = spread_nm_s2;
     row[kInertia] = -inertial_nm;
     row[first_load()] = -1.0;
@@ -154,7 +154,7 @@ void TorqueBalance::evaluate_part(const Part& part, const Eigen::VectorXd& param
     if constexpr (derivatives) {
       tick_row = friction_row(step, scale, forward, viscous_nm);
     }
-    // A tick lies under up to three triangles, half a window apart. Ticks are counted from the first one's begin.
+    // A tick lies under up to three triangles, half a window apart. Ticks are counted from the start of the first one.
     const std::ptrdiff_t tick = static_cast<std::ptrdiff_t>(i - part.ticks.first) - first_begin;
     for (std::ptrdiff_t node = tick / half; tick >= 0 && node >= 0 && tick - node * half < kTicks; --node) {
       if (node >= part.nodes) {

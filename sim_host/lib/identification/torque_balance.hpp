@@ -3,10 +3,10 @@
 //   residual = torque(t - delay) + spread d2torque/dt2 - J dw/dt - Tf(joint rate) - load(angle)
 //
 // Every term is a mean under the same triangle (window.hpp), one value each 5 ms: a node. With the true parameters the
-// residual is wind and sensor noise alone. `delay` is how much later the motion is measured than the torque acts;
-// `spread` by how much more the motion is smeared over time than the torque, as half a variance: how the current rises
-// within a tick, how the encoder averages its readings.
-// Parameters that cannot be negative enter as logarithms: a relative error is then an absolute one.
+// residual is only wind and sensor noise. `delay` is the time by which the motion is measured later than the torque
+// acts. `spread` is how much more the motion is smeared over time than the torque, as half a variance: from the rise of
+// the current within a tick and the averaging of the encoder. Parameters that cannot be negative enter as logarithms: a
+// relative error is then an absolute one.
 #ifndef TRACKSERVO_IDENTIFICATION_TORQUE_BALANCE_HPP
 #define TRACKSERVO_IDENTIFICATION_TORQUE_BALANCE_HPP
 
@@ -34,7 +34,7 @@ enum BalanceParameter {
   kFixedParameters       // the map's coefficients follow, then the load's, then the motor's harmonics
 };
 
-// Nodes [first, last) that follow each other without a gap.
+// Consecutive nodes [first, last) without a gap.
 struct Span {
   Eigen::Index first = 0;
   Eigen::Index last = 0;
@@ -44,7 +44,7 @@ class TorqueBalance {
  public:
   using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  // Of the given stretches of the motion; recording and motion must outlive it.
+  // Of the given stretches of the motion; recording and motion must exist longer than it.
   TorqueBalance(const Recording& recording, const Motion& motion, const std::vector<Stretch>& stretches);
 
   // The same along parts of it, `most_s` together at most.
@@ -61,13 +61,13 @@ class TorqueBalance {
   const Recording& recording() const { return recording_; }
   std::size_t tick_of(Eigen::Index node) const { return tick_[static_cast<std::size_t>(node)]; }
 
-  // Takes in a harmonic of the motor: two more parameters, at the end.
+  // Adds a harmonic of the motor: two more parameters, at the end.
   void add_harmonic(const MotorHarmonic& harmonic);
 
-  // Residuals [Nm] by node and, if asked for, their derivatives.
+  // Residuals [Nm] by node and, on request, their derivatives.
   void evaluate(const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm, Jacobian *jacobian) const;
 
-  // Where the bristles have forgotten how they stood when the recording began: there the residual is meaningful.
+  // True where the unknown start of the bristles has decayed: there the residual is meaningful.
   std::vector<Span> known(const Eigen::VectorXd& parameters) const;
 
  private:
@@ -81,7 +81,7 @@ class TorqueBalance {
   using Scale = std::array<double, kStiffness + 2>;
 
   struct FrictionRow {
-    std::array<double, kInertia> by;  // what comes before kInertia
+    std::array<double, kInertia> by;  // the terms before kInertia
     std::array<double, PositionTerms::kMost> by_map;
   };
 
@@ -102,11 +102,11 @@ class TorqueBalance {
   Eigen::MatrixXd harmonic_columns_;  // by node, cosine and sine of each
   std::vector<std::size_t> tick_;     // by node
   std::vector<double> acceleration_;  // inertial, by node
-  std::vector<double> torque_;        // under the triangle, by tick: delays are looked up in it
+  std::vector<double> torque_;        // under the triangle, by tick: for the lookup of delays
   std::vector<std::array<double, PositionTerms::kMost>> terms_;  // by tick
 };
 
-// The friction that a parameter vector says.
+// The friction for a parameter vector.
 Friction friction_of(const Eigen::VectorXd& parameters);
 
 }  // namespace trackservo::identification

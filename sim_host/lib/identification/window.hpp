@@ -17,11 +17,12 @@ constexpr std::size_t kHalfWindow = 5;  // ticks; also the distance of two windo
 constexpr double kHalfWindow_s = static_cast<double>(kHalfWindow) * kTick_s;
 constexpr std::size_t kWindowReach = kHalfWindow + 1;  // ticks that a window needs to each side
 
-// Weights of the ticks i - kHalfWindow ... i + kHalfWindow + 1, whose values are means since the tick before.
+// Weights of the ticks i - kHalfWindow ... i + kHalfWindow + 1, whose values are means since the previous tick.
 //
-// Inside of a tick both the triangle and the signal have a slope, and the mean of a product is not the product of the
+// Within a tick both the triangle and the signal have a slope, and the mean of a product is not the product of the
 // means: slope times slope times dt^2/12 is missing. With the signal's slope taken from the neighbouring ticks this is
-// a 24th of a tick's weight at the triangle's corners. Left out, 0.5 % of a torque at 40 Hz is lost, and of J with it.
+// a 24th of a tick's weight at the triangle's corners. Without it, 0.5 % of a torque at 40 Hz is lost, and the same of
+// J.
 constexpr std::array<double, 2 * kWindowReach> triangle_weights() {
   std::array<double, 2 * kWindowReach> weights{};
   constexpr double kWidth = static_cast<double>(kHalfWindow);
@@ -41,7 +42,7 @@ constexpr std::array<double, 2 * kWindowReach> triangle_weights() {
 }
 constexpr std::array<double, 2 *kWindowReach> kTriangle = triangle_weights();
 
-// Mean under the triangle around tick i of a series of means since the tick before.
+// Mean under the triangle around tick i of a series of means since the previous tick.
 template <class Series>
 double triangle_mean(const Series& series, std::size_t i) {
   double sum = 0;

@@ -10,15 +10,15 @@ namespace trackservo::commissioning {
 namespace {
 
 constexpr double kRadPerDeg = M_PI / 180.0;
-constexpr double kTurnUsed_rad = 340 * kRadPerDeg;  // more shows nothing new
+constexpr double kTurnUsed_rad = 340 * kRadPerDeg;  // more gives no new information
 constexpr double kFirstLookUsed_rad = 40 * kRadPerDeg;
 constexpr double kLeastTravel_rad = 0.02;   // from end to end
-constexpr double kRateShare = 0.6;          // of the limit, for set-points: wind and overshoot come on top
+constexpr double kRateShare = 0.6;          // of the limit, for set-points: wind and overshoot are added
 constexpr double kMovingShare = 0.4;        // of the limit
 constexpr double kSettle_s = 0.3;           // at rest after a move
-constexpr double kTorqueShare = 0.4;        // of the limit, for turning round
+constexpr double kTorqueShare = 0.4;        // of the limit, for reversing
 constexpr double kPreSlidingLengths = 3.0;  // bristle lengths until an axis slides steadily
-constexpr double kUsedTravel = 0.9;         // as commissioning/experiment.c: the rest is for overshoot
+constexpr double kUsedTravel = 0.9;         // like commissioning/experiment.c: the rest is for overshoot
 
 // To each side of a place: an angle, and no more than a share of the travel.
 struct Room {
@@ -28,7 +28,7 @@ struct Room {
 constexpr Room kManyPlaces{20 * kRadPerDeg, 0.2};
 constexpr Room kLongWays{60 * kRadPerDeg, 0.4};
 
-// What the experiments are made with.
+// Inputs of the experiments.
 struct Means {
   double room_rad;
   double top_rad_s;  // of the sweeps
@@ -43,7 +43,7 @@ struct Bounded {
   double high;
 };
 
-// `lead` and `advice` stand before and after the range.
+// `lead` and `advice` are placed before and after the range.
 void refuse_outside(const std::vector<Bounded>& all, const char *lead, const char *advice) {
   for (const Bounded& one : all) {
     if (!(one.low <= one.value && one.value <= one.high)) {
@@ -71,7 +71,7 @@ void check(const RoughMachine& machine) {
                  "such a machine has", " Identify a first look again.");
 }
 
-// Turning round at the top speed takes at most half of the room.
+// Reversing at the top speed takes at most half of the room.
 Means means_of(const MotionLimits& limits, double acceleration_rad_s2, const Room& room = kManyPlaces) {
   Means means{};
   means.room_rad = std::min(room.most_rad, room.share * (limits.highest_rad - limits.lowest_rad));
@@ -88,7 +88,7 @@ experiment_limits limits_of(const MotionLimits& limits, const Means& means) {
 }
 
 // `count` places to both sides of the middle of the travel, at most half of `used_rad` away, with room beyond. Not
-// evenly spaced: no harmonic of the motor shall look the same at all of them.
+// evenly spaced, so that no harmonic of the motor has the same phase at all of them.
 std::vector<Place> places_in(const MotionLimits& limits, const Means& means, double used_rad, int count) {
   const double middle = 0.5 * (limits.lowest_rad + limits.highest_rad);
   const double reach = std::min(0.5 * (limits.highest_rad - limits.lowest_rad) - means.room_rad, 0.5 * used_rad);
@@ -121,7 +121,7 @@ stimulus_setup loops(double amplitude_rad, double period_s, int count) {
   return setup;
 }
 
-// On a slow speed, as far as the room goes.
+// At a slow speed, as far as the room allows.
 stimulus_setup chirp(const Means& means, double rate_rad_s, double torque_nm, double low_hz, double high_hz,
                      double dwell_s) {
   stimulus_setup setup{};
@@ -138,7 +138,7 @@ stimulus_setup chirp(const Means& means, double rate_rad_s, double torque_nm, do
 }
 
 stimulus_setup breakaways(const RoughMachine& machine, const Means& means) {
-  constexpr double kPeak = 2.5;  // of Tc: Ts is hardly ever beyond two
+  constexpr double kPeak = 2.5;  // of Tc: Ts is rarely above two
   stimulus_setup setup{};
   setup.kind = STIMULUS_BREAKAWAY;
   setup.count = 6;
@@ -148,7 +148,7 @@ stimulus_setup breakaways(const RoughMachine& machine, const Means& means) {
   return setup;
 }
 
-// A speed needs some bristle lengths until it slides steadily: the slow ones long, and one by one.
+// A speed needs some bristle lengths until it slides steadily: the slow ones take long, and run one by one.
 struct SlowSpeeds {
   std::vector<stimulus_setup> sweeps;
   double seconds = 0;
@@ -172,7 +172,7 @@ SlowSpeeds slow_speeds(const RoughMachine& machine, const Means& means) {
   return slow;
 }
 
-// Slow beside the resonance of the axis on its bristles.
+// Slow compared to the resonance of the axis on its bristles.
 stimulus_setup loops_for(const RoughMachine& machine, const Means& means) {
   constexpr double kAll_s = 9.0;
   const double resonance_rad_s = std::sqrt(machine.coulomb_nm / machine.bristle_rad / machine.inertia_kg_m2);
@@ -225,7 +225,7 @@ Programme first_look(const MotionLimits& limits) {
 Programme programme_for(const MotionLimits& limits, const RoughMachine& machine) {
   constexpr int kPlaces = 8;
   constexpr double kQuickRatio = 1.45;
-  constexpr double kOftenSlow_s = 15.0;  // where the slow speeds take longer, few places must do
+  constexpr double kOftenSlow_s = 15.0;  // where the slow speeds take longer, few places must be enough
   check(limits);
   check(machine);
   const Means means = means_of(limits, kTorqueShare * limits.torque_nm / machine.inertia_kg_m2);

@@ -1,10 +1,10 @@
-// What an axis does to be identified: which experiments of firmware/commissioning at which places of the travel.
+// The motions of an axis that is to be identified: which experiments of firmware/commissioning at which places of the
+// travel.
 //
-// An unknown machine is looked at in three stages. The first look assumes nothing but what the axis may do: loops of
-// all sizes, speeds of all sizes. What its fit finds, good to a factor of two, sizes the programme proper, and a short
-// one for resonances of the structure (decision 0013).
-// Whoever carries a programme out moves the axis from place to place, performs the experiments there, and records every
-// tick, moves included.
+// An unknown machine is identified in three stages. The first look assumes only the limits of the axis: loops of all
+// sizes, speeds of all sizes. The result of its fit, good to a factor of two, sizes the main test plan, and a short one
+// for resonances of the structure (decision 0013). The executor of a test plan moves the axis from place to place,
+// performs the experiments there, and records every tick, moves included.
 #ifndef TRACKSERVO_TEST_PLAN_TEST_PLAN_HPP
 #define TRACKSERVO_TEST_PLAN_TEST_PLAN_HPP
 
@@ -19,7 +19,7 @@ extern "C" {
 
 namespace trackservo::commissioning {
 
-// What the axis may do, whatever is found.
+// Limits of the axis, whatever is identified.
 struct MotionLimits {
   double lowest_rad = 0;   // of the joint angle
   double highest_rad = 0;  // at least 0.02 rad above; of more than a turn only the middle one is used
@@ -27,7 +27,7 @@ struct MotionLimits {
   double torque_nm = 0;    // never passed, 1e-3 .. 1e4
 };
 
-// What is known of it, roughly: a factor of two does not matter.
+// Rough knowledge of the axis: a factor of two does not matter.
 using identification::RoughMachine;
 
 struct Place {
@@ -37,7 +37,7 @@ struct Place {
 
 enum class Stage { kFirstLook, kIdentification, kStructure };
 
-// As files have it: "first_look", "identification", "structure".
+// As in files: "first_look", "identification", "structure".
 const char *stage_name(Stage stage);
 
 struct Programme {
@@ -47,7 +47,7 @@ struct Programme {
   experiment_limits limits{};  // the same for all experiments; travel to each side of a place
 };
 
-// These limits leave no room for a programme; the message says which one, and what would be enough.
+// These limits leave no room for a test plan; the message names the limit, and a value that would be enough.
 class ProgrammeError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -59,11 +59,11 @@ Programme first_look(const MotionLimits& limits);
 // Some minutes. Throws ProgrammeError.
 Programme programme_for(const MotionLimits& limits, const RoughMachine& machine);
 
-// Chirps far beyond the loop's bandwidth, about a minute. They are recorded by themselves: friction is fitted to 5 ms
-// steps, and what folds back from above 100 Hz would be taken for up to 5 % of sigma2. Throws ProgrammeError.
+// Chirps far beyond the loop's bandwidth, about a minute. They are recorded separately: friction is fitted to 5 ms
+// steps, and aliases from above 100 Hz would change sigma2 by up to 5 %. Throws ProgrammeError.
 Programme structure_look(const MotionLimits& limits, const RoughMachine& machine);
 
-// About how long it takes, from `start_rad` on, moves included [s].
+// Approximate duration from `start_rad` on, moves included [s].
 double duration_s(const Programme& programme, double start_rad);
 
 }  // namespace trackservo::commissioning

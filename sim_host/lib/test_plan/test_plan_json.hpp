@@ -1,5 +1,5 @@
-// A programme as the file that servoctl carries out. Keys are the fields of object 2100, in its units; what a kind of
-// experiment does not use is left out.
+// A test plan as the file that servoctl executes. Keys are the fields of object 2100, in its units; fields that a kind
+// of experiment does not use are left out.
 #ifndef TRACKSERVO_TEST_PLAN_TEST_PLAN_JSON_HPP
 #define TRACKSERVO_TEST_PLAN_TEST_PLAN_JSON_HPP
 
@@ -9,7 +9,7 @@
 
 namespace trackservo::commissioning {
 
-// `start_rad`: where the axis is, for the predicted duration.
+// `start_rad`: present angle of the axis, for the predicted duration.
 nlohmann::ordered_json to_json(const Programme& programme, double start_rad);
 
 }  // namespace trackservo::commissioning

@@ -1,4 +1,4 @@
-// A programme as people read it before an axis moves: what, where, how fast, how strong, how long.
+// A test plan as text, shown before an axis moves: what, where, how fast, how strong, how long.
 #ifndef TRACKSERVO_TEST_PLAN_TEST_PLAN_TEXT_HPP
 #define TRACKSERVO_TEST_PLAN_TEST_PLAN_TEXT_HPP
 
@@ -6,7 +6,7 @@
 
 namespace trackservo::commissioning {
 
-// To the standard output. `start_rad`: where the axis is.
+// To the standard output. `start_rad`: present angle of the axis.
 void print(const Programme& programme, double start_rad);
 
 }  // namespace trackservo::commissioning

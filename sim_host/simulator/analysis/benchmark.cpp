@@ -11,7 +11,7 @@
 namespace trackservo::sim {
 namespace {
 
-// Processor time of this thread: what others do on the machine meanwhile does not count.
+// Processor time of this thread: other load on the machine does not count.
 double cpu_seconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

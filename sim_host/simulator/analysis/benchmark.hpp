@@ -1,4 +1,4 @@
-// How fast the simulator is and what a tick of the firmware costs on this host. A measurement to print, not a test.
+// Speed of the simulator, and cost of a firmware tick on this host. Prints a measurement; it is not a test.
 #ifndef TRACKSERVO_SIM_ANALYSIS_BENCHMARK_HPP
 #define TRACKSERVO_SIM_ANALYSIS_BENCHMARK_HPP
 
@@ -14,7 +14,7 @@ struct BenchmarkFigures {
   double plant_pwm_ns;      // Tracker::step_pwm with its ADC samples, both axes
 };
 
-// Processor time, best of `repeats` passes: a neighbour's load, who takes turns and cache, counts least.
+// Processor time, best of `repeats` passes, which reduces the effect of other load, scheduling and cache.
 BenchmarkFigures run_benchmark(const PlantConfig& plant, const ScenarioConfig& scenario, int repeats);
 
 }  // namespace trackservo::sim

@@ -1,5 +1,5 @@
 // The loop gain as an engineer measures it on the machine: a multisine torque is added behind the controller while the
-// axis turns at constant rate (or rests), everything else as it is: noise, friction, quantisation, coupling.
+// axis turns at constant rate (or rests). Noise, friction, quantisation and coupling stay as they are.
 //
 //     L(jw) = -U_controller / (U_controller + U_injected)
 #ifndef TRACKSERVO_SIM_ANALYSIS_FREQUENCY_MEASUREMENT_HPP
@@ -24,7 +24,7 @@ struct MeasurementRequest {
   std::uint64_t seed = 1;
 };
 
-// Takes 3 s to settle and 16 s to measure, of simulated time.
+// Takes 3 s to settle and 16 s to measure, in simulated time.
 gain_design::FrequencyResponse measured_loop_gain(const MeasurementRequest& request);
 
 }  // namespace trackservo::sim

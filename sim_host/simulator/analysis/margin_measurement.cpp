@@ -10,13 +10,13 @@ namespace {
 
 constexpr double kBiasRate_rad_s = 2.0 * kPi / 180.0;
 
-// Strong enough to stand out of wind and noise, weak enough to stay in the regime (no reversal, no break-away).
+// Strong enough to exceed wind and noise, weak enough to stay in the regime (no reversal, no break-away).
 double torque_rms_nm(const PlantConfig& plant, int axis, bool pre_sliding) {
   return (pre_sliding ? 0.2 : 1.0) * plant.axis[static_cast<std::size_t>(axis)].friction.positive.coulomb_nm;
 }
 
-// Around the crossover and beyond the frequency that decides the gain margin. Below, the wind is stronger than any test
-// torque; far above, the loop gain drowns in noise.
+// Around the crossover and beyond the frequency that decides the gain margin. Below this band, the wind is stronger
+// than any test torque; far above it, the loop gain is below the noise.
 void choose_band(MeasurementRequest& request, const Margins& computed) {
   constexpr double kNyquistReserve_hz = 450.0;
   request.first_hz = computed.crossover_hz / 4.0;

@@ -1,4 +1,4 @@
-// The loop gain of an axis measured on the simulated machine, in the band where its margins are decided.
+// The loop gain of an axis measured on the simulated machine, in the band that decides its margins.
 #ifndef TRACKSERVO_SIM_ANALYSIS_MARGIN_MEASUREMENT_HPP
 #define TRACKSERVO_SIM_ANALYSIS_MARGIN_MEASUREMENT_HPP
 
@@ -10,7 +10,7 @@
 namespace trackservo::sim {
 
 // Around the crossover and the frequency that decides the gain margin, sliding at 2 deg/s or in pre-sliding.
-// `computed` says where these are. Takes 19 s of simulated time.
+// `computed` gives these frequencies. Takes 19 s of simulated time.
 FrequencyResponse measured_near_crossover(const PlantConfig& plant, const servo_params& params, int axis,
                                           bool pre_sliding, const Margins& computed, std::uint64_t seed = 1);
 

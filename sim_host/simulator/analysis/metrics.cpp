@@ -46,7 +46,7 @@ double rms_rate_error_rad_s(const Trace& trace, int axis, Window window) {
 double time_to_90_percent_s(const Trace& trace, int axis, Window window, double step_rad_s) {
   // Half a tick: times are sums of ticks, and a dwell of 100 of them must not depend on their last bit.
   const double dwell_s = kArrivalDwell_s - 0.5 * static_cast<double>(SERVO_TICK_S);
-  std::optional<double> since_s;  // at 90 % without a break
+  std::optional<double> since_s;  // at 90 % without interruption
   std::optional<double> arrived_s;
   const int rows = for_window(trace, axis, window, [&](double time_s, const AxisRow& row) {
     if (row.rate_rad_s / step_rad_s < 0.9) {

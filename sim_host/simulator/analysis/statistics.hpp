@@ -1,6 +1,6 @@
 // Statistics of one figure over its seeds.
 //
-// Every function takes at least one value; none is sorted or changed.
+// Every function takes at least one value; the input is not sorted or changed.
 #ifndef TRACKSERVO_SIM_ANALYSIS_STATISTICS_HPP
 #define TRACKSERVO_SIM_ANALYSIS_STATISTICS_HPP
 
@@ -16,8 +16,7 @@ double standard_deviation(const std::vector<double>& values);
 // The middle value; between the middle two when their number is even.
 double median(std::vector<double> values);
 
-// The value that the share `share` (0 .. 1) of the values does not exceed, linear between neighbours: 0 gives the
-// smallest, 1 the largest.
+// The quantile for `share` (0 .. 1), linear between neighbours: 0 gives the smallest value, 1 the largest.
 double quantile(std::vector<double> values, double share);
 
 // Pearson's coefficient of two lists of equal length, at least two values; 0 when one of them does not vary.

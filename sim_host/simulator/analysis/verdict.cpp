@@ -20,7 +20,7 @@ double rms(double sum_of_squares, std::size_t count) {
   return std::sqrt(sum_of_squares / static_cast<double>(std::max<std::size_t>(count, 1)));
 }
 
-// What one axis of a run looks like where it is analysed.
+// Figures of one axis of a run in its analysis window.
 struct Seen {
   bool is_finite = true;
   double highest_rate_rad_s = 0;  // of the joint, in the whole run
@@ -53,7 +53,7 @@ Seen look(const ScenarioConfig& scenario, const Trace& trace, int axis) {
   return seen;
 }
 
-// A step that is looked at from its beginning is far from its set-point at first.
+// At the beginning of a step the axis is far from its set-point.
 bool is_start(const ScenarioConfig& scenario) {
   return scenario.kind == ScenarioKind::kSpeedStep && scenario.settle_s <= 0.0;
 }
@@ -63,7 +63,7 @@ bool never_arrives(const ScenarioConfig& scenario, double speed_rad_s, const Tra
          std::isinf(time_to_90_percent_s(trace, axis, {scenario.rest_s, scenario.duration_s}, speed_rad_s));
 }
 
-// What is wrong, or nothing.
+// The error, or nothing.
 std::string failure(const ScenarioConfig& scenario, double speed_rad_s, const Trace& trace, int axis) {
   const Seen seen = look(scenario, trace, axis);
   const double over_speed_rad_s = std::max(kOverSpeed_rad_s, kOverSpeedShare * seen.highest_reference_rad_s);
@@ -98,7 +98,7 @@ std::string failure(const ScenarioConfig& scenario, double speed_rad_s, const Tr
 
 std::vector<std::string> uncontrolled_axes(const PlantConfig& plant, const ScenarioConfig& scenario, double speed_rad_s,
                                            const Trace& trace) {
-  constexpr double kLeastReference_rad_s = 1e-3;  // where an axis only holds still
+  constexpr double kLeastReference_rad_s = 1e-3;  // where an axis only holds its position
   std::vector<std::string> own_fault;
   std::vector<std::string> others_fault;
   for (int axis = 0; axis < kAxes; ++axis) {

@@ -1,7 +1,7 @@
 // The two axes of the tracker and the two clocks of the simulation.
 //
-// Azimuth carries pitch; both are indexed everywhere by AxisIndex. The plant advances by PWM periods, the slow parts
-// (wind, base motion, gravity, ripple shape) are renewed once per tick.
+// Azimuth carries pitch; both are indexed everywhere by AxisIndex. The plant advances by PWM periods; the slow parts
+// (wind, base motion, gravity, ripple shape) are updated once per tick.
 #ifndef TRACKSERVO_SIM_BASE_AXIS_HPP
 #define TRACKSERVO_SIM_BASE_AXIS_HPP
 

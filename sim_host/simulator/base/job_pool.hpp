@@ -7,18 +7,17 @@
 
 namespace trackservo::sim {
 
-// How many threads work on independent runs unless somebody says otherwise: one per processor that this process may
-// use, 64 at most.
+// Default number of threads for independent runs: one per processor that this process may use, 64 at most.
 int usable_threads();
 
 class JobPool {
  public:
-  // Jobs that cost `total` together are expected over all calls of run(); `progress` is called under a lock after each.
+  // `total` is the expected cost of all jobs over all calls of run(); `progress` is called under a lock after each job.
   JobPool(int threads, int total, std::function<void(int, int, const std::string&)> progress)
       : threads_(threads), total_(total), progress_(std::move(progress)) {}
 
-  // Calls job(0) ... job(count - 1), each exactly once, and waits for all. The job returns what to tell people. `cost`
-  // is what one of them takes beside others of this pool, so that the time left can be estimated.
+  // Calls job(0) ... job(count - 1), each exactly once, and waits for all. The job returns the text of the progress
+  // report. `cost` is the relative cost of one job of this pool, for the estimate of the time left.
   void run(std::size_t count, const std::function<std::string(std::size_t)>& job, int cost = 1);
 
  private:

@@ -7,7 +7,7 @@
 
 namespace trackservo::sim {
 
-// Writes the file, a line per value. Throws std::runtime_error that names it.
+// Writes the file, one line per value. Throws std::runtime_error that names it.
 void write_json(const nlohmann::ordered_json& json, const std::filesystem::path& file);
 
 }  // namespace trackservo::sim

@@ -9,7 +9,7 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kLongestSilence_s = 10.0;
-constexpr double kLeastShare = 0.02;  // of the work, before its pace says anything
+constexpr double kLeastShare = 0.02;  // of the work, before its pace is meaningful
 
 }  // namespace
 

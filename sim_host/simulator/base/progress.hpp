@@ -1,8 +1,7 @@
-// How far a long job is, and how long it will still take.
+// Progress of a long job, and an estimate of the time left.
 //
-// On a terminal one line is rewritten. Elsewhere (a file, a log of CI) nothing is rewritten and nothing is silent: a
-// line when a part is finished, and one at least every ten seconds. The time left is that of the work done so far,
-// scaled.
+// On a terminal one line is rewritten. Elsewhere (a file, a log of CI) each report is a new line: one when a part is
+// finished, and at least one every ten seconds. The time left is the time of the completed work, scaled.
 #ifndef TRACKSERVO_SIM_BASE_PROGRESS_HPP
 #define TRACKSERVO_SIM_BASE_PROGRESS_HPP
 
@@ -13,7 +12,7 @@
 
 namespace trackservo::sim {
 
-// "45 s", "3 min 20 s", "2 h 05 min"; rounded to what an estimate is worth.
+// "45 s", "3 min 20 s", "2 h 05 min"; rounded to the precision of an estimate.
 std::string duration_words(double seconds);
 
 class ProgressPrinter {
@@ -22,7 +21,7 @@ class ProgressPrinter {
   ProgressPrinter(std::FILE *stream, bool is_terminal, std::function<double()> now_s);
 
   // After each finished job: `done` of `total` in units of cost, `what` names the part that the job belongs to. A
-  // `done` that is not larger than the last one begins a new piece of work.
+  // `done` that is not larger than the last one starts a new piece of work.
   void show(int done, int total, const std::string& what);
 
  private:
@@ -35,7 +34,7 @@ class ProgressPrinter {
   std::function<double()> now_s_;
   double started_s_;
   int last_done_ = 0;
-  std::string part_;             // that is being worked on
+  std::string part_;             // in progress
   std::set<std::string> begun_;  // parts: at a boundary two threads may finish jobs of both
   double last_line_s_;
 };

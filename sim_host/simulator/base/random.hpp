@@ -48,16 +48,16 @@ class SplitMix64 {
 // One noise source's own sequence. Copyable: a copy repeats the sequence from the point of copying.
 class RandomStream {
  public:
-  // `name` is the source ("gyro.noise"), `index` tells instances apart (the axis).
+  // `name` is the source ("gyro.noise"), `index` distinguishes instances (the axis).
   RandomStream(std::uint64_t seed, std::string_view name, int index = 0)
       : engine_(start_state(seed, name, static_cast<std::uint64_t>(index))) {}
 
   // A standard normal deviate: mean 0, standard deviation 1. About 5 ns.
   double normal() { return distribution_(engine_); }
 
-  // For noise of about a converter's step, which rounds it off anyway, at half the price: the sum of the eight bytes of
-  // one word. Mean and standard deviation as of normal(), kurtosis 2.85; beyond three
-  // deviations 0.6 times as often, none beyond 4.9; in steps of 1/209.
+  // For noise of about a converter's step, which rounds it anyway, at half the cost: the sum of the eight bytes of one
+  // word. Mean and standard deviation as of normal(), kurtosis 2.85; beyond three deviations 0.6 times as often, none
+  // beyond 4.9; in steps of 1/209.
   double nearly_normal() {
     constexpr std::uint64_t kEvenBytes = 0x00FF00FF00FF00FFULL;
     constexpr std::uint64_t kSumOfLanes =

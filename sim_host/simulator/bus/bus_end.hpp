@@ -1,6 +1,6 @@
-// A way for frames to enter and leave the process: a socket, a pseudo terminal, a kernel CAN interface.
+// An entry of the process for frames: a socket, a pseudo terminal, a kernel CAN interface.
 //
-// An end owns one or more ports of a VirtualBus and moves frames between them and the world. The owner of the bus
+// An end owns one or more ports of a VirtualBus and moves frames between them and the outside. The owner of the bus
 // waits on all ends with one poll() and then pumps each; nothing here blocks or starts a thread.
 #ifndef TRACKSERVO_SIM_BUS_BUS_END_HPP
 #define TRACKSERVO_SIM_BUS_BUS_END_HPP
@@ -19,16 +19,16 @@ class BusEnd {
   BusEnd& operator=(const BusEnd&) = delete;
   virtual ~BusEnd() = default;
 
-  // Moves what can be moved without waiting.
+  // Moves everything that can be moved without waiting.
   virtual void pump() = 0;
 
-  // What to wait for before the next pump is worth its while.
+  // The events to wait for before the next pump.
   virtual void add_to_poll(std::vector<pollfd>& descriptors) const = 0;
 
-  // A client has left so much unread that more would soon be lost.
+  // A client has left so many frames unread that more would soon be lost.
   virtual bool is_behind() const { return false; }
 
-  // How a client reaches it, for example "slcan-tcp:127.0.0.1:2901".
+  // Its address for clients, for example "slcan-tcp:127.0.0.1:2901".
   virtual std::string address() const = 0;
 };
 

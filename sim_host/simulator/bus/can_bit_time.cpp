@@ -31,7 +31,7 @@ class BitCounter {
     run_ = bits_ > 0 && bit == last_ ? run_ + 1 : 1;
     last_ = bit;
     ++bits_;
-    if (run_ == 5) {  // a stuffed bit of the other kind begins the next run
+    if (run_ == 5) {  // a stuffed bit of the opposite value begins the next run
       ++bits_;
       last_ = !bit;
       run_ = 1;

@@ -1,7 +1,7 @@
 // An SLCAN session on a file descriptor, as one port of the bus.
 //
-// The descriptor is a TCP connection or the master of a pseudo terminal; see slcan_session.hpp for the protocol. A
-// client that sends faster than the bus carries is read no further until its port has room.
+// The descriptor is a TCP connection or the master of a pseudo terminal; see slcan_session.hpp for the protocol. When a
+// client sends faster than the bus can carry, its input is not read until its port has room.
 #ifndef TRACKSERVO_SIM_BUS_SLCAN_LINE_HPP
 #define TRACKSERVO_SIM_BUS_SLCAN_LINE_HPP
 
@@ -22,10 +22,10 @@ class SlcanLine {
   SlcanLine(const SlcanLine&) = delete;
   SlcanLine& operator=(const SlcanLine&) = delete;
 
-  // False when the client has gone.
+  // False when the client has disconnected.
   bool pump();
 
-  // The client has left more unread than the kernel's buffers and some frames besides.
+  // The client has left more unread than the kernel's buffers and a few frames can hold.
   bool is_behind() const;
 
   pollfd wanted() const;

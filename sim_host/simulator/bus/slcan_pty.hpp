@@ -1,7 +1,7 @@
-// SLCAN on a pseudo terminal, for programs that want a serial device.
+// SLCAN on a pseudo terminal, for programs that need a serial device.
 //
-// python-can: interface="slcan", channel="/dev/pts/N"; Linux: slcand -o -s8 /dev/pts/N. One terminal serves one
-// client; make as many as there shall be clients.
+// python-can: interface="slcan", channel="/dev/pts/N"; Linux: slcand -o -s8 /dev/pts/N. One terminal serves one client;
+// make one for each client.
 #ifndef TRACKSERVO_SIM_BUS_SLCAN_PTY_HPP
 #define TRACKSERVO_SIM_BUS_SLCAN_PTY_HPP
 
@@ -27,7 +27,7 @@ class SlcanPty : public BusEnd {
 
  private:
   std::string path_;
-  int keeper_ = -1;  // the slave side, held open so that a client may come and go
+  int keeper_ = -1;  // the slave side, held open so that a client may disconnect and return
   std::unique_ptr<SlcanLine> line_;
 };
 

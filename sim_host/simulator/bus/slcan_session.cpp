@@ -38,7 +38,7 @@ void append_hex(std::string& text, std::uint32_t value, int digits) {
   }
 }
 
-// "t1232AABB", "T1ABCDEF00", "r1234", with or without a time stamp of four digits behind.
+// "t1232AABB", "T1ABCDEF00", "r1234", with or without a time stamp of four digits after it.
 std::optional<can_frame> parse_frame(std::string_view line) {
   const char kind = line[0];
   const bool extended = kind == 'T' || kind == 'R';
@@ -110,7 +110,7 @@ bool SlcanSession::transmit(std::string_view line) {
   return true;
 }
 
-// S9 is what python-can has beside Lawicel's S0 to S8.
+// S9 is an addition of python-can to Lawicel's S0 to S8.
 bool SlcanSession::set_bit_rate(char digit) {
   constexpr std::array<double, 10> kBitRates = {10e3, 20e3, 50e3, 100e3, 125e3, 250e3, 500e3, 800e3, 1e6, 83.3e3};
   if (open_ || digit < '0' || digit > '9') {
@@ -120,7 +120,7 @@ bool SlcanSession::set_bit_rate(char digit) {
   return true;
 }
 
-// Bit rate S0 to S8 and s, time stamps Z0 and Z1; filters M and m, U, W, X and Q have nothing to set here.
+// Bit rate S0 to S8 and s, time stamps Z0 and Z1; filters M and m, U, W, X and Q have no effect here.
 bool SlcanSession::set_up(std::string_view line) {
   switch (line[0]) {
     case 'S':

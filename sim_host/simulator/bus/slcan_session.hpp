@@ -1,7 +1,7 @@
 // One client of the serial-line CAN protocol: text in, frames out, and back.
 //
 // Lawicel ASCII commands as python-can, Linux slcand and SavvyCAN speak them (O L C S s t T r R V N F Z, answers CR or
-// BEL). It knows no file descriptors: TCP and PTY ends feed it bytes and take its output away.
+// BEL). It does not handle file descriptors: TCP and PTY ends pass bytes in and take its output.
 #ifndef TRACKSERVO_SIM_BUS_SLCAN_SESSION_HPP
 #define TRACKSERVO_SIM_BUS_SLCAN_SESSION_HPP
 
@@ -18,14 +18,14 @@ namespace trackservo::sim {
 
 class SlcanSession {
  public:
-  // Bytes from the client, cut anywhere.
+  // Bytes from the client, split anywhere.
   void consume(std::string_view bytes);
 
-  // A frame from the bus; the client gets it while its channel is open. It is dropped, and the F flag set, when the
+  // A frame from the bus; the client receives it while its channel is open. It is dropped, and the F flag set, when the
   // client has left a megabyte unread.
   void show(const can_frame& frame, unsigned time_ms);
 
-  // Frames that the client wants on the bus, oldest first; the owner takes them from the front.
+  // Frames from the client to the bus, oldest first; the owner takes them from the front.
   std::deque<can_frame>& to_bus() { return to_bus_; }
   const std::deque<can_frame>& to_bus() const { return to_bus_; }
 
@@ -35,7 +35,7 @@ class SlcanSession {
 
   bool is_open() const { return open_; }
 
-  // Bit rate that the client has chosen (S0 to S8), bit/s; 0: none yet, or one of its own making (s).
+  // Bit rate that the client has chosen (S0 to S8), bit/s; 0: none yet, or a custom one (s).
   double bit_rate() const { return bit_rate_; }
 
  private:

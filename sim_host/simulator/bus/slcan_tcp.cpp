@@ -14,7 +14,7 @@
 namespace trackservo::sim {
 namespace {
 
-// Small, so that a client that is slow shows here soon and does not see seconds of the past first.
+// Small, so that a slow client is detected soon and does not first receive frames that are seconds old.
 constexpr int kSendBuffer = 1 << 15;
 
 [[noreturn]] void fail(int descriptor, const std::string& what) {
@@ -56,7 +56,7 @@ std::uint16_t port_of(int descriptor) {
 
 SlcanTcp::SlcanTcp(VirtualBus& bus, std::uint16_t port) : bus_(bus), listener_(listen_on(port)) {
   port_ = port_of(listener_);
-  (void)std::signal(SIGPIPE, SIG_IGN);  // a client that leaves shows in write(), not as a signal
+  (void)std::signal(SIGPIPE, SIG_IGN);  // a client that disconnects causes an error of write(), not a signal
 }
 
 SlcanTcp::~SlcanTcp() { close(listener_); }
@@ -68,7 +68,7 @@ void SlcanTcp::accept_clients() {
       return;
     }
     const int yes = 1;
-    setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);  // every frame counts at once
+    setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);  // send every frame at once
     setsockopt(client, SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer);
     lines_.push_back(std::make_unique<SlcanLine>(bus_, client));
   }

@@ -1,6 +1,6 @@
 // SLCAN over TCP: any number of clients at once, each a node of its own on the bus.
 //
-// python-can: interface="slcan", channel="socket://127.0.0.1:PORT". Port 0 takes a free one; address() tells which.
+// python-can: interface="slcan", channel="socket://127.0.0.1:PORT". Port 0 selects a free one; address() returns it.
 #ifndef TRACKSERVO_SIM_BUS_SLCAN_TCP_HPP
 #define TRACKSERVO_SIM_BUS_SLCAN_TCP_HPP
 
@@ -14,7 +14,7 @@ namespace trackservo::sim {
 
 class SlcanTcp : public BusEnd {
  public:
-  // Listens on the loopback address only, since SLCAN asks for no password. Throws std::system_error.
+  // Listens on the loopback address only, because SLCAN has no password. Throws std::system_error.
   SlcanTcp(VirtualBus& bus, std::uint16_t port);
   ~SlcanTcp() override;
 

@@ -1,6 +1,6 @@
 #include "bus/socketcan.hpp"
 
-// The kernel's header has a `struct can_frame` of its own; here it goes by another name.
+// The kernel's header has its own `struct can_frame`; here it gets another name.
 #define can_frame kernel_can_frame
 #include <linux/can.h>
 #include <linux/can/error.h>
@@ -26,7 +26,7 @@ constexpr std::size_t kQueueLimit = 256;
 constexpr std::chrono::milliseconds kRetry{200};
 constexpr int kFramesPerPump = 256;
 
-// Empty when it worked, else what is wrong and what helps.
+// Empty when it worked, otherwise the error and its remedy.
 std::string open_interface(const std::string& interface, int& descriptor) {
   descriptor = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
   if (descriptor < 0) {
@@ -113,7 +113,7 @@ void SocketCan::become(CanHealth health) {
 
 void SocketCan::take_error_frame(std::uint32_t error_class, const std::uint8_t *data) {
   if ((error_class & CAN_ERR_BUSOFF) != 0) {
-    from_bus_.clear();  // what waited is stale by the time the bus is back
+    from_bus_.clear();  // waiting frames are outdated when the bus is back
     become(CanHealth::kBusOff);
   } else if ((error_class & CAN_ERR_RESTARTED) != 0) {
     become(CanHealth::kRecovered);
@@ -138,7 +138,7 @@ void SocketCan::receive() {
       take_error_frame(kernel.can_id & CAN_ERR_MASK, kernel.data);
     } else {
       bus_.send(port_, from_kernel(kernel));
-      if (health_ == CanHealth::kBusOff) {  // a driver that does not say so: traffic proves the recovery
+      if (health_ == CanHealth::kBusOff) {  // for a driver that does not report it: traffic proves the recovery
         become(CanHealth::kRecovered);
         become(CanHealth::kGood);
       }
@@ -153,7 +153,7 @@ void SocketCan::transmit() {
       if (errno == ENETDOWN || errno == ENODEV || errno == ENXIO) {
         interface_failed();
       }
-      return;  // ENOBUFS and EAGAIN: the driver's queue is full, next time
+      return;  // ENOBUFS and EAGAIN: the driver's queue is full; try again next time
     }
     from_bus_.pop_front();
   }

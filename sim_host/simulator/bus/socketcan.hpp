@@ -1,7 +1,7 @@
 // A CAN interface of the Linux kernel as one port of the bus.
 //
-// SocketCAN raw socket (Linux documentation, networking/can.rst) with error frames on: bus-off, its recovery and the
-// error-passive state are told to the owner, and an interface that went down is bound again once it is back.
+// SocketCAN raw socket (Linux documentation, networking/can.rst) with error frames on: it reports bus-off, recovery and
+// the error-passive state to the owner. An interface that went down is bound again when it is back.
 #ifndef TRACKSERVO_SIM_BUS_SOCKETCAN_HPP
 #define TRACKSERVO_SIM_BUS_SOCKETCAN_HPP
 
@@ -16,14 +16,14 @@
 
 namespace trackservo::sim {
 
-// What the controller says about the wire.
+// The controller's state of the wire.
 enum class CanHealth { kGood, kErrorPassive, kBusOff, kRecovered, kInterfaceDown };
 
 class SocketCan : public BusEnd {
  public:
   using HealthChanged = std::function<void(CanHealth)>;
 
-  // Throws std::runtime_error that says what to do: no CAN in the kernel, no such interface, interface down.
+  // Throws std::runtime_error with the remedy: no CAN in the kernel, no such interface, interface down.
   SocketCan(VirtualBus& bus, std::string interface, HealthChanged health_changed = {});
   ~SocketCan() override;
 

@@ -9,7 +9,7 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kTolerance = 0.005;  // of a bit rate, about what CAN controllers bear
+constexpr double kTolerance = 0.005;  // tolerance of a bit rate, about that of CAN controllers
 
 // The lower, the earlier: base identifier, data before remote and standard before extended, the other 18 bits.
 std::uint64_t arbitration_key(const can_frame& frame) {

@@ -1,11 +1,11 @@
 // A CAN bus inside the process, with as many nodes as it has ports.
 //
 // As on the wire (ISO 11898-1), each port has a queue, the lowest identifier among their heads wins, and a frame
-// reaches all ports but its own after its bit time. The owner advances it with the time that passes; a bus without a
-// bit rate delivers at once.
+// reaches all ports but its own after its bit time. The owner advances it in time; a bus without a bit rate delivers at
+// once.
 //
-// A port may have a bit rate of its own: it and ports of another one do not understand each other. (That each also
-// destroys the other's frames on a real wire is not simulated: such a frame takes its time and is lost.)
+// A port may have its own bit rate: ports with different bit rates do not receive each other's frames. (On a real wire
+// each would also destroy the other's frames. This is not simulated: such a frame takes its time and is lost.)
 #ifndef TRACKSERVO_SIM_BUS_VIRTUAL_BUS_HPP
 #define TRACKSERVO_SIM_BUS_VIRTUAL_BUS_HPP
 
@@ -26,24 +26,24 @@ class VirtualBus {
   using Port = int;
   using Receiver = std::function<void(const can_frame&)>;
 
-  // 0 bit/s: no pacing. An idle bus saves up to `saved_s` of its time, for whoever advances in steps as long as that:
-  // at most so many frames come at once.
+  // 0 bit/s: no pacing. An idle bus saves up to `saved_s` of its time, for an owner that advances in steps of that
+  // length: it limits the frames that come at once.
   explicit VirtualBus(double bit_rate = 1e6, double saved_s = 1e-3) : bit_rate_(bit_rate), saved_s_(saved_s) {}
 
   // The receiver must neither attach, detach nor send.
   Port attach(Receiver receiver, std::size_t queue_limit = 64);
   void detach(Port port);
 
-  // Without one a port understands every bit rate, and sends at the bus's.
+  // Without one, a port receives at every bit rate and sends at that of the bus.
   static constexpr double kEveryBitRate = 0;
   void set_bit_rate(Port port, double bit_rate) { nodes_.at(port).bit_rate = bit_rate; }
   double bit_rate() const { return bit_rate_; }
 
-  // False: the port's queue is full, try again after the bus has advanced.
+  // Returns false when the port's queue is full; try again after the bus has advanced.
   bool send(Port port, const can_frame& frame);
   bool has_room(Port port) const;
 
-  // Delivers what fits into this time. An idle bus does not save up more than 1 ms.
+  // Delivers the frames that fit into this time. An idle bus does not save up more than 1 ms.
   void advance(double seconds);
 
   std::uint64_t frames() const { return frames_; }

@@ -18,7 +18,7 @@ constexpr double kDegPerRad = 180.0 / kPi;
 constexpr double kRampTime_s = 0.3;   // from rest to the speed between two places
 constexpr int kSettleTicks = 300;     // at rest after a move
 constexpr int kRestTicks = 100;       // at rest before each experiment
-constexpr double kStrayShare = 0.05;  // of its travel: so far from its place an experiment may begin
+constexpr double kStrayShare = 0.05;  // share of its travel: an experiment may begin this far from its place
 constexpr double kMovePatience_s = 10.0;
 
 const char *name_of(stimulus_kind kind) {
@@ -58,12 +58,12 @@ const char *complaint_of(control_status status) {
   return status == CONTROL_INCONSISTENT ? "it does not fit its own limits" : "a value of it is out of range";
 }
 
-// Where wind is stronger than friction the axis does not stay where a break-away leaves it. Nothing is lost by that.
+// Where wind is stronger than friction, the axis does not stay where a break-away leaves it. This does no harm.
 bool swept_away(const experiment& e) {
   return e.setup.kind == STIMULUS_BREAKAWAY && (e.state == EXPERIMENT_LEFT_TRAVEL || e.state == EXPERIMENT_TOO_FAST);
 }
 
-// The axis under way to a place: forth on a ramp of speed, and a brake that ends there.
+// The axis moving to a place: on a speed ramp, with a braking ramp that ends there.
 class Move {
  public:
   Move(double place_rad, double speed_rad_s) : place_rad_(place_rad), speed_rad_s_(speed_rad_s) {}
@@ -128,7 +128,7 @@ class Bench {
     rest(kSettleTicks);
   }
 
-  // A sweep does not end where it began.
+  // A sweep does not end at its start angle.
   void return_to(double place_rad, double speed_rad_s, double travel_rad) {
     if (std::abs(angle_rad_ - place_rad) > kStrayShare * travel_rad) {
       move_to(place_rad, speed_rad_s);
@@ -160,7 +160,7 @@ class Bench {
   Acquisition take() { return std::move(result_); }
 
  private:
-  // The firmware's tick, and a look at what it saw and did.
+  // The firmware's tick, and a record of its inputs and outputs.
   void tick() {
     servo_board_sample(&board_);
     const angle_turn32 angle = board_.samples.axis[axis_].motion.joint_angle;
@@ -214,14 +214,14 @@ class Bench {
     recording.reference.push_back(reference());
   }
 
-  // The way it was decided last.
+  // The direction of the last decision.
   void rest(int ticks) {
     for (int tick = 0; tick < ticks; ++tick) {
       machine_.advance_tick();
     }
   }
 
-  // What does not belong to an experiment is a sweep: at the speed of a move, or at rest.
+  // Motion outside the experiments is a sweep: at the speed of a move, or at rest.
   void begin(stimulus_kind kind) {
     ++run_;
     kind_ = kind;

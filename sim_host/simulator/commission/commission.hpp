@@ -1,5 +1,5 @@
-// The whole commissioning of one axis of a simulated machine: first look, programme, chirps for the structure, fit.
-// What `servoctl identify` does on a real one, at the computer's full speed.
+// The whole commissioning of one axis of a simulated machine: first look, test plan, chirps for the structure, fit.
+// The same as `servoctl identify` on a real one, at the computer's full speed.
 #ifndef TRACKSERVO_SIM_COMMISSION_COMMISSION_HPP
 #define TRACKSERVO_SIM_COMMISSION_COMMISSION_HPP
 
@@ -11,30 +11,30 @@
 
 namespace trackservo::sim {
 
-// What an axis of this plant may do: its end stops (or a turn), its motor's torque, and 0.6 rad/s.
+// Limits of an axis of this plant: its end stops (or a turn), its motor's torque, and 0.6 rad/s.
 commissioning::MotionLimits motion_limits(const PlantConfig& plant, int axis);
 
 struct Commissioned {
   int axis;
   commissioning::RoughMachine rough;    // of the first look
   double first_look_s;                  // simulated
-  Acquisition acquisition;              // of the programme
+  Acquisition acquisition;              // of the test plan
   identification::Recording structure;  // of the chirps for resonances
   identification::Identification identification;
-  std::map<std::string, double> truth;  // of the same names
+  std::map<std::string, double> truth;  // with the same names
 };
 
 // Break-away torques of one direction, over all break-away experiments.
 struct BreakawayTorque {
   std::uint32_t count = 0;
   double mean_nm = 0;
-  double deviation_nm = 0;  // 0 of less than two
+  double deviation_nm = 0;  // 0 for fewer than two
 };
 
 // Of STIMULUS_BACKWARD or STIMULUS_FORWARD.
 BreakawayTorque breakaway_torque(const std::vector<experiment>& ended, int direction);
 
-// With the gains that the plant file wishes for (PI alone), for both axes; the other axis stands at angle 0. Throws
+// With the gains that the plant file requires (PI alone), for both axes; the other axis stays at angle 0. Throws
 // ConfigError, ProgrammeError, ExperimentError, IdentificationError.
 Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed);
 

@@ -1,4 +1,4 @@
-// What commissioning found, for people and as files.
+// Results of commissioning, for people and as files.
 #ifndef TRACKSERVO_SIM_COMMISSION_COMMISSION_REPORT_HPP
 #define TRACKSERVO_SIM_COMMISSION_COMMISSION_REPORT_HPP
 
@@ -11,7 +11,7 @@ namespace trackservo::sim {
 // A table to the standard output: true, found, interval.
 void print(const PlantConfig& plant, const Commissioned& commissioned);
 
-// result.json and residuals.csv, as servoctl identify writes them. Makes the folder. Throws std::runtime_error that
+// result.json and residuals.csv, as servoctl identify writes them. Creates the folder. Throws std::runtime_error that
 // names the file.
 void write_result(const Commissioned& commissioned, const std::filesystem::path& folder);
 

@@ -10,8 +10,8 @@
 
 namespace trackservo::sim {
 
-// Friction levels are the mean over the travel that was recorded, which is all that can be known of a seal that does
-// not run true; over a whole turn that is the plant file's number.
+// Friction levels are the mean over the recorded travel. With an eccentric seal nothing more can be known; over a whole
+// turn it is the number of the plant file.
 std::map<std::string, double> true_parameters(const PlantConfig& plant, int axis, double pitch_rad,
                                               const identification::PositionTerms& travel);
 

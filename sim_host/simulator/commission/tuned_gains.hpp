@@ -1,5 +1,5 @@
-// Gains for an axis that was commissioned, designed from what was found and verified on the machine, as `servoctl tune`
-// does it.
+// Gains for a commissioned axis, designed from the identified parameters and verified on the machine, like `servoctl
+// tune`.
 #ifndef TRACKSERVO_SIM_COMMISSION_TUNED_GAINS_HPP
 #define TRACKSERVO_SIM_COMMISSION_TUNED_GAINS_HPP
 
@@ -15,14 +15,14 @@ struct TunedGains {
   axis_parameters before{};
   gain_design::GainDesign design;
   gain_design::Margins measured;  // sliding, on the simulated machine with all its noise
-  bool kept = false;              // the measured margins are what was asked for
+  bool kept = false;              // the measured margins are as required
 };
 
-// From the wishes of the plant file, with PI, observer and LuGre feedforward. Throws InputFileError when a parameter
-// was refused, GainDesignError when no gains can do it.
+// From the requirements of the plant file, with PI, observer and LuGre feedforward. Throws InputFileError when a
+// parameter was refused, GainDesignError when no gains meet the requirements.
 TunedGains tune(const PlantConfig& plant, const Commissioned& commissioned);
 
-// To the standard output: resonances, margins, what the design has to say.
+// To the standard output: resonances, margins, messages of the design.
 void print(const TunedGains& gains);
 
 // `folder`/design.json, as `identify design` writes it. Throws std::runtime_error that names the file.

@@ -1,4 +1,4 @@
-// The one error of the configuration files.
+// The only error type of the configuration files.
 //
 // Its text is "file:line: key: reason, what would be right", for example
 // "tracker.toml:31: azimuth.friction.positive.breakaway_nm: 4 is below coulomb_nm = 6, give at least 6".

@@ -1,7 +1,8 @@
-// How one key of a configuration file is described: name, unit, range, default, meaning, and where its value goes.
+// Description of one key of a configuration file: name, unit, range, default, meaning, and the destination of its
+// value.
 //
 // The tables made of these (plant_keys.cpp, scenario_keys.cpp) are the only description of the keys. The reader takes
-// types and ranges from them, the reference pages are printed from them.
+// types and ranges from them; the reference pages are printed from them.
 #ifndef TRACKSERVO_SIM_CONFIG_KEY_HPP
 #define TRACKSERVO_SIM_CONFIG_KEY_HPP
 
@@ -18,7 +19,7 @@
 
 namespace trackservo::sim {
 
-// A unit as it stands in key names, and its size in SI.
+// A unit as used in key names, and its size in SI.
 struct Unit {
   const char *text;
   double in_si;
@@ -67,7 +68,7 @@ enum class KeyType { kNumber, kInteger, kText, kChoice, kList, kThreeNumbers };
 // A value as read and checked: numbers in SI, a choice as its index.
 using Value = std::variant<double, int, std::string, std::vector<double>>;
 
-// A key without its destination; all that the reader's checks and the reference page need.
+// A key without its destination; enough for the reader's checks and the reference page.
 struct KeyText {
   std::string name;
   KeyType type = KeyType::kNumber;
@@ -79,7 +80,7 @@ struct KeyText {
   bool optional = false;             // ... unless this says that it may be absent
 };
 
-// A key and how its value gets into an `Owner`.
+// A key and how its value is stored in an `Owner`.
 template <class Owner>
 struct Key {
   KeyText text;
@@ -94,7 +95,7 @@ struct Key {
     return copy;
   }
 
-  // Makes the key optional; absent leaves the member as it is.
+  // Makes the key optional; when absent the member is unchanged.
   Key or_absent() const {
     Key copy = *this;
     copy.text.optional = true;
@@ -169,10 +170,10 @@ std::vector<KeyText> texts_of(const Keys<Owner>& keys) {
   return texts;
 }
 
-// Markdown of sections: a heading, the note, and a table with one row a key.
+// Markdown of sections: a heading, the note, and a table with one row per key.
 std::string sections_markdown(const std::string& title, const std::vector<Section>& sections);
 
-// "0.1 .. 20 A", "one of `a`, `b`", ...: what a value must be.
+// "0.1 .. 20 A", "one of `a`, `b`", ...: the allowed values.
 std::string allowed_text(const KeyText& key);
 
 }  // namespace trackservo::sim

@@ -37,7 +37,7 @@ StribeckConfig read_direction(const TomlReader& reader, const TomlTable& table) 
 }
 
 FrictionConfig read_friction(const TomlReader& reader, const TomlTable& table) {
-  constexpr double kLargestDeflection_rad = 1.0;  // of the bristles; beyond, the numbers are surely mixed up
+  constexpr double kLargestDeflection_rad = 1.0;  // of the bristles; beyond this the numbers are surely mixed up
   FrictionConfig friction;
   reader.refuse_unknown(table, friction_keys(), {"positive", "negative"});
   reader.read(table, friction_keys(), friction);
@@ -122,7 +122,7 @@ DesignConfig read_design(const TomlReader& reader, const TomlTable& table) {
 
 namespace {
 
-// What a converter cannot show, no loop can control.
+// No loop can control what a converter cannot represent.
 void check_converters(const TomlReader& reader, const PlantConfig& plant) {
   const TomlTable adc = reader.child(reader.root(), "adc");
   if (plant.adc.voltage_full_scale_v < plant.supply.voltage_v) {

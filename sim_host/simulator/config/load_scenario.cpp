@@ -13,8 +13,8 @@ namespace {
 
 constexpr Range kDistance_m{-1e5, 1e5};
 constexpr double kSlowest_deg_s = 1e-4;
-constexpr double kLeastAnalysis_s = 0.1;  // torque noise is judged against a mean over 51 ms
-// The firmware remembers so many ticks of the sight's motion; it does not use a frame that is older.
+constexpr double kLeastAnalysis_s = 0.1;  // torque noise is measured relative to a mean over 51 ms
+// The firmware stores this many ticks of the line of sight's motion; it does not use an older frame.
 constexpr double kLongestDelay_ms = (TARGET_TRACKER_HISTORY - 1) * kTick_s * 1e3;
 
 Keys<ScenarioConfig> scenario_keys() {
@@ -147,7 +147,7 @@ void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
   }
 }
 
-// What the keys' own ranges cannot say of speed references.
+// Checks of speed references beyond the ranges of the keys.
 void check_speeds(const TomlReader& reader, const ScenarioConfig& scenario) {
   std::vector<std::string> names;  // as cases are named
   for (const double speed_rad_s : scenario.speeds_rad_s) {
@@ -170,7 +170,7 @@ void check_speeds(const TomlReader& reader, const ScenarioConfig& scenario) {
   }
 }
 
-// A tracking run begins on the target: where the axes stand and how long they rest is not the scenario's to say.
+// A tracking run begins on the target: the scenario does not set where the axes start and how long they rest.
 void refuse_keys_of_speed_runs(const TomlReader& reader) {
   for (const char *key : {"initial_azimuth_deg", "initial_pitch_deg", "rest_s"}) {
     if (reader.root().table->contains(key)) {
@@ -189,7 +189,7 @@ void check_duration(const TomlReader& reader, const ScenarioConfig& scenario) {
   }
 }
 
-// Keys that the scenario's kind knows, so that a key of another kind is refused.
+// Keys of the scenario's kind, so that a key of another kind is refused.
 std::vector<std::string> known_keys(ScenarioKind kind) {
   std::vector<std::string> known{"axes"};
   const auto add = [&known](const auto& keys) {

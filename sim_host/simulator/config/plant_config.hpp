@@ -1,8 +1,8 @@
-// Everything that a plant file says, in SI units (the file's own units are in its key names).
+// All contents of a plant file, in SI units (the file's own units are in its key names).
 //
 // A plant is two axes (inertia, motor, friction, loads, sensors), what they share (supply, PWM, ADC, base) and the
-// wishes for their controller. Every key with its unit, range and meaning is in the table of plant_keys.cpp, from
-// which plant_keys_markdown() prints the reference page. Load with load_plant(); the result is checked and complete.
+// requirements for their controller. Every key with its unit, range and meaning is in the table of plant_keys.cpp, from
+// which plant_keys_markdown() prints the reference page. Load it with load_plant(); the result is checked and complete.
 #ifndef TRACKSERVO_SIM_CONFIG_PLANT_CONFIG_HPP
 #define TRACKSERVO_SIM_CONFIG_PLANT_CONFIG_HPP
 
@@ -99,8 +99,8 @@ struct EndStopConfig {
 // Spring-applied, on the joint; holding_brake.hpp.
 struct HoldingBrakeConfig {
   double torque_nm = 0;
-  double engage_s = 0;   // from the coil's current going to springs pressing
-  double release_s = 0;  // from the coil's current coming to the joint being free
+  double engage_s = 0;   // from switching off the coil's current to springs pressing
+  double release_s = 0;  // from switching on the coil's current to the joint being free
 };
 
 // A part of the inertia behind a spring; everything else of the axis is before it.
@@ -122,7 +122,7 @@ struct EncoderConfig {
   double eccentricity_rad = 0;
   double eccentricity_phase_rad = 0;
   double latency_s = 0;
-  int reads_per_tick = 1;  // readings averaged per tick, the last PWM periods' own
+  int reads_per_tick = 1;  // readings averaged per tick, those of the last PWM periods
 };
 
 struct GyroConfig {
@@ -169,7 +169,7 @@ struct BaseTiltConfig {
   double direction_rad = 0;
 };
 
-// Wishes for the controller of one axis; the runner turns them into gains.
+// Requirements for the controller of one axis; the runner designs the gains from them.
 struct DesignConfig {
   std::optional<double> speed_loop_bandwidth_hz;             // exactly one
   std::optional<double> speed_loop_natural_frequency_rad_s;  // of these two
@@ -204,7 +204,7 @@ struct PlantConfig {
 // Reads and checks a plant file. Throws ConfigError, also when the file cannot be read.
 PlantConfig load_plant(const std::filesystem::path& path);
 
-// The same for a text; `name` is the plant's, and stands for the file in refusals.
+// The same for a text; `name` is the plant's, and replaces the file in error messages.
 PlantConfig parse_plant(const std::string& name, std::string_view text);
 
 // The reference page of all plant keys: one markdown table per section, printed from the table that also checks them.

@@ -7,7 +7,7 @@
 
 namespace trackservo::sim {
 
-// End stops as the file says them: absent or [lower, upper].
+// End stops as written in the file: absent or [lower, upper].
 struct EndStopKeys {
   std::vector<double> range_rad;
   double stiffness_nm_rad = 0;

@@ -1,7 +1,7 @@
-// Everything that a scenario file says, in SI units: what the reference does, for how long, and what is analysed.
+// All contents of a scenario file, in SI units: the reference, its duration, and the analysis.
 //
 // One scenario holds one or several cases (speeds). A run lasts `duration_s`; errors count from `settle_s` after the
-// reference begins to move, which is at `rest_s`. Load with load_scenario(); the result is checked and complete.
+// start of the reference, which is at `rest_s`. Load it with load_scenario(); the result is checked and complete.
 #ifndef TRACKSERVO_SIM_CONFIG_SCENARIO_CONFIG_HPP
 #define TRACKSERVO_SIM_CONFIG_SCENARIO_CONFIG_HPP
 
@@ -17,7 +17,7 @@ namespace trackservo::sim {
 
 enum class ScenarioKind { kSpeedSine = 0, kSpeedStep = 1, kTracking = 2 };
 
-// A UAV on a straight course with a gentle weave. Tracker at the origin, x ahead, y to the left, z up.
+// A UAV on a straight course with gentle weaving. Tracker at the origin, x ahead, y to the left, z up.
 struct FlyByConfig {
   std::array<double, 3> start_position_m{};
   std::array<double, 3> velocity_m_s{};
@@ -47,12 +47,12 @@ struct ScenarioConfig {
   std::array<bool, kAxes> axes{};
   std::array<double, kAxes> initial_joint_angle_rad{};
 
-  // kSpeedSine: speeds are the amplitudes. kSpeedStep: speeds are the steps. One case each.
+  // kSpeedSine: speeds are the amplitudes. kSpeedStep: speeds are the steps. Each is one case.
   std::vector<double> speeds_rad_s;
   double frequency_hz = 0;  // kSpeedSine only
   // The paper's "external speed disturbance signal" (Figs 8 and 9; both 0: none): a torque J d(speed)/dt at the motor
-  // shaft, which alone would move the bare inertia J with speed = amplitude * sin(2 pi f t). The reference stays as it
-  // is.
+  // shaft, which alone would move the bare inertia J with speed = amplitude * sin(2 pi f t). The reference is
+  // unchanged.
   double disturbance_amplitude_rad_s = 0;
   double disturbance_frequency_hz = 0;
 

@@ -1,5 +1,5 @@
-// Where the keys of a configuration file stand, for errors that show only when values meet: a wish that no controller
-// can fulfil, a scenario that does not fit the plant.
+// Positions of the keys of a configuration file, for errors that appear only when values are combined: a requirement
+// that no controller can meet, a scenario that does not fit the plant.
 //
 // TomlReader::lines() makes it; PlantConfig and ScenarioConfig carry it. `throw plant.lines.error("design.pitch.
 // observer_bandwidth_hz", "makes the loop unstable", "give at most 20");`

@@ -34,7 +34,7 @@ std::string type_text(const toml::node& node) {
   }
 }
 
-// Least number of letters to insert, remove or change (Levenshtein).
+// Minimum number of letters to insert, remove or change (Levenshtein).
 std::size_t edits_between(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) {
@@ -74,7 +74,7 @@ TomlReader::TomlReader(std::string name, std::string_view text) : file_(std::mov
   note_lines();
 }
 
-// Elements of arrays of tables are named as children() names them.
+// Elements of arrays of tables are named by children().
 void TomlReader::note_lines() {
   std::vector<TomlTable> waiting{root()};
   const auto note = [&](const toml::node& node, const std::string& name) {

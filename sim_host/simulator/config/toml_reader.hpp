@@ -1,7 +1,7 @@
-// Reads a TOML file key by key against the key tables, and refuses with file, line, key, reason and remedy.
+// Reads a TOML file key by key by the key tables, and refuses errors with file, line, key, reason and remedy.
 //
 // Types are strict (a number may be written as an integer), numbers must be finite and within the key's range, every
-// key must be known, and every key without a default must be there. All refusals are ConfigError.
+// key must be known, and every key without a default must be there. All errors are ConfigError.
 //
 // Use: TomlReader reader(path); reader.read(reader.root(), keys, owner); reader.refuse_unknown(reader.root(), {...}).
 #ifndef TRACKSERVO_SIM_CONFIG_TOML_READER_HPP
@@ -31,12 +31,12 @@ class TomlReader {
   // Parses the file. Throws ConfigError when it cannot be read or is not TOML.
   explicit TomlReader(const std::filesystem::path& path);
 
-  // Parses a text; `name` stands for it in refusals.
+  // Parses a text; `name` replaces the file in error messages.
   TomlReader(std::string name, std::string_view text);
 
   TomlTable root() const { return {&root_, ""}; }
 
-  // A sub-table that must be there / may be there; all tables of an array of tables (none: empty).
+  // A sub-table that must exist / may exist; all tables of an array of tables (none: empty).
   TomlTable child(const TomlTable& parent, const std::string& name) const;
   std::optional<TomlTable> child_if_present(const TomlTable& parent, const std::string& name) const;
   std::vector<TomlTable> children(const TomlTable& parent, const std::string& name) const;
@@ -70,7 +70,7 @@ class TomlReader {
                          const std::string& remedy) const;
 
  private:
-  // The key's checked value or its default; nothing when it is absent and may be.
+  // The key's checked value or its default; nothing when it is absent and optional.
   std::optional<Value> value(const TomlTable& table, const KeyText& key) const;
   double checked_number(const TomlTable& table, const KeyText& key, const toml::node& node) const;
   std::string checked_text(const TomlTable& table, const KeyText& key, const toml::node& node) const;

@@ -29,7 +29,7 @@ constexpr double kTrackingBandwidth_hz = 2.0;  // the paper's
 
 float to_float(double value) { return static_cast<float>(value); }
 
-// Every friction parameter is wrong by the same share, each with a sign of its own.
+// Every friction parameter is wrong by the same share, each with its own sign.
 class WrongBy {
  public:
   WrongBy(double share, std::uint64_t seed, int axis) : share_(share), signs_(seed, "friction.parameter.error", axis) {}
@@ -121,7 +121,7 @@ void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
              to_float(motor.current_limit_a)};
 }
 
-// Everything but the PI.
+// Everything except the PI.
 axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                            const DesignOptions& options) {
   const gain_design::IdentifiedPlant belief = believed(plant, axis, options);
@@ -134,7 +134,7 @@ axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerS
   return p;
 }
 
-// The firmware takes no such parameters. Cheap to throw: the search for a remedy catches many of them.
+// The firmware does not accept such parameters. Cheap to throw: the search for a remedy catches many of them.
 struct Refused : ConfigError {
   Refused(const std::string& what, const axis_parameters& the_parameters)
       : ConfigError(what), parameters(the_parameters) {}
@@ -153,7 +153,7 @@ servo_axis_params built(const PlantConfig& plant, int axis, const axis_parameter
   return params;
 }
 
-// A wish that no machine can fulfil at 1 kHz and a PWM of 20 kHz.
+// A requirement that no machine can meet at 1 kHz and a PWM of 20 kHz.
 std::optional<ConfigError> impossible_wish(const PlantConfig& plant, int axis) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   const auto error = [&](const char *key, const char *reason, const char *right) {
@@ -172,7 +172,7 @@ std::optional<ConfigError> impossible_wish(const PlantConfig& plant, int axis) {
   return std::nullopt;
 }
 
-// Which of the firmware's numbers is out of its range.
+// The firmware parameter that is out of its range.
 std::string reason_of(const axis_parameters& parameters) {
   axis_tuning tuning{};
   tuning.staged = parameters;
@@ -263,7 +263,7 @@ axis_parameters design_axis(const PlantConfig& plant, int axis, const Controller
 }
 
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options) {
-  // What was identified stays what it is when the plant's numbers change, so no remedy can be found then.
+  // Identified values do not change with the plant's numbers, so no remedy can be found then.
   const auto is_possible = [&](const PlantConfig& changed, int axis) {
     try {
       const servo_axis_params params = built(changed, axis, design_axis(changed, axis, spec, options));

@@ -1,7 +1,7 @@
-// From a plant's numbers and its design wishes to the firmware's parameters, for each controller that is compared.
+// From a plant's numbers and its design requirements to the firmware's parameters, for each compared controller.
 //
-// All controllers share the PI, the sensors, the acceleration feedforward and the limits; they differ only in what
-// their name says. What they are designed from is a belief: what an identification found, or, without one, the plant's
+// All controllers share the PI, the sensors, the acceleration feedforward and the limits; they differ only as their
+// names say. They are designed from an assumed plant: the result of an identification, or, without one, the plant's
 // inertia and friction parameters that are deliberately wrong, every one by +-`friction_parameter_error`.
 #ifndef TRACKSERVO_SIM_DESIGN_CONTROL_DESIGN_HPP
 #define TRACKSERVO_SIM_DESIGN_CONTROL_DESIGN_HPP
@@ -23,7 +23,7 @@ namespace trackservo::sim {
 struct ControllerSpec {
   std::string name;   // as in --controller
   std::string title;  // for people
-  std::string text;   // what is on
+  std::string text;   // its active parts
   bool observer;
   friction_model friction;
 };
@@ -31,37 +31,38 @@ struct ControllerSpec {
 // pi, pi_vob, pi_ftc, pi_vob_ftc, pi_coulomb, pi_best.
 const std::vector<ControllerSpec>& controller_specs();
 
-// Throws std::invalid_argument naming the choices when there is no such controller.
+// Throws std::invalid_argument with the choices when there is no such controller.
 const ControllerSpec& controller_spec(const std::string& name);
 
 using gain_design::PiWish;
 
-// What is known of both axes when gains are designed.
+// Knowledge of both axes for the design of gains.
 using Belief = std::array<gain_design::IdentifiedPlant, kAxes>;
 
 struct DesignOptions {
   std::uint64_t seed = 1;                  // draws the signs of the errors
   double friction_parameter_error = 0.15;  // 0 gives the plant's own parameters
   tracker_kind tracker = TRACKER_PI;
-  std::optional<Belief> identified;  // in place of the plant's own and the errors
+  std::optional<Belief> identified;  // replaces the plant's own parameters and the errors
 };
 
-// The plant's wish for an axis. A wish given as bandwidth means the bandwidth of the real loop, delays included: with
-// PI alone and set-point weight 1, the sliding axis as it is believed to be is at -3 dB there.
+// The plant's requirement for an axis. A requirement given as bandwidth means the bandwidth of the real loop, delays
+// included: with PI alone and set-point weight 1, the sliding axis of the assumed plant is at -3 dB there.
 PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options);
 
 // Parameters for both axes, accepted by servo_app_configure, with stable speed loops. Throws ConfigError at the line of
-// the wish that cannot be met. Loops that are stable with less margin than asked pass: see margin_warnings().
+// the requirement that cannot be met. Stable loops with less margin than required pass: see margin_warnings().
 servo_params design_controller(const PlantConfig& plant, const ControllerSpec& spec, const DesignOptions& options);
 
 // The same for one axis, as the values of the object dictionary; only the firmware's ranges are checked.
 axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                             const DesignOptions& options);
 
-// The plant file's wishes for an axis as the gain design takes them, with the outer loops that design_axis gives it.
+// The plant file's requirements for an axis in the form of the gain design, with the outer loops that design_axis gives
+// it.
 gain_design::GainWishes gain_wishes(const PlantConfig& plant, int axis, tracker_kind tracker);
 
-// Sets the PI of one axis from a wish, for the inertia that the design believes in.
+// Sets the PI of one axis from a requirement, for the inertia of the assumed plant.
 void set_pi(servo_params& params, int axis, const PiWish& wish);
 
 }  // namespace trackservo::sim

@@ -14,11 +14,11 @@ namespace {
 using gain_design::lowered;
 using gain_design::pi_alone;
 
-// A wish to be changed, and to what.
+// A requirement to change, and its new value.
 struct Advice {
   std::string key;  // dotted, of the plant file
   std::string text;
-  double share = 0.0;  // of the wish that is left; 0: no smaller one helps
+  double share = 0.0;  // share of the requirement that remains; 0: no smaller one helps
 };
 
 bool is_good(const PlantConfig& plant, int axis, const speed_loop_params& loop) {
@@ -46,7 +46,7 @@ std::string rounded_down(double value) {
 
 std::string at_most(double value) { return "give at most " + rounded_down(value); }
 
-// The PI's wish, in the key that the file uses.
+// The PI's requirement, in the key that the file uses.
 Advice pi_advice(const PlantConfig& plant, int axis, const speed_loop_params& loop, double share) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   if (design.speed_loop_natural_frequency_rad_s) {
@@ -54,13 +54,13 @@ Advice pi_advice(const PlantConfig& plant, int axis, const speed_loop_params& lo
   }
   const speed_loop_params alone = pi_alone(lowered(loop, share, 1.0));
   const double bandwidth_hz = closed_loop_bandwidth_hz(linear_machine(plant, axis, false), alone);
-  if (!(bandwidth_hz > 0.0)) {  // the axis alone is slower than anything that is looked at
+  if (!(bandwidth_hz > 0.0)) {  // the axis alone is slower than every evaluated frequency
     return {"speed_loop_bandwidth_hz", at_most(share * *design.speed_loop_bandwidth_hz), share};
   }
   return {"speed_loop_bandwidth_hz", at_most(bandwidth_hz), share};
 }
 
-// The observer is lowered first, if that is enough; it is what asks for the most.
+// The observer is lowered first, if that is enough: it is the most demanding part.
 Advice advice_for(const PlantConfig& plant, int axis, const speed_loop_params& loop) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   const auto observer_lowered = [&](double share) { return lowered(loop, 1.0, share); };
@@ -94,8 +94,8 @@ std::string other_ways(const speed_loop_params& loop) {
       loop.rate_estimator.window_ticks, 0.5 * (loop.rate_estimator.window_ticks - 1));
 }
 
-// What is wrong with the loop of this axis, as an error at the line of the key that should change: a wish, unless it
-// would have to shrink so much that the machine's numbers are more likely to be wrong.
+// The error of this axis' loop, at the line of the key that should change. This is a requirement, unless it would have
+// to shrink so much that the machine's numbers are more likely to be wrong.
 ConfigError complaint(const PlantConfig& plant, int axis, const speed_loop_params& loop, const std::string& reason,
                       const IsPossible& is_possible = {}) {
   constexpr double kLeastShare = 0.1;

@@ -1,9 +1,9 @@
-// How far a speed loop is from instability on a simulated plant, computed from its difference equations and the plant's
-// numbers.
+// Distance of a speed loop from instability on a simulated plant, computed from its difference equations and the
+// plant's numbers.
 //
 // Two conditions count: the seal slides (a viscous load), and pre-sliding (the seal is a spring). Margins are those at
 // pitch 0, where the loops are designed and the azimuth inertia is largest; towards the zenith they shrink, because the
-// same gains turn less inertia. Stability is asked of the whole pitch travel. The arithmetic is that of the gain
+// same gains turn less inertia. Stability is required over the whole pitch travel. It uses the arithmetic of the gain
 // design.
 #ifndef TRACKSERVO_SIM_DESIGN_LOOP_MARGINS_HPP
 #define TRACKSERVO_SIM_DESIGN_LOOP_MARGINS_HPP
@@ -24,7 +24,7 @@ using gain_design::log_space;
 using gain_design::Margins;
 using gain_design::margins_of;
 
-// What every controller variant must keep, computed with the tick's delay.
+// Margins that every controller variant must keep, computed with the tick's delay.
 constexpr gain_design::LeastMargins kLeastMargins;
 
 // The linear machine of one axis for computed margins: sliding, or in pre-sliding.
@@ -33,10 +33,10 @@ LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_slidin
 // The smaller one of the margins sliding and in pre-sliding.
 Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);
 
-// The least inertia that the axis' motor turns within the pitch travel [kg m2].
+// The smallest inertia that the axis' motor turns within the pitch travel [kg m2].
 double least_inertia_kg_m2(const PlantConfig& plant, int axis);
 
-// Stable sliding and in pre-sliding, with the inertia at pitch 0 and with the least one.
+// Stable sliding and in pre-sliding, with the inertia at pitch 0 and with the smallest one.
 bool speed_loop_is_stable(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);
 
 }  // namespace trackservo::sim

@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kStep = 3.1622776601683795;  // half a decade
 constexpr int kMostSteps = 24;                // twelve decades: the widest range of a key
-constexpr int kMoreSteps = 2;                 // another number that has to change by a decade more is no likely cause
+constexpr int kMoreSteps = 2;                 // a number that would have to change by another decade is no likely cause
 constexpr std::size_t kMostOfTheMachine = 3;
 
-// A number of the file and how to reach it.
+// A number of the file and access to it.
 struct Number {
   std::string key;
   bool is_wish;
@@ -38,7 +38,7 @@ void add(std::vector<Number>& numbers, const std::string& table, bool is_wish, c
   }
 }
 
-// All that a design depends on.
+// Everything that a design depends on.
 std::vector<Number> numbers_of(const PlantConfig& plant, int axis) {
   const auto i = static_cast<std::size_t>(axis);
   const std::string name = axis_name(axis);
@@ -64,7 +64,7 @@ std::vector<Number> numbers_of(const PlantConfig& plant, int axis) {
   return numbers;
 }
 
-// One number on its way in one direction.
+// One number, changed step by step in one direction.
 class Trial {
  public:
   Trial(const PlantConfig& plant, const Number& number, double value, double direction, const IsPossible& is_possible)
@@ -85,7 +85,7 @@ class Trial {
 
   double factor_of(double steps) const { return std::pow(kStep, direction_ * steps); }
 
-  // The values around `step`, where it is possible and one step before it is not.
+  // The values around `step`, where a design is possible and one step before it is not.
   Remedy remedy(int step) {
     const double near_steps = edge(step - 1.0, step);
     double far_steps = step;
@@ -104,7 +104,7 @@ class Trial {
   const std::string& key() const { return number_->key; }
 
  private:
-  // Halves the step between what is not possible and what is.
+  // Halves the step between the impossible and the possible value.
   double edge(double not_possible, double possible) {
     for (int halving = 0; halving < 6; ++halving) {
       const double middle = 0.5 * (not_possible + possible);

@@ -15,7 +15,7 @@ lugre_direction direction_of(const StribeckConfig& truth) {
           static_cast<float>(truth.stribeck_speed_rad_s), static_cast<float>(truth.viscous_nm_s_rad)};
 }
 
-// Quantisation and jitter of the readings that are averaged.
+// Quantisation and jitter of the averaged readings.
 double encoder_noise_rad(const EncoderConfig& encoder) {
   const double step_rad = 2.0 * kPi / std::pow(2.0, encoder.resolution_bits);
   return std::sqrt((encoder.jitter_rms_rad * encoder.jitter_rms_rad + step_rad * step_rad / 12.0) /

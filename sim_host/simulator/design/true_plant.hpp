@@ -1,4 +1,4 @@
-// What an identification without error would find of a simulated axis.
+// The result of an error-free identification of a simulated axis.
 #ifndef TRACKSERVO_SIM_DESIGN_TRUE_PLANT_HPP
 #define TRACKSERVO_SIM_DESIGN_TRUE_PLANT_HPP
 

@@ -11,7 +11,7 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kVisibleRate_rad_s = 0.015;  // half of what gyro and encoder differ by then is beyond 0x2060:2
+constexpr double kVisibleRate_rad_s = 0.015;  // half of the difference of gyro and encoder by then is beyond 0x2060:2
 constexpr double kOutwards_rad_s = 0.004;
 constexpr double kEncoderError_rad = 3e-5;
 constexpr double kPush_nm = 300.0;
@@ -39,7 +39,7 @@ void nothing(DrivenNode&, int) {}
 
 void let_go(DrivenNode& node, int axis) { broken(node, axis).push_nm = 0.0; }
 
-// The true current and the one that is read differ by more than twice 0x2060:14 allows.
+// The true current and its reading differ by more than twice the limit of 0x2060:14.
 bool current_is_wrong(DrivenNode& node, int axis) {
   const double true_a = node.machine().truth().current_a[static_cast<std::size_t>(axis)];
   const double told_a = static_cast<double>(node.machine().samples().axis[axis].mean_current_a);
@@ -127,7 +127,7 @@ void expect_setpoints(DrivenNode& node, int axis) {
   node.write(axis, 0x1402, 5, 20);
 }
 
-// Beyond the end of the travel, and on the way outwards.
+// Beyond the end of the travel, and moving outwards.
 bool is_outside(DrivenNode& node, int axis) {
   const protection_limits& limits = node.axis(axis).watch.limits;
   const double angle_rad = node.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
@@ -174,7 +174,7 @@ std::vector<Breakage> sensors() {
   };
 }
 
-// A load that the motor can bear, but not for ever.
+// A load that the motor can bear only for a limited time.
 Breakage overload() {
   Breakage load = part(
       "load too heavy", FAULT_OVERLOAD, 0, static_cast<int>(1000.0 * kThermal_s),
@@ -209,7 +209,7 @@ std::vector<Breakage> electrics() {
           "motor leads swapped", FAULT_OVER_CURRENT, current | away, 0,
           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).motor_reversed = true; },
           [](DrivenNode& n, int a) { return std::abs(n.node().board.app.axis[a].current_reference_a) > 1.0F; }),
-      // Too little to be seen under current; the axis coasts.
+      // Too little to be detected under current; the axis coasts.
       part(
           "current offset 1 A, axis off", FAULT_CURRENT_OFFSET, 0, 20,
           [](DrivenNode& n, int a, SplitMix64& random) {
@@ -228,7 +228,7 @@ std::vector<Breakage> electrics() {
   };
 }
 
-// Somebody has written a torque limit (6072) that is less than the friction.
+// A user has written a torque limit (6072) below the friction.
 Breakage weak_torque_limit() {
   Breakage weak = part(
       "torque limit below friction", FAULT_SPEED_ERROR, 0, 50,
@@ -274,7 +274,7 @@ std::vector<Breakage> motions() {
          broken(n, a).push_nm = std::copysign(kStrongerThanMotor_nm, -wanted_rate_rad_s(n, a));
        },
        [](DrivenNode& n, int a) { return std::abs(wanted_rate_rad_s(n, a) - joint_rate_rad_s(n, a)) > 0.05; }, let_go},
-      // Where the set-point turns, the torque is not at its limit for a while, and the timer waits.
+      // Where the set-point reverses, the torque is not at its limit for a while, and the timer waits.
       part(
           "axis blocked", FAULT_STALL, fault_bit(FAULT_RUNAWAY), 600,
           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).joint_held = true; },

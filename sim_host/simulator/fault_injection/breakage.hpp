@@ -1,4 +1,4 @@
-// What can break, how it is broken in the simulation, and what the firmware must make of it.
+// Fault injections: how each is made in the simulation, and how the firmware must react.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_BREAKAGE_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_BREAKAGE_HPP
 
@@ -14,28 +14,28 @@ namespace trackservo::sim {
 struct Breakage {
   std::string name;
   fault_id expected;
-  // Others that may be seen first, because the same breakage looks like them, too; the reaction is then theirs.
+  // Faults that may be detected first, because they look the same; the reaction is then theirs.
   fault_set also;
-  // Timers of 0x2060 or of the bus, on top of the table's latency [ms].
+  // Timers of 0x2060 or of the bus, added to the latency of the table [ms].
   int timer_ms;
   bool both_axes;
   std::function<void(DrivenNode&, int axis, SplitMix64& random)> begin;
-  // Whether there is anything to be seen yet: a gyro of the wrong sign says the same at standstill. The latency counts
+  // Whether the fault can be detected yet: a gyro of the wrong sign reads the same at standstill. The latency counts
   // from then.
   std::function<bool(DrivenNode&, int axis)> shows;
-  // When the fault is seen: what pushed from outside lets go.
+  // When the fault is detected: remove the external torque.
   std::function<void(DrivenNode&, int axis)> end;
-  // Mode of operation (6060): who watches a position error must control the position.
+  // Mode of operation (6060): a position error is monitored only while the position is controlled.
   std::int8_t mode = DRIVE_CYCLIC_VELOCITY;
-  // Before the axes move: limits and timers as somebody would set them who wants this to be seen.
+  // Before the axes move: limits and timers set so that the fault can be detected.
   std::function<void(DrivenNode&, int axis)> prepare = [](DrivenNode&, int) {};
-  // Every tick until it breaks: what stops then.
+  // Every tick until the injection: actions that stop then.
   std::function<void(DrivenNode&, int axis)> keep_up = [](DrivenNode&, int) {};
-  // The firmware's timer begins anew when there is nothing to be seen for a tick, and so does the latency.
+  // The firmware's timer restarts when the fault is not visible for a tick, and so does the latency.
   bool lasting = false;
-  // What is broken leaves the loops too little torque to hold against wind.
+  // The fault leaves the loops too little torque to hold against wind.
   bool weak = false;
-  // Why there is nothing to be seen in some motion.
+  // Why the fault cannot be detected in some motion.
   std::string hidden_because{};
 };
 

@@ -49,7 +49,7 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
     servo_node_tick(node_.get());
     servo_node_serve(node_.get());
   });
-  tick();  // it boots, and hears nothing before
+  tick();  // it boots, and receives nothing before
 }
 
 void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value) {

@@ -14,11 +14,11 @@ extern "C" {
 
 namespace trackservo::sim {
 
-// What a plant's node is configured with; expensive to design, so once for many nodes.
+// Configuration of a plant's node; its design is expensive, so it is made once for many nodes.
 struct NodeSetup {
   explicit NodeSetup(const PlantConfig& plant);
 
-  // With given gains and limits, whatever the plant would want; the sensors' scales are the plant's.
+  // With given gains and limits, independent of the plant; the sensors' scales are the plant's.
   NodeSetup(const PlantConfig& of_plant, const std::array<axis_parameters, kAxes>& with_parameters,
             const std::array<protection_limits, kAxes>& with_limits);
 
@@ -30,16 +30,16 @@ struct NodeSetup {
 
 class DrivenNode {
  public:
-  // `setup` must outlive the node.
+  // `setup` must exist longer than the node.
   DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad);
 
   // Writes an object of the axis (azimuth's index for both). Throws std::runtime_error when it is refused.
   void write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value);
 
-  // As above, of a REAL32.
+  // The same for a REAL32.
   void write_real(int axis, std::uint16_t index, std::uint8_t sub, double value);
 
-  // Opens the lock of what can hurt (0x3040), for a minute.
+  // Opens the lock of dangerous parameters (0x3040), for a minute.
   void unlock();
 
   // Runs until the axes are enabled in a mode of 6060, a few ticks. Throws std::runtime_error when they do not get
@@ -50,8 +50,8 @@ class DrivenNode {
   // The set-point of cyclic synchronous velocity.
   void set_rate(int axis, double rate_rad_s);
 
-  // The set-point of the next tick in cyclic synchronous velocity or position: the position goes on from where the axis
-  // was when it was enabled.
+  // The set-point of the next tick in cyclic synchronous velocity or position: the position continues from that at the
+  // time of enabling.
   void move(int axis, double rate_rad_s);
 
   // A frame from the bus, as in the receive interrupt.
@@ -68,7 +68,7 @@ class DrivenNode {
  private:
   std::unique_ptr<servo_node> node_;
   Machine machine_;
-  std::array<double, kAxes> wanted_rad_{};  // of `move`, where the position is controlled
+  std::array<double, kAxes> wanted_rad_{};  // of `move`, when the position is controlled
 };
 
 }  // namespace trackservo::sim

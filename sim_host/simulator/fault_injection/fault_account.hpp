@@ -1,5 +1,4 @@
-// Where each fault of the firmware's table is tried: what breaks for it in `sim_host faults`, and the tests beside
-// that.
+// Where each fault of the firmware's table is tested: its injections in `sim_host faults`, and the other tests.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_FAULT_ACCOUNT_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_FAULT_ACCOUNT_HPP
 
@@ -12,7 +11,7 @@ extern "C" {
 
 namespace trackservo::sim {
 
-// A test that brings about a fault where the simulator's matrix does not reach: on the emulated board, in the store.
+// A test that causes a fault outside the simulator's matrix: on the emulated board, in the store.
 struct FaultTest {
   fault_id fault;
   std::string file;  // within the project
@@ -21,7 +20,7 @@ struct FaultTest {
 
 const std::vector<FaultTest>& fault_tests();
 
-// Names of the breakages that must be taken for this fault.
+// Names of the injections that must be detected as this fault.
 std::vector<std::string> breakages_of(fault_id fault);
 
 }  // namespace trackservo::sim

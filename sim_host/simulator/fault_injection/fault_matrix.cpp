@@ -93,7 +93,7 @@ double promised_travel_rad(fault_reaction reaction, double speed_rad_s) {
 
 double promised_overshoot_rad_s(const Breakage& breakage) {
   if (breakage.expected == FAULT_OVER_SPEED) {
-    return 2.0;  // to 0x2060:1, and what 300 Nm add in three ticks
+    return 2.0;  // to 0x2060:1, plus the effect of 300 Nm in three ticks
   }
   return breakage.expected == FAULT_RUNAWAY ? 0.5 : 0.25;
 }

@@ -1,4 +1,5 @@
-// Every breakage in every motion at random moments on both axes, and whether the firmware keeps what it promises.
+// Every fault injection in every motion at random instants on both axes, and whether the firmware meets its
+// requirements.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_FAULT_MATRIX_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_FAULT_MATRIX_HPP
 
@@ -12,30 +13,30 @@
 namespace trackservo::sim {
 
 struct MatrixOptions {
-  int moments = 20;  // random ones, of each breakage in each motion on each axis; every other one in calm air
+  int moments = 20;  // random ones, of each injection in each motion on each axis; every other one in calm air
   std::uint64_t seed = 1;
   int threads = usable_threads();
 };
 
-// All trials of one breakage.
+// All runs of one injection.
 struct MatrixRow {
   const Breakage *breakage = nullptr;
   int trials = 0;
   int showed = 0;
   int seen = 0;
   std::map<fault_id, int> taken_for;
-  std::map<Motion, int> hidden;  // trials in which there was nothing to be seen
+  std::map<Motion, int> hidden;  // runs in which the fault could not be detected
   int worst_latency_ms = 0;
   double worst_overshoot_rad_s = 0;
   double worst_travel_rad = 0;  // in calm air
   double worst_travel_in_wind_rad = 0;
-  double worst_travel_share = 0;        // of what is promised
-  std::vector<std::string> complaints;  // one per trial that broke a promise
+  double worst_travel_share = 0;        // of the allowed value
+  std::vector<std::string> complaints;  // one per run that violated a requirement
 };
 
 std::vector<MatrixRow> run_fault_matrix(const PlantConfig& plant, const MatrixOptions& options);
 
-// A table for people, and the complaints below it.
+// A table for people, and the violations below it.
 std::string print_fault_matrix(const std::vector<MatrixRow>& rows);
 
 bool all_promises_kept(const std::vector<MatrixRow>& rows);

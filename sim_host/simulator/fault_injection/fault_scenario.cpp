@@ -107,7 +107,7 @@ class ScenarioRun {
       const fault_row& row = fault_table[fault];
       say(axis, fmt::format("fault {} (0x{:04X}) at {:.3f} deg/s: {}", static_cast<int>(fault), row.code,
                             rate_rad_s * 180.0 / kPi, reactions[row.reaction]));
-      if (broken_[i] != nullptr) {  // what pushes lets go
+      if (broken_[i] != nullptr) {  // remove the external torque
         broken_[i]->end(node_, axis);
       }
       told_[i] = fault;

@@ -1,4 +1,4 @@
-// A file that says what breaks when, and a run of it.
+// A file with a schedule of fault injections, and a run of it.
 //
 //   motion = "20 deg/s"        # standstill, 1 deg/s, 20 deg/s, reversal or tracking; both axes
 //   duration_s = 3.0
@@ -35,7 +35,7 @@ struct FaultScenario {
 // Throws ConfigError with file, line, key, reason and remedy.
 FaultScenario load_fault_scenario(const std::filesystem::path& path);
 
-// What happened when, a line each.
+// The events of the run, one line each.
 std::string run_fault_scenario(const PlantConfig& plant, const FaultScenario& scenario);
 
 }  // namespace trackservo::sim

@@ -11,14 +11,14 @@ namespace {
 constexpr double kDegree = kPi / 180.0;
 constexpr double kRamp_rad_s2 = 1.0;
 
-// A triangle of 5 deg/s and 1 Hz, its corners as they are.
+// A triangle of 5 deg/s and 1 Hz with sharp corners.
 double reversal(double time_s) {
   const double phase = time_s - std::floor(time_s);
   const double triangle = phase < 0.25 ? 4.0 * phase : phase < 0.75 ? 2.0 - 4.0 * phase : 4.0 * phase - 4.0;
   return 5.0 * kDegree * triangle;
 }
 
-// Closest after 1.5 s, where it passes by within half a second.
+// Closest after 1.5 s, with the passage within half a second.
 double fly_by(double time_s) {
   const double from_closest = (time_s - 1.5) / 0.5;
   return 12.0 * kDegree / (1.0 + from_closest * from_closest);

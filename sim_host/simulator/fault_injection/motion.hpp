@@ -1,4 +1,4 @@
-// The motions in which faults are tried.
+// The motions in which faults are injected.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_MOTION_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_MOTION_HPP
 

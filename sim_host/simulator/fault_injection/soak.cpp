@@ -17,7 +17,7 @@ constexpr int kTasks = 60;
 constexpr double kTask_s = 10.0;
 constexpr double kShift_s = kTasks * kTask_s;
 
-// Ten minutes of work.
+// Ten minutes of operation.
 class Shift {
  public:
   Shift(const NodeSetup& setup, std::uint64_t seed)

@@ -1,4 +1,4 @@
-// Hours of work with all noise and wind, in which nothing breaks: no fault may be found.
+// Hours of operation with all noise and wind and without fault injection: no fault may be detected.
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_SOAK_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_SOAK_HPP
 
@@ -11,16 +11,16 @@ namespace trackservo::sim {
 
 struct SoakResult {
   double hours = 0;
-  std::vector<std::string> false_trips;  // what was found, where and when
-  // The nearest that a smoothed signal came to its limit, as a share of it, of both axes.
+  std::vector<std::string> false_trips;  // detected faults, with place and time
+  // The closest approach of a smoothed signal to its limit, as a share of it, of both axes.
   double most_disagreement = 0;
   int most_mismatch_ticks = 0;
   double most_heating = 0;
 };
 
-// Hours of shifts of ten minutes, each with another seed, `threads` at a time: random way points in profile position,
-// random speeds in profile velocity with reversals, standstill, fly-bys in cyclic velocity, and fault-free switching
-// off and on.
+// Hours of segments of ten minutes, each with another seed, `threads` at a time: random way points in profile position,
+// random speeds in profile velocity with reversals, standstill, fly-bys in cyclic velocity, and switching off and on
+// without a fault.
 SoakResult run_soak(const PlantConfig& plant, double hours, std::uint64_t seed, int threads);
 
 std::string print_soak(const SoakResult& result);

@@ -9,7 +9,7 @@ namespace {
 constexpr double kEarliest_s = 0.7;
 constexpr double kLatest_s = 1.5;
 constexpr int kWatchedTicks = 1500;   // for a reaction
-constexpr int kAsideTicks = 300;      // then an axis that stood still is moved, to show what it hides
+constexpr int kAsideTicks = 300;      // then an axis that stood still is moved, to make its fault visible
 constexpr int kReactionTicks = 2300;  // longer than the shorted motor brakes
 constexpr int kBrakeTicks = 1990;
 constexpr double kStandstill_rad_s = 2e-3;
@@ -61,7 +61,7 @@ class Trial {
     }
   }
 
-  // Until the firmware has seen it.
+  // Until the firmware has detected it.
   void watch() {
     for (int i = 0; i < kWatchedTicks && result_.seen == FAULT_NONE; ++i) {
       aside_ = trial_.motion == Motion::kStandstill && i >= kAsideTicks;
@@ -98,7 +98,7 @@ class Trial {
   void brake() {
     const double start_rad = angle();
     int braked_ticks = 1;
-    // In wind an axis without torque goes where a gust takes it: no speed can be promised then.
+    // In wind a gust moves an axis without torque: no speed can be guaranteed then.
     const bool holds = fault_table[result_.seen].reaction == REACTION_STOP && !trial_.breakage->weak;
     const bool judged = trial_.calm || holds;
     for (int i = 0; i < kReactionTicks; ++i) {
@@ -127,7 +127,7 @@ class Trial {
   double time_s_ = 0;
   bool aside_ = false;
   bool had_torque_ =
-      false;  // in the tick before the one that saw it; an axis without gets none, whatever the table says
+      false;  // in the tick before the detection; an axis without torque gets none, whatever the table says
 };
 
 }  // namespace

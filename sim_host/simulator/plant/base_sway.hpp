@@ -1,7 +1,7 @@
 // Angular sway of the base under one axis: a mast or vehicle resonance driven by white noise.
 //
-// Angle and rate are exact at the ticks (shaped_noise.hpp); within a tick the angle is the cubic through both ends'
-// angle and rate, so angle, rate and mean acceleration over a PWM period belong together exactly.
+// Angle and rate are exact at the ticks (shaped_noise.hpp). Within a tick the angle is the cubic through the angle and
+// rate at both ends, so angle, rate and mean acceleration over a PWM period are consistent.
 #ifndef TRACKSERVO_SIM_PLANT_BASE_SWAY_HPP
 #define TRACKSERVO_SIM_PLANT_BASE_SWAY_HPP
 

@@ -1,10 +1,10 @@
-// Gravity torques of off-centre masses on a base that may stand at a slant.
+// Gravity torques of off-centre masses on a base that may be tilted.
 //
 //   U = G_p (sin p cos t + cos p sin t cos(a - d)) + G_a sin t cos(a - d - phase_a),   p = pitch + phase_p
 //
-// t, d: tilt of the base and its direction; G: imbalance moments. On a level base only pitch feels gravity, as cos(p);
-// a slant brings both axes' angles into both torques. Torques are the exact gradient of U, so energy is conserved.
-// Evaluated once per tick together with the second derivatives, which carry it through the tick.
+// t, d: tilt of the base and its direction; G: imbalance moments. On a level base only pitch has a gravity torque, as
+// cos(p); on a tilted base both torques depend on both angles. Torques are the exact gradient of U, so energy is
+// conserved. Evaluated once per tick together with the second derivatives, which carry it through the tick.
 #ifndef TRACKSERVO_SIM_PLANT_GRAVITY_HPP
 #define TRACKSERVO_SIM_PLANT_GRAVITY_HPP
 

@@ -1,9 +1,9 @@
-// Spring-applied holding brake on a joint: springs close it, a coil that has current opens it.
+// Spring-applied holding brake on a joint: springs close it, a coil with current opens it.
 //
-// Closed, it is dry friction of up to its torque on top of the seal's: it holds the joint where it is while all other
-// torques ask for less, and slips beyond (Joint::brake). It closes and opens some time after the coil's current went or
-// came, at once and completely; that a real one creeps by its backlash is left out. The firmware knows nothing of it:
-// the coil hangs on the enable line of the axis' bridge.
+// A closed brake is dry friction of up to its torque in addition to the seal's. It holds the joint while all other
+// torques are smaller, and slips beyond (Joint::brake). It closes and opens a fixed time after the coil's current
+// changed, instantly and completely. The creep of a real brake by its backlash is not modelled. The firmware does not
+// control it: the coil is connected to the enable line of the axis' bridge.
 //
 // Use: power() whenever the coil's current changes, advance() once per PWM period, then torque_nm().
 #ifndef TRACKSERVO_SIM_PLANT_HOLDING_BRAKE_HPP
@@ -33,7 +33,7 @@ class HoldingBrake {
  private:
   HoldingBrakeConfig config_;
   double dt_s_;
-  double left_s_ = 0;  // until the springs or the coil have their way
+  double left_s_ = 0;  // until the springs or the coil have moved it
   bool powered_ = false;
   bool closed_ = true;
 };

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kRefineShare = 0.02;  // of the Stribeck speed: keeps g(v) within about 1e-3 of its true value
 constexpr int kMostRefinements = 4;
-constexpr double kLeastLevel = 0.05;  // eccentricity never takes the friction away altogether
+constexpr double kLeastLevel = 0.05;  // eccentricity never removes the friction completely
 
 // Damping ratio of a linear spring-damper that returns the fraction e of the impact speed.
 double damping_ratio_of(double restitution) {
@@ -18,7 +18,7 @@ double damping_ratio_of(double restitution) {
   return -logarithm / std::sqrt(kPi * kPi + logarithm * logarithm);
 }
 
-// Only LuGre's linearisation depends on the predicted rate so much that it is ever refined.
+// Only LuGre's linearisation depends on the predicted rate so strongly that it is ever refined.
 double refine_rate_rad_s(FrictionModel model, const FrictionConfig& friction) {
   if (model != FrictionModel::kLugre) {
     return std::numeric_limits<double>::infinity();
@@ -128,7 +128,7 @@ void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
   const double change = (rate - rate_rad_s_) * friction.inverse_theta;
   angle_rad_ += dt_s_ * (rate_rad_s_ + 0.5 * change);
   rate_rad_s_ += change;
-  predicted_rate_rad_s_ = rate_rad_s_ + 0.5 * change;  // the rate goes on as in this step
+  predicted_rate_rad_s_ = rate_rad_s_ + 0.5 * change;  // the rate continues as in this step
   mean_rate_rad_s_ = rate;
 }
 

@@ -2,10 +2,10 @@
 //
 //   J (v1 - v0)/dt + c v = drive - Tf(v, z) - stop(angle, v),   v at the theta point of the step
 //
-// v is the joint rate (what seal and stop feel); the caller has added base motion and coupling to `drive` and `c`.
-// Friction enters as an affine function of v (lugre_friction.hpp, maxwell_slip.hpp), the end stop as an implicit
-// spring-damper whose damping gives the restitution asked for, so the step is one division and is stable for every
-// valid parameter set. Second order in dt.
+// v is the joint rate, at the seal and the stop; the caller has added base motion and coupling to `drive` and `c`.
+// Friction enters as an affine function of v (lugre_friction.hpp, maxwell_slip.hpp). The end stop is an implicit
+// spring-damper whose damping gives the required restitution. So the step is one division and is stable for every valid
+// parameter set. Second order in dt.
 #ifndef TRACKSERVO_SIM_PLANT_JOINT_HPP
 #define TRACKSERVO_SIM_PLANT_JOINT_HPP
 
@@ -19,7 +19,7 @@ namespace trackservo::sim {
 
 class Joint {
  public:
-  // dt_s: the step length [s], the only one that step() takes.
+  // dt_s: the step length [s], the only one that step() accepts.
   Joint(const AxisConfig& axis, FrictionModel model, const MaxwellSlipConfig& maxwell_slip, double dt_s);
 
   // Puts the joint at rest at an angle [rad], bristles relaxed.
@@ -29,13 +29,13 @@ class Joint {
   // (Maxwell-slip only).
   void set_friction_factors(double level, double viscosity);
 
-  // Seal eccentricity at the present angle: factor on the friction level, > 0. Two cosines: for the tick only.
+  // Seal eccentricity at the present angle: factor on the friction level, > 0. Takes two cosines: for the tick only.
   double eccentricity_factor() const;
 
-  // Something that nothing moves is in the way, or has gone again.
+  // An immovable object blocks the joint, or is gone again.
   void hold(bool held) { held_ = held; }
 
-  // Torque of a closed brake [Nm], 0 for an open one; it holds until set again.
+  // Torque of a closed brake [Nm], 0 for an open one; it stays until set again.
   void brake(double torque_nm) { brake_nm_ = torque_nm; }
 
   // Advances by one step with inertia J [kg m2] under `drive_nm`, with an extra linear drag [Nm s/rad] from coupling.
@@ -68,7 +68,7 @@ class Joint {
   double stop_damping_ratio_ = 0;
   double dt_s_;
   double rate_1_s_;           // 1 / dt
-  double refine_rate_rad_s_;  // a prediction further off than this is refined
+  double refine_rate_rad_s_;  // a prediction with a larger error than this is refined
   double level_ = 1;
   double viscosity_ = 1;
 

@@ -2,11 +2,11 @@
 //
 //   Tf = s0 z + s1 dz/dt + s2 v,   dz/dt = v - N(v, z),   N = s0 |v| z / g(v)
 //
-// The firmware holds the speed over its tick and uses the exponential solution. This is another method on purpose: a
-// linearly implicit (Rosenbrock-type) theta step of the pair (v, z). N is linearised at a predicted mid speed v*,
-// z is eliminated, and what remains is a friction torque affine in the unknown mid speed, a + b v, that Joint solves;
+// The firmware holds the speed over its tick and uses the exponential solution. The plant deliberately uses another
+// method: a linearly implicit (Rosenbrock-type) theta step of the pair (v, z). N is linearised at a predicted mid speed
+// v*, and z is eliminated. The result is a friction torque affine in the unknown mid speed, a + b v, that Joint solves;
 // commit() then advances z. theta is 1/2 (second order) and rises towards 1 where s0 |v| dt / g > 2, which keeps z
-// monotone for any parameters. The paper's s1 is used as it is, also at high speed.
+// monotone for any parameters. The paper's s1 is not reduced, also at high speed.
 #ifndef TRACKSERVO_SIM_PLANT_LUGRE_FRICTION_HPP
 #define TRACKSERVO_SIM_PLANT_LUGRE_FRICTION_HPP
 
@@ -22,13 +22,13 @@ namespace trackservo::sim {
 struct AffineFriction {
   double constant_nm = 0;
   double slope_nm_s_rad = 0;
-  double theta = 0.5;  // where in the step the rate and the torque are taken, 1/2..1
+  double theta = 0.5;  // point of the step at which rate and torque are taken, 1/2..1
   double inverse_theta = 2;
 };
 
 class LugreFriction {
  public:
-  // dt_s: the step length [s], the only one that it takes.
+  // dt_s: the step length [s], the only one that it accepts.
   LugreFriction(const FrictionConfig& config, double dt_s)
       : positive_(config.positive),
         negative_(config.negative),
@@ -39,8 +39,8 @@ class LugreFriction {
 
   void relax() { deflection_rad_ = middle_rad_ = 0.0; }
 
-  // Linearises the step around the predicted rate at its middle [rad/s]. `level` scales Tc and Ts. `least_slope` bounds
-  // the (possibly negative) slope from below so that the joint's equation stays well posed.
+  // Linearises the step around the predicted rate at its middle [rad/s]. `level` scales Tc and Ts. `least_slope` is a
+  // lower bound of the (possibly negative) slope, so that the joint's equation stays well posed.
   AffineFriction linearise(double rate_rad_s, double level, double least_slope_nm_s_rad) {
     Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
     const StribeckPoint point = direction.at(rate_rad_s, level);
@@ -60,7 +60,7 @@ class LugreFriction {
     step_slope_s_ = gain_s * (1.0 - rate_share);
     affine.slope_nm_s_rad = torque_per_step_nm_rad * step_slope_s_ + viscous_nm_s_rad;
     if (affine.slope_nm_s_rad < least_slope_nm_s_rad) {
-      rate_share = 1.0;  // Picard instead of Newton: slower to converge, never badly posed
+      rate_share = 1.0;  // Picard instead of Newton: slower convergence, never badly posed
       step_slope_s_ = 0.0;
       affine.slope_nm_s_rad = viscous_nm_s_rad;
     }
@@ -76,7 +76,7 @@ class LugreFriction {
   void commit(double rate_rad_s) {
     const double step = step_rad(rate_rad_s);
     deflection_rad_ += step;
-    middle_rad_ = deflection_rad_ + 0.5 * step;  // prediction of the next step's middle
+    middle_rad_ = deflection_rad_ + 0.5 * step;  // prediction for the middle of the next step
   }
 
   double deflection_rad() const { return deflection_rad_; }

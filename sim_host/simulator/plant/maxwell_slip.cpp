@@ -53,7 +53,7 @@ AffineFriction MaxwellSlip::linearise(double rate_rad_s, double level, double vi
   for (std::size_t i = 0; i < elements_; ++i) {
     Element& element = element_[i];
     if (element.slip_sign * rate_rad_s < 0.0) {
-      element.slip_sign = 0.0;  // the motion has turned: the element sticks again
+      element.slip_sign = 0.0;  // the motion has reversed: the element sticks again
     }
     if (element.slip_sign == 0.0) {
       affine.constant_nm += element.torque_nm;
@@ -78,8 +78,8 @@ void MaxwellSlip::commit(double rate_rad_s) {
     }
     const double before_nm = element.torque_nm;
     element.torque_nm += element_stiffness_nm_rad_ * rate_rad_s * dt_s_;
-    // An element slips only outwards; one whose yield has sunk below its force by the Stribeck effect keeps the force
-    // it had and is attracted to the new level.
+    // An element slips only outwards. If the Stribeck effect lowers its yield below its force, it keeps its force and
+    // is attracted to the new level.
     const double magnitude_nm = std::abs(element.torque_nm);
     if (magnitude_nm > yield_nm && element.torque_nm * rate_rad_s > 0.0) {
       element.slip_sign = std::copysign(1.0, rate_rad_s);

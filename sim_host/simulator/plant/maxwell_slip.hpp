@@ -1,4 +1,4 @@
-// Generalised Maxwell-slip friction, the plant's second opinion (Lampaert, Al-Bender, Swevers 2003).
+// Generalised Maxwell-slip friction, the plant's second friction model (Lampaert, Al-Bender, Swevers 2003).
 //
 // N spring-slider elements in parallel, friction is the sum of their forces plus the viscous part:
 //   sticking:  dF_i/dt = k_i v                      until |F_i| reaches a_i g(v), g of eq. (3)
@@ -23,12 +23,12 @@ class MaxwellSlip {
  public:
   static constexpr int kMostElements = 16;
 
-  // dt_s: the step length [s], the only one that it takes.
+  // dt_s: the step length [s], the only one that it accepts.
   MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model, double dt_s);
 
   void relax();
 
-  // As LugreFriction::linearise; `viscosity` scales s2. Which element sticks is decided at the start of the step.
+  // As LugreFriction::linearise; `viscosity` scales s2. The step's start decides which element sticks.
   AffineFriction linearise(double rate_rad_s, double level, double viscosity);
 
   // Completes the step with the solved rate at its middle.

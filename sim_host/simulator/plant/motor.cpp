@@ -11,7 +11,8 @@ DcMotor::DcMotor(const MotorConfig& config, double dt_s) : config_(config) {
   decay_ = std::exp(-exponent);
   mean_share_ = -std::expm1(-exponent) / exponent;
   dead_share_ = 2.0 * config.dead_time_s / dt_s;
-  // Half the peak-to-peak current ripple of unipolar modulation at half duty: below it the dead time acts in part.
+  // Half the peak-to-peak current ripple of unipolar modulation at half duty: below it the dead time has a partial
+  // effect.
   dead_knee_a_per_v_ = dt_s / (8.0 * config.inductance_h);
 }
 
@@ -43,7 +44,7 @@ double DcMotor::step_open(double back_emf_v, double supply_v) {
   const double after_a = final_a + (before_a - final_a) * decay_;
   const bool gone = after_a * before_a <= 0.0;
   current_a_ = gone ? 0.0 : after_a;
-  // Nearly a straight line; it ends within the period in which the current is gone.
+  // Nearly a straight line; it ends within the period in which the current reaches zero.
   const double share = gone ? before_a / (before_a - after_a) : 1.0;
   return 0.5 * (before_a + current_a_) * share;
 }

@@ -4,7 +4,8 @@
 //
 // Voltage and speed are held over a PWM period, so the current has the exact solution i = i_inf + (i0 - i_inf) e^(-R
 // t/L) and the torque uses its exact mean. Ripple also shapes the back-EMF, so power is conserved; cogging does not
-// depend on the current. Dead time takes 2 t_d/T of the supply against the current, fading out where ripple covers it.
+// depend on the current. Dead time subtracts 2 t_d/T of the supply against the current, fading out where ripple covers
+// it.
 //
 // Use: renew_shape() once per tick, step() once per PWM period.
 #ifndef TRACKSERVO_SIM_PLANT_MOTOR_HPP
@@ -16,18 +17,19 @@ namespace trackservo::sim {
 
 class DcMotor {
  public:
-  // dt_s: the PWM period [s], the only step length that step() takes.
+  // dt_s: the PWM period [s], the only step length that step() accepts.
   DcMotor(const MotorConfig& config, double dt_s);
 
-  // Evaluates ripple and cogging and their slopes at a joint angle [rad]; they are linear in the angle until the next.
+  // Evaluates ripple and cogging and their slopes at a joint angle [rad]; until the next call they are linear in the
+  // angle.
   void renew_shape(double joint_angle_rad);
 
   // One PWM period: mean bridge voltage [V], joint rate [rad/s] and joint angle [rad] at its middle, supply [V] for the
   // dead time. Returns the mean torque [Nm].
   double step(double voltage_v, double joint_rate_rad_s, double joint_angle_rad, double supply_v);
 
-  // The bridge lets go of the terminals: its diodes lead what current there is against the supply until it is gone. A
-  // back-EMF above the supply, which would let it flow again, is not modelled.
+  // The bridge opens the terminals: its diodes conduct the remaining current against the supply until it is zero. A
+  // back-EMF above the supply, which would let current flow again, is not modelled.
   void open_terminals(bool open) { open_ = open; }
 
   double current_a() const { return current_a_; }  // at the end of the last period

@@ -4,7 +4,7 @@
 //   S S^T = integral of e^(A t) b b^T e^(A^T t) dt (Van Loan 1978),  x_0 from the stationary distribution
 //
 // So mean power, spectrum and correlation at the samples are exact for any dt, and the process has no start-up. Wind
-// gusts are two real poles, base sway is a resonance. next() costs two normal deviates.
+// gusts are two real poles, base sway is a resonance. next() takes two normal deviates.
 #ifndef TRACKSERVO_SIM_PLANT_SHAPED_NOISE_HPP
 #define TRACKSERVO_SIM_PLANT_SHAPED_NOISE_HPP
 
@@ -22,7 +22,7 @@ class ShapedNoise {
   // Resonance [Hz > 0, damping > 0]; state: output and its time derivative.
   static ShapedNoise resonance(double frequency_hz, double damping, double rms, double dt_s, RandomStream stream);
 
-  // The present state, and the next one dt later.
+  // The present state, and the next one, dt later.
   const Eigen::Vector2d& state() const { return state_; }
   const Eigen::Vector2d& next();
 

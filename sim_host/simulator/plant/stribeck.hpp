@@ -1,6 +1,6 @@
 // The Stribeck curve, eq. (3): g(v) = Tc + (Ts - Tc) exp(-(v/vs)^2), and its slope.
 //
-// Both friction models of the plant take their level from here, so that they agree in steady sliding.
+// Both friction models of the plant use this level, so that they agree in steady sliding.
 #ifndef TRACKSERVO_SIM_PLANT_STRIBECK_HPP
 #define TRACKSERVO_SIM_PLANT_STRIBECK_HPP
 
@@ -10,8 +10,8 @@
 
 namespace trackservo::sim {
 
-// e^-x for an x that creeps from call to call: a Taylor polynomial around the last x for which the exponential was
-// asked, within 2e-12 of it.
+// e^-x for an x that changes slowly from call to call: a Taylor polynomial around the last x for which the exponential
+// was computed, accurate to 2e-12.
 class CreepingExponential {
  public:
   double of_minus(double x) {
@@ -46,10 +46,11 @@ class Stribeck {
         inverse_speed_s_rad_(1.0 / direction.stribeck_speed_rad_s),
         viscous_nm_s_rad_(direction.viscous_nm_s_rad) {}
 
-  // g and its slope at a joint rate [rad/s] of either sign; its cost is one exponential when the rate jumps. `level`
-  // scales Tc and Ts, > 0.
+  // g and its slope at a joint rate [rad/s] of either sign; takes one exponential when the rate jumps. `level` scales
+  // Tc and Ts, > 0.
   StribeckPoint at(double joint_rate_rad_s, double level) {
-    constexpr double kGone = 40.0;  // e^-40 = 4e-18 is nothing beside Tc, and spares the exponential's slow underflow
+    constexpr double kGone =
+        40.0;  // e^-40 = 4e-18 is negligible compared to Tc, and avoids the exponential's slow underflow
     const double ratio = joint_rate_rad_s * inverse_speed_s_rad_;
     const double square = ratio * ratio;
     const double excess_nm = square < kGone ? level * excess_nm_ * exponential_.of_minus(square) : 0.0;

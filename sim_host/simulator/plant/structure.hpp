@@ -1,11 +1,11 @@
-// A part of the axis' inertia behind a spring: the one resonance that a machine of two masses has.
+// A part of the axis' inertia behind a spring: the single resonance of a two-mass machine.
 //
 //   Jl dwl/dt = -k phi - d (wl - w) - Jl a_base,   dphi/dt = wl - w,   torque on the joint = k phi + d (wl - w)
 //   k = f^2 s (1 - s) J,  d = 2 damping f s (1 - s) J,  Jl = s J,  f in rad/s
 //
 // w, wl: joint rate before and rate behind the spring, both against the base; s: share of the inertia J behind it. The
 // motor, the seal, loads, encoder and gyro are all on the joint's side. Solved by the implicit midpoint rule together
-// with the joint's own step (joint.hpp): what comes back is affine in the joint rate, so nothing is iterated; second
+// with the joint's own step (joint.hpp): the result is affine in the joint rate, so no iteration is needed; second
 // order and stable for every frequency.
 //
 // Use in every step: reaction(), then the joint's step with it, then commit().
@@ -18,7 +18,7 @@ namespace trackservo::sim {
 
 class Structure {
  public:
-  // J: inertia of the whole axis at which the frequency holds [kg m2]; dt_s: the step length, the only one.
+  // J: inertia of the whole axis for which the frequency is valid [kg m2]; dt_s: the step length, the only one.
   Structure(const StructureConfig& config, double inertia_kg_m2, double dt_s);
 
   double share() const { return share_; }

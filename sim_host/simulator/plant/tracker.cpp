@@ -10,11 +10,11 @@ namespace {
 
 constexpr double kPwmShare = 1.0 / kPwmPerTick;  // of a tick
 
-// How far a joint turns before its angle's shapes are evaluated anew. Until then they are linear in the angle: the
-// finest one, cogging of 24 per turn, is off by 3e-6 of its amplitude.
+// How far a joint turns before the functions of its angle are evaluated again. Until then they are linear in the angle:
+// the error of the finest one, cogging of 24 per turn, is 3e-6 of its amplitude.
 constexpr double kShapeReach_rad = 1e-4;
 
-// Duty the bridge can realise: whole timer counts within -1..1.
+// Duty that the bridge can realise: whole timer counts within -1..1.
 double realised_duty(double duty, double counts, double count) {
   if (!(duty >= -1.0)) {
     return std::isnan(duty) ? 0.0 : -1.0;
@@ -174,7 +174,7 @@ double Tracker::gravity_nm(std::size_t axis, const std::array<double, kAxes>& tr
 }
 
 // Angles and rates in the middle of the step, extrapolated from the last one: second order, explicit, and used only for
-// what changes slowly (coupling, gravity, cable, back-EMF).
+// slow quantities (coupling, gravity, cable, back-EMF).
 Tracker::Step Tracker::predicted_step() const {
   Step step;
   const double start = step_in_tick_ * kPwmShare;

@@ -4,12 +4,12 @@
 //   d(J_az w_az)/dt        = motor - friction(joint rate) - load,
 //   J_p dw_p/dt + J1 sin(2 pitch) w_az^2 / 2 = motor - friction(joint rate) - load,     w: inertial rates
 //
-// Each PWM period (50 us) solves the motor current exactly and rate, friction memory and end stop by a linearly
-// implicit second-order step (joint.hpp); wind and base are renewed at 1 kHz, and gravity, ripple and all else that
-// depends on the angle alone as soon as the angle has moved, each with its slopes.
+// Each PWM period (50 us) solves the motor current exactly, and rate, friction memory and end stop by a linearly
+// implicit second-order step (joint.hpp). Wind and base are updated at 1 kHz. Gravity, ripple and everything else that
+// depends only on the angle are updated, with their slopes, as soon as the angle has moved.
 //
 // Use, in every 1 ms tick: sample_tick() once (or each sensor when it is read), then 20 times sample_pwm() of each axis
-// and step_pwm(); judge by truth().
+// and step_pwm(); measure errors on truth().
 #ifndef TRACKSERVO_SIM_PLANT_TRACKER_HPP
 #define TRACKSERVO_SIM_PLANT_TRACKER_HPP
 
@@ -41,21 +41,21 @@ class Tracker {
   // Puts the machine at rest at these joint angles [rad], bristles relaxed. Only before the first step.
   void place(const std::array<double, kAxes>& joint_angle_rad);
 
-  // Encoder, gyro and bus voltage of this tick. Draws noise: call exactly once per tick, before its first step.
+  // Encoder, gyro and bus voltage of this tick. Draws noise: call it exactly once per tick, before its first step.
   TickSamples sample_tick();
 
-  // The same sensors for electronics that read them one by one, at their own instants. Each call draws noise.
+  // The same sensors for electronics that read them one by one, at their own times. Each call draws noise.
   std::uint32_t read_encoder(int axis) { return axis_[static_cast<std::size_t>(axis)].encoder.read(); }
   Gyro::Reading read_gyro(int axis) { return axis_[static_cast<std::size_t>(axis)].gyro.sample(); }
 
-  // Motor current and bus voltage as the ADC sees them at the start of this PWM period. Draws noise: call at most
+  // Motor current and bus voltage as the ADC reads them at the start of this PWM period. Draws noise: call it at most
   // once per axis and period.
   PwmSample sample_pwm(int axis);
 
-  // Whether the bridge of an axis lets go of its motor's terminals, from the next period on.
+  // Whether the bridge of an axis leaves its motor's terminals open, from the next period on.
   void open_terminals(int axis, bool open) { axis_[static_cast<std::size_t>(axis)].motor.open_terminals(open); }
 
-  // Fits the holding brakes that the plant has; without this call none is there. Only before the first step.
+  // Adds the holding brakes of the plant; without this call there is none. Only before the first step.
   void fit_holding_brakes();
 
   // Whether the coil of an axis' brake has current, from the next period on.
@@ -68,7 +68,7 @@ class Tracker {
   // Applies the duty of both bridges, -1..1 (clipped; NaN counts as 0), for one PWM period of 50 us.
   void step_pwm(const std::array<double, kAxes>& duty);
 
-  // Put together when asked for, not at every step.
+  // Computed on request, not in every step.
   TruthState truth() const;
 
  private:
@@ -92,12 +92,12 @@ class Tracker {
     double base_rate_rad_s = 0;  // at its end
   };
 
-  // A PWM period: its instants as fractions of the tick, and what holds in its middle.
+  // A PWM period: its times as fractions of the tick, and the values in its middle.
   struct Step {
     double middle;
     double end;
     std::array<double, kAxes> rate_rad_s;
-    std::array<double, kAxes> travel_rad;  // since the shapes were renewed
+    std::array<double, kAxes> travel_rad;  // since the last evaluation
     std::array<double, kAxes> inertia_kg_m2;
     std::array<double, kAxes> drag_nm_s_rad;  // d(J w) = J dw + dJ w
     std::array<double, kAxes> coupling_nm;
@@ -110,7 +110,7 @@ class Tracker {
   void renew_shapes();
   void settle_bus();
   double gravity_nm(std::size_t axis, const std::array<double, kAxes>& travel_rad) const;
-  double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the shapes were renewed
+  double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the last evaluation
 
   std::array<Axis, kAxes> axis_;
   std::array<std::optional<HoldingBrakeConfig>, kAxes> brake_config_;
@@ -127,7 +127,7 @@ class Tracker {
   std::array<double, kAxes> duty_{};
   double bus_v_ = 0;  // under the currents and duties at the end of the last step
 
-  // What depends on the joint angles alone, with its slopes at the angles where it was evaluated.
+  // Functions of the joint angles only, with their slopes at the angles of the last evaluation.
   std::array<double, kAxes> shape_angle_rad_{};
   bool shapes_known_ = false;
   std::array<double, kAxes> eccentricity_factor_{};
@@ -137,7 +137,7 @@ class Tracker {
   double inertia_curve_kg_m2_rad2_ = 0;  // second derivative
 
   std::int64_t steps_ = 0;
-  std::int64_t bus_sampled_at_ = -1;  // both axes share one conversion a period
+  std::int64_t bus_sampled_at_ = -1;  // both axes share one conversion per period
   double bus_sample_v_ = 0;
   int step_in_tick_ = 0;
   double tick_fraction_ = 0;  // at the end of the last step

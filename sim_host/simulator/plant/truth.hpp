@@ -1,9 +1,9 @@
-// What really happens in the simulated machine, and what its electronics deliver.
+// The true state of the simulated machine, and the readings of its electronics.
 //
-// Errors are measured on TruthState, controllers see only TickSamples and PwmSample. Signs: positive torque of the
-// motor drives forward; friction and load are counted positive against forward motion, so that
-// J d(inertial rate)/dt = motor_torque - friction_torque - load_torque. J is the inertia before the spring of a
-// structure, whose torque is a load.
+// Errors are measured on TruthState; controllers get only TickSamples and PwmSample. Signs: positive torque of the
+// motor drives forward; friction and load are counted positive against forward motion, so that J d(inertial rate)/dt =
+// motor_torque - friction_torque - load_torque. J is the inertia before the spring of a structure, whose torque is a
+// load.
 #ifndef TRACKSERVO_SIM_PLANT_TRUTH_HPP
 #define TRACKSERVO_SIM_PLANT_TRUTH_HPP
 
@@ -17,8 +17,8 @@ namespace trackservo::sim {
 // State at the end of the last PWM period; torques are means over that period.
 struct TruthState {
   double time_s = 0;
-  std::array<double, kAxes> joint_angle_rad{};     // moving part against base, not wrapped
-  std::array<double, kAxes> joint_rate_rad_s{};    // its rate: what the seal feels
+  std::array<double, kAxes> joint_angle_rad{};     // moving part relative to the base, not wrapped
+  std::array<double, kAxes> joint_rate_rad_s{};    // its rate, at the seal
   std::array<double, kAxes> inertial_angle_rad{};  // line of sight = joint angle + base angle
   std::array<double, kAxes> inertial_rate_rad_s{};
   std::array<double, kAxes> base_rate_rad_s{};

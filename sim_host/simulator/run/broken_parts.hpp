@@ -1,6 +1,6 @@
-// What is broken in a simulated machine: the HAL's functions and the bridge look here.
+// Injected faults of a simulated machine: the HAL's functions and the bridge read them.
 //
-// All is whole by default. Parts are broken and mended between two ticks; `Machine::broken` is the way there.
+// There is none by default. Faults are injected and removed between two ticks, through `Machine::broken`.
 #ifndef TRACKSERVO_SIM_RUN_BROKEN_PARTS_HPP
 #define TRACKSERVO_SIM_RUN_BROKEN_PARTS_HPP
 
@@ -14,7 +14,7 @@ namespace trackservo::sim {
 
 struct BrokenAxis {
   bool encoder_lost = false;
-  bool encoder_stuck = false;  // says what it said last
+  bool encoder_stuck = false;  // repeats its last reading
   bool encoder_reversed = false;
   double encoder_shift_rad = 0;
   bool gyro_lost = false;
@@ -26,7 +26,7 @@ struct BrokenAxis {
   double current_shift_a = 0;
   bool motor_reversed = false;  // its leads are swapped
   bool motor_open = false;      // one of them is off
-  bool joint_held = false;      // something is in the way
+  bool joint_held = false;      // an obstacle blocks the joint
   double push_nm = 0;           // from outside, in the direction of positive angles
   hal_health health = HAL_GOOD;
 };

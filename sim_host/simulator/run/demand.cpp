@@ -46,7 +46,7 @@ class Demands {
   }
 
  private:
-  // The value is in the file's unit, and what it does is proportional to it.
+  // The value is in the file's unit, and its effect is proportional to it.
   void add(const std::string& key, double value, double share, const std::string& reason) {
     const double limit = share > 0.0 ? std::abs(value) / share : 0.0;
     demands_.push_back({key, fmt::format("{:g} {}", value, reason), fmt::format("give at most {:.3g}", limit), share});
@@ -54,7 +54,7 @@ class Demands {
 
   std::string on_axis(const char *key) const { return name_ + "." + key; }
 
-  // What limits the motor's torque, as it stands in the file.
+  // The limit of the motor's torque, as written in the file.
   std::string motor_text() const {
     const MotorConfig& motor = axis_.motor;
     const std::string limit =
@@ -74,7 +74,7 @@ class Demands {
     }
   }
 
-  // So many loads exceed the motor's torque that the motor is what is wrong, not the loads.
+  // With this many loads above the motor's torque the motor is wrong, not the loads.
   Demand weak_motor() const {
     const MotorConfig& motor = axis_.motor;
     const double share = largest_torque_.torque_nm / available_nm_;
@@ -155,7 +155,7 @@ class Demands {
                kSigmas * inertia_kg_m2_ * sway_rad_s * sway_rad_s * axis_.base_sway.rms_rad);
   }
 
-  // Voltage that the current of the friction needs, standing and changing with the wish for the speed loop.
+  // Voltage needed for the friction current, at standstill and with the changes that the speed loop requires.
   void add_motor() {
     const MotorConfig& motor = axis_.motor;
     const double current_a = axis_.friction.positive.coulomb_nm / motor.torque_constant_nm_a;
@@ -213,8 +213,7 @@ class Demands {
                         design_.fusion_crossover_hz / gyro.bandwidth_hz});
   }
 
-  // Too much to be accelerated in the time, or so little that what friction the design does not know throws it about
-  // within a tick.
+  // Too much to be accelerated in the time, or so little that friction unknown to the design moves it within a tick.
   void add_inertia() {
     const double slow = inertia_kg_m2_ * reference_rad_s_ / available_nm_ / time_s_;
     add(on_axis("inertia_kg_m2"), axis_.inertia_kg_m2, slow,

@@ -1,5 +1,5 @@
-// What a plant's numbers ask of its motor and its sensors, each by itself: the largest demand is the first suspect when
-// an axis cannot be controlled.
+// Demands of a plant's numbers on its motor and its sensors, each by itself: the largest demand is the first suspect
+// when an axis cannot be controlled.
 #ifndef TRACKSERVO_SIM_RUN_DEMAND_HPP
 #define TRACKSERVO_SIM_RUN_DEMAND_HPP
 
@@ -11,8 +11,7 @@
 
 namespace trackservo::sim {
 
-// A number of the plant file and what it does to the axis, as a share of what the axis can bear: above 1 it is too
-// much.
+// A number of the plant file and its effect on the axis, as a share of what the axis can bear: above 1 it is too much.
 struct Demand {
   std::string key;     // dotted
   std::string reason;  // with the number's value

@@ -59,7 +59,7 @@ struct MachineHal {
     return health == HAL_GOOD && of(machine).tripped_[i] ? HAL_OVER_CURRENT : health;
   }
 
-  // A bridge that is in fault has let go by itself.
+  // A bridge in fault has opened its terminals by itself.
   static void power_bridge(void *machine, int axis, bool on) {
     const std::size_t i = static_cast<std::size_t>(axis);
     const BrokenAxis& broken = of(machine).broken_.axis[i];
@@ -96,7 +96,7 @@ struct MachineHal {
     of(machine).next_duty_[i] = sign * static_cast<double>(duty);
   }
 
-  // The threshold where it is within the range; its end is left to the breakages.
+  // The threshold if it is within the range; the end of the range is left to fault injection.
   static void set_scales(void *machine, const hal_scales *scales) {
     Machine& m = of(machine);
     for (std::size_t i = 0; i < kAxes; ++i) {
@@ -147,7 +147,7 @@ void Machine::break_parts() {
   }
 }
 
-// The firmware computes its new current set-points now; the bridge follows the old ones a little longer.
+// The firmware computes its new current set-points now; the bridge follows the old ones for some periods.
 void Machine::run_firmware_tick() {
   std::array<float, kAxes> old_reference_a{};
   for (std::size_t i = 0; i < kAxes; ++i) {

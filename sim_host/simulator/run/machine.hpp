@@ -1,8 +1,8 @@
 // One simulated tracker with the firmware on it: the host end of the HAL.
 //
-// The firmware runs as on the board: `servo_board_tick` every 1 ms, `servo_board_pwm` every PWM period. What a board
-// cannot do at once is not done at once here: the tick's new current set-points count from the third PWM period on
-// (100 us for computing), and a duty counts from the period after the one in which its current was sampled.
+// The firmware runs as on the board: `servo_board_tick` every 1 ms, `servo_board_pwm` every PWM period. Delays of a
+// board exist here too: the tick's new current set-points take effect in the third PWM period (100 us for computing),
+// and a duty takes effect in the period after the one in which its current was sampled.
 #ifndef TRACKSERVO_SIM_RUN_MACHINE_HPP
 #define TRACKSERVO_SIM_RUN_MACHINE_HPP
 
@@ -18,7 +18,7 @@
 
 namespace trackservo::sim {
 
-// PWM periods that pass between the tick's sampling and its set-points being followed.
+// PWM periods from the sampling of the tick until its set-points take effect.
 constexpr int kTickLatencyPeriods = 2;
 
 struct MachineHal;
@@ -29,7 +29,7 @@ class Machine {
   Machine(const PlantConfig& plant, const servo_params& params, std::uint64_t seed,
           const std::array<double, kAxes>& joint_angle_rad);
 
-  // A machine without firmware; `run_firmware` gives it one that somebody else owns.
+  // A machine without firmware; `run_firmware` gives it one with another owner.
   Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad);
 
   Machine(const Machine&) = delete;
@@ -38,18 +38,18 @@ class Machine {
   // The HAL's end of this machine, for starting a firmware on it.
   hal *hal_pointer() { return &hal_; }
 
-  // From now on `tick` is the firmware's 1 ms tick, and `board` what its PWM interrupt runs. Both must outlive the
-  // machine.
+  // From now on `tick` is the firmware's 1 ms tick, and `board` runs in its PWM interrupt. Both must exist longer than
+  // the machine.
   void run_firmware(servo_board& board, std::function<void()> tick) {
     board_ = &board;
     tick_ = std::move(tick);
   }
 
-  // Gives the machine the holding brakes of its plant file, which hold while the bridge of their axis is off. Only
-  // before the first tick.
+  // Adds the holding brakes of the plant file, which hold while the bridge of their axis is off. Only before the first
+  // tick.
   void fit_holding_brakes() { tracker_.fit_holding_brakes(); }
 
-  // What the axes shall do; takes effect at the next tick.
+  // The command of the axes; takes effect at the next tick.
   servo_command& command() { return board_->command; }
 
   // The result of a camera frame that has arrived in this tick, or nothing.
@@ -58,7 +58,7 @@ class Machine {
   // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again.
   void inject_torque(int axis, double torque_nm) { injected_nm_[static_cast<std::size_t>(axis)] = torque_nm; }
 
-  // What is broken from the next tick on.
+  // Injected faults from the next tick on.
   BrokenParts& broken() { return broken_; }
 
   // Runs the firmware's tick and then the machine for 1 ms.
@@ -82,7 +82,7 @@ class Machine {
   servo_board *board_ = &own_board_;
   std::function<void()> tick_ = [this] { servo_board_tick(board_); };
   TickSamples samples_{};
-  double bus_voltage_v_ = 0;  // both axes share one conversion a period
+  double bus_voltage_v_ = 0;  // both axes share one conversion per period
   std::array<double, kAxes> current_sum_a_{};
   std::array<double, kAxes> mean_current_a_{};
   std::array<double, kAxes> duty_{};       // in force
@@ -91,14 +91,14 @@ class Machine {
   std::array<double, kAxes> injected_nm_{};
   std::optional<CameraFrame> frame_;
   BrokenParts broken_;
-  // As last told to the firmware, for sensors that are stuck or turned around.
+  // Last readings of the firmware, for sensors that are stuck or reversed.
   std::array<std::uint32_t, kAxes> told_angle_{};
   std::array<double, kAxes> told_gyro_rad_s_{};
   std::array<double, kAxes> told_current_a_{};
-  // What the firmware takes the converters for, beside what they are: scales that are wrong read wrong.
+  // The scales that the firmware assumes for the converters; wrong scales give wrong readings.
   AdcConfig adc_;
   std::array<double, kAxes> current_share_{1.0, 1.0};
-  std::array<double, kAxes> over_current_a_{};  // 0: the end of the range, which the machine's breakages stand for
+  std::array<double, kAxes> over_current_a_{};  // 0: the end of the range, used by fault injection
   double voltage_share_ = 1.0;
   std::array<bool, kAxes> tripped_{};
 };

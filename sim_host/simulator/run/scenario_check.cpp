@@ -46,7 +46,7 @@ void refuse_start_beyond_stops(const PlantConfig& plant, const ScenarioConfig& s
 
 // Follows the target over the run.
 void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warnings& warnings) {
-  constexpr double kClosest_m = 1.0;  // on the ground; azimuth loses its meaning
+  constexpr double kClosest_m = 1.0;  // on the ground; azimuth is undefined there
   const FlyBy target(scenario.fly_by);
   const int ticks = static_cast<int>(std::lround(scenario.duration_s / kTick_s));
   std::array<bool, kAxes> warned{};
@@ -92,7 +92,7 @@ void check_camera(const ScenarioConfig& scenario, Warnings& warnings) {
   }
 }
 
-// The angles that a speed reference runs through, from the start [rad].
+// The angles that a speed reference passes, from the start [rad].
 struct Travel {
   double least_rad;
   double most_rad;
@@ -132,7 +132,7 @@ void check_speed(const PlantConfig& plant, const ScenarioConfig& scenario, int a
   }
 }
 
-// Torques that the reference and the disturbance ask for on the bare inertia.
+// Torques that the reference and the disturbance require for the bare inertia.
 void check_torques(const PlantConfig& plant, const ScenarioConfig& scenario, int axis, Warnings& warnings) {
   const double inertia_kg_m2 = axis_inertia_kg_m2(plant, axis, scenario.initial_joint_angle_rad[kPitch]);
   const double available_nm = available_torque_nm(plant, axis);

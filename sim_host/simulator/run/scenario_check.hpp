@@ -1,8 +1,7 @@
-// Does a scenario make sense on a plant? What each file alone cannot tell: travel, torque, speed, course of the target.
+// Does a scenario make sense on a plant? Checks that need both files: travel, torque, speed, course of the target.
 //
-// What makes a run meaningless is refused at the line of the key; what makes it unusual (the motor too weak, the end
-// stop reached on the way) is a warning, because somebody may want to see just that. Use once before the runs of a
-// scenario.
+// A meaningless run is refused at the line of the key. An unusual one (the motor too weak, the end stop in the path) is
+// a warning, because a user may want to study exactly that. Use once before the runs of a scenario.
 #ifndef TRACKSERVO_SIM_RUN_SCENARIO_CHECK_HPP
 #define TRACKSERVO_SIM_RUN_SCENARIO_CHECK_HPP
 
@@ -14,7 +13,7 @@
 
 namespace trackservo::sim {
 
-// Throws ConfigError; returns the warnings, a line each as errors are written.
+// Throws ConfigError; returns the warnings, one line each in the form of errors.
 std::vector<std::string> check_scenario(const PlantConfig& plant, const ScenarioConfig& scenario);
 
 // The torque that an axis can give at standstill, at the drive's limit or the supply's [Nm].

@@ -10,7 +10,7 @@
 namespace trackservo::sim {
 namespace {
 
-// `truth` is the machine's state at the moment for which the set-point was made.
+// `truth` is the machine's state at the time of the set-point.
 AxisRow row_of(const TruthState& truth, const Machine& machine, int axis, double tracking_error_rad) {
   const std::size_t i = static_cast<std::size_t>(axis);
   const servo_axis_signals& signals = machine.firmware(axis).signals;
@@ -31,7 +31,7 @@ AxisRow row_of(const TruthState& truth, const Machine& machine, int axis, double
   return row;
 }
 
-// The target and the camera that looks at it; absent outside tracking.
+// The target and the camera; absent outside tracking.
 class Scene {
  public:
   Scene(const ScenarioConfig& scenario, std::uint64_t seed)

@@ -11,11 +11,11 @@
 
 namespace trackservo::sim {
 
-// The speed that a moving axis shall have at a time of the run; `speed_rad_s` is the case. Not for tracking.
+// The commanded speed of a moving axis at a time of the run; `speed_rad_s` is the case. Not for tracking.
 speed_reference speed_set_point(const ScenarioConfig& scenario, double speed_rad_s, double time_s);
 
 // The scenario's disturbing torque. A disturbance given as a speed is the torque that alone would move the bare inertia
-// with that speed: J d(speed)/dt. It comes in behind the controller, which does not know of it, and passes the motor's
+// with that speed: J d(speed)/dt. It is added behind the controller, which does not know it, and passes the motor's
 // current loop.
 double disturbance_nm(const PlantConfig& plant, const ScenarioConfig& scenario, int axis, double time_s);
 

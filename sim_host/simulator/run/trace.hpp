@@ -1,4 +1,4 @@
-// What one run leaves behind: one row per 1 ms tick, both axes, SI units.
+// The record of one run: one row per 1 ms tick, both axes, SI units.
 #ifndef TRACKSERVO_SIM_RUN_TRACE_HPP
 #define TRACKSERVO_SIM_RUN_TRACE_HPP
 
@@ -13,7 +13,7 @@ namespace trackservo::sim {
 struct AxisRow {
   double reference_rad_s;      // inertial rate set-point
   double rate_rad_s;           // true inertial rate
-  double measured_rate_rad_s;  // what the controller saw
+  double measured_rate_rad_s;  // feedback of the controller
   double joint_rate_rad_s;     // true
   double joint_angle_rad;      // true
   double torque_nm;            // true motor torque

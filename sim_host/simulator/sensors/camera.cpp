@@ -6,7 +6,7 @@ namespace trackservo::sim {
 
 namespace {
 
-constexpr double kClockTolerance_s = 1e-9;  // sums of ticks do not hit frame times exactly
+constexpr double kClockTolerance_s = 1e-9;  // sums of ticks do not match frame times exactly
 
 }  // namespace
 

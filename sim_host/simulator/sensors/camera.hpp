@@ -1,7 +1,8 @@
-// The tracking camera: measures where the target is off the optical axis, late and with noise.
+// The tracking camera: measures the target's offset from the optical axis, with delay and noise.
 //
 // At every frame (50 Hz) it takes the line-of-sight error, turns it into pixels of 11.499 urad, adds centroid noise
-// and delivers the result one frame time (20 ms) later (paper section IV.C). Outside the picture there is no target.
+// and delivers the result one frame time (20 ms) later (paper section IV.C). Outside the picture the target is not
+// measured.
 //
 // Use, every 1 ms tick: camera.expose(t, target - line_of_sight); if (auto frame = camera.poll(t)) { ... }
 #ifndef TRACKSERVO_SIM_SENSORS_CAMERA_HPP
@@ -25,24 +26,24 @@ struct CameraFrame {
 
 class Camera {
  public:
-  // Frames are at 0, 1/rate, 2/rate, ... s. The seed makes the centroid noise of each axis.
+  // Frames are at 0, 1/rate, 2/rate, ... s. The seed determines the centroid noise of each axis.
   Camera(const CameraConfig& config, std::uint64_t seed);
 
-  // Shows the camera the scene at a time [s] that never goes back; exposes when a frame is due, else does nothing.
+  // Shows the camera the scene at a time [s] that never decreases; exposes when a frame is due, otherwise does nothing.
   // At most one frame per call: call at least once per frame time. A NaN error counts as "not in the picture".
   void expose(double time_s, std::array<double, kAxes> los_error_rad);
 
-  // The oldest frame whose delay has passed, each exactly once, else nothing.
+  // The oldest frame whose delay has passed, each exactly once, otherwise nothing.
   std::optional<CameraFrame> poll(double time_s);
 
  private:
-  static constexpr int kPipeline = 16;  // frames under way; delay times frame rate is checked to stay below
+  static constexpr int kPipeline = 16;  // frames in progress; delay times frame rate is checked to stay below
 
   CameraConfig config_;
   std::array<RandomStream, kAxes> noise_;
   std::array<CameraFrame, kPipeline> frames_{};
   std::int64_t exposed_ = 0;    // frames taken
-  std::int64_t delivered_ = 0;  // frames handed out
+  std::int64_t delivered_ = 0;  // frames delivered
   std::int64_t next_index_ = 0;
 };
 

@@ -15,11 +15,11 @@ Encoder::Encoder(const EncoderConfig& config, double dt_s, std::uint64_t seed, i
 std::uint32_t Encoder::reading(double shown_rad) {
   const double angle_rad = shown_rad + config_.jitter_rms_rad * jitter_.nearly_normal();
   const auto counts = static_cast<std::int64_t>(nearest_whole(angle_rad * counts_per_rad_));
-  return static_cast<std::uint32_t>(counts) << (32 - config_.resolution_bits);  // whole turns fall off at the top
+  return static_cast<std::uint32_t>(counts) << (32 - config_.resolution_bits);  // whole turns overflow at the top
 }
 
 // The disc's error is linear in the angle over the few periods of a mean. Differences to the newest reading are
-// averaged, so that the mean is right across the end of the turn.
+// averaged, so that the mean is correct across the end of the turn.
 std::uint32_t Encoder::sample() {
   const double newest_rad = history_.delayed(0);
   double error_rad = 0.0;

@@ -3,8 +3,8 @@
 //   reading = quantise(angle(t - latency) + e sin(angle + phase) + jitter), resolution 2^bits per turn
 //   sample  = mean of the last `reads_per_tick` readings, one per PWM period
 //
-// e: eccentricity of the disc, one period per turn. The reading is 32 bits for one turn and wraps; an encoder of fewer
-// bits leaves the lower bits of a reading zero; their mean may use them.
+// e: eccentricity of the disc, one period per turn. The reading is 32 bits for one turn and wraps. An encoder of fewer
+// bits leaves the lower bits of a reading zero; the mean of several readings may use them.
 //
 // Use: advance() once per PWM period, sample() once per tick or read() at every reading.
 #ifndef TRACKSERVO_SIM_SENSORS_ENCODER_HPP
@@ -31,11 +31,11 @@ class Encoder {
   // The mean of this tick's readings in 2^-32 turns. Draws noise.
   std::uint32_t sample();
 
-  // A single reading now, for who takes the mean himself. Draws noise.
+  // A single reading now, for a caller that averages itself. Draws noise.
   std::uint32_t read();
 
  private:
-  // The reading of an angle that the disc shows.
+  // The reading for an angle of the disc.
   std::uint32_t reading(double shown_rad);
 
   EncoderConfig config_;

@@ -2,10 +2,10 @@
 //
 //   reading = clip((1 + scale) F{rate}(t - latency) + bias + F{noise})
 //
-// F is a first- or second-order (Butterworth) low-pass of the given bandwidth. The signal goes through it at the PWM
-// rate, exact for a rate that is linear within a period. The noise is white with variance density^2 fs/2 at the tick
-// rate fs = 1 kHz, then goes through the same low-pass sampled at fs, so that the density at low frequency is the one
-// on the data sheet. The valid flag is the gyro's own: false while its range is exceeded.
+// F is a first- or second-order (Butterworth) low-pass of the given bandwidth. The signal passes it at the PWM rate;
+// this is exact for a rate that is linear within a period. The noise is white with variance density^2 fs/2 at the tick
+// rate fs = 1 kHz. It passes the same low-pass sampled at fs, so the density at low frequency is the one in the data
+// sheet. The valid flag is the gyro's own: false while its range is exceeded.
 //
 // Use: advance() once per PWM period, sample() once per tick.
 #ifndef TRACKSERVO_SIM_SENSORS_GYRO_HPP

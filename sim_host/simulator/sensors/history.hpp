@@ -1,6 +1,6 @@
-// A delay line: remembers a signal at every PWM period and gives it back a fixed latency later.
+// A delay line: stores a signal at every PWM period and returns it a fixed latency later.
 //
-// Linear between the remembered values. Used for the latency of encoder and gyro.
+// Linear between the stored values. Used for the latency of encoder and gyro.
 #ifndef TRACKSERVO_SIM_SENSORS_HISTORY_HPP
 #define TRACKSERVO_SIM_SENSORS_HISTORY_HPP
 
@@ -30,7 +30,7 @@ class History {
     values_[newest_] = value;
   }
 
-  // The delayed value, as it was `periods_ago` calls of push() before; at most 50.
+  // The delayed value as of `periods_ago` calls of push() before; at most 50.
   double delayed(std::size_t periods_ago = 0) const {
     const std::size_t back = whole_ + periods_ago;
     const double later = values_[(newest_ + kLength - back) % kLength];

@@ -16,7 +16,7 @@ class LowPass {
   // bandwidth_hz > 0, order 1 or 2, dt_s > 0: time between calls.
   LowPass(double bandwidth_hz, int order, double dt_s);
 
-  // Output for the new input, reached linearly from the last.
+  // Output for the new input; the input is linear since the last call.
   double advance(double input) {
     const double first = a00_ * first_ + last_[0] * previous_ + new_[0] * input;
     if (second_order_) {
@@ -30,7 +30,7 @@ class LowPass {
     return first_;
   }
 
-  // Output for an input that holds since the last call.
+  // Output for an input that is constant since the last call.
   double advance_held(double input) {
     previous_ = input;
     return advance(input);

@@ -47,7 +47,7 @@ FlashMemory::FlashMemory(const std::filesystem::path& file) : FlashMemory() {
   }
 }
 
-// False: the file cannot take it.
+// False: the file cannot be written.
 bool FlashMemory::keep(std::uint32_t begin, std::uint32_t count) {
   if (!file_.is_open()) {
     return true;

@@ -1,8 +1,8 @@
 // The parameter flash of a simulated board: two areas of four pages of 2 KiB for the parameter store and one of two for
-// node id and bit rate, in memory, kept in a file if one is named.
+// node id and bit rate, in memory, and in a file if one is named.
 //
-// It keeps the hardware's rules (hal_flash.h). The file has every operation as soon as it is done: a simulator that is
-// killed while it stores leaves what a board would whose power fails.
+// It follows the hardware's rules (hal_flash.h). The file has every operation as soon as it is done: a simulator that
+// is killed during a save leaves the same contents as a board whose power fails.
 #ifndef TRACKSERVO_SIM_SERVE_FLASH_MEMORY_HPP
 #define TRACKSERVO_SIM_SERVE_FLASH_MEMORY_HPP
 
@@ -25,10 +25,10 @@ class FlashMemory {
   static constexpr std::uint32_t kBusPages = 2;  // behind the areas
   static constexpr std::uint32_t kPageBytes = 2048;
 
-  // Blank, and gone with the object.
+  // Blank, and lost with the object.
   FlashMemory();
-  // What the file holds; a file that is not there yet is made, blank. Throws std::invalid_argument for a file that is
-  // not 20 KiB long (or 16, as before there were pages for the bus), std::runtime_error for one that cannot be written.
+  // The contents of the file; a missing file is created, blank. Throws std::invalid_argument for a file that is not 20
+  // KiB long (or 16, as before there were pages for the bus), std::runtime_error for one that cannot be written.
   explicit FlashMemory(const std::filesystem::path& file);
   FlashMemory(const FlashMemory&) = delete;
   FlashMemory& operator=(const FlashMemory&) = delete;

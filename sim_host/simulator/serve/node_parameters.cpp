@@ -12,13 +12,13 @@ axis_parameters node_parameters(const PlantConfig& plant, int axis) {
   DesignOptions options;
   options.tracker = TRACKER_PREDICTIVE;
   const ControllerSpec& spec = controller_spec("pi_vob_ftc");
-  design_controller(plant, spec, options);  // refuses what is unstable
+  design_controller(plant, spec, options);  // refuses an unstable plant
   return design_axis(plant, axis, spec, options);
 }
 
 namespace {
 
-// Of the mean of a tick's readings; an encoder and a gyro whose noise is below it may well say the same twice.
+// Of the mean of a tick's readings; an encoder and a gyro with less noise may well repeat a reading.
 bool readings_differ(const AxisConfig& axis) {
   const double code_rad = 2.0 * kPi / std::pow(2.0, axis.encoder.resolution_bits);
   return axis.encoder.jitter_rms_rad > 0.5 * code_rad && axis.gyro.noise_density_rad_s_rthz > 0.0;

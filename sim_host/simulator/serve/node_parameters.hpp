@@ -1,4 +1,4 @@
-// The node's parameters for a plant: the gains that the experiments would use, as the values of the object dictionary.
+// The node's parameters for a plant: the gains of the experiments, as the values of the object dictionary.
 #ifndef TRACKSERVO_SIM_SERVE_NODE_PARAMETERS_HPP
 #define TRACKSERVO_SIM_SERVE_NODE_PARAMETERS_HPP
 
@@ -12,10 +12,10 @@ extern "C" {
 
 namespace trackservo::sim {
 
-// What PI + VOB + FTC is designed to for this axis, its friction parameters 15 % wrong as in the experiments (seed 1).
+// The design of PI + VOB + FTC for this axis, with friction parameters 15 % wrong as in the experiments (seed 1).
 axis_parameters node_parameters(const PlantConfig& plant, int axis);
 
-// The limits that protect this axis (0x2060), from what the plant file says of sensors, motor, supply and end stops.
+// The limits that protect this axis (0x2060), from the plant file's sensors, motor, supply and end stops.
 protection_limits node_limits(const PlantConfig& plant, int axis);
 
 // The scales of the machine's converters (0x3060): [adc] of the plant file.

@@ -50,7 +50,7 @@ void write_all(int descriptor, std::string_view bytes) {
   }
 }
 
-// `serve` in a child process; it ends when its standard input does, which is here.
+// `serve` in a child process; it ends at the end of its standard input, which is here.
 class ServingProcess {
  public:
   explicit ServingProcess(const PlantConfig& plant) {
@@ -95,7 +95,7 @@ class ServingProcess {
       const auto report = [output](const std::vector<std::string>& addresses) { write_all(output, addresses.front()); };
       serve(plant, options, {report, {}});
     } catch (const std::exception&) {
-      _exit(1);  // the parent sees the pipe end
+      _exit(1);  // the parent detects the end of the pipe
     }
     _exit(0);
   }
@@ -105,7 +105,7 @@ class ServingProcess {
   int output_ = -1;
 };
 
-// A client that knows one question.
+// A client that sends one request.
 class SdoReader {
  public:
   explicit SdoReader(std::uint16_t port) : socket_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -120,7 +120,7 @@ class SdoReader {
       throw std::runtime_error("the served node's port cannot be reached");
     }
     write_all(socket_, kOpen);
-    wait_for(kHeartbeat);  // before it the node does not listen
+    wait_for(kHeartbeat);  // before it the node does not receive
   }
   SdoReader(const SdoReader&) = delete;
   SdoReader& operator=(const SdoReader&) = delete;

@@ -6,8 +6,8 @@
 
 namespace trackservo::sim {
 
-// Serves in a process of its own, in real time, and reads 0x606C one after the other for so long. It is the wall
-// clock that counts here: waiting is part of it. Throws std::runtime_error when the node does not answer.
+// Serves in a process of its own, in real time, and reads 0x606C in sequence for this time. It uses the wall clock,
+// because waiting is part of the result. Throws std::runtime_error when the node does not answer.
 double sdo_reads_per_second(const PlantConfig& plant, double seconds);
 
 }  // namespace trackservo::sim

@@ -30,7 +30,7 @@ ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::u
   });
 }
 
-// As the board's CAN controller: what its filters drop, the node does not see.
+// Like the board's CAN controller: frames that its filters drop do not reach the node.
 void ServedNode::receive(const can_frame& frame) {
   if (heard_frame(&frame)) {
     servo_node_receive(node_.get(), &frame);

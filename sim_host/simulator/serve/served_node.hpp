@@ -17,7 +17,7 @@ extern "C" {
 
 namespace trackservo::sim {
 
-// What a node is on its bus: as delivered, while LSS has stored nothing else.
+// Settings of a node on its bus: the defaults, while LSS has stored nothing else.
 struct NodeOnBus {
   std::uint8_t node_id = 1;     // 1 .. 127, or 255: none
   std::uint16_t kbit_s = 1000;  // 125, 250, 500 or 1000
@@ -26,7 +26,7 @@ struct NodeOnBus {
 
 class ServedNode : public ServedDevice {
  public:
-  // The flash must outlive the node; its stored set, if it has one, goes before the plant's gains. Throws
+  // The flash must exist longer than the node; its parameter set, if it has one, replaces the plant's gains. Throws
   // std::invalid_argument for a node id, bit rate or gains out of range.
   ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::uint64_t seed, VirtualBus& bus,
              const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad = kServedStart_rad);
@@ -34,7 +34,7 @@ class ServedNode : public ServedDevice {
 
   void tick() override;
   void process() override;
-  // An interface that was down counts as a bus that was off.
+  // An interface that was down counts as a bus-off.
   void take_health(CanHealth health) override;
 
   const Machine& machine() const { return machine_; }

@@ -31,7 +31,7 @@ volatile std::sig_atomic_t stop_requested = 0;
 
 void request_stop(int) { stop_requested = 1; }
 
-// The rest of `bus` behind "kind:", or nothing when it is of another kind.
+// The rest of `bus` after "kind:", or nothing when it is of another kind.
 bool is_kind(const std::string& bus, const std::string& kind, std::string& rest) {
   if (bus.rfind(kind, 0) != 0 || (bus.size() > kind.size() && bus[kind.size()] != ':')) {
     return false;
@@ -99,8 +99,8 @@ class ReadyMonitor {
   VirtualBus::Port port_;
 };
 
-// Waits for a frame from a client or for the next tick. False: a signal came, or standard input has ended where that
-// counts.
+// Waits for a frame from a client or for the next tick. Returns false when a signal came, or standard input has ended
+// and that stops the server.
 bool wait(const Ends& ends, Clock::time_point until, bool until_stdin_ends) {
   constexpr int kIgnored = -1;
   std::vector<pollfd> descriptors{{until_stdin_ends ? STDIN_FILENO : kIgnored, POLLIN, 0}};
@@ -163,7 +163,7 @@ void run_at_full_speed(VirtualBus& bus, ServedDevice& device, const Ends& ends, 
   }
 }
 
-// Nodes on one bus, each with a machine and a flash of its own.
+// Nodes on one bus, each with its own machine and flash.
 class ServedNodes : public ServedDevice {
  public:
   ServedNodes(const PlantConfig& plant, const ServeOptions& options, VirtualBus& bus) {

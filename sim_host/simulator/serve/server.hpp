@@ -1,9 +1,9 @@
-// The simulated machine as a CANopen node that clients reach: `sim_host serve`.
+// The simulated machine as a CANopen node on a bus for clients: `sim_host serve`.
 //
-// It runs until SIGINT or SIGTERM comes; standard input is not read unless that is asked for, because a background job
-// of a script or of a CI service has none.
-// Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of one virtual bus, so
-// several clients see each other's frames as on a wire. Time runs at a pace, or as fast as the host can.
+// It runs until SIGINT or SIGTERM. Standard input is read only on request, because a background job of a script or of a
+// CI service has none. Bus ends: "slcan-tcp:PORT" (0: any free port), "slcan-pty", "socketcan:IFACE". All are ends of
+// one virtual bus, so several clients see each other's frames as on a wire. Time runs at a given pace, or as fast as
+// the host can.
 #ifndef TRACKSERVO_SIM_SERVE_SERVER_HPP
 #define TRACKSERVO_SIM_SERVE_SERVER_HPP
 
@@ -21,29 +21,29 @@
 
 namespace trackservo::sim {
 
-// Joint angles at which a served machine is switched on [rad].
+// Initial joint angles of a served machine [rad].
 constexpr std::array<double, kAxes> kServedStart_rad = {0.0, 0.3};
 
 struct ServeOptions {
   std::vector<std::string> buses = {"slcan-tcp:0"};
-  // Each node has the next node id (or none: 255), serial number and seed, and a flash file of its own: with the number
-  // of the node appended from the second on.
+  // Each node has the next node id (or none: 255), serial number and seed, and a flash file of its own: from the second
+  // node on, the node's number is appended.
   int nodes = 1;
   std::uint8_t node_id = 1;
   std::uint32_t serial_number = 0;
   std::uint32_t bit_rate = 1000000;  // of the bus, and of nodes that have stored no other
   std::uint64_t seed = 1;
-  std::filesystem::path flash;  // what keeps the stored set from run to run; empty: nothing does
-  // Simulated time per real time. Faster than 1, or as fast as the host can (none), it waits for clients that do not
-  // keep up, so that they lose nothing; in real time they do, as on a wire.
+  std::filesystem::path flash;  // keeps the parameter set from run to run; empty: it is not kept
+  // Simulated time per real time. Faster than real time, or as fast as the host can (none), it waits for slow clients,
+  // so that they lose nothing; in real time they can lose frames, as on a wire.
   std::optional<double> pace = 1.0;
-  // After a stall of the host so many ticks are made up for at once; what is beyond is let go, and simulated time is
-  // late.
+  // After a stall of the host, at most this many ticks are made up for at once; the rest is dropped, and simulated time
+  // is late.
   int catch_up_ticks = 20;
-  bool until_stdin_ends = false;  // end when standard input does, too: for a parent that may be killed
+  bool until_stdin_ends = false;  // end with standard input too: for a parent process that may be killed
 };
 
-// What serve() reports, each once and in this order; an empty function is not called.
+// Reports of serve(), each once and in this order; an empty function is not called.
 struct ServeReports {
   std::function<void(const std::vector<std::string>& addresses)> open;  // the address of every bus end
   std::function<void()>
@@ -55,7 +55,7 @@ constexpr const char *kUntilStdinEndsHelp = "end also when standard input ends, 
 // Prints the addresses, a line each, then the line "ready". Each is flushed, so that a script can wait for it.
 ServeReports reports_on_stdout();
 
-// What is served: a device on the bus whose time goes by in ticks of 1 ms.
+// The served object: a device on the bus whose time advances in ticks of 1 ms.
 class ServedDevice {
  public:
   ServedDevice() = default;
@@ -68,18 +68,18 @@ class ServedDevice {
   // Between ticks: answers need not wait.
   virtual void process() {}
 
-  // What a CAN controller's driver would tell.
+  // Reports that a CAN controller's driver would give.
   virtual void take_health(CanHealth /*health*/) {}
 
-  // Lets time pass on the bus; a device whose own ticks do this does nothing here.
+  // Advances time on the bus; a device whose own ticks do this does nothing here.
   virtual void pass_bus_time(VirtualBus& bus, double seconds) { bus.advance(seconds); }
 };
 
-// Serves until SIGTERM or SIGINT comes. Throws std::invalid_argument for a bus that is not known, std::runtime_error
-// for one that cannot be opened.
+// Serves until SIGTERM or SIGINT comes. Throws std::invalid_argument for an unknown bus, std::runtime_error for one
+// that cannot be opened.
 void serve(const PlantConfig& plant, const ServeOptions& options, const ServeReports& reports);
 
-// The same for any device; the options' node id and seed are not looked at.
+// The same for any device; the options' node id and seed are not used.
 void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const ServeReports& reports);
 
 }  // namespace trackservo::sim

@@ -1,4 +1,4 @@
-// Line of sight to a UAV that flies past: straight course plus a sinusoidal weave across and above it.
+// Line of sight to a UAV that flies past: a straight course plus sinusoidal weaving to the side and up.
 //
 //   p(t) = p0 + v t + across * A1 sin(2 pi t / T1) + up * A2 sin(2 pi t / T2)
 //   azimuth = bearing of p, pitch = atan2(z, hypot(x, y)), with exact first and second time derivatives.

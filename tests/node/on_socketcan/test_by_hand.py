@@ -1,6 +1,6 @@
-"""The session of docs/can.md with can-utils alone, exactly as the page has it. Needs vcan0: see tests/socketcan.
+"""The session of docs/can.md with can-utils alone, exactly as on the page. Needs vcan0: see tests/socketcan.
 
-Each `sh` block of the section "By hand" is run; the lines of the `text` block behind it must come out of candump.
+Each `sh` block of the section "By hand" is run; candump must print the lines of the `text` block after it.
 """
 
 import re
@@ -37,7 +37,7 @@ class Candump:
         return [" ".join(line.split()) for line in self.path.read_text().splitlines()]
 
     def expect(self, patterns):
-        """The lines come in this order, others between them."""
+        """The lines come in this order, with others between them."""
         end = time.monotonic() + ANSWER_TIME_S
         for pattern in patterns:
             pattern = re.compile(" ".join(pattern.split()).replace("[", r"\[").replace("]", r"\]"))
@@ -68,7 +68,7 @@ def test_session_of_the_page_works_line_by_line(served, tmp_path):
     try:
         candump.expect(steps[0][1])
         for commands, answers in steps[1:]:
-            # One by one, as by hand: a command comes when the one before has its answer.
+            # In sequence, as by hand: a command is sent when the previous one has its answer.
             subprocess.run(["bash", "-e", "-c", commands.replace("\ncansend", "\nsleep 0.05\ncansend")], check=True)
             candump.expect(answers)
         answers = [line for line in candump.lines() if line.startswith("vcan0 581")]

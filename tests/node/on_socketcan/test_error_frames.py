@@ -1,6 +1,6 @@
-"""What the CAN controller tells, as error frames, and an interface that goes and comes. Needs vcan0.
+"""Error frames of the CAN controller, and an interface that goes down and up. Needs vcan0.
 
-A vcan has no wire that could fail, but it passes on error frames that are sent with can-utils as a driver would.
+A vcan has no wire that could fail, but it passes on error frames that can-utils sends like a driver.
 """
 
 import subprocess

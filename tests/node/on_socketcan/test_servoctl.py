@@ -14,7 +14,7 @@ GAIN = "azimuth.speed_loop.proportional_gain"
 
 @pytest.fixture
 def servoctl(served, tmp_path):
-    """Runs it as a user does and gives what it says with --json."""
+    """Runs it as a user does and returns the output of --json."""
     environment = {**os.environ, "PYTHONPATH": str(PROJECT / "tools/servoctl"), "SERVOCTL_STATE": str(tmp_path),
                    "SERVOCTL_PARAMETERS": str(DESCRIPTIONS / "parameters.json"), "XDG_CACHE_HOME": str(tmp_path)}
 
@@ -36,8 +36,8 @@ def test_servoctl_from_scan_to_step(servoctl, tmp_path, tell):
     before = servoctl("get", GAIN)[0]["value"]
     changed = servoctl("set", GAIN, str(before + 10))[0]
     assert (changed["old"], changed["value"], changed["in_force"]) == (before, pytest.approx(before + 10), True)
-    # User Mode Linux may be late with set-points; servoctl then leaves out the step that was disturbed, or asks for
-    # another run when none is left.
+    # User Mode Linux may be late with set-points; servoctl then leaves out the disturbed step, or requests another run
+    # when none is left.
     found = servoctl("step", "azimuth", "--amplitude", "1", "--hold", "0.4", "--yes", tries=6)
     rises_ms = [round(1000 * step["rise_s"], 1) for step in found["steps"]]
     tell(f"servoctl step on SocketCAN: rise {rises_ms} ms, {found['lost']} samples lost")

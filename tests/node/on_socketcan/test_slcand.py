@@ -1,4 +1,5 @@
-"""Linux' own slcand makes a CAN interface of the simulator's terminal, as docs/can.md shows it. Needs slcan in the kernel."""
+"""Linux' own slcand makes a CAN interface from the simulator's terminal, as docs/can.md shows. Needs slcan in the
+kernel."""
 
 import os
 import subprocess

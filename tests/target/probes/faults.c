@@ -1,4 +1,4 @@
-/* A bus fault with its own handler, an undefined instruction without one, and the state that each leaves. */
+/* A bus fault with its own handler, an undefined instruction without one, and the state after each. */
 #include "probe.h"
 
 static void skip(uint32_t *frame, uint32_t bytes) { frame[6] += bytes; }
@@ -15,7 +15,7 @@ __attribute__((used)) static void hard_fault_with(uint32_t *frame) {
   note(0xF0);
   note(SCB_CFSR);
   note(SCB_HFSR);
-  if (SCB_CFSR != 0) { /* an SVC would return behind itself */
+  if (SCB_CFSR != 0) { /* an SVC would return after itself */
     skip(frame, 2);
   }
   SCB_CFSR = 0xFFFFFFFFu;

@@ -1,4 +1,4 @@
-/* A region without access below the RAM: what refuses an access inside it, below it, and with the MPU off. */
+/* A region without access below the RAM: which accesses are refused inside it, below it, and with the MPU off. */
 #include "probe.h"
 
 static void tell(uint32_t *frame, uint32_t what, uint32_t address) {

@@ -46,7 +46,7 @@ static inline void end_of_probe(void) {
   }
 }
 
-/* The first 32 vectors: what a probe does not define ends it with the exception's number. */
+/* The first 32 vectors: a vector that a probe does not define ends it with the exception's number. */
 void start(void);
 void nmi(void);
 void hard_fault(void);

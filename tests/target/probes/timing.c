@@ -1,4 +1,4 @@
-/* SysTick every 1,000 cycles from sleep, and what known loops take on the cycle counter. */
+/* SysTick every 1,000 cycles from sleep, and the cost of known loops on the cycle counter. */
 #include "probe.h"
 
 #define DWT_CTRL REGISTER(0xE0001000u)

@@ -1,4 +1,4 @@
-// Programmes for machines of all sizes: the firmware takes every experiment, and the axis stays where it may be.
+// Test plans for machines of all sizes: the firmware accepts every experiment, and the axis stays within its limits.
 #include "test_plan/test_plan_json.hpp"
 
 #include <cmath>
