@@ -25,6 +25,7 @@ LINK_TARGET = re.compile(r"(?<=\])\([^()\s]*\)|<[^<>\s][^<>]*>|https?://\S+")
 NAME_LIKE = re.compile(
     r'(?<![\w"])"[\w.+-]+"(?![\w"])'  # a word in quotes alone is an interface's
     r"|(?<![\w-])--?[A-Za-z][\w-]*"  # options
+    r"|\bsim_host beliefs\b"  # a command of a program
     r"|[\w.]*\w_[\w./:-]*|\b_\w+"  # underscores
     r"|\b\w+(?:->|::)\w+|\b\w+\(\)"
     r"|\b[\w/-]*\w\.[a-z]\w*\b"  # file names and members
