@@ -184,7 +184,7 @@ static fault_set watch_voltage(axis_protection *p, const protection_limits *limi
   return bit_if(under, FAULT_UNDER_VOLTAGE) | bit_if(over, FAULT_OVER_VOLTAGE);
 }
 
-/* The torque pushes the axis towards its set-point, but it accelerates the other way. */
+/* The torque pushes the axis towards its set-point, but it accelerates in the opposite direction. */
 static bool runs_away(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                       const protection_inputs *in, float dt_s) {
   const float acceleration_rad_s2 = (in->rate_rad_s - p->slow_rate_rad_s) / SETTLING_S;

@@ -3,9 +3,9 @@
  *
  *     0  driver faults: TIM1 break, TIM8 break
  *     1  current loop: end of the injected sequence of ADC1, 20 kHz
- *     2  tick: TIM6 update, 1 kHz; prelude: what came before the tick, asked for by the last PWM periods
- *     3  CAN: a frame was received, or all that the hardware had to send has been sent
- *     4  service: PendSV, which every tick asks for
+ *     2  tick: TIM6 update, 1 kHz; pre-tick task: input that came before the tick, requested by the last PWM periods
+ *     3  CAN: a frame was received, or the hardware has sent all its frames
+ *     4  deferred task: PendSV, requested by every tick
  *        background: main, watchdog */
 #ifndef TRACKSERVO_STM32G474_INTERRUPTS_H
 #define TRACKSERVO_STM32G474_INTERRUPTS_H

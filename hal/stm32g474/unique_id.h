@@ -1,4 +1,4 @@
-/* The 96 bits by which the factory tells one chip from another: RM0440, "Unique device ID register". */
+/* The 96 bits that identify a chip, programmed in the factory: RM0440, "Unique device ID register". */
 #ifndef TRACKSERVO_STM32G474_UNIQUE_ID_H
 #define TRACKSERVO_STM32G474_UNIQUE_ID_H
 

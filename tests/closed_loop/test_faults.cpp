@@ -40,7 +40,7 @@ void test_every_breakage_in_every_motion_is_seen_in_time_and_ends_as_promised() 
   }
   for (int fault = 1; fault < FAULT_COUNT; ++fault) {
     TEST_ASSERT_TRUE_MESSAGE(((expected & ~told) >> fault & 1U) == 0,
-                             fmt::format("fault {} is expected, and something else is always told", fault).c_str());
+                             fmt::format("fault {} is expected, and another one is always reported", fault).c_str());
   }
 }
 
@@ -65,7 +65,7 @@ void test_without_protection_the_same_trials_find_it_out() {
   }
   const sim::TrialResult stuck =
       sim::run_trial(setup, {&sim::breakage("encoder stuck"), sim::Motion::kFast, sim::kAzimuth, 7, true});
-  std::printf("an encoder that is stuck and not watched: %.2f rad/s\n", stuck.speed_most_rad_s);
+  std::printf("an encoder that is stuck and not monitored: %.2f rad/s\n", stuck.speed_most_rad_s);
   TEST_ASSERT_TRUE(stuck.showed);
   TEST_ASSERT_EQUAL(FAULT_NONE, stuck.seen);
 }

@@ -259,7 +259,7 @@ int main(void) {
       {"1 kHz task, profile position", DRIVE_PROFILE_POSITION},
   };
   static cost_row row;
-  static cost_row service = {.name = "service after it, all modes", .bound = 6700};
+  static cost_row service = {.name = "deferred task, all modes", .bound = 6700};
   bool good = instruction_count_start();
   cost_table_head();
   for (unsigned i = 0; i < sizeof works / sizeof works[0]; ++i) {

@@ -18,7 +18,7 @@ undefined() { "$readelf" --syms --wide "$@" | awk '$7 == "UND" && NF == 8 { prin
 defined() { "$readelf" --syms --wide "$@" | awk '$7 != "UND" && NF == 8 { print $8 }' | sort -u; }
 
 called="$(comm -23 <(undefined "$@") <(defined "$@"))"
-[[ -n "$called" ]] || { echo "$readelf tells of no call at all"; exit 1; }
+[[ -n "$called" ]] || { echo "$readelf lists no call at all"; exit 1; }
 unexpected="$(grep -vxE "$(IFS='|' && echo "${allowed[*]}")" <<<"$called" || true)"
 if [[ -n "$unexpected" ]]; then
   printf 'The firmware calls what it must not: %s\n' "${unexpected//$'\n'/ }"

@@ -1,4 +1,4 @@
-// Documents lead somewhere: every link within the repository, and every test and plot that the theory page names.
+// Links of the documents work: every link within the repository, and every test and plot that the theory page names.
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -22,7 +22,7 @@ using trackservo::sim::plant_keys_markdown;
 using trackservo::sim::scenario_keys_markdown;
 
 const fs::path kRoot = TRACKSERVO_SOURCE_DIR;
-const std::string kReport = "build/results/report.html";  // not there before the first demo
+const std::string kReport = "build/results/report.html";  // missing before the first demo
 
 std::string text_of(const fs::path& file) {
   std::ifstream stream(file);
@@ -49,7 +49,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// What stands between the two marks, wherever it has no blank.
+// The text between the two marks, wherever it has no blank.
 std::vector<std::string> between(const std::string& text, const std::string& before, char after) {
   std::vector<std::string> found;
   for (std::size_t place = text.find(before); place != std::string::npos; place = text.find(before, place + 1)) {
@@ -70,7 +70,7 @@ std::vector<std::string> links_of(const fs::path& document) {
   return links;
 }
 
-// The name that a heading's link has: lower case, blanks as hyphens, other signs left out.
+// The anchor of a heading: lower case, blanks as hyphens, other signs left out.
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (const char letter : heading) {
@@ -154,7 +154,7 @@ std::vector<std::string> theory_row_of(const std::string& header) {
   return {};
 }
 
-// Issue 2: "a newcomer finds the equation, the block, its test and its plot without help".
+// A newcomer finds the equation, the block, its test and its plot without help.
 void test_every_control_block_has_a_row_with_equation_block_test_and_plot() {
   for (const auto& entry : fs::directory_iterator(kRoot / "firmware/control")) {
     const std::string header = entry.path().filename().string();
@@ -170,7 +170,7 @@ void test_every_control_block_has_a_row_with_equation_block_test_and_plot() {
   }
 }
 
-// The reference pages are printed by tools/update-docs; this tells when that was forgotten.
+// The reference pages are printed by tools/update-docs; this test fails when they are out of date.
 void test_the_pages_of_the_keys_are_those_that_the_reader_checks_by() {
   TEST_ASSERT_TRUE_MESSAGE(text_of(kRoot / "docs/plant-files.md") == plant_keys_markdown(),
                            "renew with: sim_host keys plant");

@@ -88,9 +88,9 @@ const std::vector<Case>& cases() {
       {"encoder only", "tracker", sim::kAzimuth, [](BenchSetup& setup) { setup.gyro_recorded = false; }},
       {"encoder of 20 bits", "tracker", sim::kAzimuth,
        [](BenchSetup& setup) { axis_of(setup).encoder.resolution_bits = 20; }},
-      {"programme for half the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
+      {"test plan for half the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
        [](Programme& programme) { misjudge(programme, 0.5); }},
-      {"programme for twice the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
+      {"test plan for twice the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
        [](Programme& programme) { misjudge(programme, 2.0); }},
       {"no loops, no chirp", "tracker", sim::kAzimuth, [](BenchSetup&) {},
        [](Programme& programme) {

@@ -114,7 +114,7 @@ class SyncMaster:
             time.sleep(PERIOD_S)
 
     def enable(self, mode):
-        """Both axes by PDO alone, Halt set on the way; the target is the axis' position until the path begins."""
+        """Both axes by PDO alone, Halt set while moving; the target is the axis' position until the path begins."""
         for channel in self.channels:
             channel.mode = mode
         self.wait(lambda channel: channel.display == mode)

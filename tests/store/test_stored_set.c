@@ -359,7 +359,7 @@ static void test_a_set_of_another_version_is_taken_by_index_and_sub_index(void) 
   change_one_of_each(9);
   TEST_ASSERT_EQUAL(OD_OK, set(0x6081, 0, 123456));
   uint32_t count = rows_in_force(rows);
-  printf("a stored set: %u rows, room for %u\n", (unsigned)count, (unsigned)KEPT_MOST_ROWS);
+  printf("a parameter set: %u rows, room for %u\n", (unsigned)count, (unsigned)KEPT_MOST_ROWS);
   row_with(rows, count, 0x6081, 0)->id ^= 1;                             /* now of another type */
   row_with(rows, count, 0x6083, 0)->id = 0x5FFFu << 16 | 0x01u << 8 | 7; /* no longer present */
   *row_with(rows, count, 0x607F, 0) = rows[count - 1];                   /* 0x607F is new */

@@ -1,5 +1,5 @@
-// Plants for the tests of the simulated machine: the shipped tracker with everything that a test does not ask about
-// switched off.
+// Plants for the tests of the simulated machine: the shipped tracker with everything switched off that a test does not
+// need.
 #ifndef TRACKSERVO_TESTS_SUPPORT_BENCH_HPP
 #define TRACKSERVO_TESTS_SUPPORT_BENCH_HPP
 

@@ -1,7 +1,7 @@
-/* Assertions on real numbers that print what was measured, for Unity tests in C and C++.
+/* Assertions on real numbers that print the measured value, for Unity tests in C and C++.
  *
- * Unity's own float assertions depend on how it was configured and print no double; these compare in double
- * whatever the argument's type, never pass a NaN, and say in words what went wrong. */
+ * Unity's own float assertions depend on its configuration and print no double; these compare in double for every
+ * argument type, never pass a NaN, and describe the failure in words. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_CHECK_H
 #define TRACKSERVO_TESTS_SUPPORT_CHECK_H
 
@@ -55,12 +55,12 @@ static inline void check_at_least(const char *what, double bound, double actual,
 
 #define CHECK_AT_LEAST(what, bound, actual) check_at_least(what, (double)(bound), (double)(actual), __LINE__)
 
-/* The same number to the last bit. */
+/* Equal to the last bit. */
 #define CHECK_SAME(what, expected, actual) CHECK_NEAR(what, expected, actual, 0.0)
 
 #define CHECK_STATUS(expected, actual) TEST_ASSERT_EQUAL_INT((int)(expected), (int)(actual))
 
-/* A measured number for the log; judges nothing. */
+/* A measured number for the log, without a check. */
 #define LOG_VALUE(what, value) check_note(what, (double)(value), __LINE__)
 
 #endif

@@ -1,7 +1,7 @@
 /* Two areas of flash in memory behind hal_flash.h, whose power can be cut at any operation.
  *
- * As the hardware does: erased is FF, a double word is programmed once after an erase, and what a cut leaves behind of
- * its operation is one of flash_cut. */
+ * Like the hardware: erased is FF, a double word is programmed once after an erase, and the remains of an interrupted
+ * operation are one of flash_cut. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_FLASH_MODEL_H
 #define TRACKSERVO_TESTS_SUPPORT_FLASH_MODEL_H
 
@@ -12,11 +12,11 @@
 
 enum { FLASH_MODEL_MOST_BYTES = 16384 };
 
-/* What is left of the operation at which the power fails. */
+/* State after the operation at which the power fails. */
 typedef enum {
   CUT_CLEAN,  /* nothing was done */
-  CUT_TORN,   /* about half of the bits are as wanted, the others as before */
-  CUT_FLIPPED /* all was done, but one bit is wrong */
+  CUT_TORN,   /* about half of the bits have their new value, the others the old one */
+  CUT_FLIPPED /* everything was done, but one bit is wrong */
 } flash_cut;
 
 enum { FLASH_CUTS = 3 };
@@ -30,7 +30,7 @@ typedef struct {
   random_source random;
   bool off;
   uint32_t operations;  /* programmed or erased so far */
-  uint32_t rule_breaks; /* programmed what was not erased, or out of range */
+  uint32_t rule_breaks; /* programmed an address that was not erased, or is out of range */
   uint32_t erases[8];   /* of each page, area 0 first */
 } flash_model;
 
@@ -115,7 +115,7 @@ static inline bool flash_model_erase(const hal_flash *flash, uint32_t page) {
   return !model->off;
 }
 
-/* All is erased, the power is on. */
+/* Everything is erased, the power is on. */
 static inline void flash_model_init(flash_model *model, uint32_t page_bytes, uint32_t pages) {
   memset(model, 0, sizeof *model);
   memset(model->bytes, 0xFF, sizeof model->bytes);

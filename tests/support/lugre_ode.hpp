@@ -1,7 +1,7 @@
-// The continuous LuGre model in double, solved by Boost.Odeint's rosenbrock4: the reference that the block is
-// compared with. It shares nothing with the block but the parameters.
+// The continuous LuGre model in double, solved by Boost.Odeint's rosenbrock4: the reference for the block. It shares
+// only the parameters with the block.
 //
-// The bristle state is kept as a force F = s0 z, so that the solver's absolute tolerance is in Nm.
+// The bristle state is a force F = s0 z, so that the solver's absolute tolerance is in Nm.
 #ifndef TRACKSERVO_TESTS_SUPPORT_LUGRE_ODE_HPP
 #define TRACKSERVO_TESTS_SUPPORT_LUGRE_ODE_HPP
 
@@ -26,7 +26,7 @@ using Matrix = boost::numeric::ublas::matrix<double>;
 
 constexpr double kTolerance = 1e-10;
 
-// Does the reference reduce s1 at high speed to stay passive, as lugre.h promises, or is it the model of 1995?
+// Whether the reference reduces s1 at high speed to stay passive, as lugre.h does, or is the model of 1995.
 enum class Damping { kPassive, kOriginal };
 
 class Friction {

@@ -1,6 +1,6 @@
-/* A bench for the whole servo node: a rigid machine behind it, frames in, frames out, time passing.
+/* A bench for the whole servo node: a rigid machine behind it, frames in, frames out, and time.
  *
- * Sent frames land in a log. Include once, in a test with Unity. */
+ * Sent frames go into a log. Include it once, in a test with Unity. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_NODE_BENCH_H
 #define TRACKSERVO_TESTS_SUPPORT_NODE_BENCH_H
 
@@ -11,7 +11,7 @@
 
 enum { NODE_ID = 5, NODE_LOG = 1024, PITCH = 0x800, SDO_SILENT = 1 };
 
-/* Statusword: what is left when the bits that say nothing of the state are taken away. */
+/* Statusword without the bits that are not part of the state. */
 enum {
   STATE_MASK = 0x6F,
   STATE_NOT_READY = 0x00,
@@ -91,7 +91,7 @@ static inline const uint8_t *ask(const uint8_t request[8]) {
   return answer->data;
 }
 
-/* Of as many bytes as the object has; the abort code, or 0. */
+/* With the size of the object; the abort code, or 0. */
 static inline uint32_t set(uint32_t index, uint8_t sub, uint32_t value) {
   const uint8_t *answer = ask((const uint8_t[]){0x22, (uint8_t)index, (uint8_t)(index >> 8), sub, (uint8_t)value,
                                                 (uint8_t)(value >> 8), (uint8_t)(value >> 16), (uint8_t)(value >> 24)});

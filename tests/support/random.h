@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdint.h>
 
-/* How many of `count` cases are tried: all on the host, one in 25 on an emulated Cortex-M, which computes double in
- * software, and where coverage is measured (TESTS_FEW_CASES): more cases of a kind reach no further line. */
+/* How many of `count` cases are tried: all on the host; one in 25 on an emulated Cortex-M, which computes double in
+ * software, and in coverage builds (TESTS_FEW_CASES), where more cases of a kind cover no further line. */
 static inline int random_cases(int count) {
 #if defined(TESTS_FEW_CASES) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
   return count / 25;

@@ -1,6 +1,6 @@
-/* A machine behind hal_host.h with two rigid axes: the current that the node asks for is the one that flows.
+/* A machine behind hal_host.h with two rigid axes: its currents are those that the node commands.
  *
- * Everything that a machine can do to the node is a member: set it, and it is so from the next tick on. */
+ * Every effect of a machine on the node is a member: a changed member takes effect at the next tick. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_RIGID_MACHINE_H
 #define TRACKSERVO_TESTS_SUPPORT_RIGID_MACHINE_H
 
@@ -19,7 +19,7 @@ typedef struct {
   double friction_nm; /* dry, both directions */
   bool encoder_failed;
   bool gyro_missing;
-  float gyro_error_rad_s; /* added to what it should read */
+  float gyro_error_rad_s; /* added to the correct reading */
   bool frame_waits;       /* for the next tick */
   hal_camera_frame frame;
   hal_health health;
@@ -32,7 +32,7 @@ typedef struct {
   hal functions;
   rigid_axis axis[SERVO_AXES];
   float bus_voltage_v;
-  hal_scales scales; /* told; what is read is right in any case */
+  hal_scales scales; /* set by the node; the readings are correct in any case */
 } rigid_machine;
 
 static inline bool rigid_joint_angle(void *machine, int axis, uint32_t *angle) {
@@ -97,7 +97,7 @@ static inline void rigid_machine_init(rigid_machine *machine) {
                              .bus_voltage_v = 48.0f};
 }
 
-/* The rate after one ms: friction holds what is at rest and brings to rest what would turn round. */
+/* The rate after one ms: friction holds an axis at rest and stops an axis that would reverse. */
 static inline double rigid_next_rate(const rigid_axis *joint, double torque_nm, double inertia_kg_m2) {
   const double direction = joint->rate_rad_s != 0.0 ? joint->rate_rad_s : torque_nm;
   const double free_rad_s = joint->rate_rad_s + 1e-3 * torque_nm / inertia_kg_m2;
@@ -105,7 +105,7 @@ static inline double rigid_next_rate(const rigid_axis *joint, double torque_nm, 
   return joint->friction_nm > 0.0 && rate_rad_s * direction <= 0.0 ? 0.0 : rate_rad_s;
 }
 
-/* What flows in the winding, and the voltage that the bridge gives for it. */
+/* Current in the winding, and the voltage that the bridge gives for it. */
 static inline void rigid_drive(rigid_axis *joint, servo_axis *servo, const servo_axis_params *params) {
   const float back_emf_v = params->current.back_emf_v_s_rad * (float)joint->rate_rad_s;
   joint->current_a = servo->current_reference_a;
@@ -116,7 +116,7 @@ static inline void rigid_drive(rigid_axis *joint, servo_axis *servo, const servo
   }
 }
 
-/* One ms of motion, in place of the PWM periods of that time. The inertia is the one that the servo's observer
+/* One ms of motion, instead of the PWM periods of that time. The inertia is the one that the servo's observer
  * assumes. */
 static inline void rigid_machine_turn(rigid_machine *machine, servo_app *app) {
   for (int i = 0; i < SERVO_AXES; ++i) {
@@ -143,13 +143,13 @@ static inline bool rigid_machine_start_node_on(rigid_machine *machine, servo_nod
     const od_part limits_part = {.table = protection_objects_table, .values = &objects, .prefix = ""};
     od_restore_defaults(&limits_part, node_id);
     limits[i] = objects.written;
-    limits[i].stuck_s = 0.0f; /* without noise, a machine at rest says the same again and again */
+    limits[i].stuck_s = 0.0f; /* without noise, a machine at rest always reads the same */
   }
   const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus, NULL};
   return servo_node_start(node, &config);
 }
 
-/* The same at 1 Mbit/s; what LSS stores is kept in RAM. */
+/* The same at 1 Mbit/s; what LSS stores is in RAM. */
 static inline bool rigid_machine_start_node(rigid_machine *machine, servo_node *node, uint8_t node_id,
                                             can_sender sender, const hal_flash *flash) {
   const servo_node_bus bus = {0};

@@ -1,5 +1,5 @@
-/* A servo axis on a bare inertia of 20 kg m^2 with an ideal encoder, current loop and no gyro: what is commanded is
- * what the load feels, unless the bench limits the motor. */
+/* A servo axis on a bare inertia of 20 kg m^2 with an ideal encoder and current loop and no gyro: the load gets the
+ * commanded torque, unless the bench limits the motor. */
 #ifndef TRACKSERVO_TESTS_SUPPORT_SERVO_BENCH_H
 #define TRACKSERVO_TESTS_SUPPORT_SERVO_BENCH_H
 
@@ -19,7 +19,7 @@ typedef struct {
   double rate_rad_s;
   double turns;
   double load_nm;
-  double motor_limit_nm; /* the bus drives no more, both directions; 0: no limit */
+  double motor_limit_nm; /* maximum torque that the bus can drive, both directions; 0: no limit */
   double worst_step_nm;  /* of the torque from tick to tick */
 } bench;
 

@@ -69,7 +69,7 @@ inline void expect_safe_reset(BoardRig& rig, int most_ms, std::uint16_t code, st
   TEST_ASSERT_EQUAL_HEX32(static_cast<std::uint32_t>(target::ResetCause::kWatchdog),
                           static_cast<std::uint32_t>(rig.machine.chip().last_reset()));
   TEST_ASSERT_EQUAL_INT_MESSAGE(1, rig.client.boots(), "it must start again");
-  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, code, detail), "the cause of the reset is not told");
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, code, detail), "the cause of the reset is not reported");
 }
 
 }  // namespace bench

@@ -36,7 +36,7 @@ void test_it_starts_safe_passes_its_self_tests_and_is_heard() {
   for (int part = 0; part < 20 * kBoot_ms; ++part) {
     rig.machine.run(0.05e-3);
     heard_after_s = rig.client.boots() == 0 ? rig.machine.time_s() : heard_after_s;
-    TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "a bridge is on before anybody asked for it");
+    TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "a bridge is on before a command");
   }
   TEST_MESSAGE(
       fmt::format("after power-on: RAM tested {:.0f} ms, heard {:.0f} ms", 1e3 * tested_after_s, 1e3 * heard_after_s)
@@ -73,7 +73,7 @@ void test_a_dip_of_the_supply_is_told_and_a_power_on_is_not() {
   rig.client.forget();
   rig.machine.chip().request_brown_out();
   boot(rig);
-  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kSupplyFailed, kBrownOut), "the dip is not told");
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kSupplyFailed, kBrownOut), "the dip is not reported");
   TEST_ASSERT_TRUE_MESSAGE(rig.client.enable(kCyclicVelocity),
                            "the dip is over, and must not keep an axis from working");
   rig.client.forget();

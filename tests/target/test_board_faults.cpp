@@ -49,7 +49,7 @@ void test_an_axis_without_its_encoder_is_switched_off() {
     expect_error_after(rig, what);
   };
   with([](BoardRig& rig) { rig.machine.encoder(0).is_connected = false; }, "encoder's wire is broken");
-  with([](BoardRig& rig) { rig.machine.encoder(0).has_error = true; }, "encoder tells an error");
+  with([](BoardRig& rig) { rig.machine.encoder(0).has_error = true; }, "encoder reports an error");
   with([](BoardRig& rig) { rig.machine.encoder(0).flipped_bits = 4; }, "encoder's CRC is wrong");
 }
 
@@ -89,7 +89,7 @@ void expect_stop_without_gyro(void (*harm)(BoardRig&), void (*mend)(BoardRig&), 
   for (; rig.client.emergencies().empty() && latency_ms <= kMostLatency_ms; ++latency_ms) {
     turn(rig, 1);
   }
-  TEST_MESSAGE(fmt::format("{}: told after {} ms", what, latency_ms).c_str());
+  TEST_MESSAGE(fmt::format("{}: reported after {} ms", what, latency_ms).c_str());
   TEST_ASSERT_LESS_OR_EQUAL_INT_MESSAGE(kMostLatency_ms, latency_ms, what);
   turn(rig, kStopping_ms);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, 0.0, 1e6 * rig.truth().inertial_rate_rad_s[0]);
@@ -113,7 +113,7 @@ void test_a_driver_fault_switches_its_bridge_off_at_once() {
   rig.machine.set_driver_fault(0, true);
   TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), "by hardware, before any instruction");
   expect_fault_of_azimuth(rig, kPowerStage);
-  TEST_ASSERT_FALSE_MESSAGE(rig.client.enable_again(0), "while the driver tells its fault");
+  TEST_ASSERT_FALSE_MESSAGE(rig.client.enable_again(0), "while the driver reports its fault");
   TEST_ASSERT_FALSE(rig.machine.is_bridge_on(0));
   rig.machine.set_driver_fault(0, false);
   expect_that_it_comes_back(rig);
@@ -187,7 +187,7 @@ void test_an_axis_works_without_a_gyro_and_without_the_other_axis() {
   rig.machine.gyro(1).is_connected = false;
   rig.machine.encoder(1).is_connected = false;
   bench::boot(rig);
-  TEST_ASSERT_TRUE_MESSAGE(bench::has_heard(rig, 0x5000, 0x20 | 0x40 | 0x10), "what failed is told");
+  TEST_ASSERT_TRUE_MESSAGE(bench::has_heard(rig, 0x5000, 0x20 | 0x40 | 0x10), "the failed test is reported");
   TEST_ASSERT_EQUAL_HEX32_MESSAGE(0x7310, rig.client.error_code(0), "its gyro is used and missing");
   rig.client.start_node();
   TEST_ASSERT_TRUE(rig.client.write(0x2050, 1, 0, 4));

@@ -42,7 +42,7 @@ void test_a_stuck_bit_of_ram_keeps_both_axes_from_being_ready() {
       rig.machine.chip().core.stick(address, 17, value);
       boot(rig);
       TEST_MESSAGE(fmt::format("bit 17 of 0x{:08x} stuck at {}", address, value ? 1 : 0).c_str());
-      TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kSelfTest, kRam), "it is not told");
+      TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kSelfTest, kRam), "it is not reported");
       expect_not_ready(rig);
       expect_no_complaints(rig);
     }
@@ -77,7 +77,7 @@ void test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_i
   }
   TEST_MESSAGE(fmt::format("{} bytes: a round takes {} ms; found after {} ms", bytes, round_ms, passed_ms).c_str());
   rig.client.pass(kMostBraking_ms);
-  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kImageDamaged, kImageDamagedFault), "it is not told");
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kImageDamaged, kImageDamagedFault), "it is not reported");
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "a bridge is still on");
   TEST_ASSERT_FALSE_MESSAGE(rig.client.enable(kCyclicVelocity), "an axis works on a damaged program");
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());

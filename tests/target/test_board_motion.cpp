@@ -157,13 +157,13 @@ void compare_without_noise(const Motion& motion) {
   compare(motion, without_sensor_noise(plant), without_quantisation(plant));
 }
 
-// As the experiments are: with all noise.
+// Like the experiments: with all noise.
 void compare_with_noise(const Motion& motion) {
   const sim::PlantConfig plant = bench::tracker_plant();
   compare(motion, plant, without_quantisation(plant));
 }
 
-// The windows of the experiments, in place of shorter ones that begin earlier: minutes.
+// The windows of the experiments instead of shorter ones that begin earlier: takes minutes.
 bool whole_windows() { return std::getenv("TARGET_WHOLE_WINDOWS") != nullptr; }
 
 Motion steady(double speed_deg_s) {

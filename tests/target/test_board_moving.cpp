@@ -1,6 +1,6 @@
-// What only the board can have, in every motion that it knows (it has no camera, so it does not track) and at random
-// moments: outputs are safe in the time that is stated, the axes stand within the stated distance, and the bus hears
-// why after the restart. TARGET_MOMENTS=20 takes more moments than one of each.
+// Faults that only the board has, in every motion that it supports (it has no camera, so it does not track) and at
+// random instants: outputs are safe in the stated time, the axes stand within the stated distance, and the bus gets the
+// cause after the restart. TARGET_MOMENTS=20 takes more instants than one of each.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -24,12 +24,12 @@ void tearDown(void) {}
 
 namespace {
 
-constexpr double kStep_s = 50e-6;  // of looking at the outputs: a PWM period
+constexpr double kStep_s = 50e-6;  // of checking the outputs: a PWM period
 constexpr double kDegree = sim::kPi / 180.0;
 constexpr double kStandstill_rad_s = 2e-3;
 constexpr double kTick_ms = 1.0;
 
-// The lower half of the byte that goes along with the cause of a reset (HAL_RESET_...).
+// The lower half of the byte with the cause of a reset (HAL_RESET_...).
 constexpr std::uint8_t kWatchdog = 4;
 constexpr std::uint8_t kException = 5;
 constexpr std::uint8_t kBrownOut = 7;
@@ -38,7 +38,7 @@ constexpr std::uint8_t kStackOverflow = 8;
 struct Motion {
   const char *name;
   double speed_rad_s;
-  bool reverses;  // somewhere on the way from one direction to the other
+  bool reverses;  // somewhere between the two directions
 };
 
 constexpr Motion kFast = {"20 deg/s", 20.0 * kDegree, false};
@@ -49,7 +49,7 @@ struct Harm {
   const char *name;
   void (*begin)(BoardRig& rig);
   double most_ms;       // until both bridges are off
-  fault_id seen;        // before the reset, told of each axis; FAULT_NONE: nobody is left to tell
+  fault_id seen;        // reported for each axis before the reset; FAULT_NONE: no code runs that could report
   fault_id told;        // after it, with this detail
   std::uint8_t detail;  //
 };
@@ -74,7 +74,7 @@ const Harm kHarms[] = {
      FAULT_BROWN_OUT_RESET, kBrownOut},
 };
 
-// Only in calm air is a distance stated.
+// A distance is stated only for calm air.
 sim::PlantConfig calm_plant() {
   sim::PlantConfig plant = bench::tracker_plant();
   for (sim::AxisConfig& axis : plant.axis) {
@@ -114,7 +114,7 @@ class Turning {
     }
   }
 
-  // Up to speed, and on to a random moment between two PWM periods.
+  // Up to speed, and on to a random instant between two PWM periods.
   void reach(sim::SplitMix64& random) {
     const auto ramp_ms = static_cast<int>(1e3 * speed_rad_s_ / kRamp_rad_s2);
     pass(ramp_ms + 50 + static_cast<int>(100.0 * random.uniform()));
@@ -141,7 +141,7 @@ class Turning {
   double wanted_rad_s_ = 0.0;
 };
 
-// From now to standstill, at most as far as is stated of this reaction; `each_ms` is what must hold all the way.
+// From now to standstill, at most the stated distance of this reaction; `each_ms` must hold all the time.
 template <class Each>
 void expect_to_stop(BoardRig& rig, fault_reaction reaction, int at_least_ms, const char *what, Each each_ms) {
   constexpr int kLongest_ms = 1000;
@@ -185,7 +185,7 @@ bool has_heard_of_axis(const BoardRig& rig, fault_id fault, int axis) {
   });
 }
 
-// The axes coast: no bridge is on before somebody enables an axis again.
+// The axes coast: no bridge is on before an axis is enabled again.
 double try_harm(BoardRig& rig, const Harm& harm, const char *what) {
   const int resets_before = rig.machine.chip().resets();
   rig.client.forget();
@@ -238,7 +238,7 @@ void test_a_damaged_image_stops_both_axes_while_they_turn_fast() {
   for (int i = 0; i < kTwoRounds_ms && !has_heard(rig, fault_table[fault].code, fault); ++i) {
     turning.pass(1);
   }
-  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, fault_table[fault].code, fault), "it is not told");
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, fault_table[fault].code, fault), "it is not reported");
   expect_to_stop(rig, REACTION_STOP, 300, "image damaged", [] {});
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "a bridge is still on");
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());

@@ -1,4 +1,4 @@
-// More frames in a tick than the CAN controller has transmit buffers for: all of them go out.
+// More frames in a tick than the CAN controller has transmit buffers for: all of them are sent.
 #include <array>
 
 #include "board_steps.hpp"

@@ -1,8 +1,8 @@
-// Does a wrong bit in a register stay unseen? One bit of a register that the image writes is stuck at the other value
-// than the one that the image wants, and the board must show a flaw: against the chip's rules, on the bus, in its
-// motion, in its fault reactions, or in what docs/board.md promises about clocks, pins, priorities and times.
+// Is a wrong bit in a register detected? One bit of a register that the image writes is stuck at the opposite of the
+// written value, and the board must show an error: against the chip's rules, on the bus, in its motion, in its fault
+// reactions, or in the clocks, pins, priorities and times of docs/board.md.
 //
-// By default some of the bits are bent; TARGET_ALL_WIRES=1 in the environment bends every one.
+// By default some of the bits are inverted; with TARGET_ALL_WIRES=1 in the environment every one is.
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -31,7 +31,7 @@ constexpr std::int32_t kSpeed_urad_s = 17453;
 
 bool is_near(double value, double wanted, double tolerance) { return std::abs(value - wanted) <= tolerance; }
 
-// What the board's page promises of registers that show in no motion: these bits have these values.
+// Registers of the board's page that affect no motion: these bits have these values.
 struct Promise {
   std::uint32_t address;
   std::uint32_t mask;
@@ -47,7 +47,7 @@ constexpr Promise kPromises[] = {
     {0x40012C0C, 0x80, 0x80, "azimuth: a driver's fault interrupts"},
     {0x4001340C, 0x80, 0x80, "pitch: a driver's fault interrupts"},
     {0x40022000, 0x700, 0x700, "the flash is read with prefetch and both caches"},
-    {0x40021000, 1U << 19, 1U << 19, "the crystal is watched"},
+    {0x40021000, 1U << 19, 1U << 19, "the crystal is monitored"},
     {0x40007008, 1U << 14, 1U << 14, "the dead battery pull-downs are off"},
     {0xE0042008, 0x1010, 0x1010, "a halted core stops tick and watchdog"},
     {0xE0042010, 0x2800, 0x2800, "a halted core stops both PWM timers"},
@@ -67,14 +67,15 @@ constexpr Promise kPromises[] = {
     {0x40020030, 0x3000, 0x2000, "pitch: what the encoder sends goes before what is sent to it"},
 };
 
-// What each pin of the board's table is given to, and where its pull must hold an open wire. Gates and a driver's fault
-// input rest low, serial and CAN inputs at their idle high, an encoder's open data line where no frame can come from.
+// The function of each pin in the board's table, and where its pull must hold an open wire. Gates and a driver's fault
+// input are pulled low, serial and CAN inputs to their idle high, an encoder's open data line to the level at which no
+// frame can come.
 struct PinPromise {
   char port;
   unsigned pin;
   unsigned function;
   std::uint32_t pull;   // 1 up, 2 down, 0 none
-  std::uint32_t speed;  // 1 where it drives more than 5 MHz or gates, else the slowest
+  std::uint32_t speed;  // 1 where it drives more than 5 MHz or gates, otherwise the slowest
 };
 
 constexpr PinPromise kPins[] = {
@@ -100,7 +101,7 @@ std::string broken_pin(target::Stm32g474& chip) {
   return chip.port('A').mode(5) == target::Gpio::Mode::kOutput ? "" : "PA5 does not drive the LED";
 }
 
-// Cycles of the core since the PWM period began, which is where the counter turns upwards.
+// Cycles of the core since the start of the PWM period, where the counter turns upwards.
 int cycles_into_period(target::Stm32g474& chip) {
   constexpr std::uint32_t kDown = 1U << 4;
   constexpr int kPeriod_cycles = 8500;
@@ -108,7 +109,7 @@ int cycles_into_period(target::Stm32g474& chip) {
   return (chip.bus.read(0x40012C00, 4) & kDown) != 0 ? kPeriod_cycles - count : count;
 }
 
-// Both bridges switch at the same instants, and the tick comes when the current loop and the encoders are done.
+// Both bridges switch at the same time, and the tick comes when the current loop and the encoders are done.
 std::string broken_phase(target::Stm32g474& chip) {
   constexpr int kCyclesPerTickCount = 4;
   constexpr int kPeriod_cycles = 8500;
@@ -146,7 +147,7 @@ std::string broken_promise(target::Stm32g474& chip) {
     }
   }
   if (chip.exceptions.priority(target::kPendSv) != 4 << 4) {
-    return "the service does not run below all interrupts";
+    return "the deferred task does not run below all interrupts";
   }
   if (chip.rcc.core_hz() != 170'000'000 || chip.tim1.period() != chip.tim8.period() ||
       chip.tim1.period() != 50 * target::kUnitsPerMicrosecond ||
@@ -156,8 +157,8 @@ std::string broken_promise(target::Stm32g474& chip) {
   return is_near(chip.watchdog.timeout_s(), 0.02, 0.002) ? "" : "the watchdog's time is not 20 ms";
 }
 
-// The filters let pass what canopen/heard_frames.h says and nothing else: no other, extended or remote frame costs
-// an interrupt.
+// The filters pass the frames of canopen/heard_frames.h and no others: no other, extended or remote frame costs an
+// interrupt.
 std::string broken_filter(BoardRig& rig) {
   const auto accepted_of = [&rig](const std::vector<can_frame>& frames) {
     const int before = rig.machine.chip().fdcan1.accepted();
@@ -182,7 +183,7 @@ std::string broken_filter(BoardRig& rig) {
   return accepted_of(heard) == static_cast<int>(heard.size()) ? "" : "a frame for the node does not pass the filters";
 }
 
-// The first thing that is not as it should be; empty when all is well.
+// The first error found; empty when there is none.
 std::string flaw_of(BoardRig& rig) {
   target::Stm32g474& chip = rig.machine.chip();
   const auto complaint = [&chip] { return chip.complaints.list().empty() ? "" : chip.complaints.list().front(); };
@@ -218,7 +219,7 @@ std::string flaw_of(BoardRig& rig) {
   }
   for (std::size_t axis = 0; axis < sim::kAxes; ++axis) {
     if (!is_near(1e6 * rig.truth().inertial_rate_rad_s[axis], kSpeed_urad_s, 0.05 * kSpeed_urad_s)) {
-      return "an axis does not turn as told";
+      return "an axis does not turn as commanded";
     }
   }
   if (!complaint().empty() || !rig.client.emergencies().empty() || chip.resets() != 0) {
@@ -232,7 +233,7 @@ std::string flaw_of(BoardRig& rig) {
   }
   rig.client.pass(20);
   if (rig.client.emergencies().empty()) {
-    return "a driver's fault is not told";
+    return "a driver's fault is not reported";
   }
   if (chip.port('C').drives_high(8) || chip.port('C').drives_high(9)) {
     return "a gate driver stays enabled after its fault";
@@ -248,7 +249,7 @@ std::string flaw_of(BoardRig& rig) {
   return chip.resets() == 1 && chip.last_reset() == target::ResetCause::kWatchdog ? complaint() : "no watchdog reset";
 }
 
-// Writes that carry data rather than wiring (duties, message RAM, DMA addresses) or can be seen by people only.
+// Writes that carry data and no wiring (duties, message RAM, DMA addresses), or whose effect only people can see.
 bool is_data(std::uint32_t address) {
   const std::uint32_t page = address & ~0x3FFU;
   const std::uint32_t offset = address & 0x3FFU;
@@ -260,14 +261,14 @@ bool is_data(std::uint32_t address) {
          (address >= 0x4000A400 && address < 0x4000A800) || (dma && offset >= 8 && (offset - 8) % 0x14 == 12);
 }
 
-// Flags that a timer's status register clears by zeros: the ones beside them do nothing.
+// Flags that a timer's status register clears by zeros: the bits beside them have no effect.
 std::uint32_t bits_without_effect(const Write& write) {
   const std::uint32_t page = write.address & ~0x3FFU;
   const bool timer = page == 0x40001000 || page == 0x40012C00 || page == 0x40013400;
   return timer && (write.address & 0x3FFU) == 0x10 ? write.value : 0;
 }
 
-// Every bit that the image changes in a register, against what it first changes it to.
+// Every bit that the image changes in a register, with its first new value.
 std::vector<Bend> all_bends() {
   std::map<std::uint32_t, std::uint32_t> known;
   std::vector<Bend> bends;
@@ -300,7 +301,7 @@ constexpr Harmless kHarmless[] = {
     {0x50000100, 1, true, "ADC2, the same"},
     {0x50000000, 5, true, "ADC1: clears the end-of-conversion flag, which nobody asks for"},
     {0x50000100, 5, true, "ADC2, the same"},
-    {0x50000100, 6, false, "ADC2 ends its sequence with ADC1, whose flag is asked for"},
+    {0x50000100, 6, false, "ADC2 ends its sequence with ADC1, whose flag is read"},
     {0x40012C00, 7, false, "TIM1's period is never changed, so its preload does nothing after the first update"},
     {0x40013400, 7, false, "TIM8, the same"},
     {0x40001000, 7, false, "TIM6, the same"},

@@ -50,7 +50,7 @@ def test_it_ends_with_standard_input_where_that_is_asked_for():
 
 
 def test_an_unpowered_machine_stands_in_a_storm(tmp_path):
-    """20 Nm of steady wind, which would turn azimuth by a turn meanwhile: its seal holds 9 Nm, its brake 30 Nm."""
+    """20 Nm of steady wind, which would turn azimuth by a turn in that time: its seal holds 9 Nm, its brake 30 Nm."""
     shipped = (pathlib.Path(__file__).parents[2] / "sim_host/plants/tracker.toml").read_text()
     assert shipped.count("wind_mean_nm = 0.5\n") == 1
     plant = tmp_path / "storm.toml"

@@ -1,5 +1,5 @@
-"""The first power-up of docs/board.md, carried out as written: its commands are taken out of the page and given to
-servoctl, which talks to the board's image on the emulated board, with what the page says is on the bench."""
+"""The first power-up of docs/board.md, executed as written: its commands are read from the page and given to servoctl,
+which talks to the board's image on the emulated board, with the machine that the page describes."""
 
 import math
 import os
@@ -79,7 +79,7 @@ def test_the_first_power_up_is_carried_out_as_written(servoctl):
 
 
 def test_at_24_v_nothing_switches_on_before_step_5(servoctl):
-    """2060:15 is 36 V at first: the page says so, and which state that is."""
+    """2060:15 is 36 V at first: the page states it, and the resulting state."""
     for line in steps()[4]:
         assert servoctl(*shlex.split(line)[1:]).returncode == 0
     refused = servoctl("move", "azimuth", "--by", "1", "--yes")

@@ -2,7 +2,7 @@
 
 Functions are known by their name, local ones with their file: "servo_node.c:reset". Calls through a pointer cannot be
 read from the code: a table says where they may lead, and a call that it does not name is an error. The table speaks of
-the functions of the source; into which of the image's one of them was inlined, the debug information tells.
+the functions of the source; the debug information shows into which function of the image one of them was inlined.
 """
 
 import bisect
@@ -21,7 +21,7 @@ class Function:
 
 
 class CallGraphError(Exception):
-    """What the machine code cannot tell, or what it must not be."""
+    """Facts that the machine code does not show, and forbidden calls."""
 
 
 _VARIANT = re.compile(r"\.(isra|part|constprop|lto_priv|cold)(\.\d+)?")

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# What a build tells while it runs: one rewritten line on a terminal, and elsewhere a line every ten seconds at most.
+# Progress of a build: one rewritten line on a terminal, and elsewhere a line every ten seconds at most.
 
 # The link optimises across files: as long as this many files take to compile, measured.
 build_progress_link_files=8

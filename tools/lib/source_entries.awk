@@ -1,5 +1,5 @@
 # Turns the machine's own apt entries into entries for source packages.
-# In: deb822 stanzas (*.sources, read with RS="") or one-line entries (*.list), told apart by the file's name.
+# In: deb822 stanzas (*.sources, read with RS="") or one-line entries (*.list), distinguished by the file's name.
 # -v distribution_uris="uri uri": entries of other archives are left out; empty: all are kept.
 # Out: the same entries as deb-src, with their options (Signed-By among them), in the format of the input.
 

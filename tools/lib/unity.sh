@@ -22,7 +22,7 @@ unity_missing() {
   ! unity_has_right_files "$unity_dir"
 }
 
-# The archives of the distribution itself, so that other vendors' archives are not asked for its sources.
+# The archives of the distribution itself, so that other vendors' archives are not queried for its sources.
 unity_distribution_uris() {
   local names
   # shellcheck disable=SC1091
@@ -61,7 +61,7 @@ unity_download() {
     -o "Dir::State::lists=$1/lists" -o "Dir::Cache=$1/cache" -o "APT::Sandbox::User=$(id -un)")
   mkdir -p "$1/entries" "$1/lists/partial" "$1/cache/archives/partial" "$1/source" "$1/unpacked"
   unity_write_source_entries "$1/entries" || return 1
-  # An archive without sources is no reason to give up: whether the others will do, the download tells.
+  # An archive without sources is no reason to give up: the download shows whether the others have them.
   "${apt[@]}" update || true
   (cd "$1/source" && "${apt[@]}" source --download-only --tar-only "$unity_package") || return 1
   local tarballs=("$1"/source/*.tar.*)

@@ -1,4 +1,4 @@
-"""Registers of the STM32G474 as the crate `stm32g4` tells them: generated Rust (svd2rust), read as text.
+"""Registers of the STM32G474 from the crate `stm32g4`: generated Rust (svd2rust), read as text.
 
     block = read_block(folder, "rcc")
     block["CR"].offset, block["CR"].reset, block["CR"].fields["HSEON"] -> (16, 1)

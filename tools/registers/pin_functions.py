@@ -1,4 +1,4 @@
-"""What a pin can be, and the numbers of DMA requests, as the crate `stm32g4xx-hal` tells them; and our own pin table."""
+"""Functions of the pins and numbers of the DMA requests, from the crate `stm32g4xx-hal`; and our own pin table."""
 
 import pathlib
 import re

@@ -123,11 +123,11 @@ def page_with_table(page, glossary):
     return f"{before}{TABLE_START}\n{glossary.table()}\n{TABLE_END}{after}"
 
 
-def check(root, data, folders=None):
+def check(root, data, folders=None, with_names=True):
     """The findings in the folders (those that words.toml says are covered), and other errors as sentences."""
     glossary = Glossary(data)
     in_prose = data["covered"] if folders is None else folders
-    in_names = data["names_covered"] if folders is None else folders
+    in_names = [] if not with_names else data["names_covered"] if folders is None else folders
     findings = []
     for file in prose.files_of(root):
         if file in data["left_out"]:
@@ -142,7 +142,7 @@ def check(root, data, folders=None):
         for item in data["exceptions"]:
             if item["text"] not in glossary.used_exceptions:
                 errors.append(f"words.toml: nothing needs the exception {item['text']}: remove it.")
-    if data["names_covered"] == ["."] and folders is None:
+    if in_names == ["."] and folders is None:
         for name in data["interfaces"]:
             if name not in glossary.used_interfaces:
                 errors.append(f"words.toml: no file has the interface {name}: remove it.")
@@ -163,6 +163,7 @@ def long_sentences(root, files):
 def main():
     parser = argparse.ArgumentParser(description="Find house words in pages, comments, messages and identifiers; words.toml has the glossary.")
     parser.add_argument("folders", nargs="*", metavar="PATH", help="files or folders to read, covered or not (default: what words.toml covers)")
+    parser.add_argument("--no-names", action="store_true", help="leave identifiers out")
     parser.add_argument("--count", action="store_true", help="print the number of findings of each folder, not the findings")
     parser.add_argument("--long", action="store_true", help=f"print each sentence of the pages that has more than {LONG_SENTENCE} words")
     parser.add_argument("--update-page", action="store_true", help=f"write the glossary's table into {PAGE}")
@@ -176,7 +177,7 @@ def main():
         (ROOT / PAGE).write_text(wanted)
         page = wanted
 
-    findings, errors = check(ROOT, data, folders)
+    findings, errors = check(ROOT, data, folders, not arguments.no_names)
     if page != wanted:
         errors.append(f"{PAGE} does not have the glossary of words.toml: run tools/source_checks/words.py --update-page.")
     if arguments.count:

@@ -78,7 +78,7 @@ static void *produce(void *context) {
 }
 
 /* Bound: all sequences of 16 pushes and pops (65,536), on queues of 1, 2, 4 and 8 frames, from counters at 0 and just
- * before their wrap; beside a list that says what should come. */
+ * before their wrap, compared with a list of the expected frames. */
 static void test_all_short_sequences_of_pushes_and_pops(void) {
   enum { STEPS = 16 };
   uint32_t wrong = 0;
@@ -88,7 +88,7 @@ static void test_all_short_sequences_of_pushes_and_pops(void) {
     (void)can_queue_init(&queue, frames, capacity);
     atomic_store(&queue.pushed, start);
     atomic_store(&queue.popped, start);
-    uint32_t next = 0, oldest = 0, lost = 0; /* numbers of frames that were taken, and of those that were given back */
+    uint32_t next = 0, oldest = 0, lost = 0; /* numbers of accepted frames, and of those taken out */
     uint32_t waiting[STEPS];
     for (uint32_t step = 0; step < STEPS; step++) {
       can_frame frame = {.id = step};
@@ -102,7 +102,7 @@ static void test_all_short_sequences_of_pushes_and_pops(void) {
       } else {
         const bool there = oldest < next;
         wrong += can_queue_pop(&queue, &frame) == there ? 0u : 1u;
-        wrong += frame.id == (there ? waiting[oldest] : step) ? 0u : 1u; /* left alone when there is none */
+        wrong += frame.id == (there ? waiting[oldest] : step) ? 0u : 1u; /* unchanged when there is none */
         oldest += there ? 1u : 0u;
       }
     }

@@ -136,7 +136,7 @@ static void test_angle_differences_take_the_shorter_way_between_any_two_angles(v
     const angle_turn32 to = (angle_turn32)(random_bits(&source) >> 32);
     const angle_turn32 from = (angle_turn32)(random_bits(&source) >> 32);
     const double expected_rad = remainder((double)to * count_rad - (double)from * count_rad, 6.283185307179586);
-    CHECK_NEAR("shorter way", expected_rad, angle_difference_rad(to, from), 5e-7);
+    CHECK_NEAR("shorter path", expected_rad, angle_difference_rad(to, from), 5e-7);
   }
 }
 

@@ -1,4 +1,4 @@
-/* What the node hears, and that each identifier that an object takes is among it. */
+/* The heard frames, and that they include each identifier that an object accepts. */
 #include "canopen/bench.h"
 #include "canopen/cob_id.h"
 #include "canopen/heard_frames.h"
@@ -8,7 +8,7 @@ void tearDown(void) {}
 
 enum { SYNC = 0x1005, RPDO_1 = 0x1400, BAD_VALUE = 0x06090030, INCOMPATIBLE = 0x06040043 };
 
-/* CiA 301, table 40, written down a second time. */
+/* CiA 301, table 40, written a second time. */
 static bool is_restricted(uint32_t id) {
   return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) || (id >= 0x601 && id <= 0x67F) ||
          (id >= 0x6E0 && id <= 0x6FF) || id >= 0x701;
@@ -47,7 +47,7 @@ static void test_services_are_heard_and_what_nobody_listens_to_is_not(void) {
   TEST_ASSERT_FALSE(heard_frame(&(can_frame){.id = 0x200, .flags = CAN_FRAME_REMOTE}));
 }
 
-/* Gives a frame as the bus does: through the table. */
+/* Passes a frame like the bus: through the table. */
 static void give_if_heard(uint32_t id, uint8_t length, const uint8_t *bytes) {
   if (is_heard(id)) {
     bench_give(id, length, bytes);
@@ -57,7 +57,7 @@ static void give_if_heard(uint32_t id, uint8_t length, const uint8_t *bytes) {
 static void test_an_rpdo_is_obeyed_at_each_identifier_that_it_takes(void) {
   for (uint32_t id = 0; id <= 0x7FF; id++) {
     TEST_ASSERT_EQUAL_HEX32(0, bench_write(RPDO_1, 1, COB_ID_INVALID, 4));
-    if (id == 0x80) { /* SYNC has it */
+    if (id == 0x80) { /* SYNC uses it */
       TEST_ASSERT_EQUAL_HEX32(INCOMPATIBLE, bench_write(RPDO_1, 1, id, 4));
       continue;
     }
@@ -76,7 +76,7 @@ static void test_a_sync_is_obeyed_at_each_identifier_that_it_takes(void) {
   const uint8_t none[1] = {0};
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(RPDO_1, 1, COB_ID_INVALID, 4));
   for (uint32_t id = 0; id <= 0x7FF; id++) {
-    if (id == 0x305) { /* RPDO 2 has it */
+    if (id == 0x305) { /* RPDO 2 uses it */
       TEST_ASSERT_EQUAL_HEX32(INCOMPATIBLE, bench_write(SYNC, 0, id, 4));
       continue;
     }

@@ -32,7 +32,7 @@ static void test_bad_configuration_is_refused(void) {
   config.queue_capacity = 100;
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
   config.queue_capacity = 64;
-  config.part_count = CANOPEN_PARTS - 1; /* two of them are the node's own */
+  config.part_count = CANOPEN_PARTS - 1; /* two of them belong to the node */
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
 }
 
@@ -86,7 +86,7 @@ static void test_lost_master_is_told_and_stops_pdos(void) {
   const uint8_t alive[1] = {5};
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
   bench_operational();
-  bench_wait_ms(200); /* never heard: not watched */
+  bench_wait_ms(200); /* never heard: not monitored */
   TEST_ASSERT_EQUAL(NMT_OPERATIONAL, NODE->state);
   bench_give(0x701, 1, alive);
   bench_wait_ms(49);
@@ -241,7 +241,7 @@ static void test_foreign_frames_change_nothing_and_get_no_answer(void) {
 static void flood(uint32_t id) {
   const uint8_t bytes[8] = {1};
   for (uint32_t i = 0; i < 1000; i++) {
-    for (uint32_t k = 0; k < 40; k++) { /* five times what the bus can bring */
+    for (uint32_t k = 0; k < 40; k++) { /* five times what the bus can deliver */
       bench_give(id, 8, bytes);
     }
     const uint32_t before = can_queue_overruns(&NODE->process_data);

@@ -91,7 +91,7 @@ static void test_segment_with_the_wrong_toggle_is_refused(void) {
   bench_sdo(upload, answer);
   bench_sdo(upload_segment, answer);
   TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
-  bench_wait_ms(SDO_QUIET_MS); /* it could have been another client's */
+  bench_wait_ms(SDO_QUIET_MS); /* it could have come from another client */
   bench_sdo(download, answer);
   bench_sdo(download_segment, answer);
   TEST_ASSERT_EQUAL_HEX32(0x05030000, abort_of(answer));
@@ -135,8 +135,8 @@ static void test_new_request_replaces_a_transfer_that_was_left(void) {
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
-/* --- Two clients on one channel ------------------------------------------------------------------------------------
- */
+/* --- Two clients on one channel
+ * ------------------------------------------------------------------------------------ */
 
 static const uint8_t upload_text[8] = {0x40, 0x00, 0x2F, 10};
 static const uint8_t upload_u64[8] = {0x40, 0x00, 0x2F, 8};
@@ -150,7 +150,7 @@ static void test_a_second_clients_transfer_waits_until_the_first_cannot_go_on(vo
   TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
   bench_wait_ms(SDO_QUIET_MS - 2);
   TEST_ASSERT_EQUAL(0, bench_count(0x585));
-  bench_wait_ms(3); /* the first has gone away */
+  bench_wait_ms(3); /* the first has disconnected */
   TEST_ASSERT_EQUAL_HEX8(0x41, bench_last(0x585)->data[0]);
   TEST_ASSERT_EQUAL_HEX8(8, bench_last(0x585)->data[3]);
 }
@@ -183,7 +183,7 @@ static void test_an_expedited_request_never_waits(void) {
   bench_sdo(upload_text, answer);
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F00, 7, 4711, 4));
   TEST_ASSERT_EQUAL_HEX32(4711, bench_get(0x2F00, 7));
-  bench_sdo(upload_segment, answer); /* of the transfer that this has ended */
+  bench_sdo(upload_segment, answer); /* of the transfer that this one ended */
   TEST_ASSERT_EQUAL_HEX32(0x05040001, abort_of(answer));
 }
 
@@ -251,7 +251,7 @@ static void test_a_request_that_meets_an_answer_under_way_comes_after_it(void) {
   bench_give(0x605, 8, write);
   bench_wait_ms(3);
   bench.bus_full = false;
-  canopen_node_answer(&bench.device.node); /* the first answer is out, the write still waits */
+  canopen_node_answer(&bench.device.node); /* the first answer is sent, the write still waits */
   bench_give(0x605, 8, again);
   bench_wait_ms(5);
   TEST_ASSERT_EQUAL(3, bench_count(0x585));
@@ -259,8 +259,8 @@ static void test_a_request_that_meets_an_answer_under_way_comes_after_it(void) {
   TEST_ASSERT_EQUAL_HEX32(0x3A, bench.device.values.u32);
 }
 
-/* --- Two channels ----------------------------------------------------------------------------------------------------
- */
+/* --- Two channels
+ * ---------------------------------------------------------------------------------------------------- */
 
 enum { REQUEST_2 = 0x6A0, ANSWER_2 = 0x6A1 };
 
@@ -305,7 +305,7 @@ static void test_the_second_channel_obeys_the_rules_of_its_object(void) {
   TEST_ASSERT_EQUAL(0, bench_count(0x585) + bench_count(ANSWER_2));
 }
 
-/* The bus takes three frames a ms: a long upload on one channel must leave the other its share. */
+/* The bus takes three frames per ms: a long upload on one channel must leave the other its share. */
 static void test_a_long_upload_leaves_the_other_channel_its_answers(void) {
   static const uint8_t begin[8] = {0xA4, 0x02, 0x2F, 0, 127};
   static const uint8_t go[8] = {0xA3};
@@ -419,7 +419,7 @@ static void test_wrong_crc_and_wrong_size_change_nothing(void) {
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
-/* Takes a block upload of 2F02, asking for sub-blocks of `block`; every `lose`-th segment is not confirmed once. */
+/* Reads 2F02 by block upload with sub-blocks of `block`; every `lose`-th segment is not confirmed once. */
 static uint32_t block_upload(uint8_t *data, uint8_t block, uint8_t lose) {
   const uint8_t start[8] = {0xA4, 0x02, 0x2F, 0, block};
   const uint8_t go[8] = {0xA3};
@@ -552,7 +552,7 @@ static void enter_state(sdo_state state) {
   }
 }
 
-/* One request in one state: an answer of success must be the only way to a change. */
+/* One request in one state: an object changes only with an answer of success. */
 static void try_request(sdo_state state, const uint8_t *bytes, uint8_t length) {
   enter_state(state);
   const communication_objects objects = bench.device.node.objects;
@@ -565,7 +565,7 @@ static void try_request(sdo_state state, const uint8_t *bytes, uint8_t length) {
                        memcmp(&values, &bench.device.values, sizeof values) != 0 ||
                        stream_size != bench.device.stream_size;
   if (length != 8) {
-    /* Ignored: an upload goes on by itself, everything else stays as it was. */
+    /* Ignored: an upload continues by itself, everything else is unchanged. */
     TEST_ASSERT_FALSE(changed);
     TEST_ASSERT_EQUAL(state == SDO_BLOCK_UPLOADING ? SDO_BLOCK_UPLOAD_ACK : state, SERVER->state);
   }

@@ -1,9 +1,8 @@
-/* The SDO server over all short conversations: whatever a client says, in whatever order, the server answers as the
+/* The SDO server over all short conversations: whatever a client sends, in whatever order, the server answers as the
  * standard allows, keeps its transfers in order, and changes no other object.
  *
  * Bound: all pairs of first bytes (65,536) on each of five objects, and all conversations of five requests out of
- * sixteen (1,048,576) on a stream and on a text. An emulated machine
- * has a share of them (random_cases). */
+ * sixteen (1,048,576) on a stream and on a text. An emulated machine runs a share of them (random_cases). */
 #include <stdio.h>
 #include <string.h>
 
@@ -46,7 +45,7 @@ static void start_over(void) {
   device.asked = 0;
 }
 
-/* First bytes of the server's answers, CiA 301 clause 7.2.4.3, by what is fixed in them. */
+/* First bytes of the server's answers, CiA 301 clause 7.2.4.3, by their fixed bits. */
 static bool is_an_answer(const uint8_t *bytes) {
   const uint8_t specifier = bytes[0] >> 5;
   switch (specifier) {
@@ -71,7 +70,7 @@ static bool is_open_as_its_state_says(void) {
 }
 
 static void say(const uint8_t request[SDO_BYTES]) {
-  const bool held = SERVER->request_held; /* whoever waits is told */
+  const bool held = SERVER->request_held; /* a waiting client gets an answer */
   sdo_server_receive(SERVER, request);
   expect(is_open_as_its_state_says());
   expect(request[0] != 0x80 || SERVER->state == SDO_BLOCK_DOWNLOADING || held || !SERVER->reply_waiting);
@@ -87,7 +86,7 @@ static void say(const uint8_t request[SDO_BYTES]) {
   expect(is_open_as_its_state_says());
 }
 
-/* All but the value that is addressed, which may have changed within its limits. */
+/* All except the addressed value, which may have changed within its limits. */
 static void expect_only_changed(uint16_t index, uint8_t sub) {
   test_values values = device.values;
   if (index == 0x2F00 && sub == 7) {

@@ -1,8 +1,8 @@
-/* Two clients on one SDO channel, as python-canopen is one: each takes the first answer after its request, whoever
- * asked for it, and compares the object only in the answer to an upload. Whatever the order of their requests, no
- * client reads a wrong value and no value is written that nobody sent.
+/* Two clients on one SDO channel, like python-canopen: each takes the first answer after its request, whoever sent the
+ * request, and compares the object only in the answer to an upload. Whatever the order of their requests, no client
+ * reads a wrong value and no value is written that no client sent.
  *
- * Each thinks for up to 90 ms between an answer and its next request, mostly for a few. */
+ * Each waits up to 90 ms between an answer and its next request, usually a few. */
 #include <stdio.h>
 
 #include "canopen/bench.h"
@@ -36,7 +36,7 @@ typedef struct {
   bool answered;
   uint8_t answer[8];
   uint8_t toggle;
-  uint32_t wait_ms; /* thinking, or for an answer */
+  uint32_t wait_ms; /* between requests, or for an answer */
   uint8_t bytes[64];
   uint32_t got;
   uint32_t value; /* being written */

@@ -45,7 +45,7 @@ static void start(uint8_t node_id) {
 void setUp(void) { start(1); }
 void tearDown(void) {}
 
-/* Sends a request; answers the answer's first byte, NO_ANSWER if there is none. */
+/* Sends a request; returns the answer's first byte, NO_ANSWER if there is none. */
 static uint8_t ask_bytes(const uint8_t bytes[LSS_BYTES]) {
   (void)lss_slave_receive(&slave, bytes);
   const uint8_t *answer = lss_slave_outgoing(&slave);
@@ -78,8 +78,8 @@ static uint8_t error_of(uint8_t command, uint8_t first, uint8_t second) {
   return slave.answer[1];
 }
 
-/* --- states ---------------------------------------------------------------------------------------------------------
- */
+/* --- states
+ * --------------------------------------------------------------------------------------------------------- */
 
 static void test_a_waiting_slave_neither_answers_nor_changes_anything(void) {
   static const uint8_t commands[] = {0x11, 0x13, 0x15, 0x17, 0x5A, 0x5B, 0x5C, 0x5D, 0x5E};
@@ -133,8 +133,8 @@ static void test_numbers_out_of_order_select_nothing(void) {
   TEST_ASSERT_EQUAL_HEX8(NO_ANSWER, ask_number(0x43, identity[3]));
 }
 
-/* --- inquiries ------------------------------------------------------------------------------------------------------
- */
+/* --- inquiries
+ * ------------------------------------------------------------------------------------------------------ */
 
 static void test_it_says_who_it_is_also_with_torque(void) {
   torque = true;
@@ -180,8 +180,8 @@ static void test_only_a_slave_without_node_id_answers_who_looks_for_such(void) {
   TEST_ASSERT_EQUAL_HEX8(0x50, ask(0x4C, 0, 0));
 }
 
-/* --- configuration --------------------------------------------------------------------------------------------------
- */
+/* --- configuration
+ * -------------------------------------------------------------------------------------------------- */
 
 static void test_a_node_id_is_pending_until_the_communication_is_reset(void) {
   switch_to(CONFIGURATION);
@@ -260,8 +260,8 @@ static void test_with_torque_nothing_is_changed(void) {
   TEST_ASSERT_FALSE(lss_slave_is_silent(&slave));
 }
 
-/* --- change of the bit rate ------------------------------------------------------------------------------------------
- */
+/* --- change of the bit rate
+ * ------------------------------------------------------------------------------------------ */
 
 static void test_the_bit_rate_changes_between_two_times_of_silence(void) {
   const uint16_t delay_ms = 300;
@@ -301,14 +301,14 @@ static void test_a_device_that_cannot_change_its_bit_rate_ignores_it(void) {
   TEST_ASSERT_FALSE(lss_slave_is_silent(&slave));
 }
 
-/* --- without node id -------------------------------------------------------------------------------------------------
- */
+/* --- without node id
+ * ------------------------------------------------------------------------------------------------- */
 
 static void test_the_first_node_id_counts_when_the_slave_is_switched_to_waiting(void) {
   static const uint8_t to_waiting[LSS_BYTES] = {0x04, WAITING};
   start(BUS_UNCONFIGURED);
   switch_to(CONFIGURATION);
-  TEST_ASSERT_FALSE(lss_slave_receive(&slave, to_waiting)); /* it has got none */
+  TEST_ASSERT_FALSE(lss_slave_receive(&slave, to_waiting)); /* it has no node id */
   switch_to(CONFIGURATION);
   (void)error_of(0x11, 7, 0);
   TEST_ASSERT_TRUE(lss_slave_receive(&slave, to_waiting));
@@ -340,7 +340,7 @@ static bool scan_all(uint32_t number, uint8_t bit, uint8_t part, uint8_t next) {
   return any;
 }
 
-/* As a master does; false: nobody is there. */
+/* As a master does; false: no node is left. */
 static bool scan(uint32_t found[LSS_IDENTITY_PARTS]) {
   if (!scan_all(0, 0x80, 0, 0)) {
     return false;

@@ -1,4 +1,4 @@
-/* Experiments on an ideal axis, which does what it is told: what is asked for, how far, and what ends it. */
+/* Experiments on an ideal axis, which follows its commands: set-points, limits, and causes of the end. */
 #include "commissioning/experiment.h"
 
 #include "support/check.h"
@@ -70,7 +70,7 @@ static const stimulus_setup breakaway = {
 static const experiment_limits wide = {
     .travel_rad = 1.0f, .rate_rad_s = 0.5f, .torque_nm = 30.0f, .duration_s = 200.0f};
 
-/* --- what is asked for --- */
+/* --- set-points --- */
 
 static void test_a_sweep_dwells_at_each_speed_in_both_directions_and_ends_at_rest(void) {
   bench b = started(&sweep, &wide);
@@ -179,7 +179,7 @@ static void test_a_chirp_rises_in_frequency_on_a_steady_speed_forth_and_back(voi
   CHECK_NEAR("rate at the end, rad/s", 0.0, b.rate_rad_s, 1e-6);
 }
 
-/* Sticks until 8 Nm forward and 6 Nm backward, then gives way. */
+/* Sticks until 8 Nm forward and 6 Nm backward, then slides. */
 static void test_breakaway_torques_are_found_for_each_direction(void) {
   bench b = started(&breakaway, &wide);
   while (tick(&b)) {

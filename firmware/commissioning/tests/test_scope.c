@@ -1,4 +1,4 @@
-/* The scope: what goes in comes out bit for bit, around the trigger that was asked for. */
+/* The scope: captured values come out bit for bit, around the requested trigger. */
 #include "commissioning/scope.h"
 
 #include <string.h>
@@ -132,7 +132,7 @@ static void test_levels_and_edges_of_every_kind_of_channel_trigger_in_their_fram
   TEST_ASSERT_EQUAL_INT(401, level_trigger(SCOPE_RISING, 0, 200.0f));
   TEST_ASSERT_EQUAL_INT(301, level_trigger(SCOPE_BELOW, 1, -300.0f));
   TEST_ASSERT_EQUAL_INT(301, level_trigger(SCOPE_FALLING, 1, -300.0f));
-  /* Met from the start: a level triggers once the frames before it are there, an edge never comes. */
+  /* True from the start: a level triggers once the frames before it are complete, an edge never comes. */
   TEST_ASSERT_EQUAL_INT(100, level_trigger(SCOPE_ABOVE, 0, -1.0f));
   TEST_ASSERT_EQUAL_INT(-1, level_trigger(SCOPE_RISING, 0, -1.0f));
   TEST_ASSERT_EQUAL_INT(-1, level_trigger(SCOPE_FALLING, 0, -1.0f));

@@ -13,7 +13,7 @@ static const float dt_s = 1e-3f;
 static const double pi = 3.14159265358979323846;
 #define imaginary ((double complex)I) /* I itself is a float */
 
-/* The analogue variable that the bilinear transform gives a frequency, as a multiple of the one it was warped at. */
+/* The analogue variable of the bilinear transform for a frequency, as a multiple of the prewarped one. */
 static double complex warped(double frequency_rad_s, double centre_rad_s) {
   return imaginary * tan(0.5 * frequency_rad_s * (double)dt_s) / tan(0.5 * centre_rad_s * (double)dt_s);
 }
@@ -25,12 +25,12 @@ static double complex lowpass_response(double frequency_rad_s, double centre_rad
 
 static double complex notch_response(double frequency_rad_s, double centre_rad_s, double width_rad_s, double depth) {
   const double complex s = warped(frequency_rad_s, centre_rad_s);
-  /* The damping that makes the -3 dB points lie `width` apart after the transform. */
+  /* The damping that places the -3 dB points `width` apart after the transform. */
   const double spread = 2.0 * tan(0.5 * width_rad_s * (double)dt_s) / sin(centre_rad_s * (double)dt_s);
   return (s * s + depth * spread * s + 1.0) / (s * s + spread * s + 1.0);
 }
 
-/* The response of the coefficients as they are in float. */
+/* The response of the coefficients rounded to float. */
 static double complex response_of(const biquad_params *p, double frequency_rad_s) {
   const double complex delay = cexp(-imaginary * frequency_rad_s * (double)dt_s);
   return ((double)p->b0 + (double)p->b1 * delay + (double)p->b2 * delay * delay) /

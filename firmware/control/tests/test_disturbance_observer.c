@@ -30,7 +30,7 @@ static void test_a_step_of_load_is_found_along_an_exponential(void) {
     disturbance_observer_reset(&state, &params, (float)rate, dt_s);
     double worst = 0.0;
     for (int tick = 1; tick <= 1000; ++tick) {
-      const double torque = 3.0 * sin(0.02 * tick); /* what the motor does meanwhile must not show */
+      const double torque = 3.0 * sin(0.02 * tick); /* the motor's torque meanwhile must not show */
       rate = moved(&params, rate, torque, 8.0);
       const double seen = (double)disturbance_observer_step(&state, &params, (float)rate, (float)torque);
       const double expected = 8.0 * (1.0 - exp(-(double)bandwidths_rad_s[i] * 1e-3 * tick));
@@ -130,8 +130,8 @@ static void test_the_compensation_stays_within_its_limit_while_the_estimate_tell
   }
 }
 
-/* A load that the drive cannot hold, then a small one: the torque applied is told to the observer, so it must see
- * the load and nothing of the torque that the limit took away. */
+/* A load that the drive cannot hold, then a small one: the observer gets the applied torque, so it must show the load
+ * and nothing of the torque that the limit removed. */
 static void test_a_saturated_drive_does_not_wind_it_up(void) {
   const disturbance_observer_params params = example();
   const double limits_nm[][2] = {{-5.0, 5.0}, {-2.0, 9.0}, {3.0, 9.0}, {-9.0, -3.0}};
@@ -168,8 +168,8 @@ static void test_rate_noise_reaches_the_torque_by_w_j_and_no_more(void) {
     const float estimate_nm = disturbance_observer_step(&state, &params, rate_rad_s, 0.0f);
     largest = fmax(largest, fabs((double)estimate_nm));
   }
-  /* d = w J (v - lowpass v): at most twice the amplitude, whatever the noise; a differentiator gives 2 J/dt = 4.7 Nm.
-   */
+  /* d = w J (v - lowpass v): at most twice the amplitude, whatever the noise; a differentiator gives 2 J/dt = 4.7
+   * Nm. */
   CHECK_AT_MOST("torque from noise", 2.0 * 60.0 * 23.5 * 1e-4, largest);
   CHECK_AT_LEAST("torque from noise", 0.5 * 60.0 * 23.5 * 1e-4, largest);
 }

@@ -27,7 +27,7 @@ static void test_startup_is_compensated_in_the_tick_in_which_it_is_commanded(voi
   friction_feedforward_reset(&state);
   lugre_state seal;
   lugre_reset(&seal);
-  for (int tick = 0; tick < 300; ++tick) { /* the joint has not moved yet: the encoder sees nothing */
+  for (int tick = 0; tick < 300; ++tick) { /* the joint has not moved yet: the encoder reads no motion */
     const friction_feedforward_input input = rates(1.0f * degree, 0.0f, 0.0f);
     const float torque_nm = friction_feedforward_step(&state, &params, &input, dt_s);
     CHECK_SAME("torque of the seal at the rate commanded", lugre_step(&seal, &params.lugre, 1.0f * degree, dt_s),
@@ -65,11 +65,11 @@ static void test_a_reversal_changes_the_torque_at_once_although_the_joint_still_
   for (int tick = 0; tick < 200; ++tick) {
     before_nm = friction_feedforward_step(&state, &params, &input, dt_s);
   }
-  input.reference_rad_s = -1.0f * degree; /* the joint turns the old way for a while */
+  input.reference_rad_s = -1.0f * degree; /* the joint keeps its old direction for a while */
   const float first_nm = friction_feedforward_step(&state, &params, &input, dt_s);
   CHECK_AT_MOST("change of torque in the first tick", -10.0, first_nm - before_nm);
   float torque_nm = first_nm;
-  for (int tick = 0; tick < 30; ++tick) { /* 30 ms at 17 mrad/s: twice the bristles' way */
+  for (int tick = 0; tick < 30; ++tick) { /* 30 ms at 17 mrad/s: twice the bristles' length */
     torque_nm = friction_feedforward_step(&state, &params, &input, dt_s);
   }
   CHECK_AT_MOST("torque after 30 ms", -8.0, torque_nm);
@@ -145,7 +145,7 @@ static void test_a_blocked_axis_lets_the_model_run_ahead_by_the_lead_limit_only(
 
 static void test_on_a_moving_base_the_seal_feels_the_joint_rate(void) {
   const friction_feedforward_params params = example(FRICTION_STEADY);
-  /* The axis stands still in space, the base turns forward under it: the joint goes backward. */
+  /* The axis is at rest in space, the base turns forward under it: the joint turns backward. */
   const friction_feedforward_input held = rates(0.0f, 0.02f, -0.02f);
   CHECK_NEAR("rate", -0.02, friction_feedforward_rate(&params, &held), 1e-9);
   friction_feedforward_state state;
@@ -239,7 +239,7 @@ static void test_check_refuses_each_value_by_itself(void) {
     CHECK_STATUS(CONTROL_OUT_OF_RANGE, friction_feedforward_check(&params));
     *values[i] = good;
   }
-  params.lugre.positive.breakaway_nm = 1.0f; /* the seal's own check is asked */
+  params.lugre.positive.breakaway_nm = 1.0f; /* the seal's own check is called */
   CHECK_STATUS(CONTROL_INCONSISTENT, friction_feedforward_check(&params));
 }
 

@@ -1,4 +1,4 @@
-/* The LuGre block by itself: closed forms of one tick, properties over thousands of random seals, refusals. */
+/* The LuGre block alone: closed forms of one tick, properties over thousands of random seals, refusals. */
 #include "control/lugre.h"
 
 #include "support/check.h"
@@ -14,7 +14,7 @@ static void test_lugre_holds_still_below_breakaway(void) {
   const lugre_params seal = stiff_seal();
   lugre_state state;
   lugre_reset(&state);
-  for (int tick = 0; tick < 100; ++tick) { /* 0.1 mrad: half of what breaks the contact */
+  for (int tick = 0; tick < 100; ++tick) { /* 0.1 mrad: half of the break-away deflection */
     (void)lugre_step(&state, &seal, 1e-3f, 1e-3f);
   }
   const float held_rad = state.deflection_rad;
@@ -53,7 +53,7 @@ static void test_lugre_starts_again_from_zero_after_reset(void) {
  * the closed form of the block meet at 0.5; both sides are in the sweep. */
 static void test_lugre_tick_is_the_exact_solution_for_any_length_of_tick(void) {
   lugre_params seal = stiff_even_seal();
-  seal.damping_nm_s_rad = 0.9f; /* small enough not to be reduced below 44 rad/s: that has a test of its own */
+  seal.damping_nm_s_rad = 0.9f; /* too small to be reduced below 44 rad/s: that has its own test */
   const float dt_s = 1e-3f;
   double worst = 0.0;
   for (int i = 0; i <= 4000; ++i) {
@@ -130,7 +130,7 @@ static void test_lugre_settles_on_the_steady_curve_at_every_speed_up_to_1000_rad
     for (int tick = 0; tick < ticks; ++tick) {
       torque_nm = lugre_step(&state, &seal, speed_rad_s, dt_s);
     }
-    /* A float z stops creeping when a tick's share x of what is left falls below its last bit. */
+    /* A float z stops creeping when the change in a tick, the share x of the remainder, is below its last bit. */
     const double level_nm = (double)(speed_rad_s > 0.0f ? seal.positive : seal.negative).breakaway_nm;
     const double share = fmin(1.0, 7.0e4 * fabs((double)speed_rad_s) * (double)dt_s / level_nm);
     CHECK_RELATIVE("settled torque", lugre_steady_nm(&seal, speed_rad_s), torque_nm,
@@ -162,7 +162,7 @@ static lugre_params random_seal(random_source *source) {
   }
 }
 
-/* A speed held for a while, then a jump: mostly within what matters to the seal, at times up to 1000 rad/s. */
+/* A speed held for a while, then a jump: mostly within the seal's range, sometimes up to 1000 rad/s. */
 static float next_speed(random_source *source, const lugre_params *seal, float speed_rad_s) {
   const uint64_t choice = random_bits(source) % 10;
   if (choice < 5) {
@@ -191,7 +191,7 @@ static void test_lugre_is_passive_bounded_and_finite_for_any_seal_speed_and_tick
     const double highest_nm = larger_breakaway(&seal);
     const double largest_rad = highest_nm / stiffness;
     double work_j = 0.0;
-    double slack_j = 0.0; /* what rounding to float may do to the sum */
+    double slack_j = 0.0; /* effect of rounding to float on the sum */
     float speed_rad_s = 0.0f;
     lugre_state state;
     lugre_reset(&state);

@@ -1,10 +1,10 @@
 // The cases of Canudas de Wit, Olsson, Astrom, Lischinsky 1995, section III: a mass of 1 kg on the classic contact.
 //
-// Each case is simulated with the block (speed held over steps of 10 us, the mass by a symplectic Euler step) and
-// with rosenbrock4 on the continuous model of 1995 (s1 never reduced: what keeps the block passive must not show).
-// The step is the finest that float still resolves well: a step's
-// share of the bristle motion must stay above 2^-24 of it. The mass adds a first-order error of about half a step,
-// and the contact's own time is sigma1/sigma0 = 3 ms, so bands are stated in per cent, or as 1e-5 s times the slope.
+// Each case is simulated with the block (speed held over steps of 10 us, the mass by a symplectic Euler step) and with
+// rosenbrock4 on the continuous model of 1995 (s1 never reduced: the block's passivity measure must have no effect).
+// The step is the finest that float still resolves well: a step's share of the bristle motion must stay above 2^-24 of
+// it. The mass adds a first-order error of about half a step, and the contact's own time is sigma1/sigma0 = 3 ms, so
+// bands are stated in per cent, or as 1e-5 s times the slope.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -27,7 +27,7 @@ constexpr double kStep = 1e-5;
 
 enum { kPosition, kSpeed, kBristleForce, kIntegral, kStates };  // the states of a case in the solver
 
-// What is seen of a moving mass at one moment.
+// State of a moving mass at one time.
 struct Moment {
   double time_s;
   double position_m;
@@ -35,9 +35,10 @@ struct Moment {
   double friction_n;
 };
 
-// `push(time, position, speed, integral)` is the force on the mass, `rate(time, position)` what the integral adds up.
+// `push(time, position, speed, integral)` is the force on the mass, `rate(time, position)` the integrand of the
+// integral.
 
-// The block in the loop; every `every` steps one moment is noted.
+// The block in the loop; every `every` steps one state is recorded.
 template <class Push, class Rate>
 std::vector<Moment> with_block(Push push, Rate rate, double duration, int every) {
   const lugre_params contact = classic_contact();
@@ -118,7 +119,7 @@ void test_presliding_displacement_has_hysteresis() {
   const double error = largest_difference(block, reference, position_of);
   LOG_VALUE("pre-sliding travel, um", 1e6 * (highest - lowest));
   LOG_VALUE("largest position error, um", 1e6 * error);
-  // An elastic contact would move by 2 * 14.25 um; what is more is slip, and the way back is another than the way up.
+  // An elastic contact would move by 2 * 14.25 um; the rest is slip, and the return path differs from the outward path.
   CHECK_AT_LEAST("travel in um", 40.0, 1e6 * (highest - lowest));
   CHECK_AT_MOST("travel in um", 200.0, 1e6 * (highest - lowest));
   const double going_up = block[449].position_m;  // push 0.7125 N, rising, second cycle
@@ -211,7 +212,7 @@ void test_breakaway_force_falls_with_the_force_rate() {
   }
 }
 
-// The moments at which a mass that stuck slides off, i.e. its speed rises through `threshold`.
+// The times at which a sticking mass slides off, i.e. its speed rises through `threshold`.
 std::vector<double> starts_of_slip(const std::vector<Moment>& seen, double threshold) {
   std::vector<double> starts;
   bool sliding = false;
@@ -250,7 +251,7 @@ void test_a_mass_pulled_by_a_spring_sticks_and_slips() {
   CHECK_AT_MOST("position error", 2e-3, largest_difference(block, reference, position_of));  // of 1.2 m steps
 }
 
-// Section IV.B: position control of the mass by a PID to x = 1 m; friction and integral action make it hunt.
+// Section IV.B: position control of the mass by a PID to x = 1 m; friction and integral action cause hunting.
 double pid_push(double /*time*/, double position, double speed, double integral) {
   return -6.0 * speed - 3.0 * (position - 1.0) - 4.0 * integral;
 }

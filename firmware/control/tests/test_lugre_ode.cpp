@@ -1,7 +1,7 @@
 // LuGre block against the continuous model, solved by Boost.Odeint's rosenbrock4 at 1e-10 Nm.
 //
-// With the speed held over each tick the block claims to be exact, so what may remain is rounding to float: the
-// bands are a few units of 2^-24 of Ts (8e-7 Nm), times the ticks over which a float z remembers its rounding.
+// With the speed held over each tick the block claims to be exact, so only rounding to float may remain: the bands are
+// a few units of 2^-24 of Ts (8e-7 Nm), times the ticks over which a float z remembers its rounding.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -21,7 +21,7 @@ constexpr float kTick = 1e-3f;
 struct Comparison {
   double torque_nm;   // largest difference of the mean torque of a tick
   double bristle_nm;  // largest difference of s0 z after a tick
-  double largest_nm;  // largest torque seen, to relate the two to
+  double largest_nm;  // largest torque, as a reference for the two
 };
 
 // Runs both with one speed per tick.
@@ -65,7 +65,7 @@ void test_steady_sliding_agrees_at_every_speed_of_the_stribeck_curve() {
 }
 
 void test_presliding_hysteresis_loops_agree() {
-  // 0.1 mrad amplitude is half of the break-away deflection; an inner loop at a third of it rides on the outer one.
+  // 0.1 mrad amplitude is half of the break-away deflection; an inner loop at a third of it is added to the outer one.
   const auto loops = profile(2000, [](double t) {
     return 1e-4 * 2.0 * kPi * std::cos(2.0 * kPi * t) + 3e-5 * 10.0 * kPi * std::cos(10.0 * kPi * t);
   });
@@ -112,8 +112,8 @@ void test_fast_speeds_at_which_explicit_euler_would_explode_agree() {
   CHECK_AT_MOST("torque error relative to the torque", 1e-6, seen.torque_nm / seen.largest_nm);
 }
 
-// The root mean square over 0.4 s of the difference between the block, given the speed in the middle of each tick,
-// and the continuous model under the continuous speed.
+// The root mean square over 0.4 s of the difference between the block, given the speed in the middle of each tick, and
+// the continuous model under the continuous speed.
 template <class Speed>
 double hold_error(Speed speed, float dt_s) {
   const lugre_params seal = stiff_even_seal();

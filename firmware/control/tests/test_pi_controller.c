@@ -1,4 +1,4 @@
-/* PI controller against analytic responses, and its way out of a limit. */
+/* PI controller against analytic responses, and how it leaves a limit. */
 #include "control/pi_controller.h"
 
 #include "base/scalar.h"
@@ -57,7 +57,7 @@ static void test_step_response_on_an_inertia_is_the_analytic_one(void) {
                                        .tracking_rate_per_s = 0.0f};
   pi_controller_state state;
   pi_controller_reset(&state, 0.0f);
-  const double dt = 1e-5; /* so fine that the hold shifts the response by less than the band: dt * slope = 3e-4 */
+  const double dt = 1e-5; /* fine enough that the hold shifts the response by less than the band: dt * slope = 3e-4 */
   const double damped = w * sqrt(1.0 - damping * damping);
   double y = 0.0;
   for (int tick = 0; tick < 60000; ++tick) {
@@ -72,7 +72,7 @@ static void test_step_response_on_an_inertia_is_the_analytic_one(void) {
   }
 }
 
-/* Holds the loop against a limit by an error that stays, then measures the ticks to leave it after the error turns. */
+/* Holds the loop at a limit by a constant error, then measures the ticks to leave it after the error reverses. */
 static int ticks_to_leave(float tracking_rate_per_s, float minimum, float maximum, float error) {
   pi_controller_params params = example();
   params.tracking_rate_per_s = tracking_rate_per_s;

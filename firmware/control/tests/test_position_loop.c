@@ -17,7 +17,7 @@ static angle_turn32 angle_of(double angle_rad) {
   return (angle_turn32)(uint64_t)(int64_t)llround(fmod(angle_rad, 6.283185307179586) / count_rad);
 }
 
-/* The highest angle reached, and the angle at the end, on the way from 0 to `step_rad`. */
+/* The highest angle, and the angle at the end, of a step from 0 to `step_rad`. */
 static void expect_arrival(const position_loop_params *params, double step_rad, double dt_s, double duration_s) {
   double angle_rad = 0.0;
   double overshoot_rad = -1.0;
@@ -37,7 +37,7 @@ static void expect_arrival(const position_loop_params *params, double step_rad, 
   }
   CHECK_AT_MOST("overshoot", 1e-8, overshoot_rad);
   CHECK_NEAR("angle at the end", step_rad, angle_rad, 1e-7);
-  /* On the parabola a tick adds up to kp dt of it, because the rate is held meanwhile. */
+  /* On the parabola a tick adds up to kp dt of it, because the rate is held for the tick. */
   const double held = 1.02 + (double)params->proportional_per_s * dt_s;
   CHECK_AT_MOST("deceleration", held * (double)params->deceleration_rad_s2, hardest_rad_s2);
 }

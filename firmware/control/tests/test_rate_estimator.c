@@ -10,7 +10,7 @@ void tearDown(void) {}
 static const float dt_s = 1e-3f;
 static const double count_rad = 6.283185307179586 / 4294967296.0;
 
-/* The encoder's answer at an angle in counts of 2^-32 turn, of which it has `bits` bits. */
+/* The encoder's reading of an angle in counts of 2^-32 turn, of which it has `bits` bits. */
 static angle_turn32 encoder(double counts, int bits) {
   const double step = ldexp(1.0, 32 - bits);
   const double quantised = floor(counts / step) * step;

@@ -43,10 +43,10 @@ typedef struct {
   double load_nm;
   double rate_rad_s;
   double angle_turns;
-  double friction_nm; /* what the seal took in the last tick */
+  double friction_nm; /* torque of the seal in the last tick */
   torque_limits limits;
-  speed_loop_rates rates;    /* what the last tick saw */
-  speed_reference reference; /* and was told */
+  speed_loop_rates rates;    /* inputs of the last tick */
+  speed_reference reference; /* and its command */
   float applied_nm;
   speed_loop_output out;
 } bench;
@@ -76,7 +76,7 @@ static void run_seconds(bench *b, float reference_rad_s, double seconds) {
   }
 }
 
-/* Steady sliding with feedforward of `gain`: who compensates how much of the friction. */
+/* Steady sliding with feedforward of `gain`: the shares of the compensation of friction. */
 static void expect_shares(float gain, bool observer_on, float reference_rad_s) {
   bench b = bench_at_rest(true);
   b.params.friction.gain = gain;
@@ -190,8 +190,8 @@ static void test_limits_are_kept_whatever_their_signs(void) {
   }
 }
 
-/* A hanging load of 5 Nm and limits that differ, or share a sign: the axis takes long to reach the rate, and must
- * not run past it by what it wound up meanwhile. */
+/* A hanging load of 5 Nm and limits that differ, or have the same sign: the axis takes long to arrive at the rate, and
+ * must not overshoot by what it wound up meanwhile. */
 static void test_a_limited_axis_reaches_its_rate_without_running_past_it(void) {
   const double loads_nm[] = {0.0, 5.0, -5.0, 0.0};
   const torque_limits limits[] = {{-2.0f, 6.0f}, {3.0f, 9.0f}, {-9.0f, -3.0f}, {-6.0f, 2.0f}};
@@ -224,7 +224,7 @@ static void test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands(v
     speed_loop_reset(&state, &params, 99u, dt_s);
     const speed_loop_rates fast = {.joint_rate_rad_s = 1.0f, .rate_rad_s = 1.0f, .feedback_rad_s = 1.0f};
     const speed_reference forward = {.rate_rad_s = 0.5f};
-    (void)speed_loop_control(&state, &params, &fast, &forward, 10.0f, &wide, dt_s); /* something to forget */
+    (void)speed_loop_control(&state, &params, &fast, &forward, 10.0f, &wide, dt_s); /* a state to clear */
     speed_loop_reset(&state, &params, angles[i], dt_s);
     const speed_loop_samples samples = {.joint_angle = angles[i]};
     const speed_reference still = {0};
@@ -235,7 +235,7 @@ static void test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands(v
   }
 }
 
-/* Sliding steadily, the parameters change; answers by how much the torque jumps in the next tick. */
+/* Sliding steadily, the parameters change; returns the torque step of the next tick. */
 static double jump_at_change(const speed_loop_params *from, const speed_loop_params *to, bool retuned) {
   bench b = bench_at_rest(true);
   b.params = *from;
@@ -266,13 +266,14 @@ static void test_other_parameters_take_over_without_a_jump_of_the_torque(void) {
     CHECK_STATUS(CONTROL_OK, speed_loop_check(&changed[i], dt_s));
     CHECK_AT_MOST("jump, retuned", 0.05, jump_at_change(&usual, &changed[i], true));
     CHECK_AT_MOST("jump, retuned back", 0.05, jump_at_change(&changed[i], &usual, true));
-    if (i != 2) { /* an observer goes on with what it was until it is retuned */
+    if (i != 2) { /* an observer keeps its parameters until it is retuned */
       CHECK_AT_LEAST("jump, parameters only exchanged", 1.0, jump_at_change(&usual, &changed[i], false));
     }
   }
 }
 
-/* The base turns back as fast as the joint turns on, the sight stands: friction is the joint's all the same. */
+/* The base turns back as fast as the joint turns forward, the line of sight is at rest: friction is still that of the
+ * joint. */
 static void test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns(void) {
   bench b = bench_at_rest(false);
   const speed_loop_rates rates = {.joint_rate_rad_s = -0.04f, .base_rate_rad_s = 0.04f};
@@ -284,8 +285,8 @@ static void test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns(v
   CHECK_RELATIVE("friction, Nm", lugre_steady_nm(&b.params.friction.lugre, -0.04f), out.friction_nm, 1e-4);
 }
 
-/* Feedforward is switched off and on in steady sliding: the observer has the difference in the same tick, the rate
- * feels nothing. */
+/* Feedforward is switched off and on in steady sliding: the observer takes the difference in the same tick, the rate
+ * does not change. */
 static void test_friction_goes_from_feedforward_to_the_observer_and_back_without_an_error_of_the_rate(void) {
   speed_loop_params without = example();
   without.friction.model = FRICTION_NONE;

@@ -1,5 +1,5 @@
-/* Tracking loop with a 50 Hz camera, a frame old, and an ideal sight: the rate commanded in a tick is the rate of the
- * next tick. */
+/* Tracking loop with a 50 Hz camera, a frame old, and an ideal line of sight: the rate commanded in a tick is the rate
+ * of the next tick. */
 #include "control/target_tracker.h"
 
 #include "support/check.h"
@@ -54,7 +54,7 @@ static double track(bench *b, double target_rad) {
 }
 
 static void test_the_pi_loop_is_a_sampled_pi_with_a_frame_of_delay(void) {
-  /* By frames of T = 20 ms: the error of frame n - 1 arrives with frame n, and its rate is in force for the next T. */
+  /* By frames of T = 20 ms: the error of frame n - 1 arrives with frame n, and its rate is in effect for the next T. */
   bench b = bench_with(TRACKER_PI);
   const double target_rad = 1e-3;
   double sight_rad = 0.0;
@@ -139,8 +139,8 @@ static void test_a_target_of_constant_rate_or_acceleration_is_followed_without_e
 }
 
 static void test_the_delay_is_compensated_exactly_while_the_sight_moves(void) {
-  /* The target rests; the sight is moved by something else than the tracker. Uncompensated, a frame of 20 mrad/s is
-   * 0.4 mrad off. */
+  /* The target is at rest; something other than the tracker moves the line of sight. Uncompensated, a frame of 20
+   * mrad/s is 0.4 mrad off. */
   const int ages_ticks[] = {0, 1, 20, 127};
   for (int i = 0; i < 4; ++i) {
     target_tracker_params params = example(TRACKER_PREDICTIVE);

@@ -1,5 +1,5 @@
-/* The whole drive on an ideal axis: an integrator that does exactly what its speed loop is asked for, so that what is
- * measured is the drive's own doing. Written as a client on the bus would see it: objects in, objects out. */
+/* The whole drive on an ideal axis: an integrator that follows its speed loop exactly, so that only the drive is
+ * measured. Written from the view of a client on the bus: objects in, objects out. */
 #include "drive/drive_axis.h"
 
 #include <string.h>
@@ -740,7 +740,7 @@ static void test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f(
     }
     CHECK_NEAR("fastest, rad/s", 0.55, fastest_rad_s, 0.001);
     TEST_ASSERT_TRUE((b.o.state.statusword & DRIVE_STATUS_INTERNAL_LIMIT) != 0);
-    b.o.torque.target = (int16_t)(-sign * 500); /* what brakes is not limited */
+    b.o.torque.target = (int16_t)(-sign * 500); /* braking is not limited */
     for (int i = 0; i < 2; ++i) {
       b.in.setpoint_arrived = true;
       tick(&b);

@@ -33,7 +33,7 @@ static void test_positions_on_a_parabola_are_followed_exactly_one_period_late(vo
         worst_rad_s = fmax(worst_rad_s, fabs((double)out.rate_rad_s - (0.2 + then_s)));
       }
     }
-    /* A unit of the angle is 1.5 nrad; over the period it is the digit of the rate. */
+    /* A unit of the angle is 1.5 nrad; divided by the period it is the resolution of the rate. */
     CHECK_AT_MOST("position error, rad", 5e-9, worst_rad);
     CHECK_AT_MOST("rate error, rad/s", 2e-5 / period + 1e-6, worst_rad_s);
   }
@@ -89,7 +89,7 @@ static void test_a_set_point_too_far_away_is_approached_at_the_rate_limit(void) 
       last_rad = rad;
     }
   }
-  CHECK_NEAR("periods on the way", 0.1 / 0.005, periods, 2.0);
+  CHECK_NEAR("periods in motion", 0.1 / 0.005, periods, 2.0);
 }
 
 static void test_rates_on_a_straight_line_are_followed_exactly_one_period_late(void) {

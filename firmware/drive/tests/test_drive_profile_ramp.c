@@ -1,4 +1,4 @@
-/* Ramps by themselves: limits under thousands of random replans, exact arrival, shortest time. */
+/* Ramps alone: limits under thousands of random replans, exact arrival, shortest time. */
 #include "drive/profile_ramp.h"
 
 #include "drive/drive_units.h"
@@ -24,13 +24,13 @@ static profile_limits random_limits(random_source *random, bool even) {
   return limits;
 }
 
-/* A demand as drive_motion keeps it, with what has to hold in every tick. */
+/* A demand as drive_motion keeps it, with the conditions of every tick. */
 typedef struct {
   profile_ramp ramp;
   profile_limits limits;
   drive_angle demand;
   double rest;
-  double worst_jerk; /* excess over the limit, relative, rounding of the acceleration taken off */
+  double worst_jerk; /* excess over the limit, relative, without the rounding of the acceleration */
   double worst_rate; /* relative to the limit */
   double worst_acceleration;
   double worst_sum; /* rate change against mean acceleration, rad/s */
@@ -92,7 +92,7 @@ static void check_limits(const bench *b) {
 
 static drive_angle angle_of(double rad) { return llrint(rad / rad_per_unit); }
 
-/* The shortest time for a way from rest to rest, acceleration and deceleration equal. */
+/* The shortest time for a distance from rest to rest, acceleration and deceleration equal. */
 static double shortest_s(double way, double rate, double acceleration, double jerk) {
   double low = 0.0;
   double high = rate;
@@ -134,9 +134,9 @@ static void test_a_move_from_rest_arrives_exactly_in_the_shortest_time_without_o
     worst_excess = fmax(worst_excess, (ticks * 1e-3 - 0.002 - best_s) / best_s);
     earliest_s = fmax(earliest_s, best_s - ticks * 1e-3);
   }
-  LOG_VALUE("overshoot beyond 1e-7 of the way, rad", worst_overshoot);
+  LOG_VALUE("overshoot beyond 1e-7 of the distance, rad", worst_overshoot);
   LOG_VALUE("time beyond the shortest and two ticks, fraction", worst_excess);
-  CHECK_AT_MOST("overshoot beyond 1e-7 of the way, rad", 1e-8, worst_overshoot);
+  CHECK_AT_MOST("overshoot beyond 1e-7 of the distance, rad", 1e-8, worst_overshoot);
   CHECK_AT_MOST("time beyond the shortest and two ticks, fraction", 0.01, worst_excess);
   CHECK_AT_MOST("earlier than the shortest time: the limits were not kept", 1e-4, earliest_s);
 }

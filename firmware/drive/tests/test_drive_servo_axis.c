@@ -1,4 +1,4 @@
-/* The servo axis as the drive uses it, wired as the node wires them. */
+/* The servo axis as the drive uses it, connected as the node connects them. */
 #include "drive/drive_axis.h"
 #include "servo/servo_axis.h"
 #include "support/check.h"
@@ -91,7 +91,7 @@ static void test_pp_carries_the_axis_along_its_ramp(void) {
     farthest_rad = fmax(farthest_rad, n.b.turns * 6.283185307179586);
     TEST_ASSERT_TRUE(++count < 5000);
   }
-  LOG_VALUE("ticks on the way", count);
+  LOG_VALUE("ticks in motion", count);
   LOG_VALUE("largest following error, 1e-7 rad", worst_error);
   CHECK_AT_MOST("following error, 1e-7 rad", 20000, worst_error);
   CHECK_AT_MOST("farthest, rad", 0.7 + 1e-4, farthest_rad);
@@ -112,7 +112,7 @@ static void test_modes_change_on_the_moving_axis_without_a_step_of_the_torque(vo
     n.o.state.mode = modes[m];
     for (int i = 0; i < 500; ++i) {
       n.in.setpoint_arrived = i % 10 == 0;
-      if (i % 10 == 0) { /* csp: goes on at 0.2 rad/s from where the axis is in this tick */
+      if (i % 10 == 0) { /* csp: continues at 0.2 rad/s from the present position of the axis */
         n.o.position.target = i == 0 ? n.o.position.actual + 22000 : n.o.position.target + 20000;
       }
       node_tick(&n);

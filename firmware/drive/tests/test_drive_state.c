@@ -1,4 +1,4 @@
-/* The CiA 402 power state machine, against the standard's table and against what python-canopen looks for. */
+/* The CiA 402 power state machine, against the standard's table and against python-canopen's masks. */
 #include "drive/drive_state.h"
 
 #include "support/check.h"
@@ -33,7 +33,7 @@ static void expect(bench *b, uint16_t controlword, drive_power_state power, driv
   TEST_ASSERT_EQUAL_INT_MESSAGE((int)action, (int)did, text);
 }
 
-/* The standard's command table (8.4.1): mask and value of the low byte, with bit 7 = 0 for what gives power. */
+/* The standard's command table (8.4.1): mask and value of the low byte, with bit 7 = 0 for commands that give power. */
 typedef struct {
   uint8_t mask;
   uint8_t value;
@@ -104,7 +104,7 @@ static void test_a_reset_bit_that_was_set_before_the_fault_does_not_reset_it(voi
   expect(&b, 0x80, DRIVE_SWITCH_ON_DISABLED, DRIVE_OFF);
 }
 
-/* An edge that comes too early is used up: the client must lift the bit and set it again. */
+/* An edge that comes too early is used up: the client must clear the bit and set it again. */
 static void test_a_reset_while_the_fault_lasts_is_not_remembered(void) {
   bench b = bench_in(DRIVE_FAULT);
   b.in.fault = DRIVE_FAULT_STOPS;
@@ -204,7 +204,7 @@ static void test_shutdown_and_disable_ramp_down_first_when_asked_to(void) {
     b.options.shutdown = 1;
     b.options.disable = 1;
     expect(&b, word, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN);
-    expect(&b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN); /* changed its mind */
+    expect(&b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN); /* another command before */
     expect(&b, word, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN);
     b.in.stopped = true;
     expect(&b, word, which == 0 ? DRIVE_READY_TO_SWITCH_ON : DRIVE_SWITCHED_ON, DRIVE_OFF);
@@ -218,7 +218,7 @@ static void test_a_fault_brakes_by_its_option_and_ends_in_fault(void) {
     b.options.fault_reaction = code;
     b.in.fault = DRIVE_FAULT_STOPS;
     expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, stops[code]);
-    b.in.fault = DRIVE_NO_FAULT; /* gone, but it was there */
+    b.in.fault = DRIVE_NO_FAULT; /* gone, but it was present */
     if (code != 0) {
       expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, stops[code]);
       b.in.stopped = true;

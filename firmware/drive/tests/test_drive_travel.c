@@ -1,5 +1,6 @@
-/* The travel that set-points may use: what is in force of 607D, 2060 and the motor, and the stops that keep within it.
- */
+/* The travel that set-points may use: the limits in effect from 607D, 2060 and the motor, and the stops that keep
+ * within
+ * them. */
 #include "drive/drive_travel.h"
 
 #include "support/check.h"
@@ -105,12 +106,12 @@ static void test_a_stop_that_would_lead_out_brakes_as_hard_as_it_must(void) {
     TEST_ASSERT_EQUAL_MESSAGE(cases[i].deceleration_rad_s2 != 0.0, changed, "case");
     CHECK_NEAR("rad/s^2", changed ? cases[i].deceleration_rad_s2 : 0.5, stop.deceleration_rad_s2, 0.01);
     if (changed && cases[i].room_rad >= 0.2) {
-      CHECK_AT_MOST("way, rad", cases[i].room_rad + 2e-3, profile_stop_travel_rad(&ramp, &stop));
+      CHECK_AT_MOST("travel, rad", cases[i].room_rad + 2e-3, profile_stop_travel_rad(&ramp, &stop));
     }
   }
 }
 
-/* From wherever a rate is held, and whatever it is, the stop ends within the travel. */
+/* From any position and rate, the stop ends within the travel. */
 static void test_a_rate_held_to_the_travel_can_be_stopped_in_it(void) {
   const drive_objects o = objects_default();
   const drive_bounds b = bounds_of(&o, &machine);
@@ -123,7 +124,7 @@ static void test_a_rate_held_to_the_travel_can_be_stopped_in_it(void) {
         const float rate_rad_s = drive_rate_within(&b, &braking, at, (float)direction * 5.0f, dt_s);
         TEST_ASSERT_TRUE((float)direction * rate_rad_s >= 0.0f);
         const profile_ramp ramp = {.rate_rad_s = rate_rad_s};
-        CHECK_AT_MOST("way, rad", room_rad * 1.001 + 1e-7,
+        CHECK_AT_MOST("travel, rad", room_rad * 1.001 + 1e-7,
                       direction * (double)profile_stop_travel_rad(&ramp, &braking));
         CHECK_SAME("inwards, rad/s", -direction * 0.125,
                    drive_rate_within(&b, &braking, at, (float)-direction * 0.125f, dt_s));

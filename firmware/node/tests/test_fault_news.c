@@ -1,4 +1,4 @@
-/* What is told of the faults of one axis, tick by tick. */
+/* Reports of the faults of one axis, tick by tick. */
 #include "node/fault_news.h"
 #include "unity.h"
 
@@ -23,7 +23,7 @@ static void test_a_fault_is_told_when_the_axis_falls_into_it_and_over_when_it_is
   EXPECT(FAULT_NONE, FAULT_NONE, fault_news_step(&news, FAULT_NONE, 0));
   EXPECT(FAULT_NONE, FAULT_ENCODER_LOST, fault_news_step(&news, FAULT_ENCODER_LOST, LOST));
   EXPECT(FAULT_NONE, FAULT_NONE, fault_news_step(&news, FAULT_ENCODER_LOST, LOST));
-  EXPECT(FAULT_NONE, FAULT_NONE, fault_news_step(&news, FAULT_ENCODER_LOST, 0)); /* the axis is in it still */
+  EXPECT(FAULT_NONE, FAULT_NONE, fault_news_step(&news, FAULT_ENCODER_LOST, 0)); /* the axis is still in it */
   EXPECT(FAULT_ENCODER_LOST, FAULT_NONE, fault_news_step(&news, FAULT_NONE, 0));
   EXPECT(FAULT_NONE, FAULT_NONE, fault_news_step(&news, FAULT_NONE, 0));
   EXPECT(FAULT_NONE, FAULT_ENCODER_LOST, fault_news_step(&news, FAULT_ENCODER_LOST, LOST)); /* another time */
@@ -39,7 +39,7 @@ static void test_a_fault_that_comes_while_another_is_latched_is_told_once_and_ov
 
 static void test_of_several_the_one_that_the_axis_is_in_comes_first_then_one_a_tick_the_worst_first(void) {
   EXPECT(FAULT_NONE, FAULT_ENCODER_LOST, fault_news_step(&news, FAULT_ENCODER_LOST, LOST | HOT | STAGE));
-  EXPECT(FAULT_NONE, FAULT_POWER_STAGE, fault_news_step(&news, FAULT_ENCODER_LOST, LOST)); /* gone, yet told */
+  EXPECT(FAULT_NONE, FAULT_POWER_STAGE, fault_news_step(&news, FAULT_ENCODER_LOST, LOST)); /* gone, but reported */
   EXPECT(FAULT_POWER_STAGE, FAULT_OVER_TEMPERATURE, fault_news_step(&news, FAULT_ENCODER_LOST, LOST));
   EXPECT(FAULT_OVER_TEMPERATURE, FAULT_NONE, fault_news_step(&news, FAULT_ENCODER_LOST, LOST));
 }

@@ -1,5 +1,5 @@
-/* Experiments over the bus (0x2100): set up, started and watched by a master, on an axis that moves as a machine does.
- */
+/* Experiments over the bus (0x2100): set up, started and monitored by a master, on an axis that moves like a
+ * machine. */
 #include "support/node_bench.h"
 
 #include "support/check.h"
@@ -203,7 +203,7 @@ static void test_break_aways_find_the_torque_that_moves_the_axis(void) {
   TEST_ASSERT_EQUAL(EXPERIMENT_DONE, wait_for_end(20000));
   TEST_ASSERT_EQUAL(3, get(EXPERIMENT, FORWARD));
   TEST_ASSERT_EQUAL(3, get(EXPERIMENT, BACKWARD));
-  /* While 6 kg m^2 move 0.1 mrad under what is beyond friction, t, torque rises on: x = 12 N m/s t^3 / (6 J). */
+  /* While 6 kg m^2 move 0.1 mrad under the torque above friction, t, torque keeps rising: x = 12 N m/s t^3 / (6 J). */
   const double found_nm = 3.0 + cbrt(6.0 * 6.0 * 1e-4 * 12.0 * 12.0);
   CHECK_NEAR("forward, N m", found_nm, get_float(EXPERIMENT, FORWARD + 1), 0.05);
   CHECK_NEAR("backward, N m", found_nm, get_float(EXPERIMENT, BACKWARD + 1), 0.05);

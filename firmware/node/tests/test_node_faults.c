@@ -1,4 +1,4 @@
-/* What the node keeps of faults (0x3020), and what guards the limits of protection (0x3040, 0x2055, 0x2060). */
+/* The node's record of faults (0x3020), and the lock of the protection limits (0x3040, 0x2055, 0x2060). */
 #include "support/node_bench.h"
 
 #include "support/check.h"
@@ -42,8 +42,8 @@ static fault_log_sample sample(uint32_t n) {
   return s;
 }
 
-/* --- the lock -------------------------------------------------------------------------------------------------------
- */
+/* --- the lock
+ * ------------------------------------------------------------------------------------------------------- */
 
 static void test_limits_are_written_only_while_the_lock_is_open(void) {
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 2.0f));
@@ -77,7 +77,7 @@ static void test_a_limit_out_of_range_is_refused(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06010002, set_float(PROTECTION, WAITING, 0.0f)); /* read only */
 }
 
-/* A supply of 24 V in place of 48 V, in the order that the old pair contradicts; likewise a travel elsewhere. */
+/* A supply of 24 V instead of 48 V, in the order that contradicts the old pair; the same with another travel. */
 static void test_limits_are_written_in_any_order_and_only_whole_sets_are_in_force(void) {
   const protection_limits *in_force = &node.axis[0].watch.limits;
   SET(ACCESS, WORD, OPEN);
@@ -101,13 +101,13 @@ static void test_limits_are_written_in_any_order_and_only_whole_sets_are_in_forc
   CHECK_SAME("rad in force", 2.0, in_force->minimum_rad);
   CHECK_SAME("rad in force", 3.0, in_force->maximum_rad);
   CHECK_SAME("rad/s in force", 1.25, in_force->overspeed_rad_s);
-  SET_FLOAT(PROTECTION, STOPPING_MARGIN, 0.5f); /* twice of it leaves nothing */
+  SET_FLOAT(PROTECTION, STOPPING_MARGIN, 0.5f); /* twice this leaves nothing */
   TEST_ASSERT_EQUAL(PROTECTION_TRAVEL, get(PROTECTION, WAITING) & 0xFF);
   SET_FLOAT(PROTECTION, STOPPING_MARGIN, 0.01f);
   CHECK_SAME("rad in force", 0.01f, in_force->stopping_margin_rad);
 }
 
-/* Every order of four writes, from one set without contradiction to another. */
+/* Every order of four writes, from one consistent set to another. */
 static void test_any_order_of_writes_ends_in_the_set_that_was_written(void) {
   static const uint8_t subs[] = {TRAVEL_MINIMUM, TRAVEL_MAXIMUM, UNDER_VOLTAGE, OVER_VOLTAGE};
   static const float sets[][4] = {
@@ -166,7 +166,7 @@ static void test_a_contradiction_of_607d_leaves_the_last_one_in_force(void) {
   TEST_ASSERT_EQUAL(0, get(PROTECTION, WAITING) & 0xFF);
   TEST_ASSERT_EQUAL_INT32(2000000, in_force->minimum);
   TEST_ASSERT_EQUAL_INT32(3000000, in_force->maximum);
-  command(0, 0x00); /* off does not forget it */
+  command(0, 0x00); /* switching off does not clear it */
   SET(SOFT_TRAVEL, 1, 4000000);
   enable(0, PV);
   TEST_ASSERT_EQUAL_INT32(2000000, in_force->minimum);
@@ -188,7 +188,7 @@ static void test_scales_of_the_board_are_written_unlocked_and_off_and_reach_the_
   CHECK_SAME("V", 100.0, machine.scales.voltage_full_scale_v);
   TEST_ASSERT_EQUAL_HEX32(0x06090031, set_float(BOARD, 1, 1001.0f));
   TEST_ASSERT_EQUAL_HEX32(0x06090032, set_float(BOARD, 5, 4.0f));
-  enable(PITCH, PV); /* a current that flows is not read anew */
+  enable(PITCH, PV); /* the scale of a flowing current does not change */
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(BOARD, 1, 20.0f));
   command(PITCH, 0x00);
   nmt(0x81);
@@ -204,8 +204,8 @@ static void test_scales_beyond_their_ranges_are_no_scales(void) {
   TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, board_objects_check(&scales));
 }
 
-/* --- the log --------------------------------------------------------------------------------------------------------
- */
+/* --- the log
+ * -------------------------------------------------------------------------------------------------------- */
 
 static void test_a_fault_leaves_what_the_axis_did_before_it(void) {
   enable(PITCH, PV);
@@ -260,8 +260,8 @@ static void test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading(vo
   TEST_ASSERT_EQUAL_HEX32(NO_DATA, u32_of(&answer[4]));
 }
 
-/* --- several at once ----------------------------------------------------------------------------------------------
- */
+/* --- several at once
+ * ---------------------------------------------------------------------------------------------- */
 
 /* Emergencies sent since the log was emptied; code and detail of the n-th (0: first), 0 when there was none. */
 static uint32_t told(uint32_t n, uint8_t *detail) {
@@ -293,7 +293,7 @@ static void test_a_fault_that_comes_while_the_axis_is_in_another_is_told_logged_
   TEST_ASSERT_TRUE(read_entry(NEWEST) > 0);
   TEST_ASSERT_EQUAL(FAULT_ENCODER_LOST, entry[4]);
   TEST_ASSERT_EQUAL(0, entry[5]);
-  TEST_ASSERT_EQUAL_HEX32(0x5410, get(0x603F, 0) & 0xFFFF); /* what the axis is in */
+  TEST_ASSERT_EQUAL_HEX32(0x5410, get(0x603F, 0) & 0xFFFF); /* the fault that the axis is in */
   sent_count = 0;
   machine.axis[0].encoder_failed = false;
   wait_ms(5);
@@ -301,7 +301,7 @@ static void test_a_fault_that_comes_while_the_axis_is_in_another_is_told_logged_
   TEST_ASSERT_NOT_NULL(over);
   TEST_ASSERT_EQUAL_HEX32(0, u32_of(over->data) & 0xFFFF);
   TEST_ASSERT_EQUAL(1, over->data[4]);
-  TEST_ASSERT_NOT_EQUAL(0, over->data[2]); /* the power stage is bad still */
+  TEST_ASSERT_NOT_EQUAL(0, over->data[2]); /* the power stage is still faulty */
   sent_count = 0;
   machine.axis[0].encoder_failed = true; /* a loose contact */
   wait_ms(5);
@@ -335,7 +335,7 @@ static void test_faults_of_one_code_are_each_told_and_over_together(void) {
   TEST_ASSERT_EQUAL_HEX32(0, get(0x1001, 0) & 0xFF);
 }
 
-/* --- what the board tells
+/* --- reports of the board
  * --------------------------------------------------------------------------------------------- */
 
 static void test_a_fault_of_the_board_that_lasts_stays_in_the_register(void) {

@@ -45,7 +45,7 @@ static void record(uint32_t signal) {
   SET(SCOPE, COMMAND, ARM);
 }
 
-/* Pushed by what the test makes of it in the machine or the node itself. */
+/* Driven by the test through the machine or the node itself. */
 static void test_every_signal_is_where_its_name_says(void) {
   static const char *const names[] = {".reference_rad_s", ".feedback_rad_s",      ".rate_rad_s", ".joint_rate_rad_s",
                                       ".base_rate_rad_s", ".torque_nm",           ".pi_nm",      ".disturbance_nm",

@@ -1,4 +1,4 @@
-/* The whole node, as a master sees it: frames in, frames out, and what its machine does meanwhile. */
+/* The whole node from a master's view: frames in, frames out, and the motion of its machine. */
 #include "support/node_bench.h"
 
 #include "support/check.h"
@@ -8,7 +8,7 @@ enum { EMCY = 0x080 + NODE_ID, HEARTBEAT = 0x700 + NODE_ID, PV = 3, CSV = 9, CST
 void setUp(void) { node_bench_start(); }
 void tearDown(void) {}
 
-/* Pre-defined error field, newest first: the code alone. */
+/* Pre-defined error field, newest first: only the code. */
 static uint32_t newest_error(void) { return get(0x1003, 1) & 0xFFFF; }
 
 static void turn_azimuth_at_0_2_rad_s(void) {
@@ -73,18 +73,18 @@ static void test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going(vo
     wait_ms(9);
   }
   CHECK_NEAR("rad/s", 0.05, machine.axis[0].rate_rad_s, 0.001);
-  wait_ms(500); /* none arrives any more */
+  wait_ms(500); /* no more arrive */
   CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.001);
 }
 
-/* --- what the board finds ------------------------------------------------------------------------------------------
- */
+/* --- what the board finds
+ * ------------------------------------------------------------------------------------------ */
 
 static void test_each_fault_of_the_board_stops_its_axis_alone_and_is_told(void) {
   static const struct {
     hal_health health;
     uint32_t code;
-    bool cuts; /* else the loop brakes */
+    bool cuts; /* otherwise the loop brakes */
   } rows[] = {{HAL_OVER_CURRENT, 0x2310, true},
               {HAL_POWER_STAGE, 0x5410, true},
               {HAL_TOO_HOT, 0x4310, false},
@@ -156,8 +156,8 @@ static void test_without_an_angle_the_motor_brakes_itself(void) {
   TEST_ASSERT_EQUAL_HEX32(0x7300, get(0x603F, 0) & 0xFF00);
 }
 
-/* --- what the bus does ---------------------------------------------------------------------------------------------
- */
+/* --- what the bus does
+ * --------------------------------------------------------------------------------------------- */
 
 static void test_a_master_that_falls_silent_stops_both_axes(void) {
   enable(PITCH, PV);
@@ -226,7 +226,7 @@ static void test_a_reset_of_the_node_is_a_fresh_start(void) {
   SET(0x2070, 1, 1);
   sent_count = 0;
   nmt(129);
-  CHECK_SAME("A", 0.0, machine.axis[0].current_a); /* at once, the objects take longer */
+  CHECK_SAME("A", 0.0, machine.axis[0].current_a); /* at once; the objects take longer */
   wait_ms(RESET_MS);
   const can_frame *boot_up = last_sent(HEARTBEAT);
   TEST_ASSERT_NOT_NULL(boot_up);
@@ -250,10 +250,11 @@ static void test_a_queue_that_is_full_loses_frames_and_says_so(void) {
   TEST_ASSERT_EQUAL_HEX32(0x8110, u32_of(told->data) & 0xFFFF);
 }
 
-/* --- objects --------------------------------------------------------------------------------------------------------
- */
+/* --- objects
+ * -------------------------------------------------------------------------------------------------------- */
 
-/* 607F = FFFFFFFF is everybody's "no limit": what is left is 80 % of 2060:1, whatever the other objects say. */
+/* 607F = FFFFFFFF is the usual value for "no limit": the limit is then 80 % of 2060:1, whatever the other objects
+ * are. */
 static void test_no_limit_of_607f_leaves_the_machine_its_own(void) {
   enable(0, 3);
   SET(0x607F, 0, UINT32_MAX);
@@ -264,7 +265,7 @@ static void test_no_limit_of_607f_leaves_the_machine_its_own(void) {
   TEST_ASSERT_TRUE((get(0x6041, 0) & 1u << 11) != 0);
 }
 
-/* No value that an object takes is a fault of the samples (7300). */
+/* No value that an object accepts causes a sensor fault (7300). */
 static void test_the_largest_values_of_all_objects_are_plausible(void) {
   static const struct {
     uint16_t index;
@@ -276,7 +277,7 @@ static void test_the_largest_values_of_all_objects_are_plausible(void) {
                  {0x60B1, 0, INT32_MAX},  {0x60B2, 0, INT16_MAX},  {0x6071, 0, INT16_MAX},  {0x607A, 0, INT32_MAX}};
   static const int8_t modes[] = {0, 1, 3, 8, 9, 10};
   SET(0x3040, 1, 0x6E65706Fu);
-  SET_FLOAT(0x2060, 1, 1000.0f); /* nothing else is a limit, then */
+  SET_FLOAT(0x2060, 1, 1000.0f); /* then there is no other limit */
   SET_FLOAT(0x2060, 6, 1000.0f);
   for (unsigned i = 0; i < sizeof largest / sizeof largest[0]; ++i) {
     SET(largest[i].index, largest[i].sub, largest[i].value);
@@ -299,7 +300,7 @@ static void test_the_largest_values_of_all_objects_are_plausible(void) {
   }
 }
 
-/* CiA 301, 1000: a device of several, and what each of them is. */
+/* CiA 301, 1000: a device of several, and the type of each of them. */
 static void test_the_device_types_are_those_of_two_drives_on_one_node(void) {
   TEST_ASSERT_EQUAL_HEX32(0xFFFF0192, get(0x1000, 0));
   TEST_ASSERT_EQUAL_HEX32(0x00020192, get(0x67FF, 0));
@@ -386,8 +387,8 @@ static void test_the_recorded_tick_is_one_tick(void) {
   TEST_ASSERT_TRUE(isnan(get_float(0x2101, 6)));
 }
 
-/* --- start ----------------------------------------------------------------------------------------------------------
- */
+/* --- start
+ * ---------------------------------------------------------------------------------------------------------- */
 
 static void test_it_does_not_start_with_a_wrong_node_id(void) {
   TEST_ASSERT_FALSE(rigid_machine_start_node(&machine, &node, 0, (can_sender){node_bench_send, NULL}, NULL));
@@ -402,7 +403,7 @@ static void test_it_has_its_serial_number_and_does_not_start_with_wrong_paramete
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
   wait_ms(2);
   TEST_ASSERT_EQUAL_UINT32(4711, get(0x1018, 4));
-  nmt(0x81); /* a reset of the node does not change what it is */
+  nmt(0x81); /* a reset of the node does not change it */
   wait_ms(RESET_MS);
   TEST_ASSERT_EQUAL_UINT32(4711, get(0x1018, 4));
   parameters[1].observer.inertia_kg_m2 = -1.0f;
@@ -442,7 +443,7 @@ static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void
   wait_ms(RESET_MS);
   TEST_ASSERT_EQUAL_INT32(-10000000 + 174533, software_limit(0, 1));
   TEST_ASSERT_EQUAL_INT32(20000000 - 174533, software_limit(0, 2));
-  limits[0].minimum_rad = 1.95f; /* less than 4 degrees are left */
+  limits[0].minimum_rad = 1.95f; /* fewer than 4 degrees are left */
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
   wait_ms(2);
   TEST_ASSERT_EQUAL_INT32(0, software_limit(0, 1));

@@ -34,7 +34,7 @@ static bus_settings settings_no(uint32_t n) {
   return (bus_settings){.node_id = n % 128 == 0 ? BUS_UNCONFIGURED : (uint8_t)(n % 128), .kbit_s = kbit_s[n % 4]};
 }
 
-/* As the board's background does; answers the result. */
+/* Like the board's background; returns the result. */
 static bus_settings_work save(uint32_t n) {
   const bus_settings wanted = settings_no(n);
   bus_settings_work result = BUS_SETTINGS_ASKED;
@@ -108,7 +108,7 @@ static void test_without_a_flash_they_are_kept_until_the_power_goes(void) {
 static void test_a_flash_that_refuses_changes_nothing(void) {
   TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
   model.off = true;
-  for (uint32_t n = 0; n < 2 * UNITS; ++n) { /* also when a page is full of what failed */
+  for (uint32_t n = 0; n < 2 * UNITS; ++n) { /* also when a page is full of failed entries */
     TEST_ASSERT_EQUAL(BUS_SETTINGS_FAILED, save(100 + n));
   }
   TEST_ASSERT_FALSE_MESSAGE(bus_settings_log_step(&saved), "erased again and again");
@@ -138,7 +138,7 @@ static void test_entries_that_say_what_cannot_be_are_skipped(void) {
       {0x00050080, 0, false}, /* node id 128 */
       {0x00050103, 0, false}, /* 800 kbit/s */
       {0x00050503, 0, false}, /* beyond the table of bit rates */
-      {0xFFFF0003, 0, false}, /* a sequence number that an erased entry has, too */
+      {0xFFFF0003, 0, false}, /* a sequence number that an erased entry also has */
       {0x00050203, 1, false}, /* a wrong CRC */
       {0x00010203, 0, false}, /* older */
       {0x00050203, 0, true},
@@ -157,7 +157,7 @@ static void test_entries_that_say_what_cannot_be_are_skipped(void) {
   }
 }
 
-/* At each operation of a long sequence of saves, with each of what a cut can leave behind, and then a second cut. */
+/* At each operation of a long sequence of saves, with each kind of remains of a cut, and then a second cut. */
 static void test_a_loss_of_power_at_any_operation_leaves_the_old_settings_or_the_new_ones(void) {
   const uint32_t saves = 3 * UNITS;
   uint32_t cuts = 0, old = 0;
@@ -182,7 +182,7 @@ static void test_a_loss_of_power_at_any_operation_leaves_the_old_settings_or_the
       cuts += cut ? 1 : 0;
       old += cut && is_old ? 1 : 0;
       const uint32_t kept_number = is_old ? last_good : n - 1;
-      model.operations_left = 0; /* the next one, too */
+      model.operations_left = 0; /* the next one too */
       TEST_ASSERT_EQUAL(BUS_SETTINGS_FAILED, save(200));
       restart();
       TEST_ASSERT_TRUE(has(200) || (kept_number == 0 ? !saved.found : has(kept_number)));

@@ -1,4 +1,4 @@
-/* The parameter store: what it finds after any loss of power, any damage, and in any flash. */
+/* The parameter store: its contents after any loss of power, any damage, and in any flash. */
 #include "parameters/parameter_store.h"
 
 #include <stdio.h>
@@ -62,7 +62,7 @@ static parameter_store_state save(const row_set *set) {
   return run_save();
 }
 
-/* The newest complete set is `set`, as a whole. */
+/* The newest complete set is `set`, unchanged. */
 static bool finds(const row_set *set) {
   static parameter_row rows[MOST_ROWS];
   return store.count > 0 && parameter_store_load(&store, 0, rows, MOST_ROWS) && store.found[0].rows == set->count &&
@@ -177,7 +177,7 @@ static void test_a_page_that_cannot_be_programmed_leaves_the_old_set(void) {
   TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&old));
   model.operations_left = 3;
   TEST_ASSERT_EQUAL(PARAMETER_STORE_FAILED, save(&next));
-  model.off = false; /* the program goes on: no loss of power */
+  model.off = false; /* the program continues: no loss of power */
   model.operations_left = -1;
   TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&next));
   TEST_ASSERT_EQUAL(0, model.rule_breaks);
@@ -266,8 +266,8 @@ static void count_what_is_found(cut_counts *counts, const row_set *old, const ro
   }
 }
 
-/* The power fails in the next operation of the save in progress; then it is on again, and another set is saved. All of
- * it is undone. */
+/* The power fails in the next operation of the save in progress; then it is on again, and another set is saved. The
+ * whole change is undone. */
 static void try_cut(cut_counts *counts, flash_cut cut, const row_set *old, const row_set *next) {
   static flash_model before_cut;
   static parameter_store store_before_cut;
@@ -291,7 +291,7 @@ static void try_cut(cut_counts *counts, flash_cut cut, const row_set *old, const
   memcpy(&store, &store_before_cut, sizeof store);
 }
 
-/* Saves so many times, and tries every cut in every operation of each save but the first. */
+/* Saves this many times, and tries every cut in every operation of each save except the first. */
 static cut_counts cut_everywhere(int saves, uint32_t rows) {
   cut_counts counts = {0};
   static row_set old, next;
@@ -335,7 +335,7 @@ static void test_a_cut_in_a_set_of_the_real_size_leaves_the_old_set_or_the_new_o
   judge("power cuts, pages of the board", saves, cut_everywhere(saves, 280));
 }
 
-/* What cuts leave behind is there when the next one comes. */
+/* The remains of a cut are there when the next one comes. */
 static void test_cuts_upon_cuts_leave_the_old_set_or_the_new_one(void) {
   const int saves = random_cases(20000);
   random_source random = {7};
@@ -360,10 +360,10 @@ static void test_cuts_upon_cuts_leave_the_old_set_or_the_new_one(void) {
   TEST_ASSERT_TRUE(counts.complete > 0);
 }
 
-/* --- any contents ---------------------------------------------------------------------------------------------------
- */
+/* --- any contents
+ * --------------------------------------------------------------------------------------------------- */
 
-/* What a record without rows must be, said in another way than the reader says it. */
+/* The conditions for a record without rows, written differently than in the reader. */
 static bool is_complete_and_empty(const uint32_t *words) {
   const uint32_t crc = crc32_end(crc32_add(CRC32_START, (const uint8_t *)words, 16));
   return words[0] == MAGIC && words[3] == 0 && words[4] == crc && words[5] == ~crc && words[6] == COMMIT &&

@@ -1,4 +1,4 @@
-/* Protection of one axis, tick by tick: what is fed, and in which tick which fault is found. */
+/* Protection of one axis, tick by tick: its inputs, and the tick in which each fault is detected. */
 #include <math.h>
 #include <string.h>
 
@@ -55,7 +55,7 @@ static bench new_bench(void) {
   };
 }
 
-/* One tick; the voltage is what current and speed explain, unless `unexplained_v` is added by the caller. */
+/* One tick; the voltage is that of current and speed, unless the caller adds `unexplained_v`. */
 static fault_set step(bench *b, float unexplained_v) {
   ++b->tick;
   const float flicker_rad_s = (b->tick & 1) != 0 ? 1e-5f : -1e-5f;
@@ -67,7 +67,7 @@ static fault_set step(bench *b, float unexplained_v) {
   return axis_protection_step(&b->state, &b->limits, &b->motor, &b->in, DT_S);
 }
 
-/* Ticks until a fault is found, 0: not within `most`. */
+/* Ticks until a fault is detected, 0: not within `most`. */
 static int ticks_until(bench *b, fault_id fault, int most) {
   for (int i = 1; i <= most; ++i) {
     if ((step(b, 0.0f) & fault_bit(fault)) != 0) {
@@ -98,7 +98,7 @@ static void test_an_angle_that_is_missing_is_found_at_once_and_two_more_pass_bef
   b.in.angle_valid = false;
   TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_ENCODER_LOST), step(&b, 0.0f));
   b.in.angle_valid = true;
-  b.in.angle += 1u << 28; /* somewhere else by now */
+  b.in.angle += 1u << 28; /* at another place now */
   run(&b, 10);
 }
 
@@ -256,7 +256,7 @@ static void test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_th
   }
   b = new_bench();
   b.in.mean_current_a = 5.0f;
-  for (int i = 0; i < 100; ++i) { /* 40 % more resistance explain 2.4 V more */
+  for (int i = 0; i < 100; ++i) { /* 40 % more resistance explains 2.4 V more */
     TEST_ASSERT_EQUAL_HEX64(0, step(&b, 6.3f));
   }
 }
@@ -292,7 +292,7 @@ static void test_an_axis_that_goes_away_from_its_set_point_against_its_torque_ru
   int ticks = 0;
   fault_set found = 0;
   while (found == 0 && ticks < 200) {
-    b.rate_rad_s -= 2.0f * DT_S; /* 2 rad/s^2 the wrong way */
+    b.rate_rad_s -= 2.0f * DT_S; /* 2 rad/s^2 in the wrong direction */
     found = step(&b, 0.0f);
     ++ticks;
   }

@@ -1,4 +1,4 @@
-/* The servo axis: torque mode, limits and torque offset from outside, and what it does with nonsense. */
+/* The servo axis: torque mode, limits and torque offset from outside, and its reaction to implausible inputs. */
 #include "servo/servo_axis.h"
 
 #include <string.h>
@@ -25,7 +25,7 @@ static void test_torque_mode_gives_exactly_the_torque_asked_for_within_the_limit
   b.command.limits = (torque_limits){-7.0f, 9.0f};
   tick(&b);
   CHECK_SAME("at the limit from outside, Nm", -7.0, b.axis.commanded_nm);
-  b.command.limits = (torque_limits){5.0f, -5.0f}; /* nonsense: no torque at all, not a reversed one */
+  b.command.limits = (torque_limits){5.0f, -5.0f}; /* implausible: no torque at all, not a reversed one */
   tick(&b);
   CHECK_SAME("torque, Nm", 0.0, b.axis.commanded_nm);
 }
@@ -104,7 +104,7 @@ static void test_a_loop_that_is_closed_again_knows_nothing_of_before(void) {
   }
 }
 
-/* It drifts in the wind; what it is asked for is the rate that it has. */
+/* It drifts in the wind; its set-point is its actual rate. */
 static void test_closing_the_loop_on_a_turning_axis_gives_no_kick(void) {
   for (int fused = 0; fused <= 1; ++fused) {
     bench b = bench_at_rest();
@@ -247,7 +247,7 @@ static void test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick(vo
   TEST_ASSERT_TRUE(b.axis.implausible);
   CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
   b.worst_step_nm = 0.0;
-  ticks(&b, 1000); /* goes on from where the encoder is now */
+  ticks(&b, 1000); /* continues from the present encoder angle */
   CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-3);
 }
 
@@ -295,7 +295,7 @@ static void test_a_sum_that_is_not_a_number_takes_the_torque_away(void) {
   bench b = bench_at_rest();
   b.command = (servo_axis_command)AT_SPEED;
   ticks(&b, 300);
-  b.axis.speed.pi.integral = NAN; /* by no known way */
+  b.axis.speed.pi.integral = NAN; /* with an unknown mode */
   tick(&b);
   TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.axis.mode);
   TEST_ASSERT_TRUE(b.axis.implausible);
@@ -304,7 +304,7 @@ static void test_a_sum_that_is_not_a_number_takes_the_torque_away(void) {
   CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-3);
 }
 
-/* Any bits, or a number at the edge of what is plausible, each with equal chance. */
+/* Arbitrary bits, or a number at the edge of the plausible range, each with equal probability. */
 static float any_float(random_source *source) {
   const float edges[] = {SERVO_PLAUSIBLE_RATE_RAD_S, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2, SERVO_PLAUSIBLE_TORQUE_NM,
                          SERVO_PLAUSIBLE_CURRENT_A, 0.0f};

@@ -1,4 +1,4 @@
-/* Answers of a BiSS-C encoder, written bit by bit as its protocol says, and the mean of what they tell. */
+/* Answers of a BiSS-C encoder, written bit by bit from its protocol, and the mean of the readings. */
 #include "sensors/biss.h"
 
 #include <string.h>

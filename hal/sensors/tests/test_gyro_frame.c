@@ -1,4 +1,4 @@
-/* Gyro frames in a stream of bytes, written as the gyro's manual says; and the heat sink's thermistor. */
+/* Gyro frames in a stream of bytes, written from the gyro's manual; and the heat sink's thermistor. */
 #include "sensors/gyro_frame.h"
 
 #include <string.h>
@@ -102,7 +102,7 @@ static void test_a_stream_that_begins_anywhere_gives_every_frame_after_the_first
   }
 }
 
-/* A header within the data must not swallow the frame that follows. */
+/* A header within the data must not hide the frame that follows. */
 static void test_a_lost_byte_costs_one_frame(void) {
   for (int lost = 0; lost < GYRO_FRAME_BYTES; ++lost) {
     gyro_frame_reader reader = {.count = 0};

@@ -45,7 +45,7 @@ class Watchdog : public Peripheral {
     }
     require(unlocked_, "written without its key");
     require(timeline().now() >= arrived_ || (updating_ & flag_of(offset)) == 0,
-            "written while the last value is on its way");
+            "written while the last value is in transfer");
     store(offset, written);
     updating_ |= flag_of(offset);
     arrived_ = timeline().now() + kArrivalPeriods * period_of(kLsiHz);

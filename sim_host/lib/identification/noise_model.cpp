@@ -15,7 +15,7 @@ NoiseModel NoiseModel::slow_drift() {
 
 NoiseModel NoiseModel::fit(const Eigen::VectorXd& residual_nm, const Eigen::VectorXd& weights,
                            const std::vector<Span>& spans, int most) {
-  // Moments of (r_k, r_(k-1), ..., r_(k-most)): every order's normal equations are a corner of them.
+  // Products of (r_k, r_(k-1), ..., r_(k-most)): every order's normal equations are a corner of them.
   Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(most + 1, most + 1);
   double count = 0;
   for (const Span& span : spans) {

@@ -30,7 +30,8 @@ Keys<FaultScenario> scenario_keys() {
   return {
       choice("motion", motion_names(), &FaultScenario::motion, "of both axes"),
       number("duration_s", unit::kSecond, {0.1, 3600}, &FaultScenario::duration_s, "length of the run"),
-      number("seed", unit::kNone, {0, 1e9}, &FaultScenario::seed, "of noise, wind and of a breakage's size").or_else(1),
+      number("seed", unit::kNone, {0, 1e9}, &FaultScenario::seed, "of noise, wind and the size of an injected fault")
+          .or_else(1),
   };
 }
 

@@ -2,7 +2,7 @@
 //
 //   U = G_p (sin p cos t + cos p sin t cos(a - d)) + G_a sin t cos(a - d - phase_a),   p = pitch + phase_p
 //
-// t, d: tilt of the base and its direction; G: imbalance moments. On a level base only pitch has a gravity torque, as
+// t, d: tilt of the base and its direction; G: imbalance torques. On a level base only pitch has a gravity torque, as
 // cos(p); on a tilted base both torques depend on both angles. Torques are the exact gradient of U, so energy is
 // conserved. Evaluated once per tick together with the second derivatives, which carry it through the tick.
 #ifndef TRACKSERVO_SIM_PLANT_GRAVITY_HPP

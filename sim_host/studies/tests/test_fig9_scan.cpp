@@ -1,4 +1,4 @@
-// The scan for numbers that would give Fig. 7 and Fig. 9 of the paper together.
+// The scan for numbers that would reproduce Fig. 7 and Fig. 9 of the paper together.
 #include "studies/fig9_scan.hpp"
 
 #include <algorithm>
@@ -52,7 +52,7 @@ void test_the_shipped_numbers_overshoot_as_the_whole_machine_does() {
   TEST_ASSERT_TRUE(outcome.matches_fig7());
 }
 
-// zeta = 0.6 and no set-point weight: the second-order system of the textbook, and what the disturbance adds.
+// zeta = 0.6 and no set-point weight: the textbook's second-order system, and the addition of the disturbance.
 void test_without_friction_the_step_is_that_of_a_second_order_system() {
   Fig9Set set;
   set.natural_frequency_rad_s = 5.65;
@@ -63,7 +63,7 @@ void test_without_friction_the_step_is_that_of_a_second_order_system() {
   CHECK_NEAR("overshoot, %", 100.0 * std::exp(-kPi * 0.6 / 0.8), try_fig9_set(quiet, set).free_overshoot, 0.3);
 }
 
-// J dv/dt = torque + J dd/dt moves v + d as J dv/dt = torque moves the measured v + d: the same without friction only.
+// J dv/dt = torque + J dd/dt moves v + d as J dv/dt = torque moves the measured v + d: the same only without friction.
 void test_without_friction_it_does_not_matter_where_the_disturbance_enters() {
   Fig9Set set;
   const double as_torque = try_fig9_set(setup(), set).free_overshoot;
@@ -107,7 +107,7 @@ void test_the_number_of_threads_changes_nothing() {
   }
 }
 
-// The finding: read as points, no set of Fig. 7 comes anywhere near Fig. 9.
+// The finding: read as points, no set of Fig. 7 comes close to Fig. 9.
 void test_no_set_that_gives_fig_7_overshoots_by_25_points_more() {
   Fig9Setup few = setup();
   few.samples = 300;
@@ -117,7 +117,7 @@ void test_no_set_that_gives_fig_7_overshoots_by_25_points_more() {
   TEST_ASSERT_TRUE(summary.most_points.points() < 5.0);
 }
 
-// The other finding: read as a ratio, there are such sets. This one was found by the scan.
+// The other finding: read as a ratio, there are such sets. The scan found this one.
 void test_a_set_that_gives_fig_7_overshoots_1_25_times_as_far() {
   Fig9Set set;
   set.coulomb_nm = 0.433;

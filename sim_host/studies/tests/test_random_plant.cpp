@@ -16,7 +16,7 @@ using namespace trackservo::sim;
 
 constexpr double kShare = 0.3;
 
-// With a structure, which the shipped tracker does not have, so that its keys are asked for, too.
+// With a structure, which the shipped tracker does not have, so that its keys are tested too.
 PlantConfig nominal() {
   PlantConfig plant = bench::shipped_plant("tracker");
   plant.axis[kAzimuth].structure = StructureConfig{80.0, 0.02, 0.1};

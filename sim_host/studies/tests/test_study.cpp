@@ -1,4 +1,4 @@
-// What a study measures, what a variation varies, and what the files of a campaign are called.
+// The figures of a study, the changes of a variation, and the names of a campaign's files.
 #include "studies/study.hpp"
 
 #include <cstring>
@@ -20,7 +20,7 @@ namespace {
 
 using namespace trackservo::sim;
 
-// A scenario that somebody wrote: any name, one second, azimuth only.
+// A user's scenario: any name, one second, azimuth only.
 ScenarioConfig scenario(ScenarioKind kind, double settle_s, double disturbance_rad_s = 0.0) {
   ScenarioConfig config;
   config.name = "my_own";
@@ -73,7 +73,7 @@ void test_a_target_is_judged_by_the_line_of_sight() {
                    measured(scenario(ScenarioKind::kTracking, 0.2)));
 }
 
-// A variation that changes nothing, or is looked at where no study looks, would compare a run with itself.
+// A variation that changes nothing, or has a probe outside all studies, would compare a run with itself.
 void test_every_variation_changes_the_shipped_setting_where_it_is_looked_at() {
   std::vector<Study> studies = paper_studies("sim_host");
   for (Study& study : studies) {
@@ -113,7 +113,7 @@ void test_file_names_have_no_letters_that_shells_dislike() {
                            file_name({"sine", "1 deg/s, 0.1 Hz", "", "pi", "seed_3"}).c_str());
 }
 
-// Two figures, two seeds; worked out by hand. Wrong parameters have the means 2 and 10.
+// Two figures, two seeds; computed by hand. Wrong parameters have the means 2 and 10.
 void test_beliefs_are_compared_seed_by_seed_as_shares_of_the_wrong_one() {
   const std::vector<BeliefFigure> figures{{"a", "", "", "", {1.0, 2.0}, {1.0, 1.0}, {1.0, 3.0}},
                                           {"b", "", "", "", {9.0, 10.0}, {8.0, 8.0}, {10.0, 10.0}}};
@@ -133,7 +133,7 @@ Cell overshoot(FrictionModel friction, const char *controller, double percent) {
   return {"step_disturbed", "1 deg/s", "p", friction, controller, kAzimuth, "overshoot", "%", {percent}};
 }
 
-// "The overshoot increases by 25 %" is read both ways.
+// "The overshoot increases by 25 %" has two readings.
 void test_a_step_is_compared_with_the_friction_free_one_as_points_and_as_a_ratio() {
   const std::vector<Cell> all =
       with_derived({overshoot(FrictionModel::kLugre, "pi", 15.0), overshoot(FrictionModel::kNone, "pi", 12.0),
@@ -156,7 +156,7 @@ void test_both_readings_judge_the_compensated_step() {
   CHECK_NEAR("ratio, at most", 1.1, goal_of(cell).value().high, 1e-12);
 }
 
-// PI alone has no goal there: the published plant cannot show it. But it must not pass as reproduced.
+// PI alone has no goal there: the published plant cannot show it. But it must not count as reproduced.
 void test_a_figure_of_the_paper_that_has_the_wrong_sign_is_not_reproduced() {
   Cell cell = overshoot(FrictionModel::kLugre, "pi", 0.0);
   cell.metric = "overshoot_above_friction_free";

@@ -1,4 +1,4 @@
-// Figures of merit on traces whose answer anybody can work out.
+// Figures of merit on traces whose result can be computed by hand.
 #include "analysis/metrics.hpp"
 
 #include <algorithm>

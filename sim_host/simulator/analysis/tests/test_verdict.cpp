@@ -1,4 +1,4 @@
-// Which runs count as controlled, on traces made for it.
+// Which runs count as controlled, on traces made for the test.
 #include "analysis/verdict.hpp"
 
 #include <cmath>
@@ -17,7 +17,7 @@ using namespace bench;
 
 constexpr double kSetPoint_rad_s = 2.0 * kDegree;
 
-// Azimuth turns with what `rate` makes of the time after the rest, pitch follows.
+// Azimuth turns at `rate` of the time after the rest, pitch follows.
 std::vector<std::string> verdict(const char *scenario_name, const std::function<double(double)>& rate) {
   ScenarioConfig scenario = shipped_scenario(scenario_name);
   scenario.duration_s = scenario.rest_s + scenario.settle_s + 1.0;

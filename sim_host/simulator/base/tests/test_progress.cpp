@@ -1,4 +1,4 @@
-// What people and logs read of a long job: nothing is rewritten in a file, and nothing is silent.
+// Progress of a long job for people and logs: nothing is rewritten in a file, and there is always output.
 #include "base/progress.hpp"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Step {
   const char *what;
 };
 
-// What a printer writes for jobs that end at given times, of 100 units of work.
+// Output of a printer for jobs that end at given times, of 100 units of work.
 std::string printed(bool is_terminal, const std::vector<Step>& steps) {
   std::FILE *file = std::tmpfile();
   TEST_ASSERT_NOT_NULL(file);

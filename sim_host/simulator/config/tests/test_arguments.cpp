@@ -1,4 +1,4 @@
-// Arguments of sim_host that parsers let pass and that would cost a run, or overwrite the wrong thing.
+// Arguments of sim_host that parsers accept and that would cost a run, or overwrite the wrong file.
 #include <unistd.h>
 
 #include <fstream>
@@ -40,7 +40,7 @@ void test_an_output_folder_is_made_where_it_can_be() {
   TEST_ASSERT_TRUE(says(output_folder_problem(""), "is no folder"));
 }
 
-// Root writes everywhere: then there is nothing to see.
+// Root can write everywhere: then there is nothing to test.
 void test_places_without_permission_are_refused() {
   if (geteuid() == 0) {
     TEST_MESSAGE("run as root, who may write everywhere: nothing to see");

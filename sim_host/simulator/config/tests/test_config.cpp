@@ -78,7 +78,7 @@ struct BadValue {
   const char *remedy;
 };
 
-// `line_shift`: from the change to the line that is named, where that is another one.
+// `line_shift`: from the change to the named line, where that is another one.
 template <class Load>
 void check_refusals(const std::string& shipped, Load load, const std::vector<BadValue>& cases, int line_shift = 0) {
   for (const BadValue& bad : cases) {

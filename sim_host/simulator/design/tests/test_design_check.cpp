@@ -1,4 +1,4 @@
-// Wishes that shake the machine are refused, those near to it warned of, and the advice given is good.
+// Requirements that make the machine unstable are refused, those close to it give a warning, and the advice works.
 #include "design/design_check.hpp"
 
 #include <array>
@@ -68,7 +68,7 @@ void check_says(const std::string& text, const std::string& part) {
   TEST_ASSERT_TRUE_MESSAGE(text.find(part) != std::string::npos, (part + " in: " + text).c_str());
 }
 
-// The number behind "give at most".
+// The number after "give at most".
 double advised(const std::string& text) {
   const std::string mark = "give at most ";
   const std::size_t place = text.find(mark);
@@ -105,7 +105,7 @@ void test_a_long_window_with_a_fast_observer_is_refused_and_the_advice_works() {
 
 void test_a_bandwidth_beyond_the_delays_is_named_and_the_advice_works() {
   PlantConfig plant = shipped_plant("tracker");
-  plant.design[kPitch].speed_loop_bandwidth_hz = 200.0;  // stable, with little left
+  plant.design[kPitch].speed_loop_bandwidth_hz = 200.0;  // stable, with little margin
   const std::vector<std::string> warnings = margin_warnings(plant, design_controller(plant, controller_spec("pi"), {}));
   TEST_ASSERT_EQUAL(1, warnings.size());
   check_says(warnings[0], ": design.pitch.speed_loop_bandwidth_hz: leaves the speed loop with PI ");
@@ -135,7 +135,7 @@ void test_wishes_out_of_the_firmwares_range_name_their_line() {
   check_says(refusal(plant, "pi"), ": design.pitch.current_loop_bandwidth_hz: is not possible with this motor");
 }
 
-// The first two numbers behind "give ".
+// The first two numbers after "give ".
 std::array<double, 2> advised_range(const std::string& text) {
   const std::size_t place = text.find("give ");
   TEST_ASSERT_TRUE_MESSAGE(place != std::string::npos, text.c_str());
@@ -179,8 +179,8 @@ void test_the_least_inertia_is_that_of_the_pitch_travel() {
   CHECK_NEAR("without stops", 3.0, least_inertia_kg_m2(plant, kAzimuth), 1e-9);
 }
 
-// Peak rate error of the sliding axis, twice: early and late. A machine without noise or loads, so that what grows does
-// so by itself.
+// Peak rate error of the sliding axis, twice: early and late. A machine without noise or loads, so that any growth is
+// its own.
 struct Growth {
   double early_rad_s;
   double late_rad_s;
@@ -205,11 +205,11 @@ Growth growth_with_observer_of(double bandwidth_hz) {
   return growth;
 }
 
-// The calculation and the machine agree on which side of the border a loop is.
+// Calculation and machine agree on the stability of a loop.
 void test_the_machine_shakes_where_the_calculation_says_so() {
   PlantConfig plant = bare_plant();
   for (AxisConfig& axis : plant.axis) {
-    axis.friction.positive.viscous_nm_s_rad = 0.0;  // bare_plant has no friction; the calculation shall know
+    axis.friction.positive.viscous_nm_s_rad = 0.0;  // bare_plant has no friction; the calculation has to know that
     axis.inertia_kg_m2 += axis.inertia_swing_kg_m2;
     axis.inertia_swing_kg_m2 = 0.0;
   }

@@ -1,4 +1,4 @@
-// Every fault of the table is brought about somewhere, and where that is said to be there is such a test.
+// Every fault of the table is caused by some test, and the named tests exist.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // The plant's LuGre joint (rate and bristles solved together) against Boost.Odeint's rosenbrock4 at 1e-10.
 //
-// Both get the same torque over time; compared are the joint rates after every 50 us.
+// Both get the same torque over time; the joint rates are compared after every 50 us.
 #include <algorithm>
 #include <cmath>
 
@@ -27,7 +27,7 @@ Bench stiff_bench() { return {bare_plant().axis[kAzimuth], 6.0}; }
 
 Bench paper_bench() { return {shipped_plant("paper_simulation").axis[kAzimuth], 23.5}; }
 
-// Slope of (rate, bristle torque s0 z) by eqs (1)-(3), written here once more.
+// Slope of (rate, bristle torque s0 z) by eqs (1)-(3), written a second time.
 struct Continuous {
   FrictionConfig seal;
   double inertia_kg_m2;
@@ -49,7 +49,7 @@ struct Continuous {
 
 struct Comparison {
   double rate_rad_s = 0;          // largest difference
-  double largest_rate_rad_s = 0;  // largest rate, to relate it to
+  double largest_rate_rad_s = 0;  // largest rate, as a reference
   double end_rate_rad_s = 0;
   double end_angle_rad = 0;
 };
@@ -71,7 +71,7 @@ Comparison compare(const Bench& bench, Torque torque, double duration_s) {
     const double start = step * kPwmPeriod_s;
     const double middle_angle = joint.angle_rad() + 0.5 * kPwmPeriod_s * joint.rate_rad_s();
     joint.step(bench.inertia_kg_m2, torque(start + 0.5 * kPwmPeriod_s, middle_angle), 0.0);
-    // Restarted every 50 us: longer stretches let the solver's own error, from the kink at standstill, show.
+    // Restarted every 50 us: longer stretches would show the solver's own error, from the kink at standstill.
     lugre_ode::solve(rhs, state, start, start + kPwmPeriod_s, 0.2 * kPwmPeriod_s, 1e-10);
     seen.rate_rad_s = std::max(seen.rate_rad_s, std::abs(joint.rate_rad_s() - state(0)));
     seen.largest_rate_rad_s = std::max(seen.largest_rate_rad_s, std::abs(state(0)));
@@ -102,7 +102,7 @@ void test_reversals_agree() {
 }
 
 void test_presliding_hysteresis_agrees() {
-  // 4 Nm of 9 Nm break-away, with a smaller loop riding on it.
+  // 4 Nm of 9 Nm break-away, with a smaller loop added to it.
   const auto loops = [](double t, double) {
     return 4.0 * std::sin(2.0 * kPi * t) + 1.5 * std::sin(2.0 * kPi * 5.0 * t);
   };
@@ -114,7 +114,7 @@ void test_presliding_hysteresis_agrees() {
 }
 
 void test_stick_slip_of_a_joint_pulled_by_a_spring_agrees() {
-  // A 60 Nm/rad spring pulled at 2 deg/s; both slip at the same moments with the same speed.
+  // A 60 Nm/rad spring pulled at 2 deg/s; both slip at the same times with the same speed.
   const auto spring = [](double t, double angle) { return 60.0 * (2.0 * kDegree * t - angle); };
   const Comparison seen = compare(stiff_bench(), spring, 7.0);
   LOG_VALUE("stick-slip, largest rate error in deg/s", seen.rate_rad_s / kDegree);
@@ -124,7 +124,7 @@ void test_stick_slip_of_a_joint_pulled_by_a_spring_agrees() {
 }
 
 void test_every_speed_from_0_01_to_200_deg_per_s_agrees() {
-  // The torque that holds the speed, reached in a jump from a start at rest: the settling is compared too.
+  // The torque that holds the speed, as a step from rest: the settling is compared too.
   const Bench bench = stiff_bench();
   for (const double speed : {0.01, 0.1, 1.0, 10.0, 50.0, 200.0}) {
     const double rate = speed * kDegree;
@@ -159,7 +159,7 @@ void test_halving_the_step_quarters_the_error() {
 }
 
 void test_extreme_seals_stay_bounded() {
-  // Stiffness, damping and speed far outside a seal's: the theta step must not ring or blow up.
+  // Stiffness, damping and speed far outside a seal's: the theta step must not oscillate or diverge.
   for (const double stiffness : {1e-2, 1e3, 1e6, 1e9}) {
     for (const double damping : {0.0, 10.0, 1e6}) {
       for (const double stribeck : {1e-5, 1e-2, 10.0}) {

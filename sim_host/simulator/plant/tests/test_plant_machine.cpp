@@ -42,7 +42,7 @@ void test_ripple_follows_current_and_cogging_does_not() {
   config.cogging = {CoggingConfig{24, 0.05, 0.2}};
   for (const double angle : {0.0, 0.3, 1.7, -4.0}) {
     DcMotor motor(config, kPwmPeriod_s);
-    motor.renew_shape(angle - 1e-4);  // used a little further on, as at the end of a tick
+    motor.renew_shape(angle - 1e-4);  // used a little later, as at the end of a tick
     const double idle = motor.step(0.0, 0.0, angle, 48.0);
     CHECK_NEAR("cogging in Nm", 0.05 * std::sin(24.0 * angle + 0.2), idle, 5e-7);
     double loaded = 0.0;
@@ -92,7 +92,7 @@ double energy_j(const PlantConfig& plant, const TruthState& state) {
       plant.axis[kAzimuth].inertia_kg_m2 + plant.axis[kAzimuth].inertia_swing_kg_m2 * cosine * cosine;
   const double kinetic = 0.5 * azimuth_inertia * std::pow(state.inertial_rate_rad_s[kAzimuth], 2.0) +
                          0.5 * plant.axis[kPitch].inertia_kg_m2 * std::pow(state.inertial_rate_rad_s[kPitch], 2.0);
-  // Height of both off-centre masses above the slanted base.
+  // Height of both off-centre masses above the tilted base.
   const LoadConfig& pitch = plant.axis[kPitch].load;
   const LoadConfig& azimuth = plant.axis[kAzimuth].load;
   const double p = state.joint_angle_rad[kPitch] + pitch.imbalance_phase_rad;

@@ -22,7 +22,7 @@ const FrictionConfig& seal() {
   return tracker_seal;
 }
 
-// Friction that is moved at a given speed; returns the torque of the step [Nm].
+// Friction moved at a given speed; returns the torque of the step [Nm].
 double moved(MaxwellSlip& friction, double rate_rad_s) {
   const AffineFriction affine = friction.linearise(rate_rad_s, 1.0, 1.0);
   friction.commit(rate_rad_s);
@@ -96,7 +96,7 @@ void test_presliding_hysteresis_does_not_depend_on_the_rate() {
 }
 
 void test_an_inner_loop_closes_and_is_forgotten() {
-  // Nonlocal memory: after a small loop the torque continues on the outer curve as if nothing had been.
+  // Nonlocal memory: after a small loop the torque continues on the outer curve as without the loop.
   FrictionConfig dry = seal();
   dry.positive.viscous_nm_s_rad = 0.0;
   dry.negative = dry.positive;

@@ -72,7 +72,7 @@ double tail_of_eight_bytes(double bound) {
   return tail;
 }
 
-// Drawn against the exact law of eight bytes, and that against the normal law.
+// Drawn values against the exact law of eight bytes, and that law against the normal one.
 void test_nearly_normal_deviates_are_what_they_say() {
   RandomStream stream(7, "test");
   const int draws = 2000000;
@@ -108,7 +108,7 @@ void test_nearly_normal_deviates_are_what_they_say() {
              tail_of_eight_bytes(3.0) / std::erfc(3.0 / std::sqrt(2.0)), 0.02);
 }
 
-// One draw tells nothing of the next.
+// One draw is independent of the next.
 void test_nearly_normal_deviates_follow_each_other_freely() {
   RandomStream stream(11, "test");
   const int draws = 1000000;

@@ -1,4 +1,4 @@
-// A part of the inertia behind a spring: the resonance that the plant file says, and momentum as on a rigid axis.
+// A part of the inertia behind a spring: the resonance of the plant file, and the momentum of a rigid axis.
 #include "plant/structure.hpp"
 
 #include <cmath>
@@ -16,7 +16,7 @@ using namespace bench;
 
 constexpr double kInertia_kg_m2 = 6.0;
 
-// A joint without friction and what hangs on it.
+// A joint without friction and its structure.
 class TwoMasses {
  public:
   explicit TwoMasses(const StructureConfig& config)

@@ -1,4 +1,4 @@
-// What a scenario and a plant make together: starts, courses, torques and speeds that make no sense, or that surprise.
+// Combinations of scenario and plant: starts, courses, torques and speeds that make no sense, or that are unusual.
 #include "run/scenario_check.hpp"
 
 #include <cmath>
@@ -26,7 +26,7 @@ void check_says(const std::string& text, const std::string& part) {
   TEST_ASSERT_TRUE_MESSAGE(text.find(part) != std::string::npos, (part + " in: " + text).c_str());
 }
 
-// The warnings that speak of this key, which all must.
+// The warnings about this key; there must be no others.
 std::size_t warnings_of(const char *key, const PlantConfig& plant, const ScenarioConfig& scenario) {
   const std::vector<std::string> warnings = check_scenario(plant, scenario);
   for (const std::string& warning : warnings) {
@@ -73,7 +73,7 @@ void test_a_target_straight_above_or_going_round_is_refused() {
   scenario.fly_by.start_position_m = {2.0, 0.0, 150.0};
   scenario.fly_by.weave_lateral_m = 0.0;
   TEST_ASSERT_EQUAL_STRING("", refusal(plant, scenario).c_str());
-  // Across behind the tracker's back, seen from a first bearing of 170 deg.
+  // Across behind the tracker's back, with a first bearing of 170 deg.
   scenario.fly_by.start_position_m = {-100.0, 17.6, 50.0};
   scenario.fly_by.velocity_m_s = {10.0, -5.0, 0.0};
   scenario.fly_by.weave_lateral_m = 100.0;

@@ -114,7 +114,7 @@ void test_encoder_reads_per_tick_divide_the_variance_and_add_no_bias() {
     for (const double angle_rad : {1.0, 0.0, -1e-7}) {  // also across the end of the turn
       const Spread spread = spread_of(config, angle_rad, samples);
       CHECK_RELATIVE("variance in rad2", 1e-12 / reads, spread.variance, 0.03);
-      // Four standard errors, and a step of the 2^-32 turn that the division cuts off.
+      // Four standard errors, and a step of the 2^-32 turn that the division truncates.
       CHECK_NEAR("bias in rad", 0.0, spread.mean, 4e-6 / std::sqrt(static_cast<double>(reads) * samples) + 1.5e-9);
     }
   }

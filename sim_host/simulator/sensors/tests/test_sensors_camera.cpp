@@ -87,7 +87,7 @@ FlyByConfig weaving() { return shipped_scenario("tracking").fly_by; }
 
 void test_rates_and_accelerations_of_the_line_of_sight_are_its_derivatives() {
   FlyByConfig near = weaving();
-  near.start_position_m = {200.0, -300.0, 80.0};  // close by, where everything is large
+  near.start_position_m = {200.0, -300.0, 80.0};  // close by, where all rates are high
   near.velocity_m_s = {-3.0, 20.0, 1.0};
   const FlyBy fly_by(near);
   const double h = 1e-3;
