@@ -25,7 +25,7 @@ LEVEL_BUDGET = 4 * KIB
 # An exception pushes 26 words with the FPU's registers, and one more to align (ARMv7-M, B1.5.7).
 EXCEPTION_FRAME_BYTES = 27 * 4
 
-# Priority, what runs there.
+# Priority, and the code that runs there.
 LEVELS = [
     ("driver fault (0)", ["tim1_brk_interrupt", "tim8_brk_interrupt"]),
     ("current loop (1)", ["adc1_2_interrupt"]),
@@ -62,7 +62,7 @@ def memory_rows(elf: pathlib.Path) -> list[Row]:
 
 
 def read_stack_usage(folder: pathlib.Path) -> dict[str, int]:
-    """The compiler's word: the largest frame of any function of this file and name."""
+    """From the compiler: the largest frame of any function of this file and name."""
     usage: dict[str, int] = {}
     for file in folder.rglob("*.su"):
         for line in file.read_text(encoding="utf-8").splitlines():
@@ -77,7 +77,7 @@ def read_stack_usage(folder: pathlib.Path) -> dict[str, int]:
 
 
 def raise_to_compilers_word(functions: dict[int, call_graph.Function], usage: dict[str, int]) -> None:
-    """The larger of what the compiler says and what the code shows counts: library functions have the code alone."""
+    """The larger value of compiler and code counts: library functions have only the code."""
     for function in functions.values():
         function.frame_bytes = max(function.frame_bytes, usage.get(call_graph.plain_name(function.name), 0))
 

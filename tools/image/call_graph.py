@@ -1,8 +1,8 @@
-"""Who calls whom in an image, and what a function takes of the stack, read from the machine code.
+"""The call graph of an image, and the stack of each function, read from the machine code.
 
-Functions are known by their name, local ones with their file: "servo_node.c:reset". Calls through a pointer cannot be
-read from the code: a table says where they may lead, and a call that it does not name is an error. The table speaks of
-the functions of the source; the debug information shows into which function of the image one of them was inlined.
+Functions are identified by their name, local ones with their file: "servo_node.c:reset". Calls through a pointer cannot
+be read from the code: a table lists their targets, and a call that it does not list is an error. The table names the
+functions of the source; the debug information shows into which function of the image one of them was inlined.
 """
 
 import bisect
@@ -17,7 +17,7 @@ class Function:
     name: str
     frame_bytes: int = 0
     calls: set[int] = dataclasses.field(default_factory=set)  # addresses
-    pointer_calls: list[int] = dataclasses.field(default_factory=list)  # where they are
+    pointer_calls: list[int] = dataclasses.field(default_factory=list)  # their places
 
 
 class CallGraphError(Exception):
@@ -35,12 +35,12 @@ def _run(*command: str) -> list[str]:
 
 
 def plain_name(name: str) -> str:
-    """Without what the compiler adds to a function that it has changed."""
+    """Without the suffix that the compiler adds to a function that it has changed."""
     return _VARIANT.sub("", name)
 
 
 def source_functions(elf: pathlib.Path, addresses: list[int]) -> dict[int, list[str]]:
-    """The functions of the source that an address is of, "file.c:name": the innermost of those inlined there first."""
+    """The functions of the source at an address, "file.c:name": the innermost of those inlined there first."""
     found: dict[int, list[str]] = {address: [] for address in addresses}
     lines = subprocess.run(["arm-none-eabi-addr2line", "-a", "-f", "-i", "-e", str(elf)], check=True, text=True,
                            capture_output=True, input="".join(f"{address:x}\n" for address in addresses)).stdout
@@ -65,7 +65,7 @@ def read_symbols(elf: pathlib.Path) -> dict[int, str]:
         if len(part) == 8 and part[3] == "FUNC":
             address = int(part[1], 16) & ~1
             (names if part[4] == "GLOBAL" else local)[address] = part[7]
-    # What was optimised across files has lost its file in the symbol table.
+    # Functions optimised across files have no file in the symbol table.
     only_local = sorted(address for address in local if address not in names)
     for address, sources in source_functions(elf, only_local).items():
         names[address] = f"{sources[-1].split(':')[0]}:{plain_name(local[address])}"
@@ -112,7 +112,7 @@ def _add_code(function: Function, own_range: tuple[int, int], address: int, mnem
 
 
 def read_functions(elf: pathlib.Path) -> dict[int, Function]:
-    """All functions of the image by address. A branch into another function is a call, too."""
+    """All functions of the image by address. A branch into another function is a call too."""
     names = read_symbols(elf)
     starts = sorted(names)
     ends = dict(zip(starts, starts[1:] + [1 << 32]))
@@ -133,9 +133,10 @@ def read_functions(elf: pathlib.Path) -> dict[int, Function]:
 
 
 def resolve_pointers(elf: pathlib.Path, functions: dict[int, Function], table: dict[str, list[str]]) -> None:
-    """Adds the calls through pointers that the table names. Raises CallGraphError for what it does not, or in vain."""
+    """Adds the calls through pointers that the table lists. Raises CallGraphError for a call without an entry, and for
+    an entry without a call."""
     by_name: dict[str, int] = {function.name: address for address, function in functions.items()}
-    # An optimiser across files makes global functions local; the table need not know.
+    # Link-time optimisation makes global functions local; the table need not know.
     by_name.update({name.split(":")[-1]: address for name, address in by_name.items() if ":" in name} | by_name)
     unused = set(table)
     sources = source_functions(elf, [call for function in functions.values() for call in function.pointer_calls])
@@ -155,7 +156,7 @@ def resolve_pointers(elf: pathlib.Path, functions: dict[int, Function], table: d
 
 
 def deepest_path(functions: dict[int, Function], root: int) -> tuple[int, list[str]]:
-    """Bytes of stack below a function at worst, and the calls that lead there. Raises CallGraphError on recursion."""
+    """Maximum bytes of stack below a function, and the calls that lead there. Raises CallGraphError on recursion."""
     known: dict[int, tuple[int, list[str]]] = {}
     path: list[int] = []
 

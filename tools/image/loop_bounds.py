@@ -1,8 +1,8 @@
-"""Every loop of the firmware and how often it can go round.
+"""Every loop of the firmware and its maximum number of iterations.
 
 A loop counts by itself when it is `for (T i = A; i < B; ++i)` (or with another step, or downwards, or with an `&&` that
 ends it earlier), A and B are constant, and nothing in it changes i. All others need a line in loop_bounds.toml: by file
-and condition, what bounds it and why. A loop without a line fails, and so does a line without a loop.
+and condition, the bound and its reason. A loop without a line is an error, and so is a line without a loop.
 """
 
 import re
@@ -37,7 +37,7 @@ class Loop:
 
 
 def blanked(text):
-    """Comments, texts, characters and directives are spaces; lines stay where they are."""
+    """Replaces comments, texts, characters and directives by spaces; line numbers stay."""
     def blank(match):
         return re.sub(r"[^\n]", " ", match.group(0))
     pattern = r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|^[ \t]*#(?:\\\n|[^\n])*'
@@ -45,7 +45,7 @@ def blanked(text):
 
 
 def end_of(text, start, opening, closing):
-    """Behind the bracket that closes the one at `start`."""
+    """Position after the bracket that closes the one at `start`."""
     depth = 0
     for at in range(start, len(text)):
         depth += (text[at] == opening) - (text[at] == closing)

@@ -1,10 +1,10 @@
 # shellcheck shell=bash
 # Progress of a build: one rewritten line on a terminal, and elsewhere a line every ten seconds at most.
 
-# The link optimises across files: as long as this many files take to compile, measured.
+# The link optimises across files: it takes as long as compiling this many files, measured.
 build_progress_link_files=8
 
-# Seconds from any origin; a test puts its own in place.
+# Seconds from any origin; a test replaces it by its own.
 progress_now_s() { printf '%s' "$SECONDS"; }
 
 # duration_words SECONDS: "40 s", "3 min 20 s"
@@ -19,8 +19,8 @@ duration_words() {
   fi
 }
 
-# Reads Ninja's lines ("[12/209] Building ..."), writes how far it is and how long it will take. The pace is that of the
-# files so far.
+# Reads Ninja's lines ("[12/209] Building ..."), writes progress and remaining time. The pace is that of the completed
+# files.
 show_build_progress() {
   local started last now line step total files left text terminal=no begun=no
   [[ -t 1 ]] && terminal=yes
@@ -30,7 +30,7 @@ show_build_progress() {
     [[ "$line" =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
     step="${BASH_REMATCH[1]}"
     total="${BASH_REMATCH[2]}"
-    ((step > 0)) || continue # "[0/2] Re-checking globbed directories", before it knows what to build
+    ((step > 0)) || continue # "[0/2] Re-checking globbed directories", before Ninja has counted its work
     begun=yes
     now="$(progress_now_s)"
     files=$((total + build_progress_link_files))

@@ -13,7 +13,7 @@ HALF_LN2 = np.log(Real(2)) / 2
 
 
 def wanted(r: np.ndarray) -> np.ndarray:
-    """(exp(r) - 1 - r) / r^2 by its Taylor series, which does not cancel."""
+    """(exp(r) - 1 - r) / r^2 by its Taylor series, which has no cancellation."""
     total, term = np.zeros_like(r), np.full_like(r, Real(1) / 2)
     for k in range(3, 24):
         total, term = total + term, term * r / k
@@ -40,7 +40,7 @@ def solve(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def levelled(points: np.ndarray) -> np.ndarray:
-    """The q whose error has the same size at all points, and the other sign at the next."""
+    """The q whose error has the same size at all points, with alternating signs."""
     weight = points * points * np.exp(-points)
     columns = [weight * points**k for k in range(DEGREE + 1)]
     signs = Real(-1) ** np.arange(len(points))

@@ -29,7 +29,7 @@ CORE = {"nvic", "scb", "mpu", "dwt", "dcb"}
 
 
 class Definitions:
-    """What the headers define: structs by name, macros, enumerators, all as the compiler sees them."""
+    """Definitions in the headers: structs by name, macros, enumerators, all as the compiler sees them."""
 
     def __init__(self, headers: pathlib.Path):
         self.headers = headers

@@ -47,7 +47,7 @@ def read_block(folder: pathlib.Path, name: str) -> dict[str, Register]:
 
 
 def read_addresses(folder: pathlib.Path) -> dict[str, int]:
-    """Where each peripheral begins."""
+    """Base address of each peripheral."""
     text = (folder / "mod.rs").read_text(encoding="utf-8")
     found = re.findall(r"pub type (\w+) = crate::Periph<[^,]+, 0x([0-9a-f_]+)>", text)
     return {name: int(address, 16) for name, address in found}
@@ -59,7 +59,7 @@ def read_interrupts(folder: pathlib.Path) -> dict[str, int]:
 
 
 def elements_of(block: dict[str, Register], member: str) -> list[Register | None]:
-    """What a member of our struct is in the crate: one register, or the elements of an array."""
+    """The crate's counterpart of a member of our struct: one register, or the elements of an array."""
     name = member.upper()
     arrays = {"AFR": ["AFRL", "AFRH"], "CCR": [], "CH": [f"CH{n}" for n in range(1, 9)]}
     if name in arrays and arrays[name] and all(part in block for part in arrays[name]):

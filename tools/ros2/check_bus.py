@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks a bus.yml of ros2_canopen: every key is one that somebody reads. See --help.
+"""Checks a bus.yml of ros2_canopen: every key must be one that a program reads. See --help.
 
-dcfgen and ros2_canopen take what they do not know in silence, so a typo is a setting that is not made.
+dcfgen and ros2_canopen ignore unknown keys without a message, so a typo is a lost setting.
 """
 
 import argparse
@@ -54,7 +54,7 @@ SECTIONS = {"options", "master", "defaults", "nodes"}
 
 
 def complaints(bus):
-    """What is wrong with the content of a bus.yml, a sentence each."""
+    """Errors in the content of a bus.yml, one sentence each."""
     found = []
     if not isinstance(bus, dict):
         return ["not a bus.yml: the sections options, master and nodes are missing"]

@@ -1,8 +1,8 @@
 """A sample of 100 sentences of the tree, drawn by the hash of a commit, with a verdict on each.
 
-The sample is drawn from the tree of the commit before the one that adds the list, so nobody can choose it: every sentence
-gets sha256(hash of the commit + place and text of the sentence), and those with the lowest numbers are drawn. The tree's own
-copy of this script draws, so that a later change of the script does not change what an old list must have.
+The sample is drawn from the tree of the commit before the one that adds the list, so nobody can choose it. Every
+sentence gets sha256(hash of the commit + place and text of the sentence), and those with the lowest numbers are drawn.
+The tree's own copy of this script draws, so a later change of the script does not change the draw of an old list.
 
     draw_sentences.py           draw from HEAD and write the list; then fill in verdict and rewrite, and commit it
     draw_sentences.py --check   the list is what its commit draws, each verdict is given, and few say "rewrite"
@@ -41,7 +41,7 @@ def is_drawn_from(passage):
 
 
 def is_sentence(text):
-    """At least four words of letters, and most of it is words: no format, no pattern, no row of figures."""
+    """At least four words of letters, and most of it is words: no format string, no pattern, no row of figures."""
     words = [word for word in text.split() if re.fullmatch(r"[\"'(`\[]*[A-Za-z][A-Za-z'-]*[\"')`\],.:;!?]*", word)]
     return len(words) >= MIN_WORDS and 2 * len(words) >= len(text.split())
 

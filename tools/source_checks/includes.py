@@ -51,7 +51,7 @@ def sources(root, layers):
 
 
 def candidates(file, name, layers, known):
-    """The files that `name` can mean in `file`: beside it, or below an include root that its folder uses."""
+    """The files that `name` can mean in `file`: beside it, or below an include root of its folder."""
     bases = [folder_of(file)]
     bases += [root for root, users in layers["include_roots"].items() if any(is_within(folder_of(file), user) for user in users)]
     found = []
@@ -69,7 +69,7 @@ def candidates(file, name, layers, known):
 
 
 def read_includes(root, layers):
-    """All includes between files of the repository, and a sentence for each that means no file or several."""
+    """All includes between files of the repository, and a sentence for each include of no file or of several."""
     known = set(sources(root, layers))
     from_outside = set(layers["from_outside"])
     includes, errors = [], []
@@ -169,13 +169,14 @@ def circles(includes):
 
 
 def tests_of_a_block(folder):
-    """firmware/control/tests for firmware/control/tests and what lies in it; None for a folder that is no block's tests."""
+    """firmware/control/tests for firmware/control/tests and its sub-folders; None for a folder that is no block's
+    tests."""
     match = re.match(r".+?/tests(?=/|$)", folder)
     return match.group() if match else None
 
 
 def layer_of(folder, layers):
-    """The most special entry of may_include that names the folder or a folder around it."""
+    """The most specific entry of may_include for the folder."""
     return max((layer for layer in layers["may_include"] if is_within(folder, layer)), key=len, default=None)
 
 
@@ -220,7 +221,7 @@ def errors_of_layers(files, layers):
 
 
 def check(root, layers):
-    """The number of includes read, and a sentence for each thing that is wrong."""
+    """The includes, and a sentence for each error."""
     includes, errors = read_includes(root, layers)
     errors += errors_of_layers(sources(root, layers), layers)
     errors += circles(includes)

@@ -59,7 +59,7 @@ def markdown(text):
 
 
 def comment_text(raw):
-    """Spaces for the marks of a comment; lines stay."""
+    """Replaces the marks of a comment by spaces; lines stay."""
     if raw.startswith("//"):
         return re.sub(r"^[ \t]*//[/!]?<?", lambda mark: " " * len(mark.group()), raw, flags=re.MULTILINE)
     inner = re.sub(r"^/\*+[!<]?", "", raw[:-2])
@@ -167,7 +167,7 @@ def hash_comments(comments):
         yield start, "comment", "\n".join(block)
 
 
-# ---- shell, CMake, TOML, YAML and what else has comments behind #
+# ---- shell, CMake, TOML, YAML and other files with comments after #
 
 SHELL = re.compile(
     r"<<-?\s*(?P<q>['\"]?)(?P<mark>\w+)(?P=q)[^\n]*\n(?P<here>.*?)\n\s*(?P=mark)(?=\n|$)"
@@ -271,7 +271,7 @@ def reader_of(path):
 
 
 def files_of(root):
-    """Every file that somebody reads, from the root of the tree."""
+    """Every file that people read, from the root of the tree."""
     pending = [Path(root)]
     while pending:
         for path in sorted(pending.pop().iterdir()):

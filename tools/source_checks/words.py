@@ -23,7 +23,7 @@ TABLE_START, TABLE_END = "<!-- glossary -->", "<!-- end of glossary -->"
 CODE_SPAN = re.compile(r"(`+)(?!`).*?(?<!`)\1(?!`)", re.DOTALL)
 LINK_TARGET = re.compile(r"(?<=\])\([^()\s]*\)|<[^<>\s][^<>]*>|https?://\S+")
 NAME_LIKE = re.compile(
-    r'(?<![\w"])"[\w.+-]+"(?![\w"])'  # a word in quotes alone is an interface's
+    r'(?<![\w"])"[\w.+-]+"(?![\w"])'  # a word alone in quotes belongs to an interface
     r"|(?<![\w-])--?[A-Za-z][\w-]*"  # options
     r"|\bsim_host beliefs\b"  # a command of a program
     r"|[\w.]*\w_[\w./:-]*|\b_\w+"  # underscores
@@ -124,7 +124,7 @@ def page_with_table(page, glossary):
 
 
 def check(root, data, folders=None, with_names=True):
-    """The findings in the folders (those that words.toml says are covered), and other errors as sentences."""
+    """The findings in the folders (by default those that words.toml covers), and other errors as sentences."""
     glossary = Glossary(data)
     in_prose = data["covered"] if folders is None else folders
     in_names = [] if not with_names else data["names_covered"] if folders is None else folders

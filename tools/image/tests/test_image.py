@@ -1,4 +1,4 @@
-"""The image's own tools, and the image that was built: version block, vectors, and what the budget would catch."""
+"""The image's own tools, and the built image: version block, vectors, and what the budget detects."""
 
 import pathlib
 import re

@@ -1,4 +1,4 @@
-"""What counts as a loop that ends by itself, and the requirements for the others."""
+"""Which loops end by themselves, and the requirements for the others."""
 
 import pytest
 

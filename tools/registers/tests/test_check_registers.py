@@ -1,4 +1,4 @@
-"""The check of the registers agrees with the headers as they are, and finds what is put wrong in them."""
+"""The check of the registers accepts the headers as they are, and finds errors put into them."""
 
 import pathlib
 import shutil

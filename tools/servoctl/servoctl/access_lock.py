@@ -1,6 +1,6 @@
-"""The lock of guarded parameters: motor and protection limits are written only while it is open.
+"""The lock of guarded parameters: motor and protection limits can be written only while it is open.
 
-Object 0x3040: 1 takes the word "open", which opens it for 60 s; anything else locks it.
+Object 0x3040: 1 takes the word "open", which opens it for 60 s; any other value locks it.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ OPEN, LOCKED = b"open", bytes(4)
 def without_equal_guarded(
     values: Mapping[Parameter, Value], present: Mapping[Parameter, Value | None]
 ) -> dict[Parameter, Value]:
-    """What has to be written: a guarded value that the device has already is none of it."""
+    """Values that have to be written; guarded values that the device already has are left out."""
     return {p: value for p, value in values.items() if not p.guarded or present[p] != value}
 
 
 def need_unlock(guarded: list[Parameter]) -> None:
-    """Raises InputError, one sentence that names the parameters, unless there are none."""
+    """Raises InputError, one sentence that names the parameters, if there are any."""
     if guarded:
         others = f" and {len(guarded) - 1} more" if len(guarded) > 1 else ""
         raise InputError(
@@ -35,7 +35,7 @@ def need_unlock(guarded: list[Parameter]) -> None:
 
 @contextmanager
 def unlocked(device: Device, wanted: bool) -> Iterator[None]:
-    """Open within the `with` block, if that is wanted; locked again after it."""
+    """Open within the `with` block, if required; locked again after it."""
     if not wanted:
         yield
         return

@@ -1,4 +1,4 @@
-"""A CiA 402 axis at an offset of 0x800 for python-canopen, whose own BaseNode402 knows the first axis only.
+"""A CiA 402 axis at an offset of 0x800 for python-canopen, whose own BaseNode402 supports only the first axis.
 
     network.add_node(azimuth := BaseNode402(1, "trackservo.eds"))
     pitch = Axis402(1, "trackservo.eds", axis=1, beside=azimuth)
@@ -6,8 +6,8 @@
     pitch.op_mode = "PROFILED VELOCITY"
     pitch.state = "OPERATION ENABLED"
 
-Everything of BaseNode402 works with the indices of the first axis (0x6041 is this axis' statusword); objects outside of
-0x6000 to 0x67FF are the node's own.
+Everything of BaseNode402 works with the indices of the first axis (0x6041 is this axis' statusword); objects outside
+0x6000 to 0x67FF belong to the node.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FIRST, _BEYOND = 0x6000, 0x6800
 
 
 class ShiftedSdo:
-    """An SDO client that reads 0x6000 to 0x67FF as the objects of another axis; all else passes through."""
+    """An SDO client that reads 0x6000 to 0x67FF as the objects of another axis; everything else passes through."""
 
     def __init__(self, client: SdoClient, shift: int) -> None:
         self._client = client
@@ -70,8 +70,8 @@ class ShiftedSdo:
 class Axis402(BaseNode402):
     """One axis of a node with several; `axis` counts from 0.
 
-    `beside` is a node of the same id that is in a network already: its network and SDO channel are used, and the two
-    live side by side. Without it, add this one to a network as any node.
+    `beside` is a node with the same id that is in a network already: its network and SDO channel are shared. Without
+    it, add this one to a network as any node.
     """
 
     def __init__(
@@ -86,13 +86,13 @@ class Axis402(BaseNode402):
             self.associate_network(beside.network)
 
     def add_sdo(self, rx_cobid: int, tx_cobid: int) -> ShiftedSdo:
-        """Called while BaseNode402 is made, before its PDOs take hold of the client."""
+        """Called while BaseNode402 is made, before its PDOs get the client."""
         if self._beside is not None:
             return ShiftedSdo(self._beside.sdo, self.shift)
         return ShiftedSdo(super().add_sdo(rx_cobid, tx_cobid), self.shift)  # type: ignore[no-untyped-call]
 
     def associate_network(self, network: Any) -> None:
-        """Joins; called by network.add_node, too."""
+        """Joins; network.add_node calls it too."""
         super().associate_network(network)
         for channel in self.sdo_channels:
             channel.network = network
@@ -102,7 +102,7 @@ class Axis402(BaseNode402):
         self.remove_network()
 
     def _own_index(self, index: int) -> int | None:
-        """The first axis' index of an object of this axis, None for one of another axis, else the index."""
+        """The first axis' index of an object of this axis, None for one of another axis, otherwise the index."""
         if _FIRST <= index - self.shift < _BEYOND:
             return index - self.shift
         return None if _FIRST <= index < 0xA000 else index

@@ -1,4 +1,5 @@
-"""A stream over borrowed PDOs: taken, watched and given back whatever happens. What comes in decides who derives from it."""
+"""A stream over borrowed PDOs: they are mapped, monitored, and restored whatever happens. Subclasses define the
+received frames."""
 
 from __future__ import annotations
 
@@ -18,13 +19,14 @@ _LEAST_KBIT_S = 500
 """Three frames of 8 bytes in every tick are up to 405 kbit/s."""
 
 SILENT_S = 2.0
-"""Without a frame for so long, by the computer's clock, the node is silent. (One that lives and hears us no more brakes by
-itself, by its own clock: supervision.py.)"""
+"""Without a frame for this long, by the computer's clock, the node counts as silent. (A node that works but no longer
+receives our frames brakes by itself, by its own clock: supervision.py.)"""
 _MEASURES = "another servoctl is measuring on this node: wait until it has finished."
 
 
 def _need_fast_bus(device: Device) -> None:
-    """Raises InputError when the frames of every tick do not fit on the bus; other firmware does not tell its bit rate."""
+    """Raises InputError when the frames of every tick do not fit on the bus; other firmware does not report its bit
+    rate."""
     kbit_s = int.from_bytes(device.try_upload(0x3050, 2) or b"", "little")
     if 0 < kbit_s < _LEAST_KBIT_S:
         raise InputError(
@@ -41,7 +43,7 @@ class BorrowedStream(abc.ABC):
     """One axis' stream in a `with` block; frames come while the node is operational."""
 
     def __init__(self, device: Device, axis: int, loans: list[PdoLoan], identifiers: tuple[int, ...]) -> None:
-        """`identifiers`: of the frames that come in."""
+        """`identifiers`: of the received frames."""
         self.device = device
         self.axis = axis
         self.lock = threading.Condition()
@@ -61,7 +63,7 @@ class BorrowedStream(abc.ABC):
 
     @abc.abstractmethod
     def _forget(self) -> None:
-        """Drops what has come; called with the lock held."""
+        """Drops the received frames; called with the lock held."""
 
     def __enter__(self: Stream) -> Stream:
         _need_fast_bus(self.device)
@@ -104,7 +106,7 @@ class BorrowedStream(abc.ABC):
         self._emergency = int.from_bytes(data[:2], "little") or self._emergency
 
     def start(self) -> None:
-        """Forgets what came until now."""
+        """Drops all frames received so far."""
         with self.lock:
             self._forget()
             self._last_frame_s = time.monotonic()

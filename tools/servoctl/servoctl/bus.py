@@ -1,4 +1,4 @@
-"""Ways onto the bus: slcan-tcp:HOST:PORT, slcan:/dev/ttyACM0 and socketcan:can0."""
+"""Connections to the bus: slcan-tcp:HOST:PORT, slcan:/dev/ttyACM0 and socketcan:can0."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class BusAddress:
 
 
 def parse_bus(text: str | None) -> BusAddress:
-    """Raises InputError that says what would be right."""
+    """Raises InputError with the remedy."""
     if not text:
         raise InputError(f"no bus given: add --bus or set {ENVIRONMENT} to {FORMS}.")
     kind, _, channel = text.partition(":")
@@ -56,7 +56,7 @@ def parse_bus(text: str | None) -> BusAddress:
 
 
 def open_bus(address: BusAddress, bitrate: int = 1_000_000, listen_only: bool = False) -> can.BusABC:
-    """Opens the bus at `bitrate` bit/s (SocketCAN: as the system has set it); raises ConnectionFailed."""
+    """Opens the bus at `bitrate` bit/s (SocketCAN: as configured in the system); raises ConnectionFailed."""
     logging.getLogger("can").setLevel(logging.ERROR)
     try:
         if address.kind == "slcan-tcp":

@@ -1,4 +1,4 @@
-"""The device's scope: setting it up, and taking a capture apart.
+"""The device's scope: its set-up, and the decoding of a capture.
 
 Objects 0x3000 (set-up), 0x3001 (capture), 0x3002 (names of the signals); layout of a capture as in
 firmware/commissioning/scope.h: header, then frames of 32-bit words, little endian.
@@ -40,7 +40,7 @@ class Capture:
 
 
 def signal_names(device: Device) -> dict[int, str]:
-    """Names of the signals by number, as the device tells them; raises Refused when it has no scope."""
+    """Names of the signals by number, as reported by the device; raises Refused when it has no scope."""
     try:
         count = device.upload(NAMES, 0)[0]
     except Refused as error:
@@ -53,7 +53,7 @@ UNITS = {"rad_s": "rad/s", "nm": "N m", "a": "A", "rad": "rad", "v": "V"}
 
 
 def unit_of(name: str) -> str:
-    """The unit that the end of a signal's name tells, as in azimuth.torque_nm."""
+    """The unit at the end of a signal's name, as in azimuth.torque_nm."""
     return next((unit for ending, unit in UNITS.items() if name.endswith("_" + ending)), "")
 
 
@@ -95,7 +95,7 @@ def set_up(
 
 
 def capacity(channels: int) -> int:
-    """Frames that fit with so many channels."""
+    """Frames that fit for this number of channels."""
     return WORDS // channels
 
 

@@ -38,7 +38,7 @@ Completion of commands and parameter names:
 
 
 class Commands(click.Group):
-    """Suggests the command that was meant."""
+    """Suggests the intended command."""
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -82,7 +82,7 @@ def _terminate(_signal: int, _frame: FrameType | None) -> NoReturn:
 
 
 def _wants_json(arguments: list[str]) -> bool:
-    """Also when the command line cannot be understood otherwise."""
+    """Also when the command line is otherwise not understood."""
     return "--json" in arguments[: arguments.index("--")] if "--" in arguments else "--json" in arguments
 
 
@@ -122,7 +122,7 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
         return _tell(f"{place}{error.strerror or error}.", ExitCode.BAD_INPUT, as_json)
-    except Exception as error:  # no user shall see a traceback unasked
+    except Exception as error:  # no traceback for users, unless requested
         if os.environ.get(TRACEBACK):
             raise
         text = f"internal error of servoctl: {error!r}. Set {TRACEBACK}=1 to see the traceback."

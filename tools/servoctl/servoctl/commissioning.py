@@ -1,7 +1,7 @@
-"""Carries a programme out on the live axis: from place to place, the experiments of 0x2100, each tick recorded.
+"""Executes a test plan on the live axis: from place to place, the experiments of 0x2100, each tick recorded.
 
-It decides nothing: what is done where was planned by `identify plan`. Whatever goes wrong, the experiment is aborted
-and the axis ends at rest (live.py); the objects of the set-up, mode, limits and PDO mappings are as before.
+It decides nothing: `identify plan` has planned every experiment and its place. On any error the experiment is aborted
+and the axis ends at rest (live.py); the objects of the set-up, mode, limits and PDO mappings are restored.
 """
 
 from __future__ import annotations
@@ -39,23 +39,24 @@ SWEPT_AWAY = (4, 5)
 RAMPS = ((0x6084, 0), (0x60A4, 1))
 """Deceleration and jerk of the drive, in 1e-6 rad/s^2 and 1e-6 rad/s^3."""
 JERK_TIME_S = 0.02
-"""How long the drive takes at most until it brakes fully."""
+"""Maximum time until the drive brakes fully."""
 START_TIMEOUT_S = 5.0
 SETTLE_S = 0.3
 NEAR_RAD = 1e-3
-"""A place that is so near needs no move."""
+"""A place this near needs no move."""
 STRAY_SHARE = 0.05
-"""Of an experiment's travel limit: so far from its place it may begin. A sweep does not end where it began."""
+"""Share of an experiment's travel limit: the experiment may begin this far from its place. A sweep does not end at its
+start angle."""
 MOST_MISSING = 1e-3
-"""Share of a run's ticks; more is told."""
+"""Share of a run's ticks; a larger loss is reported."""
 
 Report = Callable[[str, float], None]
-"""Called with what is being done, and how much of the programme's time is over, s."""
+"""Called with the current action and the elapsed part of the test plan, s."""
 
 
 @dataclass(frozen=True)
 class BreakAway:
-    """What the device told after break-away runs of one direction: their number, mean and standard deviation, N m."""
+    """The device's statistics of break-away runs of one direction: number, mean and standard deviation, N m."""
 
     angle_rad: float
     direction: str
@@ -66,20 +67,20 @@ class BreakAway:
 
 @dataclass(frozen=True)
 class Outcome:
-    """All that was recorded, and what was lost."""
+    """The whole recording, and the lost ticks."""
 
     recording: Recording
     break_aways: list[BreakAway]
     other_held: bool
 
     def incomplete_runs(self) -> list[tuple[int, float]]:
-        """(run, share missing) of those that miss more than a permille."""
+        """(run, missing share) of those that miss more than a permille."""
         shares = [(run, self.recording.missing_share(run)) for run in range(1, int(self.recording.run[-1]) + 1)]
         return [(run, share) for run, share in shares if share > MOST_MISSING]
 
 
 def check_place(drive: Drive, envelope: Envelope) -> None:
-    """Raises MotionError when the axis is not where it may move."""
+    """Raises MotionError when the axis is outside its allowed travel."""
     here, low, high = drive.position(), envelope.lowest_rad, envelope.highest_rad
     if low <= here <= high:
         return
@@ -92,9 +93,9 @@ def check_place(drive: Drive, envelope: Envelope) -> None:
 
 
 class Commissioning:
-    """One axis, enabled, watched and recorded within a `with` block, for one programme after the other.
+    """One axis, enabled, monitored and recorded within a `with` block, for a sequence of test plans.
 
-    Between two it stands, held, so that wind does not turn it away while the first one is fitted.
+    Between two plans it is held, so that wind does not turn it while the first one is fitted.
     """
 
     def __init__(self, device: Device, axis: int, envelope: Envelope) -> None:
@@ -124,7 +125,7 @@ class Commissioning:
         self._both.__exit__(kind, error, trace)
 
     def run(self, programme: Programme, report: Report) -> Outcome:
-        """Moves the axis; raises MotionError when the programme could not be carried out to its end."""
+        """Moves the axis; raises MotionError when the test plan could not be completed."""
         self._brake_as(programme)
         self._recorder.start()
         began_rad = self._live.drive.position()
@@ -149,7 +150,8 @@ class Commissioning:
     # --- objects ----------------------------------------------------------------------------------------------------
 
     def _borrow(self) -> None:
-        """What the experiments are set up by is put back at the end, and the travel is watched meanwhile (607D)."""
+        """The objects of the experiments' set-up are restored at the end, and the travel is monitored meanwhile
+        (607D)."""
         live = self._live
         live.keep(OBJECT, 1, KIND)
         for sub in (*FIELDS.values(), *LIMIT_FIELDS.values()):
@@ -161,14 +163,15 @@ class Commissioning:
             live.keep(index, 4, sub)
 
     def _brake_as(self, programme: Programme) -> None:
-        """The drive stops no slower than experiments turn: else 607D would stop them where they have room to turn."""
+        """The drive stops at least as fast as experiments reverse: otherwise 607D would stop them where they have room
+        to reverse."""
         fastest = max(experiment.fields.get("acceleration_rad_s2", 0.0) for _, experiment in programme)
         for (index, sub), least in zip(RAMPS, (fastest, fastest / JERK_TIME_S), strict=True):
             if self._device.axis_int(self._axis, index, sub) < least * RATE_COUNTS_PER_RAD_S:
                 self._device.axis_write(self._axis, index, round(least * RATE_COUNTS_PER_RAD_S), 4, sub)
 
     def _write(self, sub: int, data: bytes) -> None:
-        """Only what differs from what we wrote last."""
+        """Only values that differ from those we wrote last."""
         if self._written.get(sub) != data:
             self._device.download(OBJECT + AXIS_SHIFT * self._axis, sub, data)
             self._written[sub] = data
@@ -190,12 +193,12 @@ class Commissioning:
     # --- motion -----------------------------------------------------------------------------------------------------
 
     def _watch(self) -> int:
-        """The statusword, while all is well."""
+        """The statusword, while there is no error."""
         self._recorder.check_alive()
         return self._live.check_enabled()
 
     def _go_to(self, angle_rad: float, rate_rad_s: float) -> float:
-        """Returns about how long it takes, s."""
+        """Returns the approximate duration, s."""
         drive = self._live.drive
         way = abs(angle_rad - drive.position())
         if way < NEAR_RAD:
@@ -243,14 +246,14 @@ class Commissioning:
             time.sleep(POLL_S)
 
     def _until_done(self, step: str, kind: int) -> Iterator[float]:
-        """The share that is over, again and again, until the experiment is; raises MotionError when it breaks off.
+        """The elapsed share, repeatedly, until the experiment ends; raises MotionError when it is aborted.
 
-        A break-away that wind takes beyond its limits ends there, at rest; nothing is lost by that.
+        A break-away that wind takes beyond its limits ends there, at rest; this does no harm.
         """
         while (state := self._int(STATE)) == RUNS:
             self._watch()
             yield 0.01 * self._int(PROGRESS)
             time.sleep(4 * POLL_S)
         if state != DONE and not (kind == BREAK_AWAY and state in SWEPT_AWAY):
-            self._watch()  # an emergency or a fault says more
+            self._watch()  # an emergency or a fault has more information
             raise MotionError(f"{step} ended early: {ENDS.get(state, f'state {state}')}.")

@@ -1,4 +1,4 @@
-"""A node on the bus: reading and writing its objects, in words that a user understands when it refuses."""
+"""A node on the bus: reads and writes its objects, and explains refusals to the user."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ from .turns import Turns
 
 SDO_TIMEOUT_S = 1.0
 LATE_ANSWER_S = 0.2
-"""After a transfer that failed, an answer still on the way comes within so long: the next transfer must not take it."""
+"""After a failed transfer, a late answer comes within this time: the next transfer must not take it."""
 STORE_TIMEOUT_S = 5.0
 HEARTBEAT_TIMEOUT_S = 1.0
 HEARTBEATS_OF_NMT = 20
-"""The node takes an NMT command within so many of its heartbeats (1017), or not at all."""
+"""The node executes an NMT command within this many of its heartbeats (1017), or not at all."""
 
 ABORTS: dict[int, str] = {
     0x05030000: "wrong toggle bit",
@@ -80,13 +80,13 @@ def hexadecimal(index: int, sub: int) -> str:
 
 
 class _LossListener(can.Listener):
-    """Keeps the receiving thread from printing a traceback when the bus goes away: the next transfer tells of it."""
+    """Keeps the receiving thread from printing a traceback when the bus disappears: the next transfer reports it."""
 
     def on_message_received(self, msg: can.Message) -> None:
         """Nothing to do."""
 
     def on_error(self, exc: Exception) -> None:
-        """Told by who waits for an answer."""
+        """The thread that waits for an answer reports it."""
 
 
 class Device:
@@ -126,13 +126,13 @@ class Device:
         try:
             self.network.disconnect()
         except (can.CanError, OSError):
-            pass  # the bus has gone before us
+            pass  # the bus disappeared first
         self.turns.close()
 
     # --- objects by index -----------------------------------------------------------------------------------------
 
     def upload(self, index: int, sub: int = 0, name: str = "") -> bytes:
-        """Reads an object's bytes; once more when the first answer is late or lost."""
+        """Reads an object's bytes; repeats once when the first answer is late or lost."""
         try:
             with self.turns.transfer(), postponed():
                 try:
@@ -229,7 +229,7 @@ class Device:
 
     @property
     def schema(self) -> Schema:
-        """The objects of this device; raises SchemaMismatch when no parameters.json at hand is of its hash."""
+        """The objects of this device; raises SchemaMismatch when no parameters.json has its hash."""
         schema = self.any_schema
         if not self.schema_fits:
             raise SchemaMismatch(self.mismatch)
@@ -237,14 +237,14 @@ class Device:
 
     @property
     def any_schema(self) -> Schema:
-        """The parameters.json that was named, whether it fits or not, or one that fits; empty when there is none."""
+        """The named parameters.json, whether it fits or not, or one that fits; empty when there is none."""
         if self._schema is None:
             self._schema = self._choose_schema()
         return self._schema
 
     @property
     def schema_fits(self) -> bool:
-        """There is a schema, and the hashes agree, or one of the two is not told: then somebody has named the file."""
+        """There is a schema, and the hashes agree, or one of the two is unknown: then the user has named the file."""
         schema = self.any_schema
         if schema is NO_SCHEMA:
             return False
@@ -252,7 +252,7 @@ class Device:
 
     @property
     def mismatch(self) -> str:
-        """What is told about a schema that does not fit: which hashes, where files were looked for, what to do."""
+        """The message about a schema that does not fit: the hashes, the searched places, the remedy."""
         if self.told_hash is None:
             told = "the device reports no schema hash (0x3030:2), so the names of its objects are unknown"
         else:
@@ -280,7 +280,7 @@ class Device:
     # --- the node -------------------------------------------------------------------------------------------------
 
     def identity(self) -> dict[str, Any]:
-        """Names, versions and numbers of the device, as it tells them."""
+        """Names, versions and numbers of the device, as it reports them."""
 
         def text(index: int, sub: int = 0) -> str | None:
             data = self.try_upload(index, sub)
@@ -313,7 +313,7 @@ class Device:
         return int.from_bytes(data, "little") if data else 0
 
     def nmt_state(self, timeout_s: float = HEARTBEAT_TIMEOUT_S) -> str:
-        """The state that the next heartbeat tells; "unknown" when none comes within `timeout_s` by the node's clock."""
+        """The state in the next heartbeat; "unknown" when none comes within `timeout_s` by the node's clock."""
         with contextlib.suppress(canopen.nmt.NmtError):
             return str(self.node.nmt.wait_for_heartbeat(timeout_s)).lower()
         try:
@@ -332,13 +332,13 @@ class Device:
         return None if data is None else int.from_bytes(data, "little")
 
     def pace(self, seconds: float = 0.1) -> float:
-        """Time of the node's clock per the computer's: about 1, unless it is an emulated board or a simulator."""
+        """Time of the node's clock per the computer's: about 1, except for an emulated board or a simulator."""
         start, start_s = self.clock.now(), time.monotonic()
         time.sleep(seconds)
         return (self.clock.now() - start) / (time.monotonic() - start_s)
 
     def set_nmt(self, state: str) -> None:
-        """Commands an NMT state and waits until a heartbeat tells it."""
+        """Commands an NMT state and waits for a heartbeat with it."""
         self.node.nmt.send_command({"operational": 0x01, "stopped": 0x02, "pre-operational": 0x80}[state])
         for _ in range(HEARTBEATS_OF_NMT):
             told = self.nmt_state()

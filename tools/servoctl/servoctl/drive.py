@@ -17,7 +17,7 @@ from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, TORQUE_COUNTS
 TRANSITION_TIMEOUT_S = 2.0
 STOP_TIMEOUT_S = 10.0
 STANDSTILL_RAD_S = 5e-4
-"""Slower than this for `STANDSTILL_S` is standing: above the noise of the measured rate, far below any motion."""
+"""A rate below this for `STANDSTILL_S` is standstill: above the noise of the measured rate, far below any motion."""
 STANDSTILL_S = 0.1
 POLL_S = 0.005
 
@@ -45,11 +45,11 @@ class Drive:
         return power.status_flags(statusword)
 
     def mode(self) -> str:
-        """Name of the mode in force."""
+        """Name of the mode in effect."""
         return power.mode_name(self.device.axis_int(self.axis, 0x6061, signed=True))
 
     def mode_number(self) -> int:
-        """6060, the mode asked for."""
+        """6060, the requested mode."""
         return self.device.axis_int(self.axis, 0x6060, signed=True)
 
     def error_code(self) -> int:
@@ -65,7 +65,7 @@ class Drive:
         return self.device.axis_int(self.axis, 0x6064, signed=True) / POSITION_COUNTS_PER_RAD
 
     def position_limits(self) -> tuple[float, float] | None:
-        """Software limits 607D in rad, or None when they are not watched."""
+        """Software limits 607D in rad, or None when they are not monitored."""
         low = self.device.axis_int(self.axis, 0x607D, 1, signed=True) / POSITION_COUNTS_PER_RAD
         high = self.device.axis_int(self.axis, 0x607D, 2, signed=True) / POSITION_COUNTS_PER_RAD
         return (low, high) if low < high else None
@@ -87,7 +87,7 @@ class Drive:
         self.device.axis_write(self.axis, 0x6040, controlword, 2)
 
     def set_mode(self, mode: int) -> None:
-        """6060, and waits until 6061 says so."""
+        """6060, and waits until 6061 agrees."""
         self.device.axis_write(self.axis, 0x6060, mode, 1)
         self.wait(
             lambda: self.device.axis_int(self.axis, 0x6061, signed=True) == mode,
@@ -108,7 +108,7 @@ class Drive:
         self.device.axis_write(self.axis, 0x6081, round(rate_rad_s * RATE_COUNTS_PER_RAD_S), 4)
 
     def start_to(self, position_rad: float, rate_rad_s: float) -> None:
-        """In mode pp: off to an angle, at once; statusword bit 10 then tells of the arrival."""
+        """In mode pp: starts to an angle, at once; statusword bit 10 then reports the arrival."""
         self.set_profile_rate(rate_rad_s)
         self.set_target_position(position_rad)
         self.control(power.ENABLE_OPERATION)
@@ -135,7 +135,7 @@ class Drive:
             time.sleep(POLL_S)
 
     def disable(self) -> None:
-        """Stops on the ramp, then takes the torque away."""
+        """Stops on the ramp, then removes the torque."""
         if self.state() == power.ENABLED:
             self.control(power.SWITCH_ON)
             self._wait_for_states(("switched on", "ready to switch on", power.DISABLED, power.FAULT), STOP_TIMEOUT_S)
@@ -144,16 +144,16 @@ class Drive:
             self._wait_for_states((power.DISABLED, power.FAULT), STOP_TIMEOUT_S)
 
     def quick_stop(self) -> None:
-        """Brakes with 6085 and waits for standstill; what comes after is up to 605A."""
+        """Brakes with 6085 and waits for standstill; 605A decides what follows."""
         if self.state() in (power.ENABLED, "switched on", "ready to switch on"):
             self.control(power.QUICK_STOP)
             self._wait_for_states((power.DISABLED, power.FAULT, "quick stop active"), TRANSITION_TIMEOUT_S)
             self.wait_for_standstill()
 
     def reset_fault(self) -> None:
-        """A rising edge of bit 7, once the axis has done what the fault asks for; raises MotionError when the fault is
-        still there after it."""
-        if self.state() == "fault reaction active":  # deaf to it; a shorted motor brakes for 2 s
+        """A rising edge of bit 7, after the axis has completed the fault reaction; raises MotionError when the fault is
+        still present after it."""
+        if self.state() == "fault reaction active":  # no answer to it; a shorted motor brakes for 2 s
             self._wait_for_states((power.FAULT,), STOP_TIMEOUT_S)
         self.control(0)
         self.device.clock.sleep(0.01)

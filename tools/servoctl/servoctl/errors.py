@@ -1,4 +1,4 @@
-"""What can go wrong, each with the exit code that scripts may rely on."""
+"""Possible errors, each with an exit code for scripts."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ EXIT_CODE_HELP = {
 
 
 class ServoctlError(Exception):
-    """One clear sentence for the user: what, where, and what would be right."""
+    """One clear sentence for the user: what, where, and the remedy."""
 
     code = ExitCode.BAD_INPUT
 
@@ -54,7 +54,7 @@ class ConnectionFailed(ServoctlError):
 
 
 class Refused(ServoctlError):
-    """The device answered with an SDO abort, or did not take a set of gains."""
+    """The device answered with an SDO abort, or did not accept a set of gains."""
 
     code = ExitCode.REFUSED
 
@@ -64,13 +64,13 @@ class Refused(ServoctlError):
 
 
 class NotVerified(ServoctlError):
-    """The device has another value than the one that was written."""
+    """The device has another value than the written one."""
 
     code = ExitCode.NOT_VERIFIED
 
 
 class MotionError(ServoctlError):
-    """A motion cannot begin, or was broken off."""
+    """A motion cannot begin, or was aborted."""
 
     code = ExitCode.MOTION
 

@@ -1,6 +1,7 @@
-"""The fault log 0x3020: the last faults of axes and board, each with what its axis did in the ticks before it.
+"""The fault log 0x3020: the last faults of axes and board, each with the samples of its axis in the ticks before it.
 
-0x3020: 1 count, 2 command, 3 and up the entries, newest first (firmware/node/objects/fault_objects.h tells their bytes).
+0x3020: 1 count, 2 command, 3 and up the entries, newest first. Their bytes are described in
+firmware/node/objects/fault_objects.h.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ _TICK_S = 1e-3
 
 @dataclass(frozen=True)
 class LogEntry:
-    """One fault; `of` is one of OWNERS, `samples` are rows of the signals, a tick each, None for what was no number, the last of `tick`."""
+    """One fault; `of` is one of OWNERS, `samples` are rows of the signals, one per tick, None for NaN, the last of
+    `tick`."""
 
     tick: int
     age_s: float
@@ -53,7 +55,7 @@ class FaultLog:
 
 
 def read_log(device: Device, table: FaultTable) -> FaultLog | None:
-    """None for a node without a fault log. A fault that comes meanwhile moves the entries on: then all are read again."""
+    """None for a node without a fault log. A fault that comes meanwhile shifts the entries: then all are read again."""
     if device.try_upload(LOG_OBJECT, COUNT) is None:
         return None
     room = device.read_int(LOG_OBJECT) + 1 - FIRST_ENTRY
@@ -92,7 +94,7 @@ def _number(value: float) -> float | None:
 
 
 def clear_log(device: Device) -> None:
-    """Forgets all entries, on a node that has a log."""
+    """Clears all entries, on a node that has a log."""
     if device.try_upload(LOG_OBJECT, COUNT) is not None:
         device.write_int(LOG_OBJECT, COMMAND, FORGET, 1)
 

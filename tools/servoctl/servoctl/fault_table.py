@@ -1,7 +1,7 @@
-"""What can go wrong, in words: faults.json, which the build prints from the firmware's own fault table.
+"""Faults in words: faults.json, which the build prints from the firmware's own fault table.
 
-Numbers of faults never change their meaning, so the words of another build do, too. Codes that the CANopen stack sends
-without a fault of the servo are here.
+Numbers of faults never change their meaning, so the texts of another build are valid too. Codes that the CANopen stack
+sends without a fault of the servo are here.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _CLASSES = {
 
 @dataclass(frozen=True)
 class Words:
-    """What a person needs to know of an error."""
+    """Information for a person about an error."""
 
     name: str
     cause: str
@@ -45,7 +45,7 @@ REACTIONS = {
     "brake": "Brake: the bridge shorts the motor, which brakes without sensors and loops; off after 2 s.",
     "cut": "Off: the bridge is switched off at once.",
 }
-"""What the drive does, by the reaction of a fault."""
+"""The drive's action for each reaction of a fault."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class FaultTable:
     signals: tuple[tuple[str, str], ...]
 
     def words(self, code: int) -> list[Words]:
-        """All that a code may mean."""
+        """All meanings of a code."""
         found: list[Words] = [fault for fault in self.faults.values() if fault.code == code]
         return found + ([_STACK[code]] if code in _STACK else [])
 
@@ -96,7 +96,7 @@ class FaultTable:
         return " or ".join(names) if names else f"{_CLASSES.get(code & 0xF000, 'unknown')} error"
 
     def told(self, code: int, info: int) -> list[Words]:
-        """What a message of EMCY or 1003 means: `info` is its detail and, in the upper byte, its source."""
+        """Meaning of a message of EMCY or 1003: `info` is its detail and, in the upper byte, its source."""
         source, detail = info >> 8, info & 0xFF
         if 0 < source <= len(AXES) and detail in self.faults and self.faults[detail].code == code:
             return [self.faults[detail]]
@@ -115,7 +115,7 @@ NO_FAULTS = FaultTable({}, ())
 
 
 def load_faults(path: Path) -> FaultTable:
-    """Raises InputError when the file cannot be read or is none."""
+    """Raises InputError when the file cannot be read or is no fault table."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         faults = [_fault(row) for row in content["faults"]]
@@ -133,7 +133,7 @@ def _fault(row: dict[str, Any]) -> Fault:
 
 
 def find_faults(parameters: Iterable[Path | None]) -> FaultTable:
-    """The first faults.json that is beside one of these parameters.json files, else beside any at hand, or NO_FAULTS."""
+    """The first faults.json beside one of these parameters.json files, otherwise beside any known one, or NO_FAULTS."""
     for path in [*parameters, named_file(None), *at_hand()]:
         if path is None:
             continue
@@ -145,12 +145,12 @@ def find_faults(parameters: Iterable[Path | None]) -> FaultTable:
 
 
 def register_names(register: int) -> list[str]:
-    """Kinds of errors that object 1001 tells."""
+    """Kinds of errors in object 1001."""
     return [name for bit, name in enumerate(REGISTER_BITS) if register >> bit & 1]
 
 
 def origin(code: int, info: int) -> str:
-    """Where an error of 1003 came from: `info` is its detail (a node's id) and, in the upper byte, its source."""
+    """Source of an error of 1003: `info` is its detail (a node's id) and, in the upper byte, its source."""
     source, detail = info >> 8, info & 0xFF
     if source == 0:
         return f"node {detail & 0x7F}" if code == 0x8130 else ""

@@ -1,7 +1,7 @@
-"""A multisine as set-point, the frequency response out of demand and answer, and the margins of a loop.
+"""A multisine as set-point, the frequency response from demand to response, and the margins of a loop.
 
-Response by the H1 estimator over Hann-windowed, half overlapping periods; coherence tells how much of the answer is
-explained by the demand. Sines lie at least four bins apart, so that the window does not mix them.
+Response by the H1 estimator over Hann-windowed, half overlapping periods; coherence is the share of the response that
+the demand explains. Sines lie at least four bins apart, so that the window does not mix them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Complex = NDArray[np.complex128]
 
 LINE_SPACING_BINS = 4
 KNEE_HZ = 10.0
-"""Above this the sines become smaller as 1/f: torque, not rate, is what limits there."""
+"""Above this the sines become smaller as 1/f: there the torque is the limit, not the rate."""
 GOOD_COHERENCE = 0.8
 GOOD_LOOP_ERROR = 0.2
 """An open loop is trusted where its relative error, that of the closed one times |1 + L|, is below this."""
@@ -94,7 +94,7 @@ def estimate(demand: Real, answer: Real, sample_s: float, sine: Multisine) -> Re
 
 
 def open_loop_is_sharp(closed: Response, loop: Complex) -> NDArray[np.bool_]:
-    """Where the open loop that was computed from a closed one is known well enough."""
+    """Where the open loop computed from a closed one is known well enough."""
     error = closed.relative_error * np.abs(1 + loop)
     return np.asarray((closed.coherence >= GOOD_COHERENCE) & (error < GOOD_LOOP_ERROR))
 
@@ -124,7 +124,7 @@ def margins(frequency_hz: Real, loop: Complex) -> Margins:
 def branch(phase_deg: Real, gain_db: Real) -> Real:
     """Moves a continuous phase by whole turns so that it lies in -360° to 0° at the last crossing of 0 dB.
 
-    Low frequencies cannot tell the branch: with two or three integrators the phase begins at -180° or -270°.
+    Low frequencies do not determine the branch: with two or three integrators the phase begins at -180° or -270°.
     """
     above = np.flatnonzero(gain_db >= 0)
     anchor = int(above[-1]) if above.size else 0

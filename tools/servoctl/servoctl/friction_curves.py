@@ -1,4 +1,4 @@
-"""What the identified friction model says, beside what was measured: curves for the report.
+"""The identified friction model beside the measurements: curves for the report.
 
 The equations are those of docs/identification.md: steady friction (5), LuGre (1) to (3) along a measured motion,
 friction level and load over the joint angle.
@@ -25,7 +25,7 @@ DIRECTIONS = ("positive", "negative")
 SHORTEST_LEG = 50
 """Ticks at one set-point that make a point of the Stribeck curve."""
 LEG_BAND = 0.3
-"""How far the mean speed of a leg may be from its set-point, of that."""
+"""Maximum deviation of the mean speed of a leg from its set-point, as a share of it."""
 
 
 def read_columns(path: Path) -> Columns:
@@ -41,14 +41,14 @@ def read_columns(path: Path) -> Columns:
 
 @dataclass(frozen=True)
 class Legs:
-    """Means over the later half of each way at a constant speed: joint rate, rad/s, and torque, N m, both signed."""
+    """Means over the later half of each leg at a constant speed: joint rate, rad/s, and torque, N m, both signed."""
 
     rate_rad_s: Real
     torque_nm: Real
 
 
 def legs(run: Columns) -> Legs:
-    """As the paper measures the Stribeck curve, eqs (4) to (7)."""
+    """Like the paper's measurement of the Stribeck curve, eqs (4) to (7)."""
     rates, torques = [], []
     same = (np.diff(run["reference"]) == 0) & (np.diff(run["run"]) == 0) & (np.diff(run["time_s"]) < 1.5 * TICK_S)
     edges = np.concatenate([[0], np.flatnonzero(~same) + 1, [len(run["time_s"])]])
@@ -125,7 +125,7 @@ class Loop:
 
 
 def mean_loop(run: Columns, identified: Identified) -> Loop | None:
-    """Of the run with the most periods, without the first one, the way in; None when no loops were recorded."""
+    """From the run with the most periods, without the first one, which leads in; None when no loops were recorded."""
     best: Loop | None = None
     for number in np.unique(run["run"][run["kind"] == HYSTERESIS]):
         part = {name: column[run["run"] == number] for name, column in run.items()}

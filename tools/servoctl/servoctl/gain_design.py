@@ -1,4 +1,4 @@
-"""Wishes and parameters for `identify design`, its answer, and whether a measured loop keeps what was asked of it."""
+"""Requirements and parameters for `identify design`, its result, and whether a measured loop meets the requirements."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from .schema import Schema
 
 GAIN_TOLERANCE_DB = 1.0
 PHASE_TOLERANCE_DEG = 3.0
-"""A measured margin that is less by no more than this counts as kept. From one measurement to the next they differ by
-half a decibel and half a degree in wind; the rest is for what a design does not model, as the slope of the friction."""
+"""A measured margin that is smaller by no more than this counts as met. In wind they differ by half a decibel and half
+a degree from one measurement to the next. The rest is for effects that a design does not model, such as the slope of
+the friction."""
 FIRST, LAST = 0x2000, 0x205F
-"""The objects that a design may look at."""
+"""The objects that a design may use."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """Values by parameter, margins as predicted (None: there is none), loop gain at frequencies, remarks."""
+    """Values by parameter, predicted margins (None: there is none), loop gain at frequencies, remarks."""
 
     gains: dict[Parameter, Value]
     gain_margin_db: float | None
@@ -38,7 +39,7 @@ class Design:
 
 
 def parameters_of(schema: Schema, axis: int) -> list[Parameter]:
-    """All gains of an axis that `identify design` wants to know."""
+    """All gains of an axis that `identify design` needs."""
     shift = AXIS_SHIFT * axis
     return [p for p in schema if p.axis == axis and FIRST <= p.index - shift <= LAST and p.writable]
 
@@ -77,7 +78,8 @@ def _write(path: Path, data: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One margin: what was required (the wish, else the prediction), what was measured, and whether it is enough."""
+    """One margin: the required value (by option, otherwise the prediction), the measured value, and whether it is
+    enough."""
 
     name: str
     unit: str
@@ -90,7 +92,7 @@ class Verdict:
 
     @property
     def text(self) -> str:
-        """For people; by how much it is missed when it is not kept."""
+        """For people; by how much it is missed when it is not met."""
         of = "required" if self.wished else "predicted"
         if self.measured is None:
             return f"the {self.name} could not be determined from the measured frequencies"
@@ -104,10 +106,10 @@ class Verdict:
 
 
 def judge(design: Design, wishes: Mapping[str, float], measured: Margins, highest_gain_db: float) -> list[Verdict]:
-    """Gain and phase margin; `highest_gain_db` is that of the loop at the highest frequency that was measured well.
+    """Gain and phase margin; `highest_gain_db` is that of the loop at the highest well-measured frequency.
 
-    Where the phase does not reach -180° within the measured frequencies, the gain margin is at least what the loop has
-    fallen to there.
+    Where the phase stays above -180° within the measured frequencies, the gain margin is at least the attenuation of
+    the loop there.
     """
     gain_margin = measured.gain_margin_db
     if gain_margin is None and measured.crossover_hz is not None:

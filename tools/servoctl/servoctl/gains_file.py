@@ -1,7 +1,7 @@
-"""The gains file: TOML, one table for each group of parameters, values in the unit that stands behind them.
+"""The gains file: TOML, one table for each group of parameters, each value in the unit after it.
 
-It is the truth: `diff` shows where a device differs, `restore` makes the device equal to it. Comments and order of an
-existing file are kept when it is saved again.
+It is the reference: `diff` shows where a device differs, `restore` makes the device equal to it. Comments and order of
+an existing file are preserved when it is saved again.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ DEVICE_TABLE = "device"
 
 @dataclass(frozen=True)
 class GainsFile:
-    """What a file says: values by parameter, and the device that it was saved from."""
+    """Contents of a file: values by parameter, and the device that it was saved from."""
 
     path: Path
     values: dict[Parameter, Value]
@@ -36,7 +36,7 @@ class GainsFile:
 
 
 def read_gains(path: Path, schema: Schema) -> GainsFile:
-    """Raises InputError with file, line and what would be right."""
+    """Raises InputError with file, line and remedy."""
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
@@ -95,7 +95,7 @@ def _line_of(text: str, name: str) -> int:
 
 
 def write_gains(path: Path, values: Mapping[Parameter, Value], device: Mapping[str, Any]) -> None:
-    """Writes a new file, or renews the values of an existing one and keeps its comments and order."""
+    """Writes a new file, or updates the values of an existing one and preserves its comments and order."""
     try:
         old = path.read_text(encoding="utf-8") if path.exists() else ""
         document = tomlkit.parse(old) if old else tomlkit.document()

@@ -1,4 +1,4 @@
-"""The report of an identification: parameters with intervals, and what was measured beside what the model says."""
+"""The report of an identification: parameters with intervals, and the measurements beside the model."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MOST_POINTS = 4000
 def write_identification_report(
     path: Path, axis: str, identified: Identified, recording: Path, residuals: Path, outcome: Outcome
 ) -> None:
-    """One HTML file; reads the recording and the residuals again, as they were fitted."""
+    """One HTML file; reads the recording and the residuals again, as used by the fit."""
     run, left = read_columns(recording), read_columns(residuals)
     data = identified.data
     sections = [

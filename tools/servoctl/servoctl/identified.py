@@ -1,4 +1,4 @@
-"""What was identified: result.json of `identify fit`, and the objects of an axis that it belongs into."""
+"""The identified parameters: result.json of `identify fit`, and the objects of an axis for them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NAMES = {
     "stribeck_speed_negative": "Stribeck speed, negative", "viscous_negative": "viscous coefficient, negative",
     "stiffness": "bristle stiffness σ0", "damping": "bristle damping σ1", "inertia": "inertia J",
 }  # fmt: skip
-"""What people call the parameters."""
+"""Names of the parameters for people."""
 OBJECTS = {
     "stiffness": [(0x2030, 5)], "damping": [(0x2030, 6)],
     "coulomb_positive": [(0x2030, 7)], "breakaway_positive": [(0x2030, 8)], "stribeck_speed_positive": [(0x2030, 9)],
@@ -33,12 +33,12 @@ OBJECTS = {
     "viscous_negative": [(0x2030, 14)],
     "inertia": [(0x2020, 2), (0x2000, 5)],
 }  # fmt: skip
-"""Index, the first axis', and sub-index of what each parameter sets."""
+"""Index of the first axis and sub-index of the object of each parameter."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One parameter; `value` None when the data could not tell it, `paper` and `start` None when there is none."""
+    """One parameter; `value` None when the data did not determine it, `paper` and `start` None when there is none."""
 
     name: str
     value: float | None
@@ -62,7 +62,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Identified:
-    """All of a result; `data` is the file as it is."""
+    """A whole result; `data` is the file unchanged."""
 
     path: Path
     estimates: dict[str, Estimate]
@@ -75,7 +75,7 @@ class Identified:
 
     @property
     def warnings(self) -> list[str]:
-        """What makes values doubtful that were found."""
+        """Reasons to doubt the values found."""
         return [str(warning) for warning in self.data.get("warnings", [])]
 
     def check_machine(self, device: Device, axis: int) -> None:
@@ -95,12 +95,12 @@ class Identified:
 
     @property
     def travel_deg(self) -> tuple[float, float] | None:
-        """Between which joint angles it was allowed to move."""
+        """The joint angles between which it was allowed to move."""
         travel = self.data.get("machine", {}).get("travel_deg")
         return (float(travel[0]), float(travel[1])) if isinstance(travel, list) and len(travel) == 2 else None
 
     def gains(self, schema: Schema, axis: int) -> dict[Parameter, Value]:
-        """The objects of the axis that are known now, as the device can hold them."""
+        """The objects of the axis that are known now, in the device's precision."""
         found: dict[Parameter, Value] = {}
         for name, places in OBJECTS.items():
             value = self.value(name)
@@ -111,7 +111,7 @@ class Identified:
         return found
 
     def _consistent(self, name: str, value: float) -> float:
-        """The device takes no break-away torque below the Coulomb torque; noise may give one."""
+        """The device accepts no break-away torque below the Coulomb torque; noise may give one."""
         coulomb = self.estimates.get(name.replace("breakaway", "coulomb"))
         if name.startswith("breakaway") and coulomb is not None and coulomb.value is not None:
             return max(value, coulomb.value)
@@ -119,7 +119,7 @@ class Identified:
 
 
 def add_machine(path: Path, device: Device, axis: int, envelope: Envelope) -> None:
-    """Whose result it is, into the file: axis, device, where it was allowed to move, where the other axis stood."""
+    """Adds the origin of the result to the file: axis, device, allowed travel, position of the other axis."""
     data = read_json(path, FORMAT)
     data["machine"] = {
         "axis": AXES[axis], "node": device.node_id, "serial": device.serial_number(),

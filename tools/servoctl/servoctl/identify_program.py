@@ -1,4 +1,4 @@
-"""The program `identify` (sim_host/commands/identify.cpp): finds it, runs it, and hands its files on."""
+"""The program `identify` (sim_host/commands/identify.cpp): finds it, runs it, and passes its files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ FITTED, REFUSED_SOME = 0, 2
 
 
 def find_identify(explicit: Path | None) -> Path:
-    """By option, environment, the build of the checkout around, PATH; raises InputError that says how to build it."""
+    """By option, environment, the build of the surrounding checkout, PATH; raises InputError that says how to build
+    it."""
     named = named_file_of(explicit, ENVIRONMENT)
     if named is not None:
         if not (named.is_file() and os.access(named, os.X_OK)):
@@ -30,7 +31,7 @@ def find_identify(explicit: Path | None) -> Path:
             for path in sorted(folder.glob("build/host/bin/identify")):
                 return path
     found = shutil.which("identify")
-    # ImageMagick has a program of this name, too.
+    # ImageMagick has a program of this name too.
     if found and "paper-damping" not in (_help(found) or ""):
         found = None
     if found is None:
@@ -57,7 +58,7 @@ class IdentifyProgram:
     def plan(
         self, envelope: Envelope, start_rad: float, plan: Path, identified: Path | None = None, structure: bool = False
     ) -> Programme:
-        """First look, or with what it has found the programme, or the chirps for the structure; written and checked."""
+        """First look, or with its result the test plan, or the chirps for the structure; written and checked."""
         words = [
             "plan", "--lowest-rad", f"{envelope.lowest_rad!r}", "--highest-rad", f"{envelope.highest_rad!r}",
             "--torque-nm", f"{envelope.torque_nm!r}", "--fastest-rad-s", f"{envelope.fastest_rad_s!r}",
@@ -80,7 +81,7 @@ class IdentifyProgram:
         return self._run(words, REFUSED_SOME) == FITTED
 
     def design(self, identified: Path, wishes: Path, parameters: Path, design: Path) -> Any:
-        """The gains for stated wishes, as design.json has them."""
+        """The gains for given requirements, in the form of design.json."""
         words = ["design", "--identified", str(identified), "--wishes", str(wishes), "--parameters", str(parameters)]
         self._run([*words, "--json", str(design)])
         return read_json(design, "trackservo-design")

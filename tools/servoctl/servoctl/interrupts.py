@@ -1,4 +1,4 @@
-"""Steps that an interrupt must not leave half done: a transfer, bringing an axis to rest, putting back what was borrowed."""
+"""Steps that an interrupt must not cut short: a transfer, bringing an axis to rest, restoring borrowed objects."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ def _handled_by(handler: Any) -> Iterator[None]:
 
 @contextlib.contextmanager
 def deaf() -> Iterator[None]:
-    """Within a `with` block Ctrl-C and SIGTERM are not heard."""
+    """Within a `with` block Ctrl-C and SIGTERM are ignored."""
     with _handled_by(signal.SIG_IGN):
         yield
 
 
 @contextlib.contextmanager
 def postponed() -> Iterator[None]:
-    """Ctrl-C and SIGTERM that come within a `with` block are heard at its end.
+    """Ctrl-C and SIGTERM that come within a `with` block take effect at its end.
 
-    An SDO transfer that is left while its answer is on the way has the next one take that answer for its own.
+    If an SDO transfer is abandoned before its answer arrives, the next one takes that answer for its own.
     """
     came: list[int] = []
     try:

@@ -35,7 +35,7 @@ class Entry:
 
 
 def state_folder() -> Path:
-    """Where journal and backups are kept."""
+    """Folder of journal and backups."""
     named = os.environ.get("SERVOCTL_STATE")
     if named:
         return Path(named)
@@ -48,7 +48,7 @@ def now() -> str:
 
 
 class Journal:
-    """The journal of one device, told from others by node id and serial number."""
+    """The journal of one device, identified by node id and serial number."""
 
     def __init__(self, node: int, serial: int) -> None:
         self.node = node
@@ -56,7 +56,7 @@ class Journal:
         self.path = state_folder() / f"journal-{node}-{serial:08x}.jsonl"
 
     def new_transaction(self) -> str:
-        """A name for writes that belong, and are undone, together."""
+        """A name for writes that belong together and are undone together."""
         return uuid.uuid4().hex[:12]
 
     def add(self, entry: Entry) -> None:

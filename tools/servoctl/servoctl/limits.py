@@ -1,4 +1,4 @@
-"""What a live test may do at most, and saying what will move before it moves. The node's own limits: node_limits.py."""
+"""Limits of a live test, and the announcement of a motion before it starts. The node's own limits: node_limits.py."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .stream import TICK_S, RateStream
 from .units import degrees, radians
 
 OVERSPEED = 2.0
-"""A test is broken off when the axis is faster than this times the limit: no answer to the set-point explains that."""
+"""A test is aborted when the axis is faster than this times the limit: no response to the set-point explains that."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Limits:
 
 
 def allowed_travel(drive: Drive, travel_deg: tuple[float, float] | None) -> tuple[float, float]:
-    """Joint angles, rad, that the user and the node allow; raises InputError for what neither has said."""
+    """Joint angles, rad, that the user and the node allow; raises InputError when neither gives a limit."""
     node = read_limits(drive)
     if travel_deg is None and not node.has_travel:
         raise InputError(
@@ -49,7 +49,7 @@ def allowed_travel(drive: Drive, travel_deg: tuple[float, float] | None) -> tupl
 
 @dataclass(frozen=True)
 class Plan:
-    """What a test will do: one line for people, and its extremes in rad, rad/s and s."""
+    """The motion of a test: one line for people, and its extremes in rad, rad/s and s."""
 
     axis: str
     text: str
@@ -59,7 +59,7 @@ class Plan:
     duration_s: float
 
     def check(self, limits: Limits, drive: Drive | None = None) -> None:
-        """Raises InputError when the plan is beyond what the node limits it to, or beyond the limits."""
+        """Raises InputError when the plan is beyond the node's limits, or beyond the user's."""
         if drive is not None:
             node = read_limits(drive)
             node.check_rate(self.rate_rad_s)
@@ -90,7 +90,7 @@ class Plan:
 
 
 class Guard:
-    """Looks at the axis while it moves; raises MotionError when it does what the plan does not explain."""
+    """Monitors the axis while it moves; raises MotionError when its motion is not explained by the plan."""
 
     def __init__(self, stream: RateStream, limits: Limits) -> None:
         self._stream = stream

@@ -1,6 +1,7 @@
-"""What a node tells by itself: heartbeats, PDOs in the default mapping, emergencies. Nothing is sent.
+"""A node's own messages: heartbeats, PDOs in the default mapping, emergencies. Nothing is sent.
 
-The mapping is that of parameters.json; who re-maps a PDO must give it another identifier, as `step` and `bode` do.
+The mapping is that of parameters.json; a program that maps a PDO differently must give it another identifier, as `step`
+and `bode` do.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from .schema import Schema
 
 _OFF = 0x80000000
 BITS_OF_FRAME = 64
-"""About what a standard frame has besides its data: header, CRC, gaps and some stuff bits."""
+"""Approximate bits of a standard frame besides its data: header, CRC, gaps and some stuff bits."""
 
 
 @dataclass
 class Observed:
-    """A value and when it came, s of the monotonic clock."""
+    """A value and its arrival time, s of the monotonic clock."""
 
     value: Value
     time_s: float
@@ -30,7 +31,7 @@ class Observed:
 
 @dataclass
 class Listener:
-    """Gathers what one node tells."""
+    """Collects the messages of one node."""
 
     node_id: int
     schema: Schema

@@ -1,9 +1,9 @@
-"""A motion on the live axis that cannot be left running: whatever happens, the axis ends at rest.
+"""A motion on the live axis that must not be left running: whatever happens, the axis ends at rest.
 
-While it lasts the device watches a heartbeat of ours (supervision.py): should this program or its computer die, the
-device brakes by itself. Done: the axis stands, and is enabled or not as before. Broken off (error, Ctrl-C, SIGTERM):
-quick stop, then disabled. Mode, targets, interpolation period and heartbeat watch are as before in both cases, the NMT
-state when no other motion is left at the node.
+Meanwhile the device monitors our heartbeat (supervision.py): if this program or its computer stops, the device brakes
+by itself. Completed: the axis is at rest, and enabled or not as before. Aborted (error, Ctrl-C, SIGTERM): quick stop,
+then disabled. Mode, targets, interpolation period and heartbeat monitoring are restored in both cases, the NMT state
+when no other motion is left at the node.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .units import degrees
 
 
 class LiveAxis:
-    """One axis, enabled and watched within a `with` block."""
+    """One axis, enabled and monitored within a `with` block."""
 
     def __init__(self, device: Device, axis: int, mode: int) -> None:
         """`mode` is that of CiA 402 (power.CYCLIC_VELOCITY ...)."""
@@ -33,7 +33,7 @@ class LiveAxis:
         self.drive = Drive(device, axis)
         self.mode = mode
         self.when_broken_off: list[Callable[[], None]] = []
-        """Done before the quick stop, by who has started something on the axis."""
+        """Runs before the quick stop; set by code that has started something on the axis."""
         self._turn = contextlib.ExitStack()
         self._undo: list[Callable[[], None]] = []
         self._supervision = Supervision(device)
@@ -91,7 +91,7 @@ class LiveAxis:
         drive.enable()
 
     def keep(self, index: int, size: int, sub: int = 0) -> None:
-        """Puts an object of the axis back to what it is now when the motion is over."""
+        """Restores an object of the axis to its present value when the motion has ended."""
         before = self.device.axis_int(self.drive.axis, index, sub)
         self._undo.append(lambda: self.device.axis_write(self.drive.axis, index, before, size, sub))
 
@@ -107,9 +107,10 @@ class LiveAxis:
         return status
 
     def hold(self, axis: int) -> bool:
-        """Enables another axis where it stands, until the motion is over; False when others move it or it has a fault.
+        """Enables another axis where it is, until the motion has ended; False when another process moves it or it has a
+        fault.
 
-        One that is enabled already stays as it is.
+        One that is enabled already stays enabled.
         """
         other = Drive(self.device, axis)
         state = other.state()
@@ -134,7 +135,8 @@ class LiveAxis:
         self.device.axis_write(self.drive.axis, 0x60C2, -3, 1, sub=2)
 
     def _leave(self, broken_off: bool) -> None:
-        """To rest, and all as before; Ctrl-C is deaf meanwhile, an error is told after all has been tried."""
+        """Stop the axis and restore its settings. Ctrl-C is ignored meanwhile; errors are raised after all steps were
+        attempted."""
         with deaf():
             failed: list[Exception] = []
             stops = [*self.when_broken_off, self._stop_hard] if broken_off else [self._stop_gently]
@@ -162,7 +164,8 @@ class LiveAxis:
             drive.disable()
 
     def _stop_hard(self) -> None:
-        """Tried again when the bus fails it once; when it still does, the device has to brake, for want of our heartbeat."""
+        """Repeated once when the bus fails; when it fails again, the device has to brake because our heartbeat is
+        missing."""
         with contextlib.suppress(ServoctlError, can.CanError, OSError):
             return self._stop_quickly()
         try:

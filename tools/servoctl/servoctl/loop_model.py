@@ -1,4 +1,4 @@
-"""What the firmware's speed controller does to small signals, from the gains that the device has.
+"""Small-signal model of the firmware's speed controller, from the gains of the device.
 
     u = [ Cr r - (C + M - Q (M - B)) F y ] / (1 - Q)
 
@@ -42,7 +42,7 @@ class SpeedLoopGains:
 
 
 def read_gains(device: Device, axis: int) -> SpeedLoopGains:
-    """From the device, as it has them now."""
+    """The present values of the device."""
     real = device.axis_real
     return SpeedLoopGains(
         real(axis, 0x2000, 1), real(axis, 0x2000, 2), real(axis, 0x2000, 3), real(axis, 0x2000, 5),
@@ -67,7 +67,7 @@ def controller(gains: SpeedLoopGains, frequency_hz: Real) -> tuple[Complex, Comp
 
 
 def feedback_filters(gains: SpeedLoopGains, frequency_hz: Real) -> Complex:
-    """Notch and low-pass, as the continuous filters that the firmware's biquads are made from."""
+    """Notch and low-pass, as the continuous filters from which the firmware's biquads are made."""
     s = 2j * np.pi * frequency_hz
     answer = np.ones_like(s)
     if gains.notch_hz > 0:
@@ -80,7 +80,7 @@ def feedback_filters(gains: SpeedLoopGains, frequency_hz: Real) -> Complex:
 
 
 def open_loop(gains: SpeedLoopGains, frequency_hz: Real, closed: Complex) -> Complex:
-    """The loop, broken at the motor's torque, from the measured closed loop y / r."""
+    """The loop, opened at the motor's torque, from the measured closed loop y / r."""
     to_y, to_r = controller(gains, frequency_hz)
     plant = closed / (to_r - closed * to_y)
     return np.asarray(plant * to_y, dtype=np.complex128)

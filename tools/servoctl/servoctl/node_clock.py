@@ -1,8 +1,8 @@
-"""The node's own clock: whatever a node does is waited for, timed out and paced by it.
+"""The node's own clock: it times every wait, time-out and pace of the node.
 
-A node's clock and the computer's agree but for an emulated board, which runs as fast as its computer can, and for a
-simulator that is told to. Object 3010:1 counts the node's ticks of 1 ms; a node without it is taken to keep the computer's
-time. The computer's clock decides one thing only: that a node is silent.
+A node's clock and the computer's agree, except for an emulated board, which runs as fast as its computer can, and for a
+simulator with another pace. Object 3010:1 counts the node's ticks of 1 ms; a node without it is assumed to run at the
+computer's time. The computer's clock decides only that a node is silent.
 """
 
 from __future__ import annotations
@@ -41,13 +41,14 @@ class NodeClock:
         return self._node_s
 
     def sleep(self, seconds: float) -> None:
-        """At least so long by the node's clock."""
+        """At least this long by the node's clock."""
         end = self.now() + seconds
         while (left_s := end - self.now()) > 0.0:
             time.sleep(max(left_s / max(1.0, self._pace()), _SHORTEST_PAUSE_S))
 
     def every(self, period_s: float, duration_s: float) -> Iterator[float]:
-        """Gives the time since the start, s, about every `period_s` until `duration_s`; late ones are left out, not caught up."""
+        """Yields the time since the start, s, about every `period_s` until `duration_s`; late ones are skipped, not
+        made up for."""
         start = self.now()
         next_s = 0.0
         while True:
@@ -61,6 +62,6 @@ class NodeClock:
             next_s = (int(passed / period_s) + 1) * period_s
 
     def _pace(self) -> float:
-        """Of the node's clock per the computer's, on the average so far."""
+        """Of the node's clock per the computer's, on average so far."""
         computer_s = time.monotonic() - self._computer_s
         return self._node_s / computer_s if self._has_ticks and computer_s > 0.0 else 1.0

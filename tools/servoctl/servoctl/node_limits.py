@@ -1,7 +1,7 @@
-"""What the node itself limits a motion to: travel and rate, each with the object that says so.
+"""The node's own limits of a motion: travel and rate, each with its object.
 
-A motion is checked against all of them before it begins, since what the node does about one that goes beyond is to stop on
-the way, or to fall into a fault.
+A motion is checked against all of them before it begins, because the node would stop a motion beyond them, or go into a
+fault.
 """
 
 from __future__ import annotations
@@ -17,17 +17,18 @@ from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees, radi
 REACH_RAD = (2**31 - 1) / POSITION_COUNTS_PER_RAD
 """607A and 6064 are of 32 bits."""
 HARD_MARGIN_RAD = radians(0.25)
-"""Kept from the hard limits, which are a fault when the axis passes them on its way to rest; of nodes without 2060:17."""
+"""Distance kept from the hard limits, which are a fault when the axis passes them while stopping; for nodes without
+2060:17."""
 OVER_SPEED_SHARE = 0.8
-"""Of the rate that is a fault; the node lets no set-point go beyond."""
+"""Share of the rate that is a fault; the node lets no set-point exceed it."""
 GYRO_SHARE = 0.9
-"""Of the gyro's range: rates overshoot, and sensors are noisy."""
+"""Share of the gyro's range: rates overshoot, and sensors are noisy."""
 _PROTECTION, _OVER_SPEED, _GYRO_RANGE, _HARD_MINIMUM, _HARD_MAXIMUM, _STOPPING_MARGIN = 0x2060, 1, 3, 9, 10, 17
 
 
 @dataclass(frozen=True)
 class Bound:
-    """A number that the node limits, in rad or rad/s, and the words for it."""
+    """A number that the node limits, in rad or rad/s, and its text."""
 
     value: float
     source: str
@@ -38,7 +39,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class NodeLimits:
-    """The tightest of each kind. Angles are joint angles; without any limit of the travel only 6064's range counts."""
+    """The tightest of each kind. Angles are joint angles; without any limit of the travel only 6064's range applies."""
 
     lowest: Bound
     highest: Bound
@@ -46,11 +47,11 @@ class NodeLimits:
 
     @property
     def has_travel(self) -> bool:
-        """Somebody has set a limit of the travel."""
+        """A limit of the travel is set."""
         return self.lowest.value > -REACH_RAD
 
     def check_rate(self, rate_rad_s: float) -> None:
-        """Raises InputError that names the limit, its value and what would be within."""
+        """Raises InputError that names the limit, its value and an allowed value."""
         if not rate_rad_s <= self.fastest.value:
             raise InputError(
                 f"the rate would be {degrees(rate_rad_s):.5g} °/s, above {self.fastest}; at most"
@@ -58,7 +59,8 @@ class NodeLimits:
             )
 
     def check_travel(self, axis: str, here_rad: float, backward_rad: float, forward_rad: float) -> None:
-        """The same for a motion that goes so far from where the axis is; ways back from beyond a limit are allowed."""
+        """The same for a motion over this distance from the position of the axis; motions back from beyond a limit are
+        allowed."""
         room_back, room_forward = here_rad - self.lowest.value, self.highest.value - here_rad
         for way, room, end, bound in (
             (forward_rad, room_forward, here_rad + forward_rad, self.highest),
@@ -74,12 +76,12 @@ class NodeLimits:
 
 
 def _down(value: float) -> str:
-    """Rounded so that what is told is within."""
+    """Rounded so that the printed value is within."""
     return f"{int(value * 100) / 100:.2f}"
 
 
 def read_limits(drive: Drive) -> NodeLimits:
-    """As the node has them now."""
+    """The node's present values."""
     lowest = [Bound(-REACH_RAD, "the range of its position (6064)")]
     highest = [Bound(REACH_RAD, "the range of its position (6064)")]
     software = drive.position_limits()

@@ -1,4 +1,4 @@
-"""Where results go: tables for people, JSON for programs; errors and progress to the error stream."""
+"""Destination of results: tables for people, JSON for programs; errors and progress to the error stream."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DEEPEST_HANG = 16
 
 
 def wrapped(text: str, stream: TextIO) -> str:
-    """Broken between words for a terminal, further lines below the value of "key   value"; elsewhere as it is."""
+    """Broken between words for a terminal, further lines below the value of "key value"; elsewhere unchanged."""
     if not stream.isatty():
         return text
     head = re.match(r"\s*\S+(?: \S+)*\s{2,}|\s*", text)
@@ -36,7 +36,7 @@ def wrapped(text: str, stream: TextIO) -> str:
 
 
 class Output:
-    """Prints results once, in the form that was asked for."""
+    """Prints results once, in the requested form."""
 
     def __init__(self, as_json: bool) -> None:
         self.as_json = as_json
@@ -57,7 +57,8 @@ class Output:
             self._blank = False
 
     def note(self, text: str) -> None:
-        """A remark on the error stream, so that it is seen with --json (as an object of its own) and in pipes, too."""
+        """A remark on the error stream, so that it is visible with --json (as an object of its own) and in pipes
+        too."""
         if self.as_json:
             print(json.dumps({"note": text}, ensure_ascii=False), file=sys.stderr, flush=True)
         else:
@@ -79,7 +80,7 @@ class Output:
         self._blank = True
 
     def progress(self, time_left: bool = False) -> Progress:
-        """A bar on the error stream, gone when done; shown in a terminal only."""
+        """A progress bar on the error stream, removed when done; shown in a terminal only."""
         left = [TextColumn("left"), TimeRemainingColumn()] if time_left else []
         return Progress(
             TextColumn("{task.description}"),

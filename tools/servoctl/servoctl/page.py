@@ -14,7 +14,7 @@ from .errors import InputError
 
 @dataclass(frozen=True)
 class PageTable:
-    """Cells as they are shown; `bad` numbers the rows, from 0, that are not as they should be."""
+    """Cells as shown; `bad` numbers the rows, from 0, that have an error."""
 
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -32,7 +32,7 @@ class Section:
 
 
 def write_page(path: Path, title: str, lead: str, sections: Sequence[Section], notes: Sequence[str] = ()) -> None:
-    """`notes` stand out, above all sections. Raises InputError when the file cannot be written."""
+    """`notes` are highlighted, above all sections. Raises InputError when the file cannot be written."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("servoctl"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,

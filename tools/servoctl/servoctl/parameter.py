@@ -1,4 +1,4 @@
-"""One object of the device: what it is called, what it may be, and how it travels on the bus."""
+"""One object of the device: its name, its allowed values, and its form on the bus."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ AXIS_SHIFT = 0x800
 class Parameter:
     """A row of parameters.json; `low`, `high` and `default` are in `unit`.
 
-    `guarded`: it can hurt, so the device takes it only while its access lock is open.
+    `guarded`: it can cause damage, so the device accepts it only while its access lock is open.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Parameter:
 
     @property
     def axis(self) -> int | None:
-        """0 azimuth, 1 pitch, None for what belongs to the node."""
+        """0 azimuth, 1 pitch, None for objects of the node."""
         head = self.name.split(".", 1)[0]
         return AXES.index(head) if head in AXES else None
 
@@ -118,7 +118,7 @@ class Parameter:
             raise InputError(f"{self.name} ({self.where}): {value} does not fit into {self.type}.") from error
 
     def parse(self, text: str) -> Value:
-        """The value that a user typed, a unit allowed; raises InputError when it is no such value."""
+        """The value typed by a user, a unit allowed; raises InputError when it is no such value."""
         if self.type in ("VISIBLE_STRING", "DOMAIN"):
             return text
         if self.type == "BOOLEAN":
@@ -149,7 +149,7 @@ class Parameter:
             raise InputError(f"{self.name}: {error}") from None
 
     def check(self, value: Value) -> Value:
-        """The value as the device would hold it; raises InputError when it is not of the type or out of the limits."""
+        """The value in the device's precision; raises InputError when it is not of the type or out of the limits."""
         if self.type in ("VISIBLE_STRING", "DOMAIN"):
             return value
         if isinstance(value, str | bytes):

@@ -1,7 +1,7 @@
-"""A PDO that is borrowed: mapped as we need it, under an identifier of its own, and put back afterwards.
+"""A borrowed PDO: mapped as needed, with an identifier of its own, and restored afterwards.
 
-A listener that knows the default mapping sees nothing meanwhile rather than something wrong, and no other master's
-frames come in.
+Meanwhile a listener that knows the default mapping receives nothing instead of wrong values, and no frames of other
+masters come in.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _PER_NODE = 3
 
 
 def borrowed_identifiers(node_id: int) -> tuple[int, int, int]:
-    """Three identifiers for what is borrowed at one node, the first goes first on the bus."""
+    """Three identifiers for the borrowed PDOs of one node; the first has the highest priority."""
     first = _FIRST_IDENTIFIER + _PER_NODE * (node_id % ((_LAST_IDENTIFIER + 1 - _FIRST_IDENTIFIER) // _PER_NODE))
     return first, first + 1, first + 2
 
@@ -32,7 +32,7 @@ class PdoLoan:
         self._before: tuple[int, int, int, int, list[int]] | None = None
 
     def take(self, identifier: int, objects: list[int], event_ms: int) -> None:
-        """Maps `objects` (0xIIIISSLL), sent or taken at once, a TPDO every `event_ms`, too."""
+        """Maps `objects` (0xIIIISSLL), sent or taken at once, a TPDO also every `event_ms`."""
         device = self._device
         cob_id = device.read_int(self._communication, 1)
         if _FIRST_IDENTIFIER <= cob_id & 0x7FF <= _LAST_IDENTIFIER:
@@ -50,7 +50,7 @@ class PdoLoan:
         self._configure(identifier, 255, 0, event_ms, objects)
 
     def _defaults(self) -> tuple[int, int, int, int, list[int]]:
-        """What the PDO is by default: a killed program has left it as ours, and what it was before is not known."""
+        """The PDO's defaults: a killed program has left our mapping, and the former one is unknown."""
         schema = self._device.schema
 
         def default(index: int, sub: int) -> int:
@@ -72,7 +72,7 @@ class PdoLoan:
         return inhibit_100us * 1000 // kbit_s if kbit_s else inhibit_100us
 
     def give_back(self) -> None:
-        """Everything as it was before `take`."""
+        """Restores everything as before `take`."""
         if self._before is not None:
             self._configure(*self._before)
             self._before = None

@@ -66,9 +66,9 @@ def plot_bode(
     path: Path, title: str, frequency_hz: Real, closed: Complex, loop: Complex, coherence: Real, sharp: NDArray[np.bool_],
     found: Margins, bandwidth_hz: float | None,
 ) -> None:  # fmt: skip
-    """Open and closed loop over frequency (Hz), margins and bandwidth marked; hollow points are not to be trusted.
+    """Open and closed loop over frequency (Hz), margins and bandwidth marked; hollow points are not reliable.
 
-    `sharp` tells where the open loop is; elsewhere it is so large that the closed loop does not show how large.
+    `sharp` marks where the open loop is known; elsewhere it is so large that the closed loop does not show its size.
     """
     good = coherence >= GOOD_COHERENCE
     opened = branch(np.degrees(np.unwrap(np.angle(loop))), 20 * np.log10(np.abs(loop)))
@@ -112,7 +112,7 @@ def plot_bode(
 
 
 def _show_trusted_phases(phase: Axes, trusted: Sequence[Real]) -> None:
-    """Points that are not trusted may lie anywhere: they do not decide what is shown."""
+    """Points that are not reliable may lie anywhere: they do not affect the scales."""
     angles = np.concatenate([*trusted, [-180.0]])
     phase.set_ylim(float(angles.min()) - 25, float(angles.max()) + 25)
 
@@ -191,7 +191,7 @@ def plot_traces(
         figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=12)
         for axes, (unit, names) in zip(grid[:, 0], groups.items(), strict=True):
             for position, name in enumerate(names):
-                # Later ones are thinner, so that one that lies on another does not hide it.
+                # Later ones are thinner, so that overlapping curves stay visible.
                 shown, width = Shown(unit).factor * traces[name], max(0.8, 2.4 - 0.8 * position)
                 axes.plot(time_s, shown, label=without_unit(name), lw=width, color=TRACES[position])
             axes.set_ylabel(Shown(unit).unit or "value")

@@ -1,4 +1,4 @@
-"""The CiA 402 power state machine, as seen by a client: statusword masks, ways from state to state, names of modes.
+"""The CiA 402 power state machine, as seen by a client: statusword masks, transitions, names of modes.
 
 CiA 402-2 clauses 6.2, 8.4.1 and 8.4.2.
 """
@@ -46,7 +46,7 @@ MODES: dict[int, str] = {0: "none", 1: "pp", 3: "pv", 8: "csp", 9: "csv", 10: "c
 """Modes of operation (6060, 6061) by number."""
 
 NO_MODE = 0
-"""Enabled in it, an axis holds still, and obeys experiments (0x2100)."""
+"""Enabled in it, an axis holds its position, and follows experiments (0x2100)."""
 PROFILE_POSITION = 1
 PROFILE_VELOCITY = 3
 CYCLIC_VELOCITY = 9
@@ -58,11 +58,11 @@ STATUS_BITS: dict[int, str] = {
     0x0400: "target reached",
     0x0800: "limit",
 }
-"""Bits of the statusword that the power state does not decide."""
+"""Bits of the statusword that are independent of the power state."""
 
 
 def state_of(statusword: int) -> str:
-    """The power state that a statusword tells."""
+    """The power state in a statusword."""
     for state, (mask, bits) in STATE_MASKS.items():
         if statusword & mask == bits:
             return state
@@ -75,5 +75,5 @@ def mode_name(mode: int) -> str:
 
 
 def status_flags(statusword: int) -> list[str]:
-    """Names of the bits that are set besides the state's."""
+    """Names of the set bits besides those of the state."""
     return [name for bit, name in STATUS_BITS.items() if statusword & bit]

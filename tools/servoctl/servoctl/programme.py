@@ -1,4 +1,4 @@
-"""What the axis shall do to be identified: plan.json of `identify plan`, checked against what the user has allowed."""
+"""The motions of an axis to be identified: plan.json of `identify plan`, checked against the user's limits."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SLACK = 1.0001
 
 @dataclass(frozen=True)
 class Envelope:
-    """What may be asked of the axis: joint angles, rad, torque, N m, and rate, rad/s."""
+    """Limits for the axis: joint angles, rad, torque, N m, and rate, rad/s."""
 
     lowest_rad: float
     highest_rad: float
@@ -37,7 +37,7 @@ class Envelope:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One run of object 0x2100: its kind, its fields by name, and about how long it takes, s."""
+    """One run of object 0x2100: its kind, its fields by name, and its approximate duration, s."""
 
     kind: int
     fields: dict[str, float]
@@ -50,7 +50,7 @@ class Experiment:
 
     @property
     def fastest_rad_s(self) -> float | None:
-        """The fastest rate that is asked for; None where the bristles decide."""
+        """The fastest commanded rate; None where the bristles decide."""
         low = self.fields.get("low_rad_s", 0.0)
         if self.kind == SPEED_SWEEP:
             return float(low * self.fields.get("speed_ratio", 1.0) ** (self.fields.get("count", 1.0) - 1))
@@ -60,11 +60,11 @@ class Experiment:
 
     @property
     def torque_nm(self) -> float | None:
-        """The torque that is asked for; None where the loop decides."""
+        """The commanded torque; None where the loop decides."""
         return self.fields.get("amplitude_nm") if self.kind in (TORQUE_RAMPS, CHIRP, BREAK_AWAY) else None
 
     def way_rad(self, travel_rad: float) -> float:
-        """About how far to one side of its start it goes."""
+        """Approximate travel to one side of its start."""
         if self.kind in (HYSTERESIS, BREAK_AWAY):
             return self.fields["amplitude_rad"]
         if self.kind == TORQUE_RAMPS:
@@ -76,7 +76,7 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Place:
-    """A joint angle, rad, and what is done there."""
+    """A joint angle, rad, and the experiments there."""
 
     angle_rad: float
     experiments: tuple[Experiment, ...]
@@ -97,11 +97,11 @@ class Programme:
 
     @property
     def experiments(self) -> int:
-        """How many there are."""
+        """Number of experiments."""
         return sum(len(place.experiments) for place in self.places)
 
     def check(self, envelope: Envelope, source: str) -> None:
-        """Raises InputError when the plan asks for more than is allowed."""
+        """Raises InputError when the plan exceeds the limits."""
         for what, value, most, unit in (
             ("a move at", self.moving_rad_s, envelope.fastest_rad_s, "rad/s"),
             ("a rate limit of", self.limits["rate_rad_s"], envelope.fastest_rad_s, "rad/s"),
@@ -120,7 +120,7 @@ class Programme:
 
 
 def read_programme(path: Path) -> Programme:
-    """Raises InputError with the file and what is wrong in it."""
+    """Raises InputError with the file and its error."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         if data["format"] != "trackservo-programme" or data["version"] != 1:

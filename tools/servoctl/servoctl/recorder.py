@@ -2,8 +2,8 @@
 
     angle, joint rate | inertial rate, torque | number, kind, run, reference      each 1 ms, in this order
 
-The first two are taken for the tick of the third only when they came once each, in order, between its predecessor and
-it; whatever else came is a gap. So frames of two ticks are never mixed, whoever has lost one.
+The first two are taken for the tick of the third only when they came once each, in order, between the third of the
+previous tick and this one; everything else is a gap. So frames of two ticks are never mixed, whoever has lost one.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from .stream import TICK_S
 Real = NDArray[np.float64]
 
 _TPDOS = (1, 2, 3)
-"""TPDO2 to TPDO4, counted from 0; TPDO1 goes on telling azimuth's state."""
+"""TPDO2 to TPDO4, counted from 0; TPDO1 still sends azimuth's state."""
 _OBJECT = 0x2101
 _FRAMES = (((4, 32), (5, 32)), ((6, 32), (7, 32)), ((1, 16), (2, 8), (3, 8), (8, 32)))
-"""Sub-index and bits of what each frame carries."""
+"""Sub-index and bits of the contents of each frame."""
 _LAYOUT = np.dtype(
     [("angle", "<u4"), ("joint_rate", "<f4"), ("inertial_rate", "<f4"), ("torque", "<f4"),
      ("number", "<u2"), ("kind", "u1"), ("run", "u1"), ("reference", "<f4")]
@@ -38,9 +38,9 @@ SPEED_SWEEP, TORQUE_RAMPS, HYSTERESIS, CHIRP, BREAK_AWAY = 1, 2, 3, 4, 5
 
 @dataclass(frozen=True)
 class Recording:
-    """Columns of equal length, a row for each tick that came whole; docs/identification.md describes them.
+    """Columns of equal length, one row for each complete tick; docs/identification.md describes them.
 
-    `run` counts up from 1 with each experiment and each way between two; `kind` of a way is a speed sweep.
+    `run` counts up from 1 with each experiment and each move between two; `kind` of a move is a speed sweep.
     """
 
     time_s: Real
@@ -57,7 +57,7 @@ class Recording:
 
     @property
     def missing(self) -> int:
-        """Ticks between the first and the last that did not come."""
+        """Missing ticks between the first and the last."""
         return round((self.time_s[-1] - self.time_s[0]) / TICK_S) + 1 - len(self) if len(self) else 0
 
     def missing_share(self, run: int) -> float:
@@ -66,7 +66,7 @@ class Recording:
         return 1.0 - len(times) / (round((times[-1] - times[0]) / TICK_S) + 1) if len(times) else 1.0
 
     def write(self, path: Path) -> None:
-        """CSV, as `identify fit` reads it."""
+        """CSV, in the form that `identify fit` reads."""
         columns = {name: getattr(self, name) for name in self.__dataclass_fields__}
         formats = ["%.3f", "%d", "%d", "%.10g", "%.7g", "%.7g", "%.7g", "%.8g"]
         try:
@@ -104,7 +104,7 @@ def decode(frames: bytes, near_rad: float = 0.0) -> Recording:
 
 
 class TickGatherer:
-    """Puts ticks together from frames of the three kinds, in the order in which they came."""
+    """Combines frames of the three kinds into ticks, in the order of arrival."""
 
     def __init__(self) -> None:
         self.ticks = bytearray()
@@ -154,7 +154,7 @@ class TickRecorder(BorrowedStream):
         self._gatherer = TickGatherer()
 
     def recording(self, near_rad: float) -> Recording:
-        """What has come since `start`; the first joint angle is the one nearest to `near_rad`."""
+        """Ticks received since `start`; the first joint angle is the one nearest to `near_rad`."""
         with self.lock:
             frames = bytes(self._gatherer.ticks)
         return decode(frames, near_rad)

@@ -1,10 +1,10 @@
-"""What objects the device has: read from parameters.json, which the build prints from the firmware's own table.
+"""The objects of the device: read from parameters.json, which the build prints from the firmware's own table.
 
-servoctl carries the file of the firmware that it was released with (descriptions/, renewed by `tools/update-docs
-dictionary`). Others are found in builds around the current folder, or given with --parameters; a file that has fitted
-a device is kept. Which file is a device's own is decided by the schema hash (0x3030:2) alone.
+servoctl includes the file of the firmware that it was released with (descriptions/, updated by `tools/update-docs
+dictionary`). Others are found in builds around the current folder, or given with --parameters; a file that fitted a
+device is kept. Only the schema hash (0x3030:2) decides which file belongs to a device.
 
-Names are derived from it and stay: axis, object and entry, as in azimuth.speed_loop.proportional_gain.
+Names are derived from it and do not change: axis, object and entry, as in azimuth.speed_loop.proportional_gain.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CARRIED = Path(__file__).resolve().parent / "descriptions" / "parameters.json"
 
 @dataclass(frozen=True)
 class Schema:
-    """All objects of one kind of device, and the hash by which the device is recognised (None: not told)."""
+    """All objects of one kind of device, and the hash that identifies the device (None: unknown)."""
 
     source: Path | None
     product: str
@@ -91,12 +91,12 @@ class Schema:
 
     @property
     def tunable(self) -> list[Parameter]:
-        """What a gains file holds."""
+        """Contents of a gains file."""
         return [p for p in self.parameters if p.tunable]
 
     @property
     def origin(self) -> str:
-        """Where this comes from, for messages."""
+        """Origin of the schema, for messages."""
         return str(self.source) if self.source else "the standard objects"
 
     def object_dictionary(self) -> ObjectDictionary:
@@ -224,7 +224,7 @@ def _without_head(entry: list[str], head: list[str]) -> list[str]:
 
 
 def _unique(names: list[str], rows: list[dict[str, Any]]) -> list[str]:
-    """Where two objects would share a name, the index tells them apart."""
+    """Where two objects would share a name, the index distinguishes them."""
     seen: dict[str, int] = {}
     for name in names:
         seen[name] = seen.get(name, 0) + 1
@@ -235,7 +235,7 @@ def _unique(names: list[str], rows: list[dict[str, Any]]) -> list[str]:
 
 
 def fingerprint(schema: Schema) -> int:
-    """A CRC of names, types and indices, for telling files apart that carry no hash."""
+    """A CRC of names, types and indices, to distinguish files that carry no hash."""
     rows = [f"{p.index:04X}:{p.sub:02X} {p.type} {p.access} {p.name}" for p in schema.parameters]
     return zlib.crc32("\n".join(rows).encode())
 
@@ -251,7 +251,7 @@ def named_file_of(explicit: Path | None, environment: str) -> Path | None:
 
 
 def find_schema(told_hash: int | None) -> Schema:
-    """The file at hand with a device's hash, or NO_SCHEMA, as for a device that tells none; passes over broken files."""
+    """The known file with a device's hash, or NO_SCHEMA, as for a device that reports none; skips broken files."""
     for path in candidates(None) if told_hash is not None else ():
         try:
             schema = load_schema(path)
@@ -263,7 +263,7 @@ def find_schema(told_hash: int | None) -> Schema:
 
 
 def carried_hash() -> str:
-    """The hash of the description that servoctl carries, for messages."""
+    """The hash of the description included in servoctl, for messages."""
     try:
         return f"{load_schema(CARRIED).hash or 0:08X}"
     except InputError:
@@ -271,30 +271,30 @@ def carried_hash() -> str:
 
 
 def search_places() -> str:
-    """Where `candidates` looks besides servoctl's own description, for messages."""
+    """Places that `candidates` searches besides servoctl's own description, for messages."""
     folders = " and ".join(str(folder) for folder in dict.fromkeys(starts()))
     return f"build/*/share/trackservo in {folders} and the folders above them, and {cache_folder()}"
 
 
 def need_schema(explicit: Path | None) -> Schema:
-    """The best file at hand, for who does not ask a device."""
+    """The best known file, for callers without a device."""
     return load_schema(candidates(explicit)[0])
 
 
 def starts() -> tuple[Path, Path]:
-    """Folders around which builds are looked for: here, and where servoctl is."""
+    """Folders around which builds are searched: here, and the folder of servoctl."""
     return (Path.cwd(), Path(__file__).resolve().parent)
 
 
 def candidates(explicit: Path | None) -> list[Path]:
-    """Where parameters.json may be, best first: option, environment, then those that nobody has named."""
+    """Possible places of parameters.json, best first: option, environment, then those that the user has not named."""
     named = named_file(explicit)
     return at_hand() if named is None else [named]
 
 
 def at_hand() -> list[Path]:
-    """Every parameters.json that nobody has named, best first: builds around this folder, servoctl's own, those used
-    before."""
+    """Every parameters.json that the user has not named, best first: builds around this folder, servoctl's own, those
+    used before."""
     found: list[Path] = []
     for start in starts():
         for folder in (start, *start.parents):
@@ -310,7 +310,7 @@ def cache_folder() -> Path:
 
 
 def faults_file(parameters: Path) -> Path:
-    """Where the faults.json is that the build made with a parameters.json."""
+    """The faults.json of the build that made a parameters.json."""
     if parameters.parent == cache_folder():
         return cache_folder().parent / "faults" / parameters.name
     return parameters.with_name("faults.json")

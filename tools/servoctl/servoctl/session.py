@@ -1,4 +1,4 @@
-"""What every command shares: the common options, the device they name, and how names are completed."""
+"""Common parts of all commands: the common options, the device that they name, and the completion of names."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class Session:
         self.out = Output(as_json)
 
     def connect(self, node: int | None = None) -> Device:
-        """Opens the bus and gives the node; close it with `with`."""
+        """Opens the bus and returns the node; close it with `with`."""
         return Device(parse_bus(self.bus), node or self.node, self.parameters, self.bitrate)
 
     def file_schema(self) -> Schema:
-        """The best parameters.json at hand, without asking a device."""
+        """The best known parameters.json, without reading a device."""
         return need_schema(self.parameters)
 
 
@@ -82,7 +82,7 @@ only_axis_option = axis_choice("Only this axis.")
 
 
 def unlock_option(command: F) -> F:
-    """Adds --unlock, for what writes parameters."""
+    """Adds --unlock, for commands that write parameters."""
     return click.option(
         "--unlock",
         is_flag=True,
@@ -99,7 +99,7 @@ def axis_number(axis: str | None) -> int:
 
 
 class NameType(click.ParamType):  # type: ignore[type-arg] # not generic in click 8.1
-    """The name of a parameter, completed from the parameters.json at hand."""
+    """The name of a parameter, completed from the known parameters.json."""
 
     name = "name"
 
@@ -107,7 +107,7 @@ class NameType(click.ParamType):  # type: ignore[type-arg] # not generic in clic
         self.assignment = assignment
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Names that begin with, or else contain, what was typed; groups first."""
+        """Names that begin with, or otherwise contain, the typed text; groups first."""
         named = ctx.params.get("parameters")
         try:
             schema = need_schema(Path(named) if named else None)

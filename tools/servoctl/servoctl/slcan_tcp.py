@@ -1,7 +1,7 @@
-"""A CAN adapter that is reached over TCP and speaks SLCAN, the simulator's default.
+"""A CAN adapter over TCP with SLCAN, the simulator's default.
 
-Protocol: Lawicel ASCII (t, T, r, R, S, O, L, C, Z). Reads whole buffers, so that a busy bus does not outrun it, and
-takes the adapter's time stamps (Z1, 1 ms).
+Protocol: Lawicel ASCII (t, T, r, R, S, O, L, C, Z). Reads whole buffers, so that it keeps up with a busy bus, and uses
+the adapter's time stamps (Z1, 1 ms).
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ import can
 
 _BIT_RATES = {125_000: "S4", 250_000: "S5", 500_000: "S6", 1_000_000: "S8"}
 STAMP_PERIOD_S = 60.0
-"""After this long the time stamps begin anew."""
+"""After this long the time stamps start over."""
 
 
 RECEIVE_BUFFER_BYTES = 1 << 15
-"""Small, so that a simulator faster than we can read finds out soon, and answers do not wait behind old frames."""
+"""Small, so that a simulator that is faster than our reading detects it soon, and answers do not wait behind old
+frames."""
 
 
 class SlcanTcpBus(can.BusABC):
@@ -36,7 +37,7 @@ class SlcanTcpBus(can.BusABC):
         timeout_s: float = 3.0,
         **kwargs: Any,
     ) -> None:
-        """`bitrate` in bit/s; raises OSError when nobody listens at host:port."""
+        """`bitrate` in bit/s; raises OSError when no program listens at host:port."""
         self._socket = socket.create_connection((host, port), timeout=timeout_s)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -93,7 +94,7 @@ class SlcanTcpBus(can.BusABC):
             data = bytes.fromhex(line[2 + digits : end].decode("ascii"))
             stamp = int(line[end : end + 4], 16) if len(line) >= end + 4 else None
         except ValueError:
-            return None  # a torn line, as after an overrun of the adapter
+            return None  # an incomplete line, as after an overrun of the adapter
         return can.Message(
             timestamp=self._time(stamp),
             arbitration_id=identifier,
@@ -104,7 +105,7 @@ class SlcanTcpBus(can.BusABC):
         )
 
     def _time(self, stamp_ms: int | None) -> float:
-        """Seconds since connecting; the host's clock tells how often the stamp has begun anew."""
+        """Seconds since connecting; the host's clock gives the number of wraps of the stamp."""
         host_s = time.monotonic() - self._started_s
         if stamp_ms is None:
             return host_s

@@ -1,4 +1,4 @@
-"""What a step of the rate looks like in numbers: delay, rise, overshoot, settling, all from demand and answer."""
+"""A step of the rate in numbers: delay, rise, overshoot, settling, all from demand and response."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FINAL_SHARE = 0.3
 
 @dataclass(frozen=True)
 class StepNumbers:
-    """Times in s from the step of the demand, rates in rad/s, overshoot in % of the step; None: not reached."""
+    """Times in s from the step of the demand, rates in rad/s, overshoot in % of the step; None: not attained."""
 
     from_rad_s: float
     to_rad_s: float

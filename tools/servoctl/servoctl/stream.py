@@ -1,11 +1,10 @@
-"""A fast stream of samples from one axis, and a fast stream of set-points to it, over PDOs borrowed for the time.
+"""A fast stream of samples from one axis, and a fast stream of set-points to it, over temporarily borrowed PDOs.
 
-TPDO3 sends demanded rate (606B) and measured rate (606C) of the same tick every 1 ms; TPDO4 sends the node's tick counter
-(3010:1) every 10 ms, in the same tick behind TPDO3; RPDO4 takes the target rate (60FF). So the stream itself tells the
-node's time: set-points are paced by it, and samples that were lost are counted by it, however fast the node's time goes
-by beside the computer's. All three get an identifier of their own while borrowed, so that a listener that knows the
-default mapping sees nothing rather than something wrong, and no other master's frames come in. Afterwards all are as
-before.
+TPDO3 sends demanded rate (606B) and measured rate (606C) of the same tick every 1 ms; TPDO4 sends the node's tick
+counter (3010:1) every 10 ms, in the same tick after TPDO3; RPDO4 takes the target rate (60FF). So the stream itself
+carries the node's time: it paces set-points and counts lost samples, whatever the pace of the node's time relative to
+the computer's. All three get an identifier of their own while borrowed, so that a listener that knows the default
+mapping receives nothing instead of wrong values, and no frames of other masters come in. Afterwards all are restored.
 """
 
 from __future__ import annotations
@@ -27,16 +26,16 @@ TICK_S = 0.001
 RATES_TPDO, TICKS_TPDO, RPDO = 2, 3, 3
 """TPDO3, TPDO4 and RPDO4, counted from 0: TPDOs of one tick are sent in the order of their numbers and identifiers."""
 CLOCK_TICKS = 10
-"""The tick counter comes so often."""
+"""Period of the tick counter."""
 PROBES, PROBE_TICKS = 5, 20
-"""Set-points sent to see whether the node hears them, and how long each may take to arrive."""
+"""Set-points sent to check that the node receives them, and how long each may take to arrive."""
 _WRAP = 1 << 32
 
 Samples = NDArray[np.float64]
 
 
 class SampleGatherer:
-    """Puts samples and the node's tick counter together, in the order in which their frames came.
+    """Combines samples and the node's tick counter, in the order in which their frames came.
 
     Samples count from the first frame of the tick counter on.
     """
@@ -67,7 +66,7 @@ class SampleGatherer:
 
     @property
     def ticks(self) -> int:
-        """That have passed since the first frame of the tick counter; -1 before it."""
+        """Ticks since the first frame of the tick counter; -1 before it."""
         if self._first_tick is None:
             return -1
         return (self._clock_tick - self._first_tick) % _WRAP + self._since_clock
@@ -106,11 +105,11 @@ class RateStream(BorrowedStream):
     # --- the node's time ------------------------------------------------------------------------------------------
 
     def ticks(self) -> int:
-        """Since `start`; -1 before the node has told its time."""
+        """Since `start`; -1 before the node has reported its time."""
         return self._gatherer.ticks
 
     def wait_until(self, tick: int) -> int:
-        """Returns the tick that it is then; raises MotionError when the stream stops."""
+        """Returns the present tick; raises MotionError when the stream stops."""
         with self.lock:
             while self.ticks() < tick:
                 self.lock.wait(0.05)
@@ -118,7 +117,7 @@ class RateStream(BorrowedStream):
             return self.ticks()
 
     def pace(self, period: int, count: int) -> Iterator[int]:
-        """Gives the tick, about every `period` of them, until `count`; late ones are left out, not caught up."""
+        """Yields the tick, about every `period` of them, until `count`; late ones are skipped, not made up for."""
         next_tick = 0
         while True:
             tick = self.wait_until(next_tick)
@@ -129,7 +128,7 @@ class RateStream(BorrowedStream):
             next_tick = (tick // period + 1) * period
 
     def late(self) -> int:
-        """By so many ticks the latest set-point of `pace` left."""
+        """Delay of the latest set-point of `pace`, in ticks."""
         return self._late
 
     # --- set-points -----------------------------------------------------------------------------------------------
@@ -142,9 +141,10 @@ class RateStream(BorrowedStream):
         self.device.network.send_message(self.targets_id, struct.pack("<i", counts))
 
     def check_heard(self) -> None:
-        """Raises MotionError when set-points do not arrive at the node; the axis is in a mode with target rates, and stands.
+        """Raises MotionError when set-points do not arrive at the node; the axis is in a mode with target rates, and at
+        rest.
 
-        A target of 1 or 2 micro-rad/s goes the way of the set-points, and is read back by SDO (60FF).
+        A target of 1 or 2 micro-rad/s is sent like the set-points, and read back by SDO (60FF).
         """
         for probe in range(1, PROBES + 1):
             counts = 1 + probe % 2
@@ -173,12 +173,12 @@ class RateStream(BorrowedStream):
         return struct.unpack_from("<i", last, 4)[0] / RATE_COUNTS_PER_RAD_S if last else None
 
     def samples(self) -> tuple[Samples, Samples]:
-        """Demand and answer in rad/s, one sample for each tick, both of the same one; those that were lost are left out."""
+        """Demand and response in rad/s, one sample of both for each tick; lost ones are left out."""
         with self.lock:
             raw = np.frombuffer(b"".join(self._gatherer.frames), dtype="<i4").reshape(-1, 2)
         values = raw.astype(np.float64) / RATE_COUNTS_PER_RAD_S
         return values[:, 0], values[:, 1]
 
     def lost(self) -> int:
-        """Samples that did not come, by the node's tick counter."""
+        """Missing samples, by the node's tick counter."""
         return self._gatherer.lost

@@ -1,4 +1,4 @@
-"""What may have been meant by a name that no parameter has: a symbol, a typo, or words of a name or of its help."""
+"""Possible meanings of an unknown name: a symbol, a typo, or words of a name or of its help."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SYMBOLS: dict[str, tuple[str, ...]] = {
     "ts": ("friction_feedforward.break_away_torque_positive", "friction_feedforward.break_away_torque_negative"),
     "vs": ("friction_feedforward.stribeck_speed_positive", "friction_feedforward.stribeck_speed_negative"),
 }
-"""What the literature and other tools call them, and the endings of our names, best first."""
+"""Their names in the literature and in other tools, and the endings of our names, best first."""
 MOST = 4
 SHORTEST_WORD = 3
 LEAST_LIKE = 0.7

@@ -1,8 +1,7 @@
-"""What lets the device brake by itself: it watches a heartbeat of each motion, in an entry of 1016 of its own.
+"""Lets the device brake by itself: it monitors a heartbeat of each motion, in an entry of 1016 of its own.
 
-Several motions may run at one node, in processes of their own. Each has a master's id that nobody else has, so that no
-other's heartbeat can stand in for one that has died. The first of them makes the node operational, the last one out
-puts its NMT state back.
+Several motions may run at one node, in separate processes. Each has a unique master id, so that no other heartbeat can
+replace one that has stopped. The first of them makes the node operational, the last one restores its NMT state.
 """
 
 from __future__ import annotations
@@ -18,14 +17,14 @@ from .errors import MotionError
 from .turns import FileLock
 
 WATCH_MS = 1009
-"""The device brakes when our heartbeat stays away for so long; an odd number, by which our entries are told from others'."""
+"""The device brakes when our heartbeat is missing for this long; an odd number, which identifies our entries."""
 MOST_TIMES_REAL_TIME = 64
-"""1016 has room for so many times WATCH_MS."""
+"""1016 has room for this many times WATCH_MS."""
 BEAT_S = 0.1
 LISTEN_S = 0.3
-"""Heard for so long before an id counts as nobody's: three beats."""
+"""Time without a heartbeat after which an id counts as free: three beats."""
 MASTERS = range(127, 111, -1)
-"""Node ids that motions give themselves, best first."""
+"""Node ids that motions choose, best first."""
 _CONSUMERS = (4, 3, 2, 1)
 _OPERATIONAL = 5
 
@@ -35,7 +34,7 @@ class Supervision:
 
     def __init__(self, device: Device) -> None:
         self._device = device
-        self._gate = device.turns.lock("gate")  # one begins or ends at a time
+        self._gate = device.turns.lock("gate")  # only one begins or ends at a time
         self._members = device.turns.lock("members")  # shared by all motions; its text: the NMT state before the first
         self._master: FileLock | None = None
         self._entry: tuple[int, int] | None = None
@@ -43,7 +42,7 @@ class Supervision:
         self._joined = False
 
     def begin(self) -> None:
-        """The node is operational and watches us; raises MotionError, and nothing is changed, when it cannot."""
+        """The node is operational and monitors us; raises MotionError, and nothing is changed, when it cannot."""
         try:
             with self._gate.held():
                 self._join()
@@ -53,11 +52,12 @@ class Supervision:
             raise
 
     def abandon(self) -> None:
-        """The node goes on watching us, and hears us no more: `end` then leaves its entry, and the device brakes."""
+        """The node still monitors us but no longer receives our heartbeat: `end` then leaves its entry, and the device
+        brakes."""
         self._entry = None
 
     def end(self) -> None:
-        """The node does not watch us any more; its NMT state is as before the first motion when we are the last."""
+        """The node no longer monitors us; its NMT state is restored when we are the last motion."""
         try:
             with self._gate.held():
                 try:
@@ -101,19 +101,19 @@ class Supervision:
         entry = master << 16 | WATCH_MS * self._pace()
         device.write_int(0x1016, sub, entry, 4)
         self._entry = (sub, entry)
-        self._beat.send()  # the device watches from the first one on
+        self._beat.send()  # the device monitors from the first one on
         self._beat.start()
 
     def _pace(self) -> int:
-        """How many times faster than ours the device's clock runs: a simulator's may."""
+        """How many times faster than ours the device's clock runs: that of a simulator may."""
         return max(1, min(MOST_TIMES_REAL_TIME, round(self._device.pace())))
 
     def _choose(self, entries: dict[int, int]) -> tuple[int, int]:
-        """An id that is nobody's, locked for us, and the entry for it: one that a killed motion has left, or a free one."""
+        """A free id, locked for us, and the entry for it: one left by a killed motion, or a free one."""
         used = {entry >> 16 & 0x7F: sub for sub, entry in entries.items() if entry >> 16 and entry & 0xFFFF}
         left = {
             node: sub for node, sub in used.items() if node in MASTERS and (entries[sub] & 0xFFFF) % WATCH_MS == 0
-        }  # or of one that lives: then its lock or its heartbeat tells
+        }  # or of one that works: then its lock or its heartbeat shows it
         free = [sub for sub in entries if sub not in used.values()]
         heard = self._heard(WATCH_MS / 1000 + BEAT_S if left else LISTEN_S)
         for master in sorted(MASTERS, key=lambda node: node not in left):
@@ -128,7 +128,7 @@ class Supervision:
         raise MotionError(self._refusal(used, bool(entries), bool(free)))
 
     def _heard(self, seconds: float) -> set[int]:
-        """Nodes on the bus, ours included, after at least so long."""
+        """Nodes on the bus, ours included, after at least this long."""
         device = self._device
         time.sleep(max(0.0, device.opened_s + seconds - time.monotonic()))
         return {device.node_id, *device.network.scanner.nodes}
@@ -180,7 +180,7 @@ class _Heartbeat(threading.Thread):
                 self.send()
 
     def stop(self) -> None:
-        """Ends it; one that never began, too."""
+        """Ends it, also one that never began."""
         self._end.set()
         if self.is_alive():
             self.join(timeout=1.0)

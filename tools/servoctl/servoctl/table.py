@@ -1,7 +1,7 @@
 """Tables that fit the terminal: a number, a name or an index is never broken, texts break between words.
 
-Where a row is too wide for one line, the name gets a line of its own above the rest; columns that are still too many are
-shown in several tables below one another.
+Where a row is too wide for one line, the name gets a line of its own above the rest; if there are still too many
+columns, they are shown in several tables below one another.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Column:
 
     @property
     def least(self) -> int:
-        """Width below which something would be broken that must not be."""
+        """Width below which an unbreakable cell would be broken."""
         unbroken = self.right or self.title in UNBROKEN
         cells = self.cells if unbroken else [word for cell in self.cells for word in cell.split(" ")]
         return max((cell_len(text) for text in [*self.title.split(" "), *cells]), default=0)
@@ -59,7 +59,7 @@ def needed(columns: Sequence[Column]) -> int:
 
 
 def lines(columns: Sequence[Column], width: int) -> Iterator[Text]:
-    """What to print, in a terminal of `width` columns; wider than it only where one column alone is."""
+    """The printed lines, in a terminal of `width` columns; wider only where one column alone is."""
     names = [column for column in columns if column.title == NAME]
     others = [column for column in columns if column.title != NAME]
     if needed(columns) <= width:
@@ -71,7 +71,7 @@ def lines(columns: Sequence[Column], width: int) -> Iterator[Text]:
 
 
 def _widths(columns: Sequence[Column], width: int) -> list[int]:
-    """Of each column: what lacks least gets all that it wants first."""
+    """Of each column: the columns that need least get their full width first."""
     found = [column.least for column in columns]
     spare = max(0, width - needed(columns))
     for n in sorted(range(len(columns)), key=lambda n: columns[n].most - columns[n].least):
@@ -99,7 +99,7 @@ def _stacked(name: Column, others: Sequence[Column], width: int) -> Iterator[Tex
 
 
 def _split(columns: Sequence[Column], width: int) -> Iterator[Text]:
-    """The first column stands in each of the tables."""
+    """The first column is repeated in each of the tables."""
     block = [columns[0]]
     for column in columns[1:]:
         if len(block) > 1 and needed([*block, column]) > width:
@@ -119,7 +119,7 @@ def _head(columns: Sequence[Column], measured: Sequence[int], indent: int = 0) -
 def _row(
     columns: Sequence[Column], cells: Sequence[str], measured: Sequence[int], indent: int = 0, low: bool = False
 ) -> Iterator[Text]:
-    """As many lines as the longest cell needs; short cells stand at the top, or `low` at the bottom."""
+    """As many lines as the longest cell needs; short cells are at the top, or `low` at the bottom."""
     wrapped = [
         textwrap.wrap(cell, width, break_long_words=False, break_on_hyphens=False) or [""]
         for cell, width in zip(cells, measured, strict=True)

@@ -1,4 +1,4 @@
-"""Gains that are in force for a trial: unless they are kept, the old ones come back, whatever happens."""
+"""Temporary gains: unless they are kept, the old ones are restored, whatever happens."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .tuning import REVERT, Change, Tuning, command_set, set_state
 
 
 class TrialGains:
-    """Applied in one piece on entering a `with` block; `keep` them in it, or they are taken back at its end."""
+    """Applied as a whole on entering a `with` block; `keep` them in it, or they are withdrawn at its end."""
 
     def __init__(
         self, device: Device, command: str, gains: Mapping[Parameter, Value], unlock: bool = False
     ) -> None:
-        """`gains` are of one axis; `command` is the journal's name for who does it; `unlock` as in Tuning.write."""
+        """`gains` are of one axis; `command` is the command's name for the journal; `unlock` as in Tuning.write."""
         self._unlock = unlock
         self._device = device
         self._command = command
@@ -42,7 +42,7 @@ class TrialGains:
         return self
 
     def keep(self) -> None:
-        """They stay in force."""
+        """They stay in effect."""
         self._kept = True
 
     def __exit__(
@@ -52,7 +52,7 @@ class TrialGains:
             self._take_back()
 
     def _take_back(self) -> None:
-        """Forgets what is staged of ours, and writes the old values where the device has others."""
+        """Discards our staged values, and writes the old values where the device has others."""
         try:
             with deaf():
                 for axis in {p.axis for p in self._gains if p.axis is not None}:

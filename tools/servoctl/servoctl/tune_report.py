@@ -1,4 +1,4 @@
-"""The report of a tuning: gains before and after, margins as asked, predicted and measured, and Bode plots."""
+"""The report of a tuning: gains before and after, required, predicted and measured margins, and Bode plots."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .units import rounded
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Open loops: as measured, `before` (the measured plant with the old gains, computed), as the design predicts."""
+    """Open loops: measured, `before` (the measured plant with the old gains, computed), predicted by the design."""
 
     frequency_hz: Real
     measured: Complex

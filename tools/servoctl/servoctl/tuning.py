@@ -1,6 +1,6 @@
-"""Changing gains in one piece: stage, apply once per axis, read back; all of it in the journal.
+"""Changes gains as a whole: stage, apply once per axis, read back; all of it in the journal.
 
-Object 0x2070 (+0x800): 1 command, 2 flags, 3 result, 4 and 5 CRC of the active and the stored set.
+Object 0x2070 (+0x800): 1 command, 2 flags, 3 result, 4 and 5 CRC of the active and the persisted set.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class SetState:
 
 @dataclass(frozen=True)
 class Change:
-    """What one write did."""
+    """Result of one write."""
 
     parameter: Parameter
     old: Value | None
@@ -52,7 +52,7 @@ def set_state(device: Device, axis: int) -> SetState | None:
 
 
 def command_set(device: Device, axis: int, command: int) -> None:
-    """Apply, revert or undo; returns when the device has done it, raises Refused when it did not take the set."""
+    """Apply, revert or undo; returns when the device has done it, raises Refused when it did not accept the set."""
     name = AXES[axis]
     try:
         device.axis_write(axis, SET_OBJECT, command, 1, sub=1)
@@ -104,7 +104,7 @@ class Tuning:
         )
 
     def refuse_foreign_stage(self, axes: set[int]) -> None:
-        """Raises Refused when somebody has staged values there: applying would put them in force, too."""
+        """Raises Refused when another client has staged values there: applying would put them into effect too."""
         for axis in sorted(axes):
             state = set_state(self.device, axis)
             if state is not None and state.staged_differs:
@@ -124,8 +124,8 @@ class Tuning:
     ) -> list[Change]:
         """Stages all, applies once per axis, reads everything back.
 
-        On the first refusal what was staged is taken back, and objects that have no stage get their old values, so
-        that nothing of it is in force. `on_top` allows staging on values that are staged already. `unlock` opens the
+        On the first refusal the staged values are withdrawn, and objects without staging get their old values, so that
+        no part of it is in effect. `on_top` allows staging on values that are staged already. `unlock` opens the
         access lock, without which guarded values that differ are refused.
         """
         axes = {p.axis for p in values if p.staged and p.axis is not None}
@@ -178,7 +178,7 @@ class Tuning:
     def _quietly(action: Callable[[], None]) -> None:
         try:
             action()
-        except Exception:  # noqa: BLE001 - the first error is the one to tell
+        except Exception:  # noqa: BLE001 - the first error is the one to report
             pass
 
     def _read_back(self, parameter: Parameter, wanted: Value) -> Value:
@@ -193,7 +193,7 @@ class Tuning:
 
 
 def store(device: Device) -> None:
-    """0x1010:1, and the CRC of what is stored read back; takes up to 5 s."""
+    """0x1010:1, and the CRC of the stored values read back; takes up to 5 s."""
     try:
         device.download(0x1010, 1, b"save", "store", STORE_TIMEOUT_S)
     except Refused as error:

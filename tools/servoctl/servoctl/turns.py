@@ -1,9 +1,9 @@
-"""Who may do what at one node: the servoctl processes of one user and computer agree by file locks.
+"""Access to one node: the servoctl processes of one user and computer coordinate by file locks.
 
-The node has one SDO server: each transfer is one turn. A long one, as the reading of a capture, waits until no servoctl
-is moving an axis, since a motion must be watched all the time. An axis, the fast stream and a master's id belong to one
-process at a time. The kernel frees the locks of a process that dies. Other programs know nothing of this; they must
-keep to PDOs meanwhile.
+The node has one SDO server: each transfer is one turn. A long one, such as reading a capture, waits until no servoctl
+moves an axis, because a motion must be monitored all the time. An axis, the fast stream and a master's id belong to one
+process at a time. The kernel frees the locks of a process that ends. Other programs do not use these locks; they must
+use only PDOs meanwhile.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from pathlib import Path
 from .errors import MotionError
 
 SETTLE_S = 0.005
-"""After somebody else's turn: the answer to them reaches us, too, and must be in before we ask."""
+"""After another process' turn: we also receive the answer to it, and it must have arrived before our request."""
 
 
 class FileLock:
-    """A lock in a file of the user, in the system's folder for such; the file stays for the others, with its text."""
+    """A lock in a file of the user, in the system's folder for locks; the file stays for other processes, with its
+    text."""
 
     def __init__(self, name: str) -> None:
         folder = Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir())
@@ -32,11 +33,11 @@ class FileLock:
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
 
     def wait(self, shared: bool = False) -> None:
-        """Takes it, alone or shared; changes what we have of it already."""
+        """Takes it, alone or shared; changes a lock that we already have."""
         fcntl.flock(self._descriptor, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
 
     def try_alone(self) -> bool:
-        """Takes it alone if nobody else has it; what we had of it is lost if not."""
+        """Takes it alone if no other process has it; otherwise the lock that we had is lost."""
         try:
             fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -58,7 +59,7 @@ class FileLock:
 
     @property
     def text(self) -> str:
-        """What the file holds."""
+        """Contents of the file."""
         return os.pread(self._descriptor, 100, 0).decode("ascii", errors="replace")
 
     @text.setter
@@ -67,7 +68,7 @@ class FileLock:
         os.pwrite(self._descriptor, text.encode("ascii"), 0)
 
     def close(self) -> None:
-        """Releases it, too."""
+        """Releases it too."""
         os.close(self._descriptor)
 
 
@@ -106,7 +107,7 @@ class Turns:
 
     @contextlib.contextmanager
     def motion(self) -> Iterator[None]:
-        """While an axis moves: transfers are as ever, nobody's long one comes between."""
+        """While an axis moves: transfers work as usual, without a long one of another process in between."""
         with self._motion.held(shared=True):
             yield
 

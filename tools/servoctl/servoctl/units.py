@@ -1,4 +1,4 @@
-"""Numbers with units, as people type them and as the device counts them.
+"""Numbers with units, as users type them and as the device counts them.
 
 Angles and rates are typed in degrees or radians; the device counts positions in 1e-7 rad and rates in 1e-6 rad/s
 (objects 60A8 and 60A9).
@@ -68,7 +68,7 @@ def radians(value_deg: float) -> float:
 
 
 class Shown:
-    """How values of a unit are shown to people: angles and rates in degrees, with as many places as sensors justify."""
+    """Form of a unit's values for people: angles and rates in degrees, with as many places as the sensors justify."""
 
     def __init__(self, unit: str) -> None:
         """`unit` is that of the values."""
@@ -91,7 +91,7 @@ def rounded(value: float | int | bool | str | bytes | None) -> str:
 
 
 def number(value: float | int | bool | str | bytes | None) -> str:
-    """A value as it is printed: the shortest text that is this float32, integers as they are."""
+    """A value as printed: the shortest text that is this float32, integers unchanged."""
     if value is None:
         return "–"
     if isinstance(value, bytes):

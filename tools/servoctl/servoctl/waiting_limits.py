@@ -1,6 +1,6 @@
-"""Limits that contradict each other: the device takes each write, keeps the old set in force and waits (2060:18).
+"""Limits that contradict each other: the device accepts each write, keeps the old set in effect and waits (2060:18).
 
-So a command that leaves limits waiting has not done what it was asked for.
+So a command that leaves limits waiting has not done its work.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ GROUPS = {
     2: "the travel between the hard limits (2060:9, 2060:10) must be more than twice the stopping margin (2060:17)",
     4: "the software minimum (607D:1) must not be above the maximum (607D:2)",
 }
-"""What must hold, by the bit of 2060:18 that tells that it does not."""
+"""The violated condition, by its bit of 2060:18."""
 
 
 def refuse_waiting(device: Device, written: Iterable[Parameter]) -> None:
-    """Raises Refused when limits among what was written wait since they contradict others."""
+    """Raises Refused when written limits wait because they contradict others."""
     touched = {p.axis for p in written if p.axis is not None and p.index - AXIS_SHIFT * p.axis in (PROTECTION, TRAVEL)}
     for axis in sorted(touched):
         found = device.schema.by_index(PROTECTION + AXIS_SHIFT * axis, WAITING_SUB)

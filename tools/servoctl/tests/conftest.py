@@ -1,7 +1,7 @@
 """A servo in a process of its own, and servoctl in others, as users run it.
 
-SERVOCTL_TEST_DEVICE says what the servo is: `sim`, the simulator (sim_host serve), or `image`, the image that is flashed,
-on the emulated board (emulate_board). The tests are the same. SIM_HOST, EMULATE_BOARD, TARGET_IMAGE, PARAMETERS_JSON,
+SERVOCTL_TEST_DEVICE selects the servo: `sim`, the simulator (sim_host serve), or `image`, the flashed image on the
+emulated board (emulate_board). The tests are the same. SIM_HOST, EMULATE_BOARD, TARGET_IMAGE, PARAMETERS_JSON,
 CANOPEN_TEST_NODE and PRINT_TEST_EDS name the built programs and files; without them those of build/host and
 build/stm32g474 are used. The folder for journals is a new one in every test.
 """
@@ -33,14 +33,14 @@ EMULATE_BOARD = os.environ.get("EMULATE_BOARD", str(BUILD / "bin" / "emulate_boa
 IMAGE = os.environ.get("TARGET_IMAGE", str(ROOT / "build" / "stm32g474" / "bin" / "trackservo.bin"))
 SERVERS = {"sim": [SIM_HOST, "serve"], "image": [EMULATE_BOARD, IMAGE]}
 FAST = {"sim": "8", "image": "3"}
-"""Times real time, for tests that need no set-points from the computer; what one core can emulate."""
+"""Times real time, for tests that need no set-points from the computer; the pace that one core can emulate."""
 SIMULATOR_ONLY = {
     "test_tune_and_bode_refuse_a_simulator_that_is_faster_than_real_time": (
         "how fast the board is emulated is up to the computer; the rule itself is tried by"
         " test_set_points_are_refused_to_a_node_that_stays_faster_than_real_time"
     ),
 }
-"""Tests that the image does not run, and why; docs/emulator.md lists them, too."""
+"""Tests that do not run on the image, with the reason; docs/emulator.md lists them too."""
 PARAMETERS = Path(os.environ.get("PARAMETERS_JSON", str(BUILD / "share" / "trackservo" / "parameters.json")))
 TEST_NODE = os.environ.get("CANOPEN_TEST_NODE", str(BUILD / "bin" / "canopen_test_node"))
 PRINT_TEST_EDS = os.environ.get("PRINT_TEST_EDS", str(BUILD / "bin" / "print_test_eds"))
@@ -56,7 +56,7 @@ def pytest_collection_modifyitems(items: list[pytest.Function]) -> None:
 
 @dataclass(frozen=True)
 class Result:
-    """What a command left behind."""
+    """Result of a command."""
 
     code: int
     out: str
@@ -80,7 +80,7 @@ class Bench:
             "SERVOCTL_STATE": str(folder / "state"),
             "SERVOCTL_PARAMETERS": str(parameters),
             "XDG_CACHE_HOME": str(folder / "cache"),
-            "XDG_RUNTIME_DIR": str(folder),  # other tests of this computer keep their locks to themselves
+            "XDG_RUNTIME_DIR": str(folder),  # other tests on this computer keep their locks separate
             "COLUMNS": "160",
         }
 
@@ -100,7 +100,7 @@ class Bench:
         return Result(process.returncode, out, err)
 
     def here(self, *arguments: str) -> Result:
-        """In this process, which spares a new one's start; in the same surroundings."""
+        """In this process, which saves starting a new one; in the same environment."""
         out, err = io.StringIO(), io.StringIO()
         heard = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
         with (
@@ -132,7 +132,7 @@ class Bench:
 
 @contextlib.contextmanager
 def serving(speed: str = "1") -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """A servo that has started, `speed` times real time: its address, its process."""
+    """A running servo, `speed` times real time: its address, its process."""
     if DEVICE not in SERVERS:
         pytest.exit(f"SERVOCTL_TEST_DEVICE is '{DEVICE}': give one of {', '.join(SERVERS)}.", returncode=4)
     process = subprocess.Popen(
@@ -152,7 +152,7 @@ def served() -> Iterator[str]:
     """The address of a servo in real time."""
     with serving() as (address, process):
         yield address
-    assert process.returncode == 0  # else the image has broken the chip's rules, too
+    assert process.returncode == 0  # otherwise the image has violated the chip's rules
 
 
 @pytest.fixture

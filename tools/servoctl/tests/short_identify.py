@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""`identify` with short programmes: plans a few places for the tracker's azimuth, hands all else to IDENTIFY_PROGRAM.
+"""`identify` with short test plans: plans a few places for the tracker's azimuth, passes everything else to
+IDENTIFY_PROGRAM.
 
-SHORT_PLACES: their angles in rad, as "-0.5 0.4". Faults that a test wants are planned by SHORT_FAULT: "too fast" gives
-an experiment that leaves its speed limit, "beyond" one outside of the travel, "long" one of minutes.
+SHORT_PLACES: their angles in rad, as "-0.5 0.4". SHORT_FAULT plans a fault for a test: "too fast" gives an experiment
+that exceeds its speed limit, "beyond" one outside the travel, "long" one of minutes.
 """
 
 import json
@@ -59,7 +60,7 @@ def plan(arguments: list[str]) -> None:
             "places": places}  # fmt: skip
     if fault == "long":
         places[0]["experiments"] = [LOOPS | {"count": 800, "duration_s": 560.0}]
-    if fault == "too fast":  # a torque that runs away from the seal
+    if fault == "too fast":  # a torque that overcomes the seal
         places[0]["experiments"] = [{"kind": 2, "count": 1, "dwell_s": 4.0, "amplitude_nm": 30.0, "duration_s": 4.0}]
     Path(arguments[arguments.index("--json") + 1]).write_text(json.dumps(data))
 

@@ -1,4 +1,4 @@
-"""Frequency responses, margins and steps of systems whose answers are known."""
+"""Frequency responses, margins and steps of systems with known answers."""
 
 from __future__ import annotations
 
@@ -107,7 +107,8 @@ def test_open_loop_from_the_closed_one_is_that_of_the_simulated_firmware(observe
     assert np.max(np.abs(measured_plant / plant - 1)) < 0.02
     found = margins(closed.frequency_hz, loop)
     assert found.phase_margin_deg is not None and found.phase_margin_deg > 30
-    # Broken at the torque: u = -L u + ..., so a disturbance there shows 1 / (1 + L), independently of the set-point's way.
+    # Opened at the torque: u = -L u + ..., so a disturbance there shows 1 / (1 + L), independent of the path of the
+    # set-point.
     sensitivity = disturbance_response(gains, closed.frequency_hz)
     assert np.max(np.abs((1 / (1 + loop)) / sensitivity - 1)) < 0.05
 

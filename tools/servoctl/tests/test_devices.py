@@ -1,4 +1,5 @@
-"""The same tests run at the simulator and at the image on the emulated board; what does not is listed with its reason."""
+"""The same tests run at the simulator and at the image on the emulated board; the exceptions are listed with their
+reason."""
 
 from __future__ import annotations
 
@@ -24,5 +25,5 @@ def test_only_listed_tests_are_left_out_on_the_image() -> None:
 
 
 def test_the_image_is_the_one_that_was_asked_for(servo: Bench) -> None:
-    """1018:4 is the CRC-32 of the chip's unique identifier, which a simulator has not got."""
+    """1018:4 is the CRC-32 of the chip's unique identifier, which a simulator does not have."""
     assert (servo.json("info")["serial"] > 0xFFFF) == (DEVICE == "image")

@@ -1,4 +1,4 @@
-"""Faults in words, and the fault log: what its bytes mean, and what a simulated servo writes there."""
+"""Faults in words, and the fault log: the meaning of its bytes, and the entries of a simulated servo."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_what_is_no_number_is_none_and_unknown_signals_are_counted(table: FaultT
 def test_a_fault_of_the_board_is_no_fault_of_an_axis_and_has_no_signals(table: FaultTable, tmp_path: Path) -> None:
     found = parse_entry(struct.pack("<IBBBB", 7, WATCHDOG, 2, 0, 8), 8, table)
     assert (found.name, found.of, found.samples) == ("watchdog reset", "board", ())
-    assert parse_entry(entry(7, 33, 1, [[0.0] * 8]), 8, table).of == "pitch"  # the board's, but told of this axis
+    assert parse_entry(entry(7, 33, 1, [[0.0] * 8]), 8, table).of == "pitch"  # the board's, but reported for this axis
     assert parse_entry(entry(7, 1, 9, [[0.0] * 8]), 8, table).of == "source 9"
     assert write_snapshots(FaultLog(1, (found,)), tmp_path / "none") == []
 
@@ -77,9 +77,9 @@ def _wait(condition: Callable[[], bool]) -> None:
 
 @pytest.fixture
 def too_fast(servo: Bench) -> Iterator[Bench]:
-    """The pitch axis in the fault over-speed, with an empty log before; the limit comes back afterwards.
+    """The pitch axis in the fault over-speed, with an empty log before; the limit is restored afterwards.
 
-    The limit is lowered while it turns: neither `move` nor the node lets it run beyond one that is there before.
+    The limit is lowered while it turns: neither `move` nor the node lets it exceed a limit that is set before.
     """
     assert servo("faults", "--clear").code == 0
     limit, mode, target = "pitch.protection.over_speed_limit", "pitch.modes_of_operation", "pitch.target_velocity"
@@ -118,7 +118,7 @@ def test_clear_writes_the_files_first_and_then_forgets_history_and_log(too_fast:
     found = too_fast.json("faults", "--clear", "--csv", "kept")
     assert len(found["files"]) == 1 and (too_fast.folder / found["files"][0]).stat().st_size > 500
     assert found["log"] == {"count": 0, "entries": []} and found["history"] == []
-    assert found["axes"][1]["code"] == 0x8481  # what is active stays
+    assert found["axes"][1]["code"] == 0x8481  # active values stay
     assert "is empty" in too_fast("faults").out
 
 

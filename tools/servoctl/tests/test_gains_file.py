@@ -1,4 +1,4 @@
-"""The gains file by itself."""
+"""The gains file alone."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""`identify` and `tune` on a simulated axis: what they find, and that whatever ends them leaves the axis as it was.
+"""`identify` and `tune` on a simulated axis: their results, and that every end restores the axis.
 
-Identification runs on a simulator of its own that is several times faster than real time; tuning needs real time. The
-programmes are short ones of short_identify.py; the fit is the real one.
+Identification runs on a separate simulator that is several times faster than real time; tuning needs real time. The
+test plans are the short ones of short_identify.py; the fit is the real one.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ def with_short_programmes(bus: str, folder: Path) -> Bench:
 
 @pytest.fixture
 def machine(tmp_path: Path) -> Iterator[Bench]:
-    """servoctl, with short programmes, at a fast simulated servo of its own.
+    """servoctl, with short test plans, at its own fast simulated servo.
 
-    Of its own because an idle one takes as much of the computer, which tests in real time need beside it.
+    Its own, because an idle one takes as much of the computer, which tests in real time need.
     """
     with serving(FAST[DEVICE]) as (bus, process):
         yield with_short_programmes(bus, tmp_path)
@@ -112,7 +112,7 @@ def test_one_command_finds_the_axis_and_leaves_it_as_it_was(machine: Bench) -> N
         assert words in page
     assert re.findall(r'(?:src|href)="(?!data:)', page) == []  # opens offline
 
-    # The file is one of gains: what it holds can be set, and is what was found.
+    # The file is a gains file: its contents can be set, and are the identified values.
     assert machine("diff", "found/azimuth-identified.toml").code == 1
     machine.json("restore", "found/azimuth-identified.toml")
     inertia = found["parameters"]["inertia"]["value"]
@@ -123,7 +123,7 @@ def test_one_command_finds_the_axis_and_leaves_it_as_it_was(machine: Bench) -> N
 
 def test_a_dry_run_moves_nothing_and_leaves_no_file(machine: Bench) -> None:
     before = values(machine, BORROWED)
-    machine.json("state", "azimuth", "enable")  # wind would turn it otherwise
+    machine.json("state", "azimuth", "enable")  # otherwise wind would turn it
     here = axis_state(machine)["position_deg"]
     shown = machine("identify", "--axis", "azimuth", *TRAVEL, "--dry-run")
     assert shown.code == 0 and "hysteresis loops" in shown.out and "dry run: nothing was moved" in shown.out
@@ -165,7 +165,7 @@ def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> 
     machine.environment["SHORT_FAULT"] = "long"
     process = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
     eventually(lambda: experiment_runs(machine), 120)
-    machine.json("state", "azimuth", "disable")  # by somebody else
+    machine.json("state", "azimuth", "disable")  # by another client
     out, err = process.communicate(timeout=60)
     assert process.returncode == 6 and "azimuth is in" in err, (out, err)
     assert as_before(machine, before)

@@ -1,4 +1,4 @@
-"""An interrupt at the worst moment: a request is out, its answer is on the way."""
+"""An interrupt at the worst time: a request is sent, its answer has not arrived."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_transfer_after_an_interrupted_one_gets_its_own_answer(
 def test_a_late_answer_is_waited_for_and_not_taken_for_another_ones(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The node answers the first request 50 ms after we have given it up."""
+    """The node answers the first request 50 ms after our time-out."""
     expected = device.upload(*VENDOR)
     take, waits = device.node.sdo.on_response, [True]
 

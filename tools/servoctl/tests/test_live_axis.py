@@ -1,4 +1,4 @@
-"""Motions on the live axis: they do what was said, and whatever happens the axis ends at rest."""
+"""Motions on the live axis: they do what was announced, and whatever happens the axis ends at rest."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def axis(servo: Bench, name: str = "azimuth") -> dict[str, object]:
 
 
 def at_rest(servo: Bench) -> bool:
-    """At this moment: wind turns a disabled axis now and then."""
+    """Now: wind turns a disabled axis sometimes."""
     return abs(float(str(axis(servo)["rate_deg_s"]))) < 0.1
 
 
 def slides(servo: Bench) -> bool:
-    """A motion is under way."""
+    """A motion is in progress."""
     found = axis(servo)
     return found["state"] == "operation enabled" and float(str(found["rate_deg_s"])) > 0.5
 
@@ -69,7 +69,7 @@ def test_an_enabled_axis_stays_enabled_after_a_move(servo: Bench) -> None:
 
 
 def test_nothing_moves_without_yes_in_a_dry_run_or_beyond_the_limits(servo: Bench) -> None:
-    servo.json("state", "azimuth", "enable")  # wind would turn it otherwise
+    servo.json("state", "azimuth", "enable")  # otherwise wind would turn it
     here = float(str(axis(servo)["position_deg"]))
     assert servo("move", "azimuth", "--by", "5").code == 2
     assert servo("step", "azimuth", "--dry-run").code == 0
@@ -101,7 +101,7 @@ def test_step_tells_rise_overshoot_and_settling(servo: Bench) -> None:
     for _ in range(4):
         found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
         if len(found["steps"]) == 2:
-            break  # else this computer was late with set-points, and servoctl has said that it is to be run again
+            break  # otherwise this computer was late with set-points, and servoctl has asked for another run
     assert [s["direction"] for s in found["steps"]] == ["forward", "backward"]
     for step in found["steps"]:
         assert 0.001 < step["rise_s"] < 0.1 and step["overshoot_percent"] < 15 and step["settling_s"] < 0.2
@@ -179,7 +179,7 @@ def test_the_scope_captures_a_move_of_another_servoctl(servo: Bench) -> None:
     found = json.loads(out)
     assert found["triggered"] and found["frames"] == 500
     assert found["signals"]["azimuth.reference_rad_s"]["max"] == pytest.approx(0.01745, rel=0.01)
-    assert 0.5 < moved["to_deg"] - moved["from_deg"] < 3.5  # not longer than it was told to
+    assert 0.5 < moved["to_deg"] - moved["from_deg"] < 3.5  # not longer than commanded
 
 
 def test_a_faulty_axis_is_not_moved(test_node: Bench) -> None:

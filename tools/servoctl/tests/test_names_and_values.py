@@ -1,4 +1,4 @@
-"""Names, indices, units and limits: what a user types, without a device."""
+"""Names, indices, units and limits typed by a user, without a device."""
 
 from __future__ import annotations
 

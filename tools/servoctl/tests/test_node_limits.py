@@ -1,4 +1,4 @@
-"""Every motion is checked against every limit that the node knows, before anything moves."""
+"""Every motion is checked against every limit of the node, before anything moves."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_identify_and_tune_stay_within_the_hard_limits(servo: Bench, still: floa
         wide = ("--travel-deg", str(still - 19), str(still + 19.9))
         refused = servo.here("identify", "--axis", "azimuth", *wide, "--dry-run")
         assert refused.code == 2 and "2060:10" in refused.err, refused
-        inside = servo.json("identify", "--axis", "azimuth", "--dry-run")["envelope"]  # asks for nothing: the node says it
+        inside = servo.json("identify", "--axis", "azimuth", "--dry-run")["envelope"]  # from the node
         assert math.degrees(inside["lowest_rad"]) == pytest.approx(still - 19.714, abs=0.02)
         assert math.degrees(inside["highest_rad"]) == pytest.approx(still + 19.714, abs=0.02)
 

@@ -1,6 +1,6 @@
-"""servoctl keeps the node's time: on a node that is slower or faster than real time the same comes out.
+"""servoctl uses the node's time: a node that is slower or faster than real time gives the same result.
 
-And set-points that do not arrive are told as what they are: not heard by the node.
+Set-points that do not arrive are reported as not received by the node.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SLOW = "0.2"
 
 
 class FakeNode:
-    """Ticks that go on by `step` with each reading."""
+    """Ticks that advance by `step` with each reading."""
 
     def __init__(self, first: int, step: int) -> None:
         self.ticks, self.step = first, step
@@ -39,7 +39,7 @@ def test_the_clock_goes_on_over_the_wrap_of_the_counter_and_over_a_reset() -> No
     clock = NodeClock(node.read)
     begun = clock.now()
     assert [clock.now() - begun for _ in range(3)] == pytest.approx([1.0, 2.0, 3.0])
-    node.ticks = -980  # it has started again 20 ms ago
+    node.ticks = -980  # it restarted 20 ms ago
     assert clock.now() - begun == pytest.approx(3.02)
 
 
@@ -65,7 +65,7 @@ def sample(number: int) -> bytes:
 
 
 def gathered(lost: set[int], lost_clocks: set[int], first: int = 0) -> SampleGatherer:
-    """Of 100 ticks, of which each tenth tells its number."""
+    """Of 100 ticks, of which each tenth carries its number."""
     found = SampleGatherer()
     for tick in range(100):
         if tick not in lost:
@@ -78,7 +78,7 @@ def gathered(lost: set[int], lost_clocks: set[int], first: int = 0) -> SampleGat
 @pytest.mark.parametrize("first", [0, (1 << 32) - 50])
 def test_samples_that_are_lost_are_counted_by_the_nodes_ticks(first: int) -> None:
     whole = gathered(set(), set(), first)
-    assert (len(whole.frames), whole.lost, whole.ticks) == (90, 0, 90)  # from the first tick that was told
+    assert (len(whole.frames), whole.lost, whole.ticks) == (90, 0, 90)  # from the first tick that was reported
     some = gathered({12, 13, 14, 55}, {59, 69}, first)
     assert (len(some.frames), some.lost, some.ticks) == (86, 4, 90)
     assert SampleGatherer().ticks == -1
@@ -94,7 +94,7 @@ class FakeDevice:
 
 def test_set_points_are_refused_to_a_node_that_stays_faster_than_real_time() -> None:
     check_pace(cast(Device, FakeDevice([1.0])))
-    check_pace(cast(Device, FakeDevice([2 * FASTEST_PACE, 1.0])))  # it made up for a stall
+    check_pace(cast(Device, FakeDevice([2 * FASTEST_PACE, 1.0])))  # it caught up after a stall
     with pytest.raises(MotionError, match="8.0 times as fast.*--speed 1"):
         check_pace(cast(Device, FakeDevice([7.0, 8.0])))
 

@@ -1,4 +1,4 @@
-"""What people see in a terminal of 80 columns, and what scripts get with --json when something is wrong."""
+"""Output in a terminal of 80 columns, and errors with --json for scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ticks from frames: what is lost is a gap, and never a mixture of two ticks."""
+"""Ticks from frames: a loss is a gap, and never a mixture of two ticks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def frames_of(number: int, kind: int = 0, run: int = 0, angle_rad: float = 0.0, 
 
 
 def gathered(ticks: list[list[bytes]], lost: set[int]) -> list[tuple[int, float]]:
-    """(number, torque) of what a receiver makes of the ticks when it does not get some of the frames."""
+    """(number, torque) of the ticks that a receiver combines when it does not get some of the frames."""
     gatherer = TickGatherer()
     for position, (tick, which) in enumerate(itertools.product(range(len(ticks)), range(3))):
         if position not in lost:

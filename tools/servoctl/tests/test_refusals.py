@@ -1,4 +1,4 @@
-"""What is refused, and how: numbers that are none, tables that do not fit; always one sentence and the right exit code."""
+"""Refusals: invalid numbers, tables that do not fit; always one sentence and the right exit code."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_another_schema_hash_is_told_with_what_servoctl_carries_and_what_to_do(e
             assert part in refused.err, part
     assert servo.json("get", "0x2000:1", "--type", "REAL32")[0]["value"] > 0
     for known in ("scan", "state", "faults", "scope --list", "move azimuth --by 0.1 --yes"):
-        assert servo(*known.split()).code == 0, known  # as the message says
+        assert servo(*known.split()).code == 0, known  # as in the message
     found = servo.json("info")
     assert found["schema_fits"] is False and found["parameters"] is None
     assert servo("get", GAIN, "--parameters", str(PARAMETERS)).code == 0
@@ -130,7 +130,7 @@ def test_another_schema_hash_is_told_with_what_servoctl_carries_and_what_to_do(e
 
 
 def test_a_device_without_a_schema_hash_is_not_taken_for_a_trackservo(test_node: Bench) -> None:
-    """Its objects may mean anything: names are refused until somebody gives its table."""
+    """Its objects may mean anything: names are refused until the user gives its table."""
     del test_node.environment["SERVOCTL_PARAMETERS"]
     refused = test_node("set", GAIN, "700")
     assert refused.code == 7 and "reports no schema hash" in refused.err and refused.err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""servoctl at a simulated servo: looking, setting, saving; what the device has is always read back."""
+"""servoctl at a simulated servo: reading, setting, saving; the device's values are always read back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several motions at one node: each is watched for itself, and no motion runs unwatched."""
+"""Several motions at one node: each is monitored separately, and no motion runs without monitoring."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NODE = 1
 
 
 def entries(servo: Bench) -> list[int]:
-    """What the node watches."""
+    """The heartbeats that the node monitors."""
     return [row["value"] for row in servo.json("get", *ENTRIES)]
 
 
@@ -106,8 +106,8 @@ def test_a_killed_motion_is_noticed_though_another_ones_heartbeat_goes_on(
     running[victim].kill()
     eventually(lambda: state(servo, victim) == "fault" and rate(servo, victim) < 0.1, 15.0)
     other = next(process for axis, process in running.items() if axis != victim)
-    assert other.wait(timeout=60) == 6  # the node stops all: it does not know whose heartbeat it was
-    assert len(masters(servo)) == 1  # only the killed one's is left ...
+    assert other.wait(timeout=60) == 6  # the node stops all: it cannot know whose heartbeat it was
+    assert len(masters(servo)) == 1  # only the entry of the killed one is left ...
     for axis in running:
         servo.json("state", axis, "reset")
     assert servo("move", victim, "--rate", "1", "--for", "0.5", "--yes").code == 0

@@ -1,4 +1,4 @@
-"""faults: what is wrong now, what was wrong before, and what to do about it."""
+"""faults: active faults, past faults, and their remedies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..units import Shown
 
 
 def explain_code(text: str, table: FaultTable) -> dict[str, Any] | None:
-    """What an error code typed as 0x8611 or 8611h may mean; None when it is no such code."""
+    """Meanings of an error code typed as 0x8611 or 8611h; None when it is no such code."""
     plain = text.lower().removeprefix("0x").removesuffix("h")
     if len(plain) != 4 or any(c not in "0123456789abcdef" for c in plain):
         return None
@@ -34,7 +34,7 @@ def _as_dict(words: Words) -> dict[str, Any]:
 
 
 def show_code(out: Output, found: dict[str, Any]) -> None:
-    """What `explain_code` has found, for people."""
+    """Result of `explain_code` as text."""
     for words in found["faults"]:
         number = f", fault {words['number']}" if "number" in words else ""
         out.say(f"{found['code']}{number}: {words['name']}", style="bold")
@@ -45,7 +45,7 @@ TITLES = {"when": "monitored", "clear": "cleared by"}
 
 
 def show_words(out: Output, words: dict[str, Any], keys: tuple[str, ...]) -> None:
-    """One line for each of the keys that there are."""
+    """One line for each existing key."""
     for key in keys:
         if key in words:
             text = REACTIONS.get(words[key], words[key]) if key == "reaction" else words[key]
@@ -53,7 +53,7 @@ def show_words(out: Output, words: dict[str, Any], keys: tuple[str, ...]) -> Non
 
 
 def read_faults(device: Device, table: FaultTable) -> dict[str, Any]:
-    """Error register, history and the state of each axis, as the device has them."""
+    """Error register, history and the state of each axis, from the device."""
     history = []
     count = device.try_upload(0x1003, 0)
     for sub in range(1, (count[0] if count else 0) + 1):
@@ -81,7 +81,8 @@ def _names(table: FaultTable, code: int, found: list[Words]) -> str:
 
 
 def _of_axis(table: FaultTable, code: int, axis: str, history: list[dict[str, Any]]) -> list[Words]:
-    """The fault of an axis: 603F tells a code, which several may have; the newest of the history tells its number."""
+    """The fault of an axis: 603F gives a code, which several faults may share; the newest entry of the history gives
+    its number."""
     if code == 0:
         return []
     infos = (h["info"] for h in history if h["code"] == code and h["origin"] == axis)
@@ -163,7 +164,7 @@ def _show_snapshot(out: Output, number: int, entry: LogEntry) -> None:
 
 
 def _show_advice(out: Output, found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> None:
-    """Cause, check and cure of what is active, else of the last one."""
+    """Cause, check and cure of the active faults, otherwise of the last one."""
     active = {words["name"]: words for axis in found["axes"] for words in axis["faults"]}
     when = "active" if active else "most recent fault; no axis has a fault now"
     for words in active.values() or _newest(found, table, log):

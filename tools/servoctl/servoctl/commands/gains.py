@@ -23,7 +23,7 @@ FILE = click.Path(path_type=Path, dir_okay=False)
 
 
 def read_all(session: Session, device: Device, parameters: list[Parameter]) -> dict[Parameter, Value]:
-    """Values as the device has them, with a progress bar."""
+    """Values from the device, with a progress bar."""
     values: dict[Parameter, Value] = {}
     with session.out.progress() as bar:
         task = bar.add_task("reading", total=len(parameters))
@@ -85,7 +85,7 @@ def diff(session: Session, file: Path, axis: str | None) -> int:
 
 
 def _relative(device: Value, file: Value) -> str:
-    """How the file's value is against the device's."""
+    """The file's value relative to the device's."""
     if isinstance(device, str | bytes | bool) or isinstance(file, str | bytes | bool) or device == 0:
         return ""
     return f"{100.0 * (file - device) / abs(device):+.1f} %"

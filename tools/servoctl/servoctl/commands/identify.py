@@ -30,7 +30,7 @@ from .gains import about
 from .motion import new_path
 
 FASTEST_OF_EXPERIMENTS_RAD_S = 100.0
-"""2100:15 takes no more: a 607F above says that nobody has set it."""
+"""2100:15 accepts no more: a 607F above means that it was never set."""
 
 PROGRAM = click.option(
     "--identify-program", "program", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
@@ -116,7 +116,7 @@ def identify(
 def read_envelope(
     device: Device, axis: int, travel_deg: tuple[float, float] | None, speed_deg_s: float | None
 ) -> Envelope:
-    """What the device and the user allow; raises InputError for what neither has said."""
+    """Limits of the device and the user; raises InputError for a limit that neither gives."""
     drive = Drive(device, axis)
     low, high = allowed_travel(drive, travel_deg)
     if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
@@ -133,7 +133,7 @@ def read_envelope(
 
 
 def make_folder(folder: Path) -> Path:
-    """The folder, which is there afterwards; raises InputError, also when it holds another identification."""
+    """The folder, created if necessary; raises InputError, also when it holds another identification."""
     if (folder / "result.json").exists():
         raise InputError(
             f"{folder}: already contains an identification (result.json): give another folder with --out."
@@ -146,7 +146,7 @@ def make_folder(folder: Path) -> Path:
 
 
 def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
-    """The bounds of all that follows."""
+    """The bounds of everything that follows."""
     session.out.say(
         f"{axis} will move between {degrees(envelope.lowest_rad):.4g}° and {degrees(envelope.highest_rad):.4g}°, at up"
         f" to {degrees(envelope.fastest_rad_s):.4g} °/s, with up to {envelope.torque_nm:.4g} N m; the other axis is"
@@ -155,7 +155,7 @@ def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
 
 
 def show_programme(session: Session, programme: Programme, title: str) -> None:
-    """What moves where, how far, how fast, with what torque, how long; a row for each kind of experiment."""
+    """Motion of each kind of experiment: axis, distance, speed, torque, duration; one row per kind."""
     alike: dict[str, list[tuple[Place, Experiment]]] = {}
     for place, experiment in programme:
         alike.setdefault(json.dumps([experiment.kind, experiment.fields], sort_keys=True), []).append(
@@ -184,7 +184,7 @@ def show_programme(session: Session, programme: Programme, title: str) -> None:
 
 
 def _where(group: list[tuple[Place, Experiment]], programme: Programme) -> str:
-    """The angles, or that it is done at all places."""
+    """The angles, or that it runs at all places."""
     angles = {place.angle_rad: None for place, _ in group}
     return "all" if len(angles) == len(programme.places) else ", ".join(_angle(angle) for angle in angles)
 
@@ -195,7 +195,7 @@ def _angle(angle_rad: float) -> str:
 
 
 def _extent(experiment: Experiment, programme: Programme) -> tuple[str, str, str]:
-    """Way, rate and torque; the limit of the experiment where the set-up does not tell."""
+    """Path, rate and torque; the limit of the experiment where the set-up has no value."""
     rate, torque = experiment.fastest_rad_s, experiment.torque_nm
     return (
         f"{degrees(experiment.way_rad(programme.limits['travel_rad'])):.3g}",
@@ -214,7 +214,7 @@ def as_json(programme: Programme) -> dict[str, Any]:
 
 
 def ask(session: Session, yes: bool, question: str = "Is the travel range clear?") -> None:
-    """Raises click.Abort or InputError unless it may go on."""
+    """Raises click.Abort or InputError unless it may continue."""
     if yes:
         return
     if session.out.as_json or not sys.stdin.isatty():
@@ -223,7 +223,7 @@ def ask(session: Session, yes: bool, question: str = "Is the travel range clear?
 
 
 def carry_out(session: Session, machine: Commissioning, programme: Programme, path: Path) -> Outcome:
-    """Runs the programme and writes what was recorded."""
+    """Runs the test plan and writes the recording."""
     with session.out.progress(time_left=True) as bar:
         task = bar.add_task(programme.stage, total=programme.duration_s)
 
@@ -249,7 +249,7 @@ def fit(
 
 
 def write_report(folder: Path, axis: str, identified: Identified, recording: Path, outcome: Outcome) -> Path:
-    """report.html; the pictures need a second to be imported."""
+    """report.html; the pictures take a second to import."""
     from ..identification_report import write_identification_report
 
     path = folder / "report.html"
@@ -258,7 +258,7 @@ def write_report(folder: Path, axis: str, identified: Identified, recording: Pat
 
 
 def tell(session: Session, axis: str, folder: Path, identified: Identified, outcome: Outcome, page: Path) -> int:
-    """The result as a table, what was refused, where all is; the exit code."""
+    """The result as a table, refused parameters, written files; the exit code."""
     files = [str(page), str(folder / "result.json"), str(folder / f"{axis}-identified.toml")]
     session.out.json(
         {

@@ -39,7 +39,7 @@ LEAST_LINES = 3
 
 @dataclass(frozen=True)
 class LoopStimulus:
-    """What the axis is asked to do: a multisine around a mean rate."""
+    """The motion of the axis: a multisine around a mean rate."""
 
     sine: Multisine
     bias_rad_s: float
@@ -54,7 +54,7 @@ class LoopStimulus:
         return rates
 
     def plan(self, axis: str) -> Plan:
-        """For people, and to be checked."""
+        """For people, and for the checks."""
         rates = self.rates()
         forward, backward = span(rates, TICK_S)
         frequencies = self.sine.frequency_hz
@@ -83,7 +83,7 @@ def loop_stimulus(low: float, high: float, bias: float, amplitude: float, lines:
 
 @dataclass(frozen=True)
 class MeasuredLoop:
-    """The closed loop as measured, the open one computed from it, and where each can be trusted."""
+    """The measured closed loop, the open loop computed from it, and where each can be trusted."""
 
     closed: Response
     loop: Complex
@@ -95,7 +95,7 @@ class MeasuredLoop:
     lost: int
 
     def loop_with(self, gains: SpeedLoopGains) -> Complex:
-        """The open loop that other gains would have with the plant as it was measured."""
+        """The open loop that other gains would have with the measured plant."""
         frequency = self.closed.frequency_hz
         plant = self.loop / controller(self.gains, frequency)[0]
         return np.asarray(plant * controller(gains, frequency)[0], dtype=np.complex128)
@@ -110,7 +110,7 @@ def measure_loop(
     what: str,
     hold_other: bool = False,
 ) -> MeasuredLoop:
-    """Moves the axis, the other one held if `hold_other`; raises MotionError when noise hides too much."""
+    """Moves the axis, with the other one held if `hold_other`; raises MotionError when noise hides too much."""
     gains = read_gains(device, AXES.index(axis))
     run = run_rates(session, device, axis, stimulus.rates(), SETPOINT_TICKS, limits, what, hold_other)
     demand, answer, lost = run.demand, run.answer, run.lost

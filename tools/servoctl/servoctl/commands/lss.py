@@ -30,7 +30,7 @@ TORQUE = 255
 
 @dataclass(frozen=True)
 class Identity:
-    """What object 1018 says, and LSS asks for."""
+    """Contents of object 1018, which LSS requires."""
 
     vendor: int = 0
     product: int = 0x54534456
@@ -60,7 +60,7 @@ def _master(session: Session, bitrate: int | None = None) -> Iterator[tuple[cano
 
 
 def _ask(what: str, request: Callable[[], Any]) -> Any:
-    """The answer to an LSS request; raises what the node said in words."""
+    """The answer to an LSS request; raises the node's error in words."""
     try:
         return request()
     except LssError as error:
@@ -75,7 +75,7 @@ def _ask(what: str, request: Callable[[], Any]) -> Any:
 def _ask_all(network: canopen.Network, what: str, request: bytes) -> None:
     """A request that every node answers; refused when one of them refuses.
 
-    On a real bus equal answers may be one frame, so they are not counted: the last has come when it is quiet.
+    On a real bus equal answers may be one frame, so they are not counted: they are complete when the bus is quiet.
     """
     answers: list[bytes] = []
 
@@ -129,7 +129,7 @@ def _wait_for_boot(network: canopen.Network, node: int) -> None:
 
 
 def _find(master: LssMaster) -> Identity | None:
-    """The next node without node id, which is in the configuration state then."""
+    """The next node without node id, which is then in the configuration state."""
     found, identity = master.fast_scan()
     return Identity(*identity) if found else None
 
@@ -220,7 +220,7 @@ def _present(network: canopen.Network) -> set[int]:
 
 
 def _bit_rate(network: canopen.Network, node: int) -> int:
-    """In force, in bit/s (3050:2)."""
+    """In effect, in bit/s (3050:2)."""
     kbit_s = network.add_node(node, canopen.ObjectDictionary()).sdo.upload(0x3050, 2)
     return int.from_bytes(kbit_s, "little") * 1000
 
@@ -247,7 +247,7 @@ def rate(session: Session, bit_rate: str, store: bool) -> None:
         master.send_switch_state_global(LssMaster.CONFIGURATION_STATE)
         try:
             _ask_all(network, f"setting {new} bit/s", _bit_timing(new))
-        except Refused:  # those that took it take it back, so that no later store keeps it
+        except Refused:  # nodes that accepted it restore the old one, so that no later store persists it
             network.send_message(LssMaster.LSS_TX_COBID, _bit_timing(in_force))
             raise
         if store:

@@ -1,4 +1,5 @@
-"""What the commands that move an axis share: limits, saying what will move, and running rates on the live axis."""
+"""Common parts of the commands that move an axis: limits, the announcement of the motion, and rates on the live
+axis."""
 
 from __future__ import annotations
 
@@ -29,10 +30,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 Real = NDArray[np.float64]
 
 FASTEST_PACE = 1.5
-"""Of the device's time beside ours, that set-points sent from here can follow."""
+"""Ratio of the device's time to ours up to which set-points sent from here can follow."""
 
 MANY_LOST = 50
-"""Lost samples, of 1 ms each, beyond which a time that was measured is doubtful."""
+"""Lost samples, of 1 ms each, above which a measured time is doubtful."""
 
 
 def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callable[[F], F]:
@@ -63,7 +64,7 @@ def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callabl
 
 
 def announce(session: Session, plan: Plan, limits: Limits, device: Device | None, dry_run: bool, yes: bool) -> bool:
-    """Says what will move, checks it, asks; False when nothing shall move."""
+    """Announces the motion, checks it, asks for confirmation; False when nothing must move."""
     plan.check(limits, Drive(device, AXES.index(plan.axis)) if device else None)
     session.out.say(f"{plan.axis} will move: {plan.text}")
     session.out.say(
@@ -90,13 +91,13 @@ def plan_data(plan: Plan) -> dict[str, Any]:
 
 
 def new_path(folder: Path, what: str, axis: str) -> Path:
-    """Name without ending for the files of a measurement."""
+    """Base name of the files of a measurement."""
     return folder / f"{what}-{axis}-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
 
 
 def check_pace(device: Device) -> None:
     """Raises MotionError when the node's clock is so fast that set-points from here would come late."""
-    for seconds in (0.1, 0.5):  # a simulator that its computer has held up makes up for some ms at once
+    for seconds in (0.1, 0.5):  # a simulator that its computer has delayed catches up some ms at once
         pace = device.pace(seconds)
         if pace <= FASTEST_PACE:
             return
@@ -108,7 +109,8 @@ def check_pace(device: Device) -> None:
 
 @dataclass(frozen=True)
 class RatesRun:
-    """Demand and answer in rad/s, a sample per tick, how many were lost, and by how many ticks the latest set-point left."""
+    """Demand and response in rad/s, one sample per tick, the number of lost samples, and the largest delay of a
+    set-point in ticks."""
 
     demand: Real
     answer: Real
@@ -122,7 +124,7 @@ def run_rates(
 ) -> RatesRun:  # fmt: skip
     """Sends rates (rad/s, one per tick) in csv, one every `period` ticks of the node.
 
-    The node reaches each within `interpolation` ticks (60C2), `period` unless told otherwise.
+    The node follows each within `interpolation` ticks (60C2), `period` by default.
     """
     number = AXES.index(axis)
     check_pace(device)

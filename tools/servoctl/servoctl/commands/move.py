@@ -90,7 +90,7 @@ def _run_at_rate(session: Session, device: Device, axis: str, rate: float, durat
 
 
 def _go_to(session: Session, device: Device, axis: str, target: float, rate: float, expected_s: float) -> float:
-    """Where the axis stands when it has arrived; once it is let go, wind may turn it."""
+    """Position of the axis on arrival; after it is disabled, wind may turn it."""
     with LiveAxis(device, AXES.index(axis), power.PROFILE_POSITION) as live, session.out.progress() as bar:
         drive = live.drive
         task = bar.add_task(f"{axis} moves", total=1.0)

@@ -1,4 +1,4 @@
-"""scan, info and state: which nodes there are, what they are, and whether their axes are enabled."""
+"""scan, info and state: the nodes on the bus, their identity, and whether their axes are enabled."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _set_data(device: Device, axis: int) -> dict[str, Any]:
 
 
 def read_axis(device: Device, axis: int) -> dict[str, Any]:
-    """Power state, mode, angle (°), rate (°/s), torque (% of rated) of an axis, as the device has them."""
+    """Power state, mode, angle (°), rate (°/s), torque (% of rated) of an axis, from the device."""
     drive = Drive(device, axis)
     status = drive.statusword()
     torque = device.try_upload(0x6077 + 0x800 * axis)
@@ -153,7 +153,7 @@ def read_axis(device: Device, axis: int) -> dict[str, Any]:
 
 
 def show_axes(session: Session, axes: list[dict[str, Any]]) -> None:
-    """A table of what `read_axis` gave."""
+    """A table of the result of `read_axis`."""
 
     def shown(value: float | None, places: int) -> str:
         return "–" if value is None else f"{value:.{places}f}"

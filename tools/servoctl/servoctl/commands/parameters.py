@@ -21,7 +21,7 @@ NOT_IN_FORCE = "staged, not active yet"
 
 
 def parameter_at(device: Device, text: str, axis: str | None, kind: str | None = None) -> Parameter:
-    """The parameter of a name or index; an index works with a schema that does not fit, too."""
+    """The parameter of a name or index; an index works also with a schema that does not fit."""
     at = parse_index(text)
     if at is None:
         return device.schema.find(text, axis)
@@ -38,7 +38,7 @@ def parameter_at(device: Device, text: str, axis: str | None, kind: str | None =
 
 
 def staged_axes(device: Device) -> set[int]:
-    """Axes with staged values that are not in force."""
+    """Axes with staged values that are not in effect."""
     found = set()
     for axis in range(len(AXES)):
         state = set_state(device, axis)
@@ -113,7 +113,7 @@ def parse_assignments(
     for word in words:
         name, equals, text = word.partition("=")
         if not equals:
-            parameter = parameter_at(device, name, axis, kind)  # which may say what was meant
+            parameter = parameter_at(device, name, axis, kind)  # which may name the intended parameter
             limits = f", {parameter.limits()} {parameter.unit}".rstrip() if parameter.limits() else ""
             raise InputError(f"'{word}' has no value: expected {word}=VALUE{limits}.")
         parameter = parameter_at(device, name, axis, kind)
@@ -143,7 +143,7 @@ def show_changes(session: Session, changes: list[Change], staged_only: bool = Fa
 
 
 class SetCommand(click.Command):
-    """'set NAME -5': what begins like a negative number is the value of the name before it, not an option."""
+    """'set NAME -5': a text like a negative number is the value of the name before it, not an option."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         words: list[str] = []

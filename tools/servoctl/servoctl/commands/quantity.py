@@ -1,4 +1,4 @@
-"""The numbers of all options: with a unit, finite, and within what makes sense."""
+"""The numbers of all options: with a unit, finite, and in a sensible range."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from ..units import parse_quantity
 
 
 class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in click 8.1
-    """A number with a unit, e.g. "5deg" or "0.1 rad/s"; bare numbers are in `bare`. Refuses what is not finite."""
+    """A number with a unit, e.g. "5deg" or "0.1 rad/s"; bare numbers are in `bare`. Refuses values that are not
+    finite."""
 
     name = "value"
 

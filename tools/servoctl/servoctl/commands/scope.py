@@ -115,7 +115,7 @@ def scope(
 
 
 def _level(text: str, signal: str) -> float:
-    """In the signal's SI unit; a bare number is in the unit that people are shown."""
+    """In the signal's SI unit; a bare number is in the displayed unit."""
     unit = recorder.unit_of(signal)
     level = parse_quantity(text, unit, Shown(unit).unit)
     if not math.isfinite(level):
@@ -138,7 +138,7 @@ def _window(result: recorder.Capture, wanted: int, before: int) -> slice:
 def _wait_and_read(
     session: Session, device: Device, after: int, all_after: int, divider: int, timeout: float, auto: bool
 ) -> bytes:
-    """Waits for the trigger and for the frames wanted after it, ends the capture then, and reads it.
+    """Waits for the trigger and the required frames after it, then ends the capture and reads it.
 
     All times are by the node's clock.
     """

@@ -95,7 +95,7 @@ StepRecord = tuple[
 
 
 def _cut_steps(demand: Real, answer: Real, hold: float) -> list[StepRecord]:
-    """The parts of the record around each step away from zero that was held as long as told."""
+    """The parts of the record around each step away from zero that was held for the required time."""
     change = np.abs(np.diff(demand))
     edges = [0, *(np.flatnonzero(change > 1e-5) + 1), len(demand)]
     plateaus = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 20]

@@ -1,4 +1,4 @@
-"""tune: gains from what was identified, kept only if the loop that is measured with them has the margins."""
+"""tune: gains designed from an identification, kept only if the measured loop has the margins."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ WISHES = {
     "tracking_hz": "tracking_bandwidth_hz",
     "position_hz": "position_bandwidth_hz",
 }
-"""What the options are called in wishes.json."""
+"""Names of the options in wishes.json."""
 
 
 @click.command(short_help="Design gains from an identification and test them.")
@@ -152,7 +152,7 @@ def tune(
 
 
 def in_words_of_options(message: str, work: Path) -> str:
-    """What the program says of wishes.json, as the options that it was made from."""
+    """The program's message about wishes.json, in terms of the options that it was made from."""
     message = message.replace(f"{work / 'wishes.json'}: ", "")
     for option, key in WISHES.items():
         message = message.replace(f'"{key}"', f"--{option.replace('_', '-')}")
@@ -160,7 +160,8 @@ def in_words_of_options(message: str, work: Path) -> str:
 
 
 def check_way(drive: Drive, plan: Plan, identified: Identified, travel_deg: tuple[float, float] | None) -> None:
-    """Raises InputError when the way of the measurement is not allowed, by the user, the node or the identification."""
+    """Raises InputError when the travel of the measurement is not allowed by the user, the node or the
+    identification."""
     if travel_deg is None and not read_limits(drive).has_travel:
         travel_deg = identified.travel_deg
     plan.check_travel(drive, allowed_travel(drive, travel_deg))
@@ -169,7 +170,7 @@ def check_way(drive: Drive, plan: Plan, identified: Identified, travel_deg: tupl
 def show_design(
     session: Session, design: Design, present: dict[Parameter, Value], changed: dict[Parameter, Value]
 ) -> None:
-    """Before and after, the predicted margins, and what the design has to say."""
+    """Gains before and after, the predicted margins, and the messages of the design."""
     rows = [
         (p.where, p.name.split(".", 1)[1], rounded(present[p]), rounded(value), p.unit) for p, value in changed.items()
     ]
@@ -198,7 +199,7 @@ def try_out(
     session: Session, device: Device, axis: str, design: Design, changed: dict[Parameter, Value],
     wishes: dict[str, float], stimulus: LoopStimulus, unlock: bool,
 ) -> tuple[MeasuredLoop, list[Verdict]]:  # fmt: skip
-    """With the new gains in force; they stay so only if every verdict is good."""
+    """With the new gains in effect; they stay only if every verdict is good."""
     with TrialGains(device, "tune", changed, unlock) as trial:
         measured = measure_loop(session, device, axis, stimulus, LIMITS, "tune", hold_other=True)
         gain_db = 20 * np.log10(np.abs(measured.loop[measured.sharp]))
@@ -248,7 +249,7 @@ def tell(
     session: Session, axis: str, changed: dict[Parameter, Value], present: dict[Parameter, Value],
     measured: MeasuredLoop, verdicts: list[Verdict], files: list[str],
 ) -> int:  # fmt: skip
-    """Kept or not, and why; the exit code."""
+    """Kept or not, with the reason; the exit code."""
     kept = all(verdict.kept for verdict in verdicts)
     session.out.json(
         {

@@ -1,4 +1,4 @@
-"""monitor and log: what the node does, as a live table or as a file."""
+"""monitor and log: the state of the node, as a live table or as a file."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def monitor(session: Session, duration: float | None) -> None:
                 live.start()
             _watch(session, listener, bus, live, begun, duration)
         except KeyboardInterrupt:
-            pass  # the usual way to leave
+            pass  # the usual end
         finally:
             if live:
                 live.stop()
@@ -81,7 +81,8 @@ def _watch(
 
 
 def axis_values(listener: Listener, axis: int) -> dict[str, Any]:
-    """What the PDOs told of an axis: ° and °/s, % of rated torque; None for what did not come within a second."""
+    """Values of an axis from its PDOs: ° and °/s, % of rated torque; None for values that did not come within a
+    second."""
     now = time.monotonic()
 
     def value(index: int) -> int | None:
@@ -195,7 +196,7 @@ def log(
             if duration is not None and time.monotonic() - begun >= duration:
                 break
     except KeyboardInterrupt:
-        pass  # the usual way to leave
+        pass  # the usual end
     finally:
         if file:
             stream.close()
