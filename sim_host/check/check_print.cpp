@@ -9,7 +9,7 @@ namespace {
 
 void print(const JudgedFigure& judged) {
   const FigureKey& key = judged.figure.key;
-  const char *verdict = !judged.limit ? "no limit" : judged.kept ? "ok" : "NOT KEPT";
+  const char *verdict = !judged.limit ? "no limit" : judged.kept ? "ok" : "NOT MET";
   fmt::print("  {:<16} {:<22} {:<8} {:<22} {:>10.4g} +- {:<8.2g} {:<20} {}\n", key.scenario, key.case_name, key.axis,
              key.name, judged.value, judged.scatter, limit_text(judged), verdict);
 }
@@ -17,15 +17,15 @@ void print(const JudgedFigure& judged) {
 void print(const Comparison& comparison) {
   fmt::print("\nsince {} ({}): {} figures compared {}, {} worse, {} better, {} otherwise changed\n",
              comparison.baseline.file.string(), comparison.baseline.git, comparison.compared,
-             comparison.paired ? "seed by seed" : "by their means, since the seeds differ",
+             comparison.paired ? "seed by seed" : "by means, because the seeds differ",
              comparison.count(ChangeKind::kWorse), comparison.count(ChangeKind::kBetter),
              comparison.count(ChangeKind::kOther));
   for (const Change& change : comparison.changes) {
     fmt::print("  {}\n", text_of(change));
   }
   if (!comparison.only_before.empty()) {
-    fmt::print("  {} figures of the earlier run were not taken now, the first: {}\n", comparison.only_before.size(),
-               text_of(comparison.only_before.front()));
+    fmt::print("  {} figures of the earlier run are missing in this run, the first: {}\n",
+               comparison.only_before.size(), text_of(comparison.only_before.front()));
   }
 }
 
@@ -57,14 +57,14 @@ void print(const CheckReport& report) {
   fmt::print("\n");
   for (const JudgedFigure& judged : report.figures) {
     if (!judged.kept) {
-      fmt::print("NOT KEPT: {}\n", judged.problem);
+      fmt::print("NOT MET: {}\n", judged.problem);
     }
   }
   if (report.red_by_baseline()) {
-    fmt::print("NOT KEPT: {} figures are worse than in {}\n", report.comparison->count(ChangeKind::kWorse),
+    fmt::print("WORSE: {} figures are worse than in {}\n", report.comparison->count(ChangeKind::kWorse),
                report.comparison->baseline.file.string());
   }
-  fmt::print("{} of {} limits kept: {}\n", limited - broken, limited, report.kept() ? "passed" : "FAILED");
+  fmt::print("{} of {} limits met: {}\n", limited - broken, limited, report.kept() ? "passed" : "FAILED");
 }
 
 }  // namespace trackservo::sim

@@ -104,7 +104,7 @@ class FigureTable {
       }
       row.values[outcome.seed] = figure.value;
       if (!std::isfinite(figure.value) && !row.failure) {
-        row.failure = outcome.failure.value_or("the run gave no value");
+        row.failure = outcome.failure.value_or("the run returned no value");
       }
     }
   }
@@ -137,12 +137,12 @@ void refuse_impossible(const CheckPlan& plan) {
       continue;
     }
     if (scenario.kind == ScenarioKind::kTracking) {
-      throw scenario.lines.error("kind", "tracking needs the camera's results, which no CiA 402 mode carries",
-                                 "leave the scenario out with --image");
+      throw scenario.lines.error("kind", "tracking needs camera results, which no CiA 402 mode transmits",
+                                 "omit the scenario with --image");
     }
     if (scenario.disturbance_amplitude_rad_s > 0.0) {
-      throw scenario.lines.error("disturbance_amplitude_deg_s", "the emulated board has no disturbing torque",
-                                 "leave the scenario out with --image");
+      throw scenario.lines.error("disturbance_amplitude_deg_s", "the emulated board cannot apply a disturbance torque",
+                                 "omit the scenario with --image");
     }
   }
 }

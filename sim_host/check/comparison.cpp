@@ -115,9 +115,8 @@ Baseline read_baseline(const std::filesystem::path& file) {
     }
     return baseline;
   } catch (const std::exception& error) {
-    throw ConfigError(
-        fmt::format("{}: is not the results.json of sim_host check ({}); give one, or leave --baseline out",
-                    file.string(), error.what()));
+    throw ConfigError(fmt::format("{}: is not a results.json of sim_host check ({}); give one, or omit --baseline",
+                                  file.string(), error.what()));
   }
 }
 

@@ -44,7 +44,8 @@ std::string hint(const Tunable& tunable, const std::string& name) {
       similar.push_back(known);
     }
   }
-  return similar.empty() ? "give a name that `servoctl save` writes" : fmt::format("did you mean {}?", similar.front());
+  return similar.empty() ? "give a name as written by `servoctl save`"
+                         : fmt::format("did you mean {}?", similar.front());
 }
 
 class GainsReader {
@@ -65,7 +66,8 @@ class GainsReader {
       }
     }
     if (gains_.values.empty()) {
-      throw gains_.lines.error("file", "holds no gains", "give a file that `servoctl save` or `sim_host gains` wrote");
+      throw gains_.lines.error("file", "contains no gains",
+                               "give a file written by `servoctl save` or `sim_host gains`");
     }
     return gains_;
   }
@@ -141,7 +143,7 @@ void write_all(CheckedDevice& device, const Gains& gains) {
     if (refused.size() == waiting.size()) {
       throw gains.lines.error(refused.front().name,
                               fmt::format("is refused by the firmware, abort code {:08X}h", abort_code),
-                              "give values that fit each other");
+                              "give values that fit together");
     }
     waiting = refused;
   }
@@ -171,9 +173,8 @@ std::string gains_text(const Tunable& tunable, const PlantConfig& plant) {
     tables[name.substr(0, dot)].emplace_back(name.substr(dot + 1), object);
   }
   std::string text = fmt::format(
-      "# Gains and limits designed for the plant \"{}\", written by sim_host gains. Values are in the unit behind "
-      "them.\n"
-      "# servoctl restore FILE sends them to a device, sim_host check --gains FILE runs scenarios with them.\n",
+      "# Gains and limits designed for the plant \"{}\", written by sim_host gains. The unit follows each value.\n# "
+      "'servoctl restore FILE' writes them to a device, 'sim_host check --gains FILE' runs scenarios with them.\n",
       plant.name);
   for (const auto& [table, values] : tables) {
     text += fmt::format("\n[{}]\n", table);
@@ -202,9 +203,9 @@ void apply_gains(CheckedDevice& device, const Gains& gains) {
   for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
     const std::uint32_t answer = device.write(static_cast<std::uint16_t>(kTuning + kAxisShift * axis), 1, kApply, 1);
     if (answer != 0) {
-      throw gains.lines.error(axis_name(axis),
-                              fmt::format("has gains that the firmware refuses together, abort code {:08X}h", answer),
-                              "give gains that fit each other, as `servoctl set --apply` would take them");
+      throw gains.lines.error(
+          axis_name(axis), fmt::format("contains gains that the firmware refuses together, abort code {:08X}h", answer),
+          "give gains that fit together, as for `servoctl set --apply`");
     }
   }
 }

@@ -69,7 +69,7 @@ void add_baseline(pugi::xml_node root, const CheckReport& report, std::vector<Su
       worse += (worse.empty() ? "" : "\n") + text_of(change);
     }
   }
-  suites.back().add("baseline", "nothing is worse than in the baseline", report.worse_is_red ? worse : "");
+  suites.back().add("baseline", "no figure is worse than in the baseline", report.worse_is_red ? worse : "");
 }
 
 }  // namespace

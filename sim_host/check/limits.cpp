@@ -64,7 +64,7 @@ class LimitsReader {
     reader_.refuse_unknown(*learned, std::vector<std::string>{"seeds"});
     const toml::node *seeds = learned->table->get("seeds");
     if (seeds == nullptr || !seeds->is_integer() || *seeds->value<int>() < 1) {
-      reader_.fail(*learned, "seeds", "is not a number of seeds", "give a whole number from 1 on");
+      reader_.fail(*learned, "seeds", "is not a number of seeds", "give a whole number, at least 1");
     }
     limits_.for_seeds = *seeds->value<int>();
   }
@@ -106,7 +106,7 @@ class LimitsReader {
       }
       if (limit.min && limit.max && *limit.min > *limit.max) {
         reader_.fail(bounds, "min", fmt::format("{:g} is above max = {:g}", *limit.min, *limit.max),
-                     "exchange or widen them");
+                     "exchange the two or widen the range");
       }
       limits_.values.push_back(limit);
     }
@@ -136,7 +136,7 @@ class LimitsReader {
                                        [&](const Limit& limit) { return limit.key.scenario == scenario; });
       if (!limited) {
         throw reader_.lines().error(scenario, "has no limits, so nothing of it would be checked",
-                                    "add some; --learn FILE writes limits for every figure");
+                                    "add limits; --learn FILE writes limits for every figure");
       }
     }
   }
@@ -207,9 +207,9 @@ std::string bounds_text(const Limit& limit) {
 
 std::string limits_text(const std::vector<CheckFigure>& figures, const Limits& limits, const std::string& what) {
   std::string text = fmt::format(
-      "# Limits of sim_host check, written by --learn: {}, {} seeds. Mean and scatter of the seeds are behind each.\n"
-      "# A limit is the mean and {} standard errors of its difference to a mean over {} seeds, at least {:g} %.\n\n"
-      "[{}]\nseeds = {}  # a check needs so many\n",
+      "# Limits of sim_host check, written by --learn: {}, {} seeds. Mean and scatter of the seeds follow each "
+      "limit.\n# A limit is the mean plus or minus {} standard errors of its difference to a mean over {} seeds, at "
+      "least {:g} %.\n\n[{}]\nseeds = {}  # number of seeds that a check needs\n",
       what, figures.front().values.size(), kStandardErrors, *limits.for_seeds, 100.0 * kLeastShare, kLearned,
       *limits.for_seeds);
   std::string table;
@@ -242,7 +242,7 @@ Limits learn_limits(const std::vector<CheckFigure>& figures, const std::string& 
   Limits limits{file, {}, checked_seeds};
   for (const CheckFigure& figure : figures) {
     if (!std::isfinite(mean_of(figure))) {
-      throw std::runtime_error(fmt::format("no limits are written: {} has no value: {}", text_of(figure.key),
+      throw std::runtime_error(fmt::format("no limits were written: {} has no value: {}", text_of(figure.key),
                                            figure.failure.value_or("it is not finite")));
     }
     limits.values.push_back(learned_limit(figure, checked_seeds));

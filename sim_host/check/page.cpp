@@ -84,7 +84,7 @@ void add_head(pugi::xml_node body, const CheckReport& report) {
   const auto broken = std::count_if(report.figures.begin(), report.figures.end(),
                                     [](const JudgedFigure& judged) { return !judged.kept; });
   add(body, "h1",
-      fmt::format("{}: {} of {} limits kept", report.kept() ? "Passed" : "Failed", limited - broken, limited),
+      fmt::format("{}: {} of {} limits met", report.kept() ? "Passed" : "Failed", limited - broken, limited),
       report.kept() ? "good" : "bad");
   add(body, "p",
       fmt::format("Plant {}, gains {}, {}, {} seeds, limits {}, commit {}.", report.plant, report.gains, report.device,
@@ -100,12 +100,11 @@ void add_head(pugi::xml_node body, const CheckReport& report) {
 void add_changes(pugi::xml_node body, const Comparison& comparison) {
   add(body, "h2", fmt::format("Since {}", comparison.baseline.git));
   add(body, "p",
-      fmt::format(
-          "{} figures compared {}; listed is what changed by more than the seeds' scatter: {} worse, {} better, "
-          "{} otherwise.",
-          comparison.compared, comparison.paired ? "seed by seed" : "by their means, since the seeds differ",
-          comparison.count(ChangeKind::kWorse), comparison.count(ChangeKind::kBetter),
-          comparison.count(ChangeKind::kOther)));
+      fmt::format("{} figures compared {}. Listed: figures that changed by more than the scatter of the seeds: {} "
+                  "worse, {} better, {} otherwise changed.",
+                  comparison.compared, comparison.paired ? "seed by seed" : "by means, because the seeds differ",
+                  comparison.count(ChangeKind::kWorse), comparison.count(ChangeKind::kBetter),
+                  comparison.count(ChangeKind::kOther)));
   if (comparison.changes.empty()) {
     return;
   }
@@ -136,7 +135,7 @@ void add_figures(pugi::xml_node body, const CheckReport& report) {
     add(row, "td",
         !judged.limit ? "no limit"
         : judged.kept ? "kept"
-                      : "not kept",
+                      : "not met",
         !judged.limit ? "dim"
         : judged.kept ? "good"
                       : "bad");

@@ -65,8 +65,8 @@ std::vector<ScenarioConfig> load_scenarios(const std::vector<fs::path>& files, c
                        std::any_of(scenarios.begin(), scenarios.end(),
                                    [&](const ScenarioConfig& other) { return other.name == scenario.name; });
     if (taken) {
-      throw scenario.lines.error("name", fmt::format("\"{}\" is taken in this check", scenario.name),
-                                 "give each scenario a name of its own, not loop, learned or baseline");
+      throw scenario.lines.error("name", fmt::format("the name \"{}\" is already used in this check", scenario.name),
+                                 "give each scenario its own name, other than loop, learned or baseline");
     }
     warn(check_scenario(plant, scenario));
     scenarios.push_back(std::move(scenario));
@@ -102,7 +102,8 @@ fs::path limits_file(const CheckOptions& options) {
     return options.limits;
   }
   if (!options.plant.empty()) {
-    throw std::invalid_argument("a plant of your own needs limits: give --limits FILE, or make them with --learn FILE");
+    throw std::invalid_argument(
+        "a plant file of your own needs limits: give --limits FILE, or write them with --learn FILE");
   }
   return options.data_dir / "limits" / (options.image.empty() ? "tracker.toml" : "tracker_board.toml");
 }
@@ -111,7 +112,7 @@ Limits limits_of(const CheckOptions& options, const CheckPlan& plan, const std::
   const Limits limits = read_limits(limits_file(options), figures, !options.scenarios.empty());
   const int seeds = static_cast<int>(plan.seeds.size());
   if (limits.for_seeds && *limits.for_seeds > seeds) {
-    warn({fmt::format("{}: is for {} seeds; means over {} scatter more, so an unchanged firmware may fail",
+    warn({fmt::format("{}: is meant for {} seeds; means over {} scatter more, so an unchanged firmware may fail",
                       limits.file.string(), *limits.for_seeds, seeds)});
   }
   return limits;
@@ -124,7 +125,7 @@ void write_artefacts(const CheckOptions& options, const CheckReport& report) {
   if (!options.out_dir.empty()) {
     write_results(report, options.out_dir / "results.json");
     write_page(report, options.out_dir / "report.html");
-    fmt::print("written {0}/results.json, {0}/report.html\n", options.out_dir.string());
+    fmt::print("Wrote {0}/results.json and {0}/report.html\n", options.out_dir.string());
   }
 }
 
@@ -160,7 +161,7 @@ int check(const CheckOptions& options, const ImageDevices& image_devices) {
   print(report);
   write_artefacts(options, report);
   if (learns) {
-    fmt::print("written {}: {} limits\n", options.learn.string(), limits.values.size());
+    fmt::print("Wrote {}: {} limits\n", options.learn.string(), limits.values.size());
   }
   return report.kept() ? kKept : kNotKept;
 }
@@ -169,10 +170,10 @@ int check(const CheckOptions& options, const ImageDevices& image_devices) {
 [[noreturn]] void hand_over(const std::vector<std::string>& arguments) {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "check_board";
   if (!fs::exists(program)) {
-    throw std::invalid_argument(fmt::format(
-        "--image needs the emulated board, and {} is not built: ./tools/setup test, then cmake --preset host, then "
-        "cmake --build --preset host --target check_board",
-        program.string()));
+    throw std::invalid_argument(
+        fmt::format("--image needs the emulated board, but {} is not built: run ./tools/setup test, then cmake "
+                    "--preset host, then cmake --build --preset host --target check_board",
+                    program.string()));
   }
   std::vector<char *> raw;
   for (const std::string& argument : arguments) {
@@ -193,18 +194,17 @@ CLI::Validator output_file() {
 void add_check(CLI::App& app, int& code, const std::vector<std::string>& arguments, const ImageDevices& image_devices) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App *command =
-      app.add_subcommand("check", "do firmware and gains keep their limits on this plant? For CI: docs/ci.md");
-  command->footer("Exit code: 0 all limits kept, 1 not kept, 2 wrong input.");
-  command->add_option("--plant", options->plant, "plant file (TOML); without it the shipped tracker, with its limits")
+      app.add_subcommand("check", "check that firmware and gains meet their limits on a plant; for CI see docs/ci.md");
+  command->footer("Exit code: 0 all limits met, 1 a limit not met, 2 wrong input.");
+  command->add_option("--plant", options->plant, "plant file (TOML); default: the shipped tracker and its limits")
       ->check(CLI::ExistingFile);
   command
       ->add_option("--gains", options->gains,
-                   "gains file, as servoctl save or sim_host gains writes it; without it the "
-                   "gains of a new device")
+                   "gains file, written by servoctl save or sim_host gains; default: the gains of a new device")
       ->check(CLI::ExistingFile);
   command
       ->add_option("--scenario", options->scenarios,
-                   "scenario file (TOML), may be repeated; without it the default ones")
+                   "scenario file (TOML), may be repeated; default: the shipped scenarios")
       ->check(CLI::ExistingFile)
       ->expected(1)
       ->take_all();
@@ -213,20 +213,26 @@ void add_check(CLI::App& app, int& code, const std::vector<std::string>& argumen
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   CLI::Option *limits =
       command->add_option("--limits", options->limits, "limits file (TOML)")->check(CLI::ExistingFile);
-  command->add_option("--learn", options->learn, "write limits that this run keeps, instead of judging it")
+  command->add_option("--learn", options->learn, "write limits that this run meets, instead of checking limits")
       ->check(output_file())
       ->excludes(limits);
-  command->add_option("--junit", options->junit, "write the result as JUnit XML")->check(output_file());
-  CLI::Option *baseline =
-      command->add_option("--baseline", options->baseline, "results.json of an earlier check: what is worse fails")
-          ->check(CLI::ExistingFile);
-  command->add_flag("--baseline-only-reports", options->baseline_only_reports, "worse than the baseline does not fail")
+  command->add_option("--junit", options->junit, "write the result as JUnit XML to this file")->check(output_file());
+  CLI::Option *baseline = command
+                              ->add_option("--baseline", options->baseline,
+                                           "results.json of an earlier check; a worse figure fails the check")
+                              ->check(CLI::ExistingFile);
+  command
+      ->add_flag("--baseline-only-reports", options->baseline_only_reports,
+                 "a figure worse than the baseline does not fail the check")
       ->needs(baseline);
-  command->add_option("--image", options->image, "run this image of the board on the emulated board instead")
+  command
+      ->add_option("--image", options->image,
+                   "check this image of the board on the emulated board, instead of the firmware of this build")
       ->check(CLI::ExistingFile);
-  command->add_option("--seeds", options->seeds, "seeds to run; without it 1 to 20, with --image 1 to 3")
-      ->check(seed());
-  command->add_option("--threads", options->threads, "threads")->check(CLI::Range(1, 256))->capture_default_str();
+  command->add_option("--seeds", options->seeds, "seeds to run; default: 1 to 20, with --image 1 to 3")->check(seed());
+  command->add_option("--threads", options->threads, "number of threads")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
   command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   command->callback([options, &code, &arguments, &image_devices] {
     if (!options->image.empty() && !image_devices) {
@@ -242,9 +248,9 @@ void add_gains(CLI::App& app) {
     fs::path out;
   };
   auto options = std::make_shared<GainsOptions>();
-  CLI::App *command = app.add_subcommand("gains", "write the gains that the design gives a plant, as a gains file");
+  CLI::App *command = app.add_subcommand("gains", "design gains for a plant and write them to a gains file");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
-  command->add_option("--out", options->out, "gains file (TOML)")->required()->check(output_file());
+  command->add_option("--out", options->out, "gains file to write (TOML)")->required()->check(output_file());
   command->callback([options] {
     write_designed_gains(load_plant(options->plant), options->out);
     fmt::print("written {}\n", options->out.string());

@@ -50,14 +50,14 @@ void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
   std::sort(seeds.begin(), seeds.end());
   const auto twice = std::adjacent_find(seeds.begin(), seeds.end());
   if (twice != seeds.end()) {
-    throw std::invalid_argument(fmt::format("--seeds: {} is given twice, which adds nothing; give each once", *twice));
+    throw std::invalid_argument(fmt::format("--seeds: {} is given twice; give each seed once", *twice));
   }
 }
 
 CLI::Validator seed() { return {seed_problem, "SEED"}; }
 
 void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "runs at the same time; one per processor unless given")
+  command.add_option("--threads", threads, "number of runs in parallel; default: the number of processors")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
 }
@@ -67,7 +67,7 @@ CLI::Validator share(double most) {
             double value = 0.0;
             return CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= most
                        ? ""
-                       : fmt::format("\"{}\" is no share; give 0 to {:g}", text, most);
+                       : fmt::format("Invalid share \"{}\": expected a number from 0 to {:g}", text, most);
           },
           fmt::format("0 to {:g}", most)};
 }

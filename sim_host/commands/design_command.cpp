@@ -53,18 +53,21 @@ void run(const DesignCommand& options) {
   std::ofstream file(options.json);
   file << json.dump(2) << '\n';
   if (!file.flush()) {
-    throw std::runtime_error(options.json + ": cannot be written; give a path in a folder that exists");
+    throw std::runtime_error(options.json + ": cannot be written; give a path in an existing folder");
   }
 }
 
 }  // namespace
 
 void add_design_command(CLI::App& app, DesignCommand& options) {
-  CLI::App *command = app.add_subcommand("design", "gains from an identified plant and wishes (docs/gain-design.md)");
-  command->add_option("--identified", options.identified, "result.json of identify fit")->required();
-  command->add_option("--wishes", options.wishes, "wishes.json; without it everything is chosen");
-  command->add_option("--parameters", options.parameters, "0x2000 to 0x205F of the device's axis, as JSON")->required();
-  command->add_option("--json", options.json, "write the design here")->required();
+  CLI::App *command =
+      app.add_subcommand("design", "design gains from an identified plant and requirements (docs/gain-design.md)");
+  command->add_option("--identified", options.identified, "result.json written by 'identify fit'")->required();
+  command->add_option("--requirements,--wishes", options.wishes,
+                      "requirements (JSON); default: the design chooses all values");
+  command->add_option("--parameters", options.parameters, "objects 0x2000 to 0x205F of the device's axis, as JSON")
+      ->required();
+  command->add_option("--json", options.json, "file for the design")->required();
   command->callback([&options] { run(options); });
 }
 

@@ -50,30 +50,37 @@ struct SoakCommand {
 
 void add_faults(CLI::App& app, int& code) {
   auto options = std::make_shared<FaultsCommand>();
-  CLI::App *command = app.add_subcommand("faults", "break every part in every motion and see what the firmware does");
+  CLI::App *command =
+      app.add_subcommand("faults", "inject every fault into every motion and check the firmware's reaction");
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
-  CLI::Option *scenario =
-      command->add_option("--scenario", options->scenario, "only what this file says, told line by line")
-          ->check(CLI::ExistingFile);
-  command->add_option("--moments", options->matrix.moments, "random ones, of each part in each motion on each axis")
+  CLI::Option *scenario = command
+                              ->add_option("--scenario", options->scenario,
+                                           "run only the fault injections of this file and report them line by line")
+                              ->check(CLI::ExistingFile);
+  command
+      ->add_option("--instants,--moments", options->matrix.moments,
+                   "random injection instants per fault, motion and axis")
       ->check(CLI::Range(1, 100000))
       ->excludes(scenario)
       ->capture_default_str();
-  command->add_option("--seed", options->matrix.seed, "seed of all noise and moments")
+  command->add_option("--seed", options->matrix.seed, "seed of all noise and injection instants")
       ->check(seed())
       ->excludes(scenario)
       ->capture_default_str();
   add_threads(*command, options->matrix.threads);
-  command->add_flag("--list", options->list, "only name the parts");
+  command->add_flag("--list", options->list, "only list the fault injections");
   command->callback([options, &code] { code = faults(*options); });
 }
 
 void add_soak(CLI::App& app, int& code) {
   auto options = std::make_shared<SoakCommand>();
-  CLI::App *command = app.add_subcommand("soak", "hours of work in which nothing breaks: no fault may be found");
+  CLI::App *command =
+      app.add_subcommand("soak", "simulate hours of operation without fault injection; no fault may be reported");
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
-  command->add_option("--hours", options->hours, "simulated")->check(CLI::Range(0.01, 1e5))->capture_default_str();
-  command->add_option("--seed", options->seed, "seed of noise and work")->check(seed())->capture_default_str();
+  command->add_option("--hours", options->hours, "simulated hours")
+      ->check(CLI::Range(0.01, 1e5))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of noise and motions")->check(seed())->capture_default_str();
   add_threads(*command, options->threads);
   command->callback([options, &code] {
     const SoakResult result = run_soak(load_plant(options->plant), options->hours, options->seed, options->threads);

@@ -37,7 +37,7 @@ struct FitOptions {
 std::ofstream open_for_writing(const std::string& path) {
   std::ofstream file(path);
   if (!file) {
-    throw std::runtime_error(fmt::format("{}: cannot be written; give a path in a folder that exists.", path));
+    throw std::runtime_error(fmt::format("{}: cannot be written; give a path in an existing folder.", path));
   }
   return file;
 }
@@ -90,7 +90,8 @@ struct PlanOptions {
 commissioning::RoughMachine load_rough_machine(const std::string& path) {
   std::ifstream file(path);
   if (!file) {
-    throw std::runtime_error(fmt::format("{}: cannot be opened; give the result of 'identify fit --json'.", path));
+    throw std::runtime_error(
+        fmt::format("{}: cannot be opened; give the file that 'identify fit --json' wrote.", path));
   }
   try {
     const nlohmann::json result = nlohmann::json::parse(file);
@@ -100,8 +101,8 @@ commissioning::RoughMachine load_rough_machine(const std::string& path) {
     const nlohmann::json& rough = result.at("rough");
     return {rough.at("coulomb_nm"), rough.at("bristle_rad"), rough.at("stribeck_rad_s"), rough.at("inertia_kg_m2")};
   } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(fmt::format("{}: is no result of 'identify fit --json', which has a block \"rough\" ({}).",
-                                         path, error.what()));
+    throw std::runtime_error(
+        fmt::format("{}: is not a result of 'identify fit --json' with a block \"rough\" ({}).", path, error.what()));
   }
 }
 
@@ -123,18 +124,20 @@ void plan(const PlanOptions& options) {
 }
 
 void add_plan(CLI::App& app, PlanOptions& options) {
-  CLI::App *command = app.add_subcommand("plan", "which experiments, where, how fast, how strong, how long");
-  command->add_option("--lowest-rad", options.limits.lowest_rad, "joint angle that is never passed")->required();
-  command->add_option("--highest-rad", options.limits.highest_rad, "joint angle that is never passed")->required();
-  command->add_option("--fastest-rad-s", options.limits.rate_rad_s, "joint rate that is never passed")->required();
-  command->add_option("--torque-nm", options.limits.torque_nm, "torque that is never passed")->required();
-  command->add_option("--start-rad", options.start_rad, "where the axis is, for the predicted duration")
+  CLI::App *command = app.add_subcommand("plan", "plan the experiments: where, how fast, with what torque, how long");
+  command->add_option("--lowest-rad", options.limits.lowest_rad, "lowest joint angle that the axis may reach")
+      ->required();
+  command->add_option("--highest-rad", options.limits.highest_rad, "highest joint angle that the axis may reach")
+      ->required();
+  command->add_option("--fastest-rad-s", options.limits.rate_rad_s, "largest joint rate")->required();
+  command->add_option("--torque-nm", options.limits.torque_nm, "largest torque")->required();
+  command->add_option("--start-rad", options.start_rad, "present joint angle, to predict the duration")
       ->check(CLI::Range(-1e3, 1e3));
-  CLI::Option *identified = command->add_option("--identified", options.identified,
-                                                "result of a first look; without it, this plans the first look");
-  command->add_flag("--structure", options.structure, "plan the chirps that show resonances of the structure")
+  CLI::Option *identified = command->add_option(
+      "--identified", options.identified, "result of the first test plan; without it, this plans the first test plan");
+  command->add_flag("--structure", options.structure, "plan the chirps that measure structural resonances")
       ->needs(identified);
-  command->add_option("--json", options.json, "write the programme here");
+  command->add_option("--json", options.json, "file for the test plan");
   command->callback([&options] { plan(options); });
 }
 
@@ -146,7 +149,8 @@ struct DampingOptions {
 };
 
 void add_paper_damping(CLI::App& app, DampingOptions& options) {
-  CLI::App *command = app.add_subcommand("paper-damping", "sigma1 from the slope in pre-sliding, eqs (15) and (16)");
+  CLI::App *command =
+      app.add_subcommand("paper-damping", "compute sigma1 from the slope in pre-sliding, eqs (15) and (16)");
   command->add_option("--slope", options.slope_nm_rad, "du/dtheta = sigma0 [Nm/rad]")
       ->required()
       ->check(CLI::PositiveNumber);
@@ -154,7 +158,7 @@ void add_paper_damping(CLI::App& app, DampingOptions& options) {
   command->add_option("--viscous", options.viscous_nm_s_rad, "sigma2 [Nm s/rad]")
       ->required()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--damping-ratio", options.damping_ratio, "assumed, 1/sqrt(2) in the paper")
+  command->add_option("--damping-ratio", options.damping_ratio, "damping ratio; the paper assumes 1/sqrt(2)")
       ->check(CLI::PositiveNumber);
   command->callback([&options] {
     fmt::print("{:.2f}\n", identification::paper_damping_nm_s_rad(options.inertia_kg_m2, options.slope_nm_rad,
@@ -166,15 +170,15 @@ void add_paper_damping(CLI::App& app, DampingOptions& options) {
 
 int main(int argc, char **argv) {
   try {
-    CLI::App app{"Friction and plant of an axis from its recorded runs, and gains for it."};
+    CLI::App app{"Identifies friction and plant of an axis from recorded runs, and designs gains for it."};
     app.require_subcommand(1);
     int code = 0;
     FitOptions options;
     CLI::App *command = app.add_subcommand("fit", "fit all parameters to a recording");
     command->add_option("recording", options.recording, "CSV of the runs (docs/identification.md)")->required();
-    command->add_option("--structure", options.structure, "CSV of chirps to find resonances in (plan --structure)");
-    command->add_option("--json", options.json, "write the result here");
-    command->add_option("--residuals", options.residuals, "write the residuals here, as CSV for plots");
+    command->add_option("--structure", options.structure, "CSV of chirps for structural resonances (plan --structure)");
+    command->add_option("--json", options.json, "file for the result");
+    command->add_option("--residuals", options.residuals, "file for the residuals (CSV)");
     command->callback([&] { code = fit(options); });
     PlanOptions plan_options;
     add_plan(app, plan_options);

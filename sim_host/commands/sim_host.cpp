@@ -108,12 +108,13 @@ std::string value_text(const sim::Figure& figure) {
 // The controller's knowledge of the plant's friction, which differs from the plant's friction.
 void print_assumption(const RunOptions& options) {
   if (sim::controller_spec(options.controller).friction == FRICTION_NONE) {
-    fmt::print("assumed friction: none ({} does not compensate it)\n", options.controller);
+    fmt::print("assumed friction: none ({} does not compensate friction)\n", options.controller);
   } else if (options.friction_parameter_error == 0.0) {
-    fmt::print("assumed friction: exactly the plant's\n");
+    fmt::print("assumed friction: the exact parameters of the plant\n");
   } else {
     fmt::print(
-        "assumed friction: every parameter {:g} % off, signs drawn from seed {}; --friction-parameter-error 0: exact\n",
+        "assumed friction: every parameter {:g} % off, with signs drawn from seed {}; --friction-parameter-error 0: "
+        "exact\n",
         100.0 * options.friction_parameter_error, options.seed);
   }
 }
@@ -125,7 +126,7 @@ int run(const RunOptions& options) {
   const sim::Study study = study_of(options);
   if (options.improved_loop && study.scenario.kind != sim::ScenarioKind::kTracking) {
     throw std::invalid_argument(
-        fmt::format("--improved-loop: {} does not track; leave the option out", options.scenario.string()));
+        fmt::format("--improved-loop: {} is not a tracking scenario; omit the option", options.scenario.string()));
   }
   const std::vector<sim::StudyCase> cases = sim::cases_of(study);
   refuse_unwritable_csv(options, cases);
@@ -198,7 +199,7 @@ int identify(const IdentifyOptions& options) {
     if (gains) {
       sim::print(*gains);
     } else {
-      fmt::print("  no gains: the design needs the parameters that were refused\n");
+      fmt::print("  no gains: the design needs the parameters that could not be determined\n");
       code = kRefused;
     }
     if (!options.out_dir.empty()) {
@@ -211,7 +212,7 @@ int identify(const IdentifyOptions& options) {
       }
     }
   }
-  fmt::print("both axes: {:.0f} s of this computer\n",
+  fmt::print("both axes: {:.0f} s of computing time\n",
              std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   return code;
 }
@@ -243,7 +244,8 @@ CLI::Validator speed() {
             const bool good = text == "realtime" || text == "max" ||
                               (CLI::detail::lexical_cast(text, pace) && pace >= kSlowest && pace <= kFastest);
             return good ? ""
-                        : fmt::format("\"{}\" is no pace; give realtime, max or {} to {}", text, kSlowest, kFastest);
+                        : fmt::format("Invalid pace \"{}\": expected realtime, max or a number from {} to {}", text,
+                                      kSlowest, kFastest);
           },
           "realtime, max or TIMES"};
 }
@@ -260,13 +262,13 @@ void bench(const std::filesystem::path& data_dir) {
   const sim::PlantConfig plant = sim::load_plant(data_dir / "plants/tracker.toml");
   const sim::BenchmarkFigures figures =
       sim::run_benchmark(plant, sim::load_scenario(data_dir / "scenarios/steady_speed.toml"), 5);
-  fmt::print("processor time, best of 5, so that a busy machine does not count:\n");
+  fmt::print("processor time, best of 5 (independent of other load):\n");
   fmt::print("real-time factor, both axes, full plant and firmware, one core  {:8.0f} x\n", figures.real_time_factor);
   fmt::print("firmware tick of 1 ms, both axes, everything on                 {:8.1f} ns\n", figures.tick_ns);
   fmt::print("firmware current loop, one axis, one PWM period                 {:8.1f} ns\n", figures.pwm_ns);
   fmt::print("plant, both axes, one PWM period of 50 us                       {:8.1f} ns\n", figures.plant_pwm_ns);
   constexpr double kMeasured_s = 2.0;
-  fmt::print("wall clock, so a busy machine counts:\n");
+  fmt::print("wall-clock time (depends on other load):\n");
   fmt::print("SDO reads over SLCAN on TCP, one client, node in real time      {:8.0f} /s\n",
              sim::sdo_reads_per_second(plant, kMeasured_s));
 }
@@ -278,44 +280,47 @@ void add_run(CLI::App& app, int& code) {
     names.push_back(spec.name);
   }
   CLI::App *command = app.add_subcommand(
-      "run", "run one scenario with one controller; exit code 1: an axis did not do what it was told, 2: wrong input");
+      "run", "run one scenario with one controller; exit code 1: an axis did not follow its set-point, 2: wrong input");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
   command->add_option("--scenario", options->scenario, "scenario file (TOML)")->required()->check(CLI::ExistingFile);
-  command->add_option("--controller", options->controller, "controller")
+  command->add_option("--controller", options->controller, "controller to run")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "seed of all noise and parameter errors")
       ->check(sim::seed())
       ->capture_default_str();
   command->add_option("--csv", options->csv,
-                      "write the trace here; with several speeds a file for each, with the speed before the ending");
-  command->add_option("--friction", options->friction, "the plant's friction, instead of its file's")
+                      "file for the trace (CSV); for several speeds one file each, with the speed added to the name");
+  command->add_option("--friction", options->friction, "friction model of the plant; default: that of the plant file")
       ->check(CLI::IsMember({"lugre", "maxwell_slip", "none"}));
   command
       ->add_option("--friction-parameter-error", options->friction_parameter_error,
-                   "share by which every friction parameter that the controller assumes is off, up or down as the seed "
-                   "draws it; 0: exactly the plant's. The studies use what an identification found instead")
+                   "relative error of every friction parameter that the controller assumes, with signs drawn from the "
+                   "seed; 0: the exact parameters. The studies use identified parameters instead")
       ->check(sim::share(0.5))
       ->capture_default_str();
-  command->add_flag("--improved-loop", options->improved_loop, "tracking: predict the target, feed its rate forward");
+  command->add_flag("--improved-loop", options->improved_loop,
+                    "tracking only: predict the target and feed its rate forward");
   command->callback([options, &code] { code = run(*options); });
 }
 
 void add_identify(CLI::App& app, int& code) {
   auto options = std::make_shared<IdentifyOptions>();
   CLI::App *command = app.add_subcommand(
-      "identify", "find friction and inertia of both axes with the device's experiments, and design gains from them");
+      "identify", "measure friction and inertia of both axes with the device's experiments, and design gains");
   command->add_option("--plant", options->plant, "plant file (TOML)")->required()->check(CLI::ExistingFile);
   command->add_option("--seed", options->seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   command
-      ->add_option("--out", options->out_dir, "folder for recordings, results and residuals, below a folder per axis")
+      ->add_option("--out", options->out_dir,
+                   "folder for recordings, results and residuals; each axis gets a subfolder")
       ->check(CLI::Validator(sim::output_folder_problem, "FOLDER"));
   command->callback([options, &code] { code = identify(*options); });
 }
 
 void add_bench(CLI::App& app) {
   auto data_dir = std::make_shared<std::filesystem::path>(TRACKSERVO_DATA_DIR);
-  CLI::App *command = app.add_subcommand("bench", "how fast the simulator and the firmware are on this machine");
+  CLI::App *command =
+      app.add_subcommand("bench", "measure how fast the simulator and the firmware run on this machine");
   command->add_option("--data", *data_dir, sim::kDataHelp)->check(CLI::ExistingDirectory);
   command->callback([data_dir] { bench(*data_dir); });
 }
@@ -323,34 +328,37 @@ void add_bench(CLI::App& app) {
 void add_serve(CLI::App& app) {
   auto serving = std::make_shared<ServeCommand>();
   serving->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
-  CLI::App *command = app.add_subcommand(
-      "serve", "run the simulated servo as a CANopen node on a bus that clients reach; ends with Ctrl-C or SIGTERM");
+  CLI::App *command =
+      app.add_subcommand("serve", "run the simulated drive as a CANopen node; exits on Ctrl-C or SIGTERM");
   command->add_option("--plant", serving->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command
-      ->add_option("--bus", serving->options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
+      ->add_option("--bus", serving->options.buses,
+                   "bus: slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE; may be repeated")
       ->capture_default_str();
   command
-      ->add_option("--node-id,--node", serving->options.node_id,
-                   "node id while LSS has stored no other in the flash; 255: none, so that LSS alone is answered")
+      ->add_option(
+          "--node-id,--node", serving->options.node_id,
+          "node id, unless LSS has stored another one in the flash file; 255: no node id, the node answers LSS only")
       ->check(CLI::Range(1, 127) | CLI::Range(255, 255))
       ->capture_default_str();
   command
       ->add_option("--bit-rate", serving->options.bit_rate,
-                   "of the bus in bit/s, and of a node while LSS has stored no other in its flash")
+                   "bit rate of the bus in bit/s, and of the node unless LSS has stored another one in the flash file")
       ->check(CLI::IsMember({125000, 250000, 500000, 1000000}))
       ->capture_default_str();
-  command->add_option("--serial", serving->options.serial_number, "serial number, object 1018:4")
+  command->add_option("--serial", serving->options.serial_number, "serial number (object 1018:4)")
       ->capture_default_str();
   command
       ->add_option("--nodes", serving->options.nodes,
-                   "so many nodes on the bus; node ids and serial numbers count up, the flash files get .2, .3 ...")
+                   "number of nodes; node ids and serial numbers count up, the flash files get the endings .2, .3 ...")
       ->check(CLI::Range(1, 16))
       ->capture_default_str();
   command->add_option("--seed", serving->options.seed, "seed of all noise")->check(sim::seed())->capture_default_str();
   command
-      ->add_option("--flash", serving->options.flash, "file that keeps what is stored from run to run; made if absent")
+      ->add_option("--flash", serving->options.flash,
+                   "file for the contents of the flash, kept between runs; created if missing")
       ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"));
-  command->add_option("--speed", serving->speed, "pace of simulated time; a number: so many times real time")
+  command->add_option("--speed", serving->speed, "speed of simulated time: realtime, max, or a multiple of real time")
       ->check(speed())
       ->capture_default_str();
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, sim::kUntilStdinEndsHelp);
@@ -359,8 +367,8 @@ void add_serve(CLI::App& app) {
 
 void add_keys(CLI::App& app) {
   auto file = std::make_shared<std::string>();
-  CLI::App *command = app.add_subcommand("keys", "print the reference page of the plant or scenario files");
-  command->add_option("file", *file, "which files")->required()->check(CLI::IsMember({"plant", "scenario"}));
+  CLI::App *command = app.add_subcommand("keys", "print the reference page of the plant or scenario file");
+  command->add_option("file", *file, "kind of file")->required()->check(CLI::IsMember({"plant", "scenario"}));
   command->callback(
       [file] { fmt::print("{}", *file == "plant" ? sim::plant_keys_markdown() : sim::scenario_keys_markdown()); });
 }
@@ -370,7 +378,7 @@ int parse_and_run(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);
   const sim::ImageDevices image_devices;  // none: check passes images on to check_board
   int code = 0;
-  CLI::App app{"The simulated optical tracker with the servo firmware on it."};
+  CLI::App app{"Simulator of the optical tracker with the servo firmware."};
   app.require_subcommand(1);
   add_run(app, code);
   add_identify(app, code);

@@ -58,7 +58,7 @@ void random_plants(const RandomPlantsOptions& options) {
   const RandomPlantsSummary summary = summary_of(tried);
   print(setup, tried, summary);
   write_random_plants(setup, tried, summary, TRACKSERVO_GIT, options.out_dir);
-  fmt::print("written {0}/random_plants.json, {0}/random_plants.csv\n", options.out_dir.string());
+  fmt::print("Wrote {0}/random_plants.json and {0}/random_plants.csv\n", options.out_dir.string());
 }
 
 struct Fig9Options {
@@ -83,7 +83,7 @@ void fig9_scan(const Fig9Options& options) {
 // Options of every study, including its seeds.
 CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
   options.data_dir = TRACKSERVO_DATA_DIR;
-  command.add_option("--out", options.out_dir, "folder for what is written")
+  command.add_option("--out", options.out_dir, "folder for the results")
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command.add_option("--data", options.data_dir, kDataHelp)->check(CLI::ExistingDirectory);
@@ -98,7 +98,7 @@ void add_experiments(CLI::App& app) {
   auto quick = std::make_shared<bool>(false);
   CLI::App *command = app.add_subcommand("experiments", "run all experiments of the paper");
   CLI::Option *seeds = add_study_options(*command, *options);
-  command->add_flag("--quick", *quick, "one seed only, for a first look")->excludes(seeds);
+  command->add_flag("--quick", *quick, "run one seed only, for a first look")->excludes(seeds);
   command->callback([options, quick] {
     if (*quick) {
       options->seeds = {1};
@@ -113,7 +113,9 @@ void add_beliefs(CLI::App& app) {
   options->seeds.resize(kSeeds);
   std::iota(options->seeds.begin(), options->seeds.end(), 1);
   CLI::App *command = app.add_subcommand(
-      "beliefs", "what identification is worth: compensation with identified, exact and wrong friction parameters");
+      "identification-value",
+      "study the value of identification: compensation with identified, exact and wrong friction parameters");
+  command->alias("beliefs");
   add_study_options(*command, *options)->expected(2, CLI::detail::expected_max_vector_size);
   command->callback([options] { beliefs(*options); });
 }
@@ -123,17 +125,18 @@ void add_random_plants(CLI::App& app) {
   options->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
   RandomPlantsSetup& setup = options->setup;
   CLI::App *command = app.add_subcommand(
-      "random-plants", "steady speed of machines that differ from the one whose gains they have, in every number");
-  command->add_option("--plant", options->plant, "plant file (TOML) of the nominal machine")->check(CLI::ExistingFile);
-  command->add_option("--count", setup.count, "plants")->check(CLI::Range(2, 1000000))->capture_default_str();
-  command->add_option("--share", setup.share, "share by which every number may be off")
+      "random-plants",
+      "study steady speed on plants that differ in every parameter from the one that the gains were designed for");
+  command->add_option("--plant", options->plant, "nominal plant file (TOML)")->check(CLI::ExistingFile);
+  command->add_option("--count", setup.count, "number of plants")->check(CLI::Range(2, 1000000))->capture_default_str();
+  command->add_option("--share", setup.share, "largest relative deviation of each parameter")
       ->check(share(0.9))
       ->capture_default_str();
-  command->add_option("--seed", setup.seed, "seed of the first plant; the next ones follow")
+  command->add_option("--seed", setup.seed, "seed of the first plant; the following plants use the following seeds")
       ->check(seed())
       ->capture_default_str();
   add_threads(*command, setup.threads);
-  command->add_option("--out", options->out_dir, "folder for what is written")
+  command->add_option("--out", options->out_dir, "folder for the results")
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command->callback([options] { random_plants(*options); });
@@ -143,9 +146,11 @@ void add_fig9_scan(CLI::App& app) {
   auto options = std::make_shared<Fig9Options>();
   Fig9Setup& setup = options->setup;
   CLI::App *command = app.add_subcommand(
-      "fig9-scan", "do any values of what the paper does not print give its Fig. 7 and its Fig. 9 together?");
-  command->add_option("--samples", setup.samples, "random sets")->check(CLI::Range(1, 1000000))->capture_default_str();
-  command->add_option("--seed", setup.seed, "seed of the sets")->check(seed())->capture_default_str();
+      "fig9-scan", "look for values of the unpublished parameters that match both Fig. 7 and Fig. 9 of the paper");
+  command->add_option("--samples", setup.samples, "number of random parameter sets")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command->add_option("--seed", setup.seed, "seed of the parameter sets")->check(seed())->capture_default_str();
   add_threads(*command, setup.threads);
   command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
   command->add_option("--out", options->out_dir, "folder for fig9_scan.json")

@@ -62,11 +62,11 @@ class BoardDevice : public sim::CheckedDevice {
       }
     }
     if (machine_.chip().resets() > 0) {
-      return "the board has reset itself";
+      return "the board has reset";
     }
     const std::vector<std::string>& violations = machine_.chip().complaints.list();
     return violations.empty() ? std::nullopt
-                              : std::optional<std::string>("against the chip's rules: " + violations.front());
+                              : std::optional<std::string>("violation of the chip's rules: " + violations.front());
   }
 
  private:
@@ -80,7 +80,7 @@ sim::DeviceMaker image_devices(const std::filesystem::path& file) {
   const Image image((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   if (image.empty()) {
     throw std::runtime_error(
-        fmt::format("{}: is empty or cannot be read; give the image, trackservo.bin", file.string()));
+        fmt::format("{}: is empty or cannot be read; give the image trackservo.bin", file.string()));
   }
   return [image](const sim::PlantConfig& plant, std::uint64_t seed,
                  const std::array<double, sim::kAxes>& joint_angle_rad) {
@@ -93,7 +93,7 @@ int parse_and_run(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);
   const sim::ImageDevices devices = image_devices;
   int code = 0;
-  CLI::App app{"The check of sim_host, for images of the board."};
+  CLI::App app{"Runs 'sim_host check' for images of the board."};
   app.require_subcommand(1);
   sim::add_check(app, code, arguments, devices);
   try {

@@ -67,7 +67,7 @@ int run(const std::string& image, const std::string& plant, const std::vector<st
   EmulatedBoard board(machine);
   sim::serve(board, bus, options, sim::reports_on_stdout());
   for (const std::string& complaint : machine.chip().complaints.list()) {
-    fmt::print(stderr, "against the chip's rules: {}\n", complaint);
+    fmt::print(stderr, "violation of the chip's rules: {}\n", complaint);
   }
   return machine.chip().complaints.list().empty() ? 0 : 1;
 }
@@ -75,22 +75,23 @@ int run(const std::string& image, const std::string& plant, const std::vector<st
 }  // namespace
 
 int main(int argc, char **argv) {
-  CLI::App app("Runs the image of the servo board, with the simulator's machine on it.");
+  CLI::App app("Runs the image of the servo board on an emulated board with the simulated machine.");
   std::string image;
   std::string plant = TRACKSERVO_DATA_DIR "/plants/tracker.toml";
   std::vector<std::string> missing;
   sim::ServeOptions options;
   double speed = 1.0;
-  app.add_option("image", image, "what would be flashed")->required()->check(CLI::ExistingFile);
-  app.add_option("--plant", plant, "the machine")->check(CLI::ExistingFile);
-  app.add_option("--without", missing, "sensors that are not connected, as in --without pitch-encoder,pitch-gyro")
+  app.add_option("image", image, "image to flash (trackservo.bin)")->required()->check(CLI::ExistingFile);
+  app.add_option("--plant", plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  app.add_option("--without", missing, "sensors that are not connected, e.g. --without pitch-encoder,pitch-gyro")
       ->delimiter(',')
       ->check(CLI::IsMember({"azimuth-encoder", "azimuth-gyro", "pitch-encoder", "pitch-gyro"}));
-  app.add_option("--bus", options.buses, "slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
-  app.add_option("--bit-rate", options.bit_rate, "of the bus in bit/s; the board has its own, 1000000 as delivered")
+  app.add_option("--bus", options.buses, "bus: slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
+  app.add_option("--bit-rate", options.bit_rate,
+                 "bit rate of the bus in bit/s; the board uses its own, 1000000 as delivered")
       ->check(CLI::IsMember({125000, 250000, 500000, 1000000}));
-  app.add_option("--seed", options.seed, "of all noise");
-  app.add_option("--speed", speed, "simulated time per real time; 0: as fast as it can");
+  app.add_option("--seed", options.seed, "seed of all noise");
+  app.add_option("--speed", speed, "simulated time per real time; 0: as fast as possible");
   app.add_flag("--until-stdin-ends", options.until_stdin_ends, sim::kUntilStdinEndsHelp);
   CLI11_PARSE(app, argc, argv);
   options.pace = speed > 0.0 ? std::optional<double>(speed) : std::nullopt;

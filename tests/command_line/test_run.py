@@ -36,9 +36,9 @@ def plant(tmp_path):
 
 
 @pytest.mark.parametrize("options, says", [
-    ([], "assumed friction: every parameter 15 % off, signs drawn from seed 1; --friction-parameter-error 0: exact"),
-    (["--friction-parameter-error", "0"], "assumed friction: exactly the plant's"),
-    (["--controller", "pi"], "assumed friction: none (pi does not compensate it)"),
+    ([], "assumed friction: every parameter 15 % off, with signs drawn from seed 1; --friction-parameter-error 0: exact"),
+    (["--friction-parameter-error", "0"], "assumed friction: the exact parameters of the plant"),
+    (["--controller", "pi"], "assumed friction: none (pi does not compensate friction)"),
 ])
 def test_the_first_line_says_which_friction_the_controller_assumes(plant, options, says):
     done = run(plant(), "low_speed_start", *options)

@@ -27,7 +27,7 @@ void write(const std::filesystem::path& file, const std::string& text) {
   std::ofstream stream(file, std::ios::binary);
   stream << text;
   if (!stream.flush()) {
-    throw std::runtime_error(file.string() + ": cannot be written; give a folder that is writable");
+    throw std::runtime_error(file.string() + ": cannot be written; give a writable folder");
   }
 }
 
@@ -42,7 +42,7 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantCo
   const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr, 0,
                                     {},      nullptr};
   if (!servo_node_start(node.get(), &config)) {
-    throw std::runtime_error("the node does not start");
+    throw std::runtime_error("the node did not start");
   }
   return node;
 }

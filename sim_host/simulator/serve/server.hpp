@@ -50,7 +50,8 @@ struct ServeReports {
       ready;  // the device's boot-up message was on the bus, or 1 s of its time has passed without one
 };
 
-constexpr const char *kUntilStdinEndsHelp = "end also when standard input ends, so that it does not outlive its parent";
+constexpr const char *kUntilStdinEndsHelp =
+    "exit at end of standard input, so that the program does not outlive its parent";
 
 // Prints the addresses, a line each, then the line "ready". Each is flushed, so that a script can wait for it.
 ServeReports reports_on_stdout();
