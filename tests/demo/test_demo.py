@@ -74,12 +74,12 @@ def test_the_first_line_says_how_long_it_will_take(demo: Path) -> None:
     code, text = run(demo)
     assert code == 0
     cores = len(os.sched_getaffinity(0))
-    assert re.match(rf"On {cores} cores: a first build takes (\d+ to )?\d+ min, the experiments (\d+ to )?\d+ min, ", text)
+    assert re.match(rf"On {cores} idle cores: a first build takes (\d+ to )?\d+ min, the experiments take (\d+ to )?\d+ min, ", text)
 
 
 def test_a_quick_run_promises_less(demo: Path) -> None:
     def most(text: str) -> int:
-        found = re.search(r"experiments (?:\d+ to )?(\d+) min", text)
+        found = re.search(r"experiments take (?:\d+ to )?(\d+) min", text)
         assert found is not None
         return int(found.group(1))
 

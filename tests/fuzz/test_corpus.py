@@ -112,4 +112,4 @@ def test_a_run_without_keep_leaves_the_archive_as_it_is(project):
 def test_short_with_keep_is_refused(project):
     refused = fuzz(project, "--short", "--keep")
     assert refused.returncode == 1
-    assert refused.stderr == "fuzz: --short stores no inputs that --keep could add: give one of the two.\n"
+    assert refused.stderr == "fuzz: --short and --keep exclude each other, because --short stores no inputs.\n"
