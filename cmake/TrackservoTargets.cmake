@@ -22,7 +22,7 @@ if(CMAKE_CROSSCOMPILING)
   set(trackservo_ipo ON)
 elseif(CMAKE_C_COMPILER_ID STREQUAL "GNU" AND NOT TRACKSERVO_SANITIZE AND NOT TRACKSERVO_COVERAGE)
   include(CheckIPOSupported)
-  check_ipo_supported(RESULT trackservo_ipo LANGUAGES C CXX)
+  check_ipo_supported(RESULT trackservo_ipo LANGUAGES ${languages})
 endif()
 
 # For the libraries, for the simulator's executable, for the image, and for what counts the image's instructions.
@@ -36,7 +36,7 @@ endfunction()
 
 # Our rules for one target: C11 and C++17 as written, without compiler extensions.
 function(trackservo_own_code target)
-  target_compile_features(${target} PRIVATE c_std_11 cxx_std_17)
+  target_compile_features(${target} PRIVATE c_std_11 "$<$<BOOL:${TRACKSERVO_SIMULATOR}>:cxx_std_17>")
   set_target_properties(${target} PROPERTIES C_STANDARD 11 C_EXTENSIONS OFF CXX_STANDARD 17 CXX_EXTENSIONS OFF)
   target_link_libraries(${target} PRIVATE trackservo_warnings trackservo_reproducible_floats trackservo_image_options
                                           trackservo_sanitizers)

@@ -10,20 +10,25 @@ import pytest
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 WITHOUT_COMPILERS = ("cmake", "ninja")
+C_ONLY = (*WITHOUT_COMPILERS, "gcc", "as", "ld", "ar", "ranlib")  # no g++, no Python, no git
 
 
-@pytest.fixture
-def bare_path(tmp_path):
-    """A PATH with only CMake and Ninja."""
-    folder = tmp_path / "bin"
+def path_with(folder, names):
+    """A PATH with these programs only."""
     folder.mkdir()
-    for name in WITHOUT_COMPILERS:
+    for name in names:
         (folder / name).symlink_to(shutil.which(name))
     return str(folder)
 
 
+@pytest.fixture
+def bare_path(tmp_path):
+    return path_with(tmp_path / "bin", WITHOUT_COMPILERS)
+
+
 def run(folder, *command, **environment):
-    plain = {name: value for name, value in os.environ.items() if name != "UNITY_DIR"}
+    left_out = ("UNITY_DIR", "CC", "CXX", "CMAKE_C_COMPILER_LAUNCHER", "CMAKE_CXX_COMPILER_LAUNCHER")
+    plain = {name: value for name, value in os.environ.items() if name not in left_out}
     return subprocess.run(command, cwd=folder, env=plain | environment, capture_output=True, text=True)
 
 
@@ -49,14 +54,53 @@ def sources(tmp_path):
     return folder
 
 
+MISSING = [
+    ("firmware", ("cmake",), "Ninja (ninja)", "firmware"),
+    ("firmware", WITHOUT_COMPILERS, "The C compiler (gcc)", "firmware"),
+    ("host", WITHOUT_COMPILERS, "The C compiler (gcc)", "firmware"),
+    ("host", C_ONLY, "The C++ compiler (g++)", "demo"),
+    ("host-fuzz", C_ONLY, "The compiler for the fuzzers (clang)", "test"),
+]
+
+
+@pytest.mark.parametrize(("preset", "programs", "name", "word"), MISSING)
+def test_without_a_build_tool_one_sentence_says_what_installs_it(sources, tmp_path, preset, programs, name, word):
+    path = path_with(tmp_path / "bin", programs)
+    for _ in range(2):  # what the first try leaves behind adds nothing
+        failed = run(sources, "cmake", "--preset", preset, PATH=path)
+        (reported,) = errors(failed)
+        assert f"{name} is missing: ./tools/setup {word} installs it." in reported
+        assert word in setup_words()
+
+
+def test_without_the_emulator_of_the_core_one_sentence_says_what_installs_it(sources, tmp_path):
+    cross = [f"arm-none-eabi-{tool}" for tool in ("gcc", "as", "ld", "ar", "ranlib", "objcopy", "objdump", "size", "nm")]
+    hidden = "-DCMAKE_IGNORE_PATH=/bin;/usr/bin;/usr/local/bin"  # CMake looks there beside the PATH
+    path = path_with(tmp_path / "bin", (*WITHOUT_COMPILERS, *cross))
+    failed = run(sources, "cmake", "--preset", "cortex-m4-qemu", hidden, PATH=path)
+    (reported,) = errors(failed)
+    assert "The emulator of the board's core (qemu-system-arm) is missing: ./tools/setup test installs it." in reported
+
+
+def test_the_firmware_needs_gcc_ninja_and_unity_only(sources, tmp_path):
+    shutil.copytree(PROJECT / "tests", sources / "tests", ignore=shutil.ignore_patterns("corpus"))
+    (tmp_path / "unity.c").write_text("")
+    path = path_with(tmp_path / "bin", C_ONLY)
+    options = ["-DCMAKE_DISABLE_FIND_PACKAGE_Python3=ON", f"-DUNITY_DIR={tmp_path}"]
+    done = run(sources, "cmake", "--preset", "firmware", *options, PATH=path)
+    assert done.returncode == 0, done.stderr
+    built = run(sources, "cmake", "--build", "--preset", "firmware", "--target", "trackservo_base", "trackservo_hal_host", PATH=path)
+    assert built.returncode == 0, built.stdout
+
+
 @pytest.mark.parametrize("preset", ["stm32g474", "cortex-m4-qemu"])
 def test_without_the_cross_compiler_one_sentence_says_what_installs_it(sources, bare_path, preset):
     for _ in range(2):  # what the first try leaves behind adds nothing
         failed = run(sources, "cmake", "--workflow", "--preset", preset, PATH=bare_path)
         assert failed.returncode != 0
         (told,) = errors(failed)
-        assert "The compiler for the board is missing (arm-none-eabi-gcc)" in told
-        command = re.search(r"\./tools/setup (\w+) installs it\.$", told)
+        assert "The compiler for the board (arm-none-eabi-gcc) is missing" in told
+        command = re.search(r"\./tools/setup (\w+) installs it\.", told)
         assert command, told
         assert command[1] in setup_words()
 
