@@ -69,12 +69,12 @@ TRANSITIONS = {
 
 
 @AXES
-@pytest.mark.parametrize("way, controlword, expected", TRANSITIONS.values(), ids=TRANSITIONS)
-def test_6040_transition(master, axis, way, controlword, expected):
+@pytest.mark.parametrize("commands, controlword, expected", TRANSITIONS.values(), ids=TRANSITIONS)
+def test_6040_transition(master, axis, commands, controlword, expected):
     names = {0x06: "READY TO SWITCH ON", 0x07: "SWITCHED ON", 0x0F: "OPERATION ENABLED"}
     wait_until(master, lambda: state(master, axis) == "SWITCH ON DISABLED")
     master.write(0x6060 + axis, 0, PV, 1)
-    for word in way:
+    for word in commands:
         command(master, axis, word, names[word])
     command(master, axis, controlword, expected)
 

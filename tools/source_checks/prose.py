@@ -112,6 +112,14 @@ def c_passages(source):
 # ---- Python
 
 
+def without_expressions(text):
+    """The text of an f-string with {} for each expression, also for one with an f-string in it."""
+    text = text.replace("{{", "").replace("}}", "")
+    while (shorter := re.sub(r"\{[^{}]+\}", "\x00", text)) != text:
+        text = shorter
+    return text.replace("\x00", "{}")
+
+
 def python_passages(source):
     strings, comments, before = [], [], tokenize.NEWLINE
     statement_starts_after = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
@@ -137,7 +145,7 @@ def python_passages(source):
             prefix, body = re.match(r"(?s)([A-Za-z]*)(?:\"\"\"|'''|\"|')(.*?)(?:\"\"\"|'''|\"|')$", token.string).groups()
             if "b" not in prefix.lower():
                 body = body if "r" in prefix.lower() else unescaped(body)
-                strings.append((token, re.sub(r"\{[^{}]*\}", "{}", body) if "f" in prefix.lower() else body))
+                strings.append((token, without_expressions(body) if "f" in prefix.lower() else body))
             before = token.type
             continue
         if token.type == tokenize.NL:

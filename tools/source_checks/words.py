@@ -29,7 +29,7 @@ NAME_LIKE = re.compile(
     r"|[\w.]*\w_[\w./:-]*|\b_\w+"  # underscores
     r"|\b\w+(?:->|::)\w+|\b\w+\(\)"
     r"|\b[\w/-]*\w\.[a-z]\w*\b"  # file names and members
-    r"|\$\{?\w+\}?|@\w+@"
+    r"|\$\{?\w+\}?|@\w+@|\[\[\w+\]\]"
     r"|\{[^{}\s]*\}")
 
 
@@ -74,11 +74,13 @@ class Glossary:
         self.interfaces = data["interfaces"]
         self.known_names = {}
 
-    def in_prose(self, text):
+    def in_prose(self, text, file):
         """(offset, found, word) of each house word."""
         text = only_prose(text)
         excepted = []
         for pattern, item in self.exceptions:
+            if "files" in item and not is_in(file, item["files"]):
+                continue
             for match in pattern.finditer(text):
                 excepted.append((match.start(), match.end(), item["text"]))
         for pattern, word in self.patterns:
@@ -103,7 +105,7 @@ class Glossary:
             if word is not None:
                 yield Finding(passage.file, passage.line, passage.text, word)
             return
-        for offset, found, word in self.in_prose(passage.text):
+        for offset, found, word in self.in_prose(passage.text, passage.file):
             yield Finding(passage.file, passage.line + passage.text.count("\n", 0, offset), found, word)
 
     def table(self):

@@ -31,7 +31,7 @@ def test_all_definitions_agree():
     assert int(result.stdout.split()[0]) > 500
 
 
-@pytest.mark.parametrize("file, right, wrong, complaint", [
+@pytest.mark.parametrize("file, right, wrong, error", [
     ("registers/rcc.h", "RCC_CR_HSEON FIELD(16, 1)", "RCC_CR_HSEON FIELD(17, 1)", "RCC_CR_HSEON"),
     ("registers/timer.h", "TIM1_BDTR_DTG FIELD(0, 8)", "TIM1_BDTR_DTG FIELD(0, 7)", "TIM1_BDTR_DTG"),
     ("registers/rcc.h", "RCC_AHB1ENR_RESET 0x00000100u", "RCC_AHB1ENR_RESET 0x00000000u", "RCC_AHB1ENR_RESET"),
@@ -48,11 +48,11 @@ def test_all_definitions_agree():
     ("pins.c", "{GPIOB, 3, ALTERNATE, 5,", "{GPIOB, 3, ALTERNATE, 6,", "PB3 as SPI1_SCK"),
     ("pins.c", "{GPIOC, 1, ANALOG, 0,", "{GPIOC, 2, ANALOG, 0,", "PC2"),
 ])
-def test_what_is_put_wrong_is_found(board, file, right, wrong, complaint):
+def test_what_is_put_wrong_is_found(board, file, right, wrong, error):
     path = board / file
     text = path.read_text("utf-8")
     assert text.count(right) == 1
     path.write_text(text.replace(right, wrong), "utf-8")
     result = check(board)
     assert result.returncode != 0
-    assert complaint in result.stdout + result.stderr
+    assert error in result.stdout + result.stderr

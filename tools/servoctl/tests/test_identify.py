@@ -200,7 +200,7 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Be
 
 
 @pytest.mark.parametrize(
-    "words, told",
+    "words, expected",
     [
         (("--travel-deg", "50", "-50"), "lower one first"),
         (("--travel-deg", "-50", "290"), "607D:2"),
@@ -212,12 +212,12 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Be
     ],
 )
 def test_what_is_missing_or_makes_no_sense_is_told_in_one_sentence(
-    machine: Bench, words: tuple[str, ...], told: str
+    machine: Bench, words: tuple[str, ...], expected: str
 ) -> None:
     if "140" in words:
         machine.environment["SHORT_PLACES"] = "2.6"
     refused = machine("identify", "--axis", "azimuth", *words, "--out", "found")
-    assert refused.code in (2, 6) and told in refused.err and refused.err.count("\n") == 1, refused
+    assert refused.code in (2, 6) and expected in refused.err and refused.err.count("\n") == 1, refused
 
 
 def test_a_plan_beyond_the_travel_is_not_carried_out(machine: Bench) -> None:
@@ -332,7 +332,7 @@ def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
 
 
 @pytest.mark.parametrize(
-    "words, told",
+    "words, expected",
     [
         (("--axis", "pitch"), "belongs to azimuth, not to pitch"),
         (("--axis", "azimuth", "--travel-deg", "-1000", "-900"), "2060:9"),
@@ -341,14 +341,14 @@ def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
     ],
 )
 def test_tune_refuses_what_is_not_of_this_axis_or_would_leave_the_travel(
-    tunable: Bench, words: tuple[str, ...], told: str
+    tunable: Bench, words: tuple[str, ...], expected: str
 ) -> None:
     result = a_result() | {"machine": {"axis": "azimuth"}}
     (tunable.folder / "found/result.json").write_text(json.dumps(result))
     tunable.json("set", *NO_POSITION_LIMITS)
     refused = tunable.here("tune", *words, "--from", "found", "--yes")
     tunable.json("undo")
-    assert refused.code == 2 and told in refused.err and refused.err.count("\n") == 1, refused
+    assert refused.code == 2 and expected in refused.err and refused.err.count("\n") == 1, refused
 
 
 def test_an_identification_is_not_written_over(machine: Bench) -> None:

@@ -101,7 +101,7 @@ def test_step_tells_rise_overshoot_and_settling(servo: Bench) -> None:
     for _ in range(4):
         found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
         if len(found["steps"]) == 2:
-            break  # otherwise this computer was late with set-points, and servoctl has asked for another run
+            break  # otherwise this computer was late with set-points, and servoctl has requested another run
     assert [s["direction"] for s in found["steps"]] == ["forward", "backward"]
     for step in found["steps"]:
         assert 0.001 < step["rise_s"] < 0.1 and step["overshoot_percent"] < 15 and step["settling_s"] < 0.2

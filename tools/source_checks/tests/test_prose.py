@@ -63,6 +63,11 @@ def test_python_docstrings_are_comments_and_other_strings_messages():
     assert "raise" in {text for _, text in passages(prose.python_passages, source, "name")}
 
 
+def test_expressions_in_python_strings_are_not_read():
+    source = 'say(f"stored{f\'; CRC {told}\' if told else \'\'} and {{braces}}.")\n'
+    assert plain(passages(prose.python_passages, source, "message")) == [(1, "stored{} and braces.")]
+
+
 def test_shell_comments_strings_and_usage_texts():
     source = "#!/bin/sh\n# one\n# two\nn=$#\ncat <<'TEXT'\nusage of this\n\n  more text\nTEXT\ndie \"no such file\" 'name'\n"
     assert plain(passages(prose.hash_passages, source, "comment")) == [(2, "one two")]

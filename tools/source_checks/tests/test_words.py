@@ -82,6 +82,11 @@ def test_an_exception_allows_a_phrase_and_must_be_used(found_in):
     assert found_in({"a.md": ""}, exceptions=exceptions) == ["words.toml: nothing needs the exception tell apart: remove it."]
 
 
+def test_an_exception_can_be_for_some_files_only(found_in):
+    exceptions = [{"text": "tell apart", "files": ["in"], "reason": "made up"}]
+    assert found_in({"in/a.md": "tell apart", "out/a.md": "tell apart"}, exceptions=exceptions) == ["out/a.md:1 tell"]
+
+
 def test_only_covered_folders_are_read(found_in):
     files = {"in/a.md": "told", "out/a.md": "told", "in/a.c": "int told;"}
     assert found_in(files, covered=["in"], names_covered=[]) == ["in/a.md:1 told"]

@@ -158,8 +158,8 @@ def store(session: Session) -> None:
         backup = store_with_backup(session, device)
         crc = {AXES[a]: s.stored_crc for a in range(len(AXES)) if (s := set_state(device, a)) is not None}
     session.out.json({"backup": str(backup), "stored_crc": crc})
-    told = ", ".join(f"{name} {value:08X}" for name, value in crc.items())
-    session.out.say(f"stored{f'; CRC {told}' if told else ''}.")
+    values = ", ".join(f"{name} {value:08X}" for name, value in crc.items())
+    session.out.say(f"stored{f'; CRC {values}' if values else ''}.")
 
 
 def store_with_backup(session: Session, device: Device) -> Path:
