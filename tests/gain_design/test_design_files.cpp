@@ -81,7 +81,7 @@ void test_wrong_parameters_are_named() {
   check_says(said("0x2050:3", 2.5), "is 2.5; give a number from 2 to 16");
   check_says(said("0x2000:1", "720"), "(Speed loop proportional gain) is \"720\"; give a number from 0.0 to 1000000.0");
   check_says(said("0x2000:1", -1.0), "is -1.0; give");
-  check_says(said("0x2060:1", 1.0), "\"0x2060:1\" is no parameter of an axis");
+  check_says(said("0x2060:1", 1.0), "\"0x2060:1\" is not a parameter of an axis");
   TEST_ASSERT_EQUAL_STRING("", said("0x2000:0", 5).c_str());
   InputFile file = device_file();
   file.json.erase("0x2055:6");
@@ -115,7 +115,7 @@ void test_numbers_that_no_float_can_hold_are_named() {
   InputFile result = result_file();
   result.json["parameters"]["viscous_negative"]["value"] = -1e300;
   check_says(complaint_of([&] { read_identified_plant(result); }),
-             "\"parameters/viscous_negative/value\" is -1e+300, beyond all machines");
+             "\"parameters/viscous_negative/value\" is -1e+300, outside the range of all machines");
 }
 
 void test_a_result_of_another_shape_is_refused() {
@@ -136,7 +136,7 @@ void test_a_result_of_another_shape_is_refused() {
 void test_wrong_wishes_are_named() {
   const auto said = [](const Json& json) { return complaint_of([&] { read_gain_wishes({"wishes.json", json}); }); };
   check_says(said({{"bandwidth_hz", 30}}),
-             "wishes.json: \"bandwidth_hz\" is no wish; give any of speed_loop_bandwidth_hz,");
+             "wishes.json: unknown requirement \"bandwidth_hz\"; choose one of speed_loop_bandwidth_hz,");
   check_says(said({{"setpoint_weight", 1.5}}), "\"setpoint_weight\" is 1.5; give a number from 0 to 1");
   check_says(said({{"observer_bandwidth_hz", "30"}}), "\"observer_bandwidth_hz\" is \"30\"; give a number");
   check_says(said({{"speed_loop_damping", nullptr}}), "\"speed_loop_damping\" is null; give a number");
@@ -173,7 +173,7 @@ void test_a_refused_parameter_names_the_missing_run() {
   file.json["parameters"]["stiffness"]["value"] = nullptr;
   file.json["refused"] = {{{"parameter", "stiffness"}, {"message", "stiffness: add hysteresis loops (kind 3)"}}};
   const std::string text = complaint_of([&] { read_identified_plant(file); });
-  check_says(text, "result.json: the gain design needs parameters that were refused");
+  check_says(text, "result.json: the gain design needs parameters that the identification refused");
   check_says(text, "stiffness: add hysteresis loops (kind 3)");
 }
 
@@ -184,7 +184,7 @@ void test_another_file_is_refused() {
              "result.json: is not a trackservo-identification of version 1");
   InputFile file = result_file();
   file.json["checks"].erase("delay_s");
-  check_says(complaint_of([&] { read_identified_plant(file); }), "\"checks/delay_s\" is missing or no number");
+  check_says(complaint_of([&] { read_identified_plant(file); }), "\"checks/delay_s\" is missing or not a number");
   check_says(complaint_of([] { load_input_file("nowhere/wishes.json"); }), "nowhere/wishes.json: cannot be read");
 }
 

@@ -44,7 +44,7 @@ void test_without_wishes_the_margins_are_used_up_as_predicted() {
     const GainDesign design = design_gains(sim::true_plant(plant, sim::kAzimuth), {}, present(plant, sim::kAzimuth));
     CHECK_NEAR("phase margin with its reserve", 42.5, design.sliding.phase_margin_deg, 1.0);
     CHECK_AT_LEAST("PI alone, Hz", 50.0, design.speed_loop_bandwidth_hz);
-    TEST_ASSERT_TRUE(mentions(design.notes, "as high as margins and torque noise allow"));
+    TEST_ASSERT_TRUE(mentions(design.notes, "the highest that margins and torque noise allow"));
     expect_as_predicted(plant, sim::kAzimuth, design);
   }
 }
@@ -59,7 +59,7 @@ void test_the_observer_is_lowered_first() {
   CHECK_AT_MOST("observer, rad/s", 2.0 * M_PI * 40.0, design.parameters.observer.bandwidth_rad_s);
   TEST_ASSERT_TRUE(mentions(design.notes, "Observer lowered from 80 Hz to "));
   TEST_ASSERT_FALSE(mentions(design.notes, "PI alone lowered"));
-  TEST_ASSERT_TRUE(mentions(design.notes, "As wished, the loop has "));
+  TEST_ASSERT_TRUE(mentions(design.notes, "With the required values, the loop has "));
   expect_as_predicted(plant, sim::kPitch, design);
 }
 
@@ -165,16 +165,16 @@ void test_what_no_gains_can_keep_is_an_error() {
   GainWishes wishes;
   wishes.least.phase_margin_deg = 89.0;
   check_says(refusal(known, wishes, before),
-             "no gains keep the wishes: even with the slowest ones tried the loop has ");
+             "no gains meet the requirements: even with the slowest ones tried the loop has ");
   check_says(refusal(known, wishes, before), "89 deg");
   wishes = {};
   wishes.speed_loop_bandwidth_hz = 100.0;
   wishes.most_torque_noise_nm = 1e-6;
-  check_says(refusal(known, wishes, before), "at most 1e-06 Nm are asked");
+  check_says(refusal(known, wishes, before), "at most 1e-06 Nm are required");
   axis_parameters weak = before;
   weak.motor.current_limit_a = 3.0F;
   check_says(refusal(known, {}, weak),
-             "the motor gives 7.5 Nm at its current limit, and the axis breaks away at 9.45 Nm");
+             "the motor gives 7.5 Nm at its current limit, but the axis breaks away at 9.45 Nm");
 }
 
 }  // namespace

@@ -66,8 +66,9 @@ void test_a_wrong_value_is_named_with_its_line_and_column() {
 
 void test_time_and_runs_that_go_back_are_refused() {
   const std::string good = kHeader + "0.100,2,1,0.1,0.5,0.51,2.5,0.5\n";
-  expect_refusal(good + "0.100,2,1,0.1,0.5,0.5,1,0.5\n", "runs.csv:3: time_s goes on by 0 s", "0.001 s or by a gap");
-  expect_refusal(good + "0.101,1,1,0.1,0.5,0.5,1,0.5\n", "runs.csv:3: run goes back from 2 to 1", "count up");
+  expect_refusal(good + "0.100,2,1,0.1,0.5,0.5,1,0.5\n", "runs.csv:3: time_s advances by 0 s",
+                 "0.001 s apart, or separated by a gap");
+  expect_refusal(good + "0.101,1,1,0.1,0.5,0.5,1,0.5\n", "runs.csv:3: run decreases from 2 to 1", "it must increase");
 }
 
 void test_degrees_beside_radians_are_noticed() {

@@ -102,8 +102,8 @@ void refuse_unknown_keys(const InputFile& file, const std::vector<const od_entry
   for (const auto& [key, value] : file.json.items()) {
     if (known.count(key) == 0) {
       throw file.error(
-          fmt::format("\"{}\" is no parameter of an axis; give \"0x2000:1\" and so on up to \"0x2055:6\", "
-                      "azimuth's indices also for pitch",
+          fmt::format("\"{}\" is not a parameter of an axis; give \"0x2000:1\" and so on up to \"0x2055:6\", azimuth's "
+                      "indices also for pitch",
                       key));
     }
   }

@@ -28,9 +28,8 @@ double breakaway_nm(const IdentifiedPlant& plant) {
 void refuse_weak_motor(const IdentifiedPlant& plant, const axis_parameters& present) {
   if (peak_torque_nm(present) <= breakaway_nm(plant)) {
     throw GainDesignError(
-        fmt::format("the motor gives {:.3g} Nm at its current limit, and the axis breaks away at {:.3g} Nm: no gains "
-                    "move it; check "
-                    "torque constant (0x2055:1) and current limit (0x2055:6)",
+        fmt::format("the motor gives {:.3g} Nm at its current limit, but the axis breaks away at {:.3g} Nm: no gains "
+                    "move it; check torque constant (0x2055:1) and current limit (0x2055:6)",
                     peak_torque_nm(present), breakaway_nm(plant)));
   }
 }
@@ -77,7 +76,7 @@ double kept_bandwidth_hz(const char *name, const SpeedLoopDemand& demand, const 
     if (keeps_margins(outer_margins(demand.machines, loop, loop_at(lowered_hz)), demand.least)) {
       if (wished && step > 0) {
         notes.push_back(
-            fmt::format("{} lowered from {:.3g} Hz to {:.3g} Hz: around this speed loop more does not keep "
+            fmt::format("{} lowered from {:.3g} Hz to {:.3g} Hz: around this speed loop a higher one does not keep "
                         "{:g} dB and {:g} deg.",
                         name, bandwidth_hz, lowered_hz, demand.least.gain_margin_db, demand.least.phase_margin_deg));
       }
@@ -85,7 +84,7 @@ double kept_bandwidth_hz(const char *name, const SpeedLoopDemand& demand, const 
     }
   }
   throw GainDesignError(
-      fmt::format("{}: no bandwidth down to {:.3g} Hz keeps {:g} dB and {:g} deg; ask for less margin", name,
+      fmt::format("{}: no bandwidth down to {:.3g} Hz keeps {:g} dB and {:g} deg; require less margin", name,
                   0.01 * bandwidth_hz, demand.least.gain_margin_db, demand.least.phase_margin_deg));
 }
 
@@ -119,7 +118,7 @@ void design_outer_loops(const IdentifiedPlant& plant, const GainWishes& wishes, 
   const double most_rad_s2 = 0.5 * (peak_torque_nm(p) - breakaway_nm(plant)) / plant.inertia_kg_m2;
   if (to_double(p.position_loop.deceleration_rad_s2) > most_rad_s2) {
     design.notes.push_back(fmt::format(
-        "Position loop deceleration lowered from {:.3g} rad/s2 to {:.3g} rad/s2, half of what the motor can do.",
+        "Position loop deceleration lowered from {:.3g} rad/s2 to {:.3g} rad/s2, half of the motor's maximum.",
         to_double(p.position_loop.deceleration_rad_s2), most_rad_s2));
     p.position_loop.deceleration_rad_s2 = to_float(most_rad_s2);
   }

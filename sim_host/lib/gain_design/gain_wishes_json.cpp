@@ -53,7 +53,7 @@ GainWishes read_gain_wishes(const InputFile& file) {
   for (const auto& [name, value] : file.json.items()) {
     const WishKey *key = find_key(name);
     if (key == nullptr) {
-      throw file.error(fmt::format("\"{}\" is no wish; give any of {}", name, all_names()));
+      throw file.error(fmt::format("unknown requirement \"{}\"; choose one of {}", name, all_names()));
     }
     if (!value.is_number() || value.get<double>() < key->low || value.get<double>() > key->high) {
       throw file.error(

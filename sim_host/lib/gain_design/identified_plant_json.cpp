@@ -26,11 +26,12 @@ void check_format(const InputFile& file) {
 double number_at(const InputFile& file, const std::string& path) {
   const Json::json_pointer pointer("/" + path);
   if (!file.json.contains(pointer) || !file.json.at(pointer).is_number()) {
-    throw file.error(fmt::format("\"{}\" is missing or no number; run identify fit again", path));
+    throw file.error(fmt::format("\"{}\" is missing or not a number; run identify fit again", path));
   }
   const double value = file.json.at(pointer).get<double>();
   if (std::abs(value) > kMost) {
-    throw file.error(fmt::format("\"{}\" is {:g}, beyond all machines; run identify fit again", path, value));
+    throw file.error(
+        fmt::format("\"{}\" is {:g}, outside the range of all machines; run identify fit again", path, value));
   }
   return value;
 }
@@ -55,7 +56,8 @@ void refuse_what_was_refused(const InputFile& file, const std::vector<std::strin
     }
   }
   if (!messages.empty()) {
-    throw file.error("the gain design needs parameters that were refused; add the runs that are named:" + messages);
+    throw file.error("the gain design needs parameters that the identification refused; add the named runs:" +
+                     messages);
   }
 }
 

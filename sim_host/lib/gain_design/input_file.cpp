@@ -22,7 +22,7 @@ InputFile parse_input_file(std::string name, std::string_view text) {
     throw file.error(error.what());
   }
   if (!file.json.is_object()) {
-    throw file.error("holds no JSON object; it must begin with {");
+    throw file.error("is not a JSON object; it must begin with {");
   }
   return file;
 }

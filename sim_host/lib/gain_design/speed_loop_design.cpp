@@ -92,8 +92,8 @@ class FilterSearch {
       return "the loop is unstable";
     }
     return fmt::format(
-        "the loop has {:.1f} dB, {:.0f} deg and a torque noise of {:.2g} Nm, where {:g} dB, {:g} deg and at most "
-        "{:.2g} Nm are asked",
+        "the loop has {:.1f} dB, {:.0f} deg and a torque noise of {:.2g} Nm, but {:g} dB, {:g} deg and at most {:.2g} "
+        "Nm are required",
         verdict.margins.gain_margin_db, verdict.margins.phase_margin_deg, verdict.torque_noise_nm,
         demand_.least.gain_margin_db, demand_.least.phase_margin_deg, demand_.most_torque_noise_nm);
   }
@@ -145,14 +145,15 @@ void note_filters(const IdentifiedPlant& plant, const SpeedLoopChoice& choice, s
   if (choice.filters.notched != nullptr) {
     const NotchFilter notch = notch_for(*choice.filters.notched);
     notes.push_back(fmt::format(
-        "Notch at {:.1f} Hz, {:.1f} Hz wide, depth {:.2g}: a resonance stands {:.3g} times above the rigid body there.",
+        "Notch at {:.1f} Hz, {:.1f} Hz wide, depth {:.2g}: a resonance is {:.3g} times above the rigid body there.",
         notch.frequency_hz, notch.width_hz, notch.depth, relative_height(*choice.filters.notched)));
   }
   for (const StructuralMode& mode : plant.modes) {
     if (&mode != choice.filters.notched) {
       notes.push_back(fmt::format("No notch for the resonance at {:.1f} Hz: {}.", mode.frequency_rad_s * kHzPerRad_s,
-                                  choice.filters.notched == nullptr ? "the loop keeps its margins without"
-                                                                    : "the device has one, and another needs it more"));
+                                  choice.filters.notched == nullptr
+                                      ? "the loop keeps its margins without a notch"
+                                      : "the device has one notch, and another resonance needs it more"));
     }
   }
   if (choice.filters.lowpass_hz > 0.0) {
@@ -164,7 +165,7 @@ void note_filters(const IdentifiedPlant& plant, const SpeedLoopChoice& choice, s
 void note_observer(const SpeedLoopChoice& choice, std::vector<std::string>& notes) {
   const double got_hz = choice.pair.observer_rad_s * kHzPerRad_s;
   if (!choice.wish.observer_rad_s) {
-    notes.push_back(fmt::format("Observer: {:.3g} Hz, as high as margins and torque noise allow.", got_hz));
+    notes.push_back(fmt::format("Observer: {:.3g} Hz, the highest that margins and torque noise allow.", got_hz));
   } else if (*choice.wish.observer_rad_s != choice.pair.observer_rad_s) {
     notes.push_back(fmt::format("Observer lowered from {:.3g} Hz to {:.3g} Hz.",
                                 *choice.wish.observer_rad_s * kHzPerRad_s, got_hz));
@@ -176,7 +177,7 @@ void note_pi(const SpeedLoopDemand& demand, const speed_loop_params& loop, const
   const double got_hz = bandwidth_of(demand, loop, choice.pair.natural_rad_s, wishes.speed_loop_damping);
   if (!choice.wish.natural_rad_s) {
     notes.push_back(
-        fmt::format("Speed loop with PI alone: {:.3g} Hz, as high as margins and torque noise allow.", got_hz));
+        fmt::format("Speed loop with PI alone: {:.3g} Hz, the highest that margins and torque noise allow.", got_hz));
   } else if (*choice.wish.natural_rad_s != choice.pair.natural_rad_s) {
     const double wished_hz = wishes.speed_loop_bandwidth_hz.value_or(
         bandwidth_of(demand, loop, *choice.wish.natural_rad_s, wishes.speed_loop_damping));
@@ -190,8 +191,8 @@ servo_axis_params built(const axis_parameters& parameters) {
   servo_axis_params device{};
   if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
     throw GainDesignError(
-        "the firmware refuses the designed parameters: check the wishes, and inertia, friction and motor, against the "
-        "limits in docs/can-objects.md");
+        "the firmware refuses the designed parameters: compare the requirements, and inertia, friction and motor, with "
+        "the limits in docs/can-objects.md");
   }
   return device;
 }
@@ -202,8 +203,8 @@ void design_speed_loop(const IdentifiedPlant& plant, const GainWishes& wishes, c
   const std::optional<SpeedLoopChoice> choice = search.run(dominant_mode(plant.modes));
   if (!choice) {
     throw GainDesignError(
-        fmt::format("no gains keep the wishes: even with the slowest ones tried {}; ask for less margin or for more "
-                    "torque noise",
+        fmt::format("no gains meet the requirements: even with the slowest ones tried {}; require less margin or allow "
+                    "more torque noise",
                     search.complaint({}, true)));
   }
   parameters = with_filters(parameters, choice->filters);
@@ -221,7 +222,7 @@ void design_speed_loop(const IdentifiedPlant& plant, const GainWishes& wishes, c
                     demand.most_torque_noise_nm));
   }
   if (!is_wished(*choice) && choice->wish.natural_rad_s && choice->wish.observer_rad_s) {
-    notes.push_back("As wished, " + search.complaint(choice->filters, false) + ".");
+    notes.push_back("With the required values, " + search.complaint(choice->filters, false) + ".");
   }
 }
 

@@ -153,7 +153,7 @@ std::string missing_run(int parameter, const Evidence& evidence) {
     case kDamping:
       return evidence.turns >= kFewestTurns
                  ? ""
-                 : fmt::format("the axis turns round {} times with sliding before and after; add {}", evidence.turns,
+                 : fmt::format("the axis reverses {} times with sliding before and after; add {}", evidence.turns,
                                run_kind_name(RunKind::kHysteresis));
     case kInertia:
       return evidence.inertial_share >= kLeastInertialShare
@@ -178,15 +178,16 @@ const char *helpful_run(int parameter) {
   switch (parameter) {
     case kStiffness:
     case kDamping:
-      return "more hysteresis loops (kind 3) and torque chirps (kind 4) that turn the axis round";
+      return "more hysteresis loops (kind 3) and torque chirps (kind 4) that reverse the axis";
     case kInertia:
       return "a torque multisine or chirp (kind 4)";
     case kViscousPositive:
     case kViscousNegative:
-      return "a speed sweep (kind 1) with quick turns at higher speeds";
+      return "a speed sweep (kind 1) with quick reversals at higher speeds";
     case kCoulombPositive:
     case kCoulombNegative:
-      return "hysteresis loops (kind 3), which tell a load from a difference of the directions, and quick turns";
+      return "hysteresis loops (kind 3), which separate a load from a difference of the directions, and quick "
+             "reversals";
     default:
       return "a speed sweep (kind 1) with more and slower speeds around the Stribeck speed";
   }
@@ -218,14 +219,14 @@ std::string reason_to_refuse(const ParameterText& text, const Parameter& paramet
   }
   const bool viscous = text.index == kViscousPositive || text.index == kViscousNegative;
   if (viscous && result.motion.fused && result.motion_cutoff_hz < kLowestTrusted_hz) {
-    return fmt::format("encoder and gyro let motion be seen only below {:.0f} Hz, which blurs it; use a finer encoder",
+    return fmt::format("encoder and gyro resolve motion only below {:.0f} Hz, which blurs it; use a finer encoder",
                        result.motion_cutoff_hz);
   }
   const bool stribeck_speed = text.index == kStribeckSpeedPositive || text.index == kStribeckSpeedNegative;
   const bool breakaway = text.index == kBreakawayPositive || text.index == kBreakawayNegative;
   if ((stribeck_speed || breakaway) && !stribeck_effect_is_seen(result.fit, text.index - (breakaway ? 1 : 2))) {
-    return "break-away and Coulomb torque do not differ within what wind and noise leave of them: there is no Stribeck "
-           "effect to be told";
+    return "break-away and Coulomb torque do not differ by more than wind and noise: no Stribeck effect can be "
+           "identified";
   }
   const double factor = parameter.interval.high / parameter.interval.low;
   if (!(factor <= kWidestFactor)) {
@@ -340,8 +341,8 @@ void check_sign_of_torque(const Recording& recording) {
   }
   if (energy < kPlainly * turnover) {
     throw IdentificationError(
-        "the torque works against the motion all the time, as no friction does: its sign is opposite to the joint "
-        "angle's; turn one of the two round");
+        "the torque acts against the motion all the time, which friction cannot do: its sign is opposite to that of "
+        "the joint angle; reverse one of the two");
   }
 }
 
@@ -349,8 +350,8 @@ void check_gyro(const Motion& motion) {
   constexpr double kMostScaleError = 0.2;
   if (motion.gyro.fitted && std::abs(motion.gyro.scale_error) > kMostScaleError) {
     throw IdentificationError(
-        fmt::format("the gyro shows {:.3g} times the joint rate: its sign or scale is wrong; mend it, or leave its "
-                    "column empty to do without",
+        fmt::format("the gyro shows {:.3g} times the joint rate: its sign or scale is wrong; correct it, or leave its "
+                    "column empty to fit without it",
                     1.0 + motion.gyro.scale_error));
   }
 }

@@ -238,7 +238,7 @@ PaperEstimate paper_estimate(const Recording& recording) {
   double stiffness = slopes.find(true);
   stiffness = stiffness > 0 ? stiffness : slopes.find(false);
   if (!(stiffness > 0)) {
-    estimate.missing.emplace_back("sigma0: no run turns round slowly enough to show the slope in pre-sliding");
+    estimate.missing.emplace_back("sigma0: no run reverses slowly enough to show the slope in pre-sliding");
     stiffness = 1e3 * estimate.friction.positive.coulomb_nm;
   }
   estimate.friction.stiffness_nm_rad = stiffness;

@@ -40,7 +40,7 @@ class Reader {
       add(values_of(line));
     }
     if (recording_.ticks() == 0) {
-      fail("there is no row below the header", "one row per tick of 1 ms is wanted");
+      fail("there is no row below the header", "it needs one row per tick of 1 ms");
     }
     check_rate_unit();
     return std::move(recording_);
@@ -110,10 +110,10 @@ class Reader {
     if (recording_.ticks() > 0) {
       const double step_s = values[0] - recording_.time_s.back();
       if (!(step_s > kTick_s - kTickTolerance_s)) {
-        fail(fmt::format("time_s goes on by {:.6g} s", step_s), "rows must follow each other by 0.001 s or by a gap");
+        fail(fmt::format("time_s advances by {:.6g} s", step_s), "rows must be 0.001 s apart, or separated by a gap");
       }
       if (run < recording_.run.back()) {
-        fail(fmt::format("run goes back from {} to {}", recording_.run.back(), run), "it must count up");
+        fail(fmt::format("run decreases from {} to {}", recording_.run.back(), run), "it must increase");
       }
     }
     recording_.time_s.push_back(values[0]);

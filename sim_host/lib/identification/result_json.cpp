@@ -155,8 +155,8 @@ Json warnings_json(const std::vector<gain_design::StructuralMode>& modes) {
   Json json = Json::array();
   for (const gain_design::StructuralMode& mode : modes) {
     json.push_back(
-        fmt::format("There is a resonance at {:.1f} Hz, but friction was fitted to a rigid axis: break-away torque, "
-                    "Stribeck speed and viscous friction may be off by more than their intervals.",
+        fmt::format("There is a resonance at {:.1f} Hz, but friction was fitted to a rigid axis: the errors of "
+                    "break-away torque, Stribeck speed and viscous friction may exceed their intervals.",
                     mode.frequency_rad_s / (2.0 * M_PI)));
   }
   return json;

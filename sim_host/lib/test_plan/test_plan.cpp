@@ -68,7 +68,7 @@ void check(const RoughMachine& machine) {
                   {"the rough bristle length [rad]", machine.bristle_rad, 1e-8, 1.0},
                   {"the rough Stribeck speed [rad/s]", machine.stribeck_rad_s, 1e-6, 10.0},
                   {"the rough inertia [kg m2]", machine.inertia_kg_m2, 1e-7, 1e6}},
-                 "such a machine has", " Identify a first look again.");
+                 "the range of machines is", " Identify a first look again.");
 }
 
 // Reversing at the top speed takes at most half of the room.

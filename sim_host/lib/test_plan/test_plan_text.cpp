@@ -29,7 +29,7 @@ std::string text_of(const stimulus_setup& e) {
   const double low_deg_s = real(e.low_rad_s) * kDegPerRad;
   switch (e.kind) {
     case STIMULUS_SWEEP:
-      return fmt::format("sweep: {} speeds, {:.3g} to {:.3g} deg/s, {:.3g} s each way", e.count, low_deg_s,
+      return fmt::format("sweep: {} speeds, {:.3g} to {:.3g} deg/s, {:.3g} s in each direction", e.count, low_deg_s,
                          real(stimulus_peak_rate_rad_s(&e)) * kDegPerRad, real(e.dwell_s));
     case STIMULUS_TORQUE_RAMPS:
       return fmt::format("torque ramps: {} of +-{:.3g} Nm", e.count, real(e.amplitude_nm));

@@ -360,7 +360,8 @@ std::string plant_keys_markdown() {
            texts_of(base_sway_keys())},
           {"[azimuth.encoder], [pitch.encoder]", "", texts_of(encoder_keys())},
           {"[azimuth.gyro], [pitch.gyro]", "", texts_of(gyro_keys())},
-          {"[design.azimuth], [design.pitch]", "Wishes that the gains are computed from.", texts_of(design_keys())},
+          {"[design.azimuth], [design.pitch]", "Requirements from which the gains are computed.",
+           texts_of(design_keys())},
           {"[[assumption]]", "One per choice.", texts_of(assumption_keys())},
       });
 }

@@ -147,7 +147,7 @@ std::vector<std::string> margin_warnings(const PlantConfig& plant, const servo_p
     if (!keeps_margins(margins)) {
       const std::string reason = fmt::format(
           "leaves the speed loop with {} {:.1f} dB of gain and {:.0f} deg of phase margin where {:g} dB and {:g} deg "
-          "are asked",
+          "are required",
           loop_text(loop), margins.gain_margin_db, margins.phase_margin_deg, kLeastMargins.gain_margin_db,
           kLeastMargins.phase_margin_deg);
       warnings.emplace_back(complaint(plant, axis, loop, reason).what());

@@ -137,8 +137,8 @@ std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
                         row.worst_travel_rad * kDegreesPerRad, 100.0 * row.worst_travel_share,
                         row.worst_travel_in_wind_rad * kDegreesPerRad, taken_for);
     for (const auto& [motion, count] : row.hidden) {
-      below += fmt::format("{}: nothing to be seen in {} trials of {}: {}\n", row.breakage->name, count,
-                           motion_name(motion), row.breakage->hidden_because);
+      below += fmt::format("{}: not detectable in {} runs of {}: {}\n", row.breakage->name, count, motion_name(motion),
+                           row.breakage->hidden_because);
     }
     for (const std::string& complaint : row.complaints) {
       below += complaint + "\n";

@@ -58,7 +58,7 @@ void test_the_firmware_takes_every_experiment_of_every_programme() {
 void test_a_first_look_takes_about_a_minute_and_a_programme_some() {
   for (const Case& machine : {kCases[0], kCases[1], kCases[2]}) {
     CHECK_NEAR("first look, s", 80, duration_s(first_look(machine.limits), 0.0), 15);
-    CHECK_NEAR("programme, s", 540, duration_s(programme_for(machine.limits, machine.machine), 0.0), 200);
+    CHECK_NEAR("test plan, s", 540, duration_s(programme_for(machine.limits, machine.machine), 0.0), 200);
     CHECK_NEAR("chirps, s", 75, duration_s(structure_look(machine.limits, machine.machine), 0.0), 15);
   }
 }
@@ -103,7 +103,7 @@ void test_limits_without_room_and_machines_that_make_no_sense_are_refused() {
   expect_refusal(limits, good.machine, "the speed limit [rad/s] is nan");
   RoughMachine machine = good.machine;
   machine.inertia_kg_m2 = 0.0;
-  expect_refusal(good.limits, machine, "the rough inertia [kg m2] is 0; such a machine has 1e-07");
+  expect_refusal(good.limits, machine, "the rough inertia [kg m2] is 0; the range of machines is 1e-07");
 }
 
 void test_the_file_holds_what_the_device_is_told() {

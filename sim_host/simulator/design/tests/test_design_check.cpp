@@ -109,7 +109,7 @@ void test_a_bandwidth_beyond_the_delays_is_named_and_the_advice_works() {
   const std::vector<std::string> warnings = margin_warnings(plant, design_controller(plant, controller_spec("pi"), {}));
   TEST_ASSERT_EQUAL(1, warnings.size());
   check_says(warnings[0], ": design.pitch.speed_loop_bandwidth_hz: leaves the speed loop with PI ");
-  check_says(warnings[0], "where 6 dB and 40 deg are asked");
+  check_says(warnings[0], "where 6 dB and 40 deg are required");
   plant.design[kPitch].speed_loop_bandwidth_hz = advised(warnings[0]);
   TEST_ASSERT_EQUAL(0, margin_warnings(plant, design_controller(plant, controller_spec("pi"), {})).size());
 
