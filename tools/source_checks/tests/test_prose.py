@@ -64,7 +64,7 @@ def test_python_docstrings_are_comments_and_other_strings_messages():
 
 
 def test_expressions_in_python_strings_are_not_read():
-    source = 'say(f"stored{f\'; CRC {told}\' if told else \'\'} and {{braces}}.")\n'
+    source = 'say(f"stored{f\'; CRC {crc}\' if crc else \'\'} and {{braces}}.")\n'
     assert plain(passages(prose.python_passages, source, "message")) == [(1, "stored{} and braces.")]
 
 
