@@ -64,7 +64,7 @@ def test_every_object_of_the_eds_is_there_with_its_default(node):
 # --- NMT and heartbeat -------------------------------------------------------------------------------------------
 
 
-def test_nmt_commands_are_followed_and_heartbeats_tell(node):
+def test_nmt_commands_are_followed_and_heartbeats_report(node):
     for state in ("OPERATIONAL", "STOPPED", "PRE-OPERATIONAL"):
         node.nmt.state = state
         time.sleep(0.02)
@@ -421,7 +421,7 @@ def test_client_that_leaves_in_mid_transfer_hinders_nobody(connect, node):
     assert node.sdo.upload(0x2F00, 12) == b"\x34\x12"
 
 
-def test_python_can_sees_frames_both_ways(test_node):
+def test_python_can_sees_frames_in_both_directions(test_node):
     with test_node.open_bus() as left, test_node.open_bus() as right:
         time.sleep(0.05)
         sent = can.Message(arbitration_id=0x1ABCDE5F, data=[1, 2, 3], is_extended_id=True)

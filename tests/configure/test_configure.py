@@ -98,10 +98,10 @@ def test_without_the_cross_compiler_one_sentence_says_what_installs_it(sources, 
     for _ in range(2):  # what the first try leaves behind adds nothing
         failed = run(sources, "cmake", "--workflow", "--preset", preset, PATH=bare_path)
         assert failed.returncode != 0
-        (told,) = errors(failed)
-        assert "The compiler for the board (arm-none-eabi-gcc) is missing" in told
-        command = re.search(r"\./tools/setup (\w+) installs it\.", told)
-        assert command, told
+        (message,) = errors(failed)
+        assert "The compiler for the board (arm-none-eabi-gcc) is missing" in message
+        command = re.search(r"\./tools/setup (\w+) installs it\.", message)
+        assert command, message
         assert command[1] in setup_words()
 
 
@@ -153,9 +153,9 @@ def test_a_relative_unity_dir_counts_from_the_project_folder(uses_unity, copies)
 
 def test_unity_dir_of_the_environment_counts_after_a_first_try_without_it(uses_unity, copies):
     one, two = copies
-    (told,) = uses_unity()
-    assert "Unity, the C test framework (no unity.c in" in told and "third_party/unity" in told
-    assert "is missing: ./tools/setup firmware installs it." in told
+    (message,) = uses_unity()
+    assert "Unity, the C test framework (no unity.c in" in message and "third_party/unity" in message
+    assert "is missing: ./tools/setup firmware installs it." in message
     assert uses_unity(UNITY_DIR=str(one)) == one
     assert uses_unity() == one  # as when a build configures again by itself
     assert uses_unity(UNITY_DIR=str(two)) == two

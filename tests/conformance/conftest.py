@@ -61,30 +61,30 @@ class Master:
         self.network.connect()
         self.node = self.network.add_node(NODE_ID, str(DESCRIPTIONS / "trackservo.eds"))
         self._heard: list[tuple[int, bytes]] = []
-        self._news = threading.Condition()
+        self._changed = threading.Condition()
         for identifier in range(0x800):
             self.network.subscribe(identifier, self._hear)
 
     def _hear(self, identifier: int, data: bytearray, _time: float) -> None:
-        with self._news:
+        with self._changed:
             self._heard.append((identifier, bytes(data)))
-            self._news.notify_all()
+            self._changed.notify_all()
 
     def forget(self) -> None:
-        with self._news:
+        with self._changed:
             self._heard.clear()
 
     def heard(self, identifier: int) -> list[bytes]:
         """The frames since `forget`."""
-        with self._news:
+        with self._changed:
             return [data for heard, data in self._heard if heard == identifier]
 
     def wait_for(self, identifier: int, count: int = 1, timeout_s: float = 10.0) -> list[bytes]:
         """At least `count` frames since `forget`."""
         end = time.monotonic() + timeout_s
         while len(frames := self.heard(identifier)) < count:
-            with self._news:
-                self._news.wait(0.05)
+            with self._changed:
+                self._changed.wait(0.05)
             assert time.monotonic() < end, f"{len(frames)} of {count} frames {identifier:03X} within {timeout_s} s"
         return frames
 

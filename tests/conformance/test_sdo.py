@@ -136,7 +136,7 @@ def test_an_abort_of_the_client_is_not_answered_and_frees_the_server(master):
     assert len(master.heard(0x580 + NODE_ID)) == 1
 
 
-def test_a_client_that_falls_silent_is_told_so(master):
+def test_a_client_that_falls_silent_is_reported(master):
     assert master.request(0x21, 0x17, 0x10, 0, 2, 0, 0, 0)[0] == 0x60
     assert code_of(master.wait_for(0x580 + NODE_ID, 2)[1]) == TIME_OUT
     assert master.number(0x1017) == 100

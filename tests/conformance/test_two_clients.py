@@ -26,9 +26,9 @@ OWN = [(0x6081, 0), (0x6881, 0)]
 class Client(threading.Thread):
     """Reads texts and numbers whose values are known, writes its own object and reads it back."""
 
-    def __init__(self, sdo, own, known, most_pause_s, seed):
+    def __init__(self, sdo, own, known, max_pause_s, seed):
         super().__init__()
-        self.sdo, self.own, self.known, self.most_pause_s = sdo, own, known, most_pause_s
+        self.sdo, self.own, self.known, self.max_pause_s = sdo, own, known, max_pause_s
         self.random = random.Random(seed)
         self.may_be = {known[own]}
         self.right = {"text": 0, "number": 0, "write": 0}
@@ -36,7 +36,7 @@ class Client(threading.Thread):
 
     def run(self):
         for _ in range(TRANSFERS):
-            time.sleep(self.random.uniform(0, self.most_pause_s))
+            time.sleep(self.random.uniform(0, self.max_pause_s))
             try:
                 self.right[self.transfer()] += 1
             except (canopen.SdoAbortedError, canopen.SdoCommunicationError):
@@ -71,8 +71,8 @@ class Client(threading.Thread):
             self.wrong.append((hex(of[0]), of[1], value, values))
 
 
-def run_both(channels, known, most_pause_s):
-    both = [Client(sdo, OWN[n], known, most_pause_s, seed=n) for n, sdo in enumerate(channels)]
+def run_both(channels, known, max_pause_s):
+    both = [Client(sdo, OWN[n], known, max_pause_s, seed=n) for n, sdo in enumerate(channels)]
     for client in both:
         client.start()
     for client in both:

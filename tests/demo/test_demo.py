@@ -86,7 +86,7 @@ def test_a_quick_run_promises_less(demo: Path) -> None:
     assert most(run(demo, "--quick")[1]) <= most(run(demo)[1])
 
 
-def test_the_build_is_told_in_lines_before_the_experiments_begin(demo: Path) -> None:
+def test_the_build_is_reported_in_lines_before_the_experiments_begin(demo: Path) -> None:
     code, text = run(demo)
     assert code == 0 and "\r" not in text
     seen = (demo / "output.txt.seen").read_text(encoding="utf-8")
@@ -104,11 +104,11 @@ def test_a_line_is_written_when_its_step_ends_and_not_when_the_build_ends(demo: 
             texts.append(file.read_text(encoding="utf-8") if file.exists() else "")
             time.sleep(0.02)
 
-    watcher = threading.Thread(target=look)
-    watcher.start()
+    observer = threading.Thread(target=look)
+    observer.start()
     code, _ = run(demo)
     finished.set()
-    watcher.join()
+    observer.join()
     assert code == 0
     assert any("linking" in text and "built, took" not in text for text in texts)
 

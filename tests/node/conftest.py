@@ -116,7 +116,7 @@ def pitch(node):
 
 
 @pytest.fixture
-def tell(capsys):
+def report(capsys):
     """Prints a measured number, also when the test passes."""
 
     def show(text):

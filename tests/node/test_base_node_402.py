@@ -17,7 +17,7 @@ def mean_of(variable, count=50):
     return sum(variable.raw for _ in range(count)) / count
 
 
-def test_azimuth_is_enabled_turns_and_tells_its_speed(motor):
+def test_azimuth_is_enabled_turns_and_reports_its_speed(motor):
     motor.op_mode = "PROFILED VELOCITY"
     assert motor.op_mode == "PROFILED VELOCITY"
     motor.state = "OPERATION ENABLED"

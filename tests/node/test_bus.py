@@ -92,7 +92,7 @@ def heard_while_flooded(served, lines, seconds=FLOOD_S):
     return heard
 
 
-def test_lost_master_stops_the_axis_in_time(node, azimuth, pitch, tell):
+def test_lost_master_stops_the_axis_in_time(node, azimuth, pitch, report):
     silence_s = 0.2
     node.sdo[0x1016][1].raw = MASTER << 16 | round(silence_s * 1000)
     heartbeat = node.network.send_periodic(0x700 + MASTER, [5], 0.05)
@@ -101,20 +101,20 @@ def test_lost_master_stops_the_axis_in_time(node, azimuth, pitch, tell):
     heartbeat.stop()
     lost = time.monotonic()
     emergency = node.emcy.wait(0x8130, timeout=2)
-    told_s = time.monotonic() - lost
+    reported_s = time.monotonic() - lost
     assert emergency is not None and emergency.data[0] == MASTER
     wait_until(lambda: azimuth.get(0x606B) == 0, 1)
     wait_until(lambda: abs(azimuth.rate_deg_s) < 0.05, 1)
     still_s = time.monotonic() - lost
-    tell(f"master silent: EMCY after {1000 * told_s:.0f} ms, standstill after {1000 * still_s:.0f} ms")
-    assert told_s < silence_s + 0.1
+    report(f"master silent: EMCY after {1000 * reported_s:.0f} ms, standstill after {1000 * still_s:.0f} ms")
+    assert reported_s < silence_s + 0.1
     assert still_s < silence_s + 0.3
     wait_until(lambda: azimuth.state == "FAULT", 1)
     assert azimuth.get(0x603F) == 0x8130
     assert pitch.get(0x603F) == 0x8130
     assert node.nmt.wait_for_heartbeat(2) == "PRE-OPERATIONAL"
-    told = {(error.data[1], error.code) for error in node.emcy.log}
-    assert told == {(NODE_ITSELF, 0x8130), (AZIMUTH, 0x8130), (PITCH, 0x8130)}
+    reported = {(error.data[1], error.code) for error in node.emcy.log}
+    assert reported == {(NODE_ITSELF, 0x8130), (AZIMUTH, 0x8130), (PITCH, 0x8130)}
     assert node.sdo[0x1003][1].raw & 0xFFFF == 0x8130
 
 
@@ -177,7 +177,7 @@ def test_two_clients_at_once_each_with_an_axis(connect, azimuth, pitch):
     assert azimuth.mean_rate_deg_s() == pytest.approx(1.0, rel=0.03)
 
 
-def test_full_bus_of_foreign_frames_leaves_axis_and_heartbeat_alone(served, node, azimuth, connect, tell):
+def test_full_bus_of_foreign_frames_leaves_axis_and_heartbeat_alone(served, node, azimuth, connect, report):
     azimuth.turn(1.0)
     start_s, start_ticks = time.monotonic(), node.sdo[0x3010][1].raw
     node.network.disconnect()  # python-can could not read that fast
@@ -186,7 +186,7 @@ def test_full_bus_of_foreign_frames_leaves_axis_and_heartbeat_alone(served, node
     rates = [rate_of(payload) for payload in heard[TPDO3]]
     flood = sum(len(frames) for cob_id, frames in heard.items() if cob_id > 0x701)
     kept = ticks_kept(connect(), start_s, start_ticks)
-    tell(f"flood: {flood / FLOOD_S:.0f} foreign frames/s, {len(heard[0x701]) / FLOOD_S:.1f} heartbeats/s, "
+    report(f"flood: {flood / FLOOD_S:.0f} foreign frames/s, {len(heard[0x701]) / FLOOD_S:.1f} heartbeats/s, "
          f"{100 * kept:.2f} % of the ticks in time")
     assert kept > 0.98
     assert flood / FLOOD_S > 5000
@@ -198,7 +198,7 @@ def test_full_bus_of_foreign_frames_leaves_axis_and_heartbeat_alone(served, node
     assert 0x081 not in heard  # no EMCY
 
 
-def test_flood_of_the_nodes_own_identifiers_does_not_stop_the_axis(served, node, azimuth, connect, tell):
+def test_flood_of_the_nodes_own_identifiers_does_not_stop_the_axis(served, node, azimuth, connect, report):
     """Wrong lengths on RPDOs, unknown NMT commands, SDO frames without meaning, heartbeats of others."""
     azimuth.turn(1.0)
     start_s, start_ticks = time.monotonic(), node.sdo[0x3010][1].raw
@@ -209,7 +209,7 @@ def test_flood_of_the_nodes_own_identifiers_does_not_stop_the_axis(served, node,
     rates = [rate_of(payload) for payload in heard[TPDO3]]
     kept = ticks_kept(connect(), start_s, start_ticks)
     assert kept > 0.98
-    tell(f"own identifiers: {100 * kept:.2f} % of the ticks in time, {len(heard[0x701]) / FLOOD_S:.1f} heartbeats/s, "
+    report(f"own identifiers: {100 * kept:.2f} % of the ticks in time, {len(heard[0x701]) / FLOOD_S:.1f} heartbeats/s, "
          f"{sum(len(frames) for frames in heard.values()) / FLOOD_S:.0f} frames/s heard")
     assert len(heard[0x701]) / FLOOD_S >= 9
     assert set(heard[0x701]) == {"05"}
@@ -217,11 +217,11 @@ def test_flood_of_the_nodes_own_identifiers_does_not_stop_the_axis(served, node,
     assert max(abs(rate - micro_rad(1.0)) for rate in rates) < micro_rad(0.1)
 
 
-def test_sdo_reads_per_second(azimuth, tell):
+def test_sdo_reads_per_second(azimuth, report):
     azimuth.turn(1.0)
     count, start = 1000, time.monotonic()
     for _ in range(count):
         azimuth.node.sdo.upload(0x606C, 0)
     rate = count / (time.monotonic() - start)
-    tell(f"{rate:.0f} SDO reads per second, one after the other")
+    report(f"{rate:.0f} SDO reads per second, one after the other")
     assert rate > 300  # the target is 1000; this machine may be busy

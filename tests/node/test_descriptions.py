@@ -64,8 +64,9 @@ def test_every_fault_has_all_its_words_and_names_limits_that_exist(descriptions)
 def test_the_words_of_a_fault_name_the_limits_that_its_row_lists(descriptions):
     faults = json.loads((descriptions / "faults.json").read_text())["faults"]
     for fault in faults:
-        told = {int(sub) for sub in re.findall(r"2060:([0-9]+)", fault["detection"] + fault["when"] + fault["timer"])}
-        assert told == set(fault["limits"]), fault["name"]
+        texts = fault["detection"] + fault["when"] + fault["timer"]
+        reported = {int(sub) for sub in re.findall(r"2060:([0-9]+)", texts)}
+        assert reported == set(fault["limits"]), fault["name"]
 
 
 def test_reference_page_has_every_object(descriptions):
@@ -81,7 +82,7 @@ def test_reference_page_has_every_object(descriptions):
             assert (entry.index - 0x800 * pitch, sub) in listed, f"{entry.index:04X}:{sub}"
 
 
-def test_node_tells_the_commit_that_it_was_built_from(node):
+def test_node_reports_the_commit_that_it_was_built_from(node):
     assert re.fullmatch(r"[0-9a-f]{7,}(-dirty)?|.*-g[0-9a-f]{7,}(-dirty)?|unknown", node.sdo[0x3030][3].raw)
 
 

@@ -60,7 +60,7 @@ def test_a_sweep_runs_to_its_end_and_leaves_the_axis_at_rest(experiment, azimuth
     assert azimuth.state == "OPERATION ENABLED"
 
 
-def test_the_duration_is_told_before_anything_moves(experiment):
+def test_the_duration_is_reported_before_anything_moves(experiment):
     experiment.set_up(QUICK_SWEEP)
     assert experiment.record[DURATION].raw == pytest.approx(sum(2 * (0.2 + 2 * speed / 0.5) for speed in (0.005, 0.01, 0.02)), rel=1e-4)
 

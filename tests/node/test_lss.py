@@ -87,7 +87,7 @@ def forget_node_ids(network, node_ids):
     time.sleep(0.3)
 
 
-def test_three_nodes_without_node_id_are_found_and_numbered(serve, tmp_path, tell):
+def test_three_nodes_without_node_id_are_found_and_numbered(serve, tmp_path, report):
     options = ("--nodes", "3", "--node-id", str(UNCONFIGURED), "--serial", str(FIRST_SERIAL), "--flash",
                str(tmp_path / "flash"))
     node_ids = range(10, 13)
@@ -99,12 +99,12 @@ def test_three_nodes_without_node_id_are_found_and_numbered(serve, tmp_path, tel
             found = find_and_number(network.lss, node_ids[0], 3)
             break
         except LssError as error:
-            tell(f"attempt {attempt + 1}: {error}: the computer is late")
+            report(f"attempt {attempt + 1}: {error}: the computer is late")
             forget_node_ids(network, node_ids)
     else:
         raise AssertionError("not once found")
     for identity, seconds in found:
-        tell(f"serial number {identity[3]:08X}: {seconds:.2f} s")
+        report(f"serial number {identity[3]:08X}: {seconds:.2f} s")
         assert seconds < 5.0
     assert sorted(identity[3] for identity, _ in found) == [FIRST_SERIAL + n for n in range(3)]
     assert {tuple(identity[:3]) for identity, _ in found} == {(0, PRODUCT, 1)}
@@ -118,7 +118,7 @@ def test_three_nodes_without_node_id_are_found_and_numbered(serve, tmp_path, tel
         assert add(again, node_id).sdo[0x1018][4].raw == by_node[node_id]
 
 
-def test_answers_come_within_5_ms(serve, tell):
+def test_answers_come_within_5_ms(serve, report):
     network = serve("--node-id", str(UNCONFIGURED)).network()
     lss = network.lss
     slowest_ms = []
@@ -131,7 +131,7 @@ def test_answers_come_within_5_ms(serve, tell):
                 request()
                 took.append(1000 * (time.monotonic() - start))
         slowest_ms.append(sorted(took)[len(took) * 9 // 10])
-    tell(f"nine of ten LSS answers within {min(slowest_ms):.1f} ms, SLCAN and python-can included")
+    report(f"nine of ten LSS answers within {min(slowest_ms):.1f} ms, SLCAN and python-can included")
     assert min(slowest_ms) < 5.0
 
 
@@ -211,7 +211,7 @@ def test_with_torque_lss_changes_nothing(serve):
 
 
 @pytest.mark.parametrize("bit_rate", sorted(BIT_RATE_INDEX))
-def test_sdo_answers_within_50_ms_while_both_axes_move(serve, bit_rate, tell):
+def test_sdo_answers_within_50_ms_while_both_axes_move(serve, bit_rate, report):
     network = serve("--bit-rate", str(bit_rate)).network(bit_rate)
     node = add(network, NODE_ID)
     node.sdo.RESPONSE_TIMEOUT = 2.0
@@ -231,7 +231,7 @@ def test_sdo_answers_within_50_ms_while_both_axes_move(serve, bit_rate, tell):
         took_ms.append(1000 * (time.monotonic() - start))
         time.sleep(0.005)
     took_ms.sort()
-    tell(f"{bit_rate // 1000} kbit/s: SDO answers after {took_ms[50]:.1f} ms, 95 of 100 within {took_ms[94]:.1f} ms")
+    report(f"{bit_rate // 1000} kbit/s: SDO answers after {took_ms[50]:.1f} ms, 95 of 100 within {took_ms[94]:.1f} ms")
     assert took_ms[94] < 50.0  # the other five are the computer's
     for shift in (0, 0x800):
         assert node.sdo[0x6041 + shift].raw & 0x6F == 0x27

@@ -46,12 +46,12 @@ def test_every_tick_comes_once_and_in_order(ticks):
     assert all((b - a) & 0xFFFF == 1 for a, b in zip(numbers, numbers[1:], strict=False))
 
 
-def test_a_tick_tells_angle_rates_and_torque_of_the_axis(ticks, azimuth):
+def test_a_tick_reports_angle_rates_and_torque_of_the_axis(ticks, azimuth):
     azimuth.turn(2.0)
     wait_until(lambda: len(ticks) > 100, 5)
     angle, joint_rate, inertial_rate, torque, _, kind, _, reference = (list(c) for c in zip(*ticks[-100:], strict=True))
-    way_rad = ((angle[-1] - angle[0]) & 0xFFFFFFFF) * 2 * math.pi / 2**32
-    assert way_rad == pytest.approx(0.099 * math.radians(2), rel=0.1)
+    travelled_rad = ((angle[-1] - angle[0]) & 0xFFFFFFFF) * 2 * math.pi / 2**32
+    assert travelled_rad == pytest.approx(0.099 * math.radians(2), rel=0.1)
     assert sum(joint_rate) / 100 == pytest.approx(math.radians(2), rel=0.1)
     assert sum(inertial_rate) / 100 == pytest.approx(math.radians(2), rel=0.1)
     assert reference[-1] == pytest.approx(math.radians(2), rel=1e-3)

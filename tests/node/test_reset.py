@@ -72,7 +72,7 @@ def fail_to_follow(axis):
     wait_until(lambda: axis.state == "FAULT", 2)
 
 
-def test_the_same_fault_is_told_again_after_a_reset(node, azimuth):
+def test_the_same_fault_is_reported_again_after_a_reset(node, azimuth):
     for _ in range(2):
         fail_to_follow(azimuth)
         wait_until(lambda: node.sdo[0x1001].raw != 0, 1)
@@ -125,7 +125,7 @@ def test_load_brings_the_defaults_back_at_the_next_reset(node, azimuth):
     assert azimuth.get(0x2070, 2) == 0
 
 
-def test_a_stored_watch_on_the_master_is_there_after_a_reset(node, azimuth):
+def test_a_stored_monitoring_of_the_master_is_there_after_a_reset(node, azimuth):
     node.sdo[0x1016][1].raw = MASTER << 16 | 200
     node.sdo[0x1010][COMMUNICATION].raw = SAVE
     reset_node(node)

@@ -43,13 +43,13 @@ def parse(data):
     return trigger, list(zip(*struct.iter_unpack(f"<{channels}f", data[header:])))
 
 
-def test_capture_of_32_kib_is_the_same_by_block_and_by_segments(node, azimuth, tell):
+def test_capture_of_32_kib_is_the_same_by_block_and_by_segments(node, azimuth, report):
     azimuth.turn(1.0)
     scope = arm(node, [TORQUE, PI, DISTURBANCE, FRICTION])
     wait_until(lambda: scope[STATE].raw == DONE, 5)
     start = time.monotonic()
     data = read(node, block=True)
-    tell(f"{len(data)} bytes by block upload in {time.monotonic() - start:.2f} s")
+    report(f"{len(data)} bytes by block upload in {time.monotonic() - start:.2f} s")
     assert len(data) == 32 + 4 * 8 + 32768
     assert read(node, block=True) == data
     assert read(node, block=False) == data

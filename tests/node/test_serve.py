@@ -58,7 +58,7 @@ def test_as_a_background_job_it_runs_until_a_signal_comes(number):
     assert shell.stdout.read() == ""
 
 
-def test_it_ends_with_standard_input_where_that_is_asked_for():
+def test_it_ends_with_standard_input_where_that_is_required():
     done = subprocess.run([SIM_HOST, "serve", "--until-stdin-ends"], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, timeout=20)
     assert (done.returncode, done.stderr) == (0, "")
@@ -84,7 +84,7 @@ def angles_deg(bus):
     return [read(bus, index, 0, signed=True) / COUNTS_PER_DEG for index in (0x6064, 0x6864)]
 
 
-def test_an_unpowered_machine_stands_for_20_minutes(tell):
+def test_an_unpowered_machine_stands_for_20_minutes(report):
     """In its wind; without holding brakes azimuth was at -141 degrees then, and pitch at its end stop."""
     with serving("slcan-tcp:0", "--speed", "max") as served, served.open_bus() as bus:
         receive(bus, 0x701)
@@ -92,7 +92,7 @@ def test_an_unpowered_machine_stands_for_20_minutes(tell):
         while ticks(bus) < 20 * 60 * 1000:
             time.sleep(0.2)
         moved = [after - at for after, at in zip(angles_deg(bus), before, strict=True)]
-        tell(f"moved by {moved[0]:.5f} and {moved[1]:.5f} degrees")
+        report(f"moved by {moved[0]:.5f} and {moved[1]:.5f} degrees")
         assert max(map(abs, moved)) < 0.001
 
 
@@ -115,17 +115,17 @@ def pace(bus):
     return (ticks(bus) - start) / (1000 * (time.monotonic() - start_s))
 
 
-def test_time_runs_as_fast_as_it_can_when_asked(tell):
+def test_time_runs_as_fast_as_it_can_on_request(report):
     with serving("slcan-tcp:0", "--speed", "max") as served, served.open_bus() as bus:
         factor = pace(bus)
-        tell(f"--speed max: {factor:.0f} times real time")
+        report(f"--speed max: {factor:.0f} times real time")
         assert factor > 2
 
 
-def test_time_runs_at_the_pace_that_is_asked_for(tell):
+def test_time_runs_at_the_pace_that_is_required(report):
     with serving("slcan-tcp:0", "--speed", "4") as served, served.open_bus() as bus:
         factor = pace(bus)
-        tell(f"--speed 4: {factor:.1f} times real time")
+        report(f"--speed 4: {factor:.1f} times real time")
         assert 2 < factor < 4.2
 
 

@@ -58,7 +58,7 @@ def test_gains_and_limits_survive_a_loss_of_power(tmp_path):
         assert Axis(node, 0).get(0x607D, 1) == pytest.approx(-48.52e6, rel=1e-3)  # of the plant: 278 degrees
 
 
-def test_a_damaged_set_is_skipped_and_told(tmp_path):
+def test_a_damaged_set_is_skipped_and_reported(tmp_path):
     flash = tmp_path / "flash"
     with powered(flash) as node:
         for speed_limit in (600001, 600002):

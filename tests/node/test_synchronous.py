@@ -150,7 +150,7 @@ def master(node):
         running.disable()
 
 
-def test_csp_on_both_axes_follows_positions_that_come_with_sync(master, azimuth, pitch, tell):
+def test_csp_on_both_axes_follows_positions_that_come_with_sync(master, azimuth, pitch, report):
     master.enable(CSP)
     # 1 degree in 2 s, from rest to rest
     master.follow(lambda t: (tenth_micro_rad(0.5 * (1 - math.cos(math.pi * min(t, 2.0) / 2))), 0), 2.5)
@@ -158,7 +158,7 @@ def test_csp_on_both_axes_follows_positions_that_come_with_sync(master, azimuth,
         assert channel.state == "OPERATION ENABLED"
         assert channel.actual_position - channel.start == pytest.approx(tenth_micro_rad(1.0), abs=tenth_micro_rad(0.01))
     seen = [channel.seen / master.syncs for channel in master.channels]
-    tell(f"{master.syncs} SYNCs, answered {seen[0]:.3f} and {seen[1]:.3f}")
+    report(f"{master.syncs} SYNCs, answered {seen[0]:.3f} and {seen[1]:.3f}")
     assert all(share == pytest.approx(1.0, abs=0.03) for share in seen)
     assert azimuth.get(0x603F) == pitch.get(0x603F) == 0
 

@@ -40,7 +40,7 @@ def outwards(axis, mode, direction, rate, end_rad):
 
 @pytest.mark.parametrize("mode", [PP, PV])
 @pytest.mark.parametrize("rate", [100_000, 350_000, 1_000_000])
-def test_a_move_to_the_hard_end_stops_inside_with_bit_11(node, azimuth, pitch, tell, mode, rate):
+def test_a_move_to_the_hard_end_stops_inside_with_bit_11(node, azimuth, pitch, report, mode, rate):
     """12 tries with the other parameters: each ended in fault 8612, 0.3 to 3.8 mrad outside."""
     unlock(node)
     moves = []
@@ -53,7 +53,7 @@ def test_a_move_to_the_hard_end_stops_inside_with_bit_11(node, azimuth, pitch, t
     for axis, direction, end in moves:
         left_mrad = 1e3 * direction * (end - axis.get(0x6064) / COUNTS_PER_RAD)
         statusword = axis.get(0x6041)
-        tell(f"mode {mode}, {rate} urad/s: {left_mrad:.2f} mrad left")
+        report(f"mode {mode}, {rate} urad/s: {left_mrad:.2f} mrad left")
         assert axis.get(0x603F) == 0
         assert axis.state == "OPERATION ENABLED"
         assert 0 < left_mrad < 7

@@ -107,7 +107,7 @@ def configure(node, dcf):
 
 
 def test_every_key_of_the_shipped_file_is_known(bus):
-    assert check_bus.complaints(bus) == []
+    assert check_bus.errors(bus) == []
 
 
 def test_the_list_of_dcfgens_keys_is_what_its_source_reads():
@@ -155,21 +155,22 @@ def test_a_key_that_nobody_reads_is_refused_although_dcfgen_takes_it(bus, tmp_pa
     for step in path.split(".") if path else []:
         table = table[int(step) if step.isdigit() else step]
     table[wrong] = 1
-    (complaint,) = check_bus.complaints(changed)
-    assert f"nobody reads '{wrong}'; did you mean '{meant}'?" in complaint
+    (error,) = check_bus.errors(changed)
+    assert f"nobody reads '{wrong}'; did you mean '{meant}'?" in error
     generate(changed, tmp_path)
     file = tmp_path / "changed.yml"
     file.write_text(yaml.dump(changed))
-    told = subprocess.run([sys.executable, PROJECT / "tools/ros2/check_bus.py", file], capture_output=True, text=True)
-    assert told.returncode == 1 and complaint in told.stderr
+    ran = subprocess.run([sys.executable, PROJECT / "tools/ros2/check_bus.py", file], capture_output=True, text=True)
+    assert ran.returncode == 1 and error in ran.stderr
 
 
-def test_a_file_that_cannot_be_read_or_is_no_bus_is_told(tmp_path):
+def test_a_file_that_cannot_be_read_or_is_no_bus_is_reported(tmp_path):
     (tmp_path / "broken.yml").write_text("nodes: {")
     (tmp_path / "text.yml").write_text("hello")
     for name, code in (("broken.yml", 2), ("text.yml", 1), ("missing.yml", 2)):
-        told = subprocess.run([sys.executable, PROJECT / "tools/ros2/check_bus.py", tmp_path / name], capture_output=True, text=True)
-        assert told.returncode == code and name in told.stderr and "Traceback" not in told.stderr
+        command = [sys.executable, PROJECT / "tools/ros2/check_bus.py", tmp_path / name]
+        ran = subprocess.run(command, capture_output=True, text=True)
+        assert ran.returncode == code and name in ran.stderr and "Traceback" not in ran.stderr
 
 
 def test_the_pdos_have_all_that_the_driver_uses_of_both_axes_and_of_one_axis_each(bus):
@@ -220,9 +221,9 @@ def test_the_masters_idea_of_the_device_is_the_device(node, dcf):
     master = configparser.ConfigParser(strict=False, interpolation=None)
     master.read(dcf / "master.dcf")
     found = {0x1F84: node.sdo[0x1000].raw, 0x1F85: node.sdo[0x1018][1].raw, 0x1F86: node.sdo[0x1018][2].raw}
-    for index, told in found.items():
+    for index, ran in found.items():
         expected = int(master.get(f"{index:04X}Value", "1", fallback="0"), 0)
-        assert expected in (0, told), f"{index:04X}"  # 0: not checked
+        assert expected in (0, ran), f"{index:04X}"  # 0: not checked
     assert int(master.get("1F84Value", "1"), 0) == found[0x1F84]
     assert int(master.get("1F86Value", "1"), 0) == found[0x1F86]
 

@@ -43,7 +43,7 @@ def test_as_a_background_job_it_runs_until_a_signal_comes(number):
     assert shell.stdout.read() == ""
 
 
-def test_it_ends_with_standard_input_where_that_is_asked_for():
+def test_it_ends_with_standard_input_where_that_is_required():
     done = subprocess.run([PROGRAM, IMAGE, "--until-stdin-ends"], stdin=subprocess.DEVNULL, capture_output=True,
                           text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")

@@ -85,10 +85,10 @@ def counts_by_itself(loop):
     if match is None:
         return False
     downwards = match["step"].startswith("--") or match["step"].endswith("--") or "-=" in match["step"]
-    right_way = match["test"] in ((">", ">=") if downwards else ("<", "<="))
+    right_direction = match["test"] in ((">", ">=") if downwards else ("<", "<="))
     ends = (match["first"], match["bound"])
     constant = all(CONSTANT.match(SIZE_OF.sub("1", end).strip()) for end in ends)
-    return right_way and constant and not is_changed_in(match["i"], loop.body)
+    return right_direction and constant and not is_changed_in(match["i"], loop.body)
 
 
 def all_loops(root):

@@ -53,7 +53,7 @@ ROS2_DIAGNOSTICS = {"enable", "period"}
 SECTIONS = {"options", "master", "defaults", "nodes"}
 
 
-def complaints(bus):
+def errors(bus):
     """Errors in the content of a bus.yml, one sentence each."""
     found = []
     if not isinstance(bus, dict):
@@ -113,12 +113,12 @@ def main():
     parser.add_argument("file", type=Path)
     file = parser.parse_args().file
     try:
-        found = complaints(yaml.safe_load(file.read_text(encoding="utf-8")))
+        found = errors(yaml.safe_load(file.read_text(encoding="utf-8")))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         print(f"check_bus: {file}: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
-    for complaint in found:
-        print(f"{file}: {complaint}.", file=sys.stderr)
+    for line in found:
+        print(f"{file}: {line}.", file=sys.stderr)
     if not found:
         print(f"{file}: all keys are known.")
     return 1 if found else 0

@@ -26,10 +26,10 @@ def send(frame):
     subprocess.run(["cansend", "vcan0", frame], check=True)
 
 
-def test_error_passive_is_told_and_taken_back(node, azimuth):
+def test_error_passive_is_reported_and_taken_back(node, azimuth):
     azimuth.turn(1.0)
     send(PASSIVE)
-    wait_until(lambda: [told.code for told in node.emcy.active] == [0x8120], 2)
+    wait_until(lambda: [reported.code for reported in node.emcy.active] == [0x8120], 2)
     assert node.emcy.active[0].register & 0x11 == 0x11
     assert azimuth.state == "OPERATION ENABLED"
     send(ACTIVE)
@@ -38,7 +38,7 @@ def test_error_passive_is_told_and_taken_back(node, azimuth):
     assert node.sdo[0x1003][1].raw & 0xFFFF == 0x8120
 
 
-def test_bus_off_is_told_when_the_bus_is_back(node):
+def test_bus_off_is_reported_when_the_bus_is_back(node):
     heard = []
     node.network.subscribe(0x081, lambda _id, data, _time: heard.append(int.from_bytes(data[:2], "little")))
     send(BUS_OFF)

@@ -30,7 +30,7 @@ def servoctl(served, tmp_path):
     return run
 
 
-def test_servoctl_from_scan_to_step(servoctl, tmp_path, tell):
+def test_servoctl_from_scan_to_step(servoctl, tmp_path, report):
     assert [found["name"] for found in servoctl("scan")] == ["trackservo"]
     assert servoctl("info")["schema_fits"]
     before = servoctl("get", GAIN)[0]["value"]
@@ -40,7 +40,7 @@ def test_servoctl_from_scan_to_step(servoctl, tmp_path, tell):
     # when none is left.
     found = servoctl("step", "azimuth", "--amplitude", "1", "--hold", "0.4", "--yes", tries=6)
     rises_ms = [round(1000 * step["rise_s"], 1) for step in found["steps"]]
-    tell(f"servoctl step on SocketCAN: rise {rises_ms} ms, {found['lost']} samples lost")
+    report(f"servoctl step on SocketCAN: rise {rises_ms} ms, {found['lost']} samples lost")
     assert {step["direction"] for step in found["steps"]} <= {"forward", "backward"} and found["steps"]
     for step in found["steps"]:
         assert 0.001 < step["rise_s"] < 0.1

@@ -42,7 +42,7 @@ def depth(elf: pathlib.Path, table: dict[str, list[str]] | None = None) -> tuple
     return call_graph.deepest_path(functions, root)
 
 
-def test_version_block_tells_length_and_crc(image):
+def test_version_block_reports_length_and_crc(image):
     magic, form, length, crc = struct.unpack_from("<IIII", image, 0x200)
     assert (magic, form, length) == (0x56535354, 1, len(image))
     assert crc == zlib.crc32(image[:0x20C] + image[0x210:])
@@ -155,7 +155,7 @@ def test_the_image_keeps_its_budget():
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-def test_more_than_the_budget_is_told(monkeypatch, capsys):
+def test_more_than_the_budget_is_reported(monkeypatch, capsys):
     monkeypatch.setattr(budget, "FLASH_BUDGET", 1024)
     monkeypatch.setattr(sys, "argv", ["budget.py", str(IMAGE.with_suffix(".elf")), "--stack-usage",
                                       str(PROJECT / "build/stm32g474"), "--pointers",

@@ -54,12 +54,12 @@ def test_nested_loops_are_two():
 
 
 @pytest.mark.parametrize("source", ["do { f(); } while (x);", "again: goto again;"])
-def test_other_ways_to_loop_are_refused(source):
+def test_other_kinds_of_loop_are_refused(source):
     with pytest.raises(ValueError):
         loops(source)
 
 
-def test_a_loop_without_a_reason_and_a_reason_without_a_loop_are_told():
+def test_a_loop_without_a_reason_and_a_reason_without_a_loop_are_reported():
     found = loops("while (x) {}\nwhile (y) {}")
     errors = list(loop_bounds.errors_of(found, {"a.c": {"y": "ends", "z": "ends"}}))
     assert errors == ["a.c:1: no bound known for this loop (x)",

@@ -15,7 +15,7 @@ from .errors import InputError, MotionError, ServoctlError
 from .interrupts import deaf
 from .pdo_loan import PdoLoan
 
-_LEAST_KBIT_S = 500
+_MIN_KBIT_S = 500
 """Three frames of 8 bytes in every tick are up to 405 kbit/s."""
 
 SILENT_S = 2.0
@@ -28,10 +28,10 @@ def _need_fast_bus(device: Device) -> None:
     """Raises InputError when the frames of every tick do not fit on the bus; other firmware does not report its bit
     rate."""
     kbit_s = int.from_bytes(device.try_upload(0x3050, 2) or b"", "little")
-    if 0 < kbit_s < _LEAST_KBIT_S:
+    if 0 < kbit_s < _MIN_KBIT_S:
         raise InputError(
             f"the bus runs at {kbit_s} kbit/s, which is too slow for a frame in every tick. At least"
-            f" {_LEAST_KBIT_S} kbit/s are needed, e.g. 'servoctl lss rate {_LEAST_KBIT_S}000 --bitrate"
+            f" {_MIN_KBIT_S} kbit/s are needed, e.g. 'servoctl lss rate {_MIN_KBIT_S}000 --bitrate"
             f" {kbit_s}000'."
         )
 

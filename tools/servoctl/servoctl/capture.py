@@ -19,7 +19,7 @@ from .errors import InputError, Refused
 SET_UP, DATA, NAMES = 0x3000, 0x3001, 0x3002
 COMMAND, STATE, DIVIDER, PRETRIGGER, TRIGGER, TRIGGER_CHANNEL, LEVEL, FRAMES, CHANNELS, FIRST_SIGNAL = range(1, 11)
 ARM, STOP, FORCE = 1, 2, 3
-MOST_CHANNELS = 8
+MAX_CHANNELS = 8
 WORDS = 8192
 PHASES = ("idle", "filling", "waiting for the trigger", "triggered", "done")
 DONE = 4
@@ -107,7 +107,7 @@ def parse_capture(data: bytes, names: dict[int, str]) -> Capture:
     if magic != b"TSSC" or version != 1:
         raise InputError(f"invalid capture: unknown format ({magic!r}, version {version}).")
     expected = header + 4 * channels * frames
-    if not 1 <= channels <= MOST_CHANNELS or len(data) != expected:
+    if not 1 <= channels <= MAX_CHANNELS or len(data) != expected:
         raise InputError(f"invalid capture: {len(data)} bytes instead of {expected}.")
     described = [struct.unpack_from("<II", data, _HEADER.size + 8 * i) for i in range(channels)]
     words = np.frombuffer(data, dtype="<u4", offset=header).reshape(frames, channels)

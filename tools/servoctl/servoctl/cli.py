@@ -14,7 +14,7 @@ import can
 import click
 
 from . import __version__
-from .commands import bode, faults, gains, identify, lss, move, node, parameters, scope, step, tune, watch
+from .commands import bode, faults, gains, identify, lss, move, node, parameters, scope, step, tune, monitoring
 from .errors import EXIT_CODE_HELP, ExitCode, ServoctlError
 from .output import wrapped
 
@@ -71,7 +71,7 @@ for _command in (
     parameters.get, parameters.set_, parameters.undo, parameters.explain,
     gains.diff, gains.save, gains.restore, gains.store,
     move.move, step.step, bode.bode, identify.identify, tune.tune,
-    scope.scope, watch.log, watch.monitor, faults.faults, lss.lss,
+    scope.scope, monitoring.log, monitoring.monitor, faults.faults, lss.lss,
 ):  # fmt: skip
     servoctl.add_command(_command)
 
@@ -86,11 +86,11 @@ def _wants_json(arguments: list[str]) -> bool:
     return "--json" in arguments[: arguments.index("--")] if "--" in arguments else "--json" in arguments
 
 
-def _tell(text: str, code: ExitCode, as_json: bool, command: str = "servoctl") -> int:
+def _report(text: str, code: ExitCode, as_json: bool, command: str = "servoctl") -> int:
     """One sentence, or with --json one JSON object, on the error stream; the exit code is the same."""
     if as_json:
-        told = {"error": {"exit_code": int(code), "kind": code.name.lower(), "message": text}}
-        click.echo(json.dumps(told, ensure_ascii=False), err=True)
+        reported = {"error": {"exit_code": int(code), "kind": code.name.lower(), "message": text}}
+        click.echo(json.dumps(reported, ensure_ascii=False), err=True)
     else:
         click.echo(wrapped(f"{command}: {text}", sys.stderr), err=True)
     return int(code)
@@ -105,28 +105,28 @@ def main(arguments: list[str] | None = None) -> int:
         result = servoctl.main(args=arguments, prog_name="servoctl", standalone_mode=False)
         return int(result) if isinstance(result, int) else 0
     except ServoctlError as error:
-        return _tell(str(error), error.code, as_json)
+        return _report(str(error), error.code, as_json)
     except (click.exceptions.Abort, KeyboardInterrupt):
-        return _tell("interrupted.", ExitCode.INTERRUPTED, as_json)
+        return _report("interrupted.", ExitCode.INTERRUPTED, as_json)
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         return 0
     except click.ClickException as error:
         command = error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else "servoctl"
-        return _tell(error.format_message(), ExitCode.BAD_INPUT, as_json, command)
+        return _report(error.format_message(), ExitCode.BAD_INPUT, as_json, command)
     except can.CanError as error:
-        return _tell(f"{error}.", ExitCode.NO_CONNECTION, as_json)
+        return _report(f"{error}.", ExitCode.NO_CONNECTION, as_json)
     except BrokenPipeError:
         sys.stderr.close()
         return 0
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        return _tell(f"{place}{error.strerror or error}.", ExitCode.BAD_INPUT, as_json)
+        return _report(f"{place}{error.strerror or error}.", ExitCode.BAD_INPUT, as_json)
     except Exception as error:  # no traceback for users, unless requested
         if os.environ.get(TRACEBACK):
             raise
         text = f"internal error of servoctl: {error!r}. Set {TRACEBACK}=1 to see the traceback."
-        return _tell(text, ExitCode.INTERNAL, as_json)
+        return _report(text, ExitCode.INTERNAL, as_json)
 
 
 def run() -> NoReturn:

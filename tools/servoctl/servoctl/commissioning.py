@@ -20,7 +20,7 @@ from .drive import POLL_S, Drive
 from .errors import MotionError, Refused
 from .live import LiveAxis
 from .parameter import AXES, AXIS_SHIFT
-from .programme import FIELDS, LIMIT_FIELDS, Envelope, Experiment, Place, Programme
+from .test_plan import FIELDS, LIMIT_FIELDS, Envelope, Experiment, Place, TestPlan
 from .recorder import BREAK_AWAY, Recording, TickRecorder
 from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees
 
@@ -47,7 +47,7 @@ NEAR_RAD = 1e-3
 STRAY_SHARE = 0.05
 """Share of an experiment's travel limit: the experiment may begin this far from its place. A sweep does not end at its
 start angle."""
-MOST_MISSING = 1e-3
+MAX_MISSING = 1e-3
 """Share of a run's ticks; a larger loss is reported."""
 
 Report = Callable[[str, float], None]
@@ -76,7 +76,7 @@ class Outcome:
     def incomplete_runs(self) -> list[tuple[int, float]]:
         """(run, missing share) of those that miss more than a permille."""
         shares = [(run, self.recording.missing_share(run)) for run in range(1, int(self.recording.run[-1]) + 1)]
-        return [(run, share) for run, share in shares if share > MOST_MISSING]
+        return [(run, share) for run, share in shares if share > MAX_MISSING]
 
 
 def check_place(drive: Drive, envelope: Envelope) -> None:
@@ -85,10 +85,10 @@ def check_place(drive: Drive, envelope: Envelope) -> None:
     if low <= here <= high:
         return
     middle = degrees((low + high) / 2)
-    way = math.ceil(abs(middle - degrees(here)) + 1)
+    distance = math.ceil(abs(middle - degrees(here)) + 1)
     raise MotionError(
         f"{drive.name} is at {degrees(here):.1f}°, outside {degrees(low):.5g}° to {degrees(high):.5g}°. Move it"
-        f" inside first, e.g. 'servoctl move {drive.name} --to {middle:.0f} --max-travel {way}'."
+        f" inside first, e.g. 'servoctl move {drive.name} --to {middle:.0f} --max-travel {distance}'."
     )
 
 
@@ -124,27 +124,27 @@ class Commissioning:
     ) -> None:
         self._both.__exit__(kind, error, trace)
 
-    def run(self, programme: Programme, report: Report) -> Outcome:
+    def run(self, test_plan: TestPlan, report: Report) -> Outcome:
         """Moves the axis; raises MotionError when the test plan could not be completed."""
-        self._brake_as(programme)
+        self._brake_as(test_plan)
         self._recorder.start()
         began_rad = self._live.drive.position()
         break_aways: list[BreakAway] = []
         done_s = 0.0
-        for place in programme.places:
+        for place in test_plan.places:
             report(f"to {degrees(place.angle_rad):.1f}°", done_s)
-            done_s += self._go_to(place.angle_rad, programme.moving_rad_s)
+            done_s += self._go_to(place.angle_rad, test_plan.moving_rad_s)
             for experiment in place.experiments:
                 step = f"{experiment.name} at {degrees(place.angle_rad):.1f}°"
-                if abs(self._live.drive.position() - place.angle_rad) > STRAY_SHARE * programme.limits["travel_rad"]:
-                    self._go_to(place.angle_rad, programme.moving_rad_s)
-                self._set_up(experiment, programme)
+                if abs(self._live.drive.position() - place.angle_rad) > STRAY_SHARE * test_plan.limits["travel_rad"]:
+                    self._go_to(place.angle_rad, test_plan.moving_rad_s)
+                self._set_up(experiment, test_plan)
                 self._start(step)
                 for share in self._until_done(step, experiment.kind):
                     report(step, done_s + share * experiment.duration_s)
                 done_s += experiment.duration_s
                 if experiment.kind == BREAK_AWAY:
-                    break_aways += self._told_break_aways(place)
+                    break_aways += self._reported_break_aways(place)
         return Outcome(self._recorder.recording(began_rad), break_aways, self._other_held)
 
     # --- objects ----------------------------------------------------------------------------------------------------
@@ -162,10 +162,10 @@ class Commissioning:
         for index, sub in RAMPS:
             live.keep(index, 4, sub)
 
-    def _brake_as(self, programme: Programme) -> None:
+    def _brake_as(self, test_plan: TestPlan) -> None:
         """The drive stops at least as fast as experiments reverse: otherwise 607D would stop them where they have room
         to reverse."""
-        fastest = max(experiment.fields.get("acceleration_rad_s2", 0.0) for _, experiment in programme)
+        fastest = max(experiment.fields.get("acceleration_rad_s2", 0.0) for _, experiment in test_plan)
         for (index, sub), least in zip(RAMPS, (fastest, fastest / JERK_TIME_S), strict=True):
             if self._device.axis_int(self._axis, index, sub) < least * RATE_COUNTS_PER_RAD_S:
                 self._device.axis_write(self._axis, index, round(least * RATE_COUNTS_PER_RAD_S), 4, sub)
@@ -183,7 +183,7 @@ class Commissioning:
         if self._int(STATE) == RUNS:
             self._device.axis_write(self._axis, OBJECT, ABORT, 1, sub=COMMAND)
 
-    def _told_break_aways(self, place: Place) -> list[BreakAway]:
+    def _reported_break_aways(self, place: Place) -> list[BreakAway]:
         found = []
         for first, direction in ((BREAK_AWAYS, "positive"), (BREAK_AWAYS + 3, "negative")):
             mean, deviation = (self._device.axis_real(self._axis, OBJECT, first + i) for i in (1, 2))
@@ -192,7 +192,7 @@ class Commissioning:
 
     # --- motion -----------------------------------------------------------------------------------------------------
 
-    def _watch(self) -> int:
+    def _monitor(self) -> int:
         """The statusword, while there is no error."""
         self._recorder.check_alive()
         return self._live.check_enabled()
@@ -200,16 +200,16 @@ class Commissioning:
     def _go_to(self, angle_rad: float, rate_rad_s: float) -> float:
         """Returns the approximate duration, s."""
         drive = self._live.drive
-        way = abs(angle_rad - drive.position())
-        if way < NEAR_RAD:
+        distance = abs(angle_rad - drive.position())
+        if distance < NEAR_RAD:
             return 0.0
-        expected_s = way / rate_rad_s + 1.0
-        self._watch()
+        expected_s = distance / rate_rad_s + 1.0
+        self._monitor()
         drive.set_mode(power.PROFILE_POSITION)
         drive.start_to(angle_rad, rate_rad_s)
         clock = self._device.clock
         deadline = clock.now() + 2.0 * expected_s + 5.0
-        while not self._watch() & power.TARGET_REACHED:
+        while not self._monitor() & power.TARGET_REACHED:
             if clock.now() > deadline:
                 raise MotionError(f"{drive.name} did not reach {degrees(angle_rad):.2f}° in time.")
             time.sleep(4 * POLL_S)
@@ -217,19 +217,19 @@ class Commissioning:
         clock.sleep(SETTLE_S)
         return expected_s
 
-    def _set_up(self, experiment: Experiment, programme: Programme) -> None:
+    def _set_up(self, experiment: Experiment, test_plan: TestPlan) -> None:
         self._write(KIND, bytes([experiment.kind]))
         for name, value in experiment.fields.items():
             sub = FIELDS[name]
             self._write(sub, struct.pack("<I", round(value)) if sub == COUNT else struct.pack("<f", value))
         for name, sub in LIMIT_FIELDS.items():
-            self._write(sub, struct.pack("<f", programme.limits[name]))
+            self._write(sub, struct.pack("<f", test_plan.limits[name]))
 
     def _start(self, step: str) -> None:
         """The device refuses while its ramp has not ended."""
         deadline = self._device.clock.now() + START_TIMEOUT_S
         while True:
-            self._watch()
+            self._monitor()
             try:
                 self._device.axis_write(self._axis, OBJECT, START, 1, sub=COMMAND)
                 return
@@ -251,9 +251,9 @@ class Commissioning:
         A break-away that wind takes beyond its limits ends there, at rest; this does no harm.
         """
         while (state := self._int(STATE)) == RUNS:
-            self._watch()
+            self._monitor()
             yield 0.01 * self._int(PROGRESS)
             time.sleep(4 * POLL_S)
         if state != DONE and not (kind == BREAK_AWAY and state in SWEPT_AWAY):
-            self._watch()  # an emergency or a fault has more information
+            self._monitor()  # an emergency or a fault has more information
             raise MotionError(f"{step} ended early: {ENDS.get(state, f'state {state}')}.")

@@ -100,7 +100,7 @@ class Device:
         self.node_id = node_id
         self._schema_file = schema_file
         self._schema: Schema | None = None
-        self.told_hash: int | None = None
+        self.reported_hash: int | None = None
         self.network = canopen.Network(bus=open_bus(address, bitrate))
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.network.connect()
@@ -248,32 +248,32 @@ class Device:
         schema = self.any_schema
         if schema is NO_SCHEMA:
             return False
-        return self.told_hash is None or schema.hash is None or schema.hash == self.told_hash
+        return self.reported_hash is None or schema.hash is None or schema.hash == self.reported_hash
 
     @property
     def mismatch(self) -> str:
         """The message about a schema that does not fit: the hashes, the searched places, the remedy."""
-        if self.told_hash is None:
-            told = "the device reports no schema hash (0x3030:2), so the names of its objects are unknown"
+        if self.reported_hash is None:
+            reported = "the device reports no schema hash (0x3030:2), so the names of its objects are unknown"
         else:
-            told = f"the names of the device's objects are unknown: its schema hash is {self.told_hash:08X}"
+            reported = f"the names of the device's objects are unknown: its schema hash is {self.reported_hash:08X}"
         if self.any_schema is not NO_SCHEMA:
             mine = f"{self.any_schema.hash:08X}" if self.any_schema.hash is not None else "none"
             known = f"the hash of {self.any_schema.origin} is {mine}"
         else:
             known = f"servoctl {__version__} includes {carried_hash()}; searched without success: {search_places()}"
         return (
-            f"{told}; {known}. Give the parameters.json of its firmware's build with --parameters FILE (or {ENVIRONMENT}), or"
+            f"{reported}; {known}. Give the parameters.json of its firmware's build with --parameters FILE (or {ENVIRONMENT}), or"
             " use the servoctl of that firmware. Without it scan, info, state, move, scope, faults and objects by index work,"
             " as in 'get 0x2000:1 --type REAL32'."
         )
 
     def _choose_schema(self) -> Schema:
-        told = self.try_upload(0x3030, 2)
-        self.told_hash = int.from_bytes(told, "little") if told else None
+        reported = self.try_upload(0x3030, 2)
+        self.reported_hash = int.from_bytes(reported, "little") if reported else None
         named = named_file(self._schema_file)
-        chosen = load_schema(named) if named else find_schema(self.told_hash)
-        if chosen.hash == self.told_hash:
+        chosen = load_schema(named) if named else find_schema(self.reported_hash)
+        if chosen.hash == self.reported_hash:
             remember(chosen)
         return chosen
 
@@ -341,10 +341,10 @@ class Device:
         """Commands an NMT state and waits for a heartbeat with it."""
         self.node.nmt.send_command({"operational": 0x01, "stopped": 0x02, "pre-operational": 0x80}[state])
         for _ in range(HEARTBEATS_OF_NMT):
-            told = self.nmt_state()
-            if told == state:
+            reported = self.nmt_state()
+            if reported == state:
                 return
-            if told == "unknown":
+            if reported == "unknown":
                 raise ConnectionFailed(
                     f"node {self.node_id} was commanded to become {state}, but sends no heartbeat to confirm it:"
                     " is 1017 set to 0?"

@@ -95,7 +95,7 @@ class FaultTable:
         names = [words.name for words in self.words(code)]
         return " or ".join(names) if names else f"{_CLASSES.get(code & 0xF000, 'unknown')} error"
 
-    def told(self, code: int, info: int) -> list[Words]:
+    def reported(self, code: int, info: int) -> list[Words]:
         """Meaning of a message of EMCY or 1003: `info` is its detail and, in the upper byte, its source."""
         source, detail = info >> 8, info & 0xFF
         if 0 < source <= len(AXES) and detail in self.faults and self.faults[detail].code == code:

@@ -46,10 +46,10 @@ def parameters_of(schema: Schema, axis: int) -> list[Parameter]:
 
 def design_gains(
     program: IdentifyProgram, folder: Path, identified: Path, schema: Schema, axis: int,
-    wishes: Mapping[str, float], present: Mapping[Parameter, Value],
+    requirements: Mapping[str, float], present: Mapping[Parameter, Value],
 ) -> Design:  # fmt: skip
     """Runs `identify design`; wishes.json, parameters.json and design.json are in `folder` afterwards."""
-    _write(folder / "wishes.json", wishes)
+    _write(folder / "wishes.json", requirements)
     shift = AXIS_SHIFT * axis
     _write(folder / "parameters.json", {f"0x{p.index - shift:04X}:{p.sub}": value for p, value in present.items()})
     path = folder / "design.json"
@@ -99,13 +99,15 @@ class Verdict:
         if self.required is None:
             return f"{self.name} {self.measured:.1f} {self.unit}; the design predicts none"
         short = self.required - self.measured
-        told = f"{self.name} {self.measured:.1f} {self.unit}, {of} {self.required:.1f} {self.unit}"
+        text = f"{self.name} {self.measured:.1f} {self.unit}, {of} {self.required:.1f} {self.unit}"
         return (
-            told if self.kept else f"{told}: {short:.1f} {self.unit} too low (tolerance {self.tolerance:g} {self.unit})"
+            text if self.kept else f"{text}: {short:.1f} {self.unit} too low (tolerance {self.tolerance:g} {self.unit})"
         )
 
 
-def judge(design: Design, wishes: Mapping[str, float], measured: Margins, highest_gain_db: float) -> list[Verdict]:
+def judge(
+    design: Design, requirements: Mapping[str, float], measured: Margins, highest_gain_db: float
+) -> list[Verdict]:
     """Gain and phase margin; `highest_gain_db` is that of the loop at the highest well-measured frequency.
 
     Where the phase stays above -180° within the measured frequencies, the gain margin is at least the attenuation of
@@ -114,7 +116,7 @@ def judge(design: Design, wishes: Mapping[str, float], measured: Margins, highes
     gain_margin = measured.gain_margin_db
     if gain_margin is None and measured.crossover_hz is not None:
         gain_margin = -highest_gain_db
-    asked = (
+    rows = (
         ("gain margin", "dB", "least_gain_margin_db", design.gain_margin_db, gain_margin, GAIN_TOLERANCE_DB),
         (
             "phase margin",
@@ -126,8 +128,8 @@ def judge(design: Design, wishes: Mapping[str, float], measured: Margins, highes
         ),
     )
     verdicts = []
-    for name, unit, wish, predicted, found, tolerance in asked:
-        required = wishes.get(wish, predicted)
+    for name, unit, requirement, predicted, found, tolerance in rows:
+        required = requirements.get(requirement, predicted)
         kept = found is not None and (required is None or found >= required - tolerance)
-        verdicts.append(Verdict(name, unit, required, wish in wishes, predicted, found, tolerance, kept))
+        verdicts.append(Verdict(name, unit, required, requirement in requirements, predicted, found, tolerance, kept))
     return verdicts

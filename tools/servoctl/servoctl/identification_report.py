@@ -27,7 +27,7 @@ from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
 from .units import degrees
 
 COLOURS = dict(zip(DIRECTIONS, (CLOSED, MARK), strict=True))
-MOST_POINTS = 4000
+MAX_POINTS = 4000
 
 
 def write_identification_report(
@@ -188,7 +188,7 @@ def _residuals(left: Columns, step_s: float) -> Section | None:
     found = whiteness(left, step_s)
     if found is None:
         return None
-    every = max(1, len(left["time_s"]) // MOST_POINTS)
+    every = max(1, len(left["time_s"]) // MAX_POINTS)
     with plt.rc_context(STYLE):
         figure, grid = plt.subplot_mosaic(
             [["time", "time"], ["spectrum", "white"]], figsize=(9, 6.4), layout="constrained"
@@ -232,13 +232,13 @@ def _checks(data: dict[str, Any]) -> Section:
     checks, noise, gyro = data["checks"], data["noise"], data["checks"]["gyro"]
     ratios = f"{checks['damping_ratio']:.3g}; the paper assumes {checks['damping_ratio_of_the_paper']:.3g}"
     residual, white = _number(noise["residual_rms_nm"], 3), _number(noise["innovation_nm"], 3)
-    told = f"scale error {gyro['scale_error']:.2g}, delay {1e3 * gyro['delay_s']:.2g} ms"
+    reported = f"scale error {gyro['scale_error']:.2g}, delay {1e3 * gyro['delay_s']:.2g} ms"
     rows = [
         ("damping ratio in pre-sliding", ratios),
         ("σ1 by eq. (15)", f"{_number(checks['damping_by_eq_15_nm_s_rad'])} N m s/rad"),
         ("residual, rms", f"{residual} N m; {white} N m when whitened"),
         ("torque to motion delay", f"{1e3 * checks['delay_s']:.3g} ms"),
-        ("gyro", told if gyro["used"] else "not used"),
+        ("gyro", reported if gyro["used"] else "not used"),
         ("converged", "yes" if checks["converged"] else "no"),
     ]  # fmt: skip
     return Section("Checks", table=PageTable(("what", "found"), rows))

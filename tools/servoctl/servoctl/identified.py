@@ -12,7 +12,7 @@ from .drive import Drive
 from .errors import InputError
 from .identify_program import read_json
 from .parameter import AXES, AXIS_SHIFT, Parameter, Value
-from .programme import Envelope
+from .test_plan import Envelope
 from .schema import Schema
 from .units import degrees
 

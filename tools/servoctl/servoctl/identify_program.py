@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError
-from .programme import Envelope, Programme, read_programme
+from .test_plan import Envelope, TestPlan, read_test_plan
 from .schema import named_file_of, starts
 
 ENVIRONMENT = "TRACKSERVO_IDENTIFY"
@@ -57,7 +57,7 @@ class IdentifyProgram:
 
     def plan(
         self, envelope: Envelope, start_rad: float, plan: Path, identified: Path | None = None, structure: bool = False
-    ) -> Programme:
+    ) -> TestPlan:
         """First look, or with its result the test plan, or the chirps for the structure; written and checked."""
         words = [
             "plan", "--lowest-rad", f"{envelope.lowest_rad!r}", "--highest-rad", f"{envelope.highest_rad!r}",
@@ -67,9 +67,9 @@ class IdentifyProgram:
         if identified is not None:
             words += ["--identified", str(identified), *(["--structure"] if structure else [])]
         self._run([*words, "--json", str(plan)])
-        programme = read_programme(plan)
-        programme.check(envelope, str(plan))
-        return programme
+        test_plan = read_test_plan(plan)
+        test_plan.check(envelope, str(plan))
+        return test_plan
 
     def fit(
         self, recording: Path, result: Path, residuals: Path | None = None, structure: Path | None = None
@@ -80,9 +80,10 @@ class IdentifyProgram:
         words += ["--structure", str(structure)] if structure else []
         return self._run(words, REFUSED_SOME) == FITTED
 
-    def design(self, identified: Path, wishes: Path, parameters: Path, design: Path) -> Any:
+    def design(self, identified: Path, requirements: Path, parameters: Path, design: Path) -> Any:
         """The gains for given requirements, in the form of design.json."""
-        words = ["design", "--identified", str(identified), "--wishes", str(wishes), "--parameters", str(parameters)]
+        words = ["design", "--identified", str(identified), "--wishes", str(requirements)]
+        words += ["--parameters", str(parameters)]
         self._run([*words, "--json", str(design)])
         return read_json(design, "trackservo-design")
 
@@ -92,8 +93,8 @@ class IdentifyProgram:
         except OSError as error:
             raise InputError(f"{self.path}: cannot be run: {error.strerror}.") from error
         if done.returncode not in (FITTED, also_good):
-            told = [line for line in done.stderr.splitlines() if line.strip()]
-            reason = " ".join(line.strip() for line in told).removeprefix("identify: ")
+            reported = [line for line in done.stderr.splitlines() if line.strip()]
+            reason = " ".join(line.strip() for line in reported).removeprefix("identify: ")
             raise InputError(
                 f"'identify {words[0]}' failed:"
                 f" {reason or f'{self.path} ended with {done.returncode} without a message'}"

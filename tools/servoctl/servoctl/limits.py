@@ -114,5 +114,5 @@ class Guard:
 
 def span(rates_rad_s: np.ndarray[tuple[int], np.dtype[np.float64]], period_s: float) -> tuple[float, float]:
     """Forward and backward travel, rad, of a sequence of rates."""
-    way = np.concatenate([[0.0], np.cumsum(rates_rad_s) * period_s])
-    return float(way.max()), float(-way.min()) + 0.0
+    displacement = np.concatenate([[0.0], np.cumsum(rates_rad_s) * period_s])
+    return float(displacement.max()), float(-displacement.min()) + 0.0

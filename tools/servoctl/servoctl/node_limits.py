@@ -62,11 +62,11 @@ class NodeLimits:
         """The same for a motion over this distance from the position of the axis; motions back from beyond a limit are
         allowed."""
         room_back, room_forward = here_rad - self.lowest.value, self.highest.value - here_rad
-        for way, room, end, bound in (
+        for travel, room, end, bound in (
             (forward_rad, room_forward, here_rad + forward_rad, self.highest),
             (backward_rad, room_back, here_rad - backward_rad, self.lowest),
         ):
-            if way > 0.0 and not way <= room or way != way:
+            if travel > 0.0 and not travel <= room or travel != travel:
                 raise InputError(
                     f"{axis} is at {degrees(here_rad):.2f}° and would move to {degrees(end):.2f}°, beyond {bound}."
                     f" From here at most {_down(degrees(max(room_forward, 0.0)))}° forward and"

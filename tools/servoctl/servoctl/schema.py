@@ -170,8 +170,8 @@ def load_schema(path: Path) -> Schema:
 
 def _hash_of(content: dict[str, Any]) -> int | None:
     """The hash that the build wrote; device object 0x3030:2 is compared with it."""
-    told = content.get("schema_hash", content.get("hash"))
-    return int(told, 0) if isinstance(told, str) else int(told) if told is not None else None
+    reported = content.get("schema_hash", content.get("hash"))
+    return int(reported, 0) if isinstance(reported, str) else int(reported) if reported is not None else None
 
 
 def _parameter(row: dict[str, Any], name: str) -> Parameter:
@@ -250,14 +250,14 @@ def named_file_of(explicit: Path | None, environment: str) -> Path | None:
     return explicit or (Path(os.environ[environment]) if os.environ.get(environment) else None)
 
 
-def find_schema(told_hash: int | None) -> Schema:
+def find_schema(reported_hash: int | None) -> Schema:
     """The known file with a device's hash, or NO_SCHEMA, as for a device that reports none; skips broken files."""
-    for path in candidates(None) if told_hash is not None else ():
+    for path in candidates(None) if reported_hash is not None else ():
         try:
             schema = load_schema(path)
         except InputError:
             continue
-        if schema.hash == told_hash:
+        if schema.hash == reported_hash:
             return schema
     return NO_SCHEMA
 

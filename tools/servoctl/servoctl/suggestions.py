@@ -34,7 +34,7 @@ SYMBOLS: dict[str, tuple[str, ...]] = {
 """Their names in the literature and in other tools, and the endings of our names, best first."""
 MOST = 4
 SHORTEST_WORD = 3
-LEAST_LIKE = 0.7
+MIN_LIKENESS = 0.7
 """Of two texts, by difflib; "stiction" and "protection" are 0.67."""
 
 
@@ -46,12 +46,12 @@ def suggest(wanted: str, parameters: Sequence[Parameter], axis: str | None = Non
     usable = [p for p in parameters if axis is None or p.name.startswith(axis + ".")]
     ordered = sorted(usable, key=lambda p: not p.tunable)  # gains before other objects
     words = [word for word in re.split(r"[^a-z0-9]+", wanted) if word]
-    told = max((len(word) for word in words), default=0) >= SHORTEST_WORD
+    reported = max((len(word) for word in words), default=0) >= SHORTEST_WORD
     return (
         _of_symbol(wanted, usable)
-        or [p.name for p in ordered if told and all(word in p.name for word in words)]
+        or [p.name for p in ordered if reported and all(word in p.name for word in words)]
         or _of_typo(wanted, usable)
-        or [p.name for p in ordered if told and all(word in f"{p.title} {p.help}".lower() for word in words)]
+        or [p.name for p in ordered if reported and all(word in f"{p.title} {p.help}".lower() for word in words)]
     )[:MOST]
 
 
@@ -68,6 +68,6 @@ def _of_typo(wanted: str, parameters: Sequence[Parameter]) -> list[str]:
     for p in parameters:
         for part in (p.name, p.name.split(".", 1)[-1], p.name.rsplit(".", 1)[-1]):
             by_part.setdefault(part, []).append(p.name)
-    close = difflib.get_close_matches(wanted, by_part, n=3, cutoff=LEAST_LIKE)
+    close = difflib.get_close_matches(wanted, by_part, n=3, cutoff=MIN_LIKENESS)
     return list(dict.fromkeys(name for part in close for name in by_part[part]))[:3]
 

@@ -16,9 +16,9 @@ from .device import Device
 from .errors import MotionError
 from .turns import FileLock
 
-WATCH_MS = 1009
+MONITOR_MS = 1009
 """The device brakes when our heartbeat is missing for this long; an odd number, which identifies our entries."""
-MOST_TIMES_REAL_TIME = 64
+MAX_TIMES_REAL_TIME = 64
 """1016 has room for this many times WATCH_MS."""
 BEAT_S = 0.1
 LISTEN_S = 0.3
@@ -46,7 +46,7 @@ class Supervision:
         try:
             with self._gate.held():
                 self._join()
-                self._watch()
+                self._monitor()
         except BaseException:
             self.end()
             raise
@@ -91,14 +91,14 @@ class Supervision:
 
     # --- heartbeat ------------------------------------------------------------------------------------------------
 
-    def _watch(self) -> None:
+    def _monitor(self) -> None:
         device = self._device
         entries = {
             sub: device.read_int(0x1016, sub) for sub in _CONSUMERS if device.try_upload(0x1016, sub) is not None
         }
         master, sub = self._choose(entries)
         self._beat = _Heartbeat(device, master)
-        entry = master << 16 | WATCH_MS * self._pace()
+        entry = master << 16 | MONITOR_MS * self._pace()
         device.write_int(0x1016, sub, entry, 4)
         self._entry = (sub, entry)
         self._beat.send()  # the device monitors from the first one on
@@ -106,16 +106,16 @@ class Supervision:
 
     def _pace(self) -> int:
         """How many times faster than ours the device's clock runs: that of a simulator may."""
-        return max(1, min(MOST_TIMES_REAL_TIME, round(self._device.pace())))
+        return max(1, min(MAX_TIMES_REAL_TIME, round(self._device.pace())))
 
     def _choose(self, entries: dict[int, int]) -> tuple[int, int]:
         """A free id, locked for us, and the entry for it: one left by a killed motion, or a free one."""
         used = {entry >> 16 & 0x7F: sub for sub, entry in entries.items() if entry >> 16 and entry & 0xFFFF}
         left = {
-            node: sub for node, sub in used.items() if node in MASTERS and (entries[sub] & 0xFFFF) % WATCH_MS == 0
+            node: sub for node, sub in used.items() if node in MASTERS and (entries[sub] & 0xFFFF) % MONITOR_MS == 0
         }  # or of one that works: then its lock or its heartbeat shows it
         free = [sub for sub in entries if sub not in used.values()]
-        heard = self._heard(WATCH_MS / 1000 + BEAT_S if left else LISTEN_S)
+        heard = self._heard(MONITOR_MS / 1000 + BEAT_S if left else LISTEN_S)
         for master in sorted(MASTERS, key=lambda node: node not in left):
             sub = left.get(master) or (free[0] if free and master not in used else None)
             if sub is None or master in heard:
@@ -145,9 +145,9 @@ class Supervision:
                 f"all node ids from {MASTERS[-1]} to {MASTERS[0]} are in use; a motion needs one of them for its"
                 " heartbeat."
             )
-        watched = ", ".join(str(master) for master in used)
+        monitored = ", ".join(str(master) for master in used)
         return (
-            f"node {node} already monitors {len(used)} heartbeats (1016: nodes {watched}) and has no entry for"
+            f"node {node} already monitors {len(used)} heartbeats (1016: nodes {monitored}) and has no entry for"
             " another. Wait until another motion has finished, or clear an unused entry, e.g. 'set 0x1016:1 0'."
         )
 

@@ -140,8 +140,8 @@ def serving(speed: str = "1") -> Iterator[tuple[str, subprocess.Popen[str]]]:
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stdout is not None and process.stdin is not None
-    address, told = (process.stdout.readline().strip() for _ in range(2))
-    assert told == "ready", f"{SERVERS[DEVICE]} says: {address} {told}"
+    address, reported = (process.stdout.readline().strip() for _ in range(2))
+    assert reported == "ready", f"{SERVERS[DEVICE]} says: {address} {reported}"
     yield address, process
     process.stdin.close()
     process.wait(timeout=10)

@@ -27,7 +27,7 @@ BREAK_AWAY = {"kind": 5, "count": 4, "dwell_s": 1.0, "amplitude_nm": 30.0, "ampl
 FAST = sweep(0.1, 1.45, 4, 0.3)
 
 
-def programme(identified: bool) -> list[dict[str, float]]:
+def experiments(identified: bool) -> list[dict[str, float]]:
     if not identified:
         return [sweep(2e-3, 3.0, 5, 0.4), LOOPS]
     slow = [sweep(7.8e-4, 1.0, 1, 0.77), sweep(1.25e-3, 1.0, 1, 0.48)]
@@ -47,7 +47,7 @@ def plan(arguments: list[str]) -> None:
     fault = os.environ.get("SHORT_FAULT", "")
     angles = [float(word) for word in os.environ.get("SHORT_PLACES", "-0.4 0.3").split()]
     places: list[dict[str, Any]] = [
-        {"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": [CHIRPS] if structure else programme(identified)}
+        {"angle_rad": angle + (10 if fault == "beyond" else 0), "experiments": [CHIRPS] if structure else experiments(identified)}
         for angle in (angles if identified else angles[:1])
     ]
     duration = sum(experiment["duration_s"] for place in places for experiment in place["experiments"]) + 4 * len(

@@ -20,10 +20,10 @@ def test_only_listed_tests_are_left_out_on_the_image() -> None:
         assert names.count(name) == 1 and len(reason) > 20
     others = [path.name for path in TESTS if re.search(r"pytest\.(mark\.)?(skip|xfail)", path.read_text())]
     assert others == []
-    told = set(re.findall(r"`(test_\w+)`: simulator only", (ROOT / "docs" / "emulator.md").read_text()))
-    assert told == set(SIMULATOR_ONLY)
+    reported = set(re.findall(r"`(test_\w+)`: simulator only", (ROOT / "docs" / "emulator.md").read_text()))
+    assert reported == set(SIMULATOR_ONLY)
 
 
-def test_the_image_is_the_one_that_was_asked_for(servo: Bench) -> None:
+def test_the_image_is_the_one_that_was_requested(servo: Bench) -> None:
     """1018:4 is the CRC-32 of the chip's unique identifier, which a simulator does not have."""
     assert (servo.json("info")["serial"] > 0xFFFF) == (DEVICE == "image")

@@ -55,17 +55,17 @@ def test_a_fault_of_the_board_is_no_fault_of_an_axis_and_has_no_signals(table: F
 
 
 @pytest.mark.parametrize("cut", [-1, -7, 4])
-def test_bytes_that_are_no_entry_are_told(table: FaultTable, cut: int) -> None:
+def test_bytes_that_are_no_entry_are_reported(table: FaultTable, cut: int) -> None:
     with pytest.raises(NotVerified, match="bytes"):
         parse_entry(entry(1, 1, 0, [[0.0] * 8])[:cut], 1, table)
 
 
-def test_a_code_of_several_faults_is_told_apart_by_the_number_that_came_with_it(table: FaultTable) -> None:
-    assert [words.name for words in table.told(0x7320, 1 << 8 | STUCK_ENCODER)] == ["encoder stuck"]
+def test_a_code_of_several_faults_is_distinguished_by_the_number_that_came_with_it(table: FaultTable) -> None:
+    assert [words.name for words in table.reported(0x7320, 1 << 8 | STUCK_ENCODER)] == ["encoder stuck"]
     assert table.meaning(0x7320) == "encoder lost or encoder jump or encoder stuck"
-    assert [words.name for words in table.told(0x8140, 0)] == ["recovered from bus-off"]  # the node itself
-    assert [words.name for words in table.told(0x8140, 2 << 8)] == ["bus-off"]  # pitch
-    assert [words.name for words in table.told(0x5000, 3 << 8 | 1)] == ["self-test failed"]
+    assert [words.name for words in table.reported(0x8140, 0)] == ["recovered from bus-off"]  # the node itself
+    assert [words.name for words in table.reported(0x8140, 2 << 8)] == ["bus-off"]  # pitch
+    assert [words.name for words in table.reported(0x5000, 3 << 8 | 1)] == ["self-test failed"]
     assert table.meaning(0x8899) == "monitoring error" and table.meaning(0) == "no error"
 
 
@@ -122,12 +122,12 @@ def test_clear_writes_the_files_first_and_then_forgets_history_and_log(too_fast:
     assert "is empty" in too_fast("faults").out
 
 
-def test_a_node_without_a_fault_log_is_told_in_a_sentence(test_node: Bench) -> None:
+def test_a_node_without_a_fault_log_is_reported_in_a_sentence(test_node: Bench) -> None:
     assert "no fault log (3020)" in test_node("faults").out
     assert test_node.json("faults")["log"] is None
 
 
-def test_explain_tells_all_that_a_code_may_mean(servo: Bench) -> None:
+def test_explain_reports_all_that_a_code_may_mean(servo: Bench) -> None:
     found = servo.json("explain", "7320h")
     assert [fault["number"] for fault in found["faults"]] == [1, 2, 3]
     assert servo.json("explain", "0x8210")["meaning"] == "PDO too short"

@@ -58,7 +58,9 @@ def test_comments_of_an_existing_file_stay(schema: Schema, tmp_path: Path) -> No
         ("[azimuth.rate_sensors]\nestimator_window = 2.5\n", 2, "not a whole number"),
     ],
 )
-def test_a_mistake_is_told_with_file_and_line(schema: Schema, tmp_path: Path, body: str, line: int, words: str) -> None:
+def test_a_mistake_is_reported_with_file_and_line(
+    schema: Schema, tmp_path: Path, body: str, line: int, words: str
+) -> None:
     path = tmp_path / "gains.toml"
     path.write_text(body)
     with pytest.raises(InputError) as caught:

@@ -40,7 +40,7 @@ TRUE = {"coulomb": 6.0, "stribeck_speed_positive": 5.2e-3, "stiffness": 30000.0,
 Eventually = Callable[[Callable[[], bool], float], None]
 
 
-def with_short_programmes(bus: str, folder: Path) -> Bench:
+def with_short_test_plans(bus: str, folder: Path) -> Bench:
     bench = Bench(bus, folder)
     bench.environment |= PROGRAMS
     return bench
@@ -53,7 +53,7 @@ def machine(tmp_path: Path) -> Iterator[Bench]:
     Its own, because an idle one takes as much of the computer, which tests in real time need.
     """
     with serving(FAST[DEVICE]) as (bus, process):
-        yield with_short_programmes(bus, tmp_path)
+        yield with_short_test_plans(bus, tmp_path)
     assert process.returncode == 0
 
 
@@ -171,9 +171,9 @@ def test_a_fault_of_the_axis_ends_it(machine: Bench, eventually: Eventually) -> 
     assert as_before(machine, before)
 
 
-def test_a_bus_that_goes_away_is_told_in_one_sentence(tmp_path: Path, eventually: Eventually) -> None:
+def test_a_bus_that_goes_away_is_reported_in_one_sentence(tmp_path: Path, eventually: Eventually) -> None:
     with serving(FAST[DEVICE]) as (bus, process):
-        machine = with_short_programmes(bus, tmp_path)
+        machine = with_short_test_plans(bus, tmp_path)
         machine.environment["SHORT_FAULT"] = "long"
         running = machine.start("identify", "--axis", "azimuth", *TRAVEL, "--out", "found", "--yes")
         eventually(lambda: experiment_runs(machine), 120)
@@ -211,7 +211,7 @@ def test_a_killed_one_is_noticed_and_the_next_one_puts_its_pdos_back(machine: Be
         (("--travel-deg", "140", "160", "--yes"), "outside 140"),
     ],
 )
-def test_what_is_missing_or_makes_no_sense_is_told_in_one_sentence(
+def test_what_is_missing_or_makes_no_sense_is_reported_in_one_sentence(
     machine: Bench, words: tuple[str, ...], expected: str
 ) -> None:
     if "140" in words:
@@ -273,7 +273,7 @@ TUNE = (
 )  # fmt: skip
 
 
-def test_gains_whose_margins_hold_are_kept_and_undo_takes_them_back(tunable: Bench) -> None:
+def test_gains_whose_margins_hold_stay_and_undo_takes_them_back(tunable: Bench) -> None:
     before = values(tunable, GAINS)
     tunable.environment["SHORT_MARGINS"] = "12 50"
     done = tunable(*TUNE, "--gain-margin-db", "8", "--yes", "--json")
@@ -376,7 +376,7 @@ def test_tune_and_bode_refuse_a_simulator_that_is_faster_than_real_time(machine:
     assert machine.json("get") == gains
 
 
-def test_a_folder_without_a_result_is_told(tunable: Bench) -> None:
+def test_a_folder_without_a_result_is_reported(tunable: Bench) -> None:
     (tunable.folder / "found/result.json").write_text("{}")
     refused = tunable(*TUNE, "--dry-run")
     assert refused.code == 2 and "trackservo-identification" in refused.err and refused.err.count("\n") == 1

@@ -74,7 +74,7 @@ def test_nothing_moves_without_yes_in_a_dry_run_or_beyond_the_limits(servo: Benc
     assert servo("move", "azimuth", "--by", "5").code == 2
     assert servo("step", "azimuth", "--dry-run").code == 0
     assert servo("bode", "azimuth", "--dry-run").code == 0
-    for words, told in (
+    for words, reported in (
         (("move", "azimuth", "--by", "91", "--yes"), "--max-travel"),
         (("step", "azimuth", "--amplitude", "6", "--yes"), "--max-rate"),
         (("bode", "azimuth", "--low", "0.1", "--yes"), "--max-travel"),
@@ -82,7 +82,7 @@ def test_nothing_moves_without_yes_in_a_dry_run_or_beyond_the_limits(servo: Benc
         (("bode", "azimuth", "--amplitude", "1.5", "--yes"), "--bias"),
     ):
         result = servo(*words)
-        assert result.code == 2 and told in result.err, (words, result)
+        assert result.code == 2 and reported in result.err, (words, result)
     assert float(str(axis(servo)["position_deg"])) == pytest.approx(here, abs=0.2)
 
 
@@ -96,7 +96,7 @@ def test_a_move_beyond_the_position_limits_is_refused_with_the_limits(servo: Ben
     assert result.code == 2 and "607D" in result.err
 
 
-def test_step_tells_rise_overshoot_and_settling(servo: Bench) -> None:
+def test_step_reports_rise_overshoot_and_settling(servo: Bench) -> None:
     before = borrowed(servo)
     for _ in range(4):
         found = servo.json("step", "azimuth", "--amplitude", "1", "--hold", "0.6", "--yes")
@@ -158,8 +158,8 @@ def test_the_device_brakes_by_itself_when_servoctl_is_killed(servo: Bench, event
     eventually(lambda: axis(servo)["state"] in ("fault", "switch on disabled") and at_rest(servo), 20.0)
     found = servo.json("faults")
     assert found["axes"][0]["code"] == 0x8130
-    told = [(error["code"], error["origin"]) for error in found["history"][:3]]
-    assert told == [(0x8130, "pitch"), (0x8130, "azimuth"), (0x8130, "node 127")]
+    reported = [(error["code"], error["origin"]) for error in found["history"][:3]]
+    assert reported == [(0x8130, "pitch"), (0x8130, "azimuth"), (0x8130, "node 127")]
     for name in ("azimuth", "pitch"):
         servo.json("state", name, "reset")
     assert servo("step", "azimuth", "--hold", "0.3", "--yes").code == 0

@@ -51,8 +51,8 @@ def test_nodes_without_id_are_found_numbered_and_keep_their_ids(serve: Serve) ->
 
 def test_a_node_gets_another_id_at_once_and_for_good(serve: Serve) -> None:
     with serve("--serial", "77") as bench:
-        told = bench.here("lss", "id", "5")
-        assert (told.code, told.out) == (0, "node 1 is now node 5.\n")
+        reported = bench.here("lss", "id", "5")
+        assert (reported.code, reported.out) == (0, "node 1 is now node 5.\n")
         assert bench.json("info", "--node", "5")["serial"] == 77
         changed = bench.json("lss", "id", "6", "--serial", "77", "--no-store")
         assert (changed["node"], changed["was"], changed["stored"]) == (6, 5, False)

@@ -55,12 +55,12 @@ def test_a_move_beyond_the_travel_names_the_limit_its_value_and_what_is_within(s
         (hard(still - 3, still + 4), ("2060:10", "2060:9"), 0.286),
     ):
         with limited(servo, *assignments):
-            for way, name, end in ((500.0, named[0], still + 4), (-300.0, named[1], still - 3)):
-                refused = servo.here("move", "azimuth", "--by", str(way), *FREE, "--yes")
+            for travel, name, end in ((500.0, named[0], still + 4), (-300.0, named[1], still - 3)):
+                refused = servo.here("move", "azimuth", "--by", str(travel), *FREE, "--yes")
                 assert refused.code == 2 and f"{name} ({end:.2f}°" in refused.err, refused
                 forward, back = re.findall(r"most ([\d.]+)° forward and ([\d.]+)° back", refused.err)[0]
                 assert (float(forward), float(back)) == pytest.approx((4 - margin, 3 - margin), abs=0.05)
-                within = str(float(forward) - 0.03) if way > 0 else f"-{float(back) - 0.03}"
+                within = str(float(forward) - 0.03) if travel > 0 else f"-{float(back) - 0.03}"
                 assert servo.here("move", "azimuth", "--by", within, "--dry-run").code == 0
     assert here(servo) == pytest.approx(still, abs=0.05)
 

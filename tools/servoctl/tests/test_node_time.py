@@ -105,7 +105,7 @@ def other_pace(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Bench
         yield Bench(bus, tmp_path)
 
 
-def test_a_motion_lasts_as_long_as_told_by_the_nodes_clock(other_pace: Bench) -> None:
+def test_a_motion_lasts_as_long_as_commanded_by_the_nodes_clock(other_pace: Bench) -> None:
     moved = other_pace.json("move", "azimuth", "--rate", "2", "--for", "2", "--yes")
     assert moved["to_deg"] - moved["from_deg"] == pytest.approx(4.0, abs=1.5)
 
@@ -119,7 +119,7 @@ def test_a_step_on_a_node_five_times_slower_than_the_computer_is_the_same(tmp_pa
 
 
 @pytest.mark.parametrize("words", [("step", "--hold", "0.3"), ("bode", "--periods", "2")])
-def test_set_points_that_are_not_heard_are_told_with_their_identifier(
+def test_set_points_that_are_not_heard_are_reported_with_their_identifier(
     servo: Bench, monkeypatch: pytest.MonkeyPatch, words: tuple[Any, ...]
 ) -> None:
     before = servo.json("state", "azimuth")["axes"][0]["position_deg"]

@@ -56,7 +56,7 @@ def test_a_tick_that_the_sender_lets_out_is_a_gap_in_time() -> None:
     assert found.missing == 3
 
 
-def test_runs_count_experiments_and_the_ways_between_and_angles_go_on_over_the_turn() -> None:
+def test_runs_count_experiments_and_the_moves_between_and_angles_go_on_over_the_turn() -> None:
     kinds = [(0, 0)] * 2 + [(HYSTERESIS, 1)] * 3 + [(0, 1)] * 2 + [(HYSTERESIS, 2)] * 2
     angles = 3.13 + 0.01 * np.arange(len(kinds))
     ticks = [
@@ -72,7 +72,7 @@ def test_runs_count_experiments_and_the_ways_between_and_angles_go_on_over_the_t
     assert np.isnan(found.inertial_rate_rad_s).all()
 
 
-def test_the_share_of_a_run_that_is_missing_is_told() -> None:
+def test_the_share_of_a_run_that_is_missing_is_reported() -> None:
     ticks = [frames_of(n, 1, 1) for n in range(100) if n not in (50, 51)]
     found = decode(b"".join(itertools.chain(*ticks)))
     assert found.missing_share(1) == pytest.approx(0.02)

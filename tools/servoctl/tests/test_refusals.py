@@ -54,8 +54,8 @@ SENSELESS = (
 def test_numbers_that_make_no_sense_are_refused_in_one_sentence(servo: Bench) -> None:
     for words in SENSELESS:
         result = servo.here(*words)
-        told = result.code == 2 and result.err.startswith("servoctl") and result.err.count("\n") == 1
-        assert told, (words, result)
+        reported = result.code == 2 and result.err.startswith("servoctl") and result.err.count("\n") == 1
+        assert reported, (words, result)
     assert servo.json("state", "azimuth")["axes"][0]["state"] == "switch on disabled"
 
 
@@ -71,7 +71,7 @@ def test_no_limit_is_passed_by_what_is_no_number(field: str) -> None:
         Plan(**{**vars(plan), wrong: float("nan")}).check(fine)
 
 
-def test_a_folder_that_cannot_be_written_is_told_without_traceback(servo: Bench) -> None:
+def test_a_folder_that_cannot_be_written_is_reported_without_traceback(servo: Bench) -> None:
     (servo.folder / "file").write_text("")
     result = servo("scope", "azimuth.rate", "--for", "0.1", "--out", "file/below")
     assert result.code == 2 and "file/below" in result.err and result.err.count("\n") == 1
@@ -103,18 +103,19 @@ def old_table(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("kind", ["empty", "old", "broken"])
-def test_another_schema_hash_is_told_with_what_servoctl_carries_and_what_to_do(elsewhere: Bench, kind: str) -> None:
+def test_another_schema_hash_is_reported_with_what_servoctl_carries_and_what_to_do(elsewhere: Bench, kind: str) -> None:
     servo = elsewhere
     if kind != "empty":
         path = old_table(servo.folder)
         if kind == "broken":
             path.write_text("{")
-    told = json.loads(PARAMETERS.read_text())["schema_hash"]
+    reported = json.loads(PARAMETERS.read_text())["schema_hash"]
     for words in (("get", GAIN), ("set", GAIN, "700"), ("get", "0x2000:1")):
         refused = servo(*words)
         assert refused.code == (2 if "0x2000:1" in words else 7) and refused.err.count("\n") == 1
         for part in (
-            f"schema hash is {told:08X}", f"servoctl {__version__} includes {told ^ 2:08X}", str(servo.folder / "cache"),
+            f"schema hash is {reported:08X}", f"servoctl {__version__} includes {reported ^ 2:08X}",
+            str(servo.folder / "cache"),
             "--parameters FILE", "SERVOCTL_PARAMETERS", "servoctl of that firmware", "--type REAL32",
         ):  # fmt: skip
             assert part in refused.err, part

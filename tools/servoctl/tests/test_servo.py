@@ -18,7 +18,7 @@ def test_scan_finds_the_node_with_both_axes(servo: Bench) -> None:
     assert [(f["node"], f["name"], f["axes"]) for f in found] == [(1, "trackservo", ["azimuth", "pitch"])]
 
 
-def test_info_tells_that_the_schema_fits(servo: Bench) -> None:
+def test_info_reports_that_the_schema_fits(servo: Bench) -> None:
     data = servo.json("info")
     assert data["schema_fits"] and data["schema"] == json.loads(PARAMETERS.read_text())["schema_hash"]
     assert [a["state"] for a in data["axes"]] == ["switch on disabled"] * 2
@@ -146,7 +146,7 @@ def test_store_writes_a_backup_before_and_reads_the_crc_back(servo: Bench) -> No
     assert servo.value(GAIN) == before
 
 
-def test_another_schema_is_told_by_its_hash_and_indices_still_work(servo: Bench) -> None:
+def test_another_schema_is_reported_by_its_hash_and_indices_still_work(servo: Bench) -> None:
     content = json.loads(PARAMETERS.read_text())
     content["schema_hash"] = content["schema_hash"] ^ 1
     other = servo.folder / "other.json"
@@ -184,7 +184,7 @@ def test_names_are_completed_in_the_shell(servo: Bench) -> None:
     assert GAIN in servo().out
 
 
-def test_nobody_there_is_told_with_exit_code_3(servo: Bench) -> None:
+def test_nobody_there_is_reported_with_exit_code_3(servo: Bench) -> None:
     silent = servo("get", "0x1000", "--node", "99")
     assert silent.code == 3 and "node 99 does not answer" in silent.err
     closed = servo("info", "--bus", "slcan-tcp:127.0.0.1:1")
@@ -197,7 +197,7 @@ def test_a_command_with_a_typo_is_suggested(servo: Bench) -> None:
     assert "did you mean 'restore'" in servo("restor").err
 
 
-def test_scope_captures_bit_for_bit_as_many_frames_as_asked(servo: Bench) -> None:
+def test_scope_captures_bit_for_bit_as_many_frames_as_requested(servo: Bench) -> None:
     found = servo.json("scope", "azimuth.rate", "pitch.rate", "--for", "0.5", "--out", ".")
     assert found["frames"] == 500 and all((servo.folder / name).stat().st_size > 1000 for name in found["files"])
     wrong = servo("scope", "azimuth.rat_rad")
@@ -228,7 +228,7 @@ def test_several_at_once_take_turns_at_the_nodes_one_sdo_server(servo: Bench) ->
     assert all(len((servo.folder / f"{name}.csv").read_text().splitlines()) > 100 for name in ("one", "two", "three"))
 
 
-def test_log_reads_at_the_rate_that_was_asked_for(servo: Bench) -> None:
+def test_log_reads_at_the_rate_that_was_requested(servo: Bench) -> None:
     assert servo("log", "azimuth.position_actual_value", "--rate", "20", "--for", "1", "--out", "log.csv").code == 0
     rows = (servo.folder / "log.csv").read_text().splitlines()
     assert rows[0] == "time_s,azimuth.position_actual_value (1e-7 rad)" and 15 <= len(rows) - 1 <= 22

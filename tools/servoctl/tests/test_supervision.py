@@ -11,7 +11,7 @@ import can
 import pytest
 
 from servoctl.bus import open_bus, parse_bus
-from servoctl.supervision import WATCH_MS
+from servoctl.supervision import MONITOR_MS
 
 from .conftest import Bench
 
@@ -25,7 +25,7 @@ def entries(servo: Bench) -> list[int]:
     return [row["value"] for row in servo.json("get", *ENTRIES)]
 
 
-def watch(servo: Bench, values: list[int]) -> None:
+def set_monitored(servo: Bench, values: list[int]) -> None:
     for name, value in zip(ENTRIES, values, strict=True):
         servo.json("set", name, str(value))
 
@@ -45,9 +45,9 @@ def rate(servo: Bench, axis: str) -> float:
 @pytest.fixture
 def unwatched(servo: Bench) -> Iterator[Bench]:
     """The servo, whose entries are free before and after."""
-    watch(servo, [0] * 4)
+    set_monitored(servo, [0] * 4)
     yield servo
-    watch(servo, [0] * 4)
+    set_monitored(servo, [0] * 4)
     for axis in ("azimuth", "pitch"):
         if state(servo, axis) == "fault":
             servo("state", axis, "reset")
@@ -117,7 +117,7 @@ def test_a_killed_motion_is_noticed_though_another_ones_heartbeat_goes_on(
 def test_no_motion_when_there_is_no_entry_for_its_heartbeat(unwatched: Bench) -> None:
     servo = unwatched
     foreign = [node << 16 | 500 for node in (10, 11, 12, 127)]
-    watch(servo, foreign)
+    set_monitored(servo, foreign)
     before = state(servo, "azimuth")
     refused = servo("move", "azimuth", "--rate", "1", "--for", "1", "--yes")
     assert refused.code == 6 and "1016: nodes" in refused.err and refused.err.count("\n") == 1
@@ -126,8 +126,8 @@ def test_no_motion_when_there_is_no_entry_for_its_heartbeat(unwatched: Bench) ->
 
 def test_entries_of_killed_motions_are_taken_over(unwatched: Bench) -> None:
     servo = unwatched
-    left = [node << 16 | WATCH_MS for node in (124, 125, 126, 127)]
-    watch(servo, left)
+    left = [node << 16 | MONITOR_MS for node in (124, 125, 126, 127)]
+    set_monitored(servo, left)
     for _ in left:
         assert servo("move", "azimuth", "--rate", "1", "--for", "0.2", "--yes").code == 0
     assert entries(servo) == [0] * 4
@@ -135,24 +135,24 @@ def test_entries_of_killed_motions_are_taken_over(unwatched: Bench) -> None:
 
 def test_an_id_heard_on_the_bus_is_another_ones_and_so_is_its_entry(unwatched: Bench, eventually: Eventually) -> None:
     servo = unwatched
-    theirs = 127 << 16 | WATCH_MS
+    theirs = 127 << 16 | MONITOR_MS
     with heartbeat_of(servo, 127):
-        watch(servo, [theirs, 0, 0, 0])
+        set_monitored(servo, [theirs, 0, 0, 0])
         move = servo.start("move", "azimuth", "--rate", "1", "--for", "3", "--yes")
         eventually(lambda: masters(servo) == [126, 127], 15.0)
         assert move.wait(timeout=60) == 0
         assert entries(servo) == [theirs, 0, 0, 0]
-        watch(servo, [0] * 4)
+        set_monitored(servo, [0] * 4)
 
 
 def test_one_axis_and_one_stream_belong_to_one_motion_at_a_time(unwatched: Bench, eventually: Eventually) -> None:
     servo = unwatched
     measuring = servo.start("bode", "azimuth", "--yes")
     eventually(lambda: masters(servo) == [127], 15.0)
-    for words, told in (
+    for words, reported in (
         (("move", "azimuth", "--rate", "1", "--for", "1", "--yes"), "another servoctl is moving azimuth"),
         (("step", "pitch", "--yes"), "another servoctl is measuring"),
     ):
         refused = servo(*words)
-        assert refused.code == 6 and told in refused.err, refused
+        assert refused.code == 6 and reported in refused.err, refused
     assert measuring.wait(timeout=60) == 0

@@ -60,7 +60,7 @@ def read_faults(device: Device, table: FaultTable) -> dict[str, Any]:
         value = device.read_int(0x1003, sub)
         code, info = value & 0xFFFF, value >> 16
         history.append(
-            {"code": code, "info": info, "meaning": _names(table, code, table.told(code, info)),
+            {"code": code, "info": info, "meaning": _names(table, code, table.reported(code, info)),
              "origin": origin(code, info)}
         )  # fmt: skip
     axes = []
@@ -86,7 +86,7 @@ def _of_axis(table: FaultTable, code: int, axis: str, history: list[dict[str, An
     if code == 0:
         return []
     infos = (h["info"] for h in history if h["code"] == code and h["origin"] == axis)
-    return table.told(code, next(infos, SOURCES.index(axis) << 8))
+    return table.reported(code, next(infos, SOURCES.index(axis) << 8))
 
 
 @click.command(short_help="Show present and past faults, with cause and remedy.")
@@ -175,4 +175,4 @@ def _show_advice(out: Output, found: dict[str, Any], table: FaultTable, log: Fau
 def _newest(found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> list[dict[str, Any]]:
     if log is not None and log.entries and log.entries[0].fault in table.faults:
         return [_as_dict(table.faults[log.entries[0].fault])]
-    return [_as_dict(words) for h in found["history"][:1] for words in table.told(h["code"], h["info"])]
+    return [_as_dict(words) for h in found["history"][:1] for words in table.reported(h["code"], h["info"])]

@@ -23,7 +23,7 @@ from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
 from ..limits import allowed_travel
 from ..node_limits import read_limits
 from ..parameter import AXES
-from ..programme import Envelope, Experiment, Place, Programme
+from ..test_plan import Envelope, Experiment, Place, TestPlan
 from ..session import Session, common
 from ..units import degrees, radians
 from .gains import about
@@ -75,7 +75,7 @@ def identify(
         work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
         first = identifier.plan(envelope, drive.position(), work / "first_look_plan.json")
         show_envelope(session, axis, envelope)
-        show_programme(session, first, "first test plan")
+        show_test_plan(session, first, "first test plan")
         if not quick:
             session.out.say(
                 "The main test plan, sized by these results, and chirps for structural resonances follow. Their"
@@ -91,13 +91,13 @@ def identify(
             outcome = carry_out(session, machine, first, out / "first_look.csv")
             if not quick:
                 fit(session, identifier, out / "first_look.csv", out / "first_look.json")
-                programme = identifier.plan(envelope, drive.position(), out / "plan.json", out / "first_look.json")
-                show_programme(session, programme, "main test plan")
-                outcome = carry_out(session, machine, programme, recording)
+                test_plan = identifier.plan(envelope, drive.position(), out / "plan.json", out / "first_look.json")
+                show_test_plan(session, test_plan, "main test plan")
+                outcome = carry_out(session, machine, test_plan, recording)
                 chirps = identifier.plan(
                     envelope, drive.position(), out / "structure_plan.json", out / "first_look.json", structure=True
                 )
-                show_programme(session, chirps, "structural resonances")
+                show_test_plan(session, chirps, "structural resonances")
                 carry_out(session, machine, chirps, structure)
         if not outcome.other_held:
             session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held; its motion may affect the result.")
@@ -110,7 +110,7 @@ def identify(
         if gains:
             write_gains(out / f"{axis}-identified.toml", gains, about(device))
     page = write_report(out, axis, identified, recording, outcome)
-    return tell(session, axis, out, identified, outcome, page)
+    return show_result(session, axis, out, identified, outcome, page)
 
 
 def read_envelope(
@@ -154,10 +154,10 @@ def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
     )
 
 
-def show_programme(session: Session, programme: Programme, title: str) -> None:
+def show_test_plan(session: Session, test_plan: TestPlan, title: str) -> None:
     """Motion of each kind of experiment: axis, distance, speed, torque, duration; one row per kind."""
     alike: dict[str, list[tuple[Place, Experiment]]] = {}
-    for place, experiment in programme:
+    for place, experiment in test_plan:
         alike.setdefault(json.dumps([experiment.kind, experiment.fields], sort_keys=True), []).append(
             (place, experiment)
         )
@@ -168,25 +168,25 @@ def show_programme(session: Session, programme: Programme, title: str) -> None:
             (
                 experiment.name,
                 str(len(group)),
-                _where(group, programme),
-                *_extent(experiment, programme),
+                _where(group, test_plan),
+                *_extent(experiment, test_plan),
                 f"{duration_s:.0f}",
             )
         )
     columns = ["experiment", ("times", "right"), ("at °", "right"), ("travel ± °", "right"), ("max °/s", "right"),
                ("max N m", "right"), ("s", "right")]  # fmt: skip
     session.out.table(columns, rows, title)
-    places = ", ".join(_angle(place.angle_rad) for place in programme.places)
+    places = ", ".join(_angle(place.angle_rad) for place in test_plan.places)
     session.out.say(
-        f"{title}: {programme.experiments} experiments at {places}°, {programme.duration_s:.0f} s; moves between"
-        f" these angles at {degrees(programme.moving_rad_s):.3g} °/s."
+        f"{title}: {test_plan.experiments} experiments at {places}°, {test_plan.duration_s:.0f} s; moves between"
+        f" these angles at {degrees(test_plan.moving_rad_s):.3g} °/s."
     )
 
 
-def _where(group: list[tuple[Place, Experiment]], programme: Programme) -> str:
+def _where(group: list[tuple[Place, Experiment]], test_plan: TestPlan) -> str:
     """The angles, or that it runs at all places."""
     angles = {place.angle_rad: None for place, _ in group}
-    return "all" if len(angles) == len(programme.places) else ", ".join(_angle(angle) for angle in angles)
+    return "all" if len(angles) == len(test_plan.places) else ", ".join(_angle(angle) for angle in angles)
 
 
 def _angle(angle_rad: float) -> str:
@@ -194,22 +194,22 @@ def _angle(angle_rad: float) -> str:
     return f"{round(degrees(angle_rad), 1) + 0.0:.1f}"
 
 
-def _extent(experiment: Experiment, programme: Programme) -> tuple[str, str, str]:
+def _extent(experiment: Experiment, test_plan: TestPlan) -> tuple[str, str, str]:
     """Path, rate and torque; the limit of the experiment where the set-up has no value."""
     rate, torque = experiment.fastest_rad_s, experiment.torque_nm
     return (
-        f"{degrees(experiment.way_rad(programme.limits['travel_rad'])):.3g}",
-        f"{degrees(rate if rate is not None else programme.limits['rate_rad_s']):.3g}",
-        f"{torque if torque is not None else programme.limits['torque_nm']:.3g}",
+        f"{degrees(experiment.reach_rad(test_plan.limits['travel_rad'])):.3g}",
+        f"{degrees(rate if rate is not None else test_plan.limits['rate_rad_s']):.3g}",
+        f"{torque if torque is not None else test_plan.limits['torque_nm']:.3g}",
     )
 
 
-def as_json(programme: Programme) -> dict[str, Any]:
+def as_json(test_plan: TestPlan) -> dict[str, Any]:
     """For --json, in ° and s."""
     return {
-        "stage": programme.stage, "duration_s": programme.duration_s, "experiments": programme.experiments,
-        "places_deg": [degrees(place.angle_rad) for place in programme.places],
-        "moving_deg_s": degrees(programme.moving_rad_s), "limits": programme.limits,
+        "stage": test_plan.stage, "duration_s": test_plan.duration_s, "experiments": test_plan.experiments,
+        "places_deg": [degrees(place.angle_rad) for place in test_plan.places],
+        "moving_deg_s": degrees(test_plan.moving_rad_s), "limits": test_plan.limits,
     }  # fmt: skip
 
 
@@ -222,15 +222,15 @@ def ask(session: Session, yes: bool, question: str = "Is the travel range clear?
     click.confirm(question, abort=True)
 
 
-def carry_out(session: Session, machine: Commissioning, programme: Programme, path: Path) -> Outcome:
+def carry_out(session: Session, machine: Commissioning, test_plan: TestPlan, path: Path) -> Outcome:
     """Runs the test plan and writes the recording."""
     with session.out.progress(time_left=True) as bar:
-        task = bar.add_task(programme.stage, total=programme.duration_s)
+        task = bar.add_task(test_plan.stage, total=test_plan.duration_s)
 
         def report(what: str, done_s: float) -> None:
-            bar.update(task, description=what, completed=min(done_s, programme.duration_s))
+            bar.update(task, description=what, completed=min(done_s, test_plan.duration_s))
 
-        outcome = machine.run(programme, report)
+        outcome = machine.run(test_plan, report)
     outcome.recording.write(path)
     for run, share in outcome.incomplete_runs():
         session.out.note(
@@ -257,7 +257,7 @@ def write_report(folder: Path, axis: str, identified: Identified, recording: Pat
     return path
 
 
-def tell(session: Session, axis: str, folder: Path, identified: Identified, outcome: Outcome, page: Path) -> int:
+def show_result(session: Session, axis: str, folder: Path, identified: Identified, outcome: Outcome, page: Path) -> int:
     """The result as a table, refused parameters, written files; the exit code."""
     files = [str(page), str(folder / "result.json"), str(folder / f"{axis}-identified.toml")]
     session.out.json(

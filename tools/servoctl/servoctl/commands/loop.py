@@ -34,7 +34,7 @@ from .motion import run_rates
 SETPOINT_TICKS = 2
 SETPOINT_PERIOD_S = SETPOINT_TICKS * TICK_S
 WARM_UP_S = 1.0
-LEAST_LINES = 3
+MIN_LINES = 3
 
 
 @dataclass(frozen=True)
@@ -120,13 +120,13 @@ def measure_loop(
     closed = estimate(demand[skip:], answer[skip:], TICK_S, stimulus.sine)
     loop = open_loop(gains, closed.frequency_hz, closed.value)
     good = np.asarray(closed.coherence >= GOOD_COHERENCE)
-    if np.count_nonzero(good) < LEAST_LINES:
+    if np.count_nonzero(good) < MIN_LINES:
         raise MotionError(
             f"the coherence is below {GOOD_COHERENCE} at nearly all frequencies: the response is mostly noise."
             " Raise --amplitude or --periods."
         )
     sharp = open_loop_is_sharp(closed, loop)
-    if np.count_nonzero(sharp) < LEAST_LINES:
+    if np.count_nonzero(sharp) < MIN_LINES:
         raise MotionError("the open loop is hidden by noise: raise --amplitude or --periods.")
     found = margins(closed.frequency_hz[sharp], loop[sharp])
     width = bandwidth_hz(closed.frequency_hz[good], closed.value[good])

@@ -23,7 +23,7 @@ QUIET_S = 0.15
 SWITCH_DELAY_MS = 500
 """Silence of every node before the bit rate changes, and again after it."""
 BOOT_S = 2.0
-MOST_NODES = 127
+MAX_NODES = 127
 INDEX_OF_BIT_RATE = {1_000_000: 0, 500_000: 2, 250_000: 3, 125_000: 4}
 TORQUE = 255
 
@@ -147,14 +147,14 @@ def scan(session: Session, first: int | None, store: bool) -> int:
     rows: list[dict[str, Any]] = []
     with _master(session) as (network, master), session.out.errors.status("scanning"):
         present = set() if first is None else _present(network)
-        for n in range(MOST_NODES):
+        for n in range(MAX_NODES):
             identity = _find(master)
             if identity is None:
                 break
             node = None if first is None else first + n
             if node is not None:
-                if node > MOST_NODES:
-                    raise InputError(f"node id {node} is above {MOST_NODES}; use a value lower than --first {first}.")
+                if node > MAX_NODES:
+                    raise InputError(f"node id {node} is above {MAX_NODES}; use a value lower than --first {first}.")
                 _check_free(node, present)
                 _number(master, node, store)
                 _wait_for_boot(network, node)
@@ -195,13 +195,13 @@ def set_id(session: Session, new_id: int, serial: int | None, store: bool) -> No
         if old != new_id:
             _check_free(new_id, _present(network))
         _number(master, new_id, store)
-        if 1 <= old <= MOST_NODES and old != new_id:
+        if 1 <= old <= MAX_NODES and old != new_id:
             master.send_switch_state_global(LssMaster.WAITING_STATE)
             network.send_message(0, bytes([0x82, old]))  # NMT: reset communication
         if old != new_id:
             _wait_for_boot(network, new_id)
     session.out.json({"node": new_id, "was": old, "stored": store} | asdict(identity))
-    session.out.say(f"node {old if old <= MOST_NODES else 'without id'} is now node {new_id}.")
+    session.out.say(f"node {old if old <= MAX_NODES else 'without id'} is now node {new_id}.")
 
 
 def _identity(session: Session) -> Identity:

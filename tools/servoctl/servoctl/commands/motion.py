@@ -24,7 +24,7 @@ from ..parameter import AXES
 from ..session import Session
 from ..stream import TICK_S, RateStream
 from ..units import degrees
-from .quantity import DURATION, FASTEST_RATE, LONGEST_WAY
+from .quantity import DURATION, FASTEST_RATE, LONGEST_TRAVEL
 
 F = TypeVar("F", bound=Callable[..., Any])
 Real = NDArray[np.float64]
@@ -50,7 +50,8 @@ def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callabl
                 help="Limit of the duration (s)."
             ),
             click.option(
-                "--max-travel", type=LONGEST_WAY, default=max_travel, show_default=True, help="Limit of the travel (°)."
+                "--max-travel", type=LONGEST_TRAVEL, default=max_travel, show_default=True,
+                help="Limit of the travel (°).",
             ),
             click.option(
                 "--max-rate", type=FASTEST_RATE, default=max_rate, show_default=True, help="Limit of the rate (°/s)."

@@ -51,21 +51,21 @@ def move(
         start = drive.position()
         if runs:
             assert rate is not None and duration is not None
-            way = rate * duration
+            travel = rate * duration
             plan = Plan(
                 axis,
                 f"runs at {degrees(rate):.4g} °/s for {duration:.4g} s",
                 abs(rate),
-                max(way, 0.0),
-                max(-way, 0.0),
+                max(travel, 0.0),
+                max(-travel, 0.0),
                 duration,
             )
         else:
             rate = abs(rate) if rate else radians(2.0)
-            way = by if by is not None else (target or 0.0) - start
+            travel = by if by is not None else (target or 0.0) - start
             plan = Plan(
-                axis, f"from {degrees(start):.4f}° to {degrees(start + way):.4f}° at up to {degrees(rate):.4g} °/s",
-                rate, max(way, 0.0), max(-way, 0.0), abs(way) / rate + 1.0,
+                axis, f"from {degrees(start):.4f}° to {degrees(start + travel):.4f}° at up to {degrees(rate):.4g} °/s",
+                rate, max(travel, 0.0), max(-travel, 0.0), abs(travel) / rate + 1.0,
             )  # fmt: skip
         if not announce(session, plan, limits, device, dry_run, yes):
             return
@@ -73,8 +73,8 @@ def move(
             _run_at_rate(session, device, axis, rate, plan.duration_s)
             end = drive.position()
         else:
-            end = _go_to(session, device, axis, start + way, rate, plan.duration_s)
-        error = end - (start + way)
+            end = _go_to(session, device, axis, start + travel, rate, plan.duration_s)
+        error = end - (start + travel)
     session.out.json({"axis": axis, "from_deg": degrees(start), "to_deg": degrees(end), "state": "standing"})
     arrived = "" if runs else f", {1e6 * error:+.0f} µrad from the target"
     session.out.say(f"{axis} stands at {degrees(end):.4f}° (from {degrees(start):.4f}°){arrived}.")

@@ -49,7 +49,7 @@ class Quantity(click.ParamType):  # type: ignore[type-arg] # not generic in clic
 
 ANGLE = Quantity("rad", "deg")
 RATE = Quantity("rad/s", "deg/s")
-LONGEST_WAY = Quantity("rad", "deg", above=0.0)
+LONGEST_TRAVEL = Quantity("rad", "deg", above=0.0)
 FASTEST_RATE = Quantity("rad/s", "deg/s", above=0.0)
 DURATION = Quantity("s", above=0.0)
 LEAD = Quantity("s", low=0.0)

@@ -62,8 +62,8 @@ def scope(
             rows = [(str(n), recorder.without_unit(name), Shown(recorder.unit_of(name)).unit) for n, name in names.items()]
             session.out.table([("", "right"), "signal", "unit"], rows)
             return
-        if not 1 <= len(signals) <= recorder.MOST_CHANNELS:
-            raise InputError(f"expected 1 to {recorder.MOST_CHANNELS} signals; 'servoctl scope --list' lists them.")
+        if not 1 <= len(signals) <= recorder.MAX_CHANNELS:
+            raise InputError(f"expected 1 to {recorder.MAX_CHANNELS} signals; 'servoctl scope --list' lists them.")
         numbers = [_find(names, text, axis) for text in signals]
         on = _find(names, source, axis) if source else numbers[0]
         if on not in numbers:

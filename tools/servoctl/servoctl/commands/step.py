@@ -64,15 +64,15 @@ def step(
         run = run_rates(session, device, axis, rates, SETPOINT_TICKS, limits, "step", interpolation=1)
     demand, answer, lost = run.demand, run.answer, run.lost
     records = _cut_steps(demand, answer, hold)
-    told = f"the latest set-point was {run.late} ms late by the node's clock, {lost} samples were lost"
+    reported = f"the latest set-point was {run.late} ms late by the node's clock, {lost} samples were lost"
     if not records:
         raise MotionError(
-            f"the axis' demand (606B) did not follow the commanded steps: {told}. Repeat with less load on the bus"
+            f"the axis' demand (606B) did not follow the commanded steps: {reported}. Repeat with less load on the bus"
             " and on this computer."
         )
     if len(records) < len(signs):
         session.out.note(
-            f"only {len(records)} of {len(signs)} steps were recorded undisturbed ({told}); repeat the measurement."
+            f"only {len(records)} of {len(signs)} steps were recorded undisturbed ({reported}); repeat the measurement."
         )
     path = new_path(folder, "step", axis)
     from ..plots import plot_steps, write_csv

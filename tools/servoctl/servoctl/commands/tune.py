@@ -37,7 +37,7 @@ from .quantity import FREQUENCY, RATE, Quantity
 RATIO = Quantity("", above=0.0)
 LIMITS = Limits(radians(5.0), radians(60.0), 180.0, by_options=False)
 LOWEST_HZ, LINES = 1.0, 50
-WISHES = {
+REQUIREMENT_KEYS = {
     "bandwidth_hz": "speed_loop_bandwidth_hz",
     "damping": "speed_loop_damping",
     "setpoint_weight": "setpoint_weight",
@@ -111,20 +111,20 @@ def tune(
     """
     if bias == 0.0:
         raise InputError("--bias must not be 0: the loop is measured while the axis slides.")
-    wishes = {WISHES[name]: value for name, value in options.items() if value is not None}
+    requirements = {REQUIREMENT_KEYS[name]: value for name, value in options.items() if value is not None}
     identified = read_identified(folder / "result.json")
     stimulus = loop_stimulus(LOWEST_HZ, high, bias, amplitude, LINES, periods)
     identifier = IdentifyProgram(find_identify(program))
     with session.connect() as device, ExitStack() as stack:
         identified.check_machine(device, AXES.index(axis))
-        check_way(Drive(device, AXES.index(axis)), stimulus.plan(axis), identified, travel_deg)
+        check_reach(Drive(device, AXES.index(axis)), stimulus.plan(axis), identified, travel_deg)
         Tuning(device, "tune").refuse_foreign_stage({AXES.index(axis)})
         present = read_all(session, device, parameters_of(device.schema, AXES.index(axis)))
         work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else folder
         with session.out.errors.status("designing"):
             try:
                 design = design_gains(
-                    identifier, work, identified.path, device.schema, AXES.index(axis), wishes, present
+                    identifier, work, identified.path, device.schema, AXES.index(axis), requirements, present
                 )
             except InputError as error:
                 raise InputError(in_words_of_options(str(error), work)) from error
@@ -141,25 +141,25 @@ def tune(
             for parameter in locked:
                 session.out.note(f"{parameter.name} is locked: without --dry-run this command needs --unlock.")
             return int(ExitCode.OK)
-        measured, verdicts = try_out(session, device, axis, design, changed, wishes, stimulus, unlock)
+        measured, verdicts = try_out(session, device, axis, design, changed, requirements, stimulus, unlock)
         kept = all(verdict.kept for verdict in verdicts)
         active = folder / f"{axis}-active.toml"
         write_gains(active, read_all(session, device, of_axis(device.schema.tunable, axis)), about(device))
         if store and kept:
             store_with_backup(session, device)
     page = write_page_of(folder, axis, design, present, changed, measured, verdicts)
-    return tell(session, axis, changed, present, measured, verdicts, [str(page), str(active)])
+    return show_result(session, axis, changed, present, measured, verdicts, [str(page), str(active)])
 
 
 def in_words_of_options(message: str, work: Path) -> str:
     """The program's message about wishes.json, in terms of the options that it was made from."""
     message = message.replace(f"{work / 'wishes.json'}: ", "")
-    for option, key in WISHES.items():
+    for option, key in REQUIREMENT_KEYS.items():
         message = message.replace(f'"{key}"', f"--{option.replace('_', '-')}")
     return message
 
 
-def check_way(drive: Drive, plan: Plan, identified: Identified, travel_deg: tuple[float, float] | None) -> None:
+def check_reach(drive: Drive, plan: Plan, identified: Identified, travel_deg: tuple[float, float] | None) -> None:
     """Raises InputError when the travel of the measurement is not allowed by the user, the node or the
     identification."""
     if travel_deg is None and not read_limits(drive).has_travel:
@@ -197,13 +197,13 @@ def predicted_text(design: Design) -> str:
 
 def try_out(
     session: Session, device: Device, axis: str, design: Design, changed: dict[Parameter, Value],
-    wishes: dict[str, float], stimulus: LoopStimulus, unlock: bool,
+    requirements: dict[str, float], stimulus: LoopStimulus, unlock: bool,
 ) -> tuple[MeasuredLoop, list[Verdict]]:  # fmt: skip
     """With the new gains in effect; they stay only if every verdict is good."""
     with TrialGains(device, "tune", changed, unlock) as trial:
         measured = measure_loop(session, device, axis, stimulus, LIMITS, "tune", hold_other=True)
         gain_db = 20 * np.log10(np.abs(measured.loop[measured.sharp]))
-        verdicts = judge(design, wishes, measured.margins, float(gain_db[-1]))
+        verdicts = judge(design, requirements, measured.margins, float(gain_db[-1]))
         if all(verdict.kept for verdict in verdicts):
             trial.keep()
     return measured, verdicts
@@ -245,7 +245,7 @@ def write_page_of(
     return path
 
 
-def tell(
+def show_result(
     session: Session, axis: str, changed: dict[Parameter, Value], present: dict[Parameter, Value],
     measured: MeasuredLoop, verdicts: list[Verdict], files: list[str],
 ) -> int:  # fmt: skip

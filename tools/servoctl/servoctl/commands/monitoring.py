@@ -52,7 +52,7 @@ def monitor(session: Session, duration: float | None) -> None:
         try:
             if live:
                 live.start()
-            _watch(session, listener, bus, live, begun, duration)
+            _show_live(session, listener, bus, live, begun, duration)
         except KeyboardInterrupt:
             pass  # the usual end
         finally:
@@ -60,7 +60,7 @@ def monitor(session: Session, duration: float | None) -> None:
                 live.stop()
 
 
-def _watch(
+def _show_live(
     session: Session, listener: Listener, bus: Any, live: Live | None, begun: float, duration: float | None
 ) -> None:
     shown, frames, bits = begun, 0, 0

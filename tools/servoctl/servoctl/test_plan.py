@@ -63,7 +63,7 @@ class Experiment:
         """The commanded torque; None where the loop decides."""
         return self.fields.get("amplitude_nm") if self.kind in (TORQUE_RAMPS, CHIRP, BREAK_AWAY) else None
 
-    def way_rad(self, travel_rad: float) -> float:
+    def reach_rad(self, travel_rad: float) -> float:
         """Approximate travel to one side of its start."""
         if self.kind in (HYSTERESIS, BREAK_AWAY):
             return self.fields["amplitude_rad"]
@@ -83,7 +83,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Programme:
+class TestPlan:
     """All places, in order; `limits` are those of 0x2100 for every experiment; between places at `moving_rad_s`."""
 
     stage: str
@@ -119,20 +119,20 @@ class Programme:
                 )
 
 
-def read_programme(path: Path) -> Programme:
+def read_test_plan(path: Path) -> TestPlan:
     """Raises InputError with the file and its error."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         if data["format"] != "trackservo-programme" or data["version"] != 1:
             raise ValueError(f"is {data['format']} version {data['version']}, not trackservo-programme version 1")
-        programme = Programme(
+        test_plan = TestPlan(
             str(data["stage"]), _number(data["duration_s"]), _number(data["moving_rad_s"]),
             {name: _number(data["limits"][name]) for name in LIMIT_FIELDS},
             tuple(_place(row) for row in data["places"]),
         )  # fmt: skip
-        if not programme.experiments:
+        if not test_plan.experiments:
             raise ValueError("contains no experiment")
-        return programme
+        return test_plan
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except KeyError as error:
