@@ -10,7 +10,7 @@
 #include "check/drive_case.hpp"
 #include "check/host_device.hpp"
 #include "check/loop_figures.hpp"
-#include "studies/study.hpp"
+#include "studies/shared/study.hpp"
 
 namespace trackservo::sim {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "studies/study.hpp"
+#include "studies/shared/study.hpp"
 
 namespace trackservo::sim {
 

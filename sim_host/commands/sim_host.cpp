@@ -39,7 +39,7 @@
 #include "run/scenario_check.hpp"
 #include "serve/sdo_benchmark.hpp"
 #include "serve/server.hpp"
-#include "studies/campaign.hpp"
+#include "studies/shared/study.hpp"
 #include "study_commands.hpp"
 
 namespace sim = trackservo::sim;

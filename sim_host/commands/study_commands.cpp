@@ -8,11 +8,13 @@
 #include "base/job_pool.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
-#include "studies/belief_study.hpp"
-#include "studies/campaign.hpp"
-#include "studies/fig9_scan_report.hpp"
-#include "studies/random_plants_report.hpp"
-#include "studies/results.hpp"
+#include "studies/campaign/campaign.hpp"
+#include "studies/campaign/results.hpp"
+#include "studies/fig9_scan/fig9_scan_report.hpp"
+#include "studies/identification_value/identification_value.hpp"
+#include "studies/random_plants/random_plants_report.hpp"
+#include "studies/shared/identified_axis.hpp"
+#include "studies/shared/paper_studies.hpp"
 
 namespace trackservo::sim {
 namespace {

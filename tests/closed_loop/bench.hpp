@@ -10,7 +10,7 @@
 
 #include "analysis/statistics.hpp"
 #include "run/scenario_run.hpp"
-#include "studies/study.hpp"
+#include "studies/shared/study.hpp"
 #include "unity.h"
 
 namespace bench {

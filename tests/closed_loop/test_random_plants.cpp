@@ -1,10 +1,10 @@
 // Gains for one machine on others of its type: fifty here, a thousand in `sim_host random-plants`.
-#include "studies/random_plants.hpp"
+#include "studies/random_plants/random_plants.hpp"
 
 #include <cstdio>
 
 #include "bench.hpp"
-#include "studies/random_plants_report.hpp"
+#include "studies/random_plants/random_plants_report.hpp"
 #include "unity.h"
 
 extern "C" void setUp() {}

@@ -4,7 +4,7 @@
 
 #include "analysis/frequency_measurement.hpp"
 #include "bench.hpp"
-#include "studies/margin_study.hpp"
+#include "studies/margins/margin_study.hpp"
 #include "unity.h"
 
 namespace sim = trackservo::sim;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "cortex_m4/core_trace.h"
-#include "studies/study.hpp"
+#include "studies/shared/study.hpp"
 
 namespace sim = trackservo::sim;
 

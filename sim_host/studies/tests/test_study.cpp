@@ -1,16 +1,17 @@
 // The figures of a study, the changes of a variation, and the names of a campaign's files.
-#include "studies/study.hpp"
+#include "studies/shared/study.hpp"
 
 #include <cstring>
 #include <set>
 #include <stdexcept>
 
 #include "design/true_plant.hpp"
-#include "studies/belief_study.hpp"
-#include "studies/derived.hpp"
-#include "studies/goals.hpp"
-#include "studies/run_files.hpp"
-#include "studies/sensitivity.hpp"
+#include "studies/identification_value/identification_value.hpp"
+#include "studies/sensitivity/sensitivity.hpp"
+#include "studies/shared/derived.hpp"
+#include "studies/shared/goals.hpp"
+#include "studies/shared/paper_studies.hpp"
+#include "studies/shared/run_files.hpp"
 #include "support/check.h"
 
 extern "C" void setUp(void) {}

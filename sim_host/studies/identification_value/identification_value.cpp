@@ -1,0 +1,214 @@
+#include "studies/identification_value/identification_value.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "analysis/statistics.hpp"
+#include "base/job_pool.hpp"
+#include "base/json_file.hpp"
+#include "studies/shared/identified_axis.hpp"
+#include "studies/shared/paper_studies.hpp"
+#include "studies/shared/probe.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Values = std::vector<double> BeliefFigure::*;
+
+constexpr Values kBeliefs[] = {&BeliefFigure::identified, &BeliefFigure::exact, &BeliefFigure::wrong};
+
+std::vector<Probe> compensated_figures() {
+  std::vector<Probe> all{probes::sine(), probes::disturbed_step(), probes::start()};
+  for (const char *case_name : {"0.1 deg/s", "0.2 deg/s", "0.4 deg/s", "1 deg/s", "2 deg/s"}) {
+    all.push_back({"steady_speed", case_name, {"peak_error"}});
+  }
+  all.push_back(probes::paper_loop());
+  all.push_back(probes::improved_loop());
+  return all;
+}
+
+Estimate estimate(const std::vector<double>& values) {
+  return {mean(values), standard_deviation(values) / std::sqrt(static_cast<double>(values.size()))};
+}
+
+// At each seed: all figures as shares of their mean with wrong parameters, summed.
+std::vector<double> sums(const std::vector<BeliefFigure>& figures, Values belief) {
+  std::vector<double> per_seed(figures.front().wrong.size());
+  for (const BeliefFigure& figure : figures) {
+    for (std::size_t i = 0; i < per_seed.size(); ++i) {
+      per_seed[i] += (figure.*belief)[i] / mean(figure.wrong);
+    }
+  }
+  return per_seed;
+}
+
+double worst_sum(const std::vector<BeliefFigure>& figures, Values belief) {
+  double sum = 0;
+  for (const BeliefFigure& figure : figures) {
+    const std::vector<double>& values = figure.*belief;
+    sum += *std::max_element(values.begin(), values.end()) / mean(figure.wrong);
+  }
+  return sum;
+}
+
+std::vector<double> less(std::vector<double> a, const std::vector<double>& b) {
+  std::transform(a.begin(), a.end(), b.begin(), a.begin(), std::minus<>());
+  return a;
+}
+
+// The study with its controller designed from one of the assumed plants, and so with its parameter errors.
+std::pair<Study, double> believing(const Study& shipped, Values belief, const CampaignOptions& options) {
+  Study study = shipped;
+  if (belief != &BeliefFigure::identified) {
+    study.identified.reset();
+  }
+  return {study, belief == &BeliefFigure::wrong ? options.friction_parameter_error : 0.0};
+}
+
+// A probe at a seed, with all three assumed plants.
+struct Place {
+  const Probe *probe;
+  std::size_t first_figure;  // of the probe's, in consecutive order
+  std::size_t seed;
+};
+
+void run_place(const Place& place, const std::vector<Study>& studies, const CampaignOptions& options,
+               std::vector<BeliefFigure>& figures) {
+  const auto [shipped, study_case] = find_case(*place.probe, studies);
+  for (const Values belief : kBeliefs) {
+    const auto [study, error] = believing(*shipped, belief, options);
+    const RunChoice choice{&controller_spec("pi_vob_ftc"), study.plant.friction_model, options.seeds[place.seed], error,
+                           std::nullopt};
+    for (const Figure& measured : measure(study, study_case, run_case(study, study_case, choice))) {
+      for (std::size_t i = 0; i < place.probe->metrics.size(); ++i) {
+        if (measured.axis == kAzimuth && measured.metric == place.probe->metrics[i]) {
+          BeliefFigure& figure = figures[place.first_figure + i];
+          (figure.*belief)[place.seed] = measured.value;
+          if (place.seed == 0) {
+            figure.unit = measured.unit;
+          }
+        }
+      }
+    }
+  }
+}
+
+Json json_of(const Estimate& estimate) {
+  return {{"mean", estimate.mean}, {"standard_error", estimate.standard_error}};
+}
+
+Json json_of(const BeliefFigure& figure) {
+  return {{"experiment", figure.experiment}, {"case", figure.case_name},
+          {"metric", figure.metric},         {"unit", figure.unit},
+          {"identified", figure.identified}, {"exact", figure.exact},
+          {"wrong", figure.wrong},           {"gain", json_of(gain_of(figure))}};
+}
+
+Json json_of(const BeliefSum& sum) {
+  return {{"identified", json_of(sum.identified)},
+          {"exact", json_of(sum.exact)},
+          {"wrong", json_of(sum.wrong)},
+          {"identified_less_wrong", json_of(sum.identified_less_wrong)},
+          {"identified_less_exact", json_of(sum.identified_less_exact)},
+          {"worst_identified", sum.worst_identified},
+          {"worst_exact", sum.worst_exact},
+          {"worst_wrong", sum.worst_wrong}};
+}
+
+std::string mean_and_range(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return fmt::format("{:.4g} ({:.4g} .. {:.4g})", mean(values), *low, *high);
+}
+
+}  // namespace
+
+Estimate gain_of(const BeliefFigure& figure) {
+  return estimate(less(sums({figure}, &BeliefFigure::identified), sums({figure}, &BeliefFigure::wrong)));
+}
+
+BeliefSum sum_of(const std::vector<BeliefFigure>& figures) {
+  const std::vector<double> identified = sums(figures, &BeliefFigure::identified);
+  const std::vector<double> exact = sums(figures, &BeliefFigure::exact);
+  const std::vector<double> wrong = sums(figures, &BeliefFigure::wrong);
+  BeliefSum sum;
+  sum.identified = estimate(identified);
+  sum.exact = estimate(exact);
+  sum.wrong = estimate(wrong);
+  sum.identified_less_wrong = estimate(less(identified, wrong));
+  sum.identified_less_exact = estimate(less(identified, exact));
+  sum.worst_identified = worst_sum(figures, &BeliefFigure::identified);
+  sum.worst_exact = worst_sum(figures, &BeliefFigure::exact);
+  sum.worst_wrong = worst_sum(figures, &BeliefFigure::wrong);
+  return sum;
+}
+
+BeliefStudy run_belief_study(const CampaignOptions& options, const Progress& progress) {
+  std::vector<Study> studies = paper_studies(options.data_dir);
+  const std::vector<PlantConfig> plants = plants_of(studies);
+  const std::vector<Probe> looked_at = compensated_figures();
+  BeliefStudy result;
+  std::vector<Place> places;
+  for (const Probe& probe : looked_at) {
+    for (std::size_t seed = 0; seed < options.seeds.size(); ++seed) {
+      places.push_back({&probe, result.figures.size(), seed});
+    }
+    for (const std::string& metric : probe.metrics) {
+      const std::vector<double> empty(options.seeds.size());
+      result.figures.push_back({probe.experiment, probe.case_name, metric, "", empty, empty, empty});
+    }
+  }
+  JobPool pool(options.threads, static_cast<int>(kAxes * plants.size() + places.size()), progress);
+  const std::vector<IdentifiedAxis> identified = identify_plants(plants, options.out_dir, pool);
+  for (Study& study : studies) {
+    study.identified = belief_of(study.plant, identified);
+  }
+  pool.run(places.size(), [&](std::size_t i) {
+    run_place(places[i], studies, options, result.figures);
+    return places[i].probe->experiment;
+  });
+  result.sum = sum_of(result.figures);
+  return result;
+}
+
+void print(const BeliefStudy& study) {
+  fmt::print("PI + VOB + FTC, azimuth; mean (best .. worst seed)\n{:<54} {:<30} {:<30} {:<30} {}\n", "figure",
+             "identified", "exact", "wrong", "identified less wrong, +- standard error");
+  for (const BeliefFigure& figure : study.figures) {
+    const Estimate gain = gain_of(figure);
+    fmt::print("{:<54} {:<30} {:<30} {:<30} {:+.1f} +- {:.1f} %\n",
+               fmt::format("{}, {}: {}, {}", figure.experiment, figure.case_name, figure.metric, figure.unit),
+               mean_and_range(figure.identified), mean_and_range(figure.exact), mean_and_range(figure.wrong),
+               100 * gain.mean, 100 * gain.standard_error);
+  }
+  const BeliefSum& sum = study.sum;
+  fmt::print("sum of the {} as shares of their mean with wrong parameters, +- standard error\n", study.figures.size());
+  fmt::print("  identified {:.3f} +- {:.3f}, exact {:.3f} +- {:.3f}, wrong {:.3f} +- {:.3f}\n", sum.identified.mean,
+             sum.identified.standard_error, sum.exact.mean, sum.exact.standard_error, sum.wrong.mean,
+             sum.wrong.standard_error);
+  fmt::print("  paired by seed: identified less wrong {:+.3f} +- {:.3f}, identified less exact {:+.3f} +- {:.3f}\n",
+             sum.identified_less_wrong.mean, sum.identified_less_wrong.standard_error, sum.identified_less_exact.mean,
+             sum.identified_less_exact.standard_error);
+  fmt::print("  worst seeds: identified {:.3f}, exact {:.3f}, wrong {:.3f}\n", sum.worst_identified, sum.worst_exact,
+             sum.worst_wrong);
+}
+
+void write_belief_study(const BeliefStudy& study, const CampaignOptions& options, const std::string& git,
+                        const std::filesystem::path& file) {
+  Json json;
+  json["generator"] = {{"program", "sim_host beliefs"},
+                       {"git", git},
+                       {"seeds", options.seeds},
+                       {"friction_parameter_error", options.friction_parameter_error}};
+  json["figures"] = Json::array();
+  for (const BeliefFigure& figure : study.figures) {
+    json["figures"].push_back(json_of(figure));
+  }
+  json["sum"] = json_of(study.sum);
+  write_json(json, file);
+}
+
+}  // namespace trackservo::sim

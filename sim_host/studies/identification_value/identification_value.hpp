@@ -1,0 +1,69 @@
+// The value of identification: the compensated figures of the first table of docs/results.md with friction parameters
+// that were identified, that are the plant's own, and that are each wrong by a share.
+//
+// Runs are paired: at a seed all three have the same noise and wind. Each seed draws other signs of the errors, so many
+// seeds show the effect of wrong parameters on average and at worst.
+#ifndef TRACKSERVO_SIM_STUDIES_IDENTIFICATION_VALUE_IDENTIFICATION_VALUE_HPP
+#define TRACKSERVO_SIM_STUDIES_IDENTIFICATION_VALUE_IDENTIFICATION_VALUE_HPP
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "studies/shared/campaign_options.hpp"
+
+namespace trackservo::sim {
+
+// A mean over the seeds and its own standard error; of a sum, or of a paired difference.
+struct Estimate {
+  double mean = 0;
+  double standard_error = 0;
+};
+
+// One figure with PI, observer and friction feedforward, of azimuth; one value per seed in each list.
+struct BeliefFigure {
+  std::string experiment;
+  std::string case_name;
+  std::string metric;
+  std::string unit;
+  std::vector<double> identified;
+  std::vector<double> exact;
+  std::vector<double> wrong;
+};
+
+// All figures as shares of their mean with wrong parameters, so that with those the sum is the number of figures.
+struct BeliefSum {
+  Estimate identified;
+  Estimate exact;
+  Estimate wrong;
+  Estimate identified_less_wrong;  // paired by seed
+  Estimate identified_less_exact;
+  double worst_identified = 0;  // each figure's worst seed instead of its mean
+  double worst_exact = 0;
+  double worst_wrong = 0;
+};
+
+struct BeliefStudy {
+  std::vector<BeliefFigure> figures;
+  BeliefSum sum;
+};
+
+// Identified minus wrong, as a share of the mean with wrong parameters; paired by seed.
+Estimate gain_of(const BeliefFigure& figure);
+
+// Sums over figures that have equally many values, at least two.
+BeliefSum sum_of(const std::vector<BeliefFigure>& figures);
+
+// Identifies both axes of the plants, then runs all. Throws like run_campaign.
+BeliefStudy run_belief_study(const CampaignOptions& options, const Progress& progress);
+
+// To the standard output.
+void print(const BeliefStudy& study);
+
+// `file`, which docs/results-format.md describes. Throws std::runtime_error that names it.
+void write_belief_study(const BeliefStudy& study, const CampaignOptions& options, const std::string& git,
+                        const std::filesystem::path& file);
+
+}  // namespace trackservo::sim
+
+#endif
