@@ -31,7 +31,7 @@ std::string text_of(const fs::path& file) {
 }
 
 std::vector<fs::path> documents() {
-  std::vector<fs::path> files{kRoot / "README.md", kRoot / "CHANGELOG.md"};
+  std::vector<fs::path> files{kRoot / "README.md", kRoot / "CONTRIBUTING.md", kRoot / "CHANGELOG.md"};
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs")) {
     if (entry.path().extension() == ".md") {
       files.push_back(entry.path());

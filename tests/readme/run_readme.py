@@ -1,11 +1,12 @@
-"""Runs the README line by line on a Debian without other packages; then the container file of docs/ci.
+"""Runs the README line by line on a Debian without other packages; then, each on its own Debian, the container file of
+docs/ci and the first command of CONTRIBUTING.md.
 
     build/venv/bin/python tests/readme/run_readme.py [--root FOLDER] [--from LINE] [--keep]
 
 A bare root (tests/readme/bare-root), a clone of the committed files in it, then one shell that gets every command of
 every ```sh block of README.md, as a reader would type it. The first command that does not exit with 0 ends the run. The
 output of each is in build/readme/NN-*.log. The RUN lines of docs/ci/Containerfile run in their own bare root
-(tests/ci).
+(tests/ci), and so does ./tools/test firmware: first to install its packages, then in a new clone within FIRMWARE_LIMIT_S.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import queue
+import resource
 import shutil
 import signal
 import subprocess
@@ -29,6 +31,8 @@ LOGS = PROJECT / "build" / "readme"
 CLONE = "/home/user/trackservo"
 COMMAND_LIMIT_S = 1500.0
 READY_LIMIT_S = 60.0
+FIRMWARE_TEST = "./tools/test firmware"
+FIRMWARE_LIMIT_S = 60.0  # on two idle cores
 SHELL = ("bash", "--noprofile", "--norc")
 
 
@@ -184,6 +188,37 @@ def run_container_file(root: Path) -> bool:
     return done.returncode == 0
 
 
+def children_cpu_s() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def run_firmware_tests(root: Path) -> bool:
+    """From a clone to passed C tests in one command. The time is that of a clone when the packages are installed.
+
+    On a busy machine the CPU time of two cores counts, if it is less than the time that has passed.
+    """
+    if FIRMWARE_TEST not in (PROJECT / "CONTRIBUTING.md").read_text():
+        print(f"FAILED CONTRIBUTING.md does not name '{FIRMWARE_TEST}'", flush=True)
+        return False
+    took = on_two_cores_s = 0.0
+    for name in ("packages", "tests"):
+        clone(root)
+        started, cpu_before_s = time.monotonic(), children_cpu_s()
+        with (LOGS / f"firmware-{name}.log").open("w") as log:
+            command = [str(BARE_ROOT), "run", str(root), *SHELL, "-c", f"cd {CLONE} && {FIRMWARE_TEST}"]
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, check=False)
+        took = time.monotonic() - started
+        on_two_cores_s = (children_cpu_s() - cpu_before_s) / 2.0
+        if done.returncode != 0:
+            print(f"FAILED {FIRMWARE_TEST}: exit code {done.returncode}\n{last_lines(40)}", flush=True)
+            return False
+    good = min(took, on_two_cores_s) <= FIRMWARE_LIMIT_S
+    print(f"{'ok' if good else 'FAILED'} {took:7.1f} s  {FIRMWARE_TEST} in a new clone "
+          f"({on_two_cores_s:.1f} s of two cores; limit {FIRMWARE_LIMIT_S:.0f} s)", flush=True)  # fmt: skip
+    return good
+
+
 def last_lines(count: int) -> str:
     newest = max(LOGS.glob("*.log"), key=lambda path: path.stat().st_mtime)
     return "\n".join(newest.read_text(errors="replace").splitlines()[-count:])
@@ -203,12 +238,16 @@ def main() -> int:
     shutil.rmtree(LOGS, ignore_errors=True)
     LOGS.mkdir(parents=True)
     root = options.root or PROJECT / "build" / "bare-root"
-    other_root = root.with_name(root.name + "-container")
+    other_roots = {
+        root.with_name(root.name + "-container"): run_container_file,
+        root.with_name(root.name + "-firmware"): run_firmware_tests,
+    }
     if options.root is None:
-        shutil.rmtree(root, ignore_errors=True)
-        shutil.rmtree(other_root, ignore_errors=True)
+        for old in (root, *other_roots):
+            shutil.rmtree(old, ignore_errors=True)
         make_root(root)
-        subprocess.run(["cp", "-a", str(root), str(other_root)], check=True)
+        for other_root in other_roots:
+            subprocess.run(["cp", "-a", str(root), str(other_root)], check=True)
     elif options.first == 1:
         clone(root)
     started = time.monotonic()
@@ -225,9 +264,10 @@ def main() -> int:
     print(f"{passed} of {len(blocks)} blocks in {time.monotonic() - started:.0f} s", flush=True)
     failed = len(blocks) - passed
     if options.root is None:
-        contained = run_container_file(other_root)
-        passed, failed = passed + contained, failed + (not contained)
-        for made in [] if options.keep else [root, other_root]:
+        for other_root, run in other_roots.items():
+            good = run(other_root)
+            passed, failed = passed + good, failed + (not good)
+        for made in [] if options.keep else [root, *other_roots]:
             shutil.rmtree(made)
     print(f"{passed} passed, {failed} failed")
     return 0 if failed == 0 else 1
