@@ -72,7 +72,7 @@ const hal_flash *hal_board_bus_flash(hal *machine);
 
 /* A user at the board requests the default node id and bit rate: a button was held from the start until now. Call it
  * after the self-test. */
-bool hal_board_recovery_is_asked(const hal *machine);
+bool hal_board_recovery_is_requested(const hal *machine);
 
 /* Starts interrupts and watchdog. */
 void hal_board_run(hal *machine);

@@ -161,7 +161,7 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   const uint32_t part_count = NODE_PARTS + config->part_count;
   od_group_parts(&node->groups, node->parts, part_count);
   node->dictionary = (object_dictionary){.parts = node->parts, .count = part_count, .groups = &node->groups};
-  node->overruns_told = 0;
+  node->overruns_reported = 0;
   node->overrun_quiet_ms = 0;
   node->producer = (heartbeat_producer){.elapsed_ms = 0};
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
@@ -511,8 +511,8 @@ static void tick_consumers(canopen_node *node) {
 
 static void tick_overruns(canopen_node *node) {
   const uint32_t overruns = can_queue_overruns(&node->process_data) + can_queue_overruns(&node->services);
-  if (overruns != node->overruns_told) {
-    node->overruns_told = overruns;
+  if (overruns != node->overruns_reported) {
+    node->overruns_reported = overruns;
     node->overrun_quiet_ms = 0;
     raise_or_clear(node, EMERGENCY_CAN_OVERRUN, true);
   } else if (node->overrun_quiet_ms < OVERRUN_QUIET_MS) {
@@ -523,7 +523,7 @@ static void tick_overruns(canopen_node *node) {
 }
 
 /* TPDOs carry the result that the tick computed from the RPDOs. */
-static void tell_syncs(canopen_node *node) {
+static void report_syncs(canopen_node *node) {
   for (uint32_t i = 0; i < node->sync_count; i++) {
     for (uint32_t n = 0; n < PDO_COUNT; n++) {
       tpdo_sync(&node->tpdos[n], node->sync_counter[i]);
@@ -533,15 +533,15 @@ static void tell_syncs(canopen_node *node) {
 }
 
 static void tick_pdos(canopen_node *node) {
-  tell_syncs(node);
+  report_syncs(node);
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    if (rpdo_is_watched(&node->rpdos[n]) && rpdo_tick(&node->rpdos[n])) {
+    if (rpdo_is_monitored(&node->rpdos[n]) && rpdo_tick(&node->rpdos[n])) {
       judge_rpdos(node);
       if (node->config.events.rpdo_late != NULL) {
         node->config.events.rpdo_late(node->config.context, n);
       }
     }
-    if (tpdo_is_watched(&node->tpdos[n])) {
+    if (tpdo_is_monitored(&node->tpdos[n])) {
       tpdo_tick(&node->tpdos[n], &node->sender);
     }
   }

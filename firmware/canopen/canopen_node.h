@@ -98,7 +98,7 @@ typedef struct {
   bool sync_wrong_length;
   uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC received since TPDOs were last processed */
   uint32_t sync_count;
-  uint32_t overruns_told;
+  uint32_t overruns_reported;
   uint16_t overrun_quiet_ms;
   shared_word heard[CANOPEN_HEARD_WORDS];
 } canopen_node;

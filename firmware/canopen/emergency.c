@@ -21,7 +21,7 @@ static void remember(emergency_objects *objects, const emergency_error *error) {
   }
 }
 
-static void tell(emergency_producer *self, const emergency_objects *objects, const emergency_error *error) {
+static void report(emergency_producer *self, const emergency_objects *objects, const emergency_error *error) {
   if (self->waiting_count == EMERGENCY_WAITING) {
     if (self->dropped < UINT16_MAX) {
       self->dropped++;
@@ -60,7 +60,7 @@ bool emergency_raise(emergency_producer *self, emergency_objects *objects, const
   self->active_count++;
   update_register(self, objects);
   remember(objects, error);
-  tell(self, objects, error);
+  report(self, objects, error);
   return true;
 }
 
@@ -72,7 +72,7 @@ bool emergency_raise_again(emergency_producer *self, emergency_objects *objects,
   self->active[place].register_bits |= error->register_bits;
   update_register(self, objects);
   remember(objects, error);
-  tell(self, objects, error);
+  report(self, objects, error);
   return true;
 }
 
@@ -84,7 +84,7 @@ bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint8
   self->active_count--;
   self->active[place] = self->active[self->active_count];
   update_register(self, objects);
-  tell(self, objects, &(emergency_error){.code = EMERGENCY_NONE, .source = source});
+  report(self, objects, &(emergency_error){.code = EMERGENCY_NONE, .source = source});
   return true;
 }
 

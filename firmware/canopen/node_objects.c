@@ -72,11 +72,11 @@ static od_abort accept_pdo(const canopen_node *node, pdo_range range, uint8_t n,
 }
 
 static od_abort accept_consumer(const communication_objects *objects, uint8_t sub, uint32_t value) {
-  const uint8_t watched = heartbeat_consumer_node(value);
+  const uint8_t monitored = heartbeat_consumer_node(value);
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     const uint32_t other = objects->heartbeat_consumer[i];
     if (i + 1 != sub && heartbeat_consumer_active(value) && heartbeat_consumer_active(other) &&
-        heartbeat_consumer_node(other) == watched) {
+        heartbeat_consumer_node(other) == monitored) {
       return OD_INCOMPATIBLE;
     }
   }

@@ -54,7 +54,7 @@ static pdo_item item_of(const od_object *object, uint8_t bytes) {
   item.to = is_number ? place : NULL;
   item.checked =
       (hooks & OD_HOOK_ACCEPT) != 0 || entry->access == OD_CONST || entry->access == OD_RO || !od_is_unlimited(entry);
-  item.told = (hooks & OD_HOOK_CHANGED) != 0 || !is_number;
+  item.reported = (hooks & OD_HOOK_CHANGED) != 0 || !is_number;
   return item;
 }
 
@@ -139,10 +139,10 @@ od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
   for (const pdo_item *item = map->item; item < end; item++) {
     if (item->to != NULL) {
       od_copy_number(item->to, place, item->bytes);
-      if (item->told) {
+      if (item->reported) {
         item->object.part->hooks->changed(item->object.part->owner, &item->object);
       }
-    } else if (item->told) {
+    } else if (item->reported) {
       od_write_checked(&item->object, place, item->bytes);
     }
     place += item->bytes;

@@ -25,7 +25,7 @@ typedef struct {
   void *to;         /* NULL: a dummy, or an object that is written through the dictionary */
   uint8_t bytes;
   bool checked;     /* a value may be refused */
-  bool told;        /* its owner is notified of a write */
+  bool reported;    /* its owner is notified of a write */
   od_object object; /* entry NULL: dummy */
 } pdo_item;
 

@@ -18,7 +18,7 @@ void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_c
   const bool valid = cob_id_is_valid(communication->cob_id);
   self->on = valid && self->map.count > 0;
   self->synchronous = pdo_is_synchronous(communication);
-  self->watched_ms = valid ? communication->event_ms : 0;
+  self->monitored_ms = valid ? communication->event_ms : 0;
   rpdo_reset(self);
 }
 
@@ -59,10 +59,10 @@ rpdo_verdict rpdo_sync(rpdo *self) {
 }
 
 bool rpdo_tick(rpdo *self) {
-  if (!rpdo_is_watched(self)) {
+  if (!rpdo_is_monitored(self)) {
     return false;
   }
   self->silent_ms++;
-  self->late = self->silent_ms >= self->watched_ms;
+  self->late = self->silent_ms >= self->monitored_ms;
   return self->late;
 }

@@ -11,11 +11,11 @@ typedef struct {
   pdo_map map;
   bool on; /* valid, with at least one mapped object */
   bool synchronous;
-  uint16_t watched_ms; /* maximum silence; 0: not monitored */
-  bool heard;          /* silence is monitored from the first frame on */
-  bool late;           /* silence has been reported */
-  bool wrong_length;   /* the last frame was too short */
-  bool waiting;        /* `bytes` wait for SYNC */
+  uint16_t monitored_ms; /* maximum silence; 0: not monitored */
+  bool heard;            /* silence is monitored from the first frame on */
+  bool late;             /* silence has been reported */
+  bool wrong_length;     /* the last frame was too short */
+  bool waiting;          /* `bytes` wait for SYNC */
   uint16_t silent_ms;
   uint32_t refused; /* frames with a value that its object refused */
   uint8_t bytes[CAN_FRAME_BYTES];
@@ -46,6 +46,6 @@ rpdo_verdict rpdo_sync(rpdo *self);
 bool rpdo_tick(rpdo *self);
 
 /* Whether rpdo_tick has anything to do. */
-static inline bool rpdo_is_watched(const rpdo *self) { return self->watched_ms != 0 && self->heard && !self->late; }
+static inline bool rpdo_is_monitored(const rpdo *self) { return self->monitored_ms != 0 && self->heard && !self->late; }
 
 #endif

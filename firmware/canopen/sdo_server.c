@@ -406,7 +406,7 @@ static void take_held_request(sdo_server *server) {
   }
 }
 
-static void watch_time(sdo_server *server) {
+static void monitor_time(sdo_server *server) {
   if (server->state == SDO_IDLE) {
     server->silent_ms = 0;
     return;
@@ -422,7 +422,7 @@ void sdo_server_tick(sdo_server *server) {
   if (server->state == SDO_COMMITTING) {
     conclude_commit(server, sdo_transfer_commit(&server->transfer));
   } else {
-    watch_time(server);
+    monitor_time(server);
   }
   take_held_request(server);
 }

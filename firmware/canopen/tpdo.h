@@ -41,7 +41,7 @@ void tpdo_sync(tpdo *self, uint8_t counter);
 void tpdo_tick(tpdo *self, const can_sender *sender);
 
 /* Whether tpdo_tick has anything to do. */
-static inline bool tpdo_is_watched(const tpdo *self) {
+static inline bool tpdo_is_monitored(const tpdo *self) {
   return self->on && (self->due != 0 || self->waiting || !self->synchronous);
 }
 

@@ -115,7 +115,7 @@ static bool level_triggers(scope *s) {
   return met && (!edge || was_not_met);
 }
 
-static void watch_events(scope *s, uint32_t state, bool fault) {
+static void monitor_events(scope *s, uint32_t state, bool fault) {
   const bool changed = s->seen && state != s->last_state;
   const bool fault_begins = s->seen && fault && !s->last_fault;
   s->seen = true;
@@ -156,7 +156,7 @@ void scope_step(scope *s, uint32_t state, bool fault) {
   if (s->phase == SCOPE_IDLE || s->phase == SCOPE_DONE) {
     return;
   }
-  watch_events(s, state, fault);
+  monitor_events(s, state, fault);
   if (s->ticks_to_frame > 0) {
     --s->ticks_to_frame;
     return;

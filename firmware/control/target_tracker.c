@@ -17,32 +17,32 @@ control_status target_tracker_check(const target_tracker_params *params) {
 void target_tracker_reset(target_tracker_state *state) { *state = (target_tracker_state){0}; }
 
 /* How far the line of sight has turned during the last `age_ticks` ticks, rad; counts whole blocks as one. */
-static float sight_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
+static float los_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
   const unsigned before = (state->newest + TARGET_TRACKER_HISTORY - (unsigned)age_ticks) % TARGET_TRACKER_HISTORY;
   const unsigned begun = state->newest % TARGET_TRACKER_BLOCK;
-  float sum_rad_s = state->sight_sum_rad_s[state->newest];
+  float sum_rad_s = state->los_sum_rad_s[state->newest];
   if ((unsigned)age_ticks > begun) {
     const unsigned blocks = ((unsigned)age_ticks - begun - 1u) / TARGET_TRACKER_BLOCK + 1u;
     unsigned last = state->newest - begun + TARGET_TRACKER_HISTORY - 1u; /* rest of the oldest block */
     for (unsigned i = 0; i < blocks; ++i) {
-      sum_rad_s += state->sight_sum_rad_s[last % TARGET_TRACKER_HISTORY];
+      sum_rad_s += state->los_sum_rad_s[last % TARGET_TRACKER_HISTORY];
       last -= TARGET_TRACKER_BLOCK;
     }
   }
-  return (sum_rad_s - state->sight_sum_rad_s[before]) * dt_s;
+  return (sum_rad_s - state->los_sum_rad_s[before]) * dt_s;
 }
 
-static void remember_sight(target_tracker_state *state, float sight_rate_rad_s) {
-  const float sum_rad_s = state->sight_sum_rad_s[state->newest];
+static void remember_sight(target_tracker_state *state, float los_rate_rad_s) {
+  const float sum_rad_s = state->los_sum_rad_s[state->newest];
   state->newest = (state->newest + 1u) % TARGET_TRACKER_HISTORY;
   const bool begins = state->newest % TARGET_TRACKER_BLOCK == 0;
-  state->sight_sum_rad_s[state->newest] = begins ? sight_rate_rad_s : sum_rad_s + sight_rate_rad_s;
+  state->los_sum_rad_s[state->newest] = begins ? los_rate_rad_s : sum_rad_s + los_rate_rad_s;
 }
 
 /* Moves the estimate forward by one tick of target and line-of-sight motion. */
-static void propagate(target_tracker_state *state, float sight_rate_rad_s, float dt_s) {
+static void propagate(target_tracker_state *state, float los_rate_rad_s, float dt_s) {
   const float mean_rate_rad_s = state->target_rate_rad_s + 0.5f * state->target_acceleration_rad_s2 * dt_s;
-  state->error_rad += (mean_rate_rad_s - sight_rate_rad_s) * dt_s;
+  state->error_rad += (mean_rate_rad_s - los_rate_rad_s) * dt_s;
   state->target_rate_rad_s += state->target_acceleration_rad_s2 * dt_s;
 }
 
@@ -51,7 +51,7 @@ static void correct(target_tracker_state *state, const target_tracker_params *pa
                     float dt_s) {
   const float age_s = (float)frame->age_ticks * dt_s;
   const float target_motion_rad = (state->target_rate_rad_s - 0.5f * state->target_acceleration_rad_s2 * age_s) * age_s;
-  const float expected_rad = state->error_rad + sight_motion_rad(state, frame->age_ticks, dt_s) - target_motion_rad;
+  const float expected_rad = state->error_rad + los_motion_rad(state, frame->age_ticks, dt_s) - target_motion_rad;
   const float residual_rad = frame->error_rad - expected_rad;
 
   const float interval_s = scalar_max((float)state->ticks_since_frame, 1.0f) * dt_s;
@@ -66,20 +66,20 @@ static void correct(target_tracker_state *state, const target_tracker_params *pa
   state->target_acceleration_rad_s2 += acceleration_step_rad_s2;
 }
 
-static void acquire(target_tracker_state *state, const camera_frame *frame, float sight_rate_rad_s, float dt_s) {
-  state->error_rad = frame->error_rad - sight_motion_rad(state, frame->age_ticks, dt_s);
-  state->target_rate_rad_s = sight_rate_rad_s;
+static void acquire(target_tracker_state *state, const camera_frame *frame, float los_rate_rad_s, float dt_s) {
+  state->error_rad = frame->error_rad - los_motion_rad(state, frame->age_ticks, dt_s);
+  state->target_rate_rad_s = los_rate_rad_s;
   state->target_acceleration_rad_s2 = 0.0f;
-  state->integral_rad_s = sight_rate_rad_s;
+  state->integral_rad_s = los_rate_rad_s;
   state->locked = true;
 }
 
 static void take_frame(target_tracker_state *state, const target_tracker_params *params, const camera_frame *frame,
-                       float sight_rate_rad_s, float dt_s) {
+                       float los_rate_rad_s, float dt_s) {
   if (params->kind == TRACKER_PI) {
     const float interval_s = (float)state->ticks_since_frame * dt_s;
     if (!state->locked) {
-      state->integral_rad_s = sight_rate_rad_s;
+      state->integral_rad_s = los_rate_rad_s;
     } else {
       state->integral_rad_s += params->integral_per_s2 * frame->error_rad * scalar_min(interval_s, 0.1f);
     }
@@ -87,7 +87,7 @@ static void take_frame(target_tracker_state *state, const target_tracker_params 
     state->error_rad = frame->error_rad;
     state->locked = true;
   } else if (!state->locked) {
-    acquire(state, frame, sight_rate_rad_s, dt_s);
+    acquire(state, frame, los_rate_rad_s, dt_s);
   } else {
     correct(state, params, frame, dt_s);
   }
@@ -109,16 +109,16 @@ static speed_reference limited(const target_tracker_params *params, float rate_r
 }
 
 speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
-                                    const camera_frame *frame, float sight_rate_rad_s, float dt_s) {
-  remember_sight(state, sight_rate_rad_s);
+                                    const camera_frame *frame, float los_rate_rad_s, float dt_s) {
+  remember_sight(state, los_rate_rad_s);
   if (state->ticks_since_frame < 1000000) {
     ++state->ticks_since_frame;
   }
   if (params->kind == TRACKER_PREDICTIVE && state->locked) {
-    propagate(state, sight_rate_rad_s, dt_s);
+    propagate(state, los_rate_rad_s, dt_s);
   }
   if (usable(frame)) {
-    take_frame(state, params, frame, sight_rate_rad_s, dt_s);
+    take_frame(state, params, frame, los_rate_rad_s, dt_s);
   } else if ((float)state->ticks_since_frame * dt_s > params->coast_s) {
     state->locked = false;
   }

@@ -37,7 +37,7 @@ typedef struct {
   float error_rad;         /* target - line of sight, now */
   float target_rate_rad_s; /* inertial */
   float target_acceleration_rad_s2;
-  float sight_sum_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick: sum of the rates since the start of its
+  float los_sum_rad_s[TARGET_TRACKER_HISTORY]; /* ring, one entry per tick: sum of the rates since the start of its
                                                     block */
   unsigned newest;
   int ticks_since_frame;
@@ -54,9 +54,9 @@ typedef struct {
 control_status target_tracker_check(const target_tracker_params *params);
 void target_tracker_reset(target_tracker_state *state);
 
-/* One tick. `sight_rate_rad_s` is the measured inertial rate of the line of sight. A frame with an age outside its
+/* One tick. `los_rate_rad_s` is the measured inertial rate of the line of sight. A frame with an age outside its
  * range, or an error that is not finite or beyond half a turn, counts as not valid. */
 speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
-                                    const camera_frame *frame, float sight_rate_rad_s, float dt_s);
+                                    const camera_frame *frame, float los_rate_rad_s, float dt_s);
 
 #endif

@@ -52,7 +52,7 @@ static void write_actual_values(const drive_axis *axis, drive_objects *objects, 
   objects->torque.demand = drive_permille_from_torque(inputs->torque_demand_nm, objects->torque.rated_mnm);
 }
 
-_Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_TELL && (int)DRIVE_FAULT_STOPS == (int)REACTION_STOP &&
+_Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_REPORT && (int)DRIVE_FAULT_STOPS == (int)REACTION_STOP &&
                    (int)DRIVE_FAULT_BRAKES == (int)REACTION_BRAKE && (int)DRIVE_FAULT_CUTS == (int)REACTION_CUT,
                "the table's reactions are the drive's");
 
@@ -99,7 +99,7 @@ static drive_action step_state(drive_axis *axis, const drive_objects *objects, c
 }
 
 /* 60F4 and its window: the status bit (window left for longer than 6066) and the fault. */
-static bool watch_following(drive_axis *axis, drive_objects *objects, const drive_setpoint *setpoint, float dt_s) {
+static bool monitor_following(drive_axis *axis, drive_objects *objects, const drive_setpoint *setpoint, float dt_s) {
   drive_position_objects *position = &objects->position;
   const bool controlled = setpoint->command.mode == SERVO_POSITION;
   const drive_angle error = setpoint->position - axis->position;
@@ -152,7 +152,7 @@ static uint16_t bit_if(bool condition, uint16_t bit) { return condition ? bit : 
 
 static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                               const drive_setpoint *setpoint, drive_action action, float dt_s) {
-  const bool following_failed = watch_following(axis, objects, setpoint, dt_s);
+  const bool following_failed = monitor_following(axis, objects, setpoint, dt_s);
   const bool reached = target_reached(axis, objects, setpoint, action, dt_s);
   const bool bit_12 = mode_bit(axis, objects, setpoint, action, dt_s);
   const bool limited = action != DRIVE_OFF && (inputs->torque_limited || setpoint->limited);
@@ -173,7 +173,7 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
   return &axis->setpoint.command;
 }
 
-void drive_axis_tell(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
+void drive_axis_report(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s) {
   const drive_setpoint *setpoint = &axis->setpoint;
   write_actual_values(axis, objects, inputs);
   objects->state.error_code = fault_table[axis->fault].code;

@@ -72,7 +72,7 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
 
 /* Writes the results that the bus can read; may run after the set-points of the tick are handed over. A following error
  * found here is a fault of the next step. */
-void drive_axis_tell(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s);
+void drive_axis_report(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s);
 
 /* Call drive_motion_prepare last, before the next step. */
 static inline void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const drive_machine *machine,

@@ -530,12 +530,12 @@ static void add_torque(const drive_motion *motion, const drive_torque_objects *t
 /* Whatever the objects hold: they are limited only by their integer types, and the servo axis treats implausible inputs
  * as a sensor fault. */
 static void keep_plausible(servo_axis_command *command) {
-  const float most_nm = SERVO_PLAUSIBLE_TORQUE_NM;
-  const float most_rad_s2 = SERVO_PLAUSIBLE_ACCELERATION_RAD_S2;
-  command->speed.acceleration_rad_s2 = scalar_clamp(command->speed.acceleration_rad_s2, -most_rad_s2, most_rad_s2);
-  command->torque_nm = scalar_clamp(command->torque_nm, -most_nm, most_nm);
-  command->limits.minimum_nm = scalar_max(command->limits.minimum_nm, -most_nm);
-  command->limits.maximum_nm = scalar_min(command->limits.maximum_nm, most_nm);
+  const float max_nm = SERVO_PLAUSIBLE_TORQUE_NM;
+  const float max_rad_s2 = SERVO_PLAUSIBLE_ACCELERATION_RAD_S2;
+  command->speed.acceleration_rad_s2 = scalar_clamp(command->speed.acceleration_rad_s2, -max_rad_s2, max_rad_s2);
+  command->torque_nm = scalar_clamp(command->torque_nm, -max_nm, max_nm);
+  command->limits.minimum_nm = scalar_max(command->limits.minimum_nm, -max_nm);
+  command->limits.maximum_nm = scalar_min(command->limits.maximum_nm, max_nm);
 }
 
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,

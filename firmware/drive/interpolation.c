@@ -8,7 +8,7 @@ int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s) {
     period_s /= 10.0f;
   }
   const float ticks = scalar_round(period_s / dt_s);
-  const bool usable = exponent <= 0 && ticks >= 1.0f && ticks <= (float)INTERPOLATION_MOST_TICKS;
+  const bool usable = exponent <= 0 && ticks >= 1.0f && ticks <= (float)INTERPOLATION_MAX_TICKS;
   return usable ? (int)ticks : 0;
 }
 

@@ -14,7 +14,7 @@
 
 #include "drive/drive_units.h"
 
-enum { INTERPOLATION_MOST_TICKS = 20, INTERPOLATION_POINTS = 3 };
+enum { INTERPOLATION_MAX_TICKS = 20, INTERPOLATION_POINTS = 3 };
 
 /* Set-points have stopped when none came for three periods, but not before 20 ticks: a client without a real-time
  * system is sometimes late by that much. */

@@ -60,7 +60,7 @@ static const od_entry kEntries[] = {
 
 const od_table experiment_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};
 
-static breakaway_objects told(const breakaway_statistics *found) {
+static breakaway_objects reported(const breakaway_statistics *found) {
   const float variance_nm2 = found->count > 1 ? found->square_sum_nm2 / (float)(found->count - 1) : 0.0f;
   return (breakaway_objects){.count = found->count, .mean_nm = found->mean_nm, .deviation_nm = sqrtf(variance_nm2)};
 }
@@ -71,7 +71,7 @@ static stimulus_setup setup_of(const experiment_objects *objects) {
   return setup;
 }
 
-static void tell_state(experiment_objects *objects) {
+static void report_state(experiment_objects *objects) {
   objects->state = (uint8_t)objects->running.state;
   objects->progress = objects->running.state == EXPERIMENT_IDLE
                           ? 0
@@ -81,11 +81,11 @@ static void tell_state(experiment_objects *objects) {
 static od_abort refresh(void *owner, const od_object *object) {
   experiment_objects *objects = &((servo_node_axis *)owner)->experiment;
   (void)object;
-  tell_state(objects); /* a command may have come since the tick */
+  report_state(objects); /* a command may have come since the tick */
   const stimulus_setup setup = setup_of(objects);
   objects->duration_s = stimulus_duration_s(&setup);
-  objects->breakaway[0] = told(&objects->running.stimulus.breakaway[STIMULUS_FORWARD]);
-  objects->breakaway[1] = told(&objects->running.stimulus.breakaway[STIMULUS_BACKWARD]);
+  objects->breakaway[0] = reported(&objects->running.stimulus.breakaway[STIMULUS_FORWARD]);
+  objects->breakaway[1] = reported(&objects->running.stimulus.breakaway[STIMULUS_BACKWARD]);
   return OD_OK;
 }
 
@@ -128,6 +128,6 @@ bool experiment_objects_step(experiment_objects *objects, const drive_axis *driv
     experiment_abort(&objects->running, EXPERIMENT_DRIVE_STOPPED);
   }
   const bool goes_on = experiment_step(&objects->running, angle, joint_rate_rad_s, command, dt_s);
-  tell_state(objects);
+  report_state(objects);
   return goes_on;
 }

@@ -77,14 +77,14 @@ static const od_hooks board_hooks = {.accept = accept_board, .changed = changed_
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 
 /* The values in effect now, as a set to persist; too large for the stack. */
-static kept_objects *in_force(servo_node *node) {
-  kept_objects *kept = &node->in_force;
+static persisted_objects *in_force(servo_node *node) {
+  persisted_objects *kept = &node->in_force;
   kept->communication = node->canopen.objects;
   kept->bus = canopen_node_settings(&node->canopen);
   for (int i = 0; i < SERVO_AXES; ++i) {
     kept->parameters[i] = node->axis[i].tuning.active;
     kept->drive[i] = node->axis[i].objects;
-    kept->protection[i] = node->axis[i].watch.limits;
+    kept->protection[i] = node->axis[i].monitor.limits;
   }
   kept->scales = node->scales;
   return kept;
@@ -96,14 +96,14 @@ static emergency_error error_of(fault_id fault, uint8_t source, uint8_t detail) 
   return (emergency_error){.code = row->code, .register_bits = row->register_bits, .source = source, .detail = detail};
 }
 
-static void tell(servo_node *node, fault_id fault, uint8_t source, uint8_t detail) {
+static void raise_emergency(servo_node *node, fault_id fault, uint8_t source, uint8_t detail) {
   const emergency_error error = error_of(fault, source, detail);
   (void)canopen_node_raise(&node->canopen, &error);
 }
 
 /* 0x2070:5, 0x3031, and EMCY while a set that is damaged, cut off or refused has not been replaced by a good one. */
-static void tell_stored(servo_node *node) {
-  const kept_report *report = &node->storage.report;
+static void report_stored(servo_node *node) {
+  const persisted_report *report = &node->storage.report;
   for (int i = 0; i < SERVO_AXES; ++i) {
     node->axis[i].tuning.stored_crc = axis_parameters_crc(&node->storage.stored.parameters[i]);
   }
@@ -114,14 +114,14 @@ static void tell_stored(servo_node *node) {
     (void)canopen_node_clear(&node->canopen, SOURCE_STORAGE, fault_table[FAULT_PARAMETERS_LOST].code);
     return;
   }
-  tell(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
+  raise_emergency(node, FAULT_PARAMETERS_LOST, SOURCE_STORAGE, (uint8_t)detail);
 }
 
 /* A save is not started while an axis has torque: it is never needed then, and its safety is not proven. */
 static od_abort storage_command_of(servo_node *node, bool saving, uint8_t group) {
-  return kept_storage_command(
+  return persisted_storage_command(
       &node->storage,
-      &(kept_command){
+      &(persisted_command){
           .saving = saving, .group = group, .powered = any_axis_is_powered(node), .in_force = in_force(node)});
 }
 
@@ -136,7 +136,7 @@ static bool any_limits_wait(const servo_node *node) {
 
 static od_abort save(void *context, uint8_t group) {
   servo_node *node = context;
-  if ((kept_groups(group) & KEPT_APPLICATION) != 0 && any_limits_wait(node)) {
+  if ((retained_groups(group) & PERSISTED_APPLICATION) != 0 && any_limits_wait(node)) {
     return OD_INCOMPATIBLE;
   }
   return storage_command_of(node, true, group);
@@ -152,7 +152,7 @@ static void take_scales(servo_node *node, const hal_scales *scales) {
 /* They have been checked. */
 static void take_limits(servo_node_axis *axis, const protection_limits *limits) {
   axis->limits.written = *limits;
-  axis->watch.limits = *limits;
+  axis->monitor.limits = *limits;
 }
 
 /* Gains, limits and drive objects from the stored parameters. */
@@ -167,7 +167,8 @@ static void take_stored(servo_node *node, int i) {
 /* The first reset, in which all objects have their defaults: 0x1011 restores these. */
 static void start_storage(servo_node *node) {
   node->objects.schema_hash = schema_hash(&node->canopen.dictionary);
-  kept_storage_start(&node->storage, &node->canopen.dictionary, in_force(node), node->flash, node->objects.schema_hash);
+  persisted_storage_start(&node->storage, &node->canopen.dictionary, in_force(node), node->flash,
+                          node->objects.schema_hash);
   for (int i = 0; i < SERVO_AXES; ++i) {
     take_stored(node, i);
   }
@@ -180,7 +181,7 @@ static void start_storage(servo_node *node) {
 static void switch_off(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
-  axis_watch_reset(&axis->watch);
+  axis_monitor_reset(&axis->monitor);
   drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
 }
 
@@ -222,8 +223,8 @@ static void reset_application(servo_node *node, uint32_t step) {
 /* With defaults for the node id and bit rate in effect now. */
 static void take_stored_communication(servo_node *node) {
   const bus_settings now = canopen_node_settings(&node->canopen);
-  kept_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
-  kept_communication_follow(&node->canopen.objects, &node->storage.stored.bus, &now);
+  persisted_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
+  persisted_communication_follow(&node->canopen.objects, &node->storage.stored.bus, &now);
   node->objects.bus.in_force = node->canopen.lss.active;
 }
 
@@ -242,9 +243,9 @@ static bool reset(void *context, bool whole_node, uint32_t step) {
     return false;
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
-    node->axis[i].news = (fault_news){0}; /* the bus has lost its reports: a fault that lasts is reported again */
+    node->axis[i].reports = (fault_reports){0}; /* the bus has lost its reports: a fault that lasts is reported again */
   }
-  tell_stored(node);
+  report_stored(node);
   return true;
 }
 
@@ -294,7 +295,7 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
     servo_node_axis *axis = &node->axis[i];
     const uint16_t shift = (uint16_t)(i * AXIS_SHIFT);
     axis->owner = (tuning_owner){&axis->tuning, &node->board, i, &node->lock};
-    axis->limits_owner = (protection_owner){&axis->limits, &axis->watch.limits, &axis->objects.limit, &node->lock};
+    axis->limits_owner = (protection_owner){&axis->limits, &axis->monitor.limits, &axis->objects.limit, &node->lock};
     parts[count++] = (od_part){.table = axis_parameters_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -355,7 +356,7 @@ static bool start_servo(servo_node *node, const servo_node_config *config) {
 
 /* Before the first reset, so that 0x1011 restores these values. */
 static void limit_travel(servo_node_axis *axis) {
-  const drive_travel travel = axis_watch_default_travel(&axis->watch);
+  const drive_travel travel = axis_monitor_default_travel(&axis->monitor);
   axis->objects.limit.position_minimum = travel.minimum;
   axis->objects.limit.position_maximum = travel.maximum;
 }
@@ -435,12 +436,12 @@ static void gather_inputs(servo_node *node, int i, float bus_voltage_v) {
   drive_axis_inputs *inputs = &axis->inputs;
   const hal_health health = hal_axis_health(node->board.machine, i);
   inputs->ready = health != HAL_NOT_READY && !node->canopen.reset.pending;
-  inputs->voltage_present = bus_voltage_v >= axis->watch.limits.under_voltage_v;
+  inputs->voltage_present = bus_voltage_v >= axis->monitor.limits.under_voltage_v;
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
   inputs->faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
-                   axis_watch_step(&axis->watch, &node->board, i, axis->drive.position, bus_voltage_v);
-  inputs->warning = axis_protection_warns(&axis->watch.state, &axis->watch.limits);
+                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position, bus_voltage_v);
+  inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
 }
@@ -476,17 +477,17 @@ void servo_node_tick_taken(servo_node *node) {
 
 /* EMCY and log of faults that come while an axis is in fault, and EMCY for those that end. The axes are separate
  * sources, so that 1001 shows a fault as long as one of them is in it. */
-static void tell_faults(servo_node *node, int i) {
+static void report_faults(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   const uint8_t source = (uint8_t)(i + 1);
-  const fault_news_item item = fault_news_step(&axis->news, axis->drive.fault, axis->inputs.faults);
+  const fault_reports_item item = fault_reports_step(&axis->reports, axis->drive.fault, axis->inputs.faults);
   if (item.over != FAULT_NONE) {
     (void)canopen_node_clear(&node->canopen, source, fault_table[item.over].code);
   }
-  if (item.told != FAULT_NONE) {
-    const emergency_error error = error_of(item.told, source, (uint8_t)item.told);
+  if (item.reported != FAULT_NONE) {
+    const emergency_error error = error_of(item.reported, source, (uint8_t)item.reported);
     (void)canopen_node_raise_again(&node->canopen, &error);
-    fault_log_write(&node->log, i, item.told, node->objects.ticks);
+    fault_log_write(&node->log, i, item.reported, node->objects.ticks);
   }
 }
 
@@ -505,18 +506,18 @@ static void record(servo_node *node) {
   scope_step(&node->recorder, states, fault);
 }
 
-static void tell_axis(servo_node *node, int i) {
+static void report_axis(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
-  axis_watch_remember(&axis->watch, i, &node->log);
+  axis_monitor_remember(&axis->monitor, i, &node->log);
   drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],
                    &node->board.samples.axis[i]);
-  drive_axis_tell(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
-  tell_faults(node, i);
+  drive_axis_report(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
+  report_faults(node, i);
 }
 
 void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
-    tell_axis(node, i);
+    report_axis(node, i);
   }
   node->objects.ticks++;
   record(node);
@@ -524,18 +525,18 @@ void servo_node_serve(servo_node *node) {
   canopen_node_serve(&node->canopen);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
-    const drive_machine machine = axis_watch_machine(&axis->watch, &node->board.app.params.axis[i]);
+    const drive_machine machine = axis_monitor_machine(&axis->monitor, &node->board.app.params.axis[i]);
     drive_axis_prepare(&axis->drive, &axis->objects, &machine, SERVO_TICK_S);
   }
-  if (kept_storage_tick(&node->storage)) {
-    tell_stored(node);
+  if (persisted_storage_tick(&node->storage)) {
+    report_stored(node);
   }
 }
 
 /* An LSS master waits 20 ms, a client of 0x1010 a second. */
 void servo_node_background(servo_node *node) {
   if (!bus_settings_log_step(&node->objects.bus.log)) {
-    kept_storage_background(&node->storage);
+    persisted_storage_background(&node->storage);
   }
 }
 
@@ -549,8 +550,8 @@ bool servo_node_receive(servo_node *node, const can_frame *frame) {
 
 void servo_node_bus_off(servo_node *node) { node->bus_faults |= fault_bit(FAULT_BUS_OFF); }
 
-void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool lasts) {
-  tell(node, fault, SOURCE_BOARD, detail);
+void servo_node_report(servo_node *node, fault_id fault, uint8_t detail, bool lasts) {
+  raise_emergency(node, fault, SOURCE_BOARD, detail);
   if (!lasts) {
     (void)canopen_node_clear(&node->canopen, SOURCE_BOARD, fault_table[fault].code);
   }

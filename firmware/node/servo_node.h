@@ -14,15 +14,15 @@
 #include "canopen/canopen_node.h"
 #include "drive/drive_axis.h"
 #include "drive/drive_objects.h"
-#include "node/axis_watch.h"
+#include "node/axis_monitor.h"
 #include "node/experiment_objects.h"
-#include "node/fault_news.h"
-#include "node/kept_storage.h"
+#include "node/fault_reports.h"
 #include "node/objects/board_objects.h"
 #include "node/objects/bus_objects.h"
 #include "node/objects/fault_objects.h"
 #include "node/objects/protection_objects.h"
 #include "node/objects/tuning_objects.h"
+#include "node/persisted_storage.h"
 #include "node/recorded_tick.h"
 #include "node/scope_objects.h"
 #include "servo/servo_board.h"
@@ -36,20 +36,20 @@ typedef struct {
   drive_axis drive;
   experiment_objects experiment; /* 0x2100 */
   recorded_tick recorded;        /* 0x2101 */
-  axis_watch watch;
+  axis_monitor monitor;
   protection_objects limits;     /* 0x2060 */
   protection_owner limits_owner; /* of its part */
   bool setpoint_arrived;
   drive_axis_inputs inputs;    /* of this tick */
   servo_axis_command stimulus; /* of an experiment, when it gives the set-point */
-  fault_news news;             /* of faults, for EMCY and log */
+  fault_reports reports;       /* of faults, for EMCY and log */
 } servo_node_axis;
 
 /* 0x3010, 0x3030, 0x3031 and 0x3050. */
 typedef struct {
   uint32_t ticks;
   uint32_t schema_hash;
-  kept_report stored_set;
+  persisted_report stored_set;
   bus_objects bus;
 } servo_node_objects;
 
@@ -60,13 +60,13 @@ typedef struct {
   scope_objects scope_setup; /* 0x3000 */
   scope recorder;
   bool started;
-  kept_storage storage;
-  kept_objects in_force;  /* as of the last store command */
-  const hal_flash *flash; /* as configured */
-  hal_scales scales;      /* 0x3060 */
-  fault_set bus_faults;   /* command of both axes in the next tick */
-  fault_log log;          /* 0x3020 */
-  access_lock lock;       /* 0x3040 */
+  persisted_storage storage;
+  persisted_objects in_force; /* as of the last store command */
+  const hal_flash *flash;     /* as configured */
+  hal_scales scales;          /* 0x3060 */
+  fault_set bus_faults;       /* command of both axes in the next tick */
+  fault_log log;              /* 0x3020 */
+  access_lock lock;           /* 0x3040 */
   fault_objects fault_setup;
   fault_objects_owner fault_owner;
   canopen_node canopen;
@@ -87,9 +87,9 @@ typedef struct {
   can_sender sender;
   hal *machine;
   const axis_parameters *parameters; /* of both axes, SERVO_AXES of them: the defaults of the stored objects */
-  const protection_limits *limits;   /* the same; the default of 607D comes from them, see axis_watch_default_travel */
-  const hal_flash *flash;            /* PARAMETER_STORE_AREAS of them, for the stored parameters; NULL: in RAM only */
-  uint32_t serial_number;            /* 0x1018:4; 0: none */
+  const protection_limits *limits; /* the same; the default of 607D comes from them, see axis_monitor_default_travel */
+  const hal_flash *flash;          /* PARAMETER_STORE_AREAS of them, for the stored parameters; NULL: in RAM only */
+  uint32_t serial_number;          /* 0x1018:4; 0: none */
   servo_node_bus bus;
   const hal_scales *scales; /* of the board's sensors, the defaults of 0x3060; NULL: those of its table */
 } servo_node_config;
@@ -108,7 +108,7 @@ void servo_node_bus_off(servo_node *node);
 
 /* Before a tick: reports a fault of the board itself, not of an axis, by EMCY and in the log. A fault that does not
  * persist ends at once: only the history keeps it. */
-void servo_node_tell(servo_node *node, fault_id fault, uint8_t detail, bool lasts);
+void servo_node_report(servo_node *node, fault_id fault, uint8_t detail, bool lasts);
 
 /* Optional, shortly before a tick and in its thread: takes process data that has arrived, so that the tick has less
  * work.

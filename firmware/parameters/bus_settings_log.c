@@ -32,7 +32,7 @@ static bus_settings settings_of(const log_entry *entry) {
 /* An erased double word has a correct CRC, but no sequence number. */
 static bool is_good(const log_entry *entry) {
   const bus_settings settings = settings_of(entry);
-  return entry->crc == crc_of(entry->content) && sequence_of(entry) <= BUS_SETTINGS_LOG_MOST_SAVES &&
+  return entry->crc == crc_of(entry->content) && sequence_of(entry) <= BUS_SETTINGS_LOG_MAX_SAVES &&
          bus_node_id_is_good(settings.node_id) && settings.kbit_s != 0;
 }
 
@@ -79,12 +79,12 @@ void bus_settings_log_open(bus_settings_log *log, const hal_flash *flash, const 
 /* --- saving ------------------------------------------------------------------------------------------------------- */
 
 bool bus_settings_log_begin(bus_settings_log *log, const bus_settings *settings) {
-  if (atomic_load_explicit(&log->work, memory_order_acquire) == BUS_SETTINGS_ASKED) {
+  if (atomic_load_explicit(&log->work, memory_order_acquire) == BUS_SETTINGS_REQUESTED) {
     return false;
   }
   log->wanted = *settings;
   const bool is_stored = bus_settings_are_same(settings, &log->newest) && (log->found || log->flash == NULL);
-  atomic_store_explicit(&log->work, is_stored ? BUS_SETTINGS_SAVED : BUS_SETTINGS_ASKED, memory_order_release);
+  atomic_store_explicit(&log->work, is_stored ? BUS_SETTINGS_SAVED : BUS_SETTINGS_REQUESTED, memory_order_release);
   return true;
 }
 
@@ -111,7 +111,7 @@ static void erase_other_page(bus_settings_log *log) {
 }
 
 static bool program(bus_settings_log *log) {
-  if (log->sequence >= BUS_SETTINGS_LOG_MOST_SAVES || is_full(log)) {
+  if (log->sequence >= BUS_SETTINGS_LOG_MAX_SAVES || is_full(log)) {
     return false; /* full: the erase failed */
   }
   log->sequence++; /* of a failed save too: its remains must not be taken for the next one */
@@ -136,7 +136,7 @@ static void save(bus_settings_log *log) {
 }
 
 bool bus_settings_log_step(bus_settings_log *log) {
-  const bool asked = atomic_load_explicit(&log->work, memory_order_acquire) == BUS_SETTINGS_ASKED;
+  const bool asked = atomic_load_explicit(&log->work, memory_order_acquire) == BUS_SETTINGS_REQUESTED;
   if (is_full(log) && (asked || !log->erase_failed)) {
     erase_other_page(log);
     if (!log->erase_failed) {

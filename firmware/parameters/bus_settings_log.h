@@ -13,9 +13,9 @@
 #include "hal_flash.h"
 #include "parameters/parameter_store.h" /* of it: the flag */
 
-enum { BUS_SETTINGS_LOG_PAGES = 2, BUS_SETTINGS_LOG_MOST_SAVES = 0xFFFE };
+enum { BUS_SETTINGS_LOG_PAGES = 2, BUS_SETTINGS_LOG_MAX_SAVES = 0xFFFE };
 
-typedef enum { BUS_SETTINGS_IDLE, BUS_SETTINGS_ASKED, BUS_SETTINGS_SAVED, BUS_SETTINGS_FAILED } bus_settings_work;
+typedef enum { BUS_SETTINGS_IDLE, BUS_SETTINGS_REQUESTED, BUS_SETTINGS_SAVED, BUS_SETTINGS_FAILED } bus_settings_work;
 
 typedef struct {
   const hal_flash *flash; /* BUS_SETTINGS_LOG_PAGES pages; NULL: kept in RAM only */

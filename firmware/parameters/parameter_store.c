@@ -8,7 +8,7 @@
 #define COMMIT 0x444E4521u /* "!END": the record is complete */
 
 /* A first word close to the magic was one: its record is damaged, not absent. */
-enum { MOST_WRONG_BITS = 4 };
+enum { MAX_WRONG_BITS = 4 };
 
 /* A double word of flash. */
 typedef struct {
@@ -47,11 +47,11 @@ static bool is_nearly_magic(uint32_t word) {
     count += wrong & 1u;
     wrong >>= 1;
   }
-  return count <= MOST_WRONG_BITS;
+  return count <= MAX_WRONG_BITS;
 }
 
 static bool fits(const hal_flash *flash, uint32_t page, uint32_t rows) {
-  return rows <= PARAMETER_STORE_MOST_ROWS && pages_of(flash, rows) <= flash->pages - page;
+  return rows <= PARAMETER_STORE_MAX_ROWS && pages_of(flash, rows) <= flash->pages - page;
 }
 
 /* Sum of a record's head and rows; `rows` receives the latter if it is not NULL. */
@@ -95,7 +95,7 @@ static place_verdict look(const hal_flash *flash, parameter_record *record) {
   if (head[1].low == UINT32_MAX && head[1].high == UINT32_MAX) {
     return PLACE_UNFINISHED; /* no longer programmed */
   }
-  if (record->sequence > PARAMETER_STORE_MOST_SAVES || !fits(flash, record->page, record->rows) ||
+  if (record->sequence > PARAMETER_STORE_MAX_SAVES || !fits(flash, record->page, record->rows) ||
       !read_unit(flash, record->page, record->rows + 3, &mark)) {
     return PLACE_DAMAGED;
   }
@@ -140,7 +140,7 @@ void parameter_store_open(parameter_store *store, const hal_flash areas[PARAMETE
   store->areas = areas;
   for (uint32_t area = 0; area < PARAMETER_STORE_AREAS; ++area) {
     uint32_t page = 0;
-    while (page < areas[area].pages && page < PARAMETER_STORE_MOST_PAGES) {
+    while (page < areas[area].pages && page < PARAMETER_STORE_MAX_PAGES) {
       page = look_at_page(store, area, page);
     }
   }
@@ -169,7 +169,7 @@ void parameter_store_use(parameter_store *store, uint32_t n) {
 
 bool parameter_store_begin(parameter_store *store, uint32_t schema_hash, const parameter_row *rows, uint32_t count) {
   if (parameter_store_progress(store) == PARAMETER_STORE_BUSY || !fits(&store->areas[0], 0, count) ||
-      store->last_sequence >= PARAMETER_STORE_MOST_SAVES) {
+      store->last_sequence >= PARAMETER_STORE_MAX_SAVES) {
     return false;
   }
   store->last_sequence++; /* of a failed save too: its remains must not be taken for the next one */

@@ -29,14 +29,14 @@ typedef _Atomic uint32_t parameter_store_flag;
 
 enum {
   PARAMETER_STORE_AREAS = 2,
-  PARAMETER_STORE_MOST_PAGES = 4, /* of an area */
-  PARAMETER_STORE_MOST_RECORDS = PARAMETER_STORE_AREAS * PARAMETER_STORE_MOST_PAGES,
-  PARAMETER_STORE_MOST_ROWS = 512,
+  PARAMETER_STORE_MAX_PAGES = 4, /* of an area */
+  PARAMETER_STORE_MAX_RECORDS = PARAMETER_STORE_AREAS * PARAMETER_STORE_MAX_PAGES,
+  PARAMETER_STORE_MAX_ROWS = 512,
   PARAMETER_STORE_FRAME_UNITS = 4 /* double words of a record besides its rows */
 };
 
 /* The highest sequence, far beyond the endurance of flash; a higher one is damaged. */
-#define PARAMETER_STORE_MOST_SAVES UINT32_C(0x7FFFFFFF)
+#define PARAMETER_STORE_MAX_SAVES UINT32_C(0x7FFFFFFF)
 
 /* One parameter, one double word: index << 16 | sub-index << 8 | od_type as on the bus, and the value's bytes, lowest
  * first, zeros above. Values of more than four bytes cannot be stored. */
@@ -72,8 +72,8 @@ typedef struct {
 } parameter_save;
 
 typedef struct {
-  const hal_flash *areas; /* two, of the same size, with at most PARAMETER_STORE_MOST_PAGES pages */
-  parameter_record found[PARAMETER_STORE_MOST_RECORDS]; /* complete ones, newest first */
+  const hal_flash *areas; /* two, of the same size, with at most PARAMETER_STORE_MAX_PAGES pages */
+  parameter_record found[PARAMETER_STORE_MAX_RECORDS]; /* complete ones, newest first */
   uint32_t count;
   uint32_t damaged;    /* records with a commit mark whose contents are wrong or cannot be read */
   uint32_t unfinished; /* records without commit mark: the power failed during a save */

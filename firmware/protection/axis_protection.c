@@ -26,11 +26,11 @@ enum {
 #define RUNAWAY_ACCELERATION_RAD_S2 0.5f
 #define STANDSTILL_RAD_S 2e-3f
 
-static bool travel_is_watched(const protection_limits *limits) { return limits->minimum_rad < limits->maximum_rad; }
+static bool travel_is_monitored(const protection_limits *limits) { return limits->minimum_rad < limits->maximum_rad; }
 
 uint8_t protection_contradictions(const protection_limits *limits) {
   const float travel_rad = limits->maximum_rad - limits->minimum_rad;
-  const bool margin_fits = !travel_is_watched(limits) || 2.0f * limits->stopping_margin_rad < travel_rad;
+  const bool margin_fits = !travel_is_monitored(limits) || 2.0f * limits->stopping_margin_rad < travel_rad;
   const bool voltages = limits->under_voltage_v < limits->over_voltage_v;
   return (uint8_t)((voltages ? 0 : PROTECTION_VOLTAGES) | (travel_rad >= 0.0f && margin_fits ? 0 : PROTECTION_TRAVEL));
 }
@@ -87,8 +87,8 @@ static void follow(float *slow, float now, float share) { *slow += (now - *slow)
 static fault_set bit_if(bool seen, fault_id fault) { return seen ? fault_bit(fault) : 0; }
 
 /* The position increment is 0 in the first tick with an angle. */
-static fault_set watch_encoder(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
-                               float dt_s, float *step_rad) {
+static fault_set monitor_encoder(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
+                                 float dt_s, float *step_rad) {
   if (!in->angle_valid) {
     p->angles_known = 0;
     p->same_angle_s = 0.0f;
@@ -107,8 +107,8 @@ static fault_set watch_encoder(axis_protection *p, const protection_limits *limi
 }
 
 /* A rate that is NaN counts as missing. */
-static fault_set watch_gyro(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
-                            float joint_rate_rad_s, float dt_s) {
+static fault_set monitor_gyro(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
+                              float joint_rate_rad_s, float dt_s) {
   const bool known = in->gyro_valid && scalar_within(in->gyro_rad_s, 1e6f);
   const bool missing = seen_for(&p->gyro_missing_ticks, !known, GYRO_MISSING_TICKS);
   if (!known) {
@@ -121,8 +121,8 @@ static fault_set watch_gyro(axis_protection *p, const protection_limits *limits,
   p->last_gyro_rad_s = in->gyro_rad_s;
   follow(&p->difference_rad_s, p->angles_known > 1 ? in->gyro_rad_s - joint_rate_rad_s : 0.0f,
          dt_s / DISAGREE_SMOOTHING_S);
-  const float most_rad_s = limits->base_rate_rad_s + DISAGREE_OF_RATE * scalar_abs(joint_rate_rad_s);
-  const bool disagrees = seen_for(&p->disagree_ticks, !scalar_within(p->difference_rad_s, most_rad_s), DISAGREE_TICKS);
+  const float max_rad_s = limits->base_rate_rad_s + DISAGREE_OF_RATE * scalar_abs(joint_rate_rad_s);
+  const bool disagrees = seen_for(&p->disagree_ticks, !scalar_within(p->difference_rad_s, max_rad_s), DISAGREE_TICKS);
   return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) |
          bit_if(disagrees, FAULT_SENSORS_DISAGREE);
 }
@@ -161,8 +161,8 @@ static bool current_without_drive(axis_protection *p, const protection_limits *l
   return seen_for(&p->offset_ticks, !scalar_within(p->offset_a, limits->current_offset_a), OFFSET_TICKS);
 }
 
-static fault_set watch_current(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
-                               const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
+static fault_set monitor_current(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                                 const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const float current_a = in->mean_current_a;
   const bool finite = scalar_within(current_a, 1e6f);
   const float square_a2 = finite ? current_a * current_a : 0.0f;
@@ -177,7 +177,7 @@ static fault_set watch_current(axis_protection *p, const protection_limits *limi
          bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);
 }
 
-static fault_set watch_voltage(axis_protection *p, const protection_limits *limits, const protection_inputs *in) {
+static fault_set monitor_voltage(axis_protection *p, const protection_limits *limits, const protection_inputs *in) {
   const bool under = seen_for(&p->under_voltage_ticks, in->closed && !(in->bus_voltage_v >= limits->under_voltage_v),
                               UNDER_VOLTAGE_TICKS);
   const bool over = seen_for(&p->over_voltage_ticks, in->bus_voltage_v > limits->over_voltage_v, OVER_VOLTAGE_TICKS);
@@ -209,14 +209,14 @@ static bool stalls(axis_protection *p, const protection_limits *limits, const pr
 }
 
 static bool moves_outwards(const protection_limits *limits, const protection_inputs *in, float joint_rate_rad_s) {
-  if (!travel_is_watched(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
+  if (!travel_is_monitored(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
     return false;
   }
   return joint_rate_rad_s < 0.0f ? in->position_rad < limits->minimum_rad : in->position_rad > limits->maximum_rad;
 }
 
-static fault_set watch_motion(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
-                              const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
+static fault_set monitor_motion(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                                const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const bool overspeed =
       seen_for(&p->overspeed_ticks, !scalar_within(joint_rate_rad_s, limits->overspeed_rad_s), OVERSPEED_TICKS);
   const bool runaway = runs_away(p, limits, motor, in, dt_s);
@@ -232,12 +232,12 @@ static fault_set watch_motion(axis_protection *p, const protection_limits *limit
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s) {
   float step_rad;
-  fault_set found = watch_encoder(protection, limits, in, dt_s, &step_rad);
+  fault_set found = monitor_encoder(protection, limits, in, dt_s, &step_rad);
   const float joint_rate_rad_s = step_rad / dt_s;
-  found |= watch_gyro(protection, limits, in, joint_rate_rad_s, dt_s);
-  found |= watch_current(protection, limits, motor, in, joint_rate_rad_s, dt_s);
-  found |= watch_voltage(protection, limits, in);
-  found |= watch_motion(protection, limits, motor, in, joint_rate_rad_s, dt_s);
+  found |= monitor_gyro(protection, limits, in, joint_rate_rad_s, dt_s);
+  found |= monitor_current(protection, limits, motor, in, joint_rate_rad_s, dt_s);
+  found |= monitor_voltage(protection, limits, in);
+  found |= monitor_motion(protection, limits, motor, in, joint_rate_rad_s, dt_s);
   return found;
 }
 

@@ -57,10 +57,10 @@ typedef enum {
 } fault_id;
 
 typedef enum {
-  REACTION_TELL = 0, /* EMCY and log only */
-  REACTION_STOP,     /* braked by the speed loop, as 605E says */
-  REACTION_BRAKE,    /* braked by the shorted motor, then off: where the loops cannot be trusted */
-  REACTION_CUT       /* off at once: where the bridge cannot be trusted */
+  REACTION_REPORT = 0, /* EMCY and log only */
+  REACTION_STOP,       /* braked by the speed loop, as 605E says */
+  REACTION_BRAKE,      /* braked by the shorted motor, then off: where the loops cannot be trusted */
+  REACTION_CUT         /* off at once: where the bridge cannot be trusted */
 } fault_reaction;
 
 typedef struct {

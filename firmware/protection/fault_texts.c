@@ -299,7 +299,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .clear = "Restart of the board."},
     [FAULT_WATCHDOG_RESET] = {.name = "watchdog reset",
                               .owner = FAULT_OF_BOARD,
-                              .told_once = true,
+                              .reported_once = true,
                               .detection = "The board restarted because its watchdog was not refreshed.",
                               .when = "At start-up.",
                               .timer = "",
@@ -309,7 +309,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                               .clear = NOTHING},
     [FAULT_EXCEPTION_RESET] = {.name = "exception reset",
                                .owner = FAULT_OF_BOARD,
-                               .told_once = true,
+                               .reported_once = true,
                                .detection =
                                    "The board restarted after a processor exception. Its number is the upper digit of "
                                    "the detail: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault.",
@@ -321,7 +321,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                .clear = NOTHING},
     [FAULT_BROWN_OUT_RESET] = {.name = "brown-out reset",
                                .owner = FAULT_OF_BOARD,
-                               .told_once = true,
+                               .reported_once = true,
                                .detection =
                                    "The board restarted after a dip of its supply that was too short to clear the RAM.",
                                .when = "At start-up.",
@@ -342,7 +342,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_STACK_OVERFLOW] =
         {.name = "stack overflow",
          .owner = FAULT_OF_BOARD,
-         .told_once = true,
+         .reported_once = true,
          .detection = "The program wrote below its stack. The bridges are switched off at once and the board restarts.",
          .when = "Always. It is reported after the restart.",
          .timer = "",

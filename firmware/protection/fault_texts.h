@@ -17,7 +17,7 @@ typedef enum { FAULT_OF_AXIS, FAULT_OF_BOARD, FAULT_OF_STORE } fault_owner;
 typedef struct {
   const char *name;
   fault_owner owner;
-  bool told_once; /* after a reset; it does not persist */
+  bool reported_once; /* after a reset; it does not persist */
   const char *detection;
   const char *when;  /* it can be detected */
   const char *timer; /* object that adds to the latency, as "2060:5"; "" without */

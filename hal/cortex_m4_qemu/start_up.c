@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EXCEPTIONS = 14, EXIT_EXCEPTION = 70, MOST_WORDS = 16 };
+enum { EXCEPTIONS = 14, EXIT_EXCEPTION = 70, MAX_WORDS = 16 };
 
 /* Coprocessor access control register (ARMv7-M B3.2.20): full access to CP10 and CP11, the FPU. */
 #define CPACR ((volatile uint32_t *)0xE000ED88u)
@@ -62,7 +62,7 @@ static int read_arguments(char **argv) {
   const uintptr_t block[] = {(uintptr_t)line, sizeof line};
   int argc = 0;
   if (semihosting(SEMIHOSTING_GET_COMMAND_LINE, block) == 0) {
-    for (char *word = strtok(line, " "); word != NULL && argc < MOST_WORDS; word = strtok(NULL, " ")) {
+    for (char *word = strtok(line, " "); word != NULL && argc < MAX_WORDS; word = strtok(NULL, " ")) {
       argv[argc++] = word;
     }
   }
@@ -75,6 +75,6 @@ void start_up(void) {
   __asm__ volatile("dsb\n isb");
   memset(bss_start, 0, (uintptr_t)bss_end - (uintptr_t)bss_start);
   initialise_monitor_handles();
-  static char *argv[MOST_WORDS + 1];
+  static char *argv[MAX_WORDS + 1];
   exit(main(read_arguments(argv), argv));
 }

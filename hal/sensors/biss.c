@@ -3,7 +3,7 @@
 #include <string.h>
 
 enum { ANSWER_BITS = BISS_CHECKED_BITS + BISS_CRC_BITS, CRC_MASK = (1 << BISS_CRC_BITS) - 1 };
-_Static_assert(BISS_MOST_DELAY_BITS < 32, "the start bit lies in the first word");
+_Static_assert(BISS_MAX_DELAY_BITS < 32, "the start bit lies in the first word");
 
 /* Entry n is n x^6 modulo the polynomial: the sum of the contributions of its bits. */
 #define BIT(n, bit, remainder) (((n) >> (bit)&1u) != 0 ? (remainder) : 0u)
@@ -37,7 +37,7 @@ biss_status biss_decode(const uint8_t bytes[BISS_BYTES], biss_reading *reading) 
   const uint32_t first = word_at(bytes);
   const int line = leading_zeros(~first);
   const int delay = line < 32 ? line + leading_zeros(first << line) : 32;
-  if (line == 0 || delay > BISS_MOST_DELAY_BITS) {
+  if (line == 0 || delay > BISS_MAX_DELAY_BITS) {
     return BISS_NO_ANSWER;
   }
   const int behind = 8 * BISS_BYTES - delay - 2 - ANSWER_BITS; /* start bit and CDS come before */

@@ -4,7 +4,7 @@
  *     line    acknowledge start CDS                  low active        inverted
  *
  * Source: iC-Haus, "BiSS C Protocol Description" (single cycle data). The start bit is searched, so the delay of line
- * and encoder may be any number of clocks up to BISS_MOST_DELAY_BITS. CRC: polynomial 0x43 (x^6 + x + 1) over position,
+ * and encoder may be any number of clocks up to BISS_MAX_DELAY_BITS. CRC: polynomial 0x43 (x^6 + x + 1) over position,
  * error and warning, first bit first, start value 0. */
 #ifndef TRACKSERVO_SENSORS_BISS_H
 #define TRACKSERVO_SENSORS_BISS_H
@@ -17,7 +17,7 @@ enum {
   BISS_POSITION_BITS = 26,
   BISS_CHECKED_BITS = BISS_POSITION_BITS + 2,
   BISS_CRC_BITS = 6,
-  BISS_MOST_DELAY_BITS = 8 * BISS_BYTES - 2 - BISS_CHECKED_BITS - BISS_CRC_BITS /* line and acknowledge together */
+  BISS_MAX_DELAY_BITS = 8 * BISS_BYTES - 2 - BISS_CHECKED_BITS - BISS_CRC_BITS /* line and acknowledge together */
 };
 
 typedef enum {

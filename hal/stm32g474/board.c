@@ -16,7 +16,7 @@
 enum { PERIODS_PER_TICK = 20, PERIOD_US = 50, TICK_AFTER_PERIOD_US = 22 };
 
 /* Without a tick for this long the bridges are switched off; the watchdog reacts later. */
-enum { MOST_PERIODS_WITHOUT_TICK = 2 * PERIODS_PER_TICK };
+enum { MAX_PERIODS_WITHOUT_TICK = 2 * PERIODS_PER_TICK };
 
 #define TOO_HOT_CELSIUS 85.0f
 
@@ -35,10 +35,10 @@ static void begin_encoder_read(uint32_t period) {
 }
 
 /* Each reading is decoded in the period after it; the tick decodes that of period 0. */
-static void request_prelude(uint32_t period) {
+static void request_pre_tick(uint32_t period) {
   const uint32_t first = PERIODS_PER_TICK - (ENCODER_READS_PER_TICK - 2);
   if (period >= first || period == 0) {
-    interrupt_request(PRELUDE_INTERRUPT);
+    interrupt_request(PRE_TICK_INTERRUPT);
   }
 }
 
@@ -77,7 +77,7 @@ static void lose_timing(void) {
 }
 
 static void switch_off_without_tick(void) {
-  if (++board.periods_since_tick > MOST_PERIODS_WITHOUT_TICK) {
+  if (++board.periods_since_tick > MAX_PERIODS_WITHOUT_TICK) {
     lose_timing();
   }
 }
@@ -90,14 +90,14 @@ void adc1_2_interrupt(void) {
   keep_mean_currents(period);
   main_pwm_period(period);
   switch_off_without_tick();
-  request_prelude(period);
+  request_pre_tick(period);
   board.periods++;
   board.period = period + 1 < PERIODS_PER_TICK ? period + 1 : 0;
 }
 
 /* Reads what sensors and bus have already delivered, so that the tick has less to read. Neither interrupts the
  * other. */
-void prelude_interrupt(void) {
+void pre_tick_interrupt(void) {
   for (int axis = 0; axis < 2; ++axis) {
     encoder_decode(&board.encoder[axis]);
     gyro_read(&board.gyro[axis], axis);
@@ -138,7 +138,7 @@ void pendsv_exception(void) {
 void fdcan1_it0_interrupt(void) {
   can_frame frame;
   can_acknowledge_interrupt();
-  for (int i = 0; i < CAN_MOST_FRAMES_PER_INTERRUPT && can_receive(&frame); ++i) {
+  for (int i = 0; i < CAN_MAX_FRAMES_PER_INTERRUPT && can_receive(&frame); ++i) {
     main_can_frame(&frame);
   }
   can_send_waiting();
@@ -275,7 +275,7 @@ const hal_flash *hal_board_flash(hal *machine) { return machine->parameter_flash
 const hal_flash *hal_board_bus_flash(hal *machine) { return &machine->bus_flash; }
 
 /* The 80 ms of the self-test are between the two readings. */
-bool hal_board_recovery_is_asked(const hal *machine) { return machine->button_was_held && pins_button_is_held(); }
+bool hal_board_recovery_is_requested(const hal *machine) { return machine->button_was_held && pins_button_is_held(); }
 
 void hal_board_fail(hal *machine, uint32_t test_bits) { machine->test_bits |= test_bits; }
 
@@ -297,7 +297,7 @@ void hal_board_run(hal *machine) {
   interrupt_enable(TIM8_BRK_INTERRUPT, PRIORITY_DRIVER_FAULT);
   interrupt_enable(ADC1_2_INTERRUPT, PRIORITY_CURRENT_LOOP);
   interrupt_enable(TIM6_DAC_INTERRUPT, PRIORITY_TICK);
-  interrupt_enable(PRELUDE_INTERRUPT, PRIORITY_TICK);
+  interrupt_enable(PRE_TICK_INTERRUPT, PRIORITY_TICK);
   interrupt_enable(FDCAN1_IT0_INTERRUPT, PRIORITY_CAN);
   if (!watchdog_start()) {
     machine->test_bits |= HAL_TEST_CONTROLLER;
@@ -305,7 +305,7 @@ void hal_board_run(hal *machine) {
 }
 
 /* Checks a piece of the image in every tick: 128 KiB take 4.1 s, and 15 us of each ms. */
-static void watch_image(hal *machine) {
+static void monitor_image(hal *machine) {
   const uint32_t bytes_per_tick = 32;
   const uint32_t ticks = machine->ticks;
   if (ticks == machine->ticks_at_image_check) {
@@ -321,7 +321,7 @@ static void watch_image(hal *machine) {
 void hal_board_background(hal *machine) {
   const uint32_t refresh_ticks = 8;
   const uint32_t led_ticks = 512; /* a power of two, so that the LED keeps its rhythm when the count wraps */
-  watch_image(machine);
+  monitor_image(machine);
   const uint32_t ticks = machine->ticks;
   const uint32_t ticks_done = ticks - machine->ticks_at_refresh;
   if (ticks_done < refresh_ticks) {

@@ -10,7 +10,7 @@
 #include "parameter_flash.h"
 
 /* All that three elements of the FIFO can hold while the interrupt empties it. */
-enum { CAN_MOST_FRAMES_PER_INTERRUPT = 6 };
+enum { CAN_MAX_FRAMES_PER_INTERRUPT = 6 };
 
 struct hal {
   hal_reset reset;

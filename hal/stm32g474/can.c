@@ -13,7 +13,7 @@ enum { QUANTA_BEFORE_SAMPLE = 29, QUANTA_AFTER_SAMPLE = 4, JUMP_WIDTH_QUANTA = 4
 _Static_assert(1 + QUANTA_BEFORE_SAMPLE + QUANTA_AFTER_SAMPLE == KHZ_OF_QUANTA_PER_KBIT_S, "quanta of a bit");
 _Static_assert(CLOCK_HZ % (KHZ_OF_QUANTA_PER_KBIT_S * 1000000u) == 0, "the prescalers are whole numbers");
 
-enum { MOST_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
+enum { MAX_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
 
 static uint32_t bus_off_ticks;
 static volatile uint32_t lost_frames;
@@ -23,7 +23,7 @@ static can_queue waiting; /* from the deferred task to the interrupt */
 static bool wait_for_init(uint32_t wanted) {
   const uint32_t start = clock_cycles();
   while ((FDCAN1->cccr & FDCAN_CCCR_INIT) != wanted) {
-    if (clock_cycles() - start > MOST_WAIT_US * CLOCK_CYCLES_PER_US) {
+    if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;
     }
   }

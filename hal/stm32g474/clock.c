@@ -10,10 +10,10 @@
 enum { PLL_M = 6, PLL_N = 85, PLL_R = 2, FLASH_WAIT_STATES = 4 };
 
 /* Polls of a flag before giving up; the crystal may take 2 ms, at 16 MHz and about 10 cycles each. */
-enum { MOST_POLLS = 20000 };
+enum { MAX_POLLS = 20000 };
 
 static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t wanted) {
-  for (int poll = 0; poll < MOST_POLLS; ++poll) {
+  for (int poll = 0; poll < MAX_POLLS; ++poll) {
     if ((*word & mask) == wanted) {
       return true;
     }

@@ -3,7 +3,7 @@
 #include "clock.h"
 #include "registers/adc.h"
 
-enum { COUNTS = 4096, REGULATOR_START_US = 20, MOST_WAIT_US = 1000 };
+enum { COUNTS = 4096, REGULATOR_START_US = 20, MAX_WAIT_US = 1000 };
 
 /* Rank 1 is the current, so that it is sampled at the trigger. */
 enum { CHANNEL_AZIMUTH_CURRENT = 1, CHANNEL_BUS = 6, CHANNEL_PITCH_CURRENT = 2, CHANNEL_HEAT_SINK = 7 };
@@ -11,7 +11,7 @@ enum { CHANNEL_AZIMUTH_CURRENT = 1, CHANNEL_BUS = 6, CHANNEL_PITCH_CURRENT = 2, 
 static bool wait_for(const volatile uint32_t *word, uint32_t mask, uint32_t wanted) {
   const uint32_t start = clock_cycles();
   while ((*word & mask) != wanted) {
-    if (clock_cycles() - start > MOST_WAIT_US * CLOCK_CYCLES_PER_US) {
+    if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;
     }
   }
@@ -63,11 +63,11 @@ bool current_sense_start(void) {
 }
 
 bool current_sense_wait(void) {
-  const uint32_t most_wait_us = 200;
+  const uint32_t max_wait_us = 200;
   const uint32_t start = clock_cycles();
   current_sense_acknowledge();
   while ((ADC1->isr & ADC2->isr & ADC1_ISR_JEOS) == 0) {
-    if (clock_cycles() - start > most_wait_us * CLOCK_CYCLES_PER_US) {
+    if (clock_cycles() - start > max_wait_us * CLOCK_CYCLES_PER_US) {
       return false;
     }
   }
@@ -89,12 +89,12 @@ current_sense_sample current_sense_read(void) {
 
 /* The threshold counts from the middle of the range: the offset of a good sensor is small compared to it. */
 current_sense_scales current_sense_scales_of(const hal_scales *scales) {
-  const uint32_t most_counts = CURRENT_NOMINAL_OFFSET - CURRENT_RANGE_MARGIN;
+  const uint32_t max_counts = CURRENT_NOMINAL_OFFSET - CURRENT_RANGE_MARGIN;
   current_sense_scales of = {.volts_per_count = scales->voltage_full_scale_v * (1.0f / (float)COUNTS)};
   for (int axis = 0; axis < 2; ++axis) {
     of.amperes_per_count[axis] = scales->current_full_scale_a[axis] * (1.0f / (float)CURRENT_NOMINAL_OFFSET);
     const float limit_counts = scales->over_current_a[axis] / of.amperes_per_count[axis];
-    const uint32_t counts = limit_counts < (float)most_counts ? (uint32_t)limit_counts : most_counts;
+    const uint32_t counts = limit_counts < (float)max_counts ? (uint32_t)limit_counts : max_counts;
     of.lowest_counts[axis] = CURRENT_NOMINAL_OFFSET - counts;
     of.highest_counts[axis] = CURRENT_NOMINAL_OFFSET - 1 + counts;
   }

@@ -12,7 +12,7 @@
 
 #include "hal.h"
 
-enum { CURRENT_NOMINAL_OFFSET = 2048, CURRENT_MOST_OFFSET_ERROR = 100, CURRENT_RANGE_MARGIN = 32 };
+enum { CURRENT_NOMINAL_OFFSET = 2048, CURRENT_MAX_OFFSET_ERROR = 100, CURRENT_RANGE_MARGIN = 32 };
 
 typedef struct {
   uint32_t current_counts[2]; /* azimuth, pitch; 0 .. 4095 */

@@ -7,9 +7,9 @@ typedef struct {
   uint32_t present;
   fault_record record;
   uint32_t check;
-} kept_record;
+} retained_record;
 
-__attribute__((section(".noinit"))) static volatile kept_record kept;
+__attribute__((section(".noinit"))) static volatile retained_record kept;
 
 static uint32_t check_of(const fault_record *record) {
   return ~(PRESENT + record->exception + record->program_counter + record->configurable_fault_status +

@@ -67,5 +67,5 @@ bool gyro_take(gyro_line *line, int axis, float *rate_rad_s) {
   }
   line->fresh = false;
   *rate_rad_s = line->last.rate_rad_s;
-  return line->age_ticks <= GYRO_MOST_AGE_TICKS && line->last.valid;
+  return line->age_ticks <= GYRO_MAX_AGE_TICKS && line->last.valid;
 }

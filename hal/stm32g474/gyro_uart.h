@@ -9,7 +9,7 @@
 
 /* Three frames: the tick may come late by two. Maximum age of a frame in ticks: gyro and board have clocks of their
  * own, so sometimes a tick has no frame and the next has two. */
-enum { GYRO_RING_BYTES = 128, GYRO_MOST_AGE_TICKS = 1 };
+enum { GYRO_RING_BYTES = 128, GYRO_MAX_AGE_TICKS = 1 };
 
 typedef struct {
   volatile uint8_t ring[GYRO_RING_BYTES]; /* written by DMA */

@@ -21,6 +21,6 @@ image_check image_check_begin(void);
 
 /* Continues by at most this many bytes, 1 or more; after a result it begins again. Damage is reported in the second
  * cycle at the latest. */
-image_verdict image_check_step(image_check *check, uint32_t most_bytes);
+image_verdict image_check_step(image_check *check, uint32_t max_bytes);
 
 #endif

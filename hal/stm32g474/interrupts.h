@@ -23,7 +23,7 @@ enum {
 };
 
 /* The pre-tick task borrows the line of an unused timer. */
-enum { PRELUDE_INTERRUPT = TIM7_INTERRUPT };
+enum { PRE_TICK_INTERRUPT = TIM7_INTERRUPT };
 
 enum {
   PRIORITY_DRIVER_FAULT = 0,
@@ -38,7 +38,7 @@ void fdcan1_it0_interrupt(void);
 void tim1_brk_interrupt(void);
 void tim8_brk_interrupt(void);
 void tim6_dac_interrupt(void);
-void prelude_interrupt(void);
+void pre_tick_interrupt(void);
 void pendsv_exception(void);
 
 enum { UNIMPLEMENTED_PRIORITY_BITS = 4 };

@@ -22,7 +22,7 @@ static const struct {
     [BUS_SETTINGS_PIECE] = {0, 2},
 };
 
-enum { MOST_WAIT_US = 100000 };
+enum { MAX_WAIT_US = 100000 };
 
 static const uint32_t errors = FLASH_SR_OPERR | FLASH_SR_PROGERR | FLASH_SR_WRPERR | FLASH_SR_PGAERR | FLASH_SR_SIZERR |
                                FLASH_SR_PGSERR | FLASH_SR_MISERR | FLASH_SR_FASTERR;
@@ -30,7 +30,7 @@ static const uint32_t errors = FLASH_SR_OPERR | FLASH_SR_PROGERR | FLASH_SR_WRPE
 static bool wait_until_idle(const hal_flash *flash) {
   const uint32_t start = clock_cycles();
   while ((FLASH->sr & FLASH_SR_BSY) != 0) {
-    if (clock_cycles() - start > MOST_WAIT_US * CLOCK_CYCLES_PER_US) {
+    if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;
     }
     flash->waiting(flash->context);

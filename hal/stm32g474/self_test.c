@@ -8,10 +8,10 @@
 enum { TEST_TICKS = 40, PERIODS_PER_TICK = 20, TEST_PERIODS = TEST_TICKS * PERIODS_PER_TICK };
 
 /* Of 40 ticks; an encoder gives four readings in each, a gyro one frame. */
-enum { LEAST_GOOD_TICKS = 38, FEWEST_FRAMES_HEARD = 5 };
+enum { MIN_GOOD_TICKS = 38, FEWEST_FRAMES_HEARD = 5 };
 
 #define CYCLES_PER_FRAME (1000.0f * (float)CLOCK_CYCLES_PER_US)
-#define MOST_FRAMES_ASTRAY 1.5f
+#define MAX_FRAMES_ASTRAY 1.5f
 
 typedef struct {
   uint32_t current_sum_counts[2];
@@ -48,8 +48,7 @@ static bool observe_tick(hal *machine, observations *seen) {
 static bool measure_offset(hal *machine, const observations *seen, int axis) {
   const float offset_counts = (float)seen->current_sum_counts[axis] / (float)TEST_PERIODS;
   const float error_counts = offset_counts - (float)CURRENT_NOMINAL_OFFSET;
-  const bool good =
-      error_counts <= (float)CURRENT_MOST_OFFSET_ERROR && error_counts >= -(float)CURRENT_MOST_OFFSET_ERROR;
+  const bool good = error_counts <= (float)CURRENT_MAX_OFFSET_ERROR && error_counts >= -(float)CURRENT_MAX_OFFSET_ERROR;
   if (good) {
     machine->offset_counts[axis] = offset_counts;
   }
@@ -66,7 +65,7 @@ static gyro_pace pace_of(const gyro_line *line, uint32_t frames_before, float fr
     return GYRO_SILENT;
   }
   const float astray = (float)frames - frames_by_our_clock;
-  return astray <= MOST_FRAMES_ASTRAY && astray >= -MOST_FRAMES_ASTRAY ? GYRO_AGREES : GYRO_ASTRAY;
+  return astray <= MAX_FRAMES_ASTRAY && astray >= -MAX_FRAMES_ASTRAY ? GYRO_AGREES : GYRO_ASTRAY;
 }
 
 /* The bits of an axis that cannot be driven, and of a gyro that is missing or set to another rate. */
@@ -75,11 +74,11 @@ static uint32_t judge_axis(hal *machine, const observations *seen, gyro_pace pac
   if (!measure_offset(machine, seen, axis)) {
     failed |= HAL_TEST_CURRENT_OFFSET;
   }
-  if (seen->angles[axis] < LEAST_GOOD_TICKS) {
+  if (seen->angles[axis] < MIN_GOOD_TICKS) {
     failed |= axis == 0 ? HAL_TEST_ENCODER_AZIMUTH : HAL_TEST_ENCODER_PITCH;
   }
   machine->axis_bits[axis] = failed;
-  if (seen->rates[axis] < LEAST_GOOD_TICKS || pace == GYRO_ASTRAY) {
+  if (seen->rates[axis] < MIN_GOOD_TICKS || pace == GYRO_ASTRAY) {
     failed |= axis == 0 ? HAL_TEST_GYRO_AZIMUTH : HAL_TEST_GYRO_PITCH;
   }
   return failed;

@@ -126,7 +126,7 @@ __attribute__((section(".vectors"), used)) static const vector_table vectors = {
                   /* 43 */ tim8_brk_interrupt,
                   FAULTS_10,
                   /* 54 */ tim6_dac_interrupt,
-                  /* 55 */ prelude_interrupt,
+                  /* 55 */ pre_tick_interrupt,
                   FAULTS_10,
                   FAULTS_10,
                   FAULTS_10,

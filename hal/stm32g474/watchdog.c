@@ -4,12 +4,12 @@
 #include "registers/iwdg.h"
 
 /* 32 kHz / 4: 8 counts a ms, downwards. */
-enum { COUNTS_PER_MS = 8, TIME_OUT_MS = 20, CLOSED_MS = 5, MOST_WAIT_US = 2000 };
+enum { COUNTS_PER_MS = 8, TIME_OUT_MS = 20, CLOSED_MS = 5, MAX_WAIT_US = 2000 };
 
 static bool wait_until_taken(void) {
   const uint32_t start = clock_cycles();
   while ((IWDG->sr & (IWDG_SR_PVU | IWDG_SR_RVU | IWDG_SR_WVU)) != 0) {
-    if (clock_cycles() - start > MOST_WAIT_US * CLOCK_CYCLES_PER_US) {
+    if (clock_cycles() - start > MAX_WAIT_US * CLOCK_CYCLES_PER_US) {
       return false;
     }
   }

@@ -148,12 +148,12 @@ class LimitsReader {
 };
 
 constexpr double kStandardErrors = 6.0;
-constexpr double kLeastShare = 0.05;
+constexpr double kMinShare = 0.05;
 
 // Change that a figure may always have: a tick, or half a per cent of a step.
-double least_width(const CheckFigure& figure) {
+double min_width(const CheckFigure& figure) {
   const double step = figure.unit == "ms" ? 1.0 : figure.unit == "%" ? 0.5 : 0.0;
-  return std::max(step, kLeastShare * std::abs(mean_of(figure)));
+  return std::max(step, kMinShare * std::abs(mean_of(figure)));
 }
 
 // Four digits, rounded away from the mean.
@@ -168,7 +168,7 @@ double rounded(double value, bool up) {
 Limit learned_limit(const CheckFigure& figure, int checked_seeds) {
   const double variance_share = 1.0 / static_cast<double>(figure.values.size()) + 1.0 / checked_seeds;
   const double scatter = kStandardErrors * standard_deviation(figure.values) * std::sqrt(variance_share);
-  const double width = std::max(scatter, least_width(figure));
+  const double width = std::max(scatter, min_width(figure));
   const double mean = mean_of(figure);
   Limit limit{figure.key, std::nullopt, std::nullopt, ""};
   if (figure.better != Better::kHigher) {
@@ -210,7 +210,7 @@ std::string limits_text(const std::vector<CheckFigure>& figures, const Limits& l
       "# Limits of sim_host check, written by --learn: {}, {} seeds. Mean and scatter of the seeds follow each "
       "limit.\n# A limit is the mean plus or minus {} standard errors of its difference to a mean over {} seeds, at "
       "least {:g} %.\n\n[{}]\nseeds = {}  # number of seeds that a check needs\n",
-      what, figures.front().values.size(), kStandardErrors, *limits.for_seeds, 100.0 * kLeastShare, kLearned,
+      what, figures.front().values.size(), kStandardErrors, *limits.for_seeds, 100.0 * kMinShare, kLearned,
       *limits.for_seeds);
   std::string table;
   for (std::size_t i = 0; i < figures.size(); ++i) {

@@ -7,7 +7,7 @@
 #include "gain_design/design_json.hpp"
 #include "gain_design/device_parameters.hpp"
 #include "gain_design/gain_design.hpp"
-#include "gain_design/gain_wishes_json.hpp"
+#include "gain_design/gain_requirements_json.hpp"
 #include "gain_design/identified_plant_json.hpp"
 
 namespace trackservo::identification {
@@ -39,11 +39,12 @@ void print_prediction(const gain_design::GainDesign& design) {
 void run(const DesignCommand& options) {
   const gain_design::IdentifiedPlant plant =
       gain_design::read_identified_plant(gain_design::load_input_file(options.identified));
-  const gain_design::GainWishes wishes =
-      options.wishes.empty() ? gain_design::GainWishes{}
-                             : gain_design::read_gain_wishes(gain_design::load_input_file(options.wishes));
+  const gain_design::GainRequirements requirements =
+      options.requirements.empty()
+          ? gain_design::GainRequirements{}
+          : gain_design::read_gain_requirements(gain_design::load_input_file(options.requirements));
   const axis_parameters before = gain_design::read_device_parameters(gain_design::load_input_file(options.parameters));
-  const gain_design::GainDesign design = gain_design::design_gains(plant, wishes, before);
+  const gain_design::GainDesign design = gain_design::design_gains(plant, requirements, before);
   const nlohmann::ordered_json json = gain_design::to_json(design, before);
   print_changes(json["parameters"]);
   print_prediction(design);
@@ -63,7 +64,7 @@ void add_design_command(CLI::App& app, DesignCommand& options) {
   CLI::App *command =
       app.add_subcommand("design", "design gains from an identified plant and requirements (docs/gain-design.md)");
   command->add_option("--identified", options.identified, "result.json written by 'identify fit'")->required();
-  command->add_option("--requirements,--wishes", options.wishes,
+  command->add_option("--requirements,--wishes", options.requirements,
                       "requirements (JSON); default: the design chooses all values");
   command->add_option("--parameters", options.parameters, "objects 0x2000 to 0x205F of the device's axis, as JSON")
       ->required();

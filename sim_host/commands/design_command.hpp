@@ -9,7 +9,7 @@ namespace trackservo::identification {
 
 struct DesignCommand {
   std::string identified;
-  std::string wishes;
+  std::string requirements;
   std::string parameters;
   std::string json;
 };

@@ -24,7 +24,7 @@ struct FaultsCommand {
 // 1 when a requirement was violated.
 int faults(const FaultsCommand& command) {
   if (command.list) {
-    for (const Breakage& part : breakages()) {
+    for (const FaultInjection& part : fault_injections()) {
       fmt::print("{}\n", part.name);
     }
     return 0;

@@ -106,20 +106,20 @@ commissioning::RoughMachine load_rough_machine(const std::string& path) {
   }
 }
 
-commissioning::Programme programme_of(const PlanOptions& options) {
+commissioning::TestPlan test_plan_of(const PlanOptions& options) {
   if (options.identified.empty()) {
     return commissioning::first_look(options.limits);
   }
   const commissioning::RoughMachine machine = load_rough_machine(options.identified);
   return options.structure ? commissioning::structure_look(options.limits, machine)
-                           : commissioning::programme_for(options.limits, machine);
+                           : commissioning::test_plan_for(options.limits, machine);
 }
 
 void plan(const PlanOptions& options) {
-  const commissioning::Programme programme = programme_of(options);
-  commissioning::print(programme, options.start_rad);
+  const commissioning::TestPlan test_plan = test_plan_of(options);
+  commissioning::print(test_plan, options.start_rad);
   if (!options.json.empty()) {
-    open_for_writing(options.json) << commissioning::to_json(programme, options.start_rad).dump(2) << '\n';
+    open_for_writing(options.json) << commissioning::to_json(test_plan, options.start_rad).dump(2) << '\n';
   }
 }
 

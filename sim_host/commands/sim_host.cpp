@@ -133,7 +133,7 @@ int run(const RunOptions& options) {
   servo_params params = sim::checked_design(study, sim::controller_spec(options.controller),
                                             sim::design_options(study, options.seed, options.friction_parameter_error));
   if (options.controller == "pi_best") {
-    const sim::PiWish best = sim::best_pi(study);
+    const sim::PiRequirement best = sim::best_pi(study);
     for (int axis = 0; axis < sim::kAxes; ++axis) {
       sim::set_pi(params, axis, best);
     }
@@ -383,7 +383,7 @@ int parse_and_run(int argc, char **argv) {
   add_run(app, code);
   add_identify(app, code);
   sim::add_experiments(app);
-  sim::add_beliefs(app);
+  sim::add_assumed_plants(app);
   sim::add_random_plants(app);
   sim::add_fig9_scan(app);
   add_bench(app);

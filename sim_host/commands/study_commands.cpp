@@ -32,12 +32,12 @@ void experiments(const CampaignOptions& options) {
   fmt::print("written {}\n", (options.out_dir / "results.json").string());
 }
 
-void beliefs(const CampaignOptions& options) {
+void assumed_plants(const CampaignOptions& options) {
   refuse_repeated_seeds(options.seeds);
   start_progress();
-  const BeliefStudy study = run_belief_study(options, show_progress);
+  const AssumedPlantStudy study = run_assumed_plant_study(options, show_progress);
   print(study);
-  write_belief_study(study, options, TRACKSERVO_GIT, options.out_dir / "beliefs.json");
+  write_assumed_plant_study(study, options, TRACKSERVO_GIT, options.out_dir / "beliefs.json");
   fmt::print("written {}\n", (options.out_dir / "beliefs.json").string());
 }
 
@@ -55,7 +55,8 @@ void random_plants(const RandomPlantsOptions& options) {
   checked_design(setup.study, controller_spec("pi_vob_ftc"), {});
   start_progress();
   JobPool pool(setup.threads, kAxes, show_progress);
-  setup.study.identified = belief_of(setup.study.plant, identify_plants({setup.study.plant}, options.out_dir, pool));
+  setup.study.identified =
+      assumed_plant_of(setup.study.plant, identify_plants({setup.study.plant}, options.out_dir, pool));
   const RandomPlants tried = try_random_plants(setup, show_progress);
   const RandomPlantsSummary summary = summary_of(tried);
   print(setup, tried, summary);
@@ -109,7 +110,7 @@ void add_experiments(CLI::App& app) {
   });
 }
 
-void add_beliefs(CLI::App& app) {
+void add_assumed_plants(CLI::App& app) {
   constexpr std::uint64_t kSeeds = 20;
   auto options = std::make_shared<CampaignOptions>();
   options->seeds.resize(kSeeds);
@@ -119,7 +120,7 @@ void add_beliefs(CLI::App& app) {
       "study the value of identification: compensation with identified, exact and wrong friction parameters");
   command->alias("beliefs");
   add_study_options(*command, *options)->expected(2, CLI::detail::expected_max_vector_size);
-  command->callback([options] { beliefs(*options); });
+  command->callback([options] { assumed_plants(*options); });
 }
 
 void add_random_plants(CLI::App& app) {

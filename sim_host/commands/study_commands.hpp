@@ -7,7 +7,7 @@
 namespace trackservo::sim {
 
 void add_experiments(CLI::App& app);
-void add_beliefs(CLI::App& app);
+void add_assumed_plants(CLI::App& app);
 void add_random_plants(CLI::App& app);
 void add_fig9_scan(CLI::App& app);
 

@@ -64,7 +64,7 @@ class BoardDevice : public sim::CheckedDevice {
     if (machine_.chip().resets() > 0) {
       return "the board has reset";
     }
-    const std::vector<std::string>& violations = machine_.chip().complaints.list();
+    const std::vector<std::string>& violations = machine_.chip().violations.list();
     return violations.empty() ? std::nullopt
                               : std::optional<std::string>("violation of the chip's rules: " + violations.front());
   }

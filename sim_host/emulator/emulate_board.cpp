@@ -66,10 +66,10 @@ int run(const std::string& image, const std::string& plant, const std::vector<st
   unplug(machine, missing);
   EmulatedBoard board(machine);
   sim::serve(board, bus, options, sim::reports_on_stdout());
-  for (const std::string& complaint : machine.chip().complaints.list()) {
-    fmt::print(stderr, "violation of the chip's rules: {}\n", complaint);
+  for (const std::string& violation : machine.chip().violations.list()) {
+    fmt::print(stderr, "violation of the chip's rules: {}\n", violation);
   }
-  return machine.chip().complaints.list().empty() ? 0 : 1;
+  return machine.chip().violations.list().empty() ? 0 : 1;
 }
 
 }  // namespace

@@ -32,11 +32,11 @@ sim::Acquisition record(const sim::PlantConfig& plant, const std::vector<stimulu
   setup.axis = sim::kPitch;
   setup.start_angle_rad = {0.1, 0.4};
   setup.seed = seed;
-  trackservo::commissioning::Programme programme;
-  programme.places = {{kPlace_rad, experiments}};
-  programme.moving_rad_s = 0.1;
-  programme.limits = limits;
-  return sim::acquire(setup, programme);
+  trackservo::commissioning::TestPlan test_plan;
+  test_plan.places = {{kPlace_rad, experiments}};
+  test_plan.moving_rad_s = 0.1;
+  test_plan.limits = limits;
+  return sim::acquire(setup, test_plan);
 }
 
 stimulus_setup sweep() {

@@ -19,27 +19,28 @@ namespace {
 sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
 // Two instants of each, one in wind, one in calm air; `sim_host faults` uses twenty.
-void test_every_breakage_in_every_motion_is_seen_in_time_and_ends_as_promised() {
+void test_every_fault_injection_in_every_motion_is_seen_in_time_and_ends_as_promised() {
   sim::MatrixOptions options;
   options.moments = 2;
   const std::vector<sim::MatrixRow> rows = sim::run_fault_matrix(tracker_plant(), options);
   std::printf("%s\n", sim::print_fault_matrix(rows).c_str());
   fault_set expected = 0;
-  fault_set told = 0;
+  fault_set reported = 0;
   for (const sim::MatrixRow& row : rows) {
-    expected |= fault_bit(row.breakage->expected);
+    expected |= fault_bit(row.fault_injection->expected);
     for (const auto& [fault, count] : row.taken_for) {
-      told |= fault_bit(fault);
+      reported |= fault_bit(fault);
     }
-    TEST_ASSERT_TRUE_MESSAGE(row.hidden.empty() || !row.breakage->hidden_because.empty(), row.breakage->name.c_str());
-    TEST_ASSERT_EQUAL_MESSAGE(20, row.trials, row.breakage->name.c_str());
-    TEST_ASSERT_GREATER_THAN_MESSAGE(0, row.seen, row.breakage->name.c_str());
-    for (const std::string& complaint : row.complaints) {
-      TEST_FAIL_MESSAGE(complaint.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(row.hidden.empty() || !row.fault_injection->hidden_because.empty(),
+                             row.fault_injection->name.c_str());
+    TEST_ASSERT_EQUAL_MESSAGE(20, row.injection_runs, row.fault_injection->name.c_str());
+    TEST_ASSERT_GREATER_THAN_MESSAGE(0, row.seen, row.fault_injection->name.c_str());
+    for (const std::string& error : row.errors) {
+      TEST_FAIL_MESSAGE(error.c_str());
     }
   }
   for (int fault = 1; fault < FAULT_COUNT; ++fault) {
-    TEST_ASSERT_TRUE_MESSAGE(((expected & ~told) >> fault & 1U) == 0,
+    TEST_ASSERT_TRUE_MESSAGE(((expected & ~reported) >> fault & 1U) == 0,
                              fmt::format("fault {} is expected, and another one is always reported", fault).c_str());
   }
 }
@@ -53,7 +54,7 @@ void test_an_hour_of_work_with_nothing_broken_trips_nothing() {
 }
 
 // The requirements can be violated: an axis without protection violates most of them.
-void test_without_protection_the_same_trials_find_it_out() {
+void test_without_protection_the_same_injection_runs_find_it_out() {
   sim::NodeSetup setup(tracker_plant());
   for (protection_limits& limits : setup.limits) {
     limits.encoder_jump_rad = 1.0F;
@@ -63,8 +64,8 @@ void test_without_protection_the_same_trials_find_it_out() {
     limits.overspeed_rad_s = 1e3F;
     limits.stall_s = 60.0F;
   }
-  const sim::TrialResult stuck =
-      sim::run_trial(setup, {&sim::breakage("encoder stuck"), sim::Motion::kFast, sim::kAzimuth, 7, true});
+  const sim::InjectionRunResult stuck = sim::run_injection_run(
+      setup, {&sim::fault_injection("encoder stuck"), sim::Motion::kFast, sim::kAzimuth, 7, true});
   std::printf("an encoder that is stuck and not monitored: %.2f rad/s\n", stuck.speed_most_rad_s);
   TEST_ASSERT_TRUE(stuck.showed);
   TEST_ASSERT_EQUAL(FAULT_NONE, stuck.seen);
@@ -72,11 +73,11 @@ void test_without_protection_the_same_trials_find_it_out() {
 
 void test_a_scenario_file_says_what_breaks_when() {
   const sim::FaultScenario scenario = sim::load_fault_scenario("sim_host/scenarios/faults_example.toml");
-  const std::string told = sim::run_fault_scenario(tracker_plant(), scenario);
-  std::printf("%s\n", told.c_str());
+  const std::string reported = sim::run_fault_scenario(tracker_plant(), scenario);
+  std::printf("%s\n", reported.c_str());
   for (const char *line : {"1.200 s  azimuth  encoder lost", "1.200 s  azimuth  fault 1 (0x7320) at ",
                            "1.500 s  pitch    driven against the motor", "pitch    fault 19 (0x7122)", "stands"}) {
-    TEST_ASSERT_TRUE_MESSAGE(told.find(line) != std::string::npos, line);
+    TEST_ASSERT_TRUE_MESSAGE(reported.find(line) != std::string::npos, line);
   }
 }
 
@@ -84,9 +85,9 @@ void test_a_scenario_file_says_what_breaks_when() {
 
 int main() {
   UNITY_BEGIN();
-  RUN_TEST(test_every_breakage_in_every_motion_is_seen_in_time_and_ends_as_promised);
+  RUN_TEST(test_every_fault_injection_in_every_motion_is_seen_in_time_and_ends_as_promised);
   RUN_TEST(test_an_hour_of_work_with_nothing_broken_trips_nothing);
-  RUN_TEST(test_without_protection_the_same_trials_find_it_out);
+  RUN_TEST(test_without_protection_the_same_injection_runs_find_it_out);
   RUN_TEST(test_a_scenario_file_says_what_breaks_when);
   return UNITY_END();
 }

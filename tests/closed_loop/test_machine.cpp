@@ -76,7 +76,7 @@ void test_loop_comes_back_from_a_bus_that_is_too_weak_without_winding_up() {
 }
 
 // The cabin is driven into its end stop for three seconds and then commanded to leave: it leaves within 50 ms.
-void test_axis_leaves_an_end_stop_as_soon_as_it_is_told() {
+void test_axis_leaves_an_end_stop_as_soon_as_it_is_reported() {
   sim::PlantConfig plant = tracker_plant();
   sim::EndStopConfig stops;
   stops.lower_rad = -0.05;
@@ -163,7 +163,7 @@ int main() {
   RUN_TEST(test_equal_seeds_give_equal_runs_bit_by_bit);
   RUN_TEST(test_an_axis_that_is_off_gives_no_duty_and_no_torque);
   RUN_TEST(test_loop_comes_back_from_a_bus_that_is_too_weak_without_winding_up);
-  RUN_TEST(test_axis_leaves_an_end_stop_as_soon_as_it_is_told);
+  RUN_TEST(test_axis_leaves_an_end_stop_as_soon_as_it_is_reported);
   RUN_TEST(test_line_of_sight_is_stabilised_on_a_swaying_base);
   RUN_TEST(test_position_loop_arrives_without_overshoot);
   RUN_TEST(test_no_torque_is_compensated_twice);

@@ -40,7 +40,7 @@ void test_fifty_random_plants_are_stable_and_err_less_than_the_paper() {
     TEST_ASSERT_TRUE_MESSAGE(error.percentile_95 <= error.paper, text);
   }
   (void)std::snprintf(text, sizeof text, "failing %d of 50; least margins %.1f dB, %.0f deg", summary.failing,
-                      azimuth.least_gain_margin_db, azimuth.least_phase_margin_deg);
+                      azimuth.min_gain_margin_db, azimuth.min_phase_margin_deg);
   TEST_MESSAGE(text);
   TEST_ASSERT_EQUAL_INT(0, azimuth.unstable);
   TEST_ASSERT_EQUAL_INT(0, summary.axis[kPitch].unstable);
@@ -57,7 +57,7 @@ void test_a_machine_that_is_far_too_light_is_called_unstable() {
   const TriedPlant tried = try_plant(setup, heavy, 1);
   TEST_ASSERT_FALSE(tried.axis[kAzimuth].stable);
   TEST_ASSERT_FALSE(tried.axis[kAzimuth].stable_at_zenith);
-  TEST_ASSERT_TRUE(tried.axis[kAzimuth].ripple_share.front() > kMostRippleShare);
+  TEST_ASSERT_TRUE(tried.axis[kAzimuth].ripple_share.front() > kMaxRippleShare);
   TEST_ASSERT_TRUE(tried.axis[kPitch].stable);
 }
 

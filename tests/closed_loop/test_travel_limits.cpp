@@ -51,7 +51,7 @@ struct Outcome {
   double left_rad = 1e3;  // to the hard end, at least
   double rest_rad = 0.0;  // at the end
   double speed_rad_s = 0.0;
-  bool told = false;  // bit 11 at the end
+  bool reported = false;  // bit 11 at the end
 };
 
 std::string describe(const Approach& a, const Outcome& o) {
@@ -98,7 +98,7 @@ class Run {
       note();
     }
     outcome_.rest_rad = left();
-    outcome_.told = (objects().state.statusword & kInternalLimit) != 0;
+    outcome_.reported = (objects().state.statusword & kInternalLimit) != 0;
     return outcome_;
   }
 
@@ -212,13 +212,13 @@ void expect_inside(const Approach& approach, const Outcome& outcome) {
   const std::string what = describe(approach, outcome);
   TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, outcome.fault, what.c_str());
   TEST_ASSERT_TRUE_MESSAGE(outcome.left_rad > 0.0, what.c_str());
-  TEST_ASSERT_TRUE_MESSAGE(approach.ending != Ending::kHeld || outcome.told, what.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(approach.ending != Ending::kHeld || outcome.reported, what.c_str());
 }
 
 // pp and pv with the objects' values after a start: each of these ended in fault 8612, 0.3 to 3.8 mrad outside.
 void test_twelve_plain_moves_to_the_hard_end_stop_inside_and_say_so() {
   const sim::NodeSetup setup = setup_with_travel();
-  double least_rad = 1e3;
+  double min_rad = 1e3;
   std::uint64_t seed = 0;
   for (const int mode : {kProfilePosition, kProfileVelocity}) {
     for (const int axis : {sim::kAzimuth, sim::kPitch}) {
@@ -231,11 +231,11 @@ void test_twelve_plain_moves_to_the_hard_end_stop_inside_and_say_so() {
         approach.seed = ++seed;
         const Outcome outcome = Run(setup, approach).run();
         expect_inside(approach, outcome);
-        least_rad = std::min(least_rad, outcome.left_rad);
+        min_rad = std::min(min_rad, outcome.left_rad);
       }
     }
   }
-  std::printf("12 plain moves: %.2f mrad left to the hard end at least\n", 1e3 * least_rad);
+  std::printf("12 plain moves: %.2f mrad left to the hard end at least\n", 1e3 * min_rad);
 }
 
 // Rates up to 607F = FFFFFFFF, accelerations up to the objects' maximum, in all modes, held against the limit, or
@@ -304,7 +304,7 @@ void test_an_axis_that_stands_outside_comes_back() {
       const Outcome outwards = run.run();
       const std::string what = describe(approach, outwards);
       TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, outwards.fault, what.c_str());
-      TEST_ASSERT_TRUE_MESSAGE(outwards.told, what.c_str());
+      TEST_ASSERT_TRUE_MESSAGE(outwards.reported, what.c_str());
       TEST_ASSERT_TRUE_MESSAGE(outwards.left_rad > room_rad - 2e-3, what.c_str());
       const Outcome inwards = run.come_back(1000);
       TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, inwards.fault, what.c_str());

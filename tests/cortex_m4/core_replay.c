@@ -101,7 +101,7 @@ static void run_period(replay *r, servo_app *app) {
   trace_visit_duty(&comparer, &duty);
 }
 
-static void run(replay *r, long most_ticks) {
+static void run(replay *r, long max_ticks) {
   static servo_app app;
   const trace_visitor reader = {take, r};
   trace_event event = TRACE_END;
@@ -121,17 +121,17 @@ static void run(replay *r, long most_ticks) {
       default:
         break;
     }
-  } while (!r->failed && event != TRACE_END && r->ticks < most_ticks);
+  } while (!r->failed && event != TRACE_END && r->ticks < max_ticks);
 }
 
-bool core_replay(const char *path, const char *changed, long most_ticks) {
+bool core_replay(const char *path, const char *changed, long max_ticks) {
   static replay r;
   r = (replay){.changed = changed, .file = fopen(path, "rb")};
   if (r.file == NULL) {
     printf("%s: cannot be read\n", path);
     return false;
   }
-  run(&r, most_ticks);
+  run(&r, max_ticks);
   (void)fclose(r.file);
   if (r.changed != NULL) {
     printf("no parameter is named '%s'\n", r.changed);

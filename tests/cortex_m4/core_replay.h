@@ -6,7 +6,7 @@
 
 /* Returns false when a word differs, or the trace cannot be read to its end; the difference is printed. `changed`, a
  * name of core_trace.c ("pi->proportional_gain"), changes the last bit of the first parameter of that name: it proves
- * that one unit of the last place is detected. NULL changes nothing. At most `most_ticks` are replayed. */
-bool core_replay(const char *path, const char *changed, long most_ticks);
+ * that one unit of the last place is detected. NULL changes nothing. At most `max_ticks` are replayed. */
+bool core_replay(const char *path, const char *changed, long max_ticks);
 
 #endif

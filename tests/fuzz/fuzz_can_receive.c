@@ -16,7 +16,7 @@
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { NODE_ID = 5, MOST_TICKS = 64 };
+enum { NODE_ID = 5, MAX_TICKS = 64 };
 
 static rigid_machine machine;
 static servo_node node;
@@ -150,7 +150,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   memcpy(&machine, &fresh_machine, sizeof machine);
   memcpy(&node, &fresh_node, sizeof node);
   frames_sent = 0;
-  ticks_left = MOST_TICKS;
+  ticks_left = MAX_TICKS;
   input_bytes input = {data, size};
   while (!input_is_empty(&input) && ticks_left > 0) {
     step(input_u8(&input), &input);

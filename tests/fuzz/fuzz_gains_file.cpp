@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "gain_design/device_parameters.hpp"
-#include "gain_design/gain_wishes_json.hpp"
+#include "gain_design/gain_requirements_json.hpp"
 #include "gain_design/identified_plant_json.hpp"
 
 namespace design = trackservo::gain_design;
@@ -25,8 +25,8 @@ void require(bool good) {
 void read_as(int kind, const design::InputFile& file) {
   switch (kind) {
     case 0: {
-      const design::GainWishes wishes = design::read_gain_wishes(file);
-      require(wishes.least.gain_margin_db >= 1.0 && wishes.least.gain_margin_db <= 40.0);
+      const design::GainRequirements requirements = design::read_gain_requirements(file);
+      require(requirements.least.gain_margin_db >= 1.0 && requirements.least.gain_margin_db <= 40.0);
       break;
     }
     case 1: {

@@ -12,7 +12,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { PAGE_BYTES = 64, PAGES = 4, AREA_BYTES = PAGE_BYTES * PAGES, MOST_ROWS = AREA_BYTES / HAL_FLASH_UNIT_BYTES };
+enum { PAGE_BYTES = 64, PAGES = 4, AREA_BYTES = PAGE_BYTES * PAGES, MAX_ROWS = AREA_BYTES / HAL_FLASH_UNIT_BYTES };
 
 static flash_model model;
 static hal_flash areas[PARAMETER_STORE_AREAS];
@@ -21,7 +21,7 @@ static parameter_store store;
 static void make_record_right(uint8_t *area) {
   uint32_t head[4];
   memcpy(head, area, sizeof head);
-  const uint32_t rows = head[3] % MOST_ROWS;
+  const uint32_t rows = head[3] % MAX_ROWS;
   const uint32_t end = (rows + 2) * HAL_FLASH_UNIT_BYTES;
   if (end + 16 > AREA_BYTES) {
     return;
@@ -38,24 +38,24 @@ static void restart(void) {
   model.off = false;
   model.operations_left = -1;
   parameter_store_open(&store, areas);
-  require(store.count + store.damaged + store.unfinished <= PARAMETER_STORE_MOST_RECORDS);
+  require(store.count + store.damaged + store.unfinished <= PARAMETER_STORE_MAX_RECORDS);
   require(model.rule_breaks == 0);
 }
 
 /* A copy of the newest set; its number of rows, or UINT32_MAX. */
 static uint32_t newest(parameter_row *rows) {
   for (uint32_t n = 0; n < store.count; ++n) {
-    require(parameter_store_load(&store, n, rows, MOST_ROWS)); /* it was complete just before */
+    require(parameter_store_load(&store, n, rows, MAX_ROWS)); /* it was complete just before */
   }
-  return store.count > 0 && parameter_store_load(&store, 0, rows, MOST_ROWS) ? store.found[0].rows : UINT32_MAX;
+  return store.count > 0 && parameter_store_load(&store, 0, rows, MAX_ROWS) ? store.found[0].rows : UINT32_MAX;
 }
 
 static bool save(const parameter_row *rows, uint32_t count) {
   if (!parameter_store_begin(&store, 1, rows, count)) {
-    require(store.last_sequence == PARAMETER_STORE_MOST_SAVES);
+    require(store.last_sequence == PARAMETER_STORE_MAX_SAVES);
     return false;
   }
-  for (int step = 0; step < 2 * MOST_ROWS && parameter_store_progress(&store) == PARAMETER_STORE_BUSY; ++step) {
+  for (int step = 0; step < 2 * MAX_ROWS && parameter_store_progress(&store) == PARAMETER_STORE_BUSY; ++step) {
     parameter_store_step(&store);
   }
   require(parameter_store_progress(&store) != PARAMETER_STORE_BUSY && model.rule_breaks == 0);
@@ -63,7 +63,7 @@ static bool save(const parameter_row *rows, uint32_t count) {
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-  static parameter_row old[MOST_ROWS], next[MOST_ROWS], read[MOST_ROWS];
+  static parameter_row old[MAX_ROWS], next[MAX_ROWS], read[MAX_ROWS];
   if (size < 2) {
     return 0;
   }
@@ -78,7 +78,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   }
   restart();
   const uint32_t old_count = newest(old);
-  const uint32_t count = data[0] % (MOST_ROWS - PARAMETER_STORE_FRAME_UNITS + 1);
+  const uint32_t count = data[0] % (MAX_ROWS - PARAMETER_STORE_FRAME_UNITS + 1);
   for (uint32_t i = 0; i < count; ++i) {
     next[i] = (parameter_row){i, data[1]};
   }

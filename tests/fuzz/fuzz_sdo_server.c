@@ -12,7 +12,7 @@
 int LLVMFuzzerInitialize(int *argc, char ***argv);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-enum { MOST_MS = 2000 }; /* of an input, so that there are many inputs */
+enum { MAX_MS = 2000 }; /* of an input, so that there are many inputs */
 
 static test_device device;
 static canopen_node fresh_node;
@@ -74,7 +74,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   device.streams_open = 0;
   device.asked = 0;
   input_bytes input = {data, size};
-  uint32_t left_ms = MOST_MS;
+  uint32_t left_ms = MAX_MS;
   while (!input_is_empty(&input)) {
     const uint8_t control = input_u8(&input);
     if ((control & 0x80) == 0) {

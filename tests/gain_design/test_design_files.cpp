@@ -5,7 +5,7 @@
 #include "gain_design/design_bench.hpp"
 #include "gain_design/design_json.hpp"
 #include "gain_design/device_parameters.hpp"
-#include "gain_design/gain_wishes_json.hpp"
+#include "gain_design/gain_requirements_json.hpp"
 #include "gain_design/identified_plant_json.hpp"
 
 extern "C" {
@@ -20,7 +20,7 @@ namespace {
 using namespace design_bench;
 using Json = nlohmann::json;
 
-std::string complaint_of(const std::function<void()>& read) {
+std::string error_of(const std::function<void()>& read) {
   try {
     read();
   } catch (const InputFileError& error) {
@@ -74,7 +74,7 @@ void test_wrong_parameters_are_named() {
   const auto said = [](const std::string& key, const Json& value) {
     InputFile file = device_file();
     file.json[key] = value;
-    return complaint_of([&] { read_device_parameters(file); });
+    return error_of([&] { read_device_parameters(file); });
   };
   check_says(said("0x2050:3", 17),
              "parameters.json: \"0x2050:3\" (Rate estimator window) is 17; give a number from 2 to 16");
@@ -85,7 +85,7 @@ void test_wrong_parameters_are_named() {
   TEST_ASSERT_EQUAL_STRING("", said("0x2000:0", 5).c_str());
   InputFile file = device_file();
   file.json.erase("0x2055:6");
-  check_says(complaint_of([&] { read_device_parameters(file); }), "\"0x2055:6\" (Current limit) is missing");
+  check_says(error_of([&] { read_device_parameters(file); }), "\"0x2055:6\" (Current limit) is missing");
 }
 
 InputFile result_file() {
@@ -107,20 +107,20 @@ InputFile result_file() {
 }
 
 void test_numbers_that_no_float_can_hold_are_named() {
-  check_says(complaint_of([] { parse_input_file("wishes.json", "{\"setpoint_weight\": 9E339}"); }),
+  check_says(error_of([] { parse_input_file("wishes.json", "{\"setpoint_weight\": 9E339}"); }),
              "wishes.json: [json.exception.out_of_range.406] number overflow");
   InputFile device = device_file();
   device.json["0x2000:1"] = 1e300;
-  check_says(complaint_of([&] { read_device_parameters(device); }), "is 1e+300; give a number from 0.0 to 1000000.0");
+  check_says(error_of([&] { read_device_parameters(device); }), "is 1e+300; give a number from 0.0 to 1000000.0");
   InputFile result = result_file();
   result.json["parameters"]["viscous_negative"]["value"] = -1e300;
-  check_says(complaint_of([&] { read_identified_plant(result); }),
+  check_says(error_of([&] { read_identified_plant(result); }),
              "\"parameters/viscous_negative/value\" is -1e+300, outside the range of all machines");
 }
 
 void test_a_result_of_another_shape_is_refused() {
   const auto said = [](const char *text) {
-    return complaint_of([&] { read_identified_plant(parse_input_file("result.json", text)); });
+    return error_of([&] { read_identified_plant(parse_input_file("result.json", text)); });
   };
   check_says(said("{\"format\": 1}"), "result.json: [json.exception.type_error.302]");
   for (const char *version : {"[]", "2", "1.5", "6e119", "\"1\""}) {  // the fourth once became an int, undefined
@@ -130,21 +130,22 @@ void test_a_result_of_another_shape_is_refused() {
   InputFile file = result_file();
   file.json["parameters"]["inertia"]["value"] = nullptr;
   file.json["refused"] = 7;
-  check_says(complaint_of([&] { read_identified_plant(file); }), "result.json: [json.exception.type_error");
+  check_says(error_of([&] { read_identified_plant(file); }), "result.json: [json.exception.type_error");
 }
 
-void test_wrong_wishes_are_named() {
-  const auto said = [](const Json& json) { return complaint_of([&] { read_gain_wishes({"wishes.json", json}); }); };
+void test_wrong_requirements_are_named() {
+  const auto said = [](const Json& json) { return error_of([&] { read_gain_requirements({"wishes.json", json}); }); };
   check_says(said({{"bandwidth_hz", 30}}),
              "wishes.json: unknown requirement \"bandwidth_hz\"; choose one of speed_loop_bandwidth_hz,");
   check_says(said({{"setpoint_weight", 1.5}}), "\"setpoint_weight\" is 1.5; give a number from 0 to 1");
   check_says(said({{"observer_bandwidth_hz", "30"}}), "\"observer_bandwidth_hz\" is \"30\"; give a number");
   check_says(said({{"speed_loop_damping", nullptr}}), "\"speed_loop_damping\" is null; give a number");
-  const GainWishes wishes = read_gain_wishes({"w", {{"least_phase_margin_deg", 55}, {"position_bandwidth_hz", 2.5}}});
-  CHECK_SAME("phase margin", 55.0, wishes.least.phase_margin_deg);
-  CHECK_SAME("gain margin", 6.0, wishes.least.gain_margin_db);
-  CHECK_SAME("position", 2.5, wishes.position_bandwidth_hz.value());
-  TEST_ASSERT_FALSE(wishes.speed_loop_bandwidth_hz.has_value());
+  const GainRequirements requirements =
+      read_gain_requirements({"w", {{"least_phase_margin_deg", 55}, {"position_bandwidth_hz", 2.5}}});
+  CHECK_SAME("phase margin", 55.0, requirements.least.phase_margin_deg);
+  CHECK_SAME("gain margin", 6.0, requirements.least.gain_margin_db);
+  CHECK_SAME("position", 2.5, requirements.position_bandwidth_hz.value());
+  TEST_ASSERT_FALSE(requirements.speed_loop_bandwidth_hz.has_value());
 }
 
 void test_measured_delays_decide() {
@@ -172,20 +173,20 @@ void test_a_refused_parameter_names_the_missing_run() {
   InputFile file = result_file();
   file.json["parameters"]["stiffness"]["value"] = nullptr;
   file.json["refused"] = {{{"parameter", "stiffness"}, {"message", "stiffness: add hysteresis loops (kind 3)"}}};
-  const std::string text = complaint_of([&] { read_identified_plant(file); });
+  const std::string text = error_of([&] { read_identified_plant(file); });
   check_says(text, "result.json: the gain design needs parameters that the identification refused");
   check_says(text, "stiffness: add hysteresis loops (kind 3)");
 }
 
 void test_another_file_is_refused() {
-  check_says(complaint_of([] {
+  check_says(error_of([] {
                read_identified_plant({"result.json", Json::object()});
              }),
              "result.json: is not a trackservo-identification of version 1");
   InputFile file = result_file();
   file.json["checks"].erase("delay_s");
-  check_says(complaint_of([&] { read_identified_plant(file); }), "\"checks/delay_s\" is missing or not a number");
-  check_says(complaint_of([] { load_input_file("nowhere/wishes.json"); }), "nowhere/wishes.json: cannot be read");
+  check_says(error_of([&] { read_identified_plant(file); }), "\"checks/delay_s\" is missing or not a number");
+  check_says(error_of([] { load_input_file("nowhere/wishes.json"); }), "nowhere/wishes.json: cannot be read");
 }
 
 void test_the_design_says_all_that_servoctl_reads() {
@@ -214,7 +215,7 @@ int main() {
   RUN_TEST(test_wrong_parameters_are_named);
   RUN_TEST(test_numbers_that_no_float_can_hold_are_named);
   RUN_TEST(test_a_result_of_another_shape_is_refused);
-  RUN_TEST(test_wrong_wishes_are_named);
+  RUN_TEST(test_wrong_requirements_are_named);
   RUN_TEST(test_measured_delays_decide);
   RUN_TEST(test_resonances_are_taken_over);
   RUN_TEST(test_a_refused_parameter_names_the_missing_run);

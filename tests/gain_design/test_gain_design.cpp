@@ -11,13 +11,13 @@ namespace {
 
 using namespace design_bench;
 
-void test_wishes_of_the_shipped_plants_give_the_shipped_gains() {
+void test_requirements_of_the_shipped_plants_give_the_shipped_gains() {
   for (const char *name : {"tracker", "paper_simulation"}) {
     const sim::PlantConfig plant = bench::shipped_plant(name);
     for (int axis = 0; axis < sim::kAxes; ++axis) {
       const axis_parameters before = present(plant, axis);
       const GainDesign design =
-          design_gains(sim::true_plant(plant, axis), sim::gain_wishes(plant, axis, TRACKER_PI), before);
+          design_gains(sim::true_plant(plant, axis), sim::gain_requirements(plant, axis, TRACKER_PI), before);
       const axis_parameters& now = design.parameters;
       CHECK_RELATIVE("kp", before.speed_loop.proportional_nm_s_rad, now.speed_loop.proportional_nm_s_rad, 1e-6);
       CHECK_RELATIVE("ki", before.speed_loop.integral_nm_rad, now.speed_loop.integral_nm_rad, 1e-6);
@@ -38,7 +38,7 @@ void test_wishes_of_the_shipped_plants_give_the_shipped_gains() {
   }
 }
 
-void test_without_wishes_the_margins_are_used_up_as_predicted() {
+void test_without_requirements_the_margins_are_used_up_as_predicted() {
   for (const char *name : {"tracker", "paper_simulation"}) {
     const sim::PlantConfig plant = bench::shipped_plant(name);
     const GainDesign design = design_gains(sim::true_plant(plant, sim::kAzimuth), {}, present(plant, sim::kAzimuth));
@@ -51,10 +51,11 @@ void test_without_wishes_the_margins_are_used_up_as_predicted() {
 
 void test_the_observer_is_lowered_first() {
   const sim::PlantConfig plant = bench::shipped_plant("tracker");
-  GainWishes wishes;
-  wishes.speed_loop_bandwidth_hz = 60.0;
-  wishes.observer_bandwidth_hz = 80.0;
-  const GainDesign design = design_gains(sim::true_plant(plant, sim::kPitch), wishes, present(plant, sim::kPitch));
+  GainRequirements requirements;
+  requirements.speed_loop_bandwidth_hz = 60.0;
+  requirements.observer_bandwidth_hz = 80.0;
+  const GainDesign design =
+      design_gains(sim::true_plant(plant, sim::kPitch), requirements, present(plant, sim::kPitch));
   CHECK_NEAR("speed loop", 60.0, design.speed_loop_bandwidth_hz, 0.5);
   CHECK_AT_MOST("observer, rad/s", 2.0 * M_PI * 40.0, design.parameters.observer.bandwidth_rad_s);
   TEST_ASSERT_TRUE(mentions(design.notes, "Observer lowered from 80 Hz to "));
@@ -63,13 +64,14 @@ void test_the_observer_is_lowered_first() {
   expect_as_predicted(plant, sim::kPitch, design);
 }
 
-void test_wishes_beyond_all_delays_are_lowered_to_where_the_margins_hold() {
+void test_requirements_beyond_all_delays_are_lowered_to_where_the_margins_hold() {
   const sim::PlantConfig plant = bench::shipped_plant("tracker");
-  GainWishes wishes;
-  wishes.speed_loop_bandwidth_hz = 250.0;
-  wishes.observer_bandwidth_hz = 80.0;
-  wishes.position_bandwidth_hz = 100.0;
-  const GainDesign design = design_gains(sim::true_plant(plant, sim::kPitch), wishes, present(plant, sim::kPitch));
+  GainRequirements requirements;
+  requirements.speed_loop_bandwidth_hz = 250.0;
+  requirements.observer_bandwidth_hz = 80.0;
+  requirements.position_bandwidth_hz = 100.0;
+  const GainDesign design =
+      design_gains(sim::true_plant(plant, sim::kPitch), requirements, present(plant, sim::kPitch));
   TEST_ASSERT_TRUE(mentions(design.notes, "Speed loop with PI alone lowered from 250 Hz to "));
   TEST_ASSERT_TRUE(mentions(design.notes, "Position loop lowered from 100 Hz to "));
   CHECK_AT_LEAST("phase margin", 42.0, design.sliding.phase_margin_deg);
@@ -79,10 +81,10 @@ void test_wishes_beyond_all_delays_are_lowered_to_where_the_margins_hold() {
 
 void test_more_margin_costs_bandwidth() {
   const sim::PlantConfig plant = bench::shipped_plant("tracker");
-  GainWishes wishes;
-  wishes.least = {12.0, 55.0};
+  GainRequirements requirements;
+  requirements.least = {12.0, 55.0};
   const IdentifiedPlant known = sim::true_plant(plant, sim::kAzimuth);
-  const GainDesign design = design_gains(known, wishes, present(plant, sim::kAzimuth));
+  const GainDesign design = design_gains(known, requirements, present(plant, sim::kAzimuth));
   CHECK_AT_LEAST("gain margin", 12.0, std::min(design.sliding.gain_margin_db, design.pre_sliding.gain_margin_db));
   CHECK_AT_LEAST("phase margin", 55.0, std::min(design.sliding.phase_margin_deg, design.pre_sliding.phase_margin_deg));
   const GainDesign usual = design_gains(known, {}, present(plant, sim::kAzimuth));
@@ -121,7 +123,7 @@ void test_the_torque_noise_is_that_of_the_simulated_axis() {
   sim::PlantConfig plant = bench::shipped_plant("tracker");
   plant.axis[sim::kAzimuth].encoder.jitter_rms_rad = 0.5e-6;
   const GainDesign design = design_gains(sim::true_plant(plant, sim::kAzimuth),
-                                         sim::gain_wishes(plant, sim::kAzimuth, TRACKER_PI), present(plant, 0));
+                                         sim::gain_requirements(plant, sim::kAzimuth, TRACKER_PI), present(plant, 0));
   LOG_VALUE("predicted", design.torque_noise_nm);
   CHECK_RELATIVE("torque noise", design.torque_noise_nm, simulated_torque_noise_nm(plant, design.parameters), 0.1);
 }
@@ -130,24 +132,25 @@ void test_a_noisy_encoder_gets_a_low_pass_and_then_a_slower_loop() {
   sim::PlantConfig plant = bench::shipped_plant("tracker");
   plant.axis[sim::kAzimuth].encoder.jitter_rms_rad = 0.5e-6;
   const IdentifiedPlant known = sim::true_plant(plant, sim::kAzimuth);
-  GainWishes wishes = sim::gain_wishes(plant, sim::kAzimuth, TRACKER_PI);
-  wishes.most_torque_noise_nm = 0.35;
-  const GainDesign filtered = design_gains(known, wishes, present(plant, sim::kAzimuth));
+  GainRequirements requirements = sim::gain_requirements(plant, sim::kAzimuth, TRACKER_PI);
+  requirements.max_torque_noise_nm = 0.35;
+  const GainDesign filtered = design_gains(known, requirements, present(plant, sim::kAzimuth));
   CHECK_AT_LEAST("low-pass", 100.0, filtered.parameters.filters.lowpass_hz);
   CHECK_AT_MOST("torque noise", 0.35, filtered.torque_noise_nm);
   TEST_ASSERT_TRUE(mentions(filtered.notes, "Low-pass at "));
   TEST_ASSERT_TRUE(mentions(filtered.notes, "more torque noise than 0.35 Nm"));
-  wishes.most_torque_noise_nm = 0.05;
-  const GainDesign slow = design_gains(known, wishes, present(plant, sim::kAzimuth));
+  requirements.max_torque_noise_nm = 0.05;
+  const GainDesign slow = design_gains(known, requirements, present(plant, sim::kAzimuth));
   CHECK_AT_MOST("torque noise", 0.05, slow.torque_noise_nm);
   CHECK_AT_MOST("observer", 0.9F * filtered.parameters.observer.bandwidth_rad_s,
                 slow.parameters.observer.bandwidth_rad_s);
   TEST_ASSERT_TRUE(mentions(slow.notes, "Observer lowered from 35 Hz to "));
 }
 
-std::string refusal(const IdentifiedPlant& plant, const GainWishes& wishes, const axis_parameters& present) {
+std::string refusal(const IdentifiedPlant& plant, const GainRequirements& requirements,
+                    const axis_parameters& present) {
   try {
-    design_gains(plant, wishes, present);
+    design_gains(plant, requirements, present);
   } catch (const GainDesignError& error) {
     return error.what();
   }
@@ -162,15 +165,15 @@ void test_what_no_gains_can_keep_is_an_error() {
   const sim::PlantConfig plant = bench::shipped_plant("tracker");
   const IdentifiedPlant known = sim::true_plant(plant, sim::kAzimuth);
   const axis_parameters before = present(plant, sim::kAzimuth);
-  GainWishes wishes;
-  wishes.least.phase_margin_deg = 89.0;
-  check_says(refusal(known, wishes, before),
+  GainRequirements requirements;
+  requirements.least.phase_margin_deg = 89.0;
+  check_says(refusal(known, requirements, before),
              "no gains meet the requirements: even with the slowest ones tried the loop has ");
-  check_says(refusal(known, wishes, before), "89 deg");
-  wishes = {};
-  wishes.speed_loop_bandwidth_hz = 100.0;
-  wishes.most_torque_noise_nm = 1e-6;
-  check_says(refusal(known, wishes, before), "at most 1e-06 Nm are required");
+  check_says(refusal(known, requirements, before), "89 deg");
+  requirements = {};
+  requirements.speed_loop_bandwidth_hz = 100.0;
+  requirements.max_torque_noise_nm = 1e-6;
+  check_says(refusal(known, requirements, before), "at most 1e-06 Nm are required");
   axis_parameters weak = before;
   weak.motor.current_limit_a = 3.0F;
   check_says(refusal(known, {}, weak),
@@ -181,10 +184,10 @@ void test_what_no_gains_can_keep_is_an_error() {
 
 int main() {
   UNITY_BEGIN();
-  RUN_TEST(test_wishes_of_the_shipped_plants_give_the_shipped_gains);
-  RUN_TEST(test_without_wishes_the_margins_are_used_up_as_predicted);
+  RUN_TEST(test_requirements_of_the_shipped_plants_give_the_shipped_gains);
+  RUN_TEST(test_without_requirements_the_margins_are_used_up_as_predicted);
   RUN_TEST(test_the_observer_is_lowered_first);
-  RUN_TEST(test_wishes_beyond_all_delays_are_lowered_to_where_the_margins_hold);
+  RUN_TEST(test_requirements_beyond_all_delays_are_lowered_to_where_the_margins_hold);
   RUN_TEST(test_more_margin_costs_bandwidth);
   RUN_TEST(test_the_torque_noise_is_that_of_the_simulated_axis);
   RUN_TEST(test_a_noisy_encoder_gets_a_low_pass_and_then_a_slower_loop);

@@ -56,7 +56,7 @@ void test_a_resonance_is_found_where_the_plant_has_it() {
     CHECK_RELATIVE("damping", truth.damping, found.front().damping, 0.25);  // the window widens narrow ones
     CHECK_RELATIVE("share", truth.share, found.front().share, 0.05);
     CHECK_RELATIVE("height", relative_height(truth), relative_height(found.front()), 0.2);
-    response.windows = identification::kLeastWindows - 1;  // its coherence would be meaningless
+    response.windows = identification::kMinWindows - 1;  // its coherence would be meaningless
     TEST_ASSERT_EQUAL(0, identification::find_resonances(response, rigid_axis(plant)).size());
   }
 }
@@ -94,7 +94,7 @@ void test_no_wind_looks_like_a_resonance() {
   }
 }
 
-void test_without_torque_excitation_nothing_is_told() {
+void test_without_torque_excitation_nothing_is_reported() {
   identification::Recording recording;
   for (int i = 0; i < 10000; ++i) {
     recording.time_s.push_back(1e-3 * i);
@@ -163,7 +163,7 @@ int main() {
   RUN_TEST(test_a_resonance_is_found_where_the_plant_has_it);
   RUN_TEST(test_a_rigid_axis_has_no_resonance_and_its_response_is_that_of_the_inertia);
   RUN_TEST(test_no_wind_looks_like_a_resonance);
-  RUN_TEST(test_without_torque_excitation_nothing_is_told);
+  RUN_TEST(test_without_torque_excitation_nothing_is_reported);
   RUN_TEST(test_the_resonance_breaks_the_margins_of_a_design_that_does_not_know_it);
   RUN_TEST(test_with_the_notch_the_margins_hold_as_predicted);
   RUN_TEST(test_commissioning_finds_the_resonance_and_gains_whose_margins_hold);

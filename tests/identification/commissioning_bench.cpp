@@ -27,11 +27,11 @@ commissioning::RoughMachine rough_truth(const BenchSetup& setup) {
   return machine;
 }
 
-commissioning::Programme programme_of(const BenchSetup& setup) {
-  return commissioning::programme_for(sim::motion_limits(setup.plant, setup.axis), rough_truth(setup));
+commissioning::TestPlan test_plan_of(const BenchSetup& setup) {
+  return commissioning::test_plan_for(sim::motion_limits(setup.plant, setup.axis), rough_truth(setup));
 }
 
-identification::Recording record(const BenchSetup& setup, const commissioning::Programme& programme) {
+identification::Recording record(const BenchSetup& setup, const commissioning::TestPlan& test_plan) {
   sim::AcquisitionSetup acquisition;
   acquisition.plant = &setup.plant;
   acquisition.params =
@@ -39,7 +39,7 @@ identification::Recording record(const BenchSetup& setup, const commissioning::P
   acquisition.axis = setup.axis;
   acquisition.start_angle_rad = {0.0, setup.pitch_rad};
   acquisition.seed = setup.seed;
-  identification::Recording recording = sim::acquire(acquisition, programme).recording;
+  identification::Recording recording = sim::acquire(acquisition, test_plan).recording;
   if (!setup.gyro_recorded) {
     std::fill(recording.inertial_rate_rad_s.begin(), recording.inertial_rate_rad_s.end(),
               std::numeric_limits<double>::quiet_NaN());

@@ -34,9 +34,9 @@ BenchSetup setup_of(const std::string& plant, int axis = sim::kAzimuth, std::uin
 commissioning::RoughMachine rough_truth(const BenchSetup& setup);
 
 // The main test plan for these numbers.
-commissioning::Programme programme_of(const BenchSetup& setup);
+commissioning::TestPlan test_plan_of(const BenchSetup& setup);
 
-identification::Recording record(const BenchSetup& setup, const commissioning::Programme& programme);
+identification::Recording record(const BenchSetup& setup, const commissioning::TestPlan& test_plan);
 
 std::map<std::string, double> truth_of(const BenchSetup& setup, const identification::Identification& result);
 

@@ -15,7 +15,7 @@ namespace identification = trackservo::identification;
 namespace sim = trackservo::sim;
 using commissioning_bench::BenchSetup;
 using commissioning_bench::kRadPerDeg;
-using trackservo::commissioning::Programme;
+using trackservo::commissioning::TestPlan;
 
 namespace {
 
@@ -24,7 +24,7 @@ struct Case {
   const char *plant;
   int axis;
   std::function<void(BenchSetup&)> change;
-  std::function<void(Programme&)> reprogramme = nullptr;
+  std::function<void(TestPlan&)> reprogramme = nullptr;
 };
 
 void scale_friction(BenchSetup& setup, double factor) {
@@ -54,13 +54,13 @@ void limit_travel(BenchSetup& setup) {
 }
 
 // As if the machine had been assumed to have half of Tc, bristle length and Stribeck speed, or twice.
-void misjudge(Programme& programme, double factor) {
+void misjudge(TestPlan& test_plan, double factor) {
   const BenchSetup setup = commissioning_bench::setup_of("tracker");
   trackservo::commissioning::RoughMachine machine = commissioning_bench::rough_truth(setup);
   machine.coulomb_nm *= factor;
   machine.bristle_rad *= factor;
   machine.stribeck_rad_s *= factor;
-  programme = trackservo::commissioning::programme_for(sim::motion_limits(setup.plant, setup.axis), machine);
+  test_plan = trackservo::commissioning::test_plan_for(sim::motion_limits(setup.plant, setup.axis), machine);
 }
 
 void keep_sweeps(trackservo::commissioning::Place& place) {
@@ -89,12 +89,12 @@ const std::vector<Case>& cases() {
       {"encoder of 20 bits", "tracker", sim::kAzimuth,
        [](BenchSetup& setup) { axis_of(setup).encoder.resolution_bits = 20; }},
       {"test plan for half the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
-       [](Programme& programme) { misjudge(programme, 0.5); }},
+       [](TestPlan& test_plan) { misjudge(test_plan, 0.5); }},
       {"test plan for twice the machine", "tracker", sim::kAzimuth, [](BenchSetup&) {},
-       [](Programme& programme) { misjudge(programme, 2.0); }},
+       [](TestPlan& test_plan) { misjudge(test_plan, 2.0); }},
       {"no loops, no chirp", "tracker", sim::kAzimuth, [](BenchSetup&) {},
-       [](Programme& programme) {
-         for (trackservo::commissioning::Place& place : programme.places) {
+       [](TestPlan& test_plan) {
+         for (trackservo::commissioning::Place& place : test_plan.places) {
            keep_sweeps(place);
          }
        }},
@@ -138,16 +138,16 @@ void count(const identification::Identification& result, const std::map<std::str
 void run(const Case& which, int seeds, std::uint64_t first_seed, bool details, const std::string& csv) {
   BenchSetup setup = commissioning_bench::setup_of(which.plant, which.axis);
   which.change(setup);
-  Programme programme = commissioning_bench::programme_of(setup);
+  TestPlan test_plan = commissioning_bench::test_plan_of(setup);
   if (which.reprogramme) {
-    which.reprogramme(programme);
+    which.reprogramme(test_plan);
   }
   Tally tally;
   double recorded_s = 0;
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < seeds; ++i) {
     setup.seed = first_seed + static_cast<std::uint64_t>(i);
-    const identification::Recording recording = commissioning_bench::record(setup, programme);
+    const identification::Recording recording = commissioning_bench::record(setup, test_plan);
     recorded_s = recording.time_s.back();
     if (!csv.empty()) {
       identification::write_recording(recording, csv);

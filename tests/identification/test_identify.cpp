@@ -13,11 +13,11 @@
 namespace identification = trackservo::identification;
 namespace sim = trackservo::sim;
 using commissioning_bench::BenchSetup;
-using commissioning_bench::programme_of;
+using commissioning_bench::test_plan_of;
 using identification::Identification;
 using identification::Parameter;
 using identification::Recording;
-using trackservo::commissioning::Programme;
+using trackservo::commissioning::TestPlan;
 
 extern "C" void setUp() {}
 extern "C" void tearDown() {}
@@ -40,9 +40,9 @@ void expect_gains_of_the_truth(const BenchSetup& setup, const nlohmann::ordered_
   CHECK_RELATIVE("gyro's noise", truth.gyro.noise_rad_s, found.gyro.noise_rad_s, 0.15);
   const axis_parameters present =
       sim::design_axis(setup.plant, setup.axis, sim::controller_spec("pi_vob_ftc"), sim::DesignOptions{});
-  const design::GainWishes wishes = sim::gain_wishes(setup.plant, setup.axis, TRACKER_PI);
-  const design::GainDesign right = design::design_gains(truth, wishes, present);
-  const design::GainDesign got = design::design_gains(found, wishes, present);
+  const design::GainRequirements requirements = sim::gain_requirements(setup.plant, setup.axis, TRACKER_PI);
+  const design::GainDesign right = design::design_gains(truth, requirements, present);
+  const design::GainDesign got = design::design_gains(found, requirements, present);
   CHECK_RELATIVE("kp", right.parameters.speed_loop.proportional_nm_s_rad,
                  got.parameters.speed_loop.proportional_nm_s_rad, 0.05);
   CHECK_RELATIVE("ki", right.parameters.speed_loop.integral_nm_rad, got.parameters.speed_loop.integral_nm_rad, 0.05);
@@ -66,7 +66,7 @@ void expect_truth(const BenchSetup& setup, const Identification& result) {
 
 void test_the_tracker_is_identified_in_its_wind() {
   const BenchSetup setup = commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed);
-  const Recording recording = commissioning_bench::record(setup, programme_of(setup));
+  const Recording recording = commissioning_bench::record(setup, test_plan_of(setup));
   const Identification result = identification::identify(recording);
   expect_truth(setup, result);
   CHECK_AT_MOST("correlation of whitened residuals", 0.05, result.largest_correlation);
@@ -88,7 +88,7 @@ void test_the_tracker_is_identified_in_its_wind() {
 
 void test_the_papers_machine_is_identified() {
   const BenchSetup setup = commissioning_bench::setup_of("paper_simulation", sim::kAzimuth, kSeed);
-  const Recording recording = commissioning_bench::record(setup, programme_of(setup));
+  const Recording recording = commissioning_bench::record(setup, test_plan_of(setup));
   const Identification result = identification::identify(recording);
   expect_truth(setup, result);
   CHECK_RELATIVE("the paper's assumption holds on its own machine", identification::kPaperDampingRatio,
@@ -97,9 +97,9 @@ void test_the_papers_machine_is_identified() {
 
 void test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing() {
   const BenchSetup setup = commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed);
-  Programme programme = programme_of(setup);
-  programme.places.resize(2);
-  for (trackservo::commissioning::Place& place : programme.places) {
+  TestPlan test_plan = test_plan_of(setup);
+  test_plan.places.resize(2);
+  for (trackservo::commissioning::Place& place : test_plan.places) {
     // Only the fastest speeds, in sequence, almost no reversals.
     const std::vector<stimulus_setup> all = place.experiments;
     place.experiments.clear();
@@ -111,7 +111,7 @@ void test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing() {
       }
     }
   }
-  const Recording recording = commissioning_bench::record(setup, programme);
+  const Recording recording = commissioning_bench::record(setup, test_plan);
   const Identification result = identification::identify(recording);
   TEST_ASSERT_FALSE(result.complete());
   const Parameter& stiffness = result.parameter("stiffness");
@@ -145,7 +145,7 @@ void expect_rough_truth(const BenchSetup& setup, const Identification& result, b
   check("inertia", truth.at("inertia"), result.rough.inertia_kg_m2);
 }
 
-void test_a_first_look_of_a_minute_sizes_the_programme() {
+void test_a_first_look_of_a_minute_sizes_the_test_plan() {
   BenchSetup setup = commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed);
   auto& friction = setup.plant.axis[sim::kAzimuth].friction;
   friction.stiffness_nm_rad *= 0.1;
@@ -182,7 +182,7 @@ void expect_refusal(const Recording& recording, const char *said) {
   }
 }
 
-void test_a_sensor_of_wrong_sign_is_told() {
+void test_a_sensor_of_wrong_sign_is_reported() {
   const Recording good = first_look(commissioning_bench::setup_of("tracker", sim::kAzimuth, kSeed));
   Recording wrong = good;
   for (double& torque_nm : wrong.torque_nm) {
@@ -216,9 +216,9 @@ void test_an_axis_that_stands_still_is_refused_at_once() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_an_axis_that_stands_still_is_refused_at_once);
-  RUN_TEST(test_a_sensor_of_wrong_sign_is_told);
+  RUN_TEST(test_a_sensor_of_wrong_sign_is_reported);
   RUN_TEST(test_fast_sweeps_alone_are_refused_with_the_runs_that_are_missing);
-  RUN_TEST(test_a_first_look_of_a_minute_sizes_the_programme);
+  RUN_TEST(test_a_first_look_of_a_minute_sizes_the_test_plan);
   RUN_TEST(test_a_coarse_encoder_leaves_quick_motion_to_the_gyro);
   RUN_TEST(test_the_tracker_is_identified_in_its_wind);
   RUN_TEST(test_the_papers_machine_is_identified);

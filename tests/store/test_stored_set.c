@@ -9,7 +9,7 @@
 #define SAVE 0x65766173u
 #define LOAD 0x64616F6Cu
 
-enum { NODE_ID = 5, PARAMETERS_LOST = 0x6310, SOURCE_STORAGE = SERVO_AXES + 2, KP = 0x2000, MOST_TICKS = 1000 };
+enum { NODE_ID = 5, PARAMETERS_LOST = 0x6310, SOURCE_STORAGE = SERVO_AXES + 2, KP = 0x2000, MAX_TICKS = 1000 };
 
 static flash_model model;
 static hal_flash areas[PARAMETER_STORE_AREAS];
@@ -76,7 +76,7 @@ static void set_kp(int axis, float kp) {
 /* Like the SDO server: calls again in each tick. */
 static od_abort command(uint16_t index, uint8_t group, uint32_t signature) {
   od_abort answer = set(index, group, signature);
-  for (int tick = 0; tick < MOST_TICKS && answer == OD_PENDING; ++tick) {
+  for (int tick = 0; tick < MAX_TICKS && answer == OD_PENDING; ++tick) {
     const uint32_t before = model.operations;
     servo_node_tick(&node);
     servo_node_serve(&node);
@@ -100,7 +100,7 @@ static bool has_one_of_each(uint32_t n) {
          get(0x1017, 0) == 50 + n;
 }
 
-static bool lost_parameters_are_told(void) {
+static bool lost_parameters_are_reported(void) {
   return emergency_is_active(&node.canopen.emergency, SOURCE_STORAGE, PARAMETERS_LOST);
 }
 
@@ -108,10 +108,10 @@ static bool lost_parameters_are_told(void) {
  * ------------------------------------------------------------------------------------------- */
 
 static void test_without_a_stored_set_the_defaults_are_in_force(void) {
-  TEST_ASSERT_EQUAL(KEPT_DEFAULTS, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS, get(0x3031, 1));
   TEST_ASSERT_EQUAL(0, get(0x3031, 2));
   TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
-  TEST_ASSERT_FALSE(lost_parameters_are_told());
+  TEST_ASSERT_FALSE(lost_parameters_are_reported());
 }
 
 static void test_what_is_stored_is_there_after_a_loss_of_power(void) {
@@ -120,11 +120,11 @@ static void test_what_is_stored_is_there_after_a_loss_of_power(void) {
   TEST_ASSERT_EQUAL(0, get(0x2070, 2));
   restart();
   TEST_ASSERT_TRUE(has_one_of_each(7));
-  TEST_ASSERT_EQUAL(KEPT_STORED, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(PERSISTED_STORED, get(0x3031, 1));
   TEST_ASSERT_EQUAL(1, get(0x3031, 2));
   TEST_ASSERT_EQUAL(0, get(0x3031, 6) + get(0x3031, 7));
   TEST_ASSERT_EQUAL(0, get(0x2070, 2));
-  TEST_ASSERT_FALSE(lost_parameters_are_told());
+  TEST_ASSERT_FALSE(lost_parameters_are_reported());
 }
 
 static void test_an_unchanged_set_is_not_written_again(void) {
@@ -208,7 +208,7 @@ static void test_load_brings_the_defaults_back_at_the_next_start(void) {
   TEST_ASSERT_EQUAL(OD_OK, command(0x1011, 1, LOAD));
   restart();
   TEST_ASSERT_EQUAL(100, get(0x1017, 0));
-  TEST_ASSERT_EQUAL(KEPT_DEFAULTS, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS, get(0x3031, 1));
 }
 
 static void test_without_a_flash_it_is_kept_until_the_power_goes(void) {
@@ -244,7 +244,7 @@ static void test_a_second_client_gets_its_own_values_stored(void) {
   TEST_ASSERT_EQUAL(2, get(0x3031, 2));
 }
 
-static void test_a_flash_that_refuses_is_told_and_changes_nothing(void) {
+static void test_a_flash_that_refuses_is_reported_and_changes_nothing(void) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   change_one_of_each(8);
@@ -258,7 +258,7 @@ static void test_a_flash_that_refuses_is_told_and_changes_nothing(void) {
 /* --- damage
  * ---------------------------------------------------------------------------------------------------------- */
 
-static void test_a_damaged_set_is_skipped_and_told_until_the_next_save(void) {
+static void test_a_damaged_set_is_skipped_and_reported_until_the_next_save(void) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   change_one_of_each(8);
@@ -267,34 +267,35 @@ static void test_a_damaged_set_is_skipped_and_told_until_the_next_save(void) {
   flash_model_at(&areas[newest.area], newest.page * 2048)[100] ^= 0x10;
   restart();
   TEST_ASSERT_TRUE(has_one_of_each(7));
-  TEST_ASSERT_EQUAL(KEPT_OLDER, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(PERSISTED_OLDER, get(0x3031, 1));
   TEST_ASSERT_EQUAL(1, get(0x3031, 3));
-  TEST_ASSERT_TRUE(lost_parameters_are_told());
+  TEST_ASSERT_TRUE(lost_parameters_are_reported());
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
-  TEST_ASSERT_FALSE(lost_parameters_are_told());
+  TEST_ASSERT_FALSE(lost_parameters_are_reported());
 }
 
-static void test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_told(void) {
+static void test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_reported(void) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   model.bytes[100] ^= 0x10;
   restart();
   TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
-  TEST_ASSERT_EQUAL(KEPT_DEFAULTS_BY_FAULT, get(0x3031, 1));
-  TEST_ASSERT_TRUE(lost_parameters_are_told());
+  TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS_BY_FAULT, get(0x3031, 1));
+  TEST_ASSERT_TRUE(lost_parameters_are_reported());
 }
 
 /* The rows of the values in effect, for a set that another firmware has stored. */
 static uint32_t rows_in_force(parameter_row *rows) {
-  const kept_objects kept = {.parameters = {node.axis[0].tuning.active, node.axis[1].tuning.active},
-                             .drive = {node.axis[0].objects, node.axis[1].objects},
-                             .protection = {node.axis[0].watch.limits, node.axis[1].watch.limits},
-                             .scales = node.scales,
-                             .communication = node.canopen.objects,
-                             .bus = canopen_node_settings(&node.canopen)};
-  kept_objects copy = kept;
-  const uint32_t count = kept_objects_to_rows(&copy, KEPT_COMMUNICATION | KEPT_APPLICATION, rows, KEPT_MOST_ROWS);
-  TEST_ASSERT_TRUE_MESSAGE(count < KEPT_MOST_ROWS, "not all objects that are stored have room");
+  const persisted_objects kept = {.parameters = {node.axis[0].tuning.active, node.axis[1].tuning.active},
+                                  .drive = {node.axis[0].objects, node.axis[1].objects},
+                                  .protection = {node.axis[0].monitor.limits, node.axis[1].monitor.limits},
+                                  .scales = node.scales,
+                                  .communication = node.canopen.objects,
+                                  .bus = canopen_node_settings(&node.canopen)};
+  persisted_objects copy = kept;
+  const uint32_t count =
+      persisted_objects_to_rows(&copy, PERSISTED_COMMUNICATION | PERSISTED_APPLICATION, rows, PERSISTED_MAX_ROWS);
+  TEST_ASSERT_TRUE_MESSAGE(count < PERSISTED_MAX_ROWS, "not all objects that are stored have room");
   return count;
 }
 
@@ -319,7 +320,7 @@ static void store_rows(const parameter_row *rows, uint32_t count, uint32_t hash)
 
 /* Each is a complete record with a correct CRC, and one value that is not allowed. */
 static void test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all(void) {
-  static parameter_row rows[KEPT_MOST_ROWS];
+  static parameter_row rows[PERSISTED_MAX_ROWS];
   static const struct {
     uint16_t index;
     uint8_t sub;
@@ -348,24 +349,24 @@ static void test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all
     store_rows(rows, count, node.storage.schema_hash);
     restart();
     TEST_ASSERT_EQUAL(1, get(0x3031, 5));
-    TEST_ASSERT_EQUAL(KEPT_OLDER, get(0x3031, 1));
+    TEST_ASSERT_EQUAL(PERSISTED_OLDER, get(0x3031, 1));
     TEST_ASSERT_TRUE(has_one_of_each(7));
-    TEST_ASSERT_TRUE(lost_parameters_are_told());
+    TEST_ASSERT_TRUE(lost_parameters_are_reported());
   }
 }
 
 static void test_a_set_of_another_version_is_taken_by_index_and_sub_index(void) {
-  static parameter_row rows[KEPT_MOST_ROWS];
+  static parameter_row rows[PERSISTED_MAX_ROWS];
   change_one_of_each(9);
   TEST_ASSERT_EQUAL(OD_OK, set(0x6081, 0, 123456));
   uint32_t count = rows_in_force(rows);
-  printf("a parameter set: %u rows, room for %u\n", (unsigned)count, (unsigned)KEPT_MOST_ROWS);
+  printf("a parameter set: %u rows, room for %u\n", (unsigned)count, (unsigned)PERSISTED_MAX_ROWS);
   row_with(rows, count, 0x6081, 0)->id ^= 1;                             /* now of another type */
   row_with(rows, count, 0x6083, 0)->id = 0x5FFFu << 16 | 0x01u << 8 | 7; /* no longer present */
   *row_with(rows, count, 0x607F, 0) = rows[count - 1];                   /* 0x607F is new */
   store_rows(rows, count - 1, node.storage.schema_hash + 1);
   restart();
-  TEST_ASSERT_EQUAL(KEPT_MIGRATED, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(PERSISTED_MIGRATED, get(0x3031, 1));
   TEST_ASSERT_EQUAL(2, get(0x3031, 6));
   TEST_ASSERT_EQUAL(3, get(0x3031, 7));
   TEST_ASSERT_EQUAL_FLOAT(509.0f, kp_of(0));
@@ -373,10 +374,10 @@ static void test_a_set_of_another_version_is_taken_by_index_and_sub_index(void) 
   TEST_ASSERT_EQUAL(59, get(0x1017, 0));
   TEST_ASSERT_EQUAL(1000000, get(0x607F, 0));
   TEST_ASSERT_EQUAL(350000, get(0x6081, 0));
-  TEST_ASSERT_FALSE(lost_parameters_are_told());
+  TEST_ASSERT_FALSE(lost_parameters_are_reported());
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   restart();
-  TEST_ASSERT_EQUAL(KEPT_STORED, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(PERSISTED_STORED, get(0x3031, 1));
 }
 
 /* --- loss of power
@@ -420,9 +421,9 @@ int main(void) {
   RUN_TEST(test_without_a_flash_it_is_kept_until_the_power_goes);
   RUN_TEST(test_storing_is_refused_while_an_axis_has_torque);
   RUN_TEST(test_a_second_client_gets_its_own_values_stored);
-  RUN_TEST(test_a_flash_that_refuses_is_told_and_changes_nothing);
-  RUN_TEST(test_a_damaged_set_is_skipped_and_told_until_the_next_save);
-  RUN_TEST(test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_told);
+  RUN_TEST(test_a_flash_that_refuses_is_reported_and_changes_nothing);
+  RUN_TEST(test_a_damaged_set_is_skipped_and_reported_until_the_next_save);
+  RUN_TEST(test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_reported);
   RUN_TEST(test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all);
   RUN_TEST(test_a_set_of_another_version_is_taken_by_index_and_sub_index);
   RUN_TEST(test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_or_the_new_one);

@@ -10,7 +10,7 @@
 #include "hal_flash.h"
 #include "support/random.h"
 
-enum { FLASH_MODEL_MOST_BYTES = 16384 };
+enum { FLASH_MODEL_MAX_BYTES = 16384 };
 
 /* State after the operation at which the power fails. */
 typedef enum {
@@ -22,7 +22,7 @@ typedef enum {
 enum { FLASH_CUTS = 3 };
 
 typedef struct {
-  uint8_t bytes[FLASH_MODEL_MOST_BYTES]; /* area 0, then area 1 */
+  uint8_t bytes[FLASH_MODEL_MAX_BYTES]; /* area 0, then area 1 */
   uint32_t page_bytes;
   uint32_t pages;          /* of an area */
   int64_t operations_left; /* until the power fails in the next one; negative: never */
@@ -103,7 +103,7 @@ static inline bool flash_model_program(const hal_flash *flash, uint32_t offset, 
 }
 
 static inline bool flash_model_erase(const hal_flash *flash, uint32_t page) {
-  static uint8_t blank[FLASH_MODEL_MOST_BYTES];
+  static uint8_t blank[FLASH_MODEL_MAX_BYTES];
   flash_model *model = (flash_model *)flash->context;
   if (page >= model->pages) {
     model->rule_breaks++;

@@ -17,11 +17,11 @@ constexpr int kWatchdog_ms = 40;
 
 constexpr std::int32_t kSlow_urad_s = 17453;  // 1 deg/s
 
-inline void expect_no_complaints(BoardRig& rig) {
-  for (const std::string& complaint : rig.machine.chip().complaints.list()) {
-    TEST_MESSAGE(complaint.c_str());
+inline void expect_no_violations(BoardRig& rig) {
+  for (const std::string& violation : rig.machine.chip().violations.list()) {
+    TEST_MESSAGE(violation.c_str());
   }
-  TEST_ASSERT_EQUAL_UINT(0, rig.machine.chip().complaints.list().size());
+  TEST_ASSERT_EQUAL_UINT(0, rig.machine.chip().violations.list().size());
 }
 
 inline void boot(BoardRig& rig) {
@@ -55,9 +55,9 @@ inline bool has_heard(const BoardRig& rig, std::uint16_t code, std::uint8_t deta
   });
 }
 
-// Safe within `most_ms` and permanently; the watchdog resets once; the bus gets the reason.
-inline void expect_safe_reset(BoardRig& rig, int most_ms, std::uint16_t code, std::uint8_t detail) {
-  for (int i = 0; i < most_ms; ++i) {
+// Safe within `max_ms` and permanently; the watchdog resets once; the bus gets the reason.
+inline void expect_safe_reset(BoardRig& rig, int max_ms, std::uint16_t code, std::uint8_t detail) {
+  for (int i = 0; i < max_ms; ++i) {
     rig.client.pass(1);
   }
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "not in the safe state in time");

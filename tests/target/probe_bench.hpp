@@ -20,10 +20,10 @@ namespace target = trackservo::target;
 class ProbeBench {
  public:
   explicit ProbeBench(const std::string& name)
-      : bus_(complaints),
-        core(timeline, exceptions, complaints, bus_),
-        control_({timeline, exceptions, complaints}, core, [this] { core.request_stop(); }),
-        counter_({timeline, exceptions, complaints}, core, control_),
+      : bus_(violations),
+        core(timeline, exceptions, violations, bus_),
+        control_({timeline, exceptions, violations}, core, [this] { core.request_stop(); }),
+        counter_({timeline, exceptions, violations}, core, control_),
         flash_(kFlashBytes, 0xFF),
         ram_(kRamBytes, 0xA5) {
     const char *folder = std::getenv("TARGET_PROBES");
@@ -56,7 +56,7 @@ class ProbeBench {
 
   target::Timeline timeline;
   target::Exceptions exceptions;
-  target::Complaints complaints;
+  target::Violations violations;
 
  private:
   static constexpr std::uint32_t kFlashBytes = 512 * 1024;

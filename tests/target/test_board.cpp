@@ -10,7 +10,7 @@
 using bench::BoardRig;
 using bench::boot;
 using bench::boot_and_turn;
-using bench::expect_no_complaints;
+using bench::expect_no_violations;
 using bench::has_heard;
 using bench::kBoot_ms;
 using bench::kCyclicVelocity;
@@ -30,7 +30,7 @@ void test_it_starts_safe_passes_its_self_tests_and_is_heard() {
   constexpr std::uint32_t kResetFlags = 0x40021094;  // cleared once the RAM has been tested
   double tested_after_s = 0.0;
   double heard_after_s = 0.0;
-  rig.machine.chip().bus.watch([&](const target::Bus::Write& write) {
+  rig.machine.chip().bus.monitor([&](const target::Bus::Write& write) {
     tested_after_s = write.address == kResetFlags ? rig.machine.time_s() : tested_after_s;
   });
   for (int part = 0; part < 20 * kBoot_ms; ++part) {
@@ -47,7 +47,7 @@ void test_it_starts_safe_passes_its_self_tests_and_is_heard() {
   TEST_ASSERT_EQUAL_UINT32(170'000'000, rig.machine.chip().rcc.core_hz());
   TEST_ASSERT_TRUE(rig.machine.chip().watchdog.is_running());
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // Two boards on one bus can be distinguished, and the contents of the flash can be traced to the flashed file.
@@ -62,10 +62,10 @@ void test_it_says_which_board_and_which_dictionary_it_is() {
   std::memcpy(&schema_hash, bench::board_image().data() + kSchemaHashAt, sizeof schema_hash);
   TEST_ASSERT_EQUAL_HEX32_MESSAGE(schema_hash, rig.client.read(0x3030, 2).value(),
                                   "run tools/update-docs dictionary, then build the image again");
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
-void test_a_dip_of_the_supply_is_told_and_a_power_on_is_not() {
+void test_a_dip_of_the_supply_is_reported_and_a_power_on_is_not() {
   constexpr std::uint16_t kSupplyFailed = 0x5100;
   constexpr std::uint8_t kBrownOut = 7;
   BoardRig rig(bench::tracker_plant());
@@ -80,13 +80,13 @@ void test_a_dip_of_the_supply_is_told_and_a_power_on_is_not() {
   rig.machine.chip().request_reset(target::ResetCause::kPowerOn);
   boot(rig);
   TEST_ASSERT_EQUAL_UINT_MESSAGE(0, rig.client.emergencies().size(), "RAM full of anything is no dip");
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
-void test_both_axes_turn_when_they_are_told_to() {
+void test_both_axes_turn_when_they_are_reported_to() {
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // --- bus-off ---
@@ -100,19 +100,19 @@ void test_it_comes_back_from_bus_off() {
   rig.client.pass(250);
   TEST_ASSERT_GREATER_OR_EQUAL_INT(2, rig.client.heartbeats());
   TEST_ASSERT_TRUE(rig.client.read(0x1000).has_value());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // --- parameter store ---
 
 constexpr std::uint16_t kSpeedLimit = 0x607F;
-constexpr int kMostStoring_ms = 600;
-constexpr std::uint64_t kMostTickCycles = 85'000;  // half a millisecond
+constexpr int kMaxStoring_ms = 600;
+constexpr std::uint64_t kMaxTickCycles = 85'000;  // half a millisecond
 
 bool store(BoardRig& rig, std::uint32_t speed_limit) {
   constexpr std::uint32_t kSave = 0x65766173;
   TEST_ASSERT_TRUE(rig.client.write(kSpeedLimit, 0, speed_limit, 4));
-  return rig.client.write(0x1010, 1, kSave, 4, kMostStoring_ms);
+  return rig.client.write(0x1010, 1, kSave, 4, kMaxStoring_ms);
 }
 
 void fail_supply(BoardRig& rig) { rig.machine.chip().request_reset(target::ResetCause::kPowerOn); }
@@ -139,7 +139,7 @@ void test_what_is_stored_survives_a_loss_of_power() {
     TEST_MESSAGE(
         fmt::format("save {}: {:.0f} ms, worst tick {} cycles", n, 1e3 * (rig.machine.time_s() - begin_s), worst_cycles)
             .c_str());
-    TEST_ASSERT_TRUE_MESSAGE(worst_cycles < kMostTickCycles, "storing makes a tick too long");
+    TEST_ASSERT_TRUE_MESSAGE(worst_cycles < kMaxTickCycles, "storing makes a tick too long");
   }
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());  // the watchdog was refreshed all the time
   rig.client.forget();
@@ -149,7 +149,7 @@ void test_what_is_stored_survives_a_loss_of_power() {
   TEST_ASSERT_EQUAL_UINT32(1, rig.client.read(0x3031, 1).value());
   TEST_ASSERT_EQUAL_UINT32(3, rig.client.read(0x3031, 2).value());
   TEST_ASSERT_EQUAL_UINT(0, rig.client.emergencies().size());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // The first save finds blank pages; those after a cut erase four pages first: each number is an operation of the flash.
@@ -171,13 +171,13 @@ void test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one() {
     old = found;
   }
   TEST_ASSERT_TRUE(store(rig, 800000));
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // --- cost ---
 
-constexpr double kMostLoad = 0.25;
-constexpr std::uint64_t kMostTickInstructions = 5000;
+constexpr double kMaxLoad = 0.25;
+constexpr std::uint64_t kMaxTickInstructions = 5000;
 constexpr int kScope = 0x3000;
 constexpr double kCyclesPerMicrosecond = 170.0;
 
@@ -289,10 +289,10 @@ void test_what_the_interrupts_cost_on_a_full_bus() {
     double load = 0.0;
     print_costs(core.costs().finished(), name, static_cast<double>(core.cycles() - begin), &load);
     TEST_MESSAGE(fmt::format("load by interrupts at 170 MHz, {}: {:.1f} %", name, 100.0 * load).c_str());
-    TEST_ASSERT_TRUE_MESSAGE(load < kMostLoad, "too little time left for the background");
+    TEST_ASSERT_TRUE_MESSAGE(load < kMaxLoad, "too little time left for the background");
     const auto& ticks = core.costs().finished().at(target::kFirstInterrupt + target::kTim6Interrupt);
     const target::Cost worst = target::summary_of(ticks).worst;
-    TEST_ASSERT_TRUE_MESSAGE(worst.instructions <= kMostTickInstructions,
+    TEST_ASSERT_TRUE_MESSAGE(worst.instructions <= kMaxTickInstructions,
                              "the 1 kHz task takes more than 5,000 instructions");
     const auto& loops = core.costs().finished().at(target::kFirstInterrupt + target::kAdc12Interrupt);
     const double end_us = kTick_us + static_cast<double>(worst.cycles + 2 * target::summary_of(loops).worst.cycles) /
@@ -300,7 +300,7 @@ void test_what_the_interrupts_cost_on_a_full_bus() {
     TEST_MESSAGE(fmt::format("the longest tick of {} ends {:.0f} us after its period began", name, end_us).c_str());
     TEST_ASSERT_TRUE_MESSAGE(end_us < 100.0, "set-points come too late for period 2");
     TEST_ASSERT_TRUE(rig.client.is_enabled(0) && rig.client.is_enabled(1));
-    expect_no_complaints(rig);
+    expect_no_violations(rig);
   }
 }
 
@@ -310,8 +310,8 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_it_starts_safe_passes_its_self_tests_and_is_heard);
   RUN_TEST(test_it_says_which_board_and_which_dictionary_it_is);
-  RUN_TEST(test_a_dip_of_the_supply_is_told_and_a_power_on_is_not);
-  RUN_TEST(test_both_axes_turn_when_they_are_told_to);
+  RUN_TEST(test_a_dip_of_the_supply_is_reported_and_a_power_on_is_not);
+  RUN_TEST(test_both_axes_turn_when_they_are_reported_to);
   RUN_TEST(test_it_comes_back_from_bus_off);
   RUN_TEST(test_what_is_stored_survives_a_loss_of_power);
   RUN_TEST(test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one);

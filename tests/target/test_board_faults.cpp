@@ -7,7 +7,7 @@
 
 using bench::BoardRig;
 using bench::boot_and_turn;
-using bench::expect_no_complaints;
+using bench::expect_no_violations;
 using bench::expect_safe_reset;
 using bench::kSlow_urad_s;
 using bench::kWatchdog_ms;
@@ -37,7 +37,7 @@ void expect_error_after(BoardRig& rig, const char *what) {
   rig.client.pass(kBraking_ms);
   TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(0), what);
   TEST_ASSERT_TRUE_MESSAGE(!rig.client.emergencies().empty(), what);
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 void test_an_axis_without_its_encoder_is_switched_off() {
@@ -73,24 +73,24 @@ void expect_that_it_comes_back(BoardRig& rig) {
   TEST_ASSERT_TRUE(rig.machine.is_bridge_on(0));
   turn(rig, 300);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // The encoder is enough for braking: the axis stops in its loop, then its bridge goes off.
 void expect_stop_without_gyro(void (*harm)(BoardRig&), void (*mend)(BoardRig&), const char *what) {
   constexpr std::uint16_t kGyro = 0x7310;
-  constexpr int kMostLatency_ms = 10;  // six ticks, and the bus delay
+  constexpr int kMaxLatency_ms = 10;  // six ticks, and the bus delay
   constexpr int kStopping_ms = 500;
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
   rig.client.forget();
   harm(rig);
   int latency_ms = 0;
-  for (; rig.client.emergencies().empty() && latency_ms <= kMostLatency_ms; ++latency_ms) {
+  for (; rig.client.emergencies().empty() && latency_ms <= kMaxLatency_ms; ++latency_ms) {
     turn(rig, 1);
   }
   TEST_MESSAGE(fmt::format("{}: reported after {} ms", what, latency_ms).c_str());
-  TEST_ASSERT_LESS_OR_EQUAL_INT_MESSAGE(kMostLatency_ms, latency_ms, what);
+  TEST_ASSERT_LESS_OR_EQUAL_INT_MESSAGE(kMaxLatency_ms, latency_ms, what);
   turn(rig, kStopping_ms);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, 0.0, 1e6 * rig.truth().inertial_rate_rad_s[0]);
   expect_fault_of_azimuth(rig, kGyro);
@@ -203,7 +203,7 @@ void test_an_axis_works_without_a_gyro_and_without_the_other_axis() {
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
   TEST_ASSERT_FALSE(rig.client.is_enabled(1));
   TEST_ASSERT_FALSE_MESSAGE(rig.machine.is_bridge_on(1), "an axis whose self-test failed is never powered");
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // --- what must end in the safe state and a reset ---

@@ -5,7 +5,7 @@
 
 using bench::BoardRig;
 using bench::boot;
-using bench::expect_no_complaints;
+using bench::expect_no_violations;
 using bench::kBoot_ms;
 using bench::kCyclicVelocity;
 using bench::kSlow_urad_s;
@@ -181,7 +181,7 @@ void test_a_board_without_node_id_is_found_by_fastscan_and_numbered() {
   rig.client.set_node(kNodeId);
   TEST_ASSERT_EQUAL_HEX32(serial, rig.client.read(0x1018, 4).value());
   TEST_ASSERT_EQUAL(kNodeId, rig.client.read(0x3050, 1).value());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 void test_each_bit_rate_is_stored_and_no_other_is_understood() {
@@ -201,7 +201,7 @@ void test_each_bit_rate_is_stored_and_no_other_is_understood() {
     }
     master.set_bit_rate(rate.bits_per_s);
   }
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 void test_the_bit_rate_changes_when_it_is_activated() {
@@ -224,7 +224,7 @@ void test_the_bit_rate_changes_when_it_is_activated() {
   power_cycle(rig);  // it was not stored
   master.set_bit_rate(1e6);
   TEST_ASSERT_TRUE(rig.client.read(0x1000).has_value());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 void test_with_torque_nothing_is_changed() {
@@ -240,7 +240,7 @@ void test_with_torque_nothing_is_changed() {
   TEST_ASSERT_FALSE(master.ask({kActivateBitRate, 1, 0}).has_value());
   rig.client.pass(50);
   TEST_ASSERT_TRUE(rig.client.is_enabled(0) && rig.client.is_enabled(1));
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 void test_the_button_recovers_a_wrong_stored_bit_rate() {
@@ -269,7 +269,7 @@ void test_the_button_recovers_a_wrong_stored_bit_rate() {
   master.switch_to(1);
   master.expect({kStore}, 0);  // node id 1 and 1 Mbit/s, as in effect
   TEST_ASSERT_TRUE(is_heard(false, false));
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // Both axes turn with new set-points, and all four TPDOs are sent as often as their inhibit times allow.
@@ -313,7 +313,7 @@ void test_sdo_answers_in_time_on_a_slow_bus_while_both_axes_move() {
     TEST_ASSERT_TRUE(share <= 0.5);
     TEST_ASSERT_TRUE(rig.client.is_enabled(0) && rig.client.is_enabled(1));
     TEST_ASSERT_DOUBLE_WITHIN(0.2 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
-    expect_no_complaints(rig);
+    expect_no_violations(rig);
   }
 }
 
@@ -338,7 +338,7 @@ void test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_on
   power_cycle(rig);
   rig.client.set_node(10);
   TEST_ASSERT_EQUAL(10, rig.client.read(0x3050, 1).value());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ void test_a_stuck_bit_of_ram_keeps_both_axes_from_being_ready() {
       TEST_MESSAGE(fmt::format("bit 17 of 0x{:08x} stuck at {}", address, value ? 1 : 0).c_str());
       TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kSelfTest, kRam), "it is not reported");
       expect_not_ready(rig);
-      expect_no_complaints(rig);
+      expect_no_violations(rig);
     }
   }
 }
@@ -61,7 +61,7 @@ std::uint32_t image_bytes(BoardRig& rig) {
 // The last byte is an initial value that nobody reads any more, so only the check can detect it.
 void test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_its_check() {
   constexpr std::uint32_t kBytesPerTick = 32;
-  constexpr int kMostBraking_ms = 200;
+  constexpr int kMaxBraking_ms = 200;
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
   const std::uint32_t bytes = image_bytes(rig);
@@ -76,18 +76,18 @@ void test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_i
     ++passed_ms;
   }
   TEST_MESSAGE(fmt::format("{} bytes: a round takes {} ms; found after {} ms", bytes, round_ms, passed_ms).c_str());
-  rig.client.pass(kMostBraking_ms);
+  rig.client.pass(kMaxBraking_ms);
   TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kImageDamaged, kImageDamagedFault), "it is not reported");
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "a bridge is still on");
   TEST_ASSERT_FALSE_MESSAGE(rig.client.enable(kCyclicVelocity), "an axis works on a damaged program");
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // --- stack ---
 
 // The next interrupt finds no room for its frame, or for the first registers that it pushes.
-void test_a_stack_that_overflows_is_safe_and_told_after_the_reset() {
+void test_a_stack_that_overflows_is_safe_and_reported_after_the_reset() {
   constexpr std::uint32_t kStackLimit = kRamBegin;
   for (const std::uint32_t left : {0U, 16U, 40U}) {
     BoardRig rig(bench::tracker_plant());
@@ -95,7 +95,7 @@ void test_a_stack_that_overflows_is_safe_and_told_after_the_reset() {
     rig.client.forget();
     rig.machine.chip().core.sink_stack_to(kStackLimit + left);
     expect_safe_reset(rig, 1, kStackOverflow, target::kMemManage << 4 | kStackOverflowCause);
-    expect_no_complaints(rig);
+    expect_no_violations(rig);
   }
 }
 
@@ -105,6 +105,6 @@ int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_stuck_bit_of_ram_keeps_both_axes_from_being_ready);
   RUN_TEST(test_a_bit_of_the_program_that_flips_stops_both_axes_within_two_rounds_of_its_check);
-  RUN_TEST(test_a_stack_that_overflows_is_safe_and_told_after_the_reset);
+  RUN_TEST(test_a_stack_that_overflows_is_safe_and_reported_after_the_reset);
   return UNITY_END();
 }

@@ -115,8 +115,8 @@ sim::Trace on_board(const sim::PlantConfig& plant, const Motion& motion) {
   const std::clock_t begin = std::clock();
   const sim::Trace trace = run(board, motion.speed, motion.window.end_s);
   const double cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-  for (const std::string& complaint : board.machine.chip().complaints.list()) {
-    TEST_FAIL_MESSAGE(complaint.c_str());
+  for (const std::string& violation : board.machine.chip().violations.list()) {
+    TEST_FAIL_MESSAGE(violation.c_str());
   }
   TEST_ASSERT_EQUAL_INT(0, board.machine.chip().resets());
   TEST_MESSAGE(fmt::format("{:.1f} times real time", board.machine.time_s() / cpu_s).c_str());
@@ -127,8 +127,8 @@ sim::Trace on_board(const sim::PlantConfig& plant, const Motion& motion) {
 // such errors on the motion is measured on the host: the rms s of its rate relative to a host without them. Two of them
 // differ by s times the square root of two; the board's gyro is read at another time of the tick, hence 2 s. A peak
 // moves by about twice the rms of the added signal, on each side: 4 s.
-constexpr double kMostDifference = 2.0;
-constexpr double kMostPeakDifference = 4.0;
+constexpr double kMaxDifference = 2.0;
+constexpr double kMaxPeakDifference = 4.0;
 
 void compare(const Motion& motion, const sim::PlantConfig& plant, const sim::PlantConfig& without_errors) {
   const sim::Trace expected = on_host(plant, motion);
@@ -143,11 +143,11 @@ void compare(const Motion& motion, const sim::PlantConfig& plant, const sim::Pla
     TEST_MESSAGE(
         fmt::format("{}, {}: peak error {:.5f} deg/s, host {:.5f} (+-{:.5f} allowed); rates differ by {:.5f} rms "
                     "({:.5f} allowed)",
-                    motion.name, sim::axis_name(axis), board_peak_deg_s, host_peak_deg_s, kMostPeakDifference * s_deg_s,
-                    difference_deg_s, kMostDifference * s_deg_s)
+                    motion.name, sim::axis_name(axis), board_peak_deg_s, host_peak_deg_s, kMaxPeakDifference * s_deg_s,
+                    difference_deg_s, kMaxDifference * s_deg_s)
             .c_str());
-    TEST_ASSERT_TRUE_MESSAGE(difference_deg_s <= kMostDifference * s_deg_s, "the rates differ");
-    TEST_ASSERT_DOUBLE_WITHIN(kMostPeakDifference * s_deg_s, host_peak_deg_s, board_peak_deg_s);
+    TEST_ASSERT_TRUE_MESSAGE(difference_deg_s <= kMaxDifference * s_deg_s, "the rates differ");
+    TEST_ASSERT_DOUBLE_WITHIN(kMaxPeakDifference * s_deg_s, host_peak_deg_s, board_peak_deg_s);
   }
 }
 

@@ -9,10 +9,10 @@
 
 #include "base/random.hpp"
 #include "board_steps.hpp"
-#include "fault_injection/trial.hpp"
+#include "fault_injection/injection_run.hpp"
 
 using bench::BoardRig;
-using bench::expect_no_complaints;
+using bench::expect_no_violations;
 using bench::has_heard;
 using bench::kBoot_ms;
 using bench::kWatchdog_ms;
@@ -48,9 +48,9 @@ constexpr Motion kMotions[] = {
 struct Harm {
   const char *name;
   void (*begin)(BoardRig& rig);
-  double most_ms;       // until both bridges are off
+  double max_ms;        // until both bridges are off
   fault_id seen;        // reported for each axis before the reset; FAULT_NONE: no code runs that could report
-  fault_id told;        // after it, with this detail
+  fault_id reported;    // after it, with this detail
   std::uint8_t detail;  //
 };
 
@@ -106,8 +106,8 @@ class Turning {
       if (angle(sim::kPitch) > 60.0 * kDegree || angle(sim::kPitch) < 0.0) {
         direction_ = angle(sim::kPitch) > 25.0 * kDegree ? -1.0 : 1.0;
       }
-      const double most_rad_s = kRamp_rad_s2 * sim::kTick_s;
-      wanted_rad_s_ += std::clamp(direction_ * speed_rad_s_ - wanted_rad_s_, -most_rad_s, most_rad_s);
+      const double max_rad_s = kRamp_rad_s2 * sim::kTick_s;
+      wanted_rad_s_ += std::clamp(direction_ * speed_rad_s_ - wanted_rad_s_, -max_rad_s, max_rad_s);
       const auto counts = static_cast<std::int32_t>(std::lround(1e6 * wanted_rad_s_));
       rig_.client.set_speeds(counts, counts);
       rig_.client.pass(1);
@@ -170,7 +170,7 @@ void expect_to_stop(BoardRig& rig, fault_reaction reaction, int at_least_ms, con
 // How long the outputs took [ms].
 double expect_safe_in_time(BoardRig& rig, const Harm& harm, const char *what) {
   int steps = 0;
-  while (!rig.machine.is_safe() && steps * kStep_s <= 1e-3 * harm.most_ms) {
+  while (!rig.machine.is_safe() && steps * kStep_s <= 1e-3 * harm.max_ms) {
     rig.machine.run(kStep_s);
     ++steps;
   }
@@ -195,7 +195,7 @@ double try_harm(BoardRig& rig, const Harm& harm, const char *what) {
                  [&] { TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "left the safe state by itself"); });
   TEST_ASSERT_EQUAL_INT_MESSAGE(resets_before + 1, rig.machine.chip().resets(), what);
   TEST_ASSERT_EQUAL_INT_MESSAGE(1, rig.client.boots(), what);
-  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, fault_table[harm.told].code, harm.detail), what);
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, fault_table[harm.reported].code, harm.detail), what);
   for (int axis = 0; harm.seen != FAULT_NONE && axis < sim::kAxes; ++axis) {
     TEST_ASSERT_TRUE_MESSAGE(has_heard_of_axis(rig, harm.seen, axis), what);
   }
@@ -215,9 +215,9 @@ void test_what_ends_in_a_reset_is_safe_in_every_motion() {
         worst_ms = std::max(worst_ms, try_harm(rig, harm, what.c_str()));
       }
     }
-    TEST_MESSAGE(fmt::format("{}: safe after {:.2f} ms of {:.0f}", harm.name, worst_ms, harm.most_ms).c_str());
+    TEST_MESSAGE(fmt::format("{}: safe after {:.2f} ms of {:.0f}", harm.name, worst_ms, harm.max_ms).c_str());
   }
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 // The last byte of the image is an initial value that nobody reads any more.
@@ -242,7 +242,7 @@ void test_a_damaged_image_stops_both_axes_while_they_turn_fast() {
   expect_to_stop(rig, REACTION_STOP, 300, "image damaged", [] {});
   TEST_ASSERT_TRUE_MESSAGE(rig.machine.is_safe(), "a bridge is still on");
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
-  expect_no_complaints(rig);
+  expect_no_violations(rig);
 }
 
 }  // namespace

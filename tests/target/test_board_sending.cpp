@@ -67,7 +67,7 @@ void test_heartbeat_and_sdo_get_through_beside_four_tpdos_in_every_tick() {
   for (std::size_t n = 0; n < kPdos; ++n) {
     TEST_ASSERT_DOUBLE_WITHIN_MESSAGE(2.0, passed_ms, board.tpdos(n), "TPDOs");
   }
-  TEST_ASSERT_EQUAL_UINT(0, board.machine.chip().complaints.list().size());
+  TEST_ASSERT_EQUAL_UINT(0, board.machine.chip().violations.list().size());
 }
 
 }  // namespace

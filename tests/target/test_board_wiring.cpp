@@ -186,11 +186,11 @@ std::string broken_filter(BoardRig& rig) {
 // The first error found; empty when there is none.
 std::string flaw_of(BoardRig& rig) {
   target::Stm32g474& chip = rig.machine.chip();
-  const auto complaint = [&chip] { return chip.complaints.list().empty() ? "" : chip.complaints.list().front(); };
+  const auto violation = [&chip] { return chip.violations.list().empty() ? "" : chip.violations.list().front(); };
   for (int i = 0; i < kBoot_ms; ++i) {
     rig.client.pass(1);
-    if (!complaint().empty() || !rig.machine.is_safe()) {
-      return complaint().empty() ? "a bridge is on at the start" : complaint();
+    if (!violation().empty() || !rig.machine.is_safe()) {
+      return violation().empty() ? "a bridge is on at the start" : violation();
     }
   }
   if (rig.client.boots() != 1 || rig.client.heartbeats() < 2 || !rig.client.emergencies().empty()) {
@@ -222,8 +222,8 @@ std::string flaw_of(BoardRig& rig) {
       return "an axis does not turn as commanded";
     }
   }
-  if (!complaint().empty() || !rig.client.emergencies().empty() || chip.resets() != 0) {
-    return complaint().empty() ? "an error while it turns" : complaint();
+  if (!violation().empty() || !rig.client.emergencies().empty() || chip.resets() != 0) {
+    return violation().empty() ? "an error while it turns" : violation();
   }
   for (int axis = 0; axis < sim::kAxes; ++axis) {
     rig.machine.set_driver_fault(axis, true);
@@ -246,7 +246,7 @@ std::string flaw_of(BoardRig& rig) {
   }
   chip.tim6.stall();
   rig.client.pass(60);
-  return chip.resets() == 1 && chip.last_reset() == target::ResetCause::kWatchdog ? complaint() : "no watchdog reset";
+  return chip.resets() == 1 && chip.last_reset() == target::ResetCause::kWatchdog ? violation() : "no watchdog reset";
 }
 
 // Writes that carry data and no wiring (duties, message RAM, DMA addresses), or whose effect only people can see.
@@ -273,7 +273,7 @@ std::vector<Bend> all_bends() {
   std::map<std::uint32_t, std::uint32_t> known;
   std::vector<Bend> bends;
   BoardRig rig(bench::tracker_plant());
-  rig.machine.chip().bus.watch([&](const Write& write) {
+  rig.machine.chip().bus.monitor([&](const Write& write) {
     std::uint32_t fresh =
         is_data(write.address) ? 0 : write.changed & ~known[write.address] & ~bits_without_effect(write);
     known[write.address] |= fresh;

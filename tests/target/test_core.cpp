@@ -15,10 +15,10 @@ constexpr std::uint32_t kEnd = 0xE0D;
 
 void expect_notes(ProbeBench& probe, std::initializer_list<std::uint32_t> expected) {
   const std::vector<std::uint32_t> notes = probe.run();
-  for (const std::string& complaint : probe.complaints.list()) {
-    TEST_MESSAGE(complaint.c_str());
+  for (const std::string& violation : probe.violations.list()) {
+    TEST_MESSAGE(violation.c_str());
   }
-  TEST_ASSERT_EQUAL_UINT(0, probe.complaints.list().size());
+  TEST_ASSERT_EQUAL_UINT(0, probe.violations.list().size());
   TEST_ASSERT_EQUAL_UINT(expected.size(), notes.size());
   TEST_ASSERT_EQUAL_HEX32_ARRAY(expected.begin(), notes.data(), notes.size());
 }

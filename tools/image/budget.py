@@ -29,7 +29,7 @@ EXCEPTION_FRAME_BYTES = 27 * 4
 LEVELS = [
     ("driver fault (0)", ["tim1_brk_interrupt", "tim8_brk_interrupt"]),
     ("current loop (1)", ["adc1_2_interrupt"]),
-    ("tick (2)", ["tim6_dac_interrupt", "prelude_interrupt"]),
+    ("tick (2)", ["tim6_dac_interrupt", "pre_tick_interrupt"]),
     ("CAN (3)", ["fdcan1_it0_interrupt"]),
     ("service (4)", ["pendsv_exception"]),
     ("background", ["reset_handler"]),

@@ -108,7 +108,7 @@ static void test_a_range_refuses_nan_and_both_infinities(void) {
   CHECK_STATUS(CONTROL_NOT_FINITE, check_one(-INFINITY));
 }
 
-static void test_the_first_complaint_of_several_ranges_is_answered(void) {
+static void test_the_first_error_of_several_ranges_is_answered(void) {
   const scalar_range ranges[] = {{0.0f, 0.0f, 1.0f}, {3.0f, 0.0f, 1.0f}, {NAN, 0.0f, 1.0f}};
   CHECK_STATUS(CONTROL_OUT_OF_RANGE, scalar_check_ranges(ranges, 3));
   CHECK_STATUS(CONTROL_NOT_FINITE, scalar_check_ranges(ranges + 2, 1));
@@ -149,7 +149,7 @@ int main(void) {
   RUN_TEST(test_round_is_roundf_for_every_exponent_and_at_halves);
   RUN_TEST(test_a_range_includes_its_ends_and_refuses_what_is_beyond);
   RUN_TEST(test_a_range_refuses_nan_and_both_infinities);
-  RUN_TEST(test_the_first_complaint_of_several_ranges_is_answered);
+  RUN_TEST(test_the_first_error_of_several_ranges_is_answered);
   RUN_TEST(test_angle_differences_keep_single_counts_across_zero);
   RUN_TEST(test_half_a_turn_is_minus_pi_and_less_is_positive);
   RUN_TEST(test_angle_differences_take_the_shorter_way_between_any_two_angles);

@@ -82,7 +82,7 @@ static void test_heartbeat_comes_on_time_with_the_state(void) {
   TEST_ASSERT_EQUAL(5, bench_last(0x705)->data[0]);
 }
 
-static void test_lost_master_is_told_and_stops_pdos(void) {
+static void test_lost_master_is_reported_and_stops_pdos(void) {
   const uint8_t alive[1] = {5};
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
   bench_operational();
@@ -117,13 +117,13 @@ static void test_error_behaviour_can_be_none_or_stopped(void) {
   }
 }
 
-static void test_one_node_is_watched_by_one_consumer_only(void) {
+static void test_one_node_is_monitored_by_one_consumer_only(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
   TEST_ASSERT_EQUAL_HEX32(0x06040043, bench_write(0x1016, 2, 0x00010064, 4));
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010064, 4));
 }
 
-static void test_emergency_is_told_once_kept_in_the_history_and_cleared(void) {
+static void test_emergency_is_reported_once_kept_in_the_history_and_cleared(void) {
   const emergency_error hot = {.code = 0x4310, .register_bits = ERROR_TEMPERATURE, .source = 1, .detail = 9};
   for (uint32_t i = 0; i < 5; i++) {
     TEST_ASSERT_EQUAL(i == 0, canopen_node_raise(NODE, &hot));
@@ -176,7 +176,7 @@ static void test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight(voi
   TEST_ASSERT_EQUAL_HEX32(0xFF02, bench_get(0x1003, 8));
 }
 
-static void test_missing_sync_is_told_after_one_and_a_half_periods(void) {
+static void test_missing_sync_is_reported_after_one_and_a_half_periods(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1006, 0, 10000, 4));
   for (uint32_t i = 0; i < 10; i++) {
     bench_give(0x80, 0, NULL);
@@ -250,7 +250,7 @@ static void flood(uint32_t id) {
   }
 }
 
-static void test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats(void) {
+static void test_flood_is_handled_piecewise_reported_and_does_not_stop_heartbeats(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1017, 0, 10, 2));
   bench.sent = 0;
   flood(0x205);
@@ -271,7 +271,7 @@ static void test_a_flood_of_frames_for_others_loses_nothing(void) {
   TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
 }
 
-static void test_bus_off_is_told_after_the_recovery(void) {
+static void test_bus_off_is_reported_after_the_recovery(void) {
   bench_operational();
   bench_wait_ms(20);
   canopen_node_bus_off_recovered(NODE);
@@ -288,18 +288,18 @@ int main(void) {
   RUN_TEST(test_nmt_commands_move_the_node_when_addressed_to_it);
   RUN_TEST(test_reset_communication_brings_the_defaults_and_a_boot_up);
   RUN_TEST(test_heartbeat_comes_on_time_with_the_state);
-  RUN_TEST(test_lost_master_is_told_and_stops_pdos);
+  RUN_TEST(test_lost_master_is_reported_and_stops_pdos);
   RUN_TEST(test_error_behaviour_can_be_none_or_stopped);
-  RUN_TEST(test_one_node_is_watched_by_one_consumer_only);
-  RUN_TEST(test_emergency_is_told_once_kept_in_the_history_and_cleared);
+  RUN_TEST(test_one_node_is_monitored_by_one_consumer_only);
+  RUN_TEST(test_emergency_is_reported_once_kept_in_the_history_and_cleared);
   RUN_TEST(test_the_same_error_of_two_sources_is_over_when_both_are);
   RUN_TEST(test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight);
-  RUN_TEST(test_missing_sync_is_told_after_one_and_a_half_periods);
+  RUN_TEST(test_missing_sync_is_reported_after_one_and_a_half_periods);
   RUN_TEST(test_sync_of_the_wrong_length_does_nothing_but_complain);
   RUN_TEST(test_store_and_restore_want_their_signatures);
   RUN_TEST(test_foreign_frames_change_nothing_and_get_no_answer);
-  RUN_TEST(test_flood_is_handled_piecewise_told_and_does_not_stop_heartbeats);
+  RUN_TEST(test_flood_is_handled_piecewise_reported_and_does_not_stop_heartbeats);
   RUN_TEST(test_a_flood_of_frames_for_others_loses_nothing);
-  RUN_TEST(test_bus_off_is_told_after_the_recovery);
+  RUN_TEST(test_bus_off_is_reported_after_the_recovery);
   return UNITY_END();
 }

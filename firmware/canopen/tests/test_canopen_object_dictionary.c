@@ -39,7 +39,7 @@ static void test_search_finds_every_row_and_nothing_else(void) {
   TEST_ASSERT_EQUAL(rows, found);
 }
 
-static void test_missing_object_and_missing_sub_index_are_told_apart(void) {
+static void test_missing_object_and_missing_sub_index_are_reported_apart(void) {
   od_object object;
   const object_dictionary *dictionary = &bench.device.node.dictionary;
   TEST_ASSERT_EQUAL_HEX32(OD_NO_OBJECT, od_find(dictionary, 0x2001, 0, &object));
@@ -196,7 +196,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_table_that_ships_is_sorted_and_consistent);
   RUN_TEST(test_search_finds_every_row_and_nothing_else);
-  RUN_TEST(test_missing_object_and_missing_sub_index_are_told_apart);
+  RUN_TEST(test_missing_object_and_missing_sub_index_are_reported_apart);
   RUN_TEST(test_second_axis_is_the_same_table_on_other_values);
   RUN_TEST(test_values_travel_little_endian_and_back);
   RUN_TEST(test_integers_are_taken_exactly_within_their_limits);

@@ -45,7 +45,7 @@ static void test_one_value_out_of_range_refuses_the_whole_frame(void) {
   TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
 }
 
-static void test_short_rpdo_is_told_once_and_cleared_by_a_good_one(void) {
+static void test_short_rpdo_is_reported_once_and_cleared_by_a_good_one(void) {
   const uint8_t bytes[8] = {0x06, 0x00, 9};
   bench_operational();
   for (uint32_t i = 0; i < 10; i++) {
@@ -79,7 +79,7 @@ static void test_silent_rpdo_raises_its_emergency_after_the_event_time(void) {
   TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
 }
 
-static void test_event_tpdo_tells_the_start_and_each_change_no_faster_than_inhibited(void) {
+static void test_event_tpdo_reports_the_start_and_each_change_no_faster_than_inhibited(void) {
   bench_operational();
   bench_wait_ms(30);
   TEST_ASSERT_EQUAL(1, bench_count(TPDO1));
@@ -201,9 +201,9 @@ int main(void) {
   RUN_TEST(test_rpdo_acts_at_once_and_only_when_operational);
   RUN_TEST(test_synchronous_rpdo_waits_for_sync);
   RUN_TEST(test_one_value_out_of_range_refuses_the_whole_frame);
-  RUN_TEST(test_short_rpdo_is_told_once_and_cleared_by_a_good_one);
+  RUN_TEST(test_short_rpdo_is_reported_once_and_cleared_by_a_good_one);
   RUN_TEST(test_silent_rpdo_raises_its_emergency_after_the_event_time);
-  RUN_TEST(test_event_tpdo_tells_the_start_and_each_change_no_faster_than_inhibited);
+  RUN_TEST(test_event_tpdo_reports_the_start_and_each_change_no_faster_than_inhibited);
   RUN_TEST(test_full_bus_delays_a_tpdo_and_sends_the_newest);
   RUN_TEST(test_synchronous_tpdo_answers_every_nth_sync);
   RUN_TEST(test_acyclic_synchronous_tpdo_waits_for_event_and_sync);

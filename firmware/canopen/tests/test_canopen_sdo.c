@@ -114,7 +114,7 @@ static void test_segmented_download_must_bring_what_it_announced(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
 }
 
-static void test_silent_client_is_timed_out_and_told(void) {
+static void test_silent_client_is_timed_out_and_reported(void) {
   const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
   uint8_t answer[8];
   bench_sdo(start, answer);
@@ -618,7 +618,7 @@ int main(void) {
   RUN_TEST(test_segmented_upload_brings_a_text);
   RUN_TEST(test_segment_with_the_wrong_toggle_is_refused);
   RUN_TEST(test_segmented_download_must_bring_what_it_announced);
-  RUN_TEST(test_silent_client_is_timed_out_and_told);
+  RUN_TEST(test_silent_client_is_timed_out_and_reported);
   RUN_TEST(test_new_request_replaces_a_transfer_that_was_left);
   RUN_TEST(test_a_second_clients_transfer_waits_until_the_first_cannot_go_on);
   RUN_TEST(test_a_first_client_that_goes_on_ends_both_transfers);

@@ -399,7 +399,7 @@ static void start_slaves(random_source *random, uint32_t parts_that_differ) {
   }
 }
 
-static void test_fastscan_finds_each_slave_once_whatever_tells_them_apart(void) {
+static void test_fastscan_finds_each_slave_once_whatever_reports_them_apart(void) {
   random_source random = {1};
   for (uint32_t parts_that_differ = 1; parts_that_differ < 16; ++parts_that_differ) {
     for (int repetition = 0; repetition < 20; ++repetition) {
@@ -455,7 +455,7 @@ int main(void) {
   RUN_TEST(test_the_bit_rate_stays_when_an_axis_was_enabled_meanwhile);
   RUN_TEST(test_a_device_that_cannot_change_its_bit_rate_ignores_it);
   RUN_TEST(test_the_first_node_id_counts_when_the_slave_is_switched_to_waiting);
-  RUN_TEST(test_fastscan_finds_each_slave_once_whatever_tells_them_apart);
+  RUN_TEST(test_fastscan_finds_each_slave_once_whatever_reports_them_apart);
   RUN_TEST(test_fastscan_finds_serial_numbers_that_are_neighbours_or_extreme);
   RUN_TEST(test_fastscan_leaves_slaves_with_a_node_id_and_wrong_requests_alone);
   return UNITY_END();

@@ -64,7 +64,7 @@ static void check_frames(int first_tick, int divider) {
   }
 }
 
-static void test_the_header_tells_what_was_captured(void) {
+static void test_the_header_reports_what_was_captured(void) {
   scope_config config = three_channels(SCOPE_IMMEDIATELY);
   config.divider = 4;
   (void)arm_and_run(&config, 100000);
@@ -304,7 +304,7 @@ static void test_bad_configurations_are_refused_and_change_nothing(void) {
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_the_header_tells_what_was_captured);
+  RUN_TEST(test_the_header_reports_what_was_captured);
   RUN_TEST(test_a_state_change_is_in_the_frame_of_the_trigger_after_the_ring_has_wrapped);
   RUN_TEST(test_a_fault_triggers_when_it_begins);
   RUN_TEST(test_an_event_between_two_frames_triggers_the_next_one);

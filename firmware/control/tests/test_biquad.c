@@ -148,7 +148,7 @@ static void test_notch_has_the_analytic_gain_and_phase(void) {
   }
 }
 
-static void test_notch_is_as_deep_and_as_wide_as_asked(void) {
+static void test_notch_is_as_deep_and_as_wide_as_requested(void) {
   const double centres_hz[] = {40.0, 150.0, 250.0};
   for (int c = 0; c < 3; ++c) {
     const double centre = 2.0 * pi * centres_hz[c];
@@ -292,7 +292,7 @@ int main(void) {
   RUN_TEST(test_lowpass_has_unity_gain_at_zero_over_its_whole_range);
   RUN_TEST(test_lowpass_keeps_its_frequency_down_to_a_thousandth_of_the_sampling_rate);
   RUN_TEST(test_notch_has_the_analytic_gain_and_phase);
-  RUN_TEST(test_notch_is_as_deep_and_as_wide_as_asked);
+  RUN_TEST(test_notch_is_as_deep_and_as_wide_as_requested);
   RUN_TEST(test_notch_has_unity_gain_at_zero);
   RUN_TEST(test_reset_starts_settled_without_a_transient);
   RUN_TEST(test_any_filter_that_can_be_designed_is_stable);

@@ -113,7 +113,7 @@ static void test_reset_at_any_rate_starts_with_no_estimate(void) {
   }
 }
 
-static void test_the_compensation_stays_within_its_limit_while_the_estimate_tells_the_truth(void) {
+static void test_the_compensation_stays_within_its_limit_while_the_estimate_reports_the_truth(void) {
   disturbance_observer_params params = example();
   params.limit_nm = 5.0f;
   for (int side = -1; side <= 1; side += 2) {
@@ -201,7 +201,7 @@ int main(void) {
   RUN_TEST(test_torque_that_is_already_explained_is_not_seen);
   RUN_TEST(test_it_is_the_textbook_filter_for_any_torque_and_rate);
   RUN_TEST(test_reset_at_any_rate_starts_with_no_estimate);
-  RUN_TEST(test_the_compensation_stays_within_its_limit_while_the_estimate_tells_the_truth);
+  RUN_TEST(test_the_compensation_stays_within_its_limit_while_the_estimate_reports_the_truth);
   RUN_TEST(test_a_saturated_drive_does_not_wind_it_up);
   RUN_TEST(test_rate_noise_reaches_the_torque_by_w_j_and_no_more);
   RUN_TEST(test_check_refuses_each_value_by_itself);

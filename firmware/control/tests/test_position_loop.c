@@ -42,7 +42,7 @@ static void expect_arrival(const position_loop_params *params, double step_rad, 
   CHECK_AT_MOST("deceleration", held * (double)params->deceleration_rad_s2, hardest_rad_s2);
 }
 
-static void test_large_steps_arrive_without_overshoot_and_brake_as_told(void) {
+static void test_large_steps_arrive_without_overshoot_and_brake_as_reported(void) {
   const double steps_rad[] = {0.001, 0.02, 0.5, 2.0, 3.1, -0.001, -0.5, -3.1};
   const position_loop_params params = example();
   for (int i = 0; i < 8; ++i) {
@@ -129,7 +129,7 @@ static void test_check_refuses_each_value_by_itself(void) {
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_large_steps_arrive_without_overshoot_and_brake_as_told);
+  RUN_TEST(test_large_steps_arrive_without_overshoot_and_brake_as_reported);
   RUN_TEST(test_a_stiff_loop_at_the_edge_of_a_tick_does_not_overshoot_either);
   RUN_TEST(test_the_rate_follows_line_and_parabola);
   RUN_TEST(test_value_and_slope_are_continuous_where_line_and_parabola_join);

@@ -24,8 +24,8 @@ typedef struct {
   target_tracker_state state;
   int tick;
   double errors_rad[128]; /* what the camera would have seen, a ring */
-  double sight_rad;
-  float sight_rate_rad_s;
+  double los_rad;
+  float los_rate_rad_s;
   speed_reference out;
   bool camera_on;
 } bench;
@@ -38,8 +38,8 @@ static bench bench_with(tracker_kind kind) {
 
 /* One tick towards a target that is at `target_rad` now. Returns the true error. */
 static double track(bench *b, double target_rad) {
-  b->sight_rad += (double)b->sight_rate_rad_s * 1e-3;
-  const double error_rad = target_rad - b->sight_rad;
+  b->los_rad += (double)b->los_rate_rad_s * 1e-3;
+  const double error_rad = target_rad - b->los_rad;
   b->errors_rad[b->tick % 128] = error_rad;
   camera_frame frame = {.fresh = b->camera_on && b->tick >= delay_ticks && b->tick % frame_ticks == 0,
                         .valid = true,
@@ -47,8 +47,8 @@ static double track(bench *b, double target_rad) {
   if (frame.fresh) {
     frame.error_rad = (float)b->errors_rad[(b->tick - delay_ticks) % 128];
   }
-  b->out = target_tracker_step(&b->state, &b->params, &frame, b->sight_rate_rad_s, dt_s);
-  b->sight_rate_rad_s = b->out.rate_rad_s;
+  b->out = target_tracker_step(&b->state, &b->params, &frame, b->los_rate_rad_s, dt_s);
+  b->los_rate_rad_s = b->out.rate_rad_s;
   ++b->tick;
   return error_rad;
 }
@@ -57,19 +57,19 @@ static void test_the_pi_loop_is_a_sampled_pi_with_a_frame_of_delay(void) {
   /* By frames of T = 20 ms: the error of frame n - 1 arrives with frame n, and its rate is in effect for the next T. */
   bench b = bench_with(TRACKER_PI);
   const double target_rad = 1e-3;
-  double sight_rad = 0.0;
+  double los_rad = 0.0;
   double integral_rad_s = 0.0;
   double delayed_error_rad = 0.0;
   for (int tick = 0; tick < 4000; ++tick) {
     (void)track(&b, target_rad);
     if (tick % frame_ticks == 0) {
-      CHECK_NEAR("sight", sight_rad, b.sight_rad, 1e-9);
+      CHECK_NEAR("sight", los_rad, b.los_rad, 1e-9);
       integral_rad_s += tick > frame_ticks ? 4.0 * delayed_error_rad * 0.02 : 0.0; /* the first frame acquires */
       const double rate_rad_s = 8.0 * delayed_error_rad + integral_rad_s;
       CHECK_NEAR("rate", rate_rad_s, b.out.rate_rad_s, 1e-8);
       CHECK_SAME("acceleration", 0.0, b.out.acceleration_rad_s2);
-      delayed_error_rad = target_rad - sight_rad;
-      sight_rad += rate_rad_s * 0.02;
+      delayed_error_rad = target_rad - los_rad;
+      los_rad += rate_rad_s * 0.02;
     }
   }
 }
@@ -84,8 +84,8 @@ static double closed_loop_gain(tracker_kind kind, double frequency_hz) {
     const double phase = 6.283185307179586 * frequency_hz * 1e-3 * tick;
     (void)track(&b, 1e-3 * sin(phase));
     if (tick >= settle) {
-      cosine += b.sight_rad * cos(phase) * 2.0 / count;
-      sine += b.sight_rad * sin(phase) * 2.0 / count;
+      cosine += b.los_rad * cos(phase) * 2.0 / count;
+      sine += b.los_rad * sin(phase) * 2.0 / count;
     }
   }
   return sqrt(cosine * cosine + sine * sine) / 1e-3;
@@ -106,14 +106,14 @@ static void test_the_pi_loop_steps_to_the_target_with_little_overshoot(void) {
   int rise_ticks = 0;
   for (int tick = 0; tick < 6000; ++tick) {
     (void)track(&b, 1e-3);
-    highest_rad = fmax(highest_rad, b.sight_rad);
-    rise_ticks += b.sight_rad < 0.632e-3 ? 1 : 0;
+    highest_rad = fmax(highest_rad, b.los_rad);
+    rise_ticks += b.los_rad < 0.632e-3 ? 1 : 0;
   }
   LOG_VALUE("time to 63 %, ms", rise_ticks);
   CHECK_AT_LEAST("time to 63 % in ms: the first frame alone costs 20", 80.0, rise_ticks);
   CHECK_AT_MOST("time to 63 % in ms: 1/kp, two frames, a hold", 180.0, rise_ticks);
   CHECK_AT_MOST("highest", 1.2e-3, highest_rad);
-  CHECK_NEAR("at last", 1e-3, b.sight_rad, 5e-6); /* the integral leaves a tail of kp/ki = 2 s */
+  CHECK_NEAR("at last", 1e-3, b.los_rad, 5e-6); /* the integral leaves a tail of kp/ki = 2 s */
 }
 
 static void test_a_target_of_constant_rate_or_acceleration_is_followed_without_error(void) {
@@ -147,11 +147,11 @@ static void test_the_delay_is_compensated_exactly_while_the_sight_moves(void) {
     target_tracker_state state;
     target_tracker_reset(&state);
     double seen_rad[1024];
-    double sight_rad = 0.0;
+    double los_rad = 0.0;
     for (int tick = 0; tick < 1024; ++tick) {
       const double rate_rad_s = tick < 160 ? 0.0 : 0.02 * sin(0.013 * (tick - 160));
-      sight_rad += (double)(float)rate_rad_s * 1e-3;
-      seen_rad[tick] = 2e-3 - sight_rad;
+      los_rad += (double)(float)rate_rad_s * 1e-3;
+      seen_rad[tick] = 2e-3 - los_rad;
       camera_frame frame = {.fresh = tick >= 140 && tick % frame_ticks == 0, .valid = true, .age_ticks = ages_ticks[i]};
       frame.error_rad = frame.fresh ? (float)seen_rad[tick - ages_ticks[i]] : 0.0f;
       (void)target_tracker_step(&state, &params, &frame, (float)rate_rad_s, dt_s);
@@ -181,7 +181,7 @@ static void test_without_frames_it_coasts_on_the_targets_rate_and_then_stops(voi
   for (int tick = 3502; tick < 8000; ++tick) {
     (void)track(&b, 5e-6 * tick);
   }
-  CHECK_NEAR("error after it is found again", 0.0, 5e-6 * 7999 - b.sight_rad, 5e-7);
+  CHECK_NEAR("error after it is found again", 0.0, 5e-6 * 7999 - b.los_rad, 5e-7);
 }
 
 static void test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_sights_rate(void) {

@@ -83,7 +83,7 @@ static void plant(bench *b) {
 static void tick(bench *b) {
   const servo_axis_command last = b->command;
   b->command = *drive_axis_step(&b->axis, &b->o, &b->in, dt_s);
-  drive_axis_tell(&b->axis, &b->o, &b->in, dt_s);
+  drive_axis_report(&b->axis, &b->o, &b->in, dt_s);
   drive_axis_prepare(&b->axis, &b->o, &b->machine, dt_s);
   if (last.mode != SERVO_OFF && b->command.mode != SERVO_OFF) {
     b->worst_step_rad_s =
@@ -142,7 +142,7 @@ static void new_setpoint(bench *b, int32_t target, uint16_t bits) {
 
 /* --- state and modes --- */
 
-static void test_the_axis_is_off_and_tells_its_position_before_it_is_enabled(void) {
+static void test_the_axis_is_off_and_reports_its_position_before_it_is_enabled(void) {
   bench b = bench_off(-1.5);
   tick(&b);
   TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
@@ -240,7 +240,7 @@ static void test_pp_goes_to_its_target_acknowledges_and_arrives_exactly(void) {
   CHECK_NEAR("fastest, 1e-6 rad/s", 500000, fastest, 1);
 }
 
-static void test_pp_takes_a_waiting_set_point_and_changes_immediately_when_told(void) {
+static void test_pp_takes_a_waiting_set_point_and_changes_immediately_when_reported(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
   new_setpoint(&b, 4000000, 0);
   new_setpoint(&b, 1000000, DRIVE_CONTROL_RELATIVE);
@@ -415,7 +415,7 @@ static void test_samples_that_are_not_finite_cut_the_torque_and_no_nan_comes_out
     float *const samples[] = {&b.in.rate_rad_s, &b.in.reference_rad_s, &b.in.torque_nm, &b.in.torque_demand_nm};
     *samples[which] = which % 2 == 0 ? NAN : INFINITY;
     b.command = *drive_axis_step(&b.axis, &b.o, &b.in, dt_s);
-    drive_axis_tell(&b.axis, &b.o, &b.in, dt_s);
+    drive_axis_report(&b.axis, &b.o, &b.in, dt_s);
     drive_axis_prepare(&b.axis, &b.o, &b.machine, dt_s);
     TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
     TEST_ASSERT_EQUAL_HEX16(fault_table[FAULT_IMPLAUSIBLE].code, b.o.state.error_code);
@@ -434,7 +434,7 @@ static void test_a_blocked_axis_is_a_following_error_and_a_fault(void) {
   (void)until(&b, 0x4F, 0x08, 2000);
 }
 
-static void test_an_unwatched_following_error_is_cut_at_a_quarter_turn(void) {
+static void test_an_unmonitored_following_error_is_cut_at_a_quarter_turn(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
   b.o.position.following_error_window = UINT32_MAX;
   b.braked = true;
@@ -671,7 +671,7 @@ static void test_an_axis_that_turns_when_it_is_enabled_is_caught_at_its_speed(vo
   CHECK_AT_MOST("largest step of the rate, rad/s", 0.0021, b.worst_step_rad_s);
 }
 
-static void test_windows_that_are_not_watched_are_always_reached(void) {
+static void test_windows_that_are_not_monitored_are_always_reached(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
   b.o.position.window = UINT32_MAX;
   ticks(&b, 10);
@@ -751,7 +751,7 @@ static void test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f(
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_the_axis_is_off_and_tells_its_position_before_it_is_enabled);
+  RUN_TEST(test_the_axis_is_off_and_reports_its_position_before_it_is_enabled);
   RUN_TEST(test_every_supported_mode_is_shown_within_a_tick_and_others_leave_the_one_in_force);
   RUN_TEST(test_without_a_mode_the_axis_stands_still);
   RUN_TEST(test_pv_reaches_1_deg_s_and_reads_it_back);
@@ -759,7 +759,7 @@ int main(void) {
   RUN_TEST(test_pv_stops_at_a_software_position_limit_and_leaves_it_the_other_way);
   RUN_TEST(test_the_acceleration_given_brings_exactly_the_next_rate);
   RUN_TEST(test_pp_goes_to_its_target_acknowledges_and_arrives_exactly);
-  RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_told);
+  RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_reported);
   RUN_TEST(test_pp_takes_a_set_point_whose_bit_4_rises_with_the_mode);
   RUN_TEST(test_a_bit_4_that_enables_or_was_set_in_another_mode_moves_nothing);
   RUN_TEST(test_pp_turns_many_times_round);
@@ -770,7 +770,7 @@ int main(void) {
   RUN_TEST(test_a_fault_brakes_then_switches_off_and_its_code_stays_until_reset);
   RUN_TEST(test_samples_that_are_not_finite_cut_the_torque_and_no_nan_comes_out);
   RUN_TEST(test_a_blocked_axis_is_a_following_error_and_a_fault);
-  RUN_TEST(test_an_unwatched_following_error_is_cut_at_a_quarter_turn);
+  RUN_TEST(test_an_unmonitored_following_error_is_cut_at_a_quarter_turn);
   RUN_TEST(test_csv_interpolates_between_set_points_and_adds_the_offset);
   RUN_TEST(test_set_points_that_stop_are_held_and_then_the_axis_ramps_down);
   RUN_TEST(test_csp_follows_a_parabola_one_period_late_with_position_and_rate);
@@ -783,7 +783,7 @@ int main(void) {
   RUN_TEST(test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword);
   RUN_TEST(test_any_mode_takes_over_a_moving_axis_without_a_step);
   RUN_TEST(test_an_axis_that_turns_when_it_is_enabled_is_caught_at_its_speed);
-  RUN_TEST(test_windows_that_are_not_watched_are_always_reached);
+  RUN_TEST(test_windows_that_are_not_monitored_are_always_reached);
   RUN_TEST(test_a_dwell_timer_that_runs_for_minutes_does_not_wrap);
   RUN_TEST(test_a_stop_is_over_when_the_axis_stands_not_when_its_ramp_does);
   RUN_TEST(test_an_axis_that_does_not_come_to_rest_is_let_go_after_200_ms);

@@ -18,7 +18,7 @@ static void node_tick(node *n) {
   n->b.samples.motion.joint_angle = (angle_turn32)(uint64_t)((n->b.turns - floor(n->b.turns)) * 4294967296.0);
   drive_axis_sense(&n->in, &n->b.axis, &n->b.params, &n->b.samples);
   n->b.command = *drive_axis_step(&n->drive, &n->o, &n->in, dt_s);
-  drive_axis_tell(&n->drive, &n->o, &n->in, dt_s);
+  drive_axis_report(&n->drive, &n->o, &n->in, dt_s);
   const drive_machine machine = {.margin = 0};
   drive_axis_prepare(&n->drive, &n->o, &machine, dt_s);
   n->in.setpoint_arrived = false;

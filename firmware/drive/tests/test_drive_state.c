@@ -197,7 +197,7 @@ static void test_quick_stop_with_option_0_switches_off_at_once(void) {
   expect(&b, 0x02, DRIVE_SWITCH_ON_DISABLED, DRIVE_OFF);
 }
 
-static void test_shutdown_and_disable_ramp_down_first_when_asked_to(void) {
+static void test_shutdown_and_disable_ramp_down_first_when_requested_to(void) {
   for (int which = 0; which < 2; ++which) {
     const uint16_t word = which == 0 ? 0x06 : 0x07;
     bench b = bench_in(DRIVE_OPERATION_ENABLED);
@@ -298,7 +298,7 @@ int main(void) {
   RUN_TEST(test_halt_stops_by_its_option_and_lets_go_again);
   RUN_TEST(test_quick_stop_brakes_and_then_does_what_its_option_says);
   RUN_TEST(test_quick_stop_with_option_0_switches_off_at_once);
-  RUN_TEST(test_shutdown_and_disable_ramp_down_first_when_asked_to);
+  RUN_TEST(test_shutdown_and_disable_ramp_down_first_when_requested_to);
   RUN_TEST(test_a_fault_brakes_by_its_option_and_ends_in_fault);
   RUN_TEST(test_a_fault_that_forbids_torque_cuts_it_even_while_braking);
   RUN_TEST(test_every_state_without_torque_goes_to_fault_without_torque);

@@ -31,8 +31,8 @@ static void start_sweep(uint32_t shift) {
 
 static uint32_t state_of_experiment(void) { return get(EXPERIMENT, STATE) & 0xFF; }
 
-static uint32_t wait_for_end(uint32_t most_ms) {
-  for (uint32_t i = 0; i < most_ms && state_of_experiment() == EXPERIMENT_RUNNING; i += 10) {
+static uint32_t wait_for_end(uint32_t max_ms) {
+  for (uint32_t i = 0; i < max_ms && state_of_experiment() == EXPERIMENT_RUNNING; i += 10) {
     wait_ms(9);
   }
   return state_of_experiment();
@@ -54,7 +54,7 @@ static void test_a_sweep_runs_to_its_end_and_leaves_the_axis_at_rest(void) {
   TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
 }
 
-static void test_the_duration_is_told_before_anything_moves(void) {
+static void test_the_duration_is_reported_before_anything_moves(void) {
   set_up_sweep(PITCH);
   const double ramps_s = 2.0 * (2.0 * 0.01 / 0.5 + 2.0 * 0.02 / 0.5);
   CHECK_NEAR("s", 2.0 * 2.0 * 0.1 + ramps_s, get_float(EXPERIMENT + PITCH, DURATION), 1e-4);
@@ -140,16 +140,16 @@ static void test_torque_ramps_push_as_they_say(void) {
   SET_FLOAT(EXPERIMENT, DWELL, 0.2f);
   SET_FLOAT(EXPERIMENT, TORQUE, 4.0f);
   SET(EXPERIMENT, COMMAND, START);
-  double least_nm = 0.0;
-  double most_nm = 0.0;
+  double min_nm = 0.0;
+  double max_nm = 0.0;
   for (int i = 0; i < 420; ++i) {
     wait_ms(1);
     const double torque_nm = 2.5 * (double)machine.axis[0].current_a;
-    least_nm = fmin(least_nm, torque_nm);
-    most_nm = fmax(most_nm, torque_nm);
+    min_nm = fmin(min_nm, torque_nm);
+    max_nm = fmax(max_nm, torque_nm);
   }
-  CHECK_NEAR("N m", 4.0, most_nm, 0.1);
-  CHECK_NEAR("N m", -4.0, least_nm, 0.1);
+  CHECK_NEAR("N m", 4.0, max_nm, 0.1);
+  CHECK_NEAR("N m", -4.0, min_nm, 0.1);
   TEST_ASSERT_EQUAL(EXPERIMENT_DONE, wait_for_end(1000));
   CHECK_SAME("turns", 0.0, machine.axis[0].turns);
 }
@@ -213,7 +213,7 @@ static void test_break_aways_find_the_torque_that_moves_the_axis(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_sweep_runs_to_its_end_and_leaves_the_axis_at_rest);
-  RUN_TEST(test_the_duration_is_told_before_anything_moves);
+  RUN_TEST(test_the_duration_is_reported_before_anything_moves);
   RUN_TEST(test_it_starts_only_in_operation_at_rest_and_without_a_mode);
   RUN_TEST(test_a_set_up_beyond_its_limits_is_refused);
   RUN_TEST(test_a_master_can_abort_it);

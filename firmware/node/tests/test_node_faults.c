@@ -79,7 +79,7 @@ static void test_a_limit_out_of_range_is_refused(void) {
 
 /* A supply of 24 V instead of 48 V, in the order that contradicts the old pair; the same with another travel. */
 static void test_limits_are_written_in_any_order_and_only_whole_sets_are_in_force(void) {
-  const protection_limits *in_force = &node.axis[0].watch.limits;
+  const protection_limits *in_force = &node.axis[0].monitor.limits;
   SET(ACCESS, WORD, OPEN);
   SET_FLOAT(PROTECTION, OVER_VOLTAGE, 30.0f);
   CHECK_SAME("V read back", 30.0, get_float(PROTECTION, OVER_VOLTAGE));
@@ -112,7 +112,7 @@ static void test_any_order_of_writes_ends_in_the_set_that_was_written(void) {
   static const uint8_t subs[] = {TRAVEL_MINIMUM, TRAVEL_MAXIMUM, UNDER_VOLTAGE, OVER_VOLTAGE};
   static const float sets[][4] = {
       {-1.0f, 1.0f, 36.0f, 60.0f}, {2.0f, 3.0f, 18.0f, 30.0f}, {-4.0f, -2.0f, 61.0f, 80.0f}, {0.0f, 0.0f, 5.0f, 17.0f}};
-  const protection_limits *in_force = &node.axis[1].watch.limits;
+  const protection_limits *in_force = &node.axis[1].monitor.limits;
   for (unsigned to = 1; to <= 4; ++to) {
     for (unsigned order = 0; order < 24; ++order) {
       unsigned left[] = {0, 1, 2, 3};
@@ -231,7 +231,7 @@ static void test_a_fault_leaves_what_the_axis_did_before_it(void) {
 
 static void test_the_last_eight_faults_are_kept_until_they_are_cleared(void) {
   for (int i = 0; i < 9; ++i) {
-    servo_node_tell(&node, i < 8 ? FAULT_WATCHDOG_RESET : FAULT_BROWN_OUT_RESET, (uint8_t)i, false);
+    servo_node_report(&node, i < 8 ? FAULT_WATCHDOG_RESET : FAULT_BROWN_OUT_RESET, (uint8_t)i, false);
     wait_ms(20);
   }
   TEST_ASSERT_EQUAL(9, get(LOG, LOG_COUNT));
@@ -251,7 +251,7 @@ static void test_there_is_no_entry_before_a_fault(void) {
 }
 
 static void test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading(void) {
-  servo_node_tell(&node, FAULT_WATCHDOG_RESET, 0, false);
+  servo_node_report(&node, FAULT_WATCHDOG_RESET, 0, false);
   wait_ms(1);
   (void)ask((const uint8_t[]){0x40, 0x20, 0x30, NEWEST, 0, 0, 0, 0});
   fault_log_clear(&node.log);
@@ -264,7 +264,7 @@ static void test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading(vo
  * ---------------------------------------------------------------------------------------------- */
 
 /* Emergencies sent since the log was emptied; code and detail of the n-th (0: first), 0 when there was none. */
-static uint32_t told(uint32_t n, uint8_t *detail) {
+static uint32_t reported(uint32_t n, uint8_t *detail) {
   for (uint32_t i = 0; i < sent_count; ++i) {
     if (sent[i].id == EMCY && n-- == 0) {
       *detail = sent[i].data[3];
@@ -274,21 +274,21 @@ static uint32_t told(uint32_t n, uint8_t *detail) {
   return 0;
 }
 
-static void expect_told(uint32_t n, uint32_t code, uint8_t detail) {
-  uint8_t told_detail = 0;
-  TEST_ASSERT_EQUAL_HEX32(code, told(n, &told_detail));
-  TEST_ASSERT_EQUAL(detail, told_detail);
+static void expect_reported(uint32_t n, uint32_t code, uint8_t detail) {
+  uint8_t reported_detail = 0;
+  TEST_ASSERT_EQUAL_HEX32(code, reported(n, &reported_detail));
+  TEST_ASSERT_EQUAL(detail, reported_detail);
 }
 
-static void test_a_fault_that_comes_while_the_axis_is_in_another_is_told_logged_and_over_when_it_is_gone(void) {
+static void test_a_fault_that_comes_while_the_axis_is_in_another_is_reported_logged_and_over_when_it_is_gone(void) {
   enable(0, PV);
   machine.axis[0].health = HAL_POWER_STAGE;
   wait_ms(5);
   sent_count = 0;
   machine.axis[0].encoder_failed = true;
   wait_ms(20);
-  expect_told(0, 0x7320, FAULT_ENCODER_LOST);
-  expect_told(1, 0, 0); /* once */
+  expect_reported(0, 0x7320, FAULT_ENCODER_LOST);
+  expect_reported(1, 0, 0); /* once */
   TEST_ASSERT_EQUAL(2, get(LOG, LOG_COUNT));
   TEST_ASSERT_TRUE(read_entry(NEWEST) > 0);
   TEST_ASSERT_EQUAL(FAULT_ENCODER_LOST, entry[4]);
@@ -316,7 +316,7 @@ static void test_a_fault_that_comes_while_the_axis_is_in_another_is_told_logged_
   TEST_ASSERT_EQUAL(2, get(LOG, LOG_COUNT));
 }
 
-static void test_faults_of_one_code_are_each_told_and_over_together(void) {
+static void test_faults_of_one_code_are_each_reported_and_over_together(void) {
   enable(0, PV);
   wait_ms(20);
   machine.axis[0].gyro_missing = true;
@@ -325,7 +325,7 @@ static void test_faults_of_one_code_are_each_told_and_over_together(void) {
   machine.axis[0].gyro_missing = false;
   machine.axis[0].gyro_error_rad_s = 100.0f; /* saturated: 7310, too */
   wait_ms(20);
-  expect_told(0, 0x7310, FAULT_GYRO_SATURATED);
+  expect_reported(0, 0x7310, FAULT_GYRO_SATURATED);
   machine.axis[0].gyro_error_rad_s = 0.0f;
   wait_ms(200);
   TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0) & 0xFF);
@@ -340,18 +340,18 @@ static void test_faults_of_one_code_are_each_told_and_over_together(void) {
 
 static void test_a_fault_of_the_board_that_lasts_stays_in_the_register(void) {
   sent_count = 0;
-  servo_node_tell(&node, FAULT_IMAGE_DAMAGED, 42, true);
+  servo_node_report(&node, FAULT_IMAGE_DAMAGED, 42, true);
   wait_ms(20);
-  const can_frame *told = last_sent(EMCY);
-  TEST_ASSERT_NOT_NULL(told);
-  TEST_ASSERT_EQUAL_HEX32(0x5520, u32_of(told->data) & 0xFFFF);
-  TEST_ASSERT_EQUAL(42, told->data[3]);
+  const can_frame *reported = last_sent(EMCY);
+  TEST_ASSERT_NOT_NULL(reported);
+  TEST_ASSERT_EQUAL_HEX32(0x5520, u32_of(reported->data) & 0xFFFF);
+  TEST_ASSERT_EQUAL(42, reported->data[3]);
   TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0) & 0xFF);
 }
 
 static void test_a_fault_of_the_board_is_logged_as_its_own_without_samples(void) {
   wait_ms(20);
-  servo_node_tell(&node, FAULT_WATCHDOG_RESET, 4, false);
+  servo_node_report(&node, FAULT_WATCHDOG_RESET, 4, false);
   TEST_ASSERT_EQUAL(HEADER, read_entry(NEWEST));
   TEST_ASSERT_EQUAL(FAULT_WATCHDOG_RESET, entry[4]);
   TEST_ASSERT_EQUAL(FAULT_LOG_BOARD, entry[5]);
@@ -386,8 +386,8 @@ int main(void) {
   RUN_TEST(test_the_last_eight_faults_are_kept_until_they_are_cleared);
   RUN_TEST(test_there_is_no_entry_before_a_fault);
   RUN_TEST(test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading);
-  RUN_TEST(test_a_fault_that_comes_while_the_axis_is_in_another_is_told_logged_and_over_when_it_is_gone);
-  RUN_TEST(test_faults_of_one_code_are_each_told_and_over_together);
+  RUN_TEST(test_a_fault_that_comes_while_the_axis_is_in_another_is_reported_logged_and_over_when_it_is_gone);
+  RUN_TEST(test_faults_of_one_code_are_each_reported_and_over_together);
   RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
   RUN_TEST(test_bus_off_stops_both_axes);

@@ -6,9 +6,9 @@
 
 enum { SCOPE = 0x3000, COMMAND = 1, STATE = 2, DIVIDER = 3, PRETRIGGER = 4, TRIGGER = 5, CHANNEL = 6, LEVEL = 7 };
 enum { FRAMES = 8, CHANNELS = 9, FIRST_SIGNAL = 10, ARM = 1, STOP = 2, FORCE = 3 };
-enum { HEADER = SCOPE_HEADER_BYTES + SCOPE_CHANNEL_BYTES, MOST_BYTES = 33000 };
+enum { HEADER = SCOPE_HEADER_BYTES + SCOPE_CHANNEL_BYTES, MAX_BYTES = 33000 };
 
-static uint8_t stream[MOST_BYTES];
+static uint8_t stream[MAX_BYTES];
 
 void setUp(void) { node_bench_start(); }
 void tearDown(void) {}
@@ -18,7 +18,7 @@ static uint32_t read_stream(void) {
   const uint8_t *answer = ask((const uint8_t[]){0x40, 0x01, 0x30, 0, 0, 0, 0, 0});
   TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
   const uint32_t size = u32_of(&answer[4]);
-  TEST_ASSERT_TRUE(size <= MOST_BYTES);
+  TEST_ASSERT_TRUE(size <= MAX_BYTES);
   uint32_t got = 0;
   for (uint8_t toggle = 0; got < size; toggle ^= 0x10) {
     answer = ask((const uint8_t[]){(uint8_t)(0x60 | toggle), 0, 0, 0, 0, 0, 0, 0});

@@ -80,7 +80,7 @@ static void test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going(vo
 /* --- what the board finds
  * ------------------------------------------------------------------------------------------ */
 
-static void test_each_fault_of_the_board_stops_its_axis_alone_and_is_told(void) {
+static void test_each_fault_of_the_board_stops_its_axis_alone_and_is_reported(void) {
   static const struct {
     hal_health health;
     uint32_t code;
@@ -97,10 +97,10 @@ static void test_each_fault_of_the_board_stops_its_axis_alone_and_is_told(void) 
     sent_count = 0;
     wait_ms(2);
     TEST_ASSERT_EQUAL(rows[i].cuts, machine.axis[0].current_a == 0.0f);
-    const can_frame *told = last_sent(EMCY);
-    TEST_ASSERT_NOT_NULL(told);
-    TEST_ASSERT_EQUAL_HEX32(rows[i].code, u32_of(told->data) & 0xFFFF);
-    TEST_ASSERT_EQUAL(1, told->data[4]); /* azimuth */
+    const can_frame *reported = last_sent(EMCY);
+    TEST_ASSERT_NOT_NULL(reported);
+    TEST_ASSERT_EQUAL_HEX32(rows[i].code, u32_of(reported->data) & 0xFFFF);
+    TEST_ASSERT_EQUAL(1, reported->data[4]); /* azimuth */
     wait_ms(500);
     CHECK_SAME("A at last", 0.0, machine.axis[0].current_a);
     TEST_ASSERT_TRUE(is_in_fault(0));
@@ -111,9 +111,9 @@ static void test_each_fault_of_the_board_stops_its_axis_alone_and_is_told(void) 
     sent_count = 0;
     give(0x600 + NODE_ID, 8, (const uint8_t[]){0x2B, 0x40, 0x60, 0, 0x80, 0, 0, 0});
     wait_ms(3);
-    told = last_sent(EMCY);
-    TEST_ASSERT_NOT_NULL(told);
-    TEST_ASSERT_EQUAL_HEX32(0, u32_of(told->data) & 0xFFFF);
+    reported = last_sent(EMCY);
+    TEST_ASSERT_NOT_NULL(reported);
+    TEST_ASSERT_EQUAL_HEX32(0, u32_of(reported->data) & 0xFFFF);
     TEST_ASSERT_EQUAL(0, get(0x1001, 0));
     TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
   }
@@ -209,7 +209,7 @@ static void test_a_reset_of_the_communication_stops_an_axis_that_turns_and_no_ot
   TEST_ASSERT_EQUAL_HEX32(0, get(0x603F, 0));
 }
 
-static void test_a_fault_that_outlives_a_reset_of_the_communication_is_told_again(void) {
+static void test_a_fault_that_outlives_a_reset_of_the_communication_is_reported_again(void) {
   turn_azimuth_at_0_2_rad_s();
   machine.axis[0].health = HAL_TOO_HOT;
   wait_ms(500);
@@ -245,9 +245,9 @@ static void test_a_queue_that_is_full_loses_frames_and_says_so(void) {
   TEST_ASSERT_EQUAL(SERVO_NODE_QUEUE, taken);
   sent_count = 0;
   wait_ms(20);
-  const can_frame *told = last_sent(EMCY);
-  TEST_ASSERT_NOT_NULL(told);
-  TEST_ASSERT_EQUAL_HEX32(0x8110, u32_of(told->data) & 0xFFFF);
+  const can_frame *reported = last_sent(EMCY);
+  TEST_ASSERT_NOT_NULL(reported);
+  TEST_ASSERT_EQUAL_HEX32(0x8110, u32_of(reported->data) & 0xFFFF);
 }
 
 /* --- objects
@@ -397,7 +397,7 @@ static void test_it_does_not_start_with_a_wrong_node_id(void) {
 
 static void test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters(void) {
   axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
-  const protection_limits limits[SERVO_AXES] = {node.axis[0].watch.limits, node.axis[1].watch.limits};
+  const protection_limits limits[SERVO_AXES] = {node.axis[0].monitor.limits, node.axis[1].monitor.limits};
   servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 4711, {0},
                               NULL};
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
@@ -425,7 +425,7 @@ static int32_t software_limit(uint16_t shift, uint8_t sub) { return (int32_t)get
 
 static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void) {
   const axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
-  protection_limits limits[SERVO_AXES] = {node.axis[0].watch.limits, node.axis[1].watch.limits};
+  protection_limits limits[SERVO_AXES] = {node.axis[0].monitor.limits, node.axis[1].monitor.limits};
   servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 0, {0},
                               NULL};
   limits[0].minimum_rad = -1.0f;
@@ -455,7 +455,7 @@ int main(void) {
   RUN_TEST(test_pdos_alone_enable_an_axis_and_turn_it);
   RUN_TEST(test_the_bridge_pushes_only_where_an_axis_is_on);
   RUN_TEST(test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going);
-  RUN_TEST(test_each_fault_of_the_board_stops_its_axis_alone_and_is_told);
+  RUN_TEST(test_each_fault_of_the_board_stops_its_axis_alone_and_is_reported);
   RUN_TEST(test_an_axis_whose_self_test_failed_is_never_ready);
   RUN_TEST(test_below_its_limit_of_the_bus_the_drive_does_not_switch_on);
   RUN_TEST(test_without_an_angle_the_motor_brakes_itself);
@@ -463,7 +463,7 @@ int main(void) {
   RUN_TEST(test_setpoints_that_stay_away_stop_the_axis);
   RUN_TEST(test_an_nmt_stop_stops_an_axis_that_turns);
   RUN_TEST(test_a_reset_of_the_communication_stops_an_axis_that_turns_and_no_other);
-  RUN_TEST(test_a_fault_that_outlives_a_reset_of_the_communication_is_told_again);
+  RUN_TEST(test_a_fault_that_outlives_a_reset_of_the_communication_is_reported_again);
   RUN_TEST(test_a_reset_of_the_node_is_a_fresh_start);
   RUN_TEST(test_a_queue_that_is_full_loses_frames_and_says_so);
   RUN_TEST(test_no_limit_of_607f_leaves_the_machine_its_own);

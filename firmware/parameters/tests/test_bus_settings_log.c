@@ -7,7 +7,7 @@
 #include "support/flash_model.h"
 #include "unity.h"
 
-enum { PAGE_BYTES = 64, UNITS = PAGE_BYTES / HAL_FLASH_UNIT_BYTES, MOST_STEPS = 4 };
+enum { PAGE_BYTES = 64, UNITS = PAGE_BYTES / HAL_FLASH_UNIT_BYTES, MAX_STEPS = 4 };
 
 static flash_model model;
 static hal_flash flash;
@@ -37,9 +37,9 @@ static bus_settings settings_no(uint32_t n) {
 /* Like the board's background; returns the result. */
 static bus_settings_work save(uint32_t n) {
   const bus_settings wanted = settings_no(n);
-  bus_settings_work result = BUS_SETTINGS_ASKED;
+  bus_settings_work result = BUS_SETTINGS_REQUESTED;
   TEST_ASSERT_TRUE(bus_settings_log_begin(&saved, &wanted));
-  for (int step = 0; step < MOST_STEPS && result == BUS_SETTINGS_ASKED; ++step) {
+  for (int step = 0; step < MAX_STEPS && result == BUS_SETTINGS_REQUESTED; ++step) {
     (void)bus_settings_log_step(&saved);
     result = bus_settings_log_take_result(&saved);
   }
@@ -89,7 +89,7 @@ static void test_the_same_settings_are_not_written_again(void) {
   TEST_ASSERT_EQUAL(operations, model.operations);
 }
 
-static void test_the_defaults_are_written_when_they_are_asked_for(void) {
+static void test_the_defaults_are_written_when_they_are_requested_for(void) {
   const bus_settings other_defaults = {.node_id = 9, .kbit_s = 125};
   bus_settings_log_open(&saved, &flash, &other_defaults);
   TEST_ASSERT_TRUE(bus_settings_log_begin(&saved, &other_defaults));
@@ -121,7 +121,7 @@ static void test_a_flash_that_refuses_changes_nothing(void) {
 
 static void test_sequence_numbers_end_and_the_last_settings_stay(void) {
   TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
-  saved.sequence = BUS_SETTINGS_LOG_MOST_SAVES - 1;
+  saved.sequence = BUS_SETTINGS_LOG_MAX_SAVES - 1;
   TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(6));
   TEST_ASSERT_EQUAL(BUS_SETTINGS_FAILED, save(7));
   restart();
@@ -181,11 +181,11 @@ static void test_a_loss_of_power_at_any_operation_leaves_the_old_settings_or_the
       TEST_ASSERT_TRUE(is_old || has(n - 1));
       cuts += cut ? 1 : 0;
       old += cut && is_old ? 1 : 0;
-      const uint32_t kept_number = is_old ? last_good : n - 1;
+      const uint32_t retained_number = is_old ? last_good : n - 1;
       model.operations_left = 0; /* the next one too */
       TEST_ASSERT_EQUAL(BUS_SETTINGS_FAILED, save(200));
       restart();
-      TEST_ASSERT_TRUE(has(200) || (kept_number == 0 ? !saved.found : has(kept_number)));
+      TEST_ASSERT_TRUE(has(200) || (retained_number == 0 ? !saved.found : has(retained_number)));
       for (uint32_t again = 0; again < 2 * UNITS; ++again) {
         TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(300 + again));
       }
@@ -204,7 +204,7 @@ int main(void) {
   RUN_TEST(test_what_was_saved_last_is_found_after_any_number_of_saves);
   RUN_TEST(test_a_save_never_waits_for_an_erase);
   RUN_TEST(test_the_same_settings_are_not_written_again);
-  RUN_TEST(test_the_defaults_are_written_when_they_are_asked_for);
+  RUN_TEST(test_the_defaults_are_written_when_they_are_requested_for);
   RUN_TEST(test_without_a_flash_they_are_kept_until_the_power_goes);
   RUN_TEST(test_a_flash_that_refuses_changes_nothing);
   RUN_TEST(test_sequence_numbers_end_and_the_last_settings_stay);

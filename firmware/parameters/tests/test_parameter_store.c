@@ -10,10 +10,10 @@
 #define MAGIC 0x54535631u
 #define COMMIT 0x444E4521u
 
-enum { MOST_ROWS = 300 };
+enum { MAX_ROWS = 300 };
 
 typedef struct {
-  parameter_row rows[MOST_ROWS];
+  parameter_row rows[MAX_ROWS];
   uint32_t count;
   uint32_t hash;
 } row_set;
@@ -64,8 +64,8 @@ static parameter_store_state save(const row_set *set) {
 
 /* The newest complete set is `set`, unchanged. */
 static bool finds(const row_set *set) {
-  static parameter_row rows[MOST_ROWS];
-  return store.count > 0 && parameter_store_load(&store, 0, rows, MOST_ROWS) && store.found[0].rows == set->count &&
+  static parameter_row rows[MAX_ROWS];
+  return store.count > 0 && parameter_store_load(&store, 0, rows, MAX_ROWS) && store.found[0].rows == set->count &&
          store.found[0].schema_hash == set->hash && memcmp(rows, set->rows, set->count * sizeof rows[0]) == 0;
 }
 
@@ -119,13 +119,13 @@ static void test_a_set_that_does_not_fit_is_refused(void) {
 static void test_sequence_numbers_end_long_after_the_flash(void) {
   row_set set;
   fit_flash(256, 4);
-  store.last_sequence = PARAMETER_STORE_MOST_SAVES - 3;
+  store.last_sequence = PARAMETER_STORE_MAX_SAVES - 3;
   for (uint32_t n = 0; n < 3; ++n) {
     fill(&set, n, 5);
     TEST_ASSERT_EQUAL(PARAMETER_STORE_SAVED, save(&set));
     restart();
     TEST_ASSERT_TRUE(finds(&set));
-    TEST_ASSERT_EQUAL_UINT32(PARAMETER_STORE_MOST_SAVES - 2 + n, store.found[0].sequence);
+    TEST_ASSERT_EQUAL_UINT32(PARAMETER_STORE_MAX_SAVES - 2 + n, store.found[0].sequence);
   }
   row_set another;
   fill(&another, 4, 5);
@@ -186,7 +186,7 @@ static void test_a_page_that_cannot_be_programmed_leaves_the_old_set(void) {
 }
 
 /* Every bit of the newest record, one at a time. */
-static void test_a_wrong_bit_anywhere_gives_the_set_before_and_is_told(void) {
+static void test_a_wrong_bit_anywhere_gives_the_set_before_and_is_reported(void) {
   row_set old, newest;
   fit_flash(256, 4);
   fill(&old, 1, 12);
@@ -432,7 +432,7 @@ int main(void) {
   RUN_TEST(test_pages_wear_evenly);
   RUN_TEST(test_the_set_in_use_survives_a_newer_one_that_was_refused);
   RUN_TEST(test_a_page_that_cannot_be_programmed_leaves_the_old_set);
-  RUN_TEST(test_a_wrong_bit_anywhere_gives_the_set_before_and_is_told);
+  RUN_TEST(test_a_wrong_bit_anywhere_gives_the_set_before_and_is_reported);
   RUN_TEST(test_two_wrong_bits_or_a_wrong_double_word_give_the_set_before);
   RUN_TEST(test_a_cut_at_every_operation_of_a_thousand_saves_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_a_cut_in_a_set_of_the_real_size_leaves_the_old_set_or_the_new_one);

@@ -32,7 +32,7 @@ void main_pwm_period(uint32_t period) {
   }
 }
 
-static void tell_can_state(void) {
+static void report_can_state(void) {
   const hal_can_state state = hal_can_supervise(self.machine);
   if (state == self.can_state) {
     return;
@@ -64,7 +64,7 @@ void main_tick(void) {
 }
 
 void main_service(void) {
-  tell_can_state();
+  report_can_state();
   servo_node_serve(&self.node);
 }
 
@@ -75,19 +75,19 @@ static bool send(void *context, const can_frame *frame) { return hal_can_send(co
 static bool join(void *context, uint16_t kbit_s) { return hal_can_join(context, kbit_s); }
 
 /* A failed self-test persists; the reset cause is reported once, and is in 1003 and the fault log. */
-static void tell_how_it_started(uint32_t failed_tests) {
+static void report_how_it_started(uint32_t failed_tests) {
   static const fault_id fault_of[] = {[HAL_RESET_WATCHDOG] = FAULT_WATCHDOG_RESET,
                                       [HAL_RESET_FAULT] = FAULT_EXCEPTION_RESET,
                                       [HAL_RESET_BROWN_OUT] = FAULT_BROWN_OUT_RESET,
                                       [HAL_RESET_STACK_OVERFLOW] = FAULT_STACK_OVERFLOW};
   if (failed_tests != 0) {
-    servo_node_tell(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
+    servo_node_report(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
   }
   const hal_reset reset = hal_board_reset(self.machine);
   if (reset.cause < sizeof fault_of / sizeof fault_of[0] && fault_of[reset.cause] != FAULT_NONE) {
     const uint8_t exception_shift = 4;
     const uint8_t detail = (uint8_t)(reset.exception << exception_shift | (uint8_t)reset.cause);
-    servo_node_tell(&self.node, fault_of[reset.cause], detail, false);
+    servo_node_report(&self.node, fault_of[reset.cause], detail, false);
   }
 }
 
@@ -116,7 +116,7 @@ int main(void) {
                                     .flash = hal_board_flash(self.machine),
                                     .serial_number = hal_board_serial_number(self.machine),
                                     .bus = {.kbit_s = BUS_DEFAULT_KBIT_S,
-                                            .recovering = hal_board_recovery_is_asked(self.machine),
+                                            .recovering = hal_board_recovery_is_requested(self.machine),
                                             .flash = hal_board_bus_flash(self.machine),
                                             .joiner = {join, self.machine}}};
   if (!servo_node_start(&self.node, &config)) {
@@ -129,7 +129,7 @@ int main(void) {
   }
   const uint32_t unused = unused_gyros();
   hal_board_waive(self.machine, unused);
-  tell_how_it_started(failed_tests & ~unused);
+  report_how_it_started(failed_tests & ~unused);
   hal_board_run(self.machine);
   for (;;) {
     hal_board_background(self.machine);

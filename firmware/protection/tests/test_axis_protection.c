@@ -128,7 +128,7 @@ static void test_equal_angles_for_the_stuck_time_are_found_in_its_last_tick(void
   TEST_ASSERT_EQUAL(100, ticks);
 }
 
-static void test_a_stuck_time_of_0_watches_neither_sensor(void) {
+static void test_a_stuck_time_of_0_monitors_neither_sensor(void) {
   bench b = new_bench();
   b.limits.stuck_s = 0.0f;
   for (int i = 0; i < 1000; ++i) {
@@ -410,7 +410,7 @@ int main(void) {
   RUN_TEST(test_an_angle_that_is_missing_is_found_at_once_and_two_more_pass_before_it_is_judged_again);
   RUN_TEST(test_an_angle_that_jumps_is_found_at_once_in_either_direction);
   RUN_TEST(test_equal_angles_for_the_stuck_time_are_found_in_its_last_tick);
-  RUN_TEST(test_a_stuck_time_of_0_watches_neither_sensor);
+  RUN_TEST(test_a_stuck_time_of_0_monitors_neither_sensor);
   RUN_TEST(test_a_gyro_that_is_missing_counts_only_where_it_is_used);
   RUN_TEST(test_a_gyro_at_its_range_or_stuck_is_found);
   RUN_TEST(test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms);

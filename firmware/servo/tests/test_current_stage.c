@@ -71,7 +71,7 @@ static void test_off_is_duty_0_and_forgets_the_integral(void) {
   CHECK_SAME("duty when on again", first, current_stage_step(&stage, 2, 0.0f, 48.0f));
 }
 
-static void test_limited_tells_that_the_bus_could_not_give_the_voltage(void) {
+static void test_limited_reports_that_the_bus_could_not_give_the_voltage(void) {
   current_stage stage;
   current_stage_reset(&stage);
   const servo_current_command command = command_of(16.0f);
@@ -89,6 +89,6 @@ int main(void) {
   RUN_TEST(test_a_command_that_is_late_is_taken_as_soon_as_it_is_there);
   RUN_TEST(test_what_the_tick_prepares_does_not_disturb_what_is_in_force);
   RUN_TEST(test_off_is_duty_0_and_forgets_the_integral);
-  RUN_TEST(test_limited_tells_that_the_bus_could_not_give_the_voltage);
+  RUN_TEST(test_limited_reports_that_the_bus_could_not_give_the_voltage);
   return UNITY_END();
 }

@@ -10,7 +10,7 @@
 void setUp(void) {}
 void tearDown(void) {}
 
-static void test_torque_mode_gives_exactly_the_torque_asked_for_within_the_limits(void) {
+static void test_torque_mode_gives_exactly_the_torque_requested_for_within_the_limits(void) {
   bench b = bench_at_rest();
   b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 3.0f};
   ticks(&b, 100);
@@ -126,7 +126,7 @@ static void test_closing_the_loop_on_a_turning_axis_gives_no_kick(void) {
   }
 }
 
-static void test_the_observer_counts_what_a_limited_motor_gives_not_what_was_asked_for(void) {
+static void test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested_for(void) {
   bench b = bench_at_rest();
   b.motor_limit_nm = 5.0;
   b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 1.0f}};
@@ -360,14 +360,14 @@ static void test_no_input_whatever_makes_a_torque_or_a_duty_beyond_its_limit(voi
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_torque_mode_gives_exactly_the_torque_asked_for_within_the_limits);
+  RUN_TEST(test_torque_mode_gives_exactly_the_torque_requested_for_within_the_limits);
   RUN_TEST(test_a_speed_loop_takes_over_from_torque_mode_without_a_step);
   RUN_TEST(test_speed_and_position_loops_keep_the_torque_limits_from_outside);
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
   RUN_TEST(test_a_loop_that_is_closed_again_knows_nothing_of_before);
   RUN_TEST(test_closing_the_loop_on_a_turning_axis_gives_no_kick);
-  RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_asked_for);
+  RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested_for);
   RUN_TEST(test_the_duty_carries_the_back_emf_of_a_turning_motor);
   RUN_TEST(test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind);
   RUN_TEST(test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_behind);

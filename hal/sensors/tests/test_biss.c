@@ -57,7 +57,7 @@ static void test_crc_is_the_remainder_of_the_division(void) {
 }
 
 static void test_position_is_read_at_every_delay_of_the_line(void) {
-  for (int delay = 2; delay <= BISS_MOST_DELAY_BITS; ++delay) {
+  for (int delay = 2; delay <= BISS_MAX_DELAY_BITS; ++delay) {
     const answer a = answer_of(0x2ABCDEF, NO_FLAGS, delay - 1, 1);
     biss_reading reading = {0};
     TEST_ASSERT_EQUAL(BISS_OK, biss_decode(a.bytes, &reading));
@@ -67,7 +67,7 @@ static void test_position_is_read_at_every_delay_of_the_line(void) {
 }
 
 static void test_position_is_read_with_every_length_of_the_acknowledge(void) {
-  for (int length = 1; length < BISS_MOST_DELAY_BITS; ++length) {
+  for (int length = 1; length < BISS_MAX_DELAY_BITS; ++length) {
     const answer a = answer_of(0x3FFFFFF, NO_FLAGS, 1, length);
     biss_reading reading = {0};
     TEST_ASSERT_EQUAL(BISS_OK, biss_decode(a.bytes, &reading));
@@ -76,7 +76,7 @@ static void test_position_is_read_with_every_length_of_the_acknowledge(void) {
 }
 
 static void test_an_answer_that_comes_too_late_is_none(void) {
-  const answer a = answer_of(1, NO_FLAGS, BISS_MOST_DELAY_BITS, 1);
+  const answer a = answer_of(1, NO_FLAGS, BISS_MAX_DELAY_BITS, 1);
   biss_reading reading;
   TEST_ASSERT_EQUAL(BISS_NO_ANSWER, biss_decode(a.bytes, &reading));
 }

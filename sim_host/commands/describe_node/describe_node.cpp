@@ -63,7 +63,7 @@ void describe(const std::filesystem::path& folder) {
   const servo_node_axis& pitch = node->axis[SERVO_PITCH];
   write(folder / "default_parameters.c",
         dictionary::print_default_parameters({azimuth.tuning.active, pitch.tuning.active},
-                                             {azimuth.watch.limits, pitch.watch.limits}));
+                                             {azimuth.monitor.limits, pitch.monitor.limits}));
   write(folder / "default_schema.h", dictionary::print_default_schema(node->objects.schema_hash));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
   write(folder / "faults.json", dictionary::print_by_rows(dictionary::describe_faults()));

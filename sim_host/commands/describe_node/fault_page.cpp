@@ -78,7 +78,7 @@ runs simulated hours with full noise and wind and without fault injection: any f
 
 std::string reaction_text(const fault_row& row) {
   switch (row.reaction) {
-    case REACTION_TELL:
+    case REACTION_REPORT:
       return "report";
     case REACTION_CUT:
       return "off";
@@ -97,7 +97,7 @@ std::string print_row(int fault) {
   const fault_text& text = fault_texts[fault];
   return fmt::format("| {} | {} | {:04X} | {} | {} | {} | {} | {} |\n", fault, text.name, row.code, text.detection,
                      latency_of(fault), reaction_text(row),
-                     row.reaction == REACTION_TELL || text.told_once ? "no" : "yes", text.clear);
+                     row.reaction == REACTION_REPORT || text.reported_once ? "no" : "yes", text.clear);
 }
 
 // "2060:5 Stuck sensor time"
@@ -115,7 +115,7 @@ std::vector<std::string> limits_of(const fault_text& text) {
 // The fault injections of the simulator for this fault, and other tests.
 std::string tests_of(fault_id fault) {
   std::string text;
-  for (const std::string& name : sim::breakages_of(fault)) {
+  for (const std::string& name : sim::fault_injections_of(fault)) {
     text += (text.empty() ? "`sim_host faults`: " : ", ") + name;
   }
   for (const sim::FaultTest& one : sim::fault_tests()) {

@@ -52,7 +52,7 @@ nlohmann::ordered_json describe(int fault) {
 
 std::string reaction_name(const fault_row& row) {
   switch (static_cast<fault_reaction>(row.reaction)) {
-    case REACTION_TELL:
+    case REACTION_REPORT:
       return "tell";
     case REACTION_STOP:
       return "stop";

@@ -14,23 +14,23 @@
 #include <functional>
 
 #include "chip/spi.hpp"
-#include "core/complaints.hpp"
+#include "core/violations.hpp"
 
 namespace trackservo::target {
 
 class BissEncoder : public SpiDevice {
  public:
   // `reading` gives the present position, in 2^-32 turns.
-  BissEncoder(Complaints& complaints, std::function<std::uint32_t()> reading)
-      : complaints_(complaints), reading_(std::move(reading)) {}
+  BissEncoder(Violations& violations, std::function<std::uint32_t()> reading)
+      : violations_(violations), reading_(std::move(reading)) {}
 
   std::uint32_t clock(unsigned bits, Instant at, Instant period, bool on_leading_edge) override {
     if (changes_when_taken(period, on_leading_edge)) {
-      complaints_.add("an encoder's data line is sampled while it changes");
+      violations_.add("an encoder's data line is sampled while it changes");
       return 0;
     }
     if (period < kShortestPeriod || period > kLongestPeriod) {
-      complaints_.add("an encoder's clock is outside 250 kHz to 10 MHz");
+      violations_.add("an encoder's clock is outside 250 kHz to 10 MHz");
       return (1U << bits) - 1U;
     }
     if (at > pause_begins_ + kPause) {
@@ -83,7 +83,7 @@ class BissEncoder : public SpiDevice {
     ++frames_;
   }
 
-  Complaints& complaints_;
+  Violations& violations_;
   std::function<std::uint32_t()> reading_;
   std::uint64_t stream_ = 0;
   Instant pause_begins_ = 0;

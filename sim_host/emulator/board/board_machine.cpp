@@ -50,8 +50,8 @@ BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::Pl
       adc_(plant.adc),
       chip_(image),
       can_(bus, chip_.fdcan1),
-      encoder_{BissEncoder(chip_.complaints, [this] { return tracker_.read_encoder(kAzimuth); }),
-               BissEncoder(chip_.complaints, [this] { return tracker_.read_encoder(kPitch); })},
+      encoder_{BissEncoder(chip_.violations, [this] { return tracker_.read_encoder(kAzimuth); }),
+               BissEncoder(chip_.violations, [this] { return tracker_.read_encoder(kPitch); })},
       gyro_{FibreGyro(chip_.timeline, chip_.usart1), FibreGyro(chip_.timeline, chip_.usart3)},
       gyro_phase_(options.gyro_phase),
       late_step_(chip_.timeline.add([this] { step(stepped_at_ + kPwmPeriod); })) {
@@ -64,7 +64,7 @@ BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::Pl
   chip_.adc1.measures([this](unsigned channel) { return adc_counts(1, channel); });
   chip_.adc2.measures([this](unsigned channel) { return adc_counts(2, channel); });
   for (const char port : {'A', 'B', 'C'}) {
-    chip_.port(port).watch([this] { update_break_inputs(); });
+    chip_.port(port).monitor([this] { update_break_inputs(); });
   }
   chip_.timeline.set(late_step_, kPwmPeriod + kPwmPeriod / 4);
   chip_.power_on();
@@ -89,7 +89,7 @@ double BoardMachine::take_duty(int axis) {
   for (std::size_t leg = 0; driven && leg < Timer::kLegs; ++leg) {
     for (const Pin pin : {bridge.high[leg], bridge.low[leg]}) {
       if (!chip_.port(pin.port).has_function(pin.number, bridge.function)) {
-        chip_.complaints.add(fmt::format("P{}{} does not give its bridge the timer's signal", pin.port, pin.number));
+        chip_.violations.add(fmt::format("P{}{} does not give its bridge the timer's signal", pin.port, pin.number));
         driven = false;
       }
     }
@@ -129,7 +129,7 @@ void BoardMachine::step(Instant at) {
 void BoardMachine::step_if_due() {
   if (chip_.timeline.instant() >= stepped_at_ + kPwmPeriod / 2) {
     if (chip_.tim1.is_running() && !chip_.tim1.is_around_zero()) {
-      chip_.complaints.add("currents are sampled in the wrong half of the PWM period");
+      chip_.violations.add("currents are sampled in the wrong half of the PWM period");
     }
     step(chip_.timeline.instant());
   }
@@ -139,7 +139,7 @@ void BoardMachine::step_if_due() {
 
 void BoardMachine::check_pin_is_analog(char port, unsigned pin) {
   if (chip_.port(port).mode(pin) != Gpio::Mode::kAnalog) {
-    chip_.complaints.add(fmt::format("P{}{} is measured and not in analog mode", port, pin));
+    chip_.violations.add(fmt::format("P{}{} is measured and not in analog mode", port, pin));
   }
 }
 
@@ -163,7 +163,7 @@ std::uint32_t BoardMachine::adc_counts(int converter, unsigned channel) {
     check_pin_is_analog('C', 1);
     return thermistor_counts(kHeatSinkCelsius);
   }
-  chip_.complaints.add(fmt::format("ADC{} measures channel {}, where nothing is connected", converter, channel));
+  chip_.violations.add(fmt::format("ADC{} measures channel {}, where nothing is connected", converter, channel));
   return 0;
 }
 

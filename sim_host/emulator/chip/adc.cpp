@@ -105,8 +105,8 @@ void Adc::on_reset() {
 }
 
 void Adc::changed() {
-  if (watcher_) {
-    watcher_();
+  if (monitor_) {
+    monitor_();
   }
 }
 

@@ -40,7 +40,7 @@ class Adc : public Peripheral {
 
   bool wants_interrupt() const { return (reg(0x00) & reg(0x04)) != 0; }
   // Called when wants_interrupt() may have changed: both converters share a line.
-  void watch(std::function<void()> watcher) { watcher_ = std::move(watcher); }
+  void monitor(std::function<void()> monitor) { monitor_ = std::move(monitor); }
 
  protected:
   void on_write(std::uint32_t offset, std::uint32_t written, unsigned width) override;
@@ -57,7 +57,7 @@ class Adc : public Peripheral {
 
   const AdcCommon& common_;
   std::function<std::uint32_t(unsigned)> source_;
-  std::function<void()> watcher_;
+  std::function<void()> monitor_;
   Timeline::Alarm sequence_end_;
   Timeline::Alarm calibration_end_;
   Timeline::Alarm ready_;

@@ -31,7 +31,7 @@ class Gpio : public Peripheral {
   bool input(unsigned pin) const { return (inputs_ >> pin & 1U) != 0; }
 
   // Called after any change of a mode, function, output or input.
-  void watch(std::function<void()> watcher) { watcher_ = std::move(watcher); }
+  void monitor(std::function<void()> monitor) { monitor_ = std::move(monitor); }
 
  protected:
   std::uint32_t on_read(std::uint32_t offset, std::uint32_t stored, unsigned width) override;
@@ -40,13 +40,13 @@ class Gpio : public Peripheral {
 
  private:
   void changed() {
-    if (watcher_) {
-      watcher_();
+    if (monitor_) {
+      monitor_();
     }
   }
 
   std::uint32_t inputs_ = 0;
-  std::function<void()> watcher_;
+  std::function<void()> monitor_;
 };
 
 }  // namespace trackservo::target

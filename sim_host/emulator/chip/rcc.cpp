@@ -60,7 +60,7 @@ void Rcc::on_reset() {
   }
 }
 
-void Rcc::tell_cause(ResetCause cause) {
+void Rcc::report_cause(ResetCause cause) {
   causes_ =
       cause == ResetCause::kPowerOn ? static_cast<std::uint32_t>(cause) : causes_ | static_cast<std::uint32_t>(cause);
 }

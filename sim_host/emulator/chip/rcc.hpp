@@ -31,7 +31,7 @@ class Rcc : public Peripheral {
   explicit Rcc(Services services);
   void supplied_by(Supply supply) { supply_ = std::move(supply); }
 
-  void tell_cause(ResetCause cause);
+  void report_cause(ResetCause cause);
   std::uint32_t causes() const { return causes_; }
 
   std::uint32_t core_hz() const { return core_hz_; }

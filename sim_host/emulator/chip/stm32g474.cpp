@@ -157,8 +157,8 @@ void Stm32g474::wire_timers() {
   tim1.on_trigger([adcs](bool second) { adcs(second ? AdcTrigger::kTim1Trgo2 : AdcTrigger::kTim1Trgo); });
   tim8.on_trigger([adcs](bool second) { adcs(second ? AdcTrigger::kTim8Trgo2 : AdcTrigger::kTim8Trgo); });
   const auto adc_interrupt = [this] { adc_line_.set(adc1.wants_interrupt() || adc2.wants_interrupt()); };
-  adc1.watch(adc_interrupt);
-  adc2.watch(adc_interrupt);
+  adc1.monitor(adc_interrupt);
+  adc2.monitor(adc_interrupt);
   const auto serve = [this] {
     spi1.serve_dma();
     spi3.serve_dma();
@@ -181,7 +181,7 @@ void Stm32g474::reset(ResetCause cause) {
   for (Peripheral *peripheral : all_) {
     peripheral->reset();
   }
-  rcc.tell_cause(cause);
+  rcc.report_cause(cause);
   core.reset();
   if (reset_listener_) {
     reset_listener_();

@@ -70,17 +70,17 @@ class Stm32g474 {
 
   Timeline timeline;
   Exceptions exceptions;
-  Complaints complaints;
+  Violations violations;
 
  private:
-  Services services_{timeline, exceptions, complaints};
+  Services services_{timeline, exceptions, violations};
   std::vector<std::uint8_t> flash_bytes_;
   std::vector<std::uint8_t> sram_bytes_;
   std::array<std::unique_ptr<Gpio>, 7> ports_;
 
  public:
-  Bus bus{complaints};
-  CortexM4 core{timeline, exceptions, complaints, bus};
+  Bus bus{violations};
+  CortexM4 core{timeline, exceptions, violations, bus};
   SystemControl control{services_, core, [this] { request_reset(ResetCause::kSoftware); }};
   CycleCounter cycle_counter{services_, core, control};
   Rcc rcc{services_};

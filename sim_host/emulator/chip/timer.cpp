@@ -291,8 +291,8 @@ void Timer::refresh_interrupts() {
 }
 
 void Timer::outputs_changed() {
-  if (output_watcher_) {
-    output_watcher_();
+  if (output_monitor_) {
+    output_monitor_();
   }
 }
 

@@ -46,7 +46,7 @@ class Timer : public Peripheral {
   bool is_main_output_enabled() const { return advanced_ && (reg(0x44) & 1U << 15) != 0; }
 
   // Called after every change of the main output enable.
-  void watch_outputs(std::function<void()> watcher) { output_watcher_ = std::move(watcher); }
+  void monitor_outputs(std::function<void()> monitor) { output_monitor_ = std::move(monitor); }
 
   // PWM period, or time between updates of a basic timer [1/4.08 GHz].
   Instant period() const { return (is_centred() ? 2 * limit_ : limit_ + 1) * count_; }
@@ -94,7 +94,7 @@ class Timer : public Peripheral {
   std::function<std::uint32_t()> frequency_hz_;
   std::function<void(bool)> triggered_;
   std::function<void()> enabled_;
-  std::function<void()> output_watcher_;
+  std::function<void()> output_monitor_;
   Timeline::Alarm edge_;
   Timeline::Alarm compare_;
 

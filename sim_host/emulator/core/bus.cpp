@@ -21,7 +21,7 @@ const Bus::Region *Bus::find(std::uint32_t address, const char *what) {
     last_ = find(address);
   }
   if (last_ == nullptr) {
-    complaints_.add(fmt::format("{} at 0x{:08x}, where nothing is modelled", what, address));
+    violations_.add(fmt::format("{} at 0x{:08x}, where nothing is modelled", what, address));
   }
   return last_;
 }
@@ -42,10 +42,10 @@ std::uint32_t Bus::writable(std::uint32_t address) const {
 }
 
 void Bus::write(std::uint32_t address, std::uint32_t value, unsigned width) {
-  if (watcher_) {
+  if (monitor_) {
     const unsigned shift = width == 4 ? 0 : 8 * (address & 3U);
     const std::uint32_t lanes = width == 4 ? 0xFFFFFFFFU : (1U << (8 * width)) - 1U;
-    watcher_({address, value, (value ^ peek(address) >> shift) & writable(address) >> shift & lanes});
+    monitor_({address, value, (value ^ peek(address) >> shift) & writable(address) >> shift & lanes});
   }
   if (bend_ && bend_->address == address) {
     value = bend_->forced ? value | bend_->bit : value & ~bend_->bit;

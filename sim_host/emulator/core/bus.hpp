@@ -27,7 +27,7 @@ class Bus {
     bool forced;
   };
 
-  explicit Bus(Complaints& complaints) : complaints_(complaints) {}
+  explicit Bus(Violations& violations) : violations_(violations) {}
 
   // `size` in bytes; regions do not overlap.
   void attach(Peripheral& peripheral, std::uint32_t base, std::uint32_t size);
@@ -42,7 +42,7 @@ class Bus {
   void bend(std::optional<Bend> bend) { bend_ = bend; }
 
   // Receives every write before it is executed.
-  void watch(std::function<void(const Write&)> watcher) { watcher_ = std::move(watcher); }
+  void monitor(std::function<void(const Write&)> monitor) { monitor_ = std::move(monitor); }
 
  private:
   struct Region {
@@ -54,11 +54,11 @@ class Bus {
   const Region *find(std::uint32_t address) const;
   const Region *find(std::uint32_t address, const char *what);
 
-  Complaints& complaints_;
+  Violations& violations_;
   std::vector<Region> regions_;
   const Region *last_ = nullptr;
   std::optional<Bend> bend_;
-  std::function<void(const Write&)> watcher_;
+  std::function<void(const Write&)> monitor_;
 };
 
 }  // namespace trackservo::target

@@ -93,8 +93,8 @@ struct CortexM4::Hooks {
   }
 };
 
-CortexM4::CortexM4(Timeline& timeline, Exceptions& exceptions, Complaints& complaints, Bus& bus)
-    : timeline_(timeline), exceptions_(exceptions), complaints_(complaints), bus_(bus), blocks_(kFlashSize / 2) {
+CortexM4::CortexM4(Timeline& timeline, Exceptions& exceptions, Violations& violations, Bus& bus)
+    : timeline_(timeline), exceptions_(exceptions), violations_(violations), bus_(bus), blocks_(kFlashSize / 2) {
   check(uc_open(UC_ARCH_ARM, static_cast<uc_mode>(UC_MODE_THUMB | UC_MODE_MCLASS), &uc_), "open");
   check(uc_ctl_set_cpu_model(uc_, UC_CPU_ARM_CORTEX_M4), "Cortex-M4");
   uc_hook hook = 0;
@@ -209,7 +209,7 @@ CortexM4::Block& CortexM4::block_at(std::uint32_t address, std::uint32_t size) {
 // Called before the block runs: first everything that is due, then its own time.
 void CortexM4::on_block(std::uint32_t address, std::uint32_t size) {
   if (!within_it_) {
-    complaints_.at_block(address);
+    violations_.at_block(address);
     if (timeline_.next_due() <= timeline_.now()) {
       timeline_.run_due();
     }
@@ -305,7 +305,7 @@ void CortexM4::handle_stop(int error) {
   } else if (error == UC_ERR_FETCH_UNMAPPED || error == UC_ERR_FETCH_PROT) {
     fault(kBusFault, kInstructionBusError);
   } else if (error == UC_ERR_WRITE_PROT) {
-    complaints_.add(fmt::format("store to 0x{:08x} in the flash of the program itself", fault_address_));
+    violations_.add(fmt::format("store to 0x{:08x} in the flash of the program itself", fault_address_));
     fault(kBusFault, kPreciseDataBusError, fault_address_);
   } else if (error == UC_ERR_READ_UNMAPPED || error == UC_ERR_WRITE_UNMAPPED) {
     fault_at_missing_memory();
@@ -331,10 +331,10 @@ void CortexM4::enter(int exception) {
   values[6] = pc_;
   const std::uint32_t control = register_value(UC_ARM_REG_CONTROL);
   if ((control & kProcessStack) != 0) {
-    complaints_.add("the process stack is used, which is not modelled");
+    violations_.add("the process stack is used, which is not modelled");
   }
   if ((control & kFloatContext) != 0 && !state_.fpu_enabled) {
-    complaints_.add("the FPU is used while CPACR keeps it off");
+    violations_.add("the FPU is used while CPACR keeps it off");
   }
   const bool has_floats = (control & kFloatContext) != 0 && state_.fpu_context_automatic;
   const std::uint32_t size = has_floats ? kFloatFrame : kBasicFrame;
@@ -384,8 +384,8 @@ void CortexM4::begin_handler(int exception, std::uint32_t return_code) {
     }
     return;
   }
-  if (exception_watcher_) {
-    exception_watcher_(exception);
+  if (exception_monitor_) {
+    exception_monitor_(exception);
   }
 }
 
@@ -401,7 +401,7 @@ void CortexM4::leave() {
     set_register(UC_ARM_REG_FAULTMASK, 0);
   }
   if (to_thread != (exceptions_.nesting() == 0)) {
-    complaints_.add(fmt::format("exception return 0x{:08x} does not fit {} handlers that still run", return_code,
+    violations_.add(fmt::format("exception return 0x{:08x} does not fit {} handlers that still run", return_code,
                                 exceptions_.nesting()));
   }
   if (exceptions_.wants_attention() && !is_masked(exceptions_.next())) {
@@ -437,8 +437,8 @@ void CortexM4::unstack(std::uint32_t return_code) {
   set_register(UC_ARM_REG_XPSR, (flags & ~kStackPadded) | kThumbBit);
   set_register(UC_ARM_REG_CONTROL, has_floats ? kFloatContextInUse : 0);
   next_address_ = 0;
-  if (exception_watcher_) {
-    exception_watcher_(static_cast<int>(flags & kExceptionMask));
+  if (exception_monitor_) {
+    exception_monitor_(static_cast<int>(flags & kExceptionMask));
   }
 }
 

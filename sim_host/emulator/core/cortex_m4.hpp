@@ -18,12 +18,12 @@
 #include <vector>
 
 #include "core/bus.hpp"
-#include "core/complaints.hpp"
 #include "core/cost_account.hpp"
 #include "core/exceptions.hpp"
 #include "core/flash_accelerator.hpp"
 #include "core/instruction_cost.hpp"
 #include "core/timeline.hpp"
+#include "core/violations.hpp"
 
 struct uc_struct;
 
@@ -78,7 +78,7 @@ class CortexM4 {
     bool writable;
   };
 
-  CortexM4(Timeline& timeline, Exceptions& exceptions, Complaints& complaints, Bus& bus);
+  CortexM4(Timeline& timeline, Exceptions& exceptions, Violations& violations, Bus& bus);
   CortexM4(const CortexM4&) = delete;
   CortexM4& operator=(const CortexM4&) = delete;
   ~CortexM4();
@@ -112,7 +112,7 @@ class CortexM4 {
   int current_exception();
 
   // Called at the start of every exception and after every return (then with kThread or the resumed exception).
-  void watch_exceptions(std::function<void(int exception)> watcher) { exception_watcher_ = std::move(watcher); }
+  void monitor_exceptions(std::function<void(int exception)> monitor) { exception_monitor_ = std::move(monitor); }
 
   std::uint32_t register_value(int unicorn_register) const;
 
@@ -158,7 +158,7 @@ class CortexM4 {
 
   Timeline& timeline_;
   Exceptions& exceptions_;
-  Complaints& complaints_;
+  Violations& violations_;
   Bus& bus_;
   uc_struct *uc_ = nullptr;
   std::vector<Memory> memories_;
@@ -183,7 +183,7 @@ class CortexM4 {
   CoreState state_;
   CostAccount costs_;
   FlashAccelerator accelerator_;
-  std::function<void(int)> exception_watcher_;
+  std::function<void(int)> exception_monitor_;
   Instant units_per_cycle_ = period_of(16'000'000);
   std::uint64_t cycles_ = 0;
   std::uint64_t instructions_ = 0;

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "core/complaints.hpp"
 #include "core/exceptions.hpp"
 #include "core/irq_line.hpp"
 #include "core/timeline.hpp"
+#include "core/violations.hpp"
 
 namespace trackservo::target {
 
@@ -22,7 +22,7 @@ namespace trackservo::target {
 struct Services {
   Timeline& timeline;
   Exceptions& exceptions;
-  Complaints& complaints;
+  Violations& violations;
 };
 
 class Peripheral {
@@ -82,7 +82,7 @@ class Peripheral {
   // Stores the writable bits of `written`.
   void store(std::uint32_t offset, std::uint32_t written);
 
-  void complain(const std::string& sentence) const { services_.complaints.add(name_ + ": " + sentence); }
+  void complain(const std::string& sentence) const { services_.violations.add(name_ + ": " + sentence); }
   void require(bool kept, const char *rule) const {
     if (!kept) {
       complain(rule);

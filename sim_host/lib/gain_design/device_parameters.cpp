@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint16_t kLastParameter = 0x205F;
 constexpr std::uint16_t kLastDesigned = 0x204F;
-constexpr auto kMostFloat = static_cast<double>(std::numeric_limits<float>::max());
+constexpr auto kMaxFloat = static_cast<double>(std::numeric_limits<float>::max());
 
 // The dictionary's part over one set of parameters.
 class ParameterPart {
@@ -62,7 +62,7 @@ std::string key_of(const od_entry& entry) { return fmt::format("0x{:04X}:{}", en
 // In bus order, as od_write takes it.
 bool bytes_of(const nlohmann::json& json, const od_entry& entry, std::uint8_t (&bytes)[4]) {
   std::uint32_t raw = 0;
-  if (entry.type == OD_REAL32 && json.is_number() && std::abs(json.get<double>()) <= kMostFloat) {
+  if (entry.type == OD_REAL32 && json.is_number() && std::abs(json.get<double>()) <= kMaxFloat) {
     const float value = json.get<float>();
     std::memcpy(&raw, &value, sizeof raw);
   } else if (entry.type == OD_UNSIGNED32 && json.is_number_integer() && json.get<std::int64_t>() >= 0 &&

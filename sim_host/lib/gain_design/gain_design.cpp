@@ -49,10 +49,10 @@ void set_lead_limit(const IdentifiedPlant& plant, axis_parameters& p, std::vecto
 }
 
 // Everything except PI, filters and outer loops.
-axis_parameters with_plant(const IdentifiedPlant& plant, const GainWishes& wishes, const axis_parameters& present,
-                           std::vector<std::string>& notes) {
+axis_parameters with_plant(const IdentifiedPlant& plant, const GainRequirements& requirements,
+                           const axis_parameters& present, std::vector<std::string>& notes) {
   axis_parameters p = present;
-  p.speed_loop.setpoint_weight = to_float(wishes.setpoint_weight);
+  p.speed_loop.setpoint_weight = to_float(requirements.setpoint_weight);
   p.speed_loop.acceleration_inertia_kg_m2 = to_float(plant.inertia_kg_m2);
   p.observer.on = 1;
   p.observer.inertia_kg_m2 = to_float(plant.inertia_kg_m2);
@@ -68,13 +68,13 @@ axis_parameters with_plant(const IdentifiedPlant& plant, const GainWishes& wishe
 
 // Lowers a bandwidth until the outer loop that `loop_at` makes from it keeps the margins.
 template <class LoopAt>
-double kept_bandwidth_hz(const char *name, const SpeedLoopDemand& demand, const speed_loop_params& loop, bool wished,
-                         double bandwidth_hz, LoopAt loop_at, std::vector<std::string>& notes) {
+double retained_bandwidth_hz(const char *name, const SpeedLoopDemand& demand, const speed_loop_params& loop,
+                             bool required, double bandwidth_hz, LoopAt loop_at, std::vector<std::string>& notes) {
   constexpr int kSteps = 90;  // down to a hundredth
   for (int step = 0; step <= kSteps; ++step) {
     const double lowered_hz = bandwidth_hz * std::pow(0.95, step);
     if (keeps_margins(outer_margins(demand.machines, loop, loop_at(lowered_hz)), demand.least)) {
-      if (wished && step > 0) {
+      if (required && step > 0) {
         notes.push_back(
             fmt::format("{} lowered from {:.3g} Hz to {:.3g} Hz: around this speed loop a higher one does not keep "
                         "{:g} dB and {:g} deg.",
@@ -96,31 +96,31 @@ OuterLoop tracking_pi(double bandwidth_hz) {
 }
 
 // Without a requirement a tenth of the speed loop: far enough below it to be independent.
-void design_outer_loops(const IdentifiedPlant& plant, const GainWishes& wishes, const SpeedLoopDemand& demand,
-                        GainDesign& design) {
+void design_outer_loops(const IdentifiedPlant& plant, const GainRequirements& requirements,
+                        const SpeedLoopDemand& demand, GainDesign& design) {
   constexpr double kShare = 0.1;
   constexpr double kPaperTracking_hz = 2.0;  // limit with 20 ms of camera delay
   axis_parameters& p = design.parameters;
   const speed_loop_params loop = built(p).speed;
   const double usual_hz = kShare * design.speed_loop_bandwidth_hz;
   const double position_hz =
-      kept_bandwidth_hz("Position loop", demand, loop, wishes.position_bandwidth_hz.has_value(),
-                        wishes.position_bandwidth_hz.value_or(usual_hz), crossing_at, design.notes);
+      retained_bandwidth_hz("Position loop", demand, loop, requirements.position_bandwidth_hz.has_value(),
+                            requirements.position_bandwidth_hz.value_or(usual_hz), crossing_at, design.notes);
   p.position_loop.proportional_per_s = to_float(crossing_at(position_hz).proportional_per_s);
   const bool predictive = p.tracking_loop.kind == TRACKER_PREDICTIVE;
-  const double tracking_hz = kept_bandwidth_hz(
-      "Tracking loop", demand, loop, wishes.tracking_bandwidth_hz.has_value(),
-      wishes.tracking_bandwidth_hz.value_or(predictive ? usual_hz : std::min(kPaperTracking_hz, usual_hz)),
+  const double tracking_hz = retained_bandwidth_hz(
+      "Tracking loop", demand, loop, requirements.tracking_bandwidth_hz.has_value(),
+      requirements.tracking_bandwidth_hz.value_or(predictive ? usual_hz : std::min(kPaperTracking_hz, usual_hz)),
       predictive ? crossing_at : tracking_pi, design.notes);
   const OuterLoop tracking = predictive ? crossing_at(tracking_hz) : tracking_pi(tracking_hz);
   p.tracking_loop.proportional_per_s = to_float(tracking.proportional_per_s);
   p.tracking_loop.integral_per_s2 = to_float(tracking.integral_per_s2);
-  const double most_rad_s2 = 0.5 * (peak_torque_nm(p) - breakaway_nm(plant)) / plant.inertia_kg_m2;
-  if (to_double(p.position_loop.deceleration_rad_s2) > most_rad_s2) {
+  const double max_rad_s2 = 0.5 * (peak_torque_nm(p) - breakaway_nm(plant)) / plant.inertia_kg_m2;
+  if (to_double(p.position_loop.deceleration_rad_s2) > max_rad_s2) {
     design.notes.push_back(fmt::format(
         "Position loop deceleration lowered from {:.3g} rad/s2 to {:.3g} rad/s2, half of the motor's maximum.",
-        to_double(p.position_loop.deceleration_rad_s2), most_rad_s2));
-    p.position_loop.deceleration_rad_s2 = to_float(most_rad_s2);
+        to_double(p.position_loop.deceleration_rad_s2), max_rad_s2));
+    p.position_loop.deceleration_rad_s2 = to_float(max_rad_s2);
   }
 }
 
@@ -140,17 +140,18 @@ void predict(const SpeedLoopDemand& demand, GainDesign& design) {
 
 }  // namespace
 
-GainDesign design_gains(const IdentifiedPlant& plant, const GainWishes& wishes, const axis_parameters& present) {
+GainDesign design_gains(const IdentifiedPlant& plant, const GainRequirements& requirements,
+                        const axis_parameters& present) {
   constexpr double kUsualNoiseShare = 0.01;
   refuse_weak_motor(plant, present);
   GainDesign design;
-  design.parameters = with_plant(plant, wishes, present, design.notes);
+  design.parameters = with_plant(plant, requirements, present, design.notes);
   const SpeedLoopDemand demand{operating_points(plant, to_double(present.motor.bandwidth_rad_s)), plant.noise(),
-                               wishes.least,
-                               wishes.most_torque_noise_nm.value_or(kUsualNoiseShare * peak_torque_nm(present))};
-  design_speed_loop(plant, wishes, demand, design.parameters, design.notes);
+                               requirements.least,
+                               requirements.max_torque_noise_nm.value_or(kUsualNoiseShare * peak_torque_nm(present))};
+  design_speed_loop(plant, requirements, demand, design.parameters, design.notes);
   predict(demand, design);
-  design_outer_loops(plant, wishes, demand, design);
+  design_outer_loops(plant, requirements, demand, design);
   built(design.parameters);
   return design;
 }

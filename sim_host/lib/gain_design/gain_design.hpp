@@ -22,15 +22,15 @@
 
 namespace trackservo::gain_design {
 
-// Ranges are those of wishes.json (gain_wishes_json.cpp); the design chooses what is absent.
-struct GainWishes {
+// Ranges are those of wishes.json (gain_requirements_json.cpp); the design chooses what is absent.
+struct GainRequirements {
   std::optional<double> speed_loop_bandwidth_hz;             // of PI alone with set-point weight 1, sliding
   std::optional<double> speed_loop_natural_frequency_rad_s;  // the same in another form; at most one of the two
   double speed_loop_damping = 1.0;
   double setpoint_weight = 0.8;
   std::optional<double> observer_bandwidth_hz;
   LeastMargins least;
-  std::optional<double> most_torque_noise_nm;   // rms at standstill; absent: 1 % of the motor's peak torque
+  std::optional<double> max_torque_noise_nm;    // rms at standstill; absent: 1 % of the motor's peak torque
   std::optional<double> tracking_bandwidth_hz;  // PI kind: closed loop at -3 dB; predictive kind: crossover
   std::optional<double> position_bandwidth_hz;  // crossover
 };
@@ -54,7 +54,8 @@ class GainDesignError : public std::runtime_error {
 
 // `present`: the parameters of the device; sensors, motor, limits of the outer loops and the tracker's kind are taken
 // from them. Throws GainDesignError. Takes up to a few seconds for a long search.
-GainDesign design_gains(const IdentifiedPlant& plant, const GainWishes& wishes, const axis_parameters& present);
+GainDesign design_gains(const IdentifiedPlant& plant, const GainRequirements& requirements,
+                        const axis_parameters& present);
 
 }  // namespace trackservo::gain_design
 

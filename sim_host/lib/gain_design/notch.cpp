@@ -14,13 +14,13 @@ const StructuralMode *dominant_mode(const std::vector<StructuralMode>& modes) {
 }
 
 NotchFilter notch_for(const StructuralMode& mode) {
-  constexpr double kLeastDepth = 0.03;
-  constexpr double kLeastRelativeWidth = 0.1;
-  constexpr double kMostRelativeWidth = 1.5;  // the firmware accepts up to 2
+  constexpr double kMinDepth = 0.03;
+  constexpr double kMinRelativeWidth = 0.1;
+  constexpr double kMaxRelativeWidth = 1.5;  // the firmware accepts up to 2
   const double frequency_hz = mode.frequency_rad_s / (2.0 * M_PI);
-  const double depth = std::max(1.0 / relative_height(mode), kLeastDepth);
+  const double depth = std::max(1.0 / relative_height(mode), kMinDepth);
   const double relative_width = 2.0 * mode.damping / depth;
-  return {frequency_hz, frequency_hz * std::clamp(relative_width, kLeastRelativeWidth, kMostRelativeWidth), depth};
+  return {frequency_hz, frequency_hz * std::clamp(relative_width, kMinRelativeWidth, kMaxRelativeWidth), depth};
 }
 
 }  // namespace trackservo::gain_design

@@ -20,7 +20,7 @@ struct FilterChoice {
 
 struct SpeedLoopChoice {
   FilterChoice filters;
-  SpeedLoopWish wish;  // with these filters a requirement in Hz is another natural frequency
+  SpeedLoopRequirement requirement;  // with these filters a requirement in Hz is another natural frequency
   SpeedLoopPair pair;
 };
 
@@ -35,31 +35,32 @@ axis_parameters with_filters(axis_parameters parameters, const FilterChoice& fil
   return parameters;
 }
 
-SpeedLoopWish wish_with(const GainWishes& wishes, const LinearMachine& sliding, const speed_loop_params& loop) {
-  SpeedLoopWish wish;
-  wish.natural_rad_s = wishes.speed_loop_natural_frequency_rad_s;
-  if (wishes.speed_loop_bandwidth_hz) {
-    wish.natural_rad_s =
-        natural_frequency_rad_s(sliding, loop, *wishes.speed_loop_bandwidth_hz, wishes.speed_loop_damping);
+SpeedLoopRequirement requirement_with(const GainRequirements& requirements, const LinearMachine& sliding,
+                                      const speed_loop_params& loop) {
+  SpeedLoopRequirement requirement;
+  requirement.natural_rad_s = requirements.speed_loop_natural_frequency_rad_s;
+  if (requirements.speed_loop_bandwidth_hz) {
+    requirement.natural_rad_s =
+        natural_frequency_rad_s(sliding, loop, *requirements.speed_loop_bandwidth_hz, requirements.speed_loop_damping);
   }
-  if (wishes.observer_bandwidth_hz) {
-    wish.observer_rad_s = *wishes.observer_bandwidth_hz / kHzPerRad_s;
+  if (requirements.observer_bandwidth_hz) {
+    requirement.observer_rad_s = *requirements.observer_bandwidth_hz / kHzPerRad_s;
   }
-  wish.damping = wishes.speed_loop_damping;
-  return wish;
+  requirement.damping = requirements.speed_loop_damping;
+  return requirement;
 }
 
-bool is_wished(const SpeedLoopChoice& choice) {
-  const auto kept = [](const std::optional<double>& wished, double got) { return !wished || *wished == got; };
-  return kept(choice.wish.natural_rad_s, choice.pair.natural_rad_s) &&
-         kept(choice.wish.observer_rad_s, choice.pair.observer_rad_s);
+bool is_required(const SpeedLoopChoice& choice) {
+  const auto kept = [](const std::optional<double>& required, double got) { return !required || *required == got; };
+  return kept(choice.requirement.natural_rad_s, choice.pair.natural_rad_s) &&
+         kept(choice.requirement.observer_rad_s, choice.pair.observer_rad_s);
 }
 
 // Tries filters from none to many; more filters must bring a tenth more rejection.
 class FilterSearch {
  public:
-  FilterSearch(const GainWishes& wishes, const SpeedLoopDemand& demand, const axis_parameters& parameters)
-      : wishes_(wishes), demand_(demand), parameters_(parameters) {}
+  FilterSearch(const GainRequirements& requirements, const SpeedLoopDemand& demand, const axis_parameters& parameters)
+      : requirements_(requirements), demand_(demand), parameters_(parameters) {}
 
   std::optional<SpeedLoopChoice> run(const StructuralMode *mode) {
     constexpr double kLowpasses_hz[] = {400.0, 300.0, 200.0, 150.0, 100.0};
@@ -82,11 +83,12 @@ class FilterSearch {
   bool noise_refused() const { return noise_refused_; }
 
   // Why nothing was found, or not the required values.
-  std::string complaint(const FilterChoice& filters, bool slowest) const {
+  std::string error(const FilterChoice& filters, bool slowest) const {
     const speed_loop_params loop = built(with_filters(parameters_, filters)).speed;
-    const SpeedLoopWish wish = wish_with(wishes_, demand_.machines.front(), loop);
-    const SpeedLoopSearch search(demand_, loop, wish);
-    const SpeedLoopPair pair = slowest ? search.slowest() : SpeedLoopPair{*wish.natural_rad_s, *wish.observer_rad_s};
+    const SpeedLoopRequirement requirement = requirement_with(requirements_, demand_.machines.front(), loop);
+    const SpeedLoopSearch search(demand_, loop, requirement);
+    const SpeedLoopPair pair =
+        slowest ? search.slowest() : SpeedLoopPair{*requirement.natural_rad_s, *requirement.observer_rad_s};
     const SpeedLoopVerdict verdict = search.judge(pair);
     if (!verdict.stable) {
       return "the loop is unstable";
@@ -95,13 +97,13 @@ class FilterSearch {
         "the loop has {:.1f} dB, {:.0f} deg and a torque noise of {:.2g} Nm, but {:g} dB, {:g} deg and at most {:.2g} "
         "Nm are required",
         verdict.margins.gain_margin_db, verdict.margins.phase_margin_deg, verdict.torque_noise_nm,
-        demand_.least.gain_margin_db, demand_.least.phase_margin_deg, demand_.most_torque_noise_nm);
+        demand_.least.gain_margin_db, demand_.least.phase_margin_deg, demand_.max_torque_noise_nm);
   }
 
  private:
   void attempt(const FilterChoice& filters) {
     const double kWorthwhile = std::log(1.1);
-    if (best_ && wishes_are_complete() && is_wished(*best_)) {
+    if (best_ && requirements_are_complete() && is_required(*best_)) {
       return;
     }
     servo_axis_params device{};
@@ -109,26 +111,26 @@ class FilterSearch {
     if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
       return;  // the resonance is outside the range of the firmware's notch
     }
-    SpeedLoopChoice choice{filters, wish_with(wishes_, demand_.machines.front(), device.speed), {}};
-    SpeedLoopSearch search(demand_, device.speed, choice.wish);
+    SpeedLoopChoice choice{filters, requirement_with(requirements_, demand_.machines.front(), device.speed), {}};
+    SpeedLoopSearch search(demand_, device.speed, choice.requirement);
     const std::optional<SpeedLoopPair> pair = search.best();
     noise_refused_ = noise_refused_ || search.noise_refused();
     if (!pair) {
       return;
     }
     choice.pair = *pair;
-    if (!best_ || is_wished(choice) > is_wished(*best_) ||
-        (is_wished(choice) == is_wished(*best_) && rejection(*pair) > rejection(best_->pair) + kWorthwhile)) {
+    if (!best_ || is_required(choice) > is_required(*best_) ||
+        (is_required(choice) == is_required(*best_) && rejection(*pair) > rejection(best_->pair) + kWorthwhile)) {
       best_ = choice;
     }
   }
 
-  bool wishes_are_complete() const {
-    return wishes_.observer_bandwidth_hz &&
-           (wishes_.speed_loop_bandwidth_hz || wishes_.speed_loop_natural_frequency_rad_s);
+  bool requirements_are_complete() const {
+    return requirements_.observer_bandwidth_hz &&
+           (requirements_.speed_loop_bandwidth_hz || requirements_.speed_loop_natural_frequency_rad_s);
   }
 
-  const GainWishes& wishes_;
+  const GainRequirements& requirements_;
   const SpeedLoopDemand& demand_;
   const axis_parameters& parameters_;
   std::optional<SpeedLoopChoice> best_;
@@ -164,24 +166,24 @@ void note_filters(const IdentifiedPlant& plant, const SpeedLoopChoice& choice, s
 
 void note_observer(const SpeedLoopChoice& choice, std::vector<std::string>& notes) {
   const double got_hz = choice.pair.observer_rad_s * kHzPerRad_s;
-  if (!choice.wish.observer_rad_s) {
+  if (!choice.requirement.observer_rad_s) {
     notes.push_back(fmt::format("Observer: {:.3g} Hz, the highest that margins and torque noise allow.", got_hz));
-  } else if (*choice.wish.observer_rad_s != choice.pair.observer_rad_s) {
+  } else if (*choice.requirement.observer_rad_s != choice.pair.observer_rad_s) {
     notes.push_back(fmt::format("Observer lowered from {:.3g} Hz to {:.3g} Hz.",
-                                *choice.wish.observer_rad_s * kHzPerRad_s, got_hz));
+                                *choice.requirement.observer_rad_s * kHzPerRad_s, got_hz));
   }
 }
 
 void note_pi(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopChoice& choice,
-             const GainWishes& wishes, std::vector<std::string>& notes) {
-  const double got_hz = bandwidth_of(demand, loop, choice.pair.natural_rad_s, wishes.speed_loop_damping);
-  if (!choice.wish.natural_rad_s) {
+             const GainRequirements& requirements, std::vector<std::string>& notes) {
+  const double got_hz = bandwidth_of(demand, loop, choice.pair.natural_rad_s, requirements.speed_loop_damping);
+  if (!choice.requirement.natural_rad_s) {
     notes.push_back(
         fmt::format("Speed loop with PI alone: {:.3g} Hz, the highest that margins and torque noise allow.", got_hz));
-  } else if (*choice.wish.natural_rad_s != choice.pair.natural_rad_s) {
-    const double wished_hz = wishes.speed_loop_bandwidth_hz.value_or(
-        bandwidth_of(demand, loop, *choice.wish.natural_rad_s, wishes.speed_loop_damping));
-    notes.push_back(fmt::format("Speed loop with PI alone lowered from {:.3g} Hz to {:.3g} Hz.", wished_hz, got_hz));
+  } else if (*choice.requirement.natural_rad_s != choice.pair.natural_rad_s) {
+    const double required_hz = requirements.speed_loop_bandwidth_hz.value_or(
+        bandwidth_of(demand, loop, *choice.requirement.natural_rad_s, requirements.speed_loop_damping));
+    notes.push_back(fmt::format("Speed loop with PI alone lowered from {:.3g} Hz to {:.3g} Hz.", required_hz, got_hz));
   }
 }
 
@@ -197,32 +199,32 @@ servo_axis_params built(const axis_parameters& parameters) {
   return device;
 }
 
-void design_speed_loop(const IdentifiedPlant& plant, const GainWishes& wishes, const SpeedLoopDemand& demand,
-                       axis_parameters& parameters, std::vector<std::string>& notes) {
-  FilterSearch search(wishes, demand, parameters);
+void design_speed_loop(const IdentifiedPlant& plant, const GainRequirements& requirements,
+                       const SpeedLoopDemand& demand, axis_parameters& parameters, std::vector<std::string>& notes) {
+  FilterSearch search(requirements, demand, parameters);
   const std::optional<SpeedLoopChoice> choice = search.run(dominant_mode(plant.modes));
   if (!choice) {
     throw GainDesignError(
         fmt::format("no gains meet the requirements: even with the slowest ones tried {}; require less margin or allow "
                     "more torque noise",
-                    search.complaint({}, true)));
+                    search.error({}, true)));
   }
   parameters = with_filters(parameters, choice->filters);
-  const PiWish pi{choice->pair.natural_rad_s, wishes.speed_loop_damping, wishes.setpoint_weight};
+  const PiRequirement pi{choice->pair.natural_rad_s, requirements.speed_loop_damping, requirements.setpoint_weight};
   set_pi(parameters, pi_params(pi, plant.inertia_kg_m2));
   parameters.observer.bandwidth_rad_s = static_cast<float>(choice->pair.observer_rad_s);
   note_filters(plant, *choice, notes);
   const speed_loop_params loop = built(parameters).speed;
-  note_pi(demand, loop, *choice, wishes, notes);
+  note_pi(demand, loop, *choice, requirements, notes);
   note_observer(*choice, notes);
   if (search.noise_refused()) {
     notes.push_back(
         fmt::format("A faster loop, or one with fewer filters, keeps the margins but has more torque noise "
                     "than {:.2g} Nm.",
-                    demand.most_torque_noise_nm));
+                    demand.max_torque_noise_nm));
   }
-  if (!is_wished(*choice) && choice->wish.natural_rad_s && choice->wish.observer_rad_s) {
-    notes.push_back("With the required values, " + search.complaint(choice->filters, false) + ".");
+  if (!is_required(*choice) && choice->requirement.natural_rad_s && choice->requirement.observer_rad_s) {
+    notes.push_back("With the required values, " + search.error(choice->filters, false) + ".");
   }
 }
 

@@ -12,8 +12,8 @@ namespace trackservo::gain_design {
 
 // Writes PI, observer bandwidth and filters into `parameters`, whose other members must be complete, and reports in
 // `notes` what was lowered or chosen. Throws GainDesignError.
-void design_speed_loop(const IdentifiedPlant& plant, const GainWishes& wishes, const SpeedLoopDemand& demand,
-                       axis_parameters& parameters, std::vector<std::string>& notes);
+void design_speed_loop(const IdentifiedPlant& plant, const GainRequirements& requirements,
+                       const SpeedLoopDemand& demand, axis_parameters& parameters, std::vector<std::string>& notes);
 
 // The device's filters and loops for the parameters. Throws GainDesignError when the firmware refuses them.
 servo_axis_params built(const axis_parameters& parameters);

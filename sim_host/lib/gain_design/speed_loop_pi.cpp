@@ -4,13 +4,13 @@
 
 namespace trackservo::gain_design {
 
-pi_controller_params pi_params(const PiWish& wish, double inertia_kg_m2) {
-  const double w = wish.natural_frequency_rad_s;
+pi_controller_params pi_params(const PiRequirement& requirement, double inertia_kg_m2) {
+  const double w = requirement.natural_frequency_rad_s;
   pi_controller_params pi{};
-  pi.proportional_gain = static_cast<float>(2.0 * wish.damping * w * inertia_kg_m2);
+  pi.proportional_gain = static_cast<float>(2.0 * requirement.damping * w * inertia_kg_m2);
   pi.integral_gain = static_cast<float>(w * w * inertia_kg_m2);
-  pi.setpoint_weight = static_cast<float>(wish.setpoint_weight);
-  pi.tracking_rate_per_s = static_cast<float>(0.5 * w / wish.damping);  // ki / kp
+  pi.setpoint_weight = static_cast<float>(requirement.setpoint_weight);
+  pi.tracking_rate_per_s = static_cast<float>(0.5 * w / requirement.damping);  // ki / kp
   return pi;
 }
 

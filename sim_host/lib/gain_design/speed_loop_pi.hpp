@@ -6,14 +6,14 @@
 
 namespace trackservo::gain_design {
 
-struct PiWish {
+struct PiRequirement {
   double natural_frequency_rad_s;
   double damping;
   double setpoint_weight;
 };
 
 // The firmware's parameters for it; the integral leaves a limit at the rate ki / kp.
-pi_controller_params pi_params(const PiWish& wish, double inertia_kg_m2);
+pi_controller_params pi_params(const PiRequirement& requirement, double inertia_kg_m2);
 
 // Into the device's parameters, object 0x2000.
 void set_pi(axis_parameters& parameters, const pi_controller_params& pi);

@@ -15,8 +15,8 @@ constexpr double kPhaseReserve_deg = 2.0;
 constexpr double kStep = 0.95;  // ratio from one tried pair to the next
 constexpr int kSteps = 90;      // down to a hundredth
 
-constexpr double kMostObserver_rad_s = 999.0;  // the firmware accepts up to one per tick
-constexpr double kMostNatural_rad_s = 900.0;   // beyond 300 Hz of bandwidth
+constexpr double kMaxObserver_rad_s = 999.0;  // the firmware accepts up to one per tick
+constexpr double kMaxNatural_rad_s = 900.0;   // beyond 300 Hz of bandwidth
 
 // Observers slower than half of the PI add nothing to it; faster than four times, they leave the PI nothing to do.
 constexpr double kObserverRatios[] = {0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0};
@@ -29,7 +29,7 @@ double rejection(const SpeedLoopPair& pair) {
 
 speed_loop_params SpeedLoopSearch::loop_with(const SpeedLoopPair& pair) const {
   speed_loop_params loop = loop_;
-  const PiWish pi{pair.natural_rad_s, wish_.damping, static_cast<double>(loop_.pi.setpoint_weight)};
+  const PiRequirement pi{pair.natural_rad_s, requirement_.damping, static_cast<double>(loop_.pi.setpoint_weight)};
   loop.pi = pi_params(pi, demand_.machines.front().inertia_kg_m2);
   loop.observer_on = true;
   loop.observer.bandwidth_rad_s = static_cast<float>(pair.observer_rad_s);
@@ -59,7 +59,7 @@ bool SpeedLoopSearch::is_good(const SpeedLoopPair& pair, Reserve reserve) {
   }
   const SpeedLoopVerdict verdict = judge(pair);
   const bool in_command = verdict.stable && keeps_margins(verdict.margins, least);
-  const bool quiet = verdict.torque_noise_nm <= demand_.most_torque_noise_nm;
+  const bool quiet = verdict.torque_noise_nm <= demand_.max_torque_noise_nm;
   noise_refused_ = noise_refused_ || (in_command && !quiet);
   return in_command && quiet;
 }
@@ -78,7 +78,7 @@ std::optional<SpeedLoopPair> SpeedLoopSearch::first_good(SpeedLoopPair pair, boo
 std::optional<SpeedLoopPair> SpeedLoopSearch::best_of_both() {
   std::optional<SpeedLoopPair> best;
   for (const double ratio : kObserverRatios) {
-    const double natural_rad_s = std::min(kMostNatural_rad_s, kMostObserver_rad_s / ratio);
+    const double natural_rad_s = std::min(kMaxNatural_rad_s, kMaxObserver_rad_s / ratio);
     const auto pair = first_good({natural_rad_s, ratio * natural_rad_s}, true, true);
     if (pair && (!best || rejection(*pair) > rejection(*best))) {
       best = pair;
@@ -88,13 +88,13 @@ std::optional<SpeedLoopPair> SpeedLoopSearch::best_of_both() {
 }
 
 SpeedLoopPair SpeedLoopSearch::fastest() const {
-  constexpr double kMostRatio = 4.0;
-  if (wish_.natural_rad_s) {
-    return {*wish_.natural_rad_s,
-            wish_.observer_rad_s.value_or(std::min(kMostRatio * *wish_.natural_rad_s, kMostObserver_rad_s))};
+  constexpr double kMaxRatio = 4.0;
+  if (requirement_.natural_rad_s) {
+    return {*requirement_.natural_rad_s, requirement_.observer_rad_s.value_or(
+                                             std::min(kMaxRatio * *requirement_.natural_rad_s, kMaxObserver_rad_s))};
   }
-  const double observer_rad_s = wish_.observer_rad_s.value_or(kMostObserver_rad_s);
-  return {std::min(kMostRatio * observer_rad_s, kMostNatural_rad_s), observer_rad_s};
+  const double observer_rad_s = requirement_.observer_rad_s.value_or(kMaxObserver_rad_s);
+  return {std::min(kMaxRatio * observer_rad_s, kMaxNatural_rad_s), observer_rad_s};
 }
 
 SpeedLoopPair SpeedLoopSearch::slowest() const {
@@ -103,16 +103,17 @@ SpeedLoopPair SpeedLoopSearch::slowest() const {
 }
 
 std::optional<SpeedLoopPair> SpeedLoopSearch::best() {
-  if (!wish_.natural_rad_s && !wish_.observer_rad_s) {
+  if (!requirement_.natural_rad_s && !requirement_.observer_rad_s) {
     return best_of_both();
   }
-  const SpeedLoopPair wished = fastest();
-  if (wish_.natural_rad_s && wish_.observer_rad_s && is_good(wished, Reserve::kNone)) {
-    return wished;
+  const SpeedLoopPair required = fastest();
+  if (requirement_.natural_rad_s && requirement_.observer_rad_s && is_good(required, Reserve::kNone)) {
+    return required;
   }
-  std::optional<SpeedLoopPair> pair = wish_.natural_rad_s ? first_good(wished, false, true)   // the observer is reduced
-                                                          : first_good(wished, true, false);  // the PI is free
-  return pair ? pair : first_good(wished, true, true);
+  std::optional<SpeedLoopPair> pair = requirement_.natural_rad_s
+                                          ? first_good(required, false, true)   // the observer is reduced
+                                          : first_good(required, true, false);  // the PI is free
+  return pair ? pair : first_good(required, true, true);
 }
 
 }  // namespace trackservo::gain_design

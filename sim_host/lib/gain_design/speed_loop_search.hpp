@@ -13,7 +13,7 @@ struct SpeedLoopDemand {
   std::vector<LinearMachine> machines;  // all must be good: operating_points()
   SensorNoise noise;
   LeastMargins least;
-  double most_torque_noise_nm = 0.0;
+  double max_torque_noise_nm = 0.0;
 };
 
 // PI and observer, the two that decide the speed of the loop.
@@ -23,7 +23,7 @@ struct SpeedLoopPair {
 };
 
 // Absent values are chosen.
-struct SpeedLoopWish {
+struct SpeedLoopRequirement {
   std::optional<double> natural_rad_s;
   std::optional<double> observer_rad_s;
   double damping = 1.0;
@@ -38,8 +38,8 @@ struct SpeedLoopVerdict {
 class SpeedLoopSearch {
  public:
   // `loop` gives sensors, filters and set-point weight.
-  SpeedLoopSearch(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopWish& wish)
-      : demand_(demand), loop_(loop), wish_(wish) {}
+  SpeedLoopSearch(const SpeedLoopDemand& demand, const speed_loop_params& loop, const SpeedLoopRequirement& requirement)
+      : demand_(demand), loop_(loop), requirement_(requirement) {}
 
   // The required values if they are good, otherwise lowered: the observer first, then both. Nothing when no pair down
   // to a hundredth is good.
@@ -64,7 +64,7 @@ class SpeedLoopSearch {
 
   const SpeedLoopDemand& demand_;
   speed_loop_params loop_;
-  SpeedLoopWish wish_;
+  SpeedLoopRequirement requirement_;
   bool noise_refused_ = false;
 };
 

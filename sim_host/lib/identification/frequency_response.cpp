@@ -40,12 +40,12 @@ class CrossSpectra {
   AxisResponse response() const {
     AxisResponse response;
     response.windows = windows_;
-    const double least_uu = windows_ > 0 ? least_excitation() : 0.0;
+    const double min_uu = windows_ > 0 ? min_excitation() : 0.0;
     for (Eigen::Index line = 1; line < lines_ && windows_ > 0; ++line) {
       response.frequency_hz.push_back(static_cast<double>(line) / (kTick_s * static_cast<double>(kWindow)));
       const double power = uu_[line] * rr_[line];
       response.gain.push_back(uu_[line] > 0.0 ? ur_[line] / uu_[line] : 0.0);
-      response.coherence.push_back(power > 0.0 && uu_[line] >= least_uu ? std::norm(ur_[line]) / power : 0.0);
+      response.coherence.push_back(power > 0.0 && uu_[line] >= min_uu ? std::norm(ur_[line]) / power : 0.0);
     }
     return response;
   }
@@ -53,7 +53,7 @@ class CrossSpectra {
  private:
   // A chirp's power, which distinguishes it from noise, is that of most of the strong lines: wind has a few, stronger
   // ones.
-  double least_excitation() const {
+  double min_excitation() const {
     constexpr double kStrong = 0.95;  // of all lines, this share is weaker
     constexpr double kLeast = 0.02;
     Eigen::VectorXd sorted = uu_.tail(lines_ - 1);

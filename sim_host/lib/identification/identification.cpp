@@ -130,7 +130,7 @@ double inertial_share(const Motion& motion, const std::vector<std::size_t>& tick
 
 constexpr int kFewestSpeeds = 4;
 constexpr int kFewestTurns = 10;
-constexpr double kLeastInertialShare = 0.05;
+constexpr double kMinInertialShare = 0.05;
 
 std::string sweep_wanted(const Evidence& evidence, int side) {
   if (evidence.speeds[side] >= kFewestSpeeds) {
@@ -156,7 +156,7 @@ std::string missing_run(int parameter, const Evidence& evidence) {
                  : fmt::format("the axis reverses {} times with sliding before and after; add {}", evidence.turns,
                                run_kind_name(RunKind::kHysteresis));
     case kInertia:
-      return evidence.inertial_share >= kLeastInertialShare
+      return evidence.inertial_share >= kMinInertialShare
                  ? ""
                  : fmt::format("no run accelerates the axis; add a {}", run_kind_name(RunKind::kTorqueExcitation));
     case kBreakawayPositive:
@@ -347,8 +347,8 @@ void check_sign_of_torque(const Recording& recording) {
 }
 
 void check_gyro(const Motion& motion) {
-  constexpr double kMostScaleError = 0.2;
-  if (motion.gyro.fitted && std::abs(motion.gyro.scale_error) > kMostScaleError) {
+  constexpr double kMaxScaleError = 0.2;
+  if (motion.gyro.fitted && std::abs(motion.gyro.scale_error) > kMaxScaleError) {
     throw IdentificationError(
         fmt::format("the gyro shows {:.3g} times the joint rate: its sign or scale is wrong; correct it, or leave its "
                     "column empty to fit without it",

@@ -13,10 +13,10 @@ namespace {
 constexpr double kTrial_s = 80;  // of the recording, for each start
 constexpr int kTrialRounds = 2;
 constexpr int kTrialEvaluations = 12;
-constexpr int kMostRounds = 10;
-constexpr int kMostHarmonics = 6;
+constexpr int kMaxRounds = 10;
+constexpr int kMaxHarmonics = 6;
 constexpr double kTypicalBreakaway = 1.4;     // Ts/Tc
-constexpr int kMostEvaluations = 25;          // of Levenberg-Marquardt in one round
+constexpr int kMaxEvaluations = 25;           // of Levenberg-Marquardt in one round
 constexpr double kSettled_deviations = 0.05;  // between two rounds, in standard deviations
 constexpr double kHuber_deviations = 2.0;
 constexpr int kFirstOrder = 4;  // of the noise, while the model still causes the residuals
@@ -254,7 +254,7 @@ class HarmonicSearch {
 };
 
 void add_harmonics(TorqueBalance& balance, JointFit& fit) {
-  for (int count = 0; count < kMostHarmonics; ++count) {
+  for (int count = 0; count < kMaxHarmonics; ++count) {
     const std::optional<MotorHarmonic> harmonic = HarmonicSearch(balance, fit).best();
     if (!harmonic) {
       return;
@@ -262,7 +262,7 @@ void add_harmonics(TorqueBalance& balance, JointFit& fit) {
     balance.add_harmonic(*harmonic);
     fit.parameters.conservativeResizeLike(Eigen::VectorXd::Zero(balance.parameters()));
     fit.start.conservativeResizeLike(Eigen::VectorXd::Zero(balance.parameters()));
-    run_round(balance, kMostEvaluations, kLargestOrder, fit);
+    run_round(balance, kMaxEvaluations, kLargestOrder, fit);
   }
 }
 
@@ -330,12 +330,12 @@ JointFit fit_jointly(TorqueBalance& balance, const std::vector<Eigen::VectorXd>&
   }
   JointFit fit = begin(balance, best.parameters);
   fit.start = best.start;
-  run_round(balance, kMostEvaluations, kFirstOrder, fit);
-  run_round(balance, kMostEvaluations, kLargestOrder, fit);
+  run_round(balance, kMaxEvaluations, kFirstOrder, fit);
+  run_round(balance, kMaxEvaluations, kLargestOrder, fit);
   add_harmonics(balance, fit);
-  for (fit.rounds = 1; fit.rounds <= kMostRounds && !fit.converged; ++fit.rounds) {
+  for (fit.rounds = 1; fit.rounds <= kMaxRounds && !fit.converged; ++fit.rounds) {
     const Eigen::VectorXd before = fit.parameters;
-    run_round(balance, kMostEvaluations, kLargestOrder, fit);
+    run_round(balance, kMaxEvaluations, kLargestOrder, fit);
     update_covariance(balance, fit);
     const Eigen::VectorXd moved =
         (fit.parameters - before).cwiseQuotient(fit.covariance.diagonal().cwiseSqrt()).cwiseAbs();

@@ -47,8 +47,8 @@ enum BristleParameter {
 class Lugre {
  public:
   // Maximum number of values that a coefficient of the friction map scales.
-  static constexpr int kMostLevelTerms = 4;
-  static constexpr int kDerivatives = kLevel + kMostLevelTerms;
+  static constexpr int kMaxLevelTerms = 4;
+  static constexpr int kDerivatives = kLevel + kMaxLevelTerms;
   using Derivatives = std::array<double, kDerivatives>;  // by the parameters up to kStiffness, then by the level terms
 
   // Means over a step.

@@ -190,13 +190,13 @@ std::vector<Stretch> stretches(const Recording& recording) {
   return found;
 }
 
-std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double most_s) {
+std::vector<Stretch> excerpt(const std::vector<Stretch>& stretches, double max_s) {
   constexpr std::size_t kPart_ticks = 20000;  // long enough that the unknown start of the bristles does not matter
   std::size_t ticks = 0;
   for (const Stretch& stretch : stretches) {
     ticks += stretch.ticks();
   }
-  const double share = most_s / (static_cast<double>(ticks) * kTick_s);
+  const double share = max_s / (static_cast<double>(ticks) * kTick_s);
   if (share >= 1.0) {
     return stretches;
   }

@@ -16,9 +16,9 @@ using gain_design::relative_height;
 using gain_design::structural_factor;
 using gain_design::StructuralMode;
 
-constexpr int kMostResonances = 3;
-constexpr double kReach = 1.6;           // a mode is fitted from 1/kReach to kReach of its frequency
-constexpr std::size_t kLeastLines = 20;  // with good coherence in that band
+constexpr int kMaxResonances = 3;
+constexpr double kReach = 1.6;         // a mode is fitted from 1/kReach to kReach of its frequency
+constexpr std::size_t kMinLines = 20;  // with good coherence in that band
 
 // The response beyond the rigid body, where it is known.
 struct Excess {
@@ -28,7 +28,7 @@ struct Excess {
 };
 
 Excess excess_of(const AxisResponse& response, const RigidAxis& rigid) {
-  constexpr double kMostCoherence = 0.9999;  // higher values are limited by the model, not by noise
+  constexpr double kMaxCoherence = 0.9999;  // higher values are limited by the model, not by noise
   Excess excess;
   for (std::size_t i = 0; i < response.frequency_hz.size(); ++i) {
     if (response.coherence[i] < kGoodCoherence) {
@@ -38,7 +38,7 @@ Excess excess_of(const AxisResponse& response, const RigidAxis& rigid) {
     const Complex mobility = response.gain[i] * std::exp(s * rigid.delay_s);
     excess.frequency_hz.push_back(response.frequency_hz[i]);
     excess.factor.push_back(rigid.inertia_kg_m2 * s * mobility / (1.0 - rigid.viscous_nm_s_rad * mobility));
-    const double coherence = std::min(response.coherence[i], kMostCoherence);
+    const double coherence = std::min(response.coherence[i], kMaxCoherence);
     excess.weight.push_back(std::sqrt(coherence / (1.0 - coherence)));
   }
   return excess;
@@ -67,10 +67,10 @@ double median_height(const Excess& excess) {
   return *middle;
 }
 
-// The line that exceeds its neighbourhood the most; nothing when none does by kLeastHeight.
+// The line that exceeds its neighbourhood the most; nothing when none does by kMinHeight.
 std::optional<double> highest_peak_hz(const Excess& excess) {
   std::optional<double> peak_hz;
-  double most = kLeastHeight;
+  double most = kMinHeight;
   for (std::size_t i = 1; i + 1 < excess.frequency_hz.size(); ++i) {
     const double height = std::abs(excess.factor[i]);
     if (height < most || height < std::abs(excess.factor[i - 1]) || height < std::abs(excess.factor[i + 1])) {
@@ -80,7 +80,7 @@ std::optional<double> highest_peak_hz(const Excess& excess) {
     const Excess around = cut(excess, f_hz / kReach, f_hz * kReach);
     // At the lower end of the excitation friction bends the response, so a peak must be well within.
     const bool within = around.frequency_hz.front() * 1.3 < f_hz && 1.05 * f_hz < around.frequency_hz.back();
-    if (around.factor.size() < kLeastLines || !within) {
+    if (around.factor.size() < kMinLines || !within) {
       continue;
     }
     const double prominence = height / std::max(1.0, median_height(around));
@@ -148,11 +148,11 @@ StructuralMode fit_mode(const Excess& part, double peak_hz) {
 }
 
 bool is_plausible(const StructuralMode& mode, double peak_hz) {
-  constexpr double kLeastDamping = 1e-3;
-  constexpr double kMostDamping = 0.1;  // a broader peak is no spring of a structure
+  constexpr double kMinDamping = 1e-3;
+  constexpr double kMaxDamping = 0.1;  // a broader peak is no spring of a structure
   const double ratio = mode.frequency_rad_s / (2.0 * M_PI * peak_hz);
-  return kLeastDamping <= mode.damping && mode.damping <= kMostDamping && 0.8 < ratio && ratio < 1.25 &&
-         relative_height(mode) >= kLeastHeight;
+  return kMinDamping <= mode.damping && mode.damping <= kMaxDamping && 0.8 < ratio && ratio < 1.25 &&
+         relative_height(mode) >= kMinHeight;
 }
 
 // The remainder once a mode is known.
@@ -165,12 +165,12 @@ void take_out(const StructuralMode& mode, Excess& excess) {
 }  // namespace
 
 std::vector<StructuralMode> find_resonances(const AxisResponse& response, const RigidAxis& rigid) {
-  if (response.windows < kLeastWindows) {
+  if (response.windows < kMinWindows) {
     return {};
   }
   Excess excess = excess_of(response, rigid);
   std::vector<StructuralMode> modes;
-  for (int i = 0; i < kMostResonances; ++i) {
+  for (int i = 0; i < kMaxResonances; ++i) {
     const std::optional<double> peak_hz = highest_peak_hz(excess);
     if (!peak_hz) {
       break;

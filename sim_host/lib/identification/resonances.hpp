@@ -25,12 +25,12 @@ struct RigidAxis {
 constexpr double kGoodCoherence = 0.8;
 
 // One window alone is always coherent: at least this many must have been averaged.
-constexpr int kLeastWindows = 8;
+constexpr int kMinWindows = 8;
 
 // A peak must exceed the rigid body and its neighbourhood by this.
-constexpr double kLeastHeight = 1.5;
+constexpr double kMinHeight = 1.5;
 
-// By rising frequency; at most three. None where fewer than kLeastWindows were averaged.
+// By rising frequency; at most three. None where fewer than kMinWindows were averaged.
 std::vector<gain_design::StructuralMode> find_resonances(const AxisResponse& response, const RigidAxis& rigid);
 
 }  // namespace trackservo::identification

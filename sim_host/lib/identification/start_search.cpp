@@ -68,7 +68,7 @@ class Search {
   // time with better noise. The result with the smallest remainder is right.
   Candidate best() {
     Candidate best;
-    double least_nm = INFINITY;
+    double min_nm = INFINITY;
     for (const NoiseModel& first : {NoiseModel(), NoiseModel::slow_drift()}) {
       noise_ = first;
       std::vector<double> lengths_rad = geometric(kShortest_rad, kLongest_rad, kLengths);
@@ -81,8 +81,8 @@ class Search {
       }
       found = scan(geometric(middle_rad / kFineRange, middle_rad * kFineRange, kFineLengths));
       renew_noise(found.plausible);
-      if (found.plausible.length_rad > 0 && noise_.innovation_nm() < least_nm) {
-        least_nm = noise_.innovation_nm();
+      if (found.plausible.length_rad > 0 && noise_.innovation_nm() < min_nm) {
+        min_nm = noise_.innovation_nm();
         best = found.plausible;
       }
     }

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMargin = 2 * kHalfWindow;
 constexpr double kLongestDelay_s = static_cast<double>(kHalfWindow - 2) * kTick_s;
 constexpr double kForgotten = 7.0;       // e^-7: a thousandth of the first bristle force
-constexpr double kLeastLevel = 0.05;     // the map never removes all friction
+constexpr double kMinLevel = 0.05;       // the map never removes all friction
 constexpr std::size_t kFilterEnds = 50;  // ticks in which the low-passes extend beyond the stretch
 
 // Cubic through the values around `at` ticks before tick i, with its slope and curvature by `at`.
@@ -72,8 +72,8 @@ TorqueBalance::TorqueBalance(const Recording& recording, const Motion& motion, c
   }
 }
 
-TorqueBalance TorqueBalance::excerpt(double most_s) const {
-  return {recording_, motion_, identification::excerpt(stretches_, most_s)};
+TorqueBalance TorqueBalance::excerpt(double max_s) const {
+  return {recording_, motion_, identification::excerpt(stretches_, max_s)};
 }
 
 void TorqueBalance::add_harmonic(const MotorHarmonic& harmonic) {
@@ -87,7 +87,7 @@ double TorqueBalance::level_at(const Eigen::VectorXd& parameters, std::size_t ti
   for (int term = 0; term < map_.count(); ++term) {
     level += parameters[first_map() + term] * terms_[tick][static_cast<std::size_t>(term)];
   }
-  return std::max(level, kLeastLevel);
+  return std::max(level, kMinLevel);
 }
 
 void TorqueBalance::add_linear_parts(Eigen::Index node, const Eigen::VectorXd& parameters, Eigen::VectorXd& residual_nm,

@@ -47,8 +47,8 @@ class TorqueBalance {
   // Of the given stretches of the motion; recording and motion must exist longer than it.
   TorqueBalance(const Recording& recording, const Motion& motion, const std::vector<Stretch>& stretches);
 
-  // The same along parts of it, `most_s` together at most.
-  TorqueBalance excerpt(double most_s) const;
+  // The same along parts of it, `max_s` together at most.
+  TorqueBalance excerpt(double max_s) const;
 
   Eigen::Index nodes() const { return static_cast<Eigen::Index>(tick_.size()); }
   Eigen::Index parameters() const { return first_harmonic() + harmonic_columns_.cols(); }

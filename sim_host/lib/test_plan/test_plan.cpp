@@ -12,7 +12,7 @@ namespace {
 constexpr double kRadPerDeg = M_PI / 180.0;
 constexpr double kTurnUsed_rad = 340 * kRadPerDeg;  // more gives no new information
 constexpr double kFirstLookUsed_rad = 40 * kRadPerDeg;
-constexpr double kLeastTravel_rad = 0.02;   // from end to end
+constexpr double kMinTravel_rad = 0.02;     // from end to end
 constexpr double kRateShare = 0.6;          // of the limit, for set-points: wind and overshoot are added
 constexpr double kMovingShare = 0.4;        // of the limit
 constexpr double kSettle_s = 0.3;           // at rest after a move
@@ -22,7 +22,7 @@ constexpr double kUsedTravel = 0.9;         // like commissioning/experiment.c: 
 
 // To each side of a place: an angle, and no more than a share of the travel.
 struct Room {
-  double most_rad;
+  double max_rad;
   double share;
 };
 constexpr Room kManyPlaces{20 * kRadPerDeg, 0.2};
@@ -47,7 +47,7 @@ struct Bounded {
 void refuse_outside(const std::vector<Bounded>& all, const char *lead, const char *advice) {
   for (const Bounded& one : all) {
     if (!(one.low <= one.value && one.value <= one.high)) {
-      throw ProgrammeError(
+      throw TestPlanError(
           fmt::format("{} is {:g}; {} {:g} to {:g}.{}", one.what, one.value, lead, one.low, one.high, advice));
     }
   }
@@ -57,7 +57,7 @@ void check(const MotionLimits& limits) {
   refuse_outside({{"the lowest joint angle [rad]", limits.lowest_rad, -1e3, 1e3},
                   {"the highest joint angle [rad]", limits.highest_rad, -1e3, 1e3},
                   {"the travel between lowest and highest joint angle [rad]", limits.highest_rad - limits.lowest_rad,
-                   kLeastTravel_rad, 2e3},
+                   kMinTravel_rad, 2e3},
                   {"the speed limit [rad/s]", limits.rate_rad_s, 1e-3, 100.0},
                   {"the torque limit [Nm]", limits.torque_nm, 1e-3, 1e4}},
                  "give", "");
@@ -74,7 +74,7 @@ void check(const RoughMachine& machine) {
 // Reversing at the top speed takes at most half of the room.
 Means means_of(const MotionLimits& limits, double acceleration_rad_s2, const Room& room = kManyPlaces) {
   Means means{};
-  means.room_rad = std::min(room.most_rad, room.share * (limits.highest_rad - limits.lowest_rad));
+  means.room_rad = std::min(room.max_rad, room.share * (limits.highest_rad - limits.lowest_rad));
   means.acceleration_rad_s2 = acceleration_rad_s2;
   means.top_rad_s =
       std::min(kRateShare * limits.rate_rad_s, std::sqrt(0.5 * kUsedTravel * means.room_rad * acceleration_rad_s2));
@@ -199,7 +199,7 @@ const char *stage_name(Stage stage) {
   }
 }
 
-Programme first_look(const MotionLimits& limits) {
+TestPlan first_look(const MotionLimits& limits) {
   constexpr double kReach_s = 0.3;  // from rest to the top speed: the inertia is not known yet
   constexpr double kSmallestLoop_rad = 30e-6;
   constexpr int kLoopSizes = 7;  // half a decade apart
@@ -208,9 +208,9 @@ Programme first_look(const MotionLimits& limits) {
   constexpr double kDwell_s = 0.5;
   check(limits);
   const Means means = means_of(limits, kRateShare * limits.rate_rad_s / kReach_s);
-  Programme programme{Stage::kFirstLook, places_in(limits, means, kFirstLookUsed_rad, 2),
-                      kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
-  for (Place& place : programme.places) {
+  TestPlan test_plan{Stage::kFirstLook, places_in(limits, means, kFirstLookUsed_rad, 2),
+                     kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
+  for (Place& place : test_plan.places) {
     place.experiments.push_back(
         sweep(means, means.top_rad_s * std::pow(kRatio, 1 - kSpeeds), kRatio, kSpeeds, kDwell_s));
     for (int i = 0; i < kLoopSizes; ++i) {
@@ -219,10 +219,10 @@ Programme first_look(const MotionLimits& limits) {
     }
     place.experiments.push_back(chirp(means, 0.1 * means.top_rad_s, 0.15 * limits.torque_nm, 3.0, kInertiaTop_hz, 4.0));
   }
-  return programme;
+  return test_plan;
 }
 
-Programme programme_for(const MotionLimits& limits, const RoughMachine& machine) {
+TestPlan test_plan_for(const MotionLimits& limits, const RoughMachine& machine) {
   constexpr int kPlaces = 8;
   constexpr double kQuickRatio = 1.45;
   constexpr double kOftenSlow_s = 15.0;  // where the slow speeds take longer, few places must be enough
@@ -230,10 +230,10 @@ Programme programme_for(const MotionLimits& limits, const RoughMachine& machine)
   check(machine);
   const Means means = means_of(limits, kTorqueShare * limits.torque_nm / machine.inertia_kg_m2);
   const SlowSpeeds slow = slow_speeds(machine, means);
-  Programme programme{Stage::kIdentification, places_in(limits, means, kTurnUsed_rad, kPlaces),
-                      kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
+  TestPlan test_plan{Stage::kIdentification, places_in(limits, means, kTurnUsed_rad, kPlaces),
+                     kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
   for (int i = 0; i < kPlaces; ++i) {
-    std::vector<stimulus_setup>& experiments = programme.places[static_cast<std::size_t>(i)].experiments;
+    std::vector<stimulus_setup>& experiments = test_plan.places[static_cast<std::size_t>(i)].experiments;
     const bool chosen = i == 2 || i == 5;
     if (slow.seconds < kOftenSlow_s || chosen) {
       experiments = slow.sweeps;
@@ -249,30 +249,30 @@ Programme programme_for(const MotionLimits& limits, const RoughMachine& machine)
       experiments.push_back(breakaways(machine, means));
     }
   }
-  return programme;
+  return test_plan;
 }
 
-Programme structure_look(const MotionLimits& limits, const RoughMachine& machine) {
+TestPlan structure_look(const MotionLimits& limits, const RoughMachine& machine) {
   constexpr double kLowest_hz = 10.0;
   constexpr double kHighest_hz = 300.0;
   constexpr double kDwell_s = 16.5;  // slow, or a resonance would still ring when its window ends
   check(limits);
   check(machine);
   const Means means = means_of(limits, kTorqueShare * limits.torque_nm / machine.inertia_kg_m2, kLongWays);
-  Programme programme{Stage::kStructure, places_in(limits, means, kFirstLookUsed_rad, 2),
-                      kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
-  for (Place& place : programme.places) {
+  TestPlan test_plan{Stage::kStructure, places_in(limits, means, kFirstLookUsed_rad, 2),
+                     kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
+  for (Place& place : test_plan.places) {
     place.experiments.push_back(
         chirp(means, 0.25 * means.top_rad_s, machine.coulomb_nm, kLowest_hz, kHighest_hz, kDwell_s));
   }
-  return programme;
+  return test_plan;
 }
 
-double duration_s(const Programme& programme, double start_rad) {
+double duration_s(const TestPlan& test_plan, double start_rad) {
   double seconds = 0;
   double angle_rad = start_rad;
-  for (const Place& place : programme.places) {
-    seconds += std::abs(place.angle_rad - angle_rad) / programme.moving_rad_s + 2.0 * kSettle_s;
+  for (const Place& place : test_plan.places) {
+    seconds += std::abs(place.angle_rad - angle_rad) / test_plan.moving_rad_s + 2.0 * kSettle_s;
     angle_rad = place.angle_rad;
     for (const stimulus_setup& experiment : place.experiments) {
       seconds += static_cast<double>(stimulus_duration_s(&experiment));

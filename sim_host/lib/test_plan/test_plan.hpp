@@ -40,7 +40,7 @@ enum class Stage { kFirstLook, kIdentification, kStructure };
 // As in files: "first_look", "identification", "structure".
 const char *stage_name(Stage stage);
 
-struct Programme {
+struct TestPlan {
   Stage stage = Stage::kIdentification;
   std::vector<Place> places;
   double moving_rad_s = 0;     // between the places
@@ -48,23 +48,23 @@ struct Programme {
 };
 
 // These limits leave no room for a test plan; the message names the limit, and a value that would be enough.
-class ProgrammeError : public std::runtime_error {
+class TestPlanError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// About a minute. Throws ProgrammeError.
-Programme first_look(const MotionLimits& limits);
+// About a minute. Throws TestPlanError.
+TestPlan first_look(const MotionLimits& limits);
 
-// Some minutes. Throws ProgrammeError.
-Programme programme_for(const MotionLimits& limits, const RoughMachine& machine);
+// Some minutes. Throws TestPlanError.
+TestPlan test_plan_for(const MotionLimits& limits, const RoughMachine& machine);
 
 // Chirps far beyond the loop's bandwidth, about a minute. They are recorded separately: friction is fitted to 5 ms
-// steps, and aliases from above 100 Hz would change sigma2 by up to 5 %. Throws ProgrammeError.
-Programme structure_look(const MotionLimits& limits, const RoughMachine& machine);
+// steps, and aliases from above 100 Hz would change sigma2 by up to 5 %. Throws TestPlanError.
+TestPlan structure_look(const MotionLimits& limits, const RoughMachine& machine);
 
 // Approximate duration from `start_rad` on, moves included [s].
-double duration_s(const Programme& programme, double start_rad);
+double duration_s(const TestPlan& test_plan, double start_rad);
 
 }  // namespace trackservo::commissioning
 

@@ -47,19 +47,19 @@ Json json_of(const stimulus_setup& setup) {
 
 }  // namespace
 
-Json to_json(const Programme& programme, double start_rad) {
+Json to_json(const TestPlan& test_plan, double start_rad) {
   Json json{{"format", "trackservo-programme"},
             {"version", 1},
-            {"stage", stage_name(programme.stage)},
-            {"duration_s", duration_s(programme, start_rad)},
-            {"moving_rad_s", programme.moving_rad_s},
+            {"stage", stage_name(test_plan.stage)},
+            {"duration_s", duration_s(test_plan, start_rad)},
+            {"moving_rad_s", test_plan.moving_rad_s},
             {"limits",
-             {{"travel_rad", shortest(programme.limits.travel_rad)},
-              {"rate_rad_s", shortest(programme.limits.rate_rad_s)},
-              {"torque_nm", shortest(programme.limits.torque_nm)},
-              {"duration_s", shortest(programme.limits.duration_s)}}},
+             {{"travel_rad", shortest(test_plan.limits.travel_rad)},
+              {"rate_rad_s", shortest(test_plan.limits.rate_rad_s)},
+              {"torque_nm", shortest(test_plan.limits.torque_nm)},
+              {"duration_s", shortest(test_plan.limits.duration_s)}}},
             {"places", Json::array()}};
-  for (const Place& place : programme.places) {
+  for (const Place& place : test_plan.places) {
     Json experiments = Json::array();
     for (const stimulus_setup& setup : place.experiments) {
       experiments.push_back(json_of(setup));

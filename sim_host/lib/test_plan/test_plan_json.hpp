@@ -10,7 +10,7 @@
 namespace trackservo::commissioning {
 
 // `start_rad`: present angle of the axis, for the predicted duration.
-nlohmann::ordered_json to_json(const Programme& programme, double start_rad);
+nlohmann::ordered_json to_json(const TestPlan& test_plan, double start_rad);
 
 }  // namespace trackservo::commissioning
 

@@ -49,13 +49,13 @@ std::string text_of(const stimulus_setup& e) {
 
 }  // namespace
 
-void print(const Programme& programme, double start_rad) {
-  fmt::print("{}: {} places, about {:.0f} s, moves at {:.3g} deg/s\n", title(programme.stage), programme.places.size(),
-             duration_s(programme, start_rad), programme.moving_rad_s * kDegPerRad);
+void print(const TestPlan& test_plan, double start_rad) {
+  fmt::print("{}: {} places, about {:.0f} s, moves at {:.3g} deg/s\n", title(test_plan.stage), test_plan.places.size(),
+             duration_s(test_plan, start_rad), test_plan.moving_rad_s * kDegPerRad);
   fmt::print("Never passed: {:.3g} deg to each side of a place, {:.3g} deg/s, {:.3g} Nm\n",
-             real(programme.limits.travel_rad) * kDegPerRad, real(programme.limits.rate_rad_s) * kDegPerRad,
-             real(programme.limits.torque_nm));
-  for (const Place& place : programme.places) {
+             real(test_plan.limits.travel_rad) * kDegPerRad, real(test_plan.limits.rate_rad_s) * kDegPerRad,
+             real(test_plan.limits.torque_nm));
+  for (const Place& place : test_plan.places) {
     fmt::print("at {:+.1f} deg\n", place.angle_rad * kDegPerRad);
     for (const stimulus_setup& experiment : place.experiments) {
       fmt::print("  {:6.1f} s  {}\n", real(stimulus_duration_s(&experiment)), text_of(experiment));

@@ -14,7 +14,7 @@ namespace {
 constexpr double kDegPerRad = 180.0 / kPi;
 constexpr double kOverSpeed_rad_s = 1.5;  // 2060:1 of a served machine
 constexpr double kOverSpeedShare = 3.0;   // of a faster set-point
-constexpr double kMostError = 0.5;        // of the set-point, both rms
+constexpr double kMaxError = 0.5;         // of the set-point, both rms
 
 double rms(double sum_of_squares, std::size_t count) {
   return std::sqrt(sum_of_squares / static_cast<double>(std::max<std::size_t>(count, 1)));
@@ -85,7 +85,7 @@ std::string failure(const ScenarioConfig& scenario, double speed_rad_s, const Tr
                              kDegPerRad * seen.largest_miss_rad, kDegPerRad * reach_rad)
                : "";
   }
-  if (seen.rms_error_rad_s > (is_start(scenario) ? 1.0 : kMostError) * seen.rms_reference_rad_s) {
+  if (seen.rms_error_rad_s > (is_start(scenario) ? 1.0 : kMaxError) * seen.rms_reference_rad_s) {
     return fmt::format("its rms error is {:.3g} deg/s at a set-point of {:.3g} deg/s rms",
                        kDegPerRad * seen.rms_error_rad_s, kDegPerRad * seen.rms_reference_rad_s);
   }
@@ -98,7 +98,7 @@ std::string failure(const ScenarioConfig& scenario, double speed_rad_s, const Tr
 
 std::vector<std::string> uncontrolled_axes(const PlantConfig& plant, const ScenarioConfig& scenario, double speed_rad_s,
                                            const Trace& trace) {
-  constexpr double kLeastReference_rad_s = 1e-3;  // where an axis only holds its position
+  constexpr double kMinReference_rad_s = 1e-3;  // where an axis only holds its position
   std::vector<std::string> own_fault;
   std::vector<std::string> others_fault;
   for (int axis = 0; axis < kAxes; ++axis) {
@@ -106,7 +106,7 @@ std::vector<std::string> uncontrolled_axes(const PlantConfig& plant, const Scena
     if (what.empty()) {
       continue;
     }
-    const double reference_rad_s = std::max(look(scenario, trace, axis).highest_reference_rad_s, kLeastReference_rad_s);
+    const double reference_rad_s = std::max(look(scenario, trace, axis).highest_reference_rad_s, kMinReference_rad_s);
     const Demand first = demands_on(plant, scenario, axis, reference_rad_s).front();
     const std::string reason = fmt::format("{} is not controlled ({}): {}", axis_name(axis), what, first.reason);
     std::vector<std::string>& sentences = first.share > 1.0 ? own_fault : others_fault;

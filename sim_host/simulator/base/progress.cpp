@@ -9,7 +9,7 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kLongestSilence_s = 10.0;
-constexpr double kLeastShare = 0.02;  // of the work, before its pace is meaningful
+constexpr double kMinShare = 0.02;  // of the work, before its pace is meaningful
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void ProgressPrinter::show(int done, int total, const std::string& what) {
   std::string left;
   if (done >= total) {
     left = "took " + duration_words(spent_s);
-  } else if (share >= kLeastShare) {
+  } else if (share >= kMinShare) {
     left = "about " + duration_words(spent_s * (1.0 - share) / share) + " left";
   }
   if (is_terminal_) {

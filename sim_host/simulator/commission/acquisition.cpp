@@ -54,7 +54,7 @@ const char *reason_of(experiment_state state) {
   }
 }
 
-const char *complaint_of(control_status status) {
+const char *error_of(control_status status) {
   return status == CONTROL_INCONSISTENT ? "it does not fit its own limits" : "a value of it is out of range";
 }
 
@@ -76,9 +76,9 @@ class Move {
       there_ = true;
     }
     const double braking_rad_s = std::sqrt(acceleration_rad_s2 * std::abs(way_rad));
-    const double wish_rad_s = there_ ? 0.0 : std::copysign(std::min(speed_rad_s_, braking_rad_s), way_rad);
+    const double requirement_rad_s = there_ ? 0.0 : std::copysign(std::min(speed_rad_s_, braking_rad_s), way_rad);
     const double step_rad_s = acceleration_rad_s2 * kTick_s;
-    rate_rad_s_ += std::clamp(wish_rad_s - rate_rad_s_, -step_rad_s, step_rad_s);
+    rate_rad_s_ += std::clamp(requirement_rad_s - rate_rad_s_, -step_rad_s, step_rad_s);
     return rate_rad_s_;
   }
 
@@ -142,7 +142,7 @@ class Bench {
     const control_status status = experiment_start(&experiment_, &setup, &limits, last_angle_);
     if (status != CONTROL_OK) {
       throw ExperimentError(fmt::format("{}, experiment {} ({}): {}.", axis_name(axis_), result_.ended.size() + 1,
-                                        name_of(setup.kind), complaint_of(status)));
+                                        name_of(setup.kind), error_of(status)));
     }
     bool running = true;
     deciding_ = [&running](Bench& bench) { running = bench.step_experiment(); };
@@ -241,13 +241,13 @@ class Bench {
 
 }  // namespace
 
-Acquisition acquire(const AcquisitionSetup& setup, const commissioning::Programme& programme) {
+Acquisition acquire(const AcquisitionSetup& setup, const commissioning::TestPlan& test_plan) {
   Bench bench(setup);
-  for (const commissioning::Place& place : programme.places) {
-    bench.move_to(place.angle_rad, programme.moving_rad_s);
+  for (const commissioning::Place& place : test_plan.places) {
+    bench.move_to(place.angle_rad, test_plan.moving_rad_s);
     for (const stimulus_setup& experiment : place.experiments) {
-      bench.return_to(place.angle_rad, programme.moving_rad_s, static_cast<double>(programme.limits.travel_rad));
-      bench.perform(experiment, programme.limits);
+      bench.return_to(place.angle_rad, test_plan.moving_rad_s, static_cast<double>(test_plan.limits.travel_rad));
+      bench.perform(experiment, test_plan.limits);
     }
   }
   return bench.take();

@@ -39,7 +39,7 @@ class ExperimentError : public std::runtime_error {
 
 // Throws ExperimentError, which names the experiment and the error. A break-away that wind takes beyond its limits ends
 // there, and the test plan continues.
-Acquisition acquire(const AcquisitionSetup& setup, const commissioning::Programme& programme);
+Acquisition acquire(const AcquisitionSetup& setup, const commissioning::TestPlan& test_plan);
 
 }  // namespace trackservo::sim
 

@@ -44,7 +44,7 @@ Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed) 
   const commissioning::MotionLimits limits = motion_limits(plant, axis);
   const Acquisition looked = acquire(setup, commissioning::first_look(limits));
   const commissioning::RoughMachine rough = identification::identify(looked.recording).rough;
-  Acquisition acquired = acquire(setup, commissioning::programme_for(limits, rough));
+  Acquisition acquired = acquire(setup, commissioning::test_plan_for(limits, rough));
   identification::Identification found = identification::identify(acquired.recording);
   Acquisition structure = acquire(setup, commissioning::structure_look(limits, rough));
   const std::map<std::string, double> truth = true_parameters(plant, axis, 0.0, found.position_terms);

@@ -35,7 +35,7 @@ struct BreakawayTorque {
 BreakawayTorque breakaway_torque(const std::vector<experiment>& ended, int direction);
 
 // With the gains that the plant file requires (PI alone), for both axes; the other axis stays at angle 0. Throws
-// ConfigError, ProgrammeError, ExperimentError, IdentificationError.
+// ConfigError, TestPlanError, ExperimentError, IdentificationError.
 Commissioned commission(const PlantConfig& plant, int axis, std::uint64_t seed);
 
 }  // namespace trackservo::sim

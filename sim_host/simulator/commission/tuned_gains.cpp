@@ -25,7 +25,7 @@ bool loop_keeps_margins(const PlantConfig& plant, int axis, servo_params params,
   }
   const FrequencyResponse loop = measured_near_crossover(plant, params, axis, false, gains.design.sliding);
   gains.measured = margins_of(loop);
-  return keeps_margins(gains.measured, kLeastMargins);
+  return keeps_margins(gains.measured, kMinMargins);
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ TunedGains tune(const PlantConfig& plant, const Commissioned& commissioned) {
   TunedGains gains;
   gains.identified = identified_plant(commissioned);
   gains.before = design_axis(plant, axis, all, {});
-  gains.design = gain_design::design_gains(gains.identified, gain_wishes(plant, axis, TRACKER_PI), gains.before);
+  gains.design = gain_design::design_gains(gains.identified, gain_requirements(plant, axis, TRACKER_PI), gains.before);
   gains.kept = loop_keeps_margins(plant, axis, design_controller(plant, all, {}), gains);
   return gains;
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Range kDistance_m{-1e5, 1e5};
 constexpr double kSlowest_deg_s = 1e-4;
-constexpr double kLeastAnalysis_s = 0.1;  // torque noise is measured relative to a mean over 51 ms
+constexpr double kMinAnalysis_s = 0.1;  // torque noise is measured relative to a mean over 51 ms
 // The firmware stores this many ticks of the line of sight's motion; it does not use an older frame.
 constexpr double kLongestDelay_ms = (TARGET_TRACKER_HISTORY - 1) * kTick_s * 1e3;
 
@@ -127,7 +127,7 @@ void read_child(const TomlReader& reader, const char *name, const Keys<Owner>& k
 }
 
 void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
-  constexpr double kMostFramesUnderWay = 10;
+  constexpr double kMaxFramesUnderWay = 10;
   const TomlTable root = reader.root();
   switch (scenario.kind) {
     case ScenarioKind::kSpeedSine:
@@ -139,9 +139,9 @@ void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
     case ScenarioKind::kTracking:
       read_child(reader, "fly_by", fly_by_keys(), scenario.fly_by);
       read_child(reader, "camera", camera_keys(), scenario.camera);
-      if (scenario.camera.delay_s * scenario.camera.frame_rate_hz > kMostFramesUnderWay) {
+      if (scenario.camera.delay_s * scenario.camera.frame_rate_hz > kMaxFramesUnderWay) {
         reader.fail(reader.child(root, "camera"), "delay_ms", "is longer than 10 frames",
-                    fmt::format("give at most {:g}", 1e3 * kMostFramesUnderWay / scenario.camera.frame_rate_hz));
+                    fmt::format("give at most {:g}", 1e3 * kMaxFramesUnderWay / scenario.camera.frame_rate_hz));
       }
       break;
   }
@@ -182,10 +182,10 @@ void refuse_keys_of_speed_runs(const TomlReader& reader) {
 
 void check_duration(const TomlReader& reader, const ScenarioConfig& scenario) {
   const double before_s = scenario.rest_s + scenario.settle_s;
-  if (scenario.duration_s < before_s + kLeastAnalysis_s) {
+  if (scenario.duration_s < before_s + kMinAnalysis_s) {
     reader.fail(
-        reader.root(), "duration_s", fmt::format("leaves less than {:g} s to analyse", kLeastAnalysis_s),
-        fmt::format("give at least rest_s + settle_s + {:g} = {:g}", kLeastAnalysis_s, before_s + kLeastAnalysis_s));
+        reader.root(), "duration_s", fmt::format("leaves less than {:g} s to analyse", kMinAnalysis_s),
+        fmt::format("give at least rest_s + settle_s + {:g} = {:g}", kMinAnalysis_s, before_s + kMinAnalysis_s));
   }
 }
 

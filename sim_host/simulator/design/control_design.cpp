@@ -61,10 +61,10 @@ gain_design::IdentifiedPlant believed(const PlantConfig& plant, int axis, const 
   if (options.identified) {
     return (*options.identified)[static_cast<std::size_t>(axis)];
   }
-  gain_design::IdentifiedPlant belief = true_plant(plant, axis);
-  belief.friction = wrong_friction(plant.axis[static_cast<std::size_t>(axis)].friction,
-                                   WrongBy(options.friction_parameter_error, options.seed, axis));
-  return belief;
+  gain_design::IdentifiedPlant assumed_plant = true_plant(plant, axis);
+  assumed_plant.friction = wrong_friction(plant.axis[static_cast<std::size_t>(axis)].friction,
+                                          WrongBy(options.friction_parameter_error, options.seed, axis));
+  return assumed_plant;
 }
 
 rate_source source_of(FeedbackSource feedback) {
@@ -124,12 +124,12 @@ void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
 // Everything except the PI.
 axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                            const DesignOptions& options) {
-  const gain_design::IdentifiedPlant belief = believed(plant, axis, options);
+  const gain_design::IdentifiedPlant assumed_plant = believed(plant, axis, options);
   axis_parameters p{};
-  set_speed_loop(p, plant, axis, spec, belief.inertia_kg_m2);
+  set_speed_loop(p, plant, axis, spec, assumed_plant.inertia_kg_m2);
   p.position_loop = {to_float(kPositionLoop_per_s), to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
   set_tracker(p, options.tracker);
-  set_friction(p, spec, belief.friction);
+  set_friction(p, spec, assumed_plant.friction);
   set_motor(p, plant, axis);
   return p;
 }
@@ -154,7 +154,7 @@ servo_axis_params built(const PlantConfig& plant, int axis, const axis_parameter
 }
 
 // A requirement that no machine can meet at 1 kHz and a PWM of 20 kHz.
-std::optional<ConfigError> impossible_wish(const PlantConfig& plant, int axis) {
+std::optional<ConfigError> impossible_requirement(const PlantConfig& plant, int axis) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   const auto error = [&](const char *key, const char *reason, const char *right) {
     return plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), key), reason, right);
@@ -218,7 +218,7 @@ const ControllerSpec& controller_spec(const std::string& name) {
   throw std::invalid_argument(fmt::format("controller \"{}\" is not known; give one of {}", name, choices));
 }
 
-PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options) {
+PiRequirement pi_requirement(const PlantConfig& plant, int axis, const DesignOptions& options) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
   if (design.speed_loop_natural_frequency_rad_s) {
     return {*design.speed_loop_natural_frequency_rad_s, design.speed_loop_damping, design.setpoint_weight};
@@ -226,39 +226,39 @@ PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options)
   const servo_axis_params params = built(plant, axis, without_pi(plant, axis, controller_spec("pi"), options));
   LinearMachine machine = linear_machine(plant, axis, false);
   if (options.identified) {
-    const gain_design::IdentifiedPlant& belief = (*options.identified)[static_cast<std::size_t>(axis)];
-    machine = gain_design::linear_machine(belief, 2.0 * kPi * design.current_loop_bandwidth_hz, false);
+    const gain_design::IdentifiedPlant& assumed_plant = (*options.identified)[static_cast<std::size_t>(axis)];
+    machine = gain_design::linear_machine(assumed_plant, 2.0 * kPi * design.current_loop_bandwidth_hz, false);
   }
   return {gain_design::natural_frequency_rad_s(machine, params.speed, design.speed_loop_bandwidth_hz.value(),
                                                design.speed_loop_damping),
           design.speed_loop_damping, design.setpoint_weight};
 }
 
-void set_pi(servo_params& params, int axis, const PiWish& wish) {
+void set_pi(servo_params& params, int axis, const PiRequirement& requirement) {
   speed_loop_params& loop = params.axis[axis].speed;
-  loop.pi = gain_design::pi_params(wish, static_cast<double>(loop.acceleration_inertia_kg_m2));
+  loop.pi = gain_design::pi_params(requirement, static_cast<double>(loop.acceleration_inertia_kg_m2));
 }
 
-gain_design::GainWishes gain_wishes(const PlantConfig& plant, int axis, tracker_kind tracker) {
+gain_design::GainRequirements gain_requirements(const PlantConfig& plant, int axis, tracker_kind tracker) {
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
-  gain_design::GainWishes wishes;
-  wishes.speed_loop_bandwidth_hz = design.speed_loop_bandwidth_hz;
-  wishes.speed_loop_natural_frequency_rad_s = design.speed_loop_natural_frequency_rad_s;
-  wishes.speed_loop_damping = design.speed_loop_damping;
-  wishes.setpoint_weight = design.setpoint_weight;
-  wishes.observer_bandwidth_hz = design.observer_bandwidth_hz;
-  wishes.least = kLeastMargins;
-  wishes.tracking_bandwidth_hz =
+  gain_design::GainRequirements requirements;
+  requirements.speed_loop_bandwidth_hz = design.speed_loop_bandwidth_hz;
+  requirements.speed_loop_natural_frequency_rad_s = design.speed_loop_natural_frequency_rad_s;
+  requirements.speed_loop_damping = design.speed_loop_damping;
+  requirements.setpoint_weight = design.setpoint_weight;
+  requirements.observer_bandwidth_hz = design.observer_bandwidth_hz;
+  requirements.least = kMinMargins;
+  requirements.tracking_bandwidth_hz =
       tracker == TRACKER_PREDICTIVE ? kPredictiveTracker_per_s / (2.0 * kPi) : kTrackingBandwidth_hz;
-  wishes.position_bandwidth_hz = kPositionLoop_per_s / (2.0 * kPi);
-  return wishes;
+  requirements.position_bandwidth_hz = kPositionLoop_per_s / (2.0 * kPi);
+  return requirements;
 }
 
 axis_parameters design_axis(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                             const DesignOptions& options) {
   axis_parameters parameters = without_pi(plant, axis, spec, options);
-  gain_design::set_pi(
-      parameters, gain_design::pi_params(pi_wish(plant, axis, options), believed(plant, axis, options).inertia_kg_m2));
+  gain_design::set_pi(parameters, gain_design::pi_params(pi_requirement(plant, axis, options),
+                                                         believed(plant, axis, options).inertia_kg_m2));
   return parameters;
 }
 
@@ -278,8 +278,8 @@ servo_params design_controller(const PlantConfig& plant, const ControllerSpec& s
     try {
       params.axis[axis] = built(plant, axis, design_axis(plant, axis, spec, options));
     } catch (const Refused& refused) {
-      if (const std::optional<ConfigError> wish = impossible_wish(plant, axis)) {
-        throw ConfigError(*wish);
+      if (const std::optional<ConfigError> requirement = impossible_requirement(plant, axis)) {
+        throw ConfigError(*requirement);
       }
       throw design_error(plant, axis, reason_of(refused.parameters),
                          [&](const PlantConfig& changed) { return is_possible(changed, axis); });

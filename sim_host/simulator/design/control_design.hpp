@@ -34,21 +34,21 @@ const std::vector<ControllerSpec>& controller_specs();
 // Throws std::invalid_argument with the choices when there is no such controller.
 const ControllerSpec& controller_spec(const std::string& name);
 
-using gain_design::PiWish;
+using gain_design::PiRequirement;
 
 // Knowledge of both axes for the design of gains.
-using Belief = std::array<gain_design::IdentifiedPlant, kAxes>;
+using AssumedPlant = std::array<gain_design::IdentifiedPlant, kAxes>;
 
 struct DesignOptions {
   std::uint64_t seed = 1;                  // draws the signs of the errors
   double friction_parameter_error = 0.15;  // 0 gives the plant's own parameters
   tracker_kind tracker = TRACKER_PI;
-  std::optional<Belief> identified;  // replaces the plant's own parameters and the errors
+  std::optional<AssumedPlant> identified;  // replaces the plant's own parameters and the errors
 };
 
 // The plant's requirement for an axis. A requirement given as bandwidth means the bandwidth of the real loop, delays
 // included: with PI alone and set-point weight 1, the sliding axis of the assumed plant is at -3 dB there.
-PiWish pi_wish(const PlantConfig& plant, int axis, const DesignOptions& options);
+PiRequirement pi_requirement(const PlantConfig& plant, int axis, const DesignOptions& options);
 
 // Parameters for both axes, accepted by servo_app_configure, with stable speed loops. Throws ConfigError at the line of
 // the requirement that cannot be met. Stable loops with less margin than required pass: see margin_warnings().
@@ -60,10 +60,10 @@ axis_parameters design_axis(const PlantConfig& plant, int axis, const Controller
 
 // The plant file's requirements for an axis in the form of the gain design, with the outer loops that design_axis gives
 // it.
-gain_design::GainWishes gain_wishes(const PlantConfig& plant, int axis, tracker_kind tracker);
+gain_design::GainRequirements gain_requirements(const PlantConfig& plant, int axis, tracker_kind tracker);
 
 // Sets the PI of one axis from a requirement, for the inertia of the assumed plant.
-void set_pi(servo_params& params, int axis, const PiWish& wish);
+void set_pi(servo_params& params, int axis, const PiRequirement& requirement);
 
 }  // namespace trackservo::sim
 

@@ -96,17 +96,17 @@ std::string other_ways(const speed_loop_params& loop) {
 
 // The error of this axis' loop, at the line of the key that should change. This is a requirement, unless it would have
 // to shrink so much that the machine's numbers are more likely to be wrong.
-ConfigError complaint(const PlantConfig& plant, int axis, const speed_loop_params& loop, const std::string& reason,
-                      const IsPossible& is_possible = {}) {
-  constexpr double kLeastShare = 0.1;
+ConfigError error(const PlantConfig& plant, int axis, const speed_loop_params& loop, const std::string& reason,
+                  const IsPossible& is_possible = {}) {
+  constexpr double kMinShare = 0.1;
   const Advice advice = advice_for(plant, axis, loop);
   std::string more = other_ways(loop);
-  if (is_possible && advice.share < kLeastShare) {
+  if (is_possible && advice.share < kMinShare) {
     return design_error(plant, axis, reason, is_possible, more);
   }
   if (is_possible) {
     for (const Remedy& remedy : plant_remedies(plant, axis, is_possible)) {
-      more += remedy.is_wish ? "" : ", or " + other_text(remedy);
+      more += remedy.is_requirement ? "" : ", or " + other_text(remedy);
     }
   }
   return plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), advice.key), reason, advice.text + more);
@@ -130,11 +130,11 @@ void refuse_unstable_loops(const PlantConfig& plant, const servo_params& params,
     const speed_loop_params& loop = params.axis[axis].speed;
     if (!speed_loop_is_stable(plant, axis, loop)) {
       const auto is_possible_here = [&](const PlantConfig& changed) { return is_possible(changed, axis); };
-      throw complaint(plant, axis, loop,
-                      fmt::format("makes the speed loop with {} unstable at an inertia of {:g} or {:g} kg m2{}",
-                                  loop_text(loop), least_inertia_kg_m2(plant, axis),
-                                  axis_inertia_kg_m2(plant, axis, 0.0), inertia_text(plant, axis)),
-                      is_possible ? IsPossible(is_possible_here) : IsPossible());
+      throw error(
+          plant, axis, loop,
+          fmt::format("makes the speed loop with {} unstable at an inertia of {:g} or {:g} kg m2{}", loop_text(loop),
+                      min_inertia_kg_m2(plant, axis), axis_inertia_kg_m2(plant, axis, 0.0), inertia_text(plant, axis)),
+          is_possible ? IsPossible(is_possible_here) : IsPossible());
     }
   }
 }
@@ -148,9 +148,9 @@ std::vector<std::string> margin_warnings(const PlantConfig& plant, const servo_p
       const std::string reason = fmt::format(
           "leaves the speed loop with {} {:.1f} dB of gain and {:.0f} deg of phase margin where {:g} dB and {:g} deg "
           "are required",
-          loop_text(loop), margins.gain_margin_db, margins.phase_margin_deg, kLeastMargins.gain_margin_db,
-          kLeastMargins.phase_margin_deg);
-      warnings.emplace_back(complaint(plant, axis, loop, reason).what());
+          loop_text(loop), margins.gain_margin_db, margins.phase_margin_deg, kMinMargins.gain_margin_db,
+          kMinMargins.phase_margin_deg);
+      warnings.emplace_back(error(plant, axis, loop, reason).what());
     }
   }
   return warnings;

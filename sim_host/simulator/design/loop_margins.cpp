@@ -26,7 +26,7 @@ Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_param
   return gain_design::worst_margins(operating_points(plant, axis), speed_loop);
 }
 
-double least_inertia_kg_m2(const PlantConfig& plant, int axis) {
+double min_inertia_kg_m2(const PlantConfig& plant, int axis) {
   const std::optional<EndStopConfig>& stops = plant.axis[kPitch].end_stops;
   const auto within = [&](double pitch_rad) {
     return !stops || (stops->lower_rad <= pitch_rad && pitch_rad <= stops->upper_rad);
@@ -39,10 +39,10 @@ double least_inertia_kg_m2(const PlantConfig& plant, int axis) {
 
 bool speed_loop_is_stable(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop) {
   std::vector<LinearMachine> machines = operating_points(plant, axis);
-  const double least_kg_m2 = least_inertia_kg_m2(plant, axis);
-  if (least_kg_m2 != machines.front().inertia_kg_m2) {
+  const double min_kg_m2 = min_inertia_kg_m2(plant, axis);
+  if (min_kg_m2 != machines.front().inertia_kg_m2) {
     for (LinearMachine machine : operating_points(plant, axis)) {
-      machine.inertia_kg_m2 = least_kg_m2;
+      machine.inertia_kg_m2 = min_kg_m2;
       machines.push_back(machine);
     }
   }

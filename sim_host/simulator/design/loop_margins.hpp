@@ -25,7 +25,7 @@ using gain_design::Margins;
 using gain_design::margins_of;
 
 // Margins that every controller variant must keep, computed with the tick's delay.
-constexpr gain_design::LeastMargins kLeastMargins;
+constexpr gain_design::LeastMargins kMinMargins;
 
 // The linear machine of one axis for computed margins: sliding, or in pre-sliding.
 LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_sliding);
@@ -34,7 +34,7 @@ LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_slidin
 Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);
 
 // The smallest inertia that the axis' motor turns within the pitch travel [kg m2].
-double least_inertia_kg_m2(const PlantConfig& plant, int axis);
+double min_inertia_kg_m2(const PlantConfig& plant, int axis);
 
 // Stable sliding and in pre-sliding, with the inertia at pitch 0 and with the smallest one.
 bool speed_loop_is_stable(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);

@@ -11,14 +11,14 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kStep = 3.1622776601683795;  // half a decade
-constexpr int kMostSteps = 24;                // twelve decades: the widest range of a key
+constexpr int kMaxSteps = 24;                 // twelve decades: the widest range of a key
 constexpr int kMoreSteps = 2;                 // a number that would have to change by another decade is no likely cause
-constexpr std::size_t kMostOfTheMachine = 3;
+constexpr std::size_t kMaxOfTheMachine = 3;
 
 // A number of the file and access to it.
 struct Number {
   std::string key;
-  bool is_wish;
+  bool is_requirement;
   Unit unit;
   Range range;  // in the file's unit
   std::function<std::optional<double>(const PlantConfig&)> get;
@@ -27,11 +27,12 @@ struct Number {
 
 // The numbers of one table of the file; `owner` finds its struct in a plant.
 template <class Owner, class Find>
-void add(std::vector<Number>& numbers, const std::string& table, bool is_wish, const Keys<Owner>& keys, Find owner) {
+void add(std::vector<Number>& numbers, const std::string& table, bool is_requirement, const Keys<Owner>& keys,
+         Find owner) {
   for (const Key<Owner>& key : keys) {
     if (key.get && key.text.type == KeyType::kNumber) {
       numbers.push_back(
-          {table + key.text.name, is_wish, key.text.unit, key.text.range,
+          {table + key.text.name, is_requirement, key.text.unit, key.text.range,
            [key, owner](const PlantConfig& plant) { return key.get(owner(const_cast<PlantConfig&>(plant))); },
            [key, owner](PlantConfig& plant, double value) { key.set(owner(plant), Value(value)); }});
     }
@@ -89,16 +90,16 @@ class Trial {
   Remedy remedy(int step) {
     const double near_steps = edge(step - 1.0, step);
     double far_steps = step;
-    while (far_steps < kMostSteps && is_possible_at(factor_of(far_steps + 1.0))) {
+    while (far_steps < kMaxSteps && is_possible_at(factor_of(far_steps + 1.0))) {
       far_steps += 1.0;
     }
-    const bool has_far_end = far_steps < kMostSteps && is_in_range(factor_of(far_steps + 1.0));
+    const bool has_far_end = far_steps < kMaxSteps && is_in_range(factor_of(far_steps + 1.0));
     far_steps = has_far_end ? edge(far_steps + 1.0, far_steps) : far_steps;
     const double near = value_ * factor_of(near_steps) / number_->unit.in_si;
     const double far = value_ * factor_of(far_steps) / number_->unit.in_si;
-    return {number_->key,        value_ / number_->unit.in_si, std::min(near, far),
-            std::max(near, far), std::pow(kStep, near_steps),  has_far_end,
-            number_->is_wish};
+    return {number_->key,           value_ / number_->unit.in_si, std::min(near, far),
+            std::max(near, far),    std::pow(kStep, near_steps),  has_far_end,
+            number_->is_requirement};
   }
 
   const std::string& key() const { return number_->key; }
@@ -121,8 +122,9 @@ class Trial {
 };
 
 bool is_enough(const std::vector<Remedy>& found) {
-  const auto wishes = std::count_if(found.begin(), found.end(), [](const Remedy& remedy) { return remedy.is_wish; });
-  return wishes > 0 && found.size() - static_cast<std::size_t>(wishes) >= kMostOfTheMachine;
+  const auto requirements =
+      std::count_if(found.begin(), found.end(), [](const Remedy& remedy) { return remedy.is_requirement; });
+  return requirements > 0 && found.size() - static_cast<std::size_t>(requirements) >= kMaxOfTheMachine;
 }
 
 // Three digits, towards the inside of the range.
@@ -153,7 +155,7 @@ std::vector<Remedy> plant_remedies(const PlantConfig& plant, int axis, const IsP
     }
   }
   std::vector<Remedy> found;
-  int last_step = kMostSteps;
+  int last_step = kMaxSteps;
   for (int step = 1; step <= last_step && !is_enough(found); ++step) {
     for (Trial& trial : trials) {
       const auto same = [&](const Remedy& remedy) { return remedy.key == trial.key(); };

@@ -24,7 +24,7 @@ struct Remedy {
   double change;  // factor by which the value has to change, > 1
   bool
       has_far_end;  // a controller cannot be designed beyond the other end either; false: the end is that of the search
-  bool is_wish;     // of [design.*]; false: of the machine
+  bool is_requirement;  // of [design.*]; false: of the machine
 };
 
 // Whether a controller can be designed for a plant.

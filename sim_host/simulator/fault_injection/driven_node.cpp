@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint8_t kNodeId = 1;
 constexpr std::uint16_t kAxisShift = 0x800;
-constexpr int kMostTicksToEnable = 20;
+constexpr int kMaxTicksToEnable = 20;
 constexpr std::int64_t kOpen = 0x6E65706F;
 constexpr double kCountsPerRad = 1e7;  // of positions
 
@@ -79,7 +79,7 @@ void DrivenNode::enable(const std::array<std::int8_t, kAxes>& modes) {
   for (int axis = 0; axis < kAxes; ++axis) {
     write(axis, 0x6060, 0, modes[static_cast<std::size_t>(axis)]);
   }
-  for (int tick = 0; tick < kMostTicksToEnable; ++tick) {
+  for (int tick = 0; tick < kMaxTicksToEnable; ++tick) {
     bool enabled = true;
     for (int axis = 0; axis < kAxes; ++axis) {
       const drive_power_state power = node_->axis[axis].drive.state.power;

@@ -1,6 +1,6 @@
 #include "fault_injection/fault_account.hpp"
 
-#include "fault_injection/breakage.hpp"
+#include "fault_injection/fault_injection.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -25,7 +25,7 @@ std::vector<FaultTest> list_tests() {
       {FAULT_BROWN_OUT_RESET, moving, reset},
       {FAULT_IMAGE_DAMAGED, moving, "test_a_damaged_image_stops_both_axes_while_they_turn_fast"},
       {FAULT_STACK_OVERFLOW, moving, reset},
-      {FAULT_PARAMETERS_LOST, store, "test_a_damaged_set_is_skipped_and_told_until_the_next_save"},
+      {FAULT_PARAMETERS_LOST, store, "test_a_damaged_set_is_skipped_and_reported_until_the_next_save"},
   };
 }
 
@@ -36,9 +36,9 @@ const std::vector<FaultTest>& fault_tests() {
   return list;
 }
 
-std::vector<std::string> breakages_of(fault_id fault) {
+std::vector<std::string> fault_injections_of(fault_id fault) {
   std::vector<std::string> names;
-  for (const Breakage& one : breakages()) {
+  for (const FaultInjection& one : fault_injections()) {
     if (one.expected == fault) {
       names.push_back(one.name);
     }

@@ -21,7 +21,7 @@ struct FaultTest {
 const std::vector<FaultTest>& fault_tests();
 
 // Names of the injections that must be detected as this fault.
-std::vector<std::string> breakages_of(fault_id fault);
+std::vector<std::string> fault_injections_of(fault_id fault);
 
 }  // namespace trackservo::sim
 

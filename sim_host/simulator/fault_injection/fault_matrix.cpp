@@ -12,31 +12,31 @@ namespace {
 
 constexpr double kDegreesPerRad = 180.0 / kPi;
 
-std::vector<TrialSetup> trials_of(const Breakage& breakage, const MatrixOptions& options) {
-  std::vector<TrialSetup> trials;
+std::vector<InjectionRunSetup> injection_runs_of(const FaultInjection& fault_injection, const MatrixOptions& options) {
+  std::vector<InjectionRunSetup> injection_runs;
   for (const Motion motion : kMotions) {
     for (int axis = 0; axis < kAxes; ++axis) {
       for (int moment = 0; moment < options.moments; ++moment) {
-        const std::uint64_t number = trials.size() + 1;
-        trials.push_back({&breakage, motion, axis, options.seed * 1000000 + number, moment % 2 == 1});
+        const std::uint64_t number = injection_runs.size() + 1;
+        injection_runs.push_back({&fault_injection, motion, axis, options.seed * 1000000 + number, moment % 2 == 1});
       }
     }
   }
-  return trials;
+  return injection_runs;
 }
 
-std::string broken_promise(const TrialSetup& trial, const TrialResult& result) {
-  const Breakage& breakage = *trial.breakage;
+std::string broken_promise(const InjectionRunSetup& injection_run, const InjectionRunResult& result) {
+  const FaultInjection& fault_injection = *injection_run.fault_injection;
   if (result.showed && result.seen == FAULT_NONE) {
     return "is not seen";
   }
   if (result.seen == FAULT_NONE) {
     return "";
   }
-  if (((fault_bit(breakage.expected) | breakage.also) >> result.seen & 1U) == 0) {
+  if (((fault_bit(fault_injection.expected) | fault_injection.also) >> result.seen & 1U) == 0) {
     return fmt::format("is taken for fault {}", static_cast<int>(result.seen));
   }
-  if (result.latency_ms > allowed_latency_ms(breakage)) {
+  if (result.latency_ms > allowed_latency_ms(fault_injection)) {
     return fmt::format("is seen after {} ms", result.latency_ms);
   }
   if (!result.reaction_right) {
@@ -45,37 +45,37 @@ std::string broken_promise(const TrialSetup& trial, const TrialResult& result) {
   if (!result.other_axis_right) {
     return "does to the other axis what it should not";
   }
-  if (result.speed_most_rad_s > result.speed_before_rad_s + promised_overshoot_rad_s(breakage)) {
+  if (result.speed_most_rad_s > result.speed_before_rad_s + promised_overshoot_rad_s(fault_injection)) {
     return fmt::format("reaches {:.3f} rad/s from {:.3f}", result.speed_most_rad_s, result.speed_before_rad_s);
   }
   const auto reaction = static_cast<fault_reaction>(fault_table[result.seen].reaction);
   const double promised_rad = promised_travel_rad(reaction, result.speed_most_rad_s);
-  if (trial.calm && (result.travel_rad > promised_rad || !result.came_to_rest)) {
+  if (injection_run.calm && (result.travel_rad > promised_rad || !result.came_to_rest)) {
     return fmt::format("travels {:.4f} rad from {:.3f} rad/s, {:.4f} promised", result.travel_rad,
                        result.speed_most_rad_s, promised_rad);
   }
   return "";
 }
 
-void add(MatrixRow& row, const TrialSetup& trial, const TrialResult& result) {
-  row.trials++;
+void add(MatrixRow& row, const InjectionRunSetup& injection_run, const InjectionRunResult& result) {
+  row.injection_runs++;
   row.showed += result.showed ? 1 : 0;
-  const std::string complaint = broken_promise(trial, result);
-  if (!complaint.empty()) {
-    row.complaints.push_back(fmt::format("{} {}, axis {}, seed {}: {}", row.breakage->name, motion_name(trial.motion),
-                                         trial.axis, trial.seed, complaint));
+  const std::string error = broken_promise(injection_run, result);
+  if (!error.empty()) {
+    row.errors.push_back(fmt::format("{} {}, axis {}, seed {}: {}", row.fault_injection->name,
+                                     motion_name(injection_run.motion), injection_run.axis, injection_run.seed, error));
   }
   if (result.seen == FAULT_NONE) {
-    row.hidden[trial.motion] += result.showed ? 0 : 1;
+    row.hidden[injection_run.motion] += result.showed ? 0 : 1;
     return;
   }
   row.seen++;
   row.taken_for[result.seen]++;
   row.worst_latency_ms = std::max(row.worst_latency_ms, result.latency_ms);
   row.worst_overshoot_rad_s = std::max(row.worst_overshoot_rad_s, result.speed_most_rad_s - result.speed_before_rad_s);
-  double& worst_travel_rad = trial.calm ? row.worst_travel_rad : row.worst_travel_in_wind_rad;
+  double& worst_travel_rad = injection_run.calm ? row.worst_travel_rad : row.worst_travel_in_wind_rad;
   worst_travel_rad = std::max(worst_travel_rad, result.travel_rad);
-  if (trial.calm) {
+  if (injection_run.calm) {
     const auto reaction = static_cast<fault_reaction>(fault_table[result.seen].reaction);
     row.worst_travel_share =
         std::max(row.worst_travel_share, result.travel_rad / promised_travel_rad(reaction, result.speed_most_rad_s));
@@ -91,11 +91,11 @@ double promised_travel_rad(fault_reaction reaction, double speed_rad_s) {
   return speed_rad_s * delay_s + speed_rad_s * speed_rad_s / (2.0 * deceleration_rad_s2) + 0.003;
 }
 
-double promised_overshoot_rad_s(const Breakage& breakage) {
-  if (breakage.expected == FAULT_OVER_SPEED) {
+double promised_overshoot_rad_s(const FaultInjection& fault_injection) {
+  if (fault_injection.expected == FAULT_OVER_SPEED) {
     return 2.0;  // to 0x2060:1, plus the effect of 300 Nm in three ticks
   }
-  return breakage.expected == FAULT_RUNAWAY ? 0.5 : 0.25;
+  return fault_injection.expected == FAULT_RUNAWAY ? 0.5 : 0.25;
 }
 
 std::vector<MatrixRow> run_fault_matrix(const PlantConfig& plant, const MatrixOptions& options) {
@@ -105,20 +105,20 @@ std::vector<MatrixRow> run_fault_matrix(const PlantConfig& plant, const MatrixOp
     axis.load.wind_mean_nm = 0.0;
     axis.load.wind_gust_rms_nm = 0.0;
   }
-  std::vector<MatrixRow> rows(breakages().size());
+  std::vector<MatrixRow> rows(fault_injections().size());
   JobPool pool(options.threads, static_cast<int>(rows.size()), [](int, int, const std::string&) {});
   pool.run(rows.size(), [&](std::size_t i) {
-    rows[i].breakage = &breakages()[i];
-    for (const TrialSetup& trial : trials_of(breakages()[i], options)) {
-      add(rows[i], trial, run_trial(trial.calm ? calm : in_wind, trial));
+    rows[i].fault_injection = &fault_injections()[i];
+    for (const InjectionRunSetup& injection_run : injection_runs_of(fault_injections()[i], options)) {
+      add(rows[i], injection_run, run_injection_run(injection_run.calm ? calm : in_wind, injection_run));
     }
-    return rows[i].breakage->name;
+    return rows[i].fault_injection->name;
   });
   return rows;
 }
 
 bool all_promises_kept(const std::vector<MatrixRow>& rows) {
-  return std::all_of(rows.begin(), rows.end(), [](const MatrixRow& row) { return row.complaints.empty(); });
+  return std::all_of(rows.begin(), rows.end(), [](const MatrixRow& row) { return row.errors.empty(); });
 }
 
 std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
@@ -132,16 +132,16 @@ std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
       taken_for += fmt::format("{}{}: {}", taken_for.empty() ? "" : ", ", static_cast<int>(fault), count);
     }
     text += fmt::format("{:<30} {:>6} {:>6} {:>6} {:>5} {:>7} {:>9.1f} {:>7.2f} {:>8.0f}% {:>7.2f}  {}\n",
-                        row.breakage->name, row.trials, row.showed, row.seen, row.worst_latency_ms,
-                        allowed_latency_ms(*row.breakage), row.worst_overshoot_rad_s * kDegreesPerRad,
+                        row.fault_injection->name, row.injection_runs, row.showed, row.seen, row.worst_latency_ms,
+                        allowed_latency_ms(*row.fault_injection), row.worst_overshoot_rad_s * kDegreesPerRad,
                         row.worst_travel_rad * kDegreesPerRad, 100.0 * row.worst_travel_share,
                         row.worst_travel_in_wind_rad * kDegreesPerRad, taken_for);
     for (const auto& [motion, count] : row.hidden) {
-      below += fmt::format("{}: not detectable in {} runs of {}: {}\n", row.breakage->name, count, motion_name(motion),
-                           row.breakage->hidden_because);
+      below += fmt::format("{}: not detectable in {} runs of {}: {}\n", row.fault_injection->name, count,
+                           motion_name(motion), row.fault_injection->hidden_because);
     }
-    for (const std::string& complaint : row.complaints) {
-      below += complaint + "\n";
+    for (const std::string& error : row.errors) {
+      below += error + "\n";
     }
   }
   return text + below;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/job_pool.hpp"
-#include "fault_injection/trial.hpp"
+#include "fault_injection/injection_run.hpp"
 
 namespace trackservo::sim {
 
@@ -20,8 +20,8 @@ struct MatrixOptions {
 
 // All runs of one injection.
 struct MatrixRow {
-  const Breakage *breakage = nullptr;
-  int trials = 0;
+  const FaultInjection *fault_injection = nullptr;
+  int injection_runs = 0;
   int showed = 0;
   int seen = 0;
   std::map<fault_id, int> taken_for;
@@ -30,8 +30,8 @@ struct MatrixRow {
   double worst_overshoot_rad_s = 0;
   double worst_travel_rad = 0;  // in calm air
   double worst_travel_in_wind_rad = 0;
-  double worst_travel_share = 0;        // of the allowed value
-  std::vector<std::string> complaints;  // one per run that violated a requirement
+  double worst_travel_share = 0;    // of the allowed value
+  std::vector<std::string> errors;  // one per run that violated a requirement
 };
 
 std::vector<MatrixRow> run_fault_matrix(const PlantConfig& plant, const MatrixOptions& options);

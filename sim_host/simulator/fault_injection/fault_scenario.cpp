@@ -20,7 +20,7 @@ std::vector<std::string> motion_names() {
 
 std::vector<std::string> part_names() {
   std::vector<std::string> names;
-  for (const Breakage& one : breakages()) {
+  for (const FaultInjection& one : fault_injections()) {
     names.push_back(one.name);
   }
   return names;
@@ -35,15 +35,17 @@ Keys<FaultScenario> scenario_keys() {
   };
 }
 
-Keys<PlannedBreakage> breakage_keys() {
+Keys<PlannedFaultInjection> fault_injection_keys() {
   return {
-      choice("part", part_names(), &PlannedBreakage::part, "what breaks"),
-      choice("axis", {axis_name(kAzimuth), axis_name(kPitch)}, &PlannedBreakage::axis, "whose part"),
-      number("at_s", unit::kSecond, {0, 3600}, &PlannedBreakage::at_s, "when"),
+      choice("part", part_names(), &PlannedFaultInjection::part, "what breaks"),
+      choice("axis", {axis_name(kAzimuth), axis_name(kPitch)}, &PlannedFaultInjection::axis, "whose part"),
+      number("at_s", unit::kSecond, {0, 3600}, &PlannedFaultInjection::at_s, "when"),
   };
 }
 
-const Breakage& part_of(const PlannedBreakage& planned) { return breakages()[static_cast<std::size_t>(planned.part)]; }
+const FaultInjection& part_of(const PlannedFaultInjection& planned) {
+  return fault_injections()[static_cast<std::size_t>(planned.part)];
+}
 
 class ScenarioRun {
  public:
@@ -78,7 +80,7 @@ class ScenarioRun {
   void prepare() {
     std::array<std::int8_t, kAxes> modes;
     modes.fill(DRIVE_CYCLIC_VELOCITY);
-    for (const PlannedBreakage& planned : scenario_.breakages) {
+    for (const PlannedFaultInjection& planned : scenario_.fault_injections) {
       part_of(planned).prepare(node_, planned.axis);
       modes[static_cast<std::size_t>(planned.axis)] = part_of(planned).mode;
     }
@@ -86,9 +88,9 @@ class ScenarioRun {
   }
 
   void break_parts(int tick) {
-    for (const PlannedBreakage& planned : scenario_.breakages) {
+    for (const PlannedFaultInjection& planned : scenario_.fault_injections) {
       const auto from_tick = static_cast<int>(std::lround(planned.at_s / kTick_s));
-      const Breakage& part = part_of(planned);
+      const FaultInjection& part = part_of(planned);
       if (tick < from_tick) {
         part.keep_up(node_, planned.axis);
       } else if (tick == from_tick) {
@@ -103,7 +105,7 @@ class ScenarioRun {
     const auto i = static_cast<std::size_t>(axis);
     const fault_id fault = node_.axis(axis).drive.fault;
     const double rate_rad_s = node_.machine().truth().joint_rate_rad_s[i];
-    if (fault != told_[i]) {
+    if (fault != reported_[i]) {
       static const char *const reactions[] = {"told", "the loop stops it", "the shorted motor brakes", "off at once"};
       const fault_row& row = fault_table[fault];
       say(axis, fmt::format("fault {} (0x{:04X}) at {:.3f} deg/s: {}", static_cast<int>(fault), row.code,
@@ -111,7 +113,7 @@ class ScenarioRun {
       if (broken_[i] != nullptr) {  // remove the external torque
         broken_[i]->end(node_, axis);
       }
-      told_[i] = fault;
+      reported_[i] = fault;
       from_rad_[i] = node_.machine().truth().joint_angle_rad[i];
     }
     if (fault != FAULT_NONE && !stands_[i] && std::abs(rate_rad_s) < kStandstill_rad_s) {
@@ -125,8 +127,8 @@ class ScenarioRun {
   SplitMix64 random_;
   DrivenNode node_;
   double time_s_ = 0;
-  std::array<const Breakage *, kAxes> broken_{};
-  std::array<fault_id, kAxes> told_{};
+  std::array<const FaultInjection *, kAxes> broken_{};
+  std::array<fault_id, kAxes> reported_{};
   std::array<double, kAxes> from_rad_{};
   std::array<bool, kAxes> stands_{};
   std::string text_;
@@ -140,19 +142,19 @@ FaultScenario load_fault_scenario(const std::filesystem::path& path) {
   reader.read(reader.root(), scenario_keys(), scenario);
   reader.refuse_unknown(reader.root(), scenario_keys(), {"breakage"});
   for (const TomlTable& table : reader.children(reader.root(), "breakage")) {
-    PlannedBreakage planned;
-    reader.read(table, breakage_keys(), planned);
-    reader.refuse_unknown(table, breakage_keys());
+    PlannedFaultInjection planned;
+    reader.read(table, fault_injection_keys(), planned);
+    reader.refuse_unknown(table, fault_injection_keys());
     if (planned.at_s >= scenario.duration_s) {
       reader.fail(table, "at_s", "is after the end of the run", "give less than duration_s");
     }
-    for (const PlannedBreakage& other : scenario.breakages) {
+    for (const PlannedFaultInjection& other : scenario.fault_injections) {
       if (other.axis == planned.axis && part_of(other).mode != part_of(planned).mode) {
         reader.fail(table, "part", "needs another mode of operation than a part of this axis before it",
                     "break it in a file of its own");
       }
     }
-    scenario.breakages.push_back(planned);
+    scenario.fault_injections.push_back(planned);
   }
   return scenario;
 }

@@ -14,12 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "fault_injection/breakage.hpp"
+#include "fault_injection/fault_injection.hpp"
 #include "fault_injection/motion.hpp"
 
 namespace trackservo::sim {
 
-struct PlannedBreakage {
+struct PlannedFaultInjection {
   int part = 0;  // in breakages()
   int axis = 0;
   double at_s = 0;
@@ -29,7 +29,7 @@ struct FaultScenario {
   int motion = 0;  // in kMotions
   double duration_s = 0;
   int seed = 1;
-  std::vector<PlannedBreakage> breakages;
+  std::vector<PlannedFaultInjection> fault_injections;
 };
 
 // Throws ConfigError with file, line, key, reason and remedy.

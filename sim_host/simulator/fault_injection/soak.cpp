@@ -122,18 +122,17 @@ class Shift {
   }
 
   void look(int axis) {
-    const servo_node_axis& watched = node_.axis(axis);
-    const axis_protection& seen = watched.watch.state;
-    const protection_limits& limits = watched.watch.limits;
+    const servo_node_axis& monitored = node_.axis(axis);
+    const axis_protection& seen = monitored.monitor.state;
+    const protection_limits& limits = monitored.monitor.limits;
     const auto share = [](float value, float limit) { return std::abs(static_cast<double>(value / limit)); };
-    result_.most_disagreement =
-        std::max(result_.most_disagreement, share(seen.difference_rad_s, limits.base_rate_rad_s));
-    result_.most_mismatch_ticks = std::max(result_.most_mismatch_ticks, std::abs(seen.mismatch_ticks));
-    result_.most_heating = std::max(result_.most_heating,
-                                    share(seen.heating_a2, limits.continuous_current_a * limits.continuous_current_a));
-    if (watched.drive.fault != FAULT_NONE) {
+    result_.max_disagreement = std::max(result_.max_disagreement, share(seen.difference_rad_s, limits.base_rate_rad_s));
+    result_.max_mismatch_ticks = std::max(result_.max_mismatch_ticks, std::abs(seen.mismatch_ticks));
+    result_.max_heating = std::max(result_.max_heating,
+                                   share(seen.heating_a2, limits.continuous_current_a * limits.continuous_current_a));
+    if (monitored.drive.fault != FAULT_NONE) {
       result_.false_trips.push_back(fmt::format("shift {}: fault {} of axis {} after {:.3f} s", seed_,
-                                                static_cast<int>(watched.drive.fault), axis, time_s_));
+                                                static_cast<int>(monitored.drive.fault), axis, time_s_));
     }
   }
 
@@ -147,9 +146,9 @@ class Shift {
 void add(SoakResult& all, const SoakResult& shift) {
   all.hours += shift.hours;
   all.false_trips.insert(all.false_trips.end(), shift.false_trips.begin(), shift.false_trips.end());
-  all.most_disagreement = std::max(all.most_disagreement, shift.most_disagreement);
-  all.most_mismatch_ticks = std::max(all.most_mismatch_ticks, shift.most_mismatch_ticks);
-  all.most_heating = std::max(all.most_heating, shift.most_heating);
+  all.max_disagreement = std::max(all.max_disagreement, shift.max_disagreement);
+  all.max_mismatch_ticks = std::max(all.max_mismatch_ticks, shift.max_mismatch_ticks);
+  all.max_heating = std::max(all.max_heating, shift.max_heating);
 }
 
 }  // namespace
@@ -174,8 +173,8 @@ std::string print_soak(const SoakResult& result) {
       "{:.2f} hours, false trips: {}\nnearest to a limit: gyro and encoder {:.0f} %, voltage {} ticks of 8, heating "
       "{:.0f} "
       "%\n",
-      result.hours, result.false_trips.size(), 100.0 * result.most_disagreement, result.most_mismatch_ticks,
-      100.0 * result.most_heating);
+      result.hours, result.false_trips.size(), 100.0 * result.max_disagreement, result.max_mismatch_ticks,
+      100.0 * result.max_heating);
   for (const std::string& trip : result.false_trips) {
     text += trip + "\n";
   }

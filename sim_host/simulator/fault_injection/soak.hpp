@@ -13,9 +13,9 @@ struct SoakResult {
   double hours = 0;
   std::vector<std::string> false_trips;  // detected faults, with place and time
   // The closest approach of a smoothed signal to its limit, as a share of it, of both axes.
-  double most_disagreement = 0;
-  int most_mismatch_ticks = 0;
-  double most_heating = 0;
+  double max_disagreement = 0;
+  int max_mismatch_ticks = 0;
+  double max_heating = 0;
 };
 
 // Hours of segments of ten minutes, each with another seed, `threads` at a time: random way points in profile position,

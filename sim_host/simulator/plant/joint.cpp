@@ -9,8 +9,8 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kRefineShare = 0.02;  // of the Stribeck speed: keeps g(v) within about 1e-3 of its true value
-constexpr int kMostRefinements = 4;
-constexpr double kLeastLevel = 0.05;  // eccentricity never removes the friction completely
+constexpr int kMaxRefinements = 4;
+constexpr double kMinLevel = 0.05;  // eccentricity never removes the friction completely
 
 // Damping ratio of a linear spring-damper that returns the fraction e of the impact speed.
 double damping_ratio_of(double restitution) {
@@ -60,7 +60,7 @@ double Joint::eccentricity_factor() const {
   if (friction_.eccentricity_twice != 0.0) {
     factor += friction_.eccentricity_twice * std::cos(2.0 * (angle_rad_ - friction_.eccentricity_twice_phase_rad));
   }
-  return std::max(factor, kLeastLevel);
+  return std::max(factor, kMinLevel);
 }
 
 inline Joint::Contact Joint::contact(double inertia_kg_m2) const {
@@ -72,10 +72,10 @@ inline Joint::Contact Joint::contact(double inertia_kg_m2) const {
           2.0 * stop_damping_ratio_ * std::sqrt(stop_->stiffness_nm_rad * inertia_kg_m2)};
 }
 
-inline AffineFriction Joint::linearise(double rate_rad_s, double least_slope_nm_s_rad) {
+inline AffineFriction Joint::linearise(double rate_rad_s, double min_slope_nm_s_rad) {
   switch (model_) {
     case FrictionModel::kLugre:
-      return lugre_.linearise(rate_rad_s, level_, least_slope_nm_s_rad);
+      return lugre_.linearise(rate_rad_s, level_, min_slope_nm_s_rad);
     case FrictionModel::kMaxwellSlip:
       return maxwell_slip_.linearise(rate_rad_s, level_, viscosity_);
     case FrictionModel::kNone:
@@ -91,7 +91,7 @@ void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
   }
   const Contact stop = stop_ ? contact(inertia_kg_m2) : Contact{};
   const double inertia_per_step = inertia_kg_m2 * rate_1_s_;
-  const double least_slope = -0.5 * inertia_per_step;  // leaves half of J / dt in the denominator below
+  const double min_slope = -0.5 * inertia_per_step;  // leaves half of J / dt in the denominator below
   double push_nm = drive_nm - stop.constant_nm;
   if (brake_nm_ > 0.0) {
     const double stopping_nm = inertia_per_step * rate_rad_s_ + push_nm;  // after which the joint is at rest
@@ -105,14 +105,14 @@ void Joint::step(double inertia_kg_m2, double drive_nm, double drag_nm_s_rad) {
   AffineFriction friction;
   double stop_slope = 0.0;
   for (int refinement = 0;; ++refinement) {
-    friction = linearise(rate, least_slope);
+    friction = linearise(rate, min_slope);
     const double inertia = inertia_per_step * friction.inverse_theta;
     stop_slope = stop.damping_nm_s_rad + friction.theta * dt_s_ * stop.stiffness_nm_rad;
     const double solved = (inertia * rate_rad_s_ + push_nm - friction.constant_nm) /
                           (inertia + friction.slope_nm_s_rad + drag_nm_s_rad + stop_slope);
     const double miss = std::abs(solved - rate);
     rate = solved;
-    if (!(miss > refine_rate_rad_s_) || refinement == kMostRefinements) {
+    if (!(miss > refine_rate_rad_s_) || refinement == kMaxRefinements) {
       break;
     }
     lugre_.refine(rate, friction.theta);

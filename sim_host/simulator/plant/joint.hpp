@@ -58,7 +58,7 @@ class Joint {
 
   Contact contact(double inertia_kg_m2) const;  // only with stops
   void rest() { rate_rad_s_ = predicted_rate_rad_s_ = mean_rate_rad_s_ = 0.0; }
-  AffineFriction linearise(double rate_rad_s, double least_slope_nm_s_rad);
+  AffineFriction linearise(double rate_rad_s, double min_slope_nm_s_rad);
 
   FrictionModel model_;
   LugreFriction lugre_;

@@ -39,9 +39,9 @@ class LugreFriction {
 
   void relax() { deflection_rad_ = middle_rad_ = 0.0; }
 
-  // Linearises the step around the predicted rate at its middle [rad/s]. `level` scales Tc and Ts. `least_slope` is a
+  // Linearises the step around the predicted rate at its middle [rad/s]. `level` scales Tc and Ts. `min_slope` is a
   // lower bound of the (possibly negative) slope, so that the joint's equation stays well posed.
-  AffineFriction linearise(double rate_rad_s, double level, double least_slope_nm_s_rad) {
+  AffineFriction linearise(double rate_rad_s, double level, double min_slope_nm_s_rad) {
     Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
     const StribeckPoint point = direction.at(rate_rad_s, level);
     const double per_travel = stiffness_nm_rad_ * point.inverse_1_nm;
@@ -59,7 +59,7 @@ class LugreFriction {
     const double viscous_nm_s_rad = direction.viscous_nm_s_rad();
     step_slope_s_ = gain_s * (1.0 - rate_share);
     affine.slope_nm_s_rad = torque_per_step_nm_rad * step_slope_s_ + viscous_nm_s_rad;
-    if (affine.slope_nm_s_rad < least_slope_nm_s_rad) {
+    if (affine.slope_nm_s_rad < min_slope_nm_s_rad) {
       rate_share = 1.0;  // Picard instead of Newton: slower convergence, never badly posed
       step_slope_s_ = 0.0;
       affine.slope_nm_s_rad = viscous_nm_s_rad;

@@ -18,7 +18,7 @@ double attracted(double torque_nm, double target_nm, double rate_1_s, double dt_
 MaxwellSlip::MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model, double dt_s)
     : positive_(friction.positive),
       negative_(friction.negative),
-      elements_(static_cast<std::size_t>(std::clamp(model.elements, 1, kMostElements))),
+      elements_(static_cast<std::size_t>(std::clamp(model.elements, 1, kMaxElements))),
       element_stiffness_nm_rad_(friction.stiffness_nm_rad / static_cast<double>(elements_)),
       sticking_damping_nm_s_rad_(model.sticking_damping_fraction * friction.damping_nm_s_rad /
                                  static_cast<double>(elements_)),

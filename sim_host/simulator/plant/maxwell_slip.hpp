@@ -21,7 +21,7 @@ namespace trackservo::sim {
 
 class MaxwellSlip {
  public:
-  static constexpr int kMostElements = 16;
+  static constexpr int kMaxElements = 16;
 
   // dt_s: the step length [s], the only one that it accepts.
   MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model, double dt_s);
@@ -58,7 +58,7 @@ class MaxwellSlip {
   double sticking_damping_nm_s_rad_;  // of one element
   double attraction_1_s_;
   double dt_s_;
-  std::array<Element, kMostElements> element_{};
+  std::array<Element, kMaxElements> element_{};
   double level_ = 1;  // of the current step
 };
 

@@ -36,7 +36,7 @@ class Demands {
     add_currents();
     add_rates();
     add_inertia();
-    add_wishes();
+    add_requirements();
     std::stable_sort(demands_.begin(), demands_.end(),
                      [](const Demand& a, const Demand& b) { return a.share > b.share; });
     if (torques_too_large_ >= kWeakMotor) {
@@ -230,7 +230,7 @@ class Demands {
     }
   }
 
-  void add_wishes() {
+  void add_requirements() {
     const bool is_bandwidth = design_.speed_loop_bandwidth_hz.has_value();
     const double loop_rad_s = is_bandwidth ? 2.0 * kPi * *design_.speed_loop_bandwidth_hz
                                            : design_.speed_loop_natural_frequency_rad_s.value_or(1.0);

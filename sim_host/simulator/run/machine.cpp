@@ -19,10 +19,10 @@ struct MachineHal {
     if (!broken.encoder_stuck) {
       const double shift_turns = broken.encoder_shift_rad / (2.0 * kPi);
       const std::uint32_t angle = m.samples_.axis[i].encoder_turns_2_32;
-      m.told_angle_[i] = (broken.encoder_reversed ? 0U - angle : angle) +
-                         static_cast<std::uint32_t>(std::llround(shift_turns * 4294967296.0));
+      m.reported_angle_[i] = (broken.encoder_reversed ? 0U - angle : angle) +
+                             static_cast<std::uint32_t>(std::llround(shift_turns * 4294967296.0));
     }
-    *angle_turn32 = m.told_angle_[i];
+    *angle_turn32 = m.reported_angle_[i];
     return true;
   }
 
@@ -32,9 +32,9 @@ struct MachineHal {
     const BrokenAxis& broken = m.broken_.axis[i];
     if (!broken.gyro_stuck) {
       const double rate = m.samples_.axis[i].gyro_rate_rad_s;
-      m.told_gyro_rad_s_[i] = broken.gyro_reads_rad_s.value_or(broken.gyro_reversed ? -rate : rate);
+      m.reported_gyro_rad_s_[i] = broken.gyro_reads_rad_s.value_or(broken.gyro_reversed ? -rate : rate);
     }
-    *rate_rad_s = static_cast<float>(m.told_gyro_rad_s_[i]);
+    *rate_rad_s = static_cast<float>(m.reported_gyro_rad_s_[i]);
     return m.samples_.axis[i].gyro_valid && !broken.gyro_lost;
   }
 
@@ -77,15 +77,15 @@ struct MachineHal {
     m.bus_voltage_v_ = m.voltage_share_ * m.broken_.bus_reads_v.value_or(sample.bus_voltage_v);
     const BrokenAxis& broken = m.broken_.axis[i];
     if (!broken.current_stuck) {
-      m.told_current_a_[i] =
+      m.reported_current_a_[i] =
           m.current_share_[i] * broken.current_reads_a.value_or(sample.current_a + broken.current_shift_a);
     }
-    if (m.over_current_a_[i] > 0.0 && std::abs(m.told_current_a_[i]) > m.over_current_a_[i]) {
+    if (m.over_current_a_[i] > 0.0 && std::abs(m.reported_current_a_[i]) > m.over_current_a_[i]) {
       m.tripped_[i] = true;
       m.tracker_.open_terminals(axis, true);
     }
-    m.current_sum_a_[i] += m.told_current_a_[i];
-    return static_cast<float>(m.told_current_a_[i]);
+    m.current_sum_a_[i] += m.reported_current_a_[i];
+    return static_cast<float>(m.reported_current_a_[i]);
   }
 
   static float bus_voltage_v(void *machine) { return static_cast<float>(of(machine).bus_voltage_v_); }

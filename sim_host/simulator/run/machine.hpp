@@ -92,9 +92,9 @@ class Machine {
   std::optional<CameraFrame> frame_;
   BrokenParts broken_;
   // Last readings of the firmware, for sensors that are stuck or reversed.
-  std::array<std::uint32_t, kAxes> told_angle_{};
-  std::array<double, kAxes> told_gyro_rad_s_{};
-  std::array<double, kAxes> told_current_a_{};
+  std::array<std::uint32_t, kAxes> reported_angle_{};
+  std::array<double, kAxes> reported_gyro_rad_s_{};
+  std::array<double, kAxes> reported_current_a_{};
   // The scales that the firmware assumes for the converters; wrong scales give wrong readings.
   AdcConfig adc_;
   std::array<double, kAxes> current_share_{1.0, 1.0};

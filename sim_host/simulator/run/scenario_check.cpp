@@ -94,8 +94,8 @@ void check_camera(const ScenarioConfig& scenario, Warnings& warnings) {
 
 // The angles that a speed reference passes, from the start [rad].
 struct Travel {
-  double least_rad;
-  double most_rad;
+  double min_rad;
+  double max_rad;
 };
 
 Travel travel_of(const ScenarioConfig& scenario, double speed_rad_s) {
@@ -117,8 +117,8 @@ void check_speed(const PlantConfig& plant, const ScenarioConfig& scenario, int a
   };
   const Travel travel = travel_of(scenario, speed_rad_s);
   const double start_rad = scenario.initial_joint_angle_rad[static_cast<std::size_t>(axis)];
-  if (is_beyond(machine.end_stops, start_rad + travel.least_rad) ||
-      is_beyond(machine.end_stops, start_rad + travel.most_rad)) {
+  if (is_beyond(machine.end_stops, start_rad + travel.min_rad) ||
+      is_beyond(machine.end_stops, start_rad + travel.max_rad)) {
     warn(fmt::format("leads beyond {}", stops_text(plant, axis)), "give a shorter duration_s or another start");
   }
   if (std::abs(speed_rad_s) * machine.motor.back_emf_constant_v_s_rad > plant.supply.voltage_v) {

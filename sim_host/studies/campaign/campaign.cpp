@@ -80,7 +80,7 @@ class Runner {
       choice.pi = campaign_.best_pi.at(study_name(study));
     }
     const Trace trace = run_case(study, spec.study_case, choice);
-    const KeptRun kept = keep(spec, trace);
+    const SavedRun kept = keep(spec, trace);
     const std::vector<Figure> figures = measure(study, spec.study_case, trace);
     const std::lock_guard<std::mutex> lock(mutex_);
     runs_.emplace(std::make_tuple(place_of(spec), spec.seed_index), kept);
@@ -100,17 +100,17 @@ class Runner {
   }
 
  private:
-  KeptRun keep(const RunSpec& spec, const Trace& trace) const {
+  SavedRun keep(const RunSpec& spec, const Trace& trace) const {
     const Study& study = *spec.study;
-    KeptRun run{study.experiment,
-                spec.study_case.name,
-                study.plant.name,
-                spec.friction,
-                spec.controller->name,
-                campaign_.options.seeds[spec.seed_index],
-                "",
-                study.figure,
-                study.scenario.rest_s + study.scenario.settle_s};
+    SavedRun run{study.experiment,
+                 spec.study_case.name,
+                 study.plant.name,
+                 spec.friction,
+                 spec.controller->name,
+                 campaign_.options.seeds[spec.seed_index],
+                 "",
+                 study.figure,
+                 study.scenario.rest_s + study.scenario.settle_s};
     run.csv = "runs/" + write_run(trace, campaign_.options.out_dir / "runs",
                                   {run.experiment, run.case_name, run.plant, friction_name(run.friction),
                                    run.controller, "seed_" + std::to_string(run.seed)},
@@ -129,7 +129,7 @@ class Runner {
   const Campaign& campaign_;
   std::mutex mutex_;
   std::map<CellPlace, Cell> cells_;
-  std::map<std::tuple<Place, std::size_t>, KeptRun> runs_;
+  std::map<std::tuple<Place, std::size_t>, SavedRun> runs_;
 };
 
 // The shipped figure beside every varied one.
@@ -155,7 +155,7 @@ void search_best_pis(Campaign& campaign, const std::vector<Study>& studies, JobP
   pool.run(
       studies.size(),
       [&](std::size_t i) {
-        const PiWish best = best_pi(studies[i], effort);
+        const PiRequirement best = best_pi(studies[i], effort);
         const std::lock_guard<std::mutex> lock(mutex);
         campaign.best_pi[study_name(studies[i])] = best;
         return "best PI for " + study_name(studies[i]);
@@ -215,14 +215,14 @@ Campaign run_campaign(const CampaignOptions& options, const Progress& progress) 
   std::vector<Study> studies = paper_studies(options.data_dir);
   campaign.plants = plants_of(studies);
   for (const Study& study : studies) {
-    campaign.best_pi[study_name(study)] = pi_wish(study.plant, kAzimuth, {});  // until it is found
+    campaign.best_pi[study_name(study)] = pi_requirement(study.plant, kAzimuth, {});  // until it is found
   }
   const std::vector<SensitivityJob> variations = options.quick() ? std::vector<SensitivityJob>{} : sensitivity_jobs();
   JobPool pool(options.threads, cost_of(campaign, studies, variations.size()), progress);
 
   campaign.identified = identify_plants(campaign.plants, options.out_dir, pool, kIdentificationCost);
   for (Study& study : studies) {
-    study.identified = belief_of(study.plant, campaign.identified);
+    study.identified = assumed_plant_of(study.plant, campaign.identified);
   }
   search_best_pis(campaign, studies, pool);
   Runner runner(campaign);

@@ -20,7 +20,7 @@
 namespace trackservo::sim {
 
 // A run, saved as CSV.
-struct KeptRun {
+struct SavedRun {
   std::string experiment;
   std::string case_name;
   std::string plant;
@@ -37,10 +37,10 @@ struct Campaign {
   std::vector<PlantConfig> plants;
   std::vector<IdentifiedAxis> identified;  // every axis of every plant
   std::vector<Cell> cells;
-  std::vector<KeptRun> runs;
+  std::vector<SavedRun> runs;
   std::vector<MarginRecord> margins;
   std::vector<SensitivityRecord> sensitivity;
-  std::map<std::string, PiWish> best_pi;  // by study_name()
+  std::map<std::string, PiRequirement> best_pi;  // by study_name()
 };
 
 // Runs everything and writes the CSVs. Throws ConfigError, std::invalid_argument, std::runtime_error.

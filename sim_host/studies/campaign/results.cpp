@@ -166,7 +166,7 @@ Json controllers_of() {
 // A CSV holds both axes; the report needs it by axis.
 Json runs_of(const Campaign& campaign) {
   Json json = Json::array();
-  for (const KeptRun& run : campaign.runs) {
+  for (const SavedRun& run : campaign.runs) {
     for (int axis = 0; axis < kAxes; ++axis) {
       json.push_back({{"experiment", run.experiment},
                       {"case", run.case_name},
@@ -217,10 +217,10 @@ void write_results(const Campaign& campaign, const std::string& git, const std::
     json["margins"].push_back(margin_of(record));
   }
   json["best_pi"] = Json::object();
-  for (const auto& [study, wish] : campaign.best_pi) {
-    json["best_pi"][study] = {{"natural_frequency_rad_s", wish.natural_frequency_rad_s},
-                              {"damping", wish.damping},
-                              {"setpoint_weight", wish.setpoint_weight}};
+  for (const auto& [study, requirement] : campaign.best_pi) {
+    json["best_pi"][study] = {{"natural_frequency_rad_s", requirement.natural_frequency_rad_s},
+                              {"damping", requirement.damping},
+                              {"setpoint_weight", requirement.setpoint_weight}};
   }
   json["benchmark"] = nullptr;
   write_json(json, file);

@@ -146,8 +146,8 @@ Fig9Summary summary_of(const std::vector<Fig9Outcome>& outcomes) {
     if (!outcome.matches_fig7()) {
       continue;
     }
-    if (summary.matching++ == 0 || outcome.points() > summary.most_points.points()) {
-      summary.most_points = outcome;
+    if (summary.matching++ == 0 || outcome.points() > summary.max_points.points()) {
+      summary.max_points = outcome;
     }
     summary.matching_points += outcome.points() >= kFig9Points ? 1 : 0;
     if (!outcome.has_ratio()) {
@@ -157,8 +157,8 @@ Fig9Summary summary_of(const std::vector<Fig9Outcome>& outcomes) {
     if (!has_ratio || far(outcome) < far(summary.nearest_ratio)) {
       summary.nearest_ratio = outcome;
     }
-    if (!has_ratio || outcome.ratio() > summary.most_ratio.ratio()) {
-      summary.most_ratio = outcome;
+    if (!has_ratio || outcome.ratio() > summary.max_ratio.ratio()) {
+      summary.max_ratio = outcome;
     }
     has_ratio = true;
   }

@@ -49,7 +49,7 @@ struct Fig9Outcome {
 
   bool matches_fig7() const { return sine_error_deg_s >= kFig7Low_deg_s && sine_error_deg_s <= kFig7High_deg_s; }
   double points() const { return overshoot - free_overshoot; }
-  bool has_ratio() const { return free_overshoot >= kLeastFreeOvershoot; }
+  bool has_ratio() const { return free_overshoot >= kMinFreeOvershoot; }
   double ratio() const { return overshoot / free_overshoot; }
 };
 
@@ -66,9 +66,9 @@ struct Fig9Summary {
   int matching = 0;           // sets that reproduce Fig. 7
   int matching_points = 0;    // of them: at least 25 points above friction-free
   int matching_ratio = 0;     // of them: at least 1.25 times the friction-free overshoot
-  Fig9Outcome most_points;    // of the matching ones
+  Fig9Outcome max_points;     // of the matching ones
   Fig9Outcome nearest_ratio;  // of the matching ones: ratio nearest to 1.25
-  Fig9Outcome most_ratio;     // of the matching ones
+  Fig9Outcome max_ratio;      // of the matching ones
   int any_points = 0;         // of all sets, regardless of their sine: at least 25 points
   double any_most_points = 0;
 };

@@ -48,7 +48,7 @@ void print(const Fig9Setup& setup, const Fig9Summary& summary) {
       "{:g} deg/s)\n",
       setup.samples, setup.seed, summary.matching, kFig7Low_deg_s, kFig7High_deg_s);
   fmt::print("Read as points: {} of these overshoot by {:g} points more than without friction; the most is\n  {}\n",
-             summary.matching_points, kFig9Points, words(summary.most_points));
+             summary.matching_points, kFig9Points, words(summary.max_points));
   fmt::print(
       "Read as a ratio: {} of these overshoot {:g} times as far as without friction; the nearest to it is\n  {}\n",
       summary.matching_ratio, kFig9Ratio, words(summary.nearest_ratio));
@@ -62,13 +62,13 @@ void write_fig9_scan(const Fig9Setup& setup, const std::vector<Fig9Outcome>& out
       {"program", "sim_host fig9-scan"}, {"git", git}, {"samples", setup.samples}, {"seed", setup.seed}};
   json["fig7_deg_s"] = {kFig7Low_deg_s, kFig7High_deg_s};
   json["paper"] = {{"points", kFig9Points}, {"ratio", kFig9Ratio}};
-  json["least_free_overshoot_percent"] = kLeastFreeOvershoot;
+  json["least_free_overshoot_percent"] = kMinFreeOvershoot;
   json["matching"] = summary.matching;
   json["matching_points"] = summary.matching_points;
   json["matching_ratio"] = summary.matching_ratio;
-  json["most_points"] = json_of(summary.most_points);
+  json["most_points"] = json_of(summary.max_points);
   json["nearest_ratio"] = json_of(summary.nearest_ratio);
-  json["most_ratio"] = json_of(summary.most_ratio);
+  json["most_ratio"] = json_of(summary.max_ratio);
   json["any_points"] = summary.any_points;
   json["any_most_points"] = summary.any_most_points;
   json["sets"] = Json::array();

@@ -17,9 +17,10 @@ namespace trackservo::sim {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Values = std::vector<double> BeliefFigure::*;
+using Values = std::vector<double> AssumedPlantFigure::*;
 
-constexpr Values kBeliefs[] = {&BeliefFigure::identified, &BeliefFigure::exact, &BeliefFigure::wrong};
+constexpr Values kAssumedPlants[] = {&AssumedPlantFigure::identified, &AssumedPlantFigure::exact,
+                                     &AssumedPlantFigure::wrong};
 
 std::vector<Probe> compensated_figures() {
   std::vector<Probe> all{probes::sine(), probes::disturbed_step(), probes::start()};
@@ -36,20 +37,20 @@ Estimate estimate(const std::vector<double>& values) {
 }
 
 // At each seed: all figures as shares of their mean with wrong parameters, summed.
-std::vector<double> sums(const std::vector<BeliefFigure>& figures, Values belief) {
+std::vector<double> sums(const std::vector<AssumedPlantFigure>& figures, Values assumed_plant) {
   std::vector<double> per_seed(figures.front().wrong.size());
-  for (const BeliefFigure& figure : figures) {
+  for (const AssumedPlantFigure& figure : figures) {
     for (std::size_t i = 0; i < per_seed.size(); ++i) {
-      per_seed[i] += (figure.*belief)[i] / mean(figure.wrong);
+      per_seed[i] += (figure.*assumed_plant)[i] / mean(figure.wrong);
     }
   }
   return per_seed;
 }
 
-double worst_sum(const std::vector<BeliefFigure>& figures, Values belief) {
+double worst_sum(const std::vector<AssumedPlantFigure>& figures, Values assumed_plant) {
   double sum = 0;
-  for (const BeliefFigure& figure : figures) {
-    const std::vector<double>& values = figure.*belief;
+  for (const AssumedPlantFigure& figure : figures) {
+    const std::vector<double>& values = figure.*assumed_plant;
     sum += *std::max_element(values.begin(), values.end()) / mean(figure.wrong);
   }
   return sum;
@@ -61,12 +62,12 @@ std::vector<double> less(std::vector<double> a, const std::vector<double>& b) {
 }
 
 // The study with its controller designed from one of the assumed plants, and so with its parameter errors.
-std::pair<Study, double> believing(const Study& shipped, Values belief, const CampaignOptions& options) {
+std::pair<Study, double> believing(const Study& shipped, Values assumed_plant, const CampaignOptions& options) {
   Study study = shipped;
-  if (belief != &BeliefFigure::identified) {
+  if (assumed_plant != &AssumedPlantFigure::identified) {
     study.identified.reset();
   }
-  return {study, belief == &BeliefFigure::wrong ? options.friction_parameter_error : 0.0};
+  return {study, assumed_plant == &AssumedPlantFigure::wrong ? options.friction_parameter_error : 0.0};
 }
 
 // A probe at a seed, with all three assumed plants.
@@ -77,17 +78,17 @@ struct Place {
 };
 
 void run_place(const Place& place, const std::vector<Study>& studies, const CampaignOptions& options,
-               std::vector<BeliefFigure>& figures) {
+               std::vector<AssumedPlantFigure>& figures) {
   const auto [shipped, study_case] = find_case(*place.probe, studies);
-  for (const Values belief : kBeliefs) {
-    const auto [study, error] = believing(*shipped, belief, options);
+  for (const Values assumed_plant : kAssumedPlants) {
+    const auto [study, error] = believing(*shipped, assumed_plant, options);
     const RunChoice choice{&controller_spec("pi_vob_ftc"), study.plant.friction_model, options.seeds[place.seed], error,
                            std::nullopt};
     for (const Figure& measured : measure(study, study_case, run_case(study, study_case, choice))) {
       for (std::size_t i = 0; i < place.probe->metrics.size(); ++i) {
         if (measured.axis == kAzimuth && measured.metric == place.probe->metrics[i]) {
-          BeliefFigure& figure = figures[place.first_figure + i];
-          (figure.*belief)[place.seed] = measured.value;
+          AssumedPlantFigure& figure = figures[place.first_figure + i];
+          (figure.*assumed_plant)[place.seed] = measured.value;
           if (place.seed == 0) {
             figure.unit = measured.unit;
           }
@@ -101,14 +102,14 @@ Json json_of(const Estimate& estimate) {
   return {{"mean", estimate.mean}, {"standard_error", estimate.standard_error}};
 }
 
-Json json_of(const BeliefFigure& figure) {
+Json json_of(const AssumedPlantFigure& figure) {
   return {{"experiment", figure.experiment}, {"case", figure.case_name},
           {"metric", figure.metric},         {"unit", figure.unit},
           {"identified", figure.identified}, {"exact", figure.exact},
           {"wrong", figure.wrong},           {"gain", json_of(gain_of(figure))}};
 }
 
-Json json_of(const BeliefSum& sum) {
+Json json_of(const AssumedPlantSum& sum) {
   return {{"identified", json_of(sum.identified)},
           {"exact", json_of(sum.exact)},
           {"wrong", json_of(sum.wrong)},
@@ -126,31 +127,31 @@ std::string mean_and_range(const std::vector<double>& values) {
 
 }  // namespace
 
-Estimate gain_of(const BeliefFigure& figure) {
-  return estimate(less(sums({figure}, &BeliefFigure::identified), sums({figure}, &BeliefFigure::wrong)));
+Estimate gain_of(const AssumedPlantFigure& figure) {
+  return estimate(less(sums({figure}, &AssumedPlantFigure::identified), sums({figure}, &AssumedPlantFigure::wrong)));
 }
 
-BeliefSum sum_of(const std::vector<BeliefFigure>& figures) {
-  const std::vector<double> identified = sums(figures, &BeliefFigure::identified);
-  const std::vector<double> exact = sums(figures, &BeliefFigure::exact);
-  const std::vector<double> wrong = sums(figures, &BeliefFigure::wrong);
-  BeliefSum sum;
+AssumedPlantSum sum_of(const std::vector<AssumedPlantFigure>& figures) {
+  const std::vector<double> identified = sums(figures, &AssumedPlantFigure::identified);
+  const std::vector<double> exact = sums(figures, &AssumedPlantFigure::exact);
+  const std::vector<double> wrong = sums(figures, &AssumedPlantFigure::wrong);
+  AssumedPlantSum sum;
   sum.identified = estimate(identified);
   sum.exact = estimate(exact);
   sum.wrong = estimate(wrong);
   sum.identified_less_wrong = estimate(less(identified, wrong));
   sum.identified_less_exact = estimate(less(identified, exact));
-  sum.worst_identified = worst_sum(figures, &BeliefFigure::identified);
-  sum.worst_exact = worst_sum(figures, &BeliefFigure::exact);
-  sum.worst_wrong = worst_sum(figures, &BeliefFigure::wrong);
+  sum.worst_identified = worst_sum(figures, &AssumedPlantFigure::identified);
+  sum.worst_exact = worst_sum(figures, &AssumedPlantFigure::exact);
+  sum.worst_wrong = worst_sum(figures, &AssumedPlantFigure::wrong);
   return sum;
 }
 
-BeliefStudy run_belief_study(const CampaignOptions& options, const Progress& progress) {
+AssumedPlantStudy run_assumed_plant_study(const CampaignOptions& options, const Progress& progress) {
   std::vector<Study> studies = paper_studies(options.data_dir);
   const std::vector<PlantConfig> plants = plants_of(studies);
   const std::vector<Probe> looked_at = compensated_figures();
-  BeliefStudy result;
+  AssumedPlantStudy result;
   std::vector<Place> places;
   for (const Probe& probe : looked_at) {
     for (std::size_t seed = 0; seed < options.seeds.size(); ++seed) {
@@ -164,7 +165,7 @@ BeliefStudy run_belief_study(const CampaignOptions& options, const Progress& pro
   JobPool pool(options.threads, static_cast<int>(kAxes * plants.size() + places.size()), progress);
   const std::vector<IdentifiedAxis> identified = identify_plants(plants, options.out_dir, pool);
   for (Study& study : studies) {
-    study.identified = belief_of(study.plant, identified);
+    study.identified = assumed_plant_of(study.plant, identified);
   }
   pool.run(places.size(), [&](std::size_t i) {
     run_place(places[i], studies, options, result.figures);
@@ -174,17 +175,17 @@ BeliefStudy run_belief_study(const CampaignOptions& options, const Progress& pro
   return result;
 }
 
-void print(const BeliefStudy& study) {
+void print(const AssumedPlantStudy& study) {
   fmt::print("PI + VOB + FTC, azimuth; mean (best .. worst seed)\n{:<54} {:<30} {:<30} {:<30} {}\n", "figure",
              "identified", "exact", "wrong", "identified less wrong, +- standard error");
-  for (const BeliefFigure& figure : study.figures) {
+  for (const AssumedPlantFigure& figure : study.figures) {
     const Estimate gain = gain_of(figure);
     fmt::print("{:<54} {:<30} {:<30} {:<30} {:+.1f} +- {:.1f} %\n",
                fmt::format("{}, {}: {}, {}", figure.experiment, figure.case_name, figure.metric, figure.unit),
                mean_and_range(figure.identified), mean_and_range(figure.exact), mean_and_range(figure.wrong),
                100 * gain.mean, 100 * gain.standard_error);
   }
-  const BeliefSum& sum = study.sum;
+  const AssumedPlantSum& sum = study.sum;
   fmt::print("sum of the {} as shares of their mean with wrong parameters, +- standard error\n", study.figures.size());
   fmt::print("  identified {:.3f} +- {:.3f}, exact {:.3f} +- {:.3f}, wrong {:.3f} +- {:.3f}\n", sum.identified.mean,
              sum.identified.standard_error, sum.exact.mean, sum.exact.standard_error, sum.wrong.mean,
@@ -196,15 +197,15 @@ void print(const BeliefStudy& study) {
              sum.worst_wrong);
 }
 
-void write_belief_study(const BeliefStudy& study, const CampaignOptions& options, const std::string& git,
-                        const std::filesystem::path& file) {
+void write_assumed_plant_study(const AssumedPlantStudy& study, const CampaignOptions& options, const std::string& git,
+                               const std::filesystem::path& file) {
   Json json;
   json["generator"] = {{"program", "sim_host beliefs"},
                        {"git", git},
                        {"seeds", options.seeds},
                        {"friction_parameter_error", options.friction_parameter_error}};
   json["figures"] = Json::array();
-  for (const BeliefFigure& figure : study.figures) {
+  for (const AssumedPlantFigure& figure : study.figures) {
     json["figures"].push_back(json_of(figure));
   }
   json["sum"] = json_of(study.sum);

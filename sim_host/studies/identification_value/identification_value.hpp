@@ -21,7 +21,7 @@ struct Estimate {
 };
 
 // One figure with PI, observer and friction feedforward, of azimuth; one value per seed in each list.
-struct BeliefFigure {
+struct AssumedPlantFigure {
   std::string experiment;
   std::string case_name;
   std::string metric;
@@ -32,7 +32,7 @@ struct BeliefFigure {
 };
 
 // All figures as shares of their mean with wrong parameters, so that with those the sum is the number of figures.
-struct BeliefSum {
+struct AssumedPlantSum {
   Estimate identified;
   Estimate exact;
   Estimate wrong;
@@ -43,26 +43,26 @@ struct BeliefSum {
   double worst_wrong = 0;
 };
 
-struct BeliefStudy {
-  std::vector<BeliefFigure> figures;
-  BeliefSum sum;
+struct AssumedPlantStudy {
+  std::vector<AssumedPlantFigure> figures;
+  AssumedPlantSum sum;
 };
 
 // Identified minus wrong, as a share of the mean with wrong parameters; paired by seed.
-Estimate gain_of(const BeliefFigure& figure);
+Estimate gain_of(const AssumedPlantFigure& figure);
 
 // Sums over figures that have equally many values, at least two.
-BeliefSum sum_of(const std::vector<BeliefFigure>& figures);
+AssumedPlantSum sum_of(const std::vector<AssumedPlantFigure>& figures);
 
 // Identifies both axes of the plants, then runs all. Throws like run_campaign.
-BeliefStudy run_belief_study(const CampaignOptions& options, const Progress& progress);
+AssumedPlantStudy run_assumed_plant_study(const CampaignOptions& options, const Progress& progress);
 
 // To the standard output.
-void print(const BeliefStudy& study);
+void print(const AssumedPlantStudy& study);
 
 // `file`, which docs/results-format.md describes. Throws std::runtime_error that names it.
-void write_belief_study(const BeliefStudy& study, const CampaignOptions& options, const std::string& git,
-                        const std::filesystem::path& file);
+void write_assumed_plant_study(const AssumedPlantStudy& study, const CampaignOptions& options, const std::string& git,
+                               const std::filesystem::path& file);
 
 }  // namespace trackservo::sim
 

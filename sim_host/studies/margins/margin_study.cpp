@@ -59,7 +59,7 @@ DesignOptions design_for(const PlantConfig& plant, const std::vector<Study>& stu
 }  // namespace
 
 std::vector<MarginJob> margin_jobs_of(const std::vector<PlantConfig>& plants, const std::vector<Study>& studies,
-                                      const std::map<std::string, PiWish>& best_pi) {
+                                      const std::map<std::string, PiRequirement>& best_pi) {
   std::vector<MarginJob> jobs;
   for (const PlantConfig& plant : plants) {
     for (const ControllerSpec& controller : controller_specs()) {

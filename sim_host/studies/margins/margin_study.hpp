@@ -18,8 +18,8 @@ struct MarginJob {
   std::string controller;
   int axis;
   bool pre_sliding;
-  std::string study;         // for which `pi` was searched; empty: the plant's own PI
-  std::optional<PiWish> pi;  // of pi_best
+  std::string study;                // for which `pi` was searched; empty: the plant's own PI
+  std::optional<PiRequirement> pi;  // of pi_best
   DesignOptions design;
 };
 
@@ -38,7 +38,7 @@ struct MarginRecord {
 // Every controller on every plant, the best PI of every study, both axes, sliding and pre-sliding. `best_pi` holds
 // one PI for every study_name(). The plants must exist longer than the jobs.
 std::vector<MarginJob> margin_jobs_of(const std::vector<PlantConfig>& plants, const std::vector<Study>& studies,
-                                      const std::map<std::string, PiWish>& best_pi);
+                                      const std::map<std::string, PiRequirement>& best_pi);
 
 // Computes, measures, and writes margins/<...>.csv below `out_dir`.
 MarginRecord run_margin_job(const MarginJob& job, const std::filesystem::path& out_dir);

@@ -31,7 +31,7 @@ struct RandomPlant {
 RandomPlant random_plant(const PlantConfig& nominal, double share, std::uint64_t seed);
 
 // Numeric keys that keep their values, without the axis: "motor.current_limit_a".
-const std::vector<std::string>& kept_keys();
+const std::vector<std::string>& retained_keys();
 
 }  // namespace trackservo::sim
 

@@ -31,7 +31,7 @@ std::vector<LinearMachine> machines_of(const PlantConfig& plant, int axis, const
 }
 
 std::vector<LinearMachine> at_zenith(std::vector<LinearMachine> machines, const PlantConfig& plant, int axis) {
-  const double share = least_inertia_kg_m2(plant, axis) / axis_inertia_kg_m2(plant, axis, 0.0);
+  const double share = min_inertia_kg_m2(plant, axis) / axis_inertia_kg_m2(plant, axis, 0.0);
   for (LinearMachine& machine : machines) {
     machine.inertia_kg_m2 *= share;
   }
@@ -50,10 +50,10 @@ void compute_margins(const PlantConfig& plant, const PlantConfig& nominal, const
 void add_figure(const Figure& figure, double motor_nm, TriedAxis& tried) {
   if (figure.metric == "peak_error") {
     tried.peak_error_deg_s.push_back(figure.value);
-    tried.stable = tried.stable && figure.value < kMostError_deg_s;
+    tried.stable = tried.stable && figure.value < kMaxError_deg_s;
   } else if (figure.metric == "torque_noise") {
     tried.ripple_share.push_back(figure.value / motor_nm);
-    tried.stable = tried.stable && tried.ripple_share.back() < kMostRippleShare;
+    tried.stable = tried.stable && tried.ripple_share.back() < kMaxRippleShare;
   }
 }
 

@@ -23,8 +23,8 @@
 
 namespace trackservo::sim {
 
-constexpr double kMostRippleShare = 0.05;  // of the motor's torque at its current limit
-constexpr double kMostError_deg_s = 0.5;
+constexpr double kMaxRippleShare = 0.05;  // of the motor's torque at its current limit
+constexpr double kMaxError_deg_s = 0.5;
 
 // One axis of one plant; lists by speed.
 struct TriedAxis {

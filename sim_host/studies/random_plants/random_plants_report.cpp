@@ -64,9 +64,9 @@ AxisSummary summary_of(const RandomPlants& tried, std::size_t axis) {
   }
   summary.unstable = count(of([](const TriedAxis& a) { return a.stable ? 0.0 : 1.0; }), 0.5);
   summary.unstable_at_zenith = count(of([](const TriedAxis& a) { return a.stable_at_zenith ? 0.0 : 1.0; }), 0.5);
-  summary.least_gain_margin_db = quantile(of([](const TriedAxis& a) { return a.margins.gain_margin_db; }), 0.0);
-  summary.least_phase_margin_deg = quantile(of([](const TriedAxis& a) { return a.margins.phase_margin_deg; }), 0.0);
-  summary.most_ripple_share = quantile(
+  summary.min_gain_margin_db = quantile(of([](const TriedAxis& a) { return a.margins.gain_margin_db; }), 0.0);
+  summary.min_phase_margin_deg = quantile(of([](const TriedAxis& a) { return a.margins.phase_margin_deg; }), 0.0);
+  summary.max_ripple_share = quantile(
       of([](const TriedAxis& a) { return *std::max_element(a.ripple_share.begin(), a.ripple_share.end()); }), 1.0);
   summary.influences = influences(tried, of([&](const TriedAxis& a) { return worst_ratio(a, tried.paper_deg_s); }));
   return summary;
@@ -98,7 +98,7 @@ void print(const AxisSummary& summary, int axis, std::size_t plants) {
   fmt::print("{}: unstable {} of {} (with the cabin at the zenith, computed: {})\n", axis_name(axis), summary.unstable,
              plants, summary.unstable_at_zenith);
   fmt::print("  least margins {:.1f} dB, {:.0f} deg; most ripple {:.2g} % of the motor's torque\n",
-             summary.least_gain_margin_db, summary.least_phase_margin_deg, 100 * summary.most_ripple_share);
+             summary.min_gain_margin_db, summary.min_phase_margin_deg, 100 * summary.max_ripple_share);
   fmt::print("  peak error, deg/s      median   95 %      largest  paper    above the paper's\n");
   for (const ErrorDistribution& error : summary.errors) {
     fmt::print("  {:<22} {:<8.5f} {:<9.5f} {:<8.5f} {:<8g} {} of {}\n", error.case_name, error.median,
@@ -128,9 +128,9 @@ Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nul
 Json json_of(const AxisSummary& summary) {
   Json json{{"unstable", summary.unstable},
             {"unstable_at_zenith", summary.unstable_at_zenith},
-            {"least_gain_margin_db", number(summary.least_gain_margin_db)},
-            {"least_phase_margin_deg", number(summary.least_phase_margin_deg)},
-            {"most_ripple_share", summary.most_ripple_share},
+            {"least_gain_margin_db", number(summary.min_gain_margin_db)},
+            {"least_phase_margin_deg", number(summary.min_phase_margin_deg)},
+            {"most_ripple_share", summary.max_ripple_share},
             {"errors", Json::array()},
             {"influences", Json::array()}};
   for (const ErrorDistribution& error : summary.errors) {

@@ -30,9 +30,9 @@ struct AxisSummary {
   std::vector<ErrorDistribution> errors;
   int unstable = 0;            // plants
   int unstable_at_zenith = 0;  // by computation
-  double least_gain_margin_db = 0;
-  double least_phase_margin_deg = 0;
-  double most_ripple_share = 0;
+  double min_gain_margin_db = 0;
+  double min_phase_margin_deg = 0;
+  double max_ripple_share = 0;
   std::vector<Influence> influences;  // strongest first
 };
 

@@ -9,7 +9,7 @@ namespace trackservo::sim {
 namespace {
 
 // The search runs over logarithms, so that half and double are equally far.
-PiWish wish_of(const std::vector<double>& x) { return {std::exp(x[0]), std::exp(x[1]), x[2]}; }
+PiRequirement requirement_of(const std::vector<double>& x) { return {std::exp(x[0]), std::exp(x[1]), x[2]}; }
 
 struct Search {
   const Study& study;
@@ -25,12 +25,12 @@ double lacking(double wanted, double got) { return std::max(0.0, (wanted - got) 
 // Contribution of one figure to the cost. In the start-up race a PI must meet our own limit of overshoot: every point
 // above costs 10 ms.
 double cost_of(const Study& study, const Figure& figure) {
-  constexpr double kMostStartOvershoot_percent = 10.0;
+  constexpr double kMaxStartOvershoot_percent = 10.0;
   if (figure.axis != kAzimuth) {
     return 0.0;
   }
   if (purpose_of(study.scenario) == Purpose::kStart && figure.metric == "overshoot") {
-    return 10.0 * std::max(0.0, figure.value - kMostStartOvershoot_percent);
+    return 10.0 * std::max(0.0, figure.value - kMaxStartOvershoot_percent);
   }
   if (figure.metric != deciding_metric(study)) {
     return 0.0;
@@ -59,7 +59,7 @@ double mean_cost(const Search& search) {
 double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
   Search& search = *static_cast<Search *>(data);
   for (int axis = 0; axis < kAxes; ++axis) {
-    set_pi(search.params, axis, wish_of(x));
+    set_pi(search.params, axis, requirement_of(x));
     if (servo_axis_check(&search.params.axis[axis], SERVO_TICK_S, SERVO_PWM_PERIOD_S) != CONTROL_OK) {
       return 1e6;
     }
@@ -67,13 +67,13 @@ double cost(const std::vector<double>& x, std::vector<double>&, void *data) {
   double broken = 0.0;
   for (int axis = 0; axis < kAxes; ++axis) {
     const Margins margins = worst_margins(search.study.plant, axis, search.params.axis[axis].speed);
-    broken += lacking(kLeastMargins.gain_margin_db + kGainReserve_db, margins.gain_margin_db);
-    broken += lacking(kLeastMargins.phase_margin_deg + kPhaseReserve_deg, margins.phase_margin_deg);
+    broken += lacking(kMinMargins.gain_margin_db + kGainReserve_db, margins.gain_margin_db);
+    broken += lacking(kMinMargins.phase_margin_deg + kPhaseReserve_deg, margins.phase_margin_deg);
   }
   return broken > 0.0 ? 1e4 * (1.0 + broken) : mean_cost(search);
 }
 
-void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const PiWish& start,
+void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const PiRequirement& start,
               std::vector<double>& x) {
   nlopt::opt optimiser(algorithm, 3);
   const double centre = std::log(start.natural_frequency_rad_s);
@@ -87,14 +87,14 @@ void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const
 
 }  // namespace
 
-PiWish best_pi(const Study& study, const SearchEffort& effort) {
+PiRequirement best_pi(const Study& study, const SearchEffort& effort) {
   const DesignOptions options = design_options(study);
   Search search{study, design_controller(study.plant, controller_spec("pi_best"), options)};
-  const PiWish start = pi_wish(study.plant, kAzimuth, options);
+  const PiRequirement start = pi_requirement(study.plant, kAzimuth, options);
   std::vector<double> x = {std::log(start.natural_frequency_rad_s), std::log(start.damping), start.setpoint_weight};
   minimise(nlopt::GN_DIRECT_L, effort.explore, search, start, x);
   minimise(nlopt::LN_NELDERMEAD, effort.refine, search, start, x);
-  return wish_of(x);
+  return requirement_of(x);
 }
 
 }  // namespace trackservo::sim

@@ -78,7 +78,7 @@ std::optional<Cell> over_friction_free(const std::vector<Cell>& cells, const Cel
   derived.metric = "overshoot_over_friction_free";
   derived.unit = "ratio";
   for (std::size_t i = 0; i < derived.values.size(); ++i) {
-    const bool has_ratio = free->values[i] >= kLeastFreeOvershoot;
+    const bool has_ratio = free->values[i] >= kMinFreeOvershoot;
     derived.values[i] = has_ratio ? cell.values[i] / free->values[i] : std::numeric_limits<double>::quiet_NaN();
   }
   return derived;

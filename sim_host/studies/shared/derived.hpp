@@ -8,7 +8,7 @@
 namespace trackservo::sim {
 
 // A ratio to less than this overshoot is meaningless [%].
-constexpr double kLeastFreeOvershoot = 1.0;
+constexpr double kMinFreeOvershoot = 1.0;
 
 // The campaign's cells followed by the derived ones, seed by seed.
 std::vector<Cell> with_derived(const std::vector<Cell>& cells);

@@ -42,14 +42,14 @@ std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plan
   return identified;
 }
 
-Belief belief_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified) {
-  Belief belief;
+AssumedPlant assumed_plant_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified) {
+  AssumedPlant assumed_plant;
   for (const IdentifiedAxis& axis : identified) {
     if (axis.plant == plant.name) {
-      belief[static_cast<std::size_t>(axis.axis)] = axis.believed;
+      assumed_plant[static_cast<std::size_t>(axis.axis)] = axis.believed;
     }
   }
-  return belief;
+  return assumed_plant;
 }
 
 }  // namespace trackservo::sim

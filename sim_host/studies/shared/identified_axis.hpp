@@ -39,7 +39,7 @@ std::vector<IdentifiedAxis> identify_plants(const std::vector<PlantConfig>& plan
                                             const std::filesystem::path& out_dir, JobPool& pool, int cost = 1);
 
 // The assumed plant for a plant whose axes are among the identified ones.
-Belief belief_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified);
+AssumedPlant assumed_plant_of(const PlantConfig& plant, const std::vector<IdentifiedAxis>& identified);
 
 }  // namespace trackservo::sim
 

@@ -22,8 +22,8 @@ struct Study {
   PlantConfig plant;
   ScenarioConfig scenario;
   tracker_kind tracker = TRACKER_PI;
-  std::string figure;                // the paper's figure that it reproduces: "fig7" ...; empty for none
-  std::optional<Belief> identified;  // basis of its controllers; none: friction parameters wrong by a share
+  std::string figure;                      // the paper's figure that it reproduces: "fig7" ...; empty for none
+  std::optional<AssumedPlant> identified;  // basis of its controllers; none: friction parameters wrong by a share
 };
 
 // "steady_speed on tracker" and the like; distinguishes the two tracking loops.
@@ -56,7 +56,7 @@ struct RunChoice {
   FrictionModel friction = FrictionModel::kLugre;  // of the plant
   std::uint64_t seed = 1;
   double friction_parameter_error = 0.15;
-  std::optional<PiWish> pi;  // replaces the plant's own requirement
+  std::optional<PiRequirement> pi;  // replaces the plant's own requirement
 };
 
 // Designs the controller and runs it. Throws like design_controller and run_scenario.
@@ -88,7 +88,7 @@ struct SearchEffort {
 // The PI that minimises the deciding metric (mean over cases, seeds 101 and 102, both unused elsewhere) within the
 // margins, and within 10 % of overshoot at start-up. Deterministic. NLopt: DIRECT-L with `effort.explore` evaluations,
 // then Nelder-Mead with `effort.refine`.
-PiWish best_pi(const Study& study, const SearchEffort& effort = {});
+PiRequirement best_pi(const Study& study, const SearchEffort& effort = {});
 
 }  // namespace trackservo::sim
 

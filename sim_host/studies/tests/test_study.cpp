@@ -78,7 +78,7 @@ void test_a_target_is_judged_by_the_line_of_sight() {
 void test_every_variation_changes_the_shipped_setting_where_it_is_looked_at() {
   std::vector<Study> studies = paper_studies("sim_host");
   for (Study& study : studies) {
-    study.identified = Belief{true_plant(study.plant, kAzimuth), true_plant(study.plant, kPitch)};
+    study.identified = AssumedPlant{true_plant(study.plant, kAzimuth), true_plant(study.plant, kPitch)};
   }
   for (const Variation& variation : variations()) {
     for (const Probe& probe : variation.probes) {
@@ -115,10 +115,10 @@ void test_file_names_have_no_letters_that_shells_dislike() {
 }
 
 // Two figures, two seeds; computed by hand. Wrong parameters have the means 2 and 10.
-void test_beliefs_are_compared_seed_by_seed_as_shares_of_the_wrong_one() {
-  const std::vector<BeliefFigure> figures{{"a", "", "", "", {1.0, 2.0}, {1.0, 1.0}, {1.0, 3.0}},
-                                          {"b", "", "", "", {9.0, 10.0}, {8.0, 8.0}, {10.0, 10.0}}};
-  const BeliefSum sum = sum_of(figures);
+void test_assumed_plants_are_compared_seed_by_seed_as_shares_of_the_wrong_one() {
+  const std::vector<AssumedPlantFigure> figures{{"a", "", "", "", {1.0, 2.0}, {1.0, 1.0}, {1.0, 3.0}},
+                                                {"b", "", "", "", {9.0, 10.0}, {8.0, 8.0}, {10.0, 10.0}}};
+  const AssumedPlantSum sum = sum_of(figures);
   TEST_ASSERT_DOUBLE_WITHIN(1e-12, 2.0, sum.wrong.mean);
   TEST_ASSERT_DOUBLE_WITHIN(1e-12, 0.5 * (1.0 / 2 + 9.0 / 10 + 2.0 / 2 + 10.0 / 10), sum.identified.mean);
   TEST_ASSERT_DOUBLE_WITHIN(1e-12, 1.0 / 2 + 8.0 / 10, sum.exact.mean);
@@ -192,7 +192,7 @@ int main() {
   RUN_TEST(test_every_variation_changes_the_shipped_setting_where_it_is_looked_at);
   RUN_TEST(test_a_probe_that_no_study_has_is_refused);
   RUN_TEST(test_file_names_have_no_letters_that_shells_dislike);
-  RUN_TEST(test_beliefs_are_compared_seed_by_seed_as_shares_of_the_wrong_one);
+  RUN_TEST(test_assumed_plants_are_compared_seed_by_seed_as_shares_of_the_wrong_one);
   RUN_TEST(test_a_step_is_compared_with_the_friction_free_one_as_points_and_as_a_ratio);
   RUN_TEST(test_both_readings_judge_the_compensated_step);
   RUN_TEST(test_a_figure_of_the_paper_that_has_the_wrong_sign_is_not_reproduced);

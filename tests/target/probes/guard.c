@@ -1,7 +1,7 @@
 /* A region without access below the RAM: which accesses are refused inside it, below it, and with the MPU off. */
 #include "probe.h"
 
-static void tell(uint32_t *frame, uint32_t what, uint32_t address) {
+static void report(uint32_t *frame, uint32_t what, uint32_t address) {
   const uint32_t bytes_of_load = 2;
   note(what);
   note(SCB_CFSR);
@@ -10,8 +10,8 @@ static void tell(uint32_t *frame, uint32_t what, uint32_t address) {
   frame[6] += bytes_of_load;
 }
 
-__attribute__((used)) static void mem_manage_with(uint32_t *frame) { tell(frame, 0xA0, SCB_MMFAR); }
-__attribute__((used)) static void bus_fault_with(uint32_t *frame) { tell(frame, 0xB0, SCB_BFAR); }
+__attribute__((used)) static void mem_manage_with(uint32_t *frame) { report(frame, 0xA0, SCB_MMFAR); }
+__attribute__((used)) static void bus_fault_with(uint32_t *frame) { report(frame, 0xB0, SCB_BFAR); }
 
 __attribute__((naked)) void mem_manage(void) { __asm volatile("mov r0, sp\n b mem_manage_with"); }
 __attribute__((naked)) void bus_fault(void) { __asm volatile("mov r0, sp\n b bus_fault_with"); }

@@ -62,7 +62,7 @@ def test_vectors_lead_where_the_chip_looks(image):
     assert all(vector & 1 for vector in vectors)
     expected = {1: "reset_handler", 2: "nmi_handler", 16 + 18: "adc1_2_interrupt", 16 + 21: "fdcan1_it0_interrupt",
                 16 + 24: "tim1_brk_interrupt", 16 + 43: "tim8_brk_interrupt", 16 + 54: "tim6_dac_interrupt",
-                14: "pendsv_exception", 16 + 55: "prelude_interrupt"}
+                14: "pendsv_exception", 16 + 55: "pre_tick_interrupt"}
     for number, vector in enumerate(vectors, start=1):
         assert names[vector & ~1] == expected.get(number, "fault_handler"), number
 

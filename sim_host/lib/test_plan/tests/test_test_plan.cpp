@@ -30,45 +30,45 @@ const Case kCases[] = {
     {"a slow axis", {-1.0, 1.0, 0.02, 40.0}, {6.0, 2e-4, 5.2e-3, 6.0}},
 };
 
-void expect_possible(const Case& machine, const Programme& programme) {
-  TEST_ASSERT_TRUE_MESSAGE(programme.moving_rad_s <= machine.limits.rate_rad_s, machine.name);
-  TEST_ASSERT_TRUE_MESSAGE(static_cast<double>(programme.limits.rate_rad_s) <= machine.limits.rate_rad_s * 1.000001,
+void expect_possible(const Case& machine, const TestPlan& test_plan) {
+  TEST_ASSERT_TRUE_MESSAGE(test_plan.moving_rad_s <= machine.limits.rate_rad_s, machine.name);
+  TEST_ASSERT_TRUE_MESSAGE(static_cast<double>(test_plan.limits.rate_rad_s) <= machine.limits.rate_rad_s * 1.000001,
                            machine.name);
-  TEST_ASSERT_TRUE_MESSAGE(static_cast<double>(programme.limits.torque_nm) <= machine.limits.torque_nm * 1.000001,
+  TEST_ASSERT_TRUE_MESSAGE(static_cast<double>(test_plan.limits.torque_nm) <= machine.limits.torque_nm * 1.000001,
                            machine.name);
-  for (const Place& place : programme.places) {
-    const double room_rad = static_cast<double>(programme.limits.travel_rad) * 0.999999;
+  for (const Place& place : test_plan.places) {
+    const double room_rad = static_cast<double>(test_plan.limits.travel_rad) * 0.999999;
     TEST_ASSERT_TRUE_MESSAGE(machine.limits.lowest_rad <= place.angle_rad - room_rad, machine.name);
     TEST_ASSERT_TRUE_MESSAGE(place.angle_rad + room_rad <= machine.limits.highest_rad, machine.name);
     for (const stimulus_setup& experiment : place.experiments) {
       const std::string which = std::string(machine.name) + ", kind " + std::to_string(experiment.kind);
-      TEST_ASSERT_EQUAL_INT_MESSAGE(CONTROL_OK, experiment_check(&experiment, &programme.limits), which.c_str());
+      TEST_ASSERT_EQUAL_INT_MESSAGE(CONTROL_OK, experiment_check(&experiment, &test_plan.limits), which.c_str());
     }
   }
 }
 
-void test_the_firmware_takes_every_experiment_of_every_programme() {
+void test_the_firmware_takes_every_experiment_of_every_test_plan() {
   for (const Case& machine : kCases) {
     expect_possible(machine, first_look(machine.limits));
-    expect_possible(machine, programme_for(machine.limits, machine.machine));
+    expect_possible(machine, test_plan_for(machine.limits, machine.machine));
     expect_possible(machine, structure_look(machine.limits, machine.machine));
   }
 }
 
-void test_a_first_look_takes_about_a_minute_and_a_programme_some() {
+void test_a_first_look_takes_about_a_minute_and_a_test_plan_some() {
   for (const Case& machine : {kCases[0], kCases[1], kCases[2]}) {
     CHECK_NEAR("first look, s", 80, duration_s(first_look(machine.limits), 0.0), 15);
-    CHECK_NEAR("test plan, s", 540, duration_s(programme_for(machine.limits, machine.machine), 0.0), 200);
+    CHECK_NEAR("test plan, s", 540, duration_s(test_plan_for(machine.limits, machine.machine), 0.0), 200);
     CHECK_NEAR("chirps, s", 75, duration_s(structure_look(machine.limits, machine.machine), 0.0), 15);
   }
 }
 
 void test_speeds_and_loops_fit_the_machine() {
   const Case& tracker = kCases[0];
-  const Programme programme = programme_for(tracker.limits, tracker.machine);
+  const TestPlan test_plan = test_plan_for(tracker.limits, tracker.machine);
   double slowest_rad_s = 1e9;
   int loops = 0;
-  for (const Place& place : programme.places) {
+  for (const Place& place : test_plan.places) {
     for (const stimulus_setup& experiment : place.experiments) {
       if (experiment.kind == STIMULUS_SWEEP) {
         slowest_rad_s = std::min(slowest_rad_s, static_cast<double>(experiment.low_rad_s));
@@ -81,14 +81,14 @@ void test_speeds_and_loops_fit_the_machine() {
     }
   }
   CHECK_AT_MOST("slowest speed, Stribeck speeds", 0.2, slowest_rad_s / tracker.machine.stribeck_rad_s);
-  TEST_ASSERT_EQUAL_INT(programme.places.size(), loops);
+  TEST_ASSERT_EQUAL_INT(test_plan.places.size(), loops);
 }
 
 void expect_refusal(const MotionLimits& limits, const RoughMachine& machine, const char *said) {
   try {
-    programme_for(limits, machine);
+    test_plan_for(limits, machine);
     TEST_FAIL_MESSAGE(said);
-  } catch (const ProgrammeError& error) {
+  } catch (const TestPlanError& error) {
     TEST_ASSERT_TRUE_MESSAGE(std::string(error.what()).find(said) != std::string::npos, error.what());
   }
 }
@@ -106,14 +106,14 @@ void test_limits_without_room_and_machines_that_make_no_sense_are_refused() {
   expect_refusal(good.limits, machine, "the rough inertia [kg m2] is 0; the range of machines is 1e-07");
 }
 
-void test_the_file_holds_what_the_device_is_told() {
-  const Programme programme = first_look(kCases[0].limits);
-  const auto json = to_json(programme, 0.0);
+void test_the_file_holds_what_the_device_is_reported() {
+  const TestPlan test_plan = first_look(kCases[0].limits);
+  const auto json = to_json(test_plan, 0.0);
   TEST_ASSERT_EQUAL_STRING("first_look", json.at("stage").get<std::string>().c_str());
-  TEST_ASSERT_EQUAL_size_t(programme.places.size(), json.at("places").size());
+  TEST_ASSERT_EQUAL_size_t(test_plan.places.size(), json.at("places").size());
   const auto& sweep = json.at("places").at(0).at("experiments").at(0);
   TEST_ASSERT_EQUAL_INT(STIMULUS_SWEEP, sweep.at("kind").get<int>());
-  TEST_ASSERT_EQUAL_FLOAT(programme.places[0].experiments[0].low_rad_s, sweep.at("low_rad_s").get<float>());
+  TEST_ASSERT_EQUAL_FLOAT(test_plan.places[0].experiments[0].low_rad_s, sweep.at("low_rad_s").get<float>());
   TEST_ASSERT_FALSE_MESSAGE(sweep.contains("amplitude_nm"), "a sweep uses no torque");
 }
 
@@ -121,10 +121,10 @@ void test_the_file_holds_what_the_device_is_told() {
 
 int main() {
   UNITY_BEGIN();
-  RUN_TEST(test_the_firmware_takes_every_experiment_of_every_programme);
-  RUN_TEST(test_a_first_look_takes_about_a_minute_and_a_programme_some);
+  RUN_TEST(test_the_firmware_takes_every_experiment_of_every_test_plan);
+  RUN_TEST(test_a_first_look_takes_about_a_minute_and_a_test_plan_some);
   RUN_TEST(test_speeds_and_loops_fit_the_machine);
   RUN_TEST(test_limits_without_room_and_machines_that_make_no_sense_are_refused);
-  RUN_TEST(test_the_file_holds_what_the_device_is_told);
+  RUN_TEST(test_the_file_holds_what_the_device_is_reported);
   return UNITY_END();
 }

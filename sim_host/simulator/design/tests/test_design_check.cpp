@@ -95,9 +95,9 @@ void test_a_long_window_with_a_fast_observer_is_refused_and_the_advice_works() {
   check_says(text, "tracker.toml:");
   check_says(text, ": design.azimuth.observer_bandwidth_hz: makes the speed loop with PI and observer unstable");
   check_says(text, "or fewer rate_window_ticks: 8 of them delay the encoder's rate by 3.5 ms");
-  const double most_hz = advised(text);
+  const double max_hz = advised(text);
   for (DesignConfig& design : plant.design) {
-    design.observer_bandwidth_hz = most_hz;
+    design.observer_bandwidth_hz = max_hz;
   }
   TEST_ASSERT_EQUAL_STRING("", refusal(plant, "pi_vob_ftc").c_str());
   TEST_ASSERT_EQUAL(0, margin_warnings(plant, design_controller(plant, controller_spec("pi_vob_ftc"), {})).size());
@@ -117,7 +117,7 @@ void test_a_bandwidth_beyond_the_delays_is_named_and_the_advice_works() {
   check_says(refusal(plant, "pi"), ": design.azimuth.speed_loop_bandwidth_hz: makes the speed loop with PI unstable");
 }
 
-void test_a_wish_as_natural_frequency_is_advised_in_that_key() {
+void test_a_requirement_as_natural_frequency_is_advised_in_that_key() {
   PlantConfig plant = shipped_plant("paper_simulation");
   plant.design[kAzimuth].speed_loop_natural_frequency_rad_s = 900.0;
   const std::string text = refusal(plant, "pi");
@@ -126,7 +126,7 @@ void test_a_wish_as_natural_frequency_is_advised_in_that_key() {
   TEST_ASSERT_EQUAL(0, margin_warnings(plant, design_controller(plant, controller_spec("pi"), {})).size());
 }
 
-void test_wishes_out_of_the_firmwares_range_name_their_line() {
+void test_requirements_out_of_the_firmwares_range_name_their_line() {
   PlantConfig plant = shipped_plant("tracker");
   plant.design[kAzimuth].observer_bandwidth_hz = 200.0;
   check_says(refusal(plant, "pi"), ": design.azimuth.observer_bandwidth_hz: is out of the firmware's range at 1 kHz");
@@ -171,12 +171,12 @@ void test_two_numbers_that_do_not_go_together_are_both_named() {
 
 void test_the_least_inertia_is_that_of_the_pitch_travel() {
   PlantConfig plant = shipped_plant("tracker");
-  CHECK_NEAR("over the zenith", 3.0, least_inertia_kg_m2(plant, kAzimuth), 1e-9);
-  CHECK_NEAR("pitch", 2.5, least_inertia_kg_m2(plant, kPitch), 1e-9);
+  CHECK_NEAR("over the zenith", 3.0, min_inertia_kg_m2(plant, kAzimuth), 1e-9);
+  CHECK_NEAR("pitch", 2.5, min_inertia_kg_m2(plant, kPitch), 1e-9);
   plant.axis[kPitch].end_stops->upper_rad = 60.0 * kDegree;
-  CHECK_NEAR("up to 60 deg", 3.0 + 3.0 * 0.25, least_inertia_kg_m2(plant, kAzimuth), 1e-9);
+  CHECK_NEAR("up to 60 deg", 3.0 + 3.0 * 0.25, min_inertia_kg_m2(plant, kAzimuth), 1e-9);
   plant.axis[kPitch].end_stops.reset();
-  CHECK_NEAR("without stops", 3.0, least_inertia_kg_m2(plant, kAzimuth), 1e-9);
+  CHECK_NEAR("without stops", 3.0, min_inertia_kg_m2(plant, kAzimuth), 1e-9);
 }
 
 // Peak rate error of the sliding axis, twice: early and late. A machine without noise or loads, so that any growth is
@@ -241,8 +241,8 @@ int main() {
   RUN_TEST(test_shipped_plants_are_designed_without_warning);
   RUN_TEST(test_a_long_window_with_a_fast_observer_is_refused_and_the_advice_works);
   RUN_TEST(test_a_bandwidth_beyond_the_delays_is_named_and_the_advice_works);
-  RUN_TEST(test_a_wish_as_natural_frequency_is_advised_in_that_key);
-  RUN_TEST(test_wishes_out_of_the_firmwares_range_name_their_line);
+  RUN_TEST(test_a_requirement_as_natural_frequency_is_advised_in_that_key);
+  RUN_TEST(test_requirements_out_of_the_firmwares_range_name_their_line);
   RUN_TEST(test_an_inertia_that_no_controller_can_turn_is_named_with_the_range_that_works);
   RUN_TEST(test_two_numbers_that_do_not_go_together_are_both_named);
   RUN_TEST(test_the_least_inertia_is_that_of_the_pitch_travel);

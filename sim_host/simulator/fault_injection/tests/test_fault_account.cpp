@@ -28,7 +28,7 @@ bool is_in_a_list(fault_id fault) {
 void test_every_fault_is_broken_in_the_simulator_or_in_a_test_that_is_named() {
   for (int i = FAULT_NONE + 1; i < FAULT_COUNT; ++i) {
     const auto fault = static_cast<fault_id>(i);
-    TEST_ASSERT_TRUE_MESSAGE(!sim::breakages_of(fault).empty() || is_in_a_list(fault),
+    TEST_ASSERT_TRUE_MESSAGE(!sim::fault_injections_of(fault).empty() || is_in_a_list(fault),
                              fmt::format("nothing tries fault {}", i).c_str());
   }
 }

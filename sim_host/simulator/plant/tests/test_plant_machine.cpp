@@ -118,17 +118,17 @@ void test_energy_stays_constant_through_coupling_and_gravity() {
   run(tracker, 0.2);
   const double before = energy_j(plant, tracker.truth());
   double worst = 0.0;
-  double least_azimuth = 1e9;
-  double most_azimuth = -1e9;
+  double min_azimuth = 1e9;
+  double max_azimuth = -1e9;
   for (int step = 0; step < 200000; ++step) {
     tracker.step_pwm({0.0, 0.0});
     worst = std::max(worst, std::abs(energy_j(plant, tracker.truth()) - before));
-    least_azimuth = std::min(least_azimuth, tracker.truth().joint_rate_rad_s[kAzimuth]);
-    most_azimuth = std::max(most_azimuth, tracker.truth().joint_rate_rad_s[kAzimuth]);
+    min_azimuth = std::min(min_azimuth, tracker.truth().joint_rate_rad_s[kAzimuth]);
+    max_azimuth = std::max(max_azimuth, tracker.truth().joint_rate_rad_s[kAzimuth]);
   }
   LOG_VALUE("energy in J", before);
   LOG_VALUE("largest change in 10 s, J", worst);
-  CHECK_AT_LEAST("azimuth's rate changes with pitch", 0.2, most_azimuth - least_azimuth);
+  CHECK_AT_LEAST("azimuth's rate changes with pitch", 0.2, max_azimuth - min_azimuth);
   CHECK_AT_MOST("energy change relative to the energy", 2e-6, worst / before);
 }
 

@@ -67,13 +67,13 @@ void test_a_constant_torque_turns_the_whole_inertia() {
 
 void test_a_stiff_spring_without_damping_stays_stable() {
   TwoMasses axis({400.0, 0.001, 0.9});
-  double most_rad_s = 0.0;
+  double max_rad_s = 0.0;
   double rate_rad_s = axis.step(1.0 / kPwmPeriod_s);
   for (int step = 0; step < 200000; ++step) {
-    most_rad_s = std::max(most_rad_s, std::abs(rate_rad_s));
+    max_rad_s = std::max(max_rad_s, std::abs(rate_rad_s));
     rate_rad_s = axis.step(0.0);
   }
-  CHECK_AT_MOST("peak rate", 1.0 / kInertia_kg_m2 * (1.0 + 9.0), most_rad_s);
+  CHECK_AT_MOST("peak rate", 1.0 / kInertia_kg_m2 * (1.0 + 9.0), max_rad_s);
 }
 
 }  // namespace

@@ -74,8 +74,8 @@ void test_without_friction_it_does_not_matter_where_the_disturbance_enters() {
 void test_sets_stay_in_their_ranges_and_use_them() {
   int speeds = 0;
   int weights[3] = {0, 0, 0};
-  double least_nm = 40.0;
-  double most_nm = 0.2;
+  double min_nm = 40.0;
+  double max_nm = 0.2;
   for (int i = 0; i < 2000; ++i) {
     const Fig9Set set = fig9_set(7, i);
     TEST_ASSERT_TRUE(set.coulomb_nm >= 0.2 && set.coulomb_nm <= 40.0);
@@ -84,12 +84,12 @@ void test_sets_stay_in_their_ranges_and_use_them() {
     TEST_ASSERT_TRUE(set.natural_frequency_rad_s >= 1.6 && set.natural_frequency_rad_s <= 100.0);
     TEST_ASSERT_TRUE(set.damping >= 0.3 && set.damping <= 2.0);
     TEST_ASSERT_TRUE(set.disturbance_phase_rad >= 0.0 && set.disturbance_phase_rad <= 2.0 * kPi);
-    least_nm = std::min(least_nm, set.coulomb_nm);
-    most_nm = std::max(most_nm, set.coulomb_nm);
+    min_nm = std::min(min_nm, set.coulomb_nm);
+    max_nm = std::max(max_nm, set.coulomb_nm);
     ++weights[static_cast<int>(2.0 * set.setpoint_weight)];
     speeds += set.disturbance == Fig9Disturbance::kSpeed ? 1 : 0;
   }
-  TEST_ASSERT_TRUE(least_nm < 0.3 && most_nm > 30.0);
+  TEST_ASSERT_TRUE(min_nm < 0.3 && max_nm > 30.0);
   TEST_ASSERT_TRUE(weights[0] > 500 && weights[1] > 500 && weights[2] > 500);
   TEST_ASSERT_TRUE(speeds > 800 && speeds < 1200);
 }
@@ -114,7 +114,7 @@ void test_no_set_that_gives_fig_7_overshoots_by_25_points_more() {
   const Fig9Summary summary = summary_of(scan_fig9(few, nothing));
   TEST_ASSERT_TRUE(summary.matching >= 10 && summary.matching <= 45);
   TEST_ASSERT_EQUAL_INT(0, summary.matching_points);
-  TEST_ASSERT_TRUE(summary.most_points.points() < 5.0);
+  TEST_ASSERT_TRUE(summary.max_points.points() < 5.0);
 }
 
 // The other finding: read as a ratio, there are such sets. The scan found this one.
@@ -146,9 +146,9 @@ void test_the_summary_counts_matching_sets_and_both_readings() {
   TEST_ASSERT_EQUAL_INT(4, summary.matching);
   TEST_ASSERT_EQUAL_INT(0, summary.matching_points);
   TEST_ASSERT_EQUAL_INT(2, summary.matching_ratio);
-  CHECK_NEAR("most points", 4.0, summary.most_points.points(), 1e-12);
+  CHECK_NEAR("most points", 4.0, summary.max_points.points(), 1e-12);
   CHECK_NEAR("nearest ratio", 1.2, summary.nearest_ratio.ratio(), 0.11);
-  CHECK_NEAR("largest ratio", 1.8, summary.most_ratio.ratio(), 1e-12);
+  CHECK_NEAR("largest ratio", 1.8, summary.max_ratio.ratio(), 1e-12);
   TEST_ASSERT_EQUAL_INT(2, summary.any_points);
   CHECK_NEAR("most of all", 55.0, summary.any_most_points, 1e-12);
 }

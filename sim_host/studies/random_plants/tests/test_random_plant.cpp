@@ -41,7 +41,7 @@ void every_key_is_varied_or_kept(const RandomPlant& plant, const std::string& ta
       continue;
     }
     const std::string name = table + key.text.name;
-    const std::vector<std::string>& kept = kept_keys();
+    const std::vector<std::string>& kept = retained_keys();
     const bool is_kept = std::find(kept.begin(), kept.end(), name) != kept.end();
     const bool shares_a_factor = name == "motor.back_emf_constant_v_s_rad";
     const bool is_varied =

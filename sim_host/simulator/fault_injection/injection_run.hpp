@@ -2,20 +2,20 @@
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_TRIAL_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_TRIAL_HPP
 
-#include "fault_injection/breakage.hpp"
+#include "fault_injection/fault_injection.hpp"
 #include "fault_injection/motion.hpp"
 
 namespace trackservo::sim {
 
-struct TrialSetup {
-  const Breakage *breakage;
+struct InjectionRunSetup {
+  const FaultInjection *fault_injection;
   Motion motion;
   int axis;
   std::uint64_t seed;  // of the machine's noise, of the instant, of the size of the fault
   bool calm;           // without wind: only then a braking distance can be guaranteed
 };
 
-struct TrialResult {
+struct InjectionRunResult {
   bool showed = false;          // the fault could be detected
   fault_id seen = FAULT_NONE;   // the detected fault
   int latency_ms = 0;           // from when it became visible to the tick that reacts; 0 also when detected before
@@ -28,14 +28,14 @@ struct TrialResult {
   bool came_to_rest = false;
 };
 
-TrialResult run_trial(const NodeSetup& setup, const TrialSetup& trial);
+InjectionRunResult run_injection_run(const NodeSetup& setup, const InjectionRunSetup& injection_run);
 
 // The documented braking distance [rad]: from a speed to standstill in calm air. A gust of three standard deviations
 // turns an axis of the tracker plant that is off: 11 Nm against 9 of friction.
 double promised_travel_rad(fault_reaction reaction, double speed_rad_s);
 
 // And the increase of the joint's speed above its actual and commanded speed before the reaction takes effect [rad/s].
-double promised_overshoot_rad_s(const Breakage& breakage);
+double promised_overshoot_rad_s(const FaultInjection& fault_injection);
 
 }  // namespace trackservo::sim
 

@@ -1,6 +1,6 @@
 // wishes.json: the requirements for the gains.
-#ifndef TRACKSERVO_GAIN_DESIGN_GAIN_WISHES_JSON_HPP
-#define TRACKSERVO_GAIN_DESIGN_GAIN_WISHES_JSON_HPP
+#ifndef TRACKSERVO_GAIN_DESIGN_GAIN_REQUIREMENTS_JSON_HPP
+#define TRACKSERVO_GAIN_DESIGN_GAIN_REQUIREMENTS_JSON_HPP
 
 #include "gain_design/gain_design.hpp"
 #include "gain_design/input_file.hpp"
@@ -8,7 +8,7 @@
 namespace trackservo::gain_design {
 
 // Any of the keys in docs/gain-design.md. Throws InputFileError for an unknown key, another type, a value out of range.
-GainWishes read_gain_wishes(const InputFile& file);
+GainRequirements read_gain_requirements(const InputFile& file);
 
 }  // namespace trackservo::gain_design
 

@@ -11,7 +11,7 @@
 
 namespace trackservo::sim {
 
-struct Breakage {
+struct FaultInjection {
   std::string name;
   fault_id expected;
   // Faults that may be detected first, because they look the same; the reaction is then theirs.
@@ -39,13 +39,13 @@ struct Breakage {
   std::string hidden_because{};
 };
 
-const std::vector<Breakage>& breakages();
+const std::vector<FaultInjection>& fault_injections();
 
 // Throws std::invalid_argument that lists the names.
-const Breakage& breakage(const std::string& name);
+const FaultInjection& fault_injection(const std::string& name);
 
 // Latency that the table and the timers allow [ms].
-int allowed_latency_ms(const Breakage& breakage);
+int allowed_latency_ms(const FaultInjection& fault_injection);
 
 }  // namespace trackservo::sim
 

@@ -12,7 +12,7 @@
 
 namespace trackservo::target {
 
-class Complaints {
+class Violations {
  public:
   // The same sentence counts once. `block_address()` is the address of the program, rounded to the start of its basic
   // block.

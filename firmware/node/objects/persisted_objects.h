@@ -14,10 +14,10 @@
 #include "protection/axis_protection.h"
 #include "servo/servo_app.h"
 
-enum { KEPT_MOST_ROWS = 384 };
+enum { PERSISTED_MAX_ROWS = 384 };
 
 /* Which groups. */
-enum { KEPT_COMMUNICATION = 1, KEPT_APPLICATION = 2 };
+enum { PERSISTED_COMMUNICATION = 1, PERSISTED_APPLICATION = 2 };
 
 typedef struct {
   axis_parameters parameters[SERVO_AXES];
@@ -26,41 +26,42 @@ typedef struct {
   hal_scales scales;
   communication_objects communication;
   bus_settings bus; /* node id and bit rate to which the defaults in `communication` belong: persisted with it */
-} kept_objects;
+} persisted_objects;
 
-/* KEPT_* bits of STORAGE_ALL, STORAGE_COMMUNICATION or STORAGE_APPLICATION. */
-uint8_t kept_groups(uint8_t group);
+/* PERSISTED_* bits of STORAGE_ALL, STORAGE_COMMUNICATION or STORAGE_APPLICATION. */
+uint8_t retained_groups(uint8_t group);
 
-/* Copies KEPT_* groups of `from` into `to`; of the drive and the communication only the objects that are marked as
+/* Copies PERSISTED_* groups of `from` into `to`; of the drive and the communication only the objects that are marked as
  * stored. */
-void kept_objects_copy(kept_objects *to, const kept_objects *from, uint8_t groups);
+void persisted_objects_copy(persisted_objects *to, const persisted_objects *from, uint8_t groups);
 
-/* Whether the objects that kept_objects_copy would copy are equal already. */
-bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, uint8_t groups);
+/* Whether the objects that persisted_objects_copy would copy are equal already. */
+bool persisted_objects_are_same(const persisted_objects *kept, const persisted_objects *other, uint8_t groups);
 
 /* The same for the communication alone. */
-void kept_communication_copy(communication_objects *to, const communication_objects *from);
+void persisted_communication_copy(communication_objects *to, const communication_objects *from);
 
 /* Moves values with the defaults for `from` to the defaults for `to`: COB-IDs and inhibit times; see bus_settings.h. */
-void kept_communication_follow(communication_objects *objects, const bus_settings *from, const bus_settings *to);
+void persisted_communication_follow(communication_objects *objects, const bus_settings *from, const bus_settings *to);
 
 /* Writes the objects of these groups that are marked as stored as rows (`kept` is not changed; 0.3 ms on a board);
  * returns how many. More than `capacity`, or a value of more than four bytes: UINT32_MAX, which a test excludes. */
-uint32_t kept_objects_to_rows(kept_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity);
+uint32_t persisted_objects_to_rows(persisted_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity);
 
 typedef struct {
-  uint8_t groups;   /* KEPT_*, groups with rows */
+  uint8_t groups;   /* PERSISTED_*, groups with rows */
   uint32_t dropped; /* rows of objects that no longer exist, are not stored, or have another type */
   uint32_t missing; /* objects of these groups without a row: they keep their values */
-} kept_rows_report;
+} persisted_rows_report;
 
 /* Writes rows over the values in `kept`, by index and sub-index; the node id and bit rate under which the rows were
  * saved become those of `kept`. Returns false when a value is beyond its limits; `kept` must not be used then.
- * kept_objects_are_good checks whether the values fit together. */
-bool kept_objects_from_rows(kept_objects *kept, const parameter_row *rows, uint32_t count, kept_rows_report *report);
+ * persisted_objects_are_good checks whether the values fit together. */
+bool persisted_objects_from_rows(persisted_objects *kept, const parameter_row *rows, uint32_t count,
+                                 persisted_rows_report *report);
 
 /* Whether these values may be in effect together; `dictionary` is the node's, for the mapped objects of PDOs. Cost:
  * builds the gains of both axes. */
-bool kept_objects_are_good(const kept_objects *kept, const object_dictionary *dictionary);
+bool persisted_objects_are_good(const persisted_objects *kept, const object_dictionary *dictionary);
 
 #endif

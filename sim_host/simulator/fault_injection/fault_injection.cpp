@@ -1,4 +1,4 @@
-#include "fault_injection/breakage.hpp"
+#include "fault_injection/fault_injection.hpp"
 
 #include <fmt/format.h>
 
@@ -42,30 +42,30 @@ void let_go(DrivenNode& node, int axis) { broken(node, axis).push_nm = 0.0; }
 // The true current and its reading differ by more than twice the limit of 0x2060:14.
 bool current_is_wrong(DrivenNode& node, int axis) {
   const double true_a = node.machine().truth().current_a[static_cast<std::size_t>(axis)];
-  const double told_a = static_cast<double>(node.machine().samples().axis[axis].mean_current_a);
+  const double reported_a = static_cast<double>(node.machine().samples().axis[axis].mean_current_a);
   const double resistance_ohm = static_cast<double>(node.node().board.app.params.axis[axis].resistance_ohm);
-  const double limit_v = static_cast<double>(node.axis(axis).watch.limits.voltage_mismatch_v);
-  return resistance_ohm * std::abs(true_a - told_a) > 2.0 * limit_v + resistance_ohm * std::abs(told_a);
+  const double limit_v = static_cast<double>(node.axis(axis).monitor.limits.voltage_mismatch_v);
+  return resistance_ohm * std::abs(true_a - reported_a) > 2.0 * limit_v + resistance_ohm * std::abs(reported_a);
 }
 
 void end_the_travel(DrivenNode& node, int axis) {
   const float far_rad = 100.0F;
   const float margin_rad = 0.001F;
-  protection_limits& limits = node.node().axis[axis].watch.limits;
+  protection_limits& limits = node.node().axis[axis].monitor.limits;
   const float here_rad = static_cast<float>(node.axis(axis).drive.position) * ANGLE_RAD_PER_TURN32;
   const bool up = joint_rate_rad_s(node, axis) >= 0.0;
   limits.minimum_rad = up ? -far_rad : here_rad + margin_rad;
   limits.maximum_rad = up ? here_rad - margin_rad : far_rad;
 }
 
-Breakage health(const char *name, fault_id expected, hal_health reads) {
+FaultInjection health(const char *name, fault_id expected, hal_health reads) {
   return {name,   expected, 0, 0, false, [reads](DrivenNode& n, int a, SplitMix64&) { broken(n, a).health = reads; },
           always, nothing};
 }
 
 template <class Begin>
-Breakage part(const char *name, fault_id expected, fault_set also, int timer_ms, Begin begin,
-              bool (*shows)(DrivenNode&, int) = always) {
+FaultInjection part(const char *name, fault_id expected, fault_set also, int timer_ms, Begin begin,
+                    bool (*shows)(DrivenNode&, int) = always) {
   return {name, expected, also, timer_ms, false, begin, shows, nothing};
 }
 
@@ -88,17 +88,17 @@ bool is_off_position(DrivenNode& node, int axis) {
 bool is_off_speed(DrivenNode& node, int axis) {
   const servo_axis_signals& signals = node.node().board.app.axis[axis].signals;
   const double error_rad_s = static_cast<double>(signals.reference.rate_rad_s - signals.rates.rate_rad_s);
-  return std::abs(error_rad_s) > static_cast<double>(node.axis(axis).watch.limits.speed_error_rad_s);
+  return std::abs(error_rad_s) > static_cast<double>(node.axis(axis).monitor.limits.speed_error_rad_s);
 }
 
 bool is_off(DrivenNode& node, int axis) { return !servo_mode_closes(node.mode(axis)); }
 
-void watch_position(DrivenNode& node, int axis) {
+void monitor_position(DrivenNode& node, int axis) {
   node.write(axis, 0x6065, 0, static_cast<std::int64_t>(kPositionWindow_rad * 1e7));
   node.write(axis, 0x6066, 0, 10);
 }
 
-void watch_speed(DrivenNode& node, int axis) {
+void monitor_speed(DrivenNode& node, int axis) {
   node.unlock();
   node.write_real(axis, 0x2060, 6, kSpeedWindow_rad_s);
   node.write_real(axis, 0x2060, 7, 0.05);
@@ -129,14 +129,14 @@ void expect_setpoints(DrivenNode& node, int axis) {
 
 // Beyond the end of the travel, and moving outwards.
 bool is_outside(DrivenNode& node, int axis) {
-  const protection_limits& limits = node.axis(axis).watch.limits;
+  const protection_limits& limits = node.axis(axis).monitor.limits;
   const double angle_rad = node.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
   const bool above = angle_rad > static_cast<double>(limits.maximum_rad) + kEncoderError_rad;
   const bool below = angle_rad < static_cast<double>(limits.minimum_rad) - kEncoderError_rad;
   return (above || below) && (above ? 1.0 : -1.0) * joint_rate_rad_s(node, axis) > kOutwards_rad_s;
 }
 
-std::vector<Breakage> sensors() {
+std::vector<FaultInjection> sensors() {
   const fault_set disagree = fault_bit(FAULT_SENSORS_DISAGREE);
   const fault_set jump = fault_bit(FAULT_ENCODER_JUMP);
   return {
@@ -165,7 +165,7 @@ std::vector<Breakage> sensors() {
           [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).gyro_reversed = true; }, turns),
       part("gyro saturated", FAULT_GYRO_SATURATED, disagree, 0,
            [](DrivenNode& n, int a, SplitMix64&) {
-             broken(n, a).gyro_reads_rad_s = static_cast<double>(n.axis(a).watch.limits.gyro_range_rad_s);
+             broken(n, a).gyro_reads_rad_s = static_cast<double>(n.axis(a).monitor.limits.gyro_range_rad_s);
            }),
       part("gyro says no number", FAULT_IMPLAUSIBLE, 0, 0,
            [](DrivenNode& n, int a, SplitMix64&) {
@@ -175,8 +175,8 @@ std::vector<Breakage> sensors() {
 }
 
 // A load that the motor can bear only for a limited time.
-Breakage overload() {
-  Breakage load = part(
+FaultInjection overload() {
+  FaultInjection load = part(
       "load too heavy", FAULT_OVERLOAD, 0, static_cast<int>(1000.0 * kThermal_s),
       [](DrivenNode& n, int a, SplitMix64&) {
         broken(n, a).push_nm = std::copysign(motor_torque_nm(n, a, 8.0), -wanted_rate_rad_s(n, a));
@@ -188,7 +188,7 @@ Breakage overload() {
   return load;
 }
 
-std::vector<Breakage> electrics() {
+std::vector<FaultInjection> electrics() {
   const fault_set current = fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_OVER_CURRENT);
   const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SENSORS_DISAGREE);
   return {
@@ -229,36 +229,36 @@ std::vector<Breakage> electrics() {
 }
 
 // A user has written a torque limit (6072) below the friction.
-Breakage weak_torque_limit() {
-  Breakage weak = part(
+FaultInjection weak_torque_limit() {
+  FaultInjection weak = part(
       "torque limit below friction", FAULT_SPEED_ERROR, 0, 50,
       [](DrivenNode& n, int a, SplitMix64&) { n.write(a, 0x6072, 0, 50); }, is_off_speed);
-  weak.prepare = watch_speed;
+  weak.prepare = monitor_speed;
   weak.lasting = true;
   weak.weak = true;
   return weak;
 }
 
-Breakage jam() {
-  Breakage jammed = part(
+FaultInjection jam() {
+  FaultInjection jammed = part(
       "axis jams in position control", FAULT_FOLLOWING_ERROR, fault_bit(FAULT_RUNAWAY), 10,
       [](DrivenNode& n, int a, SplitMix64&) { broken(n, a).joint_held = true; }, is_off_position);
   jammed.mode = DRIVE_CYCLIC_POSITION;
-  jammed.prepare = watch_position;
+  jammed.prepare = monitor_position;
   jammed.lasting = true;
   return jammed;
 }
 
 // While it turns, the travel ends a milliradian behind it.
-Breakage end_of_travel() {
-  Breakage end = part(
+FaultInjection end_of_travel() {
+  FaultInjection end = part(
       "end of the travel", FAULT_BEYOND_TRAVEL, 0, 0, [](DrivenNode& n, int a, SplitMix64&) { end_the_travel(n, a); },
       is_outside);
   end.hidden_because = "no set-point leads out of the travel, and none is followed further out";
   return end;
 }
 
-std::vector<Breakage> motions() {
+std::vector<FaultInjection> motions() {
   const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SPEED_ERROR) | fault_bit(FAULT_OVER_SPEED);
   return {
       {"pushed beyond the speed limit", FAULT_OVER_SPEED, away, 0, false,
@@ -266,7 +266,7 @@ std::vector<Breakage> motions() {
          broken(n, a).push_nm = std::copysign(kPush_nm, joint_rate_rad_s(n, a));
        },
        [](DrivenNode& n, int a) {
-         return std::abs(joint_rate_rad_s(n, a)) > static_cast<double>(n.axis(a).watch.limits.overspeed_rad_s);
+         return std::abs(joint_rate_rad_s(n, a)) > static_cast<double>(n.axis(a).monitor.limits.overspeed_rad_s);
        },
        let_go},
       {"driven against the motor", FAULT_RUNAWAY, away, 0, false,
@@ -285,15 +285,16 @@ std::vector<Breakage> motions() {
   };
 }
 
-Breakage silent_setpoints() {
-  Breakage silent = part("set-points no longer sent", FAULT_RPDO_LATE, 0, 20, [](DrivenNode&, int, SplitMix64&) {});
+FaultInjection silent_setpoints() {
+  FaultInjection silent =
+      part("set-points no longer sent", FAULT_RPDO_LATE, 0, 20, [](DrivenNode&, int, SplitMix64&) {});
   silent.both_axes = true;
   silent.prepare = expect_setpoints;
   silent.keep_up = send_setpoints;
   return silent;
 }
 
-std::vector<Breakage> node_and_bus() {
+std::vector<FaultInjection> node_and_bus() {
   return {
       {"bus off", FAULT_BUS_OFF, 0, 0, true, [](DrivenNode& n, int, SplitMix64&) { servo_node_bus_off(&n.node()); },
        always, nothing},
@@ -315,9 +316,9 @@ std::vector<Breakage> node_and_bus() {
   };
 }
 
-std::vector<Breakage> all() {
-  std::vector<Breakage> together;
-  for (const std::vector<Breakage>& some : {sensors(), electrics(), motions(), node_and_bus()}) {
+std::vector<FaultInjection> all() {
+  std::vector<FaultInjection> together;
+  for (const std::vector<FaultInjection>& some : {sensors(), electrics(), motions(), node_and_bus()}) {
     together.insert(together.end(), some.begin(), some.end());
   }
   return together;
@@ -325,14 +326,14 @@ std::vector<Breakage> all() {
 
 }  // namespace
 
-const std::vector<Breakage>& breakages() {
-  static const std::vector<Breakage> list = all();
+const std::vector<FaultInjection>& fault_injections() {
+  static const std::vector<FaultInjection> list = all();
   return list;
 }
 
-const Breakage& breakage(const std::string& name) {
+const FaultInjection& fault_injection(const std::string& name) {
   std::string names;
-  for (const Breakage& one : breakages()) {
+  for (const FaultInjection& one : fault_injections()) {
     if (one.name == name) {
       return one;
     }
@@ -341,14 +342,14 @@ const Breakage& breakage(const std::string& name) {
   throw std::invalid_argument(fmt::format("\"{}\" is nothing that breaks; give one of: {}", name, names));
 }
 
-int allowed_latency_ms(const Breakage& breakage) {
-  int allowed = fault_table[breakage.expected].latency_ms;
+int allowed_latency_ms(const FaultInjection& fault_injection) {
+  int allowed = fault_table[fault_injection.expected].latency_ms;
   for (int fault = 1; fault < FAULT_COUNT; ++fault) {
-    if ((breakage.also >> fault & 1U) != 0) {
+    if ((fault_injection.also >> fault & 1U) != 0) {
       allowed = std::max(allowed, static_cast<int>(fault_table[fault].latency_ms));
     }
   }
-  return allowed + breakage.timer_ms;
+  return allowed + fault_injection.timer_ms;
 }
 
 }  // namespace trackservo::sim

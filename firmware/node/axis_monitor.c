@@ -1,8 +1,8 @@
-#include "node/axis_watch.h"
+#include "node/axis_monitor.h"
 
 #include <math.h>
 
-void axis_watch_reset(axis_watch *watch) { axis_protection_reset(&watch->state); }
+void axis_monitor_reset(axis_monitor *monitor) { axis_protection_reset(&monitor->state); }
 
 static protection_motor motor_of(const servo_axis_params *params) {
   return (protection_motor){
@@ -35,18 +35,18 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->rate_rad_s = axis->signals.rates.rate_rad_s;
 }
 
-fault_set axis_watch_step(axis_watch *watch, const servo_board *board, int axis, drive_angle position,
-                          float bus_voltage_v) {
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position,
+                            float bus_voltage_v) {
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
-  look(&watch->seen, board, axis, position, bus_voltage_v);
-  return axis_protection_step(&watch->state, &watch->limits, &motor, &watch->seen, SERVO_TICK_S);
+  look(&monitor->seen, board, axis, position, bus_voltage_v);
+  return axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
 }
 
-void axis_watch_remember(const axis_watch *watch, int axis, fault_log *log) {
-  const protection_inputs *seen = &watch->seen;
+void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log) {
+  const protection_inputs *seen = &monitor->seen;
   const fault_log_sample sample = {
       .joint_angle_rad = angle_difference_rad(seen->angle, 0),
-      .joint_rate_rad_s = watch->state.last_step_rad / SERVO_TICK_S,
+      .joint_rate_rad_s = monitor->state.last_step_rad / SERVO_TICK_S,
       .gyro_rad_s = seen->gyro_valid ? seen->gyro_rad_s : NAN,
       .reference_rad_s = seen->reference_rad_s,
       .rate_rad_s = seen->rate_rad_s,
@@ -66,8 +66,8 @@ static drive_travel hard_travel(const protection_limits *limits) {
   return (drive_travel){position_of(limits->minimum_rad), position_of(limits->maximum_rad)};
 }
 
-drive_machine axis_watch_machine(const axis_watch *watch, const servo_axis_params *params) {
-  const protection_limits *limits = &watch->limits;
+drive_machine axis_monitor_machine(const axis_monitor *monitor, const servo_axis_params *params) {
+  const protection_limits *limits = &monitor->limits;
   return (drive_machine){.hard = hard_travel(limits),
                          .margin = position_of(limits->stopping_margin_rad),
                          .overspeed_rad_s = limits->overspeed_rad_s,
@@ -75,9 +75,9 @@ drive_machine axis_watch_machine(const axis_watch *watch, const servo_axis_param
                          .inertia_kg_m2 = params->speed.observer.inertia_kg_m2};
 }
 
-drive_travel axis_watch_default_travel(const axis_watch *watch) {
+drive_travel axis_monitor_default_travel(const axis_monitor *monitor) {
   const int32_t margin = 174533; /* 1 degree */
-  const drive_travel hard = hard_travel(&watch->limits);
+  const drive_travel hard = hard_travel(&monitor->limits);
   if ((int64_t)hard.maximum - hard.minimum < 4 * (int64_t)margin) {
     return (drive_travel){0, 0};
   }

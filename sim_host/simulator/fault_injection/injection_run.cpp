@@ -1,4 +1,4 @@
-#include "fault_injection/trial.hpp"
+#include "fault_injection/injection_run.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,25 +15,27 @@ constexpr int kBrakeTicks = 1990;
 constexpr double kStandstill_rad_s = 2e-3;
 constexpr double kAside_rad_s = 5.0 * kPi / 180.0;
 
-class Trial {
+class InjectionRun {
  public:
-  Trial(const NodeSetup& setup, const TrialSetup& trial)
-      : trial_(trial), random_(SplitMix64::mix(trial.seed)), node_(setup, trial.seed, {0.2, 0.4}) {}
+  InjectionRun(const NodeSetup& setup, const InjectionRunSetup& injection_run)
+      : injection_run_(injection_run),
+        random_(SplitMix64::mix(injection_run.seed)),
+        node_(setup, injection_run.seed, {0.2, 0.4}) {}
 
-  TrialResult run() {
-    trial_.breakage->prepare(node_, trial_.axis);
-    node_.enable(trial_.breakage->mode);
+  InjectionRunResult run() {
+    injection_run_.fault_injection->prepare(node_, injection_run_.axis);
+    node_.enable(injection_run_.fault_injection->mode);
     const double share = random_.uniform();
     const int moves = static_cast<int>((kEarliest_s + share * (kLatest_s - kEarliest_s)) / kTick_s);
     for (int i = 0; i < moves; ++i) {
-      trial_.breakage->keep_up(node_, trial_.axis);
+      injection_run_.fault_injection->keep_up(node_, injection_run_.axis);
       tick();
     }
     result_.speed_before_rad_s = std::abs(joint_rate());
-    trial_.breakage->begin(node_, trial_.axis, random_);
-    watch();
+    injection_run_.fault_injection->begin(node_, injection_run_.axis, random_);
+    monitor();
     if (result_.seen != FAULT_NONE) {
-      trial_.breakage->end(node_, trial_.axis);
+      injection_run_.fault_injection->end(node_, injection_run_.axis);
       judge_reaction();
       brake();
     }
@@ -41,20 +43,22 @@ class Trial {
   }
 
  private:
-  double joint_rate() { return node_.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(trial_.axis)]; }
+  double joint_rate() {
+    return node_.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(injection_run_.axis)];
+  }
   fault_id fault(int axis) const { return node_.axis(axis).drive.fault; }
 
   void tick() {
     time_s_ += kTick_s;
     for (int axis = 0; axis < kAxes; ++axis) {
-      node_.move(axis, aside_ ? kAside_rad_s : motion_rate_rad_s(trial_.motion, time_s_));
+      node_.move(axis, aside_ ? kAside_rad_s : motion_rate_rad_s(injection_run_.motion, time_s_));
     }
     node_.tick();
   }
 
   void note_speed() {
-    const double wanted = std::abs(static_cast<double>(node_.axis(trial_.axis).objects.velocity.demand)) * 1e-6;
-    const bool closed = servo_mode_closes(node_.mode(trial_.axis));
+    const double wanted = std::abs(static_cast<double>(node_.axis(injection_run_.axis).objects.velocity.demand)) * 1e-6;
+    const bool closed = servo_mode_closes(node_.mode(injection_run_.axis));
     result_.speed_before_rad_s = std::max(result_.speed_before_rad_s, closed ? wanted : 0.0);
     if (!result_.came_to_rest) {
       result_.speed_most_rad_s = std::max(result_.speed_most_rad_s, std::abs(joint_rate()));
@@ -62,24 +66,24 @@ class Trial {
   }
 
   // Until the firmware has detected it.
-  void watch() {
+  void monitor() {
     for (int i = 0; i < kWatchedTicks && result_.seen == FAULT_NONE; ++i) {
-      aside_ = trial_.motion == Motion::kStandstill && i >= kAsideTicks;
-      const bool shows = trial_.breakage->shows(node_, trial_.axis);
+      aside_ = injection_run_.motion == Motion::kStandstill && i >= kAsideTicks;
+      const bool shows = injection_run_.fault_injection->shows(node_, injection_run_.axis);
       result_.showed = result_.showed || shows;
-      if (trial_.breakage->lasting && !shows) {
+      if (injection_run_.fault_injection->lasting && !shows) {
         result_.latency_ms = 0;
       }
-      had_torque_ = node_.mode(trial_.axis) != SERVO_OFF;
+      had_torque_ = node_.mode(injection_run_.axis) != SERVO_OFF;
       tick();
       note_speed();
-      result_.latency_ms += shows || (result_.showed && !trial_.breakage->lasting) ? 1 : 0;
-      result_.seen = fault(trial_.axis);
+      result_.latency_ms += shows || (result_.showed && !injection_run_.fault_injection->lasting) ? 1 : 0;
+      result_.seen = fault(injection_run_.axis);
     }
   }
 
   void judge_reaction() {
-    const servo_mode mode = node_.mode(trial_.axis);
+    const servo_mode mode = node_.mode(injection_run_.axis);
     const auto reaction = static_cast<fault_reaction>(fault_table[result_.seen].reaction);
     switch (had_torque_ ? reaction : REACTION_CUT) {
       case REACTION_CUT:
@@ -91,16 +95,16 @@ class Trial {
       default:
         result_.reaction_right = servo_mode_closes(mode);
     }
-    const int other = kAxes - 1 - trial_.axis;
-    result_.other_axis_right = (fault(other) != FAULT_NONE) == trial_.breakage->both_axes;
+    const int other = kAxes - 1 - injection_run_.axis;
+    result_.other_axis_right = (fault(other) != FAULT_NONE) == injection_run_.fault_injection->both_axes;
   }
 
   void brake() {
     const double start_rad = angle();
     int braked_ticks = 1;
     // In wind a gust moves an axis without torque: no speed can be guaranteed then.
-    const bool holds = fault_table[result_.seen].reaction == REACTION_STOP && !trial_.breakage->weak;
-    const bool judged = trial_.calm || holds;
+    const bool holds = fault_table[result_.seen].reaction == REACTION_STOP && !injection_run_.fault_injection->weak;
+    const bool judged = injection_run_.calm || holds;
     for (int i = 0; i < kReactionTicks; ++i) {
       if (!result_.came_to_rest) {
         result_.came_to_rest = std::abs(joint_rate()) < kStandstill_rad_s;
@@ -110,20 +114,21 @@ class Trial {
       if (judged) {
         note_speed();
       }
-      braked_ticks += node_.mode(trial_.axis) == SERVO_BRAKE ? 1 : 0;
+      braked_ticks += node_.mode(injection_run_.axis) == SERVO_BRAKE ? 1 : 0;
     }
     const bool shorts = had_torque_ && fault_table[result_.seen].reaction == REACTION_BRAKE;
     const bool shorted = shorts ? braked_ticks >= kBrakeTicks : had_torque_ || braked_ticks == 1;
-    const bool over = node_.axis(trial_.axis).drive.state.power == DRIVE_FAULT && node_.mode(trial_.axis) == SERVO_OFF;
-    result_.reaction_right = result_.reaction_right && shorted && over && fault(trial_.axis) == result_.seen;
+    const bool over = node_.axis(injection_run_.axis).drive.state.power == DRIVE_FAULT &&
+                      node_.mode(injection_run_.axis) == SERVO_OFF;
+    result_.reaction_right = result_.reaction_right && shorted && over && fault(injection_run_.axis) == result_.seen;
   }
 
-  double angle() { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(trial_.axis)]; }
+  double angle() { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(injection_run_.axis)]; }
 
-  TrialSetup trial_;
+  InjectionRunSetup injection_run_;
   SplitMix64 random_;
   DrivenNode node_;
-  TrialResult result_;
+  InjectionRunResult result_;
   double time_s_ = 0;
   bool aside_ = false;
   bool had_torque_ =
@@ -132,6 +137,8 @@ class Trial {
 
 }  // namespace
 
-TrialResult run_trial(const NodeSetup& setup, const TrialSetup& trial) { return Trial(setup, trial).run(); }
+InjectionRunResult run_injection_run(const NodeSetup& setup, const InjectionRunSetup& injection_run) {
+  return InjectionRun(setup, injection_run).run();
+}
 
 }  // namespace trackservo::sim

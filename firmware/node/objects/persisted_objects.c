@@ -1,4 +1,4 @@
-#include "node/objects/kept_objects.h"
+#include "node/objects/persisted_objects.h"
 
 #include "canopen/node_objects.h"
 #include "canopen/object_dictionary_rows.h"
@@ -18,40 +18,40 @@ _Static_assert(offsetof(axis_tuning, staged) == 0,
 
 /* Node id and bit rate in effect, for which the values of the set are valid. */
 static const od_entry bus_rows[] = {
-    OD_U8(BUS_INDEX, 1, OD_RW, OD_STORED, kept_objects, bus.node_id, 1, BUS_LAST_NODE_ID, BUS_DEFAULT_NODE_ID, "",
+    OD_U8(BUS_INDEX, 1, OD_RW, OD_STORED, persisted_objects, bus.node_id, 1, BUS_LAST_NODE_ID, BUS_DEFAULT_NODE_ID, "",
           "Node id", ""),
-    OD_U16(BUS_INDEX, 2, OD_RW, OD_STORED, kept_objects, bus.kbit_s, 1, UINT16_MAX, BUS_DEFAULT_KBIT_S, "kbit/s",
+    OD_U16(BUS_INDEX, 2, OD_RW, OD_STORED, persisted_objects, bus.kbit_s, 1, UINT16_MAX, BUS_DEFAULT_KBIT_S, "kbit/s",
            "Bit rate", ""),
 };
 static const od_table bus_table = {bus_rows, sizeof bus_rows / sizeof bus_rows[0]};
 
-uint8_t kept_groups(uint8_t group) {
+uint8_t retained_groups(uint8_t group) {
   switch (group) {
     case STORAGE_COMMUNICATION:
-      return KEPT_COMMUNICATION;
+      return PERSISTED_COMMUNICATION;
     case STORAGE_APPLICATION:
-      return KEPT_APPLICATION;
+      return PERSISTED_APPLICATION;
     default:
-      return KEPT_COMMUNICATION | KEPT_APPLICATION;
+      return PERSISTED_COMMUNICATION | PERSISTED_APPLICATION;
   }
 }
 
-void kept_communication_copy(communication_objects *to, const communication_objects *from) {
+void persisted_communication_copy(communication_objects *to, const communication_objects *from) {
   od_copy_stored(&communication_profile_table, from, to);
   od_copy_stored(&device_table, from, to);
 }
 
-void kept_communication_follow(communication_objects *objects, const bus_settings *from, const bus_settings *to) {
+void persisted_communication_follow(communication_objects *objects, const bus_settings *from, const bus_settings *to) {
   bus_defaults_follow(&communication_profile_table, objects, from, to);
   bus_defaults_follow(&device_table, objects, from, to);
 }
 
-void kept_objects_copy(kept_objects *to, const kept_objects *from, uint8_t groups) {
-  if ((groups & KEPT_COMMUNICATION) != 0) {
-    kept_communication_copy(&to->communication, &from->communication);
+void persisted_objects_copy(persisted_objects *to, const persisted_objects *from, uint8_t groups) {
+  if ((groups & PERSISTED_COMMUNICATION) != 0) {
+    persisted_communication_copy(&to->communication, &from->communication);
     to->bus = from->bus;
   }
-  if ((groups & KEPT_APPLICATION) != 0) {
+  if ((groups & PERSISTED_APPLICATION) != 0) {
     for (int i = 0; i < SERVO_AXES; ++i) {
       to->parameters[i] = from->parameters[i];
       od_copy_stored(&drive_objects_table, &from->drive[i], &to->drive[i]);
@@ -61,14 +61,14 @@ void kept_objects_copy(kept_objects *to, const kept_objects *from, uint8_t group
   }
 }
 
-bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, uint8_t groups) {
+bool persisted_objects_are_same(const persisted_objects *kept, const persisted_objects *other, uint8_t groups) {
   const communication_objects *own = &kept->communication;
-  bool same =
-      (groups & KEPT_COMMUNICATION) == 0 || (od_same_stored(&communication_profile_table, own, &other->communication) &&
-                                             od_same_stored(&device_table, own, &other->communication));
-  same =
-      same && ((groups & KEPT_APPLICATION) == 0 || od_same_stored(&board_objects_table, &kept->scales, &other->scales));
-  for (int i = 0; i < SERVO_AXES && (groups & KEPT_APPLICATION) != 0; ++i) {
+  bool same = (groups & PERSISTED_COMMUNICATION) == 0 ||
+              (od_same_stored(&communication_profile_table, own, &other->communication) &&
+               od_same_stored(&device_table, own, &other->communication));
+  same = same &&
+         ((groups & PERSISTED_APPLICATION) == 0 || od_same_stored(&board_objects_table, &kept->scales, &other->scales));
+  for (int i = 0; i < SERVO_AXES && (groups & PERSISTED_APPLICATION) != 0; ++i) {
     same = same && od_same_stored(&axis_parameters_table, &kept->parameters[i], &other->parameters[i]) &&
            od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]) &&
            od_same_stored(&protection_objects_table, &kept->protection[i], &other->protection[i]);
@@ -79,7 +79,7 @@ bool kept_objects_are_same(const kept_objects *kept, const kept_objects *other, 
 /* --- rows ------------------------------------------------------------------------------------------------------- */
 
 /* A dictionary of the persisted objects only, without hooks: a write to it only stores the value. */
-static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
+static object_dictionary view_of(persisted_objects *kept, od_part parts[TABLES]) {
   uint32_t count = 0;
   parts[count++] = (od_part){.table = bus_table, .values = kept};
   parts[count++] = (od_part){.table = communication_profile_table, .values = &kept->communication};
@@ -95,7 +95,7 @@ static object_dictionary view_of(kept_objects *kept, od_part parts[TABLES]) {
 }
 
 static uint8_t group_of(uint16_t index) {
-  return index < FIRST_APPLICATION_INDEX || index == BUS_INDEX ? KEPT_COMMUNICATION : KEPT_APPLICATION;
+  return index < FIRST_APPLICATION_INDEX || index == BUS_INDEX ? PERSISTED_COMMUNICATION : PERSISTED_APPLICATION;
 }
 
 static bool is_kept(const od_object *object, uint8_t groups) {
@@ -121,10 +121,10 @@ static bool row_of(const od_object *object, parameter_row *row) {
 typedef struct {
   uint32_t part;
   uint32_t entry; /* next object */
-} kept_walk;
+} persisted_walk;
 
 /* False at the end. */
-static bool next_kept(const object_dictionary *view, uint8_t groups, kept_walk *walk, od_object *object) {
+static bool next_kept(const object_dictionary *view, uint8_t groups, persisted_walk *walk, od_object *object) {
   for (; walk->part < view->count; ++walk->part, walk->entry = 0) {
     const od_part *part = &view->parts[walk->part];
     while (walk->entry < part->table.count) {
@@ -137,10 +137,10 @@ static bool next_kept(const object_dictionary *view, uint8_t groups, kept_walk *
   return false;
 }
 
-uint32_t kept_objects_to_rows(kept_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity) {
+uint32_t persisted_objects_to_rows(persisted_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity) {
   od_part parts[TABLES];
   const object_dictionary view = view_of(kept, parts);
-  kept_walk walk = {.part = 0};
+  persisted_walk walk = {.part = 0};
   od_object object;
   uint32_t count = 0;
   while (next_kept(&view, groups, &walk, &object)) {
@@ -153,7 +153,7 @@ uint32_t kept_objects_to_rows(kept_objects *kept, uint8_t groups, parameter_row 
 }
 
 static uint32_t count_kept(const object_dictionary *view, uint8_t groups) {
-  kept_walk walk = {.part = 0};
+  persisted_walk walk = {.part = 0};
   od_object object;
   uint32_t count = 0;
   while (next_kept(view, groups, &walk, &object)) {
@@ -190,21 +190,22 @@ static bool is_good(const bus_settings *bus) {
 }
 
 /* Objects without a row keep their defaults: those for the node id and bit rate of the other rows. */
-static bool follow_rows(kept_objects *kept, const parameter_row *rows, uint32_t count) {
+static bool follow_rows(persisted_objects *kept, const parameter_row *rows, uint32_t count) {
   const bus_settings bus = saved_under(rows, count);
   if (!is_good(&bus)) {
     return false;
   }
-  kept_communication_follow(&kept->communication, &kept->bus, &bus);
+  persisted_communication_follow(&kept->communication, &kept->bus, &bus);
   kept->bus = bus;
   return true;
 }
 
-bool kept_objects_from_rows(kept_objects *kept, const parameter_row *rows, uint32_t count, kept_rows_report *report) {
-  const uint8_t all = KEPT_COMMUNICATION | KEPT_APPLICATION;
+bool persisted_objects_from_rows(persisted_objects *kept, const parameter_row *rows, uint32_t count,
+                                 persisted_rows_report *report) {
+  const uint8_t all = PERSISTED_COMMUNICATION | PERSISTED_APPLICATION;
   od_part parts[TABLES];
   const object_dictionary view = view_of(kept, parts);
-  *report = (kept_rows_report){.groups = 0};
+  *report = (persisted_rows_report){.groups = 0};
   if (!follow_rows(kept, rows, count)) {
     return false;
   }
@@ -233,7 +234,7 @@ static bool options_are_good(const drive_options *option) {
          drive_option_supported(0x605E, option->fault_reaction);
 }
 
-bool kept_objects_are_good(const kept_objects *kept, const object_dictionary *dictionary) {
+bool persisted_objects_are_good(const persisted_objects *kept, const object_dictionary *dictionary) {
   bool good =
       node_objects_are_good(dictionary, &kept->communication) && board_objects_check(&kept->scales) == CONTROL_OK;
   for (int i = 0; i < SERVO_AXES; ++i) {
