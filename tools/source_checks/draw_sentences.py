@@ -83,6 +83,8 @@ def draw_of_commit(commit, root):
 
 
 def cell(text):
+    """The text in a cell of a Markdown table; a link, which leads elsewhere from here, is only its text."""
+    text = re.sub(r"\[([^\[\]]*)\]\([^()\s]*\)", r"\1", text)
     return text.replace("\\", "\\\\").replace("|", "\\|")
 
 

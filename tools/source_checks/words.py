@@ -17,6 +17,7 @@ import prose
 ROOT = Path(__file__).resolve().parents[2]
 GLOSSARY = Path(__file__).parent / "words.toml"
 PAGE = "docs/words.md"
+SAMPLE = "docs/checks/sentences.md"  # quotes sentences as they were
 LONG_SENTENCE = 25
 TABLE_START, TABLE_END = "<!-- glossary -->", "<!-- end of glossary -->"
 
@@ -132,7 +133,7 @@ def check(root, data, folders=None, with_names=True):
     in_names = [] if not with_names else data["names_covered"] if folders is None else folders
     findings = []
     for file in prose.files_of(root):
-        if file in data["left_out"]:
+        if file in data["left_out"] or file == SAMPLE:
             continue
         read_prose, read_names = is_in(file, in_prose), is_in(file, in_names)
         if read_prose or read_names:

@@ -119,6 +119,10 @@ def test_bars_in_a_sentence_do_not_break_the_row():
     assert draw_sentences.read_page(page)[1] == {"comment": [["a.h:1", draw_sentences.cell("one | two three four")]]}
 
 
+def test_a_link_in_a_sentence_is_its_text():
+    assert draw_sentences.cell("See [the page](../page.md#top) and `code`.") == "See the page and `code`."
+
+
 @pytest.mark.parametrize("text, expected", [
     ("The drive is in fault.", True), ("Three words only.", False), ("%d %s %5.2f %s %s of the whole row", False),
     ("Unknown option \"{}\": choose one of these: {}.", True), ("2060 4 12 17 18 19 the row is long", False),
