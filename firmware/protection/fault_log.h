@@ -1,6 +1,6 @@
 /* The last faults of the axes and the board, each with the samples of its axis in the ticks before it.
  *
- * Object 0x3020 (node/fault_objects.c). In RAM: survives a reset of the node, but not a loss of power. */
+ * Object 0x3020 (node/objects/fault_objects.c). In RAM: survives a reset of the node, but not a loss of power. */
 #ifndef TRACKSERVO_PROTECTION_FAULT_LOG_H
 #define TRACKSERVO_PROTECTION_FAULT_LOG_H
 

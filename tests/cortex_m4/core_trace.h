@@ -1,7 +1,7 @@
 /* The inputs and outputs of the servo core as a sequence of 32-bit words, so that another machine can be checked for
  * the same bits.
  *
- * The three functions of app/servo_app.h are its events: the parameters once, then ticks and PWM periods in the order
+ * The three functions of servo/servo_app.h are its events: the parameters once, then ticks and PWM periods in the order
  * in which they came. Each part is listed once, in core_trace.c; the visitor decides whether it is written, read or
  * compared. Floats are stored as their bits, everything else as a number, so that each compiler may lay out its
  * structs. Both machines are little-endian. */
