@@ -32,7 +32,7 @@ static float los_motion_rad(const target_tracker_state *state, int age_ticks, fl
   return (sum_rad_s - state->los_sum_rad_s[before]) * dt_s;
 }
 
-static void remember_sight(target_tracker_state *state, float los_rate_rad_s) {
+static void remember_los(target_tracker_state *state, float los_rate_rad_s) {
   const float sum_rad_s = state->los_sum_rad_s[state->newest];
   state->newest = (state->newest + 1u) % TARGET_TRACKER_HISTORY;
   const bool begins = state->newest % TARGET_TRACKER_BLOCK == 0;
@@ -110,7 +110,7 @@ static speed_reference limited(const target_tracker_params *params, float rate_r
 
 speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
                                     const camera_frame *frame, float los_rate_rad_s, float dt_s) {
-  remember_sight(state, los_rate_rad_s);
+  remember_los(state, los_rate_rad_s);
   if (state->ticks_since_frame < 1000000) {
     ++state->ticks_since_frame;
   }

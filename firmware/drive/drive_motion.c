@@ -113,14 +113,14 @@ static drive_angle start_of(const drive_motion *motion, drive_angle position) {
  * the next tick. Once stopping, it continues until the command reverses: a set-point held against the limit must not
  * make it creep. An axis that drifts out of the travel without a command is stopped as well. */
 static bool limit_blocks(drive_motion *motion, const drive_feedback *feedback, const profile_limits *braking,
-                         float asked, const profile_ramp *ahead, float dt_s) {
-  if (asked * motion->blocked_direction < 0.0f) {
+                         float demanded, const profile_ramp *ahead, float dt_s) {
+  if (demanded * motion->blocked_direction < 0.0f) {
     motion->blocked_direction = 0.0f;
   }
   if (motion->blocked_direction == 0.0f && drive_travel_is_limited(&motion->bounds.travel)) {
     const drive_angle from = start_of(motion, feedback->position);
     const float side = drive_travel_side(&motion->bounds.travel, from);
-    const float direction = asked < 0.0f ? -1.0f : asked > 0.0f ? 1.0f : side;
+    const float direction = demanded < 0.0f ? -1.0f : demanded > 0.0f ? 1.0f : side;
     const float margin_rad = drive_travel_room_rad(&motion->bounds.travel, from, direction) - ahead->rate_rad_s * dt_s -
                              profile_stop_travel_rad(ahead, braking);
     motion->blocked_direction = direction != 0.0f && margin_rad * direction <= 0.0f ? direction : 0.0f;
@@ -327,10 +327,10 @@ static int period_of(drive_motion *motion, const drive_limit_objects *limit, flo
  * held back. Then it lags the set-points, and meets them again when they reverse. */
 static bool demand_within(drive_motion *motion, const profile_limits *braking, drive_angle wanted, float dt_s) {
   const float wanted_rad = drive_angle_difference_rad(wanted, motion->demand);
-  const float way_rad = dt_s * drive_rate_within(&motion->bounds, braking, motion->demand, wanted_rad / dt_s, dt_s);
-  const bool braked = way_rad != wanted_rad && scalar_abs(way_rad) < scalar_abs(wanted_rad);
+  const float step_rad = dt_s * drive_rate_within(&motion->bounds, braking, motion->demand, wanted_rad / dt_s, dt_s);
+  const bool braked = step_rad != wanted_rad && scalar_abs(step_rad) < scalar_abs(wanted_rad);
   if (braked) {
-    move_demand(&motion->demand, &motion->demand_rest, way_rad);
+    move_demand(&motion->demand, &motion->demand_rest, step_rad);
   } else {
     motion->demand = wanted;
     motion->demand_rest = 0.0f;
@@ -469,8 +469,8 @@ static drive_setpoint follow(drive_motion *motion, const drive_objects *objects,
       stimulus->mode == SERVO_POSITION && drive_travel_clamp(&motion->bounds.travel, position) != position;
   const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
   const profile_ramp ahead = {.rate_rad_s = torque ? feedback->rate_rad_s : stimulus->speed.rate_rad_s};
-  const float asked = torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s;
-  if (beyond || limit_blocks(motion, feedback, &braking, asked, &ahead, dt_s)) {
+  const float demanded = torque ? stimulus->torque_nm : stimulus->speed.rate_rad_s;
+  if (beyond || limit_blocks(motion, feedback, &braking, demanded, &ahead, dt_s)) {
     motion->blocked_direction = beyond && motion->blocked_direction == 0.0f ? 1.0f : motion->blocked_direction;
     return stop(motion, feedback, &braking, dt_s);
   }

@@ -23,8 +23,8 @@ static inline drive_angle drive_angle_unwrap(drive_angle before, angle_turn32 no
 static inline float drive_angle_difference_rad(drive_angle to, drive_angle from) {
   const drive_angle difference = to - from;
   /* Up to half a turn the FPU converts; beyond that the conversion is a library function of 90 instructions. */
-  const bool short_way = difference >= INT32_MIN && difference <= INT32_MAX;
-  const float units = short_way ? (float)(int32_t)difference : (float)difference;
+  const bool is_short = difference >= INT32_MIN && difference <= INT32_MAX;
+  const float units = is_short ? (float)(int32_t)difference : (float)difference;
   return units * ANGLE_RAD_PER_TURN32;
 }
 

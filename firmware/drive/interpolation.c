@@ -27,10 +27,10 @@ void rate_interpolation_aim(rate_interpolation *state, float target_rad_s, int p
 }
 
 interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s) {
-  const bool on_its_way = state->left_ticks > 0;
+  const bool moving = state->left_ticks > 0;
   const interpolated_rate now = {.rate_rad_s = state->rate_rad_s,
-                                 .acceleration_rad_s2 = on_its_way ? state->slope_rad_s2 : 0.0f};
-  state->left_ticks -= on_its_way ? 1 : 0;
+                                 .acceleration_rad_s2 = moving ? state->slope_rad_s2 : 0.0f};
+  state->left_ticks -= moving ? 1 : 0;
   state->rate_rad_s = state->target_rad_s - state->slope_rad_s2 * ((float)state->left_ticks * dt_s);
   return now;
 }
@@ -46,8 +46,8 @@ void position_interpolation_reset(position_interpolation *state, drive_angle pos
   };
 }
 
-static drive_angle moved(drive_angle from, float way_rad) {
-  return from + angle_integer(scalar_round(way_rad / ANGLE_RAD_PER_TURN32));
+static drive_angle moved(drive_angle from, float travel_rad) {
+  return from + angle_integer(scalar_round(travel_rad / ANGLE_RAD_PER_TURN32));
 }
 
 /* The present demand and its rate. Distances are measured from the end, where they vanish. */
@@ -61,7 +61,7 @@ static interpolated_position evaluate(const position_interpolation *state, float
     return (interpolated_position){.position = moved(state->end, state->end_rad_s * (time_s - period_s)),
                                    .rate_rad_s = state->end_rad_s};
   }
-  const float mean_rad_s = state->way_rad / period_s;
+  const float mean_rad_s = state->travel_rad / period_s;
   const float start_rad_s = state->start_rad_s - mean_rad_s;
   const float end_rad_s = state->end_rad_s - mean_rad_s;
   const float u = time_s / period_s;
@@ -76,25 +76,25 @@ static interpolated_position evaluate(const position_interpolation *state, float
 /* The slope at the newest of the last set-points, of the parabola (or line) through them. */
 static float slope_at_end(const position_interpolation *state, float before_rad, float period_s) {
   if (state->known_points < INTERPOLATION_POINTS) {
-    return state->last_way_rad / period_s;
+    return state->last_travel_rad / period_s;
   }
-  return (1.5f * state->last_way_rad - 0.5f * before_rad) / period_s;
+  return (1.5f * state->last_travel_rad - 0.5f * before_rad) / period_s;
 }
 
 bool position_interpolation_aim(position_interpolation *state, drive_angle target, int period_ticks,
                                 float rate_limit_rad_s, float dt_s) {
   const float period_s = (float)period_ticks * dt_s;
   const interpolated_position now = evaluate(state, dt_s);
-  const float before_rad = state->last_way_rad;
-  state->last_way_rad = drive_angle_difference_rad(target, state->last);
+  const float before_rad = state->last_travel_rad;
+  state->last_travel_rad = drive_angle_difference_rad(target, state->last);
   state->last = target;
   state->known_points += state->known_points < INTERPOLATION_POINTS ? 1 : 0;
 
   const float wanted_rad = drive_angle_difference_rad(target, now.position);
   const float longest_rad = rate_limit_rad_s * period_s;
   const bool cut = scalar_abs(wanted_rad) > longest_rad;
-  state->way_rad = scalar_clamp(wanted_rad, -longest_rad, longest_rad);
-  state->end = cut ? moved(now.position, state->way_rad) : target;
+  state->travel_rad = scalar_clamp(wanted_rad, -longest_rad, longest_rad);
+  state->end = cut ? moved(now.position, state->travel_rad) : target;
   state->start = now.position;
   state->start_rad_s = now.rate_rad_s;
   state->end_rad_s = scalar_clamp(slope_at_end(state, before_rad, period_s), -rate_limit_rad_s, rate_limit_rad_s);

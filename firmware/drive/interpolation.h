@@ -46,12 +46,12 @@ typedef struct {
 interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s);
 
 typedef struct {
-  drive_angle last;   /* set-point */
-  float last_way_rad; /* to it from the previous one */
+  drive_angle last;      /* set-point */
+  float last_travel_rad; /* to it from the previous one */
   int known_points;
   drive_angle start; /* of the cubic */
   drive_angle end;
-  float way_rad; /* from its start to its end */
+  float travel_rad; /* from its start to its end */
   float start_rad_s;
   float end_rad_s;
   int elapsed_ticks;

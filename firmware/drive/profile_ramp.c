@@ -201,10 +201,10 @@ typedef struct {
   float travel_rad;
   float per_rate_s;
   float per_acceleration_s2;
-} stopping_way;
+} stopping_distance;
 
 /* The plan to rate 0 in closed form: from the present deceleration to its peak, hold, back to 0. */
-static stopping_way way_to_stop(const ramp_point *from, const profile_limits *limits) {
+static stopping_distance distance_to_stop(const ramp_point *from, const profile_limits *limits) {
   const float jerk = limits->jerk_rad_s3;
   const float acceleration = from->acceleration_rad_s2;
   const float settled = from->rate_rad_s + acceleration * scalar_abs(acceleration) / (2.0f * jerk);
@@ -226,14 +226,14 @@ static stopping_way way_to_stop(const ramp_point *from, const profile_limits *li
   }
   travel += last_s * (last_rate - last_s * peak * (1.0f / 3.0f));
   const float later_s = hold_s + 0.5f * last_s;
-  return (stopping_way){.travel_rad = sign * travel,
-                        .per_rate_s = first_s + later_s,
-                        .per_acceleration_s2 = first_s * (0.5f * first_s + later_s)};
+  return (stopping_distance){.travel_rad = sign * travel,
+                             .per_rate_s = first_s + later_s,
+                             .per_acceleration_s2 = first_s * (0.5f * first_s + later_s)};
 }
 
 float profile_stop_travel_rad(const profile_ramp *ramp, const profile_limits *limits) {
   const ramp_point start = start_of(ramp);
-  return way_to_stop(&start, limits).travel_rad;
+  return distance_to_stop(&start, limits).travel_rad;
 }
 
 profile_motion profile_towards_rate(profile_ramp *ramp, const profile_limits *limits, float rate_rad_s, float dt_s) {
@@ -262,27 +262,28 @@ typedef struct {
   float tolerance_rad; /* this */
 } stop_search;
 
-static stop_moment moment_of(const stop_search *search, float time_s, const ramp_point *at, const stopping_way *way) {
-  const float growth_rad_s = at->rate_rad_s + way->per_rate_s * at->acceleration_rad_s2;
-  const float margin_rad = search->distance_rad - at->travel_rad - way->travel_rad;
+static stop_moment moment_of(const stop_search *search, float time_s, const ramp_point *at,
+                             const stopping_distance *stopping) {
+  const float growth_rad_s = at->rate_rad_s + stopping->per_rate_s * at->acceleration_rad_s2;
+  const float margin_rad = search->distance_rad - at->travel_rad - stopping->travel_rad;
   return (stop_moment){
       .time_s = time_s,
       .margin_rad = search->direction * margin_rad - search->aim_rad,
-      .rate_before_rad_s = -search->direction * (growth_rad_s + way->per_acceleration_s2 * at->jerk_before_rad_s3),
-      .rate_after_rad_s = -search->direction * (growth_rad_s + way->per_acceleration_s2 * at->jerk_after_rad_s3)};
+      .rate_before_rad_s = -search->direction * (growth_rad_s + stopping->per_acceleration_s2 * at->jerk_before_rad_s3),
+      .rate_after_rad_s = -search->direction * (growth_rad_s + stopping->per_acceleration_s2 * at->jerk_after_rad_s3)};
 }
 
 static stop_moment moment_at(const stop_search *search, float time_s) {
   const ramp_point at = point_of(search->plan, search->ramp, time_s);
-  const stopping_way way = way_to_stop(&at, search->limits);
-  return moment_of(search, time_s, &at, &way);
+  const stopping_distance stopping = distance_to_stop(&at, search->limits);
+  return moment_of(search, time_s, &at, &stopping);
 }
 
-static stop_moment moment_now(const stop_search *search, const stopping_way *way) {
+static stop_moment moment_now(const stop_search *search, const stopping_distance *stopping) {
   const ramp_plan *plan = search->plan;
   ramp_point at = start_of(search->ramp);
   at.jerk_after_rad_s3 = plan->jerk_rad_s3[plan->duration_s[0] > 0.0f ? 0 : plan->duration_s[1] > 0.0f ? 1 : 2];
-  return moment_of(search, 0.0f, &at, way);
+  return moment_of(search, 0.0f, &at, stopping);
 }
 
 /* One time that is too early and one that is too late; the stop in time lies between them. */
@@ -365,11 +366,11 @@ static profile_motion stop_tick(profile_ramp *ramp, const profile_limits *limits
   return motion;
 }
 
-/* One tick towards `rate_rad_s`, or the stop along `braking` that ends at `distance_rad` when it must begin; `way` is
- * the distance of a stop from now. */
+/* One tick towards `rate_rad_s`, or the stop along `braking` that ends at `distance_rad` when it must begin; `stopping`
+ * is the distance of a stop from now. */
 static profile_motion approach(profile_ramp *ramp, const profile_limits *limits, const profile_limits *braking,
-                               float rate_rad_s, float distance_rad, const stopping_way *way, float dt_s) {
-  const float margin_rad = distance_rad - way->travel_rad;
+                               float rate_rad_s, float distance_rad, const stopping_distance *stopping, float dt_s) {
+  const float margin_rad = distance_rad - stopping->travel_rad;
   const float spare_rad = spare_fraction * scalar_abs(distance_rad);
   if (scalar_abs(margin_rad) <= aim_rad + 2.0f * spare_rad) {
     return stop_tick(ramp, braking, dt_s);
@@ -386,7 +387,7 @@ static profile_motion approach(profile_ramp *ramp, const profile_limits *limits,
   if (bracket.late.margin_rad >= -search.tolerance_rad) {
     return follow_tick(ramp, &plan, dt_s);
   }
-  bracket.early = moment_now(&search, way);
+  bracket.early = moment_now(&search, stopping);
   const float latest_s = latest_stop_s(&search, &bracket);
   return follow_then_stop(ramp, braking, &plan, latest_s, dt_s);
 }
@@ -395,13 +396,13 @@ profile_motion profile_towards_rate_within(profile_ramp *ramp, const profile_lim
                                            const profile_limits *braking, float rate_rad_s, float room_rad,
                                            float dt_s) {
   const ramp_point start = start_of(ramp);
-  const stopping_way way = way_to_stop(&start, braking);
-  if ((room_rad - way.travel_rad) * rate_rad_s <= 0.0f) {
+  const stopping_distance stopping = distance_to_stop(&start, braking);
+  if ((room_rad - stopping.travel_rad) * rate_rad_s <= 0.0f) {
     profile_motion stop = profile_towards_rate(ramp, braking, 0.0f, dt_s);
     stop.stops = true;
     return stop;
   }
-  profile_motion motion = approach(ramp, limits, braking, rate_rad_s, room_rad, &way, dt_s);
+  profile_motion motion = approach(ramp, limits, braking, rate_rad_s, room_rad, &stopping, dt_s);
   motion.arrived = motion.arrived && ramp->rate_rad_s == rate_rad_s;
   return motion;
 }
@@ -412,9 +413,9 @@ profile_motion profile_towards_distance(profile_ramp *ramp, const profile_limits
     return (profile_motion){.travel_rad = distance_rad, .arrived = true};
   }
   const ramp_point start = start_of(ramp);
-  const stopping_way way = way_to_stop(&start, limits);
-  const float rate_rad_s = distance_rad < way.travel_rad ? -limits->rate_rad_s : limits->rate_rad_s;
-  profile_motion motion = approach(ramp, limits, limits, rate_rad_s, distance_rad, &way, dt_s);
+  const stopping_distance stopping = distance_to_stop(&start, limits);
+  const float rate_rad_s = distance_rad < stopping.travel_rad ? -limits->rate_rad_s : limits->rate_rad_s;
+  profile_motion motion = approach(ramp, limits, limits, rate_rad_s, distance_rad, &stopping, dt_s);
   motion.arrived = profile_at_rest(ramp) && scalar_abs(distance_rad - motion.travel_rad) <= arrived_rad;
   if (motion.arrived) {
     motion.travel_rad = distance_rad;

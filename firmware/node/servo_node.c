@@ -107,7 +107,7 @@ static void report_stored(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     node->axis[i].tuning.stored_crc = axis_parameters_crc(&node->storage.stored.parameters[i]);
   }
-  node->objects.stored_set = *report;
+  node->objects.persisted_set = *report;
   const int detail = (report->damaged > 0 ? SET_DAMAGED : 0) + (report->unfinished > 0 ? SET_UNFINISHED : 0) +
                      (report->refused > 0 ? SET_REFUSED : 0);
   if (detail == 0) {

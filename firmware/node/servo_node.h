@@ -49,7 +49,7 @@ typedef struct {
 typedef struct {
   uint32_t ticks;
   uint32_t schema_hash;
-  persisted_report stored_set;
+  persisted_report persisted_set;
   bus_objects bus;
 } servo_node_objects;
 

@@ -136,15 +136,15 @@ static void save(bus_settings_log *log) {
 }
 
 bool bus_settings_log_step(bus_settings_log *log) {
-  const bool asked = atomic_load_explicit(&log->work, memory_order_acquire) == BUS_SETTINGS_REQUESTED;
-  if (is_full(log) && (asked || !log->erase_failed)) {
+  const bool requested = atomic_load_explicit(&log->work, memory_order_acquire) == BUS_SETTINGS_REQUESTED;
+  if (is_full(log) && (requested || !log->erase_failed)) {
     erase_other_page(log);
     if (!log->erase_failed) {
       return true;
     }
   }
-  if (asked) {
+  if (limit) {
     save(log);
   }
-  return asked;
+  return limit;
 }

@@ -85,8 +85,8 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
     return OD_HARDWARE;
   }
   if (object->entry->index == 0x2F11) {
-    device->asked++;
-    return device->asked % 4 == 0 ? OD_OK : OD_PENDING;
+    device->calls++;
+    return device->calls % 4 == 0 ? OD_OK : OD_PENDING;
   }
   return OD_OK;
 }
@@ -190,7 +190,7 @@ static od_part part_of(test_device *device, const od_entry *rows, uint32_t count
 bool test_device_init(test_device *device, uint8_t node_id, can_sender sender) {
   memset(&device->values, 0, sizeof device->values);
   device->stream_size = 0;
-  device->asked = 0;
+  device->calls = 0;
   device->raised = 0;
   device->saves = 0;
   device->loads = 0;

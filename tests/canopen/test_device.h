@@ -46,7 +46,7 @@ typedef struct {
   uint8_t stream[TEST_DEVICE_STREAM]; /* 2F01, also read by 2F02 */
   uint32_t stream_size;
   uint8_t staged[TEST_DEVICE_STREAM]; /* being written, taken over when complete */
-  uint8_t asked;                      /* number of calls of the slow one */
+  uint8_t calls;                      /* number of calls of the slow one */
   uint16_t raised;
   uint32_t saves;
   uint32_t loads;

@@ -12,9 +12,9 @@
 
 enum { COUNTED_TICKS = 4000 };
 
-static cost_row speed_loop = {.name = "speed loop, one axis", .asked = 600};
-static cost_row any_speed_loop = {.name = "speed loop, any rate, window of 16", .asked = 600};
-static cost_row current_loop = {.name = "current loop, one axis", .asked = 250};
+static cost_row speed_loop = {.name = "speed loop, one axis", .limit = 600};
+static cost_row any_speed_loop = {.name = "speed loop, any rate, window of 16", .limit = 600};
+static cost_row current_loop = {.name = "current loop, one axis", .limit = 250};
 static cost_row *counted_speed_loop = &speed_loop;
 static int sense_cost;
 

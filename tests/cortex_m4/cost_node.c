@@ -16,11 +16,11 @@
 #include "node/servo_node.h"
 #include "parameters/axis_dictionary.h"
 
-enum { NODE_ID = 1, ASKED = 5000, WARM_UP_TICKS = 600, COUNTED_TICKS = 2000 };
+enum { NODE_ID = 1, LIMIT = 5000, WARM_UP_TICKS = 600, COUNTED_TICKS = 2000 };
 
 typedef struct {
   float rate_rad_s;
-  float way_turn32; /* remainder of the angle */
+  float rest_turn32; /* remainder of the angle */
   angle_turn32 angle;
 } bare_axis;
 
@@ -106,10 +106,10 @@ static void turn(bench *of) {
     const float motor_nm = 2.5f * current_a;
     const float friction_nm = 7.0f * axis->rate_rad_s / (fabsf(axis->rate_rad_s) + 1e-4f);
     axis->rate_rad_s += (motor_nm - friction_nm) / 6.0f * SERVO_TICK_S;
-    axis->way_turn32 += axis->rate_rad_s * SERVO_TICK_S / ANGLE_RAD_PER_TURN32;
-    const int32_t whole = (int32_t)axis->way_turn32;
+    axis->rest_turn32 += axis->rate_rad_s * SERVO_TICK_S / ANGLE_RAD_PER_TURN32;
+    const int32_t whole = (int32_t)axis->rest_turn32;
     axis->angle += (uint32_t)whole;
-    axis->way_turn32 -= (float)whole;
+    axis->rest_turn32 -= (float)whole;
   }
   ++of->tick;
 }
@@ -226,7 +226,7 @@ static work_cost count_tick(const work *w) {
 }
 
 static bool measure(const work *w, cost_row *row, cost_row *service) {
-  *row = (cost_row){.name = w->name, .asked = ASKED};
+  *row = (cost_row){.name = w->name, .limit = LIMIT};
   if (!start()) {
     return false;
   }

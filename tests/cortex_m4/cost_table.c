@@ -20,15 +20,15 @@ static int median(const cost_row *row) {
   return COST_BINS;
 }
 
-void cost_table_head(void) { printf("%-44s %8s %8s %8s %9s\n", "instructions", "typical", "worst", "asked", "runs"); }
+void cost_table_head(void) { printf("%-44s %8s %8s %8s %9s\n", "instructions", "typical", "worst", "limit", "runs"); }
 
 bool cost_row_print(const cost_row *row) {
-  char asked[12] = "";
-  if (row->asked != 0) {
-    (void)snprintf(asked, sizeof asked, "%d", row->asked);
+  char limit[12] = "";
+  if (row->limit != 0) {
+    (void)snprintf(limit, sizeof limit, "%d", row->limit);
   }
-  printf("%-44s %8d %8d %8s %9lu\n", row->name, median(row), row->worst, asked, (unsigned long)row->count);
-  const int bound = row->bound != 0 ? row->bound : row->asked;
+  printf("%-44s %8d %8d %8s %9lu\n", row->name, median(row), row->worst, limit, (unsigned long)row->count);
+  const int bound = row->bound != 0 ? row->bound : row->limit;
   if (row->worst > bound) {
     printf("%s: more than %d\n", row->name, bound);
   }

@@ -72,7 +72,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   device.values = fresh_values;
   device.stream_size = 300;
   device.streams_open = 0;
-  device.asked = 0;
+  device.calls = 0;
   input_bytes input = {data, size};
   uint32_t left_ms = MAX_MS;
   while (!input_is_empty(&input)) {

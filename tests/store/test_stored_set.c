@@ -107,7 +107,7 @@ static bool lost_parameters_are_reported(void) {
 /* --- storing and restoring
  * ------------------------------------------------------------------------------------------- */
 
-static void test_without_a_stored_set_the_defaults_are_in_force(void) {
+static void test_without_a_persisted_set_the_defaults_are_in_force(void) {
   TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS, get(0x3031, 1));
   TEST_ASSERT_EQUAL(0, get(0x3031, 2));
   TEST_ASSERT_EQUAL_FLOAT(720.0f, kp_of(0));
@@ -410,7 +410,7 @@ static void test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_o
 
 int main(void) {
   UNITY_BEGIN();
-  RUN_TEST(test_without_a_stored_set_the_defaults_are_in_force);
+  RUN_TEST(test_without_a_persisted_set_the_defaults_are_in_force);
   RUN_TEST(test_what_is_stored_is_there_after_a_loss_of_power);
   RUN_TEST(test_an_unchanged_set_is_not_written_again);
   RUN_TEST(test_defaults_that_are_in_force_already_are_not_written);

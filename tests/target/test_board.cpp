@@ -257,7 +257,7 @@ class FullBus {
 void print_costs(const std::map<int, std::vector<target::Cost>>& costs, const char *mode, double cycles, double *load) {
   const std::map<int, const char *> names = {{target::kFirstInterrupt + target::kAdc12Interrupt, "both current loops"},
                                              {target::kFirstInterrupt + target::kTim6Interrupt, "1 kHz task"},
-                                             {target::kFirstInterrupt + target::kTim7Interrupt, "prelude"},
+                                             {target::kFirstInterrupt + target::kTim7Interrupt, "pre-tick"},
                                              {target::kFirstInterrupt + target::kFdcan1Interrupt0, "CAN frame"},
                                              {target::kPendSv, "service"}};
   for (const auto& [exception, name] : names) {

@@ -77,7 +77,7 @@ void expect_that_it_comes_back(BoardRig& rig) {
 }
 
 // The encoder is enough for braking: the axis stops in its loop, then its bridge goes off.
-void expect_stop_without_gyro(void (*harm)(BoardRig&), void (*mend)(BoardRig&), const char *what) {
+void expect_stop_without_gyro(void (*harm)(BoardRig&), void (*repair)(BoardRig&), const char *what) {
   constexpr std::uint16_t kGyro = 0x7310;
   constexpr int kMaxLatency_ms = 10;  // six ticks, and the bus delay
   constexpr int kStopping_ms = 500;
@@ -94,7 +94,7 @@ void expect_stop_without_gyro(void (*harm)(BoardRig&), void (*mend)(BoardRig&), 
   turn(rig, kStopping_ms);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, 0.0, 1e6 * rig.truth().inertial_rate_rad_s[0]);
   expect_fault_of_azimuth(rig, kGyro);
-  mend(rig);
+  repair(rig);
   expect_that_it_comes_back(rig);
 }
 

@@ -274,7 +274,7 @@ void test_the_button_recovers_a_wrong_stored_bit_rate() {
 
 // Both axes turn with new set-points, and all four TPDOs are sent as often as their inhibit times allow.
 void test_sdo_answers_in_time_on_a_slow_bus_while_both_axes_move() {
-  constexpr int kMost_ms = 50;
+  constexpr int kMax_ms = 50;
   constexpr int kSetPoint_ms = 10;
   for (const Rate& rate : kRates) {
     BoardRig rig(bench::tracker_plant());
@@ -297,7 +297,7 @@ void test_sdo_answers_in_time_on_a_slow_bus_while_both_axes_move() {
     int passed_ms = 0;
     for (int n = 0; n < 100; ++n) {
       rig.client.set_speeds(kSlow_urad_s, kSlow_urad_s);
-      const int answer_ms = rig.client.read_within(0x606C, kMost_ms);
+      const int answer_ms = rig.client.read_within(0x606C, kMax_ms);
       TEST_ASSERT_TRUE_MESSAGE(answer_ms >= 0, "SDO does not answer within 50 ms");
       const int rest_ms = std::max(0, kSetPoint_ms - answer_ms);
       rig.client.pass(rest_ms);

@@ -190,7 +190,7 @@ static void test_missing_sync_is_reported_after_one_and_a_half_periods(void) {
   TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
 }
 
-static void test_sync_of_the_wrong_length_does_nothing_but_complain(void) {
+static void test_sync_of_the_wrong_length_only_reports_an_error(void) {
   const uint8_t byte[1] = {1};
   bench_operational();
   bench.sent = 0;
@@ -295,7 +295,7 @@ int main(void) {
   RUN_TEST(test_the_same_error_of_two_sources_is_over_when_both_are);
   RUN_TEST(test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight);
   RUN_TEST(test_missing_sync_is_reported_after_one_and_a_half_periods);
-  RUN_TEST(test_sync_of_the_wrong_length_does_nothing_but_complain);
+  RUN_TEST(test_sync_of_the_wrong_length_only_reports_an_error);
   RUN_TEST(test_store_and_restore_want_their_signatures);
   RUN_TEST(test_foreign_frames_change_nothing_and_get_no_answer);
   RUN_TEST(test_flood_is_handled_piecewise_reported_and_does_not_stop_heartbeats);

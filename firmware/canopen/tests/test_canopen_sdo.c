@@ -509,7 +509,7 @@ static void enter_state(sdo_state state) {
   static const uint8_t slow[8] = {0x2F, 0x11, 0x2F, 0, 9};
   sdo_server_reset(SERVER);
   bench.device.stream_size = state == SDO_BLOCK_UPLOAD_END ? 28 : 280;
-  bench.device.asked = 0;
+  bench.device.calls = 0;
   switch (state) {
     case SDO_IDLE:
       break;

@@ -42,7 +42,7 @@ static void start_over(void) {
   device.values = fresh_values;
   device.stream_size = STREAM_BYTES;
   device.streams_open = 0;
-  device.asked = 0;
+  device.calls = 0;
 }
 
 /* First bytes of the server's answers, CiA 301 clause 7.2.4.3, by their fixed bits. */

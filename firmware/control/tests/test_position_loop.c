@@ -91,7 +91,7 @@ static void test_value_and_slope_are_continuous_where_line_and_parabola_join(voi
   }
 }
 
-static void test_the_shorter_way_round_is_taken(void) {
+static void test_the_shorter_direction_is_taken(void) {
   const position_loop_params params = example();
   CHECK_NEAR("up through zero", 0.1,
              position_loop_rate(&params, angle_of(0.005), angle_of(6.283185307179586 - 0.005), 0.0f), 1e-6);
@@ -133,7 +133,7 @@ int main(void) {
   RUN_TEST(test_a_stiff_loop_at_the_edge_of_a_tick_does_not_overshoot_either);
   RUN_TEST(test_the_rate_follows_line_and_parabola);
   RUN_TEST(test_value_and_slope_are_continuous_where_line_and_parabola_join);
-  RUN_TEST(test_the_shorter_way_round_is_taken);
+  RUN_TEST(test_the_shorter_direction_is_taken);
   RUN_TEST(test_the_rate_stays_within_its_limit_with_feedforward_too);
   RUN_TEST(test_check_refuses_each_value_by_itself);
   return UNITY_END();

@@ -63,7 +63,7 @@ static void test_the_pi_loop_is_a_sampled_pi_with_a_frame_of_delay(void) {
   for (int tick = 0; tick < 4000; ++tick) {
     (void)track(&b, target_rad);
     if (tick % frame_ticks == 0) {
-      CHECK_NEAR("sight", los_rad, b.los_rad, 1e-9);
+      CHECK_NEAR("line of sight", los_rad, b.los_rad, 1e-9);
       integral_rad_s += tick > frame_ticks ? 4.0 * delayed_error_rad * 0.02 : 0.0; /* the first frame acquires */
       const double rate_rad_s = 8.0 * delayed_error_rad + integral_rad_s;
       CHECK_NEAR("rate", rate_rad_s, b.out.rate_rad_s, 1e-8);
@@ -138,7 +138,7 @@ static void test_a_target_of_constant_rate_or_acceleration_is_followed_without_e
   }
 }
 
-static void test_the_delay_is_compensated_exactly_while_the_sight_moves(void) {
+static void test_the_delay_is_compensated_exactly_while_the_line_of_sight_moves(void) {
   /* The target is at rest; something other than the tracker moves the line of sight. Uncompensated, a frame of 20
    * mrad/s is 0.4 mrad off. */
   const int ages_ticks[] = {0, 1, 20, 127};
@@ -184,7 +184,7 @@ static void test_without_frames_it_coasts_on_the_targets_rate_and_then_stops(voi
   CHECK_NEAR("error after it is found again", 0.0, 5e-6 * 7999 - b.los_rad, 5e-7);
 }
 
-static void test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_sights_rate(void) {
+static void test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_rate_of_the_line_of_sight(void) {
   bench b = bench_with(TRACKER_PI);
   for (int tick = 0; tick < 3001; ++tick) {
     (void)track(&b, 5e-6 * tick);
@@ -298,9 +298,9 @@ int main(void) {
   RUN_TEST(test_the_pi_loop_has_a_bandwidth_of_about_2_hz);
   RUN_TEST(test_the_pi_loop_steps_to_the_target_with_little_overshoot);
   RUN_TEST(test_a_target_of_constant_rate_or_acceleration_is_followed_without_error);
-  RUN_TEST(test_the_delay_is_compensated_exactly_while_the_sight_moves);
+  RUN_TEST(test_the_delay_is_compensated_exactly_while_the_line_of_sight_moves);
   RUN_TEST(test_without_frames_it_coasts_on_the_targets_rate_and_then_stops);
-  RUN_TEST(test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_sights_rate);
+  RUN_TEST(test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_rate_of_the_line_of_sight);
   RUN_TEST(test_a_gap_between_frames_adds_at_most_a_tenth_of_a_second_to_the_integral);
   RUN_TEST(test_frames_that_cannot_be_used_are_as_if_they_never_came);
   RUN_TEST(test_the_rate_limit_holds_and_stops_the_acceleration_feedforward);

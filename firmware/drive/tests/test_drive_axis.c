@@ -194,7 +194,7 @@ static void test_pv_is_held_to_607f_and_says_so(void) {
   TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_TARGET_REACHED));
 }
 
-static void test_pv_stops_at_a_software_position_limit_and_leaves_it_the_other_way(void) {
+static void test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_other_direction(void) {
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
   b.o.limit.position_minimum = -5000000;
   b.o.limit.position_maximum = 10000000;
@@ -756,7 +756,7 @@ int main(void) {
   RUN_TEST(test_without_a_mode_the_axis_stands_still);
   RUN_TEST(test_pv_reaches_1_deg_s_and_reads_it_back);
   RUN_TEST(test_pv_is_held_to_607f_and_says_so);
-  RUN_TEST(test_pv_stops_at_a_software_position_limit_and_leaves_it_the_other_way);
+  RUN_TEST(test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_other_direction);
   RUN_TEST(test_the_acceleration_given_brings_exactly_the_next_rate);
   RUN_TEST(test_pp_goes_to_its_target_acknowledges_and_arrives_exactly);
   RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_reported);

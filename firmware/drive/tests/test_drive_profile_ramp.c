@@ -93,7 +93,7 @@ static void check_limits(const bench *b) {
 static drive_angle angle_of(double rad) { return llrint(rad / rad_per_unit); }
 
 /* The shortest time for a distance from rest to rest, acceleration and deceleration equal. */
-static double shortest_s(double way, double rate, double acceleration, double jerk) {
+static double shortest_s(double distance, double rate, double acceleration, double jerk) {
   double low = 0.0;
   double high = rate;
   double ramp_s = 0.0;
@@ -101,10 +101,10 @@ static double shortest_s(double way, double rate, double acceleration, double je
     const double peak = i == 0 ? rate : 0.5 * (low + high);
     ramp_s =
         peak * jerk < acceleration * acceleration ? 2.0 * sqrt(peak / jerk) : peak / acceleration + acceleration / jerk;
-    if (i == 0 && rate * ramp_s <= way) {
-      return 2.0 * ramp_s + (way - rate * ramp_s) / rate;
+    if (i == 0 && rate * ramp_s <= distance) {
+      return 2.0 * ramp_s + (distance - rate * ramp_s) / rate;
     }
-    *(peak * ramp_s < way ? &low : &high) = peak;
+    *(peak * ramp_s < distance ? &low : &high) = peak;
   }
   return 2.0 * ramp_s;
 }
@@ -115,21 +115,21 @@ static void test_a_move_from_rest_arrives_exactly_in_the_shortest_time_without_o
   double worst_excess = 0.0;
   double earliest_s = 0.0;
   for (int trial = 0; trial < random_cases(1500); ++trial) {
-    const double way = random_decades(&random, 1e-7, 20.0);
+    const double distance = random_decades(&random, 1e-7, 20.0);
     const double sign = trial % 2 == 0 ? 1.0 : -1.0;
     bench b = {.limits = random_limits(&random, true)};
-    b.limits.rate_rad_s = fmaxf(b.limits.rate_rad_s, (float)way / 30.0f);
-    const drive_angle target = angle_of(sign * way);
+    b.limits.rate_rad_s = fmaxf(b.limits.rate_rad_s, (float)distance / 30.0f);
+    const drive_angle target = angle_of(sign * distance);
     double ticks = 1.0;
     while (!go(&b, target)) {
-      worst_overshoot = fmax(worst_overshoot, sign * (double)(b.demand - target) * rad_per_unit - 1e-7 * way);
+      worst_overshoot = fmax(worst_overshoot, sign * (double)(b.demand - target) * rad_per_unit - 1e-7 * distance);
       ticks += 1.0;
       TEST_ASSERT_TRUE(ticks < 1e6);
     }
     TEST_ASSERT_TRUE(b.demand == target);
     TEST_ASSERT_TRUE(profile_at_rest(&b.ramp));
     check_limits(&b);
-    const double best_s = shortest_s(way, (double)b.limits.rate_rad_s, (double)b.limits.acceleration_rad_s2,
+    const double best_s = shortest_s(distance, (double)b.limits.rate_rad_s, (double)b.limits.acceleration_rad_s2,
                                      (double)b.limits.jerk_rad_s3);
     worst_excess = fmax(worst_excess, (ticks * 1e-3 - 0.002 - best_s) / best_s);
     earliest_s = fmax(earliest_s, best_s - ticks * 1e-3);
@@ -145,13 +145,13 @@ static void test_moves_with_unequal_deceleration_keep_each_limit_and_do_not_over
   random_source random = {.state = 2};
   for (int trial = 0; trial < random_cases(1000); ++trial) {
     bench b = {.limits = random_limits(&random, false)};
-    const double way = random_decades(&random, 1e-6, 20.0);
-    b.limits.rate_rad_s = fmaxf(b.limits.rate_rad_s, (float)way / 30.0f);
-    const drive_angle target = angle_of(way);
+    const double distance = random_decades(&random, 1e-6, 20.0);
+    b.limits.rate_rad_s = fmaxf(b.limits.rate_rad_s, (float)distance / 30.0f);
+    const drive_angle target = angle_of(distance);
     int ticks = 0;
     while (!go(&b, target)) {
       TEST_ASSERT_TRUE(++ticks < 1000000);
-      CHECK_AT_MOST("overshoot, rad", 1e-8 + 2e-7 * way, (double)(b.demand - target) * rad_per_unit);
+      CHECK_AT_MOST("overshoot, rad", 1e-8 + 2e-7 * distance, (double)(b.demand - target) * rad_per_unit);
     }
     TEST_ASSERT_TRUE(b.demand == target);
     check_limits(&b);

@@ -125,7 +125,7 @@ static void test_not_ready_lasts_until_the_self_test_is_done_whatever_is_command
   expect(&b, 0x0F, DRIVE_SWITCH_ON_DISABLED, DRIVE_OFF);
 }
 
-static void test_python_canopens_way_to_operation_enabled_takes_five_ticks(void) {
+static void test_python_canopens_steps_to_operation_enabled_takes_five_ticks(void) {
   bench b = bench_in(DRIVE_NOT_READY);
   expect(&b, 0x00, DRIVE_SWITCH_ON_DISABLED, DRIVE_OFF);
   expect(&b, 0x06, DRIVE_READY_TO_SWITCH_ON, DRIVE_OFF);
@@ -291,7 +291,7 @@ int main(void) {
   RUN_TEST(test_a_reset_bit_that_was_set_before_the_fault_does_not_reset_it);
   RUN_TEST(test_a_reset_while_the_fault_lasts_is_not_remembered);
   RUN_TEST(test_not_ready_lasts_until_the_self_test_is_done_whatever_is_commanded);
-  RUN_TEST(test_python_canopens_way_to_operation_enabled_takes_five_ticks);
+  RUN_TEST(test_python_canopens_steps_to_operation_enabled_takes_five_ticks);
   RUN_TEST(test_enable_operation_from_ready_goes_through_switched_on);
   RUN_TEST(test_nothing_is_switched_on_without_bus_voltage);
   RUN_TEST(test_statuswords_match_the_masks_of_python_canopen_and_only_their_own);

@@ -64,7 +64,7 @@ static void test_positions_saturate_beyond_34_turns(void) {
   TEST_ASSERT_EQUAL_INT32(INT32_MIN, drive_position_from_angle(INT64_MIN));
 }
 
-static void test_an_encoder_is_unwrapped_over_many_turns_both_ways(void) {
+static void test_an_encoder_is_unwrapped_over_many_turns_in_both_directions(void) {
   random_source random = {.state = 3};
   drive_angle truth = 12345;
   drive_angle angle = drive_angle_unwrap(0, (angle_turn32)truth);
@@ -159,7 +159,7 @@ int main(void) {
   RUN_TEST(test_angles_of_positions_are_within_half_a_unit);
   RUN_TEST(test_a_turn_is_two_pi_in_counts);
   RUN_TEST(test_positions_saturate_beyond_34_turns);
-  RUN_TEST(test_an_encoder_is_unwrapped_over_many_turns_both_ways);
+  RUN_TEST(test_an_encoder_is_unwrapped_over_many_turns_in_both_directions);
   RUN_TEST(test_the_first_angle_is_within_half_a_turn_of_zero);
   RUN_TEST(test_velocities_are_the_exact_product_rounded_once);
   RUN_TEST(test_velocities_below_16_rad_s_come_back_exactly_and_faster_ones_within_60_ppb);

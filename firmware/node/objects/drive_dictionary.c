@@ -11,7 +11,7 @@
 #define U32_HIGHEST INT64_C(0xFFFFFFFF)
 
 /* Read-only rows that may be sent, and writable rows that may be received. */
-#define TELLS(kind_, index_, member_, low_, high_, unit_, name_, help_) \
+#define REPORTS(kind_, index_, member_, low_, high_, unit_, name_, help_) \
   kind_(index_, 0, OD_RO, OD_TPDO, drive_objects, member_, low_, high_, 0, unit_, name_, help_)
 #define TAKES(kind_, index_, member_, low_, high_, preset_, unit_, name_, help_) \
   kind_(index_, 0, OD_RW, OD_RPDO, drive_objects, member_, low_, high_, preset_, unit_, name_, help_)
@@ -19,7 +19,7 @@
   kind_(index_, sub_, OD_RW, OD_STORED, drive_objects, member_, low_, high_, preset_, unit_, name_, help_)
 
 static const od_entry kEntries[] = {
-    TELLS(OD_U16, 0x603F, state.error_code, 0, 0xFFFF, "", "Error code", "CiA 402 code of the last fault; 0: none"),
+    REPORTS(OD_U16, 0x603F, state.error_code, 0, 0xFFFF, "", "Error code", "CiA 402 code of the last fault; 0: none"),
     TAKES(OD_U16, 0x6040, state.controlword, 0, 0xFFFF, 0, "", "Controlword", "Commands of the power state machine"),
     OD_U16(0x6041, 0, OD_RO, OD_TPDO | OD_EVENT, drive_objects, state.statusword, 0, 0xFFFF, 0, "", "Statusword",
            "State of the power state machine"),
@@ -38,9 +38,9 @@ static const od_entry kEntries[] = {
           "0: none; 1: pp; 3: pv; 8: csp; 9: csv; 10: cst"),
     OD_I8(0x6061, 0, OD_RO, OD_TPDO | OD_EVENT, drive_objects, state.mode_display, 0, 10, 0, "",
           "Modes of operation display", "Active mode"),
-    TELLS(OD_I32, 0x6062, position.demand, INT32_MIN, INT32_MAX, POSITION, "Position demand value",
-          "Set-point of the ramp"),
-    TELLS(OD_I32, 0x6064, position.actual, INT32_MIN, INT32_MAX, POSITION, "Position actual value", "Joint angle"),
+    REPORTS(OD_I32, 0x6062, position.demand, INT32_MIN, INT32_MAX, POSITION, "Position demand value",
+            "Set-point of the ramp"),
+    REPORTS(OD_I32, 0x6064, position.actual, INT32_MIN, INT32_MAX, POSITION, "Position actual value", "Joint angle"),
     SETS(OD_U32, 0x6065, 0, position.following_error_window, 0, U32_HIGHEST, U32_HIGHEST, POSITION,
          "Following error window", "Largest permitted following error; FFFFFFFF: not monitored"),
     SETS(OD_U16, 0x6066, 0, position.following_error_ms, 0, 65535, 100, "ms", "Following error time out",
@@ -49,10 +49,10 @@ static const od_entry kEntries[] = {
          "Target reached within this position error; FFFFFFFF: always"),
     SETS(OD_U16, 0x6068, 0, position.window_ms, 0, 65535, 50, "ms", "Position window time",
          "Target reached after this time in the window"),
-    TELLS(OD_I32, 0x606B, velocity.demand, INT32_MIN, INT32_MAX, VELOCITY, "Velocity demand value",
-          "Set-point of the ramp"),
-    TELLS(OD_I32, 0x606C, velocity.actual, INT32_MIN, INT32_MAX, VELOCITY, "Velocity actual value",
-          "Inertial rate used by the speed loop"),
+    REPORTS(OD_I32, 0x606B, velocity.demand, INT32_MIN, INT32_MAX, VELOCITY, "Velocity demand value",
+            "Set-point of the ramp"),
+    REPORTS(OD_I32, 0x606C, velocity.actual, INT32_MIN, INT32_MAX, VELOCITY, "Velocity actual value",
+            "Inertial rate used by the speed loop"),
     SETS(OD_U16, 0x606D, 0, velocity.window, 0, 65535, 500, VELOCITY, "Velocity window",
          "Target reached within this velocity error"),
     SETS(OD_U16, 0x606E, 0, velocity.window_ms, 0, 65535, 50, "ms", "Velocity window time",
@@ -63,13 +63,13 @@ static const od_entry kEntries[] = {
          "The axis counts as moving after this time above 606F"),
     TAKES(OD_I16, 0x6071, torque.target, INT16_MIN, INT16_MAX, 0, TORQUE, "Target torque", "Set-point in mode cst"),
     SETS(OD_U16, 0x6072, 0, torque.maximum, 0, 65535, 1000, TORQUE, "Max torque", "In all modes"),
-    TELLS(OD_I16, 0x6074, torque.demand, INT16_MIN, INT16_MAX, TORQUE, "Torque demand",
-          "Torque command of the last tick"),
+    REPORTS(OD_I16, 0x6074, torque.demand, INT16_MIN, INT16_MAX, TORQUE, "Torque demand",
+            "Torque command of the last tick"),
     SETS(OD_U32, 0x6075, 0, torque.rated_current_ma, 0, U32_HIGHEST, 16000, "mA", "Motor rated current",
          "For information only"),
     SETS(OD_U32, 0x6076, 0, torque.rated_mnm, 0, U32_HIGHEST, 40000, "mN m", "Motor rated torque",
          "Unit of all torque objects"),
-    TELLS(OD_I16, 0x6077, torque.actual, INT16_MIN, INT16_MAX, TORQUE, "Torque actual value", "From motor current"),
+    REPORTS(OD_I16, 0x6077, torque.actual, INT16_MIN, INT16_MAX, TORQUE, "Torque actual value", "From motor current"),
     TAKES(OD_I32, 0x607A, position.target, INT32_MIN, INT32_MAX, 0, POSITION, "Target position",
           "Set-point in modes pp and csp"),
     OD_RECORD_HEAD(
@@ -111,8 +111,8 @@ static const od_entry kEntries[] = {
          "In all modes"),
     SETS(OD_U16, 0x60E1, 0, torque.negative_limit, 0, 65535, 1000, TORQUE, "Negative torque limit value",
          "In all modes; a magnitude"),
-    TELLS(OD_I32, 0x60F4, position.following_error, INT32_MIN, INT32_MAX, POSITION, "Following error actual value",
-          "Demand position minus actual position"),
+    REPORTS(OD_I32, 0x60F4, position.following_error, INT32_MIN, INT32_MAX, POSITION, "Following error actual value",
+            "Demand position minus actual position"),
     TAKES(OD_I32, 0x60FF, velocity.target, INT32_MIN, INT32_MAX, 0, VELOCITY, "Target velocity",
           "Set-point in modes pv and csv"),
     OD_FIXED(OD_UNSIGNED32, 4, 0x6502, 0, 0, DRIVE_SUPPORTED_MODES, "Supported drive modes", "pp, pv, csp, csv, cst"),

@@ -123,7 +123,7 @@ static void test_an_axis_that_is_switched_off_ends_it(void) {
   TEST_ASSERT_EQUAL(EXPERIMENT_DRIVE_STOPPED, state_of_experiment());
 }
 
-static void test_a_position_limit_in_its_way_ends_it(void) {
+static void test_a_position_limit_in_its_path_ends_it(void) {
   SET(0x607D, 1, (uint32_t)-5000); /* 0.5 mrad to each side */
   SET(0x607D, 2, 5000);
   start_sweep(0);
@@ -219,7 +219,7 @@ int main(void) {
   RUN_TEST(test_a_master_can_abort_it);
   RUN_TEST(test_a_joint_that_runs_away_ends_it);
   RUN_TEST(test_an_axis_that_is_switched_off_ends_it);
-  RUN_TEST(test_a_position_limit_in_its_way_ends_it);
+  RUN_TEST(test_a_position_limit_in_its_path_ends_it);
   RUN_TEST(test_torque_ramps_push_as_they_say);
   RUN_TEST(test_a_hysteresis_loop_is_a_position_and_is_recorded_as_one);
   RUN_TEST(test_a_hysteresis_loop_ends_at_a_position_limit);

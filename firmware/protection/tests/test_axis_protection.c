@@ -326,7 +326,7 @@ static void test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends
   TEST_ASSERT_EQUAL(1, ticks_until(&b, FAULT_STALL, 5));
 }
 
-static void test_outside_of_the_travel_only_the_way_out_is_a_fault(void) {
+static void test_outside_of_the_travel_only_motion_outwards_is_a_fault(void) {
   static const struct {
     float position_rad;
     float rate_rad_s;
@@ -425,7 +425,7 @@ int main(void) {
   RUN_TEST(test_an_axis_that_goes_away_from_its_set_point_against_its_torque_runs_away);
   RUN_TEST(test_a_speed_error_trips_after_its_time);
   RUN_TEST(test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count);
-  RUN_TEST(test_outside_of_the_travel_only_the_way_out_is_a_fault);
+  RUN_TEST(test_outside_of_the_travel_only_motion_outwards_is_a_fault);
   RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
   RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);

@@ -130,7 +130,7 @@ void Adc::trigger(AdcTrigger trigger) {
     return;
   }
   if (timeline().due(sequence_end_) != Timeline::kNever) {
-    complain("triggered while the last sequence still runs");
+    report_violation("triggered while the last sequence still runs");
     return;
   }
   start_sequence();

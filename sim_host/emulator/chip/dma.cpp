@@ -64,7 +64,7 @@ void Dma::transfer(unsigned channel) {
   Channel& state = channel_[channel];
   std::uint8_t *memory = memory_(state.memory, width);
   if (memory == nullptr || state.memory % width != 0) {
-    complain(fmt::format("channel {}: no memory at 0x{:08x}", channel + 1, state.memory));
+    report_violation(fmt::format("channel {}: no memory at 0x{:08x}", channel + 1, state.memory));
     return;
   }
   std::uint32_t item = 0;

@@ -281,7 +281,7 @@ void Fdcan::put(unsigned fifo, const CanMessage& message, std::uint32_t filter) 
 void Fdcan::acknowledge(unsigned fifo, std::uint32_t index) {
   Fifo& state = fifo_[fifo];
   if (index >= kFifoElements || state.fill == 0) {
-    complain("a message is acknowledged that is not there");
+    report_violation("a message is acknowledged that is not there");
     return;
   }
   const std::uint32_t freed = (index + kFifoElements - state.get) % kFifoElements + 1;
@@ -376,7 +376,7 @@ void Fdcan::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*wid
   const bool is_protected = offset == kNbtp || offset == kRxgfc || offset == kXidam || offset == kTxbc ||
                             offset == kCkdiv || offset == 0x0C || offset == 0x48 || offset == 0x28;
   if (is_protected && (reg(kCccr) & 3U) != 3) {
-    complain("a protected register is written outside of initialisation");
+    report_violation("a protected register is written outside of initialisation");
     return;
   }
   switch (offset) {

@@ -107,13 +107,13 @@ void Rcc::write_cfgr(std::uint32_t written) {
     require((reg(kCr) & kHseOn) != 0 && timeline().now() >= hse_ready_, "switched to a crystal that is not ready");
     hz = kCrystalHz;
   } else if (wanted == 0) {
-    complain("system clock selection 0 is not allowed");
+    report_violation("system clock selection 0 is not allowed");
   }
   const std::uint32_t prescaler = written >> 4 & 0xFU;
   constexpr unsigned kAhbShift[] = {1, 2, 3, 4, 6, 7, 8, 9};
   hz >>= prescaler < 8 ? 0 : kAhbShift[prescaler - 8];
   if (hz == 0) {
-    complain("switched to a PLL without an input: the core stops");
+    report_violation("switched to a PLL without an input: the core stops");
     return;
   }
   if (hz != core_hz_) {

@@ -76,7 +76,7 @@ void Spi::begin_frame() {
   if (device_ != nullptr && clock_pin_()) {
     const bool leading = (reg(kCr1) & 1U) == 0;
     if ((reg(kCr1) & 2U) == 0) {
-      complain("the clock rests low; the device behind it wants it high");
+      report_violation("the clock rests low; the device behind it wants it high");
     } else {
       const std::uint32_t line = device_->clock(bits, timeline().instant(), period, leading);
       shifting_ = data_pin_() ? line : shifting_;
@@ -125,10 +125,10 @@ std::uint32_t Spi::on_read(std::uint32_t offset, std::uint32_t stored, unsigned 
     return stored;
   }
   if (width != (frame_bits() > 8 ? 2U : 1U)) {
-    complain("the data register is read with a width other than the frame's");
+    report_violation("the data register is read with a width other than the frame's");
   }
   if (receive_.empty()) {
-    complain("the data register is read while nothing was received");
+    report_violation("the data register is read while nothing was received");
     return 0;
   }
   const std::uint32_t frame = receive_.front();
@@ -141,7 +141,7 @@ std::uint32_t Spi::on_read(std::uint32_t offset, std::uint32_t stored, unsigned 
 void Spi::on_write(std::uint32_t offset, std::uint32_t written, unsigned width) {
   if (offset == kDr) {
     if (width != (frame_bits() > 8 ? 2U : 1U)) {
-      complain("the data register is written with a width other than the frame's: several frames at once");
+      report_violation("the data register is written with a width other than the frame's: several frames at once");
     }
     require(transmit_.size() * width < kFifoBytes, "written while the transmit buffer is full");
     transmit_.push_back(written & ((1U << frame_bits()) - 1));

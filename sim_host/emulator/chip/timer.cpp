@@ -104,7 +104,7 @@ std::uint32_t Timer::counter() const {
 void Timer::start() {
   count_ = period_of(frequency_hz_()) * (prescale_ + 1);
   if (limit_ == 0) {
-    complain("started with an auto-reload value of 0");
+    report_violation("started with an auto-reload value of 0");
     return;
   }
   require((reg(kCr1) & 1U << 4) == 0, "counting down is not modelled");
@@ -197,7 +197,7 @@ void Timer::schedule_compare() {
     return;
   }
   if (source > 9 || !is_centred()) {
-    complain("this source of the second trigger output is not modelled");
+    report_violation("this source of the second trigger output is not modelled");
     return;
   }
   const unsigned channel = source - 4;  // 3, 4, 5 for channels 4, 5, 6

@@ -28,16 +28,16 @@ std::uint16_t Peripheral::find(std::uint32_t offset) const {
 
 bool Peripheral::is_accessible(std::uint32_t offset, unsigned width, const char *what) const {
   if (clock_ && !clock_()) {
-    complain(fmt::format("{} of +0x{:02x} while its clock is off", what, offset));
+    report_violation(fmt::format("{} of +0x{:02x} while its clock is off", what, offset));
     return false;
   }
   const std::uint16_t found = find(offset);
   if (found == kNone) {
-    complain(fmt::format("{} of +0x{:02x}, which is not modelled", what, offset));
+    report_violation(fmt::format("{} of +0x{:02x}, which is not modelled", what, offset));
     return false;
   }
   if (width != 4 && !table_[found].narrow) {
-    complain(fmt::format("{} of {} by {} byte(s); it takes whole words", what, table_[found].name, width));
+    report_violation(fmt::format("{} of {} by {} byte(s); it takes whole words", what, table_[found].name, width));
     return false;
   }
   return true;
@@ -60,8 +60,8 @@ void Peripheral::bus_write(std::uint32_t offset, std::uint32_t value, unsigned w
   const std::uint32_t reserved = ~(entry.writable | entry.read_only) & lanes;
   const std::uint32_t shifted = width == 4 ? value : (value << (8 * (offset & 3U))) & lanes;
   if ((shifted & reserved) != (entry.reset & reserved)) {
-    complain(fmt::format("0x{:08x} written to {} changes reserved bits 0x{:08x}", value, entry.name,
-                         (shifted ^ entry.reset) & reserved));
+    report_violation(fmt::format("0x{:08x} written to {} changes reserved bits 0x{:08x}", value, entry.name,
+                                 (shifted ^ entry.reset) & reserved));
   }
   on_write(offset & ~3U, width == 4 ? value : (values_[find(offset)] & ~lanes) | shifted, width);
 }

@@ -82,10 +82,10 @@ class Peripheral {
   // Stores the writable bits of `written`.
   void store(std::uint32_t offset, std::uint32_t written);
 
-  void complain(const std::string& sentence) const { services_.violations.add(name_ + ": " + sentence); }
+  void report_violation(const std::string& sentence) const { services_.violations.add(name_ + ": " + sentence); }
   void require(bool kept, const char *rule) const {
     if (!kept) {
-      complain(rule);
+      report_violation(rule);
     }
   }
 

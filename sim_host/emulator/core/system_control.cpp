@@ -136,7 +136,7 @@ void SystemControl::write_bits(std::uint32_t offset, std::uint32_t written) {
     }
     const int exception = kFirstInterrupt + static_cast<int>(offset & 0x7F) * 8 + bit;
     if (exception >= Exceptions::kCount) {
-      complain(fmt::format("interrupt {} does not exist", exception - kFirstInterrupt));
+      report_violation(fmt::format("interrupt {} does not exist", exception - kFirstInterrupt));
     } else if (offset < kPendSet) {
       exceptions().enable(exception, offset < kEnableClear);
     } else if (offset < kPendClear) {
@@ -195,7 +195,7 @@ void SystemControl::write_icsr(std::uint32_t written) {
 
 void SystemControl::write_aircr(std::uint32_t written) {
   if (written >> 16 != 0x05FA) {
-    complain("AIRCR written without its key");
+    report_violation("AIRCR written without its key");
     return;
   }
   reg(kAircr) = 0xFA050000 | (written & 0x700U);

@@ -1,6 +1,6 @@
 // Actions of a program that the chip's manual forbids, or that the emulator does not model: each makes a test fail.
-#ifndef TRACKSERVO_SIM_EMULATOR_CORE_COMPLAINTS_HPP
-#define TRACKSERVO_SIM_EMULATOR_CORE_COMPLAINTS_HPP
+#ifndef TRACKSERVO_SIM_EMULATOR_CORE_VIOLATIONS_HPP
+#define TRACKSERVO_SIM_EMULATOR_CORE_VIOLATIONS_HPP
 
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@ class Violations {
   void add(const std::string& sentence) {
     if (std::none_of(list_.begin(), list_.end(),
                      [&](const std::string& known) { return known.rfind(sentence + " [", 0) == 0; }) &&
-        list_.size() < kMost) {
+        list_.size() < kMax) {
       list_.push_back(fmt::format("{} [block 0x{:08x}]", sentence, block_address_));
     }
   }
@@ -31,7 +31,7 @@ class Violations {
   void clear() { list_.clear(); }
 
  private:
-  static constexpr std::size_t kMost = 50;
+  static constexpr std::size_t kMax = 50;
 
   std::vector<std::string> list_;
   std::uint32_t block_address_ = 0;

@@ -29,7 +29,7 @@ struct GainRequirements {
   double speed_loop_damping = 1.0;
   double setpoint_weight = 0.8;
   std::optional<double> observer_bandwidth_hz;
-  LeastMargins least;
+  MinMargins least;
   std::optional<double> max_torque_noise_nm;    // rms at standstill; absent: 1 % of the motor's peak torque
   std::optional<double> tracking_bandwidth_hz;  // PI kind: closed loop at -3 dB; predictive kind: crossover
   std::optional<double> position_bandwidth_hz;  // crossover

@@ -12,7 +12,7 @@ using Json = nlohmann::json;
 
 constexpr const char *kFormat = "trackservo-identification";
 constexpr int kVersion = 1;
-constexpr double kMost = 1e30;  // of any number, so that it is one for a float too
+constexpr double kMax = 1e30;  // of any number, so that it is one for a float too
 
 void check_format(const InputFile& file) {
   // Compared as JSON, to reject versions that do not fit an int.
@@ -29,7 +29,7 @@ double number_at(const InputFile& file, const std::string& path) {
     throw file.error(fmt::format("\"{}\" is missing or not a number; run identify fit again", path));
   }
   const double value = file.json.at(pointer).get<double>();
-  if (std::abs(value) > kMost) {
+  if (std::abs(value) > kMax) {
     throw file.error(
         fmt::format("\"{}\" is {:g}, outside the range of all machines; run identify fit again", path, value));
   }

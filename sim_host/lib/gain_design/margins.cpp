@@ -75,7 +75,7 @@ Margins worst_margins(const std::vector<LinearMachine>& machines, const speed_lo
   return worst;
 }
 
-bool keeps_margins(const Margins& margins, const LeastMargins& least) {
+bool keeps_margins(const Margins& margins, const MinMargins& least) {
   return margins.gain_margin_db >= least.gain_margin_db && margins.phase_margin_deg >= least.phase_margin_deg;
 }
 

@@ -17,7 +17,7 @@ struct Margins {
 };
 
 // Margins that a loop must keep.
-struct LeastMargins {
+struct MinMargins {
   double gain_margin_db = 6.0;
   double phase_margin_deg = 40.0;
 };
@@ -28,7 +28,7 @@ Margins margins_of(const FrequencyResponse& response);
 // The first machine's margins, with the smallest gain and phase margin of all of them.
 Margins worst_margins(const std::vector<LinearMachine>& machines, const speed_loop_params& loop);
 
-bool keeps_margins(const Margins& margins, const LeastMargins& least = {});
+bool keeps_margins(const Margins& margins, const MinMargins& least = {});
 
 // Nyquist's criterion for a loop gain without unstable poles, integrators allowed: the phase of 1 + L, followed from
 // low frequency on, ends at zero. The points must begin far below and end far above the crossover, a few per cent

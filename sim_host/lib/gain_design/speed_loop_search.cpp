@@ -52,7 +52,7 @@ bool SpeedLoopSearch::is_good(const SpeedLoopPair& pair, Reserve reserve) {
   if (speed_loop_check(&loop, SERVO_TICK_S) != CONTROL_OK) {
     return false;
   }
-  LeastMargins least = demand_.least;
+  MinMargins least = demand_.least;
   if (reserve == Reserve::kKept) {
     least.gain_margin_db += kGainReserve_db;
     least.phase_margin_deg += kPhaseReserve_deg;

@@ -12,7 +12,7 @@ namespace trackservo::gain_design {
 struct SpeedLoopDemand {
   std::vector<LinearMachine> machines;  // all must be good: operating_points()
   SensorNoise noise;
-  LeastMargins least;
+  MinMargins least;
   double max_torque_noise_nm = 0.0;
 };
 

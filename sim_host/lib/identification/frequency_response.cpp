@@ -55,11 +55,11 @@ class CrossSpectra {
   // ones.
   double min_excitation() const {
     constexpr double kStrong = 0.95;  // of all lines, this share is weaker
-    constexpr double kLeast = 0.02;
+    constexpr double kMin = 0.02;
     Eigen::VectorXd sorted = uu_.tail(lines_ - 1);
     const Eigen::Index strong = static_cast<Eigen::Index>(kStrong * static_cast<double>(sorted.size()));
     std::nth_element(sorted.begin(), sorted.begin() + strong, sorted.end());
-    return kLeast * sorted[strong];
+    return kMin * sorted[strong];
   }
 
   Spectrum transformed(const Eigen::VectorXd& values) {

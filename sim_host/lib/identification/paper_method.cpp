@@ -166,8 +166,8 @@ class SlopeFinder {
   }
 
  private:
-  static constexpr double kNearZero = 0.4;  // of Tc
-  static constexpr double kWholeWay = 0.5;  // of Tc: a shorter crossing does not count
+  static constexpr double kNearZero = 0.4;       // of Tc
+  static constexpr double kWholeCrossing = 0.5;  // of Tc: a shorter crossing does not count
 
   void add(bool wanted, double friction_nm, double angle_rad) {
     if (wanted && std::abs(friction_nm) < kNearZero * level_nm_) {
@@ -179,7 +179,7 @@ class SlopeFinder {
   }
 
   void end_crossing() {
-    if (torque_.size() > 2 && std::abs(torque_.back() - torque_.front()) > kWholeWay * level_nm_) {
+    if (torque_.size() > 2 && std::abs(torque_.back() - torque_.front()) > kWholeCrossing * level_nm_) {
       const double slope = (torque_.back() - torque_.front()) / (angle_.back() - angle_.front());
       if (std::isfinite(slope) && slope > 0) {
         slopes_.push_back(slope);

@@ -48,7 +48,7 @@ std::string PositionTerms::name(int term) const {
   return basis_ == PositionBasis::kTurn ? turn[term] : travel[term];
 }
 
-std::array<double, PositionTerms::kMost> PositionTerms::at(double angle_rad) const {
+std::array<double, PositionTerms::kMax> PositionTerms::at(double angle_rad) const {
   if (basis_ == PositionBasis::kTurn) {
     const double cosine = std::cos(angle_rad);
     const double sine = std::sin(angle_rad);

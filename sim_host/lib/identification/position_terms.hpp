@@ -18,7 +18,7 @@ enum class PositionBasis { kNone, kTravel, kTurn };
 
 class PositionTerms {
  public:
-  static constexpr int kMost = 4;
+  static constexpr int kMax = 4;
 
   explicit PositionTerms(const Recording& recording);
   PositionTerms(double lowest_rad, double highest_rad);
@@ -29,7 +29,7 @@ class PositionTerms {
 
   int count() const { return count_; }
   std::string name(int term) const;  // "cos 2 angle", "travel^2"
-  std::array<double, kMost> at(double angle_rad) const;
+  std::array<double, kMax> at(double angle_rad) const;
 
  private:
   double lowest_rad_;

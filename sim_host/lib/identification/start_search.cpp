@@ -15,7 +15,7 @@ namespace {
 enum Column { kTcPlus, kTsPlus, kTcMinus, kTsMinus, kS2Plus, kS2Minus, kBend, kAcceleration, kLoad, kColumns };
 
 // Of the recording; the search finds the neighbourhood, not the last percent.
-constexpr double kMost_s = 80;
+constexpr double kMax_s = 80;
 // Bristle lengths that are tried at first, then around the best of them.
 constexpr double kShortest_rad = 2e-6;
 constexpr double kLongest_rad = 0.1;
@@ -46,7 +46,7 @@ std::vector<double> geometric(double first, double last, int count) {
 class Search {
  public:
   Search(const Recording& recording, const Motion& motion) : recording_(recording), motion_(motion) {
-    for (const Stretch& stretch : excerpt(motion.stretches, kMost_s)) {
+    for (const Stretch& stretch : excerpt(motion.stretches, kMax_s)) {
       Span span{static_cast<Eigen::Index>(node_tick_.size()), 0};
       for (std::size_t i = stretch.first + kWindowReach; i + kWindowReach < stretch.last; i += kHalfWindow) {
         node_tick_.push_back(i);
@@ -100,9 +100,9 @@ class Search {
     for (const Stretch& stretch : stretches_) {
       double h = 0;
       for (std::size_t i = stretch.first; i < stretch.last; ++i) {
-        const double way = motion_.joint_rate_rad_s[i] * kTick_s / length_rad;
-        const double side = way >= 0 ? 1.0 : -1.0;
-        h = side + (h - side) * std::exp(-std::abs(way));
+        const double lengths = motion_.joint_rate_rad_s[i] * kTick_s / length_rad;
+        const double side = lengths >= 0 ? 1.0 : -1.0;
+        h = side + (h - side) * std::exp(-std::abs(lengths));
         bend[i] = static_cast<float>(h);
       }
     }

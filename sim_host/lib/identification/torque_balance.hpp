@@ -82,7 +82,7 @@ class TorqueBalance {
 
   struct FrictionRow {
     std::array<double, kInertia> by;  // the terms before kInertia
-    std::array<double, PositionTerms::kMost> by_map;
+    std::array<double, PositionTerms::kMax> by_map;
   };
 
   FrictionRow friction_row(const Lugre::Step& step, const Scale& scale, bool forward, double viscous_nm) const;
@@ -99,11 +99,11 @@ class TorqueBalance {
   PositionTerms map_;
   std::vector<Part> parts_;
   std::vector<MotorHarmonic> harmonics_;
-  Eigen::MatrixXd harmonic_columns_;  // by node, cosine and sine of each
-  std::vector<std::size_t> tick_;     // by node
-  std::vector<double> acceleration_;  // inertial, by node
-  std::vector<double> torque_;        // under the triangle, by tick: for the lookup of delays
-  std::vector<std::array<double, PositionTerms::kMost>> terms_;  // by tick
+  Eigen::MatrixXd harmonic_columns_;                            // by node, cosine and sine of each
+  std::vector<std::size_t> tick_;                               // by node
+  std::vector<double> acceleration_;                            // inertial, by node
+  std::vector<double> torque_;                                  // under the triangle, by tick: for the lookup of delays
+  std::vector<std::array<double, PositionTerms::kMax>> terms_;  // by tick
 };
 
 // The friction for a parameter vector.

@@ -26,7 +26,7 @@ struct Room {
   double share;
 };
 constexpr Room kManyPlaces{20 * kRadPerDeg, 0.2};
-constexpr Room kLongWays{60 * kRadPerDeg, 0.4};
+constexpr Room kLongTravels{60 * kRadPerDeg, 0.4};
 
 // Inputs of the experiments.
 struct Means {
@@ -161,12 +161,12 @@ constexpr double kSpeedRatio = 1.6;
 constexpr double kShortest_s = 0.4;
 
 SlowSpeeds slow_speeds(const RoughMachine& machine, const Means& means) {
-  const double way_rad = kPreSlidingLengths * machine.bristle_rad;
+  const double sliding_rad = kPreSlidingLengths * machine.bristle_rad;
   SlowSpeeds slow;
-  double speed = (way_rad / kShortest_s > machine.stribeck_rad_s ? 0.5 : 0.15) * machine.stribeck_rad_s;
-  for (; way_rad / speed > kShortest_s && speed < means.top_rad_s; speed *= kSpeedRatio) {
-    slow.sweeps.push_back(sweep(means, speed, 1.0, 1, way_rad / speed));
-    slow.seconds += 2.0 * way_rad / speed;
+  double speed = (sliding_rad / kShortest_s > machine.stribeck_rad_s ? 0.5 : 0.15) * machine.stribeck_rad_s;
+  for (; sliding_rad / speed > kShortest_s && speed < means.top_rad_s; speed *= kSpeedRatio) {
+    slow.sweeps.push_back(sweep(means, speed, 1.0, 1, sliding_rad / speed));
+    slow.seconds += 2.0 * sliding_rad / speed;
   }
   slow.next_rad_s = std::min(speed, means.top_rad_s);
   return slow;
@@ -258,7 +258,7 @@ TestPlan structure_look(const MotionLimits& limits, const RoughMachine& machine)
   constexpr double kDwell_s = 16.5;  // slow, or a resonance would still ring when its window ends
   check(limits);
   check(machine);
-  const Means means = means_of(limits, kTorqueShare * limits.torque_nm / machine.inertia_kg_m2, kLongWays);
+  const Means means = means_of(limits, kTorqueShare * limits.torque_nm / machine.inertia_kg_m2, kLongTravels);
   TestPlan test_plan{Stage::kStructure, places_in(limits, means, kFirstLookUsed_rad, 2),
                      kMovingShare * limits.rate_rad_s, limits_of(limits, means)};
   for (Place& place : test_plan.places) {

@@ -71,12 +71,12 @@ class Move {
   // The set-point of this tick [rad/s].
   double rate_rad_s(double angle_rad) {
     const double acceleration_rad_s2 = speed_rad_s_ / kRampTime_s;
-    const double way_rad = place_rad_ - angle_rad;
-    if (std::abs(way_rad) < 0.01 * speed_rad_s_) {
+    const double remaining_rad = place_rad_ - angle_rad;
+    if (std::abs(remaining_rad) < 0.01 * speed_rad_s_) {
       there_ = true;
     }
-    const double braking_rad_s = std::sqrt(acceleration_rad_s2 * std::abs(way_rad));
-    const double requirement_rad_s = there_ ? 0.0 : std::copysign(std::min(speed_rad_s_, braking_rad_s), way_rad);
+    const double braking_rad_s = std::sqrt(acceleration_rad_s2 * std::abs(remaining_rad));
+    const double requirement_rad_s = there_ ? 0.0 : std::copysign(std::min(speed_rad_s_, braking_rad_s), remaining_rad);
     const double step_rad_s = acceleration_rad_s2 * kTick_s;
     rate_rad_s_ += std::clamp(requirement_rad_s - rate_rad_s_, -step_rad_s, step_rad_s);
     return rate_rad_s_;

@@ -82,7 +82,7 @@ Advice advice_for(const PlantConfig& plant, int axis, const speed_loop_params& l
           "no smaller bandwidth helps: check latencies, fusion and inertia", 0.0};
 }
 
-std::string other_ways(const speed_loop_params& loop) {
+std::string alternatives(const speed_loop_params& loop) {
   constexpr int kShortestWindow_ticks = 2;
   if (loop.rate_fusion.source == RATE_FROM_GYRO || loop.rate_estimator.window_ticks <= kShortestWindow_ticks) {
     return "";
@@ -100,7 +100,7 @@ ConfigError error(const PlantConfig& plant, int axis, const speed_loop_params& l
                   const IsPossible& is_possible = {}) {
   constexpr double kMinShare = 0.1;
   const Advice advice = advice_for(plant, axis, loop);
-  std::string more = other_ways(loop);
+  std::string more = alternatives(loop);
   if (is_possible && advice.share < kMinShare) {
     return design_error(plant, axis, reason, is_possible, more);
   }

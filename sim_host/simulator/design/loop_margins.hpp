@@ -25,7 +25,7 @@ using gain_design::Margins;
 using gain_design::margins_of;
 
 // Margins that every controller variant must keep, computed with the tick's delay.
-constexpr gain_design::LeastMargins kMinMargins;
+constexpr gain_design::MinMargins kMinMargins;
 
 // The linear machine of one axis for computed margins: sliding, or in pre-sliding.
 LinearMachine linear_machine(const PlantConfig& plant, int axis, bool pre_sliding);

@@ -1,6 +1,6 @@
 // Fault injections: how each is made in the simulation, and how the firmware must react.
-#ifndef TRACKSERVO_SIM_FAULT_INJECTION_BREAKAGE_HPP
-#define TRACKSERVO_SIM_FAULT_INJECTION_BREAKAGE_HPP
+#ifndef TRACKSERVO_SIM_FAULT_INJECTION_FAULT_INJECTION_HPP
+#define TRACKSERVO_SIM_FAULT_INJECTION_FAULT_INJECTION_HPP
 
 #include <functional>
 #include <string>

@@ -106,7 +106,8 @@ class ScenarioRun {
     const fault_id fault = node_.axis(axis).drive.fault;
     const double rate_rad_s = node_.machine().truth().joint_rate_rad_s[i];
     if (fault != reported_[i]) {
-      static const char *const reactions[] = {"told", "the loop stops it", "the shorted motor brakes", "off at once"};
+      static const char *const reactions[] = {"reported", "the loop stops it", "the shorted motor brakes",
+                                              "off at once"};
       const fault_row& row = fault_table[fault];
       say(axis, fmt::format("fault {} (0x{:04X}) at {:.3f} deg/s: {}", static_cast<int>(fault), row.code,
                             rate_rad_s * 180.0 / kPi, reactions[row.reaction]));
@@ -117,8 +118,8 @@ class ScenarioRun {
       from_rad_[i] = node_.machine().truth().joint_angle_rad[i];
     }
     if (fault != FAULT_NONE && !stands_[i] && std::abs(rate_rad_s) < kStandstill_rad_s) {
-      const double way_rad = node_.machine().truth().joint_angle_rad[i] - from_rad_[i];
-      say(axis, fmt::format("stands, {:.3f} deg further", way_rad * 180.0 / kPi));
+      const double travel_rad = node_.machine().truth().joint_angle_rad[i] - from_rad_[i];
+      say(axis, fmt::format("stands, {:.3f} deg further", travel_rad * 180.0 / kPi));
       stands_[i] = true;
     }
   }

@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kEarliest_s = 0.7;
 constexpr double kLatest_s = 1.5;
-constexpr int kWatchedTicks = 1500;   // for a reaction
-constexpr int kAsideTicks = 300;      // then an axis that stood still is moved, to make its fault visible
-constexpr int kReactionTicks = 2300;  // longer than the shorted motor brakes
+constexpr int kMonitoredTicks = 1500;  // for a reaction
+constexpr int kAsideTicks = 300;       // then an axis that stood still is moved, to make its fault visible
+constexpr int kReactionTicks = 2300;   // longer than the shorted motor brakes
 constexpr int kBrakeTicks = 1990;
 constexpr double kStandstill_rad_s = 2e-3;
 constexpr double kAside_rad_s = 5.0 * kPi / 180.0;
@@ -67,7 +67,7 @@ class InjectionRun {
 
   // Until the firmware has detected it.
   void monitor() {
-    for (int i = 0; i < kWatchedTicks && result_.seen == FAULT_NONE; ++i) {
+    for (int i = 0; i < kMonitoredTicks && result_.seen == FAULT_NONE; ++i) {
       aside_ = injection_run_.motion == Motion::kStandstill && i >= kAsideTicks;
       const bool shows = injection_run_.fault_injection->shows(node_, injection_run_.axis);
       result_.showed = result_.showed || shows;

@@ -53,21 +53,21 @@ void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warn
   double azimuth_rad = target.at(0.0).angle_rad[kAzimuth];
   for (int tick = 0; tick <= ticks; ++tick) {
     const double time_s = tick * kTick_s;
-    const LineOfSight sight = target.at(time_s);
-    if (!(sight.range_m * std::cos(sight.angle_rad[kPitch]) >= kClosest_m)) {
+    const LineOfSight los = target.at(time_s);
+    if (!(los.range_m * std::cos(los.angle_rad[kPitch]) >= kClosest_m)) {
       throw scenario.lines.error(
           "fly_by.start_position_m", fmt::format("the target is straight above the tracker at {:g} s", time_s),
           fmt::format("choose a course that stays {:g} m away from the azimuth axis", kClosest_m));
     }
-    if (std::abs(sight.angle_rad[kAzimuth] - azimuth_rad) > kPi) {
+    if (std::abs(los.angle_rad[kAzimuth] - azimuth_rad) > kPi) {
       throw scenario.lines.error("fly_by.start_position_m",
                                  fmt::format("the target has gone half round the tracker by {:g} s", time_s),
                                  "choose a shorter run or a course that stays on one side");
     }
-    azimuth_rad = sight.angle_rad[kAzimuth];
+    azimuth_rad = los.angle_rad[kAzimuth];
     for (int axis = 0; axis < kAxes; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
-      if (moves(scenario, axis) && !warned[i] && is_beyond(axis_of(plant, axis).end_stops, sight.angle_rad[i])) {
+      if (moves(scenario, axis) && !warned[i] && is_beyond(axis_of(plant, axis).end_stops, los.angle_rad[i])) {
         warned[i] = true;
         warnings.emplace_back(
             scenario.lines

@@ -40,10 +40,10 @@ class Scene {
   std::array<double, kAxes> start_rad() const { return target_.at(0.0).angle_rad; }
 
   std::array<double, kAxes> error_rad(const TruthState& truth) const {
-    const LineOfSight sight = target_.at(truth.time_s);
+    const LineOfSight los = target_.at(truth.time_s);
     std::array<double, kAxes> error{};
     for (std::size_t i = 0; i < kAxes; ++i) {
-      error[i] = sight.angle_rad[i] - truth.inertial_angle_rad[i];
+      error[i] = los.angle_rad[i] - truth.inertial_angle_rad[i];
     }
     return error;
   }

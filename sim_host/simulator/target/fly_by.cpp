@@ -48,23 +48,23 @@ LineOfSight FlyBy::at(double time_s) const {
       (v.x() * v.x() + v.y() * v.y() + p.x() * a.x() + p.y() * a.y() - ground_rate * ground_rate) / ground;
   const double range_square = ground_square + p.z() * p.z();
 
-  LineOfSight sight;
-  sight.range_m = std::sqrt(range_square);
+  LineOfSight los;
+  los.range_m = std::sqrt(range_square);
 
   const double cosine = std::cos(first_bearing_rad_);
   const double sine = std::sin(first_bearing_rad_);
-  sight.angle_rad[kAzimuth] =
+  los.angle_rad[kAzimuth] =
       first_bearing_rad_ + std::atan2(cosine * p.y() - sine * p.x(), cosine * p.x() + sine * p.y());
-  sight.rate_rad_s[kAzimuth] = (p.x() * v.y() - p.y() * v.x()) / ground_square;
-  sight.acceleration_rad_s2[kAzimuth] =
-      (p.x() * a.y() - p.y() * a.x()) / ground_square - 2.0 * sight.rate_rad_s[kAzimuth] * ground_rate / ground;
+  los.rate_rad_s[kAzimuth] = (p.x() * v.y() - p.y() * v.x()) / ground_square;
+  los.acceleration_rad_s2[kAzimuth] =
+      (p.x() * a.y() - p.y() * a.x()) / ground_square - 2.0 * los.rate_rad_s[kAzimuth] * ground_rate / ground;
 
   const double range_rate_over_range = (ground * ground_rate + p.z() * v.z()) / range_square;
-  sight.angle_rad[kPitch] = std::atan2(p.z(), ground);
-  sight.rate_rad_s[kPitch] = (ground * v.z() - p.z() * ground_rate) / range_square;
-  sight.acceleration_rad_s2[kPitch] = (ground * a.z() - p.z() * ground_acceleration) / range_square -
-                                      2.0 * sight.rate_rad_s[kPitch] * range_rate_over_range;
-  return sight;
+  los.angle_rad[kPitch] = std::atan2(p.z(), ground);
+  los.rate_rad_s[kPitch] = (ground * v.z() - p.z() * ground_rate) / range_square;
+  los.acceleration_rad_s2[kPitch] = (ground * a.z() - p.z() * ground_acceleration) / range_square -
+                                    2.0 * los.rate_rad_s[kPitch] * range_rate_over_range;
+  return los;
 }
 
 }  // namespace trackservo::sim

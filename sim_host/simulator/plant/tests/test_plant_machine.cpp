@@ -276,7 +276,7 @@ void test_seal_eccentricity_shows_once_per_turn_of_the_joint() {
   Tracker tracker(plant, 1);
   double least = 1e9;
   double most = 0.0;
-  double angle_of_most = 0.0;
+  double angle_of_max = 0.0;
   for (int step = 0; step < 400000; ++step) {
     tracker.step_pwm({0.22, 0.0});  // about 1 rad/s
     const double rate = tracker.truth().joint_rate_rad_s[kAzimuth];
@@ -288,12 +288,12 @@ void test_seal_eccentricity_shows_once_per_turn_of_the_joint() {
     least = std::min(least, dry);
     if (dry > most) {
       most = dry;
-      angle_of_most = tracker.truth().joint_angle_rad[kAzimuth];
+      angle_of_max = tracker.truth().joint_angle_rad[kAzimuth];
     }
   }
   CHECK_RELATIVE("least level in Nm", 6.0 * 0.8, least, 0.01);
   CHECK_RELATIVE("highest level in Nm", 6.0 * 1.2, most, 0.01);
-  CHECK_NEAR("angle of the highest level", 0.5, std::remainder(angle_of_most, 2.0 * kPi), 0.1);
+  CHECK_NEAR("angle of the highest level", 0.5, std::remainder(angle_of_max, 2.0 * kPi), 0.1);
 }
 
 }  // namespace

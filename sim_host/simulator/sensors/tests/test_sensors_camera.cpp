@@ -125,10 +125,10 @@ void test_the_shipped_fly_by_is_slow_cruises_at_20_m_per_s_and_turns_back() {
   int reversals = 0;
   double last = 0.0;
   for (double t = 0.0; t < scenario.duration_s; t += 0.01) {
-    const LineOfSight sight = fly_by.at(t);
-    fastest = std::max({fastest, std::abs(sight.rate_rad_s[kAzimuth]), std::abs(sight.rate_rad_s[kPitch])});
-    reversals += last * sight.rate_rad_s[kAzimuth] < 0.0 ? 1 : 0;
-    last = sight.rate_rad_s[kAzimuth];
+    const LineOfSight los = fly_by.at(t);
+    fastest = std::max({fastest, std::abs(los.rate_rad_s[kAzimuth]), std::abs(los.rate_rad_s[kPitch])});
+    reversals += last * los.rate_rad_s[kAzimuth] < 0.0 ? 1 : 0;
+    last = los.rate_rad_s[kAzimuth];
   }
   LOG_VALUE("fastest line of sight in deg/s", fastest / kDegree);
   CHECK_AT_MOST("deg/s", 0.3, fastest / kDegree);
