@@ -143,8 +143,8 @@ bool bus_settings_log_step(bus_settings_log *log) {
       return true;
     }
   }
-  if (limit) {
+  if (requested) {
     save(log);
   }
-  return limit;
+  return requested;
 }

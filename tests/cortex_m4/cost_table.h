@@ -9,7 +9,7 @@ enum { COST_BINS = 16384 };
 
 typedef struct {
   const char *name;
-  int limit;                /* limit; 0: none */
+  int limit;                /* 0: none */
   int bound;                /* a higher count is a regression; 0: same as the limit */
   uint32_t runs[COST_BINS]; /* by instructions; the last one also counts everything beyond */
   uint32_t count;
