@@ -6,19 +6,9 @@
 #define TRACKSERVO_CANOPEN_EMERGENCY_H
 
 #include "base/can_frame.h"
+#include "base/error_register.h"
 
 enum { EMERGENCY_HISTORY = 8, EMERGENCY_ACTIVE = 16, EMERGENCY_WAITING = 8, EMERGENCY_SOURCE_NODE = 0 };
-
-/* Bits of 0x1001. */
-enum {
-  ERROR_GENERIC = 0x01,
-  ERROR_CURRENT = 0x02,
-  ERROR_VOLTAGE = 0x04,
-  ERROR_TEMPERATURE = 0x08,
-  ERROR_COMMUNICATION = 0x10,
-  ERROR_PROFILE = 0x20,
-  ERROR_MANUFACTURER = 0x80
-};
 
 /* Error codes that the node itself raises, CiA 301 table 26. */
 enum {

@@ -72,4 +72,17 @@ CLI::Validator share(double most) {
           fmt::format("0 to {:g}", most)};
 }
 
+int run_program(const char *name, CLI::App& app, int argc, char **argv, const int& code) {
+  constexpr int kWrongInput = 2;
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kWrongInput;
+  } catch (const std::exception& error) {
+    (void)std::fprintf(stderr, "%s: %s\n", name, error.what());
+    return kWrongInput;
+  }
+  return code;
+}
+
 }  // namespace trackservo::sim

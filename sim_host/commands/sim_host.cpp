@@ -373,8 +373,9 @@ void add_keys(CLI::App& app) {
       [file] { fmt::print("{}", *file == "plant" ? sim::plant_keys_markdown() : sim::scenario_keys_markdown()); });
 }
 
-int parse_and_run(int argc, char **argv) {
-  constexpr int kWrongInput = 2;
+}  // namespace
+
+int main(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);
   const sim::ImageDevices image_devices;  // none: check passes images on to check_board
   int code = 0;
@@ -393,21 +394,5 @@ int parse_and_run(int argc, char **argv) {
   sim::add_check(app, code, arguments, image_devices);
   sim::add_gains(app);
   add_keys(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kWrongInput;
-  }
-  return code;
-}
-
-}  // namespace
-
-int main(int argc, char **argv) {
-  try {
-    return parse_and_run(argc, argv);
-  } catch (const std::exception& error) {
-    (void)std::fprintf(stderr, "sim_host: %s\n", error.what());
-    return 2;
-  }
+  return sim::run_program("sim_host", app, argc, argv, code);
 }

@@ -14,6 +14,7 @@
 #include "board/board_machine.hpp"
 #include "can_client.hpp"
 #include "commands/check_command.hpp"
+#include "commands/command_line.hpp"
 
 namespace {
 
@@ -88,29 +89,14 @@ sim::DeviceMaker image_devices(const std::filesystem::path& file) {
   };
 }
 
-int parse_and_run(int argc, char **argv) {
-  constexpr int kWrongInput = 2;
+}  // namespace
+
+int main(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);
   const sim::ImageDevices devices = image_devices;
   int code = 0;
   CLI::App app{"Runs 'sim_host check' for images of the board."};
   app.require_subcommand(1);
   sim::add_check(app, code, arguments, devices);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kWrongInput;
-  }
-  return code;
-}
-
-}  // namespace
-
-int main(int argc, char **argv) {
-  try {
-    return parse_and_run(argc, argv);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "sim_host: {}\n", error.what());
-    return 2;
-  }
+  return sim::run_program("sim_host", app, argc, argv, code);  // which starts this program for its user
 }

@@ -3,6 +3,7 @@
 
 #include "canopen/cob_id.h"
 #include "support/flash_model.h"
+#include "support/node_objects.h"
 #include "support/rigid_machine.h"
 #include "unity.h"
 
@@ -119,24 +120,9 @@ static void store_settings(uint8_t node_id, uint8_t rate) {
   switch_to(0);
 }
 
-static od_object find(uint16_t index, uint8_t sub) {
-  od_object object;
-  TEST_ASSERT_EQUAL(OD_OK, od_find(servo_node_dictionary(&node), index, sub, &object));
-  return object;
-}
+static uint32_t get(uint16_t index, uint8_t sub) { return node_object_get(&node, index, sub); }
 
-static uint32_t get(uint16_t index, uint8_t sub) {
-  const od_object object = find(index, sub);
-  uint32_t value = 0;
-  uint16_t length = 0;
-  TEST_ASSERT_EQUAL(OD_OK, od_read(&object, (uint8_t *)&value, sizeof value, &length));
-  return value;
-}
-
-static od_abort set(uint16_t index, uint8_t sub, uint32_t value) {
-  const od_object object = find(index, sub);
-  return od_write(&object, (const uint8_t *)&value, object.entry->bytes);
-}
+static od_abort set(uint16_t index, uint8_t sub, uint32_t value) { return node_object_set(&node, index, sub, value); }
 
 static void command(uint16_t index, uint8_t group, uint32_t signature) {
   od_abort answer = OD_PENDING;

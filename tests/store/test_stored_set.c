@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "support/flash_model.h"
+#include "support/node_objects.h"
 #include "support/rigid_machine.h"
 #include "unity.h"
 
@@ -44,24 +45,9 @@ void tearDown(void) { TEST_ASSERT_EQUAL(0, model.rule_breaks); }
 /* --- objects
  * -------------------------------------------------------------------------------------------------------- */
 
-static od_object find(uint16_t index, uint8_t sub) {
-  od_object object;
-  TEST_ASSERT_EQUAL(OD_OK, od_find(servo_node_dictionary(&node), index, sub, &object));
-  return object;
-}
+static od_abort set(uint16_t index, uint8_t sub, uint32_t value) { return node_object_set(&node, index, sub, value); }
 
-static od_abort set(uint16_t index, uint8_t sub, uint32_t value) {
-  const od_object object = find(index, sub);
-  return od_write(&object, (const uint8_t *)&value, object.entry->bytes);
-}
-
-static uint32_t get(uint16_t index, uint8_t sub) {
-  const od_object object = find(index, sub);
-  uint32_t value = 0;
-  uint16_t length = 0;
-  TEST_ASSERT_EQUAL(OD_OK, od_read(&object, (uint8_t *)&value, sizeof value, &length));
-  return value;
-}
+static uint32_t get(uint16_t index, uint8_t sub) { return node_object_get(&node, index, sub); }
 
 static float kp_of(int axis) { return node.axis[axis].tuning.active.speed_loop.proportional_nm_s_rad; }
 

@@ -51,14 +51,18 @@ void print(const PlantConfig& plant, const Commissioned& commissioned) {
   }
 }
 
+nlohmann::ordered_json result_of(const Commissioned& commissioned) {
+  nlohmann::ordered_json result =
+      identification::to_json(commissioned.identification, commissioned.acquisition.recording, commissioned.structure);
+  result["machine"] = {{"axis", axis_name(commissioned.axis)}};
+  return result;
+}
+
 void write_result(const Commissioned& commissioned, const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   const identification::Recording& recording = commissioned.acquisition.recording;
-  nlohmann::ordered_json result =
-      identification::to_json(commissioned.identification, recording, commissioned.structure);
-  result["machine"] = {{"axis", axis_name(commissioned.axis)}};
   std::ofstream json(folder / "result.json");
-  json << result.dump(2) << '\n';
+  json << result_of(commissioned).dump(2) << '\n';
   close(json, folder / "result.json");
   std::ofstream residuals(folder / "residuals.csv");
   identification::write_residuals(residuals, commissioned.identification, recording);

@@ -3,6 +3,7 @@
 #define TRACKSERVO_SIM_COMMISSION_COMMISSION_REPORT_HPP
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "commission/commission.hpp"
 
@@ -10,6 +11,9 @@ namespace trackservo::sim {
 
 // A table to the standard output: true, found, interval.
 void print(const PlantConfig& plant, const Commissioned& commissioned);
+
+// The contents of result.json: what was identified, as every tool of ours reads it.
+nlohmann::ordered_json result_of(const Commissioned& commissioned);
 
 // result.json and residuals.csv, as servoctl identify writes them. Creates the folder. Throws std::runtime_error that
 // names the file.

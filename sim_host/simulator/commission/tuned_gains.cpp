@@ -5,18 +5,16 @@
 #include <fstream>
 
 #include "analysis/margin_measurement.hpp"
+#include "commission/commission_report.hpp"
 #include "design/control_design.hpp"
 #include "gain_design/design_json.hpp"
 #include "gain_design/identified_plant_json.hpp"
-#include "identification/result_json.hpp"
 
 namespace trackservo::sim {
 namespace {
 
 gain_design::IdentifiedPlant identified_plant(const Commissioned& done) {
-  const nlohmann::json result =
-      identification::to_json(done.identification, done.acquisition.recording, done.structure);
-  return gain_design::read_identified_plant({axis_name(done.axis), result});
+  return gain_design::read_identified_plant({axis_name(done.axis), result_of(done)});
 }
 
 bool loop_keeps_margins(const PlantConfig& plant, int axis, servo_params params, TunedGains& gains) {
