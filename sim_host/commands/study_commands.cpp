@@ -13,15 +13,15 @@
 #include "studies/fig9_scan/fig9_scan_report.hpp"
 #include "studies/identification_value/identification_value.hpp"
 #include "studies/random_plants/random_plants_report.hpp"
+#include "studies/shared/experiment.hpp"
 #include "studies/shared/identified_axis.hpp"
-#include "studies/shared/paper_studies.hpp"
 
 namespace trackservo::sim {
 namespace {
 
 void experiments(const CampaignOptions& options) {
   refuse_repeated_seeds(options.seeds);
-  for (const Study& study : paper_studies(options.data_dir)) {
+  for (const Study& study : studies_of(load_experiments(options.data_dir, options.shipped_dir))) {
     for (const ControllerSpec& spec : controller_specs()) {
       checked_design(study, spec, {});
     }
@@ -50,8 +50,11 @@ struct RandomPlantsOptions {
 void random_plants(const RandomPlantsOptions& options) {
   RandomPlantsSetup setup = options.setup;
   setup.study.plant = load_plant(options.plant);
-  setup.study.scenario = load_scenario(std::filesystem::path(TRACKSERVO_DATA_DIR) / "scenarios/steady_speed.toml");
-  setup.study.experiment = setup.study.scenario.name;
+  const std::vector<Experiment> experiments = load_experiments(TRACKSERVO_DATA_DIR);
+  const Experiment& steady = experiment_named("steady_speed", experiments);
+  setup.study.scenario = steady.studies.front().scenario;
+  setup.study.experiment = steady.name;
+  setup.paper = steady.paper;
   checked_design(setup.study, controller_spec("pi_vob_ftc"), {});
   start_progress();
   JobPool pool(setup.threads, kAxes, show_progress);
@@ -70,14 +73,30 @@ struct Fig9Options {
   std::filesystem::path out_dir;
 };
 
+// Throws std::invalid_argument when the experiment does not have both readings of Fig. 9.
+Fig9Paper paper_of_fig9(const Experiment& step) {
+  const auto printed = [&](const char *metric) {
+    const PaperFigure *figure = paper_figure(step.paper, cases_of(step.studies.front()).front().name, metric);
+    if (figure == nullptr || !figure->uncompensated) {
+      throw std::invalid_argument(
+          fmt::format("experiment \"{}\" has no [[paper]] figure {}; add it", step.name, metric));
+    }
+    return *figure->uncompensated;
+  };
+  return {printed(kAboveFrictionFree), printed(kOverFrictionFree)};
+}
+
 void fig9_scan(const Fig9Options& options) {
   Fig9Setup setup = options.setup;
   setup.axis = load_plant(options.data_dir / "plants/paper_simulation.toml").axis[kAzimuth];
-  setup.sine = load_scenario(options.data_dir / "scenarios/sine.toml");
-  setup.disturbed_step = load_scenario(options.data_dir / "scenarios/step_disturbed.toml");
+  const std::vector<Experiment> experiments = load_experiments(options.data_dir, TRACKSERVO_DATA_DIR);
+  const Experiment& step = experiment_named("step_disturbed", experiments);
+  setup.sine = experiment_named("sine", experiments).studies.front().scenario;
+  setup.disturbed_step = step.studies.front().scenario;
+  setup.paper = paper_of_fig9(step);
   start_progress();
   const std::vector<Fig9Outcome> outcomes = scan_fig9(setup, show_progress);
-  const Fig9Summary summary = summary_of(outcomes);
+  const Fig9Summary summary = summary_of(outcomes, setup.paper);
   print(setup, summary);
   write_fig9_scan(setup, outcomes, summary, TRACKSERVO_GIT, options.out_dir);
   fmt::print("written {}\n", (options.out_dir / "fig9_scan.json").string());
@@ -86,6 +105,7 @@ void fig9_scan(const Fig9Options& options) {
 // Options of every study, including its seeds.
 CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
   options.data_dir = TRACKSERVO_DATA_DIR;
+  options.shipped_dir = TRACKSERVO_DATA_DIR;
   command.add_option("--out", options.out_dir, "folder for the results")
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));

@@ -20,6 +20,7 @@ RandomPlantsSetup setup_of(int count) {
   RandomPlantsSetup setup;
   setup.study = bench::study("steady_speed", "tracker");
   setup.study.scenario.speeds_rad_s = {0.1 * bench::kRadPerDeg, 1.0 * bench::kRadPerDeg};
+  setup.paper = experiment_named("steady_speed", load_experiments("sim_host")).paper;
   setup.count = count;
   return setup;
 }

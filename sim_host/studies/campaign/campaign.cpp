@@ -11,7 +11,6 @@
 #include "base/job_pool.hpp"
 #include "studies/margins/margin_study.hpp"
 #include "studies/sensitivity/sensitivity.hpp"
-#include "studies/shared/paper_studies.hpp"
 #include "studies/shared/run_files.hpp"
 
 namespace trackservo::sim {
@@ -34,19 +33,10 @@ struct RunSpec {
   std::size_t seed_index;
 };
 
-// Friction-free runs are the reference where overshoot or tracking decides.
-std::vector<FrictionModel> frictions_of(const Study& study) {
-  const Purpose purpose = purpose_of(study.scenario);
-  if (purpose == Purpose::kDisturbedStep || purpose == Purpose::kTracking) {
-    return {FrictionModel::kLugre, FrictionModel::kMaxwellSlip, FrictionModel::kNone};
-  }
-  return {FrictionModel::kLugre, FrictionModel::kMaxwellSlip};
-}
-
 std::vector<RunSpec> runs_of(const Study& study, std::size_t seeds) {
   std::vector<RunSpec> runs;
   const std::vector<StudyCase> cases = cases_of(study);
-  for (const FrictionModel friction : frictions_of(study)) {
+  for (const FrictionModel friction : study.frictions) {
     for (const ControllerSpec& controller : controller_specs()) {
       for (const StudyCase& study_case : cases) {
         for (std::size_t seed = 0; seed < seeds; ++seed) {
@@ -212,13 +202,15 @@ Campaign run_campaign(const CampaignOptions& options, const Progress& progress) 
   for (const char *folder : {"runs", "runs/sensitivity", "margins"}) {
     std::filesystem::create_directories(options.out_dir / folder);
   }
-  std::vector<Study> studies = paper_studies(options.data_dir);
+  campaign.experiments = load_experiments(options.data_dir, options.shipped_dir);
+  std::vector<Study> studies = studies_of(campaign.experiments);
   campaign.plants = plants_of(studies);
   for (const Study& study : studies) {
     campaign.best_pi[study_name(study)] = pi_requirement(study.plant, kAzimuth, {});  // until it is found
   }
-  const std::vector<SensitivityJob> variations = options.quick() ? std::vector<SensitivityJob>{} : sensitivity_jobs();
-  JobPool pool(options.threads, cost_of(campaign, studies, variations.size()), progress);
+  const std::vector<Variation> varied = options.quick() ? std::vector<Variation>{} : variations(campaign.experiments);
+  const std::vector<SensitivityJob> jobs = sensitivity_jobs(varied);
+  JobPool pool(options.threads, cost_of(campaign, studies, jobs.size()), progress);
 
   campaign.identified = identify_plants(campaign.plants, options.out_dir, pool, kIdentificationCost);
   for (Study& study : studies) {
@@ -237,7 +229,7 @@ Campaign run_campaign(const CampaignOptions& options, const Progress& progress) 
         run_cost(study));
   }
   runner.hand_over(campaign);
-  run_sensitivity(campaign, variations, studies, pool);
+  run_sensitivity(campaign, jobs, studies, pool);
   run_margins(campaign, studies, pool);
   return campaign;
 }

@@ -14,6 +14,7 @@
 #include "studies/sensitivity/sensitivity.hpp"
 #include "studies/shared/campaign_options.hpp"
 #include "studies/shared/cell.hpp"
+#include "studies/shared/experiment.hpp"
 #include "studies/shared/identified_axis.hpp"
 #include "studies/shared/study.hpp"
 
@@ -34,6 +35,7 @@ struct SavedRun {
 
 struct Campaign {
   CampaignOptions options;
+  std::vector<Experiment> experiments;
   std::vector<PlantConfig> plants;
   std::vector<IdentifiedAxis> identified;  // every axis of every plant
   std::vector<Cell> cells;

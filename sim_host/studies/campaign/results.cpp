@@ -34,15 +34,15 @@ void add_statistics(Json& row, const Cell& cell) {
   row["seeds"] = cell.values.size();
 }
 
-void add_goal(Json& row, const Cell& cell) {
-  const std::optional<Goal> goal = goal_of(cell);
+void add_goal(Json& row, const Cell& cell, const Experiment& experiment) {
+  const std::optional<Goal> goal = goal_of(cell, experiment);
   const double value = value_of(cell);
   row["goal"] = goal ? Json(goal->text) : Json(nullptr);
   row["met"] = goal ? Json(value >= goal->low && value <= goal->high) : Json(nullptr);
 }
 
-Json row_of(const Cell& cell) {
-  const PaperFigures paper = paper_figures(cell);
+Json row_of(const Cell& cell, const Experiment& experiment) {
+  const PaperFigure *paper = paper_figure(experiment.paper, cell.case_name, cell.metric);
   Json row;
   row["experiment"] = cell.experiment;
   row["case"] = cell.case_name;
@@ -53,15 +53,15 @@ Json row_of(const Cell& cell) {
   row["metric"] = cell.metric;
   row["unit"] = cell.unit;
   add_statistics(row, cell);
-  row["paper_uncompensated"] = number(paper.uncompensated);
-  row["paper_compensated"] = number(paper.compensated);
-  add_goal(row, cell);
-  const std::optional<bool> reproduced = reproduces_paper(cell, value_of(cell));
+  row["paper_uncompensated"] = paper != nullptr ? number(paper->uncompensated) : Json(nullptr);
+  row["paper_compensated"] = paper != nullptr ? number(paper->compensated) : Json(nullptr);
+  add_goal(row, cell, experiment);
+  const std::optional<bool> reproduced = reproduces_paper(cell, value_of(cell), experiment);
   row["reproduced"] = reproduced ? Json(*reproduced) : Json(nullptr);
   return row;
 }
 
-Json sensitivity_of(const SensitivityRecord& record) {
+Json sensitivity_of(const SensitivityRecord& record, const Experiment& experiment) {
   Json row;
   row["variation"] = record.variation;
   row["kind"] = record.switches_off ? "source" : "choice";
@@ -76,7 +76,7 @@ Json sensitivity_of(const SensitivityRecord& record) {
   row["unit"] = record.varied.unit;
   add_statistics(row, record.varied);
   add_statistics(row["shipped"], record.shipped);
-  add_goal(row, record.varied);
+  add_goal(row, record.varied, experiment);
   return row;
 }
 
@@ -204,12 +204,13 @@ void write_results(const Campaign& campaign, const std::string& git, const std::
   }
   json["controllers"] = controllers_of();
   json["rows"] = Json::array();
-  for (const Cell& cell : with_derived(campaign.cells)) {
-    json["rows"].push_back(row_of(cell));
+  for (const Cell& cell : with_derived(campaign.cells, campaign.experiments)) {
+    json["rows"].push_back(row_of(cell, experiment_named(cell.experiment, campaign.experiments)));
   }
   json["sensitivity"] = Json::array();
   for (const SensitivityRecord& record : campaign.sensitivity) {
-    json["sensitivity"].push_back(sensitivity_of(record));
+    json["sensitivity"].push_back(
+        sensitivity_of(record, experiment_named(record.varied.experiment, campaign.experiments)));
   }
   json["runs"] = runs_of(campaign);
   json["margins"] = Json::array();

@@ -136,12 +136,12 @@ std::vector<Fig9Outcome> scan_fig9(const Fig9Setup& setup, const Progress& progr
   return outcomes;
 }
 
-Fig9Summary summary_of(const std::vector<Fig9Outcome>& outcomes) {
+Fig9Summary summary_of(const std::vector<Fig9Outcome>& outcomes, const Fig9Paper& paper) {
   Fig9Summary summary;
-  const auto far = [](const Fig9Outcome& outcome) { return std::abs(outcome.ratio() - kFig9Ratio); };
+  const auto far = [&](const Fig9Outcome& outcome) { return std::abs(outcome.ratio() - paper.ratio); };
   bool has_ratio = false;
   for (const Fig9Outcome& outcome : outcomes) {
-    summary.any_points += outcome.points() >= kFig9Points ? 1 : 0;
+    summary.any_points += outcome.points() >= paper.points ? 1 : 0;
     summary.any_most_points = std::max(summary.any_most_points, outcome.points());
     if (!outcome.matches_fig7()) {
       continue;
@@ -149,11 +149,11 @@ Fig9Summary summary_of(const std::vector<Fig9Outcome>& outcomes) {
     if (summary.matching++ == 0 || outcome.points() > summary.max_points.points()) {
       summary.max_points = outcome;
     }
-    summary.matching_points += outcome.points() >= kFig9Points ? 1 : 0;
+    summary.matching_points += outcome.points() >= paper.points ? 1 : 0;
     if (!outcome.has_ratio()) {
       continue;
     }
-    summary.matching_ratio += outcome.ratio() >= kFig9Ratio ? 1 : 0;
+    summary.matching_ratio += outcome.ratio() >= paper.ratio ? 1 : 0;
     if (!has_ratio || far(outcome) < far(summary.nearest_ratio)) {
       summary.nearest_ratio = outcome;
     }

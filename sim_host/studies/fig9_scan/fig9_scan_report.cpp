@@ -48,11 +48,12 @@ void print(const Fig9Setup& setup, const Fig9Summary& summary) {
       "{:g} deg/s)\n",
       setup.samples, setup.seed, summary.matching, kFig7Low_deg_s, kFig7High_deg_s);
   fmt::print("Read as points: {} of these overshoot by {:g} points more than without friction; the most is\n  {}\n",
-             summary.matching_points, kFig9Points, words(summary.max_points));
+             summary.matching_points, setup.paper.points, words(summary.max_points));
   fmt::print(
       "Read as a ratio: {} of these overshoot {:g} times as far as without friction; the nearest to it is\n  {}\n",
-      summary.matching_ratio, kFig9Ratio, words(summary.nearest_ratio));
-  fmt::print("Without Fig. 7 as a condition {} sets of all reach {:g} points.\n", summary.any_points, kFig9Points);
+      summary.matching_ratio, setup.paper.ratio, words(summary.nearest_ratio));
+  fmt::print("Without Fig. 7 as a condition {} sets of all reach {:g} points.\n", summary.any_points,
+             setup.paper.points);
 }
 
 void write_fig9_scan(const Fig9Setup& setup, const std::vector<Fig9Outcome>& outcomes, const Fig9Summary& summary,
@@ -61,7 +62,7 @@ void write_fig9_scan(const Fig9Setup& setup, const std::vector<Fig9Outcome>& out
   json["generator"] = {
       {"program", "sim_host fig9-scan"}, {"git", git}, {"samples", setup.samples}, {"seed", setup.seed}};
   json["fig7_deg_s"] = {kFig7Low_deg_s, kFig7High_deg_s};
-  json["paper"] = {{"points", kFig9Points}, {"ratio", kFig9Ratio}};
+  json["paper"] = {{"points", setup.paper.points}, {"ratio", setup.paper.ratio}};
   json["least_free_overshoot_percent"] = kMinFreeOvershoot;
   json["matching"] = summary.matching;
   json["matching_points"] = summary.matching_points;

@@ -9,9 +9,8 @@
 #include "analysis/statistics.hpp"
 #include "base/job_pool.hpp"
 #include "base/json_file.hpp"
+#include "studies/shared/experiment.hpp"
 #include "studies/shared/identified_axis.hpp"
-#include "studies/shared/paper_studies.hpp"
-#include "studies/shared/probe.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -22,13 +21,16 @@ using Values = std::vector<double> AssumedPlantFigure::*;
 constexpr Values kAssumedPlants[] = {&AssumedPlantFigure::identified, &AssumedPlantFigure::exact,
                                      &AssumedPlantFigure::wrong};
 
-std::vector<Probe> compensated_figures() {
-  std::vector<Probe> all{probes::sine(), probes::disturbed_step(), probes::start()};
-  for (const char *case_name : {"0.1 deg/s", "0.2 deg/s", "0.4 deg/s", "1 deg/s", "2 deg/s"}) {
-    all.push_back({"steady_speed", case_name, {"peak_error"}});
+// What the experiments compare, without the rms errors: no goal judges them, they show what an error consists of.
+std::vector<CaseFigures> compensated_figures(const std::vector<Experiment>& experiments) {
+  std::vector<CaseFigures> all;
+  for (const Experiment& experiment : experiments) {
+    for (CaseFigures figures : experiment.compared) {
+      std::vector<std::string>& metrics = figures.metrics;
+      metrics.erase(std::remove(metrics.begin(), metrics.end(), "rms_error"), metrics.end());
+      all.push_back(figures);
+    }
   }
-  all.push_back(probes::paper_loop());
-  all.push_back(probes::improved_loop());
   return all;
 }
 
@@ -70,23 +72,23 @@ std::pair<Study, double> believing(const Study& shipped, Values assumed_plant, c
   return {study, assumed_plant == &AssumedPlantFigure::wrong ? options.friction_parameter_error : 0.0};
 }
 
-// A probe at a seed, with all three assumed plants.
+// A case at a seed, with all three assumed plants.
 struct Place {
-  const Probe *probe;
-  std::size_t first_figure;  // of the probe's, in consecutive order
+  const CaseFigures *compared;
+  std::size_t first_figure;  // of the case's, in consecutive order
   std::size_t seed;
 };
 
 void run_place(const Place& place, const std::vector<Study>& studies, const CampaignOptions& options,
                std::vector<AssumedPlantFigure>& figures) {
-  const auto [shipped, study_case] = find_case(*place.probe, studies);
+  const auto [shipped, study_case] = find_case(*place.compared, studies);
   for (const Values assumed_plant : kAssumedPlants) {
     const auto [study, error] = believing(*shipped, assumed_plant, options);
     const RunChoice choice{&controller_spec("pi_vob_ftc"), study.plant.friction_model, options.seeds[place.seed], error,
                            std::nullopt};
     for (const Figure& measured : measure(study, study_case, run_case(study, study_case, choice))) {
-      for (std::size_t i = 0; i < place.probe->metrics.size(); ++i) {
-        if (measured.axis == kAzimuth && measured.metric == place.probe->metrics[i]) {
+      for (std::size_t i = 0; i < place.compared->metrics.size(); ++i) {
+        if (measured.axis == kAzimuth && measured.metric == place.compared->metrics[i]) {
           AssumedPlantFigure& figure = figures[place.first_figure + i];
           (figure.*assumed_plant)[place.seed] = measured.value;
           if (place.seed == 0) {
@@ -148,18 +150,19 @@ AssumedPlantSum sum_of(const std::vector<AssumedPlantFigure>& figures) {
 }
 
 AssumedPlantStudy run_assumed_plant_study(const CampaignOptions& options, const Progress& progress) {
-  std::vector<Study> studies = paper_studies(options.data_dir);
+  const std::vector<Experiment> experiments = load_experiments(options.data_dir, options.shipped_dir);
+  std::vector<Study> studies = studies_of(experiments);
   const std::vector<PlantConfig> plants = plants_of(studies);
-  const std::vector<Probe> looked_at = compensated_figures();
+  const std::vector<CaseFigures> compared = compensated_figures(experiments);
   AssumedPlantStudy result;
   std::vector<Place> places;
-  for (const Probe& probe : looked_at) {
+  for (const CaseFigures& figures : compared) {
     for (std::size_t seed = 0; seed < options.seeds.size(); ++seed) {
-      places.push_back({&probe, result.figures.size(), seed});
+      places.push_back({&figures, result.figures.size(), seed});
     }
-    for (const std::string& metric : probe.metrics) {
+    for (const std::string& metric : figures.metrics) {
       const std::vector<double> empty(options.seeds.size());
-      result.figures.push_back({probe.experiment, probe.case_name, metric, "", empty, empty, empty});
+      result.figures.push_back({figures.experiment, figures.case_name, metric, "", empty, empty, empty});
     }
   }
   JobPool pool(options.threads, static_cast<int>(kAxes * plants.size() + places.size()), progress);
@@ -169,7 +172,7 @@ AssumedPlantStudy run_assumed_plant_study(const CampaignOptions& options, const 
   }
   pool.run(places.size(), [&](std::size_t i) {
     run_place(places[i], studies, options, result.figures);
-    return places[i].probe->experiment;
+    return places[i].compared->experiment;
   });
   result.sum = sum_of(result.figures);
   return result;

@@ -6,7 +6,6 @@
 
 #include "base/job_pool.hpp"
 #include "design/true_plant.hpp"
-#include "studies/shared/goals.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -57,12 +56,10 @@ void add_figure(const Figure& figure, double motor_nm, TriedAxis& tried) {
   }
 }
 
-double paper_of(const std::string& experiment, const std::string& case_name) {
-  Cell cell{};
-  cell.experiment = experiment;
-  cell.case_name = case_name;
-  cell.metric = "peak_error";
-  return paper_figures(cell).compensated.value_or(std::numeric_limits<double>::quiet_NaN());
+double paper_of(const std::vector<PaperFigure>& paper, const std::string& case_name) {
+  const PaperFigure *figure = paper_figure(paper, case_name, "peak_error");
+  const std::optional<double> error = figure != nullptr ? figure->compensated : std::nullopt;
+  return error.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace
@@ -95,7 +92,7 @@ RandomPlants try_random_plants(const RandomPlantsSetup& setup, const Progress& p
   RandomPlants all;
   for (const StudyCase& study_case : cases_of(setup.study)) {
     all.cases.push_back(study_case.name);
-    all.paper_deg_s.push_back(paper_of(setup.study.experiment, study_case.name));
+    all.paper_deg_s.push_back(paper_of(setup.paper, study_case.name));
   }
   all.plants.resize(static_cast<std::size_t>(setup.count));
   JobPool pool(setup.threads, setup.count, progress);

@@ -19,6 +19,7 @@
 #include "base/job_pool.hpp"
 #include "studies/random_plants/random_plant.hpp"
 #include "studies/shared/campaign_options.hpp"
+#include "studies/shared/experiment.hpp"
 #include "studies/shared/study.hpp"
 
 namespace trackservo::sim {
@@ -42,8 +43,9 @@ struct TriedPlant {
 };
 
 struct RandomPlantsSetup {
-  Study study;         // nominal plant, steady speed, its assumed plant
-  double share = 0.3;  // maximum deviation of the numbers
+  Study study;                     // nominal plant, steady speed, its assumed plant
+  std::vector<PaperFigure> paper;  // of steady speed
+  double share = 0.3;              // maximum deviation of the numbers
   int count = 1000;
   std::uint64_t seed = 1;  // of the first plant; the next ones follow
   int threads = usable_threads();

@@ -7,25 +7,58 @@
 namespace trackservo::sim {
 namespace {
 
-using namespace probes;
+// Cases of one experiment.
+struct Cases {
+  const char *experiment;
+  std::vector<const char *> names;
+};
+
+const Cases kSine{"sine", {"1 deg/s, 0.1 Hz"}};
+const Cases kStart{"low_speed_start", {"0.1 deg/s"}};
+const Cases kSlowest{"steady_speed", {"0.1 deg/s"}};
+const Cases kSlowestAndFastest{"steady_speed", {"0.1 deg/s", "2 deg/s"}};
+const Cases kPaperLoop{"tracking", {"paper loop"}};
+const Cases kBothLoops{"tracking", {"paper loop", "improved loop"}};
+
+// Finds what the experiments' folders say to compare of a case.
+class CompareAt {
+ public:
+  explicit CompareAt(const std::vector<Experiment>& experiments) : experiments_(experiments) {}
+
+  std::vector<CaseFigures> operator()(const std::vector<Cases>& wanted) const {
+    std::vector<CaseFigures> all;
+    for (const Cases& cases : wanted) {
+      for (const char *name : cases.names) {
+        all.push_back(compared_figures(cases.experiment, name, experiments_));
+      }
+    }
+    return all;
+  }
+
+  std::vector<CaseFigures> everywhere() const {
+    std::vector<CaseFigures> all;
+    for (const Experiment& experiment : experiments_) {
+      all.insert(all.end(), experiment.compared.begin(), experiment.compared.end());
+    }
+    return all;
+  }
+
+ private:
+  const std::vector<Experiment>& experiments_;
+};
 
 const AxisConfig& azimuth(const Study& study) { return study.plant.axis[kAzimuth]; }
 
 std::string on_or_off(bool on) { return on ? "on" : "off"; }
 
-Variation not_identified() {
-  return {"friction parameters of the feedforward",
-          false,
-          {sine(), disturbed_step(), start(), steady("0.1 deg/s"), steady("0.2 deg/s"), steady("0.4 deg/s"),
-           steady("1 deg/s"), steady("2 deg/s"), paper_loop(), improved_loop()},
+Variation not_identified(const CompareAt& at) {
+  return {"friction parameters of the feedforward", false, at.everywhere(),
           [](const Study& study) { return study.identified ? "identified" : "each off by 15 %"; },
           [](Study& study) { study.identified.reset(); }};
 }
 
-Variation weave() {
-  return {"weave of the UAV, lateral and vertical",
-          false,
-          {paper_loop(), improved_loop()},
+Variation weave(const CompareAt& at) {
+  return {"weave of the UAV, lateral and vertical", false, at({kBothLoops}),
           [](const Study& study) {
             const FlyByConfig& fly_by = study.scenario.fly_by;
             return fmt::format("{:g} m, {:g} m", fly_by.weave_lateral_m, fly_by.weave_vertical_m);
@@ -36,10 +69,8 @@ Variation weave() {
           }};
 }
 
-Variation encoder_reads() {
-  return {"encoder reads per tick",
-          false,
-          {steady("0.1 deg/s"), steady("2 deg/s")},
+Variation encoder_reads(const CompareAt& at) {
+  return {"encoder reads per tick", false, at({kSlowestAndFastest}),
           [](const Study& study) { return fmt::format("{}", azimuth(study).encoder.reads_per_tick); },
           [](Study& study) {
             for (AxisConfig& axis : study.plant.axis) {
@@ -48,10 +79,8 @@ Variation encoder_reads() {
           }};
 }
 
-Variation setpoint_weight() {
-  return {"set-point weight of the PI",
-          false,
-          {start()},
+Variation setpoint_weight(const CompareAt& at) {
+  return {"set-point weight of the PI", false, at({kStart}),
           [](const Study& study) { return fmt::format("{:g}", study.plant.design[kAzimuth].setpoint_weight); },
           [](Study& study) {
             for (DesignConfig& design : study.plant.design) {
@@ -60,10 +89,8 @@ Variation setpoint_weight() {
           }};
 }
 
-Variation wind_corner(double factor) {
-  return {"corner frequency of the wind, same rms",
-          false,
-          {steady("0.1 deg/s"), paper_loop()},
+Variation wind_corner(const CompareAt& at, double factor) {
+  return {"corner frequency of the wind, same rms", false, at({kSlowest, kPaperLoop}),
           [](const Study& study) { return fmt::format("{:g} Hz", azimuth(study).load.wind_turbulence_corner_hz); },
           [factor](Study& study) {
             for (AxisConfig& axis : study.plant.axis) {
@@ -73,10 +100,8 @@ Variation wind_corner(double factor) {
           }};
 }
 
-Variation wind() {
-  return {"wind, rms",
-          true,
-          {start(), steady("0.1 deg/s"), paper_loop(), improved_loop()},
+Variation wind(const CompareAt& at) {
+  return {"wind, rms", true, at({kStart, kSlowest, kBothLoops}),
           [](const Study& study) { return fmt::format("{:g} Nm", azimuth(study).load.wind_gust_rms_nm); },
           [](Study& study) {
             for (AxisConfig& axis : study.plant.axis) {
@@ -86,18 +111,14 @@ Variation wind() {
           }};
 }
 
-Variation friction() {
-  return {"friction of the plant, feedforward as designed",
-          true,
-          {sine(), start(), steady("0.1 deg/s"), paper_loop()},
+Variation friction(const CompareAt& at) {
+  return {"friction of the plant, feedforward as designed", true, at({kSine, kStart, kSlowest, kPaperLoop}),
           [](const Study& study) { return friction_name(study.plant.friction_model); },
           [](Study& study) { study.plant.friction_model = FrictionModel::kNone; }};
 }
 
-Variation gyro_noise() {
-  return {"noise of the gyro",
-          true,
-          {steady("0.1 deg/s")},
+Variation gyro_noise(const CompareAt& at) {
+  return {"noise of the gyro", true, at({kSlowest}),
           [](const Study& study) { return on_or_off(azimuth(study).gyro.noise_density_rad_s_rthz > 0.0); },
           [](Study& study) {
             for (AxisConfig& axis : study.plant.axis) {
@@ -106,10 +127,8 @@ Variation gyro_noise() {
           }};
 }
 
-Variation encoder_jitter() {
-  return {"jitter of the encoder",
-          true,
-          {steady("0.1 deg/s")},
+Variation encoder_jitter(const CompareAt& at) {
+  return {"jitter of the encoder", true, at({kSlowest}),
           [](const Study& study) { return on_or_off(azimuth(study).encoder.jitter_rms_rad > 0.0); },
           [](Study& study) {
             for (AxisConfig& axis : study.plant.axis) {
@@ -118,10 +137,8 @@ Variation encoder_jitter() {
           }};
 }
 
-Variation ripple() {
-  return {"torque ripple and cogging",
-          true,
-          {steady("0.1 deg/s"), steady("2 deg/s")},
+Variation ripple(const CompareAt& at) {
+  return {"torque ripple and cogging", true, at({kSlowestAndFastest}),
           [](const Study& study) { return on_or_off(!azimuth(study).motor.ripple.empty()); },
           [](Study& study) {
             for (AxisConfig& axis : study.plant.axis) {
@@ -131,11 +148,11 @@ Variation ripple() {
           }};
 }
 
-// A record without values for each metric of the probe.
+// A record without values for each metric of the job.
 std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const Study& shipped, const Study& varied,
                                              const StudyCase& study_case) {
   std::vector<SensitivityRecord> records;
-  for (const std::string& metric : job.probe->metrics) {
+  for (const std::string& metric : job.figures->metrics) {
     SensitivityRecord record;
     record.variation = job.variation->name;
     record.switches_off = job.variation->switches_off;
@@ -157,19 +174,27 @@ std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const St
 
 }  // namespace
 
-const std::vector<Variation>& variations() {
-  static const std::vector<Variation> all = {not_identified(), weave(),          encoder_reads(), setpoint_weight(),
-                                             wind_corner(0.5), wind_corner(2.0), wind(),          friction(),
-                                             gyro_noise(),     encoder_jitter(), ripple()};
-  return all;
+std::vector<Variation> variations(const std::vector<Experiment>& experiments) {
+  const CompareAt at(experiments);
+  return {not_identified(at),
+          weave(at),
+          encoder_reads(at),
+          setpoint_weight(at),
+          wind_corner(at, 0.5),
+          wind_corner(at, 2.0),
+          wind(at),
+          friction(at),
+          gyro_noise(at),
+          encoder_jitter(at),
+          ripple(at)};
 }
 
-std::vector<SensitivityJob> sensitivity_jobs() {
+std::vector<SensitivityJob> sensitivity_jobs(const std::vector<Variation>& variations) {
   std::vector<SensitivityJob> jobs;
-  for (const Variation& variation : variations()) {
-    for (const Probe& probe : variation.probes) {
-      jobs.push_back({&variation, &probe, "pi"});
-      jobs.push_back({&variation, &probe, "pi_vob_ftc"});
+  for (const Variation& variation : variations) {
+    for (const CaseFigures& figures : variation.looked_at) {
+      jobs.push_back({&variation, &figures, "pi"});
+      jobs.push_back({&variation, &figures, "pi_vob_ftc"});
     }
   }
   return jobs;
@@ -177,7 +202,7 @@ std::vector<SensitivityJob> sensitivity_jobs() {
 
 std::vector<SensitivityRecord> run_sensitivity_job(const SensitivityJob& job, const std::vector<Study>& studies,
                                                    const CampaignOptions& options) {
-  const auto [shipped, study_case] = find_case(*job.probe, studies);
+  const auto [shipped, study_case] = find_case(*job.figures, studies);
   Study varied = *shipped;
   job.variation->change(varied);
   std::vector<SensitivityRecord> records = empty_records(job, *shipped, varied, study_case);

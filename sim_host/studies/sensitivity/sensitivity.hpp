@@ -12,19 +12,19 @@
 
 #include "studies/shared/campaign_options.hpp"
 #include "studies/shared/cell.hpp"
-#include "studies/shared/probe.hpp"
+#include "studies/shared/experiment.hpp"
 
 namespace trackservo::sim {
 
 struct Variation {
   std::string name;   // what is varied
   bool switches_off;  // a source of error, to show its share; otherwise a choice that could have been different
-  std::vector<Probe> probes;
+  std::vector<CaseFigures> looked_at;
   std::function<std::string(const Study&)> setting;  // its value for people, of azimuth
   std::function<void(Study&)> change;                // from shipped to varied
 };
 
-const std::vector<Variation>& variations();
+std::vector<Variation> variations(const std::vector<Experiment>& experiments);
 
 // One figure with one choice changed, beside the same figure as shipped (same controller, same seeds).
 struct SensitivityRecord {
@@ -36,17 +36,18 @@ struct SensitivityRecord {
   Cell shipped;
 };
 
-// A variation at one of its probes, with one controller: the runs of all seeds.
+// A variation at one of its cases, with one controller: the runs of all seeds.
 struct SensitivityJob {
   const Variation *variation;
-  const Probe *probe;
+  const CaseFigures *figures;
   std::string controller;
 };
 
-std::vector<SensitivityJob> sensitivity_jobs();
+// The variations must exist longer than the jobs.
+std::vector<SensitivityJob> sensitivity_jobs(const std::vector<Variation>& variations);
 
-// Runs the job and writes its CSVs below out_dir. Azimuth's figures of the probe, as records whose `shipped` is still
-// empty. Throws std::invalid_argument when no study has the probe's case.
+// Runs the job and writes its CSVs below out_dir. Azimuth's figures of the case, as records whose `shipped` is still
+// empty. Throws std::invalid_argument when no study has the case.
 std::vector<SensitivityRecord> run_sensitivity_job(const SensitivityJob& job, const std::vector<Study>& studies,
                                                    const CampaignOptions& options);
 

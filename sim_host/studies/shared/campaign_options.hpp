@@ -13,8 +13,9 @@
 namespace trackservo::sim {
 
 struct CampaignOptions {
-  std::filesystem::path data_dir;  // with plants/ and scenarios/
-  std::filesystem::path out_dir;   // results.json, runs/, margins/
+  std::filesystem::path data_dir;     // with plants/ and scenarios/
+  std::filesystem::path shipped_dir;  // with studies/, for a data_dir without
+  std::filesystem::path out_dir;      // results.json, runs/, margins/
   std::vector<std::uint64_t> seeds = {1, 2, 3, 4, 5};
   double friction_parameter_error = 0.15;  // of the comparison with controllers designed without identification
   int threads = usable_threads();

@@ -24,13 +24,13 @@ const Cell *find(const std::vector<Cell>& cells, const Cell& like, FrictionModel
 
 // Relative to the mean of PI alone, so that one lucky seed of PI does not count as a result.
 std::optional<Cell> reduction(const std::vector<Cell>& cells, const Cell& cell) {
-  const bool counts = cell.experiment == "steady_speed" && cell.metric == "peak_error" && cell.controller != "pi";
+  const bool counts = cell.metric == "peak_error" && cell.controller != "pi";
   const Cell *pi = counts ? find(cells, cell, cell.friction, "pi") : nullptr;
   if (pi == nullptr) {
     return std::nullopt;
   }
   Cell derived = cell;
-  derived.metric = "reduction";
+  derived.metric = kReduction;
   derived.unit = "%";
   for (double& value : derived.values) {
     value = 100.0 * (1.0 - value / mean(pi->values));
@@ -48,8 +48,7 @@ std::string without_feedforward(const std::string& controller) {
 }
 
 const Cell *friction_free(const std::vector<Cell>& cells, const Cell& cell) {
-  const bool counts =
-      cell.experiment == "step_disturbed" && cell.metric == "overshoot" && cell.friction != FrictionModel::kNone;
+  const bool counts = cell.metric == "overshoot" && cell.friction != FrictionModel::kNone;
   return counts ? find(cells, cell, FrictionModel::kNone, without_feedforward(cell.controller)) : nullptr;
 }
 
@@ -60,7 +59,7 @@ std::optional<Cell> above_friction_free(const std::vector<Cell>& cells, const Ce
     return std::nullopt;
   }
   Cell derived = cell;
-  derived.metric = "overshoot_above_friction_free";
+  derived.metric = kAboveFrictionFree;
   derived.unit = "points";
   for (std::size_t i = 0; i < derived.values.size(); ++i) {
     derived.values[i] -= free->values[i];
@@ -75,7 +74,7 @@ std::optional<Cell> over_friction_free(const std::vector<Cell>& cells, const Cel
     return std::nullopt;
   }
   Cell derived = cell;
-  derived.metric = "overshoot_over_friction_free";
+  derived.metric = kOverFrictionFree;
   derived.unit = "ratio";
   for (std::size_t i = 0; i < derived.values.size(); ++i) {
     const bool has_ratio = free->values[i] >= kMinFreeOvershoot;
@@ -86,12 +85,13 @@ std::optional<Cell> over_friction_free(const std::vector<Cell>& cells, const Cel
 
 }  // namespace
 
-std::vector<Cell> with_derived(const std::vector<Cell>& cells) {
+std::vector<Cell> with_derived(const std::vector<Cell>& cells, const std::vector<Experiment>& experiments) {
   std::vector<Cell> all = cells;
   for (const Cell& cell : cells) {
+    const std::vector<std::string>& wanted = experiment_named(cell.experiment, experiments).derived;
     for (const std::optional<Cell>& derived :
          {reduction(cells, cell), above_friction_free(cells, cell), over_friction_free(cells, cell)}) {
-      if (derived) {
+      if (derived && std::find(wanted.begin(), wanted.end(), derived->metric) != wanted.end()) {
         all.push_back(*derived);
       }
     }

@@ -3,15 +3,23 @@
 #ifndef TRACKSERVO_SIM_STUDIES_SHARED_DERIVED_HPP
 #define TRACKSERVO_SIM_STUDIES_SHARED_DERIVED_HPP
 
+#include <vector>
+
 #include "studies/shared/cell.hpp"
+#include "studies/shared/experiment.hpp"
 
 namespace trackservo::sim {
+
+// Their names, as experiment.toml asks for them.
+inline constexpr const char *kReduction = "reduction";                              // of the peak error
+inline constexpr const char *kAboveFrictionFree = "overshoot_above_friction_free";  // difference
+inline constexpr const char *kOverFrictionFree = "overshoot_over_friction_free";    // ratio
 
 // A ratio to less than this overshoot is meaningless [%].
 constexpr double kMinFreeOvershoot = 1.0;
 
 // The campaign's cells followed by the derived ones, seed by seed.
-std::vector<Cell> with_derived(const std::vector<Cell>& cells);
+std::vector<Cell> with_derived(const std::vector<Cell>& cells, const std::vector<Experiment>& experiments);
 
 }  // namespace trackservo::sim
 

@@ -120,18 +120,20 @@ std::vector<Figure> measure(const Study& study, const StudyCase& study_case, con
   return figures;
 }
 
-std::string deciding_metric(const Study& study) {
-  switch (purpose_of(study.scenario)) {
+std::vector<std::string> metrics_of(const ScenarioConfig& scenario) {
+  switch (purpose_of(scenario)) {
     case Purpose::kTracking:
-      return "tracking_sigma";
+      return {"tracking_sigma", "torque_noise"};
     case Purpose::kStart:
-      return "time_to_90_percent";
+      return {"time_to_90_percent", "overshoot"};
     case Purpose::kDisturbedStep:
-      return "overshoot";
+      return {"overshoot"};
     case Purpose::kSteady:
     default:
-      return "peak_error";
+      return {"peak_error", "rms_error", "torque_noise"};
   }
 }
+
+std::string deciding_metric(const Study& study) { return metrics_of(study.scenario).front(); }
 
 }  // namespace trackservo::sim

@@ -22,8 +22,9 @@ struct Study {
   PlantConfig plant;
   ScenarioConfig scenario;
   tracker_kind tracker = TRACKER_PI;
-  std::string figure;                      // the paper's figure that it reproduces: "fig7" ...; empty for none
-  std::optional<AssumedPlant> identified;  // basis of its controllers; none: friction parameters wrong by a share
+  std::string figure;                    // the paper's figure that it reproduces: "fig7" ...; empty for none
+  std::vector<FrictionModel> frictions;  // of the plant, on which a campaign runs it; friction-free is the floor
+  std::optional<AssumedPlant> identified;      // basis of its controllers; none: friction parameters wrong by a share
 };
 
 // "steady_speed on tracker" and the like; distinguishes the two tracking loops.
@@ -75,6 +76,9 @@ Purpose purpose_of(const ScenarioConfig& scenario);
 
 // The analysis of a run of this study.
 std::vector<Figure> measure(const Study& study, const StudyCase& study_case, const Trace& trace);
+
+// The figures of merit that a run of the scenario gives, the one that decides first.
+std::vector<std::string> metrics_of(const ScenarioConfig& scenario);
 
 // The figure that decides in this study (peak error, time to 90 %, overshoot, tracking sigma).
 std::string deciding_metric(const Study& study);

@@ -9,8 +9,8 @@
 #include "studies/identification_value/identification_value.hpp"
 #include "studies/sensitivity/sensitivity.hpp"
 #include "studies/shared/derived.hpp"
+#include "studies/shared/experiment.hpp"
 #include "studies/shared/goals.hpp"
-#include "studies/shared/paper_studies.hpp"
 #include "studies/shared/run_files.hpp"
 #include "support/check.h"
 
@@ -20,6 +20,8 @@ extern "C" void tearDown(void) {}
 namespace {
 
 using namespace trackservo::sim;
+
+Experiment shipped(const std::string& name) { return experiment_named(name, load_experiments("sim_host")); }
 
 // A user's scenario: any name, one second, azimuth only.
 ScenarioConfig scenario(ScenarioKind kind, double settle_s, double disturbance_rad_s = 0.0) {
@@ -76,16 +78,17 @@ void test_a_target_is_judged_by_the_line_of_sight() {
 
 // A variation that changes nothing, or has a probe outside all studies, would compare a run with itself.
 void test_every_variation_changes_the_shipped_setting_where_it_is_looked_at() {
-  std::vector<Study> studies = paper_studies("sim_host");
+  const std::vector<Experiment> experiments = load_experiments("sim_host");
+  std::vector<Study> studies = studies_of(experiments);
   for (Study& study : studies) {
     study.identified = AssumedPlant{true_plant(study.plant, kAzimuth), true_plant(study.plant, kPitch)};
   }
-  for (const Variation& variation : variations()) {
-    for (const Probe& probe : variation.probes) {
+  for (const Variation& variation : variations(experiments)) {
+    for (const CaseFigures& figures : variation.looked_at) {
       int found = 0;
       for (const Study& shipped : studies) {
         for (const StudyCase& study_case : cases_of(shipped)) {
-          if (shipped.experiment == probe.experiment && study_case.name == probe.case_name) {
+          if (shipped.experiment == figures.experiment && study_case.name == figures.case_name) {
             Study varied = shipped;
             variation.change(varied);
             TEST_ASSERT_TRUE_MESSAGE(variation.setting(shipped) != variation.setting(varied), variation.name.c_str());
@@ -98,11 +101,13 @@ void test_every_variation_changes_the_shipped_setting_where_it_is_looked_at() {
   }
 }
 
-void test_a_probe_that_no_study_has_is_refused() {
-  const Probe nowhere{"steady_speed", "7 deg/s", {"peak_error"}};
-  const SensitivityJob job{&variations().front(), &nowhere, "pi"};
+void test_a_case_that_no_study_has_is_refused() {
+  const CaseFigures nowhere{"steady_speed", "7 deg/s", {"peak_error"}};
+  const std::vector<Experiment> experiments = load_experiments("sim_host");
+  const std::vector<Variation> all = variations(experiments);
+  const SensitivityJob job{&all.front(), &nowhere, "pi"};
   try {
-    run_sensitivity_job(job, paper_studies("sim_host"), {});
+    run_sensitivity_job(job, studies_of(experiments), {});
     TEST_FAIL_MESSAGE("not refused");
   } catch (const std::invalid_argument& error) {
     TEST_ASSERT_NOT_NULL(std::strstr(error.what(), "7 deg/s"));
@@ -138,7 +143,8 @@ Cell overshoot(FrictionModel friction, const char *controller, double percent) {
 void test_a_step_is_compared_with_the_friction_free_one_as_points_and_as_a_ratio() {
   const std::vector<Cell> all =
       with_derived({overshoot(FrictionModel::kLugre, "pi", 15.0), overshoot(FrictionModel::kNone, "pi", 12.0),
-                    overshoot(FrictionModel::kLugre, "pi_best", 1.5), overshoot(FrictionModel::kNone, "pi_best", 0.5)});
+                    overshoot(FrictionModel::kLugre, "pi_best", 1.5), overshoot(FrictionModel::kNone, "pi_best", 0.5)},
+                   load_experiments("sim_host"));
   TEST_ASSERT_EQUAL_INT(8, all.size());
   TEST_ASSERT_EQUAL_STRING("overshoot_above_friction_free", all[4].metric.c_str());
   CHECK_NEAR("points", 3.0, all[4].values[0], 1e-12);
@@ -151,33 +157,34 @@ void test_a_step_is_compared_with_the_friction_free_one_as_points_and_as_a_ratio
 void test_both_readings_judge_the_compensated_step() {
   Cell cell = overshoot(FrictionModel::kLugre, "pi_vob_ftc", 0.0);
   cell.metric = "overshoot_above_friction_free";
-  CHECK_NEAR("points, at most", 2.0, goal_of(cell).value().high, 1e-12);
+  CHECK_NEAR("points, at most", 2.0, goal_of(cell, shipped(cell.experiment)).value().high, 1e-12);
   cell.metric = "overshoot_over_friction_free";
-  CHECK_NEAR("ratio, at least", 0.9, goal_of(cell).value().low, 1e-12);
-  CHECK_NEAR("ratio, at most", 1.1, goal_of(cell).value().high, 1e-12);
+  CHECK_NEAR("ratio, at least", 0.9, goal_of(cell, shipped(cell.experiment)).value().low, 1e-12);
+  CHECK_NEAR("ratio, at most", 1.1, goal_of(cell, shipped(cell.experiment)).value().high, 1e-12);
 }
 
 // PI alone has no goal there: the published plant cannot show it. But it must not count as reproduced.
 void test_a_figure_of_the_paper_that_has_the_wrong_sign_is_not_reproduced() {
   Cell cell = overshoot(FrictionModel::kLugre, "pi", 0.0);
   cell.metric = "overshoot_above_friction_free";
-  TEST_ASSERT_FALSE(goal_of(cell).has_value());
-  TEST_ASSERT_FALSE(reproduces_paper(cell, -10.6).value());
-  TEST_ASSERT_TRUE(reproduces_paper(cell, 24.0).value());
+  TEST_ASSERT_FALSE(goal_of(cell, shipped(cell.experiment)).has_value());
+  TEST_ASSERT_FALSE(reproduces_paper(cell, -10.6, shipped(cell.experiment)).value());
+  TEST_ASSERT_TRUE(reproduces_paper(cell, 24.0, shipped(cell.experiment)).value());
   cell.metric = "overshoot_over_friction_free";
-  TEST_ASSERT_FALSE(reproduces_paper(cell, 0.12).value());
-  TEST_ASSERT_TRUE(reproduces_paper(cell, 1.2).value());
+  TEST_ASSERT_FALSE(reproduces_paper(cell, 0.12, shipped(cell.experiment)).value());
+  TEST_ASSERT_TRUE(reproduces_paper(cell, 1.2, shipped(cell.experiment)).value());
   cell.controller = "pi_vob_ftc";
-  TEST_ASSERT_FALSE(reproduces_paper(cell, 1.2).has_value());
+  TEST_ASSERT_FALSE(reproduces_paper(cell, 1.2, shipped(cell.experiment)).has_value());
 }
 
 void test_a_figure_of_the_paper_within_the_band_of_calibration_is_reproduced() {
   const Cell sine{"sine", "", "p", FrictionModel::kLugre, "pi", kAzimuth, "peak_error", "deg/s", {}};
-  TEST_ASSERT_TRUE(reproduces_paper(sine, 0.248).value());
-  TEST_ASSERT_FALSE(reproduces_paper(sine, 0.2).value());
+  TEST_ASSERT_TRUE(reproduces_paper(sine, 0.248, shipped(sine.experiment)).value());
+  TEST_ASSERT_FALSE(reproduces_paper(sine, 0.2, shipped(sine.experiment)).value());
   const Cell start{"low_speed_start",    "0.1 deg/s", "p", FrictionModel::kLugre, "pi", kAzimuth,
                    "time_to_90_percent", "ms",        {}};
-  TEST_ASSERT_FALSE_MESSAGE(reproduces_paper(start, 700.0).has_value(), "the paper prints no time");
+  TEST_ASSERT_FALSE_MESSAGE(reproduces_paper(start, 700.0, shipped(start.experiment)).has_value(),
+                            "the paper prints no time");
 }
 
 }  // namespace
@@ -190,7 +197,7 @@ int main() {
   RUN_TEST(test_a_sine_is_judged_by_its_error);
   RUN_TEST(test_a_target_is_judged_by_the_line_of_sight);
   RUN_TEST(test_every_variation_changes_the_shipped_setting_where_it_is_looked_at);
-  RUN_TEST(test_a_probe_that_no_study_has_is_refused);
+  RUN_TEST(test_a_case_that_no_study_has_is_refused);
   RUN_TEST(test_file_names_have_no_letters_that_shells_dislike);
   RUN_TEST(test_assumed_plants_are_compared_seed_by_seed_as_shares_of_the_wrong_one);
   RUN_TEST(test_a_step_is_compared_with_the_friction_free_one_as_points_and_as_a_ratio);

@@ -23,6 +23,8 @@ Fig9Setup setup() {
   return setup;
 }
 
+constexpr Fig9Paper kPaper{25.0, 1.25};
+
 void nothing(int /*done*/, int /*total*/, const std::string& /*what*/) {}
 
 // Motor, sensors, delays and the firmware's own PI, on the shipped plant.
@@ -111,7 +113,7 @@ void test_the_number_of_threads_changes_nothing() {
 void test_no_set_that_gives_fig_7_overshoots_by_25_points_more() {
   Fig9Setup few = setup();
   few.samples = 300;
-  const Fig9Summary summary = summary_of(scan_fig9(few, nothing));
+  const Fig9Summary summary = summary_of(scan_fig9(few, nothing), kPaper);
   TEST_ASSERT_TRUE(summary.matching >= 10 && summary.matching <= 45);
   TEST_ASSERT_EQUAL_INT(0, summary.matching_points);
   TEST_ASSERT_TRUE(summary.max_points.points() < 5.0);
@@ -128,21 +130,23 @@ void test_a_set_that_gives_fig_7_overshoots_1_25_times_as_far() {
   set.setpoint_weight = 0.5;
   const Fig9Outcome outcome = try_fig9_set(setup(), set);
   TEST_ASSERT_TRUE(outcome.matches_fig7() && outcome.has_ratio());
-  TEST_ASSERT_TRUE(outcome.ratio() >= kFig9Ratio);
+  TEST_ASSERT_TRUE(outcome.ratio() >= kPaper.ratio);
   TEST_ASSERT_TRUE(outcome.points() < 2.0);
 }
 
 Fig9Outcome outcome(double sine_deg_s, double overshoot, double free) { return {{}, sine_deg_s, overshoot, free}; }
 
 void test_the_summary_counts_matching_sets_and_both_readings() {
-  const Fig9Summary summary = summary_of({
-      outcome(0.25, 12.0, 10.0),  // + 2 points, x 1.2
-      outcome(0.30, 6.5, 5.0),    // + 1.5 points, x 1.3, at the edge of the band
-      outcome(0.25, 3.4, 0.9),    // + 2.5 points; no ratio to less than 1 %
-      outcome(0.25, 9.0, 5.0),    // + 4 points, x 1.8
-      outcome(0.31, 60.0, 5.0),   // not Fig. 7
-      outcome(0.19, 40.0, 5.0),   // not Fig. 7
-  });
+  const Fig9Summary summary = summary_of(
+      {
+          outcome(0.25, 12.0, 10.0),  // + 2 points, x 1.2
+          outcome(0.30, 6.5, 5.0),    // + 1.5 points, x 1.3, at the edge of the band
+          outcome(0.25, 3.4, 0.9),    // + 2.5 points; no ratio to less than 1 %
+          outcome(0.25, 9.0, 5.0),    // + 4 points, x 1.8
+          outcome(0.31, 60.0, 5.0),   // not Fig. 7
+          outcome(0.19, 40.0, 5.0),   // not Fig. 7
+      },
+      kPaper);
   TEST_ASSERT_EQUAL_INT(4, summary.matching);
   TEST_ASSERT_EQUAL_INT(0, summary.matching_points);
   TEST_ASSERT_EQUAL_INT(2, summary.matching_ratio);
@@ -155,7 +159,7 @@ void test_the_summary_counts_matching_sets_and_both_readings() {
 
 void test_a_scan_without_a_matching_set_says_what_to_do() {
   try {
-    (void)summary_of({outcome(1.0, 5.0, 5.0)});
+    (void)summary_of({outcome(1.0, 5.0, 5.0)}, kPaper);
     TEST_FAIL_MESSAGE("not refused");
   } catch (const std::runtime_error& error) {
     TEST_ASSERT_NOT_NULL(std::strstr(error.what(), "--samples"));
