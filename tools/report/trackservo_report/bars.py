@@ -6,9 +6,9 @@ import math
 
 import plotly.graph_objects as go
 
-from .comparison import BASELINE, COMPENSATED, EXPERIMENTS, INGREDIENTS, PRIMARY_METRICS, Comparison, floor_of, headline
+from .comparison import WITHOUT_EFFECT, Comparison, floor_of, headline
+from .controllers import BASELINE, COMPENSATED, INGREDIENTS
 from .display import (
-    EXPERIMENT_TITLES,
     FRICTION_TITLES,
     METRIC_TITLES,
     case_title,
@@ -17,6 +17,7 @@ from .display import (
     number,
     unit_title,
 )
+from .experiments import experiment_title, experiments, order_of
 from .theme import GRID, INK, MUTED, SURFACE, View, canvas
 
 PAPER_STYLE = {"color": INK, "width": 1.3, "dash": "dash"}
@@ -121,28 +122,29 @@ def _paper_legend(plot: go.Figure) -> None:
     plot.add_trace(go.Scatter(x=[None], y=[None], mode="lines", name="paper", line=PAPER_STYLE))
 
 
-def steady_speed_bars(items: list[Comparison]) -> list[View]:
-    """Table 2: peak error after settling at each speed, with and without compensation."""
-    chosen = headline(items, "steady_speed")
+def case_bars(items: list[Comparison], experiment: str) -> list[View]:
+    """The metric that decides, case by case, with and without compensation (Table 2)."""
+    chosen = headline(items, experiment)
     if not chosen:
         return []
-    plot = canvas(400, xaxis_title="commanded speed", yaxis_title=f"peak speed error ({unit_title(chosen[0].unit)})")
+    metric = METRIC_TITLES[chosen[0].metric]
+    plot = canvas(400, xaxis_title="case", yaxis_title=f"{metric} ({unit_title(chosen[0].unit)})")
     for controller in (BASELINE, COMPENSATED):
         _add_bars(plot, chosen, controller)
     for compensated in (False, True):
         _paper_marks(plot, chosen, compensated)
     _paper_legend(plot)
-    return [View("peak error", plot)]
+    return [View(metric, plot)]
 
 
 def ablation_bars(items: list[Comparison]) -> list[View]:
     """Every controller on every experiment's own metric, one tab per experiment."""
     views = []
-    for experiment in EXPERIMENTS:
+    for experiment in experiments():
         chosen = headline(items, experiment)
         if not chosen:
             continue
-        metric, unit = PRIMARY_METRICS[experiment], unit_title(chosen[0].unit)
+        metric, unit = experiments()[experiment].metric, unit_title(chosen[0].unit)
         plot = canvas(420, xaxis_title="case", yaxis_title=f"{METRIC_TITLES[metric]} ({unit})")
         for controller in INGREDIENTS:
             if any(controller in item.rows for item in chosen):
@@ -153,7 +155,7 @@ def ablation_bars(items: list[Comparison]) -> list[View]:
             _paper_legend(plot)
         _floor_marks(plot, chosen, items)
         _fit_scale(plot, chosen)
-        views.append(View(EXPERIMENT_TITLES[experiment], plot))
+        views.append(View(experiment_title(experiment), plot))
     return views
 
 
@@ -187,7 +189,7 @@ def friction_bars(items: list[Comparison]) -> list[View]:
         return []
     plot = canvas(440, yaxis_title="remaining error (% of PI on the same friction)")
     labels = [
-        [EXPERIMENT_TITLES[item.experiment] for item, _ in pairs],
+        [experiment_title(item.experiment) for item, _ in pairs],
         [_group_label(item) for item, _ in pairs],
     ]
     for controller in ("pi_vob", "pi_ftc", COMPENSATED):
@@ -202,7 +204,7 @@ def friction_bars(items: list[Comparison]) -> list[View]:
 
 def _group_label(item: Comparison) -> str:
     """The case; an invisible mark keeps equal cases of two experiments apart, which plotly would sort as one."""
-    mark = "\u200b" * EXPERIMENTS.index(item.experiment)
+    mark = "\u200b" * order_of(item.experiment)
     return case_title(item.case).replace(", ", "<br>").replace(" loop", "<br>loop") + mark
 
 
@@ -225,8 +227,8 @@ def _friction_bar(labels: list[list[str]], values: list[float | None], controlle
 def _friction_pairs(items: list[Comparison]) -> list[tuple[Comparison, Comparison]]:
     """Headline comparisons that exist on both frictions, where a share of PI's error makes sense."""
     pairs = []
-    for experiment in EXPERIMENTS:
-        if experiment == "step_disturbed":
+    for experiment in experiments():
+        if experiments()[experiment].metric in WITHOUT_EFFECT:
             continue
         for item in headline(items, experiment):
             for other in items:
@@ -247,7 +249,7 @@ def _left_over(item: Comparison, controller: str) -> float | None:
 def torque_noise_bars(items: list[Comparison]) -> list[View]:
     """Torque noise per controller."""
     views = []
-    for experiment in EXPERIMENTS:
+    for experiment in experiments():
         chosen = headline(items, experiment, "torque_noise")
         if not chosen:
             continue
@@ -256,5 +258,5 @@ def torque_noise_bars(items: list[Comparison]) -> list[View]:
             if any(controller in item.rows for item in chosen):
                 _add_bars(plot, chosen, controller, len(INGREDIENTS))
         _fit_scale(plot, chosen)
-        views.append(View(EXPERIMENT_TITLES[experiment], plot))
+        views.append(View(experiment_title(experiment), plot))
     return views

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
-from .display import CONDITION_TITLES, controller_colour, controller_title, study_title
+from .display import CONDITION_TITLES, controller_colour, controller_title
+from .experiments import study_title
 from .load import Margin, Results
 from .theme import BAD, MUTED, View, panels
 from .traces import Series, read_columns

@@ -5,22 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from .display import METRIC_TITLES, case_order
+from .controllers import INGREDIENTS
+from .experiments import experiments, order_of
 from .load import Row
-
-BASELINE = "pi"
-COMPENSATED = "pi_vob_ftc"
-INGREDIENTS = ["pi", "pi_vob", "pi_ftc", "pi_vob_ftc", "pi_coulomb", "pi_best"]
-"""Order of the controllers in tables and charts."""
-
-EXPERIMENTS = ["sine", "step_disturbed", "low_speed_start", "steady_speed", "tracking"]
-PRIMARY_METRICS = {
-    "sine": "peak_error",
-    "step_disturbed": "overshoot_above_friction_free",
-    "low_speed_start": "time_to_90_percent",
-    "steady_speed": "peak_error",
-    "tracking": "tracking_sigma",
-}
-"""The metric that the paper or the goals judge each experiment by."""
 
 WITHOUT_EFFECT = {"overshoot_above_friction_free": 0.0, "overshoot_over_friction_free": 1.0}
 """Metrics that are best where friction changes nothing: a loop that stays far below the friction-free one is not better."""
@@ -48,16 +35,6 @@ def count_reproduced(rows: list[Row]) -> tuple[int, int]:
             place = (row.experiment, row.case)
             figures[place] = figures.get(place, False) or row.reproduced
     return sum(figures.values()), len(figures)
-
-
-PREFERRED_PLANTS = {
-    "sine": "paper_simulation",
-    "step_disturbed": "paper_simulation",
-    "low_speed_start": "tracker",
-    "steady_speed": "tracker",
-    "tracking": "tracker",
-}
-"""The paper simulated the first two and measured the others on the machine."""
 
 
 @dataclass(frozen=True)
@@ -107,9 +84,9 @@ def gather(rows: list[Row]) -> list[Comparison]:
 
 def _order(item: Comparison) -> tuple[object, ...]:
     metrics = list(METRIC_TITLES)
-    plant = 0 if item.plant == PREFERRED_PLANTS[item.experiment] else 1
+    plant = 0 if item.plant == experiments()[item.experiment].plant else 1
     return (
-        EXPERIMENTS.index(item.experiment),
+        order_of(item.experiment),
         plant,
         ["lugre", "none", "maxwell_slip"].index(item.friction),
         item.axis,
@@ -137,8 +114,8 @@ def floor_of(item: Comparison, items: list[Comparison]) -> float | None:
 
 def headline(items: list[Comparison], experiment: str, metric: str | None = None) -> list[Comparison]:
     """The comparisons that stand for an experiment: preferred plant, LuGre friction, azimuth where they exist."""
-    chosen = select(items, experiment=experiment, metric=metric or PRIMARY_METRICS[experiment], friction="lugre")
-    for name, value in (("plant", PREFERRED_PLANTS[experiment]), ("axis", "azimuth")):
+    chosen = select(items, experiment=experiment, metric=metric or experiments()[experiment].metric, friction="lugre")
+    for name, value in (("plant", experiments()[experiment].plant), ("axis", "azimuth")):
         chosen = select(chosen, **{name: value}) or chosen
     return chosen
 

@@ -1,4 +1,4 @@
-"""Figures of one run against time: the counterparts of the paper's Figs 7, 9, 11, 12, 14 and 16."""
+"""Figures of one run against time. Those that take an `Experiment` and a plot's key draw any experiment of their kind."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from .comparison import BASELINE, COMPENSATED, PREFERRED_PLANTS
+from .controllers import BASELINE, COMPENSATED
 from .display import case_order, case_title, controller_colour, controller_title, number
+from .experiments import experiments
 from .load import Results, Run
 from .theme import GRID, INK, MUTED, View, canvas, panels, paper_key, paper_line
 from .traces import MAX_POINTS, Series, coarse, read_run, thin, window
@@ -68,7 +69,7 @@ class RunBook:
 
     def _candidates(self, experiment: str) -> list[Run]:
         runs = [run for run in self._results.runs if run.experiment == experiment]
-        return [run for run in runs if run.plant == PREFERRED_PLANTS[experiment]] or runs
+        return [run for run in runs if run.plant == experiments()[experiment].plant] or runs
 
     def _read(self, run: Run, columns: list[str]) -> dict[str, Series]:
         known = self._cache.setdefault(run.csv, {})
@@ -126,11 +127,11 @@ def _reversal_time(reference: Curve, after: float) -> float | None:
     return float(changes[0]) if changes.size else None
 
 
-def sine_speed(book: RunBook) -> list[View]:
-    """Fig. 7: set-point and speed under PI alone."""
+def speed(book: RunBook, experiment: str, key: str) -> list[View]:
+    """Set-point and speed under PI alone (Fig. 7)."""
     views = []
-    for case in book.cases("sine"):
-        run = book.run("sine", case, BASELINE, figure="fig7")
+    for case in book.cases(experiment):
+        run = book.run(experiment, case, BASELINE, figure=key)
         rate, reference = book.curve(run, "rate_rad_s", DEGREES), book.curve(run, "reference_rad_s", DEGREES)
         if rate and reference:
             plot = canvas(380, xaxis_title="time (s)", yaxis_title="speed (°/s)")
@@ -140,11 +141,11 @@ def sine_speed(book: RunBook) -> list[View]:
     return views
 
 
-def sine_ingredients(book: RunBook) -> list[View]:
-    """Fig. 11: the speed under PI, PI + VOB and PI + VOB + FTC, whole and around a reversal."""
+def ingredients(book: RunBook, experiment: str, key: str) -> list[View]:
+    """The speed under PI, PI + VOB and PI + VOB + FTC, whole and around a reversal (Fig. 11)."""
     views = []
-    for case in book.cases("sine"):
-        runs = [run for name in STEPS if (run := book.run("sine", case, name, figure="fig11"))]
+    for case in book.cases(experiment):
+        runs = [run for name in STEPS if (run := book.run(experiment, case, name, figure=key))]
         if not runs:
             continue
         titles = [text for run in runs for text in (controller_title(run.controller), "around a reversal")]
@@ -172,18 +173,23 @@ def _ingredient_row(plot: go.Figure, book: RunBook, run: Run, row: int) -> None:
     plot.update_yaxes(range=[-0.5, 0.5], row=row, col=2)
 
 
-def sine_error(book: RunBook, paper: tuple[float | None, float | None]) -> list[View]:
-    """Fig. 12: the speed error with and without compensation; `paper` in °/s."""
+Printed = dict[str, tuple[float | None, float | None]]
+"""What the paper prints for a case, without and with compensation."""
+
+
+def speed_error(book: RunBook, experiment: str, key: str, paper: Printed, from_settled: bool) -> list[View]:
+    """The speed error with and without compensation (Fig. 12, Table 2); `paper` in °/s."""
     views = []
-    for case in book.cases("sine"):
+    for case in book.cases(experiment):
         plot = canvas(420, xaxis_title="time (s)", yaxis_title="speed error (°/s)")
-        drawn = _error_lines(plot, book, "sine", case, "fig12")
-        if drawn:
+        if _error_lines(plot, book, experiment, case, key):
             paper_key(plot)
-            for value in paper:
+            for value in paper.get(case, (None, None)):
                 if value is not None:
                     paper_line(plot, value, f"paper ±{value:g} °/s")
                     paper_line(plot, -value, "")
+            if from_settled:
+                _fit_settled(plot, book, experiment, case)
             views.append(View(case_title(case), plot))
     return views
 
@@ -202,25 +208,9 @@ def _error_lines(plot: go.Figure, book: RunBook, experiment: str, case: str, fig
     return run is not None
 
 
-def steady_errors(book: RunBook, paper: dict[str, tuple[float | None, float | None]]) -> list[View]:
-    """Table 2 as curves: the speed error at each steady speed; `paper` in °/s per case."""
-    views = []
-    for case in book.cases("steady_speed"):
-        plot = canvas(400, xaxis_title="time (s)", yaxis_title="speed error (°/s)")
-        if _error_lines(plot, book, "steady_speed", case, "table2"):
-            paper_key(plot)
-            for value in paper.get(case, (None, None)):
-                if value is not None:
-                    paper_line(plot, value, f"paper {value:g} °/s")
-                    paper_line(plot, -value, "")
-            _fit_settled(plot, book, case)
-            views.append(View(case_title(case), plot))
-    return views
-
-
-def _fit_settled(plot: go.Figure, book: RunBook, case: str) -> None:
+def _fit_settled(plot: go.Figure, book: RunBook, experiment: str, case: str) -> None:
     """Scale the error axis to the settled part; the start-up peak is as large as the speed itself."""
-    error = book.speed_error(book.run("steady_speed", case, BASELINE))
+    error = book.speed_error(book.run(experiment, case, BASELINE))
     if error:
         settled = np.abs(error.values[error.time >= error.run.settling_s])
         if settled.size:
@@ -228,20 +218,20 @@ def _fit_settled(plot: go.Figure, book: RunBook, case: str) -> None:
             plot.update_yaxes(range=[-reach, reach])
 
 
-def step_response(book: RunBook) -> list[View]:
-    """Fig. 9: the disturbed step with friction, without friction, and compensated."""
+def step_response(book: RunBook, experiment: str, key: str) -> list[View]:
+    """The disturbed step with friction, without friction, and compensated (Fig. 9)."""
     views = []
-    for case in book.cases("step_disturbed"):
-        run = book.run("step_disturbed", case, BASELINE, figure="fig9")
+    for case in book.cases(experiment):
+        run = book.run(experiment, case, BASELINE, figure=key)
         reference = book.curve(run, "reference_rad_s", DEGREES)
         if run is None or reference is None:
             continue
         plot = canvas(430, xaxis_title="time (s)", yaxis_title="speed (°/s)")
-        free = book.curve(book.run("step_disturbed", case, BASELINE, "none", "fig9"), "rate_rad_s", DEGREES)
+        free = book.curve(book.run(experiment, case, BASELINE, "none", key), "rate_rad_s", DEGREES)
         if free:
             plot.add_trace(_line(free, MUTED, "PI, friction-free", dash="dash"))
         for name in [BASELINE, COMPENSATED, *EXTRAS]:
-            rate = book.curve(book.run("step_disturbed", case, name, figure="fig9"), "rate_rad_s", DEGREES)
+            rate = book.curve(book.run(experiment, case, name, figure=key), "rate_rad_s", DEGREES)
             if rate:
                 plot.add_trace(_controller_line(rate, visible="legendonly" if name in EXTRAS else True))
         plot.add_trace(_reference(reference))
@@ -276,24 +266,26 @@ def fig9_scan(scan: dict[str, Any]) -> View:
     return View("unpublished numbers", plot)
 
 
-def start_up(book: RunBook) -> list[View]:
-    """Fig. 14: start from rest at each low speed, with the first half second in view."""
-    cases = book.cases("low_speed_start")
+def start_up(book: RunBook, experiment: str, key: str) -> list[View]:
+    """Start from rest at each speed, with the first half second in view (Fig. 14)."""
+    cases = book.cases(experiment)
     if not cases:
         return []
     plot = panels(1, len(cases), 400, [case_title(case) for case in cases], horizontal_spacing=0.07)
     shown: set[str] = set()
     for column, case in enumerate(cases, start=1):
-        _start_panel(plot, book, case, column, shown)
+        _start_panel(plot, book, experiment, key, case, column, shown)
     plot.update_xaxes(title_text="time after the step (ms)")
     plot.update_yaxes(title_text="speed (°/s)", col=1)
     return [View("start-up", plot)] if shown else []
 
 
-def _start_panel(plot: go.Figure, book: RunBook, case: str, column: int, shown: set[str]) -> None:
+def _start_panel(
+    plot: go.Figure, book: RunBook, experiment: str, key: str, case: str, column: int, shown: set[str]
+) -> None:
     names = [BASELINE, COMPENSATED, *EXTRAS]
     for name in names:
-        run = book.run("low_speed_start", case, name, figure="fig14")
+        run = book.run(experiment, case, name, figure=key)
         rate, reference = book.curve(run, "rate_rad_s", DEGREES), book.curve(run, "reference_rad_s", DEGREES)
         if run is None or rate is None or reference is None:
             continue
@@ -350,12 +342,16 @@ def _share_panel(plot: go.Figure, book: RunBook, run: Run, column: int) -> None:
 
 
 def tracking_error(
-    book: RunBook, paper: tuple[float | None, float | None], ours: dict[tuple[str, str], float]
+    book: RunBook,
+    experiment: str,
+    key: str,
+    paper: tuple[float | None, float | None],
+    ours: dict[tuple[str, str], float],
 ) -> list[View]:
-    """Fig. 16: line-of-sight error without and with compensation; `paper` and `ours` (case, controller) in µrad."""
+    """Line-of-sight error without and with compensation (Fig. 16); `paper` and `ours` (by case, controller) in µrad."""
     views = []
-    for case in book.cases("tracking"):
-        names = [name for name in (BASELINE, COMPENSATED) if book.run("tracking", case, name, figure="fig16")]
+    for case in book.cases(experiment):
+        names = [name for name in (BASELINE, COMPENSATED) if book.run(experiment, case, name, figure=key)]
         if not names:
             continue
         plot = panels(
@@ -369,7 +365,7 @@ def tracking_error(
         )
         for row, name in enumerate(names, start=1):
             printed = paper[0] if name == BASELINE else paper[1]
-            _tracking_panel(plot, book, case, name, row, printed, ours.get((case, name)))
+            _tracking_panel(plot, book, experiment, key, case, name, row, printed, ours.get((case, name)))
         paper_key(plot, row=1, col=1)
         plot.update_xaxes(title_text="time (s)", row=len(names))
         plot.update_yaxes(title_text="line-of-sight error (µrad)")
@@ -378,14 +374,15 @@ def tracking_error(
 
 
 def _tracking_panel(
-    plot: go.Figure, book: RunBook, case: str, name: str, row: int, printed: float | None, sigma: float | None
+    plot: go.Figure, book: RunBook, experiment: str, key: str, case: str, name: str, row: int,
+    printed: float | None, sigma: float | None,
 ) -> None:
-    run = book.run("tracking", case, name, figure="fig16")
+    run = book.run(experiment, case, name, figure=key)
     error = book.curve(run, "tracking_error_rad", MICRORADIANS)
     if error is None or run is None:
         return
     plot.add_trace(_controller_line(error), row=row, col=1)
-    free = book.curve(book.run("tracking", case, name, "none", "fig16"), "tracking_error_rad", MICRORADIANS)
+    free = book.curve(book.run(experiment, case, name, "none", key), "tracking_error_rad", MICRORADIANS)
     if free:
         line = _line(free, MUTED, "same, friction-free", legendgroup="free", visible="legendonly", showlegend=row == 1)
         plot.add_trace(line, row=row, col=1)

@@ -27,14 +27,6 @@ CONTROLLER_COLOURS = {
 }
 """One colour per controller in every figure; each stands out on a light and on a dark page."""
 
-EXPERIMENT_TITLES = {
-    "sine": "Sine",
-    "step_disturbed": "Step with disturbance",
-    "low_speed_start": "Low-speed start",
-    "steady_speed": "Steady speed",
-    "tracking": "Tracking a UAV",
-}
-
 METRIC_TITLES = {
     "peak_error": "peak speed error",
     "rms_error": "rms speed error",
@@ -79,13 +71,6 @@ def plant_title(name: str) -> str:
 def unit_title(unit: str) -> str:
     """A unit as it is written in print."""
     return UNIT_TITLES.get(unit, unit)
-
-
-def study_title(study: str) -> str:
-    """The short name of a study such as 'tracking on tracker, improved loop'."""
-    experiment, _, place = study.partition(" on ")
-    _, comma, loop = place.partition(", ")
-    return EXPERIMENT_TITLES.get(experiment, experiment).lower().replace("uav", "UAV") + comma + loop
 
 
 def case_title(case: str) -> str:

@@ -7,7 +7,8 @@ from html import escape
 
 import numpy as np
 
-from .comparison import BASELINE, COMPENSATED, Comparison, headline
+from .comparison import Comparison, headline
+from .controllers import BASELINE, COMPENSATED
 from .curves import DEGREES, RunBook, step_time
 from .display import case_title, controller_colour, number, plant_title
 from .load import Results

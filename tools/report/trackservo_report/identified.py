@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from .comparison import COMPENSATED
+from .controllers import COMPENSATED
 from .display import number
 from .load import IdentifiedAxis, IdentifiedParameter, InputError, Results
 from .theme import INK, MUTED, Figure, View, canvas, panels

@@ -10,9 +10,8 @@ from typing import Any, NoReturn, TypeVar
 
 import jsonschema
 
-
-class InputError(Exception):
-    """The results folder cannot be used; the text names the file and the reason."""
+from .errors import InputError
+from .experiments import experiments
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -228,7 +227,7 @@ def _check_schema(file: Path, data: Any) -> None:
 
 
 def _check_names(file: Path, results: Results) -> None:
-    """Every plant and controller that is used must be described."""
+    """Every plant and controller that is used must be described, and every experiment have its folder."""
     plants = {plant["name"] for plant in results.plants}
     controllers = {controller["name"] for controller in results.controllers}
     groups: dict[str, list[Any]] = {
@@ -239,6 +238,12 @@ def _check_names(file: Path, results: Results) -> None:
     }
     for group, items in groups.items():
         for index, item in enumerate(items):
+            experiment = getattr(item, "experiment", None)
+            if experiment is not None and experiment not in experiments():
+                raise InputError(
+                    f"{file}: {group}[{index}].experiment: '{experiment}' has no folder in sim_host/studies; "
+                    f"known are {', '.join(experiments())}."
+                )
             if item.plant not in plants:
                 raise InputError(f"{file}: {group}[{index}].plant: '{item.plant}' is not listed under plants.")
             if item.controller not in controllers:

@@ -11,19 +11,19 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
-from .comparison import INGREDIENTS, PRIMARY_METRICS, Comparison, gather, select
+from .comparison import Comparison, gather, select
+from .controllers import INGREDIENTS
 from .display import (
     CONDITION_TITLES,
-    EXPERIMENT_TITLES,
     FRICTION_TITLES,
     METRIC_TITLES,
     case_title,
     controller_title,
     number,
     over_seeds,
-    study_title,
     unit_title,
 )
+from .experiments import experiment_title, experiments, study_title
 from .load import InputError, Results
 from .sensitivity import sensitivity_lines, variance_lines
 from .studies import (
@@ -75,7 +75,7 @@ def results_table(results: Results) -> str:
 
 def _ingredient_row(item: Comparison) -> list[str]:
     values = [item.rows.get(name) for name in INGREDIENTS]
-    title = f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}: {METRIC_TITLES[item.metric]}"
+    title = f"{experiment_title(item.experiment)}, {case_title(item.case)}: {METRIC_TITLES[item.metric]}"
     friction = FRICTION_TITLES[item.friction]
     return [f"{title}, {unit_title(item.unit)}", friction] + [number(row.value) if row else "–" for row in values]
 
@@ -83,7 +83,7 @@ def _ingredient_row(item: Comparison) -> list[str]:
 def ingredients_table(results: Results) -> str:
     """Every controller, every experiment, every friction of the plant; azimuth."""
     items = select(gather(results.rows), axis="azimuth")
-    wanted = [item for item in items if item.metric in (PRIMARY_METRICS[item.experiment], "overshoot")]
+    wanted = [item for item in items if item.metric in (experiments()[item.experiment].metric, "overshoot")]
     head = ["experiment", "plant's friction", *map(controller_title, INGREDIENTS)]
     return _table(head, [_ingredient_row(item) for item in wanted])
 
@@ -91,13 +91,13 @@ def ingredients_table(results: Results) -> str:
 def pitch_table(results: Results) -> str:
     """The other axis: what is judged on azimuth; LuGre, and for tracking the friction-free floor beside it."""
     pitch = select(gather(results.rows), axis="pitch")
-    wanted = [item for item in pitch if item.metric in (PRIMARY_METRICS[item.experiment], "overshoot")]
+    wanted = [item for item in pitch if item.metric in (experiments()[item.experiment].metric, "overshoot")]
     free = {(item.experiment, item.case): item for item in wanted if item.friction == "none"}
     rows = []
     for item in wanted:
         if item.friction != "lugre":
             continue
-        title = f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}: {METRIC_TITLES[item.metric]}"
+        title = f"{experiment_title(item.experiment)}, {case_title(item.case)}: {METRIC_TITLES[item.metric]}"
         floor = free.get((item.experiment, item.case)) if item.experiment == "tracking" else None
         shown = [(item, "pi"), (item, "pi_vob_ftc"), (floor, "pi_vob_ftc")]
         values = [source.rows.get(name) if source else None for source, name in shown]
@@ -113,7 +113,7 @@ def noise_table(results: Results) -> str:
     rows = []
     for item in items:
         values = [item.rows.get(name) for name in INGREDIENTS]
-        title = f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}, {unit_title(item.unit)}"
+        title = f"{experiment_title(item.experiment)}, {case_title(item.case)}, {unit_title(item.unit)}"
         rows.append([title] + [over_seeds(row) if row else "–" for row in values])
     return _table(head, rows)
 

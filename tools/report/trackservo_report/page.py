@@ -11,9 +11,9 @@ import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
 from . import __version__, identified, sensitivity, tables, verdict
-from .comparison import INGREDIENTS, Comparison, count_goals, count_reproduced, gather
+from .comparison import Comparison, count_goals, count_reproduced, gather
+from .controllers import INGREDIENTS
 from .display import (
-    EXPERIMENT_TITLES,
     FRICTION_TITLES,
     case_title,
     controller_colour,
@@ -21,6 +21,7 @@ from .display import (
     pretty_units,
     without_seeds,
 )
+from .experiments import experiment_title
 from .hero import hero, standalone
 from .load import InputError, Results
 from .packing import packed
@@ -135,7 +136,7 @@ def _run_groups(results: Results) -> dict[str, dict[tuple[str, str, str, str], d
     groups: dict[str, dict[tuple[str, str, str, str], dict[int, str]]] = {}
     for run in results.runs:
         place = (case_title(run.case), run.plant, FRICTION_TITLES[run.friction], controller_title(run.controller))
-        groups.setdefault(EXPERIMENT_TITLES[run.experiment], {}).setdefault(place, {})[run.seed] = run.csv
+        groups.setdefault(experiment_title(run.experiment), {}).setdefault(place, {})[run.seed] = run.csv
     return groups
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .comparison import BASELINE, COMPENSATED
-from .display import EXPERIMENT_TITLES, FRICTION_TITLES, METRIC_TITLES, MISSING, case_title, over_seeds, unit_title
+from .controllers import BASELINE, COMPENSATED
+from .display import FRICTION_TITLES, METRIC_TITLES, MISSING, case_title, over_seeds, unit_title
+from .experiments import experiment_title
 from .load import Results, Varied
 from .tables import Cell, cell_of
 
@@ -42,7 +43,7 @@ def sensitivity_lines(results: Results) -> list[SensitivityLine]:
             kind=kind,
             shipped_setting=FRICTION_TITLES.get(shipped, shipped),
             varied_setting=FRICTION_TITLES.get(varied, varied),
-            experiment=EXPERIMENT_TITLES[experiment],
+            experiment=experiment_title(experiment),
             case=case_title(case),
             metric=METRIC_TITLES[metric],
             unit=unit_title(unit),
@@ -56,7 +57,7 @@ def sensitivity_lines(results: Results) -> list[SensitivityLine]:
 def wind_line(results: Results) -> SensitivityLine | None:
     """Steady speed without wind, when PI alone then keeps less than half of its error."""
     for line in sensitivity_lines(results):
-        steady = line.variation.startswith("wind,") and line.experiment == EXPERIMENT_TITLES["steady_speed"]
+        steady = line.variation.startswith("wind,") and line.experiment == experiment_title("steady_speed")
         before, shipped = line.before.value, line.before_shipped.value
         if steady and line.metric == METRIC_TITLES["peak_error"] and before and shipped and before < 0.5 * shipped:
             return line

@@ -9,7 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .display import EXPERIMENT_TITLES, METRIC_TITLES, case_title, number, unit_title
+from .display import METRIC_TITLES, case_title, number, unit_title
+from .experiments import experiment_title
 from .load import InputError, read_json
 
 
@@ -92,7 +93,7 @@ def _mean_and_range(values: list[float]) -> str:
 def _identification_value_row(figure: dict[str, Any]) -> list[str]:
     gain = figure["gain"]
     return [
-        f"{EXPERIMENT_TITLES[figure['experiment']]}, {case_title(figure['case'])}: "
+        f"{experiment_title(figure['experiment'])}, {case_title(figure['case'])}: "
         f"{METRIC_TITLES[figure['metric']]}, {unit_title(figure['unit'])}",
         *(_mean_and_range(figure[name]) for name in ("identified", "exact", "wrong")),
         f"{_signed(100 * gain['mean'], 1)} ± {100 * gain['standard_error']:.1f}",

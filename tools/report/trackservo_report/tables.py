@@ -6,21 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from .bode import GAIN_MARGIN_GOAL_DB, PHASE_MARGIN_GOAL_DEG
-from .comparison import (
-    BASELINE,
-    COMPENSATED,
-    EXPERIMENTS,
-    INGREDIENTS,
-    PRIMARY_METRICS,
-    Comparison,
-    badness,
-    floor_of,
-    headline,
-    paper_mark,
-)
+from .comparison import Comparison, badness, floor_of, headline, paper_mark
+from .controllers import BASELINE, COMPENSATED, INGREDIENTS
 from .display import (
     CONDITION_TITLES,
-    EXPERIMENT_TITLES,
     FRICTION_TITLES,
     HIGHER_IS_BETTER,
     METRIC_TITLES,
@@ -34,9 +23,9 @@ from .display import (
     plant_title,
     pretty_units,
     span,
-    study_title,
     unit_title,
 )
+from .experiments import experiment_title, experiments, study_title
 from .load import Margin, Results, Row, Varied
 from .verdict import Duel
 
@@ -118,7 +107,7 @@ def result_lines(items: list[Comparison]) -> list[ResultLine]:
 
 def _line(item: Comparison, before: Cell, after: Cell, notes: list[str], floor: float | None = None) -> ResultLine:
     return ResultLine(
-        experiment=EXPERIMENT_TITLES[item.experiment],
+        experiment=experiment_title(item.experiment),
         case=case_title(item.case),
         note=", ".join(notes),
         floor="" if floor is None else f"friction-free {number(floor)}",
@@ -135,7 +124,7 @@ def _line(item: Comparison, before: Cell, after: Cell, notes: list[str], floor: 
 def unmet_goals(rows: list[Row]) -> list[str]:
     """One sentence per goal that was not met."""
     return [
-        f"{EXPERIMENT_TITLES[row.experiment]}, {case_title(row.case)}, {controller_title(row.controller)}"
+        f"{experiment_title(row.experiment)}, {case_title(row.case)}, {controller_title(row.controller)}"
         + ("" if row.axis == "azimuth" else f", {row.axis}")
         + ("" if row.friction == "lugre" else f", {FRICTION_TITLES[row.friction]} plant")
         + f": {METRIC_TITLES[row.metric]} {cell_of(row).text} {unit_title(row.unit)}, goal {pretty_units(row.goal or '')}"
@@ -147,7 +136,7 @@ def unmet_goals(rows: list[Row]) -> list[str]:
 def unreproduced(rows: list[Row]) -> list[str]:
     """One sentence per printed figure of the paper that PI alone does not show here."""
     return [
-        f"{EXPERIMENT_TITLES[row.experiment]}, {case_title(row.case)}: {METRIC_TITLES[row.metric]} "
+        f"{experiment_title(row.experiment)}, {case_title(row.case)}: {METRIC_TITLES[row.metric]} "
         f"{cell_of(row).text}{'' if row.unit == 'ratio' else ' ' + unit_title(row.unit)}, "
         f"paper {plain_number(row.paper_uncompensated)}; {paper_mark(row)}"
         for row in rows
@@ -175,7 +164,7 @@ def ablation_lines(items: list[Comparison], friction: str) -> list[AblationLine]
         notes = [] if item.axis == "azimuth" else [item.axis]
         lines.append(
             AblationLine(
-                experiment=EXPERIMENT_TITLES[item.experiment],
+                experiment=experiment_title(item.experiment),
                 case=", ".join([case_title(item.case), *notes]),
                 metric=METRIC_TITLES[item.metric],
                 unit=unit_title(item.unit),
@@ -292,18 +281,12 @@ class Tile:
 
 def tiles(items: list[Comparison]) -> list[Tile]:
     """What compensation gains, one tile per experiment that can be said in two numbers."""
-    wanted = [
-        ("low_speed_start", 0, "Start at {case}: time to 90 %"),
-        ("steady_speed", 0, "Steady {case}: peak speed error"),
-        ("tracking", 0, "Tracking a UAV: error 1σ"),
-        ("sine", 0, "Slow sine: peak speed error"),
-    ]
+    wanted = sorted((item for item in experiments().values() if item.tile), key=lambda item: item.tile_order)
     found = []
-    for experiment, index, title in wanted:
-        chosen = headline(items, experiment)
-        if len(chosen) > index:
-            tile = _tile(chosen[index], title)
-            found += [tile] if tile else []
+    for experiment in wanted:
+        chosen = headline(items, experiment.name)
+        tile = _tile(chosen[0], experiment.tile) if chosen else None
+        found += [tile] if tile else []
     return found
 
 
@@ -338,11 +321,11 @@ def share_lines(items: list[Comparison]) -> list[ShareLine]:
     """One line per experiment: what VOB alone, FTC alone and both leave of PI's value, in %."""
     return [
         ShareLine(
-            EXPERIMENT_TITLES[experiment],
-            METRIC_TITLES[PRIMARY_METRICS[experiment]],
+            experiment_title(experiment),
+            METRIC_TITLES[experiments()[experiment].metric],
             [_share(headline(items, experiment), name) for name in SHARED],
         )
-        for experiment in EXPERIMENTS
+        for experiment in experiments()
         if headline(items, experiment)
     ]
 
@@ -366,7 +349,7 @@ def loss_sentence(duel: Duel, name_plant: bool = True) -> str:
     axis = "" if item.axis == "azimuth" else f", {item.axis}"
     return (
         (f"{FRICTION_TITLES[item.friction]} plant: " if name_plant else "")
-        + f"{EXPERIMENT_TITLES[item.experiment]}, {case_title(item.case)}{axis}: {METRIC_TITLES[item.metric]} {own.text} {unit_title(item.unit)} with "
+        + f"{experiment_title(item.experiment)}, {case_title(item.case)}{axis}: {METRIC_TITLES[item.metric]} {own.text} {unit_title(item.unit)} with "
         f"{controller_title(duel.lugre)} against {other.text} {unit_title(item.unit)} with "
         f"{controller_title(duel.rival)}{worse}."
     )

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from .comparison import PRIMARY_METRICS, Comparison, badness
+from .comparison import Comparison, badness
+from .experiments import experiments
 from .load import Row
 
 JUDGED_METRICS = {
@@ -49,7 +50,7 @@ class Duel:
         """Sorting key: the experiment's own metric first, azimuth first, the largest loss first."""
         item = self.comparison
         return (
-            item.metric != PRIMARY_METRICS[item.experiment],
+            item.metric != experiments()[item.experiment].metric,
             item.axis != "azimuth",
             -(self.change_percent() or 0.0),
         )
