@@ -6,11 +6,10 @@
 #include <cmath>
 
 #include "config/toml_reader.hpp"
+#include "fault_injection/braking.hpp"
 
 namespace trackservo::sim {
 namespace {
-
-constexpr double kStandstill_rad_s = 2e-3;
 
 std::vector<std::string> motion_names() {
   std::vector<std::string> names;
@@ -115,12 +114,12 @@ class ScenarioRun {
         broken_[i]->end(node_, axis);
       }
       reported_[i] = fault;
-      from_rad_[i] = node_.machine().truth().joint_angle_rad[i];
+      if (!braking_[i].at_rest()) {
+        braking_[i] = Braking(node_.machine().truth().joint_angle_rad[i]);
+      }
     }
-    if (fault != FAULT_NONE && !stands_[i] && std::abs(rate_rad_s) < kStandstill_rad_s) {
-      const double travel_rad = node_.machine().truth().joint_angle_rad[i] - from_rad_[i];
-      say(axis, fmt::format("stands, {:.3f} deg further", travel_rad * 180.0 / kPi));
-      stands_[i] = true;
+    if (fault != FAULT_NONE && braking_[i].step(node_.machine().truth(), axis)) {
+      say(axis, fmt::format("stands, {:.3f} deg further", braking_[i].travel_rad() * 180.0 / kPi));
     }
   }
 
@@ -130,8 +129,7 @@ class ScenarioRun {
   double time_s_ = 0;
   std::array<const FaultInjection *, kAxes> broken_{};
   std::array<fault_id, kAxes> reported_{};
-  std::array<double, kAxes> from_rad_{};
-  std::array<bool, kAxes> stands_{};
+  std::array<Braking, kAxes> braking_{};
   std::string text_;
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fault_injection/braking.hpp"
+
 namespace trackservo::sim {
 namespace {
 
@@ -12,7 +14,6 @@ constexpr int kMonitoredTicks = 1500;  // for a reaction
 constexpr int kAsideTicks = 300;       // then an axis that stood still is moved, to make its fault visible
 constexpr int kReactionTicks = 2300;   // longer than the shorted motor brakes
 constexpr int kBrakeTicks = 1990;
-constexpr double kStandstill_rad_s = 2e-3;
 constexpr double kAside_rad_s = 5.0 * kPi / 180.0;
 
 class InjectionRun {
@@ -100,16 +101,15 @@ class InjectionRun {
   }
 
   void brake() {
-    const double start_rad = angle();
+    Braking braking(angle());
     int braked_ticks = 1;
     // In wind a gust moves an axis without torque: no speed can be guaranteed then.
     const bool holds = fault_table[result_.seen].reaction == REACTION_STOP && !injection_run_.fault_injection->weak;
     const bool judged = injection_run_.calm || holds;
     for (int i = 0; i < kReactionTicks; ++i) {
-      if (!result_.came_to_rest) {
-        result_.came_to_rest = std::abs(joint_rate()) < kStandstill_rad_s;
-        result_.travel_rad = std::abs(angle() - start_rad);
-      }
+      (void)braking.step(node_.machine().truth(), injection_run_.axis);
+      result_.came_to_rest = braking.at_rest();
+      result_.travel_rad = std::abs(braking.travel_rad());
       tick();
       if (judged) {
         note_speed();

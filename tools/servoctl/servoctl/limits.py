@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from .drive import Drive
 from .errors import InputError, MotionError
-from .node_limits import read_limits
+from .node_limits import NodeLimits, read_limits
 from .stream import TICK_S, RateStream
 from .units import degrees, radians
 
@@ -27,24 +26,17 @@ class Limits:
     by_options: bool = True
 
 
-def allowed_travel(drive: Drive, travel_deg: tuple[float, float] | None) -> tuple[float, float]:
-    """Joint angles, rad, that the user and the node allow; raises InputError when neither gives a limit."""
+def allowed_travel(drive: Drive, travel_deg: tuple[float, float] | None) -> NodeLimits:
+    """The node's limits within the travel that the user allows; raises InputError when neither gives a travel."""
     node = read_limits(drive)
-    if travel_deg is None and not node.has_travel:
+    if travel_deg is not None:
+        return node.within(travel_deg)
+    if not node.has_travel:
         raise InputError(
             f"{drive.name} has no travel limits (607D, 2060:9 and 2060:10). Give the joint angles between which it"
             " may move, e.g. --travel-deg -150 150."
         )
-    low, high = (radians(angle) for angle in travel_deg) if travel_deg else (node.lowest.value, node.highest.value)
-    if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise InputError("--travel-deg needs two angles in °, the lower one first.")
-    for beyond, bound in ((low < node.lowest.value, node.lowest), (high > node.highest.value, node.highest)):
-        if beyond:
-            raise InputError(
-                f"--travel-deg {degrees(low):.5g} {degrees(high):.5g} exceeds {bound}; allowed:"
-                f" {degrees(node.lowest.value):.5g} to {degrees(node.highest.value):.5g}."
-            )
-    return low, high
+    return node
 
 
 @dataclass(frozen=True)
@@ -76,17 +68,6 @@ class Plan:
                     f"the {what} would be {value:.3g} {unit}, but at most {limit:.3g} {unit} is allowed: request"
                     f" less{more}."
                 )
-
-    def check_travel(self, drive: Drive, allowed: tuple[float, float]) -> None:
-        """Raises InputError when it would leave these joint angles, rad."""
-        here = drive.position()
-        first, last = here - self.backward_rad, here + self.forward_rad
-        if not allowed[0] <= first <= last <= allowed[1]:
-            raise InputError(
-                f"{self.axis} would move from {degrees(first):.1f}° to {degrees(last):.1f}°, outside"
-                f" {degrees(allowed[0]):.5g}° to {degrees(allowed[1]):.5g}°. Move it away from the limit first, or"
-                " reverse the direction with a negative --bias."
-            )
 
 
 class Guard:

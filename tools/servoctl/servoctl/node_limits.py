@@ -6,6 +6,7 @@ fault.
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 
@@ -49,6 +50,20 @@ class NodeLimits:
     def has_travel(self) -> bool:
         """A limit of the travel is set."""
         return self.lowest.value > -REACH_RAD
+
+    def within(self, travel_deg: tuple[float, float]) -> NodeLimits:
+        """These limits with a smaller travel, ° of the joint; raises InputError when it exceeds them."""
+        low, high = (radians(angle) for angle in travel_deg)
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise InputError("--travel-deg needs two angles in °, the lower one first.")
+        given = f"--travel-deg {degrees(low):.5g} {degrees(high):.5g}"
+        for beyond, bound in ((low < self.lowest.value, self.lowest), (high > self.highest.value, self.highest)):
+            if beyond:
+                raise InputError(
+                    f"{given} exceeds {bound}; allowed: {degrees(self.lowest.value):.5g} to"
+                    f" {degrees(self.highest.value):.5g}."
+                )
+        return NodeLimits(Bound(low, given), Bound(high, given), self.fastest)
 
     def check_rate(self, rate_rad_s: float) -> None:
         """Raises InputError that names the limit, its value and an allowed value."""

@@ -336,7 +336,7 @@ def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(
     [
         (("--axis", "pitch"), "belongs to azimuth, not to pitch"),
         (("--axis", "azimuth", "--travel-deg", "-1000", "-900"), "2060:9"),
-        (("--axis", "azimuth", "--travel-deg", "-278", "-277"), "negative --bias"),
+        (("--axis", "azimuth", "--travel-deg", "-278", "-277"), "beyond --travel-deg -278 -277"),
         (("--axis", "azimuth", "--bias", "0"), "--bias must not be 0"),
     ],
 )

@@ -118,7 +118,8 @@ def read_envelope(
 ) -> Envelope:
     """Limits of the device and the user; raises InputError for a limit that neither gives."""
     drive = Drive(device, axis)
-    low, high = allowed_travel(drive, travel_deg)
+    travel = allowed_travel(drive, travel_deg)
+    low, high = travel.lowest.value, travel.highest.value
     if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
         raise InputError("--speed-deg-s must be greater than 0.")
     node = read_limits(drive)

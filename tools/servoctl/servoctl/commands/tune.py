@@ -164,7 +164,8 @@ def check_reach(drive: Drive, plan: Plan, identified: Identified, travel_deg: tu
     identification."""
     if travel_deg is None and not read_limits(drive).has_travel:
         travel_deg = identified.travel_deg
-    plan.check_travel(drive, allowed_travel(drive, travel_deg))
+    allowed = allowed_travel(drive, travel_deg)
+    allowed.check_travel(plan.axis, drive.position(), plan.backward_rad, plan.forward_rad)
 
 
 def show_design(
