@@ -140,8 +140,8 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
     case 0x1005:
       return accept_sync_cob_id(objects, (uint32_t)value.i);
     case 0x1010:
-    case 0x1011: /* no PDO reaches these, so here the question is the deed: the store may answer "pending" or fail */
-      return storage_command(&node->config.storage, index == 0x1010, sub, (uint32_t)value.i);
+    case 0x1011:
+      return storage_accept(index == 0x1010, (uint32_t)value.i);
     case 0x1014:
       return accept_emergency_cob_id(objects->emergency.cob_id, (uint32_t)value.i);
     case 0x1016:
@@ -153,6 +153,16 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
     default:
       return accept_pdo(node, range_of(index), (uint8_t)index, sub, value);
   }
+}
+
+/* No PDO reaches these: the store may answer "pending". */
+static od_abort execute(void *owner, const od_object *object, od_number value) {
+  (void)value;
+  const canopen_node *node = owner;
+  const uint16_t index = od_index(object);
+  return index == 0x1010 || index == 0x1011
+             ? storage_execute(&node->config.storage, index == 0x1010, object->entry->sub)
+             : OD_OK;
 }
 
 /* As if it were switched off, and therefore free to change. */
@@ -293,4 +303,4 @@ static od_abort refresh(void *owner, const od_object *object) {
   return beyond ? OD_NO_DATA : OD_OK;
 }
 
-const od_hooks node_objects_hooks = {.refresh = refresh, .accept = accept, .changed = changed};
+const od_hooks node_objects_hooks = {.refresh = refresh, .accept = accept, .execute = execute, .changed = changed};

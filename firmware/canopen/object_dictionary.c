@@ -108,9 +108,9 @@ unsigned od_needed_hooks(const od_object *object) {
   if (hooks == NULL) {
     return 0;
   }
-  const unsigned given = (hooks->refresh != NULL ? OD_HOOK_REFRESH : 0u) |
-                         (hooks->accept != NULL ? OD_HOOK_ACCEPT : 0u) |
-                         (hooks->changed != NULL ? OD_HOOK_CHANGED : 0u);
+  const unsigned given =
+      (hooks->refresh != NULL ? OD_HOOK_REFRESH : 0u) | (hooks->accept != NULL ? OD_HOOK_ACCEPT : 0u) |
+      (hooks->changed != NULL ? OD_HOOK_CHANGED : 0u) | (hooks->execute != NULL ? OD_HOOK_EXECUTE : 0u);
   return hooks->needed == NULL ? given : given & hooks->needed(object);
 }
 
@@ -195,6 +195,15 @@ od_number od_get(const od_object *object) {
     return (od_number){.text = (const char *)place};
   }
   return number_from_bytes((od_type)entry->type, place);
+}
+
+od_number od_default(const od_object *object) {
+  const od_entry *entry = object->entry;
+  const void *defaults = object->part->defaults;
+  if (defaults == NULL || (entry->flags & OD_STORED) == 0 || entry->offset == OD_NO_VALUE) {
+    return entry->preset;
+  }
+  return number_from_bytes((od_type)entry->type, (const uint8_t *)defaults + entry->offset);
 }
 
 /* Length of a text that fills `capacity` bytes or ends earlier. */
@@ -317,9 +326,22 @@ od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t 
   return hooks->accept(object->part->owner, object, value);
 }
 
-void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length) {
+static od_abort execute(const od_object *object, const uint8_t *bytes) {
+  const od_hooks *hooks = object->part->hooks;
+  const od_type type = (od_type)object->entry->type;
+  if (hooks == NULL || hooks->execute == NULL || type == OD_VISIBLE_STRING) {
+    return OD_OK;
+  }
+  return hooks->execute(object->part->owner, object, number_from_bytes(type, bytes));
+}
+
+od_abort od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length) {
   const od_entry *entry = object->entry;
   const od_hooks *hooks = object->part->hooks;
+  const od_abort answer = execute(object, bytes);
+  if (answer != OD_OK) {
+    return answer;
+  }
   uint8_t *place = od_place(object);
   if (place != NULL && entry->type == OD_VISIBLE_STRING) {
     put_text(place, entry->bytes, (const char *)bytes, length);
@@ -329,14 +351,12 @@ void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t le
   if (hooks != NULL && hooks->changed != NULL) {
     hooks->changed(object->part->owner, object);
   }
+  return OD_OK;
 }
 
 od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length) {
   const od_abort answer = od_check_write(object, bytes, length);
-  if (answer == OD_OK) {
-    od_write_checked(object, bytes, length);
-  }
-  return answer;
+  return answer == OD_OK ? od_write_checked(object, bytes, length) : answer;
 }
 
 void od_restore_defaults(const od_part *part, uint8_t node_id) {

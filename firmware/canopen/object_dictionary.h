@@ -49,7 +49,7 @@ enum {
 /* SDO abort codes; OD_OK and OD_PENDING are internal and are never sent. */
 typedef enum {
   OD_OK = 0,
-  OD_PENDING = 1, /* accept() only: not decided yet, ask again in the next tick */
+  OD_PENDING = 1, /* execute() only: not done yet, ask again in the next tick */
   OD_TOGGLE = 0x05030000,
   OD_TIME_OUT = 0x05040000,
   OD_BAD_COMMAND = 0x05040001,
@@ -120,15 +120,23 @@ typedef struct {
 } od_object;
 
 /* Hooks of an object, as bits. */
-enum { OD_HOOK_REFRESH = 1, OD_HOOK_ACCEPT = 2, OD_HOOK_CHANGED = 4 };
+enum { OD_HOOK_REFRESH = 1, OD_HOOK_ACCEPT = 2, OD_HOOK_CHANGED = 4, OD_HOOK_EXECUTE = 8 };
 
 /* Hooks of the owner of a part, beside plain storage; each may be NULL. */
 typedef struct {
   /* Before a read: brings the value up to date. */
   od_abort (*refresh)(void *owner, const od_object *object);
-  /* Before a write that passed type and limits: may refuse or postpone. It decides only and changes nothing, since a
-   * PDO asks for all its objects before it writes any. Not called for strings and DOMAIN. */
+  /* Before a write that passed type and limits: judges the value, and may refuse it. It changes nothing, since a PDO
+   * asks for all its objects before it writes any. Not called for strings and DOMAIN. */
   od_abort (*accept)(void *owner, const od_object *object, od_number value);
+  /* A write that was accepted, before its value is stored: carries out a command. Called once for each write, by SDO
+   * and by RPDO, also for the value that is there already. OD_OK: the value is stored and `changed` is called. Any
+   * other answer: neither happens, and
+   * - an SDO client gets the abort code; with OD_PENDING accept and execute are asked again in the next tick;
+   * - an RPDO writes its other objects, since some may have been written before, and is counted as refused. A command
+   *   that answers OD_PENDING must not be mappable, because nobody asks again.
+   * Not called for strings and DOMAIN. */
+  od_abort (*execute)(void *owner, const od_object *object, od_number value);
   /* After a write. */
   void (*changed)(void *owner, const od_object *object);
   /* Which hooks an object needs, a sum of OD_HOOK_*; NULL: every hook that is set. Called when a PDO is mapped, so that
@@ -154,6 +162,7 @@ struct od_part {
   void *values;          /* the struct to which the offsets of the table refer */
   void *owner;           /* passed to the hooks */
   const od_hooks *hooks; /* NULL: plain storage */
+  const void *defaults;  /* values as in the struct, the defaults of what is OD_STORED; NULL: those of the table */
 };
 
 /* Indices in groups of 0x800, the shift between the axes; one bit per part that has objects in the group. */
@@ -220,6 +229,9 @@ uint16_t od_type_bytes(od_type type);
 /* The current value, without access check; text points into the struct. */
 od_number od_get(const od_object *object);
 
+/* The value with which a device starts while nothing is stored, and that 0x1011 restores. The node id is not added. */
+od_number od_default(const od_object *object);
+
 /* Writes a value without any check; for defaults, and for a store that has checked the value. Strings are cut to the
  * capacity. */
 void od_put(const od_object *object, od_number value);
@@ -227,16 +239,17 @@ void od_put(const od_object *object, od_number value);
 /* Reads in bus order (little endian). `bytes` must hold the entry's size; DOMAIN is refused with OD_UNSUPPORTED. */
 od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length);
 
-/* The result that od_write would return; changes nothing. */
+/* The result that od_write would return if execute() succeeds; changes nothing. */
 od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t length);
 
-/* Checks access, length, limits, finiteness and the owner's accept(); on any result but OD_OK nothing has changed. */
+/* Checks access, length, limits, finiteness and the owner's accept(), then executes and stores; on any result but OD_OK
+ * nothing is stored. OD_PENDING: call again in the next tick. */
 od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length);
 
-/* Writes what od_check_write has just answered with OD_OK. */
-void od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length);
+/* Executes and stores a value for which od_check_write has just returned OD_OK; returns the result of execute(). */
+od_abort od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length);
 
-/* All defaults of a part, read-only values included. */
+/* All defaults of a part as the table has them, read-only values included. */
 void od_restore_defaults(const od_part *part, uint8_t node_id);
 
 /* Whether all values with OD_STORED are equal, bit for bit, in two structs of the table's values. */

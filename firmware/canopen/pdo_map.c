@@ -51,10 +51,11 @@ static pdo_item item_of(const od_object *object, uint8_t bytes) {
   if (is_number && entry->access != OD_WO && (hooks & OD_HOOK_REFRESH) == 0) {
     item.from = place != NULL ? (const void *)place : &entry->preset;
   }
-  item.to = is_number ? place : NULL;
+  const bool executes = (hooks & OD_HOOK_EXECUTE) != 0;
+  item.to = is_number && !executes ? place : NULL;
   item.checked =
       (hooks & OD_HOOK_ACCEPT) != 0 || entry->access == OD_CONST || entry->access == OD_RO || !od_is_unlimited(entry);
-  item.reported = (hooks & OD_HOOK_CHANGED) != 0 || !is_number;
+  item.reported = (hooks & OD_HOOK_CHANGED) != 0 || executes || !is_number;
   return item;
 }
 
@@ -130,7 +131,7 @@ static od_abort check(const pdo_map *map, const uint8_t *bytes) {
 }
 
 od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
-  const od_abort answer = map->checked ? check(map, bytes) : OD_OK;
+  od_abort answer = map->checked ? check(map, bytes) : OD_OK;
   if (answer != OD_OK) {
     return answer;
   }
@@ -143,9 +144,10 @@ od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
         item->object.part->hooks->changed(item->object.part->owner, &item->object);
       }
     } else if (item->reported) {
-      od_write_checked(&item->object, place, item->bytes);
+      const od_abort executed = od_write_checked(&item->object, place, item->bytes);
+      answer = answer == OD_OK ? executed : answer;
     }
     place += item->bytes;
   }
-  return OD_OK;
+  return answer;
 }

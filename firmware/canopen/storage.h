@@ -24,7 +24,10 @@ typedef struct {
   void *context;
 } storage_callbacks;
 
-/* A write of `value` to 0x1010:group (saving) or 0x1011:group. A wrong signature is refused with 0800 0020. */
-od_abort storage_command(const storage_callbacks *callbacks, bool saving, uint8_t group, uint32_t value);
+/* Whether `value` is the signature for 0x1010 (saving) or 0x1011; a wrong one is refused with 0800 0020. */
+od_abort storage_accept(bool saving, uint32_t value);
+
+/* Saves or restores; what the callback answers. */
+od_abort storage_execute(const storage_callbacks *callbacks, bool saving, uint8_t group);
 
 #endif

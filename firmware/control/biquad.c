@@ -4,8 +4,13 @@
 
 biquad_params biquad_pass(void) { return (biquad_params){.b0 = 1.0f}; }
 
+/* Values at a limit of their range are taken, however their products are rounded. */
+#define ROUNDING 1e-6f
+
 static control_status check_frequency(float frequency_rad_s, float dt_s) {
-  const scalar_range range = {frequency_rad_s * dt_s, 1e-3f * 2.0f * SCALAR_PI, 0.49f * 2.0f * SCALAR_PI};
+  const float rad_per_turn = 2.0f * SCALAR_PI;
+  const scalar_range range = {frequency_rad_s * dt_s, (1.0f - ROUNDING) * BIQUAD_LOWEST_TURNS * rad_per_turn,
+                              (1.0f + ROUNDING) * BIQUAD_HIGHEST_TURNS * rad_per_turn};
   return scalar_check_ranges(&range, 1);
 }
 
@@ -38,8 +43,9 @@ control_status biquad_design_lowpass(biquad_params *params, float frequency_rad_
 control_status biquad_design_notch(biquad_params *params, float frequency_rad_s, float width_rad_s, float depth,
                                    float dt_s) {
   const scalar_range ranges[] = {
-      {width_rad_s, 1e-3f * frequency_rad_s, 2.0f * frequency_rad_s},
-      {width_rad_s * dt_s, 0.0f, 2.8f},
+      {width_rad_s, (1.0f - ROUNDING) * BIQUAD_NARROWEST_SHARE * frequency_rad_s,
+       (1.0f + ROUNDING) * BIQUAD_WIDEST_SHARE * frequency_rad_s},
+      {width_rad_s * dt_s, 0.0f, (1.0f + ROUNDING) * BIQUAD_WIDEST_RAD},
       {depth, 0.0f, 1.0f},
   };
   control_status status = check_frequency(frequency_rad_s, dt_s);

@@ -17,6 +17,15 @@ typedef struct {
   float s1, s2;
 } biquad_state;
 
+/* Range of the frequency, in turns per sample, and widest notch, in radians per sample. */
+#define BIQUAD_LOWEST_TURNS 1e-3f
+#define BIQUAD_HIGHEST_TURNS 0.49f
+#define BIQUAD_WIDEST_RAD 2.8f
+
+/* -3 dB width of a notch, as a share of its frequency. */
+#define BIQUAD_NARROWEST_SHARE 1e-3f
+#define BIQUAD_WIDEST_SHARE 2.0f
+
 /* Passes the signal unchanged. */
 biquad_params biquad_pass(void);
 

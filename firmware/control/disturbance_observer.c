@@ -5,7 +5,7 @@
 control_status disturbance_observer_check(const disturbance_observer_params *params, float dt_s) {
   const scalar_range ranges[] = {
       {params->inertia_kg_m2, 1e-9f, 1e5f},         {params->viscous_nm_s_rad, 0.0f, 1e4f},
-      {params->bandwidth_rad_s, 0.01f, 2e3f},       {params->limit_nm, 0.0f, 1e4f},
+      {params->bandwidth_rad_s, 0.01f, 1e3f},       {params->limit_nm, 0.0f, 1e4f},
       {params->bandwidth_rad_s * dt_s, 0.0f, 1.0f},
   };
   return scalar_check_ranges(ranges, 5);

@@ -16,7 +16,7 @@
 typedef struct {
   float inertia_kg_m2;    /* J, 1e-9 .. 1e5 */
   float viscous_nm_s_rad; /* B, 0 .. 1e4; 0 leaves the viscous torque to the observer */
-  float bandwidth_rad_s;  /* w, 0.01 .. 2000, and w dt <= 1 */
+  float bandwidth_rad_s;  /* w, 0.01 .. 1000, and w dt <= 1 */
   float limit_nm;         /* limit of the compensation, 0 .. 1e4 */
 } disturbance_observer_params;
 

@@ -89,38 +89,38 @@ static od_abort refresh(void *owner, const od_object *object) {
   return OD_OK;
 }
 
-static od_abort start(servo_node_axis *axis) {
+static bool is_command(const od_object *object) {
+  return object->entry->index == EXPERIMENT_OBJECT && object->entry->sub == EXPERIMENT_COMMAND_SUB;
+}
+
+static od_abort accept(void *owner, const od_object *object, od_number value) {
+  const servo_node_axis *axis = owner;
   const drive_axis *drive = &axis->drive;
+  if (!is_command(object) || value.i != COMMAND_START) {
+    return OD_OK;
+  }
   if (axis->experiment.running.state == EXPERIMENT_RUNNING || !drive_axis_obeys_stimulus(drive) ||
       !profile_at_rest(&drive->motion.ramp)) {
     return OD_DEVICE_STATE;
   }
   const stimulus_setup setup = setup_of(&axis->experiment);
-  const control_status status =
-      experiment_start(&axis->experiment.running, &setup, &axis->experiment.limits, (angle_turn32)drive->position);
-  if (status != CONTROL_OK) {
-    return OD_INCOMPATIBLE;
-  }
-  axis->experiment.started++;
-  return OD_OK;
+  return experiment_check(&setup, &axis->experiment.limits) == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
 }
 
-/* The question is the deed, because only it can answer; no PDO reaches the command. */
-static od_abort accept(void *owner, const od_object *object, od_number value) {
+static od_abort execute(void *owner, const od_object *object, od_number value) {
   servo_node_axis *axis = owner;
-  if (object->entry->index != EXPERIMENT_OBJECT || object->entry->sub != EXPERIMENT_COMMAND_SUB) {
-    return OD_OK;
-  }
-  if (value.i == COMMAND_START) {
-    return start(axis);
-  }
-  if (value.i == COMMAND_ABORT) {
+  if (is_command(object) && value.i == COMMAND_START) {
+    const stimulus_setup setup = setup_of(&axis->experiment);
+    (void)experiment_start(&axis->experiment.running, &setup, &axis->experiment.limits,
+                           (angle_turn32)axis->drive.position); /* accept() has checked it */
+    axis->experiment.started++;
+  } else if (is_command(object) && value.i == COMMAND_ABORT) {
     experiment_abort(&axis->experiment.running, EXPERIMENT_ABORTED);
   }
   return OD_OK;
 }
 
-const od_hooks experiment_objects_hooks = {.refresh = refresh, .accept = accept};
+const od_hooks experiment_objects_hooks = {.refresh = refresh, .accept = accept, .execute = execute};
 
 bool experiment_objects_step(experiment_objects *objects, const drive_axis *drive, angle_turn32 angle,
                              float joint_rate_rad_s, servo_axis_command *command, float dt_s) {

@@ -290,6 +290,7 @@ static void start_bus(servo_node *node, const servo_node_config *config) {
 /* Parts of the application, in the order of their indices. */
 static uint32_t describe_parts(servo_node *node, od_part *parts) {
   static const char *const prefixes[SERVO_AXES] = {"Azimuth ", "Pitch "};
+  const kept_objects *factory = &node->storage.factory;
   uint32_t count = 0;
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
@@ -301,13 +302,15 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .prefix = prefixes[i],
                                .values = &axis->tuning,
                                .owner = &axis->owner,
-                               .hooks = &tuning_objects_hooks};
+                               .hooks = &tuning_objects_hooks,
+                               .defaults = &factory->parameters[i]};
     parts[count++] = (od_part){.table = protection_objects_table,
                                .shift = shift,
                                .prefix = prefixes[i],
                                .values = &axis->limits,
                                .owner = &axis->limits_owner,
-                               .hooks = &protection_objects_hooks};
+                               .hooks = &protection_objects_hooks,
+                               .defaults = &factory->protection[i]};
     parts[count++] = (od_part){.table = experiment_objects_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -321,7 +324,8 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                                .prefix = prefixes[i],
                                .values = &axis->objects,
                                .owner = axis,
-                               .hooks = &drive_hooks};
+                               .hooks = &drive_hooks,
+                               .defaults = &factory->drive[i]};
   }
   parts[count++] = (od_part){.table = scope_objects_table,
                              .prefix = "",
@@ -336,8 +340,12 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .owner = &node->fault_owner,
                              .hooks = &fault_objects_hooks};
   parts[count++] = (od_part){.table = shared_table, .prefix = "", .values = &node->objects};
-  parts[count++] = (od_part){
-      .table = board_objects_table, .prefix = "", .values = &node->scales, .owner = node, .hooks = &board_hooks};
+  parts[count++] = (od_part){.table = board_objects_table,
+                             .prefix = "",
+                             .values = &node->scales,
+                             .owner = node,
+                             .hooks = &board_hooks,
+                             .defaults = &factory->scales};
   return count;
 }
 

@@ -1,92 +1,166 @@
 #include "parameters/axis_parameters.h"
 
+#include <math.h>
+#include <string.h>
+
 #include "base/crc32.h"
 #include "base/scalar.h"
+#include "parameters/axis_dictionary.h"
 #include "servo/servo_app.h"
 
 _Static_assert(sizeof(axis_parameters) % 4 == 0, "there must be no padding in what the CRC covers");
 
-static lugre_direction direction_of(const axis_friction_direction *d) {
-  return (lugre_direction){
-      .coulomb_nm = d->coulomb_nm,
-      .breakaway_nm = d->breakaway_nm,
-      .stribeck_speed_rad_s = d->stribeck_speed_rad_s,
-      .viscous_nm_s_rad = d->viscous_nm_s_rad,
-  };
+/* --- each value by itself ----------------------------------------------------------------------------------------- */
+
+static float value_at(const axis_parameters *parameters, const od_entry *entry) {
+  const char *place = (const char *)parameters + entry->offset;
+  if (entry->type == OD_REAL32) {
+    float value;
+    memcpy(&value, place, sizeof value);
+    return value;
+  }
+  uint32_t value;
+  memcpy(&value, place, sizeof value);
+  return (float)value;
 }
 
-static friction_feedforward_params friction_of(const axis_parameters *p) {
-  return (friction_feedforward_params){
-      .model = (friction_model)p->friction.model,
-      .gain = p->friction.gain,
-      .lead_limit_rad_s = p->friction.lead_limit_rad_s,
-      .sign_width_rad_s = p->friction.sign_width_rad_s,
-      .lugre = {.stiffness_nm_rad = p->friction.stiffness_nm_rad,
-                .damping_nm_s_rad = p->friction.damping_nm_s_rad,
-                .positive = direction_of(&p->friction.positive),
-                .negative = direction_of(&p->friction.negative)},
-  };
+static bool is_parameter(const od_entry *entry) { return (entry->flags & OD_STORED) != 0; }
+
+static scalar_range range_of(const od_entry *entry) {
+  const bool real = entry->type == OD_REAL32;
+  return (scalar_range){.low = real ? entry->low.f : (float)entry->low.i,
+                        .high = real ? entry->high.f : (float)entry->high.i};
 }
+
+static parameter_refusal check_rows(const axis_parameters *p) {
+  for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
+    const od_entry *entry = &axis_parameters_table.entries[i];
+    if (is_parameter(entry)) {
+      scalar_range range = range_of(entry);
+      range.value = value_at(p, entry);
+      const control_status status = scalar_check_ranges(&range, 1);
+      if (status != CONTROL_OK) {
+        return (parameter_refusal){status, PARAMETER_OBJECT(entry->index, entry->sub), 0, range.low, range.high};
+      }
+    }
+  }
+  return (parameter_refusal){.status = CONTROL_OK};
+}
+
+/* --- what must hold between two ----------------------------------------------------------------------------------- */
+
+/* `object` is refused for what `bound_by` is; its own range holds as well. */
+static parameter_refusal refuse(control_status status, uint32_t object, uint32_t bound_by, float low, float high) {
+  parameter_refusal refusal = {status, object, bound_by, low, high};
+  for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
+    const od_entry *entry = &axis_parameters_table.entries[i];
+    if (is_parameter(entry) && PARAMETER_OBJECT(entry->index, entry->sub) == object) {
+      const scalar_range range = range_of(entry);
+      refusal.low = scalar_max(low, range.low);
+      refusal.high = scalar_min(high, range.high);
+    }
+  }
+  return refusal;
+}
+
+/* Of eq. (5), and a bristle deflection of at most 1 rad; `sub` is that of the direction's Coulomb torque. */
+static parameter_refusal check_direction(const lugre_direction *d, float stiffness_nm_rad, uint32_t sub) {
+  const uint32_t coulomb = PARAMETER_OBJECT(0x2030, sub);
+  const uint32_t breakaway = PARAMETER_OBJECT(0x2030, sub + 1u);
+  const uint32_t stiffness = PARAMETER_OBJECT(0x2030, 5);
+  if (d->breakaway_nm < d->coulomb_nm) {
+    return refuse(CONTROL_INCONSISTENT, breakaway, coulomb, d->coulomb_nm, INFINITY);
+  }
+  if (d->breakaway_nm > stiffness_nm_rad) {
+    return refuse(CONTROL_INCONSISTENT, stiffness, breakaway, d->breakaway_nm, INFINITY);
+  }
+  return (parameter_refusal){.status = CONTROL_OK};
+}
+
+#define LOWEST_FILTER_HZ (BIQUAD_LOWEST_TURNS / SERVO_TICK_S)
+#define HIGHEST_FILTER_HZ (BIQUAD_HIGHEST_TURNS / SERVO_TICK_S)
+#define RAD_PER_TURN (2.0f * SCALAR_PI)
 
 /* Frequency 0 switches a filter off. */
-static control_status design_filters(const axis_parameters *p, speed_loop_params *speed) {
-  const float rad_per_turn = 2.0f * SCALAR_PI;
-  speed->notch = biquad_pass();
-  speed->lowpass = biquad_pass();
-  control_status status = CONTROL_OK;
-  if (p->filters.notch_hz != 0.0f) {
-    status = biquad_design_notch(&speed->notch, rad_per_turn * p->filters.notch_hz,
-                                 rad_per_turn * p->filters.notch_width_hz, p->filters.notch_depth, SERVO_TICK_S);
+static parameter_refusal design_notch(const axis_parameters *p, biquad_params *notch) {
+  const float hz = p->filters.notch_hz;
+  *notch = biquad_pass();
+  const control_status status =
+      hz == 0.0f ? CONTROL_OK
+                 : biquad_design_notch(notch, RAD_PER_TURN * hz, RAD_PER_TURN * p->filters.notch_width_hz,
+                                       p->filters.notch_depth, SERVO_TICK_S);
+  if (status == CONTROL_OK) {
+    return (parameter_refusal){.status = CONTROL_OK};
   }
-  if (status == CONTROL_OK && p->filters.lowpass_hz != 0.0f) {
-    status = biquad_design_lowpass(&speed->lowpass, rad_per_turn * p->filters.lowpass_hz, p->filters.lowpass_damping,
-                                   SERVO_TICK_S);
+  const uint32_t frequency = PARAMETER_OBJECT(0x2040, 1);
+  if (hz < LOWEST_FILTER_HZ) {
+    return refuse(status, frequency, 0, LOWEST_FILTER_HZ, HIGHEST_FILTER_HZ);
   }
-  return status;
+  const float widest_hz = scalar_min(BIQUAD_WIDEST_SHARE * hz, BIQUAD_WIDEST_RAD / (RAD_PER_TURN * SERVO_TICK_S));
+  return refuse(status, PARAMETER_OBJECT(0x2040, 2), frequency, BIQUAD_NARROWEST_SHARE * hz, widest_hz);
 }
 
-static control_status build_speed_loop(const axis_parameters *p, speed_loop_params *speed) {
-  speed->rate_estimator.window_ticks = (int)p->sensors.window_ticks;
-  speed->rate_fusion.source = (rate_source)p->sensors.source;
-  speed->rate_fusion.crossover_rad_s = p->sensors.crossover_rad_s;
-  speed->pi.proportional_gain = p->speed_loop.proportional_nm_s_rad;
-  speed->pi.integral_gain = p->speed_loop.integral_nm_rad;
-  speed->pi.setpoint_weight = p->speed_loop.setpoint_weight;
-  speed->pi.tracking_rate_per_s = p->speed_loop.tracking_rate_per_s;
-  speed->acceleration_inertia_kg_m2 = p->speed_loop.acceleration_inertia_kg_m2;
-  speed->observer_on = p->observer.on != 0;
-  speed->observer.inertia_kg_m2 = p->observer.inertia_kg_m2;
-  speed->observer.viscous_nm_s_rad = p->observer.viscous_nm_s_rad;
-  speed->observer.bandwidth_rad_s = p->observer.bandwidth_rad_s;
-  speed->observer.limit_nm = p->observer.limit_nm;
-  speed->friction = friction_of(p);
-  return design_filters(p, speed);
+static parameter_refusal design_lowpass(const axis_parameters *p, biquad_params *lowpass) {
+  const float hz = p->filters.lowpass_hz;
+  *lowpass = biquad_pass();
+  const control_status status =
+      hz == 0.0f ? CONTROL_OK
+                 : biquad_design_lowpass(lowpass, RAD_PER_TURN * hz, p->filters.lowpass_damping, SERVO_TICK_S);
+  if (status == CONTROL_OK) {
+    return (parameter_refusal){.status = CONTROL_OK};
+  }
+  return refuse(status, PARAMETER_OBJECT(0x2040, 4), 0, LOWEST_FILTER_HZ, HIGHEST_FILTER_HZ);
+}
+
+/* --- into the blocks ---------------------------------------------------------------------------------------------- */
+
+/* What the list says to copy; one value has two users. */
+static void copy_to_blocks(const axis_parameters *p, servo_axis_params *all) {
+#define COPY_NOTHING(...)
+#define COPY_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) \
+  all->to_ = p->group_.member_;
+#define COPY_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
+  all->to_ = (type_)p->group_.member_;
+#define COPY_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(COPY_REAL, sub_, side_, title_)
+  AXIS_PARAMETERS(COPY_NOTHING, COPY_REAL, COPY_NOTHING, COPY_WHOLE, COPY_DIRECTION, COPY_NOTHING)
+  all->tracker.rate_limit_rad_s = p->position_loop.rate_limit_rad_s;
+}
+
+/* The last of them asks the blocks, which refuse nothing that came so far (a test draws sets): then it names no value.
+ */
+static parameter_refusal build(const axis_parameters *p, servo_axis_params *all) {
+  copy_to_blocks(p, all);
+  parameter_refusal refusal = check_rows(p);
+  if (refusal.status == CONTROL_OK) {
+    refusal = check_direction(&p->friction.positive, p->friction.stiffness_nm_rad, 7);
+  }
+  if (refusal.status == CONTROL_OK) {
+    refusal = check_direction(&p->friction.negative, p->friction.stiffness_nm_rad, 11);
+  }
+  if (refusal.status == CONTROL_OK) {
+    refusal = design_notch(p, &all->speed.notch);
+  }
+  if (refusal.status == CONTROL_OK) {
+    refusal = design_lowpass(p, &all->speed.lowpass);
+  }
+  if (refusal.status == CONTROL_OK) {
+    refusal.status = current_loop_design(&all->current, p->motor.resistance_ohm, p->motor.inductance_h,
+                                         p->motor.back_emf_v_s_rad, p->motor.bandwidth_rad_s, SERVO_PWM_PERIOD_S);
+  }
+  if (refusal.status == CONTROL_OK) {
+    refusal.status = servo_axis_check(all, SERVO_TICK_S, SERVO_PWM_PERIOD_S);
+  }
+  return refusal;
+}
+
+parameter_refusal axis_parameters_check(const axis_parameters *parameters) {
+  servo_axis_params all = {.torque_constant_nm_a = 0.0f};
+  return build(parameters, &all);
 }
 
 control_status axis_parameters_build(const axis_parameters *parameters, servo_axis_params *built) {
-  const axis_parameters *p = parameters;
-  servo_axis_params all = {
-      .position = {.proportional_per_s = p->position_loop.proportional_per_s,
-                   .rate_limit_rad_s = p->position_loop.rate_limit_rad_s,
-                   .deceleration_rad_s2 = p->position_loop.deceleration_rad_s2},
-      .tracker = {.kind = (tracker_kind)p->tracking_loop.kind,
-                  .proportional_per_s = p->tracking_loop.proportional_per_s,
-                  .integral_per_s2 = p->tracking_loop.integral_per_s2,
-                  .estimator_rad_s = p->tracking_loop.estimator_rad_s,
-                  .rate_limit_rad_s = p->position_loop.rate_limit_rad_s,
-                  .coast_s = p->tracking_loop.coast_s},
-      .torque_constant_nm_a = p->motor.torque_constant_nm_a,
-      .resistance_ohm = p->motor.resistance_ohm,
-      .current_limit_a = p->motor.current_limit_a,
-  };
-  control_status status = build_speed_loop(p, &all.speed);
-  if (status == CONTROL_OK) {
-    status = current_loop_design(&all.current, p->motor.resistance_ohm, p->motor.inductance_h,
-                                 p->motor.back_emf_v_s_rad, p->motor.bandwidth_rad_s, SERVO_PWM_PERIOD_S);
-  }
-  if (status == CONTROL_OK) {
-    status = servo_axis_check(&all, SERVO_TICK_S, SERVO_PWM_PERIOD_S);
-  }
+  servo_axis_params all = {.torque_constant_nm_a = 0.0f};
+  const control_status status = build(parameters, &all).status;
   if (status == CONTROL_OK) {
     *built = all;
   }

@@ -1,85 +1,40 @@
-/* The parameters of one axis as users set them: plain numbers in SI units, one struct, one row each in the dictionary.
+/* The parameters of one axis as users set them: plain numbers in SI units, members of one struct.
  *
- * `axis_dictionary.c` gives every member its index, limits, default, unit and text. All parameters reach the blocks by
- * one function: `axis_parameters_build` designs the filters and the current loop and checks everything together. So a
- * set of gains is either applied completely or refused completely. */
+ * `axis_parameter_list.h` has a row for every member: from it comes this struct, and its dictionary, index, limits,
+ * default, unit and text. From here to the blocks there is one path: `axis_parameters_build` copies what the list says,
+ * designs the filters and the current loop, and checks everything together. So a set of gains is either applied completely
+ * or refused completely. */
 #ifndef TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 #define TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 
 #include <stdint.h>
 
+#include "base/refusal.h"
+#include "parameters/axis_parameter_list.h"
 #include "servo/servo_axis.h"
 
-/* One direction of the seal, eq. (5). */
-typedef struct {
-  float coulomb_nm;
-  float breakaway_nm;
-  float stribeck_speed_rad_s;
-  float viscous_nm_s_rad;
-} axis_friction_direction;
+#define AXIS_GROUP(index_, highest_, group_, name_, help_) struct {
+#define AXIS_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) float member_;
+#define AXIS_DESIGNED(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_) float member_;
+#define AXIS_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) uint32_t member_;
+#define AXIS_DIRECTION(sub_, side_, title_) lugre_direction side_;
+/* clang-format off */
+#define AXIS_END(group_) } group_;
+/* clang-format on */
 
-/* Only 4-byte members, so that the struct has no padding and its bytes can be compared and summed (CRC). */
+/* speed_loop.proportional_nm_s_rad and so on. Only 4-byte members, so that the struct has no padding and its bytes can
+ * be compared and summed (CRC). */
 typedef struct {
-  struct {
-    float proportional_nm_s_rad;
-    float integral_nm_rad;
-    float setpoint_weight;
-    float tracking_rate_per_s;
-    float acceleration_inertia_kg_m2; /* 0: no acceleration feedforward */
-  } speed_loop;                       /* 0x2000 */
-  struct {
-    float proportional_per_s;
-    float rate_limit_rad_s;
-    float deceleration_rad_s2;
-  } position_loop; /* 0x2010 */
-  struct {
-    uint32_t kind; /* tracker_kind */
-    float proportional_per_s;
-    float integral_per_s2;
-    float estimator_rad_s;
-    float coast_s;
-  } tracking_loop; /* 0x2011 */
-  struct {
-    uint32_t on;
-    float inertia_kg_m2;
-    float viscous_nm_s_rad;
-    float bandwidth_rad_s;
-    float limit_nm;
-  } observer; /* 0x2020 */
-  struct {
-    uint32_t model; /* friction_model */
-    float gain;
-    float lead_limit_rad_s;
-    float sign_width_rad_s;
-    float stiffness_nm_rad;
-    float damping_nm_s_rad;
-    axis_friction_direction positive;
-    axis_friction_direction negative;
-  } friction; /* 0x2030 */
-  struct {
-    float notch_hz; /* 0: off */
-    float notch_width_hz;
-    float notch_depth;
-    float lowpass_hz; /* 0: off */
-    float lowpass_damping;
-  } filters; /* 0x2040 */
-  struct {
-    uint32_t source; /* rate_source */
-    float crossover_rad_s;
-    uint32_t window_ticks;
-  } sensors; /* 0x2050 */
-  struct {
-    float torque_constant_nm_a;
-    float resistance_ohm;
-    float inductance_h;
-    float back_emf_v_s_rad;
-    float bandwidth_rad_s; /* of the current loop */
-    float current_limit_a;
-  } motor; /* 0x2055 */
+  AXIS_PARAMETERS(AXIS_GROUP, AXIS_REAL, AXIS_DESIGNED, AXIS_WHOLE, AXIS_DIRECTION, AXIS_END)
 } axis_parameters;
 
 /* Designs and checks; `*built` is written only with CONTROL_OK. Not for the tick: about 100 us on a board. */
 control_status axis_parameters_build(const axis_parameters *parameters, servo_axis_params *built);
+
+/* Why axis_parameters_build refuses these parameters: the value that is wrong and what would be right; status
+ * CONTROL_OK when it takes them. First each value by itself, as the list says, then what must hold between two. Cost:
+ * as axis_parameters_build, and the search for a row when something is wrong. */
+parameter_refusal axis_parameters_check(const axis_parameters *parameters);
 
 /* CRC-32 (IEEE 802.3) over the values, to distinguish sets. */
 uint32_t axis_parameters_crc(const axis_parameters *parameters);

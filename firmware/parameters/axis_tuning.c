@@ -11,6 +11,7 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
     tuning->active_crc = axis_parameters_crc(parameters);
     tuning->stored_crc = 0;
     tuning->last_result = CONTROL_OK;
+    tuning->refusal = (parameter_refusal){.status = CONTROL_OK};
   }
   return status;
 }
@@ -24,6 +25,9 @@ control_status axis_tuning_apply(axis_tuning *tuning, servo_axis *axis, servo_ax
     tuning->previous = tuning->active;
     tuning->active = tuning->staged;
     tuning->active_crc = axis_parameters_crc(&tuning->active);
+    tuning->refusal = (parameter_refusal){.status = CONTROL_OK};
+  } else {
+    tuning->refusal = axis_parameters_check(&tuning->staged);
   }
   return status;
 }

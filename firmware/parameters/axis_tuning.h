@@ -15,10 +15,11 @@ typedef struct {
   axis_parameters active;
   axis_parameters previous; /* in effect before the last apply */
   uint32_t active_crc;
-  uint32_t stored_crc;  /* of the stored values; maintained by the owner of the store */
-  uint32_t last_result; /* control_status of the last apply */
-  uint32_t flags;       /* AXIS_TUNING_* bits, updated by axis_tuning_refresh */
-  uint8_t command;      /* 0x2070:1 as last written */
+  uint32_t stored_crc;       /* of the stored values; maintained by the owner of the store */
+  uint32_t last_result;      /* control_status of the last apply */
+  parameter_refusal refusal; /* of the last apply: the value that was wrong, in azimuth's indices */
+  uint32_t flags;            /* AXIS_TUNING_* bits, updated by axis_tuning_refresh */
+  uint8_t command;           /* 0x2070:1 as last written */
 } axis_tuning;
 
 /* Starts with one set as staged, active and previous; refuses a set that does not build and then changes nothing. */

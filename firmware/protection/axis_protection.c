@@ -1,5 +1,7 @@
 #include "protection/axis_protection.h"
 
+#include <math.h>
+
 #include "base/scalar.h"
 
 /* How long a condition must hold, in ticks, before it counts. */
@@ -35,29 +37,38 @@ uint8_t protection_contradictions(const protection_limits *limits) {
   return (uint8_t)((voltages ? 0 : PROTECTION_VOLTAGES) | (travel_rad >= 0.0f && margin_fits ? 0 : PROTECTION_TRAVEL));
 }
 
-control_status protection_check(const protection_limits *limits) {
-  const scalar_range ranges[] = {
-      {limits->overspeed_rad_s, 1e-3f, 1e3f},
-      {limits->base_rate_rad_s, 1e-4f, 1e3f},
-      {limits->gyro_range_rad_s, 1e-3f, 1e3f},
-      {limits->encoder_jump_rad, 1e-6f, 1.0f},
-      {limits->stuck_s, 0.0f, 60.0f},
-      {limits->speed_error_rad_s, 1e-3f, 1e3f},
-      {limits->speed_error_s, 1e-3f, 60.0f},
-      {limits->stall_s, 0.01f, 60.0f},
-      {limits->minimum_rad, -200.0f, 200.0f},
-      {limits->maximum_rad, -200.0f, 200.0f},
-      {limits->continuous_current_a, 1e-3f, 1e4f},
-      {limits->thermal_time_s, 0.1f, 1e4f},
-      {limits->current_offset_a, 1e-4f, 1e4f},
-      {limits->voltage_mismatch_v, 0.01f, 1e3f},
-      {limits->under_voltage_v, 1.0f, 1e3f},
-      {limits->over_voltage_v, 1.0f, 1e3f},
-      {limits->stopping_margin_rad, 0.0f, 10.0f},
-  };
-  const control_status status = scalar_check_ranges(ranges, (int)(sizeof ranges / sizeof ranges[0]));
-  return status == CONTROL_OK && protection_contradictions(limits) != 0 ? CONTROL_INCONSISTENT : status;
+static uint32_t limit_object(uint32_t sub) { return PARAMETER_OBJECT(0x2060, sub); }
+
+/* `sub` is refused for what `bound_by` is; its own range holds as well. */
+static parameter_refusal refuse(const scalar_range *ranges, uint32_t sub, uint32_t bound_by, float low, float high) {
+  return (parameter_refusal){CONTROL_INCONSISTENT, limit_object(sub), limit_object(bound_by),
+                             scalar_max(low, ranges[sub - 1u].low), scalar_min(high, ranges[sub - 1u].high)};
 }
+
+parameter_refusal protection_refusal(const protection_limits *limits) {
+#define RANGE(sub_, member_, low_, high_, default_, unit_, name_, help_) {limits->member_, low_, high_},
+  const scalar_range ranges[] = {PROTECTION_LIMITS(RANGE)};
+  for (uint32_t i = 0; i < sizeof ranges / sizeof ranges[0]; ++i) {
+    const control_status status = scalar_check_ranges(&ranges[i], 1);
+    if (status != CONTROL_OK) {
+      return (parameter_refusal){status, limit_object(i + 1u), 0, ranges[i].low, ranges[i].high};
+    }
+  }
+  const uint8_t contradictions = protection_contradictions(limits);
+  const float travel_rad = limits->maximum_rad - limits->minimum_rad;
+  if ((contradictions & PROTECTION_VOLTAGES) != 0) {
+    return refuse(ranges, 15, 16, -INFINITY, limits->over_voltage_v);
+  }
+  if (travel_rad < 0.0f) {
+    return refuse(ranges, 10, 9, limits->minimum_rad, INFINITY);
+  }
+  if ((contradictions & PROTECTION_TRAVEL) != 0) {
+    return refuse(ranges, 17, 10, -INFINITY, 0.5f * travel_rad);
+  }
+  return (parameter_refusal){.status = CONTROL_OK};
+}
+
+control_status protection_check(const protection_limits *limits) { return protection_refusal(limits).status; }
 
 void axis_protection_reset(axis_protection *protection) {
   *protection = (axis_protection){.heating_a2 = protection->heating_a2};

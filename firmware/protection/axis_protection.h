@@ -10,28 +10,16 @@
 #include <stdbool.h>
 
 #include "base/angle.h"
+#include "base/refusal.h"
 #include "base/status.h"
 #include "protection/fault_table.h"
+#include "protection/protection_limit_list.h"
 
-/* Object 0x2060; its rows have the details. */
+#define PROTECTION_MEMBER(sub_, member_, low_, high_, default_, unit_, name_, help_) float member_;
+
+/* Object 0x2060: overspeed_rad_s and so on, as protection_limit_list.h lists them with ranges and texts. */
 typedef struct {
-  float overspeed_rad_s;      /* of the joint, 1e-3 .. 1e3 */
-  float base_rate_rad_s;      /* maximum rate of the base, 1e-4 .. 1e3: gyro and encoder differ by no more */
-  float gyro_range_rad_s;     /* 1e-3 .. 1e3 */
-  float encoder_jump_rad;     /* maximum change of the position increment between ticks, 1e-6 .. 1 */
-  float stuck_s;              /* equal readings for this long: dead sensor, 0 .. 60; 0: not monitored */
-  float speed_error_rad_s;    /* 1e-3 .. 1e3 */
-  float speed_error_s;        /* for this long, 0.001 .. 60 */
-  float stall_s;              /* torque at its limit without motion, 0.01 .. 60 */
-  float minimum_rad;          /* hard end of the travel, -200 .. 200; equal to maximum: not monitored */
-  float maximum_rad;          /* not below minimum */
-  float continuous_current_a; /* 1e-3 .. 1e4, continuous */
-  float thermal_time_s;       /* of the winding, 0.1 .. 1e4 */
-  float current_offset_a;     /* maximum reading of the sensor without current, 1e-4 .. 1e4 */
-  float voltage_mismatch_v;   /* between bridge voltage and what current and speed explain, 0.01 .. 1e3 */
-  float under_voltage_v;      /* 1 .. 1e3 */
-  float over_voltage_v;       /* 1 .. 1e3, above under_voltage_v */
-  float stopping_margin_rad;  /* ramps end this far within the travel, 0 .. 10 and less than half of it */
+  PROTECTION_LIMITS(PROTECTION_MEMBER)
 } protection_limits;
 
 /* The motor parameters of the current loop. */
@@ -95,6 +83,10 @@ enum {
 };
 
 uint8_t protection_contradictions(const protection_limits *limits);
+
+/* Why these limits may not take effect: the limit that is wrong and what would be right; status CONTROL_OK: they may.
+ * A limit that another one bounds must be within what is right, not at its end. */
+parameter_refusal protection_refusal(const protection_limits *limits);
 
 /* CONTROL_OK: these limits may take effect. */
 control_status protection_check(const protection_limits *limits);

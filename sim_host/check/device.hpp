@@ -27,6 +27,9 @@ class CheckedDevice {
   // As an expedited SDO of 1, 2 or 4 bytes: 0, or the abort code.
   virtual std::uint32_t write(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, int bytes) = 0;
 
+  // As an expedited SDO; none when it is refused.
+  virtual std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub) = 0;
+
   // Switches both axes to operation enabled in cyclic synchronous velocity; false when one does not get there.
   virtual bool enable() = 0;
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -12,6 +13,11 @@
 #include "check/host_device.hpp"
 #include "config/toml_reader.hpp"
 #include "dictionary/parameter_names.hpp"
+#include "dictionary/refusal_text.hpp"
+
+extern "C" {
+#include "parameters/axis_dictionary.h"
+}
 
 namespace trackservo::sim {
 namespace {
@@ -25,6 +31,7 @@ constexpr std::uint32_t kOpen = 0x6E65706F;
 constexpr std::uint16_t kTuning = 0x2070;
 constexpr std::uint16_t kAxisShift = 0x800;
 constexpr std::uint32_t kApply = 1;
+constexpr std::uint8_t kRefusedObject = 6;  // 2070:6 to 9
 
 std::string range_text(const od_entry& entry) {
   const std::string unit = *entry.unit == '\0' ? "" : fmt::format(" {}", entry.unit);
@@ -187,6 +194,47 @@ std::string gains_text(const Tunable& tunable, const PlantConfig& plant) {
   return text;
 }
 
+float real_of(std::uint32_t bits) {
+  float value = 0.0F;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+axis_parameters staged_on(CheckedDevice& device, std::uint16_t axis_shift) {
+  axis_parameters staged{};
+  for (std::uint32_t i = 0; i < axis_parameters_table.count; ++i) {
+    const od_entry& entry = axis_parameters_table.entries[i];
+    if ((entry.flags & OD_STORED) != 0) {
+      const std::uint32_t bits =
+          device.read(static_cast<std::uint16_t>(entry.index + axis_shift), entry.sub).value_or(0);
+      std::memcpy(reinterpret_cast<char *>(&staged) + entry.offset, &bits, sizeof bits);
+    }
+  }
+  return staged;
+}
+
+// At the line of the value that 2070:6 to 9 name, or of the axis when the file does not hold it.
+ConfigError refused_set(CheckedDevice& device, const Gains& gains, int axis, std::uint32_t abort_code) {
+  const std::uint16_t tuning = static_cast<std::uint16_t>(kTuning + kAxisShift * axis);
+  const std::uint32_t shift = PARAMETER_OBJECT(kAxisShift * axis, 0);
+  const std::optional<std::uint32_t> object = device.read(tuning, kRefusedObject);
+  const std::optional<std::uint32_t> low = device.read(tuning, kRefusedObject + 1);
+  const std::optional<std::uint32_t> high = device.read(tuning, kRefusedObject + 2);
+  const std::optional<std::uint32_t> bound_by = device.read(tuning, kRefusedObject + 3);
+  if (!object || *object == 0 || !low || !high || !bound_by) {  // an image from before 2070:6
+    return gains.lines.error(
+        axis_name(axis), fmt::format("has gains that the firmware refuses together, abort code {:08X}h", abort_code),
+        "give gains that fit each other, as `servoctl set --apply` would take them");
+  }
+  const parameter_refusal refusal = {CONTROL_INCONSISTENT, *object - shift, *bound_by == 0 ? 0 : *bound_by - shift,
+                                     real_of(*low), real_of(*high)};
+  const axis_parameters staged = staged_on(device, static_cast<std::uint16_t>(kAxisShift * axis));
+  const auto named = std::find_if(gains.values.begin(), gains.values.end(),
+                                  [&](const Gain& gain) { return PARAMETER_OBJECT(gain.index, gain.sub) == *object; });
+  return gains.lines.error(named == gains.values.end() ? axis_name(axis) : named->name, "is refused by the firmware",
+                           dictionary::refusal_text(refusal, staged, kAxisShift * static_cast<unsigned>(axis)));
+}
+
 }  // namespace
 
 Gains read_gains(const std::filesystem::path& file, const PlantConfig& plant) {
@@ -203,9 +251,7 @@ void apply_gains(CheckedDevice& device, const Gains& gains) {
   for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
     const std::uint32_t answer = device.write(static_cast<std::uint16_t>(kTuning + kAxisShift * axis), 1, kApply, 1);
     if (answer != 0) {
-      throw gains.lines.error(
-          axis_name(axis), fmt::format("contains gains that the firmware refuses together, abort code {:08X}h", answer),
-          "give gains that fit together, as for `servoctl set --apply`");
+      throw refused_set(device, gains, axis, answer);
     }
   }
 }

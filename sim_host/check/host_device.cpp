@@ -36,6 +36,21 @@ std::uint32_t HostDevice::write(std::uint16_t index, std::uint8_t sub, std::uint
   return found != OD_OK ? found : od_write(&object, data, static_cast<std::uint16_t>(bytes));
 }
 
+std::optional<std::uint32_t> HostDevice::read(std::uint16_t index, std::uint8_t sub) {
+  std::uint8_t bytes[4] = {};
+  std::uint16_t length = 0;
+  od_object object;
+  if (od_find(servo_node_dictionary(&node_.node()), index, sub, &object) != OD_OK ||
+      od_read(&object, bytes, sizeof bytes, &length) != OD_OK) {
+    return std::nullopt;
+  }
+  std::uint32_t bits = 0;
+  for (int i = 3; i >= 0; --i) {
+    bits = bits << 8 | bytes[i];
+  }
+  return bits;
+}
+
 bool HostDevice::enable() {
   try {
     node_.enable(DRIVE_CYCLIC_VELOCITY);

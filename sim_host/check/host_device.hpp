@@ -16,6 +16,7 @@ class HostDevice : public CheckedDevice {
   HostDevice(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad);
 
   std::uint32_t write(std::uint16_t index, std::uint8_t sub, std::uint32_t bits, int bytes) override;
+  std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub) override;
   bool enable() override;
   void command(const std::array<double, kAxes>& rate_rad_s) override;
   void disturb(int axis, double torque_nm) override { node_.machine().inject_torque(axis, torque_nm); }

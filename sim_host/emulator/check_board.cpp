@@ -41,6 +41,8 @@ class BoardDevice : public sim::CheckedDevice {
     return client_.write(index, sub, bits, bytes) ? 0 : client_.abort_code().value_or(kGeneralError);
   }
 
+  std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub) override { return client_.read(index, sub); }
+
   bool enable() override { return client_.enable(kCyclicVelocity); }
 
   void command(const std::array<double, sim::kAxes>& rate_rad_s) override {

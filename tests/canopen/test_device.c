@@ -73,26 +73,47 @@ static const od_entry value_rows[] = {
     OD_STREAM(0x2F02, 0, OD_RO, "A capture", "The bytes of the stream, read only."),
     OD_U8(0x2F10, 0, OD_RW, 0, test_values, moody, 0, 255, 0, "", "A moody value", "Has its days."),
     OD_U8(0x2F11, 0, OD_RW, 0, test_values, slow, 0, 255, 0, "", "A slow value", "Takes some ticks."),
+    OD_U8(0x2F12, 0, OD_RW, OD_RPDO, test_values, command, 0, 99, 0, "", "A command", "Is counted, or fails."),
     OD_U16(0x2F20, 0, OD_RW, 0, test_values, error, 0, 65535, 0, "", "An error", "Raises, or clears with 0."),
 };
 
 static od_abort accept(void *owner, const od_object *object, od_number value) {
-  test_device *device = owner;
+  (void)owner;
   if (object->entry->index == 0x2F10 && value.i == 13) {
     return OD_DEVICE_STATE;
   }
   if (object->entry->index == 0x2F10 && value.i == 66) {
     return OD_HARDWARE;
   }
-  if (object->entry->index == 0x2F11) {
-    device->calls++;
-    return device->calls % 4 == 0 ? OD_OK : OD_PENDING;
+  if (object->entry->index == 0x2F12 && value.i == 66) {
+    return OD_HARDWARE;
   }
   return OD_OK;
 }
 
+static od_abort execute(void *owner, const od_object *object, od_number value) {
+  test_device *device = owner;
+  if (object->entry->index == 0x2F11) {
+    device->calls++;
+    return device->calls % 4 == 0 ? OD_OK : OD_PENDING;
+  }
+  if (object->entry->index == 0x2F12) {
+    device->commands++;
+    return value.i == 13 ? OD_DEVICE_STATE : OD_OK;
+  }
+  return OD_OK;
+}
+
+static unsigned needed(const od_object *object) {
+  const bool executes = object->entry->index == 0x2F11 || object->entry->index == 0x2F12;
+  return OD_HOOK_REFRESH | OD_HOOK_ACCEPT | OD_HOOK_CHANGED | (executes ? OD_HOOK_EXECUTE : 0u);
+}
+
 static void changed(void *owner, const od_object *object) {
   test_device *device = owner;
+  if (object->entry->index == 0x2F12) {
+    device->carried_out++;
+  }
   if (object->entry->index != 0x2F20) {
     return;
   }
@@ -148,7 +169,9 @@ static od_abort stream_end(void *owner, const od_object *object, bool writing, b
 }
 
 static const od_hooks hooks = {.accept = accept,
+                               .execute = execute,
                                .changed = changed,
+                               .needed = needed,
                                .stream_begin = stream_begin,
                                .stream_read = stream_read,
                                .stream_write = stream_write,
@@ -191,6 +214,8 @@ bool test_device_init(test_device *device, uint8_t node_id, can_sender sender) {
   memset(&device->values, 0, sizeof device->values);
   device->stream_size = 0;
   device->calls = 0;
+  device->commands = 0;
+  device->carried_out = 0;
   device->raised = 0;
   device->saves = 0;
   device->loads = 0;

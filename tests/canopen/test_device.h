@@ -32,9 +32,10 @@ typedef struct {
   float f32;
   char text[16];
   uint32_t secret;
-  uint8_t moody;  /* 13 is refused with 0800 0022, 66 with 0606 0000 */
-  uint8_t slow;   /* taken at the fourth call */
-  uint16_t error; /* written: this EMCY is raised; 0: the last one is cleared */
+  uint8_t moody;   /* 13 is refused with 0800 0022, 66 with 0606 0000 */
+  uint8_t slow;    /* done at the fourth call */
+  uint8_t command; /* 13 is accepted and fails with 0800 0022, 66 is refused with 0606 0000 */
+  uint16_t error;  /* written: this EMCY is raised; 0: the last one is cleared */
 } test_values;
 
 typedef struct {
@@ -47,6 +48,8 @@ typedef struct {
   uint32_t stream_size;
   uint8_t staged[TEST_DEVICE_STREAM]; /* being written, taken over when complete */
   uint8_t calls;                      /* number of calls of the slow one */
+  uint32_t commands;                  /* number of commands that were executed  */
+  uint32_t carried_out;               /* ... and stored */
   uint16_t raised;
   uint32_t saves;
   uint32_t loads;

@@ -198,7 +198,7 @@ void test_friction_feedforward_is_changed_without_a_jump() {
   expect_bumpless("friction model Coulomb", kBand_deg_s,
                   [](axis_parameters& p) { p.friction.model = FRICTION_COULOMB; });
   expect_bumpless("friction torques -30 %", kBand_deg_s, [](axis_parameters& p) {
-    for (axis_friction_direction *direction : {&p.friction.positive, &p.friction.negative}) {
+    for (lugre_direction *direction : {&p.friction.positive, &p.friction.negative}) {
       direction->coulomb_nm *= 0.7F;
       direction->breakaway_nm *= 0.7F;
       direction->viscous_nm_s_rad *= 1.3F;

@@ -1,8 +1,11 @@
 """Identity, emergency, storage (1000h to 1018h) and the drives' own objects."""
 
+import json
+import struct
+
 import pytest
 
-from conftest import NODE_ID
+from conftest import DESCRIPTIONS, NODE_ID
 
 EMERGENCY = 0x80 + NODE_ID
 
@@ -29,6 +32,27 @@ def test_1003_keeps_the_newest_error_first_and_forgets_on_0(master):
     assert master.number(0x1003, 0) == 3 and master.number(0x1003, 1) & 0xFFFF == 0x8130
     master.write(0x1003, 0, 0, 1)
     assert master.number(0x1003, 0) == 0 and master.sdo_abort(0x1003, 1) == 0x08000024
+
+
+FORMATS = {"REAL32": "<f", "UNSIGNED8": "<B", "UNSIGNED16": "<H", "UNSIGNED32": "<L"}
+
+
+def test_every_object_of_the_axes_starts_with_its_printed_default(master):
+    """2000 to 2FFF: parameters.json has each axis' own default, the EDS those of its integers.
+
+    The simulator designs its gains when it starts: the last bits of a float may depend on the C library.
+    """
+    master.node.sdo.download(0x1011, 1, b"load")
+    master.reset()
+    objects = json.loads((DESCRIPTIONS / "parameters.json").read_text())["objects"]
+    rows = [row for row in objects if 0x2000 <= row["index"] < 0x3000 and row["access"] == "rw"]
+    assert len(rows) > 2 * 60
+    for row in rows:
+        index, sub = row["index"], row["sub"]
+        (value,) = struct.unpack(FORMATS[row["type"]], master.node.sdo.upload(index, sub))
+        assert value == pytest.approx(row["default"], rel=1e-5), f"{index:04X}:{sub} {row['name']}"
+        in_eds = master.node.object_dictionary[index][sub].default
+        assert row["type"] == "REAL32" or value == in_eds, f"{index:04X}:{sub} in the EDS"
 
 
 def test_1014_moves_the_emergencies(master):

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "parameters/axis_parameter_list.h"
+
 static float visit_float(const trace_visitor *visitor, const char *name, float value) {
   uint32_t word;
   memcpy(&word, &value, sizeof word);
@@ -30,58 +32,24 @@ static void visit_pi(const trace_visitor *visitor, pi_controller_params *pi) {
   FLOAT(pi->tracking_rate_per_s);
 }
 
-static void visit_direction(const trace_visitor *visitor, lugre_direction *direction) {
-  FLOAT(direction->coulomb_nm);
-  FLOAT(direction->breakaway_nm);
-  FLOAT(direction->stribeck_speed_rad_s);
-  FLOAT(direction->viscous_nm_s_rad);
-}
-
-static void visit_friction(const trace_visitor *visitor, friction_feedforward_params *friction) {
-  INTEGER(friction_model, friction->model);
-  FLOAT(friction->gain);
-  FLOAT(friction->lead_limit_rad_s);
-  FLOAT(friction->sign_width_rad_s);
-  FLOAT(friction->lugre.stiffness_nm_rad);
-  FLOAT(friction->lugre.damping_nm_s_rad);
-  visit_direction(visitor, &friction->lugre.positive);
-  visit_direction(visitor, &friction->lugre.negative);
-}
-
-static void visit_speed_loop(const trace_visitor *visitor, speed_loop_params *speed) {
-  INTEGER(int, speed->rate_estimator.window_ticks);
-  INTEGER(rate_source, speed->rate_fusion.source);
-  FLOAT(speed->rate_fusion.crossover_rad_s);
-  visit_biquad(visitor, &speed->notch);
-  visit_biquad(visitor, &speed->lowpass);
-  visit_pi(visitor, &speed->pi);
-  FLOAT(speed->acceleration_inertia_kg_m2);
-  INTEGER(bool, speed->observer_on);
-  FLOAT(speed->observer.inertia_kg_m2);
-  FLOAT(speed->observer.viscous_nm_s_rad);
-  FLOAT(speed->observer.bandwidth_rad_s);
-  FLOAT(speed->observer.limit_nm);
-  visit_friction(visitor, &speed->friction);
-}
-
+/* What the parameter list copies into the blocks is visited by the list, the rest here: what is designed, and the one
+ * value that has two users. */
 void trace_visit_params(const trace_visitor *visitor, servo_params *params) {
+#define VISIT_NOTHING(...)
+#define VISIT_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) \
+  FLOAT(axis->to_);
+#define VISIT_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
+  INTEGER(type_, axis->to_);
+#define VISIT_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(VISIT_REAL, sub_, side_, title_)
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_params *axis = &params->axis[i];
-    visit_speed_loop(visitor, &axis->speed);
-    FLOAT(axis->position.proportional_per_s);
-    FLOAT(axis->position.rate_limit_rad_s);
-    FLOAT(axis->position.deceleration_rad_s2);
-    INTEGER(tracker_kind, axis->tracker.kind);
-    FLOAT(axis->tracker.proportional_per_s);
-    FLOAT(axis->tracker.integral_per_s2);
-    FLOAT(axis->tracker.estimator_rad_s);
+    AXIS_PARAMETERS(VISIT_NOTHING, VISIT_REAL, VISIT_NOTHING, VISIT_WHOLE, VISIT_DIRECTION, VISIT_NOTHING)
     FLOAT(axis->tracker.rate_limit_rad_s);
-    FLOAT(axis->tracker.coast_s);
+    visit_biquad(visitor, &axis->speed.notch);
+    visit_biquad(visitor, &axis->speed.lowpass);
     visit_pi(visitor, &axis->current.pi);
     FLOAT(axis->current.back_emf_v_s_rad);
     FLOAT(axis->current.duty_limit);
-    FLOAT(axis->torque_constant_nm_a);
-    FLOAT(axis->current_limit_a);
   }
 }
 

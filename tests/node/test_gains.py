@@ -16,6 +16,7 @@ FLAGS = (0x2070, 2)
 RESULT = (0x2070, 3)
 ACTIVE_CRC = (0x2070, 4)
 STORED_CRC = (0x2070, 5)
+REFUSED, REFUSED_LOW, REFUSED_HIGH, REFUSED_BOUND = ((0x2070, sub) for sub in (6, 7, 8, 9))
 COULOMB, BREAKAWAY = (0x2030, 7), (0x2030, 8)
 
 
@@ -97,7 +98,12 @@ def test_inconsistent_set_is_refused_whole(azimuth):
     assert abort_of(lambda: azimuth.set(APPLY, *COMMAND)) == 0x06040043
     after = parameters(azimuth)
     assert after.pop(RESULT) == struct.pack("<I", 3)  # why
-    before.pop(RESULT)
+    assert after.pop(REFUSED) == struct.pack("<I", 0x20300800)  # which, and what would be right
+    assert struct.unpack("<f", after.pop(REFUSED_LOW)) == pytest.approx([azimuth.get(*COULOMB)])
+    assert struct.unpack("<f", after.pop(REFUSED_HIGH)) == (1e4,)
+    assert after.pop(REFUSED_BOUND) == struct.pack("<I", 0x20300700)
+    for key in (RESULT, REFUSED, REFUSED_LOW, REFUSED_HIGH, REFUSED_BOUND):
+        before.pop(key)
     assert after == before
     assert azimuth.get(*FLAGS) == STAGED
     assert azimuth.mean_rate_deg_s() == pytest.approx(1.0, rel=0.03)

@@ -45,6 +45,56 @@ static void test_one_value_out_of_range_refuses_the_whole_frame(void) {
   TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
 }
 
+static void map_command_into_rpdo1(void) {
+  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
+  write_ok(0x1600, 0, 0, 1);
+  write_ok(0x1600, 1, 0x60400010, 4);
+  write_ok(0x1600, 2, 0x2F120008, 4);
+  write_ok(0x1600, 3, 0x60600008, 4);
+  write_ok(0x1600, 0, 3, 1);
+  write_ok(0x1400, 1, RPDO1, 4);
+  bench_operational();
+}
+
+static void give_command(uint8_t controlword, uint8_t command, uint8_t mode) {
+  const uint8_t bytes[4] = {controlword, 0, command, mode};
+  bench_give(RPDO1, 4, bytes);
+  bench_wait_ms(1);
+}
+
+static void test_a_command_in_an_rpdo_is_executed_once_for_each_frame(void) {
+  map_command_into_rpdo1();
+  give_command(6, 5, 9);
+  TEST_ASSERT_EQUAL(1, DEVICE->commands);
+  TEST_ASSERT_EQUAL(5, DEVICE->values.command);
+  bench_wait_ms(5);
+  TEST_ASSERT_EQUAL(1, DEVICE->commands);
+  give_command(6, 5, 9); /* the value that is there already */
+  TEST_ASSERT_EQUAL(2, DEVICE->commands);
+  TEST_ASSERT_EQUAL(2, DEVICE->carried_out);
+  TEST_ASSERT_EQUAL(0, DEVICE->node.rpdos[0].refused);
+}
+
+static void test_an_rpdo_with_a_value_that_is_refused_executes_nothing(void) {
+  map_command_into_rpdo1();
+  give_command(6, 5, 11); /* no such mode */
+  give_command(6, 66, 9);
+  TEST_ASSERT_EQUAL(0, DEVICE->commands);
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(2, DEVICE->node.rpdos[0].refused);
+}
+
+static void test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written(void) {
+  map_command_into_rpdo1();
+  give_command(6, 13, 9);
+  TEST_ASSERT_EQUAL(1, DEVICE->commands);
+  TEST_ASSERT_EQUAL(0, DEVICE->carried_out);
+  TEST_ASSERT_EQUAL(0, DEVICE->values.command);
+  TEST_ASSERT_EQUAL(6, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+  TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
+}
+
 static void test_short_rpdo_is_reported_once_and_cleared_by_a_good_one(void) {
   const uint8_t bytes[8] = {0x06, 0x00, 9};
   bench_operational();
@@ -210,6 +260,9 @@ int main(void) {
   RUN_TEST(test_tpdo_with_a_start_value_begins_at_that_counter);
   RUN_TEST(test_mapping_follows_the_sequence_of_the_standard_only);
   RUN_TEST(test_what_cannot_be_mapped_is_refused);
+  RUN_TEST(test_a_command_in_an_rpdo_is_executed_once_for_each_frame);
+  RUN_TEST(test_an_rpdo_with_a_value_that_is_refused_executes_nothing);
+  RUN_TEST(test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written);
   RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
   return UNITY_END();
 }

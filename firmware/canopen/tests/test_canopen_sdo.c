@@ -609,6 +609,23 @@ static void test_stopped_node_answers_no_sdo(void) {
   TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
 }
 
+static void test_a_command_is_executed_once_after_it_was_accepted(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x2F12, 0, 5, 1));
+  TEST_ASSERT_EQUAL(1, bench.device.commands);
+  TEST_ASSERT_EQUAL(1, bench.device.carried_out);
+  TEST_ASSERT_EQUAL(5, bench.device.values.command);
+  TEST_ASSERT_EQUAL_HEX32(0x06060000, bench_write(0x2F12, 0, 66, 1)); /* not accepted */
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, bench_write(0x2F12, 0, 100, 1));
+  TEST_ASSERT_EQUAL(1, bench.device.commands);
+}
+
+static void test_a_command_that_fails_gives_its_abort_code_and_stores_nothing(void) {
+  TEST_ASSERT_EQUAL_HEX32(0x08000022, bench_write(0x2F12, 0, 13, 1));
+  TEST_ASSERT_EQUAL(1, bench.device.commands);
+  TEST_ASSERT_EQUAL(0, bench.device.carried_out);
+  TEST_ASSERT_EQUAL(0, bench.device.values.command);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_crc_has_its_check_value);
@@ -639,5 +656,7 @@ int main(void) {
   RUN_TEST(test_full_bus_delays_an_upload_and_loses_nothing);
   RUN_TEST(test_every_first_byte_and_length_in_every_state_is_harmless);
   RUN_TEST(test_stopped_node_answers_no_sdo);
+  RUN_TEST(test_a_command_is_executed_once_after_it_was_accepted);
+  RUN_TEST(test_a_command_that_fails_gives_its_abort_code_and_stores_nothing);
   return UNITY_END();
 }

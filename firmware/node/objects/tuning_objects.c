@@ -34,14 +34,26 @@ static control_status obey(const tuning_owner *tuned, int64_t command) {
   }
 }
 
-/* The question is the deed, because only it can answer; no PDO reaches a command. A refused command leaves its reason
- * in 0x2070:3 and changes nothing else. */
 static od_abort accept(void *owner, const od_object *object, od_number value) {
-  const od_abort guarded = guarded_write(((const tuning_owner *)owner)->lock, object->entry);
-  if (guarded != OD_OK) {
-    return guarded;
-  }
-  return !is_command(object) || obey(owner, value.i) == CONTROL_OK ? OD_OK : OD_INCOMPATIBLE;
+  (void)value;
+  return guarded_write(((const tuning_owner *)owner)->lock, object->entry);
 }
 
-const od_hooks tuning_objects_hooks = {.refresh = refresh, .accept = accept};
+/* Azimuth's indices become those of the axis. */
+static void shift_refusal(parameter_refusal *refusal, uint16_t shift) {
+  const uint32_t by = PARAMETER_OBJECT(shift, 0);
+  refusal->object += refusal->object != 0 ? by : 0;
+  refusal->bound_by += refusal->bound_by != 0 ? by : 0;
+}
+
+/* A set that is refused leaves its reason in 0x2070:3 and 0x2070:6 to 9, and nothing else. */
+static od_abort execute(void *owner, const od_object *object, od_number value) {
+  const tuning_owner *tuned = owner;
+  if (!is_command(object) || obey(tuned, value.i) == CONTROL_OK) {
+    return OD_OK;
+  }
+  shift_refusal(&tuned->tuning->refusal, object->part->shift);
+  return OD_INCOMPATIBLE;
+}
+
+const od_hooks tuning_objects_hooks = {.refresh = refresh, .accept = accept, .execute = execute};

@@ -353,6 +353,37 @@ static void test_limits_are_refused_when_they_are_no_numbers_or_contradict(void)
   TEST_ASSERT_EQUAL(CONTROL_INCONSISTENT, protection_check(&b.limits));
 }
 
+static void expect_refusal(const protection_limits *limits, uint32_t sub, uint32_t bound_by, float low, float high) {
+  const parameter_refusal refusal = protection_refusal(limits);
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2060, sub), refusal.object);
+  TEST_ASSERT_EQUAL_HEX32(bound_by == 0 ? 0 : PARAMETER_OBJECT(0x2060, bound_by), refusal.bound_by);
+  TEST_ASSERT_EQUAL_FLOAT(low, refusal.low);
+  TEST_ASSERT_EQUAL_FLOAT(high, refusal.high);
+}
+
+static void test_limits_that_are_refused_name_the_one_that_is_wrong_and_what_would_be_right(void) {
+#define BEYOND_ITS_RANGE(sub_, member_, low_, high_, ...)                   \
+  b = new_bench();                                                          \
+  b.limits.member_ = nextafterf(high_, INFINITY);                           \
+  expect_refusal(&b.limits, sub_, 0, low_, high_);                          \
+  b.limits.member_ = (low_) == 0.0f ? -1e-6f : (low_)-0.001f * fabsf(low_); \
+  expect_refusal(&b.limits, sub_, 0, low_, high_);
+  bench b;
+  PROTECTION_LIMITS(BEYOND_ITS_RANGE)
+  b = new_bench();
+  b.limits.under_voltage_v = b.limits.over_voltage_v = 50.0f;
+  expect_refusal(&b.limits, 15, 16, 1.0f, 50.0f);
+  b = new_bench();
+  b.limits.minimum_rad = 1.0f;
+  b.limits.maximum_rad = -1.0f;
+  expect_refusal(&b.limits, 10, 9, 1.0f, 200.0f);
+  b.limits.maximum_rad = 2.0f;
+  b.limits.stopping_margin_rad = 0.5f;
+  expect_refusal(&b.limits, 17, 10, 0.0f, 0.5f);
+  b = new_bench();
+  TEST_ASSERT_EQUAL(CONTROL_OK, protection_refusal(&b.limits).status);
+}
+
 static void test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number(void) {
   TEST_ASSERT_EQUAL(FAULT_NONE, fault_worst(0));
   TEST_ASSERT_EQUAL(FAULT_POWER_STAGE,
@@ -430,5 +461,6 @@ int main(void) {
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
   RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);
   RUN_TEST(test_the_lock_opens_by_its_word_for_a_minute_and_shuts_by_any_other);
+  RUN_TEST(test_limits_that_are_refused_name_the_one_that_is_wrong_and_what_would_be_right);
   return UNITY_END();
 }

@@ -1,11 +1,13 @@
 // Prints the descriptions of the node: describe_node FOLDER writes trackservo.eds, trackservo.dbc, parameters.json,
-// can-objects.md, default_parameters.c, default_schema.h, faults.json and faults.md there.
+// can-objects.md, default_schema.h, faults.json and faults.md there, of a node with the product's default_parameters.c,
+// and a new default_parameters.c as sim_host/plants/tracker.toml gives it. --defaults: that alone.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
+#include <string_view>
 
 #include "dictionary/device_description.hpp"
 #include "fault_description.hpp"
@@ -13,6 +15,7 @@
 #include "serve/node_parameters.hpp"
 
 extern "C" {
+#include "products/brushed_tracker/default_parameters.h"
 #include "node/servo_node.h"
 }
 
@@ -31,39 +34,36 @@ void write(const std::filesystem::path& file, const std::string& text) {
   }
 }
 
-// Only the dictionary is used here; any plant that starts will do.
-std::unique_ptr<servo_node> start_node(sim::Machine& machine, const sim::PlantConfig& plant) {
+// The node of the product, as its image starts it.
+std::unique_ptr<servo_node> start_node(sim::Machine& machine) {
   auto node = std::make_unique<servo_node>();
-  const axis_parameters parameters[SERVO_AXES] = {sim::node_parameters(plant, sim::kAzimuth),
-                                                  sim::node_parameters(plant, sim::kPitch)};
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
-  const protection_limits limits[SERVO_AXES] = {sim::node_limits(plant, sim::kAzimuth),
-                                                sim::node_limits(plant, sim::kPitch)};
-  const servo_node_config config = {kNodeId, nowhere, machine.hal_pointer(), parameters, limits, nullptr, 0,
-                                    {},      nullptr};
+  const servo_node_config config = {
+      kNodeId, nowhere, machine.hal_pointer(), default_parameters, default_limits, nullptr, 0, {}, nullptr};
   if (!servo_node_start(node.get(), &config)) {
-    throw std::runtime_error("the node did not start");
+    throw std::runtime_error(
+        "the node refuses the product's default_parameters.c: renew it with tools/update-docs dictionary");
   }
   return node;
 }
 
-void describe(const std::filesystem::path& folder) {
-  const sim::PlantConfig plant = sim::load_plant(std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml");
+void describe_defaults(const std::filesystem::path& folder, const sim::PlantConfig& plant) {
+  write(folder / "default_parameters.c",
+        dictionary::print_default_parameters(
+            {sim::node_parameters(plant, sim::kAzimuth), sim::node_parameters(plant, sim::kPitch)},
+            {sim::node_limits(plant, sim::kAzimuth), sim::node_limits(plant, sim::kPitch)}));
+}
+
+void describe_node(const std::filesystem::path& folder, const sim::PlantConfig& plant) {
   sim::Machine machine(plant, 1, {0.0, 0.0});
-  const std::unique_ptr<servo_node> node = start_node(machine, plant);
+  const std::unique_ptr<servo_node> node = start_node(machine);
   const object_dictionary& objects = *servo_node_dictionary(node.get());
   const dictionary::DeviceInfo info{"trackservo.eds", "trackservo", "trackservo", "Two-axis tracker servo, CiA 402"};
   nlohmann::ordered_json parameters = {{"schema_hash", node->objects.schema_hash}};
   parameters.update(dictionary::describe_parameters(objects, info));
-  std::filesystem::create_directories(folder);
   write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
   write(folder / "parameters.json", dictionary::print_by_rows(parameters));
   write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
-  const servo_node_axis& azimuth = node->axis[SERVO_AZIMUTH];
-  const servo_node_axis& pitch = node->axis[SERVO_PITCH];
-  write(folder / "default_parameters.c",
-        dictionary::print_default_parameters({azimuth.tuning.active, pitch.tuning.active},
-                                             {azimuth.monitor.limits, pitch.monitor.limits}));
   write(folder / "default_schema.h", dictionary::print_default_schema(node->objects.schema_hash));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
   write(folder / "faults.json", dictionary::print_by_rows(dictionary::describe_faults()));
@@ -73,12 +73,19 @@ void describe(const std::filesystem::path& folder) {
 }  // namespace
 
 int main(int argc, char **argv) {
-  if (argc != 2) {
-    (void)std::fprintf(stderr, "Usage: describe_node FOLDER\n");
+  const bool only_defaults = argc == 3 && std::string_view(argv[1]) == "--defaults";
+  if (argc != 2 && !only_defaults) {
+    (void)std::fprintf(stderr, "Usage: describe_node [--defaults] FOLDER\n");
     return 2;
   }
   try {
-    describe(argv[1]);
+    const std::filesystem::path folder = argv[argc - 1];
+    const sim::PlantConfig plant = sim::load_plant(std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml");
+    std::filesystem::create_directories(folder);
+    describe_defaults(folder, plant);
+    if (!only_defaults) {
+      describe_node(folder, plant);
+    }
   } catch (const std::exception& error) {
     (void)std::fprintf(stderr, "describe_node: %s\n", error.what());
     return 2;

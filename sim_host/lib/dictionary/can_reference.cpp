@@ -9,6 +9,8 @@
 namespace trackservo::dictionary {
 namespace {
 
+constexpr unsigned kAxisShift = 0x800;
+
 // A table of the page.
 struct Group {
   std::string title;
@@ -111,17 +113,30 @@ std::string range_of(const od_entry& entry) {
 // The page is committed, so it cannot contain the commit that was built.
 bool is_commit(const od_entry& entry) { return entry.index == 0x3030 && entry.sub == 3; }
 
-std::string default_of(const od_entry& entry) {
+std::string default_of(const od_object& object) {
+  const od_entry& entry = *object.entry;
+  const bool plus_id = (entry.flags & OD_NODE_ID) != 0;
   if (is_commit(entry)) {
     return "";
   }
   if (entry.type == OD_VISIBLE_STRING) {
     return entry.preset.text == nullptr ? "" : fmt::format("\"{}\"", entry.preset.text);
   }
-  if (entry.type == OD_DOMAIN || entry.access == OD_RO) {
-    return (entry.flags & OD_NODE_ID) != 0 ? number(entry, entry.preset) + " + id" : "";
+  if (entry.type == OD_DOMAIN || (entry.access == OD_RO && !plus_id)) {
+    return "";
   }
-  return number(entry, entry.preset) + ((entry.flags & OD_NODE_ID) != 0 ? " + id" : "");
+  return number(entry, od_default(&object)) + (plus_id ? " + id" : "");
+}
+
+// "azimuth; pitch" where the axes differ.
+std::string defaults_of(const od_object& object, const SortedObjects& objects) {
+  const std::string own = default_of(object);
+  const auto pitch = objects.find({static_cast<std::uint16_t>(od_index(&object) + kAxisShift), object.entry->sub});
+  if (pitch == objects.end() || pitch->second.entry != object.entry) {
+    return own;
+  }
+  const std::string other = default_of(pitch->second);
+  return other == own ? own : own + "; " + other;
 }
 
 std::string pdo_of(const od_object& object, const DefaultPdos& pdos) {
@@ -183,7 +198,7 @@ std::string cell(const char *text) {
   return result;
 }
 
-std::string print_row(const od_object& object, const DefaultPdos& pdos) {
+std::string print_row(const od_object& object, const SortedObjects& objects, const DefaultPdos& pdos) {
   const od_entry& entry = *object.entry;
   const bool record = (entry.flags & OD_RECORD) != 0;
   const char *mark = record ? "**" : "";
@@ -191,17 +206,17 @@ std::string print_row(const od_object& object, const DefaultPdos& pdos) {
   const std::string guarded = (entry.flags & OD_GUARDED) != 0 ? ", guarded" : "";
   return fmt::format("| {:04X} | {} | {}{}{} | {} | {}{}{} | {} | {} | {} | {} | {} |\n", od_index(&object),
                      static_cast<unsigned>(entry.sub), mark, entry.name, mark, type_name(entry), access_name(entry),
-                     stored, guarded, entry.unit, range_of(entry), default_of(entry), pdo_of(object, pdos),
+                     stored, guarded, entry.unit, range_of(entry), defaults_of(object, objects), pdo_of(object, pdos),
                      cell(entry.help));
 }
 
-std::string print_group(const Group& group, const DefaultPdos& pdos) {
+std::string print_group(const Group& group, const SortedObjects& objects, const DefaultPdos& pdos) {
   std::string text = fmt::format(
       "## {}\n\n| index | sub | name | type | access | unit | range | default | PDO | meaning |\n"
       "|---|---|---|---|---|---|---|---|---|---|\n",
       group.title);
   for (const od_object& object : group.rows) {
-    text += print_row(object, pdos);
+    text += print_row(object, objects, pdos);
   }
   return text + "\n";
 }
@@ -221,10 +236,11 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
       "  while 0x3040 is open. `+ id`: the node id is added.\n"
       "- PDO: the default PDO that carries the object. R or T: the object can be mapped into an RPDO or TPDO.\n"
       "- Unit: the unit of one count: 606C = 17453 with unit 1e-6 rad/s is 1 deg/s.\n"
-      "- Default: for 2000 to 2FFF a node starts with the values of its plant file or its store instead.\n\n",
+      "- Default: the value with which the device starts while nothing is stored; `765; 319`: of azimuth and of\n"
+      "  pitch. With another plant file `sim_host serve` starts with the values of that plant.\n\n",
       info.description);
   for (const Group& group : groups_of(objects)) {
-    text += print_group(group, pdos);
+    text += print_group(group, objects, pdos);
   }
   text.pop_back();
   return text;

@@ -48,7 +48,7 @@ std::optional<od_object> find(const SortedObjects& objects, unsigned index, unsi
 
 std::int64_t preset(const SortedObjects& objects, unsigned index, unsigned sub) {
   const std::optional<od_object> object = find(objects, index, sub);
-  return object ? object->entry->preset.i : 0;
+  return object ? od_default(&*object).i : 0;
 }
 
 // "Azimuth Velocity actual value" becomes AzimuthVelocityActualValue.

@@ -58,6 +58,9 @@ nlohmann::ordered_json describe_parameters(const object_dictionary& dictionary, 
 // object.
 std::string print_by_rows(const nlohmann::ordered_json& document);
 
+// The defaults that the list of parameters gives: what a design starts from.
+axis_parameters listed_defaults();
+
 // The file firmware/products/brushed_tracker/default_parameters.c: what a board starts with.
 std::string print_default_parameters(const std::array<axis_parameters, SERVO_AXES>& parameters,
                                      const std::array<protection_limits, SERVO_AXES>& limits);

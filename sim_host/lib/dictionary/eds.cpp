@@ -50,14 +50,15 @@ std::string number_of(const od_entry& entry, od_number number) {
   return fmt::format("0x{:X}", static_cast<std::uint64_t>(number.i));
 }
 
-std::string default_of(const od_entry& entry) {
+std::string default_of(const od_object& object) {
+  const od_entry& entry = *object.entry;
   if (entry.type == OD_VISIBLE_STRING) {
     return entry.preset.text == nullptr ? "" : entry.preset.text;
   }
   if (!is_integer(entry)) {
     return "";
   }
-  const std::string number = number_of(entry, entry.preset);
+  const std::string number = number_of(entry, od_default(&object));
   return (entry.flags & OD_NODE_ID) != 0 ? "$NODEID+" + number : number;
 }
 
@@ -66,12 +67,13 @@ bool has_limits(const od_entry& entry) {
          (entry.flags & (OD_NODE_ID | OD_RECORD)) == 0;
 }
 
-std::string print_variable(const std::string& section, const std::string& name, const od_entry& entry) {
+std::string print_variable(const std::string& section, const std::string& name, const od_object& object) {
+  const od_entry& entry = *object.entry;
   const bool mappable = (entry.flags & (OD_RPDO | OD_TPDO)) != 0;
   std::string text =
       fmt::format("[{}]\nParameterName={}\nObjectType=0x{:X}\nDataType=0x{:04X}\nAccessType={}\n", section, name,
                   entry.type == OD_DOMAIN ? kDomain : kVar, static_cast<unsigned>(entry.type), access_of(entry));
-  const std::string preset = default_of(entry);
+  const std::string preset = default_of(object);
   if (!preset.empty()) {
     text += fmt::format("DefaultValue={}\n", preset);
   }
@@ -86,14 +88,14 @@ std::string print_object(const std::vector<od_object>& rows) {
   const od_object& head = rows.front();
   const std::string section = fmt::format("{:04X}", od_index(&head));
   if ((head.entry->flags & OD_RECORD) == 0) {
-    return print_variable(section, full_name(head), *head.entry);
+    return print_variable(section, full_name(head), head);
   }
   const int kind = (head.entry->flags & OD_ARRAY) != 0 ? kArray : kRecord;
   std::string text = fmt::format("[{}]\nParameterName={}\nObjectType=0x{:X}\nSubNumber={}\n\n", section,
                                  full_name(head), kind, rows.size());
   for (const od_object& row : rows) {
     const std::string name = row.entry->sub == 0 ? "Highest sub-index supported" : full_name(row);
-    text += print_variable(fmt::format("{}sub{:X}", section, row.entry->sub), name, *row.entry);
+    text += print_variable(fmt::format("{}sub{:X}", section, row.entry->sub), name, row);
   }
   return text;
 }

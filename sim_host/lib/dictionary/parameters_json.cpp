@@ -60,7 +60,7 @@ nlohmann::ordered_json describe(const od_object& object) {
   } else if (entry.type != OD_DOMAIN) {
     row["low"] = json_number(entry, entry.low);
     row["high"] = json_number(entry, entry.high);
-    row["default"] = json_number(entry, entry.preset);
+    row["default"] = json_number(entry, od_default(&object));
   }
   const auto flag = [&](const char *name, int bit) {
     if ((entry.flags & bit) != 0) {

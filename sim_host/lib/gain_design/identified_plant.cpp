@@ -4,13 +4,6 @@
 #include <cmath>
 
 namespace trackservo::gain_design {
-namespace {
-
-axis_friction_direction direction_of(const lugre_direction& d) {
-  return {d.coulomb_nm, d.breakaway_nm, d.stribeck_speed_rad_s, d.viscous_nm_s_rad};
-}
-
-}  // namespace
 
 LinearMachine linear_machine(const IdentifiedPlant& plant, double current_loop_rad_s, bool pre_sliding) {
   const lugre_params& friction = plant.friction;
@@ -48,8 +41,8 @@ std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double
 void set_friction(axis_parameters& parameters, const lugre_params& friction) {
   parameters.friction.stiffness_nm_rad = friction.stiffness_nm_rad;
   parameters.friction.damping_nm_s_rad = friction.damping_nm_s_rad;
-  parameters.friction.positive = direction_of(friction.positive);
-  parameters.friction.negative = direction_of(friction.negative);
+  parameters.friction.positive = friction.positive;
+  parameters.friction.negative = friction.negative;
 }
 
 }  // namespace trackservo::gain_design

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dictionary/device_description.hpp"
+#include "dictionary/refusal_text.hpp"
 #include "gain_design/notch.hpp"
 #include "gain_design/speed_loop_pi.hpp"
 
@@ -25,7 +27,8 @@ struct SpeedLoopChoice {
 };
 
 axis_parameters with_filters(axis_parameters parameters, const FilterChoice& filters) {
-  parameters.filters = {0.0F, 10.0F, 0.1F, static_cast<float>(filters.lowpass_hz), 0.7F};
+  parameters.filters = dictionary::listed_defaults().filters;
+  parameters.filters.lowpass_hz = static_cast<float>(filters.lowpass_hz);
   if (filters.notched != nullptr) {
     const NotchFilter notch = notch_for(*filters.notched);
     parameters.filters.notch_hz = static_cast<float>(notch.frequency_hz);
@@ -192,9 +195,8 @@ void note_pi(const SpeedLoopDemand& demand, const speed_loop_params& loop, const
 servo_axis_params built(const axis_parameters& parameters) {
   servo_axis_params device{};
   if (axis_parameters_build(&parameters, &device) != CONTROL_OK) {
-    throw GainDesignError(
-        "the firmware refuses the designed parameters: compare the requirements, and inertia, friction and motor, with "
-        "the limits in docs/can-objects.md");
+    throw GainDesignError(fmt::format("the firmware refuses the designed parameters: {}",
+                                      dictionary::refusal_of(parameters).value_or("")));
   }
   return device;
 }

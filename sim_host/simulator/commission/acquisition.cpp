@@ -8,6 +8,7 @@
 #include <limits>
 #include <string>
 
+#include "dictionary/refusal_text.hpp"
 #include "run/machine.hpp"
 
 namespace trackservo::sim {
@@ -98,7 +99,8 @@ class Bench {
         machine_(*setup.plant, setup.seed, setup.start_angle_rad),
         angle_rad_(setup.start_angle_rad[static_cast<std::size_t>(setup.axis)]) {
     if (servo_board_start(&board_, machine_.hal_pointer(), &setup.params) != CONTROL_OK) {
-      throw ExperimentError("the firmware refuses these parameters; check the ranges in firmware/control/*.h.");
+      throw ExperimentError(
+          "the firmware refuses the parameters: " + dictionary::refusal_of(setup.params).value_or("") + ".");
     }
     machine_.run_firmware(board_, [this] { tick(); });
     for (int axis = 0; axis < kAxes; ++axis) {  // the other axis stays where it is

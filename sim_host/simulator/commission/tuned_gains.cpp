@@ -7,6 +7,7 @@
 #include "analysis/margin_measurement.hpp"
 #include "commission/commission_report.hpp"
 #include "design/control_design.hpp"
+#include "dictionary/refusal_text.hpp"
 #include "gain_design/design_json.hpp"
 #include "gain_design/identified_plant_json.hpp"
 
@@ -19,7 +20,8 @@ gain_design::IdentifiedPlant identified_plant(const Commissioned& done) {
 
 bool loop_keeps_margins(const PlantConfig& plant, int axis, servo_params params, TunedGains& gains) {
   if (axis_parameters_build(&gains.design.parameters, &params.axis[axis]) != CONTROL_OK) {
-    throw gain_design::GainDesignError("the firmware refuses the designed gains");
+    throw gain_design::GainDesignError(fmt::format("the firmware refuses the designed gains: {}",
+                                                   dictionary::refusal_of(gains.design.parameters).value_or("")));
   }
   const FrequencyResponse loop = measured_near_crossover(plant, params, axis, false, gains.design.sliding);
   gains.measured = margins_of(loop);

@@ -12,6 +12,8 @@
 #include "design/design_check.hpp"
 #include "design/plant_remedy.hpp"
 #include "design/true_plant.hpp"
+#include "dictionary/device_description.hpp"
+#include "dictionary/refusal_text.hpp"
 #include "gain_design/outer_loops.hpp"
 
 extern "C" {
@@ -86,23 +88,25 @@ void set_speed_loop(axis_parameters& p, const PlantConfig& plant, int axis, cons
   const float inertia_kg_m2 = to_float(believed_inertia_kg_m2);
   const double limit_nm = plant.axis[i].motor.current_limit_a * plant.axis[i].motor.torque_constant_nm_a;
   p.speed_loop.acceleration_inertia_kg_m2 = inertia_kg_m2;
-  p.observer = {spec.observer ? 1U : 0U, inertia_kg_m2, 0.0F, to_float(2.0 * kPi * design.observer_bandwidth_hz),
-                to_float(limit_nm)};
-  p.filters = {0.0F, 10.0F, 0.1F, 0.0F, 0.7F};
-  p.sensors = {static_cast<std::uint32_t>(source_of(design.feedback)), to_float(2.0 * kPi * design.fusion_crossover_hz),
-               static_cast<std::uint32_t>(design.rate_window_ticks)};
+  p.observer.on = spec.observer ? 1U : 0U;
+  p.observer.inertia_kg_m2 = inertia_kg_m2;
+  p.observer.bandwidth_rad_s = to_float(2.0 * kPi * design.observer_bandwidth_hz);
+  p.observer.limit_nm = to_float(limit_nm);
+  p.sensors.source = static_cast<std::uint32_t>(source_of(design.feedback));
+  p.sensors.crossover_rad_s = to_float(2.0 * kPi * design.fusion_crossover_hz);
+  p.sensors.window_ticks = static_cast<std::uint32_t>(design.rate_window_ticks);
 }
 
 void set_friction(axis_parameters& p, const ControllerSpec& spec, const lugre_params& friction) {
   p.friction.model = static_cast<std::uint32_t>(spec.friction);
-  p.friction.gain = 1.0F;
   p.friction.lead_limit_rad_s = to_float(5.0 * kRadPerDeg);
   p.friction.sign_width_rad_s = to_float(0.01 * kRadPerDeg);
   gain_design::set_friction(p, friction);
 }
 
 void set_tracker(axis_parameters& p, tracker_kind kind) {
-  p.tracking_loop = {static_cast<std::uint32_t>(kind), to_float(kPredictiveTracker_per_s), 0.0F, 4.0F, 0.5F};
+  p.tracking_loop.kind = static_cast<std::uint32_t>(kind);
+  p.tracking_loop.proportional_per_s = to_float(kPredictiveTracker_per_s);
   if (kind == TRACKER_PI) {
     const double w = gain_design::tracking_frequency_rad_s(kTrackingBandwidth_hz, gain_design::kTrackingDelay_s);
     p.tracking_loop.proportional_per_s = to_float(2.0 * w);
@@ -113,21 +117,23 @@ void set_tracker(axis_parameters& p, tracker_kind kind) {
 void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
   const MotorConfig& motor = plant.axis[static_cast<std::size_t>(axis)].motor;
   const DesignConfig& design = plant.design[static_cast<std::size_t>(axis)];
-  p.motor = {to_float(motor.torque_constant_nm_a),
-             to_float(motor.resistance_ohm),
-             to_float(motor.inductance_h),
-             to_float(motor.back_emf_constant_v_s_rad),
-             to_float(2.0 * kPi * design.current_loop_bandwidth_hz),
-             to_float(motor.current_limit_a)};
+  p.motor.torque_constant_nm_a = to_float(motor.torque_constant_nm_a);
+  p.motor.resistance_ohm = to_float(motor.resistance_ohm);
+  p.motor.inductance_h = to_float(motor.inductance_h);
+  p.motor.back_emf_v_s_rad = to_float(motor.back_emf_constant_v_s_rad);
+  p.motor.bandwidth_rad_s = to_float(2.0 * kPi * design.current_loop_bandwidth_hz);
+  p.motor.current_limit_a = to_float(motor.current_limit_a);
 }
 
-// Everything except the PI.
+// Everything except the PI. What no rule decides is the default of the parameter list.
 axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                            const DesignOptions& options) {
   const gain_design::IdentifiedPlant assumed_plant = believed(plant, axis, options);
-  axis_parameters p{};
+  axis_parameters p = dictionary::listed_defaults();
   set_speed_loop(p, plant, axis, spec, assumed_plant.inertia_kg_m2);
-  p.position_loop = {to_float(kPositionLoop_per_s), to_float(60.0 * kRadPerDeg), to_float(60.0 * kRadPerDeg)};
+  p.position_loop.proportional_per_s = to_float(kPositionLoop_per_s);
+  p.position_loop.rate_limit_rad_s = to_float(60.0 * kRadPerDeg);
+  p.position_loop.deceleration_rad_s2 = to_float(60.0 * kRadPerDeg);
   set_tracker(p, options.tracker);
   set_friction(p, spec, assumed_plant.friction);
   set_motor(p, plant, axis);
@@ -170,25 +176,6 @@ std::optional<ConfigError> impossible_requirement(const PlantConfig& plant, int 
     return error("fusion_crossover_hz", range, "give at most 318");
   }
   return std::nullopt;
-}
-
-// The firmware parameter that is out of its range.
-std::string reason_of(const axis_parameters& parameters) {
-  axis_tuning tuning{};
-  tuning.staged = parameters;
-  for (std::uint32_t row = 0; row < axis_parameters_table.count; ++row) {
-    const od_entry& entry = axis_parameters_table.entries[row];
-    float value = 0.0F;
-    if (entry.type != OD_REAL32 || entry.offset == OD_NO_VALUE) {
-      continue;
-    }
-    std::memcpy(&value, reinterpret_cast<const char *>(&tuning) + entry.offset, sizeof value);
-    if (!(value >= entry.low.f && value <= entry.high.f)) {
-      return fmt::format("would need {:.3g} {} of \"{}\", and the firmware takes {:g} to {:g}", value, entry.unit,
-                         entry.name, entry.low.f, entry.high.f);
-    }
-  }
-  return "does not go with the other numbers: the firmware refuses the controller that it would need";
 }
 
 }  // namespace
@@ -281,8 +268,10 @@ servo_params design_controller(const PlantConfig& plant, const ControllerSpec& s
       if (const std::optional<ConfigError> requirement = impossible_requirement(plant, axis)) {
         throw ConfigError(*requirement);
       }
-      throw design_error(plant, axis, reason_of(refused.parameters),
-                         [&](const PlantConfig& changed) { return is_possible(changed, axis); });
+      throw design_error(
+          plant, axis,
+          fmt::format("leads to gains that the firmware refuses ({})", dictionary::refusal_reason(refused.parameters)),
+          [&](const PlantConfig& changed) { return is_possible(changed, axis); });
     }
   }
   refuse_unstable_loops(plant, params, is_possible);

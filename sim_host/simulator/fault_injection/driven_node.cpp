@@ -6,6 +6,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "dictionary/refusal_text.hpp"
 #include "serve/node_parameters.hpp"
 
 namespace trackservo::sim {
@@ -43,7 +44,8 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
                                     {},
                                     &setup.scales};
   if (!servo_node_start(node_.get(), &config)) {
-    throw std::runtime_error("the node does not start with the gains designed for this plant");
+    throw std::runtime_error("the node does not start: " + dictionary::refusal_of(setup.parameters, setup.limits) +
+                             ".");
   }
   machine_.run_firmware(node_->board, [this] {
     servo_node_tick(node_.get());

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "dictionary/refusal_text.hpp"
+
 namespace trackservo::sim {
 
 // The HAL's functions are C: they find the machine behind the pointer that was handed to `hal`.
@@ -136,7 +138,8 @@ Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint
                  const std::array<double, kAxes>& joint_angle_rad)
     : Machine(plant, seed, joint_angle_rad) {
   if (servo_board_start(board_, &hal_, &params) != CONTROL_OK) {
-    throw std::invalid_argument("the firmware refuses these parameters; check the ranges in firmware/control/*.h");
+    throw std::invalid_argument("the firmware refuses the parameters: " + dictionary::refusal_of(params).value_or("") +
+                                ".");
   }
 }
 

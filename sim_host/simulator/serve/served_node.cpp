@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "dictionary/refusal_text.hpp"
 #include "serve/node_parameters.hpp"
 
 namespace trackservo::sim {
@@ -20,9 +21,8 @@ ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::u
       limits,         flash.areas(), on_bus.serial_number,   {on_bus.kbit_s, false, flash.bus_pages(), {join, this}},
       &scales};
   if (!servo_node_start(node_.get(), &config)) {
-    throw std::invalid_argument(
-        "the node does not start: give a node id from 1 to 127 or 255, a bit rate of 125, 250, 500 or 1000 kbit/s, and "
-        "a plant whose gains are in range");
+    throw std::invalid_argument("the node does not start: " +
+                                dictionary::refusal_of({parameters[0], parameters[1]}, {limits[0], limits[1]}) + ".");
   }
   machine_.run_firmware(node_->board, [this] {
     servo_node_tick(node_.get());

@@ -1,6 +1,6 @@
 """Changes gains as a whole: stage, apply once per axis, read back; all of it in the journal.
 
-Object 0x2070 (+0x800): 1 command, 2 flags, 3 result, 4 and 5 CRC of the active and the persisted set.
+Object 0x2070 (+0x800): 1 command, 2 flags, 3 result, 4 and 5 CRC of the active and the persisted set, 6 to 9 refused value.
 """
 
 from __future__ import annotations
@@ -14,12 +14,14 @@ from .device import DEVICE_STATE, STORE_TIMEOUT_S, Device
 from .errors import NotVerified, Refused
 from .journal import Entry, Journal, now
 from .parameter import AXES, Parameter, Value
+from .refusal import refusal_text
 from .units import number
 from .waiting_limits import refuse_waiting
 
 SET_OBJECT = 0x2070
 APPLY, REVERT, UNDO = 1, 2, 3
 APPLY_TIMEOUT_S = 1.0
+INCOMPATIBLE = 0x06040043
 RESULTS = {0: "taken", 1: "a value is not finite", 2: "a value is out of range", 3: "the values contradict each other"}
 
 
@@ -57,9 +59,9 @@ def command_set(device: Device, axis: int, command: int) -> None:
     try:
         device.axis_write(axis, SET_OBJECT, command, 1, sub=1)
     except Refused as error:
-        hint = " The usual reason: Coulomb torque above break-away torque." if error.abort == 0x06040043 else ""
+        reason = (refusal_text(device, axis) if error.abort == INCOMPATIBLE else None) or str(error)
         raise Refused(
-            f"{name}: the parameter set was refused, the old set stays active: {error}{hint}", error.abort
+            f"{name}: the parameter set was refused, the old set stays active: {reason}", error.abort
         ) from error
     deadline = device.clock.now() + APPLY_TIMEOUT_S
     while True:

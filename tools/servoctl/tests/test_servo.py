@@ -70,9 +70,20 @@ def test_the_devices_own_undo_works_and_is_journalled(servo: Bench) -> None:
 def test_a_contradicting_set_is_refused_as_a_whole(servo: Bench) -> None:
     before = servo.json("get")
     refused = servo("set", f"{GAIN}=800", f"{COULOMB}=50")
-    assert refused.code == 4 and "contradict" in refused.err
+    breakaway = servo.value("azimuth.friction_feedforward.break_away_torque_positive")
+    assert refused.code == 4
+    assert (
+        f"2030:8 Break-away torque positive is {breakaway} N m; give 50.0 .. 10000.0,"
+        " since 2030:7 Coulomb torque positive is 50.0 N m." in refused.err
+    )
     assert servo.json("get") == before
     assert not servo.json("info")["axes"][0]["staged"]
+
+
+def test_a_refused_set_of_pitch_names_its_own_object_and_what_switches_a_filter_off(servo: Bench) -> None:
+    refused = servo("set", "pitch.filters.notch_frequency=0.5")
+    assert refused.code == 4
+    assert "2840:1 Notch frequency is 0.5 Hz; give 1.0 .. 490.0, or 0.0." in refused.err
 
 
 @pytest.mark.parametrize(
@@ -170,7 +181,7 @@ def test_a_schema_that_fitted_once_is_found_again_without_being_named(servo: Ben
 def test_explain_gives_unit_range_default_and_meaning_without_a_device(servo: Bench) -> None:
     servo.environment["SERVOCTL_BUS"] = "slcan-tcp:127.0.0.1:1"
     text = servo("explain", GAIN).out
-    for word in ("0x2000:01", "N m s/rad", "720", "2 zeta w J"):
+    for word in ("0x2000:01", "N m s/rad", "765.0094", "2 zeta w J"):
         assert word in text
     assert servo.json("explain", "0x8130")["meaning"] == "heartbeat lost"
 

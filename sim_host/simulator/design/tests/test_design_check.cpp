@@ -149,7 +149,7 @@ void test_an_inertia_that_no_controller_can_turn_is_named_with_the_range_that_wo
   PlantConfig plant = shipped_plant("tracker");
   plant.axis[kPitch].inertia_kg_m2 = 1e5;
   const std::string text = refusal(plant, "pi_vob_ftc");
-  check_says(text, ": pitch.inertia_kg_m2: 1e+05 would need ");
+  check_says(text, ": pitch.inertia_kg_m2: 1e+05 leads to gains that the firmware refuses (");
   check_says(text, "or design.pitch.speed_loop_bandwidth_hz (now 30) ");
   for (const double inertia_kg_m2 : advised_range(text)) {
     plant.axis[kPitch].inertia_kg_m2 = inertia_kg_m2;
@@ -165,7 +165,9 @@ void test_two_numbers_that_do_not_go_together_are_both_named() {
   check_says(text, "(inertia_kg_m2 = 0.001, inertia_swing_kg_m2 = 3)");
   plant = shipped_plant("tracker");
   plant.axis[kAzimuth].motor.torque_constant_nm_a = 1000.0;
-  check_says(refusal(plant, "pi"), ": azimuth.motor.torque_constant_nm_a: 1000 would need 1.6e+04 N m of ");
+  check_says(refusal(plant, "pi"),
+             ": azimuth.motor.torque_constant_nm_a: 1000 leads to gains that the firmware refuses (2020:5 Observer "
+             "limit is 16000 N m, not within 0 .. 10000)");
   check_says(refusal(plant, "pi"), "azimuth.motor.current_limit_a (now 16) ");
 }
 

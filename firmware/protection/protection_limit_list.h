@@ -1,0 +1,47 @@
+/* The one list of the limits that protect an axis: a row for each, in the order of object 0x2060.
+ *
+ * From these rows come the struct `protection_limits`, the rows of the object dictionary (with EDS, parameters.json and
+ * the CAN reference page), the range check and the printed defaults of a product. Neither a sub-index nor the order of
+ * existing rows may change. A user of the list defines a macro and hands it over:
+ *
+ *     LIMIT(sub, member, low, high, default, unit, name, help)
+ *
+ * Default: where no product decides. What must hold between two limits is in axis_protection.c. */
+#ifndef TRACKSERVO_PROTECTION_PROTECTION_LIMIT_LIST_H
+#define TRACKSERVO_PROTECTION_PROTECTION_LIMIT_LIST_H
+
+/* clang-format off */
+
+#define PROTECTION_LIMITS(LIMIT)                                                                                       \
+  LIMIT(1, overspeed_rad_s, 1e-3f, 1e3f, 1.5f, "rad/s", "Over-speed limit", "Largest joint rate")                      \
+  LIMIT(2, base_rate_rad_s, 1e-4f, 1e3f, 0.02f, "rad/s", "Base rate limit",                                            \
+        "Fastest rotation of the base: largest difference of gyro and encoder rate (plus 2 % of the joint rate)")      \
+  LIMIT(3, gyro_range_rad_s, 1e-3f, 1e3f, 8.55f, "rad/s", "Gyro range", "Measuring range from the data sheet")         \
+  LIMIT(4, encoder_jump_rad, 1e-6f, 1.0f, 5e-4f, "rad", "Encoder jump limit",                                          \
+        "Largest change of the position increment between consecutive ticks")                                          \
+  LIMIT(5, stuck_s, 0.0f, 60.0f, 0.1f, "s", "Stuck sensor time",                                                       \
+        "Identical encoder or gyro readings for this time are a fault; 0: not monitored")                              \
+  LIMIT(6, speed_error_rad_s, 1e-3f, 1e3f, 0.5f, "rad/s", "Speed error limit",                                         \
+        "Largest difference between set-point and rate")                                                               \
+  LIMIT(7, speed_error_s, 1e-3f, 60.0f, 0.3f, "s", "Speed error time", "Longest time above the speed error limit")     \
+  LIMIT(8, stall_s, 0.01f, 60.0f, 0.5f, "s", "Stall time", "Longest time at the torque limit without motion")          \
+  LIMIT(9, minimum_rad, -200.0f, 200.0f, 0.0f, "rad", "Hard minimum position",                                         \
+        "Lower end of the travel; 607D cannot extend it; equal to 2060:10: not monitored")                             \
+  LIMIT(10, maximum_rad, -200.0f, 200.0f, 0.0f, "rad", "Hard maximum position",                                        \
+        "Upper end of the travel, see 2060:9")                                                                         \
+  LIMIT(11, continuous_current_a, 1e-3f, 1e4f, 8.0f, "A", "Continuous current",                                        \
+        "Current that the motor can carry continuously")                                                               \
+  LIMIT(12, thermal_time_s, 0.1f, 1e4f, 60.0f, "s", "Thermal time constant", "Thermal time constant of the winding")   \
+  LIMIT(13, current_offset_a, 1e-4f, 1e4f, 0.5f, "A", "Current offset limit",                                          \
+        "Largest reading of the current sensor without current")                                                       \
+  LIMIT(14, voltage_mismatch_v, 0.01f, 1e3f, 4.0f, "V", "Voltage mismatch limit",                                      \
+        "Largest difference between bridge voltage and R i + Ke w (plus 40 % of R i)")                                 \
+  LIMIT(15, under_voltage_v, 1.0f, 1e3f, 36.0f, "V", "Under-voltage limit",                                            \
+        "Lowest bus voltage while a control loop is closed")                                                           \
+  LIMIT(16, over_voltage_v, 1.0f, 1e3f, 60.0f, "V", "Over-voltage limit", "Highest bus voltage")                       \
+  LIMIT(17, stopping_margin_rad, 0.0f, 10.0f, 0.005f, "rad", "Stopping margin",                                        \
+        "Ramps stop this far inside 2060:9 and 2060:10; must exceed the overshoot of the loops")
+
+/* clang-format on */
+
+#endif
