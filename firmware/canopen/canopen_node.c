@@ -73,11 +73,14 @@ static void begin_reset(canopen_node *node, bool whole_node) {
 
 static void restore_defaults(canopen_node *node, uint32_t part) {
   const uint32_t serial_number = node->objects.serial_number;
+  char hardware_version[CANOPEN_HARDWARE_VERSION];
+  memcpy(hardware_version, node->objects.hardware_version, sizeof hardware_version);
   const bus_settings now = canopen_node_settings(node);
   const bus_settings preset = {.node_id = now.node_id, .kbit_s = BUS_DEFAULT_KBIT_S};
   od_restore_defaults(&node->parts[part], now.node_id);
   bus_defaults_follow(&node->parts[part].table, &node->objects, &preset, &now);
   node->objects.serial_number = serial_number;
+  memcpy(node->objects.hardware_version, hardware_version, sizeof hardware_version);
 }
 
 static void reset_services(canopen_node *node) {

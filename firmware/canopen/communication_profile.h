@@ -15,6 +15,9 @@
 enum { SDO_CHANNELS = 2 };
 
 /* 0x1200 and 0x1201: bit 31 of either: off, bits 0..10 identifier. */
+/* Longest text of 0x1009. */
+enum { CANOPEN_HARDWARE_VERSION = 32 };
+
 typedef struct {
   uint32_t request_cob_id;
   uint32_t response_cob_id;
@@ -27,8 +30,9 @@ typedef struct {
   uint32_t restore[STORAGE_GROUPS]; /* likewise */
   uint32_t heartbeat_consumer[HEARTBEAT_CONSUMERS];
   uint16_t heartbeat_producer_ms;
-  uint32_t serial_number;  /* 0x1018:4, set by the application */
-  uint8_t error_behaviour; /* 0x1029:1 */
+  uint32_t serial_number;                          /* 0x1018:4, set by the application */
+  char hardware_version[CANOPEN_HARDWARE_VERSION]; /* 0x1009, set by the application */
+  uint8_t error_behaviour;                         /* 0x1029:1 */
   sdo_channel sdo[SDO_CHANNELS];
   pdo_communication rpdo[PDO_COUNT];
   pdo_mapping rpdo_mapping[PDO_COUNT];

@@ -59,11 +59,12 @@
   OD_FIXED(OD_UNSIGNED8, 1, index_, 0, OD_RECORD | OD_ARRAY, highest_, name_, help_)
 
 /* Text in a char array of the struct; the array may be full, without a final zero. */
-#define OD_TEXT(index_, sub_, access_, flags_, struct_, member_, preset_, name_, help_)                  \
-  {                                                                                                      \
-    .index = (index_), .sub = (sub_), .type = OD_VISIBLE_STRING, .access = (access_), .flags = (flags_), \
-    .bytes = (uint16_t)sizeof(((struct_ *)0)->member_), .offset = (uint32_t)offsetof(struct_, member_),  \
-    .preset = {.text = (preset_)}, OD_TEXTS(name_, "", help_)                                            \
+#define OD_TEXT(index_, sub_, access_, flags_, struct_, member_, preset_, name_, help_)                    \
+  {                                                                                                        \
+    .index = (index_), .sub = (sub_), .type = OD_VISIBLE_STRING, .access = (access_), .flags = (flags_),   \
+    .bytes = (uint16_t)sizeof(((struct_ *)0)->member_),                                                    \
+    .offset = OD_OFFSET(struct_, member_, sizeof(((struct_ *)0)->member_)), .preset = {.text = (preset_)}, \
+    OD_TEXTS(name_, "", help_)                                                                             \
   }
 
 /* Constant text that needs no memory. */

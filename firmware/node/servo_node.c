@@ -10,7 +10,10 @@
 #include "node/shared_dictionary.h"
 #include "parameters/axis_dictionary.h"
 
-enum { AXIS_SHIFT = 0x800 };
+enum { FIRST_AXIS_INDEX = 0x2000, AXIS_SHIFT = 0x800, FIRST_SHARED_INDEX = 0x3000 };
+
+_Static_assert(FIRST_AXIS_INDEX + SERVO_AXES * AXIS_SHIFT <= FIRST_SHARED_INDEX,
+               "a third axis has no room for its parameters: docs/decisions/0025-one-parameter-list.md");
 
 /* Details of FAULT_PARAMETERS_LOST, as a sum. */
 enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4 };
@@ -290,7 +293,7 @@ static void start_bus(servo_node *node, const servo_node_config *config) {
 /* Parts of the application, in the order of their indices. */
 static uint32_t describe_parts(servo_node *node, od_part *parts) {
   static const char *const prefixes[SERVO_AXES] = {"Azimuth ", "Pitch "};
-  const kept_objects *factory = &node->storage.factory;
+  const persisted_objects *factory = &node->storage.factory;
   uint32_t count = 0;
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
@@ -369,6 +372,12 @@ static void limit_travel(servo_node_axis *axis) {
   axis->objects.limit.position_maximum = travel.maximum;
 }
 
+static void name_hardware(char *name, const char *text) {
+  for (uint32_t i = 0; text != NULL && i < CANOPEN_HARDWARE_VERSION && text[i] != '\0'; ++i) {
+    name[i] = text[i];
+  }
+}
+
 bool servo_node_start(servo_node *node, const servo_node_config *config) {
   memset(node, 0, sizeof *node);
   scope_reset(&node->recorder);
@@ -419,6 +428,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
     return false;
   }
   node->canopen.objects.serial_number = config->serial_number;
+  name_hardware(node->canopen.objects.hardware_version, config->hardware_version);
   bus_objects_join(&node->objects.bus, node->canopen.config.kbit_s);
   node->started = true;
   return true;

@@ -91,7 +91,8 @@ typedef struct {
   const hal_flash *flash;          /* PARAMETER_STORE_AREAS of them, for the stored parameters; NULL: in RAM only */
   uint32_t serial_number;          /* 0x1018:4; 0: none */
   servo_node_bus bus;
-  const hal_scales *scales; /* of the board's sensors, the defaults of 0x3060; NULL: those of its table */
+  const char *hardware_version; /* 0x1009, at most CANOPEN_HARDWARE_VERSION letters; NULL: none */
+  const hal_scales *scales;     /* of the board's sensors, the defaults of 0x3060; NULL: those of its table */
 } servo_node_config;
 
 /* Returns false when the parameters or the node id are refused. Stored values that pass their checks are then in

@@ -10,7 +10,7 @@ static const od_entry kEntries[] = {
     OD_U32(0x3010, 1, OD_RO, OD_TPDO, servo_node_objects, ticks, 0, U32_HIGHEST, 0, "ms", "Ticks since start",
            "Counts the 1 ms ticks and wraps"),
     OD_RECORD_HEAD(0x3030, 3, "Version", "Version of firmware and object dictionary"),
-    OD_FIXED_TEXT(0x3030, 1, "0.1.0", "Firmware version", "For information; tools compare 3030:2 instead"),
+    OD_FIXED_TEXT(0x3030, 1, TRACKSERVO_VERSION, "Firmware version", "For information; tools compare 3030:2 instead"),
     OD_U32(0x3030, 2, OD_RO, 0, servo_node_objects, schema_hash, 0, U32_HIGHEST, 0, "", "Schema hash",
            "CRC-32 of all objects without their texts: equal hashes mean equal dictionaries"),
     OD_FIXED_TEXT(0x3030, 3, TRACKSERVO_GIT, "Source version", "Commit from which the firmware was built"),

@@ -2,8 +2,8 @@
  *
  * `axis_parameter_list.h` has a row for every member: from it comes this struct, and its dictionary, index, limits,
  * default, unit and text. From here to the blocks there is one path: `axis_parameters_build` copies what the list says,
- * designs the filters and the current loop, and checks everything together. So a set of gains is either applied completely
- * or refused completely. */
+ * designs the filters and the current loop, and checks everything together. So a set of gains is either applied
+ * completely or refused completely. */
 #ifndef TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 #define TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 

@@ -171,7 +171,7 @@ static bool start(void) {
     limits[i] = objects.written;
     limits[i].stuck_s = 0.0f;
   }
-  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL, 0, {0}, NULL};
+  const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL, 0, {0}, NULL, NULL};
   bool good = servo_node_start(&b.node, &config);
   for (uint16_t n = 0; n < PDO_COUNT; ++n) {
     good = good && set((uint16_t)(0x1400 + n), 2, 1, 1) && set((uint16_t)(0x1800 + n), 2, 1, 1);

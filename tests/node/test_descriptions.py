@@ -13,6 +13,7 @@ import pytest
 
 from conftest import NODE_ID, PROJECT
 
+SOURCES = {".c", ".cmake", ".cpp", ".h", ".hpp", ".in", ".md", ".py", ".sh", ".toml", ".txt"}
 RENEW = "the build prints another text: run tools/update-docs dictionary"
 
 
@@ -37,7 +38,7 @@ def test_fault_page_in_docs_is_what_the_build_prints(descriptions):
     assert (PROJECT / "docs/faults.md").read_text() == printed, RENEW
 
 
-@pytest.mark.parametrize("name", ["parameters.json", "faults.json"])
+@pytest.mark.parametrize("name", ["parameters.json", "faults.json", "version.txt"])
 def test_servoctl_carries_the_description_that_the_build_prints(descriptions, name):
     carried = PROJECT / "tools/servoctl/servoctl/descriptions" / name
     assert carried.read_text() == (descriptions / name).read_text(), RENEW
@@ -48,6 +49,21 @@ def test_the_description_that_servoctl_carries_is_the_same_for_every_commit(desc
     assert node.sdo[0x3030][3].raw not in text
     fixed = [row for row in json.loads(text)["objects"] if row["type"] == "VISIBLE_STRING" and row["access"] == "const"]
     assert len(fixed) > 3 and not any("default" in row for row in fixed)
+
+
+def test_the_version_is_written_once(descriptions, node):
+    """In CMakeLists.txt; the others are printed, or tell the history."""
+    version = (descriptions / "version.txt").read_text().strip()
+    assert re.search(rf"\bVERSION {re.escape(version)}\n", (PROJECT / "CMakeLists.txt").read_text())
+    assert node.sdo[0x100A].raw == node.sdo[0x3030][1].raw == version
+    pattern = re.compile(rf"(?<![0-9.]){re.escape(version)}(?![0-9.])")
+    folders = [PROJECT / folder for folder in ("cmake", "docs", "firmware", "hal", "sim_host", "tests", "tools")]
+    files = [file for folder in folders for file in folder.rglob("*") if file.is_file() and ".egg-info" not in str(file)]
+    named = {str(file.relative_to(PROJECT)) for file in files if file.suffix in SOURCES
+             and pattern.search(file.read_text(errors="replace"))}
+    others = {"docs/can-objects.md", "tools/servoctl/servoctl/descriptions/version.txt",
+              "tools/lib/stm32g4.sh"}  # the last one names a version of another project
+    assert named <= others
 
 
 def test_every_fault_has_all_its_words_and_names_limits_that_exist(descriptions):

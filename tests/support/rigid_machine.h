@@ -145,7 +145,8 @@ static inline bool rigid_machine_start_node_on(rigid_machine *machine, servo_nod
     limits[i] = objects.written;
     limits[i].stuck_s = 0.0f; /* without noise, a machine at rest always reads the same */
   }
-  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus, NULL};
+  const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus,
+                                    NULL,    NULL};
   return servo_node_start(node, &config);
 }
 

@@ -398,14 +398,16 @@ static void test_it_does_not_start_with_a_wrong_node_id(void) {
 static void test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters(void) {
   axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
   const protection_limits limits[SERVO_AXES] = {node.axis[0].monitor.limits, node.axis[1].monitor.limits};
-  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 4711, {0},
-                              NULL};
+  servo_node_config config = {
+      NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 4711, {0}, "test board", NULL};
   TEST_ASSERT_TRUE(servo_node_start(&node, &config));
   wait_ms(2);
   TEST_ASSERT_EQUAL_UINT32(4711, get(0x1018, 4));
+  TEST_ASSERT_EQUAL_STRING("test board", node.canopen.objects.hardware_version);
   nmt(0x81); /* a reset of the node does not change it */
   wait_ms(RESET_MS);
   TEST_ASSERT_EQUAL_UINT32(4711, get(0x1018, 4));
+  TEST_ASSERT_EQUAL_STRING("test board", node.canopen.objects.hardware_version);
   parameters[1].observer.inertia_kg_m2 = -1.0f;
   TEST_ASSERT_FALSE(servo_node_start(&node, &config));
   parameters[1].observer.inertia_kg_m2 = 2.0f;
@@ -426,8 +428,8 @@ static int32_t software_limit(uint16_t shift, uint8_t sub) { return (int32_t)get
 static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void) {
   const axis_parameters parameters[SERVO_AXES] = {node.axis[0].tuning.active, node.axis[1].tuning.active};
   protection_limits limits[SERVO_AXES] = {node.axis[0].monitor.limits, node.axis[1].monitor.limits};
-  servo_node_config config = {NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 0, {0},
-                              NULL};
+  servo_node_config config = {
+      NODE_ID, {node_bench_send, NULL}, &machine.functions, parameters, limits, NULL, 0, {0}, "test board", NULL};
   limits[0].minimum_rad = -1.0f;
   limits[0].maximum_rad = 2.0f;
   limits[1].minimum_rad = limits[1].maximum_rad = 0.0f; /* no hard limits */

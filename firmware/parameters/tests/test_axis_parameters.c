@@ -5,11 +5,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "servo/servo_app.h"
 #include "base/scalar.h"
 #include "parameters/axis_dictionary.h"
 #include "parameters/axis_parameters.h"
 #include "parameters/axis_tuning.h"
+#include "servo/servo_app.h"
 #include "support/random.h"
 #include "unity.h"
 

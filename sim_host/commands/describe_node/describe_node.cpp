@@ -15,8 +15,9 @@
 #include "serve/node_parameters.hpp"
 
 extern "C" {
-#include "products/brushed_tracker/default_parameters.h"
 #include "node/servo_node.h"
+#include "products/brushed_tracker/default_parameters.h"
+#include "products/brushed_tracker/hardware_version.h"
 }
 
 namespace {
@@ -39,7 +40,8 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine) {
   auto node = std::make_unique<servo_node>();
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
   const servo_node_config config = {
-      kNodeId, nowhere, machine.hal_pointer(), default_parameters, default_limits, nullptr, 0, {}, nullptr};
+      kNodeId,          nowhere, machine.hal_pointer(), default_parameters, default_limits, nullptr, 0, {},
+      HARDWARE_VERSION, nullptr};
   if (!servo_node_start(node.get(), &config)) {
     throw std::runtime_error(
         "the node refuses the product's default_parameters.c: renew it with tools/update-docs dictionary");
@@ -63,6 +65,7 @@ void describe_node(const std::filesystem::path& folder, const sim::PlantConfig& 
   parameters.update(dictionary::describe_parameters(objects, info));
   write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
   write(folder / "parameters.json", dictionary::print_by_rows(parameters));
+  write(folder / "version.txt", TRACKSERVO_VERSION "\n");
   write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
   write(folder / "default_schema.h", dictionary::print_default_schema(node->objects.schema_hash));
   write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));

@@ -110,13 +110,13 @@ std::string range_of(const od_entry& entry) {
   return whole_type ? "any" : number(entry, entry.low) + " … " + number(entry, entry.high);
 }
 
-// The page is committed, so it cannot contain the commit that was built.
-bool is_commit(const od_entry& entry) { return entry.index == 0x3030 && entry.sub == 3; }
+// The page is committed, so it cannot contain the commit that was built; 1009 is that of the device.
+bool is_of_device(const od_entry& entry) { return (entry.index == 0x3030 && entry.sub == 3) || entry.index == 0x1009; }
 
 std::string default_of(const od_object& object) {
   const od_entry& entry = *object.entry;
   const bool plus_id = (entry.flags & OD_NODE_ID) != 0;
-  if (is_commit(entry)) {
+  if (is_of_device(entry)) {
     return "";
   }
   if (entry.type == OD_VISIBLE_STRING) {

@@ -42,6 +42,7 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
                                     nullptr,
                                     0,
                                     {},
+                                    "host",
                                     &setup.scales};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::runtime_error("the node does not start: " + dictionary::refusal_of(setup.parameters, setup.limits) +

@@ -19,7 +19,7 @@ ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::u
   const servo_node_config config = {
       on_bus.node_id, {send, this},  machine_.hal_pointer(), parameters,
       limits,         flash.areas(), on_bus.serial_number,   {on_bus.kbit_s, false, flash.bus_pages(), {join, this}},
-      &scales};
+      "host",         &scales};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::invalid_argument("the node does not start: " +
                                 dictionary::refusal_of({parameters[0], parameters[1]}, {limits[0], limits[1]}) + ".");

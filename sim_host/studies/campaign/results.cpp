@@ -189,7 +189,7 @@ void write_results(const Campaign& campaign, const std::string& git, const std::
   Json json;
   json["schema_version"] = 1;
   json["generator"] = {{"program", "sim_host experiments"},
-                       {"version", "0.1.0"},
+                       {"version", TRACKSERVO_VERSION},
                        {"git", git},
                        {"seeds", campaign.options.seeds},
                        {"quick", campaign.options.quick()},

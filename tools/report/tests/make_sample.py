@@ -40,7 +40,7 @@ def make_sample(folder: Path) -> Path:
     document = {
         "schema_version": 1,
         "generator": {
-            "program": "sim_host experiments", "version": "0.1.0", "git": "abc1234", "seeds": SEEDS, "quick": False,
+            "program": "sim_host experiments", "version": "1.2.3", "git": "abc1234", "seeds": SEEDS, "quick": False,
             "friction_parameter_error": 0.15,
         },
         "plants": [_plant("tracker", "Two-axis tracker", 4.0e4), _plant("paper_simulation", "The paper's simulation", 308.1)],

@@ -1,3 +1,1 @@
 """The report of the experiments: one offline HTML page and one terminal table from the files of `sim_host`."""
-
-__version__ = "0.1.0"

@@ -10,7 +10,7 @@ import jinja2
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from . import __version__, identified, sensitivity, tables, verdict
+from . import identified, sensitivity, tables, verdict
 from .comparison import Comparison, count_goals, count_reproduced, gather
 from .controllers import INGREDIENTS
 from .display import (
@@ -98,7 +98,6 @@ def _context(results: Results) -> dict[str, Any]:
     duels = verdict.duels(items)
     return {
         "results": results,
-        "version": __version__,
         "plotly": packed(get_plotlyjs()),
         "hero": hero(results, items),
         "reproduced": reproduced,
