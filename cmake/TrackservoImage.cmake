@@ -8,22 +8,27 @@ if(NOT Python3_FOUND)
   trackservo_missing("Python 3.11 or newer" board)
 endif()
 
-set(trackservo_linker_script "${PROJECT_SOURCE_DIR}/hal/stm32g474/stm32g474re.ld")
 set(trackservo_stamp "${PROJECT_SOURCE_DIR}/tools/image/stamp_image.py")
 
 function(trackservo_add_image name)
-  add_executable(${name} ${ARGN})
+  set(board trackservo_hal_${TRACKSERVO_PLATFORM})
+  get_target_property(start_up ${board} TRACKSERVO_START_UP)
+  get_target_property(linker_script ${board} TRACKSERVO_LINKER_SCRIPT)
+  add_executable(${name} ${ARGN} "${start_up}")
+  target_link_libraries(${name} PRIVATE ${board})
+  # Its assembler refers to functions by name, which link-time optimisation does not see.
+  set_source_files_properties("${start_up}" PROPERTIES COMPILE_OPTIONS -fno-lto)
   trackservo_own_code(${name})
   trackservo_optimise_across_files(${name})
   set(image "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${name}")
-  set_target_properties(${name} PROPERTIES SUFFIX .elf LINK_DEPENDS "${trackservo_linker_script}")
+  set_target_properties(${name} PROPERTIES SUFFIX .elf LINK_DEPENDS "${linker_script}")
   # newlib without system calls: whatever would want a heap or a file does not link.
   target_link_options(
     ${name}
     PRIVATE
     --specs=nano.specs
     -nostartfiles
-    "-T${trackservo_linker_script}"
+    "-T${linker_script}"
     "-Wl,-Map=${image}.map")
   # The version block gets length and CRC of what was linked; the files are made of that.
   add_custom_command(
@@ -58,8 +63,8 @@ function(trackservo_add_flash_targets name)
   foreach(action flash erase debug)
     add_custom_target(
       ${action}
-      COMMAND "${PROJECT_SOURCE_DIR}/tools/image/board" ${FLASH_RUNNER} ${action}
-              "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${name}"
+      COMMAND "${CMAKE_COMMAND}" -E env "TRACKSERVO_PLATFORM=${TRACKSERVO_PLATFORM}" "${PROJECT_SOURCE_DIR}/tools/image/board"
+              ${FLASH_RUNNER} ${action} "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${name}"
       USES_TERMINAL VERBATIM)
   endforeach()
   add_dependencies(flash ${name})

@@ -3,7 +3,7 @@
 
     stamp_image.py IMAGE.bin BLOCK      changes IMAGE.bin, and writes the finished block to BLOCK
 
-The block is described in hal/stm32g474/version_block.h. Only the standard library is used: the build runs this.
+The block is described in hal/version_block.h. Only the standard library is used: the build runs this.
 """
 
 import pathlib

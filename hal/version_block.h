@@ -2,8 +2,8 @@
  *
  * Length and CRC are written after linking (tools/image/stamp_image.py). The CRC-32 (IEEE 802.3) covers
  * the image from its first byte to its length, without the four bytes of the CRC itself. */
-#ifndef TRACKSERVO_STM32G474_VERSION_BLOCK_H
-#define TRACKSERVO_STM32G474_VERSION_BLOCK_H
+#ifndef TRACKSERVO_HAL_VERSION_BLOCK_H
+#define TRACKSERVO_HAL_VERSION_BLOCK_H
 
 #include <stdint.h>
 
