@@ -127,14 +127,14 @@ typedef struct {
   /* Before a read: brings the value up to date. */
   od_abort (*refresh)(void *owner, const od_object *object);
   /* Before a write that passed type and limits: judges the value, and may refuse it. It changes nothing, since a PDO
-   * asks for all its objects before it writes any. Not called for strings and DOMAIN. */
+   * checks all its objects before it writes any. Not called for strings and DOMAIN. */
   od_abort (*accept)(void *owner, const od_object *object, od_number value);
   /* A write that was accepted, before its value is stored: carries out a command. Called once for each write, by SDO
-   * and by RPDO, also for the value that is there already. OD_OK: the value is stored and `changed` is called. Any
+   * and by RPDO, also when the value does not change. OD_OK: the value is stored and `changed` is called. Any
    * other answer: neither happens, and
-   * - an SDO client gets the abort code; with OD_PENDING accept and execute are asked again in the next tick;
+   * - an SDO client gets the abort code; with OD_PENDING, accept and execute are called again in the next tick;
    * - an RPDO writes its other objects, since some may have been written before, and is counted as refused. A command
-   *   that answers OD_PENDING must not be mappable, because nobody asks again.
+   *   that answers OD_PENDING must not be mappable, because nothing calls it again.
    * Not called for strings and DOMAIN. */
   od_abort (*execute)(void *owner, const od_object *object, od_number value);
   /* After a write. */

@@ -52,7 +52,7 @@ def test_the_description_that_servoctl_carries_is_the_same_for_every_commit(desc
 
 
 def test_the_version_is_written_once(descriptions, node):
-    """In CMakeLists.txt; the others are printed, or tell the history."""
+    """In CMakeLists.txt; every other one is printed from it, or belongs to the history."""
     version = (descriptions / "version.txt").read_text().strip()
     assert re.search(rf"\bVERSION {re.escape(version)}\n", (PROJECT / "CMakeLists.txt").read_text())
     assert node.sdo[0x100A].raw == node.sdo[0x3030][1].raw == version

@@ -13,10 +13,10 @@ SET_OBJECT, OBJECT_SUB, LOW_SUB, HIGH_SUB, BOUND_SUB = 0x2070, 6, 7, 8, 9
 
 def refusal_text(device: Device, axis: int) -> str | None:
     """ "2020:4 Observer bandwidth is 5000 rad/s; give 0.01 .. 1000."; None when the device names no value."""
-    told = [device.try_upload(SET_OBJECT + AXIS_SHIFT * axis, sub) for sub in (OBJECT_SUB, LOW_SUB, HIGH_SUB, BOUND_SUB)]
-    if any(data is None for data in told):
+    answers = [device.try_upload(SET_OBJECT + AXIS_SHIFT * axis, sub) for sub in (OBJECT_SUB, LOW_SUB, HIGH_SUB, BOUND_SUB)]
+    if any(data is None for data in answers):
         return None  # firmware from before these objects
-    place, low, high, bound = struct.unpack("<IffI", b"".join(data for data in told if data is not None))
+    place, low, high, bound = struct.unpack("<IffI", b"".join(data for data in answers if data is not None))
     if place == 0:
         return None
     text = f"{_value_text(device, axis, place)}; give {number(shortest(low))} .. {number(shortest(high))}"
