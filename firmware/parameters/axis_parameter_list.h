@@ -3,8 +3,8 @@
  * From these rows come the struct `axis_parameters`, the rows of the object dictionary (with EDS, parameters.json and
  * the CAN reference page), the copies into the blocks' parameters, the printed defaults of a product, the range check
  * and the trace for the bit comparison. To add a gain: add its row here, the member to its block's parameters, and
- * increase the number in its GROUP. Neither an index nor the order of existing rows may change: persisted parameter sets and
- * files of users name parameters by index, and the CRC of a set (2070:4) covers the struct in this order.
+ * increase the number in its GROUP. Neither an index nor the order of existing rows may change: persisted parameter
+ * sets and files of users name parameters by index, and the CRC of a set (2070:4) covers the struct in this order.
  *
  * A user of the list defines one macro for each kind of row and passes them:
  *
