@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from trackservo_report import sections
 from trackservo_report.__main__ import main
 from trackservo_report.comparison import gather
 from trackservo_report.errors import InputError
 from trackservo_report.experiments import RECIPES, STUDIES, experiments, plots, read_experiments
 from trackservo_report.load import load_results
+from trackservo_report.page import render
 from trackservo_report.sections import paper_figures
 
 
 def test_experiments_and_plots_come_in_the_order_of_the_papers_figures() -> None:
-    assert list(experiments()) == ["sine", "step_disturbed", "low_speed_start", "steady_speed", "tracking"]
-    keys = [plot.key for plot in plots()]
+    of_the_paper = ["sine", "step_disturbed", "low_speed_start", "steady_speed", "tracking"]
+    assert [name for name in experiments() if name in of_the_paper] == of_the_paper
+    keys = [plot.key for plot in plots() if plot.experiment in of_the_paper]
     assert keys == ["fig7", "fig9", "fig11", "fig12", "fig14", "table2", "table2-curves", "fig16"]
+    assert [plot.order for plot in plots()] == sorted(plot.order for plot in plots())
     assert {plot.recipe for plot in plots()} == set(RECIPES)
 
 
@@ -38,6 +43,23 @@ def test_a_text_over_cases_that_were_not_run_says_so(changed: Callable[[Any], Pa
     results = load_results(place)
     figures = {figure.key: figure for figure in paper_figures(results, gather(results.rows))}
     assert figures["table2"].ours == "Not measured."
+
+
+def test_a_plot_without_the_papers_figure_shows_ours_alone(
+    changed: Callable[[Any], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def forget_the_paper(data: dict[str, Any]) -> None:
+        for row in data["rows"]:
+            row.update(paper_uncompensated=None, paper_compensated=None, reproduced=None)
+
+    results = load_results(changed(forget_the_paper))
+    plot = replace(next(plot for plot in plots() if plot.key == "fig12"), paper="")
+    monkeypatch.setattr(sections, "plots", lambda: [plot])
+    (figure,) = paper_figures(results, gather(results.rows))
+    assert "paper" not in {trace.name for trace in figure.views[0].plot.data}
+    html = render(results, results.folder)
+    section = html[html.index('<section class="figure" id="fig12">') :].split("</section>")[0]
+    assert "<span>Ours</span><p>±" in section and "<span>Paper</span>" not in section
 
 
 def test_a_new_folder_is_a_new_experiment_with_its_plots(tmp_path: Path) -> None:

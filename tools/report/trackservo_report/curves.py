@@ -183,11 +183,12 @@ def speed_error(book: RunBook, experiment: str, key: str, paper: Printed, from_s
     for case in book.cases(experiment):
         plot = canvas(420, xaxis_title="time (s)", yaxis_title="speed error (°/s)")
         if _error_lines(plot, book, experiment, case, key):
-            paper_key(plot)
-            for value in paper.get(case, (None, None)):
-                if value is not None:
-                    paper_line(plot, value, f"paper ±{value:g} °/s")
-                    paper_line(plot, -value, "")
+            printed = [value for value in paper.get(case, ()) if value is not None]
+            if printed:
+                paper_key(plot)
+            for value in printed:
+                paper_line(plot, value, f"paper ±{value:g} °/s")
+                paper_line(plot, -value, "")
             if from_settled:
                 _fit_settled(plot, book, experiment, case)
             views.append(View(case_title(case), plot))
