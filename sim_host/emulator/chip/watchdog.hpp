@@ -62,7 +62,7 @@ class Watchdog : public Peripheral {
   }
 
  private:
-  static constexpr Instant kArrivalPeriods = 6 * 4;
+  static constexpr Instant kArrivalPeriods = Instant{6} * 4;
 
   static std::uint32_t flag_of(std::uint32_t offset) { return offset == 0x04 ? 1U : (offset == 0x08 ? 2U : 4U); }
 
@@ -73,7 +73,7 @@ class Watchdog : public Peripheral {
       reload();
     } else if (key == 0xAAAA) {
       const double count = static_cast<double>(timeline().due(expiry_) - timeline().now()) /
-                           static_cast<double>((4 << reg(0x04)) * period_of(kLsiHz));
+                           static_cast<double>((Instant{4} << reg(0x04)) * period_of(kLsiHz));
       if (running_ && count > reg(0x10)) {
         reset_request_();
       } else if (running_) {

@@ -26,6 +26,7 @@ constexpr double seconds_of(Instant duration) {
   return static_cast<double>(duration) / static_cast<double>(kUnitsPerSecond);
 }
 constexpr Instant duration_of(double seconds) {
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): std::lround is not constexpr; durations are not negative.
   return static_cast<Instant>(seconds * static_cast<double>(kUnitsPerSecond) + 0.5);
 }
 

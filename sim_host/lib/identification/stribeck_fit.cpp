@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trackservo::identification {
 
@@ -13,7 +14,7 @@ namespace {
 double fit_linear_part(const std::vector<SteadyPoint>& points, double stribeck_speed_rad_s,
                        DirectionFriction& direction) {
   const auto rows = static_cast<Eigen::Index>(points.size());
-  double best = INFINITY;
+  double best = std::numeric_limits<double>::infinity();
   // A negative excess or viscosity is left out: try all four combinations and keep the best without one.
   for (int without = 0; without < 4; ++without) {
     Eigen::MatrixXd shapes(rows, 3);
@@ -52,7 +53,7 @@ std::optional<DirectionFriction> fit_stribeck(const std::vector<SteadyPoint>& po
   // best.
   constexpr int kSteps = 400;
   const double span = std::log(fastest->speed_rad_s / slowest->speed_rad_s);
-  double best = INFINITY;
+  double best = std::numeric_limits<double>::infinity();
   std::optional<DirectionFriction> found;
   for (int step = 0; step <= kSteps; ++step) {
     DirectionFriction direction;
