@@ -23,6 +23,8 @@
 
 /* clang-format off */
 
+/* NOLINTBEGIN(bugprone-macro-parentheses): member names and texts cannot be put in parentheses. */
+
 /* Of lugre_direction, eq. (5): sub-indices `sub_` .. `sub_ + 3` of 0x2030. */
 #define FRICTION_DIRECTION_ROWS(REAL, sub_, side_, title_)                                                             \
   REAL(0x2030, (sub_), 0, friction, side_.coulomb_nm, 1e-6f, 1e4f, 6.0f, "N m",                                        \
@@ -36,6 +38,8 @@
   REAL(0x2030, (sub_) + 3, 0, friction, side_.viscous_nm_s_rad, 0.0f, 1e4f, 8.0f, "N m s/rad",                         \
        "Viscous coefficient " title_, "sigma2: friction torque per speed",                                             \
        speed.friction.lugre.side_.viscous_nm_s_rad)
+
+/* NOLINTEND(bugprone-macro-parentheses) */
 
 #define AXIS_PARAMETERS(GROUP, REAL, DESIGNED, WHOLE, DIRECTION, END)                                                  \
   GROUP(0x2000, 5, speed_loop, "Speed loop", "PI with set-point weight and acceleration feedforward")                  \

@@ -13,6 +13,7 @@
 #include "parameters/axis_parameter_list.h"
 #include "servo/servo_axis.h"
 
+/* NOLINTBEGIN(bugprone-macro-parentheses): member names cannot be put in parentheses. */
 #define AXIS_GROUP(index_, highest_, group_, name_, help_) struct {
 #define AXIS_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) float member_;
 #define AXIS_DESIGNED(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_) float member_;
@@ -21,6 +22,7 @@
 /* clang-format off */
 #define AXIS_END(group_) } group_;
 /* clang-format on */
+/* NOLINTEND(bugprone-macro-parentheses) */
 
 /* speed_loop.proportional_nm_s_rad and so on. Only 4-byte members, so that the struct has no padding and its bytes can
  * be compared and summed (CRC). */

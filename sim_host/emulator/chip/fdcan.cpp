@@ -163,7 +163,7 @@ void Fdcan::write_cccr(std::uint32_t written) {
   if ((old & kInit) != 0 && (written & kInit) == 0) {
     check_timing();
     if ((reg(kPsr) & 1U << 7) != 0) {
-      recovery_ = timeline().now() + 129 * 11 * kUnitsPerMicrosecond;
+      recovery_ = timeline().now() + Instant{129} * 11 * kUnitsPerMicrosecond;
     }
   }
 }
