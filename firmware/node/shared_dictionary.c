@@ -16,7 +16,7 @@ static const od_entry kEntries[] = {
     OD_FIXED_TEXT(0x3030, 3, TRACKSERVO_GIT, "Source version", "Commit from which the firmware was built"),
     OD_RECORD_HEAD(0x3031, 7, "Stored set", "Parameter set that 0x1010 stored last, as found at start-up"),
     OD_U8(0x3031, 1, OD_RO, 0, servo_node_objects, persisted_set.source, 0, 4, 0, "", "Stored set source",
-          "Active values are 0: defaults; 1: the stored set; 2: a set of another version; 3: an older set, a newer one "
+          "Active values: 0: defaults; 1: the set in flash; 2: a set of another version; 3: an older set, a newer one "
           "may be lost; 4: defaults, all sets are lost"),
     OD_U32(0x3031, 2, OD_RO, 0, servo_node_objects, persisted_set.sequence, 0, U32_HIGHEST, 0, "", "Stored set number",
            "Counts all saves; 0: nothing stored"),

@@ -133,8 +133,8 @@ void add_plan(CLI::App& app, PlanOptions& options) {
   command->add_option("--torque-nm", options.limits.torque_nm, "largest torque")->required();
   command->add_option("--start-rad", options.start_rad, "present joint angle, to predict the duration")
       ->check(CLI::Range(-1e3, 1e3));
-  CLI::Option *identified = command->add_option(
-      "--identified", options.identified, "result of the first test plan; without it, this plans the first test plan");
+  CLI::Option *identified = command->add_option("--identified", options.identified,
+                                                "result of the first look; without it, this plans the first look");
   command->add_flag("--structure", options.structure, "plan the chirps that measure structural resonances")
       ->needs(identified);
   command->add_option("--json", options.json, "file for the test plan");

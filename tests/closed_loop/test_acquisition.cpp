@@ -121,7 +121,7 @@ void test_an_experiment_that_ends_early_is_named_with_its_reason() {
     record(tracker(), {loops(), runaway}, 3, {0.01F, 0.2F, 20.0F, 60.0F});
     TEST_FAIL_MESSAGE("it must not come to its end");
   } catch (const sim::ExperimentError& error) {
-    TEST_ASSERT_EQUAL_STRING("pitch, experiment 2 (torque ramps) at 26.3 deg: the axis left its travel limit.",
+    TEST_ASSERT_EQUAL_STRING("pitch, experiment 2 (torque ramps) at 26.3 deg: the axis exceeded its travel limit.",
                              error.what());
   }
   stimulus_setup wide = loops();

@@ -89,7 +89,8 @@ double BoardMachine::take_duty(int axis) {
   for (std::size_t leg = 0; driven && leg < Timer::kLegs; ++leg) {
     for (const Pin pin : {bridge.high[leg], bridge.low[leg]}) {
       if (!chip_.port(pin.port).has_function(pin.number, bridge.function)) {
-        chip_.violations.add(fmt::format("P{}{} does not give its bridge the timer's signal", pin.port, pin.number));
+        chip_.violations.add(
+            fmt::format("P{}{} does not drive its bridge with the timer's signal", pin.port, pin.number));
         driven = false;
       }
     }
@@ -139,7 +140,7 @@ void BoardMachine::step_if_due() {
 
 void BoardMachine::check_pin_is_analog(char port, unsigned pin) {
   if (chip_.port(port).mode(pin) != Gpio::Mode::kAnalog) {
-    chip_.violations.add(fmt::format("P{}{} is measured and not in analog mode", port, pin));
+    chip_.violations.add(fmt::format("P{}{} is measured but not in analog mode", port, pin));
   }
 }
 
@@ -163,7 +164,7 @@ std::uint32_t BoardMachine::adc_counts(int converter, unsigned channel) {
     check_pin_is_analog('C', 1);
     return thermistor_counts(kHeatSinkCelsius);
   }
-  chip_.violations.add(fmt::format("ADC{} measures channel {}, where nothing is connected", converter, channel));
+  chip_.violations.add(fmt::format("ADC{} measures channel {}, which is not connected", converter, channel));
   return 0;
 }
 

@@ -130,7 +130,7 @@ void Adc::trigger(AdcTrigger trigger) {
     return;
   }
   if (timeline().due(sequence_end_) != Timeline::kNever) {
-    report_violation("triggered while the last sequence still runs");
+    report_violation("triggered while the last sequence is still running");
     return;
   }
   start_sequence();
@@ -180,7 +180,8 @@ void Adc::write_cr(std::uint32_t written) {
   if ((written & ~old & kStartInjected) != 0) {
     require(is_ready(), "started before it is ready");
     require((reg(kCfgr) & 0x7FFFFFFFU & ~0x1000U) == 0 && reg(kCfgr2) == 0 && reg(0xB0) == 0,
-            "resolution, alignment, oversampling, watchdogs or differential inputs other than after reset");
+            "resolution, alignment, oversampling, watchdogs or differential inputs differ from their reset values, "
+            "which is not modelled");
     if ((reg(kJsqr) >> 7 & 3U) == 0) {
       start_sequence();
     }
@@ -194,7 +195,7 @@ void Adc::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width
     write_cr(written);
   } else {
     if (offset == kSmpr1 || offset == kSmpr2 || offset == 0xB0) {
-      require((reg(kCr) & (kStart | kStartInjected)) == 0, "set up while it converts");
+      require((reg(kCr) & (kStart | kStartInjected)) == 0, "configured while it converts");
     }
     if (offset == kJsqr) {
       require((reg(kCr) & kStartInjected) == 0 || (reg(kCfgr) >> 31) == 0, "sequence written while it runs");

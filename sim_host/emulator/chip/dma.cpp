@@ -93,14 +93,14 @@ void Dma::write_control(unsigned channel, std::uint32_t written) {
   const std::uint32_t base = kFirst + kStep * channel;
   const bool was_enabled = (reg(base) & kEnable) != 0;
   if (was_enabled) {  // everything else is read-only until it is off
-    require((written & kEnable) == 0 || ((written ^ reg(base)) & 0x7FF0U) == 0, "a running channel is set up anew");
+    require((written & kEnable) == 0 || ((written ^ reg(base)) & 0x7FF0U) == 0, "a running channel is reconfigured");
     written = (reg(base) & ~0xFU) | (written & 0xFU);
   }
   store(base, written);
   if (!was_enabled && (written & kEnable) != 0) {
     require((written & 1U << 14) == 0 && (written & 1U << 6) == 0, "memory to memory is not modelled");
     require((written >> 8 & 3U) == (written >> 10 & 3U), "different widths at both ends are not modelled");
-    require(reg(base + 4) != 0, "a channel is started with nothing to transfer");
+    require(reg(base + 4) != 0, "a channel is started with a transfer count of 0");
     channel_[channel] = {reg(base + 12), reg(base + 4)};
     if (enabled_) {
       enabled_();
@@ -126,7 +126,7 @@ void Dma::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width
     write_control(channel, written);
     return;
   }
-  require((control(channel) & kEnable) == 0, "count or address of a running channel is written");
+  require((control(channel) & kEnable) == 0, "transfer count or address of a running channel is written");
   store(offset, written);
 }
 

@@ -142,10 +142,10 @@ void Fdcan::check_timing() const {
   const std::uint32_t after = (nbtp & 0x7FU) + 1;
   const std::uint32_t before = (nbtp >> 8 & 0xFFU) + 2;
   const double sample_point = static_cast<double>(before) / static_cast<double>(before + after);
-  require(sample_point >= 0.80 && sample_point <= 0.90, "sample point outside 80 to 90 %, where CiA 301 wants it");
-  require((nbtp >> 25) + 1 <= after, "synchronisation jump longer than the segment behind the sample point");
+  require(sample_point >= 0.80 && sample_point <= 0.90, "sample point outside the 80 to 90 % that CiA 301 requires");
+  require((nbtp >> 25) + 1 <= after, "synchronisation jump width longer than the segment after the sample point");
   require((reg(kCccr) & 0x3BCU & ~0x300U) == 0, "monitor, test, restricted or one-shot mode is on");
-  require((reg(kCccr) & 0x300U) == 0, "CAN FD is on; the bus is classic");
+  require((reg(kCccr) & 0x300U) == 0, "CAN FD is on, but the bus is classic CAN");
 }
 
 void Fdcan::write_cccr(std::uint32_t written) {
@@ -281,11 +281,11 @@ void Fdcan::put(unsigned fifo, const CanMessage& message, std::uint32_t filter) 
 void Fdcan::acknowledge(unsigned fifo, std::uint32_t index) {
   Fifo& state = fifo_[fifo];
   if (index >= kFifoElements || state.fill == 0) {
-    report_violation("a message is acknowledged that is not there");
+    report_violation("a message that does not exist is acknowledged");
     return;
   }
   const std::uint32_t freed = (index + kFifoElements - state.get) % kFifoElements + 1;
-  require(freed <= state.fill, "a message is acknowledged that is not there");
+  require(freed <= state.fill, "a message that does not exist is acknowledged");
   state.fill -= std::min(freed, state.fill);
   state.get = (index + 1) % kFifoElements;
 }
@@ -319,7 +319,7 @@ std::optional<CanMessage> Fdcan::next_to_send() const {
   if ((message.header & kExtended) == 0) {
     require((message.header & 0x3FFFFU) == 0, "a standard identifier with bits below bit 18");
   }
-  require((ram_.word(at + 4) & 0x00300000U) == 0, "a frame in FD format is sent on a classic bus");
+  require((ram_.word(at + 4) & 0x00300000U) == 0, "a frame in FD format is sent on a classic CAN bus");
   return message;
 }
 
@@ -395,7 +395,7 @@ void Fdcan::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*wid
     case kTxbar:
       for (unsigned buffer = 0; buffer < kBuffers; ++buffer) {
         if ((written >> buffer & 1U) != 0) {
-          require((reg(kTxbrp) >> buffer & 1U) == 0, "a buffer is requested that still waits");
+          require((reg(kTxbrp) >> buffer & 1U) == 0, "a buffer that is still pending is requested");
           require(buffer == put_index_, "a buffer other than the put index is requested");
           reg(kTxbrp) |= 1U << buffer;
           reg(kTxbto) &= ~(1U << buffer);

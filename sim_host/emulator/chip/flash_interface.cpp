@@ -70,12 +70,12 @@ bool FlashInterface::supply_fails() {
 void FlashInterface::program(std::uint32_t address, std::uint32_t value, unsigned width) {
   const std::uint32_t offset = address - kBase;
   if ((reg(kCr) & kLock) != 0 || (reg(kCr) & kProgram) == 0 || is_busy() || (reg(kSr) & kErrors) != 0) {
-    report_violation("programmed while it is locked, busy, without PG or with an old error");
+    report_violation("programmed while locked or busy, without PG, or with a pending error");
     reg(kSr) |= kSequenceError;
     return;
   }
   if (width != 4 || address % 4 != 0) {
-    report_violation("programmed by other than words");
+    report_violation("programmed with a width other than words");
     reg(kSr) |= kSizeError;
     return;
   }
@@ -85,7 +85,7 @@ void FlashInterface::program(std::uint32_t address, std::uint32_t value, unsigne
     return;
   }
   if (first_address_ != address - 4) {
-    report_violation("the second word of a double-word without its first");
+    report_violation("second word of a double-word written without its first");
     reg(kSr) |= kSequenceError;
     return;
   }
@@ -93,7 +93,7 @@ void FlashInterface::program(std::uint32_t address, std::uint32_t value, unsigne
   std::uint8_t *target = contents_.data() + (offset - 4);
   const bool erased = std::all_of(target, target + 8, [](std::uint8_t byte) { return byte == 0xFF; });
   if (!erased && (first_word_ | value) != 0) {
-    report_violation("programmed where it is not erased");
+    report_violation("programmed where the flash is not erased");
     reg(kSr) |= kProgramError;
     return;
   }
@@ -110,7 +110,7 @@ void FlashInterface::erase_page() {
   const std::uint32_t page = (reg(kCr) >> 3 & 0x7FU) + ((reg(kCr) & 1U << 11) != 0 ? kBankBytes / kPageBytes : 0);
   const std::uint32_t offset = page * kPageBytes;
   if (offset < data_offset_) {
-    report_violation(fmt::format("page {} of the program itself is erased", page));
+    report_violation(fmt::format("page {} of the running program is erased", page));
     return;
   }
   begin(kEraseTime);
@@ -121,7 +121,7 @@ void FlashInterface::erase_page() {
 void FlashInterface::write_key(std::uint32_t written) {
   const std::uint32_t expected = keys_given_ == 0 ? 0x45670123 : 0xCDEF89AB;
   if (key_failed_ || written != expected || (reg(kCr) & kLock) == 0) {
-    report_violation("a wrong key; it stays locked until the next reset");
+    report_violation("wrong key; the flash stays locked until the next reset");
     key_failed_ = true;
     return;
   }

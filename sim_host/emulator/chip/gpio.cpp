@@ -48,7 +48,7 @@ void Gpio::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*widt
     reg(kOdr) &= ~written;
   } else {
     if (offset == 0x00 && name() == "GPIOA") {
-      require((written >> 26 & 0xFU) == 0xAU, "the debugger's pins PA13 and PA14 are taken away");
+      require((written >> 26 & 0xFU) == 0xAU, "the debugger's pins PA13 and PA14 are reassigned");
     }
     store(offset, written);
   }

@@ -92,7 +92,7 @@ void Rcc::write_cr(std::uint32_t written) {
   const std::uint32_t clock = reg(kCfgr) & 3U;
   require(!(clock == 3 && (written & kPllOn) == 0) && !(clock == 1 && (written & kHsiOn) == 0) &&
               !((clock == 2 || (clock == 3 && (reg(kPllcfgr) & 3U) == 3)) && (written & kHseOn) == 0),
-          "the clock that the core runs from is switched off");
+          "the clock source of the core is switched off");
   store(kCr, written);
 }
 
@@ -117,7 +117,8 @@ void Rcc::write_cfgr(std::uint32_t written) {
     return;
   }
   if (hz != core_hz_) {
-    require(hz <= 85'000'000 || core_hz_ > 80'000'000, "from below to above 80 MHz without a step at half the speed");
+    require(hz <= 85'000'000 || core_hz_ > 80'000'000,
+            "core clock raised from below to above 80 MHz without a step at half the frequency");
     core_hz_ = hz;
     check_speed();
     require(kUnitsPerSecond % hz == 0, "a core clock that the emulator cannot count exactly");
@@ -129,8 +130,8 @@ void Rcc::write_cfgr(std::uint32_t written) {
 // Flash wait states and voltage range (RM0440, tables 9 and 29): range 1 boosted up to 170 MHz, normal up to 150 MHz.
 void Rcc::check_speed() {
   const std::uint32_t mhz = core_hz_ / 1'000'000;
-  require(supply_.is_range_1() || mhz <= 26, "faster than 26 MHz in voltage range 2");
-  require(supply_.is_boosted() || mhz <= 150, "faster than 150 MHz without boost");
+  require(supply_.is_range_1() || mhz <= 26, "core faster than 26 MHz in voltage range 2");
+  require(supply_.is_boosted() || mhz <= 150, "core faster than 150 MHz without boost");
   const std::uint32_t per_state = supply_.is_boosted() ? 34 : 30;
   require(supply_.flash_wait_states() >= (mhz + per_state - 1) / per_state - 1, "too few flash wait states");
 }

@@ -59,7 +59,7 @@ void Spi::check() {
   require((cr1 & 1U << 2) != 0, "slave mode is not modelled");
   require((cr1 & 0xB800U) == 0 && (cr1 & 1U << 10) == 0, "CRC, half duplex and receive-only are not modelled");
   require((cr1 & 1U << 9) != 0 ? (cr1 & 1U << 8) != 0 : (reg(kCr2) & 4U) != 0,
-          "a master whose select input is low: mode fault");
+          "select input of a master is low: mode fault");
   require((reg(kCr2) & 0x10U) == 0 && reg(0x1C) == 0, "TI and I2S modes are not modelled");
   require(frame_bits() >= 4, "frames of less than 4 bits");
 }
@@ -76,7 +76,7 @@ void Spi::begin_frame() {
   if (device_ != nullptr && clock_pin_()) {
     const bool leading = (reg(kCr1) & 1U) == 0;
     if ((reg(kCr1) & 2U) == 0) {
-      report_violation("the clock rests low; the device behind it wants it high");
+      report_violation("the clock idles low, but the connected device needs it high");
     } else {
       const std::uint32_t line = device_->clock(bits, timeline().instant(), period, leading);
       shifting_ = data_pin_() ? line : shifting_;
@@ -125,10 +125,10 @@ std::uint32_t Spi::on_read(std::uint32_t offset, std::uint32_t stored, unsigned 
     return stored;
   }
   if (width != (frame_bits() > 8 ? 2U : 1U)) {
-    report_violation("the data register is read with a width other than the frame's");
+    report_violation("the data register is read with a width that differs from the frame's");
   }
   if (receive_.empty()) {
-    report_violation("the data register is read while nothing was received");
+    report_violation("the data register is read although nothing was received");
     return 0;
   }
   const std::uint32_t frame = receive_.front();
@@ -141,7 +141,8 @@ std::uint32_t Spi::on_read(std::uint32_t offset, std::uint32_t stored, unsigned 
 void Spi::on_write(std::uint32_t offset, std::uint32_t written, unsigned width) {
   if (offset == kDr) {
     if (width != (frame_bits() > 8 ? 2U : 1U)) {
-      report_violation("the data register is written with a width other than the frame's: several frames at once");
+      report_violation(
+          "the data register is written with a width that differs from the frame's: several frames at once");
     }
     require(transmit_.size() * width < kFifoBytes, "written while the transmit buffer is full");
     transmit_.push_back(written & ((1U << frame_bits()) - 1));
@@ -151,7 +152,7 @@ void Spi::on_write(std::uint32_t offset, std::uint32_t written, unsigned width) 
       require(((written ^ reg(kCr1)) & 0xBFU) == 0, "clock or format changed while it is enabled");
     }
     if (offset == kCr1 && (written & 1U << 6) == 0 && is_enabled()) {
-      require(!busy_ && transmit_.empty(), "switched off within a frame");
+      require(!busy_ && transmit_.empty(), "switched off during a frame");
     }
     if (is_enabled() && offset == kCr2) {
       require(((written ^ reg(kCr2)) & 0x0F14U) == 0, "frame size changed while it is enabled");

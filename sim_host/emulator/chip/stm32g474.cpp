@@ -33,7 +33,7 @@ Stm32g474::Stm32g474(const std::vector<std::uint8_t>& image)
       usart1(services_, "USART1", {kUsart1Interrupt, DmaRequest::kUsart1Rx}, dma_mux),
       usart3(services_, "USART3", {kUsart3Interrupt, DmaRequest::kUsart3Rx}, dma_mux) {
   if (image.size() < 8 || image.size() > kParameterOffset) {
-    throw std::invalid_argument("the image is empty or reaches into the parameter pages");
+    throw std::invalid_argument("the image is empty or extends into the parameter pages");
   }
   std::copy(image.begin(), image.end(), flash_bytes_.begin());
   for (std::size_t i = 0; i < ports_.size(); ++i) {

@@ -373,7 +373,7 @@ void Timer::write_compare(std::uint32_t offset, std::uint32_t written) {
   const std::uint32_t modes = channel < 2 ? reg(kCcmr1) : (channel < 4 ? reg(kCcmr2) : reg(kCcmr3));
   const bool preloaded = (modes >> (8 * (channel % 2)) & 8U) != 0;
   if (channel < kLegs && is_main_output_enabled()) {
-    require(reg(offset) <= limit_, "a compare value beyond the period");
+    require(reg(offset) <= limit_, "a compare value above the period");
   }
   if (!preloaded) {
     integrate();

@@ -119,7 +119,7 @@ void Usart::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*wid
     sent_.push_back(static_cast<std::uint8_t>(written));
   } else {
     if (is_on() && (offset == kBrr || offset == kCr2 || offset == 0x2C)) {
-      report_violation("set up while it is on");
+      report_violation("configured while it is on");
     }
     store(offset, written);
     if (is_on()) {

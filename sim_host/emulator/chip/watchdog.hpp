@@ -80,7 +80,7 @@ class Watchdog : public Peripheral {
         reload();
       }
     } else {
-      require(key == 0x5555, "an unknown key");
+      require(key == 0x5555, "unknown key");
     }
   }
 

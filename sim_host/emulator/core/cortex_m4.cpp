@@ -131,7 +131,7 @@ std::uint8_t *CortexM4::memory_at(std::uint32_t address, std::uint32_t size) {
 void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
   std::uint8_t *byte = memory_at(address + bit / 8, 1);
   if (byte == nullptr) {
-    throw std::invalid_argument("no memory whose bit could be stuck");
+    throw std::invalid_argument("no memory there for a stuck bit");
   }
   stuck_bits_.push_back(std::make_unique<StuckBit>(StuckBit{byte, static_cast<std::uint8_t>(1U << bit % 8), value}));
   uc_hook hook = 0;
@@ -146,7 +146,7 @@ void CortexM4::sink_stack() {
   std::uint8_t *to = memory_at(*sunken_stack_, kFrames);
   const std::uint8_t *from = memory_at(register_value(UC_ARM_REG_SP), kFrames);
   if (to == nullptr || from == nullptr) {
-    throw std::invalid_argument("no stack there");
+    throw std::invalid_argument("no stack at this address");
   }
   std::memmove(to, from, kFrames);
   set_register(UC_ARM_REG_SP, *sunken_stack_);
@@ -305,7 +305,7 @@ void CortexM4::handle_stop(int error) {
   } else if (error == UC_ERR_FETCH_UNMAPPED || error == UC_ERR_FETCH_PROT) {
     fault(kBusFault, kInstructionBusError);
   } else if (error == UC_ERR_WRITE_PROT) {
-    violations_.add(fmt::format("store to 0x{:08x} in the flash of the program itself", fault_address_));
+    violations_.add(fmt::format("store to 0x{:08x} in the flash of the running program", fault_address_));
     fault(kBusFault, kPreciseDataBusError, fault_address_);
   } else if (error == UC_ERR_READ_UNMAPPED || error == UC_ERR_WRITE_UNMAPPED) {
     fault_at_missing_memory();
@@ -334,7 +334,7 @@ void CortexM4::enter(int exception) {
     violations_.add("the process stack is used, which is not modelled");
   }
   if ((control & kFloatContext) != 0 && !state_.fpu_enabled) {
-    violations_.add("the FPU is used while CPACR keeps it off");
+    violations_.add("the FPU is used while CPACR disables it");
   }
   const bool has_floats = (control & kFloatContext) != 0 && state_.fpu_context_automatic;
   const std::uint32_t size = has_floats ? kFloatFrame : kBasicFrame;
@@ -401,8 +401,8 @@ void CortexM4::leave() {
     set_register(UC_ARM_REG_FAULTMASK, 0);
   }
   if (to_thread != (exceptions_.nesting() == 0)) {
-    violations_.add(fmt::format("exception return 0x{:08x} does not fit {} handlers that still run", return_code,
-                                exceptions_.nesting()));
+    violations_.add(
+        fmt::format("exception return 0x{:08x} does not match {} active handlers", return_code, exceptions_.nesting()));
   }
   if (exceptions_.wants_attention() && !is_masked(exceptions_.next())) {
     charge_cycles(kTailChainCycles);

@@ -37,7 +37,8 @@ bool Peripheral::is_accessible(std::uint32_t offset, unsigned width, const char 
     return false;
   }
   if (width != 4 && !table_[found].narrow) {
-    report_violation(fmt::format("{} of {} by {} byte(s); it takes whole words", what, table_[found].name, width));
+    report_violation(
+        fmt::format("{} of {} by {} byte(s); only whole words are allowed", what, table_[found].name, width));
     return false;
   }
   return true;

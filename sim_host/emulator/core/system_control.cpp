@@ -216,7 +216,7 @@ void SystemControl::take_guard() {
   }
   const std::uint32_t size = 2U << (attributes >> 1 & 0x1FU);
   const std::uint32_t base = reg(kMpuBase) & ~0x1FU;
-  require(reg(kMpuControl) == 5 && reg(kMpuRegion) == 0, "the MPU is used in a way that is not modelled");
+  require(reg(kMpuControl) == 5 && reg(kMpuRegion) == 0, "this use of the MPU is not modelled");
   require((attributes & 0x0700FF00) == 0, "a region of the MPU with rights or parts is not modelled");
   require((base & (size - 1)) == 0, "a region of the MPU does not begin at a multiple of its size");
   require(core_.memory_at(base, 1) == nullptr && core_.memory_at(base + size - 1, 1) == nullptr,
@@ -317,7 +317,7 @@ void SystemControl::on_write(std::uint32_t offset, std::uint32_t written, unsign
     core_.state().fpu_enabled = reg(kCpacr) == 0xF00000;
     core_.state().fpu_context_automatic = (reg(kFpccr) & 1U << 31) != 0;
     core_.state().fpu_stacking_lazy = (reg(kFpccr) & 1U << 30) != 0;
-    require((reg(kCcr) & 0x200) != 0, "the stack is no longer kept at 8 bytes, which is not modelled");
+    require((reg(kCcr) & 0x200) != 0, "stack alignment of 8 bytes is switched off, which is not modelled");
   }
 }
 

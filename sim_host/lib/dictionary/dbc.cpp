@@ -64,7 +64,7 @@ std::string symbol(const std::string& name) {
   }
   if (result.size() > kLongestSymbol) {
     throw std::runtime_error(
-        fmt::format("\"{}\": a DBC symbol has at most {} letters; shorten the object's name", name, kLongestSymbol));
+        fmt::format("\"{}\": a DBC symbol has at most {} characters; shorten the object's name", name, kLongestSymbol));
   }
   return result;
 }
@@ -95,7 +95,7 @@ std::vector<Signal> signals_of(const SortedObjects& objects, unsigned mapping) {
     const int bits = static_cast<int>(entry & 0xFF);
     const std::optional<od_object> object = find(objects, entry >> 16, entry >> 8 & 0xFF);
     if (!object) {
-      throw std::runtime_error(fmt::format("{:04X}:{} maps {:08X}, which is no object", mapping, sub, entry));
+      throw std::runtime_error(fmt::format("{:04X}:{} maps {:08X}, which does not exist", mapping, sub, entry));
     }
     signals.push_back({symbol(full_name(*object)), *object, start_bit, bits, scale_of(objects, *object)});
     start_bit += bits;
@@ -186,7 +186,7 @@ std::string print_dbc(const object_dictionary& dictionary, const DeviceInfo& inf
   const std::vector<Message> messages = messages_of(objects, node_id);
   const std::string node = symbol(info.product);
   std::string text = fmt::format("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: {} Master\n\n", node);
-  std::string comments = fmt::format("CM_ \"{}: default PDOs of node {}. Printed from the object dictionary.\";\n",
+  std::string comments = fmt::format("CM_ \"{}: default PDOs of node {}. Generated from the object dictionary.\";\n",
                                      info.description, node_id);
   std::string cycles;
   std::string values;

@@ -135,9 +135,9 @@ std::string print_head(const DeviceInfo& info, const SortedObjects& objects) {
     text += fmt::format("Dummy{:04d}=1\n", i);
   }
   return text +
-         "\n[Comments]\nLines=2\nLine1=Printed from the object dictionary table; do not edit.\n"
-         "Line2=Default inhibit times (1800 to 1803, sub-index 3) are those at 1000 kbit/s; below they grow as "
-         "1000 / (kbit/s).\n\n";
+         "\n[Comments]\nLines=2\nLine1=Generated from the object dictionary table; do not edit.\nLine2=Default inhibit "
+         "times (1800 to 1803, sub-index 3) are those at 1000 kbit/s; at lower bit rates they grow as 1000 / "
+         "(kbit/s).\n\n";
 }
 
 std::string print_list(const char *section, const std::vector<std::uint16_t>& indices) {

@@ -223,7 +223,7 @@ PaperEstimate paper_estimate(const Recording& recording) {
   const std::optional<DirectionFriction> positive = fit_stribeck(steady.positive);
   const std::optional<DirectionFriction> negative = fit_stribeck(steady.negative);
   if (!positive || !negative) {
-    estimate.missing.emplace_back("Tc, Ts, vs, sigma2: no run holds at least four constant speeds in both directions");
+    estimate.missing.emplace_back("Tc, Ts, vs, sigma2: no run has at least four constant speeds in both directions");
   }
   const DirectionFriction guess = guess_direction(recording, motion);
   estimate.friction.positive = positive.value_or(negative.value_or(guess));

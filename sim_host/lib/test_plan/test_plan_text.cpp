@@ -50,9 +50,9 @@ std::string text_of(const stimulus_setup& e) {
 }  // namespace
 
 void print(const TestPlan& test_plan, double start_rad) {
-  fmt::print("{}: {} places, about {:.0f} s, moves at {:.3g} deg/s\n", title(test_plan.stage), test_plan.places.size(),
-             duration_s(test_plan, start_rad), test_plan.moving_rad_s * kDegPerRad);
-  fmt::print("Never passed: {:.3g} deg to each side of a place, {:.3g} deg/s, {:.3g} Nm\n",
+  fmt::print("{}: {} positions, about {:.0f} s, moves at {:.3g} deg/s\n", title(test_plan.stage),
+             test_plan.places.size(), duration_s(test_plan, start_rad), test_plan.moving_rad_s * kDegPerRad);
+  fmt::print("Limits: {:.3g} deg to each side of a position, {:.3g} deg/s, {:.3g} Nm\n",
              real(test_plan.limits.travel_rad) * kDegPerRad, real(test_plan.limits.rate_rad_s) * kDegPerRad,
              real(test_plan.limits.torque_nm));
   for (const Place& place : test_plan.places) {

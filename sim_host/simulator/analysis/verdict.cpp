@@ -68,10 +68,10 @@ std::string failure(const ScenarioConfig& scenario, double speed_rad_s, const Tr
   const Seen seen = look(scenario, trace, axis);
   const double over_speed_rad_s = std::max(kOverSpeed_rad_s, kOverSpeedShare * seen.highest_reference_rad_s);
   if (!seen.is_finite) {
-    return "its numbers are not finite";
+    return "its signals are not finite";
   }
   if (seen.highest_rate_rad_s > over_speed_rad_s) {
-    return fmt::format("it reaches {:.3g} deg/s, and over-speed begins at {:.3g} deg/s",
+    return fmt::format("it reaches {:.3g} deg/s, above the over-speed limit of {:.3g} deg/s",
                        kDegPerRad * seen.highest_rate_rad_s, kDegPerRad * over_speed_rad_s);
   }
   if (!scenario.axes[static_cast<std::size_t>(axis)]) {
@@ -81,7 +81,7 @@ std::string failure(const ScenarioConfig& scenario, double speed_rad_s, const Tr
     const int pixels = axis == kAzimuth ? scenario.camera.width_px : scenario.camera.height_px;
     const double reach_rad = 0.5 * pixels * scenario.camera.pixel_rad;
     return seen.largest_miss_rad > reach_rad
-               ? fmt::format("the target is {:.3g} deg off, and the image ends at {:.3g} deg",
+               ? fmt::format("the target is {:.3g} deg off, outside the image, which ends at {:.3g} deg",
                              kDegPerRad * seen.largest_miss_rad, kDegPerRad * reach_rad)
                : "";
   }

@@ -23,11 +23,11 @@ namespace {
 int open_master(std::string& path) {
   const int master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (master < 0 || grantpt(master) != 0 || unlockpt(master) != 0) {
-    fail(master, "no pseudo terminal");
+    fail(master, "cannot open a pseudo terminal");
   }
   std::array<char, 128> name{};
   if (ptsname_r(master, name.data(), name.size()) != 0) {
-    fail(master, "no name");
+    fail(master, "cannot get the name of the pseudo terminal");
   }
   path = name.data();
   return master;
@@ -47,7 +47,7 @@ SlcanPty::SlcanPty(VirtualBus& bus) {
   const int master = open_master(path_);
   keeper_ = open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
   if (keeper_ < 0) {
-    fail(master, "cannot open the slave");
+    fail(master, "cannot open the pseudo terminal's slave");
   }
   make_raw(keeper_);
   line_ = std::make_unique<SlcanLine>(bus, master);

@@ -30,7 +30,7 @@ constexpr int kFramesPerPump = 256;
 std::string open_interface(const std::string& interface, int& descriptor) {
   descriptor = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
   if (descriptor < 0) {
-    return std::string("this kernel has no CAN (") + std::strerror(errno) +
+    return std::string("this kernel does not support CAN (") + std::strerror(errno) +
            "): load the modules can, can_raw and vcan, or use slcan-tcp instead";
   }
   ifreq request{};

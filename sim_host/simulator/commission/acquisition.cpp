@@ -43,11 +43,11 @@ const char *name_of(stimulus_kind kind) {
 const char *reason_of(experiment_state state) {
   switch (state) {
     case EXPERIMENT_LEFT_TRAVEL:
-      return "the axis left its travel limit";
+      return "the axis exceeded its travel limit";
     case EXPERIMENT_TOO_FAST:
-      return "the axis was faster than its speed limit";
+      return "the axis exceeded its speed limit";
     case EXPERIMENT_TOO_LONG:
-      return "it lasted longer than its time limit";
+      return "it exceeded its time limit";
     case EXPERIMENT_DRIVE_STOPPED:
       return "the drive stopped the axis";
     default:
@@ -56,7 +56,7 @@ const char *reason_of(experiment_state state) {
 }
 
 const char *error_of(control_status status) {
-  return status == CONTROL_INCONSISTENT ? "it does not fit its own limits" : "a value of it is out of range";
+  return status == CONTROL_INCONSISTENT ? "it does not fit its own limits" : "one of its values is out of range";
 }
 
 // Where wind is stronger than friction, the axis does not stay where a break-away leaves it. This does no harm.
@@ -121,9 +121,9 @@ class Bench {
     const double patience_s = kMovePatience_s + 3.0 * std::abs(place_rad - angle_rad_) / speed_rad_s;
     for (int ticks = 0; !move.there(); ++ticks) {
       if (ticks * kTick_s > patience_s) {
-        throw ExperimentError(fmt::format(
-            "{} does not get to {:.1f} deg, it is at {:.1f} deg: friction or load is stronger than its motor.",
-            axis_name(axis_), place_rad * kDegPerRad, angle_rad_ * kDegPerRad));
+        throw ExperimentError(
+            fmt::format("{} does not reach {:.1f} deg, it is at {:.1f} deg: friction or load exceeds its motor torque.",
+                        axis_name(axis_), place_rad * kDegPerRad, angle_rad_ * kDegPerRad));
       }
       machine_.advance_tick();
     }

@@ -36,8 +36,8 @@ void print(const PlantConfig& plant, const Commissioned& commissioned) {
       "inertia {:.3g} kg m2\n",
       plant.name, axis_name(axis), first_look_s, rough.coulomb_nm, 1e6 * rough.bristle_rad, 1e3 * rough.stribeck_rad_s,
       rough.inertia_kg_m2);
-  fmt::print("  test plan, {:.0f} s; chirps for the structure, {:.0f} s\n", acquisition.recording.time_s.back(),
-             structure.time_s.back());
+  fmt::print("  main test plan, {:.0f} s; chirps for structural resonances, {:.0f} s\n",
+             acquisition.recording.time_s.back(), structure.time_s.back());
   fmt::print("  {:<24} {:>10} {:>10} {:>8} {:>22}\n", "parameter", "true", "found", "off, %", "95 % interval");
   for (const identification::Parameter& parameter : found.parameters) {
     print(parameter, truth.at(parameter.name));

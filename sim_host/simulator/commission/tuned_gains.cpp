@@ -47,16 +47,16 @@ void print(const TunedGains& gains) {
                margins.gain_margin_db, margins.phase_margin_deg, margins.crossover_hz);
   };
   for (const gain_design::StructuralMode& mode : gains.identified.modes) {
-    fmt::print("  resonance at {:.1f} Hz, damping {:.3f}, {:.1f} times the rigid axis\n",
+    fmt::print("  resonance at {:.1f} Hz, damping {:.3f}, {:.1f} times the gain of the rigid axis\n",
                mode.frequency_rad_s / (2.0 * kPi), mode.damping, gain_design::relative_height(mode));
   }
-  fmt::print("  gains designed from it, PI with observer and friction feedforward:\n");
+  fmt::print("  designed gains, PI with observer and friction feedforward:\n");
   show("predicted", gains.design.sliding);
   show("measured", gains.measured);
   for (const std::string& note : gains.design.notes) {
     fmt::print("  - {}\n", note);
   }
-  fmt::print(gains.kept ? "  the margins hold\n" : "  the margins do not hold: keep the old gains\n");
+  fmt::print(gains.kept ? "  the margins are met\n" : "  the margins are not met: keep the old gains\n");
 }
 
 void write_design(const TunedGains& gains, const std::filesystem::path& folder) {

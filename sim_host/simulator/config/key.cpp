@@ -30,7 +30,7 @@ std::string default_text(const KeyText& key) {
 
 std::string allowed_text(const KeyText& key) {
   if (key.type == KeyType::kText) {
-    return "text, not empty";
+    return "non-empty text";
   }
   if (key.type == KeyType::kChoice) {
     std::string text = "one of";
@@ -46,8 +46,8 @@ std::string allowed_text(const KeyText& key) {
 std::string sections_markdown(const std::string& title, const std::vector<Section>& sections) {
   std::string page = fmt::format("# {}\n", title);
   for (const Section& section : sections) {
-    page += fmt::format("\n## {}\n\n{}\n\n| key | unit | allowed | default | meaning |\n|---|---|---|---|---|\n",
-                        section.heading, section.note);
+    page += fmt::format("\n## {}\n\n{}| key | unit | allowed | default | meaning |\n|---|---|---|---|---|\n",
+                        section.heading, section.note.empty() ? "" : section.note + "\n\n");
     for (const KeyText& key : section.keys) {
       page += fmt::format("| `{}` | {} | {} | {} | {} |\n", key.name, key.unit.text, allowed_text(key),
                           default_text(key), key.meaning);

@@ -47,7 +47,7 @@ FrictionConfig read_friction(const TomlReader& reader, const TomlTable& table) {
   const double breakaway_nm = std::max(friction.positive.breakaway_nm, friction.negative.breakaway_nm);
   if (breakaway_nm > kLargestDeflection_rad * friction.stiffness_nm_rad) {
     reader.fail(table, "stiffness_nm_rad",
-                fmt::format("{:g} lets the bristles bend by more than 1 rad", friction.stiffness_nm_rad),
+                fmt::format("{:g} lets the bristles deflect by more than 1 rad", friction.stiffness_nm_rad),
                 fmt::format("give at least {:g}", breakaway_nm / kLargestDeflection_rad));
   }
   return friction;
@@ -73,7 +73,7 @@ std::optional<EndStopConfig> read_end_stops(const TomlReader& reader, const Toml
     return std::nullopt;
   }
   if (keys.range_rad.size() != 2 || keys.range_rad[0] >= keys.range_rad[1]) {
-    reader.fail(table, "end_stops_deg", "is not a pair of rising angles", "give [lower, upper]");
+    reader.fail(table, "end_stops_deg", "must be a pair of rising angles", "give [lower, upper]");
   }
   return EndStopConfig{keys.range_rad[0], keys.range_rad[1], keys.stiffness_nm_rad, keys.restitution};
 }
@@ -111,7 +111,7 @@ DesignConfig read_design(const TomlReader& reader, const TomlTable& table) {
   read_table(reader, table, design_keys(), design);
   if (design.speed_loop_bandwidth_hz.has_value() == design.speed_loop_natural_frequency_rad_s.has_value()) {
     reader.fail(table, "speed_loop_bandwidth_hz",
-                design.speed_loop_bandwidth_hz ? "is given together with speed_loop_natural_frequency_rad_s"
+                design.speed_loop_bandwidth_hz ? "excludes speed_loop_natural_frequency_rad_s"
                                                : "is missing, and so is speed_loop_natural_frequency_rad_s",
                 "give exactly one of them");
   }
@@ -126,14 +126,15 @@ namespace {
 void check_converters(const TomlReader& reader, const PlantConfig& plant) {
   const TomlTable adc = reader.child(reader.root(), "adc");
   if (plant.adc.voltage_full_scale_v < plant.supply.voltage_v) {
-    reader.fail(adc, "voltage_full_scale_v", fmt::format("{:g} cannot show the supply", plant.adc.voltage_full_scale_v),
+    reader.fail(adc, "voltage_full_scale_v",
+                fmt::format("{:g} is below the supply voltage", plant.adc.voltage_full_scale_v),
                 fmt::format("give at least supply.voltage_v = {:g}", plant.supply.voltage_v));
   }
   for (const int axis : {kAzimuth, kPitch}) {
     const double limit_a = plant.axis[static_cast<std::size_t>(axis)].motor.current_limit_a;
     if (plant.adc.current_full_scale_a < limit_a) {
       reader.fail(adc, "current_full_scale_a",
-                  fmt::format("{:g} cannot show the current of {}", plant.adc.current_full_scale_a, axis_name(axis)),
+                  fmt::format("{:g} is below the current limit of {}", plant.adc.current_full_scale_a, axis_name(axis)),
                   fmt::format("give at least {}.motor.current_limit_a = {:g}", axis_name(axis), limit_a));
     }
   }

@@ -20,13 +20,13 @@ constexpr double kLongestDelay_ms = (TARGET_TRACKER_HISTORY - 1) * kTick_s * 1e3
 Keys<ScenarioConfig> scenario_keys() {
   using Config = ScenarioConfig;
   return {
-      words("name", &Config::name, "of the experiment"),
+      words("name", &Config::name, "name of the experiment"),
       words("title", &Config::title, "one line for the report"),
-      choice("kind", {"speed_sine", "speed_step", "tracking"}, &Config::kind, "what the reference is"),
+      choice("kind", {"speed_sine", "speed_step", "tracking"}, &Config::kind, "kind of reference"),
       number("duration_s", unit::kSecond, {0.01, 3600}, &Config::duration_s, "length of a run"),
-      number("rest_s", unit::kSecond, {0, 3600}, &Config::rest_s, "reference at rest until then; not in tracking")
+      number("rest_s", unit::kSecond, {0, 3600}, &Config::rest_s, "end of the initial standstill; not in tracking")
           .or_else(0),
-      number("settle_s", unit::kSecond, {0, 3600}, &Config::settle_s, "from there to the start of the analysis")
+      number("settle_s", unit::kSecond, {0, 3600}, &Config::settle_s, "time from rest_s to the start of the analysis")
           .or_else(0),
   };
 }
@@ -38,9 +38,10 @@ struct InitialKeys {
 
 Keys<InitialKeys> initial_keys() {
   return {
-      number("initial_azimuth_deg", unit::kDegree, {-1e4, 1e4}, &InitialKeys::azimuth_rad, "joint angle at time 0")
+      number("initial_azimuth_deg", unit::kDegree, {-1e4, 1e4}, &InitialKeys::azimuth_rad,
+             "azimuth joint angle at time 0")
           .or_else(0),
-      number("initial_pitch_deg", unit::kDegree, {-180, 180}, &InitialKeys::pitch_rad, "joint angle at time 0")
+      number("initial_pitch_deg", unit::kDegree, {-180, 180}, &InitialKeys::pitch_rad, "pitch joint angle at time 0")
           .or_else(0),
   };
 }
@@ -49,8 +50,8 @@ Keys<ScenarioConfig> sine_keys() {
   using Config = ScenarioConfig;
   return {
       number("speeds_deg_s", unit::kDegreePerSecond, {kSlowest_deg_s, 1e3}, &Config::speeds_rad_s,
-             "amplitudes, one case each"),
-      number("frequency_hz", unit::kHertz, {1e-3, 200}, &Config::frequency_hz, "of the sine"),
+             "amplitudes; one case each"),
+      number("frequency_hz", unit::kHertz, {1e-3, 200}, &Config::frequency_hz, "frequency of the sine"),
   };
 }
 
@@ -58,12 +59,13 @@ Keys<ScenarioConfig> step_keys() {
   using Config = ScenarioConfig;
   return {
       number("speeds_deg_s", unit::kDegreePerSecond, {-1e3, 1e3}, &Config::speeds_rad_s,
-             "steps, one case each; either sign, not 0"),
+             "step heights; one case each; positive or negative, not 0"),
       number("disturbance_amplitude_deg_s", unit::kDegreePerSecond, {0, 1e3}, &Config::disturbance_amplitude_rad_s,
-             "a torque from rest_s on that alone would move the bare inertia with a sine of this speed")
+             "amplitude of a sinusoidal disturbance torque from rest_s on, as the speed that it would give the bare "
+             "inertia")
           .or_else(0),
       number("disturbance_frequency_hz", unit::kHertz, {0, 200}, &Config::disturbance_frequency_hz,
-             "of that sine; both or neither")
+             "frequency of that disturbance; give both or neither")
           .or_else(0),
   };
 }
@@ -72,13 +74,18 @@ Keys<FlyByConfig> fly_by_keys() {
   using Config = FlyByConfig;
   return {
       number("start_position_m", unit::kMetre, kDistance_m, &Config::start_position_m, "[ahead, left, up] at time 0"),
-      number("velocity_m_s", unit::kMetrePerSecond, {-500, 500}, &Config::velocity_m_s, "of the straight course"),
-      number("weave_lateral_m", unit::kMetre, {0, 1e3}, &Config::weave_lateral_m, "amplitude across the course")
+      number("velocity_m_s", unit::kMetrePerSecond, {-500, 500}, &Config::velocity_m_s,
+             "velocity on the straight course"),
+      number("weave_lateral_m", unit::kMetre, {0, 1e3}, &Config::weave_lateral_m,
+             "amplitude of the weave across the course")
           .or_else(0),
-      number("weave_lateral_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_lateral_period_s, "of that")
+      number("weave_lateral_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_lateral_period_s,
+             "period of the weave across the course")
           .or_else(20),
-      number("weave_vertical_m", unit::kMetre, {0, 1e3}, &Config::weave_vertical_m, "amplitude up and down").or_else(0),
-      number("weave_vertical_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_vertical_period_s, "of that")
+      number("weave_vertical_m", unit::kMetre, {0, 1e3}, &Config::weave_vertical_m, "amplitude of the vertical weave")
+          .or_else(0),
+      number("weave_vertical_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_vertical_period_s,
+             "period of the vertical weave")
           .or_else(20),
   };
 }
@@ -87,13 +94,14 @@ Keys<CameraConfig> camera_keys() {
   using Config = CameraConfig;
   return {
       number("frame_rate_hz", unit::kHertz, {2, 1000}, &Config::frame_rate_hz,
-             "slower, the tracking loop would lose its target between two frames"),
+             "below this range the tracking loop would lose its target between two frames"),
       number("delay_ms", unit::kMillisecond, {0, kLongestDelay_ms}, &Config::delay_s,
-             "from exposure to result; less than 10 frames"),
-      number("pixel_urad", unit::kMicroradian, {0.01, 1e4}, &Config::pixel_rad, "angle of a pixel"),
-      number("width_px", unit::kPixel, {1, 1e5}, &Config::width_px, "along azimuth"),
-      number("height_px", unit::kPixel, {1, 1e5}, &Config::height_px, "along pitch"),
-      number("centroid_noise_rms_px", unit::kPixel, {0, 100}, &Config::centroid_noise_rms_px, "white, per axis"),
+             "time from exposure to result; less than 10 frames"),
+      number("pixel_urad", unit::kMicroradian, {0.01, 1e4}, &Config::pixel_rad, "angle per pixel"),
+      number("width_px", unit::kPixel, {1, 1e5}, &Config::width_px, "width of the image, along azimuth"),
+      number("height_px", unit::kPixel, {1, 1e5}, &Config::height_px, "height of the image, along pitch"),
+      number("centroid_noise_rms_px", unit::kPixel, {0, 100}, &Config::centroid_noise_rms_px,
+             "white noise of the target position, per axis"),
   };
 }
 
@@ -103,17 +111,17 @@ void read_axes(const TomlReader& reader, ScenarioConfig& scenario) {
   const toml::array *names = node != nullptr ? node->as_array() : nullptr;
   const char *remedy = "give a list of \"azimuth\" and \"pitch\", at least one";
   if (names == nullptr || names->empty()) {
-    reader.fail(root, "axes", node == nullptr ? "is missing" : "is not a list with elements", remedy);
+    reader.fail(root, "axes", node == nullptr ? "is missing" : "must be a non-empty list", remedy);
   }
   for (const toml::node& name : *names) {
     const std::string text = name.value_or<std::string>("");
     const bool azimuth = text == axis_name(kAzimuth);
     if (!azimuth && text != axis_name(kPitch)) {
-      reader.fail(root, "axes", "holds something else", remedy);
+      reader.fail(root, "axes", "contains an unknown axis", remedy);
     }
     bool& takes_part = scenario.axes[azimuth ? kAzimuth : kPitch];
     if (takes_part) {
-      reader.fail(root, "axes", fmt::format("holds \"{}\" twice", text), remedy);
+      reader.fail(root, "axes", fmt::format("contains \"{}\" twice", text), remedy);
     }
     takes_part = true;
   }
@@ -153,12 +161,12 @@ void check_speeds(const TomlReader& reader, const ScenarioConfig& scenario) {
   for (const double speed_rad_s : scenario.speeds_rad_s) {
     const double speed_deg_s = speed_rad_s / unit::kDegreePerSecond.in_si;
     if (std::abs(speed_deg_s) < kSlowest_deg_s * (1.0 - 1e-9)) {
-      reader.fail(reader.root(), "speeds_deg_s", fmt::format("{:g} is no step", speed_deg_s),
+      reader.fail(reader.root(), "speeds_deg_s", fmt::format("{:g} is too small for a step", speed_deg_s),
                   fmt::format("give at least {:g} deg/s, forwards or backwards", kSlowest_deg_s));
     }
     const std::string name = fmt::format("{:g}", speed_deg_s);
     if (std::find(names.begin(), names.end(), name) != names.end()) {
-      reader.fail(reader.root(), "speeds_deg_s", fmt::format("holds {} twice", name), "give each speed once");
+      reader.fail(reader.root(), "speeds_deg_s", fmt::format("contains {} twice", name), "give each speed once");
     }
     names.push_back(name);
   }
@@ -166,7 +174,7 @@ void check_speeds(const TomlReader& reader, const ScenarioConfig& scenario) {
   const bool frequency = scenario.disturbance_frequency_hz > 0.0;
   if (amplitude != frequency) {
     reader.fail(reader.root(), amplitude ? "disturbance_amplitude_deg_s" : "disturbance_frequency_hz",
-                "disturbs nothing alone", "give disturbance_amplitude_deg_s and disturbance_frequency_hz together");
+                "has no effect alone", "give disturbance_amplitude_deg_s and disturbance_frequency_hz together");
   }
 }
 
@@ -174,8 +182,8 @@ void check_speeds(const TomlReader& reader, const ScenarioConfig& scenario) {
 void refuse_keys_of_speed_runs(const TomlReader& reader) {
   for (const char *key : {"initial_azimuth_deg", "initial_pitch_deg", "rest_s"}) {
     if (reader.root().table->contains(key)) {
-      reader.fail(reader.root(), key, "has no meaning in tracking, which starts on the target",
-                  "remove it; fly_by.start_position_m says where that is");
+      reader.fail(reader.root(), key, "is not allowed in tracking, which starts on the target",
+                  "remove it; fly_by.start_position_m defines the start");
     }
   }
 }
@@ -184,7 +192,7 @@ void check_duration(const TomlReader& reader, const ScenarioConfig& scenario) {
   const double before_s = scenario.rest_s + scenario.settle_s;
   if (scenario.duration_s < before_s + kMinAnalysis_s) {
     reader.fail(
-        reader.root(), "duration_s", fmt::format("leaves less than {:g} s to analyse", kMinAnalysis_s),
+        reader.root(), "duration_s", fmt::format("leaves less than {:g} s for the analysis", kMinAnalysis_s),
         fmt::format("give at least rest_s + settle_s + {:g} = {:g}", kMinAnalysis_s, before_s + kMinAnalysis_s));
   }
 }
@@ -233,7 +241,7 @@ ScenarioConfig load_scenario(const std::filesystem::path& path) {
 std::string scenario_keys_markdown() {
   return sections_markdown(
       "Keys of a scenario file",
-      {{"(top of the file)", "And `axes`: a list of \"azimuth\" and \"pitch\".", texts_of(scenario_keys())},
+      {{"(top of the file)", "Also `axes`: a list of \"azimuth\" and \"pitch\".", texts_of(scenario_keys())},
        {"kind = \"speed_sine\" or \"speed_step\"", "At the top of the file.", texts_of(initial_keys())},
        {"kind = \"speed_sine\"", "At the top of the file.", texts_of(sine_keys())},
        {"kind = \"speed_step\"", "At the top of the file.", texts_of(step_keys())},

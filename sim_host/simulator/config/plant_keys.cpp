@@ -18,31 +18,31 @@ const Keys<PlantConfig>& plant_keys() {
 const Keys<PlantConfig>& friction_model_keys() {
   static const Keys<PlantConfig> keys = {choice("model", {"none", "lugre", "maxwell_slip"},
                                                 &PlantConfig::friction_model,
-                                                "what rubs in both axes; `none` takes away the viscous part too")};
+                                                "friction model of both axes; `none` also removes viscous friction")};
   return keys;
 }
 
 const Keys<MaxwellSlipConfig>& maxwell_slip_keys() {
   using Config = MaxwellSlipConfig;
   static const Keys<MaxwellSlipConfig> keys = {
-      number("elements", unit::kNone, {1, 16}, &Config::elements, "spring-slider elements per axis").or_else(8),
+      number("elements", unit::kNone, {1, 16}, &Config::elements, "number of spring-slider elements per axis")
+          .or_else(8),
       number("attraction_1_s", unit::kPerSecond, {0, 1e4}, &Config::attraction_1_s,
              "how fast slipping elements follow the Stribeck curve")
           .or_else(50),
       number("sticking_damping_fraction", unit::kNone, {0, 1}, &Config::sticking_damping_fraction,
-             "share of damping_nm_s_rad that sticking elements keep")
+             "share of damping_nm_s_rad in sticking elements")
           .or_else(0),
       number("level_per_load_1_nm", unit::kPerNewtonMetre, {0, 1}, &Config::level_per_load_1_nm,
              "relative rise of the friction level per Nm of load torque")
           .or_else(0),
       number("temperature_start_k", unit::kKelvin, {-100, 100}, &Config::temperature_start_k,
-             "seal temperature at time 0, against that of the friction numbers")
+             "seal temperature at time 0, relative to that of the friction parameters")
           .or_else(0),
-      number("temperature_end_k", unit::kKelvin, {-100, 100}, &Config::temperature_end_k,
-             "seal temperature that is reached in the end")
+      number("temperature_end_k", unit::kKelvin, {-100, 100}, &Config::temperature_end_k, "final seal temperature")
           .or_else(0),
       number("temperature_time_constant_s", unit::kSecond, {1e-2, 1e6}, &Config::temperature_time_constant_s,
-             "time constant of that drift")
+             "time constant of the temperature drift")
           .or_else(100),
       number("level_per_k", unit::kPerKelvin, {-0.05, 0.05}, &Config::level_per_k,
              "logarithmic change of the friction level per K")
@@ -58,9 +58,10 @@ const Keys<SupplyConfig>& supply_keys() {
   using Config = SupplyConfig;
   static const Keys<SupplyConfig> keys = {
       number("voltage_v", unit::kVolt, {1, 1000}, &Config::voltage_v, "open-circuit supply voltage"),
-      number("source_resistance_ohm", unit::kOhm, {0, 10}, &Config::source_resistance_ohm, "of supply and wiring")
+      number("source_resistance_ohm", unit::kOhm, {0, 10}, &Config::source_resistance_ohm,
+             "resistance of supply and wiring")
           .or_else(0),
-      number("pwm_counts", unit::kNone, {16, 1e6}, &Config::pwm_counts, "timer counts of full duty"),
+      number("pwm_counts", unit::kNone, {16, 1e6}, &Config::pwm_counts, "timer counts at full duty cycle"),
   };
   return keys;
 }
@@ -68,13 +69,15 @@ const Keys<SupplyConfig>& supply_keys() {
 const Keys<AdcConfig>& adc_keys() {
   using Config = AdcConfig;
   static const Keys<AdcConfig> keys = {
-      number("resolution_bits", unit::kNone, {8, 24}, &Config::resolution_bits, "of both converters"),
+      number("resolution_bits", unit::kNone, {8, 24}, &Config::resolution_bits,
+             "resolution of the current and voltage converters"),
       number("current_full_scale_a", unit::kAmpere, {0.1, 1e4}, &Config::current_full_scale_a,
-             "range is plus and minus this"),
-      number("current_noise_rms_a", unit::kAmpere, {0, 100}, &Config::current_noise_rms_a, "white").or_else(0),
-      number("current_offset_a", unit::kAmpere, {-100, 100}, &Config::current_offset_a, "constant").or_else(0),
-      number("voltage_full_scale_v", unit::kVolt, {1, 2000}, &Config::voltage_full_scale_v, "range is 0 to this"),
-      number("voltage_noise_rms_v", unit::kVolt, {0, 100}, &Config::voltage_noise_rms_v, "white").or_else(0),
+             "range is plus and minus this value"),
+      number("current_noise_rms_a", unit::kAmpere, {0, 100}, &Config::current_noise_rms_a, "white noise").or_else(0),
+      number("current_offset_a", unit::kAmpere, {-100, 100}, &Config::current_offset_a, "constant offset").or_else(0),
+      number("voltage_full_scale_v", unit::kVolt, {1, 2000}, &Config::voltage_full_scale_v,
+             "range is from 0 to this value"),
+      number("voltage_noise_rms_v", unit::kVolt, {0, 100}, &Config::voltage_noise_rms_v, "white noise").or_else(0),
   };
   return keys;
 }
@@ -82,8 +85,9 @@ const Keys<AdcConfig>& adc_keys() {
 const Keys<BaseTiltConfig>& base_tilt_keys() {
   using Config = BaseTiltConfig;
   static const Keys<BaseTiltConfig> keys = {
-      number("tilt_deg", unit::kDegree, {-45, 45}, &Config::tilt_rad, "static slant of the base").or_else(0),
-      number("direction_deg", unit::kDegree, kTurn, &Config::direction_rad, "azimuth joint angle to which it slants up")
+      number("tilt_deg", unit::kDegree, {-45, 45}, &Config::tilt_rad, "constant tilt of the base").or_else(0),
+      number("direction_deg", unit::kDegree, kTurn, &Config::direction_rad,
+             "azimuth joint angle at which the tilt points up")
           .or_else(0),
   };
   return keys;
@@ -93,7 +97,7 @@ const Keys<AxisConfig>& axis_keys() {
   using Config = AxisConfig;
   static const Keys<AxisConfig> keys = {
       number("inertia_kg_m2", unit::kKilogramSquareMetre, {1e-6, 1e6}, &Config::inertia_kg_m2,
-             "about the axis; azimuth: the part that does not depend on pitch, J0"),
+             "inertia about the axis; azimuth: the part J0 that does not depend on pitch"),
       number("inertia_swing_kg_m2", unit::kKilogramSquareMetre, {0, 1e6}, &Config::inertia_swing_kg_m2,
              "azimuth only: J1 in J0 + J1 cos^2(pitch)")
           .or_else(0),
@@ -105,13 +109,13 @@ const Keys<EndStopKeys>& end_stop_keys() {
   using Config = EndStopKeys;
   static const Keys<EndStopKeys> keys = {
       number("end_stops_deg", unit::kDegree, {-1e5, 1e5}, &Config::range_rad,
-             "[lower, upper] travel limit of the joint; absent: none")
+             "[lower, upper] travel limits of the joint; absent: no end stops")
           .or_absent(),
       number("end_stop_stiffness_nm_rad", unit::kNewtonMetrePerRadian, {1, 1e8}, &Config::stiffness_nm_rad,
-             "of the buffers")
+             "stiffness of the buffers")
           .or_else(1e5),
       number("end_stop_restitution", unit::kNone, {0.01, 1}, &Config::restitution,
-             "speed after over speed before the impact")
+             "ratio of the speeds after and before the impact")
           .or_else(0.3),
   };
   return keys;
@@ -120,14 +124,15 @@ const Keys<EndStopKeys>& end_stop_keys() {
 const Keys<MotorConfig>& motor_keys() {
   using Config = MotorConfig;
   static const Keys<MotorConfig> keys = {
-      number("torque_constant_nm_a", unit::kNewtonMetrePerAmpere, {1e-4, 1e3}, &Config::torque_constant_nm_a, "Kt"),
+      number("torque_constant_nm_a", unit::kNewtonMetrePerAmpere, {1e-4, 1e3}, &Config::torque_constant_nm_a,
+             "Kt, torque per current"),
       number("back_emf_constant_v_s_rad", unit::kVoltSecondPerRadian, {0, 1e3}, &Config::back_emf_constant_v_s_rad,
-             "Ke"),
-      number("resistance_ohm", unit::kOhm, {1e-4, 1e4}, &Config::resistance_ohm, "R, winding and cable"),
-      number("inductance_mh", unit::kMillihenry, {1e-4, 1e4}, &Config::inductance_h, "L"),
+             "Ke, voltage per speed"),
+      number("resistance_ohm", unit::kOhm, {1e-4, 1e4}, &Config::resistance_ohm, "R of winding and cable"),
+      number("inductance_mh", unit::kMillihenry, {1e-4, 1e4}, &Config::inductance_h, "L of the winding"),
       number("current_limit_a", unit::kAmpere, {1e-3, 1e4}, &Config::current_limit_a,
-             "of the drive; the controller keeps it, the plant does not"),
-      number("dead_time_us", unit::kMicrosecond, {0, 10}, &Config::dead_time_s, "of the bridge").or_else(0),
+             "current limit of the drive; the controller enforces it, the plant does not"),
+      number("dead_time_us", unit::kMicrosecond, {0, 10}, &Config::dead_time_s, "dead time of the bridge").or_else(0),
   };
   return keys;
 }
@@ -136,8 +141,8 @@ const Keys<RippleConfig>& ripple_keys() {
   using Config = RippleConfig;
   static const Keys<RippleConfig> keys = {
       number("harmonic", unit::kNone, {1, 1000}, &Config::harmonic, "periods per turn of the joint"),
-      number("amplitude_percent", unit::kPercent, {0, 50}, &Config::fraction, "of the torque"),
-      number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "cosine phase at joint angle 0").or_else(0),
+      number("amplitude_percent", unit::kPercent, {0, 50}, &Config::fraction, "amplitude relative to the torque"),
+      number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "phase of the cosine at joint angle 0").or_else(0),
   };
   return keys;
 }
@@ -146,8 +151,9 @@ const Keys<CoggingConfig>& cogging_keys() {
   using Config = CoggingConfig;
   static const Keys<CoggingConfig> keys = {
       number("harmonic", unit::kNone, {1, 1000}, &Config::harmonic, "periods per turn of the joint"),
-      number("amplitude_nm", unit::kNewtonMetre, kTorque, &Config::amplitude_nm, "whatever the current"),
-      number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "sine phase at joint angle 0").or_else(0),
+      number("amplitude_nm", unit::kNewtonMetre, kTorque, &Config::amplitude_nm,
+             "amplitude, independent of the current"),
+      number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "phase of the sine at joint angle 0").or_else(0),
   };
   return keys;
 }
@@ -160,16 +166,16 @@ const Keys<FrictionConfig>& friction_keys() {
       number("damping_nm_s_rad", unit::kNewtonMetreSecondPerRadian, {0, 1e6}, &Config::damping_nm_s_rad,
              "sigma1, eq. (1)"),
       number("eccentricity_once_percent", unit::kPercent, {0, 90}, &Config::eccentricity_once,
-             "variation of the level once per turn")
+             "variation of the friction level once per turn")
           .or_else(0),
       number("eccentricity_once_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_once_phase_rad,
-             "joint angle of its maximum")
+             "joint angle of the maximum")
           .or_else(0),
       number("eccentricity_twice_percent", unit::kPercent, {0, 90}, &Config::eccentricity_twice,
-             "variation of the level twice per turn")
+             "variation of the friction level twice per turn")
           .or_else(0),
       number("eccentricity_twice_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_twice_phase_rad,
-             "joint angle of a maximum")
+             "joint angle of one of the maxima")
           .or_else(0),
   };
   return keys;
@@ -181,7 +187,7 @@ const Keys<StribeckConfig>& stribeck_keys() {
       number("coulomb_nm", unit::kNewtonMetre, {1e-6, 1e4}, &Config::coulomb_nm, "Tc, eq. (3)"),
       number("breakaway_nm", unit::kNewtonMetre, {1e-6, 1e4}, &Config::breakaway_nm, "Ts >= Tc, eq. (3)"),
       number("stribeck_speed_deg_s", unit::kDegreePerSecond, {1e-4, 5e3}, &Config::stribeck_speed_rad_s,
-             "speed of the Stribeck effect, eq. (3)"),
+             "Stribeck speed, eq. (3)"),
       number("viscous_nm_s_rad", unit::kNewtonMetreSecondPerRadian, {0, 1e4}, &Config::viscous_nm_s_rad,
              "sigma2, eq. (1)"),
   };
@@ -192,18 +198,19 @@ const Keys<LoadConfig>& load_keys() {
   using Config = LoadConfig;
   static const Keys<LoadConfig> keys = {
       number("imbalance_nm", unit::kNewtonMetre, kTorque, &Config::imbalance_nm,
-             "gravity moment of the off-centre mass; of azimuth it acts on a tilted base only")
+             "gravity torque of the off-centre mass; on azimuth it acts on a tilted base only")
           .or_else(0),
       number("imbalance_phase_deg", unit::kDegree, kTurn, &Config::imbalance_phase_rad,
-             "direction of that mass at joint angle 0")
+             "direction of the off-centre mass at joint angle 0")
           .or_else(0),
       number("cable_stiffness_nm_rad", unit::kNewtonMetrePerRadian, {0, 1e4}, &Config::cable_stiffness_nm_rad,
-             "torsion of the cable loop")
+             "torsional stiffness of the cable loop")
           .or_else(0),
       number("cable_neutral_deg", unit::kDegree, {-1e4, 1e4}, &Config::cable_neutral_rad,
              "joint angle at which the cable is relaxed")
           .or_else(0),
-      number("wind_mean_nm", unit::kNewtonMetre, {-1e4, 1e4}, &Config::wind_mean_nm, "positive against forward motion")
+      number("wind_mean_nm", unit::kNewtonMetre, {-1e4, 1e4}, &Config::wind_mean_nm,
+             "mean wind torque, positive against forward motion")
           .or_else(0),
       number("wind_gust_rms_nm", unit::kNewtonMetre, kTorque, &Config::wind_gust_rms_nm,
              "standard deviation of the gust torque")
@@ -225,10 +232,10 @@ const Keys<HoldingBrakeConfig>& holding_brake_keys() {
   using Config = HoldingBrakeConfig;
   static const Keys<HoldingBrakeConfig> keys = {
       number("torque_nm", unit::kNewtonMetre, {1e-3, 1e5}, &Config::torque_nm,
-             "most that it holds; beyond, it slips with this friction"),
-      number("engage_ms", unit::kMillisecond, {0, 1000}, &Config::engage_s, "from the bridge going off to holding")
+             "holding torque; above it the brake slips with this friction torque"),
+      number("engage_ms", unit::kMillisecond, {0, 1000}, &Config::engage_s, "time from bridge off to brake closed")
           .or_else(30),
-      number("release_ms", unit::kMillisecond, {0, 1000}, &Config::release_s, "from the bridge coming on to free")
+      number("release_ms", unit::kMillisecond, {0, 1000}, &Config::release_s, "time from bridge on to brake open")
           .or_else(20),
   };
   return keys;
@@ -241,7 +248,7 @@ const Keys<StructureConfig>& structure_keys() {
              "resonance of the axis without friction, at pitch 0"),
       number("damping", unit::kNone, {0.001, 1}, &Config::damping, "damping ratio of that resonance"),
       number("inertia_share", unit::kNone, {0.001, 0.9}, &Config::inertia_share,
-             "share of the axis' inertia that is behind the spring"),
+             "share of the axis' inertia behind the spring"),
   };
   return keys;
 }
@@ -250,8 +257,8 @@ const Keys<BaseSwayConfig>& base_sway_keys() {
   using Config = BaseSwayConfig;
   static const Keys<BaseSwayConfig> keys = {
       number("rms_urad", unit::kMicroradian, {0, 1e5}, &Config::rms_rad, "standard deviation of the base angle"),
-      number("frequency_hz", unit::kHertz, {0.01, 100}, &Config::frequency_hz, "of its resonance"),
-      number("damping", unit::kNone, {0.001, 2}, &Config::damping, "damping ratio of its resonance"),
+      number("frequency_hz", unit::kHertz, {0.01, 100}, &Config::frequency_hz, "resonant frequency of the sway"),
+      number("damping", unit::kNone, {0.001, 2}, &Config::damping, "damping ratio of the resonance"),
   };
   return keys;
 }
@@ -259,18 +266,19 @@ const Keys<BaseSwayConfig>& base_sway_keys() {
 const Keys<EncoderConfig>& encoder_keys() {
   using Config = EncoderConfig;
   static const Keys<EncoderConfig> keys = {
-      number("resolution_bits", unit::kNone, {8, 32}, &Config::resolution_bits, "per turn"),
-      number("jitter_rms_urad", unit::kMicroradian, {0, 1e4}, &Config::jitter_rms_rad, "white").or_else(0),
+      number("resolution_bits", unit::kNone, {8, 32}, &Config::resolution_bits, "bits per turn"),
+      number("jitter_rms_urad", unit::kMicroradian, {0, 1e4}, &Config::jitter_rms_rad, "white noise of a reading")
+          .or_else(0),
       number("eccentricity_urad", unit::kMicroradian, {0, 1e5}, &Config::eccentricity_rad,
-             "amplitude of the error once per turn")
+             "amplitude of the angle error once per turn")
           .or_else(0),
       number("eccentricity_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_phase_rad,
-             "sine phase at joint angle 0")
+             "phase of the sine at joint angle 0")
           .or_else(0),
-      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the angle to the reading")
+      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "time from the angle to the reading")
           .or_else(0),
       number("reads_per_tick", unit::kNone, {1, 20}, &Config::reads_per_tick,
-             "readings averaged per tick, one in each of its last PWM periods")
+             "number of readings averaged per tick, one in each of its last PWM periods")
           .or_else(1),
   };
   return keys;
@@ -281,13 +289,14 @@ const Keys<GyroConfig>& gyro_keys() {
   static const Keys<GyroConfig> keys = {
       number("noise_density_deg_s_rthz", unit::kDegreePerSecondRootHertz, {0, 1}, &Config::noise_density_rad_s_rthz,
              "one-sided density of the white rate noise"),
-      number("bandwidth_hz", unit::kHertz, {1, 5e3}, &Config::bandwidth_hz, "-3 dB"),
-      number("filter_order", unit::kNone, {1, 2}, &Config::filter_order, "of its low-pass").or_else(1),
-      number("bias_deg_s", unit::kDegreePerSecond, {-10, 10}, &Config::bias_rad_s, "constant").or_else(0),
-      number("scale_error_ppm", unit::kPpm, {-1e5, 1e5}, &Config::scale_error, "of the rate").or_else(0),
+      number("bandwidth_hz", unit::kHertz, {1, 5e3}, &Config::bandwidth_hz, "-3 dB bandwidth"),
+      number("filter_order", unit::kNone, {1, 2}, &Config::filter_order, "order of the low-pass filter").or_else(1),
+      number("bias_deg_s", unit::kDegreePerSecond, {-10, 10}, &Config::bias_rad_s, "constant bias").or_else(0),
+      number("scale_error_ppm", unit::kPpm, {-1e5, 1e5}, &Config::scale_error, "scale error of the rate").or_else(0),
       number("range_deg_s", unit::kDegreePerSecond, {0.1, 1e5}, &Config::range_rad_s,
-             "beyond plus and minus this the reading is clipped and not valid"),
-      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "from the rate to the reading").or_else(0),
+             "rates above this magnitude are clipped and marked invalid"),
+      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "time from the rate to the reading")
+          .or_else(0),
   };
   return keys;
 }
@@ -296,29 +305,31 @@ const Keys<DesignConfig>& design_keys() {
   using Config = DesignConfig;
   static const Keys<DesignConfig> keys = {
       number("speed_loop_bandwidth_hz", unit::kHertz, {0.01, 300}, &Config::speed_loop_bandwidth_hz,
-             "closed-loop bandwidth; exactly one of this and the next")
+             "closed-loop bandwidth; give either this or speed_loop_natural_frequency_rad_s")
           .or_absent(),
       number("speed_loop_natural_frequency_rad_s", unit::kRadianPerSecond, {0.01, 2e3},
-             &Config::speed_loop_natural_frequency_rad_s, "natural frequency of the PI loop on the bare inertia")
+             &Config::speed_loop_natural_frequency_rad_s, "natural frequency of the PI loop with the bare inertia")
           .or_absent(),
-      number("speed_loop_damping", unit::kNone, {0.1, 10}, &Config::speed_loop_damping, "of the PI loop"),
+      number("speed_loop_damping", unit::kNone, {0.1, 10}, &Config::speed_loop_damping, "damping ratio of the PI loop"),
       number("observer_bandwidth_hz", unit::kHertz, {0.01, 159}, &Config::observer_bandwidth_hz,
-             "of the disturbance observer's Q filter"),
-      choice("feedback", {"fused", "gyro", "encoder"}, &Config::feedback, "what the speed loop is closed on"),
+             "bandwidth of the disturbance observer's Q filter"),
+      choice("feedback", {"fused", "gyro", "encoder"}, &Config::feedback, "rate signal of the speed loop"),
       number("fusion_crossover_hz", unit::kHertz, {0.01, 318}, &Config::fusion_crossover_hz,
-             "below it the one, above it the other rate is trusted"),
+             "fused: gyro below this frequency, encoder above"),
       number("rate_window_ticks", unit::kNone, {2, 16}, &Config::rate_window_ticks,
-             "of the encoder's rate estimate; 2 has the least delay, more take phase margin"),
-      number("setpoint_weight", unit::kNone, {0, 1}, &Config::setpoint_weight, "of the proportional part"),
+             "window of the encoder's rate estimate; 2 has the least delay, more reduce the phase margin"),
+      number("setpoint_weight", unit::kNone, {0, 1}, &Config::setpoint_weight,
+             "set-point weight of the proportional part"),
       number("current_loop_bandwidth_hz", unit::kHertz, {10, 2500}, &Config::current_loop_bandwidth_hz,
-             "closed-loop bandwidth"),
+             "closed-loop bandwidth of the current loop"),
   };
   return keys;
 }
 
 const Keys<Assumption>& assumption_keys() {
-  static const Keys<Assumption> keys = {words("topic", &Assumption::topic, "what was chosen"),
-                                        words("text", &Assumption::text, "the choice, and why; goes to the report")};
+  static const Keys<Assumption> keys = {
+      words("topic", &Assumption::topic, "subject of the assumption"),
+      words("text", &Assumption::text, "the assumption and its reason; printed in the report")};
   return keys;
 }
 
@@ -338,31 +349,28 @@ std::string plant_keys_markdown() {
           {"[base_tilt]", "Optional.", texts_of(base_tilt_keys())},
           {"[azimuth], [pitch]", "", axis},
           {"[azimuth.motor], [pitch.motor]", "", texts_of(motor_keys())},
-          {"[[azimuth.motor.ripple]], [[pitch.motor.ripple]]", "Any number, also none.", texts_of(ripple_keys())},
-          {"[[azimuth.motor.cogging]], [[pitch.motor.cogging]]", "Any number, also none.", texts_of(cogging_keys())},
+          {"[[azimuth.motor.ripple]], [[pitch.motor.ripple]]", "Optional; may be repeated.", texts_of(ripple_keys())},
+          {"[[azimuth.motor.cogging]], [[pitch.motor.cogging]]", "Optional; may be repeated.",
+           texts_of(cogging_keys())},
           {"[azimuth.friction], [pitch.friction]", "", texts_of(friction_keys())},
           {"[azimuth.friction.positive], [azimuth.friction.negative], the same for pitch",
            "One per direction of motion. Without `negative` both directions are equal.", texts_of(stribeck_keys())},
           {"[azimuth.load], [pitch.load]", "Optional.", texts_of(load_keys())},
           {"[azimuth.holding_brake], [pitch.holding_brake]",
-           "Optional. A brake that springs close and a coil opens; the coil is fed with the gate driver's enable line, "
-           "so "
-           "it holds while the axis' bridge is off. `sim_host serve` and `emulate_board` have it. `run`, `identify`, "
-           "the "
-           "studies, `faults` and `soak` leave it out: what they show and promise does not rest on a brake.",
+           "Optional. A brake closed by springs and opened by a coil. The gate driver's enable line feeds the coil, so "
+           "the brake holds while the bridge is off. Only `sim_host serve` and `emulate_board` simulate it. `run`, "
+           "`identify`, `faults`, `soak` and the studies omit it, so that their results do not depend on a brake.",
            texts_of(holding_brake_keys())},
           {"[azimuth.structure], [pitch.structure]",
-           "Optional; without it the axis is rigid. A part of the inertia hangs on a spring; motor, seal, loads, "
-           "encoder "
-           "and gyro are before it, on the joint's side.",
+           "Optional; without it the axis is rigid. Part of the inertia is connected by a spring. Motor, seal, loads, "
+           "encoder and gyro are on the joint's side of the spring.",
            texts_of(structure_keys())},
-          {"[azimuth.base_sway], [pitch.base_sway]", "Optional; without it the base stands still.",
+          {"[azimuth.base_sway], [pitch.base_sway]", "Optional; without it the base does not move.",
            texts_of(base_sway_keys())},
           {"[azimuth.encoder], [pitch.encoder]", "", texts_of(encoder_keys())},
           {"[azimuth.gyro], [pitch.gyro]", "", texts_of(gyro_keys())},
-          {"[design.azimuth], [design.pitch]", "Requirements from which the gains are computed.",
-           texts_of(design_keys())},
-          {"[[assumption]]", "One per choice.", texts_of(assumption_keys())},
+          {"[design.azimuth], [design.pitch]", "Requirements for the gain design.", texts_of(design_keys())},
+          {"[[assumption]]", "One table per assumption.", texts_of(assumption_keys())},
       });
 }
 

@@ -205,11 +205,11 @@ double TomlReader::checked_number(const TomlTable& table, const KeyText& key, co
 
 std::string TomlReader::checked_text(const TomlTable& table, const KeyText& key, const toml::node& node) const {
   if (!node.is_string()) {
-    fail(table, key.name, fmt::format("is {}", type_text(node)), "give a text in quotes");
+    fail(table, key.name, fmt::format("is {}", type_text(node)), "give text in quotes");
   }
   std::string text = *node.value<std::string>();
   if (text.empty()) {
-    fail(table, key.name, "is empty", "give a text");
+    fail(table, key.name, "is empty", "give a non-empty text");
   }
   return text;
 }

@@ -165,7 +165,7 @@ std::optional<ConfigError> impossible_requirement(const PlantConfig& plant, int 
   const auto error = [&](const char *key, const char *reason, const char *right) {
     return plant.lines.error(fmt::format("design.{}.{}", axis_name(axis), key), reason, right);
   };
-  const char *const range = "is out of the firmware's range at 1 kHz";
+  const char *const range = "is outside the firmware's range at 1 kHz";
   if (design.current_loop_bandwidth_hz < 10.0 || design.current_loop_bandwidth_hz > 2500.0) {
     return error("current_loop_bandwidth_hz", "is not possible with this motor and a PWM of 20 kHz", "give 10 to 2500");
   }
@@ -186,10 +186,9 @@ const std::vector<ControllerSpec>& controller_specs() {
       {"pi_vob", "PI + VOB", "PI and velocity disturbance observer", true, FRICTION_NONE},
       {"pi_ftc", "PI + FTC", "PI and LuGre friction feedforward", false, FRICTION_LUGRE},
       {"pi_vob_ftc", "PI + VOB + FTC", "PI, observer and LuGre friction feedforward", true, FRICTION_LUGRE},
-      {"pi_coulomb", "PI + Coulomb", "PI and the Coulomb and viscous feedforward that drives usually have", false,
+      {"pi_coulomb", "PI + Coulomb", "PI and the usual Coulomb and viscous feedforward of drives", false,
        FRICTION_COULOMB},
-      {"pi_best", "best PI", "PI tuned by an optimiser for this scenario within the same margins", false,
-       FRICTION_NONE},
+      {"pi_best", "best PI", "PI tuned by an optimiser for this scenario, with the same margins", false, FRICTION_NONE},
   };
   return specs;
 }
@@ -202,7 +201,7 @@ const ControllerSpec& controller_spec(const std::string& name) {
     }
     choices += (choices.empty() ? "" : ", ") + spec.name;
   }
-  throw std::invalid_argument(fmt::format("controller \"{}\" is not known; give one of {}", name, choices));
+  throw std::invalid_argument(fmt::format("unknown controller \"{}\"; give one of {}", name, choices));
 }
 
 PiRequirement pi_requirement(const PlantConfig& plant, int axis, const DesignOptions& options) {

@@ -79,7 +79,7 @@ Advice advice_for(const PlantConfig& plant, int axis, const speed_loop_params& l
     return advice;
   }
   return {design.speed_loop_bandwidth_hz ? "speed_loop_bandwidth_hz" : "speed_loop_natural_frequency_rad_s",
-          "no smaller bandwidth helps: check latencies, fusion and inertia", 0.0};
+          "a smaller bandwidth does not help: check latencies, fusion and inertia", 0.0};
 }
 
 std::string alternatives(const speed_loop_params& loop) {
@@ -88,8 +88,7 @@ std::string alternatives(const speed_loop_params& loop) {
     return "";
   }
   return fmt::format(
-      ", or fewer rate_window_ticks: {} of them delay the encoder's rate by {:g} ms (a coarse encoder goes with "
-      "feedback "
+      ", or fewer rate_window_ticks: {} of them delay the encoder's rate by {:g} ms (for a coarse encoder use feedback "
       "= \"gyro\" instead)",
       loop.rate_estimator.window_ticks, 0.5 * (loop.rate_estimator.window_ticks - 1));
 }
@@ -146,7 +145,7 @@ std::vector<std::string> margin_warnings(const PlantConfig& plant, const servo_p
     const Margins margins = worst_margins(plant, axis, loop);
     if (!keeps_margins(margins)) {
       const std::string reason = fmt::format(
-          "leaves the speed loop with {} {:.1f} dB of gain and {:.0f} deg of phase margin where {:g} dB and {:g} deg "
+          "leaves the speed loop with {} {:.1f} dB gain margin and {:.0f} deg phase margin, but {:g} dB and {:g} deg "
           "are required",
           loop_text(loop), margins.gain_margin_db, margins.phase_margin_deg, kMinMargins.gain_margin_db,
           kMinMargins.phase_margin_deg);

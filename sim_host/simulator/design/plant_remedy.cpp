@@ -177,10 +177,9 @@ ConfigError design_error(const PlantConfig& plant, int axis, const std::string& 
                          const std::string& more) {
   const std::vector<Remedy> remedies = plant_remedies(plant, axis, is_possible);
   if (remedies.empty()) {
-    return plant.lines.error(
-        axis_name(axis), reason,
-        "no single number of the file makes a controller possible: compare inertia, friction, motor "
-        "and latencies with those of a shipped plant");
+    return plant.lines.error(axis_name(axis), reason,
+                             "changing a single parameter of the file does not make a controller possible: compare "
+                             "inertia, friction, motor and latencies with those of a shipped plant");
   }
   const Remedy& first = remedies.front();
   std::string advice = "give " + range_text(first);

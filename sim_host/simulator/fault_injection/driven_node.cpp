@@ -45,8 +45,7 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
                                     "host",
                                     &setup.scales};
   if (!servo_node_start(node_.get(), &config)) {
-    throw std::runtime_error("the node does not start: " + dictionary::refusal_of(setup.parameters, setup.limits) +
-                             ".");
+    throw std::runtime_error("the node did not start: " + dictionary::refusal_of(setup.parameters, setup.limits) + ".");
   }
   machine_.run_firmware(node_->board, [this] {
     servo_node_tick(node_.get());

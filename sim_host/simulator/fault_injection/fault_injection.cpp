@@ -254,7 +254,7 @@ FaultInjection end_of_travel() {
   FaultInjection end = part(
       "end of the travel", FAULT_BEYOND_TRAVEL, 0, 0, [](DrivenNode& n, int a, SplitMix64&) { end_the_travel(n, a); },
       is_outside);
-  end.hidden_because = "no set-point leads out of the travel, and none is followed further out";
+  end.hidden_because = "no set-point leads beyond the travel limit, and the axis follows none further out";
   return end;
 }
 
@@ -339,7 +339,7 @@ const FaultInjection& fault_injection(const std::string& name) {
     }
     names += (names.empty() ? "" : ", ") + one.name;
   }
-  throw std::invalid_argument(fmt::format("\"{}\" is nothing that breaks; give one of: {}", name, names));
+  throw std::invalid_argument(fmt::format("Unknown fault injection \"{}\"; choose one of: {}", name, names));
 }
 
 int allowed_latency_ms(const FaultInjection& fault_injection) {

@@ -28,22 +28,22 @@ std::vector<InjectionRunSetup> injection_runs_of(const FaultInjection& fault_inj
 std::string broken_promise(const InjectionRunSetup& injection_run, const InjectionRunResult& result) {
   const FaultInjection& fault_injection = *injection_run.fault_injection;
   if (result.showed && result.seen == FAULT_NONE) {
-    return "is not seen";
+    return "is not detected";
   }
   if (result.seen == FAULT_NONE) {
     return "";
   }
   if (((fault_bit(fault_injection.expected) | fault_injection.also) >> result.seen & 1U) == 0) {
-    return fmt::format("is taken for fault {}", static_cast<int>(result.seen));
+    return fmt::format("is detected as fault {}", static_cast<int>(result.seen));
   }
   if (result.latency_ms > allowed_latency_ms(fault_injection)) {
-    return fmt::format("is seen after {} ms", result.latency_ms);
+    return fmt::format("is detected after {} ms", result.latency_ms);
   }
   if (!result.reaction_right) {
-    return "has another reaction than the table's";
+    return "has a reaction that differs from the table's";
   }
   if (!result.other_axis_right) {
-    return "does to the other axis what it should not";
+    return "affects the other axis";
   }
   if (result.speed_most_rad_s > result.speed_before_rad_s + promised_overshoot_rad_s(fault_injection)) {
     return fmt::format("reaches {:.3f} rad/s from {:.3f}", result.speed_most_rad_s, result.speed_before_rad_s);
@@ -51,7 +51,7 @@ std::string broken_promise(const InjectionRunSetup& injection_run, const Injecti
   const auto reaction = static_cast<fault_reaction>(fault_table[result.seen].reaction);
   const double promised_rad = promised_travel_rad(reaction, result.speed_most_rad_s);
   if (injection_run.calm && (result.travel_rad > promised_rad || !result.came_to_rest)) {
-    return fmt::format("travels {:.4f} rad from {:.3f} rad/s, {:.4f} promised", result.travel_rad,
+    return fmt::format("travels {:.4f} rad from {:.3f} rad/s, but the limit is {:.4f}", result.travel_rad,
                        result.speed_most_rad_s, promised_rad);
   }
   return "";
@@ -123,8 +123,8 @@ bool all_promises_kept(const std::vector<MatrixRow>& rows) {
 
 std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
   std::string text =
-      fmt::format("{:<30} {:>6} {:>6} {:>6} {:>5} {:>7} {:>9} {:>7} {:>9} {:>7}  {}\n", "breakage", "trials", "showed",
-                  "seen", "ms", "allowed", "faster by", "travel", "of stated", "in wind", "taken for");
+      fmt::format("{:<30} {:>6} {:>6} {:>6} {:>5} {:>7} {:>9} {:>7} {:>9} {:>7}  {}\n", "fault injection", "runs",
+                  "visible", "found", "ms", "allowed", "faster by", "travel", "of limit", "in wind", "detected as");
   std::string below;
   for (const MatrixRow& row : rows) {
     std::string taken_for;
@@ -137,7 +137,7 @@ std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
                         row.worst_travel_rad * kDegreesPerRad, 100.0 * row.worst_travel_share,
                         row.worst_travel_in_wind_rad * kDegreesPerRad, taken_for);
     for (const auto& [motion, count] : row.hidden) {
-      below += fmt::format("{}: not detectable in {} runs of {}: {}\n", row.fault_injection->name, count,
+      below += fmt::format("{}: no effect in {} injection runs of {}: {}\n", row.fault_injection->name, count,
                            motion_name(motion), row.fault_injection->hidden_because);
     }
     for (const std::string& error : row.errors) {

@@ -27,7 +27,7 @@ std::vector<std::string> part_names() {
 
 Keys<FaultScenario> scenario_keys() {
   return {
-      choice("motion", motion_names(), &FaultScenario::motion, "of both axes"),
+      choice("motion", motion_names(), &FaultScenario::motion, "motion of both axes"),
       number("duration_s", unit::kSecond, {0.1, 3600}, &FaultScenario::duration_s, "length of the run"),
       number("seed", unit::kNone, {0, 1e9}, &FaultScenario::seed, "of noise, wind and the size of an injected fault")
           .or_else(1),
@@ -36,9 +36,9 @@ Keys<FaultScenario> scenario_keys() {
 
 Keys<PlannedFaultInjection> fault_injection_keys() {
   return {
-      choice("part", part_names(), &PlannedFaultInjection::part, "what breaks"),
-      choice("axis", {axis_name(kAzimuth), axis_name(kPitch)}, &PlannedFaultInjection::axis, "whose part"),
-      number("at_s", unit::kSecond, {0, 3600}, &PlannedFaultInjection::at_s, "when"),
+      choice("part", part_names(), &PlannedFaultInjection::part, "fault to inject"),
+      choice("axis", {axis_name(kAzimuth), axis_name(kPitch)}, &PlannedFaultInjection::axis, "axis of the fault"),
+      number("at_s", unit::kSecond, {0, 3600}, &PlannedFaultInjection::at_s, "injection instant"),
   };
 }
 
@@ -105,8 +105,8 @@ class ScenarioRun {
     const fault_id fault = node_.axis(axis).drive.fault;
     const double rate_rad_s = node_.machine().truth().joint_rate_rad_s[i];
     if (fault != reported_[i]) {
-      static const char *const reactions[] = {"reported", "the loop stops it", "the shorted motor brakes",
-                                              "off at once"};
+      static const char *const reactions[] = {"reported", "the speed loop brakes", "the shorted motor brakes",
+                                              "bridge off at once"};
       const fault_row& row = fault_table[fault];
       say(axis, fmt::format("fault {} (0x{:04X}) at {:.3f} deg/s: {}", static_cast<int>(fault), row.code,
                             rate_rad_s * 180.0 / kPi, reactions[row.reaction]));
@@ -119,7 +119,7 @@ class ScenarioRun {
       }
     }
     if (fault != FAULT_NONE && braking_[i].step(node_.machine().truth(), axis)) {
-      say(axis, fmt::format("stands, {:.3f} deg further", braking_[i].travel_rad() * 180.0 / kPi));
+      say(axis, fmt::format("at rest after a further {:.3f} deg", braking_[i].travel_rad() * 180.0 / kPi));
     }
   }
 
@@ -149,8 +149,8 @@ FaultScenario load_fault_scenario(const std::filesystem::path& path) {
     }
     for (const PlannedFaultInjection& other : scenario.fault_injections) {
       if (other.axis == planned.axis && part_of(other).mode != part_of(planned).mode) {
-        reader.fail(table, "part", "needs another mode of operation than a part of this axis before it",
-                    "break it in a file of its own");
+        reader.fail(table, "part", "needs a different mode of operation than an earlier fault injection on this axis",
+                    "use a separate file for it");
       }
     }
     scenario.fault_injections.push_back(planned);

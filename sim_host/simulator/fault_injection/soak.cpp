@@ -170,9 +170,8 @@ SoakResult run_soak(const PlantConfig& plant, double hours, std::uint64_t seed, 
 
 std::string print_soak(const SoakResult& result) {
   std::string text = fmt::format(
-      "{:.2f} hours, false trips: {}\nnearest to a limit: gyro and encoder {:.0f} %, voltage {} ticks of 8, heating "
-      "{:.0f} "
-      "%\n",
+      "{:.2f} hours, false alarms: {}\nclosest to a limit: gyro and encoder {:.0f} %, voltage {} ticks of 8, heating "
+      "{:.0f} %\n",
       result.hours, result.false_trips.size(), 100.0 * result.max_disagreement, result.max_mismatch_ticks,
       100.0 * result.max_heating);
   for (const std::string& trip : result.false_trips) {

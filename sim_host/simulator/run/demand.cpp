@@ -70,7 +70,7 @@ class Demands {
     if (torque_nm > 0.0) {
       torques_too_large_ += torque_nm > available_nm_ ? 1 : 0;
       largest_torque_ = torque_nm > largest_torque_.torque_nm ? Torque{key, value, torque_nm} : largest_torque_;
-      add(key, value, torque_nm / available_nm_, fmt::format("{} {:.3g} Nm, and {}", verb, torque_nm, motor_text()));
+      add(key, value, torque_nm / available_nm_, fmt::format("{} {:.3g} Nm, but {}", verb, torque_nm, motor_text()));
     }
   }
 
@@ -78,14 +78,14 @@ class Demands {
   Demand weak_motor() const {
     const MotorConfig& motor = axis_.motor;
     const double share = largest_torque_.torque_nm / available_nm_;
-    const std::string reason = fmt::format("{}, and {} = {:g} takes {:.3g} Nm", motor_text(), largest_torque_.key,
+    const std::string reason = fmt::format("{}, but {} = {:g} takes {:.3g} Nm", motor_text(), largest_torque_.key,
                                            largest_torque_.value, largest_torque_.torque_nm);
     if (is_stall_limited()) {
       return {on_axis("motor.resistance_ohm"), reason,
-              fmt::format("give at most {:.3g}, or more supply.voltage_v", motor.resistance_ohm / share), share};
+              fmt::format("give at most {:.3g}, or raise supply.voltage_v", motor.resistance_ohm / share), share};
     }
     return {on_axis("motor.torque_constant_nm_a"), reason,
-            fmt::format("give at least {:.3g}, or current_limit_a of at least {:.3g}",
+            fmt::format("give at least {:.3g}, or raise current_limit_a to at least {:.3g}",
                         motor.torque_constant_nm_a * share, motor.current_limit_a * share),
             share};
   }
@@ -173,14 +173,14 @@ class Demands {
   void add_currents() {
     const double kt = axis_.motor.torque_constant_nm_a;
     add_torque("adc.current_offset_a", plant_.adc.current_offset_a, kt * std::abs(plant_.adc.current_offset_a),
-               "feigns");
+               "causes an apparent torque of");
     add_torque("adc.current_noise_rms_a", plant_.adc.current_noise_rms_a, kSigmas * kt * plant_.adc.current_noise_rms_a,
-               "feigns");
+               "causes an apparent torque of");
   }
 
   void add_rate(const char *key, double value, double rate_rad_s) {
     add(on_axis(key), value, rate_rad_s / reference_rad_s_,
-        fmt::format("feigns {:.3g} deg/s at a set-point of {:.3g} deg/s", kDegPerRad * rate_rad_s,
+        fmt::format("causes a rate error of {:.3g} deg/s at a set-point of {:.3g} deg/s", kDegPerRad * rate_rad_s,
                     kDegPerRad * reference_rad_s_));
   }
 
@@ -192,7 +192,7 @@ class Demands {
     const double step_rate_rad_s = step_rad * readings / std::sqrt(12.0) / kTick_s;
     demands_.push_back(
         {on_axis("encoder.resolution_bits"),
-         fmt::format("{} makes {:.3g} deg/s of noise at a set-point of {:.3g} deg/s", encoder.resolution_bits,
+         fmt::format("{} causes {:.3g} deg/s of noise at a set-point of {:.3g} deg/s", encoder.resolution_bits,
                      kDegPerRad * step_rate_rad_s, kDegPerRad * reference_rad_s_),
          fmt::format("give at least {:.0f}",
                      std::min(32.0, encoder.resolution_bits +
@@ -207,7 +207,7 @@ class Demands {
     add_rate("base_sway.rms_urad", 1e6 * axis_.base_sway.rms_rad,
              kSigmas * 2.0 * kPi * axis_.base_sway.frequency_hz * axis_.base_sway.rms_rad);
     demands_.push_back({on_axis("gyro.bandwidth_hz"),
-                        fmt::format("{:g} is slower than the fusion of the rates at {:g} Hz", gyro.bandwidth_hz,
+                        fmt::format("{:g} is below the crossover of the fused rates, {:g} Hz", gyro.bandwidth_hz,
                                     design_.fusion_crossover_hz),
                         fmt::format("give at least {:.3g}", design_.fusion_crossover_hz),
                         design_.fusion_crossover_hz / gyro.bandwidth_hz});
@@ -217,16 +217,17 @@ class Demands {
   void add_inertia() {
     const double slow = inertia_kg_m2_ * reference_rad_s_ / available_nm_ / time_s_;
     add(on_axis("inertia_kg_m2"), axis_.inertia_kg_m2, slow,
-        fmt::format("takes {:.3g} s to be accelerated, and {}", slow * time_s_, motor_text()));
+        fmt::format("takes {:.3g} s to accelerate, and {}", slow * time_s_, motor_text()));
     const StribeckConfig& s = axis_.friction.positive;
     const double jump_rad_s = (s.breakaway_nm - s.coulomb_nm + 0.15 * s.coulomb_nm) * kTick_s / inertia_kg_m2_;
     if (plant_.friction_model != FrictionModel::kNone) {
-      demands_.push_back({on_axis("inertia_kg_m2"),
-                          fmt::format("{:g} jumps by {:.3g} deg/s within a tick of 1 ms when the seal breaks away",
-                                      axis_.inertia_kg_m2, kDegPerRad * jump_rad_s),
-                          fmt::format("give at least {:.3g}, or less friction (friction.positive.breakaway_nm = {:g})",
-                                      axis_.inertia_kg_m2 * jump_rad_s / reference_rad_s_, s.breakaway_nm),
-                          jump_rad_s / reference_rad_s_});
+      demands_.push_back(
+          {on_axis("inertia_kg_m2"),
+           fmt::format("{:g} changes speed by {:.3g} deg/s within a tick of 1 ms when the seal breaks away",
+                       axis_.inertia_kg_m2, kDegPerRad * jump_rad_s),
+           fmt::format("give at least {:.3g}, or less friction (friction.positive.breakaway_nm = {:g})",
+                       axis_.inertia_kg_m2 * jump_rad_s / reference_rad_s_, s.breakaway_nm),
+           jump_rad_s / reference_rad_s_});
     }
   }
 
@@ -238,7 +239,7 @@ class Demands {
     const double share = 3.0 / loop_rad_s / time_s_;
     demands_.push_back(
         {"design." + name_ + (is_bandwidth ? ".speed_loop_bandwidth_hz" : ".speed_loop_natural_frequency_rad_s"),
-         fmt::format("{:g} takes about {:.3g} s to settle, and the scenario gives it {:.3g} s", value, 3.0 / loop_rad_s,
+         fmt::format("{:g} takes about {:.3g} s to settle, but the scenario allows {:.3g} s", value, 3.0 / loop_rad_s,
                      time_s_),
          fmt::format("give at least {:.3g}", value * share), share});
   }

@@ -39,7 +39,7 @@ void refuse_start_beyond_stops(const PlantConfig& plant, const ScenarioConfig& s
       throw scenario.lines.error(
           tracking ? "fly_by.start_position_m" : fmt::format("initial_{}_deg", axis_name(axis)),
           fmt::format("a start at {:g} deg is beyond {}", kDegPerRad * angle_rad, stops_text(plant, axis)),
-          "start between them");
+          "start between these angles");
     }
   }
 }
@@ -56,12 +56,12 @@ void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warn
     const LineOfSight los = target.at(time_s);
     if (!(los.range_m * std::cos(los.angle_rad[kPitch]) >= kClosest_m)) {
       throw scenario.lines.error(
-          "fly_by.start_position_m", fmt::format("the target is straight above the tracker at {:g} s", time_s),
+          "fly_by.start_position_m", fmt::format("the target is directly above the tracker at {:g} s", time_s),
           fmt::format("choose a course that stays {:g} m away from the azimuth axis", kClosest_m));
     }
     if (std::abs(los.angle_rad[kAzimuth] - azimuth_rad) > kPi) {
       throw scenario.lines.error("fly_by.start_position_m",
-                                 fmt::format("the target has gone half round the tracker by {:g} s", time_s),
+                                 fmt::format("the target has moved half a turn around the tracker by {:g} s", time_s),
                                  "choose a shorter run or a course that stays on one side");
     }
     azimuth_rad = los.angle_rad[kAzimuth];
@@ -71,8 +71,8 @@ void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warn
         warned[i] = true;
         warnings.emplace_back(
             scenario.lines
-                .error("fly_by", fmt::format("the target goes beyond {} at {:g} s", stops_text(plant, axis), time_s),
-                       "end the run before")
+                .error("fly_by", fmt::format("the target moves beyond {} at {:g} s", stops_text(plant, axis), time_s),
+                       "end the run earlier")
                 .what());
       }
     }
@@ -82,13 +82,12 @@ void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warn
 void check_camera(const ScenarioConfig& scenario, Warnings& warnings) {
   constexpr double kSlowest_hz = 1.0 / (TARGET_TRACKER_STALE_TICKS * kTick_s);
   if (scenario.camera.frame_rate_hz < kSlowest_hz) {
-    warnings.emplace_back(
-        scenario.lines
-            .error("camera.frame_rate_hz",
-                   fmt::format("the paper's tracking loop lets go of an error that is older than {} ms",
-                               TARGET_TRACKER_STALE_TICKS),
-                   fmt::format("give at least {:.1f}, or use the improved loop", kSlowest_hz))
-            .what());
+    warnings.emplace_back(scenario.lines
+                              .error("camera.frame_rate_hz",
+                                     fmt::format("the paper's tracking loop drops an error that is older than {} ms",
+                                                 TARGET_TRACKER_STALE_TICKS),
+                                     fmt::format("give at least {:.1f}, or use the improved loop", kSlowest_hz))
+                              .what());
   }
 }
 
@@ -122,11 +121,11 @@ void check_speed(const PlantConfig& plant, const ScenarioConfig& scenario, int a
     warn(fmt::format("leads beyond {}", stops_text(plant, axis)), "give a shorter duration_s or another start");
   }
   if (std::abs(speed_rad_s) * machine.motor.back_emf_constant_v_s_rad > plant.supply.voltage_v) {
-    warn(fmt::format("is more than {:g} V drive {}'s motor to", plant.supply.voltage_v, axis_name(axis)),
+    warn(fmt::format("needs more than {:g} V from {}'s motor supply", plant.supply.voltage_v, axis_name(axis)),
          "give a lower speed");
   }
   if (std::abs(speed_rad_s) > machine.gyro.range_rad_s) {
-    warn(fmt::format("is out of the range of {}'s gyro, {:g} deg/s", axis_name(axis),
+    warn(fmt::format("is outside the range of {}'s gyro, {:g} deg/s", axis_name(axis),
                      kDegPerRad * machine.gyro.range_rad_s),
          "give a lower speed");
   }
@@ -141,7 +140,7 @@ void check_torques(const PlantConfig& plant, const ScenarioConfig& scenario, int
     if (needed_nm > available_nm) {
       warnings.emplace_back(scenario.lines
                                 .error(key,
-                                       fmt::format("needs {:.3g} Nm of {}'s motor, which gives {:.3g} Nm", needed_nm,
+                                       fmt::format("needs {:.3g} Nm from {}'s motor, which gives {:.3g} Nm", needed_nm,
                                                    axis_name(axis), available_nm),
                                        "give a lower amplitude or frequency")
                                 .what());
@@ -160,9 +159,9 @@ void check_periods(const ScenarioConfig& scenario, Warnings& warnings) {
   if (scenario.kind == ScenarioKind::kSpeedSine && analysed_s * scenario.frequency_hz < 1.0 - 1e-9) {
     warnings.emplace_back(scenario.lines
                               .error("duration_s",
-                                     fmt::format("analyses {:g} s of a sine whose period is {:g} s", analysed_s,
+                                     fmt::format("analyses only {:g} s of a sine with a period of {:g} s", analysed_s,
                                                  1.0 / scenario.frequency_hz),
-                                     "give at least a period")
+                                     "give at least one period")
                               .what());
   }
 }
@@ -177,8 +176,8 @@ void check_seal(const PlantConfig& plant, int axis, Warnings& warnings) {
     warnings.emplace_back(
         plant.lines
             .error(fmt::format("{}.friction.{}.breakaway_nm", axis_name(axis), forwards ? "positive" : "negative"),
-                   fmt::format("the seal holds {:.3g} Nm where it holds most, and the motor gives {:.3g} Nm", needed_nm,
-                               available_nm),
+                   fmt::format("the seal's largest holding torque is {:.3g} Nm, but the motor gives {:.3g} Nm",
+                               needed_nm, available_nm),
                    "give less, or raise motor.current_limit_a")
             .what());
   }

@@ -51,8 +51,7 @@ void write_csv(const Trace& trace, const std::filesystem::path& file, int decima
   std::ofstream stream(file, std::ios::binary);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   if (!stream.flush()) {
-    throw std::runtime_error(
-        fmt::format("{}: cannot be written; give a folder that exists and is writable", file.string()));
+    throw std::runtime_error(fmt::format("{}: cannot be written; give an existing, writable folder", file.string()));
   }
 }
 

@@ -35,7 +35,7 @@ FlashMemory::FlashMemory(const std::filesystem::path& file) : FlashMemory() {
     const auto size = std::filesystem::file_size(file);
     if (size != kBytes && size != kAreasBytes) {
       throw std::invalid_argument(
-          fmt::format("{} is not the contents of a parameter flash: it must have {} bytes", file.string(), kBytes));
+          fmt::format("{} does not contain a parameter flash: it must have {} bytes", file.string(), kBytes));
     }
     std::ifstream(file, std::ios::binary)
         .read(reinterpret_cast<char *>(bytes_.data()), static_cast<std::streamsize>(size));
@@ -43,7 +43,7 @@ FlashMemory::FlashMemory(const std::filesystem::path& file) : FlashMemory() {
   std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char *>(bytes_.data()), kBytes);
   file_.open(file, std::ios::binary | std::ios::in | std::ios::out);
   if (!file_) {
-    throw std::runtime_error(fmt::format("{} cannot be read and written", file.string()));
+    throw std::runtime_error(fmt::format("{} cannot be read or written", file.string()));
   }
 }
 

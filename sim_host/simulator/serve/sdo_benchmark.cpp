@@ -44,7 +44,7 @@ void write_all(int descriptor, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t length = write(descriptor, bytes.data(), bytes.size());
     if (length <= 0) {
-      throw std::runtime_error("the served node does not listen");
+      throw std::runtime_error("the served node did not open its port");
     }
     bytes.remove_prefix(static_cast<std::size_t>(length));
   }
@@ -57,7 +57,7 @@ class ServingProcess {
     std::array<int, 2> input{};
     std::array<int, 2> output{};
     if (pipe(input.data()) != 0 || pipe(output.data()) != 0 || (child_ = fork()) < 0) {
-      throw std::runtime_error("no process to serve from");
+      throw std::runtime_error("cannot start a process for the node");
     }
     if (child_ == 0) {
       dup2(input[0], STDIN_FILENO);

@@ -21,7 +21,7 @@ ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::u
       limits,         flash.areas(), on_bus.serial_number,   {on_bus.kbit_s, false, flash.bus_pages(), {join, this}},
       "host",         &scales};
   if (!servo_node_start(node_.get(), &config)) {
-    throw std::invalid_argument("the node does not start: " +
+    throw std::invalid_argument("the node did not start: " +
                                 dictionary::refusal_of({parameters[0], parameters[1]}, {limits[0], limits[1]}) + ".");
   }
   machine_.run_firmware(node_->board, [this] {

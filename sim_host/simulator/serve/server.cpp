@@ -44,7 +44,7 @@ std::uint16_t port_of(const std::string& text) {
   std::uint16_t port = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
   if (error != std::errc() || end != text.data() + text.size()) {
-    throw std::invalid_argument(fmt::format("slcan-tcp:{}: not a port; give 0 (any free one) to 65535", text));
+    throw std::invalid_argument(fmt::format("slcan-tcp:{}: not a port; give 0 (any free port) to 65535", text));
   }
   return port;
 }
@@ -61,7 +61,7 @@ std::unique_ptr<BusEnd> open_end(VirtualBus& bus, const std::string& name, Socke
     return std::make_unique<SocketCan>(bus, rest, std::move(health_changed));
   }
   throw std::invalid_argument(
-      fmt::format("bus \"{}\" is not known; give slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE", name));
+      fmt::format("unknown bus \"{}\"; give slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE", name));
 }
 
 // Reports when the device can be used: its boot-up message (CiA 301 7.2.8.3.3) was on the bus. A device without node id
@@ -168,7 +168,7 @@ class ServedNodes : public ServedDevice {
  public:
   ServedNodes(const PlantConfig& plant, const ServeOptions& options, VirtualBus& bus) {
     if (options.node_id != BUS_UNCONFIGURED && options.node_id + options.nodes - 1 > BUS_LAST_NODE_ID) {
-      throw std::invalid_argument(fmt::format("{} nodes from node id {} on: the last one would be above {}",
+      throw std::invalid_argument(fmt::format("{} nodes from node id {} on: the last node id would be above {}",
                                               options.nodes, options.node_id, BUS_LAST_NODE_ID));
     }
     for (int i = 0; i < options.nodes; ++i) {

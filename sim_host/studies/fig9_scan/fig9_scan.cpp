@@ -163,7 +163,7 @@ Fig9Summary summary_of(const std::vector<Fig9Outcome>& outcomes, const Fig9Paper
     has_ratio = true;
   }
   if (!has_ratio) {
-    throw std::runtime_error("no set gives the sine of Fig. 7: draw more of them with --samples, 6000 are usual");
+    throw std::runtime_error("no set reproduces the sine of Fig. 7: draw more with --samples; 6000 is usual");
   }
   return summary;
 }

@@ -44,15 +44,17 @@ Json json_of(const Fig9Outcome& outcome) {
 
 void print(const Fig9Setup& setup, const Fig9Summary& summary) {
   fmt::print(
-      "{} random sets with the published J, sigma0, sigma1, sigma2, seed {}; {} give the sine of Fig. 7 ({:g} to "
+      "{} random sets with the published J, sigma0, sigma1, sigma2, seed {}; {} reproduce the sine of Fig. 7 ({:g} to "
       "{:g} deg/s)\n",
       setup.samples, setup.seed, summary.matching, kFig7Low_deg_s, kFig7High_deg_s);
-  fmt::print("Read as points: {} of these overshoot by {:g} points more than without friction; the most is\n  {}\n",
-             summary.matching_points, setup.paper.points, words(summary.max_points));
   fmt::print(
-      "Read as a ratio: {} of these overshoot {:g} times as far as without friction; the nearest to it is\n  {}\n",
+      "Read as percentage points: {} of these overshoot by at least {:g} points more than without friction; the "
+      "largest is\n  {}\n",
+      summary.matching_points, setup.paper.points, words(summary.max_points));
+  fmt::print(
+      "Read as a ratio: {} of these overshoot at least {:g} times as far as without friction; the closest is\n  {}\n",
       summary.matching_ratio, setup.paper.ratio, words(summary.nearest_ratio));
-  fmt::print("Without Fig. 7 as a condition {} sets of all reach {:g} points.\n", summary.any_points,
+  fmt::print("Without the condition of Fig. 7, {} of all sets reach {:g} points.\n", summary.any_points,
              setup.paper.points);
 }
 

@@ -180,7 +180,7 @@ AssumedPlantStudy run_assumed_plant_study(const CampaignOptions& options, const 
 
 void print(const AssumedPlantStudy& study) {
   fmt::print("PI + VOB + FTC, azimuth; mean (best .. worst seed)\n{:<54} {:<30} {:<30} {:<30} {}\n", "figure",
-             "identified", "exact", "wrong", "identified less wrong, +- standard error");
+             "identified", "exact", "wrong", "identified minus wrong, +- standard error");
   for (const AssumedPlantFigure& figure : study.figures) {
     const Estimate gain = gain_of(figure);
     fmt::print("{:<54} {:<30} {:<30} {:<30} {:+.1f} +- {:.1f} %\n",
@@ -189,11 +189,12 @@ void print(const AssumedPlantStudy& study) {
                100 * gain.mean, 100 * gain.standard_error);
   }
   const AssumedPlantSum& sum = study.sum;
-  fmt::print("sum of the {} as shares of their mean with wrong parameters, +- standard error\n", study.figures.size());
+  fmt::print("sum of the {}, each relative to its mean with wrong parameters, +- standard error\n",
+             study.figures.size());
   fmt::print("  identified {:.3f} +- {:.3f}, exact {:.3f} +- {:.3f}, wrong {:.3f} +- {:.3f}\n", sum.identified.mean,
              sum.identified.standard_error, sum.exact.mean, sum.exact.standard_error, sum.wrong.mean,
              sum.wrong.standard_error);
-  fmt::print("  paired by seed: identified less wrong {:+.3f} +- {:.3f}, identified less exact {:+.3f} +- {:.3f}\n",
+  fmt::print("  paired by seed: identified minus wrong {:+.3f} +- {:.3f}, identified minus exact {:+.3f} +- {:.3f}\n",
              sum.identified_less_wrong.mean, sum.identified_less_wrong.standard_error, sum.identified_less_exact.mean,
              sum.identified_less_exact.standard_error);
   fmt::print("  worst seeds: identified {:.3f}, exact {:.3f}, wrong {:.3f}\n", sum.worst_identified, sum.worst_exact,

@@ -97,14 +97,14 @@ double factor_of(const TriedPlant& plant, const std::string& key) {
 void print(const AxisSummary& summary, int axis, std::size_t plants) {
   fmt::print("{}: unstable {} of {} (with the cabin at the zenith, computed: {})\n", axis_name(axis), summary.unstable,
              plants, summary.unstable_at_zenith);
-  fmt::print("  least margins {:.1f} dB, {:.0f} deg; most ripple {:.2g} % of the motor's torque\n",
+  fmt::print("  smallest margins {:.1f} dB, {:.0f} deg; largest ripple {:.2g} % of the motor's torque\n",
              summary.min_gain_margin_db, summary.min_phase_margin_deg, 100 * summary.max_ripple_share);
   fmt::print("  peak error, deg/s      median   95 %      largest  paper    above the paper's\n");
   for (const ErrorDistribution& error : summary.errors) {
     fmt::print("  {:<22} {:<8.5f} {:<9.5f} {:<8.5f} {:<8g} {} of {}\n", error.case_name, error.median,
                error.percentile_95, error.largest, error.paper, error.above_paper, plants);
   }
-  fmt::print("  what the worst ratio to the paper goes with (correlation):");
+  fmt::print("  correlation of the worst ratio to the paper with the parameters:");
   for (const Influence& influence : summary.influences) {
     fmt::print(" {} {:+.2f}", influence.key, influence.correlation);
   }
@@ -202,9 +202,10 @@ RandomPlantsSummary summary_of(const RandomPlants& tried) {
 }
 
 void print(const RandomPlantsSetup& setup, const RandomPlants& tried, const RandomPlantsSummary& summary) {
-  fmt::print("{} plants like {}, {} numbers off by up to {:g} %, seeds {} to {}; PI + VOB + FTC as for the nominal\n",
-             tried.plants.size(), setup.study.plant.name, tried.plants.front().deviations.size(), 100 * setup.share,
-             tried.plants.front().seed, tried.plants.back().seed);
+  fmt::print(
+      "{} plants like {}, {} parameters off by up to {:g} %, seeds {} to {}; PI + VOB + FTC as for the nominal plant\n",
+      tried.plants.size(), setup.study.plant.name, tried.plants.front().deviations.size(), 100 * setup.share,
+      tried.plants.front().seed, tried.plants.back().seed);
   for (int axis = 0; axis < kAxes; ++axis) {
     print(summary.axis[static_cast<std::size_t>(axis)], axis, tried.plants.size());
   }

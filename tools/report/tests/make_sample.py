@@ -20,7 +20,7 @@ CONTROLLERS = {
     "pi_ftc": ("PI + FTC", "PI with LuGre friction feedforward."),
     "pi_vob_ftc": ("PI + VOB + FTC", "PI with observer and LuGre friction feedforward."),
     "pi_coulomb": ("PI + Coulomb", "PI with Coulomb and viscous feedforward, as drives usually have."),
-    "pi_best": ("best PI", "PI tuned by an optimiser for this scenario within the same margins."),
+    "pi_best": ("best PI", "PI tuned by an optimiser for this scenario, with the same margins."),
 }
 # Share of PI's error that each controller leaves: (LuGre plant, Maxwell-slip plant).
 SHARE = {

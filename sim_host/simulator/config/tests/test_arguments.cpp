@@ -18,7 +18,7 @@ void test_seeds_are_digits_below_2_to_the_64() {
   TEST_ASSERT_EQUAL_STRING("", seed_problem("0").c_str());
   TEST_ASSERT_EQUAL_STRING("", seed_problem("18446744073709551615").c_str());
   for (const char *text : {"-1", "", "1.5", "0x10", "7 ", " 7", "+7", "18446744073709551616", "1e3", "seven"}) {
-    TEST_ASSERT_TRUE_MESSAGE(says(seed_problem(text), "is no seed; give 0 to 18446744073709551615"), text);
+    TEST_ASSERT_TRUE_MESSAGE(says(seed_problem(text), "expected an integer from 0 to 18446744073709551615"), text);
   }
 }
 
@@ -27,7 +27,7 @@ void test_an_output_file_needs_a_folder_and_is_none() {
   TEST_ASSERT_EQUAL_STRING("", output_file_problem("run.csv").c_str());
   TEST_ASSERT_TRUE(says(output_file_problem(folder), "is a folder"));
   TEST_ASSERT_TRUE(says(output_file_problem(folder / ""), "is a folder"));
-  TEST_ASSERT_TRUE(says(output_file_problem(folder / "none" / "run.csv"), "there is no folder"));
+  TEST_ASSERT_TRUE(says(output_file_problem(folder / "none" / "run.csv"), "does not exist"));
   TEST_ASSERT_FALSE_MESSAGE(std::filesystem::exists(folder / "run.csv"), "looking must not make the file");
 }
 
@@ -35,9 +35,9 @@ void test_an_output_folder_is_made_where_it_can_be() {
   TEST_ASSERT_EQUAL_STRING("", output_folder_problem(folder / "a" / "b").c_str());
   TEST_ASSERT_TRUE(std::filesystem::is_directory(folder / "a" / "b"));
   std::ofstream(folder / "file") << "text";
-  TEST_ASSERT_TRUE(says(output_folder_problem(folder / "file"), "cannot be made a folder"));
-  TEST_ASSERT_TRUE(says(output_folder_problem(folder / "file" / "sub"), "cannot be made a folder"));
-  TEST_ASSERT_TRUE(says(output_folder_problem(""), "is no folder"));
+  TEST_ASSERT_TRUE(says(output_folder_problem(folder / "file"), "cannot be created as a folder"));
+  TEST_ASSERT_TRUE(says(output_folder_problem(folder / "file" / "sub"), "cannot be created as a folder"));
+  TEST_ASSERT_TRUE(says(output_folder_problem(""), "is not a folder"));
 }
 
 // Root can write everywhere: then there is nothing to test.

@@ -109,7 +109,7 @@ void test_a_bandwidth_beyond_the_delays_is_named_and_the_advice_works() {
   const std::vector<std::string> warnings = margin_warnings(plant, design_controller(plant, controller_spec("pi"), {}));
   TEST_ASSERT_EQUAL(1, warnings.size());
   check_says(warnings[0], ": design.pitch.speed_loop_bandwidth_hz: leaves the speed loop with PI ");
-  check_says(warnings[0], "where 6 dB and 40 deg are required");
+  check_says(warnings[0], "but 6 dB and 40 deg are required");
   plant.design[kPitch].speed_loop_bandwidth_hz = advised(warnings[0]);
   TEST_ASSERT_EQUAL(0, margin_warnings(plant, design_controller(plant, controller_spec("pi"), {})).size());
 
@@ -129,7 +129,7 @@ void test_a_requirement_as_natural_frequency_is_advised_in_that_key() {
 void test_requirements_out_of_the_firmwares_range_name_their_line() {
   PlantConfig plant = shipped_plant("tracker");
   plant.design[kAzimuth].observer_bandwidth_hz = 200.0;
-  check_says(refusal(plant, "pi"), ": design.azimuth.observer_bandwidth_hz: is out of the firmware's range at 1 kHz");
+  check_says(refusal(plant, "pi"), ": design.azimuth.observer_bandwidth_hz: is outside the firmware's range at 1 kHz");
   plant = shipped_plant("tracker");
   plant.design[kPitch].current_loop_bandwidth_hz = 3000.0;
   check_says(refusal(plant, "pi"), ": design.pitch.current_loop_bandwidth_hz: is not possible with this motor");

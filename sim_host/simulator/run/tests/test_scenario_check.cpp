@@ -52,7 +52,7 @@ void test_a_start_beyond_the_end_stops_is_refused_with_its_line() {
   check_says(
       refusal(plant, scenario),
       "low_speed_start.toml:10: initial_pitch_deg: a start at 95.1 deg is beyond the end stops of tracker's pitch, "
-      "-20 and 95 deg, start between them");
+      "-20 and 95 deg, start between these angles");
   scenario.initial_joint_angle_rad = {-281.0 * kDegree, 0.0};
   check_says(refusal(plant, scenario), "low_speed_start.toml:9: initial_azimuth_deg: a start at -281 deg");
   ScenarioConfig below = shipped_scenario("tracking");
@@ -66,10 +66,10 @@ void test_a_target_straight_above_or_going_round_is_refused() {
   scenario.fly_by = FlyByConfig{};
   scenario.fly_by.start_position_m = {300.0, 0.5, 150.0};
   scenario.fly_by.velocity_m_s = {-20.0, 0.0, 0.0};
-  check_says(refusal(plant, scenario), "straight above the tracker at 14.9");
+  check_says(refusal(plant, scenario), "directly above the tracker at 14.9");
   scenario.fly_by.start_position_m = {0.0, 0.0, 150.0};
   scenario.fly_by.velocity_m_s = {0.0, 0.0, 0.0};
-  check_says(refusal(plant, scenario), "straight above the tracker at 0 s");
+  check_says(refusal(plant, scenario), "directly above the tracker at 0 s");
   scenario.fly_by.start_position_m = {2.0, 0.0, 150.0};
   scenario.fly_by.weave_lateral_m = 0.0;
   TEST_ASSERT_EQUAL_STRING("", refusal(plant, scenario).c_str());
@@ -78,13 +78,13 @@ void test_a_target_straight_above_or_going_round_is_refused() {
   scenario.fly_by.velocity_m_s = {10.0, -5.0, 0.0};
   scenario.fly_by.weave_lateral_m = 100.0;
   scenario.fly_by.weave_lateral_period_s = 10.0;
-  check_says(refusal(plant, scenario), "half round the tracker");
+  check_says(refusal(plant, scenario), "half a turn around the tracker");
 }
 
 void test_a_target_that_leaves_the_travel_is_a_warning() {
   PlantConfig plant = shipped_plant("tracker");
   plant.axis[kPitch].end_stops->upper_rad = 3.5 * kDegree;
-  TEST_ASSERT_EQUAL(1, warnings_of("fly_by: the target goes beyond the end stops of tracker's pitch", plant,
+  TEST_ASSERT_EQUAL(1, warnings_of("fly_by: the target moves beyond the end stops of tracker's pitch", plant,
                                    shipped_scenario("tracking")));
 }
 
@@ -136,7 +136,8 @@ void test_torques_that_the_motor_cannot_give_are_warnings() {
   plant.axis[kPitch].friction.negative.breakaway_nm = 24.0 / 1.07;  // 24 Nm with both eccentricities
   TEST_ASSERT_EQUAL(0, check_scenario(plant, quiet).size());
   plant.axis[kPitch].friction.negative.breakaway_nm = 24.1 / 1.07;
-  TEST_ASSERT_EQUAL(1, warnings_of("pitch.friction.negative.breakaway_nm: the seal holds 24.1 Nm", plant, quiet));
+  TEST_ASSERT_EQUAL(1, warnings_of("pitch.friction.negative.breakaway_nm: the seal's largest holding torque is 24.1 Nm",
+                                   plant, quiet));
   plant.friction_model = FrictionModel::kNone;
   TEST_ASSERT_EQUAL(0, check_scenario(plant, quiet).size());
 
@@ -149,7 +150,7 @@ void test_less_than_a_period_of_a_sine_is_a_warning() {
   scenario.duration_s = 20.0;  // one period after one to settle
   TEST_ASSERT_EQUAL(0, check_scenario(shipped_plant("paper_simulation"), scenario).size());
   scenario.duration_s = 19.9;
-  TEST_ASSERT_EQUAL(1, warnings_of("duration_s: analyses 9.9 s", shipped_plant("paper_simulation"), scenario));
+  TEST_ASSERT_EQUAL(1, warnings_of("duration_s: analyses only 9.9 s", shipped_plant("paper_simulation"), scenario));
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ PROGRAM = click.option(
 @click.option("--speed-deg-s", type=float, help="Fastest joint rate (default: the node's limits, 607F and 2060).")
 @PROGRAM
 @click.option(
-    "--quick", is_flag=True, help="Run only the first, rough test plan: about a minute, accurate to a factor of two."
+    "--quick", is_flag=True, help="Run only the rough first look: about a minute, accurate to a factor of two."
 )
 @click.option("--dry-run", is_flag=True, help="Show what would move, how far, how fast and how long, without moving.")
 @click.option("--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal.")
@@ -62,9 +62,9 @@ def identify(
 ) -> int:  # fmt: skip
     """Measure friction and inertia of an axis by experiments, and write the results and a report.
 
-    A first, rough test plan assumes only the travel, the torque limit, and that the present gains keep the axis stable.
-    The main test plan is then sized by its results. The other axis is held in place. No gain is changed. Exit code 1
-    means that a parameter could not be determined; the report names the missing run.
+    A rough first look assumes only the travel, the torque limit, and that the present gains keep the axis stable. Its
+    results size the main test plan. The other axis is held in place. No gain is changed. Exit code 1 means that a
+    parameter could not be determined; the report names the missing run.
     """
     identifier = IdentifyProgram(find_identify(program))
     out = folder or new_path(Path(), "identify", axis)
@@ -75,7 +75,7 @@ def identify(
         work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
         first = identifier.plan(envelope, drive.position(), work / "first_look_plan.json")
         show_envelope(session, axis, envelope)
-        show_test_plan(session, first, "first test plan")
+        show_test_plan(session, first, "first look")
         if not quick:
             session.out.say(
                 "The main test plan, sized by these results, and chirps for structural resonances follow. Their"
