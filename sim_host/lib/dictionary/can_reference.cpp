@@ -130,7 +130,7 @@ std::string default_of(const od_object& object) {
 
 // "azimuth; pitch" where the axes differ.
 std::string defaults_of(const od_object& object, const SortedObjects& objects) {
-  const std::string own = default_of(object);
+  std::string own = default_of(object);
   const auto pitch = objects.find({static_cast<std::uint16_t>(od_index(&object) + kAxisShift), object.entry->sub});
   if (pitch == objects.end() || pitch->second.entry != object.entry) {
     return own;

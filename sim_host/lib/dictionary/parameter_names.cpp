@@ -34,7 +34,7 @@ std::string take_axis(Words& words) {
   if (words.size() < 2 || (words.front() != "azimuth" && words.front() != "pitch")) {
     return "";
   }
-  const std::string axis = words.front();
+  std::string axis = words.front();
   words.erase(words.begin());
   return axis;
 }
