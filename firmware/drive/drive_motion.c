@@ -386,11 +386,13 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
                                       const drive_feedback *feedback, float dt_s) {
   const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
   const int period_ticks = period_of(motion, &objects->limit, dt_s);
+  const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
+  if (setpoints_missing(motion, feedback, period_ticks)) {
+    return stop(motion, feedback, &braking, dt_s);
+  }
   bool clamped;
   const float target_rad_s =
       clamped_rate(drive_add(objects->velocity.target, objects->velocity.offset), &limits, &clamped);
-  const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
-  const bool missing = setpoints_missing(motion, feedback, period_ticks);
   rate_interpolation rates = motion->rates;
   if (feedback->setpoint_arrived) {
     rate_interpolation_aim(&rates, target_rad_s, period_ticks, dt_s);
@@ -401,7 +403,7 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
     now.acceleration_rad_s2 = (rates.rate_rad_s - now.rate_rad_s) / dt_s;
   }
   const profile_ramp ahead = {.rate_rad_s = rates.rate_rad_s};
-  if (missing || limit_blocks(motion, feedback, &braking, target_rad_s, &ahead, dt_s)) {
+  if (limit_blocks(motion, feedback, &braking, target_rad_s, &ahead, dt_s)) {
     return stop(motion, feedback, &braking, dt_s);
   }
   close_loop(motion, SERVO_SPEED, feedback);

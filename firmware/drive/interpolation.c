@@ -36,13 +36,18 @@ interpolated_rate rate_interpolation_step(rate_interpolation *state, float dt_s)
 }
 
 void position_interpolation_reset(position_interpolation *state, drive_angle position, float rate_rad_s) {
+  /* Every field is named: to clear all of it first would be a call. */
   *state = (position_interpolation){
       .last = position,
+      .last_way_rad = 0.0f,
       .known_points = 1,
       .start = position,
       .end = position,
+      .way_rad = 0.0f,
       .start_rad_s = rate_rad_s,
       .end_rad_s = rate_rad_s,
+      .elapsed_ticks = 0,
+      .period_ticks = 0,
   };
 }
 
