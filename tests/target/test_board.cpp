@@ -89,6 +89,29 @@ void test_both_axes_turn_when_they_are_reported_to() {
   expect_no_violations(rig);
 }
 
+// A motor with shorted terminals would carry 0.2 A at this rate, and brake.
+void test_a_bridge_that_is_switched_off_leaves_the_terminals_open() {
+  constexpr std::uint16_t kControlword = 0x6040;
+  constexpr double kFast_rad_s = 0.1;
+  BoardRig rig(bench::tracker_plant());
+  boot(rig);
+  rig.client.start_node();
+  TEST_ASSERT_TRUE(rig.client.enable(kCyclicVelocity));
+  for (int i = 0; i < 300; ++i) {
+    rig.client.set_speeds(static_cast<std::int32_t>(1e6 * kFast_rad_s), 0);
+    rig.client.pass(1);
+  }
+  TEST_ASSERT_TRUE(rig.client.write(kControlword, 0, 0, 2));
+  for (int i = 0; i < 20 && rig.machine.is_bridge_on(0); ++i) {
+    rig.client.pass(1);
+  }
+  TEST_ASSERT_FALSE(rig.machine.is_bridge_on(0));
+  rig.client.pass(3);  // the diodes lead the current until it is gone
+  TEST_ASSERT_TRUE_MESSAGE(rig.truth().joint_rate_rad_s[0] > 0.5 * kFast_rad_s, "it turns no more");
+  TEST_ASSERT_TRUE_MESSAGE(rig.truth().current_a[0] == 0.0, "current flows while the bridge is off");
+  expect_no_violations(rig);
+}
+
 // --- bus-off ---
 
 void test_it_comes_back_from_bus_off() {
@@ -312,6 +335,7 @@ int main() {
   RUN_TEST(test_it_says_which_board_and_which_dictionary_it_is);
   RUN_TEST(test_a_dip_of_the_supply_is_reported_and_a_power_on_is_not);
   RUN_TEST(test_both_axes_turn_when_they_are_reported_to);
+  RUN_TEST(test_a_bridge_that_is_switched_off_leaves_the_terminals_open);
   RUN_TEST(test_it_comes_back_from_bus_off);
   RUN_TEST(test_what_is_stored_survives_a_loss_of_power);
   RUN_TEST(test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one);

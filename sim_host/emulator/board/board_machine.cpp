@@ -103,8 +103,10 @@ void BoardMachine::step(Instant at) {
   stepped_at_ = at;
   chip_.timeline.set(late_step_, stepped_at_ + kPwmPeriod + kPwmPeriod / 4);
   for (std::size_t i = 0; i < sim::kAxes; ++i) {
-    duty_[i] = take_duty(static_cast<int>(i));
-    tracker_.power_brake(static_cast<int>(i), is_bridge_on(static_cast<int>(i)));
+    const int axis = static_cast<int>(i);
+    duty_[i] = take_duty(axis);
+    tracker_.open_terminals(axis, !is_bridge_on(axis));
+    tracker_.power_brake(axis, is_bridge_on(axis));
   }
   tracker_.step_pwm(duty_);
   for (std::size_t i = 0; i < sim::kAxes; ++i) {

@@ -3,7 +3,7 @@
 //
 // The plant moves in whole PWM periods. A period ends when the ADCs are triggered (or 50 us after the last one while
 // they are not). Then the plant moves under the mean duty of that period, and the ADCs sample the currents at its end.
-// A bridge that is off is taken as one of duty 0: the plant's motor knows no open circuit.
+// A bridge that is off at the end of a period leaves the motor's terminals open during it.
 #ifndef TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_MACHINE_HPP
 #define TRACKSERVO_SIM_EMULATOR_BOARD_BOARD_MACHINE_HPP
 
