@@ -1,9 +1,8 @@
-/* What a platform with a life of its own does besides hal.h: it starts, tests itself, interrupts, and has a CAN
- * controller. firmware/products/brushed_tracker/main.c is the only caller.
+/* What a platform with interrupts does besides hal.h: it starts, tests itself, calls the product's tasks, and has a CAN
+ * controller. The product's main.c is the only caller.
  *
- *     hal_board_start -> hal_board_self_test -> hal_can_join -> hal_board_run -> hal_board_background, for ever
- *                                      \-> interrupts: main_pwm_period, main_before_tick, main_tick,
- *                                                      main_can_frame, main_service */
+ *     hal_board_start -> hal_board_self_test -> hal_can_join -> hal_board_run -> hal_board_background, without end
+ *                                                                     \-> interrupts: hal_board_tasks */
 #ifndef TRACKSERVO_HAL_BOARD_H
 #define TRACKSERVO_HAL_BOARD_H
 
@@ -74,8 +73,29 @@ const hal_flash *hal_board_bus_flash(hal *machine);
  * after the self-test. */
 bool hal_board_recovery_is_requested(const hal *machine);
 
-/* Starts interrupts and watchdog. */
-void hal_board_run(hal *machine);
+/* What the interrupts call, each with `context`. The order is that of urgency: each task interrupts those below it. No
+ * pointer may be NULL. */
+typedef struct {
+  void *context;
+
+  /* Every PWM period; `period` counts from 0, the period in which the tick samples, to 19. */
+  void (*pwm_period)(void *context, uint32_t period);
+
+  /* Shortly before a tick, one or more times. Interrupts neither the tick nor the deferred task. */
+  void (*pre_tick)(void *context);
+
+  /* Every 1 ms, in period 0 after `pwm_period`. */
+  void (*tick)(void *context);
+
+  /* A frame was received. */
+  void (*can_frame)(void *context, const can_frame *frame);
+
+  /* After every tick. Must end before the next tick: a tick that finds it running is skipped, and a reset follows. */
+  void (*deferred)(void *context);
+} hal_board_tasks;
+
+/* Starts interrupts and watchdog; the tasks are copied. */
+void hal_board_run(hal *machine, const hal_board_tasks *tasks);
 
 /* The background, to be called in an endless loop: refreshes the watchdog while tick and PWM periods come in time. */
 void hal_board_background(hal *machine);
@@ -90,22 +110,5 @@ bool hal_can_send(hal *machine, const can_frame *frame);
 
 /* From the deferred task, once. A bus-off ends after 100 ms. */
 hal_can_state hal_can_supervise(hal *machine);
-
-/* --- implemented by main.c --- */
-
-/* Every PWM period; `period` counts from 0, the period in which the tick samples, to 19. */
-void main_pwm_period(uint32_t period);
-
-/* Shortly before a tick, one or more times; never within the tick or the deferred task. */
-void main_before_tick(void);
-
-/* Every 1 ms, interrupted by the PWM period. */
-void main_tick(void);
-
-/* A frame was received; both of the above may interrupt it. */
-void main_can_frame(const can_frame *frame);
-
-/* After every tick, interrupted by all of these; ends long before the next tick. */
-void main_service(void);
 
 #endif

@@ -7,7 +7,7 @@
 #define TRACKSERVO_BASE_CAN_QUEUE_H
 
 #include "base/can_frame.h"
-#include "base/shared_word.h"
+#include "base/shared.h"
 
 typedef struct {
   can_frame *frames;

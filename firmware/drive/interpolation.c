@@ -39,11 +39,11 @@ void position_interpolation_reset(position_interpolation *state, drive_angle pos
   /* Every field is named: to clear all of it first would be a call. */
   *state = (position_interpolation){
       .last = position,
-      .last_way_rad = 0.0f,
+      .last_travel_rad = 0.0f,
       .known_points = 1,
       .start = position,
       .end = position,
-      .way_rad = 0.0f,
+      .travel_rad = 0.0f,
       .start_rad_s = rate_rad_s,
       .end_rad_s = rate_rad_s,
       .elapsed_ticks = 0,

@@ -13,7 +13,7 @@ static protection_motor motor_of(const servo_axis_params *params) {
   };
 }
 
-static void look(protection_inputs *in, const servo_board *board, int i, drive_angle position, float bus_voltage_v) {
+static void look(protection_inputs *in, const servo_board *board, int i, drive_angle position) {
   const servo_axis *axis = &board->app.axis[i];
   const servo_axis_samples *samples = &board->samples.axis[i];
   const bool closed = servo_mode_closes(axis->mode);
@@ -24,8 +24,8 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->gyro_rad_s = samples->motion.gyro_rad_s;
   in->position_rad = drive_angle_difference_rad(position, 0);
   in->mean_current_a = samples->mean_current_a;
-  in->voltage_v = axis->current.voltage_v;
-  in->bus_voltage_v = bus_voltage_v;
+  in->voltage_v = samples->motor_voltage_v;
+  in->bus_voltage_v = board->samples.bus_voltage_v;
   in->powered = axis->mode != SERVO_OFF;
   in->closed = closed;
   in->speed_closed = closed && axis->mode != SERVO_TORQUE;
@@ -35,10 +35,9 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->rate_rad_s = axis->signals.rates.rate_rad_s;
 }
 
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position,
-                            float bus_voltage_v) {
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position) {
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
-  look(&monitor->seen, board, axis, position, bus_voltage_v);
+  look(&monitor->seen, board, axis, position);
   return axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
 }
 

@@ -19,8 +19,7 @@ void axis_monitor_reset(axis_monitor *monitor);
 
 /* The faults that the samples of this tick show; `position` is that of the drive in the last tick. Call it between
  * `servo_board_sample` and `servo_board_control`. */
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position,
-                            float bus_voltage_v);
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position);
 
 /* Adds the inputs of the last step to the history of the log. */
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log);

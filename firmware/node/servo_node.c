@@ -449,24 +449,24 @@ static fault_set faults_of_board(hal_health health, drive_power_state power) {
   return fault_bit(health == HAL_NOT_READY ? FAULT_SELF_TEST : fault_of[health]);
 }
 
-static void gather_inputs(servo_node *node, int i, float bus_voltage_v) {
+static void gather_inputs(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   drive_axis_inputs *inputs = &axis->inputs;
   const hal_health health = hal_axis_health(node->board.machine, i);
   inputs->ready = health != HAL_NOT_READY && !node->canopen.reset.pending;
-  inputs->voltage_present = bus_voltage_v >= axis->monitor.limits.under_voltage_v;
+  inputs->voltage_present = node->board.samples.bus_voltage_v >= axis->monitor.limits.under_voltage_v;
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
   inputs->faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
-                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position, bus_voltage_v);
+                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position);
   inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
 }
 
-static void step_axis(servo_node *node, int i, float bus_voltage_v) {
+static void step_axis(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
-  gather_inputs(node, i, bus_voltage_v);
+  gather_inputs(node, i);
   const float joint_rate_rad_s = node->board.app.axis[i].signals.rates.joint_rate_rad_s;
   const bool stimulated = experiment_objects_step(&axis->experiment, &axis->drive, axis->inputs.joint_angle,
                                                   joint_rate_rad_s, &axis->stimulus, SERVO_TICK_S);
@@ -483,9 +483,8 @@ void servo_node_tick(servo_node *node) {
 
 void servo_node_tick_taken(servo_node *node) {
   servo_board_sample(&node->board);
-  const float bus_voltage_v = hal_bus_voltage_v(node->board.machine);
   for (int i = 0; i < SERVO_AXES; ++i) {
-    step_axis(node, i, bus_voltage_v);
+    step_axis(node, i);
   }
   node->bus_faults = 0;
   servo_board_control(&node->board);

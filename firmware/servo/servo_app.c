@@ -19,7 +19,3 @@ void servo_app_tick(servo_app *app, const servo_command *command, const servo_sa
     servo_axis_tick(&app->axis[i], &app->params.axis[i], &command->axis[i], &samples->axis[i], SERVO_TICK_S);
   }
 }
-
-float servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v) {
-  return servo_axis_pwm(&app->axis[axis], &app->params.axis[axis], current_a, bus_voltage_v, SERVO_PWM_PERIOD_S);
-}

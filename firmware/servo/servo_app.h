@@ -1,15 +1,12 @@
-/* The whole servo as one value: both axes, their parameters, and the two functions that a timer calls.
+/* The control core as one value: both axes and their parameters.
  *
- * `servo_app_tick` runs once per millisecond, `servo_app_pwm` once per axis and PWM period. Neither touches
- * hardware: the same code runs on the board (main.c behind the HAL), in the simulator and in the tests. */
+ * `servo_app_tick` runs once per millisecond and touches no hardware. servo_board.h puts it between sensors and
+ * motor stages. */
 #ifndef TRACKSERVO_SERVO_SERVO_APP_H
 #define TRACKSERVO_SERVO_SERVO_APP_H
 
 #include "servo/servo_axis.h"
-
-#define SERVO_TICK_S 0.001f
-#define SERVO_PWM_PERIOD_S 0.00005f
-#define SERVO_PWM_PER_TICK 20
+#include "servo/servo_timing.h"
 
 enum { SERVO_AZIMUTH = 0, SERVO_PITCH = 1, SERVO_AXES = 2 };
 
@@ -19,6 +16,7 @@ typedef struct {
 
 typedef struct {
   servo_axis_samples axis[SERVO_AXES];
+  float bus_voltage_v; /* for drive and protection; no control law of the tick uses it */
 } servo_samples;
 
 typedef struct {
@@ -36,8 +34,5 @@ control_status servo_app_configure(servo_app *app, const servo_params *params, c
 
 /* One 1 ms tick of both axes. */
 void servo_app_tick(servo_app *app, const servo_command *command, const servo_samples *samples);
-
-/* One PWM period of one axis (SERVO_AZIMUTH or SERVO_PITCH): the duty in [-1, 1]. */
-float servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v);
 
 #endif

@@ -26,7 +26,6 @@ void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_t
   *axis = (servo_axis){.mode = SERVO_OFF, .last_angle = angle};
   speed_loop_reset(&axis->speed, &params->speed, angle, tick_s);
   target_tracker_reset(&axis->tracker);
-  current_loop_reset(&axis->current);
 }
 
 static bool samples_are_plausible(const servo_axis_samples *samples) {
@@ -92,7 +91,7 @@ static void open_loops(servo_axis *axis, servo_mode mode) {
 /* The torque that the motor gave since the last tick: the command, unless the bus could not drive the current. */
 static float applied_torque_nm(const servo_axis *axis, const servo_axis_params *params,
                                const servo_axis_samples *samples) {
-  return axis->current.limited ? params->torque_constant_nm_a * samples->mean_current_a : axis->commanded_nm;
+  return samples->motor_limited ? params->torque_constant_nm_a * samples->mean_current_a : axis->commanded_nm;
 }
 
 static torque_limits limits_in_force(const servo_axis_params *params, const servo_axis_command *command) {
@@ -151,7 +150,6 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
   const speed_loop_rates rates = speed_loop_sense(&axis->speed, &params->speed, &samples->motion, tick_s);
   if (closes) {
     speed_loop_close(&axis->speed, &params->speed, &rates, tick_s);
-    current_loop_reset(&axis->current);
   }
   const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
   axis->signals.rates = rates;
@@ -169,30 +167,4 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
                       axis->commanded_nm - axis->added_nm, tick_s);
   }
   *in_force = *next;
-}
-
-servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params) {
-  return (servo_current_command){.powered = axis->mode != SERVO_OFF,
-                                 .on = servo_mode_closes(axis->mode),
-                                 .reference_a = axis->current_reference_a,
-                                 .joint_rate_rad_s = axis->signals.rates.joint_rate_rad_s,
-                                 .params = params->current};
-}
-
-float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
-                         float bus_voltage_v, float pwm_period_s) {
-  const bool plausible =
-      scalar_within(current_a, SERVO_PLAUSIBLE_CURRENT_A) && scalar_within(bus_voltage_v, SERVO_PLAUSIBLE_VOLTAGE_V);
-  if (!command->on || !plausible) {
-    current_loop_reset(state);
-    return 0.0f;
-  }
-  return current_loop_step(state, &command->params, command->reference_a, current_a, command->joint_rate_rad_s,
-                           bus_voltage_v, pwm_period_s);
-}
-
-float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
-                     float pwm_period_s) {
-  const servo_current_command command = servo_axis_current_command(axis, params);
-  return servo_current_step(&axis->current, &command, current_a, bus_voltage_v, pwm_period_s);
 }

@@ -2,8 +2,8 @@
  *
  *     sense -> choose the set-point (speed, position or tracking) -> speed loop -> current set-point
  *
- * and, at the PWM rate, from the measured current to a duty. Two axes are two instances. An axis that is off, braked by
- * its shorted motor, or given implausible inputs commands no current.
+ * The motor stage (motor_stage.h) follows the set-point at the PWM rate. Two axes are two instances. An axis that is
+ * off, braked by its shorted motor, or given implausible inputs commands no current.
  *
  * The bounds below define plausible: beyond every machine, and narrow enough that no sum in the loops can overflow.
  * NaN, infinity and 1e35 rad/s are refused before they reach a filter or an integral. */
@@ -56,6 +56,8 @@ typedef struct {
   speed_loop_samples motion; /* encoder and gyro */
   bool encoder_failed;       /* the joint angle is unknown: the axis is off */
   float mean_current_a;      /* mean motor current since the last tick */
+  bool motor_limited;        /* the bus voltage was too low for the current loop, see motor_stage.h */
+  float motor_voltage_v;     /* mean over the last PWM period; for protection */
   camera_frame frame;
 } servo_axis_samples;
 
@@ -70,10 +72,9 @@ typedef struct {
   servo_mode mode;
   speed_loop_state speed;
   target_tracker_state tracker;
-  current_loop_state current;
   float commanded_nm;        /* torque command in effect */
   float added_nm;            /* its part that is not from the speed loop */
-  float current_reference_a; /* set by the tick, applied at the PWM rate */
+  float current_reference_a; /* set by the tick; the motor stage follows it */
   angle_turn32 last_angle;
   bool implausible; /* the last samples or command were implausible: the axis is off until the next good ones */
   servo_axis_signals signals;
@@ -95,24 +96,5 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
 
 /* Whether a mode closes the current loop and one above it. */
 static inline bool servo_mode_closes(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }
-
-/* What the PWM rate needs from the tick, handed over in one piece. */
-typedef struct {
-  bool powered; /* the bridge drives the terminals; false: they are open */
-  bool on;      /* the current loop computes the duty; false: 0 */
-  float reference_a;
-  float joint_rate_rad_s;
-  current_loop_params params;
-} servo_current_command;
-
-servo_current_command servo_axis_current_command(const servo_axis *axis, const servo_axis_params *params);
-
-/* One PWM period of a command: the duty in [-1, 1]; 0 while no loop is closed or a sample is implausible. */
-float servo_current_step(current_loop_state *state, const servo_current_command *command, float current_a,
-                         float bus_voltage_v, float pwm_period_s);
-
-/* The same with the present command of the axis. */
-float servo_axis_pwm(servo_axis *axis, const servo_axis_params *params, float current_a, float bus_voltage_v,
-                     float pwm_period_s);
 
 #endif

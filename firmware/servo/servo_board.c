@@ -10,6 +10,7 @@ static void read_frame(hal *machine, int axis, camera_frame *frame) {
 
 /* An angle that cannot be read keeps its last value. */
 static void read_samples(hal *machine, servo_samples *samples) {
+  samples->bus_voltage_v = hal_bus_voltage_v(machine);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_samples *axis = &samples->axis[i];
     axis->encoder_failed = !hal_joint_angle(machine, i, &axis->motion.joint_angle);
@@ -29,23 +30,47 @@ control_status servo_board_start(servo_board *board, hal *machine, const servo_p
     board->samples = samples;
     board->command = (servo_command){0};
     for (int i = 0; i < SERVO_AXES; ++i) {
+      motor_stage_reset(&board->motor[i]);
       hal_set_duty(machine, i, 0.0f);
     }
   }
   return status;
 }
 
-void servo_board_sample(servo_board *board) { read_samples(board->machine, &board->samples); }
+void servo_board_sample(servo_board *board) {
+  read_samples(board->machine, &board->samples);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_axis_samples *axis = &board->samples.axis[i];
+    const motor_stage *motor = &board->motor[i];
+    axis->motor_limited = atomic_load_explicit(&motor->limited, memory_order_relaxed);
+    axis->motor_voltage_v = atomic_load_explicit(&motor->voltage_v, memory_order_relaxed);
+  }
+}
 
-void servo_board_control(servo_board *board) { servo_app_tick(&board->app, &board->command, &board->samples); }
+static motor_setpoint setpoint_of(const servo_axis *axis) {
+  return (motor_setpoint){.on = servo_mode_closes(axis->mode),
+                          .current_a = axis->current_reference_a,
+                          .joint_rate_rad_s = axis->signals.rates.joint_rate_rad_s};
+}
+
+void servo_board_control(servo_board *board) {
+  servo_app *app = &board->app;
+  servo_app_tick(app, &board->command, &board->samples);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    motor_stage_hand_over(&board->motor[i], setpoint_of(&app->axis[i]), &app->params.axis[i].current);
+    hal_power_bridge(board->machine, i, app->axis[i].mode != SERVO_OFF);
+  }
+}
 
 void servo_board_tick(servo_board *board) {
   servo_board_sample(board);
   servo_board_control(board);
 }
 
-void servo_board_pwm(servo_board *board, int axis) {
-  const float current_a = hal_current_a(board->machine, axis);
+void servo_board_pwm_period(servo_board *board, uint32_t period) {
   const float bus_voltage_v = hal_bus_voltage_v(board->machine);
-  hal_set_duty(board->machine, axis, servo_app_pwm(&board->app, axis, current_a, bus_voltage_v));
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const float current_a = hal_current_a(board->machine, i);
+    hal_set_duty(board->machine, i, motor_stage_step(&board->motor[i], period, current_a, bus_voltage_v));
+  }
 }

@@ -88,7 +88,7 @@ void adc1_2_interrupt(void) {
   current_sense_acknowledge();
   take_currents();
   keep_mean_currents(period);
-  main_pwm_period(period);
+  board.tasks.pwm_period(board.tasks.context, period);
   switch_off_without_tick();
   request_pre_tick(period);
   board.periods++;
@@ -104,7 +104,7 @@ void pre_tick_interrupt(void) {
   }
   board.too_hot = thermistor_celsius((int)board.heat_sink_counts) > TOO_HOT_CELSIUS;
   if (!board.service_under_way) { /* otherwise the tick reports an error */
-    main_before_tick();
+    board.tasks.pre_tick(board.tasks.context);
   }
 }
 
@@ -124,14 +124,14 @@ void tim6_dac_interrupt(void) {
     board.angle_known[axis] = encoder_take(&board.encoder[axis], &board.angle_turn32[axis]);
     board.rate_known[axis] = gyro_take(&board.gyro[axis], axis, &board.rate_rad_s[axis]);
   }
-  main_tick();
+  board.tasks.tick(board.tasks.context);
   board.ticks++;
   board.service_under_way = true;
   service_request();
 }
 
 void pendsv_exception(void) {
-  main_service();
+  board.tasks.deferred(board.tasks.context);
   board.service_under_way = false;
 }
 
@@ -139,7 +139,7 @@ void fdcan1_it0_interrupt(void) {
   can_frame frame;
   can_acknowledge_interrupt();
   for (int i = 0; i < CAN_MAX_FRAMES_PER_INTERRUPT && can_receive(&frame); ++i) {
-    main_can_frame(&frame);
+    board.tasks.can_frame(board.tasks.context, &frame);
   }
   can_send_waiting();
 }
@@ -284,7 +284,8 @@ void hal_board_waive(hal *machine, uint32_t test_bits) {
 }
 
 /* The first tick comes in the next period, which is number 0. */
-void hal_board_run(hal *machine) {
+void hal_board_run(hal *machine, const hal_board_tasks *tasks) {
+  machine->tasks = *tasks;
   if (!current_sense_wait()) {
     machine->test_bits |= HAL_TEST_CONTROLLER;
   }

@@ -13,6 +13,7 @@
 enum { CAN_MAX_FRAMES_PER_INTERRUPT = 6 };
 
 struct hal {
+  hal_board_tasks tasks; /* written before the interrupts begin */
   hal_reset reset;
   volatile uint32_t test_bits;    /* HAL_TEST_*, of the self-tests */
   volatile uint32_t axis_bits[2]; /* those that prevent one axis from being driven */

@@ -6,8 +6,8 @@
 #include "registers/timer.h"
 #include "safe_outputs.h"
 
-/* Counts up and down once a period: 170 MHz / (2 * 4250) = 20 kHz. */
-enum { HALF_PERIOD = 4250, DEAD_TIME_0_5_US = 85, BREAK_FILTER_8_CLOCKS = 3, LOCK_DEAD_TIME_AND_BREAK = 1 };
+/* The timers count up and down once a period. */
+enum { HALF_PERIOD = BRIDGE_COUNTS, DEAD_TIME_0_5_US = 85, BREAK_FILTER_8_CLOCKS = 3, LOCK_DEAD_TIME_AND_BREAK = 1 };
 
 typedef struct {
   tim1_registers *timer;
@@ -48,9 +48,7 @@ void bridge_start(void) {
 }
 
 void bridge_set_duty(int axis, float duty) {
-  const float half = 0.5f * (float)HALF_PERIOD;
-  const bool in_range = duty >= -1.0f && duty <= 1.0f; /* a NaN is not */
-  const uint32_t leg_1 = (uint32_t)(half + (in_range ? duty : 0.0f) * half + 0.5f);
+  const uint32_t leg_1 = bridge_first_leg(duty);
   bridges[axis].timer->ccr1 = leg_1;
   bridges[axis].timer->ccr2 = HALF_PERIOD - leg_1;
 }

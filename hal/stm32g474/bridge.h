@@ -8,11 +8,23 @@
 #define TRACKSERVO_STM32G474_BRIDGE_H
 
 #include <stdbool.h>
+#include <stdint.h>
+
+/* Timer counts of half a period: 170 MHz / (2 * 4250) = 20 kHz. */
+enum { BRIDGE_COUNTS = 4250 };
+
+/* Counts for which leg 1 is high, of BRIDGE_COUNTS; leg 2 is high for the rest. duty -1 .. 1; anything else, and NaN,
+ * counts as 0. */
+static inline uint32_t bridge_first_leg(float duty) {
+  const float half = 0.5f * (float)BRIDGE_COUNTS;
+  const bool in_range = duty >= -1.0f && duty <= 1.0f; /* a NaN is not */
+  return (uint32_t)(half + (in_range ? duty : 0.0f) * half + 0.5f);
+}
 
 /* Timers run, outputs are off, duties are 0. */
 void bridge_start(void);
 
-/* duty -1 .. 1; any other value, including NaN, counts as 0. Takes effect from the next period on. */
+/* duty as for bridge_first_leg. Takes effect from the next period on. */
 void bridge_set_duty(int axis, float duty);
 
 /* On: the gates follow the duty, unless the driver's fault is still present. */

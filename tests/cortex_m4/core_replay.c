@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cortex_m4/core_trace.h"
+#include "hal_host.h"
 
 typedef struct {
   FILE *file;
@@ -15,6 +16,12 @@ typedef struct {
   long compared;
   int axis;
   bool failed;
+  servo_board board;
+  hal machine;
+  servo_samples samples; /* recorded, of this tick */
+  trace_period period;   /* recorded */
+  float bus_voltage_v;
+  float duty[SERVO_AXES]; /* set in the last period */
 } replay;
 
 static uint32_t next_word(replay *r) {
@@ -63,59 +70,109 @@ static uint32_t compare(void *context, const char *name, uint32_t value) {
   return value;
 }
 
-static void configure(replay *r, servo_app *app) {
-  const trace_visitor params_reader = {take_changed, r};
+/* --- the machine: it gives what was recorded --- */
+
+static bool joint_angle(void *machine, int axis, uint32_t *angle) {
+  const servo_axis_samples *samples = &((replay *)machine)->samples.axis[axis];
+  *angle = samples->motion.joint_angle;
+  return !samples->encoder_failed;
+}
+
+static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
+  const servo_axis_samples *samples = &((replay *)machine)->samples.axis[axis];
+  *rate_rad_s = samples->motion.gyro_rad_s;
+  return samples->motion.gyro_valid;
+}
+
+static float mean_current(void *machine, int axis) { return ((replay *)machine)->samples.axis[axis].mean_current_a; }
+
+static bool camera(void *machine, int axis, hal_camera_frame *frame) {
+  const camera_frame *recorded = &((replay *)machine)->samples.axis[axis].frame;
+  *frame = (hal_camera_frame){recorded->valid, recorded->age_ticks, recorded->error_rad};
+  return recorded->fresh;
+}
+
+static float current(void *machine, int axis) { return ((replay *)machine)->period.current_a[axis]; }
+
+static float bus_voltage(void *machine) { return ((replay *)machine)->bus_voltage_v; }
+
+static void power_bridge(void *machine, int axis, bool on) {
+  (void)machine;
+  (void)axis;
+  (void)on;
+}
+
+static void set_duty(void *machine, int axis, float duty) { ((replay *)machine)->duty[axis] = duty; }
+
+static hal machine_of(replay *r) { /* the node's functions, which servo_board does not call, are left out */
+  return (hal){.machine = r,
+               .joint_angle = joint_angle,
+               .gyro_rate = gyro_rate,
+               .mean_current_a = mean_current,
+               .camera = camera,
+               .power_bridge = power_bridge,
+               .current_a = current,
+               .bus_voltage_v = bus_voltage,
+               .set_duty = set_duty};
+}
+
+/* --- its events --- */
+
+static void read_samples(replay *r) {
   const trace_visitor reader = {take, r};
+  trace_visit_samples(&reader, &r->samples);
+  r->bus_voltage_v = r->samples.bus_voltage_v;
+}
+
+static void configure(replay *r) {
+  const trace_visitor params_reader = {take_changed, r};
   static servo_params params;
-  servo_samples samples;
   trace_visit_params(&params_reader, &params);
-  trace_visit_samples(&reader, &samples);
-  if (servo_app_configure(app, &params, &samples) != CONTROL_OK) {
+  read_samples(r);
+  r->machine = machine_of(r);
+  if (servo_board_start(&r->board, &r->machine, &params) != CONTROL_OK) {
     printf("the parameters are refused\n");
     r->failed = true;
   }
 }
 
-static void tick(replay *r, servo_app *app) {
+static void tick(replay *r) {
   const trace_visitor reader = {take, r};
   const trace_visitor comparer = {compare, r};
-  servo_command command;
-  servo_samples samples;
-  trace_visit_command(&reader, &command);
-  trace_visit_samples(&reader, &samples);
-  servo_app_tick(app, &command, &samples);
+  trace_visit_command(&reader, &r->board.command);
+  read_samples(r);
+  servo_board_tick(&r->board);
   ++r->ticks;
   for (r->axis = 0; r->axis < SERVO_AXES; ++r->axis) {
-    trace_visit_tick_results(&comparer, &app->axis[r->axis]);
+    trace_visit_tick_results(&comparer, &r->board.samples.axis[r->axis], &r->board.app.axis[r->axis]);
   }
 }
 
-static void run_period(replay *r, servo_app *app) {
+static void run_period(replay *r) {
   const trace_visitor reader = {take, r};
   const trace_visitor comparer = {compare, r};
-  trace_period period;
-  trace_visit_period(&reader, &period);
-  app->axis[period.axis].current_reference_a = period.reference_a;
-  float duty = servo_app_pwm(app, period.axis, period.current_a, period.bus_voltage_v);
-  r->axis = period.axis;
-  trace_visit_duty(&comparer, &duty);
+  trace_visit_period(&reader, &r->period);
+  r->bus_voltage_v = r->period.bus_voltage_v;
+  servo_board_pwm_period(&r->board, r->period.number);
+  for (r->axis = 0; r->axis < SERVO_AXES; ++r->axis) {
+    trace_visit_duty(&comparer, &r->duty[r->axis]);
+  }
 }
 
 static void run(replay *r, long max_ticks) {
-  static servo_app app;
   const trace_visitor reader = {take, r};
   trace_event event = TRACE_END;
   do {
     trace_visit_event(&reader, &event);
     switch (event) {
       case TRACE_CONFIGURE:
-        configure(r, &app);
+        configure(r);
         break;
       case TRACE_TICK:
-        tick(r, &app);
+        tick(r);
         break;
       case TRACE_PWM:
-        run_period(r, &app);
+        run_period(r);
         break;
       case TRACE_END:
       default:
@@ -126,7 +183,9 @@ static void run(replay *r, long max_ticks) {
 
 bool core_replay(const char *path, const char *changed, long max_ticks) {
   static replay r;
-  r = (replay){.changed = changed, .file = fopen(path, "rb")};
+  memset(&r, 0, sizeof r);
+  r.changed = changed;
+  r.file = fopen(path, "rb");
   if (r.file == NULL) {
     printf("%s: cannot be read\n", path);
     return false;

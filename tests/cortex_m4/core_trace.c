@@ -81,16 +81,20 @@ void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples) {
     INTEGER(int, axis->frame.age_ticks);
     FLOAT(axis->frame.error_rad);
   }
+  FLOAT(samples->bus_voltage_v);
 }
 
 void trace_visit_period(const trace_visitor *visitor, trace_period *period) {
-  INTEGER(int, period->axis);
-  FLOAT(period->reference_a);
-  FLOAT(period->current_a);
+  INTEGER(uint32_t, period->number);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    FLOAT(period->current_a[i]);
+  }
   FLOAT(period->bus_voltage_v);
 }
 
-void trace_visit_tick_results(const trace_visitor *visitor, servo_axis *axis) {
+void trace_visit_tick_results(const trace_visitor *visitor, servo_axis_samples *samples, servo_axis *axis) {
+  INTEGER(bool, samples->motor_limited);
+  FLOAT(samples->motor_voltage_v);
   INTEGER(servo_mode, axis->mode);
   FLOAT(axis->signals.rates.joint_rate_rad_s);
   FLOAT(axis->signals.rates.base_rate_rad_s);

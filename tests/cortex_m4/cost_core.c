@@ -7,6 +7,7 @@
 #include "cortex_m4/core_replay.h"
 #include "cortex_m4/cost_table.h"
 #include "cortex_m4/instruction_count.h"
+#include "servo/motor_stage.h"
 #include "servo/servo_app.h"
 #include "support/servo_bench.h"
 
@@ -14,7 +15,7 @@ enum { COUNTED_TICKS = 4000 };
 
 static cost_row speed_loop = {.name = "speed loop, one axis", .limit = 600};
 static cost_row any_speed_loop = {.name = "speed loop, any rate, window of 16", .limit = 600};
-static cost_row current_loop = {.name = "current loop, one axis", .limit = 250};
+static cost_row motor = {.name = "motor stage, one axis", .limit = 250};
 static cost_row *counted_speed_loop = &speed_loop;
 static int sense_cost;
 
@@ -48,15 +49,13 @@ speed_loop_output __wrap_speed_loop_control(speed_loop_state *state, const speed
   return output;
 }
 
-float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v);
+float __real_motor_stage_step(motor_stage *stage, uint32_t period, float current_a, float bus_voltage_v);
+float __wrap_motor_stage_step(motor_stage *stage, uint32_t period, float current_a, float bus_voltage_v);
 
-/* The work of servo_app_pwm, with the prepared command, as the board's tick leaves it for its PWM interrupt. */
-float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v) {
-  const servo_current_command command = servo_axis_current_command(&app->axis[axis], &app->params.axis[axis]);
+float __wrap_motor_stage_step(motor_stage *stage, uint32_t period, float current_a, float bus_voltage_v) {
   const uint32_t start = instruction_count_now();
-  const float duty =
-      servo_current_step(&app->axis[axis].current, &command, current_a, bus_voltage_v, SERVO_PWM_PERIOD_S);
-  cost_row_add(&current_loop, instruction_count_since(start));
+  const float duty = __real_motor_stage_step(stage, period, current_a, bus_voltage_v);
+  cost_row_add(&motor, instruction_count_since(start));
   return duty;
 }
 
@@ -90,6 +89,6 @@ int main(int argc, char **argv) {
   cost_table_head();
   good = cost_row_print(&speed_loop) && good;
   good = cost_row_print(&any_speed_loop) && good;
-  good = cost_row_print(&current_loop) && good;
+  good = cost_row_print(&motor) && good;
   return good ? 0 : 1;
 }

@@ -101,8 +101,9 @@ static void turn(bench *of) {
     bare_axis *axis = &of->axis[i];
     const servo_axis_params *motor = &of->node.board.app.params.axis[i];
     const float current_a = of->node.board.app.axis[i].current_reference_a;
-    of->node.board.app.axis[i].current.voltage_v =
-        motor->resistance_ohm * current_a + motor->current.back_emf_v_s_rad * axis->rate_rad_s;
+    atomic_store_explicit(&of->node.board.motor[i].voltage_v,
+                          motor->resistance_ohm * current_a + motor->current.back_emf_v_s_rad * axis->rate_rad_s,
+                          memory_order_relaxed);
     const float motor_nm = 2.5f * current_a;
     const float friction_nm = 7.0f * axis->rate_rad_s / (fabsf(axis->rate_rad_s) + 1e-4f);
     axis->rate_rad_s += (motor_nm - friction_nm) / 6.0f * SERVO_TICK_S;

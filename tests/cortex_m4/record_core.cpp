@@ -1,7 +1,8 @@
 // record_core FOLDER: runs 20 s of each experiment, both axes with everything on, and writes inputs and outputs of the
 // servo core as FOLDER/EXPERIMENT.trace, for replay_core on another machine.
 //
-// The linker redirects the core's three functions to this program (--wrap), so the simulator runs unchanged.
+// The linker redirects four functions to this program (--wrap), so the simulator runs unchanged.
+#include <array>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -20,6 +21,7 @@ namespace {
 constexpr double kDuration_s = 20.0;
 
 std::vector<std::uint32_t> words;
+std::array<float, SERVO_AXES> duties;  // that were set last
 
 std::uint32_t append(void *, const char *, std::uint32_t value) {
   words.push_back(value);
@@ -36,7 +38,8 @@ extern "C" {
 
 control_status __real_servo_app_configure(servo_app *app, const servo_params *params, const servo_samples *samples);
 void __real_servo_app_tick(servo_app *app, const servo_command *command, const servo_samples *samples);
-float __real_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v);
+void __real_servo_board_pwm_period(servo_board *board, uint32_t period);
+void __real_hal_set_duty(hal *machine, int axis, float duty);
 
 control_status __wrap_servo_app_configure(servo_app *app, const servo_params *params, const servo_samples *samples) {
   servo_params copy = *params;
@@ -54,18 +57,25 @@ void __wrap_servo_app_tick(servo_app *app, const servo_command *command, const s
   trace_visit_command(&kWriter, &wanted);
   trace_visit_samples(&kWriter, &seen);
   __real_servo_app_tick(app, command, samples);
-  for (servo_axis& axis : app->axis) {
-    trace_visit_tick_results(&kWriter, &axis);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    trace_visit_tick_results(&kWriter, &seen.axis[i], &app->axis[i]);
   }
 }
 
-float __wrap_servo_app_pwm(servo_app *app, int axis, float current_a, float bus_voltage_v) {
-  trace_period period = {axis, app->axis[axis].current_reference_a, current_a, bus_voltage_v};
+void __wrap_hal_set_duty(hal *machine, int axis, float duty) {
+  duties[static_cast<std::size_t>(axis)] = duty;
+  __real_hal_set_duty(machine, axis, duty);
+}
+
+void __wrap_servo_board_pwm_period(servo_board *board, uint32_t period) {
+  trace_period read = {
+      period, {hal_current_a(board->machine, 0), hal_current_a(board->machine, 1)}, hal_bus_voltage_v(board->machine)};
   begin(TRACE_PWM);
-  trace_visit_period(&kWriter, &period);
-  float duty = __real_servo_app_pwm(app, axis, current_a, bus_voltage_v);
-  trace_visit_duty(&kWriter, &duty);
-  return duty;
+  trace_visit_period(&kWriter, &read);
+  __real_servo_board_pwm_period(board, period);
+  for (float& duty : duties) {
+    trace_visit_duty(&kWriter, &duty);
+  }
 }
 }
 

@@ -40,13 +40,13 @@ static void tick(void) {
   servo_node_tick(&node);
   servo_node_serve(&node);
   servo_node_background(&node);
+  servo_board_pwm_period(&node.board, SERVO_TICK_LATENCY_PERIODS);
   for (int i = 0; i < SERVO_AXES; ++i) {
-    servo_board_pwm(&node.board, i);
     const float limit_a = node.board.app.params.axis[i].current_limit_a;
     require(fabsf(node.board.app.axis[i].current_reference_a) <= limit_a * 1.0001f); /* false for NaN */
     require(fabsf(machine.axis[i].duty) <= 1.0f);
   }
-  rigid_machine_turn(&machine, &node.board.app);
+  rigid_machine_turn(&machine, &node.board);
 }
 
 static void receive(uint16_t id, uint8_t flags, uint8_t length, const uint8_t *bytes) {

@@ -42,7 +42,7 @@ static inline void wait_ms(uint32_t duration_ms) {
     servo_node_tick(&node);
     servo_node_serve(&node);
     servo_node_background(&node);
-    rigid_machine_turn(&machine, &node.board.app);
+    rigid_machine_turn(&machine, &node.board);
   }
 }
 

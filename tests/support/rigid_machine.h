@@ -105,24 +105,28 @@ static inline double rigid_next_rate(const rigid_axis *joint, double torque_nm, 
   return joint->friction_nm > 0.0 && rate_rad_s * direction <= 0.0 ? 0.0 : rate_rad_s;
 }
 
-/* Current in the winding, and the voltage that the bridge gives for it. */
-static inline void rigid_drive(rigid_axis *joint, servo_axis *servo, const servo_axis_params *params) {
+/* Current in the winding, and the voltage that an ideal current loop reports for it. */
+static inline void rigid_drive(rigid_axis *joint, servo_board *board, int i) {
+  const servo_axis *servo = &board->app.axis[i];
+  const servo_axis_params *params = &board->app.params.axis[i];
   const float back_emf_v = params->current.back_emf_v_s_rad * (float)joint->rate_rad_s;
   joint->current_a = servo->current_reference_a;
+  float voltage_v = 0.0f;
   if (servo->mode == SERVO_BRAKE) {
     joint->current_a = -back_emf_v / params->resistance_ohm;
   } else if (servo_mode_closes(servo->mode)) {
-    servo->current.voltage_v = params->resistance_ohm * joint->current_a + back_emf_v;
+    voltage_v = params->resistance_ohm * joint->current_a + back_emf_v;
   }
+  atomic_store_explicit(&board->motor[i].voltage_v, voltage_v, memory_order_relaxed);
 }
 
 /* One ms of motion, instead of the PWM periods of that time. The inertia is the one that the servo's observer
  * assumes. */
-static inline void rigid_machine_turn(rigid_machine *machine, servo_app *app) {
+static inline void rigid_machine_turn(rigid_machine *machine, servo_board *board) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     rigid_axis *joint = &machine->axis[i];
-    const servo_axis_params *params = &app->params.axis[i];
-    rigid_drive(joint, &app->axis[i], params);
+    const servo_axis_params *params = &board->app.params.axis[i];
+    rigid_drive(joint, board, i);
     const double torque_nm = (double)(joint->current_a * params->torque_constant_nm_a) - joint->load_nm;
     const double rate_rad_s = rigid_next_rate(joint, torque_nm, (double)params->speed.observer.inertia_kg_m2);
     joint->turns += 1e-3 * 0.5 * (joint->rate_rad_s + rate_rad_s) / 6.283185307179586;

@@ -62,8 +62,8 @@ static inline void tick(bench *b) {
   servo_axis_tick(&b->axis, &b->params, &b->command, &b->samples, dt_s);
   b->worst_step_nm = fmax(b->worst_step_nm, fabs((double)b->axis.commanded_nm - (double)before_nm));
   const double commanded_nm = (double)b->axis.commanded_nm;
-  b->axis.current.limited = b->motor_limit_nm > 0.0 && fabs(commanded_nm) > b->motor_limit_nm;
-  const double given_nm = b->axis.current.limited ? copysign(b->motor_limit_nm, commanded_nm) : commanded_nm;
+  b->samples.motor_limited = b->motor_limit_nm > 0.0 && fabs(commanded_nm) > b->motor_limit_nm;
+  const double given_nm = b->samples.motor_limited ? copysign(b->motor_limit_nm, commanded_nm) : commanded_nm;
   const double acceleration = (given_nm - b->load_nm) / inertia_kg_m2;
   b->turns += (b->rate_rad_s * 1e-3 + 0.5e-6 * acceleration) / 6.283185307179586;
   b->rate_rad_s += acceleration * 1e-3;

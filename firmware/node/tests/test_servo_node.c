@@ -41,11 +41,8 @@ static void test_pdos_alone_enable_an_axis_and_turn_it(void) {
   TEST_ASSERT_EQUAL(PV, state->data[2]);
 }
 
-static void pwm(void) {
-  for (int axis = 0; axis < SERVO_AXES; ++axis) {
-    servo_board_pwm(&node.board, axis);
-  }
-}
+/* One in which the last tick's commands count. */
+static void pwm(void) { servo_board_pwm_period(&node.board, SERVO_TICK_LATENCY_PERIODS); }
 
 static void test_the_bridge_pushes_only_where_an_axis_is_on(void) {
   pwm();

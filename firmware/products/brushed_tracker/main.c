@@ -1,11 +1,11 @@
-/* The servo on a board: one node, two current loops, and the order of their calls.
+/* The servo on a board: one node, and the order of its calls.
  *
- *     PWM period (20 kHz)   current loops
- *     before the tick       node: process data that has come already
- *     tick (1 kHz)          node: process data, protection, drives, control; then the new set-points are handed over
- *     CAN frame             into one of the node's queues
- *     service (1 kHz)       node: what only the bus wants, begun by each tick
- *     background            watchdog, storing of parameters
+ *     PWM period (20 kHz)     motor stages of both axes
+ *     pre-tick task           node: process data that has arrived already
+ *     tick (1 kHz)            node: process data, protection, drives, control
+ *     CAN frame               node: into one of its queues
+ *     deferred task (1 kHz)   node: communication other than process data; each tick starts it
+ *     background              watchdog, storing of parameters
  *
  * Each may interrupt those below it. */
 #include <stdint.h>
@@ -14,24 +14,14 @@
 #include "node/servo_node.h"
 #include "products/brushed_tracker/default_parameters.h"
 #include "products/brushed_tracker/hardware_version.h"
-#include "servo/current_stage.h"
 
 typedef struct {
   hal *machine;
   servo_node node;
-  current_stage stage[SERVO_AXES];
   hal_can_state can_state;
 } servo_main;
 
 static servo_main self;
-
-void main_pwm_period(uint32_t period) {
-  const float bus_voltage_v = hal_bus_voltage_v(self.machine);
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    const float current_a = hal_current_a(self.machine, i);
-    hal_set_duty(self.machine, i, current_stage_step(&self.stage[i], period, current_a, bus_voltage_v));
-  }
-}
 
 static void report_can_state(void) {
   const hal_can_state state = hal_can_supervise(self.machine);
@@ -48,28 +38,28 @@ static void report_can_state(void) {
   self.can_state = state;
 }
 
-void main_before_tick(void) { servo_node_take(&self.node); }
+static void pwm_period(void *context, uint32_t period) { servo_board_pwm_period(context, period); }
 
-void main_tick(void) {
-  servo_app *app = &self.node.board.app;
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    app->axis[i].current.limited = atomic_load_explicit(&self.stage[i].limited, memory_order_relaxed);
-    app->axis[i].current.voltage_v = atomic_load_explicit(&self.stage[i].voltage_v, memory_order_relaxed);
-  }
-  servo_node_tick_taken(&self.node); /* main_before_tick ran in this period */
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    const servo_current_command command = servo_axis_current_command(&app->axis[i], &app->params.axis[i]);
-    current_stage_hand_over(&self.stage[i], &command);
-    hal_power_bridge(self.machine, i, command.powered);
-  }
+static void pre_tick(void *context) {
+  (void)context;
+  servo_node_take(&self.node);
 }
 
-void main_service(void) {
+static void tick(void *context) {
+  (void)context;
+  servo_node_tick_taken(&self.node); /* pre_tick has just run */
+}
+
+static void deferred(void *context) {
+  (void)context;
   report_can_state();
   servo_node_serve(&self.node);
 }
 
-void main_can_frame(const can_frame *frame) { (void)servo_node_receive(&self.node, frame); }
+static void receive(void *context, const can_frame *frame) {
+  (void)context;
+  (void)servo_node_receive(&self.node, frame);
+}
 
 static bool send(void *context, const can_frame *frame) { return hal_can_send(context, frame); }
 
@@ -103,12 +93,16 @@ static uint32_t unused_gyros(void) {
   return unused;
 }
 
+static const hal_board_tasks tasks = {.context = &self.node.board,
+                                      .pwm_period = pwm_period,
+                                      .pre_tick = pre_tick,
+                                      .tick = tick,
+                                      .can_frame = receive,
+                                      .deferred = deferred};
+
 int main(void) {
   self.machine = hal_board_start();
   uint32_t failed_tests = hal_board_self_test(self.machine);
-  for (int i = 0; i < SERVO_AXES; ++i) {
-    current_stage_reset(&self.stage[i]);
-  }
   const servo_node_config config = {.node_id = BUS_DEFAULT_NODE_ID,
                                     .sender = {send, self.machine},
                                     .machine = self.machine,
@@ -132,7 +126,7 @@ int main(void) {
   const uint32_t unused = unused_gyros();
   hal_board_waive(self.machine, unused);
   report_how_it_started(failed_tests & ~unused);
-  hal_board_run(self.machine);
+  hal_board_run(self.machine, &tasks);
   for (;;) {
     hal_board_background(self.machine);
     servo_node_background(&self.node);

@@ -139,34 +139,6 @@ static void test_the_observer_counts_what_a_limited_motor_gives_not_what_was_req
   CHECK_AT_MOST("load seen, Nm", 0.5, worst_nm);
 }
 
-/* --- at the PWM rate --- */
-
-static const float pwm_s = 50e-6f;
-
-static void test_the_duty_carries_the_back_emf_of_a_turning_motor(void) {
-  bench b = bench_at_rest();
-  b.rate_rad_s = 0.4;
-  b.command = (servo_axis_command){.mode = SERVO_TORQUE};
-  ticks(&b, 20);
-  const float duty = servo_axis_pwm(&b.axis, &b.params, 0.0f, 50.0f, pwm_s);
-  CHECK_NEAR("duty", 2.5 * 0.4 / 50.0, duty, 1e-6);
-}
-
-static void test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind(void) {
-  const float bad[][2] = {{NAN, 48.0f}, {INFINITY, 48.0f}, {-1e38f, 48.0f}, {1.01e5f, 48.0f},
-                          {1.0f, NAN},  {1.0f, INFINITY},  {1.0f, 1e38f},   {1.0f, -1e38f}};
-  for (unsigned i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
-    bench b = bench_at_rest();
-    b.command = (servo_axis_command){.mode = SERVO_TORQUE, .torque_nm = 2.5f};
-    ticks(&b, 2);
-    bench untouched = b;
-    CHECK_SAME("duty", 0.0, servo_axis_pwm(&b.axis, &b.params, bad[i][0], bad[i][1], pwm_s));
-    const float duty = servo_axis_pwm(&b.axis, &b.params, 0.5f, 48.0f, pwm_s);
-    CHECK_SAME("next duty", servo_axis_pwm(&untouched.axis, &untouched.params, 0.5f, 48.0f, pwm_s), duty);
-    TEST_ASSERT_TRUE(duty > 0.0f);
-  }
-}
-
 /* --- nonsense --- */
 
 typedef struct {
@@ -228,7 +200,6 @@ static void test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_b
     TEST_ASSERT_TRUE_MESSAGE(b.axis.implausible, every_nonsense[i].what);
     CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
     CHECK_SAME("current", 0.0, b.axis.current_reference_a);
-    CHECK_SAME("duty", 0.0, servo_axis_pwm(&b.axis, &b.params, 1.0f, 48.0f, pwm_s));
     for (int t = 0; t < 1000; ++t) {
       b.samples.motion = gyro_at((float)b.rate_rad_s).motion;
       tick(&b);
@@ -318,7 +289,7 @@ static float any_float(random_source *source) {
   return value;
 }
 
-static void test_no_input_whatever_makes_a_torque_or_a_duty_beyond_its_limit(void) {
+static void test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit(void) {
   random_source source = {17};
   bench b = bench_at_rest();
   b.params.speed.rate_fusion.source = RATE_FUSED;
@@ -341,10 +312,8 @@ static void test_no_input_whatever_makes_a_torque_or_a_duty_beyond_its_limit(voi
                   .error_rad = any_float(&source)},
     };
     servo_axis_tick(&b.axis, &b.params, &command, &samples, dt_s);
-    const float duty = servo_axis_pwm(&b.axis, &b.params, any_float(&source), any_float(&source), pwm_s);
     CHECK_AT_MOST("torque, Nm", 50.0, fabsf(b.axis.commanded_nm));
     CHECK_AT_MOST("current, A", 20.0, fabsf(b.axis.current_reference_a));
-    CHECK_AT_MOST("duty", 0.98f, fabsf(duty));
     closed += b.axis.mode != SERVO_OFF;
   }
   LOG_VALUE("ticks with a loop closed, of 200000", closed);
@@ -368,14 +337,12 @@ int main(void) {
   RUN_TEST(test_a_loop_that_is_closed_again_knows_nothing_of_before);
   RUN_TEST(test_closing_the_loop_on_a_turning_axis_gives_no_kick);
   RUN_TEST(test_the_observer_counts_what_a_limited_motor_gives_not_what_was_requested_for);
-  RUN_TEST(test_the_duty_carries_the_back_emf_of_a_turning_motor);
-  RUN_TEST(test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind);
   RUN_TEST(test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_behind);
   RUN_TEST(test_an_encoder_that_jumps_takes_the_torque_away_in_the_same_tick);
   RUN_TEST(test_an_encoder_without_an_answer_takes_the_torque_away_until_it_answers);
   RUN_TEST(test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit);
   RUN_TEST(test_a_gyro_that_says_it_is_not_valid_may_hold_anything);
   RUN_TEST(test_a_sum_that_is_not_a_number_takes_the_torque_away);
-  RUN_TEST(test_no_input_whatever_makes_a_torque_or_a_duty_beyond_its_limit);
+  RUN_TEST(test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit);
   return UNITY_END();
 }

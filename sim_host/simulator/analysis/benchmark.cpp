@@ -64,12 +64,16 @@ BenchmarkFigures run_benchmark(const PlantConfig& plant, const ScenarioConfig& s
                         servo_app_tick(&app, &command, &samples);
                       }
                     });
+  motor_stage motor{};
+  motor_stage_reset(&motor);
+  motor_stage_hand_over(&motor, {true, 1.0F, 0.0035F}, &params.axis[SERVO_AZIMUTH].current);
   volatile float duty = 0.0F;
-  figures.pwm_ns = 1e9 / kTicks * best_seconds(repeats, [&] {
-                     for (int period = 0; period < kTicks; ++period) {
-                       duty = servo_app_pwm(&app, SERVO_AZIMUTH, 0.01F * static_cast<float>(period % 9), 48.0F);
-                     }
-                   });
+  figures.pwm_ns =
+      1e9 / kTicks * best_seconds(repeats, [&] {
+        for (int period = 0; period < kTicks; ++period) {
+          duty = motor_stage_step(&motor, SERVO_TICK_LATENCY_PERIODS, 0.01F * static_cast<float>(period % 9), 48.0F);
+        }
+      });
   Tracker tracker(plant, 1);
   figures.plant_pwm_ns = 1e9 / kTicks * best_seconds(repeats, [&] {
                            for (int period = 0; period < kTicks; ++period) {

@@ -10,7 +10,7 @@ namespace trackservo::sim {
 struct BenchmarkFigures {
   double real_time_factor;  // simulated seconds per second of processor time: both axes, full plant, firmware
   double tick_ns;           // servo_app_tick, both axes, everything on
-  double pwm_ns;            // servo_app_pwm, one axis
+  double pwm_ns;            // motor_stage_step, one axis
   double plant_pwm_ns;      // Tracker::step_pwm with its ADC samples, both axes
 };
 

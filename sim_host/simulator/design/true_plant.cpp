@@ -7,7 +7,7 @@
 namespace trackservo::sim {
 namespace {
 
-static_assert(kTickLatencyPeriods * kPwmPeriod_s == gain_design::kActuationDelay_s,
+static_assert(SERVO_TICK_LATENCY_PERIODS * kPwmPeriod_s == gain_design::kActuationDelay_s,
               "the simulated board has the timing that gains are designed for");
 
 lugre_direction direction_of(const StribeckConfig& truth) {

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "dictionary/refusal_text.hpp"
+#include "run/tick_sequence.hpp"
 
 namespace trackservo::sim {
 
@@ -72,22 +73,10 @@ struct MachineHal {
     of(machine).tracker_.power_brake(axis, on && !tripped);
   }
 
+  // The current loop sees the injected current as missing, and adds it to its set-point.
   static float current_a(void *machine, int axis) {
-    Machine& m = of(machine);
     const std::size_t i = static_cast<std::size_t>(axis);
-    const PwmSample sample = m.tracker_.sample_pwm(axis);
-    m.bus_voltage_v_ = m.voltage_share_ * m.broken_.bus_reads_v.value_or(sample.bus_voltage_v);
-    const BrokenAxis& broken = m.broken_.axis[i];
-    if (!broken.current_stuck) {
-      m.reported_current_a_[i] =
-          m.current_share_[i] * broken.current_reads_a.value_or(sample.current_a + broken.current_shift_a);
-    }
-    if (m.over_current_a_[i] > 0.0 && std::abs(m.reported_current_a_[i]) > m.over_current_a_[i]) {
-      m.tripped_[i] = true;
-      m.tracker_.open_terminals(axis, true);
-    }
-    m.current_sum_a_[i] += m.reported_current_a_[i];
-    return static_cast<float>(m.reported_current_a_[i]);
+    return static_cast<float>(of(machine).reported_current_a_[i] - of(machine).injected_a_[i]);
   }
 
   static float bus_voltage_v(void *machine) { return static_cast<float>(of(machine).bus_voltage_v_); }
@@ -150,43 +139,54 @@ void Machine::break_parts() {
   }
 }
 
-// The firmware computes its new current set-points now; the bridge follows the old ones for some periods.
-void Machine::run_firmware_tick() {
-  std::array<float, kAxes> old_reference_a{};
+// The readings of the converters at the beginning of a PWM period, and the reaction of a board's hardware to them.
+void Machine::convert(std::uint32_t period) {
   for (std::size_t i = 0; i < kAxes; ++i) {
-    mean_current_a_[i] = current_sum_a_[i] / kPwmPerTick;
-    current_sum_a_[i] = 0.0;
-    old_reference_a[i] = board_->app.axis[i].current_reference_a;
-  }
-  tick_();
-  frame_.reset();
-  for (std::size_t i = 0; i < kAxes; ++i) {
-    servo_axis& axis = board_->app.axis[i];
-    const float torque_constant_nm_a = board_->app.params.axis[i].torque_constant_nm_a;
-    next_reference_a_[i] = axis.current_reference_a + static_cast<float>(injected_nm_[i]) / torque_constant_nm_a;
-    axis.current_reference_a = old_reference_a[i];
-    hal_power_bridge(&hal_, static_cast<int>(i), axis.mode != SERVO_OFF);
+    const int axis = static_cast<int>(i);
+    const PwmSample sample = tracker_.sample_pwm(axis);
+    bus_voltage_v_ = voltage_share_ * broken_.bus_reads_v.value_or(sample.bus_voltage_v);
+    const BrokenAxis& broken = broken_.axis[i];
+    if (!broken.current_stuck) {
+      reported_current_a_[i] =
+          current_share_[i] * broken.current_reads_a.value_or(sample.current_a + broken.current_shift_a);
+    }
+    if (over_current_a_[i] > 0.0 && std::abs(reported_current_a_[i]) > over_current_a_[i]) {
+      tripped_[i] = true;
+      tracker_.open_terminals(axis, true);
+    }
+    if (period == 0) {
+      mean_current_a_[i] = current_sum_a_[i] / kPwmPerTick;
+      current_sum_a_[i] = 0.0;
+    }
+    current_sum_a_[i] += reported_current_a_[i];
   }
 }
 
-void Machine::run_pwm_periods(int periods) {
-  for (int period = 0; period < periods; ++period) {
-    for (int axis = 0; axis < kAxes; ++axis) {
-      servo_board_pwm(board_, axis);
-    }
-    tracker_.step_pwm(duty_);
-    duty_ = next_duty_;
+// Together with the tick's set-points, which are handed over then.
+void Machine::begin_injection() {
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    injected_a_[i] = injected_nm_[i] / static_cast<double>(board_->app.params.axis[i].torque_constant_nm_a);
   }
 }
 
 void Machine::advance_tick() {
   break_parts();
-  run_firmware_tick();
-  run_pwm_periods(kTickLatencyPeriods);
-  for (std::size_t i = 0; i < kAxes; ++i) {
-    board_->app.axis[i].current_reference_a = next_reference_a_[i];
-  }
-  run_pwm_periods(kPwmPerTick - kTickLatencyPeriods);
+  run_tick_sequence(
+      *board_,
+      [this](std::uint32_t period) {
+        if (period == SERVO_TICK_LATENCY_PERIODS) {
+          begin_injection();
+        }
+        convert(period);
+      },
+      [this] {
+        tick_();
+        frame_.reset();
+      },
+      [this](std::uint32_t) {
+        tracker_.step_pwm(duty_);
+        duty_ = next_duty_;
+      });
   samples_ = tracker_.sample_tick();
 }
 

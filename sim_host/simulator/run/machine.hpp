@@ -1,8 +1,8 @@
 // One simulated tracker with the firmware on it: the host end of the HAL.
 //
-// The firmware runs as on the board: `servo_board_tick` every 1 ms, `servo_board_pwm` every PWM period. Delays of a
-// board exist here too: the tick's new current set-points take effect in the third PWM period (100 us for computing),
-// and a duty takes effect in the period after the one in which its current was sampled.
+// The firmware's functions run in the board's order: PWM period 0, the tick, PWM periods 1 to 19. The firmware's motor
+// stage delays what the tick commands; here only a duty is delayed: it counts from the period after the one in which
+// its current was sampled.
 #ifndef TRACKSERVO_SIM_RUN_MACHINE_HPP
 #define TRACKSERVO_SIM_RUN_MACHINE_HPP
 
@@ -17,9 +17,6 @@
 #include "sensors/camera.hpp"
 
 namespace trackservo::sim {
-
-// PWM periods from the sampling of the tick until its set-points take effect.
-constexpr int kTickLatencyPeriods = 2;
 
 struct MachineHal;
 
@@ -38,8 +35,8 @@ class Machine {
   // The HAL's end of this machine, for starting a firmware on it.
   hal *hal_pointer() { return &hal_; }
 
-  // From now on `tick` is the firmware's 1 ms tick, and `board` runs in its PWM interrupt. Both must exist longer than
-  // the machine.
+  // From now on `tick` is the firmware's 1 ms tick, and `board` has the motor stages that the PWM periods run. Both
+  // must outlive the machine.
   void run_firmware(servo_board& board, std::function<void()> tick) {
     board_ = &board;
     tick_ = std::move(tick);
@@ -55,7 +52,9 @@ class Machine {
   // The result of a camera frame that has arrived in this tick, or nothing.
   void deliver(const std::optional<CameraFrame>& frame) { frame_ = frame; }
 
-  // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again.
+  // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again. It is added to
+  // the set-point of the current loop, from the PWM period on in which the next tick's set-points count: what the
+  // current loop reads is less by it. The firmware's mean current has it, its torque command has not.
   void inject_torque(int axis, double torque_nm) { injected_nm_[static_cast<std::size_t>(axis)] = torque_nm; }
 
   // Injected faults from the next tick on.
@@ -73,8 +72,8 @@ class Machine {
   friend struct MachineHal;
   static hal hal_of(Machine *machine);
   void break_parts();
-  void run_firmware_tick();
-  void run_pwm_periods(int periods);
+  void convert(std::uint32_t period);
+  void begin_injection();
 
   Tracker tracker_;
   hal hal_;
@@ -87,8 +86,8 @@ class Machine {
   std::array<double, kAxes> mean_current_a_{};
   std::array<double, kAxes> duty_{};       // in force
   std::array<double, kAxes> next_duty_{};  // from the next period on
-  std::array<float, kAxes> next_reference_a_{};
   std::array<double, kAxes> injected_nm_{};
+  std::array<double, kAxes> injected_a_{};  // in force
   std::optional<CameraFrame> frame_;
   BrokenParts broken_;
   // Last readings of the firmware, for sensors that are stuck or reversed.

@@ -1,0 +1,23 @@
+/* Where the image keeps what board_recording.hpp reads: compiled for the chip, because only its compiler knows. */
+#include <stddef.h>
+
+#include "board.h"
+#include "servo/servo_board.h"
+
+/* In the order of bench::Layout. */
+const uint32_t board_layout[] = {
+    sizeof(struct hal),
+    offsetof(struct hal, tasks.context),
+    offsetof(struct hal, period),
+    offsetof(struct hal, service_under_way),
+    offsetof(struct hal, current_a),
+    offsetof(struct hal, bus_voltage_v),
+    offsetof(struct hal, mean_current_a),
+    offsetof(struct hal, angle_turn32),
+    offsetof(struct hal, angle_known),
+    offsetof(struct hal, rate_rad_s),
+    offsetof(struct hal, rate_known),
+    offsetof(servo_board, motor),
+    sizeof(motor_stage),
+    offsetof(motor_stage, voltage_v),
+};
