@@ -100,6 +100,11 @@ void hal_board_run(hal *machine, const hal_board_tasks *tasks);
 /* The background, to be called in an endless loop: refreshes the watchdog while tick and PWM periods come in time. */
 void hal_board_background(hal *machine);
 
+/* The identifiers that the controller receives, at most HAL_CAN_RANGES ranges; it drops all other frames, and extended
+ * and remote ones. Call it before the first hal_can_join. `ranges` must stay valid. */
+enum { HAL_CAN_RANGES = 28 };
+void hal_can_accept(hal *machine, const can_id_range *ranges, uint32_t count);
+
 /* Joins the bus at this bit rate (1000, 500, 250 or 125 kbit/s). Call it before hal_board_run, and again from the
  * deferred task to change the bit rate; frames in the queues are lost then. Returns false when the controller does not
  * answer. */
@@ -110,5 +115,8 @@ bool hal_can_send(hal *machine, const can_frame *frame);
 
 /* From the deferred task, once. A bus-off ends after 100 ms. */
 hal_can_state hal_can_supervise(hal *machine);
+
+/* Received frames that the controller had no room for since the start; at most one for each interrupt is counted. */
+uint32_t hal_can_lost_frames(const hal *machine);
 
 #endif

@@ -30,4 +30,10 @@ typedef struct {
   void *context;
 } can_sender;
 
+/* 11-bit identifiers; both ends belong to the range. */
+typedef struct {
+  uint16_t first;
+  uint16_t last;
+} can_id_range;
+
 #endif

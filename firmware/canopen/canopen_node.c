@@ -164,6 +164,7 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   const uint32_t part_count = NODE_PARTS + config->part_count;
   od_group_parts(&node->groups, node->parts, part_count);
   node->dictionary = (object_dictionary){.parts = node->parts, .count = part_count, .groups = &node->groups};
+  node->controller_overruns = 0;
   node->overruns_reported = 0;
   node->overrun_quiet_ms = 0;
   node->producer = (heartbeat_producer){.elapsed_ms = 0};
@@ -512,8 +513,11 @@ static void tick_consumers(canopen_node *node) {
   }
 }
 
+void canopen_node_lost_frames(canopen_node *node, uint32_t total) { node->controller_overruns = total; }
+
 static void tick_overruns(canopen_node *node) {
-  const uint32_t overruns = can_queue_overruns(&node->process_data) + can_queue_overruns(&node->services);
+  const uint32_t overruns =
+      can_queue_overruns(&node->process_data) + can_queue_overruns(&node->services) + node->controller_overruns;
   if (overruns != node->overruns_reported) {
     node->overruns_reported = overruns;
     node->overrun_quiet_ms = 0;

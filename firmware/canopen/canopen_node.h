@@ -98,6 +98,7 @@ typedef struct {
   bool sync_wrong_length;
   uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC received since TPDOs were last processed */
   uint32_t sync_count;
+  uint32_t controller_overruns;
   uint32_t overruns_reported;
   uint16_t overrun_quiet_ms;
   shared_word heard[CANOPEN_HEARD_WORDS];
@@ -134,6 +135,10 @@ bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 /* From the CAN driver's supervision, in the tick's thread. */
 void canopen_node_bus_off_recovered(canopen_node *node);
 void canopen_node_error_passive(canopen_node *node, bool passive);
+
+/* Likewise: received frames that the controller itself has lost since the start. They count as those of a full queue.
+ */
+void canopen_node_lost_frames(canopen_node *node, uint32_t total);
 
 /* Node id and bit rate in effect, as the COB-IDs and default inhibit times use them. */
 bus_settings canopen_node_settings(const canopen_node *node);

@@ -11,14 +11,8 @@
 
 enum { HEARD_RANGES = 9, HEARD_LSS_REQUEST = 0x7E5 };
 
-typedef struct {
-  uint16_t first; /* inclusive, as is `last` */
-  uint16_t last;
-  bool free; /* PDO, SYNC, EMCY and further SDO channels may have these */
-} heard_range;
-
-/* In ascending order, without overlap. */
-extern const heard_range heard_ranges[HEARD_RANGES];
+/* In rising order, without overlap. */
+extern const can_id_range heard_ranges[HEARD_RANGES];
 
 /* A data frame whose 11-bit identifier is in the table. Extended and remote frames are never heard. */
 bool heard_frame(const can_frame *frame);

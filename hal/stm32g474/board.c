@@ -342,6 +342,13 @@ void hal_board_background(hal *machine) {
   pins_light_led(machine->test_bits != 0 || ticks % (2 * led_ticks) < led_ticks);
 }
 
+_Static_assert((int)HAL_CAN_RANGES == (int)CAN_RANGES, "as hal_board.h promises");
+
+void hal_can_accept(hal *machine, const can_id_range *ranges, uint32_t count) {
+  (void)machine;
+  can_accept(ranges, count);
+}
+
 bool hal_can_join(hal *machine, uint16_t kbit_s) {
   (void)machine;
   return can_start(kbit_s);
@@ -350,6 +357,11 @@ bool hal_can_join(hal *machine, uint16_t kbit_s) {
 bool hal_can_send(hal *machine, const can_frame *frame) {
   (void)machine;
   return can_send(frame);
+}
+
+uint32_t hal_can_lost_frames(const hal *machine) {
+  (void)machine;
+  return can_lost_frames();
 }
 
 hal_can_state hal_can_supervise(hal *machine) {

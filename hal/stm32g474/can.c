@@ -3,7 +3,6 @@
 #include <stddef.h>
 
 #include "base/can_queue.h"
-#include "canopen/heard_frames.h"
 #include "clock.h"
 #include "interrupts.h"
 #include "registers/fdcan.h"
@@ -17,6 +16,8 @@ enum { MAX_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
 
 static uint32_t bus_off_ticks;
 static volatile uint32_t lost_frames;
+static const can_id_range *accepted;
+static uint32_t accepted_count;
 static can_frame waiting_frames[CAN_SEND_FRAMES];
 static can_queue waiting; /* from the deferred task to the interrupt */
 
@@ -30,12 +31,17 @@ static bool wait_for_init(uint32_t wanted) {
   return true;
 }
 
+void can_accept(const can_id_range *ranges, uint32_t count) {
+  accepted = ranges;
+  accepted_count = count <= CAN_RANGES ? count : CAN_RANGES;
+}
+
 static void write_filters(void) {
-  for (uint32_t i = 0; i < HEARD_RANGES; ++i) {
+  for (uint32_t i = 0; i < accepted_count; ++i) {
     FDCAN1_RAM->standard_filter[i] = FIELD_VALUE(STANDARD_FILTER_SFT, FILTER_TYPE_RANGE) |
                                      FIELD_VALUE(STANDARD_FILTER_SFEC, FILTER_TO_FIFO_0) |
-                                     FIELD_VALUE(STANDARD_FILTER_ID1, (uint32_t)heard_ranges[i].first) |
-                                     FIELD_VALUE(STANDARD_FILTER_ID2, (uint32_t)heard_ranges[i].last);
+                                     FIELD_VALUE(STANDARD_FILTER_ID1, (uint32_t)accepted[i].first) |
+                                     FIELD_VALUE(STANDARD_FILTER_ID2, (uint32_t)accepted[i].last);
   }
 }
 
@@ -45,7 +51,6 @@ bool can_start(uint16_t kbit_s) {
   const uint32_t lines = FDCAN1->ile;
   FDCAN1->ile = 0;
   bus_off_ticks = 0;
-  lost_frames = 0;
   if (!can_queue_init(&waiting, waiting_frames, CAN_SEND_FRAMES)) {
     return false;
   }
@@ -58,7 +63,7 @@ bool can_start(uint16_t kbit_s) {
       FIELD_VALUE(FDCAN_NBTP_NBRP, prescaler - 1) | FIELD_VALUE(FDCAN_NBTP_NTSEG1, QUANTA_BEFORE_SAMPLE - 1) |
       FIELD_VALUE(FDCAN_NBTP_NTSEG2, QUANTA_AFTER_SAMPLE - 1) | FIELD_VALUE(FDCAN_NBTP_NSJW, JUMP_WIDTH_QUANTA - 1);
   write_filters();
-  FDCAN1->rxgfc = FIELD_VALUE(FDCAN_RXGFC_LSS, (uint32_t)HEARD_RANGES) | FDCAN_RXGFC_RRFE | FDCAN_RXGFC_RRFS |
+  FDCAN1->rxgfc = FIELD_VALUE(FDCAN_RXGFC_LSS, accepted_count) | FDCAN_RXGFC_RRFE | FDCAN_RXGFC_RRFS |
                   FIELD_VALUE(FDCAN_RXGFC_ANFE, FDCAN_NON_MATCHING_REJECTED) |
                   FIELD_VALUE(FDCAN_RXGFC_ANFS, FDCAN_NON_MATCHING_REJECTED);
   FDCAN1->cccr &= ~FDCAN_CCCR_INIT;

@@ -1,7 +1,6 @@
 /* CAN: FDCAN1, classic frames, 125 kbit/s to 1 Mbit/s, sample point 88 %.
  *
- * It receives the frames of canopen/heard_frames.h; the hardware drops the rest, including extended and remote
- * frames. */
+ * The hardware drops frames that can_accept does not name, and extended and remote frames. */
 #ifndef TRACKSERVO_STM32G474_CAN_H
 #define TRACKSERVO_STM32G474_CAN_H
 
@@ -14,7 +13,13 @@
  * channels still has room for its heartbeat and its SDO answers. A power of two. */
 enum { CAN_SEND_FRAMES = 8 };
 
+/* The hardware has this many filters. */
+enum { CAN_RANGES = 28 };
+
 typedef enum { CAN_GOOD = 0, CAN_ERROR_PASSIVE, CAN_BUS_OFF } can_state;
+
+/* Before can_start: the identifiers to receive; `ranges` must stay valid. More than CAN_RANGES are not used. */
+void can_accept(const can_id_range *ranges, uint32_t count);
 
 /* kbit_s: 1000, 500, 250 or 125. Call it again for another bit rate: frames that wait to be sent or read are lost then.
  * Returns false when the controller does not answer. */
@@ -37,7 +42,7 @@ void can_acknowledge_interrupt(void);
 /* State of the bus; ends a bus-off after BUS_OFF_WAIT_TICKS. Call it once per tick. */
 can_state can_supervise(void);
 
-/* Frames that were lost because three already waited in the hardware. */
+/* Interrupts that found a frame lost because three already waited in the hardware; since the power came. */
 uint32_t can_lost_frames(void);
 
 #endif

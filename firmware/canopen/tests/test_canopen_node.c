@@ -261,6 +261,17 @@ static void test_flood_is_handled_piecewise_reported_and_does_not_stop_heartbeat
   TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
 }
 
+static void test_frames_that_the_controller_lost_are_reported_as_an_overrun(void) {
+  bench_wait_ms(5);
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
+  canopen_node_lost_frames(NODE, 1);
+  bench_wait_ms(1);
+  TEST_ASSERT_TRUE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
+  canopen_node_lost_frames(NODE, 1); /* no new one */
+  bench_wait_ms(1100);
+  TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_CAN_OVERRUN));
+}
+
 /* PDOs, SDO requests and heartbeats of others pass the controller's filters, but fill no queue. */
 static void test_a_flood_of_frames_for_others_loses_nothing(void) {
   const uint32_t others[] = {0x081, 0x123, 0x204, 0x57F, 0x604, 0x6DF, 0x700, 0x77F};
@@ -299,6 +310,7 @@ int main(void) {
   RUN_TEST(test_store_and_restore_want_their_signatures);
   RUN_TEST(test_foreign_frames_change_nothing_and_get_no_answer);
   RUN_TEST(test_flood_is_handled_piecewise_reported_and_does_not_stop_heartbeats);
+  RUN_TEST(test_frames_that_the_controller_lost_are_reported_as_an_overrun);
   RUN_TEST(test_a_flood_of_frames_for_others_loses_nothing);
   RUN_TEST(test_bus_off_is_reported_after_the_recovery);
   return UNITY_END();

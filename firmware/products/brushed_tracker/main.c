@@ -10,6 +10,7 @@
  * Each may interrupt those below it. */
 #include <stdint.h>
 
+#include "canopen/heard_frames.h"
 #include "hal_board.h"
 #include "node/servo_node.h"
 #include "products/brushed_tracker/default_parameters.h"
@@ -53,6 +54,7 @@ static void tick(void *context) {
 static void deferred(void *context) {
   (void)context;
   report_can_state();
+  canopen_node_lost_frames(&self.node.canopen, hal_can_lost_frames(self.machine));
   servo_node_serve(&self.node);
 }
 
@@ -103,6 +105,7 @@ static const hal_board_tasks tasks = {.context = &self.node.board,
 int main(void) {
   self.machine = hal_board_start();
   uint32_t failed_tests = hal_board_self_test(self.machine);
+  hal_can_accept(self.machine, heard_ranges, HEARD_RANGES);
   const servo_node_config config = {.node_id = BUS_DEFAULT_NODE_ID,
                                     .sender = {send, self.machine},
                                     .machine = self.machine,
