@@ -155,7 +155,7 @@ static void test_the_blocks_refuse_what_the_list_refuses(void) {
   TEST_ASSERT_EQUAL(CONTROL_OK, axis_parameters_build(&defaults, &built));
 #define BLOCK_REFUSES(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) \
   expect_the_block_refuses(&built.to_, (high_)*1.0001f, #to_);                                                \
-  expect_the_block_refuses(&built.to_, (low_) == 0.0f ? -1e-6f : (low_)*0.999f, #to_);
+  expect_the_block_refuses(&built.to_, (low_) == 0.0f ? -1e-6f : (low_)-1e-3f * fabsf(low_), #to_);
 #define BLOCK_REFUSES_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(BLOCK_REFUSES, sub_, side_, title_)
   AXIS_PARAMETERS(NOTHING, BLOCK_REFUSES, NOTHING, NOTHING, BLOCK_REFUSES_DIRECTION, NOTHING)
 }
