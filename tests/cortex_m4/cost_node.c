@@ -22,10 +22,13 @@ typedef struct {
   float rate_rad_s;
   float rest_turn32; /* remainder of the angle */
   angle_turn32 angle;
+  float current_a;
 } bare_axis;
 
+/* turn() prepares what the functions of the HAL give: what they cost themselves is in the count. */
 typedef struct {
   bare_axis axis[SERVO_AXES];
+  bool frame_arrived;
   uint32_t tick;
   servo_node node;
 } bench;
@@ -44,14 +47,12 @@ static bool gyro(void *machine, int axis, float *rate_rad_s) {
   return true;
 }
 
-static float mean_current(void *machine, int axis) {
-  return ((bench *)machine)->node.board.app.axis[axis].current_reference_a;
-}
+static float mean_current(void *machine, int axis) { return ((bench *)machine)->axis[axis].current_a; }
 
 static bool camera(void *machine, int axis, hal_camera_frame *frame) {
   (void)axis;
   *frame = (hal_camera_frame){.target_found = true, .age_ticks = 21, .error_rad = 1e-5f};
-  return ((bench *)machine)->tick % 20 == 0;
+  return ((bench *)machine)->frame_arrived;
 }
 
 static float bus_voltage(void *machine) {
@@ -104,6 +105,7 @@ static void turn(bench *of) {
     atomic_store_explicit(&of->node.board.motor[i].voltage_v,
                           motor->resistance_ohm * current_a + motor->current.back_emf_v_s_rad * axis->rate_rad_s,
                           memory_order_relaxed);
+    axis->current_a = current_a;
     const float motor_nm = 2.5f * current_a;
     const float friction_nm = 7.0f * axis->rate_rad_s / (fabsf(axis->rate_rad_s) + 1e-4f);
     axis->rate_rad_s += (motor_nm - friction_nm) / 6.0f * SERVO_TICK_S;
@@ -113,6 +115,7 @@ static void turn(bench *of) {
     axis->rest_turn32 -= (float)whole;
   }
   ++of->tick;
+  of->frame_arrived = of->tick % 20 == 0;
 }
 
 /* --- the bus ------------------------------------------------------------------------------------------------------ */
