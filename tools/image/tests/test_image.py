@@ -165,7 +165,7 @@ def test_more_than_the_budget_is_reported(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("runner, action, sentence", [
-    ("openocd", "fly", "there is no 'fly' with 'openocd'"),
+    ("openocd", "fly", "unknown action 'fly' for runner 'openocd'"),
     ("dfu", "debug", "the boot loader cannot debug"),
 ])
 def test_what_cannot_be_done_with_the_board_is_said_in_one_sentence(runner, action, sentence):
