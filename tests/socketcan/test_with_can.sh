@@ -122,7 +122,7 @@ time_limit() {
   until [[ -n "$job" ]] || ! kill -0 "$run" 2>/dev/null; do
     job="$(job_of 'sleep 1001')"
   done
-  gives_code_of "$run" 124 && prints out $'begun\n' && grep -q 'ended after 2 s' "$err" &&
+  gives_code_of "$run" 124 && prints out $'begun\n' && grep -q 'terminated after 2 s' "$err" &&
     ((SECONDS - started < 30)) && [[ -n "$job" ]] && nothing_left "$job"
 }
 
@@ -215,7 +215,7 @@ kernel_way_limits() {
     ! pgrep -x sleep || exit 3
     [[ "$(ip -o link | wc -l)" == 2 ]] || exit 4
     setpriv --reuid 65534 --regid 65534 --clear-groups "$1" --via kernel --timeout 30 ip link set vcan0 down ||
-      exit 5' - "$with_can" && grep -q 'ended after 1 s' "$err"
+      exit 5' - "$with_can" && grep -q 'terminated after 1 s' "$err"
 }
 
 # In namespaces where folders and programs can be hidden.
