@@ -14,26 +14,28 @@ typedef struct hal hal;
 
 /* --- sampled once per 1 ms tick --- */
 
-/* Absolute joint angle, in 2^-32 turn: the mean of the readings of the last PWM periods if the encoder is fast enough
- * (four readings halve its noise and add 75 us of delay). Positive counter-clockwise seen from above (azimuth) or nose
- * up (pitch). Returns false and writes nothing when no reading passed its checks. */
-bool hal_joint_angle(hal *machine, int axis, uint32_t *angle_turn32);
-
-/* Inertial rate about the axis in rad/s; returns false when there is no recent sample that passed its checks. */
-bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s);
-
-/* Mean motor current since the last tick in A, positive for torque in positive direction. */
-float hal_mean_current_a(hal *machine, int axis);
-
 /* A tracking error from the image processor. */
 typedef struct {
+  bool fresh; /* true once per frame, in the tick in which its result has arrived; otherwise the rest has no meaning */
   bool target_found;
   int age_ticks;   /* from exposure to now */
   float error_rad; /* target - line of sight at exposure */
 } hal_camera_frame;
 
-/* True once per frame, in the tick in which its result has arrived. */
-bool hal_camera(hal *machine, int axis, hal_camera_frame *frame);
+/* The sensors of one axis. A new sensor is a new member; the firmware passes the whole structure on. */
+typedef struct {
+  /* Absolute joint angle: the mean of the readings of the last PWM periods if the encoder is fast enough. Four readings
+   * halve its noise and add 75 us of delay. Positive: counter-clockwise seen from above (azimuth), nose up (pitch). */
+  uint32_t joint_angle_turn32; /* 2^-32 turn */
+  bool encoder_failed;         /* no reading passed its checks: the angle is still the last good one */
+  bool gyro_valid;             /* a recent sample passed its checks; otherwise gyro_rad_s has no meaning */
+  float gyro_rad_s;            /* inertial rate about the axis */
+  float mean_current_a;        /* motor current since the last tick, mean, positive for torque in positive direction */
+  hal_camera_frame frame;
+} hal_axis_samples;
+
+/* Writes the samples of this tick. The caller passes the samples of the last tick. */
+void hal_sample(hal *machine, int axis, hal_axis_samples *samples);
 
 /* Conditions that prevent an axis from being driven. */
 typedef enum {

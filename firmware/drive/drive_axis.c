@@ -20,10 +20,10 @@ void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
 
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples) {
-  inputs->joint_angle = samples->motion.joint_angle;
+  inputs->joint_angle = samples->sensors.joint_angle_turn32;
   inputs->rate_rad_s = servo->signals.rates.rate_rad_s;
   inputs->reference_rad_s = servo->signals.reference.rate_rad_s;
-  inputs->torque_nm = params->torque_constant_nm_a * samples->mean_current_a;
+  inputs->torque_nm = params->torque_constant_nm_a * samples->sensors.mean_current_a;
   inputs->torque_demand_nm = servo->commanded_nm;
   inputs->torque_limited = servo->signals.torque.limited;
   inputs->implausible = servo->implausible;

@@ -17,13 +17,13 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   const servo_axis *axis = &board->app.axis[i];
   const servo_axis_samples *samples = &board->samples.axis[i];
   const bool closed = servo_mode_closes(axis->mode);
-  in->angle_valid = !samples->encoder_failed;
-  in->angle = samples->motion.joint_angle;
-  in->gyro_valid = samples->motion.gyro_valid;
+  in->angle_valid = !samples->sensors.encoder_failed;
+  in->angle = samples->sensors.joint_angle_turn32;
+  in->gyro_valid = samples->sensors.gyro_valid;
   in->gyro_used = board->app.params.axis[i].speed.rate_fusion.source != RATE_FROM_ENCODER;
-  in->gyro_rad_s = samples->motion.gyro_rad_s;
+  in->gyro_rad_s = samples->sensors.gyro_rad_s;
   in->position_rad = drive_angle_difference_rad(position, 0);
-  in->mean_current_a = samples->mean_current_a;
+  in->mean_current_a = samples->sensors.mean_current_a;
   in->voltage_v = samples->motor_voltage_v;
   in->bus_voltage_v = board->samples.bus_voltage_v;
   in->powered = axis->mode != SERVO_OFF;

@@ -45,10 +45,10 @@ void recorded_tick_take(recorded_tick *recorded, const servo_board *board, int a
       .number = (uint16_t)tick,
       .kind = (uint8_t)kind,
       .run = objects->started,
-      .joint_angle_turn32 = samples->motion.joint_angle,
+      .joint_angle_turn32 = samples->sensors.joint_angle_turn32,
       .joint_rate_rad_s = board->app.axis[axis].signals.rates.joint_rate_rad_s,
-      .inertial_rate_rad_s = samples->motion.gyro_valid ? samples->motion.gyro_rad_s : NAN,
-      .torque_nm = board->app.params.axis[axis].torque_constant_nm_a * samples->mean_current_a,
+      .inertial_rate_rad_s = samples->sensors.gyro_valid ? samples->sensors.gyro_rad_s : NAN,
+      .torque_nm = board->app.params.axis[axis].torque_constant_nm_a * samples->sensors.mean_current_a,
       .reference = reference_of(&board->command.axis[axis], kind),
   };
 }

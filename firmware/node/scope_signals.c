@@ -35,18 +35,13 @@ const od_table scope_signals_table = {kEntries, sizeof kEntries / sizeof kEntrie
 #define OF_SAMPLES(member_) offsetof(servo_node, board.samples.axis[0].member_)
 
 uint32_t scope_signal_offset(uint32_t signal) {
-  static const size_t first_axis[SCOPE_SIGNALS_PER_AXIS] = {OF_AXIS(signals.reference.rate_rad_s),
-                                                            OF_AXIS(signals.rates.feedback_rad_s),
-                                                            OF_AXIS(signals.rates.rate_rad_s),
-                                                            OF_AXIS(signals.rates.joint_rate_rad_s),
-                                                            OF_AXIS(signals.rates.base_rate_rad_s),
-                                                            OF_AXIS(signals.torque.torque_nm),
-                                                            OF_AXIS(signals.torque.pi_nm),
-                                                            OF_AXIS(signals.torque.disturbance_nm),
-                                                            OF_AXIS(signals.torque.friction_nm),
-                                                            OF_AXIS(current_reference_a),
-                                                            OF_SAMPLES(mean_current_a),
-                                                            OF_SAMPLES(motion.gyro_rad_s)};
+  static const size_t first_axis[SCOPE_SIGNALS_PER_AXIS] = {
+      OF_AXIS(signals.reference.rate_rad_s),  OF_AXIS(signals.rates.feedback_rad_s),
+      OF_AXIS(signals.rates.rate_rad_s),      OF_AXIS(signals.rates.joint_rate_rad_s),
+      OF_AXIS(signals.rates.base_rate_rad_s), OF_AXIS(signals.torque.torque_nm),
+      OF_AXIS(signals.torque.pi_nm),          OF_AXIS(signals.torque.disturbance_nm),
+      OF_AXIS(signals.torque.friction_nm),    OF_AXIS(current_reference_a),
+      OF_SAMPLES(sensors.mean_current_a),     OF_SAMPLES(sensors.gyro_rad_s)};
   const uint32_t index = signal - 1;
   const uint32_t which = index % SCOPE_SIGNALS_PER_AXIS;
   const size_t to_pitch = index < SCOPE_SIGNALS_PER_AXIS ? 0

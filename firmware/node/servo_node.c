@@ -185,7 +185,7 @@ static void switch_off(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
   axis_monitor_reset(&axis->monitor);
-  drive_axis_reset(&axis->drive, node->board.samples.axis[i].motion.joint_angle);
+  drive_axis_reset(&axis->drive, node->board.samples.axis[i].sensors.joint_angle_turn32);
 }
 
 /* A reset of the communication removes the supervision of the axes: like an NMT stop, it stops those that turn. */

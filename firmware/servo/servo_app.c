@@ -9,7 +9,7 @@ control_status servo_app_configure(servo_app *app, const servo_params *params, c
   }
   app->params = *params;
   for (int i = 0; i < SERVO_AXES; ++i) {
-    servo_axis_reset(&app->axis[i], &params->axis[i], samples->axis[i].motion.joint_angle, SERVO_TICK_S);
+    servo_axis_reset(&app->axis[i], &params->axis[i], samples->axis[i].sensors.joint_angle_turn32, SERVO_TICK_S);
   }
   return CONTROL_OK;
 }

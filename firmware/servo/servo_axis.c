@@ -28,9 +28,9 @@ void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_t
   target_tracker_reset(&axis->tracker);
 }
 
-static bool samples_are_plausible(const servo_axis_samples *samples) {
-  return !samples->encoder_failed && scalar_within(samples->mean_current_a, SERVO_PLAUSIBLE_CURRENT_A) &&
-         (!samples->motion.gyro_valid || scalar_within(samples->motion.gyro_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S));
+static bool samples_are_plausible(const hal_axis_samples *sensors) {
+  return !sensors->encoder_failed && scalar_within(sensors->mean_current_a, SERVO_PLAUSIBLE_CURRENT_A) &&
+         (!sensors->gyro_valid || scalar_within(sensors->gyro_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S));
 }
 
 /* No axis turns this far in a tick; after a gap in the samples the rate is unknown. */
@@ -61,14 +61,17 @@ static speed_reference position_reference(const servo_axis_params *params, const
 static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
                                         const servo_axis_command *command, const servo_axis_samples *samples,
                                         const speed_loop_rates *rates, float tick_s) {
+  const hal_camera_frame *seen = &samples->sensors.frame;
+  const camera_frame frame = {
+      .fresh = seen->fresh, .valid = seen->target_found, .age_ticks = seen->age_ticks, .error_rad = seen->error_rad};
   /* The tracker runs in every mode, so that it knows the motion of the line of sight when it takes over. */
   const speed_reference tracking =
-      target_tracker_step(&axis->tracker, &params->tracker, &samples->frame, rates->rate_rad_s, tick_s);
+      target_tracker_step(&axis->tracker, &params->tracker, &frame, rates->rate_rad_s, tick_s);
   switch (axis->mode) {
     case SERVO_TRACKING:
       return tracking;
     case SERVO_POSITION:
-      return position_reference(params, command, samples->motion.joint_angle);
+      return position_reference(params, command, samples->sensors.joint_angle_turn32);
     case SERVO_SPEED:
       return command->speed;
     case SERVO_TORQUE: /* no error: the integral of the speed loop follows the applied torque */
@@ -91,7 +94,7 @@ static void open_loops(servo_axis *axis, servo_mode mode) {
 /* The torque that the motor gave since the last tick: the command, unless the bus could not drive the current. */
 static float applied_torque_nm(const servo_axis *axis, const servo_axis_params *params,
                                const servo_axis_samples *samples) {
-  return samples->motor_limited ? params->torque_constant_nm_a * samples->mean_current_a : axis->commanded_nm;
+  return samples->motor_limited ? params->torque_constant_nm_a * samples->sensors.mean_current_a : axis->commanded_nm;
 }
 
 static torque_limits limits_in_force(const servo_axis_params *params, const servo_axis_command *command) {
@@ -134,20 +137,23 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s) {
   const bool samples_missed = axis->implausible;
-  const bool angle_plausible = angle_is_plausible(axis, samples->motion.joint_angle, tick_s);
-  axis->last_angle = samples->motion.joint_angle;
-  axis->implausible = !samples_are_plausible(samples) || !angle_plausible || !command_is_plausible(command);
+  const bool angle_plausible = angle_is_plausible(axis, samples->sensors.joint_angle_turn32, tick_s);
+  axis->last_angle = samples->sensors.joint_angle_turn32;
+  axis->implausible = !samples_are_plausible(&samples->sensors) || !angle_plausible || !command_is_plausible(command);
   if (axis->implausible) {
     open_loops(axis, command->mode);
     return;
   }
   if (samples_missed) { /* the sensed state has a gap */
-    servo_axis_reset(axis, params, samples->motion.joint_angle, tick_s);
+    servo_axis_reset(axis, params, samples->sensors.joint_angle_turn32, tick_s);
   }
   const bool closes = !servo_mode_closes(axis->mode) && servo_mode_closes(command->mode);
   axis->mode = command->mode;
 
-  const speed_loop_rates rates = speed_loop_sense(&axis->speed, &params->speed, &samples->motion, tick_s);
+  const speed_loop_samples motion = {.joint_angle = samples->sensors.joint_angle_turn32,
+                                     .gyro_rad_s = samples->sensors.gyro_rad_s,
+                                     .gyro_valid = samples->sensors.gyro_valid};
+  const speed_loop_rates rates = speed_loop_sense(&axis->speed, &params->speed, &motion, tick_s);
   if (closes) {
     speed_loop_close(&axis->speed, &params->speed, &rates, tick_s);
   }

@@ -16,6 +16,7 @@
 #include "control/position_loop.h"
 #include "control/speed_loop.h"
 #include "control/target_tracker.h"
+#include "hal.h"
 
 #define SERVO_PLAUSIBLE_RATE_RAD_S 1e3f
 #define SERVO_PLAUSIBLE_ACCELERATION_RAD_S2 1e6f
@@ -53,12 +54,9 @@ typedef struct {
 } servo_axis_command;
 
 typedef struct {
-  speed_loop_samples motion; /* encoder and gyro */
-  bool encoder_failed;       /* the joint angle is unknown: the axis is off */
-  float mean_current_a;      /* mean motor current since the last tick */
-  bool motor_limited;        /* the bus voltage was too low for the current loop, see motor_stage.h */
-  float motor_voltage_v;     /* mean over the last PWM period; for protection */
-  camera_frame frame;
+  hal_axis_samples sensors; /* while the encoder has failed, the axis is off */
+  bool motor_limited;       /* the bus voltage was too low for the current loop, see motor_stage.h */
+  float motor_voltage_v;    /* mean over the last PWM period; for protection */
 } servo_axis_samples;
 
 /* Internal signals of the last tick, for the scope, the bus and the tests. */

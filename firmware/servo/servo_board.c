@@ -1,23 +1,9 @@
 #include "servo/servo_board.h"
 
-static void read_frame(hal *machine, int axis, camera_frame *frame) {
-  hal_camera_frame raw = {0};
-  frame->fresh = hal_camera(machine, axis, &raw);
-  frame->valid = raw.target_found;
-  frame->age_ticks = raw.age_ticks;
-  frame->error_rad = raw.error_rad;
-}
-
-/* An angle that cannot be read keeps its last value. */
 static void read_samples(hal *machine, servo_samples *samples) {
   samples->bus_voltage_v = hal_bus_voltage_v(machine);
   for (int i = 0; i < SERVO_AXES; ++i) {
-    servo_axis_samples *axis = &samples->axis[i];
-    axis->encoder_failed = !hal_joint_angle(machine, i, &axis->motion.joint_angle);
-    axis->motion.gyro_rad_s = 0.0f;
-    axis->motion.gyro_valid = hal_gyro_rate(machine, i, &axis->motion.gyro_rad_s);
-    axis->mean_current_a = hal_mean_current_a(machine, i);
-    read_frame(machine, i, &axis->frame);
+    hal_sample(machine, i, &samples->axis[i].sensors);
   }
 }
 

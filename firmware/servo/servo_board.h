@@ -1,6 +1,6 @@
 /* The servo on a machine: the only place where the control core meets the HAL.
  *
- *     tick         hal_joint_angle, hal_gyro_rate, ... -> servo_app_tick -> motor_stage_hand_over, hal_power_bridge
+ *     tick         hal_sample, hal_bus_voltage_v -> servo_app_tick -> motor_stage_hand_over, hal_power_bridge
  *     PWM period   hal_current_a, hal_bus_voltage_v -> motor_stage_step -> hal_set_duty
  *
  * The interrupts of a board (through the product's main.c), the simulator and the tests call these functions. The order

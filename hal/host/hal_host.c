@@ -1,18 +1,6 @@
 #include "hal_host.h"
 
-bool hal_joint_angle(hal *machine, int axis, uint32_t *angle_turn32) {
-  return machine->joint_angle(machine->machine, axis, angle_turn32);
-}
-
-bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s) {
-  return machine->gyro_rate(machine->machine, axis, rate_rad_s);
-}
-
-float hal_mean_current_a(hal *machine, int axis) { return machine->mean_current_a(machine->machine, axis); }
-
-bool hal_camera(hal *machine, int axis, hal_camera_frame *frame) {
-  return machine->camera(machine->machine, axis, frame);
-}
+void hal_sample(hal *machine, int axis, hal_axis_samples *samples) { machine->sample(machine->machine, axis, samples); }
 
 hal_health hal_axis_health(hal *machine, int axis) { return machine->axis_health(machine->machine, axis); }
 

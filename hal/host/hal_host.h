@@ -12,10 +12,7 @@ extern "C" {
 
 struct hal {
   void *machine; /* passed to every function below */
-  bool (*joint_angle)(void *machine, int axis, uint32_t *angle_turn32);
-  bool (*gyro_rate)(void *machine, int axis, float *rate_rad_s);
-  float (*mean_current_a)(void *machine, int axis);
-  bool (*camera)(void *machine, int axis, hal_camera_frame *frame);
+  void (*sample)(void *machine, int axis, hal_axis_samples *samples);
   hal_health (*axis_health)(void *machine, int axis);
   void (*power_bridge)(void *machine, int axis, bool on);
   float (*current_a)(void *machine, int axis);

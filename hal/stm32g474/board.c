@@ -108,6 +108,13 @@ void pre_tick_interrupt(void) {
   }
 }
 
+void board_take_samples(hal *machine, int axis) {
+  hal_axis_samples *samples = &machine->samples[axis];
+  samples->encoder_failed = !encoder_take(&machine->encoder[axis], &samples->joint_angle_turn32);
+  samples->gyro_valid = gyro_take(&machine->gyro[axis], axis, &samples->gyro_rad_s);
+  samples->mean_current_a = machine->mean_current_a[axis];
+}
+
 /* The tick belongs into period 0, after its current loop: anywhere else one of the two clocks is wrong. The tick must
  * not interrupt the deferred task, which can have partially written objects: then this tick and all later ones are
  * skipped. */
@@ -121,8 +128,7 @@ void tim6_dac_interrupt(void) {
   }
   board.periods_since_tick = 0;
   for (int axis = 0; axis < 2; ++axis) {
-    board.angle_known[axis] = encoder_take(&board.encoder[axis], &board.angle_turn32[axis]);
-    board.rate_known[axis] = gyro_take(&board.gyro[axis], axis, &board.rate_rad_s[axis]);
+    board_take_samples(&board, axis);
   }
   board.tasks.tick(board.tasks.context);
   board.ticks++;
@@ -156,27 +162,7 @@ void tim8_brk_interrupt(void) {
 
 /* --- hal.h ------------------------------------------------------------------------------------------------------ */
 
-bool hal_joint_angle(hal *machine, int axis, uint32_t *angle_turn32) {
-  if (machine->angle_known[axis]) {
-    *angle_turn32 = machine->angle_turn32[axis];
-  }
-  return machine->angle_known[axis];
-}
-
-bool hal_gyro_rate(hal *machine, int axis, float *rate_rad_s) {
-  *rate_rad_s = machine->rate_rad_s[axis];
-  return machine->rate_known[axis];
-}
-
-float hal_mean_current_a(hal *machine, int axis) { return machine->mean_current_a[axis]; }
-
-/* No image processor is connected. */
-bool hal_camera(hal *machine, int axis, hal_camera_frame *frame) {
-  (void)machine;
-  (void)axis;
-  (void)frame;
-  return false;
-}
+void hal_sample(hal *machine, int axis, hal_axis_samples *samples) { *samples = machine->samples[axis]; }
 
 /* Conditions common to both axes, and those of this axis. A missing gyro disables no axis: where one is used, that is
  * fault 5 of the node. */

@@ -30,11 +30,8 @@ struct hal {
   volatile uint32_t heat_sink_counts;
 
   /* Written by the tick's interrupt. */
-  volatile uint32_t ticks; /* done so far */
-  uint32_t angle_turn32[2];
-  float rate_rad_s[2];
-  bool angle_known[2];
-  bool rate_known[2];
+  volatile uint32_t ticks;     /* done so far */
+  hal_axis_samples samples[2]; /* the first ones are the self-test's; no image processor is connected */
   bool too_hot;
   volatile bool powered[2];
 
@@ -56,5 +53,8 @@ struct hal {
   uint32_t ticks_at_refresh;
   uint32_t periods_at_refresh;
 };
+
+/* The samples of an axis from what its sensors have delivered since the last call, once per tick. */
+void board_take_samples(hal *machine, int axis);
 
 #endif

@@ -37,10 +37,9 @@ static bool observe_tick(hal *machine, observations *seen) {
     }
   }
   for (int axis = 0; axis < 2; ++axis) {
-    machine->angle_known[axis] = encoder_take(&machine->encoder[axis], &machine->angle_turn32[axis]);
-    machine->rate_known[axis] = gyro_take(&machine->gyro[axis], axis, &machine->rate_rad_s[axis]);
-    seen->angles[axis] += machine->angle_known[axis] ? 1 : 0;
-    seen->rates[axis] += machine->rate_known[axis] ? 1 : 0;
+    board_take_samples(machine, axis);
+    seen->angles[axis] += machine->samples[axis].encoder_failed ? 0 : 1;
+    seen->rates[axis] += machine->samples[axis].gyro_valid ? 1 : 0;
   }
   return true;
 }

@@ -72,24 +72,8 @@ static uint32_t compare(void *context, const char *name, uint32_t value) {
 
 /* --- the machine: it gives what was recorded --- */
 
-static bool joint_angle(void *machine, int axis, uint32_t *angle) {
-  const servo_axis_samples *samples = &((replay *)machine)->samples.axis[axis];
-  *angle = samples->motion.joint_angle;
-  return !samples->encoder_failed;
-}
-
-static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
-  const servo_axis_samples *samples = &((replay *)machine)->samples.axis[axis];
-  *rate_rad_s = samples->motion.gyro_rad_s;
-  return samples->motion.gyro_valid;
-}
-
-static float mean_current(void *machine, int axis) { return ((replay *)machine)->samples.axis[axis].mean_current_a; }
-
-static bool camera(void *machine, int axis, hal_camera_frame *frame) {
-  const camera_frame *recorded = &((replay *)machine)->samples.axis[axis].frame;
-  *frame = (hal_camera_frame){recorded->valid, recorded->age_ticks, recorded->error_rad};
-  return recorded->fresh;
+static void sample(void *machine, int axis, hal_axis_samples *samples) {
+  *samples = ((replay *)machine)->samples.axis[axis].sensors;
 }
 
 static float current(void *machine, int axis) { return ((replay *)machine)->period.current_a[axis]; }
@@ -106,10 +90,7 @@ static void set_duty(void *machine, int axis, float duty) { ((replay *)machine)-
 
 static hal machine_of(replay *r) { /* the node's functions, which servo_board does not call, are left out */
   return (hal){.machine = r,
-               .joint_angle = joint_angle,
-               .gyro_rate = gyro_rate,
-               .mean_current_a = mean_current,
-               .camera = camera,
+               .sample = sample,
                .power_bridge = power_bridge,
                .current_a = current,
                .bus_voltage_v = bus_voltage,

@@ -70,14 +70,14 @@ void trace_visit_command(const trace_visitor *visitor, servo_command *command) {
 
 void trace_visit_samples(const trace_visitor *visitor, servo_samples *samples) {
   for (int i = 0; i < SERVO_AXES; ++i) {
-    servo_axis_samples *axis = &samples->axis[i];
-    INTEGER(angle_turn32, axis->motion.joint_angle);
-    FLOAT(axis->motion.gyro_rad_s);
-    INTEGER(bool, axis->motion.gyro_valid);
+    hal_axis_samples *axis = &samples->axis[i].sensors;
+    INTEGER(angle_turn32, axis->joint_angle_turn32);
+    FLOAT(axis->gyro_rad_s);
+    INTEGER(bool, axis->gyro_valid);
     INTEGER(bool, axis->encoder_failed);
     FLOAT(axis->mean_current_a);
     INTEGER(bool, axis->frame.fresh);
-    INTEGER(bool, axis->frame.valid);
+    INTEGER(bool, axis->frame.target_found);
     INTEGER(int, axis->frame.age_ticks);
     FLOAT(axis->frame.error_rad);
   }

@@ -21,14 +21,12 @@ enum { NODE_ID = 1, LIMIT = 5000, WARM_UP_TICKS = 600, COUNTED_TICKS = 2000 };
 typedef struct {
   float rate_rad_s;
   float rest_turn32; /* remainder of the angle */
-  angle_turn32 angle;
-  float current_a;
+  hal_axis_samples samples;
 } bare_axis;
 
 /* turn() prepares what the functions of the HAL give: what they cost themselves is in the count. */
 typedef struct {
   bare_axis axis[SERVO_AXES];
-  bool frame_arrived;
   uint32_t tick;
   servo_node node;
 } bench;
@@ -37,23 +35,11 @@ static bench b;
 
 /* --- the machine -------------------------------------------------------------------------------------------------- */
 
-static bool joint_angle(void *machine, int axis, uint32_t *angle) {
-  *angle = ((bench *)machine)->axis[axis].angle;
-  return true;
+static void sample(void *machine, int axis, hal_axis_samples *samples) {
+  *samples = ((bench *)machine)->axis[axis].samples;
 }
 
-static bool gyro(void *machine, int axis, float *rate_rad_s) {
-  *rate_rad_s = ((bench *)machine)->axis[axis].rate_rad_s;
-  return true;
-}
-
-static float mean_current(void *machine, int axis) { return ((bench *)machine)->axis[axis].current_a; }
-
-static bool camera(void *machine, int axis, hal_camera_frame *frame) {
-  (void)axis;
-  *frame = (hal_camera_frame){.target_found = true, .age_ticks = 21, .error_rad = 1e-5f};
-  return ((bench *)machine)->frame_arrived;
-}
+static float current(void *machine, int axis) { return ((bench *)machine)->axis[axis].samples.mean_current_a; }
 
 static float bus_voltage(void *machine) {
   (void)machine;
@@ -85,19 +71,17 @@ static void ignore_duty(void *machine, int axis, float duty) {
 
 static hal machine_of(bench *of) {
   return (hal){.machine = of,
-               .joint_angle = joint_angle,
-               .gyro_rate = gyro,
-               .mean_current_a = mean_current,
-               .camera = camera,
+               .sample = sample,
                .axis_health = good_health,
                .power_bridge = ignore_power,
-               .current_a = mean_current,
+               .current_a = current,
                .bus_voltage_v = bus_voltage,
                .set_duty = ignore_duty,
                .set_scales = ignore_scales};
 }
 
 static void turn(bench *of) {
+  ++of->tick;
   for (int i = 0; i < SERVO_AXES; ++i) {
     bare_axis *axis = &of->axis[i];
     const servo_axis_params *motor = &of->node.board.app.params.axis[i];
@@ -105,17 +89,19 @@ static void turn(bench *of) {
     atomic_store_explicit(&of->node.board.motor[i].voltage_v,
                           motor->resistance_ohm * current_a + motor->current.back_emf_v_s_rad * axis->rate_rad_s,
                           memory_order_relaxed);
-    axis->current_a = current_a;
     const float motor_nm = 2.5f * current_a;
     const float friction_nm = 7.0f * axis->rate_rad_s / (fabsf(axis->rate_rad_s) + 1e-4f);
     axis->rate_rad_s += (motor_nm - friction_nm) / 6.0f * SERVO_TICK_S;
     axis->rest_turn32 += axis->rate_rad_s * SERVO_TICK_S / ANGLE_RAD_PER_TURN32;
     const int32_t whole = (int32_t)axis->rest_turn32;
-    axis->angle += (uint32_t)whole;
     axis->rest_turn32 -= (float)whole;
+    axis->samples = (hal_axis_samples){
+        .joint_angle_turn32 = axis->samples.joint_angle_turn32 + (uint32_t)whole,
+        .gyro_valid = true,
+        .gyro_rad_s = axis->rate_rad_s,
+        .mean_current_a = current_a,
+        .frame = {.fresh = of->tick % 20 == 0, .target_found = true, .age_ticks = 21, .error_rad = 1e-5f}};
   }
-  ++of->tick;
-  of->frame_arrived = of->tick % 20 == 0;
 }
 
 /* --- the bus ------------------------------------------------------------------------------------------------------ */

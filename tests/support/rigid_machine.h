@@ -20,8 +20,7 @@ typedef struct {
   bool encoder_failed;
   bool gyro_missing;
   float gyro_error_rad_s; /* added to the correct reading */
-  bool frame_waits;       /* for the next tick */
-  hal_camera_frame frame;
+  hal_camera_frame frame; /* its `fresh` is cleared by the tick that takes it */
   hal_health health;
   bool powered;
   float duty;
@@ -35,34 +34,22 @@ typedef struct {
   hal_scales scales; /* set by the node; the readings are correct in any case */
 } rigid_machine;
 
-static inline bool rigid_joint_angle(void *machine, int axis, uint32_t *angle) {
-  const rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
+/* A gyro without an answer reads 0; the angle of an encoder without an answer stays. */
+static inline void rigid_sample(void *machine, int axis, hal_axis_samples *samples) {
+  rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
+  samples->encoder_failed = joint->encoder_failed;
   if (!joint->encoder_failed) {
-    *angle = (uint32_t)(uint64_t)((joint->turns - floor(joint->turns)) * 4294967296.0);
+    samples->joint_angle_turn32 = (uint32_t)(uint64_t)((joint->turns - floor(joint->turns)) * 4294967296.0);
   }
-  return !joint->encoder_failed;
-}
-
-static inline bool rigid_gyro_rate(void *machine, int axis, float *rate_rad_s) {
-  const rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
-  if (!joint->gyro_missing) {
-    *rate_rad_s = (float)joint->rate_rad_s + joint->gyro_error_rad_s;
-  }
-  return !joint->gyro_missing;
+  samples->gyro_valid = !joint->gyro_missing;
+  samples->gyro_rad_s = joint->gyro_missing ? 0.0f : (float)joint->rate_rad_s + joint->gyro_error_rad_s;
+  samples->mean_current_a = joint->current_a;
+  samples->frame = joint->frame;
+  joint->frame.fresh = false;
 }
 
 static inline float rigid_current_a(void *machine, int axis) {
   return ((rigid_machine *)machine)->axis[axis].current_a;
-}
-
-static inline bool rigid_camera(void *machine, int axis, hal_camera_frame *frame) {
-  rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
-  const bool arrived = joint->frame_waits;
-  if (arrived) {
-    *frame = joint->frame;
-  }
-  joint->frame_waits = false;
-  return arrived;
 }
 
 static inline hal_health rigid_health(void *machine, int axis) { return ((rigid_machine *)machine)->axis[axis].health; }
@@ -84,10 +71,7 @@ static inline void rigid_set_scales(void *machine, const hal_scales *scales) {
 /* At rest at angle 0, healthy, 48 V. */
 static inline void rigid_machine_init(rigid_machine *machine) {
   *machine = (rigid_machine){.functions = {.machine = machine,
-                                           .joint_angle = rigid_joint_angle,
-                                           .gyro_rate = rigid_gyro_rate,
-                                           .mean_current_a = rigid_current_a,
-                                           .camera = rigid_camera,
+                                           .sample = rigid_sample,
                                            .axis_health = rigid_health,
                                            .power_bridge = rigid_power,
                                            .current_a = rigid_current_a,

@@ -58,7 +58,7 @@ static inline bench bench_at_rest(void) {
 static inline void tick(bench *b) {
   const float before_nm = b->axis.commanded_nm;
   const double turns = b->turns - floor(b->turns);
-  b->samples.motion.joint_angle = (angle_turn32)(uint64_t)(turns * 4294967296.0);
+  b->samples.sensors.joint_angle_turn32 = (angle_turn32)(uint64_t)(turns * 4294967296.0);
   servo_axis_tick(&b->axis, &b->params, &b->command, &b->samples, dt_s);
   b->worst_step_nm = fmax(b->worst_step_nm, fabs((double)b->axis.commanded_nm - (double)before_nm));
   const double commanded_nm = (double)b->axis.commanded_nm;
@@ -67,7 +67,7 @@ static inline void tick(bench *b) {
   const double acceleration = (given_nm - b->load_nm) / inertia_kg_m2;
   b->turns += (b->rate_rad_s * 1e-3 + 0.5e-6 * acceleration) / 6.283185307179586;
   b->rate_rad_s += acceleration * 1e-3;
-  b->samples.mean_current_a = (float)given_nm / b->params.torque_constant_nm_a;
+  b->samples.sensors.mean_current_a = (float)given_nm / b->params.torque_constant_nm_a;
 }
 
 static inline void ticks(bench *b, int count) {

@@ -18,8 +18,8 @@ constexpr std::size_t kAxes = SERVO_AXES;
 
 // See board_layout.c.
 struct Layout {
-  std::uint32_t hal_bytes, context, period, service_under_way, current_a, bus_voltage_v, mean_current_a, angle_turn32,
-      angle_known, rate_rad_s, rate_known, motor, motor_bytes, motor_voltage_v;
+  std::uint32_t hal_bytes, context, period, service_under_way, current_a, bus_voltage_v, samples, samples_bytes, motor,
+      motor_bytes, motor_voltage_v;
 };
 
 struct BoardPeriod {
@@ -31,11 +31,7 @@ struct BoardPeriod {
 
 struct BoardTick {
   std::vector<can_frame> frames;  // that have come since the last tick
-  std::array<bool, kAxes> angle_known;
-  std::array<std::uint32_t, kAxes> angle_turn32;
-  std::array<bool, kAxes> rate_known;
-  std::array<float, kAxes> rate_rad_s;
-  std::array<float, kAxes> mean_current_a;
+  std::array<hal_axis_samples, kAxes> samples;
   std::vector<BoardPeriod> periods;  // from number 0 on
 };
 
@@ -74,6 +70,9 @@ class BoardRecording {
     Layout layout{};
     if (!file.read(reinterpret_cast<char *>(&layout), sizeof layout) || file.peek() != EOF) {
       throw std::runtime_error("no layout of the board's variables; is TARGET_LAYOUT set?");
+    }
+    if (layout.samples_bytes != sizeof(hal_axis_samples)) {
+      throw std::runtime_error("hal_axis_samples has another layout on the chip than here");
     }
     return layout;
   }
@@ -190,13 +189,7 @@ class BoardRecording {
     read_samples(tick);
   }
 
-  void read_samples(BoardTick& tick) const {
-    tick.angle_known = of_axes<bool>(layout_.angle_known);
-    tick.angle_turn32 = of_axes<std::uint32_t>(layout_.angle_turn32);
-    tick.rate_known = of_axes<bool>(layout_.rate_known);
-    tick.rate_rad_s = of_axes<float>(layout_.rate_rad_s);
-    tick.mean_current_a = of_axes<float>(layout_.mean_current_a);
-  }
+  void read_samples(BoardTick& tick) const { tick.samples = of_axes<hal_axis_samples>(layout_.samples); }
 
   BoardRig& rig_;
   Layout layout_;

@@ -77,19 +77,7 @@ class HostNode {
   static hal recorded_hal(HostNode *self) {
     hal table{};
     table.machine = self;
-    table.joint_angle = [](void *m, int axis, std::uint32_t *angle) {
-      const BoardTick& tick = *of(m).tick_;
-      if (tick.angle_known[at(axis)]) {
-        *angle = tick.angle_turn32[at(axis)];
-      }
-      return tick.angle_known[at(axis)];
-    };
-    table.gyro_rate = [](void *m, int axis, float *rate_rad_s) {
-      *rate_rad_s = of(m).tick_->rate_rad_s[at(axis)];
-      return of(m).tick_->rate_known[at(axis)];
-    };
-    table.mean_current_a = [](void *m, int axis) { return of(m).tick_->mean_current_a[at(axis)]; };
-    table.camera = [](void *, int, hal_camera_frame *) { return false; };
+    table.sample = [](void *m, int axis, hal_axis_samples *samples) { *samples = of(m).tick_->samples[at(axis)]; };
     table.axis_health = [](void *, int) { return HAL_GOOD; };
     table.power_bridge = [](void *, int, bool) {};
     table.current_a = [](void *m, int axis) { return of(m).period_->current_a[at(axis)]; };

@@ -15,7 +15,7 @@ typedef struct {
 } node;
 
 static void node_tick(node *n) {
-  n->b.samples.motion.joint_angle = (angle_turn32)(uint64_t)((n->b.turns - floor(n->b.turns)) * 4294967296.0);
+  n->b.samples.sensors.joint_angle_turn32 = (angle_turn32)(uint64_t)((n->b.turns - floor(n->b.turns)) * 4294967296.0);
   drive_axis_sense(&n->in, &n->b.axis, &n->b.params, &n->b.samples);
   n->b.command = *drive_axis_step(&n->drive, &n->o, &n->in, dt_s);
   drive_axis_report(&n->drive, &n->o, &n->in, dt_s);
@@ -127,11 +127,11 @@ static void test_one_implausible_sample_is_a_fault_7300_and_stays_one(void) {
   node n = node_enabled(DRIVE_PROFILE_VELOCITY);
   n.o.velocity.target = 100000;
   node_ticks(&n, 500);
-  n.b.samples.motion.gyro_valid = true;
-  n.b.samples.motion.gyro_rad_s = 1e38f;
+  n.b.samples.sensors.gyro_valid = true;
+  n.b.samples.sensors.gyro_rad_s = 1e38f;
   node_tick(&n);
   CHECK_SAME("torque in the tick of the sample, Nm", 0.0, n.b.axis.commanded_nm);
-  n.b.samples.motion.gyro_valid = false;
+  n.b.samples.sensors.gyro_valid = false;
   node_ticks(&n, 200);
   TEST_ASSERT_EQUAL_HEX16(fault_table[FAULT_IMPLAUSIBLE].code, n.o.state.error_code);
   TEST_ASSERT_EQUAL_HEX16(0x08, n.o.state.statusword & 0x4F);

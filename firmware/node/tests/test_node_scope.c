@@ -53,18 +53,12 @@ static void test_every_signal_is_where_its_name_says(void) {
   for (uint32_t axis = 0; axis < SERVO_AXES; ++axis) {
     servo_axis *servo = &node.board.app.axis[axis];
     servo_axis_samples *samples = &node.board.samples.axis[axis];
-    const float *const places[] = {&servo->signals.reference.rate_rad_s,
-                                   &servo->signals.rates.feedback_rad_s,
-                                   &servo->signals.rates.rate_rad_s,
-                                   &servo->signals.rates.joint_rate_rad_s,
-                                   &servo->signals.rates.base_rate_rad_s,
-                                   &servo->signals.torque.torque_nm,
-                                   &servo->signals.torque.pi_nm,
-                                   &servo->signals.torque.disturbance_nm,
-                                   &servo->signals.torque.friction_nm,
-                                   &servo->current_reference_a,
-                                   &samples->mean_current_a,
-                                   &samples->motion.gyro_rad_s};
+    const float *const places[] = {&servo->signals.reference.rate_rad_s,  &servo->signals.rates.feedback_rad_s,
+                                   &servo->signals.rates.rate_rad_s,      &servo->signals.rates.joint_rate_rad_s,
+                                   &servo->signals.rates.base_rate_rad_s, &servo->signals.torque.torque_nm,
+                                   &servo->signals.torque.pi_nm,          &servo->signals.torque.disturbance_nm,
+                                   &servo->signals.torque.friction_nm,    &servo->current_reference_a,
+                                   &samples->sensors.mean_current_a,      &samples->sensors.gyro_rad_s};
     for (uint32_t i = 0; i < SCOPE_SIGNALS_PER_AXIS; ++i) {
       const uint32_t signal = axis * SCOPE_SIGNALS_PER_AXIS + i + 1;
       od_object object;

@@ -378,7 +378,7 @@ static void test_the_recorded_tick_is_one_tick(void) {
   const uint32_t number = get(0x2101, 1) & 0xFFFF;
   wait_ms(10);
   TEST_ASSERT_EQUAL(number + 11, get(0x2101, 1) & 0xFFFF);
-  TEST_ASSERT_EQUAL_HEX32(node.board.samples.axis[0].motion.joint_angle, get(0x2101, 4));
+  TEST_ASSERT_EQUAL_HEX32(node.board.samples.axis[0].sensors.joint_angle_turn32, get(0x2101, 4));
   machine.axis[0].gyro_missing = true;
   wait_ms(2);
   TEST_ASSERT_TRUE(isnan(get_float(0x2101, 6)));

@@ -94,7 +94,7 @@ static void test_a_loop_that_is_closed_again_knows_nothing_of_before(void) {
   used.rate_rad_s = used.load_nm = 0.0;
   ticks(&used, 10);
   bench fresh = bench_at_rest();
-  servo_axis_reset(&fresh.axis, &fresh.params, used.samples.motion.joint_angle, dt_s);
+  servo_axis_reset(&fresh.axis, &fresh.params, used.samples.sensors.joint_angle_turn32, dt_s);
   fresh.turns = used.turns;
   fresh.command = used.command = (servo_axis_command){.mode = SERVO_SPEED};
   for (int i = 0; i < 50; ++i) {
@@ -114,8 +114,8 @@ static void test_closing_the_loop_on_a_turning_axis_gives_no_kick(void) {
     b.command = (servo_axis_command){.mode = SERVO_OFF};
     double worst_nm = 0.0;
     for (int i = 0; i < 400; ++i) {
-      b.samples.motion.gyro_valid = true;
-      b.samples.motion.gyro_rad_s = (float)b.rate_rad_s;
+      b.samples.sensors.gyro_valid = true;
+      b.samples.sensors.gyro_rad_s = (float)b.rate_rad_s;
       b.command.mode = i < 100 ? SERVO_OFF : SERVO_SPEED;
       b.command.speed.rate_rad_s = -0.03f;
       tick(&b);
@@ -148,7 +148,7 @@ typedef struct {
 } nonsense;
 
 static servo_axis_samples gyro_at(float rate_rad_s) {
-  return (servo_axis_samples){.motion = {.gyro_rad_s = rate_rad_s, .gyro_valid = true}};
+  return (servo_axis_samples){.sensors = {.gyro_rad_s = rate_rad_s, .gyro_valid = true}};
 }
 
 #define AT_SPEED                                        \
@@ -170,13 +170,13 @@ static const nonsense every_nonsense[] = {
     {.what = "rate limit negative", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = -1.0f}},
     {.what = "mode unknown", .command = {.mode = (servo_mode)(SERVO_BRAKE + 1)}},
     {.what = "mode negative", .command = {.mode = (servo_mode)-1}},
-    {.what = "current NaN", .command = AT_SPEED, .samples = {.mean_current_a = NAN}},
-    {.what = "current 1e38", .command = AT_SPEED, .samples = {.mean_current_a = -1e38f}},
-    {.what = "gyro NaN", .command = AT_SPEED, .samples = {.motion = {.gyro_rad_s = NAN, .gyro_valid = true}}},
+    {.what = "current NaN", .command = AT_SPEED, .samples = {.sensors = {.mean_current_a = NAN}}},
+    {.what = "current 1e38", .command = AT_SPEED, .samples = {.sensors = {.mean_current_a = -1e38f}}},
+    {.what = "gyro NaN", .command = AT_SPEED, .samples = {.sensors = {.gyro_rad_s = NAN, .gyro_valid = true}}},
     {.what = "gyro infinite",
      .command = AT_SPEED,
-     .samples = {.motion = {.gyro_rad_s = -INFINITY, .gyro_valid = true}}},
-    {.what = "gyro 1e38", .command = AT_SPEED, .samples = {.motion = {.gyro_rad_s = 1e38f, .gyro_valid = true}}},
+     .samples = {.sensors = {.gyro_rad_s = -INFINITY, .gyro_valid = true}}},
+    {.what = "gyro 1e38", .command = AT_SPEED, .samples = {.sensors = {.gyro_rad_s = 1e38f, .gyro_valid = true}}},
 };
 
 static bench turning_with_gyro(void) {
@@ -184,7 +184,7 @@ static bench turning_with_gyro(void) {
   b.params.speed.rate_fusion.source = RATE_FUSED;
   b.command = (servo_axis_command)AT_SPEED;
   for (int i = 0; i < 300; ++i) {
-    b.samples.motion = gyro_at((float)b.rate_rad_s).motion;
+    b.samples.sensors = gyro_at((float)b.rate_rad_s).sensors;
     tick(&b);
   }
   return b;
@@ -194,14 +194,14 @@ static void test_one_tick_of_nonsense_takes_the_torque_away_and_leaves_nothing_b
   for (unsigned i = 0; i < sizeof every_nonsense / sizeof every_nonsense[0]; ++i) {
     bench b = turning_with_gyro();
     servo_axis_samples samples = every_nonsense[i].samples;
-    samples.motion.joint_angle = b.samples.motion.joint_angle;
+    samples.sensors.joint_angle_turn32 = b.samples.sensors.joint_angle_turn32;
     servo_axis_tick(&b.axis, &b.params, &every_nonsense[i].command, &samples, dt_s);
     TEST_ASSERT_EQUAL_INT_MESSAGE(SERVO_OFF, b.axis.mode, every_nonsense[i].what);
     TEST_ASSERT_TRUE_MESSAGE(b.axis.implausible, every_nonsense[i].what);
     CHECK_SAME("torque", 0.0, b.axis.commanded_nm);
     CHECK_SAME("current", 0.0, b.axis.current_reference_a);
     for (int t = 0; t < 1000; ++t) {
-      b.samples.motion = gyro_at((float)b.rate_rad_s).motion;
+      b.samples.sensors = gyro_at((float)b.rate_rad_s).sensors;
       tick(&b);
     }
     CHECK_NEAR(every_nonsense[i].what, 0.1, b.rate_rad_s, 1e-3);
@@ -228,7 +228,7 @@ static void test_an_encoder_without_an_answer_takes_the_torque_away_until_it_ans
   ticks(&b, 10);
   CHECK_SAME("torque, Nm", 2.0, b.axis.commanded_nm);
   servo_axis_samples samples = b.samples;
-  samples.encoder_failed = true;
+  samples.sensors.encoder_failed = true;
   servo_axis_tick(&b.axis, &b.params, &b.command, &samples, dt_s);
   CHECK_SAME("torque without an encoder, Nm", 0.0, b.axis.commanded_nm);
   TEST_ASSERT_EQUAL(SERVO_OFF, b.axis.mode);
@@ -254,8 +254,8 @@ static void test_the_position_loop_asks_for_no_more_than_the_commands_rate_limit
 static void test_a_gyro_that_says_it_is_not_valid_may_hold_anything(void) {
   bench b = turning_with_gyro();
   for (int i = 0; i < 300; ++i) {
-    b.samples.motion.gyro_rad_s = NAN;
-    b.samples.motion.gyro_valid = false;
+    b.samples.sensors.gyro_rad_s = NAN;
+    b.samples.sensors.gyro_valid = false;
     tick(&b);
   }
   TEST_ASSERT_FALSE(b.axis.implausible);
@@ -304,12 +304,14 @@ static void test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit(
         .limits = {any_float(&source), any_float(&source)},
     };
     const servo_axis_samples samples = {
-        .motion = {(angle_turn32)random_bits(&source), any_float(&source), random_bits(&source) % 2 == 0},
-        .mean_current_a = any_float(&source),
-        .frame = {.fresh = random_bits(&source) % 2 == 0,
-                  .valid = true,
-                  .age_ticks = (int)(random_bits(&source) % 300) - 50,
-                  .error_rad = any_float(&source)},
+        .sensors = {.joint_angle_turn32 = (uint32_t)random_bits(&source),
+                    .gyro_valid = random_bits(&source) % 2 == 0,
+                    .gyro_rad_s = any_float(&source),
+                    .mean_current_a = any_float(&source),
+                    .frame = {.fresh = random_bits(&source) % 2 == 0,
+                              .target_found = true,
+                              .age_ticks = (int)(random_bits(&source) % 300) - 50,
+                              .error_rad = any_float(&source)}},
     };
     servo_axis_tick(&b.axis, &b.params, &command, &samples, dt_s);
     CHECK_AT_MOST("torque, Nm", 50.0, fabsf(b.axis.commanded_nm));

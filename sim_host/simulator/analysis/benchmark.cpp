@@ -33,9 +33,9 @@ double best_seconds(int repeats, Work work) {
 servo_samples samples_at(int tick) {
   servo_samples samples{};
   for (servo_axis_samples& axis : samples.axis) {
-    axis.motion.joint_angle = static_cast<angle_turn32>(tick) * 2386U + static_cast<angle_turn32>(tick % 7);
-    axis.motion.gyro_rad_s = 0.0035F + 1e-5F * static_cast<float>(tick % 5);
-    axis.motion.gyro_valid = true;
+    axis.sensors.joint_angle_turn32 = static_cast<angle_turn32>(tick) * 2386U + static_cast<angle_turn32>(tick % 7);
+    axis.sensors.gyro_rad_s = 0.0035F + 1e-5F * static_cast<float>(tick % 5);
+    axis.sensors.gyro_valid = true;
   }
   return samples;
 }

@@ -106,9 +106,9 @@ class Bench {
     for (int axis = 0; axis < kAxes; ++axis) {  // the other axis stays where it is
       servo_axis_command& command = board_.command.axis[axis];
       command.mode = SERVO_POSITION;
-      command.position = board_.samples.axis[axis].motion.joint_angle;
+      command.position = board_.samples.axis[axis].sensors.joint_angle_turn32;
     }
-    last_angle_ = board_.samples.axis[axis_].motion.joint_angle;
+    last_angle_ = board_.samples.axis[axis_].sensors.joint_angle_turn32;
   }
 
   void move_to(double place_rad, double speed_rad_s) {
@@ -165,7 +165,7 @@ class Bench {
   // The firmware's tick, and a record of its inputs and outputs.
   void tick() {
     servo_board_sample(&board_);
-    const angle_turn32 angle = board_.samples.axis[axis_].motion.joint_angle;
+    const angle_turn32 angle = board_.samples.axis[axis_].sensors.joint_angle_turn32;
     angle_rad_ += kRadPerTurn32 * static_cast<double>(static_cast<std::int32_t>(angle - last_angle_));
     last_angle_ = angle;
     deciding_(*this);
@@ -210,9 +210,9 @@ class Bench {
     recording.kind.push_back(static_cast<identification::RunKind>(kind_));
     recording.joint_angle_rad.push_back(angle_rad_);
     recording.joint_rate_rad_s.push_back(static_cast<double>(board_.app.axis[axis_].signals.rates.joint_rate_rad_s));
-    recording.inertial_rate_rad_s.push_back(seen.motion.gyro_valid ? static_cast<double>(seen.motion.gyro_rad_s)
-                                                                   : std::numeric_limits<double>::quiet_NaN());
-    recording.torque_nm.push_back(torque_constant_nm_a * static_cast<double>(seen.mean_current_a));
+    recording.inertial_rate_rad_s.push_back(seen.sensors.gyro_valid ? static_cast<double>(seen.sensors.gyro_rad_s)
+                                                                    : std::numeric_limits<double>::quiet_NaN());
+    recording.torque_nm.push_back(torque_constant_nm_a * static_cast<double>(seen.sensors.mean_current_a));
     recording.reference.push_back(reference());
   }
 

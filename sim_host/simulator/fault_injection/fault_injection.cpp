@@ -42,7 +42,7 @@ void let_go(DrivenNode& node, int axis) { broken(node, axis).push_nm = 0.0; }
 // The true current and its reading differ by more than twice the limit of 0x2060:14.
 bool current_is_wrong(DrivenNode& node, int axis) {
   const double true_a = node.machine().truth().current_a[static_cast<std::size_t>(axis)];
-  const double reported_a = static_cast<double>(node.machine().samples().axis[axis].mean_current_a);
+  const double reported_a = static_cast<double>(node.machine().samples().axis[axis].sensors.mean_current_a);
   const double resistance_ohm = static_cast<double>(node.node().board.app.params.axis[axis].resistance_ohm);
   const double limit_v = static_cast<double>(node.axis(axis).monitor.limits.voltage_mismatch_v);
   return resistance_ohm * std::abs(true_a - reported_a) > 2.0 * limit_v + resistance_ohm * std::abs(reported_a);

@@ -12,12 +12,19 @@ namespace trackservo::sim {
 struct MachineHal {
   static Machine& of(void *machine) { return *static_cast<Machine *>(machine); }
 
-  static bool joint_angle(void *machine, int axis, std::uint32_t *angle_turn32) {
-    Machine& m = of(machine);
+  static void sample(void *machine, int axis, hal_axis_samples *samples) {
     const std::size_t i = static_cast<std::size_t>(axis);
+    sample_encoder(of(machine), i, samples);
+    sample_gyro(of(machine), i, samples);
+    samples->mean_current_a = static_cast<float>(of(machine).mean_current_a_[i]);
+    samples->frame = camera_frame(of(machine).frame_, i);
+  }
+
+  static void sample_encoder(Machine& m, std::size_t i, hal_axis_samples *samples) {
     const BrokenAxis& broken = m.broken_.axis[i];
+    samples->encoder_failed = broken.encoder_lost;
     if (broken.encoder_lost) {
-      return false;
+      return;
     }
     if (!broken.encoder_stuck) {
       const double shift_turns = broken.encoder_shift_rad / (2.0 * kPi);
@@ -25,35 +32,25 @@ struct MachineHal {
       m.reported_angle_[i] = (broken.encoder_reversed ? 0U - angle : angle) +
                              static_cast<std::uint32_t>(std::llround(shift_turns * 4294967296.0));
     }
-    *angle_turn32 = m.reported_angle_[i];
-    return true;
+    samples->joint_angle_turn32 = m.reported_angle_[i];
   }
 
-  static bool gyro_rate(void *machine, int axis, float *rate_rad_s) {
-    Machine& m = of(machine);
-    const std::size_t i = static_cast<std::size_t>(axis);
+  static void sample_gyro(Machine& m, std::size_t i, hal_axis_samples *samples) {
     const BrokenAxis& broken = m.broken_.axis[i];
     if (!broken.gyro_stuck) {
       const double rate = m.samples_.axis[i].gyro_rate_rad_s;
       m.reported_gyro_rad_s_[i] = broken.gyro_reads_rad_s.value_or(broken.gyro_reversed ? -rate : rate);
     }
-    *rate_rad_s = static_cast<float>(m.reported_gyro_rad_s_[i]);
-    return m.samples_.axis[i].gyro_valid && !broken.gyro_lost;
+    samples->gyro_rad_s = static_cast<float>(m.reported_gyro_rad_s_[i]);
+    samples->gyro_valid = m.samples_.axis[i].gyro_valid && !broken.gyro_lost;
   }
 
-  static float mean_current_a(void *machine, int axis) {
-    return static_cast<float>(of(machine).mean_current_a_[static_cast<std::size_t>(axis)]);
-  }
-
-  static bool camera(void *machine, int axis, hal_camera_frame *frame) {
-    const std::optional<CameraFrame>& result = of(machine).frame_;
+  static hal_camera_frame camera_frame(const std::optional<CameraFrame>& result, std::size_t i) {
     if (!result) {
-      return false;
+      return {};
     }
-    frame->target_found = result->valid;
-    frame->age_ticks = static_cast<int>(std::lround(result->delay_s / kTick_s));
-    frame->error_rad = static_cast<float>(result->error_rad[static_cast<std::size_t>(axis)]);
-    return true;
+    return {true, result->valid, static_cast<int>(std::lround(result->delay_s / kTick_s)),
+            static_cast<float>(result->error_rad[i])};
   }
 
   static hal_health axis_health(void *machine, int axis) {
@@ -103,10 +100,7 @@ struct MachineHal {
 hal Machine::hal_of(Machine *machine) {
   hal table{};
   table.machine = machine;
-  table.joint_angle = MachineHal::joint_angle;
-  table.gyro_rate = MachineHal::gyro_rate;
-  table.mean_current_a = MachineHal::mean_current_a;
-  table.camera = MachineHal::camera;
+  table.sample = MachineHal::sample;
   table.axis_health = MachineHal::axis_health;
   table.power_bridge = MachineHal::power_bridge;
   table.current_a = MachineHal::current_a;
