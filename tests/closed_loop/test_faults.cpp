@@ -76,7 +76,7 @@ void test_a_scenario_file_says_what_breaks_when() {
   const std::string reported = sim::run_fault_scenario(tracker_plant(), scenario);
   std::printf("%s\n", reported.c_str());
   for (const char *line : {"1.200 s  azimuth  encoder lost", "1.200 s  azimuth  fault 1 (0x7320) at ",
-                           "1.500 s  pitch    driven against the motor", "pitch    fault 19 (0x7122)", "stands"}) {
+                           "1.500 s  pitch    driven against the motor", "pitch    fault 19 (0x7122)", "at rest"}) {
     TEST_ASSERT_TRUE_MESSAGE(reported.find(line) != std::string::npos, line);
   }
 }

@@ -188,7 +188,7 @@ void test_a_sensor_of_wrong_sign_is_reported() {
   for (double& torque_nm : wrong.torque_nm) {
     torque_nm = -torque_nm;
   }
-  expect_refusal(wrong, "its sign is opposite to the joint angle's");
+  expect_refusal(wrong, "its sign is opposite to that of the joint angle");
   wrong = good;
   for (double& rate_rad_s : wrong.inertial_rate_rad_s) {
     rate_rad_s = -rate_rad_s;
