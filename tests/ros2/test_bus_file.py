@@ -156,7 +156,7 @@ def test_a_key_that_nobody_reads_is_refused_although_dcfgen_takes_it(bus, tmp_pa
         table = table[int(step) if step.isdigit() else step]
     table[wrong] = 1
     (error,) = check_bus.errors(changed)
-    assert f"nobody reads '{wrong}'; did you mean '{meant}'?" in error
+    assert f"neither dcfgen nor ros2_canopen reads '{wrong}'; did you mean '{meant}'?" in error
     generate(changed, tmp_path)
     file = tmp_path / "changed.yml"
     file.write_text(yaml.dump(changed))
