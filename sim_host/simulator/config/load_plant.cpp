@@ -80,8 +80,8 @@ std::optional<EndStopConfig> read_end_stops(const TomlReader& reader, const Toml
 
 AxisConfig read_axis(const TomlReader& reader, const TomlTable& table, bool swings) {
   AxisConfig axis;
-  std::vector<std::string> known{"motor",     "friction",  "load",    "holding_brake",
-                                 "structure", "base_sway", "encoder", "gyro"};
+  std::vector<std::string> known{"motor", "friction", "load", "holding_brake", "structure", "base_sway"};
+  for_each_sensor([&](const char *name, const auto&, auto) { known.emplace_back(name); });
   for (const auto& key : end_stop_keys()) {
     known.push_back(key.text.name);
   }
@@ -101,8 +101,9 @@ AxisConfig read_axis(const TomlReader& reader, const TomlTable& table, bool swin
     read_table(reader, *structure, structure_keys(), axis.structure.emplace());
   }
   read_optional_table(reader, table, "base_sway", base_sway_keys(), axis.base_sway);
-  read_table(reader, reader.child(table, "encoder"), encoder_keys(), axis.encoder);
-  read_table(reader, reader.child(table, "gyro"), gyro_keys(), axis.gyro);
+  for_each_sensor([&](const char *name, const auto& keys, auto member) {
+    read_table(reader, reader.child(table, name), keys, axis.*member);
+  });
   return axis;
 }
 

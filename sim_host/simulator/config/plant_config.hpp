@@ -15,6 +15,8 @@
 
 #include "base/axis.hpp"
 #include "config/source_lines.hpp"
+#include "sensors/adc.hpp"
+#include "sensors/sensor_suite.hpp"
 
 namespace trackservo::sim {
 
@@ -116,26 +118,7 @@ struct BaseSwayConfig {
   double damping = 0.1;
 };
 
-struct EncoderConfig {
-  int resolution_bits = 26;
-  double jitter_rms_rad = 0;
-  double eccentricity_rad = 0;
-  double eccentricity_phase_rad = 0;
-  double latency_s = 0;
-  int reads_per_tick = 1;  // readings averaged per tick, those of the last PWM periods
-};
-
-struct GyroConfig {
-  double noise_density_rad_s_rthz = 0;  // one-sided
-  double bandwidth_hz = 440;
-  int filter_order = 1;
-  double bias_rad_s = 0;
-  double scale_error = 0;
-  double range_rad_s = 8.5;
-  double latency_s = 0;
-};
-
-struct AxisConfig {
+struct AxisConfig : SensorConfigs {
   double inertia_kg_m2 = 1;        // of azimuth: J0
   double inertia_swing_kg_m2 = 0;  // of azimuth: J1 in J0 + J1 cos^2(pitch); 0 for pitch
   MotorConfig motor;
@@ -145,23 +128,12 @@ struct AxisConfig {
   std::optional<HoldingBrakeConfig> holding_brake;
   std::optional<StructureConfig> structure;
   BaseSwayConfig base_sway;
-  EncoderConfig encoder;
-  GyroConfig gyro;
 };
 
 struct SupplyConfig {
   double voltage_v = 48;
   double source_resistance_ohm = 0;
   int pwm_counts = 4250;
-};
-
-struct AdcConfig {
-  int resolution_bits = 12;
-  double current_full_scale_a = 25;
-  double current_noise_rms_a = 0;
-  double current_offset_a = 0;
-  double voltage_full_scale_v = 80;
-  double voltage_noise_rms_v = 0;
 };
 
 struct BaseTiltConfig {

@@ -263,44 +263,6 @@ const Keys<BaseSwayConfig>& base_sway_keys() {
   return keys;
 }
 
-const Keys<EncoderConfig>& encoder_keys() {
-  using Config = EncoderConfig;
-  static const Keys<EncoderConfig> keys = {
-      number("resolution_bits", unit::kNone, {8, 32}, &Config::resolution_bits, "bits per turn"),
-      number("jitter_rms_urad", unit::kMicroradian, {0, 1e4}, &Config::jitter_rms_rad, "white noise of a reading")
-          .or_else(0),
-      number("eccentricity_urad", unit::kMicroradian, {0, 1e5}, &Config::eccentricity_rad,
-             "amplitude of the angle error once per turn")
-          .or_else(0),
-      number("eccentricity_phase_deg", unit::kDegree, kTurn, &Config::eccentricity_phase_rad,
-             "phase of the sine at joint angle 0")
-          .or_else(0),
-      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "time from the angle to the reading")
-          .or_else(0),
-      number("reads_per_tick", unit::kNone, {1, 20}, &Config::reads_per_tick,
-             "number of readings averaged per tick, one in each of its last PWM periods")
-          .or_else(1),
-  };
-  return keys;
-}
-
-const Keys<GyroConfig>& gyro_keys() {
-  using Config = GyroConfig;
-  static const Keys<GyroConfig> keys = {
-      number("noise_density_deg_s_rthz", unit::kDegreePerSecondRootHertz, {0, 1}, &Config::noise_density_rad_s_rthz,
-             "one-sided density of the white rate noise"),
-      number("bandwidth_hz", unit::kHertz, {1, 5e3}, &Config::bandwidth_hz, "-3 dB bandwidth"),
-      number("filter_order", unit::kNone, {1, 2}, &Config::filter_order, "order of the low-pass filter").or_else(1),
-      number("bias_deg_s", unit::kDegreePerSecond, {-10, 10}, &Config::bias_rad_s, "constant bias").or_else(0),
-      number("scale_error_ppm", unit::kPpm, {-1e5, 1e5}, &Config::scale_error, "scale error of the rate").or_else(0),
-      number("range_deg_s", unit::kDegreePerSecond, {0.1, 1e5}, &Config::range_rad_s,
-             "rates above this magnitude are clipped and marked invalid"),
-      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "time from the rate to the reading")
-          .or_else(0),
-  };
-  return keys;
-}
-
 const Keys<DesignConfig>& design_keys() {
   using Config = DesignConfig;
   static const Keys<DesignConfig> keys = {
@@ -338,40 +300,40 @@ std::string plant_keys_markdown() {
   for (const KeyText& key : texts_of(end_stop_keys())) {
     axis.push_back(key);
   }
-  return sections_markdown(
-      "Keys of a plant file",
-      {
-          {"(top of the file)", "", texts_of(plant_keys())},
-          {"[friction]", "", texts_of(friction_model_keys())},
-          {"[maxwell_slip]", "Optional. Used when `friction.model` is `maxwell_slip`.", texts_of(maxwell_slip_keys())},
-          {"[supply]", "", texts_of(supply_keys())},
-          {"[adc]", "", texts_of(adc_keys())},
-          {"[base_tilt]", "Optional.", texts_of(base_tilt_keys())},
-          {"[azimuth], [pitch]", "", axis},
-          {"[azimuth.motor], [pitch.motor]", "", texts_of(motor_keys())},
-          {"[[azimuth.motor.ripple]], [[pitch.motor.ripple]]", "Optional; may be repeated.", texts_of(ripple_keys())},
-          {"[[azimuth.motor.cogging]], [[pitch.motor.cogging]]", "Optional; may be repeated.",
-           texts_of(cogging_keys())},
-          {"[azimuth.friction], [pitch.friction]", "", texts_of(friction_keys())},
-          {"[azimuth.friction.positive], [azimuth.friction.negative], the same for pitch",
-           "One per direction of motion. Without `negative` both directions are equal.", texts_of(stribeck_keys())},
-          {"[azimuth.load], [pitch.load]", "Optional.", texts_of(load_keys())},
-          {"[azimuth.holding_brake], [pitch.holding_brake]",
-           "Optional. A brake closed by springs and opened by a coil. The gate driver's enable line feeds the coil, so "
-           "the brake holds while the bridge is off. Only `sim_host serve` and `emulate_board` simulate it. `run`, "
-           "`identify`, `faults`, `soak` and the studies omit it, so that their results do not depend on a brake.",
-           texts_of(holding_brake_keys())},
-          {"[azimuth.structure], [pitch.structure]",
-           "Optional; without it the axis is rigid. Part of the inertia is connected by a spring. Motor, seal, loads, "
-           "encoder and gyro are on the joint's side of the spring.",
-           texts_of(structure_keys())},
-          {"[azimuth.base_sway], [pitch.base_sway]", "Optional; without it the base does not move.",
-           texts_of(base_sway_keys())},
-          {"[azimuth.encoder], [pitch.encoder]", "", texts_of(encoder_keys())},
-          {"[azimuth.gyro], [pitch.gyro]", "", texts_of(gyro_keys())},
-          {"[design.azimuth], [design.pitch]", "Requirements for the gain design.", texts_of(design_keys())},
-          {"[[assumption]]", "One table per assumption.", texts_of(assumption_keys())},
-      });
+  std::vector<Section> sections = {
+      {"(top of the file)", "", texts_of(plant_keys())},
+      {"[friction]", "", texts_of(friction_model_keys())},
+      {"[maxwell_slip]", "Optional. Used when `friction.model` is `maxwell_slip`.", texts_of(maxwell_slip_keys())},
+      {"[supply]", "", texts_of(supply_keys())},
+      {"[adc]", "", texts_of(adc_keys())},
+      {"[base_tilt]", "Optional.", texts_of(base_tilt_keys())},
+      {"[azimuth], [pitch]", "", axis},
+      {"[azimuth.motor], [pitch.motor]", "", texts_of(motor_keys())},
+      {"[[azimuth.motor.ripple]], [[pitch.motor.ripple]]", "Optional; may be repeated.", texts_of(ripple_keys())},
+      {"[[azimuth.motor.cogging]], [[pitch.motor.cogging]]", "Optional; may be repeated.", texts_of(cogging_keys())},
+      {"[azimuth.friction], [pitch.friction]", "", texts_of(friction_keys())},
+      {"[azimuth.friction.positive], [azimuth.friction.negative], the same for pitch",
+       "One per direction of motion. Without `negative` both directions are equal.", texts_of(stribeck_keys())},
+      {"[azimuth.load], [pitch.load]", "Optional.", texts_of(load_keys())},
+      {"[azimuth.holding_brake], [pitch.holding_brake]",
+       "Optional. A brake closed by springs and opened by a coil. The gate driver's enable line feeds the coil, so "
+       "the brake holds while the bridge is off. Only `sim_host serve` and `emulate_board` simulate it. `run`, "
+       "`identify`, `faults`, `soak` and the studies omit it, so that their results do not depend on a brake.",
+       texts_of(holding_brake_keys())},
+      {"[azimuth.structure], [pitch.structure]",
+       "Optional; without it the axis is rigid. Part of the inertia is connected by a spring. Motor, seal, loads, "
+       "encoder and gyro are on the joint's side of the spring.",
+       texts_of(structure_keys())},
+      {"[azimuth.base_sway], [pitch.base_sway]", "Optional; without it the base does not move.",
+       texts_of(base_sway_keys())},
+  };
+  for_each_sensor([&sections](const std::string& name, const auto& keys, auto) {
+    sections.push_back({"[azimuth." + name + "], [pitch." + name + "]", "", texts_of(keys)});
+  });
+  sections.push_back(
+      {"[design.azimuth], [design.pitch]", "Requirements for the gain design.", texts_of(design_keys())});
+  sections.push_back({"[[assumption]]", "One table per assumption.", texts_of(assumption_keys())});
+  return sections_markdown("Keys of a plant file", sections);
 }
 
 }  // namespace trackservo::sim

@@ -1,8 +1,9 @@
-// The keys of a plant file, one list per table. The only description of them; see key.hpp.
+// The keys of a plant file, one list per table, without those of the sensors (sensor_suite.hpp). The only description
+// of them; see key.hpp.
 #ifndef TRACKSERVO_SIM_CONFIG_PLANT_KEYS_HPP
 #define TRACKSERVO_SIM_CONFIG_PLANT_KEYS_HPP
 
-#include "config/key.hpp"
+#include "base/key.hpp"
 #include "config/plant_config.hpp"
 
 namespace trackservo::sim {
@@ -31,8 +32,6 @@ const Keys<LoadConfig>& load_keys();
 const Keys<HoldingBrakeConfig>& holding_brake_keys();
 const Keys<StructureConfig>& structure_keys();
 const Keys<BaseSwayConfig>& base_sway_keys();
-const Keys<EncoderConfig>& encoder_keys();
-const Keys<GyroConfig>& gyro_keys();
 const Keys<DesignConfig>& design_keys();
 const Keys<Assumption>& assumption_keys();
 

@@ -12,6 +12,7 @@
 
 #include "base/axis.hpp"
 #include "config/source_lines.hpp"
+#include "sensors/camera.hpp"
 
 namespace trackservo::sim {
 
@@ -25,15 +26,6 @@ struct FlyByConfig {
   double weave_lateral_period_s = 1;
   double weave_vertical_m = 0;
   double weave_vertical_period_s = 1;
-};
-
-struct CameraConfig {
-  double frame_rate_hz = 50;
-  double delay_s = 0.02;  // from exposure to the result being available
-  double pixel_rad = 11.499e-6;
-  int width_px = 1920;   // along azimuth
-  int height_px = 1080;  // along pitch
-  double centroid_noise_rms_px = 0.2;
 };
 
 struct ScenarioConfig {

@@ -14,8 +14,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/key.hpp"
 #include "config/config_error.hpp"
-#include "config/key.hpp"
 #include "config/source_lines.hpp"
 
 namespace trackservo::sim {

@@ -36,8 +36,7 @@ Tracker::Axis::Axis(const AxisConfig& config, const PlantConfig& plant, std::uin
       load(config.load, seed, index),
       structure(structure_of(plant, index)),
       base(config.base_sway, seed, index),
-      encoder(config.encoder, kPwmPeriod_s, seed, index),
-      gyro(config.gyro, kPwmPeriod_s, kTick_s, seed, index),
+      sensors(config, kPwmPeriod_s, kTick_s, seed, index),
       adc(plant.adc, seed, index) {}
 
 Tracker::Tracker(const PlantConfig& plant, std::uint64_t seed)
@@ -60,7 +59,7 @@ void Tracker::place(const std::array<double, kAxes>& joint_angle_rad) {
   for (std::size_t i = 0; i < kAxes; ++i) {
     Axis& axis = axis_[i];
     axis.joint.place(joint_angle_rad[i]);
-    axis.encoder.place(joint_angle_rad[i]);
+    axis.sensors.encoder.place(joint_angle_rad[i]);
     axis.base_rate_rad_s = axis.base.rate_rad_s(0.0);
   }
   shapes_known_ = false;
@@ -108,8 +107,7 @@ void Tracker::settle_bus() {
 TickSamples Tracker::sample_tick() {
   TickSamples samples;
   for (std::size_t i = 0; i < kAxes; ++i) {
-    const Gyro::Reading gyro = axis_[i].gyro.sample();
-    samples.axis[i] = {axis_[i].encoder.sample(), gyro.rate_rad_s, gyro.valid};
+    samples.axis[i] = axis_[i].sensors.sample();
   }
   samples.bus_voltage_v = axis_[kAzimuth].adc.voltage_v(bus_v_);
   return samples;
@@ -224,8 +222,7 @@ void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
     axis.load_nm += reaction.drag_nm_s_rad * rate_rad_s - reaction.push_nm;
   }
   axis.base_rate_rad_s = base_rate_end;
-  axis.encoder.advance(axis.joint.angle_rad());
-  axis.gyro.advance(axis.joint.rate_rad_s() + base_rate_end);
+  axis.sensors.advance({axis.joint.angle_rad(), axis.joint.rate_rad_s() + base_rate_end});
 }
 
 void Tracker::step_pwm(const std::array<double, kAxes>& duty) {

@@ -28,8 +28,7 @@
 #include "plant/structure.hpp"
 #include "plant/truth.hpp"
 #include "sensors/adc.hpp"
-#include "sensors/encoder.hpp"
-#include "sensors/gyro.hpp"
+#include "sensors/sensor_suite.hpp"
 
 namespace trackservo::sim {
 
@@ -41,12 +40,12 @@ class Tracker {
   // Puts the machine at rest at these joint angles [rad], bristles relaxed. Only before the first step.
   void place(const std::array<double, kAxes>& joint_angle_rad);
 
-  // Encoder, gyro and bus voltage of this tick. Draws noise: call it exactly once per tick, before its first step.
+  // All sensors and the bus voltage of this tick. Draws noise: call it exactly once per tick, before its first step.
   TickSamples sample_tick();
 
   // The same sensors for electronics that read them one by one, at their own times. Each call draws noise.
-  std::uint32_t read_encoder(int axis) { return axis_[static_cast<std::size_t>(axis)].encoder.read(); }
-  Gyro::Reading read_gyro(int axis) { return axis_[static_cast<std::size_t>(axis)].gyro.sample(); }
+  std::uint32_t read_encoder(int axis) { return axis_[static_cast<std::size_t>(axis)].sensors.encoder.read(); }
+  Gyro::Reading read_gyro(int axis) { return axis_[static_cast<std::size_t>(axis)].sensors.gyro.sample(); }
 
   // Motor current and bus voltage as the ADC reads them at the start of this PWM period. Draws noise: call it at most
   // once per axis and period.
@@ -81,8 +80,7 @@ class Tracker {
     std::optional<HoldingBrake> brake;
     std::optional<Structure> structure;
     BaseSway base;
-    Encoder encoder;
-    Gyro gyro;
+    SensorSuite sensors;
     CurrentAdc adc;
 
     // Of the last step.

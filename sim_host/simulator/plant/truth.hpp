@@ -8,9 +8,9 @@
 #define TRACKSERVO_SIM_PLANT_TRUTH_HPP
 
 #include <array>
-#include <cstdint>
 
 #include "base/axis.hpp"
+#include "base/firmware.hpp"
 
 namespace trackservo::sim {
 
@@ -28,15 +28,9 @@ struct TruthState {
   std::array<double, kAxes> current_a{};
 };
 
-struct AxisSamples {
-  std::uint32_t encoder_turns_2_32 = 0;  // joint angle in 2^-32 turns, modulo one turn
-  double gyro_rate_rad_s = 0;            // inertial rate
-  bool gyro_valid = false;               // the gyro's own flag: false while it is saturated
-};
-
 // Delivered once per 1 ms tick.
 struct TickSamples {
-  std::array<AxisSamples, kAxes> axis{};
+  std::array<hal_axis_samples, kAxes> axis{};
   double bus_voltage_v = 0;
 };
 

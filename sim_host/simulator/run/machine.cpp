@@ -13,36 +13,40 @@ struct MachineHal {
   static Machine& of(void *machine) { return *static_cast<Machine *>(machine); }
 
   static void sample(void *machine, int axis, hal_axis_samples *samples) {
+    Machine& m = of(machine);
     const std::size_t i = static_cast<std::size_t>(axis);
-    sample_encoder(of(machine), i, samples);
-    sample_gyro(of(machine), i, samples);
-    samples->mean_current_a = static_cast<float>(of(machine).mean_current_a_[i]);
-    samples->frame = camera_frame(of(machine).frame_, i);
+    const std::uint32_t last_angle = samples->joint_angle_turn32;
+    *samples = m.samples_.axis[i];
+    break_encoder(m, i, last_angle, samples);
+    break_gyro(m, i, samples);
+    samples->mean_current_a = static_cast<float>(m.mean_current_a_[i]);
+    samples->frame = camera_frame(m.frame_, i);
   }
 
-  static void sample_encoder(Machine& m, std::size_t i, hal_axis_samples *samples) {
+  static void break_encoder(Machine& m, std::size_t i, std::uint32_t last_angle, hal_axis_samples *samples) {
     const BrokenAxis& broken = m.broken_.axis[i];
     samples->encoder_failed = broken.encoder_lost;
     if (broken.encoder_lost) {
+      samples->joint_angle_turn32 = last_angle;
       return;
     }
     if (!broken.encoder_stuck) {
       const double shift_turns = broken.encoder_shift_rad / (2.0 * kPi);
-      const std::uint32_t angle = m.samples_.axis[i].encoder_turns_2_32;
+      const std::uint32_t angle = samples->joint_angle_turn32;
       m.reported_angle_[i] = (broken.encoder_reversed ? 0U - angle : angle) +
                              static_cast<std::uint32_t>(std::llround(shift_turns * 4294967296.0));
     }
     samples->joint_angle_turn32 = m.reported_angle_[i];
   }
 
-  static void sample_gyro(Machine& m, std::size_t i, hal_axis_samples *samples) {
+  static void break_gyro(Machine& m, std::size_t i, hal_axis_samples *samples) {
     const BrokenAxis& broken = m.broken_.axis[i];
     if (!broken.gyro_stuck) {
-      const double rate = m.samples_.axis[i].gyro_rate_rad_s;
+      const auto rate = static_cast<double>(samples->gyro_rad_s);
       m.reported_gyro_rad_s_[i] = broken.gyro_reads_rad_s.value_or(broken.gyro_reversed ? -rate : rate);
     }
     samples->gyro_rad_s = static_cast<float>(m.reported_gyro_rad_s_[i]);
-    samples->gyro_valid = m.samples_.axis[i].gyro_valid && !broken.gyro_lost;
+    samples->gyro_valid = samples->gyro_valid && !broken.gyro_lost;
   }
 
   static hal_camera_frame camera_frame(const std::optional<CameraFrame>& result, std::size_t i) {

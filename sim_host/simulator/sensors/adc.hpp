@@ -11,10 +11,18 @@
 #include <cstdint>
 
 #include "base/random.hpp"
-#include "config/plant_config.hpp"
 #include "sensors/rounding.hpp"
 
 namespace trackservo::sim {
+
+struct AdcConfig {
+  int resolution_bits = 12;
+  double current_full_scale_a = 25;
+  double current_noise_rms_a = 0;
+  double current_offset_a = 0;
+  double voltage_full_scale_v = 80;
+  double voltage_noise_rms_v = 0;
+};
 
 class CurrentAdc {
  public:

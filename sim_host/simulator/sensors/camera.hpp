@@ -12,10 +12,19 @@
 #include <cstdint>
 #include <optional>
 
+#include "base/axis.hpp"
 #include "base/random.hpp"
-#include "config/scenario_config.hpp"
 
 namespace trackservo::sim {
+
+struct CameraConfig {
+  double frame_rate_hz = 50;
+  double delay_s = 0.02;  // from exposure to the result being available
+  double pixel_rad = 11.499e-6;
+  int width_px = 1920;   // along azimuth
+  int height_px = 1080;  // along pitch
+  double centroid_noise_rms_px = 0.2;
+};
 
 struct CameraFrame {
   double exposure_time_s = 0;

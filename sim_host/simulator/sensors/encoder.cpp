@@ -6,6 +6,27 @@
 
 namespace trackservo::sim {
 
+const Keys<EncoderConfig>& encoder_keys() {
+  using Config = EncoderConfig;
+  static const Keys<EncoderConfig> keys = {
+      number("resolution_bits", unit::kNone, {8, 32}, &Config::resolution_bits, "bits per turn"),
+      number("jitter_rms_urad", unit::kMicroradian, {0, 1e4}, &Config::jitter_rms_rad, "white noise of a reading")
+          .or_else(0),
+      number("eccentricity_urad", unit::kMicroradian, {0, 1e5}, &Config::eccentricity_rad,
+             "amplitude of the angle error once per turn")
+          .or_else(0),
+      number("eccentricity_phase_deg", unit::kDegree, {-360, 360}, &Config::eccentricity_phase_rad,
+             "phase of the sine at joint angle 0")
+          .or_else(0),
+      number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "time from the angle to the reading")
+          .or_else(0),
+      number("reads_per_tick", unit::kNone, {1, 20}, &Config::reads_per_tick,
+             "number of readings averaged per tick, one in each of its last PWM periods")
+          .or_else(1),
+  };
+  return keys;
+}
+
 Encoder::Encoder(const EncoderConfig& config, double dt_s, std::uint64_t seed, int axis)
     : config_(config),
       counts_per_rad_(std::ldexp(1.0, config.resolution_bits) / (2.0 * kPi)),

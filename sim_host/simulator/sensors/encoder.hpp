@@ -12,11 +12,22 @@
 
 #include <cstdint>
 
+#include "base/key.hpp"
 #include "base/random.hpp"
-#include "config/plant_config.hpp"
 #include "sensors/history.hpp"
 
 namespace trackservo::sim {
+
+struct EncoderConfig {
+  int resolution_bits = 26;
+  double jitter_rms_rad = 0;
+  double eccentricity_rad = 0;
+  double eccentricity_phase_rad = 0;
+  double latency_s = 0;
+  int reads_per_tick = 1;  // readings averaged per tick, those of the last PWM periods
+};
+
+const Keys<EncoderConfig>& encoder_keys();
 
 class Encoder {
  public:

@@ -13,12 +13,24 @@
 
 #include <cstdint>
 
+#include "base/key.hpp"
 #include "base/random.hpp"
-#include "config/plant_config.hpp"
 #include "sensors/history.hpp"
 #include "sensors/low_pass.hpp"
 
 namespace trackservo::sim {
+
+struct GyroConfig {
+  double noise_density_rad_s_rthz = 0;  // one-sided
+  double bandwidth_hz = 440;
+  int filter_order = 1;
+  double bias_rad_s = 0;
+  double scale_error = 0;
+  double range_rad_s = 8.5;
+  double latency_s = 0;
+};
+
+const Keys<GyroConfig>& gyro_keys();
 
 class Gyro {
  public:

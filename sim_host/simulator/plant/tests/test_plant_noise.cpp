@@ -175,8 +175,8 @@ Log logged(const PlantConfig& plant, std::uint64_t seed) {
   Log log;
   for (int tick = 0; tick < 200; ++tick) {
     const TickSamples samples = tracker.sample_tick();
-    log.gyro.push_back(samples.axis[kAzimuth].gyro_rate_rad_s);
-    log.encoder.push_back(samples.axis[kPitch].encoder_turns_2_32);
+    log.gyro.push_back(samples.axis[kAzimuth].gyro_rad_s);
+    log.encoder.push_back(samples.axis[kPitch].joint_angle_turn32);
     for (int step = 0; step < kPwmPerTick; ++step) {
       log.current.push_back(tracker.sample_pwm(kPitch).current_a);
       tracker.step_pwm({0.2, -0.1});

@@ -1,4 +1,4 @@
-#include "config/key.hpp"
+#include "base/key.hpp"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
 // Description of one key of a configuration file: name, unit, range, default, meaning, and the destination of its
 // value.
 //
-// The tables made of these (plant_keys.cpp, scenario_keys.cpp) are the only description of the keys. The reader takes
-// types and ranges from them; the reference pages are printed from them.
-#ifndef TRACKSERVO_SIM_CONFIG_KEY_HPP
-#define TRACKSERVO_SIM_CONFIG_KEY_HPP
+// The tables made of these (beside each sensor model, in plant_keys.cpp and in load_scenario.cpp) are the only
+// description of the keys. The reader takes types and ranges from them; the reference pages are printed from them.
+#ifndef TRACKSERVO_SIM_BASE_KEY_HPP
+#define TRACKSERVO_SIM_BASE_KEY_HPP
 
 #include <array>
 #include <functional>
