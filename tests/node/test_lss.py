@@ -53,7 +53,7 @@ def add(network, node_id):
 
 
 def answers(network, node_id):
-    """Reads the device type; whether a node answered within a second."""
+    """Whether the node answers a read of its device type within a second."""
     node = add(network, node_id)
     node.sdo.RESPONSE_TIMEOUT = 1.0
     try:

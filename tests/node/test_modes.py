@@ -139,7 +139,7 @@ def test_cst_gives_the_torque(azimuth):
     azimuth.enable(CST)
 
     def torques(permille, seconds):
-        """Demanded and actual, while the set-point is repeated."""
+        """Pairs of demanded and actual torque, read while the set-point is repeated."""
         seen, end = [], time.monotonic() + seconds
         while time.monotonic() < end:
             azimuth.set(permille, 0x6071)

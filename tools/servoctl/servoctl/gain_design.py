@@ -92,7 +92,7 @@ class Verdict:
 
     @property
     def text(self) -> str:
-        """For people; by how much it is missed when it is not met."""
+        """A sentence about this figure; says by how much a requirement is missed."""
         of = "required" if self.wished else "predicted"
         if self.measured is None:
             return f"the {self.name} could not be determined from the measured frequencies"

@@ -33,7 +33,7 @@ bool is_angle(const std::string& key) {
   return false;
 }
 
-// Of one table of the plant file: "motor." and its keys.
+// Checks the keys of one table of the plant file, for example "motor.".
 template <class Owner>
 void every_key_is_varied_or_kept(const RandomPlant& plant, const std::string& table, const Keys<Owner>& keys) {
   for (const Key<Owner>& key : keys) {

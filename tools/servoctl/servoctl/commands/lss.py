@@ -161,7 +161,7 @@ def scan(session: Session, first: int | None, store: bool) -> int:
             rows.append({"node": node} | asdict(identity))
     session.out.json(rows)
     if not rows:
-        session.out.say(f"no node without a node id answers on {parse_bus(session.bus)}.")
+        session.out.say(f"no unconfigured node answers on {parse_bus(session.bus)}.")
         return int(ExitCode.DIFFERENT)
     session.out.table(
         [("node", "right"), "vendor", "product", "revision", "serial"],
