@@ -190,8 +190,8 @@ static void test_limits_are_kept_whatever_their_signs(void) {
   }
 }
 
-/* A hanging load of 5 Nm and limits that differ, or have the same sign: the axis takes long to arrive at the rate, and
- * must not overshoot by what it wound up meanwhile. */
+/* A hanging load of 5 Nm, with torque limits that differ or have the same sign. The axis needs long to reach the rate;
+ * the integral must not cause overshoot afterwards. */
 static void test_a_limited_axis_reaches_its_rate_without_running_past_it(void) {
   const double loads_nm[] = {0.0, 5.0, -5.0, 0.0};
   const torque_limits limits[] = {{-2.0f, 6.0f}, {3.0f, 9.0f}, {-9.0f, -3.0f}, {-6.0f, 2.0f}};

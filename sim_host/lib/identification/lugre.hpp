@@ -63,7 +63,7 @@ class Lugre {
   Lugre(const Friction& friction, int level_terms) : friction_(friction), level_terms_(level_terms) {}
 
   // One step at a constant joint rate; `level_terms` are the values of the map's terms at the present angle. Without
-  // derivatives it takes half the time; they are then wrong from there on.
+  // derivatives a step takes half the time; all later derivatives are then invalid.
   template <bool derivatives = true>
   const Step& advance(double rate_rad_s, double dt_s, double level, const double *level_terms);
 

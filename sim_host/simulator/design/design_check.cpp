@@ -93,8 +93,8 @@ std::string alternatives(const speed_loop_params& loop) {
       loop.rate_estimator.window_ticks, 0.5 * (loop.rate_estimator.window_ticks - 1));
 }
 
-// The error of this axis' loop, at the line of the key that should change. This is a requirement, unless it would have
-// to shrink so much that the machine's numbers are more likely to be wrong.
+// The error of this axis' loop, at the line of the key that should change. A requirement is the likely cause. Only
+// if it would have to be reduced very much, a wrong number of the machine is more likely.
 ConfigError error(const PlantConfig& plant, int axis, const speed_loop_params& loop, const std::string& reason,
                   const IsPossible& is_possible = {}) {
   constexpr double kMinShare = 0.1;
