@@ -116,7 +116,7 @@ def test_gains_that_the_firmware_has_not_are_refused_with_their_line(gate: Gate,
         (("--limits", "no-such-file.toml"), "no-such-file.toml"),
         (("--seeds", "1", "1"), "twice"),
         (("--no-such-option",), "--no-such-option"),
-        (("--scenario", START, "--scenario", START), "taken"),
+        (("--scenario", START, "--scenario", START), "already used"),
         (("--baseline-only-reports",), "--baseline"),
     ],
 )

@@ -353,8 +353,8 @@ void CortexM4::enter(int exception) {
   } else {
     std::memcpy(frame, values.data(), kBasicFrame);
     if (has_floats) {
-      for (int i = 0; i < 8; ++i) {
-        uc_reg_read(uc_, UC_ARM_REG_D0 + i, frame + kBasicFrame + 8 * i);
+      for (std::ptrdiff_t i = 0; i < 8; ++i) {
+        uc_reg_read(uc_, UC_ARM_REG_D0 + static_cast<int>(i), frame + kBasicFrame + 8 * i);
       }
       uc_reg_read(uc_, UC_ARM_REG_FPSCR, frame + kBasicFrame + 64);
     }
@@ -428,8 +428,8 @@ void CortexM4::unstack(std::uint32_t return_code) {
   pc_ = word_at(frame + 24);
   const std::uint32_t flags = word_at(frame + 28);
   if (has_floats) {
-    for (int i = 0; i < 8; ++i) {
-      uc_reg_write(uc_, UC_ARM_REG_D0 + i, frame + kBasicFrame + 8 * i);
+    for (std::ptrdiff_t i = 0; i < 8; ++i) {
+      uc_reg_write(uc_, UC_ARM_REG_D0 + static_cast<int>(i), frame + kBasicFrame + 8 * i);
     }
     uc_reg_write(uc_, UC_ARM_REG_FPSCR, frame + kBasicFrame + 64);
   }
