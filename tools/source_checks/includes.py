@@ -51,8 +51,13 @@ def sources(root, layers):
 
 
 def candidates(file, name, layers, known):
-    """The files that `name` can mean in `file`: beside it, or below an include root of its folder."""
+    """The files that `name` can mean in `file`: beside it, or below an include root of its folder.
+
+    In a folder of own_root_below, each folder is an include root of its own files: a new board needs no entry.
+    """
     bases = [folder_of(file)]
+    bases += ["/".join(folder_of(file).split("/")[: parent.count("/") + 2])
+              for parent in layers.get("own_root_below", []) if is_within(folder_of(file), parent) and folder_of(file) != parent]
     bases += [root for root, users in layers["include_roots"].items() if any(is_within(folder_of(file), user) for user in users)]
     found = []
     for base in bases:
