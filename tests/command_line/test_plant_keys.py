@@ -26,7 +26,7 @@ initial_pitch_deg = 20.0
 speeds_deg_s = [{SET_POINT_DEG_S}]
 """
 
-# Tables that the shipped plant does not have.
+# Keys without a default, of tables that the shipped plant does not have.
 MORE = {"[azimuth.structure]": {"frequency_hz": 90.0, "damping": 0.02, "inertia_share": 0.1}}
 
 
@@ -68,7 +68,7 @@ def plant_with(section, key, kind, value):
     if section == "[maxwell_slip]":
         lines[lines.index('model = "lugre"')] = 'model = "maxwell_slip"'
     if section not in lines:
-        table = MORE[section] | {key: text}
+        table = MORE.get(section, {}) | {key: text}
         return "\n".join([*lines[: lines.index("[design.azimuth]")], section, *(f"{k} = {v}" for k, v in table.items()),
                           *lines[lines.index("[design.azimuth]"):]])
     begin = lines.index(section) + 1

@@ -6,6 +6,7 @@
 #ifndef TRACKSERVO_SIM_BASE_KEY_HPP
 #define TRACKSERVO_SIM_BASE_KEY_HPP
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <optional>
@@ -152,6 +153,12 @@ Key<Owner> choice(std::string name, std::vector<std::string> choices, Enum Owner
                   false},
           [member](Owner& owner, const Value& value) { owner.*member = static_cast<Enum>(std::get<int>(value)); },
           {}};
+}
+
+// Whether a table of these keys may be absent.
+template <class Owner>
+bool all_optional(const Keys<Owner>& keys) {
+  return std::all_of(keys.begin(), keys.end(), [](const Key<Owner>& key) { return key.text.optional; });
 }
 
 // One table of a file, for the reference page.

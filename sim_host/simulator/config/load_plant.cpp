@@ -102,7 +102,11 @@ AxisConfig read_axis(const TomlReader& reader, const TomlTable& table, bool swin
   }
   read_optional_table(reader, table, "base_sway", base_sway_keys(), axis.base_sway);
   for_each_sensor([&](const char *name, const auto& keys, auto member) {
-    read_table(reader, reader.child(table, name), keys, axis.*member);
+    if (all_optional(keys)) {
+      read_optional_table(reader, table, name, keys, axis.*member);
+    } else {
+      read_table(reader, reader.child(table, name), keys, axis.*member);
+    }
   });
   return axis;
 }

@@ -328,7 +328,8 @@ std::string plant_keys_markdown() {
        texts_of(base_sway_keys())},
   };
   for_each_sensor([&sections](const std::string& name, const auto& keys, auto) {
-    sections.push_back({"[azimuth." + name + "], [pitch." + name + "]", "", texts_of(keys)});
+    sections.push_back(
+        {"[azimuth." + name + "], [pitch." + name + "]", all_optional(keys) ? "Optional." : "", texts_of(keys)});
   });
   sections.push_back(
       {"[design.azimuth], [design.pitch]", "Requirements for the gain design.", texts_of(design_keys())});

@@ -21,7 +21,8 @@ struct SensorConfigs {
   GyroConfig gyro;
 };
 
-// Calls visit(name of the table in a plant file, its keys, the member of SensorConfigs).
+// A table whose keys all have defaults may be absent. Calls visit(name of the table in a plant file, its keys, the
+// member of SensorConfigs).
 template <class Visit>
 void for_each_sensor(const Visit& visit) {
   visit("encoder", encoder_keys(), &SensorConfigs::encoder);
