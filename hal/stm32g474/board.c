@@ -328,8 +328,6 @@ void hal_board_background(hal *machine) {
   pins_light_led(machine->test_bits != 0 || ticks % (2 * led_ticks) < led_ticks);
 }
 
-_Static_assert((int)HAL_CAN_RANGES == (int)CAN_RANGES, "as hal_board.h promises");
-
 void hal_can_accept(hal *machine, const can_id_range *ranges, uint32_t count) {
   (void)machine;
   can_accept(ranges, count);

@@ -4,6 +4,7 @@
 
 #include "base/can_queue.h"
 #include "clock.h"
+#include "hal_board.h"
 #include "interrupts.h"
 #include "registers/fdcan.h"
 
@@ -33,7 +34,7 @@ static bool wait_for_init(uint32_t wanted) {
 
 void can_accept(const can_id_range *ranges, uint32_t count) {
   accepted = ranges;
-  accepted_count = count <= CAN_RANGES ? count : CAN_RANGES;
+  accepted_count = count <= HAL_CAN_RANGES ? count : HAL_CAN_RANGES;
 }
 
 static void write_filters(void) {

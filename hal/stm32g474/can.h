@@ -13,12 +13,10 @@
  * channels still has room for its heartbeat and its SDO answers. A power of two. */
 enum { CAN_SEND_FRAMES = 8 };
 
-/* The hardware has this many filters. */
-enum { CAN_RANGES = 28 };
-
 typedef enum { CAN_GOOD = 0, CAN_ERROR_PASSIVE, CAN_BUS_OFF } can_state;
 
-/* Before can_start: the identifiers to receive; `ranges` must stay valid. More than CAN_RANGES are not used. */
+/* Before can_start: the identifiers to receive; `ranges` must stay valid. More than HAL_CAN_RANGES, which is the number
+ * of filters in the hardware, are not used. */
 void can_accept(const can_id_range *ranges, uint32_t count);
 
 /* kbit_s: 1000, 500, 250 or 125. Call it again for another bit rate: frames that wait to be sent or read are lost then.
