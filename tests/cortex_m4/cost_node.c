@@ -16,7 +16,7 @@
 #include "node/servo_node.h"
 #include "parameters/axis_dictionary.h"
 
-enum { NODE_ID = 1, LIMIT = 5000, WARM_UP_TICKS = 600, COUNTED_TICKS = 2000 };
+enum { NODE_ID = 1, LIMIT = 6500, WARM_UP_TICKS = 600, COUNTED_TICKS = 2000 };
 
 typedef struct {
   float rate_rad_s;
