@@ -3,7 +3,7 @@
 # shellcheck disable=SC2154
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
-firmware_steps="firmware host socketcan asan coverage fuzz cortex-m4 image tidy cppcheck servoctl servoctl-image gate"
+firmware_steps="firmware host socketcan asan coverage mutate fuzz cortex-m4 image tidy cppcheck servoctl servoctl-image gate"
 simulator_steps="host socketcan asan fuzz cortex-m4 tidy python servoctl servoctl-image gate"
 
 # By the kind of the file.
@@ -44,7 +44,7 @@ steps_of_place() {
     docs/images/*) echo host:test_docs ;;
 
     firmware/*/tests/*.cpp) echo host asan ;;
-    firmware/*/tests/*.c | hal/*/tests/*.c) echo firmware host asan coverage cortex-m4 ;;
+    firmware/*/tests/*.c | hal/*/tests/*.c) echo firmware host asan coverage mutate cortex-m4 ;;
     hal/stm32g474/openocd.cfg) ;;
     hal/stm32g474/*.ld) echo host image servoctl-image gate ;;
     hal/cortex_m4_qemu/*.ld) echo cortex-m4 ;;
@@ -71,13 +71,14 @@ steps_of_place() {
     tests/cortex_m4/*.sh | tests/cortex_m4/*.py) echo cortex-m4 ;;
     tests/target/probes/*) echo host:test_core ;;
     tests/cortex_m4/*.[ch]*) echo cortex-m4 host ;;
-    tests/*.[ch] | tests/*.[ch]pp) echo firmware host asan coverage cortex-m4 fuzz servoctl servoctl-image gate ;;
+    tests/*.[ch] | tests/*.[ch]pp) echo firmware host asan coverage mutate cortex-m4 fuzz servoctl servoctl-image gate ;;
 
     tools/demo | tools/lib/build_progress.sh) echo python ;;
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;
     tools/update-docs) ;;
     tools/image/*) echo host image servoctl-image gate ;;
     tools/minimax/*.py) ;;
+    tools/mutate | tools/mutation/*) echo mutate ;;
     tools/misra/*) echo cppcheck ;;
     tools/registers/*) echo image ;;
     tools/report/*) echo python ;;

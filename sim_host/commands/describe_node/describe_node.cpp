@@ -1,13 +1,18 @@
 // Prints the descriptions of the node: describe_node FOLDER writes trackservo.eds, trackservo.dbc, parameters.json,
 // can-objects.md, default_schema.h, faults.json and faults.md there, of a node with the product's default_parameters.c,
-// and a new default_parameters.c as sim_host/plants/tracker.toml gives it. --defaults: that alone.
+// and a new default_parameters.c as sim_host/plants/tracker.toml gives it. --defaults: that alone. --check: writes
+// nothing and compares the printed texts with the committed files.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "dictionary/device_description.hpp"
 #include "fault_description.hpp"
@@ -49,45 +54,82 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine) {
   return node;
 }
 
-void describe_defaults(const std::filesystem::path& folder, const sim::PlantConfig& plant) {
-  write(folder / "default_parameters.c",
-        dictionary::print_default_parameters(
-            {sim::node_parameters(plant, sim::kAzimuth), sim::node_parameters(plant, sim::kPitch)},
-            {sim::node_limits(plant, sim::kAzimuth), sim::node_limits(plant, sim::kPitch)}));
+// File names and their texts.
+using Texts = std::vector<std::pair<std::string, std::string>>;
+
+Texts describe_defaults(const sim::PlantConfig& plant) {
+  return {{"default_parameters.c",
+           dictionary::print_default_parameters(
+               {sim::node_parameters(plant, sim::kAzimuth), sim::node_parameters(plant, sim::kPitch)},
+               {sim::node_limits(plant, sim::kAzimuth), sim::node_limits(plant, sim::kPitch)})}};
 }
 
-void describe_node(const std::filesystem::path& folder, const sim::PlantConfig& plant) {
+Texts describe_node(const sim::PlantConfig& plant) {
   sim::Machine machine(plant, 1, {0.0, 0.0});
   const std::unique_ptr<servo_node> node = start_node(machine);
   const object_dictionary& objects = *servo_node_dictionary(node.get());
   const dictionary::DeviceInfo info{"trackservo.eds", "trackservo", "trackservo", "Two-axis tracker servo, CiA 402"};
   nlohmann::ordered_json parameters = {{"schema_hash", node->objects.schema_hash}};
   parameters.update(dictionary::describe_parameters(objects, info));
-  write(folder / "trackservo.eds", dictionary::print_eds(objects, info));
-  write(folder / "parameters.json", dictionary::print_by_rows(parameters));
-  write(folder / "version.txt", TRACKSERVO_VERSION "\n");
-  write(folder / "trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId));
-  write(folder / "default_schema.h", dictionary::print_default_schema(node->objects.schema_hash));
-  write(folder / "can-objects.md", dictionary::print_can_reference(objects, info));
-  write(folder / "faults.json", dictionary::print_by_rows(dictionary::describe_faults()));
-  write(folder / "faults.md", dictionary::print_fault_page());
+  return {{"trackservo.eds", dictionary::print_eds(objects, info)},
+          {"parameters.json", dictionary::print_by_rows(parameters)},
+          {"version.txt", TRACKSERVO_VERSION "\n"},
+          {"trackservo.dbc", dictionary::print_dbc(objects, info, kNodeId)},
+          {"default_schema.h", dictionary::print_default_schema(node->objects.schema_hash)},
+          {"can-objects.md", dictionary::print_can_reference(objects, info)},
+          {"faults.json", dictionary::print_by_rows(dictionary::describe_faults())},
+          {"faults.md", dictionary::print_fault_page()}};
+}
+
+// The committed copies that are the same on every machine; trackservo.eds and trackservo.dbc have none.
+constexpr std::string_view kCommitted[] = {"docs/can-objects.md",
+                                           "docs/faults.md",
+                                           "firmware/products/brushed_tracker/default_schema.h",
+                                           "tools/servoctl/servoctl/descriptions/faults.json",
+                                           "tools/servoctl/servoctl/descriptions/parameters.json",
+                                           "tools/servoctl/servoctl/descriptions/version.txt"};
+
+// How many committed files differ from the printed texts; names each.
+int compare_with_committed(const Texts& texts) {
+  int differing = 0;
+  for (const std::string_view name : kCommitted) {
+    const std::filesystem::path file = std::filesystem::path(TRACKSERVO_DATA_DIR).parent_path() / name;
+    std::ifstream stream(file, std::ios::binary);
+    const std::string committed((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+    for (const auto& [printed_name, text] : texts) {
+      if (file.filename() == printed_name && committed != text) {
+        (void)std::fprintf(stderr, "%s differs from what the build prints: run tools/update-docs dictionary\n",
+                           std::string(name).c_str());
+        ++differing;
+      }
+    }
+  }
+  return differing;
 }
 
 }  // namespace
 
 int main(int argc, char **argv) {
   const bool only_defaults = argc == 3 && std::string_view(argv[1]) == "--defaults";
+  const bool check = argc == 2 && std::string_view(argv[1]) == "--check";
   if (argc != 2 && !only_defaults) {
-    (void)std::fprintf(stderr, "Usage: describe_node [--defaults] FOLDER\n");
+    (void)std::fprintf(stderr, "Usage: describe_node [--defaults] FOLDER\n       describe_node --check\n");
     return 2;
   }
   try {
-    const std::filesystem::path folder = argv[argc - 1];
     const sim::PlantConfig plant = sim::load_plant(std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml");
-    std::filesystem::create_directories(folder);
-    describe_defaults(folder, plant);
+    Texts texts = describe_defaults(plant);
     if (!only_defaults) {
-      describe_node(folder, plant);
+      const Texts described = describe_node(plant);
+      texts.insert(texts.end(), described.begin(), described.end());
+    }
+    if (check) {
+      return compare_with_committed(texts) == 0 ? 0 : 1;
+    }
+    const std::filesystem::path folder = argv[argc - 1];
+    std::filesystem::create_directories(folder);
+    for (const auto& [name, text] : texts) {
+      write(folder / name, text);
     }
   } catch (const std::exception& error) {
     (void)std::fprintf(stderr, "describe_node: %s\n", error.what());

@@ -1,0 +1,100 @@
+"""Which mutants are drawn, and how the list of equivalent ones follows the source."""
+
+import re
+
+import pytest
+
+from equivalent import LIST, Equivalents
+from mutants import ROOT, mutants_of
+
+SOURCE = """\
+#include "base/scalar.h"
+
+/* Counts up to 7
+ * and no further. */
+int count(int value) {
+  if (value >= 7) { /* full */
+    return 7; // says 8
+  }
+  return value + 1;
+}
+"""
+
+
+def drawn(source, seed=1, file="firmware/base/count.c"):
+    return sorted(mutants_of(file, source), key=lambda mutant: mutant.rank(seed))
+
+
+def texts(mutants):
+    return [(mutant.before, mutant.after) for mutant in mutants]
+
+
+def test_a_mutant_changes_one_line_of_code_and_no_comment():
+    mutants = drawn(SOURCE)
+    assert ("return value + 1;", "return value - 1;") in texts(mutants)
+    assert {mutant.line for mutant in mutants} == {5, 6, 7, 8, 9, 10}
+    assert not any("full" in text or "8 " in text for pair in texts(mutants) for text in pair)
+
+
+def test_the_mutated_source_differs_in_this_line_alone():
+    mutant = next(mutant for mutant in drawn(SOURCE) if mutant.after == "return value - 1;")
+    before, after = SOURCE.split("\n"), mutant.apply(SOURCE).split("\n")
+    assert after[8] == "  return value - 1;"
+    assert [index for index, line in enumerate(before) if re.sub(r"/[/*].*|^ \*.*", "", line).rstrip() != after[index].rstrip()] == [8]
+
+
+def test_a_seed_draws_the_same_mutants_of_a_line_that_has_moved():
+    moved = SOURCE.replace("int count", "static const int kOther = 3;\n\nint count")
+    kept = [pair for pair in texts(drawn(moved)) if "kOther" not in pair[0]]
+    assert kept == texts(drawn(SOURCE))
+
+
+def test_another_seed_draws_another_order():
+    assert texts(drawn(SOURCE, 1)) != texts(drawn(SOURCE, 2))
+    assert sorted(texts(drawn(SOURCE, 1))) == sorted(texts(drawn(SOURCE, 2)))
+
+
+def test_lines_have_the_same_chance_whatever_their_number_of_mutants():
+    first = [drawn(SOURCE, seed)[0] for seed in range(400)]
+    counts = {line: sum(mutant.line == line for mutant in first) for line in range(5, 11)}
+    assert all(40 <= count <= 100 for count in counts.values()), counts
+
+
+def test_of_a_header_only_the_bodies_of_functions_are_mutated():
+    header = "typedef struct {\n  int limit;\n} box;\n\n#define MOST 3\n\nstatic inline int twice(int x) {\n  return 2 * x;\n}\n"
+    assert {mutant.before for mutant in drawn(header, file="firmware/base/box.h")} == {"return 2 * x;"}
+    assert "#define MOST 3" in {mutant.before for mutant in drawn(header, file="firmware/base/box_list.h")}
+
+
+ENTRY = """\
+[[equivalent]]
+file = "firmware/base/count.c"
+line = "return value + 1;"
+mutants = ["return value - 1;"]
+reason = "example"
+"""
+
+
+def test_an_equivalent_mutant_is_found_wherever_its_line_moves():
+    equivalents = Equivalents(ENTRY)
+    for source in (SOURCE, "\n\n" + SOURCE):
+        mutants = drawn(source)
+        assert [mutant.after for mutant in mutants if equivalents.reason(mutant)] == ["return value - 1;"]
+        assert equivalents.stale("firmware/base/count.c", mutants) == []
+
+
+@pytest.mark.parametrize("source", [SOURCE.replace("value + 1", "value + 2"), SOURCE.replace("  return value + 1;\n", "")])
+def test_an_entry_whose_line_has_gone_is_stale(source):
+    stale = Equivalents(ENTRY).stale("firmware/base/count.c", drawn(source))
+    assert len(stale) == 1 and "return value + 1;" in stale[0] and "equivalent.toml" in stale[0]
+
+
+def test_an_entry_without_a_reason_is_refused():
+    with pytest.raises(ValueError, match="reason"):
+        Equivalents(ENTRY.replace('reason = "example"', ""))
+
+
+def test_every_entry_of_the_list_fits_the_sources():
+    equivalents = Equivalents(LIST.read_text())
+    for file in {entry["file"] for entry in equivalents.entries}:
+        assert equivalents.stale(file, mutants_of(file, (ROOT / file).read_text())) == []
