@@ -32,6 +32,7 @@ static void enter(canopen_node *node, nmt_state state) {
       rpdo_reset(&node->rpdos[n]);
       tpdo_reset(&node->tpdos[n]);
     }
+    node_objects_judge_rpdos(node);
   }
   if (!nmt_allows_sdo(state)) {
     reset_sdo(node);
@@ -316,7 +317,7 @@ static void receive_service(canopen_node *node, const can_frame *frame) {
   const uint32_t channel = sdo_channel_of(node, frame);
   if (is_heartbeat(frame)) {
     receive_heartbeat(node, frame);
-  } else if (nmt_allows_sdo(node->state) && channel < SDO_CHANNELS) {
+  } else if (nmt_allows_sdo(node->state) && channel < SDO_CHANNELS && !lss_slave_is_silent(&node->lss)) {
     receive_sdo(node, channel, frame);
   }
 }
@@ -382,24 +383,12 @@ static void receive_nmt(canopen_node *node, const can_frame *frame) {
   }
 }
 
-/* EMCY 8210 and 8250 cover all RPDOs together. */
-static void judge_rpdos(canopen_node *node) {
-  bool short_one = false;
-  bool late_one = false;
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    short_one = short_one || node->rpdos[n].wrong_length;
-    late_one = late_one || node->rpdos[n].late;
-  }
-  raise_or_clear(node, EMERGENCY_PDO_LENGTH, short_one);
-  raise_or_clear(node, EMERGENCY_RPDO_TIME_OUT, late_one);
-}
-
 static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) {
   rpdo *receiver = &node->rpdos[n];
-  const bool was_bad = receiver->wrong_length || receiver->late;
-  const rpdo_verdict verdict = rpdo_receive(receiver, frame);
-  if (was_bad || verdict == RPDO_TOO_SHORT) {
-    judge_rpdos(node);
+  const bool was_bad = rpdo_is_bad(receiver);
+  (void)rpdo_receive(receiver, frame);
+  if (was_bad || rpdo_is_bad(receiver)) {
+    node_objects_judge_rpdos(node);
   }
 }
 
@@ -425,13 +414,20 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
     node->sync_counter[node->sync_count++] = node->sync.counter;
   }
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    const bool was_bad = rpdo_is_bad(&node->rpdos[n]);
     (void)rpdo_sync(&node->rpdos[n]);
+    if (was_bad || rpdo_is_bad(&node->rpdos[n])) {
+      node_objects_judge_rpdos(node);
+    }
   }
 }
 
+/* While LSS changes the bit rate, only NMT is obeyed: the node could not report what anything else has caused. */
 static void receive_process_data(canopen_node *node, const can_frame *frame) {
   if (frame->id == NMT_COB_ID) {
     receive_nmt(node, frame);
+  } else if (lss_slave_is_silent(&node->lss)) {
+    return;
   } else if (frame->id == node->listeners.sync) {
     if (nmt_allows_sdo(node->state)) { /* also pre-operational, because of its length */
       receive_sync(node, frame);
@@ -543,7 +539,7 @@ static void tick_pdos(canopen_node *node) {
   report_syncs(node);
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
     if (rpdo_is_monitored(&node->rpdos[n]) && rpdo_tick(&node->rpdos[n])) {
-      judge_rpdos(node);
+      node_objects_judge_rpdos(node);
       if (node->config.events.rpdo_late != NULL) {
         node->config.events.rpdo_late(node->config.context, n);
       }

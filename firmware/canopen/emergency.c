@@ -36,6 +36,9 @@ static void report(emergency_producer *self, const emergency_objects *objects, c
   message[2] = objects->error_register;
   message[3] = error->detail;
   message[4] = error->source;
+  message[5] = (uint8_t)(error->object >> 8);
+  message[6] = (uint8_t)(error->object >> 16);
+  message[7] = (uint8_t)error->object;
 }
 
 /* Index of an error among the active ones; active_count when it is not active. */

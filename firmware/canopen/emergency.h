@@ -17,6 +17,7 @@ enum {
   EMERGENCY_ERROR_PASSIVE = 0x8120,
   EMERGENCY_HEARTBEAT = 0x8130,
   EMERGENCY_BUS_OFF_RECOVERED = 0x8140,
+  EMERGENCY_PDO_REFUSED = 0x8200,
   EMERGENCY_PDO_LENGTH = 0x8210,
   EMERGENCY_SYNC_LENGTH = 0x8240,
   EMERGENCY_RPDO_TIME_OUT = 0x8250,
@@ -35,8 +36,9 @@ typedef struct {
 typedef struct {
   uint16_t code;
   uint8_t register_bits;
-  uint8_t source; /* EMERGENCY_SOURCE_NODE; other sources belong to the application */
-  uint8_t detail; /* additional information; the code defines its meaning */
+  uint8_t source;  /* EMERGENCY_SOURCE_NODE; other sources belong to the application */
+  uint8_t detail;  /* additional information; the code defines its meaning */
+  uint32_t object; /* that the error is about: index << 8 | sub-index; 0: none */
 } emergency_error;
 
 typedef struct {
@@ -53,7 +55,7 @@ typedef struct {
 void emergency_reset(emergency_producer *self, emergency_objects *objects);
 
 /* Returns false when the source has this code already, or 16 errors are active. Byte 3 of the message is the detail,
- * byte 4 the source. */
+ * byte 4 the source, bytes 5 to 7 index (low byte first) and sub-index of the object. */
 bool emergency_raise(emergency_producer *self, emergency_objects *objects, const emergency_error *error);
 
 /* Reports the error even if the source has the same code already, for a caller that knows that it is a new one. Errors

@@ -246,22 +246,25 @@ bool lss_slave_receive(lss_slave *slave, const uint8_t request[LSS_BYTES]) {
 
 /* --- time --------------------------------------------------------------------------------------------------------- */
 
-/* An axis may have been enabled since the request: then the bit rate stays. */
 static void change_bit_rate(lss_slave *slave) {
-  if (has_torque(slave)) {
-    slave->change = LSS_NO_CHANGE;
-    return;
-  }
   slave->active.kbit_s = slave->pending.kbit_s;
   slave->callbacks.activate(slave->callbacks.context, slave->active.kbit_s);
   slave->change = LSS_AFTER_CHANGE;
   slave->left_ms = slave->delay_ms;
 }
 
+/* An axis that a command before the silence has enabled needs a node that answers. */
+static void end_silence_with_torque(lss_slave *slave) {
+  if (slave->change != LSS_NO_CHANGE && has_torque(slave)) {
+    slave->change = LSS_NO_CHANGE;
+  }
+}
+
 void lss_slave_tick(lss_slave *slave) {
   if (slave->storing) {
     step_store(slave);
   }
+  end_silence_with_torque(slave);
   if (slave->change != LSS_NO_CHANGE && slave->left_ms > 0) {
     slave->left_ms--;
     return;

@@ -82,10 +82,11 @@ bool lss_slave_receive(lss_slave *slave, const uint8_t request[LSS_BYTES]);
 const uint8_t *lss_slave_outgoing(const lss_slave *slave);
 void lss_slave_sent(lss_slave *slave);
 
-/* One ms: stores the configuration and changes the bit rate. */
+/* One ms: stores the configuration and changes the bit rate. When an axis has torque, the silence ends; a bit rate that
+ * has not changed yet stays. */
 void lss_slave_tick(lss_slave *slave);
 
-/* The node must not send: it is about to change its bit rate, or other nodes are. */
+/* The node must not send: it is about to change its bit rate, or other nodes are. It must then obey nothing but NMT. */
 static inline bool lss_slave_is_silent(const lss_slave *slave) { return slave->change != LSS_NO_CHANGE; }
 
 static inline bool lss_slave_is_unconfigured(const lss_slave *slave) {

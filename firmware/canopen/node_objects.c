@@ -31,32 +31,74 @@ static bool is_valid_and_same(uint32_t cob_id, uint32_t other) {
   return cob_id_is_valid(cob_id) && same_identifier(cob_id, other);
 }
 
-/* An identifier has one use: SYNC, SDO requests or RPDOs. */
-static bool is_service(const communication_objects *objects, uint32_t cob_id) {
-  return same_identifier(objects->sync.cob_id, cob_id) || is_valid_and_same(objects->sdo[1].request_cob_id, cob_id);
-}
+/* --- one identifier, one use -------------------------------------------------------------------------------------- */
 
-static bool is_rpdo(const communication_objects *objects, uint32_t cob_id) {
-  bool found = false;
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    found = found || is_valid_and_same(objects->rpdo[n].cob_id, cob_id);
+/* Every COB-ID that can be set, in this order. Other services have identifiers that none of them may have
+ * (heard_frames.c). */
+enum { USE_SYNC, USE_SDO_REQUEST, USE_RPDO, USE_SDO_RESPONSE = USE_RPDO + PDO_COUNT, USE_EMCY, USE_TPDO };
+enum { RECEIVING_USES = USE_SDO_RESPONSE, USES = USE_TPDO + PDO_COUNT };
+
+static uint32_t cob_id_of(const communication_objects *objects, uint32_t use) {
+  switch (use) {
+    case USE_SYNC:
+      return objects->sync.cob_id;
+    case USE_SDO_REQUEST:
+      return objects->sdo[1].request_cob_id;
+    case USE_SDO_RESPONSE:
+      return objects->sdo[1].response_cob_id;
+    case USE_EMCY:
+      return objects->emergency.cob_id;
+    default:
+      return use < RECEIVING_USES ? objects->rpdo[use - USE_RPDO].cob_id : objects->tpdo[use - USE_TPDO].cob_id;
   }
-  return found;
 }
 
-static od_abort accept_rpdo(const communication_objects *objects, uint8_t n, uint8_t sub, od_number value) {
-  const uint8_t sub_of_cob_id = 1;
-  const uint32_t cob_id = (uint32_t)value.i;
-  const od_abort answer = pdo_accept_communication(&objects->rpdo[n], sub, value);
-  const bool taken = sub == sub_of_cob_id && cob_id_is_valid(cob_id) && is_service(objects, cob_id);
-  return answer == OD_OK && taken ? OD_INCOMPATIBLE : answer;
+/* One frame may go into several RPDOs: each of them receives it. */
+static bool may_share(uint32_t one, uint32_t other) {
+  return one >= USE_RPDO && one < RECEIVING_USES && other >= USE_RPDO && other < RECEIVING_USES;
+}
+
+/* Whether `cob_id`, as the COB-ID of `use`, has the identifier of another of the first `count` uses. */
+static bool is_taken(const communication_objects *objects, uint32_t use, uint32_t cob_id, uint32_t count) {
+  bool taken = false;
+  for (uint32_t other = 0; other < count && cob_id_is_valid(cob_id); other++) {
+    taken = taken || (other != use && !may_share(use, other) && is_valid_and_same(cob_id_of(objects, other), cob_id));
+  }
+  return taken;
+}
+
+/* The use whose COB-ID this object is; USES: the object is none. */
+static uint32_t use_of(uint16_t index, uint8_t sub) {
+  const pdo_range range = range_of(index);
+  const uint8_t n = (uint8_t)index;
+  if (index == 0x1005) {
+    return USE_SYNC;
+  }
+  if (index == 0x1014) {
+    return USE_EMCY;
+  }
+  if (index == 0x1201) {
+    return sub == SDO_REQUEST ? USE_SDO_REQUEST : USE_SDO_RESPONSE;
+  }
+  if (sub == 1 && (range == RPDO_COMMUNICATION || range == TPDO_COMMUNICATION)) {
+    return (range == RPDO_COMMUNICATION ? (uint32_t)USE_RPDO : (uint32_t)USE_TPDO) + n;
+  }
+  return USES;
+}
+
+bool node_objects_receivers_collide(const communication_objects *objects) {
+  bool collide = false;
+  for (uint32_t use = 0; use < RECEIVING_USES; use++) {
+    collide = collide || is_taken(objects, use, cob_id_of(objects, use), RECEIVING_USES);
+  }
+  return collide;
 }
 
 static od_abort accept_pdo(const canopen_node *node, pdo_range range, uint8_t n, uint8_t sub, od_number value) {
   const communication_objects *objects = &node->objects;
   switch (range) {
     case RPDO_COMMUNICATION:
-      return accept_rpdo(objects, n, sub, value);
+      return pdo_accept_communication(&objects->rpdo[n], sub, value);
     case TPDO_COMMUNICATION:
       return pdo_accept_communication(&objects->tpdo[n], sub, value);
     case RPDO_MAPPING:
@@ -84,19 +126,15 @@ static od_abort accept_consumer(const communication_objects *objects, uint8_t su
 }
 
 /* Bit 30 of 0x1005 requests a SYNC producer, which this node does not have. */
-static od_abort accept_sync_cob_id(const communication_objects *objects, uint32_t value) {
-  if ((value & (COB_ID_INVALID | COB_ID_NO_REMOTE)) != 0 || !cob_id_is_allowed(value)) {
-    return OD_BAD_VALUE;
-  }
-  const bool taken = is_rpdo(objects, value) || is_valid_and_same(objects->sdo[1].request_cob_id, value);
-  return taken ? OD_INCOMPATIBLE : OD_OK;
+static od_abort accept_sync_cob_id(uint32_t value) {
+  const bool producer = (value & (COB_ID_INVALID | COB_ID_NO_REMOTE)) != 0;
+  return producer || !cob_id_is_allowed(value) ? OD_BAD_VALUE : OD_OK;
 }
 
 /* Clause 7.5.2.34: identifiers may change only while the channel is off. Bit 30 (dynamic) is not supported. */
 static od_abort accept_sdo_cob_id(const communication_objects *objects, uint8_t sub, uint32_t value) {
   const bool request = sub == SDO_REQUEST;
   const uint32_t now = request ? objects->sdo[1].request_cob_id : objects->sdo[1].response_cob_id;
-  const uint32_t other = request ? objects->sdo[1].response_cob_id : objects->sdo[1].request_cob_id;
   if ((value & (COB_ID_NO_REMOTE | COB_ID_EXTENDED)) != 0) {
     return OD_BAD_VALUE;
   }
@@ -106,11 +144,7 @@ static od_abort accept_sdo_cob_id(const communication_objects *objects, uint8_t 
   if (!cob_id_is_allowed(value)) {
     return OD_BAD_VALUE;
   }
-  if (cob_id_is_valid(now) && !same_identifier(now, value)) {
-    return OD_DEVICE_STATE;
-  }
-  const bool taken = request && (is_rpdo(objects, value) || same_identifier(objects->sync.cob_id, value));
-  return taken || is_valid_and_same(other, value) ? OD_INCOMPATIBLE : OD_OK;
+  return cob_id_is_valid(now) && !same_identifier(now, value) ? OD_DEVICE_STATE : OD_OK;
 }
 
 static od_abort accept_emergency_cob_id(uint32_t now, uint32_t value) {
@@ -129,16 +163,13 @@ static od_abort accept_sync_overflow(uint32_t period_us, od_number value) {
   return period_us != 0 ? OD_DEVICE_STATE : OD_OK;
 }
 
-static od_abort accept(void *owner, const od_object *object, od_number value) {
-  const canopen_node *node = owner;
+static od_abort accept_value(const canopen_node *node, uint16_t index, uint8_t sub, od_number value) {
   const communication_objects *objects = &node->objects;
-  const uint16_t index = od_index(object);
-  const uint8_t sub = object->entry->sub;
   switch (index) {
     case 0x1003:
       return value.i == 0 ? OD_OK : OD_BAD_VALUE;
     case 0x1005:
-      return accept_sync_cob_id(objects, (uint32_t)value.i);
+      return accept_sync_cob_id((uint32_t)value.i);
     case 0x1010:
     case 0x1011:
       return storage_accept(index == 0x1010, (uint32_t)value.i);
@@ -153,6 +184,16 @@ static od_abort accept(void *owner, const od_object *object, od_number value) {
     default:
       return accept_pdo(node, range_of(index), (uint8_t)index, sub, value);
   }
+}
+
+static od_abort accept(void *owner, const od_object *object, od_number value) {
+  const canopen_node *node = owner;
+  const uint16_t index = od_index(object);
+  const uint8_t sub = object->entry->sub;
+  const od_abort answer = accept_value(node, index, sub, value);
+  const uint32_t use = use_of(index, sub);
+  const bool taken = use < USES && is_taken(&node->objects, use, (uint32_t)value.i, USES);
+  return answer == OD_OK && taken ? OD_INCOMPATIBLE : answer;
 }
 
 /* No PDO reaches these: the store may answer "pending". */
@@ -176,7 +217,7 @@ static bool pdo_is_good(const object_dictionary *dictionary, pdo_direction direc
 }
 
 bool node_objects_are_good(const object_dictionary *dictionary, const communication_objects *objects) {
-  bool good = accept_sync_cob_id(objects, objects->sync.cob_id) == OD_OK &&
+  bool good = !node_objects_receivers_collide(objects) && accept_sync_cob_id(objects->sync.cob_id) == OD_OK &&
               accept_emergency_cob_id(COB_ID_INVALID, objects->emergency.cob_id) == OD_OK &&
               accept_sync_overflow(0, (od_number){.i = objects->sync.overflow}) == OD_OK &&
               accept_sdo_cob_id(objects, SDO_REQUEST, objects->sdo[1].request_cob_id) == OD_OK &&
@@ -201,12 +242,44 @@ void node_objects_judge_heartbeats(canopen_node *node) {
   }
 }
 
+/* With its details, or no longer. */
+static void report(canopen_node *node, const emergency_error *error, bool active) {
+  if (active) {
+    (void)canopen_node_raise(node, error);
+  } else {
+    (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, error->code);
+  }
+}
+
+void node_objects_judge_rpdos(canopen_node *node) {
+  bool short_one = false;
+  bool late_one = false;
+  uint32_t refusing = PDO_COUNT;
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    const rpdo *judged = &node->rpdos[n];
+    short_one = short_one || judged->wrong_length;
+    late_one = late_one || judged->late;
+    refusing = refusing == PDO_COUNT && judged->refused_object != 0 ? n : refusing;
+  }
+  const bool refused = refusing < PDO_COUNT;
+  const emergency_error too_short = {.code = EMERGENCY_PDO_LENGTH, .register_bits = ERROR_COMMUNICATION};
+  const emergency_error late = {.code = EMERGENCY_RPDO_TIME_OUT, .register_bits = ERROR_COMMUNICATION};
+  const emergency_error value = {.code = EMERGENCY_PDO_REFUSED,
+                                 .register_bits = ERROR_COMMUNICATION,
+                                 .detail = (uint8_t)(refusing + 1),
+                                 .object = refused ? node->rpdos[refusing].refused_object : 0};
+  report(node, &too_short, short_one);
+  report(node, &late, late_one);
+  report(node, &value, refused);
+}
+
 enum { NO_IDENTIFIER = COB_ID_IDENTIFIER + 1 };
 
 void node_objects_configure_rpdo(canopen_node *node, uint32_t n) {
   const pdo_communication *communication = &node->objects.rpdo[n];
   rpdo_configure(&node->rpdos[n], &node->dictionary, communication, &node->objects.rpdo_mapping[n]);
   node->listeners.rpdo[n] = node->rpdos[n].on ? communication->cob_id & COB_ID_IDENTIFIER : NO_IDENTIFIER;
+  node_objects_judge_rpdos(node);
 }
 
 void node_objects_configure_tpdo(canopen_node *node, uint32_t n) {

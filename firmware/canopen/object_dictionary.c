@@ -326,6 +326,12 @@ od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t 
   return hooks->accept(object->part->owner, object, value);
 }
 
+bool od_is_stop(const od_object *object, const uint8_t *bytes) {
+  const od_hooks *hooks = object->part->hooks;
+  return hooks != NULL && hooks->stops != NULL &&
+         hooks->stops(object, number_from_bytes((od_type)object->entry->type, bytes));
+}
+
 static od_abort execute(const od_object *object, const uint8_t *bytes) {
   const od_hooks *hooks = object->part->hooks;
   const od_type type = (od_type)object->entry->type;

@@ -139,6 +139,9 @@ typedef struct {
   od_abort (*execute)(void *owner, const od_object *object, od_number value);
   /* After a write. */
   void (*changed)(void *owner, const od_object *object);
+  /* Whether this value is a stop: it takes effect even when another object of the same RPDO refuses its value. Such an
+   * object has no accept(). NULL: none is. */
+  bool (*stops)(const od_object *object, od_number value);
   /* Which hooks an object needs, a sum of OD_HOOK_*; NULL: every hook that is set. Called when a PDO is mapped, so that
    * values without hooks are copied directly. */
   unsigned (*needed)(const od_object *object);
@@ -238,6 +241,9 @@ void od_put(const od_object *object, od_number value);
 
 /* Reads in bus order (little endian). `bytes` must hold the entry's size; DOMAIN is refused with OD_UNSUPPORTED. */
 od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uint16_t *length);
+
+/* Whether the owner calls this value, in bus order, a stop; see od_hooks.stops. */
+bool od_is_stop(const od_object *object, const uint8_t *bytes);
 
 /* The result that od_write would return if execute() succeeds; changes nothing. */
 od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t length);

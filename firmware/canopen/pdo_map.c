@@ -118,34 +118,54 @@ static bool is_there(const pdo_item *item, const uint8_t *bytes) {
   return item->to != NULL && od_same_number(item->to, bytes, item->bytes);
 }
 
-static od_abort check(const pdo_map *map, const uint8_t *bytes) {
+static od_abort check(const pdo_map *map, const uint8_t *bytes, od_object *refused) {
   od_abort answer = OD_OK;
   for (uint8_t i = 0; i < map->count && answer == OD_OK; i++) {
     const pdo_item *item = &map->item[i];
     if (item->checked && !is_there(item, bytes)) {
       answer = od_check_write(&item->object, bytes, item->bytes);
+      *refused = answer != OD_OK ? item->object : *refused;
     }
     bytes += item->bytes;
   }
   return answer;
 }
 
-od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]) {
-  od_abort answer = map->checked ? check(map, bytes) : OD_OK;
+static od_abort write_item(const pdo_item *item, const uint8_t *bytes) {
+  if (item->to != NULL) {
+    od_copy_number(item->to, bytes, item->bytes);
+    if (item->reported) {
+      item->object.part->hooks->changed(item->object.part->owner, &item->object);
+    }
+    return OD_OK;
+  }
+  return item->reported ? od_write_checked(&item->object, bytes, item->bytes) : OD_OK;
+}
+
+/* A stop is obeyed, whatever else the frame holds. */
+static void write_stops(const pdo_map *map, const uint8_t *bytes) {
+  for (uint8_t i = 0; i < map->count; i++) {
+    const pdo_item *item = &map->item[i];
+    if (item->object.entry != NULL && od_is_stop(&item->object, bytes)) {
+      (void)write_item(item, bytes);
+    }
+    bytes += item->bytes;
+  }
+}
+
+od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES], od_object *refused) {
+  od_abort answer = map->checked ? check(map, bytes, refused) : OD_OK;
   if (answer != OD_OK) {
+    write_stops(map, bytes);
     return answer;
   }
   const uint8_t *place = bytes;
   const pdo_item *end = &map->item[map->count];
   for (const pdo_item *item = map->item; item < end; item++) {
-    if (item->to != NULL) {
-      od_copy_number(item->to, place, item->bytes);
-      if (item->reported) {
-        item->object.part->hooks->changed(item->object.part->owner, &item->object);
-      }
-    } else if (item->reported) {
-      const od_abort executed = od_write_checked(&item->object, place, item->bytes);
-      answer = answer == OD_OK ? executed : answer;
+    const od_abort written = write_item(item, place);
+    if (written != OD_OK && answer == OD_OK) {
+      answer = written;
+      *refused = item->object;
     }
     place += item->bytes;
   }

@@ -47,7 +47,8 @@ od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction directio
 /* The bytes of a TPDO from the current objects. */
 void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]);
 
-/* Writes the objects of an RPDO: all of them, or none if one refuses its value. */
-od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES]);
+/* Writes the objects of an RPDO: all of them. If one refuses its value: only a stop (od_hooks.stops), and `refused`
+ * becomes the object that refused; otherwise `refused` is not changed. */
+od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES], od_object *refused);
 
 #endif

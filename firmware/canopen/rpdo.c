@@ -10,6 +10,7 @@ void rpdo_reset(rpdo *self) {
   self->wrong_length = false;
   self->waiting = false;
   self->silent_ms = 0;
+  self->refused_object = 0;
 }
 
 void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_communication *communication,
@@ -23,10 +24,13 @@ void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_c
 }
 
 static rpdo_verdict apply(rpdo *self, const uint8_t *bytes) {
-  if (pdo_scatter(&self->map, bytes) == OD_OK) {
+  od_object refused = {NULL, NULL};
+  self->refused_object = 0;
+  if (pdo_scatter(&self->map, bytes, &refused) == OD_OK) {
     return RPDO_APPLIED;
   }
   self->refused++;
+  self->refused_object = (uint32_t)od_index(&refused) << 8 | refused.entry->sub;
   return RPDO_REFUSED;
 }
 

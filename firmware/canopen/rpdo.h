@@ -1,7 +1,8 @@
 /* Receive PDO: from a frame into the mapped objects.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.35: types 254 and 255 take effect at once, types 0 to 240 at the
- * next SYNC; the event timer monitors silence. A frame whose values are not all acceptable changes nothing. */
+ * next SYNC; the event timer monitors silence. A frame whose values are not all acceptable changes nothing, except that
+ * a stop in it is obeyed (od_hooks.stops). */
 #ifndef TRACKSERVO_CANOPEN_RPDO_H
 #define TRACKSERVO_CANOPEN_RPDO_H
 
@@ -17,7 +18,8 @@ typedef struct {
   bool wrong_length;     /* the last frame was too short */
   bool waiting;          /* `bytes` wait for SYNC */
   uint16_t silent_ms;
-  uint32_t refused; /* frames with a value that its object refused */
+  uint32_t refused;        /* frames with a value that its object refused */
+  uint32_t refused_object; /* of the last frame: index << 8 | sub-index; 0: it was accepted */
   uint8_t bytes[CAN_FRAME_BYTES];
 } rpdo;
 
@@ -44,6 +46,11 @@ rpdo_verdict rpdo_sync(rpdo *self);
 
 /* One ms. True once when the PDO has been silent for its event time. */
 bool rpdo_tick(rpdo *self);
+
+/* Whether its last frame, or its silence, is an error to report. */
+static inline bool rpdo_is_bad(const rpdo *self) {
+  return self->wrong_length || self->late || self->refused_object != 0;
+}
 
 /* Whether rpdo_tick has anything to do. */
 static inline bool rpdo_is_monitored(const rpdo *self) { return self->monitored_ms != 0 && self->heard && !self->late; }

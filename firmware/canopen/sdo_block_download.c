@@ -15,7 +15,7 @@ enum {
 };
 
 void sdo_block_download_initiate(sdo_server *server, const uint8_t *request) {
-  const uint32_t size = (request[0] & SIZE_GIVEN) != 0 ? sdo_get_u32(&request[4]) : OD_SIZE_UNKNOWN;
+  const uint32_t size = (request[0] & SIZE_GIVEN) != 0 ? sdo_announced_size(request) : OD_SIZE_UNKNOWN;
   if (!sdo_server_open(server, request, true, size)) {
     return;
   }

@@ -24,6 +24,11 @@ uint32_t sdo_get_u32(const uint8_t *bytes) {
   return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
+uint32_t sdo_announced_size(const uint8_t *request) {
+  const uint32_t size = sdo_get_u32(&request[4]);
+  return size == OD_SIZE_UNKNOWN ? OD_SIZE_UNKNOWN - 1 : size;
+}
+
 void sdo_put_u32(uint8_t *bytes, uint32_t value) {
   for (uint32_t i = 0; i < 4; i++) {
     bytes[i] = (uint8_t)(value >> (8 * i));
@@ -165,7 +170,7 @@ static void download_initiate(sdo_server *server, const uint8_t *request) {
   const bool size_given = (command & SIZE_GIVEN) != 0;
   uint32_t size = OD_SIZE_UNKNOWN;
   if (size_given) {
-    size = expedited ? 4u - (command >> 2 & 3u) : sdo_get_u32(&request[4]);
+    size = expedited ? 4u - (command >> 2 & 3u) : sdo_announced_size(request);
   }
   if (!sdo_server_open(server, request, true, size)) {
     refuse(server, request);

@@ -56,13 +56,12 @@ _Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_REPORT && (int)DRIVE_FAULT_S
                    (int)DRIVE_FAULT_BRAKES == (int)REACTION_BRAKE && (int)DRIVE_FAULT_CUTS == (int)REACTION_CUT,
                "the table's reactions are the drive's");
 
-/* The worst active fault: from the caller or from the drive itself. The shorted motor brakes without any sample, so the
+/* All active faults: from the caller or from the drive itself. The shorted motor brakes without any sample, so the
  * missing angle that caused the braking must not end it. */
-static fault_id fault_of(const drive_axis *axis, const drive_axis_inputs *inputs, bool finite) {
+static fault_set faults_of(const drive_axis *axis, const drive_axis_inputs *inputs, bool finite) {
   const bool unusable = (inputs->implausible || !finite) && axis->state.action != DRIVE_BRAKE;
-  const fault_set all = inputs->faults | (unusable ? fault_bit(FAULT_IMPLAUSIBLE) : 0) |
-                        (axis->following_failed ? fault_bit(FAULT_FOLLOWING_ERROR) : 0);
-  return fault_worst(all);
+  return inputs->faults | (unusable ? fault_bit(FAULT_IMPLAUSIBLE) : 0) |
+         (axis->following_failed ? fault_bit(FAULT_FOLLOWING_ERROR) : 0);
 }
 
 static uint32_t distance_between(int32_t a, int32_t b) {
@@ -81,7 +80,8 @@ static bool stop_is_over(drive_axis *axis, const drive_objects *objects, float r
 static drive_action step_state(drive_axis *axis, const drive_objects *objects, const drive_axis_inputs *inputs,
                                bool finite, float dt_s) {
   const drive_power_state before = axis->state.power;
-  const fault_id found = fault_of(axis, inputs, finite);
+  axis->faults = faults_of(axis, inputs, finite);
+  const fault_id found = fault_worst(axis->faults);
   const drive_state_inputs in = {
       .controlword = objects->state.controlword,
       .fault = (drive_fault)fault_table[found].reaction,

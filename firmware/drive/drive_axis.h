@@ -49,6 +49,7 @@ typedef struct {
   dwell_timer ramp_ended;
   bool following_failed;   /* reported in the last tick */
   drive_setpoint setpoint; /* of the last step */
+  fault_set faults;        /* all of the last step, also those that came while the axis was in another */
   fault_id fault;          /* of 603F; FAULT_NONE when there was none since the last reset */
 } drive_axis;
 

@@ -14,13 +14,13 @@
 
 #include "drive/drive_units.h"
 
-enum { INTERPOLATION_MAX_TICKS = 20, INTERPOLATION_POINTS = 3 };
+enum { INTERPOLATION_MAX_TICKS = 255, INTERPOLATION_POINTS = 3 };
 
 /* Set-points have stopped when none came for three periods, but not before 20 ticks: a client without a real-time
  * system is sometimes late by that much. */
 enum { INTERPOLATION_HELD_PERIODS = 3, INTERPOLATION_HELD_TICKS = 20 };
 
-/* Ticks in period 10^exponent s, rounded; 0 when that is not 1 .. 20 ticks: a dictionary refuses such a value. */
+/* Ticks in period 10^exponent s, rounded; 0 when that is not 1 .. 255 ticks: a dictionary refuses such a value. */
 int interpolation_ticks(uint8_t period, int8_t exponent, float dt_s);
 
 bool interpolation_stale(int age_ticks, int period_ticks);

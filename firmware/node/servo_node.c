@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "canopen/emergency.h"
+#include "canopen/node_objects.h"
 #include "node/objects/device_dictionary.h"
 #include "node/objects/drive_dictionary.h"
 #include "node/schema_hash.h"
@@ -16,7 +17,7 @@ _Static_assert(FIRST_AXIS_INDEX + SERVO_AXES * AXIS_SHIFT <= FIRST_SHARED_INDEX,
                "a third axis has no room for its parameters: docs/decisions/0025-one-parameter-list.md");
 
 /* Details of FAULT_PARAMETERS_LOST, as a sum. */
-enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4 };
+enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4, COB_IDS_COLLIDE = 8 };
 
 /* Of EMCY messages; the source of an axis is its number + 1. */
 enum { SOURCE_BOARD = SERVO_AXES + 1, SOURCE_STORAGE = SERVO_AXES + 2 };
@@ -27,9 +28,20 @@ static bool is_option(uint16_t index) { return index >= 0x605A && index <= 0x605
 
 static bool is_setpoint(uint16_t index) { return index == 0x607A || index == 0x60FF || index == 0x6071; }
 
+static bool is_period(uint16_t index) { return index == 0x60C2; }
+
+static bool period_is_supported(const drive_limit_objects *limit, uint8_t sub, od_number value) {
+  const uint8_t period = sub == 1 ? (uint8_t)value.i : limit->interpolation_period;
+  const int8_t exponent = sub == 1 ? limit->interpolation_exponent : (int8_t)value.i;
+  return interpolation_ticks(period, exponent, SERVO_TICK_S) != 0;
+}
+
 static od_abort accept_drive(void *owner, const od_object *object, od_number value) {
-  (void)owner;
+  const drive_limit_objects *limit = &((const servo_node_axis *)owner)->objects.limit;
   const uint16_t index = object->entry->index;
+  if (is_period(index) && !period_is_supported(limit, object->entry->sub, value)) {
+    return OD_BAD_VALUE;
+  }
   if (is_option(index) && !drive_option_supported(index, (int16_t)value.i)) {
     return OD_BAD_VALUE;
   }
@@ -37,6 +49,13 @@ static od_abort accept_drive(void *owner, const od_object *object, od_number val
     return OD_BAD_VALUE;
   }
   return OD_OK;
+}
+
+/* Whatever ends operation, or halts in it. */
+static bool stops_drive(const od_object *object, od_number value) {
+  const uint32_t running = DRIVE_CONTROL_SWITCH_ON | DRIVE_CONTROL_ENABLE_VOLTAGE | DRIVE_CONTROL_NO_QUICK_STOP |
+                           DRIVE_CONTROL_ENABLE_OPERATION;
+  return object->entry->index == 0x6040 && ((uint32_t)value.i & (running | DRIVE_CONTROL_HALT)) != running;
 }
 
 /* A set-point counts as new even when its value is the old one. */
@@ -47,10 +66,12 @@ static void changed_drive(void *owner, const od_object *object) {
 
 static unsigned needed_by_drive(const od_object *object) {
   const uint16_t index = object->entry->index;
-  return (is_option(index) || index == 0x6060 ? OD_HOOK_ACCEPT : 0u) | (is_setpoint(index) ? OD_HOOK_CHANGED : 0u);
+  return (is_option(index) || is_period(index) || index == 0x6060 ? OD_HOOK_ACCEPT : 0u) |
+         (is_setpoint(index) ? OD_HOOK_CHANGED : 0u);
 }
 
-static const od_hooks drive_hooks = {.accept = accept_drive, .changed = changed_drive, .needed = needed_by_drive};
+static const od_hooks drive_hooks = {
+    .accept = accept_drive, .changed = changed_drive, .stops = stops_drive, .needed = needed_by_drive};
 
 /* --- objects of the board --- */
 
@@ -112,7 +133,7 @@ static void report_stored(servo_node *node) {
   }
   node->objects.persisted_set = *report;
   const int detail = (report->damaged > 0 ? SET_DAMAGED : 0) + (report->unfinished > 0 ? SET_UNFINISHED : 0) +
-                     (report->refused > 0 ? SET_REFUSED : 0);
+                     (report->refused > 0 ? SET_REFUSED : 0) + (node->cob_ids_collide ? COB_IDS_COLLIDE : 0);
   if (detail == 0) {
     (void)canopen_node_clear(&node->canopen, SOURCE_STORAGE, fault_table[FAULT_PARAMETERS_LOST].code);
     return;
@@ -223,11 +244,20 @@ static void reset_application(servo_node *node, uint32_t step) {
   }
 }
 
-/* With defaults for the node id and bit rate in effect now. */
-static void take_stored_communication(servo_node *node) {
+static void take_communication(servo_node *node, const persisted_objects *from) {
   const bus_settings now = canopen_node_settings(&node->canopen);
-  persisted_communication_copy(&node->canopen.objects, &node->storage.stored.communication);
-  persisted_communication_follow(&node->canopen.objects, &node->storage.stored.bus, &now);
+  persisted_communication_copy(&node->canopen.objects, &from->communication);
+  persisted_communication_follow(&node->canopen.objects, &from->bus, &now);
+}
+
+/* With defaults for the node id and bit rate in effect now. A COB-ID that was set can meet a default one of a new node
+ * id: then all have their defaults, because one of the two services would receive nothing. */
+static void take_stored_communication(servo_node *node) {
+  take_communication(node, &node->storage.stored);
+  node->cob_ids_collide = node_objects_receivers_collide(&node->canopen.objects);
+  if (node->cob_ids_collide) {
+    take_communication(node, &node->storage.factory);
+  }
   node->objects.bus.in_force = node->canopen.lss.active;
 }
 
@@ -492,12 +522,19 @@ void servo_node_tick_taken(servo_node *node) {
 
 /* --- after it ----------------------------------------------------------------------------------------------------- */
 
+/* Without an angle the samples are implausible, too, up to a tick longer: that is the same fault. */
+static fault_set faults_to_report(const servo_node_axis *axis) {
+  const fault_set found = axis->drive.faults;
+  const bool lost = ((found | axis->reports.reported) & fault_bit(FAULT_ENCODER_LOST)) != 0;
+  return lost ? found & ~fault_bit(FAULT_IMPLAUSIBLE) : found;
+}
+
 /* EMCY and log of faults that come while an axis is in fault, and EMCY for those that end. The axes are separate
  * sources, so that 1001 shows a fault as long as one of them is in it. */
 static void report_faults(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   const uint8_t source = (uint8_t)(i + 1);
-  const fault_reports_item item = fault_reports_step(&axis->reports, axis->drive.fault, axis->inputs.faults);
+  const fault_reports_item item = fault_reports_step(&axis->reports, axis->drive.fault, faults_to_report(axis));
   if (item.over != FAULT_NONE) {
     (void)canopen_node_clear(&node->canopen, source, fault_table[item.over].code);
   }
@@ -546,6 +583,7 @@ void servo_node_serve(servo_node *node) {
     drive_axis_prepare(&axis->drive, &axis->objects, &machine, SERVO_TICK_S);
   }
   if (persisted_storage_tick(&node->storage)) {
+    node->cob_ids_collide = false;
     report_stored(node);
   }
 }

@@ -64,6 +64,7 @@ typedef struct {
   persisted_objects in_force; /* as of the last store command */
   const hal_flash *flash;     /* as configured */
   hal_scales scales;          /* 0x3060 */
+  bool cob_ids_collide;       /* the stored ones did at the last reset: the defaults are in force */
   fault_set bus_faults;       /* command of both axes in the next tick */
   fault_log log;              /* 0x3020 */
   access_lock lock;           /* 0x3040 */

@@ -353,7 +353,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_PARAMETERS_LOST] = {.name = "stored parameters rejected",
                                .owner = FAULT_OF_STORE,
                                .detection = "A stored parameter set was not loaded. The detail is a sum: 1 damaged, 2 "
-                                            "incomplete, 4 rejected by the checks.",
+                                            "incomplete, 4 rejected by the checks, 8 COB-IDs that collide under the "
+                                            "present node id (the communication objects then have their defaults).",
                                .when = "At start-up and after a reset.",
                                .timer = "",
                                .cause = "Power was lost while the set was being stored, the flash is worn, or the set "

@@ -104,6 +104,10 @@ static od_abort execute(void *owner, const od_object *object, od_number value) {
   return OD_OK;
 }
 
+static bool stops(const od_object *object, od_number value) {
+  return object->entry->index == 0x6040 && (value.i & 0x06) != 0x06;
+}
+
 static unsigned needed(const od_object *object) {
   const bool executes = object->entry->index == 0x2F11 || object->entry->index == 0x2F12;
   return OD_HOOK_REFRESH | OD_HOOK_ACCEPT | OD_HOOK_CHANGED | (executes ? OD_HOOK_EXECUTE : 0u);
@@ -171,6 +175,7 @@ static od_abort stream_end(void *owner, const od_object *object, bool writing, b
 static const od_hooks hooks = {.accept = accept,
                                .execute = execute,
                                .changed = changed,
+                               .stops = stops,
                                .needed = needed,
                                .stream_begin = stream_begin,
                                .stream_read = stream_read,

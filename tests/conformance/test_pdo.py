@@ -110,6 +110,23 @@ def test_rpdo_that_is_too_short_is_emergency_8210_and_changes_nothing(master):
     assert master.number(0x60FF) == 0
 
 
+def test_rpdo_with_a_refused_value_is_emergency_8200_and_a_stop_in_it_is_obeyed(master):
+    master.start()
+    for controlword in (6, 7, 0xF):
+        master.send(RPDO[0] + NODE_ID, controlword, 0, 3)
+        master.pass_time(10)
+    assert master.number(0x6041) & 0x6F == 0x27
+    master.forget()
+    master.send(RPDO[0] + NODE_ID, 0xF, 0, 2)  # mode 2 is not supported
+    assert master.wait_for(0x80 + NODE_ID)[0] == bytes([0x00, 0x82, 0x11, 1, 0, 0x60, 0x60, 0])
+    assert master.number(0x6041) & 0x6F == 0x27
+    master.send(RPDO[0] + NODE_ID, 0, 0, 2)  # disable voltage
+    master.pass_time(10)
+    assert master.number(0x6041) & 0x4F == 0x40 and master.number(0x6060) == 3
+    master.send(RPDO[0] + NODE_ID, 0, 0, 3)
+    assert master.wait_for(0x80 + NODE_ID, 2)[1][:3] == bytes(3)
+
+
 def test_rpdo_that_stays_out_is_emergency_8250(master):
     configure(master, 0x1402, event_ms=50)
     master.start()
@@ -119,7 +136,7 @@ def test_rpdo_that_stays_out_is_emergency_8250(master):
     assert master.heard(0x700 + NODE_ID)[-1] == b"\x05"  # no communication error of 1029:1 (CiA 301, 7.5.2.32)
 
 
-IDENTIFIERS = [0x081, 0x0A5, 0x100, 0x181, 0x2A5, 0x3FF, 0x57F, 0x580, 0x680, 0x6A5, 0x6DF]
+IDENTIFIERS = [0x082, 0x0A5, 0x100, 0x182, 0x2A5, 0x3FF, 0x57F, 0x580, 0x680, 0x6A5, 0x6DF]
 
 
 @pytest.mark.parametrize("identifier", IDENTIFIERS, ids=lambda identifier: f"{identifier:03X}")
@@ -152,6 +169,17 @@ def test_sync_is_heard_under_every_identifier_that_1005_takes(master, identifier
 def test_pdo_refuses_a_restricted_identifier(master, identifier):
     master.write(0x1402, 1, master.number(0x1402, 1) | OFF, 4)
     assert master.sdo_abort(0x1402, 1, identifier.to_bytes(4, "little")) == 0x06090030
+
+
+@pytest.mark.parametrize("index, identifier", [
+    (0x1005, 0x201), (0x1005, 0x181), (0x1005, 0x081), (0x1402, 0x080), (0x1402, 0x181), (0x1402, 0x081), (0x1802, 0x080),
+    (0x1802, 0x201), (0x1802, 0x281), (0x1802, 0x081), (0x1014, 0x080), (0x1014, 0x201), (0x1014, 0x181),
+], ids=lambda number: f"{number:X}")  # fmt: skip
+def test_an_identifier_that_another_service_has_is_refused(master, index, identifier):
+    sub = 0 if index in (0x1005, 0x1014) else 1
+    if index != 0x1005:
+        master.write(index, sub, master.number(index, sub) | OFF, 4)
+    assert master.sdo_abort(index, sub, identifier.to_bytes(4, "little")) == 0x06040043
 
 
 def test_pdo_refuses_to_move_while_it_is_on(master):

@@ -383,6 +383,32 @@ static void test_a_tpdo_that_is_off_stays_off_with_another_node_id(void) {
 /* --- loss of power
  * --------------------------------------------------------------------------------------------------- */
 
+static bool stored_is_reported(uint8_t detail) {
+  bool found = false;
+  for (uint32_t i = 0; i < sent_count && i < LOG; ++i) {
+    found = found || (sent[i].data[0] == 0x10 && sent[i].data[1] == 0x63 && sent[i].data[3] == detail);
+  }
+  return found;
+}
+
+/* SYNC on an identifier that is RPDO1's under the new node id. */
+static void test_a_node_id_under_which_cob_ids_collide_takes_their_defaults_and_says_so(void) {
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1005, 0, 0x200 + STORED_ID));
+  command(0x1010, 2, SAVE);
+  switch_to(1);
+  TEST_ASSERT_EQUAL(LSS_OK, lss(CONFIGURE_ID, STORED_ID, 0));
+  switch_to(0);
+  sent_count = 0;
+  nmt(130);
+  TEST_ASSERT_EQUAL_HEX32(0x80, get(0x1005, 0));
+  TEST_ASSERT_EQUAL_HEX32(0x200 + STORED_ID, get(0x1400, 1) & COB_ID_IDENTIFIER);
+  TEST_ASSERT_TRUE(stored_is_reported(8));
+  command(0x1010, 2, SAVE);
+  sent_count = 0;
+  nmt(130);
+  TEST_ASSERT_FALSE(stored_is_reported(8));
+}
+
 static void test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_ones(void) {
   for (int kind = 0; kind < FLASH_CUTS; ++kind) {
     setUp();
@@ -418,6 +444,7 @@ int main(void) {
   RUN_TEST(test_saved_defaults_follow_node_id_and_bit_rate_and_other_values_stay);
   RUN_TEST(test_an_identifier_that_is_another_nodes_default_stays);
   RUN_TEST(test_a_tpdo_that_is_off_stays_off_with_another_node_id);
+  RUN_TEST(test_a_node_id_under_which_cob_ids_collide_takes_their_defaults_and_says_so);
   RUN_TEST(test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_ones);
   return UNITY_END();
 }

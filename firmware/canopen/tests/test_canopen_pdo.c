@@ -246,6 +246,135 @@ static void test_event_timer_repeats_a_tpdo_and_request_sends_one(void) {
   TEST_ASSERT_EQUAL(11, bench_count(TPDO3));
 }
 
+/* --- a stop beside a value that is refused ------------------------------------------------------------------------ */
+
+static void give_rpdo1(uint8_t controlword, uint8_t mode) {
+  const uint8_t bytes[3] = {controlword, 0, mode};
+  bench_give(RPDO1, 3, bytes);
+  bench_wait_ms(2);
+}
+
+static void test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once(void) {
+  bench_operational();
+  give_rpdo1(0x0F, 9);
+  for (uint32_t i = 0; i < 5; i++) {
+    give_rpdo1(0x0B, 11); /* quick stop, no such mode */
+  }
+  TEST_ASSERT_EQUAL_HEX16(0x0B, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+  TEST_ASSERT_EQUAL(1, bench_count(0x85));
+  const uint8_t message[8] = {0x00, 0x82, 0x11, 1, 0, 0x60, 0x60, 0}; /* 8200, RPDO 1, 6060:0 */
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(message, bench_last(0x85)->data, 8);
+  TEST_ASSERT_EQUAL_HEX32(0x00018200, bench_get(0x1003, 1));
+  give_rpdo1(0x0F, 9);
+  TEST_ASSERT_EQUAL_HEX8(0, bench_last(0x85)->data[1]);
+  TEST_ASSERT_EQUAL(0, DEVICE->node.objects.emergency.error_register);
+}
+
+static void test_a_refused_value_is_over_when_the_rpdo_starts_again(void) {
+  bench_operational();
+  give_rpdo1(0x0F, 11);
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
+  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
+  write_ok(0x1400, 1, RPDO1, 4);
+  give_rpdo1(0x0F, 11);
+  TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
+  bench_nmt(128, BENCH_NODE);
+  bench_operational();
+  TEST_ASSERT_FALSE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8200));
+}
+
+static void test_a_refused_value_after_sync_is_reported_too(void) {
+  const uint8_t too_fast[8] = {0, 0, 0, 0x7F, 0, 0, 0, 0};
+  bench_operational();
+  bench_give(RPDO2, 8, too_fast);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  const uint8_t message[8] = {0x00, 0x82, 0x11, 2, 0, 0xFF, 0x60, 0};
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(message, bench_last(0x85)->data, 8);
+}
+
+/* --- one identifier, one use ---------------------------------------------------------------------------------------
+ */
+
+enum { TAKEN = 0x06040043, OFF = (int32_t)0x80000000 };
+
+static void test_no_two_services_share_an_identifier(void) {
+  static const struct {
+    uint16_t index;
+    uint8_t sub;
+    uint32_t free; /* an identifier that it may have */
+  } uses[] = {{0x1005, 0, 0x80},  {0x1014, 0, 0x85},  {0x1400, 1, 0x205}, {0x1401, 1, 0x305},
+              {0x1800, 1, 0x185}, {0x1801, 1, 0x285}, {0x1201, 1, 0x6A0}, {0x1201, 2, 0x6A1}};
+  const uint32_t count = sizeof uses / sizeof uses[0];
+  write_ok(0x1201, 1, 0x6A0, 4);
+  write_ok(0x1201, 2, 0x6A1, 4);
+  for (uint32_t i = 0; i < count; i++) {
+    if (uses[i].index != 0x1005) {
+      write_ok(uses[i].index, uses[i].sub, (uint32_t)OFF | uses[i].free, 4);
+    }
+    for (uint32_t k = 0; k < count; k++) {
+      const bool both_received = uses[i].index >> 8 == 0x14 && uses[k].index >> 8 == 0x14;
+      if (i != k && !both_received) {
+        TEST_ASSERT_EQUAL_HEX32(TAKEN, bench_write(uses[i].index, uses[i].sub, uses[k].free, 4));
+      }
+    }
+    write_ok(uses[i].index, uses[i].sub, uses[i].free, 4);
+  }
+}
+
+static void test_identifiers_of_fixed_services_cannot_be_taken(void) {
+  static const uint32_t fixed[] = {0x000, 0x605, 0x585, 0x601, 0x7E4, 0x7E5, 0x705};
+  write_ok(0x1014, 0, (uint32_t)OFF | 0x85, 4);
+  write_ok(0x1400, 1, (uint32_t)OFF | RPDO1, 4);
+  write_ok(0x1800, 1, (uint32_t)OFF | TPDO1, 4);
+  for (uint32_t i = 0; i < sizeof fixed / sizeof fixed[0]; i++) {
+    TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1005, 0, fixed[i], 4));
+    TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1014, 0, fixed[i], 4));
+    TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1400, 1, fixed[i], 4));
+    TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1800, 1, fixed[i], 4));
+    TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1201, 1, fixed[i], 4));
+  }
+}
+
+static void test_what_is_off_takes_no_identifier(void) {
+  write_ok(0x1400, 1, (uint32_t)OFF | RPDO1, 4);
+  write_ok(0x1005, 0, RPDO1, 4);
+  TEST_ASSERT_EQUAL_HEX32(TAKEN, bench_write(0x1400, 1, RPDO1, 4));
+  write_ok(0x1005, 0, 0x80, 4);
+  write_ok(0x1400, 1, RPDO1, 4);
+}
+
+static void test_two_rpdos_may_receive_one_frame(void) {
+  write_ok(0x1401, 2, 255, 1);
+  write_ok(0x1401, 1, (uint32_t)OFF | RPDO2, 4);
+  write_ok(0x1401, 1, RPDO1, 4);
+  const uint8_t bytes[8] = {6, 0, 9, 0, 0, 0, 0, 0};
+  bench_operational();
+  bench_give(RPDO1, 8, bytes);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(6, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(0x00090006, DEVICE->axis[0].target_velocity);
+}
+
+/* --- while LSS changes the bit rate ---------------------------------------------------------------------------------
+ */
+
+static void test_during_a_change_of_the_bit_rate_only_nmt_is_obeyed(void) {
+  bench_operational();
+  DEVICE->node.lss.change = LSS_BEFORE_CHANGE;
+  DEVICE->node.lss.left_ms = 1000;
+  give_rpdo1(0x0F, 9);
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  const uint8_t enable[8] = {0x2B, 0x40, 0x60, 0, 0x0F};
+  uint8_t answer[8];
+  bench_sdo(enable, answer);
+  TEST_ASSERT_EQUAL(0, DEVICE->axis[0].controlword);
+  bench_nmt(2, BENCH_NODE);
+  TEST_ASSERT_EQUAL(NMT_STOPPED, DEVICE->node.state);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_rpdo_acts_at_once_and_only_when_operational);
@@ -264,5 +393,13 @@ int main(void) {
   RUN_TEST(test_an_rpdo_with_a_value_that_is_refused_executes_nothing);
   RUN_TEST(test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written);
   RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
+  RUN_TEST(test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once);
+  RUN_TEST(test_a_refused_value_is_over_when_the_rpdo_starts_again);
+  RUN_TEST(test_a_refused_value_after_sync_is_reported_too);
+  RUN_TEST(test_no_two_services_share_an_identifier);
+  RUN_TEST(test_identifiers_of_fixed_services_cannot_be_taken);
+  RUN_TEST(test_what_is_off_takes_no_identifier);
+  RUN_TEST(test_two_rpdos_may_receive_one_frame);
+  RUN_TEST(test_during_a_change_of_the_bit_rate_only_nmt_is_obeyed);
   return UNITY_END();
 }

@@ -114,6 +114,21 @@ static void test_segmented_download_must_bring_what_it_announced(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
 }
 
+static void test_a_download_announced_with_the_largest_size_is_refused_at_once(void) {
+  const uint8_t segmented[8] = {0x21, 0x00, 0x2F, 8, 0xFF, 0xFF, 0xFF, 0xFF};
+  const uint8_t by_block[8] = {0xC2, 0x00, 0x2F, 8, 0xFF, 0xFF, 0xFF, 0xFF};
+  const uint8_t without_size[8] = {0x20, 0x00, 0x2F, 8, 0xFF, 0xFF, 0xFF, 0xFF};
+  uint8_t answer[8];
+  bench_sdo(segmented, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
+  bench_wait_ms(SDO_QUIET_MS);
+  bench_sdo(by_block, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x06070012, abort_of(answer));
+  bench_wait_ms(SDO_QUIET_MS);
+  bench_sdo(without_size, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+}
+
 static void test_silent_client_is_timed_out_and_reported(void) {
   const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
   uint8_t answer[8];
@@ -635,6 +650,7 @@ int main(void) {
   RUN_TEST(test_segmented_upload_brings_a_text);
   RUN_TEST(test_segment_with_the_wrong_toggle_is_refused);
   RUN_TEST(test_segmented_download_must_bring_what_it_announced);
+  RUN_TEST(test_a_download_announced_with_the_largest_size_is_refused_at_once);
   RUN_TEST(test_silent_client_is_timed_out_and_reported);
   RUN_TEST(test_new_request_replaces_a_transfer_that_was_left);
   RUN_TEST(test_a_second_clients_transfer_waits_until_the_first_cannot_go_on);

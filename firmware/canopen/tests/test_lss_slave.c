@@ -294,6 +294,23 @@ static void test_the_bit_rate_stays_when_an_axis_was_enabled_meanwhile(void) {
   TEST_ASSERT_FALSE(lss_slave_is_silent(&slave));
 }
 
+static void test_an_axis_with_torque_ends_the_silence_at_once(void) {
+  for (int changed = 0; changed <= 1; ++changed) {
+    start(1);
+    torque = false;
+    switch_to(CONFIGURATION);
+    (void)error_of(0x13, 0, 3);
+    (void)ask(0x15, 0xFF, 0xFF); /* 65 s */
+    slave.left_ms = changed ? 0 : slave.left_ms;
+    lss_slave_tick(&slave);
+    TEST_ASSERT_TRUE(lss_slave_is_silent(&slave));
+    torque = true;
+    lss_slave_tick(&slave);
+    TEST_ASSERT_FALSE(lss_slave_is_silent(&slave));
+    TEST_ASSERT_EQUAL(changed ? 250 : 1000, slave.active.kbit_s);
+  }
+}
+
 static void test_a_device_that_cannot_change_its_bit_rate_ignores_it(void) {
   slave.callbacks.activate = NULL;
   switch_to(CONFIGURATION);
@@ -453,6 +470,7 @@ int main(void) {
   RUN_TEST(test_with_torque_nothing_is_changed);
   RUN_TEST(test_the_bit_rate_changes_between_two_times_of_silence);
   RUN_TEST(test_the_bit_rate_stays_when_an_axis_was_enabled_meanwhile);
+  RUN_TEST(test_an_axis_with_torque_ends_the_silence_at_once);
   RUN_TEST(test_a_device_that_cannot_change_its_bit_rate_ignores_it);
   RUN_TEST(test_the_first_node_id_counts_when_the_slave_is_switched_to_waiting);
   RUN_TEST(test_fastscan_finds_each_slave_once_whatever_reports_them_apart);

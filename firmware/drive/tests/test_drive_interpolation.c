@@ -121,12 +121,14 @@ static void test_a_rate_is_held_when_no_set_point_follows(void) {
   }
 }
 
-static void test_periods_of_1_to_20_ms_are_taken_in_every_spelling(void) {
+static void test_periods_of_1_to_255_ms_are_taken_in_every_spelling(void) {
   TEST_ASSERT_EQUAL_INT(1, interpolation_ticks(1, -3, dt_s));
   TEST_ASSERT_EQUAL_INT(20, interpolation_ticks(20, -3, dt_s));
   TEST_ASSERT_EQUAL_INT(10, interpolation_ticks(1, -2, dt_s));
   TEST_ASSERT_EQUAL_INT(2, interpolation_ticks(20, -4, dt_s));
-  TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(21, -3, dt_s));
+  TEST_ASSERT_EQUAL_INT(255, interpolation_ticks(255, -3, dt_s));
+  TEST_ASSERT_EQUAL_INT(250, interpolation_ticks(25, -2, dt_s));
+  TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(26, -2, dt_s));
   TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(0, -3, dt_s));
   TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(1, 0, dt_s));
   TEST_ASSERT_EQUAL_INT(0, interpolation_ticks(1, 1, dt_s));
@@ -240,7 +242,7 @@ int main(void) {
   RUN_TEST(test_a_set_point_too_far_away_is_approached_at_the_rate_limit);
   RUN_TEST(test_rates_on_a_straight_line_are_followed_exactly_one_period_late);
   RUN_TEST(test_a_rate_is_held_when_no_set_point_follows);
-  RUN_TEST(test_periods_of_1_to_20_ms_are_taken_in_every_spelling);
+  RUN_TEST(test_periods_of_1_to_255_ms_are_taken_in_every_spelling);
   RUN_TEST(test_set_points_have_stopped_after_three_periods_but_never_before_20_ms);
   RUN_TEST(test_an_interpolation_that_is_never_fed_stays_defined);
   RUN_TEST(test_a_set_point_is_taken_on_the_rising_edge_and_acknowledged_until_bit_4_falls);

@@ -316,6 +316,22 @@ static void test_a_fault_that_comes_while_the_axis_is_in_another_is_reported_log
   TEST_ASSERT_EQUAL(2, get(LOG, LOG_COUNT));
 }
 
+static void test_a_following_error_while_the_axis_is_in_another_fault_is_reported(void) {
+  SET(0x6065, 0, 20000);
+  SET(0x6066, 0, 0);
+  enable(0, 1); /* pp */
+  SET(0x607A, 0, 5000000);
+  command(0, 0x1F);
+  wait_ms(100);
+  machine.axis[0].health = HAL_TOO_HOT; /* it brakes by its loops, which cannot follow the step of the load */
+  wait_ms(2);
+  TEST_ASSERT_EQUAL_HEX32(0x4310, get(0x603F, 0) & 0xFFFF);
+  sent_count = 0;
+  machine.axis[0].load_nm = 60.0;
+  wait_ms(60);
+  expect_reported(0, 0x8611, FAULT_FOLLOWING_ERROR);
+}
+
 static void test_faults_of_one_code_are_each_reported_and_over_together(void) {
   enable(0, PV);
   wait_ms(20);
@@ -387,6 +403,7 @@ int main(void) {
   RUN_TEST(test_there_is_no_entry_before_a_fault);
   RUN_TEST(test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading);
   RUN_TEST(test_a_fault_that_comes_while_the_axis_is_in_another_is_reported_logged_and_over_when_it_is_gone);
+  RUN_TEST(test_a_following_error_while_the_axis_is_in_another_fault_is_reported);
   RUN_TEST(test_faults_of_one_code_are_each_reported_and_over_together);
   RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);

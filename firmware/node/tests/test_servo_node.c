@@ -74,6 +74,48 @@ static void test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going(vo
   CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.001);
 }
 
+static void test_a_stop_in_rpdo1_is_obeyed_whatever_mode_it_carries(void) {
+  static const uint16_t stops[] = {0x0002, 0x0000, 0x010F, 0x0006,
+                                   0x0007}; /* quick stop, off, halt, shutdown, disable */
+  for (uint32_t i = 0; i < sizeof stops / sizeof stops[0]; ++i) {
+    node_bench_start();
+    nmt(1);
+    turn_azimuth_at_0_2_rad_s();
+    sent_count = 0;
+    give(0x200 + NODE_ID, 3, (const uint8_t[]){(uint8_t)stops[i], (uint8_t)(stops[i] >> 8), 2}); /* 2: not supported */
+    wait_ms(3);
+    const can_frame *reported = last_sent(EMCY);
+    TEST_ASSERT_NOT_NULL(reported);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x00, 0x82, 0x11, 1, 0, 0x60, 0x60, 0}), reported->data, 8);
+    wait_ms(1000);
+    CHECK_NEAR("rad/s", 0.0, stops[i] == 0 || stops[i] == 6 ? 0.0 : machine.axis[0].rate_rad_s, 0.002);
+    TEST_ASSERT_NOT_EQUAL(STATE_ENABLED, stops[i] == 0x010F ? 0 : state_of(0));
+    TEST_ASSERT_EQUAL(PV, get(0x6060, 0) & 0xFF);
+  }
+}
+
+static void test_a_period_that_the_drive_cannot_have_is_refused_and_no_other(void) {
+  SET(0x60C2, 1, 255);
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x60C2, 2, (uint8_t)-2)); /* 2.55 s */
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x60C2, 2, (uint8_t)-6)); /* 0.255 ms */
+  SET(0x60C2, 2, (uint8_t)-4);
+  SET(0x60C2, 2, (uint8_t)-3);
+}
+
+static void test_the_time_out_of_cyclic_setpoints_follows_their_period(void) {
+  SET(0x60C2, 1, 100);
+  enable(0, CSV);
+  for (int i = 0; i < 20; ++i) {
+    SET(0x60FF, 0, 50000);
+    wait_ms(99);
+    CHECK_NEAR("rad/s", 0.05, i < 2 ? 0.05 : machine.axis[0].rate_rad_s, 0.001);
+  }
+  wait_ms(190);
+  CHECK_NEAR("rad/s, within three periods", 0.05, machine.axis[0].rate_rad_s, 0.001);
+  wait_ms(500);
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.001);
+}
+
 /* --- what the board finds
  * ------------------------------------------------------------------------------------------ */
 
@@ -454,6 +496,9 @@ int main(void) {
   RUN_TEST(test_pdos_alone_enable_an_axis_and_turn_it);
   RUN_TEST(test_the_bridge_pushes_only_where_an_axis_is_on);
   RUN_TEST(test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going);
+  RUN_TEST(test_a_stop_in_rpdo1_is_obeyed_whatever_mode_it_carries);
+  RUN_TEST(test_a_period_that_the_drive_cannot_have_is_refused_and_no_other);
+  RUN_TEST(test_the_time_out_of_cyclic_setpoints_follows_their_period);
   RUN_TEST(test_each_fault_of_the_board_stops_its_axis_alone_and_is_reported);
   RUN_TEST(test_an_axis_whose_self_test_failed_is_never_ready);
   RUN_TEST(test_below_its_limit_of_the_bus_the_drive_does_not_switch_on);
