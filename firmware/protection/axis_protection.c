@@ -39,7 +39,7 @@ uint8_t protection_contradictions(const protection_limits *limits) {
 
 static uint32_t limit_object(uint32_t sub) { return PARAMETER_OBJECT(0x2060, sub); }
 
-/* `sub` is refused for what `bound_by` is; its own range holds as well. */
+/* `sub`, below 18, is refused for what `bound_by` is; its own range holds as well. */
 static parameter_refusal refuse(const scalar_range *ranges, uint32_t sub, uint32_t bound_by, float low, float high) {
   return (parameter_refusal){CONTROL_INCONSISTENT, limit_object(sub), limit_object(bound_by),
                              scalar_max(low, ranges[sub - 1u].low), scalar_min(high, ranges[sub - 1u].high)};
@@ -47,11 +47,13 @@ static parameter_refusal refuse(const scalar_range *ranges, uint32_t sub, uint32
 
 parameter_refusal protection_refusal(const protection_limits *limits) {
 #define RANGE(sub_, member_, low_, high_, default_, unit_, name_, help_) {limits->member_, low_, high_},
+#define SUB(sub_, member_, low_, high_, default_, unit_, name_, help_) (sub_),
   const scalar_range ranges[] = {PROTECTION_LIMITS(RANGE)};
+  static const uint8_t subs[] = {PROTECTION_LIMITS(SUB)};
   for (uint32_t i = 0; i < sizeof ranges / sizeof ranges[0]; ++i) {
     const control_status status = scalar_check_ranges(&ranges[i], 1);
     if (status != CONTROL_OK) {
-      return (parameter_refusal){status, limit_object(i + 1u), 0, ranges[i].low, ranges[i].high};
+      return (parameter_refusal){status, limit_object(subs[i]), 0, ranges[i].low, ranges[i].high};
     }
   }
   const uint8_t contradictions = protection_contradictions(limits);

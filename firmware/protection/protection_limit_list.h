@@ -12,7 +12,10 @@
 
 /* clang-format off */
 
-#define PROTECTION_LIMITS(LIMIT)                                                                                       \
+#define PROTECTION_LIMITS(LIMIT) PROTECTION_LIMITS_1_TO_17(LIMIT) PROTECTION_LIMITS_FROM_19(LIMIT)
+
+/* Before 2060:18, which reports what waits. */
+#define PROTECTION_LIMITS_1_TO_17(LIMIT)                                                                               \
   LIMIT(1, overspeed_rad_s, 1e-3f, 1e3f, 1.5f, "rad/s", "Over-speed limit", "Largest joint rate")                      \
   LIMIT(2, base_rate_rad_s, 1e-4f, 1e3f, 0.02f, "rad/s", "Base rate limit",                                            \
         "Fastest rotation of the base: largest difference of gyro and encoder rate (plus 2 % of the joint rate)")      \
@@ -41,6 +44,15 @@
   LIMIT(16, over_voltage_v, 1.0f, 1e3f, 60.0f, "V", "Over-voltage limit", "Highest bus voltage")                       \
   LIMIT(17, stopping_margin_rad, 0.0f, 10.0f, 0.005f, "rad", "Stopping margin",                                        \
         "Ramps stop this far inside 2060:9 and 2060:10; must exceed the overshoot of the loops")
+
+#define PROTECTION_LIMITS_FROM_19(LIMIT)                                                                               \
+  LIMIT(19, deceleration_rad_s2, 0.01f, 1e4f, 4.6f, "rad/s^2", "Sure deceleration",                                    \
+        "Deceleration that the full motor current gives in every case: largest inertia, strongest wind; measured by"   \
+        " servoctl brake-test")                                                                                        \
+  LIMIT(20, stop_deceleration_rad_s2, 1e-3f, 1e4f, 1.0f, "rad/s^2", "Least stop deceleration",                         \
+        "Faults and stop commands never brake more gently, whatever 6084 and 6085 are; at most half of 2060:19 counts")\
+  LIMIT(21, travel_kind, 0.0f, 2.0f, 0.0f, "", "Travel kind",                                                          \
+        "0: an axis without 2060:9 and 2060:10 is not enabled; 1: no end stops; 2: commissioning, at most 5 deg/s")
 
 /* clang-format on */
 

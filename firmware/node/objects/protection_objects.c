@@ -9,13 +9,16 @@
 _Static_assert(offsetof(protection_objects, written) == 0, "rows are read in a protection_limits alone, too");
 
 static const od_entry kEntries[] = {
-    OD_RECORD_HEAD(0x2060, 18, "Protection", "Limits that trigger a fault; open 0x3040 to write them"),
+    OD_RECORD_HEAD(0x2060, 21, "Protection", "Limits that trigger a fault; open 0x3040 to write them"),
     /* clang-format off */
-    PROTECTION_LIMITS(ROW)
+    PROTECTION_LIMITS_1_TO_17(ROW)
     /* clang-format on */
     OD_U8(0x2060, 18, OD_RO, 0, protection_objects, waiting, 0, 7, 0, "", "Waiting limits",
           "Sum of the limits written but not active because they contradict each other: 1: 2060:15, 16; 2: 2060:9, 10, "
           "17; 4: 607D"),
+    /* clang-format off */
+    PROTECTION_LIMITS_FROM_19(ROW)
+    /* clang-format on */
 };
 
 const od_table protection_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

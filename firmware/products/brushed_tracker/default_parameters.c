@@ -120,6 +120,9 @@ const protection_limits default_limits[SERVO_AXES] = {
         .under_voltage_v = 36.0f,
         .over_voltage_v = 60.0f,
         .stopping_margin_rad = 0.005f,
+        .deceleration_rad_s2 = 4.6666665f,
+        .stop_deceleration_rad_s2 = 0.93333334f,
+        .travel_kind = 0.0f,
     },
     {
         .overspeed_rad_s = 1.5f,
@@ -139,5 +142,8 @@ const protection_limits default_limits[SERVO_AXES] = {
         .under_voltage_v = 36.0f,
         .over_voltage_v = 60.0f,
         .stopping_margin_rad = 0.005f,
+        .deceleration_rad_s2 = 6.72f,
+        .stop_deceleration_rad_s2 = 1.0f,
+        .travel_kind = 0.0f,
     },
 };

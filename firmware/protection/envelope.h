@@ -1,0 +1,96 @@
+/* The envelope of one axis: how fast it may be towards each end of its hard travel, and the braking that keeps it so.
+ *
+ *     allowed    T v + (1.03 v)^2 / (2 a) <= distance to the end of the hard travel in the direction of v
+ *     braking    current = -full current * clamp(v / (a Ts) + (x - x0) / (a Ts Th), -1, 1)
+ *
+ * a (2060:19) is the deceleration that the full motor current gives in every case. v is the joint rate from the encoder
+ * alone, over two ticks, moved 3.5 ms ahead by its last change when that makes it faster. T = 4 ms covers sampling, the
+ * tick, the hand-over of the set-point and the reversal of the current. x0 is the position at which the current first
+ * leaves its limit; from there the braking holds the axis. Nothing here depends on a gain, a filter, a ramp, a torque
+ * limit or the mode: only on 2060 and on the current limit (2055), which are guarded.
+ *
+ * Why the axis stops in time. In the tick before the first one that is not allowed, the stop from there still ended
+ * before the end. Until the braking has its full current at most T passes. The motion in this time is T v; the gain in
+ * rate is in v, because it was extrapolated, or is below 3 %. While |v| > a Ts the current is full, so by the meaning
+ * of a the rate falls by at least a: the distance is at most v^2 / (2 a). Below a Ts the deceleration falls with v.
+ * With a disturbance of the share d of the motor's torque, the axis then moves by at most a Ts^2 and creeps at d a Ts
+ * until the hold has taken the disturbance: d a Ts Th. tests/test_envelope.c integrates all of that on a grid.
+ * docs/decisions/0028-envelope.md states the bound and its assumptions.
+ *
+ * Also: the axis must follow each stop that a fault or a stop command ordered, and must follow this braking. A machine
+ * whose position is not known, or which has no valid travel, is limited to ENVELOPE_SLOW_RAD_S everywhere.
+ *
+ * The envelope brakes an axis that has power, and one that still turns since it had power. Never one that came to rest
+ * without power, whoever moves it. Cost: about 90 instructions per tick. */
+#ifndef TRACKSERVO_PROTECTION_ENVELOPE_H
+#define TRACKSERVO_PROTECTION_ENVELOPE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/angle.h"
+
+/* 5 degrees per second: an end stop bears a contact at this speed. */
+#define ENVELOPE_SLOW_RAD_S 0.0872664626f
+
+enum { ENVELOPE_ANGLES = 5 };
+
+typedef struct {
+  float minimum_rad;              /* 2060:9; not limited unless minimum < maximum */
+  float maximum_rad;              /* 2060:10 */
+  float deceleration_rad_s2;      /* 2060:19, 0.01 .. 1e4 */
+  float stop_deceleration_rad_s2; /* of ordered stops, at least 2060:20 or half of 2060:19 */
+  bool slow;                      /* ENVELOPE_SLOW_RAD_S everywhere, and no end of the travel */
+} envelope_params;
+
+/* What the drive did in the last tick. */
+typedef enum {
+  ENVELOPE_POWERLESS,
+  ENVELOPE_RUNNING,  /* the mode of operation decides */
+  ENVELOPE_STOPPING, /* a fault or a stop command has ordered a stop; also without power, after a fault */
+  ENVELOPE_BRAKING,  /* as this block says */
+  ENVELOPE_UNTRUSTED /* braked or off because neither sensors nor bridge can be trusted: nothing can be judged */
+} envelope_phase;
+
+typedef struct {
+  bool angle_valid;
+  angle_turn32 angle;
+  float position_rad; /* counts turns */
+  envelope_phase phase;
+  bool powered; /* the bridge was on */
+} envelope_inputs;
+
+typedef struct {
+  angle_turn32 angle[ENVELOPE_ANGLES]; /* of the last ticks, newest first */
+  int known;                           /* of them, consecutive */
+  float rate_rad_s;
+  bool turns;                /* has power, or has turned ever since it had */
+  bool stopping;             /* an ordered stop has not ended */
+  float stop_s;              /* since it began */
+  float stop_limit_rad_s;    /* fastest rate that it may still have */
+  bool braking;              /* in the last tick */
+  float braking_limit_rad_s; /* fastest rate that the braking may still leave */
+  bool holds;                /* the braking holds `held` */
+  angle_turn32 held;
+  int rest_ticks;
+} envelope_state;
+
+typedef struct {
+  bool too_fast;      /* towards an end of the travel, or for slow motion */
+  bool stop_ignored;  /* an ordered stop does not slow the axis down as guarded */
+  bool braking_fails; /* the axis does not follow the braking */
+  bool at_rest;       /* the braking has ended */
+  float brake;        /* -1 .. 1: share of the full current with which to brake now */
+} envelope_output;
+
+/* Nothing is known about the motion. */
+void envelope_reset(envelope_state *state);
+
+/* One tick, with the angle of this tick. The output is all zero while the angle is not known. */
+envelope_output envelope_step(envelope_state *state, const envelope_params *params, const envelope_inputs *in,
+                              float dt_s);
+
+/* The fastest rate that is allowed at this distance from the end of the travel; 0 at the end and beyond. */
+float envelope_fastest_rad_s(const envelope_params *params, float room_rad);
+
+#endif

@@ -1,0 +1,40 @@
+#include "protection/start_position.h"
+
+#include <math.h>
+
+#include "base/scalar.h"
+
+#define TURN_RAD 6.28318530717959f
+
+void start_position_forget(start_position *start) {
+  start->counted = false;
+  start->confirmed = false;
+}
+
+static int8_t whole_turn(float turns) {
+  const float most = (float)START_POSITION_MAX_TURN;
+  return (int8_t)scalar_clamp(turns, -most, most);
+}
+
+start_candidates start_position_step(start_position *start, float count_rad, float minimum_rad, float maximum_rad) {
+  start->lowest_rad = start->counted ? scalar_min(start->lowest_rad, count_rad) : count_rad;
+  start->highest_rad = start->counted ? scalar_max(start->highest_rad, count_rad) : count_rad;
+  start->counted = true;
+  if (!(minimum_rad < maximum_rad)) {
+    return (start_candidates){.lowest = start->turn, .highest = start->turn, .known = true};
+  }
+  start_candidates found = {
+      .lowest = whole_turn(ceilf((minimum_rad - START_POSITION_MARGIN_RAD - start->lowest_rad) / TURN_RAD)),
+      .highest = whole_turn(floorf((maximum_rad + START_POSITION_MARGIN_RAD - start->highest_rad) / TURN_RAD)),
+  };
+  found.known = start->confirmed || found.lowest == found.highest;
+  if (!start->confirmed && found.known) {
+    start->turn = found.lowest;
+  }
+  return found;
+}
+
+void start_position_confirm(start_position *start, int8_t turn) {
+  start->confirmed = true;
+  start->turn = turn;
+}

@@ -1,0 +1,45 @@
+/* Which turn an axis is in, as far as an encoder of one turn and the travel of the machine tell.
+ *
+ *     candidates    all whole k with   minimum - margin <= lowest count + 2 pi k,   highest count + 2 pi k <= maximum +
+ * margin
+ *
+ * The drive counts turns from the start; "count" is the angle counted since then, from within half a turn of the
+ * encoder's zero. Lowest and highest are of the whole time since the start, so motion excludes candidates. With exactly
+ * one candidate the position is known: count + 2 pi k. With several, or none, it is not known until motion has excluded
+ * the others or the operator has confirmed the turn. The margin covers the distance from the hard travel to the end
+ * stops, and an axis that was pushed beyond the hard travel. */
+#ifndef TRACKSERVO_PROTECTION_START_POSITION_H
+#define TRACKSERVO_PROTECTION_START_POSITION_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define START_POSITION_MARGIN_RAD 0.1f
+
+/* Beyond 34 turns no position fits into object 6064. */
+enum { START_POSITION_MAX_TURN = 34 };
+
+typedef struct {
+  bool counted;      /* the counts are valid */
+  float lowest_rad;  /* count */
+  float highest_rad; /* count */
+  bool confirmed;    /* by the operator: `turn` */
+  int8_t turn;       /* in force: position = count + 2 pi turn */
+} start_position;
+
+typedef struct {
+  int8_t lowest;
+  int8_t highest; /* below `lowest`: no candidate */
+  bool known;     /* `turn` in force is certain */
+} start_candidates;
+
+/* The count begins again: at the start, and when the encoder was lost for so long that the axis may have turned. */
+void start_position_forget(start_position *start);
+
+/* With the present count. An unlimited travel (minimum not below maximum) needs no turn: known. */
+start_candidates start_position_step(start_position *start, float count_rad, float minimum_rad, float maximum_rad);
+
+/* The operator has seen which turn it is. The next step has it in force. */
+void start_position_confirm(start_position *start, int8_t turn);
+
+#endif

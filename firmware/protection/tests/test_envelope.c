@@ -1,0 +1,380 @@
+/* The envelope against an integrator in double precision: whatever drives the axis, it stops at the end of the travel.
+ *
+ * The machine of the judge: an inertia, a motor whose current slews, set-points that count 0.1 ms after a sample, an
+ * encoder of 26 bits whose sample is old, and a disturbance outwards. Its own current limit and inertia decide; the
+ * block knows only 2060:19. */
+#include "protection/envelope.h"
+
+#include <math.h>
+
+#include "support/check.h"
+#include "unity.h"
+
+#define DT_S 0.001f
+#define TURN_RAD 6.283185307179586
+#define END_RAD 1.0
+
+enum { STEPS = 40 }; /* of the integrator, in a tick */
+
+void setUp(void) {}
+void tearDown(void) {}
+
+typedef enum { COASTS, ACCELERATES, STEPS_LATE, ADVERSARIES } adversary;
+
+typedef struct {
+  double full_rad_s2;       /* of the motor alone, at its current limit */
+  double disturbance_share; /* of that, outwards */
+  double slew_share_s;      /* time in which the current goes from one limit to the other */
+  double age_s;             /* of a sample */
+} machine;
+
+typedef struct {
+  double angle_rad;
+  double rate_rad_s;
+  double share; /* of the full current now */
+  double wanted;
+} motion;
+
+typedef struct {
+  double beyond_rad;  /* farthest beyond the end of the travel */
+  double end_rad_s;   /* fastest beyond it */
+  double tripped_rad; /* distance to the end when the envelope took over; -1: never */
+  double rest_rad_s;  /* rate at the end of the run */
+  bool fails;
+} outcome;
+
+static angle_turn32 encoder(double angle_rad) {
+  const double counts = floor(angle_rad / TURN_RAD * 67108864.0 + 0.5);
+  return (angle_turn32)((int64_t)counts * 64);
+}
+
+static void move(const machine *m, motion *x, double duration_s, int steps) {
+  const double dt = duration_s / steps;
+  for (int i = 0; i < steps; ++i) {
+    const double slew = 2.0 / m->slew_share_s * dt;
+    const double change = x->wanted - x->share;
+    x->share += change > slew ? slew : change < -slew ? -slew : change;
+    const double gain = (x->share + m->disturbance_share) * m->full_rad_s2 * dt;
+    x->angle_rad += (x->rate_rad_s + 0.5 * gain) * dt;
+    x->rate_rad_s += gain;
+  }
+}
+
+/* Outwards as the adversary likes, until the envelope takes over. */
+static double adversarial(adversary how, const machine *m, const envelope_params *params, const motion *x) {
+  const double room = END_RAD - x->angle_rad;
+  const double nearly = 1.01 * x->rate_rad_s;
+  const bool late = nearly >= (double)envelope_fastest_rad_s(params, (float)(room - 0.001 * x->rate_rad_s));
+  switch (how) {
+    case ACCELERATES:
+      return 1.0;
+    case STEPS_LATE: /* full torque in the last tick in which that is possible */
+      return late ? 1.0 : -m->disturbance_share;
+    default:
+      return -m->disturbance_share;
+  }
+}
+
+static outcome run(const machine *m, const envelope_params *params, adversary how, double rate_rad_s, double room_rad) {
+  envelope_state state;
+  envelope_reset(&state);
+  motion x = {.angle_rad = END_RAD - room_rad - 0.006 * rate_rad_s, .rate_rad_s = rate_rad_s};
+  outcome o = {.beyond_rad = -1.0, .tripped_rad = -1.0};
+  envelope_phase phase = ENVELOPE_RUNNING;
+  x.share = x.wanted = how == COASTS ? -m->disturbance_share : 0.0;
+  double sampled_rad = x.angle_rad;
+  for (int tick = 0; tick < 4000; ++tick) {
+    const envelope_inputs in = {.angle_valid = true,
+                                .angle = encoder(sampled_rad),
+                                .position_rad = (float)sampled_rad,
+                                .phase = phase,
+                                .powered = true};
+    const envelope_output out = envelope_step(&state, params, &in, DT_S);
+    if (out.too_fast && phase == ENVELOPE_RUNNING) {
+      phase = ENVELOPE_BRAKING;
+      o.tripped_rad = END_RAD - x.angle_rad;
+    }
+    o.fails = o.fails || out.braking_fails;
+    if (out.at_rest) {
+      break;
+    }
+    move(m, &x, 0.0001, STEPS / 10);
+    x.wanted = phase == ENVELOPE_BRAKING ? (double)out.brake : adversarial(how, m, params, &x);
+    move(m, &x, 0.0009 - m->age_s, STEPS);
+    sampled_rad = x.angle_rad;
+    move(m, &x, m->age_s, STEPS / 10);
+    const double beyond = x.angle_rad - END_RAD;
+    o.beyond_rad = beyond > o.beyond_rad ? beyond : o.beyond_rad;
+    o.end_rad_s = beyond > 0.0 && x.rate_rad_s > o.end_rad_s ? x.rate_rad_s : o.end_rad_s;
+  }
+  o.rest_rad_s = x.rate_rad_s;
+  return o;
+}
+
+/* What the header states: the soft end, the hold against the disturbance, and a step of the torque that no sample has
+ * shown yet. */
+static double allowed_rad(const machine *m, double a, double rate_rad_s) {
+  const double unseen_rad_s = 0.0025 * m->full_rad_s2 * (1.0 + m->disturbance_share);
+  const double soft_rad = a * 0.02 * 0.02 + m->disturbance_share * a * 0.02 * 0.06;
+  return soft_rad + unseen_rad_s * (rate_rad_s + unseen_rad_s) / a + 0.004 * unseen_rad_s;
+}
+
+static void judge(const machine *m, double a, adversary how, double rate_rad_s, double room_rad, outcome *worst,
+                  double *worst_share) {
+  const envelope_params params = {
+      .minimum_rad = -20.0f, .maximum_rad = (float)END_RAD, .deceleration_rad_s2 = (float)a};
+  const outcome o = run(m, &params, how, rate_rad_s, room_rad);
+  const double allowed = allowed_rad(m, a, fmax(rate_rad_s, sqrt(2.0 * m->full_rad_s2 * room_rad)));
+  char text[200];
+  (void)snprintf(text, sizeof text,
+                 "a %.2f full %.2f share %.2f how %d rate %.3f room %.4f: %.2f mrad beyond at %.3f rad/s", a,
+                 m->full_rad_s2, m->disturbance_share, (int)how, rate_rad_s, room_rad, 1e3 * o.beyond_rad, o.end_rad_s);
+  TEST_ASSERT_TRUE_MESSAGE(o.tripped_rad > -0.5 || how == COASTS, text);
+  TEST_ASSERT_TRUE_MESSAGE(o.beyond_rad <= allowed, text);
+  TEST_ASSERT_FALSE_MESSAGE(o.fails, text);
+  TEST_ASSERT_TRUE_MESSAGE(fabs(o.rest_rad_s) < 0.01, text);
+  worst->beyond_rad = fmax(worst->beyond_rad, o.beyond_rad);
+  worst->end_rad_s = fmax(worst->end_rad_s, o.end_rad_s);
+  *worst_share = fmax(*worst_share, o.beyond_rad / allowed);
+}
+
+/* Positions, rates, decelerations, inertias, disturbances and adversaries: the axis comes to rest at the end of the
+ * travel, but for the distance that the header states. */
+static void test_no_adversary_passes_the_end_of_the_travel(void) {
+  static const double decelerations[] = {0.5, 2.0, 4.67, 6.72, 20.0};
+  static const double shares[] = {0.0, 0.1, 0.3};
+  static const double inertias[] = {1.0, 0.5}; /* of the largest one, for which a holds */
+  outcome worst = {.beyond_rad = -1.0};
+  double worst_share = 0.0;
+  int runs = 0;
+  for (unsigned d = 0; d < sizeof decelerations / sizeof decelerations[0]; ++d) {
+    for (unsigned s = 0; s < sizeof shares / sizeof shares[0]; ++s) {
+      for (unsigned j = 0; j < 2; ++j) {
+        const double a = decelerations[d];
+        const machine m = {a / (1.0 - shares[s]) / inertias[j], shares[s] * inertias[j], 0.002, 0.00012};
+        for (int how = 0; how < ADVERSARIES; ++how) {
+          for (double rate = 0.02; rate < 2.2; rate *= 1.35) {
+            const envelope_params params = {
+                .minimum_rad = -20.0f, .maximum_rad = 1.0f, .deceleration_rad_s2 = (float)a};
+            double room = 0.0005;
+            while ((double)envelope_fastest_rad_s(&params, (float)room) < rate && room < 15.0) {
+              room *= 1.02;
+            }
+            for (int n = 0; n < 12; ++n) {
+              judge(&m, a, (adversary)how, rate, room * (1.0 + 0.001 * n) + 0.0002 * n, &worst, &worst_share);
+              ++runs;
+            }
+          }
+        }
+      }
+    }
+  }
+  LOG_VALUE("runs", runs);
+  LOG_VALUE("mrad beyond the end at most", 1e3 * worst.beyond_rad);
+  LOG_VALUE("rad/s beyond the end at most", worst.end_rad_s);
+  LOG_VALUE("share of the stated distance", worst_share);
+}
+
+/* The judge sees an envelope that trusts in more than the machine has. */
+static void test_a_deceleration_that_the_machine_does_not_have_is_not_enough(void) {
+  const machine m = {4.67, 0.0, 0.002, 0.00012};
+  const envelope_params params = {.minimum_rad = -20.0f, .maximum_rad = 1.0f, .deceleration_rad_s2 = 1.5f * 4.67f};
+  const outcome o = run(&m, &params, COASTS, 1.4, 0.3);
+  CHECK_AT_LEAST("rad beyond", 0.03, o.beyond_rad);
+}
+
+/* --- step by step ------------------------------------------------------------------------------------------------- */
+
+typedef struct {
+  envelope_state state;
+  envelope_params params;
+  envelope_inputs in;
+  double angle_rad;
+} bench;
+
+static bench new_bench(void) {
+  return (bench){.params = {.minimum_rad = -3.0f,
+                            .maximum_rad = 3.0f,
+                            .deceleration_rad_s2 = 4.0f,
+                            .stop_deceleration_rad_s2 = 1.0f},
+                 .in = {.angle_valid = true, .phase = ENVELOPE_RUNNING, .powered = true}};
+}
+
+static envelope_output turn(bench *b, double rate_rad_s, int ticks) {
+  envelope_output out = {0};
+  for (int i = 0; i < ticks; ++i) {
+    b->angle_rad += 0.001 * rate_rad_s;
+    b->in.angle = encoder(b->angle_rad);
+    b->in.position_rad = (float)b->angle_rad;
+    out = envelope_step(&b->state, &b->params, &b->in, DT_S);
+  }
+  return out;
+}
+
+static void test_both_ends_and_both_directions_are_alike(void) {
+  for (int direction = -1; direction <= 1; direction += 2) {
+    bench b = new_bench();
+    b.angle_rad = direction * (3.0 - 0.30);
+    const float fastest = envelope_fastest_rad_s(&b.params, 0.29f);
+    TEST_ASSERT_FALSE(turn(&b, 0.95 * (double)fastest * direction, 6).too_fast);
+    b.angle_rad = direction * (3.0 - 0.30);
+    TEST_ASSERT_FALSE(turn(&b, -0.99 * (double)fastest * direction, 6).too_fast); /* inwards */
+    b.angle_rad = direction * (3.0 - 0.29);
+    TEST_ASSERT_TRUE(turn(&b, 1.06 * (double)fastest * direction, 6).too_fast);
+    TEST_ASSERT_TRUE(turn(&b, 1.06 * (double)fastest * direction, 1).brake * (float)direction == -1.0f);
+  }
+}
+
+static void test_outside_the_axis_may_move_inwards_only(void) {
+  bench b = new_bench();
+  b.angle_rad = 3.05;
+  TEST_ASSERT_FALSE(turn(&b, -0.05, 10).too_fast);
+  b.angle_rad = 3.05;
+  TEST_ASSERT_FALSE(turn(&b, 0.005, 10).too_fast); /* noise */
+  b.angle_rad = 3.05;
+  TEST_ASSERT_TRUE(turn(&b, 0.02, 10).too_fast);
+  CHECK_SAME("rad/s at the end", 0.0, envelope_fastest_rad_s(&b.params, 0.0f));
+  CHECK_SAME("rad/s outside", 0.0, envelope_fastest_rad_s(&b.params, -1.0f));
+}
+
+static void test_slow_motion_is_limited_everywhere_and_has_no_ends(void) {
+  bench b = new_bench();
+  b.params.slow = true;
+  b.angle_rad = 10.0;
+  TEST_ASSERT_FALSE(turn(&b, 0.98 * (double)ENVELOPE_SLOW_RAD_S, 10).too_fast);
+  TEST_ASSERT_TRUE(turn(&b, 1.02 * (double)ENVELOPE_SLOW_RAD_S, 10).too_fast);
+}
+
+static void test_without_a_travel_only_slow_motion_is_limited(void) {
+  bench b = new_bench();
+  b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+  TEST_ASSERT_FALSE(turn(&b, 5.0, 10).too_fast);
+}
+
+static void test_acceleration_counts_before_the_rate_has_it(void) {
+  bench b = new_bench();
+  b.params.slow = true;
+  double rate = 0.0;
+  int ticks = 0;
+  while (!turn(&b, rate, 1).too_fast && ticks < 100) {
+    rate += 0.013; /* 13 rad/s^2 */
+    ++ticks;
+  }
+  CHECK_AT_MOST("rad/s at the detection", (double)ENVELOPE_SLOW_RAD_S, rate);
+}
+
+static void test_an_axis_that_came_to_rest_without_power_is_not_braked(void) {
+  bench b = new_bench();
+  b.angle_rad = 2.9;
+  b.in.phase = ENVELOPE_POWERLESS;
+  b.in.powered = false;
+  TEST_ASSERT_FALSE(turn(&b, 1.5, 6).too_fast); /* pushed by hand */
+  b = new_bench();
+  b.angle_rad = 0.0;
+  (void)turn(&b, 1.5, 10);
+  b.in.phase = ENVELOPE_POWERLESS; /* coasts since it had power */
+  b.in.powered = false;
+  b.angle_rad = 2.7;
+  TEST_ASSERT_TRUE(turn(&b, 1.5, 6).too_fast);
+  (void)turn(&b, 0.0, 6);
+  b.angle_rad = 2.7;
+  TEST_ASSERT_FALSE(turn(&b, 1.5, 6).too_fast);
+  b = new_bench();
+  (void)turn(&b, 1.5, 10);
+  b.in.phase = ENVELOPE_UNTRUSTED;
+  b.angle_rad = 2.7;
+  TEST_ASSERT_FALSE(turn(&b, 1.5, 6).too_fast);
+}
+
+static void test_without_an_angle_nothing_is_judged_until_five_ticks_are_known(void) {
+  bench b = new_bench();
+  b.angle_rad = 2.9;
+  (void)turn(&b, 1.5, 10);
+  b.in.angle_valid = false;
+  TEST_ASSERT_FALSE(turn(&b, 1.5, 1).too_fast);
+  b.in.angle_valid = true;
+  TEST_ASSERT_FALSE(turn(&b, 1.5, 4).too_fast);
+  TEST_ASSERT_TRUE(turn(&b, 1.5, 1).too_fast);
+}
+
+/* A ramp of 1 rad/s^2 with a gentle begin and end is followed; a rate that stays is not, nor one that grows. */
+static void test_an_ordered_stop_must_slow_the_axis_down(void) {
+  bench b = new_bench();
+  b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+  (void)turn(&b, 1.4, 10);
+  b.in.phase = ENVELOPE_STOPPING;
+  for (double t = 0.0; t < 4.0; t += 0.001) {
+    const double rate = t < 0.5 ? 1.4 : fmax(1.4 - (t - 0.5), 0.0);
+    TEST_ASSERT_FALSE(turn(&b, rate, 1).stop_ignored);
+  }
+  for (int grows = 0; grows <= 1; ++grows) {
+    bench c = new_bench();
+    c.params.minimum_rad = c.params.maximum_rad = 0.0f;
+    (void)turn(&c, 1.4, 10);
+    c.in.phase = ENVELOPE_STOPPING;
+    int ms = 0;
+    while (ms < 5000 && !turn(&c, 1.4 + 0.005 * grows * ms, 1).stop_ignored) {
+      ++ms;
+    }
+    CHECK_NEAR("ms", grows ? 22 : 700, ms, 8);
+  }
+}
+
+/* 605E = 0 and a motor that still turns: the drive is off, in fault. */
+static void test_a_stop_lasts_while_the_axis_turns_without_power(void) {
+  bench b = new_bench();
+  b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+  (void)turn(&b, 1.4, 10);
+  b.in.phase = ENVELOPE_STOPPING;
+  (void)turn(&b, 1.4, 100);
+  b.in.powered = false;
+  b.in.phase = ENVELOPE_POWERLESS;
+  TEST_ASSERT_FALSE(turn(&b, 1.4, 500).stop_ignored);
+  TEST_ASSERT_TRUE(turn(&b, 1.4, 200).stop_ignored);
+  b.in.phase = ENVELOPE_RUNNING; /* a new operation ends the stop */
+  TEST_ASSERT_FALSE(turn(&b, 1.4, 1).stop_ignored);
+}
+
+static void test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms(void) {
+  for (double acceleration = -1.9; acceleration < 10.0; acceleration += 1.9) {
+    bench b = new_bench();
+    (void)turn(&b, 1.0, 10);
+    b.in.phase = ENVELOPE_BRAKING;
+    double rate = 1.0;
+    int ms = 0;
+    while (ms < 1000 && !turn(&b, rate, 1).braking_fails) {
+      rate += 0.001 * acceleration;
+      ++ms;
+    }
+    CHECK_AT_MOST("ms", acceleration < -1.0 ? 700 : 40, ms);
+  }
+}
+
+static void test_braking_holds_and_ends_at_rest(void) {
+  bench b = new_bench();
+  (void)turn(&b, 1.0, 10);
+  b.in.phase = ENVELOPE_BRAKING;
+  CHECK_SAME("share", -1.0, turn(&b, 0.5, 4).brake);
+  CHECK_NEAR("share", -0.5, turn(&b, 0.04, 3).brake, 0.05);
+  TEST_ASSERT_FALSE(turn(&b, 0.0, 99).at_rest);
+  TEST_ASSERT_TRUE(turn(&b, 0.0, 10).at_rest);
+  CHECK_NEAR("share", 0.25, turn(&b, -0.02, 3).brake, 0.05);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_no_adversary_passes_the_end_of_the_travel);
+  RUN_TEST(test_a_deceleration_that_the_machine_does_not_have_is_not_enough);
+  RUN_TEST(test_both_ends_and_both_directions_are_alike);
+  RUN_TEST(test_outside_the_axis_may_move_inwards_only);
+  RUN_TEST(test_slow_motion_is_limited_everywhere_and_has_no_ends);
+  RUN_TEST(test_without_a_travel_only_slow_motion_is_limited);
+  RUN_TEST(test_acceleration_counts_before_the_rate_has_it);
+  RUN_TEST(test_an_axis_that_came_to_rest_without_power_is_not_braked);
+  RUN_TEST(test_without_an_angle_nothing_is_judged_until_five_ticks_are_known);
+  RUN_TEST(test_an_ordered_stop_must_slow_the_axis_down);
+  RUN_TEST(test_a_stop_lasts_while_the_axis_turns_without_power);
+  RUN_TEST(test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms);
+  RUN_TEST(test_braking_holds_and_ends_at_rest);
+  return UNITY_END();
+}
