@@ -9,6 +9,7 @@
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host faults [--scenario FILE]
 //   sim_host soak --hours N
+//   sim_host attack --seeds N
 //   sim_host check --limits FILE
 //   sim_host gains --plant FILE --out FILE
 //   sim_host keys plant|scenario
@@ -28,6 +29,7 @@
 
 #include "analysis/benchmark.hpp"
 #include "analysis/verdict.hpp"
+#include "attack_command.hpp"
 #include "check_command.hpp"
 #include "command_line.hpp"
 #include "commission/commission.hpp"
@@ -389,6 +391,7 @@ int main(int argc, char **argv) {
   sim::add_fig9_scan(app);
   add_bench(app);
   add_serve(app);
+  sim::add_attack(app, code);
   sim::add_faults(app, code);
   sim::add_soak(app, code);
   sim::add_check(app, code, arguments, image_devices);

@@ -32,18 +32,25 @@ NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_paramete
                      const std::array<protection_limits, kAxes>& with_limits)
     : plant(of_plant), parameters(with_parameters), limits(with_limits), scales(node_scales(plant)) {}
 
-DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
-    : node_(std::make_unique<servo_node>()), machine_(setup.plant, seed, joint_angle_rad) {
-  const servo_node_config config = {kNodeId,
-                                    {send_nowhere, nullptr},
-                                    machine_.hal_pointer(),
-                                    setup.parameters.data(),
-                                    setup.limits.data(),
-                                    nullptr,
-                                    0,
-                                    {},
-                                    "host",
-                                    &setup.scales};
+DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad,
+                       const NodeFittings& fittings)
+    : node_(std::make_unique<servo_node>()),
+      has_flash_(fittings.flash != nullptr),
+      machine_(setup.plant, seed, joint_angle_rad) {
+  if (fittings.holding_brakes) {
+    machine_.fit_holding_brakes();
+  }
+  const servo_node_config config = {
+      kNodeId,
+      fittings.sender.send != nullptr ? fittings.sender : can_sender{send_nowhere, nullptr},
+      machine_.hal_pointer(),
+      setup.parameters.data(),
+      setup.limits.data(),
+      fittings.flash,
+      0,
+      {},
+      "host",
+      &setup.scales};
   if (!servo_node_start(node_.get(), &config)) {
     throw std::runtime_error("the node did not start: " + dictionary::refusal_of(setup.parameters, setup.limits) + ".");
   }
@@ -52,6 +59,13 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
     servo_node_serve(node_.get());
   });
   tick();  // it boots, and receives nothing before
+}
+
+void DrivenNode::tick() {
+  machine_.advance_tick();
+  if (has_flash_) {
+    servo_node_background(node_.get());
+  }
 }
 
 void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value) {

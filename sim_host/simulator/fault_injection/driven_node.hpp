@@ -28,10 +28,18 @@ struct NodeSetup {
   hal_scales scales;
 };
 
+// What a driven node has besides its machine.
+struct NodeFittings {
+  can_sender sender{};               // receives the node's frames; without `send` they are dropped
+  const hal_flash *flash = nullptr;  // areas of the parameter store (serve/flash_memory.hpp); NULL: in RAM only
+  bool holding_brakes = false;       // of the plant file
+};
+
 class DrivenNode {
  public:
-  // `setup` must exist longer than the node.
-  DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad);
+  // `setup` and what `fittings` points to must exist longer than the node.
+  DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad,
+             const NodeFittings& fittings = {});
 
   // Writes an object of the axis (azimuth's index for both). Throws std::runtime_error when it is refused.
   void write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value);
@@ -58,15 +66,18 @@ class DrivenNode {
   void receive(const can_frame& frame) { servo_node_receive(node_.get(), &frame); }
 
   // Runs one tick.
-  void tick() { machine_.advance_tick(); }
+  void tick();
 
   Machine& machine() { return machine_; }
+  const Machine& machine() const { return machine_; }
   servo_node& node() { return *node_; }
+  const servo_node& node() const { return *node_; }
   const servo_node_axis& axis(int axis) const { return node_->axis[axis]; }
   servo_mode mode(int axis) const { return node_->board.app.axis[axis].mode; }
 
  private:
   std::unique_ptr<servo_node> node_;
+  bool has_flash_;
   Machine machine_;
   std::array<double, kAxes> wanted_rad_{};  // of `move`, when the position is controlled
 };

@@ -93,6 +93,7 @@ TruthState Tracker::truth() const {
     truth.motor_torque_nm[i] = axis.motor_nm;
     truth.friction_torque_nm[i] = axis.joint.friction_torque_nm();
     truth.load_torque_nm[i] = axis.load_nm;
+    truth.end_stop_torque_nm[i] = axis.joint.stop_torque_nm();
     truth.current_a[i] = axis.motor.current_a();
   }
   return truth;

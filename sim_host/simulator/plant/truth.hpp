@@ -25,6 +25,7 @@ struct TruthState {
   std::array<double, kAxes> motor_torque_nm{};     // with ripple and cogging
   std::array<double, kAxes> friction_torque_nm{};  // positive against forward motion
   std::array<double, kAxes> load_torque_nm{};      // wind + cable + imbalance + coupling + end stop, same sign
+  std::array<double, kAxes> end_stop_torque_nm{};  // its share of load_torque_nm
   std::array<double, kAxes> current_a{};
 };
 

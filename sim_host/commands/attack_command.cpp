@@ -1,0 +1,67 @@
+#include "attack_command.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+
+#include "attack/attack_campaign.hpp"
+#include "command_line.hpp"
+#include "config/arguments.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+struct AttackCommand {
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  AttackOptions attack;
+  std::optional<std::uint64_t> replay;
+  std::filesystem::path json;
+};
+
+int attack(const AttackCommand& command) {
+  const AttackBench bench(load_plant(command.plant));
+  if (command.replay) {
+    EventLog log;
+    const AttackResult result = run_attack(bench, *command.replay, &log);
+    fmt::print("{}seed {}, {}{}: {}\n", log.text(), result.seed, theme_name(result.theme),
+               result.narrow ? ", azimuth within half a turn" : "", describe(result.harm, result.answers));
+    return result.harmless() ? 0 : 1;
+  }
+  start_progress();
+  const AttackCampaign campaign = run_attacks(bench, command.attack, show_progress);
+  fmt::print("{}", print(campaign));
+  if (!command.json.empty()) {
+    write_attacks(campaign, TRACKSERVO_GIT, command.json);
+    fmt::print("Wrote {}\n", command.json.string());
+  }
+  return campaign.harmful.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void add_attack(CLI::App& app, int& code) {
+  auto options = std::make_shared<AttackCommand>();
+  CLI::App *command = app.add_subcommand(
+      "attack",
+      "move both axes and write random legal values by SDO and PDO, without unlocking anything; exit code 1: "
+      "an axis reached an end stop faster than 5 deg/s or ran away");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  CLI::Option *seeds = command->add_option("--seeds", options->attack.seeds, "number of seeds")
+                           ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10000000}))
+                           ->capture_default_str();
+  CLI::Option *first = command->add_option("--first-seed", options->attack.first_seed, "the first of them")
+                           ->check(seed())
+                           ->capture_default_str();
+  CLI::Option *json = command->add_option("--json", options->json, "file for the results")
+                          ->check(CLI::Validator(output_file_problem, "FILE"));
+  command->add_option("--replay", options->replay, "run one seed and print every write, frame and event with its time")
+      ->check(seed())
+      ->excludes(seeds)
+      ->excludes(first)
+      ->excludes(json);
+  add_threads(*command, options->attack.threads);
+  command->callback([options, &code] { code = attack(*options); });
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,99 @@
+// A CANopen master on the frame interface of a driven node: SDO writes one after the other, and any other frame.
+#ifndef TRACKSERVO_SIM_ATTACK_FRAME_MASTER_HPP
+#define TRACKSERVO_SIM_ATTACK_FRAME_MASTER_HPP
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fault_injection/driven_node.hpp"
+
+namespace trackservo::sim {
+
+// A write of at most four bytes, as an expedited SDO download carries it.
+struct SdoWrite {
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  std::uint8_t bytes = 0;
+  std::uint32_t value = 0;
+};
+
+// The events of a run in plain words, one line each.
+class EventLog {
+ public:
+  void say(double time_s, const std::string& text);
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+class FrameMaster {
+ public:
+  // With a log, every frame is explained in it.
+  explicit FrameMaster(EventLog *log) : log_(log) {}
+
+  // For the node's fittings.
+  can_sender receiver() { return {receive, this}; }
+
+  // Before anything is sent.
+  void connect(DrivenNode& node) { node_ = &node; }
+
+  // Waits until the earlier writes are answered. Returns false when too many wait; the write is dropped then.
+  bool write(const SdoWrite& write);
+
+  // Sends a frame at once, if the node hears it.
+  void send(const can_frame& frame, const std::string& meaning);
+
+  // Before each tick: sends the next request.
+  void step(double time_s);
+
+  // Asks for 1000, once a tick, until the node answers or `ticks` have passed; runs the ticks.
+  template <class Tick>
+  bool node_answers(int ticks, Tick tick) {
+    for (int i = 0; i < ticks; ++i) {
+      if (i % kAskAgainTicks == 0) {
+        ask_device_type();
+      }
+      tick();
+      if (device_type_read_) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  bool is_idle() const { return count_ == 0 && !waiting_; }
+  int writes() const { return writes_; }
+  int refusals() const { return refusals_; }
+  bool explains() const { return log_ != nullptr; }
+
+ private:
+  static constexpr std::size_t kQueue = 64;
+  static constexpr int kAnswerTicks = 200;  // a command may take a few flash operations
+  static constexpr int kAskAgainTicks = 20;
+
+  static bool receive(void *context, const can_frame *frame);
+  void take(const can_frame& frame);
+  void ask_device_type();
+  std::string describe(const SdoWrite& write) const;
+  void say(const std::string& text);
+
+  EventLog *log_;
+  DrivenNode *node_ = nullptr;
+  double time_s_ = 0;
+  std::array<SdoWrite, kQueue> queue_{};
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  bool waiting_ = false;  // for the answer to `sent_`
+  SdoWrite sent_{};
+  int waited_ticks_ = 0;
+  bool device_type_read_ = false;
+  int writes_ = 0;
+  int refusals_ = 0;
+};
+
+}  // namespace trackservo::sim
+
+#endif
