@@ -707,6 +707,53 @@ static void test_a_stop_is_over_when_the_axis_stands_not_when_its_ramp_does(void
   TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
 }
 
+/* Each command that slows down with 6084 ends in its state, when the axis stands and not before: 2 rad/s^2 from 1 rad/s
+ * takes half a second and the jerk. */
+static void test_a_stop_by_slowing_down_ends_in_the_state_of_its_command(void) {
+  static const struct {
+    const char *what;
+    uint16_t controlword;
+    uint16_t state; /* of the statusword, without bit 4 */
+  } stops[] = {{"shutdown, 605B = 1", 0x06, 0x21},
+               {"disable operation, 605C = 1", 0x07, 0x23},
+               {"quick stop, 605A = 1", 0x02, 0x40},
+               {"fault, 605E = 1", 0x0F, 0x08}};
+  for (unsigned i = 0; i < sizeof stops / sizeof stops[0]; ++i) {
+    bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+    b.o.state.option = (drive_options){.quick_stop = 1, .shutdown = 1, .disable = 1, .halt = 1, .fault_reaction = 1};
+    b.o.velocity.target = 1000000;
+    ticks(&b, 1500);
+    b.o.state.controlword = stops[i].controlword;
+    b.in.faults = stops[i].controlword == 0x0F ? fault_bit(FAULT_HEARTBEAT_LOST) : 0;
+    const uint16_t mask = (stops[i].state & 0x20) != 0 ? 0x6F : 0x4F;
+    const int count = until(&b, mask, stops[i].state, 1000);
+    CHECK_NEAR(stops[i].what, 1000.0 / 2.0 + 40.0, count, 4);
+    CHECK_NEAR("rate then, rad/s", 0.0, b.rate_rad_s, 1e-9);
+    TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.command.mode);
+  }
+}
+
+/* The waiting time of a stop starts anew with each stop. */
+static void test_a_second_stop_waits_its_own_200_ms_for_an_axis_that_does_not_come_to_rest(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.braked = true;
+  b.held_rad_s = 0.01;
+  for (int stop = 0; stop < 3; ++stop) {
+    b.o.state.controlword = 0x02;
+    int count = 0;
+    do {
+      tick(&b);
+      TEST_ASSERT_TRUE(++count < 1000);
+    } while (b.command.mode != SERVO_OFF);
+    CHECK_NEAR("ticks until off", 230, count, 40);
+    for (unsigned i = 0; i < 3; ++i) {
+      b.o.state.controlword = ((const uint16_t[]){0x06, 0x07, 0x0F})[i];
+      ticks(&b, 2);
+    }
+    TEST_ASSERT_EQUAL_HEX16(0x27, b.o.state.statusword & 0x6F);
+  }
+}
+
 static void test_an_axis_that_does_not_come_to_rest_is_let_go_after_200_ms(void) {
   bench b = bench_in(DRIVE_PROFILE_VELOCITY);
   b.o.velocity.target = 1000000;
@@ -786,6 +833,8 @@ int main(void) {
   RUN_TEST(test_windows_that_are_not_monitored_are_always_reached);
   RUN_TEST(test_a_dwell_timer_that_runs_for_minutes_does_not_wrap);
   RUN_TEST(test_a_stop_is_over_when_the_axis_stands_not_when_its_ramp_does);
+  RUN_TEST(test_a_stop_by_slowing_down_ends_in_the_state_of_its_command);
+  RUN_TEST(test_a_second_stop_waits_its_own_200_ms_for_an_axis_that_does_not_come_to_rest);
   RUN_TEST(test_an_axis_that_does_not_come_to_rest_is_let_go_after_200_ms);
   RUN_TEST(test_a_torque_cannot_drive_the_axis_faster_than_110_percent_of_607f);
   return UNITY_END();

@@ -262,6 +262,66 @@ static void test_a_fault_reaction_that_never_ends_is_cut_after_10_s(void) {
   TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, (int)b.state.power);
 }
 
+/* From the fault to operation again, as a client does it. */
+static void reset_and_enable(bench *b) {
+  b->in.fault = DRIVE_NO_FAULT;
+  b->in.stopped = false;
+  expect(b, 0x00, DRIVE_FAULT, DRIVE_OFF);
+  expect(b, 0x80, DRIVE_SWITCH_ON_DISABLED, DRIVE_OFF);
+  expect(b, 0x06, DRIVE_READY_TO_SWITCH_ON, DRIVE_OFF);
+  expect(b, 0x0F, DRIVE_SWITCHED_ON, DRIVE_OFF);
+  expect(b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN);
+}
+
+static int ticks_of(bench *b, drive_action action) {
+  int count = 0;
+  while (step(b, 0x0F) == action) {
+    ++count;
+  }
+  return count;
+}
+
+/* An axis that still turns when its second fault comes needs the whole reaction again. */
+static void test_a_second_and_a_third_fault_are_braked_as_long_as_the_first(void) {
+  static const struct {
+    drive_fault fault;
+    drive_action action;
+    uint32_t longest;
+  } kinds[] = {{DRIVE_FAULT_BRAKES, DRIVE_BRAKE, DRIVE_BRAKE_TICKS},
+               {DRIVE_FAULT_STOPS, DRIVE_QUICK_STOP, DRIVE_LONGEST_REACTION_TICKS}};
+  bench b = bench_in(DRIVE_OPERATION_ENABLED);
+  for (int number = 1; number <= 6; ++number) {
+    const unsigned kind = (unsigned)number & 1u;
+    b.in.fault = kinds[kind].fault;
+    TEST_ASSERT_EQUAL_INT((int)(kinds[kind].longest + 1), ticks_of(&b, kinds[kind].action));
+    TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, (int)b.state.power);
+    reset_and_enable(&b);
+  }
+}
+
+/* A milder reaction that has lasted for a while takes nothing from the worse one. */
+static void test_a_worse_fault_during_a_reaction_brakes_for_its_own_whole_time(void) {
+  bench b = bench_in(DRIVE_OPERATION_ENABLED);
+  b.in.fault = DRIVE_FAULT_STOPS;
+  for (int i = 0; i < 1500; ++i) {
+    expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_QUICK_STOP);
+  }
+  b.in.fault = DRIVE_FAULT_BRAKES;
+  TEST_ASSERT_EQUAL_INT(DRIVE_BRAKE_TICKS, ticks_of(&b, DRIVE_BRAKE));
+  TEST_ASSERT_EQUAL_INT(DRIVE_FAULT, (int)b.state.power);
+}
+
+/* Only the first fault of a reaction counts from 0; its repetition must not keep the brake on. */
+static void test_a_fault_that_comes_and_goes_while_braking_makes_the_brake_no_longer(void) {
+  bench b = bench_in(DRIVE_OPERATION_ENABLED);
+  int count = 0;
+  do {
+    b.in.fault = count % 3 == 0 ? DRIVE_FAULT_BRAKES : DRIVE_FAULT_STOPS;
+    ++count;
+  } while (step(&b, 0x0F) == DRIVE_BRAKE);
+  TEST_ASSERT_EQUAL_INT(DRIVE_BRAKE_TICKS + 2, count);
+}
+
 static void test_option_codes_that_are_not_supported_are_refused(void) {
   static const uint16_t supported[] = {0x67, 0x03, 0x03, 0x06, 0x07};
   for (uint16_t index = 0x6059; index <= 0x605F; ++index) {
@@ -303,6 +363,9 @@ int main(void) {
   RUN_TEST(test_a_fault_that_forbids_torque_cuts_it_even_while_braking);
   RUN_TEST(test_every_state_without_torque_goes_to_fault_without_torque);
   RUN_TEST(test_a_fault_reaction_that_never_ends_is_cut_after_10_s);
+  RUN_TEST(test_a_second_and_a_third_fault_are_braked_as_long_as_the_first);
+  RUN_TEST(test_a_worse_fault_during_a_reaction_brakes_for_its_own_whole_time);
+  RUN_TEST(test_a_fault_that_comes_and_goes_while_braking_makes_the_brake_no_longer);
   RUN_TEST(test_option_codes_that_are_not_supported_are_refused);
   RUN_TEST(test_an_option_code_that_slipped_through_counts_as_the_default);
   return UNITY_END();
