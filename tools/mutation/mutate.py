@@ -124,7 +124,18 @@ class Campaign:
                     not program.folder.startswith(folder), program.cpu_s > 0.5, len(program.objects))
         return sorted(programs, key=distance)
 
+    def check_itself(self, results, folder):
+        """Unchanged code must survive, or else this program finds kills that are none."""
+        source = next((file for result in results for file in result.objects if file == result.mutant.file), None)
+        if source:
+            self.original(source)
+            mutant = next(result.mutant for result in results if result.mutant.file == source)
+            unchanged = Result(mutant, objects={source: WORK / "original" / Build.object_name(source)})
+            if self.test(unchanged, folder).kind != "survived":
+                raise SystemExit(f"mutate: {unchanged.by} fails with the unchanged {source}: {unchanged.kind}")
+
     def test(self, result, folder):
+        folder.mkdir(parents=True, exist_ok=True)
         mutant = result.mutant
         header = mutant.file.endswith(".h")
         programs = [program for program in self.programs if program.objects & result.objects.keys()]
@@ -140,14 +151,16 @@ class Campaign:
                 text = mutant.apply((ROOT / mutant.file).read_text())
                 object_file = self.build.compile_to(own, {mutant.file: text}, folder, ["-O1"])
                 if object_file is None:  # for example a static assertion of the test
-                    result.kind, result.by = "killed", program.name
+                    result.kind = "refused"
                     break
                 replaced = [str(object_file)]
             mutated = [str(file) for source, file in result.objects.items() if source in program.objects]
             link[at:at + 1] = [*(replaced or [program.own_object]), *mutated]
-            # A mutant that takes away a function other files need does not link: the build refuses it.
-            if subprocess.run(link, cwd=self.build.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL).returncode != 0:
-                result.kind, result.by = "killed", f"{program.name} (link)"
+            linked = subprocess.run(link, cwd=self.build.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            if linked.returncode != 0:  # a mutant that takes away a function that other files need
+                if "undefined reference" not in linked.stdout:
+                    raise SystemExit(f"mutate: {program.name} cannot be linked:\n{linked.stdout[-2000:]}")
+                result.kind = "refused"
                 break
             outcome = run([binary, *program.arguments], ROOT, 1 + math.ceil(10 * program.cpu_s))
             binary.unlink()
@@ -252,11 +265,14 @@ def main():
                     result.kind = "equivalent"
                 else:
                     undecided.append(result)
+            campaign.check_itself(undecided, base / "unchanged")
             for number, _ in enumerate(pool.map(lambda item: campaign.test(item[1], base / f"test-{item[0]}"), enumerate(undecided)), 1):
                 if sys.stderr.isatty():
                     print(f"\r{number} of {len(undecided)}", end="", file=sys.stderr)
         finally:
             shutil.rmtree(base)
+    refused += sum(result.kind == "refused" for result in results)
+    results = [result for result in results if result.kind != "refused"]
     for result in results:
         if result.kind == "time-out":
             print("time-out: " + diff(result.mutant) + f"    ({result.by})")

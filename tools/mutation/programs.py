@@ -81,13 +81,17 @@ class Build:
         found = (ARCHIVE_MEMBER.match(line) for line in map_file.read_text().splitlines())
         return {members[match[1], match[2]] for match in found if match and (match[1], match[2]) in members}
 
+    @staticmethod
+    def object_name(source):
+        return source.replace("/", "_") + ".o"
+
     def compile_to(self, source, text_of, folder, optimise=()):
         """Compiles a source into folder, with the files of text_of in the place of the project's own. None: refused."""
         for name, text in text_of.items():
             file = folder / "source" / name
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text)
-        output = folder / (source.replace("/", "_") + ".o")
+        output = folder / self.object_name(source)
         place = folder / "source" if source in text_of else self.root
         shadow = folder / "source" / "firmware"
         command = [self.compile[source][0], f"-I{shadow}", *self.compile[source][1:], *optimise, "-c", str(place / source), "-o", str(output)]
