@@ -8,6 +8,8 @@ if(NOT Python3_FOUND)
   trackservo_missing("Python 3.11 or newer" board)
 endif()
 
+set(trackservo_hot_code "${PROJECT_SOURCE_DIR}/tools/image/hot_code.py")
+set(trackservo_pointers "${PROJECT_SOURCE_DIR}/tools/image/indirect_calls.toml")
 set(trackservo_stamp "${PROJECT_SOURCE_DIR}/tools/image/stamp_image.py")
 
 function(trackservo_add_image name)
@@ -29,7 +31,13 @@ function(trackservo_add_image name)
     --specs=nano.specs
     -nostartfiles
     "-T${linker_script}"
+    "-L${CMAKE_CURRENT_BINARY_DIR}"
     "-Wl,-Map=${image}.map")
+  # The linker script includes hot_code.ld, which tools/image/hot_code.py writes from what the image calls.
+  set_target_properties(
+    ${name} PROPERTIES RULE_LAUNCH_LINK "\"${Python3_EXECUTABLE}\" \"${trackservo_hot_code}\" --script \
+\"${CMAKE_CURRENT_BINARY_DIR}/hot_code.ld\" --pointers \"${trackservo_pointers}\" --")
+  set_property(TARGET ${name} APPEND PROPERTY LINK_DEPENDS "${trackservo_hot_code}" "${trackservo_pointers}")
   # The version block gets length and CRC of what was linked; the files are made of that.
   add_custom_command(
     TARGET ${name}
@@ -45,7 +53,6 @@ function(trackservo_add_image name)
 endfunction()
 
 set(trackservo_budget "${PROJECT_SOURCE_DIR}/tools/image/budget.py")
-set(trackservo_pointers "${PROJECT_SOURCE_DIR}/tools/image/indirect_calls.toml")
 
 function(trackservo_add_size_target name)
   add_custom_target(

@@ -18,8 +18,9 @@ typedef enum {
   HAL_RESET_WATCHDOG = 4, /* tick, current loop or background did not run in time */
   HAL_RESET_FAULT = 5,    /* an exception of the processor, then the watchdog */
   HAL_RESET_OTHER = 6,
-  HAL_RESET_BROWN_OUT = 7,     /* the supply dipped: the memory still had its contents */
-  HAL_RESET_STACK_OVERFLOW = 8 /* a fault like 5, known to come from the stack */
+  HAL_RESET_BROWN_OUT = 7,      /* the supply dipped: the memory still had its contents */
+  HAL_RESET_STACK_OVERFLOW = 8, /* a fault like 5, known to come from the stack */
+  HAL_RESET_RAM_PARITY = 9      /* a fault like 5: the RAM found a wrong bit */
 } hal_reset_cause;
 
 typedef struct {
@@ -30,7 +31,7 @@ typedef struct {
 
 /* Results of a self-test. The lower eight bits are sent by EMCY; none of them there is HAL_TEST_MEMORY. */
 enum {
-  HAL_TEST_IMAGE = 0x01,           /* CRC of the program memory */
+  HAL_TEST_IMAGE = 0x01,           /* CRC of the program memory, or the copy of its hot code in RAM */
   HAL_TEST_CLOCK = 0x02,           /* the frames of no connected gyro come at 1 kHz */
   HAL_TEST_CURRENT_OFFSET = 0x04,  /* a current sensor shows current while the bridges are off */
   HAL_TEST_ENCODER_AZIMUTH = 0x08, /* no plausible answer */

@@ -350,6 +350,18 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .check = "What was done just before the reset, and does it happen again?",
          .cure = "Report the fault with its fault log.",
          .clear = NOTHING},
+    [FAULT_RAM_PARITY] =
+        {.name = "RAM parity error",
+         .owner = FAULT_OF_BOARD,
+         .reported_once = true,
+         .detection = "A word of RAM with a wrong parity was read. The hardware switches the bridges off at once and "
+                      "the board restarts.",
+         .when = "Always, if the option bit of the chip enables the parity. It is reported after the restart.",
+         .timer = "",
+         .cause = "A bit of the RAM has flipped (radiation, a disturbance of the supply), or a cell is defective.",
+         .check = "Does it happen again? The restart has tested all of the RAM.",
+         .cure = "Replace the board if the fault returns.",
+         .clear = NOTHING},
     [FAULT_PARAMETERS_LOST] = {.name = "stored parameters rejected",
                                .owner = FAULT_OF_STORE,
                                .detection = "A stored parameter set was not loaded. The detail is a sum: 1 damaged, 2 "

@@ -45,6 +45,7 @@ struct hal {
 
   /* The background's. */
   image_check image;
+  uint32_t hot_code_at; /* next word to compare */
   uint32_t ticks_at_image_check;
   volatile bool image_damaged;
   hal_flash parameter_flash[2];

@@ -13,7 +13,7 @@ __attribute__((section(".noinit"))) static volatile retained_record kept;
 
 static uint32_t check_of(const fault_record *record) {
   return ~(PRESENT + record->exception + record->program_counter + record->configurable_fault_status +
-           record->hard_fault_status);
+           record->hard_fault_status + record->parity_error);
 }
 
 void fault_record_write(const fault_record *record) {
@@ -21,6 +21,7 @@ void fault_record_write(const fault_record *record) {
   kept.record.program_counter = record->program_counter;
   kept.record.configurable_fault_status = record->configurable_fault_status;
   kept.record.hard_fault_status = record->hard_fault_status;
+  kept.record.parity_error = record->parity_error;
   kept.check = check_of(record);
   kept.present = PRESENT;
 }
@@ -30,7 +31,8 @@ bool fault_record_take(fault_record *record) {
   *record = (fault_record){.exception = kept.record.exception,
                            .program_counter = kept.record.program_counter,
                            .configurable_fault_status = kept.record.configurable_fault_status,
-                           .hard_fault_status = kept.record.hard_fault_status};
+                           .hard_fault_status = kept.record.hard_fault_status,
+                           .parity_error = kept.record.parity_error};
   kept.present = 0;
   return present && kept.check == check_of(record);
 }

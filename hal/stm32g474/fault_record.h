@@ -10,6 +10,7 @@ typedef struct {
   uint32_t program_counter;           /* 0 when the stack could not be read */
   uint32_t configurable_fault_status; /* CFSR */
   uint32_t hard_fault_status;         /* HFSR */
+  uint32_t parity_error;              /* 1: of the RAM, see ram_parity.h */
 } fault_record;
 
 void fault_record_write(const fault_record *record);

@@ -6,10 +6,9 @@
 extern volatile uint32_t stack_limit[];
 extern uint32_t stack_top[];
 extern volatile uint32_t data_start[];
-extern uint32_t ram_end[];
-
-/* The reset handler and this test itself. */
-enum { STACK_IN_USE_BYTES = 256 };
+extern uint32_t retained_start[];
+extern volatile uint32_t ccm_start[];
+extern uint32_t ccm_end[];
 
 #define ZEROS 0u
 #define ONES UINT32_MAX
@@ -41,9 +40,16 @@ static uint32_t downwards(volatile uint32_t *first, uint32_t words, uint32_t exp
   return wrong;
 }
 
+/* Without reading: with parity, reading a word that was never written is an error. */
+static void fill(volatile uint32_t *first, uint32_t words, uint32_t written) {
+  for (uint32_t i = 0; i < words; ++i) {
+    first[i] = written;
+  }
+}
+
 static uint32_t march(volatile uint32_t *first, uintptr_t end) {
   const uint32_t words = (uint32_t)(end - (uintptr_t)first) / sizeof(uint32_t);
-  (void)upwards(first, words, ZEROS, ZEROS); /* previous contents do not matter */
+  fill(first, words, ZEROS);
   uint32_t wrong = upwards(first, words, ZEROS, ONES);
   wrong |= upwards(first, words, ONES, ZEROS);
   wrong |= downwards(first, words, ZEROS, ONES);
@@ -52,8 +58,8 @@ static uint32_t march(volatile uint32_t *first, uintptr_t end) {
 }
 
 void ram_test_run(void) {
-  const uint32_t wrong =
-      march(stack_limit, (uintptr_t)stack_top - STACK_IN_USE_BYTES) | march(data_start, (uintptr_t)ram_end);
+  const uint32_t wrong = march(stack_limit, (uintptr_t)stack_top - RAM_TEST_STACK_BYTES) |
+                         march(data_start, (uintptr_t)retained_start) | march(ccm_start, (uintptr_t)ccm_end);
   verdict.passed = wrong == 0 ? PASSED : 0;
   verdict.complement = wrong == 0 ? ~PASSED : 0;
 }

@@ -43,6 +43,9 @@ hal_reset reset_cause_take(void) {
   if (fault_record_take(&record) && reset.cause != HAL_RESET_POWER_ON) {
     const bool stack_overflow = (record.configurable_fault_status & STACK_GUARD_WAS_HIT) != 0;
     reset.cause = stack_overflow ? HAL_RESET_STACK_OVERFLOW : HAL_RESET_FAULT;
+    if (record.parity_error != 0) {
+      reset.cause = HAL_RESET_RAM_PARITY;
+    }
     reset.exception = (uint8_t)record.exception;
     reset.program_counter = record.program_counter;
   }

@@ -2,6 +2,7 @@
 #include "board.h"
 #include "bridge.h"
 #include "clock.h"
+#include "hot_code.h"
 #include "image_check.h"
 #include "ram_test.h"
 
@@ -117,7 +118,7 @@ uint32_t hal_board_self_test(hal *machine) {
     machine->test_bits |= HAL_TEST_MEMORY;
     return HAL_TEST_MEMORY;
   }
-  if (!image_check_is_whole()) {
+  if (!image_check_is_whole() || !hot_code_is_whole()) {
     machine->test_bits |= HAL_TEST_IMAGE;
   }
   machine->test_bits |= test_sensors(machine);

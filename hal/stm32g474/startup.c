@@ -1,10 +1,12 @@
-/* From reset to main: outputs off, FPU on, stack guarded, RAM tested, variables initialised for C. Faults: outputs off,
- * the cause recorded, and the watchdog resets. */
+/* From reset to main: outputs off, FPU on, stack guarded, RAM tested, hot code copied, variables initialised for C.
+ * Faults: outputs off, the cause recorded, and the watchdog resets. */
 #include <stdint.h>
 
 #include "fault_record.h"
+#include "hot_code.h"
 #include "interrupts.h"
 #include "parameter_flash.h"
+#include "ram_parity.h"
 #include "ram_test.h"
 #include "registers/core.h"
 #include "registers/iwdg.h"
@@ -25,11 +27,13 @@ extern const uint32_t image_start[];
 
 int main(void);
 void reset_handler(void);
+void start_image(void);
 void fault_handler(void);
 void handle_fault(const uint32_t *frame);
 void nmi_handler(void);
 
 enum { FULL_ACCESS = 0xF, FRAME_PROGRAM_COUNTER = 6 };
+_Static_assert(RAM_TEST_STACK_BYTES == 64 * sizeof(uint32_t), "as the reset handler clears it");
 
 static void initialise_variables(void) {
   const uint32_t *from = data_image;
@@ -41,7 +45,20 @@ static void initialise_variables(void) {
   }
 }
 
-void reset_handler(void) {
+/* The RAM test cannot clear the part of the stack that it uses; with parity, all of it must have been written. */
+__attribute__((naked)) void reset_handler(void) {
+  __asm volatile(
+      "ldr r0, =stack_top\n"
+      "movs r1, #0\n"
+      "movs r2, #64\n"
+      "1: subs r0, #4\n"
+      "str r1, [r0]\n"
+      "subs r2, #1\n"
+      "bne 1b\n"
+      "b start_image\n");
+}
+
+void start_image(void) {
   safe_outputs();
   field_set(&SCB->cpacr, SCB_CPACR_CP10_CP11, FULL_ACCESS);
   __asm volatile("dsb\n isb" ::: "memory");
@@ -49,7 +66,9 @@ void reset_handler(void) {
   SCB->shcsr |= SCB_SHCSR_MEMFAULTENA | SCB_SHCSR_BUSFAULTENA | SCB_SHCSR_USGFAULTENA;
   SCB->ccr |= SCB_CCR_DIV_0_TRP;
   stack_guard_start((uint32_t)(uintptr_t)stack_guard);
+  ram_parity_connect();
   ram_test_run();
+  hot_code_load();
   initialise_variables();
   (void)main();
   for (;;) { /* main does not return */
@@ -73,7 +92,8 @@ void handle_fault(const uint32_t *frame) {
   const fault_record record = {.exception = field_get(SCB->icsr, SCB_ICSR_VECTACTIVE),
                                .program_counter = readable ? frame[FRAME_PROGRAM_COUNTER] : 0,
                                .configurable_fault_status = SCB->cfsr,
-                               .hard_fault_status = SCB->hfsr};
+                               .hard_fault_status = SCB->hfsr,
+                               .parity_error = ram_parity_has_failed() ? 1 : 0};
   fault_record_write(&record);
   IWDG->kr = IWDG_KEY_START;
   for (;;) {

@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "board.h"
+#include "node/servo_node.h"
 #include "servo/servo_board.h"
 
 /* In the order of bench::Layout. */
@@ -17,4 +18,5 @@ const uint32_t board_layout[] = {
     offsetof(servo_board, motor),
     sizeof(motor_stage),
     offsetof(motor_stage, voltage_v),
+    offsetof(servo_node, objects), /* servo, gains, limits, drives and protection come before */
 };

@@ -7,20 +7,14 @@
 #include <array>
 #include <cstring>
 #include <deque>
-#include <filesystem>
 #include <vector>
 
+#include "image_layout.hpp"
 #include "rig.hpp"
 
 namespace bench {
 
 constexpr std::size_t kAxes = SERVO_AXES;
-
-// See board_layout.c.
-struct Layout {
-  std::uint32_t hal_bytes, context, period, service_under_way, current_a, bus_voltage_v, samples, samples_bytes, motor,
-      motor_bytes, motor_voltage_v;
-};
 
 struct BoardPeriod {
   std::array<float, kAxes> current_a;
@@ -39,7 +33,7 @@ class BoardRecording {
  public:
   // Records from now on: the rig must not have run yet.
   explicit BoardRecording(BoardRig& rig)
-      : rig_(rig), layout_(read_layout()), board_(address_of_board()), port_(listen()) {
+      : rig_(rig), layout_(read_layout()), board_(address_of("board", layout_.hal_bytes)), port_(listen()) {
     chip().core.monitor_exceptions([this](int exception) { follow(exception); });
     chip().bus.monitor([this](const target::Bus::Write& write) { take_frame(write.address); });
   }
@@ -63,46 +57,6 @@ class BoardRecording {
   static constexpr int kTick = target::kFirstInterrupt + target::kTim6Interrupt;
 
   target::Stm32g474& chip() const { return rig_.machine.chip(); }
-
-  static Layout read_layout() {
-    const char *name = std::getenv("TARGET_LAYOUT");
-    std::ifstream file(name != nullptr ? name : "", std::ios::binary);
-    Layout layout{};
-    if (!file.read(reinterpret_cast<char *>(&layout), sizeof layout) || file.peek() != EOF) {
-      throw std::runtime_error("no layout of the board's variables; is TARGET_LAYOUT set?");
-    }
-    if (layout.samples_bytes != sizeof(hal_axis_samples)) {
-      throw std::runtime_error("hal_axis_samples has another layout on the chip than here");
-    }
-    return layout;
-  }
-
-  // The variable `board` in the symbol table of the image's ELF file (ELF-32: header, section headers, symbols).
-  std::uint32_t address_of_board() const {
-    const std::filesystem::path elf = std::filesystem::path(std::getenv("TARGET_IMAGE")).replace_extension(".elf");
-    std::ifstream file(elf, std::ios::binary);
-    const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-    const auto word = [&bytes](std::size_t at) {
-      std::uint32_t value = 0;
-      std::memcpy(&value, &bytes.at(at + 3) - 3, sizeof value);
-      return value;
-    };
-    constexpr std::uint32_t kSymbolTable = 2;
-    constexpr std::size_t kSectionBytes = 40;
-    constexpr std::size_t kSymbolBytes = 16;
-    const std::size_t sections = word(0x20);
-    for (std::size_t n = 0; n < (word(0x30) & 0xFFFFU); ++n) {
-      const std::size_t section = sections + n * kSectionBytes;
-      const std::size_t names = word(sections + word(section + 0x18) * kSectionBytes + 0x10);
-      for (std::size_t at = 0; word(section + 4) == kSymbolTable && at < word(section + 0x14); at += kSymbolBytes) {
-        const std::size_t symbol = word(section + 0x10) + at;
-        if (word(symbol + 8) == layout_.hal_bytes && std::strcmp(&bytes.at(names + word(symbol)), "board") == 0) {
-          return word(symbol + 4);
-        }
-      }
-    }
-    throw std::runtime_error(elf.string() + " has no variable `board` of this size; build image and test anew");
-  }
 
   template <typename T>
   T value_at(std::uint32_t address) const {

@@ -25,7 +25,7 @@ namespace {
 using Write = target::Bus::Write;
 using Bend = target::Bus::Bend;
 
-constexpr int kBoot_ms = 300;
+constexpr int kBoot_ms = 330;
 constexpr int kCyclicVelocity = 9;
 constexpr std::int32_t kSpeed_urad_s = 17453;
 
@@ -59,6 +59,8 @@ constexpr Promise kPromises[] = {
     {0x40003008, 0xFFF, 159, "the watchdog's time is 20 ms"},
     {0x40003010, 0xFFF, 119, "the watchdog's window"},
     {0xE000ED08, 0xFFFFFFFF, 0x08000000, "the vectors are the image's, whatever is mapped at 0"},
+    {0x4001001C, 0xF, 0x3, "a parity error and a lock-up of the core are connected to the timers' break inputs"},
+    {0x40010020, 0xFFFFFFFF, 0xFFFFFFFF, "the hot code is protected against writing"},
     {0x40013800, 0x8, 0x8, "azimuth: the line to the gyro is driven, so that it rests high"},
     {0x40004800, 0x8, 0x8, "pitch: the line to the gyro is driven, so that it rests high"},
     {0x40013808, 0x1000, 0x1000, "azimuth: a byte of the gyro that comes too early does not stop the receiver"},

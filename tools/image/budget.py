@@ -54,10 +54,11 @@ def section_sizes(elf: pathlib.Path) -> dict[str, int]:
 
 def memory_rows(elf: pathlib.Path) -> list[Row]:
     size = section_sizes(elf)
-    flash = sum(size.get(name, 0) for name in (".version_block", ".text", ".ARM.exidx", ".data")) + 0x200
+    flash = sum(size.get(name, 0) for name in (".version_block", ".hot_code", ".text", ".ARM.exidx", ".data")) + 0x200
     ram = sum(size.get(name, 0) for name in (".noinit", ".data", ".bss"))
     return [Row("flash", flash, FLASH_BUDGET),
             Row("static RAM", ram, RAM_BUDGET, f"of which the scope {SCOPE_BYTES}"),
+            Row("hot code in CCM RAM", size.get(".hot_code", 0), 32 * KIB),
             Row("RAM with stack", ram + size[".stack"], 96 * KIB, f"the chip's; stack {size['.stack']}")]
 
 

@@ -27,6 +27,7 @@ class CallGraphError(Exception):
 _VARIANT = re.compile(r"\.(isra|part|constprop|lto_priv|cold)(\.\d+)?")
 _CODE_LINE = re.compile(r"^ *([0-9a-f]+):\t[0-9a-f ]+\t(\S+)(?:\t(.*))?$")
 _TARGET = re.compile(r"^([0-9a-f]+) <")
+_VENEER = re.compile(r"^__(.+)_veneer$")
 _BRANCH = re.compile(r"^(bl|b|b(?:eq|ne|cs|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le|lr)?)(?:\.[nw])?$")
 
 
@@ -65,6 +66,7 @@ def read_symbols(elf: pathlib.Path) -> dict[int, str]:
         if len(part) == 8 and part[3] == "FUNC":
             address = int(part[1], 16) & ~1
             (names if part[4] == "GLOBAL" else local)[address] = part[7]
+    names.update({address: name for address, name in local.items() if _VENEER.match(name)})
     # Functions optimised across files have no file in the symbol table.
     only_local = sorted(address for address in local if address not in names)
     for address, sources in source_functions(elf, only_local).items():
@@ -126,9 +128,14 @@ def read_functions(elf: pathlib.Path) -> dict[int, Function]:
         current = address if address in functions else current
         if current is not None:
             operands = (code[3] or "").split(" @ ")[0].split("\t")[0]
+            if code[2] == ".word" and _VENEER.match(functions[current].name):
+                functions[current].calls.add(int(operands, 16) & ~1)  # a jump made by the linker, to a place out of reach
             _add_code(functions[current], (current, ends[current]), address, code[2], operands)
     for function in functions.values():  # the C library's assembler branches into the middle of functions, too
         function.calls = {starts[bisect.bisect_right(starts, target) - 1] for target in function.calls}
+    veneers = {address: function.calls for address, function in functions.items() if _VENEER.match(function.name)}
+    for function in functions.values():
+        function.calls = {target for callee in function.calls for target in veneers.get(callee, {callee})}
     return functions
 
 

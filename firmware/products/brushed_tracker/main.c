@@ -72,7 +72,8 @@ static void report_how_it_started(uint32_t failed_tests) {
   static const fault_id fault_of[] = {[HAL_RESET_WATCHDOG] = FAULT_WATCHDOG_RESET,
                                       [HAL_RESET_FAULT] = FAULT_EXCEPTION_RESET,
                                       [HAL_RESET_BROWN_OUT] = FAULT_BROWN_OUT_RESET,
-                                      [HAL_RESET_STACK_OVERFLOW] = FAULT_STACK_OVERFLOW};
+                                      [HAL_RESET_STACK_OVERFLOW] = FAULT_STACK_OVERFLOW,
+                                      [HAL_RESET_RAM_PARITY] = FAULT_RAM_PARITY};
   if (failed_tests != 0) {
     servo_node_report(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
   }

@@ -14,8 +14,11 @@ typedef struct {
   volatile uint32_t eccr;
   uint32_t reserved_1c;
   volatile uint32_t optr;
+  uint32_t reserved_24[2];
+  volatile uint32_t wrp1ar;
 } flash_registers;
 REGISTER_AT(flash_registers, optr, 0x20);
+REGISTER_AT(flash_registers, wrp1ar, 0x2C);
 
 #define FLASH ((flash_registers *)0x40022000u)
 
@@ -52,7 +55,14 @@ REGISTER_AT(flash_registers, optr, 0x20);
 #define FLASH_ECCR_ECCD FIELD(31, 1)
 
 #define FLASH_OPTR_RESET 0xFFEFF8AAu /* as ST ships the chip */
+#define FLASH_OPTR_RDP FIELD(0, 8)
 #define FLASH_OPTR_BFB2 FIELD(20, 1)
 #define FLASH_OPTR_DBANK FIELD(22, 1)
+#define FLASH_OPTR_SRAM_PE FIELD(24, 1) /* 0: parity of SRAM1 and CCM SRAM on */
+enum { FLASH_RDP_LEVEL_0 = 0xAA };
+
+/* Pages of bank 1 that cannot be written: from STRT to END, none when STRT is above END. */
+#define FLASH_WRP1AR_WRP1A_STRT FIELD(0, 7)
+#define FLASH_WRP1AR_WRP1A_END FIELD(16, 7)
 
 #endif

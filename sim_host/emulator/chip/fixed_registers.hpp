@@ -1,18 +1,11 @@
-// Peripherals of which the board uses only registers that store written values: SYSCFG, the debug unit's freeze bits,
-// and the words programmed in the factory (unique identifier, flash size).
+// Peripherals of which the board uses only registers that store written values: the debug unit's freeze bits, and the
+// words programmed in the factory (unique identifier, flash size).
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_FIXED_REGISTERS_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_FIXED_REGISTERS_HPP
 
 #include "core/peripheral.hpp"
 
 namespace trackservo::target {
-
-class Syscfg : public Peripheral {
- public:
-  explicit Syscfg(Services services)
-      : Peripheral("SYSCFG", services,
-                   {{"MEMRMP", 0x00, 0, 0x107}, {"CFGR1", 0x04, 0x7C000001, 0xFDFF0301}, {"CFGR2", 0x18, 0, 0x10F}}) {}
-};
 
 // Sleep with the debugger attached is not emulated; freezing a counter matters only to a debugger.
 class DebugUnit : public Peripheral {

@@ -11,6 +11,9 @@ constexpr std::uint32_t kKeyr = 0x08;
 constexpr std::uint32_t kSr = 0x10;
 constexpr std::uint32_t kCr = 0x14;
 
+constexpr std::uint32_t kOptr = 0x20;
+constexpr std::uint32_t kWrp1ar = 0x2C;
+
 constexpr std::uint32_t kProgram = 1;
 constexpr std::uint32_t kPageErase = 2;
 constexpr std::uint32_t kStart = 1U << 16;
@@ -37,7 +40,8 @@ FlashInterface::FlashInterface(Services services, std::vector<std::uint8_t>& con
                   {"SR", kSr, 0, 0xC3FB, kBusy},
                   {"CR", kCr, 0xC0000000, 0xFF078FFF},
                   {"ECCR", 0x18, 0, 0xF1000000, 0x0067FFFF},
-                  {"OPTR", 0x20, 0xFFEFF8AA, 0, 0xFFFFFFFF}}),
+                  {"OPTR", kOptr, kOptionsAtDelivery, 0, 0xFFFFFFFF},
+                  {"WRP1AR", kWrp1ar, 0x7F, 0, 0xFFFFFFFF}}),
       contents_(contents),
       data_offset_(data_offset),
       done_(timeline().add([this] {
@@ -151,6 +155,9 @@ void FlashInterface::write_control(std::uint32_t written) {
 }
 
 std::uint32_t FlashInterface::on_read(std::uint32_t offset, std::uint32_t stored, unsigned /*width*/) {
+  if (offset == kOptr || offset == kWrp1ar) {
+    return offset == kOptr ? options_ : write_protection_;
+  }
   return offset == kSr && is_busy() ? stored | kBusy : stored;
 }
 

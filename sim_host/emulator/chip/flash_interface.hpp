@@ -25,6 +25,16 @@ class FlashInterface : public Peripheral {
   bool is_prefetching() const { return (reg(0x00) & 1U << 8) != 0; }
   void on_access_control(std::function<void()> listener) { access_changed_ = std::move(listener); }
 
+  // Option bytes, as a programmer writes them; they outlast every reset. The default is what tools/image/board sets.
+  static constexpr std::uint32_t kOptionsAtDelivery = 0xFFEFF8AA;
+  static constexpr std::uint32_t kNoRamParity = 1U << 24;
+  static constexpr std::uint32_t kImageProtected = 0x003F0000;  // WRP1AR: pages 0 to 63
+  void set_options(std::uint32_t options, std::uint32_t write_protection) {
+    options_ = options;
+    write_protection_ = write_protection;
+  }
+  bool has_ram_parity() const { return (options_ & kNoRamParity) == 0; }
+
   // The program stores to an address of the flash.
   void program(std::uint32_t address, std::uint32_t value, unsigned width);
 
@@ -57,6 +67,8 @@ class FlashInterface : public Peripheral {
   std::uint32_t first_word_ = 0;
   std::uint32_t first_address_ = UINT32_MAX;
   int operations_left_ = -1;
+  std::uint32_t options_ = kOptionsAtDelivery & ~kNoRamParity;
+  std::uint32_t write_protection_ = kImageProtected;
 };
 
 // The parameter pages on the bus: reads, and stores that program.

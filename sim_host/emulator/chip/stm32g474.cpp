@@ -8,7 +8,11 @@ namespace trackservo::target {
 namespace {
 
 constexpr std::uint32_t kSramBytes = 128 * 1024;
-constexpr std::uint32_t kCcmOffset = 96 * 1024;  // of the part that is at 0x10000000, too
+constexpr std::uint32_t kSramBase = 0x20000000;
+constexpr std::uint32_t kParityBytes = 32 * 1024;  // of SRAM1
+constexpr std::uint32_t kCcmBase = 0x10000000;
+constexpr std::uint32_t kCcmOffset = 96 * 1024;  // of the RAM; the CCM SRAM is there, too
+constexpr std::uint32_t kCcmPageBytes = 1024;
 
 constexpr std::array<int, Dma::kChannels> kDma1Interrupts = {11, 12, 13, 14, 15, 16, 17, 96};
 constexpr std::array<int, Dma::kChannels> kDma2Interrupts = {56, 57, 58, 59, 60, 97, 98, 99};
@@ -44,13 +48,15 @@ Stm32g474::Stm32g474(const std::vector<std::uint8_t>& image)
   give_clocks();
   give_pins();
   wire_timers();
+  wire_memory_protection();
 }
 
 void Stm32g474::map_memories() {
   core.map({0, flash_bytes_.data(), kParameterOffset, false});
   core.map({0x08000000, flash_bytes_.data(), kParameterOffset, false});
-  core.map({0x20000000, sram_bytes_.data(), kSramBytes, true});
-  core.map({0x10000000, sram_bytes_.data() + kCcmOffset, kSramBytes - kCcmOffset, true});
+  core.map({kSramBase, sram_bytes_.data(), kCcmOffset, true});
+  core.map({kSramBase + kCcmOffset, sram_bytes_.data() + kCcmOffset, kSramBytes - kCcmOffset, true});
+  core.map({kCcmBase, sram_bytes_.data() + kCcmOffset, kSramBytes - kCcmOffset, true});
   core.map_bus(0x08000000 + kParameterOffset, kFlashBytes - kParameterOffset);
   core.map_bus(0x1FFF7000, 0x1000);
   core.map_bus(0x40000000, 0x20000000);
@@ -165,6 +171,27 @@ void Stm32g474::wire_timers() {
   };
   dma1.on_enable(serve);
   dma2.on_enable(serve);
+}
+
+void Stm32g474::wire_memory_protection() {
+  syscfg.on_break([this] {
+    tim1.set_system_break(syscfg.breaks_timers());
+    tim8.set_system_break(syscfg.breaks_timers());
+  });
+  syscfg.on_protection([this] {
+    for (std::uint32_t page = 0; page < 32; ++page) {
+      const bool writable = (syscfg.protected_pages() >> page & 1U) == 0;
+      core.allow_writes(kCcmBase + page * kCcmPageBytes, kCcmPageBytes, writable);
+      core.allow_writes(kSramBase + kCcmOffset + page * kCcmPageBytes, kCcmPageBytes, writable);
+    }
+  });
+  core.on_lock_up([this] { syscfg.find_lock_up(); });
+}
+
+void Stm32g474::flip_ram_bit(std::uint32_t address, unsigned bit) {
+  const bool has_parity = address - kSramBase < kParityBytes || address - kCcmBase < kSramBytes - kCcmOffset;
+  core.flip(address, bit,
+            has_parity && flash.has_ram_parity() ? [this] { syscfg.find_parity_error(); } : std::function<void()>());
 }
 
 // --- resets ---

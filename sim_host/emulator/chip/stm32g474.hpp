@@ -20,6 +20,7 @@
 #include "chip/pwr.hpp"
 #include "chip/rcc.hpp"
 #include "chip/spi.hpp"
+#include "chip/syscfg.hpp"
 #include "chip/timer.hpp"
 #include "chip/usart.hpp"
 #include "chip/watchdog.hpp"
@@ -65,6 +66,9 @@ class Stm32g474 {
   int resets() const { return resets_; }
   ResetCause last_reset() const { return last_reset_; }
   void on_reset(std::function<void()> listener) { reset_listener_ = std::move(listener); }
+
+  // One bit of the RAM flips; `address` is that of its word. Where the RAM has parity, the next read finds it.
+  void flip_ram_bit(std::uint32_t address, unsigned bit);
 
   Gpio& port(char name) { return *ports_[static_cast<std::size_t>(name - 'A')]; }
 
@@ -112,6 +116,7 @@ class Stm32g474 {
   void give_clocks();
   void give_pins();
   void wire_timers();
+  void wire_memory_protection();
   void reset(ResetCause cause);
 
   std::vector<Peripheral *> all_;

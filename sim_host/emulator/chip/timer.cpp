@@ -29,6 +29,9 @@ constexpr std::uint32_t kAf1 = 0x60;
 constexpr std::uint32_t kEnable = 1;
 constexpr std::uint32_t kMainOutput = 1U << 15;
 constexpr std::uint32_t kBreakFlag = 1U << 7;
+constexpr std::uint32_t kSystemBreakFlag = 1U << 13;
+constexpr std::uint32_t kBreakEnable = 1U << 12;
+constexpr std::uint32_t kBreakInterrupt = 1U << 7;  // of DIER, for all break flags
 
 // Master modes of CR2.
 constexpr unsigned kByEnable = 1;
@@ -270,15 +273,27 @@ bool Timer::is_break_active() const {
 
 void Timer::set_break_input(bool level) {
   break_input_ = level;
+  take_active_breaks();
+}
+
+void Timer::set_system_break(bool active) {
+  system_break_ = active;
+  take_active_breaks();
+}
+
+void Timer::take_active_breaks() {
   if (is_break_active()) {
-    take_break();
+    take_break(kBreakFlag);
+  }
+  if (system_break_ && (reg(kBdtr) & kBreakEnable) != 0) {
+    take_break(kSystemBreakFlag);
   }
 }
 
-void Timer::take_break() {
+void Timer::take_break(std::uint32_t flag) {
   integrate();
   reg(kBdtr) &= ~kMainOutput;
-  reg(kSr) |= kBreakFlag;
+  reg(kSr) |= flag;
   refresh_interrupts();
   outputs_changed();
 }
@@ -286,7 +301,7 @@ void Timer::take_break() {
 void Timer::refresh_interrupts() {
   update_line_.set((reg(kSr) & reg(kDier) & 1U) != 0);
   if (break_line_) {
-    break_line_->set((reg(kSr) & reg(kDier) & kBreakFlag) != 0);
+    break_line_->set((reg(kDier) & kBreakInterrupt) != 0 && (reg(kSr) & (kBreakFlag | kSystemBreakFlag)) != 0);
   }
 }
 
@@ -360,9 +375,7 @@ void Timer::write_bdtr(std::uint32_t written) {
   integrate();
   store(kBdtr, written);
   require((written & 0x33F00000U) == 0, "second break input and bidirectional break are not modelled");
-  if (is_break_active()) {
-    take_break();
-  }
+  take_active_breaks();
   check_legs();
   outputs_changed();
 }
@@ -391,7 +404,7 @@ void Timer::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*wid
   } else if (offset == kEgr) {
     require((written & ~0x81U) == 0, "this event by software is not modelled");
     if ((written & 0x80U) != 0) {
-      take_break();
+      take_break(kBreakFlag);
     }
     if ((written & 1U) != 0) {
       update(true);

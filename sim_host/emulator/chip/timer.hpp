@@ -35,6 +35,9 @@ class Timer : public Peripheral {
   // The level at the break input; low is a fault when BKP is 0.
   void set_break_input(bool level);
 
+  // A fault of the system (parity of the RAM, lock-up) at the break input; no polarity, no filter.
+  void set_system_break(bool active);
+
   // Mean of leg 0 or 1 (channels 1 and 2) over the time since the last call: share of the period for which its high
   // side conducts; nothing for a leg that is or was not driven all the time.
   std::array<std::optional<double>, kLegs> take_mean_legs();
@@ -82,7 +85,8 @@ class Timer : public Peripheral {
   void check_lock(std::uint32_t offset, std::uint32_t written) const;
   void check_legs();
   bool is_break_active() const;
-  void take_break();
+  void take_active_breaks();
+  void take_break(std::uint32_t flag);
   bool is_leg_driven(std::size_t leg) const;
   void integrate();
   void refresh_interrupts();
@@ -107,6 +111,7 @@ class Timer : public Peripheral {
   Instant edge_at_ = 0;  // when the counter last was at 0 or, counting down, at its limit
   std::uint32_t stopped_at_ = 0;
   bool break_input_ = true;
+  bool system_break_ = false;
 
   Instant integrated_to_ = 0;
   Instant integrated_from_ = 0;

@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::uint32_t kFlashBase = 0x08000000;
 constexpr std::uint32_t kFlashSize = 512 * 1024;
+constexpr std::uint32_t kCodeRamBase = 0x10000000;
+constexpr std::uint32_t kCodeRamSize = 32 * 1024;
 
 // Exceptions that Unicorn reports to its interrupt hook.
 constexpr int kSupervisorCall = 2;
@@ -82,6 +84,36 @@ struct CortexM4::Hooks {
     *stuck->byte = static_cast<std::uint8_t>(stuck->value ? *stuck->byte | stuck->mask : *stuck->byte & ~stuck->mask);
   }
 
+  static void read_bad_word(uc_engine * /*uc*/, uc_mem_type /*type*/, std::uint64_t /*address*/, int /*size*/,
+                            std::int64_t /*value*/, void *bad_word) {
+    const auto *bad = static_cast<BadWord *>(bad_word);
+    if (bad->found) {
+      bad->found();
+    }
+  }
+
+  static void repair_bad_word(uc_engine * /*uc*/, uc_mem_type /*type*/, std::uint64_t /*address*/, int /*size*/,
+                              std::int64_t /*value*/, void *bad_word) {
+    static_cast<BadWord *>(bad_word)->found = nullptr;
+  }
+
+  static void note_write(uc_engine * /*uc*/, uc_mem_type /*type*/, std::uint64_t address, int size,
+                         std::int64_t /*value*/, void *core) {
+    of(core).note_written(static_cast<std::uint32_t>(address), static_cast<std::uint32_t>(size));
+  }
+
+  static void check_read(uc_engine * /*uc*/, uc_mem_type /*type*/, std::uint64_t address, int size,
+                         std::int64_t /*value*/, void *core) {
+    CortexM4& self = of(core);
+    const std::uint32_t word = (static_cast<std::uint32_t>(address) & ~3U) - self.tracked_begin_;
+    for (std::uint32_t byte = word; byte < word + 4 && byte < self.written_.size(); ++byte) {
+      if (!self.written_[byte]) {
+        self.violations_.add(fmt::format("0x{:08x} is read before it was written ({} bytes)", address, size));
+        self.note_written(self.tracked_begin_ + word, 4);
+      }
+    }
+  }
+
   static std::uint64_t read(uc_engine * /*uc*/, std::uint64_t offset, unsigned width, void *window) {
     const auto *w = static_cast<BusWindow *>(window);
     return w->core->bus_.read(w->base + static_cast<std::uint32_t>(offset), width);
@@ -94,7 +126,12 @@ struct CortexM4::Hooks {
 };
 
 CortexM4::CortexM4(Timeline& timeline, Exceptions& exceptions, Violations& violations, Bus& bus)
-    : timeline_(timeline), exceptions_(exceptions), violations_(violations), bus_(bus), blocks_(kFlashSize / 2) {
+    : timeline_(timeline),
+      exceptions_(exceptions),
+      violations_(violations),
+      bus_(bus),
+      blocks_(kFlashSize / 2),
+      ram_blocks_(kCodeRamSize / 2) {
   check(uc_open(UC_ARCH_ARM, static_cast<uc_mode>(UC_MODE_THUMB | UC_MODE_MCLASS), &uc_), "open");
   check(uc_ctl_set_cpu_model(uc_, UC_CPU_ARM_CORTEX_M4), "Cortex-M4");
   uc_hook hook = 0;
@@ -107,8 +144,9 @@ CortexM4::~CortexM4() { uc_close(uc_); }
 
 void CortexM4::map(const Memory& memory) {
   memories_.push_back(memory);
+  const bool code = !memory.writable || memory.base == kCodeRamBase;
   const auto rights =
-      static_cast<std::uint32_t>(memory.writable ? UC_PROT_READ | UC_PROT_WRITE : UC_PROT_READ | UC_PROT_EXEC);
+      static_cast<std::uint32_t>(UC_PROT_READ | (memory.writable ? UC_PROT_WRITE : 0) | (code ? UC_PROT_EXEC : 0));
   check(uc_mem_map_ptr(uc_, memory.base, memory.size, rights, memory.bytes), "memory");
 }
 
@@ -138,6 +176,58 @@ void CortexM4::stick(std::uint32_t address, unsigned bit, bool value) {
   check(uc_hook_add(uc_, &hook, UC_HOOK_MEM_READ, reinterpret_cast<void *>(Hooks::hold_stuck_bit),
                     stuck_bits_.back().get(), address, address + 3),
         "stuck bit");
+}
+
+void CortexM4::allow_writes(std::uint32_t address, std::uint32_t size, bool allowed) {
+  const bool code = address - kCodeRamBase < kCodeRamSize;
+  const auto rights =
+      static_cast<std::uint32_t>(UC_PROT_READ | (allowed ? UC_PROT_WRITE : 0) | (code ? UC_PROT_EXEC : 0));
+  check(uc_mem_protect(uc_, address, size, rights), "write protection");
+}
+
+void CortexM4::flip(std::uint32_t address, unsigned bit, std::function<void()> found) {
+  std::uint8_t *byte = memory_at(address + bit / 8, 1);
+  if (byte == nullptr) {
+    throw std::invalid_argument("no memory there for a flipped bit");
+  }
+  *byte ^= static_cast<std::uint8_t>(1U << bit % 8);
+  check(uc_ctl_flush_tb(uc_), "code that has changed");  // also: translated code calls no new hooks
+  if (!found) {
+    return;
+  }
+  bad_words_.push_back(std::make_unique<BadWord>(BadWord{address, std::move(found)}));
+  BadWord *bad = bad_words_.back().get();
+  uc_hook hook = 0;
+  check(uc_hook_add(uc_, &hook, UC_HOOK_MEM_READ, reinterpret_cast<void *>(Hooks::read_bad_word), bad, address,
+                    address + 3),
+        "flipped bit");
+  check(uc_hook_add(uc_, &hook, UC_HOOK_MEM_WRITE, reinterpret_cast<void *>(Hooks::repair_bad_word), bad, address,
+                    address + 3),
+        "flipped bit");
+}
+
+void CortexM4::check_code(std::uint32_t address, std::uint32_t size) {
+  for (const auto& bad : bad_words_) {
+    if (bad->found && bad->address + 4 > address && bad->address < address + size) {
+      bad->found();
+    }
+  }
+}
+
+void CortexM4::report_unwritten_reads(std::uint32_t begin, std::uint32_t end) {
+  tracked_begin_ = begin;
+  written_.assign(end - begin, false);
+  uc_hook hook = 0;
+  check(uc_hook_add(uc_, &hook, UC_HOOK_MEM_WRITE, reinterpret_cast<void *>(Hooks::note_write), this, begin, end - 1),
+        "unwritten reads");
+  check(uc_hook_add(uc_, &hook, UC_HOOK_MEM_READ, reinterpret_cast<void *>(Hooks::check_read), this, begin, end - 1),
+        "unwritten reads");
+}
+
+void CortexM4::note_written(std::uint32_t address, std::uint32_t size) {
+  for (std::uint32_t byte = address - tracked_begin_; size > 0 && byte < written_.size(); ++byte, --size) {
+    written_[byte] = true;
+  }
 }
 
 // With the existing frames: otherwise the program would use the memory there for its variables.
@@ -196,7 +286,10 @@ void CortexM4::charge_cycles(std::uint32_t cycles) {
 CortexM4::Block& CortexM4::block_at(std::uint32_t address, std::uint32_t size) {
   const std::uint32_t offset = address >= kFlashBase ? address - kFlashBase : address;  // flash is at 0, too
   const bool in_flash = offset < kFlashSize;
-  Block& block = in_flash ? blocks_[offset / 2] : others_[address];
+  const std::uint32_t ram_offset = address - kCodeRamBase;
+  Block& block = in_flash                    ? blocks_[offset / 2]
+                 : ram_offset < kCodeRamSize ? ram_blocks_[ram_offset / 2]
+                                             : others_[address];
   if (block.size != size) {
     const std::uint8_t *code = memory_at(address, size);
     block.cost = code != nullptr ? block_cost(code, size) : BlockCost{1, 1, false};
@@ -218,6 +311,9 @@ void CortexM4::on_block(std::uint32_t address, std::uint32_t size) {
       uc_emu_stop(uc_);
       return;
     }
+  }
+  if (!bad_words_.empty()) {
+    check_code(address, size);
   }
   const Block& block = block_at(address, size);
   const bool follows_on = address == next_address_;
@@ -305,7 +401,9 @@ void CortexM4::handle_stop(int error) {
   } else if (error == UC_ERR_FETCH_UNMAPPED || error == UC_ERR_FETCH_PROT) {
     fault(kBusFault, kInstructionBusError);
   } else if (error == UC_ERR_WRITE_PROT) {
-    violations_.add(fmt::format("store to 0x{:08x} in the flash of the running program", fault_address_));
+    if (fault_address_ - kFlashBase < kFlashSize) {
+      violations_.add(fmt::format("store to 0x{:08x} in the flash of the running program", fault_address_));
+    }
     fault(kBusFault, kPreciseDataBusError, fault_address_);
   } else if (error == UC_ERR_READ_UNMAPPED || error == UC_ERR_WRITE_UNMAPPED) {
     fault_at_missing_memory();
@@ -352,6 +450,7 @@ void CortexM4::enter(int exception) {
     exception = exception_of_failed_stacking(bottom);
   } else {
     std::memcpy(frame, values.data(), kBasicFrame);
+    note_written(bottom, size);
     if (has_floats) {
       for (std::ptrdiff_t i = 0; i < 8; ++i) {
         uc_reg_read(uc_, UC_ARM_REG_D0 + static_cast<int>(i), frame + kBasicFrame + 8 * i);
@@ -494,6 +593,11 @@ void CortexM4::hard_fault(std::uint32_t hfsr_bits) {
   }
 }
 
-void CortexM4::lock_up() { locked_up_ = true; }
+void CortexM4::lock_up() {
+  locked_up_ = true;
+  if (lock_up_listener_) {
+    lock_up_listener_();
+  }
+}
 
 }  // namespace trackservo::target

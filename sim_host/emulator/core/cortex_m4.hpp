@@ -120,6 +120,19 @@ class CortexM4 {
   // it.
   void stick(std::uint32_t address, unsigned bit, bool value);
 
+  // Whether the program may write there; a store that may not is a bus error.
+  void allow_writes(std::uint32_t address, std::uint32_t size, bool allowed);
+
+  // One bit of a word changes. If `found` is given, each later read of the word, also as code, calls it; a write
+  // repairs the word.
+  void flip(std::uint32_t address, unsigned bit, std::function<void()> found);
+
+  // From now on each word between these addresses that the program reads before it is written is reported once.
+  void report_unwritten_reads(std::uint32_t begin, std::uint32_t end);
+
+  // Called when the core locks up.
+  void on_lock_up(std::function<void()> listener) { lock_up_listener_ = std::move(listener); }
+
   // The stack pointer from the next time on in which no handler runs, as if calls had nested so deep; running code has
   // its variables there.
   void sink_stack_to(std::uint32_t address) { sunken_stack_ = address; }
@@ -154,6 +167,8 @@ class CortexM4 {
   void fault(int exception, std::uint32_t cfsr_bits, std::optional<std::uint32_t> address = std::nullopt);
   void hard_fault(std::uint32_t hfsr_bits);
   void lock_up();
+  void note_written(std::uint32_t address, std::uint32_t size);
+  void check_code(std::uint32_t address, std::uint32_t size);
   void set_register(int unicorn_register, std::uint32_t value);
 
   Timeline& timeline_;
@@ -175,7 +190,18 @@ class CortexM4 {
   };
   std::vector<std::unique_ptr<StuckBit>> stuck_bits_;
 
+  struct BadWord {
+    std::uint32_t address;
+    std::function<void()> found;  // none: repaired
+  };
+  std::vector<std::unique_ptr<BadWord>> bad_words_;
+  std::function<void()> lock_up_listener_;
+
+  std::uint32_t tracked_begin_ = 0;  // of report_unwritten_reads
+  std::vector<bool> written_;        // by bytes
+
   std::vector<Block> blocks_;              // of the flash, by half-word
+  std::vector<Block> ram_blocks_;          // of the RAM for code, by half-word
   std::map<std::uint32_t, Block> others_;  // elsewhere
   std::uint32_t next_address_ = 0;         // end of the last block
   bool within_it_ = false;

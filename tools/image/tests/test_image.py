@@ -67,6 +67,26 @@ def test_vectors_lead_where_the_chip_looks(image):
         assert names[vector & ~1] == expected.get(number, "fault_handler"), number
 
 
+CCM = range(0x10000000, 0x10008000)
+
+
+def test_frequent_interrupts_run_in_ram_and_fault_handlers_in_flash():
+    address_of = {name: address for address, name in call_graph.read_symbols(IMAGE.with_suffix(".elf")).items()}
+    for name in ("adc1_2_interrupt", "tim6_dac_interrupt", "pre_tick_interrupt", "tim1_brk_interrupt"):
+        assert address_of[name] in CCM, name
+    for name in ("reset_handler", "start_image", "fault_handler", "handle_fault", "nmi_handler", "pendsv_exception"):
+        assert address_of[name] not in CCM, name
+
+
+def test_a_jump_made_by_the_linker_counts_as_a_call_to_its_target():
+    functions = call_graph.read_functions(IMAGE.with_suffix(".elf"))
+    names = {callee: functions[callee].name for function in functions.values() for callee in function.calls}
+    assert not [name for name in names.values() if name.endswith("_veneer")]
+    far = [caller for address, caller in functions.items() if address not in CCM and not caller.name.endswith("_veneer")
+           and any(callee in CCM for callee in caller.calls)]
+    assert far, "no function in flash calls one in RAM"
+
+
 def test_hex_and_elf_hold_the_same_bytes(image, tmp_path):
     for kind, form in (("hex", "ihex"), ("elf", "elf32-littlearm")):
         subprocess.run(["arm-none-eabi-objcopy", "-I", form, "-O", "binary", IMAGE.with_suffix(f".{kind}"), tmp_path / kind],
