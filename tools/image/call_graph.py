@@ -128,7 +128,7 @@ def read_functions(elf: pathlib.Path) -> dict[int, Function]:
         current = address if address in functions else current
         if current is not None:
             operands = (code[3] or "").split(" @ ")[0].split("\t")[0]
-            if code[2] == ".word" and _VENEER.match(functions[current].name):
+            if code[2] == ".word" and address == current + 4 and _VENEER.match(functions[current].name):
                 functions[current].calls.add(int(operands, 16) & ~1)  # a jump made by the linker, to a place out of reach
             _add_code(functions[current], (current, ends[current]), address, code[2], operands)
     for function in functions.values():  # the C library's assembler branches into the middle of functions, too

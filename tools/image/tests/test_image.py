@@ -5,6 +5,7 @@ import re
 import struct
 import subprocess
 import sys
+import tomllib
 import zlib
 
 import pytest
@@ -85,6 +86,23 @@ def test_a_jump_made_by_the_linker_counts_as_a_call_to_its_target():
     far = [caller for address, caller in functions.items() if address not in CCM and not caller.name.endswith("_veneer")
            and any(callee in CCM for callee in caller.calls)]
     assert far, "no function in flash calls one in RAM"
+
+
+# Where the firmware calls each kind of hook.
+CALLERS = {"refresh": "od_read", "accept": "od_check_write", "execute": "object_dictionary.c:execute", "changed": "od_write_checked",
+           "stops": "od_is_stop", "needed": "od_needed_hooks", "stream_begin": "sdo_transfer.c:begin_stream",
+           "stream_read": "sdo_transfer_read", "stream_append": "sdo_transfer_append", "stream_end": "sdo_transfer.c:end_stream"}
+
+
+def test_every_hook_of_the_dictionary_counts_for_the_stack():
+    table = tomllib.loads((PROJECT / "tools/image/indirect_calls.toml").read_text("utf-8"))
+    found = 0
+    for file in sorted((PROJECT / "firmware").rglob("*.c")):
+        hooks = [] if file.parent.name == "tests" else re.findall(r"od_hooks \w+ = \{([^}]*)\}", file.read_text("utf-8"))
+        for kind, function in re.findall(r"\.(\w+) = (\w+)", " ".join(hooks)):
+            found += 1
+            assert f"{file.name}:{function}" in table[CALLERS[kind]]["calls"], f"{file.name}: {kind}"
+    assert found >= 20
 
 
 def test_hex_and_elf_hold_the_same_bytes(image, tmp_path):
