@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <optional>
 
 #include "attack/attack_campaign.hpp"
+#include "attack/named_sequences.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
 
@@ -16,6 +19,7 @@ struct AttackCommand {
   std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
   AttackOptions attack;
   std::optional<std::uint64_t> replay;
+  std::string sequence;
   std::filesystem::path json;
 };
 
@@ -28,6 +32,13 @@ int attack(const AttackCommand& command) {
                result.narrow ? ", azimuth within half a turn" : "", describe(result.harm, result.answers));
     return result.harmless() ? 0 : 1;
   }
+  if (!command.sequence.empty()) {
+    fmt::print("{}", replay(bench, named_sequence(command.sequence)));
+    return 0;
+  }
+  const std::vector<SequenceResult> sequences = run_named_sequences(bench, command.attack.threads);
+  fmt::print("{}\n", print(sequences));
+  (void)std::fflush(stdout);
   start_progress();
   const AttackCampaign campaign = run_attacks(bench, command.attack, show_progress);
   fmt::print("{}", print(campaign));
@@ -35,7 +46,9 @@ int attack(const AttackCommand& command) {
     write_attacks(campaign, TRACKSERVO_GIT, command.json);
     fmt::print("Wrote {}\n", command.json.string());
   }
-  return campaign.harmful.empty() ? 0 : 1;
+  const bool harmless =
+      std::all_of(sequences.begin(), sequences.end(), [](const SequenceResult& one) { return one.harmless; });
+  return harmless && campaign.harmful.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -57,6 +70,12 @@ void add_attack(CLI::App& app, int& code) {
                           ->check(CLI::Validator(output_file_problem, "FILE"));
   command->add_option("--replay", options->replay, "run one seed and print every write, frame and event with its time")
       ->check(seed())
+      ->excludes(seeds)
+      ->excludes(first)
+      ->excludes(json);
+  command
+      ->add_option("--replay-sequence", options->sequence,
+                   "run one of the known sequences and print its worst run in the same way")
       ->excludes(seeds)
       ->excludes(first)
       ->excludes(json);

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "attack/attack_campaign.hpp"
+#include "attack/named_sequences.hpp"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -35,10 +36,23 @@ void test_random_legal_writes() {
   TEST_ASSERT_EQUAL_MESSAGE(kWritesAreHarmless, campaign.harmful.empty(), "see kWritesAreHarmless");
 }
 
+// Each must do what its row says; a row whose state changes needs `harmless` changed, and docs/results/attack.md.
+void test_known_sequences() {
+  const sim::AttackBench bench(sim::load_plant("sim_host/plants/tracker.toml"));
+  const std::vector<sim::SequenceResult> results = sim::run_named_sequences(bench, 2);
+  std::printf("%s", sim::print(results).c_str());
+  TEST_ASSERT_EQUAL(sim::named_sequences().size(), results.size());
+  for (const sim::SequenceResult& one : results) {
+    TEST_ASSERT_FALSE_MESSAGE(one.harm.not_finite, one.sequence->name.c_str());
+    TEST_ASSERT_EQUAL_MESSAGE(one.sequence->harmless, one.harmless, one.sequence->name.c_str());
+  }
+}
+
 }  // namespace
 
 int main() {
   UNITY_BEGIN();
+  RUN_TEST(test_known_sequences);
   RUN_TEST(test_random_legal_writes);
   return UNITY_END();
 }

@@ -1,0 +1,384 @@
+#include "attack/named_sequences.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "base/job_pool.hpp"
+#include "serve/flash_memory.hpp"
+
+namespace trackservo::sim {
+namespace {
+
+constexpr double kDegree = kPi / 180.0;
+constexpr double kRunUp_rad = 0.9;               // from the start to the writes: the axis reaches its speed before
+constexpr double kLongestRunUp_s = 4.0;          // then the writes come where the axis is
+constexpr double kRest_s = 1.0;                  // at standstill, before the writes
+constexpr double kAtRest_rad_s = 0.5 * kDegree;  // in the last half second
+constexpr double kLast_s = 0.5;
+constexpr std::uint8_t kMasterNode = 5;
+constexpr int kHeartbeatTicks = 20;
+constexpr double kShaking_rad_s = 3.0 * kDegree;  // allowed at rest with gains that shake
+
+SdoWrite write(const DrivenNode& node, int axis, std::uint16_t index, std::uint8_t sub, double value) {
+  od_object object;
+  const std::uint16_t shifted = index < 0x2000 ? index : index_of_axis(index, axis);
+  if (od_find(servo_node_dictionary(&node.node()), shifted, sub, &object) != OD_OK) {
+    throw std::invalid_argument(fmt::format("no object {:04X}:{}", shifted, sub));
+  }
+  SdoWrite made{shifted, sub, static_cast<std::uint8_t>(object.entry->bytes), 0};
+  if (object.entry->type == OD_REAL32) {
+    const auto real = static_cast<float>(value);
+    std::memcpy(&made.value, &real, sizeof real);
+  } else {
+    made.value = static_cast<std::uint32_t>(std::llround(value));
+  }
+  return made;
+}
+
+struct Value {
+  std::uint16_t index;
+  std::uint8_t sub;
+  double value;
+  bool times_direction = false;
+};
+
+std::function<std::vector<SdoWrite>(const DrivenNode&, int, double)> values(std::vector<Value> list) {
+  return [list = std::move(list)](const DrivenNode& node, int axis, double direction) {
+    std::vector<SdoWrite> writes;
+    for (const Value& one : list) {
+      writes.push_back(write(node, axis, one.index, one.sub, one.times_direction ? direction * one.value : one.value));
+    }
+    return writes;
+  };
+}
+
+NamedSequence towards_end(const char *name, bool harmless, std::vector<Value> list) {
+  NamedSequence sequence;
+  sequence.name = name;
+  sequence.harmless = harmless;
+  sequence.writes = values(std::move(list));
+  return sequence;
+}
+
+NamedSequence gains_at_rest(const char *name, bool harmless, double seconds, std::vector<Value> list) {
+  NamedSequence sequence = towards_end(name, harmless, std::move(list));
+  sequence.approach = Approach::kStandstill;
+  sequence.seconds = seconds;
+  sequence.max_rate_rad_s = kShaking_rad_s;
+  sequence.rests_at_end = true;
+  return sequence;
+}
+
+NamedSequence proportional_gain(const char *name, bool harmless, double seconds, double factor) {
+  NamedSequence sequence = gains_at_rest(name, harmless, seconds, {});
+  sequence.writes = [factor](const DrivenNode& node, int axis, double) {
+    const auto gain = static_cast<double>(node.axis(axis).tuning.active.speed_loop.proportional_nm_s_rad);
+    return std::vector<SdoWrite>{write(node, axis, 0x2000, 1, factor * gain), write(node, axis, 0x2070, 1, 1)};
+  };
+  return sequence;
+}
+
+NamedSequence beyond_half_turn(const char *name, bool harmless, double angle_deg, double rate_deg_s) {
+  NamedSequence sequence = towards_end(name, harmless, {});
+  sequence.approach = Approach::kBeyondHalfTurn;
+  sequence.angle_rad = angle_deg * kDegree;
+  sequence.rate_rad_s = rate_deg_s * kDegree;
+  sequence.seconds = 6;
+  return sequence;
+}
+
+std::vector<NamedSequence> all() {
+  std::vector<NamedSequence> list = {
+      towards_end("deceleration and jerk of one count", false, {{0x6084, 0, 1}, {0x60A4, 1, 1}}),
+      towards_end("quick stop with a deceleration and jerk of one count", true,
+                  {{0x6085, 0, 1}, {0x60A4, 1, 1}, {0x6040, 0, 0x02}}),
+      towards_end("halt with a deceleration and jerk of one count", false,
+                  {{0x6084, 0, 1}, {0x60A4, 1, 1}, {0x6040, 0, 0x10F}}),
+      towards_end("disable with a deceleration and jerk of one count", false,
+                  {{0x6084, 0, 1}, {0x60A4, 1, 1}, {0x605C, 0, 1}, {0x6040, 0, 0x07}}),
+      towards_end("disable voltage", true, {{0x6040, 0, 0x00}}),
+      towards_end("speed-loop gains of 0", false, {{0x2000, 1, 0}, {0x2000, 2, 0}, {0x2070, 1, 1}}),
+      towards_end("mode 0", true, {{0x6060, 0, 0}}),
+      towards_end("full torque outwards", true, {{0x6071, 0, 1000, true}, {0x6060, 0, DRIVE_CYCLIC_TORQUE}}),
+      towards_end("position limits wide open", true,
+                  {{0x607D, 1, 0}, {0x607D, 2, 0}, {0x6084, 0, 4294967295.0}, {0x60FF, 0, 1.4e6, true}}),
+  };
+  list.push_back(towards_end("torque limit of 0", false, {{0x6072, 0, 0}}));
+  NamedSequence offset =
+      towards_end("gains of 0 and full torque offset", false,
+                  {{0x60B2, 0, 1000, true}, {0x2000, 1, 0}, {0x2000, 2, 0}, {0x2020, 1, 0}, {0x2070, 1, 1}});
+  offset.mode = DRIVE_CYCLIC_VELOCITY;
+  list.push_back(offset);
+  NamedSequence heartbeat = towards_end("heartbeat lost with a deceleration and jerk of one count", false,
+                                        {{0x6085, 0, 1}, {0x60A4, 1, 1}, {0x1016, 1, kMasterNode << 16 | 100}});
+  heartbeat.heartbeats = true;
+  list.push_back(heartbeat);
+  NamedSequence silence = towards_end("silence of the master", false, {});
+  silence.rate_rad_s = 20.0 * kDegree;
+  silence.distance_rad = 0.9;
+  silence.rests_at_end = true;
+  silence.seconds = 2.4;
+  list.push_back(silence);
+  list.push_back(gains_at_rest("low-pass of 5 Hz at rest", false, 3, {{0x2040, 4, 5}, {0x2070, 1, 1}}));
+  list.push_back(gains_at_rest("low-pass of 20 Hz at rest", false, 3, {{0x2040, 4, 20}, {0x2070, 1, 1}}));
+  list.push_back(gains_at_rest("Kp of 20,000 at rest", false, 3, {{0x2000, 1, 20000}, {0x2070, 1, 1}}));
+  list.push_back(gains_at_rest("Ki of 1e8 at rest", false, 3, {{0x2000, 2, 1e8}, {0x2070, 1, 1}}));
+  list.push_back(proportional_gain("Kp times 10 at rest", true, 3, 10.0));
+  list.push_back(proportional_gain("Kp times 30 at rest", false, 3, 30.0));
+  list.push_back(beyond_half_turn("start at 200 deg, 20 deg/s outwards", false, 200.0, 20.0));
+  list.push_back(beyond_half_turn("start at 240 deg, 20 deg/s outwards", false, 240.0, 20.0));
+  list.push_back(beyond_half_turn("start at 240 deg, 55 deg/s outwards", false, 240.0, 55.0));
+  return list;
+}
+
+struct SequencePlace {
+  int axis;
+  double direction;
+  double distance_rad;
+};
+
+// One run of a sequence.
+class SequenceRun {
+ public:
+  SequenceRun(const AttackBench& bench, const NamedSequence& sequence, const SequencePlace& place, EventLog *log)
+      : sequence_(sequence),
+        axis_(place.axis),
+        direction_(place.direction),
+        distance_rad_(place.distance_rad),
+        setup_(sequence.approach == Approach::kBeyondHalfTurn ? bench.shipped() : bench.narrow()),
+        master_(log),
+        node_(setup_, kSeed, start_angles(), {master_.receiver(), flash_.areas(), true}),
+        judge_(setup_),
+        reporter_(log),
+        log_(log) {
+    master_.connect(node_);
+  }
+
+  SequenceResult run() {
+    approach();
+    send(sequence_.writes(node_, axis_, direction_));
+    result_.sequence = &sequence_;
+    result_.runs = 1;
+    const double from_s = time_s_;
+    const double from_rad = angle();
+    const int ticks = static_cast<int>(sequence_.seconds / kTick_s);
+    for (int i = 0; i < ticks; ++i) {
+      tick(false);
+      if (i >= ticks - static_cast<int>(kLast_s / kTick_s)) {
+        last_rate_rad_s_ = std::max(last_rate_rad_s_, std::abs(rate()));
+      }
+      result_.max_rate_rad_s = std::max(result_.max_rate_rad_s, std::abs(rate()));
+      result_.max_travel_rad = std::max(result_.max_travel_rad, std::abs(angle() - from_rad));
+      note_fault(from_s);
+    }
+    judge();
+    return result_;
+  }
+
+ private:
+  static constexpr std::uint64_t kSeed = 1;
+
+  std::array<double, kAxes> start_angles() const {
+    std::array<double, kAxes> angles = {0.3, 0.6};
+    double& angle = angles[static_cast<std::size_t>(axis_)];
+    if (sequence_.approach == Approach::kTowardsEnd) {
+      angle = limit() - direction_ * (distance_rad_ + kRunUp_rad);
+    } else if (sequence_.approach == Approach::kBeyondHalfTurn) {
+      angle = direction_ * sequence_.angle_rad;
+    }
+    return angles;
+  }
+
+  double limit() const {
+    const protection_limits& limits = setup_.limits[static_cast<std::size_t>(axis_)];
+    return static_cast<double>(direction_ < 0.0 ? limits.minimum_rad : limits.maximum_rad);
+  }
+  double angle() const { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis_)]; }
+  double rate() const { return node_.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(axis_)]; }
+
+  void send(const std::vector<SdoWrite>& writes) {
+    for (const SdoWrite& one : writes) {
+      (void)master_.write(one);
+    }
+  }
+
+  void tick(bool master_lives) {
+    if (sequence_.heartbeats && master_lives && ++ticks_ % kHeartbeatTicks == 0) {
+      master_.send(can_frame{0x700U + kMasterNode, 0, 1, {5}}, "heartbeat of the master");
+    }
+    master_.step(time_s_);
+    node_.tick();
+    time_s_ += kTick_s;
+    judge_.look(node_, time_s_);
+    reporter_.look(node_, judge_.harm(), time_s_);
+  }
+
+  void approach() {
+    const bool moves = sequence_.approach != Approach::kStandstill;
+    const double rate_counts = moves ? direction_ * sequence_.rate_rad_s * 1e6 : 0.0;
+    master_.send(can_frame{0x000, 0, 2, {1, 0}}, "NMT start");
+    std::vector<SdoWrite> writes;
+    const auto put = [&](std::uint16_t index, std::uint8_t sub, double value) {
+      writes.push_back(write(node_, axis_, index, sub, value));
+    };
+    if (sequence_.heartbeats) {
+      put(0x1016, 1, kMasterNode << 16 | 100);
+    }
+    put(0x607F, 0, 1.4e6);
+    put(0x6083, 0, 3e6);
+    put(0x6084, 0, 1e9);  // so that it is still fast near the end
+    put(0x60A4, 1, 1e9);
+    put(0x6060, 0, sequence_.mode);
+    for (const double word : {0x06, 0x07, 0x0F}) {
+      put(0x6040, 0, word);
+    }
+    put(0x60FF, 0, rate_counts);
+    send(writes);
+    const double longest_s = moves ? kLongestRunUp_s : kRest_s;
+    const bool stops_by_place = sequence_.approach == Approach::kTowardsEnd;
+    while (time_s_ < longest_s && !(stops_by_place && direction_ * (limit() - angle()) < distance_rad_)) {
+      tick(true);
+      if (sequence_.approach == Approach::kBeyondHalfTurn && master_.is_idle()) {
+        return;
+      }
+    }
+  }
+
+  void note_fault(double from_s) {
+    const int fault = static_cast<int>(node_.axis(axis_).drive.fault);
+    if (fault != FAULT_NONE && result_.faults.empty()) {
+      result_.faults.push_back(fault);
+      result_.last_fault_s = time_s_ - from_s;
+    }
+  }
+
+  void judge() {
+    result_.harm = judge_.harm();
+    for (const AxisHarm& one : result_.harm.axis) {
+      result_.max_contact_rad_s = std::max(result_.max_contact_rad_s, one.contacts.speed_rad_s);
+      result_.max_torque_nm = std::max(result_.max_torque_nm, one.contacts.torque_nm);
+    }
+    const bool rests = last_rate_rad_s_ < kAtRest_rad_s;
+    result_.harmless = !result_.harm.hits_hard() && !result_.harm.runs_away() && !result_.harm.not_finite &&
+                       result_.max_rate_rad_s <= sequence_.max_rate_rad_s && (rests || !sequence_.rests_at_end);
+  }
+
+  const NamedSequence& sequence_;
+  int axis_;
+  double direction_;
+  double distance_rad_;
+  const NodeSetup& setup_;
+  FlashMemory flash_;
+  FrameMaster master_;
+  DrivenNode node_;
+  MotionJudge judge_;
+  EventReporter reporter_;
+  EventLog *log_;
+  SequenceResult result_;
+  double last_rate_rad_s_ = 0;
+  double time_s_ = 0;
+  int ticks_ = 0;
+};
+
+// Azimuth and pitch, up and down, at several distances from the end; only azimuth can turn more than half a turn.
+std::vector<SequencePlace> places_of(const NamedSequence& sequence) {
+  std::vector<SequencePlace> places;
+  for (const double direction : {1.0, -1.0}) {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      if (sequence.approach == Approach::kBeyondHalfTurn && axis != kAzimuth) {
+        continue;
+      }
+      places.push_back({axis, direction, sequence.distance_rad});
+      if (sequence.approach == Approach::kTowardsEnd && !sequence.rests_at_end) {
+        places.push_back({axis, direction, 0.7 * sequence.distance_rad});
+        places.push_back({axis, direction, 0.3 * sequence.distance_rad});
+      }
+    }
+  }
+  return places;
+}
+
+void add(SequenceResult& worst, const SequenceResult& one) {
+  if (one.max_contact_rad_s > worst.max_contact_rad_s) {
+    worst.harm = one.harm;
+  }
+  worst.harmless = worst.harmless && one.harmless;
+  worst.max_contact_rad_s = std::max(worst.max_contact_rad_s, one.max_contact_rad_s);
+  worst.max_torque_nm = std::max(worst.max_torque_nm, one.max_torque_nm);
+  worst.max_rate_rad_s = std::max(worst.max_rate_rad_s, one.max_rate_rad_s);
+  worst.max_travel_rad = std::max(worst.max_travel_rad, one.max_travel_rad);
+  worst.last_fault_s = std::max(worst.last_fault_s, one.last_fault_s);
+  worst.faults.insert(worst.faults.end(), one.faults.begin(), one.faults.end());
+  worst.runs++;
+}
+
+}  // namespace
+
+const std::vector<NamedSequence>& named_sequences() {
+  static const std::vector<NamedSequence> list = all();
+  return list;
+}
+
+std::vector<SequenceResult> run_named_sequences(const AttackBench& bench, int threads) {
+  const std::vector<NamedSequence>& list = named_sequences();
+  std::vector<SequenceResult> results(list.size());
+  JobPool pool(threads, static_cast<int>(list.size()), [](int, int, const std::string&) {});
+  pool.run(list.size(), [&](std::size_t i) {
+    results[i].sequence = &list[i];
+    for (const SequencePlace& place : places_of(list[i])) {
+      add(results[i], SequenceRun(bench, list[i], place, nullptr).run());
+    }
+    std::vector<int>& faults = results[i].faults;
+    std::sort(faults.begin(), faults.end());
+    faults.erase(std::unique(faults.begin(), faults.end()), faults.end());
+    return list[i].name;
+  });
+  return results;
+}
+
+std::string replay(const AttackBench& bench, const NamedSequence& sequence) {
+  std::string worst;
+  double fastest_rad_s = -1.0;
+  for (const SequencePlace& place : places_of(sequence)) {
+    EventLog log;
+    const SequenceResult result = SequenceRun(bench, sequence, place, &log).run();
+    if (std::max(result.max_contact_rad_s, result.max_rate_rad_s * 1e-3) > fastest_rad_s) {
+      fastest_rad_s = std::max(result.max_contact_rad_s, result.max_rate_rad_s * 1e-3);
+      worst = log.text() + fmt::format("{}: {}\n", sequence.name, describe(result.harm, true));
+    }
+  }
+  return worst;
+}
+
+const NamedSequence& named_sequence(const std::string& name) {
+  std::string names;
+  for (const NamedSequence& one : named_sequences()) {
+    if (one.name == name) {
+      return one;
+    }
+    names += (names.empty() ? "" : ", ") + one.name;
+  }
+  throw std::invalid_argument(fmt::format("Unknown sequence \"{}\"; choose one of: {}", name, names));
+}
+
+std::string print(const std::vector<SequenceResult>& results) {
+  std::string text = fmt::format("{:<55} {:>5} {:>8} {:>7} {:>8} {:>8} {:>8}  {:<8} {}\n", "sequence", "runs",
+                                 "contact", "Nm", "fastest", "travel", "fault s", "faults", "harm");
+  for (const SequenceResult& one : results) {
+    std::string faults;
+    for (const int fault : one.faults) {
+      faults += fmt::format("{}{}", faults.empty() ? "" : ",", fault);
+    }
+    text += fmt::format("{:<55} {:>5} {:>8.1f} {:>7.0f} {:>8.1f} {:>8.1f} {:>8.3f}  {:<8} {}{}\n", one.sequence->name,
+                        one.runs, one.max_contact_rad_s / kDegree, one.max_torque_nm, one.max_rate_rad_s / kDegree,
+                        one.max_travel_rad / kDegree, one.last_fault_s, faults, one.harmless ? "no" : "yes",
+                        one.harmless == one.sequence->harmless ? "" : " (expected otherwise)");
+  }
+  return text;
+}
+
+}  // namespace trackservo::sim
