@@ -80,6 +80,8 @@ class GainsReader {
   }
 
  private:
+  // As deep as the tables of the file, which toml++ has bounded.
+  // NOLINTNEXTLINE(misc-no-recursion)
   void take(const toml::node& node, const std::string& name) {
     if (const toml::table *table = node.as_table()) {
       for (const auto& [key, child] : *table) {
@@ -147,7 +149,7 @@ void write_all(CheckedDevice& device, const Gains& gains) {
         refused.push_back(gain);
       }
     }
-    if (refused.size() == waiting.size()) {
+    if (!refused.empty() && refused.size() == waiting.size()) {
       throw gains.lines.error(refused.front().name,
                               fmt::format("is refused by the firmware, abort code {:08X}h", abort_code),
                               "give values that fit together");

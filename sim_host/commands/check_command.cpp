@@ -109,7 +109,7 @@ fs::path limits_file(const CheckOptions& options) {
 }
 
 Limits limits_of(const CheckOptions& options, const CheckPlan& plan, const std::vector<CheckFigure>& figures) {
-  const Limits limits = read_limits(limits_file(options), figures, !options.scenarios.empty());
+  Limits limits = read_limits(limits_file(options), figures, !options.scenarios.empty());
   const int seeds = static_cast<int>(plan.seeds.size());
   if (limits.for_seeds && *limits.for_seeds > seeds) {
     warn({fmt::format("{}: is meant for {} seeds; means over {} scatter more, so an unchanged firmware may fail",
@@ -176,6 +176,7 @@ int check(const CheckOptions& options, const ImageDevices& image_devices) {
                     program.string()));
   }
   std::vector<char *> raw;
+  raw.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) {
     raw.push_back(const_cast<char *>(argument.c_str()));  // execv() changes nothing
   }

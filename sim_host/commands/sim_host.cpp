@@ -377,6 +377,8 @@ void add_keys(CLI::App& app) {
 
 }  // namespace
 
+// Options that contradict each other throw here: an error of the program, which may end it.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);
   const sim::ImageDevices image_devices;  // none: check passes images on to check_board

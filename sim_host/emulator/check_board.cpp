@@ -93,6 +93,8 @@ sim::DeviceMaker image_devices(const std::filesystem::path& file) {
 
 }  // namespace
 
+// Options that contradict each other throw here: an error of the program, which may end it.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char **argv) {
   const std::vector<std::string> arguments(argv, argv + argc);
   const sim::ImageDevices devices = image_devices;

@@ -74,6 +74,8 @@ int run(const std::string& image, const std::string& plant, const std::vector<st
 
 }  // namespace
 
+// Options that contradict each other throw here: an error of the program, which may end it.
+// NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char **argv) {
   CLI::App app("Runs the image of the servo board on an emulated board with the simulated machine.");
   std::string image;

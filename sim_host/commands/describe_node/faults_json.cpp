@@ -19,7 +19,7 @@ std::string owner_name(fault_owner owner) {
   return "store";
 }
 
-nlohmann::ordered_json limits_of(const fault_text& text) {
+nlohmann::ordered_json limit_subs_of(const fault_text& text) {
   nlohmann::ordered_json subs = nlohmann::ordered_json::array();
   for (unsigned sub = 0; sub < 32; ++sub) {
     if ((text.limits >> sub & 1U) != 0) {
@@ -39,7 +39,7 @@ nlohmann::ordered_json describe(int fault) {
           {"reaction", reaction_name(row)},
           {"latency_ms", row.latency_ms},
           {"timer", text.timer},
-          {"limits", limits_of(text)},
+          {"limits", limit_subs_of(text)},
           {"detection", text.detection},
           {"when", text.when},
           {"cause", text.cause},

@@ -8,15 +8,14 @@
 namespace trackservo::gain_design {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr const char *kFormat = "trackservo-identification";
 constexpr int kVersion = 1;
 constexpr double kMax = 1e30;  // of any number, so that it is one for a float too
 
 void check_format(const InputFile& file) {
   // Compared as JSON, to reject versions that do not fit an int.
-  if (file.json.value("format", "") != kFormat || file.json.value("version", Json()) != Json(kVersion)) {
+  if (file.json.value("format", "") != kFormat ||
+      file.json.value("version", nlohmann::json()) != nlohmann::json(kVersion)) {
     throw file.error(
         fmt::format("is not a {} of version {}; give the file that identify fit wrote with --json", kFormat, kVersion));
   }
@@ -24,7 +23,7 @@ void check_format(const InputFile& file) {
 
 // A number at a path such as "checks/gyro/delay_s".
 double number_at(const InputFile& file, const std::string& path) {
-  const Json::json_pointer pointer("/" + path);
+  const nlohmann::json::json_pointer pointer("/" + path);
   if (!file.json.contains(pointer) || !file.json.at(pointer).is_number()) {
     throw file.error(fmt::format("\"{}\" is missing or not a number; run identify fit again", path));
   }
@@ -38,7 +37,7 @@ double number_at(const InputFile& file, const std::string& path) {
 
 // The reason that the identification gave for a refused parameter.
 std::string refusal_of(const InputFile& file, const std::string& parameter) {
-  for (const Json& refused : file.json.value("refused", Json::array())) {
+  for (const nlohmann::json& refused : file.json.value("refused", nlohmann::json::array())) {
     if (refused.value("parameter", "") == parameter) {
       return refused.value("message", parameter);
     }
@@ -50,7 +49,7 @@ std::string refusal_of(const InputFile& file, const std::string& parameter) {
 void refuse_what_was_refused(const InputFile& file, const std::vector<std::string>& names) {
   std::string messages;
   for (const std::string& name : names) {
-    const Json::json_pointer pointer("/parameters/" + name + "/value");
+    const nlohmann::json::json_pointer pointer("/parameters/" + name + "/value");
     if (file.json.contains(pointer) && file.json.at(pointer).is_null()) {
       messages += " " + refusal_of(file, name);
     }
@@ -106,11 +105,11 @@ IdentifiedPlant plant_from(const InputFile& file) {
   plant.friction.negative = direction(file, "negative");
   plant.encoder = {std::max(0.0, number_at(file, "checks/delay_s") + kCurrentAge_s),
                    number_at(file, "checks/encoder_noise_rad")};
-  if (file.json.value(Json::json_pointer("/checks/gyro/used"), false)) {
+  if (file.json.value(nlohmann::json::json_pointer("/checks/gyro/used"), false)) {
     plant.gyro = gyro_facts(plant.encoder.latency_s + number_at(file, "checks/gyro/delay_s"),
                             number_at(file, "checks/gyro/noise_rad_s"));
   }
-  const std::size_t modes = file.json.value("resonances", Json::array()).size();
+  const std::size_t modes = file.json.value("resonances", nlohmann::json::array()).size();
   for (std::size_t i = 0; i < modes; ++i) {
     plant.modes.push_back(mode(file, i));
   }
@@ -122,7 +121,7 @@ IdentifiedPlant plant_from(const InputFile& file) {
 IdentifiedPlant read_identified_plant(const InputFile& file) {
   try {
     return plant_from(file);
-  } catch (const Json::exception& error) {  // a text where a number or a table should be, and similar errors
+  } catch (const nlohmann::json::exception& error) {  // a text where a number or a table should be, and similar errors
     throw file.error(fmt::format("{}; run identify fit again", error.what()));
   }
 }

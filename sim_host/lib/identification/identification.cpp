@@ -14,7 +14,6 @@ namespace trackservo::identification {
 
 namespace {
 
-constexpr double kInterval_deviations = 1.96;
 constexpr double kWidestFactor = 2.0;  // ratio of the ends of an interval that is still useful
 constexpr Eigen::Index kFewestNodes = 400;
 constexpr int kLags = 40;

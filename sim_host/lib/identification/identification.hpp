@@ -25,6 +25,9 @@ class IdentificationError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Half the width of a 95 % interval, in standard deviations.
+constexpr double kInterval_deviations = 1.96;
+
 struct Interval {
   double low = 0;
   double high = 0;

@@ -17,9 +17,9 @@ const char *const kRecordingHeader =
 
 namespace {
 
-constexpr std::size_t kColumns = 8;
+constexpr std::size_t kFileColumns = 8;
 constexpr std::size_t kInertialRate = 5;
-constexpr std::array<const char *, kColumns> kNames{
+constexpr std::array<const char *, kFileColumns> kNames{
     "time_s", "run", "kind", "joint_angle_rad", "joint_rate_rad_s", "inertial_rate_rad_s", "torque_nm", "reference"};
 
 constexpr double kTickTolerance_s = 0.1 * kTick_s;
@@ -47,7 +47,7 @@ class Reader {
   }
 
  private:
-  using Values = std::array<double, kColumns>;
+  using Values = std::array<double, kFileColumns>;
 
   [[noreturn]] void fail(const std::string& what, const std::string& right) const {
     throw RecordingError(fmt::format("{}:{}: {}; {}.", name_, line_, what, right));
@@ -69,7 +69,7 @@ class Reader {
     std::size_t column = 0;
     for (;; ++column) {
       const std::size_t comma = line.find(',');
-      if (column < kColumns) {
+      if (column < kFileColumns) {
         values[column] = number(line.substr(0, comma), column);
       }
       if (comma == std::string_view::npos) {
@@ -77,8 +77,8 @@ class Reader {
       }
       line.remove_prefix(comma + 1);
     }
-    if (column + 1 != kColumns) {
-      fail(fmt::format("this row has {} values", column + 1), fmt::format("it must have {}", kColumns));
+    if (column + 1 != kFileColumns) {
+      fail(fmt::format("this row has {} values", column + 1), fmt::format("it must have {}", kFileColumns));
     }
     return values;
   }

@@ -93,7 +93,7 @@ std::optional<double> highest_peak_hz(const Excess& excess) {
 }
 
 // Logarithm of gain, delay [ms], share, and logarithms of frequency and damping.
-enum ModeParameter { kGain, kDelay_ms, kShare, kFrequency, kDamping, kModeParameters };
+enum ModeParameter { kGain, kDelay_ms, kShare, kFrequency, kModeDamping, kModeParameters };
 
 // In the form that Eigen's Levenberg-Marquardt and its numerical differentiation need.
 struct ModeResidual {
@@ -110,7 +110,7 @@ struct ModeResidual {
   int values() const { return static_cast<int>(2 * excess.factor.size()); }
 
   static StructuralMode mode_of(const Eigen::VectorXd& x) {
-    return {std::exp(x[kFrequency]), std::exp(x[kDamping]), x[kShare]};
+    return {std::exp(x[kFrequency]), std::exp(x[kModeDamping]), x[kShare]};
   }
 
   // Differences of logarithms: resonance and antiresonance have equal weight.

@@ -13,8 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kInterval_deviations = 1.96;
-
 // A refused value is null, so that nobody uses it by mistake. Its interval shows how little is known.
 Json json_of(const Parameter& parameter) {
   Json json;

@@ -37,6 +37,7 @@ struct Candidate {
 
 std::vector<double> geometric(double first, double last, int count) {
   std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     values.push_back(first * std::pow(last / first, static_cast<double>(i) / (count - 1)));
   }
@@ -162,6 +163,7 @@ class Search {
     Eigen::VectorXd white_torque = torque_;
     noise_.whiten(spans_, white_torque);
     std::vector<Series> bends;
+    bends.reserve(lengths_rad.size());
     for (const double length_rad : lengths_rad) {
       bends.push_back(bend(length_rad));
     }

@@ -120,7 +120,7 @@ TorqueBalance::FrictionRow TorqueBalance::friction_row(const Lugre::Step& step, 
   FrictionRow row{};
   const auto by = [&](std::size_t p) { return step.bristle_by[p] + scale.back() * step.damping_by[p]; };
   for (std::size_t p = 0; p <= kStiffness; ++p) {
-    row.by[p] = scale[p] * by(p);
+    row.by[p] = scale[p] * by(p);  // cppcheck-suppress containerOutOfBounds; it has a row for each parameter
   }
   row.by[forward ? kViscousPositive : kViscousNegative] = viscous_nm;
   row.by[kDamping] = scale.back() * step.damping_rad_s;

@@ -29,8 +29,9 @@ constexpr std::array<double, 2 * kWindowReach> triangle_weights() {
   constexpr double kCorner = 1.0 / (24.0 * kWidth * kWidth);
   for (std::size_t i = 0; i < kHalfWindow; ++i) {
     const double weight = (static_cast<double>(i) + 0.5) / (kWidth * kWidth);
-    weights[1 + i] = weight;
-    weights[2 * kHalfWindow - i] = weight;
+    // cppcheck takes the size for that of another constant.
+    weights[1 + i] = weight;                // cppcheck-suppress containerOutOfBounds
+    weights[2 * kHalfWindow - i] = weight;  // cppcheck-suppress containerOutOfBounds
   }
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}, 2 * kHalfWindow, 2 * kHalfWindow + 1}) {
     weights[i] -= kCorner;

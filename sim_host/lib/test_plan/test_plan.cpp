@@ -94,6 +94,7 @@ std::vector<Place> places_in(const MotionLimits& limits, const Means& means, dou
   const double reach = std::min(0.5 * (limits.highest_rad - limits.lowest_rad) - means.room_rad, 0.5 * used_rad);
   const auto uneven = [](int i) { return i + 0.35 * std::sin(2.4 * i); };
   std::vector<Place> places;
+  places.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     places.push_back({middle + reach * (2.0 * uneven(i) / uneven(count - 1) - 1.0), {}});
   }
@@ -164,9 +165,10 @@ SlowSpeeds slow_speeds(const RoughMachine& machine, const Means& means) {
   const double sliding_rad = kPreSlidingLengths * machine.bristle_rad;
   SlowSpeeds slow;
   double speed = (sliding_rad / kShortest_s > machine.stribeck_rad_s ? 0.5 : 0.15) * machine.stribeck_rad_s;
-  for (; sliding_rad / speed > kShortest_s && speed < means.top_rad_s; speed *= kSpeedRatio) {
+  while (sliding_rad / speed > kShortest_s && speed < means.top_rad_s) {
     slow.sweeps.push_back(sweep(means, speed, 1.0, 1, sliding_rad / speed));
     slow.seconds += 2.0 * sliding_rad / speed;
+    speed *= kSpeedRatio;
   }
   slow.next_rad_s = std::min(speed, means.top_rad_s);
   return slow;

@@ -11,7 +11,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / kPi;
 constexpr double kOverSpeed_rad_s = 1.5;  // 2060:1 of a served machine
 constexpr double kOverSpeedShare = 3.0;   // of a faster set-point
 constexpr double kMaxError = 0.5;         // of the set-point, both rms

@@ -17,6 +17,7 @@ constexpr double kTick_s = 1e-3;
 constexpr int kPwmPerTick = 20;
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegPerRad = 180.0 / kPi;
 
 }  // namespace trackservo::sim
 

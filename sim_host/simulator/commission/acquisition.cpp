@@ -15,7 +15,6 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kRadPerTurn32 = 2.0 * kPi / 4294967296.0;
-constexpr double kDegPerRad = 180.0 / kPi;
 constexpr double kRampTime_s = 0.3;   // from rest to the speed between two places
 constexpr int kSettleTicks = 300;     // at rest after a move
 constexpr int kRestTicks = 100;       // at rest before each experiment
@@ -114,6 +113,8 @@ class Bench {
   void move_to(double place_rad, double speed_rad_s) {
     begin(STIMULUS_SWEEP);
     Move move(place_rad, speed_rad_s);
+    // The function is called by advance_tick() below only.
+    // cppcheck-suppress danglingLifetime
     deciding_ = [&move](Bench& bench) {
       bench.stand();
       bench.command().speed.rate_rad_s = static_cast<float>(move.rate_rad_s(bench.angle_rad_));
@@ -147,6 +148,7 @@ class Bench {
                                         name_of(setup.kind), error_of(status)));
     }
     bool running = true;
+    // cppcheck-suppress danglingLifetime; called by advance_tick() below only
     deciding_ = [&running](Bench& bench) { running = bench.step_experiment(); };
     while (running) {
       machine_.advance_tick();

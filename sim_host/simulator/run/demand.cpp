@@ -10,7 +10,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / kPi;
 constexpr double kSigmas = 3.0;
 constexpr int kWeakMotor = 4;  // loads: break-away and Coulomb torque of both directions, wind, gusts ...
 

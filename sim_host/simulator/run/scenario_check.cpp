@@ -12,8 +12,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / kPi;
-
 using Warnings = std::vector<std::string>;
 
 bool moves(const ScenarioConfig& scenario, int axis) { return scenario.axes[static_cast<std::size_t>(axis)]; }

@@ -11,7 +11,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / kPi;
 constexpr double kTick_s = 1e-3;  // of the paper's servo
 constexpr int kStepsPerTick = 1;  // four of them change no overshoot of the scan by 0.01 points
 

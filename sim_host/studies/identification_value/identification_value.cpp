@@ -73,25 +73,25 @@ std::pair<Study, double> believing(const Study& shipped, Values assumed_plant, c
 }
 
 // A case at a seed, with all three assumed plants.
-struct Place {
+struct ComparedCase {
   const CaseFigures *compared;
   std::size_t first_figure;  // of the case's, in consecutive order
   std::size_t seed;
 };
 
-void run_place(const Place& place, const std::vector<Study>& studies, const CampaignOptions& options,
-               std::vector<AssumedPlantFigure>& figures) {
-  const auto [shipped, study_case] = find_case(*place.compared, studies);
+void run_task(const ComparedCase& task, const std::vector<Study>& studies, const CampaignOptions& options,
+              std::vector<AssumedPlantFigure>& figures) {
+  const auto [shipped, study_case] = find_case(*task.compared, studies);
   for (const Values assumed_plant : kAssumedPlants) {
     const auto [study, error] = believing(*shipped, assumed_plant, options);
-    const RunChoice choice{&controller_spec("pi_vob_ftc"), study.plant.friction_model, options.seeds[place.seed], error,
+    const RunChoice choice{&controller_spec("pi_vob_ftc"), study.plant.friction_model, options.seeds[task.seed], error,
                            std::nullopt};
     for (const Figure& measured : measure(study, study_case, run_case(study, study_case, choice))) {
-      for (std::size_t i = 0; i < place.compared->metrics.size(); ++i) {
-        if (measured.axis == kAzimuth && measured.metric == place.compared->metrics[i]) {
-          AssumedPlantFigure& figure = figures[place.first_figure + i];
-          (figure.*assumed_plant)[place.seed] = measured.value;
-          if (place.seed == 0) {
+      for (std::size_t i = 0; i < task.compared->metrics.size(); ++i) {
+        if (measured.axis == kAzimuth && measured.metric == task.compared->metrics[i]) {
+          AssumedPlantFigure& figure = figures[task.first_figure + i];
+          (figure.*assumed_plant)[task.seed] = measured.value;
+          if (task.seed == 0) {
             figure.unit = measured.unit;
           }
         }
@@ -155,24 +155,24 @@ AssumedPlantStudy run_assumed_plant_study(const CampaignOptions& options, const 
   const std::vector<PlantConfig> plants = plants_of(studies);
   const std::vector<CaseFigures> compared = compensated_figures(experiments);
   AssumedPlantStudy result;
-  std::vector<Place> places;
+  std::vector<ComparedCase> tasks;
   for (const CaseFigures& figures : compared) {
     for (std::size_t seed = 0; seed < options.seeds.size(); ++seed) {
-      places.push_back({&figures, result.figures.size(), seed});
+      tasks.push_back({&figures, result.figures.size(), seed});
     }
     for (const std::string& metric : figures.metrics) {
       const std::vector<double> empty(options.seeds.size());
       result.figures.push_back({figures.experiment, figures.case_name, metric, "", empty, empty, empty});
     }
   }
-  JobPool pool(options.threads, static_cast<int>(kAxes * plants.size() + places.size()), progress);
+  JobPool pool(options.threads, static_cast<int>(kAxes * plants.size() + tasks.size()), progress);
   const std::vector<IdentifiedAxis> identified = identify_plants(plants, options.out_dir, pool);
   for (Study& study : studies) {
     study.identified = assumed_plant_of(study.plant, identified);
   }
-  pool.run(places.size(), [&](std::size_t i) {
-    run_place(places[i], studies, options, result.figures);
-    return places[i].compared->experiment;
+  pool.run(tasks.size(), [&](std::size_t i) {
+    run_task(tasks[i], studies, options, result.figures);
+    return tasks[i].compared->experiment;
   });
   result.sum = sum_of(result.figures);
   return result;

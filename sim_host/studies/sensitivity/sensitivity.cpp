@@ -153,7 +153,7 @@ std::vector<SensitivityRecord> empty_records(const SensitivityJob& job, const St
                                              const StudyCase& study_case) {
   std::vector<SensitivityRecord> records;
   for (const std::string& metric : job.figures->metrics) {
-    SensitivityRecord record;
+    SensitivityRecord record{};
     record.variation = job.variation->name;
     record.switches_off = job.variation->switches_off;
     record.shipped_setting = job.variation->setting(shipped);

@@ -9,7 +9,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / kPi;
 constexpr double kStartWindow_s = 0.5;  // window of the start-up overshoot
 
 void add_error_figures(std::vector<Figure>& figures, const Trace& trace, int axis, Window window) {
