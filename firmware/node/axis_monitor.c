@@ -10,6 +10,7 @@ static protection_motor motor_of(const servo_axis_params *params) {
       .back_emf_v_s_rad = params->current.back_emf_v_s_rad,
       .current_limit_a = params->current_limit_a,
       .torque_constant_nm_a = params->torque_constant_nm_a,
+      .time_constant_s = params->current.pi.proportional_gain / params->current.pi.integral_gain,
   };
 }
 
@@ -25,6 +26,8 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->position_rad = drive_angle_difference_rad(position, 0);
   in->mean_current_a = samples->sensors.mean_current_a;
   in->voltage_v = samples->motor_voltage_v;
+  in->tick_voltage_v = samples->tick_voltage_v;
+  in->tick_current_a = samples->tick_current_a;
   in->bus_voltage_v = board->samples.bus_voltage_v;
   in->powered = axis->mode != SERVO_OFF;
   in->closed = closed;
@@ -39,6 +42,10 @@ fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
   look(&monitor->seen, board, axis, position);
   return axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
+}
+
+void axis_monitor_learn(axis_monitor *monitor) {
+  axis_protection_learn(&monitor->state, &monitor->limits, SERVO_TICK_S);
 }
 
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log) {

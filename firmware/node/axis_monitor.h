@@ -21,6 +21,9 @@ void axis_monitor_reset(axis_monitor *monitor);
  * `servo_board_sample` and `servo_board_control`. */
 fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position);
 
+/* After each tick, in the deferred task: what the monitors learn from it. */
+void axis_monitor_learn(axis_monitor *monitor);
+
 /* Adds the inputs of the last step to the history of the log. */
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log);
 

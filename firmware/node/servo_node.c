@@ -562,6 +562,7 @@ static void record(servo_node *node) {
 
 static void report_axis(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
+  axis_monitor_learn(&axis->monitor);
   axis_monitor_remember(&axis->monitor, i, &node->log);
   drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],
                    &node->board.samples.axis[i]);

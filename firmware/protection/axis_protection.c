@@ -73,7 +73,7 @@ parameter_refusal protection_refusal(const protection_limits *limits) {
 control_status protection_check(const protection_limits *limits) { return protection_refusal(limits).status; }
 
 void axis_protection_reset(axis_protection *protection) {
-  *protection = (axis_protection){.heating_a2 = protection->heating_a2};
+  *protection = (axis_protection){.heating_a2 = protection->heating_a2, .witness = protection->witness};
 }
 
 /* Counts consecutive ticks with the condition; returns whether they are enough. */
@@ -242,6 +242,32 @@ static fault_set monitor_motion(axis_protection *p, const protection_limits *lim
          bit_if(stall, FAULT_STALL) | bit_if(beyond, FAULT_BEYOND_TRAVEL);
 }
 
+static motor_witness_limits witness_limits(const protection_limits *limits) {
+  return (motor_witness_limits){.tolerance = limits->motor_tolerance,
+                                .back_emf_error_v = limits->back_emf_error_v,
+                                .largest_zero_a = limits->current_offset_a,
+                                .largest_v = limits->voltage_mismatch_v};
+}
+
+static fault_set ask_motor(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                           const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
+  const bool whole_tick = p->closed_ticks > 1; /* the voltage of the tick in which the loop closed has two parts */
+  p->closed_ticks = !in->closed ? 0 : p->closed_ticks + (whole_tick ? 0 : 1);
+  const motor_witness_limits witness = witness_limits(limits);
+  const motor_data data = {.resistance_ohm = motor->resistance_ohm,
+                           .time_constant_s = motor->time_constant_s,
+                           .back_emf_v_s_rad = motor->back_emf_v_s_rad};
+  const motor_witness_inputs seen = {.driven = in->closed && whole_tick && p->angles_known > 1,
+                                     .idle = p->off_ticks >= DECAY_TICKS,
+                                     .voltage_v = in->tick_voltage_v,
+                                     .current_a = in->mean_current_a,
+                                     .now_a = in->tick_current_a,
+                                     .rate_rad_s = joint_rate_rad_s};
+  const motor_verdict verdict = motor_witness_step(&p->witness, &witness, &data, &seen, dt_s);
+  return bit_if(verdict == MOTOR_CONTRADICTS, FAULT_MOTOR_CONTRADICTS) |
+         bit_if(verdict == MOTOR_WEAK, FAULT_MOTOR_WEAK);
+}
+
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s) {
   float step_rad;
@@ -251,7 +277,13 @@ fault_set axis_protection_step(axis_protection *protection, const protection_lim
   found |= monitor_current(protection, limits, motor, in, joint_rate_rad_s, dt_s);
   found |= monitor_voltage(protection, limits, in);
   found |= monitor_motion(protection, limits, motor, in, joint_rate_rad_s, dt_s);
+  found |= ask_motor(protection, limits, motor, in, joint_rate_rad_s, dt_s);
   return found;
+}
+
+void axis_protection_learn(axis_protection *protection, const protection_limits *limits, float dt_s) {
+  const motor_witness_limits witness = witness_limits(limits);
+  motor_witness_learn(&protection->witness, &witness, dt_s);
 }
 
 bool axis_protection_warns(const axis_protection *protection, const protection_limits *limits) {

@@ -13,6 +13,7 @@
 #include "base/refusal.h"
 #include "base/status.h"
 #include "protection/fault_table.h"
+#include "protection/motor_witness.h"
 #include "protection/protection_limit_list.h"
 
 #define PROTECTION_MEMBER(sub_, member_, low_, high_, default_, unit_, name_, help_) float member_;
@@ -28,6 +29,7 @@ typedef struct {
   float back_emf_v_s_rad;
   float current_limit_a;
   float torque_constant_nm_a;
+  float time_constant_s; /* L / R */
 } protection_motor;
 
 typedef struct {
@@ -38,7 +40,9 @@ typedef struct {
   float gyro_rad_s;
   float position_rad; /* counts turns */
   float mean_current_a;
-  float voltage_v; /* mean of the bridge in the last PWM period */
+  float voltage_v;      /* mean of the bridge in the last PWM period */
+  float tick_voltage_v; /* in the last tick */
+  float tick_current_a; /* at its end */
   float bus_voltage_v;
   /* of the last tick */
   bool powered;      /* the bridge was on: a loop was closed, or the motor was shorted */
@@ -74,6 +78,8 @@ typedef struct {
   int over_current_ticks;
   int under_voltage_ticks;
   int over_voltage_ticks;
+  int closed_ticks; /* counted up to 2 */
+  motor_witness witness;
 } axis_protection;
 
 /* Pairs of limits that contradict each other, as bits. */
@@ -91,12 +97,15 @@ parameter_refusal protection_refusal(const protection_limits *limits);
 /* CONTROL_OK: these limits may take effect. */
 control_status protection_check(const protection_limits *limits);
 
-/* No fault counted yet; the winding temperature is kept. */
+/* No fault counted yet; what is known of the winding is kept. */
 void axis_protection_reset(axis_protection *protection);
 
 /* The faults that are present in this tick. */
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s);
+
+/* After the tick, in the deferred task: what the monitors learn from it. */
+void axis_protection_learn(axis_protection *protection, const protection_limits *limits, float dt_s);
 
 /* Whether the winding is near its limit: 90 % of the continuous current. */
 bool axis_protection_warns(const axis_protection *protection, const protection_limits *limits);

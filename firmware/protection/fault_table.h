@@ -54,6 +54,9 @@ typedef enum {
   FAULT_STACK_OVERFLOW = 34,
   FAULT_PARAMETERS_LOST = 35,
   FAULT_RAM_PARITY = 36,
+  /* what no single sensor shows */
+  FAULT_MOTOR_CONTRADICTS = 37,
+  FAULT_MOTOR_WEAK = 38,
   FAULT_COUNT
 } fault_id;
 

@@ -1,6 +1,6 @@
 #include "protection/fault_texts.h"
 
-#define LIMIT(sub_) ((uint32_t)1u << (sub_))
+#define LIMIT(sub_) (UINT64_C(1) << (sub_))
 
 #define ALWAYS "Always."
 #define DRIVEN "While a control loop is closed."
@@ -374,6 +374,33 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                .check = "3031:1, and the active values against a gains file (servoctl diff).",
                                .cure = "Restore a known good gains file.",
                                .clear = "Store again (servoctl store)."},
+    [FAULT_MOTOR_CONTRADICTS] =
+        {.name = "motor contradicts encoder and gyro",
+         .detection = "The motor's voltage is not that of its current and of the speed that the sensors show, for any "
+                      "resistance and back-EMF constant that 2060:22 permits and the motor has shown before. The error "
+                      "exceeds 2060:23 plus 4 % of the back-EMF for 5 ticks, filtered over 5 ms.",
+         .when = DRIVEN,
+         .timer = "",
+         .limits = LIMIT(22) | LIMIT(23),
+         .cause = "Encoder and gyro are wrong in the same way (frozen, wrong scale), the coupling between motor and "
+                  "encoder slips, 2055:4 is too small, or the current sensor is wrong.",
+         .check = "Turn the axis by hand by a known angle while it is off: 6064 and the sum of the gyro rate. Compare "
+                  "2055:2 and 2055:4 with the data sheet of the motor.",
+         .cure = "Repair the sensor or the coupling, or correct 2055. Raise 2060:23 only for a bridge with more dead "
+                 "time.",
+         .clear = RESET},
+    [FAULT_MOTOR_WEAK] =
+        {.name = "motor constant too small",
+         .detection = "The motor gives less back-EMF for the speed of encoder and gyro than 2055:4 and 2060:22 permit. "
+                      "Torque constant and back-EMF constant are the same quantity: its torque is too small as well.",
+         .when = "While a control loop is closed and the axis turns fast enough that the difference exceeds 2060:23.",
+         .timer = "",
+         .limits = LIMIT(22) | LIMIT(23),
+         .cause = "2055:1 and 2055:4 are not those of this motor, its magnets are weak (over-heated), or encoder and "
+                  "gyro both show too much.",
+         .check = "Compare 2055:1 and 2055:4 with the data sheet of the motor; identify the axis again.",
+         .cure = "Correct 2055, or replace the motor.",
+         .clear = RESET},
 };
 
 const fault_signal fault_signals[FAULT_LOG_SIGNALS] = {

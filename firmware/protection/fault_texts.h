@@ -21,7 +21,7 @@ typedef struct {
   const char *detection;
   const char *when;  /* it can be detected */
   const char *timer; /* object that adds to the latency, as "2060:5"; "" without */
-  uint32_t limits;   /* bit n: 2060:n is relevant */
+  uint64_t limits;   /* bit n: 2060:n is relevant */
   const char *cause;
   const char *check;
   const char *cure;

@@ -52,7 +52,11 @@
   LIMIT(20, stop_deceleration_rad_s2, 1e-3f, 1e4f, 1.0f, "rad/s^2", "Least stop deceleration",                         \
         "Faults and stop commands never brake more gently, whatever 6084 and 6085 are; at most half of 2060:19 counts")\
   LIMIT(21, travel_kind, 0.0f, 2.0f, 0.0f, "", "Travel kind",                                                          \
-        "0: an axis without 2060:9 and 2060:10 is not enabled; 1: no end stops; 2: commissioning, at most 5 deg/s")
+        "0: an axis without 2060:9 and 2060:10 is not enabled; 1: no end stops; 2: commissioning, at most 5 deg/s") \
+  LIMIT(22, motor_tolerance, 0.0f, 0.9f, 0.32f, "", "Motor data tolerance",                                            \
+        "How far Ke and R may differ from 2055; 0: the motor is not compared with the sensors")                        \
+  LIMIT(23, back_emf_error_v, 0.01f, 1e3f, 0.5f, "V", "Back-EMF error",                                                \
+        "Largest error of the back-EMF besides that of R and Ke: dead time, offsets of current and voltage")
 
 /* clang-format on */
 

@@ -13,7 +13,24 @@ void motor_stage_reset(motor_stage *stage) {
   stage->next = stage->in_force;
   atomic_store_explicit(&stage->handed_over, false, memory_order_relaxed);
   current_loop_reset(&stage->state);
+  stage->voltage_sum_v = 0.0f;
+  stage->voltage_count = 0;
+  atomic_store_explicit(&stage->tick_voltage_v, 0.0f, memory_order_relaxed);
+  atomic_store_explicit(&stage->tick_current_a, 0.0f, memory_order_relaxed);
   report(stage);
+}
+
+/* Before the loop computes the next voltage: what it computed in the last period is applied in this one. */
+static void sum_up(motor_stage *stage, uint32_t period, float current_a) {
+  if (period == 0 && stage->voltage_count > 0) {
+    atomic_store_explicit(&stage->tick_voltage_v, stage->voltage_sum_v / (float)stage->voltage_count,
+                          memory_order_relaxed);
+    atomic_store_explicit(&stage->tick_current_a, current_a, memory_order_relaxed);
+    stage->voltage_sum_v = 0.0f;
+    stage->voltage_count = 0;
+  }
+  stage->voltage_sum_v += stage->state.voltage_v;
+  stage->voltage_count++;
 }
 
 void motor_stage_hand_over(motor_stage *stage, motor_setpoint setpoint, const current_loop_params *params) {
@@ -43,6 +60,7 @@ float motor_stage_step(motor_stage *stage, uint32_t period, float current_a, flo
     stage->in_force = stage->next;
     atomic_store_explicit(&stage->handed_over, false, memory_order_relaxed);
   }
+  sum_up(stage, period, current_a);
   const float duty = step_current(&stage->state, &stage->in_force, current_a, bus_voltage_v);
   report(stage);
   return duty;

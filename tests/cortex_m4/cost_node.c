@@ -86,9 +86,9 @@ static void turn(bench *of) {
     bare_axis *axis = &of->axis[i];
     const servo_axis_params *motor = &of->node.board.app.params.axis[i];
     const float current_a = of->node.board.app.axis[i].current_reference_a;
-    atomic_store_explicit(&of->node.board.motor[i].voltage_v,
-                          motor->resistance_ohm * current_a + motor->current.back_emf_v_s_rad * axis->rate_rad_s,
-                          memory_order_relaxed);
+    const float voltage_v = motor->resistance_ohm * current_a + motor->current.back_emf_v_s_rad * axis->rate_rad_s;
+    atomic_store_explicit(&of->node.board.motor[i].voltage_v, voltage_v, memory_order_relaxed);
+    atomic_store_explicit(&of->node.board.motor[i].tick_voltage_v, voltage_v, memory_order_relaxed);
     const float motor_nm = 2.5f * current_a;
     const float friction_nm = 7.0f * axis->rate_rad_s / (fabsf(axis->rate_rad_s) + 1e-4f);
     axis->rate_rad_s += (motor_nm - friction_nm) / 6.0f * SERVO_TICK_S;
@@ -249,7 +249,7 @@ int main(void) {
       {"1 kHz task, profile position", DRIVE_PROFILE_POSITION},
   };
   static cost_row row;
-  static cost_row service = {.name = "deferred task, all modes", .bound = 6700};
+  static cost_row service = {.name = "deferred task, all modes", .bound = 7600};
   bool good = instruction_count_start();
   cost_table_head();
   for (unsigned i = 0; i < sizeof works / sizeof works[0]; ++i) {

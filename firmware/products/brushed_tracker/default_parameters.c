@@ -123,6 +123,8 @@ const protection_limits default_limits[SERVO_AXES] = {
         .deceleration_rad_s2 = 4.6666665f,
         .stop_deceleration_rad_s2 = 0.93333334f,
         .travel_kind = 0.0f,
+        .motor_tolerance = 0.32f,
+        .back_emf_error_v = 0.029844793f,
     },
     {
         .overspeed_rad_s = 1.5f,
@@ -145,5 +147,7 @@ const protection_limits default_limits[SERVO_AXES] = {
         .deceleration_rad_s2 = 6.72f,
         .stop_deceleration_rad_s2 = 1.0f,
         .travel_kind = 0.0f,
+        .motor_tolerance = 0.32f,
+        .back_emf_error_v = 0.029844793f,
     },
 };

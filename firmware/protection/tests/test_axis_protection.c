@@ -39,6 +39,7 @@ static bench new_bench(void) {
                  .thermal_time_s = 10.0f,
                  .current_offset_a = 0.5f,
                  .voltage_mismatch_v = 4.0f,
+                 .back_emf_error_v = 0.03f, /* motor_tolerance 0: the motor is no witness, unless a test sets it */
                  .under_voltage_v = 36.0f,
                  .over_voltage_v = 60.0f,
                  .deceleration_rad_s2 = 4.0f,
@@ -343,6 +344,33 @@ static void test_outside_of_the_travel_only_motion_outwards_is_a_fault(void) {
   }
 }
 
+/* 6 ticks after the loop closed, at 2 A: sensors that show nothing of 0.5 rad/s. */
+static void test_the_motor_contradicts_sensors_that_are_frozen_and_only_while_a_loop_is_closed(void) {
+  bench b = new_bench();
+  b.limits.motor_tolerance = 0.32f;
+  for (int i = 0; i < 400; ++i) {
+    b.in.mean_current_a = b.in.tick_current_a = 2.0f;
+    b.in.tick_voltage_v = 2.0f * b.motor.resistance_ohm;
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f));
+    axis_protection_learn(&b.state, &b.limits, DT_S);
+  }
+  b.in.tick_voltage_v += 0.5f * b.motor.back_emf_v_s_rad;
+  const int ticks = ticks_until(&b, FAULT_MOTOR_CONTRADICTS, 100);
+  TEST_ASSERT_TRUE(ticks > 0 && ticks <= 15);
+  b.in.closed = b.in.speed_closed = false;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_MOTOR_CONTRADICTS, 100));
+  b.in.closed = b.in.speed_closed = true;
+  TEST_ASSERT_TRUE(ticks_until(&b, FAULT_MOTOR_CONTRADICTS, 100) > 2);
+}
+
+static void test_a_motor_whose_magnets_are_weak_is_named(void) {
+  bench b = new_bench();
+  b.limits.motor_tolerance = 0.2f;
+  b.rate_rad_s = b.in.reference_rad_s = 1.0f;
+  b.in.tick_voltage_v = 0.5f * b.motor.back_emf_v_s_rad;
+  TEST_ASSERT_TRUE(ticks_until(&b, FAULT_MOTOR_WEAK, 100) > 0);
+}
+
 static void test_limits_are_refused_when_they_are_no_numbers_or_contradict(void) {
   bench b = new_bench();
   TEST_ASSERT_EQUAL(CONTROL_OK, protection_check(&b.limits));
@@ -459,6 +487,8 @@ int main(void) {
   RUN_TEST(test_a_speed_error_trips_after_its_time);
   RUN_TEST(test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count);
   RUN_TEST(test_outside_of_the_travel_only_motion_outwards_is_a_fault);
+  RUN_TEST(test_the_motor_contradicts_sensors_that_are_frozen_and_only_while_a_loop_is_closed);
+  RUN_TEST(test_a_motor_whose_magnets_are_weak_is_named);
   RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
   RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);

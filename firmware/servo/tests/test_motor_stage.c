@@ -117,6 +117,26 @@ static void test_it_reports_the_voltage_and_that_the_bus_could_not_give_it(void)
   CHECK_SAME("V", 0.0, stage.voltage_v);
 }
 
+/* The voltage that a period computes is applied in the next one; period 0 closes the tick. */
+static void test_it_reports_the_mean_voltage_of_a_tick_and_the_current_at_its_end(void) {
+  motor_stage stage;
+  const motor_command command = command_of(0.2f);
+  start(&stage, &command);
+  CHECK_SAME("V at first", 0.0, stage.tick_voltage_v);
+  double sum_v = 0.0;
+  for (uint32_t period = 0; period < SERVO_PWM_PER_TICK; ++period) {
+    sum_v += (double)stage.state.voltage_v;
+    (void)motor_stage_step(&stage, period, 0.1f, 48.0f);
+  }
+  (void)motor_stage_step(&stage, 0, 0.3f, 48.0f);
+  CHECK_NEAR("V", sum_v / SERVO_PWM_PER_TICK, stage.tick_voltage_v, 1e-6);
+  TEST_ASSERT_TRUE(stage.tick_voltage_v > 1.0f);
+  CHECK_SAME("A", 0.3f, stage.tick_current_a);
+  motor_stage_reset(&stage);
+  CHECK_SAME("V after a reset", 0.0, stage.tick_voltage_v);
+  CHECK_SAME("A after a reset", 0.0, stage.tick_current_a);
+}
+
 static void test_the_duty_carries_the_back_emf_of_a_turning_motor(void) {
   motor_stage stage;
   motor_command command = command_of(0.0f);
@@ -166,6 +186,7 @@ int main(void) {
   RUN_TEST(test_of_two_commands_before_their_period_the_second_counts);
   RUN_TEST(test_off_is_duty_0_and_forgets_the_integral);
   RUN_TEST(test_it_reports_the_voltage_and_that_the_bus_could_not_give_it);
+  RUN_TEST(test_it_reports_the_mean_voltage_of_a_tick_and_the_current_at_its_end);
   RUN_TEST(test_the_duty_carries_the_back_emf_of_a_turning_motor);
   RUN_TEST(test_an_implausible_current_or_voltage_gives_no_duty_and_leaves_nothing_behind);
   RUN_TEST(test_no_sample_whatever_makes_a_duty_beyond_its_limit);

@@ -21,7 +21,7 @@ std::string owner_name(fault_owner owner) {
 
 nlohmann::ordered_json limit_subs_of(const fault_text& text) {
   nlohmann::ordered_json subs = nlohmann::ordered_json::array();
-  for (unsigned sub = 0; sub < 32; ++sub) {
+  for (unsigned sub = 0; sub < 64; ++sub) {
     if ((text.limits >> sub & 1U) != 0) {
       subs.push_back(sub);
     }

@@ -189,7 +189,8 @@ FaultInjection overload() {
 }
 
 std::vector<FaultInjection> electrics() {
-  const fault_set current = fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_OVER_CURRENT);
+  const fault_set motor = fault_bit(FAULT_MOTOR_CONTRADICTS) | fault_bit(FAULT_MOTOR_WEAK);  // less than 4 V
+  const fault_set current = fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_OVER_CURRENT) | motor;
   const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SENSORS_DISAGREE);
   return {
       part("current sensor offset 8 A", FAULT_CURRENT_SENSOR, current, 0,

@@ -51,7 +51,7 @@ double DcMotor::step_open(double back_emf_v, double supply_v) {
 
 double DcMotor::step(double voltage_v, double joint_rate_rad_s, double joint_angle_rad, double supply_v) {
   const double travel = joint_angle_rad - shape_angle_rad_;
-  const double shape = ripple_ + ripple_slope_1_rad_ * travel;
+  const double shape = share_ * (ripple_ + ripple_slope_1_rad_ * travel);
   double voltage = voltage_v;
   if (dead_share_ > 0.0) {
     const double knee_a = dead_knee_a_per_v_ * supply_v;

@@ -32,6 +32,9 @@ class DcMotor {
   // back-EMF above the supply, which would let current flow again, is not modelled.
   void open_terminals(bool open) { open_ = open; }
 
+  // Share of torque and back-EMF that the magnets still give.
+  void weaken(double share) { share_ = share; }
+
   double current_a() const { return current_a_; }  // at the end of the last period
 
  private:
@@ -45,6 +48,7 @@ class DcMotor {
   double dead_knee_a_per_v_;
   double current_a_ = 0;
   bool open_ = false;
+  double share_ = 1;
 
   double shape_angle_rad_ = 0;
   double ripple_ = 1;

@@ -64,6 +64,9 @@ class Tracker {
   void hold_joint(int axis, bool held) { axis_[static_cast<std::size_t>(axis)].joint.hold(held); }
   void push(int axis, double torque_nm) { axis_[static_cast<std::size_t>(axis)].push_nm = torque_nm; }
 
+  // Share of torque and back-EMF that a motor's magnets still give.
+  void weaken_motor(int axis, double share) { axis_[static_cast<std::size_t>(axis)].motor.weaken(share); }
+
   // Applies the duty of both bridges, -1..1 (clipped; NaN counts as 0), for one PWM period of 50 us.
   void step_pwm(const std::array<double, kAxes>& duty);
 

@@ -30,19 +30,41 @@ struct MachineHal {
       samples->joint_angle_turn32 = last_angle;
       return;
     }
+    m.crept_rad_[i] += broken.encoder_creep_rad_s * kTick_s;
+    const std::uint32_t read = samples->joint_angle_turn32;
+    const std::uint32_t angle = broken_reading(m, i, read);
+    m.true_angle_[i] = read;
     if (!broken.encoder_stuck) {
-      const double shift_turns = broken.encoder_shift_rad / (2.0 * kPi);
-      const std::uint32_t angle = samples->joint_angle_turn32;
+      const double shift_turns = (broken.encoder_shift_rad + m.crept_rad_[i]) / (2.0 * kPi);
       m.reported_angle_[i] = (broken.encoder_reversed ? 0U - angle : angle) +
                              static_cast<std::uint32_t>(std::llround(shift_turns * 4294967296.0));
     }
     samples->joint_angle_turn32 = m.reported_angle_[i];
   }
 
+  static std::uint32_t broken_reading(Machine& m, std::size_t i, std::uint32_t angle) {
+    const BrokenAxis& broken = m.broken_.axis[i];
+    if (!broken.sensors_show_share) {
+      m.shown_from_[i] = angle;
+    } else {
+      const double seen = static_cast<double>(static_cast<std::int32_t>(angle - m.shown_from_[i]));
+      const double noise = 80.0 * (m.broken_noise_.uniform() - 0.5);  // 0.06 urad
+      return m.shown_from_[i] + static_cast<std::uint32_t>(
+                                    static_cast<std::int32_t>(std::lround(*broken.sensors_show_share * seen + noise)));
+    }
+    if (broken.encoder_stale_share > 0.0 && m.broken_noise_.uniform() < broken.encoder_stale_share) {
+      return m.true_angle_[i];
+    }
+    const bool flips = broken.encoder_bit_share > 0.0 && m.broken_noise_.uniform() < broken.encoder_bit_share;
+    return angle ^ (flips ? 1U << 16 : 0U);
+  }
+
   static void break_gyro(Machine& m, std::size_t i, hal_axis_samples *samples) {
     const BrokenAxis& broken = m.broken_.axis[i];
     if (!broken.gyro_stuck) {
-      const auto rate = static_cast<double>(samples->gyro_rad_s);
+      const double noise_rad_s = broken.sensors_show_share ? 4e-4 * (m.broken_noise_.uniform() - 0.5) : 0.0;
+      const double rate = broken.sensors_show_share.value_or(1.0) * static_cast<double>(samples->gyro_rad_s) +
+                          noise_rad_s + broken.gyro_shift_rad_s;
       m.reported_gyro_rad_s_[i] = broken.gyro_reads_rad_s.value_or(broken.gyro_reversed ? -rate : rate);
     }
     samples->gyro_rad_s = static_cast<float>(m.reported_gyro_rad_s_[i]);
@@ -134,6 +156,7 @@ void Machine::break_parts() {
   for (std::size_t i = 0; i < kAxes; ++i) {
     tracker_.hold_joint(static_cast<int>(i), broken_.axis[i].joint_held);
     tracker_.push(static_cast<int>(i), broken_.axis[i].push_nm);
+    tracker_.weaken_motor(static_cast<int>(i), broken_.axis[i].motor_share);
   }
 }
 

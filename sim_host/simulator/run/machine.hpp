@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "base/firmware.hpp"
+#include "base/random.hpp"
 #include "plant/tracker.hpp"
 #include "run/broken_parts.hpp"
 #include "sensors/camera.hpp"
@@ -93,6 +94,10 @@ class Machine {
   // Last readings of the firmware, for sensors that are stuck or reversed.
   std::array<std::uint32_t, kAxes> reported_angle_{};
   std::array<double, kAxes> reported_gyro_rad_s_{};
+  std::array<std::uint32_t, kAxes> true_angle_{};  // read in the last tick
+  std::array<std::uint32_t, kAxes> shown_from_{};  // where the sensors began to show a share of the motion
+  std::array<double, kAxes> crept_rad_{};
+  SplitMix64 broken_noise_{1};
   std::array<double, kAxes> reported_current_a_{};
   // The scales that the firmware assumes for the converters; wrong scales give wrong readings.
   AdcConfig adc_;

@@ -24,6 +24,17 @@ bool readings_differ(const AxisConfig& axis) {
   return axis.encoder.jitter_rms_rad > 0.5 * code_rad && axis.gyro.noise_density_rad_s_rthz > 0.0;
 }
 
+// What the converters and the bridge add to the back-EMF: a third of a code and of the noise of the current through a
+// warm winding, as much of the bus voltage, and what the dead time takes.
+double back_emf_error_v(const PlantConfig& plant, const MotorConfig& motor) {
+  const double warm = 1.4;
+  const double code_a = 2.0 * plant.adc.current_full_scale_a / std::pow(2.0, plant.adc.resolution_bits);
+  const double current_v = warm * motor.resistance_ohm * (plant.adc.current_noise_rms_a + code_a) / 3.0;
+  const double bus_v = plant.adc.voltage_noise_rms_v + 2.0 * plant.adc.voltage_full_scale_v / std::pow(2.0, 12);
+  const double dead_v = 2.0 * motor.dead_time_s / kPwmPeriod_s * plant.supply.voltage_v;
+  return current_v + bus_v / 3.0 + 1.5 * dead_v;
+}
+
 }  // namespace
 
 protection_limits node_limits(const PlantConfig& plant, int axis_index) {
@@ -50,6 +61,8 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   limits.voltage_mismatch_v = f(plant.supply.voltage_v / 12.0);
   limits.under_voltage_v = f(0.75 * plant.supply.voltage_v);
   limits.over_voltage_v = f(1.25 * plant.supply.voltage_v);
+  limits.motor_tolerance = 0.32F;
+  limits.back_emf_error_v = f(back_emf_error_v(plant, axis.motor));
   limits.stopping_margin_rad = f(std::min(0.005, 0.1 * travel_rad));
   // Three standard deviations of the wind, its mean and the imbalance take less than 0.3 of the torque.
   const double inertia_kg_m2 = axis.inertia_kg_m2 + axis.inertia_swing_kg_m2;

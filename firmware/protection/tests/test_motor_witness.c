@@ -1,0 +1,263 @@
+/* The motor as a witness, on a motor whose true R and Ke are known: when it contradicts, when it must not. */
+#include "protection/motor_witness.h"
+
+#include <math.h>
+
+#include "support/check.h"
+#include "unity.h"
+
+#define DT_S 0.001f
+#define R_OHM 1.2f
+#define L_S (3e-3f / 1.2f) /* L / R */
+#define KE 2.5f
+
+void setUp(void) {}
+void tearDown(void) {}
+
+typedef struct {
+  motor_witness witness;
+  motor_witness_limits limits;
+  motor_data data;
+  float resistance_ohm; /* the true ones */
+  float back_emf_v_s_rad;
+  float offset_a;
+  float last_a;
+} bench;
+
+static bench new_bench(void) {
+  bench b = {.limits = {.tolerance = 0.32f, .back_emf_error_v = 0.03f, .largest_zero_a = 0.5f, .largest_v = 4.0f},
+             .data = {R_OHM, L_S, KE},
+             .resistance_ohm = R_OHM,
+             .back_emf_v_s_rad = KE};
+  motor_witness_reset(&b.witness);
+  return b;
+}
+
+/* One tick with these true values; the sensors show `seen_rad_s`. */
+static motor_verdict step(bench *b, float current_a, float true_rad_s, float seen_rad_s) {
+  const float voltage_v =
+      b->resistance_ohm * current_a + b->back_emf_v_s_rad * true_rad_s + 3e-3f / DT_S * (current_a - b->last_a);
+  b->last_a = current_a;
+  const motor_witness_inputs in = {.driven = true,
+                                   .voltage_v = voltage_v,
+                                   .current_a = current_a + b->offset_a,
+                                   .now_a = current_a + b->offset_a,
+                                   .rate_rad_s = seen_rad_s};
+  const motor_verdict verdict = motor_witness_step(&b->witness, &b->limits, &b->data, &in, DT_S);
+  motor_witness_learn(&b->witness, &b->limits, DT_S);
+  return verdict;
+}
+
+static void rest_off(bench *b, int ticks) {
+  for (int i = 0; i < ticks; ++i) {
+    const motor_witness_inputs in = {.idle = true, .current_a = b->offset_a, .now_a = b->offset_a};
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, motor_witness_step(&b->witness, &b->limits, &b->data, &in, DT_S));
+    motor_witness_learn(&b->witness, &b->limits, DT_S);
+  }
+  b->last_a = 0.0f;
+}
+
+static void agree(bench *b, float current_a, float rate_rad_s, int ticks) {
+  for (int i = 0; i < ticks; ++i) {
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, step(b, current_a, rate_rad_s, rate_rad_s));
+  }
+}
+
+/* Ticks until a verdict other than MOTOR_AGREES; 0: none in `most`. */
+static int ticks_until(bench *b, motor_verdict expected, float current_a, float true_rad_s, float seen_rad_s,
+                       int most) {
+  for (int i = 1; i <= most; ++i) {
+    const motor_verdict verdict = step(b, current_a, true_rad_s, seen_rad_s);
+    if (verdict != MOTOR_AGREES) {
+      TEST_ASSERT_EQUAL(expected, verdict);
+      return i;
+    }
+  }
+  return 0;
+}
+
+static float width(motor_interval interval) { return interval.high - interval.low; }
+
+static void test_every_motor_within_the_tolerance_agrees_in_every_motion(void) {
+  static const float shares[] = {0.7f, 0.85f, 1.0f, 1.15f, 1.3f};
+  for (int r = 0; r < 5; ++r) {
+    for (int k = 0; k < 5; ++k) {
+      bench b = new_bench();
+      rest_off(&b, 60);
+      b.resistance_ohm = shares[r] * R_OHM;
+      b.back_emf_v_s_rad = shares[k] * KE;
+      for (int i = 0; i < 6000; ++i) {
+        const float t = (float)i * DT_S;
+        const float rate_rad_s = 1.2f * sinf(2.0f * t);
+        TEST_ASSERT_EQUAL(MOTOR_AGREES,
+                          step(&b, 8.0f * sinf(3.3f * t) + 2.0f * sinf(200.0f * t), rate_rad_s, rate_rad_s));
+      }
+      TEST_ASSERT_TRUE(b.witness.resistance.low <= shares[r] && shares[r] <= b.witness.resistance.high);
+      TEST_ASSERT_TRUE(b.witness.back_emf.low <= shares[k] && shares[k] <= b.witness.back_emf.high);
+      TEST_ASSERT_TRUE(width(b.witness.resistance) < 0.1f);
+      TEST_ASSERT_TRUE(width(b.witness.back_emf) < 0.35f);
+    }
+  }
+}
+
+/* The bound that the header states: a motion below it may stay unseen, one above it is found. */
+static void test_a_motion_that_the_sensors_do_not_show_is_found_above_the_bound_and_not_below_the_error(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    const float current_a = (float)sign * 4.0f;
+    bench b = new_bench();
+    rest_off(&b, 60);
+    agree(&b, current_a, 0.0f, 1000);
+    const float bound_rad_s = motor_witness_bound_rad_s(&b.witness, &b.limits);
+    CHECK_AT_MOST("rad/s", 0.06, bound_rad_s);
+    TEST_ASSERT_EQUAL(0, ticks_until(&b, MOTOR_CONTRADICTS, current_a, (float)sign * 0.9f * 0.03f / KE, 0.0f, 300));
+    const int ticks = ticks_until(&b, MOTOR_CONTRADICTS, current_a, (float)sign * 1.3f * bound_rad_s, 0.0f, 100);
+    TEST_ASSERT_TRUE(ticks >= MOTOR_WITNESS_TICKS);
+    TEST_ASSERT_TRUE(ticks <= 25);
+  }
+}
+
+/* From 0 the torque of a loop that sees nothing rises, and with it the speed: the witness still learns while it does.
+ */
+static void test_a_speed_that_grows_with_the_current_does_not_hide_in_the_resistance(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  for (int i = 0; i < 500; ++i) {
+    (void)step(&b, 4.0f * (float)i / 500.0f, 0.0f, 0.0f);
+  }
+  float rate_rad_s = 0.0f;
+  float current_a = 4.0f;
+  int ticks = 0;
+  while (step(&b, current_a, rate_rad_s, 0.0f) == MOTOR_AGREES && ticks < 1000) {
+    current_a += 0.009f;
+    rate_rad_s += 0.0006f;
+    ++ticks;
+  }
+  CHECK_AT_MOST("rad/s", 0.09, rate_rad_s);
+}
+
+static void test_the_resistance_is_learned_from_a_current_and_forgotten_with_time(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  b.resistance_ohm = 1.38f * R_OHM; /* a warm winding */
+  agree(&b, 5.0f, 0.0f, 500);
+  CHECK_AT_MOST("of R", 0.02, width(b.witness.resistance));
+  TEST_ASSERT_TRUE(b.witness.resistance.low <= 1.38f && b.witness.resistance.high >= 1.38f);
+  rest_off(&b, 1000); /* 3 % per second, to either side */
+  CHECK_NEAR("of R", 0.06, width(b.witness.resistance), 0.025);
+  rest_off(&b, 60000);
+  CHECK_SAME("lowest", 0.68f, b.witness.resistance.low);
+  CHECK_SAME("highest", 1.42f, b.witness.resistance.high);
+}
+
+static void test_a_winding_that_warms_by_3_percent_a_second_is_followed(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  for (int i = 0; i < 10000; ++i) {
+    b.resistance_ohm = R_OHM * (1.0f + 0.029e-3f * (float)i);
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, step(&b, 16.0f, 0.0f, 0.0f));
+  }
+}
+
+static void test_a_motor_with_half_its_back_emf_is_weak_once_it_has_been_moved_at_low_and_high_current(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  b.back_emf_v_s_rad = 0.5f * KE;
+  agree(&b, 6.0f, 0.0f, 300);
+  const int ticks = ticks_until(&b, MOTOR_WEAK, 4.0f, 0.7f, 0.7f, 200);
+  TEST_ASSERT_TRUE(ticks > 0 && ticks <= 30);
+}
+
+static void test_a_motor_that_turns_the_other_way_is_no_weak_motor(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  agree(&b, 4.0f, 0.0f, 300);
+  TEST_ASSERT_TRUE(ticks_until(&b, MOTOR_CONTRADICTS, 4.0f, -0.3f, 0.3f, 50) > 0);
+}
+
+static void test_the_offset_of_the_current_is_learned_while_the_bridge_is_off(void) {
+  bench b = new_bench();
+  b.offset_a = 0.2f;
+  rest_off(&b, 100);
+  CHECK_NEAR("A", 0.2, b.witness.zero_a, 1e-3);
+  agree(&b, 2.0f, 0.0f, 300);
+  CHECK_AT_MOST("of R", 0.03, width(b.witness.resistance));
+}
+
+static void test_an_offset_that_is_a_fault_of_its_own_is_not_learned(void) {
+  bench b = new_bench();
+  b.offset_a = 0.6f;
+  rest_off(&b, 100);
+  CHECK_SAME("A", 0.0, b.witness.zero_a);
+}
+
+static void test_before_the_offset_is_known_the_error_is_larger(void) {
+  bench b = new_bench();
+  agree(&b, 1.0f, 0.0f, 300);
+  const float bound_rad_s = motor_witness_bound_rad_s(&b.witness, &b.limits);
+  bench known = new_bench();
+  rest_off(&known, 60);
+  agree(&known, 1.0f, 0.0f, 300);
+  TEST_ASSERT_TRUE(bound_rad_s > 1.5f * motor_witness_bound_rad_s(&known.witness, &known.limits));
+}
+
+/* So large an error has its own fault, of the current sensor. */
+static void test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  agree(&b, 2.0f, 0.0f, 300);
+  int counted = 0;
+  for (int i = 0; i < 200; ++i) {
+    (void)step(&b, 2.0f, 4.0f, 0.0f);
+    counted = b.witness.ticks;
+  }
+  TEST_ASSERT_TRUE(counted < MOTOR_WITNESS_TICKS);
+}
+
+static void test_a_contradiction_that_ends_is_forgotten(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  agree(&b, 2.0f, 0.0f, 300);
+  for (int i = 0; i < 40; ++i) {
+    agree(&b, 2.0f, 0.0f, 30);
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, step(&b, 2.0f, 0.25f, 0.0f));
+  }
+}
+
+static void test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothing(void) {
+  bench b = new_bench();
+  b.limits.tolerance = 0.0f;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, MOTOR_CONTRADICTS, 2.0f, 3.0f, 0.0f, 300));
+  b = new_bench();
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, MOTOR_CONTRADICTS, NAN, 3.0f, 0.0f, 300));
+}
+
+static void test_other_motor_data_begin_anew(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  agree(&b, 5.0f, 0.0f, 500);
+  TEST_ASSERT_TRUE(width(b.witness.resistance) < 0.05f);
+  b.data.resistance_ohm = 1.4f * R_OHM;
+  TEST_ASSERT_EQUAL(MOTOR_AGREES, step(&b, 5.0f, 0.0f, 0.0f));
+  TEST_ASSERT_TRUE(b.witness.resistance.low <= 1.0f / 1.4f);
+  b.resistance_ohm = R_OHM;
+  agree(&b, 5.0f, 0.0f, 500);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_every_motor_within_the_tolerance_agrees_in_every_motion);
+  RUN_TEST(test_a_motion_that_the_sensors_do_not_show_is_found_above_the_bound_and_not_below_the_error);
+  RUN_TEST(test_a_speed_that_grows_with_the_current_does_not_hide_in_the_resistance);
+  RUN_TEST(test_the_resistance_is_learned_from_a_current_and_forgotten_with_time);
+  RUN_TEST(test_a_winding_that_warms_by_3_percent_a_second_is_followed);
+  RUN_TEST(test_a_motor_with_half_its_back_emf_is_weak_once_it_has_been_moved_at_low_and_high_current);
+  RUN_TEST(test_a_motor_that_turns_the_other_way_is_no_weak_motor);
+  RUN_TEST(test_the_offset_of_the_current_is_learned_while_the_bridge_is_off);
+  RUN_TEST(test_an_offset_that_is_a_fault_of_its_own_is_not_learned);
+  RUN_TEST(test_before_the_offset_is_known_the_error_is_larger);
+  RUN_TEST(test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor);
+  RUN_TEST(test_a_contradiction_that_ends_is_forgotten);
+  RUN_TEST(test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothing);
+  RUN_TEST(test_other_motor_data_begin_anew);
+  return UNITY_END();
+}

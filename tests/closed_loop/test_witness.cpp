@@ -1,0 +1,179 @@
+// Faults that encoder and gyro have in common, and others that no single sensor shows: each is detected, and speed and
+// travel stay within the figures of docs/theory.md. The program prints what is reached.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "bench.hpp"
+#include "fault_injection/driven_node.hpp"
+#include "unity.h"
+
+namespace sim = trackservo::sim;
+
+extern "C" void setUp() {}
+extern "C" void tearDown() {}
+
+namespace {
+
+constexpr double kLongest_s = 20.0;
+constexpr double kDegree = sim::kPi / 180.0;
+constexpr int kSeeds = 5;
+
+const sim::NodeSetup& setup() {
+  static const sim::NodeSetup tracker(sim::load_plant("sim_host/plants/tracker.toml"));
+  return tracker;
+}
+
+struct Case {
+  const char *name;
+  fault_set expected;  // one of these
+  double rate_rad_s;   // the set-point, from the start on
+  double moves_s;      // at 20 deg/s before it, so that the motor is known
+  std::function<void(sim::BrokenAxis&)> begin;
+  double detection_s;  // from the fault on; the rest is what is promised of it
+  double most_rad_s;
+  double travel_rad;
+  bool excites = false;  // with the fault it turns to and fro
+};
+
+struct Worst {
+  int seen = 0;
+  int runs = 0;
+  fault_set faults = 0;
+  double detection_s = 0;
+  double speed_rad_s = 0;  // at the detection
+  double most_rad_s = 0;   // from the fault to rest
+  double travel_rad = 0;   // the same
+  double wrong_rad = 0;    // from the fault to the detection
+};
+
+double rate(sim::DrivenNode& node, int axis) {
+  return node.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(axis)];
+}
+
+double angle(sim::DrivenNode& node, int axis) {
+  return node.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
+}
+
+void ticks(sim::DrivenNode& node, double seconds) {
+  for (int i = 0; i < static_cast<int>(std::lround(seconds * 1000.0)); ++i) {
+    node.tick();
+  }
+}
+
+void move(sim::DrivenNode& node, const Case& one) {
+  const double back = one.rate_rad_s != 0.0 ? 1.0 : -1.0;
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    node.set_rate(axis, axis == sim::kAzimuth || one.moves_s == 0.0 ? 0.35 : 0.35 * back);
+  }
+  ticks(node, one.moves_s);
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    node.set_rate(axis, one.rate_rad_s);
+  }
+  ticks(node, 1.0);
+}
+
+void run(const Case& one, int axis, std::uint64_t seed, Worst *worst) {
+  sim::DrivenNode node(setup(), seed, {0.2, 0.4});
+  ticks(node, 0.1);
+  node.enable(DRIVE_PROFILE_VELOCITY);
+  move(node, one);
+  TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, node.axis(axis).drive.fault, one.name);
+  one.begin(node.machine().broken().axis[static_cast<std::size_t>(axis)]);
+  const double from_rad = angle(node, axis);
+  double time_s = 0.0;
+  double most_rad_s = 0.0;
+  while (time_s < kLongest_s && node.axis(axis).drive.fault == FAULT_NONE) {
+    if (one.excites) {
+      node.set_rate(axis, std::fmod(time_s, 4.0) < 2.0 ? one.rate_rad_s : -one.rate_rad_s);
+    }
+    node.tick();
+    time_s += sim::kTick_s;
+    most_rad_s = std::max(most_rad_s, std::abs(rate(node, axis)));
+  }
+  const fault_id fault = node.axis(axis).drive.fault;
+  ++worst->runs;
+  if (fault == FAULT_NONE) {
+    worst->most_rad_s = std::max(worst->most_rad_s, most_rad_s);
+    return;
+  }
+  ++worst->seen;
+  worst->faults |= fault_bit(fault);
+  worst->detection_s = std::max(worst->detection_s, time_s);
+  worst->speed_rad_s = std::max(worst->speed_rad_s, std::abs(rate(node, axis)));
+  worst->wrong_rad = std::max(worst->wrong_rad, std::abs(angle(node, axis) - from_rad));
+  for (int i = 0; i < 3000 && std::abs(rate(node, axis)) > 1e-3; ++i) {
+    node.tick();
+    most_rad_s = std::max(most_rad_s, std::abs(rate(node, axis)));
+  }
+  worst->most_rad_s = std::max(worst->most_rad_s, most_rad_s);
+  worst->travel_rad = std::max(worst->travel_rad, std::abs(angle(node, axis) - from_rad));
+}
+
+std::string names(fault_set faults) {
+  std::string text;
+  for (int i = 1; i < FAULT_COUNT; ++i) {
+    text += (faults >> i & 1U) != 0 ? fmt::format(" {}", i) : "";
+  }
+  return text;
+}
+
+void check(const Case& one) {
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    Worst of_axis;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+      run(one, axis, static_cast<std::uint64_t>(seed), &of_axis);
+    }
+    std::printf(
+        "%-34s %s: %d of %d after %5.0f ms, %5.1f deg/s, at most %5.1f, %6.2f deg to detection, %6.2f to rest, "
+        "faults%s\n",
+        one.name, axis == sim::kAzimuth ? "azimuth" : "pitch  ", of_axis.seen, of_axis.runs, 1e3 * of_axis.detection_s,
+        of_axis.speed_rad_s / kDegree, of_axis.most_rad_s / kDegree, of_axis.wrong_rad / kDegree,
+        of_axis.travel_rad / kDegree, names(of_axis.faults).c_str());
+    TEST_ASSERT_EQUAL_MESSAGE(of_axis.runs, of_axis.seen, one.name);
+    TEST_ASSERT_EQUAL_HEX64_MESSAGE(0, of_axis.faults & ~one.expected, one.name);
+    TEST_ASSERT_TRUE_MESSAGE(of_axis.detection_s <= one.detection_s, one.name);
+    TEST_ASSERT_TRUE_MESSAGE(of_axis.most_rad_s <= one.most_rad_s, one.name);
+    TEST_ASSERT_TRUE_MESSAGE(of_axis.travel_rad <= one.travel_rad, one.name);
+  }
+}
+
+std::function<void(sim::BrokenAxis&)> show(double share) {
+  return [share](sim::BrokenAxis& broken) { broken.sensors_show_share = share; };
+}
+
+void test_sensors_that_are_wrong_together_are_found_by_the_motor() {
+  const fault_set motor = fault_bit(FAULT_MOTOR_CONTRADICTS);
+  const fault_set moving = motor | fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_MOTOR_WEAK);
+  const Case cases[] = {
+      // At rest nothing shows until the torque of the blind loop has overcome the friction.
+      {"frozen, set-point 0", motor, 0.0, 0.0, show(0.0), 3.0, 6.0 * kDegree, 2.0 * kDegree},
+      {"frozen, set-point 0, motor known", motor, 0.0, 2.0, show(0.0), 3.0, 6.0 * kDegree, 2.0 * kDegree},
+      {"frozen, 1 deg/s", moving, 0.0175, 0.5, show(0.0), 0.05, 18.0 * kDegree, 4.0 * kDegree},
+      {"frozen, 20 deg/s", moving, 0.35, 0.5, show(0.0), 0.05, 33.0 * kDegree, 9.0 * kDegree},
+      {"half, 20 deg/s", motor, 0.35, 0.0, show(0.5), 0.1, 43.0 * kDegree, 16.0 * kDegree},
+      {"half, 20 deg/s, motor known", motor, 0.35, 1.0, show(0.5), 0.1, 43.0 * kDegree, 16.0 * kDegree},
+      {"half, 40 deg/s", moving, 0.7, 0.0, show(0.5), 0.05, 53.0 * kDegree, 16.0 * kDegree},
+  };
+  for (const Case& one : cases) {
+    check(one);
+  }
+}
+
+void test_a_motor_with_half_its_torque_is_found_under_excitation() {
+  const fault_set weak = fault_bit(FAULT_MOTOR_WEAK) | fault_bit(FAULT_MOTOR_CONTRADICTS);
+  check({"motor x 0.5, +-40 deg/s", weak, 0.7, 0.5, [](sim::BrokenAxis& b) { b.motor_share = 0.5; }, 8.0,
+         45.0 * kDegree, 150.0 * kDegree, true});
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_sensors_that_are_wrong_together_are_found_by_the_motor);
+  RUN_TEST(test_a_motor_with_half_its_torque_is_found_under_excitation);
+  return UNITY_END();
+}
