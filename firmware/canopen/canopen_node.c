@@ -168,6 +168,8 @@ bool canopen_node_init(canopen_node *node, const canopen_config *config) {
   node->controller_overruns = 0;
   node->overruns_reported = 0;
   node->overrun_quiet_ms = 0;
+  node->silent_ms = 0;
+  node->sdo_client = SDO_CHANNELS;
   node->producer = (heartbeat_producer){.elapsed_ms = 0};
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
     sdo_server_init(&node->sdo[i], &node->dictionary);
@@ -284,7 +286,10 @@ static void send_sdos(canopen_node *node, uint32_t limit) {
 
 static void receive_sdo(canopen_node *node, uint32_t channel, const can_frame *frame) {
   if (frame->length == SDO_BYTES) {
+    canopen_node_heard(node);
+    node->sdo_client = channel;
     sdo_server_receive(&node->sdo[channel], frame->data);
+    node->sdo_client = SDO_CHANNELS;
     (void)send_sdo(node, channel);
   }
 }
@@ -292,11 +297,13 @@ static void receive_sdo(canopen_node *node, uint32_t channel, const can_frame *f
 static void tick_sdo(canopen_node *node) {
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
     if (node_objects_sdo_is_on(&node->objects, i)) {
+      node->sdo_client = i;
       sdo_server_tick(&node->sdo[i]);
     } else {
       sdo_server_reset(&node->sdo[i]);
     }
   }
+  node->sdo_client = SDO_CHANNELS;
 }
 
 static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
@@ -306,8 +313,11 @@ static void receive_heartbeat(canopen_node *node, const can_frame *frame) {
   }
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     const uint32_t object = node->objects.heartbeat_consumer[i];
-    if (heartbeat_consumer_active(object) && heartbeat_consumer_node(object) == producer &&
-        heartbeat_consumer_hear(&node->consumers[i], frame->data[0])) {
+    if (!heartbeat_consumer_active(object) || heartbeat_consumer_node(object) != producer) {
+      continue;
+    }
+    canopen_node_heard(node);
+    if (heartbeat_consumer_hear(&node->consumers[i], frame->data[0])) {
       node_objects_judge_heartbeats(node);
     }
   }
@@ -375,6 +385,9 @@ void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s) {
 
 static void receive_nmt(canopen_node *node, const can_frame *frame) {
   nmt_state wanted = node->state;
+  if (nmt_is_addressed(node->config.node_id, frame)) {
+    canopen_node_heard(node);
+  }
   const nmt_request request = nmt_receive(&wanted, node->config.node_id, frame);
   if (request != NMT_NOTHING) {
     begin_reset(node, request == NMT_RESET_NODE);
@@ -395,6 +408,7 @@ static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) 
 static void receive_pdos(canopen_node *node, const can_frame *frame) {
   for (uint32_t n = 0; n < PDO_COUNT; n++) {
     if (frame->id == node->listeners.rpdo[n]) {
+      canopen_node_heard(node);
       receive_pdo(node, n, frame);
     }
   }
@@ -409,6 +423,9 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
   (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_TIME_OUT);
   if (!nmt_allows_pdo(node->state)) {
     return;
+  }
+  if (node->sync_is_used) {
+    canopen_node_heard(node);
   }
   if (node->sync_count < CANOPEN_FRAMES_PER_CALL) {
     node->sync_counter[node->sync_count++] = node->sync.counter;
@@ -493,6 +510,23 @@ static void tick_producer(canopen_node *node) {
   }
 }
 
+/* A heartbeat or an RPDO that has its own time limit, and keeps it. */
+static bool is_monitored(const canopen_node *node) {
+  bool monitored = false;
+  for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
+    monitored = monitored || (node->consumers[i].health == HEARTBEAT_ALIVE &&
+                              heartbeat_consumer_active(node->objects.heartbeat_consumer[i]));
+  }
+  for (uint32_t n = 0; n < PDO_COUNT && nmt_allows_pdo(node->state); n++) {
+    monitored = monitored || rpdo_is_monitored(&node->rpdos[n]);
+  }
+  return monitored;
+}
+
+uint32_t canopen_node_silent_ms(const canopen_node *node) {
+  return node->silent_ms == 0 || is_monitored(node) ? 0 : node->silent_ms;
+}
+
 static void tick_consumers(canopen_node *node) {
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     const uint32_t object = node->objects.heartbeat_consumer[i];
@@ -552,6 +586,7 @@ static void tick_pdos(canopen_node *node) {
 
 void canopen_node_serve(canopen_node *node) {
   lss_slave_tick(&node->lss);
+  node->silent_ms += node->silent_ms < UINT32_MAX ? 1 : 0;
   if (node->reset.pending) {
     canopen_node_answer(node); /* only LSS is processed; the queues must not overflow */
     step_reset(node);

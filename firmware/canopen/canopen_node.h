@@ -87,7 +87,8 @@ typedef struct {
   can_queue process_data;
   can_queue services;
   sdo_server sdo[SDO_CHANNELS];
-  uint32_t first_sdo; /* the channel that sends first in the next call, so that both get their share */
+  uint32_t sdo_client; /* the channel whose request is being executed; SDO_CHANNELS: none, e.g. an RPDO */
+  uint32_t first_sdo;  /* the channel that sends first in the next call, so that both get their share */
   lss_slave lss;
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
@@ -95,6 +96,8 @@ typedef struct {
   emergency_producer emergency;
   rpdo rpdos[PDO_COUNT];
   tpdo tpdos[PDO_COUNT];
+  uint32_t silent_ms; /* since the last frame for this node; see canopen_node_silent_ms */
+  bool sync_is_used;  /* a PDO is synchronous: SYNC is for this node, too */
   bool sync_wrong_length;
   uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC received since TPDOs were last processed */
   uint32_t sync_count;
@@ -126,6 +129,15 @@ void canopen_node_tick(canopen_node *node);
 /* Optional, between ticks and in the same thread: processes SDO requests, so that answers need not wait for the
  * tick. */
 void canopen_node_answer(canopen_node *node);
+
+/* How long nobody has spoken to this node, in ms. Frames for it are: NMT commands to it or to all, SDO requests, its
+ * RPDOs and SYNC while the node acts upon them (SYNC only if a PDO is synchronous), and heartbeats of nodes in 0x1016.
+ * While a heartbeat (0x1016) or an RPDO (event timer, 0x1400:5) is monitored and in time, the silence is 0: the owner
+ * has set how long that one may be silent. */
+uint32_t canopen_node_silent_ms(const canopen_node *node);
+
+/* A frame for this node: the silence begins anew. For an application that has a master beside the bus. */
+static inline void canopen_node_heard(canopen_node *node) { node->silent_ms = 0; }
 
 /* Errors of the application; see emergency.h. Its sources are not 0. */
 bool canopen_node_raise(canopen_node *node, const emergency_error *error);

@@ -9,8 +9,7 @@ enum {
 };
 
 nmt_request nmt_receive(nmt_state *state, uint8_t node_id, const can_frame *frame) {
-  const bool addressed = frame->length == 2 && (frame->data[1] == 0 || frame->data[1] == node_id);
-  if (!addressed || *state == NMT_INITIALISING) {
+  if (!nmt_is_addressed(node_id, frame) || *state == NMT_INITIALISING) {
     return NMT_NOTHING;
   }
   switch (frame->data[0]) {

@@ -24,6 +24,11 @@ typedef enum {
 
 enum { NMT_COB_ID = 0x000 };
 
+/* A command for this node or for all nodes, also an unknown one. */
+static inline bool nmt_is_addressed(uint8_t node_id, const can_frame *frame) {
+  return frame->length == 2 && (frame->data[1] == 0 || frame->data[1] == node_id);
+}
+
 /* Executes a command frame (start 1, stop 2, pre-operational 128, reset node 129, reset communication 130). Frames with
  * another length, for another node or with another command are ignored. */
 nmt_request nmt_receive(nmt_state *state, uint8_t node_id, const can_frame *frame);

@@ -312,6 +312,12 @@ static void add(uint32_t *heard, uint32_t identifier) {
 }
 
 void node_objects_listen(canopen_node *node) {
+  node->sync_is_used = false;
+  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    const bool receives = node->rpdos[n].on && node->rpdos[n].synchronous;
+    const bool sends = node->tpdos[n].on && node->tpdos[n].synchronous;
+    node->sync_is_used = node->sync_is_used || receives || sends;
+  }
   uint32_t heard[CANOPEN_HEARD_WORDS] = {0};
   add(heard, NMT_COB_ID);
   add(heard, LSS_REQUEST_COB_ID);

@@ -385,13 +385,21 @@ void od_copy_stored(const od_table *table, const void *from, void *to) {
   }
 }
 
-bool od_same_stored(const od_table *table, const void *one, const void *other) {
+static bool are_same(const od_table *table, const void *one, const void *other, uint8_t flag) {
   bool same = true;
   for (uint32_t i = 0; i < table->count && same; i++) {
     const od_entry *entry = &table->entries[i];
-    if ((entry->flags & OD_STORED) != 0 && entry->offset != OD_NO_VALUE) {
+    if ((entry->flags & flag) != 0 && entry->offset != OD_NO_VALUE) {
       same = memcmp((const char *)one + entry->offset, (const char *)other + entry->offset, entry->bytes) == 0;
     }
   }
   return same;
+}
+
+bool od_same_stored(const od_table *table, const void *one, const void *other) {
+  return are_same(table, one, other, OD_STORED);
+}
+
+bool od_same_guarded(const od_table *table, const void *one, const void *other) {
+  return are_same(table, one, other, OD_GUARDED);
 }

@@ -261,6 +261,9 @@ void od_restore_defaults(const od_part *part, uint8_t node_id);
 /* Whether all values with OD_STORED are equal, bit for bit, in two structs of the table's values. */
 bool od_same_stored(const od_table *table, const void *one, const void *other);
 
+/* The same for the values with OD_GUARDED. */
+bool od_same_guarded(const od_table *table, const void *one, const void *other);
+
 /* Copies the values with OD_STORED from one struct of the table's values to another. */
 void od_copy_stored(const od_table *table, const void *from, void *to);
 

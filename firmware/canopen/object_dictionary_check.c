@@ -98,6 +98,9 @@ static bool mapping_is_good(const od_entry *entry) {
   if (entry->type == OD_VISIBLE_STRING || entry->type == OD_DOMAIN || entry->type == OD_BOOLEAN) {
     return false;
   }
+  if ((entry->flags & OD_RPDO) != 0 && (entry->flags & OD_GUARDED) != 0) {
+    return false; /* an RPDO has no client that could have opened a lock */
+  }
   return ((entry->flags & OD_RPDO) == 0 || writable) && ((entry->flags & OD_TPDO) == 0 || readable);
 }
 

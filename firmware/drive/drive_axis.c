@@ -1,6 +1,7 @@
 #include "drive/drive_axis.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "base/scalar.h"
 
@@ -10,6 +11,10 @@
 bool drive_axis_obeys_stimulus(const drive_axis *axis) {
   return axis->state.action == DRIVE_RUN && axis->motion.mode == DRIVE_NO_MODE &&
          axis->motion.blocked_direction == 0.0f;
+}
+
+bool drive_axis_turns(const drive_axis *axis) {
+  return axis->state.action == DRIVE_RUN && (axis->stimulated || !profile_at_rest(&axis->motion.ramp));
 }
 
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
@@ -169,6 +174,7 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
   const bool finite = inputs_are_finite(inputs);
   const drive_feedback feedback = feedback_of(axis, inputs, finite);
   const drive_action action = step_state(axis, objects, inputs, finite, dt_s);
+  axis->stimulated = inputs->stimulus != NULL;
   axis->setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
   return &axis->setpoint.command;
 }

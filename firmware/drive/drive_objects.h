@@ -28,7 +28,11 @@ typedef enum {
 /* 6086: the only supported type of ramp. */
 enum { DRIVE_JERK_LIMITED_RAMP = 3 };
 
+/* 6007: what an axis that turns does when the master is silent. */
+enum { DRIVE_SILENT_GO_ON = 0, DRIVE_SILENT_FAULT = 1, DRIVE_SILENT_OFF = 2, DRIVE_SILENT_QUICK_STOP = 3 };
+
 typedef struct {
+  int16_t master_silent;  /* 6007: DRIVE_SILENT_* */
   int16_t quick_stop;     /* 605A: 0, 1, 2, 5, 6 */
   int16_t shutdown;       /* 605B: 0, 1 */
   int16_t disable;        /* 605C: 0, 1 */

@@ -230,5 +230,10 @@ bool drive_option_supported(uint16_t index, int16_t code) {
 }
 
 drive_options drive_options_default(void) {
-  return (drive_options){.quick_stop = 2, .shutdown = 0, .disable = 1, .halt = 1, .fault_reaction = 2};
+  return (drive_options){.master_silent = DRIVE_SILENT_QUICK_STOP,
+                         .quick_stop = 2,
+                         .shutdown = 0,
+                         .disable = 1,
+                         .halt = 1,
+                         .fault_reaction = 2};
 }

@@ -97,7 +97,7 @@ uint16_t drive_state_statusword(drive_power_state power);
  * 0609 0030. Stops on the current or voltage limit (3, 4, 7, 8) are not supported. */
 bool drive_option_supported(uint16_t index, int16_t code);
 
-/* The standard's defaults: 605A 2, 605B 0, 605C 1, 605D 1, 605E 2. */
+/* The defaults: 6007 3; of the standard: 605A 2, 605B 0, 605C 1, 605D 1, 605E 2. */
 drive_options drive_options_default(void);
 
 #endif

@@ -19,12 +19,18 @@ static bool take(persisted_storage *storage, uint32_t n, const object_dictionary
          persisted_objects_are_good(&storage->next, dictionary);
 }
 
+static bool has_objects(uint8_t groups) { return (groups & (PERSISTED_COMMUNICATION | PERSISTED_APPLICATION)) != 0; }
+
+uint64_t persisted_storage_access_hash(const persisted_storage *storage) {
+  return storage->stored.access_hash[0] | (uint64_t)storage->stored.access_hash[1] << 32;
+}
+
 static persisted_source source_of(const persisted_storage *storage, const parameter_record *record) {
   const persisted_report *report = &storage->report;
   if (report->damaged + report->unfinished + report->refused > 0) {
     return record != NULL ? PERSISTED_OLDER : PERSISTED_DEFAULTS_BY_FAULT;
   }
-  if (record == NULL || storage->groups == 0) {
+  if (record == NULL || !has_objects(storage->groups)) {
     return PERSISTED_DEFAULTS;
   }
   return record->schema_hash == storage->schema_hash ? PERSISTED_STORED : PERSISTED_MIGRATED;
@@ -66,11 +72,22 @@ void persisted_storage_start(persisted_storage *storage, const object_dictionary
 
 /* --- commands --------------------------------------------------------------------------------------------------- */
 
+static void prepare_word(persisted_storage *storage, uint64_t hash) {
+  storage->next.access_hash[0] = (uint32_t)hash;
+  storage->next.access_hash[1] = (uint32_t)(hash >> 32);
+  storage->next_groups =
+      (uint8_t)(hash != 0 ? storage->groups | PERSISTED_ACCESS : storage->groups & ~PERSISTED_ACCESS);
+}
+
 static void prepare(persisted_storage *storage, const persisted_command *command) {
   const uint8_t groups = retained_groups(command->group);
   storage->saving = command->saving;
   storage->group = command->group;
   storage->next = storage->stored;
+  if (command->group == 0) {
+    prepare_word(storage, command->access_hash);
+    return;
+  }
   persisted_objects_copy(&storage->next, command->saving ? command->in_force : &storage->factory, groups);
   storage->next_groups = (uint8_t)(command->saving ? storage->groups | groups : storage->groups & ~groups);
 }
@@ -78,8 +95,9 @@ static void prepare(persisted_storage *storage, const persisted_command *command
 static void adopt(persisted_storage *storage) {
   storage->stored = storage->next;
   storage->groups = storage->next_groups;
-  storage->report = (persisted_report){.source = storage->next_groups != 0 ? PERSISTED_STORED : PERSISTED_DEFAULTS,
-                                       .sequence = storage->store.last_sequence};
+  storage->report =
+      (persisted_report){.source = has_objects(storage->next_groups) ? PERSISTED_STORED : PERSISTED_DEFAULTS,
+                         .sequence = storage->store.last_sequence};
   storage->answer = OD_OK;
 }
 
@@ -88,6 +106,9 @@ static bool is_answered(const persisted_storage *storage, const persisted_comman
   if (storage->progress != PERSISTED_ANSWERED || storage->saving != command->saving ||
       storage->group != command->group) {
     return false;
+  }
+  if (command->group == 0) {
+    return storage->answer != OD_OK || persisted_storage_access_hash(storage) == command->access_hash;
   }
   const persisted_objects *wanted = command->saving ? command->in_force : &storage->factory;
   return storage->answer != OD_OK ||
@@ -100,6 +121,9 @@ static bool is_stored(const persisted_storage *storage, const persisted_command 
   const uint8_t groups = retained_groups(command->group);
   if (storage->report.source != PERSISTED_STORED && storage->report.source != PERSISTED_DEFAULTS) {
     return false;
+  }
+  if (command->group == 0) {
+    return persisted_storage_access_hash(storage) == command->access_hash;
   }
   if (!command->saving) {
     return (storage->groups & groups) == 0;

@@ -66,10 +66,14 @@ void persisted_storage_start(persisted_storage *storage, const object_dictionary
 
 typedef struct {
   bool saving;                       /* 0x1010, otherwise 0x1011 */
-  uint8_t group;                     /* STORAGE_* */
+  uint8_t group;                     /* STORAGE_*; 0: only the hash of the owner's word (0x3040:4) */
+  uint64_t access_hash;              /* of group 0 */
   bool powered;                      /* an axis has torque: nothing is started then, OD_DEVICE_STATE */
   const persisted_objects *in_force; /* values to be saved */
 } persisted_command;
+
+/* Of the owner's word, as stored; 0: none. */
+uint64_t persisted_storage_access_hash(const persisted_storage *storage);
 
 /* OD_PENDING: call again in the next tick. */
 od_abort persisted_storage_command(persisted_storage *storage, const persisted_command *command);

@@ -83,11 +83,10 @@ static bool any_axis_is_powered(const servo_node *node) {
   return powered;
 }
 
-/* Changing the scale of a flowing current would look like a current step. */
+/* Changing the scale of a flowing current would look like a current step; guarded_write wants the axes off. */
 static od_abort accept_board(void *owner, const od_object *object, od_number value) {
   (void)value;
-  const servo_node *node = owner;
-  return any_axis_is_powered(node) ? OD_DEVICE_STATE : guarded_write(&node->lock, object->entry);
+  return guarded_write(&((const servo_node *)owner)->lock, object->entry);
 }
 
 static void changed_board(void *owner, const od_object *object) {
@@ -111,6 +110,7 @@ static persisted_objects *in_force(servo_node *node) {
     kept->protection[i] = node->axis[i].monitor.limits;
   }
   kept->scales = node->scales;
+  kept->master = node->master;
   return kept;
 }
 
@@ -166,11 +166,36 @@ static od_abort save(void *context, uint8_t group) {
   return storage_command_of(node, true, group);
 }
 
-static od_abort restore(void *context, uint8_t group) { return storage_command_of(context, false, group); }
+/* Defaults of guarded values come into force by the next reset, so they need the lock as a write does. */
+static od_abort restore(void *context, uint8_t group) {
+  servo_node *node = context;
+  const bool application = (retained_groups(group) & PERSISTED_APPLICATION) != 0;
+  if (application && node->storage.progress == PERSISTED_IDLE &&
+      !persisted_objects_same_guarded(in_force(node), &node->storage.factory) && guarded_change(&node->lock) != OD_OK) {
+    return OD_DEVICE_STATE;
+  }
+  return storage_command_of(node, false, group);
+}
 
-static void take_scales(servo_node *node, const hal_scales *scales) {
-  node->scales = *scales;
-  hal_set_scales(node->board.machine, scales);
+/* --- the owner's word -------------------------------------------------------------------------------------------- */
+
+static od_abort store_word(void *context, uint64_t hash) {
+  servo_node *node = context;
+  return persisted_storage_command(
+      &node->storage,
+      &(persisted_command){.saving = true, .group = 0, .access_hash = hash, .powered = any_axis_is_powered(node)});
+}
+
+static void take_word(servo_node *node) {
+  const uint64_t hash = persisted_storage_access_hash(&node->storage);
+  node->lock.hash = hash == node->waived_hash ? 0 : hash;
+}
+
+/* Values that both axes share. */
+static void take_shared(servo_node *node, const persisted_objects *from) {
+  node->scales = from->scales;
+  hal_set_scales(node->board.machine, &node->scales);
+  od_copy_stored(&master_objects_table, &from->master, &node->master);
 }
 
 /* They have been checked. */
@@ -196,7 +221,9 @@ static void start_storage(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     take_stored(node, i);
   }
-  take_scales(node, &node->storage.stored.scales);
+  take_shared(node, &node->storage.stored);
+  node->waived_hash = node->recovering ? persisted_storage_access_hash(&node->storage) : 0;
+  take_word(node);
 }
 
 /* --- reset: off at once, then one piece per ms ------------------------------------------------------------------- */
@@ -218,9 +245,7 @@ static void reset_begins(void *context, bool whole_node) {
   if (!whole_node && any_axis_is_powered(node)) {
     node->bus_faults |= fault_bit(FAULT_NODE_STOPPED);
   }
-  if (whole_node) {
-    access_lock_take(&node->lock, 0);
-  }
+  access_lock_close_all(&node->lock);
   for (int i = 0; i < SERVO_AXES && whole_node; ++i) {
     switch_off(node, i);
   }
@@ -240,7 +265,7 @@ static void reset_application(servo_node *node, uint32_t step) {
     restore_part(node, &node->canopen.dictionary.parts[step]);
   } else {
     take_stored(node, (int)(step - part_count));
-    take_scales(node, &node->storage.stored.scales);
+    take_shared(node, &node->storage.stored);
   }
 }
 
@@ -276,6 +301,7 @@ static bool reset(void *context, bool whole_node, uint32_t step) {
     return false;
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
+    node->axis[i].left_alone = false;
     node->axis[i].reports = (fault_reports){0}; /* the bus has lost its reports: a fault that lasts is reported again */
   }
   report_stored(node);
@@ -366,7 +392,7 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .owner = node,
                              .hooks = &scope_objects_hooks};
   parts[count++] = (od_part){.table = scope_signals_table, .prefix = "", .values = node};
-  node->fault_owner = (fault_objects_owner){&node->fault_setup, &node->log, &node->lock};
+  node->fault_owner = (fault_objects_owner){&node->fault_setup, &node->log};
   parts[count++] = (od_part){.table = fault_objects_table,
                              .prefix = "",
                              .values = &node->fault_setup,
@@ -379,6 +405,12 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .owner = node,
                              .hooks = &board_hooks,
                              .defaults = &factory->scales};
+  node->master_part = (master_owner){&node->master, &node->lock, store_word, node};
+  parts[count++] = (od_part){.table = master_objects_table,
+                             .prefix = "",
+                             .values = &node->master,
+                             .owner = &node->master_part,
+                             .hooks = &master_objects_hooks};
   return count;
 }
 
@@ -415,6 +447,9 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
     return false;
   }
   node->flash = config->flash;
+  node->recovering = config->bus.recovering;
+  node->canopen.sdo_client = SDO_CHANNELS;
+  node->lock = (access_lock){.caller = &node->canopen.sdo_client, .salt = config->serial_number};
   const od_part board_part = {.table = board_objects_table, .values = &node->scales};
   od_restore_defaults(&board_part, config->node_id);
   if (config->scales != NULL) {
@@ -487,9 +522,11 @@ static void gather_inputs(servo_node *node, int i) {
   inputs->voltage_present = node->board.samples.bus_voltage_v >= axis->monitor.limits.under_voltage_v;
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
-  inputs->faults = node->bus_faults | faults_of_board(health, axis->drive.state.power) |
+  inputs->faults = node->bus_faults | (axis->abandoned ? fault_bit(FAULT_MASTER_SILENT) : 0) |
+                   faults_of_board(health, axis->drive.state.power) |
                    axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position);
-  inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
+  inputs->warning = axis->left_alone || axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
+  axis->abandoned = false;
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
 }
@@ -570,6 +607,45 @@ static void report_axis(servo_node *node, int i) {
   report_faults(node, i);
 }
 
+/* --- a silent master ---------------------------------------------------------------------------------------------- */
+
+/* The stop is written to the controlword, so that only a new command can end it. */
+static void leave_alone(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  drive_state_objects *objects = &axis->objects.state;
+  if (objects->option.master_silent == DRIVE_SILENT_GO_ON) {
+    return;
+  }
+  node->master.stops++;
+  if (objects->option.master_silent == DRIVE_SILENT_FAULT) {
+    axis->abandoned = true;
+    return;
+  }
+  const bool off = objects->option.master_silent == DRIVE_SILENT_OFF;
+  objects->controlword = off ? 0 : DRIVE_CONTROL_ENABLE_VOLTAGE;
+  axis->left_alone = true;
+  raise_emergency(node, FAULT_MASTER_SILENT, (uint8_t)(i + 1), FAULT_MASTER_SILENT);
+  fault_log_write(&node->log, i, FAULT_MASTER_SILENT, node->objects.ticks);
+}
+
+static void supervise_master(servo_node *node) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_node_axis *axis = &node->axis[i];
+    if (axis->left_alone && axis->drive.state.action == DRIVE_RUN) {
+      axis->left_alone = false;
+      (void)canopen_node_clear(&node->canopen, (uint8_t)(i + 1), fault_table[FAULT_MASTER_SILENT].code);
+    }
+  }
+  if (canopen_node_silent_ms(&node->canopen) < node->master.longest_silence_ms) {
+    return;
+  }
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    if (drive_axis_turns(&node->axis[i].drive) && !node->axis[i].left_alone) {
+      leave_alone(node, i);
+    }
+  }
+}
+
 void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
@@ -577,7 +653,12 @@ void servo_node_serve(servo_node *node) {
   node->objects.ticks++;
   record(node);
   access_lock_tick(&node->lock);
+  node->lock.powered = any_axis_is_powered(node);
+  if (!node_objects_sdo_is_on(&node->canopen.objects, 1)) {
+    node->lock.client[1].ticks_left = 0; /* who switches the channel on may be another client */
+  }
   canopen_node_serve(&node->canopen);
+  supervise_master(node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
     const drive_machine machine = axis_monitor_machine(&axis->monitor, &node->board.app.params.axis[i]);
@@ -585,6 +666,7 @@ void servo_node_serve(servo_node *node) {
   }
   if (persisted_storage_tick(&node->storage)) {
     node->cob_ids_collide = false;
+    take_word(node);
     report_stored(node);
   }
 }
@@ -604,7 +686,10 @@ bool servo_node_receive(servo_node *node, const can_frame *frame) {
   return canopen_node_receive(&node->canopen, frame);
 }
 
-void servo_node_bus_off(servo_node *node) { node->bus_faults |= fault_bit(FAULT_BUS_OFF); }
+void servo_node_bus_off(servo_node *node) {
+  node->bus_faults |= fault_bit(FAULT_BUS_OFF);
+  access_lock_close_all(&node->lock);
+}
 
 void servo_node_report(servo_node *node, fault_id fault, uint8_t detail, bool lasts) {
   raise_emergency(node, fault, SOURCE_BOARD, detail);

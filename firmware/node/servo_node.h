@@ -43,6 +43,8 @@ typedef struct {
   drive_axis_inputs inputs;    /* of this tick */
   servo_axis_command stimulus; /* of an experiment, when it gives the set-point */
   fault_reports reports;       /* of faults, for EMCY and log */
+  bool abandoned;              /* the master is silent: a fault of the next tick (0x6007 = 1) */
+  bool left_alone;             /* stopped because the master was silent; until the axis is in operation again */
 } servo_node_axis;
 
 /* 0x3010, 0x3030, 0x3031 and 0x3050. */
@@ -64,10 +66,14 @@ typedef struct {
   persisted_objects in_force; /* as of the last store command */
   const hal_flash *flash;     /* as configured */
   hal_scales scales;          /* 0x3060 */
-  bool cob_ids_collide;       /* the stored ones did at the last reset: the defaults are in force */
-  fault_set bus_faults;       /* command of both axes in the next tick */
-  fault_log log;              /* 0x3020 */
-  access_lock lock;           /* 0x3040 */
+  master_objects master;      /* 0x3040, 0x3041 */
+  master_owner master_part;
+  bool cob_ids_collide; /* the stored ones did at the last reset: the defaults are in force */
+  fault_set bus_faults; /* command of both axes in the next tick */
+  fault_log log;        /* 0x3020 */
+  access_lock lock;     /* 0x3040 */
+  bool recovering;      /* as configured */
+  uint64_t waived_hash; /* of the owner's word that recovery has put out of force, or 0 */
   fault_objects fault_setup;
   fault_objects_owner fault_owner;
   canopen_node canopen;
@@ -78,7 +84,8 @@ typedef struct {
 /* The node's bus, besides its node id. */
 typedef struct {
   uint16_t kbit_s;        /* bit rate while LSS has stored none; 0: BUS_DEFAULT_KBIT_S */
-  bool recovering;        /* use the node id and bit rate given here, regardless of those that LSS has stored */
+  bool recovering;        /* use the node id and bit rate given here, regardless of those that LSS has stored, and no
+                             owner's word (0x3040) until one is set or the node starts again */
   const hal_flash *flash; /* BUS_SETTINGS_LOG_PAGES pages for what LSS stores; NULL: in RAM only */
   bus_joiner joiner;      /* first called before servo_node_start returns */
 } servo_node_bus;

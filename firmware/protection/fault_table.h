@@ -57,6 +57,8 @@ typedef enum {
   /* what no single sensor shows */
   FAULT_MOTOR_CONTRADICTS = 37,
   FAULT_MOTOR_WEAK = 38,
+  /* bus, continued */
+  FAULT_MASTER_SILENT = 39,
   FAULT_COUNT
 } fault_id;
 

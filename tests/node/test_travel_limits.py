@@ -46,8 +46,8 @@ def test_a_move_to_the_hard_end_stops_inside_with_bit_11(node, azimuth, pitch, r
     moves = []
     for axis, direction in ((azimuth, 1), (pitch, -1)):
         ends = confine(axis, 0.25)
-        end = ends[1] if direction > 0 else ends[0]
-        moves.append((axis, direction, end))
+        moves.append((axis, direction, ends[1] if direction > 0 else ends[0]))
+    for axis, direction, end in moves:  # limits change only while both axes are off
         outwards(axis, mode, direction, rate, end)
     time.sleep(0.25e6 / rate + 2.5)
     for axis, direction, end in moves:
@@ -91,6 +91,10 @@ def test_limits_that_contradict_each_other_wait_and_are_not_stored(node, azimuth
         node.store(1)
     assert refused.value.code == 0x06040043
     azimuth.enable(PV)  # the former limits are in effect: with 60.5 V it would not switch on
+    with pytest.raises(canopen.SdoAbortedError):
+        azimuth.set(36.0, 0x2060, 15)  # it has torque
     azimuth.command(0x00)
+    wait_until(lambda: azimuth.state == "SWITCH ON DISABLED", 1)
+    time.sleep(0.01)
     azimuth.set(36.0, 0x2060, 15)
     assert azimuth.get(0x2060, 18) == 0

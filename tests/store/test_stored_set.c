@@ -276,6 +276,7 @@ static uint32_t rows_in_force(parameter_row *rows) {
                                   .drive = {node.axis[0].objects, node.axis[1].objects},
                                   .protection = {node.axis[0].monitor.limits, node.axis[1].monitor.limits},
                                   .scales = node.scales,
+                                  .master = node.master,
                                   .communication = node.canopen.objects,
                                   .bus = canopen_node_settings(&node.canopen)};
   persisted_objects copy = kept;
@@ -394,6 +395,146 @@ static void test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_o
   TEST_ASSERT_TRUE(old > 100 && complete >= 3);
 }
 
+/* --- the owner's word: 0x3040 ---------------------------------------------------------------------------------------
+ */
+
+enum { ACCESS = 0x3040, SHORT_WORD = 1, WORD = 3, NEW_WORD = 4, HAS_WORD = 5 };
+
+#define OPEN UINT64_C(0x6E65706F)
+#define OWNERS UINT64_C(0x6F77746561206562)
+
+static od_abort sdo_read_of(uint8_t sub) {
+  const od_object object = node_object(&node, ACCESS, sub);
+  uint8_t bytes[8];
+  uint16_t length = 0;
+  return od_read(&object, bytes, sizeof bytes, &length);
+}
+
+/* As the SDO server of the first channel. */
+static od_abort set_word(uint8_t sub, uint64_t word) {
+  const od_object object = node_object(&node, ACCESS, sub);
+  od_abort answer = OD_PENDING;
+  for (int tick = 0; tick < MAX_TICKS && answer == OD_PENDING; ++tick) {
+    node.canopen.sdo_client = 0;
+    answer = od_write(&object, (const uint8_t *)&word, object.entry->bytes);
+    node.canopen.sdo_client = SDO_CHANNELS;
+    servo_node_tick(&node);
+    servo_node_serve(&node);
+    servo_node_background(&node);
+  }
+  return answer;
+}
+
+static void start_recovering(void) {
+  rigid_machine_init(&machine);
+  const servo_node_bus bus = {.recovering = true};
+  TEST_ASSERT_TRUE(rigid_machine_start_node_on(&machine, &node, NODE_ID, (can_sender){send, NULL}, areas, &bus));
+}
+
+static void wait_for_delay(void) {
+  for (int tick = 0; tick < 1000; ++tick) {
+    servo_node_tick(&node);
+    servo_node_serve(&node);
+  }
+}
+
+static void test_the_owners_word_is_set_behind_the_lock_and_survives_a_loss_of_power(void) {
+  TEST_ASSERT_EQUAL_HEX32(OD_DEVICE_STATE, set_word(NEW_WORD, OWNERS));
+  TEST_ASSERT_EQUAL(OD_OK, set_word(SHORT_WORD, OPEN));
+  TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS));
+  TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS, get(0x3031, 1)); /* no object is stored by it */
+  restart();
+  TEST_ASSERT_EQUAL(1, get(ACCESS, HAS_WORD));
+  TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS, get(0x3031, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_BAD_VALUE, set_word(SHORT_WORD, OPEN));
+  wait_for_delay();
+  TEST_ASSERT_EQUAL(OD_OK, set_word(WORD, OWNERS));
+}
+
+/* Neither the word nor its hash. */
+static void expect_that_no_object_shows_it(void) {
+  const uint64_t kept = persisted_storage_access_hash(&node.storage);
+  for (uint32_t i = 0; i < node.canopen.dictionary.count; ++i) {
+    const od_part *part = &node.canopen.dictionary.parts[i];
+    for (uint32_t row = 0; row < part->table.count; ++row) {
+      const od_object object = {part, &part->table.entries[row]};
+      uint8_t bytes[64];
+      uint16_t length = 0;
+      uint32_t value = 0;
+      if (od_read(&object, bytes, sizeof bytes, &length) == OD_OK && length == sizeof value) {
+        memcpy(&value, bytes, sizeof value);
+        TEST_ASSERT_FALSE(value == (uint32_t)kept || value == (uint32_t)(kept >> 32) || value == (uint32_t)OWNERS);
+      }
+    }
+  }
+  TEST_ASSERT_EQUAL_HEX32(OD_WRITE_ONLY, sdo_read_of(NEW_WORD));
+  TEST_ASSERT_EQUAL_HEX32(OD_WRITE_ONLY, sdo_read_of(WORD));
+}
+
+static void test_the_owners_word_is_kept_by_1010_and_1011_and_nobody_reads_it(void) {
+  (void)set_word(SHORT_WORD, OPEN);
+  TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS));
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(7));
+  TEST_ASSERT_EQUAL(1, get(ACCESS, HAS_WORD));
+  expect_that_no_object_shows_it();
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1011, 1, LOAD));
+  restart();
+  TEST_ASSERT_FALSE(has_one_of_each(7));
+  TEST_ASSERT_EQUAL(1, get(ACCESS, HAS_WORD));
+  TEST_ASSERT_EQUAL(PERSISTED_DEFAULTS, get(0x3031, 1));
+}
+
+static void test_a_word_is_removed_by_setting_none(void) {
+  (void)set_word(SHORT_WORD, OPEN);
+  TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS));
+  TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, 0));
+  restart();
+  TEST_ASSERT_EQUAL(0, get(ACCESS, HAS_WORD));
+  TEST_ASSERT_EQUAL(OD_OK, set_word(SHORT_WORD, OPEN));
+}
+
+static void test_a_lost_word_is_recovered_at_the_device(void) {
+  (void)set_word(SHORT_WORD, OPEN);
+  TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS));
+  start_recovering();
+  TEST_ASSERT_EQUAL(0, get(ACCESS, HAS_WORD));
+  change_one_of_each(3);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 3, SAVE)); /* does not bring the old word back */
+  TEST_ASSERT_EQUAL(OD_OK, set_word(SHORT_WORD, OPEN));
+  restart();
+  TEST_ASSERT_EQUAL(1, get(ACCESS, HAS_WORD)); /* none was set: it is the old one */
+  start_recovering();
+  TEST_ASSERT_EQUAL(OD_OK, set_word(SHORT_WORD, OPEN));
+  TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS + 1));
+  TEST_ASSERT_EQUAL(1, get(ACCESS, HAS_WORD));
+  restart();
+  TEST_ASSERT_EQUAL(OD_OK, set_word(WORD, OWNERS + 1));
+}
+
+static void test_a_loss_of_power_while_a_word_is_set_leaves_the_old_or_the_new_one(void) {
+  for (int32_t left = 0; left < 500; ++left) {
+    setUp();
+    (void)set_word(SHORT_WORD, OPEN);
+    TEST_ASSERT_EQUAL(OD_OK, set_word(NEW_WORD, OWNERS));
+    model.operations_left = left;
+    (void)set_word(NEW_WORD, OWNERS + 1);
+    const bool cut = model.off;
+    restart();
+    const bool old_one = set_word(WORD, OWNERS) == OD_OK;
+    wait_for_delay();
+    const bool new_one = set_word(WORD, OWNERS + 1) == OD_OK;
+    TEST_ASSERT_TRUE(old_one != new_one);
+    if (!cut) {
+      TEST_ASSERT_TRUE(new_one);
+      return;
+    }
+  }
+  TEST_FAIL_MESSAGE("the word was never stored");
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_without_a_persisted_set_the_defaults_are_in_force);
@@ -413,5 +554,10 @@ int main(void) {
   RUN_TEST(test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all);
   RUN_TEST(test_a_set_of_another_version_is_taken_by_index_and_sub_index);
   RUN_TEST(test_a_loss_of_power_at_any_operation_of_0x1010_leaves_the_old_set_or_the_new_one);
+  RUN_TEST(test_the_owners_word_is_set_behind_the_lock_and_survives_a_loss_of_power);
+  RUN_TEST(test_the_owners_word_is_kept_by_1010_and_1011_and_nobody_reads_it);
+  RUN_TEST(test_a_word_is_removed_by_setting_none);
+  RUN_TEST(test_a_lost_word_is_recovered_at_the_device);
+  RUN_TEST(test_a_loss_of_power_while_a_word_is_set_leaves_the_old_or_the_new_one);
   return UNITY_END();
 }

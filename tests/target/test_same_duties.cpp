@@ -129,6 +129,8 @@ Comparison compare(const BoardTick& start, const std::vector<BoardTick>& ticks) 
 
 // --- the board's end ---------------------------------------------------------------------------------------------
 
+constexpr int kCyclicVelocity = 9;
+
 class Script {
  public:
   Script() {
@@ -170,11 +172,13 @@ class Script {
     }
   }
 
-  // Gains of the current loop go with its bandwidth.
+  // Gains of the current loop go with its bandwidth. Motor data change only while both axes are off.
   void set_current_bandwidth(float rad_s) {
+    write(0x6040, 0, 0, 2);
     write_shared(0x3040, 1, 0x6E65706F, 4);
     write(0x2055, 5, bits_of(rad_s), 4);
     write(0x2070, 1, 1, 1);
+    enable(kCyclicVelocity);
   }
 
   // Set-points of both axes that change every millisecond, so that the current loops have work.
@@ -216,7 +220,6 @@ void expect_equal(const char *what, const Script& script) {
 constexpr int kProfilePosition = 1;
 constexpr int kProfileVelocity = 3;
 constexpr int kCyclicPosition = 8;
-constexpr int kCyclicVelocity = 9;
 constexpr int kCyclicTorque = 10;
 
 void test_every_duty_is_equal_in_every_mode_and_in_changes_between_them() {

@@ -19,6 +19,10 @@
   kind_(index_, sub_, OD_RW, OD_STORED, drive_objects, member_, low_, high_, preset_, unit_, name_, help_)
 
 static const od_entry kEntries[] = {
+    SETS(
+        OD_I16, 0x6007, 0, state.option.master_silent, 0, 3, 3, "", "Abort connection option code",
+        "When the axis turns and the master is silent for 3041:1: 0: no action; 1: fault, then as 605E; 2: switch off; "
+        "3: quick stop as 605A, no fault"),
     REPORTS(OD_U16, 0x603F, state.error_code, 0, 0xFFFF, "", "Error code", "CiA 402 code of the last fault; 0: none"),
     TAKES(OD_U16, 0x6040, state.controlword, 0, 0xFFFF, 0, "", "Controlword", "Commands of the power state machine"),
     OD_U16(0x6041, 0, OD_RO, OD_TPDO | OD_EVENT, drive_objects, state.statusword, 0, 0xFFFF, 0, "", "Statusword",

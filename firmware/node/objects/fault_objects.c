@@ -5,8 +5,7 @@
 #include "canopen/object_dictionary_rows.h"
 
 enum { LOG_OBJECT = 0x3020, LOG_COMMAND = 2, FIRST_ENTRY = 3, COMMAND_CLEAR = 1 };
-enum { ACCESS_OBJECT = 0x3040, ACCESS_WORD = 1 };
-enum { HEADER_BYTES = 8, TICKS_PER_S = 1000 };
+enum { HEADER_BYTES = 8 };
 
 #define U32_HIGHEST INT64_C(0xFFFFFFFF)
 #define ENTRY(sub_, number_) \
@@ -25,10 +24,6 @@ static const od_entry kEntries[] = {
     ENTRY(8, 6),
     ENTRY(9, 7),
     ENTRY(10, 8),
-    OD_RECORD_HEAD(0x3040, 2, "Access", "Write lock of parameters that can cause damage: 2055, 2060 and 3060"),
-    OD_U32(0x3040, 1, OD_WO, 0, fault_objects, access_word, 0, U32_HIGHEST, 0, "", "Access word",
-           "\"open\" (6E65706F): guarded parameters can be written for 60 s; any other value locks them"),
-    OD_U16(0x3040, 2, OD_RO, 0, fault_objects, access_left_s, 0, 65535, 0, "s", "Access time left", "0: locked"),
 };
 
 const od_table fault_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};
@@ -41,16 +36,12 @@ static od_abort refresh(void *owner, const od_object *object) {
   const fault_objects_owner *own = owner;
   (void)object;
   own->objects->count = own->log->count;
-  own->objects->access_left_s = (uint16_t)((own->lock->ticks_left + TICKS_PER_S - 1) / TICKS_PER_S);
   return OD_OK;
 }
 
 static void changed(void *owner, const od_object *object) {
   const fault_objects_owner *own = owner;
-  if (is_at(object, ACCESS_OBJECT, ACCESS_WORD)) {
-    access_lock_take(own->lock, own->objects->access_word);
-    own->objects->access_word = 0;
-  } else if (is_at(object, LOG_OBJECT, LOG_COMMAND) && own->objects->command == COMMAND_CLEAR) {
+  if (is_at(object, LOG_OBJECT, LOG_COMMAND) && own->objects->command == COMMAND_CLEAR) {
     fault_log_clear(own->log);
     own->objects->command = 0;
   }

@@ -1,16 +1,13 @@
-/* The fault log (0x3020) and the lock of guarded parameters (0x3040) on the bus. */
+/* The fault log on the bus: 0x3020. */
 #ifndef TRACKSERVO_NODE_OBJECTS_FAULT_OBJECTS_H
 #define TRACKSERVO_NODE_OBJECTS_FAULT_OBJECTS_H
 
 #include "canopen/object_dictionary.h"
-#include "protection/access_lock.h"
 #include "protection/fault_log.h"
 
 typedef struct {
   uint32_t count; /* 0x3020:1 */
   uint8_t command;
-  uint32_t access_word; /* 0x3040:1 */
-  uint16_t access_left_s;
 } fault_objects;
 
 /* Offsets point into `fault_objects`. 0x3020:3 .. 10 are the entries, newest first, each a DOMAIN, little endian:
@@ -22,7 +19,6 @@ extern const od_table fault_objects_table;
 typedef struct {
   fault_objects *objects;
   fault_log *log;
-  access_lock *lock;
 } fault_objects_owner;
 
 extern const od_hooks fault_objects_hooks;

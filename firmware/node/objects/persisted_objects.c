@@ -7,11 +7,18 @@
 #include "node/objects/board_objects.h"
 #include "node/objects/device_dictionary.h"
 #include "node/objects/drive_dictionary.h"
+#include "node/objects/master_objects.h"
 #include "node/objects/protection_objects.h"
 #include "parameters/axis_dictionary.h"
 #include "parameters/axis_tuning.h"
 
-enum { FIRST_APPLICATION_INDEX = 0x2000, AXIS_SHIFT = 0x800, BUS_INDEX = 0x3050, TABLES = 4 + 3 * SERVO_AXES };
+enum {
+  FIRST_APPLICATION_INDEX = 0x2000,
+  AXIS_SHIFT = 0x800,
+  BUS_INDEX = 0x3050,
+  ACCESS_INDEX = 0x3042,
+  TABLES = 6 + 3 * SERVO_AXES
+};
 
 _Static_assert(offsetof(axis_tuning, staged) == 0,
                "rows of gains are read in an axis_parameters, not in its axis_tuning");
@@ -24,6 +31,15 @@ static const od_entry bus_rows[] = {
            "Bit rate", ""),
 };
 static const od_table bus_table = {bus_rows, sizeof bus_rows / sizeof bus_rows[0]};
+
+/* The hash of the owner's word. No object of the node has this index, so none shows it. */
+static const od_entry access_rows[] = {
+    OD_U32(ACCESS_INDEX, 1, OD_RW, OD_STORED, persisted_objects, access_hash[0], 0, INT64_C(0xFFFFFFFF), 0, "",
+           "Hash, low word", ""),
+    OD_U32(ACCESS_INDEX, 2, OD_RW, OD_STORED, persisted_objects, access_hash[1], 0, INT64_C(0xFFFFFFFF), 0, "",
+           "Hash, high word", ""),
+};
+static const od_table access_table = {access_rows, sizeof access_rows / sizeof access_rows[0]};
 
 uint8_t retained_groups(uint8_t group) {
   switch (group) {
@@ -58,6 +74,7 @@ void persisted_objects_copy(persisted_objects *to, const persisted_objects *from
       to->protection[i] = from->protection[i];
     }
     to->scales = from->scales;
+    od_copy_stored(&master_objects_table, &from->master, &to->master);
   }
 }
 
@@ -66,12 +83,23 @@ bool persisted_objects_are_same(const persisted_objects *kept, const persisted_o
   bool same = (groups & PERSISTED_COMMUNICATION) == 0 ||
               (od_same_stored(&communication_profile_table, own, &other->communication) &&
                od_same_stored(&device_table, own, &other->communication));
-  same = same &&
-         ((groups & PERSISTED_APPLICATION) == 0 || od_same_stored(&board_objects_table, &kept->scales, &other->scales));
+  same = same && ((groups & PERSISTED_APPLICATION) == 0 ||
+                  (od_same_stored(&board_objects_table, &kept->scales, &other->scales) &&
+                   od_same_stored(&master_objects_table, &kept->master, &other->master)));
   for (int i = 0; i < SERVO_AXES && (groups & PERSISTED_APPLICATION) != 0; ++i) {
     same = same && od_same_stored(&axis_parameters_table, &kept->parameters[i], &other->parameters[i]) &&
            od_same_stored(&drive_objects_table, &kept->drive[i], &other->drive[i]) &&
            od_same_stored(&protection_objects_table, &kept->protection[i], &other->protection[i]);
+  }
+  return same;
+}
+
+bool persisted_objects_same_guarded(const persisted_objects *one, const persisted_objects *other) {
+  bool same = od_same_guarded(&board_objects_table, &one->scales, &other->scales);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    same = same && od_same_guarded(&axis_parameters_table, &one->parameters[i], &other->parameters[i]) &&
+           od_same_guarded(&drive_objects_table, &one->drive[i], &other->drive[i]) &&
+           od_same_guarded(&protection_objects_table, &one->protection[i], &other->protection[i]);
   }
   return same;
 }
@@ -91,10 +119,15 @@ static object_dictionary view_of(persisted_objects *kept, od_part parts[TABLES])
     parts[count++] = (od_part){.table = drive_objects_table, .shift = shift, .values = &kept->drive[i]};
   }
   parts[count++] = (od_part){.table = board_objects_table, .values = &kept->scales};
+  parts[count++] = (od_part){.table = master_objects_table, .values = &kept->master};
+  parts[count++] = (od_part){.table = access_table, .values = kept};
   return (object_dictionary){.parts = parts, .count = count};
 }
 
 static uint8_t group_of(uint16_t index) {
+  if (index == ACCESS_INDEX) {
+    return PERSISTED_ACCESS;
+  }
   return index < FIRST_APPLICATION_INDEX || index == BUS_INDEX ? PERSISTED_COMMUNICATION : PERSISTED_APPLICATION;
 }
 
@@ -202,7 +235,7 @@ static bool follow_rows(persisted_objects *kept, const parameter_row *rows, uint
 
 bool persisted_objects_from_rows(persisted_objects *kept, const parameter_row *rows, uint32_t count,
                                  persisted_rows_report *report) {
-  const uint8_t all = PERSISTED_COMMUNICATION | PERSISTED_APPLICATION;
+  const uint8_t all = PERSISTED_COMMUNICATION | PERSISTED_APPLICATION | PERSISTED_ACCESS;
   od_part parts[TABLES];
   const object_dictionary view = view_of(kept, parts);
   *report = (persisted_rows_report){.groups = 0};

@@ -9,6 +9,7 @@
 #include "canopen/communication_profile.h"
 #include "drive/drive_objects.h"
 #include "hal.h"
+#include "node/objects/master_objects.h"
 #include "parameters/axis_parameters.h"
 #include "parameters/parameter_store.h"
 #include "protection/axis_protection.h"
@@ -16,16 +17,18 @@
 
 enum { PERSISTED_MAX_ROWS = 384 };
 
-/* Which groups. */
-enum { PERSISTED_COMMUNICATION = 1, PERSISTED_APPLICATION = 2 };
+/* Which groups. 0x1010 and 0x1011 leave the last one as it is: 0x3040:4 sets the owner's word. */
+enum { PERSISTED_COMMUNICATION = 1, PERSISTED_APPLICATION = 2, PERSISTED_ACCESS = 4 };
 
 typedef struct {
   axis_parameters parameters[SERVO_AXES];
   drive_objects drive[SERVO_AXES];
   protection_limits protection[SERVO_AXES];
   hal_scales scales;
+  master_objects master;
   communication_objects communication;
-  bus_settings bus; /* node id and bit rate to which the defaults in `communication` belong: persisted with it */
+  uint32_t access_hash[2]; /* of the owner's word, low word first; 0: none */
+  bus_settings bus;        /* node id and bit rate to which the defaults in `communication` belong: persisted with it */
 } persisted_objects;
 
 /* PERSISTED_* bits of STORAGE_ALL, STORAGE_COMMUNICATION or STORAGE_APPLICATION. */
@@ -59,6 +62,9 @@ typedef struct {
  * persisted_objects_are_good checks whether the values fit together. */
 bool persisted_objects_from_rows(persisted_objects *kept, const parameter_row *rows, uint32_t count,
                                  persisted_rows_report *report);
+
+/* Whether all guarded values are equal. */
+bool persisted_objects_same_guarded(const persisted_objects *one, const persisted_objects *other);
 
 /* Whether these values may be in effect together; `dictionary` is the node's, for the mapped objects of PDOs. Cost:
  * builds the gains of both axes. */

@@ -23,8 +23,12 @@ static const od_entry kEntries[] = {
 
 const od_table protection_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};
 
+od_abort guarded_change(const access_lock *lock) {
+  return access_lock_is_open(lock) && !lock->powered ? OD_OK : OD_DEVICE_STATE;
+}
+
 od_abort guarded_write(const access_lock *lock, const od_entry *entry) {
-  return (entry->flags & OD_GUARDED) == 0 || access_lock_is_open(lock) ? OD_OK : OD_DEVICE_STATE;
+  return (entry->flags & OD_GUARDED) == 0 ? OD_OK : guarded_change(lock);
 }
 
 uint8_t protection_objects_waiting(const protection_owner *own) {

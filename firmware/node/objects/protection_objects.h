@@ -1,4 +1,5 @@
-/* The limits that protect an axis, on the bus: 0x2060, one part per axis, written only while 0x3040 is open.
+/* The limits that protect an axis, on the bus: 0x2060, one part per axis, written only while 0x3040 is open
+ * and both axes are off.
  *
  *     written, one by one -> contradict each other? -> no: in force, all of them, from the next tick on
  *                                                   -> yes: wait; what was in force stays so (2060:18 says which)
@@ -37,7 +38,10 @@ extern const od_hooks protection_objects_hooks;
 /* Limits that are written but not in effect, as in 2060:18. */
 uint8_t protection_objects_waiting(const protection_owner *own);
 
-/* OD_DEVICE_STATE for a row with OD_GUARDED while the lock is closed, otherwise OD_OK. */
+/* Whether the caller may change guarded values now: OD_DEVICE_STATE while its lock is closed, or an axis has torque. */
+od_abort guarded_change(const access_lock *lock);
+
+/* The same for a write; OD_OK for a row without OD_GUARDED. */
 od_abort guarded_write(const access_lock *lock, const od_entry *entry);
 
 #endif

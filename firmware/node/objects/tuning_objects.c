@@ -1,6 +1,7 @@
 #include "node/objects/tuning_objects.h"
 
 #include "node/objects/protection_objects.h"
+#include "parameters/axis_dictionary.h"
 
 enum { TUNING_OBJECT = 0x2070, TUNING_COMMAND = 1 };
 enum { COMMAND_APPLY = 1, COMMAND_REVERT = 2, COMMAND_UNDO = 3 };
@@ -16,6 +17,8 @@ static od_abort refresh(void *owner, const od_object *object) {
   }
   return OD_OK;
 }
+
+_Static_assert(offsetof(axis_tuning, staged) == 0, "rows are read in an axis_parameters, too");
 
 static control_status obey(const tuning_owner *tuned, int64_t command) {
   servo_app *app = &tuned->board->app;
@@ -34,9 +37,27 @@ static control_status obey(const tuning_owner *tuned, int64_t command) {
   }
 }
 
+/* The set that a command puts into force; NULL: none. */
+static const axis_parameters *next_of(const axis_tuning *tuning, int64_t command) {
+  switch (command) {
+    case COMMAND_APPLY:
+      return &tuning->staged;
+    case COMMAND_UNDO:
+      return &tuning->previous;
+    default:
+      return NULL;
+  }
+}
+
+/* A command that would change guarded values needs the lock as a write of them does: they may have been staged by
+ * another client, or while the lock was open. */
 static od_abort accept(void *owner, const od_object *object, od_number value) {
-  (void)value;
-  return guarded_write(((const tuning_owner *)owner)->lock, object->entry);
+  const tuning_owner *tuned = owner;
+  const axis_parameters *next = is_command(object) ? next_of(tuned->tuning, value.i) : NULL;
+  if (next != NULL && !od_same_guarded(&axis_parameters_table, next, &tuned->tuning->active)) {
+    return guarded_change(tuned->lock);
+  }
+  return guarded_write(tuned->lock, object->entry);
 }
 
 /* Azimuth's indices become those of the axis. */

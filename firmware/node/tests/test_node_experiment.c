@@ -92,6 +92,20 @@ static void test_a_set_up_beyond_its_limits_is_refused(void) {
   TEST_ASSERT_EQUAL(EXPERIMENT_IDLE, state_of_experiment());
 }
 
+static void test_a_silent_master_ends_it(void) {
+  enable(0, NO_MODE);
+  set_up_sweep(0);
+  SET_FLOAT(EXPERIMENT, DWELL, 2.0f);
+  SET(EXPERIMENT, COMMAND, START);
+  wait_ms(990);
+  CHECK_NEAR("rad/s", 0.01, fabs(machine.axis[0].rate_rad_s), 0.003);
+  wait_ms(15);
+  wait_ms(300);
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 1e-3);
+  TEST_ASSERT_EQUAL(EXPERIMENT_DRIVE_STOPPED, state_of_experiment());
+  TEST_ASSERT_EQUAL(1, get(0x3041, 2));
+}
+
 static void test_a_master_can_abort_it(void) {
   start_sweep(0);
   wait_ms(60);
@@ -216,6 +230,7 @@ int main(void) {
   RUN_TEST(test_the_duration_is_reported_before_anything_moves);
   RUN_TEST(test_it_starts_only_in_operation_at_rest_and_without_a_mode);
   RUN_TEST(test_a_set_up_beyond_its_limits_is_refused);
+  RUN_TEST(test_a_silent_master_ends_it);
   RUN_TEST(test_a_master_can_abort_it);
   RUN_TEST(test_a_joint_that_runs_away_ends_it);
   RUN_TEST(test_an_axis_that_is_switched_off_ends_it);

@@ -8,7 +8,11 @@ enum { BOARD = 0x3060, STOPPING_MARGIN = 17, WAITING, MOTOR = 0x2055, CURRENT_LI
 enum { LOG = 0x3020, LOG_COUNT = 1, LOG_COMMAND, NEWEST, ACCESS = 0x3040, WORD = 1, LEFT_S, PV = 3 };
 enum { HEADER = 8, SAMPLE = (int)sizeof(fault_log_sample), EMCY = 0x080 + NODE_ID };
 
+enum { CLIENT_B = 0x6A0, DELAY_S = 6, PARAMETER_SET = 0x2070, GAINS = 0x2000, SCALES = 0x3060 };
+
 #define OPEN 0x6E65706Fu
+#define BAD_VALUE 0x06090030u
+#define LOAD_WORD 0x64616F6Cu
 #define DEVICE_STATE 0x08000022u
 #define NO_DATA 0x08000024u
 
@@ -54,10 +58,135 @@ static void test_limits_are_written_only_while_the_lock_is_open(void) {
   SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
   SET_FLOAT(MOTOR, CURRENT_LIMIT, 20.0f);
   CHECK_SAME("rad/s", 2.0, get_float(PROTECTION, OVERSPEED));
-  SET(ACCESS, WORD, OPEN + 1);
+  SET(ACCESS, WORD, 0);
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 3.0f));
+  SET(ACCESS, WORD, OPEN);
+  TEST_ASSERT_EQUAL_HEX32(BAD_VALUE, set(ACCESS, WORD, OPEN + 1));
+  TEST_ASSERT_EQUAL(1, get(ACCESS, DELAY_S) & 0xFFFF);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 3.0f));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(ACCESS, WORD, OPEN));
+  wait_ms(1000);
+  SET(ACCESS, WORD, OPEN);
+  SET(ACCESS, WORD, 0);
   CHECK_SAME("rad/s", 2.0, get_float(PROTECTION, OVERSPEED));
   CHECK_SAME("the other axis", 1.5, get_float(PROTECTION + PITCH, OVERSPEED));
+}
+
+/* The second channel, 1201: a write with the object's size; the abort code, or 0. */
+static uint32_t set_by_b(uint32_t index, uint8_t sub, uint32_t value) {
+  sent_count = 0;
+  give(CLIENT_B, 8,
+       (const uint8_t[]){0x22, (uint8_t)index, (uint8_t)(index >> 8), sub, (uint8_t)value, (uint8_t)(value >> 8),
+                         (uint8_t)(value >> 16), (uint8_t)(value >> 24)});
+  wait_ms(1);
+  const can_frame *answer = last_sent(CLIENT_B + 1);
+  TEST_ASSERT_NOT_NULL(answer);
+  return answer->data[0] == 0x80 ? u32_of(&answer->data[4]) : 0;
+}
+
+static void open_second_channel(void) {
+  SET(0x1201, 1, CLIENT_B);
+  SET(0x1201, 2, CLIENT_B + 1);
+}
+
+static uint32_t bits_of(float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+static void test_the_lock_is_open_only_for_the_channel_that_opened_it(void) {
+  open_second_channel();
+  SET(ACCESS, WORD, OPEN);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_by_b(PROTECTION, OVERSPEED, bits_of(2.0f)));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_by_b(MOTOR, CURRENT_LIMIT, bits_of(20.0f)));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_by_b(SCALES, 1, bits_of(20.0f)));
+  TEST_ASSERT_EQUAL_HEX32(0, set_by_b(ACCESS, WORD, 0)); /* locks its own */
+  SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
+  SET(ACCESS, WORD, 0);
+  TEST_ASSERT_EQUAL_HEX32(0, set_by_b(ACCESS, WORD, OPEN));
+  TEST_ASSERT_EQUAL_HEX32(0, set_by_b(PROTECTION, OVERSPEED, bits_of(2.5f)));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 3.0f));
+  TEST_ASSERT_EQUAL(0, get(ACCESS, LEFT_S) & 0xFFFF);
+}
+
+static void test_a_channel_that_was_off_is_locked(void) {
+  open_second_channel();
+  TEST_ASSERT_EQUAL_HEX32(0, set_by_b(ACCESS, WORD, OPEN));
+  SET(0x1201, 1, 0x80000000u | CLIENT_B);
+  SET(0x1201, 1, CLIENT_B);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_by_b(PROTECTION, OVERSPEED, bits_of(2.0f)));
+}
+
+static void test_a_wrong_word_delays_its_channel_only(void) {
+  open_second_channel();
+  TEST_ASSERT_EQUAL_HEX32(BAD_VALUE, set_by_b(ACCESS, WORD, 1));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_by_b(ACCESS, WORD, OPEN));
+  SET(ACCESS, WORD, OPEN);
+  nmt(129); /* a reset does not end the delay */
+  wait_ms(100);
+  open_second_channel();
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_by_b(ACCESS, WORD, OPEN));
+  wait_ms(1000);
+  TEST_ASSERT_EQUAL_HEX32(0, set_by_b(ACCESS, WORD, OPEN));
+}
+
+static void test_a_reset_and_bus_off_close_the_lock(void) {
+  for (int i = 0; i < 3; ++i) {
+    SET(ACCESS, WORD, OPEN);
+    if (i < 2) {
+      nmt(i == 0 ? 129 : 130);
+    } else {
+      servo_node_bus_off(&node);
+    }
+    wait_ms(100);
+    TEST_ASSERT_EQUAL(0, get(ACCESS, LEFT_S) & 0xFFFF);
+    TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 3.0f));
+  }
+}
+
+/* What is open for one client or was staged meanwhile must not come into force by another's command. */
+static void test_apply_and_undo_of_motor_data_need_the_lock(void) {
+  open_second_channel();
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(MOTOR, CURRENT_LIMIT, 20.0f);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_by_b(PARAMETER_SET, 1, 1));
+  SET(PARAMETER_SET, 1, 1);
+  SET(ACCESS, WORD, 0);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(PARAMETER_SET, 1, 3)); /* undo */
+  CHECK_SAME("A", 20.0, (double)node.board.app.params.axis[0].current_limit_a);
+  SET_FLOAT(GAINS, 1, 100.0f);
+  SET(PARAMETER_SET, 1, 1); /* a set with the same motor data needs none */
+  SET(PARAMETER_SET, 1, 3);
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(MOTOR, CURRENT_LIMIT, 16.0f);
+  SET(PARAMETER_SET, 1, 1);
+}
+
+static void test_loading_the_defaults_needs_the_lock_when_guarded_values_differ(void) {
+  SET(0x1011, 1, LOAD_WORD);
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(PROTECTION, OVERSPEED, 1.0f);
+  SET(ACCESS, WORD, 0);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1011, 1, LOAD_WORD));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1011, 3, LOAD_WORD));
+  SET(0x1011, 2, LOAD_WORD);
+  SET(ACCESS, WORD, OPEN);
+  SET(0x1011, 1, LOAD_WORD);
+}
+
+static void test_nothing_guarded_changes_while_an_axis_has_torque(void) {
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(MOTOR, CURRENT_LIMIT, 20.0f); /* staged */
+  enable(PITCH, PV);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 2.0f));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(MOTOR, CURRENT_LIMIT, 21.0f));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(PARAMETER_SET, 1, 1));
+  SET_FLOAT(GAINS + PITCH, 1, 100.0f); /* gains may */
+  SET(PARAMETER_SET + PITCH, 1, 1);
+  command(PITCH, 0);
+  SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
+  SET(PARAMETER_SET, 1, 1);
 }
 
 static void test_the_lock_closes_by_itself_after_a_minute(void) {
@@ -390,6 +519,13 @@ static void test_bus_off_stops_both_axes(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_limits_are_written_only_while_the_lock_is_open);
+  RUN_TEST(test_the_lock_is_open_only_for_the_channel_that_opened_it);
+  RUN_TEST(test_a_channel_that_was_off_is_locked);
+  RUN_TEST(test_a_wrong_word_delays_its_channel_only);
+  RUN_TEST(test_a_reset_and_bus_off_close_the_lock);
+  RUN_TEST(test_apply_and_undo_of_motor_data_need_the_lock);
+  RUN_TEST(test_loading_the_defaults_needs_the_lock_when_guarded_values_differ);
+  RUN_TEST(test_nothing_guarded_changes_while_an_axis_has_torque);
   RUN_TEST(test_the_lock_closes_by_itself_after_a_minute);
   RUN_TEST(test_a_limit_out_of_range_is_refused);
   RUN_TEST(test_limits_are_written_in_any_order_and_only_whole_sets_are_in_force);

@@ -1,6 +1,8 @@
 /* The whole node from a master's view: frames in, frames out, and the motion of its machine. */
 #include "support/node_bench.h"
 
+#include <stdio.h>
+
 #include "support/check.h"
 
 enum { EMCY = 0x080 + NODE_ID, HEARTBEAT = 0x700 + NODE_ID, PV = 3, CSV = 9, CST = 10, RESET_MS = 50 };
@@ -14,7 +16,7 @@ static uint32_t newest_error(void) { return get(0x1003, 1) & 0xFFFF; }
 static void turn_azimuth_at_0_2_rad_s(void) {
   enable(0, PV);
   SET(0x60FF, 0, 200000);
-  wait_ms(1000);
+  wait_ms(900);
   CHECK_NEAR("rad/s", 0.2, machine.axis[0].rate_rad_s, 0.002);
 }
 
@@ -214,6 +216,183 @@ static void test_a_master_that_falls_silent_stops_both_axes(void) {
   CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.005);
 }
 
+/* --- a silent master: 6007 ---------------------------------------------------------------------------------------- */
+
+enum { SILENCE_MS = 1000, MASTER_SILENT = 0x8101, LOG = 0x3020 };
+
+static void expect_left_alone(uint8_t source, bool left_alone) {
+  const can_frame *reported = last_sent(EMCY);
+  TEST_ASSERT_EQUAL(left_alone, reported != NULL);
+  if (left_alone) {
+    TEST_ASSERT_EQUAL_HEX32(MASTER_SILENT, u32_of(reported->data) & 0xFFFF);
+    TEST_ASSERT_EQUAL(FAULT_MASTER_SILENT, reported->data[3]);
+    TEST_ASSERT_EQUAL(source, reported->data[4]);
+  }
+}
+
+static void turn_and_be_silent(uint32_t silent_ms) {
+  enable(0, PV);
+  SET(0x60FF, 0, 200000);
+  sent_count = 0;
+  wait_ms(silent_ms - 1); /* SET has waited a ms */
+}
+
+static void test_an_axis_that_turns_stops_without_a_fault_after_1_s_without_a_frame(void) {
+  TEST_ASSERT_EQUAL(3, get(0x6007, 0) & 0xFFFF);
+  TEST_ASSERT_EQUAL(3, get(0x6007 + PITCH, 0) & 0xFFFF);
+  enable(PITCH, PV); /* and stands */
+  turn_and_be_silent(SILENCE_MS - 2);
+  expect_left_alone(1, false);
+  CHECK_NEAR("rad/s", 0.2, machine.axis[0].rate_rad_s, 0.002);
+  wait_ms(4);
+  expect_left_alone(1, true);
+  wait_ms(300);
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.002);
+  const uint32_t statusword = get(0x6041, 0);
+  TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, statusword & 0x4F);
+  TEST_ASSERT_NOT_EQUAL(0, statusword & 0x80); /* warning */
+  TEST_ASSERT_EQUAL(0, get(0x603F, 0) & 0xFFFF);
+  TEST_ASSERT_EQUAL(1, get(LOG, 1));
+  TEST_ASSERT_EQUAL(1, get(0x3041, 2));
+  TEST_ASSERT_NOT_EQUAL(0, get(0x1001, 0) & 0xFF);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(PITCH));
+  wait_ms(5000); /* it stays off */
+  TEST_ASSERT_EQUAL_HEX32(STATE_DISABLED, get(0x6041, 0) & 0x4F);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(PITCH)); /* an axis at rest may be left alone */
+  enable(0, PV);
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(0, get(0x1001, 0) & 0xFF);
+  TEST_ASSERT_EQUAL(0, get(0x6041, 0) & 0x80);
+}
+
+static void test_6007_chooses_between_going_on_a_fault_and_switching_off(void) {
+  for (uint32_t option = 0; option <= 2; ++option) {
+    node_bench_start();
+    SET(0x6007, 0, option);
+    turn_and_be_silent(SILENCE_MS + 5);
+    expect_left_alone(1, option != 0);
+    TEST_ASSERT_EQUAL(option == 2, machine.axis[0].current_a == 0.0f);
+    wait_ms(500);
+    TEST_ASSERT_EQUAL(option == 1, is_in_fault(0));
+    TEST_ASSERT_EQUAL_HEX32(option == 1 ? MASTER_SILENT : 0, get(0x603F, 0) & 0xFFFF);
+    TEST_ASSERT_EQUAL_HEX32(option == 0 ? 0x0F : option == 1 ? 0x0F : 0, get(0x6040, 0) & 0xFFFF);
+  }
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, set(0x6007, 0, 4));
+}
+
+static void test_a_quick_stop_that_stays_is_not_ended_by_any_frame(void) {
+  SET(0x605A, 0, 6);
+  turn_and_be_silent(SILENCE_MS + 5);
+  wait_ms(500);
+  TEST_ASSERT_EQUAL_HEX32(STATE_QUICK_STOP, state_of(0));
+  wait_ms(100);
+  TEST_ASSERT_EQUAL_HEX32(STATE_QUICK_STOP, state_of(0));
+  command(0, 0x0F);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+}
+
+static void test_the_longest_silence_can_be_set_and_is_stored(void) {
+  SET(0x3041, 1, 100);
+  TEST_ASSERT_EQUAL_HEX32(0x06090032, set(0x3041, 1, 49));
+  turn_and_be_silent(98);
+  expect_left_alone(1, false);
+  wait_ms(5);
+  expect_left_alone(1, true);
+}
+
+/* What counts as a frame for the node: each is sent every 0.9 s while azimuth turns. */
+typedef struct {
+  uint32_t id;
+  uint8_t length;
+  uint8_t bytes[8];
+  bool counts;
+} spoken;
+
+static void test_what_is_addressed_to_the_node_ends_the_silence_and_nothing_else(void) {
+  static const spoken frames[] = {
+      {0x000, 2, {1, NODE_ID}, true},
+      {0x000, 2, {1, 0}, true},
+      {0x000, 2, {1, NODE_ID + 1}, false},
+      {0x600 + NODE_ID, 8, {0x40, 0x41, 0x60}, true},
+      {0x600 + NODE_ID, 8, {0x80}, true}, /* an abort */
+      {0x600 + NODE_ID + 1, 8, {0x40, 0x41, 0x60}, false},
+      {0x300 + NODE_ID, 3, {0, 0, PV}, true},
+      {0x300 + NODE_ID + 1, 3, {0, 0, PV}, false},
+      {0x080, 0, {0}, false}, /* no PDO is synchronous */
+      {0x701, 1, {5}, false}, /* not in 1016 */
+      {0x7E5, 8, {0x04, 0}, false},
+      {0x180 + NODE_ID + 1, 8, {0}, false},
+  };
+  for (uint32_t i = 0; i < sizeof frames / sizeof frames[0]; ++i) {
+    node_bench_start();
+    nmt(1);
+    turn_and_be_silent(900);
+    for (int n = 0; n < 4; ++n) {
+      give(frames[i].id, frames[i].length, frames[i].bytes);
+      wait_ms(900);
+    }
+    char message[32];
+    (void)snprintf(message, sizeof message, "frame %u, %03X", (unsigned)i, (unsigned)frames[i].id);
+    TEST_ASSERT_EQUAL_MESSAGE(frames[i].counts ? 0 : 1, get(0x3041, 2), message);
+  }
+}
+
+static void test_sync_counts_while_a_pdo_is_synchronous(void) {
+  SET(0x1800, 1, 0xC0000180 + NODE_ID);
+  SET(0x1800, 2, 10);
+  SET(0x1800, 1, 0x40000180 + NODE_ID);
+  nmt(1);
+  turn_and_be_silent(900);
+  for (int n = 0; n < 4; ++n) {
+    give(0x080, 0, (const uint8_t[]){0});
+    wait_ms(900);
+  }
+  TEST_ASSERT_EQUAL(0, get(0x3041, 2));
+}
+
+static void test_rpdos_of_a_node_that_is_not_operational_do_not_count(void) {
+  turn_and_be_silent(900);
+  for (int n = 0; n < 2; ++n) {
+    give(0x300 + NODE_ID, 3, (const uint8_t[]){0, 0, PV});
+    wait_ms(900);
+  }
+  TEST_ASSERT_EQUAL(1, get(0x3041, 2));
+}
+
+static void test_a_monitored_heartbeat_may_be_as_slow_as_1016_says(void) {
+  SET(0x1016, 1, 1 << 16 | 3000);
+  give(0x701, 1, (const uint8_t[]){5});
+  turn_and_be_silent(900);
+  for (int n = 0; n < 4; ++n) {
+    give(0x701, 1, (const uint8_t[]){5});
+    wait_ms(2900);
+  }
+  TEST_ASSERT_EQUAL(0, get(0x3041, 2));
+  wait_ms(200);
+  TEST_ASSERT_EQUAL_HEX32(0x8130, get(0x603F, 0) & 0xFFFF);
+}
+
+static void test_an_rpdo_with_an_event_timer_may_be_as_slow_as_it_says(void) {
+  SET(0x1401, 5, 3000);
+  nmt(1);
+  turn_and_be_silent(900);
+  for (int n = 0; n < 3; ++n) {
+    give(0x300 + NODE_ID, 3, (const uint8_t[]){0, 0, PV});
+    wait_ms(2900);
+  }
+  TEST_ASSERT_EQUAL(0, get(0x3041, 2));
+}
+
+static void test_an_axis_that_has_arrived_in_pp_is_not_stopped(void) {
+  enable(0, 1);
+  SET(0x607A, 0, 100000);
+  command(0, 0x1F);
+  wait_ms(900);
+  TEST_ASSERT_NOT_EQUAL(0, get(0x6041, 0) & 0x400);
+  wait_ms(3000);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+}
+
 static void test_setpoints_that_stay_away_stop_the_axis(void) {
   SET(0x1402, 1, 0x80000400 + NODE_ID);
   SET(0x1402, 5, 20); /* ms */
@@ -298,6 +477,7 @@ static void test_no_limit_of_607f_leaves_the_machine_its_own(void) {
   enable(0, 3);
   SET(0x607F, 0, UINT32_MAX);
   SET(0x60FF, 0, INT32_MAX);
+  SET(0x6007, 0, 0);
   wait_ms(4000);
   TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
   CHECK_NEAR("rad/s", 0.8 * 1.5, machine.axis[0].rate_rad_s, 0.01);
@@ -504,6 +684,16 @@ int main(void) {
   RUN_TEST(test_below_its_limit_of_the_bus_the_drive_does_not_switch_on);
   RUN_TEST(test_without_an_angle_the_motor_brakes_itself);
   RUN_TEST(test_a_master_that_falls_silent_stops_both_axes);
+  RUN_TEST(test_an_axis_that_turns_stops_without_a_fault_after_1_s_without_a_frame);
+  RUN_TEST(test_6007_chooses_between_going_on_a_fault_and_switching_off);
+  RUN_TEST(test_a_quick_stop_that_stays_is_not_ended_by_any_frame);
+  RUN_TEST(test_the_longest_silence_can_be_set_and_is_stored);
+  RUN_TEST(test_what_is_addressed_to_the_node_ends_the_silence_and_nothing_else);
+  RUN_TEST(test_sync_counts_while_a_pdo_is_synchronous);
+  RUN_TEST(test_rpdos_of_a_node_that_is_not_operational_do_not_count);
+  RUN_TEST(test_a_monitored_heartbeat_may_be_as_slow_as_1016_says);
+  RUN_TEST(test_an_rpdo_with_an_event_timer_may_be_as_slow_as_it_says);
+  RUN_TEST(test_an_axis_that_has_arrived_in_pp_is_not_stopped);
   RUN_TEST(test_setpoints_that_stay_away_stop_the_axis);
   RUN_TEST(test_an_nmt_stop_stops_an_axis_that_turns);
   RUN_TEST(test_a_reset_of_the_communication_stops_an_axis_that_turns_and_no_other);

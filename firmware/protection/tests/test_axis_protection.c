@@ -2,7 +2,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "protection/access_lock.h"
 #include "protection/axis_protection.h"
 #include "protection/fault_log.h"
 #include "support/check.h"
@@ -449,22 +448,6 @@ static void test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_e
   TEST_ASSERT_NULL(fault_log_find(&log, 0));
 }
 
-static void test_the_lock_opens_by_its_word_for_a_minute_and_shuts_by_any_other(void) {
-  access_lock lock = {0};
-  TEST_ASSERT_FALSE(access_lock_is_open(&lock));
-  access_lock_take(&lock, ACCESS_LOCK_WORD);
-  for (int i = 0; i < 59999; ++i) {
-    access_lock_tick(&lock);
-  }
-  TEST_ASSERT_TRUE(access_lock_is_open(&lock));
-  access_lock_tick(&lock);
-  access_lock_tick(&lock);
-  TEST_ASSERT_FALSE(access_lock_is_open(&lock));
-  access_lock_take(&lock, ACCESS_LOCK_WORD);
-  access_lock_take(&lock, 0x12345678);
-  TEST_ASSERT_FALSE(access_lock_is_open(&lock));
-}
-
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_an_axis_in_order_has_no_fault_at_any_speed_within_its_limit);
@@ -492,7 +475,6 @@ int main(void) {
   RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
   RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);
-  RUN_TEST(test_the_lock_opens_by_its_word_for_a_minute_and_shuts_by_any_other);
   RUN_TEST(test_limits_that_are_refused_name_the_one_that_is_wrong_and_what_would_be_right);
   return UNITY_END();
 }

@@ -61,10 +61,10 @@ survives an NMT reset, but not a restart of the board.
 
 ## Access lock
 
-Wrong motor data (2055) or protection limits (2060) can cause damage. They can be written only while the lock is open;
-otherwise the write fails with abort 0800 0022. Writing 6E65706F ("open") to 3040:1 opens the lock for 60 s. Any other
-value locks it, and so does a reset of the node. 3040:2 is the remaining time in seconds. `servoctl set`, `restore` and
-`undo` open the lock with `--unlock` and close it again. The lock is not a password: it prevents mistakes, not misuse.
+Wrong motor data (2055), protection limits (2060) or sensor scales (3060) can cause damage. They can be written only
+while the lock 3040 is open for the SDO channel of the write and no axis has torque; otherwise the write fails with abort
+0800 0022. `servoctl set`, `restore` and `undo` open the lock with `--unlock` and close it again. How to set a word of
+your own, and what the lock does not protect against: [can.md](can.md#access-lock).
 
 ## Try it in the simulator
 

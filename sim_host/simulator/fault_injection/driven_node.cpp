@@ -62,6 +62,9 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
 }
 
 void DrivenNode::tick() {
+  if (speaks_) {
+    canopen_node_heard(&node_->canopen);
+  }
   machine_.advance_tick();
   if (has_flash_) {
     servo_node_background(node_.get());
@@ -76,8 +79,11 @@ void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int
   for (int i = 0; i < 8; ++i) {
     bytes[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * i));
   }
-  if (od_find(servo_node_dictionary(node_.get()), shifted, sub, &object) != OD_OK ||
-      od_write(&object, bytes, object.entry->bytes) != OD_OK) {
+  node_->canopen.sdo_client = 0;  // whose lock it is (0x3040)
+  const bool written = od_find(servo_node_dictionary(node_.get()), shifted, sub, &object) == OD_OK &&
+                       od_write(&object, bytes, object.entry->bytes) == OD_OK;
+  node_->canopen.sdo_client = SDO_CHANNELS;
+  if (!written) {
     throw std::runtime_error(fmt::format("the node refuses {} in 0x{:04X}:{}", value, shifted, sub));
   }
 }

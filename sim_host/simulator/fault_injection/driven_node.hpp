@@ -65,7 +65,10 @@ class DrivenNode {
   // A frame from the bus, as in the receive interrupt.
   void receive(const can_frame& frame) { servo_node_receive(node_.get(), &frame); }
 
-  // Runs one tick.
+  // From now on the master says nothing more to the node (0x6007); its set-points stay.
+  void fall_silent() { speaks_ = false; }
+
+  // Runs one tick. The master speaks to the node in each, until it falls silent.
   void tick();
 
   Machine& machine() { return machine_; }
@@ -79,6 +82,7 @@ class DrivenNode {
   std::unique_ptr<servo_node> node_;
   bool has_flash_;
   Machine machine_;
+  bool speaks_ = true;
   std::array<double, kAxes> wanted_rad_{};  // of `move`, when the position is controlled
 };
 

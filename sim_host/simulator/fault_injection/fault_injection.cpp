@@ -311,6 +311,18 @@ std::vector<FaultInjection> node_and_bus() {
        },
        always, nothing},
       silent_setpoints(),
+      {"master falls silent", FAULT_MASTER_SILENT, 0, 0, true,
+       [](DrivenNode& n, int, SplitMix64&) {
+         for (int each = 0; each < kAxes; ++each) {
+           n.write(each, 0x6007, 0, DRIVE_SILENT_FAULT);
+         }
+         n.fall_silent();
+       },
+       [](DrivenNode& n, int) {
+         const bool both = drive_axis_turns(&n.axis(kAzimuth).drive) && drive_axis_turns(&n.axis(kPitch).drive);
+         return both && canopen_node_silent_ms(&n.node().canopen) + 1 >= n.node().master.longest_silence_ms;
+       },
+       nothing},
       health("tick late", FAULT_TICK_LATE, HAL_TIMING_LOST),
       health("program memory damaged", FAULT_IMAGE_DAMAGED, HAL_IMAGE_DAMAGED),
       health("self-test fails in operation", FAULT_SELF_TEST, HAL_NOT_READY),

@@ -98,6 +98,8 @@ class Device:
         """Opens the bus; raises ConnectionFailed or, for a bad parameters.json, InputError."""
         self.address = address
         self.node_id = node_id
+        self.access_word: str | None = None
+        """Of its lock (0x3040), if the user has given one."""
         self._schema_file = schema_file
         self._schema: Schema | None = None
         self.reported_hash: int | None = None

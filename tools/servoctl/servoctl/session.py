@@ -23,16 +23,21 @@ F = TypeVar("F", bound=Callable[..., Any])
 class Session:
     """The common options of one call."""
 
-    def __init__(self, bus: str | None, node: int, bitrate: int, parameters: Path | None, as_json: bool) -> None:
+    def __init__(
+        self, bus: str | None, node: int, bitrate: int, parameters: Path | None, as_json: bool, word: str | None = None
+    ) -> None:
         self.bus = bus
         self.node = node
         self.bitrate = bitrate
         self.parameters = parameters
+        self.word = word
         self.out = Output(as_json)
 
     def connect(self, node: int | None = None) -> Device:
         """Opens the bus and returns the node; close it with `with`."""
-        return Device(parse_bus(self.bus), node or self.node, self.parameters, self.bitrate)
+        device = Device(parse_bus(self.bus), node or self.node, self.parameters, self.bitrate)
+        device.access_word = self.word
+        return device
 
     def file_schema(self) -> Schema:
         """The best known parameters.json, without reading a device."""
@@ -62,12 +67,17 @@ def common(command: F) -> F:
             " servoctl or found)."
         ),
     )
+    @click.option(
+        "--word", metavar="WORD", envvar="SERVOCTL_WORD",
+        help="Access word of the device, for guarded parameters, if its owner has set one (environment: SERVOCTL_WORD).",
+    )  # fmt: skip
     @click.option("--json", "as_json", is_flag=True, help="Print results and errors as JSON.")
     @functools.wraps(command)
     def wrapped(
-        *args: Any, bus: str | None, node: int, bitrate: str, parameters: Path | None, as_json: bool, **kwargs: Any
-    ) -> Any:
-        return command(Session(bus, node, int(bitrate), parameters, as_json), *args, **kwargs)
+        *args: Any, bus: str | None, node: int, bitrate: str, parameters: Path | None, word: str | None,
+        as_json: bool, **kwargs: Any,
+    ) -> Any:  # fmt: skip
+        return command(Session(bus, node, int(bitrate), parameters, as_json, word), *args, **kwargs)
 
     return wrapped  # type: ignore[return-value]
 

@@ -139,7 +139,7 @@ class Tuning:
         differing = without_equal_guarded(values, old)
         if not unlock:
             need_unlock([p for p in differing if p.guarded])
-        with unlocked(self.device, unlock):
+        with unlocked(self.device, unlock and any(p.guarded for p in differing)):
             self._write_or_take_back(differing, old, axes if apply else set(), progress)
         changes = [Change(p, old[p], self._read_back(p, values[p])) for p in values]
         for change in changes:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
 from servoctl.schema import load_schema
@@ -70,3 +72,71 @@ def test_a_refused_set_leaves_limits_as_they_were_and_the_lock_closed(servo: Ben
     assert "2060:15" in refused.err and "2060:16" in refused.err
     assert servo.value("azimuth.protection.waiting_limits") == 0
     assert servo.value(SECONDS_LEFT) == 0
+
+
+# --- the owner's word, and who the lock belongs to ----------------------------------------------------------------
+
+WORD = "7 drums"
+
+
+@pytest.fixture
+def owned(servo: Bench) -> Iterator[Bench]:
+    """The servo with an owner's word, which this servoctl knows; without one afterwards."""
+    servo.json("lock", "set-word", "--new", WORD)
+    servo.environment["SERVOCTL_WORD"] = WORD
+    yield servo
+    servo.environment["SERVOCTL_WORD"] = WORD
+    while servo.json("lock", "status")["delay_s"]:
+        pass
+    assert servo.json("lock", "set-word", "--remove")["has_word"] is False
+
+
+def test_the_lock_is_opened_and_closed_by_hand(servo: Bench) -> None:
+    assert servo.json("lock", "status") == {"open_s": 0, "has_word": False, "delay_s": 0}
+    assert 55 <= servo.json("lock", "open")["open_s"] <= 60
+    assert servo.json("lock", "close")["open_s"] == 0
+
+
+def test_with_an_owners_word_guarded_values_need_it(owned: Bench) -> None:
+    limit = owned.value(LIMIT)
+    assert owned.json("lock", "status")["has_word"] is True
+    owned.json("set", f"{LIMIT}={limit * 0.9}", "--unlock")
+    owned.json("undo", "--unlock")
+    del owned.environment["SERVOCTL_WORD"]
+    missing = owned("set", f"{LIMIT}={limit * 0.9}", "--unlock")
+    assert missing.code == 2 and "--word" in missing.err and missing.err.count("\n") == 1
+    wrong = owned.here("set", f"{LIMIT}={limit * 0.9}", "--unlock", "--word", "open")
+    assert wrong.code == 4 and "wrong access word" in wrong.err and wrong.err.count("\n") == 1
+    delayed = owned.here("lock", "open", "--word", WORD)
+    assert delayed.code == 4 and "accepts no word for another" in delayed.err
+    assert owned.value(LIMIT) == limit
+
+
+def test_nobody_reads_the_word_and_no_saved_file_has_it(owned: Bench) -> None:
+    for sub in (1, 3, 4):
+        assert owned.here("get", f"0x3040:{sub}").code == 2
+    owned.json("save", "gains.toml")
+    text = (owned.folder / "gains.toml").read_text()
+    assert WORD not in text and "access" not in text
+    assert all(WORD not in path.read_text() for path in (owned.folder / "state").glob("*"))
+
+
+def test_guarded_values_and_the_word_change_only_without_torque(servo: Bench) -> None:
+    limit = servo.value(LIMIT)
+    servo.json("state", "pitch", "enable")
+    try:
+        for words in (("set", f"{LIMIT}={limit * 0.9}", "--unlock"), ("lock", "set-word", "--new", WORD)):
+            refused = servo.here(*words)
+            assert refused.code == 4 and "pitch has torque" in refused.err and refused.err.count("\n") == 1
+        servo.json("set", f"{GAIN}=704", "--unlock")  # a gain needs no lock
+        servo.json("undo")
+    finally:
+        servo.json("state", "pitch", "disable")
+    assert servo.value(LIMIT) == limit and servo.json("lock", "status")["has_word"] is False
+
+
+@pytest.mark.parametrize("word", ["", "123456789", "grün", "a\tb"])
+def test_a_word_that_cannot_be_one_is_refused(servo: Bench, word: str) -> None:
+    refused = servo("lock", "set-word", "--new", word) if word else servo("lock", "set-word")
+    assert refused.code == 2 and refused.err.count("\n") == 1
+    assert servo.json("lock", "status")["has_word"] is False

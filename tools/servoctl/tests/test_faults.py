@@ -19,7 +19,7 @@ from servoctl.fault_table import NO_FAULTS, FaultTable, load_faults
 
 from .conftest import PACKAGE, PARAMETERS, Bench
 
-OVER_SPEED, STUCK_ENCODER, WATCHDOG = 18, 3, 30
+OVER_SPEED, STUCK_ENCODER, WATCHDOG, FOLLOWING_ERROR = 18, 3, 30, 23
 
 
 @pytest.fixture(scope="module")
@@ -76,50 +76,50 @@ def _wait(condition: Callable[[], bool]) -> None:
 
 
 @pytest.fixture
-def too_fast(servo: Bench) -> Iterator[Bench]:
-    """The pitch axis in the fault over-speed, with an empty log before; the limit is restored afterwards.
+def lagging(servo: Bench) -> Iterator[Bench]:
+    """The pitch axis in the fault following error, with an empty log before; the window is restored afterwards.
 
-    The limit is lowered while it turns: neither `move` nor the node lets it exceed a limit that is set before.
+    The window (6065) is narrowed while the axis moves.
     """
     assert servo("faults", "--clear").code == 0
-    limit, mode, target = "pitch.protection.over_speed_limit", "pitch.modes_of_operation", "pitch.target_velocity"
-    before = servo.value(limit)
-    servo.json("state", "pitch", "enable")
-    servo.json("set", f"{mode}=3", f"{target}=34907")
+    window, time_out = "pitch.following_error_window", "pitch.following_error_time_out"
+    before = {name: servo.value(name) for name in (window, time_out)}
+    move = servo.start("move", "pitch", "--by", "10", "--rate", "2", "--yes")
     _wait(lambda: servo.json("state", "pitch")["axes"][0]["rate_deg_s"] > 1.5)
-    servo.json("set", f"{limit}=0.01", "--unlock")
+    servo.json("set", f"{window}=1", f"{time_out}=0")
     _wait(lambda: servo.json("state", "pitch")["axes"][0]["state"] == "fault")
-    servo.json("set", f"{limit}={before}", f"{mode}=0", f"{target}=0", "--unlock")
+    assert move.wait(timeout=60) == 6
+    servo.json("set", *(f"{name}={value}" for name, value in before.items()))
     yield servo
     servo.json("state", "pitch", "reset")
 
 
-def test_a_fault_is_shown_with_time_signals_cause_and_cure(too_fast: Bench) -> None:
-    found = too_fast.json("faults", "--csv", "before")
+def test_a_fault_is_shown_with_time_signals_cause_and_cure(lagging: Bench) -> None:
+    found = lagging.json("faults", "--csv", "before")
     axis = found["axes"][1]
-    assert (axis["code"], axis["meaning"], axis["faults"][0]["number"]) == (0x8481, "over-speed", OVER_SPEED)
-    assert (found["history"][0]["meaning"], found["history"][0]["origin"]) == ("over-speed", "pitch")
+    assert (axis["code"], axis["meaning"], axis["faults"][0]["number"]) == (0x8611, "following error", FOLLOWING_ERROR)
+    assert (found["history"][0]["meaning"], found["history"][0]["origin"]) == ("following error", "pitch")
     log = found["log"]
     newest = log["entries"][0]
-    assert log["count"] == 1 and (newest["name"], newest["of"]) == ("over-speed", "pitch")
+    assert log["count"] == 1 and (newest["name"], newest["of"]) == ("following error", "pitch")
     assert 0 < newest["age_s"] < 60
     rates = [row[[s["name"] for s in newest["signals"]].index("joint_rate")] for row in newest["samples"]]
     assert len(rates) == 16 and all(0.01 < rate < 0.05 for rate in rates[-2:])
-    with Path(too_fast.folder / found["files"][0]).open() as file:
+    with Path(lagging.folder / found["files"][0]).open() as file:
         rows = list(csv.DictReader(file))
     assert [int(row["tick"]) for row in rows] == list(range(newest["tick"] - 15, newest["tick"] + 1))
     assert [float(row["joint_rate (rad/s)"]) for row in rows] == rates
-    text = too_fast("faults").out
-    for part in ("over-speed (active)", "cause", "check", "cure", "cleared by", "voltage"):
+    text = lagging("faults").out
+    for part in ("following error (active)", "cause", "check", "cure", "cleared by", "voltage"):
         assert part in text
 
 
-def test_clear_writes_the_files_first_and_then_forgets_history_and_log(too_fast: Bench) -> None:
-    found = too_fast.json("faults", "--clear", "--csv", "kept")
-    assert len(found["files"]) == 1 and (too_fast.folder / found["files"][0]).stat().st_size > 500
+def test_clear_writes_the_files_first_and_then_forgets_history_and_log(lagging: Bench) -> None:
+    found = lagging.json("faults", "--clear", "--csv", "kept")
+    assert len(found["files"]) == 1 and (lagging.folder / found["files"][0]).stat().st_size > 500
     assert found["log"] == {"count": 0, "entries": []} and found["history"] == []
-    assert found["axes"][1]["code"] == 0x8481  # active values stay
-    assert "is empty" in too_fast("faults").out
+    assert found["axes"][1]["code"] == 0x8611  # active values stay
+    assert "is empty" in lagging("faults").out
 
 
 def test_a_node_without_a_fault_log_is_reported_in_a_sentence(test_node: Bench) -> None:
@@ -137,21 +137,21 @@ def test_explain_reports_all_that_a_code_may_mean(servo: Bench) -> None:
 
 
 @pytest.fixture
-def of_other_firmware(too_fast: Bench) -> Bench:
+def of_other_firmware(lagging: Bench) -> Bench:
     """servoctl away from any build, released for firmware of another schema hash."""
-    shutil.rmtree(too_fast.folder / "cache", ignore_errors=True)
-    shutil.copytree(PACKAGE / "servoctl", too_fast.folder / "lib" / "servoctl")
-    carried = too_fast.folder / "lib" / "servoctl" / "descriptions" / "parameters.json"
+    shutil.rmtree(lagging.folder / "cache", ignore_errors=True)
+    shutil.copytree(PACKAGE / "servoctl", lagging.folder / "lib" / "servoctl")
+    carried = lagging.folder / "lib" / "servoctl" / "descriptions" / "parameters.json"
     carried.write_text(re.sub(r'"schema_hash": *\d+', '"schema_hash": 1', carried.read_text()))
-    installed = Bench(too_fast.bus, too_fast.folder)
-    installed.environment["PYTHONPATH"] = str(too_fast.folder / "lib")
+    installed = Bench(lagging.bus, lagging.folder)
+    installed.environment["PYTHONPATH"] = str(lagging.folder / "lib")
     del installed.environment["SERVOCTL_PARAMETERS"]
     return installed
 
 
 def test_faults_of_other_firmware_are_named_by_the_table_that_servoctl_carries(of_other_firmware: Bench) -> None:
     found = of_other_firmware.json("faults")
-    assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8481, "over-speed")
+    assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8611, "following error")
     assert of_other_firmware.json("info")["schema_fits"] is False
 
 
@@ -159,7 +159,7 @@ def test_without_faults_json_numbers_are_shown_and_one_that_was_used_is_remember
     installed = of_other_firmware
     (installed.folder / "lib" / "servoctl" / "descriptions" / "faults.json").unlink()
     found = installed.json("faults")
-    assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8481, "monitoring error")
-    assert found["log"]["entries"][0]["name"] == f"fault {OVER_SPEED}"
+    assert (found["axes"][1]["code"], found["axes"][1]["meaning"]) == (0x8611, "monitoring error")
+    assert found["log"]["entries"][0]["name"] == f"fault {FOLLOWING_ERROR}"
     installed.json("faults", "--parameters", str(PARAMETERS))
-    assert installed.json("faults")["axes"][1]["meaning"] == "over-speed"
+    assert installed.json("faults")["axes"][1]["meaning"] == "following error"

@@ -25,10 +25,8 @@ def here(servo: Bench) -> float:
 
 @pytest.fixture
 def still(servo: Bench) -> Iterator[float]:
-    """The angle (°) of the axis, enabled so that no wind turns it."""
-    servo.json("state", "azimuth", "enable")
+    """The angle (°) of the axis, off: limits change only without torque, and its brake holds it."""
     yield here(servo)
-    servo.json("state", "azimuth", "disable")
 
 
 @contextmanager

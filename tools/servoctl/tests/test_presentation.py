@@ -21,7 +21,7 @@ from servoctl.table import columns_of, lines
 from servoctl.units import Shown
 
 from .conftest import Bench
-from .test_faults import too_fast  # noqa: F401 - a fixture
+from .test_faults import lagging  # noqa: F401 - a fixture
 
 GAIN = "azimuth.speed_loop.proportional_gain"
 WIDTH = 80
@@ -60,18 +60,18 @@ def rows_after(shown: list[str], head: str) -> list[list[str]]:
     return [re.split(r"\s{2,}", line.strip()) for line in shown[rule + 1 : end]]
 
 
-def test_numbers_and_words_of_faults_stay_whole_in_80_columns(too_fast: Bench) -> None:  # noqa: F811
-    shown = in_terminal(too_fast, "faults")
+def test_numbers_and_words_of_faults_stay_whole_in_80_columns(lagging: Bench) -> None:  # noqa: F811
+    shown = in_terminal(lagging, "faults")
     assert max(cell_len(line) for line in shown) <= WIDTH
     rows = rows_after(shown, "signals before fault 1")
     assert len(rows) == 16
     assert all(len(row) == 9 and all(re.fullmatch(r"-?\d+(\.\d+)?", cell) for cell in row) for row in rows), rows
     assert not any("rad" in line for line in shown)  # angles and rates are in degrees, as everywhere else
-    newest = too_fast.json("faults")["log"]["entries"][0]
+    newest = lagging.json("faults")["log"]["entries"][0]
     rate = [signal["name"] for signal in newest["signals"]].index("joint_rate")
     assert float(rows[-1][rate + 1]) == pytest.approx(newest["samples"][-1][rate] * 57.29578, abs=1e-4)
     advice = " ".join(" ".join(line.split()) for line in shown)
-    assert all(" ".join(words.split()) in advice for words in too_fast.json("faults")["axes"][1]["faults"][0]["cause"].split(". "))
+    assert all(" ".join(words.split()) in advice for words in lagging.json("faults")["axes"][1]["faults"][0]["cause"].split(". "))
 
 
 def test_the_journal_stays_whole_in_80_columns(servo: Bench) -> None:
