@@ -17,7 +17,7 @@ _Static_assert(FIRST_AXIS_INDEX + SERVO_AXES * AXIS_SHIFT <= FIRST_SHARED_INDEX,
                "a third axis has no room for its parameters: docs/decisions/0025-one-parameter-list.md");
 
 /* Details of FAULT_PARAMETERS_LOST, as a sum. */
-enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4, COB_IDS_COLLIDE = 8 };
+enum { SET_DAMAGED = 1, SET_UNFINISHED = 2, SET_REFUSED = 4, COB_IDS_COLLIDE = 8, BUS_SETTINGS_IN_DOUBT = 16 };
 
 /* Of EMCY messages; the source of an axis is its number + 1. */
 enum { SOURCE_BOARD = SERVO_AXES + 1, SOURCE_STORAGE = SERVO_AXES + 2 };
@@ -125,15 +125,22 @@ static void raise_emergency(servo_node *node, fault_id fault, uint8_t source, ui
   (void)canopen_node_raise(&node->canopen, &error);
 }
 
-/* 0x2070:5, 0x3031, and EMCY while a set that is damaged, cut off or refused has not been replaced by a good one. */
+/* The detail of FAULT_PARAMETERS_LOST; 0: what is stored was found. */
+static int lost_parameters(const servo_node *node) {
+  const persisted_report *report = &node->storage.report;
+  return (report->damaged > 0 ? SET_DAMAGED : 0) + (report->unfinished > 0 ? SET_UNFINISHED : 0) +
+         (report->refused > 0 ? SET_REFUSED : 0) + (node->cob_ids_collide ? COB_IDS_COLLIDE : 0) +
+         (node->objects.bus.log.in_doubt ? BUS_SETTINGS_IN_DOUBT : 0);
+}
+
+/* 0x2070:5, 0x3031, and EMCY while what is damaged, cut off or refused has not been replaced by a good save. */
 static void report_stored(servo_node *node) {
   const persisted_report *report = &node->storage.report;
   for (int i = 0; i < SERVO_AXES; ++i) {
     node->axis[i].tuning.stored_crc = axis_parameters_crc(&node->storage.stored.parameters[i]);
   }
   node->objects.persisted_set = *report;
-  const int detail = (report->damaged > 0 ? SET_DAMAGED : 0) + (report->unfinished > 0 ? SET_UNFINISHED : 0) +
-                     (report->refused > 0 ? SET_REFUSED : 0) + (node->cob_ids_collide ? COB_IDS_COLLIDE : 0);
+  const int detail = lost_parameters(node);
   if (detail == 0) {
     (void)canopen_node_clear(&node->canopen, SOURCE_STORAGE, fault_table[FAULT_PARAMETERS_LOST].code);
     return;
@@ -305,6 +312,9 @@ static bool reset(void *context, bool whole_node, uint32_t step) {
     node->axis[i].reports = (fault_reports){0}; /* the bus has lost its reports: a fault that lasts is reported again */
   }
   report_stored(node);
+  if ((whole_node || !node->started) && (lost_parameters(node) & ~COB_IDS_COLLIDE) != 0) {
+    node->bus_faults |= fault_bit(FAULT_PARAMETERS_LOST); /* older limits may be wrong: somebody must acknowledge it */
+  }
   return true;
 }
 
@@ -329,7 +339,12 @@ static void state_changed(void *context, nmt_state state) {
 static bool has_torque(void *context) { return any_axis_is_powered(context); }
 
 static lss_store_progress store_bus(void *context, const bus_settings *settings) {
-  return bus_objects_store(&((servo_node *)context)->objects.bus, settings);
+  servo_node *node = context;
+  const lss_store_progress progress = bus_objects_store(&node->objects.bus, settings);
+  if (progress == LSS_STORE_DONE) {
+    report_stored(node);
+  }
+  return progress;
 }
 
 static void activate_bit_rate(void *context, uint16_t kbit_s) {

@@ -2,10 +2,13 @@
  *
  *     node id, index of the bit rate, sequence number (16 bits) | CRC-32 of these four bytes
  *
- * A save programs one double word (85 us on the board), so an LSS master has its answer within 2 ms; a save by 0x1010
- * takes up to 140 ms. When a page is full, the other one is erased before the next save. The page with the newest entry
- * is never erased: after a power failure the flash has either the old settings or the new ones. Requests (from the
- * tick's thread) and their execution (`bus_settings_log_step`, in the background) may interrupt each other. */
+ * A save programs one double word (85 us on the board), the first one after a start two, so an LSS master has its
+ * answer within 2 ms; a save by 0x1010 takes up to 140 ms. When a page is full, the other one is erased before the next
+ * save. The page with the newest entry is never erased: after a power failure the flash has either the old settings or
+ * the new ones. An entry that cannot be read at this start and may be newer is reported (`in_doubt`). The next save
+ * then goes behind it, or erases it before the answer, which takes 22 ms (docs/decisions/0033). Requests (from the
+ * tick's thread) and their execution
+ * (`bus_settings_log_step`, in the background) may interrupt each other. */
 #ifndef TRACKSERVO_PARAMETERS_BUS_SETTINGS_LOG_H
 #define TRACKSERVO_PARAMETERS_BUS_SETTINGS_LOG_H
 
@@ -20,9 +23,15 @@ typedef enum { BUS_SETTINGS_IDLE, BUS_SETTINGS_REQUESTED, BUS_SETTINGS_SAVED, BU
 typedef struct {
   const hal_flash *flash; /* BUS_SETTINGS_LOG_PAGES pages; NULL: kept in RAM only */
   bool found;             /* an entry in the flash */
+  bool in_doubt;          /* an entry that cannot be read or is incomplete may be newer; until the next save */
+  bool erase_rest;        /* the other page, in doubt, is erased before the next save is answered */
+  bool entry_done;        /* of that save */
+  bool trace_left;        /* in the page of the newest entry, that the other one is in doubt */
+  bool needs_mark;        /* no entry since the start */
   bus_settings newest;    /* stored last; without an entry, the defaults given at the start */
   uint32_t newest_page;
-  uint32_t sequence; /* highest so far */
+  uint32_t newest_unit;
+  uint32_t sequence; /* its number: grows by one per unit, whether the unit is used or not */
   uint32_t page;     /* place of the next entry */
   uint32_t unit;
   bool erase_failed; /* repeated when a save is requested */

@@ -6,9 +6,16 @@
  *
  * in double words, each programmed once, the commit mark last. A record is valid when mark, CRC and sequence are
  * correct; the one with the highest sequence is the newest. (Sequence numbers that wrap could not order three records.)
- * A new record goes after the one in use while there are blank pages, otherwise into the other area, which is erased
- * first. The record in use is never changed. So after a power failure at any time there is the old set or the new one.
- * Each page is erased once in (pages of an area / pages of a record) times two saves.
+ *
+ * A double word may be readable at one start and not, or with wrong bits, at another (docs/decisions/0033). So a page
+ * that is neither blank nor part of a complete record may be a record that is newer than those found, unless its place
+ * shows that it is older. It is reported until the next save, which is answered when the record in doubt is erased, or
+ * has a lower number for certain.
+ *
+ * The first save after a start, and one that has no room behind the record in use, goes to the other area, which is
+ * erased first. Others go behind the record in use. That record is never changed. So after a power failure at any time
+ * there is the old set or the new one. Each page is erased once in two saves at most; once in (pages of an area / pages
+ * of a record) times two saves when they follow each other without a start between.
  *
  * A save is done in steps of at most one flash operation, in a context of its own: the requester (the tick) may
  * interrupt the worker (the background), or both may be the same context. */
@@ -38,6 +45,9 @@ enum {
 /* The highest sequence, far beyond the endurance of flash; a higher one is damaged. */
 #define PARAMETER_STORE_MAX_SAVES UINT32_C(0x7FFFFFFF)
 
+/* What the sequence grows by in a save in doubt: more than all saves that the flash endures. */
+#define PARAMETER_STORE_DOUBT_STEP UINT32_C(0x10000)
+
 /* One parameter, one double word: index << 16 | sub-index << 8 | od_type as on the bus, and the value's bytes, lowest
  * first, zeros above. Values of more than four bytes cannot be stored. */
 typedef struct {
@@ -66,8 +76,10 @@ typedef struct {
   const parameter_row *rows;
   parameter_record record;
   uint32_t crc;
-  uint32_t erase; /* next page to erase */
-  uint32_t unit;  /* next double word to program */
+  uint32_t erase;     /* next page of its area to erase, before */
+  uint32_t erase_end; /* the page after the last of them */
+  uint32_t unit;      /* next double word to program */
+  uint32_t rest;      /* next page to erase after it, of both areas */
   bool placed;
 } parameter_save;
 
@@ -75,11 +87,13 @@ typedef struct {
   const hal_flash *areas; /* two, of the same size, with at most PARAMETER_STORE_MAX_PAGES pages */
   parameter_record found[PARAMETER_STORE_MAX_RECORDS]; /* complete ones, newest first */
   uint32_t count;
-  uint32_t damaged;    /* records with a commit mark whose contents are wrong or cannot be read */
-  uint32_t unfinished; /* records without commit mark: the power failed during a save */
+  uint32_t damaged;    /* records, possibly newer, whose contents are wrong or cannot be read at this start */
+  uint32_t unfinished; /* records, possibly newer, without commit mark: the power failed during a save */
+  bool in_doubt;       /* one of these, or a newer one was refused; until the next save */
   uint32_t last_sequence;
   parameter_record in_use; /* never changed; rows, area and page count if there is one */
   bool has_in_use;
+  uint32_t free_page; /* behind the record in use: erased since the start, and blank; 0: none */
   parameter_save save;
   parameter_store_flag state; /* parameter_store_state */
 } parameter_store;

@@ -364,16 +364,23 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .clear = NOTHING},
     [FAULT_PARAMETERS_LOST] = {.name = "stored parameters rejected",
                                .owner = FAULT_OF_STORE,
-                               .detection = "A stored parameter set was not loaded. The detail is a sum: 1 damaged, 2 "
-                                            "incomplete, 4 rejected by the checks, 8 COB-IDs that collide under the "
-                                            "present node id (the communication objects then have their defaults).",
-                               .when = "At start-up and after a reset.",
+                               .detection = "A stored parameter set that may be the newest was not loaded, or a stored "
+                                            "node id. The detail is a sum: 1 damaged or unreadable, 2 incomplete, "
+                                            "4 rejected by the checks, 8 COB-IDs that collide under the present node "
+                                            "id (the communication objects then have their defaults), 16 node id or "
+                                            "bit rate.",
+                               .when = "At start-up and after a reset. Except with detail 8 both axes are in fault "
+                                       "then, because the values in effect may be older, also those of the limits.",
                                .timer = "",
                                .cause = "Power was lost while the set was being stored, the flash is worn, or the set "
                                         "belongs to another firmware.",
-                               .check = "3031:1, and the active values against a gains file (servoctl diff).",
-                               .cure = "Restore a known good gains file.",
-                               .clear = "Store again (servoctl store)."},
+                               .check =
+                                   "3031:1, and the active values against a gains file (servoctl diff); with detail "
+                                   "16, 3050.",
+                               .cure = "Restore a known good gains file; with detail 16, store node id and bit rate "
+                                       "again by LSS.",
+                               .clear = "Fault reset acknowledges the values in effect. The EMCY ends, and the fault "
+                                        "does not return, after storing again (servoctl store)."},
     [FAULT_MOTOR_CONTRADICTS] =
         {.name = "motor contradicts encoder and gyro",
          .detection = "The motor's voltage is not that of its current and of the speed that the sensors show, for any "

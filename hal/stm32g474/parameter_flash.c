@@ -65,7 +65,7 @@ bool parameter_flash_take_nmi(void) {
   if ((FLASH->eccr & both) != both) {
     return false;
   }
-  FLASH->eccr |= FLASH_ECCR_ECCD; /* cleared by writing one */
+  FLASH->eccr = FLASH_ECCR_ECCC | FLASH_ECCR_ECCD; /* cleared by writing ones */
   unreadable = true;
   return true;
 }
@@ -80,12 +80,26 @@ static const uint8_t *at(const hal_flash *flash, uint32_t offset) {
   return parameter_pages_start + offset_of(flash, offset);
 }
 
+/* The data cache may still hold other contents than the flash. */
+static void forget_cached_data(void) {
+  FLASH->acr &= ~FLASH_ACR_DCEN;
+  FLASH->acr |= FLASH_ACR_DCRST;
+  FLASH->acr &= ~FLASH_ACR_DCRST;
+  FLASH->acr |= FLASH_ACR_DCEN;
+}
+
+/* The bank of an error is recorded only while neither flag is set: one from a corrected bit of the program would make
+ * two wrong bits here look like two in the program. What could not be read must not be found in the cache. */
 static bool read_bytes(const hal_flash *flash, uint32_t offset, void *bytes, uint32_t count) {
   if (offset > bytes_of(flash) || count > bytes_of(flash) - offset) {
     return false;
   }
+  FLASH->eccr = FLASH_ECCR_ECCC;
   unreadable = false;
   memcpy(bytes, at(flash, offset), count);
+  if (unreadable) {
+    forget_cached_data();
+  }
   return !unreadable;
 }
 
@@ -98,15 +112,11 @@ static bool program(const hal_flash *flash, uint32_t offset, const uint32_t doub
   FLASH->cr = FLASH_CR_PG;
   target[0] = double_word[0];
   target[1] = double_word[1];
-  return finish(flash) && memcmp(at(flash, offset), double_word, HAL_FLASH_UNIT_BYTES) == 0;
-}
-
-/* The data cache may still hold the old contents. */
-static void forget_cached_data(void) {
-  FLASH->acr &= ~FLASH_ACR_DCEN;
-  FLASH->acr |= FLASH_ACR_DCRST;
-  FLASH->acr &= ~FLASH_ACR_DCRST;
-  FLASH->acr |= FLASH_ACR_DCEN;
+  const bool programmed = finish(flash);
+  uint32_t written[2];
+  forget_cached_data();
+  return programmed && read_bytes(flash, offset, written, sizeof written) &&
+         memcmp(written, double_word, sizeof written) == 0;
 }
 
 static bool erase(const hal_flash *flash, uint32_t page) {

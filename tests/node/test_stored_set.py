@@ -71,7 +71,9 @@ def test_a_damaged_set_is_skipped_and_reported(tmp_path):
     with powered(flash) as node:
         assert Axis(node, 0).get(0x607F) == 600001
         assert (node.sdo[0x3031][1].raw, node.sdo[0x3031][3].raw) == (OLDER, 1)
-        assert node.sdo[0x1003][1].raw == 0x04016310  # source 4, detail 1
+        history = [node.sdo[0x1003][sub].raw for sub in range(1, node.sdo[0x1003][0].raw + 1)]
+        assert 0x04016310 in history  # source 4, detail 1
+        assert Axis(node, 0).get(0x6041) & 0x4F == 0x08  # both axes wait for a fault reset
         assert node.sdo[0x1001].raw != 0
 
 

@@ -380,6 +380,24 @@ static void test_a_tpdo_that_is_off_stays_off_with_another_node_id(void) {
   TEST_ASSERT_EQUAL_HEX32(COB_ID_INVALID | (TPDO4 + STORED_ID), get(0x1803, 1));
 }
 
+static void test_a_node_id_that_may_be_an_older_one_is_reported_until_the_next_save(void) {
+  store_settings(7, RATE_500);
+  store_settings(STORED_ID, RATE_250);
+  TEST_ASSERT_FALSE(emergency_is_active(&node.canopen.emergency, SERVO_AXES + 2, 0x6310));
+  const uint32_t newest = node.objects.bus.log.newest_unit;
+  bus_model.weak[newest].shows = SHOWS_UNREADABLE;
+  power_up(false);
+  TEST_ASSERT_EQUAL(7, get(0x3050, 1));
+  TEST_ASSERT_TRUE(emergency_is_active(&node.canopen.emergency, SERVO_AXES + 2, 0x6310));
+  TEST_ASSERT_EQUAL_HEX32(0x08, get(0x6041, 0) & 0x4F); /* it may be the address of another machine */
+  store_settings(7, RATE_500); /* the same: written all the same, because another one may be newer */
+  TEST_ASSERT_FALSE(emergency_is_active(&node.canopen.emergency, SERVO_AXES + 2, 0x6310));
+  bus_model.weak[newest].shows = SHOWS_RIGHT;
+  power_up(false);
+  TEST_ASSERT_EQUAL(7, get(0x3050, 1));
+  TEST_ASSERT_FALSE(emergency_is_active(&node.canopen.emergency, SERVO_AXES + 2, 0x6310));
+}
+
 /* --- loss of power
  * --------------------------------------------------------------------------------------------------- */
 
@@ -413,7 +431,7 @@ static void test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the
   for (int kind = 0; kind < FLASH_CUTS; ++kind) {
     setUp();
     store_settings(7, RATE_500);
-    TEST_ASSERT_EQUAL(1, bus_model.operations);
+    TEST_ASSERT_EQUAL(2, bus_model.operations); /* the mark of the first save after a start, and the entry */
     bus_model.cut = (flash_cut)kind;
     bus_model.operations_left = 0;
     switch_to(1);
@@ -445,6 +463,7 @@ int main(void) {
   RUN_TEST(test_an_identifier_that_is_another_nodes_default_stays);
   RUN_TEST(test_a_tpdo_that_is_off_stays_off_with_another_node_id);
   RUN_TEST(test_a_node_id_under_which_cob_ids_collide_takes_their_defaults_and_says_so);
+  RUN_TEST(test_a_node_id_that_may_be_an_older_one_is_reported_until_the_next_save);
   RUN_TEST(test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_ones);
   return UNITY_END();
 }

@@ -26,8 +26,7 @@ static bool send(void *context, const can_frame *frame) {
 /* The power returns, or is on for the first time. */
 static void start_node(const hal_flash *flash) {
   rigid_machine_init(&machine);
-  model.off = false;
-  model.operations_left = -1;
+  flash_model_start(&model);
   TEST_ASSERT_TRUE(rigid_machine_start_node(&machine, &node, NODE_ID, (can_sender){send, NULL}, flash));
 }
 
@@ -88,6 +87,17 @@ static bool has_one_of_each(uint32_t n) {
 
 static bool lost_parameters_are_reported(void) {
   return emergency_is_active(&node.canopen.emergency, SOURCE_STORAGE, PARAMETERS_LOST);
+}
+
+static bool axes_are_in_fault(void) {
+  return (get(0x6041, 0) & 0x4F) == 0x08 && (get(0x6841, 0) & 0x4F) == 0x08 && get(0x603F, 0) == PARAMETERS_LOST;
+}
+
+static void tick(void) {
+  for (int n = 0; n < 3; ++n) {
+    servo_node_tick(&node);
+    servo_node_serve(&node);
+  }
 }
 
 /* --- storing and restoring
@@ -258,6 +268,81 @@ static void test_a_damaged_set_is_skipped_and_reported_until_the_next_save(void)
   TEST_ASSERT_TRUE(lost_parameters_are_reported());
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   TEST_ASSERT_FALSE(lost_parameters_are_reported());
+  restart();
+  TEST_ASSERT_EQUAL(PERSISTED_STORED, get(0x3031, 1));
+  TEST_ASSERT_EQUAL(0, get(0x3031, 3));
+}
+
+/* The older set may have other limits of travel: no torque before somebody has acknowledged that. */
+static void test_after_a_doubtful_start_no_axis_turns_until_it_is_acknowledged(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  restart();
+  tick();
+  TEST_ASSERT_FALSE(axes_are_in_fault());
+  flash_model_at(&areas[node.storage.store.in_use.area], 0)[100] ^= 0x10;
+  restart();
+  tick();
+  TEST_ASSERT_TRUE(axes_are_in_fault());
+  for (uint32_t controlword = 6; controlword <= 15; controlword += controlword == 6 ? 1 : 8) {
+    TEST_ASSERT_EQUAL(OD_OK, set(0x6040, 0, controlword));
+    tick();
+  }
+  TEST_ASSERT_TRUE(axes_are_in_fault());
+  TEST_ASSERT_EQUAL(OD_OK, set(0x6040, 0, 0x80));
+  tick();
+  TEST_ASSERT_EQUAL_HEX32(0x40, get(0x6041, 0) & 0x4F);
+  TEST_ASSERT_EQUAL_HEX32(0x08, get(0x6841, 0) & 0x4F); /* the other axis has its own */
+  TEST_ASSERT_TRUE(lost_parameters_are_reported());
+}
+
+/* Finding (a): a set whose commit mark cannot be seen at one start, and a save after that. */
+static void test_a_set_with_a_weak_commit_mark_never_replaces_a_later_one(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  change_one_of_each(8);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  const parameter_record weak = node.storage.store.in_use;
+  const uint32_t unit = (weak.area * 4 + weak.page) * 256 + weak.rows + 3;
+  flash_model_weaken(&model, unit, 1);
+  model.weak[unit].changes_at_starts = false;
+  model.weak[unit].shows = SHOWS_OTHER;
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(7));
+  TEST_ASSERT_EQUAL(1, get(0x3031, 4));
+  TEST_ASSERT_TRUE(lost_parameters_are_reported());
+  change_one_of_each(9);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  model.weak[unit].shows = SHOWS_RIGHT;
+  restart();
+  TEST_ASSERT_TRUE(has_one_of_each(9));
+  TEST_ASSERT_FALSE(lost_parameters_are_reported());
+}
+
+/* Findings (b) and (c): its first double word is unreadable, or has a wrong bit, at one start. */
+static void test_a_set_with_a_weak_head_never_replaces_a_later_one(void) {
+  for (int show = SHOWS_OTHER; show < FLASH_SHOWS; ++show) {
+    setUp();
+    change_one_of_each(7);
+    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+    change_one_of_each(8);
+    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+    const parameter_record weak = node.storage.store.in_use;
+    const uint32_t unit = (weak.area * 4 + weak.page) * 256;
+    flash_model_weaken(&model, unit, 1);
+    model.weak[unit].changes_at_starts = false;
+    model.weak[unit].shows = (flash_show)show;
+    restart();
+    TEST_ASSERT_TRUE(has_one_of_each(7));
+    TEST_ASSERT_EQUAL(1, get(0x3031, 3));
+    TEST_ASSERT_TRUE(lost_parameters_are_reported());
+    change_one_of_each(9);
+    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+    model.weak[unit].shows = SHOWS_RIGHT;
+    restart();
+    TEST_ASSERT_TRUE(has_one_of_each(9));
+    TEST_ASSERT_FALSE(lost_parameters_are_reported());
+  }
 }
 
 static void test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_reported(void) {
@@ -550,6 +635,9 @@ int main(void) {
   RUN_TEST(test_a_second_client_gets_its_own_values_stored);
   RUN_TEST(test_a_flash_that_refuses_is_reported_and_changes_nothing);
   RUN_TEST(test_a_damaged_set_is_skipped_and_reported_until_the_next_save);
+  RUN_TEST(test_after_a_doubtful_start_no_axis_turns_until_it_is_acknowledged);
+  RUN_TEST(test_a_set_with_a_weak_commit_mark_never_replaces_a_later_one);
+  RUN_TEST(test_a_set_with_a_weak_head_never_replaces_a_later_one);
   RUN_TEST(test_when_all_sets_are_damaged_the_defaults_are_in_force_and_it_is_reported);
   RUN_TEST(test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all);
   RUN_TEST(test_a_set_of_another_version_is_taken_by_index_and_sub_index);

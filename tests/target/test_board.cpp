@@ -197,6 +197,37 @@ void test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one() {
   expect_no_violations(rig);
 }
 
+// Two wrong bits in the newest set: the NMI reports them to the reader, whatever ECCR shows of the program, without a
+// restart.
+void test_a_set_that_the_flash_cannot_read_is_reported_and_no_axis_turns() {
+  for (const bool program_is_weak : {false, true}) {
+    BoardRig rig(bench::tracker_plant());
+    boot(rig);
+    TEST_ASSERT_TRUE(store(rig, 700000));
+    TEST_ASSERT_TRUE(store(rig, 700001));  // behind it: its first double word is that of the third page
+    target::FlashInterface& flash = rig.machine.chip().flash;
+    constexpr std::uint32_t kNewest = target::Stm32g474::kParameterOffset + (2 + 2) * 2048;
+    flash.weaken(kNewest, target::FlashInterface::WrongBits::kTwo);
+    flash.weaken(kNewest - 2 * 2048 + 40, target::FlashInterface::WrongBits::kOne);  // of the older set: corrected
+    flash.correct_program_at_reset(program_is_weak);
+    rig.client.forget();
+    fail_supply(rig);
+    boot(rig);
+    TEST_ASSERT_EQUAL_INT(1, rig.machine.chip().resets());
+    TEST_ASSERT_EQUAL_UINT32(700000, rig.client.read(kSpeedLimit).value());
+    TEST_ASSERT_EQUAL_UINT32(3, rig.client.read(0x3031, 1).value());
+    TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, 0x6310, 1), "an older set in silence");
+    TEST_ASSERT_EQUAL_HEX32(0x08, rig.client.read(0x6041).value() & 0x4F);
+    TEST_ASSERT_TRUE(store(rig, 700002));
+    rig.client.forget();
+    fail_supply(rig);
+    boot(rig);
+    TEST_ASSERT_EQUAL_UINT32(700002, rig.client.read(kSpeedLimit).value());
+    TEST_ASSERT_EQUAL_UINT32(1, rig.client.read(0x3031, 1).value());
+    expect_no_violations(rig);
+  }
+}
+
 // --- cost ---
 
 constexpr double kMaxLoad = 0.25;
@@ -346,6 +377,7 @@ int main() {
   RUN_TEST(test_a_bridge_that_is_switched_off_leaves_the_terminals_open);
   RUN_TEST(test_it_comes_back_from_bus_off);
   RUN_TEST(test_what_is_stored_survives_a_loss_of_power);
+  RUN_TEST(test_a_set_that_the_flash_cannot_read_is_reported_and_no_axis_turns);
   RUN_TEST(test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_what_the_interrupts_cost_on_a_full_bus);
   return UNITY_END();

@@ -7,7 +7,7 @@
 #include "support/flash_model.h"
 #include "unity.h"
 
-enum { PAGE_BYTES = 64, UNITS = PAGE_BYTES / HAL_FLASH_UNIT_BYTES, MAX_STEPS = 4 };
+enum { PAGE_BYTES = 64, UNITS = PAGE_BYTES / HAL_FLASH_UNIT_BYTES, MAX_STEPS = 8 };
 
 static flash_model model;
 static hal_flash flash;
@@ -94,7 +94,8 @@ static void test_the_defaults_are_written_when_they_are_requested_for(void) {
   bus_settings_log_open(&saved, &flash, &other_defaults);
   TEST_ASSERT_TRUE(bus_settings_log_begin(&saved, &other_defaults));
   TEST_ASSERT_FALSE(bus_settings_log_begin(&saved, &other_defaults)); /* one at a time */
-  TEST_ASSERT_TRUE(bus_settings_log_step(&saved));
+  while (bus_settings_log_step(&saved)) {
+  }
   restart();
   TEST_ASSERT_TRUE(bus_settings_are_same(&other_defaults, &saved.newest));
 }
@@ -157,6 +158,112 @@ static void test_entries_that_say_what_cannot_be_are_skipped(void) {
   }
 }
 
+/* --- in doubt ----------------------------------------------------------------------------------------------------- */
+
+static void make_unreadable(uint32_t page, uint32_t unit) { model.weak[page * UNITS + unit].shows = SHOWS_UNREADABLE; }
+
+static void make_readable(void) { memset(model.weak, 0, sizeof model.weak); }
+
+/* Returns the number of the newest entry, which is the first one of the second page. */
+static uint32_t fill_the_first_page(void) {
+  uint32_t n = 0;
+  while (saved.newest_page == 0) {
+    TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(++n));
+  }
+  return n;
+}
+
+static void test_an_unreadable_newest_entry_is_in_doubt_until_the_next_save(void) {
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(6));
+  make_unreadable(0, saved.newest_unit);
+  restart();
+  TEST_ASSERT_TRUE(has(5));
+  TEST_ASSERT_TRUE(saved.in_doubt);
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5)); /* the same, and written nevertheless */
+  TEST_ASSERT_FALSE(saved.in_doubt);
+  restart();
+  TEST_ASSERT_FALSE(saved.in_doubt);
+  make_readable();
+  restart();
+  TEST_ASSERT_TRUE(has(5));
+}
+
+static void test_an_unreadable_older_entry_is_not_in_doubt(void) {
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
+  make_unreadable(0, saved.newest_unit);
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(6));
+  restart();
+  TEST_ASSERT_TRUE(has(6));
+  TEST_ASSERT_FALSE(saved.in_doubt);
+}
+
+static void test_in_doubt_nothing_is_erased_before_a_save(void) {
+  const uint32_t newest = fill_the_first_page();
+  make_unreadable(1, 0);
+  restart();
+  TEST_ASSERT_TRUE(saved.found && saved.in_doubt);
+  const uint32_t operations = model.operations;
+  TEST_ASSERT_FALSE(bus_settings_log_step(&saved));
+  TEST_ASSERT_EQUAL(operations, model.operations);
+  make_readable();
+  restart();
+  TEST_ASSERT_TRUE(has(newest));
+  TEST_ASSERT_FALSE(saved.in_doubt);
+}
+
+static void test_a_cut_save_in_doubt_leaves_it_in_doubt(void) {
+  for (int64_t operation = 0; operation < 3; ++operation) { /* trace, erase, entry */
+    setUp();
+    const uint32_t newest = fill_the_first_page();
+    make_unreadable(1, 0);
+    restart();
+    model.operations_left = operation;
+    TEST_ASSERT_EQUAL(BUS_SETTINGS_FAILED, save(100));
+    restart();
+    TEST_ASSERT_TRUE_MESSAGE(saved.in_doubt || has(newest), "an older node id in silence");
+    TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(100));
+    restart();
+    TEST_ASSERT_TRUE(has(100));
+    TEST_ASSERT_FALSE(saved.in_doubt);
+  }
+}
+
+static void test_without_a_readable_entry_the_defaults_are_in_doubt_until_the_next_save(void) {
+  for (int64_t operation = -1; operation < 2; ++operation) { /* none is cut; erase, entry */
+    setUp();
+    TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
+    make_unreadable(0, saved.newest_unit);
+    restart();
+    TEST_ASSERT_FALSE(saved.found);
+    TEST_ASSERT_TRUE(saved.in_doubt);
+    model.operations_left = operation;
+    TEST_ASSERT_EQUAL(operation < 0 ? BUS_SETTINGS_SAVED : BUS_SETTINGS_FAILED, save(6));
+    restart();
+    TEST_ASSERT_EQUAL(operation >= 0, saved.in_doubt);
+    TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(7));
+    restart();
+    TEST_ASSERT_TRUE(has(7));
+    TEST_ASSERT_FALSE(saved.in_doubt);
+  }
+}
+
+/* Remains of an interrupted erase beside a page that is not full. */
+static void test_a_page_of_remains_is_erased_by_the_next_save(void) {
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
+  model.bytes[PAGE_BYTES + 9] = 0;
+  restart();
+  TEST_ASSERT_TRUE(has(5));
+  TEST_ASSERT_TRUE(saved.in_doubt);
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(6));
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(7));
+  restart();
+  TEST_ASSERT_TRUE(has(7));
+  TEST_ASSERT_FALSE(saved.in_doubt);
+}
+
+/* --- loss of power ------------------------------------------------------------------------------------------------ */
+
 /* At each operation of a long sequence of saves, with each kind of remains of a cut, and then a second cut. */
 static void test_a_loss_of_power_at_any_operation_leaves_the_old_settings_or_the_new_ones(void) {
   const uint32_t saves = 3 * UNITS;
@@ -209,6 +316,12 @@ int main(void) {
   RUN_TEST(test_a_flash_that_refuses_changes_nothing);
   RUN_TEST(test_sequence_numbers_end_and_the_last_settings_stay);
   RUN_TEST(test_entries_that_say_what_cannot_be_are_skipped);
+  RUN_TEST(test_an_unreadable_newest_entry_is_in_doubt_until_the_next_save);
+  RUN_TEST(test_an_unreadable_older_entry_is_not_in_doubt);
+  RUN_TEST(test_in_doubt_nothing_is_erased_before_a_save);
+  RUN_TEST(test_a_cut_save_in_doubt_leaves_it_in_doubt);
+  RUN_TEST(test_without_a_readable_entry_the_defaults_are_in_doubt_until_the_next_save);
+  RUN_TEST(test_a_page_of_remains_is_erased_by_the_next_save);
   RUN_TEST(test_a_loss_of_power_at_any_operation_leaves_the_old_settings_or_the_new_ones);
   return UNITY_END();
 }

@@ -52,6 +52,7 @@ REGISTER_AT(flash_registers, wrp1ar, 0x2C);
 #define FLASH_CR_LOCK FIELD(31, 1)
 
 #define FLASH_ECCR_BK_ECC FIELD(21, 1)
+#define FLASH_ECCR_ECCC FIELD(30, 1)
 #define FLASH_ECCR_ECCD FIELD(31, 1)
 
 #define FLASH_OPTR_RESET 0xFFEFF8AAu /* as ST ships the chip */

@@ -10,6 +10,7 @@ constexpr std::uint32_t kAcr = 0x00;
 constexpr std::uint32_t kKeyr = 0x08;
 constexpr std::uint32_t kSr = 0x10;
 constexpr std::uint32_t kCr = 0x14;
+constexpr std::uint32_t kEccr = 0x18;
 
 constexpr std::uint32_t kOptr = 0x20;
 constexpr std::uint32_t kWrp1ar = 0x2C;
@@ -24,6 +25,9 @@ constexpr std::uint32_t kProgramError = 1U << 3;
 constexpr std::uint32_t kSizeError = 1U << 6;
 constexpr std::uint32_t kSequenceError = 1U << 7;
 constexpr std::uint32_t kErrors = 0xC3FA;
+constexpr std::uint32_t kEccBank2 = 1U << 21;
+constexpr std::uint32_t kEccCorrected = 1U << 30;
+constexpr std::uint32_t kEccDetected = 1U << 31;
 
 // Data sheet, typical.
 constexpr Instant kProgramTime = 82 * kUnitsPerMicrosecond;
@@ -39,7 +43,7 @@ FlashInterface::FlashInterface(Services services, std::vector<std::uint8_t>& con
                   {"OPTKEYR", 0x0C, 0, 0xFFFFFFFF},
                   {"SR", kSr, 0, 0xC3FB, kBusy},
                   {"CR", kCr, 0xC0000000, 0xFF078FFF},
-                  {"ECCR", 0x18, 0, 0xF1000000, 0x0067FFFF},
+                  {"ECCR", kEccr, 0, 0xF1000000, 0x0067FFFF},
                   {"OPTR", kOptr, kOptionsAtDelivery, 0, 0xFFFFFFFF},
                   {"WRP1AR", kWrp1ar, 0x7F, 0, 0xFFFFFFFF}}),
       contents_(contents),
@@ -56,12 +60,31 @@ void FlashInterface::on_reset() {
   keys_given_ = 0;
   key_failed_ = false;
   first_address_ = UINT32_MAX;
+  reg(kEccr) = program_is_corrected_ ? kEccCorrected : 0;
   if (access_changed_) {
     access_changed_();
   }
 }
 
 void FlashInterface::begin(Instant duration) { timeline().set(done_, timeline().now() + duration); }
+
+// Address and bank are those of the first error since the flags were cleared.
+bool FlashInterface::check(std::uint32_t offset) {
+  const auto found = weak_.find(offset / 8);
+  if (found == weak_.end()) {
+    return true;
+  }
+  if ((reg(kEccr) & (kEccCorrected | kEccDetected)) == 0) {
+    reg(kEccr) = (reg(kEccr) & 1U << 24) | (offset % kBankBytes) / 8 | (offset >= kBankBytes ? kEccBank2 : 0);
+  }
+  if (found->second == WrongBits::kOne) {
+    reg(kEccr) |= kEccCorrected;
+    return true;
+  }
+  reg(kEccr) |= kEccDetected;
+  exceptions().pend(kNmi);
+  return false;
+}
 
 bool FlashInterface::supply_fails() {
   if (operations_left_ < 0 || operations_left_-- > 0) {
@@ -102,6 +125,7 @@ void FlashInterface::program(std::uint32_t address, std::uint32_t value, unsigne
     return;
   }
   begin(kProgramTime);
+  weak_.erase((offset - 4) / 8);
   if (supply_fails()) {
     target[0] &= 0x5A;  // an intermediate value
     return;
@@ -118,6 +142,7 @@ void FlashInterface::erase_page() {
     return;
   }
   begin(kEraseTime);
+  weak_.erase(weak_.lower_bound(offset / 8), weak_.lower_bound((offset + kPageBytes) / 8));
   const bool half = supply_fails();
   std::fill_n(contents_.begin() + offset, half ? kPageBytes / 2 : kPageBytes, std::uint8_t{0xFF});
 }
@@ -181,6 +206,9 @@ void FlashInterface::on_write(std::uint32_t offset, std::uint32_t written, unsig
     case kCr:
       write_control(written);
       break;
+    case kEccr:
+      reg(kEccr) = (reg(kEccr) & ~(1U << 24) & ~(written & (kEccCorrected | kEccDetected))) | (written & 1U << 24);
+      break;
     default:
       report_violation("power-down, option bytes and their keys are not modelled");
       break;
@@ -204,7 +232,7 @@ FlashData::FlashData(Services services, FlashInterface& flash, const std::vector
 std::uint32_t FlashData::on_read(std::uint32_t offset, std::uint32_t /*stored*/, unsigned /*width*/) {
   std::uint32_t word = 0;
   std::memcpy(&word, contents_.data() + offset_ + offset, 4);
-  return word;
+  return flash_.check(offset_ + offset) ? word : word ^ 3U;
 }
 
 void FlashData::on_write(std::uint32_t offset, std::uint32_t written, unsigned width) {

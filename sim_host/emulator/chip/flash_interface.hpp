@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "core/peripheral.hpp"
@@ -38,6 +39,17 @@ class FlashInterface : public Peripheral {
   // The program stores to an address of the flash.
   void program(std::uint32_t address, std::uint32_t value, unsigned width);
 
+  // Until it is programmed or erased, the double word at this offset of the flash has one wrong bit, which the ECC
+  // corrects, or two, which it detects: NMI, and wrong data.
+  enum class WrongBits { kOne, kTwo };
+  void weaken(std::uint32_t offset, WrongBits bits) { weak_[offset / 8] = bits; }
+
+  // After each reset ECCR shows a corrected bit in bank 1, as a weak cell of the program leaves it.
+  void correct_program_at_reset(bool corrected) { program_is_corrected_ = corrected; }
+
+  // The program reads from the parameter pages; sets the flags and the NMI. Returns whether the data are right.
+  bool check(std::uint32_t offset);
+
   // The next erase or program operations end halfway: the supply fails. Counts down to 0; negative: never.
   void fail_supply_in(int operations, std::function<void()> power_off) {
     operations_left_ = operations;
@@ -69,6 +81,8 @@ class FlashInterface : public Peripheral {
   int operations_left_ = -1;
   std::uint32_t options_ = kOptionsAtDelivery & ~kNoRamParity;
   std::uint32_t write_protection_ = kImageProtected;
+  std::map<std::uint32_t, WrongBits> weak_;
+  bool program_is_corrected_ = false;
 };
 
 // The parameter pages on the bus: reads, and stores that program.
