@@ -254,7 +254,7 @@ void test_the_button_recovers_a_wrong_stored_bit_rate() {
     port.set_input(13, held_at_start);
     rig.client.forget();
     rig.machine.chip().request_reset(target::ResetCause::kPowerOn);
-    rig.client.pass(100);  // RAM tested, pins read once
+    rig.client.pass(130);  // RAM tested, pins read once
     port.set_input(13, held_later);
     rig.client.pass(kBoot_ms);
     port.set_input(13, false);
