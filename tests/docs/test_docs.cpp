@@ -1,4 +1,5 @@
-// Links of the documents work: every link within the repository, and every test and plot that the theory page names.
+// Links of the documents work: every link within the repository, and every test that the pages on theory and safety
+// name, and every plot of the theory page.
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -128,7 +129,7 @@ void test_every_link_leads_somewhere() {
   CHECK_AT_LEAST("links followed", 50, links);
 }
 
-void test_the_theory_page_names_tests_that_exist() {
+void test_the_pages_on_theory_and_safety_name_tests_that_exist() {
   std::set<std::string> known;
   for (const char *folder : {"firmware", "hal", "sim_host", "tests"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
@@ -142,11 +143,14 @@ void test_the_theory_page_names_tests_that_exist() {
       }
     }
   }
-  const std::vector<std::string> named = between(text_of(kRoot / "docs/theory.md"), "`test_", '`');
-  for (const std::string& name : named) {
-    TEST_ASSERT_TRUE_MESSAGE(known.count("test_" + name) == 1, name.c_str());
+  for (const char *page :
+       {"theory.md", "safety.md", "safety/functions.md", "safety/failure-modes.md", "safety/techniques.md"}) {
+    const std::vector<std::string> named = between(text_of(kRoot / "docs" / page), "`test_", '`');
+    for (const std::string& name : named) {
+      TEST_ASSERT_TRUE_MESSAGE(known.count("test_" + name) == 1, name.c_str());
+    }
+    CHECK_AT_LEAST(page, 3, named.size());
   }
-  CHECK_AT_LEAST("tests named", 30, named.size());
 }
 
 // The cells of the row whose block is this header; none when there is no such row.
@@ -193,7 +197,7 @@ void test_the_pages_of_the_keys_are_those_that_the_reader_checks_by() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_every_link_leads_somewhere);
-  RUN_TEST(test_the_theory_page_names_tests_that_exist);
+  RUN_TEST(test_the_pages_on_theory_and_safety_name_tests_that_exist);
   RUN_TEST(test_every_control_block_has_a_row_with_equation_block_test_and_plot);
   RUN_TEST(test_the_pages_of_the_keys_are_those_that_the_reader_checks_by);
   return UNITY_END();
