@@ -251,13 +251,12 @@ def main():
         every = [mutant for mutant in every if (mutant.file, mutant.before, mutant.after) in left]
         options.sample = 0
     every.sort(key=lambda mutant: mutant.rank(options.seed))
+    for program in programs:  # before the mutants, because a test that fails anyway would end the run
+        if program.objects & set(build.compiled_with(by_file)):
+            program.cpu_s = measure([HOST / "bin" / program.name, *program.arguments], ROOT)
     with ThreadPoolExecutor(options.jobs) as pool:
         base, results, refused = draw(campaign, every, options.sample or len(every), pool)
         try:
-            mutated = {source for result in results for source in result.objects}
-            for program in programs:
-                if program.objects & mutated:
-                    program.cpu_s = measure([HOST / "bin" / program.name, *program.arguments], ROOT)
             undecided = []
             for result in results:
                 result.reason = equivalents.reason(result.mutant) or ""

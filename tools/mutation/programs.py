@@ -58,6 +58,10 @@ class Build:
     def _ninja(self, *arguments):
         return subprocess.run(["ninja", "-C", self.folder, *arguments], check=True, text=True, stdout=subprocess.PIPE).stdout
 
+    def compiled_with(self, files):
+        """The sources whose object files a change of these files can change."""
+        return {source for file in files for source in {file} | self.dependents.get(file, set())}
+
     def program(self, name, arguments=()):
         """Links the program once more for its link map."""
         line = [line for line in self._ninja("-t", "commands", f"bin/{name}").splitlines() if f"-o bin/{name} " in line][-1]
