@@ -91,7 +91,7 @@ static ramp_plan plan_to_rate(const profile_ramp *ramp, const profile_limits *li
   plan.duration_s[2] = peak / jerk;
   if (free_peak > limit) {
     const float ramped = 0.5f * ((peak + start) * plan.duration_s[0] + peak * plan.duration_s[2]);
-    plan.duration_s[1] = scalar_max((change - ramped) / peak, 0.0f);
+    plan.duration_s[1] = scalar_max((change - ramped) / limit, 0.0f); /* the peak is the limit */
   }
   return plan;
 }

@@ -119,7 +119,8 @@ static void judge_braking(envelope_state *state, const envelope_params *params, 
   state->braking_limit_rad_s =
       scalar_max(state->braking_limit_rad_s - fall_rad_s2 * dt_s, SOFT_S * params->deceleration_rad_s2);
   out->braking_fails = speed_rad_s > state->braking_limit_rad_s;
-  state->rest_ticks = speed_rad_s < REST_RAD_S ? state->rest_ticks + 1 : 0;
+  const int one_more = state->rest_ticks + (state->rest_ticks < REST_TICKS ? 1 : 0);
+  state->rest_ticks = speed_rad_s < REST_RAD_S ? one_more : 0;
   out->at_rest = state->rest_ticks >= REST_TICKS;
 }
 
