@@ -3,7 +3,7 @@
 # shellcheck disable=SC2154
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
-firmware_steps="firmware host socketcan asan coverage mutate fuzz cortex-m4 image tidy cppcheck servoctl servoctl-image gate"
+firmware_steps="firmware host socketcan asan coverage mutate proofs fuzz cortex-m4 image tidy cppcheck servoctl servoctl-image gate"
 simulator_steps="host socketcan asan fuzz cortex-m4 tidy python servoctl servoctl-image gate"
 
 # By the kind of the file.
@@ -65,6 +65,7 @@ steps_of_place() {
     tests/target/*.py) echo host:emulate_board host:first_power_up ;;
     tests/real_time.args) echo host socketcan servoctl servoctl-image ;;
     tests/ci/*.py) echo gate ;;
+    tests/proofs/*) echo proofs ;;
     tests/fuzz/*.py) echo python ;;
     tests/fuzz/*) echo fuzz python ;;
     tests/changed/*.py | tests/demo/*.py | tests/hooks/*.py | tests/readme/*) echo python ;;
@@ -79,6 +80,7 @@ steps_of_place() {
     tools/image/*) echo host image servoctl-image gate ;;
     tools/minimax/*.py) ;;
     tools/mutate | tools/mutation/*) echo mutate ;;
+    tools/prove | tools/proofs/*) echo proofs ;;
     tools/misra/*) echo cppcheck ;;
     tools/registers/*) echo image ;;
     tools/report/*) echo python ;;
