@@ -42,6 +42,7 @@ class AttackRun {
               {master_.receiver(), flash_.areas(), true}),
         judge_(setup_),
         reporter_(log) {
+    node_.fall_silent();  // only the frames of `master_` count
     master_.connect(node_);
     attacker_.connect(node_, master_);
     result_.seed = seed;

@@ -52,6 +52,7 @@ class FrameMaster {
   // Asks for 1000, once a tick, until the node answers or `ticks` have passed; runs the ticks.
   template <class Tick>
   bool node_answers(int ticks, Tick tick) {
+    device_type_read_ = false;
     for (int i = 0; i < ticks; ++i) {
       if (i % kAskAgainTicks == 0) {
         ask_device_type();
@@ -63,6 +64,9 @@ class FrameMaster {
     }
     return false;
   }
+
+  // A frame to the node that changes nothing: a read of 1000.
+  void keep_alive() { ask_device_type(); }
 
   bool is_idle() const { return count_ == 0 && !waiting_; }
   int writes() const { return writes_; }

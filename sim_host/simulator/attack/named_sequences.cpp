@@ -21,6 +21,7 @@ constexpr double kAtRest_rad_s = 0.5 * kDegree;  // in the last half second
 constexpr double kLast_s = 0.5;
 constexpr std::uint8_t kMasterNode = 5;
 constexpr int kHeartbeatTicks = 20;
+constexpr int kTalkTicks = 200;
 constexpr double kShaking_rad_s = 3.0 * kDegree;  // allowed at rest with gains that shake
 
 SdoWrite write(const DrivenNode& node, int axis, std::uint16_t index, std::uint8_t sub, double value) {
@@ -117,10 +118,11 @@ std::vector<NamedSequence> all() {
                                         {{0x6085, 0, 1}, {0x60A4, 1, 1}, {0x1016, 1, kMasterNode << 16 | 100}});
   heartbeat.heartbeats = true;
   list.push_back(heartbeat);
-  NamedSequence silence = towards_end("silence of the master", false, {});
+  NamedSequence silence = towards_end("silence of the master", true, {});
   silence.rate_rad_s = 20.0 * kDegree;
   silence.distance_rad = 0.9;
   silence.rests_at_end = true;
+  silence.silent = true;
   silence.seconds = 2.4;
   list.push_back(silence);
   list.push_back(gains_at_rest("low-pass of 5 Hz at rest", false, 3, {{0x2040, 4, 5}, {0x2070, 1, 1}}));
@@ -155,6 +157,7 @@ class SequenceRun {
         judge_(setup_),
         reporter_(log),
         log_(log) {
+    node_.fall_silent();  // only the frames of `master_` count
     master_.connect(node_);
   }
 
@@ -207,8 +210,12 @@ class SequenceRun {
   }
 
   void tick(bool master_lives) {
-    if (sequence_.heartbeats && master_lives && ++ticks_ % kHeartbeatTicks == 0) {
+    ticks_++;
+    if (sequence_.heartbeats && master_lives && ticks_ % kHeartbeatTicks == 0) {
       master_.send(can_frame{0x700U + kMasterNode, 0, 1, {5}}, "heartbeat of the master");
+    }
+    if ((master_lives || !sequence_.silent) && ticks_ % kTalkTicks == 0) {
+      master_.keep_alive();
     }
     master_.step(time_s_);
     node_.tick();

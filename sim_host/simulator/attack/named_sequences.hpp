@@ -29,6 +29,7 @@ struct NamedSequence {
   double seconds = 4;                                               // from the writes to the end of the run
   double max_rate_rad_s = std::numeric_limits<double>::infinity();  // of the joint, after the writes
   bool rests_at_end = false;                                        // required
+  bool silent = false;                                              // no frame from the master after the writes
   bool heartbeats = false;                                          // of a master, until the writes
   // Writes of the axis, in this order; `direction` is 1 or -1.
   std::function<std::vector<SdoWrite>(const DrivenNode&, int axis, double direction)> writes;

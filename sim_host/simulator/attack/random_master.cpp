@@ -13,6 +13,7 @@ constexpr double kFastest_rad_s = 1.4;   // the drive uses 80 % of 2060:1, whate
 constexpr double kHalfTurn_rad = 3.0;    // nearly: beyond it a single-turn encoder does not know its turn
 constexpr double kEnding_rad = 0.03;     // closer to a hard limit no run starts
 constexpr double kSettling_s = 0.03;     // from the first frame to a moving set-point
+constexpr double kTalk_s = 0.4;
 constexpr std::uint32_t kSave = 0x65766173;
 constexpr std::uint32_t kLoad = 0x64616F6C;
 constexpr std::uint32_t kOff = 0x80000000;
@@ -121,6 +122,7 @@ RandomMaster::RandomMaster(const WritableObjects& objects, const NodeSetup& setu
   }
   std::sort(action_s_.begin(), action_s_.begin() + static_cast<std::ptrdiff_t>(actions_));
   next_revival_s_ = start_.writes_from_s + uniform(0.3, 1.0);
+  talks_ = chance(0.8);
 }
 
 void RandomMaster::connect(DrivenNode& node, FrameMaster& master) {
@@ -211,6 +213,10 @@ void RandomMaster::step(double time_s) {
   }
   revive(time_s);
   stream();
+  if (talks_ && time_s >= next_talk_s_) {
+    next_talk_s_ = time_s + kTalk_s;
+    master_->keep_alive();
+  }
 }
 
 void RandomMaster::act() {

@@ -94,6 +94,8 @@ class RandomMaster {
   std::size_t actions_ = 0;
   std::size_t next_action_ = 0;
   double next_revival_s_ = 0;
+  bool talks_ = true;  // between its actions, so that the node does not stop the axes of a silent master (6007)
+  double next_talk_s_ = 0;
   bool started_ = false;
   std::array<Stream, kAxes> stream_{};
 };

@@ -51,6 +51,7 @@ constexpr Unit kMillisecond{"ms", 1e-3};
 constexpr Unit kMicrosecond{"us", 1e-6};
 constexpr Unit kOhm{"ohm", 1.0};
 constexpr Unit kMillihenry{"mH", 1e-3};
+constexpr Unit kMillifarad{"mF", 1e-3};
 constexpr Unit kAmpere{"A", 1.0};
 constexpr Unit kVolt{"V", 1.0};
 constexpr Unit kMetre{"m", 1.0};

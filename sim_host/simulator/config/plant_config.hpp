@@ -134,6 +134,9 @@ struct SupplyConfig {
   double voltage_v = 48;
   double source_resistance_ohm = 0;
   int pwm_counts = 4250;
+  double capacitance_f = 0;       // of the bus; 0: the supply takes returned current, too
+  double brake_resistor_ohm = 0;  // 0: none
+  double brake_resistor_v = 55;   // above it the resistor is on
 };
 
 struct BaseTiltConfig {

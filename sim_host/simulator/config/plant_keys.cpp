@@ -62,6 +62,15 @@ const Keys<SupplyConfig>& supply_keys() {
              "resistance of supply and wiring")
           .or_else(0),
       number("pwm_counts", unit::kNone, {16, 1e6}, &Config::pwm_counts, "timer counts at full duty cycle"),
+      number("capacitance_mf", unit::kMillifarad, {0, 1000}, &Config::capacitance_f,
+             "capacitor of the bus; the supply then takes no current back; 0: it does, without a capacitor")
+          .or_else(0),
+      number("brake_resistor_ohm", unit::kOhm, {0, 1000}, &Config::brake_resistor_ohm,
+             "resistor that is switched across the bus, with a capacitor only; 0: none")
+          .or_else(0),
+      number("brake_resistor_v", unit::kVolt, {1, 1000}, &Config::brake_resistor_v,
+             "bus voltage above which the resistor is on")
+          .or_else(55),
   };
   return keys;
 }

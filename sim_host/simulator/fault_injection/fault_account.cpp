@@ -42,7 +42,7 @@ const std::vector<FaultTest>& fault_tests() {
 std::vector<std::string> fault_injections_of(fault_id fault) {
   std::vector<std::string> names;
   for (const FaultInjection& one : fault_injections()) {
-    if (one.expected == fault) {
+    if (one.expected == fault && one.detection == Detection::kAlways) {
       names.push_back(one.name);
     }
   }

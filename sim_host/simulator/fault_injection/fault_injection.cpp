@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -229,6 +230,35 @@ std::vector<FaultInjection> electrics() {
   };
 }
 
+// At the end of a hard stop the motor's inductance returns its energy to the bus. A capacitor that has dried out cannot
+// take it.
+FaultInjection dry_capacitor() {
+  FaultInjection dry = part(
+      "hard stop, bus capacitor dried out", FAULT_OVER_VOLTAGE, 0, 0,
+      [](DrivenNode& n, int, SplitMix64&) {
+        n.machine().broken().bus_capacitor_share = 0.01;
+        for (int axis = 0; axis < kAxes; ++axis) {
+          n.write(axis, 0x6040, 0, 0x02);
+        }
+      },
+      [](DrivenNode& n, int a) {
+        const axis_monitor& monitor = n.axis(a).monitor;  // a shorter pulse than two ticks is no fault
+        return n.machine().truth().bus_voltage_v > static_cast<double>(monitor.limits.over_voltage_v) &&
+               monitor.state.over_voltage_ticks > 0;
+      });
+  dry.both_axes = true;
+  dry.needs_restart = true;
+  dry.prepare = [](DrivenNode& n, int) {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      n.write(axis, 0x6085, 0, 5000000);
+      n.write(axis, 0x60A4, 1, 4000000000);
+    }
+  };
+  dry.hidden_because = "the bus is above its limit for less than two ticks";
+  dry.detection = Detection::kNotAlways;
+  return dry;
+}
+
 // A user has written a torque limit (6072) below the friction.
 FaultInjection weak_torque_limit() {
   FaultInjection weak = part(
@@ -282,6 +312,7 @@ std::vector<FaultInjection> motions() {
           [](DrivenNode& n, int a) { return n.node().board.app.axis[a].signals.torque.limited; }),
       weak_torque_limit(),
       jam(),
+      dry_capacitor(),
       end_of_travel(),
   };
 }
@@ -329,10 +360,133 @@ std::vector<FaultInjection> node_and_bus() {
   };
 }
 
+constexpr double kJustBelowBaseRate_rad_s = 0.019;
+constexpr int kSlowSensorTicks = 5;
+constexpr double kSeldom = 0.1;
+
+// What both rate sensors, or the motor, do wrong together. `also`: the names that are right for it.
+FaultInjection witness(const char *name, fault_id expected, fault_set also, int allowed_ms, Detection detection,
+                       std::function<void(DrivenNode&, int, SplitMix64&)> begin,
+                       std::function<bool(DrivenNode&, int)> shows = always) {
+  FaultInjection made{name, expected, also, 0, false, std::move(begin), std::move(shows), nothing};
+  made.allowed_ms = allowed_ms;
+  made.detection = detection;
+  made.stays = true;
+  return made;
+}
+
+// A change of the parts of the axis.
+template <class Change>
+std::function<void(DrivenNode&, int, SplitMix64&)> parts(Change change) {
+  return [change](DrivenNode& n, int a, SplitMix64&) { change(broken(n, a)); };
+}
+
+bool carries_torque(DrivenNode& node, int axis) {
+  return std::abs(node.node().board.app.axis[axis].current_reference_a) > 1.0F;
+}
+
+void flip_bit(void *bytes, std::size_t count, SplitMix64& random) {
+  const std::uint64_t bit = random() % (8 * count);
+  static_cast<std::uint8_t *>(bytes)[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+}
+
+// Any bit of the real numbers that the loops use. A wrong bit of a count, such as the window of the rate estimator, can
+// make a tick so long that only the watchdog ends it; that is a test of the board.
+void flip_bit_in_use(servo_axis_params& params, SplitMix64& random) {
+  speed_loop_params& speed = params.speed;
+  const std::array<float *, 18> gains = {&speed.pi.proportional_gain,
+                                         &speed.pi.integral_gain,
+                                         &speed.pi.setpoint_weight,
+                                         &speed.pi.tracking_rate_per_s,
+                                         &speed.acceleration_inertia_kg_m2,
+                                         &speed.observer.inertia_kg_m2,
+                                         &speed.observer.viscous_nm_s_rad,
+                                         &speed.observer.bandwidth_rad_s,
+                                         &speed.observer.limit_nm,
+                                         &speed.friction.gain,
+                                         &speed.friction.lugre.stiffness_nm_rad,
+                                         &speed.friction.lugre.damping_nm_s_rad,
+                                         &speed.friction.lugre.positive.coulomb_nm,
+                                         &speed.friction.lugre.positive.breakaway_nm,
+                                         &speed.rate_fusion.crossover_rad_s,
+                                         &params.torque_constant_nm_a,
+                                         &params.resistance_ohm,
+                                         &params.current_limit_a};
+  flip_bit(gains[random() % gains.size()], sizeof(float), random);
+}
+
+// Common causes, and sensors that are slow, stale, intermittent or wrong now and then.
+std::vector<FaultInjection> witnesses() {
+  const fault_set disagree = fault_bit(FAULT_SENSORS_DISAGREE);
+  const fault_set encoder_faults = disagree | fault_bit(FAULT_ENCODER_JUMP) | fault_bit(FAULT_ENCODER_LOST);
+  const fault_set gyro_faults = disagree | fault_bit(FAULT_GYRO_LOST) | fault_bit(FAULT_GYRO_SATURATED);
+  const Detection open = Detection::kNotAlways;
+  const fault_set motor = fault_bit(FAULT_MOTOR_CONTRADICTS) | fault_bit(FAULT_MOTOR_WEAK);
+  std::vector<FaultInjection> list = {
+      witness("encoder and gyro frozen with noise", FAULT_MOTOR_CONTRADICTS, motor | fault_bit(FAULT_RUNAWAY), 1000,
+              Detection::kAlways, parts([](BrokenAxis& b) { b.sensors_show_share = 0.0; })),
+      witness("encoder and gyro at half scale", FAULT_MOTOR_CONTRADICTS, motor, 500, open,
+              parts([](BrokenAxis& b) { b.sensors_show_share = 0.5; }), turns),
+      witness("gyro bias 0.019 rad/s", FAULT_SENSORS_DISAGREE, 0, 500, open,
+              parts([](BrokenAxis& b) { b.gyro_shift_rad_s = kJustBelowBaseRate_rad_s; })),
+      witness("encoder creeps 0.019 rad/s", FAULT_SENSORS_DISAGREE, 0, 500, open,
+              parts([](BrokenAxis& b) { b.encoder_creep_rad_s = kJustBelowBaseRate_rad_s; })),
+      witness("magnets half as strong", FAULT_MOTOR_WEAK, motor, 1000, open,
+              parts([](BrokenAxis& b) { b.motor_share = 0.5; }), carries_torque),
+      witness("encoder one tick old in 10 % of the ticks", FAULT_ENCODER_JUMP, encoder_faults, 100, open,
+              parts([](BrokenAxis& b) { b.encoder_stale_share = kSeldom; }), turns),
+      witness("encoder bit 10 wrong in 10 % of the ticks", FAULT_ENCODER_JUMP, encoder_faults, 100, open,
+              parts([](BrokenAxis& b) { b.encoder_bit_share = kSeldom; })),
+      witness("encoder 5 ms late", FAULT_SENSORS_DISAGREE, encoder_faults, 500, Detection::kAlways,
+              parts([](BrokenAxis& b) { b.encoder.late_ticks = kSlowSensorTicks; }), turns),
+      witness("gyro 5 ms late", FAULT_SENSORS_DISAGREE, gyro_faults, 500, Detection::kTolerated,
+              parts([](BrokenAxis& b) { b.gyro.late_ticks = kSlowSensorTicks; }), turns),
+      witness("encoder renewed every 5 ms", FAULT_ENCODER_JUMP, encoder_faults | fault_bit(FAULT_ENCODER_STUCK), 500,
+              Detection::kAlways, parts([](BrokenAxis& b) { b.encoder.repeats = kSlowSensorTicks; }), turns),
+      witness("gyro renewed every 5 ms", FAULT_GYRO_STUCK, gyro_faults, 500, Detection::kTolerated,
+              parts([](BrokenAxis& b) { b.gyro.repeats = kSlowSensorTicks; }), turns),
+      witness("encoder lost in 10 % of the ticks", FAULT_ENCODER_LOST, encoder_faults, 100, Detection::kAlways,
+              parts([](BrokenAxis& b) { b.encoder.lost_share = kSeldom; })),
+      witness("gyro lost in 10 % of the ticks", FAULT_GYRO_LOST, gyro_faults, 500, Detection::kTolerated,
+              parts([](BrokenAxis& b) { b.gyro.lost_share = kSeldom; })),
+      witness("encoder garbage in 10 % of the ticks", FAULT_ENCODER_JUMP, encoder_faults, 100, Detection::kAlways,
+              parts([](BrokenAxis& b) { b.encoder.garbage_share = kSeldom; })),
+      witness("gyro garbage in 10 % of the ticks", FAULT_SENSORS_DISAGREE, gyro_faults, 200, Detection::kAlways,
+              parts([](BrokenAxis& b) { b.gyro.garbage_share = kSeldom; })),
+      witness("clock 5 % slow", FAULT_TICK_LATE, 0, 1000, open,
+              [](DrivenNode& n, int, SplitMix64&) { n.machine().broken().clock_error = 0.05; }),
+      witness("clock 5 % fast", FAULT_TICK_LATE, 0, 1000, open,
+              [](DrivenNode& n, int, SplitMix64&) { n.machine().broken().clock_error = -0.05; }),
+      witness(
+          "bit wrong in the gains that the loops use", FAULT_IMAGE_DAMAGED, 0, 1000, open,
+          [](DrivenNode& n, int a, SplitMix64& random) { flip_bit_in_use(n.node().board.app.params.axis[a], random); }),
+      witness("bit wrong in the active parameter set", FAULT_IMAGE_DAMAGED, 0, 1000, open,
+              [](DrivenNode& n, int a, SplitMix64& random) {
+                flip_bit(&n.node().axis[a].tuning.active, sizeof(axis_parameters), random);
+              }),
+  };
+  list.front().max_overshoot_rad_s = 0.35;
+  list.front().max_deviation_rad = 0.05;
+  for (FaultInjection& one : list) {
+    if (one.detection == Detection::kTolerated) {
+      one.max_deviation_rad = 0.002;
+    }
+    one.both_axes = one.name.find("clock") == 0;
+    one.any_fault = one.name.find("bit wrong") == 0;
+  }
+  return list;
+}
+
 std::vector<FaultInjection> all() {
   std::vector<FaultInjection> together;
-  for (const std::vector<FaultInjection>& some : {sensors(), electrics(), motions(), node_and_bus()}) {
+  for (const std::vector<FaultInjection>& some : {sensors(), electrics(), motions(), node_and_bus(), witnesses()}) {
     together.insert(together.end(), some.begin(), some.end());
+  }
+  for (FaultInjection& one : together) {
+    const bool latched =
+        one.expected == FAULT_TICK_LATE || one.expected == FAULT_IMAGE_DAMAGED || one.expected == FAULT_SELF_TEST;
+    // A capacitor is replaced with the power off.
+    one.needs_restart = one.needs_restart || latched || one.detection != Detection::kAlways;
   }
   return together;
 }
@@ -341,6 +495,17 @@ std::vector<FaultInjection> all() {
 
 const std::vector<FaultInjection>& fault_injections() {
   static const std::vector<FaultInjection> list = all();
+  return list;
+}
+
+const std::vector<const FaultInjection *>& later_fault_injections() {
+  static const std::vector<const FaultInjection *> list = {
+      &fault_injection("encoder lost"),        &fault_injection("encoder jumps"),
+      &fault_injection("gyro lost"),           &fault_injection("gyro saturated"),
+      &fault_injection("gyro says no number"), &fault_injection("short circuit"),
+      &fault_injection("power stage"),         &fault_injection("heat sink too hot"),
+      &fault_injection("bus voltage low"),     &fault_injection("bus voltage high"),
+      &fault_injection("node stopped by NMT")};
   return list;
 }
 
@@ -356,6 +521,9 @@ const FaultInjection& fault_injection(const std::string& name) {
 }
 
 int allowed_latency_ms(const FaultInjection& fault_injection) {
+  if (fault_injection.allowed_ms > 0) {
+    return fault_injection.allowed_ms;
+  }
   int allowed = fault_table[fault_injection.expected].latency_ms;
   for (int fault = 1; fault < FAULT_COUNT; ++fault) {
     if ((fault_injection.also >> fault & 1U) != 0) {

@@ -11,6 +11,13 @@
 
 namespace trackservo::sim {
 
+// Whether the firmware meets every requirement of an injection in every run. A test fails when this changes.
+enum class Detection {
+  kAlways,
+  kTolerated,  // it need not be detected, because the axis follows its set-point: max_deviation_rad
+  kNotAlways   // in at least one run of the matrix it is not detected, or not as required
+};
+
 struct FaultInjection {
   std::string name;
   fault_id expected;
@@ -37,9 +44,27 @@ struct FaultInjection {
   bool weak = false;
   // Why the fault cannot be detected in some motion.
   std::string hidden_because{};
+  Detection detection = Detection::kAlways;
+  // Instead of the latencies of the table and `timer_ms` [ms]; 0: those.
+  int allowed_ms = 0;
+  // Any fault may be detected.
+  bool any_fault = false;
+  // The axis stays at rest when it stood still: the fault must be detected without motion.
+  bool stays = false;
+  // Time until the run ends without a detection [ticks].
+  int monitored_ticks = 1500;
+  // Allowed distance of the joint from where its set-point led it, from the injection to the detection [rad].
+  double max_deviation_rad = 10.0;
+  // Allowed increase of the joint's speed [rad/s]; 0: that of its expected fault.
+  double max_overshoot_rad_s = 0;
+  // Only a restart ends the fault, or the fault has damaged the memory: no second one can follow in the same run.
+  bool needs_restart = false;
 };
 
 const std::vector<FaultInjection>& fault_injections();
+
+// Faults that are visible at once in every motion and end with their cause: a second or third one in a run.
+const std::vector<const FaultInjection *>& later_fault_injections();
 
 // Throws std::invalid_argument that lists the names.
 const FaultInjection& fault_injection(const std::string& name);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "fault_injection/braking.hpp"
 
@@ -10,16 +11,20 @@ namespace {
 
 constexpr double kEarliest_s = 0.7;
 constexpr double kLatest_s = 1.5;
-constexpr int kMonitoredTicks = 1500;  // for a reaction
-constexpr int kAsideTicks = 300;       // then an axis that stood still is moved, to make its fault visible
-constexpr int kReactionTicks = 2300;   // longer than the shorted motor brakes
+constexpr int kAsideTicks = 300;      // then an axis that stood still is moved, to make its fault visible
+constexpr int kReactionTicks = 2300;  // longer than the shorted motor brakes
 constexpr int kBrakeTicks = 1990;
 constexpr double kAside_rad_s = 5.0 * kPi / 180.0;
+constexpr double kAgain_rad_s = 10.0 * kPi / 180.0;  // after a fault reset, towards the middle of the travel
+constexpr double kAgain_rad_s2 = 1.0;
+constexpr int kAgainTicks = 400;
+constexpr int kResetTicks = 300;  // until the conditions have ended
 
 class InjectionRun {
  public:
   InjectionRun(const NodeSetup& setup, const InjectionRunSetup& injection_run)
-      : injection_run_(injection_run),
+      : setup_(setup),
+        injection_run_(injection_run),
         random_(SplitMix64::mix(injection_run.seed)),
         node_(setup, injection_run.seed, {0.2, 0.4}) {}
 
@@ -33,6 +38,27 @@ class InjectionRun {
       tick();
     }
     result_.speed_before_rad_s = std::abs(joint_rate());
+    inject();
+    InjectionRunResult first = result_;
+    const bool again = first.seen != FAULT_NONE && !injection_run_.fault_injection->needs_restart;
+    for (int i = 0; i < kLaterFaults && again; ++i) {
+      const std::vector<const FaultInjection *>& list = later_fault_injections();
+      first.later.push_back({list[random_() % list.size()], nullptr});
+      injection_run_.fault_injection = first.later.back().fault_injection;
+      if (!is_enabled_again()) {
+        break;
+      }
+      inject();
+      first.later.back().result = std::make_shared<InjectionRunResult>(result_);
+      if (result_.seen == FAULT_NONE) {
+        break;
+      }
+    }
+    return first;
+  }
+
+ private:
+  void inject() {
     injection_run_.fault_injection->begin(node_, injection_run_.axis, random_);
     monitor();
     if (result_.seen != FAULT_NONE) {
@@ -40,10 +66,56 @@ class InjectionRun {
       judge_reaction();
       brake();
     }
-    return result_;
   }
 
- private:
+  // As a technician does: repairs what is broken, resets the fault, enables both axes and moves them.
+  bool is_enabled_again() {
+    node_.machine().broken() = {};
+    for (int axis = 0; axis < kAxes; ++axis) {
+      node_.node().axis[axis].monitor.limits = setup_.limits[static_cast<std::size_t>(axis)];
+      node_.write(axis, 0x6072, 0, 1000);
+    }
+    node_.write(kAzimuth, 0x1016, 1, 0);
+    node_.write(kAzimuth, 0x1402, 5, 0);
+    node_.receive(can_frame{0x000, 0, 2, {0x01, 0x00}});
+    again_from_s_ = time_s_ + kResetTicks * kTick_s;
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const double middle_rad = 0.5 * (static_cast<double>(setup_.limits[static_cast<std::size_t>(axis)].minimum_rad) +
+                                       static_cast<double>(setup_.limits[static_cast<std::size_t>(axis)].maximum_rad));
+      const double angle_rad = node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
+      again_direction_[static_cast<std::size_t>(axis)] = angle_rad > middle_rad ? -1.0 : 1.0;
+    }
+    again_ = true;
+    aside_ = false;
+    for (int i = 0; i < kResetTicks; ++i) {
+      for (int axis = 0; axis < kAxes; ++axis) {
+        if (fault(axis) != FAULT_NONE) {
+          node_.write(axis, 0x6040, 0, i % 2 == 0 ? 0x00 : 0x80);
+        }
+      }
+      tick();
+    }
+    try {
+      node_.enable(DRIVE_CYCLIC_VELOCITY);
+    } catch (const std::runtime_error&) {
+      return false;
+    }
+    for (int i = 0; i < kAgainTicks; ++i) {
+      tick();
+    }
+    result_ = {};
+    result_.speed_before_rad_s = std::abs(joint_rate());
+    return fault(injection_run_.axis) == FAULT_NONE;
+  }
+
+  double wanted_rate(int axis) const {
+    if (again_) {
+      return again_direction_[static_cast<std::size_t>(axis)] *
+             std::clamp(kAgain_rad_s2 * (time_s_ - again_from_s_), 0.0, kAgain_rad_s);
+    }
+    return aside_ ? kAside_rad_s : motion_rate_rad_s(injection_run_.motion, time_s_);
+  }
+
   double joint_rate() {
     return node_.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(injection_run_.axis)];
   }
@@ -52,7 +124,7 @@ class InjectionRun {
   void tick() {
     time_s_ += kTick_s;
     for (int axis = 0; axis < kAxes; ++axis) {
-      node_.move(axis, aside_ ? kAside_rad_s : motion_rate_rad_s(injection_run_.motion, time_s_));
+      node_.move(axis, wanted_rate(axis));
     }
     node_.tick();
   }
@@ -68,8 +140,10 @@ class InjectionRun {
 
   // Until the firmware has detected it.
   void monitor() {
-    for (int i = 0; i < kMonitoredTicks && result_.seen == FAULT_NONE; ++i) {
-      aside_ = injection_run_.motion == Motion::kStandstill && i >= kAsideTicks;
+    const FaultInjection& injected = *injection_run_.fault_injection;
+    double led_rad = angle();
+    for (int i = 0; i < injected.monitored_ticks && result_.seen == FAULT_NONE; ++i) {
+      aside_ = injection_run_.motion == Motion::kStandstill && i >= kAsideTicks && !injected.stays && !again_;
       const bool shows = injection_run_.fault_injection->shows(node_, injection_run_.axis);
       result_.showed = result_.showed || shows;
       if (injection_run_.fault_injection->lasting && !shows) {
@@ -78,6 +152,8 @@ class InjectionRun {
       had_torque_ = node_.mode(injection_run_.axis) != SERVO_OFF;
       tick();
       note_speed();
+      led_rad += static_cast<double>(node_.axis(injection_run_.axis).objects.velocity.demand) * 1e-6 * kTick_s;
+      result_.deviation_rad = std::max(result_.deviation_rad, std::abs(angle() - led_rad));
       result_.latency_ms += shows || (result_.showed && !injection_run_.fault_injection->lasting) ? 1 : 0;
       result_.seen = fault(injection_run_.axis);
     }
@@ -125,12 +201,16 @@ class InjectionRun {
 
   double angle() { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(injection_run_.axis)]; }
 
+  const NodeSetup& setup_;
   InjectionRunSetup injection_run_;
   SplitMix64 random_;
   DrivenNode node_;
   InjectionRunResult result_;
   double time_s_ = 0;
   bool aside_ = false;
+  bool again_ = false;  // after a fault reset
+  double again_from_s_ = 0;
+  std::array<double, kAxes> again_direction_{};
   bool had_torque_ =
       false;  // in the tick before the detection; an axis without torque gets none, whatever the table says
 };

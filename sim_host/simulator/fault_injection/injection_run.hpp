@@ -2,6 +2,9 @@
 #ifndef TRACKSERVO_SIM_FAULT_INJECTION_TRIAL_HPP
 #define TRACKSERVO_SIM_FAULT_INJECTION_TRIAL_HPP
 
+#include <memory>
+#include <vector>
+
 #include "fault_injection/fault_injection.hpp"
 #include "fault_injection/motion.hpp"
 
@@ -15,6 +18,16 @@ struct InjectionRunSetup {
   bool calm;           // without wind: only then a braking distance can be guaranteed
 };
 
+struct InjectionRunResult;
+
+// What came after a fault reset and a new enable: another fault on the same axis.
+struct LaterFault {
+  const FaultInjection *fault_injection;
+  std::shared_ptr<InjectionRunResult> result;  // none: the axis could not be enabled again
+};
+
+constexpr int kLaterFaults = 2;
+
 struct InjectionRunResult {
   bool showed = false;          // the fault could be detected
   fault_id seen = FAULT_NONE;   // the detected fault
@@ -26,6 +39,8 @@ struct InjectionRunResult {
       0;                  // of the joint from then on, until it came to rest or wind moved it: without torque, not calm
   double travel_rad = 0;  // from the tick that reacts to the first standstill
   bool came_to_rest = false;
+  double deviation_rad = 0;  // of the joint from where its set-point led it, from the injection to the detection
+  std::vector<LaterFault> later;
 };
 
 InjectionRunResult run_injection_run(const NodeSetup& setup, const InjectionRunSetup& injection_run);

@@ -31,6 +31,7 @@ class DcMotor {
   // The bridge opens the terminals: its diodes conduct the remaining current against the supply until it is zero. A
   // back-EMF above the supply, which would let current flow again, is not modelled.
   void open_terminals(bool open) { open_ = open; }
+  bool is_open() const { return open_; }
 
   // Share of torque and back-EMF that the magnets still give.
   void weaken(double share) { share_ = share; }

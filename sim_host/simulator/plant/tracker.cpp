@@ -48,8 +48,7 @@ Tracker::Tracker(const PlantConfig& plant, std::uint64_t seed)
       inertia_base_kg_m2_(plant.axis[kAzimuth].inertia_kg_m2),
       inertia_swing_kg_m2_(plant.axis[kAzimuth].inertia_swing_kg_m2),
       pitch_inertia_kg_m2_(plant.axis[kPitch].inertia_kg_m2),
-      supply_voltage_v_(plant.supply.voltage_v),
-      source_resistance_ohm_(plant.supply.source_resistance_ohm),
+      bus_(plant.supply, kPwmPeriod_s),
       pwm_counts_(plant.supply.pwm_counts),
       pwm_count_(1.0 / pwm_counts_) {
   place({0.0, 0.0});
@@ -63,7 +62,7 @@ void Tracker::place(const std::array<double, kAxes>& joint_angle_rad) {
     axis.base_rate_rad_s = axis.base.rate_rad_s(0.0);
   }
   shapes_known_ = false;
-  settle_bus();
+  bus_.settle(0.0);
 }
 
 void Tracker::fit_holding_brakes() {
@@ -83,6 +82,7 @@ void Tracker::power_brake(int axis, bool on) {
 TruthState Tracker::truth() const {
   TruthState truth;
   truth.time_s = static_cast<double>(steps_) * kPwmPeriod_s;
+  truth.bus_voltage_v = bus_.voltage_v();
   for (std::size_t i = 0; i < kAxes; ++i) {
     const Axis& axis = axis_[i];
     truth.joint_angle_rad[i] = axis.joint.angle_rad();
@@ -99,10 +99,13 @@ TruthState Tracker::truth() const {
   return truth;
 }
 
-void Tracker::settle_bus() {
-  const double drawn_a =
-      duty_[kAzimuth] * axis_[kAzimuth].motor.current_a() + duty_[kPitch] * axis_[kPitch].motor.current_a();
-  bus_v_ = supply_voltage_v_ - source_resistance_ohm_ * drawn_a;
+// A bridge with open terminals returns its motor's current through its diodes, which a stiff supply does not notice.
+double Tracker::drawn_a() const {
+  const auto of = [this](std::size_t i) {
+    const double current_a = axis_[i].motor.current_a();
+    return axis_[i].motor.is_open() && bus_.has_capacitor() ? -std::abs(current_a) : duty_[i] * current_a;
+  };
+  return of(kAzimuth) + of(kPitch);
 }
 
 TickSamples Tracker::sample_tick() {
@@ -110,7 +113,7 @@ TickSamples Tracker::sample_tick() {
   for (std::size_t i = 0; i < kAxes; ++i) {
     samples.axis[i] = axis_[i].sensors.sample();
   }
-  samples.bus_voltage_v = axis_[kAzimuth].adc.voltage_v(bus_v_);
+  samples.bus_voltage_v = axis_[kAzimuth].adc.voltage_v(bus_.voltage_v());
   return samples;
 }
 
@@ -118,7 +121,7 @@ PwmSample Tracker::sample_pwm(int axis) {
   const auto i = static_cast<std::size_t>(axis);
   if (bus_sampled_at_ != steps_) {
     bus_sampled_at_ = steps_;
-    bus_sample_v_ = axis_[kAzimuth].adc.voltage_v(bus_v_);
+    bus_sample_v_ = axis_[kAzimuth].adc.voltage_v(bus_.voltage_v());
   }
   return {axis_[i].adc.current_a(axis_[i].motor.current_a()), bus_sample_v_};
 }
@@ -196,7 +199,7 @@ void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
   Axis& axis = axis_[i];
   duty_[i] = realised_duty(duty, pwm_counts_, pwm_count_);
   const double angle_rad = shape_angle_rad_[i] + step.travel_rad[i];
-  axis.motor_nm = axis.motor.step(duty_[i] * bus_v_, step.rate_rad_s[i], angle_rad, bus_v_);
+  axis.motor_nm = axis.motor.step(duty_[i] * bus_.voltage_v(), step.rate_rad_s[i], angle_rad, bus_.voltage_v());
   const double load_nm =
       axis.load.torque_nm(step.middle, angle_rad) + gravity_nm(i, step.travel_rad) + step.coupling_nm[i] - axis.push_nm;
   const double base_rate_end = axis.base.rate_rad_s(step.end);
@@ -234,7 +237,7 @@ void Tracker::step_pwm(const std::array<double, kAxes>& duty) {
   for (std::size_t i = 0; i < kAxes; ++i) {
     step_axis(i, duty[i], step);
   }
-  settle_bus();
+  bus_.step(drawn_a());
   ++steps_;
   step_in_tick_ = step_in_tick_ + 1 == kPwmPerTick ? 0 : step_in_tick_ + 1;
   tick_fraction_ = step.end;

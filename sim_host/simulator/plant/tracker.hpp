@@ -20,6 +20,7 @@
 
 #include "config/plant_config.hpp"
 #include "plant/base_sway.hpp"
+#include "plant/dc_bus.hpp"
 #include "plant/gravity.hpp"
 #include "plant/holding_brake.hpp"
 #include "plant/joint.hpp"
@@ -53,6 +54,11 @@ class Tracker {
 
   // Whether the bridge of an axis leaves its motor's terminals open, from the next period on.
   void open_terminals(int axis, bool open) { axis_[static_cast<std::size_t>(axis)].motor.open_terminals(open); }
+
+  // The share of the bus' capacitance that its capacitor has left.
+  void age_capacitor(double share) { bus_.age_capacitor(share); }
+
+  double bus_voltage_v() const { return bus_.voltage_v(); }
 
   // Adds the holding brakes of the plant; without this call there is none. Only before the first step.
   void fit_holding_brakes();
@@ -109,7 +115,7 @@ class Tracker {
   void step_axis(std::size_t i, double duty, const Step& step);
   bool has_left_the_shapes() const;
   void renew_shapes();
-  void settle_bus();
+  double drawn_a() const;
   double gravity_nm(std::size_t axis, const std::array<double, kAxes>& travel_rad) const;
   double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the last evaluation
 
@@ -121,12 +127,10 @@ class Tracker {
   double inertia_base_kg_m2_;   // J0
   double inertia_swing_kg_m2_;  // J1
   double pitch_inertia_kg_m2_;
-  double supply_voltage_v_;
-  double source_resistance_ohm_;
+  DcBus bus_;
   double pwm_counts_;
   double pwm_count_;  // duty of one count
   std::array<double, kAxes> duty_{};
-  double bus_v_ = 0;  // under the currents and duties at the end of the last step
 
   // Functions of the joint angles only, with their slopes at the angles of the last evaluation.
   std::array<double, kAxes> shape_angle_rad_{};

@@ -27,6 +27,7 @@ struct TruthState {
   std::array<double, kAxes> load_torque_nm{};      // wind + cable + imbalance + coupling + end stop, same sign
   std::array<double, kAxes> end_stop_torque_nm{};  // its share of load_torque_nm
   std::array<double, kAxes> current_a{};
+  double bus_voltage_v = 0;
 };
 
 // Delivered once per 1 ms tick.

@@ -12,7 +12,17 @@
 
 namespace trackservo::sim {
 
+// A sensor that is slow, stale or intermittent. Shares are probabilities in each tick.
+struct BadReadings {
+  int late_ticks = 0;        // each reading is so old
+  int repeats = 1;           // a new reading only every so many ticks
+  double lost_share = 0;     // no reading
+  double garbage_share = 0;  // any reading
+};
+
 struct BrokenAxis {
+  BadReadings encoder;
+  BadReadings gyro;
   bool encoder_lost = false;
   bool encoder_stuck = false;  // repeats its last reading
   bool encoder_reversed = false;
@@ -40,6 +50,8 @@ struct BrokenAxis {
 struct BrokenParts {
   std::array<BrokenAxis, kAxes> axis;
   std::optional<double> bus_reads_v;
+  double bus_capacitor_share = 1;  // left of its capacitance
+  double clock_error = 0;          // the firmware's clock is slow by this share; its tick then lasts longer
 };
 
 }  // namespace trackservo::sim

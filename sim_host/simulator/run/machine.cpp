@@ -17,6 +17,7 @@ struct MachineHal {
     const std::size_t i = static_cast<std::size_t>(axis);
     const std::uint32_t last_angle = samples->joint_angle_turn32;
     *samples = m.samples_.axis[i];
+    m.bad_sensors_[i].apply(m.broken_.axis[i], samples);
     break_encoder(m, i, last_angle, samples);
     break_gyro(m, i, samples);
     samples->mean_current_a = static_cast<float>(m.mean_current_a_[i]);
@@ -25,8 +26,8 @@ struct MachineHal {
 
   static void break_encoder(Machine& m, std::size_t i, std::uint32_t last_angle, hal_axis_samples *samples) {
     const BrokenAxis& broken = m.broken_.axis[i];
-    samples->encoder_failed = broken.encoder_lost;
-    if (broken.encoder_lost) {
+    samples->encoder_failed = samples->encoder_failed || broken.encoder_lost;
+    if (samples->encoder_failed) {
       samples->joint_angle_turn32 = last_angle;
       return;
     }
@@ -152,7 +153,18 @@ Machine::Machine(const PlantConfig& plant, const servo_params& params, std::uint
   }
 }
 
+// A period of the firmware lasts longer or shorter than one of the plant: now and then the plant takes one more, or one
+// less.
+void Machine::run_clock() {
+  clock_periods_ += 1.0 + broken_.clock_error;
+  while (clock_periods_ >= 1.0) {
+    clock_periods_ -= 1.0;
+    tracker_.step_pwm(duty_);
+  }
+}
+
 void Machine::break_parts() {
+  tracker_.age_capacitor(broken_.bus_capacitor_share);
   for (std::size_t i = 0; i < kAxes; ++i) {
     tracker_.hold_joint(static_cast<int>(i), broken_.axis[i].joint_held);
     tracker_.push(static_cast<int>(i), broken_.axis[i].push_nm);
@@ -205,7 +217,7 @@ void Machine::advance_tick() {
         frame_.reset();
       },
       [this](std::uint32_t) {
-        tracker_.step_pwm(duty_);
+        run_clock();
         duty_ = next_duty_;
       });
   samples_ = tracker_.sample_tick();

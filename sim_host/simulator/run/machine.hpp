@@ -14,6 +14,7 @@
 #include "base/firmware.hpp"
 #include "base/random.hpp"
 #include "plant/tracker.hpp"
+#include "run/bad_sensors.hpp"
 #include "run/broken_parts.hpp"
 #include "sensors/camera.hpp"
 
@@ -73,6 +74,7 @@ class Machine {
   friend struct MachineHal;
   static hal hal_of(Machine *machine);
   void break_parts();
+  void run_clock();
   void convert(std::uint32_t period);
   void begin_injection();
 
@@ -91,6 +93,8 @@ class Machine {
   std::array<double, kAxes> injected_a_{};  // in force
   std::optional<CameraFrame> frame_;
   BrokenParts broken_;
+  std::array<BadSensors, kAxes> bad_sensors_;
+  double clock_periods_ = 0;  // that the plant is ahead of the firmware's clock
   // Last readings of the firmware, for sensors that are stuck or reversed.
   std::array<std::uint32_t, kAxes> reported_angle_{};
   std::array<double, kAxes> reported_gyro_rad_s_{};
