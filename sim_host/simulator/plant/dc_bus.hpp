@@ -34,8 +34,8 @@ class DcBus {
   double voltage_v() const { return voltage_v_; }
 
  private:
-  static constexpr double kLeastResistance_ohm = 1e-3;  // of a supply that has none
-  static constexpr double kHysteresis_v = 1.0;          // of the brake resistor's switch
+  static constexpr double kMinResistance_ohm = 1e-3;  // of a supply that has none
+  static constexpr double kHysteresis_v = 1.0;        // of the brake resistor's switch
 
   void charge(double drawn_a) {
     const double per_farad_s = dt_s_ / (share_ * config_.capacitance_f);
@@ -48,9 +48,8 @@ class DcBus {
     const double free_v = (voltage_v_ - per_farad_s * drawn_a) / (1.0 + per_farad_s * conductance_s);
     voltage_v_ = free_v > 0.0 ? free_v : 0.0;
     if (free_v < config_.voltage_v) {  // then the supply conducts
-      const double source_s =
-          1.0 /
-          (config_.source_resistance_ohm > kLeastResistance_ohm ? config_.source_resistance_ohm : kLeastResistance_ohm);
+      const double source_s = 1.0 / (config_.source_resistance_ohm > kMinResistance_ohm ? config_.source_resistance_ohm
+                                                                                        : kLeastResistance_ohm);
       const double fed_v = (free_v + per_farad_s * source_s * config_.voltage_v) / (1.0 + per_farad_s * source_s);
       voltage_v_ = fed_v > 0.0 ? fed_v : 0.0;
     }
