@@ -49,7 +49,7 @@ class DcBus {
     voltage_v_ = free_v > 0.0 ? free_v : 0.0;
     if (free_v < config_.voltage_v) {  // then the supply conducts
       const double source_s = 1.0 / (config_.source_resistance_ohm > kMinResistance_ohm ? config_.source_resistance_ohm
-                                                                                        : kLeastResistance_ohm);
+                                                                                        : kMinResistance_ohm);
       const double fed_v = (free_v + per_farad_s * source_s * config_.voltage_v) / (1.0 + per_farad_s * source_s);
       voltage_v_ = fed_v > 0.0 ? fed_v : 0.0;
     }
