@@ -263,6 +263,88 @@ static void test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_th
   }
 }
 
+/* A sensor with a loose contact is wrong in some ticks only: the count falls as fast as it rises, and has a highest
+ * value, so that what was long ago does not count. */
+static void test_the_count_of_an_unexplained_voltage_rises_and_falls_by_one(void) {
+  bench b = new_bench();
+  b.in.mean_current_a = 5.0f;
+  for (int i = 1; i <= 14; ++i) { /* wrong in three of four ticks: 1 2 3 2 3 4 5 4 5 6 7 6 7 8 */
+    const fault_set found = step(&b, i % 4 == 0 ? 0.0f : -4.5f);
+    TEST_ASSERT_EQUAL_HEX64(i < 14 ? 0 : fault_bit(FAULT_CURRENT_SENSOR), found);
+  }
+  b = new_bench();
+  b.in.mean_current_a = 5.0f;
+  for (int i = 0; i < 100; ++i) { /* wrong in every second tick */
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, i % 2 == 0 ? -4.5f : 0.0f));
+  }
+  for (int i = 0; i < 50; ++i) {
+    (void)step(&b, -4.5f);
+  }
+  for (int i = 0; i < 8; ++i) {
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f));
+  }
+  for (int i = 1; i <= 8; ++i) {
+    TEST_ASSERT_EQUAL_HEX64(i < 8 ? 0 : fault_bit(FAULT_CURRENT_SENSOR), step(&b, -4.5f));
+  }
+}
+
+/* 20 ticks of decay, 10 ticks of a mean over 10 ms that is beyond 0.5 A. */
+static void test_a_current_offset_is_found_in_its_tick(void) {
+  bench b = new_bench();
+  b.in.powered = b.in.closed = b.in.speed_closed = false;
+  b.in.mean_current_a = 4.9f; /* 4.9 (1 - 0.9^n) > 0.5 from n = 2 on */
+  TEST_ASSERT_EQUAL(20 + 2 + 9, ticks_until(&b, FAULT_CURRENT_OFFSET, 50));
+  b.in.powered = true; /* begins anew */
+  run(&b, 3);
+  b.in.powered = false;
+  TEST_ASSERT_EQUAL(20 + 2 + 9, ticks_until(&b, FAULT_CURRENT_OFFSET, 50));
+}
+
+static void test_limits_of_voltage_and_current_are_not_yet_faults(void) {
+  bench b = new_bench();
+  b.in.bus_voltage_v = b.limits.under_voltage_v;
+  run(&b, 100);
+  b.in.bus_voltage_v = b.limits.over_voltage_v;
+  run(&b, 100);
+}
+
+static void test_the_warning_comes_at_90_percent_of_the_continuous_current(void) {
+  bench b = new_bench();
+  b.in.mean_current_a = 16.0f;
+  const double expected_s = -10.0 * log(1.0 - (7.2 * 7.2) / (16.0 * 16.0));
+  double time_s = 0.0;
+  while (!axis_protection_warns(&b.state, &b.limits) && time_s < 5.0) {
+    run(&b, 1);
+    time_s += (double)DT_S;
+  }
+  TEST_ASSERT_DOUBLE_WITHIN(0.01 * expected_s, expected_s, time_s);
+}
+
+/* 2 rad/s^2 in the wrong direction show as 0.5 rad/s^2 in the third tick; 20 ticks of it are a runaway. Less torque,
+ * less acceleration or an error below a tenth of 2060:6 are none. */
+static int ticks_to_runaway(float torque_nm, float acceleration_rad_s2, float reference_rad_s) {
+  bench b = new_bench();
+  b.in.torque_nm = torque_nm;
+  b.in.reference_rad_s = reference_rad_s;
+  for (int ticks = 1; ticks <= 60; ++ticks) {
+    b.rate_rad_s += acceleration_rad_s2 * DT_S;
+    if ((step(&b, 0.0f) & fault_bit(FAULT_RUNAWAY)) != 0) {
+      return ticks;
+    }
+  }
+  return 0;
+}
+
+static void test_a_runaway_needs_torque_acceleration_and_an_error_and_20_ticks(void) {
+  TEST_ASSERT_EQUAL(22, ticks_to_runaway(30.0f, -2.0f, 0.1f));
+  TEST_ASSERT_EQUAL(22, ticks_to_runaway(-30.0f, 2.0f, -0.1f));
+  TEST_ASSERT_EQUAL(22, ticks_to_runaway(20.5f, -2.0f, 0.1f)); /* half of 40 Nm is 20 Nm */
+  TEST_ASSERT_EQUAL(0, ticks_to_runaway(19.5f, -2.0f, 0.1f));
+  TEST_ASSERT_EQUAL(0, ticks_to_runaway(30.0f, -0.45f, 0.1f));
+  TEST_ASSERT_EQUAL(0, ticks_to_runaway(30.0f, 2.0f, 0.5f)); /* in the right direction */
+  TEST_ASSERT_EQUAL(0, ticks_to_runaway(30.0f, -0.6f, 0.01f));
+}
+
 static void test_bus_voltage_is_judged_low_in_operation_only_and_high_always(void) {
   bench b = new_bench();
   b.in.bus_voltage_v = 35.0f;
@@ -464,6 +546,11 @@ int main(void) {
   RUN_TEST(test_i2t_trips_when_the_winding_has_the_heat_of_the_continuous_current);
   RUN_TEST(test_a_reset_forgets_what_was_seen_but_not_how_warm_the_winding_is);
   RUN_TEST(test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_the_winding_is_warm);
+  RUN_TEST(test_the_count_of_an_unexplained_voltage_rises_and_falls_by_one);
+  RUN_TEST(test_a_current_offset_is_found_in_its_tick);
+  RUN_TEST(test_limits_of_voltage_and_current_are_not_yet_faults);
+  RUN_TEST(test_the_warning_comes_at_90_percent_of_the_continuous_current);
+  RUN_TEST(test_a_runaway_needs_torque_acceleration_and_an_error_and_20_ticks);
   RUN_TEST(test_bus_voltage_is_judged_low_in_operation_only_and_high_always);
   RUN_TEST(test_too_fast_is_too_fast_in_the_second_tick_and_in_any_state);
   RUN_TEST(test_an_axis_that_goes_away_from_its_set_point_against_its_torque_runs_away);
