@@ -13,8 +13,8 @@ bool drive_axis_obeys_stimulus(const drive_axis *axis) {
          axis->motion.blocked_direction == 0.0f;
 }
 
-bool drive_axis_turns(const drive_axis *axis) {
-  return axis->state.action == DRIVE_RUN && (axis->stimulated || !profile_at_rest(&axis->motion.ramp));
+bool drive_axis_turns(const drive_axis *axis, const drive_axis_inputs *inputs) {
+  return axis->state.action == DRIVE_RUN && (inputs->stimulus != NULL || !profile_at_rest(&axis->motion.ramp));
 }
 
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
@@ -174,7 +174,6 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
   const bool finite = inputs_are_finite(inputs);
   const drive_feedback feedback = feedback_of(axis, inputs, finite);
   const drive_action action = step_state(axis, objects, inputs, finite, dt_s);
-  axis->stimulated = inputs->stimulus != NULL;
   axis->setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
   return &axis->setpoint.command;
 }

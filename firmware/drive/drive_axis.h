@@ -49,7 +49,6 @@ typedef struct {
   dwell_timer ramp_ended;
   bool following_failed;   /* reported in the last tick */
   drive_setpoint setpoint; /* of the last step */
-  bool stimulated;         /* in the last step an experiment gave the set-point */
   fault_set faults;        /* all of the last step, also those that came while the axis was in another */
   fault_id fault;          /* of 603F; FAULT_NONE when there was none since the last reset */
 } drive_axis;
@@ -58,8 +57,9 @@ typedef struct {
  * stopped at a position limit. */
 bool drive_axis_obeys_stimulus(const drive_axis *axis);
 
-/* Whether the axis is commanded to move: in operation, with a ramp or an experiment that is not at rest. */
-bool drive_axis_turns(const drive_axis *axis);
+/* Whether the axis is commanded to move: in operation, with a ramp that is not at rest or an experiment. `inputs`: of
+ * the last step. */
+bool drive_axis_turns(const drive_axis *axis, const drive_axis_inputs *inputs);
 
 /* Not ready to switch on, off. The first position is within half a turn of the encoder's zero. */
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);

@@ -97,6 +97,13 @@ static void changed_board(void *owner, const od_object *object) {
 
 static const od_hooks board_hooks = {.accept = accept_board, .changed = changed_board};
 
+/* A fault of both axes in the next tick. */
+static void command_fault(servo_node *node, fault_id fault) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    node->axis[i].bus_faults |= fault_bit(fault);
+  }
+}
+
 /* --- storage and bus events ------------------------------------------------------------------------------------- */
 
 /* The values in effect now, as a set to persist; too large for the stack. */
@@ -250,7 +257,7 @@ static void reset_begins(void *context, bool whole_node) {
     return;
   }
   if (!whole_node && any_axis_is_powered(node)) {
-    node->bus_faults |= fault_bit(FAULT_NODE_STOPPED);
+    command_fault(node, FAULT_NODE_STOPPED);
   }
   access_lock_close_all(&node->lock);
   for (int i = 0; i < SERVO_AXES && whole_node; ++i) {
@@ -313,24 +320,24 @@ static bool reset(void *context, bool whole_node, uint32_t step) {
   }
   report_stored(node);
   if ((whole_node || !node->started) && (lost_parameters(node) & ~COB_IDS_COLLIDE) != 0) {
-    node->bus_faults |= fault_bit(FAULT_PARAMETERS_LOST); /* older limits may be wrong: somebody must acknowledge it */
+    command_fault(node, FAULT_PARAMETERS_LOST); /* older limits may be wrong: somebody must acknowledge it */
   }
   return true;
 }
 
 static void heartbeat_lost(void *context, uint8_t node_id) {
   (void)node_id;
-  ((servo_node *)context)->bus_faults |= fault_bit(FAULT_HEARTBEAT_LOST);
+  command_fault(context, FAULT_HEARTBEAT_LOST);
 }
 
 static void rpdo_late(void *context, uint32_t n) {
   (void)n;
-  ((servo_node *)context)->bus_faults |= fault_bit(FAULT_RPDO_LATE);
+  command_fault(context, FAULT_RPDO_LATE);
 }
 
 static void state_changed(void *context, nmt_state state) {
   if (state == NMT_STOPPED) {
-    ((servo_node *)context)->bus_faults |= fault_bit(FAULT_NODE_STOPPED);
+    command_fault(context, FAULT_NODE_STOPPED);
   }
 }
 
@@ -537,11 +544,10 @@ static void gather_inputs(servo_node *node, int i) {
   inputs->voltage_present = node->board.samples.bus_voltage_v >= axis->monitor.limits.under_voltage_v;
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
-  inputs->faults = node->bus_faults | (axis->abandoned ? fault_bit(FAULT_MASTER_SILENT) : 0) |
-                   faults_of_board(health, axis->drive.state.power) |
+  inputs->faults = axis->bus_faults | faults_of_board(health, axis->drive.state.power) |
                    axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position);
-  inputs->warning = axis->left_alone || axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
-  axis->abandoned = false;
+  inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
+  axis->bus_faults = 0;
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
   axis->setpoint_arrived = false;
 }
@@ -568,7 +574,6 @@ void servo_node_tick_taken(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     step_axis(node, i);
   }
-  node->bus_faults = 0;
   servo_board_control(&node->board);
 }
 
@@ -618,6 +623,7 @@ static void report_axis(servo_node *node, int i) {
   axis_monitor_remember(&axis->monitor, i, &node->log);
   drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],
                    &node->board.samples.axis[i]);
+  axis->inputs.warning = axis->inputs.warning || axis->left_alone;
   drive_axis_report(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
   report_faults(node, i);
 }
@@ -633,7 +639,7 @@ static void leave_alone(servo_node *node, int i) {
   }
   node->master.stops++;
   if (objects->option.master_silent == DRIVE_SILENT_FAULT) {
-    axis->abandoned = true;
+    axis->bus_faults |= fault_bit(FAULT_MASTER_SILENT);
     return;
   }
   const bool off = objects->option.master_silent == DRIVE_SILENT_OFF;
@@ -655,7 +661,7 @@ static void supervise_master(servo_node *node) {
     return;
   }
   for (int i = 0; i < SERVO_AXES; ++i) {
-    if (drive_axis_turns(&node->axis[i].drive) && !node->axis[i].left_alone) {
+    if (drive_axis_turns(&node->axis[i].drive, &node->axis[i].inputs) && !node->axis[i].left_alone) {
       leave_alone(node, i);
     }
   }
@@ -702,7 +708,7 @@ bool servo_node_receive(servo_node *node, const can_frame *frame) {
 }
 
 void servo_node_bus_off(servo_node *node) {
-  node->bus_faults |= fault_bit(FAULT_BUS_OFF);
+  command_fault(node, FAULT_BUS_OFF);
   access_lock_close_all(&node->lock);
 }
 

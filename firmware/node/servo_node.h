@@ -43,7 +43,7 @@ typedef struct {
   drive_axis_inputs inputs;    /* of this tick */
   servo_axis_command stimulus; /* of an experiment, when it gives the set-point */
   fault_reports reports;       /* of faults, for EMCY and log */
-  bool abandoned;              /* the master is silent: a fault of the next tick (0x6007 = 1) */
+  fault_set bus_faults;        /* commanded in the next tick */
   bool left_alone;             /* stopped because the master was silent; until the axis is in operation again */
 } servo_node_axis;
 
@@ -69,7 +69,6 @@ typedef struct {
   master_objects master;      /* 0x3040, 0x3041 */
   master_owner master_part;
   bool cob_ids_collide; /* the stored ones did at the last reset: the defaults are in force */
-  fault_set bus_faults; /* command of both axes in the next tick */
   fault_log log;        /* 0x3020 */
   access_lock lock;     /* 0x3040 */
   bool recovering;      /* as configured */

@@ -350,7 +350,10 @@ std::vector<FaultInjection> node_and_bus() {
          n.fall_silent();
        },
        [](DrivenNode& n, int) {
-         const bool both = drive_axis_turns(&n.axis(kAzimuth).drive) && drive_axis_turns(&n.axis(kPitch).drive);
+         const servo_node_axis& azimuth = n.axis(kAzimuth);
+         const servo_node_axis& pitch = n.axis(kPitch);
+         const bool both =
+             drive_axis_turns(&azimuth.drive, &azimuth.inputs) && drive_axis_turns(&pitch.drive, &pitch.inputs);
          return both && canopen_node_silent_ms(&n.node().canopen) + 1 >= n.node().master.longest_silence_ms;
        },
        nothing},
