@@ -124,3 +124,13 @@ void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, c
   hand_to_observer(state, to, before.friction_nm - friction_nm, rates, dt_s);
   state->pi.integral += before.torque_nm - unlimited(*state, to, rates, reference, applied_nm, dt_s).torque_nm;
 }
+
+void speed_loop_restart(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
+                        float holding_nm, float dt_s) {
+  biquad_reset(&state->notch, &params->notch, rates->rate_rad_s);
+  biquad_reset(&state->lowpass, &params->lowpass, rates->rate_rad_s);
+  speed_loop_rates unfiltered = *rates;
+  unfiltered.feedback_rad_s = rates->rate_rad_s;
+  speed_loop_close(state, params, &unfiltered, dt_s);
+  state->pi.integral += holding_nm;
+}

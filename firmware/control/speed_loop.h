@@ -102,4 +102,9 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
 void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, const speed_loop_params *to,
                        const speed_loop_rates *rates, const speed_reference *reference, float applied_nm, float dt_s);
 
+/* Closes a running loop again with other parameters, when the estimates of the old ones are worth nothing: `rates` are
+ * those of the last tick, `holding_nm` is the torque without a rate error. */
+void speed_loop_restart(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
+                        float holding_nm, float dt_s);
+
 #endif

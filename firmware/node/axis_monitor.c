@@ -2,7 +2,17 @@
 
 #include <math.h>
 
-void axis_monitor_reset(axis_monitor *monitor) { axis_protection_reset(&monitor->state); }
+#include "base/scalar.h"
+
+void axis_monitor_reset(axis_monitor *monitor) {
+  axis_protection_reset(&monitor->state);
+  axis_monitor_retuned(monitor);
+}
+
+void axis_monitor_retuned(axis_monitor *monitor) {
+  oscillation_reset(&monitor->swings);
+  monitor->oscillates = false;
+}
 
 static protection_motor motor_of(const servo_axis_params *params) {
   return (protection_motor){
@@ -38,10 +48,64 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->rate_rad_s = axis->signals.rates.rate_rad_s;
 }
 
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position) {
+/* What the torque limits of the last command leave; never less than a tenth of the motor's torque: below it nothing
+ * shakes. */
+static float torque_in_force_nm(const servo_axis_params *params, const servo_axis_command *command) {
+  const float motor_nm = params->current_limit_a * params->torque_constant_nm_a;
+  if (!command->torque_limited) {
+    return motor_nm;
+  }
+  return scalar_clamp(scalar_max(command->limits.maximum_nm, -command->limits.minimum_nm), 0.1f * motor_nm, motor_nm);
+}
+
+static float friction_nm(const servo_axis_params *params) {
+  const lugre_params *lugre = &params->speed.friction.lugre;
+  return scalar_max(lugre->positive.coulomb_nm, lugre->negative.coulomb_nm);
+}
+
+/* The rate that the axis gets from outside. In tracking the camera decides it: an alternating one is slow. */
+static float outer_reference_rad_s(axis_monitor *monitor, const servo_axis *axis, const servo_axis_command *command) {
+  const float increment_rad = angle_difference_rad(command->position, monitor->last_setpoint);
+  monitor->last_setpoint = command->position;
+  switch (axis->mode) {
+    case SERVO_SPEED:
+      return axis->signals.reference.rate_rad_s;
+    case SERVO_POSITION:
+      return increment_rad / SERVO_TICK_S;
+    default:
+      return 0.0f;
+  }
+}
+
+static void look_for_oscillation(axis_monitor *monitor, const servo_board *board, int i, bool suspect) {
+  const servo_axis *axis = &board->app.axis[i];
+  const servo_axis_params *params = &board->app.params.axis[i];
+  const servo_axis_command *command = &board->command.axis[i];
+  const float motor_nm = torque_in_force_nm(params, command);
+  const oscillation_params plant = {.inertia_kg_m2 = params->plant_inertia_kg_m2,
+                                    .friction_nm = scalar_min(friction_nm(params), 0.3f * motor_nm),
+                                    .torque_nm = motor_nm,
+                                    .suspect = suspect};
+  const oscillation_inputs in = {.closed = monitor->seen.speed_closed && monitor->seen.angle_valid,
+                                 .reference_rad_s = outer_reference_rad_s(monitor, axis, command),
+                                 .rate_rad_s = monitor->state.last_step_rad / SERVO_TICK_S,
+                                 .loop_nm = axis->commanded_nm - axis->added_nm,
+                                 .added_nm = axis->added_nm};
+  monitor->oscillates = oscillation_step(&monitor->swings, &plant, &in, SERVO_TICK_S);
+}
+
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position,
+                            bool new_gains) {
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
   look(&monitor->seen, board, axis, position);
-  return axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
+  fault_set found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
+  look_for_oscillation(monitor, board, axis, new_gains);
+  /* In a fast oscillation the voltage of the last PWM period does not belong to the mean current of the tick. */
+  if (new_gains && oscillation_may_begin(&monitor->swings)) {
+    found &= ~fault_bit(FAULT_CURRENT_SENSOR);
+    monitor->state.mismatch_ticks = 0;
+  }
+  return found;
 }
 
 void axis_monitor_learn(axis_monitor *monitor) {

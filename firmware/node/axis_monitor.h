@@ -6,20 +6,29 @@
 #include "drive/drive_motion.h"
 #include "protection/axis_protection.h"
 #include "protection/fault_log.h"
+#include "protection/oscillation.h"
 #include "servo/servo_board.h"
 
 typedef struct {
   protection_limits limits; /* 0x2060, in effect */
   protection_inputs seen;   /* by the last step */
   axis_protection state;
+  oscillation swings;
+  bool oscillates;            /* seen by the last step */
+  angle_turn32 last_setpoint; /* of the position, in the step before */
 } axis_monitor;
 
 /* No fault detected yet; the limits stay. */
 void axis_monitor_reset(axis_monitor *monitor);
 
-/* The faults that the samples of this tick show; `position` is that of the drive in the last tick. Call it between
+/* The faults that the samples of this tick show; `position` is that of the drive in the last tick,
+ * `new_gains`: the active ones are not proven yet. Call it between
  * `servo_board_sample` and `servo_board_control`. */
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position);
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position,
+                            bool new_gains);
+
+/* The gains have changed: an oscillation that the old ones caused no longer counts. */
+void axis_monitor_retuned(axis_monitor *monitor);
 
 /* After each tick, in the deferred task: what the monitors learn from it. */
 void axis_monitor_learn(axis_monitor *monitor);

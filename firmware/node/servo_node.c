@@ -545,7 +545,11 @@ static void gather_inputs(servo_node *node, int i) {
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
   inputs->faults = axis->bus_faults | faults_of_board(health, axis->drive.state.power) |
-                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position);
+                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position,
+                                     axis_tuning_can_take_back(&axis->tuning));
+  if (axis->monitor.oscillates && !axis_tuning_can_take_back(&axis->tuning)) {
+    inputs->faults |= fault_bit(FAULT_OSCILLATION);
+  }
   inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
   axis->bus_faults = 0;
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
@@ -617,9 +621,26 @@ static void record(servo_node *node) {
   scope_step(&node->recorder, states, fault);
 }
 
+/* New gains that make the axis oscillate: the proven ones instead, from the next tick on. */
+static void keep_gains_quiet(servo_node *node, int i) {
+  servo_node_axis *axis = &node->axis[i];
+  if (!axis->monitor.oscillates || !axis_tuning_can_take_back(&axis->tuning)) {
+    axis_tuning_ran(&axis->tuning, axis->monitor.seen.speed_closed && !axis->monitor.oscillates);
+    return;
+  }
+  axis_tuning_take_back(&axis->tuning, &node->board.app.axis[i], &node->board.app.params.axis[i],
+                        axis->monitor.swings.mean_nm, SERVO_TICK_S);
+  axis_monitor_retuned(&axis->monitor);
+  const uint8_t source = (uint8_t)(i + 1);
+  raise_emergency(node, FAULT_GAINS_TAKEN_BACK, source, (uint8_t)FAULT_GAINS_TAKEN_BACK);
+  (void)canopen_node_clear(&node->canopen, source, fault_table[FAULT_GAINS_TAKEN_BACK].code);
+  fault_log_write(&node->log, i, FAULT_GAINS_TAKEN_BACK, node->objects.ticks);
+}
+
 static void report_axis(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   axis_monitor_learn(&axis->monitor);
+  keep_gains_quiet(node, i);
   axis_monitor_remember(&axis->monitor, i, &node->log);
   drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],
                    &node->board.samples.axis[i]);

@@ -156,7 +156,26 @@
        "Current loop bandwidth", "Bandwidth of the first-order closed loop")                                           \
   REAL(0x2055, 6, OD_GUARDED, motor, current_limit_a, 0.0f, 1e4f, 16.0f, "A",                                          \
        "Current limit", "In both directions", current_limit_a)                                                         \
-  END(motor)
+  END(motor)                                                                                                           \
+                                                                                                                       \
+  GROUP(0x2056, 8, plant, "Identified plant", "The axis as identified: gains are checked against it")                  \
+  REAL(0x2056, 1, OD_GUARDED, plant, inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                                       \
+       "Plant inertia", "Largest inertia of the axis within its travel", plant_inertia_kg_m2)                          \
+  DESIGNED(0x2056, 2, OD_GUARDED, plant, least_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                             \
+       "Plant inertia minimum", "Smallest inertia of the axis within its travel")                                      \
+  DESIGNED(0x2056, 3, OD_GUARDED, plant, viscous_nm_s_rad, 0.0f, 1e4f, 8.0f, "N m s/rad",                              \
+       "Plant viscous coefficient", "Friction torque per speed of the sliding seal")                                   \
+  DESIGNED(0x2056, 4, OD_GUARDED, plant, stiffness_nm_rad, 0.0f, 1e9f, 30000.0f, "N m/rad",                            \
+       "Plant bristle stiffness", "sigma0 of the seal; 0: it has no pre-sliding")                                      \
+  DESIGNED(0x2056, 5, OD_GUARDED, plant, damping_nm_s_rad, 0.0f, 1e6f, 300.0f, "N m s/rad",                            \
+       "Plant bristle damping", "sigma1 of the seal")                                                                  \
+  DESIGNED(0x2056, 6, OD_GUARDED, plant, encoder_delay_s, 0.0f, 0.01f, 1e-4f, "s",                                     \
+       "Plant encoder delay", "Age of the angle when the tick samples it")                                             \
+  DESIGNED(0x2056, 7, OD_GUARDED, plant, gyro_delay_s, 0.0f, 0.01f, 2e-4f, "s",                                        \
+       "Plant gyro delay", "Age of the gyro rate when the tick samples it, without its low-pass")                      \
+  DESIGNED(0x2056, 8, OD_GUARDED, plant, gyro_bandwidth_rad_s, 1.0f, 1e6f, 2765.0f, "rad/s",                           \
+       "Plant gyro bandwidth", "First-order low-pass of the gyro")                                                     \
+  END(plant)
 
 /* clang-format on */
 

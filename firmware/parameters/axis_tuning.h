@@ -6,14 +6,23 @@
 #ifndef TRACKSERVO_PARAMETERS_AXIS_TUNING_H
 #define TRACKSERVO_PARAMETERS_AXIS_TUNING_H
 
+#include <stdbool.h>
+
 #include "parameters/axis_parameters.h"
 
 enum { AXIS_TUNING_STAGED = 1, AXIS_TUNING_DIRTY = 2 };
+
+/* Of quiet running until a set is proven: ten periods of the slowest oscillation that is detected. */
+enum { AXIS_TUNING_PROVEN_TICKS = 10000 };
 
 typedef struct {
   axis_parameters staged;
   axis_parameters active;
   axis_parameters previous; /* in effect before the last apply */
+  axis_parameters
+      proven; /* the last set that ran long enough without oscillation; before the first: that of the start */
+  bool proven_is_active;
+  uint32_t quiet_ticks; /* with the active set, a loop closed and no oscillation */
   uint32_t active_crc;
   uint32_t stored_crc;       /* of the stored values; maintained by the owner of the store */
   uint32_t last_result;      /* control_status of the last apply */
@@ -33,6 +42,18 @@ void axis_tuning_revert(axis_tuning *tuning);
 
 /* The set before the last apply becomes staged and active again; twice is a redo. */
 control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
+
+/* Every ms. `closed`: a loop is closed and does not oscillate. After AXIS_TUNING_PROVEN_TICKS of them the active set is
+ * proven. */
+void axis_tuning_ran(axis_tuning *tuning, bool closed);
+
+/* Whether there is a proven set other than the active one. */
+static inline bool axis_tuning_can_take_back(const axis_tuning *tuning) { return !tuning->proven_is_active; }
+
+/* The active set makes the axis oscillate: the proven one becomes active instead, and the loop closes with
+ * `holding_nm`. The staged set stays. */
+void axis_tuning_take_back(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float holding_nm,
+                           float tick_s);
 
 /* Updates `flags`: staged differs from active; active differs from the stored values. */
 void axis_tuning_refresh(axis_tuning *tuning);

@@ -59,6 +59,9 @@ typedef enum {
   FAULT_MOTOR_WEAK = 38,
   /* bus, continued */
   FAULT_MASTER_SILENT = 39,
+  /* the loops of an axis */
+  FAULT_OSCILLATION = 40,
+  FAULT_GAINS_TAKEN_BACK = 41,
   FAULT_COUNT
 } fault_id;
 

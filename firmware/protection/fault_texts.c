@@ -420,6 +420,33 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .cure = "Let the master send something more often than every 3041:1: a heartbeat in 1016 is best. To move an "
                  "axis without supervision, set 6007 to 0.",
          .clear = "Fault reset (6007 = 1), or enable the axis again."},
+    [FAULT_OSCILLATION] =
+        {.name = "oscillation",
+         .detection = "The motor itself sustains an oscillation: several swings of the speed error in a row that no "
+                      "set-point and no external torque explains, or swings of the torque faster than 25 Hz.",
+         .when = "While the speed, position or tracking loop is closed, and the gains that ran before cannot be taken "
+                 "back or oscillate too.",
+         .timer = "",
+         .cause = "The gains do not fit the axis: too high, too much filtering, or the load has changed. Less often: a "
+                  "loose coupling, or a base that gives way.",
+         .check =
+             "rate and torque in the fault log: the period of the oscillation. Compare 2056 with the axis as it is "
+             "now: load, inertia.",
+         .cure = "Restore a gains file that worked, or identify and tune again (servoctl tune). Lower 2000:1 and "
+                 "2020:4 if the load has changed.",
+         .clear = "Fault reset."},
+    [FAULT_GAINS_TAKEN_BACK] =
+        {.name = "gains taken back",
+         .reported_once = true,
+         .detection = "The axis began to oscillate with a newly applied parameter set. The set that ran before without "
+                      "oscillation is active again; the axis stays in operation.",
+         .when = "While the speed, position or tracking loop is closed.",
+         .timer = "",
+         .cause = "A parameter set that makes a loop unstable was applied although the check against the identified "
+                  "plant (2056) had refused it, or 2056 does not describe this axis.",
+         .check = "2070:4 names the active set. Identify the axis again if 2056 is not of this axis.",
+         .cure = "Lower the gain that the check named in 2070:6, or tune again (servoctl tune).",
+         .clear = NOTHING},
 };
 
 const fault_signal fault_signals[FAULT_LOG_SIGNALS] = {

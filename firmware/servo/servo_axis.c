@@ -174,3 +174,11 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
   }
   *in_force = *next;
 }
+
+void servo_axis_replace(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float holding_nm,
+                        float tick_s) {
+  *in_force = *next;
+  if (servo_mode_closes(axis->mode)) {
+    speed_loop_restart(&axis->speed, &next->speed, &axis->signals.rates, holding_nm, tick_s);
+  }
+}

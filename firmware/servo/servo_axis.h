@@ -41,6 +41,7 @@ typedef struct {
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
   float resistance_ohm;       /* of the winding, from the design of the current loop; for protection */
   float current_limit_a;      /* 0 .. 1e4, both directions */
+  float plant_inertia_kg_m2;  /* as identified; for protection */
 } servo_axis_params;
 
 typedef struct {
@@ -93,6 +94,11 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
 /* Changes the parameters between two ticks, without a torque step while a loop is closed. `next` must have passed
  * `servo_axis_check`. */
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
+
+/* The same, where the loop in force makes the axis oscillate: its torque and its estimates are worth nothing. The loop
+ * closes again at the present rate, with `holding_nm` as its torque without a rate error. */
+void servo_axis_replace(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float holding_nm,
+                        float tick_s);
 
 /* Whether a mode closes the current loop and one above it. */
 static inline bool servo_mode_closes(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }

@@ -20,6 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint16_t kLastParameter = 0x205F;
+constexpr std::uint16_t kFirstOptional = 0x2056;  // files of versions before it exist
 constexpr std::uint16_t kLastDesigned = 0x204F;
 constexpr auto kMaxFloat = static_cast<double>(std::numeric_limits<float>::max());
 
@@ -114,9 +115,11 @@ void refuse_unknown_keys(const InputFile& file, const std::vector<const od_entry
 axis_parameters read_device_parameters(const InputFile& file) {
   const std::vector<const od_entry *> rows = rows_up_to(kLastParameter);
   refuse_unknown_keys(file, rows);
-  const ParameterPart part{axis_parameters{}};
+  const ParameterPart part{dictionary::listed_defaults()};
   for (const od_entry *entry : rows) {
-    read_row(file, part, *entry);
+    if (entry->index < kFirstOptional || file.json.contains(key_of(*entry))) {
+      read_row(file, part, *entry);
+    }
   }
   return part.parameters();
 }

@@ -10,7 +10,7 @@
 
 namespace trackservo::gain_design {
 
-// All of 0x2000 to 0x205F must be present; sub-index 0 may be. Throws InputFileError.
+// All of 0x2000 to 0x2055 must be present; 0x2056 and sub-index 0 may be. Throws InputFileError.
 axis_parameters read_device_parameters(const InputFile& file);
 
 // Rows {index, sub, name, unit, before, value} of the results of a gain design: 0x2000 to 0x204F.

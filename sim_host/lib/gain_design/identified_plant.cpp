@@ -45,4 +45,17 @@ void set_friction(axis_parameters& parameters, const lugre_params& friction) {
   parameters.friction.negative = friction.negative;
 }
 
+void set_plant(axis_parameters& parameters, const IdentifiedPlant& plant) {
+  const auto f = [](double value) { return static_cast<float>(value); };
+  const lugre_params& friction = plant.friction;
+  parameters.plant.inertia_kg_m2 = f(plant.inertia_kg_m2);
+  parameters.plant.least_inertia_kg_m2 = f(plant.inertia_kg_m2);
+  parameters.plant.viscous_nm_s_rad = std::min(friction.positive.viscous_nm_s_rad, friction.negative.viscous_nm_s_rad);
+  parameters.plant.stiffness_nm_rad = friction.stiffness_nm_rad;
+  parameters.plant.damping_nm_s_rad = friction.damping_nm_s_rad;
+  parameters.plant.encoder_delay_s = f(std::max(plant.encoder.latency_s, 0.0));
+  parameters.plant.gyro_delay_s = f(std::max(plant.gyro.latency_s, 0.0));
+  parameters.plant.gyro_bandwidth_rad_s = f(2.0 * M_PI * plant.gyro.bandwidth_hz);
+}
+
 }  // namespace trackservo::gain_design

@@ -56,6 +56,9 @@ std::vector<LinearMachine> operating_points(const IdentifiedPlant& plant, double
 // Into the device's parameters, object 0x2030.
 void set_friction(axis_parameters& parameters, const lugre_params& friction);
 
+// Into the device's parameters, object 0x2056: the device checks gains against this plant.
+void set_plant(axis_parameters& parameters, const IdentifiedPlant& plant);
+
 }  // namespace trackservo::gain_design
 
 #endif

@@ -125,6 +125,16 @@ void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
   p.motor.current_limit_a = to_float(motor.current_limit_a);
 }
 
+// The plant that the device checks gains against: the true one, over the whole pitch travel.
+void set_plant(axis_parameters& p, const PlantConfig& plant, int axis, const DesignOptions& options) {
+  if (options.identified) {
+    gain_design::set_plant(p, (*options.identified)[static_cast<std::size_t>(axis)]);
+    return;
+  }
+  gain_design::set_plant(p, true_plant(plant, axis));
+  p.plant.least_inertia_kg_m2 = to_float(min_inertia_kg_m2(plant, axis));
+}
+
 // Everything except the PI. What no rule decides is the default of the parameter list.
 axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerSpec& spec,
                            const DesignOptions& options) {
@@ -137,6 +147,7 @@ axis_parameters without_pi(const PlantConfig& plant, int axis, const ControllerS
   set_tracker(p, options.tracker);
   set_friction(p, spec, assumed_plant.friction);
   set_motor(p, plant, axis);
+  set_plant(p, plant, axis, options);
   return p;
 }
 

@@ -12,6 +12,7 @@ std::vector<FaultTest> list_tests() {
   const std::string moving = "tests/target/test_board_moving.cpp";
   const std::string store = "tests/store/test_stored_set.c";
   const std::string witness = "tests/closed_loop/test_witness.cpp";
+  const std::string shaking = "tests/closed_loop/test_shaking_gains.cpp";
   const std::string reset = "test_what_ends_in_a_reset_is_safe_in_every_motion";
   return {
       {FAULT_ENCODER_LOST, faults, "test_an_axis_without_its_encoder_is_switched_off"},
@@ -26,6 +27,8 @@ std::vector<FaultTest> list_tests() {
       {FAULT_BROWN_OUT_RESET, moving, reset},
       {FAULT_IMAGE_DAMAGED, moving, "test_a_damaged_image_stops_both_axes_while_they_turn_fast"},
       {FAULT_STACK_OVERFLOW, moving, reset},
+      {FAULT_OSCILLATION, shaking, "test_without_gains_to_take_back_the_axis_stops_with_its_own_fault"},
+      {FAULT_GAINS_TAKEN_BACK, shaking, "test_the_gains_that_shook_unnoticed_are_taken_back"},
       {FAULT_PARAMETERS_LOST, store, "test_a_damaged_set_is_skipped_and_reported_until_the_next_save"},
       {FAULT_MOTOR_CONTRADICTS, witness, "test_sensors_that_are_wrong_together_are_found_by_the_motor"},
       {FAULT_MOTOR_WEAK, witness, "test_a_motor_with_half_its_torque_is_found_under_excitation"},
