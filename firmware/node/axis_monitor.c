@@ -86,11 +86,13 @@ static void look_for_oscillation(axis_monitor *monitor, const servo_board *board
                                     .friction_nm = scalar_min(friction_nm(params), 0.3f * motor_nm),
                                     .torque_nm = motor_nm,
                                     .suspect = suspect};
-  const oscillation_inputs in = {.closed = monitor->seen.speed_closed && monitor->seen.angle_valid,
-                                 .reference_rad_s = outer_reference_rad_s(monitor, axis, command),
-                                 .rate_rad_s = monitor->state.last_step_rad / SERVO_TICK_S,
-                                 .loop_nm = axis->commanded_nm - axis->added_nm,
-                                 .added_nm = axis->added_nm};
+  const oscillation_inputs in = {
+      .closed = monitor->seen.speed_closed && monitor->seen.angle_valid,
+      .reference_rad_s = outer_reference_rad_s(monitor, axis, command),
+      .rate_rad_s = monitor->state.last_step_rad / SERVO_TICK_S,
+      .loop_nm = axis->commanded_nm - axis->added_nm,
+      .feedforward_nm = axis->signals.torque.friction_nm + axis->signals.torque.acceleration_nm,
+      .added_nm = axis->added_nm};
   monitor->oscillates = oscillation_step(&monitor->swings, &plant, &in, SERVO_TICK_S);
 }
 

@@ -112,7 +112,7 @@ static bool torque_shakes(oscillation *state, const oscillation_params *params, 
 /* The first swing of a loop with much delay: it accelerates beyond the set-point with full torque, and nothing from
  * outside explains it. */
 static bool drives_away(oscillation *state, const oscillation_params *params, float error_rad_s, float dt_s) {
-  const float wrong_nm = -(state->last_loop_nm - state->mean_nm) * (error_rad_s < 0.0f ? -1.0f : 1.0f);
+  const float wrong_nm = -(state->last_feedback_nm - state->mean_nm) * (error_rad_s < 0.0f ? -1.0f : 1.0f);
   const float size = scalar_abs(state->rate.to - state->rate.from);
   const float smallest = smallest_rad_s(state);
   const bool at_rest = smallest <= VISIBLE_RAD_S;
@@ -141,6 +141,7 @@ bool oscillation_step(oscillation *state, const oscillation_params *params, cons
   state->excited_nm = scalar_max(outside_nm, state->excited_nm * (1.0f - dt_s / EXCITED_FADES_S));
   state->last_error_rad_s = error_rad_s;
   state->last_loop_nm = in->loop_nm;
+  state->last_feedback_nm = in->loop_nm - in->feedforward_nm;
   state->last_reference_rad_s = in->reference_rad_s;
   state->slow_reference_rad_s += (in->reference_rad_s - state->slow_reference_rad_s) * (dt_s / STEPPED_S);
   const float stepped_rad_s = scalar_abs(in->reference_rad_s - state->slow_reference_rad_s);

@@ -28,6 +28,7 @@ typedef struct {
   float reference_rad_s; /* from outside: speed set-point, or the increment of a position set-point; 0 in tracking */
   float rate_rad_s;      /* joint rate of the last tick, from the encoder */
   float loop_nm;         /* commanded in the last tick by the loops, without what was added from outside */
+  float feedforward_nm;  /* the part of it that follows from the set-point alone */
   float added_nm;        /* added from outside: a stimulus, 60B2 */
 } oscillation_inputs;
 
@@ -47,6 +48,7 @@ typedef struct {
   oscillation_swings torque;
   float last_error_rad_s;
   float last_loop_nm;
+  float last_feedback_nm;
   float last_reference_rad_s;
   float slow_reference_rad_s;
   float stepped_rad_s; /* recent changes of the set-point: the loop may still recover from them */

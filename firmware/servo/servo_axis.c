@@ -8,11 +8,12 @@ control_status servo_axis_check(const servo_axis_params *params, float tick_s, f
   const scalar_range ranges[] = {
       {params->torque_constant_nm_a, 1e-6f, 1e4f},
       {params->current_limit_a, 0.0f, 1e4f},
+      {params->plant_inertia_kg_m2, 1e-9f, 1e5f},
   };
   const control_status parts[] = {
       speed_loop_check(&params->speed, tick_s), position_loop_check(&params->position),
       target_tracker_check(&params->tracker),   current_loop_check(&params->current, pwm_period_s),
-      scalar_check_ranges(ranges, 2),
+      scalar_check_ranges(ranges, 3),
   };
   for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
     if (parts[i] != CONTROL_OK) {

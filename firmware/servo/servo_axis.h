@@ -41,7 +41,7 @@ typedef struct {
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
   float resistance_ohm;       /* of the winding, from the design of the current loop; for protection */
   float current_limit_a;      /* 0 .. 1e4, both directions */
-  float plant_inertia_kg_m2;  /* as identified; for protection */
+  float plant_inertia_kg_m2;  /* as identified, 1e-9 .. 1e5; for protection */
 } servo_axis_params;
 
 typedef struct {
