@@ -104,7 +104,7 @@ fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int
   look_for_oscillation(monitor, board, axis, new_gains);
   /* In a fast oscillation the voltage of the last PWM period does not belong to the mean current of the tick. */
   if (new_gains && oscillation_may_begin(&monitor->swings)) {
-    found &= ~fault_bit(FAULT_CURRENT_SENSOR);
+    found &= ~(fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_MOTOR_CONTRADICTS) | fault_bit(FAULT_MOTOR_WEAK));
     monitor->state.mismatch_ticks = 0;
   }
   return found;
