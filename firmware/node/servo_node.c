@@ -172,8 +172,21 @@ static bool any_limits_wait(const servo_node *node) {
   return wait;
 }
 
+/* What is stored starts without a check: gains that were never found stable need the lock for that, too. */
+static bool any_gains_are_unchecked(const servo_node *node) {
+  bool unchecked = false;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    unchecked = unchecked || node->axis[i].tuning.overridden;
+  }
+  return unchecked;
+}
+
 static od_abort save(void *context, uint8_t group) {
   servo_node *node = context;
+  if ((retained_groups(group) & PERSISTED_APPLICATION) != 0 && any_gains_are_unchecked(node) &&
+      !access_lock_is_open(&node->lock)) {
+    return OD_DEVICE_STATE;
+  }
   if ((retained_groups(group) & PERSISTED_APPLICATION) != 0 && any_limits_wait(node)) {
     return OD_INCOMPATIBLE;
   }

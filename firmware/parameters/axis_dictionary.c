@@ -22,12 +22,14 @@ static const od_entry kEntries[] = {
     /* clang-format on */
 
     OD_RECORD_HEAD(0x2070, 9, "Parameter set", "All staged values become active together, or none does"),
-    OD_U8(0x2070, 1, OD_RW, 0, axis_tuning, command, 0, 3, 0, "", "Parameter set command",
-          "1: apply the staged set; 2: copy the active set to the staged set; 3: undo the last apply"),
+    OD_U8(0x2070, 1, OD_RW, 0, axis_tuning, command, 0, 4, 0, "", "Parameter set command",
+          "1: apply the staged set; 2: copy the active set to the staged set; 3: undo the last apply; 4: apply without "
+          "the check of stability (open 0x3040 first)"),
     OD_U32(0x2070, 2, OD_RO, 0, axis_tuning, flags, 0, 3, 0, "", "Parameter set flags",
            "Bit 0: staged set differs from active set; bit 1: active set differs from the one in flash"),
-    OD_U32(0x2070, 3, OD_RO, 0, axis_tuning, last_result, 0, 3, 0, "", "Parameter set result",
-           "Result of the last apply: 0: applied; 1: not finite; 2: out of range; 3: inconsistent"),
+    OD_U32(0x2070, 3, OD_RO, 0, axis_tuning, last_result, 0, 4, 0, "", "Parameter set result",
+           "Result of the last apply: 0: applied; 1: not finite; 2: out of range; 3: inconsistent; "
+           "4: unstable on the identified plant 0x2056"),
     OD_U32(0x2070, 4, OD_RO, 0, axis_tuning, active_crc, 0, INT64_C(0xFFFFFFFF), 0, "", "Active set CRC",
            "CRC-32 of the active set"),
     OD_U32(0x2070, 5, OD_RO, 0, axis_tuning, stored_crc, 0, INT64_C(0xFFFFFFFF), 0, "", "Stored set CRC",

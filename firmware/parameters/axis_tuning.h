@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 
+#include "control/loop_stability.h"
 #include "parameters/axis_parameters.h"
 
 enum { AXIS_TUNING_STAGED = 1, AXIS_TUNING_DIRTY = 2 };
@@ -28,11 +29,25 @@ typedef struct {
   uint32_t last_result;      /* control_status of the last apply */
   parameter_refusal refusal; /* of the last apply: the value that was wrong, in azimuth's indices */
   uint32_t flags;            /* AXIS_TUNING_* bits, updated by axis_tuning_refresh */
-  uint8_t command;           /* 0x2070:1 as last written */
+  bool overridden;           /* the active set was applied without the check of its stability */
+  bool judging;
+  uint32_t judged_crc; /* of the staged set that is being judged */
+  loop_stability judgement;
+  loop_stability_input judged;
+  uint8_t command; /* 0x2070:1 as last written */
 } axis_tuning;
 
 /* Starts with one set as staged, active and previous; refuses a set that does not build and then changes nothing. */
 control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *parameters, servo_axis_params *in_force);
+
+/* Frequencies of one slice, so that two axes leave most of the ms to the rest of the deferred task. */
+enum { AXIS_TUNING_SLICE = 12 };
+
+/* One slice of the check whether the staged set is stable on the plant that it names (0x2056). Call it once per ms
+ * until it is not LOOP_RUNNING any more; it starts again when the staged set has changed. After LOOP_REFUSED `refusal`
+ * names the value that differs most from the active set, and as limits what lies between the two. A set that cannot be
+ * built counts as stable: axis_tuning_apply says what is wrong with it. */
+loop_verdict axis_tuning_judge(axis_tuning *tuning);
 
 /* Staged becomes active, also on a running axis. Call it between ticks. */
 control_status axis_tuning_apply(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
@@ -42,6 +57,9 @@ void axis_tuning_revert(axis_tuning *tuning);
 
 /* The set before the last apply becomes staged and active again; twice is a redo. */
 control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
+
+/* The first half of axis_tuning_undo. */
+void axis_tuning_stage_previous(axis_tuning *tuning);
 
 /* Every ms. `closed`: a loop is closed and does not oscillate. After AXIS_TUNING_PROVEN_TICKS of them the active set is
  * proven. */

@@ -87,6 +87,10 @@ static inline const uint8_t *ask(const uint8_t request[8]) {
   give(0x600 + NODE_ID, 8, request);
   wait_ms(1);
   const can_frame *answer = last_sent(0x580 + NODE_ID);
+  for (int ms = 0; ms < 200 && answer == NULL; ++ms) { /* 2070:1 waits for the check of the gains */
+    wait_ms(1);
+    answer = last_sent(0x580 + NODE_ID);
+  }
   TEST_ASSERT_NOT_NULL_MESSAGE(answer, "the SDO server is silent");
   return answer->data;
 }

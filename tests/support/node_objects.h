@@ -15,7 +15,11 @@ static inline od_object node_object(const servo_node *node, uint16_t index, uint
 
 static inline od_abort node_object_set(const servo_node *node, uint16_t index, uint8_t sub, uint32_t value) {
   const od_object object = node_object(node, index, sub);
-  return od_write(&object, (const uint8_t *)&value, object.entry->bytes);
+  od_abort answer = od_write(&object, (const uint8_t *)&value, object.entry->bytes);
+  while (answer == OD_PENDING && object.entry->index == 0x2070) { /* the check of the gains goes on with each call */
+    answer = od_write(&object, (const uint8_t *)&value, object.entry->bytes);
+  }
+  return answer;
 }
 
 static inline uint32_t node_object_get(const servo_node *node, uint16_t index, uint8_t sub) {

@@ -71,6 +71,19 @@ void DrivenNode::tick() {
   }
 }
 
+// As an SDO server does: a command that is pending is called again in each tick.
+bool DrivenNode::is_written(const od_object& object, const std::uint8_t *bytes) {
+  for (;;) {
+    node_->canopen.sdo_client = 0;  // whose lock it is (0x3040)
+    const od_abort answer = od_write(&object, bytes, object.entry->bytes);
+    node_->canopen.sdo_client = SDO_CHANNELS;
+    if (answer != OD_PENDING) {
+      return answer == OD_OK;
+    }
+    tick();
+  }
+}
+
 void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value) {
   const bool of_axis = index >= 0x2000 && (index < 0x3000 || index >= 0x6000);
   const std::uint16_t shifted = static_cast<std::uint16_t>(index + (of_axis && axis == kPitch ? kAxisShift : 0));
@@ -79,10 +92,8 @@ void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int
   for (int i = 0; i < 8; ++i) {
     bytes[i] = static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * i));
   }
-  node_->canopen.sdo_client = 0;  // whose lock it is (0x3040)
-  const bool written = od_find(servo_node_dictionary(node_.get()), shifted, sub, &object) == OD_OK &&
-                       od_write(&object, bytes, object.entry->bytes) == OD_OK;
-  node_->canopen.sdo_client = SDO_CHANNELS;
+  const bool written =
+      od_find(servo_node_dictionary(node_.get()), shifted, sub, &object) == OD_OK && is_written(object, bytes);
   if (!written) {
     throw std::runtime_error(fmt::format("the node refuses {} in 0x{:04X}:{}", value, shifted, sub));
   }

@@ -79,6 +79,8 @@ class DrivenNode {
   servo_mode mode(int axis) const { return node_->board.app.axis[axis].mode; }
 
  private:
+  bool is_written(const od_object& object, const std::uint8_t *bytes);
+
   std::unique_ptr<servo_node> node_;
   bool has_flash_;
   Machine machine_;

@@ -8,6 +8,7 @@ from .device import Device
 from .parameter import AXES, AXIS_SHIFT, Parameter, shortest
 from .units import number
 
+RESULT_SUB, UNSTABLE = 3, 4
 SET_OBJECT, OBJECT_SUB, LOW_SUB, HIGH_SUB, BOUND_SUB = 0x2070, 6, 7, 8, 9
 
 
@@ -19,6 +20,11 @@ def refusal_text(device: Device, axis: int) -> str | None:
     place, low, high, bound = struct.unpack("<IffI", b"".join(data for data in answers if data is not None))
     if place == 0:
         return None
+    if device.try_upload(SET_OBJECT + AXIS_SHIFT * axis, RESULT_SUB) == struct.pack("<I", UNSTABLE):
+        return (
+            f"the loops would be unstable on the identified plant (2056), mainly since {_value_text(device, axis, place)}; "
+            f"the active set has {number(shortest(low))}."
+        )
     text = f"{_value_text(device, axis, place)}; give {number(shortest(low))} .. {number(shortest(high))}"
     if bound != 0:
         return f"{text}, since {_value_text(device, axis, bound)}."
