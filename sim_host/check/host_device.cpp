@@ -34,7 +34,11 @@ std::uint32_t HostDevice::write(std::uint16_t index, std::uint8_t sub, std::uint
   od_object object;
   const od_abort found = od_find(servo_node_dictionary(&node_.node()), index, sub, &object);
   node_.node().canopen.sdo_client = 0;  // whose lock it is (0x3040)
-  const od_abort answer = found != OD_OK ? found : od_write(&object, data, static_cast<std::uint16_t>(bytes));
+  od_abort answer = found != OD_OK ? found : od_write(&object, data, static_cast<std::uint16_t>(bytes));
+  while (answer == OD_PENDING) {
+    node_.tick();
+    answer = od_write(&object, data, static_cast<std::uint16_t>(bytes));
+  }
   node_.node().canopen.sdo_client = SDO_CHANNELS;
   return answer;
 }
