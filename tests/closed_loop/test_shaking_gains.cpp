@@ -27,6 +27,7 @@ namespace {
 sim::PlantConfig tracker_plant() { return sim::load_plant("sim_host/plants/tracker.toml"); }
 
 struct Caught {
+  loop_verdict verdict = LOOP_RUNNING;  // of the device, before the gains were applied in spite of it
   bool taken_back = false;
   fault_id fault = FAULT_NONE;
   double visible_s = -1.0;   // from the gains to the first visible motion
@@ -52,10 +53,10 @@ Caught shake(const sim::NodeSetup& setup, int axis, const axis_parameters& gains
   }
   servo_node_axis& moved = node.node().axis[axis];
   moved.tuning.staged = gains;
+  Caught caught;
   servo_board& board = node.node().board;
   TEST_ASSERT_EQUAL(
       CONTROL_OK, axis_tuning_apply(&moved.tuning, &board.app.axis[axis], &board.app.params.axis[axis], SERVO_TICK_S));
-  Caught caught;
   double way_rad = 0.0;
   for (int tick = 0; tick < kRunTicks; ++tick) {
     node.set_rate(axis, rate_rad_s);
@@ -196,6 +197,7 @@ void test_the_gains_that_shook_unnoticed_are_taken_back() {
       const Caught caught = shake(setup, sim::kAzimuth, gains, rate_deg_s, 5);
       const std::string text = text_of(fmt::format("{} at {:g} deg/s", shaking.name, rate_deg_s), caught);
       std::printf("%s\n", text.c_str());
+      TEST_ASSERT_EQUAL_MESSAGE(LOOP_REFUSED, caught.verdict, text.c_str());
       TEST_ASSERT_TRUE_MESSAGE(caught.taken_back && is_caught(caught, rate_deg_s), text.c_str());
     }
   }
@@ -239,6 +241,7 @@ void test_random_gains_that_shake_are_taken_back() {
     const bool moving = i % 4 >= 2;
     const double rate_deg_s = moving ? 10.0 : 0.0;
     const Caught caught = shake(setup, axis, gains, rate_deg_s, 100 + static_cast<std::uint64_t>(i));
+    TEST_ASSERT_EQUAL_MESSAGE(LOOP_REFUSED, caught.verdict, text_of(axis, rate_deg_s, gains).c_str());
     if (!is_caught(caught, rate_deg_s)) {
       ++missed;
       std::printf("%s\n", text_of(text_of(axis, rate_deg_s, gains), caught).c_str());

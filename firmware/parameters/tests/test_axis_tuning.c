@@ -95,6 +95,66 @@ static void test_the_flags_say_what_is_staged_and_what_is_not_stored(void) {
   TEST_ASSERT_EQUAL(AXIS_TUNING_STAGED | AXIS_TUNING_DIRTY, flags());
 }
 
+static loop_verdict judge(void) {
+  loop_verdict verdict = LOOP_RUNNING;
+  for (int ms = 0; ms < 300 && verdict == LOOP_RUNNING; ++ms) {
+    verdict = axis_tuning_judge(&tuning);
+  }
+  return verdict;
+}
+
+static void test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_named(void) {
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  tuning.staged.speed_loop.proportional_nm_s_rad = 800.0f;
+  tuning.staged.filters.lowpass_hz = 5.0f;
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
+  TEST_ASSERT_EQUAL(CONTROL_UNSTABLE, tuning.last_result);
+  TEST_ASSERT_EQUAL(CONTROL_UNSTABLE, tuning.refusal.status);
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2040, 4), tuning.refusal.object);
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, tuning.refusal.low);
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, tuning.refusal.high);
+  expect_gains(800.0f, 720.0f);
+}
+
+static void test_the_check_starts_again_when_the_staged_set_changes(void) {
+  tuning.staged.speed_loop.proportional_nm_s_rad = 20000.0f;
+  TEST_ASSERT_EQUAL(LOOP_RUNNING, axis_tuning_judge(&tuning));
+  axis_tuning_revert(&tuning);
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+}
+
+static void test_a_set_that_cannot_be_built_is_left_to_apply(void) {
+  tuning.staged.speed_loop.proportional_nm_s_rad = -1.0f;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, apply(-1.0f));
+}
+
+static void test_a_set_is_proven_after_it_has_run_without_oscillation(void) {
+  TEST_ASSERT_FALSE(axis_tuning_can_take_back(&tuning));
+  TEST_ASSERT_EQUAL(CONTROL_OK, apply(700.0f));
+  TEST_ASSERT_TRUE(axis_tuning_can_take_back(&tuning));
+  for (int ms = 0; ms < AXIS_TUNING_PROVEN_TICKS; ++ms) {
+    axis_tuning_ran(&tuning, false);
+  }
+  TEST_ASSERT_TRUE(axis_tuning_can_take_back(&tuning));
+  for (int ms = 0; ms < AXIS_TUNING_PROVEN_TICKS; ++ms) {
+    TEST_ASSERT_TRUE(axis_tuning_can_take_back(&tuning));
+    axis_tuning_ran(&tuning, true);
+  }
+  TEST_ASSERT_FALSE(axis_tuning_can_take_back(&tuning));
+}
+
+static void test_a_set_that_is_taken_back_is_gone(void) {
+  axis.mode = SERVO_SPEED;
+  TEST_ASSERT_EQUAL(CONTROL_OK, apply(700.0f));
+  axis_tuning_take_back(&tuning, &axis, &in_force, 3.0f, SERVO_TICK_S);
+  expect_gains(700.0f, 720.0f);
+  TEST_ASSERT_FALSE(axis_tuning_can_take_back(&tuning));
+  TEST_ASSERT_EQUAL_FLOAT(3.0f, axis.speed.pi.integral);
+  TEST_ASSERT_EQUAL(CONTROL_OK, axis_tuning_undo(&tuning, &axis, &in_force, SERVO_TICK_S));
+  expect_gains(720.0f, 720.0f);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_start_makes_one_set_staged_active_and_in_force);
@@ -102,5 +162,10 @@ int main(void) {
   RUN_TEST(test_an_applied_set_is_in_force_and_undo_takes_it_back_and_gives_it_again);
   RUN_TEST(test_a_refused_set_stays_staged_and_the_active_one_in_force);
   RUN_TEST(test_the_flags_say_what_is_staged_and_what_is_not_stored);
+  RUN_TEST(test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_named);
+  RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
+  RUN_TEST(test_a_set_that_cannot_be_built_is_left_to_apply);
+  RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);
+  RUN_TEST(test_a_set_that_is_taken_back_is_gone);
   return UNITY_END();
 }
