@@ -55,6 +55,10 @@ Caught shake(const sim::NodeSetup& setup, int axis, const axis_parameters& gains
   moved.tuning.staged = gains;
   Caught caught;
   servo_board& board = node.node().board;
+  caught.verdict = LOOP_RUNNING;
+  while (caught.verdict == LOOP_RUNNING) {
+    caught.verdict = axis_tuning_judge(&moved.tuning);
+  }
   TEST_ASSERT_EQUAL(
       CONTROL_OK, axis_tuning_apply(&moved.tuning, &board.app.axis[axis], &board.app.params.axis[axis], SERVO_TICK_S));
   double way_rad = 0.0;

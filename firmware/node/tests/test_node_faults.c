@@ -155,7 +155,7 @@ static void test_apply_and_undo_of_motor_data_need_the_lock(void) {
   SET(ACCESS, WORD, 0);
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(PARAMETER_SET, 1, 3)); /* undo */
   CHECK_SAME("A", 20.0, (double)node.board.app.params.axis[0].current_limit_a);
-  SET_FLOAT(GAINS, 1, 100.0f);
+  SET_FLOAT(GAINS, 1, 700.0f);
   SET(PARAMETER_SET, 1, 1); /* a set with the same motor data needs none */
   SET(PARAMETER_SET, 1, 3);
   SET(ACCESS, WORD, OPEN);
@@ -182,7 +182,7 @@ static void test_nothing_guarded_changes_while_an_axis_has_torque(void) {
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(PROTECTION, OVERSPEED, 2.0f));
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set_float(MOTOR, CURRENT_LIMIT, 21.0f));
   TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(PARAMETER_SET, 1, 1));
-  SET_FLOAT(GAINS + PITCH, 1, 100.0f); /* gains may */
+  SET_FLOAT(GAINS + PITCH, 1, 700.0f); /* gains may */
   SET(PARAMETER_SET + PITCH, 1, 1);
   command(PITCH, 0);
   SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
