@@ -30,6 +30,7 @@ std::vector<FaultTest> list_tests() {
       {FAULT_OSCILLATION, shaking, "test_without_gains_to_take_back_the_axis_stops_with_its_own_fault"},
       {FAULT_GAINS_TAKEN_BACK, shaking, "test_the_gains_that_shook_unnoticed_are_taken_back"},
       {FAULT_PARAMETERS_LOST, store, "test_a_damaged_set_is_skipped_and_reported_until_the_next_save"},
+      {FAULT_RAM_PARITY, memory, "test_a_parity_error_switches_both_bridges_off_and_resets"},
       {FAULT_MOTOR_CONTRADICTS, witness, "test_sensors_that_are_wrong_together_are_found_by_the_motor"},
       {FAULT_MOTOR_WEAK, witness, "test_a_motor_with_half_its_torque_is_found_under_excitation"},
   };
