@@ -471,6 +471,7 @@ std::vector<FaultInjection> witnesses() {
   list.front().max_overshoot_rad_s = 0.35;
   list.front().max_deviation_rad = 0.05;
   for (FaultInjection& one : list) {
+    one.hidden_because = "it shows only while the axis turns or carries torque";
     if (one.detection == Detection::kTolerated) {
       one.max_deviation_rad = 0.002;
     }
