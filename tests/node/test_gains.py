@@ -115,7 +115,7 @@ def test_refused_values_change_nothing(azimuth):
                       (1.1e6, 0x06090031), (-0.1, 0x06090032)):
         assert abort_of(lambda: azimuth.set(bad, *KP)) == code, bad
     assert abort_of(lambda: azimuth.set(2, 0x2020, 1)) == 0x06090031
-    assert abort_of(lambda: azimuth.set(4, *COMMAND)) == 0x06090031
+    assert abort_of(lambda: azimuth.set(5, *COMMAND)) == 0x06090031
     assert parameters(azimuth) == before
 
 
