@@ -102,7 +102,7 @@ std::vector<NamedSequence> all() {
       towards_end("disable with a deceleration and jerk of one count", false,
                   {{0x6084, 0, 1}, {0x60A4, 1, 1}, {0x605C, 0, 1}, {0x6040, 0, 0x07}}),
       towards_end("disable voltage", true, {{0x6040, 0, 0x00}}),
-      towards_end("speed-loop gains of 0", false, {{0x2000, 1, 0}, {0x2000, 2, 0}, {0x2070, 1, 1}}),
+      towards_end("speed-loop gains of 0", true, {{0x2000, 1, 0}, {0x2000, 2, 0}, {0x2070, 1, 1}}),
       towards_end("mode 0", true, {{0x6060, 0, 0}}),
       towards_end("full torque outwards", true, {{0x6071, 0, 1000, true}, {0x6060, 0, DRIVE_CYCLIC_TORQUE}}),
       towards_end("position limits wide open", true,
@@ -110,7 +110,7 @@ std::vector<NamedSequence> all() {
   };
   list.push_back(towards_end("torque limit of 0", false, {{0x6072, 0, 0}}));
   NamedSequence offset =
-      towards_end("gains of 0 and full torque offset", false,
+      towards_end("gains of 0 and full torque offset", true,
                   {{0x60B2, 0, 1000, true}, {0x2000, 1, 0}, {0x2000, 2, 0}, {0x2020, 1, 0}, {0x2070, 1, 1}});
   offset.mode = DRIVE_CYCLIC_VELOCITY;
   list.push_back(offset);
@@ -125,12 +125,12 @@ std::vector<NamedSequence> all() {
   silence.silent = true;
   silence.seconds = 2.4;
   list.push_back(silence);
-  list.push_back(gains_at_rest("low-pass of 5 Hz at rest", false, 3, {{0x2040, 4, 5}, {0x2070, 1, 1}}));
-  list.push_back(gains_at_rest("low-pass of 20 Hz at rest", false, 3, {{0x2040, 4, 20}, {0x2070, 1, 1}}));
-  list.push_back(gains_at_rest("Kp of 20,000 at rest", false, 3, {{0x2000, 1, 20000}, {0x2070, 1, 1}}));
-  list.push_back(gains_at_rest("Ki of 1e8 at rest", false, 3, {{0x2000, 2, 1e8}, {0x2070, 1, 1}}));
+  list.push_back(gains_at_rest("low-pass of 5 Hz at rest", true, 3, {{0x2040, 4, 5}, {0x2070, 1, 1}}));
+  list.push_back(gains_at_rest("low-pass of 20 Hz at rest", true, 3, {{0x2040, 4, 20}, {0x2070, 1, 1}}));
+  list.push_back(gains_at_rest("Kp of 20,000 at rest", true, 3, {{0x2000, 1, 20000}, {0x2070, 1, 1}}));
+  list.push_back(gains_at_rest("Ki of 1e8 at rest", true, 3, {{0x2000, 2, 1e8}, {0x2070, 1, 1}}));
   list.push_back(proportional_gain("Kp times 10 at rest", true, 3, 10.0));
-  list.push_back(proportional_gain("Kp times 30 at rest", false, 3, 30.0));
+  list.push_back(proportional_gain("Kp times 30 at rest", true, 3, 30.0));
   list.push_back(beyond_half_turn("start at 200 deg, 20 deg/s outwards", false, 200.0, 20.0));
   list.push_back(beyond_half_turn("start at 240 deg, 20 deg/s outwards", false, 240.0, 20.0));
   list.push_back(beyond_half_turn("start at 240 deg, 55 deg/s outwards", false, 240.0, 55.0));
@@ -243,7 +243,9 @@ class SequenceRun {
     for (const double word : {0x06, 0x07, 0x0F}) {
       put(0x6040, 0, word);
     }
-    put(0x60FF, 0, rate_counts);
+    for (int i = 0; i < 3; ++i) {  // csv takes no set-point from before it was enabled
+      put(0x60FF, 0, rate_counts);
+    }
     send(writes);
     const double longest_s = moves ? kLongestRunUp_s : kRest_s;
     const bool stops_by_place = sequence_.approach == Approach::kTowardsEnd;
