@@ -209,6 +209,14 @@ class SequenceRun {
     }
   }
 
+  // In csv the master sends a set-point in each tick, in RPDO 3.
+  void send_rate() {
+    can_frame frame{0x401, 0, 8, {}};
+    const auto rate_counts = static_cast<std::int32_t>(direction_ * sequence_.rate_rad_s * 1e6);
+    std::memcpy(frame.data + (axis_ == kPitch ? sizeof rate_counts : 0), &rate_counts, sizeof rate_counts);
+    master_.send(frame, "RPDO 3");
+  }
+
   void tick(bool master_lives) {
     ticks_++;
     if (sequence_.heartbeats && master_lives && ticks_ % kHeartbeatTicks == 0) {
@@ -216,6 +224,9 @@ class SequenceRun {
     }
     if ((master_lives || !sequence_.silent) && ticks_ % kTalkTicks == 0) {
       master_.keep_alive();
+    }
+    if (streams_) {
+      send_rate();
     }
     master_.step(time_s_);
     node_.tick();
@@ -243,10 +254,9 @@ class SequenceRun {
     for (const double word : {0x06, 0x07, 0x0F}) {
       put(0x6040, 0, word);
     }
-    for (int i = 0; i < 3; ++i) {  // csv takes no set-point from before it was enabled
-      put(0x60FF, 0, rate_counts);
-    }
+    put(0x60FF, 0, rate_counts);
     send(writes);
+    streams_ = sequence_.mode == DRIVE_CYCLIC_VELOCITY;
     const double longest_s = moves ? kLongestRunUp_s : kRest_s;
     const bool stops_by_place = sequence_.approach == Approach::kTowardsEnd;
     while (time_s_ < longest_s && !(stops_by_place && direction_ * (limit() - angle()) < distance_rad_)) {
@@ -289,6 +299,7 @@ class SequenceRun {
   EventLog *log_;
   SequenceResult result_;
   double last_rate_rad_s_ = 0;
+  bool streams_ = false;
   double time_s_ = 0;
   int ticks_ = 0;
 };

@@ -155,7 +155,10 @@ void RandomMaster::go(int axis, std::int8_t mode, double rate_rad_s) {
       command(axis, 0x003F);
       break;
     case DRIVE_CYCLIC_POSITION:
-      stream_[static_cast<std::size_t>(axis)] = {100 + below(2000), rate_rad_s, joint_angle(axis)};
+      stream_[static_cast<std::size_t>(axis)] = {100 + below(2000), rate_rad_s, joint_angle(axis), false};
+      break;
+    case DRIVE_CYCLIC_VELOCITY:
+      stream_[static_cast<std::size_t>(axis)] = {100 + below(2000), rate_rad_s, 0.0, true};
       break;
     case DRIVE_CYCLIC_TORQUE:
       put(axis, 0x6071, 0, 2, std::llround(direction * uniform(200.0, 1000.0)));
@@ -422,18 +425,23 @@ void RandomMaster::send_rpdo(int n, bool stream) {
   master_->send(frame, master_->explains() ? "RPDO " + std::to_string(n + 1) : "");
 }
 
-// As a master in csp does: a position for each tick, in the RPDO that carries it by default.
+// As a master in csp and csv does: a set-point for each tick, in the RPDO that carries it by default.
 void RandomMaster::stream() {
+  constexpr int kRates = 2;
   constexpr int kPositions = 3;
-  bool moves = false;
+  bool rates = false;
+  bool positions = false;
   for (Stream& one : stream_) {
     if (one.ticks_left > 0) {
       one.ticks_left--;
       one.position_rad += one.rate_rad_s * kTick_s;
-      moves = true;
+      (one.of_rate ? rates : positions) = true;
     }
   }
-  if (moves) {
+  if (rates) {
+    send_rpdo(kRates, true);
+  }
+  if (positions) {
     send_rpdo(kPositions, true);
   }
 }

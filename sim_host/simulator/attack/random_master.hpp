@@ -56,6 +56,7 @@ class RandomMaster {
     int ticks_left = 0;
     double rate_rad_s = 0;
     double position_rad = 0;
+    bool of_rate = false;  // csv: the rate itself
   };
 
   double uniform(double low, double high) { return low + (high - low) * random_.uniform(); }
