@@ -40,12 +40,15 @@ void hal_sample(hal *machine, int axis, hal_axis_samples *samples);
 /* Conditions that prevent an axis from being driven. */
 typedef enum {
   HAL_GOOD = 0,
-  HAL_NOT_READY,    /* a self-test failed */
-  HAL_OVER_CURRENT, /* beyond the measuring range; a broken sensor wire reads the same */
-  HAL_POWER_STAGE,  /* the driver's fault input */
-  HAL_TOO_HOT,      /* the heat sink */
-  HAL_TIMING_LOST,  /* tick or PWM period came too late; a reset follows */
-  HAL_IMAGE_DAMAGED /* the program memory is damaged; until it is programmed again */
+  HAL_NOT_READY,         /* a self-test failed */
+  HAL_OVER_CURRENT,      /* beyond the measuring range; a broken sensor wire reads the same */
+  HAL_POWER_STAGE,       /* the driver's fault input */
+  HAL_TOO_HOT,           /* the heat sink */
+  HAL_TIMING_LOST,       /* tick or PWM period came too late; a reset follows */
+  HAL_IMAGE_DAMAGED,     /* the program memory is damaged; until it is programmed again */
+  HAL_SAFE_TORQUE_OFF,   /* both channels of STO have removed the torque, without this program */
+  HAL_SAFE_TORQUE_FAULT, /* the channels of STO contradict each other or the driver's enable */
+  HAL_CLOCK_WRONG        /* the clock contradicts the other oscillator */
 } hal_health;
 
 /* Scales of the board's amplifiers and dividers for a current and a voltage. */
@@ -68,6 +71,24 @@ hal_health hal_axis_health(hal *machine, int axis);
 
 /* On: the bridge applies the duty; off: the motor's terminals are open. */
 void hal_power_bridge(hal *machine, int axis, bool on);
+
+/* Holding brake: current in its coil releases it, its spring engages it. It engages with the torque off by STO, too. */
+void hal_release_brake(hal *machine, int axis, bool release);
+
+/* The brake's contact: released. false without a contact. */
+bool hal_brake_is_released(hal *machine, int axis);
+
+/* What the board reads back, for a client: a sum. */
+enum {
+  HAL_STATUS_STO_A = 0x01, /* channel A permits torque */
+  HAL_STATUS_STO_B = 0x02,
+  HAL_STATUS_BRAKE_AZIMUTH = 0x04, /* contact: released */
+  HAL_STATUS_BRAKE_PITCH = 0x08,
+  HAL_STATUS_RAM_PARITY = 0x10,       /* option bit set */
+  HAL_STATUS_WRITE_PROTECTION = 0x20, /* of the program's pages in flash */
+  HAL_STATUS_READ_PROTECTION = 0x40   /* of the flash, against a debugger */
+};
+uint32_t hal_status(hal *machine);
 
 /* --- once per PWM period (20 kHz) --- */
 

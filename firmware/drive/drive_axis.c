@@ -9,7 +9,7 @@
 #define QUARTER_TURN (INT64_C(1) << 30)
 
 bool drive_axis_obeys_stimulus(const drive_axis *axis) {
-  return axis->state.action == DRIVE_RUN && axis->motion.mode == DRIVE_NO_MODE &&
+  return axis->state.action == DRIVE_RUN && axis->brake.opened && axis->motion.mode == DRIVE_NO_MODE &&
          axis->motion.blocked_direction == 0.0f;
 }
 
@@ -66,7 +66,8 @@ _Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_REPORT && (int)DRIVE_FAULT_S
 static fault_set faults_of(const drive_axis *axis, const drive_axis_inputs *inputs, bool finite) {
   const bool unusable = (inputs->implausible || !finite) && axis->state.action != DRIVE_BRAKE;
   return inputs->faults | (unusable ? fault_bit(FAULT_IMPLAUSIBLE) : 0) |
-         (axis->following_failed ? fault_bit(FAULT_FOLLOWING_ERROR) : 0);
+         (axis->following_failed ? fault_bit(FAULT_FOLLOWING_ERROR) : 0) |
+         (axis->brake.failed ? fault_bit(FAULT_HOLDING_BRAKE) : 0);
 }
 
 static uint32_t distance_between(int32_t a, int32_t b) {
@@ -87,14 +88,19 @@ static drive_action step_state(drive_axis *axis, const drive_objects *objects, c
   const drive_power_state before = axis->state.power;
   axis->faults = faults_of(axis, inputs, finite);
   const fault_id found = fault_worst(axis->faults);
+  const bool over = stop_is_over(axis, objects, inputs->rate_rad_s, dt_s);
+  const bool waits = axis->state.ends_off && inputs->brake.engage_s > 0.0f; /* for the brake, with torque */
   const drive_state_inputs in = {
       .controlword = objects->state.controlword,
       .fault = (drive_fault)fault_table[found].reaction,
       .ready = inputs->ready,
       .voltage_present = inputs->voltage_present,
-      .stopped = stop_is_over(axis, objects, inputs->rate_rad_s, dt_s),
+      .stopped = waits ? holding_brake_has_engaged(&axis->brake, &inputs->brake) : over,
   };
   const drive_action action = drive_state_step(&axis->state, &objects->state.option, &in);
+  const bool torque_stands = action != DRIVE_OFF && action != DRIVE_BRAKE;
+  const bool engages = waits && axis->state.ends_off && (over || !axis->brake.coil_on); /* once, without chatter */
+  holding_brake_step(&axis->brake, &inputs->brake, torque_stands && !engages, inputs->brake_contact_open, dt_s);
   if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE) {
     axis->fault = found;
   } else if (before == DRIVE_FAULT && axis->state.power != DRIVE_FAULT) {
@@ -174,7 +180,9 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
   const bool finite = inputs_are_finite(inputs);
   const drive_feedback feedback = feedback_of(axis, inputs, finite);
   const drive_action action = step_state(axis, objects, inputs, finite, dt_s);
-  axis->setpoint = drive_motion_step(&axis->motion, objects, action, &feedback, dt_s);
+  /* An axis whose brake has not opened yet holds its position, as when it is halted. */
+  const drive_action motion = action == DRIVE_RUN && !axis->brake.opened ? DRIVE_SLOW_DOWN : action;
+  axis->setpoint = drive_motion_step(&axis->motion, objects, motion, &feedback, dt_s);
   return &axis->setpoint.command;
 }
 

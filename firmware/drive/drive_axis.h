@@ -18,6 +18,7 @@
 #include "drive/drive_state.h"
 #include "drive/drive_units.h"
 #include "drive/dwell_timer.h"
+#include "drive/holding_brake.h"
 #include "protection/fault_table.h"
 #include "servo/servo_axis.h"
 
@@ -34,6 +35,8 @@ typedef struct {
   bool warning;
   bool remote;                        /* the controlword is executed: the node is not stopped */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, also with the same value */
+  holding_brake_times brake;          /* of the axis' holding brake */
+  bool brake_contact_open;            /* its contact reports that it is released */
   const servo_axis_command *stimulus; /* of an experiment, used in operation with 6060 = 0; or NULL */
   fault_set faults;                   /* as seen outside the drive */
 } drive_axis_inputs;
@@ -47,14 +50,15 @@ typedef struct {
   dwell_timer velocity_reached;
   dwell_timer moving;
   dwell_timer ramp_ended;
+  holding_brake brake;     /* `coil_on` is its output */
   bool following_failed;   /* reported in the last tick */
   drive_setpoint setpoint; /* of the last step */
   fault_set faults;        /* all of the last step, also those that came while the axis was in another */
   fault_id fault;          /* of 603F; FAULT_NONE when there was none since the last reset */
 } drive_axis;
 
-/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation selected, and not
- * stopped at a position limit. */
+/* Whether an experiment may give the set-point: in operation, not halted, no mode of operation selected, holding brake
+ * released, and not stopped at a position limit. */
 bool drive_axis_obeys_stimulus(const drive_axis *axis);
 
 /* Whether the axis is commanded to move: in operation, with a ramp that is not at rest or an experiment. `inputs`: of

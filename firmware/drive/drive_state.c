@@ -74,6 +74,7 @@ static drive_action leave(drive_state *state, drive_power_state next, int16_t op
     state->power = next;
     return DRIVE_OFF;
   }
+  state->ends_off = true;
   return stop;
 }
 
@@ -108,6 +109,7 @@ static drive_action quick_stop_active(drive_state *state, const drive_options *o
     state->power = DRIVE_OPERATION_ENABLED;
     return DRIVE_RUN;
   }
+  state->ends_off = !stays;
   return stop;
 }
 
@@ -144,6 +146,7 @@ static drive_action brake(drive_state *state) {
 static drive_action brake_by_loop(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   const drive_action action = action_of_option(fault_reaction_of(options));
   const bool over = in->stopped || action == DRIVE_OFF || ++state->reaction_ticks > DRIVE_LONGEST_REACTION_TICKS;
+  state->ends_off = true;
   return over ? end_reaction(state) : action;
 }
 
@@ -202,6 +205,7 @@ drive_action drive_state_step(drive_state *state, const drive_options *options, 
   const bool reset_bit = (in->controlword & DRIVE_CONTROL_FAULT_RESET) != 0;
   const bool reset_edge = reset_bit && !state->reset_bit_before;
   state->reset_bit_before = reset_bit;
+  state->ends_off = false;
   state->action = next_action(state, options, in, reset_edge);
   return state->action;
 }

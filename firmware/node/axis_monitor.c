@@ -147,6 +147,13 @@ drive_machine axis_monitor_machine(const axis_monitor *monitor, const servo_axis
                          .inertia_kg_m2 = params->speed.observer.inertia_kg_m2};
 }
 
+holding_brake_times axis_monitor_brake(const axis_monitor *monitor) {
+  const protection_limits *limits = &monitor->limits;
+  return (holding_brake_times){.release_s = limits->brake_release_s,
+                               .engage_s = limits->brake_engage_s,
+                               .feedback_used = limits->brake_feedback >= 0.5f};
+}
+
 drive_travel axis_monitor_default_travel(const axis_monitor *monitor) {
   const int32_t margin = 174533; /* 1 degree */
   const drive_travel hard = hard_travel(&monitor->limits);

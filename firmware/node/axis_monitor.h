@@ -4,6 +4,7 @@
 #define TRACKSERVO_NODE_AXIS_MONITOR_H
 
 #include "drive/drive_motion.h"
+#include "drive/holding_brake.h"
 #include "protection/axis_protection.h"
 #include "protection/fault_log.h"
 #include "protection/oscillation.h"
@@ -38,6 +39,9 @@ void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log
 
 /* Limits of the axis for its drive: from 0x2060, motor and inertia of its parameters. */
 drive_machine axis_monitor_machine(const axis_monitor *monitor, const servo_axis_params *params);
+
+/* Of the axis' holding brake, from 0x2060. */
+holding_brake_times axis_monitor_brake(const axis_monitor *monitor);
 
 /* The default of 607D: the hard travel less 1 degree at each end, so that a ramp to 607D stops well before the fault.
  * {0, 0}, which limits nothing, without a hard travel or when it is less than 4 degrees. */

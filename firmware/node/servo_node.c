@@ -542,7 +542,10 @@ static fault_set faults_of_board(hal_health health, drive_power_state power) {
                                       [HAL_POWER_STAGE] = FAULT_POWER_STAGE,
                                       [HAL_TOO_HOT] = FAULT_OVER_TEMPERATURE,
                                       [HAL_TIMING_LOST] = FAULT_TICK_LATE,
-                                      [HAL_IMAGE_DAMAGED] = FAULT_IMAGE_DAMAGED};
+                                      [HAL_IMAGE_DAMAGED] = FAULT_IMAGE_DAMAGED,
+                                      [HAL_SAFE_TORQUE_OFF] = FAULT_SAFE_TORQUE_OFF,
+                                      [HAL_SAFE_TORQUE_FAULT] = FAULT_SAFE_TORQUE_FAULT,
+                                      [HAL_CLOCK_WRONG] = FAULT_CLOCK};
   if (health == HAL_GOOD || (health == HAL_NOT_READY && power == DRIVE_NOT_READY)) {
     return 0;
   }
@@ -563,6 +566,8 @@ static void gather_inputs(servo_node *node, int i) {
   if (axis->monitor.oscillates && !axis_tuning_can_take_back(&axis->tuning)) {
     inputs->faults |= fault_bit(FAULT_OSCILLATION);
   }
+  inputs->brake = axis_monitor_brake(&axis->monitor);
+  inputs->brake_contact_open = inputs->brake.feedback_used && hal_brake_is_released(node->board.machine, i);
   inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
   axis->bus_faults = 0;
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
@@ -592,6 +597,9 @@ void servo_node_tick_taken(servo_node *node) {
     step_axis(node, i);
   }
   servo_board_control(&node->board);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    hal_release_brake(node->board.machine, i, node->axis[i].drive.brake.coil_on);
+  }
 }
 
 /* --- after it ----------------------------------------------------------------------------------------------------- */
@@ -706,6 +714,7 @@ void servo_node_serve(servo_node *node) {
     report_axis(node, i);
   }
   node->objects.ticks++;
+  node->objects.board_status = hal_status(node->board.machine);
   record(node);
   access_lock_tick(&node->lock);
   node->lock.powered = any_axis_is_powered(node);

@@ -47,10 +47,11 @@ typedef struct {
   bool left_alone;             /* stopped because the master was silent; until the axis is in operation again */
 } servo_node_axis;
 
-/* 0x3010, 0x3030, 0x3031 and 0x3050. */
+/* 0x3010, 0x3030, 0x3031, 0x3050 and 0x3061. */
 typedef struct {
   uint32_t ticks;
   uint32_t schema_hash;
+  uint32_t board_status; /* HAL_STATUS_ bits */
   persisted_report persisted_set;
   bus_objects bus;
 } servo_node_objects;

@@ -39,6 +39,11 @@ static const od_entry kEntries[] = {
           "Active from the next start-up; 255: none"),
     OD_U16(0x3050, 4, OD_RO, 0, servo_node_objects, bus.stored.kbit_s, 125, 1000, 1000, "kbit/s", "Stored bit rate",
            "Active from the next start-up"),
+    OD_RECORD_HEAD(0x3061, 1, "Board state", "What the board reads back of its safety functions"),
+    OD_U32(0x3061, 1, OD_RO, OD_TPDO, servo_node_objects, board_status, 0, U32_HIGHEST, 0, "", "Board status",
+           "Sum: 1, 2: STO channels A, B permit torque; 4, 8: azimuth, pitch brake released; 16: RAM parity on; 32: "
+           "program "
+           "write-protected; 64: flash read-protected"),
 };
 
 const od_table shared_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

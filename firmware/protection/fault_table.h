@@ -62,6 +62,12 @@ typedef enum {
   /* the loops of an axis */
   FAULT_OSCILLATION = 40,
   FAULT_GAINS_TAKEN_BACK = 41,
+  /* the board's safety path */
+  FAULT_HOLDING_BRAKE = 42,
+  FAULT_SAFE_TORQUE_OFF = 43,
+  FAULT_SAFE_TORQUE_FAULT = 44,
+  FAULT_CLOCK = 45,
+  FAULT_OPTION_BYTES = 46,
   FAULT_COUNT
 } fault_id;
 

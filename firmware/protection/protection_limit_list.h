@@ -56,7 +56,13 @@
   LIMIT(22, motor_tolerance, 0.0f, 0.9f, 0.32f, "", "Motor data tolerance",                                            \
         "How far Ke and R may differ from 2055; 0: the motor is not compared with the sensors")                        \
   LIMIT(23, back_emf_error_v, 0.01f, 1e3f, 0.5f, "V", "Back-EMF error",                                                \
-        "Largest error of the back-EMF besides that of R and Ke: dead time, offsets of current and voltage")
+        "Largest error of the back-EMF besides that of R and Ke: dead time, offsets of current and voltage")           \
+  LIMIT(24, brake_release_s, 0.0f, 10.0f, 0.0f, "s", "Brake release time",                                             \
+        "From current in the coil of the holding brake until the axis may move; 0: no holding brake")                  \
+  LIMIT(25, brake_engage_s, 0.0f, 10.0f, 0.0f, "s", "Brake engage time",                                               \
+        "Torque is held this long after a stop, until the holding brake has engaged; 0: no holding brake")             \
+  LIMIT(26, brake_feedback, 0.0f, 1.0f, 0.0f, "", "Brake feedback",                                                    \
+        "1: the contact of the holding brake is monitored; 0: it has none")
 
 /* clang-format on */
 

@@ -13,3 +13,11 @@ float hal_bus_voltage_v(hal *machine) { return machine->bus_voltage_v(machine->m
 void hal_set_duty(hal *machine, int axis, float duty) { machine->set_duty(machine->machine, axis, duty); }
 
 void hal_set_scales(hal *machine, const hal_scales *scales) { machine->set_scales(machine->machine, scales); }
+
+void hal_release_brake(hal *machine, int axis, bool release) {
+  machine->release_brake(machine->machine, axis, release);
+}
+
+bool hal_brake_is_released(hal *machine, int axis) { return machine->brake_is_released(machine->machine, axis); }
+
+uint32_t hal_status(hal *machine) { return machine->status(machine->machine); }

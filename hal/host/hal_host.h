@@ -19,6 +19,9 @@ struct hal {
   float (*bus_voltage_v)(void *machine);
   void (*set_duty)(void *machine, int axis, float duty);
   void (*set_scales)(void *machine, const hal_scales *scales);
+  void (*release_brake)(void *machine, int axis, bool release);
+  bool (*brake_is_released)(void *machine, int axis);
+  uint32_t (*status)(void *machine);
 };
 
 #ifdef __cplusplus

@@ -7,11 +7,13 @@
 #include "hot_code.h"
 #include "interrupts.h"
 #include "pins.h"
+#include "ram_parity.h"
 #include "ram_test.h"
 #include "reset_cause.h"
 #include "sensors/thermistor.h"
 #include "tick_timer.h"
 #include "unique_id.h"
+#include "version_block.h"
 #include "watchdog.h"
 
 enum { PERIODS_PER_TICK = 20, PERIOD_US = 50, TICK_AFTER_PERIOD_US = 22 };
@@ -73,8 +75,20 @@ static void take_currents(void) {
 
 static void lose_timing(void) {
   board.timing_lost = true;
-  bridge_trip(0);
-  bridge_trip(1);
+  for (int axis = 0; axis < 2; ++axis) {
+    bridge_trip(axis);
+    pins_release_brake(axis, false);
+  }
+}
+
+/* Channel A has removed the drivers' enable already; without the timers' outputs nothing switches when it returns. */
+static void follow_safe_torque(void) {
+  const safe_torque_inputs inputs = safe_torque_read();
+  board.safe_torque_state = safe_torque_step(&board.safe_torque, &inputs);
+  if (board.safe_torque_state != SAFE_TORQUE_ON) {
+    trip(0, HAL_SAFE_TORQUE_OFF);
+    trip(1, HAL_SAFE_TORQUE_OFF);
+  }
 }
 
 static void switch_off_without_tick(void) {
@@ -128,6 +142,7 @@ void tim6_dac_interrupt(void) {
     return;
   }
   board.periods_since_tick = 0;
+  follow_safe_torque();
   for (int axis = 0; axis < 2; ++axis) {
     board_take_samples(&board, axis);
   }
@@ -151,15 +166,9 @@ void fdcan1_it0_interrupt(void) {
   can_send_waiting();
 }
 
-void tim1_brk_interrupt(void) {
-  bridge_break_interrupt(0);
-  board.tripped[0] = HAL_POWER_STAGE;
-}
+void tim1_brk_interrupt(void) { board.tripped[0] = bridge_break_interrupt(0) ? HAL_SAFE_TORQUE_OFF : HAL_POWER_STAGE; }
 
-void tim8_brk_interrupt(void) {
-  bridge_break_interrupt(1);
-  board.tripped[1] = HAL_POWER_STAGE;
-}
+void tim8_brk_interrupt(void) { board.tripped[1] = bridge_break_interrupt(1) ? HAL_SAFE_TORQUE_OFF : HAL_POWER_STAGE; }
 
 /* --- hal.h ------------------------------------------------------------------------------------------------------ */
 
@@ -178,6 +187,9 @@ hal_health hal_axis_health(hal *machine, int axis) {
   if (machine->timing_lost) {
     return HAL_TIMING_LOST;
   }
+  if (machine->safe_torque_state != SAFE_TORQUE_ON) {
+    return machine->safe_torque_state == SAFE_TORQUE_OFF ? HAL_SAFE_TORQUE_OFF : HAL_SAFE_TORQUE_FAULT;
+  }
   if (bridge_fault(axis)) {
     return machine->tripped[axis] == HAL_GOOD ? HAL_POWER_STAGE : machine->tripped[axis];
   }
@@ -192,6 +204,25 @@ void hal_power_bridge(hal *machine, int axis, bool on) {
   const bool powered = on && passed_its_tests(machine, axis) && ram_test_passed() && !machine->timing_lost;
   machine->powered[axis] = powered;
   bridge_power(axis, powered);
+}
+
+/* Only where torque can stand. */
+void hal_release_brake(hal *machine, int axis, bool release) {
+  pins_release_brake(axis, release && machine->powered[axis] && !bridge_fault(axis));
+}
+
+bool hal_brake_is_released(hal *machine, int axis) {
+  (void)machine;
+  return pins_brake_is_released(axis);
+}
+
+static uint32_t bit_if(bool condition, uint32_t bit) { return condition ? bit : 0; }
+
+uint32_t hal_status(hal *machine) {
+  const safe_torque_inputs torque = safe_torque_read();
+  return machine->option_status | bit_if(torque.channel_a, HAL_STATUS_STO_A) |
+         bit_if(torque.channel_b, HAL_STATUS_STO_B) | bit_if(pins_brake_is_released(0), HAL_STATUS_BRAKE_AZIMUTH) |
+         bit_if(pins_brake_is_released(1), HAL_STATUS_BRAKE_PITCH);
 }
 
 float hal_current_a(hal *machine, int axis) { return machine->current_a[axis]; }
@@ -223,6 +254,20 @@ static const hal_scales scales_at_first = {
 
 static void wait_for_flash(void *context) { hal_board_background(context); }
 
+/* The pages of the image lie in bank 1, from page 0 on. */
+static bool image_is_write_protected(void) {
+  const uint32_t page_bytes = 2048;
+  const uint32_t last_page = (image_version_block.image_bytes - 1u) / page_bytes;
+  return field_get(FLASH->wrp1ar, FLASH_WRP1AR_WRP1A_STRT) == 0 &&
+         field_get(FLASH->wrp1ar, FLASH_WRP1AR_WRP1A_END) >= last_page;
+}
+
+static uint32_t option_status(void) {
+  return bit_if(ram_parity_is_on(), HAL_STATUS_RAM_PARITY) |
+         bit_if(image_is_write_protected(), HAL_STATUS_WRITE_PROTECTION) |
+         bit_if(field_get(FLASH->optr, FLASH_OPTR_RDP) != FLASH_RDP_LEVEL_0, HAL_STATUS_READ_PROTECTION);
+}
+
 hal *hal_board_start(void) {
   hal *machine = &board;
   clock_start_cycle_counter();
@@ -245,6 +290,7 @@ hal *hal_board_start(void) {
   const bool adc_good = current_sense_start();
   bridge_start();
   machine->image = image_check_begin();
+  machine->option_status = option_status();
   machine->test_bits = adc_good ? 0 : HAL_TEST_CONTROLLER;
   machine->button_was_held = pins_button_is_held();
   return machine;

@@ -8,6 +8,7 @@
 #include "hal_board.h"
 #include "image_check.h"
 #include "parameter_flash.h"
+#include "safe_torque.h"
 
 /* All that three elements of the FIFO can hold while the interrupt empties it. */
 enum { CAN_MAX_FRAMES_PER_INTERRUPT = 6 };
@@ -33,6 +34,8 @@ struct hal {
   volatile uint32_t ticks;     /* done so far */
   hal_axis_samples samples[2]; /* the first ones are the self-test's; no image processor is connected */
   bool too_hot;
+  safe_torque safe_torque;
+  safe_torque_state safe_torque_state;
   volatile bool powered[2];
 
   volatile bool service_under_way; /* from the request of the tick to its end */
@@ -50,7 +53,8 @@ struct hal {
   volatile bool image_damaged;
   hal_flash parameter_flash[2];
   hal_flash bus_flash;
-  bool button_was_held; /* at the start */
+  bool button_was_held;   /* at the start */
+  uint32_t option_status; /* HAL_STATUS_ bits that do not change */
   uint32_t ticks_at_refresh;
   uint32_t periods_at_refresh;
 };

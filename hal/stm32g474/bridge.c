@@ -7,7 +7,13 @@
 #include "safe_outputs.h"
 
 /* The timers count up and down once a period. */
-enum { HALF_PERIOD = BRIDGE_COUNTS, DEAD_TIME_0_5_US = 85, BREAK_FILTER_8_CLOCKS = 3, LOCK_DEAD_TIME_AND_BREAK = 1 };
+enum {
+  HALF_PERIOD = BRIDGE_COUNTS,
+  DEAD_TIME_0_5_US = 85,
+  BREAK_FILTER_8_CLOCKS = 3,
+  BREAK_FILTER_1_5_US = 15,
+  LOCK_DEAD_TIME_AND_BREAK = 1
+};
 
 typedef struct {
   tim1_registers *timer;
@@ -29,9 +35,12 @@ static void start_timer(tim1_registers *timer) {
   timer->ccr1 = HALF_PERIOD / 2;
   timer->ccr2 = HALF_PERIOD / 2;
   timer->af1 = TIM1_AF1_BKINE;
-  /* Off state: outputs driven low, not left open. The fault input is low active: BKP stays 0. */
+  timer->af2 = TIM1_AF2_BK2INE;
+  /* Off state: outputs driven low, not left open. The fault input and channel B of STO are low active: BKP and BK2P
+   * stay 0. The filter of channel B is the longest, 8 samples of 170 MHz / 32. */
   timer->bdtr = FIELD_VALUE(TIM1_BDTR_DTG, DEAD_TIME_0_5_US) | TIM1_BDTR_OSSI | TIM1_BDTR_OSSR | TIM1_BDTR_BKE |
-                FIELD_VALUE(TIM1_BDTR_BKF, BREAK_FILTER_8_CLOCKS) |
+                FIELD_VALUE(TIM1_BDTR_BKF, BREAK_FILTER_8_CLOCKS) | TIM1_BDTR_BK2E |
+                FIELD_VALUE(TIM1_BDTR_BK2F, BREAK_FILTER_1_5_US) |
                 FIELD_VALUE(TIM1_BDTR_LOCK, LOCK_DEAD_TIME_AND_BREAK);
   timer->egr = TIM1_EGR_UG; /* loads the preloaded values */
   timer->sr = 0;
@@ -58,11 +67,13 @@ static void switch_off(const bridge *b) {
   GPIOC->bsrr = GPIO_CLEAR(b->enable_pin);
 }
 
-/* The flag returns at once while the input is active. */
+#define BREAK_FLAGS (TIM1_SR_BIF | TIM1_SR_B2IF)
+
+/* A flag returns at once while its input is active. */
 static void forget_fault_if_gone(int axis) {
   tim1_registers *timer = bridges[axis].timer;
-  timer->sr = ~TIM1_SR_BIF;
-  if ((timer->sr & TIM1_SR_BIF) == 0) {
+  timer->sr = ~BREAK_FLAGS;
+  if ((timer->sr & BREAK_FLAGS) == 0) {
     faulty[axis] = false;
     timer->dier |= TIM1_DIER_BIE;
   }
@@ -92,9 +103,11 @@ void bridge_trip(int axis) {
 }
 
 /* The interrupt is disabled until the fault was reported and is gone; otherwise it would repeat without end. */
-void bridge_break_interrupt(int axis) {
+bool bridge_break_interrupt(int axis) {
   tim1_registers *timer = bridges[axis].timer;
   bridge_trip(axis);
   timer->dier &= ~TIM1_DIER_BIE;
-  timer->sr = ~TIM1_SR_BIF;
+  const bool by_sto = (timer->sr & (TIM1_SR_BIF | TIM1_SR_B2IF)) == TIM1_SR_B2IF;
+  timer->sr = ~BREAK_FLAGS;
+  return by_sto;
 }

@@ -37,7 +37,7 @@ bool bridge_fault(int axis);
 /* Off at once, as by a fault. Any interrupt may call it. */
 void bridge_trip(int axis);
 
-/* From the break interrupt of the axis' timer. */
-void bridge_break_interrupt(int axis);
+/* From the break interrupt of the axis' timer. Returns whether channel B of STO alone has switched the bridge off. */
+bool bridge_break_interrupt(int axis);
 
 #endif

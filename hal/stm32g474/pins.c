@@ -18,8 +18,9 @@ typedef struct {
   pin_speed speed;
 } pin_use;
 
-enum { LED_PIN = 5 };     /* of port A */
-enum { BUTTON_PIN = 13 }; /* of port C: B1 of the NUCLEO board, high while it is held */
+enum { LED_PIN = 5 };                                    /* of port A */
+enum { AZIMUTH_CONTACT_PIN = 5, PITCH_CONTACT_PIN = 7 }; /* of port B */
+enum { BUTTON_PIN = 13 };                                /* of port C: B1 of the NUCLEO board, high while it is held */
 
 /* Gate signals are pulled low, so a bridge without a running processor is off. A driver's fault line is pulled to
  * fault, so a broken wire reads as a fault. Alternate functions: data sheet DS12288. */
@@ -58,6 +59,18 @@ static const pin_use pins[] = {
     /* CAN: FDCAN1 RX, TX */
     {GPIOA, 11, ALTERNATE, 9, PULL_UP, SLOW},
     {GPIOA, 12, ALTERNATE, 9, NO_PULL, MEDIUM},
+    /* STO: channel A, channel B as second break input TIM1 BKIN2 and TIM8 BKIN2, the drivers' enables behind the gate
+     * of channel A; a broken wire reads as torque off */
+    {GPIOC, 2, INPUT, 0, PULL_DOWN, SLOW},
+    {GPIOC, 3, ALTERNATE, 6, PULL_DOWN, SLOW},
+    {GPIOB, 6, ALTERNATE, 10, PULL_DOWN, SLOW},
+    {GPIOB, 1, INPUT, 0, PULL_DOWN, SLOW},
+    {GPIOB, 2, INPUT, 0, PULL_DOWN, SLOW},
+    /* holding brakes: coils, contacts */
+    {GPIOB, AZIMUTH_BRAKE_PIN, OUTPUT, 0, NO_PULL, SLOW},
+    {GPIOB, PITCH_BRAKE_PIN, OUTPUT, 0, NO_PULL, SLOW},
+    {GPIOB, AZIMUTH_CONTACT_PIN, INPUT, 0, PULL_DOWN, SLOW},
+    {GPIOB, PITCH_CONTACT_PIN, INPUT, 0, PULL_DOWN, SLOW},
     {GPIOA, LED_PIN, OUTPUT, 0, NO_PULL, SLOW},
     {GPIOC, BUTTON_PIN, INPUT, 0, PULL_DOWN, SLOW},
 };
@@ -77,6 +90,15 @@ void pins_start(void) {
   for (unsigned i = 0; i < sizeof pins / sizeof pins[0]; ++i) {
     start(&pins[i]);
   }
+}
+
+void pins_release_brake(int axis, bool release) {
+  const uint32_t pin = axis == 0 ? AZIMUTH_BRAKE_PIN : PITCH_BRAKE_PIN;
+  GPIOB->bsrr = release ? GPIO_SET(pin) : GPIO_CLEAR(pin);
+}
+
+bool pins_brake_is_released(int axis) {
+  return (GPIOB->idr & GPIO_SET(axis == 0 ? AZIMUTH_CONTACT_PIN : PITCH_CONTACT_PIN)) != 0;
 }
 
 void pins_light_led(bool on) { GPIOA->bsrr = on ? GPIO_SET(LED_PIN) : GPIO_CLEAR(LED_PIN); }

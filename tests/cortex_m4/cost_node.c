@@ -69,6 +69,23 @@ static void ignore_duty(void *machine, int axis, float duty) {
   (void)duty;
 }
 
+static void ignore_brake(void *machine, int axis, bool release) {
+  (void)machine;
+  (void)axis;
+  (void)release;
+}
+
+static bool open_brake(void *machine, int axis) {
+  (void)machine;
+  (void)axis;
+  return true;
+}
+
+static uint32_t no_status(void *machine) {
+  (void)machine;
+  return 0;
+}
+
 static hal machine_of(bench *of) {
   return (hal){.machine = of,
                .sample = sample,
@@ -77,7 +94,10 @@ static hal machine_of(bench *of) {
                .current_a = current,
                .bus_voltage_v = bus_voltage,
                .set_duty = ignore_duty,
-               .set_scales = ignore_scales};
+               .set_scales = ignore_scales,
+               .release_brake = ignore_brake,
+               .brake_is_released = open_brake,
+               .status = no_status};
 }
 
 static void turn(bench *of) {

@@ -23,6 +23,8 @@ typedef struct {
   hal_camera_frame frame; /* its `fresh` is cleared by the tick that takes it */
   hal_health health;
   bool powered;
+  bool brake_coil_on;
+  bool brake_open; /* what its contact reports */
   float duty;
   float current_a;
 } rigid_axis;
@@ -31,6 +33,7 @@ typedef struct {
   hal functions;
   rigid_axis axis[SERVO_AXES];
   float bus_voltage_v;
+  uint32_t status;
   hal_scales scales; /* set by the node; the readings are correct in any case */
 } rigid_machine;
 
@@ -58,6 +61,16 @@ static inline void rigid_power(void *machine, int axis, bool on) {
   ((rigid_machine *)machine)->axis[axis].powered = on;
 }
 
+static inline void rigid_release_brake(void *machine, int axis, bool release) {
+  ((rigid_machine *)machine)->axis[axis].brake_coil_on = release;
+}
+
+static inline bool rigid_brake_is_released(void *machine, int axis) {
+  return ((rigid_machine *)machine)->axis[axis].brake_open;
+}
+
+static inline uint32_t rigid_status(void *machine) { return ((rigid_machine *)machine)->status; }
+
 static inline float rigid_bus_voltage_v(void *machine) { return ((rigid_machine *)machine)->bus_voltage_v; }
 
 static inline void rigid_set_duty(void *machine, int axis, float duty) {
@@ -77,7 +90,10 @@ static inline void rigid_machine_init(rigid_machine *machine) {
                                            .current_a = rigid_current_a,
                                            .bus_voltage_v = rigid_bus_voltage_v,
                                            .set_duty = rigid_set_duty,
-                                           .set_scales = rigid_set_scales},
+                                           .set_scales = rigid_set_scales,
+                                           .release_brake = rigid_release_brake,
+                                           .brake_is_released = rigid_brake_is_released,
+                                           .status = rigid_status},
                              .bus_voltage_v = 48.0f};
 }
 

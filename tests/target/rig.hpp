@@ -63,8 +63,8 @@ class HostRig {
 
 class BoardRig {
  public:
-  explicit BoardRig(const sim::PlantConfig& plant, std::uint64_t seed = 1)
-      : machine(board_image(), plant, bus, {seed, kStart_rad}) {
+  explicit BoardRig(const sim::PlantConfig& plant, std::uint64_t seed = 1, bool holding_brakes = false)
+      : machine(board_image(), plant, bus, {seed, kStart_rad, 11, holding_brakes}) {
     client.set_bit_rate(1e6);
   }
 

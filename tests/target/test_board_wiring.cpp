@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "rig.hpp"
@@ -40,9 +41,12 @@ struct Promise {
 };
 
 constexpr Promise kPromises[] = {
-    {0x40012C44, 0x31FFF, 0x31D55,
-     "azimuth: dead time 0.5 us, fault input on and filtered, lock level 1, low while off"},
-    {0x40013444, 0x31FFF, 0x31D55, "pitch: dead time 0.5 us, fault input on and filtered, lock level 1, low while off"},
+    {0x40012C44, 0x3F31FFF, 0x1F31D55,
+     "azimuth: dead time 0.5 us, fault input and STO on and filtered, lock level 1, low while off"},
+    {0x40013444, 0x3F31FFF, 0x1F31D55,
+     "pitch: dead time 0.5 us, fault input and STO on and filtered, lock level 1, low while off"},
+    {0x40012C64, 0x201, 0x1, "azimuth: the pin of channel B of STO is the second break input"},
+    {0x40013464, 0x201, 0x1, "pitch: the pin of channel B of STO is the second break input"},
     {0x40013430, 0xFFFF, 1, "both bridges take new duties at the same instant"},
     {0x40012C0C, 0x80, 0x80, "azimuth: a driver's fault interrupts"},
     {0x4001340C, 0x80, 0x80, "pitch: a driver's fault interrupts"},
@@ -85,9 +89,27 @@ constexpr PinPromise kPins[] = {
     {'A', 7, 4, 2, 1}, {'C', 7, 4, 2, 1},  {'B', 0, 4, 2, 1},  {'B', 12, 6, 2, 0}, {'A', 6, 4, 2, 0},
     {'B', 3, 5, 0, 1}, {'B', 4, 5, 2, 0},  {'C', 10, 6, 0, 1}, {'C', 11, 6, 2, 0}, {'C', 4, 7, 0, 0},
     {'C', 5, 7, 1, 0}, {'B', 10, 7, 0, 0}, {'B', 11, 7, 1, 0}, {'A', 11, 9, 1, 0}, {'A', 12, 9, 0, 1},
+    {'C', 3, 6, 2, 0}, {'B', 6, 10, 2, 0},
 };
 
+// STO channel A, both read-backs, both contacts, the button: read, and low when the wire is broken.
+constexpr std::pair<char, unsigned> kInputs[] = {{'C', 2}, {'B', 1}, {'B', 2}, {'B', 5}, {'B', 7}, {'C', 13}};
+// Both brakes, both drivers' enables, the LED.
+constexpr std::pair<char, unsigned> kOutputs[] = {{'B', 15}, {'B', 9}, {'C', 8}, {'C', 9}, {'A', 5}};
+
 std::string broken_pin(target::Stm32g474& chip) {
+  for (const auto& [name, pin] : kInputs) {
+    const target::Gpio& port = chip.port(name);
+    if (port.mode(pin) != target::Gpio::Mode::kInput || (port.peek(0x0C) >> (2 * pin) & 3U) != 2) {
+      return fmt::format("P{}{} is not read, pulled down", name, pin);
+    }
+  }
+  for (const auto& [name, pin] : kOutputs) {
+    if (chip.port(name).mode(pin) != target::Gpio::Mode::kOutput) {
+      return fmt::format("P{}{} is not driven", name, pin);
+    }
+  }
+
   for (const PinPromise& promise : kPins) {
     const target::Gpio& port = chip.port(promise.port);
     const std::uint32_t pull = port.peek(0x0C) >> (2 * promise.pin) & 3U;
@@ -96,11 +118,7 @@ std::string broken_pin(target::Stm32g474& chip) {
       return fmt::format("P{}{} is not what the board's table says", promise.port, promise.pin);
     }
   }
-  const target::Gpio& button_port = chip.port('C');
-  if (button_port.mode(13) != target::Gpio::Mode::kInput || (button_port.peek(0x0C) >> 26 & 3U) != 2) {
-    return "PC13 does not read the button, pulled down";
-  }
-  return chip.port('A').mode(5) == target::Gpio::Mode::kOutput ? "" : "PA5 does not drive the LED";
+  return "";
 }
 
 // Cycles of the core since the start of the PWM period, where the counter turns upwards.
@@ -245,6 +263,20 @@ std::string flaw_of(BoardRig& rig) {
     if (!rig.client.enable_again(axis)) {
       return "an axis does not come back when its driver's fault has gone";
     }
+  }
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    if (!rig.machine.is_brake_powered(axis)) {
+      return "a brake is not released while torque stands";
+    }
+  }
+  rig.machine.set_sto(target::BoardMachine::StoChannel::kB, false);
+  rig.machine.run(4e-3);
+  if (!rig.machine.is_safe()) {
+    return "channel B of STO does not switch both bridges off";
+  }
+  rig.client.pass(5);
+  if (rig.client.error_code(0) != 0x5441 || rig.machine.is_brake_powered(0) || rig.machine.is_brake_powered(1)) {
+    return "channel B of STO is not reported as such, or a brake is not engaged";
   }
   chip.tim6.stall();
   rig.client.pass(60);

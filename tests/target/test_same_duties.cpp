@@ -84,6 +84,9 @@ class HostNode {
     table.bus_voltage_v = [](void *m) { return of(m).period_->bus_voltage_v; };
     table.set_duty = [](void *m, int axis, float duty) { of(m).duty_[at(axis)] = duty; };
     table.set_scales = [](void *, const hal_scales *) {};
+    table.release_brake = [](void *, int, bool) {};
+    table.brake_is_released = [](void *, int) { return false; };
+    table.status = [](void *) { return 0U; };
     return table;
   }
 

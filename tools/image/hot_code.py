@@ -26,6 +26,8 @@ ROOTS = ["adc1_2_interrupt", "tim1_brk_interrupt", "tim8_brk_interrupt", "tim6_d
 # Of 32 KiB; the rest is for the linker's jumps between this RAM and the flash.
 LIMIT_BYTES = 31 * 1024
 
+NOTHING = "/* nothing yet */\n"
+
 SECTION = re.compile(r"^ (\.text\S*)\s+0x([0-9a-f]+)\s+0x([0-9a-f]+) (.+)$", re.MULTILINE)
 
 
@@ -97,11 +99,14 @@ def main() -> int:
     script, pointers = option(own, "--script"), option(own, "--pointers")
     table = {name: entry["calls"] for name, entry in tomllib.loads(pointers.read_text("utf-8")).items()}
     if not script.exists():
-        script.write_text("/* nothing yet */\n", "utf-8")
-    for _ in range(3):
-        linked = subprocess.run(command, check=False)
+        script.write_text(NOTHING, "utf-8")
+    for _ in range(4):
+        linked = subprocess.run(command, check=False, stderr=subprocess.PIPE, text=True)
+        if linked.returncode != 0 and script.read_text("utf-8") != NOTHING:
+            script.write_text(NOTHING, "utf-8")  # code that has grown since the last link does not fit any more
+            continue
+        print(linked.stderr, end="", file=sys.stderr)
         if linked.returncode != 0:
-            script.unlink()  # it may name what no longer fits
             return linked.returncode
         try:
             patterns, used = select(option(command, "-o"), map_of(command), table)

@@ -141,6 +141,9 @@ const protection_limits default_limits[SERVO_AXES] = {
         .travel_kind = 0.0f,
         .motor_tolerance = 0.32f,
         .back_emf_error_v = 0.029844793f,
+        .brake_release_s = 0.0f,
+        .brake_engage_s = 0.0f,
+        .brake_feedback = 0.0f,
     },
     {
         .overspeed_rad_s = 1.5f,
@@ -165,5 +168,8 @@ const protection_limits default_limits[SERVO_AXES] = {
         .travel_kind = 0.0f,
         .motor_tolerance = 0.32f,
         .back_emf_error_v = 0.029844793f,
+        .brake_release_s = 0.0f,
+        .brake_engage_s = 0.0f,
+        .brake_feedback = 0.0f,
     },
 };

@@ -77,6 +77,10 @@ static void report_how_it_started(uint32_t failed_tests) {
   if (failed_tests != 0) {
     servo_node_report(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
   }
+  enum { NO_RAM_PARITY = 1 };
+  if ((hal_status(self.machine) & HAL_STATUS_RAM_PARITY) == 0) {
+    servo_node_report(&self.node, FAULT_OPTION_BYTES, NO_RAM_PARITY, false);
+  }
   const hal_reset reset = hal_board_reset(self.machine);
   if (reset.cause < sizeof fault_of / sizeof fault_of[0] && fault_of[reset.cause] != FAULT_NONE) {
     const uint8_t exception_shift = 4;

@@ -26,9 +26,11 @@ typedef struct {
   volatile uint32_t bdtr;
   uint32_t reserved_48[6];
   volatile uint32_t af1;
+  volatile uint32_t af2;
 } tim1_registers;
 REGISTER_AT(tim1_registers, bdtr, 0x44);
 REGISTER_AT(tim1_registers, af1, 0x60);
+REGISTER_AT(tim1_registers, af2, 0x64);
 
 #define TIM1 ((tim1_registers *)0x40012C00u)
 #define TIM8 ((tim1_registers *)0x40013400u)
@@ -51,6 +53,7 @@ enum { TIM1_SMS_TRIGGER = 6, TIM8_TS_TIM1 = 0 }; /* ITR0 of TIM8 is TIM1's TRGO 
 
 #define TIM1_SR_UIF FIELD(0, 1)
 #define TIM1_SR_BIF FIELD(7, 1)
+#define TIM1_SR_B2IF FIELD(8, 1)
 
 #define TIM1_EGR_UG FIELD(0, 1)
 
@@ -75,6 +78,12 @@ enum { TIM1_OCM_PWM_1 = 6 };
 #define TIM1_BDTR_BKP FIELD(13, 1)
 #define TIM1_BDTR_MOE FIELD(15, 1)
 #define TIM1_BDTR_BKF FIELD(16, 4)
+
+#define TIM1_BDTR_BK2F FIELD(20, 4)
+#define TIM1_BDTR_BK2E FIELD(24, 1)
+
+#define TIM1_AF2_RESET 0x00000001u
+#define TIM1_AF2_BK2INE FIELD(0, 1)
 
 #define TIM1_AF1_RESET 0x00000001u
 #define TIM1_AF1_BKINE FIELD(0, 1)

@@ -24,11 +24,18 @@ struct Bridge {
   unsigned function;
   Pin enable;
   Pin fault;
+  Pin enable_read_back;
+  Pin second_break;  // channel B of STO
+  unsigned second_break_function;
+  Pin brake;
+  Pin brake_contact;
 };
 
+constexpr Pin kStoA = {'C', 2};
+
 constexpr Bridge kBridges[] = {
-    {{{'A', 8}, {'A', 9}}, {{'B', 13}, {'B', 14}}, 6, {'C', 8}, {'B', 12}},
-    {{{'C', 6}, {'C', 7}}, {{'A', 7}, {'B', 0}}, 4, {'C', 9}, {'A', 6}},
+    {{{'A', 8}, {'A', 9}}, {{'B', 13}, {'B', 14}}, 6, {'C', 8}, {'B', 12}, {'B', 1}, {'C', 3}, 6, {'B', 15}, {'B', 5}},
+    {{{'C', 6}, {'C', 7}}, {{'A', 7}, {'B', 0}}, 4, {'C', 9}, {'A', 6}, {'B', 2}, {'B', 6}, 10, {'B', 9}, {'B', 7}},
 };
 
 // 10 kOhm, B = 3435 K, to ground, with 10 kOhm to the reference.
@@ -54,7 +61,8 @@ BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::Pl
                BissEncoder(chip_.violations, [this] { return tracker_.read_encoder(kPitch); })},
       gyro_{FibreGyro(chip_.timeline, chip_.usart1), FibreGyro(chip_.timeline, chip_.usart3)},
       gyro_phase_(options.gyro_phase),
-      late_step_(chip_.timeline.add([this] { step(stepped_at_ + kPwmPeriod); })) {
+      late_step_(chip_.timeline.add([this] { step(stepped_at_ + kPwmPeriod); })),
+      sto_alarm_(chip_.timeline.add([this] { follow_sto(); })) {
   tracker_.place(options.joint_angle_rad);
   if (options.holding_brakes) {
     tracker_.fit_holding_brakes();
@@ -64,7 +72,7 @@ BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::Pl
   chip_.adc1.measures([this](unsigned channel) { return adc_counts(1, channel); });
   chip_.adc2.measures([this](unsigned channel) { return adc_counts(2, channel); });
   for (const char port : {'A', 'B', 'C'}) {
-    chip_.port(port).monitor([this] { update_break_inputs(); });
+    chip_.port(port).monitor([this] { update_inputs(); });
   }
   chip_.timeline.set(late_step_, kPwmPeriod + kPwmPeriod / 4);
   chip_.power_on();
@@ -76,9 +84,8 @@ BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::Pl
 // --- PWM to motor ---
 
 bool BoardMachine::is_bridge_on(int axis) {
-  const Bridge& bridge = kBridges[axis];
   const Timer& timer = axis == kAzimuth ? chip_.tim1 : chip_.tim8;
-  return chip_.port(bridge.enable.port).drives_high(bridge.enable.number) && timer.is_main_output_enabled();
+  return is_driver_enabled(axis) && timer.is_main_output_enabled();
 }
 
 double BoardMachine::take_duty(int axis) {
@@ -106,9 +113,10 @@ void BoardMachine::step(Instant at) {
     const int axis = static_cast<int>(i);
     duty_[i] = take_duty(axis);
     tracker_.open_terminals(axis, !is_bridge_on(axis));
-    tracker_.power_brake(axis, is_bridge_on(axis));
+    tracker_.power_brake(axis, is_brake_powered(axis));
   }
   tracker_.step_pwm(duty_);
+  update_inputs();
   for (std::size_t i = 0; i < sim::kAxes; ++i) {
     const sim::PwmSample sample = tracker_.sample_pwm(static_cast<int>(i));
     current_a_[i] = sample.current_a + (is_bridge_on(static_cast<int>(i)) ? short_current_a_[i] : 0.0);
@@ -178,12 +186,56 @@ void BoardMachine::set_driver_fault(int axis, bool fault) {
   chip_.port(pin.port).set_input(pin.number, !fault);
 }
 
-void BoardMachine::update_break_inputs() {
+// --- safe torque off, brakes ---
+
+void BoardMachine::set_sto(StoChannel channel, bool permits) {
+  Sto& sto = sto_[channel == StoChannel::kA ? 0 : 1];
+  sto.terminal = permits;
+  sto.due = sto.terminal == sto.pin ? Timeline::kNever : chip_.timeline.now() + kStoDelay;
+  chip_.timeline.set(sto_alarm_, std::min(sto_[0].due, sto_[1].due));
+}
+
+void BoardMachine::follow_sto() {
+  for (Sto& sto : sto_) {
+    if (sto.due <= chip_.timeline.now()) {
+      sto.pin = sto.terminal;
+      sto.due = Timeline::kNever;
+    }
+  }
+  chip_.timeline.set(sto_alarm_, std::min(sto_[0].due, sto_[1].due));
+  update_inputs();
+}
+
+bool BoardMachine::is_driver_enabled(int axis) {
+  const Pin enable = kBridges[axis].enable;
+  return stuck_enable_[static_cast<std::size_t>(axis)].value_or(sto_[0].pin &&
+                                                                chip_.port(enable.port).drives_high(enable.number));
+}
+
+bool BoardMachine::is_brake_powered(int axis) {
+  const Pin brake = kBridges[axis].brake;
+  return sto_[0].pin && chip_.port(brake.port).drives_high(brake.number);
+}
+
+// What the board feeds back to the chip. Setting an input calls this again, which then changes nothing.
+void BoardMachine::update_inputs() {
+  const auto set = [this](Pin pin, bool level) {
+    if (chip_.port(pin.port).input(pin.number) != level) {
+      chip_.port(pin.port).set_input(pin.number, level);
+    }
+  };
+  set(kStoA, sto_[0].pin);
   for (int axis = 0; axis < sim::kAxes; ++axis) {
     const Bridge& bridge = kBridges[axis];
     Timer& timer = axis == kAzimuth ? chip_.tim1 : chip_.tim8;
+    set(bridge.second_break, sto_[1].pin);
+    set(bridge.enable_read_back, is_driver_enabled(axis));
+    set(bridge.brake_contact, stuck_contact_[static_cast<std::size_t>(axis)].value_or(tracker_.brake_is_open(axis)));
     const bool given = chip_.port(bridge.fault.port).has_function(bridge.fault.number, bridge.function);
     timer.set_break_input(!given || !driver_fault_[static_cast<std::size_t>(axis)]);
+    const bool second_given =
+        chip_.port(bridge.second_break.port).has_function(bridge.second_break.number, bridge.second_break_function);
+    timer.set_second_break_input(!second_given || sto_[1].pin);
   }
 }
 

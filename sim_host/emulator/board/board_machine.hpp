@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "board/biss_encoder.hpp"
@@ -27,8 +28,7 @@ class BoardMachine {
     std::array<double, sim::kAxes> joint_angle_rad{};
     // PWM periods after a tick of the plant at which the gyros sample their rate; 0.39 ms later it has arrived.
     int gyro_phase = 11;
-    bool holding_brakes =
-        false;  // of the plant file, if it has some; their coils are connected to the gate drivers' enable lines
+    bool holding_brakes = false;  // of the plant file, if it has some
   };
 
   // Switches the power on. `bus` must exist longer than the machine.
@@ -52,6 +52,24 @@ class BoardMachine {
   // A driver's fault output, low while active.
   void set_driver_fault(int axis, bool fault);
 
+  // A channel of STO at the board's terminals: false removes the torque. The input circuit follows a change that lasts
+  // longer than kStoDelay.
+  enum class StoChannel { kA, kB };
+  static constexpr Instant kStoDelay = 3 * 1000 * kUnitsPerMicrosecond;
+  void set_sto(StoChannel channel, bool permits);
+
+  // A wire between the gate of channel A and the driver of an axis, or its read-back, keeps this level; none: intact.
+  void stick_driver_enable(int axis, std::optional<bool> level) {
+    stuck_enable_[static_cast<std::size_t>(axis)] = level;
+    update_inputs();
+  }
+
+  // What a brake's contact reports, whatever the brake does; none: intact.
+  void stick_brake_contact(int axis, std::optional<bool> released) {
+    stuck_contact_[static_cast<std::size_t>(axis)] = released;
+  }
+  bool is_brake_powered(int axis);
+
   // The gate driver is enabled and the timer gives it signals.
   bool is_bridge_on(int axis);
   // Neither: the required state after every reset and fault.
@@ -66,7 +84,9 @@ class BoardMachine {
   void step_if_due();
   double take_duty(int axis);
   std::uint32_t adc_counts(int converter, unsigned channel);
-  void update_break_inputs();
+  void update_inputs();
+  void follow_sto();
+  bool is_driver_enabled(int axis);
   void check_pin_is_analog(char port, unsigned pin);
 
   sim::VirtualBus& bus_;
@@ -81,6 +101,15 @@ class BoardMachine {
   Instant stepped_at_ = 0;
   int step_in_tick_ = 0;
   std::array<bool, sim::kAxes> driver_fault_{};
+  struct Sto {
+    bool terminal = true;
+    bool pin = true;  // behind the input circuit
+    Instant due = Timeline::kNever;
+  };
+  std::array<Sto, 2> sto_;
+  Timeline::Alarm sto_alarm_;
+  std::array<std::optional<bool>, sim::kAxes> stuck_enable_;
+  std::array<std::optional<bool>, sim::kAxes> stuck_contact_;
   std::array<double, sim::kAxes> duty_{};
   std::array<double, sim::kAxes> current_a_{};
   std::array<double, sim::kAxes> short_current_a_{};

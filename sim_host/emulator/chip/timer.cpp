@@ -25,10 +25,12 @@ constexpr std::uint32_t kCcr5 = 0x48;
 constexpr std::uint32_t kCcr6 = 0x4C;
 constexpr std::uint32_t kCcmr3 = 0x50;
 constexpr std::uint32_t kAf1 = 0x60;
+constexpr std::uint32_t kAf2 = 0x64;
 
 constexpr std::uint32_t kEnable = 1;
 constexpr std::uint32_t kMainOutput = 1U << 15;
 constexpr std::uint32_t kBreakFlag = 1U << 7;
+constexpr std::uint32_t kSecondBreakFlag = 1U << 8;
 constexpr std::uint32_t kSystemBreakFlag = 1U << 13;
 constexpr std::uint32_t kBreakEnable = 1U << 12;
 constexpr std::uint32_t kBreakInterrupt = 1U << 7;  // of DIER, for all break flags
@@ -60,7 +62,7 @@ std::vector<Peripheral::Register> Timer::registers(bool advanced) {
         {"CCR5", kCcr5, 0, 0xE000FFFF},   {"CCR6", kCcr6, 0, 0xFFFF},
         {"CCMR3", kCcmr3, 0, 0x0101FCFC}, {"DTR2", 0x54, 0, 0x000300FF},
         {"TISEL", 0x5C, 0, 0x0F0F0F0F},   {"AF1", kAf1, 1, 0x3FEFF},
-        {"AF2", 0x64, 1, 0x73EFF},
+        {"AF2", kAf2, 1, 0x73EFF},
     };
     table.insert(table.end(), more.begin(), more.end());
   }
@@ -276,6 +278,17 @@ void Timer::set_break_input(bool level) {
   take_active_breaks();
 }
 
+bool Timer::is_second_break_active() const {
+  const std::uint32_t bdtr = reg(kBdtr);
+  const bool active_high = ((bdtr >> 25 ^ reg(kAf2) >> 9) & 1U) != 0;
+  return (bdtr & 1U << 24) != 0 && (reg(kAf2) & 1U) != 0 && second_break_input_ == active_high;
+}
+
+void Timer::set_second_break_input(bool level) {
+  second_break_input_ = level;
+  take_active_breaks();
+}
+
 void Timer::set_system_break(bool active) {
   system_break_ = active;
   take_active_breaks();
@@ -284,6 +297,9 @@ void Timer::set_system_break(bool active) {
 void Timer::take_active_breaks() {
   if (is_break_active()) {
     take_break(kBreakFlag);
+  }
+  if (is_second_break_active()) {
+    take_break(kSecondBreakFlag);
   }
   if (system_break_ && (reg(kBdtr) & kBreakEnable) != 0) {
     take_break(kSystemBreakFlag);
@@ -301,7 +317,8 @@ void Timer::take_break(std::uint32_t flag) {
 void Timer::refresh_interrupts() {
   update_line_.set((reg(kSr) & reg(kDier) & 1U) != 0);
   if (break_line_) {
-    break_line_->set((reg(kDier) & kBreakInterrupt) != 0 && (reg(kSr) & (kBreakFlag | kSystemBreakFlag)) != 0);
+    break_line_->set((reg(kDier) & kBreakInterrupt) != 0 &&
+                     (reg(kSr) & (kBreakFlag | kSecondBreakFlag | kSystemBreakFlag)) != 0);
   }
 }
 
@@ -321,6 +338,8 @@ void Timer::check_legs() {
   require((dead_time & 0x80U) == 0 && (reg(kCr1) >> 8 & 3U) == 0 && dead_time_us >= 0.4 && dead_time_us <= 0.7,
           "outputs enabled with a dead time outside 0.4 to 0.7 us");
   require((reg(kBdtr) & 1U << 12) != 0, "outputs enabled without the driver's fault input");
+  require((reg(kBdtr) & 1U << 24) != 0, "outputs enabled without channel B of STO");
+  require((reg(kBdtr) & 0xC00U) == 0xC00U, "the second break input needs OSSI and OSSR");
   for (unsigned leg = 0; leg < kLegs; ++leg) {
     const std::uint32_t bits = reg(kCcer) >> (4 * leg) & 0xFU;
     require((bits & 2U) == 0, "a leg's high side is inverted: both switches would conduct");
@@ -374,7 +393,7 @@ void Timer::write_bdtr(std::uint32_t written) {
   check_lock(kBdtr, written);
   integrate();
   store(kBdtr, written);
-  require((written & 0x33F00000U) == 0, "second break input and bidirectional break are not modelled");
+  require((written & 0x3C000000U) == 0, "bidirectional break inputs are not modelled");
   take_active_breaks();
   check_legs();
   outputs_changed();

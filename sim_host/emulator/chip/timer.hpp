@@ -35,6 +35,9 @@ class Timer : public Peripheral {
   // The level at the break input; low is a fault when BKP is 0.
   void set_break_input(bool level);
 
+  // The level at the second break input; low is a fault when BK2P is 0.
+  void set_second_break_input(bool level);
+
   // A fault of the system (parity of the RAM, lock-up) at the break input; no polarity, no filter.
   void set_system_break(bool active);
 
@@ -85,6 +88,7 @@ class Timer : public Peripheral {
   void check_lock(std::uint32_t offset, std::uint32_t written) const;
   void check_legs();
   bool is_break_active() const;
+  bool is_second_break_active() const;
   void take_active_breaks();
   void take_break(std::uint32_t flag);
   bool is_leg_driven(std::size_t leg) const;
@@ -111,6 +115,7 @@ class Timer : public Peripheral {
   Instant edge_at_ = 0;  // when the counter last was at 0 or, counting down, at its limit
   std::uint32_t stopped_at_ = 0;
   bool break_input_ = true;
+  bool second_break_input_ = true;
   bool system_break_ = false;
 
   Instant integrated_to_ = 0;

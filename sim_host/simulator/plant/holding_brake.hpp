@@ -2,8 +2,8 @@
 //
 // A closed brake is dry friction of up to its torque in addition to the seal's. It holds the joint while all other
 // torques are smaller, and slips beyond (Joint::brake). It closes and opens a fixed time after the coil's current
-// changed, instantly and completely. The creep of a real brake by its backlash is not modelled. The firmware does not
-// control it: the coil is connected to the enable line of the axis' bridge.
+// changed, instantly and completely. The creep of a real brake by its backlash is not modelled. The firmware
+// controls its coil (hal_release_brake).
 //
 // Use: power() whenever the coil's current changes, advance() once per PWM period, then torque_nm().
 #ifndef TRACKSERVO_SIM_PLANT_HOLDING_BRAKE_HPP
@@ -28,6 +28,7 @@ class HoldingBrake {
     closed_ = left_s_ > 0.0 ? closed_ : !powered_;
   }
 
+  bool is_open() const { return !closed_; }
   double torque_nm() const { return closed_ ? config_.torque_nm : 0.0; }
 
  private:

@@ -79,6 +79,11 @@ void Tracker::power_brake(int axis, bool on) {
   }
 }
 
+bool Tracker::brake_is_open(int axis) const {
+  const std::optional<HoldingBrake>& brake = axis_[static_cast<std::size_t>(axis)].brake;
+  return !brake || brake->is_open();
+}
+
 TruthState Tracker::truth() const {
   TruthState truth;
   truth.time_s = static_cast<double>(steps_) * kPwmPeriod_s;

@@ -66,6 +66,9 @@ class Tracker {
   // Whether the coil of an axis' brake has current, from the next period on.
   void power_brake(int axis, bool on);
 
+  // An axis without a brake has an open one.
+  bool brake_is_open(int axis) const;
+
   // Holds a joint where it is; pushes it with a torque [Nm] from outside.
   void hold_joint(int axis, bool held) { axis_[static_cast<std::size_t>(axis)].joint.hold(held); }
   void push(int axis, double torque_nm) { axis_[static_cast<std::size_t>(axis)].push_nm = torque_nm; }

@@ -39,11 +39,12 @@ struct BrokenAxis {
   std::optional<double> current_reads_a;
   bool current_stuck = false;
   double current_shift_a = 0;
-  bool motor_reversed = false;  // its leads are swapped
-  bool motor_open = false;      // one of them is off
-  double motor_share = 1;       // of torque and back-EMF that its magnets still give
-  bool joint_held = false;      // an obstacle blocks the joint
-  double push_nm = 0;           // from outside, in the direction of positive angles
+  bool motor_reversed = false;           // its leads are swapped
+  bool motor_open = false;               // one of them is off
+  double motor_share = 1;                // of torque and back-EMF that its magnets still give
+  bool joint_held = false;               // an obstacle blocks the joint
+  double push_nm = 0;                    // from outside, in the direction of positive angles
+  std::optional<bool> brake_reads_open;  // its contact
   hal_health health = HAL_GOOD;
 };
 

@@ -91,10 +91,35 @@ struct MachineHal {
     const std::size_t i = static_cast<std::size_t>(axis);
     const BrokenAxis& broken = of(machine).broken_.axis[i];
     of(machine).tripped_[i] = of(machine).tripped_[i] && on;
-    const bool tripped =
-        broken.health == HAL_OVER_CURRENT || broken.health == HAL_POWER_STAGE || of(machine).tripped_[i];
+    const bool tripped = broken.health == HAL_OVER_CURRENT || broken.health == HAL_POWER_STAGE ||
+                         broken.health == HAL_SAFE_TORQUE_OFF || broken.health == HAL_SAFE_TORQUE_FAULT ||
+                         of(machine).tripped_[i];
     of(machine).tracker_.open_terminals(axis, !on || tripped || broken.motor_open);
-    of(machine).tracker_.power_brake(axis, on && !tripped);
+    if (tripped) {
+      release_brake(machine, axis, false);
+    }
+  }
+
+  static void release_brake(void *machine, int axis, bool release) {
+    const std::size_t i = static_cast<std::size_t>(axis);
+    of(machine).tracker_.power_brake(axis, release && of(machine).broken_.axis[i].health != HAL_SAFE_TORQUE_OFF);
+  }
+
+  // An axis without a brake reports one that is open.
+  static bool brake_is_released(void *machine, int axis) {
+    const std::size_t i = static_cast<std::size_t>(axis);
+    return of(machine).broken_.axis[i].brake_reads_open.value_or(of(machine).tracker_.brake_is_open(axis));
+  }
+
+  static std::uint32_t status(void *machine) {
+    std::uint32_t bits = HAL_STATUS_STO_A | HAL_STATUS_STO_B;
+    for (const int axis : {kAzimuth, kPitch}) {
+      const std::uint32_t bit = axis == kAzimuth ? HAL_STATUS_BRAKE_AZIMUTH : HAL_STATUS_BRAKE_PITCH;
+      bits |= brake_is_released(machine, axis) ? bit : 0U;
+      const bool off = of(machine).broken_.axis[static_cast<std::size_t>(axis)].health == HAL_SAFE_TORQUE_OFF;
+      bits &= off ? ~static_cast<std::uint32_t>(HAL_STATUS_STO_A | HAL_STATUS_STO_B) : ~0U;
+    }
+    return bits;
   }
 
   // The current loop sees the injected current as missing, and adds it to its set-point.
@@ -134,6 +159,9 @@ hal Machine::hal_of(Machine *machine) {
   table.bus_voltage_v = MachineHal::bus_voltage_v;
   table.set_duty = MachineHal::set_duty;
   table.set_scales = MachineHal::set_scales;
+  table.release_brake = MachineHal::release_brake;
+  table.brake_is_released = MachineHal::brake_is_released;
+  table.status = MachineHal::status;
   return table;
 }
 
