@@ -413,7 +413,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .timer = "",
          .cause = "The board was flashed without its option bytes.",
          .check = "3061:1: 16 RAM parity, 32 write protection, 64 read protection.",
-         .cure = "Set them as docs/board.md says (target \"protect\").",
+         .cure = "Set them: tools/image/board openocd protect (docs/board.md).",
          .clear = NOTHING},
     [FAULT_PARAMETERS_LOST] = {.name = "stored parameters rejected",
                                .owner = FAULT_OF_STORE,

@@ -196,6 +196,9 @@ hal_health hal_axis_health(hal *machine, int axis) {
   if (machine->image_damaged) {
     return HAL_IMAGE_DAMAGED;
   }
+  if (machine->clock.failed) {
+    return HAL_CLOCK_WRONG;
+  }
   return machine->too_hot ? HAL_TOO_HOT : HAL_GOOD;
 }
 
@@ -289,6 +292,7 @@ hal *hal_board_start(void) {
   gyro_start(machine->gyro);
   const bool adc_good = current_sense_start();
   bridge_start();
+  clock_check_start();
   machine->image = image_check_begin();
   machine->option_status = option_status();
   machine->test_bits = adc_good ? 0 : HAL_TEST_CONTROLLER;
@@ -353,11 +357,22 @@ static void monitor_image(hal *machine) {
   }
 }
 
+static void monitor_clock(hal *machine) {
+  const uint32_t every_ticks = 100;
+  const uint32_t ticks = machine->ticks;
+  if (ticks - machine->ticks_at_clock_check < every_ticks) {
+    return;
+  }
+  machine->ticks_at_clock_check = ticks;
+  clock_check_step(&machine->clock);
+}
+
 /* The window of the watchdog is open from the 5th to the 20th ms. */
 void hal_board_background(hal *machine) {
   const uint32_t refresh_ticks = 8;
   const uint32_t led_ticks = 512; /* a power of two, so that the LED keeps its rhythm when the count wraps */
   monitor_image(machine);
+  monitor_clock(machine);
   const uint32_t ticks = machine->ticks;
   const uint32_t ticks_done = ticks - machine->ticks_at_refresh;
   if (ticks_done < refresh_ticks) {

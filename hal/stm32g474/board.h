@@ -2,6 +2,7 @@
 #ifndef TRACKSERVO_STM32G474_BOARD_H
 #define TRACKSERVO_STM32G474_BOARD_H
 
+#include "clock_check.h"
 #include "current_sense.h"
 #include "encoder_spi.h"
 #include "gyro_uart.h"
@@ -50,6 +51,8 @@ struct hal {
   image_check image;
   uint32_t hot_code_at; /* next word to compare */
   uint32_t ticks_at_image_check;
+  clock_check clock;
+  uint32_t ticks_at_clock_check;
   volatile bool image_damaged;
   hal_flash parameter_flash[2];
   hal_flash bus_flash;

@@ -274,6 +274,9 @@ class FullBus {
     ++tick_;
   }
 
+  // From the next millisecond on; the set-points stay those of this mode's kind.
+  void set_mode(int mode) { mode_ = mode; }
+
   static constexpr int kProfilePosition = 1;
 
  private:
@@ -366,6 +369,41 @@ void test_what_the_interrupts_cost_on_a_full_bus() {
   }
 }
 
+// Every pair of modes, with both axes turning, in one RPDO per axis: the tick that closes another loop does more.
+void test_a_tick_that_changes_the_mode_is_in_time() {
+  constexpr int kModes[] = {1, 3, 8, 9};
+  BoardRig rig(bench::tracker_plant());
+  boot(rig);
+  FullBus bus(rig, kCyclicVelocity);
+  for (int i = 0; i < 100; ++i) {
+    bus.pass_ms();
+  }
+  auto& core = rig.machine.chip().core;
+  core.costs().clear();
+  for (const int from : kModes) {
+    for (const int to : kModes) {
+      for (const int mode : {from, to}) {
+        bus.set_mode(mode);
+        for (int i = 0; i < 15; ++i) {
+          bus.pass_ms();
+        }
+      }
+    }
+  }
+  const auto& ticks = core.costs().finished().at(target::kFirstInterrupt + target::kTim6Interrupt);
+  const auto& loops = core.costs().finished().at(target::kFirstInterrupt + target::kAdc12Interrupt);
+  const target::Cost worst = target::summary_of(ticks).worst;
+  const double end_us = kTick_us + static_cast<double>(worst.cycles + 2 * target::summary_of(loops).worst.cycles) /
+                                       kCyclesPerMicrosecond;
+  TEST_MESSAGE(fmt::format("worst tick with changes of the mode: {} instructions, {} cycles, ends after {:.0f} us",
+                           worst.instructions, worst.cycles, end_us)
+                   .c_str());
+  TEST_ASSERT_TRUE(worst.instructions <= kMaxTickInstructions);
+  TEST_ASSERT_TRUE(end_us < 100.0);
+  TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
+  expect_no_violations(rig);
+}
+
 }  // namespace
 
 int main() {
@@ -380,5 +418,6 @@ int main() {
   RUN_TEST(test_a_set_that_the_flash_cannot_read_is_reported_and_no_axis_turns);
   RUN_TEST(test_a_loss_of_power_while_it_stores_leaves_the_old_set_or_the_new_one);
   RUN_TEST(test_what_the_interrupts_cost_on_a_full_bus);
+  RUN_TEST(test_a_tick_that_changes_the_mode_is_in_time);
   return UNITY_END();
 }

@@ -241,6 +241,34 @@ void test_a_service_that_hangs_is_safe_and_resets() {
   expect_safe_reset(rig, 2, kSoftwareReset, kWatchdog);
 }
 
+// --- clock ---
+
+// From 3 % on, in both directions; the oscillators may differ by 2 %.
+void test_a_clock_that_is_3_percent_off_stops_both_axes() {
+  constexpr std::uint16_t kClock = 0x5530;
+  constexpr int kMaxLatency_ms = 400;
+  for (const double error : {0.03, -0.03, 0.1}) {
+    BoardRig rig(bench::tracker_plant());
+    boot_and_turn(rig);
+    rig.machine.chip().rcc.set_hsi_error(error < 0.0 ? -0.02 : 0.02);
+    turn(rig, 1000);
+    TEST_ASSERT_TRUE_MESSAGE(rig.client.is_enabled(0) && rig.client.is_enabled(1), "2 % are no error");
+    rig.client.forget();
+    rig.machine.chip().rcc.set_hsi_error(error);
+    int latency_ms = 0;
+    for (; rig.client.emergencies().empty() && latency_ms < 2000; ++latency_ms) {
+      turn(rig, 1);
+    }
+    TEST_MESSAGE(fmt::format("{:+.0f} %: reported after {} ms", 100.0 * error, latency_ms).c_str());
+    TEST_ASSERT_LESS_OR_EQUAL_INT(kMaxLatency_ms, latency_ms);
+    turn(rig, 500);
+    TEST_ASSERT_EQUAL_HEX32(kClock, rig.client.error_code(0));
+    TEST_ASSERT_EQUAL_HEX32(kClock, rig.client.error_code(1));
+    TEST_ASSERT_TRUE(rig.machine.is_safe());
+    expect_no_violations(rig);
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -255,5 +283,6 @@ int main() {
   RUN_TEST(test_a_tick_that_does_not_come_is_safe_and_resets);
   RUN_TEST(test_a_background_that_hangs_is_safe_and_resets);
   RUN_TEST(test_a_service_that_hangs_is_safe_and_resets);
+  RUN_TEST(test_a_clock_that_is_3_percent_off_stops_both_axes);
   return UNITY_END();
 }

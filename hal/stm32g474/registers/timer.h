@@ -95,6 +95,39 @@ typedef struct {
   volatile uint32_t dier;
   volatile uint32_t sr;
   volatile uint32_t egr;
+  volatile uint32_t ccmr1_input;
+  uint32_t reserved_1c;
+  volatile uint32_t ccer;
+  volatile uint32_t cnt;
+  volatile uint32_t psc;
+  volatile uint32_t arr;
+  volatile uint32_t rcr;
+  volatile uint32_t ccr1;
+  uint32_t reserved_38[9];
+  volatile uint32_t tisel;
+} tim16_registers;
+REGISTER_AT(tim16_registers, ccr1, 0x34);
+REGISTER_AT(tim16_registers, tisel, 0x5C);
+
+#define TIM16 ((tim16_registers *)0x40014400u)
+
+#define TIM16_CR1_CEN FIELD(0, 1)
+#define TIM16_SR_CC1IF FIELD(1, 1)
+#define TIM16_SR_CC1OF FIELD(9, 1)
+#define TIM16_CCMR1_INPUT_CC1S FIELD(0, 2)
+#define TIM16_CCMR1_INPUT_IC1PSC FIELD(2, 2)
+#define TIM16_CCER_CC1E FIELD(0, 1)
+#define TIM16_ARR_RESET 0x0000FFFFu
+#define TIM16_TISEL_TI1SEL FIELD(0, 4)
+enum { TIM16_CC1S_TI1 = 1, TIM16_IC1PSC_8 = 3, TIM16_TI1_MCO = 2 };
+
+typedef struct {
+  volatile uint32_t cr1;
+  volatile uint32_t cr2;
+  uint32_t reserved_08;
+  volatile uint32_t dier;
+  volatile uint32_t sr;
+  volatile uint32_t egr;
   uint32_t reserved_18[3];
   volatile uint32_t cnt;
   volatile uint32_t psc;

@@ -37,6 +37,15 @@ class Rcc : public Peripheral {
   std::uint32_t core_hz() const { return core_hz_; }
   std::uint32_t pclk1_hz() const { return core_hz_ >> shift_of(reg(0x08) >> 8 & 7U); }
   std::uint32_t pclk2_hz() const { return core_hz_ >> shift_of(reg(0x08) >> 11 & 7U); }
+  // Time between two edges of MCO, when it gives HSI16; otherwise 0. `hsi_error` is that of the ratio of the two
+  // oscillators: which of them is wrong cannot be seen.
+  double mco_edge_s() const {
+    const std::uint32_t cfgr = reg(0x08);
+    const bool hsi = (cfgr >> 24 & 0xFU) == 3;
+    return hsi ? static_cast<double>(1U << (cfgr >> 28 & 7U)) / (16e6 * (1.0 + hsi_error_)) : 0.0;
+  }
+  void set_hsi_error(double share) { hsi_error_ = share; }
+
   bool is_lsi_on() const { return (reg(0x94) & 1U) != 0; }
 
   // A bit of an enable register, for Peripheral::clocked_by.
@@ -64,6 +73,7 @@ class Rcc : public Peripheral {
   Instant pll_ready_ = 0;
   Instant lsi_ready_ = 0;
   std::uint32_t causes_ = 0;
+  double hsi_error_ = 0;
 };
 
 }  // namespace trackservo::target

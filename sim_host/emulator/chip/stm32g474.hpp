@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "chip/adc.hpp"
+#include "chip/capture_timer.hpp"
 #include "chip/dma.hpp"
 #include "chip/fdcan.hpp"
 #include "chip/fixed_registers.hpp"
@@ -94,6 +95,7 @@ class Stm32g474 {
   Dma dma1, dma2;
   DmaMux dma_mux{services_, dma1, dma2};
   Timer tim1, tim8, tim6;
+  CaptureTimer tim16{services_, [this] { return rcc.core_hz(); }, [this] { return rcc.mco_edge_s(); }};
   AdcCommon adc_common;
   Adc adc1{services_, "ADC1", adc_common};
   Adc adc2{services_, "ADC2", adc_common};
