@@ -144,6 +144,8 @@ void test_a_flipped_bit_of_the_hot_code_is_found_without_parity_as_well() {
   BoardRig rig(bench::tracker_plant());
   rig.machine.chip().flash.set_options(target::FlashInterface::kOptionsAtDelivery, 0x7F);
   boot_and_turn(rig);
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, 0x5500, 1), "the option byte is not reported");
+  TEST_ASSERT_EQUAL_UINT32(0, rig.client.read(0x3061, 1).value() & 0x70U);
   rig.client.forget();
   rig.machine.chip().flip_ram_bit((address_of("hot_code_end") - 4) & ~3U, 3);  // nobody runs it
   int passed_ms = 0;

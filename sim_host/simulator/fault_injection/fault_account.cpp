@@ -10,6 +10,7 @@ std::vector<FaultTest> list_tests() {
   const std::string faults = "tests/target/test_board_faults.cpp";
   const std::string memory = "tests/target/test_board_memory.cpp";
   const std::string moving = "tests/target/test_board_moving.cpp";
+  const std::string torque = "tests/target/test_board_safe_torque.cpp";
   const std::string store = "tests/store/test_stored_set.c";
   const std::string witness = "tests/closed_loop/test_witness.cpp";
   const std::string shaking = "tests/closed_loop/test_shaking_gains.cpp";
@@ -31,6 +32,11 @@ std::vector<FaultTest> list_tests() {
       {FAULT_GAINS_TAKEN_BACK, shaking, "test_the_gains_that_shook_unnoticed_are_taken_back"},
       {FAULT_PARAMETERS_LOST, store, "test_a_damaged_set_is_skipped_and_reported_until_the_next_save"},
       {FAULT_RAM_PARITY, memory, "test_a_parity_error_switches_both_bridges_off_and_resets"},
+      {FAULT_HOLDING_BRAKE, torque, "test_a_contact_that_contradicts_the_coil_is_a_fault_of_its_axis"},
+      {FAULT_SAFE_TORQUE_OFF, torque, "test_each_channel_alone_removes_the_torque_of_both_axes"},
+      {FAULT_SAFE_TORQUE_FAULT, torque, "test_channels_that_differ_are_a_fault_until_both_have_been_off"},
+      {FAULT_CLOCK, faults, "test_a_clock_that_is_3_percent_off_stops_both_axes"},
+      {FAULT_OPTION_BYTES, memory, "test_a_flipped_bit_of_the_hot_code_is_found_without_parity_as_well"},
       {FAULT_MOTOR_CONTRADICTS, witness, "test_sensors_that_are_wrong_together_are_found_by_the_motor"},
       {FAULT_MOTOR_WEAK, witness, "test_a_motor_with_half_its_torque_is_found_under_excitation"},
   };
