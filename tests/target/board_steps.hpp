@@ -10,7 +10,7 @@
 namespace bench {
 
 constexpr int kCyclicVelocity = 9;
-constexpr int kBoot_ms = 320;
+constexpr int kBoot_ms = 340;
 
 // Time for 20 ms of the watchdog, its oscillator's tolerance and a background round.
 constexpr int kWatchdog_ms = 40;
