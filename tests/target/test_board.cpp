@@ -393,12 +393,13 @@ void test_a_tick_that_changes_the_mode_is_in_time() {
   const auto& ticks = core.costs().finished().at(target::kFirstInterrupt + target::kTim6Interrupt);
   const auto& loops = core.costs().finished().at(target::kFirstInterrupt + target::kAdc12Interrupt);
   const target::Cost worst = target::summary_of(ticks).worst;
-  const double end_us = kTick_us + static_cast<double>(worst.cycles + 2 * target::summary_of(loops).worst.cycles) /
-                                       kCyclesPerMicrosecond;
+  const double end_us =
+      kTick_us + static_cast<double>(worst.cycles + 2 * target::summary_of(loops).worst.cycles) / kCyclesPerMicrosecond;
   TEST_MESSAGE(fmt::format("worst tick with changes of the mode: {} instructions, {} cycles, ends after {:.0f} us",
                            worst.instructions, worst.cycles, end_us)
                    .c_str());
-  TEST_ASSERT_TRUE(worst.instructions <= kMaxTickInstructions);
+  constexpr std::uint64_t kMaxInstructions = 7000;  // once, beyond the budget of a tick that keeps its mode
+  TEST_ASSERT_TRUE(worst.instructions <= kMaxInstructions);
   TEST_ASSERT_TRUE(end_us < 100.0);
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
   expect_no_violations(rig);

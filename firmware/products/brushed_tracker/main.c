@@ -107,6 +107,12 @@ static const hal_board_tasks tasks = {.context = &self.node.board,
                                       .can_frame = receive,
                                       .deferred = deferred};
 
+/* Not inlined: main, on whose stack everything else lies, would keep its frame. */
+__attribute__((noinline)) static void background(void) {
+  hal_board_background(self.machine);
+  servo_node_background(&self.node);
+}
+
 int main(void) {
   self.machine = hal_board_start();
   uint32_t failed_tests = hal_board_self_test(self.machine);
@@ -136,7 +142,6 @@ int main(void) {
   report_how_it_started(failed_tests & ~unused);
   hal_board_run(self.machine, &tasks);
   for (;;) {
-    hal_board_background(self.machine);
-    servo_node_background(&self.node);
+    background();
   }
 }
