@@ -74,9 +74,9 @@ class CaptureTimer : public Peripheral {
     const bool lost = (reg(kSr) & kCaptured) != 0 || captures > captures_ + 1;
     reg(kSr) |= kCaptured | (lost && captures_ != 0 ? kOverCaptured : 0U);
     captures_ = captures;
-    reg(kCcr1) = static_cast<std::uint32_t>(static_cast<std::uint64_t>(
-                     static_cast<double>(captures) * period_s * core_hz_())) &
-                 0xFFFFU;
+    reg(kCcr1) =
+        static_cast<std::uint32_t>(static_cast<std::uint64_t>(static_cast<double>(captures) * period_s * core_hz_())) &
+        0xFFFFU;
   }
 
   std::function<std::uint32_t()> core_hz_;

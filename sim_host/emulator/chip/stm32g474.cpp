@@ -110,8 +110,7 @@ void Stm32g474::give_clocks() {
       {dma1, 0x48, 0},    {dma2, 0x48, 1},         {dma_mux, 0x48, 2}, {flash, 0x48, 8},  {adc1, 0x4C, 13},
       {adc2, 0x4C, 13},   {adc_common, 0x4C, 13},  {tim6, 0x58, 4},    {spi3, 0x58, 15},  {usart3, 0x58, 18},
       {fdcan1, 0x58, 25}, {message_ram, 0x58, 25}, {pwr, 0x58, 28},    {syscfg, 0x60, 0}, {tim1, 0x60, 11},
-      {spi1, 0x60, 12},   {tim8, 0x60, 13},        {usart1, 0x60, 14},
-      {tim16, 0x60, 17},
+      {spi1, 0x60, 12},   {tim8, 0x60, 13},        {usart1, 0x60, 14}, {tim16, 0x60, 17},
   };
   for (const Gate& gate : gates) {
     gate.peripheral.clocked_by(rcc.clock(gate.enable_register, gate.bit));
