@@ -73,7 +73,7 @@ CCM = range(0x10000000, 0x10008000)
 
 def test_frequent_interrupts_run_in_ram_and_fault_handlers_in_flash():
     address_of = {name: address for address, name in call_graph.read_symbols(IMAGE.with_suffix(".elf")).items()}
-    for name in ("adc1_2_interrupt", "tim6_dac_interrupt", "pre_tick_interrupt", "tim1_brk_interrupt"):
+    for name in ("adc1_2_interrupt", "tim1_brk_interrupt", "tim8_brk_interrupt", "tim6_dac_interrupt"):
         assert address_of[name] in CCM, name
     for name in ("reset_handler", "start_image", "fault_handler", "handle_fault", "nmi_handler", "pendsv_exception"):
         assert address_of[name] not in CCM, name
