@@ -1,6 +1,7 @@
 #include "parameters/axis_tuning.h"
 
-#include <math.h>
+#include <stddef.h>
+#include <string.h>
 
 #include "base/scalar.h"
 #include "servo/servo_axis.h"
@@ -24,8 +25,6 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
   }
   return status;
 }
-
-enum { COMPARED_VALUES = 20 };
 
 static void activate(axis_tuning *tuning, const axis_parameters *set) {
   tuning->previous = tuning->active;
@@ -73,64 +72,77 @@ static void input_of(const axis_parameters *set, const servo_axis_params *built,
   };
 }
 
-/* A value that decides about stability: in the staged and in the active set. */
+/* A value that decides about stability. */
 typedef struct {
   uint32_t object;
-  float staged;
-  float active;
-} compared_value;
+  uint16_t offset;
+  bool whole; /* uint32_t, otherwise float */
+} deciding_value;
 
-/* The sub-indices of the innermost loop come first: of equal changes the first counts. */
-static void compare(const axis_parameters *s, const axis_parameters *a, compared_value values[]) {
-  const compared_value all[] = {
-      {PARAMETER_OBJECT(0x2000, 1), s->speed_loop.proportional_nm_s_rad, a->speed_loop.proportional_nm_s_rad},
-      {PARAMETER_OBJECT(0x2000, 2), s->speed_loop.integral_nm_rad, a->speed_loop.integral_nm_rad},
-      {PARAMETER_OBJECT(0x2020, 4), s->observer.bandwidth_rad_s, a->observer.bandwidth_rad_s},
-      {PARAMETER_OBJECT(0x2020, 2), s->observer.inertia_kg_m2, a->observer.inertia_kg_m2},
-      {PARAMETER_OBJECT(0x2020, 1), (float)s->observer.on, (float)a->observer.on},
-      {PARAMETER_OBJECT(0x2040, 4), s->filters.lowpass_hz, a->filters.lowpass_hz},
-      {PARAMETER_OBJECT(0x2040, 5), s->filters.lowpass_damping, a->filters.lowpass_damping},
-      {PARAMETER_OBJECT(0x2040, 1), s->filters.notch_hz, a->filters.notch_hz},
-      {PARAMETER_OBJECT(0x2040, 2), s->filters.notch_width_hz, a->filters.notch_width_hz},
-      {PARAMETER_OBJECT(0x2040, 3), s->filters.notch_depth, a->filters.notch_depth},
-      {PARAMETER_OBJECT(0x2050, 3), (float)s->sensors.window_ticks, (float)a->sensors.window_ticks},
-      {PARAMETER_OBJECT(0x2050, 2), s->sensors.crossover_rad_s, a->sensors.crossover_rad_s},
-      {PARAMETER_OBJECT(0x2050, 1), (float)s->sensors.source, (float)a->sensors.source},
-      {PARAMETER_OBJECT(0x2010, 1), s->position_loop.proportional_per_s, a->position_loop.proportional_per_s},
-      {PARAMETER_OBJECT(0x2011, 2), s->tracking_loop.proportional_per_s, a->tracking_loop.proportional_per_s},
-      {PARAMETER_OBJECT(0x2011, 3), s->tracking_loop.integral_per_s2, a->tracking_loop.integral_per_s2},
-      {PARAMETER_OBJECT(0x2011, 1), (float)s->tracking_loop.kind, (float)a->tracking_loop.kind},
-      {PARAMETER_OBJECT(0x2000, 3), s->speed_loop.setpoint_weight, a->speed_loop.setpoint_weight},
-      {PARAMETER_OBJECT(0x2055, 5), s->motor.bandwidth_rad_s, a->motor.bandwidth_rad_s},
-      {PARAMETER_OBJECT(0x2056, 1), s->plant.inertia_kg_m2, a->plant.inertia_kg_m2},
-  };
-  _Static_assert(sizeof all / sizeof all[0] == COMPARED_VALUES, "the caller's array has this size");
-  for (int i = 0; i < COMPARED_VALUES; ++i) {
-    values[i] = all[i];
+#define DECIDING(index_, sub_, member_) \
+  { PARAMETER_OBJECT(index_, sub_), (uint16_t)offsetof(axis_parameters, member_), false }
+#define DECIDING_WHOLE(index_, sub_, member_) \
+  { PARAMETER_OBJECT(index_, sub_), (uint16_t)offsetof(axis_parameters, member_), true }
+
+/* Of equal changes the first counts. The last one is named when nothing has changed: a set that is refused then does
+ * not suit its plant. */
+static const deciding_value kDeciding[] = {
+    DECIDING(0x2000, 1, speed_loop.proportional_nm_s_rad),
+    DECIDING(0x2000, 2, speed_loop.integral_nm_rad),
+    DECIDING(0x2020, 4, observer.bandwidth_rad_s),
+    DECIDING(0x2020, 2, observer.inertia_kg_m2),
+    DECIDING_WHOLE(0x2020, 1, observer.on),
+    DECIDING(0x2040, 4, filters.lowpass_hz),
+    DECIDING(0x2040, 5, filters.lowpass_damping),
+    DECIDING(0x2040, 1, filters.notch_hz),
+    DECIDING(0x2040, 2, filters.notch_width_hz),
+    DECIDING(0x2040, 3, filters.notch_depth),
+    DECIDING_WHOLE(0x2050, 3, sensors.window_ticks),
+    DECIDING(0x2050, 2, sensors.crossover_rad_s),
+    DECIDING_WHOLE(0x2050, 1, sensors.source),
+    DECIDING(0x2010, 1, position_loop.proportional_per_s),
+    DECIDING(0x2011, 2, tracking_loop.proportional_per_s),
+    DECIDING(0x2011, 3, tracking_loop.integral_per_s2),
+    DECIDING_WHOLE(0x2011, 1, tracking_loop.kind),
+    DECIDING(0x2000, 3, speed_loop.setpoint_weight),
+    DECIDING(0x2055, 5, motor.bandwidth_rad_s),
+    DECIDING(0x2056, 1, plant.inertia_kg_m2),
+};
+enum { DECIDING_VALUES = sizeof kDeciding / sizeof kDeciding[0] };
+
+static float value_in(const axis_parameters *set, const deciding_value *value) {
+  const char *place = (const char *)set + value->offset;
+  if (value->whole) {
+    uint32_t whole;
+    memcpy(&whole, place, sizeof whole);
+    return (float)whole;
   }
+  float real;
+  memcpy(&real, place, sizeof real);
+  return real;
 }
 
 /* How far two values are apart, 0 .. 1. */
-static float change_of(const compared_value *value) {
-  const float larger = scalar_max(scalar_abs(value->staged), scalar_abs(value->active));
-  return larger > 0.0f ? scalar_abs(value->staged - value->active) / larger : 0.0f;
+static float change_of(const axis_tuning *tuning, const deciding_value *value) {
+  const float staged = value_in(&tuning->staged, value);
+  const float active = value_in(&tuning->active, value);
+  const float larger = scalar_max(scalar_abs(staged), scalar_abs(active));
+  return larger > 0.0f ? scalar_abs(staged - active) / larger : 0.0f;
 }
 
-/* A set that is refused although it differs in nothing from the active one does not suit its plant: its inertia. */
+/* What was active is right, and nothing is known beyond it. */
 static parameter_refusal unstable(const axis_tuning *tuning) {
-  compared_value values[COMPARED_VALUES];
-  compare(&tuning->staged, &tuning->active, values);
-  compared_value worst = values[COMPARED_VALUES - 1];
-  float change = 0.0f;
-  for (int i = 0; i < COMPARED_VALUES; ++i) {
-    if (change_of(&values[i]) > change) {
-      change = change_of(&values[i]);
-      worst = values[i];
+  const deciding_value *worst = &kDeciding[DECIDING_VALUES - 1];
+  float most = 0.0f;
+  for (int i = 0; i < DECIDING_VALUES; ++i) {
+    const float change = change_of(tuning, &kDeciding[i]);
+    if (change > most) {
+      most = change;
+      worst = &kDeciding[i];
     }
   }
-  /* What was active is right, and nothing is known beyond it. */
-  return (parameter_refusal){
-      .status = CONTROL_UNSTABLE, .object = worst.object, .low = worst.active, .high = worst.active};
+  const float active = value_in(&tuning->active, worst);
+  return (parameter_refusal){.status = CONTROL_UNSTABLE, .object = worst->object, .low = active, .high = active};
 }
 
 static bool start_judging(axis_tuning *tuning, uint32_t crc) {
