@@ -438,7 +438,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
         {.name = "motor contradicts encoder and gyro",
          .detection = "The motor's voltage is not that of its current and of the speed that the sensors show, for any "
                       "resistance and back-EMF constant that 2060:22 permits and the motor has shown before. The error "
-                      "exceeds 2060:23 plus 4 % of the back-EMF for 5 ticks, filtered over 5 ms.",
+                      "exceeds 2060:23 plus 4 % of the back-EMF, the share 2060:22 of L di/dt and the back-EMF of "
+                      "1 ms of acceleration, for 5 ticks, filtered over 5 ms.",
          .when = DRIVEN,
          .timer = "",
          .limits = LIMIT(22) | LIMIT(23),

@@ -13,7 +13,7 @@
 
 enum { ZERO_TICKS = 50 };
 
-void motor_witness_reset(motor_witness *witness) { *witness = (motor_witness){.known = false}; }
+void motor_witness_reset(motor_witness *witness) { *witness = (motor_witness){.zero_error_a = UNKNOWN_ZERO_A}; }
 
 static motor_interval widest_resistance(const motor_witness_limits *limits) {
   return (motor_interval){1.0f - limits->tolerance, 1.0f + limits->tolerance + WARM_WINDING};
@@ -30,16 +30,17 @@ static motor_interval times(motor_interval interval, float factor) {
   return (motor_interval){scalar_min(a, b), scalar_max(a, b)};
 }
 
-static float error_v(const motor_witness *witness, const motor_witness_limits *limits, float rate_rad_s) {
-  const float zero_a = witness->idle_ticks < ZERO_TICKS ? UNKNOWN_ZERO_A : 0.0f;
-  return limits->back_emf_error_v + zero_a * witness->resistance_ohm +
-         RIPPLE * scalar_abs(witness->back_emf_v_s_rad * rate_rad_s);
+/* e of the smoothed voltage. */
+static float error_v(const motor_witness *witness, const motor_witness_limits *limits, const motor_signals *seen) {
+  const float late_rad_s = MOTOR_WITNESS_RATE_DELAY_S * scalar_abs(seen->acceleration_rad_s2);
+  return limits->back_emf_error_v + witness->zero_error_a * witness->resistance_ohm +
+         witness->back_emf_v_s_rad * (RIPPLE * scalar_abs(seen->rate_rad_s) + late_rad_s) +
+         limits->tolerance * scalar_abs(seen->inductive_v);
 }
 
 /* Other motor data make the learned shares void. */
 static void take_data(motor_witness *witness, const motor_witness_limits *limits, const motor_data *motor) {
-  if (witness->known && witness->resistance_ohm == motor->resistance_ohm &&
-      witness->back_emf_v_s_rad == motor->back_emf_v_s_rad) {
+  if (witness->resistance_ohm == motor->resistance_ohm && witness->back_emf_v_s_rad == motor->back_emf_v_s_rad) {
     return;
   }
   witness->known = true;
@@ -64,22 +65,25 @@ static void stop(motor_witness *witness) {
 static void measure_zero(motor_witness *witness, float current_a, float dt_s) {
   follow(&witness->zero_a, current_a, dt_s / ZERO_SMOOTHING_S);
   witness->idle_ticks += witness->idle_ticks < ZERO_TICKS ? 1 : 0;
+  witness->zero_error_a = witness->idle_ticks < ZERO_TICKS ? UNKNOWN_ZERO_A : 0.0f;
 }
 
-/* What is left of the voltage when the best permitted motor has explained its part. */
+/* What is left of the voltage when the best permitted motor has explained its part: the voltage is compared with the
+ * middle of what all of them permit, and with half of its width. Both are counted twice. */
 static float unexplained(const motor_witness *witness, const motor_witness_limits *limits) {
   const motor_signals *seen = &witness->fast;
-  const motor_interval drop = times(witness->resistance, witness->resistance_ohm * seen->current_a);
-  const motor_interval emf = times(witness->back_emf, witness->back_emf_v_s_rad * seen->rate_rad_s);
-  const float error = error_v(witness, limits, seen->rate_rad_s);
-  return seen->voltage_v - scalar_clamp(seen->voltage_v, drop.low + emf.low - error, drop.high + emf.high + error);
+  const motor_interval *r = &witness->resistance;
+  const motor_interval *k = &witness->back_emf;
+  const float drop_v = witness->resistance_ohm * seen->current_a;
+  const float emf_v = witness->back_emf_v_s_rad * seen->rate_rad_s;
+  const float twice_v = 2.0f * seen->voltage_v - (r->low + r->high) * drop_v - (k->low + k->high) * emf_v;
+  const float width_v = (r->high - r->low) * scalar_abs(drop_v) + (k->high - k->low) * scalar_abs(emf_v) +
+                        2.0f * error_v(witness, limits, seen);
+  return scalar_within(twice_v, width_v) ? 0.0f : 0.5f * (twice_v > 0.0f ? twice_v - width_v : twice_v + width_v);
 }
 
 /* Too little back-EMF in the right direction is a matter of the motor, everything else of the sensors. */
 static motor_verdict judge(const motor_witness *witness) {
-  if (witness->unexplained_v == 0.0f) {
-    return MOTOR_AGREES;
-  }
   const float expected_v = witness->back_emf_v_s_rad * witness->fast.rate_rad_s;
   const float seen_v = witness->fast.voltage_v - witness->resistance_ohm * witness->fast.current_a;
   const bool less = witness->unexplained_v * expected_v < 0.0f && seen_v * expected_v > 0.0f;
@@ -90,8 +94,8 @@ motor_verdict motor_witness_step(motor_witness *witness, const motor_witness_lim
                                  const motor_witness_inputs *in, float dt_s) {
   const float rise_a = in->now_a - witness->now_a;
   witness->now_a = in->now_a;
-  const bool usable = in->driven && limits->tolerance > 0.0f && scalar_within(in->now_a, 1e6f) &&
-                      scalar_within(in->current_a, 1e6f) && scalar_within(in->voltage_v, 1e6f);
+  const float all = scalar_abs(in->now_a) + scalar_abs(in->current_a) + scalar_abs(in->voltage_v);
+  const bool usable = in->driven && limits->tolerance > 0.0f && scalar_within(all, 1e6f);
   if (!usable) {
     if (in->idle && scalar_within(in->current_a, limits->largest_zero_a)) {
       measure_zero(witness, in->current_a, dt_s);
@@ -102,15 +106,21 @@ motor_verdict motor_witness_step(motor_witness *witness, const motor_witness_lim
     return MOTOR_AGREES;
   }
   take_data(witness, limits, motor);
-  const float voltage_v = in->voltage_v - motor->time_constant_s * motor->resistance_ohm / dt_s * rise_a;
+  const float inductive_v = motor->time_constant_s * motor->resistance_ohm / dt_s * rise_a;
   const float share = dt_s / MOTOR_WITNESS_SMOOTHING_S;
   witness->running = true;
-  follow(&witness->fast.voltage_v, voltage_v, share);
+  witness->fast.acceleration_rad_s2 = (in->rate_rad_s - witness->fast.rate_rad_s) / MOTOR_WITNESS_SMOOTHING_S;
+  follow(&witness->fast.voltage_v, in->voltage_v - inductive_v, share);
+  follow(&witness->fast.inductive_v, inductive_v, share);
   follow(&witness->fast.current_a, in->current_a - witness->zero_a, share);
   follow(&witness->fast.rate_rad_s, in->rate_rad_s, share);
   witness->unexplained_v = unexplained(witness, limits);
+  if (witness->unexplained_v == 0.0f) {
+    witness->verdict = MOTOR_AGREES;
+    return MOTOR_AGREES;
+  }
   const motor_verdict verdict = judge(witness);
-  if (verdict != witness->verdict || verdict == MOTOR_AGREES) {
+  if (verdict != witness->verdict) {
     witness->verdict = verdict;
     witness->ticks = 0;
   }
@@ -153,12 +163,14 @@ void motor_witness_learn(motor_witness *witness, const motor_witness_limits *lim
   follow(&seen->voltage_v, witness->fast.voltage_v, share);
   follow(&seen->current_a, witness->fast.current_a, share);
   follow(&seen->rate_rad_s, witness->fast.rate_rad_s, share);
+  follow(&seen->inductive_v, witness->fast.inductive_v, share);
+  follow(&seen->acceleration_rad_s2, witness->fast.acceleration_rad_s2, share);
   if (witness->verdict != MOTOR_AGREES) {
     return;
   }
   const float drop_v = witness->resistance_ohm * seen->current_a;
   const float emf_v = witness->back_emf_v_s_rad * seen->rate_rad_s;
-  const float error = error_v(witness, limits, seen->rate_rad_s);
+  const float error = error_v(witness, limits, seen);
   measure(&witness->resistance, seen->voltage_v, times(witness->back_emf, emf_v), error, drop_v);
   measure(&witness->back_emf, seen->voltage_v, times(witness->resistance, drop_v), error, emf_v);
 }
@@ -168,5 +180,5 @@ float motor_witness_bound_rad_s(const motor_witness *witness, const motor_witnes
   const float width = witness->resistance.high - witness->resistance.low;
   const float drop_v = width * scalar_abs(witness->resistance_ohm * seen->current_a);
   const float of_rate = (witness->back_emf.high - witness->back_emf.low) * scalar_abs(seen->rate_rad_s);
-  return (2.0f * error_v(witness, limits, seen->rate_rad_s) + drop_v) / witness->back_emf_v_s_rad + of_rate;
+  return (2.0f * error_v(witness, limits, seen) + drop_v) / witness->back_emf_v_s_rad + of_rate;
 }

@@ -10,9 +10,13 @@
  * At the start they are as wide as 2060:22 says (R upwards by 10 % more: a warm winding). `motor_witness_learn` cuts
  * them to what the measured u, i and w permit, and widens them by the fastest drift of a winding's temperature: a fault
  * of both sensors that comes faster cannot hide in R. What the interval arithmetic assumes is that the sensors are
- * right while it learns, and that all other errors of u (dead time, offsets, noise) stay below e = 2060:23 + 4 % of the
- * back-EMF (torque ripple). The offset of the current sensor is measured while the bridge is off; before that, e is
- * larger by R0 times 0.05 A. Then a contradiction is certain:
+ * right while it learns, and that all other errors of u (dead time, offsets, noise) stay below
+ *
+ *     e = 2060:23 + 4 % of the back-EMF (torque ripple) + 2060:22 L |di/dt| (L has the tolerance of R and Ke)
+ *         + Ke MOTOR_WITNESS_RATE_DELAY_S |dw/dt| (the rate of a tick comes from means of readings: it is late)
+ *
+ * The offset of the current sensor is measured while the bridge is off; before that, e is larger by R0 times 0.05 A.
+ * Then a contradiction is certain:
  *
  *     u - L di/dt outside [min, max] of (R i + Ke w) -+ e  for MOTOR_WITNESS_TICKS
  *
@@ -25,12 +29,13 @@
 #include <stdbool.h>
 
 #define MOTOR_WITNESS_SMOOTHING_S 0.005f
+#define MOTOR_WITNESS_RATE_DELAY_S 0.001f
 enum { MOTOR_WITNESS_TICKS = 5 };
 
 typedef struct {
   float resistance_ohm;
-  float time_constant_s; /* L / R */
-  float back_emf_v_s_rad;
+  float time_constant_s;  /* L / R */
+  float back_emf_v_s_rad; /* not negative */
 } motor_data;
 
 typedef struct {
@@ -56,9 +61,11 @@ typedef struct {
 
 /* Smoothed. */
 typedef struct {
-  float voltage_v; /* u - L di/dt */
+  float voltage_v;   /* u - L di/dt */
+  float inductive_v; /* L di/dt, with L as 2055 says */
   float current_a;
   float rate_rad_s;
+  float acceleration_rad_s2;
 } motor_signals;
 
 typedef enum {
@@ -70,8 +77,9 @@ typedef enum {
 typedef struct {
   bool known; /* the intervals have been set */
   bool running;
-  int idle_ticks; /* counted until the offset is known */
-  float zero_a;   /* offset of the current */
+  int idle_ticks;     /* counted until the offset is known */
+  float zero_a;       /* offset of the current */
+  float zero_error_a; /* how far it may be off */
   float now_a;
   motor_signals fast;  /* what is judged */
   motor_signals slow;  /* what is learned from */

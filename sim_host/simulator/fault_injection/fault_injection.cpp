@@ -258,7 +258,7 @@ FaultInjection dry_capacitor() {
     }
   };
   dry.hidden_because = "the bus is above its limit for less than two ticks";
-  dry.detection = Detection::kNotAlways;
+  dry.detection = Detection::kAlways;
   return dry;
 }
 
@@ -471,7 +471,8 @@ std::vector<FaultInjection> witnesses() {
                 flip_bit(&n.node().axis[a].tuning.active, sizeof(axis_parameters), random);
               }),
   };
-  list.front().max_overshoot_rad_s = 0.35;
+  // The full torque of an axis that sees no speed, until its back-EMF is beyond the error of the motor as a witness.
+  list.front().max_overshoot_rad_s = 0.6;
   list.front().max_deviation_rad = 0.05;
   for (FaultInjection& one : list) {
     one.hidden_because = "it shows only while the axis turns or carries torque";
