@@ -9,8 +9,8 @@
 #define LARGEST_STEP 0.03f
 #define SHORTEST_STEP 1e-5f   /* of omega: a phase that still jumps passes through 0 */
 #define CAMERA_DELAY_TICKS 36 /* of the paper's loop: age of a frame and its hold */
-#define LEAST_DAMPING 1e-3f
-enum { MOST_EVALUATIONS = 3000 };
+#define MIN_DAMPING 1e-3f
+enum { MAX_EVALUATIONS = 3000 };
 
 static loop_complex real(float value) { return (loop_complex){value, 0.0f}; }
 static loop_complex add(loop_complex a, loop_complex b) { return (loop_complex){a.re + b.re, a.im + b.im}; }
@@ -144,7 +144,7 @@ static bool slides(const loop_stability *state, const loop_plant *plant) {
 }
 
 static float inertia_of(const loop_stability *state, const loop_plant *plant) {
-  return state->point < 2 ? plant->inertia_kg_m2 : plant->least_inertia_kg_m2;
+  return state->point < 2 ? plant->inertia_kg_m2 : plant->min_inertia_kg_m2;
 }
 
 typedef struct {
@@ -160,7 +160,7 @@ static characteristic evaluate(const loop_stability *state, const loop_stability
   const bool sliding = slides(state, plant);
   const float inertia = inertia_of(state, plant);
   const float damping = plant->viscous_nm_s_rad + (sliding ? 0.0f : plant->damping_nm_s_rad);
-  const float a = scalar_max(damping / inertia, LEAST_DAMPING) * in->dt_s;
+  const float a = scalar_max(damping / inertia, MIN_DAMPING) * in->dt_s;
   const float b = sliding ? 0.0f : plant->stiffness_nm_rad / inertia * in->dt_s * in->dt_s;
   const loop_complex n = add(real(2.0f), scaled(-1.0f, at.d));
   loop_complex m = add(scaled(4.0f, at.d), scaled(2.0f * a, n));
@@ -229,8 +229,7 @@ static narrow_band spring_band(const loop_stability *state, const loop_stability
   const float inertia = inertia_of(state, &in->plant);
   return (narrow_band){
       .centre = sqrtf(in->plant.stiffness_nm_rad / inertia) * in->dt_s,
-      .width =
-          scalar_max((in->plant.damping_nm_s_rad + in->plant.viscous_nm_s_rad) / inertia, LEAST_DAMPING) * in->dt_s};
+      .width = scalar_max((in->plant.damping_nm_s_rad + in->plant.viscous_nm_s_rad) / inertia, MIN_DAMPING) * in->dt_s};
 }
 
 /* A quarter of the width within the band, a third of the way to it outside. */
@@ -331,7 +330,7 @@ static void advance(loop_stability *state, const loop_stability_input *input) {
   } else {
     state->step = scalar_min(2.0f * state->step, longest_step(state, input, omega));
   }
-  if (state->evaluations > MOST_EVALUATIONS) {
+  if (state->evaluations > MAX_EVALUATIONS) {
     refuse(state, LOOP_SPEED);
   }
 }

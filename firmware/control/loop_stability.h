@@ -29,13 +29,12 @@ enum { LOOP_OPERATING_POINTS = 4, LOOP_COUNT = 3 };
 
 typedef struct {
   float inertia_kg_m2;
-  float least_inertia_kg_m2;
+  float min_inertia_kg_m2;
   float viscous_nm_s_rad;
   float stiffness_nm_rad; /* of the bristles; 0: no pre-sliding */
   float damping_nm_s_rad; /* of the bristles */
-  float
-      encoder_delay_s; /* from a command to the angle that shows it, without the hold: latency, current loop, encoder */
-  float gyro_delay_s;  /* the same to the gyro's rate */
+  float encoder_delay_s;  /* from a command to its angle, without the hold: latency, current loop, encoder */
+  float gyro_delay_s;     /* the same to the gyro's rate */
 } loop_plant;
 
 /* Constant while it runs. */

@@ -161,7 +161,7 @@
   GROUP(0x2056, 8, plant, "Identified plant", "The axis as identified: gains are checked against it")                  \
   REAL(0x2056, 1, OD_GUARDED, plant, inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                                       \
        "Plant inertia", "Largest inertia of the axis within its travel", plant_inertia_kg_m2)                          \
-  DESIGNED(0x2056, 2, OD_GUARDED, plant, least_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                             \
+  DESIGNED(0x2056, 2, OD_GUARDED, plant, min_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                             \
        "Plant inertia minimum", "Smallest inertia of the axis within its travel")                                      \
   DESIGNED(0x2056, 3, OD_GUARDED, plant, viscous_nm_s_rad, 0.0f, 1e4f, 8.0f, "N m s/rad",                              \
        "Plant viscous coefficient", "Friction torque per speed of the sliding seal")                                   \

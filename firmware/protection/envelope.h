@@ -14,8 +14,8 @@
  * rate is in v, because it was extrapolated, or is below 3 %. While |v| > a Ts the current is full, so by the meaning
  * of a the rate falls by at least a: the distance is at most v^2 / (2 a). Below a Ts the deceleration falls with v.
  * With a disturbance of the share d of the motor's torque, the axis then moves by at most a Ts^2 and creeps at d a Ts
- * until the hold has taken the disturbance: d a Ts Th. tests/test_envelope.c integrates all of that on a grid.
- * docs/decisions/0028-envelope.md states the bound and its assumptions.
+ * until the hold has taken the disturbance: d a Ts Th. firmware/protection/tests/test_envelope.c integrates all of that
+ * on a grid. The drive does not call this block yet.
  *
  * Also: the axis must follow each stop that a fault or a stop command ordered, and must follow this braking. A machine
  * whose position is not known, or which has no valid travel, is limited to ENVELOPE_SLOW_RAD_S everywhere.

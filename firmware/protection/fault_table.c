@@ -2,6 +2,8 @@
 
 #include "base/error_register.h"
 
+_Static_assert(FAULT_COUNT <= 64, "a fault_set has one bit for each fault");
+
 const fault_row fault_table[FAULT_COUNT] = {
     [FAULT_ENCODER_LOST] = {0x7320, ERROR_MANUFACTURER, REACTION_BRAKE, 1},
     [FAULT_ENCODER_JUMP] = {0x7320, ERROR_MANUFACTURER, REACTION_BRAKE, 1},

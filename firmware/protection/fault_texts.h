@@ -1,7 +1,7 @@
 /* Texts of each fault for people: how it is detected, causes, what to check, remedies, how it is cleared.
  *
  * The other half of `fault_table`, row by row; faults.json and docs/faults.md are printed from both
- * (sim_host/lib/dictionary). Tools only: no image has these texts. */
+ * (sim_host/commands/describe_node). Tools only: no image has these texts. */
 #ifndef TRACKSERVO_PROTECTION_FAULT_TEXTS_H
 #define TRACKSERVO_PROTECTION_FAULT_TEXTS_H
 

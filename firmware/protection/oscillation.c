@@ -95,15 +95,15 @@ static bool rate_shakes(oscillation *state, const oscillation_params *params, fl
 
 static bool torque_shakes(oscillation *state, const oscillation_params *params, float loop_nm) {
   oscillation_swings *swings = &state->torque;
-  const float least_nm = SHAKING_TORQUE * params->torque_nm;
+  const float min_nm = SHAKING_TORQUE * params->torque_nm;
   if (swings->since > LONGEST_TORQUE_SWING_TICKS) {
     swings->count = 0.0f;
   }
-  if (has_turned(swings, loop_nm, 0.5f * least_nm)) {
+  if (has_turned(swings, loop_nm, 0.5f * min_nm)) {
     const float size = scalar_abs(swings->to - swings->from);
     const float explained_nm = scalar_min(EXCITED_RATIO * state->excited_nm, BOTH_LIMITS * params->torque_nm);
-    const bool counts = size >= scalar_max(least_nm, explained_nm) && swings->ticks < LONGEST_TORQUE_SWING_TICKS;
-    swings->count = counts ? scalar_min(swings->count + size / least_nm, PROVEN_TORQUE_SWINGS) : 0.0f;
+    const bool counts = size >= scalar_max(min_nm, explained_nm) && swings->ticks < LONGEST_TORQUE_SWING_TICKS;
+    swings->count = counts ? scalar_min(swings->count + size / min_nm, PROVEN_TORQUE_SWINGS) : 0.0f;
     turn(swings, loop_nm);
   }
   return swings->count >= (params->suspect ? TORQUE_SWINGS : PROVEN_TORQUE_SWINGS);

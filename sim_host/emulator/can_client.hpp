@@ -31,7 +31,7 @@ class CanClient {
   // Without one it understands every bit rate.
   void set_bit_rate(double bits_per_s) { bus_.set_bit_rate(port_, bits_per_s); }
 
-  static constexpr int kPatience_ms = 50;
+  static constexpr int kPatience_ms = 500;  // the check of a gain set takes up to 300
 
   // Nothing within kPatience_ms, or an abort: no value.
   std::optional<std::uint32_t> read(std::uint16_t index, std::uint8_t sub = 0);

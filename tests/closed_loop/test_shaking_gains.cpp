@@ -33,7 +33,7 @@ struct Caught {
   double visible_s = -1.0;   // from the gains to the first visible motion
   double caught_s = -1.0;    // from the gains until they were taken back, or the fault
   double peak_deg_s = 0.0;   // of the rate error
-  double peak_deg = 0.0;     // of the way that the rate error makes
+  double peak_deg = 0.0;     // of the travel that the rate error makes
   double after_deg_s = 0.0;  // largest rate error in the last half second
 };
 
@@ -61,16 +61,16 @@ Caught shake(const sim::NodeSetup& setup, int axis, const axis_parameters& gains
   }
   TEST_ASSERT_EQUAL(
       CONTROL_OK, axis_tuning_apply(&moved.tuning, &board.app.axis[axis], &board.app.params.axis[axis], SERVO_TICK_S));
-  double way_rad = 0.0;
+  double travel_rad = 0.0;
   for (int tick = 0; tick < kRunTicks; ++tick) {
     node.set_rate(axis, rate_rad_s);
     node.tick();
     const double time_s = tick * 1e-3;
     const double error_rad_s = rate_rad_s - node.machine().truth().inertial_rate_rad_s[static_cast<std::size_t>(axis)];
-    way_rad += caught.fault == FAULT_NONE ? error_rad_s * 1e-3 : 0.0;
+    travel_rad += caught.fault == FAULT_NONE ? error_rad_s * 1e-3 : 0.0;
     if (caught.fault == FAULT_NONE) {
       caught.peak_deg_s = std::max(caught.peak_deg_s, std::abs(error_rad_s) / kRadPerDeg);
-      caught.peak_deg = std::max(caught.peak_deg, std::abs(way_rad) / kRadPerDeg);
+      caught.peak_deg = std::max(caught.peak_deg, std::abs(travel_rad) / kRadPerDeg);
       if (tick > kRunTicks - 500) {
         caught.after_deg_s = std::max(caught.after_deg_s, std::abs(error_rad_s) / kRadPerDeg);
       }
@@ -161,7 +161,7 @@ axis_parameters random_gains(const axis_parameters& good, sim::SplitMix64& rando
 
 std::string text_of(const std::string& name, const Caught& c) {
   return fmt::format(
-      "{}: {}, fault {}, visible after {:.3f} s, ended after {:.3f} s, peak {:.2f} deg/s, way {:.3f} deg", name,
+      "{}: {}, fault {}, visible after {:.3f} s, ended after {:.3f} s, peak {:.2f} deg/s, travel {:.3f} deg", name,
       c.taken_back ? "taken back" : "not taken back", static_cast<int>(c.fault), c.visible_s, c.caught_s, c.peak_deg_s,
       c.peak_deg);
 }
@@ -179,7 +179,7 @@ constexpr double kLongest_s = 0.5;
 constexpr double kLongestOfAll_s = 1.0;  // an oscillation below 1 Hz has not made a whole swing in half a second
 constexpr double kPeakAtRest_deg_s = 3.0;
 constexpr double kPeakMoving_deg_s = 25.0;
-constexpr double kWayMoving_deg = 2.0;
+constexpr double kTravelMoving_deg = 2.0;
 
 // Whether the gains were taken back in time and the axis runs on. An oscillation that never becomes visible need not
 // be: friction holds the axis, or it grows for longer than the run.
@@ -188,8 +188,8 @@ bool is_caught(const Caught& c, double rate_deg_s) {
     return c.fault == FAULT_NONE;
   }
   return c.taken_back && c.fault == FAULT_NONE && c.caught_s - c.visible_s <= kLongestOfAll_s &&
-         c.peak_deg_s <= (rate_deg_s == 0.0 ? kPeakAtRest_deg_s : kPeakMoving_deg_s) && c.peak_deg <= kWayMoving_deg &&
-         c.after_deg_s <= kVisible_deg_s;
+         c.peak_deg_s <= (rate_deg_s == 0.0 ? kPeakAtRest_deg_s : kPeakMoving_deg_s) &&
+         c.peak_deg <= kTravelMoving_deg && c.after_deg_s <= kVisible_deg_s;
 }
 
 void test_the_gains_that_shook_unnoticed_are_taken_back() {
@@ -226,15 +226,15 @@ void test_without_gains_to_take_back_the_axis_stops_with_its_own_fault() {
 void test_random_gains_that_shake_are_taken_back() {
   const sim::PlantConfig plant = tracker_plant();
   const sim::NodeSetup setup(plant);
-  const char *const asked = std::getenv("SHAKING_SETS");
-  const int count = asked != nullptr ? std::atoi(asked) : 500;
+  const char *const given = std::getenv("SHAKING_SETS");
+  const int count = given != nullptr ? std::atoi(given) : 500;
   sim::SplitMix64 random(1);
   int seen = 0;
   int missed = 0;
   int late = 0;
   double longest_s = 0.0;
   double peak_deg_s[2] = {0.0, 0.0};
-  double way_deg = 0.0;
+  double travel_deg = 0.0;
   for (int i = 0; i < count;) {
     const int axis = i % 2;
     const axis_parameters gains = random_gains(setup.parameters[static_cast<std::size_t>(axis)], random);
@@ -255,7 +255,7 @@ void test_random_gains_that_shake_are_taken_back() {
       late += caught.visible_s >= 0.0 && caught.caught_s - caught.visible_s > kLongest_s ? 1 : 0;
       longest_s = std::max(longest_s, caught.visible_s < 0.0 ? 0.0 : caught.caught_s - caught.visible_s);
       peak_deg_s[moving ? 1 : 0] = std::max(peak_deg_s[moving ? 1 : 0], caught.peak_deg_s);
-      way_deg = std::max(way_deg, caught.peak_deg);
+      travel_deg = std::max(travel_deg, caught.peak_deg);
     }
     ++i;
   }
@@ -264,7 +264,7 @@ void test_random_gains_that_shake_are_taken_back() {
       "rest, %.2f deg/s and "
       "%.2f "
       "deg moving\n",
-      count, seen, missed, late, longest_s, kVisible_deg_s, peak_deg_s[0], peak_deg_s[1], way_deg);
+      count, seen, missed, late, longest_s, kVisible_deg_s, peak_deg_s[0], peak_deg_s[1], travel_deg);
   TEST_ASSERT_EQUAL(0, missed);
   TEST_ASSERT_LESS_OR_EQUAL(count / 200, late);
   TEST_ASSERT_GREATER_THAN(count * 3 / 4, seen);
@@ -281,8 +281,8 @@ bool are_strong(const axis_parameters& gains, const axis_parameters& designed) {
 void test_new_gains_with_margins_are_never_taken_back() {
   const sim::PlantConfig plant = tracker_plant();
   const sim::NodeSetup setup(plant);
-  const char *const asked = std::getenv("QUIET_SETS");
-  const int count = asked != nullptr ? std::atoi(asked) : 100;
+  const char *const given = std::getenv("QUIET_SETS");
+  const int count = given != nullptr ? std::atoi(given) : 100;
   sim::SplitMix64 random(2);
   int taken_back = 0;
   for (int i = 0; i < count;) {

@@ -1,5 +1,5 @@
 // Faults that encoder and gyro have in common, and others that no single sensor shows: each is detected, and speed and
-// travel stay within the figures of docs/theory.md. The program prints what is reached.
+// travel stay within the figures of docs/theory.md. The program prints the measured figures.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ struct Case {
   double moves_s;      // at 20 deg/s before it, so that the motor is known
   std::function<void(sim::BrokenAxis&)> begin;
   double detection_s;  // from the fault on; the rest is what is promised of it
-  double most_rad_s;
+  double max_rad_s;
   double travel_rad;
   bool excites = false;  // with the fault it turns to and fro
 };
@@ -48,7 +48,7 @@ struct Worst {
   fault_set faults = 0;
   double detection_s = 0;
   double speed_rad_s = 0;  // at the detection
-  double most_rad_s = 0;   // from the fault to rest
+  double max_rad_s = 0;    // from the fault to rest
   double travel_rad = 0;   // the same
   double wrong_rad = 0;    // from the fault to the detection
 };
@@ -88,19 +88,19 @@ void run(const Case& one, int axis, std::uint64_t seed, Worst *worst) {
   one.begin(node.machine().broken().axis[static_cast<std::size_t>(axis)]);
   const double from_rad = angle(node, axis);
   double time_s = 0.0;
-  double most_rad_s = 0.0;
+  double max_rad_s = 0.0;
   while (time_s < kLongest_s && node.axis(axis).drive.fault == FAULT_NONE) {
     if (one.excites) {
       node.set_rate(axis, std::fmod(time_s, 4.0) < 2.0 ? one.rate_rad_s : -one.rate_rad_s);
     }
     node.tick();
     time_s += sim::kTick_s;
-    most_rad_s = std::max(most_rad_s, std::abs(rate(node, axis)));
+    max_rad_s = std::max(max_rad_s, std::abs(rate(node, axis)));
   }
   const fault_id fault = node.axis(axis).drive.fault;
   ++worst->runs;
   if (fault == FAULT_NONE) {
-    worst->most_rad_s = std::max(worst->most_rad_s, most_rad_s);
+    worst->max_rad_s = std::max(worst->max_rad_s, max_rad_s);
     return;
   }
   ++worst->seen;
@@ -110,9 +110,9 @@ void run(const Case& one, int axis, std::uint64_t seed, Worst *worst) {
   worst->wrong_rad = std::max(worst->wrong_rad, std::abs(angle(node, axis) - from_rad));
   for (int i = 0; i < 3000 && std::abs(rate(node, axis)) > 1e-3; ++i) {
     node.tick();
-    most_rad_s = std::max(most_rad_s, std::abs(rate(node, axis)));
+    max_rad_s = std::max(max_rad_s, std::abs(rate(node, axis)));
   }
-  worst->most_rad_s = std::max(worst->most_rad_s, most_rad_s);
+  worst->max_rad_s = std::max(worst->max_rad_s, max_rad_s);
   worst->travel_rad = std::max(worst->travel_rad, std::abs(angle(node, axis) - from_rad));
 }
 
@@ -134,12 +134,12 @@ void check(const Case& one) {
         "%-34s %s: %d of %d after %5.0f ms, %5.1f deg/s, at most %5.1f, %6.2f deg to detection, %6.2f to rest, "
         "faults%s\n",
         one.name, axis == sim::kAzimuth ? "azimuth" : "pitch  ", of_axis.seen, of_axis.runs, 1e3 * of_axis.detection_s,
-        of_axis.speed_rad_s / kDegree, of_axis.most_rad_s / kDegree, of_axis.wrong_rad / kDegree,
+        of_axis.speed_rad_s / kDegree, of_axis.max_rad_s / kDegree, of_axis.wrong_rad / kDegree,
         of_axis.travel_rad / kDegree, names(of_axis.faults).c_str());
     TEST_ASSERT_EQUAL_MESSAGE(of_axis.runs, of_axis.seen, one.name);
     TEST_ASSERT_EQUAL_HEX64_MESSAGE(0, of_axis.faults & ~one.expected, one.name);
     TEST_ASSERT_TRUE_MESSAGE(of_axis.detection_s <= one.detection_s, one.name);
-    TEST_ASSERT_TRUE_MESSAGE(of_axis.most_rad_s <= one.most_rad_s, one.name);
+    TEST_ASSERT_TRUE_MESSAGE(of_axis.max_rad_s <= one.max_rad_s, one.name);
     TEST_ASSERT_TRUE_MESSAGE(of_axis.travel_rad <= one.travel_rad, one.name);
   }
 }

@@ -209,7 +209,7 @@ class Loop {
 
 double largest_radius(const loop_stability_input& in) {
   double largest = 0.0;
-  for (const float inertia : {in.plant.inertia_kg_m2, in.plant.least_inertia_kg_m2}) {
+  for (const float inertia : {in.plant.inertia_kg_m2, in.plant.min_inertia_kg_m2}) {
     for (const bool pre_sliding : {false, true}) {
       for (const loop_name loop : {LOOP_SPEED, LOOP_POSITION, LOOP_TRACKING}) {
         largest = std::max(largest, Loop(in, d(inertia), pre_sliding, loop).spectral_radius());
@@ -247,7 +247,7 @@ class Draw {
 
   void plant(loop_plant& p) {
     p.inertia_kg_m2 = any(0.5, 20.0);
-    p.least_inertia_kg_m2 = p.inertia_kg_m2 * (rarely(0.5) ? 1.0F : within(0.4, 1.0));
+    p.min_inertia_kg_m2 = p.inertia_kg_m2 * (rarely(0.5) ? 1.0F : within(0.4, 1.0));
     p.viscous_nm_s_rad = any(0.1, 30.0);
     p.stiffness_nm_rad = any(1e3, 1e5);
     p.damping_nm_s_rad = any(10.0, 600.0);
@@ -290,8 +290,8 @@ class Draw {
 
 // GAIN_CHECK_SETS: how many, 150 if not set.
 void test_no_unstable_set_passes_the_check() {
-  const char *const asked = std::getenv("GAIN_CHECK_SETS");
-  const int count = asked != nullptr ? std::atoi(asked) : 150;
+  const char *const given = std::getenv("GAIN_CHECK_SETS");
+  const int count = given != nullptr ? std::atoi(given) : 150;
   Draw draw(1);
   int unstable = 0;
   int passed = 0;

@@ -187,7 +187,7 @@ class Script {
   // Set-points of both axes that change every millisecond, so that the current loops have work.
   void turn(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i, ++turned_ms_) {
-      const auto urad_s = static_cast<std::int32_t>(150'000 * std::sin(0.02 * turned_ms_) + 8'000 * (turned_ms_ % 7));
+      const auto urad_s = static_cast<std::int32_t>(150'000 * std::sin(0.02 * turned_ms_) + 1'000 * (turned_ms_ % 7));
       rig_.client.set_speeds(urad_s, -urad_s / 2);
       rig_.client.pass(1);
     }

@@ -20,7 +20,7 @@ static loop_stability_input azimuth(void) {
       .position_per_s = 10.0f,
       .tracker = {.kind = TRACKER_PREDICTIVE, .proportional_per_s = 20.0f},
       .plant = {.inertia_kg_m2 = 6.0f,
-                .least_inertia_kg_m2 = 3.0f,
+                .min_inertia_kg_m2 = 3.0f,
                 .viscous_nm_s_rad = 8.0f,
                 .stiffness_nm_rad = 30000.0f,
                 .damping_nm_s_rad = 300.0f,
@@ -109,7 +109,7 @@ static void test_the_limit_of_a_gain_is_that_of_its_polynomial(void) {
   in.speed.pi.setpoint_weight = 1.0f;
   in.tracker.proportional_per_s = 0.0f;
   in.position_per_s = 0.01f;
-  in.plant.least_inertia_kg_m2 = 6.0f;
+  in.plant.min_inertia_kg_m2 = 6.0f;
   in.plant.viscous_nm_s_rad = 0.0f;
   in.plant.stiffness_nm_rad = 0.0f;
   in.plant.damping_nm_s_rad = 0.0f;
@@ -127,7 +127,7 @@ static void test_the_limit_of_a_gain_is_that_of_its_polynomial(void) {
 
 static void test_a_narrow_notch_is_not_overlooked(void) {
   loop_stability_input in = azimuth();
-  in.plant.least_inertia_kg_m2 = 6.0f;
+  in.plant.min_inertia_kg_m2 = 6.0f;
   TEST_ASSERT_EQUAL(CONTROL_OK,
                     biquad_design_notch(&in.speed.notch, RAD_PER_TURN * 20.0f, RAD_PER_TURN * 0.05f, 0.0f, DT_S));
   expect_refused(&in, LOOP_SPEED);

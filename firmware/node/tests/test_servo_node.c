@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 
+#include "canopen/object_dictionary_check.h"
 #include "support/check.h"
 
 enum { EMCY = 0x080 + NODE_ID, HEARTBEAT = 0x700 + NODE_ID, PV = 3, CSV = 9, CST = 10, RESET_MS = 50 };
@@ -18,6 +19,15 @@ static void turn_azimuth_at_0_2_rad_s(void) {
   SET(0x60FF, 0, 200000);
   wait_ms(900);
   CHECK_NEAR("rad/s", 0.2, machine.axis[0].rate_rad_s, 0.002);
+}
+
+/* --- dictionary --------------------------------------------------------------------------------------------------- */
+
+static void test_every_row_of_the_dictionary_keeps_the_rules(void) {
+  const od_table_verdict verdict = od_check_dictionary(&node.canopen.dictionary);
+  char row[32];
+  (void)snprintf(row, sizeof row, "%04X:%u", (unsigned)verdict.index, (unsigned)verdict.sub);
+  TEST_ASSERT_EQUAL_INT_MESSAGE(OD_TABLE_GOOD, verdict.fault, row);
 }
 
 /* --- motion ------------------------------------------------------------------------------------------------------- */
@@ -673,6 +683,7 @@ static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void
 
 int main(void) {
   UNITY_BEGIN();
+  RUN_TEST(test_every_row_of_the_dictionary_keeps_the_rules);
   RUN_TEST(test_pdos_alone_enable_an_axis_and_turn_it);
   RUN_TEST(test_the_bridge_pushes_only_where_an_axis_is_on);
   RUN_TEST(test_cyclic_setpoints_that_repeat_their_value_keep_the_axis_going);

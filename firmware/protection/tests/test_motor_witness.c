@@ -167,7 +167,7 @@ static void test_a_motor_with_half_its_back_emf_is_weak_once_it_has_been_moved_a
   TEST_ASSERT_TRUE(ticks > 0 && ticks <= 30);
 }
 
-static void test_a_motor_that_turns_the_other_way_is_no_weak_motor(void) {
+static void test_a_motor_that_turns_in_the_opposite_direction_is_no_weak_motor(void) {
   bench b = new_bench();
   rest_off(&b, 60);
   agree(&b, 4.0f, 0.0f, 300);
@@ -251,7 +251,7 @@ int main(void) {
   RUN_TEST(test_the_resistance_is_learned_from_a_current_and_forgotten_with_time);
   RUN_TEST(test_a_winding_that_warms_by_3_percent_a_second_is_followed);
   RUN_TEST(test_a_motor_with_half_its_back_emf_is_weak_once_it_has_been_moved_at_low_and_high_current);
-  RUN_TEST(test_a_motor_that_turns_the_other_way_is_no_weak_motor);
+  RUN_TEST(test_a_motor_that_turns_in_the_opposite_direction_is_no_weak_motor);
   RUN_TEST(test_the_offset_of_the_current_is_learned_while_the_bridge_is_off);
   RUN_TEST(test_an_offset_that_is_a_fault_of_its_own_is_not_learned);
   RUN_TEST(test_before_the_offset_is_known_the_error_is_larger);

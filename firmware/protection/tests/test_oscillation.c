@@ -103,19 +103,19 @@ static void test_a_set_point_explains_the_torque_that_follows_it(void) {
   }
 }
 
-static void test_fast_torque_swings_are_told_before_they_count(void) {
+static void test_fast_torque_swings_are_reported_before_they_count(void) {
   oscillation state;
   oscillation_reset(&state);
   oscillation_params plant = kPlant;
   plant.suspect = true;
-  bool told = false;
+  bool reported = false;
   for (int tick = 0; tick < 100; ++tick) {
     const oscillation_inputs in = {.closed = true, .loop_nm = tick / 2 % 2 == 0 ? 35.0f : -35.0f};
     if (oscillation_step(&state, &plant, &in, DT_S)) {
-      TEST_ASSERT_TRUE(told);
+      TEST_ASSERT_TRUE(reported);
       return;
     }
-    told = oscillation_may_begin(&state);
+    reported = oscillation_may_begin(&state);
   }
   TEST_FAIL_MESSAGE("not seen");
 }
@@ -128,6 +128,6 @@ int main(void) {
   RUN_TEST(test_an_open_loop_does_not_oscillate);
   RUN_TEST(test_a_decaying_oscillation_is_left_to_decay);
   RUN_TEST(test_a_set_point_explains_the_torque_that_follows_it);
-  RUN_TEST(test_fast_torque_swings_are_told_before_they_count);
+  RUN_TEST(test_fast_torque_swings_are_reported_before_they_count);
   return UNITY_END();
 }

@@ -49,7 +49,7 @@ void set_plant(axis_parameters& parameters, const IdentifiedPlant& plant) {
   const auto f = [](double value) { return static_cast<float>(value); };
   const lugre_params& friction = plant.friction;
   parameters.plant.inertia_kg_m2 = f(plant.inertia_kg_m2);
-  parameters.plant.least_inertia_kg_m2 = f(plant.inertia_kg_m2);
+  parameters.plant.min_inertia_kg_m2 = f(plant.inertia_kg_m2);
   parameters.plant.viscous_nm_s_rad = std::min(friction.positive.viscous_nm_s_rad, friction.negative.viscous_nm_s_rad);
   parameters.plant.stiffness_nm_rad = friction.stiffness_nm_rad;
   parameters.plant.damping_nm_s_rad = friction.damping_nm_s_rad;

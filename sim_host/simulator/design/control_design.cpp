@@ -132,7 +132,7 @@ void set_plant(axis_parameters& p, const PlantConfig& plant, int axis, const Des
     return;
   }
   gain_design::set_plant(p, true_plant(plant, axis));
-  p.plant.least_inertia_kg_m2 = to_float(min_inertia_kg_m2(plant, axis));
+  p.plant.min_inertia_kg_m2 = to_float(min_inertia_kg_m2(plant, axis));
 }
 
 // Everything except the PI. What no rule decides is the default of the parameter list.

@@ -4,10 +4,13 @@
 //   stiff:            v = Vs - Rs i
 //   with capacitor:   C dv/dt = max(Vs - v, 0)/Rs - i - (brake resistor on ? v/Rb : 0)
 //
-// i is what the bridges draw; a motor that brakes can return current. The step is implicit in v, so it is stable for
-// any C and Rs. Use: step() once per PWM period.
+// i is what the bridges draw; a motor that brakes can return current. At three times Vs the bridges' transistors break
+// down and take the rest: a capacitor that is far too small gives a high voltage, not an infinite one. The step is
+// implicit in v, so it is stable for any C and Rs. Use: step() once per PWM period.
 #ifndef TRACKSERVO_SIM_PLANT_DC_BUS_HPP
 #define TRACKSERVO_SIM_PLANT_DC_BUS_HPP
+
+#include <algorithm>
 
 #include "config/plant_config.hpp"
 
@@ -36,6 +39,7 @@ class DcBus {
  private:
   static constexpr double kMinResistance_ohm = 1e-3;  // of a supply that has none
   static constexpr double kHysteresis_v = 1.0;        // of the brake resistor's switch
+  static constexpr double kBreakdown = 3.0;           // voltage of the transistors, over that of the supply
 
   void charge(double drawn_a) {
     const double per_farad_s = dt_s_ / (share_ * config_.capacitance_f);
@@ -46,7 +50,7 @@ class DcBus {
       conductance_s = resistor_on_ ? 1.0 / config_.brake_resistor_ohm : 0.0;
     }
     const double free_v = (voltage_v_ - per_farad_s * drawn_a) / (1.0 + per_farad_s * conductance_s);
-    voltage_v_ = free_v > 0.0 ? free_v : 0.0;
+    voltage_v_ = std::clamp(free_v, 0.0, kBreakdown * config_.voltage_v);
     if (free_v < config_.voltage_v) {  // then the supply conducts
       const double source_s = 1.0 / (config_.source_resistance_ohm > kMinResistance_ohm ? config_.source_resistance_ohm
                                                                                         : kMinResistance_ohm);

@@ -1,7 +1,7 @@
 // All sensors of one axis that the firmware samples once per tick: their configurations, their tables in a plant file
 // and their models. The only list of them.
 //
-// A new sensor is a model with its configuration and keys beside it, and a line in each of the five places below. Plant
+// A new sensor is a model with its configuration and keys beside it, and a line in each of the places below. Plant
 // file, reference page, simulated machine and firmware then have it.
 //
 // Use: advance() once per PWM period, sample() once per tick.

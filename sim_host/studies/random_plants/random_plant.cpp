@@ -139,9 +139,10 @@ RandomPlant random_plant(const PlantConfig& nominal, double share, std::uint64_t
 }
 
 const std::vector<std::string>& retained_keys() {
-  static const std::vector<std::string> all = {"adc.current_full_scale_a",  "adc.voltage_full_scale_v",
-                                               "end_stop_stiffness_nm_rad", "end_stop_restitution",
-                                               "motor.current_limit_a",     "gyro.range_deg_s"};
+  static const std::vector<std::string> all = {
+      "adc.current_full_scale_a", "adc.voltage_full_scale_v",  "end_stop_stiffness_nm_rad",
+      "end_stop_restitution",     "motor.current_limit_a",     "gyro.range_deg_s",
+      "supply.capacitance_mf",    "supply.brake_resistor_ohm", "supply.brake_resistor_v"};
   return all;
 }
 

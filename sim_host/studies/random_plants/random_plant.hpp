@@ -30,7 +30,8 @@ struct RandomPlant {
 // torque where it would fall below.
 RandomPlant random_plant(const PlantConfig& nominal, double share, std::uint64_t seed);
 
-// Numeric keys that keep their values, without the axis: "motor.current_limit_a".
+// Numeric keys that keep their values, without the axis: "motor.current_limit_a". They are ranges of sensors, ends of
+// the travel, and parts of the supply that the machine may lack.
 const std::vector<std::string>& retained_keys();
 
 }  // namespace trackservo::sim

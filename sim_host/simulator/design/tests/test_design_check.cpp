@@ -171,7 +171,7 @@ void test_two_numbers_that_do_not_go_together_are_both_named() {
   check_says(refusal(plant, "pi"), "azimuth.motor.current_limit_a (now 16) ");
 }
 
-void test_the_least_inertia_is_that_of_the_pitch_travel() {
+void test_the_min_inertia_is_that_of_the_pitch_travel() {
   PlantConfig plant = shipped_plant("tracker");
   CHECK_NEAR("over the zenith", 3.0, min_inertia_kg_m2(plant, kAzimuth), 1e-9);
   CHECK_NEAR("pitch", 2.5, min_inertia_kg_m2(plant, kPitch), 1e-9);
@@ -247,7 +247,7 @@ int main() {
   RUN_TEST(test_requirements_out_of_the_firmwares_range_name_their_line);
   RUN_TEST(test_an_inertia_that_no_controller_can_turn_is_named_with_the_range_that_works);
   RUN_TEST(test_two_numbers_that_do_not_go_together_are_both_named);
-  RUN_TEST(test_the_least_inertia_is_that_of_the_pitch_travel);
+  RUN_TEST(test_the_min_inertia_is_that_of_the_pitch_travel);
   RUN_TEST(test_the_machine_shakes_where_the_calculation_says_so);
   return UNITY_END();
 }

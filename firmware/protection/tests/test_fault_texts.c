@@ -1,0 +1,48 @@
+/* The two halves of the fault table: each fault has a row in both, and each row says everything an operator needs. */
+#include "protection/fault_texts.h"
+
+#include <stdio.h>
+
+#include "unity.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+static void test_every_fault_has_a_code_and_a_latency(void) {
+  for (int i = 1; i < FAULT_COUNT; ++i) {
+    char fault[16];
+    (void)snprintf(fault, sizeof fault, "fault %d", i);
+    TEST_ASSERT_NOT_EQUAL_MESSAGE(0, fault_table[i].code, fault);
+    TEST_ASSERT_NOT_EQUAL_MESSAGE(0, fault_table[i].latency_ms, fault);
+  }
+}
+
+static void test_every_fault_has_all_its_texts(void) {
+  for (int i = 1; i < FAULT_COUNT; ++i) {
+    const fault_text *text = &fault_texts[i];
+    const char *const texts[] = {text->name,  text->detection, text->when, text->cause,
+                                 text->check, text->cure,      text->clear};
+    for (unsigned k = 0; k < sizeof texts / sizeof texts[0]; ++k) {
+      char place[32];
+      (void)snprintf(place, sizeof place, "fault %d, text %u", i, k);
+      TEST_ASSERT_NOT_NULL_MESSAGE(texts[k], place);
+      TEST_ASSERT_NOT_EQUAL_MESSAGE('\0', texts[k][0], place);
+    }
+    TEST_ASSERT_NOT_NULL(text->timer);
+  }
+}
+
+static void test_every_column_of_the_fault_log_has_a_name_and_a_unit(void) {
+  for (int i = 0; i < FAULT_LOG_SIGNALS; ++i) {
+    TEST_ASSERT_NOT_NULL(fault_signals[i].name);
+    TEST_ASSERT_NOT_NULL(fault_signals[i].unit);
+  }
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_every_fault_has_a_code_and_a_latency);
+  RUN_TEST(test_every_fault_has_all_its_texts);
+  RUN_TEST(test_every_column_of_the_fault_log_has_a_name_and_a_unit);
+  return UNITY_END();
+}
