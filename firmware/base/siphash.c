@@ -9,7 +9,10 @@ typedef struct {
   uint64_t v3;
 } sip_state;
 
-static uint64_t rotated(uint64_t value, uint32_t bits) { return value << bits | value >> (64u - bits); }
+static uint64_t rotated(uint64_t value, uint32_t bits) {
+  const uint32_t others = 64u - bits;
+  return value << bits | value >> others;
+}
 
 static void mix(sip_state *s, int rounds) {
   for (int i = 0; i < rounds; ++i) {
@@ -35,7 +38,8 @@ static void take_word(sip_state *s, uint64_t word) {
 static uint64_t word_of(const uint8_t *bytes, uint32_t length) {
   uint64_t word = 0;
   for (uint32_t i = 0; i < length; ++i) {
-    word |= (uint64_t)bytes[i] << (8u * i);
+    const uint32_t shift = 8u * i;
+    word |= (uint64_t)bytes[i] << shift;
   }
   return word;
 }

@@ -123,7 +123,10 @@ static controller controller_at(const loop_stability_input *in, circle at) {
   const loop_complex integral = scaled(pi->integral_gain * in->dt_s, at.q);
   loop_complex feedback = add(scaled(pi->proportional_gain, zero), integral);
   loop_complex reference = add(scaled(pi->setpoint_weight * pi->proportional_gain, zero), integral);
-  int poles = integrates ? 1 : 0;
+  int poles = 0;
+  if (integrates) {
+    poles = 1;
+  }
   if (in->speed.observer_on) {
     const float blend = 1.0f - scalar_exp_minus(o->bandwidth_rad_s * in->dt_s);
     const loop_complex lag = add(real(blend), scaled(1.0f - blend, at.d));

@@ -29,7 +29,8 @@ uint64_t access_lock_hash(const access_lock *lock, uint64_t word) {
   const siphash_key key = {UINT64_C(0x6B636F6C74737274) /* "trstlock" */, lock->salt};
   uint8_t bytes[sizeof word];
   for (uint32_t i = 0; i < sizeof word; ++i) {
-    bytes[i] = (uint8_t)(word >> (8u * i));
+    const uint32_t shift = 8u * i;
+    bytes[i] = (uint8_t)(word >> shift);
   }
   const uint64_t hash = siphash(&key, bytes, sizeof bytes);
   return hash == 0 ? 1 : hash;

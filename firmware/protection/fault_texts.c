@@ -370,6 +370,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
              "or 2060:25 (engaged).",
          .when = "Always, if 2060:26 is 1.",
          .timer = "",
+         .limits = LIMIT(24) | LIMIT(25) | LIMIT(26),
          .cause = "The brake sticks or is worn, its coil has no current, or a wire of coil or contact is broken.",
          .check = "3061:1 (4 azimuth, 8 pitch: released) while the axis is enabled and while it is off.",
          .cure = "Repair brake or wire. An axis without a contact: 2060:26 = 0.",
