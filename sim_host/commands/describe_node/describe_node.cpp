@@ -112,7 +112,8 @@ int compare_with_committed(const Texts& texts) {
 int main(int argc, char **argv) {
   const bool only_defaults = argc == 3 && std::string_view(argv[1]) == "--defaults";
   const bool check = argc == 2 && std::string_view(argv[1]) == "--check";
-  if (argc != 2 && !only_defaults) {
+  const bool is_option = argc >= 2 && argv[1][0] == '-' && !only_defaults && !check;
+  if ((argc != 2 && !only_defaults) || is_option) {
     (void)std::fprintf(stderr, "Usage: describe_node [--defaults] FOLDER\n       describe_node --check\n");
     return 2;
   }

@@ -1,8 +1,0 @@
-/* Printed by the build from the node's dictionary: do not edit it, `tools/update-docs dictionary` renews it. */
-#ifndef TRACKSERVO_PRODUCTS_BRUSHED_TRACKER_DEFAULT_SCHEMA_H
-#define TRACKSERVO_PRODUCTS_BRUSHED_TRACKER_DEFAULT_SCHEMA_H
-
-/* Object 3030:2, see node/schema_hash.h. */
-#define DEFAULT_SCHEMA_HASH 0x1BD95BC0u
-
-#endif
