@@ -35,8 +35,7 @@ std::uint32_t HostDevice::write(std::uint16_t index, std::uint8_t sub, std::uint
   const od_abort found = od_find(servo_node_dictionary(&node_.node()), index, sub, &object);
   node_.node().canopen.sdo_client = 0;  // whose lock it is (0x3040)
   od_abort answer = found != OD_OK ? found : od_write(&object, data, static_cast<std::uint16_t>(bytes));
-  while (answer == OD_PENDING) {
-    node_.tick();
+  while (answer == OD_PENDING) {  // each call does a slice of the work; no time passes, so that equal seeds stay equal
     answer = od_write(&object, data, static_cast<std::uint16_t>(bytes));
   }
   node_.node().canopen.sdo_client = SDO_CHANNELS;
