@@ -510,7 +510,7 @@ static void tick_producer(canopen_node *node) {
   }
 }
 
-/* A heartbeat or an RPDO that has its own time limit, and keeps it. */
+/* The master sends a heartbeat or an RPDO with a time limit of its own, and within that limit. */
 static bool is_monitored(const canopen_node *node) {
   bool monitored = false;
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {

@@ -136,7 +136,7 @@ void canopen_node_answer(canopen_node *node);
  * has set how long that one may be silent. */
 uint32_t canopen_node_silent_ms(const canopen_node *node);
 
-/* A frame for this node: the silence begins anew. For an application that has a master beside the bus. */
+/* Restarts the supervision of the master. For an application that receives from its master by another bus, too. */
 static inline void canopen_node_heard(canopen_node *node) { node->silent_ms = 0; }
 
 /* Errors of the application; see emergency.h. Its sources are not 0. */

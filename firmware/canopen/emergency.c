@@ -2,8 +2,7 @@
 
 #include <string.h>
 
-#define COB_ID_INVALID 0x80000000u
-#define COB_ID_BITS 0x7FFu
+#include "canopen/cob_id.h"
 
 static void update_register(const emergency_producer *self, emergency_objects *objects) {
   uint8_t bits = 0;
@@ -103,7 +102,7 @@ void emergency_tick(emergency_producer *self, const emergency_objects *objects, 
     return;
   }
   if ((objects->cob_id & COB_ID_INVALID) == 0) {
-    can_frame frame = {.id = objects->cob_id & COB_ID_BITS, .length = CAN_FRAME_BYTES};
+    can_frame frame = {.id = objects->cob_id & COB_ID_IDENTIFIER, .length = CAN_FRAME_BYTES};
     memcpy(frame.data, self->waiting[self->waiting_first], CAN_FRAME_BYTES);
     if (!sender->send(sender->context, &frame)) {
       return;

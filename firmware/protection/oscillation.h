@@ -66,7 +66,7 @@ static inline bool oscillation_may_begin(const oscillation *state) { return stat
 /* Nothing seen yet; also when a loop closes. */
 void oscillation_reset(oscillation *state);
 
-/* One tick. True in each tick in which the axis shakes. Cost: about 110 instructions. */
+/* One tick. True in each tick in which the axis shakes. docs/cost.md counts it. */
 bool oscillation_step(oscillation *state, const oscillation_params *params, const oscillation_inputs *in, float dt_s);
 
 #endif

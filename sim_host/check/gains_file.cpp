@@ -17,6 +17,7 @@
 
 extern "C" {
 #include "parameters/axis_dictionary.h"
+#include "protection/access_lock.h"
 }
 
 namespace trackservo::sim {
@@ -27,7 +28,7 @@ using Tunable = std::map<std::string, od_object>;
 
 constexpr const char *kDeviceTable = "device";
 constexpr std::uint16_t kAccessLock = 0x3040;
-constexpr std::uint32_t kOpen = 0x6E65706F;
+constexpr std::uint32_t kOpen = ACCESS_LOCK_WORD;
 constexpr std::uint16_t kTuning = 0x2070;
 constexpr std::uint16_t kAxisShift = 0x800;
 constexpr std::uint32_t kApply = 1;

@@ -296,20 +296,22 @@ static void test_after_a_doubtful_start_no_axis_turns_until_it_is_acknowledged(v
   TEST_ASSERT_TRUE(lost_parameters_are_reported());
 }
 
-/* Finding (a): a set whose commit mark cannot be seen at one start, and a save after that. */
-static void test_a_set_with_a_weak_commit_mark_never_replaces_a_later_one(void) {
+/* Set 8 is newer than 7, but the unit at `offset` of it shows wrong at one start: 7 is in force, and this is reported
+ * in 3031:`counter`. Set 9 is saved then, and stays when the unit reads right again. */
+static void a_weak_newer_set_never_replaces_a_later_one(uint32_t (*offset)(const parameter_record *weak),
+                                                        flash_show show, uint8_t counter) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   change_one_of_each(8);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
   const parameter_record weak = node.storage.store.in_use;
-  const uint32_t unit = (weak.area * 4 + weak.page) * 256 + weak.rows + 3;
+  const uint32_t unit = (weak.area * 4 + weak.page) * 256 + offset(&weak);
   flash_model_weaken(&model, unit, 1);
   model.weak[unit].changes_at_starts = false;
-  model.weak[unit].shows = SHOWS_OTHER;
+  model.weak[unit].shows = show;
   restart();
   TEST_ASSERT_TRUE(has_one_of_each(7));
-  TEST_ASSERT_EQUAL(1, get(0x3031, 4));
+  TEST_ASSERT_EQUAL(1, get(0x3031, counter));
   TEST_ASSERT_TRUE(lost_parameters_are_reported());
   change_one_of_each(9);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
@@ -319,29 +321,23 @@ static void test_a_set_with_a_weak_commit_mark_never_replaces_a_later_one(void) 
   TEST_ASSERT_FALSE(lost_parameters_are_reported());
 }
 
+static uint32_t head(const parameter_record *weak) {
+  (void)weak;
+  return 0;
+}
+
+static uint32_t commit_mark(const parameter_record *weak) { return weak->rows + 3; }
+
+/* Finding (a): a set whose commit mark cannot be seen at one start, and a save after that. */
+static void test_a_set_with_a_weak_commit_mark_never_replaces_a_later_one(void) {
+  a_weak_newer_set_never_replaces_a_later_one(commit_mark, SHOWS_OTHER, 4);
+}
+
 /* Findings (b) and (c): its first double word is unreadable, or has a wrong bit, at one start. */
 static void test_a_set_with_a_weak_head_never_replaces_a_later_one(void) {
   for (int show = SHOWS_OTHER; show < FLASH_SHOWS; ++show) {
     setUp();
-    change_one_of_each(7);
-    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
-    change_one_of_each(8);
-    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
-    const parameter_record weak = node.storage.store.in_use;
-    const uint32_t unit = (weak.area * 4 + weak.page) * 256;
-    flash_model_weaken(&model, unit, 1);
-    model.weak[unit].changes_at_starts = false;
-    model.weak[unit].shows = (flash_show)show;
-    restart();
-    TEST_ASSERT_TRUE(has_one_of_each(7));
-    TEST_ASSERT_EQUAL(1, get(0x3031, 3));
-    TEST_ASSERT_TRUE(lost_parameters_are_reported());
-    change_one_of_each(9);
-    TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
-    model.weak[unit].shows = SHOWS_RIGHT;
-    restart();
-    TEST_ASSERT_TRUE(has_one_of_each(9));
-    TEST_ASSERT_FALSE(lost_parameters_are_reported());
+    a_weak_newer_set_never_replaces_a_later_one(head, (flash_show)show, 3);
   }
 }
 

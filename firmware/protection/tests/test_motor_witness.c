@@ -200,7 +200,7 @@ static void test_before_the_offset_is_known_the_error_is_larger(void) {
   TEST_ASSERT_TRUE(bound_rad_s > 1.5f * motor_witness_bound_rad_s(&known.witness, &known.limits));
 }
 
-/* So large an error has its own fault, of the current sensor. */
+/* An error this large is a fault of the current sensor. */
 static void test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor(void) {
   bench b = new_bench();
   rest_off(&b, 60);

@@ -9,13 +9,17 @@
 #include "dictionary/refusal_text.hpp"
 #include "serve/node_parameters.hpp"
 
+extern "C" {
+#include "protection/access_lock.h"
+}
+
 namespace trackservo::sim {
 namespace {
 
 constexpr std::uint8_t kNodeId = 1;
 constexpr std::uint16_t kAxisShift = 0x800;
 constexpr int kMaxTicksToEnable = 20;
-constexpr std::int64_t kOpen = 0x6E65706F;
+constexpr std::int64_t kOpen = ACCESS_LOCK_WORD;
 constexpr double kCountsPerRad = 1e7;  // of positions
 
 bool send_nowhere(void *, const can_frame *) { return true; }
