@@ -72,13 +72,8 @@ static bool too_fast(const envelope_params *params, float position_rad, float ah
 
 /* Whether the axis still has the power, or the momentum, that the drive gave it. */
 static void follow_power(envelope_state *state, const envelope_inputs *in) {
-  if (in->phase == ENVELOPE_UNTRUSTED) {
-    state->turns = false;
-  } else if (in->powered) {
-    state->turns = true;
-  } else if (scalar_within(state->rate_rad_s, TURNS_RAD_S)) {
-    state->turns = false;
-  }
+  state->turns = in->phase != ENVELOPE_UNTRUSTED &&
+                 (in->powered || (state->turns && !scalar_within(state->rate_rad_s, TURNS_RAD_S)));
 }
 
 static bool stop_ignored(envelope_state *state, const envelope_params *params, const envelope_inputs *in, float dt_s) {

@@ -10,7 +10,7 @@ void tearDown(void) {}
 
 static void test_every_fault_has_a_code_and_a_latency(void) {
   for (int i = 1; i < FAULT_COUNT; ++i) {
-    char fault[16];
+    char fault[32];
     (void)snprintf(fault, sizeof fault, "fault %d", i);
     TEST_ASSERT_NOT_EQUAL_MESSAGE(0, fault_table[i].code, fault);
     TEST_ASSERT_NOT_EQUAL_MESSAGE(0, fault_table[i].latency_ms, fault);
