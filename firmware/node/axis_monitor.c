@@ -77,41 +77,54 @@ static float outer_reference_rad_s(axis_monitor *monitor, const servo_axis *axis
   }
 }
 
-static void look_for_oscillation(axis_monitor *monitor, const servo_board *board, int i, bool suspect) {
-  const servo_axis *axis = &board->app.axis[i];
-  const servo_axis_params *params = &board->app.params.axis[i];
-  const servo_axis_command *command = &board->command.axis[i];
-  const float motor_nm = torque_in_force_nm(params, command);
-  const oscillation_params plant = {.inertia_kg_m2 = params->plant_inertia_kg_m2,
-                                    .friction_nm = scalar_min(friction_nm(params), 0.3f * motor_nm),
-                                    .torque_nm = motor_nm,
-                                    .suspect = suspect};
-  const oscillation_inputs in = {
-      .closed = monitor->seen.speed_closed && monitor->seen.angle_valid,
-      .reference_rad_s = outer_reference_rad_s(monitor, axis, command),
-      .rate_rad_s = monitor->state.last_step_rad / SERVO_TICK_S,
-      .loop_nm = axis->commanded_nm - axis->added_nm,
-      .feedforward_nm = axis->signals.torque.friction_nm + axis->signals.torque.acceleration_nm,
-      .added_nm = axis->added_nm};
-  monitor->oscillates = oscillation_step(&monitor->swings, &plant, &in, SERVO_TICK_S);
+/* The commands of this tick, for the motion that the next one sees. */
+static void note_commands(axis_monitor *monitor, const servo_axis *axis, const servo_axis_params *params,
+                          const servo_axis_command *command) {
+  monitor->torque_nm = torque_in_force_nm(params, command);
+  monitor->commanded =
+      (oscillation_inputs){.reference_rad_s = outer_reference_rad_s(monitor, axis, command),
+                           .loop_nm = axis->commanded_nm - axis->added_nm,
+                           .feedforward_nm = axis->signals.torque.friction_nm + axis->signals.torque.acceleration_nm,
+                           .added_nm = axis->added_nm};
 }
 
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position,
-                            bool new_gains) {
+static bool look_for_oscillation(axis_monitor *monitor, const servo_axis_params *params, bool suspect) {
+  const oscillation_params plant = {.inertia_kg_m2 = params->plant_inertia_kg_m2,
+                                    .friction_nm = scalar_min(friction_nm(params), 0.3f * monitor->torque_nm),
+                                    .torque_nm = monitor->torque_nm,
+                                    .suspect = suspect};
+  oscillation_inputs in = monitor->commanded;
+  in.closed = monitor->seen.speed_closed && monitor->seen.angle_valid;
+  in.rate_rad_s = monitor->state.last_step_rad / SERVO_TICK_S;
+  return oscillation_step(&monitor->swings, &plant, &in, SERVO_TICK_S);
+}
+
+/* In a fast oscillation the voltage of the last PWM period does not belong to the mean current of the tick: until the
+ * new gains are proven or taken back, that shows no broken sensor. */
+static fault_set without_current(axis_monitor *monitor, fault_set found) {
+  if (!monitor->may_shake) {
+    return found;
+  }
+  monitor->state.mismatch_ticks = 0;
+  return found & ~(fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_MOTOR_CONTRADICTS) | fault_bit(FAULT_MOTOR_WEAK));
+}
+
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position) {
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
   look(&monitor->seen, board, axis, position);
-  fault_set found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
-  look_for_oscillation(monitor, board, axis, new_gains);
-  /* In a fast oscillation the voltage of the last PWM period does not belong to the mean current of the tick. */
-  if (new_gains && oscillation_may_begin(&monitor->swings)) {
-    found &= ~(fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_MOTOR_CONTRADICTS) | fault_bit(FAULT_MOTOR_WEAK));
-    monitor->state.mismatch_ticks = 0;
-  }
-  return found;
+  const fault_set found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
+  return monitor->judged | without_current(monitor, found);
 }
 
-void axis_monitor_learn(axis_monitor *monitor) {
-  axis_protection_learn(&monitor->state, &monitor->limits, SERVO_TICK_S);
+void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, bool new_gains) {
+  const servo_axis_params *params = &board->app.params.axis[axis];
+  const protection_motor motor = motor_of(params);
+  const fault_set found =
+      axis_protection_judge(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
+  monitor->oscillates = look_for_oscillation(monitor, params, new_gains);
+  monitor->may_shake = new_gains && oscillation_may_begin(&monitor->swings);
+  monitor->judged = without_current(monitor, found);
+  note_commands(monitor, &board->app.axis[axis], params, &board->command.axis[axis]);
 }
 
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log) {

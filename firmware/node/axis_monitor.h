@@ -14,25 +14,28 @@ typedef struct {
   protection_limits limits; /* 0x2060, in effect */
   protection_inputs seen;   /* by the last step */
   axis_protection state;
+  fault_set judged; /* by the last deferred task */
   oscillation swings;
-  bool oscillates;            /* seen by the last step */
-  angle_turn32 last_setpoint; /* of the position, in the step before */
+  oscillation_inputs commanded; /* in the last tick; its motion is seen in the next */
+  float torque_nm;              /* that the limits of the last tick leave */
+  bool oscillates;              /* seen by the last deferred task */
+  bool may_shake;               /* new gains, and fast swings have begun */
+  angle_turn32 last_setpoint;   /* of the position, in the tick before */
 } axis_monitor;
 
 /* No fault detected yet; the limits stay. */
 void axis_monitor_reset(axis_monitor *monitor);
 
-/* The faults that the samples of this tick show; `position` is that of the drive in the last tick,
- * `new_gains`: the active ones are not proven yet. Call it between
- * `servo_board_sample` and `servo_board_control`. */
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position,
-                            bool new_gains);
+/* The faults that the samples of this tick show, and those that the last deferred task has judged; `position` is that
+ * of the drive in the last tick. Call it between `servo_board_sample` and `servo_board_control`. */
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position);
+
+/* After each tick, in the deferred task: the monitors that need many ticks, so that one more does not count.
+ * `new_gains`: the active ones are not proven yet. */
+void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, bool new_gains);
 
 /* The gains have changed: an oscillation that the old ones caused no longer counts. */
 void axis_monitor_retuned(axis_monitor *monitor);
-
-/* After each tick, in the deferred task: what the monitors learn from it. */
-void axis_monitor_learn(axis_monitor *monitor);
 
 /* Adds the inputs of the last step to the history of the log. */
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log);

@@ -561,8 +561,7 @@ static void gather_inputs(servo_node *node, int i) {
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
   inputs->faults = axis->bus_faults | faults_of_board(health, axis->drive.state.power) |
-                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position,
-                                     axis_tuning_can_take_back(&axis->tuning));
+                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position);
   if (axis->monitor.oscillates && !axis_tuning_can_take_back(&axis->tuning)) {
     inputs->faults |= fault_bit(FAULT_OSCILLATION);
   }
@@ -660,7 +659,7 @@ static void keep_gains_quiet(servo_node *node, int i) {
 
 static void report_axis(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
-  axis_monitor_learn(&axis->monitor);
+  axis_monitor_judge(&axis->monitor, &node->board, i, axis_tuning_can_take_back(&axis->tuning));
   keep_gains_quiet(node, i);
   axis_monitor_remember(&axis->monitor, i, &node->log);
   drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],

@@ -249,8 +249,8 @@ static motor_witness_limits witness_limits(const protection_limits *limits) {
                                 .largest_v = limits->voltage_mismatch_v};
 }
 
-static fault_set ask_motor(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
-                           const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
+fault_set axis_protection_judge(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
+                                const protection_inputs *in, float dt_s) {
   const bool whole_tick = p->closed_ticks > 1; /* the voltage of the tick in which the loop closed has two parts */
   p->closed_ticks = !in->closed ? 0 : p->closed_ticks + (whole_tick ? 0 : 1);
   const motor_witness_limits witness = witness_limits(limits);
@@ -262,8 +262,9 @@ static fault_set ask_motor(axis_protection *p, const protection_limits *limits, 
                                      .voltage_v = in->tick_voltage_v,
                                      .current_a = in->mean_current_a,
                                      .now_a = in->tick_current_a,
-                                     .rate_rad_s = joint_rate_rad_s};
+                                     .rate_rad_s = p->last_step_rad / dt_s};
   const motor_verdict verdict = motor_witness_step(&p->witness, &witness, &data, &seen, dt_s);
+  motor_witness_learn(&p->witness, &witness, dt_s);
   return bit_if(verdict == MOTOR_CONTRADICTS, FAULT_MOTOR_CONTRADICTS) |
          bit_if(verdict == MOTOR_WEAK, FAULT_MOTOR_WEAK);
 }
@@ -277,13 +278,7 @@ fault_set axis_protection_step(axis_protection *protection, const protection_lim
   found |= monitor_current(protection, limits, motor, in, joint_rate_rad_s, dt_s);
   found |= monitor_voltage(protection, limits, in);
   found |= monitor_motion(protection, limits, motor, in, joint_rate_rad_s, dt_s);
-  found |= ask_motor(protection, limits, motor, in, joint_rate_rad_s, dt_s);
   return found;
-}
-
-void axis_protection_learn(axis_protection *protection, const protection_limits *limits, float dt_s) {
-  const motor_witness_limits witness = witness_limits(limits);
-  motor_witness_learn(&protection->witness, &witness, dt_s);
 }
 
 bool axis_protection_warns(const axis_protection *protection, const protection_limits *limits) {

@@ -1,9 +1,9 @@
 /* Monitors one axis once per tick: finds the active faults from the sensors and from the motor commands. It only
  * detects; the drive reacts as `fault_table` says.
  *
- * Sensors are checked in every state, motion only while the loops are closed. It works on the samples of this tick
- * before the set-points are computed, so the reaction is in the same tick. Cost: about 270 instructions
- * (docs/cost.md). */
+ * Sensors are checked in every state, motion only while the loops are closed. What a single tick can show is found in
+ * the tick, on its samples and before the set-points are computed: the reaction is in the same tick. What needs many
+ * ticks anyway is judged in the deferred task after it, and counts one tick later. docs/cost.md has the cost. */
 #ifndef TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
 #define TRACKSERVO_PROTECTION_AXIS_PROTECTION_H
 
@@ -100,12 +100,14 @@ control_status protection_check(const protection_limits *limits);
 /* No fault counted yet; what is known of the winding is kept. */
 void axis_protection_reset(axis_protection *protection);
 
-/* The faults that are present in this tick. */
+/* The faults that this tick shows. */
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s);
 
-/* After the tick, in the deferred task: what the monitors learn from it. */
-void axis_protection_learn(axis_protection *protection, const protection_limits *limits, float dt_s);
+/* After the tick, in the deferred task and with the same inputs: the faults that the motor shows, and what is learned
+ * of its winding. They count from the next tick on. */
+fault_set axis_protection_judge(axis_protection *protection, const protection_limits *limits,
+                                const protection_motor *motor, const protection_inputs *in, float dt_s);
 
 /* Whether the winding is near its limit: 90 % of the continuous current. */
 bool axis_protection_warns(const axis_protection *protection, const protection_limits *limits);

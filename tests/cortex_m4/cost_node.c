@@ -1,5 +1,6 @@
 /* cost_node: instructions of the whole 1 kHz task of both axes, servo_node_tick, on a full bus, and of the deferred
- * task after it. It ends with 1 when the task exceeds its limit, or the deferred task its former cost.
+ * task after it. It ends with 1 when one of them exceeds its limit. The deferred task may take longer: it only has to
+ * end before the next tick, and with 10,000 instructions it takes about a tenth of the millisecond.
  *
  * Both axes turn a bare inertia with Coulomb friction. In every tick, the frames that 1 Mbit/s can carry in a
  * millisecond: SYNC, all four RPDOs, all four TPDOs, an SDO request and its answer (1061 bits without stuffing). The
@@ -269,7 +270,7 @@ int main(void) {
       {"1 kHz task, profile position", DRIVE_PROFILE_POSITION},
   };
   static cost_row row;
-  static cost_row service = {.name = "deferred task, all modes", .bound = 7600};
+  static cost_row service = {.name = "deferred task, all modes", .bound = 10000};
   bool good = instruction_count_start();
   cost_table_head();
   for (unsigned i = 0; i < sizeof works / sizeof works[0]; ++i) {
