@@ -18,10 +18,51 @@ namespace {
 struct AttackCommand {
   std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
   AttackOptions attack;
+  std::string seeds = "5000";
   std::optional<std::uint64_t> replay;
   std::string sequence;
   std::filesystem::path json;
 };
+
+constexpr std::uint64_t kMaxSeeds = 10000000;
+
+struct SeedRange {
+  std::uint64_t first = 1;
+  std::uint64_t count = 0;
+  bool has_first = false;
+};
+
+// "N": so many. "A-B": from A to B.
+std::optional<SeedRange> seed_range(const std::string& text) {
+  const std::size_t dash = text.find('-');
+  const std::string from = text.substr(0, dash);
+  const std::string to = dash == std::string::npos ? from : text.substr(dash + 1);
+  if (!seed_problem(from).empty() || !seed_problem(to).empty()) {
+    return std::nullopt;
+  }
+  SeedRange range;
+  range.has_first = dash != std::string::npos;
+  range.first = range.has_first ? std::stoull(from) : range.first;
+  range.count = std::stoull(to) - (range.has_first ? range.first : 0) + (range.has_first ? 1 : 0);
+  return range.count >= 1 && range.count <= kMaxSeeds ? std::optional<SeedRange>(range) : std::nullopt;
+}
+
+std::string seeds_problem(const std::string& text) {
+  return seed_range(text) ? ""
+                          : fmt::format("Invalid seeds \"{}\": expected a number from 1 to {}, or a range as 1-1000",
+                                        text, kMaxSeeds);
+}
+
+// The seeds of the options in one piece.
+AttackOptions attack_options(const AttackCommand& command) {
+  AttackOptions options = command.attack;
+  const SeedRange range = *seed_range(command.seeds);  // it was checked
+  options.seeds = range.count;
+  options.first_seed = range.has_first ? range.first : options.first_seed;
+  options.origin.commit = TRACKSERVO_GIT;
+  options.origin.plant = command.plant.filename().string();
+  return options;
+}
 
 int attack(const AttackCommand& command) {
   const AttackBench bench(load_plant(command.plant));
@@ -40,7 +81,7 @@ int attack(const AttackCommand& command) {
   fmt::print("{}\n", print(sequences));
   (void)std::fflush(stdout);
   start_progress();
-  const AttackCampaign campaign = run_attacks(bench, command.attack, show_progress);
+  const AttackCampaign campaign = run_attacks(bench, attack_options(command), show_progress);
   fmt::print("{}", print(campaign));
   if (!command.json.empty()) {
     write_attacks(campaign, TRACKSERVO_GIT, command.json);
@@ -60,27 +101,40 @@ void add_attack(CLI::App& app, int& code) {
       "move both axes and write random legal values by SDO and PDO, without unlocking anything; exit code 1: "
       "an axis reached an end stop faster than 5 deg/s or ran away");
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
-  CLI::Option *seeds = command->add_option("--seeds", options->attack.seeds, "number of seeds")
-                           ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10000000}))
-                           ->capture_default_str();
+  CLI::Option *seeds =
+      command->add_option("--seeds", options->seeds, "number of seeds, or the first and the last one: 1-1000")
+          ->check(CLI::Validator(seeds_problem, "N or A-B"))
+          ->capture_default_str();
   CLI::Option *first = command->add_option("--first-seed", options->attack.first_seed, "the first of them")
                            ->check(seed())
                            ->capture_default_str();
   CLI::Option *json = command->add_option("--json", options->json, "file for the results")
                           ->check(CLI::Validator(output_file_problem, "FILE"));
+  CLI::Option *log =
+      command
+          ->add_option("--log", options->attack.log,
+                       "append each seed's result to this CSV file, and do not repeat the seeds that it has")
+          ->check(CLI::Validator(output_file_problem, "FILE"));
   command->add_option("--replay", options->replay, "run one seed and print every write, frame and event with its time")
       ->check(seed())
       ->excludes(seeds)
       ->excludes(first)
-      ->excludes(json);
+      ->excludes(json)
+      ->excludes(log);
   command
       ->add_option("--replay-sequence", options->sequence,
                    "run one of the known sequences and print its worst run in the same way")
       ->excludes(seeds)
       ->excludes(first)
-      ->excludes(json);
+      ->excludes(json)
+      ->excludes(log);
   add_threads(*command, options->attack.threads);
-  command->callback([options, &code] { code = attack(*options); });
+  command->callback([options, first, &code] {
+    if (first->count() > 0 && seed_range(options->seeds)->has_first) {
+      throw CLI::ValidationError("--first-seed", "the range of --seeds already has a first seed; give one of them");
+    }
+    code = attack(*options);
+  });
 }
 
 }  // namespace trackservo::sim
