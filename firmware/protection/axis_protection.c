@@ -142,13 +142,14 @@ static fault_set monitor_gyro(axis_protection *p, const protection_limits *limit
 
 /* A current that rises or falls needs voltage too, but never for so many ticks: at full voltage it changes from one
  * limit to the other in two. The loop around a dead sensor swings between the limits, so the sign is ignored. A warm
- * winding needs more voltage for its current, never less and never of the other sign. */
+ * winding needs more voltage for its current. One whose resistance is smaller than 2055 says needs less, by the
+ * tolerance 2060:22 at most. */
 static bool voltage_mismatch(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
                              const protection_inputs *in, float joint_rate_rad_s) {
   const float drop_v = motor->resistance_ohm * in->mean_current_a;
   const float unexplained_v = in->voltage_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s;
-  const float warm_v = unexplained_v * drop_v > 0.0f ? MISMATCH_OF_DROP * scalar_abs(drop_v) : 0.0f;
-  const bool seen = !scalar_within(unexplained_v, limits->voltage_mismatch_v + warm_v);
+  const float share = unexplained_v * drop_v > 0.0f ? MISMATCH_OF_DROP : limits->motor_tolerance;
+  const bool seen = !scalar_within(unexplained_v, limits->voltage_mismatch_v + share * scalar_abs(drop_v));
   if (!seen) {
     p->mismatch_ticks -= p->mismatch_ticks > 0 ? 1 : 0;
     return false;
