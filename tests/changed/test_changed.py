@@ -17,7 +17,7 @@ def text_of(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-STEPS = re.findall(r"^steps=\((.*)\)$", text_of("tools/test"), re.MULTILINE)[0].split()
+STEPS = " ".join(re.findall(r"^(?:long_)?steps=\((.*)\)$", text_of("tools/test"), re.MULTILINE)).split()
 
 
 def git(folder: Path, *arguments: str) -> str:
