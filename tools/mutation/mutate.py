@@ -17,7 +17,7 @@ from pathlib import Path
 
 from equivalent import LIST, Equivalents
 from mutants import ROOT, Mutant, mutants_of
-from programs import Build, measure, run
+from programs import TRAPPED, Build, measure, run
 
 HOST = ROOT / "build/host"
 WORK = HOST / "mutation"
@@ -131,13 +131,17 @@ class Campaign:
             self.original(source)
             mutant = next(result.mutant for result in results if result.mutant.file == source)
             unchanged = Result(mutant, objects={source: WORK / "original" / Build.object_name(source)})
-            if self.test(unchanged, folder).kind != "survived":
+            if self.test(unchanged, folder, (ROOT / source).read_text()).kind != "survived":
                 raise SystemExit(f"mutate: {unchanged.by} fails with the unchanged {source}: {unchanged.kind}")
 
-    def test(self, result, folder):
+    def test(self, result, folder, text=None):
+        """Runs the programs until one fails; `text` is that of the mutated file."""
         folder.mkdir(parents=True, exist_ok=True)
         mutant = result.mutant
+        text = text or mutant.apply((ROOT / mutant.file).read_text())
         header = mutant.file.endswith(".h")
+        changed = {mutant.file: text}
+        objects = {source: self.build.compile_to(source, changed, folder, TRAPPED) or file for source, file in result.objects.items()}
         programs = [program for program in self.programs if program.objects & result.objects.keys()]
         result.kind = "survived"
         for program in self.order(mutant, programs):
@@ -148,13 +152,12 @@ class Campaign:
             own = self.build.outputs[program.own_object]
             replaced = []
             if header and own.endswith(".c") and own in self.build.dependents[mutant.file]:
-                text = mutant.apply((ROOT / mutant.file).read_text())
-                object_file = self.build.compile_to(own, {mutant.file: text}, folder, ["-O1"])
+                object_file = self.build.compile_to(own, changed, folder, ["-O1"])
                 if object_file is None:  # for example a static assertion of the test
                     result.kind = "refused"
                     break
                 replaced = [str(object_file)]
-            mutated = [str(file) for source, file in result.objects.items() if source in program.objects]
+            mutated = [str(file) for source, file in objects.items() if source in program.objects]
             link[at:at + 1] = [*(replaced or [program.own_object]), *mutated]
             linked = subprocess.run(link, cwd=self.build.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             if linked.returncode != 0:  # a mutant that takes away a function that other files need
@@ -246,9 +249,9 @@ def main():
              for line in equivalents.stale(file, by_file.get(file, []))]
     every = [mutant for mutants in by_file.values() for mutant in mutants if mutant.file.endswith(".h") or mutant.file in build.compile]
     if options.again:
-        left = {(row["file"], row["before"], row["after"]) for row in json.loads(options.again.read_text())
+        left = {(row["file"], row["before"], row["occurrence"], row["after"]) for row in json.loads(options.again.read_text())
                 if row["result"] in ("survived", "time-out")}
-        every = [mutant for mutant in every if (mutant.file, mutant.before, mutant.after) in left]
+        every = [mutant for mutant in every if (mutant.file, mutant.before, mutant.occurrence, mutant.after) in left]
         options.sample = 0
     every.sort(key=lambda mutant: mutant.rank(options.seed))
     for program in programs:  # before the mutants, because a test that fails anyway would end the run
@@ -281,7 +284,8 @@ def main():
     print(f"{len(results)} mutants of seed {options.seed} out of {len(every)}; {refused} drawn ones did not compile or gave the same object code.")
     report(results)
     if options.json:
-        options.json.write_text(json.dumps([{"file": r.mutant.file, "line": r.mutant.line, "before": r.mutant.before, "after": r.mutant.after,
+        options.json.write_text(json.dumps([{"file": r.mutant.file, "line": r.mutant.line, "before": r.mutant.before,
+                                             "occurrence": r.mutant.occurrence, "after": r.mutant.after,
                                              "result": r.kind, "by": r.by, "reason": r.reason} for r in results], indent=1))
     for line in stale:
         print(line)

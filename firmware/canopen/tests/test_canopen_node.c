@@ -292,6 +292,48 @@ static void test_bus_off_is_reported_after_the_recovery(void) {
   TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
 }
 
+static void test_a_reset_clears_the_error_register_and_what_waits_to_be_sent(void) {
+  const emergency_error hot = {.code = 0x4310, .register_bits = ERROR_TEMPERATURE, .source = 1};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1001, 0));
+  TEST_ASSERT_TRUE(canopen_node_raise(NODE, &hot));
+  bench_nmt(130, BENCH_NODE);
+  bench.sent = 0;
+  bench_wait_ms(RESET_MS + 5);
+  TEST_ASSERT_EQUAL(0, bench_count(0x85));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1001, 0));
+}
+
+/* The master reads a story: what came first is reported first, also when the messages must wait for each other. */
+static void test_emergencies_come_in_the_order_of_their_errors(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1015, 0, 20, 2)); /* 2 ms */
+  for (uint16_t round = 0; round < 3; round++) {
+    bench.sent = 0;
+    for (uint16_t i = 0; i < 5; i++) {
+      const emergency_error error = {
+          .code = (uint16_t)(0xFF00 + 16 * round + i), .register_bits = ERROR_MANUFACTURER, .detail = (uint8_t)i};
+      TEST_ASSERT_TRUE(canopen_node_raise(NODE, &error));
+    }
+    bench_wait_ms(20);
+    TEST_ASSERT_EQUAL(5, bench_count(0x85));
+    for (uint16_t i = 0; i < 5; i++) {
+      TEST_ASSERT_EQUAL_HEX8(16 * round + i, bench.log[i].data[0]);
+      TEST_ASSERT_EQUAL(i, bench.log[i].data[3]);
+    }
+  }
+}
+
+static void test_two_nodes_lost_at_once_are_both_reported(void) {
+  const uint8_t alive[1] = {5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 2, 0x00020032, 4));
+  bench_operational();
+  bench_give(0x701, 1, alive);
+  bench_give(0x702, 1, alive);
+  bench.sent = 0;
+  bench_wait_ms(60);
+  TEST_ASSERT_EQUAL(1 + 2, bench.device.heartbeats_lost); /* the sum of their node ids */
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_node_boots_with_one_message_and_is_pre_operational);
@@ -313,5 +355,8 @@ int main(void) {
   RUN_TEST(test_frames_that_the_controller_lost_are_reported_as_an_overrun);
   RUN_TEST(test_a_flood_of_frames_for_others_loses_nothing);
   RUN_TEST(test_bus_off_is_reported_after_the_recovery);
+  RUN_TEST(test_a_reset_clears_the_error_register_and_what_waits_to_be_sent);
+  RUN_TEST(test_emergencies_come_in_the_order_of_their_errors);
+  RUN_TEST(test_two_nodes_lost_at_once_are_both_reported);
   return UNITY_END();
 }

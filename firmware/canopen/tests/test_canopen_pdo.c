@@ -375,6 +375,62 @@ static void test_during_a_change_of_the_bit_rate_only_nmt_is_obeyed(void) {
   TEST_ASSERT_EQUAL(NMT_STOPPED, DEVICE->node.state);
 }
 
+/* Many masters write the whole configuration, also the identifier that is there already. */
+static void test_the_identifier_that_a_pdo_has_may_be_written_while_it_is_on(void) {
+  write_ok(0x1400, 1, RPDO1, 4);
+  write_ok(0x1800, 1, TPDO1, 4);
+  TEST_ASSERT_EQUAL_HEX32(0x08000022, bench_write(0x1400, 1, RPDO1 + 1, 4));
+}
+
+/* RPDO1 to RPDO4 one after another, each with one byte of its own. */
+static void test_each_of_the_four_rpdos_can_wait_for_sync(void) {
+  static const uint8_t subs[] = {5, 6, 7, 8}; /* of 2F00: u8, u16, u32, u64 */
+  static const uint8_t bits[] = {8, 16, 32, 64};
+  for (uint16_t n = 0; n < 4; n++) {
+    write_ok((uint16_t)(0x1400 + n), 1, 0x80000000u | (0x205u + 0x100u * n), 4);
+    write_ok((uint16_t)(0x1600 + n), 0, 0, 1);
+    write_ok((uint16_t)(0x1600 + n), 1, 0x2F000000u | (uint32_t)subs[n] << 8 | bits[n], 4);
+    write_ok((uint16_t)(0x1600 + n), 0, 1, 1);
+    write_ok((uint16_t)(0x1400 + n), 2, 1, 1);
+    write_ok((uint16_t)(0x1400 + n), 1, 0x205u + 0x100u * n, 4);
+  }
+  bench_operational();
+  const test_values before = DEVICE->values;
+  for (uint16_t n = 0; n < 4; n++) {
+    const uint8_t bytes[8] = {(uint8_t)(100 + n)};
+    bench_give(0x205u + 0x100u * n, 8, bytes);
+  }
+  bench_wait_ms(3);
+  TEST_ASSERT_EQUAL_MEMORY(&before, &DEVICE->values, sizeof before);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(100, DEVICE->values.u8);
+  TEST_ASSERT_EQUAL(101, DEVICE->values.u16);
+  TEST_ASSERT_EQUAL(102, DEVICE->values.u32);
+  TEST_ASSERT_EQUAL(103, DEVICE->values.u64);
+}
+
+static void test_each_of_the_four_tpdos_can_answer_a_sync(void) {
+  for (uint16_t n = 0; n < 4; n++) {
+    write_ok((uint16_t)(0x1800 + n), 1, 0x80000000u | (0x185u + 0x100u * n), 4);
+    write_ok((uint16_t)(0x1A00 + n), 0, 0, 1);
+    write_ok((uint16_t)(0x1A00 + n), 1, 0x2F000508, 4);
+    write_ok((uint16_t)(0x1A00 + n), 0, 1, 1);
+    write_ok((uint16_t)(0x1800 + n), 2, 1, 1);
+    write_ok((uint16_t)(0x1800 + n), 1, 0x185u + 0x100u * n, 4);
+  }
+  bench_operational();
+  bench_wait_ms(5);
+  bench.sent = 0;
+  for (uint32_t syncs = 1; syncs <= 3; syncs++) {
+    bench_give(SYNC, 0, NULL);
+    bench_wait_ms(2);
+    for (uint16_t n = 0; n < 4; n++) {
+      TEST_ASSERT_EQUAL(syncs, bench_count(0x185u + 0x100u * n));
+    }
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_rpdo_acts_at_once_and_only_when_operational);
@@ -401,5 +457,8 @@ int main(void) {
   RUN_TEST(test_what_is_off_takes_no_identifier);
   RUN_TEST(test_two_rpdos_may_receive_one_frame);
   RUN_TEST(test_during_a_change_of_the_bit_rate_only_nmt_is_obeyed);
+  RUN_TEST(test_the_identifier_that_a_pdo_has_may_be_written_while_it_is_on);
+  RUN_TEST(test_each_of_the_four_rpdos_can_wait_for_sync);
+  RUN_TEST(test_each_of_the_four_tpdos_can_answer_a_sync);
   return UNITY_END();
 }

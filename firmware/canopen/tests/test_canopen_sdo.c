@@ -641,6 +641,133 @@ static void test_a_command_that_fails_gives_its_abort_code_and_stores_nothing(vo
   TEST_ASSERT_EQUAL(0, bench.device.values.command);
 }
 
+/* 100 bytes in segments of 7: the client sends the next one when it has the confirmation, with the toggle bit. */
+static void test_each_segment_of_a_download_is_confirmed_with_its_toggle(void) {
+  const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL_HEX8(0x60, answer[0]);
+  for (uint32_t n = 0; n < 15; n++) {
+    const uint8_t toggle = n % 2 == 0 ? 0x00 : 0x10;
+    const uint8_t last = n == 14 ? 5 << 1 | 1 : 0; /* 2 bytes */
+    uint8_t segment[8] = {(uint8_t)(toggle | last)};
+    for (uint32_t i = 0; i < 7; i++) {
+      segment[1 + i] = (uint8_t)(7 * n + i);
+    }
+    bench_sdo(segment, answer);
+    const uint8_t confirmation[8] = {(uint8_t)(0x20 | toggle)};
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(confirmation, answer, 8);
+  }
+  TEST_ASSERT_EQUAL(100, bench.device.stream_size);
+  for (uint32_t i = 0; i < 100; i++) {
+    TEST_ASSERT_EQUAL(i, bench.device.stream[i]);
+  }
+}
+
+static void test_a_second_clients_block_download_waits_like_any_other_transfer(void) {
+  const uint8_t by_block[8] = {0xC6, 0x01, 0x2F, 0, 100};
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_sdo(by_block, answer);
+  TEST_ASSERT_EQUAL_HEX8(0, answer[0]);
+  bench_wait_ms(SDO_QUIET_MS);
+  TEST_ASSERT_EQUAL_HEX8(0xA4, bench_last(0x585)->data[0]);
+}
+
+/* The client that waits has had no answer yet; the abort of the other one must not leave it without. */
+static void test_a_client_that_waits_is_refused_when_the_other_aborts(void) {
+  const uint8_t abort_text[8] = {0x80, 0x00, 0x2F, 10};
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_sdo(upload_u64, answer);
+  bench_sdo(abort_text, answer);
+  TEST_ASSERT_EQUAL_HEX32(0x08000020, abort_of(answer));
+  TEST_ASSERT_EQUAL_HEX8(8, answer[3]);
+}
+
+static void test_an_answer_under_way_becomes_an_abort_when_another_client_aborts(void) {
+  const uint8_t read[8] = {0x40, 0x00, 0x2F, 7};
+  const uint8_t other[8] = {0x80, 0x00, 0x2F, 10};
+  bench.bus_full = true;
+  bench_give(0x605, 8, read);
+  bench_wait_ms(1);
+  bench_give(0x605, 8, other);
+  bench_wait_ms(1);
+  bench.bus_full = false;
+  bench.sent = 0;
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench_count(0x585));
+  TEST_ASSERT_EQUAL_HEX32(0x08000020, abort_of(bench_last(0x585)->data));
+}
+
+static void test_the_abort_of_another_client_ends_the_transfer_and_its_stream(void) {
+  const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
+  const uint8_t other[8] = {0x80, 0x00, 0x2F, 10};
+  uint8_t answer[8];
+  bench_sdo(start, answer);
+  TEST_ASSERT_EQUAL(1, bench.device.streams_open);
+  bench_sdo(other, answer);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
+static void test_a_silent_client_of_the_second_channel_is_timed_out_too(void) {
+  const uint8_t start[8] = {0x21, 0x01, 0x2F, 0, 100};
+  open_second_channel();
+  bench_give(REQUEST_2, 8, start);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench.device.streams_open);
+  bench_wait_ms(SDO_TIME_OUT_MS + 1);
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+  TEST_ASSERT_EQUAL_HEX32(0x05040000, abort_of(bench_last(ANSWER_2)->data));
+}
+
+/* The segment that an abandoned transfer has left must not become the first one of the next. */
+static void test_a_block_download_after_an_abandoned_one_starts_empty(void) {
+  const uint8_t start[8] = {0xC6, 0x01, 0x2F, 0, 100};
+  const uint8_t segment[8] = {0x01, 0xEE, 0xEE, 0xEE, 0xEE, 0xEE, 0xEE, 0xEE};
+  const uint8_t abort_own[8] = {0x80, 0x01, 0x2F, 0};
+  uint8_t answer[8];
+  fill_pattern(3);
+  bench_sdo(start, answer);
+  bench_give(0x605, 8, segment);
+  bench_sdo(abort_own, answer);
+  TEST_ASSERT_EQUAL_HEX32(0, block_download(pattern, 50, 0, 0));
+  TEST_ASSERT_EQUAL(50, bench.device.stream_size);
+  TEST_ASSERT_EQUAL_MEMORY(pattern, bench.device.stream, 50);
+}
+
+static void test_parts_of_a_block_upload_that_is_not_under_way_are_refused(void) {
+  static const uint8_t parts[] = {0xA1, 0xA2, 0xA3};
+  for (uint32_t i = 0; i < sizeof parts; i++) {
+    const uint8_t request[8] = {parts[i], 1, 20};
+    uint8_t answer[8];
+    bench_sdo(request, answer);
+    TEST_ASSERT_EQUAL_HEX32(0x05040001, abort_of(answer));
+  }
+}
+
+/* The transfer itself, without a server that asks for nothing wrong: no byte is read or written beyond what is open. */
+static void test_a_transfer_that_is_not_open_moves_no_byte(void) {
+  od_object text;
+  TEST_ASSERT_EQUAL(OD_OK, od_find(SERVER->dictionary, 0x2F00, 10, &text));
+  uint8_t bytes[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+  sdo_transfer transfer = {0};
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_read(&transfer, 0, bytes, 0));
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_append(&transfer, bytes, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_commit(&transfer));
+  TEST_ASSERT_EQUAL(OD_OK, sdo_transfer_open_read(&transfer, &text));
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_append(&transfer, bytes, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_commit(&transfer));
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_read(&transfer, 12, bytes, 0));
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_read(&transfer, 8, bytes, 4));
+  TEST_ASSERT_EQUAL_HEX8(1, bytes[0]);
+  TEST_ASSERT_EQUAL(OD_OK, sdo_transfer_read(&transfer, 8, bytes, 3));
+  TEST_ASSERT_EQUAL_MEMORY("rld", bytes, 3);
+  sdo_transfer_close(&transfer);
+  TEST_ASSERT_EQUAL_HEX32(OD_GENERAL, sdo_transfer_read(&transfer, 0, bytes, 1));
+  TEST_ASSERT_EQUAL_STRING("hello world", bench.device.values.text);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_crc_has_its_check_value);
@@ -674,5 +801,14 @@ int main(void) {
   RUN_TEST(test_stopped_node_answers_no_sdo);
   RUN_TEST(test_a_command_is_executed_once_after_it_was_accepted);
   RUN_TEST(test_a_command_that_fails_gives_its_abort_code_and_stores_nothing);
+  RUN_TEST(test_each_segment_of_a_download_is_confirmed_with_its_toggle);
+  RUN_TEST(test_a_second_clients_block_download_waits_like_any_other_transfer);
+  RUN_TEST(test_a_client_that_waits_is_refused_when_the_other_aborts);
+  RUN_TEST(test_an_answer_under_way_becomes_an_abort_when_another_client_aborts);
+  RUN_TEST(test_the_abort_of_another_client_ends_the_transfer_and_its_stream);
+  RUN_TEST(test_a_silent_client_of_the_second_channel_is_timed_out_too);
+  RUN_TEST(test_a_block_download_after_an_abandoned_one_starts_empty);
+  RUN_TEST(test_parts_of_a_block_upload_that_is_not_under_way_are_refused);
+  RUN_TEST(test_a_transfer_that_is_not_open_moves_no_byte);
   return UNITY_END();
 }
