@@ -25,6 +25,7 @@ typedef struct {
   double held_rad_s; /* keeps the axis from following: a brake */
   bool braked;
   double worst_step_rad_s; /* of the commanded rate from tick to tick */
+  double worst_jump_rad;   /* of the commanded position beyond what its rate has moved the axis */
 } bench;
 
 static drive_objects objects_default(void) {
@@ -68,6 +69,7 @@ static void plant(bench *b) {
     b->in.torque_demand_nm = (float)inertia_kg_m2 * c->speed.acceleration_rad_s2;
     b->rate_rad_s = (double)c->speed.rate_rad_s + (double)c->speed.acceleration_rad_s2 * 1e-3;
     correction_rad = c->mode == SERVO_POSITION ? (double)angle_difference_rad(c->position, encoder(b->angle_rad)) : 0.0;
+    b->worst_jump_rad = fmax(b->worst_jump_rad, fabs(correction_rad));
   }
   if (b->braked) {
     b->rate_rad_s = b->held_rad_s;
@@ -204,10 +206,31 @@ static void test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_othe
     CHECK_AT_MOST("position, rad", 1.0 + 1e-6, b.angle_rad);
   }
   CHECK_NEAR("position, rad", 1.0, b.angle_rad, 2e-6);
+  CHECK_AT_MOST("jump of the position, rad", 1e-6, b.worst_jump_rad);
+  TEST_ASSERT_EQUAL_INT(SERVO_POSITION, b.command.mode); /* a rate of 0 would drift with the base */
   TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
   b.o.velocity.target = -800000;
   ticks(&b, 6000);
   CHECK_NEAR("position, rad", -0.5, b.angle_rad, 2e-6);
+}
+
+/* At rest, half a milliradian before the limit: there is room for a move. */
+static void test_pv_goes_on_at_once_after_a_halt_close_to_the_limit(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.limit.position_minimum = -50000000;
+  b.o.limit.position_maximum = 50000000;
+  b.o.velocity.target = 1000000;
+  ticks(&b, 1000);
+  b.o.state.controlword = 0x10F;
+  ticks(&b, 1500);
+  CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+  b.o.limit.position_maximum = b.o.position.actual + 5000;
+  tick(&b);
+  b.o.state.controlword = 0x0F;
+  tick(&b);
+  CHECK_AT_LEAST("acceleration, rad/s^2", 0.01, b.command.speed.acceleration_rad_s2);
+  ticks(&b, 300);
+  CHECK_NEAR("position, counts", b.o.limit.position_maximum, b.o.position.actual, 20);
 }
 
 static void test_the_acceleration_given_brings_exactly_the_next_rate(void) {
@@ -219,6 +242,24 @@ static void test_the_acceleration_given_brings_exactly_the_next_rate(void) {
     const double next = (double)now.speed.rate_rad_s + 1e-3 * (double)now.speed.acceleration_rad_s2;
     CHECK_NEAR("next rate", next, b.command.speed.rate_rad_s, 1e-7);
   }
+}
+
+/* The speed loop gets the acceleration with the rate: they must fit while the mode changes, too. */
+static void test_a_ramp_goes_on_through_a_change_from_pv_to_pp_without_a_lost_tick(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.velocity.target = 600000;
+  b.o.position.target = 50000000;
+  for (int i = 0; i < 300; ++i) {
+    if (i == 150) {
+      b.o.state.mode = DRIVE_PROFILE_POSITION;
+      b.o.state.controlword |= DRIVE_CONTROL_NEW_SETPOINT;
+    }
+    const servo_axis_command now = b.command;
+    tick(&b);
+    const double next = (double)now.speed.rate_rad_s + 1e-3 * (double)now.speed.acceleration_rad_s2;
+    CHECK_NEAR("next rate", next, b.command.speed.rate_rad_s, 1e-7);
+  }
+  CHECK_AT_LEAST("rate at the end, rad/s", 0.4, b.command.speed.rate_rad_s);
 }
 
 /* --- profile position --- */
@@ -302,6 +343,32 @@ static void test_pp_turns_many_times_round(void) {
   CHECK_NEAR("true angle, rad", 200.0, b.angle_rad, 1e-6);
 }
 
+/* 1e-6 rad/s are 0.7 units of the encoder angle in a tick: what a tick cannot move is kept for the next one. */
+static void test_the_slowest_move_of_pp_has_its_rate_exactly(void) {
+  bench b = bench_in(DRIVE_PROFILE_POSITION);
+  b.o.limit.profile_velocity = 1;
+  new_setpoint(&b, 4000000, 0);
+  const int32_t start = b.o.position.demand;
+  ticks(&b, 20000);
+  CHECK_NEAR("moved in 20 s, 1e-7 rad", 200, b.o.position.demand - start, 1);
+}
+
+static void test_a_relative_move_after_cst_counts_from_where_the_axis_is(void) {
+  bench b = bench_in(DRIVE_CYCLIC_TORQUE);
+  for (int i = 0; i < 1000; ++i) {
+    b.o.torque.target = i < 500 ? 100 : -100;
+    b.in.setpoint_arrived = true;
+    tick(&b);
+  }
+  const int32_t from = b.o.position.actual;
+  CHECK_AT_LEAST("moved by cst, 1e-7 rad", 100000, from - 2500000);
+  b.o.state.mode = DRIVE_PROFILE_POSITION;
+  tick(&b);
+  new_setpoint(&b, 1000000, DRIVE_CONTROL_RELATIVE);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  CHECK_NEAR("position, 1e-7 rad", from + 1000000, b.o.position.actual, 1000);
+}
+
 static void test_pp_ends_at_the_software_position_limit(void) {
   bench b = bench_in(DRIVE_PROFILE_POSITION);
   b.o.limit.position_minimum = -1000000;
@@ -310,9 +377,40 @@ static void test_pp_ends_at_the_software_position_limit(void) {
   TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
   (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
   TEST_ASSERT_EQUAL_INT32(6000000, b.o.position.actual);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  new_setpoint(&b, 5000000, 0);
+  (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
+  TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
   new_setpoint(&b, -9000000, 0);
   (void)until(&b, DRIVE_STATUS_TARGET_REACHED, DRIVE_STATUS_TARGET_REACHED, 10000);
   TEST_ASSERT_EQUAL_INT32(-1000000, b.o.position.actual);
+}
+
+/* The motor surely brakes with 0.5 rad/s^2, 6084 is 2 rad/s^2. A move from 0.5 rad/s that ends within 0.25 rad before
+ * the limit must not rely on 6084. */
+static void test_pp_brakes_with_what_the_motor_surely_has_when_its_target_is_near_the_limit(void) {
+  static const struct {
+    int32_t limit; /* 0: none */
+    int32_t target;
+    double braking_rad_s2;
+  } cases[] = {{30000000, 29900000, 0.5}, {30000000, 28000000, 0.5}, {30000000, 27000000, 2.0},
+               {30000000, 10000000, 2.0}, {0, 28000000, 2.0},        {0, 100000, 2.0}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    bench b = bench_in(DRIVE_PROFILE_POSITION);
+    b.machine.torque_nm = 40.0f;
+    b.machine.inertia_kg_m2 = 40.0f;
+    b.o.limit.position_minimum = -cases[i].limit;
+    b.o.limit.position_maximum = cases[i].limit;
+    new_setpoint(&b, cases[i].target, 0);
+    double hardest_rad_s2 = 0.0;
+    for (int t = 0; t < 20000 && !bit(&b, DRIVE_STATUS_TARGET_REACHED); ++t) {
+      tick(&b);
+      const float ahead = b.command.speed.rate_rad_s < 0.0f ? -1.0f : 1.0f;
+      hardest_rad_s2 = fmax(hardest_rad_s2, -(double)(ahead * b.command.speed.acceleration_rad_s2));
+    }
+    TEST_ASSERT_EQUAL_INT32(cases[i].target, b.o.position.actual);
+    CHECK_NEAR("hardest braking, rad/s^2", cases[i].braking_rad_s2, hardest_rad_s2, 1e-3);
+  }
 }
 
 /* 607D wider than the hard travel, off, within it, and where the two have nothing in common. */
@@ -538,6 +636,51 @@ static void test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d(vo
   CHECK_NEAR("demand, counts", 5000000, b.o.position.demand, 20000);
 }
 
+/* The master does not brake. The motor surely brakes with 0.5 rad/s^2. */
+static void test_csp_brakes_before_the_limit_when_its_set_points_do_not(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_in(DRIVE_CYCLIC_POSITION);
+    b.machine.torque_nm = 40.0f;
+    b.machine.inertia_kg_m2 = 40.0f;
+    b.o.limit.position_minimum = -10000000;
+    b.o.limit.position_maximum = 10000000;
+    b.o.position.following_error_window = UINT32_MAX;
+    double moved_before_rad = 0.0;
+    double hardest_rad_s2 = 0.0;
+    for (int i = 0; i < 6000; ++i) {
+      b.in.setpoint_arrived = i % 10 == 0;
+      if (b.in.setpoint_arrived) { /* up to 0.4 rad/s in a second, then on */
+        const double travel_rad = i < 1000 ? 0.2e-6 * i * i : 0.4e-3 * i - 0.2;
+        b.o.position.target = 2500000 + (int32_t)lrint(side * 1e7 * travel_rad);
+      }
+      const int32_t before = b.o.position.demand;
+      tick(&b);
+      const double moved_rad = 1e-7 * side * (double)(b.o.position.demand - before);
+      hardest_rad_s2 = fmax(hardest_rad_s2, i > 20 ? 1e6 * (moved_before_rad - moved_rad) : 0.0);
+      moved_before_rad = moved_rad;
+      CHECK_AT_MOST("position, rad", 1.0 + 1e-6, side * b.angle_rad);
+    }
+    CHECK_NEAR("position, rad", side * 1.0, b.angle_rad, 1e-3);
+    CHECK_AT_MOST("hardest braking of the demand, rad/s^2", 1.2, hardest_rad_s2); /* a stop at once: 400 */
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+  }
+}
+
+static void test_csp_reports_a_rate_offset_beyond_607f_as_limited(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_in(DRIVE_CYCLIC_POSITION);
+    b.o.position.following_error_window = UINT32_MAX;
+    b.o.position.target = b.o.position.actual;
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+    b.o.velocity.offset = side * 1100000;
+    tick(&b);
+    TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+    CHECK_SAME("rate, rad/s", side * 1.0, b.command.speed.rate_rad_s);
+  }
+}
+
 static void test_csv_stops_before_a_position_limit_and_stays_there_until_turned_round(void) {
   for (int side = -1; side <= 1; side += 2) {
     bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
@@ -549,6 +692,7 @@ static void test_csv_stops_before_a_position_limit_and_stays_there_until_turned_
       tick(&b);
       CHECK_AT_MOST("beyond the limit, rad", 1e-3, side > 0 ? b.angle_rad - 1.0 : -0.5 - b.angle_rad);
     }
+    CHECK_NEAR("before the limit, rad", 0.0, side > 0 ? 1.0 - b.angle_rad : b.angle_rad + 0.5, 1e-5);
     CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
     TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
     TEST_ASSERT_FALSE(bit(&b, DRIVE_STATUS_MODE_12));
@@ -559,6 +703,25 @@ static void test_csv_stops_before_a_position_limit_and_stays_there_until_turned_
     }
     CHECK_NEAR("rate, rad/s", -0.1 * side, b.rate_rad_s, 1e-5);
   }
+}
+
+/* A master that brakes by itself in front of a limit is still obeyed: the drive takes over only where it must. */
+static void test_csv_obeys_a_lower_rate_while_it_brakes_before_a_limit(void) {
+  bench b = bench_in(DRIVE_CYCLIC_VELOCITY);
+  b.o.limit.position_minimum = -5000000;
+  b.o.limit.position_maximum = 10000000;
+  b.o.velocity.target = 700000;
+  for (int i = 0; i < 4000 && (i < 200 || b.rate_rad_s > 0.5); ++i) {
+    b.in.setpoint_arrived = i % 10 == 0;
+    tick(&b);
+  }
+  b.o.velocity.target = 100000;
+  for (int i = 0; i < 100; ++i) {
+    b.in.setpoint_arrived = i % 10 == 0;
+    tick(&b);
+  }
+  CHECK_NEAR("rate, rad/s", 0.1, b.rate_rad_s, 1e-4);
+  TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_MODE_12));
 }
 
 static void test_cst_gives_target_and_offset_along_the_slope(void) {
@@ -593,6 +756,77 @@ static void test_cst_is_stopped_by_the_position_limit_and_held(void) {
   b.in.setpoint_arrived = true;
   tick(&b);
   TEST_ASSERT_EQUAL_INT(SERVO_TORQUE, b.command.mode);
+}
+
+static void test_cst_at_full_torque_stops_within_the_travel(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_in(DRIVE_CYCLIC_TORQUE);
+    b.o.limit.position_minimum = -5000000;
+    b.o.limit.position_maximum = 10000000;
+    b.o.limit.maximum_velocity = 3000000;
+    b.o.limit.jerk = 4000000000u;
+    b.o.torque.target = (int16_t)(side * 1000);
+    double farthest_rad = -10.0;
+    for (int i = 0; i < 4000; ++i) {
+      b.in.setpoint_arrived = true;
+      tick(&b);
+      farthest_rad = fmax(farthest_rad, side > 0 ? b.angle_rad - 1.0 : -0.5 - b.angle_rad);
+    }
+    CHECK_NEAR("farthest, rad beyond the limit", -1e-3, farthest_rad, 0.9e-3);
+    CHECK_NEAR("rate, rad/s", 0.0, b.rate_rad_s, 1e-6);
+  }
+}
+
+/* A held axis: the ramp of pv turned away from the limit, the axis did not. What counts is the axis. */
+static void test_cst_is_not_blocked_by_the_rate_that_the_mode_before_has_demanded(void) {
+  bench b = bench_in(DRIVE_PROFILE_VELOCITY);
+  b.o.limit.position_minimum = -50000000;
+  b.o.limit.position_maximum = 3500000; /* 0.1 rad ahead */
+  b.braked = true;
+  b.o.velocity.target = -1000000;
+  ticks(&b, 800);
+  b.o.state.mode = DRIVE_CYCLIC_TORQUE;
+  b.o.torque.target = 100;
+  for (int i = 0; i < 5; ++i) {
+    b.in.setpoint_arrived = true;
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(SERVO_TORQUE, b.command.mode);
+  }
+}
+
+/* --- an experiment */
+
+static void test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them(void) {
+  static const struct {
+    servo_mode mode;
+    double position_rad, rate_rad_s;
+    bool obeyed;
+  } cases[] = {{SERVO_POSITION, 0.26, 0.0, true},   {SERVO_POSITION, 1.01, 0.0, false},
+               {SERVO_POSITION, -0.51, 0.0, false}, {SERVO_SPEED, 2.0, 0.5, true},
+               {SERVO_SPEED, 2.0, 1.2, true},       {SERVO_TORQUE, 2.0, 0.0, true}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    bench b = bench_in(DRIVE_NO_MODE);
+    b.o.limit.position_minimum = -5000000;
+    b.o.limit.position_maximum = 10000000;
+    ticks(&b, 3);
+    const servo_axis_command stimulus = {.mode = cases[i].mode,
+                                         .position = encoder(cases[i].position_rad),
+                                         .speed = {.rate_rad_s = (float)cases[i].rate_rad_s},
+                                         .torque_nm = 2.0f};
+    b.in.stimulus = &stimulus;
+    TEST_ASSERT_TRUE(drive_axis_obeys_stimulus(&b.axis));
+    tick(&b);
+    TEST_ASSERT_EQUAL_INT(cases[i].obeyed, drive_axis_obeys_stimulus(&b.axis));
+    if (cases[i].obeyed) {
+      TEST_ASSERT_EQUAL_INT(cases[i].mode, b.command.mode);
+      CHECK_NEAR("rate within 607F, rad/s", fmin(cases[i].rate_rad_s, 1.0), b.command.speed.rate_rad_s, 1e-6);
+      CHECK_SAME("torque, Nm", 2.0, b.command.torque_nm);
+      TEST_ASSERT_EQUAL_HEX32(stimulus.position, b.command.position);
+    } else {
+      TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
+      CHECK_SAME("rate, rad/s", 0.0, b.command.speed.rate_rad_s);
+    }
+  }
 }
 
 static void test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1(void) {
@@ -804,13 +1038,18 @@ int main(void) {
   RUN_TEST(test_pv_reaches_1_deg_s_and_reads_it_back);
   RUN_TEST(test_pv_is_held_to_607f_and_says_so);
   RUN_TEST(test_pv_stops_at_a_software_position_limit_and_leaves_it_in_the_other_direction);
+  RUN_TEST(test_pv_goes_on_at_once_after_a_halt_close_to_the_limit);
   RUN_TEST(test_the_acceleration_given_brings_exactly_the_next_rate);
+  RUN_TEST(test_a_ramp_goes_on_through_a_change_from_pv_to_pp_without_a_lost_tick);
   RUN_TEST(test_pp_goes_to_its_target_acknowledges_and_arrives_exactly);
   RUN_TEST(test_pp_takes_a_waiting_set_point_and_changes_immediately_when_reported);
   RUN_TEST(test_pp_takes_a_set_point_whose_bit_4_rises_with_the_mode);
   RUN_TEST(test_a_bit_4_that_enables_or_was_set_in_another_mode_moves_nothing);
   RUN_TEST(test_pp_turns_many_times_round);
+  RUN_TEST(test_the_slowest_move_of_pp_has_its_rate_exactly);
+  RUN_TEST(test_a_relative_move_after_cst_counts_from_where_the_axis_is);
   RUN_TEST(test_pp_ends_at_the_software_position_limit);
+  RUN_TEST(test_pp_brakes_with_what_the_motor_surely_has_when_its_target_is_near_the_limit);
   RUN_TEST(test_no_software_limit_leads_beyond_the_hard_travel);
   RUN_TEST(test_halt_holds_a_move_and_lets_it_go_on_to_its_target);
   RUN_TEST(test_quick_stop_brakes_with_6085_and_switches_off_or_stays);
@@ -823,9 +1062,15 @@ int main(void) {
   RUN_TEST(test_csp_follows_a_parabola_one_period_late_with_position_and_rate);
   RUN_TEST(test_csp_does_not_move_before_its_first_set_point_whatever_607a_was);
   RUN_TEST(test_csp_approaches_a_far_set_point_at_607f_and_stays_inside_607d);
+  RUN_TEST(test_csp_brakes_before_the_limit_when_its_set_points_do_not);
+  RUN_TEST(test_csp_reports_a_rate_offset_beyond_607f_as_limited);
   RUN_TEST(test_csv_stops_before_a_position_limit_and_stays_there_until_turned_round);
+  RUN_TEST(test_csv_obeys_a_lower_rate_while_it_brakes_before_a_limit);
   RUN_TEST(test_cst_gives_target_and_offset_along_the_slope);
   RUN_TEST(test_cst_is_stopped_by_the_position_limit_and_held);
+  RUN_TEST(test_cst_at_full_torque_stops_within_the_travel);
+  RUN_TEST(test_cst_is_not_blocked_by_the_rate_that_the_mode_before_has_demanded);
+  RUN_TEST(test_an_experiment_moves_the_axis_within_its_limits_and_ends_at_them);
   RUN_TEST(test_torque_limits_are_the_smaller_of_6072_and_60e0_or_60e1);
   RUN_TEST(test_a_torque_at_its_limit_and_a_warning_are_seen_in_the_statusword);
   RUN_TEST(test_any_mode_takes_over_a_moving_axis_without_a_step);

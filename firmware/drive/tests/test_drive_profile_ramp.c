@@ -213,6 +213,37 @@ static void test_a_ramp_arrives_exactly_at_its_rate_in_the_shortest_time_without
   }
 }
 
+/* An acceleration that is 1e-7 off is 6 counts off after a second at 1 rad/s^2: the limit is held to its last bit. */
+static void test_the_acceleration_between_its_ramps_is_its_limit_exactly(void) {
+  random_source random = {.state = 8};
+  for (int trial = 0; trial < random_cases(500); ++trial) {
+    bench b = {.limits = random_limits(&random, true)};
+    b.limits.jerk_rad_s3 = 30.0f * b.limits.acceleration_rad_s2;
+    const float target = (trial % 2 == 0 ? 0.5f : -0.5f) * b.limits.acceleration_rad_s2; /* half a second */
+    b.limits.rate_rad_s = 1000.0f;
+    for (int i = 0; i < 300; ++i) {
+      (void)run(&b, target);
+      if (i > 40) {
+        CHECK_SAME("acceleration", b.limits.acceleration_rad_s2, fabs((double)b.ramp.acceleration_rad_s2));
+      }
+    }
+  }
+}
+
+static void test_a_start_from_rest_has_its_own_acceleration_however_weak_the_brakes_are(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = {.limits = limits_of(10.0, 3.0, 1.0, 4000.0)};
+    (void)run(&b, (float)sign * 10.0f);
+    CHECK_SAME("acceleration after a tick", sign * 3.0, b.ramp.acceleration_rad_s2);
+    while (b.ramp.acceleration_rad_s2 != 0.0f) {
+      TEST_ASSERT_TRUE((float)sign * b.ramp.rate_rad_s < 11.0f);
+      (void)run(&b, (float)sign * 10.0f);
+    }
+    (void)run(&b, 0.0f);
+    CHECK_SAME("braking after a tick", -sign * 1.0, b.ramp.acceleration_rad_s2);
+  }
+}
+
 static void test_a_reversal_with_weak_acceleration_stops_first(void) {
   bench b = {.limits = limits_of(1.0, 0.5, 5.0, 50.0)};
   while (!run(&b, 1.0f)) {
@@ -332,6 +363,8 @@ int main(void) {
   RUN_TEST(test_moves_with_unequal_deceleration_keep_each_limit_and_do_not_overshoot);
   RUN_TEST(test_targets_that_change_at_any_time_never_break_a_limit_and_the_last_one_is_reached);
   RUN_TEST(test_a_ramp_arrives_exactly_at_its_rate_in_the_shortest_time_without_overshoot);
+  RUN_TEST(test_the_acceleration_between_its_ramps_is_its_limit_exactly);
+  RUN_TEST(test_a_start_from_rest_has_its_own_acceleration_however_weak_the_brakes_are);
   RUN_TEST(test_a_reversal_with_weak_acceleration_stops_first);
   RUN_TEST(test_a_target_inside_the_braking_distance_is_passed_once_and_come_back_to);
   RUN_TEST(test_limits_that_shrink_under_way_are_entered_with_the_jerk_limit);

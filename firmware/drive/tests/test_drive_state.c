@@ -155,6 +155,9 @@ static void test_statuswords_match_the_masks_of_python_canopen_and_only_their_ow
       const uint16_t word = drive_state_statusword((drive_power_state)power);
       TEST_ASSERT_EQUAL_INT(power == other, (word & masks[other][0]) == masks[other][1]);
     }
+    /* Bit 5, "no quick stop", in every state but one: masters look at it alone. */
+    TEST_ASSERT_EQUAL_INT(power != DRIVE_QUICK_STOP_ACTIVE,
+                          (drive_state_statusword((drive_power_state)power) & 0x20) != 0);
   }
 }
 
