@@ -29,7 +29,7 @@ HELP = """\
 Draws one-line mutants of the firmware (operators of universalmutator), and runs the C unit tests that contain the mutated
 file, and the comparison of the printed descriptions with the committed ones (describe_node --check). A mutant that the
 project's compiler flags refuse, or that gives the same object code at -O2, does not count. It is killed when a test
-fails; a test that needs ten times its CPU time is a time-out. Equivalent mutants are listed with their reasons in
+fails, also by undefined behaviour of the mutated file; a test that needs ten times its CPU time is a time-out. Equivalent mutants are listed with their reasons in
 tools/mutation/equivalent.toml.
 
 The score is killed / (killed + survived). A seed always draws the same mutants of a line, wherever the line moves."""
