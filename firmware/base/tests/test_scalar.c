@@ -129,6 +129,14 @@ static void test_half_a_turn_is_minus_pi_and_less_is_positive(void) {
   CHECK_RELATIVE("three quarters", -1.570796326794897, angle_difference_rad(0xC0000000u, 0u), 1e-6);
 }
 
+static void test_a_turn_fraction_becomes_an_integer_beyond_32_bits_too(void) {
+  const float wholes[] = {0.0f,          1.0f,           -1.0f, 2147483520.0f, -2147483520.0f,
+                          2147483648.0f, -2147483648.0f, 1e12f, -1e12f};
+  for (unsigned i = 0; i < sizeof wholes / sizeof wholes[0]; ++i) {
+    TEST_ASSERT_EQUAL_INT64((int64_t)wholes[i], angle_integer(wholes[i]));
+  }
+}
+
 static void test_angle_differences_take_the_shorter_path_between_any_two_angles(void) {
   random_source source = {2};
   const double count_rad = 6.283185307179586 / 4294967296.0;
@@ -152,6 +160,7 @@ int main(void) {
   RUN_TEST(test_the_first_error_of_several_ranges_is_answered);
   RUN_TEST(test_angle_differences_keep_single_counts_across_zero);
   RUN_TEST(test_half_a_turn_is_minus_pi_and_less_is_positive);
+  RUN_TEST(test_a_turn_fraction_becomes_an_integer_beyond_32_bits_too);
   RUN_TEST(test_angle_differences_take_the_shorter_path_between_any_two_angles);
   return UNITY_END();
 }

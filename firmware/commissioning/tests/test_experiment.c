@@ -141,10 +141,16 @@ static void test_hysteresis_loops_are_triangles_of_position_around_the_start(voi
   bench b = started(&hysteresis, &wide);
   double highest_rad = 0.0;
   double lowest_rad = 0.0;
+  double last_rad = start_rad;
   while (tick(&b)) {
     highest_rad = fmax(highest_rad, b.angle_rad - start_rad);
     lowest_rad = fmin(lowest_rad, b.angle_rad - start_rad);
-    CHECK_NEAR("rate fed forward, rad/s", 2e-3, fabs((double)b.command.speed.rate_rad_s), 1e-6);
+    const double rate_rad_s = (double)b.command.speed.rate_rad_s;
+    CHECK_NEAR("rate fed forward, rad/s", 2e-3, fabs(rate_rad_s), 1e-6);
+    if ((b.ticks + 10) % 500 > 20) { /* not at a turning point */
+      CHECK_NEAR("moved by the rate, rad", 1e-3 * rate_rad_s, b.angle_rad - last_rad, 2e-8);
+    }
+    last_rad = b.angle_rad;
   }
   CHECK_NEAR("highest, rad", 1e-3, highest_rad, 5e-6);
   CHECK_NEAR("lowest, rad", -1e-3, lowest_rad, 5e-6);
@@ -284,6 +290,7 @@ static void test_progress_counts_up_to_100(void) {
   while (tick(&b)) {
     const int percent = experiment_progress_percent(&b.e, dt_s);
     TEST_ASSERT_TRUE(percent >= last && percent <= 99);
+    CHECK_NEAR("progress, %", fmin(b.ticks / 120.0, 99.0), percent, 1.0); /* 12 s */
     last = percent;
   }
   CHECK_AT_LEAST("just before the end, %", 98, last);

@@ -292,6 +292,8 @@ static void test_bad_configurations_are_refused_and_change_nothing(void) {
   bad = good;
   bad.pretrigger = 2730;
   CHECK_STATUS(SCOPE_BAD_PRETRIGGER, scope_arm(&bench_scope, &bad, tick_s));
+  bad.pretrigger = 60000;
+  CHECK_STATUS(SCOPE_BAD_PRETRIGGER, scope_arm(&bench_scope, &bad, tick_s));
   bad = good;
   bad.trigger.source = (scope_source)7;
   CHECK_STATUS(SCOPE_BAD_TRIGGER, scope_arm(&bench_scope, &bad, tick_s));

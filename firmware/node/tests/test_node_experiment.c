@@ -117,6 +117,16 @@ static void test_a_master_can_abort_it(void) {
   TEST_ASSERT_EQUAL(EXPERIMENT_ABORTED, state_of_experiment());
 }
 
+/* Its number is that of "abort", but it is written into another object. */
+static void test_a_value_that_is_written_while_it_runs_is_no_command(void) {
+  start_sweep(0);
+  wait_ms(20);
+  SET(EXPERIMENT, COUNT, 2);
+  SET(EXPERIMENT, COUNT, START);
+  TEST_ASSERT_EQUAL(EXPERIMENT_RUNNING, state_of_experiment());
+  TEST_ASSERT_EQUAL(1, get(0x2101, 3));
+}
+
 static void test_a_joint_that_runs_away_ends_it(void) {
   start_sweep(0);
   wait_ms(50);
@@ -232,6 +242,7 @@ int main(void) {
   RUN_TEST(test_a_set_up_beyond_its_limits_is_refused);
   RUN_TEST(test_a_silent_master_ends_it);
   RUN_TEST(test_a_master_can_abort_it);
+  RUN_TEST(test_a_value_that_is_written_while_it_runs_is_no_command);
   RUN_TEST(test_a_joint_that_runs_away_ends_it);
   RUN_TEST(test_an_axis_that_is_switched_off_ends_it);
   RUN_TEST(test_a_position_limit_in_its_path_ends_it);

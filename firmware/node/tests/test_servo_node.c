@@ -575,6 +575,30 @@ static void test_staged_gains_come_into_force_in_one_piece(void) {
   SET(0x2070, 1, 0);
 }
 
+/* 2050:1 = 1 and 2011:1 = 1 have the number of the command "apply", but are values of the staged set. */
+static void test_a_staged_value_is_no_command(void) {
+  const servo_axis_params before = node.board.app.params.axis[0];
+  SET_FLOAT(0x2000, 1, 500.0f);
+  SET(0x2011, 1, 0);
+  SET(0x2011, 1, 1);
+  SET(0x2020, 1, 0);
+  SET(0x2020, 1, 1);
+  SET(0x2050, 1, 1);
+  TEST_ASSERT_EQUAL_MEMORY(&before, &node.board.app.params.axis[0], sizeof before);
+}
+
+/* Whatever the timer held before: until the first period the bridge pushes nothing. */
+static void test_a_board_that_starts_sets_every_duty_to_0(void) {
+  const servo_params params = node.board.app.params;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    machine.axis[i].duty = 0.7f;
+  }
+  CHECK_STATUS(CONTROL_OK, servo_board_start(&node.board, &machine.functions, &params));
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    CHECK_SAME("duty", 0.0, machine.axis[i].duty);
+  }
+}
+
 static void test_gains_that_do_not_fit_together_are_refused_with_the_reason(void) {
   const servo_axis_params before = node.board.app.params.axis[1];
   const float breakaway_nm = get_float(0x2030 + PITCH, 8);
@@ -717,6 +741,8 @@ int main(void) {
   RUN_TEST(test_the_motion_profile_is_jerk_limited_and_no_other);
   RUN_TEST(test_what_the_drive_cannot_do_is_refused);
   RUN_TEST(test_staged_gains_come_into_force_in_one_piece);
+  RUN_TEST(test_a_staged_value_is_no_command);
+  RUN_TEST(test_a_board_that_starts_sets_every_duty_to_0);
   RUN_TEST(test_gains_that_do_not_fit_together_are_refused_with_the_reason);
   RUN_TEST(test_filters_that_are_set_are_in_force);
   RUN_TEST(test_the_recorded_tick_is_one_tick);

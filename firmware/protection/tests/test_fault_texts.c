@@ -32,6 +32,11 @@ static void test_every_fault_has_all_its_texts(void) {
   }
 }
 
+static void test_an_axis_without_a_fault_has_a_name_for_it_too(void) {
+  TEST_ASSERT_EQUAL_STRING("no fault", fault_texts[FAULT_NONE].name);
+  TEST_ASSERT_EQUAL_HEX16(0, fault_table[FAULT_NONE].code);
+}
+
 static void test_every_column_of_the_fault_log_has_a_name_and_a_unit(void) {
   for (int i = 0; i < FAULT_LOG_SIGNALS; ++i) {
     TEST_ASSERT_NOT_NULL(fault_signals[i].name);
@@ -43,6 +48,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_fault_has_a_code_and_a_latency);
   RUN_TEST(test_every_fault_has_all_its_texts);
+  RUN_TEST(test_an_axis_without_a_fault_has_a_name_for_it_too);
   RUN_TEST(test_every_column_of_the_fault_log_has_a_name_and_a_unit);
   return UNITY_END();
 }
