@@ -273,6 +273,29 @@ static void test_a_damaged_set_is_skipped_and_reported_until_the_next_save(void)
   TEST_ASSERT_EQUAL(0, get(0x3031, 3));
 }
 
+/* A double word that was readable when the set was found, and is not when the set is taken. */
+static void test_a_set_that_changes_between_two_reads_is_taken_whole_or_not_at_all(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  change_one_of_each(8);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  const parameter_record newest = node.storage.store.in_use;
+  const uint8_t *place = flash_model_at(&areas[newest.area], newest.page * 2048) + 104;
+  flash_weakness *weak = &model.weak[flash_model_unit(&model, place)];
+  weak->changes_at_reads = true;
+  memcpy(weak->other, place, sizeof weak->other);
+  weak->other[0] ^= 1;
+  int older = 0;
+  for (int start = 0; start < 60; ++start) {
+    restart();
+    const bool is_older = has_one_of_each(7);
+    TEST_ASSERT_TRUE(is_older || has_one_of_each(8));
+    TEST_ASSERT_EQUAL(is_older ? PERSISTED_OLDER : PERSISTED_STORED, get(0x3031, 1));
+    older += is_older ? 1 : 0;
+  }
+  TEST_ASSERT_TRUE(older > 10 && older < 60);
+}
+
 /* The older set may have other limits of travel: no torque before somebody has acknowledged that. */
 static void test_after_a_doubtful_start_no_axis_turns_until_it_is_acknowledged(void) {
   change_one_of_each(7);
@@ -631,6 +654,7 @@ int main(void) {
   RUN_TEST(test_a_second_client_gets_its_own_values_stored);
   RUN_TEST(test_a_flash_that_refuses_is_reported_and_changes_nothing);
   RUN_TEST(test_a_damaged_set_is_skipped_and_reported_until_the_next_save);
+  RUN_TEST(test_a_set_that_changes_between_two_reads_is_taken_whole_or_not_at_all);
   RUN_TEST(test_after_a_doubtful_start_no_axis_turns_until_it_is_acknowledged);
   RUN_TEST(test_a_set_with_a_weak_commit_mark_never_replaces_a_later_one);
   RUN_TEST(test_a_set_with_a_weak_head_never_replaces_a_later_one);
