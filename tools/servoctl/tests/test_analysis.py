@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from servoctl.braking import Real, analyse_stop, sure_deceleration
+from servoctl.errors import MotionError
 from servoctl.frequency_response import bandwidth_hz, design_multisine, estimate, margins
 from servoctl.loop_model import SpeedLoopGains, open_loop
 from servoctl.step_response import analyse_step
@@ -155,3 +157,36 @@ def test_step_numbers_of_a_second_order_system_are_those_of_the_textbook() -> No
 def test_a_record_without_a_step_is_refused() -> None:
     with pytest.raises(ValueError, match="contains no step"):
         analyse_step(np.zeros(100), np.zeros(100), TICK_S)
+
+
+def stop_of(rate: float, deceleration: float, full_nm: float = 40.0, noise: float = 1e-3) -> tuple[Real, Real, Real]:
+    """The torque is full from 2 ms after the command on, until a tenth of the rate is left."""
+    time_s = TICK_S * np.arange(-30.0, 200.0)
+    slowed = np.clip(deceleration * (time_s - 0.002), 0.0, abs(rate))
+    joint = np.sign(rate) * (abs(rate) - slowed) + noise * np.random.default_rng(1).standard_normal(len(time_s))
+    full = (time_s >= 0.002) & (slowed < 0.9 * abs(rate))
+    torque: Real = np.where(full, -np.sign(rate) * full_nm, 0.5)
+    return time_s.astype(np.float64), joint.astype(np.float64), torque
+
+
+@pytest.mark.parametrize("rate", [0.5, -0.5])
+def test_the_deceleration_of_a_stop_is_the_slope_at_full_torque(rate: float) -> None:
+    found = analyse_stop(*stop_of(rate, 6.0), full_nm=40.0)
+    assert found.rate_rad_s == pytest.approx(rate, abs=1e-3)
+    assert found.deceleration_rad_s2 == pytest.approx(6.0, abs=4 * found.deviation_rad_s2)
+    assert 0.0 < found.deviation_rad_s2 < 0.05
+    assert found.full_torque_s == pytest.approx(0.075, abs=0.002)
+
+
+def test_a_stop_whose_torque_was_not_full_for_ten_samples_is_refused_with_what_it_reached() -> None:
+    time_s, joint, torque = stop_of(0.5, 60.0)
+    with pytest.raises(MotionError, match="it reached 40 of 40 N m"):
+        analyse_stop(time_s, joint, torque, full_nm=40.0)
+    with pytest.raises(MotionError, match="it reached 30 of 40 N m"):
+        analyse_stop(time_s, joint, 0.75 * torque, full_nm=40.0)
+
+
+def test_the_weakest_stop_counts_less_the_share_of_the_wind_and_a_fifth() -> None:
+    stops = [analyse_stop(*stop_of(0.5, a, noise=1e-6), full_nm=40.0) for a in (8.0, 6.0, 7.0)]
+    assert sure_deceleration(stops, 40.0, 0.0) == pytest.approx(4.8, rel=1e-3)
+    assert sure_deceleration(stops, 40.0, 10.0) == pytest.approx(3.6, rel=1e-3)

@@ -110,6 +110,27 @@ def test_step_reports_rise_overshoot_and_settling(servo: Bench) -> None:
     assert axis(servo)["state"] == "switch on disabled" and borrowed(servo) == before
 
 
+def test_braking_measures_torque_and_friction_over_inertia_and_writes_the_safe_part(servo: Bench) -> None:
+    """Azimuth with pitch level: 6 kg m² and 40 N m are 6.7 rad/s²; friction and wind give 1 to 4 more or less."""
+    servo.json("state", "pitch", "enable")
+    servo.json("move", "pitch", "--to", "0", "--rate", "10", "--yes")
+    servo.json("state", "pitch", "disable")
+    before = servo.value("azimuth.quick_stop_deceleration")
+    assert servo("braking", "azimuth", "--wind", "5", "--write", "--yes", "--repeats", "1").code == 2  # without --unlock
+    assert servo("braking", "azimuth", "--wind", "40", "--yes").code == 2
+    found = servo.json("braking", "azimuth", "--wind", "5", "--yes", "--repeats", "2", "--write", "--unlock")
+    stops = [stop["deceleration_rad_s2"] for stop in found["stops"]]
+    assert [stop["rate_rad_s"] > 0 for stop in found["stops"]] == [True, False, True, False]
+    assert all(5.0 < stop < 11.0 for stop in stops), stops
+    assert found["sure_deceleration_rad_s2"] == pytest.approx(0.8 * min(stops) * 35 / 40, rel=0.02)
+    written = servo.value("azimuth.protection.sure_deceleration")
+    assert written == pytest.approx(found["sure_deceleration_rad_s2"], rel=1e-6)
+    assert servo.value("azimuth.quick_stop_deceleration") == before
+    assert axis(servo)["state"] == "switch on disabled" and at_rest(servo)
+    servo.json("undo", "--unlock")
+    assert servo.value("azimuth.protection.sure_deceleration") == pytest.approx(found["before_rad_s2"], rel=1e-6)
+
+
 def test_bode_finds_the_margins_that_the_simulator_computes_while_a_monitor_listens(servo: Bench) -> None:
     """`sim_host experiments` computes 50.6 degrees at 49.8 Hz and 12.7 dB for this plant with pitch level."""
     servo.json("state", "pitch", "enable")
