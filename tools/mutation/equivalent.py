@@ -1,7 +1,8 @@
 """The list of equivalent mutants, equivalent.toml: those that no test can kill, each with its reason.
 
-An entry is found by the file and the text of the line, so that it survives when the line moves. An entry whose line has
-gone, or that names a mutant which is not made of this line any more, is stale and an error.
+An entry is found by the file, the text of the line and, if given, that of the line before ("previous"), so that it
+survives when the line moves. An entry whose line has gone, or that names a mutant which is not made of this line any
+more, is stale and an error.
 """
 
 import tomllib
@@ -19,13 +20,15 @@ class Equivalents:
             if missing:
                 raise ValueError(f"equivalent.toml: the entry {entry} has no {', '.join(sorted(missing))}")
             for after in entry["mutants"]:
-                self.reasons[entry["file"], entry["line"], after] = entry["reason"]
+                self.reasons[entry["file"], entry["line"], after, entry.get("previous")] = entry["reason"]
 
     def reason(self, mutant):
-        return self.reasons.get((mutant.file, mutant.before, mutant.after))
+        place = mutant.file, mutant.before, mutant.after
+        return self.reasons.get((*place, mutant.previous)) or self.reasons.get((*place, None))
 
     def stale(self, file, mutants):
         """Entries of this file that fit none of its mutants."""
-        known = {(mutant.before, mutant.after) for mutant in mutants}
-        return [f"{file}: \"{before}\" has no mutant \"{after}\": remove the entry from equivalent.toml"
-                for (of, before, after) in self.reasons if of == file and (before, after) not in known]
+        known = {(mutant.before, mutant.after, previous) for mutant in mutants for previous in (None, mutant.previous)}
+        return [f"{file}: \"{before}\" has no mutant \"{after}\"" + (f" after \"{previous}\"" if previous else "")
+                + ": remove the entry from equivalent.toml"
+                for (of, before, after, previous) in self.reasons if of == file and (before, after, previous) not in known]

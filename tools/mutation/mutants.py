@@ -18,7 +18,7 @@ from universalmutator import mutator
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tools/source_checks"))
-from c_text import pieces_of  # noqa: E402
+from c_text import code_of, pieces_of  # noqa: E402
 
 RULES = ["universal.rules", "c_like.rules", "c.rules"]
 # Declarations of a header change nothing that runs; of other headers only the bodies of functions are mutated.
@@ -34,6 +34,7 @@ class Mutant:
     after: str  # likewise; two lines where a statement is added
     occurrence: int  # among the lines of the file with this text
     siblings: int  # mutants of the same line
+    previous: str = ""  # the line before, likewise
 
     def rank(self, seed):
         """The smaller, the earlier drawn: each line has the same chance, whatever its number of mutants."""
@@ -77,9 +78,38 @@ def code_lines(file, source):
     return chosen
 
 
+def loop_ends(source):
+    """The numbers of the lines after which a `continue` changes nothing, because the body of a loop ends there."""
+    lines = code_of(source).split("\n")
+    opened, after = [], {}  # of each open brace, whether it is that of a loop; the same after each line
+    statement, parentheses = "", 0
+    for number, line in enumerate(lines, 1):
+        for character in line + " ":
+            parentheses += (character == "(") - (character == ")")
+            if character == "{":
+                opened.append(re.match(r"(for|while)\b", statement.strip()) is not None)
+            elif character == "}" and opened:
+                opened.pop()
+            ends = character in "{}" or (character == ";" and parentheses == 0)
+            statement = "" if ends else statement + character
+        after[number] = list(opened)
+    found = set()
+    for number in after:
+        place, following = after[number], number
+        while place and following < len(lines) and lines[following].strip() in ("}", ""):
+            if lines[following].strip() == "}" and place[-1]:
+                found.add(number)
+                break
+            following += 1
+            place = after[following]
+    return found
+
+
 def mutants_of(file, source):
-    """All mutants of a file, by line. Two that differ in blanks only count once."""
+    """All mutants of a file, by line. Two that differ in blanks only count once, a `continue` at the end of a loop's body
+    not at all."""
     source = without_comments(source)
+    ends = loop_ends(source)
     lines = source.split("\n")
     wanted = code_lines(file, source)
     with contextlib.redirect_stdout(io.StringIO()):
@@ -88,11 +118,14 @@ def mutants_of(file, source):
     for number, mutated, *_ in found:
         before = lines[number - 1].strip()
         after = "\n".join(part.strip() for part in mutated.strip().split("\n"))
+        if number in ends and after == before + "\ncontinue;":
+            continue
         if number in wanted and re.sub(r"\s", "", after) != re.sub(r"\s", "", before):
             texts.setdefault(number, {}).setdefault(re.sub(r"[ \t]+", " ", after), after)
     seen, result = {}, []
     for number in sorted(texts):
         before = lines[number - 1].strip()
         occurrence = seen[before] = seen.get(before, -1) + 1
-        result += [Mutant(file, number, before, after, occurrence, len(texts[number])) for after in texts[number].values()]
+        previous = next((line.strip() for line in reversed(lines[:number - 1]) if line.strip()), "")
+        result += [Mutant(file, number, before, after, occurrence, len(texts[number]), previous) for after in texts[number].values()]
     return result

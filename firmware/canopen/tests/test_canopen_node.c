@@ -19,6 +19,19 @@ static void test_node_boots_with_one_message_and_is_pre_operational(void) {
   TEST_ASSERT_EQUAL(1, bench_count(0x705));
   TEST_ASSERT_EQUAL(0, bench.log[0].data[0]);
   TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
+  TEST_ASSERT_EQUAL(SDO_CHANNELS, NODE->sdo_client); /* nobody asks */
+}
+
+/* Until LSS gives it one, its identifiers are those of node 1, and it sends nothing. */
+static void test_a_node_without_id_has_the_identifiers_of_node_1_and_is_silent(void) {
+  const can_sender sender = {bench_send, NULL};
+  bench.sent = 0;
+  TEST_ASSERT_TRUE(test_device_init(&bench.device, BUS_UNCONFIGURED, sender));
+  bench_wait_ms(200);
+  TEST_ASSERT_EQUAL(0, bench.sent);
+  TEST_ASSERT_EQUAL(1, NODE->config.node_id);
+  TEST_ASSERT_EQUAL_HEX32(0x81, NODE->objects.emergency.cob_id);
+  TEST_ASSERT_EQUAL_HEX32(0x601, NODE->objects.sdo[0].request_cob_id);
 }
 
 static void test_bad_configuration_is_refused(void) {
@@ -337,6 +350,7 @@ static void test_two_nodes_lost_at_once_are_both_reported(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_node_boots_with_one_message_and_is_pre_operational);
+  RUN_TEST(test_a_node_without_id_has_the_identifiers_of_node_1_and_is_silent);
   RUN_TEST(test_bad_configuration_is_refused);
   RUN_TEST(test_nmt_commands_move_the_node_when_addressed_to_it);
   RUN_TEST(test_reset_communication_brings_the_defaults_and_a_boot_up);

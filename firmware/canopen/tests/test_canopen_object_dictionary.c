@@ -146,6 +146,77 @@ static void test_text_is_printable_and_fits(void) {
   TEST_ASSERT_EQUAL(0, length);
 }
 
+static void test_a_text_of_one_letter_is_read_as_it_was_written(void) {
+  const od_object object = find(0x2F00, 10);
+  uint8_t bytes[17] = {0};
+  uint16_t length = 0;
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, od_write(&object, (const uint8_t *)"x", 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_OK, od_read(&object, bytes, 17, &length));
+  TEST_ASSERT_EQUAL(1, length);
+  TEST_ASSERT_EQUAL_HEX8('x', bytes[0]);
+}
+
+static void test_a_number_is_taken_with_all_its_bytes_and_no_more(void) {
+  for (uint8_t sub = 1; sub <= 9; sub++) {
+    const od_object object = find(0x2F00, sub);
+    const int64_t before = od_get(&object).i;
+    const uint8_t bytes[9] = {0x11, 0x11, 0x11, 0x11, 0x11, 0x11, 0x11, 0x11, 0x11};
+    TEST_ASSERT_EQUAL_HEX32(OD_TOO_SHORT, od_write(&object, bytes, (uint16_t)(object.entry->bytes - 1)));
+    TEST_ASSERT_EQUAL_HEX32(OD_TOO_LONG, od_write(&object, bytes, (uint16_t)(object.entry->bytes + 1)));
+    TEST_ASSERT_EQUAL_INT64(before, od_get(&object).i);
+  }
+}
+
+static void test_what_is_no_value_or_does_not_fit_is_not_read(void) {
+  uint8_t bytes[17] = {0xAA};
+  uint16_t length = 7;
+  const od_object stream = find(0x2F01, 0);
+  const od_object text = find(0x2F00, 10);
+  const od_object number = find(0x2F00, 7);
+  const od_object secret = find(0x2F00, 11);
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, od_read(&stream, bytes, 17, &length));
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, od_read(&text, bytes, 15, &length));
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, od_read(&number, bytes, 3, &length));
+  TEST_ASSERT_EQUAL_HEX32(OD_WRITE_ONLY, od_read(&secret, bytes, 17, &length));
+  TEST_ASSERT_EQUAL_HEX32(OD_UNSUPPORTED, od_write(&stream, bytes, 1));
+  TEST_ASSERT_EQUAL_HEX8(0xAA, bytes[0]);
+  TEST_ASSERT_EQUAL(7, length);
+}
+
+/* What may have any value of its type needs no check in each PDO. */
+static void test_a_value_is_unlimited_when_its_limits_are_those_of_its_type(void) {
+  static const struct {
+    od_type type;
+    int64_t low, high;
+  } types[] = {{OD_INTEGER8, INT8_MIN, INT8_MAX},    {OD_INTEGER16, INT16_MIN, INT16_MAX},
+               {OD_INTEGER32, INT32_MIN, INT32_MAX}, {OD_UNSIGNED8, 0, UINT8_MAX},
+               {OD_UNSIGNED16, 0, UINT16_MAX},       {OD_UNSIGNED32, 0, UINT32_MAX}};
+  for (uint32_t i = 0; i < sizeof types / sizeof types[0]; i++) {
+    od_entry entry = {.type = (uint8_t)types[i].type, .low = {.i = types[i].low}, .high = {.i = types[i].high}};
+    TEST_ASSERT_TRUE(od_is_unlimited(&entry));
+    entry.low.i++;
+    TEST_ASSERT_FALSE(od_is_unlimited(&entry));
+    entry.low.i--;
+    entry.high.i--;
+    TEST_ASSERT_FALSE(od_is_unlimited(&entry));
+  }
+  const od_entry real = {.type = OD_REAL32, .low = {.i = INT64_MIN}, .high = {.i = INT64_MAX}};
+  TEST_ASSERT_FALSE(od_is_unlimited(&real)); /* a NaN is refused */
+}
+
+static void test_only_an_owner_that_knows_stops_has_some(void) {
+  const uint8_t zero[4] = {0};
+  const uint8_t running[4] = {0x0F};
+  const od_object controlword = find(0x6040, 0);
+  const od_object sync = find(0x1005, 0);
+  const od_part no_hooks = {.table = controlword.part->table, .values = controlword.part->values};
+  const od_object unowned = {&no_hooks, controlword.entry};
+  TEST_ASSERT_TRUE(od_is_stop(&controlword, zero));
+  TEST_ASSERT_FALSE(od_is_stop(&controlword, running));
+  TEST_ASSERT_FALSE(od_is_stop(&sync, zero));
+  TEST_ASSERT_FALSE(od_is_stop(&unowned, zero));
+}
+
 typedef struct {
   uint32_t a;
   float f;
@@ -190,6 +261,10 @@ static void test_check_finds_an_object_that_two_parts_have(void) {
   const od_part twice[] = {good->parts[0], good->parts[1], good->parts[0]};
   const object_dictionary bad = {.parts = twice, .count = 3};
   TEST_ASSERT_EQUAL(OD_TABLE_OVERLAP, od_check_dictionary(&bad).fault);
+  const od_entry headless[] = {GOOD(0x2000, 1)};
+  const od_part first_is_bad[] = {{.table = {headless, 1}}, good->parts[0]};
+  const object_dictionary begins_badly = {.parts = first_is_bad, .count = 2};
+  TEST_ASSERT_EQUAL(OD_TABLE_NO_HEAD, od_check_dictionary(&begins_badly).fault);
 }
 
 int main(void) {
@@ -202,6 +277,11 @@ int main(void) {
   RUN_TEST(test_integers_are_taken_exactly_within_their_limits);
   RUN_TEST(test_reals_must_be_finite_and_within_their_limits);
   RUN_TEST(test_text_is_printable_and_fits);
+  RUN_TEST(test_a_text_of_one_letter_is_read_as_it_was_written);
+  RUN_TEST(test_a_number_is_taken_with_all_its_bytes_and_no_more);
+  RUN_TEST(test_what_is_no_value_or_does_not_fit_is_not_read);
+  RUN_TEST(test_a_value_is_unlimited_when_its_limits_are_those_of_its_type);
+  RUN_TEST(test_only_an_owner_that_knows_stops_has_some);
   RUN_TEST(test_check_names_what_is_wrong_with_a_table);
   RUN_TEST(test_check_finds_an_object_that_two_parts_have);
   return UNITY_END();

@@ -271,6 +271,26 @@ static void test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_o
   TEST_ASSERT_EQUAL(0, DEVICE->node.objects.emergency.error_register);
 }
 
+/* Both controlwords and a mode that does not exist in one frame: each axis stops. */
+static void test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed(void) {
+  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
+  write_ok(0x1600, 0, 0, 1);
+  write_ok(0x1600, 1, 0x60400010, 4);
+  write_ok(0x1600, 2, 0x68400010, 4);
+  write_ok(0x1600, 3, 0x60600008, 4);
+  write_ok(0x1600, 0, 3, 1);
+  write_ok(0x1400, 1, RPDO1, 4);
+  bench_operational();
+  const uint8_t run[5] = {0x0F, 0, 0x0F, 0, 9};
+  const uint8_t stop[5] = {0x0B, 0, 0x02, 0, 11};
+  bench_give(RPDO1, 5, run);
+  bench_give(RPDO1, 5, stop);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0x0B, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL_HEX16(0x02, DEVICE->axis[1].controlword);
+  TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+}
+
 static void test_a_refused_value_is_over_when_the_rpdo_starts_again(void) {
   bench_operational();
   give_rpdo1(0x0F, 11);
@@ -450,6 +470,7 @@ int main(void) {
   RUN_TEST(test_a_command_that_fails_in_an_rpdo_leaves_the_other_objects_written);
   RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
   RUN_TEST(test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once);
+  RUN_TEST(test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed);
   RUN_TEST(test_a_refused_value_is_over_when_the_rpdo_starts_again);
   RUN_TEST(test_a_refused_value_after_sync_is_reported_too);
   RUN_TEST(test_no_two_services_share_an_identifier);

@@ -768,6 +768,36 @@ static void test_a_transfer_that_is_not_open_moves_no_byte(void) {
   TEST_ASSERT_EQUAL_STRING("hello world", bench.device.values.text);
 }
 
+/* The bus takes nothing for 20 ms: the client has asked in time and gets its answer. */
+static void test_the_time_of_a_client_starts_again_with_its_request(void) {
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer);
+  bench_wait_ms(SDO_TIME_OUT_MS - 10);
+  bench.bus_full = true;
+  bench_give(0x605, 8, upload_segment);
+  bench_wait_ms(20);
+  bench.bus_full = false;
+  bench.sent = 0;
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX8(0x00, bench_last(0x585)->data[0]);
+  TEST_ASSERT_EQUAL_MEMORY("hello w", &bench_last(0x585)->data[1], 7);
+}
+
+static void test_a_stream_that_is_written_only_is_not_read(void) {
+  od_object stream;
+  TEST_ASSERT_EQUAL(OD_OK, od_find(SERVER->dictionary, 0x2F01, 0, &stream));
+  od_entry entry = *stream.entry;
+  entry.access = OD_WO;
+  stream.entry = &entry;
+  sdo_transfer transfer = {0};
+  TEST_ASSERT_EQUAL_HEX32(OD_WRITE_ONLY, sdo_transfer_open_read(&transfer, &stream));
+  entry.access = OD_RO;
+  TEST_ASSERT_EQUAL_HEX32(OD_READ_ONLY, sdo_transfer_open_write(&transfer, &stream, 1));
+  entry.access = OD_CONST;
+  TEST_ASSERT_EQUAL_HEX32(OD_READ_ONLY, sdo_transfer_open_write(&transfer, &stream, 1));
+  TEST_ASSERT_EQUAL(0, bench.device.streams_open);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_crc_has_its_check_value);
@@ -810,5 +840,7 @@ int main(void) {
   RUN_TEST(test_a_block_download_after_an_abandoned_one_starts_empty);
   RUN_TEST(test_parts_of_a_block_upload_that_is_not_under_way_are_refused);
   RUN_TEST(test_a_transfer_that_is_not_open_moves_no_byte);
+  RUN_TEST(test_the_time_of_a_client_starts_again_with_its_request);
+  RUN_TEST(test_a_stream_that_is_written_only_is_not_read);
   return UNITY_END();
 }

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from equivalent import LIST, Equivalents
-from mutants import ROOT, mutants_of
+from mutants import ROOT, loop_ends, mutants_of
 
 SOURCE = """\
 #include "base/scalar.h"
@@ -66,6 +66,34 @@ def test_of_a_header_only_the_bodies_of_functions_are_mutated():
     assert "#define MOST 3" in {mutant.before for mutant in drawn(header, file="firmware/base/box_list.h")}
 
 
+LOOPS = """\
+void every(int *values, int count) {
+  for (int i = 0; i < count;
+       i++) {
+    if (values[i] == 0) {
+      values[i] = 1;
+    }
+  }
+  while (count > 0) {
+    count--;
+    if (count == 3) {
+      count = 2;
+    } else {
+      count = 1;
+    }
+    count -= 2;
+  }
+}
+"""
+
+
+def test_a_continue_at_the_end_of_a_loop_is_no_mutant():
+    lines = {mutant.line for mutant in drawn(LOOPS) if mutant.after == mutant.before + "\ncontinue;"}
+    assert lines & {5, 6, 15} == set()
+    assert {9, 11, 13, 14} <= lines
+    assert loop_ends(LOOPS) == {5, 6, 15}
+
+
 ENTRY = """\
 [[equivalent]]
 file = "firmware/base/count.c"
@@ -81,6 +109,16 @@ def test_an_equivalent_mutant_is_found_wherever_its_line_moves():
         mutants = drawn(source)
         assert [mutant.after for mutant in mutants if equivalents.reason(mutant)] == ["return value - 1;"]
         assert equivalents.stale("firmware/base/count.c", mutants) == []
+
+
+def test_an_entry_with_the_line_before_it_names_one_of_several_equal_lines():
+    source = SOURCE.replace("    return 7; // says 8", "    value--;\n    return value + 1;")
+    found = {}
+    for previous in ("value--;", "}", "if (value >= 8) {"):
+        equivalents = Equivalents(ENTRY + f'previous = "{previous}"\n')
+        found[previous] = [mutant.line for mutant in drawn(source) if equivalents.reason(mutant)]
+        assert (equivalents.stale("firmware/base/count.c", drawn(source)) == []) == bool(found[previous])
+    assert found == {"value--;": [8], "}": [10], "if (value >= 8) {": []}
 
 
 @pytest.mark.parametrize("source", [SOURCE.replace("value + 1", "value + 2"), SOURCE.replace("  return value + 1;\n", "")])
