@@ -71,6 +71,11 @@ static void test_the_hash_of_a_word_differs_from_device_to_device(void) {
   TEST_ASSERT_NOT_EQUAL_UINT64(access_lock_hash(&lock, OWNERS_WORD), access_lock_hash(&other, OWNERS_WORD));
 }
 
+/* Set by one firmware, compared by the next: SipHash-2-4 of the word with the key "trstlock" and the serial number. */
+static void test_a_stored_hash_stays_right_with_another_firmware(void) {
+  TEST_ASSERT_EQUAL_HEX64(UINT64_C(0x0823CAE14173BDC3), access_lock_hash(&lock, UINT64_C(0x1122334455667788)));
+}
+
 static void test_each_wrong_word_delays_its_channel_twice_as_long(void) {
   uint32_t expected = ACCESS_LOCK_FIRST_DELAY;
   for (int i = 0; i < 10; ++i) {
@@ -106,6 +111,7 @@ int main(void) {
   RUN_TEST(test_it_is_open_only_for_the_channel_that_opened_it);
   RUN_TEST(test_the_owners_word_replaces_the_known_one);
   RUN_TEST(test_the_hash_of_a_word_differs_from_device_to_device);
+  RUN_TEST(test_a_stored_hash_stays_right_with_another_firmware);
   RUN_TEST(test_each_wrong_word_delays_its_channel_twice_as_long);
   RUN_TEST(test_2000_wrong_words_as_fast_as_possible_are_2_that_are_compared);
   return UNITY_END();

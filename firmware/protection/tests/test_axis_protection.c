@@ -189,6 +189,17 @@ static void test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_
   TEST_FAIL_MESSAGE("a gyro of the wrong sign is not seen within 15 ms");
 }
 
+/* At 1.4 rad/s the gyro is right at once; the encoder shows its rate with the second angle. */
+static void test_an_encoder_that_returns_on_a_turning_axis_disagrees_with_nothing(void) {
+  bench b = new_bench();
+  b.rate_rad_s = b.in.reference_rad_s = 1.4f;
+  run(&b, 10);
+  b.in.angle_valid = false;
+  TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_ENCODER_LOST), step(&b, 0.0f));
+  b.in.angle_valid = true;
+  run(&b, 50);
+}
+
 static void test_current_while_nothing_drives_it_is_an_offset(void) {
   bench b = new_bench();
   b.in.powered = b.in.closed = b.in.speed_closed = false;
@@ -212,6 +223,24 @@ static void test_current_that_decays_or_brakes_the_shorted_motor_is_no_offset(vo
     b.in.mean_current_a *= 0.7f; /* L / R of 3 ms */
     TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f) & fault_bit(FAULT_CURRENT_OFFSET));
   }
+}
+
+/* 20 A are found 10 ticks after its decay time; power in between begins a new time. */
+static void test_each_time_without_power_is_judged_by_itself(void) {
+  bench b = new_bench();
+  b.in.closed = b.in.speed_closed = false;
+  b.in.mean_current_a = 20.0f;
+  b.limits.continuous_current_a = 100.0f;
+  for (int time = 0; time < 5; ++time) {
+    b.in.powered = false;
+    for (int i = 0; i < 20 + 6; ++i) {
+      TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f) & fault_bit(FAULT_CURRENT_OFFSET));
+    }
+    b.in.powered = true;
+    (void)step(&b, 0.0f);
+  }
+  b.in.powered = false;
+  TEST_ASSERT_EQUAL(20 + 10, ticks_until(&b, FAULT_CURRENT_OFFSET, 100));
 }
 
 static void test_more_than_130_percent_of_the_limit_is_an_over_current_in_the_second_tick(void) {
@@ -411,6 +440,13 @@ static void test_a_speed_error_trips_after_its_time(void) {
   TEST_ASSERT_EQUAL(300, ticks_until(&b, FAULT_SPEED_ERROR, 400));
 }
 
+static void test_a_torque_command_has_no_speed_error(void) {
+  bench b = new_bench();
+  b.in.speed_closed = false;
+  b.in.reference_rad_s = 0.6f;
+  run(&b, 1000);
+}
+
 static void test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count(void) {
   bench b = new_bench();
   b.in.limited = true;
@@ -469,6 +505,22 @@ static void test_a_motor_whose_magnets_are_weak_is_named(void) {
   b.rate_rad_s = b.in.reference_rad_s = 1.0f;
   b.in.tick_voltage_v = 0.5f * b.motor.back_emf_v_s_rad;
   TEST_ASSERT_TRUE(ticks_until(&b, FAULT_MOTOR_WEAK, 100) > 0);
+}
+
+/* At 8 A and 40 Hz the inductance takes up to 6 V: without it the voltage would be that of another motion. */
+static void test_the_voltage_of_the_inductance_is_no_motion(void) {
+  bench b = new_bench();
+  b.limits.motor_tolerance = 0.1f;
+  b.motor.time_constant_s = 2.5e-3f;
+  b.in.torque_nm = 0.0f;
+  float last_a = 0.0f;
+  for (int i = 0; i < 2000; ++i) {
+    const float now_a = 8.0f * sinf(6.2831853f * 40.0f * (float)i * DT_S);
+    b.in.mean_current_a = b.in.tick_current_a = now_a;
+    b.in.tick_voltage_v = b.motor.resistance_ohm * (now_a + 2.5f * (now_a - last_a));
+    last_a = now_a;
+    TEST_ASSERT_EQUAL_HEX64(0, step(&b, 0.0f));
+  }
 }
 
 static void test_limits_are_refused_when_they_are_no_numbers_or_contradict(void) {
@@ -559,8 +611,10 @@ int main(void) {
   RUN_TEST(test_a_gyro_that_is_missing_counts_only_where_it_is_used);
   RUN_TEST(test_a_gyro_at_its_range_or_stuck_is_found);
   RUN_TEST(test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms);
+  RUN_TEST(test_an_encoder_that_returns_on_a_turning_axis_disagrees_with_nothing);
   RUN_TEST(test_current_while_nothing_drives_it_is_an_offset);
   RUN_TEST(test_current_that_decays_or_brakes_the_shorted_motor_is_no_offset);
+  RUN_TEST(test_each_time_without_power_is_judged_by_itself);
   RUN_TEST(test_more_than_130_percent_of_the_limit_is_an_over_current_in_the_second_tick);
   RUN_TEST(test_i2t_trips_when_the_winding_has_the_heat_of_the_continuous_current);
   RUN_TEST(test_a_reset_forgets_what_was_seen_but_not_how_warm_the_winding_is);
@@ -575,10 +629,12 @@ int main(void) {
   RUN_TEST(test_too_fast_is_too_fast_in_the_second_tick_and_in_any_state);
   RUN_TEST(test_an_axis_that_goes_away_from_its_set_point_against_its_torque_runs_away);
   RUN_TEST(test_a_speed_error_trips_after_its_time);
+  RUN_TEST(test_a_torque_command_has_no_speed_error);
   RUN_TEST(test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count);
   RUN_TEST(test_outside_of_the_travel_only_motion_outwards_is_a_fault);
   RUN_TEST(test_the_motor_contradicts_sensors_that_are_frozen_and_only_while_a_loop_is_closed);
   RUN_TEST(test_a_motor_whose_magnets_are_weak_is_named);
+  RUN_TEST(test_the_voltage_of_the_inductance_is_no_motion);
   RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
   RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);

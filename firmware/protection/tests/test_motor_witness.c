@@ -200,6 +200,35 @@ static void test_before_the_offset_is_known_the_error_is_larger(void) {
   TEST_ASSERT_TRUE(bound_rad_s > 1.5f * motor_witness_bound_rad_s(&known.witness, &known.limits));
 }
 
+/* The true L is 25 % above that of 2055, and the bridge puts up to 3 V across it: the error grows by its share. */
+static void test_an_inductance_within_the_tolerance_agrees_with_a_current_that_swings(void) {
+  bench b = new_bench();
+  b.data.time_constant_s = 0.8f * L_S;
+  rest_off(&b, 60);
+  for (int i = 0; i < 3000; ++i) {
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, step(&b, 8.0f * sinf(6.2831853f * 20.0f * (float)i * DT_S), 0.0f, 0.0f));
+  }
+}
+
+static void test_the_back_emf_is_learned_from_a_motion_and_forgotten_slowly(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  b.back_emf_v_s_rad = 1.1f * KE;
+  agree(&b, 0.0f, 1.2f, 1000);
+  const float learned = width(b.witness.back_emf);
+  CHECK_AT_MOST("of Ke", 0.25, learned);
+  rest_off(&b, 10000); /* 0.3 % per second, to either side */
+  CHECK_NEAR("of Ke", learned + 0.06f, width(b.witness.back_emf), 0.002);
+}
+
+static void test_the_offset_counts_as_known_after_50_ticks_without_current(void) {
+  bench b = new_bench();
+  rest_off(&b, 49);
+  CHECK_SAME("A", 0.05f, b.witness.zero_error_a);
+  rest_off(&b, 1);
+  CHECK_SAME("A", 0.0, b.witness.zero_error_a);
+}
+
 /* An error this large is a fault of the current sensor. */
 static void test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor(void) {
   bench b = new_bench();
@@ -255,6 +284,9 @@ int main(void) {
   RUN_TEST(test_the_offset_of_the_current_is_learned_while_the_bridge_is_off);
   RUN_TEST(test_an_offset_that_is_a_fault_of_its_own_is_not_learned);
   RUN_TEST(test_before_the_offset_is_known_the_error_is_larger);
+  RUN_TEST(test_an_inductance_within_the_tolerance_agrees_with_a_current_that_swings);
+  RUN_TEST(test_the_back_emf_is_learned_from_a_motion_and_forgotten_slowly);
+  RUN_TEST(test_the_offset_counts_as_known_after_50_ticks_without_current);
   RUN_TEST(test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor);
   RUN_TEST(test_a_contradiction_that_ends_is_forgotten);
   RUN_TEST(test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothing);
