@@ -1,5 +1,6 @@
 /* The oscillation monitor on an axis of one inertia: which motions are oscillations, and which are not. */
 #include <math.h>
+#include <stdio.h>
 
 #include "protection/oscillation.h"
 #include "unity.h"
@@ -120,6 +121,95 @@ static void test_fast_torque_swings_are_reported_before_they_count(void) {
   TEST_FAIL_MESSAGE("not seen");
 }
 
+enum { LONGEST_DELAY = 64 };
+
+/* A proportional loop around the inertia, whose rate is some ticks old. It holds a static load without an error. */
+typedef struct {
+  float gain_nm_s_rad;
+  int delay_ticks;
+  float load_nm;
+  float step_rad_s; /* of the set-point */
+  float kick_rad_s; /* of the rate, in the tick in which the loop gets its gain */
+} loop;
+
+typedef struct {
+  int tick; /* after the kick or step; -1: not seen */
+  float peak_rad_s;
+} sight;
+
+static sight seen_in(oscillation_params plant, loop l, int ticks) {
+  oscillation state;
+  oscillation_reset(&state);
+  float rates_rad_s[LONGEST_DELAY] = {0};
+  float rate_rad_s = 0.0f;
+  float last_nm = 0.0f;
+  sight s = {.tick = -1};
+  for (int tick = -1500; tick < ticks; ++tick) {
+    rate_rad_s += tick == 0 ? l.kick_rad_s : 0.0f;
+    const unsigned now = (unsigned)(tick + 1500);
+    rates_rad_s[now % LONGEST_DELAY] = rate_rad_s;
+    const float old_rad_s = rates_rad_s[(now - (unsigned)l.delay_ticks) % LONGEST_DELAY];
+    const float reference_rad_s = tick >= 0 ? l.step_rad_s : 0.0f;
+    const float wanted_nm = l.load_nm + (tick >= 0 ? l.gain_nm_s_rad * (reference_rad_s - old_rad_s) : 0.0f);
+    const float loop_nm = fminf(fmaxf(wanted_nm, -plant.torque_nm), plant.torque_nm);
+    const oscillation_inputs in = {
+        .closed = true, .reference_rad_s = reference_rad_s, .rate_rad_s = rate_rad_s, .loop_nm = loop_nm};
+    if (oscillation_step(&state, &plant, &in, DT_S)) {
+      s.tick = tick;
+      return s;
+    }
+    rate_rad_s += (0.5f * (loop_nm + last_nm) - l.load_nm) / plant.inertia_kg_m2 * DT_S;
+    last_nm = loop_nm;
+    s.peak_rad_s = fmaxf(s.peak_rad_s, fabsf(rate_rad_s));
+  }
+  return s;
+}
+
+/* J / delay times pi / 2 is the gain at which the loop begins to oscillate. */
+static float limit_gain(int delay_ticks) { return 6.0f * 1.5708f / ((float)delay_ticks * DT_S); }
+
+static void test_new_gains_that_are_unstable_are_seen_before_the_axis_is_fast_with_and_without_a_load(void) {
+  oscillation_params plant = kPlant;
+  plant.suspect = true;
+  plant.friction_nm = 1.0f;
+  static const float loads_nm[] = {0.0f, 15.0f, -15.0f};
+  static const float kicks_rad_s[] = {0.002f, -0.002f};
+  for (unsigned load = 0; load < 3; ++load) {
+    for (unsigned kick = 0; kick < 2; ++kick) {
+      for (int delay = 10; delay <= 40; delay += 10) {
+        for (float factor = 1.5f; factor < 7.0f; factor *= 2.0f) {
+          const loop l = {factor * limit_gain(delay), delay, loads_nm[load], 0.0f, kicks_rad_s[kick]};
+          const sight s = seen_in(plant, l, 2000);
+          char text[120];
+          (void)snprintf(text, sizeof text, "delay %d ms, %.1f times the limit, load %.0f: tick %d, peak %.4f rad/s",
+                         delay, (double)factor, (double)l.load_nm, s.tick, (double)s.peak_rad_s);
+          TEST_ASSERT_TRUE_MESSAGE(s.tick >= 0 && s.tick <= 10 * delay, text);
+          TEST_ASSERT_TRUE_MESSAGE(s.peak_rad_s <= 0.035f, text); /* 2 deg/s */
+        }
+      }
+    }
+  }
+}
+
+static void test_healthy_gains_may_overshoot_after_a_step(void) {
+  oscillation_params plant = kPlant;
+  plant.suspect = true;
+  plant.friction_nm = 1.0f;
+  static const float steps_rad_s[] = {0.02f, 0.1f, -0.1f, 0.3f, -1.0f};
+  for (unsigned step = 0; step < 5; ++step) {
+    for (int delay = 5; delay <= 40; delay += 5) {
+      for (float factor = 0.2f; factor < 0.5f; factor += 0.1f) {
+        const loop l = {factor * limit_gain(delay), delay, 0.0f, steps_rad_s[step], 0.0f};
+        const sight s = seen_in(plant, l, 3000);
+        char text[120];
+        (void)snprintf(text, sizeof text, "delay %d ms, %.1f of the limit, step %.2f: tick %d", delay, (double)factor,
+                       (double)l.step_rad_s, s.tick);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(-1, s.tick, text);
+      }
+    }
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_an_oscillation_that_the_motor_sustains_is_seen_within_half_a_second);
@@ -129,5 +219,7 @@ int main(void) {
   RUN_TEST(test_a_decaying_oscillation_is_left_to_decay);
   RUN_TEST(test_a_set_point_explains_the_torque_that_follows_it);
   RUN_TEST(test_fast_torque_swings_are_reported_before_they_count);
+  RUN_TEST(test_new_gains_that_are_unstable_are_seen_before_the_axis_is_fast_with_and_without_a_load);
+  RUN_TEST(test_healthy_gains_may_overshoot_after_a_step);
   return UNITY_END();
 }
