@@ -32,6 +32,21 @@ static void test_every_fault_has_all_its_texts(void) {
   }
 }
 
+/* What a restart or a change that is over has left behind cannot last: it is reported, and needs no reset. */
+static void test_events_are_reported_once_and_conditions_as_long_as_they_last(void) {
+  static const fault_id events[] = {FAULT_WATCHDOG_RESET,  FAULT_EXCEPTION_RESET, FAULT_BROWN_OUT_RESET,
+                                    FAULT_STACK_OVERFLOW,  FAULT_RAM_PARITY,      FAULT_OPTION_BYTES,
+                                    FAULT_GAINS_TAKEN_BACK};
+  for (unsigned i = 0; i < sizeof events / sizeof events[0]; ++i) {
+    TEST_ASSERT_TRUE_MESSAGE(fault_texts[events[i]].reported_once, fault_texts[events[i]].name);
+  }
+  static const fault_id conditions[] = {FAULT_ENCODER_LOST, FAULT_OVER_CURRENT, FAULT_UNDER_VOLTAGE,
+                                        FAULT_IMAGE_DAMAGED};
+  for (unsigned i = 0; i < sizeof conditions / sizeof conditions[0]; ++i) {
+    TEST_ASSERT_FALSE_MESSAGE(fault_texts[conditions[i]].reported_once, fault_texts[conditions[i]].name);
+  }
+}
+
 static void test_an_axis_without_a_fault_has_a_name_for_it_too(void) {
   TEST_ASSERT_EQUAL_STRING("no fault", fault_texts[FAULT_NONE].name);
   TEST_ASSERT_EQUAL_HEX16(0, fault_table[FAULT_NONE].code);
@@ -48,6 +63,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_fault_has_a_code_and_a_latency);
   RUN_TEST(test_every_fault_has_all_its_texts);
+  RUN_TEST(test_events_are_reported_once_and_conditions_as_long_as_they_last);
   RUN_TEST(test_an_axis_without_a_fault_has_a_name_for_it_too);
   RUN_TEST(test_every_column_of_the_fault_log_has_a_name_and_a_unit);
   return UNITY_END();
