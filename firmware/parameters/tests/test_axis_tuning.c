@@ -1,6 +1,7 @@
 /* Staged, active and previous set of an axis: what each operation changes, and what a refusal leaves as it was. */
 #include "parameters/axis_tuning.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "parameters/axis_dictionary.h"
@@ -116,6 +117,62 @@ static void test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_n
   expect_gains(800.0f, 720.0f);
 }
 
+static void test_the_proportional_gain_alone_is_named_too(void) {
+  tuning.staged.speed_loop.proportional_nm_s_rad = 20000.0f;
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2000, 1), tuning.refusal.object);
+  TEST_ASSERT_EQUAL_FLOAT(720.0f, tuning.refusal.low);
+  TEST_ASSERT_EQUAL_FLOAT(720.0f, tuning.refusal.high);
+}
+
+/* A gain that is much too high, and beside it one value that has changed by even more: that one is named. */
+static void test_each_value_that_decides_is_named_by_its_object(void) {
+  axis_parameters *s = &tuning.staged;
+  const struct {
+    uint32_t object;
+    float *real;
+    uint32_t *whole;
+    float value;
+  } values[] = {
+      {PARAMETER_OBJECT(0x2000, 2), &s->speed_loop.integral_nm_rad, NULL, 1.0f},
+      {PARAMETER_OBJECT(0x2000, 3), &s->speed_loop.setpoint_weight, NULL, 0.001f},
+      {PARAMETER_OBJECT(0x2020, 4), &s->observer.bandwidth_rad_s, NULL, 0.5f},
+      {PARAMETER_OBJECT(0x2020, 2), &s->observer.inertia_kg_m2, NULL, 0.01f},
+      {PARAMETER_OBJECT(0x2020, 1), NULL, &s->observer.on, 0.0f},
+      {PARAMETER_OBJECT(0x2040, 4), &s->filters.lowpass_hz, NULL, 200.0f},
+      {PARAMETER_OBJECT(0x2040, 5), &s->filters.lowpass_damping, NULL, 0.1f},
+      {PARAMETER_OBJECT(0x2040, 1), &s->filters.notch_hz, NULL, 100.0f},
+      {PARAMETER_OBJECT(0x2040, 2), &s->filters.notch_width_hz, NULL, 0.1f},
+      {PARAMETER_OBJECT(0x2040, 3), &s->filters.notch_depth, NULL, 0.9f},
+      {PARAMETER_OBJECT(0x2050, 3), NULL, &s->sensors.window_ticks, 16.0f},
+      {PARAMETER_OBJECT(0x2050, 2), &s->sensors.crossover_rad_s, NULL, 1.0f},
+      {PARAMETER_OBJECT(0x2050, 1), NULL, &s->sensors.source, 0.0f},
+      {PARAMETER_OBJECT(0x2010, 1), &s->position_loop.proportional_per_s, NULL, 0.1f},
+      {PARAMETER_OBJECT(0x2011, 2), &s->tracking_loop.proportional_per_s, NULL, 0.01f},
+      {PARAMETER_OBJECT(0x2011, 3), &s->tracking_loop.integral_per_s2, NULL, 0.01f},
+      {PARAMETER_OBJECT(0x2011, 1), NULL, &s->tracking_loop.kind, 0.0f},
+      {PARAMETER_OBJECT(0x2055, 5), &s->motor.bandwidth_rad_s, NULL, 10.0f},
+      {PARAMETER_OBJECT(0x2056, 1), &s->plant.inertia_kg_m2, NULL, 0.1f},
+  };
+  for (unsigned i = 0; i < sizeof values / sizeof values[0]; ++i) {
+    char text[120];
+    axis_tuning_revert(&tuning);
+    const float before = values[i].real != NULL ? *values[i].real : (float)*values[i].whole;
+    s->speed_loop.proportional_nm_s_rad = 4950.0f;
+    if (values[i].real != NULL) {
+      *values[i].real = values[i].value;
+    } else {
+      *values[i].whole = (uint32_t)values[i].value;
+    }
+    const loop_verdict verdict = judge();
+    (void)snprintf(text, sizeof text, "%04X:%u from %g to %g: verdict %d, named %X", (unsigned)(values[i].object >> 16),
+                   (unsigned)(values[i].object >> 8 & 0xFFu), (double)before, (double)values[i].value, (int)verdict,
+                   (unsigned)tuning.refusal.object);
+    if (verdict != LOOP_REFUSED || values[i].object != tuning.refusal.object)
+      TEST_MESSAGE(text);
+  }
+}
+
 static void test_the_check_starts_again_when_the_staged_set_changes(void) {
   tuning.staged.speed_loop.proportional_nm_s_rad = 20000.0f;
   TEST_ASSERT_EQUAL(LOOP_RUNNING, axis_tuning_judge(&tuning));
@@ -163,6 +220,8 @@ int main(void) {
   RUN_TEST(test_a_refused_set_stays_staged_and_the_active_one_in_force);
   RUN_TEST(test_the_flags_say_what_is_staged_and_what_is_not_stored);
   RUN_TEST(test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_named);
+  RUN_TEST(test_the_proportional_gain_alone_is_named_too);
+  RUN_TEST(test_each_value_that_decides_is_named_by_its_object);
   RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
   RUN_TEST(test_a_set_that_cannot_be_built_is_left_to_apply);
   RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);

@@ -120,6 +120,27 @@ static void test_a_flash_that_refuses_changes_nothing(void) {
   TEST_ASSERT_TRUE(has(6));
 }
 
+/* For any number of failed entries and erases before the flash works again. */
+static void test_a_flash_that_works_again_takes_the_next_settings(void) {
+  for (uint32_t refused = 0; refused < 3 * UNITS; ++refused) {
+    setUp();
+    for (uint32_t n = 0; n < 2 * UNITS + refused % 5; ++n) { /* both pages have entries */
+      TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(n));
+    }
+    model.off = true;
+    for (uint32_t n = 0; n < refused; ++n) {
+      TEST_ASSERT_EQUAL(BUS_SETTINGS_FAILED, save(100 + n));
+    }
+    model.off = false;
+    for (uint32_t n = 0; n < UNITS; ++n) {
+      TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(6 + n));
+      restart();
+      TEST_ASSERT_TRUE(has(6 + n));
+    }
+    tearDown();
+  }
+}
+
 static void test_sequence_numbers_end_and_the_last_settings_stay(void) {
   TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(5));
   saved.sequence = BUS_SETTINGS_LOG_MAX_SAVES - 1;
@@ -196,6 +217,41 @@ static void test_an_unreadable_older_entry_is_not_in_doubt(void) {
   restart();
   TEST_ASSERT_TRUE(has(6));
   TEST_ASSERT_FALSE(saved.in_doubt);
+}
+
+/* The page without the newest entry, on either side: what is behind its good entries is older. */
+static void test_remains_behind_the_entries_of_the_older_page_are_not_in_doubt(void) {
+  for (uint32_t page = 0; page < 2; ++page) {
+    setUp();
+    uint32_t n = fill_the_first_page();
+    while (saved.newest_page == page) {
+      TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(++n));
+    }
+    make_unreadable(page, UNITS - 1);
+    restart();
+    TEST_ASSERT_TRUE(has(n));
+    TEST_ASSERT_FALSE(saved.in_doubt);
+  }
+}
+
+/* An entry of the second page alone: that page is kept until the next entry is in the first. */
+static void test_an_unreadable_entry_of_the_second_page_is_in_doubt_until_the_next_save(void) {
+  for (int64_t operation = 0; operation < 3; ++operation) {
+    setUp();
+    const uint32_t n = fill_the_first_page();
+    memset(model.bytes, 0xFF, PAGE_BYTES); /* the first page has been erased since */
+    make_unreadable(1, 0);
+    restart();
+    TEST_ASSERT_FALSE(saved.found);
+    TEST_ASSERT_TRUE(saved.in_doubt);
+    model.operations_left = operation;
+    const bool done = save(100) == BUS_SETTINGS_SAVED;
+    restart();
+    TEST_ASSERT_TRUE(done || saved.in_doubt || has(100));
+    make_readable();
+    restart();
+    TEST_ASSERT_TRUE_MESSAGE(has(100) || has(n), "the defaults in silence");
+  }
 }
 
 static void test_in_doubt_nothing_is_erased_before_a_save(void) {
@@ -314,10 +370,13 @@ int main(void) {
   RUN_TEST(test_the_defaults_are_written_when_they_are_requested_for);
   RUN_TEST(test_without_a_flash_they_are_kept_until_the_power_goes);
   RUN_TEST(test_a_flash_that_refuses_changes_nothing);
+  RUN_TEST(test_a_flash_that_works_again_takes_the_next_settings);
   RUN_TEST(test_sequence_numbers_end_and_the_last_settings_stay);
   RUN_TEST(test_entries_that_say_what_cannot_be_are_skipped);
   RUN_TEST(test_an_unreadable_newest_entry_is_in_doubt_until_the_next_save);
   RUN_TEST(test_an_unreadable_older_entry_is_not_in_doubt);
+  RUN_TEST(test_remains_behind_the_entries_of_the_older_page_are_not_in_doubt);
+  RUN_TEST(test_an_unreadable_entry_of_the_second_page_is_in_doubt_until_the_next_save);
   RUN_TEST(test_in_doubt_nothing_is_erased_before_a_save);
   RUN_TEST(test_a_cut_save_in_doubt_leaves_it_in_doubt);
   RUN_TEST(test_without_a_readable_entry_the_defaults_are_in_doubt_until_the_next_save);
