@@ -51,6 +51,33 @@ float scalar_sin(float angle_rad) {
 
 float scalar_cos(float angle_rad) { return sin_centred(0.5f * SCALAR_PI - angle_rad); }
 
+/* atan for 0 <= x <= 1. */
+static float atan_of_share(float x) {
+  const float tan_of_eighth = 0.414213562f;
+  const bool upper = x > tan_of_eighth;
+  const float z = upper ? (x - 1.0f) / (x + 1.0f) : x; /* atan(x) = pi/4 + atan((x - 1) / (x + 1)) */
+  const float square = z * z;
+  /* z + z^3 q(z^2); q has the least relative error, 2.2e-8, and comes from tools/minimax/atan_series.py. */
+  float series = 0.0805372298f;
+  series = series * square - 0.138776794f;
+  series = series * square + 0.199777097f;
+  series = series * square - 0.333329499f;
+  return (upper ? 0.25f * SCALAR_PI : 0.0f) + (z + z * square * series);
+}
+
+float scalar_atan2(float y, float x) {
+  const float up = scalar_abs(y);
+  const float along = scalar_abs(x);
+  if (up == 0.0f && along == 0.0f) {
+    return 0.0f;
+  }
+  const bool steep = up > along;
+  const float share = atan_of_share(steep ? along / up : up / along);
+  const float first = steep ? 0.5f * SCALAR_PI - share : share; /* in the first quadrant */
+  const float turned = x < 0.0f ? SCALAR_PI - first : first;
+  return y < 0.0f ? -turned : turned;
+}
+
 control_status scalar_check_ranges(const scalar_range *ranges, int count) {
   for (int i = 0; i < count; ++i) {
     if (!isfinite(ranges[i].value)) {

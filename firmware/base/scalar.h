@@ -47,6 +47,10 @@ float scalar_exp_minus(float x);
 float scalar_sin(float angle_rad);
 float scalar_cos(float angle_rad);
 
+/* Angle of the vector (x, y) from the x axis, in [-pi, pi] rad, within 3e-7 of itself; 0 for the vector (0, 0). A small
+ * angle keeps all its digits. */
+float scalar_atan2(float y, float x);
+
 /* One entry of a parameter check: the value must be finite and within [low, high]. */
 typedef struct {
   float value;

@@ -58,6 +58,32 @@ static void test_sin_and_cos_are_within_4e_7_from_0_to_pi(void) {
   CHECK_AT_MOST("error of sin and cos", 4e-7, worst);
 }
 
+static void test_atan2_is_within_3e_7_of_itself_in_every_direction_and_for_every_exponent(void) {
+  double worst = 0.0;
+  for (int i = 0; i < random_cases(400000); ++i) {
+    const double angle_rad = 6.283185307179586 * (double)i / (double)random_cases(400000) - 3.141592653589793;
+    const float x = (float)cos(angle_rad);
+    const float y = (float)sin(angle_rad);
+    const double exact = atan2((double)y, (double)x);
+    worst = fmax(worst, fabs((double)scalar_atan2(y, x) - exact) / fmax(fabs(exact), 1e-30));
+  }
+  for (int exponent = -100; exponent < 100; ++exponent) {
+    const float y = ldexpf(1.3f, exponent);
+    worst = fmax(worst, fabs((double)scalar_atan2(y, 1.0f) / atan2((double)y, 1.0) - 1.0));
+  }
+  LOG_VALUE("largest relative error of atan2", worst);
+  CHECK_AT_MOST("relative error of atan2", 3e-7, worst);
+}
+
+static void test_atan2_of_the_axes_and_of_nothing(void) {
+  CHECK_SAME("nothing", 0.0, scalar_atan2(0.0f, 0.0f));
+  CHECK_SAME("forward", 0.0, scalar_atan2(0.0f, 2.0f));
+  CHECK_SAME("backward", SCALAR_PI, scalar_atan2(0.0f, -2.0f));
+  CHECK_SAME("left", 0.5f * SCALAR_PI, scalar_atan2(2.0f, 0.0f));
+  CHECK_SAME("right", -0.5f * SCALAR_PI, scalar_atan2(-2.0f, 0.0f));
+  TEST_ASSERT_TRUE(isnan(scalar_atan2(NAN, 1.0f)) && isnan(scalar_atan2(1.0f, NAN)));
+}
+
 static void test_min_max_abs_and_clamp_pick_the_right_value(void) {
   CHECK_SAME("min", -2.0, scalar_min(-2.0f, 3.0f));
   CHECK_SAME("min", -2.0, scalar_min(3.0f, -2.0f));
@@ -153,6 +179,8 @@ int main(void) {
   RUN_TEST(test_exp_is_within_1_25_ulp_over_the_whole_range);
   RUN_TEST(test_exp_is_exactly_one_at_zero_and_exactly_zero_beyond_87);
   RUN_TEST(test_sin_and_cos_are_within_4e_7_from_0_to_pi);
+  RUN_TEST(test_atan2_is_within_3e_7_of_itself_in_every_direction_and_for_every_exponent);
+  RUN_TEST(test_atan2_of_the_axes_and_of_nothing);
   RUN_TEST(test_min_max_abs_and_clamp_pick_the_right_value);
   RUN_TEST(test_round_is_roundf_for_every_exponent_and_at_halves);
   RUN_TEST(test_a_range_includes_its_ends_and_refuses_what_is_beyond);

@@ -1,0 +1,39 @@
+#include "base/rotation.h"
+
+/* By their Taylor series, for |x| <= pi / 4. */
+static float sine_of_eighth(float x) {
+  const float square = x * x;
+  float series = 1.0f / 362880.0f;
+  series = series * square - 1.0f / 5040.0f;
+  series = series * square + 1.0f / 120.0f;
+  series = series * square - 1.0f / 6.0f;
+  return x + x * square * series;
+}
+
+static float cosine_of_eighth(float x) {
+  const float square = x * x;
+  float series = -1.0f / 3628800.0f;
+  series = series * square + 1.0f / 40320.0f;
+  series = series * square - 1.0f / 720.0f;
+  series = series * square + 1.0f / 24.0f;
+  series = series * square - 0.5f;
+  return 1.0f + square * series;
+}
+
+rotation rotation_of(angle_turn32 angle) {
+  const angle_turn32 eighth = UINT32_C(1) << 29;
+  const uint32_t quadrant = (angle + eighth) >> 30;
+  const float rest_rad = angle_difference_rad(angle, quadrant << 30);
+  const float sine = sine_of_eighth(rest_rad);
+  const float cosine = cosine_of_eighth(rest_rad);
+  switch (quadrant) {
+    case 0:
+      return (rotation){sine, cosine};
+    case 1:
+      return (rotation){cosine, -sine};
+    case 2:
+      return (rotation){-sine, -cosine};
+    default:
+      return (rotation){-cosine, sine};
+  }
+}

@@ -1,0 +1,15 @@
+/* A rotation in a plane, as sine and cosine of its angle. */
+#ifndef TRACKSERVO_BASE_ROTATION_H
+#define TRACKSERVO_BASE_ROTATION_H
+
+#include "base/angle.h"
+
+typedef struct {
+  float sine;
+  float cosine;
+} rotation;
+
+/* Of any angle; sine and cosine are within 1.2e-7. */
+rotation rotation_of(angle_turn32 angle);
+
+#endif
