@@ -26,14 +26,6 @@ rotation rotation_of(angle_turn32 angle) {
   const float rest_rad = angle_difference_rad(angle, quadrant << 30);
   const float sine = sine_of_eighth(rest_rad);
   const float cosine = cosine_of_eighth(rest_rad);
-  switch (quadrant) {
-    case 0:
-      return (rotation){sine, cosine};
-    case 1:
-      return (rotation){cosine, -sine};
-    case 2:
-      return (rotation){-sine, -cosine};
-    default:
-      return (rotation){-cosine, sine};
-  }
+  const float along[] = {sine, cosine, -sine, -cosine}; /* the cosine is the sine of a quarter turn later */
+  return (rotation){.sine = along[quadrant], .cosine = along[(quadrant + 1u) % 4u]};
 }

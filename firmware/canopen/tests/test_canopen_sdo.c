@@ -768,7 +768,7 @@ static void test_a_transfer_that_is_not_open_moves_no_byte(void) {
   TEST_ASSERT_EQUAL_STRING("hello world", bench.device.values.text);
 }
 
-/* The bus takes nothing for 20 ms: the client has asked in time and gets its answer. */
+/* The bus takes nothing for 20 ms: the client has sent its request in time and gets its answer. */
 static void test_the_time_of_a_client_starts_again_with_its_request(void) {
   uint8_t answer[8];
   bench_sdo(upload_text, answer);

@@ -45,8 +45,8 @@ static rotation pitch_of(double pitch_rad) {
 static double missed_by(double pitch_rad, image_vector error) {
   const joint_vector joints = line_of_sight_joint_errors(pitch_of(pitch_rad), error);
   const vector target = turned(0.0, pitch_rad, (vector){{1.0, (double)error.x, (double)error.y}});
-  const vector sight = turned((double)joints.azimuth, pitch_rad + (double)joints.pitch, (vector){{1.0, 0.0, 0.0}});
-  return angle_between(target, sight);
+  const vector los = turned((double)joints.azimuth, pitch_rad + (double)joints.pitch, (vector){{1.0, 0.0, 0.0}});
+  return angle_between(target, los);
 }
 
 static void test_after_turning_by_the_joint_errors_the_line_of_sight_meets_the_target(void) {
@@ -126,7 +126,7 @@ static void test_rates_of_the_image_are_those_of_the_turning_frame(void) {
   const vector forward = {{1.0, 0.0, 0.0}};
   const vector across = {{0.0, 1.0, 0.0}};
   const vector up = {{0.0, 0.0, 1.0}};
-  const vector sight = turned(stage_rad_s * dt_s, pitch_rad + rise_rad_s * dt_s, forward);
+  const vector los = turned(stage_rad_s * dt_s, pitch_rad + rise_rad_s * dt_s, forward);
   const vector raised = turned(stage_rad_s * dt_s, pitch_rad + rise_rad_s * dt_s, across);
   const vector c = turned(0.0, pitch_rad, across);
   const vector e = turned(0.0, pitch_rad, up);
@@ -134,8 +134,8 @@ static void test_rates_of_the_image_are_those_of_the_turning_frame(void) {
   double along_e = 0.0;
   double rolled = 0.0;
   for (int i = 0; i < 3; ++i) {
-    along_c += sight.at[i] * c.at[i];
-    along_e += sight.at[i] * e.at[i];
+    along_c += los.at[i] * c.at[i];
+    along_e += los.at[i] * e.at[i];
     rolled += raised.at[i] * e.at[i];
   }
   CHECK_NEAR("cross-elevation, rad/s", along_c / dt_s, rates.rad_s.x, 1e-5);

@@ -135,15 +135,15 @@ typedef struct {
 typedef struct {
   int tick; /* after the kick or step; -1: not seen */
   float peak_rad_s;
-} sight;
+} sighting;
 
-static sight seen_in(oscillation_params plant, loop l, int ticks) {
+static sighting seen_in(oscillation_params plant, loop l, int ticks) {
   oscillation state;
   oscillation_reset(&state);
   float rates_rad_s[LONGEST_DELAY] = {0};
   float rate_rad_s = 0.0f;
   float last_nm = 0.0f;
-  sight s = {.tick = -1};
+  sighting s = {.tick = -1};
   for (int tick = -1500; tick < ticks; ++tick) {
     rate_rad_s += tick == 0 ? l.kick_rad_s : 0.0f;
     const unsigned now = (unsigned)(tick + 1500);
@@ -179,7 +179,7 @@ static void test_new_gains_that_are_unstable_are_seen_before_the_axis_is_fast_wi
       for (int delay = 10; delay <= 40; delay += 10) {
         for (float factor = 1.5f; factor < 7.0f; factor *= 2.0f) {
           const loop l = {factor * limit_gain(delay), delay, loads_nm[load], 0.0f, kicks_rad_s[kick]};
-          const sight s = seen_in(plant, l, 2000);
+          const sighting s = seen_in(plant, l, 2000);
           char text[120];
           (void)snprintf(text, sizeof text, "delay %d ms, %.1f times the limit, load %.0f: tick %d, peak %.4f rad/s",
                          delay, (double)factor, (double)l.load_nm, s.tick, (double)s.peak_rad_s);
@@ -200,7 +200,7 @@ static void test_healthy_gains_may_overshoot_after_a_step(void) {
     for (int delay = 5; delay <= 40; delay += 5) {
       for (float factor = 0.2f; factor < 0.5f; factor += 0.1f) {
         const loop l = {factor * limit_gain(delay), delay, 0.0f, steps_rad_s[step], 0.0f};
-        const sight s = seen_in(plant, l, 3000);
+        const sighting s = seen_in(plant, l, 3000);
         char text[120];
         (void)snprintf(text, sizeof text, "delay %d ms, %.1f of the limit, step %.2f: tick %d", delay, (double)factor,
                        (double)l.step_rad_s, s.tick);
