@@ -1,7 +1,11 @@
 /* Stability of the loops: against limits known from theory, and sets that shook a simulated axis. */
 #include "control/loop_stability.h"
 
-#include "unity.h"
+#include <complex.h>
+#include <math.h>
+
+#include "support/check.h"
+#include "support/random.h"
 
 #define DT_S 0.001f
 #define RAD_PER_TURN 6.2831853f
@@ -133,6 +137,161 @@ static void test_a_narrow_notch_is_not_overlooked(void) {
   expect_refused(&in, LOOP_SPEED);
 }
 
+/* --- the distance to -1, computed from the blocks themselves ------------------------------------------------------ */
+
+typedef double complex wave;
+
+static wave exactly(const biquad_params *p, wave q) {
+  return ((double)p->b0 + (double)p->b1 * q + (double)p->b2 * q * q) /
+         (1.0 + (double)p->a1 * q + (double)p->a2 * q * q);
+}
+
+/* The least-squares slope of the last N angles, each the sum of the mean rates before it. */
+static wave fitted(int n, wave q) {
+  wave sum = 0.0;
+  for (int age = 0; age < n; ++age) {
+    sum += 12.0 * (0.5 * (n - 1) - age) / (n * (n * n - 1.0)) * cpow(q, age);
+  }
+  return sum / (1.0 - q);
+}
+
+/* Rates that a torque of one tick leaves on an inertia of 1, tick by tick: `delay` ticks late, sampled at the end of a
+ * tick or averaged over it. */
+static wave pushed(double delay, bool mean, wave q) {
+  const int whole = (int)delay;
+  const double part = delay - whole;
+  const double before = mean ? 0.5 * (1.0 - part) * (1.0 - part) : 1.0 - part;
+  const double after = mean ? 1.0 - 0.5 * part * part : 1.0;
+  return cpow(q, whole + 1) * (before + (after - before) * q + (1.0 - after) * q * q);
+}
+
+typedef struct {
+  wave speed, position, tracking;
+} open_loops;
+
+static open_loops opened(const loop_stability_input *in, double inertia, bool sliding, double omega) {
+  const speed_loop_params *p = &in->speed;
+  const loop_plant *plant = &in->plant;
+  const double dt = (double)in->dt_s;
+  const wave q = cos(omega) - (wave)I * sin(omega);
+  const wave s = 2.0 / dt * (1.0 - q) / (1.0 + q);
+  const double k = sliding ? 0.0 : (double)plant->stiffness_nm_rad / inertia;
+  const double c = ((double)plant->viscous_nm_s_rad + (sliding ? 0.0 : (double)plant->damping_nm_s_rad)) / inertia;
+  const wave seal = s * s / (s * s + fmax(c, 1e-3) * s + k);
+  const wave machine = dt / inertia / (1.0 - q) * seal;
+  const wave angle_rate = machine * pushed((double)plant->encoder_delay_s / dt, true, q);
+  const wave encoder = angle_rate * fitted(p->rate_estimator.window_ticks, q);
+  const wave gyro = machine * pushed((double)plant->gyro_delay_s / dt, false, q);
+  const double step = (double)p->rate_fusion.crossover_rad_s * dt;
+  const wave low = step / (1.0 + step) / (1.0 - q / (1.0 + step));
+  const wave fused = p->rate_fusion.source == RATE_FROM_ENCODER ? encoder
+                     : p->rate_fusion.source == RATE_FROM_GYRO  ? gyro
+                                                                : low * gyro + (1.0 - low) * encoder;
+  const wave integral = (double)p->pi.integral_gain * dt * q / (1.0 - q);
+  wave feedback = (double)p->pi.proportional_gain + integral;
+  wave reference = (double)(p->pi.setpoint_weight * p->pi.proportional_gain) + integral;
+  if (p->observer_on) {
+    const double blend = 1.0 - exp(-(double)p->observer.bandwidth_rad_s * dt);
+    const wave lag = blend / (1.0 - (1.0 - blend) * q);
+    const wave explained =
+        (double)p->observer.inertia_kg_m2 * (1.0 - q) / dt + (double)p->observer.viscous_nm_s_rad * q;
+    feedback = (feedback + lag * explained) / (1.0 - lag * q);
+    reference = reference / (1.0 - lag * q);
+  }
+  const wave sum = dt / (1.0 - q); /* of rates */
+  open_loops l;
+  l.speed = feedback * fused * exactly(&p->notch, q) * exactly(&p->lowpass, q);
+  l.position = l.speed + (double)in->position_per_s * sum * angle_rate * reference;
+  const target_tracker_params *t = &in->tracker;
+  l.tracking = t->kind == TRACKER_PREDICTIVE
+                   ? l.speed + (double)t->proportional_per_s * sum * fused * reference
+                   : l.speed + ((double)t->proportional_per_s + (double)t->integral_per_s2 * sum) * cpow(q, 36) * sum *
+                                   angle_rate * reference;
+  return l;
+}
+
+static double nearest(const loop_stability_input *in) {
+  double least = 1.0;
+  for (int point = 0; point < LOOP_OPERATING_POINTS; ++point) {
+    const double inertia = (double)(point < 2 ? in->plant.inertia_kg_m2 : in->plant.min_inertia_kg_m2);
+    const bool sliding = point % 2 == 0 || in->plant.stiffness_nm_rad == 0.0f;
+    for (double omega = 1e-4; omega < 3.1415; omega *= 1.004) {
+      const open_loops l = opened(in, inertia, sliding, omega);
+      least = fmin(least, fmin(cabs(1.0 + l.speed), fmin(cabs(1.0 + l.position), cabs(1.0 + l.tracking))));
+    }
+  }
+  return least;
+}
+
+static void expect_distance(const char *what, const loop_stability_input *in) {
+  const loop_stability state = judge(in);
+  TEST_ASSERT_EQUAL_MESSAGE(LOOP_STABLE, state.verdict, what);
+  CHECK_NEAR(what, nearest(in), state.distance, 1.5e-3);
+}
+
+static void test_the_distance_to_instability_is_that_of_the_blocks(void) {
+  loop_stability_input in = azimuth();
+  expect_distance("shipped", &in);
+  if (random_cases(1) == 0) {
+    return; /* an emulated core computes double in software */
+  }
+  in.speed.observer.viscous_nm_s_rad = 40.0f;
+  in.plant.encoder_delay_s = 1.3e-3f;
+  in.speed.pi.proportional_gain = 300.0f;
+  in.speed.observer.bandwidth_rad_s = 60.0f;
+  expect_distance("viscous observer, late encoder", &in);
+  in = azimuth();
+  in.speed.rate_fusion.source = RATE_FROM_ENCODER;
+  expect_distance("encoder", &in);
+  in.speed.rate_estimator.window_ticks = 4;
+  in.speed.pi.proportional_gain = 300.0f;
+  in.speed.observer.bandwidth_rad_s = 60.0f;
+  expect_distance("encoder, four angles", &in);
+  in = azimuth();
+  in.speed.rate_fusion.source = RATE_FROM_GYRO;
+  in.speed.observer.bandwidth_rad_s = 100.0f;
+  expect_distance("gyro", &in);
+  in.plant.gyro_delay_s = 2.6e-3f;
+  in.speed.pi.proportional_gain = 400.0f;
+  in.speed.observer.bandwidth_rad_s = 50.0f;
+  expect_distance("late gyro", &in);
+  in = azimuth();
+  in.tracker = (target_tracker_params){.kind = TRACKER_PI, .proportional_per_s = 9.0f, .integral_per_s2 = 12.0f};
+  expect_distance("tracking with PI", &in);
+  in.tracker.integral_per_s2 = 0.0f;
+  expect_distance("tracking with P", &in);
+  in = azimuth();
+  in.speed.pi.integral_gain = 0.0f;
+  expect_distance("no integral", &in);
+  in.speed.observer_on = false;
+  in.position_per_s = 40.0f;
+  expect_distance("neither integral nor observer", &in);
+  in.plant.stiffness_nm_rad = 0.0f;
+  expect_distance("no bristles", &in);
+  in = azimuth();
+  in.position_per_s = 60.0f;
+  expect_distance("fast position loop", &in);
+  in.tracker.proportional_per_s = 60.0f;
+  in.position_per_s = 1.0f;
+  expect_distance("fast predictive tracking", &in);
+  in = azimuth();
+  in.speed.pi.proportional_gain = 400.0f;
+  in.speed.pi.integral_gain = 4000.0f;
+  in.speed.observer.bandwidth_rad_s = 60.0f;
+  TEST_ASSERT_EQUAL(CONTROL_OK, biquad_design_lowpass(&in.speed.lowpass, RAD_PER_TURN * 150.0f, 0.7f, DT_S));
+  TEST_ASSERT_EQUAL(CONTROL_OK,
+                    biquad_design_notch(&in.speed.notch, RAD_PER_TURN * 90.0f, RAD_PER_TURN * 10.0f, 0.1f, DT_S));
+  expect_distance("filters", &in);
+}
+
+static void test_loops_without_any_gain_hold_nothing_and_are_refused(void) {
+  loop_stability_input in = azimuth();
+  in.speed.observer_on = false;
+  in.speed.pi.proportional_gain = 0.0f;
+  in.speed.pi.integral_gain = 0.0f;
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, judge(&in).verdict);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_shipped_gains_are_stable);
@@ -141,5 +300,7 @@ int main(void) {
   RUN_TEST(test_outer_loops_are_refused_by_their_name);
   RUN_TEST(test_the_limit_of_a_gain_is_that_of_its_polynomial);
   RUN_TEST(test_a_narrow_notch_is_not_overlooked);
+  RUN_TEST(test_the_distance_to_instability_is_that_of_the_blocks);
+  RUN_TEST(test_loops_without_any_gain_hold_nothing_and_are_refused);
   return UNITY_END();
 }
