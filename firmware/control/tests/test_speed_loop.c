@@ -217,7 +217,9 @@ static void test_a_limited_axis_reaches_its_rate_without_running_past_it(void) {
 }
 
 static void test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands(void) {
-  const speed_loop_params params = example();
+  speed_loop_params params = example();
+  CHECK_STATUS(CONTROL_OK, biquad_design_lowpass(&params.lowpass, 300.0f, 0.7f, dt_s));
+  CHECK_STATUS(CONTROL_OK, biquad_design_notch(&params.notch, 300.0f, 60.0f, 0.1f, dt_s));
   const angle_turn32 angles[] = {0u, 0x12345678u, 0xFFFFFFFFu};
   for (int i = 0; i < 3; ++i) {
     speed_loop_state state;
