@@ -422,6 +422,7 @@ static void test_a_node_id_under_which_cob_ids_collide_takes_their_defaults_and_
   TEST_ASSERT_EQUAL_HEX32(0x200 + STORED_ID, get(0x1400, 1) & COB_ID_IDENTIFIER);
   TEST_ASSERT_TRUE(stored_is_reported(8));
   command(0x1010, 2, SAVE);
+  TEST_ASSERT_FALSE_MESSAGE(node.cob_ids_collide, "the save stored identifiers that do not collide");
   sent_count = 0;
   nmt(130);
   TEST_ASSERT_FALSE(stored_is_reported(8));

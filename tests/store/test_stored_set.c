@@ -179,6 +179,21 @@ static void test_one_group_is_stored_without_the_other(void) {
   TEST_ASSERT_EQUAL(600008, get(0x607F, 0));
 }
 
+/* What a save that failed was to store must not come with the next save of another group. */
+static void test_a_group_whose_save_failed_is_not_stored_with_another_group(void) {
+  change_one_of_each(7);
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1017, 0, 77));
+  set_kp(0, 550.0f);
+  model.off = true;
+  TEST_ASSERT_EQUAL_HEX32(OD_HARDWARE, command(0x1010, 2, SAVE));
+  model.off = false;
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 3, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL(57, get(0x1017, 0));
+  TEST_ASSERT_EQUAL_FLOAT(550.0f, kp_of(0));
+}
+
 static void test_pdo_mappings_are_stored(void) {
   TEST_ASSERT_EQUAL(OD_OK, set(0x1803, 1, 0x80000480 + NODE_ID));
   TEST_ASSERT_EQUAL(OD_OK, set(0x1A03, 0, 0));
@@ -647,6 +662,7 @@ int main(void) {
   RUN_TEST(test_defaults_that_are_in_force_already_are_not_written);
   RUN_TEST(test_the_gains_in_force_are_those_that_were_stored);
   RUN_TEST(test_one_group_is_stored_without_the_other);
+  RUN_TEST(test_a_group_whose_save_failed_is_not_stored_with_another_group);
   RUN_TEST(test_pdo_mappings_are_stored);
   RUN_TEST(test_load_brings_the_defaults_back_at_the_next_start);
   RUN_TEST(test_without_a_flash_it_is_kept_until_the_power_goes);

@@ -163,6 +163,22 @@ static void test_apply_and_undo_of_motor_data_need_the_lock(void) {
   SET(PARAMETER_SET, 1, 1);
 }
 
+/* Gains that 2070:1 = 4 has put into force without the check of stability. */
+static void test_gains_without_a_check_are_stored_only_while_the_lock_is_open(void) {
+  const uint32_t save = 0x65766173;
+  SET_FLOAT(GAINS, 1, 20000.0f);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(PARAMETER_SET, 1, 4));
+  SET(ACCESS, WORD, OPEN);
+  SET(PARAMETER_SET, 1, 4);
+  CHECK_SAME("gain", 20000.0, (double)node.board.app.params.axis[0].speed.pi.proportional_gain);
+  SET(ACCESS, WORD, 0);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1010, 1, save));
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(0x1010, 3, save));
+  SET(0x1010, 2, save);
+  SET(ACCESS, WORD, OPEN);
+  SET(0x1010, 3, save);
+}
+
 static void test_loading_the_defaults_needs_the_lock_when_guarded_values_differ(void) {
   SET(0x1011, 1, LOAD_WORD);
   SET(ACCESS, WORD, OPEN);
@@ -272,6 +288,7 @@ static void test_limits_that_wait_are_not_stored_and_a_reset_forgets_them(void) 
   SET_FLOAT(PROTECTION, OVER_VOLTAGE, 30.0f);
   TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x1010, 1, save));
   TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x1010, 3, save));
+  SET(0x1010, 2, save); /* the communication has no limits */
   nmt(0x81);
   wait_ms(100); /* in pieces */
   TEST_ASSERT_EQUAL(0, get(PROTECTION, WAITING) & 0xFF);
@@ -337,6 +354,7 @@ static void test_scales_beyond_their_ranges_are_no_scales(void) {
  * -------------------------------------------------------------------------------------------------------- */
 
 static void test_a_fault_leaves_what_the_axis_did_before_it(void) {
+  machine.axis[1].load_nm = 4.0;
   enable(PITCH, PV);
   SET(0x60FF + PITCH, 0, 100000);
   wait_ms(500);
@@ -354,6 +372,11 @@ static void test_a_fault_leaves_what_the_axis_did_before_it(void) {
   for (uint32_t n = 0; n < FAULT_LOG_TICKS; ++n) {
     CHECK_NEAR("rad/s", 0.1, sample(n).joint_rate_rad_s, 0.002);
     CHECK_NEAR("V", 48.0, sample(n).bus_voltage_v, 1e-3);
+    CHECK_NEAR("A", 1.6, sample(n).current_a, 0.3);
+    CHECK_NEAR("Nm", 4.0, sample(n).torque_nm, 0.8);
+    CHECK_NEAR("rad/s, gyro", 0.1, sample(n).gyro_rad_s, 0.002);
+    CHECK_NEAR("rad/s, wanted", 0.1, sample(n).reference_rad_s, 1e-6);
+    CHECK_NEAR("rad/s, of the loop", 0.1, sample(n).rate_rad_s, 0.002);
   }
   TEST_ASSERT_TRUE(sample(15).joint_angle_rad > sample(0).joint_angle_rad);
 }
@@ -524,6 +547,7 @@ int main(void) {
   RUN_TEST(test_a_wrong_word_delays_its_channel_only);
   RUN_TEST(test_a_reset_and_bus_off_close_the_lock);
   RUN_TEST(test_apply_and_undo_of_motor_data_need_the_lock);
+  RUN_TEST(test_gains_without_a_check_are_stored_only_while_the_lock_is_open);
   RUN_TEST(test_loading_the_defaults_needs_the_lock_when_guarded_values_differ);
   RUN_TEST(test_nothing_guarded_changes_while_an_axis_has_torque);
   RUN_TEST(test_the_lock_closes_by_itself_after_a_minute);

@@ -136,10 +136,10 @@ static void test_each_fault_of_the_board_stops_its_axis_alone_and_is_reported(vo
     hal_health health;
     uint32_t code;
     bool cuts; /* otherwise the loop brakes */
-  } rows[] = {{HAL_OVER_CURRENT, 0x2310, true},
-              {HAL_POWER_STAGE, 0x5410, true},
-              {HAL_TOO_HOT, 0x4310, false},
-              {HAL_TIMING_LOST, 0x6100, true}};
+  } rows[] = {{HAL_OVER_CURRENT, 0x2310, true},      {HAL_POWER_STAGE, 0x5410, true},
+              {HAL_TOO_HOT, 0x4310, false},          {HAL_TIMING_LOST, 0x6100, true},
+              {HAL_IMAGE_DAMAGED, 0x5520, false},    {HAL_SAFE_TORQUE_OFF, 0x5441, true},
+              {HAL_SAFE_TORQUE_FAULT, 0x5442, true}, {HAL_CLOCK_WRONG, 0x5530, false}};
   for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
     node_bench_start();
     enable(PITCH, PV);
@@ -448,6 +448,7 @@ static void test_a_fault_that_outlives_a_reset_of_the_communication_is_reported_
 }
 
 static void test_a_reset_of_the_node_is_a_fresh_start(void) {
+  enable(PITCH, PV);
   turn_azimuth_at_0_2_rad_s();
   SET(0x3000, 3, 7);
   SET_FLOAT(0x2000, 1, 500.0f);
@@ -455,6 +456,9 @@ static void test_a_reset_of_the_node_is_a_fresh_start(void) {
   sent_count = 0;
   nmt(129);
   CHECK_SAME("A", 0.0, machine.axis[0].current_a); /* at once; the objects take longer */
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    TEST_ASSERT_FALSE(machine.axis[i].powered);
+  }
   wait_ms(RESET_MS);
   const can_frame *boot_up = last_sent(HEARTBEAT);
   TEST_ASSERT_NOT_NULL(boot_up);
