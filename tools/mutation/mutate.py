@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -85,16 +86,16 @@ class Campaign:
     def __init__(self, build, programs):
         self.build, self.programs = build, programs
         self.originals = {}
+        self.lock = threading.Lock()  # two mutants of a header need the same originals at once
         self.killers = Counter()  # (file, program): mutants
 
     def original(self, source):
         """The bytes of the object file without a mutant, made once."""
-        if source not in self.originals:
-            folder = WORK / "original"
-            name = ROOT / source
-            object_file = self.build.compile_to(source, {source: name.read_text()}, folder)
-            self.originals[source] = object_file.read_bytes()
-        return self.originals[source]
+        with self.lock:
+            if source not in self.originals:
+                object_file = self.build.compile_to(source, {source: (ROOT / source).read_text()}, WORK / "original")
+                self.originals[source] = object_file.read_bytes()
+            return self.originals[source]
 
     def compile(self, result, folder):
         """Sets the object files that differ; none if the mutant does not count."""

@@ -453,6 +453,9 @@ static void test_a_reset_of_the_node_is_a_fresh_start(void) {
   SET(0x3000, 3, 7);
   SET_FLOAT(0x2000, 1, 500.0f);
   SET(0x2070, 1, 1);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    TEST_ASSERT_TRUE(machine.axis[i].powered);
+  }
   sent_count = 0;
   nmt(129);
   CHECK_SAME("A", 0.0, machine.axis[0].current_a); /* at once; the objects take longer */
@@ -603,6 +606,35 @@ static void test_a_board_that_starts_sets_every_duty_to_0(void) {
   }
 }
 
+/* Static memory is cleared, but a restart without a loss of power is not. */
+static void test_a_board_starts_off_at_its_angles_whatever_was_in_its_memory(void) {
+  static servo_board board;
+  const servo_params params = node.board.app.params;
+  machine.axis[0].turns = 0.3;
+  machine.axis[1].turns = -0.4;
+  memset(&board, 0x5A, sizeof board);
+  CHECK_STATUS(CONTROL_OK, servo_board_start(&board, &machine.functions, &params));
+  servo_board_tick(&board);
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    TEST_ASSERT_EQUAL_INT(SERVO_OFF, board.app.axis[i].mode);
+    TEST_ASSERT_FALSE(board.app.axis[i].implausible);
+    CHECK_SAME("rad/s", 0.0, board.app.axis[i].signals.rates.joint_rate_rad_s);
+    CHECK_SAME("A", 0.0, board.app.axis[i].current_reference_a);
+    TEST_ASSERT_FALSE(machine.axis[i].powered);
+  }
+}
+
+static void test_a_board_with_wrong_parameters_of_either_axis_does_not_start(void) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    servo_board board = node.board;
+    servo_params params = node.board.app.params;
+    params.axis[i].torque_constant_nm_a = -1.0f;
+    CHECK_STATUS(CONTROL_OUT_OF_RANGE, servo_board_start(&board, &machine.functions, &params));
+    CHECK_SAME("in force", node.board.app.params.axis[i].torque_constant_nm_a,
+               board.app.params.axis[i].torque_constant_nm_a);
+  }
+}
+
 static void test_gains_that_do_not_fit_together_are_refused_with_the_reason(void) {
   const servo_axis_params before = node.board.app.params.axis[1];
   const float breakaway_nm = get_float(0x2030 + PITCH, 8);
@@ -747,6 +779,8 @@ int main(void) {
   RUN_TEST(test_staged_gains_come_into_force_in_one_piece);
   RUN_TEST(test_a_staged_value_is_no_command);
   RUN_TEST(test_a_board_that_starts_sets_every_duty_to_0);
+  RUN_TEST(test_a_board_starts_off_at_its_angles_whatever_was_in_its_memory);
+  RUN_TEST(test_a_board_with_wrong_parameters_of_either_axis_does_not_start);
   RUN_TEST(test_gains_that_do_not_fit_together_are_refused_with_the_reason);
   RUN_TEST(test_filters_that_are_set_are_in_force);
   RUN_TEST(test_the_recorded_tick_is_one_tick);

@@ -34,6 +34,23 @@ static void test_a_new_stage_gives_no_duty(void) {
   CHECK_SAME("duty", 0.0, motor_stage_step(&stage, 5, 1.0f, 48.0f));
 }
 
+static void test_the_voltage_of_a_tick_is_the_mean_of_its_periods_also_of_the_first_ones(void) {
+  motor_stage stage;
+  const motor_command command = command_of(2.0f);
+  memset(&stage, 0x5A, sizeof stage);
+  start(&stage, &command);
+  double sum_v = 0.0;
+  int count = 0;
+  for (uint32_t period = 12; period < 20; ++period) { /* the stage begins within a tick */
+    sum_v += (double)stage.state.voltage_v;
+    ++count;
+    (void)motor_stage_step(&stage, period, 0.5f, 48.0f);
+  }
+  (void)motor_stage_step(&stage, 0, 0.75f, 48.0f);
+  CHECK_NEAR("V", sum_v / count, atomic_load(&stage.tick_voltage_v), 1e-5);
+  CHECK_SAME("A", 0.75, atomic_load(&stage.tick_current_a));
+}
+
 static void test_a_command_counts_from_the_third_period_on(void) {
   motor_stage stage;
   const motor_command command = command_of(1.0f);
@@ -180,6 +197,7 @@ static void test_no_sample_whatever_makes_a_duty_beyond_its_limit(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_new_stage_gives_no_duty);
+  RUN_TEST(test_the_voltage_of_a_tick_is_the_mean_of_its_periods_also_of_the_first_ones);
   RUN_TEST(test_a_command_counts_from_the_third_period_on);
   RUN_TEST(test_a_command_that_is_late_is_taken_as_soon_as_it_is_there);
   RUN_TEST(test_set_point_mode_and_gains_change_together_and_not_before_their_period);

@@ -47,6 +47,33 @@ static void test_a_speed_loop_takes_over_from_torque_mode_without_a_step(void) {
   CHECK_NEAR("torque, Nm", 6.0, b.axis.commanded_nm, 0.05);
 }
 
+/* No plausible input makes it; a flipped bit in the RAM can. */
+static void test_a_state_that_is_no_number_switches_the_axis_off(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 0.1f}};
+  ticks(&b, 100);
+  b.axis.speed.pi.integral = NAN;
+  servo_axis_tick(&b.axis, &b.params, &b.command, &b.samples, dt_s);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, b.axis.mode);
+  TEST_ASSERT_TRUE(b.axis.implausible);
+  CHECK_SAME("torque, Nm", 0.0, b.axis.commanded_nm);
+  CHECK_SAME("current, A", 0.0, b.axis.current_reference_a);
+}
+
+static void test_other_gains_beside_a_torque_offset_make_no_step(void) {
+  bench b = bench_at_rest();
+  b.load_nm = 12.0;
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .speed = {.rate_rad_s = 0.1f}, .torque_nm = 8.0f};
+  ticks(&b, 2000);
+  servo_axis_params next = b.params;
+  next.speed.pi.proportional_gain = 900.0f;
+  next.speed.pi.integral_gain = 9000.0f;
+  b.worst_step_nm = 0.0;
+  servo_axis_retune(&b.axis, &b.params, &next, dt_s);
+  ticks(&b, 5);
+  CHECK_AT_MOST("largest step of the torque, Nm of 12", 0.1, b.worst_step_nm);
+}
+
 static void test_speed_and_position_loops_keep_the_torque_limits_from_outside(void) {
   bench b = bench_at_rest();
   b.command = (servo_axis_command){
@@ -333,6 +360,8 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_torque_mode_gives_exactly_the_torque_requested_for_within_the_limits);
   RUN_TEST(test_a_speed_loop_takes_over_from_torque_mode_without_a_step);
+  RUN_TEST(test_a_state_that_is_no_number_switches_the_axis_off);
+  RUN_TEST(test_other_gains_beside_a_torque_offset_make_no_step);
   RUN_TEST(test_speed_and_position_loops_keep_the_torque_limits_from_outside);
   RUN_TEST(test_a_torque_offset_carries_a_load_and_is_counted_once);
   RUN_TEST(test_position_mode_passes_the_acceleration_on);
