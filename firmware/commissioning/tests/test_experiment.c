@@ -185,6 +185,45 @@ static void test_a_chirp_rises_in_frequency_on_a_steady_speed_forth_and_back(voi
   CHECK_NEAR("rate at the end, rad/s", 0.0, b.rate_rad_s, 1e-6);
 }
 
+/* The fit compares both directions: they get the same torques. */
+static void test_each_leg_of_a_chirp_has_the_same_torques(void) {
+  static float first_nm[4100];
+  bench b = started(&chirp, &wide);
+  int at = -1;
+  int legs = 0;
+  while (tick(&b)) {
+    if (b.command.torque_nm == 0.0f) {
+      at = at > 2000 ? -1 : at; /* the leg is over */
+      continue;
+    }
+    legs += at < 0 ? 1 : 0;
+    at += 1;
+    TEST_ASSERT_TRUE(at < 4100);
+    if (legs == 1) {
+      first_nm[at] = b.command.torque_nm;
+    } else {
+      CHECK_SAME("torque, Nm", first_nm[at], b.command.torque_nm);
+    }
+  }
+  TEST_ASSERT_EQUAL_INT(4, legs);
+}
+
+static void test_a_sweep_beyond_1_rad_s_is_as_fast_and_as_long_as_its_speeds_say(void) {
+  stimulus_setup fast = sweep; /* 0.1, 0.3, 0.9, 2.7 rad/s */
+  fast.low_rad_s = 0.1f;
+  fast.speed_ratio = 3.0f;
+  fast.count = 4;
+  CHECK_NEAR("peak, rad/s", 2.7, stimulus_peak_rate_rad_s(&fast), 1e-6);
+  CHECK_NEAR("duration, s", 2.0 * 4.0 * 2.0 + 4.0 * 4.0 / 0.5, stimulus_duration_s(&fast), 1e-4);
+}
+
+static void test_a_sweep_needs_no_torque_of_its_own(void) {
+  experiment_limits weak = wide;
+  weak.torque_nm = 1e-3f;
+  CHECK_STATUS(CONTROL_OK, experiment_check(&sweep, &weak));
+  CHECK_STATUS(CONTROL_INCONSISTENT, experiment_check(&chirp, &weak));
+}
+
 /* Sticks until 8 Nm forward and 6 Nm backward, then slides. */
 static void test_breakaway_torques_are_found_for_each_direction(void) {
   bench b = started(&breakaway, &wide);
@@ -350,6 +389,9 @@ int main(void) {
   RUN_TEST(test_torque_ramps_are_triangles_of_the_amplitude);
   RUN_TEST(test_hysteresis_loops_are_triangles_of_position_around_the_start);
   RUN_TEST(test_a_chirp_rises_in_frequency_on_a_steady_speed_forth_and_back);
+  RUN_TEST(test_each_leg_of_a_chirp_has_the_same_torques);
+  RUN_TEST(test_a_sweep_beyond_1_rad_s_is_as_fast_and_as_long_as_its_speeds_say);
+  RUN_TEST(test_a_sweep_needs_no_torque_of_its_own);
   RUN_TEST(test_breakaway_torques_are_found_for_each_direction);
   RUN_TEST(test_an_axis_that_does_not_break_away_counts_nothing);
   RUN_TEST(test_every_command_carries_the_torque_limit);

@@ -143,6 +143,17 @@ static void test_an_edge_while_the_pretrigger_fills_does_not_count(void) {
   TEST_ASSERT_EQUAL_INT(-1, level_trigger(SCOPE_RISING, 0, 20.0f)); /* at tick 41 of 100 */
 }
 
+static void test_an_event_while_the_pretrigger_fills_does_not_count(void) {
+  const scope_config config = three_channels(SCOPE_STATE_CHANGE);
+  CHECK_STATUS(SCOPE_OK, scope_arm(&bench_scope, &config, tick_s));
+  for (int i = 0; i < 1000; ++i) {
+    tick(i, i < 50 ? 3 : 4, false);
+  }
+  TEST_ASSERT_EQUAL_INT(SCOPE_WAITING, bench_scope.phase);
+  tick(1000, 5, false);
+  TEST_ASSERT_EQUAL_INT(SCOPE_TRIGGERED, bench_scope.phase);
+}
+
 static void test_a_forced_trigger_ends_the_wait_and_keeps_the_frames_before_it(void) {
   scope_config config = three_channels(SCOPE_ABOVE);
   config.trigger.level = 1e9f;
@@ -313,6 +324,7 @@ int main(void) {
   RUN_TEST(test_a_fault_that_was_there_before_is_no_trigger);
   RUN_TEST(test_levels_and_edges_of_every_kind_of_channel_trigger_in_their_frame);
   RUN_TEST(test_an_edge_while_the_pretrigger_fills_does_not_count);
+  RUN_TEST(test_an_event_while_the_pretrigger_fills_does_not_count);
   RUN_TEST(test_a_forced_trigger_ends_the_wait_and_keeps_the_frames_before_it);
   RUN_TEST(test_a_trigger_forced_while_the_pretrigger_fills_has_fewer_frames_before_it);
   RUN_TEST(test_a_force_without_a_wait_does_nothing);
