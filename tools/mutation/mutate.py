@@ -143,7 +143,9 @@ class Campaign:
         header = mutant.file.endswith(".h")
         changed = {mutant.file: text}
         objects = {source: self.build.compile_to(source, changed, folder, TRAPPED) or file for source, file in result.objects.items()}
-        programs = [program for program in self.programs if program.objects & result.objects.keys()]
+        inlined = self.build.dependents.get(mutant.file, set()) if header else set()
+        programs = [program for program in self.programs
+                    if program.objects & result.objects.keys() or self.build.outputs[program.own_object] in inlined]
         result.kind = "survived"
         for program in self.order(mutant, programs):
             binary = folder / program.name
@@ -152,7 +154,7 @@ class Campaign:
             at = link.index(program.own_object)
             own = self.build.outputs[program.own_object]
             replaced = []
-            if header and own.endswith(".c") and own in self.build.dependents[mutant.file]:
+            if own.endswith(".c") and own in inlined:
                 object_file = self.build.compile_to(own, changed, folder, ["-O1"])
                 if object_file is None:  # for example a static assertion of the test
                     result.kind = "refused"
