@@ -11,7 +11,7 @@ import time
 import can
 import pytest
 
-from conftest import NODE_ID, SIM_HOST, Served
+from conftest import NODE_ID, PROJECT, SIM_HOST, Served
 
 
 @contextlib.contextmanager
@@ -105,6 +105,21 @@ def test_travel_limits_are_those_of_the_plant():
                 for axis in (0, 0x800) for sub in (9, 10)]
         assert soft == pytest.approx([-278, 278, -18, 93], abs=0.01)
         assert [math.degrees(rad) for rad in hard] == pytest.approx([-279, 279, -19, 94], abs=0.01)
+
+
+def brake_times_s(*options):
+    with serving("slcan-tcp:0", *options) as served, served.open_bus() as bus:
+        receive(bus, 0x701)
+        return [struct.unpack("<f", read(bus, 0x2060 + axis, sub).to_bytes(4, "little"))[0]
+                for axis in (0, 0x800) for sub in (24, 25)]
+
+
+def test_brake_times_are_those_of_the_plant(tmp_path):
+    assert brake_times_s() == pytest.approx([0.02, 0.03] * 2)
+    plant = (PROJECT / "sim_host/plants/tracker.toml").read_text()
+    changed = tmp_path / "plant.toml"
+    changed.write_text(plant.replace("release_ms = 20.0", "release_ms = 45.0", 1))
+    assert brake_times_s("--plant", str(changed)) == pytest.approx([0.045, 0.03, 0.02, 0.03])
 
 
 def pace(bus):

@@ -1,21 +1,39 @@
 #include "serve/served_node.hpp"
 
+#include <optional>
 #include <stdexcept>
 
 #include "dictionary/refusal_text.hpp"
 #include "serve/node_parameters.hpp"
 
 namespace trackservo::sim {
+namespace {
+
+protection_limits limits_of(const PlantConfig& plant, int axis, bool holding_brakes) {
+  protection_limits limits = node_limits(plant, axis);
+  const std::optional<HoldingBrakeConfig>& brake = plant.axis[static_cast<std::size_t>(axis)].holding_brake;
+  if (holding_brakes && brake) {
+    limits.brake_release_s = static_cast<float>(brake->release_s);
+    limits.brake_engage_s = static_cast<float>(brake->engage_s);
+  }
+  return limits;
+}
+
+}  // namespace
 
 ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::uint64_t seed, VirtualBus& bus,
-                       const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad)
+                       const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad, bool holding_brakes)
     : bus_(bus),
       node_(std::make_unique<servo_node>()),
       port_(bus.attach([this](const can_frame& frame) { receive(frame); })),
       machine_(plant, seed, joint_angle_rad) {
   const axis_parameters parameters[SERVO_AXES] = {node_parameters(plant, kAzimuth), node_parameters(plant, kPitch)};
-  const protection_limits limits[SERVO_AXES] = {node_limits(plant, kAzimuth), node_limits(plant, kPitch)};
+  const protection_limits limits[SERVO_AXES] = {limits_of(plant, kAzimuth, holding_brakes),
+                                                limits_of(plant, kPitch, holding_brakes)};
   const hal_scales scales = node_scales(plant);
+  if (holding_brakes) {
+    machine_.fit_holding_brakes();
+  }
   const servo_node_config config = {
       on_bus.node_id, {send, this},  machine_.hal_pointer(), parameters,
       limits,         flash.areas(), on_bus.serial_number,   {on_bus.kbit_s, false, flash.bus_pages(), {join, this}},

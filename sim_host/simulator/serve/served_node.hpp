@@ -27,9 +27,11 @@ struct NodeOnBus {
 class ServedNode : public ServedDevice {
  public:
   // The flash must exist longer than the node; its parameter set, if it has one, replaces the plant's gains. Throws
-  // std::invalid_argument for a node id, bit rate or gains out of range.
+  // std::invalid_argument for a node id, bit rate or gains out of range. `holding_brakes`: those of the plant file are
+  // fitted, and the defaults of 2060:24 and 2060:25 are their times.
   ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::uint64_t seed, VirtualBus& bus,
-             const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad = kServedStart_rad);
+             const FlashMemory& flash, const std::array<double, kAxes>& joint_angle_rad = kServedStart_rad,
+             bool holding_brakes = false);
   ~ServedNode() override;
 
   void tick() override;

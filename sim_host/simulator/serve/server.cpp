@@ -179,8 +179,7 @@ class ServedNodes : public ServedDevice {
                                 static_cast<std::uint16_t>(options.bit_rate / 1000),
                                 options.serial_number + static_cast<std::uint32_t>(i)};
       nodes_.push_back(std::make_unique<ServedNode>(plant, on_bus, options.seed + static_cast<std::uint64_t>(i), bus,
-                                                    *flashes_.back()));
-      nodes_.back()->machine().fit_holding_brakes();
+                                                    *flashes_.back(), kServedStart_rad, true));
     }
   }
 
