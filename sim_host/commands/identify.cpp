@@ -15,6 +15,8 @@
 #include <fstream>
 
 #include "commands/design_command.hpp"
+#include "gain_design/device_parameters.hpp"
+#include "gain_design/identified_plant_json.hpp"
 #include "identification/identification.hpp"
 #include "identification/result_json.hpp"
 #include "test_plan/test_plan_json.hpp"
@@ -22,6 +24,7 @@
 
 namespace identification = trackservo::identification;
 namespace commissioning = trackservo::commissioning;
+namespace gain_design = trackservo::gain_design;
 
 namespace {
 
@@ -64,7 +67,10 @@ int fit(const FitOptions& options) {
       options.structure.empty() ? identification::Recording{} : identification::load_recording(options.structure);
   const identification::Identification result = identification::identify(recording);
   print_table(result);
-  const nlohmann::ordered_json json = identification::to_json(result, recording, structure);
+  nlohmann::ordered_json json = identification::to_json(result, recording, structure);
+  if (result.complete()) {
+    json["plant"] = gain_design::plant_rows(gain_design::read_identified_plant({options.recording, json}));
+  }
   for (const auto& warning : json["warnings"]) {
     fmt::print("{}\n", warning.get<std::string>());
   }

@@ -20,8 +20,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::uint16_t kLastParameter = 0x205F;
-constexpr std::uint16_t kFirstOptional = 0x2056;  // files of versions before it exist
 constexpr std::uint16_t kLastDesigned = 0x204F;
+constexpr std::uint16_t kPlant = 0x2056;
+constexpr std::uint16_t kFirstOptional = kPlant;  // files of versions before it exist
 constexpr auto kMaxFloat = static_cast<double>(std::numeric_limits<float>::max());
 
 // The dictionary's part over one set of parameters.
@@ -59,6 +60,11 @@ std::vector<const od_entry *> rows_up_to(std::uint16_t last_index) {
 }
 
 std::string key_of(const od_entry& entry) { return fmt::format("0x{:04X}:{}", entry.index, entry.sub); }
+
+Json head_of(const od_entry& entry) {
+  return {
+      {"index", fmt::format("0x{:04X}", entry.index)}, {"sub", entry.sub}, {"name", entry.name}, {"unit", entry.unit}};
+}
 
 // In bus order, as od_write takes it.
 bool bytes_of(const nlohmann::json& json, const od_entry& entry, std::uint8_t (&bytes)[4]) {
@@ -128,13 +134,28 @@ Json parameter_rows(const axis_parameters& before, const axis_parameters& after)
   const ParameterPart old(before);
   const ParameterPart designed(after);
   Json rows = Json::array();
-  for (const od_entry *entry : rows_up_to(kLastDesigned)) {
-    rows.push_back({{"index", fmt::format("0x{:04X}", entry->index)},
-                    {"sub", entry->sub},
-                    {"name", entry->name},
-                    {"unit", entry->unit},
-                    {"before", old.value(*entry)},
-                    {"value", designed.value(*entry)}});
+  for (const od_entry *entry : rows_up_to(kLastParameter)) {
+    if (entry->index <= kLastDesigned || entry->index == kPlant) {
+      Json row = head_of(*entry);
+      row["before"] = old.value(*entry);
+      row["value"] = designed.value(*entry);
+      rows.push_back(row);
+    }
+  }
+  return rows;
+}
+
+Json plant_rows(const IdentifiedPlant& plant) {
+  axis_parameters parameters = dictionary::listed_defaults();
+  set_plant(parameters, plant);
+  const ParameterPart part(parameters);
+  Json rows = Json::array();
+  for (const od_entry *entry : rows_up_to(kPlant)) {
+    if (entry->index == kPlant) {
+      Json row = head_of(*entry);
+      row["value"] = part.value(*entry);
+      rows.push_back(row);
+    }
   }
   return rows;
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gain_design/firmware.hpp"
+#include "gain_design/identified_plant.hpp"
 #include "gain_design/input_file.hpp"
 
 namespace trackservo::gain_design {
@@ -13,8 +14,11 @@ namespace trackservo::gain_design {
 // All of 0x2000 to 0x2055 must be present; 0x2056 and sub-index 0 may be. Throws InputFileError.
 axis_parameters read_device_parameters(const InputFile& file);
 
-// Rows {index, sub, name, unit, before, value} of the results of a gain design: 0x2000 to 0x204F.
+// Rows {index, sub, name, unit, before, value} of the results of a gain design: 0x2000 to 0x204F and the plant, 0x2056.
 nlohmann::ordered_json parameter_rows(const axis_parameters& before, const axis_parameters& after);
+
+// Rows {index, sub, name, unit, value} of an identified plant: 0x2056, against which the device checks gains.
+nlohmann::ordered_json plant_rows(const IdentifiedPlant& plant);
 
 }  // namespace trackservo::gain_design
 

@@ -8,11 +8,10 @@
 #include "gain_design/outer_loops.hpp"
 #include "gain_design/speed_loop_design.hpp"
 #include "gain_design/speed_loop_pi.hpp"
+#include "units.hpp"
 
 namespace trackservo::gain_design {
 namespace {
-
-constexpr double kRadPerDeg = M_PI / 180.0;
 
 double to_double(float value) { return static_cast<double>(value); }
 float to_float(double value) { return static_cast<float>(value); }
@@ -62,6 +61,7 @@ axis_parameters with_plant(const IdentifiedPlant& plant, const GainRequirements&
   p.friction.gain = 1.0F;
   p.friction.sign_width_rad_s = to_float(0.01 * kRadPerDeg);
   set_friction(p, plant.friction);
+  set_plant(p, plant);
   set_lead_limit(plant, p, notes);
   return p;
 }

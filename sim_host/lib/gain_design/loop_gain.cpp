@@ -2,11 +2,13 @@
 
 #include <cmath>
 
+#include "units.hpp"
+
 namespace trackservo::gain_design {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTick_s = static_cast<double>(SERVO_TICK_S);
+static_assert(static_cast<float>(kTick_s) == SERVO_TICK_S);
 
 Complex delay(Complex s, double seconds) { return std::exp(-s * seconds); }
 Complex low_pass(Complex s, double bandwidth_rad_s) { return 1.0 / (1.0 + s / bandwidth_rad_s); }

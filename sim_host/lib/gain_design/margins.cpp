@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "units.hpp"
+
 namespace trackservo::gain_design {
 namespace {
 
@@ -43,8 +45,8 @@ Margins margins_of(const FrequencyResponse& response) {
     const double gain_a_db = 20.0 * std::log10(std::abs(a));
     const double gain_b_db = 20.0 * std::log10(std::abs(b));
     // Distance of the phase to -180 deg, continuous over this short step.
-    const double phase_a_deg = std::arg(-a) * 180.0 / M_PI;
-    const double phase_b_deg = phase_a_deg + std::arg(b / a) * 180.0 / M_PI;
+    const double phase_a_deg = std::arg(-a) * kDegPerRad;
+    const double phase_b_deg = phase_a_deg + std::arg(b / a) * kDegPerRad;
     if ((gain_a_db > 0.0) != (gain_b_db > 0.0)) {
       const double share = crossing(0.0, gain_a_db, 1.0, gain_b_db);
       const double phase_deg = phase_a_deg + share * (phase_b_deg - phase_a_deg);

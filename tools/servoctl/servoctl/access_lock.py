@@ -131,12 +131,14 @@ def refuse_torque(device: Device) -> None:
 
 
 @contextmanager
-def unlocked(device: Device, wanted: bool) -> Iterator[None]:
-    """Open within the `with` block, if required; locked again after it."""
+def unlocked(device: Device, wanted: bool, with_torque: bool = False) -> Iterator[None]:
+    """Open within the `with` block, if required; locked again after it. `with_torque`: for a command that needs the
+    lock, but changes no guarded value."""
     if not wanted:
         yield
         return
-    refuse_torque(device)
+    if not with_torque:
+        refuse_torque(device)
     open_lock(device)
     try:
         yield

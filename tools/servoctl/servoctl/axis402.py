@@ -22,7 +22,8 @@ from canopen.profiles.p402 import BaseNode402
 from canopen.sdo.base import SdoArray, SdoRecord, SdoVariable
 from canopen.sdo.client import SdoClient
 
-AXIS_SHIFT = 0x800
+from .parameter import AXIS_SHIFT
+
 _FIRST, _BEYOND = 0x6000, 0x6800
 
 

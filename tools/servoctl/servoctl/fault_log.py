@@ -18,6 +18,7 @@ from .device import Device
 from .errors import NotVerified
 from .fault_table import FaultTable
 from .parameter import AXES, shortest
+from .units import TICK_S
 
 LOG_OBJECT, COUNT, COMMAND, FIRST_ENTRY = 0x3020, 1, 2, 3
 OWNERS = (*AXES, "board")
@@ -25,7 +26,6 @@ OWNERS = (*AXES, "board")
 FORGET = 1
 _HEAD = struct.Struct("<IBBBB")
 _ATTEMPTS = 5
-_TICK_S = 1e-3
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def parse_entry(data: bytes, now: int, table: FaultTable) -> LogEntry:
     signals = table.signals if len(table.signals) == columns else tuple((f"signal_{n}", "") for n in range(1, columns + 1))
     return LogEntry(
         tick=tick,
-        age_s=((now - tick) & 0xFFFFFFFF) * _TICK_S,
+        age_s=((now - tick) & 0xFFFFFFFF) * TICK_S,
         fault=fault,
         name=table.name(fault),
         of=OWNERS[owner] if owner < len(OWNERS) else f"source {owner}",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .errors import InputError
 from .identified import Estimate, Identified
 from .recorder import HYSTERESIS, SPEED_SWEEP
-from .stream import TICK_S
+from .units import TICK_S
 
 Real = NDArray[np.float64]
 Columns = dict[str, Real]

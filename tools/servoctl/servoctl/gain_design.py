@@ -13,7 +13,7 @@ import numpy as np
 from .errors import InputError
 from .frequency_response import Complex, Margins, Real
 from .identify_program import IdentifyProgram
-from .parameter import AXIS_SHIFT, Parameter, Value
+from .parameter import AXIS_SHIFT, PLANT_OBJECT, Parameter, Value
 from .schema import Schema
 
 GAIN_TOLERANCE_DB = 1.0
@@ -58,6 +58,8 @@ def design_gains(
         gains = {}
         for row in data["parameters"]:
             parameter = schema.by_index(int(row["index"], 0) + shift, row["sub"])
+            if parameter is None and int(row["index"], 0) == PLANT_OBJECT:
+                continue  # firmware from before this object
             if parameter is None or parameter not in present:
                 raise InputError(f"{path}: sets {row['index']}:{row['sub']}, which is not a gain of this device.")
             gains[parameter] = parameter.check(row["value"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from .friction_curves import (
 )
 from .identified import Identified
 from .journal import now
+from .parameter import Parameter, Value
 from .page import PageTable, Section, write_page
 from .plots import CLOSED, DEMAND, MARK, OPEN, STYLE, Real, png_of
 from .units import degrees
@@ -31,13 +33,15 @@ MAX_POINTS = 4000
 
 
 def write_identification_report(
-    path: Path, axis: str, identified: Identified, recording: Path, residuals: Path, outcome: Outcome
-) -> None:
+    path: Path, axis: str, identified: Identified, plant: Mapping[Parameter, Value], recording: Path, residuals: Path,
+    outcome: Outcome,
+) -> None:  # fmt: skip
     """One HTML file; reads the recording and the residuals again, as used by the fit."""
     run, left = read_columns(recording), read_columns(residuals)
     data = identified.data
     sections = [
         _parameters(identified),
+        _plant(plant),
         _stribeck(identified, legs(run)),
         _position(identified),
         _hysteresis(identified, run),
@@ -75,6 +79,17 @@ def _parameters(identified: Identified) -> Section:
     )
     table = PageTable(("parameter", "value", "95 % interval", "half width", "paper's method", "unit"), rows, bad)
     return Section("Parameters", text, table)
+
+
+def _plant(plant: Mapping[Parameter, Value]) -> Section | None:
+    if not plant:
+        return None
+    rows = [(p.where, p.title, _number(float(value)), p.unit) for p, value in plant.items()]
+    text = (
+        "The device checks gains against these values before they count. 'servoctl restore' of the gains file and"
+        " 'servoctl tune' write them with --unlock."
+    )
+    return Section("Plant for the check of gains", text, PageTable(("index", "parameter", "value", "unit"), rows, []))
 
 
 def _stribeck(identified: Identified, points: Legs) -> Section:

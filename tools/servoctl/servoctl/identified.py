@@ -108,6 +108,16 @@ class Identified:
                 parameter = schema.by_index(index + AXIS_SHIFT * axis, sub)
                 if value is not None and parameter is not None:
                     found[parameter] = parameter.check(self._consistent(name, value))
+        return found | self.plant(schema, axis)
+
+    def plant(self, schema: Schema, axis: int) -> dict[Parameter, Value]:
+        """The object against which the device checks gains (2056); empty for an incomplete or older result, and for a
+        device without it."""
+        found: dict[Parameter, Value] = {}
+        for row in self.data.get("plant", []):
+            parameter = schema.by_index(int(row["index"], 0) + AXIS_SHIFT * axis, row["sub"])
+            if parameter is not None:
+                found[parameter] = parameter.check(row["value"])
         return found
 
     def _consistent(self, name: str, value: float) -> float:

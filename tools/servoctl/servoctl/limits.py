@@ -9,8 +9,8 @@ import numpy as np
 from .drive import Drive
 from .errors import InputError, MotionError
 from .node_limits import NodeLimits, read_limits
-from .stream import TICK_S, RateStream
-from .units import degrees, radians
+from .stream import RateStream
+from .units import TICK_S, degrees, radians
 
 OVERSPEED = 2.0
 """A test is aborted when the axis is faster than this times the limit: no response to the set-point explains that."""

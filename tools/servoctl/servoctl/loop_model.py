@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .device import Device
-from .stream import TICK_S
+from .units import TICK_S
 
 Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]

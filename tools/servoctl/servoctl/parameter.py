@@ -28,6 +28,7 @@ TYPES = (*_FORMATS, "VISIBLE_STRING", "DOMAIN")
 
 AXES = ("azimuth", "pitch")
 AXIS_SHIFT = 0x800
+PLANT_OBJECT = 0x2056
 """Added to the indices of the first axis to reach those of the second."""
 
 

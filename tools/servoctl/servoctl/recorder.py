@@ -19,7 +19,7 @@ from .device import Device
 from .errors import InputError, MotionError
 from .parameter import AXIS_SHIFT
 from .pdo_loan import PdoLoan, borrowed_identifiers
-from .stream import TICK_S
+from .units import TICK_S
 
 Real = NDArray[np.float64]
 

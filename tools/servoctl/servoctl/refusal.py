@@ -23,7 +23,8 @@ def refusal_text(device: Device, axis: int) -> str | None:
     if device.try_upload(SET_OBJECT + AXIS_SHIFT * axis, RESULT_SUB) == struct.pack("<I", UNSTABLE):
         return (
             f"the loops would be unstable on the identified plant (2056), mainly since {_value_text(device, axis, place)}; "
-            f"the active set has {number(shortest(low))}."
+            f"the active set has {number(shortest(low))}. If 2056 is wrong, identify the axis again; 'servoctl set' and"
+            " 'servoctl restore' apply such gains with --override-gain-check."
         )
     text = f"{_value_text(device, axis, place)}; give {number(shortest(low))} .. {number(shortest(high))}"
     if bound != 0:

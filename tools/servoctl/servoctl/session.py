@@ -97,8 +97,21 @@ def unlock_option(command: F) -> F:
         "--unlock",
         is_flag=True,
         help=(
-            "Allow writing guarded parameters, which can cause damage: motor (2055), protection limits (2060),"
-            " board (3060)."
+            "Allow writing guarded parameters, which can cause damage: motor (2055), identified"
+            " plant (2056), protection limits (2060), board (3060)."
+        ),
+    )(command)
+
+
+def override_option(command: F) -> F:
+    """Adds --override-gain-check, for commands that apply gains."""
+    return click.option(
+        "--override-gain-check",
+        "override",
+        is_flag=True,
+        help=(
+            "Apply gains that the device refuses as unstable on its identified plant (2056). You then answer for the"
+            " motion: the axis may shake with full torque until the oscillation monitor stops it."
         ),
     )(command)
 

@@ -20,9 +20,8 @@ from .device import Device
 from .errors import MotionError
 from .parameter import AXIS_SHIFT
 from .pdo_loan import PdoLoan, borrowed_identifiers
-from .units import RATE_COUNTS_PER_RAD_S
+from .units import RATE_COUNTS_PER_RAD_S, TICK_S
 
-TICK_S = 0.001
 RATES_TPDO, TICKS_TPDO, RPDO = 2, 3, 3
 """TPDO3, TPDO4 and RPDO4, counted from 0: TPDOs of one tick are sent in the order of their numbers and identifiers."""
 CLOCK_TICKS = 10

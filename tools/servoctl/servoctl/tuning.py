@@ -13,16 +13,19 @@ from .access_lock import need_unlock, unlocked, without_equal_guarded
 from .device import DEVICE_STATE, STORE_TIMEOUT_S, Device
 from .errors import NotVerified, Refused
 from .journal import Entry, Journal, now
-from .parameter import AXES, Parameter, Value
+from .parameter import AXES, AXIS_SHIFT, Parameter, Value
 from .refusal import refusal_text
 from .units import number
 from .waiting_limits import refuse_waiting
 
 SET_OBJECT = 0x2070
-APPLY, REVERT, UNDO = 1, 2, 3
+APPLY, REVERT, UNDO, OVERRIDE = 1, 2, 3, 4
 APPLY_TIMEOUT_S = 1.0
 INCOMPATIBLE = 0x06040043
-RESULTS = {0: "taken", 1: "a value is not finite", 2: "a value is out of range", 3: "the values contradict each other"}
+RESULTS = {
+    0: "taken", 1: "a value is not finite", 2: "a value is out of range", 3: "the values contradict each other",
+    4: "the loops would be unstable on the identified plant",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -47,14 +50,14 @@ class Change:
 
 def set_state(device: Device, axis: int) -> SetState | None:
     """None for a device that has no staged set."""
-    if device.try_upload(SET_OBJECT + 0x800 * axis, 2) is None:
+    if device.try_upload(SET_OBJECT + AXIS_SHIFT * axis, 2) is None:
         return None
     flags, result, active, stored = (device.axis_int(axis, SET_OBJECT, sub) for sub in (2, 3, 4, 5))
     return SetState(bool(flags & 1), bool(flags & 2), result, active, stored)
 
 
 def command_set(device: Device, axis: int, command: int) -> None:
-    """Apply, revert or undo; returns when the device has done it, raises Refused when it did not accept the set."""
+    """Apply, revert, undo, or apply without the check of stability; returns when the device has done it, raises Refused when it did not accept the set."""
     name = AXES[axis]
     try:
         device.axis_write(axis, SET_OBJECT, command, 1, sub=1)
@@ -66,9 +69,10 @@ def command_set(device: Device, axis: int, command: int) -> None:
     deadline = device.clock.now() + APPLY_TIMEOUT_S
     while True:
         state = set_state(device, axis)
-        if state is None or (not state.staged_differs and (command != APPLY or state.result == 0)):
+        applies = command in (APPLY, OVERRIDE)
+        if state is None or (not state.staged_differs and (not applies or state.result == 0)):
             return
-        if command == APPLY and state.result != 0:
+        if applies and state.result != 0:
             reason = RESULTS.get(state.result, f"result {state.result}")
             raise Refused(f"{name}: the parameter set was refused, the old set stays active: {reason}.")
         if device.clock.now() > deadline:
@@ -123,12 +127,14 @@ class Tuning:
         progress: Callable[[Parameter], None] | None = None,
         on_top: bool = False,
         unlock: bool = False,
+        override: bool = False,
     ) -> list[Change]:
         """Stages all, applies once per axis, reads everything back.
 
         On the first refusal the staged values are withdrawn, and objects without staging get their old values, so that
         no part of it is in effect. `on_top` allows staging on values that are staged already. `unlock` opens the
-        access lock, without which guarded values that differ are refused.
+        access lock, without which guarded values that differ are refused. `override` applies gains without the device's
+        check of stability, which needs the lock, too.
         """
         axes = {p.axis for p in values if p.staged and p.axis is not None}
         if not on_top:
@@ -139,8 +145,10 @@ class Tuning:
         differing = without_equal_guarded(values, old)
         if not unlock:
             need_unlock([p for p in differing if p.guarded])
-        with unlocked(self.device, unlock and any(p.guarded for p in differing)):
-            self._write_or_take_back(differing, old, axes if apply else set(), progress)
+        guarded = unlock and any(p.guarded for p in differing)
+        applied = axes if apply else set()
+        with unlocked(self.device, guarded or (override and bool(applied)), with_torque=not guarded):
+            self._write_or_take_back(differing, old, applied, progress, OVERRIDE if override else APPLY)
         changes = [Change(p, old[p], self._read_back(p, values[p])) for p in values]
         for change in changes:
             self.note(change.parameter, change.old, change.new)
@@ -152,6 +160,7 @@ class Tuning:
         old: Mapping[Parameter, Value | None],
         applied: set[int],
         progress: Callable[[Parameter], None] | None,
+        command: int,
     ) -> None:
         staged = {p.axis for p in values if p.staged and p.axis is not None}
         done: list[Parameter] = []
@@ -163,7 +172,7 @@ class Tuning:
                     progress(parameter)
             refuse_waiting(self.device, values)
             for axis in sorted(applied):
-                command_set(self.device, axis, APPLY)
+                command_set(self.device, axis, command)
         except BaseException:
             self._take_back(staged | applied, [p for p in done if not p.staged], old)
             raise

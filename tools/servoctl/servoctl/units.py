@@ -14,6 +14,7 @@ from .errors import InputError
 POSITION_COUNTS_PER_RAD = 1e7
 RATE_COUNTS_PER_RAD_S = 1e6
 TORQUE_COUNTS_OF_RATED = 1e3
+TICK_S = 0.001
 
 _DEGREE = math.pi / 180.0
 

@@ -9,9 +9,9 @@ from collections.abc import Iterable
 
 from .device import Device
 from .errors import Refused
-from .parameter import AXES, Parameter
+from .parameter import AXES, AXIS_SHIFT, Parameter
 
-PROTECTION, TRAVEL, WAITING_SUB, AXIS_SHIFT = 0x2060, 0x607D, 18, 0x800
+PROTECTION, TRAVEL, WAITING_SUB = 0x2060, 0x607D, 18
 
 GROUPS = {
     1: "the under-voltage limit (2060:15) must be below the over-voltage limit (2060:16)",

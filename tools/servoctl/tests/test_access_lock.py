@@ -13,6 +13,7 @@ from .conftest import PARAMETERS, Bench
 LIMIT = "azimuth.protection.over_speed_limit"
 MOTOR = "azimuth.motor.current_limit"
 GAIN = "azimuth.speed_loop.proportional_gain"
+LOW_PASS = "azimuth.filters.low_pass_frequency"
 SECONDS_LEFT = "0x3040:2"
 
 
@@ -47,6 +48,27 @@ def test_a_guarded_value_that_the_device_has_already_needs_no_unlock(servo: Benc
     assert servo.value(GAIN) == gain + 1
     servo.json("undo")
     assert servo.value(GAIN) == gain
+
+
+def test_unstable_gains_count_with_the_override_only(servo: Bench) -> None:
+    before = servo.value(LOW_PASS)
+    for words in (("set", f"{LOW_PASS}=5"), ("set", "--apply")):
+        refused = servo.here(*words)
+        assert refused.code == 4 and "unstable" in refused.err and "--override-gain-check" in refused.err, refused
+        servo.json("set", f"{LOW_PASS}=5", "--stage")
+    servo.json("set", "--apply", "--override-gain-check")
+    assert servo.value(LOW_PASS) == 5 and not servo.json("info")["axes"][0]["staged"]
+    servo.json("save", "shaking.toml")
+    servo.json("set", f"{LOW_PASS}={before}")
+    assert "--override-gain-check" in servo.here("restore", "shaking.toml").err
+    assert servo.value(LOW_PASS) == before
+    servo.json("restore", "shaking.toml", "--override-gain-check")
+    assert servo.value(LOW_PASS) == 5 and servo.value(SECONDS_LEFT) == 0
+    servo.json("undo")
+    servo.json("set", f"{LOW_PASS}=5", "--override-gain-check")
+    assert servo.value(LOW_PASS) == 5 and servo.value(SECONDS_LEFT) == 0
+    servo.json("undo")
+    assert servo.value(LOW_PASS) == before
 
 
 def test_a_gains_file_is_restored_without_unlock_unless_guarded_values_differ(servo: Bench) -> None:

@@ -10,7 +10,7 @@ from servoctl.errors import MotionError
 from servoctl.frequency_response import bandwidth_hz, design_multisine, estimate, margins
 from servoctl.loop_model import SpeedLoopGains, open_loop
 from servoctl.step_response import analyse_step
-from servoctl.stream import TICK_S
+from servoctl.units import TICK_S
 
 GAINS = SpeedLoopGains(720.0, 21600.0, 0.7, 6.0, True, 6.0, 0.0, 220.0, 0.0, 10.0, 0.1, 0.0, 0.7)
 INERTIA = 6.0

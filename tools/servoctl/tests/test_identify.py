@@ -35,6 +35,7 @@ BORROWED = (
 TRAVEL = ("--travel-deg", "-100", "100")
 NO_POSITION_LIMITS = tuple(f"azimuth.software_position_limit.{end}_position_limit=0" for end in ("min", "max"))
 GAINS = ("0x2000:1", "0x2000:2")
+PLANT_INERTIA = ("0x2056:1", "0x2056:2")
 TRUE = {"coulomb": 6.0, "stribeck_speed_positive": 5.2e-3, "stiffness": 30000.0, "inertia": 6.0}
 
 Eventually = Callable[[Callable[[], bool], float], None]
@@ -107,6 +108,7 @@ def test_one_command_finds_the_axis_and_leaves_it_as_it_was(machine: Bench) -> N
         "Hysteresis loop",
         "Residuals",
         "Break-away",
+        "Plant for the check of gains",
         "data:image/png",
     ):
         assert words in page
@@ -114,10 +116,12 @@ def test_one_command_finds_the_axis_and_leaves_it_as_it_was(machine: Bench) -> N
 
     # The file is a gains file: its contents can be set, and are the identified values.
     assert machine("diff", "found/azimuth-identified.toml").code == 1
-    machine.json("restore", "found/azimuth-identified.toml")
+    refused = machine("restore", "found/azimuth-identified.toml")
+    assert refused.code == 2 and "identified_plant.inertia" in refused.err and "--unlock" in refused.err
+    machine.json("restore", "found/azimuth-identified.toml", "--unlock")
     inertia = found["parameters"]["inertia"]["value"]
-    assert values(machine, ("0x2020:2", "0x2000:5")) == [pytest.approx(inertia, rel=1e-5)] * 2
-    machine.json("undo")
+    assert values(machine, ("0x2020:2", "0x2000:5", *PLANT_INERTIA)) == [pytest.approx(inertia, rel=1e-5)] * 4
+    machine.json("undo", "--unlock")
     assert machine.json("get") == gains
 
 
@@ -315,6 +319,25 @@ def test_a_design_that_changes_the_motor_asks_for_unlock_before_it_moves_and_tak
     assert tunable.value(motor) == pytest.approx(0.95 * before, rel=1e-6)
     tunable.json("undo", "--unlock")
     assert tunable.value(motor) == before
+
+
+def test_the_identified_plant_is_written_with_unlock_only(tunable: Bench) -> None:
+    before = values(tunable, PLANT_INERTIA)
+    tunable.environment |= {"SHORT_ALSO": " ".join(PLANT_INERTIA), "SHORT_MARGINS": "12 50"}
+    words = (*TUNE, "--gain-margin-db", "8")
+    shown = tunable.here(*words, "--dry-run")
+    assert shown.code == 0 and "identified_plant.inertia" in shown.out and "--unlock" in shown.err
+    left = tunable(*words, "--yes", "--json")
+    assert left.code == 0 and left.data["kept"] and "--unlock" in left.err
+    assert values(tunable, PLANT_INERTIA) == before
+    tunable.json("undo")
+    done = tunable(*words, "--yes", "--unlock", "--json")
+    assert done.code == 0 and done.data["kept"], done.err
+    assert "azimuth.identified_plant.inertia" in {row["name"] for row in done.data["changed"]}
+    assert values(tunable, PLANT_INERTIA) == [pytest.approx(0.9 * value, rel=1e-6) for value in before]
+    assert "identified_plant.inertia" in (tunable.folder / "found/tune.html").read_text()
+    tunable.json("undo", "--unlock")
+    assert values(tunable, PLANT_INERTIA) == before
 
 
 def test_an_interrupt_while_new_gains_are_tried_brings_the_old_ones_back(

@@ -11,7 +11,7 @@ from ..device import Device
 from ..fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, write_snapshots
 from ..fault_table import REACTIONS, SOURCES, FaultTable, Words, find_faults, origin, register_names
 from ..output import Output
-from ..parameter import AXES
+from ..parameter import AXES, AXIS_SHIFT
 from ..power import state_of
 from ..session import Session, common
 from ..units import Shown
@@ -66,7 +66,7 @@ def read_faults(device: Device, table: FaultTable) -> dict[str, Any]:
     axes = []
     for axis, name in enumerate(AXES):
         if device.has_axis(axis):
-            data = device.try_upload(0x603F + 0x800 * axis)
+            data = device.try_upload(0x603F + AXIS_SHIFT * axis)
             code = int.from_bytes(data, "little") if data else 0
             words = _of_axis(table, code, name, history)
             axes.append(

@@ -13,7 +13,7 @@ from ..errors import ExitCode, NotVerified, Refused
 from ..gains_file import describe_difference, read_gains, write_gains
 from ..journal import Journal
 from ..parameter import AXES, Parameter, Value
-from ..session import Session, common, only_axis_option, unlock_option
+from ..session import Session, common, only_axis_option, override_option, unlock_option
 from ..tuning import Tuning, set_state
 from ..tuning import store as store_on_device
 from ..units import number
@@ -117,8 +117,9 @@ def save(session: Session, file: Path | None, axis: str | None) -> None:
 @only_axis_option
 @click.option("--dry-run", is_flag=True, help="Check the file and show what would change, without writing.")
 @unlock_option
+@override_option
 @common
-def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unlock: bool) -> None:
+def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unlock: bool, override: bool) -> None:
     """Write a gains FILE to the device: stages all values, applies them once per axis, reads all back."""
     with session.connect() as device:
         wanted = read_gains(file, device.schema).values
@@ -134,7 +135,9 @@ def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unloc
         with session.out.progress() as bar:
             task = bar.add_task("staging", total=len(changing))
             changes = (
-                Tuning(device, "restore").write(changing, progress=lambda _p: bar.advance(task), unlock=unlock)
+                Tuning(device, "restore").write(
+                    changing, progress=lambda _p: bar.advance(task), unlock=unlock, override=override
+                )
                 if changing
                 else []
             )

@@ -22,7 +22,7 @@ from ..identified import Identified, add_machine, read_identified
 from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
 from ..limits import allowed_travel
 from ..node_limits import read_limits
-from ..parameter import AXES
+from ..parameter import AXES, Parameter, Value
 from ..test_plan import Envelope, Experiment, Place, TestPlan
 from ..session import Session, common
 from ..units import degrees, radians
@@ -107,10 +107,11 @@ def identify(
         add_machine(out / "result.json", device, AXES.index(axis), envelope)
         identified = read_identified(out / "result.json")
         gains = identified.gains(device.schema, AXES.index(axis))
+        plant = identified.plant(device.schema, AXES.index(axis))
         if gains:
             write_gains(out / f"{axis}-identified.toml", gains, about(device))
-    page = write_report(out, axis, identified, recording, outcome)
-    return show_result(session, axis, out, identified, outcome, page)
+    page = write_report(out, axis, identified, plant, recording, outcome)
+    return show_result(session, axis, out, identified, list(plant), outcome, page)
 
 
 def read_envelope(
@@ -249,16 +250,20 @@ def fit(
         program.fit(recording, result, residuals, structure)
 
 
-def write_report(folder: Path, axis: str, identified: Identified, recording: Path, outcome: Outcome) -> Path:
+def write_report(
+    folder: Path, axis: str, identified: Identified, plant: dict[Parameter, Value], recording: Path, outcome: Outcome
+) -> Path:
     """report.html; the pictures take a second to import."""
     from ..identification_report import write_identification_report
 
     path = folder / "report.html"
-    write_identification_report(path, axis, identified, recording, folder / "residuals.csv", outcome)
+    write_identification_report(path, axis, identified, plant, recording, folder / "residuals.csv", outcome)
     return path
 
 
-def show_result(session: Session, axis: str, folder: Path, identified: Identified, outcome: Outcome, page: Path) -> int:
+def show_result(
+    session: Session, axis: str, folder: Path, identified: Identified, plant: list[Parameter], outcome: Outcome, page: Path
+) -> int:
     """The result as a table, refused parameters, written files; the exit code."""
     files = [str(page), str(folder / "result.json"), str(folder / f"{axis}-identified.toml")]
     session.out.json(
@@ -282,5 +287,10 @@ def show_result(session: Session, axis: str, folder: Path, identified: Identifie
     for warning in identified.warnings:
         session.out.note(warning)
     session.out.say("saved: " + ", ".join(files))
+    if plant:
+        session.out.say(
+            f"{axis}-identified.toml and 'servoctl tune' also set the plant against which the device checks gains"
+            f" ({plant[0].index:04X}); both write it with --unlock only."
+        )
     session.out.say(f"To design gains from this: 'servoctl tune --axis {axis} --from {folder}'.")
     return int(ExitCode.DIFFERENT if identified.refused else ExitCode.OK)

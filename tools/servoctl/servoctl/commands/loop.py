@@ -27,8 +27,7 @@ from ..limits import Limits, Plan, span
 from ..loop_model import SpeedLoopGains, controller, open_loop, read_gains
 from ..parameter import AXES
 from ..session import Session
-from ..stream import TICK_S
-from ..units import degrees
+from ..units import TICK_S, degrees
 from .motion import run_rates
 
 SETPOINT_TICKS = 2

@@ -20,7 +20,7 @@ from ..bus import open_bus, parse_bus
 from ..errors import ConnectionFailed, InputError
 from ..fault_table import FaultTable, find_faults
 from ..listener import Listener
-from ..parameter import AXES, Parameter
+from ..parameter import AXES, AXIS_SHIFT, Parameter
 from ..power import mode_name, state_of, status_flags
 from ..schema import need_schema
 from ..session import NameType, Session, axis_option, common
@@ -87,7 +87,7 @@ def axis_values(listener: Listener, axis: int) -> dict[str, Any]:
 
     def value(index: int) -> int | None:
         for parameter, observed in listener.values.items():
-            if parameter.index == index + 0x800 * axis and parameter.sub == 0 and now - observed.time_s < STALE_S:
+            if parameter.index == index + AXIS_SHIFT * axis and parameter.sub == 0 and now - observed.time_s < STALE_S:
                 return observed.value if isinstance(observed.value, int) else None
         return None
 

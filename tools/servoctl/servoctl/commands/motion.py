@@ -22,8 +22,8 @@ from ..limits import Guard, Limits, Plan
 from ..live import LiveAxis
 from ..parameter import AXES
 from ..session import Session
-from ..stream import TICK_S, RateStream
-from ..units import degrees
+from ..stream import RateStream
+from ..units import TICK_S, degrees
 from .quantity import DURATION, FASTEST_RATE, LONGEST_TRAVEL
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -12,7 +12,7 @@ from ..bus import open_bus, parse_bus
 from ..device import Device
 from ..drive import Drive
 from ..errors import ExitCode, InputError
-from ..parameter import AXES
+from ..parameter import AXES, AXIS_SHIFT
 from ..session import Session, common
 from ..tuning import set_state
 from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees
@@ -131,10 +131,10 @@ def read_axis(device: Device, axis: int) -> dict[str, Any]:
     """Power state, mode, angle (°), rate (°/s), torque (% of rated) of an axis, from the device."""
     drive = Drive(device, axis)
     status = drive.statusword()
-    torque = device.try_upload(0x6077 + 0x800 * axis)
-    position = device.try_upload(0x6064 + 0x800 * axis)
-    rate = device.try_upload(0x606C + 0x800 * axis)
-    code = device.try_upload(0x603F + 0x800 * axis)
+    torque = device.try_upload(0x6077 + AXIS_SHIFT * axis)
+    position = device.try_upload(0x6064 + AXIS_SHIFT * axis)
+    rate = device.try_upload(0x606C + AXIS_SHIFT * axis)
+    code = device.try_upload(0x603F + AXIS_SHIFT * axis)
 
     def whole(data: bytes | None) -> int | None:
         return None if data is None else int.from_bytes(data, "little", signed=True)

@@ -7,13 +7,14 @@ from typing import Any
 
 import click
 
+from ..access_lock import unlocked
 from ..device import Device
 from ..errors import InputError, Refused
 from ..fault_table import find_faults
 from ..parameter import AXES, TYPES, Parameter, Value
 from ..schema import Schema, parse_index
-from ..session import NameType, Session, axis_choice, axis_option, common, unlock_option
-from ..tuning import APPLY, REVERT, UNDO, Change, Tuning, command_set, set_state
+from ..session import NameType, Session, axis_choice, axis_option, common, override_option, unlock_option
+from ..tuning import APPLY, OVERRIDE, REVERT, UNDO, Change, Tuning, command_set, set_state
 from ..units import number
 from .faults import explain_code, show_code
 
@@ -163,6 +164,7 @@ class SetCommand(click.Command):
     "--apply", "apply_staged", is_flag=True, help="Activate all staged values, those staged earlier and those given now."
 )
 @unlock_option
+@override_option
 @click.option(
     "--type", "kind", type=click.Choice(TYPES),
     help="Type of an object given by index that is not in parameters.json."
@@ -170,7 +172,7 @@ class SetCommand(click.Command):
 @common
 def set_(
     session: Session, assignments: tuple[str, ...], axis: str | None, stage: bool, apply_staged: bool, unlock: bool,
-    kind: str | None,
+    override: bool, kind: str | None,
 ) -> None:  # fmt: skip
     """Set parameters: all values are staged, applied in one tick, and read back.
 
@@ -180,17 +182,20 @@ def set_(
         raise InputError("--stage and --apply exclude each other.")
     if not assignments and not apply_staged:
         raise InputError("nothing to set: expected NAME=VALUE.")
+    if stage and override:
+        raise InputError("--stage applies nothing: give --override-gain-check with 'servoctl set --apply'.")
     with session.connect() as device:
         values = parse_assignments(device, assignments, axis, kind)
         changes: list[Change] = []
         if values:
             changes = Tuning(device, "set").write(
-                values, apply=not stage, on_top=stage or apply_staged, unlock=unlock
+                values, apply=not stage, on_top=stage or apply_staged, unlock=unlock, override=override
             )
         if apply_staged:
             for number_of_axis in sorted(staged_axes(device)):
                 if axis in (None, AXES[number_of_axis]):
-                    command_set(device, number_of_axis, APPLY)
+                    with unlocked(device, unlock or override, with_torque=True):
+                        command_set(device, number_of_axis, OVERRIDE if override else APPLY)
                     session.out.say(f"{AXES[number_of_axis]}: the staged values are now active.")
     show_changes(session, changes, staged_only=stage)
 

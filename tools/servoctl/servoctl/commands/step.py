@@ -13,8 +13,7 @@ from ..errors import InputError, MotionError
 from ..limits import Limits, Plan, span
 from ..session import Session, common
 from ..step_response import StepNumbers, analyse_step
-from ..stream import TICK_S
-from ..units import degrees
+from ..units import TICK_S, degrees
 from .motion import announce, motion_options, new_path, run_rates, show_files
 from .quantity import DURATION, RATE
 

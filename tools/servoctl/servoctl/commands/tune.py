@@ -22,7 +22,7 @@ from ..identify_program import IdentifyProgram, find_identify
 from ..limits import Limits, Plan, allowed_travel
 from ..loop_model import SpeedLoopGains
 from ..node_limits import read_limits
-from ..parameter import AXES, Parameter, Value
+from ..parameter import AXES, AXIS_SHIFT, PLANT_OBJECT, Parameter, Value
 from ..session import Session, common, unlock_option
 from ..trial_gains import TrialGains
 from ..tuning import Tuning
@@ -105,7 +105,8 @@ def tune(
     """Design gains from an identification, test them on the live axis, and keep them if the margins are met.
 
     The design chooses every value that no option requires. All gains are applied together, then the open loop is
-    measured as in 'servoctl bode'. The old gains are restored on any error, on Ctrl-C, or if the gain or phase margin
+    measured as in 'servoctl bode'. With --unlock, the identified plant (2056) is written too: the device checks gains
+    against it. The old gains are restored on any error, on Ctrl-C, or if the gain or phase margin
     is below the required value (default: the predicted value) by more than the tolerance. 'servoctl undo' restores the
     old gains later. Exit code 1 means that the gains were not kept.
     """
@@ -130,6 +131,13 @@ def tune(
                 raise InputError(in_words_of_options(str(error), work)) from error
         changed = {p: value for p, value in design.gains.items() if present[p] != value}
         show_design(session, design, present, changed)
+        plant = [p for p in changed if p.index == PLANT_OBJECT + AXIS_SHIFT * AXES.index(axis)]
+        if plant and not unlock:
+            changed = {p: value for p, value in changed.items() if p not in plant}
+            session.out.note(
+                f"the identified plant ({plant[0].index:04X}) is locked and stays as it is: the device"
+                " checks the gains against its old plant. With --unlock, this command writes the plant too."
+            )
         if not changed:
             session.out.json({"axis": axis, "kept": True, "changed": []})
             session.out.say("The device already has these gains; nothing to do.")
@@ -219,7 +227,7 @@ def loop_gains(present: dict[Parameter, Value], measured: SpeedLoopGains) -> Spe
         "notch_hz": (0x2040, 1), "notch_width_hz": (0x2040, 2), "notch_depth": (0x2040, 3), "lowpass_hz": (0x2040, 4),
         "lowpass_damping": (0x2040, 5), "observer_on": (0x2020, 1),
     }  # fmt: skip
-    by_place = {(p.index & ~0x800, p.sub): value for p, value in present.items()}
+    by_place = {(p.index & ~AXIS_SHIFT, p.sub): value for p, value in present.items()}
     values: dict[str, Any] = {name: by_place[place] for name, place in places.items()}
     return replace(measured, **values | {"observer_on": values["observer_on"] == 1})
 
