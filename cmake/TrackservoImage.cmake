@@ -20,6 +20,8 @@ function(trackservo_add_image name)
   target_link_libraries(${name} PRIVATE ${board})
   # Its assembler refers to functions by name, which link-time optimisation does not see.
   set_source_files_properties("${start_up}" PROPERTIES COMPILE_OPTIONS -fno-lto)
+  # For object 0x1009: the folders of the product and of the board.
+  target_compile_definitions(${name} PRIVATE TRACKSERVO_PRODUCT="${TRACKSERVO_PRODUCT}" TRACKSERVO_BOARD="${TRACKSERVO_PLATFORM}")
   trackservo_own_code(${name})
   trackservo_optimise_across_files(${name})
   set(image "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${name}")

@@ -11,9 +11,9 @@
 #include "node/shared_dictionary.h"
 #include "parameters/axis_dictionary.h"
 
-enum { FIRST_AXIS_INDEX = 0x2000, AXIS_SHIFT = 0x800, FIRST_SHARED_INDEX = 0x3000 };
+enum { FIRST_AXIS_INDEX = 0x2000, FIRST_SHARED_INDEX = 0x3000 };
 
-_Static_assert(FIRST_AXIS_INDEX + SERVO_AXES * AXIS_SHIFT <= FIRST_SHARED_INDEX,
+_Static_assert(FIRST_AXIS_INDEX + SERVO_AXES * AXIS_INDEX_SHIFT <= FIRST_SHARED_INDEX,
                "a third axis has no room for its parameters: docs/decisions/0025-one-parameter-list.md");
 
 /* Details of FAULT_PARAMETERS_LOST, as a sum. */
@@ -388,7 +388,7 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
   uint32_t count = 0;
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
-    const uint16_t shift = (uint16_t)(i * AXIS_SHIFT);
+    const uint16_t shift = (uint16_t)(i * AXIS_INDEX_SHIFT);
     axis->owner = (tuning_owner){&axis->tuning, &node->board, i, &node->lock};
     axis->limits_owner = (protection_owner){&axis->limits, &axis->monitor.limits, &axis->objects.limit, &node->lock};
     parts[count++] = (od_part){.table = axis_parameters_table,

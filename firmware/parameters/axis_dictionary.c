@@ -7,12 +7,13 @@
 #define LARGEST 1e9f
 
 #define ROW_GROUP(index_, highest_, group_, name_, help_) OD_RECORD_HEAD(index_, highest_, name_, help_),
-#define ROW_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_)              \
-  OD_F32(index_, sub_, OD_RW, OD_STORED | (flags_), axis_tuning, staged.group_.member_, low_, high_, default_, unit_, \
-         name_, help_),
+#define ROW_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_)         \
+  OD_F32(index_, sub_, OD_RW, OD_STORED | ((flags_)&DICTIONARY_FLAGS), axis_tuning, staged.group_.member_, low_, \
+         high_, default_, unit_, name_, help_),
 #define ROW_DESIGNED(...) ROW_REAL(__VA_ARGS__, by_hand)
-#define ROW_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
-  OD_U32(index_, sub_, OD_RW, OD_STORED, axis_tuning, staged.group_.member_, low_, high_, default_, "", name_, help_),
+#define ROW_WHOLE(index_, sub_, flags_, group_, member_, low_, high_, default_, name_, help_, to_, type_)        \
+  OD_U32(index_, sub_, OD_RW, OD_STORED | ((flags_)&DICTIONARY_FLAGS), axis_tuning, staged.group_.member_, low_, \
+         high_, default_, "", name_, help_),
 #define ROW_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(ROW_REAL, sub_, side_, title_)
 #define ROW_END(group_)
 

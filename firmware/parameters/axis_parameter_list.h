@@ -11,15 +11,20 @@
  *     GROUP(index, highest sub-index, group, name, help)    begins the struct member `group`, object `index`
  *     REAL(index, sub, flags, group, member, low, high, default, unit, name, help, to)
  *     DESIGNED(index, sub, flags, group, member, low, high, default, unit, name, help)
- *     WHOLE(index, sub, group, member, low, high, default, name, help, to, type of `to`)
+ *     WHOLE(index, sub, flags, group, member, low, high, default, name, help, to, type of `to`)
  *     DIRECTION(first sub, side, name)                      one direction of the seal, FRICTION_DIRECTION_ROWS
  *     END(group)
  *
  * `to` is the member of servo_axis_params that gets the value. A DESIGNED value goes into a filter or the current loop
- * by hand (axis_parameters.c). Flags: OD_GUARDED where a wrong value can hurt, else 0. Low, high: what a write may
- * bring, and what axis_parameters_check demands. Default: where no design rule and no product decides. */
+ * by hand (axis_parameters.c). Flags: OD_GUARDED where a wrong value can hurt, DECIDES where the value decides whether
+ * the loops are stable, else 0. Low, high: what a write may bring, and what axis_parameters_check demands. Default:
+ * where no design rule and no product decides. */
 #ifndef TRACKSERVO_PARAMETERS_AXIS_PARAMETER_LIST_H
 #define TRACKSERVO_PARAMETERS_AXIS_PARAMETER_LIST_H
+
+/* A flag beside those of the object dictionary, which has 8 bits for them: a set that is refused as unstable names the
+ * one of these values that changed most (axis_tuning.c). */
+enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
 
 /* clang-format off */
 
@@ -43,12 +48,12 @@
 
 #define AXIS_PARAMETERS(GROUP, REAL, DESIGNED, WHOLE, DIRECTION, END)                                                  \
   GROUP(0x2000, 5, speed_loop, "Speed loop", "PI with set-point weight and acceleration feedforward")                  \
-  REAL(0x2000, 1, 0, speed_loop, proportional_nm_s_rad, 0.0f, 1e6f, 720.0f, "N m s/rad",                               \
+  REAL(0x2000, 1, DECIDES, speed_loop, proportional_nm_s_rad, 0.0f, 1e6f, 720.0f, "N m s/rad",                         \
        "Speed loop proportional gain", "2 zeta w J for damping ratio zeta and natural frequency w",                    \
        speed.pi.proportional_gain)                                                                                     \
-  REAL(0x2000, 2, 0, speed_loop, integral_nm_rad, 0.0f, 1e8f, 21600.0f, "N m/rad",                                     \
+  REAL(0x2000, 2, DECIDES, speed_loop, integral_nm_rad, 0.0f, 1e8f, 21600.0f, "N m/rad",                               \
        "Speed loop integral gain", "w^2 J for natural frequency w", speed.pi.integral_gain)                            \
-  REAL(0x2000, 3, 0, speed_loop, setpoint_weight, 0.0f, 1.0f, 0.7f, "",                                                \
+  REAL(0x2000, 3, DECIDES, speed_loop, setpoint_weight, 0.0f, 1.0f, 0.7f, "",                                          \
        "Speed loop set-point weight", "Lower it to reduce overshoot on steps; disturbance rejection does not change",  \
        speed.pi.setpoint_weight)                                                                                       \
   REAL(0x2000, 4, 0, speed_loop, tracking_rate_per_s, 0.0f, 1e3f, 60.0f, "1/s",                                        \
@@ -60,7 +65,7 @@
   END(speed_loop)                                                                                                      \
                                                                                                                        \
   GROUP(0x2010, 3, position_loop, "Position loop", "Computes the rate set-point from the angle error")                 \
-  REAL(0x2010, 1, 0, position_loop, proportional_per_s, 0.01f, 1e3f, 10.0f, "1/s",                                     \
+  REAL(0x2010, 1, DECIDES, position_loop, proportional_per_s, 0.01f, 1e3f, 10.0f, "1/s",                               \
        "Position loop gain", "Bandwidth of the position loop", position.proportional_per_s)                            \
   REAL(0x2010, 2, 0, position_loop, rate_limit_rad_s, 1e-5f, 1e2f, 1.0f, "rad/s",                                      \
        "Rate limit of the outer loops", "Largest rate set-point that the position and tracking loops may request",     \
@@ -70,12 +75,12 @@
   END(position_loop)                                                                                                   \
                                                                                                                        \
   GROUP(0x2011, 5, tracking_loop, "Tracking loop", "Computes the rate set-point from the camera error")                \
-  WHOLE(0x2011, 1, tracking_loop, kind, 0, 1, 1,                                                                       \
+  WHOLE(0x2011, 1, DECIDES, tracking_loop, kind, 0, 1, 1,                                                              \
        "Tracking loop kind", "0: PI on the camera error; 1: predictive", tracker.kind, tracker_kind)                   \
-  REAL(0x2011, 2, 0, tracking_loop, proportional_per_s, 0.0f, 1e2f, 20.0f, "1/s",                                      \
+  REAL(0x2011, 2, DECIDES, tracking_loop, proportional_per_s, 0.0f, 1e2f, 20.0f, "1/s",                                \
        "Tracking loop proportional gain", "Rate per camera error (kind 1: predicted error)",                           \
        tracker.proportional_per_s)                                                                                     \
-  REAL(0x2011, 3, 0, tracking_loop, integral_per_s2, 0.0f, 1e3f, 0.0f, "1/s^2",                                        \
+  REAL(0x2011, 3, DECIDES, tracking_loop, integral_per_s2, 0.0f, 1e3f, 0.0f, "1/s^2",                                  \
        "Tracking loop integral gain", "Used by kind 0 only", tracker.integral_per_s2)                                  \
   REAL(0x2011, 4, 0, tracking_loop, estimator_rad_s, 0.1f, 50.0f, 4.0f, "rad/s",                                       \
        "Target estimator bandwidth", "Used by kind 1 only: how fast target rate and acceleration are estimated",       \
@@ -85,14 +90,14 @@
   END(tracking_loop)                                                                                                   \
                                                                                                                        \
   GROUP(0x2020, 5, observer, "Disturbance observer", "Velocity disturbance observer with first-order Q filter")        \
-  WHOLE(0x2020, 1, observer, on, 0, 1, 1,                                                                              \
+  WHOLE(0x2020, 1, DECIDES, observer, on, 0, 1, 1,                                                                     \
        "Observer on", "0: off; 1: the estimated disturbance is compensated", speed.observer_on, bool)                  \
-  REAL(0x2020, 2, 0, observer, inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                                             \
+  REAL(0x2020, 2, DECIDES, observer, inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                                       \
        "Observer inertia", "Nominal inertia J of the axis", speed.observer.inertia_kg_m2)                              \
   REAL(0x2020, 3, 0, observer, viscous_nm_s_rad, 0.0f, 1e4f, 0.0f, "N m s/rad",                                        \
        "Observer viscous coefficient", "0: the observer or the friction feedforward compensates viscous torque",       \
        speed.observer.viscous_nm_s_rad)                                                                                \
-  REAL(0x2020, 4, 0, observer, bandwidth_rad_s, 0.01f, 1e3f, 220.0f, "rad/s",                                          \
+  REAL(0x2020, 4, DECIDES, observer, bandwidth_rad_s, 0.01f, 1e3f, 220.0f, "rad/s",                                    \
        "Observer bandwidth", "Higher: less phase margin, more torque noise; adds J w to the proportional gain",        \
        speed.observer.bandwidth_rad_s)                                                                                 \
   REAL(0x2020, 5, 0, observer, limit_nm, 0.0f, 1e4f, 40.0f, "N m",                                                     \
@@ -101,7 +106,7 @@
                                                                                                                        \
   GROUP(0x2030, 14, friction, "Friction feedforward",                                                                  \
         "LuGre model of the seal, with separate values for each direction")                                            \
-  WHOLE(0x2030, 1, friction, model, 0, 3, 3,                                                                           \
+  WHOLE(0x2030, 1, 0, friction, model, 0, 3, 3,                                                                        \
        "Friction model", "0: off; 1: Coulomb and viscous; 2: eq. (5); 3: LuGre", speed.friction.model, friction_model) \
   REAL(0x2030, 2, 0, friction, gain, 0.0f, 1.5f, 1.0f, "",                                                             \
        "Friction feedforward gain", "Factor on the model's torque; 1: full compensation", speed.friction.gain)         \
@@ -120,25 +125,25 @@
   END(friction)                                                                                                        \
                                                                                                                        \
   GROUP(0x2040, 5, filters, "Filters", "Filters of the measured rate")                                                 \
-  DESIGNED(0x2040, 1, 0, filters, notch_hz, 0.0f, 490.0f, 0.0f, "Hz",                                                  \
+  DESIGNED(0x2040, 1, DECIDES, filters, notch_hz, 0.0f, 490.0f, 0.0f, "Hz",                                            \
        "Notch frequency", "0: off")                                                                                    \
-  DESIGNED(0x2040, 2, 0, filters, notch_width_hz, 0.001f, 980.0f, 10.0f, "Hz",                                         \
+  DESIGNED(0x2040, 2, DECIDES, filters, notch_width_hz, 0.001f, 980.0f, 10.0f, "Hz",                                   \
        "Notch width", "Width between the -3 dB frequencies")                                                           \
-  DESIGNED(0x2040, 3, 0, filters, notch_depth, 0.0f, 1.0f, 0.1f, "",                                                   \
+  DESIGNED(0x2040, 3, DECIDES, filters, notch_depth, 0.0f, 1.0f, 0.1f, "",                                             \
        "Notch depth", "Gain at the notch frequency")                                                                   \
-  DESIGNED(0x2040, 4, 0, filters, lowpass_hz, 0.0f, 490.0f, 0.0f, "Hz",                                                \
+  DESIGNED(0x2040, 4, DECIDES, filters, lowpass_hz, 0.0f, 490.0f, 0.0f, "Hz",                                          \
        "Low-pass frequency", "0: off")                                                                                 \
-  DESIGNED(0x2040, 5, 0, filters, lowpass_damping, 0.1f, 2.0f, 0.7f, "",                                               \
+  DESIGNED(0x2040, 5, DECIDES, filters, lowpass_damping, 0.1f, 2.0f, 0.7f, "",                                         \
        "Low-pass damping", "0.7 gives the flattest pass band")                                                         \
   END(filters)                                                                                                         \
                                                                                                                        \
   GROUP(0x2050, 3, sensors, "Rate sensors", "Sensors that measure the rate")                                           \
-  WHOLE(0x2050, 1, sensors, source, 0, 2, 2,                                                                           \
+  WHOLE(0x2050, 1, DECIDES, sensors, source, 0, 2, 2,                                                                  \
        "Rate source", "0: encoder; 1: gyro; 2: fused", speed.rate_fusion.source, rate_source)                          \
-  REAL(0x2050, 2, 0, sensors, crossover_rad_s, 0.01f, 2e3f, 62.8f, "rad/s",                                            \
+  REAL(0x2050, 2, DECIDES, sensors, crossover_rad_s, 0.01f, 2e3f, 62.8f, "rad/s",                                      \
        "Fusion crossover", "Below it the gyro is used (sees base motion), above it the encoder (less noise)",          \
        speed.rate_fusion.crossover_rad_s)                                                                              \
-  WHOLE(0x2050, 3, sensors, window_ticks, 2, 16, 2,                                                                    \
+  WHOLE(0x2050, 3, DECIDES, sensors, window_ticks, 2, 16, 2,                                                           \
        "Rate estimator window", "Number of angles used for the slope; 2 for high-resolution encoders",                 \
        speed.rate_estimator.window_ticks, int)                                                                         \
   END(sensors)                                                                                                         \
@@ -152,16 +157,16 @@
        "Winding inductance", "L of the winding")                                                                       \
   DESIGNED(0x2055, 4, OD_GUARDED, motor, back_emf_v_s_rad, 0.0f, 1e3f, 2.5f, "V s/rad",                                \
        "Back-EMF constant", "Ke: voltage per speed")                                                                   \
-  DESIGNED(0x2055, 5, OD_GUARDED, motor, bandwidth_rad_s, 2.0f, 16000.0f, 6283.0f, "rad/s",                            \
+  DESIGNED(0x2055, 5, OD_GUARDED | DECIDES, motor, bandwidth_rad_s, 2.0f, 16000.0f, 6283.0f, "rad/s",                  \
        "Current loop bandwidth", "Bandwidth of the first-order closed loop")                                           \
   REAL(0x2055, 6, OD_GUARDED, motor, current_limit_a, 0.0f, 1e4f, 16.0f, "A",                                          \
        "Current limit", "In both directions", current_limit_a)                                                         \
   END(motor)                                                                                                           \
                                                                                                                        \
   GROUP(0x2056, 8, plant, "Identified plant", "The axis as identified: gains are checked against it")                  \
-  REAL(0x2056, 1, OD_GUARDED, plant, inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                                       \
+  REAL(0x2056, 1, OD_GUARDED | DECIDES, plant, inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                             \
        "Plant inertia", "Largest inertia of the axis within its travel", plant_inertia_kg_m2)                          \
-  DESIGNED(0x2056, 2, OD_GUARDED, plant, min_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                             \
+  DESIGNED(0x2056, 2, OD_GUARDED, plant, min_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                               \
        "Plant inertia minimum", "Smallest inertia of the axis within its travel")                                      \
   DESIGNED(0x2056, 3, OD_GUARDED, plant, viscous_nm_s_rad, 0.0f, 1e4f, 8.0f, "N m s/rad",                              \
        "Plant viscous coefficient", "Friction torque per speed of the sliding seal")                                   \

@@ -12,7 +12,7 @@ _Static_assert(sizeof(axis_parameters) % 4 == 0, "there must be no padding in wh
 
 /* --- each value by itself ----------------------------------------------------------------------------------------- */
 
-static float value_at(const axis_parameters *parameters, const od_entry *entry) {
+float axis_parameters_value(const axis_parameters *parameters, const od_entry *entry) {
   const char *place = (const char *)parameters + entry->offset;
   if (entry->type == OD_REAL32) {
     float value;
@@ -24,7 +24,7 @@ static float value_at(const axis_parameters *parameters, const od_entry *entry) 
   return (float)value;
 }
 
-static bool is_parameter(const od_entry *entry) { return (entry->flags & OD_STORED) != 0; }
+bool axis_parameters_has(const od_entry *entry) { return (entry->flags & OD_STORED) != 0; }
 
 static scalar_range range_of(const od_entry *entry) {
   const bool real = entry->type == OD_REAL32;
@@ -35,9 +35,9 @@ static scalar_range range_of(const od_entry *entry) {
 static parameter_refusal check_rows(const axis_parameters *p) {
   for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
     const od_entry *entry = &axis_parameters_table.entries[i];
-    if (is_parameter(entry)) {
+    if (axis_parameters_has(entry)) {
       scalar_range range = range_of(entry);
-      range.value = value_at(p, entry);
+      range.value = axis_parameters_value(p, entry);
       const control_status status = scalar_check_ranges(&range, 1);
       if (status != CONTROL_OK) {
         return (parameter_refusal){status, PARAMETER_OBJECT(entry->index, entry->sub), 0, range.low, range.high};
@@ -54,7 +54,7 @@ static parameter_refusal refuse(control_status status, uint32_t object, uint32_t
   parameter_refusal refusal = {status, object, bound_by, low, high};
   for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
     const od_entry *entry = &axis_parameters_table.entries[i];
-    if (is_parameter(entry) && PARAMETER_OBJECT(entry->index, entry->sub) == object) {
+    if (axis_parameters_has(entry) && PARAMETER_OBJECT(entry->index, entry->sub) == object) {
       const scalar_range range = range_of(entry);
       refusal.low = scalar_max(low, range.low);
       refusal.high = scalar_min(high, range.high);
@@ -119,7 +119,7 @@ static void copy_to_blocks(const axis_parameters *p, servo_axis_params *all) {
 #define COPY_NOTHING(...)
 #define COPY_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) \
   all->to_ = p->group_.member_;
-#define COPY_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
+#define COPY_WHOLE(index_, sub_, flags_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
   all->to_ = (type_)p->group_.member_;
 #define COPY_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(COPY_REAL, sub_, side_, title_)
   AXIS_PARAMETERS(COPY_NOTHING, COPY_REAL, COPY_NOTHING, COPY_WHOLE, COPY_DIRECTION, COPY_NOTHING)

@@ -7,9 +7,11 @@
 #ifndef TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 #define TRACKSERVO_PARAMETERS_AXIS_PARAMETERS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/refusal.h"
+#include "canopen/object_dictionary.h"
 #include "parameters/axis_parameter_list.h"
 #include "servo/servo_axis.h"
 
@@ -17,7 +19,8 @@
 #define AXIS_GROUP(index_, highest_, group_, name_, help_) struct {
 #define AXIS_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) float member_;
 #define AXIS_DESIGNED(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_) float member_;
-#define AXIS_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) uint32_t member_;
+#define AXIS_WHOLE(index_, sub_, flags_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
+  uint32_t member_;
 #define AXIS_DIRECTION(sub_, side_, title_) lugre_direction side_;
 /* clang-format off */
 #define AXIS_END(group_) } group_;
@@ -37,6 +40,10 @@ control_status axis_parameters_build(const axis_parameters *parameters, servo_ax
  * CONTROL_OK when it takes them. First each value by itself, as the list says, then what must hold between two. Cost:
  * as axis_parameters_build, and the search for a row when something is wrong. */
 parameter_refusal axis_parameters_check(const axis_parameters *parameters);
+
+/* Whether a row of axis_parameters_table is a member of axis_parameters, and the value of this member. */
+bool axis_parameters_has(const od_entry *entry);
+float axis_parameters_value(const axis_parameters *parameters, const od_entry *entry);
 
 /* CRC-32 (IEEE 802.3) over the values, to distinguish sets. */
 uint32_t axis_parameters_crc(const axis_parameters *parameters);

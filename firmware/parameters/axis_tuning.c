@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/scalar.h"
+#include "parameters/axis_dictionary.h"
 #include "servo/servo_axis.h"
 #include "servo/servo_timing.h"
 
@@ -72,77 +73,45 @@ static void input_of(const axis_parameters *set, const servo_axis_params *built,
   };
 }
 
-/* A value that decides about stability. */
-typedef struct {
-  uint32_t object;
-  uint16_t offset;
-  bool whole; /* uint32_t, otherwise float */
-} deciding_value;
+/* Whether each member of axis_parameters decides about stability. */
+#define DECIDES_NOTHING(...)
+#define DECIDES_ROW(index_, sub_, flags_, ...) ((flags_)&DECIDES) != 0,
+#define DECIDES_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(DECIDES_ROW, sub_, side_, title_)
+static const bool kDecides[] = {
+    AXIS_PARAMETERS(DECIDES_NOTHING, DECIDES_ROW, DECIDES_ROW, DECIDES_ROW, DECIDES_DIRECTION, DECIDES_NOTHING)};
+_Static_assert(sizeof kDecides / sizeof kDecides[0] == sizeof(axis_parameters) / sizeof(float), "a row per member");
 
-#define DECIDING(index_, sub_, member_) \
-  { PARAMETER_OBJECT(index_, sub_), (uint16_t)offsetof(axis_parameters, member_), false }
-#define DECIDING_WHOLE(index_, sub_, member_) \
-  { PARAMETER_OBJECT(index_, sub_), (uint16_t)offsetof(axis_parameters, member_), true }
-
-/* Of equal changes the first counts. The last one is named when nothing has changed: a set that is refused then does
- * not suit its plant. */
-static const deciding_value kDeciding[] = {
-    DECIDING(0x2000, 1, speed_loop.proportional_nm_s_rad),
-    DECIDING(0x2000, 2, speed_loop.integral_nm_rad),
-    DECIDING(0x2020, 4, observer.bandwidth_rad_s),
-    DECIDING(0x2020, 2, observer.inertia_kg_m2),
-    DECIDING_WHOLE(0x2020, 1, observer.on),
-    DECIDING(0x2040, 4, filters.lowpass_hz),
-    DECIDING(0x2040, 5, filters.lowpass_damping),
-    DECIDING(0x2040, 1, filters.notch_hz),
-    DECIDING(0x2040, 2, filters.notch_width_hz),
-    DECIDING(0x2040, 3, filters.notch_depth),
-    DECIDING_WHOLE(0x2050, 3, sensors.window_ticks),
-    DECIDING(0x2050, 2, sensors.crossover_rad_s),
-    DECIDING_WHOLE(0x2050, 1, sensors.source),
-    DECIDING(0x2010, 1, position_loop.proportional_per_s),
-    DECIDING(0x2011, 2, tracking_loop.proportional_per_s),
-    DECIDING(0x2011, 3, tracking_loop.integral_per_s2),
-    DECIDING_WHOLE(0x2011, 1, tracking_loop.kind),
-    DECIDING(0x2000, 3, speed_loop.setpoint_weight),
-    DECIDING(0x2055, 5, motor.bandwidth_rad_s),
-    DECIDING(0x2056, 1, plant.inertia_kg_m2),
-};
-enum { DECIDING_VALUES = sizeof kDeciding / sizeof kDeciding[0] };
-
-static float value_in(const axis_parameters *set, const deciding_value *value) {
-  const char *place = (const char *)set + value->offset;
-  if (value->whole) {
-    uint32_t whole;
-    memcpy(&whole, place, sizeof whole);
-    return (float)whole;
-  }
-  float real;
-  memcpy(&real, place, sizeof real);
-  return real;
+static bool decides(const od_entry *entry) {
+  return axis_parameters_has(entry) && kDecides[entry->offset / sizeof(float)];
 }
 
 /* How far two values are apart, 0 .. 1. */
-static float change_of(const axis_tuning *tuning, const deciding_value *value) {
-  const float staged = value_in(&tuning->staged, value);
-  const float active = value_in(&tuning->active, value);
+static float change_of(const axis_tuning *tuning, const od_entry *entry) {
+  const float staged = axis_parameters_value(&tuning->staged, entry);
+  const float active = axis_parameters_value(&tuning->active, entry);
   const float larger = scalar_max(scalar_abs(staged), scalar_abs(active));
   return larger > 0.0f ? scalar_abs(staged - active) / larger : 0.0f;
 }
 
-/* What was active is right, and nothing is known beyond it. */
+/* What was active is right, and nothing is known beyond it. Of equal changes the first counts. When nothing has
+ * changed, the set does not suit its plant: then the plant's inertia is named. */
 static parameter_refusal unstable(const axis_tuning *tuning) {
-  const deciding_value *worst = &kDeciding[DECIDING_VALUES - 1];
+  parameter_refusal refusal = {.status = CONTROL_UNSTABLE,
+                               .object = PARAMETER_OBJECT(0x2056, 1),
+                               .low = tuning->active.plant.inertia_kg_m2,
+                               .high = tuning->active.plant.inertia_kg_m2};
   float most = 0.0f;
-  for (int i = 0; i < DECIDING_VALUES; ++i) {
-    const float change = change_of(tuning, &kDeciding[i]);
+  for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
+    const od_entry *entry = &axis_parameters_table.entries[i];
+    const float change = decides(entry) ? change_of(tuning, entry) : 0.0f;
     if (change > most) {
       most = change;
-      worst = &kDeciding[i];
+      refusal.object = PARAMETER_OBJECT(entry->index, entry->sub);
+      refusal.low = axis_parameters_value(&tuning->active, entry);
+      refusal.high = refusal.low;
     }
   }
-  const float active = value_in(&tuning->active, worst);
-  return (parameter_refusal){.status = CONTROL_UNSTABLE, .object = worst->object, .low = active, .high = active};
+  return refusal;
 }
 
 static bool start_judging(axis_tuning *tuning, uint32_t crc) {

@@ -4,23 +4,17 @@
 
 #include "base/siphash.h"
 
-/* NULL: the request came through no SDO channel. */
-static access_client *caller_of(access_lock *lock) {
-  return *lock->caller < ACCESS_LOCK_CLIENTS ? &lock->client[*lock->caller] : NULL;
-}
+static bool has_caller(const access_lock *lock) { return *lock->caller < ACCESS_LOCK_CLIENTS; }
 
-static const access_client *const_caller_of(const access_lock *lock) {
-  return *lock->caller < ACCESS_LOCK_CLIENTS ? &lock->client[*lock->caller] : NULL;
-}
+/* NULL: the request came through no SDO channel. */
+static access_client *caller_of(access_lock *lock) { return has_caller(lock) ? &lock->client[*lock->caller] : NULL; }
 
 uint32_t access_lock_ticks_left(const access_lock *lock) {
-  const access_client *client = const_caller_of(lock);
-  return client == NULL ? 0 : client->ticks_left;
+  return has_caller(lock) ? lock->client[*lock->caller].ticks_left : 0;
 }
 
 uint32_t access_lock_delay_ticks(const access_lock *lock) {
-  const access_client *client = const_caller_of(lock);
-  return client == NULL ? 0 : client->delay_ticks;
+  return has_caller(lock) ? lock->client[*lock->caller].delay_ticks : 0;
 }
 
 bool access_lock_is_open(const access_lock *lock) { return access_lock_ticks_left(lock) > 0; }

@@ -30,7 +30,6 @@ constexpr const char *kDeviceTable = "device";
 constexpr std::uint16_t kAccessLock = 0x3040;
 constexpr std::uint32_t kOpen = ACCESS_LOCK_WORD;
 constexpr std::uint16_t kTuning = 0x2070;
-constexpr std::uint16_t kAxisShift = 0x800;
 constexpr std::uint32_t kApply = 1;
 constexpr std::uint8_t kRefusedObject = 6;  // 2070:6 to 9
 
@@ -218,8 +217,8 @@ axis_parameters staged_on(CheckedDevice& device, std::uint16_t axis_shift) {
 
 // At the line of the value that 2070:6 to 9 name, or of the axis when the file does not hold it.
 ConfigError refused_set(CheckedDevice& device, const Gains& gains, int axis, std::uint32_t abort_code) {
-  const std::uint16_t tuning = static_cast<std::uint16_t>(kTuning + kAxisShift * axis);
-  const std::uint32_t shift = PARAMETER_OBJECT(kAxisShift * axis, 0);
+  const std::uint16_t tuning = static_cast<std::uint16_t>(kTuning + AXIS_INDEX_SHIFT * axis);
+  const std::uint32_t shift = PARAMETER_OBJECT(AXIS_INDEX_SHIFT * axis, 0);
   const std::optional<std::uint32_t> object = device.read(tuning, kRefusedObject);
   const std::optional<std::uint32_t> low = device.read(tuning, kRefusedObject + 1);
   const std::optional<std::uint32_t> high = device.read(tuning, kRefusedObject + 2);
@@ -231,11 +230,11 @@ ConfigError refused_set(CheckedDevice& device, const Gains& gains, int axis, std
   }
   const parameter_refusal refusal = {CONTROL_INCONSISTENT, *object - shift, *bound_by == 0 ? 0 : *bound_by - shift,
                                      real_of(*low), real_of(*high)};
-  const axis_parameters staged = staged_on(device, static_cast<std::uint16_t>(kAxisShift * axis));
+  const axis_parameters staged = staged_on(device, static_cast<std::uint16_t>(AXIS_INDEX_SHIFT * axis));
   const auto named = std::find_if(gains.values.begin(), gains.values.end(),
                                   [&](const Gain& gain) { return PARAMETER_OBJECT(gain.index, gain.sub) == *object; });
   return gains.lines.error(named == gains.values.end() ? axis_name(axis) : named->name, "is refused by the firmware",
-                           dictionary::refusal_text(refusal, staged, kAxisShift * static_cast<unsigned>(axis)));
+                           dictionary::refusal_text(refusal, staged, AXIS_INDEX_SHIFT * static_cast<unsigned>(axis)));
 }
 
 }  // namespace
@@ -252,7 +251,8 @@ void apply_gains(CheckedDevice& device, const Gains& gains) {
                      4);  // of dangerous limits; a device that needs it and does not have it is refused below
   write_all(device, gains);
   for (std::uint16_t axis = 0; axis < kAxes; ++axis) {
-    const std::uint32_t answer = device.write(static_cast<std::uint16_t>(kTuning + kAxisShift * axis), 1, kApply, 1);
+    const std::uint32_t answer =
+        device.write(static_cast<std::uint16_t>(kTuning + AXIS_INDEX_SHIFT * axis), 1, kApply, 1);
     if (answer != 0) {
       throw refused_set(device, gains, axis, answer);
     }

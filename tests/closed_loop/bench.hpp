@@ -17,7 +17,7 @@ namespace bench {
 
 namespace sim = trackservo::sim;
 
-constexpr double kRadPerDeg = sim::kPi / 180.0;
+using sim::kRadPerDeg;
 
 inline sim::Study study(const std::string& experiment, const std::string& plant, tracker_kind tracker = TRACKER_PI) {
   sim::Study study;

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "bench.hpp"
-#include "commission/acquisition.hpp"
+#include "commissioning/acquisition.hpp"
 #include "design/control_design.hpp"
 #include "support/check.h"
 #include "unity.h"

@@ -61,7 +61,7 @@ void test_measured_loop_gain_agrees_with_the_computed_one() {
   for (std::size_t i = 0; i < measured.frequency_hz.size(); ++i) {
     const std::complex<double> ratio = measured.loop_gain[i] / computed.loop_gain[i];
     TEST_ASSERT_DOUBLE_WITHIN(1.5, 0.0, 20.0 * std::log10(std::abs(ratio)));
-    TEST_ASSERT_DOUBLE_WITHIN(10.0, 0.0, std::arg(ratio) * 180.0 / sim::kPi);
+    TEST_ASSERT_DOUBLE_WITHIN(10.0, 0.0, std::arg(ratio) * sim::kDegPerRad);
   }
   const sim::Margins by_machine = sim::margins_of(measured);
   const sim::Margins by_equations = sim::margins_of(computed);
@@ -115,7 +115,7 @@ void test_margins_of_an_integrator_with_dead_time_are_the_textbook_ones() {
   }
   const sim::Margins margins = sim::margins_of(response);
   TEST_ASSERT_DOUBLE_WITHIN(0.05, gain_rad_s / (2.0 * sim::kPi), margins.crossover_hz);
-  TEST_ASSERT_DOUBLE_WITHIN(0.1, 90.0 - gain_rad_s * dead_time_s * 180.0 / sim::kPi, margins.phase_margin_deg);
+  TEST_ASSERT_DOUBLE_WITHIN(0.1, 90.0 - gain_rad_s * dead_time_s * sim::kDegPerRad, margins.phase_margin_deg);
   TEST_ASSERT_DOUBLE_WITHIN(0.05, 20.0 * std::log10(sim::kPi / (2.0 * gain_rad_s * dead_time_s)),
                             margins.gain_margin_db);
   TEST_ASSERT_DOUBLE_WITHIN(0.1, 1.0 / (4.0 * dead_time_s), margins.phase_crossover_hz);

@@ -22,7 +22,6 @@ extern "C" void tearDown() {}
 namespace {
 
 constexpr double kLongest_s = 20.0;
-constexpr double kDegree = sim::kPi / 180.0;
 constexpr int kSeeds = 5;
 
 const sim::NodeSetup& setup() {
@@ -134,8 +133,8 @@ void check(const Case& one) {
         "%-34s %s: %d of %d after %5.0f ms, %5.1f deg/s, at most %5.1f, %6.2f deg to detection, %6.2f to rest, "
         "faults%s\n",
         one.name, axis == sim::kAzimuth ? "azimuth" : "pitch  ", of_axis.seen, of_axis.runs, 1e3 * of_axis.detection_s,
-        of_axis.speed_rad_s / kDegree, of_axis.max_rad_s / kDegree, of_axis.wrong_rad / kDegree,
-        of_axis.travel_rad / kDegree, names(of_axis.faults).c_str());
+        of_axis.speed_rad_s / sim::kRadPerDeg, of_axis.max_rad_s / sim::kRadPerDeg, of_axis.wrong_rad / sim::kRadPerDeg,
+        of_axis.travel_rad / sim::kRadPerDeg, names(of_axis.faults).c_str());
     TEST_ASSERT_EQUAL_MESSAGE(of_axis.runs, of_axis.seen, one.name);
     TEST_ASSERT_EQUAL_HEX64_MESSAGE(0, of_axis.faults & ~one.expected, one.name);
     TEST_ASSERT_TRUE_MESSAGE(of_axis.detection_s <= one.detection_s, one.name);
@@ -153,13 +152,14 @@ void test_sensors_that_are_wrong_together_are_found_by_the_motor() {
   const fault_set moving = motor | fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_MOTOR_WEAK);
   const Case cases[] = {
       // At rest nothing shows until the torque of the blind loop has overcome the friction.
-      {"frozen, set-point 0", motor, 0.0, 0.0, show(0.0), 3.0, 7.0 * kDegree, 2.0 * kDegree},
-      {"frozen, set-point 0, motor known", motor, 0.0, 2.0, show(0.0), 3.0, 7.0 * kDegree, 2.0 * kDegree},
-      {"frozen, 1 deg/s", moving, 0.0175, 0.5, show(0.0), 0.05, 20.0 * kDegree, 4.0 * kDegree},
-      {"frozen, 20 deg/s", moving, 0.35, 0.5, show(0.0), 0.05, 33.0 * kDegree, 9.0 * kDegree},
-      {"half, 20 deg/s", motor, 0.35, 0.0, show(0.5), 0.1, 43.0 * kDegree, 16.0 * kDegree},
-      {"half, 20 deg/s, motor known", motor, 0.35, 1.0, show(0.5), 0.1, 43.0 * kDegree, 16.0 * kDegree},
-      {"half, 40 deg/s", moving, 0.7, 0.0, show(0.5), 0.05, 53.0 * kDegree, 16.0 * kDegree},
+      {"frozen, set-point 0", motor, 0.0, 0.0, show(0.0), 3.0, 7.0 * sim::kRadPerDeg, 2.0 * sim::kRadPerDeg},
+      {"frozen, set-point 0, motor known", motor, 0.0, 2.0, show(0.0), 3.0, 7.0 * sim::kRadPerDeg,
+       2.0 * sim::kRadPerDeg},
+      {"frozen, 1 deg/s", moving, 0.0175, 0.5, show(0.0), 0.05, 20.0 * sim::kRadPerDeg, 4.0 * sim::kRadPerDeg},
+      {"frozen, 20 deg/s", moving, 0.35, 0.5, show(0.0), 0.05, 33.0 * sim::kRadPerDeg, 9.0 * sim::kRadPerDeg},
+      {"half, 20 deg/s", motor, 0.35, 0.0, show(0.5), 0.1, 43.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
+      {"half, 20 deg/s, motor known", motor, 0.35, 1.0, show(0.5), 0.1, 43.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
+      {"half, 40 deg/s", moving, 0.7, 0.0, show(0.5), 0.05, 53.0 * sim::kRadPerDeg, 16.0 * sim::kRadPerDeg},
   };
   for (const Case& one : cases) {
     check(one);
@@ -169,7 +169,7 @@ void test_sensors_that_are_wrong_together_are_found_by_the_motor() {
 void test_a_motor_with_half_its_torque_is_found_under_excitation() {
   const fault_set weak = fault_bit(FAULT_MOTOR_WEAK) | fault_bit(FAULT_MOTOR_CONTRADICTS);
   check({"motor x 0.5, +-40 deg/s", weak, 0.7, 0.5, [](sim::BrokenAxis& b) { b.motor_share = 0.5; }, 8.0,
-         45.0 * kDegree, 150.0 * kDegree, true});
+         45.0 * sim::kRadPerDeg, 150.0 * sim::kRadPerDeg, true});
 }
 
 int plants = 20;  // `test_witness 1000` tries more

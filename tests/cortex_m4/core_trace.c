@@ -38,7 +38,7 @@ void trace_visit_params(const trace_visitor *visitor, servo_params *params) {
 #define VISIT_NOTHING(...)
 #define VISIT_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) \
   FLOAT(axis->to_);
-#define VISIT_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
+#define VISIT_WHOLE(index_, sub_, flags_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
   INTEGER(type_, axis->to_);
 #define VISIT_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(VISIT_REAL, sub_, side_, title_)
   for (int i = 0; i < SERVO_AXES; ++i) {

@@ -40,7 +40,7 @@ inline FrequencyResponse measured(const sim::PlantConfig& plant, int axis, const
   request.plant = &plant;
   request.params = params_with(plant, axis, designed);
   request.axis = axis;
-  request.bias_rate_rad_s = pre_sliding ? 0.0 : 2.0 * bench::kDegree;
+  request.bias_rate_rad_s = pre_sliding ? 0.0 : 2.0 * bench::kRadPerDeg;
   request.torque_rms_nm = (pre_sliding ? 0.2 : 1.0) * coulomb_nm;
   request.first_hz = 0.25 * predicted.crossover_hz;
   request.last_hz = std::min(450.0, std::max(10.0 * predicted.crossover_hz, 1.3 * predicted.phase_crossover_hz));

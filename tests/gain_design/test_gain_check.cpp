@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/random.hpp"
+#include "units.hpp"
 #include "unity.h"
 
 extern "C" {
@@ -25,7 +26,7 @@ extern "C" void tearDown() {}
 namespace {
 
 using Row = Eigen::RowVectorXd;
-constexpr double kTick_s = 1e-3;
+using trackservo::kTick_s;
 constexpr int kStates = 110;
 constexpr int kCommands = 14;     // past torques
 constexpr int kAngles = 15;       // past angles

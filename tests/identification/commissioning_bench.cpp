@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "commission/commission.hpp"
-#include "commission/true_parameters.hpp"
+#include "commissioning/commissioning.hpp"
+#include "commissioning/true_parameters.hpp"
 #include "design/control_design.hpp"
 
 namespace commissioning_bench {

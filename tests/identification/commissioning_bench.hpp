@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "commission/acquisition.hpp"
+#include "commissioning/acquisition.hpp"
 #include "config/plant_config.hpp"
 #include "identification/identification.hpp"
 #include "test_plan/test_plan.hpp"
@@ -16,7 +16,7 @@ namespace sim = trackservo::sim;
 namespace identification = trackservo::identification;
 namespace commissioning = trackservo::commissioning;
 
-constexpr double kRadPerDeg = sim::kPi / 180.0;
+using sim::kRadPerDeg;
 
 struct BenchSetup {
   sim::PlantConfig plant;

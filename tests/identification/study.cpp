@@ -8,7 +8,7 @@
 #include <cmath>
 #include <functional>
 
-#include "commission/commission.hpp"
+#include "commissioning/commissioning.hpp"
 #include "commissioning_bench.hpp"
 
 namespace identification = trackservo::identification;

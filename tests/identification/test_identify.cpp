@@ -2,7 +2,7 @@
 #include <cmath>
 #include <string>
 
-#include "commission/commission.hpp"
+#include "commissioning/commissioning.hpp"
 #include "commissioning_bench.hpp"
 #include "design/control_design.hpp"
 #include "design/true_plant.hpp"
@@ -156,7 +156,7 @@ void test_a_first_look_of_a_minute_sizes_the_test_plan() {
     direction->viscous_nm_s_rad *= 0.1;
   }
   const Recording recording = first_look(setup);
-  CHECK_AT_MOST("seconds", 90, static_cast<double>(recording.ticks()) * identification::kTick_s);
+  CHECK_AT_MOST("seconds", 90, static_cast<double>(recording.ticks()) * trackservo::kTick_s);
   const Identification result = identification::identify(recording);
   TEST_ASSERT_FALSE_MESSAGE(result.complete(), "two places and a minute cannot do for everything");
   expect_rough_truth(setup, result, false);

@@ -53,7 +53,7 @@ void test_the_window_balances_torque_and_motion_of_quick_turns() {
     std::vector<double> torque;
     std::vector<double> angle;
     for (int tick = 0; tick < 600; ++tick) {
-      torque.push_back((integral(tick) - integral(tick - 1)) / identification::kTick_s);
+      torque.push_back((integral(tick) - integral(tick - 1)) / trackservo::kTick_s);
       angle.push_back(-std::cos(pulse_rad_s * 1e-3 * tick) / (inertia * pulse_rad_s * pulse_rad_s));
     }
     double worst = 0;

@@ -27,26 +27,6 @@ od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t su
   return OD_OK;
 }
 
-uint16_t od_type_bytes(od_type type) {
-  switch (type) {
-    case OD_BOOLEAN:
-    case OD_INTEGER8:
-    case OD_UNSIGNED8:
-      return 1;
-    case OD_INTEGER16:
-    case OD_UNSIGNED16:
-      return 2;
-    case OD_INTEGER32:
-    case OD_UNSIGNED32:
-    case OD_REAL32:
-      return 4;
-    case OD_UNSIGNED64:
-      return 8;
-    default:
-      return 0;
-  }
-}
-
 unsigned od_needed_hooks(const od_object *object) {
   (void)object;
   return any_u8() & 15u;

@@ -6,7 +6,7 @@ docs/ci and the first command of CONTRIBUTING.md.
 A bare root (tests/readme/bare-root), a clone of the committed files in it, then one shell that gets every command of
 every ```sh block of README.md, as a reader would type it. The first command that does not exit with 0 ends the run. The
 output of each is in build/readme/NN-*.log. The RUN lines of docs/ci/Containerfile run in their own bare root
-(tests/ci), and so does ./tools/test firmware: first to install its packages, then in a new clone within FIRMWARE_LIMIT_S.
+(tests/gate), and so does ./tools/test firmware: first to install its packages, then in a new clone within FIRMWARE_LIMIT_S.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ def run_container_file(root: Path) -> bool:
         "GATE_SHELL_TREE": CLONE,
     }
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/ci/test_steps.py", "-k", "container"],
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/gate/test_steps.py", "-k", "container"],
         cwd=PROJECT, env=environment, check=False,
     )  # fmt: skip
     took = time.monotonic() - started

@@ -16,8 +16,6 @@ namespace bench {
 
 using namespace trackservo::sim;
 
-constexpr double kDegree = kPi / 180.0;
-
 inline PlantConfig shipped_plant(const std::string& name) {
   return load_plant(std::string(TRACKSERVO_SOURCE_DIR) + "/sim_host/plants/" + name + ".toml");
 }

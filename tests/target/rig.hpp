@@ -36,7 +36,7 @@ inline std::vector<std::uint8_t> board_image() {
   return image;
 }
 
-constexpr std::array<double, sim::kAxes> kStart_rad = {0.0, 20.0 * sim::kPi / 180.0};
+constexpr std::array<double, sim::kAxes> kStart_rad = {0.0, 20.0 * sim::kRadPerDeg};
 
 class HostRig {
  public:

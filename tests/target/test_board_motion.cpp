@@ -24,7 +24,6 @@ void tearDown(void) {}
 
 namespace {
 
-constexpr double kDeg = sim::kPi / 180.0;
 constexpr double kEnabledAt_s = 0.3;
 constexpr double kMovesAt_s = 1.0;
 constexpr int kCyclicVelocity = 9;
@@ -71,7 +70,7 @@ double rms_difference_deg_s(const sim::Trace& a, const sim::Trace& b, std::size_
       ++rows;
     }
   }
-  return std::sqrt(sum / rows) / kDeg;
+  return std::sqrt(sum / rows) / sim::kRadPerDeg;
 }
 
 // The plant's motion, loads and friction, measured without noise: encoder, current and duty are still quantised.
@@ -138,8 +137,8 @@ void compare(const Motion& motion, const sim::PlantConfig& plant, const sim::Pla
     const auto i = static_cast<std::size_t>(axis);
     const double s_deg_s = rms_difference_deg_s(expected, ideal, i, motion.window.begin_s);
     const double difference_deg_s = rms_difference_deg_s(found, expected, i, motion.window.begin_s);
-    const double host_peak_deg_s = sim::peak_rate_error_rad_s(expected, axis, motion.window) / kDeg;
-    const double board_peak_deg_s = sim::peak_rate_error_rad_s(found, axis, motion.window) / kDeg;
+    const double host_peak_deg_s = sim::peak_rate_error_rad_s(expected, axis, motion.window) / sim::kRadPerDeg;
+    const double board_peak_deg_s = sim::peak_rate_error_rad_s(found, axis, motion.window) / sim::kRadPerDeg;
     TEST_MESSAGE(
         fmt::format("{}, {}: peak error {:.5f} deg/s, host {:.5f} (+-{:.5f} allowed); rates differ by {:.5f} rms "
                     "({:.5f} allowed)",
@@ -167,12 +166,12 @@ void compare_with_noise(const Motion& motion) {
 bool whole_windows() { return std::getenv("TARGET_WHOLE_WINDOWS") != nullptr; }
 
 Motion steady(double speed_deg_s) {
-  return {fmt::format("{} deg/s", speed_deg_s), [speed_deg_s](double) { return speed_deg_s * kDeg; },
+  return {fmt::format("{} deg/s", speed_deg_s), [speed_deg_s](double) { return speed_deg_s * sim::kRadPerDeg; },
           whole_windows() ? sim::Window{3.0, 23.0} : sim::Window{3.0, 10.0}};
 }
 
 Motion sine() {
-  return {"sine", [](double t) { return kDeg * std::sin(2.0 * sim::kPi * 0.1 * t); },
+  return {"sine", [](double t) { return sim::kRadPerDeg * std::sin(2.0 * sim::kPi * 0.1 * t); },
           whole_windows() ? sim::Window{10.0, 30.0} : sim::Window{5.0, 15.0}};
 }
 

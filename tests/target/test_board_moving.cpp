@@ -25,7 +25,6 @@ void tearDown(void) {}
 namespace {
 
 constexpr double kStep_s = 50e-6;  // of checking the outputs: a PWM period
-constexpr double kDegree = sim::kPi / 180.0;
 constexpr double kStandstill_rad_s = 2e-3;
 constexpr double kTick_ms = 1.0;
 
@@ -41,9 +40,11 @@ struct Motion {
   bool reverses;  // somewhere between the two directions
 };
 
-constexpr Motion kFast = {"20 deg/s", 20.0 * kDegree, false};
-constexpr Motion kMotions[] = {
-    {"standstill", 0.0, false}, {"1 deg/s", 1.0 * kDegree, false}, kFast, {"reversal", 5.0 * kDegree, true}};
+constexpr Motion kFast = {"20 deg/s", 20.0 * sim::kRadPerDeg, false};
+constexpr Motion kMotions[] = {{"standstill", 0.0, false},
+                               {"1 deg/s", 1.0 * sim::kRadPerDeg, false},
+                               kFast,
+                               {"reversal", 5.0 * sim::kRadPerDeg, true}};
 
 struct Harm {
   const char *name;
@@ -98,13 +99,13 @@ class Turning {
       : rig_(rig), speed_rad_s_(motion.speed_rad_s), reverses_(motion.reverses) {
     rig_.client.start_node();
     TEST_ASSERT_TRUE(rig_.client.enable(bench::kCyclicVelocity));
-    direction_ = angle(sim::kPitch) > 25.0 * kDegree ? -1.0 : 1.0;
+    direction_ = angle(sim::kPitch) > 25.0 * sim::kRadPerDeg ? -1.0 : 1.0;
   }
 
   void pass(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i) {
-      if (angle(sim::kPitch) > 60.0 * kDegree || angle(sim::kPitch) < 0.0) {
-        direction_ = angle(sim::kPitch) > 25.0 * kDegree ? -1.0 : 1.0;
+      if (angle(sim::kPitch) > 60.0 * sim::kRadPerDeg || angle(sim::kPitch) < 0.0) {
+        direction_ = angle(sim::kPitch) > 25.0 * sim::kRadPerDeg ? -1.0 : 1.0;
       }
       const double max_rad_s = kRamp_rad_s2 * sim::kTick_s;
       wanted_rad_s_ += std::clamp(direction_ * speed_rad_s_ - wanted_rad_s_, -max_rad_s, max_rad_s);

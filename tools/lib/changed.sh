@@ -64,7 +64,7 @@ steps_of_place() {
     tests/socketcan/*) echo socketcan host:with_can ;;
     tests/target/*.py) echo host:emulate_board host:first_power_up ;;
     tests/real_time.args) echo host socketcan servoctl servoctl-image ;;
-    tests/ci/*.py) echo gate ;;
+    tests/gate/*.py) echo gate ;;
     tests/proofs/*) echo proofs ;;
     tests/fuzz/*.py) echo python ;;
     tests/fuzz/*) echo fuzz python ;;

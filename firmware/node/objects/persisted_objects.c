@@ -12,13 +12,7 @@
 #include "parameters/axis_dictionary.h"
 #include "parameters/axis_tuning.h"
 
-enum {
-  FIRST_APPLICATION_INDEX = 0x2000,
-  AXIS_SHIFT = 0x800,
-  BUS_INDEX = 0x3050,
-  ACCESS_INDEX = 0x3042,
-  TABLES = 6 + 3 * SERVO_AXES
-};
+enum { FIRST_APPLICATION_INDEX = 0x2000, BUS_INDEX = 0x3050, ACCESS_INDEX = 0x3042, TABLES = 6 + 3 * SERVO_AXES };
 
 _Static_assert(offsetof(axis_tuning, staged) == 0,
                "rows of gains are read in an axis_parameters, not in its axis_tuning");
@@ -113,7 +107,7 @@ static object_dictionary view_of(persisted_objects *kept, od_part parts[TABLES])
   parts[count++] = (od_part){.table = communication_profile_table, .values = &kept->communication};
   parts[count++] = (od_part){.table = device_table, .values = &kept->communication};
   for (int i = 0; i < SERVO_AXES; ++i) {
-    const uint16_t shift = (uint16_t)(i * AXIS_SHIFT);
+    const uint16_t shift = (uint16_t)(i * AXIS_INDEX_SHIFT);
     parts[count++] = (od_part){.table = axis_parameters_table, .shift = shift, .values = &kept->parameters[i]};
     parts[count++] = (od_part){.table = protection_objects_table, .shift = shift, .values = &kept->protection[i]};
     parts[count++] = (od_part){.table = drive_objects_table, .shift = shift, .values = &kept->drive[i]};

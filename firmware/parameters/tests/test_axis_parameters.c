@@ -39,7 +39,7 @@ typedef struct {
 #define NOTHING(...)
 #define REAL_ROW(index_, sub_, flags_, group_, member_, low_, high_, ...) \
   {PARAMETER_OBJECT(index_, sub_), #group_ "." #member_, offsetof(axis_parameters, group_.member_), true, low_, high_},
-#define WHOLE_ROW(index_, sub_, group_, member_, low_, high_, ...) \
+#define WHOLE_ROW(index_, sub_, flags_, group_, member_, low_, high_, ...) \
   {PARAMETER_OBJECT(index_, sub_), #group_ "." #member_, offsetof(axis_parameters, group_.member_), false, low_, high_},
 #define DIRECTION_ROW(sub_, side_, title_) FRICTION_DIRECTION_ROWS(REAL_ROW, sub_, side_, title_)
 
@@ -90,7 +90,7 @@ static void test_every_copied_value_reaches_its_block(void) {
 #define CHANGE_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(CHANGE_REAL, sub_, side_, title_)
 #define EXPECT_REAL(index_, sub_, flags_, group_, member_, low_, high_, default_, unit_, name_, help_, to_) \
   TEST_ASSERT_EQUAL_FLOAT_MESSAGE(p.group_.member_, built.to_, #group_ "." #member_);
-#define EXPECT_WHOLE(index_, sub_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
+#define EXPECT_WHOLE(index_, sub_, flags_, group_, member_, low_, high_, default_, name_, help_, to_, type_) \
   TEST_ASSERT_EQUAL_UINT32_MESSAGE(p.group_.member_, (uint32_t)built.to_, #group_ "." #member_);
 #define EXPECT_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(EXPECT_REAL, sub_, side_, title_)
   AXIS_PARAMETERS(NOTHING, CHANGE_REAL, NOTHING, NOTHING, CHANGE_DIRECTION, NOTHING)

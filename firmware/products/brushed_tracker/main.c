@@ -14,7 +14,6 @@
 #include "hal_board.h"
 #include "node/servo_node.h"
 #include "products/brushed_tracker/default_parameters.h"
-#include "products/brushed_tracker/hardware_version.h"
 
 typedef struct {
   hal *machine;
@@ -124,7 +123,7 @@ int main(void) {
                                     .limits = default_limits,
                                     .flash = hal_board_flash(self.machine),
                                     .serial_number = hal_board_serial_number(self.machine),
-                                    .hardware_version = HARDWARE_VERSION,
+                                    .hardware_version = TRACKSERVO_PRODUCT ", " TRACKSERVO_BOARD,
                                     .bus = {.kbit_s = BUS_DEFAULT_KBIT_S,
                                             .recovering = hal_board_recovery_is_requested(self.machine),
                                             .flash = hal_board_bus_flash(self.machine),

@@ -22,7 +22,6 @@
 extern "C" {
 #include "node/servo_node.h"
 #include "products/brushed_tracker/default_parameters.h"
-#include "products/brushed_tracker/hardware_version.h"
 }
 
 namespace {
@@ -45,8 +44,7 @@ std::unique_ptr<servo_node> start_node(sim::Machine& machine) {
   auto node = std::make_unique<servo_node>();
   const can_sender nowhere{[](void *, const can_frame *) { return true; }, nullptr};
   const servo_node_config config = {
-      kNodeId,          nowhere, machine.hal_pointer(), default_parameters, default_limits, nullptr, 0, {},
-      HARDWARE_VERSION, nullptr};
+      kNodeId, nowhere, machine.hal_pointer(), default_parameters, default_limits, nullptr, 0, {}, nullptr, nullptr};
   if (!servo_node_start(node.get(), &config)) {
     throw std::runtime_error(
         "the node refuses the product's default_parameters.c: renew it with tools/update-docs dictionary");

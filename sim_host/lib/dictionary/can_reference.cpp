@@ -5,11 +5,10 @@
 #include <vector>
 
 #include "device_description.hpp"
+#include "markdown.hpp"
 
 namespace trackservo::dictionary {
 namespace {
-
-constexpr unsigned kAxisShift = 0x800;
 
 // A table of the page.
 struct Group {
@@ -79,11 +78,6 @@ std::string type_name(const od_entry& entry) {
   return "DOMAIN";
 }
 
-std::string access_name(const od_entry& entry) {
-  constexpr const char *kNames[] = {"const", "ro", "wo", "rw"};
-  return kNames[entry.access & 3];
-}
-
 // Identifiers, mappings and bit fields are written in hexadecimal.
 bool is_hexadecimal(const od_entry& entry) {
   return entry.unit[0] == '\0' && (entry.type == OD_UNSIGNED16 || entry.type == OD_UNSIGNED32) &&
@@ -131,7 +125,8 @@ std::string default_of(const od_object& object) {
 // "azimuth; pitch" where the axes differ.
 std::string defaults_of(const od_object& object, const SortedObjects& objects) {
   std::string own = default_of(object);
-  const auto pitch = objects.find({static_cast<std::uint16_t>(od_index(&object) + kAxisShift), object.entry->sub});
+  const auto pitch =
+      objects.find({static_cast<std::uint16_t>(od_index(&object) + AXIS_INDEX_SHIFT), object.entry->sub});
   if (pitch == objects.end() || pitch->second.entry != object.entry) {
     return own;
   }
@@ -239,7 +234,13 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
       "- Default: the value with which the device starts while nothing is stored; `765; 319`: of azimuth and of\n"
       "  pitch. With another plant file `sim_host serve` starts with the values of that plant.\n\n",
       info.description);
-  for (const Group& group : groups_of(objects)) {
+  const std::vector<Group> groups = groups_of(objects);
+  std::vector<std::string> titles;
+  for (const Group& group : groups) {
+    titles.push_back(group.title);
+  }
+  text += contents_of(titles) + "\n";
+  for (const Group& group : groups) {
     text += print_group(group, objects, pdos);
   }
   text.pop_back();

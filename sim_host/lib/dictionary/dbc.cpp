@@ -131,10 +131,6 @@ std::vector<Message> messages_of(const SortedObjects& objects, std::uint8_t node
   return messages;
 }
 
-bool is_signed(const od_entry& entry) {
-  return entry.type == OD_INTEGER8 || entry.type == OD_INTEGER16 || entry.type == OD_INTEGER32;
-}
-
 std::string print_signal(const Signal& signal, const char *receiver) {
   const od_entry& entry = *signal.object.entry;
   const double factor = signal.scale.factor;

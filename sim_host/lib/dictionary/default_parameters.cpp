@@ -21,7 +21,7 @@ std::string print_axis(const axis_parameters& p) {
   std::string text;
 #define PRINT_NOTHING(...)
 #define PRINT_REAL(index, sub, flags, group, member, ...) print(text, #group "." #member, p.group.member);
-#define PRINT_WHOLE(index, sub, group, member, ...) print(text, #group "." #member, p.group.member);
+#define PRINT_WHOLE(index, sub, flags, group, member, ...) print(text, #group "." #member, p.group.member);
 #define PRINT_DIRECTION(sub, side, title) FRICTION_DIRECTION_ROWS(PRINT_REAL, sub, side, title)
   AXIS_PARAMETERS(PRINT_NOTHING, PRINT_REAL, PRINT_REAL, PRINT_WHOLE, PRINT_DIRECTION, PRINT_NOTHING)
   return text;
@@ -44,7 +44,7 @@ axis_parameters listed_defaults() {
   axis_parameters p{};
 #define SET_NOTHING(...)
 #define SET_REAL(index, sub, flags, group, member, low, high, preset, ...) p.group.member = preset;
-#define SET_WHOLE(index, sub, group, member, low, high, preset, ...) p.group.member = preset;
+#define SET_WHOLE(index, sub, flags, group, member, low, high, preset, ...) p.group.member = preset;
 #define SET_DIRECTION(sub, side, title) FRICTION_DIRECTION_ROWS(SET_REAL, sub, side, title)
   AXIS_PARAMETERS(SET_NOTHING, SET_REAL, SET_REAL, SET_WHOLE, SET_DIRECTION, SET_NOTHING)
   return p;

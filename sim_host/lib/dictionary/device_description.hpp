@@ -14,6 +14,7 @@
 
 extern "C" {
 #include "canopen/object_dictionary.h"
+#include "parameters/axis_dictionary.h"
 #include "parameters/axis_parameters.h"
 #include "protection/axis_protection.h"
 #include "servo/servo_app.h"
@@ -37,6 +38,11 @@ SortedObjects sorted_objects(const object_dictionary& dictionary);
 
 // With the part's prefix.
 std::string full_name(const od_object& object);
+
+// "const", "ro", "wo" or "rw".
+const char *access_name(const od_entry& entry);
+
+bool is_signed(const od_entry& entry);
 
 std::string print_eds(const object_dictionary& dictionary, const DeviceInfo& info);
 

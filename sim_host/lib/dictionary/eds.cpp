@@ -38,10 +38,6 @@ bool is_integer(const od_entry& entry) {
   return entry.type != OD_REAL32 && entry.type != OD_VISIBLE_STRING && entry.type != OD_DOMAIN;
 }
 
-bool is_signed(const od_entry& entry) {
-  return entry.type == OD_INTEGER8 || entry.type == OD_INTEGER16 || entry.type == OD_INTEGER32;
-}
-
 // The number of a default or limit: decimal with a sign where it has one, otherwise hexadecimal.
 std::string number_of(const od_entry& entry, od_number number) {
   if (is_signed(entry)) {

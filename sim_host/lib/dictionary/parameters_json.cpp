@@ -33,11 +33,6 @@ const char *type_name(const od_entry& entry) {
   return "DOMAIN";
 }
 
-const char *access_name(const od_entry& entry) {
-  constexpr const char *kNames[] = {"const", "ro", "wo", "rw"};
-  return kNames[entry.access & 3];
-}
-
 nlohmann::ordered_json describe(const od_object& object) {
   const od_entry& entry = *object.entry;
   nlohmann::ordered_json row{{"index", od_index(&object)},

@@ -14,8 +14,6 @@ extern "C" {
 namespace trackservo::dictionary {
 namespace {
 
-constexpr unsigned kAxisShift = 0x800;
-
 const od_entry *row_of(const od_table& table, std::uint32_t object) {
   for (std::uint32_t i = 0; i < table.count; ++i) {
     const od_entry& entry = table.entries[i];
@@ -69,7 +67,7 @@ std::optional<std::string> refusal_of(const servo_axis_params& params, unsigned 
 #define TAKE_NOTHING(...)
 #define TAKE_REAL(index, sub, flags, group, member, low, high, preset, unit, name, help, to) \
   copied.group.member = params.to;
-#define TAKE_WHOLE(index, sub, group, member, low, high, preset, name, help, to, type) \
+#define TAKE_WHOLE(index, sub, flags, group, member, low, high, preset, name, help, to, type) \
   copied.group.member = static_cast<std::uint32_t>(params.to);
 #define TAKE_DIRECTION(sub, side, title) FRICTION_DIRECTION_ROWS(TAKE_REAL, sub, side, title)
   AXIS_PARAMETERS(TAKE_NOTHING, TAKE_REAL, TAKE_NOTHING, TAKE_WHOLE, TAKE_DIRECTION, TAKE_NOTHING)
@@ -104,11 +102,11 @@ std::string refusal_of(const std::array<axis_parameters, SERVO_AXES>& parameters
   for (unsigned axis = 0; axis < SERVO_AXES; ++axis) {
     const parameter_refusal gains = axis_parameters_check(&parameters[axis]);
     if (gains.status != CONTROL_OK) {
-      return sentence(gains, axis_parameters_table, &parameters[axis], kAxisShift * axis);
+      return sentence(gains, axis_parameters_table, &parameters[axis], AXIS_INDEX_SHIFT * axis);
     }
     const parameter_refusal limit = protection_refusal(&limits[axis]);
     if (limit.status != CONTROL_OK) {
-      return sentence(limit, protection_objects_table, &limits[axis], kAxisShift * axis);
+      return sentence(limit, protection_objects_table, &limits[axis], AXIS_INDEX_SHIFT * axis);
     }
   }
   return "give a node id from 1 to 127 or 255, and a bit rate of 125, 250, 500 or 1000 kbit/s";
@@ -116,7 +114,7 @@ std::string refusal_of(const std::array<axis_parameters, SERVO_AXES>& parameters
 
 std::optional<std::string> refusal_of(const servo_params& params) {
   for (unsigned axis = 0; axis < SERVO_AXES; ++axis) {
-    if (std::optional<std::string> text = refusal_of(params.axis[axis], kAxisShift * axis)) {
+    if (std::optional<std::string> text = refusal_of(params.axis[axis], AXIS_INDEX_SHIFT * axis)) {
       return text;
     }
   }

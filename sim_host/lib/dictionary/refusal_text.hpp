@@ -16,7 +16,8 @@ extern "C" {
 namespace trackservo::dictionary {
 
 // "2020:4 Observer bandwidth is 5000 rad/s; give 0.01 .. 1000", for the caller to end. Where another value sets the
-// limit, its name and value follow. `parameters` are those that were refused; `axis_shift` 0x800 names pitch's objects.
+// limit, its name and value follow. `parameters` are those that were refused; `axis_shift` AXIS_INDEX_SHIFT names
+// pitch's objects.
 std::string refusal_text(const parameter_refusal& refusal, const axis_parameters& parameters, unsigned axis_shift = 0);
 
 // The sentence for the first value that is wrong; none when the firmware takes the set.

@@ -16,4 +16,13 @@ SortedObjects sorted_objects(const object_dictionary& dictionary) {
 
 std::string full_name(const od_object& object) { return std::string(object.part->prefix) + object.entry->name; }
 
+const char *access_name(const od_entry& entry) {
+  constexpr const char *kNames[] = {"const", "ro", "wo", "rw"};
+  return kNames[entry.access & 3];
+}
+
+bool is_signed(const od_entry& entry) {
+  return entry.type == OD_INTEGER8 || entry.type == OD_INTEGER16 || entry.type == OD_INTEGER32;
+}
+
 }  // namespace trackservo::dictionary

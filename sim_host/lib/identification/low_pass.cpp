@@ -10,7 +10,6 @@ namespace trackservo::identification {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kZeroCrossings = 3;  // of the sinc on each side: 3 Hann-windowed ones fall to the stop band in 0.6 fc
 
 }  // namespace

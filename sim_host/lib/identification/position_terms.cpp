@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "units.hpp"
+
 namespace trackservo::identification {
 
 namespace {
 
-constexpr double kRadPerDeg = 3.14159265358979323846 / 180.0;
 constexpr double kNearlyATurn_rad = 330.0 * kRadPerDeg;
 constexpr double kHardlyAny_rad = 20.0 * kRadPerDeg;
 

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-namespace trackservo::identification {
+#include "units.hpp"
 
-constexpr double kTick_s = 1e-3;
+namespace trackservo::identification {
 
 enum class RunKind { kSpeedSweep = 1, kTorqueRamps, kHysteresis, kTorqueExcitation, kBreakaway };
 

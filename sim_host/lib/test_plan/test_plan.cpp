@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "units.hpp"
+
 namespace trackservo::commissioning {
 
 namespace {
 
-constexpr double kRadPerDeg = M_PI / 180.0;
 constexpr double kTurnUsed_rad = 340 * kRadPerDeg;  // more gives no new information
 constexpr double kFirstLookUsed_rad = 40 * kRadPerDeg;
 constexpr double kMinTravel_rad = 0.02;     // from end to end

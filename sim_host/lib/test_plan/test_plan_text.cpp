@@ -5,11 +5,11 @@
 #include <cmath>
 #include <string>
 
+#include "units.hpp"
+
 namespace trackservo::commissioning {
 
 namespace {
-
-constexpr double kDegPerRad = 180.0 / M_PI;
 
 double real(float value) { return static_cast<double>(value); }
 

@@ -8,7 +8,7 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kBiasRate_rad_s = 2.0 * kPi / 180.0;
+constexpr double kBiasRate_rad_s = 2.0 * kRadPerDeg;
 
 // Strong enough to exceed wind and noise, weak enough to stay in the regime (no reversal, no break-away).
 double torque_rms_nm(const PlantConfig& plant, int axis, bool pre_sliding) {

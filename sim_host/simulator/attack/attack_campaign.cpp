@@ -12,7 +12,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegreesPerRad = 180.0 / kPi;
 constexpr std::size_t kSeedsPerJob = 50;
 constexpr std::size_t kPrintedSeeds = 20;
 
@@ -55,8 +54,8 @@ void add(ThemeSummary& sum, const ThemeSummary& other) {
 std::string row(const std::string& name, const ThemeSummary& sum) {
   return fmt::format("{:<20} {:>7} {:>9} {:>8} {:>8} {:>7} {:>8} {:>6} {:>7} {:>8.1f} {:>7.0f} {:>6.1f} {:>7.1f}\n",
                      name, sum.seeds, sum.writes, sum.refusals, sum.contacts, sum.hard_contacts, sum.runaways,
-                     sum.not_finite, sum.silent, sum.max_contact_rad_s * kDegreesPerRad, sum.max_contact_nm,
-                     sum.max_contact_j, sum.max_rate_rad_s * kDegreesPerRad);
+                     sum.not_finite, sum.silent, sum.max_contact_rad_s * kDegPerRad, sum.max_contact_nm,
+                     sum.max_contact_j, sum.max_rate_rad_s * kDegPerRad);
 }
 
 nlohmann::ordered_json json_of(const ThemeSummary& sum) {
@@ -68,10 +67,10 @@ nlohmann::ordered_json json_of(const ThemeSummary& sum) {
           {"seeds_with_runaway", sum.runaways},
           {"seeds_with_not_a_number", sum.not_finite},
           {"seeds_without_answer", sum.silent},
-          {"max_contact_deg_s", rounded(sum.max_contact_rad_s * kDegreesPerRad)},
+          {"max_contact_deg_s", rounded(sum.max_contact_rad_s * kDegPerRad)},
           {"max_contact_nm", rounded(sum.max_contact_nm)},
           {"max_contact_j", rounded(sum.max_contact_j)},
-          {"max_rate_deg_s", rounded(sum.max_rate_rad_s * kDegreesPerRad)}};
+          {"max_rate_deg_s", rounded(sum.max_rate_rad_s * kDegPerRad)}};
 }
 
 const char *runaway_word(Runaway runaway) {
@@ -83,10 +82,10 @@ nlohmann::ordered_json json_of(const AttackResult& result) {
   for (int axis = 0; axis < kAxes; ++axis) {
     const AxisHarm& one = result.harm.axis[static_cast<std::size_t>(axis)];
     axes[axis_name(axis)] = {{"contacts", one.contacts.count},
-                             {"contact_deg_s", rounded(one.contacts.speed_rad_s * kDegreesPerRad)},
+                             {"contact_deg_s", rounded(one.contacts.speed_rad_s * kDegPerRad)},
                              {"contact_nm", rounded(one.contacts.torque_nm)},
                              {"contact_j", rounded(one.contacts.energy_j)},
-                             {"max_rate_deg_s", rounded(one.max_rate_rad_s * kDegreesPerRad)},
+                             {"max_rate_deg_s", rounded(one.max_rate_rad_s * kDegPerRad)},
                              {"runaway", runaway_word(one.runaway)}};
   }
   return {{"seed", result.seed},
@@ -190,8 +189,8 @@ void write_attacks(const AttackCampaign& campaign, const std::string& commit, co
                 {"first_seed", campaign.options.first_seed},
                 {"seeds", campaign.options.seeds}}},
               {"limits",
-               {{"contact_deg_s", rounded(kContactLimit_rad_s * kDegreesPerRad)},
-                {"overspeed_margin_deg_s", rounded(kOverspeedMargin_rad_s * kDegreesPerRad)},
+               {{"contact_deg_s", rounded(kContactLimit_rad_s * kDegPerRad)},
+                {"overspeed_margin_deg_s", rounded(kOverspeedMargin_rad_s * kDegPerRad)},
                 {"stop_time_s", kStopTime_s}}},
               {"all", json_of(campaign.total())},
               {"themes", themes},

@@ -9,10 +9,9 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kNarrowStop_rad = 170.0 * kPi / 180.0;
+constexpr double kNarrowStop_rad = 170.0 * kRadPerDeg;
 constexpr double kNarrowShare = 0.8;  // of the seeds
-constexpr double kDegreesPerRad = 180.0 / kPi;
-constexpr int kAnswerTicks = 400;  // a reset at the very end is over by then
+constexpr int kAnswerTicks = 400;     // a reset at the very end is over by then
 
 PlantConfig with_narrow_azimuth(PlantConfig plant) {
   EndStopConfig stops = plant.axis[kAzimuth].end_stops.value_or(EndStopConfig{});
@@ -106,8 +105,8 @@ void EventReporter::look(const DrivenNode& node, const Harm& harm, double time_s
     const drive_axis& drive = node.axis(axis).drive;
     const TruthState truth = node.machine().truth();
     const auto at = [&] {
-      return fmt::format("at {:.2f} deg, {:.1f} deg/s", truth.joint_angle_rad[i] * kDegreesPerRad,
-                         truth.joint_rate_rad_s[i] * kDegreesPerRad);
+      return fmt::format("at {:.2f} deg, {:.1f} deg/s", truth.joint_angle_rad[i] * kDegPerRad,
+                         truth.joint_rate_rad_s[i] * kDegPerRad);
     };
     if (static_cast<int>(drive.state.power) != power_[i]) {
       power_[i] = static_cast<int>(drive.state.power);
@@ -121,7 +120,7 @@ void EventReporter::look(const DrivenNode& node, const Harm& harm, double time_s
     if (contacts.count != contacts_[i]) {
       contacts_[i] = contacts.count;
       log_->say(time_s, fmt::format("  {}: reaches an end stop {}; fastest contact so far {:.1f} deg/s",
-                                    axis_name(axis), at(), contacts.speed_rad_s * kDegreesPerRad));
+                                    axis_name(axis), at(), contacts.speed_rad_s * kDegPerRad));
     }
   }
 }
@@ -137,12 +136,12 @@ std::string describe(const Harm& harm, bool answers) {
     const AxisHarm& one = harm.axis[static_cast<std::size_t>(axis)];
     if (one.contacts.speed_rad_s > kContactLimit_rad_s) {
       add(fmt::format("{} reaches an end stop at {:.1f} deg/s ({:.0f} Nm, {:.1f} J) after {:.3f} s", axis_name(axis),
-                      one.contacts.speed_rad_s * kDegreesPerRad, one.contacts.torque_nm, one.contacts.energy_j,
+                      one.contacts.speed_rad_s * kDegPerRad, one.contacts.torque_nm, one.contacts.energy_j,
                       one.contacts.first_time_s));
     }
     if (one.runaway == Runaway::kTooFast) {
       add(fmt::format("{} is faster than its limit after {:.3f} s, {:.1f} deg/s at most", axis_name(axis),
-                      one.runaway_time_s, one.max_rate_rad_s * kDegreesPerRad));
+                      one.runaway_time_s, one.max_rate_rad_s * kDegPerRad));
     } else if (one.runaway == Runaway::kNotStopped) {
       add(fmt::format("{} still turns after {:.3f} s, although nothing lets it turn since {:.0f} s", axis_name(axis),
                       one.runaway_time_s, kStopTime_s));

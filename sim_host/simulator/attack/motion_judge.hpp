@@ -28,7 +28,7 @@ enum class Runaway {
 constexpr double kOverspeedMargin_rad_s = 0.25;  // what the reaction to an overspeed needs
 constexpr double kStopTime_s = 3.0;
 constexpr double kTurning_rad_s = 0.1;
-constexpr double kContactLimit_rad_s = 5.0 * kPi / 180.0;
+constexpr double kContactLimit_rad_s = 5.0 * kRadPerDeg;
 
 struct AxisHarm {
   EndStopContacts contacts;

@@ -13,16 +13,15 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegree = kPi / 180.0;
-constexpr double kRunUp_rad = 0.9;               // from the start to the writes: the axis reaches its speed before
-constexpr double kLongestRunUp_s = 4.0;          // then the writes come where the axis is
-constexpr double kRest_s = 1.0;                  // at standstill, before the writes
-constexpr double kAtRest_rad_s = 0.5 * kDegree;  // in the last half second
+constexpr double kRunUp_rad = 0.9;                  // from the start to the writes: the axis reaches its speed before
+constexpr double kLongestRunUp_s = 4.0;             // then the writes come where the axis is
+constexpr double kRest_s = 1.0;                     // at standstill, before the writes
+constexpr double kAtRest_rad_s = 0.5 * kRadPerDeg;  // in the last half second
 constexpr double kLast_s = 0.5;
 constexpr std::uint8_t kMasterNode = 5;
 constexpr int kHeartbeatTicks = 20;
 constexpr int kTalkTicks = 200;
-constexpr double kShaking_rad_s = 3.0 * kDegree;  // allowed at rest with gains that shake
+constexpr double kShaking_rad_s = 3.0 * kRadPerDeg;  // allowed at rest with gains that shake
 
 SdoWrite write(const DrivenNode& node, int axis, std::uint16_t index, std::uint8_t sub, double value) {
   od_object object;
@@ -86,8 +85,8 @@ NamedSequence proportional_gain(const char *name, bool harmless, double seconds,
 NamedSequence beyond_half_turn(const char *name, bool harmless, double angle_deg, double rate_deg_s) {
   NamedSequence sequence = towards_end(name, harmless, {});
   sequence.approach = Approach::kBeyondHalfTurn;
-  sequence.angle_rad = angle_deg * kDegree;
-  sequence.rate_rad_s = rate_deg_s * kDegree;
+  sequence.angle_rad = angle_deg * kRadPerDeg;
+  sequence.rate_rad_s = rate_deg_s * kRadPerDeg;
   sequence.seconds = 6;
   return sequence;
 }
@@ -119,7 +118,7 @@ std::vector<NamedSequence> all() {
   heartbeat.heartbeats = true;
   list.push_back(heartbeat);
   NamedSequence silence = towards_end("silence of the master", true, {});
-  silence.rate_rad_s = 20.0 * kDegree;
+  silence.rate_rad_s = 20.0 * kRadPerDeg;
   silence.distance_rad = 0.9;
   silence.rests_at_end = true;
   silence.silent = true;
@@ -393,10 +392,11 @@ std::string print(const std::vector<SequenceResult>& results) {
     for (const int fault : one.faults) {
       faults += fmt::format("{}{}", faults.empty() ? "" : ",", fault);
     }
-    text += fmt::format("{:<55} {:>5} {:>8.1f} {:>7.0f} {:>8.1f} {:>8.1f} {:>8.3f}  {:<8} {}{}\n", one.sequence->name,
-                        one.runs, one.max_contact_rad_s / kDegree, one.max_torque_nm, one.max_rate_rad_s / kDegree,
-                        one.max_travel_rad / kDegree, one.last_fault_s, faults, one.harmless ? "no" : "yes",
-                        one.harmless == one.sequence->harmless ? "" : " (expected otherwise)");
+    text +=
+        fmt::format("{:<55} {:>5} {:>8.1f} {:>7.0f} {:>8.1f} {:>8.1f} {:>8.3f}  {:<8} {}{}\n", one.sequence->name,
+                    one.runs, one.max_contact_rad_s / kRadPerDeg, one.max_torque_nm, one.max_rate_rad_s / kRadPerDeg,
+                    one.max_travel_rad / kRadPerDeg, one.last_fault_s, faults, one.harmless ? "no" : "yes",
+                    one.harmless == one.sequence->harmless ? "" : " (expected otherwise)");
   }
   return text;
 }

@@ -256,7 +256,7 @@ void RandomMaster::write_random(ObjectGroup group) {
   (void)master_->write(
       {object.index, object.sub, static_cast<std::uint8_t>(object.entry->bytes), special_value(object)});
   if (group == ObjectGroup::kGains && chance(0.4)) {
-    (void)master_->write({static_cast<std::uint16_t>(0x2070 + (object.index >= 0x2800 ? 0x800 : 0)), 1, 1, 1});
+    (void)master_->write({index_of_axis(0x2070, object.index >= 0x2800 ? kPitch : kAzimuth), 1, 1, 1});
   }
 }
 

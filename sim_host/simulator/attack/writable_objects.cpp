@@ -14,7 +14,7 @@ constexpr std::uint16_t kMaxBytes = 4;
 // As azimuth's, for the objects that exist once for each axis.
 std::uint16_t without_axis(std::uint16_t index) {
   const bool of_pitch = (index >= 0x2800 && index < 0x3000) || (index >= 0x6800 && index < 0x7000);
-  return static_cast<std::uint16_t>(of_pitch ? index - 0x800 : index);
+  return static_cast<std::uint16_t>(of_pitch ? index - AXIS_INDEX_SHIFT : index);
 }
 
 ObjectGroup group_of(const od_entry& entry, std::uint16_t bus_index) {

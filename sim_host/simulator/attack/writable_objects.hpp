@@ -9,6 +9,10 @@
 #include "attack/frame_master.hpp"
 #include "base/random.hpp"
 
+extern "C" {
+#include "parameters/axis_dictionary.h"
+}
+
 namespace trackservo::sim {
 
 // What a random master chooses from; the groups follow from the index, so that a new object belongs to one.
@@ -35,7 +39,7 @@ struct WritableObject {
 
 // Index of an object of azimuth, or of the object that pitch has in its place.
 constexpr std::uint16_t index_of_axis(std::uint16_t index, int axis) {
-  return static_cast<std::uint16_t>(index + (axis == kPitch ? 0x800 : 0));
+  return static_cast<std::uint16_t>(index + (axis == kPitch ? AXIS_INDEX_SHIFT : 0));
 }
 
 class WritableObjects {

@@ -5,7 +5,14 @@
 #ifndef TRACKSERVO_SIM_BASE_AXIS_HPP
 #define TRACKSERVO_SIM_BASE_AXIS_HPP
 
+#include "units.hpp"
+
 namespace trackservo::sim {
+
+using trackservo::kDegPerRad;
+using trackservo::kPi;
+using trackservo::kRadPerDeg;
+using trackservo::kTick_s;
 
 enum AxisIndex { kAzimuth = 0, kPitch = 1 };
 constexpr int kAxes = 2;
@@ -13,11 +20,7 @@ constexpr int kAxes = 2;
 constexpr const char *axis_name(int axis) { return axis == kAzimuth ? "azimuth" : "pitch"; }
 
 constexpr double kPwmPeriod_s = 50e-6;
-constexpr double kTick_s = 1e-3;
 constexpr int kPwmPerTick = 20;
-
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegPerRad = 180.0 / kPi;
 
 }  // namespace trackservo::sim
 

@@ -24,7 +24,6 @@ extern "C" {
 namespace trackservo::sim {
 namespace {
 
-constexpr double kRadPerDeg = kPi / 180.0;
 constexpr double kPositionLoop_per_s = 10.0;
 constexpr double kPredictiveTracker_per_s = 20.0;
 constexpr double kTrackingBandwidth_hz = 2.0;  // the paper's

@@ -10,6 +10,7 @@
 #include "serve/node_parameters.hpp"
 
 extern "C" {
+#include "parameters/axis_dictionary.h"
 #include "protection/access_lock.h"
 }
 
@@ -17,7 +18,6 @@ namespace trackservo::sim {
 namespace {
 
 constexpr std::uint8_t kNodeId = 1;
-constexpr std::uint16_t kAxisShift = 0x800;
 constexpr int kMaxTicksToEnable = 20;
 constexpr std::int64_t kOpen = ACCESS_LOCK_WORD;
 constexpr double kCountsPerRad = 1e7;  // of positions
@@ -90,7 +90,7 @@ bool DrivenNode::is_written(const od_object& object, const std::uint8_t *bytes) 
 
 void DrivenNode::write(int axis, std::uint16_t index, std::uint8_t sub, std::int64_t value) {
   const bool of_axis = index >= 0x2000 && (index < 0x3000 || index >= 0x6000);
-  const std::uint16_t shifted = static_cast<std::uint16_t>(index + (of_axis && axis == kPitch ? kAxisShift : 0));
+  const std::uint16_t shifted = static_cast<std::uint16_t>(index + (of_axis && axis == kPitch ? AXIS_INDEX_SHIFT : 0));
   od_object object;
   std::uint8_t bytes[8];
   for (int i = 0; i < 8; ++i) {

@@ -10,7 +10,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegreesPerRad = 180.0 / kPi;
 constexpr double kCapacitance_f = 4.7e-3;  // of the bus, when the plant file has none
 
 std::vector<InjectionRunSetup> injection_runs_of(const FaultInjection& fault_injection, const MatrixOptions& options) {
@@ -192,10 +191,9 @@ std::string print_fault_matrix(const std::vector<MatrixRow>& rows) {
     text += fmt::format(
         "{:<42} {:>6} {:>7} {:>6} {:>6} {:>5} {:>7} {:>9.1f} {:>7.2f} {:>8.0f}% {:>7.2f} {:>8.2f} {:>7.1f}  {}{}\n",
         row.fault_injection->name, row.injection_runs, row.showed, row.seen, row.later_faults, row.worst_latency_ms,
-        allowed_latency_ms(*row.fault_injection), row.worst_overshoot_rad_s * kDegreesPerRad,
-        row.worst_travel_rad * kDegreesPerRad, 100.0 * row.worst_travel_share,
-        row.worst_travel_in_wind_rad * kDegreesPerRad, row.worst_deviation_rad * kDegreesPerRad,
-        row.worst_speed_rad_s * kDegreesPerRad, taken_for, verdict(row));
+        allowed_latency_ms(*row.fault_injection), row.worst_overshoot_rad_s * kDegPerRad,
+        row.worst_travel_rad * kDegPerRad, 100.0 * row.worst_travel_share, row.worst_travel_in_wind_rad * kDegPerRad,
+        row.worst_deviation_rad * kDegPerRad, row.worst_speed_rad_s * kDegPerRad, taken_for, verdict(row));
     for (const auto& [motion, count] : row.hidden) {
       below += row.fault_injection->hidden_because.empty()
                    ? ""

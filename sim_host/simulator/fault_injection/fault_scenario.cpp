@@ -109,7 +109,7 @@ class ScenarioRun {
                                               "bridge off at once"};
       const fault_row& row = fault_table[fault];
       say(axis, fmt::format("fault {} (0x{:04X}) at {:.3f} deg/s: {}", static_cast<int>(fault), row.code,
-                            rate_rad_s * 180.0 / kPi, reactions[row.reaction]));
+                            rate_rad_s * kDegPerRad, reactions[row.reaction]));
       if (broken_[i] != nullptr) {  // remove the external torque
         broken_[i]->end(node_, axis);
       }
@@ -119,7 +119,7 @@ class ScenarioRun {
       }
     }
     if (fault != FAULT_NONE && braking_[i].step(node_.machine().truth(), axis)) {
-      say(axis, fmt::format("at rest after a further {:.3f} deg", braking_[i].travel_rad() * 180.0 / kPi));
+      say(axis, fmt::format("at rest after a further {:.3f} deg", braking_[i].travel_rad() * kDegPerRad));
     }
   }
 

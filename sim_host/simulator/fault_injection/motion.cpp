@@ -8,20 +8,19 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kDegree = kPi / 180.0;
 constexpr double kRamp_rad_s2 = 1.0;
 
 // A triangle of 5 deg/s and 1 Hz with sharp corners.
 double reversal(double time_s) {
   const double phase = time_s - std::floor(time_s);
   const double triangle = phase < 0.25 ? 4.0 * phase : phase < 0.75 ? 2.0 - 4.0 * phase : 4.0 * phase - 4.0;
-  return 5.0 * kDegree * triangle;
+  return 5.0 * kRadPerDeg * triangle;
 }
 
 // Closest after 1.5 s, with the passage within half a second.
 double fly_by(double time_s) {
   const double from_closest = (time_s - 1.5) / 0.5;
-  return 12.0 * kDegree / (1.0 + from_closest * from_closest);
+  return 12.0 * kRadPerDeg / (1.0 + from_closest * from_closest);
 }
 
 }  // namespace
@@ -48,9 +47,9 @@ double motion_rate_rad_s(Motion motion, double time_s) {
     case Motion::kStandstill:
       return 0.0;
     case Motion::kSlow:
-      return std::min(reached, 1.0 * kDegree);
+      return std::min(reached, 1.0 * kRadPerDeg);
     case Motion::kFast:
-      return std::min(reached, 20.0 * kDegree);
+      return std::min(reached, 20.0 * kRadPerDeg);
     case Motion::kReversal:
       return reversal(time_s);
     case Motion::kTracking:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "base/axis.hpp"
 #include "base/job_pool.hpp"
 #include "base/random.hpp"
 #include "plant/joint.hpp"
@@ -11,7 +12,6 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kTick_s = 1e-3;  // of the paper's servo
 constexpr int kStepsPerTick = 1;  // four of them change no overshoot of the scan by 0.01 points
 
 double logarithmic(RandomStream& random, double low, double high) {

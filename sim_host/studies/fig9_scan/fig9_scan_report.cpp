@@ -22,7 +22,7 @@ std::string words(const Fig9Outcome& outcome) {
       "{:g}, disturbance as {} from {:.0f} deg on; sine +-{:.3f} deg/s",
       outcome.overshoot, outcome.free_overshoot, outcome.points(), outcome.ratio(), set.coulomb_nm,
       set.breakaway_share * set.coulomb_nm, set.stribeck_speed_deg_s, set.natural_frequency_rad_s, set.damping,
-      set.setpoint_weight, name_of(set.disturbance), set.disturbance_phase_rad * 180.0 / kPi, outcome.sine_error_deg_s);
+      set.setpoint_weight, name_of(set.disturbance), set.disturbance_phase_rad * kDegPerRad, outcome.sine_error_deg_s);
 }
 
 Json json_of(const Fig9Outcome& outcome) {
@@ -34,7 +34,7 @@ Json json_of(const Fig9Outcome& outcome) {
           {"damping", set.damping},
           {"setpoint_weight", set.setpoint_weight},
           {"disturbance", name_of(set.disturbance)},
-          {"disturbance_phase_deg", set.disturbance_phase_rad * 180.0 / kPi},
+          {"disturbance_phase_deg", set.disturbance_phase_rad * kDegPerRad},
           {"sine_error_deg_s", outcome.sine_error_deg_s},
           {"overshoot_percent", outcome.overshoot},
           {"free_overshoot_percent", outcome.free_overshoot}};

@@ -14,7 +14,7 @@ namespace trackservo::sim {
 namespace {
 
 double decibel(std::complex<double> gain) { return 20.0 * std::log10(std::abs(gain)); }
-double degrees(std::complex<double> gain) { return std::arg(gain) * 180.0 / kPi; }
+double degrees(std::complex<double> gain) { return std::arg(gain) * kDegPerRad; }
 
 void write_response(const FrequencyResponse& computed, const FrequencyResponse& measured,
                     const std::filesystem::path& file) {

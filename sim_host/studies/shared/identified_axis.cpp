@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "commission/commission_report.hpp"
+#include "commissioning/commissioning_report.hpp"
 #include "gain_design/identified_plant_json.hpp"
 #include "studies/shared/run_files.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/job_pool.hpp"
-#include "commission/commission.hpp"
+#include "commissioning/commissioning.hpp"
 #include "design/control_design.hpp"
 
 namespace trackservo::sim {

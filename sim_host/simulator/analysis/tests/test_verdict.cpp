@@ -15,7 +15,7 @@ namespace {
 
 using namespace bench;
 
-constexpr double kSetPoint_rad_s = 2.0 * kDegree;
+constexpr double kSetPoint_rad_s = 2.0 * kRadPerDeg;
 
 // Azimuth turns at `rate` of the time after the rest, pitch follows.
 std::vector<std::string> verdict(const char *scenario_name, const std::function<double(double)>& rate) {

@@ -11,8 +11,6 @@ extern "C" void tearDown() {}
 
 namespace {
 
-constexpr double kDegree = sim::kPi / 180.0;
-
 const sim::NodeSetup& setup() {
   static const sim::NodeSetup made(sim::load_plant("sim_host/plants/tracker.toml"));
   return made;
@@ -20,7 +18,7 @@ const sim::NodeSetup& setup() {
 
 // An axis without torque that is pushed from outside; the upper end stop of pitch is at 95 degrees.
 sim::Harm harm_of_a_push(double from_deg, double push_nm, int ticks, std::size_t axis = sim::kPitch) {
-  sim::DrivenNode node(setup(), 1, {0.0, from_deg * kDegree});
+  sim::DrivenNode node(setup(), 1, {0.0, from_deg * sim::kRadPerDeg});
   sim::MotionJudge judge(setup());
   node.machine().broken().axis[axis].push_nm = push_nm;
   for (int i = 0; i < ticks; ++i) {
@@ -33,7 +31,8 @@ sim::Harm harm_of_a_push(double from_deg, double push_nm, int ticks, std::size_t
 void test_a_push_into_the_end_stop_is_a_hard_contact() {
   const sim::Harm harm = harm_of_a_push(85.0, 30.0, 1000);
   const sim::EndStopContacts& contacts = harm.axis[sim::kPitch].contacts;
-  std::printf("%.1f deg/s, %.0f Nm, %.2f J\n", contacts.speed_rad_s / kDegree, contacts.torque_nm, contacts.energy_j);
+  std::printf("%.1f deg/s, %.0f Nm, %.2f J\n", contacts.speed_rad_s / sim::kRadPerDeg, contacts.torque_nm,
+              contacts.energy_j);
   TEST_ASSERT_TRUE(harm.hits_hard());
   TEST_ASSERT_EQUAL(0, harm.axis[sim::kAzimuth].contacts.count);
   TEST_ASSERT_TRUE(contacts.torque_nm > 30.0);

@@ -96,7 +96,7 @@ void test_shipped_plants_load_in_si_units() {
   const PlantConfig plant = shipped_plant("tracker");
   TEST_ASSERT_EQUAL_STRING("tracker", plant.name.c_str());
   TEST_ASSERT_TRUE(plant.friction_model == FrictionModel::kLugre);
-  CHECK_NEAR("Stribeck speed in rad/s", 0.3 * kDegree, plant.axis[kAzimuth].friction.positive.stribeck_speed_rad_s,
+  CHECK_NEAR("Stribeck speed in rad/s", 0.3 * kRadPerDeg, plant.axis[kAzimuth].friction.positive.stribeck_speed_rad_s,
              1e-12);
   CHECK_NEAR("inductance in H", 3e-3, plant.axis[kAzimuth].motor.inductance_h, 1e-12);
   CHECK_NEAR("ripple", 0.015, plant.axis[kPitch].motor.ripple.at(1).fraction, 1e-12);
@@ -121,7 +121,7 @@ void test_paper_plant_holds_the_published_numbers() {
 }
 
 void test_shipped_scenarios_load() {
-  CHECK_NEAR("sine in deg/s", 1.0, shipped_scenario("sine").speeds_rad_s.at(0) / kDegree, 1e-12);
+  CHECK_NEAR("sine in deg/s", 1.0, shipped_scenario("sine").speeds_rad_s.at(0) / kRadPerDeg, 1e-12);
   CHECK_NEAR("disturbance in Hz", 2.0, shipped_scenario("step_disturbed").disturbance_frequency_hz, 1e-12);
   TEST_ASSERT_EQUAL(3, shipped_scenario("low_speed_start").speeds_rad_s.size());
   TEST_ASSERT_EQUAL(5, shipped_scenario("steady_speed").speeds_rad_s.size());

@@ -175,7 +175,7 @@ void test_the_min_inertia_is_that_of_the_pitch_travel() {
   PlantConfig plant = shipped_plant("tracker");
   CHECK_NEAR("over the zenith", 3.0, min_inertia_kg_m2(plant, kAzimuth), 1e-9);
   CHECK_NEAR("pitch", 2.5, min_inertia_kg_m2(plant, kPitch), 1e-9);
-  plant.axis[kPitch].end_stops->upper_rad = 60.0 * kDegree;
+  plant.axis[kPitch].end_stops->upper_rad = 60.0 * kRadPerDeg;
   CHECK_NEAR("up to 60 deg", 3.0 + 3.0 * 0.25, min_inertia_kg_m2(plant, kAzimuth), 1e-9);
   plant.axis[kPitch].end_stops.reset();
   CHECK_NEAR("without stops", 3.0, min_inertia_kg_m2(plant, kAzimuth), 1e-9);
@@ -197,7 +197,7 @@ Growth growth_with_observer_of(double bandwidth_hz) {
   ScenarioConfig scenario = shipped_scenario("steady_speed");
   scenario.axes = {true, false};
   scenario.duration_s = 4.0;
-  const Trace trace = run_scenario({&plant, &scenario, 0.1 * kDegree, params, 1});
+  const Trace trace = run_scenario({&plant, &scenario, 0.1 * kRadPerDeg, params, 1});
   Growth growth{0.0, 0.0};
   for (const TraceRow& row : trace) {
     const double error = std::abs(row.axis[kAzimuth].rate_rad_s - row.axis[kAzimuth].reference_rad_s);
@@ -232,7 +232,7 @@ void test_the_machine_shakes_where_the_calculation_says_so() {
   LOG_VALUE("late over early peak below the border", below.late_rad_s / below.early_rad_s);
   LOG_VALUE("late over early peak above the border", above.late_rad_s / above.early_rad_s);
   CHECK_AT_MOST("dies away below", 0.1, below.late_rad_s / below.early_rad_s);
-  CHECK_AT_LEAST("lives on above, in deg/s", 0.1, above.late_rad_s / kDegree);
+  CHECK_AT_LEAST("lives on above, in deg/s", 0.1, above.late_rad_s / kRadPerDeg);
 }
 
 }  // namespace

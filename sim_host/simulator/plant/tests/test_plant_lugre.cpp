@@ -84,19 +84,19 @@ Comparison compare(const Bench& bench, Torque torque, double duration_s) {
 void test_breakaway_on_a_torque_ramp_agrees() {
   const Comparison seen = compare(
       stiff_bench(), [](double t, double) { return 10.0 * t; }, 1.2);
-  LOG_VALUE("break-away on a 10 Nm/s ramp, largest rate error in deg/s", seen.rate_rad_s / kDegree);
-  LOG_VALUE("rate at the end in deg/s", seen.largest_rate_rad_s / kDegree);
-  CHECK_AT_LEAST("the joint broke away", 5.0 * kDegree, seen.largest_rate_rad_s);
-  CHECK_AT_MOST("rate error in deg/s", 1e-3, seen.rate_rad_s / kDegree);
+  LOG_VALUE("break-away on a 10 Nm/s ramp, largest rate error in deg/s", seen.rate_rad_s / kRadPerDeg);
+  LOG_VALUE("rate at the end in deg/s", seen.largest_rate_rad_s / kRadPerDeg);
+  CHECK_AT_LEAST("the joint broke away", 5.0 * kRadPerDeg, seen.largest_rate_rad_s);
+  CHECK_AT_MOST("rate error in deg/s", 1e-3, seen.rate_rad_s / kRadPerDeg);
 }
 
 void test_reversals_agree() {
   const auto sine = [](double t, double) { return 14.0 * std::sin(2.0 * kPi * 2.0 * t); };
   const Comparison stiff = compare(stiff_bench(), sine, 2.0);
   const Comparison paper = compare(paper_bench(), sine, 2.0);
-  LOG_VALUE("reversals, tracker, largest rate error in deg/s", stiff.rate_rad_s / kDegree);
-  LOG_VALUE("of", stiff.largest_rate_rad_s / kDegree);
-  LOG_VALUE("reversals, paper, largest rate error in deg/s", paper.rate_rad_s / kDegree);
+  LOG_VALUE("reversals, tracker, largest rate error in deg/s", stiff.rate_rad_s / kRadPerDeg);
+  LOG_VALUE("of", stiff.largest_rate_rad_s / kRadPerDeg);
+  LOG_VALUE("reversals, paper, largest rate error in deg/s", paper.rate_rad_s / kRadPerDeg);
   CHECK_AT_MOST("rate error, tracker, of the largest rate", 2e-5, stiff.rate_rad_s / stiff.largest_rate_rad_s);
   CHECK_AT_MOST("rate error, paper, of the largest rate", 2e-5, paper.rate_rad_s / paper.largest_rate_rad_s);
 }
@@ -107,19 +107,19 @@ void test_presliding_hysteresis_agrees() {
     return 4.0 * std::sin(2.0 * kPi * t) + 1.5 * std::sin(2.0 * kPi * 5.0 * t);
   };
   const Comparison seen = compare(stiff_bench(), loops, 3.0);
-  LOG_VALUE("pre-sliding, largest rate error in deg/s", seen.rate_rad_s / kDegree);
-  LOG_VALUE("of", seen.largest_rate_rad_s / kDegree);
-  CHECK_AT_MOST("stays in pre-sliding, deg/s", 0.3, seen.largest_rate_rad_s / kDegree);
+  LOG_VALUE("pre-sliding, largest rate error in deg/s", seen.rate_rad_s / kRadPerDeg);
+  LOG_VALUE("of", seen.largest_rate_rad_s / kRadPerDeg);
+  CHECK_AT_MOST("stays in pre-sliding, deg/s", 0.3, seen.largest_rate_rad_s / kRadPerDeg);
   CHECK_AT_MOST("rate error of the largest rate", 1e-4, seen.rate_rad_s / seen.largest_rate_rad_s);
 }
 
 void test_stick_slip_of_a_joint_pulled_by_a_spring_agrees() {
   // A 60 Nm/rad spring pulled at 2 deg/s; both slip at the same times with the same speed.
-  const auto spring = [](double t, double angle) { return 60.0 * (2.0 * kDegree * t - angle); };
+  const auto spring = [](double t, double angle) { return 60.0 * (2.0 * kRadPerDeg * t - angle); };
   const Comparison seen = compare(stiff_bench(), spring, 7.0);
-  LOG_VALUE("stick-slip, largest rate error in deg/s", seen.rate_rad_s / kDegree);
-  LOG_VALUE("of", seen.largest_rate_rad_s / kDegree);
-  CHECK_AT_LEAST("it slips faster than it is pulled, deg/s", 3.0, seen.largest_rate_rad_s / kDegree);
+  LOG_VALUE("stick-slip, largest rate error in deg/s", seen.rate_rad_s / kRadPerDeg);
+  LOG_VALUE("of", seen.largest_rate_rad_s / kRadPerDeg);
+  CHECK_AT_LEAST("it slips faster than it is pulled, deg/s", 3.0, seen.largest_rate_rad_s / kRadPerDeg);
   CHECK_AT_MOST("rate error of the largest rate", 2e-3, seen.rate_rad_s / seen.largest_rate_rad_s);
 }
 
@@ -127,7 +127,7 @@ void test_every_speed_from_0_01_to_200_deg_per_s_agrees() {
   // The torque that holds the speed, as a step from rest: the settling is compared too.
   const Bench bench = stiff_bench();
   for (const double speed : {0.01, 0.1, 1.0, 10.0, 50.0, 200.0}) {
-    const double rate = speed * kDegree;
+    const double rate = speed * kRadPerDeg;
     const double hold = steady_friction_nm(bench.axis.friction, rate);
     const auto servo = [rate, hold](double t, double angle) {
       const double ramp = std::min(t / 0.2, 1.0);  // reach the speed smoothly, hold it by a stiff spring
@@ -136,7 +136,7 @@ void test_every_speed_from_0_01_to_200_deg_per_s_agrees() {
     };
     const Comparison seen = compare(bench, servo, 0.6);
     LOG_VALUE("speed in deg/s", speed);
-    LOG_VALUE("  largest rate error in deg/s", seen.rate_rad_s / kDegree);
+    LOG_VALUE("  largest rate error in deg/s", seen.rate_rad_s / kRadPerDeg);
     CHECK_AT_MOST("rate error of the speed", 1e-4, seen.rate_rad_s / seen.largest_rate_rad_s);
   }
 }

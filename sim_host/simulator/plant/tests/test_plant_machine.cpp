@@ -104,7 +104,7 @@ double energy_j(const PlantConfig& plant, const TruthState& state) {
 
 void test_energy_stays_constant_through_coupling_and_gravity() {
   PlantConfig plant = bare_plant();
-  plant.base_tilt = {10.0 * kDegree, 30.0 * kDegree};
+  plant.base_tilt = {10.0 * kRadPerDeg, 30.0 * kRadPerDeg};
   plant.axis[kPitch].load.imbalance_nm = 6.0;
   plant.axis[kPitch].load.imbalance_phase_rad = 0.3;
   plant.axis[kAzimuth].load.imbalance_nm = 4.0;
@@ -165,10 +165,10 @@ void test_torques_of_the_truth_add_up_to_the_acceleration() {
 
 void test_end_stop_holds_and_returns_its_share_of_the_speed() {
   PlantConfig plant = bare_plant();
-  plant.axis[kPitch].end_stops = EndStopConfig{-20.0 * kDegree, 95.0 * kDegree, 5e4, 0.3};
+  plant.axis[kPitch].end_stops = EndStopConfig{-20.0 * kRadPerDeg, 95.0 * kRadPerDeg, 5e4, 0.3};
   plant.axis[kPitch].motor.back_emf_constant_v_s_rad = 0.0;
   Tracker tracker(plant, 1);
-  tracker.place({0.0, 85.0 * kDegree});
+  tracker.place({0.0, 85.0 * kRadPerDeg});
   run(tracker, 0.2, 0.0, 0.02);
   run(tracker, 0.05);
   const double before = tracker.truth().joint_rate_rad_s[kPitch];
@@ -176,17 +176,17 @@ void test_end_stop_holds_and_returns_its_share_of_the_speed() {
   double after = 0.0;
   for (int step = 0; step < 40000; ++step) {
     tracker.step_pwm({0.0, 0.0});
-    deepest = std::max(deepest, tracker.truth().joint_angle_rad[kPitch] - 95.0 * kDegree);
+    deepest = std::max(deepest, tracker.truth().joint_angle_rad[kPitch] - 95.0 * kRadPerDeg);
     after = tracker.truth().joint_rate_rad_s[kPitch];
   }
-  LOG_VALUE("impact in deg/s", before / kDegree);
-  LOG_VALUE("overrun in deg", deepest / kDegree);
+  LOG_VALUE("impact in deg/s", before / kRadPerDeg);
+  LOG_VALUE("overrun in deg", deepest / kRadPerDeg);
   CHECK_AT_LEAST("it hits", 1e-6, deepest);
-  CHECK_AT_MOST("overrun in deg", 1.0, deepest / kDegree);
+  CHECK_AT_MOST("overrun in deg", 1.0, deepest / kRadPerDeg);
   CHECK_NEAR("speed returned", -0.3, after / before, 0.03);
   run(tracker, 4.0, 0.0, 0.5);  // full push: 48 V / 2 / 1.2 ohm * 1.5 Nm/A = 30 Nm
-  CHECK_NEAR("held within the stiffness, deg", 30.0 / 5e4 / kDegree,
-             tracker.truth().joint_angle_rad[kPitch] / kDegree - 95.0, 1e-3);
+  CHECK_NEAR("held within the stiffness, deg", 30.0 / 5e4 / kRadPerDeg,
+             tracker.truth().joint_angle_rad[kPitch] / kRadPerDeg - 95.0, 1e-3);
 }
 
 void test_without_end_stops_the_joint_turns_on() {

@@ -32,7 +32,7 @@ double moved(MaxwellSlip& friction, double rate_rad_s) {
 void test_steady_sliding_is_the_stribeck_curve_in_both_directions() {
   for (const double speed : {0.02, 0.1, 0.3, 1.0, 5.0, 50.0, -0.02, -0.1, -0.3, -1.0, -5.0, -50.0}) {
     MaxwellSlip friction(seal(), MaxwellSlipConfig{}, kDt_s);
-    const double rate = speed * kDegree;
+    const double rate = speed * kRadPerDeg;
     double torque = 0.0;
     for (int step = 0; step < 200000; ++step) {
       torque = moved(friction, rate);

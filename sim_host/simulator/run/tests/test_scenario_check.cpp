@@ -48,12 +48,12 @@ void test_shipped_scenarios_need_no_warning_on_their_plants() {
 void test_a_start_beyond_the_end_stops_is_refused_with_its_line() {
   const PlantConfig plant = shipped_plant("tracker");
   ScenarioConfig scenario = shipped_scenario("low_speed_start");
-  scenario.initial_joint_angle_rad[kPitch] = 95.1 * kDegree;
+  scenario.initial_joint_angle_rad[kPitch] = 95.1 * kRadPerDeg;
   check_says(
       refusal(plant, scenario),
       "low_speed_start.toml:10: initial_pitch_deg: a start at 95.1 deg is beyond the end stops of tracker's pitch, "
       "-20 and 95 deg, start between these angles");
-  scenario.initial_joint_angle_rad = {-281.0 * kDegree, 0.0};
+  scenario.initial_joint_angle_rad = {-281.0 * kRadPerDeg, 0.0};
   check_says(refusal(plant, scenario), "low_speed_start.toml:9: initial_azimuth_deg: a start at -281 deg");
   ScenarioConfig below = shipped_scenario("tracking");
   below.fly_by.start_position_m = {3000.0, 40.0, -2000.0};
@@ -83,7 +83,7 @@ void test_a_target_straight_above_or_going_round_is_refused() {
 
 void test_a_target_that_leaves_the_travel_is_a_warning() {
   PlantConfig plant = shipped_plant("tracker");
-  plant.axis[kPitch].end_stops->upper_rad = 3.5 * kDegree;
+  plant.axis[kPitch].end_stops->upper_rad = 3.5 * kRadPerDeg;
   TEST_ASSERT_EQUAL(1, warnings_of("fly_by: the target moves beyond the end stops of tracker's pitch", plant,
                                    shipped_scenario("tracking")));
 }
@@ -102,21 +102,21 @@ void test_speeds_that_end_at_the_stops_or_beyond_motor_and_gyro_are_warnings() {
   scenario.axes = {true, false};
   scenario.initial_joint_angle_rad = {0.0, 0.0};
   const auto count = [&](double speed_deg_s) {
-    scenario.speeds_rad_s = {speed_deg_s * kDegree};
+    scenario.speeds_rad_s = {speed_deg_s * kRadPerDeg};
     return warnings_of("speeds_deg_s", plant, scenario);
   };
   TEST_ASSERT_EQUAL(0, count(280.0 / 23.0 - 0.01));
   TEST_ASSERT_EQUAL(1, count(280.0 / 23.0 + 0.01));
   TEST_ASSERT_EQUAL(0, count(-280.0 / 23.0 + 0.01));
   TEST_ASSERT_EQUAL(1, count(-280.0 / 23.0 - 0.01));
-  TEST_ASSERT_EQUAL(2, count(500.0));                       // and the gyro's 490 deg/s
-  TEST_ASSERT_EQUAL(3, count(48.0 / 2.5 / kDegree + 1.0));  // and the supply
+  TEST_ASSERT_EQUAL(2, count(500.0));                          // and the gyro's 490 deg/s
+  TEST_ASSERT_EQUAL(3, count(48.0 / 2.5 / kRadPerDeg + 1.0));  // and the supply
   ScenarioConfig sine = shipped_scenario("sine");
   sine.axes = {true, false};
   sine.frequency_hz = 0.1;  // 2 A / w = 280 deg
-  sine.speeds_rad_s = {(140.0 * 2.0 * kPi * 0.1 - 0.1) * kDegree};
+  sine.speeds_rad_s = {(140.0 * 2.0 * kPi * 0.1 - 0.1) * kRadPerDeg};
   TEST_ASSERT_EQUAL(0, warnings_of("speeds_deg_s", plant, sine));
-  sine.speeds_rad_s = {(140.0 * 2.0 * kPi * 0.1 + 0.1) * kDegree};
+  sine.speeds_rad_s = {(140.0 * 2.0 * kPi * 0.1 + 0.1) * kRadPerDeg};
   TEST_ASSERT_EQUAL(1, warnings_of("speeds_deg_s", plant, sine));
 }
 

@@ -50,7 +50,7 @@ void test_encoder_eccentricity_is_one_sine_per_turn() {
   config.eccentricity_rad = 15e-6;
   config.eccentricity_phase_rad = 0.3;
   for (int i = 0; i < 36; ++i) {
-    const double angle = i * 10.0 * kDegree;
+    const double angle = i * 10.0 * kRadPerDeg;
     const double read = reading_at(config, angle) * (2.0 * kPi / 4294967296.0);
     CHECK_NEAR("error in rad", 15e-6 * std::sin(angle + 0.3), std::remainder(read - angle, 2.0 * kPi), 2e-9);
   }
@@ -154,7 +154,7 @@ void test_gyro_noise_density_is_the_one_of_the_data_sheet() {
   // Angle random walk: the integral over T of white noise of one-sided density N has variance N^2 T / 2.
   for (const int order : {1, 2}) {
     GyroConfig config;
-    config.noise_density_rad_s_rthz = 0.0002 * kDegree;
+    config.noise_density_rad_s_rthz = 0.0002 * kRadPerDeg;
     config.filter_order = order;
     Gyro gyro = gyro_of(config);
     const int windows = 4000;
@@ -168,7 +168,7 @@ void test_gyro_noise_density_is_the_one_of_the_data_sheet() {
       square += angle * angle / windows;
     }
     const double density = std::sqrt(2.0 * square / window_s);
-    LOG_VALUE("density from angle random walk, deg/s/sqrt(Hz)", density / kDegree);
+    LOG_VALUE("density from angle random walk, deg/s/sqrt(Hz)", density / kRadPerDeg);
     CHECK_RELATIVE("density", config.noise_density_rad_s_rthz, density, 0.04);
   }
 }
@@ -209,7 +209,7 @@ void test_gyro_bandwidth_is_minus_3_db_in_both_orders() {
       }
     }
     CHECK_NEAR("gain in dB", -3.01, 20.0 * std::log10(std::hypot(in_phase, quadrature)), 0.03);
-    CHECK_NEAR("phase in deg", order == 1 ? -45.0 : -90.0, std::atan2(quadrature, in_phase) / kDegree, 0.2);
+    CHECK_NEAR("phase in deg", order == 1 ? -45.0 : -90.0, std::atan2(quadrature, in_phase) / kRadPerDeg, 0.2);
   }
 }
 

@@ -130,8 +130,8 @@ void test_the_shipped_fly_by_is_slow_cruises_at_20_m_per_s_and_turns_back() {
     reversals += last * los.rate_rad_s[kAzimuth] < 0.0 ? 1 : 0;
     last = los.rate_rad_s[kAzimuth];
   }
-  LOG_VALUE("fastest line of sight in deg/s", fastest / kDegree);
-  CHECK_AT_MOST("deg/s", 0.3, fastest / kDegree);
+  LOG_VALUE("fastest line of sight in deg/s", fastest / kRadPerDeg);
+  CHECK_AT_MOST("deg/s", 0.3, fastest / kRadPerDeg);
   CHECK_AT_LEAST("reversals of azimuth", 2, reversals);
 }
 

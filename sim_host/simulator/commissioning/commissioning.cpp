@@ -1,8 +1,8 @@
-#include "commission/commission.hpp"
+#include "commissioning/commissioning.hpp"
 
 #include <cmath>
 
-#include "commission/true_parameters.hpp"
+#include "commissioning/true_parameters.hpp"
 #include "design/control_design.hpp"
 
 namespace trackservo::sim {

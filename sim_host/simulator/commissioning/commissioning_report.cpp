@@ -1,4 +1,4 @@
-#include "commission/commission_report.hpp"
+#include "commissioning/commissioning_report.hpp"
 
 #include <fmt/format.h>
 

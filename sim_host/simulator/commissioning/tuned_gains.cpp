@@ -1,11 +1,11 @@
-#include "commission/tuned_gains.hpp"
+#include "commissioning/tuned_gains.hpp"
 
 #include <fmt/format.h>
 
 #include <fstream>
 
 #include "analysis/margin_measurement.hpp"
-#include "commission/commission_report.hpp"
+#include "commissioning/commissioning_report.hpp"
 #include "design/control_design.hpp"
 #include "dictionary/refusal_text.hpp"
 #include "gain_design/design_json.hpp"

@@ -3,8 +3,8 @@
 // These are the experiments of the device, in the firmware's own tick, without a bus and at full computer speed. The
 // recording has the signals of the firmware: encoder, gyro, measured current; never the truth. The recording has no
 // gap: moves between the places and rests between the experiments are included, as speed sweeps.
-#ifndef TRACKSERVO_SIM_COMMISSION_ACQUISITION_HPP
-#define TRACKSERVO_SIM_COMMISSION_ACQUISITION_HPP
+#ifndef TRACKSERVO_SIM_COMMISSIONING_ACQUISITION_HPP
+#define TRACKSERVO_SIM_COMMISSIONING_ACQUISITION_HPP
 
 #include <array>
 #include <cstdint>

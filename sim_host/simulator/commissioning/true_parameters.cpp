@@ -1,4 +1,4 @@
-#include "commission/true_parameters.hpp"
+#include "commissioning/true_parameters.hpp"
 
 #include <cmath>
 

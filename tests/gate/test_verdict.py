@@ -86,6 +86,6 @@ def test_a_firmware_whose_observer_has_the_wrong_sign_is_red_and_named(gate: Gat
 
 def test_the_copy_with_the_mistake_differs_in_one_line_only() -> None:
     right = (PROJECT / "firmware/control/disturbance_observer.c").read_text().splitlines()
-    wrong = (PROJECT / "build/host/tests/ci/wrong_observer.c").read_text().splitlines()
+    wrong = (PROJECT / "build/host/tests/gate/wrong_observer.c").read_text().splitlines()
     assert len(right) == len(wrong)
     assert sum(a != b for a, b in zip(right, wrong, strict=True)) == 1

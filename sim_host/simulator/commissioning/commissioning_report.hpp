@@ -1,11 +1,11 @@
 // Results of commissioning, for people and as files.
-#ifndef TRACKSERVO_SIM_COMMISSION_COMMISSION_REPORT_HPP
-#define TRACKSERVO_SIM_COMMISSION_COMMISSION_REPORT_HPP
+#ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSIONING_REPORT_HPP
+#define TRACKSERVO_SIM_COMMISSIONING_COMMISSIONING_REPORT_HPP
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "commission/commission.hpp"
+#include "commissioning/commissioning.hpp"
 
 namespace trackservo::sim {
 

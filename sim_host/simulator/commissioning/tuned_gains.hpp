@@ -1,11 +1,11 @@
 // Gains for a commissioned axis, designed from the identified parameters and verified on the machine, like `servoctl
 // tune`.
-#ifndef TRACKSERVO_SIM_COMMISSION_TUNED_GAINS_HPP
-#define TRACKSERVO_SIM_COMMISSION_TUNED_GAINS_HPP
+#ifndef TRACKSERVO_SIM_COMMISSIONING_TUNED_GAINS_HPP
+#define TRACKSERVO_SIM_COMMISSIONING_TUNED_GAINS_HPP
 
 #include <filesystem>
 
-#include "commission/commission.hpp"
+#include "commissioning/commissioning.hpp"
 #include "gain_design/gain_design.hpp"
 
 namespace trackservo::sim {

@@ -1,4 +1,4 @@
-#include "commission/acquisition.hpp"
+#include "commissioning/acquisition.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // The true parameters of a simulated axis, as identification names them.
-#ifndef TRACKSERVO_SIM_COMMISSION_TRUE_PARAMETERS_HPP
-#define TRACKSERVO_SIM_COMMISSION_TRUE_PARAMETERS_HPP
+#ifndef TRACKSERVO_SIM_COMMISSIONING_TRUE_PARAMETERS_HPP
+#define TRACKSERVO_SIM_COMMISSIONING_TRUE_PARAMETERS_HPP
 
 #include <map>
 #include <string>

@@ -1,12 +1,12 @@
 // The whole commissioning of one axis of a simulated machine: first look, test plan, chirps for the structure, fit.
 // The same as `servoctl identify` on a real one, at the computer's full speed.
-#ifndef TRACKSERVO_SIM_COMMISSION_COMMISSION_HPP
-#define TRACKSERVO_SIM_COMMISSION_COMMISSION_HPP
+#ifndef TRACKSERVO_SIM_COMMISSIONING_COMMISSIONING_HPP
+#define TRACKSERVO_SIM_COMMISSIONING_COMMISSIONING_HPP
 
 #include <map>
 #include <string>
 
-#include "commission/acquisition.hpp"
+#include "commissioning/acquisition.hpp"
 #include "identification/identification.hpp"
 
 namespace trackservo::sim {
