@@ -9,6 +9,7 @@
 #define RESET "Fault reset after the condition has ended."
 #define OPERATIONAL_AND_RESET "Set the node operational (NMT 01), then fault reset."
 #define NOTHING "Nothing to clear: it is reported once."
+#define BEFORE_RESET "Note what master and machine did just before the reset. Does the fault return?"
 
 const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_NONE] = {.name = "no fault"},
@@ -143,7 +144,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                         .limits = LIMIT(11) | LIMIT(12),
                         .cause =
                             "Friction, unbalance or wind needs more current than the motor can carry continuously.",
-                        .check = "6077 at rest shows unbalance, at constant speed friction.",
+                        .check = "Read the torque 6077: at rest it shows unbalance, at constant speed friction.",
                         .cure = "Balance the axis, lower the accelerations, and wait until the winding has cooled.",
                         .clear = "Fault reset after the winding has cooled (about twice the time 2060:12)."},
     [FAULT_UNDER_VOLTAGE] = {.name = "bus under-voltage",
@@ -177,8 +178,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                 .detection = "Heat sink above 85 degrees C.",
                                 .when = ALWAYS,
                                 .timer = "",
-                                .cause = "Too much load, sun on the housing, or too little cooling.",
-                                .check = "Temperature of the heat sink, fan and air flow.",
+                                .cause = "The load is too high, the sun heats the housing, or the cooling is too weak.",
+                                .check = "Measure the temperature of the heat sink. Check fan and air flow.",
                                 .cure = "Let it cool and improve the cooling.",
                                 .clear = RESET},
     [FAULT_OVER_SPEED] =
@@ -211,7 +212,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .cause =
              "Axis driven externally (wind, by hand), overshoot larger than 2060:17, or the zero position has moved.",
          .check = "Compare 6064 with 2060:9 and 2060:10.",
-         .cure = "Move back inwards, which is allowed. Set 607D further inside.",
+         .cure = "Command a motion inwards: the drive permits it. Then set the software limits 607D further inside.",
          .clear = RESET},
     [FAULT_STALL] = {.name = "stall",
                      .detection = "Slower than 0.002 rad/s with the torque at its limit for the time 2060:8.",
@@ -233,15 +234,15 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .check = "reference, rate and torque in the fault log: is the torque at its limit?",
          .cure = "Lower 6083 and 6084, reduce the load, or correct the gains.",
          .clear = RESET},
-    [FAULT_FOLLOWING_ERROR] = {.name = "following error",
-                               .detection =
-                                   "Position error exceeds 6065 for longer than 6066, or exceeds a quarter turn.",
-                               .when = "While the position loop is closed.",
-                               .timer = "6066",
-                               .cause = "Set-points move faster than the axis can follow.",
-                               .check = "60F4, the torque limit, the load and the gains.",
-                               .cure = "Use slower set-points. Widen 6065 if the motion profile is right.",
-                               .clear = RESET},
+    [FAULT_FOLLOWING_ERROR] =
+        {.name = "following error",
+         .detection = "Position error exceeds 6065 for longer than 6066, or exceeds a quarter turn.",
+         .when = "While the position loop is closed.",
+         .timer = "6066",
+         .cause = "Set-points move faster than the axis can follow.",
+         .check = "Read the following error 60F4 during the motion. Check the torque limit, the load and the gains.",
+         .cure = "Use slower set-points. Widen 6065 if the motion profile is right.",
+         .clear = RESET},
     [FAULT_HEARTBEAT_LOST] = {.name = "heartbeat lost",
                               .detection =
                                   "A node listed in 1016 sent no heartbeat for longer than the time in its entry.",
@@ -265,7 +266,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
                             .when = ALWAYS,
                             .timer = "",
                             .cause = "A master stopped or reset the node.",
-                            .check = "Frames with identifier 000 on the bus.",
+                            .check =
+                                "Record the frames with identifier 000: they show which NMT command the master sent.",
                             .cure = "Set the node operational (NMT 01).",
                             .clear = OPERATIONAL_AND_RESET},
     [FAULT_BUS_OFF] =
@@ -273,7 +275,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .detection = "The CAN controller went bus-off.",
          .when = ALWAYS,
          .timer = "",
-         .cause = "Wiring, termination or bit rate.",
+         .cause = "The bus is wired or terminated wrongly, or a node uses another bit rate.",
          .check = "Measure 60 ohm between the two bus wires with all power off. Compare the bit rates of all nodes.",
          .cure = "Repair the bus. The node rejoins it without a restart.",
          .clear = OPERATIONAL_AND_RESET},
@@ -282,7 +284,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                          .when = ALWAYS,
                          .timer = "",
                          .cause = "Interrupts were blocked for too long, or a clock failed.",
-                         .check = "What was sent on the bus just before?",
+                         .check = "Note which commands the master sent just before the fault.",
                          .cure = "Report the fault with its fault log.",
                          .clear = "Restart of the board; its watchdog does this."},
     [FAULT_SELF_TEST] =
@@ -295,7 +297,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .timer = "",
          .cause =
              "That part is not connected, has no supply, or is dead. Detail 01: the image was written incompletely.",
-         .check = "The part that the detail names.",
+         .check = "Check connection and supply of the part that the detail names.",
          .cure = "Repair or replace the part. Detail 01: flash the image again.",
          .clear = "Restart of the board."},
     [FAULT_WATCHDOG_RESET] = {.name = "watchdog reset",
@@ -305,7 +307,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                               .when = "At start-up.",
                               .timer = "",
                               .cause = "The control tick, the current loop or the background task stopped running.",
-                              .check = "What was done just before the reset, and does it happen again?",
+                              .check = BEFORE_RESET,
                               .cure = "Report the fault with its fault log.",
                               .clear = NOTHING},
     [FAULT_EXCEPTION_RESET] = {.name = "exception reset",
@@ -317,7 +319,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                .when = "At start-up.",
                                .timer = "",
                                .cause = "An error in the firmware, damaged memory, or a stopped clock (NMI).",
-                               .check = "What was done just before the reset, and does it happen again?",
+                               .check = BEFORE_RESET,
                                .cure = "Report the fault with its detail.",
                                .clear = NOTHING},
     [FAULT_BROWN_OUT_RESET] = {.name = "brown-out reset",
@@ -327,9 +329,9 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                    "The board restarted after a dip of its supply that was too short to clear the RAM.",
                                .when = "At start-up.",
                                .timer = "",
-                               .cause = "A weak supply or a loose contact.",
-                               .check = "The 3.3 V supply and its plug.",
-                               .cure = "Repair the supply.",
+                               .cause = "The supply is too weak, or a contact of it is loose.",
+                               .check = "Measure the 3.3 V supply. Check its plug.",
+                               .cure = "Repair the supply or its plug.",
                                .clear = NOTHING},
     [FAULT_IMAGE_DAMAGED] =
         {.name = "image corrupted",
@@ -348,7 +350,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "Always. It is reported after the restart.",
          .timer = "",
          .cause = "An error in the firmware.",
-         .check = "What was done just before the reset, and does it happen again?",
+         .check = BEFORE_RESET,
          .cure = "Report the fault with its fault log.",
          .clear = NOTHING},
     [FAULT_RAM_PARITY] =
@@ -360,21 +362,21 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "Always, if the option bit of the chip enables the parity. It is reported after the restart.",
          .timer = "",
          .cause = "A bit of the RAM has flipped (radiation, a disturbance of the supply), or a cell is defective.",
-         .check = "Does it happen again? The restart has tested all of the RAM.",
+         .check = "Does the fault return? The restart tested the whole RAM.",
          .cure = "Replace the board if the fault returns.",
          .clear = NOTHING},
     [FAULT_HOLDING_BRAKE] =
         {.name = "holding brake",
          .owner = FAULT_OF_AXIS,
-         .detection =
-             "The contact of the holding brake contradicts its output: for 100 ms longer than 2060:24 (released) "
-             "or 2060:25 (engaged).",
+         .detection = "The brake's contact does not confirm the brake's output for 100 ms longer than the release time "
+                      "2060:24 or the engage time 2060:25.",
          .when = "Always, if 2060:26 is 1.",
          .timer = "",
          .limits = LIMIT(24) | LIMIT(25) | LIMIT(26),
          .cause = "The brake sticks or is worn, its coil has no current, or a wire of coil or contact is broken.",
-         .check = "3061:1 (4 azimuth, 8 pitch: released) while the axis is enabled and while it is off.",
-         .cure = "Repair brake or wire. An axis without a contact: 2060:26 = 0.",
+         .check = "Read 3061:1 with the axis enabled and with the axis off: it contains 4 while the brake of azimuth "
+                  "is released, 8 while that of pitch is.",
+         .cure = "Repair the brake or the wire. If the brake has no contact, set 2060:26 to 0.",
          .clear = RESET},
     [FAULT_SAFE_TORQUE_OFF] = {.name = "safe torque off",
                                .owner = FAULT_OF_AXIS,
@@ -383,7 +385,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
                                .timer = "",
                                .cause =
                                    "The safety circuit of the machine is open: emergency stop, guard door, key switch.",
-                               .check = "3061:1: 1 and 2 are the channels A and B.",
+                               .check =
+                                   "Read 3061:1: it contains 1 while channel A permits torque, 2 while channel B does.",
                                .cure = "Close the safety circuit.",
                                .clear = RESET},
     [FAULT_SAFE_TORQUE_FAULT] =
@@ -394,7 +397,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "Always. The outputs are off at once, whichever channel it was.",
          .timer = "",
          .cause = "A broken or shorted wire of one channel, or a defective input circuit or driver enable.",
-         .check = "3061:1: 1 and 2 are the channels A and B. Measure both at the terminals.",
+         .check = "Read 3061:1: it contains 1 while channel A permits torque, 2 while channel B does. Measure both "
+                  "channels at the terminals.",
          .cure = "Repair the channel. Then open and close both channels once.",
          .clear = RESET},
     [FAULT_CLOCK] = {.name = "clock",
@@ -402,8 +406,9 @@ const fault_text fault_texts[FAULT_COUNT] = {
                      .detection = "The system clock differs by more than 3 % from the chip's own 16 MHz oscillator.",
                      .when = "Always, on the board.",
                      .timer = "",
-                     .cause = "A damaged crystal, or a wrong one. Speeds and times are wrong by the same factor.",
-                     .check = "The crystal's frequency: 24 MHz.",
+                     .cause =
+                         "The crystal is damaged or is a wrong one. All speeds and times are wrong by the same factor.",
+                     .check = "Measure the crystal's frequency: 24 MHz is right.",
                      .cure = "Replace the board.",
                      .clear = RESET},
     [FAULT_OPTION_BYTES] =
@@ -414,53 +419,52 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .when = "At start-up.",
          .timer = "",
          .cause = "The board was flashed without its option bytes.",
-         .check = "3061:1: 16 RAM parity, 32 write protection, 64 read protection.",
-         .cure = "Set them: tools/image/board openocd protect (docs/board.md).",
+         .check = "Read 3061:1: it contains 16 if the RAM parity is on, 32 if the program is write-protected, 64 if "
+                  "the flash is read-protected.",
+         .cure = "Set the option bytes with tools/image/board openocd protect (docs/board.md).",
          .clear = NOTHING},
-    [FAULT_PARAMETERS_LOST] = {.name = "stored parameters rejected",
-                               .owner = FAULT_OF_STORE,
-                               .detection = "A stored parameter set that may be the newest was not loaded, or a stored "
-                                            "node id. The detail is a sum: 1 damaged or unreadable, 2 incomplete, "
-                                            "4 rejected by the checks, 8 COB-IDs that collide under the present node "
-                                            "id (the communication objects then have their defaults), 16 node id or "
-                                            "bit rate.",
-                               .when = "At start-up and after a reset. Except with detail 8 both axes are in fault "
-                                       "then, because the values in effect may be older, also those of the limits.",
-                               .timer = "",
-                               .cause = "Power was lost while the set was being stored, the flash is worn, or the set "
-                                        "belongs to another firmware.",
-                               .check =
-                                   "3031:1, and the active values against a gains file (servoctl diff); with detail "
-                                   "16, 3050.",
-                               .cure = "Restore a known good gains file; with detail 16, store node id and bit rate "
-                                       "again by LSS.",
-                               .clear = "Fault reset acknowledges the values in effect. The EMCY ends, and the fault "
-                                        "does not return, after storing again (servoctl store)."},
+    [FAULT_PARAMETERS_LOST] =
+        {.name = "stored parameters rejected",
+         .owner = FAULT_OF_STORE,
+         .detection =
+             "The node did not load a stored parameter set that may be the newest, or a stored node id. The detail is "
+             "a sum: 1 damaged or unreadable, 2 incomplete, 4 rejected by the checks, 8 COB-IDs that collide under the "
+             "present node id (the communication objects then have their defaults), 16 node id or bit rate.",
+         .when = "At start-up and after a reset. Both axes are then in fault, because gains and limits in effect may "
+                 "be older than the stored ones. With detail 8 alone they are not.",
+         .timer = "",
+         .cause = "Power was lost while the set was being stored, the flash is worn, or the set "
+                  "belongs to another firmware.",
+         .check = "Read 3031:1, and compare the active values with a gains file (servoctl diff). With detail 16, read "
+                  "node id and bit rate in 3050.",
+         .cure = "Restore a known good gains file. With detail 16, store node id and bit rate again by LSS.",
+         .clear = "Fault reset: you accept the values in effect. Then store them (servoctl store): the EMCY ends, and "
+                  "the fault does not return."},
     [FAULT_MOTOR_CONTRADICTS] =
         {.name = "motor contradicts encoder and gyro",
-         .detection = "The motor's voltage is not that of its current and of the speed that the sensors show, for any "
-                      "resistance and back-EMF constant that 2060:22 permits and the motor has shown before. The error "
-                      "exceeds 2060:23 plus 4 % of the back-EMF, the share 2060:22 of L di/dt and the back-EMF of "
-                      "1 ms of acceleration, for 5 ticks, filtered over 5 ms.",
+         .detection = "The motor's voltage does not follow from its current and from the speed that the sensors show, "
+                      "whatever resistance and back-EMF constant 2060:22 permits and the motor has shown before. The "
+                      "difference, filtered over 5 ms, exceeds for 5 ticks the sum of 2060:23, 4 % of the back-EMF, "
+                      "the share 2060:22 of L di/dt, and the back-EMF of 1 ms of acceleration.",
          .when = DRIVEN,
          .timer = "",
          .limits = LIMIT(22) | LIMIT(23),
          .cause = "Encoder and gyro are wrong in the same way (frozen, wrong scale), the coupling between motor and "
                   "encoder slips, 2055:4 is too small, or the current sensor is wrong.",
-         .check = "Turn the axis by hand by a known angle while it is off: 6064 and the sum of the gyro rate. Compare "
-                  "2055:2 and 2055:4 with the data sheet of the motor.",
+         .check = "With the axis off, turn it by hand by a known angle: do 6064 and the sum of the gyro rate show this "
+                  "angle? Compare 2055:2 and 2055:4 with the data sheet of the motor.",
          .cure = "Repair the sensor or the coupling, or correct 2055. Raise 2060:23 only for a bridge with more dead "
                  "time.",
          .clear = RESET},
     [FAULT_MOTOR_WEAK] =
         {.name = "motor constant too small",
          .detection = "The motor gives less back-EMF for the speed of encoder and gyro than 2055:4 and 2060:22 permit. "
-                      "Torque constant and back-EMF constant are the same quantity: its torque is too small as well.",
+                      "Its torque is too small by the same factor.",
          .when = "While a control loop is closed and the axis turns fast enough that the difference exceeds 2060:23.",
          .timer = "",
          .limits = LIMIT(22) | LIMIT(23),
-         .cause = "2055:1 and 2055:4 are not those of this motor, its magnets are weak (over-heated), or encoder and "
-                  "gyro both show too much.",
+         .cause = "2055:1 and 2055:4 are not those of this motor, heat has weakened its magnets, or encoder and gyro "
+                  "both show too much.",
          .check = "Compare 2055:1 and 2055:4 with the data sheet of the motor; identify the axis again.",
          .cure = "Correct 2055, or replace the motor.",
          .clear = RESET},
@@ -473,8 +477,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .timer = "3041:1",
          .cause = "The master has ended, has lost the bus, or commands a motion and then only listens.",
          .check = "Are there frames for this node on the bus while the axis turns?",
-         .cure = "Let the master send something more often than every 3041:1: a heartbeat in 1016 is best. To move an "
-                 "axis without supervision, set 6007 to 0.",
+         .cure = "Let the master send a frame to the node more often than every 3041:1; a heartbeat that 1016 lists is "
+                 "best. To move an axis without supervision, set 6007 to 0.",
          .clear = "Fault reset (6007 = 1), or enable the axis again."},
     [FAULT_OSCILLATION] =
         {.name = "oscillation",
@@ -485,12 +489,11 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .timer = "",
          .cause = "The gains do not fit the axis: too high, too much filtering, or the load has changed. Less often: a "
                   "loose coupling, or a base that gives way.",
-         .check =
-             "rate and torque in the fault log: the period of the oscillation. Compare 2056 with the axis as it is "
-             "now: load, inertia.",
+         .check = "Read the period of the oscillation from rate and torque in the fault log. Compare 2056 with the "
+                  "load and the inertia that the axis has now.",
          .cure = "Restore a gains file that worked, or identify and tune again (servoctl tune). Lower 2000:1 and "
                  "2020:4 if the load has changed.",
-         .clear = "Fault reset."},
+         .clear = RESET},
     [FAULT_GAINS_TAKEN_BACK] =
         {.name = "gains taken back",
          .reported_once = true,
@@ -498,9 +501,11 @@ const fault_text fault_texts[FAULT_COUNT] = {
                       "oscillation is active again; the axis stays in operation.",
          .when = "While the speed, position or tracking loop is closed.",
          .timer = "",
-         .cause = "A parameter set that makes a loop unstable was applied although the check against the identified "
-                  "plant (2056) had refused it, or 2056 does not describe this axis.",
-         .check = "2070:4 names the active set. Identify the axis again if 2056 is not of this axis.",
+         .cause = "Somebody applied an unstable set in spite of the check against the identified plant (2056), or 2056 "
+                  "does not "
+                  "describe this axis.",
+         .check = "Compare the CRC of the active set, 2070:4, with that of the set that you applied. If 2056 is not of "
+                  "this axis, identify it again.",
          .cure = "Lower the gain that the check named in 2070:6, or tune again (servoctl tune).",
          .clear = NOTHING},
 };

@@ -1,7 +1,6 @@
 // Links of the documents work: every link within the repository, and every test that the pages on theory and safety
 // name, and every plot of the theory page.
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "markdown.hpp"
 #include "support/bench.hpp"
 #include "support/check.h"
 
@@ -71,24 +71,11 @@ std::vector<std::string> links_of(const fs::path& document) {
   return links;
 }
 
-// The anchor of a heading: lower case, blanks as hyphens, other signs left out.
-std::string anchor_of(const std::string& heading) {
-  std::string anchor;
-  for (const char letter : heading) {
-    if (letter == ' ' || letter == '-') {
-      anchor += '-';
-    } else if (std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '_') {
-      anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-    }
-  }
-  return anchor;
-}
-
 bool has_anchor(const fs::path& document, const std::string& anchor) {
   const std::vector<std::string> lines = lines_of(text_of(document));
   return std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
     const std::size_t text = line.find_first_not_of('#');
-    return text != 0 && text != std::string::npos && anchor_of(line.substr(text + 1)) == anchor;
+    return text != 0 && text != std::string::npos && trackservo::anchor_of(line.substr(text + 1)) == anchor;
   });
 }
 

@@ -4,6 +4,7 @@
 
 #include "fault_description.hpp"
 #include "fault_injection/fault_account.hpp"
+#include "markdown.hpp"
 
 extern "C" {
 #include "canopen/object_dictionary.h"
@@ -26,7 +27,12 @@ On the bus a fault is an EMCY with its code, its number in byte 3 and the axis +
 fault explains. Codes of the CANopen stack itself: [can.md](can.md#emergencies). Objects:
 [can-objects.md](can-objects.md).
 
+Contents: [Table](#table) · [Reactions](#reactions) · [Fault log](#fault-log) · [Access lock](#access-lock) ·
+[Try it in the simulator](#try-it-in-the-simulator) · [Each fault](#each-fault)
+
 ## Table
+
+The name of a fault leads to its cause, check and cure.
 
 Latency: the longest time from when the fault can be detected to the tick that reacts. Where an object is named, its
 time is added. Latched: the axis stays in fault until the fault is cleared.
@@ -92,11 +98,16 @@ std::string latency_of(int fault) {
   return fmt::format("{} ms{}", fault_table[fault].latency_ms, timer.empty() ? "" : " + " + timer);
 }
 
+// Of its section.
+std::string heading_of(int fault) {
+  return fmt::format("{} {} ({:04X})", fault, fault_texts[fault].name, fault_table[fault].code);
+}
+
 std::string print_row(int fault) {
   const fault_row& row = fault_table[fault];
   const fault_text& text = fault_texts[fault];
-  return fmt::format("| {} | {} | {:04X} | {} | {} | {} | {} | {} |\n", fault, text.name, row.code, text.detection,
-                     latency_of(fault), reaction_text(row),
+  return fmt::format("| {} | [{}](#{}) | {:04X} | {} | {} | {} | {} | {} |\n", fault, text.name,
+                     anchor_of(heading_of(fault)), row.code, text.detection, latency_of(fault), reaction_text(row),
                      row.reaction == REACTION_REPORT || text.reported_once ? "no" : "yes", text.clear);
 }
 
@@ -133,10 +144,10 @@ std::string print_section(int fault) {
     limits += (limits.empty() ? "- Limits: " : ", ") + limit;
   }
   return fmt::format(
-      "\n### {} {} ({:04X})\n\n- Detection: {}\n- Monitored: {}\n{}- Reaction: {}\n- Cause: {}\n- Check: {}\n- Cure: "
+      "\n### {}\n\n- Detection: {}\n- Monitored: {}\n{}- Reaction: {}\n- Cause: {}\n- Check: {}\n- Cure: "
       "{}\n"
       "- Cleared by: {}\n- Tested: {}\n",
-      fault, text.name, fault_table[fault].code, text.detection, text.when, limits.empty() ? "" : limits + "\n",
+      heading_of(fault), text.detection, text.when, limits.empty() ? "" : limits + "\n",
       reaction_text(fault_table[fault]), text.cause, text.check, text.cure, text.clear,
       tests_of(static_cast<fault_id>(fault)));
 }

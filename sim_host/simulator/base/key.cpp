@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "markdown.hpp"
+
 namespace trackservo::sim {
 
 namespace {
@@ -43,8 +45,13 @@ std::string allowed_text(const KeyText& key) {
                      std::string(key.unit.text) == "-" ? "" : fmt::format(" {}", key.unit.text));
 }
 
-std::string sections_markdown(const std::string& title, const std::vector<Section>& sections) {
-  std::string page = fmt::format("# {}\n", title);
+std::string sections_markdown(const std::string& title, const std::string& opening,
+                              const std::vector<Section>& sections) {
+  std::vector<std::string> headings;
+  for (const Section& section : sections) {
+    headings.push_back(section.heading);
+  }
+  std::string page = fmt::format("# {}\n\n{}\n\n{}", title, opening, contents_of(headings, "`"));
   for (const Section& section : sections) {
     page += fmt::format("\n## {}\n\n{}| key | unit | allowed | default | meaning |\n|---|---|---|---|---|\n",
                         section.heading, section.note.empty() ? "" : section.note + "\n\n");

@@ -30,9 +30,9 @@ namespace unit {
 constexpr Unit kNone{"-", 1.0};
 constexpr Unit kPercent{"%", 0.01};
 constexpr Unit kPpm{"ppm", 1e-6};
-constexpr Unit kDegree{"deg", kPi / 180.0};
-constexpr Unit kDegreePerSecond{"deg/s", kPi / 180.0};
-constexpr Unit kDegreePerSecondRootHertz{"deg/s/sqrt(Hz)", kPi / 180.0};
+constexpr Unit kDegree{"deg", kRadPerDeg};
+constexpr Unit kDegreePerSecond{"deg/s", kRadPerDeg};
+constexpr Unit kDegreePerSecondRootHertz{"deg/s/sqrt(Hz)", kRadPerDeg};
 constexpr Unit kMicroradian{"urad", 1e-6};
 constexpr Unit kKilogramSquareMetre{"kg m2", 1.0};
 constexpr Unit kNewtonMetre{"Nm", 1.0};
@@ -178,8 +178,9 @@ std::vector<KeyText> texts_of(const Keys<Owner>& keys) {
   return texts;
 }
 
-// Markdown of sections: a heading, the note, and a table with one row per key.
-std::string sections_markdown(const std::string& title, const std::vector<Section>& sections);
+// A page: title, what the reader gets, contents, and for each section a heading, the note, and a row per key.
+std::string sections_markdown(const std::string& title, const std::string& opening,
+                              const std::vector<Section>& sections);
 
 // "0.1 .. 20 A", "one of `a`, `b`", ...: the allowed values.
 std::string allowed_text(const KeyText& key);

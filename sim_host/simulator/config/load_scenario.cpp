@@ -241,6 +241,12 @@ ScenarioConfig load_scenario(const std::filesystem::path& path) {
 std::string scenario_keys_markdown() {
   return sections_markdown(
       "Keys of a scenario file",
+      "What you can write into a scenario file: each key with unit, allowed values, default and meaning. A scenario "
+      "says\n"
+      "what an experiment does: which axes move, with which reference, and for how long. Start with a copy of\n"
+      "[`sine`](../sim_host/studies/sine/scenario.toml). The build prints this page from the reader of the files. Do "
+      "not\n"
+      "edit it: run `tools/update-docs keys`.",
       {{"(top of the file)", "Also `axes`: a list of \"azimuth\" and \"pitch\".", texts_of(scenario_keys())},
        {"kind = \"speed_sine\" or \"speed_step\"", "At the top of the file.", texts_of(initial_keys())},
        {"kind = \"speed_sine\"", "At the top of the file.", texts_of(sine_keys())},

@@ -327,7 +327,8 @@ std::string plant_keys_markdown() {
       {"[azimuth.holding_brake], [pitch.holding_brake]",
        "Optional. A brake closed by springs and opened by a coil. The gate driver's enable line feeds the coil, so "
        "the brake holds while the bridge is off. Only `sim_host serve` and `emulate_board` simulate it. `run`, "
-       "`identify`, `faults`, `soak` and the studies omit it, so that their results do not depend on a brake.",
+       "`identify`, `faults`, `soak` and the studies omit it, so that their results do not depend on a brake. "
+       "`sim_host serve` starts with its times in 2060:24 and 2060:25.",
        texts_of(holding_brake_keys())},
       {"[azimuth.structure], [pitch.structure]",
        "Optional; without it the axis is rigid. Part of the inertia is connected by a spring. Motor, seal, loads, "
@@ -343,7 +344,15 @@ std::string plant_keys_markdown() {
   sections.push_back(
       {"[design.azimuth], [design.pitch]", "Requirements for the gain design.", texts_of(design_keys())});
   sections.push_back({"[[assumption]]", "One table per assumption.", texts_of(assumption_keys())});
-  return sections_markdown("Keys of a plant file", sections);
+  return sections_markdown(
+      "Keys of a plant file",
+      "What you can write into a plant file: each key with unit, allowed values, default and meaning. A plant file\n"
+      "describes the machine that `sim_host` simulates, and what the design of its gains must reach. Start with a copy "
+      "of\n"
+      "[`tracker.toml`](../sim_host/plants/tracker.toml). The build prints this page from the reader of the files. Do "
+      "not\n"
+      "edit it: run `tools/update-docs keys`.",
+      sections);
 }
 
 }  // namespace trackservo::sim
