@@ -1,0 +1,225 @@
+/* Tracking with both axes: joints that follow their rates at once, a camera of 50 Hz that is 20 ms late, and targets in
+ * space, all in double. What is left is the error of the estimator and of the geometry. */
+#include "control/pointing_tracker.h"
+
+#include <stdlib.h>
+
+#include "base/scalar.h"
+#include "support/check.h"
+#include "support/random.h"
+
+void setUp(void) {}
+void tearDown(void) {}
+
+#define DEG (3.141592653589793 / 180.0)
+#define TURN32_PER_RAD (4294967296.0 / 6.283185307179586)
+
+enum { FRAME_TICKS = 20, DELAY_TICKS = 20 };
+static const double kDt_s = 1e-3;
+
+typedef struct {
+  double at[3];
+} vector;
+
+/* A straight, level path: `speed` along y, closest at (x, 0, height) at time 0. */
+typedef struct {
+  double speed_m_s;
+  double x_m;
+  double height_m;
+} path;
+
+typedef struct {
+  pointing_tracker_params params;
+  pointing_tracker_state state;
+  double azimuth_rad;
+  double pitch_rad;
+  double azimuth_rad_s;
+  double pitch_rad_s;
+  image_vector seen[DELAY_TICKS + 1]; /* by the camera, a ring */
+  int tick;
+  double noise_rad;
+  random_source random;
+  bool camera_on;
+  pointing_command out;
+} bench;
+
+static bench bench_at(double azimuth_rad, double pitch_rad) {
+  return (bench){.params = {.proportional_per_s = 30.0f,
+                            .estimator_rad_s = 6.0f,
+                            .coast_s = 0.5f,
+                            .rate_limit_rad_s = {1.5f, 1.5f}},
+                 .azimuth_rad = azimuth_rad,
+                 .pitch_rad = pitch_rad,
+                 .random = {7},
+                 .camera_on = true};
+}
+
+static vector place(const path *p, double time_s) { return (vector){{p->x_m, p->speed_m_s * time_s, p->height_m}}; }
+
+static double azimuth_of(vector target) { return atan2(target.at[1], target.at[0]); }
+static double pitch_of(vector target) { return atan2(target.at[2], hypot(target.at[0], target.at[1])); }
+
+/* Tangents of the angles to the target along the image axes. */
+static image_vector image_of(const bench *b, vector target) {
+  const double ca = cos(b->azimuth_rad);
+  const double sa = sin(b->azimuth_rad);
+  const double cp = cos(b->pitch_rad);
+  const double sp = sin(b->pitch_rad);
+  const double ahead = ca * target.at[0] + sa * target.at[1];
+  const double left = -sa * target.at[0] + ca * target.at[1];
+  const double forward = cp * ahead + sp * target.at[2];
+  return (image_vector){(float)(left / forward), (float)((-sp * ahead + cp * target.at[2]) / forward)};
+}
+
+/* One tick; returns the true angle between line of sight and target. */
+static double track(bench *b, vector target) {
+  b->azimuth_rad += b->azimuth_rad_s * kDt_s;
+  b->pitch_rad += b->pitch_rad_s * kDt_s;
+  const image_vector image = image_of(b, target);
+  image_vector measured = image;
+  measured.x += (float)(b->noise_rad * random_normal(&b->random));
+  measured.y += (float)(b->noise_rad * random_normal(&b->random));
+  b->seen[b->tick % (DELAY_TICKS + 1)] = measured;
+  const bool fresh = b->camera_on && b->tick >= DELAY_TICKS && b->tick % FRAME_TICKS == 0;
+  const pointing_frame frame = {
+      .fresh = fresh, .valid = true, .age_ticks = DELAY_TICKS, .error = b->seen[(b->tick + 1) % (DELAY_TICKS + 1)]};
+  const angle_turn32 pitch = (angle_turn32)(int64_t)llround(b->pitch_rad * TURN32_PER_RAD);
+  const line_of_sight_rates los =
+      line_of_sight_of_joints(rotation_of(pitch), (float)b->azimuth_rad_s, (float)b->pitch_rad_s);
+  b->out = pointing_tracker_step(&b->state, &b->params, &frame, &los, pitch, (float)kDt_s);
+  b->azimuth_rad_s = (double)b->out.rate_rad_s.azimuth;
+  b->pitch_rad_s = (double)b->out.rate_rad_s.pitch;
+  ++b->tick;
+  return hypot((double)image.x, (double)image.y);
+}
+
+/* RMS of the error of a pass, from `settle_s` after its begin on. */
+static double pass_rms_rad(bench *b, const path *p, double from_s, double to_s, double settle_s) {
+  double square = 0.0;
+  int count = 0;
+  const int ticks = (int)lround((to_s - from_s) / kDt_s);
+  for (int i = 0; i < ticks; ++i) {
+    const double error_rad = track(b, place(p, from_s + (double)i * kDt_s));
+    if ((double)i * kDt_s >= settle_s) {
+      square += error_rad * error_rad;
+      ++count;
+    }
+  }
+  return sqrt(square / (double)count);
+}
+
+/* 500 m up, 20 m/s. */
+static path pass_at(double pitch_rad) { return (path){20.0, 500.0 / tan(pitch_rad), 500.0}; }
+
+static bench start_of(const path *p, double time_s) {
+  const vector first = place(p, time_s);
+  return bench_at(azimuth_of(first) + 1e-3, pitch_of(first) - 1e-3);
+}
+
+static void test_straight_passes_up_to_85_degrees_leave_less_than_a_microradian(void) {
+  static const double highest_deg[] = {10.0, 60.0, 80.0, 85.0};
+  for (unsigned i = 0; i < sizeof highest_deg / sizeof highest_deg[0]; ++i) {
+    const path p = pass_at(highest_deg[i] * DEG);
+    bench b = start_of(&p, -20.0);
+    const double rms_rad = pass_rms_rad(&b, &p, -20.0, 20.0, 10.0);
+    LOG_VALUE("highest pitch, degrees", highest_deg[i]);
+    LOG_VALUE("error of the pass, rms, rad", rms_rad);
+    CHECK_AT_MOST("error, rad", 1e-6, rms_rad);
+    TEST_ASSERT_TRUE(b.out.locked && !b.out.limited);
+  }
+}
+
+static void test_centroid_noise_of_a_fifth_of_a_pixel_leaves_less_than_its_own_size(void) {
+  const path p = pass_at(60.0 * DEG);
+  bench b = start_of(&p, -20.0);
+  b.noise_rad = 0.2 * 11.499e-6;
+  const double rms_rad = pass_rms_rad(&b, &p, -20.0, 20.0, 10.0);
+  LOG_VALUE("error with noise, both image axes, rms, rad", rms_rad);
+  CHECK_AT_MOST("error, rad", 2.3e-6, rms_rad);
+}
+
+static void test_beyond_the_rate_limit_the_target_is_lost_for_a_while_and_caught_again(void) {
+  const path p = pass_at(89.0 * DEG);
+  bench b = start_of(&p, -20.0);
+  (void)pass_rms_rad(&b, &p, -20.0, 0.0, 10.0);
+  TEST_ASSERT_TRUE(b.out.limited);
+  const double rms_rad = pass_rms_rad(&b, &p, 0.0, 20.0, 10.0);
+  CHECK_AT_MOST("error 10 s later, rad", 1e-6, rms_rad);
+}
+
+static void test_through_the_zenith_every_output_stays_finite_and_within_its_limit(void) {
+  const path p = {20.0, 1e-3, 500.0};
+  bench b = start_of(&p, -10.0);
+  for (int i = 0; i < 20000; ++i) {
+    (void)track(&b, place(&p, -10.0 + (double)i * kDt_s));
+    TEST_ASSERT_TRUE(scalar_within(b.out.rate_rad_s.azimuth, 1.5f) && scalar_within(b.out.rate_rad_s.pitch, 1.5f));
+    TEST_ASSERT_TRUE(isfinite(b.out.acceleration_rad_s2.azimuth) && isfinite(b.out.acceleration_rad_s2.pitch));
+  }
+}
+
+static void test_without_frames_it_coasts_and_then_stops(void) {
+  const path p = pass_at(60.0 * DEG);
+  bench b = start_of(&p, -20.0);
+  (void)pass_rms_rad(&b, &p, -20.0, -5.0, 10.0);
+  b.camera_on = false;
+  const double rms_rad = pass_rms_rad(&b, &p, -5.0, -4.6, 0.0);
+  CHECK_AT_MOST("error while it coasts, rad", 5e-6, rms_rad);
+  TEST_ASSERT_TRUE(b.out.locked);
+  (void)pass_rms_rad(&b, &p, -4.6, -4.4, 0.0);
+  TEST_ASSERT_FALSE(b.out.locked);
+  CHECK_SAME("rate of the azimuth", 0.0, b.out.rate_rad_s.azimuth);
+  CHECK_SAME("rate of the pitch", 0.0, b.out.rate_rad_s.pitch);
+}
+
+static void test_bad_frames_change_nothing(void) {
+  const path p = pass_at(60.0 * DEG);
+  bench good = start_of(&p, -20.0);
+  (void)pass_rms_rad(&good, &p, -20.0, -15.0, 4.0);
+  const pointing_frame bad[] = {
+      {.fresh = true, .valid = true, .age_ticks = -1, .error = {0.1f, 0.1f}},
+      {.fresh = true, .valid = true, .age_ticks = TARGET_TRACKER_HISTORY, .error = {0.1f, 0.1f}},
+      {.fresh = true, .valid = true, .age_ticks = 20, .error = {NAN, 0.0f}},
+      {.fresh = true, .valid = true, .age_ticks = 20, .error = {0.0f, INFINITY}},
+      {.fresh = true, .valid = false, .age_ticks = 20, .error = {0.1f, 0.1f}},
+  };
+  const angle_turn32 pitch = (angle_turn32)llround(good.pitch_rad * TURN32_PER_RAD);
+  const line_of_sight_rates los = line_of_sight_of_joints(rotation_of(pitch), 0.01f, 0.01f);
+  const pointing_frame none = {.fresh = false};
+  pointing_tracker_state state = good.state;
+  const pointing_command expected = pointing_tracker_step(&state, &good.params, &none, &los, pitch, 1e-3f);
+  for (unsigned i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
+    state = good.state;
+    const pointing_command found = pointing_tracker_step(&state, &good.params, &bad[i], &los, pitch, 1e-3f);
+    CHECK_SAME("azimuth", expected.rate_rad_s.azimuth, found.rate_rad_s.azimuth);
+    CHECK_SAME("pitch", expected.rate_rad_s.pitch, found.rate_rad_s.pitch);
+  }
+}
+
+static void test_parameters_out_of_range_are_refused(void) {
+  const pointing_tracker_params good = bench_at(0.0, 0.0).params;
+  CHECK_STATUS(CONTROL_OK, pointing_tracker_check(&good));
+  pointing_tracker_params bad = good;
+  bad.proportional_per_s = 101.0f;
+  CHECK_STATUS(CONTROL_OUT_OF_RANGE, pointing_tracker_check(&bad));
+  bad = good;
+  bad.estimator_rad_s = 0.0f;
+  CHECK_STATUS(CONTROL_OUT_OF_RANGE, pointing_tracker_check(&bad));
+  bad = good;
+  bad.rate_limit_rad_s.azimuth = 0.0f;
+  CHECK_STATUS(CONTROL_OUT_OF_RANGE, pointing_tracker_check(&bad));
+  bad = good;
+  bad.rate_limit_rad_s.pitch = NAN;
+  CHECK_STATUS(CONTROL_NOT_FINITE, pointing_tracker_check(&bad));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_straight_passes_up_to_85_degrees_leave_less_than_a_microradian);
+  RUN_TEST(test_centroid_noise_of_a_fifth_of_a_pixel_leaves_less_than_its_own_size);
+  RUN_TEST(test_beyond_the_rate_limit_the_target_is_lost_for_a_while_and_caught_again);
+  RUN_TEST(test_through_the_zenith_every_output_stays_finite_and_within_its_limit);
+  RUN_TEST(test_without_frames_it_coasts_and_then_stops);
+  RUN_TEST(test_bad_frames_change_nothing);
+  RUN_TEST(test_parameters_out_of_range_are_refused);
+  return UNITY_END();
+}
