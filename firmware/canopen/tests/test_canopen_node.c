@@ -11,7 +11,9 @@ static void test_node_boots_with_one_message_and_is_pre_operational(void) {
   const can_sender sender = {bench_send, NULL};
   bench.sent = 0;
   bench.bus_full = true;
+  NODE->sdo_client = 0;
   TEST_ASSERT_TRUE(test_device_init(&bench.device, BENCH_NODE, sender));
+  TEST_ASSERT_EQUAL(SDO_CHANNELS, NODE->sdo_client); /* no channel has a request */
   bench_wait_ms(10);
   TEST_ASSERT_EQUAL(NMT_INITIALISING, NODE->state);
   bench.bus_full = false;
@@ -19,7 +21,6 @@ static void test_node_boots_with_one_message_and_is_pre_operational(void) {
   TEST_ASSERT_EQUAL(1, bench_count(0x705));
   TEST_ASSERT_EQUAL(0, bench.log[0].data[0]);
   TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, NODE->state);
-  TEST_ASSERT_EQUAL(SDO_CHANNELS, NODE->sdo_client); /* nobody asks */
 }
 
 /* Until LSS gives it one, its identifiers are those of node 1, and it sends nothing. */

@@ -168,8 +168,9 @@ static void test_each_value_that_decides_is_named_by_its_object(void) {
     (void)snprintf(text, sizeof text, "%04X:%u from %g to %g: verdict %d, named %X", (unsigned)(values[i].object >> 16),
                    (unsigned)(values[i].object >> 8 & 0xFFu), (double)before, (double)values[i].value, (int)verdict,
                    (unsigned)tuning.refusal.object);
-    if (verdict != LOOP_REFUSED || values[i].object != tuning.refusal.object)
-      TEST_MESSAGE(text);
+    TEST_ASSERT_EQUAL_MESSAGE(LOOP_REFUSED, verdict, text);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(values[i].object, tuning.refusal.object, text);
+    TEST_ASSERT_EQUAL_FLOAT_MESSAGE(before, tuning.refusal.low, text);
   }
 }
 
