@@ -6,6 +6,8 @@
 
 void axis_monitor_reset(axis_monitor *monitor) {
   axis_protection_reset(&monitor->state);
+  monitor->slow = (slow_monitors){.found = 0};
+  monitor->judged = 0;
   axis_monitor_retuned(monitor);
 }
 
@@ -112,19 +114,45 @@ static fault_set without_current(axis_monitor *monitor, fault_set found) {
 fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position) {
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
   look(&monitor->seen, board, axis, position);
-  const fault_set found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
-  return monitor->judged | without_current(monitor, found);
+  monitor->found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
+  return monitor->judged | without_current(monitor, monitor->found);
 }
 
-void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, bool new_gains) {
+/* Set-point 0, or a position that does not change. */
+static bool stands(axis_monitor *monitor, const servo_axis_command *command) {
+  const bool held = command->mode == SERVO_POSITION && command->position == monitor->last_position;
+  monitor->last_position = command->position;
+  return (held || command->mode == SERVO_SPEED) && command->speed.rate_rad_s == 0.0f;
+}
+
+/* The axes in different ticks. */
+static bool judges_slowly(uint32_t tick, int axis) {
+  const uint32_t period = SLOW_MONITOR_TICKS;
+  return (tick + (uint32_t)axis * (period / (uint32_t)SERVO_AXES)) % period == 0;
+}
+
+static fault_set judge_slowly(axis_monitor *monitor, const servo_axis_command *command, int axis,
+                              const axis_monitor_setting *setting) {
+  slow_monitors_add(&monitor->slow, &monitor->state, monitor->found);
+  if (judges_slowly(setting->tick, axis)) {
+    const slow_commands commands = {.standing = stands(monitor, command) && !setting->stimulated,
+                                    .reduced = setting->reduced_speed};
+    slow_monitors_judge(&monitor->slow, &monitor->limits, &monitor->state, &monitor->seen, &commands, SERVO_TICK_S);
+  }
+  return monitor->slow.found;
+}
+
+void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis,
+                        const axis_monitor_setting *setting) {
   const servo_axis_params *params = &board->app.params.axis[axis];
+  const servo_axis_command *command = &board->command.axis[axis];
   const protection_motor motor = motor_of(params);
   const fault_set found =
       axis_protection_judge(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
-  monitor->oscillates = look_for_oscillation(monitor, params, new_gains);
-  monitor->may_shake = new_gains && oscillation_may_begin(&monitor->swings);
-  monitor->judged = without_current(monitor, found);
-  note_commands(monitor, &board->app.axis[axis], params, &board->command.axis[axis]);
+  monitor->oscillates = look_for_oscillation(monitor, params, setting->new_gains);
+  monitor->may_shake = setting->new_gains && oscillation_may_begin(&monitor->swings);
+  monitor->judged = without_current(monitor, found) | judge_slowly(monitor, command, axis, setting);
+  note_commands(monitor, &board->app.axis[axis], params, command);
 }
 
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log) {

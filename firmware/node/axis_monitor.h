@@ -8,6 +8,7 @@
 #include "protection/axis_protection.h"
 #include "protection/fault_log.h"
 #include "protection/oscillation.h"
+#include "protection/slow_monitors.h"
 #include "servo/servo_board.h"
 
 typedef struct {
@@ -21,6 +22,9 @@ typedef struct {
   bool oscillates;              /* seen by the last deferred task */
   bool may_shake;               /* new gains, and fast swings have begun */
   angle_turn32 last_setpoint;   /* of the position, in the tick before */
+  fault_set found;              /* by the last step */
+  slow_monitors slow;
+  angle_turn32 last_position; /* commanded, when the slow monitors judged last */
 } axis_monitor;
 
 /* No fault detected yet; the limits stay. */
@@ -30,9 +34,16 @@ void axis_monitor_reset(axis_monitor *monitor);
  * of the drive in the last tick. Call it between `servo_board_sample` and `servo_board_control`. */
 fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position);
 
-/* After each tick, in the deferred task: the monitors that need many ticks, so that one more does not count.
- * `new_gains`: the active ones are not proven yet. */
-void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, bool new_gains);
+/* What the monitors cannot see on the board. */
+typedef struct {
+  uint32_t tick;      /* counts */
+  bool new_gains;     /* the active ones are not proven yet */
+  bool stimulated;    /* an experiment moves the axis */
+  bool reduced_speed; /* 2062 */
+} axis_monitor_setting;
+
+/* After each tick, in the deferred task: the monitors that need many ticks, so that one more does not count. */
+void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, const axis_monitor_setting *setting);
 
 /* The gains have changed: an oscillation that the old ones caused no longer counts. */
 void axis_monitor_retuned(axis_monitor *monitor);

@@ -93,6 +93,7 @@ static void changed_board(void *owner, const od_object *object) {
   (void)object;
   servo_node *node = owner;
   hal_set_scales(node->board.machine, &node->scales);
+  guarded_sets_take_scales(&node->guarded);
 }
 
 static const od_hooks board_hooks = {.accept = accept_board, .changed = changed_board};
@@ -222,6 +223,7 @@ static void take_word(servo_node *node) {
 static void take_shared(servo_node *node, const persisted_objects *from) {
   node->scales = from->scales;
   hal_set_scales(node->board.machine, &node->scales);
+  guarded_sets_take_scales(&node->guarded);
   od_copy_stored(&master_objects_table, &from->master, &node->master);
 }
 
@@ -229,6 +231,7 @@ static void take_shared(servo_node *node, const persisted_objects *from) {
 static void take_limits(servo_node_axis *axis, const protection_limits *limits) {
   axis->limits.written = *limits;
   axis->monitor.limits = *limits;
+  axis->limits.changes++;
 }
 
 /* Gains, limits and drive objects from the stored parameters. */
@@ -475,6 +478,18 @@ static void name_hardware(char *name, const char *text) {
   }
 }
 
+static bool start_guard(servo_node *node) {
+  guarded_axis axes[SERVO_AXES];
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    const servo_node_axis *axis = &node->axis[i];
+    axes[i] = (guarded_axis){.built = &node->board.app.params.axis[i],
+                             .tuning = &axis->tuning,
+                             .objects = &axis->limits,
+                             .limits = &axis->monitor.limits};
+  }
+  return guarded_sets_start(&node->guarded, axes, &node->scales);
+}
+
 bool servo_node_start(servo_node *node, const servo_node_config *config) {
   memset(node, 0, sizeof *node);
   scope_reset(&node->recorder);
@@ -531,7 +546,7 @@ bool servo_node_start(servo_node *node, const servo_node_config *config) {
   name_hardware(node->canopen.objects.hardware_version, config->hardware_version);
   bus_objects_join(&node->objects.bus, node->canopen.config.kbit_s);
   node->started = true;
-  return true;
+  return start_guard(node);
 }
 
 /* --- tick ------------------------------------------------------------------------------------------------------- */
@@ -659,7 +674,11 @@ static void keep_gains_quiet(servo_node *node, int i) {
 
 static void report_axis(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
-  axis_monitor_judge(&axis->monitor, &node->board, i, axis_tuning_can_take_back(&axis->tuning));
+  const axis_monitor_setting setting = {.tick = node->objects.ticks,
+                                        .new_gains = axis_tuning_can_take_back(&axis->tuning),
+                                        .stimulated = axis->inputs.stimulus != NULL,
+                                        .reduced_speed = axis->limits.reduced_speed != 0};
+  axis_monitor_judge(&axis->monitor, &node->board, i, &setting);
   keep_gains_quiet(node, i);
   axis_monitor_remember(&axis->monitor, i, &node->log);
   drive_axis_sense(&axis->inputs, &node->board.app.axis[i], &node->board.app.params.axis[i],
@@ -708,6 +727,13 @@ static void supervise_master(servo_node *node) {
   }
 }
 
+static void guard_sets(servo_node *node) {
+  guarded_sets_step(&node->guarded);
+  for (int i = 0; i < SERVO_AXES && node->guarded.damaged != 0; ++i) {
+    node->axis[i].bus_faults |= guarded_sets_damaged(&node->guarded, i) ? fault_bit(FAULT_ACTIVE_SET) : 0;
+  }
+}
+
 void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
@@ -715,6 +741,7 @@ void servo_node_serve(servo_node *node) {
   node->objects.ticks++;
   node->objects.board_status = hal_status(node->board.machine);
   record(node);
+  guard_sets(node);
   access_lock_tick(&node->lock);
   node->lock.powered = any_axis_is_powered(node);
   if (!node_objects_sdo_is_on(&node->canopen.objects, 1)) {

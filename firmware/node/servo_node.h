@@ -17,6 +17,7 @@
 #include "node/axis_monitor.h"
 #include "node/experiment_objects.h"
 #include "node/fault_reports.h"
+#include "node/guarded_sets.h"
 #include "node/objects/board_objects.h"
 #include "node/objects/bus_objects.h"
 #include "node/objects/fault_objects.h"
@@ -74,6 +75,7 @@ typedef struct {
   access_lock lock;     /* 0x3040 */
   bool recovering;      /* as configured */
   uint64_t waived_hash; /* of the owner's word that recovery has put out of force, or 0 */
+  guarded_sets guarded;
   fault_objects fault_setup;
   fault_objects_owner fault_owner;
   canopen_node canopen;

@@ -13,6 +13,7 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
   if (status == CONTROL_OK) {
     tuning->staged = *parameters;
     tuning->active = *parameters;
+    tuning->changes++;
     tuning->previous = *parameters;
     tuning->proven = *parameters;
     tuning->proven_is_active = true;
@@ -30,6 +31,7 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
 static void activate(axis_tuning *tuning, const axis_parameters *set) {
   tuning->previous = tuning->active;
   tuning->active = *set;
+  tuning->changes++;
   tuning->active_crc = axis_parameters_crc(&tuning->active);
   tuning->proven_is_active = tuning->active_crc == axis_parameters_crc(&tuning->proven);
   tuning->quiet_ticks = 0;

@@ -34,7 +34,8 @@ typedef struct {
   uint32_t judged_crc; /* of the staged set that is being judged */
   loop_stability judgement;
   loop_stability_input judged;
-  uint8_t command; /* 0x2070:1 as last written */
+  uint8_t command;  /* 0x2070:1 as last written */
+  uint32_t changes; /* of the active set, on purpose: counted for guarded_sets.h */
 } axis_tuning;
 
 /* Starts with one set as staged, active and previous; refuses a set that does not build and then changes nothing. */

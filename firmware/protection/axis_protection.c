@@ -105,12 +105,14 @@ static fault_set monitor_encoder(axis_protection *p, const protection_limits *li
   if (!in->angle_valid) {
     p->angles_known = 0;
     p->same_angle_s = 0.0f;
+    p->step_change_rad = 0.0f;
     *step_rad = 0.0f;
     return fault_bit(FAULT_ENCODER_LOST);
   }
   const bool known = p->angles_known > 0;
   *step_rad = known ? angle_difference_rad(in->angle, p->last_angle) : 0.0f;
-  const bool jumps = p->angles_known > 1 && !scalar_within(*step_rad - p->last_step_rad, limits->encoder_jump_rad);
+  p->step_change_rad = p->angles_known > 1 ? *step_rad - p->last_step_rad : 0.0f;
+  const bool jumps = !scalar_within(p->step_change_rad, limits->encoder_jump_rad);
   const bool stuck =
       lasts(&p->same_angle_s, known && limits->stuck_s > 0.0f && in->angle == p->last_angle, limits->stuck_s, dt_s);
   p->last_angle = in->angle;
@@ -119,10 +121,29 @@ static fault_set monitor_encoder(axis_protection *p, const protection_limits *li
   return bit_if(jumps, FAULT_ENCODER_JUMP) | bit_if(stuck, FAULT_ENCODER_STUCK);
 }
 
+float protection_sensor_difference_rad_s(const protection_limits *limits, float joint_rate_rad_s) {
+  return limits->base_rate_rad_s + DISAGREE_OF_RATE * scalar_abs(joint_rate_rad_s);
+}
+
+/* Where the encoder alone shows a change of the rate, its increment is wrong, and not the difference of the two. */
+static fault_set compare_sensors(axis_protection *p, const protection_limits *limits, float outlier_rad,
+                                 float gyro_rad_s, float joint_rate_rad_s, float dt_s) {
+  const encoder_verdict encoder =
+      encoder_outliers_step(&p->outliers, outlier_rad, p->step_change_rad, (gyro_rad_s - p->last_gyro_rad_s) * dt_s);
+  if (encoder == ENCODER_FITS) {
+    follow(&p->difference_rad_s, p->angles_known > 1 ? gyro_rad_s - joint_rate_rad_s : 0.0f,
+           dt_s / DISAGREE_SMOOTHING_S);
+  }
+  const float max_rad_s = protection_sensor_difference_rad_s(limits, joint_rate_rad_s);
+  const bool disagrees = seen_for(&p->disagree_ticks, !scalar_within(p->difference_rad_s, max_rad_s), DISAGREE_TICKS);
+  return bit_if(disagrees, FAULT_SENSORS_DISAGREE) | bit_if(encoder == ENCODER_ERRATIC, FAULT_ENCODER_ERRATIC);
+}
+
 /* A rate that is NaN counts as missing. */
 static fault_set monitor_gyro(axis_protection *p, const protection_limits *limits, const protection_inputs *in,
                               float joint_rate_rad_s, float dt_s) {
   const bool known = in->gyro_valid && scalar_within(in->gyro_rad_s, 1e6f);
+  const bool returns = p->gyro_missing_ticks > 0; /* the last rate is older than a tick */
   const bool missing = seen_for(&p->gyro_missing_ticks, !known, GYRO_MISSING_TICKS);
   if (!known) {
     return bit_if(missing && in->gyro_used, FAULT_GYRO_LOST);
@@ -131,13 +152,10 @@ static fault_set monitor_gyro(axis_protection *p, const protection_limits *limit
       seen_for(&p->saturated_ticks, !scalar_within(in->gyro_rad_s, 0.99f * limits->gyro_range_rad_s), SATURATED_TICKS);
   const bool same = limits->stuck_s > 0.0f && in->gyro_rad_s == p->last_gyro_rad_s;
   const bool stuck = lasts(&p->same_gyro_s, same, limits->stuck_s, dt_s);
+  const float outlier_rad = returns ? 0.0f : limits->encoder_outlier_rad;
+  const fault_set compared = compare_sensors(p, limits, outlier_rad, in->gyro_rad_s, joint_rate_rad_s, dt_s);
   p->last_gyro_rad_s = in->gyro_rad_s;
-  follow(&p->difference_rad_s, p->angles_known > 1 ? in->gyro_rad_s - joint_rate_rad_s : 0.0f,
-         dt_s / DISAGREE_SMOOTHING_S);
-  const float max_rad_s = limits->base_rate_rad_s + DISAGREE_OF_RATE * scalar_abs(joint_rate_rad_s);
-  const bool disagrees = seen_for(&p->disagree_ticks, !scalar_within(p->difference_rad_s, max_rad_s), DISAGREE_TICKS);
-  return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) |
-         bit_if(disagrees, FAULT_SENSORS_DISAGREE);
+  return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) | compared;
 }
 
 /* A current that rises or falls needs voltage too, but never for so many ticks: at full voltage it changes from one

@@ -12,6 +12,7 @@
 #include "base/angle.h"
 #include "base/refusal.h"
 #include "base/status.h"
+#include "protection/encoder_outliers.h"
 #include "protection/fault_table.h"
 #include "protection/motor_witness.h"
 #include "protection/protection_limit_list.h"
@@ -80,6 +81,8 @@ typedef struct {
   int over_voltage_ticks;
   int closed_ticks; /* counted up to 2 */
   motor_witness witness;
+  float step_change_rad; /* of the position increment, to this tick */
+  encoder_outliers outliers;
 } axis_protection;
 
 /* Pairs of limits that contradict each other, as bits. */
@@ -96,6 +99,9 @@ parameter_refusal protection_refusal(const protection_limits *limits);
 
 /* CONTROL_OK: these limits may take effect. */
 control_status protection_check(const protection_limits *limits);
+
+/* Largest difference of gyro and encoder that FAULT_SENSORS_DISAGREE permits at this rate. */
+float protection_sensor_difference_rad_s(const protection_limits *limits, float joint_rate_rad_s);
 
 /* No fault counted yet; what is known of the winding is kept. */
 void axis_protection_reset(axis_protection *protection);

@@ -68,6 +68,12 @@ typedef enum {
   FAULT_SAFE_TORQUE_FAULT = 44,
   FAULT_CLOCK = 45,
   FAULT_OPTION_BYTES = 46,
+  /* what no single sensor shows, continued */
+  FAULT_SENSORS_DRIFT = 47,
+  FAULT_ENCODER_ERRATIC = 48,
+  FAULT_STANDSTILL_LEFT = 49,
+  FAULT_REDUCED_SPEED = 50,
+  FAULT_ACTIVE_SET = 51,
   FAULT_COUNT
 } fault_id;
 

@@ -508,6 +508,60 @@ const fault_text fault_texts[FAULT_COUNT] = {
                   "this axis, identify it again.",
          .cure = "Lower the gain that the check named in 2070:6, or tune again (servoctl tune).",
          .clear = NOTHING},
+    [FAULT_SENSORS_DRIFT] =
+        {.name = "encoder and gyro disagree (drift)",
+         .detection = "The angles of encoder and gyro have drifted apart by more than 2060:27 plus 0.5 % of the path, "
+                      "with a memory of 5 s. Which of the two is wrong cannot be decided.",
+         .when = "Always, unless 2060:27 is 0: then the base moves, and the envelope alone bounds a drift.",
+         .timer = "",
+         .limits = LIMIT(27),
+         .cause = "The gyro has a bias, the encoder or its coupling creeps, or the base turns.",
+         .check = "With the axis off and the base at rest, compare gyro and joint_rate in the fault log.",
+         .cure = "Replace the sensor that shows a rate. Set 2060:27 to 0 only if the base really moves.",
+         .clear = RESET},
+    [FAULT_ENCODER_ERRATIC] =
+        {.name = "encoder erratic",
+         .detection = "Single increments of the encoder differ from the gyro by more than 2060:28 in more than 5 % of "
+                      "the ticks, at least four times within 60 ms.",
+         .when = "Always, with a gyro. A stale reading shows only while the axis turns.",
+         .timer = "",
+         .limits = LIMIT(28),
+         .cause = "Readings are one tick old, a bit flips, the scale is dirty, or the line is disturbed.",
+         .check = "joint_rate in the fault log: single ticks that differ while gyro does not change.",
+         .cure = "Repair the line, clean the scale, or replace the encoder.",
+         .clear = RESET},
+    [FAULT_STANDSTILL_LEFT] =
+        {.name = "standstill left",
+         .detection = "An axis that is commanded to stand moved by more than 2060:29, from 1 s after its last command "
+                      "on. A creep below 0.1 mrad/s does not count.",
+         .when = "While a control loop is closed with set-point 0 or an unchanged position, no experiment runs, and "
+                 "2060:27 declares the base fixed.",
+         .timer = "",
+         .limits = LIMIT(29) | LIMIT(27),
+         .cause = "A gyro bias, gains too small to hold the axis, a torque offset (60B2), or a load beyond the torque.",
+         .check = "6064 before and after; 2000:1, 2000:2 and 60B2.",
+         .cure = "Remove the cause. Raise 2060:29 only if the axis may move that far.",
+         .clear = RESET},
+    [FAULT_REDUCED_SPEED] = {.name = "reduced speed exceeded",
+                             .detection = "Mean joint rate of 4 ms above 2060:30 while 2062 is 1.",
+                             .when = "While a control loop is closed, from 1 s after 2062 was set.",
+                             .timer = "",
+                             .limits = LIMIT(30),
+                             .cause =
+                                 "A set-point above the limit, or a set-point that was not reduced when 2062 was set.",
+                             .check = "reference and joint_rate in the fault log.",
+                             .cure = "Reduce the set-point before you set 2062.",
+                             .clear = RESET},
+    [FAULT_ACTIVE_SET] =
+        {.name = "active values changed by themselves",
+         .detection = "Gains, limits, motor data or scales in use differ from their complement copy, although nothing "
+                      "was written. All of them are compared within 24 ms.",
+         .when = ALWAYS,
+         .timer = "",
+         .cause = "A bit of the RAM has flipped, or an error in the firmware.",
+         .check = "Has fault 36 (RAM) been logged too? Does it return?",
+         .cure = "Reset the node: the stored values are loaded again. Replace the board if it returns.",
+         .clear = "Reset of the node (NMT 81), or writing the set again, then fault reset."},
 };
 
 const fault_signal fault_signals[FAULT_LOG_SIGNALS] = {

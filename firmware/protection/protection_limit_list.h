@@ -61,7 +61,20 @@
   LIMIT(25, brake_engage_s, 0.0f, 10.0f, 0.0f, "s", "Brake engage time",                                               \
         "Torque is held this long after a stop, until the holding brake has engaged; 0: no holding brake")             \
   LIMIT(26, brake_feedback, 0.0f, 1.0f, 0.0f, "", "Brake feedback",                                                    \
-        "1: the contact of the holding brake is monitored; 0: it has none")
+        "1: the contact of the holding brake is monitored; 0: it has none")   \
+  LIMIT(27, fixed_base_rad, 0.0f, 1.0f, 0.005f, "rad", "Fixed base window",                                            \
+        "Largest angle by which gyro and encoder may drift apart within 5 s; 0: the base moves, and the drift is not"  \
+        " monitored")                                                                                                  \
+  LIMIT(28, encoder_outlier_rad, 0.0f, 1.0f, 1e-4f, "rad", "Encoder outlier limit",                                    \
+        "Largest change of the position increment that the gyro does not show; four outliers in a short time are a"    \
+        " fault; 0: not monitored")                                                                                    \
+  LIMIT(29, standstill_rad, 0.0f, 10.0f, 0.01f, "rad", "Standstill window",                                            \
+        "Largest motion of an axis that is commanded to stand, from 1 s after its last command; needs 2060:27; 0: not" \
+        " monitored")                                                                                                  \
+  LIMIT(30, reduced_speed_rad_s, 1e-3f, 1e3f, 0.0872665f, "rad/s", "Reduced speed limit",                              \
+        "Largest joint rate while 2062 is 1")                                                                          \
+  LIMIT(31, direction_rad, 0.0f, 100.0f, 0.05f, "rad", "Direction window",                                             \
+        "Largest path against the sign of the set-point while the axis accelerates that way; 0: not monitored")
 
 /* clang-format on */
 

@@ -69,6 +69,8 @@ void test_without_protection_the_same_injection_runs_find_it_out() {
     limits.overspeed_rad_s = 1e3F;
     limits.stall_s = 60.0F;
     limits.motor_tolerance = 0.0F;
+    limits.fixed_base_rad = 0.0F;
+    limits.encoder_outlier_rad = 0.0F;
   }
   const sim::InjectionRunResult stuck = sim::run_injection_run(
       setup, {&sim::fault_injection("encoder stuck"), sim::Motion::kFast, sim::kAzimuth, 7, true});

@@ -21,7 +21,7 @@ extern "C" void tearDown() {}
 
 namespace {
 
-constexpr double kLongest_s = 20.0;
+constexpr double kLongest_s = 40.0;
 constexpr int kSeeds = 5;
 
 const sim::NodeSetup& setup() {
@@ -172,6 +172,88 @@ void test_a_motor_with_half_its_torque_is_found_under_excitation() {
          45.0 * sim::kRadPerDeg, 150.0 * sim::kRadPerDeg, true});
 }
 
+void test_a_slow_drift_of_either_sensor_is_found_at_rest() {
+  const fault_set drift = fault_bit(FAULT_SENSORS_DRIFT) | fault_bit(FAULT_MOTOR_CONTRADICTS);
+  check({"encoder creeps at 0.019 rad/s", drift, 0.0, 0.5, [](sim::BrokenAxis& b) { b.encoder_creep_rad_s = 0.019; },
+         0.4, 2.0 * sim::kRadPerDeg, 1.0 * sim::kRadPerDeg});
+  check({"gyro bias of 0.019 rad/s", drift, 0.0, 0.5, [](sim::BrokenAxis& b) { b.gyro_shift_rad_s = 0.019; }, 0.4,
+         2.0 * sim::kRadPerDeg, 1.0 * sim::kRadPerDeg});
+  check({"gyro bias of 0.0005 rad/s", fault_bit(FAULT_STANDSTILL_LEFT), 0.0, 0.0,
+         [](sim::BrokenAxis& b) { b.gyro_shift_rad_s = 0.0005; }, 30.0, 1.0 * sim::kRadPerDeg, 1.0 * sim::kRadPerDeg});
+}
+
+void test_an_encoder_that_is_wrong_in_some_ticks_is_named() {
+  const fault_set erratic = fault_bit(FAULT_ENCODER_ERRATIC);
+  const auto stale = [](sim::BrokenAxis& b) { b.encoder_stale_share = 0.1; };
+  const auto bit = [](sim::BrokenAxis& b) { b.encoder_bit_share = 0.1; };
+  check({"10 % stale, 20 deg/s", erratic, 0.35, 0.5, stale, 0.15, 23.0 * sim::kRadPerDeg, 8.0 * sim::kRadPerDeg});
+  check({"10 % stale, 2 deg/s", erratic, 0.035, 0.5, stale, 0.15, 5.0 * sim::kRadPerDeg, 2.0 * sim::kRadPerDeg});
+  check({"bit 10 in 10 %, 20 deg/s", erratic, 0.35, 0.5, bit, 0.15, 23.0 * sim::kRadPerDeg, 8.0 * sim::kRadPerDeg});
+  check({"bit 10 in 10 %, at rest", erratic, 0.0, 0.5, bit, 0.15, 3.0 * sim::kRadPerDeg, 1.0 * sim::kRadPerDeg});
+}
+
+// A torque limit (6072) of 2 Nm leaves the loops too little to hold against 15 Nm.
+void test_an_axis_that_is_pushed_out_of_its_standstill_is_found() {
+  sim::DrivenNode node(setup(), 1, {0.2, 0.4});
+  node.enable(DRIVE_PROFILE_VELOCITY);
+  ticks(node, 2.0);
+  node.write(sim::kAzimuth, 0x6072, 0, 50);
+  node.machine().broken().axis[sim::kAzimuth].push_nm = 15.0;
+  const double from_rad = angle(node, sim::kAzimuth);
+  for (int i = 0; i < 2000 && node.axis(sim::kAzimuth).drive.fault == FAULT_NONE; ++i) {
+    node.tick();
+  }
+  TEST_ASSERT_EQUAL(FAULT_STANDSTILL_LEFT, node.axis(sim::kAzimuth).drive.fault);
+  TEST_ASSERT_DOUBLE_WITHIN(1e-3, 0.01, std::abs(angle(node, sim::kAzimuth) - from_rad));
+}
+
+void test_reduced_speed_is_monitored_when_it_is_selected() {
+  sim::DrivenNode node(setup(), 1, {0.2, 0.4});
+  node.enable(DRIVE_PROFILE_VELOCITY);
+  node.set_rate(sim::kAzimuth, 0.08);
+  node.write(sim::kAzimuth, 0x2062, 0, 1);
+  ticks(node, 2.0);
+  TEST_ASSERT_EQUAL(FAULT_NONE, node.axis(sim::kAzimuth).drive.fault);
+  node.set_rate(sim::kAzimuth, 0.12);
+  node.set_rate(sim::kPitch, 0.12);  // not selected there
+  ticks(node, 1.0);
+  TEST_ASSERT_EQUAL(FAULT_REDUCED_SPEED, node.axis(sim::kAzimuth).drive.fault);
+  TEST_ASSERT_EQUAL(FAULT_NONE, node.axis(sim::kPitch).drive.fault);
+}
+
+// 199 single bits of what the tick uses, drawn at random, at rest and at 20 deg/s.
+void test_every_bit_that_flips_in_the_active_set_is_found_and_its_motion_bounded() {
+  sim::SplitMix64 random(14);
+  double max_rad_s = 0.0;
+  int latest_ms = 0;
+  for (int i = 0; i < 199; ++i) {
+    const int axis = i % 2;
+    const double wanted_rad_s = i % 4 < 2 ? 0.0 : 0.35;
+    sim::DrivenNode node(setup(), static_cast<std::uint64_t>(i + 1), {0.2, 0.4});
+    node.enable(DRIVE_PROFILE_VELOCITY);
+    node.set_rate(axis, wanted_rad_s);
+    ticks(node, 0.6);
+    auto *bytes = reinterpret_cast<std::uint8_t *>(&node.node().board.app.params.axis[axis]);
+    const auto bit = static_cast<std::size_t>(random() % (8 * sizeof(servo_axis_params)));
+    bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ 1U << bit % 8);
+    int ms = 0;
+    while (node.axis(axis).drive.fault == FAULT_NONE && ms < 100) {
+      node.tick();
+      ++ms;
+      max_rad_s = std::max(max_rad_s, std::abs(rate(node, axis) - wanted_rad_s));
+    }
+    TEST_ASSERT_TRUE_MESSAGE(node.axis(axis).drive.fault != FAULT_NONE, fmt::format("bit {}", bit).c_str());
+    latest_ms = std::max(latest_ms, ms);
+    for (int n = 0; n < 10; ++n) {
+      node.tick();
+      max_rad_s = std::max(max_rad_s, std::abs(rate(node, axis)) - wanted_rad_s);
+    }
+  }
+  std::printf("199 bits: found after at most %d ms, at most %.1f deg/s off\n", latest_ms, max_rad_s / sim::kRadPerDeg);
+  TEST_ASSERT_LESS_OR_EQUAL(26, latest_ms);
+  TEST_ASSERT_TRUE(max_rad_s < 10.0 * sim::kRadPerDeg);
+}
+
 int plants = 20;  // `test_witness 1000` tries more
 
 // Machines whose numbers are all off by up to 30 %, with the gains, motor data and limits of the nominal one.
@@ -218,6 +300,11 @@ int main(int count, char **arguments) {
   UNITY_BEGIN();
   RUN_TEST(test_sensors_that_are_wrong_together_are_found_by_the_motor);
   RUN_TEST(test_a_motor_with_half_its_torque_is_found_under_excitation);
+  RUN_TEST(test_a_slow_drift_of_either_sensor_is_found_at_rest);
+  RUN_TEST(test_an_encoder_that_is_wrong_in_some_ticks_is_named);
+  RUN_TEST(test_an_axis_that_is_pushed_out_of_its_standstill_is_found);
+  RUN_TEST(test_reduced_speed_is_monitored_when_it_is_selected);
+  RUN_TEST(test_every_bit_that_flips_in_the_active_set_is_found_and_its_motion_bounded);
   RUN_TEST(test_no_monitor_trips_on_random_machines);
   return UNITY_END();
 }

@@ -9,7 +9,7 @@
 _Static_assert(offsetof(protection_objects, written) == 0, "rows are read in a protection_limits alone, too");
 
 static const od_entry kEntries[] = {
-    OD_RECORD_HEAD(0x2060, 26, "Protection", "Limits that trigger a fault; open 0x3040 to write them"),
+    OD_RECORD_HEAD(0x2060, 31, "Protection", "Limits that trigger a fault; open 0x3040 to write them"),
     /* clang-format off */
     PROTECTION_LIMITS_1_TO_17(ROW)
     /* clang-format on */
@@ -19,6 +19,8 @@ static const od_entry kEntries[] = {
     /* clang-format off */
     PROTECTION_LIMITS_FROM_19(ROW)
     /* clang-format on */
+    OD_U8(0x2062, 0, OD_RW, 0, protection_objects, reduced_speed, 0, 1, 0, "", "Reduced speed",
+          "1: from 1 s after the write on, a joint rate above 2060:30 is a fault; 0: not monitored"),
 };
 
 const od_table protection_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};
@@ -53,6 +55,7 @@ static void changed(void *owner, const od_object *object) {
   const protection_owner *own = owner;
   if (protection_check(&own->objects->written) == CONTROL_OK) {
     *own->in_force = own->objects->written;
+    own->objects->changes++;
   }
 }
 

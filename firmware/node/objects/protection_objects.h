@@ -17,6 +17,8 @@
 typedef struct {
   protection_limits written; /* first: for the stored rows a protection_limits alone is enough */
   uint8_t waiting;           /* 2060:18: PROTECTION_* and PROTECTION_SOFT_TRAVEL bits */
+  uint8_t reduced_speed;     /* 2062 */
+  uint32_t changes;          /* of the limits in force, on purpose: counted for guarded_sets.h */
 } protection_objects;
 
 /* 607D:1 is above 607D:2; the last consistent travel stays in effect. */

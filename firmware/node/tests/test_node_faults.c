@@ -539,6 +539,59 @@ static void test_bus_off_stops_both_axes(void) {
   TEST_ASSERT_EQUAL_HEX32(0x8140, get(0x603F + PITCH, 0) & 0xFFFF);
 }
 
+/* --- values that change by themselves --- */
+
+/* ms until the axis has the fault, at most 60; 0: not found. */
+static int found_after(int axis) {
+  for (int ms = 1; ms <= 60; ++ms) {
+    wait_ms(1);
+    if (node.axis[axis].drive.fault == FAULT_ACTIVE_SET) {
+      return ms;
+    }
+  }
+  return 0;
+}
+
+static void flip(void *data, uint32_t bit) { ((uint8_t *)data)[bit / 8u] ^= (uint8_t)(1u << bit % 8u); }
+
+static void test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_loaded_again(void) {
+  void *const sets[] = {&node.board.app.params.axis[0], &node.axis[0].tuning.active, &node.axis[0].monitor.limits};
+  const uint32_t sizes[] = {sizeof(servo_axis_params), sizeof(axis_parameters), sizeof(protection_limits)};
+  for (uint32_t i = 0; i < 3; ++i) {
+    for (uint32_t bit = i; bit < 8u * sizes[i]; bit += 97u) {
+      node_bench_start();
+      enable(PITCH, PV);
+      flip(sets[i], bit);
+      const int ms = found_after(0);
+      TEST_ASSERT_TRUE(ms > 0 && ms <= GUARDED_SETS_CYCLE_MS + 2);
+      TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[1].drive.fault);
+    }
+  }
+  nmt(0x81);
+  wait_ms(100);
+  command(0, 0x00);
+  command(0, 0x80);
+  TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+  TEST_ASSERT_EQUAL(0, found_after(0));
+}
+
+static void test_a_bit_of_the_scales_stops_both_axes(void) {
+  flip(&node.scales, 40);
+  TEST_ASSERT_TRUE(found_after(0) > 0);
+  TEST_ASSERT_EQUAL(FAULT_ACTIVE_SET, node.axis[1].drive.fault);
+}
+
+static void test_gains_limits_and_scales_that_are_written_are_no_fault(void) {
+  SET(ACCESS, WORD, OPEN);
+  SET_FLOAT(BOARD, 1, 20.0f);
+  SET_FLOAT(PROTECTION, OVERSPEED, 2.0f);
+  SET_FLOAT(0x2000, 1, 600.0f);
+  SET(0x2070, 1, 1);
+  SET(0x2070, 1, 3);
+  wait_ms(50);
+  TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_limits_are_written_only_while_the_lock_is_open);
@@ -568,5 +621,8 @@ int main(void) {
   RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
   RUN_TEST(test_bus_off_stops_both_axes);
+  RUN_TEST(test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_loaded_again);
+  RUN_TEST(test_a_bit_of_the_scales_stops_both_axes);
+  RUN_TEST(test_gains_limits_and_scales_that_are_written_are_no_fault);
   return UNITY_END();
 }

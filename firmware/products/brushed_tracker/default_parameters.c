@@ -144,6 +144,11 @@ const protection_limits default_limits[SERVO_AXES] = {
         .brake_release_s = 0.0f,
         .brake_engage_s = 0.0f,
         .brake_feedback = 0.0f,
+        .fixed_base_rad = 0.005f,
+        .encoder_outlier_rad = 1.5e-05f,
+        .standstill_rad = 0.01f,
+        .reduced_speed_rad_s = 0.0872665f,
+        .direction_rad = 0.05f,
     },
     {
         .overspeed_rad_s = 1.5f,
@@ -171,5 +176,10 @@ const protection_limits default_limits[SERVO_AXES] = {
         .brake_release_s = 0.0f,
         .brake_engage_s = 0.0f,
         .brake_feedback = 0.0f,
+        .fixed_base_rad = 0.005f,
+        .encoder_outlier_rad = 1.5e-05f,
+        .standstill_rad = 0.01f,
+        .reduced_speed_rad_s = 0.0872665f,
+        .direction_rad = 0.05f,
     },
 };

@@ -39,6 +39,7 @@ static bench new_bench(void) {
                  .current_offset_a = 0.5f,
                  .voltage_mismatch_v = 4.0f,
                  .back_emf_error_v = 0.03f, /* motor_tolerance 0: the motor is no witness, unless a test sets it */
+                 .reduced_speed_rad_s = 0.1f,
                  .under_voltage_v = 36.0f,
                  .over_voltage_v = 60.0f,
                  .deceleration_rad_s2 = 4.0f,
@@ -523,6 +524,43 @@ static void test_the_voltage_of_the_inductance_is_no_motion(void) {
   }
 }
 
+/* A tenth of the readings is that of the tick before, at 0.2 rad/s. */
+static void test_an_encoder_that_is_stale_now_and_then_is_named_and_not_the_gyro(void) {
+  bench b = new_bench();
+  b.limits.encoder_outlier_rad = 1.5e-5f;
+  b.rate_rad_s = b.in.reference_rad_s = 0.2f;
+  run(&b, 50);
+  int ticks = 0;
+  for (fault_set found = 0; found == 0 && ticks < 1000; ++ticks) {
+    const angle_turn32 true_angle = b.in.angle;
+    if (ticks % 10 == 0) {
+      b.in.angle = (angle_turn32)(b.in.angle - (angle_turn32)(int32_t)lrintf(0.2f * DT_S / ANGLE_RAD_PER_TURN32));
+    }
+    found = step(&b, 0.0f);
+    if (ticks % 10 == 0) {
+      b.in.angle = true_angle + (angle_turn32)(int32_t)lrintf(0.2f * DT_S / ANGLE_RAD_PER_TURN32);
+    }
+    TEST_ASSERT_EQUAL_HEX64(0, found & ~fault_bit(FAULT_ENCODER_ERRATIC));
+  }
+  TEST_ASSERT_TRUE(ticks < 60);
+}
+
+/* Its change over the ticks without it is none of a tick: the encoder, which has only that of one, is right. */
+static void test_a_gyro_that_returns_is_compared_from_its_second_reading_on(void) {
+  bench b = new_bench();
+  b.limits.encoder_outlier_rad = 1.5e-5f;
+  run(&b, 50);
+  for (int n = 0; n < 10; ++n) {
+    for (int tick = 0; tick < 4; ++tick) { /* the axis accelerates all the time */
+      b.in.gyro_valid = tick == 3;
+      b.rate_rad_s += n % 2 == 0 ? 0.02f : -0.02f;
+      run(&b, 1);
+    }
+    TEST_ASSERT_EQUAL(0, b.state.outliers.score);
+    run(&b, 1);
+  }
+}
+
 static void test_limits_are_refused_when_they_are_no_numbers_or_contradict(void) {
   bench b = new_bench();
   TEST_ASSERT_EQUAL(CONTROL_OK, protection_check(&b.limits));
@@ -635,6 +673,8 @@ int main(void) {
   RUN_TEST(test_the_motor_contradicts_sensors_that_are_frozen_and_only_while_a_loop_is_closed);
   RUN_TEST(test_a_motor_whose_magnets_are_weak_is_named);
   RUN_TEST(test_the_voltage_of_the_inductance_is_no_motion);
+  RUN_TEST(test_an_encoder_that_is_stale_now_and_then_is_named_and_not_the_gyro);
+  RUN_TEST(test_a_gyro_that_returns_is_compared_from_its_second_reading_on);
   RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
   RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);

@@ -39,6 +39,11 @@ std::vector<FaultTest> list_tests() {
       {FAULT_OPTION_BYTES, memory, "test_a_flipped_bit_of_the_hot_code_is_found_without_parity_as_well"},
       {FAULT_MOTOR_CONTRADICTS, witness, "test_sensors_that_are_wrong_together_are_found_by_the_motor"},
       {FAULT_MOTOR_WEAK, witness, "test_a_motor_with_half_its_torque_is_found_under_excitation"},
+      {FAULT_SENSORS_DRIFT, witness, "test_a_slow_drift_of_either_sensor_is_found_at_rest"},
+      {FAULT_ENCODER_ERRATIC, witness, "test_an_encoder_that_is_wrong_in_some_ticks_is_named"},
+      {FAULT_STANDSTILL_LEFT, witness, "test_an_axis_that_is_pushed_out_of_its_standstill_is_found"},
+      {FAULT_REDUCED_SPEED, witness, "test_reduced_speed_is_monitored_when_it_is_selected"},
+      {FAULT_ACTIVE_SET, witness, "test_every_bit_that_flips_in_the_active_set_is_found_and_its_motion_bounded"},
   };
 }
 

@@ -73,6 +73,7 @@ class InjectionRun {
     node_.machine().broken() = {};
     for (int axis = 0; axis < kAxes; ++axis) {
       node_.node().axis[axis].monitor.limits = setup_.limits[static_cast<std::size_t>(axis)];
+      node_.node().axis[axis].limits.changes++;
       node_.write(axis, 0x6072, 0, 1000);
     }
     node_.write(kAzimuth, 0x1016, 1, 0);

@@ -63,6 +63,11 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   limits.over_voltage_v = f(1.25 * plant.supply.voltage_v);
   limits.motor_tolerance = 0.32F;
   limits.back_emf_error_v = f(back_emf_error_v(plant, axis.motor));
+  limits.fixed_base_rad = 6.0 * axis.base_sway.rms_rad < 0.0025 ? 0.005F : 0.0F;
+  limits.encoder_outlier_rad = f(std::max(1.5e-5, 4.0 * code_rad + 10.0 * axis.encoder.jitter_rms_rad));
+  limits.standstill_rad = 0.01F;
+  limits.reduced_speed_rad_s = 0.0872665F;
+  limits.direction_rad = 0.05F;
   limits.stopping_margin_rad = f(std::min(0.005, 0.1 * travel_rad));
   // Three standard deviations of the wind, its mean and the imbalance take less than 0.3 of the torque.
   const double inertia_kg_m2 = axis.inertia_kg_m2 + axis.inertia_swing_kg_m2;

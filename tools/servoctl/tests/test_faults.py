@@ -19,7 +19,7 @@ from servoctl.fault_table import NO_FAULTS, FaultTable, load_faults
 
 from .conftest import PACKAGE, PARAMETERS, Bench
 
-OVER_SPEED, STUCK_ENCODER, WATCHDOG, FOLLOWING_ERROR = 18, 3, 30, 23
+OVER_SPEED, STUCK_ENCODER, ERRATIC_ENCODER, WATCHDOG, FOLLOWING_ERROR = 18, 3, 48, 30, 23
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +62,7 @@ def test_bytes_that_are_no_entry_are_reported(table: FaultTable, cut: int) -> No
 
 def test_a_code_of_several_faults_is_distinguished_by_the_number_that_came_with_it(table: FaultTable) -> None:
     assert [words.name for words in table.reported(0x7320, 1 << 8 | STUCK_ENCODER)] == ["encoder stuck"]
-    assert table.meaning(0x7320) == "encoder lost or encoder jump or encoder stuck"
+    assert table.meaning(0x7320) == "encoder lost or encoder jump or encoder stuck or encoder erratic"
     assert [words.name for words in table.reported(0x8140, 0)] == ["recovered from bus-off"]  # the node itself
     assert [words.name for words in table.reported(0x8140, 2 << 8)] == ["bus-off"]  # pitch
     assert [words.name for words in table.reported(0x5000, 3 << 8 | 1)] == ["self-test failed"]
@@ -129,7 +129,7 @@ def test_a_node_without_a_fault_log_is_reported_in_a_sentence(test_node: Bench) 
 
 def test_explain_reports_all_that_a_code_may_mean(servo: Bench) -> None:
     found = servo.json("explain", "7320h")
-    assert [fault["number"] for fault in found["faults"]] == [1, 2, 3]
+    assert [fault["number"] for fault in found["faults"]] == [1, 2, 3, ERRATIC_ENCODER]
     assert servo.json("explain", "0x8210")["meaning"] == "PDO too short"
     text = servo("explain", "0x8611").out
     for key in ("detection", "cause", "check", "cure", "clear"):

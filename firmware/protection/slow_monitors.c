@@ -1,0 +1,81 @@
+#include "protection/slow_monitors.h"
+
+#include "base/scalar.h"
+
+#define REDUCED_SPEED_DELAY_S 1.0f /* from its selection on, to slow down */
+
+/* What a broken sensor has added is no drift: after its repair the axis can be enabled at once. */
+static fault_set broken_sensors(void) {
+  return fault_bit(FAULT_ENCODER_LOST) | fault_bit(FAULT_ENCODER_JUMP) | fault_bit(FAULT_ENCODER_STUCK) |
+         fault_bit(FAULT_ENCODER_ERRATIC) | fault_bit(FAULT_SENSORS_DISAGREE) | fault_bit(FAULT_GYRO_LOST) |
+         fault_bit(FAULT_GYRO_STUCK) | fault_bit(FAULT_GYRO_SATURATED);
+}
+
+void slow_monitors_add(slow_monitors *monitors, const axis_protection *protection, fault_set found) {
+  monitors->spoiled = monitors->spoiled || protection->gyro_missing_ticks > 0 || (found & broken_sensors()) != 0;
+  monitors->gyro_sum_rad_s += protection->last_gyro_rad_s;
+}
+
+static bool drifts(slow_monitors *m, const protection_limits *limits, float joint_rate_rad_s, float window_s) {
+  const float gyro_rad_s = m->gyro_sum_rad_s / (float)SLOW_MONITOR_TICKS;
+  const bool usable = !m->spoiled;
+  m->gyro_sum_rad_s = 0.0f;
+  m->spoiled = false;
+  bool found = false;
+  if (usable) {
+    const float max_rad_s = protection_sensor_difference_rad_s(limits, joint_rate_rad_s);
+    const float slow_rad_s = scalar_clamp(gyro_rad_s - joint_rate_rad_s, -max_rad_s, max_rad_s);
+    found = sensor_drift_step(&m->drift, limits->fixed_base_rad, slow_rad_s, joint_rate_rad_s, window_s);
+  }
+  if (found || !usable) {
+    m->drift = (sensor_drift){.path_rad = 0.0f};
+  }
+  return found;
+}
+
+/* The path on which the axis accelerates against the sign of its set-point, whatever the torque does. */
+static bool wrong_direction(slow_monitors *m, const protection_limits *limits, const protection_inputs *in,
+                            float slow_rate_rad_s, float window_s) {
+  const bool opposite = in->speed_closed && limits->direction_rad > 0.0f && in->reference_rad_s * in->rate_rad_s < 0.0f;
+  if (!opposite) {
+    m->against_rad = 0.0f;
+    return false;
+  }
+  const float acceleration = in->rate_rad_s - slow_rate_rad_s; /* its sign */
+  m->against_rad += acceleration * in->rate_rad_s > 0.0f ? scalar_abs(in->rate_rad_s) * window_s : 0.0f;
+  return m->against_rad > limits->direction_rad;
+}
+
+static bool too_fast(slow_monitors *m, const protection_limits *limits, bool monitored, float joint_rate_rad_s,
+                     float window_s) {
+  if (!monitored) {
+    m->reduced_s = 0.0f;
+    return false;
+  }
+  if (m->reduced_s < REDUCED_SPEED_DELAY_S) {
+    m->reduced_s += window_s;
+    return false;
+  }
+  return !scalar_within(joint_rate_rad_s, limits->reduced_speed_rad_s);
+}
+
+static fault_set bit_if(bool seen, fault_id fault) { return seen ? fault_bit(fault) : 0; }
+
+void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limits, const axis_protection *protection,
+                         const protection_inputs *in, const slow_commands *commands, float dt_s) {
+  const float window_s = (float)SLOW_MONITOR_TICKS * dt_s;
+  const bool known = monitors->angle_known && in->angle_valid;
+  const float step_rad = known ? angle_difference_rad(in->angle, monitors->angle) : 0.0f;
+  const float joint_rate_rad_s = step_rad / window_s;
+  monitors->angle = in->angle;
+  monitors->angle_known = in->angle_valid;
+  monitors->spoiled = monitors->spoiled || !known;
+  const float standstill_rad = limits->fixed_base_rad > 0.0f ? limits->standstill_rad : 0.0f;
+  const bool drift = drifts(monitors, limits, joint_rate_rad_s, window_s);
+  const bool left = standstill_monitor_step(&monitors->standstill, standstill_rad, in->closed && commands->standing,
+                                            step_rad, window_s);
+  const bool against = wrong_direction(monitors, limits, in, protection->slow_rate_rad_s, window_s);
+  const bool fast = too_fast(monitors, limits, in->closed && commands->reduced, joint_rate_rad_s, window_s);
+  monitors->found = bit_if(drift, FAULT_SENSORS_DRIFT) | bit_if(left, FAULT_STANDSTILL_LEFT) |
+                    bit_if(against, FAULT_RUNAWAY) | bit_if(fast, FAULT_REDUCED_SPEED);
+}

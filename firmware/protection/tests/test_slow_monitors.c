@@ -1,0 +1,237 @@
+/* Monitors that judge every few ticks: drift, standstill, direction, reduced speed. */
+#include "protection/slow_monitors.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "support/check.h"
+#include "unity.h"
+
+#define DT_S 0.001f
+
+typedef struct {
+  slow_monitors slow;
+  axis_protection protection;
+  protection_limits limits;
+  protection_inputs in;
+  slow_commands commands;
+  fault_set broken;
+  double angle_rad;
+  int tick;
+} bench;
+
+static bench b;
+
+void setUp(void) {
+  memset(&b, 0, sizeof b);
+  b.limits.base_rate_rad_s = 0.02f;
+  b.limits.reduced_speed_rad_s = 0.1f;
+  b.in.angle_valid = b.in.gyro_valid = b.in.closed = b.in.speed_closed = true;
+}
+
+void tearDown(void) {}
+
+/* One tick at these rates of encoder and gyro. */
+static fault_set step(float encoder_rad_s, float gyro_rad_s) {
+  b.angle_rad += (double)encoder_rad_s * (double)DT_S;
+  b.in.angle = (angle_turn32)(int64_t)llrint(b.angle_rad / (double)ANGLE_RAD_PER_TURN32);
+  b.protection.last_gyro_rad_s = gyro_rad_s;
+  b.in.rate_rad_s = encoder_rad_s;
+  b.protection.slow_rate_rad_s += (encoder_rad_s - b.protection.slow_rate_rad_s) * 0.1f;
+  slow_monitors_add(&b.slow, &b.protection, b.broken);
+  if (++b.tick % SLOW_MONITOR_TICKS == 0) {
+    slow_monitors_judge(&b.slow, &b.limits, &b.protection, &b.in, &b.commands, DT_S);
+  }
+  return b.slow.found;
+}
+
+static void run(float rate_rad_s, int ticks) {
+  for (int i = 0; i < ticks; ++i) {
+    TEST_ASSERT_EQUAL_HEX64(0, step(rate_rad_s, rate_rad_s));
+  }
+}
+
+/* Ticks until this fault and no other one; 0: not within `most`. */
+static int ticks_until(fault_id fault, float encoder_rad_s, float gyro_rad_s, int most) {
+  for (int i = 1; i <= most; ++i) {
+    const fault_set found = step(encoder_rad_s, gyro_rad_s);
+    if (found != 0) {
+      TEST_ASSERT_EQUAL_HEX64(fault_bit(fault), found);
+      return i;
+    }
+  }
+  return 0;
+}
+
+/* --- drift -------------------------------------------------------------------------------------------------------- */
+
+static void test_a_creep_below_the_base_rate_is_a_drift_of_either_sensor(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    for (int gyro = 0; gyro <= 1; ++gyro) {
+      setUp();
+      b.limits.fixed_base_rad = 0.005f;
+      run(0.3f, 100);
+      const float rate_rad_s = 0.019f * (float)sign;
+      const float encoder_rad_s = gyro == 1 ? 0.0f : rate_rad_s;
+      CHECK_NEAR("ticks", 270.0, ticks_until(FAULT_SENSORS_DRIFT, encoder_rad_s, rate_rad_s - encoder_rad_s, 1000),
+                 12.0);
+    }
+  }
+}
+
+static void test_a_base_that_moves_has_no_drift(void) {
+  TEST_ASSERT_EQUAL(0, ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 10000));
+}
+
+static void test_a_drift_that_is_reported_begins_anew(void) {
+  b.limits.fixed_base_rad = 0.005f;
+  TEST_ASSERT_TRUE(ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 1000) > 0);
+  TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_SENSORS_DRIFT), step(0.0f, 0.0f)); /* until the next judgement */
+  for (int i = 1; i < SLOW_MONITOR_TICKS; ++i) {
+    (void)step(0.0f, 0.0f);
+  }
+  TEST_ASSERT_EQUAL_HEX64(0, b.slow.found);
+  TEST_ASSERT_TRUE(ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 1000) > 250);
+}
+
+/* A difference that FAULT_SENSORS_DISAGREE judges: at most its limit counts here, whatever its size. */
+static void test_a_large_difference_counts_as_the_largest_that_is_no_disagreement(void) {
+  b.limits.fixed_base_rad = 0.05f;
+  run(0.0f, 8);
+  for (int i = 0; i < 100; ++i) {
+    (void)step(0.0f, 3.0f);
+  }
+  CHECK_NEAR("rad", 0.002, b.slow.drift.difference_rad, 1e-4);
+}
+
+static void test_what_a_broken_or_missing_sensor_adds_is_no_drift(void) {
+  static const fault_id broken[] = {FAULT_ENCODER_LOST,     FAULT_ENCODER_JUMP,    FAULT_ENCODER_STUCK,
+                                    FAULT_GYRO_LOST,        FAULT_ENCODER_ERRATIC, FAULT_GYRO_STUCK,
+                                    FAULT_SENSORS_DISAGREE, FAULT_GYRO_SATURATED};
+  for (unsigned i = 0; i < sizeof broken / sizeof broken[0]; ++i) {
+    setUp();
+    b.limits.fixed_base_rad = 0.005f;
+    for (int tick = 0; tick < 2000; ++tick) {
+      b.broken = tick % 200 == 7 ? fault_bit(broken[i]) : fault_bit(FAULT_OVERLOAD);
+      TEST_ASSERT_EQUAL_HEX64(0, step(0.0f, 0.019f));
+    }
+  }
+  setUp();
+  b.limits.fixed_base_rad = 0.005f;
+  b.protection.gyro_missing_ticks = 1;
+  TEST_ASSERT_EQUAL(0, ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 2000));
+  b.protection.gyro_missing_ticks = 0;
+  b.in.angle_valid = false;
+  TEST_ASSERT_EQUAL(0, ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 2000));
+  b.in.angle_valid = true;
+  b.angle_rad += 1.0; /* at another place now */
+  CHECK_NEAR("ticks", 270.0, ticks_until(FAULT_SENSORS_DRIFT, 0.0f, 0.019f, 1000), 12.0);
+}
+
+/* --- standstill --------------------------------------------------------------------------------------------------- */
+
+static void test_an_axis_that_stands_and_is_moved_leaves_its_standstill_only_on_a_fixed_base(void) {
+  for (int fixed = 0; fixed <= 1; ++fixed) {
+    setUp();
+    b.limits.fixed_base_rad = fixed == 1 ? 0.005f : 0.0f;
+    b.limits.standstill_rad = 0.01f;
+    b.commands.standing = true;
+    run(0.0f, 1200);
+    TEST_ASSERT_INT_WITHIN(fixed == 1 ? SLOW_MONITOR_TICKS / 2 : 0, fixed == 1 ? 102 : 0,
+                           ticks_until(FAULT_STANDSTILL_LEFT, 0.1f, 0.1f, 200));
+  }
+}
+
+static void test_an_axis_whose_loops_are_open_may_be_moved(void) {
+  b.limits.fixed_base_rad = 0.005f;
+  b.limits.standstill_rad = 0.01f;
+  b.commands.standing = true;
+  b.in.closed = false;
+  run(0.1f, 2000);
+  b.in.closed = true;
+  run(0.1f, 900); /* and closed, from a second later on */
+  TEST_ASSERT_TRUE(ticks_until(FAULT_STANDSTILL_LEFT, 0.1f, 0.1f, 300) > 100);
+}
+
+/* --- direction ---------------------------------------------------------------------------------------------------- */
+
+static void monitor_direction(void) {
+  b.limits.direction_rad = 0.05f;
+  b.in.reference_rad_s = 0.2f;
+}
+
+static void test_a_path_against_the_set_point_is_a_runaway_without_any_torque(void) {
+  monitor_direction();
+  float rate_rad_s = 0.0f;
+  int ticks = 0;
+  for (fault_set found = 0; found == 0 && ticks < 1000; ++ticks) {
+    rate_rad_s -= 0.002f;
+    found = step(rate_rad_s, rate_rad_s);
+    TEST_ASSERT_EQUAL_HEX64(0, found & ~fault_bit(FAULT_RUNAWAY));
+  }
+  CHECK_NEAR("ticks to 0.05 rad", 224.0, ticks, 10.0);
+}
+
+static void test_braking_after_a_step_of_the_set_point_is_no_runaway(void) {
+  b.in.reference_rad_s = -1.0f;
+  run(-1.0f, 100);
+  monitor_direction();
+  for (float rate_rad_s = -1.0f; rate_rad_s < 0.2f; rate_rad_s += 0.002f) { /* over 0.25 rad */
+    TEST_ASSERT_EQUAL_HEX64(0, step(rate_rad_s, rate_rad_s));
+  }
+}
+
+static void test_no_direction_is_monitored_without_a_loop_of_speed_or_a_window(void) {
+  for (int open = 0; open <= 1; ++open) {
+    setUp();
+    monitor_direction();
+    b.in.speed_closed = open == 0;
+    b.limits.direction_rad = open == 0 ? 0.0f : 0.05f;
+    for (float rate_rad_s = 0.0f; rate_rad_s > -2.0f; rate_rad_s -= 0.002f) {
+      TEST_ASSERT_EQUAL_HEX64(0, step(rate_rad_s, rate_rad_s));
+    }
+  }
+}
+
+/* --- reduced speed ------------------------------------------------------------------------------------------------ */
+
+static void test_the_reduced_speed_counts_from_a_second_after_its_selection(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    setUp();
+    const float fast_rad_s = 0.12f * (float)sign;
+    run(fast_rad_s, 100);
+    b.commands.reduced = true;
+    run(fast_rad_s, 1000);
+    const int ticks = ticks_until(FAULT_REDUCED_SPEED, fast_rad_s, fast_rad_s, 10);
+    TEST_ASSERT_TRUE(ticks > 0 && ticks <= SLOW_MONITOR_TICKS);
+    b.commands.reduced = false;
+    for (int i = 0; i < SLOW_MONITOR_TICKS; ++i) {
+      (void)step(fast_rad_s, fast_rad_s);
+    }
+    run(fast_rad_s, 100);
+    b.commands.reduced = true;
+    run(0.09f * (float)sign, 2000);
+    TEST_ASSERT_TRUE(ticks_until(FAULT_REDUCED_SPEED, fast_rad_s, fast_rad_s, 2 * SLOW_MONITOR_TICKS) > 0);
+    b.in.closed = false;
+    for (int i = 0; i < SLOW_MONITOR_TICKS; ++i) {
+      (void)step(fast_rad_s, fast_rad_s);
+    }
+    run(fast_rad_s, 2000);
+  }
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_creep_below_the_base_rate_is_a_drift_of_either_sensor);
+  RUN_TEST(test_a_base_that_moves_has_no_drift);
+  RUN_TEST(test_a_drift_that_is_reported_begins_anew);
+  RUN_TEST(test_a_large_difference_counts_as_the_largest_that_is_no_disagreement);
+  RUN_TEST(test_what_a_broken_or_missing_sensor_adds_is_no_drift);
+  RUN_TEST(test_an_axis_that_stands_and_is_moved_leaves_its_standstill_only_on_a_fixed_base);
+  RUN_TEST(test_an_axis_whose_loops_are_open_may_be_moved);
+  RUN_TEST(test_a_path_against_the_set_point_is_a_runaway_without_any_torque);
+  RUN_TEST(test_braking_after_a_step_of_the_set_point_is_no_runaway);
+  RUN_TEST(test_no_direction_is_monitored_without_a_loop_of_speed_or_a_window);
+  RUN_TEST(test_the_reduced_speed_counts_from_a_second_after_its_selection);
+  return UNITY_END();
+}
