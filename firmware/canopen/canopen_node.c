@@ -421,6 +421,9 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
     return;
   }
   (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_TIME_OUT);
+  if (sync_clock_hear(&node->clock, node->objects.sync.period_us)) {
+    raise_or_clear(node, EMERGENCY_SYNC_CLOCK, node->clock.off);
+  }
   if (!nmt_allows_pdo(node->state)) {
     return;
   }
@@ -587,6 +590,7 @@ static void tick_pdos(canopen_node *node) {
 void canopen_node_serve(canopen_node *node) {
   lss_slave_tick(&node->lss);
   node->silent_ms += node->silent_ms < UINT32_MAX ? 1 : 0;
+  sync_clock_tick(&node->clock);
   if (node->reset.pending) {
     canopen_node_answer(node); /* only LSS is processed; the queues must not overflow */
     step_reset(node);

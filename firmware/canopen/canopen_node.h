@@ -93,6 +93,7 @@ typedef struct {
   heartbeat_producer producer;
   heartbeat_consumer consumers[HEARTBEAT_CONSUMERS];
   sync_consumer sync;
+  sync_clock clock;
   emergency_producer emergency;
   rpdo rpdos[PDO_COUNT];
   tpdo tpdos[PDO_COUNT];

@@ -44,9 +44,10 @@ static const od_entry rows[] = {
 
     OD_U32(0x1005, 0, OD_RW, OD_STORED, OBJECTS, sync.cob_id, 0, CANOPEN_U32_MAX, 0x80, "", "SYNC COB-ID",
            "CAN identifier of the SYNC that this node uses."),
-    OD_U32(0x1006, 0, OD_RW, OD_STORED, OBJECTS, sync.period_us, 0, CANOPEN_U32_MAX, 0, "us",
-           "Communication cycle period",
-           "Expected SYNC period; EMCY 8700 after 1.5 periods without SYNC; 0: not monitored."),
+    OD_U32(
+        0x1006, 0, OD_RW, OD_STORED, OBJECTS, sync.period_us, 0, CANOPEN_U32_MAX, 0, "us", "Communication cycle period",
+        "Expected SYNC period; EMCY 8700 after 1.5 periods without SYNC, 8701 when it differs from the node's clock by "
+        "1 %; 0: not monitored."),
 
     OD_ARRAY_HEAD(0x1010, STORAGE_GROUPS, "Store parameters", "Write \"save\" (0x65766173) to store."),
     STORAGE_ROW(0x1010, 1, save, "Store all parameters", "Stores all objects that can be stored."),

@@ -11,6 +11,7 @@
 #include "canopen/pdo.h"
 #include "canopen/storage.h"
 #include "canopen/sync.h"
+#include "canopen/sync_clock.h"
 
 enum { SDO_CHANNELS = 2 };
 

@@ -290,6 +290,8 @@ void node_objects_configure_sync(canopen_node *node) {
   const uint32_t cob_id = node->objects.sync.cob_id;
   node->listeners.sync = cob_id_is_valid(cob_id) ? cob_id & COB_ID_IDENTIFIER : NO_IDENTIFIER;
   sync_reset(&node->sync);
+  sync_clock_reset(&node->clock);
+  (void)canopen_node_clear(node, EMERGENCY_SOURCE_NODE, EMERGENCY_SYNC_CLOCK);
 }
 
 bool node_objects_sdo_is_on(const communication_objects *objects, uint32_t channel) {

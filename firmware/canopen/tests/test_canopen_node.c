@@ -204,6 +204,31 @@ static void test_missing_sync_is_reported_after_one_and_a_half_periods(void) {
   TEST_ASSERT_FALSE(emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_TIME_OUT));
 }
 
+static bool clock_is_off(void) { return emergency_is_active(&NODE->emergency, 0, EMERGENCY_SYNC_CLOCK); }
+
+static void give_syncs(uint32_t count, uint32_t ms) {
+  for (uint32_t i = 0; i < count; i++) {
+    bench_give(0x80, 0, NULL);
+    bench_wait_ms(ms);
+  }
+}
+
+static void test_a_clock_that_differs_from_sync_by_1_percent_is_reported_while_it_does(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1006, 0, 100000, 4));
+  give_syncs(70, 100);
+  TEST_ASSERT_FALSE(clock_is_off());
+  give_syncs(70, 101);
+  TEST_ASSERT_TRUE(clock_is_off());
+  give_syncs(70, 100);
+  TEST_ASSERT_FALSE(clock_is_off());
+  give_syncs(70, 99);
+  TEST_ASSERT_TRUE(clock_is_off());
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1006, 0, 99000, 4));
+  TEST_ASSERT_FALSE(clock_is_off());
+  give_syncs(70, 99);
+  TEST_ASSERT_FALSE(clock_is_off());
+}
+
 static void test_sync_of_the_wrong_length_only_reports_an_error(void) {
   const uint8_t byte[1] = {1};
   bench_operational();
@@ -363,6 +388,7 @@ int main(void) {
   RUN_TEST(test_the_same_error_of_two_sources_is_over_when_both_are);
   RUN_TEST(test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight);
   RUN_TEST(test_missing_sync_is_reported_after_one_and_a_half_periods);
+  RUN_TEST(test_a_clock_that_differs_from_sync_by_1_percent_is_reported_while_it_does);
   RUN_TEST(test_sync_of_the_wrong_length_only_reports_an_error);
   RUN_TEST(test_store_and_restore_want_their_signatures);
   RUN_TEST(test_foreign_frames_change_nothing_and_get_no_answer);

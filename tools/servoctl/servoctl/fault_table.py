@@ -72,6 +72,7 @@ _STACK: dict[int, Words] = {
     0x8210: Words("PDO too short", "A master uses a different PDO mapping.", "Compare the master's mapping with 1600 to 1603.", "Use the same mapping in the master and the node.", _BY_ITSELF),
     0x8240: Words("SYNC with unexpected length", "The master's SYNC does not match 1019.", "Length of the frames with identifier 080.", "Set 1019 to match the master's SYNC.", _BY_ITSELF),
     0x8700: Words("SYNC time-out", "SYNC frames stopped.", "Frames with identifier 080 on the bus.", "Restart the master, or set 1006 to 0.", _BY_ITSELF),
+    0x8701: Words("SYNC and clock differ", "The node's clock or the master's is 1 % off, or the master's SYNC does not have the period 1006.", "Measure the period of the frames with identifier 080.", "Set 1006 to the period of SYNC; replace the device whose clock is wrong.", _BY_ITSELF),
 }  # fmt: skip
 """Codes of the CANopen stack that are not faults of the servo, or mean something else when they come from the node."""
 
