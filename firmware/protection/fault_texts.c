@@ -112,7 +112,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
                       "down; the limit is 8.",
          .when = DRIVEN,
          .timer = "",
-         .limits = LIMIT(14),
+         .limits = LIMIT(14) | LIMIT(22),
          .cause = "The current sensor is dead or has an offset, a motor lead is off or swapped, or 2055 does not match "
                   "this motor.",
          .check = "current and torque in the fault log, the winding resistance at the plug, and 2055:2 and 2055:4.",

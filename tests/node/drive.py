@@ -58,6 +58,7 @@ class Axis:
             self.command(controlword)
             wait_until(lambda: self.state == state, 1)
         wait_until(lambda: self.get(0x6061) == mode, 1)
+        time.sleep(1.5 * self.get(0x2060, 24))  # until its holding brake is open
 
     def turn(self, deg_s, settle_s=1.0):
         """At a constant rate in pv."""
