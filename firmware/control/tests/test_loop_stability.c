@@ -289,7 +289,9 @@ static void test_loops_without_any_gain_hold_nothing_and_are_refused(void) {
   in.speed.observer_on = false;
   in.speed.pi.proportional_gain = 0.0f;
   in.speed.pi.integral_gain = 0.0f;
-  TEST_ASSERT_EQUAL(LOOP_REFUSED, judge(&in).verdict);
+  loop_stability state;
+  loop_stability_start(&state);
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, loop_stability_step(&state, &in, 1)); /* at frequency 0 */
 }
 
 int main(void) {
