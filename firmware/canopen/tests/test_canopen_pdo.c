@@ -366,6 +366,13 @@ static void test_what_is_off_takes_no_identifier(void) {
   write_ok(0x1400, 1, RPDO1, 4);
 }
 
+/* 205h is the identifier of RPDO1, and as good a period as any. */
+static void test_a_value_that_is_no_identifier_may_equal_one(void) {
+  write_ok(0x1006, 0, RPDO1, 4);
+  write_ok(0x1017, 0, RPDO1, 2);
+  write_ok(0x2F00, 7, RPDO1, 4);
+}
+
 static void test_two_rpdos_may_receive_one_frame(void) {
   write_ok(0x1401, 2, 255, 1);
   write_ok(0x1401, 1, (uint32_t)OFF | RPDO2, 4);
@@ -476,6 +483,7 @@ int main(void) {
   RUN_TEST(test_no_two_services_share_an_identifier);
   RUN_TEST(test_identifiers_of_fixed_services_cannot_be_taken);
   RUN_TEST(test_what_is_off_takes_no_identifier);
+  RUN_TEST(test_a_value_that_is_no_identifier_may_equal_one);
   RUN_TEST(test_two_rpdos_may_receive_one_frame);
   RUN_TEST(test_during_a_change_of_the_bit_rate_only_nmt_is_obeyed);
   RUN_TEST(test_the_identifier_that_a_pdo_has_may_be_written_while_it_is_on);

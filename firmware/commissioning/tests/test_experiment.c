@@ -217,6 +217,15 @@ static void test_a_sweep_beyond_1_rad_s_is_as_fast_and_as_long_as_its_speeds_say
   CHECK_NEAR("duration, s", 2.0 * 4.0 * 2.0 + 4.0 * 4.0 / 0.5, stimulus_duration_s(&fast), 1e-4);
 }
 
+static void test_a_sweep_may_repeat_one_speed(void) {
+  stimulus_setup same = sweep;
+  same.speed_ratio = 1.0f;
+  CHECK_STATUS(CONTROL_OK, experiment_check(&same, &wide));
+  CHECK_SAME("peak, rad/s", same.low_rad_s, stimulus_peak_rate_rad_s(&same));
+  same.speed_ratio = 0.99f;
+  CHECK_STATUS(CONTROL_OUT_OF_RANGE, experiment_check(&same, &wide));
+}
+
 static void test_a_sweep_needs_no_torque_of_its_own(void) {
   experiment_limits weak = wide;
   weak.torque_nm = 1e-3f;
@@ -391,6 +400,7 @@ int main(void) {
   RUN_TEST(test_a_chirp_rises_in_frequency_on_a_steady_speed_forth_and_back);
   RUN_TEST(test_each_leg_of_a_chirp_has_the_same_torques);
   RUN_TEST(test_a_sweep_beyond_1_rad_s_is_as_fast_and_as_long_as_its_speeds_say);
+  RUN_TEST(test_a_sweep_may_repeat_one_speed);
   RUN_TEST(test_a_sweep_needs_no_torque_of_its_own);
   RUN_TEST(test_breakaway_torques_are_found_for_each_direction);
   RUN_TEST(test_an_axis_that_does_not_break_away_counts_nothing);

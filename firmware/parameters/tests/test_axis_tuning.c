@@ -106,6 +106,8 @@ static loop_verdict judge(void) {
 
 static void test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_named(void) {
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  TEST_ASSERT_EQUAL(CONTROL_OK, tuning.last_result);
+  TEST_ASSERT_EQUAL(CONTROL_OK, tuning.refusal.status);
   tuning.staged.speed_loop.proportional_nm_s_rad = 800.0f;
   tuning.staged.filters.lowpass_hz = 5.0f;
   TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
