@@ -35,6 +35,7 @@ class Device:
     """A served node in a process of its own."""
 
     def __init__(self, kind: str) -> None:
+        self.kind = kind
         program = {"simulator": [SIM_HOST, "serve"], "board": [EMULATE_BOARD, IMAGE]}[kind]
         self._process = subprocess.Popen(
             [*program, "--until-stdin-ends", "--bus", "slcan-tcp:0"],

@@ -232,7 +232,8 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
       "- PDO: the default PDO that carries the object. R or T: the object can be mapped into an RPDO or TPDO.\n"
       "- Unit: the unit of one count: 606C = 17453 with unit 1e-6 rad/s is 1 deg/s.\n"
       "- Default: the value with which the device starts while nothing is stored; `765; 319`: of azimuth and of\n"
-      "  pitch. With another plant file `sim_host serve` starts with the values of that plant.\n\n",
+      "  pitch. `sim_host serve` starts with the values of its plant file: those of another plant, and the times of\n"
+      "  its holding brakes (2060:24, 2060:25).\n\n",
       info.description);
   const std::vector<Group> groups = groups_of(objects);
   std::vector<std::string> titles;
