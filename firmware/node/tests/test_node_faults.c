@@ -484,6 +484,21 @@ static void test_a_following_error_while_the_axis_is_in_another_fault_is_reporte
   expect_reported(0, 0x8611, FAULT_FOLLOWING_ERROR);
 }
 
+/* The encoder is well: a gyro of 5,000 rad/s is a fault of its own, beside the one that the axis is in. */
+static void test_an_implausible_sample_is_reported_while_the_axis_is_in_another_fault(void) {
+  enable(0, PV);
+  machine.axis[0].health = HAL_POWER_STAGE;
+  wait_ms(5);
+  sent_count = 0;
+  machine.axis[0].gyro_error_rad_s = 5000.0f;
+  wait_ms(30);
+  bool reported = false;
+  for (uint32_t i = 0; i < sent_count; ++i) {
+    reported = reported || (sent[i % NODE_LOG].id == EMCY && (u32_of(sent[i % NODE_LOG].data) & 0xFFFF) == 0x7300);
+  }
+  TEST_ASSERT_TRUE(reported);
+}
+
 static void test_faults_of_one_code_are_each_reported_and_over_together(void) {
   enable(0, PV);
   wait_ms(20);
@@ -617,6 +632,7 @@ int main(void) {
   RUN_TEST(test_an_entry_that_is_forgotten_while_it_is_read_ends_the_reading);
   RUN_TEST(test_a_fault_that_comes_while_the_axis_is_in_another_is_reported_logged_and_over_when_it_is_gone);
   RUN_TEST(test_a_following_error_while_the_axis_is_in_another_fault_is_reported);
+  RUN_TEST(test_an_implausible_sample_is_reported_while_the_axis_is_in_another_fault);
   RUN_TEST(test_faults_of_one_code_are_each_reported_and_over_together);
   RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
