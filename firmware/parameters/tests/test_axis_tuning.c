@@ -119,6 +119,14 @@ static void test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_n
   expect_gains(800.0f, 720.0f);
 }
 
+static void test_a_tracking_loop_that_is_unstable_is_refused_by_its_gain(void) {
+  tuning.staged.tracking_loop.kind = TRACKER_PI;
+  TEST_ASSERT_EQUAL(CONTROL_OK, apply(720.0f));
+  tuning.staged.tracking_loop.proportional_per_s = 90.0f;
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2011, 2), tuning.refusal.object);
+}
+
 static void test_the_proportional_gain_alone_is_named_too(void) {
   tuning.staged.speed_loop.proportional_nm_s_rad = 20000.0f;
   TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
@@ -223,6 +231,7 @@ int main(void) {
   RUN_TEST(test_a_refused_set_stays_staged_and_the_active_one_in_force);
   RUN_TEST(test_the_flags_say_what_is_staged_and_what_is_not_stored);
   RUN_TEST(test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_named);
+  RUN_TEST(test_a_tracking_loop_that_is_unstable_is_refused_by_its_gain);
   RUN_TEST(test_the_proportional_gain_alone_is_named_too);
   RUN_TEST(test_each_value_that_decides_is_named_by_its_object);
   RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
