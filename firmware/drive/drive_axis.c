@@ -18,9 +18,21 @@ bool drive_axis_turns(const drive_axis *axis, const drive_axis_inputs *inputs) {
 }
 
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle) {
-  *axis = (drive_axis){.position = drive_angle_unwrap(0, joint_angle)};
+  axis->position = 0;
+  drive_axis_restart(axis, joint_angle);
+}
+
+void drive_axis_restart(drive_axis *axis, angle_turn32 joint_angle) {
+  *axis = (drive_axis){.position = drive_angle_unwrap(axis->position, joint_angle)};
   drive_state_reset(&axis->state);
   drive_motion_reset(&axis->motion, axis->position);
+}
+
+void drive_axis_shift(drive_axis *axis, int turns) {
+  const drive_angle by = (drive_angle)turns * (INT64_C(1) << 32);
+  axis->position += by;
+  axis->setpoint.position += by;
+  drive_motion_shift(&axis->motion, by);
 }
 
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
@@ -47,6 +59,7 @@ static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_input
       .torque_demand_nm = finite ? inputs->torque_demand_nm : 0.0f,
       .setpoint_arrived = inputs->setpoint_arrived,
       .stimulus = inputs->stimulus,
+      .protective_nm = inputs->protective_nm,
   };
 }
 
@@ -58,6 +71,7 @@ static void write_actual_values(const drive_axis *axis, drive_objects *objects, 
 }
 
 _Static_assert((int)DRIVE_NO_FAULT == (int)REACTION_REPORT && (int)DRIVE_FAULT_STOPS == (int)REACTION_STOP &&
+                   (int)DRIVE_FAULT_PROTECTS == (int)REACTION_PROTECT &&
                    (int)DRIVE_FAULT_BRAKES == (int)REACTION_BRAKE && (int)DRIVE_FAULT_CUTS == (int)REACTION_CUT,
                "the table's reactions are the drive's");
 
@@ -88,20 +102,26 @@ static drive_action step_state(drive_axis *axis, const drive_objects *objects, c
   const drive_power_state before = axis->state.power;
   axis->faults = faults_of(axis, inputs, finite);
   const fault_id found = fault_worst(axis->faults);
-  const bool over = stop_is_over(axis, objects, inputs->rate_rad_s, dt_s);
+  const bool protects = axis->state.action == DRIVE_PROTECTIVE_STOP;
+  const bool over = protects ? inputs->at_rest : stop_is_over(axis, objects, inputs->rate_rad_s, dt_s);
   const bool waits = axis->state.ends_off && inputs->brake.engage_s > 0.0f; /* for the brake, with torque */
   const drive_state_inputs in = {
       .controlword = objects->state.controlword,
       .fault = (drive_fault)fault_table[found].reaction,
       .ready = inputs->ready,
       .voltage_present = inputs->voltage_present,
-      .stopped = waits ? holding_brake_has_engaged(&axis->brake, &inputs->brake) : over,
+      .stopped = waits ? holding_brake_has_engaged(&axis->brake, &inputs->brake) && (over || !protects) : over,
+      .may_enable = inputs->may_enable,
+      .turns = inputs->turns,
   };
   const drive_action action = drive_state_step(&axis->state, &objects->state.option, &in);
-  const bool torque_stands = action != DRIVE_OFF && action != DRIVE_BRAKE;
+  /* A protective stop of an axis that coasts leaves its brake engaged. */
+  const bool torque_stands =
+      action != DRIVE_OFF && action != DRIVE_BRAKE && (action != DRIVE_PROTECTIVE_STOP || axis->brake.coil_on);
   const bool engages = waits && axis->state.ends_off && (over || !axis->brake.coil_on); /* once, without chatter */
   holding_brake_step(&axis->brake, &inputs->brake, torque_stands && !engages, inputs->brake_contact_open, dt_s);
-  if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE) {
+  if (axis->state.power == DRIVE_FAULT_REACTION_ACTIVE && before != DRIVE_FAULT_REACTION_ACTIVE &&
+      before != DRIVE_FAULT) {
     axis->fault = found;
   } else if (before == DRIVE_FAULT && axis->state.power != DRIVE_FAULT) {
     axis->fault = FAULT_NONE;

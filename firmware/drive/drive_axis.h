@@ -31,6 +31,10 @@ typedef struct {
   bool torque_limited;
   bool implausible;     /* the servo axis refused the last samples */
   bool ready;           /* self-test done */
+  bool may_enable;      /* protection knows the end of the travel */
+  bool turns;           /* protection: the axis has power, or turns since it had */
+  bool at_rest;         /* protection: the protective stop has ended */
+  float protective_nm;  /* torque of the protective stop in this tick */
   bool voltage_present; /* the bus voltage is high enough for the motor */
   bool warning;
   bool remote;                        /* the controlword is executed: the node is not stopped */
@@ -71,6 +75,13 @@ void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 /* Fills the inputs that the servo axis knows; leaves the others unchanged. */
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
+
+/* The same, but the turns counted so far stay. */
+void drive_axis_restart(drive_axis *axis, angle_turn32 joint_angle);
+
+/* The position turns out to be whole turns away: shifts it, and everything that refers to it. A target of pp is
+ * dropped; its reference was wrong. */
+void drive_axis_shift(drive_axis *axis, int turns);
 
 /* The command for the axis in this tick; it is owned by the drive. A stop is complete when its ramp has ended and the
  * axis turns no faster than 606F, or after another 200 ms: waiting longer would not stop an axis that still turns.

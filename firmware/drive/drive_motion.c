@@ -38,6 +38,14 @@ void drive_motion_reset(drive_motion *motion, drive_angle position) {
   motion->setpoints.edge_before = true; /* enabling the axis causes no motion */
 }
 
+void drive_motion_shift(drive_motion *motion, drive_angle by) {
+  motion->position += by;
+  motion->demand += by;
+  motion->next.ready = false;
+  setpoint_queue_reset(&motion->setpoints, drive_position_from_angle(motion->demand), motion->setpoints.edge_before);
+  position_interpolation_reset(&motion->positions, motion->demand, motion->ramp.rate_rad_s);
+}
+
 /* --- handing over --- */
 
 /* Closes another loop without a step: the ramp begins at the speed loop's set-point of the last tick. */
@@ -240,7 +248,8 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
                           float dt_s) {
   drive_bounds_update(&motion->bounds, objects, machine);
   motion->next.ready = false;
-  if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way) {
+  if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way &&
+      !motion->bounds.position_unknown) {
     motion->next = prepare_position(motion, objects, dt_s);
   } else if (motion->mode == DRIVE_PROFILE_VELOCITY && servo_mode_closes(motion->loop)) {
     motion->next = prepare_velocity(motion, objects, dt_s);
@@ -312,6 +321,16 @@ static bool setpoints_missing(drive_motion *motion, const drive_feedback *feedba
   return interpolation_stale(motion->setpoint_age_ticks, period_ticks);
 }
 
+/* A stop that a fault, a command or missing set-points order: not more gentle than protection allows. An acceleration
+ * of the ramp in the direction of the motion that its jerk cannot end soon is dropped. */
+static drive_setpoint ordered_stop(drive_motion *motion, const drive_feedback *feedback, const profile_limits *wanted,
+                                   float dt_s) {
+  profile_limits limits = *wanted;
+  drive_stop_at_least(&motion->bounds, &limits, &motion->ramp);
+  motion->ordered = true;
+  return stop(motion, feedback, &limits, dt_s);
+}
+
 /* Divided again only when 60C2 has changed. */
 static int period_of(drive_motion *motion, const drive_limit_objects *limit, float dt_s) {
   setpoint_period *known = &motion->period;
@@ -346,7 +365,7 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
   const profile_limits limits = velocity_limits(&motion->bounds, limit);
   const int period_ticks = period_of(motion, limit, dt_s);
   if (setpoints_missing(motion, feedback, period_ticks)) {
-    return stop(motion, feedback, &limits, dt_s);
+    return ordered_stop(motion, feedback, &limits, dt_s);
   }
   close_loop(motion, SERVO_POSITION, feedback);
   const int32_t target = drive_travel_clamp(&motion->bounds.travel, objects->position.target);
@@ -388,7 +407,7 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
   const int period_ticks = period_of(motion, &objects->limit, dt_s);
   const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
   if (setpoints_missing(motion, feedback, period_ticks)) {
-    return stop(motion, feedback, &braking, dt_s);
+    return ordered_stop(motion, feedback, &braking, dt_s);
   }
   bool clamped;
   const float target_rad_s =
@@ -443,8 +462,10 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
     motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
   }
   const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
-  const bool missing = setpoints_missing(motion, feedback, period_of(motion, &objects->limit, dt_s));
-  if (missing || limit_blocks(motion, feedback, &braking, target_nm, &ahead, dt_s)) {
+  if (setpoints_missing(motion, feedback, period_of(motion, &objects->limit, dt_s))) {
+    return ordered_stop(motion, feedback, &braking, dt_s);
+  }
+  if (limit_blocks(motion, feedback, &braking, target_nm, &ahead, dt_s)) {
     return stop(motion, feedback, &braking, dt_s);
   }
   close_loop(motion, SERVO_TORQUE, feedback);
@@ -492,6 +513,12 @@ static drive_setpoint follow(drive_motion *motion, const drive_objects *objects,
 
 static drive_setpoint run(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
                           float dt_s) {
+  if (motion->bounds.position_unknown && controls_position(motion->mode)) { /* no target has a meaning */
+    const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
+    drive_setpoint waiting = stop(motion, feedback, &limits, dt_s);
+    waiting.limited = true;
+    return waiting;
+  }
   switch (motion->mode) {
     case DRIVE_PROFILE_POSITION:
       return profile_position(motion, objects, feedback, dt_s);
@@ -540,16 +567,28 @@ static void keep_plausible(servo_axis_command *command) {
   command->limits.maximum_nm = scalar_min(command->limits.maximum_nm, max_nm);
 }
 
+/* No loop of the drive is closed. */
+static drive_setpoint open_setpoint(drive_action action, const drive_feedback *feedback) {
+  drive_setpoint setpoint = {.command = {.mode = SERVO_OFF}, .position = feedback->position};
+  if (action == DRIVE_BRAKE) {
+    setpoint.command.mode = SERVO_BRAKE;
+  } else if (action == DRIVE_PROTECTIVE_STOP) {
+    setpoint.command.mode = SERVO_PROTECTIVE_STOP;
+    setpoint.command.torque_nm = feedback->protective_nm;
+  }
+  return setpoint;
+}
+
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
                                  const drive_feedback *feedback, float dt_s) {
   const int8_t mode = drive_mode_supported(objects->state.mode) ? objects->state.mode : motion->mode;
-  if (action == DRIVE_OFF || action == DRIVE_BRAKE) {
+  if (action == DRIVE_OFF || action == DRIVE_BRAKE || action == DRIVE_PROTECTIVE_STOP) {
     drive_motion_reset(motion, feedback->position);
     motion->mode = mode;
-    return (drive_setpoint){.command = {.mode = action == DRIVE_BRAKE ? SERVO_BRAKE : SERVO_OFF},
-                            .position = feedback->position};
+    return open_setpoint(action, feedback);
   }
   motion->position = feedback->position;
+  motion->ordered = false;
   if (motion->loop == SERVO_OFF) {
     close_loop(motion, controls_position(mode) ? SERVO_POSITION : SERVO_SPEED, feedback);
     enter_mode(motion, mode, feedback);
@@ -568,7 +607,7 @@ drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *obje
     const drive_limit_objects *limit = &objects->limit;
     const uint32_t deceleration = action == DRIVE_QUICK_STOP ? limit->quick_stop_deceleration : limit->deceleration;
     const profile_limits limits = drive_profile_limits(limit, motion->bounds.rate_rad_s, deceleration);
-    setpoint = stop(motion, feedback, &limits, dt_s);
+    setpoint = ordered_stop(motion, feedback, &limits, dt_s);
   }
   motion->next.ready = false;
   add_torque(motion, &objects->torque, &setpoint.command);

@@ -26,6 +26,7 @@ typedef struct {
   float torque_demand_nm;             /* commanded in the last tick */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, also with the same value */
   const servo_axis_command *stimulus; /* of an experiment: replaces the mode while no mode is selected; or NULL */
+  float protective_nm;                /* torque of a protective stop */
 } drive_feedback;
 
 /* Meaning of 60C2 when it was last evaluated. */
@@ -65,6 +66,7 @@ typedef struct {
   setpoint_period period;
   drive_bounds bounds;     /* in force */
   float blocked_direction; /* -1 or 1: stopped before the end of the travel on that side; 0: free */
+  bool ordered;            /* a command, a fault or missing set-points order a stop: protection sees to it */
   float torque_nm;         /* cst: moving along the torque slope */
 } drive_motion;
 
@@ -82,6 +84,9 @@ bool drive_mode_supported(int8_t mode);
 profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration);
 
 void drive_motion_reset(drive_motion *motion, drive_angle position);
+
+/* The position of the axis is `by` away from what it was believed to be: so is every other one. */
+void drive_motion_shift(drive_motion *motion, drive_angle by);
 
 /* One tick. An unsupported mode leaves the current one in effect. In pp and pv it takes the prepared step. In the first
  * tick nothing is prepared, and the ramp continues with its acceleration. */

@@ -127,8 +127,8 @@ static void powerless(drive_state *state, const drive_state_inputs *in) {
   } else if (command == COMMAND_SHUTDOWN) { /* 6 */
     state->power = DRIVE_READY_TO_SWITCH_ON;
   } else if (state->power == DRIVE_READY_TO_SWITCH_ON) { /* 3 */
-    state->power = gives && in->voltage_present ? DRIVE_SWITCHED_ON : DRIVE_READY_TO_SWITCH_ON;
-  } else if (command == COMMAND_ENABLE_OPERATION) { /* 4 */
+    state->power = gives && in->voltage_present && in->may_enable ? DRIVE_SWITCHED_ON : DRIVE_READY_TO_SWITCH_ON;
+  } else if (command == COMMAND_ENABLE_OPERATION && in->may_enable) { /* 4 */
     state->power = DRIVE_OPERATION_ENABLED;
   }
 }
@@ -150,25 +150,43 @@ static drive_action brake_by_loop(drive_state *state, const drive_options *optio
   return over ? end_reaction(state) : action;
 }
 
+static drive_action brake_protectively(drive_state *state, const drive_state_inputs *in) {
+  const bool stopped = in->stopped && state->action == DRIVE_PROTECTIVE_STOP; /* not the end of a stop before it */
+  const bool over = stopped || ++state->reaction_ticks > DRIVE_LONGEST_PROTECTIVE_STOP_TICKS;
+  state->ends_off = true;
+  return over ? end_reaction(state) : DRIVE_PROTECTIVE_STOP;
+}
+
+/* An axis without torque gets none. Only one that has turned ever since it had torque is still braked protectively. */
+static bool stays_off(const drive_state *state, const drive_state_inputs *in) {
+  return state->action == DRIVE_OFF && !(state->reaction == DRIVE_FAULT_PROTECTS && in->turns);
+}
+
 /* Never a milder reaction than before, even when the fault is gone: it was present. */
 static drive_action fault_reaction(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   if (in->fault > state->reaction) {
     state->reaction = in->fault;
     state->reaction_ticks = 0;
   }
-  if (state->action == DRIVE_OFF || state->reaction == DRIVE_FAULT_CUTS) {
+  if (stays_off(state, in) || state->reaction == DRIVE_FAULT_CUTS) {
     return end_reaction(state);
+  }
+  if (state->reaction == DRIVE_FAULT_PROTECTS) {
+    return brake_protectively(state, in);
   }
   return state->reaction == DRIVE_FAULT_BRAKES ? brake(state) : brake_by_loop(state, options, in);
 }
 
-/* 13, from every state. An axis without torque gets none. */
+/* 13, from every state. */
 static drive_action enter_fault(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   state->power = DRIVE_FAULT_REACTION_ACTIVE;
   state->reaction = in->fault;
   state->reaction_ticks = 0;
-  if (state->action == DRIVE_OFF || in->fault == DRIVE_FAULT_CUTS) {
+  if (stays_off(state, in) || in->fault == DRIVE_FAULT_CUTS) {
     return DRIVE_OFF;
+  }
+  if (in->fault == DRIVE_FAULT_PROTECTS) {
+    return DRIVE_PROTECTIVE_STOP;
   }
   return in->fault == DRIVE_FAULT_BRAKES ? DRIVE_BRAKE : action_of_option(fault_reaction_of(options));
 }
@@ -176,7 +194,8 @@ static drive_action enter_fault(drive_state *state, const drive_options *options
 static drive_action next_action(drive_state *state, const drive_options *options, const drive_state_inputs *in,
                                 bool reset_edge) {
   const bool in_fault = state->power == DRIVE_FAULT_REACTION_ACTIVE || state->power == DRIVE_FAULT;
-  if (in->fault != DRIVE_NO_FAULT && !in_fault) {
+  const bool turns_on = state->power == DRIVE_FAULT && in->fault == DRIVE_FAULT_PROTECTS && in->turns;
+  if ((in->fault != DRIVE_NO_FAULT && !in_fault) || turns_on) {
     return enter_fault(state, options, in);
   }
   switch (state->power) {

@@ -24,19 +24,21 @@ typedef enum {
 } drive_power_state;
 
 typedef enum {
-  DRIVE_OFF = 0,    /* no torque */
-  DRIVE_RUN,        /* the mode of operation decides */
-  DRIVE_SLOW_DOWN,  /* to standstill with 6084, then hold it */
-  DRIVE_QUICK_STOP, /* to standstill with 6085, then hold it */
-  DRIVE_BRAKE       /* the motor is shorted: needs no loop and no sensor */
+  DRIVE_OFF = 0,        /* no torque */
+  DRIVE_RUN,            /* the mode of operation decides */
+  DRIVE_SLOW_DOWN,      /* to standstill with 6084, then hold it */
+  DRIVE_QUICK_STOP,     /* to standstill with 6085, then hold it */
+  DRIVE_BRAKE,          /* the motor is shorted: needs no loop and no sensor */
+  DRIVE_PROTECTIVE_STOP /* the torque of the envelope brakes: needs encoder and current loop */
 } drive_action;
 
 /* In ascending order of severity. */
 typedef enum {
   DRIVE_NO_FAULT = 0,
-  DRIVE_FAULT_STOPS,  /* the speed loop can be trusted: 605E decides */
-  DRIVE_FAULT_BRAKES, /* it cannot be trusted: the shorted motor brakes, then off, regardless of 605E */
-  DRIVE_FAULT_CUTS    /* neither can the bridge: off at once */
+  DRIVE_FAULT_STOPS,    /* the speed loop can be trusted: 605E decides */
+  DRIVE_FAULT_PROTECTS, /* it cannot be trusted, the encoder can: the envelope brakes, then off, regardless of 605E */
+  DRIVE_FAULT_BRAKES,   /* neither can the encoder: the shorted motor brakes, then off, regardless of 605E */
+  DRIVE_FAULT_CUTS      /* nor can the bridge: off at once */
 } drive_fault;
 
 /* Bits of the controlword. */
@@ -78,6 +80,8 @@ typedef struct {
   bool ready;           /* self-test done: leaves Not ready to switch on */
   bool voltage_present; /* needed for Switched on */
   bool stopped;         /* the stop of the last action has ended */
+  bool may_enable;      /* needed for Switched on and Operation enabled: protection knows the end of the travel */
+  bool turns;           /* the axis has power, or turns since it had */
 } drive_state_inputs;
 
 /* Time limit of a fault reaction; then the torque is cut. A brake ramp set close to zero must not keep the power on. */
@@ -85,6 +89,9 @@ typedef struct {
 
 /* How long the shorted motor brakes. */
 #define DRIVE_BRAKE_TICKS 2000u
+
+/* Time limit of a protective stop. */
+#define DRIVE_LONGEST_PROTECTIVE_STOP_TICKS 3000u
 
 void drive_state_reset(drive_state *state);
 

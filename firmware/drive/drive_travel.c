@@ -3,12 +3,18 @@
 #include <math.h>
 
 #include "base/scalar.h"
+#include "protection/envelope.h"
 #include "servo/servo_axis.h"
 
 /* The position loop may use 110 % of 607F to correct an error: 88 % of 2060:1. The rest is for the overshoot of a
  * loop. */
 #define RATE_OF_OVERSPEED 0.8f
-#define BRAKING_OF_MOTOR 0.5f
+#define BRAKING_OF_SURE 0.62f /* the ramps stay within the envelope, and loops have torque left */
+#define RATE_OF_SLOW 0.8f     /* the same */
+
+/* An ordered stop reaches its deceleration within this time, and gains no more speed than this before. */
+#define STOP_BEGINS_PER_S 4.0f
+#define STOP_OVERSHOOT_RAD_S 0.05f
 
 /* The highest limits of a ramp: no limit. */
 #define HARDEST_BRAKING_RAD_S2 4300.0f
@@ -38,20 +44,21 @@ static drive_travel travel_in_force(const drive_travel *soft, const drive_machin
 
 /* The same in both directions: the lower torque limit decides. */
 static float sure_braking_rad_s2(const drive_torque_objects *torque, const drive_machine *machine) {
-  if (!(machine->inertia_kg_m2 > 0.0f)) {
+  if (!(machine->deceleration_rad_s2 > 0.0f && machine->torque_nm > 0.0f)) {
     return HARDEST_BRAKING_RAD_S2;
   }
   uint16_t least = torque->positive_limit < torque->negative_limit ? torque->positive_limit : torque->negative_limit;
   least = torque->maximum < least ? torque->maximum : least;
   const float torque_nm = scalar_min(machine->torque_nm, drive_torque_from_permille(least, torque->rated_mnm));
-  return scalar_clamp(BRAKING_OF_MOTOR * torque_nm / machine->inertia_kg_m2, SOFTEST_BRAKING_RAD_S2,
-                      HARDEST_BRAKING_RAD_S2);
+  return scalar_clamp(BRAKING_OF_SURE * machine->deceleration_rad_s2 * torque_nm / machine->torque_nm,
+                      SOFTEST_BRAKING_RAD_S2, HARDEST_BRAKING_RAD_S2);
 }
 
 static float rate_in_force_rad_s(uint32_t wanted, const drive_machine *machine) {
   const float own_rad_s = machine->overspeed_rad_s > 0.0f ? RATE_OF_OVERSPEED * machine->overspeed_rad_s
                                                           : RATE_OF_OVERSPEED * SERVO_PLAUSIBLE_RATE_RAD_S;
-  return scalar_min(drive_limit_from_counts(wanted), own_rad_s);
+  const float slow_rad_s = machine->slow ? RATE_OF_SLOW * ENVELOPE_SLOW_RAD_S : own_rad_s;
+  return scalar_min(drive_limit_from_counts(wanted), scalar_min(own_rad_s, slow_rad_s));
 }
 
 void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, const drive_machine *machine) {
@@ -59,9 +66,11 @@ void drive_bounds_update(drive_bounds *bounds, const drive_objects *objects, con
   if (limit->position_minimum <= limit->position_maximum) {
     bounds->soft = (drive_travel){limit->position_minimum, limit->position_maximum};
   }
-  bounds->travel = travel_in_force(&bounds->soft, machine);
+  bounds->travel = machine->position_unknown ? (drive_travel){0, 0} : travel_in_force(&bounds->soft, machine);
   bounds->rate_rad_s = rate_in_force_rad_s(limit->maximum_velocity, machine);
   bounds->braking_rad_s2 = sure_braking_rad_s2(&objects->torque, machine);
+  bounds->stop_rad_s2 = machine->stop_deceleration_rad_s2;
+  bounds->position_unknown = machine->position_unknown;
 }
 
 float drive_travel_room_rad(const drive_travel *travel, drive_angle position, float direction) {
@@ -102,6 +111,15 @@ bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const
   limits->deceleration_rad_s2 = scalar_max(limits->deceleration_rad_s2, needed_rad_s2);
   limits->jerk_rad_s3 = HARDEST_JERK_RAD_S3;
   return true;
+}
+
+void drive_stop_at_least(const drive_bounds *bounds, profile_limits *limits, profile_ramp *ramp) {
+  limits->deceleration_rad_s2 = scalar_max(limits->deceleration_rad_s2, bounds->stop_rad_s2);
+  limits->jerk_rad_s3 = scalar_max(limits->jerk_rad_s3, STOP_BEGINS_PER_S * bounds->stop_rad_s2);
+  if (bounds->stop_rad_s2 > 0.0f && ramp->acceleration_rad_s2 * ramp->rate_rad_s > 0.0f) {
+    const float soonest_rad_s2 = sqrtf(2.0f * STOP_OVERSHOOT_RAD_S * limits->jerk_rad_s3);
+    ramp->acceleration_rad_s2 = scalar_clamp(ramp->acceleration_rad_s2, -soonest_rad_s2, soonest_rad_s2);
+  }
 }
 
 /* The rate whose stop, with deceleration a and jerk j, takes exactly the room: v^2 / 2a + v a / 2j. Near its end it is

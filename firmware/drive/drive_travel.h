@@ -1,7 +1,7 @@
 /* The travel that set-points may use, and how an axis comes to rest within it.
  *
  *     in force   607D, within the hard travel (2060:9, :10) less the stopping margin (2060:17) at either end
- *     braking    of what the motor gives, half counts: gravity, wind and an inertia that is wrong take from the rest
+ *     braking    62 % of the sure deceleration (2060:19), less where the objects limit the torque
  *
  * No ramp goes beyond it. So the overshoot of a loop has the distance between the end of a ramp and fault 8612
  * (docs/decisions/0021-travel-limits.md). Positions are in the units of 607D: 1e-7 rad. */
@@ -23,11 +23,14 @@ typedef struct {
 
 /* Limits of the machine, whatever the objects of CiA 402 say; 0 where unknown. */
 typedef struct {
-  drive_travel hard;     /* 2060:9 and :10 */
-  int32_t margin;        /* 2060:17, 0 or more; twice this is less than the hard travel */
-  float overspeed_rad_s; /* 2060:1; above it is a fault */
-  float torque_nm;       /* of the motor at its current limit */
-  float inertia_kg_m2;   /* 2020:2 */
+  drive_travel hard;              /* 2060:9 and :10 */
+  int32_t margin;                 /* 2060:17, 0 or more; twice this is less than the hard travel */
+  float overspeed_rad_s;          /* 2060:1; above it is a fault */
+  float torque_nm;                /* of the motor at its current limit */
+  float deceleration_rad_s2;      /* 2060:19, which this torque surely gives */
+  float stop_deceleration_rad_s2; /* no ordered stop is more gentle */
+  bool slow;                      /* 5 degrees per second at most */
+  bool position_unknown;          /* the end of the travel may be anywhere; pp and csp wait */
 } drive_machine;
 
 /* Limits in effect in a tick. */
@@ -36,6 +39,8 @@ typedef struct {
   drive_travel travel; /* in force */
   float rate_rad_s;    /* 607F, or 80 % of 2060:1 if that is less: no set-point causes fault 7180 */
   float braking_rad_s2;
+  float stop_rad_s2;     /* least deceleration of an ordered stop */
+  bool position_unknown; /* no position has a meaning */
 } drive_bounds;
 
 /* `bounds` are those of the previous tick: a 607D whose minimum is above its maximum leaves the last valid one in
@@ -60,6 +65,10 @@ profile_limits drive_braking_within(const drive_bounds *bounds, const profile_li
  * what the motor can brake. Returns whether it would leave the travel. */
 bool drive_stop_within(const drive_bounds *bounds, profile_limits *limits, const profile_ramp *ramp,
                        drive_angle position);
+
+/* Raises the limits of a stop that a fault or a command ordered to the least that protection allows. The acceleration
+ * of a ramp that still gains speed is limited to what the jerk ends within 0.05 rad/s. */
+void drive_stop_at_least(const drive_bounds *bounds, profile_limits *limits, profile_ramp *ramp);
 
 /* A rate, limited so that a stop along `braking` from this position ends within the travel. */
 float drive_rate_within(const drive_bounds *bounds, const profile_limits *braking, drive_angle position,

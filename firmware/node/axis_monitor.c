@@ -4,10 +4,17 @@
 
 #include "base/scalar.h"
 
+#define COMMISSIONING_KIND 2.0f
+#define ENDLESS_KIND 1.0f
+
+/* After a second without an angle the axis may have turned by more than half a turn. */
+enum { FORGET_TICKS = 250 }; /* of axis_monitor_locate */
+
 void axis_monitor_reset(axis_monitor *monitor) {
   axis_protection_reset(&monitor->state);
   monitor->slow = (slow_monitors){.found = 0};
   monitor->judged = 0;
+  envelope_reset(&monitor->envelope);
   axis_monitor_retuned(monitor);
 }
 
@@ -15,6 +22,8 @@ void axis_monitor_retuned(axis_monitor *monitor) {
   oscillation_reset(&monitor->swings);
   monitor->oscillates = false;
 }
+
+static bool has_travel(const protection_limits *limits) { return limits->minimum_rad < limits->maximum_rad; }
 
 static protection_motor motor_of(const servo_axis_params *params) {
   return (protection_motor){
@@ -26,11 +35,13 @@ static protection_motor motor_of(const servo_axis_params *params) {
   };
 }
 
-static void look(protection_inputs *in, const servo_board *board, int i, drive_angle position) {
+static void look(protection_inputs *in, const servo_board *board, int i, drive_angle before) {
   const servo_axis *axis = &board->app.axis[i];
   const servo_axis_samples *samples = &board->samples.axis[i];
   const bool closed = servo_mode_closes(axis->mode);
-  in->angle_valid = !samples->sensors.encoder_failed;
+  const bool valid = !samples->sensors.encoder_failed;
+  const drive_angle position = valid ? drive_angle_unwrap(before, samples->sensors.joint_angle_turn32) : before;
+  in->angle_valid = valid;
   in->angle = samples->sensors.joint_angle_turn32;
   in->gyro_valid = samples->sensors.gyro_valid;
   in->gyro_used = board->app.params.axis[i].speed.rate_fusion.source != RATE_FROM_ENCODER;
@@ -42,7 +53,7 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->tick_current_a = samples->tick_current_a;
   in->bus_voltage_v = board->samples.bus_voltage_v;
   in->powered = axis->mode != SERVO_OFF;
-  in->closed = closed;
+  in->closed = servo_mode_drives(axis->mode);
   in->speed_closed = closed && axis->mode != SERVO_TORQUE;
   in->limited = axis->signals.torque.limited;
   in->torque_nm = axis->commanded_nm;
@@ -111,11 +122,114 @@ static fault_set without_current(axis_monitor *monitor, fault_set found) {
   return found & ~(fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_MOTOR_CONTRADICTS) | fault_bit(FAULT_MOTOR_WEAK));
 }
 
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position) {
+/* Of an axis whose mode of operation does not decide. */
+static envelope_phase phase_of(const drive_axis *drive) {
+  const drive_state *state = &drive->state;
+  const bool in_fault = state->power == DRIVE_FAULT_REACTION_ACTIVE || state->power == DRIVE_FAULT;
+  if (in_fault && state->reaction >= DRIVE_FAULT_BRAKES) {
+    return ENVELOPE_UNTRUSTED;
+  }
+  switch (state->action) {
+    case DRIVE_PROTECTIVE_STOP:
+      return ENVELOPE_BRAKING;
+    case DRIVE_RUN:
+    case DRIVE_SLOW_DOWN:
+    case DRIVE_QUICK_STOP:
+      return ENVELOPE_STOPPING;
+    case DRIVE_OFF:
+    case DRIVE_BRAKE:
+    default:
+      return in_fault ? ENVELOPE_STOPPING : ENVELOPE_POWERLESS;
+  }
+}
+
+static fault_set bit_if(unsigned found, fault_id fault) { return found != 0 ? fault_bit(fault) : 0; }
+
+static fault_set keep_within(axis_monitor *monitor, const drive_axis *drive) {
+  const protection_inputs *seen = &monitor->seen;
+  const bool runs = drive->state.action == DRIVE_RUN && !drive->motion.ordered;
+  const envelope_phase phase = runs ? ENVELOPE_RUNNING : phase_of(drive);
+  if (!seen->angle_valid) {
+    envelope_lose(&monitor->envelope, phase);
+    return 0;
+  }
+  const unsigned found =
+      envelope_step(&monitor->envelope, &monitor->allowed, phase, seen->powered, seen->angle, seen->position_rad);
+  if (found == 0) {
+    return 0;
+  }
+  return bit_if(found & ENVELOPE_TOO_FAST, FAULT_TOO_FAST) | bit_if(found & ENVELOPE_STOP_IGNORED, FAULT_STOP_IGNORED) |
+         bit_if(found & ENVELOPE_BRAKING_FAILS, FAULT_BRAKING_FAILS);
+}
+
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, const drive_axis *drive) {
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
-  look(&monitor->seen, board, axis, position);
+  look(&monitor->seen, board, axis, drive->position);
   monitor->found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
-  return monitor->judged | without_current(monitor, monitor->found);
+  return monitor->judged | without_current(monitor, monitor->found) | keep_within(monitor, drive);
+}
+
+void axis_monitor_protect(axis_monitor *monitor, const servo_axis_params *params, drive_axis_inputs *inputs) {
+  const float share = envelope_brake(&monitor->envelope, &monitor->allowed);
+  inputs->turns = monitor->envelope.turns;
+  inputs->at_rest = envelope_at_rest(&monitor->envelope);
+  inputs->protective_nm = share * params->current_limit_a * params->torque_constant_nm_a;
+}
+
+float axis_monitor_fastest_rad_s(const axis_monitor *monitor, float direction) {
+  const envelope_limits *limits = &monitor->allowed;
+  const float position_rad = monitor->seen.position_rad;
+  const float room_rad = direction < 0.0f ? position_rad - limits->minimum_rad : limits->maximum_rad - position_rad;
+  return scalar_min(envelope_fastest_rad_s(limits, room_rad), monitor->limits.overspeed_rad_s);
+}
+
+static float stop_deceleration_rad_s2(const protection_limits *limits) {
+  return scalar_min(limits->stop_deceleration_rad_s2, 0.5f * limits->deceleration_rad_s2);
+}
+
+static uint8_t restrictions_of(const axis_monitor *monitor) {
+  const protection_limits *limits = &monitor->limits;
+  const bool commissioning = limits->travel_kind >= COMMISSIONING_KIND;
+  const bool none = !has_travel(limits) && limits->travel_kind < ENDLESS_KIND;
+  const bool unknown = has_travel(limits) && !monitor->candidates.known;
+  return (uint8_t)((none ? RESTRICTED_NO_TRAVEL : 0) | (unknown ? RESTRICTED_POSITION_UNKNOWN : 0) |
+                   (commissioning ? RESTRICTED_COMMISSIONING : 0));
+}
+
+static void find_turn(axis_monitor *monitor, drive_axis *drive) {
+  const protection_limits *limits = &monitor->limits;
+  const drive_angle turn = INT64_C(1) << 32;
+  const bool known_before = monitor->candidates.known;
+  const float count_rad = drive_angle_difference_rad(drive->position - monitor->turn * turn, 0);
+  monitor->candidates = start_position_step(&monitor->start, count_rad, limits->minimum_rad, limits->maximum_rad);
+  if (monitor->candidates.known && (!known_before || monitor->start.turn != monitor->turn)) {
+    drive_axis_shift(drive, monitor->start.turn - monitor->turn);
+    monitor->turn = monitor->start.turn;
+  }
+}
+
+void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
+  if (monitor->seen.angle_valid) {
+    monitor->lost_ticks = 0;
+    find_turn(monitor, drive);
+  } else if (++monitor->lost_ticks >= FORGET_TICKS) {
+    monitor->lost_ticks = FORGET_TICKS;
+    start_position_forget(&monitor->start);
+    monitor->candidates = (start_candidates){.lowest = 1, .known = false};
+  }
+}
+
+void axis_monitor_limit(axis_monitor *monitor) {
+  const protection_limits *limits = &monitor->limits;
+  monitor->restrictions = restrictions_of(monitor);
+  const bool slow = monitor->restrictions != 0;
+  const envelope_params envelope = {.minimum_rad = limits->minimum_rad,
+                                    .maximum_rad = limits->maximum_rad,
+                                    .deceleration_rad_s2 = limits->deceleration_rad_s2,
+                                    .stop_deceleration_rad_s2 = stop_deceleration_rad_s2(limits),
+                                    .slow = slow};
+  monitor->allowed = envelope_prepare(&envelope, SERVO_TICK_S);
+  monitor->seen.ends_known = !slow;
 }
 
 /* Set-point 0, or a position that does not change. */
@@ -185,7 +299,10 @@ drive_machine axis_monitor_machine(const axis_monitor *monitor, const servo_axis
                          .margin = position_of(limits->stopping_margin_rad),
                          .overspeed_rad_s = limits->overspeed_rad_s,
                          .torque_nm = params->current_limit_a * params->torque_constant_nm_a,
-                         .inertia_kg_m2 = params->speed.observer.inertia_kg_m2};
+                         .deceleration_rad_s2 = limits->deceleration_rad_s2,
+                         .stop_deceleration_rad_s2 = stop_deceleration_rad_s2(limits),
+                         .slow = monitor->restrictions != 0,
+                         .position_unknown = (monitor->restrictions & RESTRICTED_POSITION_UNKNOWN) != 0};
 }
 
 holding_brake_times axis_monitor_brake(const axis_monitor *monitor) {

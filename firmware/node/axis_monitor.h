@@ -3,12 +3,14 @@
 #ifndef TRACKSERVO_NODE_AXIS_MONITOR_H
 #define TRACKSERVO_NODE_AXIS_MONITOR_H
 
-#include "drive/drive_motion.h"
+#include "drive/drive_axis.h"
 #include "drive/holding_brake.h"
 #include "protection/axis_protection.h"
+#include "protection/envelope.h"
 #include "protection/fault_log.h"
 #include "protection/oscillation.h"
 #include "protection/slow_monitors.h"
+#include "protection/start_position.h"
 #include "servo/servo_board.h"
 
 typedef struct {
@@ -25,14 +27,31 @@ typedef struct {
   fault_set found;              /* by the last step */
   slow_monitors slow;
   angle_turn32 last_position; /* commanded, when the slow monitors judged last */
+  uint8_t restrictions;       /* RESTRICTED_* bits, in effect */
+  envelope_limits allowed;    /* in effect; from `limits` and the start position */
+  envelope_state envelope;
+  start_position start;
+  start_candidates candidates;
+  int8_t turn;    /* of the start position, in the drive's position */
+  int lost_ticks; /* without an angle */
 } axis_monitor;
+
+/* Why an axis moves slowly or is not enabled; bits of 2061:1. */
+enum {
+  RESTRICTED_NO_TRAVEL = 1,        /* 2060:9 and :10 limit no travel and 2060:21 does not say why: not enabled */
+  RESTRICTED_POSITION_UNKNOWN = 2, /* several turns are possible: slow; pp and csp wait */
+  RESTRICTED_COMMISSIONING = 4     /* 2060:21 = 2: slow */
+};
+
+/* The fastest rate that is allowed now in this direction, -1 or 1. */
+float axis_monitor_fastest_rad_s(const axis_monitor *monitor, float direction);
 
 /* No fault detected yet; the limits stay. */
 void axis_monitor_reset(axis_monitor *monitor);
 
-/* The faults that the samples of this tick show, and those that the last deferred task has judged; `position` is that
- * of the drive in the last tick. Call it between `servo_board_sample` and `servo_board_control`. */
-fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, drive_angle position);
+/* The faults that the samples of this tick show, and those that the last deferred task has judged; `drive` is as the
+ * last tick left it. Call it between `servo_board_sample` and `servo_board_control`. */
+fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, const drive_axis *drive);
 
 /* What the monitors cannot see on the board. */
 typedef struct {
@@ -48,10 +67,24 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
 /* The gains have changed: an oscillation that the old ones caused no longer counts. */
 void axis_monitor_retuned(axis_monitor *monitor);
 
+/* For a tick with a fault or a protective stop: how the drive must brake. */
+void axis_monitor_protect(axis_monitor *monitor, const servo_axis_params *params, drive_axis_inputs *inputs);
+
+/* The axis may be switched on: its travel is known, or it is declared to have none. */
+static inline bool axis_monitor_may_enable(const axis_monitor *monitor) {
+  return (monitor->restrictions & RESTRICTED_NO_TRAVEL) == 0;
+}
+
+/* Between two ticks, every 4 ms: finds the turn of the start position and shifts the drive's position to it. */
+void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive);
+
+/* Between two ticks, every 4 ms: the restrictions and the limits of the envelope. */
+void axis_monitor_limit(axis_monitor *monitor);
+
 /* Adds the inputs of the last step to the history of the log. */
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log);
 
-/* Limits of the axis for its drive: from 0x2060, motor and inertia of its parameters. */
+/* Limits of the axis for its drive: from 0x2060 and the motor of its parameters. */
 drive_machine axis_monitor_machine(const axis_monitor *monitor, const servo_axis_params *params);
 
 /* Of the axis' holding brake, from 0x2060. */

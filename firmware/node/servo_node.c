@@ -263,7 +263,7 @@ static void switch_off(servo_node *node, int i) {
   servo_node_axis *axis = &node->axis[i];
   experiment_abort(&axis->experiment.running, EXPERIMENT_DRIVE_STOPPED);
   axis_monitor_reset(&axis->monitor);
-  drive_axis_reset(&axis->drive, node->board.samples.axis[i].sensors.joint_angle_turn32);
+  drive_axis_restart(&axis->drive, node->board.samples.axis[i].sensors.joint_angle_turn32);
 }
 
 /* A reset of the communication removes the supervision of the axes: like an NMT stop, it stops those that turn. */
@@ -393,7 +393,8 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
     servo_node_axis *axis = &node->axis[i];
     const uint16_t shift = (uint16_t)(i * AXIS_INDEX_SHIFT);
     axis->owner = (tuning_owner){&axis->tuning, &node->board, i, &node->lock};
-    axis->limits_owner = (protection_owner){&axis->limits, &axis->monitor.limits, &axis->objects.limit, &node->lock};
+    axis->limits_owner = (protection_owner){&axis->limits, &axis->monitor.limits, &axis->monitor.start,
+                                            &axis->objects.limit, &node->lock};
     parts[count++] = (od_part){.table = axis_parameters_table,
                                .shift = shift,
                                .prefix = prefixes[i],
@@ -576,12 +577,15 @@ static void gather_inputs(servo_node *node, int i) {
   inputs->remote = node->canopen.state != NMT_STOPPED;
   inputs->setpoint_arrived = axis->setpoint_arrived;
   inputs->faults = axis->bus_faults | faults_of_board(health, axis->drive.state.power) |
-                   axis_monitor_step(&axis->monitor, &node->board, i, axis->drive.position);
+                   axis_monitor_step(&axis->monitor, &node->board, i, &axis->drive);
   if (axis->monitor.oscillates && !axis_tuning_can_take_back(&axis->tuning)) {
     inputs->faults |= fault_bit(FAULT_OSCILLATION);
   }
   inputs->brake = axis_monitor_brake(&axis->monitor);
   inputs->brake_contact_open = inputs->brake.feedback_used && hal_brake_is_released(node->board.machine, i);
+  if (inputs->faults != 0 || axis->drive.state.action == DRIVE_PROTECTIVE_STOP) {
+    axis_monitor_protect(&axis->monitor, &node->board.app.params.axis[i], inputs);
+  }
   inputs->warning = axis_protection_warns(&axis->monitor.state, &axis->monitor.limits);
   axis->bus_faults = 0;
   drive_axis_sense(inputs, &node->board.app.axis[i], &node->board.app.params.axis[i], &node->board.samples.axis[i]);
@@ -734,6 +738,30 @@ static void guard_sets(servo_node *node) {
   }
 }
 
+static void show_envelope(protection_objects *objects, const axis_monitor *monitor) {
+  objects->restrictions = monitor->restrictions;
+  objects->turn = monitor->turn;
+  objects->lowest_turn = monitor->candidates.lowest;
+  objects->highest_turn = monitor->candidates.highest;
+  objects->fastest_down_rad_s = axis_monitor_fastest_rad_s(monitor, -1.0f);
+  objects->fastest_up_rad_s = axis_monitor_fastest_rad_s(monitor, 1.0f);
+}
+
+/* What changes only with parameters, or slowly: a quarter of it in each ms, because all at once costs too much. */
+static void limit_motion(servo_node *node) {
+  const uint32_t turn = (node->objects.ticks - 1) % (2 * SERVO_AXES); /* each axis is located before it is limited */
+  const int i = (int)(turn % SERVO_AXES);
+  servo_node_axis *axis = &node->axis[i];
+  if (turn < SERVO_AXES) {
+    axis_monitor_locate(&axis->monitor, &axis->drive);
+    return;
+  }
+  axis_monitor_limit(&axis->monitor);
+  axis->inputs.may_enable = axis_monitor_may_enable(&axis->monitor);
+  axis->machine = axis_monitor_machine(&axis->monitor, &node->board.app.params.axis[i]);
+  show_envelope(&axis->limits, &axis->monitor);
+}
+
 void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
@@ -749,10 +777,10 @@ void servo_node_serve(servo_node *node) {
   }
   canopen_node_serve(&node->canopen);
   supervise_master(node);
+  limit_motion(node);
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_node_axis *axis = &node->axis[i];
-    const drive_machine machine = axis_monitor_machine(&axis->monitor, &node->board.app.params.axis[i]);
-    drive_axis_prepare(&axis->drive, &axis->objects, &machine, SERVO_TICK_S);
+    drive_axis_prepare(&axis->drive, &axis->objects, &axis->machine, SERVO_TICK_S);
   }
   if (persisted_storage_tick(&node->storage)) {
     node->cob_ids_collide = false;

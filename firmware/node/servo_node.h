@@ -45,6 +45,7 @@ typedef struct {
   servo_axis_command stimulus; /* of an experiment, when it gives the set-point */
   fault_reports reports;       /* of faults, for EMCY and log */
   fault_set bus_faults;        /* commanded in the next tick */
+  drive_machine machine;       /* of the drive's bounds */
   bool left_alone;             /* stopped because the master was silent; until the axis is in operation again */
 } servo_node_axis;
 

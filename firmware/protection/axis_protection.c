@@ -241,7 +241,7 @@ static bool stalls(axis_protection *p, const protection_limits *limits, const pr
 }
 
 static bool moves_outwards(const protection_limits *limits, const protection_inputs *in, float joint_rate_rad_s) {
-  if (!travel_is_monitored(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
+  if (!in->ends_known || !travel_is_monitored(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
     return false;
   }
   return joint_rate_rad_s < 0.0f ? in->position_rad < limits->minimum_rad : in->position_rad > limits->maximum_rad;

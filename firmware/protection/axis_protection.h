@@ -40,6 +40,7 @@ typedef struct {
   bool gyro_used; /* by the speed loop */
   float gyro_rad_s;
   float position_rad; /* counts turns */
+  bool ends_known;    /* it can be compared with the travel */
   float mean_current_a;
   float voltage_v;      /* mean of the bridge in the last PWM period */
   float tick_voltage_v; /* in the last tick */

@@ -17,12 +17,14 @@
 
 /* An ordered stop: how long it may take to begin, by how much it may overshoot, which share of the guarded deceleration
  * it must reach, and where it has ended. A ramp with limited jerk has no more at its beginning and end. */
-#define STOP_BEGINS_S 0.5f
+enum { STOP_BEGINS_TICKS = 500 };
 #define STOP_OVERSHOOT_RAD_S 0.1f
 #define STOP_SHARE 0.5f
 
-/* The braking must reach half of the sure deceleration after this time. */
-#define BRAKING_BEGINS_S 0.01f
+/* The braking has its current after these ticks. From then on the rate must fall by half of the sure deceleration, with
+ * a reserve of 30 ticks. */
+enum { BRAKING_TICKS = 5 };
+#define BRAKING_RESERVE_TICKS 30.0f
 #define BRAKING_SHARE 0.5f
 
 #define TURNS_RAD_S 0.02f  /* slower than this, an axis without power has come to rest */
@@ -31,125 +33,149 @@ enum { REST_TICKS = 100 }; /* for this time */
 
 #define OUTSIDE_RAD_S 0.01f /* beyond the end of the travel, noise and drift are no motion outwards */
 
+#define FAR_RAD 1e9f
+#define FASTER_THAN_ALL_RAD_S 1e9f
+
 void envelope_reset(envelope_state *state) { *state = (envelope_state){0}; }
 
-static void sense(envelope_state *state, const envelope_inputs *in) {
-  if (!in->angle_valid) {
-    state->known = 0;
-    return;
-  }
-  for (int i = ENVELOPE_ANGLES - 1; i > 0; --i) {
-    state->angle[i] = state->angle[i - 1];
-  }
-  state->angle[0] = in->angle;
-  state->known += state->known < ENVELOPE_ANGLES ? 1 : 0;
+envelope_limits envelope_prepare(const envelope_params *params, float dt_s) {
+  const bool ends = !params->slow && params->minimum_rad < params->maximum_rad;
+  return (envelope_limits){
+      .rad_s_per_step = ANGLE_RAD_PER_TURN32 * 0.5f / dt_s,
+      .fastest_rad_s = params->slow ? ENVELOPE_SLOW_RAD_S : FASTER_THAN_ALL_RAD_S,
+      .minimum_rad = ends ? params->minimum_rad : -FAR_RAD,
+      .maximum_rad = ends ? params->maximum_rad : FAR_RAD,
+      .twice_rad_s2 = 2.0f * params->deceleration_rad_s2 / (RATE_RESERVE * RATE_RESERVE),
+      .soft_rad_s = SOFT_S * params->deceleration_rad_s2,
+      .braking_fall_rad_s = BRAKING_SHARE * params->deceleration_rad_s2 * dt_s,
+      .stop_fall_rad_s = STOP_SHARE * params->stop_deceleration_rad_s2 * dt_s,
+  };
 }
 
 /* The rate by the time at which a braking that begins now has its current: only acceleration counts. */
-static float rate_ahead_rad_s(envelope_state *state, float dt_s) {
-  const float now_rad = angle_difference_rad(state->angle[0], state->angle[2]);
-  const float before_rad = angle_difference_rad(state->angle[2], state->angle[4]);
-  const float per_s = 0.5f / dt_s;
-  state->rate_rad_s = now_rad * per_s;
-  const float gain_rad = now_rad - before_rad;
-  return now_rad * gain_rad > 0.0f ? (now_rad + AHEAD * gain_rad) * per_s : state->rate_rad_s;
+static float rate_ahead_rad_s(const envelope_limits *limits, float step, float step_before) {
+  const float gain = step - step_before;
+  const float ahead = step * gain > 0.0f ? step + AHEAD * gain : step;
+  return ahead * limits->rad_s_per_step;
 }
 
-static bool is_limited(const envelope_params *params) { return params->minimum_rad < params->maximum_rad; }
-
-static bool too_fast(const envelope_params *params, float position_rad, float ahead_rad_s) {
+static bool too_fast(const envelope_limits *limits, float position_rad, float ahead_rad_s) {
   const float speed_rad_s = scalar_abs(ahead_rad_s);
-  if (params->slow) {
-    return speed_rad_s > ENVELOPE_SLOW_RAD_S;
-  }
-  if (!is_limited(params) || speed_rad_s < OUTSIDE_RAD_S) {
+  if (speed_rad_s < OUTSIDE_RAD_S) {
     return false;
   }
-  const float room_rad = ahead_rad_s < 0.0f ? position_rad - params->minimum_rad : params->maximum_rad - position_rad;
-  const float square = RATE_RESERVE * RATE_RESERVE * speed_rad_s * speed_rad_s;
-  return square > 2.0f * params->deceleration_rad_s2 * (room_rad - DEAD_TIME_S * speed_rad_s);
+  const float room_rad = ahead_rad_s < 0.0f ? position_rad - limits->minimum_rad : limits->maximum_rad - position_rad;
+  const float square = speed_rad_s * speed_rad_s;
+  return speed_rad_s > limits->fastest_rad_s || square > limits->twice_rad_s2 * (room_rad - DEAD_TIME_S * speed_rad_s);
 }
 
-/* Whether the axis still has the power, or the momentum, that the drive gave it. */
-static void follow_power(envelope_state *state, const envelope_inputs *in) {
-  state->turns = in->phase != ENVELOPE_UNTRUSTED &&
-                 (in->powered || (state->turns && !scalar_within(state->rate_rad_s, TURNS_RAD_S)));
+static float speed_of(const envelope_state *state, const envelope_limits *limits) {
+  return scalar_abs((float)state->step[0]) * limits->rad_s_per_step;
 }
 
-static bool stop_ignored(envelope_state *state, const envelope_params *params, const envelope_inputs *in, float dt_s) {
-  const float speed_rad_s = scalar_abs(state->rate_rad_s);
-  const bool ordered = in->phase == ENVELOPE_STOPPING || (state->stopping && in->phase == ENVELOPE_POWERLESS);
-  if (!ordered || !state->turns) {
-    state->stopping = false;
-    return false;
-  }
+static unsigned judge_stop(envelope_state *state, const envelope_limits *limits, float speed_rad_s) {
   if (!state->stopping) {
     state->stopping = true;
-    state->stop_s = 0.0f;
-    state->stop_limit_rad_s = speed_rad_s + STOP_OVERSHOOT_RAD_S;
+    state->ticks = 0;
+    state->limit_rad_s = speed_rad_s + STOP_OVERSHOOT_RAD_S;
   }
-  state->stop_s += dt_s;
-  if (state->stop_s > STOP_BEGINS_S) {
-    const float slower_rad_s = state->stop_limit_rad_s - STOP_SHARE * params->stop_deceleration_rad_s2 * dt_s;
-    state->stop_limit_rad_s = scalar_max(slower_rad_s, ENVELOPE_SLOW_RAD_S);
+  if (state->ticks < STOP_BEGINS_TICKS) {
+    ++state->ticks;
+  } else {
+    state->limit_rad_s = scalar_max(state->limit_rad_s - limits->stop_fall_rad_s, ENVELOPE_SLOW_RAD_S);
   }
-  return speed_rad_s > state->stop_limit_rad_s;
+  return speed_rad_s > state->limit_rad_s ? ENVELOPE_STOP_IGNORED : 0;
 }
 
 /* The braking that began in the last tick at the latest. */
-static void judge_braking(envelope_state *state, const envelope_params *params, const envelope_inputs *in,
-                          envelope_output *out, float dt_s) {
-  const float speed_rad_s = scalar_abs(state->rate_rad_s);
-  if (in->phase != ENVELOPE_BRAKING) {
-    state->braking = false;
-    state->holds = false;
-    state->rest_ticks = 0;
-    return;
-  }
-  const float fall_rad_s2 = BRAKING_SHARE * params->deceleration_rad_s2;
+static unsigned judge_braking(envelope_state *state, const envelope_limits *limits, float speed_rad_s) {
   if (!state->braking) {
     state->braking = true;
-    state->braking_limit_rad_s = speed_rad_s + (BRAKING_BEGINS_S + SOFT_S) * fall_rad_s2;
+    state->holds = false;
+    state->ticks = 0;
+    state->rest_ticks = 0;
   }
-  state->braking_limit_rad_s =
-      scalar_max(state->braking_limit_rad_s - fall_rad_s2 * dt_s, SOFT_S * params->deceleration_rad_s2);
-  out->braking_fails = speed_rad_s > state->braking_limit_rad_s;
+  if (state->ticks < BRAKING_TICKS) {
+    ++state->ticks;
+    state->limit_rad_s = speed_rad_s + BRAKING_RESERVE_TICKS * limits->braking_fall_rad_s;
+  }
+  state->limit_rad_s = scalar_max(state->limit_rad_s - limits->braking_fall_rad_s, limits->soft_rad_s);
   const int one_more = state->rest_ticks + (state->rest_ticks < REST_TICKS ? 1 : 0);
   state->rest_ticks = speed_rad_s < REST_RAD_S ? one_more : 0;
-  out->at_rest = state->rest_ticks >= REST_TICKS;
+  return speed_rad_s > state->limit_rad_s ? ENVELOPE_BRAKING_FAILS : 0;
 }
 
-static float braking_current(envelope_state *state, const envelope_params *params) {
-  const float soft_rad_s = SOFT_S * params->deceleration_rad_s2;
-  if (!state->holds && state->braking && scalar_abs(state->rate_rad_s) < soft_rad_s) {
+/* An axis that does not simply run: whether it still has the power, or the momentum, that the drive gave it, and
+ * whether it slows down as it must. */
+static unsigned judge_phase(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered) {
+  const float speed_rad_s = speed_of(state, limits);
+  const bool stays = state->stopping && phase == ENVELOPE_POWERLESS;
+  state->turns = phase != ENVELOPE_UNTRUSTED && (powered || (state->turns && speed_rad_s > TURNS_RAD_S));
+  if (phase == ENVELOPE_BRAKING) {
+    state->stopping = false;
+    return judge_braking(state, limits, speed_rad_s);
+  }
+  state->braking = false;
+  if ((phase == ENVELOPE_STOPPING || stays) && state->turns) {
+    return judge_stop(state, limits, speed_rad_s);
+  }
+  state->stopping = false;
+  return 0;
+}
+
+static void judge_nothing(envelope_state *state, envelope_phase phase) {
+  state->turns = state->turns && phase != ENVELOPE_UNTRUSTED;
+  state->stopping = false;
+  state->braking = false;
+}
+
+void envelope_lose(envelope_state *state, envelope_phase phase) {
+  state->known = 0;
+  judge_nothing(state, phase);
+}
+
+unsigned envelope_step(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
+                       angle_turn32 angle, float position_rad) {
+  const int32_t step = (int32_t)(angle - state->angle[1]);
+  const int32_t step_before = state->step[1];
+  state->angle[1] = state->angle[0];
+  state->angle[0] = angle;
+  state->step[1] = state->step[0];
+  state->step[0] = step;
+  if (state->known < ENVELOPE_ANGLES && ++state->known < ENVELOPE_ANGLES) {
+    judge_nothing(state, phase);
+    return 0;
+  }
+  unsigned found = 0;
+  if (phase == ENVELOPE_RUNNING) {
+    state->turns = true;
+    state->stopping = false;
+    state->braking = false;
+  } else {
+    found = judge_phase(state, limits, phase, powered);
+  }
+  const bool fast =
+      state->turns && too_fast(limits, position_rad, rate_ahead_rad_s(limits, (float)step, (float)step_before));
+  return found | (fast ? ENVELOPE_TOO_FAST : 0u);
+}
+
+float envelope_brake(envelope_state *state, const envelope_limits *limits) {
+  if (state->known < ENVELOPE_ANGLES) {
+    return 0.0f;
+  }
+  const float rate_rad_s = (float)state->step[0] * limits->rad_s_per_step;
+  if (!state->holds && state->braking && scalar_abs(rate_rad_s) < limits->soft_rad_s) {
     state->holds = true;
     state->held = state->angle[0];
   }
-  const float away_rad = state->holds ? angle_difference_rad(state->angle[0], state->held) : 0.0f;
-  return -scalar_clamp((state->rate_rad_s + away_rad / HOLD_S) / soft_rad_s, -1.0f, 1.0f);
+  const float away_rad = state->braking && state->holds ? angle_difference_rad(state->angle[0], state->held) : 0.0f;
+  return -scalar_clamp((rate_rad_s + away_rad / HOLD_S) / limits->soft_rad_s, -1.0f, 1.0f);
 }
 
-envelope_output envelope_step(envelope_state *state, const envelope_params *params, const envelope_inputs *in,
-                              float dt_s) {
-  envelope_output out = {0};
-  sense(state, in);
-  if (state->known < ENVELOPE_ANGLES) {
-    state->turns = state->turns && in->phase != ENVELOPE_UNTRUSTED;
-    state->stopping = false;
-    return out;
-  }
-  const float ahead_rad_s = rate_ahead_rad_s(state, dt_s);
-  follow_power(state, in);
-  out.too_fast = state->turns && too_fast(params, in->position_rad, ahead_rad_s);
-  out.stop_ignored = stop_ignored(state, params, in, dt_s);
-  judge_braking(state, params, in, &out, dt_s);
-  out.brake = braking_current(state, params);
-  return out;
-}
+bool envelope_at_rest(const envelope_state *state) { return state->braking && state->rest_ticks >= REST_TICKS; }
 
-float envelope_fastest_rad_s(const envelope_params *params, float room_rad) {
+float envelope_fastest_rad_s(const envelope_limits *limits, float room_rad) {
   const float room = scalar_max(room_rad, 0.0f);
-  const float a = params->deceleration_rad_s2 / (RATE_RESERVE * RATE_RESERVE);
-  const float dead_rad_s = a * DEAD_TIME_S;
-  return sqrtf(dead_rad_s * dead_rad_s + 2.0f * a * room) - dead_rad_s;
+  const float dead_rad_s = 0.5f * limits->twice_rad_s2 * DEAD_TIME_S;
+  return scalar_min(sqrtf(dead_rad_s * dead_rad_s + limits->twice_rad_s2 * room) - dead_rad_s, limits->fastest_rad_s);
 }

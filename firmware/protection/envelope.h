@@ -15,7 +15,7 @@
  * of a the rate falls by at least a: the distance is at most v^2 / (2 a). Below a Ts the deceleration falls with v.
  * With a disturbance of the share d of the motor's torque, the axis then moves by at most a Ts^2 and creeps at d a Ts
  * until the hold has taken the disturbance: d a Ts Th. firmware/protection/tests/test_envelope.c integrates all of that
- * on a grid. The drive does not call this block yet.
+ * on a grid.
  *
  * Also: the axis must follow each stop that a fault or a stop command ordered, and must follow this braking. A machine
  * whose position is not known, or which has no valid travel, is limited to ENVELOPE_SLOW_RAD_S everywhere.
@@ -33,7 +33,7 @@
 /* 5 degrees per second: an end stop bears a contact at this speed. */
 #define ENVELOPE_SLOW_RAD_S 0.0872664626f
 
-enum { ENVELOPE_ANGLES = 5 };
+enum { ENVELOPE_ANGLES = 5 }; /* consecutive ones are needed for a judgement */
 
 typedef struct {
   float minimum_rad;              /* 2060:9; not limited unless minimum < maximum */
@@ -43,54 +43,70 @@ typedef struct {
   bool slow;                      /* ENVELOPE_SLOW_RAD_S everywhere, and no end of the travel */
 } envelope_params;
 
+/* The same, as a tick needs it. */
+typedef struct {
+  float rad_s_per_step;     /* of two ticks in 2^-32 turn */
+  float fastest_rad_s;      /* wherever the axis is */
+  float minimum_rad;        /* far away where the travel is not limited */
+  float maximum_rad;        /* the same */
+  float twice_rad_s2;       /* 2 a / 1.03^2 */
+  float soft_rad_s;         /* a Ts */
+  float braking_fall_rad_s; /* a braking slows the axis down by this in a tick */
+  float stop_fall_rad_s;    /* the same of an ordered stop */
+} envelope_limits;
+
 /* What the drive did in the last tick. */
 typedef enum {
   ENVELOPE_POWERLESS,
-  ENVELOPE_RUNNING,  /* the mode of operation decides */
+  ENVELOPE_RUNNING,  /* the mode of operation decides; the axis has power */
   ENVELOPE_STOPPING, /* a fault or a stop command has ordered a stop; also without power, after a fault */
   ENVELOPE_BRAKING,  /* as this block says */
   ENVELOPE_UNTRUSTED /* braked or off because neither sensors nor bridge can be trusted: nothing can be judged */
 } envelope_phase;
 
-typedef struct {
-  bool angle_valid;
-  angle_turn32 angle;
-  float position_rad; /* counts turns */
-  envelope_phase phase;
-  bool powered; /* the bridge was on */
-} envelope_inputs;
+/* What a tick has found: a sum of these bits. */
+enum {
+  ENVELOPE_TOO_FAST = 1,     /* towards an end of the travel, or for slow motion */
+  ENVELOPE_STOP_IGNORED = 2, /* an ordered stop does not slow the axis down as guarded */
+  ENVELOPE_BRAKING_FAILS = 4 /* the axis does not follow the braking */
+};
 
 typedef struct {
-  angle_turn32 angle[ENVELOPE_ANGLES]; /* of the last ticks, newest first */
-  int known;                           /* of them, consecutive */
-  float rate_rad_s;
-  bool turns;                /* has power, or has turned ever since it had */
-  bool stopping;             /* an ordered stop has not ended */
-  float stop_s;              /* since it began */
-  float stop_limit_rad_s;    /* fastest rate that it may still have */
-  bool braking;              /* in the last tick */
-  float braking_limit_rad_s; /* fastest rate that the braking may still leave */
-  bool holds;                /* the braking holds `held` */
+  angle_turn32 angle[2]; /* of the last two ticks, newest first */
+  int32_t step[2];       /* that of the last tick and that before it, each over two ticks, in 2^-32 turn */
+  int known;             /* angles, consecutive */
+  bool turns;            /* has power, or has turned ever since it had */
+  bool stopping;         /* an ordered stop has not ended */
+  bool braking;          /* the braking has begun */
+  bool holds;            /* the braking holds `held` */
+  int ticks;             /* of the stop or of the braking; limited */
+  float limit_rad_s;     /* fastest rate that the stop, or the braking, may still leave */
   angle_turn32 held;
   int rest_ticks;
 } envelope_state;
 
-typedef struct {
-  bool too_fast;      /* towards an end of the travel, or for slow motion */
-  bool stop_ignored;  /* an ordered stop does not slow the axis down as guarded */
-  bool braking_fails; /* the axis does not follow the braking */
-  bool at_rest;       /* the braking has ended */
-  float brake;        /* -1 .. 1: share of the full current with which to brake now */
-} envelope_output;
+/* Between two ticks, when a parameter may have changed. */
+envelope_limits envelope_prepare(const envelope_params *params, float dt_s);
 
 /* Nothing is known about the motion. */
 void envelope_reset(envelope_state *state);
 
-/* One tick, with the angle of this tick. The output is all zero while the angle is not known. */
-envelope_output envelope_step(envelope_state *state, const envelope_params *params, const envelope_inputs *in,
-                              float dt_s);
+/* One tick, with the angle of this tick and the position, which counts turns. `powered`: the bridge was on in the last
+ * tick. */
+unsigned envelope_step(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
+                       angle_turn32 angle, float position_rad);
+
+/* Instead, in a tick without an angle: nothing can be judged until ENVELOPE_ANGLES are known again. */
+void envelope_lose(envelope_state *state, envelope_phase phase);
+
+/* After the step: share of the full current with which to brake now, -1 .. 1; 0 while the angle is not known. Only for
+ * a tick in which the axis is braked, or may begin to be. */
+float envelope_brake(envelope_state *state, const envelope_limits *limits);
+
+/* The braking has ended: the axis is at rest. */
+bool envelope_at_rest(const envelope_state *state);
 
 /* The fastest rate that is allowed at this distance from the end of the travel; 0 at the end and beyond. */
-float envelope_fastest_rad_s(const envelope_params *params, float room_rad);
+float envelope_fastest_rad_s(const envelope_limits *limits, float room_rad);
 
 #endif

@@ -74,14 +74,19 @@ typedef enum {
   FAULT_STANDSTILL_LEFT = 49,
   FAULT_REDUCED_SPEED = 50,
   FAULT_ACTIVE_SET = 51,
+  /* motion, in the envelope's view */
+  FAULT_TOO_FAST = 52,
+  FAULT_STOP_IGNORED = 53,
+  FAULT_BRAKING_FAILS = 54,
   FAULT_COUNT
 } fault_id;
 
 typedef enum {
   REACTION_REPORT = 0, /* EMCY and log only */
   REACTION_STOP,       /* braked by the speed loop, as 605E says */
-  REACTION_BRAKE,      /* braked by the shorted motor, then off: where the loops cannot be trusted */
-  REACTION_CUT         /* off at once: where the bridge cannot be trusted */
+  REACTION_PROTECT,    /* braked by the envelope's own torque, then off: where the speed loop cannot be trusted */
+  REACTION_BRAKE, /* braked by the shorted motor, then off: where the encoder or the current loop cannot be trusted */
+  REACTION_CUT    /* off at once: where the bridge cannot be trusted */
 } fault_reaction;
 
 typedef struct {

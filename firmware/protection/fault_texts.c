@@ -562,6 +562,43 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .check = "Has fault 36 (RAM) been logged too? Does it return?",
          .cure = "Reset the node: the stored values are loaded again. Replace the board if it returns.",
          .clear = "Reset of the node (NMT 81), or writing the set again, then fault reset."},
+    [FAULT_TOO_FAST] =
+        {.name = "too fast towards the end of the travel",
+         .detection =
+             "The joint rate is above what 2060:19 can still stop before 2060:9 or 2060:10. While 2061:1 is not "
+             "0: the rate is above 5 deg/s.",
+         .when = "While the axis has power, and while it turns since it had power.",
+         .timer = "",
+         .limits = LIMIT(9) | LIMIT(10) | LIMIT(19) | LIMIT(21),
+         .cause =
+             "Ramps, gains or torque limits with which the drive cannot stop, an external torque, or a 2060:19 that "
+             "is larger than what the machine has.",
+         .check = "2061:6 and 2061:7, and reference, rate and torque in the fault log: did the drive try to brake?",
+         .cure = "Correct 6084, 60A4, 6072 and the gains. Measure 2060:19 again if the machine has changed.",
+         .clear = RESET},
+    [FAULT_STOP_IGNORED] =
+        {.name = "stop not followed",
+         .detection =
+             "0.5 s after a fault or a stop command the axis has not slowed down by half of 2060:20, or its rate "
+             "has grown by more than 0.1 rad/s.",
+         .when = "During a stop that a fault or a command ordered, until the axis is at rest.",
+         .timer = "",
+         .limits = LIMIT(20),
+         .cause =
+             "Gains or torque limits with which the speed loop cannot stop the axis, 605E = 0, or an external torque.",
+         .check = "reference, rate and torque in the fault log: does the torque oppose the motion?",
+         .cure = "Correct the gains and 6072, 60E0, 60E1, or reduce the load.",
+         .clear = RESET},
+    [FAULT_BRAKING_FAILS] =
+        {.name = "protective stop not followed",
+         .detection = "The torque of the protective stop does not slow the axis down by half of 2060:19.",
+         .when = "During a protective stop.",
+         .timer = "",
+         .limits = LIMIT(19),
+         .cause = "A motor lead is off or swapped, the supply is too weak, or an external torque exceeds the motor's.",
+         .check = "current and torque in the fault log: does the current follow?",
+         .cure = "Repair the wiring. Measure 2060:19 again.",
+         .clear = RESET},
 };
 
 const fault_signal fault_signals[FAULT_LOG_SIGNALS] = {

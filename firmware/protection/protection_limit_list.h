@@ -46,12 +46,12 @@
         "Ramps stop this far inside 2060:9 and 2060:10; must exceed the overshoot of the loops")
 
 #define PROTECTION_LIMITS_FROM_19(LIMIT)                                                                               \
-  LIMIT(19, deceleration_rad_s2, 0.01f, 1e4f, 4.6f, "rad/s^2", "Sure deceleration",                                    \
-        "No effect yet. Deceleration that the full motor current gives in every case: largest inertia, strongest wind")                                                                                        \
+  LIMIT(19, deceleration_rad_s2, 0.01f, 1e4f, 5.0f, "rad/s^2", "Sure deceleration",                                    \
+        "Deceleration that the full motor current gives in every case: largest inertia, strongest wind")               \
   LIMIT(20, stop_deceleration_rad_s2, 1e-3f, 1e4f, 1.0f, "rad/s^2", "Least stop deceleration",                         \
-        "No effect yet. Least deceleration of fault and command stops, whatever 6084 and 6085 are")                     \
+        "Least deceleration of fault and command stops, whatever 6084 and 6085 are; at most half of 2060:19 counts")    \
   LIMIT(21, travel_kind, 0.0f, 2.0f, 0.0f, "", "Travel kind",                                                          \
-        "No effect yet. 0: needs 2060:9 and 2060:10; 1: no end stops; 2: commissioning, at most 5 deg/s")               \
+        "0: enabled only with 2060:9 and 2060:10; 1: no end stops; 2: commissioning, at most 5 deg/s")                  \
   LIMIT(22, motor_tolerance, 0.0f, 0.9f, 0.32f, "", "Motor data tolerance",                                            \
         "How far Ke and R may differ from 2055; 0: the motor is not compared with the sensors")                        \
   LIMIT(23, back_emf_error_v, 0.01f, 1e3f, 0.5f, "V", "Back-EMF error",                                                \

@@ -4,7 +4,7 @@
 
 #include "base/scalar.h"
 
-#define TURN_RAD 6.28318530717959f
+#define TURNS_PER_RAD 0.159154943f
 
 void start_position_forget(start_position *start) {
   start->counted = false;
@@ -24,8 +24,8 @@ start_candidates start_position_step(start_position *start, float count_rad, flo
     return (start_candidates){.lowest = start->turn, .highest = start->turn, .known = true};
   }
   start_candidates found = {
-      .lowest = whole_turn(ceilf((minimum_rad - START_POSITION_MARGIN_RAD - start->lowest_rad) / TURN_RAD)),
-      .highest = whole_turn(floorf((maximum_rad + START_POSITION_MARGIN_RAD - start->highest_rad) / TURN_RAD)),
+      .lowest = whole_turn(ceilf((minimum_rad - START_POSITION_MARGIN_RAD - start->lowest_rad) * TURNS_PER_RAD)),
+      .highest = whole_turn(floorf((maximum_rad + START_POSITION_MARGIN_RAD - start->highest_rad) * TURNS_PER_RAD)),
   };
   found.known = start->confirmed || found.lowest == found.highest;
   if (!start->confirmed && found.known) {

@@ -43,7 +43,7 @@ static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float
 static bool command_is_plausible(const servo_axis_command *command) {
   const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
                                 scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
-  return (unsigned)command->mode <= (unsigned)SERVO_BRAKE &&
+  return (unsigned)command->mode <= (unsigned)SERVO_PROTECTIVE_STOP &&
          scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
          scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
          scalar_within(command->rate_limit_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) && command->rate_limit_rad_s >= 0.0f &&
@@ -79,6 +79,7 @@ static speed_reference choose_reference(servo_axis *axis, const servo_axis_param
       return (speed_reference){.rate_rad_s = rates->feedback_rad_s};
     case SERVO_OFF:
     case SERVO_BRAKE:
+    case SERVO_PROTECTIVE_STOP:
     default:
       return (speed_reference){0};
   }
@@ -135,6 +136,15 @@ static void control_torque(servo_axis *axis, const servo_axis_params *params, co
   axis->current_reference_a = axis->commanded_nm / params->torque_constant_nm_a;
 }
 
+/* The torque of protection: no loop above the current loop, no limit that a user sets. */
+static void brake_protectively(servo_axis *axis, const servo_axis_params *params, float torque_nm) {
+  const float limit_nm = params->current_limit_a * params->torque_constant_nm_a;
+  open_loops(axis, SERVO_OFF);
+  axis->mode = SERVO_PROTECTIVE_STOP;
+  axis->commanded_nm = scalar_clamp(torque_nm, -limit_nm, limit_nm);
+  axis->current_reference_a = axis->commanded_nm / params->torque_constant_nm_a;
+}
+
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s) {
   const bool samples_missed = axis->implausible;
@@ -161,6 +171,10 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
   const speed_reference reference = choose_reference(axis, params, command, samples, &rates, tick_s);
   axis->signals.rates = rates;
   axis->signals.reference = reference;
+  if (axis->mode == SERVO_PROTECTIVE_STOP) {
+    brake_protectively(axis, params, command->torque_nm);
+    return;
+  }
   if (!servo_mode_closes(axis->mode)) {
     open_loops(axis, axis->mode);
     return;

@@ -25,12 +25,13 @@
 #define SERVO_PLAUSIBLE_VOLTAGE_V 1e4f
 
 typedef enum {
-  SERVO_OFF = 0,  /* no loop closed, the motor's terminals are open */
-  SERVO_SPEED,    /* command.speed is the set-point */
-  SERVO_POSITION, /* command.position, with command.speed as feedforward */
-  SERVO_TRACKING, /* the camera's error is the input */
-  SERVO_TORQUE,   /* command.torque_nm is the torque; the speed loop follows, ready to take over */
-  SERVO_BRAKE     /* no loop closed, the motor's terminals are shorted: it brakes without any sensor */
+  SERVO_OFF = 0,        /* no loop closed, the motor's terminals are open */
+  SERVO_SPEED,          /* command.speed is the set-point */
+  SERVO_POSITION,       /* command.position, with command.speed as feedforward */
+  SERVO_TRACKING,       /* the camera's error is the input */
+  SERVO_TORQUE,         /* command.torque_nm is the torque; the speed loop follows, ready to take over */
+  SERVO_BRAKE,          /* no loop closed, the motor's terminals are shorted: it brakes without any sensor */
+  SERVO_PROTECTIVE_STOP /* only the current loop is closed: command.torque_nm, limited by nothing but current_limit_a */
 } servo_mode;
 
 typedef struct {
@@ -49,9 +50,9 @@ typedef struct {
   speed_reference speed;
   angle_turn32 position;
   float rate_limit_rad_s; /* SERVO_POSITION: limit of the loop's rate in both directions; 0: only its own limit */
-  float torque_nm;        /* SERVO_TORQUE: the set-point; otherwise added to the torque of the speed loop */
-  bool torque_limited;    /* `limits` apply, besides current_limit_a */
-  torque_limits limits;   /* minimum <= 0 <= maximum */
+  float torque_nm;      /* SERVO_TORQUE, SERVO_PROTECTIVE_STOP: the set-point; else added to the speed loop's torque */
+  bool torque_limited;  /* `limits` apply, besides current_limit_a */
+  torque_limits limits; /* minimum <= 0 <= maximum */
 } servo_axis_command;
 
 typedef struct {
@@ -101,6 +102,11 @@ void servo_axis_replace(servo_axis *axis, servo_axis_params *in_force, const ser
                         float tick_s);
 
 /* Whether a mode closes the current loop and one above it. */
-static inline bool servo_mode_closes(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }
+static inline bool servo_mode_closes(servo_mode mode) {
+  return mode != SERVO_OFF && mode != SERVO_BRAKE && mode != SERVO_PROTECTIVE_STOP;
+}
+
+/* Whether a mode closes the current loop. */
+static inline bool servo_mode_drives(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }
 
 #endif

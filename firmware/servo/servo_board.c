@@ -36,7 +36,7 @@ void servo_board_sample(servo_board *board) {
 }
 
 static motor_setpoint setpoint_of(const servo_axis *axis) {
-  return (motor_setpoint){.on = servo_mode_closes(axis->mode),
+  return (motor_setpoint){.on = servo_mode_drives(axis->mode),
                           .current_a = axis->current_reference_a,
                           .joint_rate_rad_s = axis->signals.rates.joint_rate_rad_s};
 }

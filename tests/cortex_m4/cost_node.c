@@ -181,6 +181,8 @@ static bool start(void) {
     od_restore_defaults(&limits_part, NODE_ID);
     limits[i] = objects.written;
     limits[i].stuck_s = 0.0f;
+    limits[i].minimum_rad = -3.0f;
+    limits[i].maximum_rad = 3.0f;
   }
   const servo_node_config config = {NODE_ID, {send, NULL}, &machine, parameters, limits, NULL, 0, {0}, NULL, NULL};
   bool good = servo_node_start(&b.node, &config);

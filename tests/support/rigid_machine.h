@@ -114,7 +114,7 @@ static inline void rigid_drive(rigid_axis *joint, servo_board *board, int i) {
   float voltage_v = 0.0f;
   if (servo->mode == SERVO_BRAKE) {
     joint->current_a = -back_emf_v / params->resistance_ohm;
-  } else if (servo_mode_closes(servo->mode)) {
+  } else if (servo_mode_drives(servo->mode)) {
     voltage_v = params->resistance_ohm * joint->current_a + back_emf_v;
   }
   atomic_store_explicit(&board->motor[i].voltage_v, voltage_v, memory_order_relaxed);
@@ -148,7 +148,8 @@ static inline bool rigid_machine_start_node_on(rigid_machine *machine, servo_nod
     const od_part limits_part = {.table = protection_objects_table, .values = &objects, .prefix = ""};
     od_restore_defaults(&limits_part, node_id);
     limits[i] = objects.written;
-    limits[i].stuck_s = 0.0f; /* without noise, a machine at rest always reads the same */
+    limits[i].travel_kind = 1.0f; /* no end stops */
+    limits[i].stuck_s = 0.0f;     /* without noise, a machine at rest always reads the same */
   }
   const servo_node_config config = {node_id, sender, &machine->functions, parameters, limits, flash, 0, *bus,
                                     NULL,    NULL};

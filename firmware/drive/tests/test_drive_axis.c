@@ -103,7 +103,8 @@ static void ticks(bench *b, int count) {
 
 static bench bench_off(double angle_rad) {
   bench b = {.o = objects_default(), .angle_rad = angle_rad};
-  b.in = (drive_axis_inputs){.joint_angle = encoder(angle_rad), .ready = true, .voltage_present = true, .remote = true};
+  b.in = (drive_axis_inputs){
+      .joint_angle = encoder(angle_rad), .ready = true, .voltage_present = true, .may_enable = true, .remote = true};
   drive_axis_reset(&b.axis, b.in.joint_angle);
   return b;
 }
@@ -398,7 +399,7 @@ static void test_pp_brakes_with_what_the_motor_surely_has_when_its_target_is_nea
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
     bench b = bench_in(DRIVE_PROFILE_POSITION);
     b.machine.torque_nm = 40.0f;
-    b.machine.inertia_kg_m2 = 40.0f;
+    b.machine.deceleration_rad_s2 = 0.5f / 0.62f; /* ramps use 62 % of it */
     b.o.limit.position_minimum = -cases[i].limit;
     b.o.limit.position_maximum = cases[i].limit;
     new_setpoint(&b, cases[i].target, 0);
@@ -641,7 +642,7 @@ static void test_csp_brakes_before_the_limit_when_its_set_points_do_not(void) {
   for (int side = -1; side <= 1; side += 2) {
     bench b = bench_in(DRIVE_CYCLIC_POSITION);
     b.machine.torque_nm = 40.0f;
-    b.machine.inertia_kg_m2 = 40.0f;
+    b.machine.deceleration_rad_s2 = 0.5f / 0.62f; /* ramps use 62 % of it */
     b.o.limit.position_minimum = -10000000;
     b.o.limit.position_maximum = 10000000;
     b.o.position.following_error_window = UINT32_MAX;

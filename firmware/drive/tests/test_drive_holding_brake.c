@@ -118,7 +118,8 @@ static bench bench_ready(void) {
   b.o.torque.maximum = b.o.torque.positive_limit = b.o.torque.negative_limit = 1000;
   b.o.velocity.threshold = 500;
   b.o.position.following_error_window = UINT32_MAX;
-  b.in = (drive_axis_inputs){.ready = true, .voltage_present = true, .remote = true, .brake = with_contact};
+  b.in = (drive_axis_inputs){
+      .ready = true, .voltage_present = true, .may_enable = true, .remote = true, .brake = with_contact};
   drive_axis_reset(&b.axis, 0);
   ticks(&b, 2);
   b.o.state.controlword = 0x06;
@@ -206,6 +207,39 @@ static void test_a_halt_and_a_quick_stop_that_holds_keep_the_brake_open(void) {
   TEST_ASSERT_TRUE(quick.axis.brake.coil_on && servo_mode_closes(quick.command.mode));
 }
 
+/* Protection brakes with torque: the brake engages when the axis is at rest, or stays engaged when it coasted. */
+static void test_a_protective_stop_ends_with_the_brake_engaged(void) {
+  bench b = bench_moving();
+  b.in.faults = fault_bit(FAULT_OVER_SPEED);
+  b.in.turns = true;
+  ticks(&b, 200);
+  TEST_ASSERT_EQUAL_INT(SERVO_PROTECTIVE_STOP, b.command.mode);
+  TEST_ASSERT_TRUE(b.axis.brake.coil_on);
+  b.in.at_rest = true;
+  int held = 0;
+  while (b.command.mode == SERVO_PROTECTIVE_STOP && held < 1000) {
+    tick(&b);
+    ++held;
+    TEST_ASSERT_TRUE(!b.axis.brake.coil_on);
+  }
+  TEST_ASSERT_INT_WITHIN(2, 31, held);
+
+  bench coasts = bench_moving();
+  coasts.o.state.controlword = 0x00;
+  ticks(&coasts, 100);
+  coasts.in.faults = fault_bit(FAULT_OVER_SPEED);
+  coasts.in.turns = true;
+  for (int i = 0; i < 200; ++i) {
+    tick(&coasts);
+    TEST_ASSERT_EQUAL_INT(SERVO_PROTECTIVE_STOP, coasts.command.mode);
+    TEST_ASSERT_TRUE(!coasts.axis.brake.coil_on);
+  }
+  coasts.in.at_rest = true;
+  coasts.in.turns = false;
+  ticks(&coasts, 2);
+  TEST_ASSERT_EQUAL_INT(SERVO_OFF, coasts.command.mode);
+}
+
 /* The bridge cannot be trusted, or shorts the motor without a loop: the brake engages in this tick. */
 static void test_the_brake_engages_at_once_where_no_loop_is_closed(void) {
   const fault_id without_loop[] = {FAULT_SAFE_TORQUE_OFF, FAULT_POWER_STAGE, FAULT_ENCODER_JUMP};
@@ -243,6 +277,7 @@ int main(void) {
   RUN_TEST(test_an_axis_stands_with_torque_until_its_brake_has_opened);
   RUN_TEST(test_a_stop_that_ends_without_torque_waits_for_the_brake);
   RUN_TEST(test_a_halt_and_a_quick_stop_that_holds_keep_the_brake_open);
+  RUN_TEST(test_a_protective_stop_ends_with_the_brake_engaged);
   RUN_TEST(test_the_brake_engages_at_once_where_no_loop_is_closed);
   RUN_TEST(test_a_brake_that_sticks_stops_the_axis_with_its_own_fault);
   return UNITY_END();

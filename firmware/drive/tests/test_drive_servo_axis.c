@@ -51,7 +51,7 @@ static node node_enabled(int8_t mode) {
                                     .jerk = 20000000,
                                     .interpolation_period = 10,
                                     .interpolation_exponent = -3};
-  n.in.ready = n.in.voltage_present = n.in.remote = true;
+  n.in.ready = n.in.voltage_present = n.in.may_enable = n.in.remote = true;
   drive_axis_reset(&n.drive, 0u);
   const uint16_t words[] = {0x00, 0x06, 0x07, 0x0F};
   for (unsigned i = 0; i < 4; ++i) {

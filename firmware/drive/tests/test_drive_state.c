@@ -17,7 +17,7 @@ typedef struct {
 static bench bench_in(drive_power_state power) {
   return (bench){.state = {.power = power, .action = power == DRIVE_OPERATION_ENABLED ? DRIVE_RUN : DRIVE_OFF},
                  .options = drive_options_default(),
-                 .in = {.ready = true, .voltage_present = true}};
+                 .in = {.ready = true, .voltage_present = true, .may_enable = true}};
 }
 
 static drive_action step(bench *b, uint16_t controlword) {
@@ -325,6 +325,69 @@ static void test_a_fault_that_comes_and_goes_while_braking_makes_the_brake_no_lo
   TEST_ASSERT_EQUAL_INT(DRIVE_BRAKE_TICKS + 2, count);
 }
 
+/* --- the protective stop --- */
+
+static void test_a_protective_stop_ignores_605e_and_ends_at_rest_or_after_3_s(void) {
+  for (int16_t option = 0; option <= 2; ++option) {
+    bench b = bench_in(DRIVE_OPERATION_ENABLED);
+    b.options.fault_reaction = option;
+    b.in.turns = true;
+    b.in.fault = DRIVE_FAULT_PROTECTS;
+    expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_PROTECTIVE_STOP);
+    b.in.fault = DRIVE_NO_FAULT;
+    for (uint32_t i = 0; i < (option == 0 ? 50 : DRIVE_LONGEST_PROTECTIVE_STOP_TICKS); ++i) {
+      expect(&b, 0x00, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_PROTECTIVE_STOP);
+    }
+    b.in.stopped = option == 0;
+    expect(&b, 0x0F, DRIVE_FAULT, DRIVE_OFF);
+  }
+}
+
+static void test_a_stop_becomes_protective_and_a_protective_stop_becomes_the_shorted_motor(void) {
+  bench b = bench_in(DRIVE_OPERATION_ENABLED);
+  b.in.turns = true;
+  b.in.fault = DRIVE_FAULT_STOPS;
+  expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_QUICK_STOP);
+  b.in.fault = DRIVE_FAULT_PROTECTS;
+  b.in.stopped = true; /* the ramp has ended, but the axis has not followed it */
+  expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_PROTECTIVE_STOP);
+  b.in.stopped = false;
+  b.in.fault = DRIVE_FAULT_BRAKES;
+  expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_BRAKE);
+  b.in.fault = DRIVE_FAULT_PROTECTS; /* never milder */
+  expect(&b, 0x0F, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_BRAKE);
+}
+
+/* Switched off while it turned, or in fault with 605E = 0; one that came to rest stays off. */
+static void test_an_axis_that_turns_since_it_had_torque_is_braked_and_no_other(void) {
+  static const drive_power_state states_off[] = {DRIVE_SWITCH_ON_DISABLED, DRIVE_READY_TO_SWITCH_ON, DRIVE_SWITCHED_ON,
+                                                 DRIVE_FAULT};
+  for (unsigned i = 0; i < sizeof states_off / sizeof states_off[0]; ++i) {
+    for (int turns = 0; turns <= 1; ++turns) {
+      bench b = bench_in(states_off[i]);
+      b.in.turns = turns != 0;
+      b.in.fault = DRIVE_FAULT_PROTECTS;
+      const drive_action did = step(&b, 0x00);
+      TEST_ASSERT_EQUAL(turns ? DRIVE_PROTECTIVE_STOP : DRIVE_OFF, did);
+      TEST_ASSERT_EQUAL(turns || states_off[i] != DRIVE_FAULT ? DRIVE_FAULT_REACTION_ACTIVE : DRIVE_FAULT,
+                        b.state.power);
+      if (turns) {
+        expect(&b, 0x00, DRIVE_FAULT_REACTION_ACTIVE, DRIVE_PROTECTIVE_STOP);
+      }
+    }
+  }
+}
+
+static void test_nothing_is_enabled_while_protection_does_not_know_the_travel(void) {
+  bench b = bench_in(DRIVE_READY_TO_SWITCH_ON);
+  b.in.may_enable = false;
+  expect(&b, 0x0F, DRIVE_READY_TO_SWITCH_ON, DRIVE_OFF);
+  b.state.power = DRIVE_SWITCHED_ON;
+  expect(&b, 0x0F, DRIVE_SWITCHED_ON, DRIVE_OFF);
+  b.in.may_enable = true;
+  expect(&b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN);
+}
+
 static void test_option_codes_that_are_not_supported_are_refused(void) {
   static const uint16_t supported[] = {0x67, 0x03, 0x03, 0x06, 0x07};
   for (uint16_t index = 0x6059; index <= 0x605F; ++index) {
@@ -369,6 +432,10 @@ int main(void) {
   RUN_TEST(test_a_second_and_a_third_fault_are_braked_as_long_as_the_first);
   RUN_TEST(test_a_worse_fault_during_a_reaction_brakes_for_its_own_whole_time);
   RUN_TEST(test_a_fault_that_comes_and_goes_while_braking_makes_the_brake_no_longer);
+  RUN_TEST(test_a_protective_stop_ignores_605e_and_ends_at_rest_or_after_3_s);
+  RUN_TEST(test_a_stop_becomes_protective_and_a_protective_stop_becomes_the_shorted_motor);
+  RUN_TEST(test_an_axis_that_turns_since_it_had_torque_is_braked_and_no_other);
+  RUN_TEST(test_nothing_is_enabled_while_protection_does_not_know_the_travel);
   RUN_TEST(test_option_codes_that_are_not_supported_are_refused);
   RUN_TEST(test_an_option_code_that_slipped_through_counts_as_the_default);
   return UNITY_END();

@@ -20,8 +20,11 @@ static drive_objects objects_default(void) {
   return o;
 }
 
-static const drive_machine machine = {
-    .hard = {-10000000, 20000000}, .margin = 50000, .overspeed_rad_s = 1.5f, .torque_nm = 40.0f, .inertia_kg_m2 = 6.0f};
+static const drive_machine machine = {.hard = {-10000000, 20000000},
+                                      .margin = 50000,
+                                      .overspeed_rad_s = 1.5f,
+                                      .torque_nm = 40.0f,
+                                      .deceleration_rad_s2 = 5.0f};
 
 static drive_bounds bounds_of(const drive_objects *objects, const drive_machine *of) {
   drive_bounds bounds = {.rate_rad_s = 0.0f};
@@ -63,17 +66,49 @@ static void test_the_rate_is_607f_or_80_percent_of_the_over_speed(void) {
   CHECK_NEAR("rad/s", 800.0, bounds_of(&o, &unknown).rate_rad_s, 1e-3);
 }
 
-static void test_half_of_the_motor_brakes_and_the_torque_limits_take_from_it(void) {
+static void test_62_percent_of_the_sure_deceleration_brake_and_the_torque_limits_take_from_it(void) {
   drive_objects o = objects_default();
-  CHECK_NEAR("rad/s^2", 20.0 / 6.0, bounds_of(&o, &machine).braking_rad_s2, 1e-5);
+  CHECK_NEAR("rad/s^2", 3.1, bounds_of(&o, &machine).braking_rad_s2, 1e-5);
   o.torque.negative_limit = 500;
-  CHECK_NEAR("rad/s^2", 10.0 / 6.0, bounds_of(&o, &machine).braking_rad_s2, 1e-5);
+  CHECK_NEAR("rad/s^2", 1.55, bounds_of(&o, &machine).braking_rad_s2, 1e-5);
   o.torque.maximum = 100;
-  CHECK_NEAR("rad/s^2", 2.0 / 6.0, bounds_of(&o, &machine).braking_rad_s2, 1e-5);
+  CHECK_NEAR("rad/s^2", 0.31, bounds_of(&o, &machine).braking_rad_s2, 1e-5);
   o.torque.positive_limit = 0;
   CHECK_NEAR("rad/s^2", 1e-3, bounds_of(&o, &machine).braking_rad_s2, 1e-6);
   const drive_machine unknown = {.margin = 0};
   CHECK_SAME("rad/s^2", 4300.0, bounds_of(&o, &unknown).braking_rad_s2);
+}
+
+static void test_slow_motion_and_an_unknown_position_narrow_the_bounds(void) {
+  const drive_objects o = objects_default();
+  drive_machine slow = machine;
+  slow.slow = true;
+  CHECK_NEAR("rad/s", 0.8 * 0.0872665, bounds_of(&o, &slow).rate_rad_s, 1e-6);
+  drive_bounds b = bounds_of(&o, &slow);
+  TEST_ASSERT_TRUE(drive_travel_is_limited(&b.travel));
+  slow.position_unknown = true;
+  b = bounds_of(&o, &slow);
+  TEST_ASSERT_TRUE(b.position_unknown);
+  TEST_ASSERT_FALSE(drive_travel_is_limited(&b.travel));
+}
+
+static void test_an_ordered_stop_is_no_more_gentle_than_protection_allows(void) {
+  const drive_objects o = objects_default();
+  drive_machine limited = machine;
+  limited.stop_deceleration_rad_s2 = 1.0f;
+  const drive_bounds b = bounds_of(&o, &limited);
+  profile_limits stop = {.rate_rad_s = 1.0f, .deceleration_rad_s2 = 1e-6f, .jerk_rad_s3 = 1e-6f};
+  profile_ramp ramp = {.rate_rad_s = 1.0f, .acceleration_rad_s2 = 20.0f};
+  drive_stop_at_least(&b, &stop, &ramp);
+  CHECK_SAME("rad/s^2", 1.0, stop.deceleration_rad_s2);
+  CHECK_SAME("rad/s^3", 4.0, stop.jerk_rad_s3);
+  CHECK_NEAR("rad/s^2", sqrt(2.0 * 0.05 * 4.0), ramp.acceleration_rad_s2, 1e-5); /* gains 0.05 rad/s */
+  stop = (profile_limits){.rate_rad_s = 1.0f, .deceleration_rad_s2 = 3.0f, .jerk_rad_s3 = 50.0f};
+  ramp = (profile_ramp){.rate_rad_s = 1.0f, .acceleration_rad_s2 = -20.0f}; /* brakes already */
+  drive_stop_at_least(&b, &stop, &ramp);
+  CHECK_SAME("rad/s^2", 3.0, stop.deceleration_rad_s2);
+  CHECK_SAME("rad/s^3", 50.0, stop.jerk_rad_s3);
+  CHECK_SAME("rad/s^2", -20.0, ramp.acceleration_rad_s2);
 }
 
 static void test_sides_and_rooms(void) {
@@ -96,8 +131,8 @@ static void test_a_stop_that_would_lead_out_brakes_as_hard_as_it_must(void) {
       .rate_rad_s = 1.0f, .acceleration_rad_s2 = 1.0f, .deceleration_rad_s2 = 0.5f, .jerk_rad_s3 = 5.0f};
   const struct {
     double room_rad, rate_rad_s, deceleration_rad_s2; /* 0: unchanged */
-  } cases[] = {{1.9, 1.0, 0.0},  {0.5, 1.0, 1.0},         {0.5, -1.0, 0.0}, {0.2, 1.0, 2.5},
-               {0.1, 1.0, 3.33}, {-0.1, 1.0, 20.0 / 6.0}, {0.0, 0.0, 0.0},  {1e-3, 1e-3, 0.0}};
+  } cases[] = {{1.9, 1.0, 0.0}, {0.5, 1.0, 1.0},  {0.5, -1.0, 0.0}, {0.2, 1.0, 2.5},
+               {0.1, 1.0, 3.1}, {-0.1, 1.0, 3.1}, {0.0, 0.0, 0.0},  {1e-3, 1e-3, 0.0}};
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
     profile_limits stop = gentle;
     const profile_ramp ramp = {.rate_rad_s = (float)cases[i].rate_rad_s};
@@ -144,7 +179,9 @@ int main(void) {
   RUN_TEST(test_the_travel_ends_a_margin_within_the_hard_one_and_607d_narrows_it);
   RUN_TEST(test_a_contradiction_of_607d_leaves_the_last_travel);
   RUN_TEST(test_the_rate_is_607f_or_80_percent_of_the_over_speed);
-  RUN_TEST(test_half_of_the_motor_brakes_and_the_torque_limits_take_from_it);
+  RUN_TEST(test_62_percent_of_the_sure_deceleration_brake_and_the_torque_limits_take_from_it);
+  RUN_TEST(test_slow_motion_and_an_unknown_position_narrow_the_bounds);
+  RUN_TEST(test_an_ordered_stop_is_no_more_gentle_than_protection_allows);
   RUN_TEST(test_sides_and_rooms);
   RUN_TEST(test_a_stop_that_would_lead_out_brakes_as_hard_as_it_must);
   RUN_TEST(test_a_rate_held_to_the_travel_can_be_stopped_in_it);

@@ -2,6 +2,8 @@
 
 #include "canopen/object_dictionary_rows.h"
 
+enum { ENVELOPE_OBJECT = 0x2061, CONFIRMED_TURN = 5 };
+
 #define ROW(sub_, member_, low_, high_, default_, unit_, name_, help_)                                            \
   OD_F32(0x2060, sub_, OD_RW, OD_STORED | OD_GUARDED, protection_objects, written.member_, low_, high_, default_, \
          unit_, name_, help_),
@@ -19,6 +21,23 @@ static const od_entry kEntries[] = {
     /* clang-format off */
     PROTECTION_LIMITS_FROM_19(ROW)
     /* clang-format on */
+    OD_RECORD_HEAD(0x2061, 7, "Envelope", "How fast the axis may be, and in which turn it started"),
+    OD_U8(0x2061, 1, OD_RO, OD_TPDO, protection_objects, restrictions, 0, 7, 0, "", "Restrictions",
+          "Sum: 1: 2060:9 and 2060:10 limit no travel, so the axis is not enabled (2060:21); 2: the turn is not known, "
+          "at most 5 deg/s, pp and csp wait (2061:5); 4: commissioning, at most 5 deg/s"),
+    OD_I8(0x2061, 2, OD_RO, 0, protection_objects, turn, INT8_MIN, INT8_MAX, 0, "", "Start turn",
+          "Turns added to the angle that was counted from the start"),
+    OD_I8(0x2061, 3, OD_RO, 0, protection_objects, lowest_turn, INT8_MIN, INT8_MAX, 0, "", "Lowest start turn",
+          "Lowest turn that the travel and the motion since the start allow"),
+    OD_I8(0x2061, 4, OD_RO, 0, protection_objects, highest_turn, INT8_MIN, INT8_MAX, 0, "", "Highest start turn",
+          "Highest one; below the lowest: the angle is outside of the travel in every turn"),
+    OD_I8(0x2061, 5, OD_RW, OD_GUARDED, protection_objects, confirmed_turn, -START_POSITION_MAX_TURN,
+          START_POSITION_MAX_TURN, 0, "", "Confirmed start turn",
+          "Write the turn that you have seen the axis to be in, from 2061:3 to 2061:4, while the axis is off"),
+    OD_F32(0x2061, 6, OD_RO, OD_TPDO, protection_objects, fastest_down_rad_s, 0.0f, 1e4f, 0.0f, "rad/s",
+           "Fastest rate downwards", "Beyond it towards 2060:9 protection brakes"),
+    OD_F32(0x2061, 7, OD_RO, OD_TPDO, protection_objects, fastest_up_rad_s, 0.0f, 1e4f, 0.0f, "rad/s",
+           "Fastest rate upwards", "Beyond it towards 2060:10 protection brakes"),
     OD_U8(0x2062, 0, OD_RW, 0, protection_objects, reduced_speed, 0, 1, 0, "", "Reduced speed",
           "1: from 1 s after the write on, a joint rate above 2060:30 is a fault; 0: not monitored"),
 };
@@ -45,9 +64,29 @@ static od_abort refresh(void *owner, const od_object *object) {
   return OD_OK;
 }
 
+static bool is_confirmation(const od_object *object) {
+  return object->entry->index == ENVELOPE_OBJECT && object->entry->sub == CONFIRMED_TURN;
+}
+
+/* One of the possible turns, or any if none is possible. The lock is closed to an axis with power: its position must
+ * not jump. */
+static od_abort accept_turn(const protection_objects *objects, int64_t turn) {
+  const bool any = objects->lowest_turn > objects->highest_turn;
+  return any || (turn >= objects->lowest_turn && turn <= objects->highest_turn) ? OD_OK : OD_BAD_VALUE;
+}
+
 static od_abort accept(void *owner, const od_object *object, od_number value) {
-  (void)value;
-  return guarded_write(((const protection_owner *)owner)->lock, object->entry);
+  const protection_owner *own = owner;
+  const od_abort guarded = guarded_write(own->lock, object->entry);
+  return guarded == OD_OK && is_confirmation(object) ? accept_turn(own->objects, value.i) : guarded;
+}
+
+static od_abort execute(void *owner, const od_object *object, od_number value) {
+  const protection_owner *own = owner;
+  if (is_confirmation(object)) {
+    start_position_confirm(own->start, (int8_t)value.i);
+  }
+  return OD_OK;
 }
 
 static void changed(void *owner, const od_object *object) {
@@ -59,4 +98,5 @@ static void changed(void *owner, const od_object *object) {
   }
 }
 
-const od_hooks protection_objects_hooks = {.refresh = refresh, .accept = accept, .changed = changed};
+const od_hooks protection_objects_hooks = {
+    .refresh = refresh, .accept = accept, .execute = execute, .changed = changed};

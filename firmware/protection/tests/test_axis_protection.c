@@ -54,6 +54,7 @@ static bench new_bench(void) {
              .bus_voltage_v = 48.0f,
              .powered = true,
              .closed = true,
+             .ends_known = true,
              .speed_closed = true},
   };
 }

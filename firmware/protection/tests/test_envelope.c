@@ -62,10 +62,10 @@ static void move(const machine *m, motion *x, double duration_s, int steps) {
 }
 
 /* Outwards as the adversary likes, until the envelope takes over. */
-static double adversarial(adversary how, const machine *m, const envelope_params *params, const motion *x) {
+static double adversarial(adversary how, const machine *m, const envelope_limits *limits, const motion *x) {
   const double room = END_RAD - x->angle_rad;
   const double nearly = 1.01 * x->rate_rad_s;
-  const bool late = nearly >= (double)envelope_fastest_rad_s(params, (float)(room - 0.001 * x->rate_rad_s));
+  const bool late = nearly >= (double)envelope_fastest_rad_s(limits, (float)(room - 0.001 * x->rate_rad_s));
   switch (how) {
     case ACCELERATES:
       return 1.0;
@@ -79,28 +79,24 @@ static double adversarial(adversary how, const machine *m, const envelope_params
 static outcome run(const machine *m, const envelope_params *params, adversary how, double rate_rad_s, double room_rad) {
   envelope_state state;
   envelope_reset(&state);
+  const envelope_limits limits = envelope_prepare(params, DT_S);
   motion x = {.angle_rad = END_RAD - room_rad - 0.006 * rate_rad_s, .rate_rad_s = rate_rad_s};
   outcome o = {.beyond_rad = -1.0, .tripped_rad = -1.0};
   envelope_phase phase = ENVELOPE_RUNNING;
   x.share = x.wanted = how == COASTS ? -m->disturbance_share : 0.0;
   double sampled_rad = x.angle_rad;
   for (int tick = 0; tick < 4000; ++tick) {
-    const envelope_inputs in = {.angle_valid = true,
-                                .angle = encoder(sampled_rad),
-                                .position_rad = (float)sampled_rad,
-                                .phase = phase,
-                                .powered = true};
-    const envelope_output out = envelope_step(&state, params, &in, DT_S);
-    if (out.too_fast && phase == ENVELOPE_RUNNING) {
+    const unsigned found = envelope_step(&state, &limits, phase, true, encoder(sampled_rad), (float)sampled_rad);
+    if ((found & ENVELOPE_TOO_FAST) != 0 && phase == ENVELOPE_RUNNING) {
       phase = ENVELOPE_BRAKING;
       o.tripped_rad = END_RAD - x.angle_rad;
     }
-    o.fails = o.fails || out.braking_fails;
-    if (out.at_rest) {
+    o.fails = o.fails || (found & ENVELOPE_BRAKING_FAILS) != 0;
+    if (envelope_at_rest(&state)) {
       break;
     }
     move(m, &x, 0.0001, STEPS / 10);
-    x.wanted = phase == ENVELOPE_BRAKING ? (double)out.brake : adversarial(how, m, params, &x);
+    x.wanted = phase == ENVELOPE_BRAKING ? (double)envelope_brake(&state, &limits) : adversarial(how, m, &limits, &x);
     move(m, &x, 0.0009 - m->age_s, STEPS);
     sampled_rad = x.angle_rad;
     move(m, &x, m->age_s, STEPS / 10);
@@ -159,8 +155,9 @@ static void test_no_adversary_passes_the_end_of_the_travel(void) {
           for (double rate = 0.02; rate < 2.2; rate *= 1.35) {
             const envelope_params params = {
                 .minimum_rad = -20.0f, .maximum_rad = 1.0f, .deceleration_rad_s2 = (float)a};
+            const envelope_limits limits = envelope_prepare(&params, DT_S);
             double room = 0.0005;
-            while ((double)envelope_fastest_rad_s(&params, (float)room) < rate && room < 15.0) {
+            while ((double)envelope_fastest_rad_s(&limits, (float)room) < rate && room < 15.0) {
               room *= 1.02;
             }
             for (int n = 0; n < places; ++n) {
@@ -191,34 +188,60 @@ static void test_a_deceleration_that_the_machine_does_not_have_is_not_enough(voi
 typedef struct {
   envelope_state state;
   envelope_params params;
-  envelope_inputs in;
+  envelope_phase phase;
+  bool powered;
+  bool angle_valid;
   double angle_rad;
 } bench;
+
+typedef struct {
+  bool too_fast;
+  bool stop_ignored;
+  bool braking_fails;
+  bool at_rest;
+  float brake;
+} outputs;
 
 static bench new_bench(void) {
   return (bench){.params = {.minimum_rad = -3.0f,
                             .maximum_rad = 3.0f,
                             .deceleration_rad_s2 = 4.0f,
                             .stop_deceleration_rad_s2 = 1.0f},
-                 .in = {.angle_valid = true, .phase = ENVELOPE_RUNNING, .powered = true}};
+                 .phase = ENVELOPE_RUNNING,
+                 .powered = true,
+                 .angle_valid = true};
 }
 
-static envelope_output turn(bench *b, double rate_rad_s, int ticks) {
-  envelope_output out = {0};
+static outputs turn(bench *b, double rate_rad_s, int ticks) {
+  const envelope_limits limits = envelope_prepare(&b->params, DT_S);
+  unsigned found = 0;
+  float brake = 0.0f;
   for (int i = 0; i < ticks; ++i) {
     b->angle_rad += 0.001 * rate_rad_s;
-    b->in.angle = encoder(b->angle_rad);
-    b->in.position_rad = (float)b->angle_rad;
-    out = envelope_step(&b->state, &b->params, &b->in, DT_S);
+    if (b->angle_valid) {
+      found = envelope_step(&b->state, &limits, b->phase, b->powered, encoder(b->angle_rad), (float)b->angle_rad);
+    } else {
+      envelope_lose(&b->state, b->phase);
+    }
+    brake = envelope_brake(&b->state, &limits);
   }
-  return out;
+  return (outputs){.too_fast = (found & ENVELOPE_TOO_FAST) != 0,
+                   .stop_ignored = (found & ENVELOPE_STOP_IGNORED) != 0,
+                   .braking_fails = (found & ENVELOPE_BRAKING_FAILS) != 0,
+                   .at_rest = envelope_at_rest(&b->state),
+                   .brake = brake};
+}
+
+static float fastest_rad_s(const bench *b, float room_rad) {
+  const envelope_limits limits = envelope_prepare(&b->params, DT_S);
+  return envelope_fastest_rad_s(&limits, room_rad);
 }
 
 static void test_both_ends_and_both_directions_are_alike(void) {
   for (int direction = -1; direction <= 1; direction += 2) {
     bench b = new_bench();
     b.angle_rad = direction * (3.0 - 0.30);
-    const float fastest = envelope_fastest_rad_s(&b.params, 0.29f);
+    const float fastest = fastest_rad_s(&b, 0.29f);
     TEST_ASSERT_FALSE(turn(&b, 0.95 * (double)fastest * direction, 6).too_fast);
     b.angle_rad = direction * (3.0 - 0.30);
     TEST_ASSERT_FALSE(turn(&b, -0.99 * (double)fastest * direction, 6).too_fast); /* inwards */
@@ -236,8 +259,8 @@ static void test_outside_the_axis_may_move_inwards_only(void) {
   TEST_ASSERT_FALSE(turn(&b, 0.005, 10).too_fast); /* noise */
   b.angle_rad = 3.05;
   TEST_ASSERT_TRUE(turn(&b, 0.02, 10).too_fast);
-  CHECK_SAME("rad/s at the end", 0.0, envelope_fastest_rad_s(&b.params, 0.0f));
-  CHECK_SAME("rad/s outside", 0.0, envelope_fastest_rad_s(&b.params, -1.0f));
+  CHECK_SAME("rad/s at the end", 0.0, fastest_rad_s(&b, 0.0f));
+  CHECK_SAME("rad/s outside", 0.0, fastest_rad_s(&b, -1.0f));
 }
 
 static void test_slow_motion_is_limited_everywhere_and_has_no_ends(void) {
@@ -246,6 +269,7 @@ static void test_slow_motion_is_limited_everywhere_and_has_no_ends(void) {
   b.angle_rad = 10.0;
   TEST_ASSERT_FALSE(turn(&b, 0.98 * (double)ENVELOPE_SLOW_RAD_S, 10).too_fast);
   TEST_ASSERT_TRUE(turn(&b, 1.02 * (double)ENVELOPE_SLOW_RAD_S, 10).too_fast);
+  CHECK_SAME("rad/s anywhere", ENVELOPE_SLOW_RAD_S, fastest_rad_s(&b, 5.0f));
 }
 
 static void test_without_a_travel_only_slow_motion_is_limited(void) {
@@ -269,14 +293,14 @@ static void test_acceleration_counts_before_the_rate_has_it(void) {
 static void test_an_axis_that_came_to_rest_without_power_is_not_braked(void) {
   bench b = new_bench();
   b.angle_rad = 2.9;
-  b.in.phase = ENVELOPE_POWERLESS;
-  b.in.powered = false;
+  b.phase = ENVELOPE_POWERLESS;
+  b.powered = false;
   TEST_ASSERT_FALSE(turn(&b, 1.5, 6).too_fast); /* pushed by hand */
   b = new_bench();
   b.angle_rad = 0.0;
   (void)turn(&b, 1.5, 10);
-  b.in.phase = ENVELOPE_POWERLESS; /* coasts since it had power */
-  b.in.powered = false;
+  b.phase = ENVELOPE_POWERLESS; /* coasts since it had power */
+  b.powered = false;
   b.angle_rad = 2.7;
   TEST_ASSERT_TRUE(turn(&b, 1.5, 6).too_fast);
   (void)turn(&b, 0.0, 6);
@@ -284,7 +308,7 @@ static void test_an_axis_that_came_to_rest_without_power_is_not_braked(void) {
   TEST_ASSERT_FALSE(turn(&b, 1.5, 6).too_fast);
   b = new_bench();
   (void)turn(&b, 1.5, 10);
-  b.in.phase = ENVELOPE_UNTRUSTED;
+  b.phase = ENVELOPE_UNTRUSTED;
   b.angle_rad = 2.7;
   TEST_ASSERT_FALSE(turn(&b, 1.5, 6).too_fast);
 }
@@ -293,9 +317,9 @@ static void test_without_an_angle_nothing_is_judged_until_five_ticks_are_known(v
   bench b = new_bench();
   b.angle_rad = 2.9;
   (void)turn(&b, 1.5, 10);
-  b.in.angle_valid = false;
+  b.angle_valid = false;
   TEST_ASSERT_FALSE(turn(&b, 1.5, 1).too_fast);
-  b.in.angle_valid = true;
+  b.angle_valid = true;
   TEST_ASSERT_FALSE(turn(&b, 1.5, 4).too_fast);
   TEST_ASSERT_TRUE(turn(&b, 1.5, 1).too_fast);
 }
@@ -305,7 +329,7 @@ static void test_an_ordered_stop_must_slow_the_axis_down(void) {
   bench b = new_bench();
   b.params.minimum_rad = b.params.maximum_rad = 0.0f;
   (void)turn(&b, 1.4, 10);
-  b.in.phase = ENVELOPE_STOPPING;
+  b.phase = ENVELOPE_STOPPING;
   for (double t = 0.0; t < 4.0; t += 0.001) {
     const double rate = t < 0.5 ? 1.4 : fmax(1.4 - (t - 0.5), 0.0);
     TEST_ASSERT_FALSE(turn(&b, rate, 1).stop_ignored);
@@ -314,7 +338,7 @@ static void test_an_ordered_stop_must_slow_the_axis_down(void) {
     bench c = new_bench();
     c.params.minimum_rad = c.params.maximum_rad = 0.0f;
     (void)turn(&c, 1.4, 10);
-    c.in.phase = ENVELOPE_STOPPING;
+    c.phase = ENVELOPE_STOPPING;
     int ms = 0;
     while (ms < 5000 && !turn(&c, 1.4 + 0.005 * grows * ms, 1).stop_ignored) {
       ++ms;
@@ -328,13 +352,13 @@ static void test_a_stop_lasts_while_the_axis_turns_without_power(void) {
   bench b = new_bench();
   b.params.minimum_rad = b.params.maximum_rad = 0.0f;
   (void)turn(&b, 1.4, 10);
-  b.in.phase = ENVELOPE_STOPPING;
+  b.phase = ENVELOPE_STOPPING;
   (void)turn(&b, 1.4, 100);
-  b.in.powered = false;
-  b.in.phase = ENVELOPE_POWERLESS;
+  b.powered = false;
+  b.phase = ENVELOPE_POWERLESS;
   TEST_ASSERT_FALSE(turn(&b, 1.4, 500).stop_ignored);
   TEST_ASSERT_TRUE(turn(&b, 1.4, 200).stop_ignored);
-  b.in.phase = ENVELOPE_RUNNING; /* a new operation ends the stop */
+  b.phase = ENVELOPE_RUNNING; /* a new operation ends the stop */
   TEST_ASSERT_FALSE(turn(&b, 1.4, 1).stop_ignored);
 }
 
@@ -342,7 +366,7 @@ static void test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms(voi
   for (double acceleration = -1.9; acceleration < 10.0; acceleration += 1.9) {
     bench b = new_bench();
     (void)turn(&b, 1.0, 10);
-    b.in.phase = ENVELOPE_BRAKING;
+    b.phase = ENVELOPE_BRAKING;
     double rate = 1.0;
     int ms = 0;
     while (ms < 1000 && !turn(&b, rate, 1).braking_fails) {
@@ -356,7 +380,7 @@ static void test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms(voi
 static void test_braking_holds_and_ends_at_rest(void) {
   bench b = new_bench();
   (void)turn(&b, 1.0, 10);
-  b.in.phase = ENVELOPE_BRAKING;
+  b.phase = ENVELOPE_BRAKING;
   CHECK_SAME("share", -1.0, turn(&b, 0.5, 4).brake);
   CHECK_NEAR("share", -0.5, turn(&b, 0.04, 3).brake, 0.05);
   TEST_ASSERT_FALSE(turn(&b, 0.0, 99).at_rest);

@@ -30,6 +30,28 @@ static void test_torque_mode_gives_exactly_the_torque_requested_for_within_the_l
   CHECK_SAME("torque, Nm", 0.0, b.axis.commanded_nm);
 }
 
+/* Whatever the gains, the filters and the limits from outside are. */
+static void test_a_protective_stop_gives_exactly_its_torque_within_the_current_limit(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_PROTECTIVE_STOP,
+                                   .torque_nm = -30.0f,
+                                   .torque_limited = true,
+                                   .limits = {-1.0f, 1.0f},
+                                   .speed = {.rate_rad_s = 5.0f}};
+  b.params.speed.pi.proportional_gain = 0.0f;
+  ticks(&b, 3);
+  CHECK_SAME("torque, Nm", -30.0, b.axis.commanded_nm);
+  CHECK_SAME("current, A", (double)(-30.0f / b.params.torque_constant_nm_a), b.axis.current_reference_a);
+  b.command.torque_nm = 1e6f;
+  tick(&b);
+  CHECK_SAME("torque, Nm", 50.0, b.axis.commanded_nm);
+  TEST_ASSERT_TRUE(servo_mode_drives(b.axis.mode));
+  TEST_ASSERT_FALSE(servo_mode_closes(b.axis.mode));
+  b.command = (servo_axis_command){.mode = SERVO_SPEED}; /* closes the loop anew */
+  tick(&b);
+  CHECK_NEAR("torque, Nm", 0.0, b.axis.commanded_nm, 10.0);
+}
+
 static void test_a_speed_loop_takes_over_from_torque_mode_without_a_step(void) {
   bench b = bench_at_rest();
   b.load_nm = 6.0;
@@ -195,7 +217,7 @@ static const nonsense every_nonsense[] = {
     {.what = "limit NaN", .command = {.mode = SERVO_SPEED, .torque_limited = true, .limits = {NAN, 1.0f}}},
     {.what = "rate limit NaN", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = NAN}},
     {.what = "rate limit negative", .command = {.mode = SERVO_POSITION, .rate_limit_rad_s = -1.0f}},
-    {.what = "mode unknown", .command = {.mode = (servo_mode)(SERVO_BRAKE + 1)}},
+    {.what = "mode unknown", .command = {.mode = (servo_mode)(SERVO_PROTECTIVE_STOP + 1)}},
     {.what = "mode negative", .command = {.mode = (servo_mode)-1}},
     {.what = "current NaN", .command = AT_SPEED, .samples = {.sensors = {.mean_current_a = NAN}}},
     {.what = "current 1e38", .command = AT_SPEED, .samples = {.sensors = {.mean_current_a = -1e38f}}},
@@ -359,6 +381,7 @@ static void test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit(
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_torque_mode_gives_exactly_the_torque_requested_for_within_the_limits);
+  RUN_TEST(test_a_protective_stop_gives_exactly_its_torque_within_the_current_limit);
   RUN_TEST(test_a_speed_loop_takes_over_from_torque_mode_without_a_step);
   RUN_TEST(test_a_state_that_is_no_number_switches_the_axis_off);
   RUN_TEST(test_other_gains_beside_a_torque_offset_make_no_step);

@@ -47,13 +47,16 @@ constexpr const char *kBetween = R"page(
 - report: EMCY and fault log only; the axis continues.
 - stop: the speed loop brakes the axis as 605E selects, then the bridge is switched off. For faults that leave the
   control loops intact.
+- protect: the envelope brakes with the full motor current, independent of gains, ramps, torque limits and mode; at rest
+  the bridge is switched off. For faults in which the speed loop cannot be trusted, but the encoder can.
 - brake: the bridge shorts the motor, which brakes without sensors and loops. After 2 s the bridge is switched off.
 - off: the bridge is switched off at once. For faults in which the bridge cannot be trusted.
 
-An axis without torque stays without torque, whatever the reaction. If a second fault occurs during a reaction, the more
-severe reaction applies. Faults of an axis that is already in fault are reported and logged as well, each once until the
-axis is reset; 603F keeps the first code. Only friction holds an axis that is off: a gust or an unbalance can turn it.
-Where that is dangerous, the machine needs its own brake or lock.
+An axis without torque stays without torque, whatever the reaction; "protect" also brakes an axis that has turned ever
+since it had torque. If a second fault occurs during a reaction, the more severe reaction applies. Faults of an axis
+that is already in fault are reported and logged as well, each once until the axis is reset; 603F keeps the first code.
+Only friction holds an axis that is off: a gust or an unbalance can turn it. Where that is dangerous, the machine needs
+its own brake or lock.
 
 To clear the fault of an axis, run `servoctl state azimuth reset`, or write 00 and at least 1 ms later 80 to the
 controlword (6040). A reset has no effect while the reaction lasts (statusword 0F) or while the fault is still present.
@@ -111,12 +114,14 @@ std::string print_row(int fault) {
                      row.reaction == REACTION_REPORT || text.reported_once ? "no" : "yes", text.clear);
 }
 
+constexpr int kProtection = 0x2060;
+
 // "2060:5 Stuck sensor time"
 std::vector<std::string> limits_of(const fault_text& text) {
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < protection_objects_table.count; ++i) {
     const od_entry& entry = protection_objects_table.entries[i];
-    if ((text.limits >> entry.sub & 1U) != 0) {
+    if (entry.index == kProtection && (text.limits >> entry.sub & 1U) != 0) {
       names.push_back(fmt::format("{:04X}:{} {}", entry.index, static_cast<unsigned>(entry.sub), entry.name));
     }
   }

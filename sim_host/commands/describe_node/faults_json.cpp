@@ -56,6 +56,8 @@ std::string reaction_name(const fault_row& row) {
       return "tell";
     case REACTION_STOP:
       return "stop";
+    case REACTION_PROTECT:
+      return "protect";
     case REACTION_BRAKE:
       return "brake";
     case REACTION_CUT:

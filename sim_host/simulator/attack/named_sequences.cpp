@@ -93,12 +93,12 @@ NamedSequence beyond_half_turn(const char *name, bool harmless, double angle_deg
 
 std::vector<NamedSequence> all() {
   std::vector<NamedSequence> list = {
-      towards_end("deceleration and jerk of one count", false, {{0x6084, 0, 1}, {0x60A4, 1, 1}}),
+      towards_end("deceleration and jerk of one count", true, {{0x6084, 0, 1}, {0x60A4, 1, 1}}),
       towards_end("quick stop with a deceleration and jerk of one count", true,
                   {{0x6085, 0, 1}, {0x60A4, 1, 1}, {0x6040, 0, 0x02}}),
-      towards_end("halt with a deceleration and jerk of one count", false,
+      towards_end("halt with a deceleration and jerk of one count", true,
                   {{0x6084, 0, 1}, {0x60A4, 1, 1}, {0x6040, 0, 0x10F}}),
-      towards_end("disable with a deceleration and jerk of one count", false,
+      towards_end("disable with a deceleration and jerk of one count", true,
                   {{0x6084, 0, 1}, {0x60A4, 1, 1}, {0x605C, 0, 1}, {0x6040, 0, 0x07}}),
       towards_end("disable voltage", true, {{0x6040, 0, 0x00}}),
       towards_end("speed-loop gains of 0", true, {{0x2000, 1, 0}, {0x2000, 2, 0}, {0x2070, 1, 1}}),
@@ -107,13 +107,13 @@ std::vector<NamedSequence> all() {
       towards_end("position limits wide open", true,
                   {{0x607D, 1, 0}, {0x607D, 2, 0}, {0x6084, 0, 4294967295.0}, {0x60FF, 0, 1.4e6, true}}),
   };
-  list.push_back(towards_end("torque limit of 0", false, {{0x6072, 0, 0}}));
+  list.push_back(towards_end("torque limit of 0", true, {{0x6072, 0, 0}}));
   NamedSequence offset =
       towards_end("gains of 0 and full torque offset", true,
                   {{0x60B2, 0, 1000, true}, {0x2000, 1, 0}, {0x2000, 2, 0}, {0x2020, 1, 0}, {0x2070, 1, 1}});
   offset.mode = DRIVE_CYCLIC_VELOCITY;
   list.push_back(offset);
-  NamedSequence heartbeat = towards_end("heartbeat lost with a deceleration and jerk of one count", false,
+  NamedSequence heartbeat = towards_end("heartbeat lost with a deceleration and jerk of one count", true,
                                         {{0x6085, 0, 1}, {0x60A4, 1, 1}, {0x1016, 1, kMasterNode << 16 | 100}});
   heartbeat.heartbeats = true;
   list.push_back(heartbeat);
@@ -130,9 +130,9 @@ std::vector<NamedSequence> all() {
   list.push_back(gains_at_rest("Ki of 1e8 at rest", true, 3, {{0x2000, 2, 1e8}, {0x2070, 1, 1}}));
   list.push_back(proportional_gain("Kp times 10 at rest", true, 3, 10.0));
   list.push_back(proportional_gain("Kp times 30 at rest", true, 3, 30.0));
-  list.push_back(beyond_half_turn("start at 200 deg, 20 deg/s outwards", false, 200.0, 20.0));
-  list.push_back(beyond_half_turn("start at 240 deg, 20 deg/s outwards", false, 240.0, 20.0));
-  list.push_back(beyond_half_turn("start at 240 deg, 55 deg/s outwards", false, 240.0, 55.0));
+  list.push_back(beyond_half_turn("start at 200 deg, 20 deg/s outwards", true, 200.0, 20.0));
+  list.push_back(beyond_half_turn("start at 240 deg, 20 deg/s outwards", true, 240.0, 20.0));
+  list.push_back(beyond_half_turn("start at 240 deg, 55 deg/s outwards", true, 240.0, 55.0));
   return list;
 }
 

@@ -9,6 +9,8 @@ std::vector<FaultTest> list_tests() {
   const std::string board = "tests/target/test_board.cpp";
   const std::string faults = "tests/target/test_board_faults.cpp";
   const std::string memory = "tests/target/test_board_memory.cpp";
+  const std::string envelope = "firmware/protection/tests/test_envelope.c";
+  const std::string end_stops = "tests/closed_loop/test_end_stops.cpp";
   const std::string moving = "tests/target/test_board_moving.cpp";
   const std::string torque = "tests/target/test_board_safe_torque.cpp";
   const std::string store = "tests/store/test_stored_set.c";
@@ -30,6 +32,9 @@ std::vector<FaultTest> list_tests() {
       {FAULT_STACK_OVERFLOW, moving, reset},
       {FAULT_OSCILLATION, shaking, "test_without_gains_to_take_back_the_axis_stops_with_its_own_fault"},
       {FAULT_GAINS_TAKEN_BACK, shaking, "test_the_gains_that_shook_unnoticed_are_taken_back"},
+      {FAULT_TOO_FAST, end_stops, "test_no_write_at_full_speed_near_the_end_reaches_the_end_stop"},
+      {FAULT_STOP_IGNORED, envelope, "test_an_ordered_stop_must_slow_the_axis_down"},
+      {FAULT_BRAKING_FAILS, envelope, "test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms"},
       {FAULT_PARAMETERS_LOST, store, "test_a_damaged_set_is_skipped_and_reported_until_the_next_save"},
       {FAULT_RAM_PARITY, memory, "test_a_parity_error_switches_both_bridges_off_and_resets"},
       {FAULT_HOLDING_BRAKE, torque, "test_a_contact_that_contradicts_the_coil_is_a_fault_of_its_axis"},

@@ -50,13 +50,13 @@ bool current_is_wrong(DrivenNode& node, int axis) {
 }
 
 void end_the_travel(DrivenNode& node, int axis) {
-  const float far_rad = 100.0F;
+  const float far_rad = 2.0F;  // the turn of the start position stays known
   const float margin_rad = 0.001F;
   protection_limits& limits = node.node().axis[axis].monitor.limits;
   const float here_rad = static_cast<float>(node.axis(axis).drive.position) * ANGLE_RAD_PER_TURN32;
   const bool up = joint_rate_rad_s(node, axis) >= 0.0;
-  limits.minimum_rad = up ? -far_rad : here_rad + margin_rad;
-  limits.maximum_rad = up ? here_rad - margin_rad : far_rad;
+  limits.minimum_rad = up ? here_rad - far_rad : here_rad + margin_rad;
+  limits.maximum_rad = up ? here_rad - margin_rad : here_rad + far_rad;
   node.node().axis[axis].limits.changes++;  // on purpose, not by itself
 }
 
@@ -287,8 +287,8 @@ FaultInjection jam() {
 // While it turns, the travel ends a milliradian behind it.
 FaultInjection end_of_travel() {
   FaultInjection end = part(
-      "end of the travel", FAULT_BEYOND_TRAVEL, 0, 0, [](DrivenNode& n, int a, SplitMix64&) { end_the_travel(n, a); },
-      is_outside);
+      "end of the travel", FAULT_BEYOND_TRAVEL, fault_bit(FAULT_TOO_FAST), 0,
+      [](DrivenNode& n, int a, SplitMix64&) { end_the_travel(n, a); }, is_outside);
   end.hidden_because = "no set-point leads beyond the travel limit, and the axis follows none further out";
   return end;
 }

@@ -119,6 +119,9 @@ void add(MatrixRow& row, const InjectionRunSetup& injection_run, const Injection
 }  // namespace
 
 double promised_travel_rad(fault_reaction reaction, double speed_rad_s) {
+  if (reaction == REACTION_PROTECT) {  // 2060:19 of the tracker's azimuth, and the time in which the current reverses
+    return speed_rad_s * 0.01 + speed_rad_s * speed_rad_s / (2.0 * 4.6) + 0.003;
+  }
   // Braked by the loop: 6085 = 3 rad/s^2 with its jerk; by friction and the shorted motor, or by friction alone.
   const double deceleration_rad_s2 = reaction == REACTION_STOP ? 2.5 : 0.9;
   const double delay_s = reaction == REACTION_STOP ? 0.06 : 0.01;

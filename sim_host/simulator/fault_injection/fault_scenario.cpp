@@ -105,8 +105,8 @@ class ScenarioRun {
     const fault_id fault = node_.axis(axis).drive.fault;
     const double rate_rad_s = node_.machine().truth().joint_rate_rad_s[i];
     if (fault != reported_[i]) {
-      static const char *const reactions[] = {"reported", "the speed loop brakes", "the shorted motor brakes",
-                                              "bridge off at once"};
+      static const char *const reactions[] = {"reported", "the speed loop brakes", "protection brakes",
+                                              "the shorted motor brakes", "bridge off at once"};
       const fault_row& row = fault_table[fault];
       say(axis, fmt::format("fault {} (0x{:04X}) at {:.3f} deg/s: {}", static_cast<int>(fault), row.code,
                             rate_rad_s * kDegPerRad, reactions[row.reaction]));

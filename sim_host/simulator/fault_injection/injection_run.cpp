@@ -167,6 +167,9 @@ class InjectionRun {
       case REACTION_CUT:
         result_.reaction_right = mode == SERVO_OFF;
         break;
+      case REACTION_PROTECT:
+        result_.reaction_right = mode == SERVO_PROTECTIVE_STOP;
+        break;
       case REACTION_BRAKE:
         result_.reaction_right = mode == SERVO_BRAKE;
         break;

@@ -69,10 +69,11 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   limits.reduced_speed_rad_s = 0.0872665F;
   limits.direction_rad = 0.05F;
   limits.stopping_margin_rad = f(std::min(0.005, 0.1 * travel_rad));
-  // Three standard deviations of the wind, its mean and the imbalance take less than 0.3 of the torque.
+  // Three standard deviations of the wind, its mean and the imbalance, less the Coulomb friction, take less than a
+  // quarter of the torque.
   const double inertia_kg_m2 = axis.inertia_kg_m2 + axis.inertia_swing_kg_m2;
   const double torque_nm = axis.motor.current_limit_a * axis.motor.torque_constant_nm_a;
-  const double deceleration_rad_s2 = std::clamp(0.7 * torque_nm / inertia_kg_m2, 0.01, 1e4);
+  const double deceleration_rad_s2 = std::clamp(0.75 * torque_nm / inertia_kg_m2, 0.01, 1e4);
   limits.deceleration_rad_s2 = f(deceleration_rad_s2);
   limits.stop_deceleration_rad_s2 = f(std::min(1.0, 0.2 * deceleration_rad_s2));
   limits.travel_kind = axis.end_stops ? 0.0F : 1.0F;

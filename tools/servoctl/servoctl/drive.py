@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from . import power
+from . import power, restrictions
 from .device import Device
 from .errors import MotionError
 from .parameter import AXES
@@ -129,7 +129,8 @@ class Drive:
                     f" 'servoctl state {self.name} reset' resets it."
                 )
             if clock.now() > deadline:
-                raise MotionError(f"{self.name} stays in '{state}': is its power supply on?")
+                reason = restrictions.reason(self.device, self.axis) or "is its power supply on?"
+                raise MotionError(f"{self.name} stays in '{state}': {reason}")
             if state in power.NEXT_COMMAND:
                 self.control(power.NEXT_COMMAND[state])
             time.sleep(POLL_S)

@@ -42,6 +42,7 @@ class Words:
 REACTIONS = {
     "tell": "Report only (EMCY and fault log); the axis continues.",
     "stop": "Stop: the speed loop brakes the axis as 605E selects, then the bridge is switched off.",
+    "protect": "Protect: protection brakes with the full current, whatever gains, ramps and mode are; off at rest.",
     "brake": "Brake: the bridge shorts the motor, which brakes without sensors and loops; off after 2 s.",
     "cut": "Off: the bridge is switched off at once.",
 }

@@ -1,0 +1,170 @@
+/* The envelope in the whole node: restrictions, the turn of the start, and stops of protection. */
+#include "support/node_bench.h"
+
+#include "support/check.h"
+
+enum { PROTECTION = 0x2060, TRAVEL_MINIMUM = 9, TRAVEL_MAXIMUM, DECELERATION = 19, TRAVEL_KIND = 21 };
+enum { ENVELOPE = 0x2061, RESTRICTIONS = 1, TURN, LOWEST_TURN, HIGHEST_TURN, CONFIRMED, FASTEST_DOWN, FASTEST_UP };
+enum { ACCESS = 0x3040, PP = 1, PV = 3, CSV = 9 };
+
+#define OPEN 0x6E65706Fu
+#define DEVICE_STATE 0x08000022u
+#define BAD_VALUE 0x06090030u
+#define DEGREES 0.0174532925f
+
+void setUp(void) { node_bench_start(); }
+void tearDown(void) {}
+
+static uint8_t restrictions(void) { return (uint8_t)get(ENVELOPE, RESTRICTIONS); }
+
+/* With inertia 6 and 40 Nm the machine has 6.7 rad/s^2. */
+static void limit_travel(float minimum_rad, float maximum_rad) {
+  SET(ACCESS, 1, OPEN);
+  SET_FLOAT(PROTECTION, TRAVEL_KIND, 0.0f);
+  SET_FLOAT(PROTECTION, TRAVEL_MINIMUM, minimum_rad);
+  SET_FLOAT(PROTECTION, TRAVEL_MAXIMUM, maximum_rad);
+  wait_ms(8);
+}
+
+static void start_at(double turns) {
+  rigid_machine_init(&machine);
+  machine.axis[0].turns = turns;
+  TEST_ASSERT_TRUE(rigid_machine_start_node(&machine, &node, NODE_ID, (can_sender){node_bench_send, NULL}, NULL));
+  wait_ms(8);
+}
+
+static void test_without_a_travel_an_axis_is_not_enabled_and_says_so(void) {
+  SET(ACCESS, 1, OPEN);
+  SET_FLOAT(PROTECTION, TRAVEL_KIND, 0.0f);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(1, restrictions());
+  command(0, 0x06);
+  command(0, 0x07);
+  command(0, 0x0F);
+  TEST_ASSERT_EQUAL_HEX32(STATE_READY, state_of(0));
+  SET_FLOAT(PROTECTION, TRAVEL_KIND, 1.0f);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(0, restrictions());
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+}
+
+static void test_commissioning_is_slow(void) {
+  SET(ACCESS, 1, OPEN);
+  SET_FLOAT(PROTECTION, TRAVEL_KIND, 2.0f);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(4, restrictions());
+  SET(0x6007, 0, 0); /* this master is silent */
+  enable(0, PV);
+  SET(0x60FF, 0, 1000000);
+  wait_ms(2000);
+  CHECK_NEAR("rad/s", 0.8 * 5.0 * 0.0174533, machine.axis[0].rate_rad_s, 1e-3);
+  machine.axis[0].rate_rad_s = 0.09; /* pushed */
+  wait_ms(3);
+  TEST_ASSERT_EQUAL_HEX32(0x8613, get(0x603F, 0));
+  CHECK_NEAR("rad/s", 5.0 * 0.0174533, get_float(ENVELOPE, FASTEST_UP), 1e-6);
+}
+
+static void test_the_fastest_rate_is_on_the_bus(void) {
+  limit_travel(-1.0f, 1.0f);
+  CHECK_NEAR("rad/s", sqrt(2.0 * 5.0 / 1.0609), get_float(ENVELOPE, FASTEST_UP), 1.7);
+  TEST_ASSERT_TRUE(get_float(ENVELOPE, FASTEST_DOWN) <= 1.5f);
+  machine.axis[0].turns = 0.95 / 6.283185307;
+  wait_ms(8);
+  CHECK_NEAR("rad/s", sqrt(2.0 * 5.0 / 1.0609 * 0.05), get_float(ENVELOPE, FASTEST_UP), 0.03);
+}
+
+/* 6072 = 0 and a push; a second and a third time after a reset. */
+static void test_an_axis_without_torque_is_stopped_before_the_end_every_time(void) {
+  limit_travel(-1.0f, 1.0f);
+  SET(0x6072, 0, 0);
+  for (int i = 0; i < 3; ++i) {
+    enable(0, PV);
+    machine.axis[0].load_nm = i == 1 ? 12.0 : -12.0;
+    wait_ms(300);
+    machine.axis[0].load_nm = 0.0;
+    wait_ms(2000);
+    TEST_ASSERT_TRUE(is_in_fault(0));
+    CHECK_AT_MOST("rad", 1.0, fabs(machine.axis[0].turns * 6.283185307));
+    CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.01);
+    command(0, 0x80);
+    command(0, 0x00);
+    wait_ms(8);
+  }
+}
+
+static void test_a_start_in_an_unknown_turn_is_confirmed_by_the_operator(void) {
+  start_at(-120.0 / 360.0);
+  limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
+  TEST_ASSERT_EQUAL(2, restrictions());
+  TEST_ASSERT_EQUAL(0, (int8_t)get(ENVELOPE, LOWEST_TURN));
+  TEST_ASSERT_EQUAL(1, (int8_t)get(ENVELOPE, HIGHEST_TURN));
+  SET(ACCESS, 1, 0);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(ENVELOPE, CONFIRMED, 1));
+  SET(ACCESS, 1, OPEN);
+  TEST_ASSERT_EQUAL_HEX32(BAD_VALUE, set(ENVELOPE, CONFIRMED, 2));
+  enable(0, PV);
+  TEST_ASSERT_EQUAL_HEX32(DEVICE_STATE, set(ENVELOPE, CONFIRMED, 1));
+  command(0, 0x00);
+  SET(ENVELOPE, CONFIRMED, 1);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(0, restrictions());
+  TEST_ASSERT_EQUAL(1, (int8_t)get(ENVELOPE, TURN));
+  CHECK_NEAR("1e-7 rad", 240.0 * 174532.925, (double)(int32_t)get(0x6064, 0), 100.0);
+  nmt(0x81); /* what is known stays known */
+  wait_ms(100);
+  CHECK_NEAR("1e-7 rad", 240.0 * 174532.925, (double)(int32_t)get(0x6064, 0), 100.0);
+}
+
+static void test_a_target_waits_while_the_turn_is_unknown_and_is_dropped_then(void) {
+  start_at(-100.0 / 360.0); /* or 260 */
+  limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
+  SET(0x6007, 0, 0);
+  enable(0, PP);
+  SET(0x607A, 0, 0);
+  command(0, 0x1F);
+  wait_ms(1000);
+  CHECK_NEAR("turns", -100.0 / 360.0, machine.axis[0].turns, 1e-4);
+  TEST_ASSERT_TRUE((get(0x6041, 0) & 1u << 11) != 0);
+  SET(0x6060, 0, PV);
+  SET(0x60FF, 0, 1000000);
+  wait_ms(8000); /* 260 would be 292 by now: excluded */
+  TEST_ASSERT_EQUAL(0, restrictions());
+  TEST_ASSERT_EQUAL(0, (int8_t)get(ENVELOPE, TURN));
+}
+
+/* Only one turn is within the travel: it is known at once. */
+static void test_the_only_turn_within_the_travel_is_taken(void) {
+  start_at(-100.0 / 360.0);
+  limit_travel(10.0f * DEGREES, 350.0f * DEGREES);
+  TEST_ASSERT_EQUAL(0, restrictions());
+  CHECK_NEAR("1e-7 rad", 260.0 * 174532.925, (double)(int32_t)get(0x6064, 0), 100.0);
+}
+
+static void test_a_second_without_the_encoder_forgets_the_turn(void) {
+  start_at(-100.0 / 360.0);
+  limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
+  SET(ENVELOPE, CONFIRMED, 1);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(0, restrictions());
+  machine.axis[0].encoder_failed = true;
+  wait_ms(900);
+  TEST_ASSERT_EQUAL(0, restrictions());
+  wait_ms(200);
+  TEST_ASSERT_EQUAL(2, restrictions());
+  machine.axis[0].encoder_failed = false;
+  wait_ms(10);
+  TEST_ASSERT_EQUAL(2, restrictions());
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_without_a_travel_an_axis_is_not_enabled_and_says_so);
+  RUN_TEST(test_commissioning_is_slow);
+  RUN_TEST(test_the_fastest_rate_is_on_the_bus);
+  RUN_TEST(test_an_axis_without_torque_is_stopped_before_the_end_every_time);
+  RUN_TEST(test_a_start_in_an_unknown_turn_is_confirmed_by_the_operator);
+  RUN_TEST(test_a_target_waits_while_the_turn_is_unknown_and_is_dropped_then);
+  RUN_TEST(test_the_only_turn_within_the_travel_is_taken);
+  RUN_TEST(test_a_second_without_the_encoder_forgets_the_turn);
+  return UNITY_END();
+}

@@ -1,0 +1,35 @@
+"""Why protection does not enable an axis, or lets it move slowly only (2061:1)."""
+
+from __future__ import annotations
+
+from .device import Device
+from .parameter import AXES
+
+ENVELOPE, RESTRICTIONS_SUB, LOWEST_SUB, HIGHEST_SUB, AXIS_SHIFT = 0x2061, 1, 3, 4, 0x800
+
+NO_TRAVEL, UNKNOWN_TURN, COMMISSIONING = 1, 2, 4
+
+
+def reason(device: Device, axis: int) -> str | None:
+    """One sentence for people, or None when nothing restricts the axis or the node is older than 2061."""
+    found = device.schema.by_index(ENVELOPE + AXIS_SHIFT * axis, RESTRICTIONS_SUB)
+    if found is None:
+        return None
+    bits = device.read_int(found.index, found.sub)
+    if bits & NO_TRAVEL:
+        return (
+            "it has no travel limits. Set 2060:9 and 2060:10, or 2060:21 = 1 for a machine without end stops, or"
+            " 2060:21 = 2 to find them at 5 °/s at most (servoctl set --unlock)."
+        )
+    if bits & UNKNOWN_TURN:
+        lowest, highest = (device.read_int(found.index, sub, signed=True) for sub in (LOWEST_SUB, HIGHEST_SUB))
+        turns = f"{lowest} to {highest}" if lowest <= highest else "none is within the travel limits"
+        name = AXES[axis]
+        return (
+            f"the encoder does not show in which turn {name} started (possible: {turns}). It moves at 5 °/s at most,"
+            f" and not to positions, until motion has excluded all turns but one, or until you confirm the turn:"
+            f" servoctl set {name}.envelope.confirmed_start_turn=TURN --unlock."
+        )
+    if bits & COMMISSIONING:
+        return "2060:21 is 2 (commissioning): it moves at 5 °/s at most."
+    return None
