@@ -19,9 +19,8 @@
 /* Swings of the torque, peak to peak. */
 #define SHAKING_TORQUE 0.5f              /* smallest swing, as a share of the motor's torque */
 #define LONGEST_TORQUE_SWING_TICKS 20.0f /* 25 Hz and faster */
-#define EXCITED_RATIO 4.0f               /* swing over what comes from outside: twice the peak of |T| */
+#define EXCITED_RATIO 2.0f /* swing over the range of what comes from outside; 1.5 is the usual peak of |T| */
 #define EXCITED_FADES_S 0.1f
-#define BOTH_LIMITS 1.8f    /* no excitation explains a torque that goes from limit to limit again and again */
 #define TORQUE_SWINGS 16.0f /* of the smallest size; one from limit to limit counts as four */
 #define PROVEN_TORQUE_SWINGS 48.0f
 
@@ -101,7 +100,7 @@ static bool torque_shakes(oscillation *state, const oscillation_params *params, 
   }
   if (has_turned(swings, loop_nm, 0.5f * min_nm)) {
     const float size = scalar_abs(swings->to - swings->from);
-    const float explained_nm = scalar_min(EXCITED_RATIO * state->excited_nm, BOTH_LIMITS * params->torque_nm);
+    const float explained_nm = EXCITED_RATIO * (state->outside_high_nm - state->outside_low_nm);
     const bool counts = size >= scalar_max(min_nm, explained_nm) && swings->ticks < LONGEST_TORQUE_SWING_TICKS;
     swings->count = counts ? scalar_min(swings->count + size / min_nm, PROVEN_TORQUE_SWINGS) : 0.0f;
     turn(swings, loop_nm);
@@ -135,10 +134,12 @@ bool oscillation_step(oscillation *state, const oscillation_params *params, cons
   state->mean_nm += (acting_nm - state->mean_nm) * (dt_s / MEAN_S);
   state->impulse +=
       params->inertia_kg_m2 * (error_rad_s - state->last_error_rad_s) + (acting_nm - state->mean_nm) * dt_s;
-  const float outside_nm =
-      scalar_max(params->inertia_kg_m2 * scalar_abs(in->reference_rad_s - state->last_reference_rad_s) / dt_s,
-                 scalar_abs(in->added_nm - state->last_added_nm));
-  state->excited_nm = scalar_max(outside_nm, state->excited_nm * (1.0f - dt_s / EXCITED_FADES_S));
+  const float required_nm = params->inertia_kg_m2 * (in->reference_rad_s - state->last_reference_rad_s) / dt_s;
+  const float outside_nm = scalar_clamp(required_nm + in->added_nm, -params->torque_nm, params->torque_nm);
+  const float fades = dt_s / EXCITED_FADES_S;
+  state->outside_high_nm =
+      scalar_max(outside_nm, state->outside_high_nm + (outside_nm - state->outside_high_nm) * fades);
+  state->outside_low_nm = scalar_min(outside_nm, state->outside_low_nm + (outside_nm - state->outside_low_nm) * fades);
   state->last_error_rad_s = error_rad_s;
   state->last_loop_nm = in->loop_nm;
   state->last_feedback_nm = in->loop_nm - in->feedforward_nm;
@@ -146,7 +147,6 @@ bool oscillation_step(oscillation *state, const oscillation_params *params, cons
   state->slow_reference_rad_s += (in->reference_rad_s - state->slow_reference_rad_s) * (dt_s / STEPPED_S);
   const float stepped_rad_s = scalar_abs(in->reference_rad_s - state->slow_reference_rad_s);
   state->stepped_rad_s = scalar_max(stepped_rad_s, state->stepped_rad_s * (1.0f - dt_s / STEPPED_FADES_S));
-  state->last_added_nm = in->added_nm;
   const bool rate = rate_shakes(state, params, error_rad_s, dt_s);
   const bool away = drives_away(state, params, error_rad_s, dt_s);
   const bool torque = torque_shakes(state, params, in->loop_nm);

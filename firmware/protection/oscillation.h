@@ -51,13 +51,13 @@ typedef struct {
   float last_feedback_nm;
   float last_reference_rad_s;
   float slow_reference_rad_s;
-  float stepped_rad_s; /* recent changes of the set-point: the loop may still recover from them */
-  float last_added_nm;
-  float mean_nm;     /* slow mean of the torque: static loads */
-  float impulse;     /* of the excitation since the last turning point, Nm s */
-  float impulse_to;  /* the same at `rate.to` */
-  float wrong_ticks; /* in a row in which the motor drives the axis away from its set-point */
-  float excited_nm;  /* largest change per tick of what comes from outside, as a torque; decays */
+  float stepped_rad_s;   /* recent changes of the set-point: the loop may still recover from them */
+  float mean_nm;         /* slow mean of the torque: static loads */
+  float impulse;         /* of the excitation since the last turning point, Nm s */
+  float impulse_to;      /* the same at `rate.to` */
+  float wrong_ticks;     /* in a row in which the motor drives the axis away from its set-point */
+  float outside_high_nm; /* recent range of the torque that set-point and stimulus ask for */
+  float outside_low_nm;
 } oscillation;
 
 /* Whether fast torque swings have begun: other monitors may see their effects first. */

@@ -321,6 +321,39 @@ void test_new_gains_with_margins_are_never_taken_back() {
   TEST_ASSERT_EQUAL(0, taken_back);
 }
 
+// A client's set-points that alternate fast, up to where they take all of the motor's torque, and gains that are new
+// and good: what the motor does follows from the set-points.
+void test_good_new_gains_are_kept_while_set_points_alternate_fast() {
+  const sim::PlantConfig plant = tracker_plant();
+  const sim::NodeSetup setup(plant);
+  for (const double size_rad_s : {2e-3, 8e-3, 20e-3}) {
+    for (const double frequency_hz : {10.0, 36.0, 77.0, 143.0, 333.0}) {
+      sim::DrivenNode node(setup, 5, {0.0, 0.6});
+      node.enable(DRIVE_CYCLIC_VELOCITY);
+      for (int axis = 0; axis < SERVO_AXES; ++axis) {
+        axis_tuning& tuning = node.node().axis[axis].tuning;
+        tuning.staged = setup.parameters[static_cast<std::size_t>(axis)];
+        tuning.staged.speed_loop.proportional_nm_s_rad *= 0.95F;
+        servo_board& board = node.node().board;
+        TEST_ASSERT_EQUAL(
+            CONTROL_OK, axis_tuning_apply(&tuning, &board.app.axis[axis], &board.app.params.axis[axis], SERVO_TICK_S));
+      }
+      for (int tick = 0; tick < 2000; ++tick) {
+        const double rate_rad_s = size_rad_s * std::sin(2.0 * sim::kPi * frequency_hz * tick * 1e-3);
+        node.set_rate(sim::kAzimuth, rate_rad_s);
+        node.set_rate(sim::kPitch, rate_rad_s);
+        node.tick();
+      }
+      for (int axis = 0; axis < SERVO_AXES; ++axis) {
+        const std::string text = fmt::format("axis {}, {:g} mrad/s at {:g} Hz, fault {}", axis, 1e3 * size_rad_s,
+                                             frequency_hz, static_cast<int>(node.axis(axis).drive.fault));
+        TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, node.axis(axis).drive.fault, text.c_str());
+        TEST_ASSERT_FALSE_MESSAGE(node.node().axis[axis].tuning.proven_is_active, text.c_str());
+      }
+    }
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -329,5 +362,6 @@ int main() {
   RUN_TEST(test_without_gains_to_take_back_the_axis_stops_with_its_own_fault);
   RUN_TEST(test_random_gains_that_shake_are_taken_back);
   RUN_TEST(test_new_gains_with_margins_are_never_taken_back);
+  RUN_TEST(test_good_new_gains_are_kept_while_set_points_alternate_fast);
   return UNITY_END();
 }
