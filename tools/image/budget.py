@@ -17,8 +17,8 @@ import tomllib
 import call_graph
 
 KIB = 1024
-FLASH_BUDGET = 128 * KIB
-RAM_BUDGET = 64 * KIB
+FLASH_BUDGET = 160 * KIB
+RAM_BUDGET = 80 * KIB
 SCOPE_BYTES = 32 * KIB
 LEVEL_BUDGET = 4 * KIB
 
