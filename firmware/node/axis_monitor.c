@@ -48,7 +48,6 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->gyro_rad_s = samples->sensors.gyro_rad_s;
   in->position_rad = drive_angle_difference_rad(position, 0);
   in->mean_current_a = samples->sensors.mean_current_a;
-  in->voltage_v = samples->motor_voltage_v;
   in->tick_voltage_v = samples->tick_voltage_v;
   in->tick_current_a = samples->tick_current_a;
   in->bus_voltage_v = board->samples.bus_voltage_v;

@@ -158,14 +158,15 @@ static fault_set monitor_gyro(axis_protection *p, const protection_limits *limit
   return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) | compared;
 }
 
-/* A current that rises or falls needs voltage too, but never for so many ticks: at full voltage it changes from one
- * limit to the other in two. The loop around a dead sensor swings between the limits, so the sign is ignored. A warm
- * winding needs more voltage for its current. One whose resistance is smaller than 2055 says needs less, by the
- * tolerance 2060:22 at most. */
+/* Means of one tick: L di/dt follows from the current at the tick's ends. The loop around a dead sensor swings between
+ * the limits, so the sign is ignored. A warm winding needs more voltage for its current. One whose resistance is
+ * smaller than 2055 says needs less, by the tolerance 2060:22 at most. */
 static bool voltage_mismatch(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
-                             const protection_inputs *in, float joint_rate_rad_s) {
+                             const protection_inputs *in, float joint_rate_rad_s, float dt_s) {
   const float drop_v = motor->resistance_ohm * in->mean_current_a;
-  const float unexplained_v = in->voltage_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s;
+  const float rise_a = in->tick_current_a - p->last_tick_current_a;
+  const float inductive_v = motor->resistance_ohm * motor->time_constant_s / dt_s * rise_a;
+  const float unexplained_v = in->tick_voltage_v - inductive_v - drop_v - motor->back_emf_v_s_rad * joint_rate_rad_s;
   const float share = unexplained_v * drop_v > 0.0f ? MISMATCH_OF_DROP : limits->motor_tolerance;
   const bool seen = !scalar_within(unexplained_v, limits->voltage_mismatch_v + share * scalar_abs(drop_v));
   if (!seen) {
@@ -204,7 +205,11 @@ static fault_set monitor_current(axis_protection *p, const protection_limits *li
       seen_for(&p->over_current_ticks, !scalar_within(current_a, OVER_CURRENT_FACTOR * motor->current_limit_a),
                OVER_CURRENT_TICKS);
   const bool offset = finite && current_without_drive(p, limits, in, dt_s);
-  const bool mismatch = in->closed && finite && voltage_mismatch(p, limits, motor, in, joint_rate_rad_s);
+  const bool mismatch = in->closed && finite && voltage_mismatch(p, limits, motor, in, joint_rate_rad_s, dt_s);
+  p->last_tick_current_a = in->tick_current_a;
+  if (mismatch) {
+    motor_witness_forget(&p->witness);
+  }
   return bit_if(overload, FAULT_OVERLOAD) | bit_if(too_much, FAULT_OVER_CURRENT) |
          bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);
 }
@@ -284,6 +289,9 @@ fault_set axis_protection_judge(axis_protection *p, const protection_limits *lim
                                      .rate_rad_s = p->last_step_rad / dt_s};
   const motor_verdict verdict = motor_witness_step(&p->witness, &witness, &data, &seen, dt_s);
   motor_witness_learn(&p->witness, &witness, dt_s);
+  if (verdict != MOTOR_AGREES) {
+    motor_witness_forget(&p->witness);
+  }
   return bit_if(verdict == MOTOR_CONTRADICTS, FAULT_MOTOR_CONTRADICTS) |
          bit_if(verdict == MOTOR_WEAK, FAULT_MOTOR_WEAK);
 }

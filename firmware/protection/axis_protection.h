@@ -42,8 +42,7 @@ typedef struct {
   float position_rad; /* counts turns */
   bool ends_known;    /* it can be compared with the travel */
   float mean_current_a;
-  float voltage_v;      /* mean of the bridge in the last PWM period */
-  float tick_voltage_v; /* in the last tick */
+  float tick_voltage_v; /* mean of the bridge in the last tick */
   float tick_current_a; /* at its end */
   float bus_voltage_v;
   /* of the last tick */
@@ -80,6 +79,7 @@ typedef struct {
   int over_current_ticks;
   int under_voltage_ticks;
   int over_voltage_ticks;
+  float last_tick_current_a;
   int closed_ticks; /* counted up to 2 */
   motor_witness witness;
   float step_change_rad; /* of the position increment, to this tick */

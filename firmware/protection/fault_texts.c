@@ -107,7 +107,7 @@ const fault_text fault_texts[FAULT_COUNT] = {
          .clear = RESET},
     [FAULT_CURRENT_SENSOR] =
         {.name = "current and voltage disagree",
-         .detection = "Bridge voltage minus R i minus Ke w exceeds 2060:14, plus 40 % of R i for a warm winding "
+         .detection = "Bridge voltage minus L di/dt, R i and Ke w exceeds 2060:14, plus 40 % of R i for a warm winding "
                       "or 2060:22 of R i for one of less resistance. Each such tick counts up, any other tick counts "
                       "down; the limit is 8.",
          .when = DRIVEN,

@@ -13,7 +13,11 @@
 
 enum { ZERO_TICKS = 50 };
 
-void motor_witness_reset(motor_witness *witness) { *witness = (motor_witness){.zero_error_a = UNKNOWN_ZERO_A}; }
+float motor_witness_zero_error_a(const motor_witness *witness) {
+  return witness->idle_ticks < ZERO_TICKS ? UNKNOWN_ZERO_A : 0.0f;
+}
+
+void motor_witness_forget(motor_witness *witness) { witness->known = false; }
 
 static motor_interval widest_resistance(const motor_witness_limits *limits) {
   return (motor_interval){1.0f - limits->tolerance, 1.0f + limits->tolerance + WARM_WINDING};
@@ -33,14 +37,15 @@ static motor_interval times(motor_interval interval, float factor) {
 /* e of the smoothed voltage. */
 static float error_v(const motor_witness *witness, const motor_witness_limits *limits, const motor_signals *seen) {
   const float late_rad_s = MOTOR_WITNESS_RATE_DELAY_S * scalar_abs(seen->acceleration_rad_s2);
-  return limits->back_emf_error_v + witness->zero_error_a * witness->resistance_ohm +
+  return limits->back_emf_error_v + motor_witness_zero_error_a(witness) * witness->resistance_ohm +
          witness->back_emf_v_s_rad * (RIPPLE * scalar_abs(seen->rate_rad_s) + late_rad_s) +
          limits->tolerance * scalar_abs(seen->inductive_v);
 }
 
 /* Other motor data make the learned shares void. */
 static void take_data(motor_witness *witness, const motor_witness_limits *limits, const motor_data *motor) {
-  if (witness->resistance_ohm == motor->resistance_ohm && witness->back_emf_v_s_rad == motor->back_emf_v_s_rad) {
+  if (witness->known && witness->resistance_ohm == motor->resistance_ohm &&
+      witness->back_emf_v_s_rad == motor->back_emf_v_s_rad) {
     return;
   }
   witness->known = true;
@@ -65,7 +70,6 @@ static void stop(motor_witness *witness) {
 static void measure_zero(motor_witness *witness, float current_a, float dt_s) {
   follow(&witness->zero_a, current_a, dt_s / ZERO_SMOOTHING_S);
   witness->idle_ticks += witness->idle_ticks < ZERO_TICKS ? 1 : 0;
-  witness->zero_error_a = witness->idle_ticks < ZERO_TICKS ? UNKNOWN_ZERO_A : 0.0f;
 }
 
 /* What is left of the voltage when the best permitted motor has explained its part: the voltage is compared with the

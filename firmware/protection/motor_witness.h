@@ -74,12 +74,12 @@ typedef enum {
   MOTOR_WEAK         /* it gives less voltage for the speed than Ke says: its magnets, or 2055 is wrong */
 } motor_verdict;
 
+/* All zero: nothing seen yet, R, Ke and the offset unknown. */
 typedef struct {
   bool known; /* the intervals have been set */
   bool running;
-  int idle_ticks;     /* counted until the offset is known */
-  float zero_a;       /* offset of the current */
-  float zero_error_a; /* how far it may be off */
+  int idle_ticks; /* counted until the offset is known */
+  float zero_a;   /* offset of the current */
   float now_a;
   motor_signals fast;  /* what is judged */
   motor_signals slow;  /* what is learned from */
@@ -92,8 +92,11 @@ typedef struct {
   motor_verdict verdict;
 } motor_witness;
 
-/* Nothing seen yet, R and Ke unknown. */
-void motor_witness_reset(motor_witness *witness);
+/* How far the offset of the current may be off [A]: 0 once the bridge has been off for some time. */
+float motor_witness_zero_error_a(const motor_witness *witness);
+
+/* R and Ke are as unknown as at the start: what was learned from a broken sensor must not outlive its repair. */
+void motor_witness_forget(motor_witness *witness);
 
 /* One tick. MOTOR_AGREES also while nothing can be said. */
 motor_verdict motor_witness_step(motor_witness *witness, const motor_witness_limits *limits, const motor_data *motor,

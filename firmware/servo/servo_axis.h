@@ -58,7 +58,6 @@ typedef struct {
 typedef struct {
   hal_axis_samples sensors; /* while the encoder has failed, the axis is off */
   bool motor_limited;       /* the bus voltage was too low for the current loop, see motor_stage.h */
-  float motor_voltage_v;    /* mean over the last PWM period; for protection */
   float tick_voltage_v;     /* mean over the last tick; for protection */
   float tick_current_a;     /* at its end, as motor_stage.h says */
 } servo_axis_samples;

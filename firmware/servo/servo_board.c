@@ -29,7 +29,6 @@ void servo_board_sample(servo_board *board) {
     servo_axis_samples *axis = &board->samples.axis[i];
     const motor_stage *motor = &board->motor[i];
     axis->motor_limited = atomic_load_explicit(&motor->limited, memory_order_relaxed);
-    axis->motor_voltage_v = atomic_load_explicit(&motor->voltage_v, memory_order_relaxed);
     axis->tick_voltage_v = atomic_load_explicit(&motor->tick_voltage_v, memory_order_relaxed);
     axis->tick_current_a = atomic_load_explicit(&motor->tick_current_a, memory_order_relaxed);
   }

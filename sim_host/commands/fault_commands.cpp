@@ -10,6 +10,7 @@
 #include "fault_injection/fault_matrix.hpp"
 #include "fault_injection/fault_scenario.hpp"
 #include "fault_injection/soak.hpp"
+#include "studies/random_plants/monitored_plants.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -44,7 +45,26 @@ struct SoakCommand {
   double hours = 24.0;
   std::uint64_t seed = 1;
   int threads = usable_threads();
+  int random_plants = 0;
 };
+
+int soak(const SoakCommand& command) {
+  if (command.random_plants > 0) {
+    MonitoredPlantsSetup setup;
+    setup.nominal = load_plant(command.plant);
+    setup.scenarios = scenarios_of_experiments(TRACKSERVO_DATA_DIR);
+    setup.count = command.random_plants;
+    setup.seed = command.seed;
+    setup.threads = command.threads;
+    start_progress();
+    const MonitoredPlants result = monitor_plants(setup, show_progress);
+    fmt::print("{}", print(result));
+    return result.false_trips.empty() ? 0 : 1;
+  }
+  const SoakResult result = run_soak(load_plant(command.plant), command.hours, command.seed, command.threads);
+  fmt::print("{}", print_soak(result));
+  return result.false_trips.empty() ? 0 : 1;
+}
 
 }  // namespace
 
@@ -77,16 +97,20 @@ void add_soak(CLI::App& app, int& code) {
   CLI::App *command =
       app.add_subcommand("soak", "simulate hours of operation without fault injection; no fault may be reported");
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
-  command->add_option("--hours", options->hours, "simulated hours")
-      ->check(CLI::Range(0.01, 1e5))
+  CLI::Option *hours = command->add_option("--hours", options->hours, "simulated hours")
+                           ->check(CLI::Range(0.01, 1e5))
+                           ->capture_default_str();
+  command
+      ->add_option("--random-plants", options->random_plants,
+                   "instead: on so many machines whose numbers are all off by up to 30 %, with the motions of the "
+                   "paper's experiments, identification and tuning (20 simulated minutes each)")
+      ->check(CLI::Range(1, 1000000))
+      ->excludes(hours);
+  command->add_option("--seed", options->seed, "seed of noise, motions and random machines")
+      ->check(seed())
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "seed of noise and motions")->check(seed())->capture_default_str();
   add_threads(*command, options->threads);
-  command->callback([options, &code] {
-    const SoakResult result = run_soak(load_plant(options->plant), options->hours, options->seed, options->threads);
-    fmt::print("{}", print_soak(result));
-    code = result.false_trips.empty() ? 0 : 1;
-  });
+  command->callback([options, &code] { code = soak(*options); });
 }
 
 }  // namespace trackservo::sim

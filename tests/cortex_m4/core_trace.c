@@ -94,7 +94,7 @@ void trace_visit_period(const trace_visitor *visitor, trace_period *period) {
 
 void trace_visit_tick_results(const trace_visitor *visitor, servo_axis_samples *samples, servo_axis *axis) {
   INTEGER(bool, samples->motor_limited);
-  FLOAT(samples->motor_voltage_v);
+  FLOAT(samples->tick_voltage_v);
   INTEGER(servo_mode, axis->mode);
   FLOAT(axis->signals.rates.joint_rate_rad_s);
   FLOAT(axis->signals.rates.base_rate_rad_s);

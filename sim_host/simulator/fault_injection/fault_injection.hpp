@@ -55,8 +55,10 @@ struct FaultInjection {
   int monitored_ticks = 1500;
   // Allowed distance of the joint from where its set-point led it, from the injection to the detection [rad].
   double max_deviation_rad = 10.0;
-  // Allowed increase of the joint's speed [rad/s]; 0: that of its expected fault.
+  // Allowed increase of the joint's speed [rad/s], also without a detection; 0: that of its expected fault.
   double max_overshoot_rad_s = 0;
+  // From the injection on, the axis reverses at this speed once a second [rad/s]; 0: it goes on with its motion.
+  double excitation_rad_s = 0;
   // Only a restart ends the fault, or the fault has damaged the memory: no second one can follow in the same run.
   bool needs_restart = false;
 };

@@ -30,11 +30,14 @@ std::string broken_promise(const InjectionRunSetup& injection_run, const Injecti
   if (fault_injection.detection == Detection::kTolerated && result.seen == FAULT_NONE) {
     return result.deviation_rad > fault_injection.max_deviation_rad ? "leads the axis away from its set-point" : "";
   }
-  if (result.showed && result.seen == FAULT_NONE) {
+  const bool long_enough = !fault_injection.lasting || result.visible_ms >= allowed_latency_ms(fault_injection);
+  if (result.showed && result.seen == FAULT_NONE && long_enough) {
     return "is not detected";
   }
+  const double speed_limit_rad_s = result.speed_before_rad_s + promised_overshoot_rad_s(fault_injection);
   if (result.seen == FAULT_NONE) {
-    return "";
+    const bool bounded = fault_injection.max_overshoot_rad_s == 0.0 || result.speed_most_rad_s <= speed_limit_rad_s;
+    return bounded ? "" : fmt::format("is not detected at {:.3f} rad/s", result.speed_most_rad_s);
   }
   if (result.deviation_rad > fault_injection.max_deviation_rad) {
     return fmt::format("is {:.3f} rad away from its set-point", result.deviation_rad);
@@ -52,7 +55,7 @@ std::string broken_promise(const InjectionRunSetup& injection_run, const Injecti
   if (!result.other_axis_right) {
     return "affects the other axis";
   }
-  if (result.speed_most_rad_s > result.speed_before_rad_s + promised_overshoot_rad_s(fault_injection)) {
+  if (result.speed_most_rad_s > speed_limit_rad_s) {
     return fmt::format("reaches {:.3f} rad/s from {:.3f}", result.speed_most_rad_s, result.speed_before_rad_s);
   }
   const auto reaction = static_cast<fault_reaction>(fault_table[result.seen].reaction);

@@ -17,6 +17,7 @@ constexpr int kBrakeTicks = 1990;
 constexpr double kAside_rad_s = 5.0 * kRadPerDeg;
 constexpr double kAgain_rad_s = 10.0 * kRadPerDeg;  // after a fault reset, towards the middle of the travel
 constexpr double kAgain_rad_s2 = 1.0;
+constexpr double kExcitation_rad_s2 = 2.0;
 constexpr int kAgainTicks = 400;
 constexpr int kResetTicks = 300;  // until the conditions have ended
 
@@ -60,6 +61,9 @@ class InjectionRun {
  private:
   void inject() {
     injection_run_.fault_injection->begin(node_, injection_run_.axis, random_);
+    excited_ = injection_run_.fault_injection->excitation_rad_s > 0.0;
+    excited_from_s_ = time_s_ + 0.5;  // the first reversal, so that the axis moves to both sides
+    exciting_rad_s_ = excited_ ? wanted_rate_before_ : 0.0;
     monitor();
     if (result_.seen != FAULT_NONE) {
       injection_run_.fault_injection->end(node_, injection_run_.axis);
@@ -109,7 +113,19 @@ class InjectionRun {
     return fault(injection_run_.axis) == FAULT_NONE;
   }
 
-  double wanted_rate(int axis) const {
+  // A set-point that reverses with 2 rad/s^2 at most.
+  double exciting_rate() {
+    const double speed_rad_s = injection_run_.fault_injection->excitation_rad_s;
+    const double goal_rad_s = std::fmod(time_s_ - excited_from_s_, 2.0) < 1.0 ? speed_rad_s : -speed_rad_s;
+    const double step_rad_s = kExcitation_rad_s2 * kTick_s;
+    exciting_rad_s_ += std::clamp(goal_rad_s - exciting_rad_s_, -step_rad_s, step_rad_s);
+    return exciting_rad_s_;
+  }
+
+  double wanted_rate(int axis) {
+    if (excited_ && axis == injection_run_.axis) {
+      return exciting_rate();
+    }
     if (again_) {
       return again_direction_[static_cast<std::size_t>(axis)] *
              std::clamp(kAgain_rad_s2 * (time_s_ - again_from_s_), 0.0, kAgain_rad_s);
@@ -125,7 +141,9 @@ class InjectionRun {
   void tick() {
     time_s_ += kTick_s;
     for (int axis = 0; axis < kAxes; ++axis) {
-      node_.move(axis, wanted_rate(axis));
+      const double rate_rad_s = wanted_rate(axis);
+      wanted_rate_before_ = axis == injection_run_.axis ? rate_rad_s : wanted_rate_before_;
+      node_.move(axis, rate_rad_s);
     }
     node_.tick();
   }
@@ -156,6 +174,7 @@ class InjectionRun {
       led_rad += static_cast<double>(node_.axis(injection_run_.axis).objects.velocity.demand) * 1e-6 * kTick_s;
       result_.deviation_rad = std::max(result_.deviation_rad, std::abs(angle() - led_rad));
       result_.latency_ms += shows || (result_.showed && !injection_run_.fault_injection->lasting) ? 1 : 0;
+      result_.visible_ms = std::max(result_.visible_ms, result_.latency_ms);
       result_.seen = fault(injection_run_.axis);
     }
   }
@@ -213,6 +232,10 @@ class InjectionRun {
   double time_s_ = 0;
   bool aside_ = false;
   bool again_ = false;  // after a fault reset
+  bool excited_ = false;
+  double excited_from_s_ = 0;
+  double exciting_rad_s_ = 0;
+  double wanted_rate_before_ = 0;
   double again_from_s_ = 0;
   std::array<double, kAxes> again_direction_{};
   bool had_torque_ =

@@ -32,6 +32,7 @@ struct InjectionRunResult {
   bool showed = false;          // the fault could be detected
   fault_id seen = FAULT_NONE;   // the detected fault
   int latency_ms = 0;           // from when it became visible to the tick that reacts; 0 also when detected before
+  int visible_ms = 0;           // longest time in which it was visible and not detected
   bool reaction_right = false;  // torque, brake or nothing in that tick as the table says, and a fault, off, in the end
   bool other_axis_right = false;  // still in operation, or also in fault when the injection affects both axes
   double speed_before_rad_s = 0;  // of the joint at the injection, and of the set-point, whichever is faster

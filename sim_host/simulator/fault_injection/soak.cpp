@@ -17,7 +17,6 @@ constexpr int kTasks = 60;
 constexpr double kTask_s = 10.0;
 constexpr double kShift_s = kTasks * kTask_s;
 
-// Ten minutes of operation.
 class Shift {
  public:
   Shift(const NodeSetup& setup, std::uint64_t seed)
@@ -28,8 +27,8 @@ class Shift {
     }
   }
 
-  SoakResult run() {
-    for (int task = 0; task < kTasks && result_.false_trips.empty(); ++task) {
+  SoakResult run(int tasks) {
+    for (int task = 0; task < tasks && result_.false_trips.empty(); ++task) {
       work();
     }
     result_.hours = time_s_ / 3600.0;
@@ -153,6 +152,8 @@ void add(SoakResult& all, const SoakResult& shift) {
 
 }  // namespace
 
+SoakResult run_shift(const NodeSetup& setup, std::uint64_t seed, int tasks) { return Shift(setup, seed).run(tasks); }
+
 SoakResult run_soak(const PlantConfig& plant, double hours, std::uint64_t seed, int threads) {
   const NodeSetup setup(plant);
   const auto shifts = static_cast<std::size_t>(std::ceil(hours * 3600.0 / kShift_s));
@@ -160,7 +161,7 @@ SoakResult run_soak(const PlantConfig& plant, double hours, std::uint64_t seed, 
   std::mutex mutex;
   JobPool pool(threads, static_cast<int>(shifts), [](int, int, const std::string&) {});
   pool.run(shifts, [&](std::size_t i) {
-    const SoakResult result = Shift(setup, seed * 100000 + i).run();
+    const SoakResult result = run_shift(setup, seed * 100000 + i, kTasks);
     const std::lock_guard<std::mutex> lock(mutex);
     add(all, result);
     return std::string("soak");

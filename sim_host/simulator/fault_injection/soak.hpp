@@ -18,6 +18,9 @@ struct SoakResult {
   double max_heating = 0;
 };
 
+// One segment: `tasks` of ten seconds each.
+SoakResult run_shift(const NodeSetup& setup, std::uint64_t seed, int tasks);
+
 // Hours of segments of ten minutes, each with another seed, `threads` at a time: random way points in profile position,
 // random speeds in profile velocity with reversals, standstill, fly-bys in cyclic velocity, and switching off and on
 // without a fault.

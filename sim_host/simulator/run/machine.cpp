@@ -9,6 +9,15 @@
 namespace trackservo::sim {
 
 // The HAL's functions are C: they find the machine behind the pointer that was handed to `hal`.
+namespace {
+
+// The board's check of the clock against its other oscillator, as hal/stm32g474/clock_check.h does it: every 100 ms,
+// wrong three times in a row. Here it always takes the longest time.
+constexpr double kClockLimit = 0.025;
+constexpr int kClockCheckTicks = 400;
+
+}  // namespace
+
 struct MachineHal {
   static Machine& of(void *machine) { return *static_cast<Machine *>(machine); }
 
@@ -83,7 +92,12 @@ struct MachineHal {
   static hal_health axis_health(void *machine, int axis) {
     const std::size_t i = static_cast<std::size_t>(axis);
     const hal_health health = of(machine).broken_.axis[i].health;
-    return health == HAL_GOOD && of(machine).tripped_[i] ? HAL_OVER_CURRENT : health;
+    if (health != HAL_GOOD) {
+      return health;
+    }
+    return of(machine).tripped_[i]                              ? HAL_OVER_CURRENT
+           : of(machine).clock_wrong_ticks_ >= kClockCheckTicks ? HAL_CLOCK_WRONG
+                                                                : HAL_GOOD;
   }
 
   // A bridge in fault has opened its terminals by itself.
@@ -192,6 +206,7 @@ void Machine::run_clock() {
 }
 
 void Machine::break_parts() {
+  clock_wrong_ticks_ = std::abs(broken_.clock_error) > kClockLimit ? clock_wrong_ticks_ + 1 : 0;
   tracker_.age_capacitor(broken_.bus_capacitor_share);
   for (std::size_t i = 0; i < kAxes; ++i) {
     tracker_.hold_joint(static_cast<int>(i), broken_.axis[i].joint_held);

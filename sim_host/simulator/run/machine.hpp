@@ -95,6 +95,7 @@ class Machine {
   BrokenParts broken_;
   std::array<BadSensors, kAxes> bad_sensors_;
   double clock_periods_ = 0;  // that the plant is ahead of the firmware's clock
+  int clock_wrong_ticks_ = 0;
   // Last readings of the firmware, for sensors that are stuck or reversed.
   std::array<std::uint32_t, kAxes> reported_angle_{};
   std::array<double, kAxes> reported_gyro_rad_s_{};
