@@ -343,13 +343,15 @@ static int period_of(drive_motion *motion, const drive_limit_objects *limit, flo
 }
 
 /* Moves the demand towards the set-points, no faster than it can be stopped within the travel. Returns whether it was
- * held back. Then it lags the set-points, and meets them again when they reverse. */
-static bool demand_within(drive_motion *motion, const profile_limits *braking, drive_angle wanted, float dt_s) {
-  const float wanted_rad = drive_angle_difference_rad(wanted, motion->demand);
-  const float step_rad = dt_s * drive_rate_within(&motion->bounds, braking, motion->demand, wanted_rad / dt_s, dt_s);
-  const bool braked = step_rad != wanted_rad && scalar_abs(step_rad) < scalar_abs(wanted_rad);
+ * held back. Then it lags the set-points, moves at the rate returned, and meets them again when they reverse. */
+static bool demand_within(drive_motion *motion, const profile_limits *braking, drive_angle wanted, float *rate_rad_s,
+                          float dt_s) {
+  const float wanted_rad_s = drive_angle_difference_rad(wanted, motion->demand) / dt_s;
+  const float slow_rad_s = drive_rate_within(&motion->bounds, braking, motion->demand, wanted_rad_s, dt_s);
+  const bool braked = scalar_abs(slow_rad_s) < scalar_abs(wanted_rad_s);
   if (braked) {
-    move_demand(&motion->demand, &motion->demand_rest, step_rad);
+    move_demand(&motion->demand, &motion->demand_rest, slow_rad_s * dt_s);
+    *rate_rad_s = slow_rad_s;
   } else {
     motion->demand = wanted;
     motion->demand_rest = 0.0f;
@@ -377,9 +379,8 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
   const interpolated_position now = position_interpolation_step(&motion->positions, dt_s);
   /* Set-points have no jerk limit; their deceleration is limited only by the motor. */
   const profile_limits braking = {.deceleration_rad_s2 = motion->bounds.braking_rad_s2, .jerk_rad_s3 = 1e9f};
-  const bool braked = demand_within(motion, &braking, now.position, dt_s);
-  const float rate_rad_s =
-      braked ? drive_rate_within(&motion->bounds, &braking, motion->demand, now.rate_rad_s, dt_s) : now.rate_rad_s;
+  float rate_rad_s = now.rate_rad_s;
+  const bool braked = demand_within(motion, &braking, now.position, &rate_rad_s, dt_s);
   motion->ramp = (profile_ramp){.rate_rad_s = rate_rad_s};
   drive_setpoint setpoint = setpoint_of(motion, feedback);
   const float wanted_rad_s = rate_rad_s + drive_rate_from_velocity(objects->velocity.offset);

@@ -648,6 +648,7 @@ static void test_csp_brakes_before_the_limit_when_its_set_points_do_not(void) {
     b.o.position.following_error_window = UINT32_MAX;
     double moved_before_rad = 0.0;
     double hardest_rad_s2 = 0.0;
+    double farthest_rad_s = 0.0;
     for (int i = 0; i < 6000; ++i) {
       b.in.setpoint_arrived = i % 10 == 0;
       if (b.in.setpoint_arrived) { /* up to 0.4 rad/s in a second, then on */
@@ -659,10 +660,16 @@ static void test_csp_brakes_before_the_limit_when_its_set_points_do_not(void) {
       const double moved_rad = 1e-7 * side * (double)(b.o.position.demand - before);
       hardest_rad_s2 = fmax(hardest_rad_s2, i > 20 ? 1e6 * (moved_before_rad - moved_rad) : 0.0);
       moved_before_rad = moved_rad;
+      if (i > 20) { /* the rate is the demand's, also while it is held back */
+        const double behind_rad_s = fabs(1e3 * moved_rad - side * (double)b.command.speed.rate_rad_s);
+        farthest_rad_s = fmax(farthest_rad_s, behind_rad_s);
+      }
       CHECK_AT_MOST("position, rad", 1.0 + 1e-6, side * b.angle_rad);
     }
     CHECK_NEAR("position, rad", side * 1.0, b.angle_rad, 1e-3);
     CHECK_AT_MOST("hardest braking of the demand, rad/s^2", 1.2, hardest_rad_s2); /* a stop at once: 400 */
+    LOG_VALUE("largest difference between commanded rate and demand, rad/s", farthest_rad_s);
+    CHECK_AT_MOST("difference between commanded rate and demand, rad/s", 0.01, farthest_rad_s);
     TEST_ASSERT_TRUE(bit(&b, DRIVE_STATUS_INTERNAL_LIMIT));
   }
 }
