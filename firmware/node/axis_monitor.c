@@ -152,8 +152,8 @@ static fault_set keep_within(axis_monitor *monitor, const drive_axis *drive) {
     envelope_lose(&monitor->envelope, phase);
     return 0;
   }
-  const unsigned found =
-      envelope_step(&monitor->envelope, &monitor->allowed, phase, seen->powered, seen->angle, seen->position_rad);
+  const unsigned found = envelope_step(&monitor->envelope, &monitor->allowed, phase, seen->powered, seen->angle,
+                                       seen->position_rad, seen->reference_rad_s);
   if (found == 0) {
     return 0;
   }

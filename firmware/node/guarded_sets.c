@@ -2,13 +2,14 @@
 
 enum { BUILT, ACTIVE, LIMITS, BLOCKS_PER_AXIS };
 
-#define MS_OF(bytes_) (((bytes_) + 4u * GUARDED_SETS_WORDS_PER_MS - 1u) / (4u * GUARDED_SETS_WORDS_PER_MS))
+#define BYTES_PER_MS ((size_t)4 * GUARDED_SETS_WORDS_PER_MS)
+#define MS_OF(bytes_) (((bytes_) + BYTES_PER_MS - 1u) / BYTES_PER_MS)
 
 _Static_assert(sizeof(servo_axis_params) % 4 == 0 && sizeof(axis_parameters) % 4 == 0 &&
                    sizeof(protection_limits) % 4 == 0 && sizeof(hal_scales) % 4 == 0,
                "whole words are compared");
-_Static_assert(SERVO_AXES *(MS_OF(sizeof(servo_axis_params)) + MS_OF(sizeof(axis_parameters)) +
-                            MS_OF(sizeof(protection_limits))) +
+_Static_assert((size_t)SERVO_AXES *(MS_OF(sizeof(servo_axis_params)) + MS_OF(sizeof(axis_parameters)) +
+                                    MS_OF(sizeof(protection_limits))) +
                        MS_OF(sizeof(hal_scales)) <=
                    GUARDED_SETS_CYCLE_MS,
                "the cycle is longer than stated");

@@ -73,7 +73,9 @@ static float speed_of(const envelope_state *state, const envelope_limits *limits
   return scalar_abs((float)state->step[0]) * limits->rad_s_per_step;
 }
 
-static unsigned judge_stop(envelope_state *state, const envelope_limits *limits, float speed_rad_s) {
+/* The drive may still have to catch up with its set-point when the stop begins. */
+static unsigned judge_stop(envelope_state *state, const envelope_limits *limits, float speed_rad_s,
+                           float reference_rad_s) {
   if (!state->stopping) {
     state->stopping = true;
     state->ticks = 0;
@@ -81,6 +83,7 @@ static unsigned judge_stop(envelope_state *state, const envelope_limits *limits,
   }
   if (state->ticks < STOP_BEGINS_TICKS) {
     ++state->ticks;
+    state->limit_rad_s = scalar_max(scalar_abs(reference_rad_s) + STOP_OVERSHOOT_RAD_S, state->limit_rad_s);
   } else {
     state->limit_rad_s = scalar_max(state->limit_rad_s - limits->stop_fall_rad_s, ENVELOPE_SLOW_RAD_S);
   }
@@ -107,7 +110,8 @@ static unsigned judge_braking(envelope_state *state, const envelope_limits *limi
 
 /* An axis that does not simply run: whether it still has the power, or the momentum, that the drive gave it, and
  * whether it slows down as it must. */
-static unsigned judge_phase(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered) {
+static unsigned judge_phase(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
+                            float reference_rad_s) {
   const float speed_rad_s = speed_of(state, limits);
   const bool stays = state->stopping && phase == ENVELOPE_POWERLESS;
   state->turns = phase != ENVELOPE_UNTRUSTED && (powered || (state->turns && speed_rad_s > TURNS_RAD_S));
@@ -117,7 +121,7 @@ static unsigned judge_phase(envelope_state *state, const envelope_limits *limits
   }
   state->braking = false;
   if ((phase == ENVELOPE_STOPPING || stays) && state->turns) {
-    return judge_stop(state, limits, speed_rad_s);
+    return judge_stop(state, limits, speed_rad_s, reference_rad_s);
   }
   state->stopping = false;
   return 0;
@@ -135,7 +139,7 @@ void envelope_lose(envelope_state *state, envelope_phase phase) {
 }
 
 unsigned envelope_step(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
-                       angle_turn32 angle, float position_rad) {
+                       angle_turn32 angle, float position_rad, float reference_rad_s) {
   const int32_t step = (int32_t)(angle - state->angle[1]);
   const int32_t step_before = state->step[1];
   state->angle[1] = state->angle[0];
@@ -152,7 +156,7 @@ unsigned envelope_step(envelope_state *state, const envelope_limits *limits, env
     state->stopping = false;
     state->braking = false;
   } else {
-    found = judge_phase(state, limits, phase, powered);
+    found = judge_phase(state, limits, phase, powered, reference_rad_s);
   }
   const bool fast =
       state->turns && too_fast(limits, position_rad, rate_ahead_rad_s(limits, (float)step, (float)step_before));

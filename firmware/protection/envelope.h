@@ -92,9 +92,10 @@ envelope_limits envelope_prepare(const envelope_params *params, float dt_s);
 void envelope_reset(envelope_state *state);
 
 /* One tick, with the angle of this tick and the position, which counts turns. `powered`: the bridge was on in the last
- * tick. */
+ * tick. `reference_rad_s`: the set-point of the speed loop in the last tick; in the first half second of an ordered
+ * stop the axis may catch up with it. */
 unsigned envelope_step(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
-                       angle_turn32 angle, float position_rad);
+                       angle_turn32 angle, float position_rad, float reference_rad_s);
 
 /* Instead, in a tick without an angle: nothing can be judged until ENVELOPE_ANGLES are known again. */
 void envelope_lose(envelope_state *state, envelope_phase phase);

@@ -565,8 +565,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_TOO_FAST] =
         {.name = "too fast towards the end of the travel",
          .detection =
-             "The joint rate is above what 2060:19 can still stop before 2060:9 or 2060:10. While 2061:1 is not "
-             "0: the rate is above 5 deg/s.",
+             "The joint rate is above what 2060:19 can still stop before 2060:9 or 2060:10. While 2061:1 is not 0, "
+             "or 2060:21 is 2: the rate is above 5 deg/s.",
          .when = "While the axis has power, and while it turns since it had power.",
          .timer = "",
          .limits = LIMIT(9) | LIMIT(10) | LIMIT(19) | LIMIT(21),
@@ -579,8 +579,8 @@ const fault_text fault_texts[FAULT_COUNT] = {
     [FAULT_STOP_IGNORED] =
         {.name = "stop not followed",
          .detection =
-             "0.5 s after a fault or a stop command the axis has not slowed down by half of 2060:20, or its rate "
-             "has grown by more than 0.1 rad/s.",
+             "0.5 s after a fault or a stop command the axis has not slowed down by half of 2060:20, or before that "
+             "it was more than 0.1 rad/s faster than at the beginning and than its set-point.",
          .when = "During a stop that a fault or a command ordered, until the axis is at rest.",
          .timer = "",
          .limits = LIMIT(20),

@@ -34,7 +34,7 @@ def test_1003_keeps_the_newest_error_first_and_forgets_on_0(master):
     assert master.number(0x1003, 0) == 0 and master.sdo_abort(0x1003, 1) == 0x08000024
 
 
-FORMATS = {"REAL32": "<f", "UNSIGNED8": "<B", "UNSIGNED16": "<H", "UNSIGNED32": "<L"}
+FORMATS = {"REAL32": "<f", "INTEGER8": "<b", "UNSIGNED8": "<B", "UNSIGNED16": "<H", "UNSIGNED32": "<L"}
 
 
 BRAKE_TIMES_S = {24: 0.02, 25: 0.03}  # 2060 on the simulator, which has the brakes of tracker.toml

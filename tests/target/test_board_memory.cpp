@@ -182,7 +182,10 @@ void test_a_store_to_the_hot_code_is_refused_and_ends_in_the_safe_state() {
   rig.client.pass(kWatchdog_ms + kBoot_ms);
   TEST_ASSERT_EQUAL_INT_MESSAGE(1, rig.machine.chip().resets(), "the board does not restart");
   TEST_ASSERT_TRUE(rig.machine.is_safe());
-  expect_no_violations(rig);
+  // What the code bytes are as pointers depends on the build: they may be read from anywhere, and must write nowhere.
+  for (const std::string& violation : rig.machine.chip().violations.list()) {
+    TEST_ASSERT_EQUAL_STRING_LEN_MESSAGE("read at ", violation.c_str(), 8, violation.c_str());
+  }
 }
 
 // --- program memory in operation ---

@@ -86,7 +86,7 @@ static outcome run(const machine *m, const envelope_params *params, adversary ho
   x.share = x.wanted = how == COASTS ? -m->disturbance_share : 0.0;
   double sampled_rad = x.angle_rad;
   for (int tick = 0; tick < 4000; ++tick) {
-    const unsigned found = envelope_step(&state, &limits, phase, true, encoder(sampled_rad), (float)sampled_rad);
+    const unsigned found = envelope_step(&state, &limits, phase, true, encoder(sampled_rad), (float)sampled_rad, 0.0f);
     if ((found & ENVELOPE_TOO_FAST) != 0 && phase == ENVELOPE_RUNNING) {
       phase = ENVELOPE_BRAKING;
       o.tripped_rad = END_RAD - x.angle_rad;
@@ -192,6 +192,7 @@ typedef struct {
   bool powered;
   bool angle_valid;
   double angle_rad;
+  float reference_rad_s; /* of the speed loop, in the last tick */
 } bench;
 
 typedef struct {
@@ -219,7 +220,8 @@ static outputs turn(bench *b, double rate_rad_s, int ticks) {
   for (int i = 0; i < ticks; ++i) {
     b->angle_rad += 0.001 * rate_rad_s;
     if (b->angle_valid) {
-      found = envelope_step(&b->state, &limits, b->phase, b->powered, encoder(b->angle_rad), (float)b->angle_rad);
+      found = envelope_step(&b->state, &limits, b->phase, b->powered, encoder(b->angle_rad), (float)b->angle_rad,
+                            b->reference_rad_s);
     } else {
       envelope_lose(&b->state, b->phase);
     }
@@ -249,6 +251,21 @@ static void test_both_ends_and_both_directions_are_alike(void) {
     TEST_ASSERT_TRUE(turn(&b, 1.06 * (double)fastest * direction, 6).too_fast);
     TEST_ASSERT_TRUE(turn(&b, 1.06 * (double)fastest * direction, 1).brake * (float)direction == -1.0f);
   }
+}
+
+/* Cyclic set-points end while the axis still lags them. */
+static void test_an_axis_may_catch_up_with_its_set_point_when_a_stop_begins_but_not_pass_it(void) {
+  bench b = new_bench();
+  b.reference_rad_s = -0.6f;
+  (void)turn(&b, -0.1, 20);
+  b.phase = ENVELOPE_STOPPING;
+  TEST_ASSERT_FALSE(turn(&b, -0.65, 200).stop_ignored);
+  bench passes = b;
+  TEST_ASSERT_TRUE(turn(&passes, -0.75, 20).stop_ignored);
+  b.reference_rad_s = 0.0f;
+  b.angle_rad = 0.0;
+  TEST_ASSERT_FALSE(turn(&b, -0.65, 290).stop_ignored);
+  TEST_ASSERT_TRUE(turn(&b, -0.65, 200).stop_ignored); /* half of 1 rad/s^2 since half a second after the beginning */
 }
 
 static void test_outside_the_axis_may_move_inwards_only(void) {
@@ -393,6 +410,7 @@ int main(void) {
   RUN_TEST(test_no_adversary_passes_the_end_of_the_travel);
   RUN_TEST(test_a_deceleration_that_the_machine_does_not_have_is_not_enough);
   RUN_TEST(test_both_ends_and_both_directions_are_alike);
+  RUN_TEST(test_an_axis_may_catch_up_with_its_set_point_when_a_stop_begins_but_not_pass_it);
   RUN_TEST(test_outside_the_axis_may_move_inwards_only);
   RUN_TEST(test_slow_motion_is_limited_everywhere_and_has_no_ends);
   RUN_TEST(test_without_a_travel_only_slow_motion_is_limited);

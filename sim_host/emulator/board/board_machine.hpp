@@ -55,7 +55,7 @@ class BoardMachine {
   // A channel of STO at the board's terminals: false removes the torque. The input circuit follows a change that lasts
   // longer than kStoDelay.
   enum class StoChannel { kA, kB };
-  static constexpr Instant kStoDelay = Instant{3 * 1000} * kUnitsPerMicrosecond;
+  static constexpr Instant kStoDelay = Instant{3'000} * kUnitsPerMicrosecond;
   void set_sto(StoChannel channel, bool permits);
 
   // A wire between the gate of channel A and the driver of an axis, or its read-back, keeps this level; none: intact.

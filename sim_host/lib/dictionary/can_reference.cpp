@@ -237,6 +237,7 @@ std::string print_can_reference(const object_dictionary& dictionary, const Devic
       info.description);
   const std::vector<Group> groups = groups_of(objects);
   std::vector<std::string> titles;
+  titles.reserve(groups.size());
   for (const Group& group : groups) {
     titles.push_back(group.title);
   }

@@ -48,6 +48,7 @@ std::string allowed_text(const KeyText& key) {
 std::string sections_markdown(const std::string& title, const std::string& opening,
                               const std::vector<Section>& sections) {
   std::vector<std::string> headings;
+  headings.reserve(sections.size());
   for (const Section& section : sections) {
     headings.push_back(section.heading);
   }
