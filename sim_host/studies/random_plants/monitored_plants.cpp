@@ -49,7 +49,7 @@ bool is_complete(const experiment& ended) {
 // A device on one machine from its start on, for one kind of use.
 class Use {
  public:
-  Use(const NodeSetup& setup, std::uint64_t seed, std::string what, const std::array<double, kAxes>& angle_rad,
+  Use(const NodeSetup& setup, std::uint64_t seed, const std::string& what, const std::array<double, kAxes>& angle_rad,
       MonitoredPlants& found)
       : setup_(setup), what_(fmt::format("plant {}, {}", seed, what)), node_(setup, seed, angle_rad), found_(found) {}
 
