@@ -39,7 +39,7 @@ def test_worse_than_the_baseline_is_red_unless_it_only_reports(gate: Gate, tmp_p
     assert before.code == 0
     baseline = before.folder / "results.json"
     slow = tmp_path / "gains.toml"
-    slow.write_text("[azimuth.disturbance_observer]\nbandwidth = 153.0\n")
+    slow.write_text("[azimuth.speed_loop]\nproportional_gain = 550.0\n[azimuth.disturbance_observer]\nbandwidth = 120.0\n")
     same = gate.check(*FEW, "--limits", loose, "--baseline", baseline)
     assert same.code == 0
     assert same.results["baseline"]["changes"] == []
