@@ -35,7 +35,8 @@ int main(void) {
   const envelope_limits limits = envelope_prepare(&params, 0.001f);
   const envelope_phase phase = (envelope_phase)Frama_C_interval(ENVELOPE_POWERLESS, ENVELOPE_UNTRUSTED);
   if (any_bool()) {
-    (void)envelope_step(&state, &limits, phase, any_bool(), any_u32(), any_float(-1e6f, 1e6f), any_float(-1e6f, 1e6f));
+    (void)envelope_step(&state, &limits, phase, any_bool(), any_u32(), any_float(-1e6f, 1e6f),
+                        any_float(-FASTEST_RAD_S, FASTEST_RAD_S));
   } else {
     envelope_lose(&state, phase);
   }
