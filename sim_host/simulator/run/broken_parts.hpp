@@ -21,31 +21,31 @@ struct BadReadings {
 };
 
 struct BrokenAxis {
-  BadReadings encoder;
-  BadReadings gyro;
-  bool encoder_lost = false;
-  bool encoder_stuck = false;  // repeats its last reading
-  bool encoder_reversed = false;
   double encoder_shift_rad = 0;
   double encoder_creep_rad_s = 0;            // its reading walks away at this rate
   double encoder_stale_share = 0;            // of the readings: those of the tick before
   double encoder_bit_share = 0;              // of the readings: with a wrong bit 10 of 26
   std::optional<double> sensors_show_share;  // of the motion from now on: encoder and gyro alike; 0: frozen, with noise
-  bool gyro_lost = false;
-  bool gyro_stuck = false;
-  bool gyro_reversed = false;
   std::optional<double> gyro_reads_rad_s;
   double gyro_shift_rad_s = 0;
   std::optional<double> current_reads_a;
-  bool current_stuck = false;
   double current_shift_a = 0;
+  double motor_share = 1;  // of torque and back-EMF that its magnets still give
+  double push_nm = 0;      // from outside, in the direction of positive angles
+  BadReadings encoder;
+  BadReadings gyro;
+  hal_health health = HAL_GOOD;
+  bool encoder_lost = false;
+  bool encoder_stuck = false;  // repeats its last reading
+  bool encoder_reversed = false;
+  bool gyro_lost = false;
+  bool gyro_stuck = false;
+  bool gyro_reversed = false;
+  bool current_stuck = false;
   bool motor_reversed = false;           // its leads are swapped
   bool motor_open = false;               // one of them is off
-  double motor_share = 1;                // of torque and back-EMF that its magnets still give
   bool joint_held = false;               // an obstacle blocks the joint
-  double push_nm = 0;                    // from outside, in the direction of positive angles
   std::optional<bool> brake_reads_open;  // its contact
-  hal_health health = HAL_GOOD;
 };
 
 struct BrokenParts {

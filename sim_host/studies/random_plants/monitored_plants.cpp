@@ -57,7 +57,9 @@ class Use {
   void follow(const ScenarioConfig& scenario, double speed_rad_s) {
     const FlyBy target(scenario.fly_by);
     node_.enable(DRIVE_CYCLIC_VELOCITY);
-    for (double time_s = 0.0; time_s < scenario.duration_s && good_; time_s += kTick_s) {
+    const auto ticks = static_cast<int>(scenario.duration_s / kTick_s);
+    for (int turn = 0; turn < ticks && good_; ++turn) {
+      const double time_s = turn * kTick_s;
       for (int axis = 0; axis < kAxes; ++axis) {
         const auto i = static_cast<std::size_t>(axis);
         if (scenario.kind == ScenarioKind::kTracking) {
@@ -109,7 +111,8 @@ class Use {
     }
     commission(axis, chirps);
     select(axis, DRIVE_CYCLIC_VELOCITY);
-    for (double time_s = 0.0; time_s < kNewGains_s && good_; time_s += kTick_s) {
+    for (int turn = 0; turn < static_cast<int>(kNewGains_s / kTick_s) && good_; ++turn) {
+      const double time_s = turn * kTick_s;
       const bool steps = std::fmod(time_s, 4.0) >= 2.0;
       const double wave = std::sin(2.0 * kPi * time_s);
       node_.set_rate(axis, steps ? (std::fmod(time_s, 0.5) < 0.25 ? 0.017 : -0.017) : 0.05 * wave);
@@ -185,9 +188,8 @@ class Use {
     ticks(2);
     node_.write(axis, 0x6040, 0, 0x0F);
     const double patience_s = 5.0 + 2.0 * (std::abs(angle_rad - position_rad(axis)) / rate_rad_s + 1.0);
-    for (double waited_s = 0.0; (node_.axis(axis).objects.state.statusword & 0x0400U) == 0 && good_;
-         waited_s += kTick_s) {
-      if (waited_s > patience_s) {
+    for (int waited = 0; (node_.axis(axis).objects.state.statusword & 0x0400U) == 0 && good_; ++waited) {
+      if (waited * kTick_s > patience_s) {
         throw std::runtime_error(fmt::format("{} does not reach {:.3f} rad", axis_name(axis), angle_rad));
       }
       tick();
