@@ -25,8 +25,12 @@ static image_vector turned(rotation by, image_vector v) {
 
 static rotation reverse(rotation of) { return (rotation){.sine = -of.sine, .cosine = of.cosine}; }
 
+static angle_turn32 turn32_of(float angle_rad) {
+  return (angle_turn32)angle_integer(scalar_round(angle_rad / ANGLE_RAD_PER_TURN32));
+}
+
 static void follow_roll(pointing_tracker_state *state, float roll_rad_s, float dt_s) {
-  state->phi += (angle_turn32)angle_integer(scalar_round(roll_rad_s * dt_s / ANGLE_RAD_PER_TURN32));
+  state->phi += turn32_of(roll_rad_s * dt_s);
   state->newest = (state->newest + 1u) % TARGET_TRACKER_HISTORY;
   state->past_phi[state->newest] = state->phi;
 }
@@ -64,9 +68,7 @@ static float clamp_rate(float wanted_rad_s, float limit_rad_s, bool *limited) {
 
 /* Image axes at the target: those of the line of sight, turned by what the azimuth's way to the target rolls them. */
 static rotation axes_at_target(rotation pitch, joint_vector error_rad) {
-  const float rolled_rad = error_rad.azimuth * pitch.sine;
-  const float turns32 = scalar_round(rolled_rad / ANGLE_RAD_PER_TURN32);
-  return reverse(rotation_of((angle_turn32)angle_integer(turns32)));
+  return reverse(rotation_of(turn32_of(error_rad.azimuth * pitch.sine)));
 }
 
 /* Rates and accelerations of the joints that keep pointing at the target. */
@@ -104,8 +106,7 @@ pointing_command pointing_tracker_step(pointing_tracker_state *state, const poin
   const image_vector rate = turned(back, (image_vector){x->target_rate_rad_s, y->target_rate_rad_s});
   const image_vector acceleration =
       turned(back, (image_vector){x->target_acceleration_rad_s2, y->target_acceleration_rad_s2});
-  const float pitch_error_turn32 = scalar_round(out.error_of_joints_rad.pitch / ANGLE_RAD_PER_TURN32);
-  const rotation pitch_at_target = rotation_of(pitch_angle + (angle_turn32)angle_integer(pitch_error_turn32));
+  const rotation pitch_at_target = rotation_of(pitch_angle + turn32_of(out.error_of_joints_rad.pitch));
   follow_target(&out, pitch_at_target, turned(at_target, rate), turned(at_target, acceleration));
   const float k = params->proportional_per_s;
   out.rate_rad_s.azimuth = clamp_rate(out.rate_rad_s.azimuth + k * out.error_of_joints_rad.azimuth,

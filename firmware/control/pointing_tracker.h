@@ -13,8 +13,8 @@
  *     theta' = w_y                      theta'' = a_y - psi'^2 sin theta cos theta
  *
  * The command adds `proportional_per_s` times the joint errors. It is limited to the rate limits of the joints, without
- * a limit of their acceleration. Closer to the zenith than ZENITH_COSINE the azimuth's feedforward fades: no joint
- * could follow it there. */
+ * a limit of their acceleration. Closer to the zenith than POINTING_ZENITH_COSINE the azimuth's feedforward fades: no
+ * joint could follow it there. */
 #ifndef TRACKSERVO_CONTROL_POINTING_TRACKER_H
 #define TRACKSERVO_CONTROL_POINTING_TRACKER_H
 

@@ -23,8 +23,6 @@ void axis_monitor_retuned(axis_monitor *monitor) {
   monitor->oscillates = false;
 }
 
-static bool has_travel(const protection_limits *limits) { return limits->minimum_rad < limits->maximum_rad; }
-
 static protection_motor motor_of(const servo_axis_params *params) {
   return (protection_motor){
       .resistance_ohm = params->resistance_ohm,
@@ -111,8 +109,8 @@ static bool look_for_oscillation(axis_monitor *monitor, const servo_axis_params 
   return oscillation_step(&monitor->swings, &plant, &in, SERVO_TICK_S);
 }
 
-/* In a fast oscillation the voltage of the last PWM period does not belong to the mean current of the tick: until the
- * new gains are proven or taken back, that shows no broken sensor. */
+/* In a fast oscillation voltage and current alternate within a tick, and their means say little: until the new gains
+ * are proven or taken back, a difference shows no broken sensor. */
 static fault_set without_current(axis_monitor *monitor, fault_set found) {
   if (!monitor->may_shake) {
     return found;
@@ -189,8 +187,8 @@ static float stop_deceleration_rad_s2(const protection_limits *limits) {
 static uint8_t restrictions_of(const axis_monitor *monitor) {
   const protection_limits *limits = &monitor->limits;
   const bool commissioning = limits->travel_kind >= COMMISSIONING_KIND;
-  const bool none = !has_travel(limits) && limits->travel_kind < ENDLESS_KIND;
-  const bool unknown = has_travel(limits) && !monitor->candidates.known;
+  const bool none = !protection_has_travel(limits) && limits->travel_kind < ENDLESS_KIND;
+  const bool unknown = protection_has_travel(limits) && !monitor->candidates.known;
   return (uint8_t)((none ? RESTRICTED_NO_TRAVEL : 0) | (unknown ? RESTRICTED_POSITION_UNKNOWN : 0) |
                    (commissioning ? RESTRICTED_COMMISSIONING : 0));
 }

@@ -28,11 +28,9 @@ enum {
 #define RUNAWAY_ACCELERATION_RAD_S2 0.5f
 #define STANDSTILL_RAD_S 2e-3f
 
-static bool travel_is_monitored(const protection_limits *limits) { return limits->minimum_rad < limits->maximum_rad; }
-
 uint8_t protection_contradictions(const protection_limits *limits) {
   const float travel_rad = limits->maximum_rad - limits->minimum_rad;
-  const bool margin_fits = !travel_is_monitored(limits) || 2.0f * limits->stopping_margin_rad < travel_rad;
+  const bool margin_fits = !protection_has_travel(limits) || 2.0f * limits->stopping_margin_rad < travel_rad;
   const bool voltages = limits->under_voltage_v < limits->over_voltage_v;
   return (uint8_t)((voltages ? 0 : PROTECTION_VOLTAGES) | (travel_rad >= 0.0f && margin_fits ? 0 : PROTECTION_TRAVEL));
 }
@@ -246,7 +244,7 @@ static bool stalls(axis_protection *p, const protection_limits *limits, const pr
 }
 
 static bool moves_outwards(const protection_limits *limits, const protection_inputs *in, float joint_rate_rad_s) {
-  if (!in->ends_known || !travel_is_monitored(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
+  if (!in->ends_known || !protection_has_travel(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
     return false;
   }
   return joint_rate_rad_s < 0.0f ? in->position_rad < limits->minimum_rad : in->position_rad > limits->maximum_rad;

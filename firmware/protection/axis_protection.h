@@ -92,6 +92,11 @@ enum {
   PROTECTION_TRAVEL = 2    /* minimum above maximum, or twice the stopping margin leaves no travel */
 };
 
+/* Whether 2060:9 and 2060:10 limit the travel. */
+static inline bool protection_has_travel(const protection_limits *limits) {
+  return limits->minimum_rad < limits->maximum_rad;
+}
+
 uint8_t protection_contradictions(const protection_limits *limits);
 
 /* Why these limits may not take effect: the limit that is wrong and what would be right; status CONTROL_OK: they may.

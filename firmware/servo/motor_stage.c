@@ -5,7 +5,6 @@
 
 static void report(motor_stage *stage) {
   atomic_store_explicit(&stage->limited, stage->state.limited, memory_order_relaxed);
-  atomic_store_explicit(&stage->voltage_v, stage->state.voltage_v, memory_order_relaxed);
 }
 
 void motor_stage_reset(motor_stage *stage) {

@@ -31,7 +31,6 @@ typedef struct {
   shared_flag handed_over;  /* `next` is complete and was not taken yet */
   current_loop_state state; /* owned by the PWM period */
   shared_flag limited;      /* in the last period the bus voltage was too low for the voltage that the loop wanted */
-  shared_float voltage_v;   /* mean over the last period */
   float voltage_sum_v;      /* of the periods since the last tick; owned by the PWM period */
   uint32_t voltage_count;
   shared_float tick_voltage_v; /* mean over the periods of the last tick */

@@ -108,7 +108,6 @@ static void turn(bench *of) {
     const servo_axis_params *motor = &of->node.board.app.params.axis[i];
     const float current_a = of->node.board.app.axis[i].current_reference_a;
     const float voltage_v = motor->resistance_ohm * current_a + motor->current.back_emf_v_s_rad * axis->rate_rad_s;
-    atomic_store_explicit(&of->node.board.motor[i].voltage_v, voltage_v, memory_order_relaxed);
     atomic_store_explicit(&of->node.board.motor[i].tick_voltage_v, voltage_v, memory_order_relaxed);
     const float motor_nm = 2.5f * current_a;
     const float friction_nm = 7.0f * axis->rate_rad_s / (fabsf(axis->rate_rad_s) + 1e-4f);

@@ -117,7 +117,6 @@ static inline void rigid_drive(rigid_axis *joint, servo_board *board, int i) {
   } else if (servo_mode_drives(servo->mode)) {
     voltage_v = params->resistance_ohm * joint->current_a + back_emf_v;
   }
-  atomic_store_explicit(&board->motor[i].voltage_v, voltage_v, memory_order_relaxed);
   atomic_store_explicit(&board->motor[i].tick_voltage_v, voltage_v, memory_order_relaxed);
 }
 

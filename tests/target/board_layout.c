@@ -17,6 +17,6 @@ const uint32_t board_layout[] = {
     sizeof(hal_axis_samples),
     offsetof(servo_board, motor),
     sizeof(motor_stage),
-    offsetof(motor_stage, voltage_v),
+    offsetof(motor_stage, state.voltage_v),
     offsetof(servo_node, objects), /* servo, gains, limits, drives and protection come before */
 };

@@ -114,7 +114,7 @@ Comparison compare(const BoardTick& start, const std::vector<BoardTick>& ticks) 
       const BoardPeriod& seen = ticks[n].periods[period];
       for (std::size_t i = 0; i < kAxes; ++i) {
         const std::uint32_t count = bridge_first_leg(duty[i]);
-        const float voltage_v = board.motor[i].voltage_v.load();
+        const float voltage_v = board.motor[i].state.voltage_v;
         result.duties++;
         result.driven += seen.compare_1[i] != kHalf ? 1 : 0;
         if (count != seen.compare_1[i] || bits_of(voltage_v) != bits_of(seen.voltage_v[i])) {

@@ -117,7 +117,7 @@ static void test_off_is_duty_0_and_forgets_the_integral(void) {
   }
   hand_over(&stage, &off);
   CHECK_SAME("duty when off", 0.0, motor_stage_step(&stage, LATENCY, 0.0f, 48.0f));
-  CHECK_SAME("V when off", 0.0, stage.voltage_v);
+  CHECK_SAME("V when off", 0.0, stage.state.voltage_v);
   hand_over(&stage, &on);
   CHECK_SAME("duty when on again", first, motor_stage_step(&stage, LATENCY, 0.0f, 48.0f));
 }
@@ -128,10 +128,10 @@ static void test_it_reports_the_voltage_and_that_the_bus_could_not_give_it(void)
   start(&stage, &command);
   (void)motor_stage_step(&stage, LATENCY, 0.0f, 12.0f);
   TEST_ASSERT_TRUE(stage.limited);
-  CHECK_NEAR("V", 0.98 * 12.0, stage.voltage_v, 1e-5);
+  CHECK_NEAR("V", 0.98 * 12.0, stage.state.voltage_v, 1e-5);
   motor_stage_reset(&stage);
   TEST_ASSERT_FALSE(stage.limited);
-  CHECK_SAME("V", 0.0, stage.voltage_v);
+  CHECK_SAME("V", 0.0, stage.state.voltage_v);
 }
 
 /* The voltage that a period computes is applied in the next one; period 0 closes the tick. */

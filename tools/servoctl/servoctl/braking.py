@@ -57,7 +57,7 @@ def analyse_stop(time_s: Real, rate_rad_s: Real, torque_nm: Real, full_nm: float
     if time.size < MIN_SAMPLES:
         reached = float(np.max(-forward * torque_nm[time_s >= 0.0], initial=0.0))
         raise MotionError(
-            f"the torque was full for {max(time.size, 0) * 1e3 * step_s:.0f} ms only (it reached {reached:.3g} of"
+            f"the torque was full for {time.size * 1e3 * step_s:.0f} ms only (it reached {reached:.3g} of"
             f" {full_nm:.3g} N m), at least {MIN_SAMPLES * 1e3 * step_s:.0f} ms are needed: repeat at a higher --rate"
             f" (it was {degrees(abs(start)):.3g} °/s)."
         )
