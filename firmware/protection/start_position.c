@@ -9,6 +9,7 @@
 void start_position_forget(start_position *start) {
   start->counted = false;
   start->confirmed = false;
+  start->settled = false;
 }
 
 static int8_t whole_turn(float turns) {
@@ -27,10 +28,12 @@ start_candidates start_position_step(start_position *start, float count_rad, flo
       .lowest = whole_turn(ceilf((minimum_rad - START_POSITION_MARGIN_RAD - start->lowest_rad) * TURNS_PER_RAD)),
       .highest = whole_turn(floorf((maximum_rad + START_POSITION_MARGIN_RAD - start->highest_rad) * TURNS_PER_RAD)),
   };
-  found.known = start->confirmed || found.lowest == found.highest;
-  if (!start->confirmed && found.known) {
+  if (!start->confirmed && found.lowest == found.highest) {
     start->turn = found.lowest;
   }
+  /* Without a candidate, the travel was made smaller than what the axis has visited: that does not change its turn. */
+  start->settled = found.lowest == found.highest || (start->settled && found.lowest > found.highest);
+  found.known = start->confirmed || start->settled;
   return found;
 }
 

@@ -5,9 +5,10 @@
  *
  * The drive counts turns from the start; "count" is the angle counted since then, from within half a turn of the
  * encoder's zero. Lowest and highest are of the whole time since the start, so motion excludes candidates. With exactly
- * one candidate the position is known: count + 2 pi k. With several, or none, it is not known until motion has excluded
- * the others or the operator has confirmed the turn. The margin covers the distance from the hard travel to the end
- * stops, and an axis that was pushed beyond the hard travel. */
+ * one candidate the position is known: count + 2 pi k. With several it is not known until motion has excluded the
+ * others or the operator has confirmed the turn. Without a candidate nothing changes: a known position stays known when
+ * the travel is made smaller than what the axis has visited. The margin covers the distance from the hard travel to the
+ * end stops, and an axis that was pushed beyond the hard travel. */
 #ifndef TRACKSERVO_PROTECTION_START_POSITION_H
 #define TRACKSERVO_PROTECTION_START_POSITION_H
 
@@ -24,6 +25,7 @@ typedef struct {
   float lowest_rad;  /* count */
   float highest_rad; /* count */
   bool confirmed;    /* by the operator: `turn` */
+  bool settled;      /* there was exactly one candidate, and have never been several since */
   int8_t turn;       /* in force: position = count + 2 pi turn */
 } start_position;
 

@@ -70,6 +70,20 @@ static void test_outside_of_the_travel_there_is_no_candidate_and_nothing_is_know
   TEST_ASSERT_TRUE(found.highest < found.lowest);
 }
 
+/* The user sets a smaller travel after the axis has been outside of it. */
+static void test_a_known_position_stays_known_when_the_travel_becomes_smaller_but_not_when_it_becomes_larger(void) {
+  start_position start = {0};
+  (void)step(&start, 0.0f);
+  TEST_ASSERT_TRUE(step(&start, 38.0f).known);
+  const start_candidates smaller = start_position_step(&start, 38.0f * DEG, 8.0f * DEG, 37.0f * DEG);
+  TEST_ASSERT_TRUE(smaller.known && smaller.lowest > smaller.highest);
+  TEST_ASSERT_EQUAL(0, start.turn);
+  TEST_ASSERT_FALSE(start_position_step(&start, 38.0f * DEG, -800.0f * DEG, 800.0f * DEG).known);
+  TEST_ASSERT_FALSE(start_position_step(&start, 38.0f * DEG, 8.0f * DEG, 37.0f * DEG).known);
+  start_position_forget(&start);
+  TEST_ASSERT_TRUE(step(&start, 38.0f).known);
+}
+
 static void test_without_a_travel_every_count_is_the_position(void) {
   start_position start = {0};
   TEST_ASSERT_TRUE(start_position_step(&start, 3.0f, 0.0f, 0.0f).known);
@@ -95,6 +109,7 @@ int main(void) {
   RUN_TEST(test_a_travel_within_one_turn_that_is_not_around_zero_has_one_candidate);
   RUN_TEST(test_the_operator_confirms_and_a_lost_encoder_forgets);
   RUN_TEST(test_outside_of_the_travel_there_is_no_candidate_and_nothing_is_known);
+  RUN_TEST(test_a_known_position_stays_known_when_the_travel_becomes_smaller_but_not_when_it_becomes_larger);
   RUN_TEST(test_without_a_travel_every_count_is_the_position);
   RUN_TEST(test_the_widest_travel_does_not_overflow);
   return UNITY_END();
