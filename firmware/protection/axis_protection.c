@@ -27,6 +27,7 @@ enum {
 #define RUNAWAY_TORQUE 0.5f
 #define RUNAWAY_ACCELERATION_RAD_S2 0.5f
 #define STANDSTILL_RAD_S 2e-3f
+#define OUTWARDS_RAD 2e-3f /* a seal that was wound up moves the axis by less when its brake opens */
 
 uint8_t protection_contradictions(const protection_limits *limits) {
   const float travel_rad = limits->maximum_rad - limits->minimum_rad;
@@ -243,11 +244,13 @@ static bool stalls(axis_protection *p, const protection_limits *limits, const pr
   return false;
 }
 
-static bool moves_outwards(const protection_limits *limits, const protection_inputs *in, float joint_rate_rad_s) {
-  if (!in->ends_known || !protection_has_travel(limits) || scalar_within(joint_rate_rad_s, STANDSTILL_RAD_S)) {
-    return false;
-  }
-  return joint_rate_rad_s < 0.0f ? in->position_rad < limits->minimum_rad : in->position_rad > limits->maximum_rad;
+/* By a distance, not by a rate: an axis that is outside creeps, and it jerks when its brake opens. */
+static bool moves_outwards(axis_protection *p, const protection_limits *limits, const protection_inputs *in) {
+  const float beyond_rad = scalar_max(limits->minimum_rad - in->position_rad, in->position_rad - limits->maximum_rad);
+  const float outside_rad = protection_has_travel(limits) ? scalar_max(beyond_rad, 0.0f) : 0.0f;
+  const bool compares = in->closed && in->ends_known;
+  p->outside_rad = compares ? scalar_min(p->outside_rad, outside_rad) : outside_rad;
+  return outside_rad > p->outside_rad + OUTWARDS_RAD;
 }
 
 static fault_set monitor_motion(axis_protection *p, const protection_limits *limits, const protection_motor *motor,
@@ -259,7 +262,7 @@ static fault_set monitor_motion(axis_protection *p, const protection_limits *lim
       in->speed_closed && !scalar_within(in->reference_rad_s - in->rate_rad_s, limits->speed_error_rad_s);
   const bool speed_error = lasts(&p->speed_error_s, far_off, limits->speed_error_s, dt_s);
   const bool stall = stalls(p, limits, in, joint_rate_rad_s, dt_s);
-  const bool beyond = in->closed && moves_outwards(limits, in, joint_rate_rad_s);
+  const bool beyond = moves_outwards(p, limits, in);
   return bit_if(overspeed, FAULT_OVER_SPEED) | bit_if(runaway, FAULT_RUNAWAY) | bit_if(speed_error, FAULT_SPEED_ERROR) |
          bit_if(stall, FAULT_STALL) | bit_if(beyond, FAULT_BEYOND_TRAVEL);
 }

@@ -71,8 +71,9 @@ typedef struct {
   int runaway_ticks;
   float speed_error_s;
   float stall_s;
-  float heating_a2; /* mean square current of the last thermal time */
-  int off_ticks;    /* since the bridge switched off, counted until its current has decayed */
+  float outside_rad; /* least distance beyond the travel since a loop was closed */
+  float heating_a2;  /* mean square current of the last thermal time */
+  int off_ticks;     /* since the bridge switched off, counted until its current has decayed */
   float offset_a;
   int offset_ticks;
   int mismatch_ticks; /* ticks with a mismatch minus ticks without, 0 or more */

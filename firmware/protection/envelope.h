@@ -18,7 +18,8 @@
  * on a grid.
  *
  * Also: the axis must follow each stop that a fault or a stop command ordered, and must follow this braking. A machine
- * whose position is not known, or which has no valid travel, is limited to ENVELOPE_SLOW_RAD_S everywhere.
+ * whose position is not known, or which has no valid travel, is limited to ENVELOPE_SLOW_RAD_S everywhere. Below
+ * 0.03 rad/s nothing is too fast: FAULT_BEYOND_TRAVEL limits how far such an axis goes outwards.
  *
  * The envelope brakes an axis that has power, and one that still turns since it had power. Never one that came to rest
  * without power, whoever moves it. Cost: about 90 instructions per tick. */

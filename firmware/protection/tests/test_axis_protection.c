@@ -491,16 +491,52 @@ static void test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends
 static void test_outside_of_the_travel_only_motion_outwards_is_a_fault(void) {
   static const struct {
     float position_rad;
-    float rate_rad_s;
+    float end_rad;
     bool fault;
   } cases[] = {
-      {2.1f, 0.1f, true}, {2.1f, -0.1f, false}, {-1.1f, -0.1f, true}, {-1.1f, 0.1f, false}, {0.0f, 0.1f, false}};
+      {2.1f, 2.1021f, true}, {2.1f, 2.1019f, false}, {2.1f, 1.9f, false},    {-1.1f, -1.1021f, true},
+      {-1.1f, -0.9f, false}, {1.9f, 2.0021f, true},  {1.9f, 2.0019f, false}, {0.0f, 0.5f, false},
+  };
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
     bench b = new_bench();
     b.in.position_rad = cases[i].position_rad;
-    b.rate_rad_s = b.in.reference_rad_s = cases[i].rate_rad_s;
-    TEST_ASSERT_EQUAL(cases[i].fault ? 2 : 0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
+    b.in.closed = false;
+    run(&b, 1);
+    b.in.closed = true;
+    run(&b, 10);
+    b.in.position_rad = cases[i].end_rad;
+    TEST_ASSERT_EQUAL(cases[i].fault ? 1 : 0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
   }
+}
+
+/* From 100 mrad outside: it comes back by 50 mrad, then it must not leave again; off, the distance begins anew. */
+static void test_outside_of_the_travel_motion_outwards_counts_from_the_least_distance(void) {
+  bench b = new_bench();
+  b.in.closed = false;
+  b.in.position_rad = 2.1f;
+  run(&b, 1);
+  b.in.closed = true;
+  run(&b, 1);
+  b.in.position_rad = 2.05f;
+  run(&b, 1);
+  b.in.position_rad = 2.0519f;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
+  b.in.position_rad = 2.0521f;
+  TEST_ASSERT_EQUAL(1, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
+  b.in.closed = false;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
+  b.in.closed = true;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
+}
+
+/* The turn becomes known while the axis is moved: the distance begins at this moment. */
+static void test_outside_of_the_travel_motion_counts_from_when_the_turn_is_known(void) {
+  bench b = new_bench();
+  b.in.ends_known = false;
+  b.in.position_rad = 2.1f;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
+  b.in.ends_known = true;
+  TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_BEYOND_TRAVEL, 10));
 }
 
 /* 6 ticks after the loop closed, at 2 A: sensors that show nothing of 0.5 rad/s. */
@@ -691,6 +727,8 @@ int main(void) {
   RUN_TEST(test_a_torque_command_has_no_speed_error);
   RUN_TEST(test_a_torque_at_its_limit_without_motion_is_a_stall_and_motion_ends_the_count);
   RUN_TEST(test_outside_of_the_travel_only_motion_outwards_is_a_fault);
+  RUN_TEST(test_outside_of_the_travel_motion_outwards_counts_from_the_least_distance);
+  RUN_TEST(test_outside_of_the_travel_motion_counts_from_when_the_turn_is_known);
   RUN_TEST(test_the_motor_contradicts_sensors_that_are_frozen_and_only_while_a_loop_is_closed);
   RUN_TEST(test_a_motor_whose_magnets_are_weak_is_named);
   RUN_TEST(test_the_voltage_of_the_inductance_is_no_motion);

@@ -68,7 +68,8 @@ class Stm32g474 {
   ResetCause last_reset() const { return last_reset_; }
   void on_reset(std::function<void()> listener) { reset_listener_ = std::move(listener); }
 
-  // One bit of the RAM flips; `address` is that of its word. Where the RAM has parity, the next read finds it.
+  // One bit of the RAM flips; `address` is that of its word. Where the RAM has parity, the next read finds it. `bit`
+  // may be CortexM4::kParityBit.
   void flip_ram_bit(std::uint32_t address, unsigned bit);
 
   Gpio& port(char name) { return *ports_[static_cast<std::size_t>(name - 'A')]; }

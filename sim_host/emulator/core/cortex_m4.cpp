@@ -186,11 +186,13 @@ void CortexM4::allow_writes(std::uint32_t address, std::uint32_t size, bool allo
 }
 
 void CortexM4::flip(std::uint32_t address, unsigned bit, std::function<void()> found) {
-  std::uint8_t *byte = memory_at(address + bit / 8, 1);
-  if (byte == nullptr) {
+  std::uint8_t *word = memory_at(address, 4);
+  if (word == nullptr) {
     throw std::invalid_argument("no memory there for a flipped bit");
   }
-  *byte ^= static_cast<std::uint8_t>(1U << bit % 8);
+  if (bit < kParityBit) {
+    word[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+  }
   check(uc_ctl_flush_tb(uc_), "code that has changed");  // also: translated code calls no new hooks
   if (!found) {
     return;

@@ -123,8 +123,9 @@ class CortexM4 {
   // Whether the program may write there; a store that may not is a bus error.
   void allow_writes(std::uint32_t address, std::uint32_t size, bool allowed);
 
-  // One bit of a word changes. If `found` is given, each later read of the word, also as code, calls it; a write
-  // repairs the word.
+  // One bit of a word changes; kParityBit leaves the word as it is. If `found` is given, each later read of the word,
+  // also as code, calls it; a write repairs the word.
+  static constexpr unsigned kParityBit = 32;
   void flip(std::uint32_t address, unsigned bit, std::function<void()> found);
 
   // From now on each word between these addresses that the program reads before it is written is reported once.

@@ -13,7 +13,7 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kVisibleRate_rad_s = 0.015;  // half of the difference of gyro and encoder by then is beyond 0x2060:2
-constexpr double kOutwards_rad_s = 0.004;
+constexpr double kOutwards_rad = 0.002;       // beyond the end, from where it counts
 constexpr double kEncoderError_rad = 3e-5;
 constexpr double kPush_nm = 300.0;
 constexpr double kStrongerThanMotor_nm = 60.0;
@@ -129,13 +129,12 @@ void expect_setpoints(DrivenNode& node, int axis) {
   node.write(axis, 0x1402, 5, 20);
 }
 
-// Beyond the end of the travel, and moving outwards.
 bool is_outside(DrivenNode& node, int axis) {
   const protection_limits& limits = node.axis(axis).monitor.limits;
   const double angle_rad = node.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
-  const bool above = angle_rad > static_cast<double>(limits.maximum_rad) + kEncoderError_rad;
-  const bool below = angle_rad < static_cast<double>(limits.minimum_rad) - kEncoderError_rad;
-  return (above || below) && (above ? 1.0 : -1.0) * joint_rate_rad_s(node, axis) > kOutwards_rad_s;
+  const double allowed_rad = kOutwards_rad + kEncoderError_rad;
+  return angle_rad > static_cast<double>(limits.maximum_rad) + allowed_rad ||
+         angle_rad < static_cast<double>(limits.minimum_rad) - allowed_rad;
 }
 
 std::vector<FaultInjection> sensors() {
