@@ -1,0 +1,97 @@
+#include "servo/pointing.h"
+
+#include "base/scalar.h"
+
+control_status pointing_check(const pointing_params *params) {
+  const pointing_inertia *inertia = &params->inertia;
+  const scalar_range ranges[] = {
+      {inertia->azimuth_kg_m2, 1e-9f, 1e5f},
+      {inertia->azimuth_swing_kg_m2, -1e5f, 1e5f},
+      {inertia->azimuth_kg_m2 + inertia->azimuth_swing_kg_m2, 1e-9f, 1e5f},
+      {inertia->pitch_kg_m2, 1e-9f, 1e5f},
+      {params->fed_forward_kg_m2.azimuth, 0.0f, 1e5f},
+      {params->fed_forward_kg_m2.pitch, 0.0f, 1e5f},
+  };
+  const control_status parts[] = {
+      camera_mounting_check(&params->camera),
+      pointing_tracker_check(&params->tracker),
+      scalar_check_ranges(ranges, sizeof ranges / sizeof ranges[0]),
+  };
+  for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
+    if (parts[i] != CONTROL_OK) {
+      return parts[i];
+    }
+  }
+  return CONTROL_OK;
+}
+
+control_status pointing_configure(pointing *self, const pointing_params *params) {
+  const control_status status = pointing_check(params);
+  if (status != CONTROL_OK) {
+    return status;
+  }
+  self->params = *params;
+  self->camera = camera_align(&params->camera);
+  pointing_reset(self);
+  return CONTROL_OK;
+}
+
+void pointing_reset(pointing *self) {
+  pointing_tracker_reset(&self->tracker);
+  self->known_ticks = 0;
+}
+
+pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *samples) {
+  return (pointing_motion){
+      .pitch_angle = samples->axis[SERVO_PITCH].sensors.joint_angle_turn32,
+      .inertial_rad_s = {.azimuth = app->axis[SERVO_AZIMUTH].signals.rates.rate_rad_s,
+                         .pitch = app->axis[SERVO_PITCH].signals.rates.rate_rad_s},
+  };
+}
+
+pointing_frame pointing_frame_of(const servo_samples *samples) {
+  const hal_camera_frame *along_rows = &samples->axis[SERVO_AZIMUTH].sensors.frame;
+  const hal_camera_frame *along_columns = &samples->axis[SERVO_PITCH].sensors.frame;
+  return (pointing_frame){.fresh = along_rows->fresh && along_columns->fresh,
+                          .valid = along_rows->target_found && along_columns->target_found,
+                          .age_ticks = along_rows->age_ticks,
+                          .error = {.x = along_rows->error_rad, .y = along_columns->error_rad}};
+}
+
+pointing_output pointing_step(pointing *self, const pointing_frame *frame, const pointing_motion *motion,
+                              float tick_s) {
+  const pointing_params *params = &self->params;
+  const rotation pitch = rotation_of(motion->pitch_angle);
+  const line_of_sight_rates los =
+      line_of_sight_of_joints(pitch, motion->inertial_rad_s.azimuth, motion->inertial_rad_s.pitch);
+  pointing_frame aligned = *frame;
+  aligned.error = camera_error(&self->camera, frame->error);
+  aligned.valid = frame->valid && frame->age_ticks <= self->known_ticks;
+  if (self->known_ticks < TARGET_TRACKER_HISTORY) {
+    ++self->known_ticks;
+  }
+  const pointing_command wanted =
+      pointing_tracker_step(&self->tracker, &params->tracker, &aligned, &los, motion->pitch_angle, tick_s);
+  const joint_vector torque_nm =
+      pointing_torques_nm(&params->inertia, pitch, wanted.rate_rad_s, wanted.acceleration_rad_s2);
+  const joint_vector acceleration = wanted.acceleration_rad_s2;
+  const joint_vector inertia = params->fed_forward_kg_m2;
+  return (pointing_output){
+      .locked = wanted.locked,
+      .limited = wanted.limited,
+      .error_rad = wanted.error_rad,
+      .error_of_joints_rad = wanted.error_of_joints_rad,
+      .reference = {[SERVO_AZIMUTH] = {.rate_rad_s = wanted.rate_rad_s.azimuth,
+                                       .acceleration_rad_s2 = acceleration.azimuth},
+                    [SERVO_PITCH] = {.rate_rad_s = wanted.rate_rad_s.pitch, .acceleration_rad_s2 = acceleration.pitch}},
+      .torque_nm = {[SERVO_AZIMUTH] = torque_nm.azimuth - inertia.azimuth * acceleration.azimuth,
+                    [SERVO_PITCH] = torque_nm.pitch - inertia.pitch * acceleration.pitch},
+  };
+}
+
+void pointing_command_axes(const pointing_output *out, servo_command *command) {
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    command->axis[i].speed = out->reference[i];
+    command->axis[i].torque_nm = out->torque_nm[i];
+  }
+}

@@ -1,0 +1,80 @@
+/* Both axes together hold a target in the camera's image: from a frame to the commands of both speed loops, once per
+ * tick.
+ *
+ *     frame -> camera_error -> pointing_tracker_step -> rates and accelerations -> pointing_torques_nm -> commands
+ *
+ * The result is a command for SERVO_SPEED. So limits of speed, travel and torque hold as for every speed command.
+ *
+ *     rate                  the target's rate, and `proportional_per_s` times the error of the joint
+ *     acceleration          the target's; the speed loop multiplies it with its own, constant inertia
+ *     torque_nm             what the speed loop lacks: the change of the azimuth's inertia with the pitch, the
+ *                           centrifugal torque on the pitch and the Coriolis torque on the azimuth
+ *
+ * The torque is added behind the speed loop, so its disturbance observer does not see it (servo_axis.h).
+ *
+ * Use: in each tick, between servo_board_sample and servo_board_control:
+ *
+ *     const pointing_motion motion = pointing_motion_of(&board->app, &board->samples);
+ *     const pointing_output out = pointing_step(&pointing, &frame, &motion, SERVO_TICK_S);
+ *     pointing_command_axes(&out, &board->command);
+ *
+ * Step it in every tick, also before it commands: a frame that was exposed before the reset counts as not valid. */
+#ifndef TRACKSERVO_SERVO_POINTING_H
+#define TRACKSERVO_SERVO_POINTING_H
+
+#include "control/pointing_tracker.h"
+#include "servo/servo_app.h"
+
+typedef struct {
+  camera_mounting camera;
+  pointing_tracker_params tracker;
+  pointing_inertia inertia;       /* of the machine: 1e-9 .. 1e5, at every pitch; swing -1e5 .. 1e5 */
+  joint_vector fed_forward_kg_m2; /* acceleration_inertia_kg_m2 of both speed loops, 0 .. 1e5 */
+} pointing_params;
+
+typedef struct {
+  pointing_params params;
+  camera_alignment camera;
+  pointing_tracker_state tracker;
+  int known_ticks; /* since the reset, up to TARGET_TRACKER_HISTORY */
+} pointing;
+
+/* Of the line of sight. */
+typedef struct {
+  angle_turn32 pitch_angle;    /* joint angle, now */
+  joint_vector inertial_rad_s; /* measured rates about the azimuth's and the pitch's axis */
+} pointing_motion;
+
+typedef struct {
+  bool locked;                      /* a frame arrived within coast_s: otherwise the references and torques are 0 */
+  bool limited;                     /* by the rate limit of an axis */
+  image_vector error_rad;           /* estimated, now: cross-elevation and elevation */
+  joint_vector error_of_joints_rad; /* how far each joint must turn */
+  speed_reference reference[SERVO_AXES];
+  float torque_nm[SERVO_AXES];
+} pointing_output;
+
+/* CONTROL_OK, or why these parameters are refused. */
+control_status pointing_check(const pointing_params *params);
+
+/* Takes the parameters after checking them, and forgets the target; on an error nothing changes. */
+control_status pointing_configure(pointing *self, const pointing_params *params);
+
+/* Nothing is known of a target. */
+void pointing_reset(pointing *self);
+
+/* From the pitch's angle in this tick and both axes' rates of the last tick. */
+pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *samples);
+
+/* The frame of the HAL, in the camera's own axes: along its rows in the samples of the azimuth, along its columns in
+ * those of the pitch. */
+pointing_frame pointing_frame_of(const servo_samples *samples);
+
+/* One tick. `frame->error` is in the camera's own axes, tangents of angles; see pointing_tracker_step for frames out of
+ * range. */
+pointing_output pointing_step(pointing *self, const pointing_frame *frame, const pointing_motion *motion, float tick_s);
+
+/* Sets rate, acceleration and torque of both axes' commands; mode and limits stay. */
+void pointing_command_axes(const pointing_output *out, servo_command *command);
+
+#endif
