@@ -22,6 +22,9 @@ const char *type_text(KeyType type) {
 }
 
 std::string default_text(const KeyText& key) {
+  if (key.fallback && key.type == KeyType::kChoice) {
+    return fmt::format("\"{}\"", key.choices.at(static_cast<std::size_t>(*key.fallback)));
+  }
   if (key.fallback) {
     return fmt::format("{:g}", *key.fallback);
   }

@@ -56,6 +56,7 @@ constexpr Unit kAmpere{"A", 1.0};
 constexpr Unit kVolt{"V", 1.0};
 constexpr Unit kMetre{"m", 1.0};
 constexpr Unit kMetrePerSecond{"m/s", 1.0};
+constexpr Unit kMetrePerSecondSquared{"m/s2", 1.0};
 constexpr Unit kPixel{"px", 1.0};
 }  // namespace unit
 
@@ -78,7 +79,7 @@ struct KeyText {
   Range range{0, 0};
   std::string meaning;
   std::vector<std::string> choices;  // in the order of the enumeration
-  std::optional<double> fallback;    // in the file's unit; without it the key is required ...
+  std::optional<double> fallback;    // in the file's unit, or a choice's index; without it the key is required ...
   bool optional = false;             // ... unless this says that it may be absent
 };
 
@@ -89,7 +90,7 @@ struct Key {
   std::function<void(Owner&, const Value&)> set;
   std::function<std::optional<double>(const Owner&)> get;  // of a number, in SI; none where it is absent
 
-  // Makes the key optional, with this value [file's unit].
+  // Makes the key optional, with this value [file's unit; of a choice its index].
   Key or_else(double value) const {
     Key copy = *this;
     copy.text.fallback = value;

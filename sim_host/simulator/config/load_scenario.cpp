@@ -90,6 +90,45 @@ Keys<FlyByConfig> fly_by_keys() {
   };
 }
 
+Keys<PassConfig> pass_keys() {
+  using Config = PassConfig;
+  return {
+      number("speed_m_s", unit::kMetrePerSecond, {0.1, 500}, &Config::speed_m_s, "speed on the course"),
+      number("height_m", unit::kMetre, {1, 1e5}, &Config::height_m, "height above the tracker"),
+      number("elevation_deg", unit::kDegree, {0.1, 90}, &Config::elevation_rad,
+             "pitch at the closest approach; 90: through the zenith"),
+      number("closest_at_s", unit::kSecond, {0, 3600}, &Config::closest_at_s, "time of the closest approach"),
+      number("evasive_m_s2", unit::kMetrePerSecondSquared, {0, 100}, &Config::evasive_m_s2,
+             "amplitude of a sine of horizontal acceleration across the course")
+          .or_else(0),
+      number("evasive_period_s", unit::kSecond, {0.1, 1e3}, &Config::evasive_period_s, "period of that sine")
+          .or_else(4),
+  };
+}
+
+Keys<ScenarioConfig> pointing_keys() {
+  return {
+      choice("pointing", {"per_axis", "line_of_sight"}, &ScenarioConfig::pointing,
+             "a tracking loop for each axis, or one loop for the line of sight that moves both axes")
+          .or_else(0),
+  };
+}
+
+Keys<PictureMounting> mounting_keys() {
+  using Config = PictureMounting;
+  return {
+      number("roll_deg", unit::kDegree, {-180, 180}, &Config::roll_rad,
+             "rotation of the sensor about the optical axis, counter-clockwise in the image; line_of_sight only")
+          .or_else(0),
+      number("boresight_x_urad", unit::kMicroradian, {-1e5, 1e5}, &Config::boresight_x_rad,
+             "where the target is to be held, in cross-elevation; line_of_sight only")
+          .or_else(0),
+      number("boresight_y_urad", unit::kMicroradian, {-1e5, 1e5}, &Config::boresight_y_rad,
+             "the same in elevation; line_of_sight only")
+          .or_else(0),
+  };
+}
+
 Keys<CameraConfig> camera_keys() {
   using Config = CameraConfig;
   return {
@@ -102,6 +141,13 @@ Keys<CameraConfig> camera_keys() {
       number("height_px", unit::kPixel, {1, 1e5}, &Config::height_px, "height of the image, along pitch"),
       number("centroid_noise_rms_px", unit::kPixel, {0, 100}, &Config::centroid_noise_rms_px,
              "white noise of the target position, per axis"),
+      choice("geometry", {"per_axis", "line_of_sight"}, &Config::geometry,
+             "error of each joint by itself, or place in the picture of a pinhole camera on both joints")
+          .or_else(0),
+      number("dropouts_at_s", unit::kSecond, {0, 3600}, &Config::dropouts_at_s,
+             "times from which on the target is not found; give dropout_s, too")
+          .or_absent(),
+      number("dropout_s", unit::kSecond, {0, 100}, &Config::dropout_s, "length of each dropout").or_else(0),
   };
 }
 
@@ -134,8 +180,64 @@ void read_child(const TomlReader& reader, const char *name, const Keys<Owner>& k
   reader.read(table, keys, owner);
 }
 
-void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
+// The course is given as [fly_by] or as [pass].
+void read_course(const TomlReader& reader, ScenarioConfig& scenario) {
+  const TomlTable root = reader.root();
+  if (!reader.child_if_present(root, "pass")) {
+    read_child(reader, "fly_by", fly_by_keys(), scenario.fly_by);
+    return;
+  }
+  if (root.table->contains("fly_by")) {
+    reader.fail(root, "pass", "and fly_by are both given", "give one of them: a scenario has one target");
+  }
+  scenario.pass.emplace();
+  read_child(reader, "pass", pass_keys(), *scenario.pass);
+  scenario.fly_by = course_of(*scenario.pass);
+}
+
+void read_camera(const TomlReader& reader, ScenarioConfig& scenario) {
   constexpr double kMaxFramesUnderWay = 10;
+  const TomlTable camera = reader.child(reader.root(), "camera");
+  std::vector<std::string> mounting_names;
+  for (const auto& key : mounting_keys()) {
+    mounting_names.push_back(key.text.name);
+  }
+  reader.refuse_unknown(camera, camera_keys(), mounting_names);
+  reader.read(camera, camera_keys(), scenario.camera);
+  reader.read(camera, mounting_keys(), scenario.camera.mounting);
+  if (scenario.camera.delay_s * scenario.camera.frame_rate_hz > kMaxFramesUnderWay) {
+    reader.fail(camera, "delay_ms", "is longer than 10 frames",
+                fmt::format("give at most {:g}", 1e3 * kMaxFramesUnderWay / scenario.camera.frame_rate_hz));
+  }
+  const bool image = scenario.camera.geometry == CameraGeometry::kLineOfSight;
+  for (const std::string& name : mounting_names) {
+    if (!image && camera.table->contains(name)) {
+      reader.fail(camera, name, "has no effect on a camera that measures each axis by itself",
+                  "remove it, or give geometry = \"line_of_sight\"");
+    }
+  }
+  if (scenario.camera.dropouts_at_s.empty() != (scenario.camera.dropout_s == 0.0)) {
+    reader.fail(camera, scenario.camera.dropouts_at_s.empty() ? "dropout_s" : "dropouts_at_s", "has no effect alone",
+                "give dropouts_at_s and dropout_s together");
+  }
+}
+
+// One loop for the line of sight needs the picture, and both axes.
+void check_pointing(const TomlReader& reader, const ScenarioConfig& scenario) {
+  if (scenario.pointing != Pointing::kLineOfSight) {
+    return;
+  }
+  if (scenario.camera.geometry != CameraGeometry::kLineOfSight) {
+    reader.fail(reader.root(), "pointing", "needs the picture of a camera on both joints",
+                "give camera.geometry = \"line_of_sight\", too");
+  }
+  if (!scenario.axes[kAzimuth] || !scenario.axes[kPitch]) {
+    reader.fail(reader.root(), "axes", "leaves out an axis that the line of sight needs",
+                "give both axes, or pointing = \"per_axis\"");
+  }
+}
+
+void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
   const TomlTable root = reader.root();
   switch (scenario.kind) {
     case ScenarioKind::kSpeedSine:
@@ -145,12 +247,10 @@ void read_kind(const TomlReader& reader, ScenarioConfig& scenario) {
       reader.read(root, step_keys(), scenario);
       break;
     case ScenarioKind::kTracking:
-      read_child(reader, "fly_by", fly_by_keys(), scenario.fly_by);
-      read_child(reader, "camera", camera_keys(), scenario.camera);
-      if (scenario.camera.delay_s * scenario.camera.frame_rate_hz > kMaxFramesUnderWay) {
-        reader.fail(reader.child(root, "camera"), "delay_ms", "is longer than 10 frames",
-                    fmt::format("give at most {:g}", 1e3 * kMaxFramesUnderWay / scenario.camera.frame_rate_hz));
-      }
+      reader.read(root, pointing_keys(), scenario);
+      read_course(reader, scenario);
+      read_camera(reader, scenario);
+      check_pointing(reader, scenario);
       break;
   }
 }
@@ -183,7 +283,7 @@ void refuse_keys_of_speed_runs(const TomlReader& reader) {
   for (const char *key : {"initial_azimuth_deg", "initial_pitch_deg", "rest_s"}) {
     if (reader.root().table->contains(key)) {
       reader.fail(reader.root(), key, "is not allowed in tracking, which starts on the target",
-                  "remove it; fly_by.start_position_m defines the start");
+                  "remove it; fly_by.start_position_m or the pass defines the start");
     }
   }
 }
@@ -212,12 +312,24 @@ std::vector<std::string> known_keys(ScenarioKind kind) {
   } else if (kind == ScenarioKind::kSpeedStep) {
     add(step_keys());
   } else {
-    known.insert(known.end(), {"fly_by", "camera"});
+    add(pointing_keys());
+    known.insert(known.end(), {"fly_by", "pass", "camera"});
   }
   return known;
 }
 
 }  // namespace
+
+FlyByConfig course_of(const PassConfig& pass) {
+  const double w = 2.0 * kPi / pass.evasive_period_s;
+  FlyByConfig course;
+  course.start_position_m = {pass.height_m / std::tan(pass.elevation_rad), -pass.speed_m_s * pass.closest_at_s,
+                             pass.height_m};
+  course.velocity_m_s = {0.0, pass.speed_m_s, 0.0};
+  course.weave_lateral_m = pass.evasive_m_s2 / (w * w);
+  course.weave_lateral_period_s = pass.evasive_period_s;
+  return course;
+}
 
 ScenarioConfig load_scenario(const std::filesystem::path& path) {
   const TomlReader reader(path);
@@ -239,6 +351,9 @@ ScenarioConfig load_scenario(const std::filesystem::path& path) {
 }
 
 std::string scenario_keys_markdown() {
+  std::vector<KeyText> camera = texts_of(camera_keys());
+  const std::vector<KeyText> mounting = texts_of(mounting_keys());
+  camera.insert(camera.end(), mounting.begin(), mounting.end());
   return sections_markdown(
       "Keys of a scenario file",
       "What you can write into a scenario file: each key with unit, allowed values, default and meaning. A scenario "
@@ -251,8 +366,12 @@ std::string scenario_keys_markdown() {
        {"kind = \"speed_sine\" or \"speed_step\"", "At the top of the file.", texts_of(initial_keys())},
        {"kind = \"speed_sine\"", "At the top of the file.", texts_of(sine_keys())},
        {"kind = \"speed_step\"", "At the top of the file.", texts_of(step_keys())},
+       {"kind = \"tracking\"", "At the top of the file.", texts_of(pointing_keys())},
        {"[fly_by], kind = \"tracking\"", "", texts_of(fly_by_keys())},
-       {"[camera], kind = \"tracking\"", "", texts_of(camera_keys())}});
+       {"[pass], kind = \"tracking\"",
+        "Instead of [fly_by]: a level, straight course that is closest to the tracker straight ahead.",
+        texts_of(pass_keys())},
+       {"[camera], kind = \"tracking\"", "", camera}});
 }
 
 }  // namespace trackservo::sim

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,22 @@ struct FlyByConfig {
   double weave_vertical_period_s = 1;
 };
 
+// A level, straight course: closest to the tracker straight ahead, where it passes from the right to the left.
+struct PassConfig {
+  double speed_m_s = 0;
+  double height_m = 0;
+  double elevation_rad = 0;  // at the closest approach; pi/2: through the zenith
+  double closest_at_s = 0;
+  double evasive_m_s2 = 0;  // amplitude of a sine of horizontal acceleration across the course
+  double evasive_period_s = 1;
+};
+
+// The same course as start, velocity and weave.
+FlyByConfig course_of(const PassConfig& pass);
+
+// Which tracking the firmware runs: a tracker for each axis, or one for the line of sight (servo/pointing.h).
+enum class Pointing { kPerAxis = 0, kLineOfSight = 1 };
+
 struct ScenarioConfig {
   std::string name;  // as in the file; equals the experiment
   SourceLines lines;
@@ -48,8 +65,11 @@ struct ScenarioConfig {
   double disturbance_amplitude_rad_s = 0;
   double disturbance_frequency_hz = 0;
 
-  FlyByConfig fly_by;   // kTracking only
-  CameraConfig camera;  // kTracking only
+  // kTracking only.
+  FlyByConfig fly_by;
+  std::optional<PassConfig> pass;  // where the file gives one; `fly_by` is its course
+  CameraConfig camera;
+  Pointing pointing = Pointing::kPerAxis;
 };
 
 // Reads and checks a scenario file. Throws ConfigError, also when the file cannot be read.

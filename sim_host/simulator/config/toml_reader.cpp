@@ -168,8 +168,8 @@ std::optional<Value> TomlReader::value(const TomlTable& table, const KeyText& ke
     if (!key.fallback) {
       return std::nullopt;
     }
-    return key.type == KeyType::kInteger ? Value(static_cast<int>(*key.fallback))
-                                         : Value(*key.fallback * key.unit.in_si);
+    const bool whole = key.type == KeyType::kInteger || key.type == KeyType::kChoice;
+    return whole ? Value(static_cast<int>(*key.fallback)) : Value(*key.fallback * key.unit.in_si);
   }
   switch (key.type) {
     case KeyType::kInteger:

@@ -28,6 +28,9 @@ std::string stops_text(const PlantConfig& plant, int axis) {
                      kDegPerRad * stops.lower_rad, kDegPerRad * stops.upper_rad);
 }
 
+// Where the file gives the course.
+const char *course_key(const ScenarioConfig& scenario) { return scenario.pass ? "pass" : "fly_by.start_position_m"; }
+
 void refuse_start_beyond_stops(const PlantConfig& plant, const ScenarioConfig& scenario,
                                const std::array<double, kAxes>& start_rad) {
   for (int axis = 0; axis < kAxes; ++axis) {
@@ -35,16 +38,17 @@ void refuse_start_beyond_stops(const PlantConfig& plant, const ScenarioConfig& s
     if (is_beyond(axis_of(plant, axis).end_stops, angle_rad)) {
       const bool tracking = scenario.kind == ScenarioKind::kTracking;
       throw scenario.lines.error(
-          tracking ? "fly_by.start_position_m" : fmt::format("initial_{}_deg", axis_name(axis)),
+          tracking ? course_key(scenario) : fmt::format("initial_{}_deg", axis_name(axis)),
           fmt::format("a start at {:g} deg is beyond {}", kDegPerRad * angle_rad, stops_text(plant, axis)),
           "start between these angles");
     }
   }
 }
 
-// Follows the target over the run.
+// Follows the target over the run. A camera with line-of-sight geometry sees it everywhere.
 void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warnings& warnings) {
   constexpr double kClosest_m = 1.0;  // on the ground; azimuth is undefined there
+  const bool image = scenario.camera.geometry == CameraGeometry::kLineOfSight;
   const FlyBy target(scenario.fly_by);
   const int ticks = static_cast<int>(std::lround(scenario.duration_s / kTick_s));
   std::array<bool, kAxes> warned{};
@@ -52,13 +56,13 @@ void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warn
   for (int tick = 0; tick <= ticks; ++tick) {
     const double time_s = tick * kTick_s;
     const LineOfSight los = target.at(time_s);
-    if (!(los.range_m * std::cos(los.angle_rad[kPitch]) >= kClosest_m)) {
+    if (!image && !(los.range_m * std::cos(los.angle_rad[kPitch]) >= kClosest_m)) {
       throw scenario.lines.error(
-          "fly_by.start_position_m", fmt::format("the target is directly above the tracker at {:g} s", time_s),
+          course_key(scenario), fmt::format("the target is directly above the tracker at {:g} s", time_s),
           fmt::format("choose a course that stays {:g} m away from the azimuth axis", kClosest_m));
     }
-    if (std::abs(los.angle_rad[kAzimuth] - azimuth_rad) > kPi) {
-      throw scenario.lines.error("fly_by.start_position_m",
+    if (!image && std::abs(los.angle_rad[kAzimuth] - azimuth_rad) > kPi) {
+      throw scenario.lines.error(course_key(scenario),
                                  fmt::format("the target has moved half a turn around the tracker by {:g} s", time_s),
                                  "choose a shorter run or a course that stays on one side");
     }
@@ -69,7 +73,8 @@ void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warn
         warned[i] = true;
         warnings.emplace_back(
             scenario.lines
-                .error("fly_by", fmt::format("the target moves beyond {} at {:g} s", stops_text(plant, axis), time_s),
+                .error(scenario.pass ? "pass" : "fly_by",
+                       fmt::format("the target moves beyond {} at {:g} s", stops_text(plant, axis), time_s),
                        "end the run earlier")
                 .what());
       }

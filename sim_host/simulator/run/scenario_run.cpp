@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
+#include "dictionary/refusal_text.hpp"
 #include "run/machine.hpp"
 #include "sensors/camera.hpp"
 #include "target/fly_by.hpp"
@@ -35,11 +37,15 @@ AxisRow row_of(const TruthState& truth, const Machine& machine, int axis, double
 class Scene {
  public:
   Scene(const ScenarioConfig& scenario, std::uint64_t seed)
-      : target_(scenario.fly_by), camera_(scenario.camera, seed) {}
+      : target_(scenario.fly_by), config_(scenario.camera), camera_(scenario.camera, seed) {}
 
   std::array<double, kAxes> start_rad() const { return target_.at(0.0).angle_rad; }
 
+  // Of the joints, or of the boresight along the axes of the picture: as the camera measures it.
   std::array<double, kAxes> error_rad(const TruthState& truth) const {
+    if (is_picture()) {
+      return pointing_error_of(target_.position_m(truth.time_s), pose_of(truth), config_.mounting);
+    }
     const LineOfSight los = target_.at(truth.time_s);
     std::array<double, kAxes> error{};
     for (std::size_t i = 0; i < kAxes; ++i) {
@@ -49,13 +55,82 @@ class Scene {
   }
 
   void look(Machine& machine, const std::array<double, kAxes>& error_rad) {
-    camera_.expose(machine.truth().time_s, error_rad);
-    machine.deliver(camera_.poll(machine.truth().time_s));
+    const TruthState truth = machine.truth();
+    camera_.expose(truth.time_s, is_picture()
+                                     ? picture_of(target_.position_m(truth.time_s), pose_of(truth), config_.mounting)
+                                     : error_rad);
+    machine.deliver(camera_.poll(truth.time_s));
   }
 
  private:
+  bool is_picture() const { return config_.geometry == CameraGeometry::kLineOfSight; }
+
+  // The plant's base sways about the axes of the joints.
+  static PicturePose pose_of(const TruthState& truth) {
+    PicturePose pose;
+    pose.joint_angle_rad = truth.inertial_angle_rad;
+    return pose;
+  }
+
   FlyBy target_;
+  CameraConfig config_;
   Camera camera_;
+};
+
+// Parameters of the pointing for gains and masses of the machine.
+pointing_params pointing_of(const RunRequest& request) {
+  const servo_axis_params *axis = request.params.axis;
+  const PictureMounting& mounting = request.scenario->camera.mounting;
+  const AxisConfig& azimuth = request.plant->axis[kAzimuth];
+  pointing_params params{};
+  params.camera.roll_rad = static_cast<float>(mounting.roll_rad);
+  params.camera.boresight = {static_cast<float>(mounting.boresight_x_rad),
+                             static_cast<float>(mounting.boresight_y_rad)};
+  params.tracker.proportional_per_s = axis[SERVO_AZIMUTH].tracker.proportional_per_s;
+  params.tracker.estimator_rad_s = axis[SERVO_AZIMUTH].tracker.estimator_rad_s;
+  params.tracker.coast_s = axis[SERVO_AZIMUTH].tracker.coast_s;
+  params.tracker.rate_limit_rad_s = {axis[SERVO_AZIMUTH].tracker.rate_limit_rad_s,
+                                     axis[SERVO_PITCH].tracker.rate_limit_rad_s};
+  params.inertia = {static_cast<float>(azimuth.inertia_kg_m2), static_cast<float>(azimuth.inertia_swing_kg_m2),
+                    static_cast<float>(request.plant->axis[kPitch].inertia_kg_m2)};
+  params.fed_forward_kg_m2 = {axis[SERVO_AZIMUTH].speed.acceleration_inertia_kg_m2,
+                              axis[SERVO_PITCH].speed.acceleration_inertia_kg_m2};
+  return params;
+}
+
+// The firmware of one run: the servo alone, or with the pointing of both axes in its tick.
+class Firmware {
+ public:
+  Firmware(const RunRequest& request, Machine& machine) {
+    const bool points = request.scenario->pointing == Pointing::kLineOfSight;
+    if (servo_board_start(&board_, machine.hal_pointer(), &request.params) != CONTROL_OK) {
+      throw std::invalid_argument(
+          "the firmware refuses the parameters: " + dictionary::refusal_of(request.params).value_or("") + ".");
+    }
+    if (points) {
+      const pointing_params params = pointing_of(request);
+      if (pointing_configure(&pointing_, &params) != CONTROL_OK) {
+        throw std::invalid_argument("the firmware refuses the parameters of the pointing.");
+      }
+    }
+    machine.run_firmware(board_, [this, points] {
+      servo_board_sample(&board_);
+      if (points) {
+        const pointing_frame frame = pointing_frame_of(&board_.samples);
+        const pointing_motion motion = pointing_motion_of(&board_.app, &board_.samples);
+        const pointing_output out = pointing_step(&pointing_, &frame, &motion, SERVO_TICK_S);
+        pointing_command_axes(&out, &board_.command);
+      }
+      servo_board_control(&board_);
+    });
+  }
+
+  Firmware(const Firmware&) = delete;
+  Firmware& operator=(const Firmware&) = delete;
+
+ private:
+  servo_board board_{};
+  pointing pointing_{};
 };
 
 // The command of an axis for this tick; an axis that does not take part holds its inertial rate at zero.
@@ -64,7 +139,8 @@ void command_axis(const RunRequest& request, Machine& machine, int axis, double 
   const bool moves = scenario.axes[static_cast<std::size_t>(axis)];
   servo_axis_command& command = machine.command().axis[axis];
   if (scenario.kind == ScenarioKind::kTracking) {
-    command.mode = moves ? SERVO_TRACKING : SERVO_SPEED;
+    const bool alone = scenario.pointing == Pointing::kPerAxis;
+    command.mode = moves && alone ? SERVO_TRACKING : SERVO_SPEED;
     return;
   }
   command.mode = SERVO_SPEED;
@@ -104,7 +180,8 @@ Trace run_scenario(const RunRequest& request) {
     scene.emplace(scenario, request.seed);
     start_rad = scene->start_rad();
   }
-  Machine machine(*request.plant, request.params, request.seed, start_rad);
+  Machine machine(*request.plant, request.seed, start_rad);
+  const Firmware firmware(request, machine);
 
   const int ticks = static_cast<int>(std::lround(scenario.duration_s / kTick_s));
   Trace trace;

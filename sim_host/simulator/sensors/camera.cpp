@@ -1,5 +1,6 @@
 #include "sensors/camera.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace trackservo::sim {
@@ -7,6 +8,12 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kClockTolerance_s = 1e-9;  // sums of ticks do not match frame times exactly
+
+bool drops_out(const CameraConfig& config, double time_s) {
+  return std::any_of(config.dropouts_at_s.begin(), config.dropouts_at_s.end(), [&](double from_s) {
+    return time_s + kClockTolerance_s >= from_s && time_s + kClockTolerance_s < from_s + config.dropout_s;
+  });
+}
 
 }  // namespace
 
@@ -22,7 +29,7 @@ void Camera::expose(double time_s, std::array<double, kAxes> los_error_rad) {
 
   CameraFrame frame;
   frame.exposure_time_s = time_s;
-  frame.valid = true;
+  frame.valid = !drops_out(config_, time_s);
   const std::array<double, kAxes> half_picture_px{0.5 * config_.width_px, 0.5 * config_.height_px};
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
     // Drawn also when the target is outside, so that the noise of later frames does not depend on it.

@@ -1,21 +1,30 @@
 // The tracking camera: measures the target's offset from the optical axis, with delay and noise.
 //
-// At every frame (50 Hz) it takes the line-of-sight error, turns it into pixels of 11.499 urad, adds centroid noise
-// and delivers the result one frame time (20 ms) later (paper section IV.C). Outside the picture the target is not
-// measured.
+// At every frame (50 Hz) it takes the place of the target in the picture, turns it into pixels of 11.499 urad, adds
+// centroid noise and delivers the result one frame time (20 ms) later (paper section IV.C). Outside the picture, and in
+// a dropout, the target is not measured.
 //
-// Use, every 1 ms tick: camera.expose(t, target - line_of_sight); if (auto frame = camera.poll(t)) { ... }
+// The scenario chooses what the place in the picture is:
+//
+//   CameraGeometry::kPerAxis       target angle minus line of sight, for each axis by itself (the paper's figures)
+//   CameraGeometry::kLineOfSight   picture_of() in picture.hpp: a pinhole camera on both joints
+//
+// Use, every 1 ms tick: camera.expose(t, place); if (auto frame = camera.poll(t)) { ... }
 #ifndef TRACKSERVO_SIM_SENSORS_CAMERA_HPP
 #define TRACKSERVO_SIM_SENSORS_CAMERA_HPP
 
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "base/axis.hpp"
 #include "base/random.hpp"
+#include "sensors/picture.hpp"
 
 namespace trackservo::sim {
+
+enum class CameraGeometry { kPerAxis = 0, kLineOfSight = 1 };
 
 struct CameraConfig {
   double frame_rate_hz = 50;
@@ -24,13 +33,17 @@ struct CameraConfig {
   int width_px = 1920;   // along azimuth
   int height_px = 1080;  // along pitch
   double centroid_noise_rms_px = 0.2;
+  CameraGeometry geometry = CameraGeometry::kPerAxis;
+  PictureMounting mounting;           // kLineOfSight only
+  std::vector<double> dropouts_at_s;  // times from which on the target is not found ...
+  double dropout_s = 0;               // ... for so long
 };
 
 struct CameraFrame {
   double exposure_time_s = 0;
   double delay_s = 0;                     // from the exposure to the poll that delivered it
-  std::array<double, kAxes> error_rad{};  // target minus optical axis; 0 when not valid
-  bool valid = false;                     // target inside the picture
+  std::array<double, kAxes> error_rad{};  // target minus optical axis, along rows and columns; 0 when not valid
+  bool valid = false;                     // target inside the picture, and no dropout
 };
 
 class Camera {
@@ -39,7 +52,7 @@ class Camera {
   Camera(const CameraConfig& config, std::uint64_t seed);
 
   // Shows the camera the scene at a time [s] that never decreases; exposes when a frame is due, otherwise does nothing.
-  // At most one frame per call: call at least once per frame time. A NaN error counts as "not in the picture".
+  // At most one frame per call: call at least once per frame time. A NaN counts as "not in the picture".
   void expose(double time_s, std::array<double, kAxes> los_error_rad);
 
   // The oldest frame whose delay has passed, each exactly once, otherwise nothing.

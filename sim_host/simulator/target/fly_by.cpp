@@ -5,10 +5,8 @@
 
 namespace trackservo::sim {
 
-namespace {
-
-// A quantity with its first two time derivatives.
-struct Motion {
+// A position with its first two time derivatives.
+struct FlyBy::Motion {
   Eigen::Vector3d position_m;
   Eigen::Vector3d velocity_m_s;
   Eigen::Vector3d acceleration_m_s2;
@@ -21,8 +19,6 @@ struct Motion {
   }
 };
 
-}  // namespace
-
 FlyBy::FlyBy(const FlyByConfig& config)
     : config_(config),
       start_(config.start_position_m[0], config.start_position_m[1], config.start_position_m[2]),
@@ -33,10 +29,17 @@ FlyBy::FlyBy(const FlyByConfig& config)
                          : Eigen::Vector3d(0.0, 1.0, 0.0);
 }
 
-LineOfSight FlyBy::at(double time_s) const {
+FlyBy::Motion FlyBy::motion(double time_s) const {
   Motion target{start_ + velocity_ * time_s, velocity_, Eigen::Vector3d::Zero()};
   target.weave(across_, config_.weave_lateral_m, config_.weave_lateral_period_s, time_s);
   target.weave(Eigen::Vector3d::UnitZ(), config_.weave_vertical_m, config_.weave_vertical_period_s, time_s);
+  return target;
+}
+
+Eigen::Vector3d FlyBy::position_m(double time_s) const { return motion(time_s).position_m; }
+
+LineOfSight FlyBy::at(double time_s) const {
+  const Motion target = motion(time_s);
 
   const Eigen::Vector3d& p = target.position_m;
   const Eigen::Vector3d& v = target.velocity_m_s;

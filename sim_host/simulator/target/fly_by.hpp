@@ -27,11 +27,17 @@ class FlyBy {
  public:
   explicit FlyBy(const FlyByConfig& config);
 
+  // Position at a time [m], any finite value.
+  Eigen::Vector3d position_m(double time_s) const;
+
   // Line of sight at a time [s], any finite value. A target straight overhead (closer than 1 mm to the vertical axis)
   // has no azimuth; the caller's geometry must avoid it.
   LineOfSight at(double time_s) const;
 
  private:
+  struct Motion;
+  Motion motion(double time_s) const;
+
   FlyByConfig config_;
   Eigen::Vector3d start_;
   Eigen::Vector3d velocity_;

@@ -296,6 +296,67 @@ void test_bad_scenarios_are_refused_with_line_key_reason_and_remedy() {
       });
 }
 
+void test_a_pass_and_a_picture_are_scenario_keys() {
+  const ScenarioConfig scenario = load_scenario(
+      edited("studies/straight_passes/scenario.toml", {"[camera]", "geometry = \"line_of_sight\"",
+                                                       "geometry = \"line_of_sight\"\nroll_deg = 90\nboresight_y_urad "
+                                                       "= 5\ndropouts_at_s = [1, 2.5]\ndropout_s = 0.2"})
+          .path);
+  TEST_ASSERT_TRUE(scenario.pointing == Pointing::kLineOfSight);
+  TEST_ASSERT_TRUE(scenario.camera.geometry == CameraGeometry::kLineOfSight);
+  CHECK_NEAR("roll in rad", 0.5 * kPi, scenario.camera.mounting.roll_rad, 1e-12);
+  CHECK_NEAR("boresight in rad", 5e-6, scenario.camera.mounting.boresight_y_rad, 1e-18);
+  CHECK_SAME("second dropout", 2.5, scenario.camera.dropouts_at_s.at(1));
+  CHECK_NEAR("ahead at the closest approach in m", 500.0 / std::sqrt(3.0), scenario.fly_by.start_position_m[0], 1e-9);
+  CHECK_NEAR("to the right at the start in m", -500.0, scenario.fly_by.start_position_m[1], 1e-9);
+  PassConfig evasive = scenario.pass.value();
+  evasive.evasive_m_s2 = 5.0;
+  evasive.evasive_period_s = 4.0;
+  CHECK_NEAR("weave in m", 5.0 * 4.0 / (kPi * kPi), course_of(evasive).weave_lateral_m, 1e-9);
+  const ScenarioConfig paper = shipped_scenario("tracking");
+  TEST_ASSERT_TRUE(paper.pointing == Pointing::kPerAxis && paper.camera.geometry == CameraGeometry::kPerAxis);
+  TEST_ASSERT_FALSE(paper.pass.has_value());
+}
+
+void test_passes_and_pictures_without_sense_are_refused() {
+  const auto load = [](const auto& path) { load_scenario(path); };
+  const char *const image = "geometry = \"line_of_sight\"";
+  check_refusals(
+      "studies/straight_passes/scenario.toml", load,
+      {{{"[pass]", "elevation_deg = 60.0", "elevation_deg = 91"}, "pass.elevation_deg", "out of range", "to 90 deg"},
+       {{"[pass]", "height_m = 500.0", "height_m = 0"}, "pass.height_m", "out of range", "from 1"},
+       {{"kind", "pointing = \"line_of_sight\"", "pointing = \"both\""}, "pointing", "both", "\"per_axis\""},
+       {{"kind", "axes = [\"azimuth\", \"pitch\"]", "axes = [\"azimuth\"]"},
+        "axes",
+        "leaves out an axis",
+        "give both axes"}});
+  check_refusals("studies/straight_passes/scenario.toml", load,
+                 {{{"[camera]", image, "geometry = \"line_of_sight\"\ndropout_s = 1"},
+                   "camera.dropout_s",
+                   "has no effect alone",
+                   "dropouts_at_s"},
+                  {{"[camera]", image, "geometry = \"line_of_sight\"\ndropouts_at_s = [3]"},
+                   "camera.dropouts_at_s",
+                   "has no effect alone",
+                   "dropout_s"}},
+                 1);
+  const std::string apart =
+      refusal(load, edited("studies/straight_passes/scenario.toml", {"[camera]", image, ""}).path);
+  TEST_ASSERT_TRUE_MESSAGE(
+      apart.find("pointing: needs the picture of a camera on both joints, give camera.geometry") != std::string::npos,
+      apart.c_str());
+  const std::string rolled = refusal(
+      load, edited("scenarios/tracking.toml", {"[camera]", "width_px = 1920", "roll_deg = 3\nwidth_px = 1920"}).path);
+  TEST_ASSERT_TRUE_MESSAGE(
+      rolled.find("camera.roll_deg: has no effect on a camera that measures each axis") != std::string::npos,
+      rolled.c_str());
+  const std::string two = refusal(load, edited("studies/straight_passes/scenario.toml",
+                                               {"[pass]", "speed_m_s = 20.0", "speed_m_s = 20.0\n[fly_by]"})
+                                            .path);
+  TEST_ASSERT_TRUE_MESSAGE(two.find("pass: and fly_by are both given, give one of them") != std::string::npos,
+                           two.c_str());
+}
+
 void test_disturbances_and_sines_without_sense_are_refused() {
   const auto load = [](const auto& path) { load_scenario(path); };
   check_refusals("scenarios/step_disturbed.toml", load,
@@ -356,7 +417,8 @@ void test_unreadable_and_malformed_files_are_refused() {
 
 void test_the_reference_pages_name_every_shipped_key() {
   const std::string pages = plant_keys_markdown() + scenario_keys_markdown();
-  for (const char *file : {"plants/tracker.toml", "scenarios/tracking.toml", "scenarios/steady_speed.toml"}) {
+  for (const char *file : {"plants/tracker.toml", "scenarios/tracking.toml", "scenarios/steady_speed.toml",
+                           "studies/straight_passes/scenario.toml"}) {
     std::istringstream lines(shipped_text(file));
     std::string line;
     while (std::getline(lines, line)) {
@@ -381,6 +443,8 @@ int main() {
   RUN_TEST(test_missing_keys_and_tables_are_named);
   RUN_TEST(test_a_swing_inertia_of_pitch_is_refused);
   RUN_TEST(test_bad_scenarios_are_refused_with_line_key_reason_and_remedy);
+  RUN_TEST(test_a_pass_and_a_picture_are_scenario_keys);
+  RUN_TEST(test_passes_and_pictures_without_sense_are_refused);
   RUN_TEST(test_disturbances_and_sines_without_sense_are_refused);
   RUN_TEST(test_a_camera_may_be_as_late_as_the_firmware_remembers_and_ten_frames);
   RUN_TEST(test_converters_must_show_what_they_convert);
