@@ -103,6 +103,17 @@ static void test_outer_loops_are_refused_by_their_name(void) {
   expect_refused(&in, LOOP_TRACKING);
 }
 
+/* An integral alone around the integral of the rate is never stable; without its gains the tracker does nothing. */
+static void test_a_tracker_is_judged_by_the_gains_of_its_kind(void) {
+  loop_stability_input in = azimuth();
+  in.tracker = (target_tracker_params){.kind = TRACKER_PI, .integral_per_s2 = 4.0f};
+  expect_refused(&in, LOOP_TRACKING);
+  in.tracker.kind = TRACKER_PREDICTIVE;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+  in.tracker = (target_tracker_params){.kind = TRACKER_PI};
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+}
+
 /* Kp alone on an inertia: sampled, with a delay of half a tick after the hold, the limit is known from the polynomial
  * z^3 - z^2 + k (z^2 / 8 + 6 z / 8 + 1 / 8) of k = Kp dt / J. */
 static void test_the_limit_of_a_gain_is_that_of_its_polynomial(void) {
@@ -280,6 +291,10 @@ static void test_the_distance_to_instability_is_that_of_the_blocks(void) {
   in.position_per_s = 1.0f;
   expect_distance("fast predictive tracking", &in);
   in = azimuth();
+  in.plant.damping_nm_s_rad = 1.0f;
+  in.plant.viscous_nm_s_rad = 0.05f;
+  expect_distance("a seal that hardly damps", &in);
+  in = azimuth();
   in.speed.pi.proportional_gain = 400.0f;
   in.speed.pi.integral_gain = 4000.0f;
   in.speed.observer.bandwidth_rad_s = 60.0f;
@@ -301,6 +316,7 @@ static void test_loops_without_any_gain_hold_nothing_and_are_refused(void) {
   loop_stability state;
   loop_stability_start(&state);
   TEST_ASSERT_EQUAL(LOOP_REFUSED, loop_stability_step(&state, &in, 1)); /* at frequency 0 */
+  TEST_ASSERT_EQUAL(1, state.evaluations);                              /* the work of a slice is bounded */
 }
 
 int main(void) {
@@ -309,6 +325,7 @@ int main(void) {
   RUN_TEST(test_every_source_of_the_rate_can_be_stable);
   RUN_TEST(test_gains_that_shook_the_axis_are_refused);
   RUN_TEST(test_outer_loops_are_refused_by_their_name);
+  RUN_TEST(test_a_tracker_is_judged_by_the_gains_of_its_kind);
   RUN_TEST(test_the_limit_of_a_gain_is_that_of_its_polynomial);
   RUN_TEST(test_a_narrow_notch_is_not_overlooked);
   RUN_TEST(test_the_distance_to_instability_is_that_of_the_blocks);

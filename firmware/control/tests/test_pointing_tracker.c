@@ -129,6 +129,39 @@ static void test_straight_passes_up_to_85_degrees_leave_less_than_a_microradian(
   }
 }
 
+/* The joints that point at a target on a straight path have these rates and accelerations, by central differences. */
+static void test_rates_and_accelerations_are_those_of_joints_that_stay_on_the_target(void) {
+  const path p = pass_at(80.0 * DEG);
+  bench b = start_of(&p, -20.0);
+  (void)pass_rms_rad(&b, &p, -20.0, -10.0, 5.0);
+  double rate = 0.0;
+  double azimuth = 0.0;
+  double pitch = 0.0;
+  double largest = 0.0;
+  for (int i = 0; i < 20000; ++i) {
+    const double now_s = -10.0 + (double)i * kDt_s;
+    (void)track(&b, place(&p, now_s));
+    const vector before = place(&p, now_s - kDt_s);
+    const vector here = place(&p, now_s);
+    const vector after = place(&p, now_s + kDt_s);
+    const double azimuth_rad_s2 = (azimuth_of(after) - 2.0 * azimuth_of(here) + azimuth_of(before)) / (kDt_s * kDt_s);
+    const double pitch_rad_s2 = (pitch_of(after) - 2.0 * pitch_of(here) + pitch_of(before)) / (kDt_s * kDt_s);
+    rate =
+        fmax(rate, fabs((azimuth_of(after) - azimuth_of(before)) / (2.0 * kDt_s) - (double)b.out.rate_rad_s.azimuth));
+    rate = fmax(rate, fabs((pitch_of(after) - pitch_of(before)) / (2.0 * kDt_s) - (double)b.out.rate_rad_s.pitch));
+    azimuth = fmax(azimuth, fabs(azimuth_rad_s2 - (double)b.out.acceleration_rad_s2.azimuth));
+    pitch = fmax(pitch, fabs(pitch_rad_s2 - (double)b.out.acceleration_rad_s2.pitch));
+    largest = fmax(largest, fabs(azimuth_rad_s2));
+    CHECK_AT_MOST("estimated error, rad", 1e-5, fabs((double)b.out.error_rad.x));
+    CHECK_AT_MOST("estimated error, rad", 1e-5, fabs((double)b.out.error_rad.y));
+  }
+  LOG_VALUE("largest acceleration of the azimuth, rad/s^2", largest);
+  CHECK_AT_LEAST("largest acceleration of the azimuth, rad/s^2", 0.02, largest);
+  CHECK_AT_MOST("error of the rates, rad/s", 6e-5, rate);
+  CHECK_AT_MOST("error of the azimuth's acceleration, rad/s^2", 6e-4, azimuth);
+  CHECK_AT_MOST("error of the pitch's acceleration, rad/s^2", 6e-5, pitch);
+}
+
 static void test_centroid_noise_of_a_fifth_of_a_pixel_leaves_less_than_its_own_size(void) {
   const path p = pass_at(60.0 * DEG);
   bench b = start_of(&p, -20.0);
@@ -154,6 +187,10 @@ static void test_through_the_zenith_every_output_stays_finite_and_within_its_lim
     (void)track(&b, place(&p, -10.0 + (double)i * kDt_s));
     TEST_ASSERT_TRUE(scalar_within(b.out.rate_rad_s.azimuth, 1.5f) && scalar_within(b.out.rate_rad_s.pitch, 1.5f));
     TEST_ASSERT_TRUE(isfinite(b.out.acceleration_rad_s2.azimuth) && isfinite(b.out.acceleration_rad_s2.pitch));
+    if (b.out.limited) { /* no feedforward for a motion that is not commanded */
+      CHECK_SAME("acceleration of the azimuth", 0.0, b.out.acceleration_rad_s2.azimuth);
+      CHECK_SAME("acceleration of the pitch", 0.0, b.out.acceleration_rad_s2.pitch);
+    }
   }
 }
 
@@ -215,6 +252,7 @@ static void test_parameters_out_of_range_are_refused(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_straight_passes_up_to_85_degrees_leave_less_than_a_microradian);
+  RUN_TEST(test_rates_and_accelerations_are_those_of_joints_that_stay_on_the_target);
   RUN_TEST(test_centroid_noise_of_a_fifth_of_a_pixel_leaves_less_than_its_own_size);
   RUN_TEST(test_beyond_the_rate_limit_the_target_is_lost_for_a_while_and_caught_again);
   RUN_TEST(test_through_the_zenith_every_output_stays_finite_and_within_its_limit);

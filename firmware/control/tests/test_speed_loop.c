@@ -340,6 +340,26 @@ static void test_filters_that_are_switched_on_in_motion_start_settled(void) {
   }
 }
 
+/* The filters still hold another rate than the axis has: they begin anew at its rate. */
+static void test_a_restart_gives_the_holding_torque_whatever_the_filters_held(void) {
+  speed_loop_params params = example();
+  params.friction.model = FRICTION_NONE;
+  params.rate_fusion.source = RATE_FROM_GYRO;
+  CHECK_STATUS(CONTROL_OK, biquad_design_lowpass(&params.lowpass, 6.2831853f * 20.0f, 0.7f, dt_s));
+  CHECK_STATUS(CONTROL_OK, biquad_design_notch(&params.notch, 6.2831853f * 50.0f, 60.0f, 0.1f, dt_s));
+  speed_loop_state state;
+  speed_loop_reset(&state, &params, 0u, dt_s);
+  const speed_loop_samples samples = {.gyro_rad_s = 0.3f, .gyro_valid = true};
+  const speed_loop_rates before = speed_loop_sense(&state, &params, &samples, dt_s);
+  CHECK_AT_MOST("feedback of the filters", 0.1, before.feedback_rad_s);
+  speed_loop_restart(&state, &params, &before, 7.0f, dt_s);
+  const speed_loop_rates rates = speed_loop_sense(&state, &params, &samples, dt_s);
+  CHECK_NEAR("feedback after the restart", 0.3, rates.feedback_rad_s, 1e-6);
+  const speed_reference steady = {.rate_rad_s = 0.3f};
+  const speed_loop_output out = speed_loop_control(&state, &params, &rates, &steady, 0.0f, &wide, dt_s);
+  CHECK_NEAR("torque, Nm", 7.0, out.torque_nm, 1e-3);
+}
+
 static void test_losing_the_gyro_makes_no_bump_in_the_feedback(void) {
   speed_loop_params params = example();
   params.rate_fusion.source = RATE_FUSED;
@@ -437,6 +457,7 @@ int main(void) {
   RUN_TEST(test_friction_goes_from_feedforward_to_the_observer_and_back_without_an_error_of_the_rate);
   RUN_TEST(test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold);
   RUN_TEST(test_filters_that_are_switched_on_in_motion_start_settled);
+  RUN_TEST(test_a_restart_gives_the_holding_torque_whatever_the_filters_held);
   RUN_TEST(test_losing_the_gyro_makes_no_bump_in_the_feedback);
   RUN_TEST(test_the_filters_are_on_the_feedback_only);
   RUN_TEST(test_check_asks_every_part);

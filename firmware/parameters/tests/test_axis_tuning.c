@@ -6,6 +6,7 @@
 
 #include "parameters/axis_dictionary.h"
 #include "servo/servo_app.h"
+#include "support/check.h"
 #include "unity.h"
 
 static axis_tuning tuning;
@@ -119,6 +120,17 @@ static void test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_n
   expect_gains(800.0f, 720.0f);
 }
 
+/* Stored gains for another machine: nothing differs from what is active, so the plant is named. */
+static void test_an_active_set_that_is_unstable_names_the_inertia_of_its_plant(void) {
+  axis_parameters unstable = defaults;
+  unstable.speed_loop.proportional_nm_s_rad = 20000.0f;
+  TEST_ASSERT_EQUAL(CONTROL_OK, axis_tuning_start(&tuning, &unstable, &in_force));
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2056, 1), tuning.refusal.object);
+  TEST_ASSERT_EQUAL_FLOAT(defaults.plant.inertia_kg_m2, tuning.refusal.low);
+  TEST_ASSERT_EQUAL_FLOAT(defaults.plant.inertia_kg_m2, tuning.refusal.high);
+}
+
 static void test_a_tracking_loop_that_is_unstable_is_refused_by_its_gain(void) {
   tuning.staged.tracking_loop.kind = TRACKER_PI;
   TEST_ASSERT_EQUAL(CONTROL_OK, apply(720.0f));
@@ -184,6 +196,35 @@ static void test_each_value_that_decides_is_named_by_its_object(void) {
   }
 }
 
+static void test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_set(void) {
+  axis_parameters *s = &tuning.staged;
+  s->plant.inertia_kg_m2 = 6.0f;
+  s->plant.min_inertia_kg_m2 = 3.0f;
+  s->plant.viscous_nm_s_rad = 8.0f;
+  s->plant.stiffness_nm_rad = 3e4f;
+  s->plant.damping_nm_s_rad = 300.0f;
+  s->plant.encoder_delay_s = 1e-4f;
+  s->plant.gyro_delay_s = 5e-4f;
+  s->plant.gyro_bandwidth_rad_s = 2000.0f;
+  s->motor.bandwidth_rad_s = 5000.0f;
+  s->position_loop.proportional_per_s = 9.0f;
+  (void)axis_tuning_judge(&tuning);
+  const loop_stability_input *in = &tuning.judged;
+  CHECK_SAME("kg m^2", 6.0, in->plant.inertia_kg_m2);
+  CHECK_SAME("smallest kg m^2", 3.0, in->plant.min_inertia_kg_m2);
+  CHECK_SAME("Nm s/rad", 8.0, in->plant.viscous_nm_s_rad);
+  CHECK_SAME("Nm/rad", 3e4, in->plant.stiffness_nm_rad);
+  CHECK_SAME("Nm s/rad of the bristles", 300.0, in->plant.damping_nm_s_rad);
+  /* Two PWM periods of 50 us, the current loop, the sensor. */
+  CHECK_NEAR("s to the angle", 1e-4 + 2e-4 + 1e-4, in->plant.encoder_delay_s, 1e-9);
+  CHECK_NEAR("s to the gyro", 1e-4 + 2e-4 + 5e-4 + 5e-4, in->plant.gyro_delay_s, 1e-9);
+  CHECK_SAME("1/s", 9.0, in->position_per_s);
+  CHECK_SAME("s", SERVO_TICK_S, in->dt_s);
+  s->plant.min_inertia_kg_m2 = 9.0f; /* not known: the smallest inertia is not above the largest */
+  (void)axis_tuning_judge(&tuning);
+  CHECK_SAME("smallest kg m^2", 6.0, tuning.judged.plant.min_inertia_kg_m2);
+}
+
 static void test_the_check_starts_again_when_the_staged_set_changes(void) {
   tuning.staged.speed_loop.proportional_nm_s_rad = 20000.0f;
   TEST_ASSERT_EQUAL(LOOP_RUNNING, axis_tuning_judge(&tuning));
@@ -231,9 +272,11 @@ int main(void) {
   RUN_TEST(test_a_refused_set_stays_staged_and_the_active_one_in_force);
   RUN_TEST(test_the_flags_say_what_is_staged_and_what_is_not_stored);
   RUN_TEST(test_an_unstable_set_is_refused_and_the_value_that_differs_most_is_named);
+  RUN_TEST(test_an_active_set_that_is_unstable_names_the_inertia_of_its_plant);
   RUN_TEST(test_a_tracking_loop_that_is_unstable_is_refused_by_its_gain);
   RUN_TEST(test_the_proportional_gain_alone_is_named_too);
   RUN_TEST(test_each_value_that_decides_is_named_by_its_object);
+  RUN_TEST(test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_set);
   RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
   RUN_TEST(test_a_set_that_cannot_be_built_is_left_to_apply);
   RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);

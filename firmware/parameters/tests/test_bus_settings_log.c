@@ -268,6 +268,19 @@ static void test_in_doubt_nothing_is_erased_before_a_save(void) {
   TEST_ASSERT_FALSE(saved.in_doubt);
 }
 
+/* The page in doubt is erased once. The other one keeps what was stored before. */
+static void test_a_save_in_doubt_erases_only_the_page_in_doubt(void) {
+  (void)fill_the_first_page();
+  make_unreadable(1, 0);
+  restart();
+  const uint32_t erases[] = {model.erases[0], model.erases[1]};
+  make_readable(); /* erased cells are readable again */
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(100));
+  TEST_ASSERT_EQUAL(BUS_SETTINGS_SAVED, save(101));
+  TEST_ASSERT_EQUAL(erases[0], model.erases[0]);
+  TEST_ASSERT_EQUAL(erases[1] + 1, model.erases[1]);
+}
+
 static void test_a_cut_save_in_doubt_leaves_it_in_doubt(void) {
   for (int64_t operation = 0; operation < 3; ++operation) { /* trace, erase, entry */
     setUp();
@@ -378,6 +391,7 @@ int main(void) {
   RUN_TEST(test_remains_behind_the_entries_of_the_older_page_are_not_in_doubt);
   RUN_TEST(test_an_unreadable_entry_of_the_second_page_is_in_doubt_until_the_next_save);
   RUN_TEST(test_in_doubt_nothing_is_erased_before_a_save);
+  RUN_TEST(test_a_save_in_doubt_erases_only_the_page_in_doubt);
   RUN_TEST(test_a_cut_save_in_doubt_leaves_it_in_doubt);
   RUN_TEST(test_without_a_readable_entry_the_defaults_are_in_doubt_until_the_next_save);
   RUN_TEST(test_a_page_of_remains_is_erased_by_the_next_save);

@@ -556,6 +556,17 @@ static void test_the_motor_contradicts_sensors_that_are_frozen_and_only_while_a_
   TEST_ASSERT_TRUE(ticks_until(&b, FAULT_MOTOR_CONTRADICTS, 100) > 2);
 }
 
+/* The offset below 2060:13 is no fault. The motor as a witness takes it away from the current from then on. */
+static void test_the_witness_learns_the_offset_of_the_current_while_the_bridge_is_off(void) {
+  bench b = new_bench();
+  b.limits.motor_tolerance = 0.32f;
+  b.in.powered = b.in.closed = b.in.speed_closed = false;
+  b.in.mean_current_a = b.in.tick_current_a = 0.4f;
+  run(&b, 20 + 100);
+  CHECK_NEAR("A", 0.4, b.state.witness.zero_a, 1e-3);
+  CHECK_SAME("A", 0.0, motor_witness_zero_error_a(&b.state.witness));
+}
+
 static void test_a_motor_whose_magnets_are_weak_is_named(void) {
   bench b = new_bench();
   b.limits.motor_tolerance = 0.2f;
@@ -615,6 +626,156 @@ static void test_a_gyro_that_returns_is_compared_from_its_second_reading_on(void
     TEST_ASSERT_EQUAL(0, b.state.outliers.score);
     run(&b, 1);
   }
+}
+
+/* --- limits, just below and just above ---------------------------------------------------------------------------- */
+
+/* Ticks until the gyro, which differs by `difference_rad_s` from now on, disagrees with the encoder at this rate. */
+static int ticks_to_disagreement(float joint_rad_s, float difference_rad_s) {
+  bench b = new_bench();
+  b.rate_rad_s = b.in.reference_rad_s = joint_rad_s;
+  run(&b, 50);
+  for (int ticks = 1; ticks <= 200; ++ticks) {
+    const float before_rad_s = b.rate_rad_s;
+    ++b.tick;
+    b.in.angle += (angle_turn32)(int32_t)lrintf(before_rad_s * DT_S / ANGLE_RAD_PER_TURN32) + (unsigned)(b.tick & 1);
+    b.in.gyro_rad_s = before_rad_s + difference_rad_s + 1e-6f * (float)(b.tick & 1);
+    b.in.tick_voltage_v = b.motor.back_emf_v_s_rad * before_rad_s;
+    if (axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S) == fault_bit(FAULT_SENSORS_DISAGREE)) {
+      return ticks;
+    }
+  }
+  return 0;
+}
+
+/* 2060:2 and 2 % of the rate; a difference of twice the limit passes the smoothing of 3 ms in two ticks. */
+static void test_sensors_may_differ_by_the_base_rate_and_2_percent_of_the_rate(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    const float side = (float)sign;
+    TEST_ASSERT_EQUAL(0, ticks_to_disagreement(0.0f, side * 0.0199f));
+    TEST_ASSERT_TRUE(ticks_to_disagreement(0.0f, side * 0.0201f) > 0);
+    TEST_ASSERT_EQUAL(2 + 4, ticks_to_disagreement(0.0f, side * 0.04f));
+    TEST_ASSERT_EQUAL(0, ticks_to_disagreement(side, 0.0399f));
+    TEST_ASSERT_TRUE(ticks_to_disagreement(side, 0.0401f) > 0);
+  }
+}
+
+static void test_an_angle_may_jump_by_its_limit_but_not_further(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    for (int beyond = 0; beyond <= 1; ++beyond) {
+      bench b = new_bench();
+      run(&b, 10);
+      const float jump_rad = (float)sign * (beyond == 0 ? 4.99e-4f : 5.01e-4f);
+      b.in.angle += (angle_turn32)(int32_t)(jump_rad / ANGLE_RAD_PER_TURN32);
+      TEST_ASSERT_EQUAL_HEX64(beyond == 0 ? 0 : fault_bit(FAULT_ENCODER_JUMP),
+                              step(&b, 0.0f) & fault_bit(FAULT_ENCODER_JUMP));
+    }
+  }
+}
+
+static void test_an_axis_may_turn_at_its_limit_but_not_faster(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    b.limits.encoder_jump_rad = 1.0f;
+    b.rate_rad_s = b.in.reference_rad_s = (float)sign * 1.4999f;
+    TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_OVER_SPEED, 50));
+    b.rate_rad_s = (float)sign * 1.5001f;
+    TEST_ASSERT_EQUAL(2, ticks_until(&b, FAULT_OVER_SPEED, 50));
+  }
+}
+
+static void test_a_gyro_saturates_at_99_percent_of_its_range(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    b.limits.base_rate_rad_s = 100.0f;
+    b.limits.overspeed_rad_s = 100.0f;
+    b.limits.encoder_jump_rad = 1.0f;
+    b.rate_rad_s = b.in.reference_rad_s = (float)sign * 7.919f;
+    TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_GYRO_SATURATED, 50));
+    b.rate_rad_s = (float)sign * 7.921f;
+    TEST_ASSERT_EQUAL(2, ticks_until(&b, FAULT_GYRO_SATURATED, 50));
+  }
+}
+
+/* Its last reading is of the tick before the first of the 100. */
+static void test_a_gyro_is_stuck_after_its_time_and_one_other_reading_begins_it_anew(void) {
+  bench b = new_bench();
+  run(&b, 10);
+  for (int time = 0; time < 2; ++time) {
+    b.in.gyro_rad_s = 1e-6f * (float)(time + 1);
+    for (int tick = 0; tick <= 100; ++tick) {
+      b.in.angle += tick % 2 == 0 ? 1u : (angle_turn32)-1;
+      b.in.tick_voltage_v = 0.0f;
+      const fault_set found = axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S);
+      TEST_ASSERT_EQUAL_HEX64(tick < 100 ? 0 : fault_bit(FAULT_GYRO_STUCK), found);
+    }
+  }
+}
+
+static void test_a_gyro_rate_that_is_no_number_is_a_missing_one(void) {
+  bench b = new_bench();
+  run(&b, 10);
+  for (int tick = 1; tick <= 10; ++tick) {
+    b.in.angle += 1u;
+    b.in.tick_voltage_v = 0.0f;
+    b.in.gyro_rad_s = NAN;
+    TEST_ASSERT_EQUAL_HEX64(tick < 5 ? 0 : fault_bit(FAULT_GYRO_LOST),
+                            axis_protection_step(&b.state, &b.limits, &b.motor, &b.in, DT_S));
+  }
+}
+
+/* 2 mrad/s is a motion. */
+static void test_an_axis_that_creeps_does_not_stall(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    b.in.limited = true;
+    b.rate_rad_s = (float)sign * 2.1e-3f;
+    TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_STALL, 1000));
+    b.rate_rad_s = (float)sign * 1.9e-3f;
+    TEST_ASSERT_EQUAL(500, ticks_until(&b, FAULT_STALL, 1000));
+  }
+}
+
+static void test_a_speed_error_is_one_beyond_its_limit(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    b.in.reference_rad_s = (float)sign * 0.499f;
+    TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_SPEED_ERROR, 1000));
+    b.in.reference_rad_s = (float)sign * 0.501f;
+    TEST_ASSERT_EQUAL(300, ticks_until(&b, FAULT_SPEED_ERROR, 1000));
+  }
+}
+
+/* The third tick is the first whose voltage is that of a closed loop, and five must contradict. */
+static void test_the_motor_contradicts_from_the_seventh_tick_of_a_loop_on(void) {
+  bench b = new_bench();
+  b.limits.motor_tolerance = 0.32f;
+  b.limits.voltage_mismatch_v = 100.0f;
+  b.in.closed = b.in.speed_closed = false;
+  b.in.powered = false;
+  run(&b, 10);
+  for (int time = 0; time < 2; ++time) {
+    b.also_v = 3.0f;
+    b.in.closed = b.in.speed_closed = b.in.powered = true;
+    TEST_ASSERT_EQUAL(7, ticks_until(&b, FAULT_MOTOR_CONTRADICTS, 50));
+    TEST_ASSERT_FALSE(b.state.witness.known); /* what was learned of its winding is not trusted any more */
+    b.in.closed = b.in.speed_closed = false;
+    TEST_ASSERT_EQUAL(0, ticks_until(&b, FAULT_MOTOR_CONTRADICTS, 5));
+  }
+}
+
+/* 20 ticks after the bridge was switched off, its current has decayed. */
+static void test_the_offset_is_measured_once_the_current_has_decayed(void) {
+  bench b = new_bench();
+  b.limits.motor_tolerance = 0.32f;
+  b.in.powered = b.in.closed = b.in.speed_closed = false;
+  b.in.mean_current_a = b.in.tick_current_a = 0.4f;
+  run(&b, 19);
+  CHECK_SAME("A", 0.0, b.state.witness.zero_a);
+  run(&b, 1);
+  CHECK_NEAR("A", 0.04, b.state.witness.zero_a, 1e-6);
+  axis_protection_reset(&b.state);
+  CHECK_NEAR("A", 0.04, b.state.witness.zero_a, 1e-6); /* the sensor is the same */
 }
 
 static void test_limits_are_refused_when_they_are_no_numbers_or_contradict(void) {
@@ -730,10 +891,21 @@ int main(void) {
   RUN_TEST(test_outside_of_the_travel_motion_outwards_counts_from_the_least_distance);
   RUN_TEST(test_outside_of_the_travel_motion_counts_from_when_the_turn_is_known);
   RUN_TEST(test_the_motor_contradicts_sensors_that_are_frozen_and_only_while_a_loop_is_closed);
+  RUN_TEST(test_the_witness_learns_the_offset_of_the_current_while_the_bridge_is_off);
   RUN_TEST(test_a_motor_whose_magnets_are_weak_is_named);
   RUN_TEST(test_the_voltage_of_the_inductance_is_no_motion);
   RUN_TEST(test_an_encoder_that_is_stale_now_and_then_is_named_and_not_the_gyro);
   RUN_TEST(test_a_gyro_that_returns_is_compared_from_its_second_reading_on);
+  RUN_TEST(test_sensors_may_differ_by_the_base_rate_and_2_percent_of_the_rate);
+  RUN_TEST(test_an_angle_may_jump_by_its_limit_but_not_further);
+  RUN_TEST(test_an_axis_may_turn_at_its_limit_but_not_faster);
+  RUN_TEST(test_a_gyro_saturates_at_99_percent_of_its_range);
+  RUN_TEST(test_a_gyro_is_stuck_after_its_time_and_one_other_reading_begins_it_anew);
+  RUN_TEST(test_a_gyro_rate_that_is_no_number_is_a_missing_one);
+  RUN_TEST(test_an_axis_that_creeps_does_not_stall);
+  RUN_TEST(test_a_speed_error_is_one_beyond_its_limit);
+  RUN_TEST(test_the_motor_contradicts_from_the_seventh_tick_of_a_loop_on);
+  RUN_TEST(test_the_offset_is_measured_once_the_current_has_decayed);
   RUN_TEST(test_limits_are_refused_when_they_are_no_numbers_or_contradict);
   RUN_TEST(test_of_several_faults_the_worst_reaction_goes_first_and_then_the_lowest_number);
   RUN_TEST(test_the_log_keeps_the_last_eight_faults_with_sixteen_ticks_before_each);

@@ -205,6 +205,7 @@ typedef struct {
   bool stop_ignored;
   bool braking_fails;
   bool at_rest;
+  unsigned found; /* all of it */
   float brake;
 } outputs;
 
@@ -236,6 +237,7 @@ static outputs turn(bench *b, double rate_rad_s, int ticks) {
                    .stop_ignored = (found & ENVELOPE_STOP_IGNORED) != 0,
                    .braking_fails = (found & ENVELOPE_BRAKING_FAILS) != 0,
                    .at_rest = envelope_at_rest(&b->state),
+                   .found = found,
                    .brake = brake};
 }
 
@@ -335,6 +337,19 @@ static void test_an_axis_that_came_to_rest_without_power_is_not_braked(void) {
   TEST_ASSERT_FALSE(turn(&b, 1.5, 6).too_fast);
 }
 
+/* Outside of its travel an axis that coasts is braked, until it was slower than 20 mrad/s. */
+static void test_an_axis_that_coasts_slowly_still_turns(void) {
+  bench b = new_bench();
+  b.angle_rad = 3.05;
+  (void)turn(&b, 0.05, 10);
+  b.phase = ENVELOPE_POWERLESS;
+  b.powered = false;
+  (void)turn(&b, 0.021, 10);
+  TEST_ASSERT_TRUE(turn(&b, 0.05, 5).too_fast);
+  (void)turn(&b, 0.019, 10);
+  TEST_ASSERT_FALSE(turn(&b, 0.05, 5).too_fast);
+}
+
 static void test_without_an_angle_nothing_is_judged_until_five_ticks_are_known(void) {
   bench b = new_bench();
   b.angle_rad = 2.9;
@@ -369,6 +384,16 @@ static void test_an_ordered_stop_must_slow_the_axis_down(void) {
   }
 }
 
+/* The rate over two ticks is 1.525 rad/s in the first tick of a new rate: 0.125 rad/s more than at the beginning. */
+static void test_an_overshoot_of_an_ordered_stop_is_seen_in_its_tick(void) {
+  bench b = new_bench();
+  b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+  (void)turn(&b, 1.4, 10);
+  b.phase = ENVELOPE_STOPPING;
+  TEST_ASSERT_FALSE(turn(&b, 1.4, 10).stop_ignored);
+  TEST_ASSERT_TRUE(turn(&b, 1.65, 1).stop_ignored);
+}
+
 /* 605E = 0 and a motor that still turns: the drive is off, in fault. */
 static void test_a_stop_lasts_while_the_axis_turns_without_power(void) {
   bench b = new_bench();
@@ -399,14 +424,71 @@ static void test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms(voi
   }
 }
 
+/* The rate must fall by 2 mrad/s in each tick, with a reserve of 30 ticks from the fifth tick on. */
+static void test_braking_fails_30_ticks_after_it_has_its_current(void) {
+  bench b = new_bench();
+  (void)turn(&b, 1.0, 10);
+  b.phase = ENVELOPE_BRAKING;
+  TEST_ASSERT_EQUAL_HEX(0, turn(&b, 1.0, 5).found);
+  for (int tick = 6; tick < 34; ++tick) {
+    TEST_ASSERT_EQUAL_HEX(0, turn(&b, 1.001, 1).found);
+  }
+  TEST_ASSERT_EQUAL_HEX(ENVELOPE_BRAKING_FAILS, turn(&b, 1.001, 1).found);
+}
+
+static void brake_to_rest(bench *b) {
+  b->phase = ENVELOPE_BRAKING;
+  TEST_ASSERT_EQUAL_HEX(0, turn(b, 1.0, 1).found);
+  for (double rate = 0.996; rate > 0.0; rate -= 0.004) {
+    TEST_ASSERT_EQUAL_HEX(0, turn(b, rate, 1).found);
+  }
+  TEST_ASSERT_TRUE(turn(b, 0.0, 120).at_rest);
+}
+
+/* Neither its rest nor its rate is that of the first one. */
+static void test_each_braking_begins_anew(void) {
+  bench b = new_bench();
+  (void)turn(&b, 1.0, 10);
+  brake_to_rest(&b);
+  b.phase = ENVELOPE_RUNNING;
+  TEST_ASSERT_FALSE(turn(&b, 0.0, 10).at_rest);
+  b.phase = ENVELOPE_BRAKING;
+  TEST_ASSERT_FALSE(turn(&b, 0.0, 99).at_rest);
+  TEST_ASSERT_TRUE(turn(&b, 0.0, 1).at_rest);
+  b.phase = ENVELOPE_RUNNING;
+  b.angle_rad = 0.0;
+  TEST_ASSERT_EQUAL_HEX(0, turn(&b, 1.0, 10).found);
+  brake_to_rest(&b);
+  b.phase = ENVELOPE_STOPPING; /* the same after an ordered stop, and after a tick without an angle */
+  b.angle_rad = 0.0;
+  (void)turn(&b, 1.0, 10);
+  brake_to_rest(&b);
+  b.angle_valid = false;
+  b.angle_rad = 0.0;
+  TEST_ASSERT_FALSE(turn(&b, 1.0, 1).at_rest);
+  b.angle_valid = true;
+  (void)turn(&b, 1.0, 5);
+  brake_to_rest(&b);
+}
+
+/* 5 mrad/s; slower is rest. */
+static void test_a_braked_axis_that_creeps_is_not_at_rest(void) {
+  bench b = new_bench();
+  b.phase = ENVELOPE_BRAKING;
+  TEST_ASSERT_FALSE(turn(&b, 0.0052, 300).at_rest);
+  TEST_ASSERT_TRUE(turn(&b, 0.0048, 102).at_rest);
+  TEST_ASSERT_FALSE(turn(&b, 0.0052, 2).at_rest); /* pushed away, it is not */
+}
+
 static void test_braking_holds_and_ends_at_rest(void) {
   bench b = new_bench();
   (void)turn(&b, 1.0, 10);
   b.phase = ENVELOPE_BRAKING;
   CHECK_SAME("share", -1.0, turn(&b, 0.5, 4).brake);
   CHECK_NEAR("share", -0.5, turn(&b, 0.04, 3).brake, 0.05);
+  TEST_ASSERT_EQUAL_HEX(0, turn(&b, 0.0, 1).found);
   TEST_ASSERT_FALSE(turn(&b, 0.0, 99).at_rest);
-  TEST_ASSERT_TRUE(turn(&b, 0.0, 10).at_rest);
+  TEST_ASSERT_TRUE(turn(&b, 0.0, 1).at_rest); /* the first tick of rest is the second one without motion */
   CHECK_NEAR("share", 0.25, turn(&b, -0.02, 3).brake, 0.05);
 }
 
@@ -421,10 +503,15 @@ int main(void) {
   RUN_TEST(test_without_a_travel_only_slow_motion_is_limited);
   RUN_TEST(test_acceleration_counts_before_the_rate_has_it);
   RUN_TEST(test_an_axis_that_came_to_rest_without_power_is_not_braked);
+  RUN_TEST(test_an_axis_that_coasts_slowly_still_turns);
   RUN_TEST(test_without_an_angle_nothing_is_judged_until_five_ticks_are_known);
   RUN_TEST(test_an_ordered_stop_must_slow_the_axis_down);
+  RUN_TEST(test_an_overshoot_of_an_ordered_stop_is_seen_in_its_tick);
   RUN_TEST(test_a_stop_lasts_while_the_axis_turns_without_power);
   RUN_TEST(test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms);
+  RUN_TEST(test_braking_fails_30_ticks_after_it_has_its_current);
+  RUN_TEST(test_each_braking_begins_anew);
+  RUN_TEST(test_a_braked_axis_that_creeps_is_not_at_rest);
   RUN_TEST(test_braking_holds_and_ends_at_rest);
   return UNITY_END();
 }

@@ -135,6 +135,147 @@ static void test_a_speed_that_grows_with_the_current_does_not_hide_in_the_resist
   CHECK_AT_MOST("rad/s", 0.09, rate_rad_s);
 }
 
+/* --- the limits of the header ------------------------------------------------------------------------------------- */
+
+/* The verdict on constant signals, on intervals as wide as at the start. */
+static motor_verdict verdict_on(float voltage_v, float current_a, float rate_rad_s) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  motor_verdict verdict = MOTOR_AGREES;
+  for (int i = 0; i < 200; ++i) { /* the first current is a step: its inductive voltage decays in the filter */
+    const motor_witness_inputs in = {
+        .driven = true, .voltage_v = voltage_v, .current_a = current_a, .now_a = current_a, .rate_rad_s = rate_rad_s};
+    verdict = motor_witness_step(&b.witness, &b.limits, &b.data, &in, DT_S);
+  }
+  return verdict;
+}
+
+/* All permitted motors: R from 0.68 to 1.42 times 1.2 ohm, Ke from 0.68 to 1.32 times 2.5 Vs/rad, and e. */
+static void test_a_voltage_contradicts_beyond_what_every_permitted_motor_explains(void) {
+  static const struct {
+    float current_a, rate_rad_s, low_v, high_v;
+  } edges[] = {
+      {0.0f, 0.0f, -0.03f, 0.03f},
+      {2.0f, 0.0f, 0.68f * 2.4f - 0.03f, 1.42f * 2.4f + 0.03f},
+      {-2.0f, 0.0f, -1.42f * 2.4f - 0.03f, -0.68f * 2.4f + 0.03f},
+      {0.0f, 1.0f, 0.68f * 2.5f - 0.13f, 1.32f * 2.5f + 0.13f}, /* a ripple of 4 % */
+      {0.0f, -1.0f, -1.32f * 2.5f - 0.13f, -0.68f * 2.5f + 0.13f},
+      {2.0f, -1.0f, 0.68f * 2.4f - 1.32f * 2.5f - 0.13f, 1.42f * 2.4f - 0.68f * 2.5f + 0.13f},
+      {2.0f, 1.0f, 0.68f * 2.4f + 0.68f * 2.5f - 0.13f, 1.42f * 2.4f + 1.32f * 2.5f + 0.13f},
+  };
+  for (unsigned i = 0; i < sizeof edges / sizeof edges[0]; ++i) {
+    const float low_v = edges[i].low_v;
+    const float high_v = edges[i].high_v;
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, verdict_on(low_v + 0.001f, edges[i].current_a, edges[i].rate_rad_s));
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, verdict_on(high_v - 0.001f, edges[i].current_a, edges[i].rate_rad_s));
+    TEST_ASSERT_TRUE(verdict_on(low_v - 0.001f, edges[i].current_a, edges[i].rate_rad_s) != MOTOR_AGREES);
+    TEST_ASSERT_TRUE(verdict_on(high_v + 0.001f, edges[i].current_a, edges[i].rate_rad_s) != MOTOR_AGREES);
+  }
+}
+
+/* Too little back-EMF of the right sign is that of weak magnets; none, or one of the wrong sign, is not. */
+static void test_a_motor_is_weak_only_with_a_back_emf_of_the_right_sign(void) {
+  TEST_ASSERT_EQUAL(MOTOR_WEAK, verdict_on(1.5f, 0.0f, 1.0f));
+  TEST_ASSERT_EQUAL(MOTOR_WEAK, verdict_on(-1.5f, 0.0f, -1.0f));
+  TEST_ASSERT_EQUAL(MOTOR_WEAK, verdict_on(0.1f, 0.0f, 1.0f));
+  TEST_ASSERT_EQUAL(MOTOR_CONTRADICTS, verdict_on(0.0f, 0.0f, 1.0f));
+  TEST_ASSERT_EQUAL(MOTOR_CONTRADICTS, verdict_on(-0.1f, 0.0f, 1.0f));
+  TEST_ASSERT_EQUAL(MOTOR_CONTRADICTS, verdict_on(0.1f, 0.0f, -1.0f));
+  TEST_ASSERT_EQUAL(MOTOR_CONTRADICTS, verdict_on(4.0f, 0.0f, 1.0f));
+  TEST_ASSERT_EQUAL(MOTOR_CONTRADICTS, verdict_on(-4.0f, 0.0f, -1.0f));
+}
+
+/* (2 e + the width of R times R i) / Ke + the width of Ke times w, both intervals as at the start. */
+static void test_the_bound_is_that_of_the_header(void) {
+  static const struct {
+    float current_a, rate_rad_s, acceleration_rad_s2, expected_rad_s;
+  } cases[] = {
+      {0.0f, 0.0f, 0.0f, 0.06f / 2.5f},
+      {2.0f, 0.0f, 0.0f, (0.06f + 0.74f * 2.4f) / 2.5f},
+      {-2.0f, 0.0f, 0.0f, (0.06f + 0.74f * 2.4f) / 2.5f},
+      {0.0f, -1.0f, 0.0f, (0.06f + 0.2f) / 2.5f + 0.64f},
+      {0.0f, 0.0f, 5.0f, 0.06f / 2.5f + 2.0f * 0.001f * 5.0f},
+      {0.0f, 0.0f, -5.0f, 0.06f / 2.5f + 2.0f * 0.001f * 5.0f},
+  };
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    bench b = new_bench();
+    rest_off(&b, 60);
+    for (int tick = 0; tick < 200; ++tick) {
+      const float until_end_s =
+          DT_S * (float)(tick - 195); /* the filter is 5 ms late: then its rate is the wanted one */
+      const motor_witness_inputs in = {.driven = true,
+                                       .current_a = cases[i].current_a,
+                                       .now_a = cases[i].current_a,
+                                       .rate_rad_s = cases[i].rate_rad_s + cases[i].acceleration_rad_s2 * until_end_s};
+      (void)motor_witness_step(&b.witness, &b.limits, &b.data, &in, DT_S);
+    }
+    CHECK_NEAR("rad/s", cases[i].expected_rad_s, motor_witness_bound_rad_s(&b.witness, &b.limits), 1e-3);
+  }
+}
+
+/* Of 6 V, e is 0.03 V: R is known to 0.5 % to either side, and to what it may drift in a tick. */
+static void test_the_interval_of_the_resistance_becomes_as_narrow_as_the_error_permits(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    rest_off(&b, 60);
+    b.resistance_ohm = 0.9f * R_OHM;
+    agree(&b, 5.0f * (float)sign, 0.0f, 1000);
+    CHECK_NEAR("lowest", 0.9 - 0.005, b.witness.resistance.low, 1e-4);
+    CHECK_NEAR("highest", 0.9 + 0.005, b.witness.resistance.high, 1e-4);
+    CHECK_NEAR("lowest of Ke", 0.68, b.witness.back_emf.low, 1e-4);
+    CHECK_NEAR("highest of Ke", 1.32, b.witness.back_emf.high, 1e-4);
+  }
+}
+
+/* With R unknown the current must be small: at none, Ke is known to the error of 0.03 V and 4 % ripple. */
+static void test_the_interval_of_the_back_emf_becomes_as_narrow_as_the_error_permits(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    bench b = new_bench();
+    rest_off(&b, 60);
+    b.back_emf_v_s_rad = 1.1f * KE;
+    agree(&b, 0.0f, 1.2f * (float)sign, 1000);
+    CHECK_NEAR("lowest", 1.1 - 0.04 - 0.01, b.witness.back_emf.low, 1e-4);
+    CHECK_NEAR("highest", 1.1 + 0.04 + 0.01, b.witness.back_emf.high, 1e-4);
+    CHECK_NEAR("lowest of R", 0.68, b.witness.resistance.low, 1e-4);
+    CHECK_NEAR("highest of R", 1.42, b.witness.resistance.high, 1e-4);
+  }
+}
+
+/* A share is learned when its voltage is more than twice the error of 0.03 V. */
+static void test_a_voltage_of_less_than_twice_the_error_teaches_nothing(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  b.resistance_ohm = 0.7f * R_OHM;
+  agree(&b, 0.057f / R_OHM, 0.0f, 500);
+  CHECK_SAME("highest", 1.42f, b.witness.resistance.high);
+  agree(&b, 0.063f / R_OHM, 0.0f, 500);
+  CHECK_NEAR("highest", 0.7 + 0.03 / 0.063, b.witness.resistance.high, 2e-3);
+}
+
+/* It is learned from signals that are four times as smooth as those that are judged: 20 ms. */
+static void test_the_signals_that_are_learned_from_follow_within_20_ms(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  agree(&b, 0.0f, 0.0f, 10);
+  agree(&b, 5.0f, 0.0f, 5);
+  CHECK_NEAR("A, of what is judged", 5.0 * (1.0 - pow(0.8, 5.0)), b.witness.fast.current_a, 1e-3);
+  agree(&b, 5.0f, 0.0f, 20);
+  double fast = 0.0;
+  double slow = 0.0;
+  for (int i = 0; i < 25; ++i) {
+    fast += (5.0 - fast) * 0.2;
+    slow += (fast - slow) * 0.05;
+  }
+  CHECK_NEAR("A, of what is learned from", slow, b.witness.slow.current_a, 1e-3);
+}
+
+static void test_the_offset_is_a_mean_over_10_ms(void) {
+  bench b = new_bench();
+  b.offset_a = 0.2f;
+  rest_off(&b, 10);
+  CHECK_NEAR("A", 0.2 * (1.0 - pow(0.9, 10.0)), b.witness.zero_a, 1e-5);
+}
+
 static void test_the_resistance_is_learned_from_a_current_and_forgotten_with_time(void) {
   bench b = new_bench();
   rest_off(&b, 60);
@@ -274,6 +415,25 @@ static void test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothin
   TEST_ASSERT_EQUAL(0, ticks_until(&b, MOTOR_CONTRADICTS, NAN, 3.0f, 0.0f, 300));
 }
 
+static void test_each_motor_datum_that_changes_makes_what_was_learned_void(void) {
+  static const motor_data others[] = {
+      {0.99f * R_OHM, L_S, KE}, {1.01f * R_OHM, L_S, KE}, {R_OHM, L_S, 0.99f * KE}, {R_OHM, L_S, 1.01f * KE}};
+  for (unsigned i = 0; i < sizeof others / sizeof others[0]; ++i) {
+    bench b = new_bench();
+    rest_off(&b, 60);
+    agree(&b, 5.0f, 0.0f, 500);
+    agree(&b, 0.0f, 1.0f, 500);
+    TEST_ASSERT_TRUE(width(b.witness.resistance) < 0.1f && width(b.witness.back_emf) < 0.3f);
+    b.data = others[i];
+    const motor_witness_inputs in = {.driven = true};
+    (void)motor_witness_step(&b.witness, &b.limits, &b.data, &in, DT_S);
+    CHECK_NEAR("lowest R", 0.68, b.witness.resistance.low, 1e-6);
+    CHECK_NEAR("highest R", 1.42, b.witness.resistance.high, 1e-6);
+    CHECK_NEAR("lowest Ke", 0.68, b.witness.back_emf.low, 1e-6);
+    CHECK_NEAR("highest Ke", 1.32, b.witness.back_emf.high, 1e-6);
+  }
+}
+
 static void test_other_motor_data_begin_anew(void) {
   bench b = new_bench();
   rest_off(&b, 60);
@@ -291,6 +451,14 @@ int main(void) {
   RUN_TEST(test_every_motor_within_the_tolerance_agrees_in_every_motion);
   RUN_TEST(test_a_motion_that_the_sensors_do_not_show_is_found_above_the_bound_and_not_below_the_error);
   RUN_TEST(test_a_speed_that_grows_with_the_current_does_not_hide_in_the_resistance);
+  RUN_TEST(test_a_voltage_contradicts_beyond_what_every_permitted_motor_explains);
+  RUN_TEST(test_a_motor_is_weak_only_with_a_back_emf_of_the_right_sign);
+  RUN_TEST(test_the_bound_is_that_of_the_header);
+  RUN_TEST(test_the_interval_of_the_resistance_becomes_as_narrow_as_the_error_permits);
+  RUN_TEST(test_the_interval_of_the_back_emf_becomes_as_narrow_as_the_error_permits);
+  RUN_TEST(test_a_voltage_of_less_than_twice_the_error_teaches_nothing);
+  RUN_TEST(test_the_signals_that_are_learned_from_follow_within_20_ms);
+  RUN_TEST(test_the_offset_is_a_mean_over_10_ms);
   RUN_TEST(test_the_resistance_is_learned_from_a_current_and_forgotten_with_time);
   RUN_TEST(test_a_winding_that_warms_by_3_percent_a_second_is_followed);
   RUN_TEST(test_a_motor_with_half_its_back_emf_is_weak_once_it_has_been_moved_at_low_and_high_current);
@@ -305,6 +473,7 @@ int main(void) {
   RUN_TEST(test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor);
   RUN_TEST(test_a_contradiction_that_ends_is_forgotten);
   RUN_TEST(test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothing);
+  RUN_TEST(test_each_motor_datum_that_changes_makes_what_was_learned_void);
   RUN_TEST(test_other_motor_data_begin_anew);
   return UNITY_END();
 }

@@ -52,6 +52,45 @@ static void test_an_oscillation_that_the_motor_sustains_is_seen_within_half_a_se
   }
 }
 
+/* Without friction the torque of the motor is all that may explain a swing, and it is counted whole. */
+static void test_an_oscillation_is_seen_where_no_friction_explains_a_part_of_it(void) {
+  oscillation_params plant = kPlant;
+  plant.friction_nm = 0.0f;
+  for (float hz = 4.0f; hz < 20.0f; hz *= 2.0f) {
+    const sine s = {.hz = hz, .motor_nm = 35.0f};
+    const int tick = seen_after(plant, s, true, 1000);
+    TEST_ASSERT_TRUE_MESSAGE(tick >= 0 && tick <= 600, "not seen");
+  }
+}
+
+/* A triangle of the rate, and a torque that follows it: each swing is made by the motor, and takes `ticks`. */
+static bool triangle_is_seen(int ticks) {
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.friction_nm = 0.0f;
+  const float slope_rad_s2 = 0.5f;
+  float rate_rad_s = 0.0f;
+  float last_nm = 0.0f;
+  for (int tick = 0; tick < 12 * ticks; ++tick) {
+    const float motor_nm = plant.inertia_kg_m2 * (tick / ticks % 2 == 0 ? slope_rad_s2 : -slope_rad_s2);
+    const oscillation_inputs in = {.closed = true, .rate_rad_s = rate_rad_s, .loop_nm = motor_nm};
+    if (oscillation_step(&state, &plant, &in, DT_S)) {
+      return true;
+    }
+    rate_rad_s += 0.5f * (motor_nm + last_nm) / plant.inertia_kg_m2 * DT_S;
+    last_nm = motor_nm;
+  }
+  return false;
+}
+
+static void test_swings_of_600_ticks_and_more_are_no_oscillation(void) {
+  TEST_ASSERT_TRUE(triangle_is_seen(300));
+  TEST_ASSERT_TRUE(triangle_is_seen(599));
+  TEST_ASSERT_FALSE(triangle_is_seen(600));
+  TEST_ASSERT_FALSE(triangle_is_seen(1000));
+}
+
 static void test_new_gains_need_less_evidence(void) {
   oscillation_params plant = kPlant;
   plant.suspect = true;
@@ -78,6 +117,172 @@ static void test_what_a_gust_of_any_frequency_does_is_no_oscillation(void) {
       }
     }
   }
+}
+
+/* --- the limits of the header, one by one ------------------------------------------------------------------------- */
+
+/* A triangle of the rate. The motor makes a share of each swing, the rest comes from outside. */
+typedef struct {
+  float size_rad_s;
+  float ratio; /* of a swing to the one before */
+  float share;
+  float friction_nm;
+  float load_nm; /* static */
+  bool suspect;
+} swings;
+
+enum { SWING_TICKS = 100, LOAD_TICKS = 1500 };
+
+/* Ticks after the begin of the first swing, or -1. */
+static int swings_seen_after(swings s) {
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.friction_nm = s.friction_nm;
+  plant.suspect = s.suspect;
+  for (int tick = 0; tick < LOAD_TICKS; ++tick) {
+    const oscillation_inputs in = {.closed = true, .loop_nm = s.load_nm};
+    TEST_ASSERT_FALSE(oscillation_step(&state, &plant, &in, DT_S));
+  }
+  float rate_rad_s = 0.0f;
+  float size_rad_s = s.size_rad_s;
+  for (int tick = 0; tick < 40 * SWING_TICKS; ++tick) {
+    size_rad_s *= tick > 0 && tick % SWING_TICKS == 0 ? s.ratio : 1.0f;
+    const float slope_rad_s2 = (tick / SWING_TICKS % 2 == 0 ? size_rad_s : -size_rad_s) / ((float)SWING_TICKS * DT_S);
+    rate_rad_s += slope_rad_s2 * DT_S;
+    const oscillation_inputs in = {
+        .closed = true, .rate_rad_s = rate_rad_s, .loop_nm = s.load_nm + s.share * plant.inertia_kg_m2 * slope_rad_s2};
+    if (oscillation_step(&state, &plant, &in, DT_S)) {
+      return tick + 1;
+    }
+  }
+  return -1;
+}
+
+/* Ticks of the same swings, 100 each: the fourth one counts as soon as it is large enough. */
+static void expect_swings(const char *what, int ticks, swings s) {
+  TEST_ASSERT_INT_WITHIN_MESSAGE(ticks < 0 ? 0 : 1, ticks, swings_seen_after(s), what);
+}
+
+static void test_a_swing_of_1_degree_per_second_counts_and_a_smaller_one_does_not(void) {
+  expect_swings("0.0174 rad/s", -1, (swings){.size_rad_s = 0.0174f, .ratio = 1.0f, .share = 1.0f});
+  expect_swings("0.0176 rad/s", 400, (swings){.size_rad_s = 0.0176f, .ratio = 1.0f, .share = 1.0f});
+  expect_swings("0.02 rad/s", 388, (swings){.size_rad_s = 0.02f, .ratio = 1.0f, .share = 1.0f});
+}
+
+/* 1 / (1 - share) is what the loop makes of the excitation. The mean of the torque takes some swings to settle. */
+static void test_a_swing_counts_when_it_is_more_than_2_5_times_its_excitation(void) {
+  expect_swings("60 % by the motor", -1, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 0.6f});
+  expect_swings("65 % by the motor", 671, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 0.65f});
+  expect_swings("70 % by the motor", 471, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 0.7f});
+}
+
+/* Half of 1.2 Nm s comes from outside: friction may explain its torque times 0.1 s of it. */
+static void test_friction_explains_a_part_of_each_swing(void) {
+  expect_swings("1.3 Nm", -1, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 0.5f, .friction_nm = 1.3f});
+  expect_swings("1.5 Nm", 871, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 0.5f, .friction_nm = 1.5f});
+  expect_swings("2 Nm", 471, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 0.5f, .friction_nm = 2.0f});
+  expect_swings("3 Nm", 370, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 0.5f, .friction_nm = 3.0f});
+}
+
+static void test_swings_that_decay_to_70_percent_do_not_count(void) {
+  expect_swings("70 %", -1, (swings){.size_rad_s = 4.0f, .ratio = 0.7f, .share = 1.0f});
+  expect_swings("71 %", 399, (swings){.size_rad_s = 4.0f, .ratio = 0.71f, .share = 1.0f});
+  expect_swings("76 %", 393, (swings){.size_rad_s = 4.0f, .ratio = 0.76f, .share = 1.0f});
+}
+
+/* The third one counts as soon as it is larger than the second by half. */
+static void test_new_gains_may_not_let_swings_grow_by_half(void) {
+  for (int suspect = 0; suspect <= 1; ++suspect) {
+    const bool is_new = suspect != 0;
+    expect_swings("48 % more", 348, (swings){.size_rad_s = 0.02f, .ratio = 1.48f, .share = 1.0f, .suspect = is_new});
+    expect_swings("60 % more", is_new ? 294 : 344,
+                  (swings){.size_rad_s = 0.02f, .ratio = 1.6f, .share = 1.0f, .suspect = is_new});
+  }
+}
+
+static void test_a_static_load_explains_nothing(void) {
+  expect_swings("10 Nm", 370, (swings){.size_rad_s = 0.2f, .ratio = 1.0f, .share = 1.0f, .load_nm = 10.0f});
+}
+
+/* A square wave of the torque, with one of what is added from outside. */
+static int square_seen_after(bool suspect, int ticks, float nm, float added_nm) {
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.suspect = suspect;
+  for (int tick = 0; tick < 3000; ++tick) {
+    const float side = tick / ticks % 2 == 0 ? 1.0f : -1.0f;
+    const oscillation_inputs in = {.closed = true, .loop_nm = side * nm, .added_nm = side * added_nm};
+    if (oscillation_step(&state, &plant, &in, DT_S)) {
+      return tick;
+    }
+  }
+  return -1;
+}
+
+/* 16 of the smallest size, or 48 for a proven set: peak to peak half of the motor's 40 Nm counts as one. */
+static void test_torque_swings_count_by_their_size(void) {
+  TEST_ASSERT_EQUAL(-1, square_seen_after(true, 4, 9.9f, 0.0f));
+  TEST_ASSERT_EQUAL(17 * 4, square_seen_after(true, 4, 10.1f, 0.0f));
+  TEST_ASSERT_EQUAL(9 * 4, square_seen_after(true, 4, 20.0f, 0.0f));
+  TEST_ASSERT_EQUAL(5 * 4, square_seen_after(true, 4, 40.0f, 0.0f));
+  TEST_ASSERT_EQUAL(-1, square_seen_after(false, 4, 9.9f, 0.0f));
+  TEST_ASSERT_EQUAL(49 * 4, square_seen_after(false, 4, 10.1f, 0.0f));
+  TEST_ASSERT_EQUAL(25 * 4, square_seen_after(false, 4, 20.0f, 0.0f));
+  TEST_ASSERT_EQUAL(13 * 4, square_seen_after(false, 4, 40.0f, 0.0f));
+}
+
+static void test_torque_swings_of_20_ticks_and_more_do_not_count(void) {
+  TEST_ASSERT_EQUAL(9 * 19, square_seen_after(true, 19, 20.0f, 0.0f));
+  TEST_ASSERT_EQUAL(-1, square_seen_after(true, 20, 20.0f, 0.0f));
+  TEST_ASSERT_EQUAL(-1, square_seen_after(true, 60, 20.0f, 0.0f));
+}
+
+static void test_a_torque_from_outside_explains_swings_of_twice_its_size(void) {
+  TEST_ASSERT_EQUAL(9 * 4, square_seen_after(true, 4, 20.0f, 9.9f));
+  TEST_ASSERT_EQUAL(-1, square_seen_after(true, 4, 20.0f, 10.6f));
+}
+
+/* From rest, the motor makes `share` of the motion that its constant torque drives away from the set-point. */
+static int away_after(bool suspect, float nm, float share, float feedforward_nm, float step_rad_s) {
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.friction_nm = 0.0f;
+  plant.suspect = suspect;
+  float rate_rad_s = 0.0f;
+  float last_nm = 0.0f;
+  for (int tick = 0; tick < 200; ++tick) {
+    const oscillation_inputs in = {.closed = true,
+                                   .reference_rad_s = -step_rad_s,
+                                   .rate_rad_s = rate_rad_s,
+                                   .loop_nm = nm,
+                                   .feedforward_nm = feedforward_nm};
+    if (oscillation_step(&state, &plant, &in, DT_S)) {
+      return tick;
+    }
+    rate_rad_s += 0.5f * (nm + last_nm) / share / plant.inertia_kg_m2 * DT_S;
+    last_nm = nm;
+  }
+  return -1;
+}
+
+static void test_at_rest_15_percent_of_the_torque_in_the_wrong_direction_is_too_much(void) {
+  TEST_ASSERT_EQUAL(-1, away_after(true, 6.0f, 1.0f, 0.0f, 0.0f));
+  TEST_ASSERT_INT_WITHIN(1, 18, away_after(true, 6.5f, 1.0f, 0.0f, 0.0f));
+  TEST_ASSERT_INT_WITHIN(1, 11, away_after(true, 12.0f, 1.0f, 0.0f, 0.0f));
+  TEST_ASSERT_EQUAL(-1, away_after(false, 12.0f, 1.0f, 0.0f, 0.0f)); /* a proven set may */
+  TEST_ASSERT_INT_WITHIN(1, 11, away_after(true, 12.0f, 1.0f, 5.0f, 0.0f));
+  TEST_ASSERT_EQUAL(-1, away_after(true, 12.0f, 1.0f, 6.0f, 0.0f));  /* half of it follows from the set-point */
+  TEST_ASSERT_EQUAL(-1, away_after(true, 12.0f, 0.55f, 0.0f, 0.0f)); /* a gust makes the rest */
+  TEST_ASSERT_INT_WITHIN(1, 8, away_after(true, 12.0f, 0.65f, 0.0f, 0.0f));
+}
+
+static void test_after_a_step_of_the_set_point_60_percent_in_the_wrong_direction_are_too_much(void) {
+  TEST_ASSERT_EQUAL(-1, away_after(true, 25.0f, 1.0f, 0.0f, 0.03f));
+  TEST_ASSERT_INT_WITHIN(1, 13, away_after(true, 26.0f, 1.0f, 0.0f, 0.03f));
+  TEST_ASSERT_INT_WITHIN(1, 11, away_after(true, 35.0f, 1.0f, 0.0f, 0.03f));
 }
 
 static void test_an_open_loop_does_not_oscillate(void) {
@@ -213,8 +418,21 @@ static void test_healthy_gains_may_overshoot_after_a_step(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_an_oscillation_that_the_motor_sustains_is_seen_within_half_a_second);
+  RUN_TEST(test_an_oscillation_is_seen_where_no_friction_explains_a_part_of_it);
+  RUN_TEST(test_swings_of_600_ticks_and_more_are_no_oscillation);
   RUN_TEST(test_new_gains_need_less_evidence);
   RUN_TEST(test_what_a_gust_of_any_frequency_does_is_no_oscillation);
+  RUN_TEST(test_a_swing_of_1_degree_per_second_counts_and_a_smaller_one_does_not);
+  RUN_TEST(test_a_swing_counts_when_it_is_more_than_2_5_times_its_excitation);
+  RUN_TEST(test_friction_explains_a_part_of_each_swing);
+  RUN_TEST(test_swings_that_decay_to_70_percent_do_not_count);
+  RUN_TEST(test_new_gains_may_not_let_swings_grow_by_half);
+  RUN_TEST(test_a_static_load_explains_nothing);
+  RUN_TEST(test_torque_swings_count_by_their_size);
+  RUN_TEST(test_torque_swings_of_20_ticks_and_more_do_not_count);
+  RUN_TEST(test_a_torque_from_outside_explains_swings_of_twice_its_size);
+  RUN_TEST(test_at_rest_15_percent_of_the_torque_in_the_wrong_direction_is_too_much);
+  RUN_TEST(test_after_a_step_of_the_set_point_60_percent_in_the_wrong_direction_are_too_much);
   RUN_TEST(test_an_open_loop_does_not_oscillate);
   RUN_TEST(test_a_decaying_oscillation_is_left_to_decay);
   RUN_TEST(test_a_set_point_explains_the_torque_that_follows_it);

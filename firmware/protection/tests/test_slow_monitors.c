@@ -142,6 +142,18 @@ static void test_an_axis_that_stands_and_is_moved_leaves_its_standstill_only_on_
   }
 }
 
+static void test_without_an_angle_no_motion_is_seen(void) {
+  b.limits.fixed_base_rad = 0.005f;
+  b.limits.standstill_rad = 0.01f;
+  b.commands.standing = b.commands.reduced = true;
+  run(0.0f, 1200);
+  b.in.angle_valid = false;
+  run(0.0f, 100);
+  b.in.angle_valid = true;
+  b.angle_rad += 1.0; /* at another place now */
+  run(0.0f, 100);
+}
+
 static void test_an_axis_whose_loops_are_open_may_be_moved(void) {
   b.limits.fixed_base_rad = 0.005f;
   b.limits.standstill_rad = 0.01f;
@@ -170,6 +182,27 @@ static void test_a_path_against_the_set_point_is_a_runaway_without_any_torque(vo
     TEST_ASSERT_EQUAL_HEX64(0, found & ~fault_bit(FAULT_RUNAWAY));
   }
   CHECK_NEAR("ticks to 0.05 rad", 224.0, ticks, 10.0);
+}
+
+/* Its decelerations between them do not shorten the path, and do not lengthen it. */
+static void test_two_accelerations_against_the_set_point_add_up(void) {
+  monitor_direction();
+  run(-0.001f, 8);
+  float rate_rad_s = 0.0f;
+  for (int i = 0; i < 160; ++i) { /* 0.026 rad */
+    rate_rad_s -= 0.002f;
+    run(rate_rad_s, 1);
+  }
+  for (int i = 0; i < 80; ++i) {
+    rate_rad_s += 0.002f;
+    run(rate_rad_s, 1);
+  }
+  int ticks = 0;
+  for (fault_set found = 0; found == 0 && ticks < 1000; ++ticks) {
+    rate_rad_s -= 0.002f;
+    found = step(rate_rad_s, rate_rad_s);
+  }
+  CHECK_NEAR("ticks to the other 0.024 rad", 93.0, ticks, 12.0);
 }
 
 static void test_braking_after_a_step_of_the_set_point_is_no_runaway(void) {
@@ -228,8 +261,10 @@ int main(void) {
   RUN_TEST(test_a_large_difference_counts_as_the_largest_that_is_no_disagreement);
   RUN_TEST(test_what_a_broken_or_missing_sensor_adds_is_no_drift);
   RUN_TEST(test_an_axis_that_stands_and_is_moved_leaves_its_standstill_only_on_a_fixed_base);
+  RUN_TEST(test_without_an_angle_no_motion_is_seen);
   RUN_TEST(test_an_axis_whose_loops_are_open_may_be_moved);
   RUN_TEST(test_a_path_against_the_set_point_is_a_runaway_without_any_torque);
+  RUN_TEST(test_two_accelerations_against_the_set_point_add_up);
   RUN_TEST(test_braking_after_a_step_of_the_set_point_is_no_runaway);
   RUN_TEST(test_no_direction_is_monitored_without_a_loop_of_speed_or_a_window);
   RUN_TEST(test_the_reduced_speed_counts_from_a_second_after_its_selection);
