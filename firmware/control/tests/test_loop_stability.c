@@ -245,6 +245,101 @@ static void expect_distance(const char *what, const loop_stability_input *in) {
   expect_distance_within(what, in, 1.5e-3);
 }
 
+/* How often the loops were evaluated between two frequencies, in one operating point. */
+static int looks_between(const loop_stability_input *in, int point, double from, double to) {
+  loop_stability state;
+  loop_stability_start(&state);
+  int looks = 0;
+  float last = 0.0f;
+  while (loop_stability_step(&state, in, 1) == LOOP_RUNNING && state.point <= point) {
+    looks += state.point == point && state.omega != last && (double)state.omega >= from && (double)state.omega <= to;
+    last = state.omega;
+  }
+  TEST_ASSERT_TRUE_MESSAGE(state.verdict != LOOP_REFUSED || state.point > point, "refused");
+  return looks;
+}
+
+/* Steps of a quarter of its width in the band, on both sides of its centre. Far from it they are longer. */
+static void expect_a_close_look(const char *what, const loop_stability_input *in, int point, double centre,
+                                double width) {
+  const int before = looks_between(in, point, centre - 0.75 * width, centre);
+  const int behind = looks_between(in, point, centre, centre + 0.75 * width);
+  TEST_ASSERT_TRUE_MESSAGE(before >= 2 && before <= 12, what);
+  TEST_ASSERT_TRUE_MESSAGE(behind >= 3 && behind <= 12, what);
+}
+
+static double turn_between(loop_complex from, loop_complex to) {
+  return fabs(atan2((double)from.re * (double)to.im - (double)from.im * (double)to.re,
+                    (double)from.re * (double)to.re + (double)from.im * (double)to.im));
+}
+
+/* Sets of any gains and delays, most of them refused: up to the verdict no curve turns further in a step. */
+static void test_no_step_turns_a_curve_by_more_than_its_limit(void) {
+  random_source source = {5};
+  double largest = 0.0;
+  int stable = 0;
+  for (int set = 0; set < random_cases(200); ++set) {
+    loop_stability_input in = azimuth();
+    in.speed.pi.proportional_gain *= (float)random_decades(&source, 0.1, 2.0);
+    in.speed.pi.integral_gain *= (float)random_decades(&source, 0.01, 2.0);
+    in.speed.observer.bandwidth_rad_s = (float)random_decades(&source, 5.0, 250.0);
+    in.position_per_s = (float)random_decades(&source, 0.01, 60.0);
+    in.plant.stiffness_nm_rad = (float)random_decades(&source, 1e3, 1e6);
+    in.plant.damping_nm_s_rad = (float)random_decades(&source, 1.0, 1e3);
+    in.plant.encoder_delay_s = (float)random_uniform(&source, 1e-4, 2e-3);
+    in.tracker.kind = set % 2 == 0 ? TRACKER_PI : TRACKER_PREDICTIVE;
+    in.tracker.proportional_per_s = (float)random_decades(&source, 0.01, 60.0);
+    in.tracker.integral_per_s2 = (float)random_decades(&source, 0.01, 60.0);
+    loop_stability state;
+    loop_stability_start(&state);
+    (void)loop_stability_step(&state, &in, 1);
+    while (state.verdict == LOOP_RUNNING) {
+      const loop_stability before = state;
+      (void)loop_stability_step(&state, &in, 1);
+      for (int i = 0;
+           state.verdict == LOOP_RUNNING && before.evaluations > 0 && state.omega > before.omega && i < LOOP_COUNT;
+           ++i) {
+        largest = fmax(largest, turn_between(before.last[i], state.last[i]));
+      }
+    }
+    stable += state.verdict == LOOP_STABLE ? 1 : 0;
+  }
+  LOG_VALUE("stable sets", stable);
+  LOG_VALUE("largest turn, rad", largest);
+  CHECK_AT_MOST("largest turn, rad", (double)LOOP_PHASE_STEP + 1e-6, largest);
+}
+
+static void test_narrow_bands_are_looked_at_closely(void) {
+  loop_stability_input in = azimuth();
+  in.plant.stiffness_nm_rad = 27000.0f;
+  in.plant.damping_nm_s_rad = 0.5f;
+  in.plant.viscous_nm_s_rad = 0.1f;
+  expect_a_close_look("spring", &in, 1, sqrt(27000.0 / 6.0) * 1e-3, 0.6 / 6.0 * 1e-3);
+  expect_a_close_look("spring of the smallest inertia", &in, 3, sqrt(27000.0 / 3.0) * 1e-3, 0.6 / 3.0 * 1e-3);
+  TEST_ASSERT_EQUAL(0, looks_between(&in, 0, sqrt(27000.0 / 6.0) * 1e-3, sqrt(27000.0 / 6.0) * 1e-3 + 1e-4));
+  in = azimuth();
+  in.speed.pi.proportional_gain = 400.0f;
+  in.speed.observer.bandwidth_rad_s = 60.0f;
+  TEST_ASSERT_EQUAL(CONTROL_OK,
+                    biquad_design_notch(&in.speed.notch, RAD_PER_TURN * 100.0f, RAD_PER_TURN * 1.0f, 0.5f, DT_S));
+  expect_a_close_look("notch", &in, 0, 0.62831853, 0.0062831853);
+  in.speed.notch = biquad_pass();
+  TEST_ASSERT_EQUAL(CONTROL_OK, biquad_design_lowpass(&in.speed.lowpass, RAD_PER_TURN * 200.0f, 0.1f, DT_S));
+  CHECK_NEAR("resonance of the low-pass", 7.0, looks_between(&in, 0, 1.2566 - 0.19, 1.2566), 2.0);
+}
+
+/* They are the time of the answer: the deferred task looks at 12 frequencies in a tick. */
+static void test_the_shipped_gains_have_their_answer_after_about_1030_frequencies(void) {
+  loop_stability_input in = azimuth();
+  loop_stability state;
+  loop_stability_start(&state);
+  int looks = 1;
+  while (loop_stability_step(&state, &in, 1) == LOOP_RUNNING) {
+    ++looks;
+  }
+  CHECK_NEAR("frequencies", 1030.0, looks, 15.0);
+}
+
 static void test_the_distance_to_instability_is_that_of_the_blocks(void) {
   loop_stability_input in = azimuth();
   expect_distance("shipped", &in);
@@ -328,6 +423,9 @@ int main(void) {
   RUN_TEST(test_a_tracker_is_judged_by_the_gains_of_its_kind);
   RUN_TEST(test_the_limit_of_a_gain_is_that_of_its_polynomial);
   RUN_TEST(test_a_narrow_notch_is_not_overlooked);
+  RUN_TEST(test_no_step_turns_a_curve_by_more_than_its_limit);
+  RUN_TEST(test_narrow_bands_are_looked_at_closely);
+  RUN_TEST(test_the_shipped_gains_have_their_answer_after_about_1030_frequencies);
   RUN_TEST(test_the_distance_to_instability_is_that_of_the_blocks);
   RUN_TEST(test_loops_without_any_gain_hold_nothing_and_are_refused);
   return UNITY_END();

@@ -194,6 +194,68 @@ static void test_through_the_zenith_every_output_stays_finite_and_within_its_lim
   }
 }
 
+/* The azimuth's feedforward is that of the secant up to 0.005, and fades with the cosine from there to the zenith. */
+static void test_near_the_zenith_the_feedforward_of_the_azimuth_fades(void) {
+  static const struct {
+    double cosine;
+    double factor;
+  } cases[] = {{0.5, 2.0}, {0.01, 100.0}, {0.0051, 196.078}, {0.0049, 196.0}, {0.0025, 100.0}, {0.0005, 20.0}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    bench b = bench_at(0.0, acos(cases[i].cosine));
+    const angle_turn32 pitch = (angle_turn32)(int64_t)llround(b.pitch_rad * TURN32_PER_RAD);
+    const line_of_sight_rates los = {.rad_s = {.x = 1e-3f}};
+    const pointing_frame centred = {.fresh = true, .valid = true};
+    const pointing_command out = pointing_tracker_step(&b.state, &b.params, &centred, &los, pitch, (float)kDt_s);
+    TEST_ASSERT_TRUE(out.locked && !out.limited);
+    CHECK_NEAR("rate of the azimuth, rad/s", 1e-3 * cases[i].factor, out.rate_rad_s.azimuth, 2e-5);
+    CHECK_NEAR("rate of the pitch, rad/s", 0.0, out.rate_rad_s.pitch, 1e-9);
+    CHECK_NEAR("acceleration of the azimuth, rad/s^2", 0.0, out.acceleration_rad_s2.azimuth, 1e-9);
+    const double azimuth_rad_s = 1e-3 * cases[i].factor; /* the pitch falls on a great circle */
+    CHECK_NEAR("acceleration of the pitch, rad/s^2",
+               -azimuth_rad_s * azimuth_rad_s * cases[i].cosine * sqrt(1.0 - cases[i].cosine * cases[i].cosine),
+               out.acceleration_rad_s2.pitch, 1e-6);
+  }
+}
+
+/* A frame that is old was taken on axes that have rolled since. */
+static void test_a_frame_is_turned_by_what_the_image_has_rolled_since_its_exposure(void) {
+  static const int ages[] = {0, 1, 20, 50, TARGET_TRACKER_HISTORY - 1};
+  for (unsigned i = 0; i < sizeof ages / sizeof ages[0]; ++i) {
+    bench b = bench_at(0.0, 0.0);
+    const line_of_sight_rates los = {.roll_rad_s = 2.0f};
+    const pointing_frame none = {.fresh = false};
+    for (int tick = 0; tick < 300; ++tick) {
+      (void)pointing_tracker_step(&b.state, &b.params, &none, &los, 0u, (float)kDt_s);
+    }
+    const pointing_frame frame = {.fresh = true, .valid = true, .age_ticks = ages[i], .error = {1e-3f, 0.0f}};
+    const pointing_command out = pointing_tracker_step(&b.state, &b.params, &frame, &los, 0u, (float)kDt_s);
+    const double rolled_rad = 2e-3 * (double)ages[i]; /* the image turns, and the target stays */
+    CHECK_NEAR("x, rad", 1e-3 * cos(rolled_rad), out.error_rad.x, 1e-8);
+    CHECK_NEAR("y, rad", -1e-3 * sin(rolled_rad), out.error_rad.y, 1e-8);
+  }
+}
+
+/* Each joint has its own. */
+static void test_the_rate_limits_are_those_of_the_joints(void) {
+  bench b = bench_at(0.0, 0.0);
+  b.params.rate_limit_rad_s = (joint_vector){0.4f, 0.2f};
+  const line_of_sight_rates los = {.roll_rad_s = 0.0f};
+  for (int side = -1; side <= 1; side += 2) {
+    const pointing_frame far_x = {.fresh = true, .valid = true, .error = {(float)side * 0.3f, 0.0f}};
+    const pointing_frame far_y = {.fresh = true, .valid = true, .error = {0.0f, (float)side * 0.3f}};
+    pointing_tracker_reset(&b.state);
+    pointing_command out = pointing_tracker_step(&b.state, &b.params, &far_x, &los, 0u, (float)kDt_s);
+    CHECK_SAME("azimuth, rad/s", (float)side * 0.4f, out.rate_rad_s.azimuth);
+    CHECK_NEAR("pitch, rad/s", 0.0, out.rate_rad_s.pitch, 1e-6);
+    TEST_ASSERT_TRUE(out.limited);
+    pointing_tracker_reset(&b.state);
+    out = pointing_tracker_step(&b.state, &b.params, &far_y, &los, 0u, (float)kDt_s);
+    CHECK_NEAR("azimuth, rad/s", 0.0, out.rate_rad_s.azimuth, 1e-6);
+    CHECK_SAME("pitch, rad/s", (float)side * 0.2f, out.rate_rad_s.pitch);
+    TEST_ASSERT_TRUE(out.limited);
+  }
+}
+
 static void test_without_frames_it_coasts_and_then_stops(void) {
   const path p = pass_at(60.0 * DEG);
   bench b = start_of(&p, -20.0);
@@ -256,6 +318,9 @@ int main(void) {
   RUN_TEST(test_centroid_noise_of_a_fifth_of_a_pixel_leaves_less_than_its_own_size);
   RUN_TEST(test_beyond_the_rate_limit_the_target_is_lost_for_a_while_and_caught_again);
   RUN_TEST(test_through_the_zenith_every_output_stays_finite_and_within_its_limit);
+  RUN_TEST(test_near_the_zenith_the_feedforward_of_the_azimuth_fades);
+  RUN_TEST(test_a_frame_is_turned_by_what_the_image_has_rolled_since_its_exposure);
+  RUN_TEST(test_the_rate_limits_are_those_of_the_joints);
   RUN_TEST(test_without_frames_it_coasts_and_then_stops);
   RUN_TEST(test_bad_frames_change_nothing);
   RUN_TEST(test_parameters_out_of_range_are_refused);

@@ -50,6 +50,10 @@ static void test_a_change_within_the_limit_or_shown_by_the_gyro_is_no_outlier(vo
       {1.4e-3f, 1e-3f, ENCODER_FITS}, /* the gyro is slower */
       {0.0f, 1e-2f, ENCODER_FITS},    /* it is the gyro that jumps */
       {1.6e-3f, 1e-3f, ENCODER_OUTLIER},
+      {1.5e-3f + 0.9f * LIMIT_RAD, 1e-3f, ENCODER_FITS}, /* half of its change, and the limit */
+      {1.5e-3f + 1.1f * LIMIT_RAD, 1e-3f, ENCODER_OUTLIER},
+      {-1.5e-3f - 0.9f * LIMIT_RAD, -1e-3f, ENCODER_FITS},
+      {-1.5e-3f - 1.1f * LIMIT_RAD, -1e-3f, ENCODER_OUTLIER},
       {-1.1f * LIMIT_RAD, 0.0f, ENCODER_OUTLIER},
   };
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {

@@ -480,6 +480,104 @@ static void test_a_braked_axis_that_creeps_is_not_at_rest(void) {
   TEST_ASSERT_FALSE(turn(&b, 0.0052, 2).at_rest); /* pushed away, it is not */
 }
 
+/* --- the limits of the header ------------------------------------------------------------------------------------- */
+
+/* T v + (1.03 v)^2 / (2 a), with a of 4 rad/s^2. */
+static double needed_rad(double rate_rad_s) { return 0.004 * rate_rad_s + 1.03 * 1.03 * rate_rad_s * rate_rad_s / 8.0; }
+
+static void test_the_distance_to_the_end_must_be_that_of_the_header(void) {
+  static const double rates_rad_s[] = {0.05, 0.3, 1.5};
+  for (unsigned i = 0; i < sizeof rates_rad_s / sizeof rates_rad_s[0]; ++i) {
+    for (int side = -1; side <= 1; side += 2) {
+      for (int near = 0; near <= 1; ++near) {
+        bench b = new_bench();
+        const double rate = rates_rad_s[i];
+        const double room = needed_rad(rate) * (near == 1 ? 0.998 : 1.002);
+        b.angle_rad = side * (3.0 - room - 0.01 * rate); /* ten ticks before */
+        TEST_ASSERT_EQUAL_HEX(near == 1 ? ENVELOPE_TOO_FAST : 0, turn(&b, side * rate, 10).found);
+        CHECK_RELATIVE("allowed rad/s", rate, fastest_rad_s(&b, (float)needed_rad(rate)), 1e-4);
+      }
+    }
+  }
+}
+
+/* Ticks of this acceleration from rest until slow motion is too fast: the rate of two ticks counts 3.5 ms ahead. */
+static int ticks_to_slow_limit(double acceleration_rad_s2) {
+  bench b = new_bench();
+  b.params.slow = true;
+  (void)turn(&b, 0.0, 10);
+  int ticks = 1;
+  while (ticks < 1000 && !turn(&b, 0.001 * acceleration_rad_s2 * ticks, 1).too_fast) {
+    ++ticks;
+  }
+  return ticks;
+}
+
+static void test_acceleration_counts_three_and_a_half_ticks_ahead(void) {
+  for (int side = -1; side <= 1; side += 2) { /* n - 0.5 + 3.5 ticks of it are more than 5 degrees per second */
+    TEST_ASSERT_EQUAL(27, ticks_to_slow_limit(side * 3.0));
+    TEST_ASSERT_EQUAL(27, ticks_to_slow_limit(side * 2.9137));
+    TEST_ASSERT_EQUAL(28, ticks_to_slow_limit(side * 2.9));
+  }
+}
+
+static void test_deceleration_does_not_count_ahead(void) {
+  bench b = new_bench();
+  b.params.slow = true;
+  (void)turn(&b, 0.3, 10);
+  TEST_ASSERT_TRUE(turn(&b, 0.1, 2).too_fast);
+  TEST_ASSERT_TRUE(turn(&b, 0.088, 1).too_fast);
+  TEST_ASSERT_TRUE(turn(&b, 0.088, 1).too_fast);
+  TEST_ASSERT_FALSE(turn(&b, 0.086, 2).too_fast);
+}
+
+/* 0.1 rad/s more than at the beginning for half a second, then by half of 1 rad/s^2 less. */
+static void test_an_ordered_stop_that_is_not_followed_is_seen_in_its_700th_tick(void) {
+  bench b = new_bench();
+  b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+  (void)turn(&b, -1.4, 10);
+  b.phase = ENVELOPE_STOPPING;
+  TEST_ASSERT_EQUAL_HEX(0, turn(&b, -1.4, 1).found);
+  for (int tick = 2; tick < 700; ++tick) {
+    TEST_ASSERT_EQUAL_HEX(0, turn(&b, -1.40025, 1).found);
+  }
+  TEST_ASSERT_EQUAL_HEX(ENVELOPE_STOP_IGNORED, turn(&b, -1.40025, 1).found);
+}
+
+static void test_a_stop_may_end_in_slow_motion_and_a_braking_in_its_soft_end(void) {
+  bench b = new_bench();
+  b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+  b.params.deceleration_rad_s2 = 4.0f; /* soft end below 0.08 rad/s */
+  (void)turn(&b, 0.086, 10);
+  b.phase = ENVELOPE_STOPPING;
+  for (int tick = 0; tick < 3000; ++tick) {
+    TEST_ASSERT_EQUAL_HEX(0, turn(&b, 0.086, 1).found);
+  }
+  TEST_ASSERT_EQUAL_HEX(ENVELOPE_STOP_IGNORED, turn(&b, 0.0885, 2).found);
+  b.phase = ENVELOPE_BRAKING;
+  for (int tick = 0; tick < 1000; ++tick) {
+    TEST_ASSERT_EQUAL_HEX(0, turn(&b, 0.079, 1).found);
+  }
+  TEST_ASSERT_EQUAL_HEX(ENVELOPE_BRAKING_FAILS, turn(&b, 0.081, 2).found);
+}
+
+/* v / (a Ts) + (x - x0) / (a Ts Th), from where the rate was first below a Ts = 0.08 rad/s. */
+static void test_the_braking_holds_with_a_spring_of_its_own(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = new_bench();
+    (void)turn(&b, side * 0.2, 10);
+    b.phase = ENVELOPE_BRAKING;
+    CHECK_SAME("share above the soft end", -side, turn(&b, side * 0.081, 3).brake);
+    const float first = turn(&b, side * 0.06, 2).brake;
+    CHECK_NEAR("share where it begins to hold", -side * 0.75, first, 0.02);
+    const double held_rad = b.angle_rad;
+    CHECK_NEAR("share while it creeps", -side * (0.5 + 0.0016 / 0.06 / 0.08), turn(&b, side * 0.04, 40).brake, 0.02);
+    const double away_rad = b.angle_rad - held_rad;
+    const outputs still = turn(&b, 0.0, 2);
+    CHECK_NEAR("share of the spring alone", -away_rad / 0.06 / 0.08, still.brake, 0.02);
+  }
+}
+
 static void test_braking_holds_and_ends_at_rest(void) {
   bench b = new_bench();
   (void)turn(&b, 1.0, 10);
@@ -512,6 +610,12 @@ int main(void) {
   RUN_TEST(test_braking_fails_30_ticks_after_it_has_its_current);
   RUN_TEST(test_each_braking_begins_anew);
   RUN_TEST(test_a_braked_axis_that_creeps_is_not_at_rest);
+  RUN_TEST(test_the_distance_to_the_end_must_be_that_of_the_header);
+  RUN_TEST(test_acceleration_counts_three_and_a_half_ticks_ahead);
+  RUN_TEST(test_deceleration_does_not_count_ahead);
+  RUN_TEST(test_an_ordered_stop_that_is_not_followed_is_seen_in_its_700th_tick);
+  RUN_TEST(test_a_stop_may_end_in_slow_motion_and_a_braking_in_its_soft_end);
+  RUN_TEST(test_the_braking_holds_with_a_spring_of_its_own);
   RUN_TEST(test_braking_holds_and_ends_at_rest);
   return UNITY_END();
 }

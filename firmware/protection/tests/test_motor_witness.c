@@ -397,6 +397,23 @@ static void test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor(vo
   TEST_ASSERT_TRUE(counted < MOTOR_WITNESS_TICKS);
 }
 
+/* 20 V that nothing explains for 10 ticks: the smoothed error is below 4 V in the first of them only. In the seventh
+ * tick after them it is again, and the count goes on. */
+static void test_ticks_with_an_error_beyond_the_voltage_mismatch_are_not_counted(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  for (int i = 0; i < 10; ++i) {
+    const motor_witness_inputs in = {.driven = true, .voltage_v = 20.0f};
+    TEST_ASSERT_EQUAL(MOTOR_AGREES, motor_witness_step(&b.witness, &b.limits, &b.data, &in, DT_S));
+    TEST_ASSERT_EQUAL(1, b.witness.ticks);
+  }
+  const motor_witness_inputs in = {.driven = true};
+  for (int i = 1; i <= 10; ++i) {
+    TEST_ASSERT_EQUAL(i < 10 ? MOTOR_AGREES : MOTOR_CONTRADICTS,
+                      motor_witness_step(&b.witness, &b.limits, &b.data, &in, DT_S));
+  }
+}
+
 static void test_a_contradiction_that_ends_is_forgotten(void) {
   bench b = new_bench();
   rest_off(&b, 60);
@@ -471,6 +488,7 @@ int main(void) {
   RUN_TEST(test_the_back_emf_is_learned_from_a_motion_and_forgotten_slowly);
   RUN_TEST(test_the_offset_counts_as_known_after_50_ticks_without_current);
   RUN_TEST(test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor);
+  RUN_TEST(test_ticks_with_an_error_beyond_the_voltage_mismatch_are_not_counted);
   RUN_TEST(test_a_contradiction_that_ends_is_forgotten);
   RUN_TEST(test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothing);
   RUN_TEST(test_each_motor_datum_that_changes_makes_what_was_learned_void);

@@ -233,6 +233,24 @@ static void test_torque_swings_count_by_their_size(void) {
   TEST_ASSERT_EQUAL(13 * 4, square_seen_after(false, 4, 40.0f, 0.0f));
 }
 
+/* Its acceleration explains torque, not its rate: at 1 Hz and 0.02 rad/s, 0.75 Nm. */
+static void test_a_slow_motion_of_the_set_point_explains_no_fast_torque(void) {
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.suspect = true;
+  int ticks = 0;
+  for (bool seen = false; !seen && ticks < 3000; ++ticks) {
+    const float rate_rad_s = 0.02f * sinf(TURN_RAD * (float)ticks * DT_S);
+    const oscillation_inputs in = {.closed = true,
+                                   .reference_rad_s = rate_rad_s,
+                                   .rate_rad_s = rate_rad_s,
+                                   .loop_nm = ticks / 4 % 2 == 0 ? 20.0f : -20.0f};
+    seen = oscillation_step(&state, &plant, &in, DT_S);
+  }
+  TEST_ASSERT_EQUAL(9 * 4 + 1, ticks);
+}
+
 static void test_torque_swings_of_20_ticks_and_more_do_not_count(void) {
   TEST_ASSERT_EQUAL(9 * 19, square_seen_after(true, 19, 20.0f, 0.0f));
   TEST_ASSERT_EQUAL(-1, square_seen_after(true, 20, 20.0f, 0.0f));
@@ -429,6 +447,7 @@ int main(void) {
   RUN_TEST(test_new_gains_may_not_let_swings_grow_by_half);
   RUN_TEST(test_a_static_load_explains_nothing);
   RUN_TEST(test_torque_swings_count_by_their_size);
+  RUN_TEST(test_a_slow_motion_of_the_set_point_explains_no_fast_torque);
   RUN_TEST(test_torque_swings_of_20_ticks_and_more_do_not_count);
   RUN_TEST(test_a_torque_from_outside_explains_swings_of_twice_its_size);
   RUN_TEST(test_at_rest_15_percent_of_the_torque_in_the_wrong_direction_is_too_much);

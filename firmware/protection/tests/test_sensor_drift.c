@@ -50,6 +50,21 @@ static void test_a_scale_error_of_the_gyro_is_no_drift_while_the_axis_turns(void
   TEST_ASSERT_TRUE(found);
 }
 
+/* At 1 rad/s the path of the memory is 5 rad: 0.5 % of it, and the window, are 30 mrad. */
+static void test_a_scale_error_of_half_a_percent_beside_the_window_is_permitted(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    for (int beyond = 0; beyond <= 1; ++beyond) {
+      sensor_drift drift = {0};
+      bool found = false;
+      for (int i = 0; i < 60000; ++i) {
+        const float difference_rad_s = (float)sign * (beyond == 0 ? 5.96e-3f : 6.04e-3f);
+        found = found || sensor_drift_step(&drift, WINDOW_RAD, difference_rad_s, (float)sign, DT_S);
+      }
+      TEST_ASSERT_EQUAL(beyond != 0, found);
+    }
+  }
+}
+
 static void test_a_base_that_moves_is_not_compared_and_begins_anew_when_it_is_fixed(void) {
   sensor_drift drift = {0};
   for (int i = 0; i < 10000; ++i) {
@@ -64,6 +79,7 @@ int main(void) {
   RUN_TEST(test_a_difference_below_the_base_rate_is_found_when_the_header_says);
   RUN_TEST(test_a_bias_below_the_window_over_the_memory_is_tolerated);
   RUN_TEST(test_a_scale_error_of_the_gyro_is_no_drift_while_the_axis_turns);
+  RUN_TEST(test_a_scale_error_of_half_a_percent_beside_the_window_is_permitted);
   RUN_TEST(test_a_base_that_moves_is_not_compared_and_begins_anew_when_it_is_fixed);
   return UNITY_END();
 }
