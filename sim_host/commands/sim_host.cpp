@@ -5,6 +5,7 @@
 //   sim_host experiments --out DIR
 //   sim_host beliefs --out DIR
 //   sim_host random-plants --plant FILE --out DIR
+//   sim_host passes --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host faults [--scenario FILE]
@@ -391,6 +392,7 @@ int main(int argc, char **argv) {
   sim::add_assumed_plants(app);
   sim::add_random_plants(app);
   sim::add_fig9_scan(app);
+  sim::add_passes(app);
   add_bench(app);
   add_serve(app);
   sim::add_attack(app, code);

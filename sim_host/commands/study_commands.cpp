@@ -15,6 +15,7 @@
 #include "studies/random_plants/random_plants_report.hpp"
 #include "studies/shared/experiment.hpp"
 #include "studies/shared/identified_axis.hpp"
+#include "studies/straight_passes/straight_passes.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -114,6 +115,26 @@ CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
   return command.add_option("--seeds", options.seeds, "seeds to run")->check(seed())->capture_default_str();
 }
 
+struct PassesOptions {
+  PassesSetup setup;
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path out_dir;
+};
+
+void passes(const PassesOptions& options) {
+  PassesSetup setup = options.setup;
+  refuse_repeated_seeds(setup.seeds);
+  setup.plant = load_plant(options.plant);
+  setup.scenario = load_scenario(std::filesystem::path(TRACKSERVO_DATA_DIR) / "studies/straight_passes/scenario.toml");
+  start_progress();
+  const std::vector<PassResult> results = run_passes(setup, show_progress);
+  print(setup, results);
+  if (!options.out_dir.empty()) {
+    write_passes(setup, results, TRACKSERVO_GIT, options.out_dir / "passes.json");
+    fmt::print("written {}\n", (options.out_dir / "passes.json").string());
+  }
+}
+
 }  // namespace
 
 void add_experiments(CLI::App& app) {
@@ -180,6 +201,18 @@ void add_fig9_scan(CLI::App& app) {
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command->callback([options] { fig9_scan(*options); });
+}
+
+void add_passes(CLI::App& app) {
+  auto options = std::make_shared<PassesOptions>();
+  CLI::App *command = app.add_subcommand(
+      "passes", "study straight passes over the tracker: line-of-sight error with one tracking loop for both axes");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
+  add_threads(*command, options->setup.threads);
+  command->add_option("--out", options->out_dir, "folder for passes.json")
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command->callback([options] { passes(*options); });
 }
 
 }  // namespace trackservo::sim

@@ -10,6 +10,7 @@ void add_experiments(CLI::App& app);
 void add_assumed_plants(CLI::App& app);
 void add_random_plants(CLI::App& app);
 void add_fig9_scan(CLI::App& app);
+void add_passes(CLI::App& app);
 
 }  // namespace trackservo::sim
 
