@@ -8,14 +8,16 @@
 #include "cortex_m4/cost_table.h"
 #include "cortex_m4/instruction_count.h"
 #include "servo/motor_stage.h"
+#include "servo/pointing.h"
 #include "servo/servo_app.h"
 #include "support/servo_bench.h"
 
-enum { COUNTED_TICKS = 4000 };
+enum { COUNTED_TICKS = 4000, POINTING_LIMIT = 1700 };
 
 static cost_row speed_loop = {.name = "speed loop, one axis", .limit = 600};
 static cost_row any_speed_loop = {.name = "speed loop, any rate, window of 16", .limit = 600};
 static cost_row motor = {.name = "motor stage, one axis", .limit = 250};
+static cost_row pointing_row = {.name = "pointing of both axes", .limit = POINTING_LIMIT};
 static cost_row *counted_speed_loop = &speed_loop;
 static int sense_cost;
 
@@ -80,15 +82,43 @@ static void sweep_speed_loop(void) {
   }
 }
 
+/* A turned camera, frames of every age, and a pitch through the zenith, where all branches are taken. */
+static void sweep_pointing(void) {
+  static pointing both;
+  const pointing_params params = {
+      .camera = {.roll_rad = 0.3f, .boresight = {1e-3f, 2e-3f}},
+      .tracker = {.proportional_per_s = 30.0f,
+                  .estimator_rad_s = 6.0f,
+                  .coast_s = 0.5f,
+                  .rate_limit_rad_s = {1.0f, 1.0f}},
+      .inertia = {.azimuth_kg_m2 = 3.0f, .azimuth_swing_kg_m2 = 3.0f, .pitch_kg_m2 = 2.5f},
+      .fed_forward_kg_m2 = {6.0f, 2.5f},
+  };
+  (void)pointing_configure(&both, &params);
+  for (int tick = 0; tick < 20000; ++tick) {
+    const float part = 1e-4f * (float)((tick * 37) % 20000 - 10000);
+    const pointing_frame frame = {.fresh = tick % 20 == 0,
+                                  .valid = tick % 700 != 0,
+                                  .age_ticks = (tick / 20) % TARGET_TRACKER_HISTORY,
+                                  .error = {0.01f * part, -0.005f * part}};
+    const pointing_motion motion = {.pitch_angle = (angle_turn32)tick * 60000u, .inertial_rad_s = {part, -0.5f * part}};
+    const uint32_t start = instruction_count_now();
+    (void)pointing_step(&both, &frame, &motion, dt_s);
+    cost_row_add(&pointing_row, instruction_count_since(start));
+  }
+}
+
 int main(int argc, char **argv) {
   bool good = instruction_count_start();
   for (int i = 1; i < argc; ++i) {
     good = core_replay(argv[i], NULL, COUNTED_TICKS) && good;
   }
   sweep_speed_loop();
+  sweep_pointing();
   cost_table_head();
   good = cost_row_print(&speed_loop) && good;
   good = cost_row_print(&any_speed_loop) && good;
   good = cost_row_print(&motor) && good;
+  good = cost_row_print(&pointing_row) && good;
   return good ? 0 : 1;
 }
