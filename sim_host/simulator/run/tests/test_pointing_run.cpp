@@ -55,6 +55,22 @@ void test_a_pass_at_85_degrees_is_held_within_5_urad() {
   CHECK_AT_LEAST("urad", 5.0 * one_loop_urad, per_axis_urad);
 }
 
+// Far from the zenith the two ways to track are the same loop.
+void test_the_fly_by_of_the_paper_is_held_as_well_as_by_a_loop_per_axis() {
+  const ScenarioConfig apart = shipped_scenario("tracking");
+  ScenarioConfig together = apart;
+  together.camera.geometry = CameraGeometry::kLineOfSight;
+  together.pointing = Pointing::kLineOfSight;
+  const Trace per_axis = run(apart);
+  const Trace one_loop = run(together);
+  for (int axis = 0; axis < kAxes; ++axis) {
+    const double per_axis_urad = sigma_urad(per_axis, axis, apart.settle_s, apart.duration_s);
+    const double one_loop_urad = sigma_urad(one_loop, axis, apart.settle_s, apart.duration_s);
+    LOG_VALUE("one loop for the line of sight, urad", one_loop_urad);
+    CHECK_RELATIVE("urad", per_axis_urad, one_loop_urad, 0.05);
+  }
+}
+
 void test_a_turned_camera_with_a_boresight_offset_holds_the_target_at_the_boresight() {
   ScenarioConfig scenario = pass_at(80.0);
   scenario.camera.mounting = {40.0 * kRadPerDeg, 1e-3, -0.5e-3};
@@ -107,6 +123,7 @@ void test_a_pass_through_the_zenith_is_a_scenario() {
 int main() {
   UNITY_BEGIN();
   RUN_TEST(test_a_pass_at_85_degrees_is_held_within_5_urad);
+  RUN_TEST(test_the_fly_by_of_the_paper_is_held_as_well_as_by_a_loop_per_axis);
   RUN_TEST(test_a_turned_camera_with_a_boresight_offset_holds_the_target_at_the_boresight);
   RUN_TEST(test_after_a_dropout_the_error_is_back_within_half_a_second);
   RUN_TEST(test_an_evading_target_stays_in_the_picture);
