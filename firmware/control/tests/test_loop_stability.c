@@ -140,6 +140,15 @@ static void test_the_limit_of_a_gain_is_that_of_its_polynomial(void) {
   TEST_ASSERT_TRUE(state.distance <= 0.4f && state.distance > 0.3f);
 }
 
+/* Two roots at 0.01 rad/s: the curve turns before the lowest frequency that is looked at otherwise. */
+static void test_a_tracker_that_is_very_slow_is_stable(void) {
+  loop_stability_input in = azimuth();
+  in.tracker = (target_tracker_params){.kind = TRACKER_PI, .proportional_per_s = 0.02f, .integral_per_s2 = 1e-4f};
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+  in.position_per_s = 0.01f;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+}
+
 static void test_a_narrow_notch_is_not_overlooked(void) {
   loop_stability_input in = azimuth();
   in.plant.min_inertia_kg_m2 = 6.0f;
@@ -266,6 +275,39 @@ static void expect_a_close_look(const char *what, const loop_stability_input *in
   const int behind = looks_between(in, point, centre, centre + 0.75 * width);
   TEST_ASSERT_TRUE_MESSAGE(before >= 2 && before <= 12, what);
   TEST_ASSERT_TRUE_MESSAGE(behind >= 3 && behind <= 12, what);
+}
+
+/* The gain at which the tracking loop begins to oscillate, around the closed speed loop and the delay of the camera:
+ * where its open loop, for a gain of 1, is real and negative. */
+static double tracking_limit(const loop_stability_input *in) {
+  double limit = 1e9;
+  for (int point = 0; point < LOOP_OPERATING_POINTS; ++point) {
+    const double inertia = (double)(point < 2 ? in->plant.inertia_kg_m2 : in->plant.min_inertia_kg_m2);
+    wave before = 0.0;
+    for (double omega = 1e-3; omega < 3.0; omega *= 1.002) {
+      const open_loops l = opened(in, inertia, point % 2 == 0, omega);
+      const wave outer = (l.tracking - l.speed) / (1.0 + l.speed);
+      if (creal(outer) < 0.0 && cimag(before) * cimag(outer) < 0.0) {
+        limit = fmin(limit, 1.0 / cabs(outer));
+      }
+      before = outer;
+    }
+  }
+  return limit;
+}
+
+static void test_the_tracking_loop_is_stable_up_to_the_gain_of_its_delay(void) {
+  if (random_cases(1) == 0) {
+    return; /* an emulated core computes double in software */
+  }
+  loop_stability_input in = azimuth();
+  in.tracker = (target_tracker_params){.kind = TRACKER_PI, .proportional_per_s = 1.0f};
+  const double limit = tracking_limit(&in);
+  LOG_VALUE("limit, 1/s", limit);
+  in.tracker.proportional_per_s = (float)(0.97 * limit);
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+  in.tracker.proportional_per_s = (float)(1.02 * limit);
+  expect_refused(&in, LOOP_TRACKING);
 }
 
 static double turn_between(loop_complex from, loop_complex to) {
@@ -422,7 +464,9 @@ int main(void) {
   RUN_TEST(test_outer_loops_are_refused_by_their_name);
   RUN_TEST(test_a_tracker_is_judged_by_the_gains_of_its_kind);
   RUN_TEST(test_the_limit_of_a_gain_is_that_of_its_polynomial);
+  RUN_TEST(test_a_tracker_that_is_very_slow_is_stable);
   RUN_TEST(test_a_narrow_notch_is_not_overlooked);
+  RUN_TEST(test_the_tracking_loop_is_stable_up_to_the_gain_of_its_delay);
   RUN_TEST(test_no_step_turns_a_curve_by_more_than_its_limit);
   RUN_TEST(test_narrow_bands_are_looked_at_closely);
   RUN_TEST(test_the_shipped_gains_have_their_answer_after_about_1030_frequencies);

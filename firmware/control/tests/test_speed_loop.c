@@ -277,14 +277,17 @@ static void test_other_parameters_take_over_without_a_jump_of_the_torque(void) {
 /* The base turns back as fast as the joint turns forward, the line of sight is at rest: friction is still that of the
  * joint. */
 static void test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns(void) {
-  bench b = bench_at_rest(false);
-  const speed_loop_rates rates = {.joint_rate_rad_s = -0.04f, .base_rate_rad_s = 0.04f};
-  const speed_reference still = {0};
-  speed_loop_output out = {0};
-  for (int tick = 0; tick < 500; ++tick) {
-    out = speed_loop_control(&b.state, &b.params, &rates, &still, out.torque_nm, &wide, dt_s);
+  static const float joint_rad_s[] = {-0.04f, 0.3f}; /* below and above the limit of the lead */
+  for (int i = 0; i < 2; ++i) {
+    bench b = bench_at_rest(false);
+    const speed_loop_rates rates = {.joint_rate_rad_s = joint_rad_s[i], .base_rate_rad_s = -joint_rad_s[i]};
+    const speed_reference still = {0};
+    speed_loop_output out = {0};
+    for (int tick = 0; tick < 500; ++tick) {
+      out = speed_loop_control(&b.state, &b.params, &rates, &still, out.torque_nm, &wide, dt_s);
+    }
+    CHECK_RELATIVE("friction, Nm", lugre_steady_nm(&b.params.friction.lugre, joint_rad_s[i]), out.friction_nm, 1e-4);
   }
-  CHECK_RELATIVE("friction, Nm", lugre_steady_nm(&b.params.friction.lugre, -0.04f), out.friction_nm, 1e-4);
 }
 
 /* Feedforward is switched off and on in steady sliding: the observer takes the difference in the same tick, the rate
@@ -358,6 +361,23 @@ static void test_a_restart_gives_the_holding_torque_whatever_the_filters_held(vo
   const speed_reference steady = {.rate_rad_s = 0.3f};
   const speed_loop_output out = speed_loop_control(&state, &params, &rates, &steady, 0.0f, &wide, dt_s);
   CHECK_NEAR("torque, Nm", 7.0, out.torque_nm, 1e-3);
+}
+
+static void test_a_reset_forgets_how_fast_the_base_turned(void) {
+  speed_loop_params params = example();
+  params.rate_fusion.source = RATE_FUSED;
+  speed_loop_state state;
+  speed_loop_reset(&state, &params, 0u, dt_s);
+  const speed_loop_samples turning = {.gyro_rad_s = 0.5f, .gyro_valid = true};
+  for (int tick = 0; tick < 500; ++tick) {
+    (void)speed_loop_sense(&state, &params, &turning, dt_s);
+  }
+  speed_loop_reset(&state, &params, 0u, dt_s);
+  const speed_loop_samples still = {.gyro_valid = true};
+  const speed_loop_rates rates = speed_loop_sense(&state, &params, &still, dt_s);
+  CHECK_SAME("base rate", 0.0, rates.base_rate_rad_s);
+  CHECK_SAME("rate", 0.0, rates.rate_rad_s);
+  CHECK_SAME("feedback", 0.0, rates.feedback_rad_s);
 }
 
 static void test_losing_the_gyro_makes_no_bump_in_the_feedback(void) {
@@ -458,6 +478,7 @@ int main(void) {
   RUN_TEST(test_a_stiffer_model_takes_over_the_torque_that_the_bristles_hold);
   RUN_TEST(test_filters_that_are_switched_on_in_motion_start_settled);
   RUN_TEST(test_a_restart_gives_the_holding_torque_whatever_the_filters_held);
+  RUN_TEST(test_a_reset_forgets_how_fast_the_base_turned);
   RUN_TEST(test_losing_the_gyro_makes_no_bump_in_the_feedback);
   RUN_TEST(test_the_filters_are_on_the_feedback_only);
   RUN_TEST(test_check_asks_every_part);

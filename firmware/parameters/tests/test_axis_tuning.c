@@ -253,6 +253,14 @@ static void test_a_set_is_proven_after_it_has_run_without_oscillation(void) {
   TEST_ASSERT_FALSE(axis_tuning_can_take_back(&tuning));
 }
 
+/* It has run before: there is nothing to take back. */
+static void test_the_set_of_the_start_counts_as_proven(void) {
+  memset(&tuning, 0, sizeof tuning);
+  TEST_ASSERT_EQUAL(CONTROL_OK, axis_tuning_start(&tuning, &defaults, &in_force));
+  TEST_ASSERT_FALSE(axis_tuning_can_take_back(&tuning));
+  TEST_ASSERT_EQUAL_MEMORY(&defaults, &tuning.proven, sizeof defaults);
+}
+
 static void test_a_set_that_is_taken_back_is_gone(void) {
   axis.mode = SERVO_SPEED;
   TEST_ASSERT_EQUAL(CONTROL_OK, apply(700.0f));
@@ -280,6 +288,7 @@ int main(void) {
   RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
   RUN_TEST(test_a_set_that_cannot_be_built_is_left_to_apply);
   RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);
+  RUN_TEST(test_the_set_of_the_start_counts_as_proven);
   RUN_TEST(test_a_set_that_is_taken_back_is_gone);
   return UNITY_END();
 }

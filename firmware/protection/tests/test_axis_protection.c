@@ -612,6 +612,18 @@ static void test_an_encoder_that_is_stale_now_and_then_is_named_and_not_the_gyro
   TEST_ASSERT_TRUE(ticks < 60);
 }
 
+/* 0.05 rad/s to and fro in every tick: seven times the outlier, and the gyro shows the same. */
+static void test_a_shaking_that_both_sensors_show_is_no_outlier(void) {
+  bench b = new_bench();
+  b.limits.encoder_outlier_rad = 1.5e-5f;
+  run(&b, 50);
+  for (int tick = 0; tick < 100; ++tick) {
+    b.rate_rad_s = tick % 2 == 0 ? 0.05f : -0.05f;
+    run(&b, 1);
+    TEST_ASSERT_EQUAL(0, b.state.outliers.score);
+  }
+}
+
 /* Its change over the ticks without it is none of a tick: the encoder, which has only that of one, is right. */
 static void test_a_gyro_that_returns_is_compared_from_its_second_reading_on(void) {
   bench b = new_bench();
@@ -895,6 +907,7 @@ int main(void) {
   RUN_TEST(test_a_motor_whose_magnets_are_weak_is_named);
   RUN_TEST(test_the_voltage_of_the_inductance_is_no_motion);
   RUN_TEST(test_an_encoder_that_is_stale_now_and_then_is_named_and_not_the_gyro);
+  RUN_TEST(test_a_shaking_that_both_sensors_show_is_no_outlier);
   RUN_TEST(test_a_gyro_that_returns_is_compared_from_its_second_reading_on);
   RUN_TEST(test_sensors_may_differ_by_the_base_rate_and_2_percent_of_the_rate);
   RUN_TEST(test_an_angle_may_jump_by_its_limit_but_not_further);

@@ -48,6 +48,14 @@ static void test_the_creep_of_a_gyro_is_tolerated_for_ever_and_ten_times_of_it_i
   TEST_ASSERT_INT_WITHIN(50, 11111, ticks_until(&monitor, 1e-6f, 20000));
 }
 
+static void test_the_delay_is_one_second(void) {
+  standstill_monitor monitor = {0};
+  for (int i = 0; i < 4; ++i) { /* a dt of which four are exactly a second */
+    TEST_ASSERT_FALSE(standstill_monitor_step(&monitor, WINDOW_RAD, true, 1.0f, 0.25f));
+  }
+  TEST_ASSERT_TRUE(standstill_monitor_step(&monitor, WINDOW_RAD, true, 1.0f, 0.25f));
+}
+
 static void test_a_disturbance_that_comes_back_is_none(void) {
   standstill_monitor monitor = standing();
   for (int i = 0; i < 10000; ++i) {
@@ -66,6 +74,7 @@ int main(void) {
   RUN_TEST(test_leaving_the_window_is_found_in_the_tick_that_leaves_it);
   RUN_TEST(test_the_first_second_after_a_command_may_move);
   RUN_TEST(test_the_creep_of_a_gyro_is_tolerated_for_ever_and_ten_times_of_it_is_not);
+  RUN_TEST(test_the_delay_is_one_second);
   RUN_TEST(test_a_disturbance_that_comes_back_is_none);
   RUN_TEST(test_a_window_of_0_monitors_nothing);
   return UNITY_END();
