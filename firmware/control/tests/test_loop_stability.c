@@ -149,6 +149,19 @@ static void test_a_tracker_that_is_very_slow_is_stable(void) {
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
 }
 
+static void test_a_speed_loop_that_is_very_slow_is_stable(void) {
+  loop_stability_input in = azimuth();
+  in.speed.observer_on = false;
+  in.speed.pi.proportional_gain = 0.1f;
+  in.speed.pi.integral_gain = 6e-4f;
+  in.plant.viscous_nm_s_rad = 0.02f;
+  in.plant.stiffness_nm_rad = 0.0f;
+  in.plant.min_inertia_kg_m2 = 6.0f;
+  in.position_per_s = 1e-4f;
+  in.tracker.proportional_per_s = 0.0f;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge(&in).verdict);
+}
+
 static void test_a_narrow_notch_is_not_overlooked(void) {
   loop_stability_input in = azimuth();
   in.plant.min_inertia_kg_m2 = 6.0f;
@@ -465,6 +478,7 @@ int main(void) {
   RUN_TEST(test_a_tracker_is_judged_by_the_gains_of_its_kind);
   RUN_TEST(test_the_limit_of_a_gain_is_that_of_its_polynomial);
   RUN_TEST(test_a_tracker_that_is_very_slow_is_stable);
+  RUN_TEST(test_a_speed_loop_that_is_very_slow_is_stable);
   RUN_TEST(test_a_narrow_notch_is_not_overlooked);
   RUN_TEST(test_the_tracking_loop_is_stable_up_to_the_gain_of_its_delay);
   RUN_TEST(test_no_step_turns_a_curve_by_more_than_its_limit);

@@ -394,6 +394,17 @@ static void test_an_overshoot_of_an_ordered_stop_is_seen_in_its_tick(void) {
   TEST_ASSERT_TRUE(turn(&b, 1.65, 1).stop_ignored);
 }
 
+static void test_an_axis_that_coasts_without_an_ordered_stop_may_go_on(void) {
+  bench b = new_bench();
+  b.params.minimum_rad = b.params.maximum_rad = 0.0f;
+  (void)turn(&b, 1.4, 10);
+  b.phase = ENVELOPE_POWERLESS;
+  b.powered = false;
+  for (int tick = 0; tick < 2000; ++tick) {
+    TEST_ASSERT_EQUAL_HEX(0, turn(&b, 1.4, 1).found);
+  }
+}
+
 /* 605E = 0 and a motor that still turns: the drive is off, in fault. */
 static void test_a_stop_lasts_while_the_axis_turns_without_power(void) {
   bench b = new_bench();
@@ -605,6 +616,7 @@ int main(void) {
   RUN_TEST(test_without_an_angle_nothing_is_judged_until_five_ticks_are_known);
   RUN_TEST(test_an_ordered_stop_must_slow_the_axis_down);
   RUN_TEST(test_an_overshoot_of_an_ordered_stop_is_seen_in_its_tick);
+  RUN_TEST(test_an_axis_that_coasts_without_an_ordered_stop_may_go_on);
   RUN_TEST(test_a_stop_lasts_while_the_axis_turns_without_power);
   RUN_TEST(test_braking_that_does_not_slow_the_axis_down_fails_within_40_ms);
   RUN_TEST(test_braking_fails_30_ticks_after_it_has_its_current);

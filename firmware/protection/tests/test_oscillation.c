@@ -308,6 +308,21 @@ static void test_an_open_loop_does_not_oscillate(void) {
   TEST_ASSERT_EQUAL(-1, seen_after(kPlant, s, false, 1000));
 }
 
+static void test_a_loop_that_opens_begins_anew(void) {
+  oscillation state;
+  oscillation_reset(&state);
+  oscillation_params plant = kPlant;
+  plant.suspect = true;
+  int closed = 0;
+  bool seen = false;
+  for (int tick = 0; !seen && tick < 3000; ++tick) { /* 30 ticks of it, then the loop is open for one */
+    const oscillation_inputs in = {.closed = tick != 30, .loop_nm = tick / 4 % 2 == 0 ? 20.0f : -20.0f};
+    closed = in.closed ? closed + 1 : 0;
+    seen = oscillation_step(&state, &plant, &in, DT_S);
+  }
+  TEST_ASSERT_INT_WITHIN(4, 9 * 4, closed);
+}
+
 static void test_a_decaying_oscillation_is_left_to_decay(void) {
   const sine s = {.hz = 5.0f, .motor_nm = 35.0f, .growth_per_s = -8.0f};
   TEST_ASSERT_EQUAL(-1, seen_after(kPlant, s, true, 3000));
@@ -453,6 +468,7 @@ int main(void) {
   RUN_TEST(test_at_rest_15_percent_of_the_torque_in_the_wrong_direction_is_too_much);
   RUN_TEST(test_after_a_step_of_the_set_point_60_percent_in_the_wrong_direction_are_too_much);
   RUN_TEST(test_an_open_loop_does_not_oscillate);
+  RUN_TEST(test_a_loop_that_opens_begins_anew);
   RUN_TEST(test_a_decaying_oscillation_is_left_to_decay);
   RUN_TEST(test_a_set_point_explains_the_torque_that_follows_it);
   RUN_TEST(test_fast_torque_swings_are_reported_before_they_count);
