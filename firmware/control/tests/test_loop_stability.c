@@ -389,10 +389,13 @@ static void test_the_shipped_gains_have_their_answer_after_about_1030_frequencie
   loop_stability state;
   loop_stability_start(&state);
   int looks = 1;
+  int begins = 0; /* at frequency 0, of each operating point */
   while (loop_stability_step(&state, &in, 1) == LOOP_RUNNING) {
     ++looks;
+    begins += state.evaluations == 1 && state.omega == 0.0f ? 1 : 0;
   }
   CHECK_NEAR("frequencies", 1030.0, looks, 15.0);
+  TEST_ASSERT_EQUAL(LOOP_OPERATING_POINTS, begins);
 }
 
 static void test_the_distance_to_instability_is_that_of_the_blocks(void) {

@@ -265,6 +265,18 @@ static void test_frames_that_cannot_be_used_are_as_if_they_never_came(void) {
   }
 }
 
+/* The PI goes on from the rate at which the predictive loop had found the target. */
+static void test_a_loop_that_becomes_pi_has_the_rate_of_the_line_of_sight(void) {
+  target_tracker_params params = example(TRACKER_PREDICTIVE);
+  target_tracker_state state;
+  target_tracker_reset(&state);
+  const camera_frame centred = {.fresh = true, .valid = true, .age_ticks = 0, .error_rad = 0.0f};
+  (void)target_tracker_step(&state, &params, &centred, 0.1f, dt_s);
+  params.kind = TRACKER_PI;
+  const camera_frame none = {.fresh = false};
+  CHECK_NEAR("rate, rad/s", 0.1, target_tracker_step(&state, &params, &none, 0.1f, dt_s).rate_rad_s, 1e-6);
+}
+
 static void test_the_rate_limit_holds_and_stops_the_acceleration_feedforward(void) {
   for (int kind = 0; kind < 2; ++kind) {
     for (int side = -1; side <= 1; side += 2) {
@@ -324,6 +336,7 @@ int main(void) {
   RUN_TEST(test_the_pi_loop_stops_when_frames_stay_away_and_starts_again_from_the_rate_of_the_line_of_sight);
   RUN_TEST(test_a_gap_between_frames_adds_at_most_a_tenth_of_a_second_to_the_integral);
   RUN_TEST(test_frames_that_cannot_be_used_are_as_if_they_never_came);
+  RUN_TEST(test_a_loop_that_becomes_pi_has_the_rate_of_the_line_of_sight);
   RUN_TEST(test_the_rate_limit_holds_and_stops_the_acceleration_feedforward);
   RUN_TEST(test_a_tracker_without_frames_for_weeks_still_counts);
   RUN_TEST(test_check_refuses_each_value_by_itself);
