@@ -10,7 +10,8 @@ typedef enum {
   CONTROL_NOT_FINITE,   /* a value is NaN or infinite */
   CONTROL_OUT_OF_RANGE, /* a value is outside the range that the header states */
   CONTROL_INCONSISTENT, /* each value is in range, but some contradict each other, e.g. Ts < Tc */
-  CONTROL_UNSTABLE      /* the loops would be unstable on the identified plant, or close to it */
+  CONTROL_UNSTABLE /* the loops would be unstable on the identified plant, or close to it; or a feedforward is beyond
+                      plant or motor */
 } control_status;
 
 #endif

@@ -84,6 +84,9 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
   out.limited = excess_nm != 0.0f;
 
   pi_controller_settle(&state->pi, &params->pi, reference->rate_rad_s - feedback_rad_s, excess_nm, dt_s);
+  if (params->pi.integral_gain == 0.0f) {
+    state->pi.integral -= SPEED_LOOP_FORGETS_PER_S * dt_s * state->pi.integral;
+  }
   state->explained_nm = out.friction_nm;
   return out;
 }

@@ -4,7 +4,10 @@
  *
  * The tick has two halves, because the outer loops run between them: `speed_loop_sense` turns samples into rates,
  * `speed_loop_control` turns a set-point into a torque. Both follow the block diagram in docs/theory.md from top to
- * bottom. Every torque already explained by friction feedforward is hidden from the disturbance observer. */
+ * bottom. Every torque already explained by friction feedforward is hidden from the disturbance observer.
+ *
+ * Without integral gain (P controller) the integral only carries what a bumpless change or the closing of the loop left
+ * in it. No error takes this away, and it would turn the axis at set-point 0, so it is forgotten. */
 #ifndef TRACKSERVO_CONTROL_SPEED_LOOP_H
 #define TRACKSERVO_CONTROL_SPEED_LOOP_H
 
@@ -16,6 +19,8 @@
 #include "control/pi_controller.h"
 #include "control/rate_estimator.h"
 #include "control/rate_fusion.h"
+
+#define SPEED_LOOP_FORGETS_PER_S 5.0f
 
 typedef struct {
   rate_estimator_params rate_estimator;

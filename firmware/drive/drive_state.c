@@ -78,6 +78,11 @@ static drive_action leave(drive_state *state, drive_power_state next, int16_t op
   return stop;
 }
 
+/* Of an axis in operation. */
+static drive_action run_or_halt(const drive_options *options, const drive_state_inputs *in) {
+  return (in->controlword & DRIVE_CONTROL_HALT) != 0 ? action_of_option(halt_of(options)) : DRIVE_RUN;
+}
+
 static drive_action operation_enabled(drive_state *state, const drive_options *options, const drive_state_inputs *in) {
   switch (command_of(in->controlword)) {
     case COMMAND_DISABLE_VOLTAGE: /* 9 */
@@ -93,7 +98,7 @@ static drive_action operation_enabled(drive_state *state, const drive_options *o
     case COMMAND_ENABLE_OPERATION:
     case COMMAND_NONE:
     default:
-      return (in->controlword & DRIVE_CONTROL_HALT) != 0 ? action_of_option(halt_of(options)) : DRIVE_RUN;
+      return run_or_halt(options, in);
   }
 }
 
@@ -107,7 +112,7 @@ static drive_action quick_stop_active(drive_state *state, const drive_options *o
   }
   if (stays && command == COMMAND_ENABLE_OPERATION) { /* 16 */
     state->power = DRIVE_OPERATION_ENABLED;
-    return DRIVE_RUN;
+    return run_or_halt(options, in); /* one tick of motion would begin a ramp that the halt then has to stop */
   }
   state->ends_off = !stays;
   return stop;

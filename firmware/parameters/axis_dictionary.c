@@ -30,7 +30,7 @@ static const od_entry kEntries[] = {
            "Bit 0: staged set differs from active set; bit 1: active set differs from the one in flash"),
     OD_U32(0x2070, 3, OD_RO, 0, axis_tuning, last_result, 0, 4, 0, "", "Parameter set result",
            "Result of the last apply: 0: applied; 1: not finite; 2: out of range; 3: inconsistent; "
-           "4: unstable on the identified plant 0x2056"),
+           "4: unstable on the identified plant 0x2056, or a feedforward beyond plant or motor"),
     OD_U32(0x2070, 4, OD_RO, 0, axis_tuning, active_crc, 0, INT64_C(0xFFFFFFFF), 0, "", "Active set CRC",
            "CRC-32 of the active set"),
     OD_U32(0x2070, 5, OD_RO, 0, axis_tuning, stored_crc, 0, INT64_C(0xFFFFFFFF), 0, "", "Stored set CRC",

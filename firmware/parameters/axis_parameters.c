@@ -126,6 +126,16 @@ static void copy_to_blocks(const axis_parameters *p, servo_axis_params *all) {
   all->tracker.rate_limit_rad_s = p->position_loop.rate_limit_rad_s;
 }
 
+/* The integral must not be moved by a limit much faster than errors move it: what a long limitation leaves in it would
+ * turn the axis at set-point 0 for kp/ki. Without integral gain this would last for ever. */
+static void bound_anti_windup(pi_controller_params *pi) {
+  if (pi->tracking_rate_per_s * pi->proportional_gain > ANTI_WINDUP_FACTOR * pi->integral_gain) {
+    pi->tracking_rate_per_s = ANTI_WINDUP_FACTOR * pi->integral_gain / pi->proportional_gain;
+  } else if (pi->integral_gain == 0.0f) {
+    pi->tracking_rate_per_s = 0.0f;
+  }
+}
+
 /* The last of them asks the blocks, which refuse nothing that came so far (a test draws sets): then it names no value.
  */
 static parameter_refusal build(const axis_parameters *p, servo_axis_params *all) {
@@ -148,6 +158,7 @@ static parameter_refusal build(const axis_parameters *p, servo_axis_params *all)
                                          p->motor.back_emf_v_s_rad, p->motor.bandwidth_rad_s, SERVO_PWM_PERIOD_S);
   }
   if (refusal.status == CONTROL_OK) {
+    bound_anti_windup(&all->speed.pi);
     refusal.status = servo_axis_check(all, SERVO_TICK_S, SERVO_PWM_PERIOD_S);
   }
   return refusal;

@@ -33,6 +33,9 @@ typedef struct {
   AXIS_PARAMETERS(AXIS_GROUP, AXIS_REAL, AXIS_DESIGNED, AXIS_WHOLE, AXIS_DIRECTION, AXIS_END)
 } axis_parameters;
 
+/* The anti-windup rate (2000:4) counts up to so many times ki/kp. */
+#define ANTI_WINDUP_FACTOR 2.0f
+
 /* Designs and checks; `*built` is written only with CONTROL_OK. Not for the tick: about 100 us on a board. */
 control_status axis_parameters_build(const axis_parameters *parameters, servo_axis_params *built);
 

@@ -5,6 +5,7 @@
 
 #include "base/scalar.h"
 #include "parameters/axis_dictionary.h"
+#include "parameters/feedforward_check.h"
 #include "servo/servo_axis.h"
 #include "servo/servo_timing.h"
 
@@ -128,18 +129,27 @@ static bool start_judging(axis_tuning *tuning, uint32_t crc) {
   return true;
 }
 
+static loop_verdict refuse(axis_tuning *tuning, parameter_refusal refusal) {
+  tuning->judging = false;
+  tuning->last_result = (uint32_t)refusal.status;
+  tuning->refusal = refusal;
+  return LOOP_REFUSED;
+}
+
 loop_verdict axis_tuning_judge(axis_tuning *tuning) {
   const uint32_t crc = axis_parameters_crc(&tuning->staged);
-  if ((!tuning->judging || tuning->judged_crc != crc) && !start_judging(tuning, crc)) {
-    return LOOP_STABLE;
+  if (!tuning->judging || tuning->judged_crc != crc) {
+    if (!start_judging(tuning, crc)) {
+      return LOOP_STABLE;
+    }
+    const parameter_refusal feedforward = feedforward_check(&tuning->staged);
+    if (feedforward.status != CONTROL_OK) {
+      return refuse(tuning, feedforward);
+    }
   }
   const loop_verdict verdict = loop_stability_step(&tuning->judgement, &tuning->judged, AXIS_TUNING_SLICE);
   tuning->judging = verdict == LOOP_RUNNING;
-  if (verdict == LOOP_REFUSED) {
-    tuning->last_result = (uint32_t)CONTROL_UNSTABLE;
-    tuning->refusal = unstable(tuning);
-  }
-  return verdict;
+  return verdict == LOOP_REFUSED ? refuse(tuning, unstable(tuning)) : verdict;
 }
 
 void axis_tuning_revert(axis_tuning *tuning) { tuning->staged = tuning->active; }

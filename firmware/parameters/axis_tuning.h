@@ -44,10 +44,12 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
 /* Frequencies of one slice, so that two axes leave most of the ms to the rest of the deferred task. */
 enum { AXIS_TUNING_SLICE = 12 };
 
-/* One slice of the check whether the staged set is stable on the plant that it names (0x2056). Call it once per ms
- * until it is not LOOP_RUNNING any more; it starts again when the staged set has changed. After LOOP_REFUSED `refusal`
- * names the value that differs most from the active set, and as limits what lies between the two. A set that cannot be
- * built counts as stable: axis_tuning_apply says what is wrong with it. */
+/* One slice of the check whether the staged set is stable on the plant that it names (0x2056), and its feedforwards fit
+ * this plant and the motor (feedforward_check.h). Call it once per ms until it is not LOOP_RUNNING any more; it starts
+ * again when the staged set has changed. After LOOP_REFUSED `refusal` names the feedforward that is too large, its
+ * range and the value that sets its limit. For loops that are not stable it names the value that differs most from the
+ * active set, as limits the active value, and no bound. A set that cannot be built counts as stable: axis_tuning_apply
+ * says what is wrong with it. */
 loop_verdict axis_tuning_judge(axis_tuning *tuning);
 
 /* Staged becomes active, also on a running axis. Call it between ticks. */

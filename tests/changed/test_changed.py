@@ -64,11 +64,12 @@ def steps_for(repository: Path, *names: str) -> set[str]:
 
 
 SELECTED = {
-    "firmware/control/lugre.c": {"firmware", "host", "asan", "coverage", "fuzz", "cortex-m4", "image", "tidy", "cppcheck", "format"},
+    "firmware/control/lugre.c": {"firmware", "host", "asan", "coverage", "attack", "fuzz", "cortex-m4", "image", "tidy", "cppcheck",
+                                 "format"},
     "firmware/control/tests/test_lugre.c": {"firmware", "host", "asan", "coverage", "cortex-m4", "format"},
     "hal/hal.h": {"firmware", "host", "image", "cortex-m4", "servoctl-image"},
     "hal/stm32g474/clock.c": {"image", "host", "servoctl-image", "gate", "tidy", "cppcheck"},
-    "sim_host/simulator/plant/lugre.cpp": {"host", "asan", "tidy", "gate", "servoctl", "cortex-m4", "format"},
+    "sim_host/simulator/plant/lugre.cpp": {"host", "asan", "attack", "tidy", "gate", "servoctl", "cortex-m4", "format"},
     "sim_host/plants/tracker.toml": {"host", "asan", "fuzz", "gate"},
     "tools/servoctl/servoctl/main.py": {"servoctl", "servoctl-image", "socketcan", "host"},
     "tests/fuzz/fuzz_sdo_server.c": {"fuzz", "format"},
@@ -76,11 +77,11 @@ SELECTED = {
 }
 NOT_SELECTED = {
     "firmware/control/lugre.c": {"python", "scripts"},
-    "firmware/control/tests/test_lugre.c": {"image", "fuzz", "gate", "servoctl", "python"},
+    "firmware/control/tests/test_lugre.c": {"attack", "image", "fuzz", "gate", "servoctl", "python"},
     "hal/stm32g474/clock.c": {"coverage", "asan", "fuzz", "cortex-m4", "python"},
     "sim_host/simulator/plant/lugre.cpp": {"coverage", "image", "cppcheck", "scripts"},
     "tools/servoctl/servoctl/main.py": {"coverage", "image", "asan", "format"},
-    "tests/fuzz/fuzz_sdo_server.c": {"host", "asan", "gate"},
+    "tests/fuzz/fuzz_sdo_server.c": {"host", "asan", "attack", "gate"},
 }
 
 

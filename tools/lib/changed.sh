@@ -3,8 +3,8 @@
 # shellcheck disable=SC2154
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
-firmware_steps="firmware host socketcan asan coverage mutate proofs fuzz cortex-m4 image tidy cppcheck servoctl servoctl-image gate"
-simulator_steps="host socketcan asan fuzz cortex-m4 tidy python servoctl servoctl-image gate"
+firmware_steps="firmware host socketcan asan coverage attack mutate proofs fuzz cortex-m4 image tidy cppcheck servoctl servoctl-image gate"
+simulator_steps="host socketcan asan attack fuzz cortex-m4 tidy python servoctl servoctl-image gate"
 
 # By the kind of the file.
 steps_of_kind() {

@@ -216,6 +216,25 @@ static void test_a_limited_axis_reaches_its_rate_without_running_past_it(void) {
   }
 }
 
+/* What a bumpless change leaves in the integral would turn the axis for ever. */
+static void test_without_integral_gain_an_axis_comes_to_rest_after_a_change_in_motion(void) {
+  bench b = bench_at_rest(false);
+  b.params.observer_on = false;
+  b.params.friction.model = FRICTION_NONE;
+  run_seconds(&b, 0.5f, 2.0);
+  speed_loop_params p_only = b.params;
+  p_only.pi.integral_gain = 0.0f;
+  p_only.pi.setpoint_weight = 0.2f;
+  speed_loop_retune(&b.state, &b.params, &p_only, &b.rates, &b.reference, b.applied_nm, dt_s);
+  b.params = p_only;
+  run_tick(&b, 0.5f);
+  CHECK_NEAR("integral after the change, Nm", 1410.0 * 0.8 * 0.5, b.state.pi.integral, 10.0);
+  run_seconds(&b, 0.0f, 1.0);
+  CHECK_AT_MOST("rate after 1 s, rad/s", 0.005, fabs(b.rate_rad_s));
+  run_seconds(&b, 0.0f, 1.0);
+  CHECK_AT_MOST("rate after 2 s, rad/s", 5e-5, fabs(b.rate_rad_s));
+}
+
 static void test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands(void) {
   speed_loop_params params = example();
   CHECK_STATUS(CONTROL_OK, biquad_design_lowpass(&params.lowpass, 300.0f, 0.7f, dt_s));
@@ -471,6 +490,7 @@ int main(void) {
   RUN_TEST(test_the_command_is_the_sum_of_its_parts);
   RUN_TEST(test_limits_are_kept_whatever_their_signs);
   RUN_TEST(test_a_limited_axis_reaches_its_rate_without_running_past_it);
+  RUN_TEST(test_without_integral_gain_an_axis_comes_to_rest_after_a_change_in_motion);
   RUN_TEST(test_after_reset_an_axis_at_rest_gets_no_torque_wherever_it_stands);
   RUN_TEST(test_other_parameters_take_over_without_a_jump_of_the_torque);
   RUN_TEST(test_friction_is_fed_forward_on_the_joint_rate_when_the_base_turns);

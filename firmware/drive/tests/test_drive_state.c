@@ -186,6 +186,8 @@ static void test_quick_stop_brakes_and_then_does_what_its_option_says(void) {
     b.in.stopped = true;
     if (options[i].stays) {
       expect(&b, 0x02, DRIVE_QUICK_STOP_ACTIVE, options[i].stop);
+      bench halted = b;
+      expect(&halted, 0x10F, DRIVE_OPERATION_ENABLED, DRIVE_SLOW_DOWN); /* not one tick of motion */
       expect(&b, 0x0F, DRIVE_OPERATION_ENABLED, DRIVE_RUN);
     } else {
       expect(&b, 0x0F, DRIVE_SWITCH_ON_DISABLED, DRIVE_OFF);

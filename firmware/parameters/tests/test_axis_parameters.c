@@ -95,6 +95,7 @@ static void test_every_copied_value_reaches_its_block(void) {
 #define EXPECT_DIRECTION(sub_, side_, title_) FRICTION_DIRECTION_ROWS(EXPECT_REAL, sub_, side_, title_)
   AXIS_PARAMETERS(NOTHING, CHANGE_REAL, NOTHING, NOTHING, CHANGE_DIRECTION, NOTHING)
   p.speed_loop.setpoint_weight = 0.6f;
+  p.speed_loop.tracking_rate_per_s = 50.0f; /* below the bound by the gains */
   p.sensors.window_ticks = 5;
   TEST_ASSERT_EQUAL(CONTROL_OK, axis_parameters_build(&p, &built));
   AXIS_PARAMETERS(NOTHING, EXPECT_REAL, NOTHING, EXPECT_WHOLE, EXPECT_DIRECTION, NOTHING)
@@ -102,6 +103,25 @@ static void test_every_copied_value_reaches_its_block(void) {
 }
 
 /* Alone at an end of its range, a value is taken, or another value sets a narrower limit and is named. */
+static void expect_anti_windup(float kp, float ki, float wanted_per_s, float built_per_s) {
+  axis_parameters p = defaults;
+  p.speed_loop.proportional_nm_s_rad = kp;
+  p.speed_loop.integral_nm_rad = ki;
+  p.speed_loop.tracking_rate_per_s = wanted_per_s;
+  TEST_ASSERT_EQUAL(CONTROL_OK, axis_parameters_build(&p, &built));
+  TEST_ASSERT_EQUAL_FLOAT(built_per_s, built.speed.pi.tracking_rate_per_s);
+}
+
+/* What a limit leaves in the integral must not outlast it for long. */
+static void test_anti_windup_is_at_most_twice_as_fast_as_the_integral(void) {
+  expect_anti_windup(100.0f, 1000.0f, 15.0f, 15.0f);
+  expect_anti_windup(100.0f, 1000.0f, 20.0f, 20.0f);
+  expect_anti_windup(100.0f, 1000.0f, 500.0f, 20.0f);
+  expect_anti_windup(100.0f, 0.0f, 500.0f, 0.0f);
+  expect_anti_windup(0.0f, 1000.0f, 500.0f, 500.0f);
+  expect_anti_windup(0.0f, 0.0f, 500.0f, 0.0f);
+}
+
 static void test_every_value_may_be_at_the_ends_of_its_range_unless_another_one_is_named(void) {
   for (int i = 0; i < ROWS; ++i) {
     for (int end = 0; end < 2; ++end) {
@@ -244,6 +264,7 @@ int main(void) {
   RUN_TEST(test_the_defaults_of_the_list_are_taken);
   RUN_TEST(test_the_struct_is_what_the_rows_list_and_nothing_else);
   RUN_TEST(test_every_copied_value_reaches_its_block);
+  RUN_TEST(test_anti_windup_is_at_most_twice_as_fast_as_the_integral);
   RUN_TEST(test_every_value_may_be_at_the_ends_of_its_range_unless_another_one_is_named);
   RUN_TEST(test_a_value_beyond_its_range_is_named_with_its_range);
   RUN_TEST(test_the_blocks_refuse_what_the_list_refuses);

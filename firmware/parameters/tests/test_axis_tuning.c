@@ -181,6 +181,7 @@ static void test_each_value_that_decides_is_named_by_its_object(void) {
     axis_tuning_revert(&tuning);
     const float before = values[i].real != NULL ? *values[i].real : (float)*values[i].whole;
     s->speed_loop.proportional_nm_s_rad = 4950.0f;
+    s->speed_loop.acceleration_inertia_kg_m2 = 0.0f; /* else it is too large for the smaller plant, and is named */
     if (values[i].real != NULL) {
       *values[i].real = values[i].value;
     } else {
@@ -223,6 +224,19 @@ static void test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_s
   s->plant.min_inertia_kg_m2 = 9.0f; /* not known: the smallest inertia is not above the largest */
   (void)axis_tuning_judge(&tuning);
   CHECK_SAME("smallest kg m^2", 6.0, tuning.judged.plant.min_inertia_kg_m2);
+}
+
+static void test_a_feedforward_beyond_the_plant_is_refused_at_once_with_its_range(void) {
+  tuning.staged.speed_loop.acceleration_inertia_kg_m2 = 1e3f;
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning));
+  TEST_ASSERT_EQUAL(CONTROL_UNSTABLE, tuning.last_result);
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2000, 5), tuning.refusal.object);
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2056, 1), tuning.refusal.bound_by);
+  TEST_ASSERT_EQUAL_FLOAT(18.0f, tuning.refusal.high);
+  expect_gains(720.0f, 720.0f);
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning)); /* again, with nothing changed */
+  axis_tuning_revert(&tuning);
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
 }
 
 static void test_the_check_starts_again_when_the_staged_set_changes(void) {
@@ -285,6 +299,7 @@ int main(void) {
   RUN_TEST(test_the_proportional_gain_alone_is_named_too);
   RUN_TEST(test_each_value_that_decides_is_named_by_its_object);
   RUN_TEST(test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_set);
+  RUN_TEST(test_a_feedforward_beyond_the_plant_is_refused_at_once_with_its_range);
   RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
   RUN_TEST(test_a_set_that_cannot_be_built_is_left_to_apply);
   RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);

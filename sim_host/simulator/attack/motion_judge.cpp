@@ -7,15 +7,37 @@ namespace trackservo::sim {
 namespace {
 
 constexpr double kAtRest_rad_s = 0.01;  // of a set-point that demands standstill
+constexpr double kEqual_nm = 1e-3;
 
-// The set-point that the firmware itself follows demands no motion, or no loop follows one.
+// The set-point that the firmware itself follows demands no motion, or no loop follows one. The speed that comes with a
+// position counts, too: a slow position loop may follow it later.
 bool demands_standstill(const DrivenNode& node, int axis) {
   if (node.axis(axis).drive.state.action != DRIVE_RUN) {
     return true;
   }
   const servo_axis& servo = node.machine().firmware(axis);
   const bool follows_rate = servo.mode == SERVO_SPEED || servo.mode == SERVO_POSITION;
-  return follows_rate && std::abs(static_cast<double>(servo.signals.reference.rate_rad_s)) < kAtRest_rad_s;
+  const float reference_rad_s = servo.signals.reference.rate_rad_s;
+  const float command_rad_s = node.node().board.command.axis[axis].speed.rate_rad_s;
+  return follows_rate &&
+         static_cast<double>(std::max(std::abs(reference_rad_s), std::abs(command_rad_s))) < kAtRest_rad_s;
+}
+
+// The motor acts against the motion, with all the torque that the master permits (6072, 60E0, 60E1), which is less than
+// the motor has. So what turns the axis comes from outside, and the drive takes energy from it.
+bool brakes_as_permitted(const DrivenNode& node, int axis, double rate_rad_s) {
+  const servo_board& board = node.node().board;
+  const servo_axis_command& command = board.command.axis[axis];
+  const servo_axis_params& params = board.app.params.axis[axis];
+  if (!servo_mode_closes(board.app.axis[axis].mode) || !command.torque_limited) {
+    return false;
+  }
+  const auto commanded_nm = static_cast<double>(board.app.axis[axis].commanded_nm);
+  const auto permitted_nm =
+      static_cast<double>(rate_rad_s > 0.0 ? -command.limits.minimum_nm : command.limits.maximum_nm);
+  const auto motor_nm = static_cast<double>(params.current_limit_a * params.torque_constant_nm_a);
+  const double against_nm = rate_rad_s > 0.0 ? -commanded_nm : commanded_nm;
+  return permitted_nm < motor_nm - kEqual_nm && against_nm > permitted_nm - kEqual_nm;
 }
 
 bool is_finite(const servo_axis& servo) {
@@ -61,16 +83,34 @@ void MotionJudge::look_at_stops(int axis, const TruthState& truth, double time_s
   }
 }
 
+void MotionJudge::look_at_standstill(int axis, const DrivenNode& node, double rate_rad_s) {
+  const auto i = static_cast<std::size_t>(axis);
+  Standstill& still = still_[i];
+  const bool closed = servo_mode_closes(node.machine().firmware(axis).mode);
+  const bool demanded = demands_standstill(node, axis);
+  still.ticks = demanded ? still.ticks + 1 : 0;
+  if (!demanded || (closed && !still.closed)) {
+    still.turning_ticks = 0;
+    still.path_rad = 0.0;
+  }
+  still.closed = closed;
+  const bool turns = std::abs(rate_rad_s) > kTurning_rad_s && !brakes_as_permitted(node, axis, rate_rad_s);
+  if (still.ticks * kTick_s > kStopTime_s && turns) {
+    still.turning_ticks++;
+    still.path_rad += std::abs(rate_rad_s) * kTick_s;
+  }
+}
+
 void MotionJudge::look_at_speed(int axis, const DrivenNode& node, double rate_rad_s, double time_s) {
   const auto i = static_cast<std::size_t>(axis);
   AxisHarm& harm = harm_.axis[i];
   harm.max_rate_rad_s = std::max(harm.max_rate_rad_s, std::abs(rate_rad_s));
-  stop_ticks_[i] = demands_standstill(node, axis) ? stop_ticks_[i] + 1 : 0;
+  look_at_standstill(axis, node, rate_rad_s);
   const double limit_rad_s = static_cast<double>(setup_.limits[i].overspeed_rad_s) + kOverspeedMargin_rad_s;
   Runaway found = Runaway::kNone;
   if (std::abs(rate_rad_s) > limit_rad_s) {
     found = Runaway::kTooFast;
-  } else if (stop_ticks_[i] * kTick_s > kStopTime_s && std::abs(rate_rad_s) > kTurning_rad_s) {
+  } else if (still_[i].turning_ticks * kTick_s > kTurningTime_s || still_[i].path_rad > kTurningPath_rad) {
     found = Runaway::kNotStopped;
   }
   if (harm.runaway == Runaway::kNone && found != Runaway::kNone) {

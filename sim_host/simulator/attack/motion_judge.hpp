@@ -22,12 +22,20 @@ struct EndStopContacts {
 enum class Runaway {
   kNone,
   kTooFast,    // faster than 2060:1 plus kOverspeedMargin_rad_s
-  kNotStopped  // still turns kStopTime_s after the last command that lets it turn
+  kNotStopped  // still turns kStopTime_s after the last command that lets it turn; see kTurning_rad_s
 };
 
 constexpr double kOverspeedMargin_rad_s = 0.25;  // what the reaction to an overspeed needs
+
+// An axis that no command has let turn for kStopTime_s may turn faster than kTurning_rad_s only for so long and so far,
+// summed up since it was enabled last: an enabled axis that a gust or a change of gains pushes gets back to rest, while
+// one that oscillates or creeps on uses this up. Ticks in which the motor acts against the motion with all the torque
+// that the master permits do not count, when this is less than the motor has: wind turns an axis that may not use its
+// torque, and the drive is not what moves it. The limits of speed and contacts hold for such an axis, too.
 constexpr double kStopTime_s = 3.0;
 constexpr double kTurning_rad_s = 0.1;
+constexpr double kTurningTime_s = 0.3;
+constexpr double kTurningPath_rad = 2.0 * kRadPerDeg;
 constexpr double kContactLimit_rad_s = 5.0 * kRadPerDeg;
 
 struct AxisHarm {
@@ -55,14 +63,22 @@ class MotionJudge {
   const Harm& harm() const { return harm_; }
 
  private:
+  struct Standstill {
+    int ticks = 0;          // since the last command that lets the axis turn
+    bool closed = false;    // a loop was closed in the last tick
+    int turning_ticks = 0;  // that count, see kTurning_rad_s
+    double path_rad = 0;    // in them
+  };
+
   void look_at_stops(int axis, const TruthState& truth, double time_s);
+  void look_at_standstill(int axis, const DrivenNode& node, double rate_rad_s);
   void look_at_speed(int axis, const DrivenNode& node, double rate_rad_s, double time_s);
 
   const NodeSetup& setup_;
   Harm harm_;
   std::array<bool, kAxes> in_contact_{};
   std::array<double, kAxes> last_rate_rad_s_{};
-  std::array<int, kAxes> stop_ticks_{};  // since the last command that lets the axis turn
+  std::array<Standstill, kAxes> still_{};
 };
 
 }  // namespace trackservo::sim

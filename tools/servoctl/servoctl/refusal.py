@@ -9,6 +9,7 @@ from .parameter import AXES, AXIS_SHIFT, Parameter, shortest
 from .units import number
 
 RESULT_SUB, UNSTABLE = 3, 4
+OVERRIDE_ADVICE = "'servoctl set' and 'servoctl restore' apply such gains with --override-gain-check."
 SET_OBJECT, OBJECT_SUB, LOW_SUB, HIGH_SUB, BOUND_SUB = 0x2070, 6, 7, 8, 9
 
 
@@ -20,11 +21,17 @@ def refusal_text(device: Device, axis: int) -> str | None:
     place, low, high, bound = struct.unpack("<IffI", b"".join(data for data in answers if data is not None))
     if place == 0:
         return None
-    if device.try_upload(SET_OBJECT + AXIS_SHIFT * axis, RESULT_SUB) == struct.pack("<I", UNSTABLE):
+    unstable = device.try_upload(SET_OBJECT + AXIS_SHIFT * axis, RESULT_SUB) == struct.pack("<I", UNSTABLE)
+    if unstable and bound != 0:
+        return (
+            f"a feedforward would take the motor's torque from the loop: {_value_text(device, axis, place)}; give"
+            f" {number(shortest(low))} .. {number(shortest(high))}, since {_value_text(device, axis, bound)}. If the latter"
+            f" is wrong, identify the axis again; {OVERRIDE_ADVICE}"
+        )
+    if unstable:
         return (
             f"the loops would be unstable on the identified plant (2056), mainly since {_value_text(device, axis, place)}; "
-            f"the active set has {number(shortest(low))}. If 2056 is wrong, identify the axis again; 'servoctl set' and"
-            " 'servoctl restore' apply such gains with --override-gain-check."
+            f"the active set has {number(shortest(low))}. If 2056 is wrong, identify the axis again; {OVERRIDE_ADVICE}"
         )
     text = f"{_value_text(device, axis, place)}; give {number(shortest(low))} .. {number(shortest(high))}"
     if bound != 0:

@@ -24,7 +24,7 @@ APPLY_TIMEOUT_S = 1.0
 INCOMPATIBLE = 0x06040043
 RESULTS = {
     0: "taken", 1: "a value is not finite", 2: "a value is out of range", 3: "the values contradict each other",
-    4: "the loops would be unstable on the identified plant",
+    4: "the loops would be unstable on the identified plant, or a feedforward is beyond plant or motor",
 }  # fmt: skip
 
 

@@ -71,6 +71,19 @@ def test_unstable_gains_count_with_the_override_only(servo: Bench) -> None:
     assert servo.value(LOW_PASS) == before
 
 
+def test_a_feedforward_beyond_the_plant_counts_with_the_override_only(servo: Bench) -> None:
+    name = "azimuth.speed_loop.acceleration_feedforward_inertia"
+    before = servo.value(name)
+    refused = servo.here("set", f"{name}=1000")
+    assert refused.code == 4 and "2000:5" in refused.err and "since 2056:1" in refused.err, refused
+    assert "give 0 .. 18" in refused.err and "--override-gain-check" in refused.err, refused
+    assert servo.value(name) == before
+    servo.json("set", f"{name}=1000", "--override-gain-check")
+    assert servo.value(name) == 1000
+    servo.json("undo")
+    assert servo.value(name) == before
+
+
 def test_a_gains_file_is_restored_without_unlock_unless_guarded_values_differ(servo: Bench) -> None:
     servo.json("save", "gains.toml")
     gain, limit = servo.value(GAIN), servo.value(LIMIT)

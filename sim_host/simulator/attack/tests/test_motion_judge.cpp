@@ -59,6 +59,57 @@ void test_an_axis_that_turns_on_without_a_command_runs_away() {
   TEST_ASSERT_TRUE(harm.axis[sim::kAzimuth].runaway_time_s >= sim::kStopTime_s);
 }
 
+constexpr int kStill = 3100;  // ticks until standstill is demanded
+
+// Azimuth enabled in csv at set-point 0; then it gets a torque limit in thousandths, and a push of some ticks.
+sim::AxisHarm harm_while_enabled(int limit, double push_nm, int push_ticks) {
+  sim::DrivenNode node(setup(), 1, {0.0, 0.0});
+  sim::MotionJudge judge(setup());
+  node.enable(DRIVE_CYCLIC_VELOCITY);
+  for (int i = 0; i < kStill + 300; ++i) {
+    if (i == kStill) {
+      node.write(sim::kAzimuth, 0x6072, 0, limit);
+    }
+    const bool pushed = i > kStill && i <= kStill + push_ticks;
+    node.machine().broken().axis[sim::kAzimuth].push_nm = pushed ? push_nm : 0.0;
+    node.set_rate(sim::kAzimuth, 0.0);
+    node.tick();
+    judge.look(node, i * sim::kTick_s);
+  }
+  const sim::AxisHarm& harm = judge.harm().axis[sim::kAzimuth];
+  std::printf("limit %d, %.0f Nm for %d ms: %.2f rad/s, fault %d\n", limit, push_nm, push_ticks, harm.max_rate_rad_s,
+              static_cast<int>(node.axis(sim::kAzimuth).drive.fault));
+  return harm;
+}
+
+void test_wind_may_turn_an_axis_that_may_not_use_its_torque() {
+  const sim::AxisHarm harm = harm_while_enabled(0, 25.0, 150);
+  TEST_ASSERT_TRUE(harm.max_rate_rad_s > 2.0 * sim::kTurning_rad_s);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, harm.runaway);
+}
+
+void test_an_axis_that_is_pushed_harder_than_its_motor_runs_away() {
+  TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, harm_while_enabled(1000, 70.0, 150).runaway);
+}
+
+void test_a_short_push_is_no_runaway() {
+  const sim::AxisHarm harm = harm_while_enabled(1000, 70.0, 50);
+  TEST_ASSERT_TRUE(harm.max_rate_rad_s > sim::kTurning_rad_s);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, harm.runaway);
+}
+
+// Each half period is short, but they add up. Without torque the axis swings as an unstable loop would swing it.
+void test_an_axis_that_swings_runs_away() {
+  sim::DrivenNode node(setup(), 1, {0.0, 0.0});
+  sim::MotionJudge judge(setup());
+  for (int i = 0; i < kStill + 2000; ++i) {
+    node.machine().broken().axis[sim::kAzimuth].push_nm = i < kStill ? 0.0 : (i / 100) % 2 == 0 ? 40.0 : -40.0;
+    node.tick();
+    judge.look(node, i * sim::kTick_s);
+  }
+  TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, judge.harm().axis[sim::kAzimuth].runaway);
+}
+
 void test_equal_seeds_give_equal_runs() {
   const sim::AttackBench bench(setup().plant);
   sim::EventLog one;
@@ -93,6 +144,10 @@ int main() {
   RUN_TEST(test_a_slow_contact_does_no_harm);
   RUN_TEST(test_an_axis_beyond_its_speed_limit_runs_away);
   RUN_TEST(test_an_axis_that_turns_on_without_a_command_runs_away);
+  RUN_TEST(test_wind_may_turn_an_axis_that_may_not_use_its_torque);
+  RUN_TEST(test_an_axis_that_is_pushed_harder_than_its_motor_runs_away);
+  RUN_TEST(test_an_axis_that_swings_runs_away);
+  RUN_TEST(test_a_short_push_is_no_runaway);
   RUN_TEST(test_equal_seeds_give_equal_runs);
   RUN_TEST(test_everything_that_a_master_can_write_is_attacked);
   return UNITY_END();
