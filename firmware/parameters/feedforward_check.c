@@ -33,7 +33,7 @@ static parameter_refusal check_friction(const axis_parameters *set) {
   }
   const uint32_t motor = PARAMETER_OBJECT(0x2055, 6);
   const float torque_nm = FEEDFORWARD_MOTOR_SHARE * set->motor.torque_constant_nm_a * set->motor.current_limit_a;
-  const float least_nm = 1e-6f;
+  const float min_nm = 1e-6f;
   const float viscous = scalar_max(FEEDFORWARD_PLANT_FACTOR * set->plant.viscous_nm_s_rad, torque_nm);
   const float damping = scalar_max(FEEDFORWARD_PLANT_FACTOR * set->plant.damping_nm_s_rad, torque_nm);
   const uint32_t viscous_by = viscous > torque_nm ? PARAMETER_OBJECT(0x2056, 3) : motor;
@@ -42,10 +42,10 @@ static parameter_refusal check_friction(const axis_parameters *set) {
   const lugre_direction *up = &set->friction.positive;
   const lugre_direction *down = &set->friction.negative;
   const feedforward_limit limits[] = {
-      friction_limit(7, motor, up->coulomb_nm, least_nm, torque_nm, gain),
-      friction_limit(8, motor, up->breakaway_nm, least_nm, torque_nm, gain),
-      friction_limit(11, motor, down->coulomb_nm, least_nm, torque_nm, gain),
-      friction_limit(12, motor, down->breakaway_nm, least_nm, torque_nm, gain),
+      friction_limit(7, motor, up->coulomb_nm, min_nm, torque_nm, gain),
+      friction_limit(8, motor, up->breakaway_nm, min_nm, torque_nm, gain),
+      friction_limit(11, motor, down->coulomb_nm, min_nm, torque_nm, gain),
+      friction_limit(12, motor, down->breakaway_nm, min_nm, torque_nm, gain),
       friction_limit(10, viscous_by, up->viscous_nm_s_rad, 0.0f, viscous, gain),
       friction_limit(14, viscous_by, down->viscous_nm_s_rad, 0.0f, viscous, gain),
       friction_limit(6, damping_by, bristles ? set->friction.damping_nm_s_rad : 0.0f, 0.0f, damping, gain),

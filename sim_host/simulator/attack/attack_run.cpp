@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kNarrowStop_rad = 170.0 * kRadPerDeg;
 constexpr double kNarrowShare = 0.8;  // of the seeds
-constexpr int kAnswerTicks = 400;     // a reset at the very end is over by then
+constexpr int kAnswerTicks = 2000;    // resets and saves at the very end, 0.25 s each, are over by then
 
 PlantConfig with_narrow_azimuth(PlantConfig plant) {
   EndStopConfig stops = plant.axis[kAzimuth].end_stops.value_or(EndStopConfig{});
