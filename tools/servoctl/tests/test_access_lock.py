@@ -76,7 +76,7 @@ def test_a_feedforward_beyond_the_plant_counts_with_the_override_only(servo: Ben
     before = servo.value(name)
     refused = servo.here("set", f"{name}=1000")
     text = " ".join(refused.err.split())
-    assert refused.code == 4 and "2000:5" in text and "; give 0 .. 18, since 2056:1" in text, text
+    assert refused.code == 4 and "2000:5" in text and "; give 0.0 .. 18.0, since 2056:1" in text, text
     assert "--override-gain-check" in text, text
     assert servo.value(name) == before
     servo.json("set", f"{name}=1000", "--override-gain-check")
