@@ -163,6 +163,7 @@ fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int
   const protection_motor motor = motor_of(&board->app.params.axis[axis]);
   look(&monitor->seen, board, axis, drive->position);
   monitor->found = axis_protection_step(&monitor->state, &monitor->limits, &motor, &monitor->seen, SERVO_TICK_S);
+  monitor->jumped = monitor->jumped || (monitor->found & fault_bit(FAULT_ENCODER_JUMP)) != 0;
   return monitor->judged | without_current(monitor, monitor->found) | keep_within(monitor, drive);
 }
 
@@ -206,10 +207,12 @@ static void find_turn(axis_monitor *monitor, drive_axis *drive) {
 }
 
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive) {
-  if (monitor->seen.angle_valid) {
+  const bool jumps = monitor->jumped;
+  monitor->jumped = false;
+  if (monitor->seen.angle_valid && !jumps) {
     monitor->lost_ticks = 0;
     find_turn(monitor, drive);
-  } else if (++monitor->lost_ticks >= FORGET_TICKS) {
+  } else if (jumps || ++monitor->lost_ticks >= FORGET_TICKS) {
     monitor->lost_ticks = FORGET_TICKS;
     start_position_forget(&monitor->start);
     monitor->candidates = (start_candidates){.lowest = 1, .known = false};

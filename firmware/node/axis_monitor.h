@@ -34,6 +34,7 @@ typedef struct {
   start_candidates candidates;
   int8_t turn;    /* of the start position, in the drive's position */
   int lost_ticks; /* without an angle */
+  bool jumped;    /* since the start position was looked for; the count may be off by turns */
 } axis_monitor;
 
 /* Why an axis moves slowly or is not enabled; bits of 2061:1. */
@@ -75,7 +76,8 @@ static inline bool axis_monitor_may_enable(const axis_monitor *monitor) {
   return (monitor->restrictions & RESTRICTED_NO_TRAVEL) == 0;
 }
 
-/* Between two ticks, every 4 ms: finds the turn of the start position and shifts the drive's position to it. */
+/* Between two ticks, every 4 ms: finds the turn of the start position and shifts the drive's position to it.
+ * An encoder that jumped may have counted a turn too many: its turn is looked for again. */
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive);
 
 /* Between two ticks, every 4 ms: the restrictions and the limits of the envelope. */

@@ -206,9 +206,6 @@ static fault_set monitor_current(axis_protection *p, const protection_limits *li
   const bool offset = finite && current_without_drive(p, limits, in, dt_s);
   const bool mismatch = in->closed && finite && voltage_mismatch(p, limits, motor, in, joint_rate_rad_s, dt_s);
   p->last_tick_current_a = in->tick_current_a;
-  if (mismatch) {
-    motor_witness_forget(&p->witness);
-  }
   return bit_if(overload, FAULT_OVERLOAD) | bit_if(too_much, FAULT_OVER_CURRENT) |
          bit_if(offset, FAULT_CURRENT_OFFSET) | bit_if(mismatch, FAULT_CURRENT_SENSOR);
 }
@@ -290,7 +287,7 @@ fault_set axis_protection_judge(axis_protection *p, const protection_limits *lim
                                      .rate_rad_s = p->last_step_rad / dt_s};
   const motor_verdict verdict = motor_witness_step(&p->witness, &witness, &data, &seen, dt_s);
   motor_witness_learn(&p->witness, &witness, dt_s);
-  if (verdict != MOTOR_AGREES) {
+  if (verdict != MOTOR_AGREES || p->mismatch_ticks >= MISMATCH_TICKS) {
     motor_witness_forget(&p->witness);
   }
   return bit_if(verdict == MOTOR_CONTRADICTS, FAULT_MOTOR_CONTRADICTS) |

@@ -69,7 +69,7 @@ static void test_the_fastest_rate_is_on_the_bus(void) {
   CHECK_NEAR("rad/s", sqrt(2.0 * 5.0 / 1.0609), get_float(ENVELOPE, FASTEST_UP), 1.7);
   TEST_ASSERT_TRUE(get_float(ENVELOPE, FASTEST_DOWN) <= 1.5f);
   machine.axis[0].turns = 0.95 / 6.283185307;
-  wait_ms(8);
+  wait_ms(16); /* to the encoder it is a jump: the turn is looked for again */
   CHECK_NEAR("rad/s", sqrt(2.0 * 5.0 / 1.0609 * 0.05), get_float(ENVELOPE, FASTEST_UP), 0.03);
 }
 
@@ -156,6 +156,40 @@ static void test_a_second_without_the_encoder_forgets_the_turn(void) {
   TEST_ASSERT_EQUAL(2, restrictions());
 }
 
+/* Two wrong readings, each less than half a turn from the last: the count of turns is then one too high. */
+static void read_a_turn_too_many(uint32_t wait_before_ms) {
+  const double turns = machine.axis[0].turns;
+  wait_ms(wait_before_ms);
+  machine.axis[0].turns = turns + 0.35;
+  wait_ms(1);
+  machine.axis[0].turns = turns + 0.7;
+  wait_ms(1);
+  machine.axis[0].turns = turns;
+  wait_ms(20);
+}
+
+/* The turn is looked for every 4 ms: the wrong readings come in each phase of it. */
+static void test_after_an_encoder_that_jumps_the_turn_is_found_again(void) {
+  start_at(100.0 / 360.0);
+  limit_travel(10.0f * DEGREES, 350.0f * DEGREES);
+  for (uint32_t phase = 0; phase < 4; ++phase) {
+    read_a_turn_too_many(4 + phase);
+    TEST_ASSERT_EQUAL_HEX32(0x7320, get(0x603F, 0));
+    TEST_ASSERT_EQUAL(0, restrictions());
+    CHECK_NEAR("1e-7 rad", 100.0 * 174532.925, (double)(int32_t)get(0x6064, 0), 100.0);
+  }
+}
+
+static void test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown(void) {
+  start_at(-100.0 / 360.0);
+  limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
+  SET(ENVELOPE, CONFIRMED, 1);
+  wait_ms(8);
+  TEST_ASSERT_EQUAL(0, restrictions());
+  read_a_turn_too_many(4);
+  TEST_ASSERT_EQUAL(2, restrictions());
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_without_a_travel_an_axis_is_not_enabled_and_says_so);
@@ -166,5 +200,7 @@ int main(void) {
   RUN_TEST(test_a_target_waits_while_the_turn_is_unknown_and_is_dropped_then);
   RUN_TEST(test_the_only_turn_within_the_travel_is_taken);
   RUN_TEST(test_a_second_without_the_encoder_forgets_the_turn);
+  RUN_TEST(test_after_an_encoder_that_jumps_the_turn_is_found_again);
+  RUN_TEST(test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown);
   return UNITY_END();
 }

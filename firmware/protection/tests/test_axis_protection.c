@@ -297,6 +297,26 @@ static void test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_th
   }
 }
 
+/* R and Ke from its last readings would contradict the motor once it has been repaired. */
+static void test_nothing_is_learned_from_a_broken_current_sensor(void) {
+  bench b = new_bench();
+  b.limits.motor_tolerance = 0.32f;
+  b.in.mean_current_a = 5.0f;
+  run(&b, 500);
+  for (int i = 1; i <= 8; ++i) {
+    TEST_ASSERT_EQUAL(i == 8, (step(&b, -12.0f) & fault_bit(FAULT_CURRENT_SENSOR)) != 0);
+  }
+  TEST_ASSERT_FALSE(b.state.witness.known);
+  b.in.powered = b.in.closed = b.in.speed_closed = false;
+  b.in.mean_current_a = 0.0f;
+  run(&b, 500);
+  TEST_ASSERT_FALSE(b.state.witness.known);
+  b.in.powered = b.in.closed = b.in.speed_closed = true;
+  b.in.mean_current_a = 5.0f;
+  run(&b, 500);
+  TEST_ASSERT_TRUE(b.state.witness.known);
+}
+
 static fault_set current_sensor_after(float tolerance, float unexplained_v) {
   bench b = new_bench();
   b.limits.motor_tolerance = tolerance;
@@ -888,6 +908,7 @@ int main(void) {
   RUN_TEST(test_a_voltage_that_nothing_explains_is_the_current_sensor_unless_the_winding_is_warm);
   RUN_TEST(test_a_torque_that_swings_fast_is_not_the_current_sensor);
   RUN_TEST(test_a_resistance_within_its_tolerance_is_not_the_current_sensor);
+  RUN_TEST(test_nothing_is_learned_from_a_broken_current_sensor);
   RUN_TEST(test_the_count_of_an_unexplained_voltage_rises_and_falls_by_one);
   RUN_TEST(test_a_current_offset_is_found_in_its_tick);
   RUN_TEST(test_limits_of_voltage_and_current_are_not_yet_faults);
