@@ -128,7 +128,9 @@ motor_verdict motor_witness_step(motor_witness *witness, const motor_witness_lim
     witness->verdict = verdict;
     witness->ticks = 0;
   }
-  witness->ticks += scalar_within(witness->unexplained_v, limits->largest_v) ? 1 : 0;
+  const float left_v =
+      limits->largest_v + limits->tolerance * scalar_abs(motor->resistance_ohm * witness->fast.current_a);
+  witness->ticks += scalar_within(witness->unexplained_v, left_v) ? 1 : 0;
   return witness->ticks >= MOTOR_WITNESS_TICKS ? verdict : MOTOR_AGREES;
 }
 

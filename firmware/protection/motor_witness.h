@@ -42,7 +42,7 @@ typedef struct {
   float tolerance;        /* 2060:22; 0: nothing is compared */
   float back_emf_error_v; /* 2060:23 */
   float largest_zero_a;   /* 2060:13 */
-  float largest_v;        /* 2060:14: beyond it, the current sensor is the likelier cause, and has its own monitor */
+  float largest_v;        /* 2060:14: beyond it and `tolerance` of R i, the monitor of the current sensor judges */
 } motor_witness_limits;
 
 typedef struct {

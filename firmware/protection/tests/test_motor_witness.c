@@ -414,6 +414,14 @@ static void test_ticks_with_an_error_beyond_the_voltage_mismatch_are_not_counted
   }
 }
 
+/* At full current that monitor permits 2060:22 of R i more: what it leaves is judged here. */
+static void test_at_full_current_an_error_of_9_V_is_found(void) {
+  bench b = new_bench();
+  rest_off(&b, 60);
+  agree(&b, 16.0f, 0.0f, 300);
+  TEST_ASSERT_TRUE(ticks_until(&b, MOTOR_CONTRADICTS, 16.0f, 9.0f / KE, 0.0f, 200) > 0);
+}
+
 static void test_a_contradiction_that_ends_is_forgotten(void) {
   bench b = new_bench();
   rest_off(&b, 60);
@@ -489,6 +497,7 @@ int main(void) {
   RUN_TEST(test_the_offset_counts_as_known_after_50_ticks_without_current);
   RUN_TEST(test_an_error_beyond_the_voltage_mismatch_is_left_to_that_monitor);
   RUN_TEST(test_ticks_with_an_error_beyond_the_voltage_mismatch_are_not_counted);
+  RUN_TEST(test_at_full_current_an_error_of_9_V_is_found);
   RUN_TEST(test_a_contradiction_that_ends_is_forgotten);
   RUN_TEST(test_a_tolerance_of_0_and_a_current_that_is_no_number_compare_nothing);
   RUN_TEST(test_each_motor_datum_that_changes_makes_what_was_learned_void);
