@@ -241,7 +241,90 @@ void test_a_service_that_hangs_is_safe_and_resets() {
   expect_safe_reset(rig, 2, kSoftwareReset, kWatchdog);
 }
 
+// --- converters and bus ---
+
+// The loop around a reading that is stuck adds voltage until the torque runs away: the voltage that it gives has no
+// current beside it (5210), or the motor turns differently from its voltage (7300).
+void test_a_current_converter_that_is_stuck_takes_the_torque_of_its_axis() {
+  constexpr std::uint16_t kCurrentSensor = 0x5210;
+  constexpr std::uint16_t kMotorContradicts = 0x7300;
+  constexpr int kMaxLatency_ms = 100;
+  constexpr double kMaxRate_urad_s = 6.0 * kSlow_urad_s;
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.stick_current(0, true);
+  int latency_ms = 0;
+  double fastest_urad_s = 0.0;
+  for (; rig.client.is_enabled(0) && latency_ms < 2000; ++latency_ms) {
+    turn(rig, 1);
+    fastest_urad_s = std::max(fastest_urad_s, std::abs(1e6 * rig.truth().joint_rate_rad_s[0]));
+  }
+  const std::uint32_t code = rig.client.error_code(0);
+  TEST_MESSAGE(fmt::format("{:04X} after {} ms at {:.0f} urad/s", code, latency_ms, fastest_urad_s).c_str());
+  TEST_ASSERT_LESS_OR_EQUAL_INT(kMaxLatency_ms, latency_ms);
+  TEST_ASSERT_TRUE(fastest_urad_s < kMaxRate_urad_s);
+  TEST_ASSERT_TRUE(code == kCurrentSensor || code == kMotorContradicts);
+  turn(rig, 2100);
+  TEST_ASSERT_FALSE(rig.machine.is_bridge_on(0));
+  TEST_ASSERT_TRUE(rig.client.is_enabled(1) && rig.machine.is_bridge_on(1));
+  expect_no_violations(rig);
+}
+
+void test_a_bus_voltage_that_is_too_high_brakes_both_axes() {
+  constexpr std::uint16_t kOverVoltage = 0x3210;
+  constexpr int kMaxLatency_ms = 5;  // with the frame that reports it
+  constexpr int kBraking_ms = 2100;
+  BoardRig rig(bench::tracker_plant());
+  boot_and_turn(rig);
+  rig.client.forget();
+  rig.machine.set_bus_voltage(61.0);  // the limit is 60 V
+  int latency_ms = 0;
+  for (; rig.client.emergencies().empty() && latency_ms < 100; ++latency_ms) {
+    turn(rig, 1);
+  }
+  TEST_MESSAGE(fmt::format("reported after {} ms", latency_ms).c_str());
+  TEST_ASSERT_LESS_OR_EQUAL_INT(kMaxLatency_ms, latency_ms);
+  turn(rig, kBraking_ms);
+  TEST_ASSERT_EQUAL_HEX32(kOverVoltage, rig.client.error_code(0));
+  TEST_ASSERT_EQUAL_HEX32(kOverVoltage, rig.client.error_code(1));
+  TEST_ASSERT_TRUE(rig.machine.is_safe());
+  rig.machine.set_bus_voltage(std::nullopt);
+  expect_that_it_comes_back(rig);
+}
+
 // --- clock ---
+
+// A master whose SYNC comes every 101 ms, while 1006 says 100 ms: it is reported, and no axis stops, because nobody
+// knows which of the two clocks is wrong.
+void test_a_clock_1_percent_off_sync_is_reported_and_stops_no_axis() {
+  constexpr std::uint16_t kSyncClock = 0x8701;
+  constexpr int kMaxLatency_ms = 5000;
+  for (const int period_ms : {100, 101}) {
+    BoardRig rig(bench::tracker_plant());
+    boot_and_turn(rig);
+    TEST_ASSERT_TRUE(rig.client.write(0x1006, 0, 100000, 4));
+    rig.client.forget();
+    int passed_ms = 0;
+    for (; rig.client.emergencies().empty() && passed_ms <= kMaxLatency_ms; ++passed_ms) {
+      if (passed_ms % period_ms == 0) {
+        rig.client.send(can_frame{0x080, 0, 0, {}});
+      }
+      turn(rig, 1);
+    }
+    TEST_MESSAGE(
+        fmt::format("SYNC every {} ms: {} messages after {} ms", period_ms, rig.client.emergencies().size(), passed_ms)
+            .c_str());
+    if (period_ms == 100) {
+      TEST_ASSERT_TRUE(rig.client.emergencies().empty());
+    } else {
+      TEST_ASSERT_LESS_OR_EQUAL_INT(kMaxLatency_ms, passed_ms);
+      TEST_ASSERT_EQUAL_HEX32(kSyncClock, rig.client.emergencies().front().code);
+    }
+    TEST_ASSERT_TRUE(rig.client.is_enabled(0) && rig.client.is_enabled(1));
+    expect_no_violations(rig);
+  }
+}
 
 // From 3 % on, in both directions; the oscillators may differ by 2 %.
 void test_a_clock_that_is_3_percent_off_stops_both_axes() {
@@ -283,6 +366,9 @@ int main() {
   RUN_TEST(test_a_tick_that_does_not_come_is_safe_and_resets);
   RUN_TEST(test_a_background_that_hangs_is_safe_and_resets);
   RUN_TEST(test_a_service_that_hangs_is_safe_and_resets);
+  RUN_TEST(test_a_current_converter_that_is_stuck_takes_the_torque_of_its_axis);
+  RUN_TEST(test_a_bus_voltage_that_is_too_high_brakes_both_axes);
+  RUN_TEST(test_a_clock_1_percent_off_sync_is_reported_and_stops_no_axis);
   RUN_TEST(test_a_clock_that_is_3_percent_off_stops_both_axes);
   return UNITY_END();
 }

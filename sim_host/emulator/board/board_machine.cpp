@@ -154,21 +154,25 @@ void BoardMachine::check_pin_is_analog(char port, unsigned pin) {
   }
 }
 
+double BoardMachine::read_current_a(std::size_t axis) const {
+  return stuck_current_a_[axis].value_or(current_a_[axis]);
+}
+
 std::uint32_t BoardMachine::adc_counts(int converter, unsigned channel) {
   step_if_due();
   const double counts_per_a = std::ldexp(0.5, adc_.resolution_bits) / adc_.current_full_scale_a;
   const double counts_per_v = std::ldexp(1.0, adc_.resolution_bits) / adc_.voltage_full_scale_v;
   if (converter == 1 && channel == 1) {
     check_pin_is_analog('A', 0);
-    return clipped_counts(2048.0 + current_a_[kAzimuth] * counts_per_a);
+    return clipped_counts(2048.0 + read_current_a(kAzimuth) * counts_per_a);
   }
   if (converter == 2 && channel == 2) {
     check_pin_is_analog('A', 1);
-    return clipped_counts(2048.0 + current_a_[kPitch] * counts_per_a);
+    return clipped_counts(2048.0 + read_current_a(kPitch) * counts_per_a);
   }
   if (converter == 1 && channel == 6) {
     check_pin_is_analog('C', 0);
-    return clipped_counts(bus_voltage_v_ * counts_per_v);
+    return clipped_counts(forced_bus_v_.value_or(bus_voltage_v_) * counts_per_v);
   }
   if (converter == 2 && channel == 7) {
     check_pin_is_analog('C', 1);

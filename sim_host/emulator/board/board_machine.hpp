@@ -49,6 +49,15 @@ class BoardMachine {
   // Current that flows through the sensor and not through the motor: a short behind it.
   void set_short_current(int axis, double current_a) { short_current_a_[static_cast<std::size_t>(axis)] = current_a; }
 
+  // The converter of a current repeats its last reading, whatever flows.
+  void stick_current(int axis, bool stuck) {
+    const std::size_t i = static_cast<std::size_t>(axis);
+    stuck_current_a_[i] = stuck ? std::optional<double>(current_a_[i]) : std::nullopt;
+  }
+
+  // At the divider of the bus, whatever the plant's supply does; none: the plant's.
+  void set_bus_voltage(std::optional<double> voltage_v) { forced_bus_v_ = voltage_v; }
+
   // A driver's fault output, low while active.
   void set_driver_fault(int axis, bool fault);
 
@@ -83,6 +92,7 @@ class BoardMachine {
   void step(Instant at);
   void step_if_due();
   double take_duty(int axis);
+  double read_current_a(std::size_t axis) const;
   std::uint32_t adc_counts(int converter, unsigned channel);
   void update_inputs();
   void follow_sto();
@@ -113,7 +123,9 @@ class BoardMachine {
   std::array<double, sim::kAxes> duty_{};
   std::array<double, sim::kAxes> current_a_{};
   std::array<double, sim::kAxes> short_current_a_{};
+  std::array<std::optional<double>, sim::kAxes> stuck_current_a_;
   double bus_voltage_v_ = 0;
+  std::optional<double> forced_bus_v_;
   std::function<void()> tick_listener_;
 };
 
