@@ -87,6 +87,8 @@ void add_faults(CLI::App& app, int& code) {
       ->check(seed())
       ->excludes(scenario)
       ->capture_default_str();
+  command->add_option("--only", options->matrix.only, "only these injections (names as --list prints them)")
+      ->excludes(scenario);
   add_threads(*command, options->matrix.threads);
   command->add_flag("--list", options->list, "only list the fault injections");
   command->callback([options, &code] { code = faults(*options); });

@@ -186,7 +186,9 @@ void test_an_encoder_that_is_wrong_in_some_ticks_is_named() {
   const fault_set erratic = fault_bit(FAULT_ENCODER_ERRATIC);
   const auto stale = [](sim::BrokenAxis& b) { b.encoder_stale_share = 0.1; };
   const auto bit = [](sim::BrokenAxis& b) { b.encoder_bit_share = 0.1; };
-  check({"10 % stale, 20 deg/s", erratic, 0.35, 0.5, stale, 0.15, 23.0 * sim::kRadPerDeg, 8.0 * sim::kRadPerDeg});
+  // The increment after an old reading is 0.7 mrad: beyond 2060:4 it is also a jump.
+  check({"10 % stale, 20 deg/s", erratic | fault_bit(FAULT_ENCODER_JUMP), 0.35, 0.5, stale, 0.15,
+         23.0 * sim::kRadPerDeg, 8.0 * sim::kRadPerDeg});
   check({"10 % stale, 2 deg/s", erratic, 0.035, 0.5, stale, 0.15, 5.0 * sim::kRadPerDeg, 2.0 * sim::kRadPerDeg});
   check({"bit 10 in 10 %, 20 deg/s", erratic, 0.35, 0.5, bit, 0.15, 23.0 * sim::kRadPerDeg, 8.0 * sim::kRadPerDeg});
   check({"bit 10 in 10 %, at rest", erratic, 0.0, 0.5, bit, 0.15, 3.0 * sim::kRadPerDeg, 1.0 * sim::kRadPerDeg});

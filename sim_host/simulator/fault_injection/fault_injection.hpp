@@ -71,6 +71,11 @@ const std::vector<const FaultInjection *>& later_fault_injections();
 // Throws std::invalid_argument that lists the names.
 const FaultInjection& fault_injection(const std::string& name);
 
+// Those that may be detected: the expected one and `also`.
+inline fault_set right_faults(const FaultInjection& fault_injection) {
+  return fault_bit(fault_injection.expected) | fault_injection.also;
+}
+
 // Latency that the table and the timers allow [ms].
 int allowed_latency_ms(const FaultInjection& fault_injection);
 

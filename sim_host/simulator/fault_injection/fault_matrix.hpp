@@ -16,6 +16,7 @@ struct MatrixOptions {
   int moments = 20;  // random ones, of each injection in each motion on each axis; every other one in calm air
   std::uint64_t seed = 1;
   int threads = usable_threads();
+  std::vector<std::string> only;  // names of injections; empty: all
 };
 
 // All runs of one injection.

@@ -19,7 +19,7 @@ void BadSensors::apply(const BrokenAxis& broken, hal_axis_samples *samples) {
   samples->joint_angle_turn32 = angles_[shown(broken.encoder)];
   samples->gyro_rad_s = rates_rad_s_[shown(broken.gyro)];
   if (chance(broken.encoder.garbage_share)) {
-    samples->joint_angle_turn32 = static_cast<std::uint32_t>(random_());
+    samples->joint_angle_turn32 = static_cast<std::uint32_t>(0x1.0p32 * random_.uniform());
   }
   if (chance(broken.gyro.garbage_share)) {
     samples->gyro_rad_s = static_cast<float>(kGarbage_rad_s * (2.0 * random_.uniform() - 1.0));

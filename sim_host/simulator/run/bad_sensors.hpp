@@ -12,6 +12,8 @@ namespace trackservo::sim {
 
 class BadSensors {
  public:
+  BadSensors(std::uint64_t seed, int axis) : random_(seed, "broken.sensors", axis) {}
+
   // One tick: changes the samples as the faults of this axis say.
   void apply(const BrokenAxis& broken, hal_axis_samples *samples);
 
@@ -22,7 +24,7 @@ class BadSensors {
   // The tick whose reading shows now.
   std::size_t shown(const BadReadings& bad) const;
 
-  SplitMix64 random_{1};
+  RandomStream random_;
   std::size_t tick_ = 0;
   std::array<std::uint32_t, kHistory> angles_{};
   std::array<float, kHistory> rates_rad_s_{};

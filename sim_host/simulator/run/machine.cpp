@@ -180,7 +180,11 @@ hal Machine::hal_of(Machine *machine) {
 }
 
 Machine::Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad)
-    : tracker_(plant, seed), hal_(hal_of(this)), adc_(plant.adc) {
+    : tracker_(plant, seed),
+      hal_(hal_of(this)),
+      bad_sensors_{BadSensors(seed, kAzimuth), BadSensors(seed, kPitch)},
+      broken_noise_(seed, "broken.noise"),
+      adc_(plant.adc) {
   tracker_.place(joint_angle_rad);
   samples_ = tracker_.sample_tick();
   bus_voltage_v_ = samples_.bus_voltage_v;

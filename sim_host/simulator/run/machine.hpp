@@ -102,7 +102,7 @@ class Machine {
   std::array<std::uint32_t, kAxes> true_angle_{};  // read in the last tick
   std::array<std::uint32_t, kAxes> shown_from_{};  // where the sensors began to show a share of the motion
   std::array<double, kAxes> crept_rad_{};
-  SplitMix64 broken_noise_{1};
+  RandomStream broken_noise_;
   std::array<double, kAxes> reported_current_a_{};
   // The scales that the firmware assumes for the converters; wrong scales give wrong readings.
   AdcConfig adc_;
