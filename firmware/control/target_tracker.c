@@ -108,6 +108,11 @@ static speed_reference limited(const target_tracker_params *params, float rate_r
   };
 }
 
+void target_tracker_remember(target_tracker_state *state, float los_rate_rad_s) {
+  remember_los(state, los_rate_rad_s);
+  state->locked = false;
+}
+
 speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
                                     const camera_frame *frame, float los_rate_rad_s, float dt_s) {
   remember_los(state, los_rate_rad_s);

@@ -54,6 +54,9 @@ typedef struct {
 control_status target_tracker_check(const target_tracker_params *params);
 void target_tracker_reset(target_tracker_state *state);
 
+/* One tick in which another estimate is in use: the motion of the line of sight is remembered, the target is not. */
+void target_tracker_remember(target_tracker_state *state, float los_rate_rad_s);
+
 /* One tick. `los_rate_rad_s` is the measured inertial rate of the line of sight. A frame with an age outside its
  * range, or an error that is not finite or beyond half a turn, counts as not valid. */
 speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,

@@ -44,6 +44,7 @@ void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const 
   inputs->torque_demand_nm = servo->commanded_nm;
   inputs->torque_limited = servo->signals.torque.limited;
   inputs->implausible = servo->implausible;
+  inputs->target = &servo->signals.target;
 }
 
 static bool inputs_are_finite(const drive_axis_inputs *inputs) {
@@ -58,6 +59,7 @@ static drive_feedback feedback_of(const drive_axis *axis, const drive_axis_input
       .reference_rad_s = finite ? inputs->reference_rad_s : 0.0f,
       .torque_demand_nm = finite ? inputs->torque_demand_nm : 0.0f,
       .setpoint_arrived = inputs->setpoint_arrived,
+      .target = inputs->target,
       .stimulus = inputs->stimulus,
       .protective_nm = inputs->protective_nm,
   };
@@ -143,6 +145,34 @@ static bool monitor_following(drive_axis *axis, drive_objects *objects, const dr
   return axis->following_failed;
 }
 
+static bool is_tracking(const drive_axis *axis, drive_action action) {
+  return action == DRIVE_RUN && axis->motion.mode == DRIVE_TRACKING;
+}
+
+static drive_tracking tracking_after(drive_tracking before, const drive_axis_inputs *inputs, bool centred) {
+  if (inputs->target == NULL || !inputs->target->known) {
+    return before == DRIVE_NOT_TRACKING || before == DRIVE_SEARCHING ? DRIVE_SEARCHING : DRIVE_TARGET_LOST;
+  }
+  if (inputs->target->frame_age_ticks > DRIVE_COASTS_AFTER) {
+    return DRIVE_COASTING;
+  }
+  return centred || before == DRIVE_ON_TARGET ? DRIVE_ON_TARGET : DRIVE_ACQUIRING;
+}
+
+/* 60F4 is the distance to the target then; no window of 6065 judges it. */
+static void step_tracking(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
+                          drive_action action, float dt_s) {
+  drive_position_objects *position = &objects->position;
+  const bool follows = is_tracking(axis, action) && inputs->target != NULL && inputs->target->known;
+  if (follows) {
+    position->following_error = drive_position_from_rad(inputs->target->error_rad);
+  }
+  const bool near =
+      distance_between(position->following_error, 0) <= position->window || position->window == UINT32_MAX;
+  const bool centred = dwell_timer_step(&axis->target_centred, follows && near, position->window_ms, dt_s);
+  axis->tracking = is_tracking(axis, action) ? tracking_after(axis->tracking, inputs, centred) : DRIVE_NOT_TRACKING;
+}
+
 static bool target_reached(drive_axis *axis, const drive_objects *objects, const drive_setpoint *setpoint,
                            drive_action action, float dt_s) {
   const drive_position_objects *position = &objects->position;
@@ -158,7 +188,7 @@ static bool target_reached(drive_axis *axis, const drive_objects *objects, const
   const bool near_velocity = distance_between(velocity->target, velocity->actual) <= velocity->window;
   const bool velocity_reached = dwell_timer_step(
       &axis->velocity_reached, runs && mode == DRIVE_PROFILE_VELOCITY && near_velocity, velocity->window_ms, dt_s);
-  return position_reached || velocity_reached || (!runs && setpoint->stopped);
+  return position_reached || velocity_reached || axis->tracking == DRIVE_ON_TARGET || (!runs && setpoint->stopped);
 }
 
 /* Statusword bit 12; its meaning depends on the mode. */
@@ -184,6 +214,7 @@ static uint16_t bit_if(bool condition, uint16_t bit) { return condition ? bit : 
 static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                               const drive_setpoint *setpoint, drive_action action, float dt_s) {
   const bool following_failed = monitor_following(axis, objects, setpoint, dt_s);
+  step_tracking(axis, objects, inputs, action, dt_s);
   const bool reached = target_reached(axis, objects, setpoint, action, dt_s);
   const bool bit_12 = mode_bit(axis, objects, setpoint, action, dt_s);
   const bool limited = action != DRIVE_OFF && (inputs->torque_limited || setpoint->limited);

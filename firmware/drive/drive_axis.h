@@ -22,6 +22,18 @@
 #include "protection/fault_table.h"
 #include "servo/servo_axis.h"
 
+/* CiA 402 has no state for this; bits 10 and 12 of the statusword show less. */
+typedef enum {
+  DRIVE_NOT_TRACKING = 0, /* another mode, or not in operation */
+  DRIVE_SEARCHING = 1,    /* no target since tracking began; the axis stands */
+  DRIVE_ACQUIRING = 2,    /* a target is followed, not yet within 6067 for 6068 */
+  DRIVE_ON_TARGET = 3,
+  DRIVE_COASTING = 4,   /* no frame with a target for DRIVE_COASTS_AFTER ticks; the axis goes on as estimated */
+  DRIVE_TARGET_LOST = 5 /* for longer than 2011:5; the axis stands */
+} drive_tracking;
+
+enum { DRIVE_COASTS_AFTER = 120 }; /* a camera of 10 Hz does not coast between its frames */
+
 typedef struct {
   angle_turn32 joint_angle;
   float rate_rad_s;       /* the rate that the speed loop controls: signals.rates.rate_rad_s */
@@ -29,13 +41,14 @@ typedef struct {
   float torque_nm;        /* torque that the motor can give */
   float torque_demand_nm; /* torque command of the last tick */
   bool torque_limited;
-  bool implausible;     /* the servo axis refused the last samples */
-  bool ready;           /* self-test done */
-  bool may_enable;      /* protection knows the end of the travel */
-  bool turns;           /* protection: the axis has power, or turns since it had */
-  bool at_rest;         /* protection: the protective stop has ended */
-  float protective_nm;  /* torque of the protective stop in this tick */
-  bool voltage_present; /* the bus voltage is high enough for the motor */
+  bool implausible;           /* the servo axis refused the last samples */
+  const servo_target *target; /* of the camera; NULL: none */
+  bool ready;                 /* self-test done */
+  bool may_enable;            /* protection knows the end of the travel */
+  bool turns;                 /* protection: the axis has power, or turns since it had */
+  bool at_rest;               /* protection: the protective stop has ended */
+  float protective_nm;        /* torque of the protective stop in this tick */
+  bool voltage_present;       /* the bus voltage is high enough for the motor */
   bool warning;
   bool remote;                        /* the controlword is executed: the node is not stopped */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, also with the same value */
@@ -52,6 +65,8 @@ typedef struct {
   dwell_timer following_error;
   dwell_timer position_reached;
   dwell_timer velocity_reached;
+  dwell_timer target_centred;
+  drive_tracking tracking; /* how far tracking has got */
   dwell_timer moving;
   dwell_timer ramp_ended;
   holding_brake brake;     /* `coil_on` is its output */

@@ -13,8 +13,8 @@
 #define END_RAD 5e-5f
 
 bool drive_mode_supported(int8_t mode) {
-  return mode == DRIVE_NO_MODE || mode == DRIVE_PROFILE_POSITION || mode == DRIVE_PROFILE_VELOCITY ||
-         (mode >= DRIVE_CYCLIC_POSITION && mode <= DRIVE_CYCLIC_TORQUE);
+  return mode == DRIVE_TRACKING || mode == DRIVE_NO_MODE || mode == DRIVE_PROFILE_POSITION ||
+         mode == DRIVE_PROFILE_VELOCITY || (mode >= DRIVE_CYCLIC_POSITION && mode <= DRIVE_CYCLIC_TORQUE);
 }
 
 profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration) {
@@ -56,7 +56,7 @@ static void close_loop(drive_motion *motion, servo_mode loop, const drive_feedba
   }
   if (before == SERVO_OFF || before == SERVO_TORQUE) {
     motion->ramp = (profile_ramp){.rate_rad_s = feedback->rate_rad_s};
-  } else if (before == SERVO_POSITION && loop == SERVO_SPEED) {
+  } else if (before == SERVO_TRACKING || (before == SERVO_POSITION && loop != SERVO_TORQUE)) {
     motion->ramp.rate_rad_s = feedback->reference_rad_s;
     motion->ramp.rate_rest_rad_s = 0.0f;
   }
@@ -100,6 +100,7 @@ static drive_setpoint setpoint_of(const drive_motion *motion, const drive_feedba
                   .speed = {.rate_rad_s = motion->ramp.rate_rad_s, .acceleration_rad_s2 = 0.0f},
                   .position = (angle_turn32)motion->demand,
                   .rate_limit_rad_s = 0.0f,
+                  .tracking = NULL,
                   .torque_nm = 0.0f,
                   .torque_limited = false,
                   .limits = {.minimum_nm = 0.0f, .maximum_nm = 0.0f}},
@@ -478,6 +479,50 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
   return setpoint;
 }
 
+/* --- tracking --- */
+
+/* No faster towards the target than the axis can still stop within the travel, and no change of the rate above 6083:
+ * the first frame of a target may ask for any rate. */
+static tracking_limits tracking_within(const drive_motion *motion, const profile_limits *limits,
+                                       const profile_limits *braking, const drive_feedback *feedback, float dt_s) {
+  profile_limits gentle = *braking;
+  gentle.deceleration_rad_s2 *= 0.8f;
+  const float towards_rad_s = feedback->target->rate_rad_s < 0.0f ? -limits->rate_rad_s : limits->rate_rad_s;
+  const float fastest_rad_s = drive_rate_within(&motion->bounds, &gentle, feedback->position, towards_rad_s, dt_s);
+  return (tracking_limits){
+      .given = false,
+      .minimum_rad_s = scalar_min(fastest_rad_s, towards_rad_s < 0.0f ? 0.0f : -limits->rate_rad_s),
+      .maximum_rad_s = scalar_max(fastest_rad_s, towards_rad_s < 0.0f ? limits->rate_rad_s : 0.0f),
+      .acceleration_rad_s2 = limits->acceleration_rad_s2,
+      .jerk_rad_s3 = limits->jerk_rad_s3};
+}
+
+/* At an end of the travel, with a target beyond it or none that is known to be inside. */
+static bool is_held_at_end(const drive_motion *motion, const drive_feedback *feedback) {
+  const float side = drive_travel_side(&motion->bounds.travel, feedback->position);
+  return side != 0.0f && side * feedback->target->rate_rad_s >= 0.0f;
+}
+
+/* Without a target the axis stops and stays where it looks. */
+static drive_setpoint track(drive_motion *motion, const drive_objects *objects, const drive_feedback *feedback,
+                            float dt_s) {
+  const profile_limits limits = velocity_limits(&motion->bounds, &objects->limit);
+  const profile_limits braking = drive_braking_within(&motion->bounds, &limits);
+  if (motion->loop == SERVO_TRACKING) {
+    motion->ramp = (profile_ramp){.rate_rad_s = feedback->reference_rad_s};
+  }
+  const bool known = feedback->target != NULL && feedback->target->known && isfinite(feedback->target->rate_rad_s);
+  if (!known || is_held_at_end(motion, feedback)) {
+    return stop(motion, feedback, &braking, dt_s);
+  }
+  close_loop(motion, SERVO_TRACKING, feedback);
+  drive_setpoint setpoint = setpoint_of(motion, feedback);
+  motion->tracking = tracking_within(motion, &limits, &braking, feedback, dt_s);
+  setpoint.command.tracking = &motion->tracking;
+  setpoint.limited = feedback->reference_rad_s != feedback->target->rate_rad_s;
+  return setpoint;
+}
+
 /* --- an experiment --- */
 
 /* Its set-point within the position limits and below 607F; the ramp follows, so that a stop begins at the actual rate.
@@ -531,6 +576,8 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
       return cyclic_velocity(motion, objects, feedback, dt_s);
     case DRIVE_CYCLIC_TORQUE:
       return cyclic_torque(motion, objects, feedback, dt_s);
+    case DRIVE_TRACKING:
+      return track(motion, objects, feedback, dt_s);
     case DRIVE_NO_MODE:
     default: {
       if (feedback->stimulus != NULL) {

@@ -1,7 +1,8 @@
 /* The set-point of the servo axis in this tick, from the CiA 402 targets and the mode of operation.
  *
  * Standard: CiA 402-2 / IEC 61800-7-201 clauses 7.2 (pp), 7.3 (pv), 7.11 (csp), 7.12 (csv), 7.13 (cst) and the stops
- * of 8.5. All modes share one ramp state and one position demand, so a new mode, a halt or a stop continues from the
+ * of 8.5; mode -1 (tracking) is of this manufacturer: the servo axis follows the camera's target, within limits from
+ * here. All modes share one ramp state and one position demand, so a new mode, a halt or a stop continues from the
  * set-point of the last tick without a step. Rate and position are those of now; the acceleration is the mean of the
  * coming tick: as torque over an inertia it gives exactly the next rate. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_MOTION_H
@@ -25,6 +26,7 @@ typedef struct {
   float reference_rad_s;              /* its set-point in the last tick */
   float torque_demand_nm;             /* commanded in the last tick */
   bool setpoint_arrived;              /* 607A, 60FF or 6071 was written since the last tick, also with the same value */
+  const servo_target *target;         /* of the camera; NULL: none */
   const servo_axis_command *stimulus; /* of an experiment: replaces the mode while no mode is selected; or NULL */
   float protective_nm;                /* torque of a protective stop */
 } drive_feedback;
@@ -64,10 +66,11 @@ typedef struct {
   position_interpolation positions;
   int setpoint_age_ticks;
   setpoint_period period;
-  drive_bounds bounds;     /* in force */
-  float blocked_direction; /* -1 or 1: stopped before the end of the travel on that side; 0: free */
-  bool ordered;            /* a command, a fault or missing set-points order a stop: protection sees to it */
-  float torque_nm;         /* cst: moving along the torque slope */
+  drive_bounds bounds;      /* in force */
+  float blocked_direction;  /* -1 or 1: stopped before the end of the travel on that side; 0: free */
+  tracking_limits tracking; /* of the last tick that tracked */
+  bool ordered;             /* a command, a fault or missing set-points order a stop: protection sees to it */
+  float torque_nm;          /* cst: moving along the torque slope */
 } drive_motion;
 
 typedef struct {
@@ -89,9 +92,10 @@ void drive_motion_reset(drive_motion *motion, drive_angle position);
 void drive_motion_shift(drive_motion *motion, drive_angle by);
 
 /* One tick. An unsupported mode leaves the current one in effect. In pp and pv it takes the prepared step. In the first
- * tick nothing is prepared, and the ramp continues with its acceleration. */
+ * tick nothing is prepared, and the ramp continues with its acceleration. Not inlined: it would push the monitors out
+ * of line, which costs 500 instructions in the tick. */
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
-                                 const drive_feedback *feedback, float dt_s);
+                                 const drive_feedback *feedback, float dt_s) __attribute__((noinline));
 
 /* Between two ticks: prepares the next step of the ramp of pp or pv. Finding the time at which a stop must begin takes
  * too long for the tick. So targets and limits of these two modes take effect one tick later, and so do the bounds of

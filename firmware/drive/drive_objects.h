@@ -11,6 +11,7 @@
 
 /* 6060 and 6061. */
 typedef enum {
+  DRIVE_TRACKING = -1, /* of this manufacturer: the camera (3070) gives the set-point */
   DRIVE_NO_MODE = 0,
   DRIVE_PROFILE_POSITION = 1,
   DRIVE_PROFILE_VELOCITY = 3,
@@ -19,8 +20,8 @@ typedef enum {
   DRIVE_CYCLIC_TORQUE = 10
 } drive_mode;
 
-/* 6502: bits pp 0, pv 2, csp 7, csv 8, cst 9. */
-#define DRIVE_SUPPORTED_MODES 0x00000385u
+/* 6502: bits pp 0, pv 2, csp 7, csv 8, cst 9, tracking (mode -1) 16. */
+#define DRIVE_SUPPORTED_MODES 0x00010385u
 
 /* 67FF: device profile 402, servo drive. */
 #define DRIVE_DEVICE_TYPE 0x00020192u

@@ -37,6 +37,9 @@ drive_angle drive_angle_from_position(int32_t position);
 /* 1e-6 rad/s, the exact product rounded once. */
 int32_t drive_velocity_from_rate(float rate_rad_s);
 
+/* A difference of angles as a position: 1e-7 rad. Saturates; not a number gives 0. */
+static inline int32_t drive_position_from_rad(float angle_rad) { return drive_velocity_from_rate(10.0f * angle_rad); }
+
 /* rad/s; the inverse function restores the velocity below 16 rad/s, and is within 60 ppb beyond. */
 static inline float drive_rate_from_velocity(int32_t velocity) { return (float)velocity / 1e6f; }
 

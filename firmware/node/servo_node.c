@@ -119,6 +119,7 @@ static persisted_objects *in_force(servo_node *node) {
   }
   kept->scales = node->scales;
   kept->master = node->master;
+  kept->camera = node->tracking.objects;
   return kept;
 }
 
@@ -225,6 +226,7 @@ static void take_shared(servo_node *node, const persisted_objects *from) {
   hal_set_scales(node->board.machine, &node->scales);
   guarded_sets_take_scales(&node->guarded);
   od_copy_stored(&master_objects_table, &from->master, &node->master);
+  od_copy_stored(&camera_objects_table, &from->camera, &node->tracking.objects);
 }
 
 /* They have been checked. */
@@ -450,6 +452,11 @@ static uint32_t describe_parts(servo_node *node, od_part *parts) {
                              .values = &node->master,
                              .owner = &node->master_part,
                              .hooks = &master_objects_hooks};
+  parts[count++] = (od_part){.table = camera_objects_table,
+                             .prefix = "",
+                             .values = &node->tracking.objects,
+                             .owner = &node->tracking.objects,
+                             .hooks = &camera_objects_hooks};
   return count;
 }
 
@@ -600,6 +607,7 @@ static void step_axis(servo_node *node, int i) {
                                                   joint_rate_rad_s, &axis->stimulus, SERVO_TICK_S);
   axis->inputs.stimulus = stimulated ? &axis->stimulus : NULL;
   node->board.command.axis[i] = *drive_axis_step(&axis->drive, &axis->objects, &axis->inputs, SERVO_TICK_S);
+  tracking_command(&node->tracking, i, &axis->drive, &node->board.command.axis[i]);
 }
 
 void servo_node_take(servo_node *node) { canopen_node_take(&node->canopen); }
@@ -609,8 +617,22 @@ void servo_node_tick(servo_node *node) {
   servo_node_tick_taken(node);
 }
 
+static float azimuth_swing_kg_m2(const servo_node *node) {
+  const axis_parameters *azimuth = &node->axis[SERVO_AZIMUTH].tuning.active;
+  return azimuth->plant.inertia_kg_m2 - azimuth->plant.min_inertia_kg_m2;
+}
+
+static bool both_track(const servo_node *node) {
+  bool both = true;
+  for (int i = 0; i < SERVO_AXES; ++i) {
+    both = both && node->axis[i].drive.motion.mode == DRIVE_TRACKING && node->axis[i].drive.state.action == DRIVE_RUN;
+  }
+  return both;
+}
+
 void servo_node_tick_taken(servo_node *node) {
   servo_board_sample(&node->board);
+  tracking_take(&node->tracking, &node->board, both_track(node), azimuth_swing_kg_m2(node), node->objects.ticks);
   for (int i = 0; i < SERVO_AXES; ++i) {
     step_axis(node, i);
   }
@@ -766,6 +788,8 @@ void servo_node_serve(servo_node *node) {
   for (int i = 0; i < SERVO_AXES; ++i) {
     report_axis(node, i);
   }
+  tracking_report(&node->tracking, &node->axis[SERVO_AZIMUTH].drive, &node->axis[SERVO_PITCH].drive,
+                  node->objects.ticks);
   node->objects.ticks++;
   node->objects.board_status = hal_status(node->board.machine);
   record(node);

@@ -26,6 +26,7 @@
 #include "node/persisted_storage.h"
 #include "node/recorded_tick.h"
 #include "node/scope_objects.h"
+#include "node/tracking.h"
 #include "servo/servo_board.h"
 
 enum { SERVO_NODE_QUEUE = 64 };
@@ -70,6 +71,7 @@ typedef struct {
   const hal_flash *flash;     /* as configured */
   hal_scales scales;          /* 0x3060 */
   master_objects master;      /* 0x3040, 0x3041 */
+  target_tracking tracking;   /* 0x3070 .. 0x3072 */
   master_owner master_part;
   bool cob_ids_collide; /* the stored ones did at the last reset: the defaults are in force */
   fault_log log;        /* 0x3020 */

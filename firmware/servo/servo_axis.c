@@ -1,6 +1,7 @@
 #include "servo/servo_axis.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "base/scalar.h"
 
@@ -40,6 +41,13 @@ static bool angle_is_plausible(const servo_axis *axis, angle_turn32 angle, float
   return axis->implausible || scalar_within(step_rad, SERVO_PLAUSIBLE_RATE_RAD_S * tick_s);
 }
 
+static bool tracking_is_plausible(const tracking_limits *limits) {
+  return limits == NULL || (scalar_within(limits->minimum_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
+                            scalar_within(limits->maximum_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
+                            scalar_within(limits->acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
+                            scalar_within(limits->jerk_rad_s3, SERVO_PLAUSIBLE_JERK_RAD_S3));
+}
+
 static bool command_is_plausible(const servo_axis_command *command) {
   const bool limits_plausible = scalar_within(command->limits.minimum_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
                                 scalar_within(command->limits.maximum_nm, SERVO_PLAUSIBLE_TORQUE_NM);
@@ -47,7 +55,9 @@ static bool command_is_plausible(const servo_axis_command *command) {
          scalar_within(command->speed.rate_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) &&
          scalar_within(command->speed.acceleration_rad_s2, SERVO_PLAUSIBLE_ACCELERATION_RAD_S2) &&
          scalar_within(command->rate_limit_rad_s, SERVO_PLAUSIBLE_RATE_RAD_S) && command->rate_limit_rad_s >= 0.0f &&
-         scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) && (limits_plausible || !command->torque_limited);
+         scalar_within(command->torque_nm, SERVO_PLAUSIBLE_TORQUE_NM) &&
+         (limits_plausible || !command->torque_limited) &&
+         (command->mode != SERVO_TRACKING || tracking_is_plausible(command->tracking));
 }
 
 static speed_reference position_reference(const servo_axis_params *params, const servo_axis_command *command,
@@ -59,18 +69,51 @@ static speed_reference position_reference(const servo_axis_params *params, const
                            .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
 }
 
+/* The end of the travel comes before the limit of the acceleration. A rate that is limited for some ticks only would
+ * make the torque jump, so its acceleration is fed forward with limited jerk. */
+static speed_reference tracking_reference(const tracking_limits *limits, speed_reference wanted, speed_reference before,
+                                          float tick_s) {
+  if (limits == NULL) {
+    return wanted;
+  }
+  const float step_rad_s = limits->acceleration_rad_s2 * tick_s;
+  const float soft_rad_s =
+      scalar_clamp(wanted.rate_rad_s, before.rate_rad_s - step_rad_s, before.rate_rad_s + step_rad_s);
+  const float rate_rad_s = scalar_clamp(soft_rad_s, limits->minimum_rad_s, limits->maximum_rad_s);
+  const bool limited = rate_rad_s != wanted.rate_rad_s;
+  const float step_rad_s2 = limits->jerk_rad_s3 * tick_s;
+  return (speed_reference){.rate_rad_s = rate_rad_s,
+                           .acceleration_rad_s2 = scalar_clamp(
+                               limited ? (rate_rad_s - before.rate_rad_s) / tick_s : wanted.acceleration_rad_s2,
+                               before.acceleration_rad_s2 - step_rad_s2, before.acceleration_rad_s2 + step_rad_s2)};
+}
+
+/* The tracker runs in every mode, so that it knows the motion of the line of sight when it takes over. */
+static speed_reference follow_target(servo_axis *axis, const servo_axis_params *params,
+                                     const servo_axis_command *command, const hal_camera_frame *seen, float rate_rad_s,
+                                     float tick_s) {
+  if (axis->mode == SERVO_TRACKING && command->tracking != NULL && command->tracking->given) {
+    target_tracker_remember(&axis->tracker, rate_rad_s);
+    return command->speed;
+  }
+  const camera_frame frame = {
+      .fresh = seen->fresh, .valid = seen->target_found, .age_ticks = seen->age_ticks, .error_rad = seen->error_rad};
+  const speed_reference wanted = target_tracker_step(&axis->tracker, &params->tracker, &frame, rate_rad_s, tick_s);
+  axis->signals.target = (servo_target){.known = axis->tracker.locked,
+                                        .error_rad = axis->tracker.error_rad,
+                                        .rate_rad_s = wanted.rate_rad_s,
+                                        .frame_age_ticks = axis->tracker.ticks_since_frame};
+  return wanted;
+}
+
 static speed_reference choose_reference(servo_axis *axis, const servo_axis_params *params,
                                         const servo_axis_command *command, const servo_axis_samples *samples,
                                         const speed_loop_rates *rates, float tick_s) {
-  const hal_camera_frame *seen = &samples->sensors.frame;
-  const camera_frame frame = {
-      .fresh = seen->fresh, .valid = seen->target_found, .age_ticks = seen->age_ticks, .error_rad = seen->error_rad};
-  /* The tracker runs in every mode, so that it knows the motion of the line of sight when it takes over. */
   const speed_reference tracking =
-      target_tracker_step(&axis->tracker, &params->tracker, &frame, rates->rate_rad_s, tick_s);
+      follow_target(axis, params, command, &samples->sensors.frame, rates->rate_rad_s, tick_s);
   switch (axis->mode) {
     case SERVO_TRACKING:
-      return tracking;
+      return tracking_reference(command->tracking, tracking, axis->signals.reference, tick_s);
     case SERVO_POSITION:
       return position_reference(params, command, samples->sensors.joint_angle_turn32);
     case SERVO_SPEED:

@@ -20,6 +20,7 @@
 
 #define SERVO_PLAUSIBLE_RATE_RAD_S 1e3f
 #define SERVO_PLAUSIBLE_ACCELERATION_RAD_S2 1e6f
+#define SERVO_PLAUSIBLE_JERK_RAD_S3 1e9f
 #define SERVO_PLAUSIBLE_TORQUE_NM 1e8f
 #define SERVO_PLAUSIBLE_CURRENT_A 1e5f
 #define SERVO_PLAUSIBLE_VOLTAGE_V 1e4f
@@ -28,7 +29,7 @@ typedef enum {
   SERVO_OFF = 0,        /* no loop closed, the motor's terminals are open */
   SERVO_SPEED,          /* command.speed is the set-point */
   SERVO_POSITION,       /* command.position, with command.speed as feedforward */
-  SERVO_TRACKING,       /* the camera's error is the input */
+  SERVO_TRACKING,       /* the camera's target is followed: by the axis' own tracking loop, or command.speed */
   SERVO_TORQUE,         /* command.torque_nm is the torque; the speed loop follows, ready to take over */
   SERVO_BRAKE,          /* no loop closed, the motor's terminals are shorted: it brakes without any sensor */
   SERVO_PROTECTIVE_STOP /* only the current loop is closed: command.torque_nm, limited by nothing but current_limit_a */
@@ -45,14 +46,24 @@ typedef struct {
   float plant_inertia_kg_m2;  /* as identified, 1e-9 .. 1e5; for protection */
 } servo_axis_params;
 
+/* What SERVO_TRACKING may do: the rate that the camera asks for is limited to this. */
+typedef struct {
+  bool given; /* command.speed follows the target, instead of the axis' own tracking loop */
+  float minimum_rad_s;
+  float maximum_rad_s;
+  float acceleration_rad_s2; /* largest change of the rate */
+  float jerk_rad_s3;         /* largest change of the acceleration that is fed forward */
+} tracking_limits;
+
 typedef struct {
   servo_mode mode;
   speed_reference speed;
   angle_turn32 position;
   float rate_limit_rad_s; /* SERVO_POSITION: limit of the loop's rate in both directions; 0: only its own limit */
-  float torque_nm;      /* SERVO_TORQUE, SERVO_PROTECTIVE_STOP: the set-point; else added to the speed loop's torque */
-  bool torque_limited;  /* `limits` apply, besides current_limit_a */
-  torque_limits limits; /* minimum <= 0 <= maximum */
+  float torque_nm; /* SERVO_TORQUE, SERVO_PROTECTIVE_STOP: the set-point; else added to the speed loop's torque */
+  const tracking_limits *tracking; /* SERVO_TRACKING; NULL: the axis' own tracking loop, without limits */
+  bool torque_limited;             /* `limits` apply, besides current_limit_a */
+  torque_limits limits;            /* minimum <= 0 <= maximum */
 } servo_axis_command;
 
 typedef struct {
@@ -62,10 +73,19 @@ typedef struct {
   float tick_current_a;     /* at its end, as motor_stage.h says */
 } servo_axis_samples;
 
+/* What is known of the camera's target. */
+typedef struct {
+  bool known;          /* it was seen no longer than 2011:5 ago */
+  float error_rad;     /* target minus line of sight, now */
+  float rate_rad_s;    /* at which the tracking loop would follow it */
+  int frame_age_ticks; /* since the last frame that showed it */
+} servo_target;
+
 /* Internal signals of the last tick, for the scope, the bus and the tests. */
 typedef struct {
   speed_loop_rates rates;
   speed_reference reference;
+  servo_target target; /* in every mode */
   speed_loop_output torque;
 } servo_axis_signals;
 

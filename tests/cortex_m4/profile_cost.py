@@ -18,7 +18,7 @@ import subprocess
 import unicorn
 from unicorn import arm_const as arm
 
-MODES = ["cyclic velocity", "cyclic position", "cyclic torque", "profile velocity", "profile position"]
+MODES = ["cyclic velocity", "cyclic position", "cyclic torque", "profile velocity", "profile position", "tracking"]
 WARM_UP_TICKS = 601  # cost_node's, and the tick before the node is started
 COUNTED_TICKS = 2000
 TICKS_OF_MODE = WARM_UP_TICKS + COUNTED_TICKS

@@ -396,6 +396,7 @@ static uint32_t rows_in_force(parameter_row *rows) {
                                   .protection = {node.axis[0].monitor.limits, node.axis[1].monitor.limits},
                                   .scales = node.scales,
                                   .master = node.master,
+                                  .camera = node.tracking.objects,
                                   .communication = node.canopen.objects,
                                   .bus = canopen_node_settings(&node.canopen)};
   persisted_objects copy = kept;

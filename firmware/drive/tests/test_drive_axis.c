@@ -161,7 +161,8 @@ static void test_every_supported_mode_is_shown_within_a_tick_and_others_leave_th
     const int8_t before = b.o.state.mode_display;
     b.o.state.mode = (int8_t)mode;
     tick(&b);
-    const bool listed = mode == 0 || (mode > 0 && mode <= 32 && ((DRIVE_SUPPORTED_MODES >> (mode - 1)) & 1) != 0);
+    const int bit_of_mode = mode > 0 && mode <= 16 ? mode - 1 : mode < 0 && mode >= -16 ? 15 - mode : 31;
+    const bool listed = mode == 0 || ((DRIVE_SUPPORTED_MODES >> bit_of_mode) & 1) != 0;
     TEST_ASSERT_EQUAL_INT8(listed ? mode : before, b.o.state.mode_display);
   }
 }

@@ -1,0 +1,227 @@
+/* Tracking (mode -1) in the whole node: camera frames in one PDO, both axes follow the target. */
+#include "support/node_bench.h"
+
+#include "support/check.h"
+
+enum { TRACKING = -1, PV = 3, FRAME_ID = 0x500 + NODE_ID };
+enum { FRAME = 0x3070, CAMERA = 0x3071, CAMERA_STATE = 0x3072, TAKEN = 1, MISSED, DROPPED, LAST_DROP, AZIMUTH_STATE };
+enum { NOT_TRACKING, SEARCHING, ACQUIRING, ON_TARGET, COASTING, TARGET_LOST };
+enum { FRAME_MS = 20, AGE_MS = 30, HISTORY = 64 };
+
+#define TURN_RAD 6.283185307179586
+
+/* A target far away, and what the camera saw: angles of both joints at each of the last ms. */
+static struct {
+  double azimuth_rad;
+  double rate_rad_s;
+  double pitch_rad;
+  double seen_azimuth_rad[HISTORY];
+  double seen_pitch_rad[HISTORY];
+  unsigned ms;
+  uint8_t counter;
+  bool shown;
+} world;
+
+static double joint_rad(int axis) { return machine.axis[axis].turns * TURN_RAD; }
+
+/* RPDO4 becomes that of the camera: 3070:1 to :5. */
+static void map_camera(void) {
+  SET(0x1403, 1, 0x80000000u | FRAME_ID);
+  SET(0x1603, 0, 0);
+  SET(0x1603, 1, 0x30700110);
+  SET(0x1603, 2, 0x30700210);
+  SET(0x1603, 3, 0x30700310);
+  SET(0x1603, 4, 0x30700408);
+  SET(0x1603, 5, 0x30700508);
+  SET(0x1603, 0, 5);
+  SET(0x1403, 1, FRAME_ID);
+}
+
+void setUp(void) {
+  memset(&world, 0, sizeof world);
+  world.shown = true;
+  node_bench_start();
+  map_camera();
+  SET(0x6007, 0, 0); /* this master is silent but for its frames */
+  SET(0x6807, 0, 0);
+  nmt(0x01);
+}
+
+void tearDown(void) {}
+
+/* Image errors of the exposure: at small pitch angles those of the joints, times cos(pitch) for the azimuth. */
+static void send_frame(double azimuth_error_rad, double pitch_error_rad, double pitch_rad, bool found) {
+  const int16_t x = (int16_t)lround(1e6 * azimuth_error_rad * cos(pitch_rad));
+  const int16_t y = (int16_t)lround(1e6 * pitch_error_rad);
+  const uint16_t age = AGE_MS * 100;
+  give(FRAME_ID, 8,
+       (const uint8_t[]){(uint8_t)x, (uint8_t)((uint16_t)x >> 8), (uint8_t)y, (uint8_t)((uint16_t)y >> 8), (uint8_t)age,
+                         (uint8_t)(age >> 8), found ? 90 : 0, ++world.counter});
+}
+
+static void follow_for(unsigned duration_ms) {
+  for (unsigned i = 0; i < duration_ms; ++i) {
+    world.seen_azimuth_rad[world.ms % HISTORY] = world.azimuth_rad - joint_rad(0);
+    world.seen_pitch_rad[world.ms % HISTORY] = world.pitch_rad - joint_rad(1);
+    if (world.ms % FRAME_MS == 0 && world.ms >= AGE_MS) {
+      const unsigned then = (world.ms - AGE_MS) % HISTORY;
+      send_frame(world.seen_azimuth_rad[then], world.seen_pitch_rad[then], joint_rad(1), world.shown);
+    }
+    wait_ms(1);
+    world.azimuth_rad += 1e-3 * world.rate_rad_s;
+    world.ms++;
+  }
+}
+
+/* Takes a ms in which the target stands: compare angles first. */
+static unsigned state_of_tracking(void) { return (unsigned)get(CAMERA_STATE, AZIMUTH_STATE) & 0xFF; }
+
+static void test_mode_is_listed_and_frames_move_nothing_in_another_mode(void) {
+  TEST_ASSERT_EQUAL_HEX32(0x00010385, get(0x6502, 0));
+  world.azimuth_rad = 3e-3;
+  enable(0, PV);
+  follow_for(1000);
+  TEST_ASSERT_EQUAL(NOT_TRACKING, state_of_tracking());
+  CHECK_NEAR("rad", 0.0, joint_rad(0), 1e-6);
+  TEST_ASSERT_TRUE(get(CAMERA_STATE, TAKEN) >= 48);
+}
+
+static void test_both_axes_follow_the_target_of_the_frames(void) {
+  world.azimuth_rad = 3e-3;
+  world.pitch_rad = -2e-3;
+  world.rate_rad_s = 0.04;
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  TEST_ASSERT_EQUAL(SEARCHING, state_of_tracking());
+  follow_for(200);
+  TEST_ASSERT_EQUAL(ACQUIRING, state_of_tracking());
+  follow_for(6000);
+  CHECK_NEAR("azimuth, rad", world.azimuth_rad, joint_rad(0), 2e-6);
+  CHECK_NEAR("pitch, rad", world.pitch_rad, joint_rad(1), 2e-6);
+  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+  CHECK_NEAR("60F4, 1e-7 rad", 0.0, (double)(int32_t)get(0x60F4, 0), 30.0);
+  TEST_ASSERT_EQUAL_HEX32(0x1400, get(0x6041, 0) & 0x1400); /* target reached; follows */
+}
+
+/* One estimate for both; the azimuth's own one takes over where the other left. */
+static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
+  world.rate_rad_s = 0.04;
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(5000);
+  TEST_ASSERT_TRUE(node.tracking.together);
+  CHECK_NEAR("together, rad", world.azimuth_rad, joint_rad(0), 2e-6);
+  SET(0x6060 + PITCH, 0, PV);
+  follow_for(200);
+  TEST_ASSERT_FALSE(node.tracking.together);
+  CHECK_NEAR("handed over, rad", world.azimuth_rad, joint_rad(0), 2e-3);
+  follow_for(3000);
+  CHECK_NEAR("alone, rad", world.azimuth_rad, joint_rad(0), 2e-6);
+}
+
+/* Half a second (2011:5) it goes on as estimated, then it stands; the target appears again 30 mrad on. */
+static void test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again(void) {
+  world.rate_rad_s = 0.02;
+  enable(0, TRACKING);
+  follow_for(5000);
+  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+  world.shown = false;
+  follow_for(300);
+  CHECK_NEAR("coasts, rad", world.azimuth_rad, joint_rad(0), 25e-6); /* 20 of the last read */
+  TEST_ASSERT_EQUAL(COASTING, state_of_tracking());
+  follow_for(700);
+  TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+  CHECK_NEAR("stands, rad/s", 0.0, machine.axis[0].rate_rad_s, 1e-4);
+  world.shown = true;
+  follow_for(4000);
+  CHECK_NEAR("again, rad", world.azimuth_rad, joint_rad(0), 2e-6);
+  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+}
+
+/* A target that jumps asks for 0.6 rad/s at once: the rate changes by 6083 at most. */
+static void test_the_rate_changes_by_the_profile_acceleration_at_most(void) {
+  SET(0x6083, 0, 500000);
+  enable(0, TRACKING);
+  follow_for(1000);
+  world.azimuth_rad += 30e-3;
+  const speed_reference *reference = &node.board.app.axis[0].signals.reference;
+  double before_rad_s = (double)reference->rate_rad_s;
+  double steepest_rad_s2 = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    follow_for(1);
+    steepest_rad_s2 = fmax(steepest_rad_s2, fabs((double)reference->rate_rad_s - before_rad_s) / 1e-3);
+    before_rad_s = (double)reference->rate_rad_s;
+  }
+  CHECK_NEAR("rad/s^2", 0.5, steepest_rad_s2, 1e-3);
+}
+
+static void test_a_target_beyond_the_travel_is_followed_to_its_end(void) {
+  SET(0x607D, 1, (uint32_t)-2000000);
+  SET(0x607D, 2, 100000); /* 10 mrad */
+  world.rate_rad_s = 0.02;
+  enable(0, TRACKING);
+  follow_for(1400);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  CHECK_AT_MOST("rad", 10.2e-3, joint_rad(0));
+  CHECK_NEAR("at the end, rad", 10e-3, joint_rad(0), 0.3e-3);
+  world.rate_rad_s = -0.05;
+  follow_for(3000);
+  CHECK_NEAR("back, rad", world.azimuth_rad, joint_rad(0), 20e-6);
+}
+
+static void test_leaving_the_mode_stops_along_the_ramp(void) {
+  world.rate_rad_s = 0.05;
+  enable(0, TRACKING);
+  follow_for(4000);
+  SET(0x60FF, 0, 0);
+  SET(0x6060, 0, PV);
+  follow_for(20);
+  CHECK_AT_MOST("1 rad/s^2, rad/s", 0.045, machine.axis[0].rate_rad_s);
+  CHECK_AT_MOST("no step, rad/s", machine.axis[0].rate_rad_s, 0.02);
+  follow_for(500);
+  CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 1e-4);
+  TEST_ASSERT_EQUAL(NOT_TRACKING, state_of_tracking());
+}
+
+static void test_bad_frames_are_counted_and_do_nothing(void) {
+  enable(0, TRACKING);
+  follow_for(500);
+  const uint32_t taken = get(CAMERA_STATE, TAKEN);
+  give(FRAME_ID, 8, (const uint8_t[]){0xFF, 0x7F, 0, 0, 0, 0, 90, world.counter}); /* again */
+  wait_ms(1);
+  TEST_ASSERT_EQUAL(1, get(CAMERA_STATE, LAST_DROP) & 0xFF);
+  give(FRAME_ID, 8, (const uint8_t[]){0xFF, 0x7F, 0, 0, 0xFF, 0xFF, 90, (uint8_t)(world.counter + 1)}); /* 655 ms old */
+  wait_ms(1);
+  TEST_ASSERT_EQUAL(2, get(CAMERA_STATE, LAST_DROP) & 0xFF);
+  give(FRAME_ID, 8, (const uint8_t[]){0xFF, 0x7F, 0, 0, 0, 0, 101, (uint8_t)(world.counter + 1)}); /* quality */
+  wait_ms(1);
+  TEST_ASSERT_EQUAL(4, get(CAMERA_STATE, LAST_DROP) & 0xFF);
+  TEST_ASSERT_EQUAL(3, get(CAMERA_STATE, DROPPED));
+  TEST_ASSERT_EQUAL(taken, get(CAMERA_STATE, TAKEN));
+  CHECK_NEAR("rad", 0.0, joint_rad(0), 2e-6);
+}
+
+static void test_settings_of_the_camera_are_kept_in_range_and_stored(void) {
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, set_float(CAMERA, 1, 2e-3f));
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, set(CAMERA, 5, 2));
+  SET_FLOAT(CAMERA, 1, 2e-6f);
+  SET_FLOAT(CAMERA, 2, 0.1f);
+  SET(0x1011, 1, 0x64616F6C);
+  nmt(0x81);
+  wait_ms(300);
+  CHECK_NEAR("rad", 1e-6, get_float(CAMERA, 1), 1e-12);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_mode_is_listed_and_frames_move_nothing_in_another_mode);
+  RUN_TEST(test_both_axes_follow_the_target_of_the_frames);
+  RUN_TEST(test_an_axis_goes_on_alone_when_the_other_one_leaves);
+  RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
+  RUN_TEST(test_the_rate_changes_by_the_profile_acceleration_at_most);
+  RUN_TEST(test_a_target_beyond_the_travel_is_followed_to_its_end);
+  RUN_TEST(test_leaving_the_mode_stops_along_the_ramp);
+  RUN_TEST(test_bad_frames_are_counted_and_do_nothing);
+  RUN_TEST(test_settings_of_the_camera_are_kept_in_range_and_stored);
+  return UNITY_END();
+}

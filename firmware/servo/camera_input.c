@@ -1,0 +1,66 @@
+#include "servo/camera_input.h"
+
+#include "base/scalar.h"
+
+enum { HALF_COUNTERS = 128, FUTURE = 0x8000, ROUNDING = CAMERA_TIMES_PER_TICK / 2 };
+
+control_status camera_input_check(const camera_input_params *params) {
+  const scalar_range ranges[] = {
+      {params->scale_rad, 1e-9f, 1e-3f},
+      {(float)params->min_quality, 1.0f, (float)CAMERA_BEST_QUALITY},
+  };
+  if ((unsigned)params->time > (unsigned)CAMERA_NODE_CLOCK) {
+    return CONTROL_OUT_OF_RANGE;
+  }
+  const control_status status = scalar_check_ranges(ranges, 2);
+  return status != CONTROL_OK ? status : camera_mounting_check(&params->mounting);
+}
+
+void camera_input_reset(camera_input *input) { *input = (camera_input){0}; }
+
+static pointing_frame drop(camera_input *input, camera_drop why) {
+  input->dropped++;
+  input->last_drop = why;
+  return (pointing_frame){0};
+}
+
+/* Counts what was skipped. Returns whether the message is newer than all before it. */
+static bool is_newer(camera_input *input, uint8_t counter) {
+  const uint8_t ahead = (uint8_t)(counter - input->last_counter);
+  const bool newer = !input->heard || (ahead != 0 && ahead < HALF_COUNTERS);
+  if (newer) {
+    input->missed += input->heard ? (uint32_t)ahead - 1u : 0u;
+  } else if (++input->in_a_row < CAMERA_RESTART) {
+    return false;
+  }
+  input->in_a_row = 0;
+  input->heard = true;
+  input->last_counter = counter;
+  return true;
+}
+
+pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
+                                 uint16_t now) {
+  const uint16_t age = params->time == CAMERA_AGE ? message->time : (uint16_t)(now - message->time);
+  if (message->quality > CAMERA_BEST_QUALITY) {
+    return drop(input, CAMERA_BAD_QUALITY);
+  }
+  if (params->time == CAMERA_NODE_CLOCK && age >= FUTURE) {
+    return drop(input, CAMERA_IN_FUTURE);
+  }
+  const int age_ticks = (age + ROUNDING) / CAMERA_TIMES_PER_TICK;
+  if (age_ticks > CAMERA_LONGEST_AGE_TICKS) {
+    return drop(input, CAMERA_TOO_OLD);
+  }
+  if (!is_newer(input, message->counter)) {
+    return drop(input, CAMERA_NOT_NEWER);
+  }
+  input->taken++;
+  const camera_alignment alignment = camera_align(&params->mounting);
+  const image_vector measured = {.x = (float)message->x * params->scale_rad,
+                                 .y = (float)message->y * params->scale_rad};
+  return (pointing_frame){.fresh = true,
+                          .valid = message->quality >= params->min_quality,
+                          .age_ticks = age_ticks,
+                          .error = camera_error(&alignment, measured)};
+}

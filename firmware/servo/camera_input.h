@@ -1,0 +1,78 @@
+/* Frames of an image processor, as they arrive over the bus: which of them count, and how old they are.
+ *
+ *     message (counts, time, quality, counter) -> counter, quality, time -> scale, sensor roll, boresight -> frame
+ *
+ * A frame counts once, and only if it is newer than the last one. The counter (0 .. 255, one more with each frame)
+ * decides: 1 .. 127 ahead is newer, anything else was sent before or twice. CAMERA_RESTART messages in a row that are
+ * not newer are those of a sender that has begun anew: the last of them counts. So of two senders at once only one gets
+ * through.
+ *
+ * The time is that of the exposure, in 10 us: its age when the message arrives, or the node's clock (1013) at exposure,
+ * modulo 2^16. A frame older than CAMERA_LONGEST_AGE_TICKS, or exposed later than now, does not count. Cost: about 200
+ * instructions in a tick in which a message has arrived. */
+#ifndef TRACKSERVO_SERVO_CAMERA_INPUT_H
+#define TRACKSERVO_SERVO_CAMERA_INPUT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "control/line_of_sight.h"
+#include "control/pointing_tracker.h"
+
+enum {
+  CAMERA_LONGEST_AGE_TICKS = TARGET_TRACKER_HISTORY - 1,
+  CAMERA_TIMES_PER_TICK = 100, /* of 10 us */
+  CAMERA_BEST_QUALITY = 100,
+  CAMERA_RESTART = 8, /* messages */
+  CAMERA_NO_TARGET = 0
+};
+
+/* Meaning of `time` in a message. */
+typedef enum { CAMERA_AGE = 0, CAMERA_NODE_CLOCK = 1 } camera_time;
+
+/* Why the last message that did not count was dropped. */
+typedef enum {
+  CAMERA_NOT_DROPPED = 0,
+  CAMERA_NOT_NEWER = 1,  /* repeated, out of order, or of a second sender */
+  CAMERA_TOO_OLD = 2,    /* its exposure is not in the history of the line of sight */
+  CAMERA_IN_FUTURE = 3,  /* exposed after now */
+  CAMERA_BAD_QUALITY = 4 /* above CAMERA_BEST_QUALITY */
+} camera_drop;
+
+typedef struct {
+  float scale_rad; /* image error of one count, 1e-9 .. 1e-3 */
+  camera_mounting mounting;
+  uint8_t time;        /* camera_time */
+  uint8_t min_quality; /* a target of less counts as not found, 1 .. CAMERA_BEST_QUALITY */
+} camera_input_params;
+
+typedef struct {
+  int16_t x; /* target minus line of sight along the sensor's rows, in counts */
+  int16_t y; /* along its columns, upwards */
+  uint16_t time;
+  uint8_t quality; /* CAMERA_NO_TARGET: not found; up to CAMERA_BEST_QUALITY */
+  uint8_t counter;
+} camera_message;
+
+typedef struct {
+  bool heard;           /* a message has counted */
+  uint8_t last_counter; /* of the newest message that counted */
+  uint8_t in_a_row;     /* messages in a row that are not newer */
+  uint32_t taken;       /* messages that counted */
+  uint32_t missed;      /* skipped counters */
+  uint32_t dropped;     /* messages that did not count */
+  camera_drop last_drop;
+} camera_input;
+
+/* CONTROL_OK, or why these parameters are refused. */
+control_status camera_input_check(const camera_input_params *params);
+
+/* Nothing has been heard. */
+void camera_input_reset(camera_input *input);
+
+/* A message that has arrived by the tick that begins at `now` (s times 1e5, modulo 2^16). The result is fresh if it
+ * counts. */
+pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
+                                 uint16_t now);
+
+#endif

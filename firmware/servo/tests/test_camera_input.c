@@ -1,0 +1,136 @@
+/* Camera frames from the bus: which count, how old they are, and what they mean. */
+#include "servo/camera_input.h"
+
+#include "support/check.h"
+#include "unity.h"
+
+static camera_input input;
+static camera_input_params params;
+
+void setUp(void) {
+  camera_input_reset(&input);
+  params = (camera_input_params){.scale_rad = 1e-6f, .min_quality = 1};
+}
+
+void tearDown(void) {}
+
+static pointing_frame give(camera_message message, uint16_t now) {
+  return camera_input_take(&input, &params, &message, now);
+}
+
+static pointing_frame give_counter(uint8_t counter) {
+  return give((camera_message){.time = 3000, .quality = 100, .counter = counter}, 0);
+}
+
+static void test_a_frame_has_age_and_errors_in_rad(void) {
+  const pointing_frame frame =
+      give((camera_message){.x = -3000, .y = 32767, .time = 3049, .quality = 1, .counter = 7}, 12345);
+  TEST_ASSERT_TRUE(frame.fresh && frame.valid);
+  TEST_ASSERT_EQUAL(30, frame.age_ticks);
+  CHECK_NEAR("x, rad", -3e-3, frame.error.x, 1e-9);
+  CHECK_NEAR("y, rad", 32.767e-3, frame.error.y, 1e-8);
+  TEST_ASSERT_EQUAL(1, input.taken);
+}
+
+/* Sensor turned by a quarter: what it sees to its right is up. Then the boresight is taken off. */
+static void test_roll_and_boresight_are_those_of_the_camera(void) {
+  params.mounting = (camera_mounting){.roll_rad = 1.5707963f, .boresight = {.x = 1e-4f, .y = 2e-4f}};
+  const pointing_frame frame = give((camera_message){.x = 1000, .quality = 100, .counter = 1}, 0);
+  CHECK_NEAR("x, rad", -1e-4, frame.error.x, 1e-9);
+  CHECK_NEAR("y, rad", 1e-3 - 2e-4, frame.error.y, 1e-9);
+}
+
+static void test_exposure_in_the_nodes_clock_also_across_its_end(void) {
+  params.time = CAMERA_NODE_CLOCK;
+  TEST_ASSERT_EQUAL(20, give((camera_message){.time = 64536, .quality = 9, .counter = 1}, 1000).age_ticks);
+  TEST_ASSERT_EQUAL(0, give((camera_message){.time = 500, .quality = 9, .counter = 2}, 500).age_ticks);
+  TEST_ASSERT_FALSE(give((camera_message){.time = 501, .quality = 9, .counter = 3}, 500).fresh);
+  TEST_ASSERT_EQUAL(CAMERA_IN_FUTURE, input.last_drop);
+}
+
+static void test_a_frame_older_than_the_history_does_not_count(void) {
+  TEST_ASSERT_EQUAL(127, give((camera_message){.time = 12749, .quality = 9, .counter = 1}, 0).age_ticks);
+  TEST_ASSERT_FALSE(give((camera_message){.time = 12750, .quality = 9, .counter = 2}, 0).fresh);
+  TEST_ASSERT_EQUAL(CAMERA_TOO_OLD, input.last_drop);
+  TEST_ASSERT_FALSE(give((camera_message){.time = 65535, .quality = 9, .counter = 2}, 0).fresh);
+  TEST_ASSERT_EQUAL(2, input.dropped);
+}
+
+static void test_quality_decides_whether_there_is_a_target(void) {
+  static const struct {
+    uint8_t quality, least;
+    bool fresh, valid;
+  } cases[] = {{0, 1, true, false},  {1, 1, true, true},     {49, 50, true, false},
+               {50, 50, true, true}, {100, 100, true, true}, {101, 1, false, false}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    params.min_quality = cases[i].least;
+    const pointing_frame frame = give((camera_message){.quality = cases[i].quality, .counter = (uint8_t)(i + 1)}, 0);
+    TEST_ASSERT_EQUAL(cases[i].fresh, frame.fresh);
+    TEST_ASSERT_EQUAL(cases[i].valid, frame.valid);
+  }
+  TEST_ASSERT_EQUAL(CAMERA_BAD_QUALITY, input.last_drop);
+}
+
+static void test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted(void) {
+  static const struct {
+    uint8_t counter;
+    bool counts;
+    unsigned missed;
+  } cases[] = {{200, true, 0},  {200, false, 0}, {201, true, 0},   {199, false, 0},  {205, true, 3},
+               {255, true, 52}, {0, true, 52},   {127, true, 178}, {255, false, 178}};
+  for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
+    TEST_ASSERT_EQUAL(cases[i].counts, give_counter(cases[i].counter).fresh);
+    TEST_ASSERT_EQUAL(cases[i].missed, input.missed);
+  }
+  TEST_ASSERT_EQUAL(CAMERA_NOT_NEWER, input.last_drop);
+}
+
+static void test_a_sender_that_began_anew_is_heard_after_eight_frames(void) {
+  TEST_ASSERT_TRUE(give_counter(100).fresh);
+  for (uint8_t i = 0; i < 7; ++i) {
+    TEST_ASSERT_FALSE(give_counter(i).fresh);
+  }
+  TEST_ASSERT_TRUE(give_counter(7).fresh);
+  TEST_ASSERT_TRUE(give_counter(8).fresh);
+  TEST_ASSERT_EQUAL(7, input.dropped);
+  TEST_ASSERT_EQUAL(0, input.missed);
+}
+
+/* 60 counters apart, in turn: the one ahead is heard, the other never. */
+static void test_of_two_senders_one_is_heard(void) {
+  for (uint8_t i = 0; i < 200; ++i) {
+    TEST_ASSERT_TRUE(give_counter((uint8_t)(60 + i)).fresh);
+    TEST_ASSERT_FALSE(give_counter(i).fresh);
+  }
+  TEST_ASSERT_EQUAL(200, input.dropped);
+}
+
+static void test_parameters_out_of_range_are_refused(void) {
+  TEST_ASSERT_EQUAL(CONTROL_OK, camera_input_check(&params));
+  const camera_input_params good = params;
+  params.scale_rad = 2e-3f;
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
+  params = good;
+  params.time = 2;
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
+  params = good;
+  params.min_quality = 0;
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
+  params = good;
+  params.mounting.boresight.y = 0.6f;
+  TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_frame_has_age_and_errors_in_rad);
+  RUN_TEST(test_roll_and_boresight_are_those_of_the_camera);
+  RUN_TEST(test_exposure_in_the_nodes_clock_also_across_its_end);
+  RUN_TEST(test_a_frame_older_than_the_history_does_not_count);
+  RUN_TEST(test_quality_decides_whether_there_is_a_target);
+  RUN_TEST(test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted);
+  RUN_TEST(test_a_sender_that_began_anew_is_heard_after_eight_frames);
+  RUN_TEST(test_of_two_senders_one_is_heard);
+  RUN_TEST(test_parameters_out_of_range_are_refused);
+  return UNITY_END();
+}
