@@ -136,6 +136,15 @@ static loop_verdict refuse(axis_tuning *tuning, parameter_refusal refusal) {
   return LOOP_REFUSED;
 }
 
+/* Those in force have been judged, with the motor of that time. So its current limit may be lowered for a first
+ * power-up without a change of the friction model. */
+static bool feedforward_changes(const axis_tuning *tuning) {
+  const axis_parameters *next = &tuning->staged;
+  const axis_parameters *now = &tuning->active;
+  return memcmp(&next->friction, &now->friction, sizeof next->friction) != 0 ||
+         next->speed_loop.acceleration_inertia_kg_m2 != now->speed_loop.acceleration_inertia_kg_m2;
+}
+
 loop_verdict axis_tuning_judge(axis_tuning *tuning) {
   const uint32_t crc = axis_parameters_crc(&tuning->staged);
   if (!tuning->judging || tuning->judged_crc != crc) {
@@ -143,7 +152,7 @@ loop_verdict axis_tuning_judge(axis_tuning *tuning) {
       return LOOP_STABLE;
     }
     const parameter_refusal feedforward = feedforward_check(&tuning->staged);
-    if (feedforward.status != CONTROL_OK) {
+    if (feedforward.status != CONTROL_OK && feedforward_changes(tuning)) {
       return refuse(tuning, feedforward);
     }
   }

@@ -110,7 +110,7 @@ def test_1200_names_the_default_channel(master):
 
 
 @pytest.mark.parametrize("shift", [0, 0x800], ids=["azimuth", "pitch"])
-@pytest.mark.parametrize("index, value", [(0x6502, 0x385), (0x60A8, 0xF9100000), (0x60A9, 0xFA100300)], ids=["6502", "60A8", "60A9"])
+@pytest.mark.parametrize("index, value", [(0x6502, 0x10385), (0x60A8, 0xF9100000), (0x60A9, 0xFA100300)], ids=["6502", "60A8", "60A9"])
 def test_constant_object_of_a_drive(master, shift, index, value):
     assert master.number(index + shift) == value
 

@@ -133,7 +133,7 @@ def test_refused_values_change_nothing(azimuth):
     (0x6060, 0, b"\x04", 0x06090030),
     (0x605A, 0, b"\x03\x00", 0x06090030),
     (0x6060, 0, b"\x0b", 0x06090031),
-    (0x6060, 0, b"\xff", 0x06090032),
+    (0x6060, 0, b"\xfe", 0x06090032),
 ])
 def test_wrong_access_gets_the_standards_abort_code(azimuth, index, sub, data, code):
     before = parameters(azimuth)

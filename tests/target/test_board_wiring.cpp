@@ -26,7 +26,7 @@ namespace {
 using Write = target::Bus::Write;
 using Bend = target::Bus::Bend;
 
-constexpr int kBoot_ms = 330;
+constexpr int kBoot_ms = 370;
 constexpr int kCyclicVelocity = 9;
 constexpr std::int32_t kSpeed_urad_s = 17453;
 

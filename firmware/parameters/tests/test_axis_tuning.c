@@ -239,6 +239,18 @@ static void test_a_feedforward_beyond_the_plant_is_refused_at_once_with_its_rang
   TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
 }
 
+/* A first power-up: 1 A of 16 A. The seal takes more than half of what is left; its feedforward stays. */
+static void test_a_lower_current_limit_keeps_the_feedforward_in_force(void) {
+  tuning.staged.friction.model = tuning.active.friction.model = (uint32_t)FRICTION_LUGRE;
+  tuning.staged.friction.positive.coulomb_nm = tuning.active.friction.positive.coulomb_nm = 7.0f;
+  tuning.staged.friction.positive.breakaway_nm = tuning.active.friction.positive.breakaway_nm = 9.0f;
+  tuning.staged.motor.current_limit_a = 1.0f;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  tuning.staged.friction.positive.coulomb_nm = 8.0f;
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning));
+  TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2030, 7), tuning.refusal.object);
+}
+
 static void test_the_check_starts_again_when_the_staged_set_changes(void) {
   tuning.staged.speed_loop.proportional_nm_s_rad = 20000.0f;
   TEST_ASSERT_EQUAL(LOOP_RUNNING, axis_tuning_judge(&tuning));
@@ -300,6 +312,7 @@ int main(void) {
   RUN_TEST(test_each_value_that_decides_is_named_by_its_object);
   RUN_TEST(test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_set);
   RUN_TEST(test_a_feedforward_beyond_the_plant_is_refused_at_once_with_its_range);
+  RUN_TEST(test_a_lower_current_limit_keeps_the_feedforward_in_force);
   RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
   RUN_TEST(test_a_set_that_cannot_be_built_is_left_to_apply);
   RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);

@@ -132,7 +132,7 @@ std::string goal_text(const PassResult& result) {
   }
 }
 
-nlohmann::ordered_json number(double value) {
+nlohmann::ordered_json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }
 
@@ -244,10 +244,10 @@ void write_passes(const PassesSetup& setup, const std::vector<PassResult>& resul
     for (std::size_t i = 0; i < result.runs.size(); ++i) {
       const PassRun& run = result.runs[i];
       pass["runs"].push_back({{"seed", setup.seeds[i]},
-                              {"cross_elevation_sigma_urad", number(1e6 * run.sigma_rad[kAzimuth])},
-                              {"elevation_sigma_urad", number(1e6 * run.sigma_rad[kPitch])},
-                              {"angle_rms_urad", number(1e6 * run.rms_rad)},
-                              {"lost_s", number(run.lost_s)}});
+                              {"cross_elevation_sigma_urad", finite_or_null(1e6 * run.sigma_rad[kAzimuth])},
+                              {"elevation_sigma_urad", finite_or_null(1e6 * run.sigma_rad[kPitch])},
+                              {"angle_rms_urad", finite_or_null(1e6 * run.rms_rad)},
+                              {"lost_s", finite_or_null(run.lost_s)}});
     }
     json["passes"].push_back(pass);
   }

@@ -42,7 +42,7 @@ NEXT_COMMAND: dict[str, int] = {
 }
 """The controlword that leads one state further towards operation enabled."""
 
-MODES: dict[int, str] = {0: "none", 1: "pp", 3: "pv", 8: "csp", 9: "csv", 10: "cst"}
+MODES: dict[int, str] = {-1: "tracking", 0: "none", 1: "pp", 3: "pv", 8: "csp", 9: "csv", 10: "cst"}
 """Modes of operation (6060, 6061) by number."""
 
 NO_MODE = 0
