@@ -497,7 +497,7 @@ static tracking_limits tracking_within(const drive_motion *motion, const profile
       .jerk_rad_s3 = limits->jerk_rad_s3};
 }
 
-/* At an end of the travel, with a target beyond it or none that is known to be inside. */
+/* At or beyond an end of the travel, while the target does not lead back inside. */
 static bool is_held_at_end(const drive_motion *motion, const drive_feedback *feedback) {
   const float side = drive_travel_side(&motion->bounds.travel, feedback->position);
   return side != 0.0f && side * feedback->target->rate_rad_s >= 0.0f;

@@ -31,9 +31,8 @@ enum { BRAKING_TICKS = 5 };
 #define REST_RAD_S 0.005f  /* the same for an axis that is braked, */
 enum { REST_TICKS = 100 }; /* for this time */
 
-#define OUTSIDE_RAD_S                                                                            \
-  0.03f /* at the end of the travel, a jerk of the axis as its brake opens is no motion outwards \
-         */
+/* Slower than this nothing is too fast: when a brake opens at the end of the travel, the axis jerks by less. */
+#define OUTSIDE_RAD_S 0.03f
 
 #define FAR_RAD 1e9f
 #define FASTER_THAN_ALL_RAD_S 1e9f

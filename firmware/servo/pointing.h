@@ -18,7 +18,7 @@
  *     const pointing_output out = pointing_step(&pointing, &frame, &motion, SERVO_TICK_S);
  *     pointing_command_axes(&out, &board->command);
  *
- * Step it in every tick, also before it commands: a frame that was exposed before the reset counts as not valid. */
+ * Step it in every tick from the reset on: a frame that was exposed before the reset counts as not valid. */
 #ifndef TRACKSERVO_SERVO_POINTING_H
 #define TRACKSERVO_SERVO_POINTING_H
 
