@@ -139,10 +139,17 @@ static loop_verdict refuse(axis_tuning *tuning, parameter_refusal refusal) {
 /* Those in force have been judged, with the motor of that time. So its current limit may be lowered for a first
  * power-up without a change of the friction model. */
 static bool feedforward_changes(const axis_tuning *tuning) {
+  const uint16_t friction_feedforward = 0x2030;
   const axis_parameters *next = &tuning->staged;
   const axis_parameters *now = &tuning->active;
-  return memcmp(&next->friction, &now->friction, sizeof next->friction) != 0 ||
-         next->speed_loop.acceleration_inertia_kg_m2 != now->speed_loop.acceleration_inertia_kg_m2;
+  bool changes = next->speed_loop.acceleration_inertia_kg_m2 != now->speed_loop.acceleration_inertia_kg_m2;
+  for (uint32_t i = 0; i < axis_parameters_table.count; ++i) {
+    const od_entry *entry = &axis_parameters_table.entries[i];
+    if (entry->index == friction_feedforward && axis_parameters_has(entry)) {
+      changes = changes || axis_parameters_value(next, entry) != axis_parameters_value(now, entry);
+    }
+  }
+  return changes;
 }
 
 loop_verdict axis_tuning_judge(axis_tuning *tuning) {

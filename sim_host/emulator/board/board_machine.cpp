@@ -124,7 +124,9 @@ void BoardMachine::step(Instant at) {
   }
   bus_.advance(seconds_of(kPwmPeriod));
   can_.pump(chip_.timeline.now());
-  step_in_tick_ = (step_in_tick_ + 1) % sim::kPwmPerTick;
+  const bool ticks = chip_.tim6.is_running();
+  step_in_tick_ = ticks && !ticked_ ? 0 : (step_in_tick_ + 1) % sim::kPwmPerTick;
+  ticked_ = ticks;
   if (step_in_tick_ == gyro_phase_) {
     for (std::size_t i = 0; i < sim::kAxes; ++i) {
       const sim::Gyro::Reading reading = tracker_.read_gyro(static_cast<int>(i));

@@ -26,7 +26,7 @@ class BoardMachine {
   struct Options {
     std::uint64_t seed = 1;
     std::array<double, sim::kAxes> joint_angle_rad{};
-    // PWM periods after a tick of the plant at which the gyros sample their rate; 0.39 ms later it has arrived.
+    // PWM periods after the control task's tick at which the gyros sample their rate; 0.39 ms later it has arrived.
     int gyro_phase = 11;
     bool holding_brakes = false;  // of the plant file, if it has some
   };
@@ -43,7 +43,7 @@ class BoardMachine {
   FibreGyro& gyro(int axis) { return gyro_[static_cast<std::size_t>(axis)]; }
   sim::TruthState truth() const { return tracker_.truth(); }
 
-  // After each whole tick of the plant.
+  // Once per ms: 22 us before the tick of the control task, from the first one on.
   void on_tick(std::function<void()> listener) { tick_listener_ = std::move(listener); }
 
   // Current that flows through the sensor and not through the motor: a short behind it.
@@ -109,7 +109,8 @@ class BoardMachine {
   int gyro_phase_;
   Timeline::Alarm late_step_;
   Instant stepped_at_ = 0;
-  int step_in_tick_ = 0;
+  int step_in_tick_ = 0;  // PWM periods since the last tick of the control task, which TIM6 requests in period 0
+  bool ticked_ = false;
   std::array<bool, sim::kAxes> driver_fault_{};
   struct Sto {
     bool terminal = true;
