@@ -227,6 +227,7 @@ struct ServeCommand {
   std::filesystem::path plant;
   sim::ServeOptions options;
   std::string speed = "realtime";
+  std::filesystem::path target;
 };
 
 // Simulated time per real time; none for "max".
@@ -253,12 +254,35 @@ CLI::Validator speed() {
           "realtime, max or TIMES"};
 }
 
+void refuse_without_target(const sim::ScenarioConfig& scenario) {
+  if (scenario.kind != sim::ScenarioKind::kTracking) {
+    throw scenario.lines.error("kind", "has no target", "give a scenario with kind = \"tracking\" to --target");
+  }
+}
+
+void print_start(const sim::TargetOptions& target) {
+  const sim::LineOfSight start = sim::FlyBy(target.scenario->fly_by).at(0.0);
+  fmt::print("target: waits at azimuth {:.3f} deg, pitch {:.3f} deg; camera frames have the identifier {:03X}\n",
+             start.angle_rad[sim::kAzimuth] * sim::kDegPerRad, start.angle_rad[sim::kPitch] * sim::kDegPerRad,
+             target.camera_cob_id);
+  (void)std::fflush(stdout);
+}
+
 void serve(const ServeCommand& command) {
   sim::ServeOptions options = command.options;
+  sim::ServeReports reports = sim::reports_on_stdout();
   options.pace = pace_of(command.speed);
   const sim::PlantConfig plant = sim::load_plant(command.plant);
   sim::warn(sim::margin_warnings(plant, sim::design_controller(plant, sim::controller_spec("pi_vob_ftc"), {})));
-  sim::serve(plant, options, sim::reports_on_stdout());
+  if (!command.target.empty()) {
+    options.target.scenario = sim::load_scenario(command.target);
+    refuse_without_target(*options.target.scenario);
+    reports.open = [open = reports.open, target = options.target](const std::vector<std::string>& addresses) {
+      open(addresses);
+      print_start(target);
+    };
+  }
+  sim::serve(plant, options, reports);
 }
 
 void bench(const std::filesystem::path& data_dir) {
@@ -328,6 +352,26 @@ void add_bench(CLI::App& app) {
   command->callback([data_dir] { bench(*data_dir); });
 }
 
+void add_target(CLI::App& command, ServeCommand& serving) {
+  CLI::Option *target =
+      command
+          .add_option("--target", serving.target,
+                      "scenario file with kind = \"tracking\": its target waits at its start until an axis follows it, "
+                      "and its camera sends frames onto the bus")
+          ->check(CLI::ExistingFile);
+  command
+      .add_option("--camera-id", serving.options.target.camera_cob_id,
+                  "with --target: identifier of the camera's frames; counts up from node to node")
+      ->check(CLI::Range(0x181, 0x57F))
+      ->default_str("0x541")
+      ->needs(target);
+  command
+      .add_option("--truth", serving.options.target.truth_csv,
+                  "with --target: file for the true error of the line of sight (CSV), a row per ms of the flight")
+      ->check(CLI::Validator([](const std::string& file) { return sim::output_file_problem(file); }, "FILE"))
+      ->needs(target);
+}
+
 void add_serve(CLI::App& app) {
   auto serving = std::make_shared<ServeCommand>();
   serving->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
@@ -364,6 +408,7 @@ void add_serve(CLI::App& app) {
   command->add_option("--speed", serving->speed, "speed of simulated time: realtime, max, or a multiple of real time")
       ->check(speed())
       ->capture_default_str();
+  add_target(*command, *serving);
   command->add_flag("--until-stdin-ends", serving->options.until_stdin_ends, sim::kUntilStdinEndsHelp);
   command->callback([serving] { serve(*serving); });
 }

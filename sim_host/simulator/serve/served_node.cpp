@@ -72,6 +72,11 @@ void ServedNode::take_health(CanHealth health) {
   }
 }
 
+std::array<std::uint8_t, kAxes> ServedNode::tracking() const {
+  const camera_objects& objects = node_->tracking.objects;
+  return {objects.azimuth_tracking, objects.pitch_tracking};
+}
+
 bool ServedNode::send(void *context, const can_frame *frame) {
   const auto *self = static_cast<const ServedNode *>(context);
   return self->bus_.send(self->port_, *frame);

@@ -39,6 +39,9 @@ class ServedNode : public ServedDevice {
   // An interface that was down counts as a bus-off.
   void take_health(CanHealth health) override;
 
+  // How far tracking has got in each axis, as 3072:5 and :6.
+  std::array<std::uint8_t, kAxes> tracking() const;
+
   const Machine& machine() const { return machine_; }
   Machine& machine() { return machine_; }
 

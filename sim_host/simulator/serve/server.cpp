@@ -180,12 +180,19 @@ class ServedNodes : public ServedDevice {
                                 options.serial_number + static_cast<std::uint32_t>(i)};
       nodes_.push_back(std::make_unique<ServedNode>(plant, on_bus, options.seed + static_cast<std::uint64_t>(i), bus,
                                                     *flashes_.back(), kServedStart_rad, true));
+      if (options.target.scenario) {
+        targets_.push_back(std::make_unique<ServedTarget>(target_of(options.target, i),
+                                                          options.seed + static_cast<std::uint64_t>(i), bus));
+      }
     }
   }
 
   void tick() override {
-    for (const auto& node : nodes_) {
-      node->tick();
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      nodes_[i]->tick();
+      if (!targets_.empty()) {
+        targets_[i]->tick(nodes_[i]->machine().truth(), nodes_[i]->tracking());
+      }
     }
   }
   void process() override {
@@ -200,12 +207,19 @@ class ServedNodes : public ServedDevice {
   }
 
  private:
-  static std::filesystem::path file_of(const std::filesystem::path& flash, int node) {
-    return node == 0 ? flash : std::filesystem::path(fmt::format("{}.{}", flash.string(), node + 1));
+  static std::filesystem::path file_of(const std::filesystem::path& file, int node) {
+    return node == 0 || file.empty() ? file : std::filesystem::path(fmt::format("{}.{}", file.string(), node + 1));
+  }
+
+  static TargetOptions target_of(TargetOptions options, int node) {
+    options.camera_cob_id += static_cast<std::uint32_t>(node);
+    options.truth_csv = file_of(options.truth_csv, node);
+    return options;
   }
 
   std::vector<std::unique_ptr<FlashMemory>> flashes_;
   std::vector<std::unique_ptr<ServedNode>> nodes_;
+  std::vector<std::unique_ptr<ServedTarget>> targets_;  // one per node, or none at all
 };
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "bus/socketcan.hpp"
 #include "bus/virtual_bus.hpp"
 #include "config/plant_config.hpp"
+#include "serve/served_target.hpp"
 
 namespace trackservo::sim {
 
@@ -40,6 +41,7 @@ struct ServeOptions {
   // After a stall of the host, at most this many ticks are made up for at once; the rest is dropped, and simulated time
   // is late.
   int catch_up_ticks = 20;
+  TargetOptions target;
   bool until_stdin_ends = false;  // end with standard input too: for a parent process that may be killed
 };
 

@@ -1,0 +1,136 @@
+#include "serve/served_target.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+extern "C" {
+#include "drive/drive_axis.h"
+}
+
+namespace trackservo::sim {
+namespace {
+
+constexpr double kTolerance_s = 1e-9;  // sums of ticks do not match times exactly
+constexpr double kUrad = 1e-6;
+
+// The camera model and the image processor's end of the bus.
+class CameraOnBus : public SceneObserver {
+ public:
+  CameraOnBus(const CameraConfig& config, std::uint64_t seed, VirtualBus& bus, std::uint32_t cob_id)
+      : mounting_(config.mounting),
+        camera_(config, seed),
+        sender_(cob_id),
+        bus_(bus),
+        port_(bus.attach([](const can_frame&) {})) {}
+  ~CameraOnBus() override { bus_.detach(port_); }
+
+  void observe(const Scene& scene) override {
+    constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
+    camera_.expose(scene.time_s, scene.visible ? picture_of(scene.target_m, scene.pose, mounting_)
+                                               : std::array<double, kAxes>{kNowhere, kNowhere});
+    if (const std::optional<CameraFrame> result = camera_.poll(scene.time_s)) {
+      bus_.send(port_, sender_.frame_of(*result));  // a full queue: the frame is lost, as on a wire
+    }
+  }
+
+ private:
+  PictureMounting mounting_;
+  Camera camera_;
+  CameraSender sender_;
+  VirtualBus& bus_;
+  VirtualBus::Port port_;
+};
+
+// What the line of sight truly misses, for tests and studies.
+class TruthLog : public SceneObserver {
+ public:
+  TruthLog(const std::filesystem::path& file, const PictureMounting& mounting) : mounting_(mounting), stream_(file) {
+    fmt::print(stream_,
+               "time_s,flight_s,visible,azimuth_rad,pitch_rad,target_azimuth_rad,target_pitch_rad,range_m,"
+               "cross_elevation_error_urad,elevation_error_urad\n");
+    if (!stream_.flush()) {
+      throw std::runtime_error(fmt::format("{}: cannot be written; give an existing, writable folder", file.string()));
+    }
+  }
+
+  void observe(const Scene& scene) override {
+    if (!scene.flight_s) {
+      return;
+    }
+    const Eigen::Vector3d& target_m = scene.target_m;
+    const std::array<double, kAxes> error_rad = pointing_error_of(target_m, scene.pose, mounting_);
+    fmt::print(stream_, "{:.3f},{:.3f},{},{:.7f},{:.7f},{:.7f},{:.7f},{:.2f},{:.3f},{:.3f}\n", scene.time_s,
+               *scene.flight_s, scene.visible ? 1 : 0, scene.pose.joint_angle_rad[kAzimuth],
+               scene.pose.joint_angle_rad[kPitch], std::atan2(target_m.y(), target_m.x()),
+               std::atan2(target_m.z(), std::hypot(target_m.x(), target_m.y())), target_m.norm(),
+               error_rad[kAzimuth] / kUrad, error_rad[kPitch] / kUrad);
+  }
+
+ private:
+  PictureMounting mounting_;
+  std::ofstream stream_;
+};
+
+const ScenarioConfig& tracking_scenario(const TargetOptions& options) {
+  if (!options.scenario || options.scenario->kind != ScenarioKind::kTracking) {
+    throw std::invalid_argument("--target: the scenario has no target; give one with kind = \"tracking\"");
+  }
+  return *options.scenario;
+}
+
+}  // namespace
+
+std::unique_ptr<SceneObserver> make_observer(const CameraConfig& camera, std::uint64_t seed, VirtualBus& bus,
+                                             std::uint32_t cob_id) {
+  CameraConfig config = camera;
+  config.geometry = CameraGeometry::kLineOfSight;
+  config.dropouts_at_s.clear();  // the scene has them, by the time of the flight
+  return std::make_unique<CameraOnBus>(config, seed, bus, cob_id);
+}
+
+ServedTarget::ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus)
+    : scenario_(tracking_scenario(options)), target_(scenario_.fly_by) {
+  observers_.push_back(make_observer(scenario_.camera, seed, bus, options.camera_cob_id));
+  if (!options.truth_csv.empty()) {
+    observers_.push_back(std::make_unique<TruthLog>(options.truth_csv, scenario_.camera.mounting));
+  }
+}
+
+Scene ServedTarget::scene_of(const TruthState& truth) const {
+  Scene scene;
+  scene.time_s = truth.time_s;
+  scene.pose.joint_angle_rad = truth.inertial_angle_rad;  // the plant's base sways about the axes of the joints
+  double at_s = 0.0;
+  if (started_s_) {
+    at_s = truth.time_s - *started_s_;
+    const CameraConfig& camera = scenario_.camera;
+    const auto drops_out = [&](double from_s) {
+      return at_s + kTolerance_s >= from_s && at_s + kTolerance_s < from_s + camera.dropout_s;
+    };
+    scene.flight_s = at_s;
+    scene.visible = at_s < scenario_.duration_s &&
+                    std::none_of(camera.dropouts_at_s.begin(), camera.dropouts_at_s.end(), drops_out);
+  }
+  scene.target_m = target_.position_m(at_s);
+  return scene;
+}
+
+void ServedTarget::tick(const TruthState& truth, const std::array<std::uint8_t, kAxes>& tracking) {
+  const std::uint8_t furthest = *std::max_element(tracking.begin(), tracking.end());
+  if (furthest == DRIVE_NOT_TRACKING) {
+    started_s_.reset();
+  } else if (furthest >= DRIVE_ACQUIRING && !started_s_) {
+    started_s_ = truth.time_s;
+  }
+  const Scene scene = scene_of(truth);
+  for (const auto& observer : observers_) {
+    observer->observe(scene);
+  }
+}
+
+}  // namespace trackservo::sim

@@ -1,0 +1,77 @@
+// A target in front of a served machine, and who observes it: `sim_host serve --target SCENARIO`.
+//
+// The target waits at the scenario's start until an axis follows it (3072:5 or :6 is 2 or more). Then it flies for
+// `duration_s`, and disappears. When no axis is in mode -1 any more, it waits at the start again. So every client that
+// connects finds it, whenever it comes.
+//
+// An observer sees the scene in every tick of 1 ms. make_observer() decides who turns it into frames of a camera.
+#ifndef TRACKSERVO_SIM_SERVE_SERVED_TARGET_HPP
+#define TRACKSERVO_SIM_SERVE_SERVED_TARGET_HPP
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "bus/virtual_bus.hpp"
+#include "config/scenario_config.hpp"
+#include "plant/truth.hpp"
+#include "sensors/camera_sender.hpp"
+#include "target/fly_by.hpp"
+
+namespace trackservo::sim {
+
+struct Scene {
+  double time_s = 0;               // of the machine
+  std::optional<double> flight_s;  // since the target's start; none while it waits
+  bool visible = true;             // false: in a dropout of the scenario, or the flight has ended
+  Eigen::Vector3d target_m;        // from the camera, in the ground's frame
+  PicturePose pose;                // true joints and base
+};
+
+class SceneObserver {
+ public:
+  SceneObserver() = default;
+  SceneObserver(const SceneObserver&) = delete;
+  SceneObserver& operator=(const SceneObserver&) = delete;
+  virtual ~SceneObserver() = default;
+
+  virtual void observe(const Scene& scene) = 0;
+};
+
+struct TargetOptions {
+  std::optional<ScenarioConfig> scenario;  // none: no target and no camera
+  // Identifier of the camera's frames; of the first node, the others count up. No PDO of a node has it as delivered:
+  // RPDO4 (0x500 + node id) would take the frames for target positions until its mapping is changed.
+  std::uint32_t camera_cob_id = 0x541;
+  std::filesystem::path truth_csv;  // the true error of the line of sight in every tick of a flight; empty: none
+};
+
+// Makes frames of a camera from the scene and sends them onto the bus.
+std::unique_ptr<SceneObserver> make_observer(const CameraConfig& camera, std::uint64_t seed, VirtualBus& bus,
+                                             std::uint32_t cob_id);
+
+class ServedTarget {
+ public:
+  // Throws std::invalid_argument for a scenario without a target, std::runtime_error for a file that cannot be written.
+  ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus);
+
+  // After each tick of the machine; `tracking`: states of both axes as 3072:5 and :6.
+  void tick(const TruthState& truth, const std::array<std::uint8_t, kAxes>& tracking);
+
+ private:
+  Scene scene_of(const TruthState& truth) const;
+
+  ScenarioConfig scenario_;
+  FlyBy target_;
+  std::optional<double> started_s_;
+  std::vector<std::unique_ptr<SceneObserver>> observers_;
+};
+
+}  // namespace trackservo::sim
+
+#endif

@@ -1,0 +1,140 @@
+"""sim_host serve --target: a target before the machine, and a camera on its bus."""
+
+import contextlib
+import csv
+import math
+import statistics
+import subprocess
+import time
+
+import canopen
+import pytest
+from canopen.profiles.p402 import BaseNode402
+
+from conftest import DESCRIPTIONS, NODE_ID, PROJECT, SIM_HOST, Served, move_unsupervised
+from drive import ENABLE, PP, Axis, wait_until
+
+TRACKING = -1
+ON_TARGET, LOST = 3, 5
+CAMERA_ID = 0x541
+SCENARIO = PROJECT / "sim_host/scenarios/tracking.toml"
+FASTER = 4.0  # nothing here needs set-points in time
+
+
+@contextlib.contextmanager
+def facing(scenario, *options):
+    """A served target, and a client of its node."""
+    with contextlib.ExitStack() as ending:
+        served = Served("slcan-tcp:0", "--target", str(scenario), "--speed", str(FASTER), *options)
+        ending.callback(served.close)
+        served.start = served.process.stdout.readline()
+        assert served.process.stdout.readline() == "ready\n"
+        network = canopen.Network(bus=served.open_bus())
+        network.connect()
+        ending.callback(network.disconnect)
+        node = BaseNode402(NODE_ID, str(DESCRIPTIONS / "trackservo.eds"))
+        network.add_node(node)
+        yield served, node
+
+
+def map_camera(node):
+    """RPDO4 takes its frames, as in docs/can.md."""
+    sdo = node.sdo
+    sdo[0x1403][1].raw = 0x80000000 | CAMERA_ID
+    sdo[0x1603][0].raw = 0
+    for sub, bits in enumerate((16, 16, 16, 8, 8), start=1):
+        sdo[0x1603][sub].raw = 0x3070 << 16 | sub << 8 | bits
+    sdo[0x1603][0].raw = 5
+    sdo[0x1403][1].raw = CAMERA_ID
+    move_unsupervised(node)
+    node.nmt.state = "OPERATIONAL"
+
+
+def slew(axis, degrees):
+    axis.enable(PP)
+    axis.set(round(math.radians(degrees) * 1e7), 0x607A)
+    axis.command(ENABLE | 0x10)
+    wait_until(lambda: axis.get(0x6041) & 0x1000, 2)
+    axis.command(ENABLE)
+    wait_until(lambda: axis.get(0x6041) & 0x400, 20)
+
+
+def states(node):
+    return [node.sdo[0x3072][sub].raw for sub in (5, 6)]
+
+
+def seconds(simulated_s):
+    time.sleep(simulated_s / FASTER)
+
+
+def flights(file):
+    """Rows of each flight, in order."""
+    runs = []
+    for row in csv.DictReader(file.read_text().splitlines()):
+        values = {name: float(text) for name, text in row.items()}
+        if values["flight_s"] == 0.0:
+            runs.append([])
+        runs[-1].append(values)
+    return runs
+
+
+def sigma_urad(rows, name):
+    return statistics.pstdev(row[f"{name}_error_urad"] for row in rows)
+
+
+def test_the_target_waits_flies_while_it_is_followed_and_waits_again(tmp_path, report):
+    truth = tmp_path / "truth.csv"
+    with facing(SCENARIO, "--truth", str(truth)) as (served, node):
+        assert served.start == ("target: waits at azimuth 0.764 deg, pitch 2.862 deg; camera frames have the"
+                                " identifier 541\n")
+        map_camera(node)
+        axes = [Axis(node, 0), Axis(node, 0x800)]
+        for axis, degrees in zip(axes, (0.8, 2.8), strict=True):
+            slew(axis, degrees)
+        seconds(3)
+        for _ in range(2):
+            for axis in axes:
+                axis.set(TRACKING, 0x6060)
+            wait_until(lambda: states(node) == [ON_TARGET, ON_TARGET], 5)
+            seconds(12)
+            assert states(node) == [ON_TARGET, ON_TARGET]
+            assert node.sdo[0x3072][3].raw == 0
+            for axis, degrees in zip(axes, (0.8, 2.8), strict=True):
+                slew(axis, degrees)
+            assert states(node) == [0, 0]
+    first, second = flights(truth)
+    for flight in (first, second):
+        assert flight[0]["target_azimuth_rad"] == pytest.approx(math.atan2(40, 3000), abs=1e-6)
+        settled = [row for row in flight if 5 < row["flight_s"] < 11.5]
+        assert len(settled) > 6000
+        sigmas = [sigma_urad(settled, name) for name in ("cross_elevation", "elevation")]
+        report(f"true error of the line of sight: {sigmas[0]:.1f} and {sigmas[1]:.1f} urad (1 sigma)")
+        assert max(sigmas) < 5.0
+        assert settled[-1]["range_m"] == pytest.approx(3000 - 20 * settled[-1]["flight_s"], abs=10)
+
+
+def test_dropouts_are_those_of_the_flight_and_after_it_there_is_no_target(tmp_path):
+    scenario = tmp_path / "short.toml"
+    scenario.write_text(SCENARIO.read_text().replace("duration_s = 45.0", "duration_s = 8.0")
+                        + "dropouts_at_s = [6.0]\ndropout_s = 0.1\n")
+    truth = tmp_path / "truth.csv"
+    with facing(scenario, "--truth", str(truth)) as (_, node):
+        map_camera(node)
+        axes = [Axis(node, 0), Axis(node, 0x800)]
+        for axis, degrees in zip(axes, (0.8, 2.8), strict=True):
+            slew(axis, degrees)
+        for axis in axes:
+            axis.set(TRACKING, 0x6060)
+        wait_until(lambda: states(node) == [LOST, LOST], 20)
+        for axis in axes:
+            axis.command(0)
+    rows = flights(truth)[0]
+    hidden = [row["flight_s"] for row in rows if not row["visible"]]
+    assert hidden[:101] == pytest.approx([6 + 0.001 * i for i in range(100)] + [8.0], abs=1e-6)
+
+
+def test_a_scenario_without_a_target_is_refused():
+    done = subprocess.run([SIM_HOST, "serve", "--target", str(PROJECT / "sim_host/scenarios/sine.toml")],
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
+    assert done.returncode == 2
+    assert "sine.toml:" in done.stderr and "has no target" in done.stderr
