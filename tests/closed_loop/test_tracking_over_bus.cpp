@@ -119,12 +119,6 @@ class Bench {
   }
 
  private:
-  static sim::PicturePose pose_of(const sim::TruthState& truth) {
-    sim::PicturePose pose;
-    pose.joint_angle_rad = truth.inertial_angle_rad;
-    return pose;
-  }
-
   static sim::CameraConfig picture_camera(sim::CameraConfig config) {
     config.geometry = sim::CameraGeometry::kLineOfSight;
     return config;

@@ -150,15 +150,18 @@ PlantConfig plant_from(const TomlReader& reader, std::string name) {
   PlantConfig plant;
   plant.lines = reader.lines();
   plant.name = std::move(name);
-  reader.refuse_unknown(
-      root, plant_keys(),
-      {"friction", "maxwell_slip", "supply", "adc", "base_tilt", "azimuth", "pitch", "design", "assumption"});
+  reader.refuse_unknown(root, plant_keys(),
+                        {"friction", "maxwell_slip", "supply", "adc", "base_tilt", "base_motion", "azimuth", "pitch",
+                         "design", "assumption"});
   reader.read(root, plant_keys(), plant);
   read_table(reader, reader.child(root, "friction"), friction_model_keys(), plant);
   read_optional_table(reader, root, "maxwell_slip", maxwell_slip_keys(), plant.maxwell_slip);
   read_table(reader, reader.child(root, "supply"), supply_keys(), plant.supply);
   read_table(reader, reader.child(root, "adc"), adc_keys(), plant.adc);
   read_optional_table(reader, root, "base_tilt", base_tilt_keys(), plant.base_tilt);
+  for (const TomlTable& line : reader.children(root, "base_motion")) {
+    read_table(reader, line, base_motion_keys(), plant.base_motion.emplace_back());
+  }
   const TomlTable designs = reader.child(root, "design");
   reader.refuse_unknown(designs, {axis_name(kAzimuth), axis_name(kPitch)});
   for (const int index : {kAzimuth, kPitch}) {

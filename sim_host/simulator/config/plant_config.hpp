@@ -15,6 +15,7 @@
 
 #include "base/axis.hpp"
 #include "config/source_lines.hpp"
+#include "plant/base_motion.hpp"
 #include "sensors/adc.hpp"
 #include "sensors/sensor_suite.hpp"
 
@@ -171,6 +172,7 @@ struct PlantConfig {
   SupplyConfig supply;
   AdcConfig adc;
   BaseTiltConfig base_tilt;
+  std::vector<BaseMotionLine> base_motion;  // none: the base does not turn
   std::array<AxisConfig, kAxes> axis;
   std::array<DesignConfig, kAxes> design;
   std::vector<Assumption> assumptions;

@@ -102,6 +102,18 @@ const Keys<BaseTiltConfig>& base_tilt_keys() {
   return keys;
 }
 
+const Keys<BaseMotionLine>& base_motion_keys() {
+  using Config = BaseMotionLine;
+  static const Keys<BaseMotionLine> keys = {
+      choice("axis", {"roll", "pitch", "yaw"}, &Config::axis,
+             "axis of the base: x ahead, the pitch raises x, z up; the order is yaw, pitch, roll"),
+      number("frequency_hz", unit::kHertz, {0.001, 100}, &Config::frequency_hz, "frequency of the sine"),
+      number("amplitude_deg", unit::kDegree, {0, 90}, &Config::amplitude_rad, "amplitude of the sine"),
+      number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "phase of the sine at time 0").or_else(0),
+  };
+  return keys;
+}
+
 const Keys<AxisConfig>& axis_keys() {
   using Config = AxisConfig;
   static const Keys<AxisConfig> keys = {
@@ -316,6 +328,10 @@ std::string plant_keys_markdown() {
       {"[supply]", "", texts_of(supply_keys())},
       {"[adc]", "", texts_of(adc_keys())},
       {"[base_tilt]", "Optional.", texts_of(base_tilt_keys())},
+      {"[[base_motion]]",
+       "Optional; may be repeated, so that the lines of a spectrum add up. The base turns as on a vehicle or a ship: "
+       "joints, gyros, gravity and the picture of a camera with `geometry = \"line_of_sight\"` see it exactly.",
+       texts_of(base_motion_keys())},
       {"[azimuth], [pitch]", "", axis},
       {"[azimuth.motor], [pitch.motor]", "", texts_of(motor_keys())},
       {"[[azimuth.motor.ripple]], [[pitch.motor.ripple]]", "Optional; may be repeated.", texts_of(ripple_keys())},

@@ -21,6 +21,7 @@ const Keys<MaxwellSlipConfig>& maxwell_slip_keys();
 const Keys<SupplyConfig>& supply_keys();
 const Keys<AdcConfig>& adc_keys();
 const Keys<BaseTiltConfig>& base_tilt_keys();
+const Keys<BaseMotionLine>& base_motion_keys();
 const Keys<AxisConfig>& axis_keys();
 const Keys<EndStopKeys>& end_stop_keys();
 const Keys<MotorConfig>& motor_keys();

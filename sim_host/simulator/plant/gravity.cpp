@@ -7,9 +7,19 @@ namespace trackservo::sim {
 Gravity::Gravity(const PlantConfig& plant)
     : moment_nm_{plant.axis[kAzimuth].load.imbalance_nm, plant.axis[kPitch].load.imbalance_nm},
       phase_rad_{plant.axis[kAzimuth].load.imbalance_phase_rad, plant.axis[kPitch].load.imbalance_phase_rad},
+      up_(std::sin(plant.base_tilt.tilt_rad) * std::cos(plant.base_tilt.direction_rad),
+          std::sin(plant.base_tilt.tilt_rad) * std::sin(plant.base_tilt.direction_rad),
+          std::cos(plant.base_tilt.tilt_rad)),
       direction_rad_(plant.base_tilt.direction_rad),
       sin_tilt_(std::sin(plant.base_tilt.tilt_rad)),
       cos_tilt_(std::cos(plant.base_tilt.tilt_rad)) {}
+
+void Gravity::turn_base(const Eigen::Matrix3d& attitude) {
+  const Eigen::Vector3d up = attitude.transpose() * up_;
+  direction_rad_ = std::atan2(up.y(), up.x());
+  sin_tilt_ = std::hypot(up.x(), up.y());
+  cos_tilt_ = up.z();
+}
 
 double Gravity::potential_j(const std::array<double, kAxes>& joint_angle_rad) const {
   const double p = joint_angle_rad[kPitch] + phase_rad_[kPitch];

@@ -25,6 +25,9 @@ class Gravity {
 
   explicit Gravity(const PlantConfig& plant);
 
+  // From now on the base is turned by this attitude, besides its tilt.
+  void turn_base(const Eigen::Matrix3d& attitude);
+
   // Potential energy [J] at joint angles [rad].
   double potential_j(const std::array<double, kAxes>& joint_angle_rad) const;
 
@@ -34,6 +37,7 @@ class Gravity {
  private:
   std::array<double, kAxes> moment_nm_;
   std::array<double, kAxes> phase_rad_;
+  Eigen::Vector3d up_;  // in the frame of the base at rest
   double direction_rad_;
   double sin_tilt_;
   double cos_tilt_;

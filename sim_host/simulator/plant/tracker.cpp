@@ -42,6 +42,8 @@ Tracker::Axis::Axis(const AxisConfig& config, const PlantConfig& plant, std::uin
 Tracker::Tracker(const PlantConfig& plant, std::uint64_t seed)
     : axis_{Axis(plant.axis[kAzimuth], plant, seed, kAzimuth), Axis(plant.axis[kPitch], plant, seed, kPitch)},
       brake_config_{plant.axis[kAzimuth].holding_brake, plant.axis[kPitch].holding_brake},
+      base_motion_(plant.base_motion),
+      gyro_mounting_{plant.axis[kAzimuth].gyro.mounting, plant.axis[kPitch].gyro.mounting},
       gravity_(plant),
       drift_(plant.maxwell_slip),
       drifts_(plant.friction_model == FrictionModel::kMaxwellSlip),
@@ -59,7 +61,7 @@ void Tracker::place(const std::array<double, kAxes>& joint_angle_rad) {
     Axis& axis = axis_[i];
     axis.joint.place(joint_angle_rad[i]);
     axis.sensors.encoder.place(joint_angle_rad[i]);
-    axis.base_rate_rad_s = axis.base.rate_rad_s(0.0);
+    axis.base_rate_rad_s = base_rate_rad_s(i, base_state(0.0), joint_angle_rad[kAzimuth], 0.0);
   }
   shapes_known_ = false;
   bus_.settle(0.0);
@@ -88,6 +90,8 @@ TruthState Tracker::truth() const {
   TruthState truth;
   truth.time_s = static_cast<double>(steps_) * kPwmPeriod_s;
   truth.bus_voltage_v = bus_.voltage_v();
+  const BaseState base = base_motion_.at(truth.time_s);
+  truth.base = base.attitude;
   for (std::size_t i = 0; i < kAxes; ++i) {
     const Axis& axis = axis_[i];
     truth.joint_angle_rad[i] = axis.joint.angle_rad();
@@ -101,6 +105,11 @@ TruthState Tracker::truth() const {
     truth.end_stop_torque_nm[i] = axis.joint.stop_torque_nm();
     truth.current_a[i] = axis.motor.current_a();
   }
+  const double pitch_rad = truth.joint_angle_rad[kPitch];
+  const StageRates stage = stage_rates(base.rate_rad_s, truth.joint_angle_rad[kAzimuth]);
+  truth.line_of_sight_rad_s = {
+      std::cos(pitch_rad) * truth.inertial_rate_rad_s[kAzimuth] - std::sin(pitch_rad) * stage.x_rad_s,
+      truth.inertial_rate_rad_s[kPitch]};
   return truth;
 }
 
@@ -131,7 +140,27 @@ PwmSample Tracker::sample_pwm(int axis) {
   return {axis_[i].adc.current_a(axis_[i].motor.current_a()), bus_sample_v_};
 }
 
+// At a fraction 0..1 of the present tick.
+BaseState Tracker::base_state(double u) const {
+  return base_motion_.moves() ? base_motion_.at((static_cast<double>(steps_ - step_in_tick_) * kPwmShare + u) * kTick_s)
+                              : BaseState{};
+}
+
+// About the axis of a joint.
+double Tracker::base_rate_rad_s(std::size_t axis, const BaseState& base, double azimuth_rad, double u) const {
+  const double sway_rad_s = axis_[axis].base.rate_rad_s(u);
+  if (!base_motion_.moves()) {
+    return sway_rad_s;
+  }
+  const StageRates stage = stage_rates(base.rate_rad_s, azimuth_rad);
+  return sway_rad_s + (axis == kAzimuth ? stage.z_rad_s : -stage.y_rad_s);
+}
+
 void Tracker::begin_tick() {
+  if (base_motion_.moves()) {
+    gravity_.turn_base(base_state(0.0).attitude);
+    shapes_known_ = false;
+  }
   if (!shapes_known_ || has_left_the_shapes()) {
     renew_shapes();
   }
@@ -197,7 +226,40 @@ Tracker::Step Tracker::predicted_step() const {
   step.inertia_kg_m2 = {azimuth_inertia_kg_m2(step.travel_rad[kPitch]), pitch_inertia_kg_m2_};
   step.drag_nm_s_rad = {inertia_slope * step.rate_rad_s[kPitch], 0.0};
   step.coupling_nm = {0.0, -0.5 * inertia_slope * azimuth_rate * azimuth_rate};
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    step.base_end_rad_s[i] = axis_[i].base.rate_rad_s(step.end);
+  }
+  if (base_motion_.moves()) {
+    add_base_motion(step);
+  }
   return step;
+}
+
+// The inertial rates that the base gives the stage, and their torques, from the Lagrangian in tracker.hpp.
+void Tracker::add_base_motion(Step& step) const {
+  const double azimuth_rad = shape_angle_rad_[kAzimuth] + step.travel_rad[kAzimuth];
+  const double pitch_rad = shape_angle_rad_[kPitch] + step.travel_rad[kPitch];
+  const BaseState base = base_state(step.middle);
+  const StageRates stage = stage_rates(base.rate_rad_s, azimuth_rad);
+  const double stage_x_rad_s2 =
+      stage_rates(base.acceleration_rad_s2, azimuth_rad).x_rad_s + step.rate_rad_s[kAzimuth] * stage.y_rad_s;
+  const double sine = std::sin(pitch_rad);
+  const double cosine = std::cos(pitch_rad);
+  const double cosine_twice = cosine * cosine - sine * sine;
+  const double azimuth_rad_s = step.rate_rad_s[kAzimuth] + base_rate_rad_s(kAzimuth, base, azimuth_rad, step.middle);
+  const double pitch_rad_s = step.rate_rad_s[kPitch] + base_rate_rad_s(kPitch, base, azimuth_rad, step.middle);
+  const double across_rad_s = cosine * azimuth_rad_s - sine * stage.x_rad_s;
+  step.coupling_nm[kAzimuth] =
+      inertia_swing_kg_m2_ * (sine * across_rad_s * stage.y_rad_s - sine * cosine * stage_x_rad_s2 -
+                              cosine_twice * step.rate_rad_s[kPitch] * stage.x_rad_s) -
+      pitch_inertia_kg_m2_ * pitch_rad_s * stage.x_rad_s;
+  step.coupling_nm[kPitch] = inertia_swing_kg_m2_ * across_rad_s * (cosine * stage.x_rad_s + sine * azimuth_rad_s);
+
+  const BaseState end = base_state(step.end);
+  const double end_azimuth_rad = azimuth_rad + 0.5 * kPwmPeriod_s * step.rate_rad_s[kAzimuth];
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    step.base_end_rad_s[i] = base_rate_rad_s(i, end, end_azimuth_rad, step.end);
+  }
 }
 
 void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
@@ -207,7 +269,7 @@ void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
   axis.motor_nm = axis.motor.step(duty_[i] * bus_.voltage_v(), step.rate_rad_s[i], angle_rad, bus_.voltage_v());
   const double load_nm =
       axis.load.torque_nm(step.middle, angle_rad) + gravity_nm(i, step.travel_rad) + step.coupling_nm[i] - axis.push_nm;
-  const double base_rate_end = axis.base.rate_rad_s(step.end);
+  const double base_rate_end = step.base_end_rad_s[i];
   const double drag_nm_s_rad = step.drag_nm_s_rad[i];
   const double base_drag_nm = drag_nm_s_rad * 0.5 * (axis.base_rate_rad_s + base_rate_end);
   const double base_change_rad_s = base_rate_end - axis.base_rate_rad_s;
@@ -231,7 +293,37 @@ void Tracker::step_axis(std::size_t i, double duty, const Step& step) {
     axis.load_nm += reaction.drag_nm_s_rad * rate_rad_s - reaction.push_nm;
   }
   axis.base_rate_rad_s = base_rate_end;
-  axis.sensors.advance({axis.joint.angle_rad(), axis.joint.rate_rad_s() + base_rate_end});
+}
+
+// `base` is its state now. On a base that does not turn, mountings differ only by what the joints turn.
+void Tracker::advance_sensors(const BaseState& base) {
+  const std::array<double, kAxes> joint_rad{axis_[kAzimuth].joint.angle_rad(), axis_[kPitch].joint.angle_rad()};
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    Axis& axis = axis_[i];
+    const double inertial_rad_s = axis.joint.rate_rad_s() + axis.base_rate_rad_s;
+    double sensed_rad_s = inertial_rad_s;
+    switch (gyro_mounting_[i]) {
+      case GyroMounting::kLineOfSight:
+        if (i == kAzimuth) {
+          sensed_rad_s = std::cos(joint_rad[kPitch]) * inertial_rad_s -
+                         std::sin(joint_rad[kPitch]) * stage_rates(base.rate_rad_s, joint_rad[kAzimuth]).x_rad_s;
+        }
+        break;
+      case GyroMounting::kStage:
+        sensed_rad_s = i == kAzimuth ? inertial_rad_s : axis.base_rate_rad_s;
+        break;
+      case GyroMounting::kBase:
+        sensed_rad_s = axis.base_rate_rad_s;
+        if (i == kPitch) {
+          sensed_rad_s += stage_rates(base.rate_rad_s, joint_rad[kAzimuth]).y_rad_s - base.rate_rad_s.y();
+        }
+        break;
+      case GyroMounting::kJoint:
+      default:
+        break;
+    }
+    axis.sensors.advance({joint_rad[i], sensed_rad_s});
+  }
 }
 
 void Tracker::step_pwm(const std::array<double, kAxes>& duty) {
@@ -242,6 +334,7 @@ void Tracker::step_pwm(const std::array<double, kAxes>& duty) {
   for (std::size_t i = 0; i < kAxes; ++i) {
     step_axis(i, duty[i], step);
   }
+  advance_sensors(base_state(step.end));
   bus_.step(drawn_a());
   ++steps_;
   step_in_tick_ = step_in_tick_ + 1 == kPwmPerTick ? 0 : step_in_tick_ + 1;

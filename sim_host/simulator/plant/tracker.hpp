@@ -4,6 +4,10 @@
 //   d(J_az w_az)/dt        = motor - friction(joint rate) - load,
 //   J_p dw_p/dt + J1 sin(2 pitch) w_az^2 / 2 = motor - friction(joint rate) - load,     w: inertial rates
 //
+// A base that turns (base_motion.hpp) adds its rates about the stage's axes x (ahead) and y (to the left). They come
+// from the same Lagrangian with T = (J0 w_az^2 + J_p w_p^2 + J1 (cos(pitch) w_az - sin(pitch) w_x)^2) / 2: the stage
+// and the line of sight are taken as symmetric about z.
+//
 // Each PWM period (50 us) solves the motor current exactly, and rate, friction memory and end stop by a linearly
 // implicit second-order step (joint.hpp). Wind and base are updated at 1 kHz. Gravity, ripple and everything else that
 // depends only on the angle are updated, with their slopes, as soon as the angle has moved.
@@ -19,6 +23,7 @@
 #include <optional>
 
 #include "config/plant_config.hpp"
+#include "plant/base_motion.hpp"
 #include "plant/base_sway.hpp"
 #include "plant/dc_bus.hpp"
 #include "plant/gravity.hpp"
@@ -111,10 +116,15 @@ class Tracker {
     std::array<double, kAxes> inertia_kg_m2;
     std::array<double, kAxes> drag_nm_s_rad;  // d(J w) = J dw + dJ w
     std::array<double, kAxes> coupling_nm;
+    std::array<double, kAxes> base_end_rad_s;  // the base's rate about each axis, at the end of the period
   };
 
   void begin_tick();
   Step predicted_step() const;
+  void add_base_motion(Step& step) const;
+  double base_rate_rad_s(std::size_t axis, const BaseState& base, double azimuth_rad, double u) const;
+  void advance_sensors(const BaseState& base);
+  BaseState base_state(double u) const;
   void step_axis(std::size_t i, double duty, const Step& step);
   bool has_left_the_shapes() const;
   void renew_shapes();
@@ -124,6 +134,8 @@ class Tracker {
 
   std::array<Axis, kAxes> axis_;
   std::array<std::optional<HoldingBrakeConfig>, kAxes> brake_config_;
+  BaseMotion base_motion_;
+  std::array<GyroMounting, kAxes> gyro_mounting_;
   Gravity gravity_;
   FrictionDrift drift_;
   bool drifts_;

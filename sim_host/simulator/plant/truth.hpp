@@ -7,6 +7,7 @@
 #ifndef TRACKSERVO_SIM_PLANT_TRUTH_HPP
 #define TRACKSERVO_SIM_PLANT_TRUTH_HPP
 
+#include <Eigen/Core>
 #include <array>
 
 #include "base/axis.hpp"
@@ -19,7 +20,7 @@ struct TruthState {
   double time_s = 0;
   std::array<double, kAxes> joint_angle_rad{};     // moving part relative to the base, not wrapped
   std::array<double, kAxes> joint_rate_rad_s{};    // its rate, at the seal
-  std::array<double, kAxes> inertial_angle_rad{};  // line of sight = joint angle + base angle
+  std::array<double, kAxes> inertial_angle_rad{};  // line of sight = joint angle + sway; in the frame of `base`
   std::array<double, kAxes> inertial_rate_rad_s{};
   std::array<double, kAxes> base_rate_rad_s{};
   std::array<double, kAxes> motor_torque_nm{};     // with ripple and cogging
@@ -27,6 +28,8 @@ struct TruthState {
   std::array<double, kAxes> load_torque_nm{};      // wind + cable + imbalance + coupling + end stop, same sign
   std::array<double, kAxes> end_stop_torque_nm{};  // its share of load_torque_nm
   std::array<double, kAxes> current_a{};
+  Eigen::Matrix3d base = Eigen::Matrix3d::Identity();  // from the turned base's frame to the ground's
+  std::array<double, kAxes> line_of_sight_rad_s{};     // inertial rates along cross-elevation and elevation
   double bus_voltage_v = 0;
 };
 

@@ -65,13 +65,6 @@ class Scene {
  private:
   bool is_picture() const { return config_.geometry == CameraGeometry::kLineOfSight; }
 
-  // The plant's base sways about the axes of the joints.
-  static PicturePose pose_of(const TruthState& truth) {
-    PicturePose pose;
-    pose.joint_angle_rad = truth.inertial_angle_rad;
-    return pose;
-  }
-
   FlyBy target_;
   CameraConfig config_;
   Camera camera_;

@@ -18,6 +18,9 @@ const Keys<GyroConfig>& gyro_keys() {
              "rates above this magnitude are clipped and marked invalid"),
       number("latency_us", unit::kMicrosecond, {0, 1e4}, &Config::latency_s, "time from the rate to the reading")
           .or_else(0),
+      choice("mounting", {"joint", "line_of_sight", "stage", "base"}, &Config::mounting,
+             "part on which the gyro is fixed: what the joint turns, the line of sight, the azimuth stage or the base")
+          .or_else(0),
   };
   return keys;
 }

@@ -1,4 +1,4 @@
-// Rate gyro of one axis (fibre-optic class): measures the inertial rate.
+// Rate gyro of one axis (fibre-optic class): measures an inertial rate.
 //
 //   reading = clip((1 + scale) F{rate}(t - latency) + bias + F{noise})
 //
@@ -20,6 +20,14 @@
 
 namespace trackservo::sim {
 
+// Where the gyro is fixed, and so which rate it measures.
+//
+//   kJoint        about the joint's axis: that of the azimuth stage, or of the line of sight (pitch)
+//   kLineOfSight  along the picture's axes: the azimuth's gyro measures cross-elevation, the pitch's measures elevation
+//   kStage        on the azimuth stage: the pitch's gyro does not see its own joint
+//   kBase         on the base, along both axes at azimuth 0: neither sees a joint
+enum class GyroMounting { kJoint = 0, kLineOfSight = 1, kStage = 2, kBase = 3 };
+
 struct GyroConfig {
   double noise_density_rad_s_rthz = 0;  // one-sided
   double bandwidth_hz = 440;
@@ -28,6 +36,7 @@ struct GyroConfig {
   double scale_error = 0;
   double range_rad_s = 8.5;
   double latency_s = 0;
+  GyroMounting mounting = GyroMounting::kJoint;
 };
 
 const Keys<GyroConfig>& gyro_keys();
@@ -42,7 +51,7 @@ class Gyro {
   // dt_s: time between advance() calls [s]; tick_s: between sample() calls [s].
   Gyro(const GyroConfig& config, double dt_s, double tick_s, std::uint64_t seed, int axis);
 
-  void advance(double inertial_rate_rad_s) { history_.push(signal_.advance(inertial_rate_rad_s)); }
+  void advance(double sensed_rate_rad_s) { history_.push(signal_.advance(sensed_rate_rad_s)); }
 
   // The reading [rad/s]. Draws noise.
   Reading sample();

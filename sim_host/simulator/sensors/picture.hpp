@@ -11,6 +11,7 @@
 #include <array>
 
 #include "base/axis.hpp"
+#include "plant/truth.hpp"
 
 namespace trackservo::sim {
 
@@ -25,6 +26,9 @@ struct PicturePose {
   std::array<double, kAxes> joint_angle_rad{};
   Eigen::Matrix3d base = Eigen::Matrix3d::Identity();  // from the base's frame to the ground's
 };
+
+// Of the simulated machine.
+PicturePose pose_of(const TruthState& truth);
 
 // Place along the camera's own rows (kAzimuth) and columns (kPitch) [tangent]; NaN behind the camera. `target_m` is in
 // the ground's frame, from the camera.

@@ -32,7 +32,7 @@ void for_each_sensor(const Visit& visit) {
 // What the sensors of an axis are exposed to.
 struct SensedState {
   double joint_angle_rad = 0;
-  double inertial_rate_rad_s = 0;
+  double gyro_rate_rad_s = 0;  // inertial, as its mounting says
 };
 
 struct SensorSuite {
@@ -42,7 +42,7 @@ struct SensorSuite {
 
   void advance(const SensedState& state) {
     encoder.advance(state.joint_angle_rad);
-    gyro.advance(state.inertial_rate_rad_s);
+    gyro.advance(state.gyro_rate_rad_s);
   }
 
   // The samples of this tick. Draws noise. Motor current and camera are not its own.
