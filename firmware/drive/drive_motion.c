@@ -392,15 +392,13 @@ static drive_setpoint cyclic_position(drive_motion *motion, const drive_objects 
   return setpoint;
 }
 
-/* Limits the rate of the next tick to one that can be stopped within the travel, with a margin. Returns whether it
- * did. */
-static bool rate_braked(const drive_motion *motion, const profile_limits *braking, drive_angle position,
-                        rate_interpolation *rates, float dt_s) {
+/* The rate in the direction of `wanted_rad_s`, at most as fast, from which the axis can still stop within the travel:
+ * at 80 % of the deceleration, because the rate itself follows with a lag. */
+static float stoppable_rate(const drive_motion *motion, const profile_limits *braking, drive_angle position,
+                            float wanted_rad_s, float dt_s) {
   profile_limits gentle = *braking;
   gentle.deceleration_rad_s2 *= 0.8f;
-  const float wanted_rad_s = rates->rate_rad_s;
-  rates->rate_rad_s = drive_rate_within(&motion->bounds, &gentle, start_of(motion, position), wanted_rad_s, dt_s);
-  return rates->rate_rad_s != wanted_rad_s;
+  return drive_rate_within(&motion->bounds, &gentle, position, wanted_rad_s, dt_s);
 }
 
 static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects *objects,
@@ -419,7 +417,9 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
     rate_interpolation_aim(&rates, target_rad_s, period_ticks, dt_s);
   }
   interpolated_rate now = rate_interpolation_step(&rates, dt_s);
-  const bool braked = rate_braked(motion, &braking, feedback->position, &rates, dt_s);
+  const float wanted_rad_s = rates.rate_rad_s;
+  rates.rate_rad_s = stoppable_rate(motion, &braking, start_of(motion, feedback->position), wanted_rad_s, dt_s);
+  const bool braked = rates.rate_rad_s != wanted_rad_s;
   if (braked) {
     now.acceleration_rad_s2 = (rates.rate_rad_s - now.rate_rad_s) / dt_s;
   }
@@ -485,10 +485,8 @@ static drive_setpoint cyclic_torque(drive_motion *motion, const drive_objects *o
  * the first frame of a target may ask for any rate. */
 static tracking_limits tracking_within(const drive_motion *motion, const profile_limits *limits,
                                        const profile_limits *braking, const drive_feedback *feedback, float dt_s) {
-  profile_limits gentle = *braking;
-  gentle.deceleration_rad_s2 *= 0.8f;
   const float towards_rad_s = feedback->target->rate_rad_s < 0.0f ? -limits->rate_rad_s : limits->rate_rad_s;
-  const float fastest_rad_s = drive_rate_within(&motion->bounds, &gentle, feedback->position, towards_rad_s, dt_s);
+  const float fastest_rad_s = stoppable_rate(motion, braking, feedback->position, towards_rad_s, dt_s);
   return (tracking_limits){
       .given = false,
       .minimum_rad_s = scalar_min(fastest_rad_s, towards_rad_s < 0.0f ? 0.0f : -limits->rate_rad_s),
