@@ -12,7 +12,7 @@
 #include "design/control_design.hpp"
 #include "fault_injection/driven_node.hpp"
 #include "sensors/camera_sender.hpp"
-#include "target/fly_by.hpp"
+#include "support/camera_on_bus.hpp"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -22,7 +22,6 @@ extern "C" void tearDown() {}
 
 namespace {
 
-constexpr std::uint32_t kCameraId = 0x501;
 constexpr std::int8_t kTracking = -1;
 constexpr double kUrad = 1e-6;
 
@@ -65,12 +64,8 @@ void write_tracker(sim::DrivenNode& node, const target_tracker_params& tracker) 
 class Bench {
  public:
   Bench(const sim::ScenarioConfig& with, std::uint64_t seed, const target_tracker_params& tracker)
-      : scenario_(with),
-        target_(with.fly_by),
-        camera_(picture_camera(with.camera), seed),
-        node_(setup(), seed, target_.at(0.0).angle_rad),
-        sender_(kCameraId) {
-    for (const sim::ObjectWrite& write : sim::camera_mapping(4, kCameraId)) {
+      : scenario_(with), camera_(with, seed), node_(setup(), seed, camera_.first_angle_rad()) {
+    for (const sim::ObjectWrite& write : sim::camera_mapping(4, bench::CameraOnBus::kId)) {
       node_.write(sim::kAzimuth, write.index, write.sub, write.value);
     }
     write_tracker(node_, tracker);
@@ -87,21 +82,11 @@ class Bench {
 
   double time_s() const { return node_.machine().truth().time_s; }
 
-  // As the scenario says: of the joints, or of the line of sight.
-  std::array<double, sim::kAxes> error_rad() const {
-    const sim::TruthState truth = node_.machine().truth();
-    if (scenario_.camera.geometry == sim::CameraGeometry::kLineOfSight) {
-      return sim::pointing_error_of(target_.position_m(truth.time_s), pose_of(truth), {});
-    }
-    const sim::LineOfSight los = target_.at(truth.time_s);
-    return {los.angle_rad[0] - truth.inertial_angle_rad[0], los.angle_rad[1] - truth.inertial_angle_rad[1]};
-  }
+  std::array<double, sim::kAxes> error_rad() const { return camera_.error_rad(node_.machine().truth()); }
 
   void tick() {
-    const sim::TruthState truth = node_.machine().truth();
-    camera_.expose(truth.time_s, sim::picture_of(target_.position_m(truth.time_s), pose_of(truth), {}));
-    if (const std::optional<sim::CameraFrame> result = camera_.poll(truth.time_s)) {
-      node_.receive(sender_.frame_of(*result));
+    if (const std::optional<can_frame> frame = camera_.look(node_.machine().truth())) {
+      node_.receive(*frame);
     }
     node_.tick();
   }
@@ -119,16 +104,9 @@ class Bench {
   }
 
  private:
-  static sim::CameraConfig picture_camera(sim::CameraConfig config) {
-    config.geometry = sim::CameraGeometry::kLineOfSight;
-    return config;
-  }
-
   sim::ScenarioConfig scenario_;
-  sim::FlyBy target_;
-  sim::Camera camera_;
+  bench::CameraOnBus camera_;
   sim::DrivenNode node_;
-  sim::CameraSender sender_;
 };
 
 Spread spread_by_run(const servo_params& params, std::uint64_t seed) {

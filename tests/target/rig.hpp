@@ -40,8 +40,9 @@ constexpr std::array<double, sim::kAxes> kStart_rad = {0.0, 20.0 * sim::kRadPerD
 
 class HostRig {
  public:
-  explicit HostRig(const sim::PlantConfig& plant, std::uint64_t seed = 1)
-      : node_(plant, {}, seed, bus_, flash_, kStart_rad) {}
+  explicit HostRig(const sim::PlantConfig& plant, std::uint64_t seed = 1,
+                   const std::array<double, sim::kAxes>& joint_angle_rad = kStart_rad)
+      : node_(plant, {}, seed, bus_, flash_, joint_angle_rad) {}
 
   void pass_ms() {
     for (int part = 0; part < 4; ++part) {  // answers come within the millisecond, as on the board
@@ -63,8 +64,9 @@ class HostRig {
 
 class BoardRig {
  public:
-  explicit BoardRig(const sim::PlantConfig& plant, std::uint64_t seed = 1, bool holding_brakes = false)
-      : machine(board_image(), plant, bus, {seed, kStart_rad, 11, holding_brakes}) {
+  explicit BoardRig(const sim::PlantConfig& plant, std::uint64_t seed = 1, bool holding_brakes = false,
+                    const std::array<double, sim::kAxes>& joint_angle_rad = kStart_rad)
+      : machine(board_image(), plant, bus, {seed, joint_angle_rad, 11, holding_brakes}) {
     client.set_bit_rate(1e6);
   }
 

@@ -1,0 +1,204 @@
+// The emulated board tracks a target over CAN, beside the host's firmware: the same machine, noise, target and camera.
+//
+// Each run: power on at the first angles of the course, set up the camera's PDO, enable both axes in mode -1 at 0.3 s
+// with the gains of a new device; the target begins its course at 1 s. Frames come over the bus, 20 ms after exposure.
+// The figures are those of the tracking experiment: standard deviation of target minus line of sight.
+//
+// TARGET_WHOLE_WINDOWS=1 in the environment: the whole fly-by.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rig.hpp"
+#include "support/camera_on_bus.hpp"
+#include "unity.h"
+
+using bench::BoardRig;
+using bench::CameraOnBus;
+using bench::HostRig;
+namespace sim = trackservo::sim;
+
+void setUp(void) {}
+void tearDown(void) {}
+
+namespace {
+
+constexpr double kEnabledAt_s = 0.3;
+constexpr double kBegins_s = 1.0;
+constexpr int kTracking = 0xFF;  // -1 as an 8-bit number
+constexpr double kUrad = 1e-6;
+
+using Error = std::array<double, sim::kAxes>;
+
+bool whole_windows() { return std::getenv("TARGET_WHOLE_WINDOWS") != nullptr; }
+
+sim::ScenarioConfig fly_by() {
+  sim::ScenarioConfig scenario = sim::load_scenario("sim_host/scenarios/tracking.toml");
+  if (!whole_windows()) {
+    scenario.duration_s = 15.0;
+  }
+  return scenario;
+}
+
+// 85 deg high, 500 m up, 20 m/s: the azimuth turns by up to 26 deg/s.
+sim::ScenarioConfig steep_pass() {
+  sim::ScenarioConfig scenario = sim::load_scenario("sim_host/studies/straight_passes/scenario.toml");
+  scenario.pass->elevation_rad = 85.0 * sim::kRadPerDeg;
+  scenario.fly_by = sim::course_of(*scenario.pass);
+  return scenario;
+}
+
+std::uint32_t bits_of(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+struct Gains {
+  float proportional_per_s;
+  float estimator_rad_s;
+};
+
+// A master that has not seen the device before.
+template <typename Rig>
+void set_up(Rig& rig, const std::optional<Gains>& gains) {
+  for (const sim::ObjectWrite& write : sim::camera_mapping(4, CameraOnBus::kId)) {
+    const bool is_count = write.sub == 0;
+    const std::string text = fmt::format("{:04X}:{}", write.index, write.sub);
+    TEST_ASSERT_TRUE_MESSAGE(rig.client.write(write.index, write.sub, write.value, is_count ? 1 : 4), text.c_str());
+  }
+  for (const int shift : {0, 0x800}) {
+    const auto of_axis = [shift](int index) { return static_cast<std::uint16_t>(index + shift); };
+    if (gains) {
+      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 2, bits_of(gains->proportional_per_s), 4));
+      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2011), 4, bits_of(gains->estimator_rad_s), 4));
+      TEST_ASSERT_TRUE(rig.client.write(of_axis(0x2070), 1, 1, 1));
+    }
+  }
+  TEST_ASSERT_TRUE(rig.client.write(0x3040, 1, 0x6E65706F, 4));
+  TEST_ASSERT_TRUE(rig.client.write(0x2061, 5, 0, 1));  // it stands in this turn
+  TEST_ASSERT_TRUE(rig.client.write(0x3040, 1, 0, 4));
+}
+
+// Error of each tick from the beginning of the course.
+template <typename Rig>
+std::vector<Error> track(Rig& rig, CameraOnBus& camera, const sim::ScenarioConfig& scenario,
+                         const std::optional<Gains>& gains) {
+  const auto pass_ms = [&rig, &camera] {
+    if (const std::optional<can_frame> frame = camera.look(rig.truth())) {
+      rig.client.send(*frame);
+    }
+    rig.client.pass(1);
+  };
+  rig.client.pass(static_cast<int>(1e3 * kEnabledAt_s));
+  set_up(rig, gains);
+  rig.client.start_node();
+  TEST_ASSERT_TRUE_MESSAGE(rig.client.enable(kTracking), "both axes must be enabled");
+  while (rig.truth().time_s < kBegins_s) {
+    pass_ms();
+  }
+  std::vector<Error> errors;
+  while (rig.truth().time_s < kBegins_s + scenario.duration_s) {
+    pass_ms();
+    errors.push_back(camera.error_rad(rig.truth()));
+  }
+  TEST_ASSERT_EQUAL_HEX32(0, rig.client.error_code(0));
+  TEST_ASSERT_EQUAL_HEX32(0, rig.client.error_code(1));
+  return errors;
+}
+
+std::vector<Error> on_host(const sim::PlantConfig& plant, const sim::ScenarioConfig& scenario,
+                           const std::optional<Gains>& gains) {
+  CameraOnBus camera(scenario, 1, kBegins_s);
+  HostRig host(plant, 1, camera.first_angle_rad());
+  return track(host, camera, scenario, gains);
+}
+
+std::vector<Error> on_board(const sim::PlantConfig& plant, const sim::ScenarioConfig& scenario,
+                            const std::optional<Gains>& gains) {
+  CameraOnBus camera(scenario, 1, kBegins_s);
+  BoardRig board(plant, 1, false, camera.first_angle_rad());
+  const std::vector<Error> errors = track(board, camera, scenario, gains);
+  for (const std::string& violation : board.machine.chip().violations.list()) {
+    TEST_FAIL_MESSAGE(violation.c_str());
+  }
+  TEST_ASSERT_EQUAL_INT(0, board.machine.chip().resets());
+  return errors;
+}
+
+double spread_urad(const std::vector<Error>& errors, std::size_t axis, double begin_s) {
+  double sum = 0.0;
+  double squares = 0.0;
+  int count = 0;
+  for (auto i = static_cast<std::size_t>(1e3 * begin_s); i < errors.size(); ++i, ++count) {
+    sum += errors[i][axis];
+    squares += errors[i][axis] * errors[i][axis];
+  }
+  const double mean = sum / count;
+  return std::sqrt(squares / count - mean * mean) / kUrad;
+}
+
+double rms_difference_urad(const std::vector<Error>& a, const std::vector<Error>& b, std::size_t axis, double begin_s) {
+  double squares = 0.0;
+  int count = 0;
+  for (auto i = static_cast<std::size_t>(1e3 * begin_s); i < std::min(a.size(), b.size()); ++i, ++count) {
+    squares += (a[i][axis] - b[i][axis]) * (a[i][axis] - b[i][axis]);
+  }
+  return std::sqrt(squares / count) / kUrad;
+}
+
+// As in test_board_motion: encoder, current and duty in steps, and noise, are the errors of measuring.
+sim::PlantConfig without_errors(sim::PlantConfig plant) {
+  for (sim::AxisConfig& axis : plant.axis) {
+    axis.encoder.jitter_rms_rad = 0.0;
+    axis.encoder.resolution_bits = 32;
+    axis.gyro.noise_density_rad_s_rthz = 0.0;
+  }
+  plant.adc.current_noise_rms_a = 0.0;
+  plant.adc.voltage_noise_rms_v = 0.0;
+  plant.adc.resolution_bits = 24;
+  plant.supply.pwm_counts = 1'000'000;
+  return plant;
+}
+
+// The bound of test_board_motion: the effect s of the errors of measuring is the rms difference between a host with
+// them and one without; board and host may differ by 2 s.
+constexpr double kMaxDifference = 2.0;
+
+void compare(const char *name, const sim::ScenarioConfig& scenario, const std::optional<Gains>& gains, Error max_urad) {
+  const sim::PlantConfig plant = bench::tracker_plant();
+  const std::vector<Error> expected = on_host(plant, scenario, gains);
+  const std::vector<Error> ideal = on_host(without_errors(plant), scenario, gains);
+  const std::vector<Error> found = on_board(plant, scenario, gains);
+  for (std::size_t axis = 0; axis < sim::kAxes; ++axis) {
+    const double s_urad = rms_difference_urad(expected, ideal, axis, scenario.settle_s);
+    const double difference_urad = rms_difference_urad(found, expected, axis, scenario.settle_s);
+    const double board_urad = spread_urad(found, axis, scenario.settle_s);
+    const std::string text = fmt::format(
+        "{}, {}: {:.2f} urad on the board, {:.2f} on the host; errors differ by {:.2f} urad rms ({:.2f} allowed)", name,
+        sim::axis_name(static_cast<int>(axis)), board_urad, spread_urad(expected, axis, scenario.settle_s),
+        difference_urad, kMaxDifference * s_urad);
+    TEST_MESSAGE(text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(difference_urad <= kMaxDifference * s_urad, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(board_urad <= max_urad[axis], text.c_str());
+  }
+}
+
+void test_the_fly_by_on_the_board_is_the_hosts() { compare("fly-by", fly_by(), std::nullopt, {2.5, 3.0}); }
+
+void test_a_steep_pass_on_the_board_is_the_hosts() {
+  compare("pass at 85 deg", steep_pass(), Gains{30.0F, 6.0F}, {5.0, 5.0});
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_the_fly_by_on_the_board_is_the_hosts);
+  RUN_TEST(test_a_steep_pass_on_the_board_is_the_hosts);
+  return UNITY_END();
+}
