@@ -87,7 +87,12 @@ void MotionJudge::look_at_standstill(int axis, const DrivenNode& node, double ra
   const auto i = static_cast<std::size_t>(axis);
   Standstill& still = still_[i];
   const bool closed = servo_mode_closes(node.machine().firmware(axis).mode);
-  const bool demanded = demands_standstill(node, axis);
+  // A set-point and a stop in neighbouring ticks: the stop's ramp begins at the set-point, which let the axis turn.
+  const double reference_rad_s =
+      std::abs(static_cast<double>(node.machine().firmware(axis).signals.reference.rate_rad_s));
+  const bool commanded = reference_rad_s > still.reference_rad_s + kAtRest_rad_s;
+  const bool demanded = demands_standstill(node, axis) && !commanded;
+  still.reference_rad_s = reference_rad_s;
   still.ticks = demanded ? still.ticks + 1 : 0;
   if (!demanded || (closed && !still.closed)) {
     still.turning_ticks = 0;

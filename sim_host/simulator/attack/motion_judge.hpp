@@ -64,10 +64,11 @@ class MotionJudge {
 
  private:
   struct Standstill {
-    int ticks = 0;          // since the last command that lets the axis turn
-    bool closed = false;    // a loop was closed in the last tick
-    int turning_ticks = 0;  // that count, see kTurning_rad_s
-    double path_rad = 0;    // in them
+    int ticks = 0;               // since the last command that lets the axis turn
+    bool closed = false;         // a loop was closed in the last tick
+    int turning_ticks = 0;       // that count, see kTurning_rad_s
+    double path_rad = 0;         // in them
+    double reference_rad_s = 0;  // magnitude of the rate that the loop followed in the last tick
   };
 
   void look_at_stops(int axis, const TruthState& truth, double time_s);

@@ -98,6 +98,27 @@ void test_a_short_push_is_no_runaway() {
   TEST_ASSERT_EQUAL(sim::Runaway::kNone, harm.runaway);
 }
 
+// 1 rad/s for a tick, then disable operation with 1 rad/s2: the axis turns for as long as the ramp lasts.
+void test_a_stop_in_the_tick_after_a_set_point_may_take_its_time() {
+  sim::DrivenNode node(setup(), 1, {0.0, 0.0});
+  sim::MotionJudge judge(setup());
+  node.write(sim::kAzimuth, 0x6084, 0, 1'000'000);
+  node.write(sim::kAzimuth, 0x60C2, 1, 1);
+  node.enable(DRIVE_CYCLIC_VELOCITY);
+  for (int i = 0; i < kStill + 1500; ++i) {
+    node.set_rate(sim::kAzimuth, i == kStill ? -1.0 : 0.0);
+    if (i == kStill + 1) {
+      node.write(sim::kAzimuth, 0x6040, 0, 7);
+    }
+    node.tick();
+    judge.look(node, i * sim::kTick_s);
+  }
+  const sim::AxisHarm& harm = judge.harm().axis[sim::kAzimuth];
+  std::printf("%.2f rad/s\n", harm.max_rate_rad_s);
+  TEST_ASSERT_TRUE(harm.max_rate_rad_s > 2.0 * sim::kTurning_rad_s);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, harm.runaway);
+}
+
 // Each half period is short, but they add up. Without torque the axis swings as an unstable loop would swing it.
 void test_an_axis_that_swings_runs_away() {
   sim::DrivenNode node(setup(), 1, {0.0, 0.0});
@@ -146,6 +167,7 @@ int main() {
   RUN_TEST(test_an_axis_that_turns_on_without_a_command_runs_away);
   RUN_TEST(test_wind_may_turn_an_axis_that_may_not_use_its_torque);
   RUN_TEST(test_an_axis_that_is_pushed_harder_than_its_motor_runs_away);
+  RUN_TEST(test_a_stop_in_the_tick_after_a_set_point_may_take_its_time);
   RUN_TEST(test_an_axis_that_swings_runs_away);
   RUN_TEST(test_a_short_push_is_no_runaway);
   RUN_TEST(test_equal_seeds_give_equal_runs);
