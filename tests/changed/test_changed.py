@@ -76,7 +76,7 @@ SELECTED = {
     "tools/misra/check": {"cppcheck"},
 }
 NOT_SELECTED = {
-    "firmware/control/lugre.c": {"python", "scripts"},
+    "firmware/control/lugre.c": {"scripts"},
     "firmware/control/tests/test_lugre.c": {"attack", "image", "fuzz", "gate", "servoctl", "python"},
     "hal/stm32g474/clock.c": {"coverage", "asan", "fuzz", "cortex-m4", "python"},
     "sim_host/simulator/plant/lugre.cpp": {"coverage", "image", "cppcheck", "scripts"},

@@ -3,7 +3,7 @@
 # shellcheck disable=SC2154
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
-firmware_steps="firmware host socketcan asan coverage attack mutate proofs fuzz cortex-m4 image tidy cppcheck servoctl servoctl-image gate"
+firmware_steps="firmware host socketcan asan coverage attack mutate proofs fuzz cortex-m4 image tidy cppcheck python servoctl servoctl-image gate"
 simulator_steps="host socketcan asan attack fuzz cortex-m4 tidy python servoctl servoctl-image gate"
 
 # By the kind of the file.
@@ -79,7 +79,7 @@ steps_of_place() {
     tools/update-docs) ;;
     tools/image/*) echo host image servoctl-image gate ;;
     tools/minimax/*.py) ;;
-    tools/mutate | tools/mutation/*) echo mutate ;;
+    tools/mutate | tools/mutation/*) echo mutate python ;;
     tools/prove | tools/proofs/*) echo proofs ;;
     tools/misra/*) echo cppcheck ;;
     tools/registers/*) echo image ;;
