@@ -200,3 +200,29 @@ def plot_traces(
                 axes.axvline(trigger_s, color=MARK, lw=0.9, ls=":")
         grid[-1, 0].set_xlabel("time (s)")
         _save(figure, path)
+
+
+def plot_errors(
+    path: Path, title: str, time_s: Real, errors_urad: Mapping[str, Real], states: Mapping[str, Sequence[tuple[float, float]]] | None = None
+) -> None:  # fmt: skip
+    """Errors (µrad) over time (s), one panel for each name; spans of time with a state are shaded."""
+    with plt.rc_context(STYLE):
+        figure, grid = plt.subplots(
+            len(errors_urad), 1, figsize=(9, 1.0 + 2.6 * len(errors_urad)), sharex=True, squeeze=False, layout="constrained"
+        )
+        figure.suptitle(title, x=0.01, ha="left", fontweight="bold", fontsize=12)
+        for axes, (name, error) in zip(grid[:, 0], errors_urad.items(), strict=True):
+            axes.set_title(name)
+            axes.plot(time_s, error, lw=0.9, color=CLOSED)
+            if len(error):
+                shown = float(np.percentile(np.abs(error), 98.0))  # the first ms of an acquisition are far outside
+                axes.set_ylim(-1.6 * shown - 1.0, 1.6 * shown + 1.0)
+            for number, (state, spans) in enumerate((states or {}).items()):
+                for index, (begin, end) in enumerate(spans):
+                    label = None if index else state
+                    axes.axvspan(begin, end, color=TRACES[number + 1], alpha=0.18, lw=0, label=label)
+            axes.set_ylabel("error (µrad)")
+            if states:
+                axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=8.5)
+        grid[-1, 0].set_xlabel("time (s)")
+        _save(figure, path)

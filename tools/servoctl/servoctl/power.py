@@ -45,10 +45,12 @@ NEXT_COMMAND: dict[str, int] = {
 MODES: dict[int, str] = {-1: "tracking", 0: "none", 1: "pp", 3: "pv", 8: "csp", 9: "csv", 10: "cst"}
 """Modes of operation (6060, 6061) by number."""
 
+TRACKING = -1
 NO_MODE = 0
 """Enabled in it, an axis holds its position, and follows experiments (0x2100)."""
 PROFILE_POSITION = 1
 PROFILE_VELOCITY = 3
+CYCLIC_POSITION = 8
 CYCLIC_VELOCITY = 9
 
 STATUS_BITS: dict[int, str] = {

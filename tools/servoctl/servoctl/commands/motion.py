@@ -4,7 +4,8 @@ axis."""
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -20,6 +21,7 @@ from ..drive import Drive
 from ..errors import InputError, MotionError
 from ..limits import Guard, Limits, Plan
 from ..live import LiveAxis
+from ..node_limits import read_limits
 from ..parameter import AXES
 from ..session import Session
 from ..stream import RateStream
@@ -40,11 +42,8 @@ def motion_options(max_rate: str, max_travel: str, max_duration: str) -> Callabl
     """Axis, limits, --dry-run and --yes."""
 
     def add(command: F) -> F:
+        command = yes_options(command)
         for option in (
-            click.option(
-                "--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal."
-            ),
-            click.option("--dry-run", is_flag=True, help="Show what would move, without moving."),
             click.option(
                 "--max-duration", type=DURATION, default=max_duration, show_default=True,
                 help="Limit of the duration (s)."
@@ -72,8 +71,13 @@ def announce(session: Session, plan: Plan, limits: Limits, device: Device | None
         f"  at most {degrees(plan.rate_rad_s):.3g} °/s, {degrees(plan.forward_rad):.3g}° forward and"
         f" {degrees(plan.backward_rad):.3g}° back, {plan.duration_s:.3g} s"
     )
+    return confirm(session, plan_data(plan), dry_run, yes)
+
+
+def confirm(session: Session, plan: Any, dry_run: bool, yes: bool) -> bool:
+    """Asks for confirmation of an announced motion; False when nothing must move. `plan` is for --json."""
     if dry_run:
-        session.out.json({"dry_run": True, "plan": plan_data(plan)})
+        session.out.json({"dry_run": True, "plan": plan})
         session.out.say("dry run: nothing was moved.")
         return False
     if not yes:
@@ -83,12 +87,46 @@ def announce(session: Session, plan: Plan, limits: Limits, device: Device | None
     return True
 
 
+def yes_options(command: F) -> F:
+    """--dry-run and --yes."""
+    for option in (
+        click.option(
+            "--yes", "-y", is_flag=True, help="Move without asking; required when standard input is not a terminal."
+        ),
+        click.option("--dry-run", is_flag=True, help="Show what would move, without moving."),
+    ):
+        command = option(command)
+    return command
+
+
 def plan_data(plan: Plan) -> dict[str, Any]:
     """The plan for --json, in ° and s."""
     return {
         "axis": plan.axis, "text": plan.text, "rate_deg_s": degrees(plan.rate_rad_s), "forward_deg": degrees(plan.forward_rad),
         "backward_deg": degrees(plan.backward_rad), "duration_s": plan.duration_s,
     }  # fmt: skip
+
+
+def slew(lives: Sequence[LiveAxis], targets: Sequence[float], rate_rad_s: float) -> None:
+    """All axes, which are in mode pp, to their angles at once (rad); returns when they have arrived."""
+    clock = lives[0].device.clock
+    longest_s = 0.0
+    for live, target in zip(lives, targets, strict=True):
+        longest_s = max(longest_s, abs(target - live.drive.position()) / rate_rad_s)
+        live.drive.start_to(target, rate_rad_s)
+    deadline = clock.now() + 2.0 * longest_s + 5.0
+    while not all([live.check_enabled() & power.TARGET_REACHED for live in lives]):
+        if clock.now() > deadline:
+            raise MotionError(f"the axes have not reached their first angles after {2.0 * longest_s + 5.0:.0f} s.")
+        time.sleep(0.02)
+
+
+def check_slew(drive: Drive, target_rad: float, rate_rad_s: float) -> None:
+    """Raises InputError when the slew would exceed a limit of the node."""
+    node = read_limits(drive)
+    node.check_rate(rate_rad_s)
+    here = drive.position()
+    node.check_travel(drive.name, here, max(here - target_rad, 0.0), max(target_rad - here, 0.0))
 
 
 def new_path(folder: Path, what: str, axis: str) -> Path:

@@ -1,0 +1,229 @@
+"""track: follow the target that a camera on the bus sees, with the error live."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from dataclasses import dataclass, field
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import power, tracking
+from ..device import Device
+from ..drive import Drive
+from ..errors import InputError
+from ..live import LiveAxis
+from ..pair_stream import ERROR_TICKS, ErrorStream
+from ..parameter import AXES
+from ..session import Session, common
+from ..tracking import COASTING, NOT_TRACKING, ON_TARGET, STATES, CameraMapping, FrameCounts
+from ..units import TICK_S, degrees
+from .motion import check_slew, confirm, slew, yes_options
+from .quantity import ANGLE, DURATION, FASTEST_RATE
+
+Real = NDArray[np.float64]
+
+POLL_S = 0.05
+FIRST_FRAME_S = 1.0
+"""Frames come at 10 Hz at least."""
+_ERROR_S = ERROR_TICKS * TICK_S
+
+
+@dataclass
+class Record:
+    """States by time (s, one for each axis), and errors in rad at 100 Hz, a column for each axis of the node."""
+
+    axes: list[int]
+    states: list[tuple[float, list[int]]] = field(default_factory=list)
+    errors: Real = field(default_factory=lambda: np.zeros((0, len(AXES))))
+    frames: FrameCounts | None = None
+
+    def time_s(self) -> Real:
+        """Of the errors."""
+        return _ERROR_S * np.arange(len(self.errors), dtype=np.float64)
+
+    def followed(self, axis: int) -> NDArray[np.bool_]:
+        """The errors of an axis that counts: while it was on target or coasting."""
+        place = self.axes.index(axis)
+        times = np.array([at for at, _ in self.states])
+        on = np.array([states[place] in (ON_TARGET, COASTING) for _, states in self.states], dtype=bool)
+        row = np.searchsorted(times, self.time_s(), side="right") - 1
+        return np.asarray(on[np.maximum(row, 0)] & (row >= 0)) if len(on) else np.zeros(len(self.errors), dtype=bool)
+
+
+@click.command(short_help="Follow the target of a camera.")
+@click.option(
+    "--axis", "which", type=click.Choice([*AXES, "both"]), default="both", show_default=True, help="Axes that follow."
+)
+@click.option(
+    "--camera-id", metavar="ID",
+    help="Identifier of the camera's frames (hexadecimal): RPDO4 takes them for the time of the command. Default: the"
+    " node's own mapping.",
+)
+@click.option(
+    "--cue", type=(ANGLE, ANGLE), metavar="AZIMUTH PITCH", default=None,
+    help="First slew to these joint angles (°), then hand over to the camera.",
+)
+@click.option("--slew-rate", type=FASTEST_RATE, default="5", show_default=True, help="Rate to the cue (°/s).")
+@click.option("--seconds", type=DURATION, help="Stop after this time; default: until Ctrl-C.")
+@click.option("--interval", type=DURATION, default="1", show_default=True, help="Time between the lines of output (s).")
+@click.option(
+    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="PNG file for a plot of the error; a CSV file is saved beside it."
+)
+@yes_options
+@common
+def track(
+    session: Session, which: str, camera_id: str | None, cue: tuple[float, float] | None, slew_rate: float,
+    seconds: float | None, interval: float, plot: Path | None, dry_run: bool, yes: bool,
+) -> None:  # fmt: skip
+    """Follow the target that a camera on the bus sees (mode -1), and show the error live.
+
+    Prints the state (searching, acquiring, tracking, coasting, lost) and the error of each axis in µrad. Ctrl-C or the
+    end of --seconds stops the axes on their ramps. The node's limits hold as in every mode.
+    """
+    identifier = tracking.parse_identifier(camera_id) if camera_id else None
+    axes = list(range(len(AXES))) if which == "both" else [AXES.index(which)]
+    with session.connect() as device:
+        for axis in axes:
+            tracking.check_supported(device, axis)
+            if cue is not None:
+                check_slew(Drive(device, axis), cue[axis], slew_rate)
+        if not confirm(session, _announce(session, axes, cue, seconds), dry_run, yes):
+            return
+        record = _run(session, device, axes, identifier, [cue[axis] for axis in axes] if cue else None, slew_rate, seconds, interval)
+    _show(session, record, plot)
+
+
+def _announce(session: Session, axes: list[int], cue: tuple[float, float] | None, seconds: float | None) -> dict[str, Any]:
+    names = " and ".join(AXES[axis] for axis in axes)
+    session.out.say(
+        f"{names} will follow the target within the limits of the node, {f'for {seconds:g} s' if seconds else 'until Ctrl-C'}"
+    )
+    if cue is not None:
+        session.out.say("  first to " + ", ".join(f"{AXES[axis]} {degrees(cue[axis]):.3f}°" for axis in axes))
+    return {
+        "axes": [AXES[axis] for axis in axes], "seconds": seconds,
+        "cue_deg": None if cue is None else {AXES[axis]: degrees(cue[axis]) for axis in axes},
+    }  # fmt: skip
+
+
+def _run(
+    session: Session, device: Device, axes: list[int], identifier: int | None, cue: list[float] | None, slew_rate: float,
+    seconds: float | None, interval: float,
+) -> Record:  # fmt: skip
+    record = Record(axes)
+    with CameraMapping(device, identifier), ErrorStream(device) as stream, contextlib.ExitStack() as motion:
+        lives = [motion.enter_context(LiveAxis(device, axis, power.PROFILE_POSITION)) for axis in axes]
+        tracking.check_frames(device, identifier, FIRST_FRAME_S)
+        if cue is not None:
+            slew(lives, cue, slew_rate)
+        before = tracking.frame_counts(device)
+        for live in lives:  # both at once, so that the line of sight is estimated as one from the start
+            device.axis_write(live.drive.axis, 0x6060, power.TRACKING, 1)
+            live.mode = power.TRACKING
+        stream.start()
+        try:
+            _follow(session, stream, lives, record, seconds, interval)
+        except KeyboardInterrupt:
+            pass  # the usual end
+        record.errors = stream.errors()
+        record.frames = _since(before, tracking.frame_counts(device))
+        for live in lives:
+            live.drive.set_target_rate(0.0)
+            live.drive.set_mode(power.PROFILE_VELOCITY)
+            live.mode = power.PROFILE_VELOCITY
+    return record
+
+
+def _since(before: FrameCounts, after: FrameCounts) -> FrameCounts:
+    return FrameCounts(
+        after.taken - before.taken, after.missed - before.missed, after.dropped - before.dropped, after.last_drop, after.age_ms
+    )
+
+
+def _follow(
+    session: Session, stream: ErrorStream, lives: list[LiveAxis], record: Record, seconds: float | None, interval: float
+) -> None:
+    shown_s, shown = 0.0, 0
+    while True:
+        for live in lives:
+            live.check_enabled()
+        stream.check_alive()
+        states = [tracking.state_of(live.drive) for live in lives]
+        count = stream.count()
+        now_s = count * _ERROR_S
+        record.states.append((now_s, states))
+        if now_s >= shown_s + interval:
+            _show_line(session, now_s, record.axes, states, stream.errors(shown))
+            shown_s, shown = shown_s + interval, count
+        if seconds is not None and now_s >= seconds:
+            return
+        time.sleep(POLL_S)
+
+
+def _show_line(session: Session, now_s: float, axes: list[int], states: list[int], errors: Real) -> None:
+    values, texts = [], []
+    for axis, state in zip(axes, states, strict=True):
+        known = state > NOT_TRACKING and len(errors) > 0
+        now, rms = (1e6 * errors[-1, axis], 1e6 * np.sqrt(np.mean(errors[:, axis] ** 2))) if known else (0.0, 0.0)
+        values.append({"axis": AXES[axis], "state": STATES[state], "error_urad": round(float(now), 2), "rms_urad": round(float(rms), 2)})
+        texts.append(f"{AXES[axis]} {STATES[state]:<12} {now:+8.1f} µrad (rms {rms:.1f})")
+    session.out.json({"time_s": round(now_s, 3), "axes": values})
+    session.out.say(f"{now_s:8.1f} s  " + "  ".join(texts))
+
+
+def _spans(record: Record) -> dict[str, list[tuple[float, float]]]:
+    """Times in each state but tracking, of the axis that is furthest from it."""
+    found: dict[str, list[tuple[float, float]]] = {}
+    worst = [(at, max(states, key=lambda s: (s != ON_TARGET, s))) for at, states in record.states]
+    ends = [at for at, _ in worst[1:]] + [worst[-1][0]] if worst else []
+    for state, run in groupby(zip(worst, ends, strict=True), key=lambda item: item[0][1]):
+        items = list(run)
+        if state != ON_TARGET:
+            found.setdefault(STATES[state], []).append((items[0][0][0], items[-1][1]))
+    return found
+
+
+def _show(session: Session, record: Record, plot: Path | None) -> None:
+    results, rows = [], []
+    for place, axis in enumerate(record.axes):
+        errors = 1e6 * record.errors[record.followed(axis), axis]
+        share = np.mean([states[place] == ON_TARGET for _, states in record.states]) if record.states else 0.0
+        rms = float(np.sqrt(np.mean(errors**2))) if len(errors) else None
+        largest = float(np.max(np.abs(errors))) if len(errors) else None
+        final = STATES[record.states[-1][1][place]] if record.states else STATES[0]
+        results.append({
+            "axis": AXES[axis], "tracking_share": float(share), "rms_urad": rms, "max_urad": largest, "last_state": final
+        })  # fmt: skip
+        rows.append((
+            AXES[axis], f"{100 * share:.1f}", "–" if rms is None else f"{rms:.1f}", "–" if largest is None else f"{largest:.1f}", final
+        ))  # fmt: skip
+    files = _save(record, plot) if plot else []
+    frames = record.frames
+    counts = {} if frames is None else {"taken": frames.taken, "missed": frames.missed, "dropped": frames.dropped}
+    session.out.json({"axes": results, "frames": counts, "files": files})
+    session.out.table(
+        ["axis", ("tracking %", "right"), ("error rms µrad", "right"), ("largest µrad", "right"), "last state"], rows
+    )
+    session.out.say("error: as measured by the camera (60F4), while the axis was tracking or coasting.")
+    if frames is not None:
+        session.out.say(f"frames: {frames.taken} counted, {frames.missed} missed, {frames.dropped} dropped.")
+    if files:
+        session.out.say("saved: " + ", ".join(files))
+
+
+def _save(record: Record, plot: Path) -> list[str]:
+    from ..plots import plot_errors, write_csv
+
+    time_s = record.time_s()
+    if not len(time_s):
+        raise InputError("there is nothing to plot: the axes followed for less than 10 ms.")
+    errors = {AXES[axis]: 1e6 * record.errors[:, axis] for axis in record.axes}
+    plot_errors(plot, "Target minus line of sight", time_s, errors, _spans(record))
+    write_csv(plot.with_suffix(".csv"), {"time_s": time_s, **{f"{name}_error_urad": error for name, error in errors.items()}})
+    return [str(plot), str(plot.with_suffix(".csv"))]

@@ -1,0 +1,71 @@
+"""A camera for devices that have none: a client that sends frames of a still target, from the measured joint angles.
+
+It hears the angles in TPDO4 (6064 of both axes every 10 ms), and sends what a pinhole camera on these joints would see,
+with the age of the angles, as docs/can.md describes.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import threading
+import time
+from types import TracebackType
+
+from servoctl.bus import open_bus, parse_bus
+
+POSITIONS_ID = 0x481
+FRAME_S = 0.02
+SURE = 100
+
+
+class StillTarget:
+    """Sends frames within a `with` block; the target is at fixed joint angles, in degrees."""
+
+    def __init__(self, bus: str, identifier: int, azimuth_deg: float, pitch_deg: float) -> None:
+        self._bus = open_bus(parse_bus(bus))
+        self._identifier = identifier
+        self._azimuth, self._pitch = math.radians(azimuth_deg), math.radians(pitch_deg)
+        self.visible = True
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> StillTarget:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end.set()
+        self._thread.join()
+        self._bus.shutdown()
+
+    def _run(self) -> None:
+        import can
+
+        counter, sent_s = 0, 0.0
+        while not self._end.is_set():
+            message = self._bus.recv(0.1)
+            if message is None or message.arbitration_id != POSITIONS_ID or len(message.data) != 8:
+                continue
+            heard_s = time.monotonic()
+            if heard_s - sent_s < 0.9 * FRAME_S:
+                continue
+            azimuth, pitch = (counts * 1e-7 for counts in struct.unpack("<ii", message.data))
+            x, y, inside = self._place(azimuth, pitch)
+            counter = (counter + 1) % 256
+            quality = SURE if inside and self.visible else 0
+            frame = struct.pack("<hhHBB", x, y, 100, quality, counter)  # 1 ms old
+            self._bus.send(can.Message(arbitration_id=self._identifier, data=frame, is_extended_id=False))
+            sent_s = heard_s
+
+    def _place(self, azimuth: float, pitch: float) -> tuple[int, int, bool]:
+        """Tangents along rows and columns, in µrad, and whether the target is in the picture."""
+        turn = self._azimuth - azimuth
+        ahead = math.cos(self._pitch) * math.cos(turn) * math.cos(pitch) + math.sin(self._pitch) * math.sin(pitch)
+        left = math.cos(self._pitch) * math.sin(turn)
+        up = math.sin(self._pitch) * math.cos(pitch) - math.cos(self._pitch) * math.cos(turn) * math.sin(pitch)
+        if ahead <= 0.0 or max(abs(left), abs(up)) > 0.011 * ahead:
+            return 0, 0, False
+        return round(1e6 * left / ahead), round(1e6 * up / ahead), True

@@ -1,0 +1,124 @@
+"""servoctl follow: a trajectory is checked before anything moves, and followed in time."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import signal
+import statistics
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from .conftest import Bench
+from .test_satellite import LINES
+
+Eventually = Callable[[Callable[[], bool], float], None]
+BORROWED = ("0x1403:1", "0x1603:0", "0x1603:1", "0x1802:1", "0x1A02:1", "0x1803:1", "0x60C2:1", "0x68C2:1", "0x6060", "0x6860")
+SITE = ("--site", "52.2", "21.0", "100", "--after", "2008-09-20T12:25:40", "--rehearse")
+
+
+def sines(path: Path, duration_s: float, rates: bool, amplitude_deg: float = 4.0) -> Path:
+    """Azimuth and pitch, up to 2.4 and 1.2 °/s, a row every 0.1 s."""
+    names = ["time_s", "azimuth_deg", "pitch_deg"] + (["azimuth_rate_deg_s", "pitch_rate_deg_s"] if rates else [])
+    w = 0.6
+    with path.open("w", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(names)
+        for i in range(round(10 * duration_s) + 1):
+            t = 0.1 * i
+            row = [t, amplitude_deg * math.sin(w * t), 16 + 0.5 * amplitude_deg * math.sin(w * t + 1)]
+            if rates:
+                row += [amplitude_deg * w * math.cos(w * t), 0.5 * amplitude_deg * w * math.cos(w * t + 1)]
+            writer.writerow(row)
+    return path
+
+
+def borrowed(servo: Bench) -> list[int]:
+    return [row["value"] for row in servo.json("get", *BORROWED)]
+
+
+def states(servo: Bench) -> list[str]:
+    return [axis["state"] for axis in servo.json("state")["axes"]]
+
+
+def angles(servo: Bench) -> list[float]:
+    return [float(axis["position_deg"]) for axis in servo.json("state")["axes"]]
+
+
+@pytest.mark.parametrize("rates", [True, False])
+def test_both_axes_follow_a_file_in_time_and_everything_is_put_back(servo: Bench, rates: bool) -> None:
+    """The loops leave some µrad; 1 ms in time would be 30 µrad. The median counts: a loaded computer is sometimes late
+    with a set-point."""
+    sines(servo.folder / "path.csv", 3.0 if rates else 1.5, rates)
+    before = borrowed(servo)
+    done = servo("follow", "path.csv", "--slew-rate", "20", "--plot", "error.png", "--json", "--yes")
+    assert done.code == 0, done.err
+    *lines, found = [json.loads(line) for line in done.out.splitlines()]
+    assert len(lines) >= 1 and all(line["azimuth_rms_urad"] < 500 for line in lines)
+    for axis in found["axes"]:
+        assert axis["rms_urad"] < 1000 and abs(axis["delay_ms"]) < 5.0, axis
+    with (servo.folder / "error.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    for name in ("azimuth", "pitch"):
+        assert statistics.median(abs(float(row[f"{name}_error_urad"])) for row in rows) < 60
+    assert found["samples"] > (2400 if rates else 1200)
+    assert [(servo.folder / name).stat().st_size > 1000 for name in found["files"]] == [True, True]
+    assert states(servo) == ["switch on disabled"] * 2 and borrowed(servo) == before
+
+
+def test_a_satellite_is_followed_from_its_elements(servo: Bench) -> None:
+    """A dry run shows the whole pass; the motion is its first seconds."""
+    (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
+    shown = servo.here("follow", "iss.tle", *SITE, "--dry-run")
+    assert shown.code == 0 and "ISS (ZARYA), pass of 2008-09-20 18:22:15 UTC, 284 s, up to 22.0°" in shown.out, shown
+    assert "between -202.702° and -95.292°" in shown.out
+    short = servo("follow", "iss.tle", *SITE, "--seconds", "2.5", "--heading", "143", "--slew-rate", "20", "--json", "--yes")
+    assert short.code == 0, short.err
+    found = json.loads(short.out.splitlines()[-1])
+    assert found["samples"] > 2000
+    for axis in found["axes"]:
+        assert axis["rms_urad"] < 1000, axis
+    refused = servo.here("follow", "iss.tle", "--yes")
+    assert refused.code == 2 and "--site 52.2 21.0 100" in refused.err
+    past = servo.here("follow", "iss.tle", *SITE[:-1], "--yes")
+    assert past.code == 2 and "which is past" in past.err
+
+
+def test_nothing_moves_when_a_row_breaks_a_limit_or_the_file_is_bad(servo: Bench) -> None:
+    for axis in ("azimuth", "pitch"):
+        servo.json("state", axis, "enable")
+    before = angles(servo)
+    for text, words in (
+        ("time_s,azimuth_deg\n0,0\n10,100\n20,290\n", ("path.csv:3: at 10 s azimuth would move to 290", "607D:2")),
+        ("time_s,pitch_deg\n0,16\n10,17\n10.1,30\n30,31\n", ("path.csv:3: at 10 s pitch would turn at", "607F")),
+        ("time_s,pitch_deg,pitch_rate_deg_s\n0,16,0\n1,16,0\n2,20,40\n9,30,0\n", ("path.csv:3: at 1 s pitch would", "6083")),
+        ("time_s,azimuth_deg\n0,0\n1,x\n2,1\n", ("path.csv:3", "'x'")),
+    ):
+        (servo.folder / "path.csv").write_text(text)
+        refused = servo.here("follow", "path.csv", "--yes")
+        assert refused.code == 2 and all(word in refused.err for word in words), refused
+    sines(servo.folder / "path.csv", 1.0, True)
+    assert servo.here("follow", "path.csv").code == 2  # nobody has confirmed
+    assert servo.here("follow", "path.csv", "--dry-run").code == 0
+    assert servo.here("follow", "path.csv", "--site", "1", "2", "3", "--yes").code == 2
+    assert servo.here("follow", "missing.csv", "--yes").code == 2
+    assert angles(servo) == pytest.approx(before, abs=0.01)
+    for axis in ("azimuth", "pitch"):
+        servo.json("state", axis, "disable")
+
+
+def test_interrupting_stops_both_axes_and_puts_all_back(servo: Bench, eventually: Eventually) -> None:
+    sines(servo.folder / "path.csv", 30.0, True)
+    before = borrowed(servo)
+    process = servo.start("follow", "path.csv", "--slew-rate", "20", "--yes")
+
+    def follows() -> bool:
+        return [axis["mode"] for axis in servo.json("state")["axes"]] == ["csp", "csp"]
+
+    eventually(follows, 30.0)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=60) == 130
+    assert states(servo) == ["switch on disabled"] * 2 and borrowed(servo) == before

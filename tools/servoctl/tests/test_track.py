@@ -1,0 +1,124 @@
+"""servoctl track: both axes follow what a camera on the bus sees, and stop on command."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import signal
+import statistics
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from .conftest import DEVICE, ROOT, Bench, serving
+from .still_target import StillTarget
+
+CAMERA = "541"
+PLACE = (0.8, 2.8)
+"""Joint angles (°) near the target of sim_host/scenarios/tracking.toml before it flies."""
+BORROWED = ("0x1403:1", "0x1603:0", "0x1603:1", "0x1802:1", "0x1A02:1", "0x6060", "0x6860")
+
+
+@contextlib.contextmanager
+def camera(servo: Bench) -> Iterator[StillTarget]:
+    with StillTarget(servo.bus, int(CAMERA, 16), *PLACE) as target:
+        yield target
+
+
+def cued(*words: str) -> tuple[str, ...]:
+    return ("track", "--camera-id", CAMERA, "--cue", "0.9", "2.7", "--slew-rate", "20", *words)
+
+
+def borrowed(servo: Bench) -> list[int]:
+    return [row["value"] for row in servo.json("get", *BORROWED)]
+
+
+def states(servo: Bench) -> list[str]:
+    return [axis["state"] for axis in servo.json("state")["axes"]]
+
+
+def test_a_still_target_is_acquired_from_the_cue_and_held(servo: Bench) -> None:
+    """The frames hold the encoders' angles, so the error is that of the loops: a few µrad in wind."""
+    before = borrowed(servo)
+    with camera(servo):
+        done = servo(*cued("--seconds", "3", "--plot", "error.png", "--json", "--yes"))
+    assert done.code == 0, done.err
+    *lines, found = [json.loads(line) for line in done.out.splitlines()]
+    assert len(lines) >= 2
+    for axis in found["axes"]:
+        assert axis["last_state"] == "tracking" and axis["tracking_share"] > 0.5, axis
+        assert axis["rms_urad"] < 100, axis
+    assert abs(lines[-1]["axes"][0]["error_urad"]) < 100
+    assert found["frames"]["taken"] > 60
+    assert [(servo.folder / name).stat().st_size > 1000 for name in found["files"]] == [True, True]
+    assert states(servo) == ["switch on disabled"] * 2 and borrowed(servo) == before
+
+
+def test_a_lost_target_is_reported_and_ctrl_c_stops_in_control(servo: Bench) -> None:
+    with camera(servo) as target:
+        process = servo.start(*cued("--interval", "0.2", "--json", "--yes"))
+        assert process.stdout is not None
+        seen = []
+        for line in process.stdout:
+            seen.append(json.loads(line)["axes"][0]["state"])
+            if seen[-1] == "tracking":
+                target.visible = False
+            if seen[-1] == "lost":
+                break
+            assert len(seen) < 100, seen
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert json.loads(out.splitlines()[-1])["axes"][0]["last_state"] == "lost"
+    assert states(servo) == ["switch on disabled"] * 2
+
+
+def test_one_axis_alone(servo: Bench) -> None:
+    with camera(servo):
+        servo.json("move", "azimuth", "--to", str(PLACE[0] + 0.1), "--yes")
+        found = servo(*cued("--axis", "pitch", "--seconds", "2", "--json", "--yes"))
+    assert found.code == 0, found.err
+    axes = json.loads(found.out.splitlines()[-1])["axes"]
+    assert [axis["axis"] for axis in axes] == ["pitch"] and axes[0]["last_state"] == "tracking"
+
+
+def test_without_frames_nothing_moves(servo: Bench) -> None:
+    before = [axis["position_deg"] for axis in servo.json("state")["axes"]]
+    for words, reported in (
+        (cued("--seconds", "3", "--yes"), "identifier 541"),
+        (("track", "--yes"), "--camera-id"),
+    ):
+        refused = servo.here(*words)
+        assert refused.code == 6 and "no frame of the camera arrives" in refused.err and reported in refused.err, refused
+    assert servo.here("track", "--dry-run").code == 0
+    assert servo.here("track").code == 2  # nobody has confirmed
+    for words, reported in (
+        (("--camera-id", "601"), "not an identifier"), (("--cue", "300", "0"), "607D"), (("--seconds", "0"), "greater than 0"),
+    ):  # fmt: skip
+        refused = servo.here("track", *words, "--yes")
+        assert refused.code == 2 and reported in refused.err, refused
+    after = [axis["position_deg"] for axis in servo.json("state")["axes"]]
+    assert after == pytest.approx(before, abs=0.05)
+
+
+def test_a_device_without_the_mode_is_refused(test_node: Bench) -> None:
+    refused = test_node("track", "--yes")
+    assert refused.code == 6 and "no mode of operation for tracking (bit 16 of 6502" in refused.err
+
+
+def test_the_fly_by_is_held_by_the_true_error_of_the_simulator(tmp_path: Path) -> None:
+    """Frames of the simulated camera; what counts is what the line of sight truly misses."""
+    truth = tmp_path / "truth.csv"
+    scenario = ROOT / "sim_host" / "scenarios" / "tracking.toml"
+    with serving("1", "--target", str(scenario), "--truth", str(truth)) as (address, _):
+        done = Bench(address, tmp_path)(*cued("--seconds", "6", "--json", "--yes"))
+    assert done.code == 0, done.err
+    found = json.loads(done.out.splitlines()[-1])
+    assert [axis["last_state"] for axis in found["axes"]] == ["tracking"] * 2
+    with truth.open() as stream:
+        rows = [row for row in csv.DictReader(stream) if 3.0 < float(row["flight_s"]) < 5.5]
+    for name in ("cross_elevation_error_urad", "elevation_error_urad"):
+        assert statistics.pstdev(float(row[name]) for row in rows) < 5.0
+    assert DEVICE == "sim"
