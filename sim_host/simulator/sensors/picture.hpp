@@ -30,6 +30,10 @@ struct PicturePose {
 // Of the simulated machine.
 PicturePose pose_of(const TruthState& truth);
 
+// The camera's axes in the ground's frame: columns of the matrix are the optical axis, along the rows, along the
+// columns.
+Eigen::Matrix3d camera_axes_of(const PicturePose& pose, double roll_rad);
+
 // Place along the camera's own rows (kAzimuth) and columns (kPitch) [tangent]; NaN behind the camera. `target_m` is in
 // the ground's frame, from the camera.
 std::array<double, kAxes> picture_of(const Eigen::Vector3d& target_m, const PicturePose& pose,
