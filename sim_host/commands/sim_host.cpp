@@ -262,9 +262,11 @@ void refuse_without_target(const sim::ScenarioConfig& scenario) {
 
 void print_start(const sim::TargetOptions& target) {
   const sim::LineOfSight start = sim::FlyBy(target.scenario->fly_by).at(0.0);
-  fmt::print("target: waits at azimuth {:.3f} deg, pitch {:.3f} deg; camera frames have the identifier {:03X}\n",
-             start.angle_rad[sim::kAzimuth] * sim::kDegPerRad, start.angle_rad[sim::kPitch] * sim::kDegPerRad,
-             target.camera_cob_id);
+  const std::string result = target.video.empty()
+                                 ? fmt::format("camera frames have the identifier {:03X}", target.camera_cob_id)
+                                 : "there are pictures of it, and no camera frames";
+  fmt::print("target: waits at azimuth {:.3f} deg, pitch {:.3f} deg; {}\n",
+             start.angle_rad[sim::kAzimuth] * sim::kDegPerRad, start.angle_rad[sim::kPitch] * sim::kDegPerRad, result);
   (void)std::fflush(stdout);
 }
 
@@ -364,6 +366,12 @@ void add_target(CLI::App& command, ServeCommand& serving) {
                   "with --target: identifier of the camera's frames; counts up from node to node")
       ->check(CLI::Range(0x181, 0x57F))
       ->default_str("0x541")
+      ->needs(target);
+  command
+      .add_option(
+          "--video", serving.options.target.video,
+          "with --target: pgm-tcp:PORT, pictures of the target for an image processor (docs/imager.md), instead of "
+          "the camera's frames; 0: any free port")
       ->needs(target);
   command
       .add_option("--truth", serving.options.target.truth_csv,

@@ -1,15 +1,14 @@
 #include "bus/slcan_tcp.hpp"
 
-#include <arpa/inet.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
-#include <system_error>
+
+#include "bus/tcp_listener.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -17,45 +16,10 @@ namespace {
 // Small, so that a slow client is detected soon and does not first receive frames that are seconds old.
 constexpr int kSendBuffer = 1 << 15;
 
-[[noreturn]] void fail(int descriptor, const std::string& what) {
-  const int error = errno;
-  if (descriptor >= 0) {
-    close(descriptor);
-  }
-  throw std::system_error(error, std::generic_category(), "slcan-tcp: " + what);
-}
-
-int listen_on(std::uint16_t port) {
-  const int descriptor = socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (descriptor < 0) {
-    fail(descriptor, "socket");
-  }
-  const int yes = 1;
-  setsockopt(descriptor, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  if (bind(descriptor, reinterpret_cast<const sockaddr *>(&address), sizeof address) != 0) {
-    fail(descriptor, "port " + std::to_string(port));
-  }
-  if (listen(descriptor, 16) != 0) {
-    fail(descriptor, "listen");
-  }
-  return descriptor;
-}
-
-std::uint16_t port_of(int descriptor) {
-  sockaddr_in address{};
-  socklen_t length = sizeof address;
-  getsockname(descriptor, reinterpret_cast<sockaddr *>(&address), &length);
-  return ntohs(address.sin_port);
-}
-
 }  // namespace
 
-SlcanTcp::SlcanTcp(VirtualBus& bus, std::uint16_t port) : bus_(bus), listener_(listen_on(port)) {
-  port_ = port_of(listener_);
+SlcanTcp::SlcanTcp(VirtualBus& bus, std::uint16_t port) : bus_(bus), listener_(listen_on_loopback(port, "slcan-tcp")) {
+  port_ = port_of_listener(listener_);
   (void)std::signal(SIGPIPE, SIG_IGN);  // a client that disconnects causes an error of write(), not a signal
 }
 

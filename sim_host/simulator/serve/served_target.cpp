@@ -5,8 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
+#include <utility>
+
+#include "serve/video_stream.hpp"
 
 extern "C" {
 #include "drive/drive_axis.h"
@@ -83,6 +87,18 @@ const ScenarioConfig& tracking_scenario(const TargetOptions& options) {
   return *options.scenario;
 }
 
+// The middle of the scenario's sensor: small enough to be rendered and read in real time.
+PictureSceneConfig seen_by(const CameraConfig& camera) {
+  constexpr double kHorizon_rad = 0.048;  // below the start of the shipped fly-by, within the picture
+  PictureSceneConfig config;
+  config.width_px = std::min(config.width_px, camera.width_px);
+  config.height_px = std::min(config.height_px, camera.height_px);
+  config.pixel_rad = camera.pixel_rad;
+  config.mounting = camera.mounting;
+  config.horizon_rad = kHorizon_rad;
+  return config;
+}
+
 }  // namespace
 
 std::unique_ptr<SceneObserver> make_observer(const CameraConfig& camera, std::uint64_t seed, VirtualBus& bus,
@@ -95,7 +111,14 @@ std::unique_ptr<SceneObserver> make_observer(const CameraConfig& camera, std::ui
 
 ServedTarget::ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus)
     : scenario_(tracking_scenario(options)), target_(scenario_.fly_by) {
-  observers_.push_back(make_observer(scenario_.camera, seed, bus, options.camera_cob_id));
+  if (options.video.empty()) {
+    observers_.push_back(make_observer(scenario_.camera, seed, bus, options.camera_cob_id));
+  } else {
+    auto video =
+        std::make_unique<VideoStream>(options.video, seen_by(scenario_.camera), scenario_.camera.frame_rate_hz, seed);
+    video_address_ = video->address();
+    observers_.push_back(std::move(video));
+  }
   if (!options.truth_csv.empty()) {
     observers_.push_back(std::make_unique<TruthLog>(options.truth_csv, scenario_.camera.mounting));
   }
@@ -104,7 +127,7 @@ ServedTarget::ServedTarget(const TargetOptions& options, std::uint64_t seed, Vir
 Scene ServedTarget::scene_of(const TruthState& truth) const {
   Scene scene;
   scene.time_s = truth.time_s;
-  scene.pose.joint_angle_rad = truth.inertial_angle_rad;  // the plant's base sways about the axes of the joints
+  scene.pose = pose_of(truth);
   double at_s = 0.0;
   if (started_s_) {
     at_s = truth.time_s - *started_s_;

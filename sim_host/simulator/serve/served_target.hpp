@@ -8,46 +8,29 @@
 #ifndef TRACKSERVO_SIM_SERVE_SERVED_TARGET_HPP
 #define TRACKSERVO_SIM_SERVE_SERVED_TARGET_HPP
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "bus/virtual_bus.hpp"
 #include "config/scenario_config.hpp"
 #include "plant/truth.hpp"
 #include "sensors/camera_sender.hpp"
+#include "serve/scene.hpp"
 #include "target/fly_by.hpp"
 
 namespace trackservo::sim {
-
-struct Scene {
-  double time_s = 0;               // of the machine
-  std::optional<double> flight_s;  // since the target's start; none while it waits
-  bool visible = true;             // false: in a dropout of the scenario, or the flight has ended
-  Eigen::Vector3d target_m;        // from the camera, in the ground's frame
-  PicturePose pose;                // true joints and base
-};
-
-class SceneObserver {
- public:
-  SceneObserver() = default;
-  SceneObserver(const SceneObserver&) = delete;
-  SceneObserver& operator=(const SceneObserver&) = delete;
-  virtual ~SceneObserver() = default;
-
-  virtual void observe(const Scene& scene) = 0;
-};
 
 struct TargetOptions {
   std::optional<ScenarioConfig> scenario;  // none: no target and no camera
   // Identifier of the camera's frames; of the first node, the others count up. No PDO of a node has it as delivered:
   // RPDO4 (0x500 + node id) would take the frames for target positions until its mapping is changed.
   std::uint32_t camera_cob_id = 0x541;
+  std::string video;                // "pgm-tcp:PORT": pictures instead of the camera's frames; empty: none
   std::filesystem::path truth_csv;  // the true error of the line of sight in every tick of a flight; empty: none
 };
 
@@ -57,8 +40,12 @@ std::unique_ptr<SceneObserver> make_observer(const CameraConfig& camera, std::ui
 
 class ServedTarget {
  public:
-  // Throws std::invalid_argument for a scenario without a target, std::runtime_error for a file that cannot be written.
+  // Throws std::invalid_argument for a scenario without a target or a wrong address of the pictures, std::runtime_error
+  // for a file that cannot be written or a port that cannot be opened.
   ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus);
+
+  // Of the pictures; empty without them.
+  const std::string& video_address() const { return video_address_; }
 
   // After each tick of the machine; `tracking`: states of both axes as 3072:5 and :6.
   void tick(const TruthState& truth, const std::array<std::uint8_t, kAxes>& tracking);
@@ -69,6 +56,7 @@ class ServedTarget {
   ScenarioConfig scenario_;
   FlyBy target_;
   std::optional<double> started_s_;
+  std::string video_address_;
   std::vector<std::unique_ptr<SceneObserver>> observers_;
 };
 

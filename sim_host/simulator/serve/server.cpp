@@ -187,6 +187,15 @@ class ServedNodes : public ServedDevice {
     }
   }
 
+  // The addresses of the pictures, one per node that has them.
+  void add_videos(std::vector<std::string>& addresses) const {
+    for (const auto& target : targets_) {
+      if (!target->video_address().empty()) {
+        addresses.push_back(target->video_address());
+      }
+    }
+  }
+
   void tick() override {
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
       nodes_[i]->tick();
@@ -214,6 +223,7 @@ class ServedNodes : public ServedDevice {
   static TargetOptions target_of(TargetOptions options, int node) {
     options.camera_cob_id += static_cast<std::uint32_t>(node);
     options.truth_csv = file_of(options.truth_csv, node);
+    options.video = options.video.empty() || node == 0 ? options.video : "pgm-tcp:0";
     return options;
   }
 
@@ -242,7 +252,14 @@ ServeReports reports_on_stdout() {
 void serve(const PlantConfig& plant, const ServeOptions& options, const ServeReports& reports) {
   VirtualBus bus(options.bit_rate);
   ServedNodes nodes(plant, options, bus);
-  serve(nodes, bus, options, reports);
+  ServeReports with_videos = reports;
+  with_videos.open = [&reports, &nodes](std::vector<std::string> addresses) {
+    nodes.add_videos(addresses);
+    if (reports.open) {
+      reports.open(addresses);
+    }
+  };
+  serve(nodes, bus, options, with_videos);
 }
 
 void serve(ServedDevice& device, VirtualBus& bus, const ServeOptions& options, const ServeReports& reports) {

@@ -47,7 +47,7 @@ struct ServeOptions {
 
 // Reports of serve(), each once and in this order; an empty function is not called.
 struct ServeReports {
-  std::function<void(const std::vector<std::string>& addresses)> open;  // the address of every bus end
+  std::function<void(const std::vector<std::string>& addresses)> open;  // every bus end's, then the pictures'
   std::function<void()>
       ready;  // the device's boot-up message was on the bus, or 1 s of its time has passed without one
 };
