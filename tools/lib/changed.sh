@@ -35,7 +35,7 @@ steps_of_place() {
         docs/*) echo host:test_docs ;;
         CHANGELOG.md | CONTRIBUTING.md) echo host:test_docs ;;
         tools/report/README.md) echo python host:test_docs ;;
-        tools/servoctl/README.md) echo servoctl host:test_docs ;;
+        tools/imager/README.md | tools/servoctl/README.md) echo servoctl host:test_docs ;;
         *) echo all ;;
       esac
       ;;
@@ -77,6 +77,7 @@ steps_of_place() {
     tools/demo | tools/lib/build_progress.sh) echo python ;;
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;
     tools/update-docs) ;;
+    tools/imager/*) echo servoctl ;;
     tools/image/*) echo host image servoctl-image gate ;;
     tools/minimax/*.py) ;;
     tools/mutate | tools/mutation/*) echo mutate python ;;

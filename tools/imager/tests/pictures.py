@@ -1,0 +1,40 @@
+"""Synthetic pictures whose target is exactly where it is said to be."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from imager.picture import Grey
+
+WIDTH, HEIGHT = 640, 480
+
+
+class Scene:
+    """A Gaussian spot in front of sky, or of clutter below `horizon` (a row)."""
+
+    def __init__(self, seed: int = 1, noise: float = 2.0, horizon: int = HEIGHT, clutter: float = 12.0) -> None:
+        self._random = np.random.default_rng(seed)
+        self._noise = noise
+        self.background = np.full((HEIGHT, WIDTH), 150.0)
+        self.background += np.linspace(10.0, -10.0, HEIGHT)[:, None]
+        if horizon < HEIGHT:
+            ground = sum(
+                (cv2.GaussianBlur(self._random.normal(size=(HEIGHT, WIDTH)), (0, 0), size) * size for size in (2, 4, 8, 16)),
+                start=np.zeros((HEIGHT, WIDTH)),
+            )
+            ground *= clutter / float(ground.std())
+            self.background[horizon:] = 110.0 + ground[horizon:]
+
+    def picture(
+        self, column: float | None = None, row: float = 0.0, contrast: float = -80.0, size: float = 4.0, shift: int = 0
+    ) -> Grey:
+        """`size` is the spot's deviation in pixels; `shift` moves the background to the right."""
+        picture: npt.NDArray[np.float64] = np.roll(self.background, shift, axis=1).copy()
+        if column is not None:
+            y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
+            cover = np.exp(-0.5 * (((x - column) / size) ** 2 + ((y - row) / size) ** 2))
+            picture += contrast * cover
+        picture += self._noise * self._random.normal(size=picture.shape)
+        return np.asarray(np.clip(np.rint(picture), 0, 255), dtype=np.uint8)

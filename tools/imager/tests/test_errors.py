@@ -1,0 +1,144 @@
+"""Without a camera, a video, pictures or a bus: one sentence and exit code 2. And what a video becomes."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from imager.sources import read_pgm
+
+from .conftest import run_imager
+from .pictures import HEIGHT, WIDTH, Scene
+
+
+@pytest.fixture
+def video(tmp_path: Path) -> Path:
+    """Half a second of a target in front of sky."""
+    file = tmp_path / "target.avi"
+    writer = cv2.VideoWriter(str(file), cv2.VideoWriter.fourcc(*"MJPG"), 50.0, (WIDTH, HEIGHT))
+    scene = Scene()
+    for i in range(25):
+        writer.write(cv2.cvtColor(scene.picture(300.0 + i, 200.0), cv2.COLOR_GRAY2BGR))
+    writer.release()
+    return file
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+def refused(folder: Path, *arguments: str) -> str:
+    """The one sentence."""
+    result = run_imager(folder, *arguments)
+    assert result.code == 2, result
+    assert result.out == ""
+    assert result.err.count("\n") == 1 and result.err.startswith("imager: "), result.err
+    return result.err
+
+
+@pytest.mark.parametrize("camera", ["63", "/dev/video63"])
+def test_without_a_camera(tmp_path: Path, camera: str) -> None:
+    assert f"the camera '{camera}' cannot be opened" in refused(tmp_path, camera, "--no-bus")
+
+
+def test_without_a_video(tmp_path: Path) -> None:
+    assert "the video 'missing.mp4' does not exist" in refused(tmp_path, "missing.mp4", "--no-bus")
+
+
+def test_with_a_file_that_is_no_video(tmp_path: Path) -> None:
+    (tmp_path / "text.mp4").write_text("no video\n" * 1000)
+    assert "'text.mp4' is not a video that OpenCV can read" in refused(tmp_path, "text.mp4", "--no-bus")
+
+
+def test_with_a_broken_video(tmp_path: Path, video: Path) -> None:
+    broken = tmp_path / "broken.avi"
+    broken.write_bytes(video.read_bytes()[:6000])  # the head, and a part of the first picture
+    text = refused(tmp_path, "broken.avi", "--no-bus")
+    assert "'broken.avi'" in text and ("is not a video" in text or "no picture that can be decoded" in text)
+
+
+def test_with_a_stream_that_nobody_serves(tmp_path: Path) -> None:
+    address = f"rtsp://127.0.0.1:{free_port()}/uav"
+    assert f"the stream '{address}' cannot be opened" in refused(tmp_path, address, "--no-bus")
+
+
+def test_without_a_simulator(tmp_path: Path) -> None:
+    text = refused(tmp_path, f"pgm-tcp:127.0.0.1:{free_port()}", "--no-bus")
+    assert "is 'sim_host serve --video' running?" in text
+
+
+@pytest.mark.parametrize("source", ["pgm-tcp:host", "pgm-tcp:host:0", "pgm-tcp:host:70000"])
+def test_with_a_wrong_port(tmp_path: Path, source: str) -> None:
+    assert "has no valid port: expected pgm-tcp:HOST:PORT" in refused(tmp_path, source, "--no-bus")
+
+
+@pytest.mark.parametrize(
+    ("sent", "reason"),
+    [
+        (b"GIF89a\n", "is not a sequence of PGM pictures"),
+        (b"P5\n# exposure_us 1\n2 2\n65535\n", "expected grey levels of 8 bits"),
+        (b"P5\n2 2\n255\n1234", "has no comment line '# exposure_us"),
+        (b"P5\n# exposure_us 1\n", "the stream ends within a picture"),
+        (b"P5\n# exposure_us 1\ntwo 2\n255\n", "a picture's size is not a number"),
+    ],
+)
+def test_with_a_stream_of_something_else(tmp_path: Path, sent: bytes, reason: str) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        def serve() -> None:
+            client, _ = listener.accept()
+            with client:
+                client.sendall(sent)
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        assert reason in refused(tmp_path, f"pgm-tcp:127.0.0.1:{listener.getsockname()[1]}", "--no-bus")
+        thread.join()
+
+
+def test_without_a_bus(tmp_path: Path, video: Path) -> None:
+    assert "no bus given: add --bus or set SERVOCTL_BUS" in refused(tmp_path, video.name)
+    assert "invalid bus 'can0'" in refused(tmp_path, video.name, "--bus", "can0")
+    text = refused(tmp_path, video.name, "--bus", f"slcan-tcp:127.0.0.1:{free_port()}")
+    assert "connection refused" in text
+
+
+def test_with_a_recording_that_cannot_be_written(tmp_path: Path, video: Path) -> None:
+    assert "expected a file name that ends with" in refused(tmp_path, video.name, "--no-bus", "--record", "out.xyz")
+    assert "the folder does not exist" in refused(tmp_path, video.name, "--no-bus", "--record", "none/out.avi")
+
+
+def test_a_video_is_followed_and_recorded(tmp_path: Path, video: Path) -> None:
+    result = run_imager(tmp_path, video.name, "--no-bus", "--record", "out.avi")
+    assert result.code == 0, result.err
+    assert "pictures: 25" in result.out
+    assert "target found in 23 of 25 pictures, lost 0 times" in result.out
+    assert "delay, exposure to frame sent: median" in result.out
+    recorded = cv2.VideoCapture(str(tmp_path / "out.avi"))
+    assert int(recorded.get(cv2.CAP_PROP_FRAME_COUNT)) == 25
+    recorded.set(cv2.CAP_PROP_POS_FRAMES, 20)
+    good, picture = recorded.read()
+    assert good
+    green = (picture[..., 1].astype(int) - picture[..., 2] > 60) & (picture[..., 1].astype(int) - picture[..., 0] > 60)
+    rows, columns = np.nonzero(green)  # the box around the target
+    assert abs(columns.mean() - 320.0) < 3.0 and abs(rows.mean() - 200.0) < 3.0
+
+
+def test_a_sequence_of_pgm_pictures_is_read_to_its_end(tmp_path: Path) -> None:
+    file = tmp_path / "two.pgm"
+    file.write_bytes(b"P5\n# picture 7\n# exposure_us 1500\n2 2\n255\nabcdP5\n# exposure_us 21500\n1 1\n255\ne")
+    with file.open("rb") as stream:
+        first, second, third = (read_pgm(stream) for _ in range(3))
+    assert first is not None and second is not None and third is None
+    assert first.number == 7
+    assert first.exposed_s == pytest.approx(1.5e-3)
+    assert first.grey.tolist() == [[97, 98], [99, 100]]
+    assert second.exposed_s == pytest.approx(21.5e-3)
+    assert second.grey.tolist() == [[101]]

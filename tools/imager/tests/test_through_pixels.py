@@ -1,0 +1,91 @@
+"""The whole path: rendered pictures, imager, CAN, node, simulated machine.
+
+IMAGER_TEST_SECONDS sets how long the target is followed; the default keeps the tests short.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from servoctl.bus import parse_bus
+from servoctl.device import Device
+from servoctl.drive import Drive
+
+from .conftest import SCENARIO, Serving, environment
+
+SECONDS = float(os.environ.get("IMAGER_TEST_SECONDS", "20"))
+SETTLING_S = 5.0
+REQUIRED_URAD = 10.0
+PP, TRACKING = 1, -1
+SLEW_RAD_S = 0.3
+ON_TARGET = 3
+
+
+def wait_until(condition: Callable[[], bool], seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, f"not within {seconds} s"
+        time.sleep(0.05)
+
+
+def slew(device: Device, angles_rad: tuple[float, float]) -> None:
+    """Both axes enabled, at these angles."""
+    device.set_nmt("operational")
+    drives = [Drive(device, axis) for axis in range(2)]
+    for drive, angle_rad in zip(drives, angles_rad, strict=True):
+        device.axis_write(drive.axis, 0x6007, 0, 2)  # a silent master stops nothing
+        drive.set_mode(PP)
+        drive.enable()
+        drive.start_to(angle_rad, SLEW_RAD_S)
+    for drive in drives:
+        wait_until(lambda drive=drive: drive.statusword() & 0x400 != 0, 30.0)  # type: ignore[misc]
+
+
+def test_a_target_is_held_through_pixels(tmp_path: Path) -> None:
+    scenario = tmp_path / "flight.toml"
+    scenario.write_text(SCENARIO.read_text().replace("duration_s = 45.0", "duration_s = 90.0"))
+    truth = tmp_path / "truth.csv"
+    options = ("--target", str(scenario), "--video", "pgm-tcp:0", "--truth", str(truth))
+    with Serving(*options) as served, Device(parse_bus(served.bus), 1) as device:
+        imager = subprocess.Popen(
+            [sys.executable, "-m", "imager", served.video, "--bus", served.bus],
+            env=environment(tmp_path), cwd=tmp_path, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        )  # fmt: skip
+        try:
+            slew(device, (0.0141, 0.0492))
+            for axis in range(2):
+                device.axis_write(axis, 0x6060, TRACKING, 1)
+            wait_until(lambda: [device.read_int(0x3072, sub) for sub in (5, 6)] == [ON_TARGET] * 2, 10.0)
+            start_ticks = device.read_int(0x3010, 1)
+            wait_until(lambda: device.read_int(0x3010, 1) - start_ticks > 1000 * SECONDS, 5.0 * SECONDS)
+            states = [device.read_int(0x3072, sub) for sub in (5, 6)]
+            for axis in range(2):
+                device.axis_write(axis, 0x6040, 0, 2)
+        finally:
+            imager.terminate()
+            out, err = imager.communicate(timeout=20)
+    print(out)
+    assert imager.returncode == 0 and err == ""
+    with truth.open() as file:
+        rows = [row for row in csv.DictReader(file) if SETTLING_S < float(row["flight_s"]) < SECONDS]
+    assert len(rows) > 900 * (SECONDS - SETTLING_S)
+    sigmas = [
+        statistics.pstdev(float(row[f"{name}_error_urad"]) for row in rows) for name in ("cross_elevation", "elevation")
+    ]
+    print(f"true error of the line of sight, 1σ: {sigmas[0]:.2f} and {sigmas[1]:.2f} µrad")
+    assert states == [ON_TARGET, ON_TARGET]
+    assert max(sigmas) < REQUIRED_URAD
+    frames = re.search(r"frames: (\d+) sent, (\d+) taken and (\d+) dropped", out)
+    assert frames is not None
+    sent, taken, dropped = (int(text) for text in frames.groups())
+    assert dropped <= 0.01 * sent  # a computer that stands still for longer than 127 ms
+    assert taken >= 0.9 * sent  # none before the node is operational
+    assert "lost 0 times" in out
