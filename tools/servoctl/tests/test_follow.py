@@ -8,9 +8,12 @@ import math
 import signal
 import statistics
 from collections.abc import Callable
+from datetime import datetime, timedelta, timezone, tzinfo
 from pathlib import Path
 
 import pytest
+
+from servoctl.commands import follow
 
 from .conftest import Bench
 from .test_satellite import LINES
@@ -85,6 +88,33 @@ def test_a_satellite_is_followed_from_its_elements(servo: Bench) -> None:
     assert refused.code == 2 and "--site 52.2 21.0 100" in refused.err
     past = servo.here("follow", "iss.tle", *SITE[:-1], "--yes")
     assert past.code == 2 and "which is past" in past.err
+
+
+def test_a_pass_is_waited_for_and_begins_on_time(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock of the command is put to 10 s before the pass of 2008."""
+    (servo.folder / "iss.tle").write_text("\n".join(["ISS (ZARYA)", *LINES]) + "\n")
+    begin = datetime(2008, 9, 20, 18, 22, 15, tzinfo=timezone.utc)
+    shift = begin - timedelta(seconds=10) - datetime.now(timezone.utc)
+
+    class Clock(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> Clock:
+            at = datetime.now(tz) + shift
+            return cls.combine(at.date(), at.time(), tz)
+
+    monkeypatch.setattr(follow, "datetime", Clock)
+    here = angles(servo)[0]
+    words = ("iss.tle", *SITE[:-1], "--heading", str(202.7 + here), "--seconds", "1.5", "--json", "--yes")
+    monkeypatch.setattr(follow, "READY_S", 11.0)
+    late = servo.here("follow", *words)
+    assert late.code == 2 and "the axes need" in late.err, late
+    monkeypatch.setattr(follow, "READY_S", 6.0)
+    done = servo.here("follow", *words, "--slew-rate", "20")
+    assert done.code == 0, done.err
+    first, found = json.loads(done.out.splitlines()[0]), json.loads(done.out.splitlines()[-1])
+    assert first["time_s"] < 2.0 and found["samples"] > 1200
+    for axis in found["axes"]:
+        assert axis["rms_urad"] < 1000, axis
 
 
 def test_nothing_moves_when_a_row_breaks_a_limit_or_the_file_is_bad(servo: Bench) -> None:

@@ -103,6 +103,13 @@ def test_without_frames_nothing_moves(servo: Bench) -> None:
     assert after == pytest.approx(before, abs=0.05)
 
 
+def test_frames_that_the_node_drops_are_reported_with_the_reason(servo: Bench) -> None:
+    with camera(servo) as target:
+        target.quality = 200
+        refused = servo.here(*cued("--seconds", "3", "--yes"))
+    assert refused.code == 6 and "drops every frame of the camera" in refused.err and "quality" in refused.err, refused
+
+
 def test_a_device_without_the_mode_is_refused(test_node: Bench) -> None:
     refused = test_node("track", "--yes")
     assert refused.code == 6 and "no mode of operation for tracking (bit 16 of 6502" in refused.err

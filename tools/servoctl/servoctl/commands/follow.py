@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .. import power
 from ..device import Device
 from ..drive import Drive
-from ..errors import InputError
+from ..errors import InputError, MotionError
 from ..live import LiveAxis
 from ..node_limits import read_limits
 from ..pair_stream import PositionStream
@@ -42,8 +42,11 @@ ACCELERATION_SHARE = 0.5
 SWITCH_S = 1.0
 """Time for the change to mode csp before a start at a fixed time."""
 _FOREVER = 1 << 62
-READY_S = 5.0
-"""The axes stand at the first angle this long before a pass begins."""
+READY_S = 10.0
+"""From the time at which the axes could have slewed to the first angle to the start: they are enabled, one after the
+other, and stand there for some seconds."""
+LATE_S = 0.05
+"""A start later than this would be a jump."""
 OLD_DAYS = 14.0
 _METRES = Quantity("m", low=-500.0, high=9000.0)
 
@@ -118,7 +121,8 @@ def follow(
             return
         check_pace(device)
         if source.begin is not None and not rehearse:
-            _wait(session, source.begin, _slew_s(device, whole, slew_rate) + READY_S)
+            early_s = _slew_s(device, whole, slew_rate) - float(whole.time_s[0]) + READY_S
+            _wait(session, source.begin, early_s)
         record = _run(session, device, trajectory, whole, source.begin if not rehearse else None, slew_rate, interval)
     _show(session, trajectory, record, plot)
 
@@ -222,8 +226,12 @@ def _slew_s(device: Device, whole: Trajectory, rate_rad_s: float) -> float:
 def _wait(session: Session, begin: datetime, early_s: float) -> None:
     until = begin - timedelta(seconds=early_s)
     left_s = (until - datetime.now(timezone.utc)).total_seconds()
-    if left_s > 0.0:
-        session.out.say(f"waits {left_s:.0f} s; the axes begin to move at {until:%H:%M:%S} UTC.")
+    if left_s < 0.0:
+        raise InputError(
+            f"the pass begins in {left_s + early_s:.0f} s, but the axes need {early_s:.0f} s to be ready: give a later"
+            " --after, a faster --slew-rate, or --rehearse."
+        )
+    session.out.say(f"waits {left_s:.0f} s; the axes begin to move at {until:%H:%M:%S} UTC.")
     while (left_s := (until - datetime.now(timezone.utc)).total_seconds()) > 0.0:
         time.sleep(min(left_s, 1.0))
 
@@ -263,6 +271,8 @@ def _run(
             if count == 0:
                 zero_s = first_s if begin is None else (datetime.now(timezone.utc) - begin).total_seconds() - tick * TICK_S
                 shown_s = zero_s
+                if zero_s > first_s + LATE_S:
+                    raise MotionError(f"the axes were ready {zero_s - first_s:.1f} s too late for the pass.")
             now_s = zero_s + tick * TICK_S
             if now_s >= whole.time_s[-1]:
                 break
