@@ -13,8 +13,9 @@ constexpr int kTileMask = kTile - 1;
 constexpr double kManyTiles = 1 << 30;  // makes every place of a picture positive, so that a cast rounds down
 constexpr std::array<int, 5> kDetails_px{128, 32, 16, 8, 4};
 constexpr double kCloudStretch = 16.0;  // clouds are coarser than ground
-constexpr int kMaxBlurSteps = 32;
-constexpr int kSamplesPerPixel = 4;  // of the silhouette's edges, in each direction
+constexpr int kMaxBlurSteps = 32;       // of the UAV
+constexpr int kMaxGroundSteps = 8;      // of the whole picture, 4 ms each
+constexpr int kSamplesPerPixel = 4;     // of the silhouette's edges, in each direction
 
 // The silhouette in wingspans: fuselage and wing are ellipses about the same centre.
 struct Ellipse {
@@ -78,8 +79,8 @@ std::vector<float> texture_tile(std::uint64_t seed) {
 // In the middle of each of `count` equal steps.
 double share_of(int step, int count) { return (step + 0.5) / count; }
 
-int steps_for(double travel_px) {
-  return std::clamp(static_cast<int>(std::ceil(2.0 * std::min(travel_px, 1000.0))), 1, kMaxBlurSteps);
+int steps_for(double travel_px, int max_steps) {
+  return std::clamp(static_cast<int>(std::ceil(2.0 * std::min(travel_px, 1000.0))), 1, max_steps);
 }
 
 }  // namespace
@@ -167,7 +168,7 @@ void PictureRenderer::cover_with_uav(const SceneState& begin, const SceneState& 
   const Aim aim = aim_of(begin);
   const double cos_roll = std::cos(aim.roll_rad);
   const double sin_roll = std::sin(aim.roll_rad);
-  const int steps = steps_for(travel_px);
+  const int steps = steps_for(travel_px, kMaxBlurSteps);
   const auto of_a_sample = static_cast<float>(1.0 / (steps * kSamplesPerPixel * kSamplesPerPixel));
   const auto uav = static_cast<float>(config_.uav_grey);
   for (int row = top; row < bottom; ++row) {
@@ -201,7 +202,10 @@ RenderedPicture PictureRenderer::render(const SceneState& begin, const SceneStat
   const Aim last = aim_of(end);
   const double turned_rad = std::hypot(std::remainder(last.azimuth_rad - first.azimuth_rad, 2.0 * kPi),
                                        last.elevation_rad - first.elevation_rad);
-  const int steps = steps_for(0.5 * turned_rad / config_.pixel_rad);
+  const double half_picture_px = 0.5 * std::hypot(config_.width_px, config_.height_px);
+  const double lowest_rad = std::min(first.elevation_rad, last.elevation_rad) - half_picture_px * config_.pixel_rad;
+  const bool sky_alone = lowest_rad > config_.horizon_rad;  // clouds are too coarse to be blurred
+  const int steps = sky_alone ? 1 : steps_for(0.5 * turned_rad / config_.pixel_rad, kMaxGroundSteps);
   for (int step = 0; step < steps; ++step) {
     const double share = share_of(step, steps);
     const Aim aim = {first.azimuth_rad + share * std::remainder(last.azimuth_rad - first.azimuth_rad, 2.0 * kPi),

@@ -28,6 +28,8 @@ from .sources import NewestPicture, Source, VideoSource, open_source
 from .statistics import Statistics
 
 BAD_INPUT, INTERNAL = 2, 70
+THREAD_SWITCH_S = 5e-4
+"""The reading thread must not wait for the computing one at each piece of a picture."""
 STATUS_PERIOD_S = 1.0
 
 
@@ -49,9 +51,11 @@ def process(
     follower = Follower(settings.tracker)
     statistics = Statistics()
     start_s = next_status_s = time.monotonic()
+    number = 0
     with contextlib.suppress(KeyboardInterrupt):
         for picture in pictures:
-            sighting = follower.take(picture.grey)
+            sighting = follower.take(picture.grey, max(1, picture.number - number))
+            number = picture.number
             error_rad = settings.optics.error(sighting.column, sighting.row, picture.grey.shape)
             delay_s = _send(source, picture, sighting, error_rad, settings, sender)
             statistics.take(sighting, error_rad, delay_s)
@@ -157,6 +161,7 @@ def _terminate(_signal: int, _frame: FrameType | None) -> NoReturn:
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command and returns its exit code."""
+    sys.setswitchinterval(THREAD_SWITCH_S)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _terminate)
     try:

@@ -33,9 +33,11 @@ CORRELATION_QUALITY = 25
 """Of a place that the correlation tracker gives: whole pixels, and it may drift."""
 MIN_CORRELATION = 0.3
 """KCF reports the target as lost below this."""
+WIDER = 3.0
+"""Window and gate of the second look: the target or the camera has been accelerated."""
 _BOX_OF_SIZE = 2.5
 _SMALLEST_BOX_PX = 24
-_VELOCITY_GAIN = 0.3
+_VELOCITY_GAIN = 0.5
 _SHAPE_GAIN = 0.05
 
 TRACKERS = ("kcf", "csrt", "none")
@@ -81,6 +83,7 @@ class Follower:
         self._forget()
 
     def _forget(self) -> None:
+        self._pictures = 1
         self._blob: Blob | None = None
         self._seen = 0
         self._missed = 0
@@ -94,8 +97,9 @@ class Follower:
     def state(self) -> State:
         return State.FOLLOWING if self._seen >= CONFIRMED else State.SEARCHING
 
-    def take(self, grey: Grey) -> Sighting:
-        """The target in the next picture."""
+    def take(self, grey: Grey, pictures: int = 1) -> Sighting:
+        """The target in the next picture, which is `pictures` after the last one."""
+        self._pictures = pictures
         return self._search(grey) if self.state == State.SEARCHING else self._follow(grey)
 
     def _search(self, grey: Grey) -> Sighting:
@@ -114,8 +118,9 @@ class Follower:
 
     def _follow(self, grey: Grey) -> Sighting:
         assert self._blob is not None
-        column, row = self._blob.column + self._velocity[0], self._blob.row + self._velocity[1]
-        blob = self._matching(grey, column, row)
+        column = self._blob.column + self._pictures * self._velocity[0]
+        row = self._blob.row + self._pictures * self._velocity[1]
+        blob = self._matching(grey, column, row) or self._matching(grey, column, row, WIDER)
         if blob is not None:
             self._take_blob(grey, blob)
             return self._sighting(blob)
@@ -132,17 +137,16 @@ class Follower:
         width, height = self._blob.width, self._blob.height
         return Sighting(State.FOLLOWING, CORRELATION_QUALITY, column, row, width, height, 1.0, True)
 
-    def _matching(self, grey: Grey, column: float, row: float) -> Blob | None:
+    def _matching(self, grey: Grey, column: float, row: float, wider: float = 1.0) -> Blob | None:
         """The followed object near a place, or nothing if what is there is another one."""
         assert self._blob is not None
-        before = self._blob
-        half = max(SMALLEST_HALF_PX, math.ceil(WINDOW_OF_SIZE * self._size))
-        blob = find_in_window(grey, column, row, half, before.sign)
+        half = math.ceil(wider * max(SMALLEST_HALF_PX, WINDOW_OF_SIZE * self._size))
+        blob = find_in_window(grey, column, row, half, self._blob.sign)
         if blob is None or not 1.0 / SIZE_CHANGE < blob.size / max(self._size, 3.0) < SIZE_CHANGE:
             return None
         if not 1.0 / SIZE_CHANGE**2 < blob.area / max(self._area, 5.0) < SIZE_CHANGE**2:
             return None
-        if math.hypot(blob.column - column, blob.row - row) > GATE_OF_SIZE * self._size + GATE_PX:
+        if math.hypot(blob.column - column, blob.row - row) > wider * (GATE_OF_SIZE * self._size + GATE_PX):
             return None
         if self._seen >= CONFIRMED and blob.difference < MIN_CONTRAST * self._contrast:
             return None
@@ -150,7 +154,8 @@ class Follower:
 
     def _take_blob(self, grey: Grey, blob: Blob) -> None:
         if self._blob is not None and self._seen > 0:
-            step = (blob.column - self._blob.column, blob.row - self._blob.row)
+            column, row = blob.column - self._blob.column, blob.row - self._blob.row
+            step = (column / self._pictures, row / self._pictures)
             self._velocity = (
                 self._velocity[0] + _VELOCITY_GAIN * (step[0] - self._velocity[0]),
                 self._velocity[1] + _VELOCITY_GAIN * (step[1] - self._velocity[1]),

@@ -22,6 +22,8 @@ from .picture import Grey, Picture
 FORMS = "a camera's number (0) or device (/dev/video0), a video file, an rtsp:// or http:// address, or pgm-tcp:HOST:PORT"
 SIMULATOR = "pgm-tcp:"
 CONNECT_S = 3.0
+RECEIVE_BUFFER_BYTES = 1 << 18
+"""About a picture: if we are late, the simulator drops pictures, and none waits here until it is old."""
 SILENCE_S = 5.0
 """Without a picture for so long, the source is broken."""
 _BUFFERED_STAMP_S = 1.0
@@ -132,8 +134,11 @@ class PgmSource:
 
     def __init__(self, host: str, port: int) -> None:
         self._name = f"{SIMULATOR}{host}:{port}"
+        self._socket = socket.socket()
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        self._socket.settimeout(CONNECT_S)
         try:
-            self._socket = socket.create_connection((host, port), timeout=CONNECT_S)
+            self._socket.connect((host, port))
         except OSError as error:
             raise ImagerError(
                 f"{self._name}: no pictures there ({error.strerror or error}); is 'sim_host serve --video' running?"

@@ -65,8 +65,13 @@ def test_a_target_is_held_through_pixels(tmp_path: Path) -> None:
                 device.axis_write(axis, 0x6060, TRACKING, 1)
             wait_until(lambda: [device.read_int(0x3072, sub) for sub in (5, 6)] == [ON_TARGET] * 2, 10.0)
             start_ticks = device.read_int(0x3010, 1)
-            wait_until(lambda: device.read_int(0x3010, 1) - start_ticks > 1000 * SECONDS, 5.0 * SECONDS)
-            states = [device.read_int(0x3072, sub) for sub in (5, 6)]
+            states: set[int] = set()
+
+            def flown() -> bool:
+                states.update(device.read_int(0x3072, sub) for sub in (5, 6))
+                return device.read_int(0x3010, 1) - start_ticks > 1000 * SECONDS
+
+            wait_until(flown, 5.0 * SECONDS)
             for axis in range(2):
                 device.axis_write(axis, 0x6040, 0, 2)
         finally:
@@ -81,11 +86,10 @@ def test_a_target_is_held_through_pixels(tmp_path: Path) -> None:
         statistics.pstdev(float(row[f"{name}_error_urad"]) for row in rows) for name in ("cross_elevation", "elevation")
     ]
     print(f"true error of the line of sight, 1σ: {sigmas[0]:.2f} and {sigmas[1]:.2f} µrad")
-    assert states == [ON_TARGET, ON_TARGET]
+    assert states == {ON_TARGET}, "the node coasted, or lost the target"
     assert max(sigmas) < REQUIRED_URAD
     frames = re.search(r"frames: (\d+) sent, (\d+) taken and (\d+) dropped", out)
     assert frames is not None
     sent, taken, dropped = (int(text) for text in frames.groups())
     assert dropped <= 0.01 * sent  # a computer that stands still for longer than 127 ms
     assert taken >= 0.9 * sent  # none before the node is operational
-    assert "lost 0 times" in out
