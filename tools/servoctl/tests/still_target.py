@@ -27,7 +27,8 @@ class StillTarget:
         self._identifier = identifier
         self._azimuth, self._pitch = math.radians(azimuth_deg), math.radians(pitch_deg)
         self.visible = True
-        self.quality = SURE
+        self.impossible = False
+        """Every frame has a quality above 100 %."""
         self._end = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -56,7 +57,7 @@ class StillTarget:
             azimuth, pitch = (counts * 1e-7 for counts in struct.unpack("<ii", message.data))
             x, y, inside = self._place(azimuth, pitch)
             counter = (counter + 1) % 256
-            quality = self.quality if inside and self.visible else 0
+            quality = 200 if self.impossible else SURE if inside and self.visible else 0
             frame = struct.pack("<hhHBB", x, y, 100, quality, counter)  # 1 ms old
             self._bus.send(can.Message(arbitration_id=self._identifier, data=frame, is_extended_id=False))
             sent_s = heard_s

@@ -105,7 +105,7 @@ def test_without_frames_nothing_moves(servo: Bench) -> None:
 
 def test_frames_that_the_node_drops_are_reported_with_the_reason(servo: Bench) -> None:
     with camera(servo) as target:
-        target.quality = 200
+        target.impossible = True
         refused = servo.here(*cued("--seconds", "3", "--yes"))
     assert refused.code == 6 and "drops every frame of the camera" in refused.err and "quality" in refused.err, refused
 
