@@ -30,6 +30,10 @@ struct Ellipse {
 constexpr Ellipse kWing{0.5, 0.04};
 constexpr Ellipse kFuselage{0.12, 0.10};
 
+std::size_t index_of(int column, int row, int width) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
+}
+
 double smooth(double share) { return share * share * (3.0 - 2.0 * share); }
 
 // Value noise: random values on a grid, with smooth transitions between them.
@@ -39,9 +43,7 @@ void add_detail(std::vector<float>& tile, int grid_px, RandomStream& random) {
   for (double& each : value) {
     each = random.normal();
   }
-  const auto at = [&](int column, int row) {
-    return value[static_cast<std::size_t>((row % points) * points + column % points)];
-  };
+  const auto at = [&](int column, int row) { return value[index_of(column % points, row % points, points)]; };
   for (int row = 0; row < kTile; ++row) {
     const double down = smooth(static_cast<double>(row % grid_px) / grid_px);
     for (int column = 0; column < kTile; ++column) {
@@ -50,7 +52,7 @@ void add_detail(std::vector<float>& tile, int grid_px, RandomStream& random) {
       const int top = row / grid_px;
       const double above = at(left, top) + across * (at(left + 1, top) - at(left, top));
       const double below = at(left, top + 1) + across * (at(left + 1, top + 1) - at(left, top + 1));
-      tile[static_cast<std::size_t>(row * kTile + column)] += static_cast<float>(above + down * (below - above));
+      tile[index_of(column, row, kTile)] += static_cast<float>(above + down * (below - above));
     }
   }
 }
@@ -102,8 +104,8 @@ float PictureRenderer::texture(double column, double row) const {
   const auto down = static_cast<float>(row + kManyTiles - static_cast<double>(top));
   const int x = static_cast<int>(left & kTileMask);
   const int y = static_cast<int>(top & kTileMask);
-  const float *above = &texture_[static_cast<std::size_t>(y * kTile)];
-  const float *below = &texture_[static_cast<std::size_t>(((y + 1) & kTileMask) * kTile)];
+  const float *above = &texture_[index_of(0, y, kTile)];
+  const float *below = &texture_[index_of(0, (y + 1) & kTileMask, kTile)];
   const int right = (x + 1) & kTileMask;
   const float upper = above[x] + across * (above[right] - above[x]);
   const float lower = below[x] + across * (below[right] - below[x]);
@@ -188,7 +190,7 @@ void PictureRenderer::cover_with_uav(const SceneState& begin, const SceneState& 
           covered += kWing.contains(level_x, level_y) || kFuselage.contains(level_x, level_y) ? 1 : 0;
         }
       }
-      float& grey = picture[static_cast<std::size_t>(row * config_.width_px + column)];
+      float& grey = picture[index_of(column, row, config_.width_px)];
       grey += static_cast<float>(covered) * of_a_sample * (uav - grey);
     }
   }

@@ -33,8 +33,8 @@ class Scene:
         """`size` is the spot's deviation in pixels; `shift` moves the background to the right."""
         picture: npt.NDArray[np.float64] = np.roll(self.background, shift, axis=1).copy()
         if column is not None:
-            y, x = np.mgrid[0:HEIGHT, 0:WIDTH]
-            cover = np.exp(-0.5 * (((x - column) / size) ** 2 + ((y - row) / size) ** 2))
-            picture += contrast * cover
-        picture += self._noise * self._random.normal(size=picture.shape)
+            across = np.exp(-0.5 * ((np.arange(WIDTH) - column) / size) ** 2)
+            down = np.exp(-0.5 * ((np.arange(HEIGHT) - row) / size) ** 2)
+            picture += contrast * np.outer(down, across)
+        picture += self._noise * self._random.standard_normal(picture.shape, dtype=np.float32)
         return np.asarray(np.clip(np.rint(picture), 0, 255), dtype=np.uint8)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import http.server
 import socket
 import threading
+import time
 from pathlib import Path
 
 import cv2
@@ -129,6 +132,38 @@ def test_a_video_is_followed_and_recorded(tmp_path: Path, video: Path) -> None:
     green = (picture[..., 1].astype(int) - picture[..., 2] > 60) & (picture[..., 1].astype(int) - picture[..., 0] > 60)
     rows, columns = np.nonzero(green)  # the box around the target
     assert abs(columns.mean() - 320.0) < 3.0 and abs(rows.mean() - 200.0) < 3.0
+
+
+class _Camera(http.server.BaseHTTPRequestHandler):
+    """A network camera: two seconds of JPEG pictures, then it breaks off."""
+
+    def do_GET(self) -> None:  # noqa: N802
+        scene = Scene()
+        self.send_response(200)
+        self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=picture")
+        self.end_headers()
+        with contextlib.suppress(OSError):
+            for i in range(60):
+                data = cv2.imencode(".jpg", scene.picture(300.0 + 0.5 * i, 200.0))[1].tobytes()
+                self.wfile.write(b"--picture\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(data))
+                self.wfile.write(data + b"\r\n")
+                time.sleep(0.033)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Not on the error stream."""
+
+
+def test_a_network_camera_is_followed_until_it_breaks_off(tmp_path: Path) -> None:
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), _Camera) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_address[1]}/uav.mjpg"
+        result = run_imager(tmp_path, address, "--no-bus", "--seconds", "0.5")
+        broken = run_imager(tmp_path, address, "--no-bus")
+        server.shutdown()
+    assert result.code == 0, result.err
+    assert "lost 0 times" in result.out
+    assert broken.code == 2
+    assert broken.err == f"imager: '{address}' gives no more pictures; check its cable or network, then start again.\n"
 
 
 def test_a_sequence_of_pgm_pictures_is_read_to_its_end(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from servoctl.device import Device
 
 from imager.camera_frame import AGE, CAMERA_ID, NODE_CLOCK, OBJECTS, TIME_S, FrameSender, Result
 
-from .conftest import DESCRIPTIONS, Serving
+from .conftest import DESCRIPTIONS, SCENARIO, Serving, run_imager
 
 FORMATS = {"INTEGER16": "h", "UNSIGNED16": "H", "UNSIGNED8": "B"}
 
@@ -70,6 +70,13 @@ def test_the_simulators_time_is_the_clock_of_the_node(tmp_path: Path, monkeypatc
             report = sender.report()
         assert (report.taken, report.dropped) == (5, 0)
         assert 50 <= report.age_ms < 127  # half the speed: 127 ms of the node are 254 ms here
+
+
+def test_without_a_node_on_the_bus(tmp_path: Path) -> None:
+    with Serving("--target", str(SCENARIO), "--video", "pgm-tcp:0") as served:
+        result = run_imager(tmp_path, served.video, "--bus", served.bus, "--node", "9")
+    assert result.code == 2
+    assert result.err.startswith("imager: node 9 does not answer on ") and result.err.count("\n") == 1
 
 
 def _is_ours(message: can.Message) -> bool:
