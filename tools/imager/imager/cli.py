@@ -17,9 +17,10 @@ from servoctl.bus import BIT_RATES, ENVIRONMENT, parse_bus
 from servoctl.bus import FORMS as BUS_FORMS
 from servoctl.device import Device
 from servoctl.errors import ServoctlError
+from servoctl.tracking import DROPS
 
 from . import __version__
-from .camera_frame import AGE, DROPS, NODE_CLOCK, FrameSender, Result
+from .camera_frame import AGE, NODE_CLOCK, FrameSender, Result
 from .errors import ImagerError
 from .follower import TRACKERS, Follower, Sighting
 from .picture import DEFAULT_PIXEL_URAD, Optics, Picture

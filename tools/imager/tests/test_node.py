@@ -11,8 +11,9 @@ import can
 import pytest
 from servoctl.bus import open_bus, parse_bus
 from servoctl.device import Device
+from servoctl.tracking import FRAME
 
-from imager.camera_frame import AGE, CAMERA_ID, NODE_CLOCK, OBJECTS, TIME_S, FrameSender, Result
+from imager.camera_frame import AGE, CAMERA_ID, NODE_CLOCK, TIME_S, FrameSender, Result
 
 from .conftest import DESCRIPTIONS, SCENARIO, Serving, run_imager
 
@@ -28,7 +29,7 @@ def described() -> dict[tuple[int, int], dict[str, object]]:
 def test_the_mapping_is_that_of_the_nodes_dictionary() -> None:
     objects = described()
     names, bits = [], 0
-    for mapped in OBJECTS:
+    for mapped in FRAME:
         entry = objects[mapped >> 16, mapped >> 8 & 0xFF]
         assert struct.calcsize(FORMATS[str(entry["type"])]) * 8 == mapped & 0xFF
         names.append(str(entry["name"]))
@@ -47,7 +48,7 @@ def test_the_node_takes_the_frames_and_afterwards_its_rpdo_is_as_before(tmp_path
             frame = next(message for message in iter(lambda: listener.recv(5.0), None) if _is_ours(message))
             assert bytes(frame.data) == struct.pack("<hhHBB", -123, 456, 3210, 88, 1)
             time.sleep(0.1)
-            taken = [device.read_int(mapped >> 16, mapped >> 8 & 0xFF, signed=i < 2) for i, mapped in enumerate(OBJECTS)]
+            taken = [device.read_int(mapped >> 16, mapped >> 8 & 0xFF, signed=i < 2) for i, mapped in enumerate(FRAME)]
             assert taken == [-123, 456, 3210, 88, 1]
             report = sender.report()
             assert (report.taken, report.dropped, report.age_ms) == (1, 0, 32)

@@ -26,7 +26,8 @@ DROPS = {
 """Why a frame does not count, by 3072:4."""
 
 RPDO = 3
-_FRAME = [0x3070 << 16 | sub << 8 | bits for sub, bits in enumerate((16, 16, 16, 8, 8), start=1)]
+FRAME = [0x3070 << 16 | sub << 8 | bits for sub, bits in enumerate((16, 16, 16, 8, 8), start=1)]
+"""Objects of a camera frame, as they are mapped."""
 
 
 def check_supported(device: Device, axis: int) -> None:
@@ -49,7 +50,7 @@ class CameraMapping:
     def __enter__(self) -> None:
         if self._identifier is not None:
             try:
-                self._loan.take(self._identifier, _FRAME, event_ms=0)
+                self._loan.take(self._identifier, FRAME, event_ms=0)
             except BaseException:
                 self._loan.give_back()
                 raise
