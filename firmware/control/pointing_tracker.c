@@ -35,8 +35,13 @@ static void follow_roll(pointing_tracker_state *state, float roll_rad_s, float d
   state->past_phi[state->newest] = state->phi;
 }
 
-/* The frame's error as a vector of N: the image was turned by what phi was at exposure. */
-static image_vector frame_error(const pointing_tracker_state *state, const pointing_frame *frame) {
+image_vector pointing_tracker_los_motion(const pointing_tracker_state *state, int age_ticks, float dt_s) {
+  return (image_vector){.x = target_tracker_los_motion_rad(&state->along[0], age_ticks, dt_s),
+                        .y = target_tracker_los_motion_rad(&state->along[1], age_ticks, dt_s)};
+}
+
+/* The image was turned by what phi was at exposure. */
+image_vector pointing_tracker_frame_error(const pointing_tracker_state *state, const pointing_frame *frame) {
   const bool known = frame->fresh && frame->age_ticks >= 0 && frame->age_ticks < TARGET_TRACKER_HISTORY;
   if (!known) {
     return frame->error;
@@ -48,7 +53,7 @@ static image_vector frame_error(const pointing_tracker_state *state, const point
 static void estimate(pointing_tracker_state *state, const pointing_tracker_params *params, const pointing_frame *frame,
                      image_vector los_rad_s, float dt_s) {
   const target_tracker_params estimator = estimator_of(params);
-  const image_vector error = frame_error(state, frame);
+  const image_vector error = pointing_tracker_frame_error(state, frame);
   /* A frame is good in both components or in none. */
   const bool valid = frame->valid && scalar_within(error.x, SCALAR_PI) && scalar_within(error.y, SCALAR_PI);
   const camera_frame seen = {.fresh = frame->fresh, .valid = valid, .age_ticks = frame->age_ticks};

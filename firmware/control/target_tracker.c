@@ -16,8 +16,8 @@ control_status target_tracker_check(const target_tracker_params *params) {
 
 void target_tracker_reset(target_tracker_state *state) { *state = (target_tracker_state){0}; }
 
-/* How far the line of sight has turned during the last `age_ticks` ticks, rad; counts whole blocks as one. */
-static float los_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
+/* Counts whole blocks as one. */
+float target_tracker_los_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s) {
   const unsigned before = (state->newest + TARGET_TRACKER_HISTORY - (unsigned)age_ticks) % TARGET_TRACKER_HISTORY;
   const unsigned begun = state->newest % TARGET_TRACKER_BLOCK;
   float sum_rad_s = state->los_sum_rad_s[state->newest];
@@ -51,7 +51,8 @@ static void correct(target_tracker_state *state, const target_tracker_params *pa
                     float dt_s) {
   const float age_s = (float)frame->age_ticks * dt_s;
   const float target_motion_rad = (state->target_rate_rad_s - 0.5f * state->target_acceleration_rad_s2 * age_s) * age_s;
-  const float expected_rad = state->error_rad + los_motion_rad(state, frame->age_ticks, dt_s) - target_motion_rad;
+  const float expected_rad =
+      state->error_rad + target_tracker_los_motion_rad(state, frame->age_ticks, dt_s) - target_motion_rad;
   const float residual_rad = frame->error_rad - expected_rad;
 
   const float interval_s = scalar_max((float)state->ticks_since_frame, 1.0f) * dt_s;
@@ -67,7 +68,7 @@ static void correct(target_tracker_state *state, const target_tracker_params *pa
 }
 
 static void acquire(target_tracker_state *state, const camera_frame *frame, float los_rate_rad_s, float dt_s) {
-  state->error_rad = frame->error_rad - los_motion_rad(state, frame->age_ticks, dt_s);
+  state->error_rad = frame->error_rad - target_tracker_los_motion_rad(state, frame->age_ticks, dt_s);
   state->target_rate_rad_s = los_rate_rad_s;
   state->target_acceleration_rad_s2 = 0.0f;
   state->integral_rad_s = los_rate_rad_s;

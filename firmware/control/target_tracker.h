@@ -54,6 +54,9 @@ typedef struct {
 control_status target_tracker_check(const target_tracker_params *params);
 void target_tracker_reset(target_tracker_state *state);
 
+/* How far the line of sight has turned during the last `age_ticks` ticks, rad; 0 .. TARGET_TRACKER_HISTORY - 1. */
+float target_tracker_los_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s);
+
 /* One tick in which another estimate is in use: the motion of the line of sight is remembered, the target is not. */
 void target_tracker_remember(target_tracker_state *state, float los_rate_rad_s);
 

@@ -1,5 +1,9 @@
 #include "node/tracking.h"
 
+#include "base/scalar.h"
+
+enum { TICKS_PER_S = 1000 };
+
 /* The node's clock at this tick, in the unit of a camera message. */
 static uint16_t clock_at(uint32_t tick) { return (uint16_t)(tick * CAMERA_TIMES_PER_TICK); }
 
@@ -8,10 +12,12 @@ static pointing_frame take_frame(target_tracking *self, uint32_t tick) {
     return (pointing_frame){0};
   }
   self->objects.arrived = false;
-  const pointing_frame frame =
+  pointing_frame frame =
       camera_input_take(&self->frames, &self->objects.params, &self->objects.message, clock_at(tick));
   if (frame.fresh) {
     self->objects.age_ms = (uint8_t)frame.age_ticks;
+    camera_delay_notice(&self->delay, &frame);
+    frame.age_ticks = camera_delay_age(&self->delay, &self->objects.delay, frame.age_ticks);
   }
   return frame;
 }
@@ -79,6 +85,8 @@ void tracking_take(target_tracking *self, servo_board *board, bool both_track, f
   } else if (frame.fresh) {
     show_joints(board, &frame);
   }
+  self->dither_rad_s = camera_delay_dither(&self->delay, &self->objects.delay,
+                                           self->together && self->objects.dither_s != 0, SERVO_TICK_S);
 }
 
 void tracking_command(const target_tracking *self, int axis, drive_axis *drive, servo_axis_command *command) {
@@ -86,7 +94,28 @@ void tracking_command(const target_tracking *self, int axis, drive_axis *drive, 
     drive->motion.tracking.given = true;
     command->speed = self->target.reference[axis];
     command->torque_nm += self->target.torque_nm[axis];
+    command->speed.rate_rad_s += axis == SERVO_PITCH ? self->dither_rad_s : 0.0f;
   }
+}
+
+static int16_t time_of(float time_s) {
+  const float most = 32767.0f;
+  return (int16_t)scalar_round(scalar_clamp(time_s * (float)CAMERA_TIMES_PER_TICK / SERVO_TICK_S, -most, most));
+}
+
+static void measure_delay(target_tracking *self, uint32_t tick) {
+  camera_objects *objects = &self->objects;
+  camera_delay_step(&self->delay, &objects->delay, &self->line_of_sight.tracker, self->together && self->target.locked,
+                    SERVO_TICK_S);
+  if (!self->together) {
+    objects->dither_s = 0;
+  } else if (objects->dither_s != 0 && tick % TICKS_PER_S == 0) {
+    objects->dither_s--;
+  }
+  const delay_error *found = &self->delay.found;
+  objects->delay_error = time_of(found->error_s);
+  objects->delay_half_width = found->known ? (uint16_t)time_of(found->half_width_s) : CAMERA_DELAY_UNKNOWN;
+  objects->correction_ms = objects->delay.use == CAMERA_DELAY_CORRECTED ? (int8_t)self->delay.offset_ticks : 0;
 }
 
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
@@ -98,4 +127,5 @@ void tracking_report(target_tracking *self, const drive_axis *azimuth, const dri
   objects->azimuth_tracking = (uint8_t)azimuth->tracking;
   objects->pitch_tracking = (uint8_t)pitch->tracking;
   objects->clock = clock_at(tick);
+  measure_delay(self, tick);
 }

@@ -15,10 +15,12 @@
 #include "servo/servo_board.h"
 
 typedef struct {
-  camera_objects objects; /* 0x3070 .. 0x3072 */
+  camera_objects objects; /* 0x3070 .. 0x3073 */
   camera_input frames;
+  camera_delay delay;
   pointing line_of_sight;
   pointing_output target; /* of this tick, while `together` */
+  float dither_rad_s;     /* of this tick, on the elevation */
   bool together;          /* the line of sight is tracked by both axes */
 } target_tracking;
 

@@ -13,6 +13,10 @@ enum { FRAME_OBJECT = 0x3070, FRAME_COUNTER = 5 };
   kind_(0x3071, sub_, OD_RW, OD_STORED, camera_objects, member_, low_, high_, preset_, unit_, name_, help_)
 #define REPORTS(kind_, sub_, member_, high_, unit_, name_, help_) \
   kind_(0x3072, sub_, OD_RO, OD_TPDO, camera_objects, member_, 0, high_, 0, unit_, name_, help_)
+#define DELAYS(kind_, sub_, member_, low_, high_, preset_, unit_, name_, help_) \
+  kind_(0x3073, sub_, OD_RW, OD_STORED, camera_objects, member_, low_, high_, preset_, unit_, name_, help_)
+#define FINDS(kind_, sub_, member_, low_, high_, preset_, unit_, name_, help_) \
+  kind_(0x3073, sub_, OD_RO, OD_TPDO, camera_objects, member_, low_, high_, preset_, unit_, name_, help_)
 
 static const od_entry kEntries[] = {
     OD_RECORD_HEAD(0x3070, 5, "Camera frame", "Errors that the image processor measured; map all five into one RPDO"),
@@ -50,6 +54,17 @@ static const od_entry kEntries[] = {
     REPORTS(OD_U8, 6, pitch_tracking, 5, "", "Pitch tracking state", "As 3072:5"),
     REPORTS(OD_U8, 7, age_ms, 127, "ms", "Camera frame age", "From exposure to the tick that took the newest frame"),
     REPORTS(OD_U16, 8, clock, 65535, "1e-5 s", "Camera clock", "The node's clock at this tick, for 3070:3"),
+    OD_RECORD_HEAD(0x3073, 7, "Camera delay", "How old the frames are, measured while both axes track"),
+    DELAYS(OD_U8, 1, delay.use, 0, 2, 1, "", "Camera delay use",
+           "0: not measured, and forgotten; 1: measured and reported; 2: also corrected"),
+    DELAYS(OD_F32, 2, delay.dither_rad, 0.0f, 2e-4f, 2e-5f, "rad", "Camera dither amplitude", "Of the elevation"),
+    DELAYS(OD_F32, 3, delay.dither_hz, 1.0f, 10.0f, 5.0f, "Hz", "Camera dither frequency", "Of the elevation"),
+    OD_U8(0x3073, 4, OD_RW, 0, camera_objects, dither_s, 0, 60, 0, "s", "Camera dither time",
+          "Writing it starts the dither while both axes track; counts down to 0"),
+    FINDS(OD_I16, 5, delay_error, INT16_MIN, INT16_MAX, 0, "1e-5 s", "Camera delay error", "True age minus stated age"),
+    FINDS(OD_U16, 6, delay_half_width, 0, 65535, CAMERA_DELAY_UNKNOWN, "1e-5 s", "Camera delay half width",
+          "Half the 95 % interval of 3073:5; 65535: not known"),
+    FINDS(OD_I8, 7, correction_ms, -50, 50, 0, "ms", "Camera delay correction", "Added to the stated age"),
 };
 
 const od_table camera_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

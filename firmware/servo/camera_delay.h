@@ -1,0 +1,63 @@
+/* The camera's delay while both axes track: measured from the frames, reported, and corrected if that is allowed.
+ *
+ *     in the tick        camera_delay_age, camera_delay_notice for each frame; camera_delay_dither
+ *     in the same ms     camera_delay_step: a part of the work in each ms, after the tick
+ *
+ * The estimate (control/delay_estimator.h) uses the motion of the line of sight that the pointing tracker remembers. It
+ * takes this motion at the age that it believes (stated age plus `offset_ticks`), so that a large error does not make
+ * it wrong. Frames that arrive while it works on another one are left out: from 330 Hz on.
+ *
+ * The dither is a sine on the elevation's rate. It gives the line of sight a motion that the target cannot have. */
+#ifndef TRACKSERVO_SERVO_CAMERA_DELAY_H
+#define TRACKSERVO_SERVO_CAMERA_DELAY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "control/delay_estimator.h"
+#include "control/pointing_tracker.h"
+
+typedef enum { CAMERA_DELAY_IGNORED = 0, CAMERA_DELAY_REPORTED = 1, CAMERA_DELAY_CORRECTED = 2 } camera_delay_use;
+
+enum { CAMERA_DELAY_MOST_TICKS = 50 }; /* of a correction */
+
+#define CAMERA_DELAY_GOOD_ENOUGH_S 7e-3f /* half an interval: a worse estimate corrects nothing */
+
+typedef struct {
+  uint8_t use;      /* camera_delay_use */
+  float dither_rad; /* amplitude of the elevation, 0 .. 2e-4 */
+  float dither_hz;  /* 1 .. 10 */
+} camera_delay_params;
+
+typedef enum { CAMERA_DELAY_WAITS = 0, CAMERA_DELAY_FRAME, CAMERA_DELAY_SAMPLE, CAMERA_DELAY_SUMS } camera_delay_stage;
+
+typedef struct {
+  delay_estimator estimator;
+  delay_error found;
+  delay_sample sample;
+  pointing_frame frame;     /* of the stage CAMERA_DELAY_FRAME; with the stated age */
+  image_vector moved_since; /* by the line of sight from the last frame's exposure to its tick */
+  int ticks_since;          /* the last frame, up to TARGET_TRACKER_HISTORY */
+  int tracked_ticks;        /* up to TARGET_TRACKER_HISTORY */
+  int offset_ticks;         /* the error that is believed, -CAMERA_DELAY_MOST_TICKS .. CAMERA_DELAY_MOST_TICKS */
+  camera_delay_stage stage;
+  angle_turn32 dither_phase;
+} camera_delay;
+
+/* Nothing is known. */
+void camera_delay_reset(camera_delay *self);
+
+/* The age that counts for a frame of this stated age, 0 .. TARGET_TRACKER_HISTORY - 1. */
+int camera_delay_age(const camera_delay *self, const camera_delay_params *params, int stated_ticks);
+
+/* A frame of this tick, with its stated age, aligned as for pointing_step. */
+void camera_delay_notice(camera_delay *self, const pointing_frame *frame);
+
+/* Once per ms after the tick. `tracks`: both axes follow the estimate of `tracker`. */
+void camera_delay_step(camera_delay *self, const camera_delay_params *params, const pointing_tracker_state *tracker,
+                       bool tracks, float tick_s);
+
+/* Rate to add to the elevation's in this tick, rad/s; 0 if not `on`. */
+float camera_delay_dither(camera_delay *self, const camera_delay_params *params, bool on, float tick_s);
+
+#endif

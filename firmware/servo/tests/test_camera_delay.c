@@ -1,0 +1,171 @@
+/* The camera's delay in the servo: the line of sight shakes as the pointing tracker measures it, the target stands, and
+ * the sender states a wrong age. */
+#include "servo/camera_delay.h"
+
+#include <string.h>
+
+#include "support/check.h"
+#include "support/random.h"
+
+enum { RING = 256, TRUE_AGE_MS = 28 };
+
+static const float kTick_s = 1e-3f;
+
+static camera_delay delay;
+static camera_delay_params params;
+static pointing_tracker_state tracker;
+
+static const pointing_tracker_params kTracker = {
+    .proportional_per_s = 20.0f, .estimator_rad_s = 4.0f, .coast_s = 1.0f, .rate_limit_rad_s = {1.0f, 1.0f}};
+
+static struct {
+  random_source random;
+  double los_rad[2][RING];
+  double inner[2];
+  double rate_rad_s[2];
+  double last_rad_s[2]; /* measured in the tick before */
+  unsigned ms;
+  int frame_ms; /* one frame every .. */
+  int stated_ms;
+  bool found;
+} world;
+
+void setUp(void) {
+  camera_delay_reset(&delay);
+  pointing_tracker_reset(&tracker);
+  params = (camera_delay_params){.use = CAMERA_DELAY_REPORTED, .dither_rad = 2e-5f, .dither_hz = 5.0f};
+  memset(&world, 0, sizeof world);
+  world.random = (random_source){7};
+  world.frame_ms = 20;
+  world.stated_ms = TRUE_AGE_MS;
+  world.found = true;
+}
+
+void tearDown(void) {}
+
+static void shake(int i) {
+  world.last_rad_s[i] = world.rate_rad_s[i];
+  world.inner[i] += -0.03 * world.inner[i] + sqrt(0.06) * random_normal(&world.random);
+  world.rate_rad_s[i] += 0.03 * (280e-6 * world.inner[i] - world.rate_rad_s[i]);
+  world.los_rad[i][(world.ms + 1) % RING] = world.los_rad[i][world.ms % RING] + 1e-3 * world.rate_rad_s[i];
+}
+
+/* The tracker gets the rates of the last tick, as in the node. */
+static void run_for(int ms, bool tracks) {
+  for (int k = 0; k < ms; ++k) {
+    pointing_frame frame = {0};
+    if (world.ms % (unsigned)world.frame_ms == 0 && world.ms > 100) {
+      const unsigned then = (world.ms + RING - TRUE_AGE_MS) % RING;
+      frame = (pointing_frame){.fresh = true, .valid = world.found, .age_ticks = world.stated_ms};
+      frame.error.x = (float)(-world.los_rad[0][then] + 2.3e-6 * random_normal(&world.random));
+      frame.error.y = (float)(-world.los_rad[1][then] + 2.3e-6 * random_normal(&world.random));
+    }
+    const line_of_sight_rates los = {.rad_s = {(float)world.last_rad_s[0], (float)world.last_rad_s[1]}};
+    camera_delay_notice(&delay, &frame);
+    frame.age_ticks = camera_delay_age(&delay, &params, frame.age_ticks);
+    (void)pointing_tracker_step(&tracker, &kTracker, &frame, &los, 0, kTick_s);
+    camera_delay_step(&delay, &params, &tracker, tracks, kTick_s);
+    shake(0);
+    shake(1);
+    world.ms++;
+  }
+}
+
+static void test_finds_how_wrong_the_stated_age_is_and_corrects_if_allowed(void) {
+  for (int wrong_ms = -10; wrong_ms <= 10; wrong_ms += 10) {
+    setUp();
+    world.stated_ms = TRUE_AGE_MS - wrong_ms;
+    run_for(40000, true);
+    TEST_ASSERT_TRUE(delay.found.known);
+    CHECK_NEAR("s", 1e-3 * wrong_ms, delay.found.error_s, 1e-3);
+    CHECK_AT_MOST("s", 1e-3, delay.found.half_width_s);
+    TEST_ASSERT_INT_WITHIN(1, wrong_ms, delay.offset_ticks);
+    TEST_ASSERT_EQUAL(20, camera_delay_age(&delay, &params, 20));
+    params.use = CAMERA_DELAY_CORRECTED;
+    TEST_ASSERT_EQUAL(20 + delay.offset_ticks, camera_delay_age(&delay, &params, 20));
+  }
+}
+
+static void test_a_corrected_age_stays_within_the_history(void) {
+  params.use = CAMERA_DELAY_CORRECTED;
+  delay.offset_ticks = -30;
+  TEST_ASSERT_EQUAL(0, camera_delay_age(&delay, &params, 20));
+  delay.offset_ticks = 30;
+  TEST_ASSERT_EQUAL(TARGET_TRACKER_HISTORY - 1, camera_delay_age(&delay, &params, 120));
+}
+
+static void test_an_age_that_is_ignored_is_forgotten(void) {
+  run_for(20000, true);
+  TEST_ASSERT_TRUE(delay.found.known);
+  params.use = CAMERA_DELAY_IGNORED;
+  run_for(1, true);
+  TEST_ASSERT_FALSE(delay.found.known);
+  TEST_ASSERT_EQUAL(0, delay.offset_ticks);
+}
+
+/* What was found is kept; nothing is added while the axes do not track. */
+static void test_a_pause_of_tracking_keeps_what_was_found(void) {
+  run_for(20000, true);
+  const delay_error before = delay.found;
+  run_for(3000, false);
+  TEST_ASSERT_EQUAL_FLOAT(before.error_s, delay.found.error_s);
+  run_for(1000, true); /* not settled yet */
+  TEST_ASSERT_EQUAL_FLOAT(before.half_width_s, delay.found.half_width_s);
+  run_for(20000, true);
+  CHECK_AT_MOST("s", 0.9 * (double)before.half_width_s, delay.found.half_width_s);
+  CHECK_NEAR("s", 0.0, delay.found.error_s, 1e-3);
+}
+
+static void test_frames_without_a_target_tell_nothing(void) {
+  world.found = false;
+  run_for(20000, true);
+  TEST_ASSERT_FALSE(delay.found.known);
+}
+
+/* 10 Hz to 500 Hz; beyond the limit of a delay the age is not believed. */
+static void test_any_rate_of_frames(void) {
+  const int frame_ms[] = {2, 3, 8, 100};
+  for (int i = 0; i < 4; ++i) {
+    setUp();
+    world.frame_ms = frame_ms[i];
+    world.stated_ms = TRUE_AGE_MS - 4;
+    run_for(60000, true);
+    TEST_ASSERT_TRUE(delay.found.known);
+    CHECK_NEAR("s", 4e-3, delay.found.error_s, 2.0f * delay.found.half_width_s);
+    CHECK_AT_MOST("s", 3e-3, delay.found.half_width_s);
+  }
+}
+
+static void test_frames_that_are_rare_tell_nothing(void) {
+  world.frame_ms = 250;
+  run_for(60000, true);
+  TEST_ASSERT_FALSE(delay.found.known);
+}
+
+static void test_the_dither_is_a_sine_of_the_elevation(void) {
+  double angle_rad = 0.0;
+  double lowest_rad = 0.0;
+  double highest_rad = 0.0;
+  for (int ms = 0; ms < 1000; ++ms) {
+    angle_rad += 1e-3 * (double)camera_delay_dither(&delay, &params, true, kTick_s);
+    lowest_rad = fmin(lowest_rad, angle_rad);
+    highest_rad = fmax(highest_rad, angle_rad);
+  }
+  CHECK_NEAR("rad, back after whole periods", 0.0, angle_rad, 1e-8);
+  CHECK_NEAR("rad", 4e-5, highest_rad - lowest_rad, 1e-7);
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, camera_delay_dither(&delay, &params, false, kTick_s));
+  TEST_ASSERT_EQUAL_UINT32(0, delay.dither_phase);
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_finds_how_wrong_the_stated_age_is_and_corrects_if_allowed);
+  RUN_TEST(test_a_corrected_age_stays_within_the_history);
+  RUN_TEST(test_an_age_that_is_ignored_is_forgotten);
+  RUN_TEST(test_a_pause_of_tracking_keeps_what_was_found);
+  RUN_TEST(test_frames_without_a_target_tell_nothing);
+  RUN_TEST(test_any_rate_of_frames);
+  RUN_TEST(test_frames_that_are_rare_tell_nothing);
+  RUN_TEST(test_the_dither_is_a_sine_of_the_elevation);
+  return UNITY_END();
+}

@@ -1,0 +1,172 @@
+// The delay of the camera's frames, measured by the node while it tracks: the paper's fly-by (from twice as far, so
+// that it lasts for three minutes), with wind, friction and noise of the plant. The image processor does not know its
+// own delay. The program prints what the node found.
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "bench.hpp"
+#include "tracking_bench.hpp"
+#include "unity.h"
+
+extern "C" void setUp() {}
+extern "C" void tearDown() {}
+
+namespace sim = trackservo::sim;
+
+namespace {
+
+using bench::designed_tracker;
+using bench::Spread;
+using bench::tracking_scenario;
+using bench::TrackingBench;
+
+constexpr int kReported = 1;
+constexpr int kCorrected = 2;
+constexpr double kTime_ms = 0.01;  // of 3073:5 and :6
+constexpr int kSeeds = 6;
+
+struct Flight {
+  double misstated_ms;  // added to the age by the sender
+  double duration_s;
+  int use = kReported;  // 3073:1
+  int dither_s = 0;     // 3073:4, written after 3 s
+  std::uint64_t seed = 1;
+};
+
+struct Found {
+  double error_ms = 0;
+  double half_width_ms = 0;
+  Spread pointing;  // from the middle of the flight on
+};
+
+Found fly(const Flight& flight) {
+  sim::ScenarioConfig with = tracking_scenario();
+  for (double& place_m : with.fly_by.start_position_m) {
+    place_m *= 2.0;
+  }
+  with.duration_s = flight.duration_s + 5.0;
+  TrackingBench tracking(with, flight.seed, designed_tracker(TRACKER_PREDICTIVE));
+  tracking.misstate_age(1e-3 * flight.misstated_ms);
+  tracking.node().write(sim::kAzimuth, 0x3073, 1, flight.use);
+  const double start_s = tracking.time_s();
+  const double dither_from_s = flight.dither_s > 0 ? 3.0 : 0.0;
+  bool dithered = false;
+  Found found;
+  while (tracking.time_s() < start_s + dither_from_s + flight.duration_s) {
+    if (flight.dither_s > 0 && !dithered && tracking.time_s() >= start_s + dither_from_s) {
+      tracking.node().write(sim::kAzimuth, 0x3073, 4, flight.dither_s);
+      dithered = true;
+    }
+    tracking.tick();
+    if (tracking.time_s() > start_s + 0.5 * flight.duration_s) {
+      found.pointing.add(tracking.error_rad());
+    }
+  }
+  const camera_objects& objects = tracking.node().node().tracking.objects;
+  TEST_ASSERT_NOT_EQUAL_UINT16(CAMERA_DELAY_UNKNOWN, objects.delay_half_width);
+  found.error_ms = kTime_ms * objects.delay_error;
+  found.half_width_ms = kTime_ms * objects.delay_half_width;
+  if (flight.use == kReported) {
+    TEST_ASSERT_EQUAL_INT8(0, objects.correction_ms);
+  } else {
+    TEST_ASSERT_INT8_WITHIN(3, std::lround(found.error_ms), objects.correction_ms);
+  }
+  return found;
+}
+
+// Of `kSeeds` flights at least all but one lie in their interval, and none is far outside.
+void check_intervals(const Flight& flight, double mean_half_width_ms) {
+  int inside = 0;
+  double sum_ms = 0.0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    Flight with = flight;
+    with.seed = seed;
+    const Found found = fly(with);
+    const double wrong_ms = std::abs(found.error_ms + flight.misstated_ms);
+    const std::string text =
+        fmt::format("age stated {:+} ms wrong, {} s, seed {}: {:.2f} +- {:.2f} ms", flight.misstated_ms,
+                    flight.duration_s, seed, found.error_ms, found.half_width_ms);
+    TEST_MESSAGE(text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(wrong_ms < 2.0 * found.half_width_ms, text.c_str());
+    inside += wrong_ms <= found.half_width_ms ? 1 : 0;
+    sum_ms += found.half_width_ms;
+  }
+  const std::string text = fmt::format("{} of {} inside, mean half width {:.2f} ms", inside, kSeeds, sum_ms / kSeeds);
+  TEST_MESSAGE(text.c_str());
+  TEST_ASSERT_GREATER_OR_EQUAL_INT(kSeeds - 1, inside);
+  TEST_ASSERT_TRUE_MESSAGE(sum_ms / kSeeds < mean_half_width_ms, text.c_str());
+}
+
+void test_after_20_s_of_tracking() { check_intervals({0.0, 20.0}, 7.0); }
+
+void test_after_three_minutes_of_tracking() {
+  for (const double misstated_ms : {0.0, 10.0, -10.0}) {
+    check_intervals({misstated_ms, 180.0}, 1.9);
+  }
+}
+
+// Required: 1 ms.
+void test_within_20_s_of_dither() {
+  for (const double misstated_ms : {0.0, 10.0, -10.0}) {
+    check_intervals({misstated_ms, 20.0, kCorrected, 20}, 1.0);
+  }
+}
+
+// Required: at most 10 % worse with a stated age that is wrong by 10 ms.
+void test_a_wrong_age_that_is_corrected_costs_nothing() {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const Found right = fly({0.0, 90.0, kReported, 0, seed});
+    for (const double misstated_ms : {10.0, -10.0}) {
+      const Found wrong = fly({misstated_ms, 90.0, kReported, 0, seed});
+      const Found corrected = fly({misstated_ms, 90.0, kCorrected, 0, seed});
+      for (std::size_t axis = 0; axis < sim::kAxes; ++axis) {
+        const std::string text = fmt::format(
+            "stated {:+} ms wrong, seed {}, {}: {:.2f} urad with the right age, {:.2f} wrong, {:.2f} corrected",
+            misstated_ms, seed, axis == sim::kAzimuth ? "azimuth" : "pitch", right.pointing.urad(axis),
+            wrong.pointing.urad(axis), corrected.pointing.urad(axis));
+        TEST_MESSAGE(text.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(corrected.pointing.urad(axis) < 1.1 * right.pointing.urad(axis), text.c_str());
+      }
+    }
+  }
+}
+
+// It ends by itself, and is 0 again.
+void test_dither_ends_by_itself_and_appears_in_the_measured_error() {
+  sim::ScenarioConfig with = tracking_scenario();
+  TrackingBench tracking(with, 1, designed_tracker(TRACKER_PREDICTIVE));
+  const camera_objects& objects = tracking.node().node().tracking.objects;
+  while (tracking.time_s() < 5.0) {
+    tracking.tick();
+  }
+  tracking.node().write_real(sim::kAzimuth, 0x3073, 2, 5e-5);
+  tracking.node().write(sim::kAzimuth, 0x3073, 4, 5);
+  std::array<Spread, 2> spread;
+  while (tracking.time_s() < 20.0) {
+    tracking.tick();
+    if (objects.dither_s != 0 || tracking.time_s() > 12.0) {
+      spread[objects.dither_s != 0 ? 0 : 1].add(tracking.error_rad());
+    }
+  }
+  TEST_ASSERT_EQUAL_UINT8(0, objects.dither_s);
+  const std::string text =
+      fmt::format("pitch: {:.2f} urad with dither, {:.2f} without", spread[0].urad(1), spread[1].urad(1));
+  TEST_MESSAGE(text.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(spread[0].urad(1) > 20.0 && spread[0].urad(1) < 50.0, text.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(spread[1].urad(1) < 4.0, text.c_str());
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_after_20_s_of_tracking);
+  RUN_TEST(test_after_three_minutes_of_tracking);
+  RUN_TEST(test_within_20_s_of_dither);
+  RUN_TEST(test_a_wrong_age_that_is_corrected_costs_nothing);
+  RUN_TEST(test_dither_ends_by_itself_and_appears_in_the_measured_error);
+  return UNITY_END();
+}
