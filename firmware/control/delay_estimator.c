@@ -4,13 +4,13 @@
 
 #include "base/scalar.h"
 
-#define TARGET_RAD_S 3.5f      /* bandwidth of the predictors */
-#define FIRST_FRAMES 6.0f      /* they begin faster: bandwidth times time since the beginning */
-#define DRIFT_RAD_S 14.0f      /* alpha follows the drift of the measured motion */
-#define SLOW_RAD_S 1.0f        /* high-pass of the residuals */
-#define QUANTILE_95 1.96f      /* of the normal distribution, two-sided */
-#define CURVATURE 1.4f         /* the interval is wider than that of linear least squares (Monte Carlo) */
-#define LEAST_INDEPENDENT 0.1f /* share of the filtered rate that must not be explained by alpha's error */
+#define TARGET_RAD_S 3.5f    /* bandwidth of the predictors */
+#define FIRST_FRAMES 6.0f    /* they begin faster: bandwidth times time since the beginning */
+#define DRIFT_RAD_S 14.0f    /* alpha follows the drift of the measured motion */
+#define SLOW_RAD_S 1.0f      /* high-pass of the residuals */
+#define QUANTILE_95 1.96f    /* of the normal distribution, two-sided */
+#define CURVATURE 1.4f       /* the interval is wider than that of linear least squares (Monte Carlo) */
+#define MIN_INDEPENDENT 0.1f /* share of the filtered rate that must not be explained by alpha's error */
 
 typedef struct {
   float interval_s;
@@ -165,7 +165,7 @@ static void collect(const delay_sums *sums, float weight, float *information, fl
   const float rr = sums->rr - sums->ra * sums->ra / sums->aa;
   const float er = sums->er - sums->ea * sums->ra / sums->aa;
   const float ee = sums->ee - sums->ea * sums->ea / sums->aa;
-  if (!(rr > LEAST_INDEPENDENT * sums->rr)) {
+  if (!(rr > MIN_INDEPENDENT * sums->rr)) {
     return;
   }
   const float variance = (ee - er * er / rr) / weight;

@@ -1,6 +1,6 @@
 /* How old the camera's frames really are: their errors against the line of sight's own motion.
  *
- * A frame tells the target's place: the line of sight at exposure plus the error in the image. If the frame is older
+ * A frame gives the target's place: the line of sight at exposure plus the error in the image. If the frame is older
  * by `error` than its sender states, the line of sight is taken at the wrong instant, and the place has an error of
  *
  *     place error = (rate of the line of sight - rate of the target) * error

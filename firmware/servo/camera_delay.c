@@ -58,7 +58,7 @@ static void gather(camera_delay *self, const pointing_tracker_state *tracker, fl
   self->ticks_since = 0;
 }
 
-/* A step is longer than the difference, because the rate at the believed instant tells less of the motion at another.
+/* A step is longer than the difference, because the rate at the believed instant says less of the motion at another.
  * What was found far from the truth is forgotten. */
 static void conclude(camera_delay *self, float tick_s) {
   self->found = delay_estimator_result(&self->estimator);

@@ -29,7 +29,7 @@ typedef struct {
   double inner;
   double rate_rad_s;
   double los_rad[RING]; /* at the last ms */
-  double exposed_rad;   /* error in the frame that is on its way */
+  double exposed_rad;   /* error in the frame that is not delivered yet */
   double arrived_rad;   /* error of the last frame, which the line of sight follows */
 } component;
 
@@ -184,7 +184,7 @@ static void test_a_sample_that_is_not_finite_restarts(void) {
 }
 
 /* Without noise and motion there is no information, and no division by zero. */
-static void test_a_line_of_sight_at_rest_tells_nothing(void) {
+static void test_a_line_of_sight_at_rest_gives_no_result(void) {
   for (int i = 0; i < 1000; ++i) {
     delay_estimator_add(&estimator, &(delay_sample){.interval_s = 0.02f});
   }
@@ -206,6 +206,6 @@ int main(void) {
   RUN_TEST(test_a_gap_or_another_target_spoils_nothing);
   RUN_TEST(test_forgetting_keeps_the_predictors);
   RUN_TEST(test_a_sample_that_is_not_finite_restarts);
-  RUN_TEST(test_a_line_of_sight_at_rest_tells_nothing);
+  RUN_TEST(test_a_line_of_sight_at_rest_gives_no_result);
   return UNITY_END();
 }

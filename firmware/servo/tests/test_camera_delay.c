@@ -116,7 +116,7 @@ static void test_a_pause_of_tracking_keeps_what_was_found(void) {
   CHECK_NEAR("s", 0.0, delay.found.error_s, 1e-3);
 }
 
-static void test_frames_without_a_target_tell_nothing(void) {
+static void test_frames_without_a_target_change_nothing(void) {
   world.found = false;
   run_for(20000, true);
   TEST_ASSERT_FALSE(delay.found.known);
@@ -136,7 +136,7 @@ static void test_any_rate_of_frames(void) {
   }
 }
 
-static void test_frames_that_are_rare_tell_nothing(void) {
+static void test_frames_that_are_rare_change_nothing(void) {
   world.frame_ms = 250;
   run_for(60000, true);
   TEST_ASSERT_FALSE(delay.found.known);
@@ -163,9 +163,9 @@ int main(void) {
   RUN_TEST(test_a_corrected_age_stays_within_the_history);
   RUN_TEST(test_an_age_that_is_ignored_is_forgotten);
   RUN_TEST(test_a_pause_of_tracking_keeps_what_was_found);
-  RUN_TEST(test_frames_without_a_target_tell_nothing);
+  RUN_TEST(test_frames_without_a_target_change_nothing);
   RUN_TEST(test_any_rate_of_frames);
-  RUN_TEST(test_frames_that_are_rare_tell_nothing);
+  RUN_TEST(test_frames_that_are_rare_change_nothing);
   RUN_TEST(test_the_dither_is_a_sine_of_the_elevation);
   return UNITY_END();
 }
