@@ -6,6 +6,7 @@
 //   sim_host beliefs --out DIR
 //   sim_host random-plants --plant FILE --out DIR
 //   sim_host passes --out DIR
+//   sim_host node-tracking --out DIR
 //   sim_host bench
 //   sim_host serve --plant FILE --bus slcan-tcp:PORT
 //   sim_host faults [--scenario FILE]
@@ -446,6 +447,7 @@ int main(int argc, char **argv) {
   sim::add_random_plants(app);
   sim::add_fig9_scan(app);
   sim::add_passes(app);
+  sim::add_node_tracking(app);
   add_bench(app);
   add_serve(app);
   sim::add_attack(app, code);

@@ -12,6 +12,7 @@
 #include "studies/campaign/results.hpp"
 #include "studies/fig9_scan/fig9_scan_report.hpp"
 #include "studies/identification_value/identification_value.hpp"
+#include "studies/node_tracking/node_tracking.hpp"
 #include "studies/random_plants/random_plants_report.hpp"
 #include "studies/shared/experiment.hpp"
 #include "studies/shared/identified_axis.hpp"
@@ -135,6 +136,26 @@ void passes(const PassesOptions& options) {
   }
 }
 
+struct NodeTrackingOptions {
+  NodeTrackingSetup setup;
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path out_dir;
+};
+
+void node_tracking(const NodeTrackingOptions& options) {
+  NodeTrackingSetup setup = options.setup;
+  refuse_repeated_seeds(setup.seeds);
+  setup.plant = load_plant(options.plant);
+  setup.cases = shipped_node_tracking(setup.plant, TRACKSERVO_DATA_DIR);
+  start_progress();
+  const std::vector<NodeTrackingResult> results = run_node_tracking(setup, show_progress);
+  print(setup, results);
+  if (!options.out_dir.empty()) {
+    write_node_tracking(setup, results, TRACKSERVO_GIT, options.out_dir / "node_tracking.json");
+    fmt::print("written {}\n", (options.out_dir / "node_tracking.json").string());
+  }
+}
+
 }  // namespace
 
 void add_experiments(CLI::App& app) {
@@ -201,6 +222,18 @@ void add_fig9_scan(CLI::App& app) {
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command->callback([options] { fig9_scan(*options); });
+}
+
+void add_node_tracking(CLI::App& app) {
+  auto options = std::make_shared<NodeTrackingOptions>();
+  CLI::App *command = app.add_subcommand(
+      "node-tracking", "study tracking in the running node: camera frames over CAN, both axes in mode -1");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
+  add_threads(*command, options->setup.threads);
+  command->add_option("--out", options->out_dir, "folder for node_tracking.json")
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command->callback([options] { node_tracking(*options); });
 }
 
 void add_passes(CLI::App& app) {

@@ -11,6 +11,7 @@ void add_assumed_plants(CLI::App& app);
 void add_random_plants(CLI::App& app);
 void add_fig9_scan(CLI::App& app);
 void add_passes(CLI::App& app);
+void add_node_tracking(CLI::App& app);
 
 }  // namespace trackservo::sim
 

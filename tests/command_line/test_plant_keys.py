@@ -27,7 +27,8 @@ speeds_deg_s = [{SET_POINT_DEG_S}]
 """
 
 # Keys without a default, of tables that the shipped plant does not have.
-MORE = {"[azimuth.structure]": {"frequency_hz": 90.0, "damping": 0.02, "inertia_share": 0.1}}
+MORE = {"[azimuth.structure]": {"frequency_hz": 90.0, "damping": 0.02, "inertia_share": 0.1},
+        "[[base_motion]]": {"axis": '"yaw"', "frequency_hz": 0.1, "amplitude_deg": 0.1}}
 
 
 

@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "rig.hpp"
-#include "support/camera_on_bus.hpp"
+#include "target/target_camera.hpp"
 #include "unity.h"
 
 using bench::BoardRig;
-using bench::CameraOnBus;
 using bench::HostRig;
 namespace sim = trackservo::sim;
+using sim::TargetCamera;
 
 void setUp(void) {}
 void tearDown(void) {}
@@ -66,7 +66,7 @@ struct Gains {
 // A master that has not seen the device before.
 template <typename Rig>
 void set_up(Rig& rig, const std::optional<Gains>& gains) {
-  for (const sim::ObjectWrite& write : sim::camera_mapping(4, CameraOnBus::kId)) {
+  for (const sim::ObjectWrite& write : sim::camera_mapping(4, TargetCamera::kCobId)) {
     const bool is_count = write.sub == 0;
     const std::string text = fmt::format("{:04X}:{}", write.index, write.sub);
     TEST_ASSERT_TRUE_MESSAGE(rig.client.write(write.index, write.sub, write.value, is_count ? 1 : 4), text.c_str());
@@ -86,7 +86,7 @@ void set_up(Rig& rig, const std::optional<Gains>& gains) {
 
 // Error of each tick from the beginning of the course.
 template <typename Rig>
-std::vector<Error> track(Rig& rig, CameraOnBus& camera, const sim::ScenarioConfig& scenario,
+std::vector<Error> track(Rig& rig, TargetCamera& camera, const sim::ScenarioConfig& scenario,
                          const std::optional<Gains>& gains) {
   const auto pass_ms = [&rig, &camera] {
     if (const std::optional<can_frame> frame = camera.look(rig.truth())) {
@@ -113,14 +113,14 @@ std::vector<Error> track(Rig& rig, CameraOnBus& camera, const sim::ScenarioConfi
 
 std::vector<Error> on_host(const sim::PlantConfig& plant, const sim::ScenarioConfig& scenario,
                            const std::optional<Gains>& gains) {
-  CameraOnBus camera(scenario, 1, kBegins_s);
+  TargetCamera camera(scenario, 1, kBegins_s);
   HostRig host(plant, 1, camera.first_angle_rad());
   return track(host, camera, scenario, gains);
 }
 
 std::vector<Error> on_board(const sim::PlantConfig& plant, const sim::ScenarioConfig& scenario,
                             const std::optional<Gains>& gains) {
-  CameraOnBus camera(scenario, 1, kBegins_s);
+  TargetCamera camera(scenario, 1, kBegins_s);
   BoardRig board(plant, 1, false, camera.first_angle_rad());
   const std::vector<Error> errors = track(board, camera, scenario, gains);
   for (const std::string& violation : board.machine.chip().violations.list()) {

@@ -15,7 +15,6 @@
 
 #include "base/axis.hpp"
 #include "config/source_lines.hpp"
-#include "plant/base_motion.hpp"
 #include "sensors/adc.hpp"
 #include "sensors/sensor_suite.hpp"
 
@@ -161,6 +160,16 @@ struct DesignConfig {
 struct Assumption {
   std::string topic;
   std::string text;
+};
+
+enum class BaseAxis { kRoll = 0, kPitch = 1, kYaw = 2 };
+
+// amplitude * sin(2 pi frequency t + phase) about one axis.
+struct BaseMotionLine {
+  BaseAxis axis = BaseAxis::kRoll;
+  double frequency_hz = 1;
+  double amplitude_rad = 0;
+  double phase_rad = 0;
 };
 
 struct PlantConfig {

@@ -13,17 +13,9 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "config/plant_config.hpp"
+
 namespace trackservo::sim {
-
-enum class BaseAxis { kRoll = 0, kPitch = 1, kYaw = 2 };
-
-// amplitude * sin(2 pi frequency t + phase) about one axis.
-struct BaseMotionLine {
-  BaseAxis axis = BaseAxis::kRoll;
-  double frequency_hz = 1;
-  double amplitude_rad = 0;
-  double phase_rad = 0;
-};
 
 struct BaseState {
   Eigen::Matrix3d attitude = Eigen::Matrix3d::Identity();  // from the base's frame to the ground's

@@ -12,6 +12,7 @@
 
 #include "base/axis.hpp"
 #include "base/firmware.hpp"
+#include "sensors/picture.hpp"
 
 namespace trackservo::sim {
 
@@ -32,6 +33,9 @@ struct TruthState {
   std::array<double, kAxes> line_of_sight_rad_s{};     // inertial rates along cross-elevation and elevation
   double bus_voltage_v = 0;
 };
+
+// What a camera on both joints sees depends on this.
+inline PicturePose pose_of(const TruthState& truth) { return {truth.inertial_angle_rad, truth.base}; }
 
 // Delivered once per 1 ms tick.
 struct TickSamples {

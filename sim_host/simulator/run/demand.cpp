@@ -203,6 +203,14 @@ class Demands {
              gyro.noise_density_rad_s_rthz * std::sqrt(0.5 * kPi * gyro.bandwidth_hz));
     add_rate("gyro.bias_deg_s", kDegPerRad * gyro.bias_rad_s, std::abs(gyro.bias_rad_s));
     add_rate("gyro.scale_error_ppm", 1e6 * gyro.scale_error, std::abs(gyro.scale_error) * reference_rad_s_);
+    for (std::size_t i = 0; i < plant_.base_motion.size(); ++i) {
+      const BaseMotionLine& line = plant_.base_motion[i];
+      const double rate_rad_s = 2.0 * kPi * line.frequency_hz * line.amplitude_rad;
+      add(fmt::format("base_motion[{}].amplitude_deg", i), kDegPerRad * line.amplitude_rad,
+          rate_rad_s / reference_rad_s_,
+          fmt::format("with frequency_hz = {:g} turns the base at {:.3g} deg/s, at a set-point of {:.3g} deg/s",
+                      line.frequency_hz, kDegPerRad * rate_rad_s, kDegPerRad * reference_rad_s_));
+    }
     add_rate("base_sway.rms_urad", 1e6 * axis_.base_sway.rms_rad,
              kSigmas * 2.0 * kPi * axis_.base_sway.frequency_hz * axis_.base_sway.rms_rad);
     demands_.push_back({on_axis("gyro.bandwidth_hz"),

@@ -26,8 +26,6 @@ std::array<double, kAxes> tangents(const Eigen::Vector3d& target_m, const Pictur
 
 }  // namespace
 
-PicturePose pose_of(const TruthState& truth) { return {truth.inertial_angle_rad, truth.base}; }
-
 std::array<double, kAxes> picture_of(const Eigen::Vector3d& target_m, const PicturePose& pose,
                                      const PictureMounting& mounting) {
   return tangents(target_m, pose, mounting.roll_rad);

@@ -11,7 +11,6 @@
 #include <array>
 
 #include "base/axis.hpp"
-#include "plant/truth.hpp"
 
 namespace trackservo::sim {
 
@@ -26,9 +25,6 @@ struct PicturePose {
   std::array<double, kAxes> joint_angle_rad{};
   Eigen::Matrix3d base = Eigen::Matrix3d::Identity();  // from the base's frame to the ground's
 };
-
-// Of the simulated machine.
-PicturePose pose_of(const TruthState& truth);
 
 // The camera's axes in the ground's frame: columns of the matrix are the optical axis, along the rows, along the
 // columns.

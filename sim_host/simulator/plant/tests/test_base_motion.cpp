@@ -78,15 +78,15 @@ class FreeMachine {
  public:
   explicit FreeMachine(const PlantConfig& plant)
       : stage_kg_m2_(0.4, 0.4, plant.axis[kAzimuth].inertia_kg_m2),
-        sight_kg_m2_(0.0, plant.axis[kPitch].inertia_kg_m2, plant.axis[kAzimuth].inertia_swing_kg_m2) {}
+        mirror_kg_m2_(0.0, plant.axis[kPitch].inertia_kg_m2, plant.axis[kAzimuth].inertia_swing_kg_m2) {}
 
   double energy(const Free& at, double t) const {
     const Vector3d of_stage =
         stage(at.angle[kAzimuth]).transpose() * base_rate(t) + Vector3d::UnitZ() * at.rate[kAzimuth];
     const Matrix3d raised = camera(0.0, at.angle[kPitch]);
-    const Vector3d of_sight = raised.transpose() * of_stage - Vector3d::UnitY() * at.rate[kPitch];
+    const Vector3d of_mirror = raised.transpose() * of_stage - Vector3d::UnitY() * at.rate[kPitch];
     return 0.5 *
-           (of_stage.dot(stage_kg_m2_.cwiseProduct(of_stage)) + of_sight.dot(sight_kg_m2_.cwiseProduct(of_sight)));
+           (of_stage.dot(stage_kg_m2_.cwiseProduct(of_stage)) + of_mirror.dot(mirror_kg_m2_.cwiseProduct(of_mirror)));
   }
 
   // d(dT/dq')/dt = dT/dq
@@ -144,7 +144,7 @@ class FreeMachine {
   }
 
   Vector3d stage_kg_m2_;
-  Vector3d sight_kg_m2_;  // about the line of sight, to the left and up
+  Vector3d mirror_kg_m2_;  // about the line of sight, to the left and up
 };
 
 PlantConfig free_plant() {

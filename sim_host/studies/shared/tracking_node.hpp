@@ -1,0 +1,53 @@
+// The servo's node while it tracks: a simulated machine, an image processor that sends frames of a scenario's target,
+// and both axes in mode -1.
+#ifndef TRACKSERVO_SIM_STUDIES_TRACKING_NODE_HPP
+#define TRACKSERVO_SIM_STUDIES_TRACKING_NODE_HPP
+
+#include <array>
+#include <cstdint>
+
+#include "fault_injection/driven_node.hpp"
+#include "target/target_camera.hpp"
+
+namespace trackservo::sim {
+
+// Standard deviation of both axes' errors.
+class ErrorSpread {
+ public:
+  void add(const std::array<double, kAxes>& error_rad);
+  // 0 before the first error.
+  std::array<double, kAxes> sigma_rad() const;
+
+ private:
+  int count_ = 0;
+  std::array<double, kAxes> mean_rad_{};
+  std::array<double, kAxes> squares_rad2_{};
+};
+
+class TrackingNode {
+ public:
+  // Enabled, on the first angles of the course; `setup` must exist longer. Throws std::runtime_error when the node
+  // refuses the loop or does not enable its axes.
+  TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenario, std::uint64_t seed,
+               const target_tracker_params& loop);
+
+  void tick();
+
+  double time_s() const { return node_.machine().truth().time_s; }
+  // Target minus line of sight, as TargetCamera::error_rad.
+  std::array<double, kAxes> error_rad() const { return camera_.error_rad(node_.machine().truth()); }
+
+  // To the end of the scenario; errors count from its settling time on.
+  ErrorSpread track();
+
+  DrivenNode& node() { return node_; }
+
+ private:
+  ScenarioConfig scenario_;
+  TargetCamera camera_;
+  DrivenNode node_;
+};
+
+}  // namespace trackservo::sim
+
+#endif
