@@ -21,7 +21,7 @@ namespace {
 using bench::designed_tracker;
 using bench::Spread;
 using bench::tracking_scenario;
-using bench::TrackingBench;
+using bench::TrackingNode;
 
 constexpr int kReported = 1;
 constexpr int kCorrected = 2;
@@ -48,7 +48,7 @@ Found fly(const Flight& flight) {
     place_m *= 2.0;
   }
   with.duration_s = flight.duration_s + 5.0;
-  TrackingBench tracking(with, flight.seed, designed_tracker(TRACKER_PREDICTIVE));
+  TrackingNode tracking(bench::tracker_setup(), with, flight.seed, designed_tracker(TRACKER_PREDICTIVE));
   tracking.misstate_age(1e-3 * flight.misstated_ms);
   tracking.node().write(sim::kAzimuth, 0x3073, 1, flight.use);
   const double start_s = tracking.time_s();
@@ -125,10 +125,11 @@ void test_a_wrong_age_that_is_corrected_costs_nothing() {
       for (std::size_t axis = 0; axis < sim::kAxes; ++axis) {
         const std::string text = fmt::format(
             "stated {:+} ms wrong, seed {}, {}: {:.2f} urad with the right age, {:.2f} wrong, {:.2f} corrected",
-            misstated_ms, seed, axis == sim::kAzimuth ? "azimuth" : "pitch", right.pointing.urad(axis),
-            wrong.pointing.urad(axis), corrected.pointing.urad(axis));
+            misstated_ms, seed, axis == sim::kAzimuth ? "azimuth" : "pitch", right.pointing.sigma_urad(axis),
+            wrong.pointing.sigma_urad(axis), corrected.pointing.sigma_urad(axis));
         TEST_MESSAGE(text.c_str());
-        TEST_ASSERT_TRUE_MESSAGE(corrected.pointing.urad(axis) < 1.1 * right.pointing.urad(axis), text.c_str());
+        TEST_ASSERT_TRUE_MESSAGE(corrected.pointing.sigma_urad(axis) < 1.1 * right.pointing.sigma_urad(axis),
+                                 text.c_str());
       }
     }
   }
@@ -137,7 +138,7 @@ void test_a_wrong_age_that_is_corrected_costs_nothing() {
 // It ends by itself, and is 0 again.
 void test_dither_ends_by_itself_and_appears_in_the_measured_error() {
   sim::ScenarioConfig with = tracking_scenario();
-  TrackingBench tracking(with, 1, designed_tracker(TRACKER_PREDICTIVE));
+  TrackingNode tracking(bench::tracker_setup(), with, 1, designed_tracker(TRACKER_PREDICTIVE));
   const camera_objects& objects = tracking.node().node().tracking.objects;
   while (tracking.time_s() < 5.0) {
     tracking.tick();
@@ -153,10 +154,10 @@ void test_dither_ends_by_itself_and_appears_in_the_measured_error() {
   }
   TEST_ASSERT_EQUAL_UINT8(0, objects.dither_s);
   const std::string text =
-      fmt::format("pitch: {:.2f} urad with dither, {:.2f} without", spread[0].urad(1), spread[1].urad(1));
+      fmt::format("pitch: {:.2f} urad with dither, {:.2f} without", spread[0].sigma_urad(1), spread[1].sigma_urad(1));
   TEST_MESSAGE(text.c_str());
-  TEST_ASSERT_TRUE_MESSAGE(spread[0].urad(1) > 20.0 && spread[0].urad(1) < 50.0, text.c_str());
-  TEST_ASSERT_TRUE_MESSAGE(spread[1].urad(1) < 4.0, text.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(spread[0].sigma_urad(1) > 20.0 && spread[0].sigma_urad(1) < 50.0, text.c_str());
+  TEST_ASSERT_TRUE_MESSAGE(spread[1].sigma_urad(1) < 4.0, text.c_str());
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ void test_every_target_is_tracked_as_well_as_required() {
   setup.plant = sim::load_plant("sim_host/plants/tracker.toml");
   setup.cases = sim::shipped_node_tracking(setup.plant, "sim_host");
   setup.seeds.assign(std::begin(bench::kSeeds), std::end(bench::kSeeds));
-  const std::vector<sim::NodeTrackingResult> results = sim::run_node_tracking(setup, [](int, int, const std::string&) {});
+  const std::vector<sim::NodeTrackingResult> results =
+      sim::run_node_tracking(setup, [](int, int, const std::string&) {});
   sim::print(setup, results);
   TEST_ASSERT_EQUAL(6, results.size());
   for (const sim::NodeTrackingResult& result : results) {

@@ -31,11 +31,15 @@ class TargetCamera {
   // Azimuth and pitch of the target where it begins.
   std::array<double, kAxes> first_angle_rad() const { return target_.at(0.0).angle_rad; }
 
-  // Exposes when a frame is due; the frame of an earlier exposure when it is ready. Call it once per ms.
-  std::optional<can_frame> look(const TruthState& truth) {
+  // Exposes when a frame is due; the frame of an earlier exposure when it is ready. Call it once per ms. `misstated_s`
+  // is added to its age.
+  std::optional<can_frame> look(const TruthState& truth, double misstated_s = 0.0) {
     camera_.expose(truth.time_s,
                    picture_of(target_.position_m(course_s(truth.time_s)), pose_of(truth), config_.camera.mounting));
-    const std::optional<CameraFrame> result = camera_.poll(truth.time_s);
+    std::optional<CameraFrame> result = camera_.poll(truth.time_s);
+    if (result) {
+      result->delay_s += misstated_s;
+    }
     return result ? std::optional(sender_.frame_of(*result)) : std::nullopt;
   }
 

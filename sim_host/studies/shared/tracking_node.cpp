@@ -57,7 +57,7 @@ TrackingNode::TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenari
 }
 
 void TrackingNode::tick() {
-  if (const std::optional<can_frame> frame = camera_.look(node_.machine().truth())) {
+  if (const std::optional<can_frame> frame = camera_.look(node_.machine().truth(), misstated_s_)) {
     node_.receive(*frame);
   }
   node_.tick();

@@ -4,6 +4,7 @@
 #define TRACKSERVO_SIM_STUDIES_TRACKING_NODE_HPP
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "fault_injection/driven_node.hpp"
@@ -17,6 +18,7 @@ class ErrorSpread {
   void add(const std::array<double, kAxes>& error_rad);
   // 0 before the first error.
   std::array<double, kAxes> sigma_rad() const;
+  double sigma_urad(std::size_t axis) const { return 1e6 * sigma_rad()[axis]; }
 
  private:
   int count_ = 0;
@@ -37,6 +39,9 @@ class TrackingNode {
   // Target minus line of sight, as TargetCamera::error_rad.
   std::array<double, kAxes> error_rad() const { return camera_.error_rad(node_.machine().truth()); }
 
+  // What the image processor adds to the age of its frames: it does not know its own delay.
+  void misstate_age(double by_s) { misstated_s_ = by_s; }
+
   // To the end of the scenario; errors count from its settling time on.
   ErrorSpread track();
 
@@ -46,6 +51,7 @@ class TrackingNode {
   ScenarioConfig scenario_;
   TargetCamera camera_;
   DrivenNode node_;
+  double misstated_s_ = 0;
 };
 
 }  // namespace trackservo::sim
