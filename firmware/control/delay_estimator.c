@@ -131,13 +131,15 @@ void delay_estimator_add(delay_estimator *self, const delay_sample *sample) {
   const bool first = self->running_s <= 0.0f;
   self->running_s = scalar_min(self->running_s + sample->interval_s, 100.0f);
   const predictor_gains gains = gains_of(sample->interval_s, self->running_s);
+  if (first) {
+    for (int i = 0; i < DELAY_COMPONENTS; ++i) {
+      start(&self->component[i], error[i], rate[i]);
+    }
+    return;
+  }
   residuals found[DELAY_COMPONENTS];
   bool outlier = false;
   for (int i = 0; i < DELAY_COMPONENTS; ++i) {
-    if (first) {
-      start(&self->component[i], error[i], rate[i]);
-      continue;
-    }
     found[i] = filter(&self->component[i], &gains, error[i], moved[i], rate[i]);
     outlier = outlier || is_outlier(self, i, found[i].e);
   }

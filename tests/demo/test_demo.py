@@ -123,7 +123,7 @@ def test_the_straight_passes_are_part_of_it(demo: Path) -> None:
 
 def test_all_cores_work(demo: Path) -> None:
     threads = min(64, len(os.sched_getaffinity(0)))
-    assert run(demo)[1].count(f"--threads {threads}") == 3
+    assert run(demo)[1].count(f"--threads {threads}") == 4
 
 
 def test_a_failed_build_ends_the_demo_with_its_log(demo: Path) -> None:

@@ -124,9 +124,10 @@ void BoardMachine::step(Instant at) {
   }
   bus_.advance(seconds_of(kPwmPeriod));
   can_.pump(chip_.timeline.now());
-  const bool ticks = chip_.tim6.is_running();
-  step_in_tick_ = ticks && !ticked_ ? 0 : (step_in_tick_ + 1) % sim::kPwmPerTick;
-  ticked_ = ticks;
+  const bool ticking = chip_.tim6.is_running();
+  step_in_tick_ = ticking && !ticking_ ? 0 : (step_in_tick_ + 1) % sim::kPwmPerTick;
+  ticking_ = ticking;
+  ticks_ += ticking && step_in_tick_ == 0 ? 1 : 0;
   if (step_in_tick_ == gyro_phase_) {
     for (std::size_t i = 0; i < sim::kAxes; ++i) {
       const sim::Gyro::Reading reading = tracker_.read_gyro(static_cast<int>(i));

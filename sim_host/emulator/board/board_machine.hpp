@@ -43,6 +43,9 @@ class BoardMachine {
   FibreGyro& gyro(int axis) { return gyro_[static_cast<std::size_t>(axis)]; }
   sim::TruthState truth() const { return tracker_.truth(); }
 
+  // Ticks of the control task since power-on, counted 22 us before each begins.
+  std::uint64_t ticks() const { return ticks_; }
+
   // Once per ms: 22 us before the tick of the control task, from the first one on.
   void on_tick(std::function<void()> listener) { tick_listener_ = std::move(listener); }
 
@@ -110,7 +113,8 @@ class BoardMachine {
   Timeline::Alarm late_step_;
   Instant stepped_at_ = 0;
   int step_in_tick_ = 0;  // PWM periods since the last tick of the control task, which TIM6 requests in period 0
-  bool ticked_ = false;
+  bool ticking_ = false;
+  std::uint64_t ticks_ = 0;
   std::array<bool, sim::kAxes> driver_fault_{};
   struct Sto {
     bool terminal = true;

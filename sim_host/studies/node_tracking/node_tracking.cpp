@@ -33,7 +33,8 @@ target_tracker_params designed(const PlantConfig& plant, tracker_kind kind) {
   return design_controller(plant, controller_spec("pi_vob_ftc"), design).axis[0].tracker;
 }
 
-NodeTrackingCase pass_at(double elevation_deg, const std::filesystem::path& data_dir, target_tracker_params loop) {
+NodeTrackingCase pass_at(double elevation_deg, const std::filesystem::path& data_dir,
+                         const target_tracker_params& loop) {
   NodeTrackingCase tried;
   tried.name = fmt::format("pass at {:g} deg, 500 m up", elevation_deg);
   tried.scenario = load_scenario(data_dir / "studies/straight_passes/scenario.toml");
