@@ -2,7 +2,6 @@
 #ifndef TRACKSERVO_TESTS_CLOSED_LOOP_TRACKING_BENCH_HPP
 #define TRACKSERVO_TESTS_CLOSED_LOOP_TRACKING_BENCH_HPP
 
-#include "design/control_design.hpp"
 #include "studies/shared/tracking_node.hpp"
 
 namespace bench {
@@ -21,9 +20,7 @@ inline sim::ScenarioConfig tracking_scenario() { return sim::load_scenario("sim_
 
 // Of the default design, with this loop.
 inline target_tracker_params designed_tracker(tracker_kind kind) {
-  sim::DesignOptions design;
-  design.tracker = kind;
-  return sim::design_controller(tracker_setup().plant, sim::controller_spec("pi_vob_ftc"), design).axis[0].tracker;
+  return sim::designed_tracking_loop(tracker_setup().plant, kind);
 }
 
 }  // namespace bench

@@ -8,7 +8,6 @@
 
 #include "analysis/metrics.hpp"
 #include "base/json_file.hpp"
-#include "design/control_design.hpp"
 #include "run/scenario_run.hpp"
 
 namespace trackservo::sim {
@@ -26,12 +25,6 @@ constexpr double kDropout_s = 1.0;
 constexpr double kBack_s = 0.5;
 constexpr float kCoast_s = 2.0F;
 constexpr double kStep_nm = 3.0;  // a third of the break-away torque
-
-target_tracker_params designed(const PlantConfig& plant, tracker_kind kind) {
-  DesignOptions design;
-  design.tracker = kind;
-  return design_controller(plant, controller_spec("pi_vob_ftc"), design).axis[0].tracker;
-}
 
 NodeTrackingCase pass_at(double elevation_deg, const std::filesystem::path& data_dir,
                          const target_tracker_params& loop) {
@@ -97,13 +90,13 @@ double largest_step_nm(const NodeTrackingResult& result) {
 }  // namespace
 
 std::vector<NodeTrackingCase> shipped_node_tracking(const PlantConfig& plant, const std::filesystem::path& data_dir) {
-  const target_tracker_params predictive = designed(plant, TRACKER_PREDICTIVE);
+  const target_tracker_params predictive = designed_tracking_loop(plant, TRACKER_PREDICTIVE);
   NodeTrackingCase fly_by;
   fly_by.scenario = load_scenario(data_dir / "scenarios/tracking.toml");
   fly_by.count_from_s = fly_by.scenario.settle_s;
   fly_by.by_run = true;
   fly_by.name = "fly-by, paper's loop";
-  fly_by.loop = designed(plant, TRACKER_PI);
+  fly_by.loop = designed_tracking_loop(plant, TRACKER_PI);
   fly_by.goal = {{15.0 * kUrad, 15.0 * kUrad}, kPerRun, std::nullopt};
   std::vector<NodeTrackingCase> cases{fly_by};
   fly_by.name = "fly-by, predictive loop";

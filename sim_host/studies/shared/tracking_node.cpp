@@ -3,6 +3,8 @@
 #include <cmath>
 #include <optional>
 
+#include "design/control_design.hpp"
+
 namespace trackservo::sim {
 namespace {
 
@@ -40,9 +42,15 @@ std::array<double, kAxes> ErrorSpread::sigma_rad() const {
   return sigma;
 }
 
+target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_kind kind) {
+  DesignOptions design;
+  design.tracker = kind;
+  return design_controller(plant, controller_spec("pi_vob_ftc"), design).axis[0].tracker;
+}
+
 TrackingNode::TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenario, std::uint64_t seed,
                            const target_tracker_params& loop)
-    : scenario_(scenario), camera_(scenario, seed), node_(setup, seed, camera_.first_angle_rad()) {
+    : camera_(scenario, seed), node_(setup, seed, camera_.first_angle_rad()) {
   for (const ObjectWrite& write : camera_mapping(kCameraRpdo, TargetCamera::kCobId)) {
     node_.write(kAzimuth, write.index, write.sub, write.value);
   }
@@ -61,17 +69,6 @@ void TrackingNode::tick() {
     node_.receive(*frame);
   }
   node_.tick();
-}
-
-ErrorSpread TrackingNode::track() {
-  ErrorSpread spread;
-  while (time_s() < scenario_.duration_s) {
-    if (time_s() >= scenario_.settle_s) {
-      spread.add(error_rad());
-    }
-    tick();
-  }
-  return spread;
 }
 
 }  // namespace trackservo::sim

@@ -26,6 +26,9 @@ class ErrorSpread {
   std::array<double, kAxes> squares_rad2_{};
 };
 
+// The tracking loop of the default design for this plant.
+target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_kind kind);
+
 class TrackingNode {
  public:
   // Enabled, on the first angles of the course; `setup` must exist longer. Throws std::runtime_error when the node
@@ -42,13 +45,9 @@ class TrackingNode {
   // What the image processor adds to the age of its frames: it does not know its own delay.
   void misstate_age(double by_s) { misstated_s_ = by_s; }
 
-  // To the end of the scenario; errors count from its settling time on.
-  ErrorSpread track();
-
   DrivenNode& node() { return node_; }
 
  private:
-  ScenarioConfig scenario_;
   TargetCamera camera_;
   DrivenNode node_;
   double misstated_s_ = 0;
