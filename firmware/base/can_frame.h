@@ -21,6 +21,7 @@ typedef struct {
   uint8_t flags;                 /* CAN_FRAME_* */
   uint8_t length;                /* DLC, 0 .. 8 */
   uint8_t data[CAN_FRAME_BYTES]; /* bytes from `length` on are undefined */
+  uint16_t received_us;          /* hal_clock_us when it began, modulo 2^16; of a received frame only */
 } can_frame;
 
 /* Accepts a frame for sending. Returns false when there is no room: the caller keeps the frame and tries again

@@ -29,3 +29,11 @@ rotation rotation_of(angle_turn32 angle) {
   const float along[] = {sine, cosine, -sine, -cosine}; /* the cosine is the sine of a quarter turn later */
   return (rotation){.sine = along[quadrant], .cosine = along[(quadrant + 1u) % 4u]};
 }
+
+float rotation_cosine(angle_turn32 angle) {
+  const angle_turn32 eighth = UINT32_C(1) << 29;
+  const uint32_t quadrant = (angle + eighth) >> 30;
+  const float rest_rad = angle_difference_rad(angle, quadrant << 30);
+  const float size = quadrant % 2u == 0u ? cosine_of_eighth(rest_rad) : sine_of_eighth(rest_rad);
+  return quadrant == 1u || quadrant == 2u ? -size : size;
+}

@@ -12,4 +12,7 @@ typedef struct {
 /* Of any angle; sine and cosine are within 1.2e-7. */
 rotation rotation_of(angle_turn32 angle);
 
+/* Its cosine alone, in half the instructions. */
+float rotation_cosine(angle_turn32 angle);
+
 #endif

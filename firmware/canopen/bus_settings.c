@@ -51,7 +51,7 @@ static void follow_bit_rate(const od_entry *entry, uint8_t *place, uint16_t from
 }
 
 static bool is_inhibit_time(const od_entry *entry) {
-  return entry->index >= FIRST_TPDO && entry->index < FIRST_TPDO + PDO_COUNT && entry->sub == SUB_INHIBIT;
+  return entry->index >= FIRST_TPDO && entry->index < FIRST_TPDO + TPDO_COUNT && entry->sub == SUB_INHIBIT;
 }
 
 void bus_defaults_follow(const od_table *table, void *values, const bus_settings *from, const bus_settings *to) {

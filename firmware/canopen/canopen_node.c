@@ -28,8 +28,10 @@ static void enter(canopen_node *node, nmt_state state) {
   node->state = state;
   if (state == NMT_OPERATIONAL) {
     node->sync_count = 0;
-    for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    for (uint32_t n = 0; n < RPDO_COUNT; n++) {
       rpdo_reset(&node->rpdos[n]);
+    }
+    for (uint32_t n = 0; n < TPDO_COUNT; n++) {
       tpdo_reset(&node->tpdos[n]);
     }
     node_objects_judge_rpdos(node);
@@ -93,11 +95,13 @@ static void reset_services(canopen_node *node) {
   }
 }
 
-/* After the application, which may have written other values to the objects: one PDO per step, then the heard
- * identifiers. */
+/* After the application, which may have written other values to the objects: one PDO of each direction per step, then
+ * the heard identifiers. */
 static void configure(canopen_node *node, uint32_t n) {
-  if (n < PDO_COUNT) {
+  if (n < RPDO_COUNT) {
     node_objects_configure_rpdo(node, n);
+  }
+  if (n < TPDO_COUNT) {
     node_objects_configure_tpdo(node, n);
     return;
   }
@@ -234,7 +238,7 @@ void canopen_node_error_passive(canopen_node *node, bool passive) {
 }
 
 void canopen_node_request_tpdo(canopen_node *node, uint32_t n) {
-  if (n < PDO_COUNT) {
+  if (n < TPDO_COUNT) {
     tpdo_request(&node->tpdos[n]);
   }
 }
@@ -376,7 +380,7 @@ void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s) {
   for (uint32_t part = 0; part < NODE_PARTS; part++) {
     bus_defaults_follow(&node->parts[part].table, &node->objects, &before, &now);
   }
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+  for (uint32_t n = 0; n < TPDO_COUNT; n++) {
     node_objects_configure_tpdo(node, n);
   }
 }
@@ -406,7 +410,7 @@ static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) 
 }
 
 static void receive_pdos(canopen_node *node, const can_frame *frame) {
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     if (frame->id == node->listeners.rpdo[n]) {
       canopen_node_heard(node);
       receive_pdo(node, n, frame);
@@ -433,7 +437,7 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
   if (node->sync_count < CANOPEN_FRAMES_PER_CALL) {
     node->sync_counter[node->sync_count++] = node->sync.counter;
   }
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     const bool was_bad = rpdo_is_bad(&node->rpdos[n]);
     (void)rpdo_sync(&node->rpdos[n]);
     if (was_bad || rpdo_is_bad(&node->rpdos[n])) {
@@ -462,6 +466,7 @@ static void receive_process_data(canopen_node *node, const can_frame *frame) {
 void canopen_node_take(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->process_data);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
+    node->received_us = frame->received_us;
     if (node->state != NMT_INITIALISING) {
       receive_process_data(node, frame);
     }
@@ -473,6 +478,7 @@ void canopen_node_take(canopen_node *node) {
 static void take_services(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->services);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
+    node->received_us = frame->received_us;
     if (is_lss(frame)) {
       receive_lss(node, frame);
     } else if (node->state != NMT_INITIALISING) {
@@ -520,7 +526,7 @@ static bool is_monitored(const canopen_node *node) {
     monitored = monitored || (node->consumers[i].health == HEARTBEAT_ALIVE &&
                               heartbeat_consumer_active(node->objects.heartbeat_consumer[i]));
   }
-  for (uint32_t n = 0; n < PDO_COUNT && nmt_allows_pdo(node->state); n++) {
+  for (uint32_t n = 0; n < RPDO_COUNT && nmt_allows_pdo(node->state); n++) {
     monitored = monitored || rpdo_is_monitored(&node->rpdos[n]);
   }
   return monitored;
@@ -565,7 +571,7 @@ static void tick_overruns(canopen_node *node) {
 /* TPDOs carry the result that the tick computed from the RPDOs. */
 static void report_syncs(canopen_node *node) {
   for (uint32_t i = 0; i < node->sync_count; i++) {
-    for (uint32_t n = 0; n < PDO_COUNT; n++) {
+    for (uint32_t n = 0; n < node->tpdos_in_use; n++) {
       tpdo_sync(&node->tpdos[n], node->sync_counter[i]);
     }
   }
@@ -574,13 +580,15 @@ static void report_syncs(canopen_node *node) {
 
 static void tick_pdos(canopen_node *node) {
   report_syncs(node);
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     if (rpdo_is_monitored(&node->rpdos[n]) && rpdo_tick(&node->rpdos[n])) {
       node_objects_judge_rpdos(node);
       if (node->config.events.rpdo_late != NULL) {
         node->config.events.rpdo_late(node->config.context, n);
       }
     }
+  }
+  for (uint32_t n = 0; n < node->tpdos_in_use; n++) {
     if (tpdo_is_monitored(&node->tpdos[n])) {
       tpdo_tick(&node->tpdos[n], &node->sender);
     }

@@ -21,7 +21,7 @@
 #include "canopen/tpdo.h"
 
 enum {
-  CANOPEN_PARTS = 19,           /* of the dictionary: two of the node, the others of the application */
+  CANOPEN_PARTS = 20,           /* of the dictionary: two of the node, the others of the application */
   CANOPEN_FRAMES_PER_CALL = 16, /* of a queue; twice what 1 Mbit/s can deliver in 1 ms */
   CANOPEN_SDO_FRAMES_PER_CALL = 8
 };
@@ -60,7 +60,7 @@ typedef struct {
 typedef struct {
   uint32_t sync;
   uint32_t sdo_request[SDO_CHANNELS];
-  uint32_t rpdo[PDO_COUNT];
+  uint32_t rpdo[RPDO_COUNT];
 } canopen_listeners;
 
 /* A reset in progress, while the state is NMT_INITIALISING. */
@@ -95,10 +95,12 @@ typedef struct {
   sync_consumer sync;
   sync_clock clock;
   emergency_producer emergency;
-  rpdo rpdos[PDO_COUNT];
-  tpdo tpdos[PDO_COUNT];
-  uint32_t silent_ms; /* since the last frame for this node; see canopen_node_silent_ms */
-  bool sync_is_used;  /* a PDO is synchronous: SYNC is for this node, too */
+  rpdo rpdos[RPDO_COUNT];
+  tpdo tpdos[TPDO_COUNT];
+  uint32_t tpdos_in_use; /* 1 + the last one that is on */
+  uint16_t received_us;  /* of the frame that is being executed, as in can_frame */
+  uint32_t silent_ms;    /* since the last frame for this node; see canopen_node_silent_ms */
+  bool sync_is_used;     /* a PDO is synchronous: SYNC is for this node, too */
   bool sync_wrong_length;
   uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC received since TPDOs were last processed */
   uint32_t sync_count;
@@ -159,7 +161,7 @@ bus_settings canopen_node_settings(const canopen_node *node);
 /* The CAN controller has changed its bit rate; default inhibit times follow. */
 void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s);
 
-/* Sends TPDO n (0 .. 3) as soon as its type and inhibit time allow. */
+/* Sends TPDO n (0 .. 7) as soon as its type and inhibit time allow. */
 void canopen_node_request_tpdo(canopen_node *node, uint32_t n);
 
 #endif

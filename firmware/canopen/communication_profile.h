@@ -5,6 +5,8 @@
 #ifndef TRACKSERVO_CANOPEN_COMMUNICATION_PROFILE_H
 #define TRACKSERVO_CANOPEN_COMMUNICATION_PROFILE_H
 
+#include "canopen/bus_settings.h"
+#include "canopen/cob_id.h"
 #include "canopen/emergency.h"
 #include "canopen/heartbeat.h"
 #include "canopen/object_dictionary.h"
@@ -35,10 +37,10 @@ typedef struct {
   char hardware_version[CANOPEN_HARDWARE_VERSION]; /* 0x1009, set by the application */
   uint8_t error_behaviour;                         /* 0x1029:1 */
   sdo_channel sdo[SDO_CHANNELS];
-  pdo_communication rpdo[PDO_COUNT];
-  pdo_mapping rpdo_mapping[PDO_COUNT];
-  pdo_communication tpdo[PDO_COUNT];
-  pdo_mapping tpdo_mapping[PDO_COUNT];
+  pdo_communication rpdo[RPDO_COUNT];
+  pdo_mapping rpdo_mapping[RPDO_COUNT];
+  pdo_communication tpdo[TPDO_COUNT];
+  pdo_mapping tpdo_mapping[TPDO_COUNT];
 } communication_objects;
 
 /* 0x1029:1, reaction of an operational node to a communication error */
@@ -47,7 +49,7 @@ enum { ON_ERROR_PRE_OPERATIONAL = 0, ON_ERROR_NOTHING = 1, ON_ERROR_STOP = 2 };
 /* 1001, 1003, 1005, 1006, 1010, 1011, 1014 to 1017, 1019, 1029, 1200, 1201. */
 extern const od_table communication_profile_table;
 
-/* --- For the device's table; include object_dictionary_rows.h first. `n` is 0 .. 3. ------------------------ */
+/* --- For the device's table; include object_dictionary_rows.h first. ------------------------------------------ */
 /* Member names and string fragments cannot be put in parentheses. NOLINTBEGIN(bugprone-macro-parentheses) */
 
 #define CANOPEN_U32_MAX INT64_C(0xFFFFFFFF)
@@ -81,11 +83,23 @@ extern const od_table communication_profile_table;
       CANOPEN_EVENT_ROW(0x1400 + (n_), rpdo[n_], event_ms_, "RPDO" number_,                                         \
                         "Longest time without this RPDO before EMCY 8250; 0: not monitored.")
 
-/* 0x1800 + n. */
-#define CANOPEN_TPDO_ROWS(n_, number_, off_, type_, inhibit_100us_, event_ms_)                             \
+/* 0x1800 + n, for n = 0 .. 3. The default COB-ID is that of the predefined connection set; `off_` as above. */
+#define CANOPEN_TPDO_ROWS(n_, number_, off_, type_, inhibit_100us_, event_ms_)                                  \
+  CANOPEN_TPDO_RECORD(n_, number_, (int64_t)(off_) + 0x40000180 + INT64_C(0x100) * (n_), type_, inhibit_100us_, \
+                      event_ms_)
+
+/* 0x1800 + n, for n = 4 .. 7: off, and without an identifier in the predefined connection set. The default identifiers
+ * of nodes 1 to CANOPEN_FURTHER_NODES are the first half of the free range 680h to 6DFh, TPDO5 of all nodes first. */
+enum { CANOPEN_FURTHER_FIRST = 0x680, CANOPEN_FURTHER_NODES = 12 };
+#define CANOPEN_FURTHER_TPDO_ROWS(n_, number_, type_, inhibit_100us_, event_ms_)                                   \
+  CANOPEN_TPDO_RECORD(n_, number_,                                                                                 \
+                      (int64_t)(COB_ID_INVALID | COB_ID_NO_REMOTE) + CANOPEN_FURTHER_FIRST - BUS_DEFAULT_NODE_ID + \
+                          (int64_t)CANOPEN_FURTHER_NODES * ((n_)-4),                                               \
+                      type_, inhibit_100us_, event_ms_)
+
+#define CANOPEN_TPDO_RECORD(n_, number_, cob_id_, type_, inhibit_100us_, event_ms_)                        \
   OD_RECORD_HEAD(0x1800 + (n_), 6, "TPDO" number_ " communication", "When the frame is sent."),            \
-      CANOPEN_COB_ID_ROW(0x1800 + (n_), tpdo[n_], (int64_t)(off_) + 0x40000180 + INT64_C(0x100) * (n_),    \
-                         "TPDO" number_),                                                                  \
+      CANOPEN_COB_ID_ROW(0x1800 + (n_), tpdo[n_], cob_id_, "TPDO" number_),                                \
       CANOPEN_TYPE_ROW(0x1800 + (n_), tpdo[n_], type_, "TPDO" number_),                                    \
       OD_U16(0x1800 + (n_), 3, OD_RW, OD_STORED, communication_objects, tpdo[n_].inhibit_100us, 0, 65535,  \
              inhibit_100us_, "100 us", "TPDO" number_ " inhibit time",                                     \

@@ -6,18 +6,16 @@
 typedef enum { NO_PDO, RPDO_COMMUNICATION, RPDO_MAPPING, TPDO_COMMUNICATION, TPDO_MAPPING } pdo_range;
 
 static pdo_range range_of(uint16_t index) {
-  if ((index & 0xFFu) >= PDO_COUNT) {
-    return NO_PDO;
-  }
+  const uint32_t n = (uint32_t)index & 0xFFu;
   switch (index & 0xFF00u) {
     case 0x1400:
-      return RPDO_COMMUNICATION;
+      return n < RPDO_COUNT ? RPDO_COMMUNICATION : NO_PDO;
     case 0x1600:
-      return RPDO_MAPPING;
+      return n < RPDO_COUNT ? RPDO_MAPPING : NO_PDO;
     case 0x1800:
-      return TPDO_COMMUNICATION;
+      return n < TPDO_COUNT ? TPDO_COMMUNICATION : NO_PDO;
     case 0x1A00:
-      return TPDO_MAPPING;
+      return n < TPDO_COUNT ? TPDO_MAPPING : NO_PDO;
     default:
       return NO_PDO;
   }
@@ -35,8 +33,8 @@ static bool is_valid_and_same(uint32_t cob_id, uint32_t other) {
 
 /* Every COB-ID that can be set, in this order. Other services have identifiers that none of them may have
  * (heard_frames.c). */
-enum { USE_SYNC, USE_SDO_REQUEST, USE_RPDO, USE_SDO_RESPONSE = USE_RPDO + PDO_COUNT, USE_EMCY, USE_TPDO };
-enum { RECEIVING_USES = USE_SDO_RESPONSE, USES = USE_TPDO + PDO_COUNT };
+enum { USE_SYNC, USE_SDO_REQUEST, USE_RPDO, USE_SDO_RESPONSE = USE_RPDO + RPDO_COUNT, USE_EMCY, USE_TPDO };
+enum { RECEIVING_USES = USE_SDO_RESPONSE, USES = USE_TPDO + TPDO_COUNT };
 
 static uint32_t cob_id_of(const communication_objects *objects, uint32_t use) {
   switch (use) {
@@ -225,9 +223,11 @@ bool node_objects_are_good(const object_dictionary *dictionary, const communicat
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {
     good = good && accept_consumer(objects, (uint8_t)(i + 1), objects->heartbeat_consumer[i]) == OD_OK;
   }
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    good = good && pdo_is_good(dictionary, PDO_RECEIVE, &objects->rpdo[n], &objects->rpdo_mapping[n]) &&
-           pdo_is_good(dictionary, PDO_TRANSMIT, &objects->tpdo[n], &objects->tpdo_mapping[n]);
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
+    good = good && pdo_is_good(dictionary, PDO_RECEIVE, &objects->rpdo[n], &objects->rpdo_mapping[n]);
+  }
+  for (uint32_t n = 0; n < TPDO_COUNT; n++) {
+    good = good && pdo_is_good(dictionary, PDO_TRANSMIT, &objects->tpdo[n], &objects->tpdo_mapping[n]);
   }
   return good;
 }
@@ -254,14 +254,14 @@ static void report(canopen_node *node, const emergency_error *error, bool active
 void node_objects_judge_rpdos(canopen_node *node) {
   bool short_one = false;
   bool late_one = false;
-  uint32_t refusing = PDO_COUNT;
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+  uint32_t refusing = RPDO_COUNT;
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     const rpdo *judged = &node->rpdos[n];
     short_one = short_one || judged->wrong_length;
     late_one = late_one || judged->late;
-    refusing = refusing == PDO_COUNT && judged->refused_object != 0 ? n : refusing;
+    refusing = refusing == RPDO_COUNT && judged->refused_object != 0 ? n : refusing;
   }
-  const bool refused = refusing < PDO_COUNT;
+  const bool refused = refusing < RPDO_COUNT;
   const emergency_error too_short = {.code = EMERGENCY_PDO_LENGTH, .register_bits = ERROR_COMMUNICATION};
   const emergency_error late = {.code = EMERGENCY_RPDO_TIME_OUT, .register_bits = ERROR_COMMUNICATION};
   const emergency_error value = {.code = EMERGENCY_PDO_REFUSED,
@@ -284,6 +284,10 @@ void node_objects_configure_rpdo(canopen_node *node, uint32_t n) {
 
 void node_objects_configure_tpdo(canopen_node *node, uint32_t n) {
   tpdo_configure(&node->tpdos[n], &node->dictionary, &node->objects.tpdo[n], &node->objects.tpdo_mapping[n]);
+  node->tpdos_in_use = 0;
+  for (uint32_t i = 0; i < TPDO_COUNT; i++) {
+    node->tpdos_in_use = node->tpdos[i].on ? i + 1 : node->tpdos_in_use;
+  }
 }
 
 void node_objects_configure_sync(canopen_node *node) {
@@ -315,10 +319,11 @@ static void add(uint32_t *heard, uint32_t identifier) {
 
 void node_objects_listen(canopen_node *node) {
   node->sync_is_used = false;
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
-    const bool receives = node->rpdos[n].on && node->rpdos[n].synchronous;
-    const bool sends = node->tpdos[n].on && node->tpdos[n].synchronous;
-    node->sync_is_used = node->sync_is_used || receives || sends;
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
+    node->sync_is_used = node->sync_is_used || (node->rpdos[n].on && node->rpdos[n].synchronous);
+  }
+  for (uint32_t n = 0; n < node->tpdos_in_use; n++) {
+    node->sync_is_used = node->sync_is_used || (node->tpdos[n].on && node->tpdos[n].synchronous);
   }
   uint32_t heard[CANOPEN_HEARD_WORDS] = {0};
   add(heard, NMT_COB_ID);
@@ -327,7 +332,7 @@ void node_objects_listen(canopen_node *node) {
   for (uint32_t i = 0; i < SDO_CHANNELS; i++) {
     add(heard, node->listeners.sdo_request[i]);
   }
-  for (uint32_t n = 0; n < PDO_COUNT; n++) {
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
     add(heard, node->listeners.rpdo[n]);
   }
   for (uint32_t i = 0; i < HEARTBEAT_CONSUMERS; i++) {

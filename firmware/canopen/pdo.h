@@ -8,7 +8,8 @@
 #include "canopen/pdo_map.h"
 
 enum {
-  PDO_COUNT = 4, /* in each direction */
+  RPDO_COUNT = 4,
+  TPDO_COUNT = 8, /* TPDO5 to 8 are off by default: for a client beside the master */
   PDO_SYNC_ACYCLIC = 0,
   PDO_SYNC_MAX = 240,
   PDO_EVENT_MAKER = 254,

@@ -142,21 +142,25 @@ static od_abort write_item(const pdo_item *item, const uint8_t *bytes) {
   return item->reported ? od_write_checked(&item->object, bytes, item->bytes) : OD_OK;
 }
 
-/* A stop is obeyed, whatever else the frame holds. */
-static void write_stops(const pdo_map *map, const uint8_t *bytes) {
+bool pdo_obey_stops(const pdo_map *map, const uint8_t *bytes, uint8_t length) {
+  bool obeyed = false;
+  uint8_t end = 0;
   for (uint8_t i = 0; i < map->count; i++) {
     const pdo_item *item = &map->item[i];
-    if (item->object.entry != NULL && od_is_stop(&item->object, bytes)) {
+    end = (uint8_t)(end + item->bytes);
+    if (end <= length && item->object.entry != NULL && od_is_stop(&item->object, bytes)) {
       (void)write_item(item, bytes);
+      obeyed = true;
     }
     bytes += item->bytes;
   }
+  return obeyed;
 }
 
 od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES], od_object *refused) {
   od_abort answer = map->checked ? check(map, bytes, refused) : OD_OK;
   if (answer != OD_OK) {
-    write_stops(map, bytes);
+    (void)pdo_obey_stops(map, bytes, map->length);
     return answer;
   }
   const uint8_t *place = bytes;

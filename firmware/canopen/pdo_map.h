@@ -51,4 +51,8 @@ void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]);
  * becomes the object that refused; otherwise `refused` is not changed. */
 od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES], od_object *refused);
 
+/* Writes the stops alone that lie wholly in the first `length` bytes: a stop is obeyed, whatever else the frame holds,
+ * and whatever it lacks. Whether there was one. */
+bool pdo_obey_stops(const pdo_map *map, const uint8_t *bytes, uint8_t length);
+
 #endif

@@ -40,6 +40,9 @@ rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame) {
   }
   if (frame->length < self->map.length) {
     self->wrong_length = true;
+    if (pdo_obey_stops(&self->map, frame->data, frame->length)) {
+      self->waiting = false; /* an earlier command must not undo the stop at the next SYNC */
+    }
     return RPDO_TOO_SHORT;
   }
   self->heard = true;

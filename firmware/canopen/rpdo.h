@@ -1,8 +1,8 @@
 /* Receive PDO: from a frame into the mapped objects.
  *
  * Standard: CiA 301 v4.2.0, clause 7.2.2 and 7.5.2.35: types 254 and 255 take effect at once, types 0 to 240 at the
- * next SYNC; the event timer monitors silence. A frame whose values are not all acceptable changes nothing, except that
- * a stop in it is obeyed (od_hooks.stops). */
+ * next SYNC; the event timer monitors silence. A frame that is too short, or whose values are not all acceptable,
+ * changes nothing, except that a stop in it is obeyed (od_hooks.stops): at once if the frame is too short. */
 #ifndef TRACKSERVO_CANOPEN_RPDO_H
 #define TRACKSERVO_CANOPEN_RPDO_H
 

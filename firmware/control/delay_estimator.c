@@ -130,13 +130,13 @@ void delay_estimator_add(delay_estimator *self, const delay_sample *sample) {
   const float rate[DELAY_COMPONENTS] = {sample->rate_rad_s.x, sample->rate_rad_s.y};
   const bool first = self->running_s <= 0.0f;
   self->running_s = scalar_min(self->running_s + sample->interval_s, 100.0f);
-  const predictor_gains gains = gains_of(sample->interval_s, self->running_s);
   if (first) {
     for (int i = 0; i < DELAY_COMPONENTS; ++i) {
       start(&self->component[i], error[i], rate[i]);
     }
     return;
   }
+  const predictor_gains gains = gains_of(sample->interval_s, self->running_s);
   residuals found[DELAY_COMPONENTS];
   bool outlier = false;
   for (int i = 0; i < DELAY_COMPONENTS; ++i) {

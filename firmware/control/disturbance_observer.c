@@ -24,7 +24,12 @@ void disturbance_observer_reset(disturbance_observer_state *state, const disturb
 void disturbance_observer_retune(disturbance_observer_state *state, const disturbance_observer_params *params,
                                  float rate_rad_s, float dt_s) {
   state->blend = 1.0f - scalar_exp_minus(params->bandwidth_rad_s * dt_s);
-  state->momentum_nm_s_rad = state->blend * params->inertia_kg_m2 / dt_s;
+  disturbance_observer_follow(state, params, params->inertia_kg_m2, rate_rad_s, dt_s);
+}
+
+void disturbance_observer_follow(disturbance_observer_state *state, const disturbance_observer_params *params,
+                                 float inertia_kg_m2, float rate_rad_s, float dt_s) {
+  state->momentum_nm_s_rad = state->blend * inertia_kg_m2 / dt_s;
   state->prediction_nm_s_rad = state->blend * (state->momentum_nm_s_rad - params->viscous_nm_s_rad);
   predict(state, state->estimate_nm + state->momentum_nm_s_rad * rate_rad_s, rate_rad_s);
 }

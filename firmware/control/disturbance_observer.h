@@ -41,6 +41,11 @@ void disturbance_observer_reset(disturbance_observer_state *state, const disturb
 void disturbance_observer_retune(disturbance_observer_state *state, const disturbance_observer_params *params,
                                  float rate_rad_s, float dt_s);
 
+/* Changes the inertia alone and keeps the estimate; `rate_rad_s` as in the last tick. For every tick: it costs some
+ * multiplications. The next reset or retune takes the inertia of its parameters again. */
+void disturbance_observer_follow(disturbance_observer_state *state, const disturbance_observer_params *params,
+                                 float inertia_kg_m2, float rate_rad_s, float dt_s);
+
 /* One tick. `rate_rad_s` is measured now; `torque_nm` was applied since the last tick and is not yet explained. Returns
  * the torque that cancels the load, in Nm, within +-limit_nm. */
 float disturbance_observer_step(disturbance_observer_state *state, const disturbance_observer_params *params,

@@ -30,12 +30,32 @@ image_vector camera_error(const camera_alignment *alignment, image_vector measur
 /* In the frame of the azimuth stage the target is at b + x c + y e = (forward, x, up). Its horizontal distance h
  * exceeds `forward` by little: q = h - forward without cancellation. The pitch error is the angle between two
  * directions of the plane through z, so it is exact where a difference of two pitch angles would lose its digits. */
-joint_vector line_of_sight_joint_errors(rotation pitch, image_vector error) {
-  const float forward = pitch.cosine - error.y * pitch.sine;
-  const float horizontal = sqrtf(forward * forward + error.x * error.x);
+static joint_vector errors_of(rotation pitch, image_vector error, float forward, float horizontal) {
   const float q = forward > 0.0f ? error.x * error.x / (horizontal + forward) : horizontal - forward;
   return (joint_vector){.azimuth = scalar_atan2(error.x, forward),
                         .pitch = scalar_atan2(error.y - q * pitch.sine, 1.0f + q * pitch.cosine)};
+}
+
+joint_vector line_of_sight_joint_errors(rotation pitch, image_vector error) {
+  const float forward = pitch.cosine - error.y * pitch.sine;
+  return errors_of(pitch, error, forward, sqrtf(forward * forward + error.x * error.x));
+}
+
+/* The turn along the great circle takes b to d / |d| and v to v - (b + d / |d|) (v d) / (|d| + b d). The image axis c
+ * there is (-sin, cos, 0) of the azimuth's turn. */
+line_of_sight_turn line_of_sight_turn_to(rotation pitch, image_vector error) {
+  const float forward = pitch.cosine - error.y * pitch.sine;
+  const float up = pitch.sine + error.y * pitch.cosine;
+  const float horizontal = sqrtf(forward * forward + error.x * error.x);
+  const float distance = sqrtf(horizontal * horizontal + up * up);
+  const bool at_zenith = horizontal == 0.0f;
+  const rotation azimuth = {.sine = at_zenith ? 0.0f : error.x / horizontal,
+                            .cosine = at_zenith ? 1.0f : forward / horizontal};
+  const float carried = azimuth.sine * pitch.cosine / (1.0f + distance);
+  return (line_of_sight_turn){.error_rad = errors_of(pitch, error, forward, horizontal),
+                              .pitch = {.sine = up / distance, .cosine = horizontal / distance},
+                              .image = {.sine = -(azimuth.sine * pitch.sine + carried * error.y),
+                                        .cosine = azimuth.cosine + carried * error.x}};
 }
 
 line_of_sight_rates line_of_sight_of_joints(rotation pitch, float stage_rad_s, float pitch_rad_s) {

@@ -50,8 +50,18 @@ camera_alignment camera_align(const camera_mounting *mounting);
 /* What the sensor measured along its own rows and columns, as an error from the boresight along c and e. */
 image_vector camera_error(const camera_alignment *alignment, image_vector measured);
 
-/* How far each joint must turn until the line of sight points at the target. Azimuth in [-pi, pi], pitch such that the
- * target is reached without passing the zenith; at a target in the zenith the azimuth stays. */
+/* What brings the line of sight to a target. */
+typedef struct {
+  /* How far each joint must turn. Azimuth in [-pi, pi], pitch such that the target is reached without passing the
+   * zenith; at a target in the zenith the azimuth stays. */
+  joint_vector error_rad;
+  rotation pitch; /* the pitch angle there; its cosine is not negative */
+  rotation image; /* turns a vector that came along the great circle into components along the image axes there */
+} line_of_sight_turn;
+
+line_of_sight_turn line_of_sight_turn_to(rotation pitch, image_vector error);
+
+/* Its error_rad alone. */
 joint_vector line_of_sight_joint_errors(rotation pitch, image_vector error);
 
 /* Rates of the image frame about its axes when the joints turn: about e (cross-elevation), about -c (elevation) and

@@ -87,17 +87,41 @@ static loop_complex held(circle at, float delay_ticks, bool mean) {
   return times(power(at.q, whole + 1), sum);
 }
 
+/* --- operating points --------------------------------------------------------------------------------------------- */
+
+static bool at_least_inertia(const loop_stability *state) { return state->point >= 2; }
+
+/* Without bristles there is no pre-sliding: its operating points are those of sliding again. */
+static bool slides(const loop_stability *state, const loop_plant *plant) {
+  return state->point % 2 == 0 || plant->stiffness_nm_rad == 0.0f;
+}
+
+static float inertia_of(const loop_stability *state, const loop_plant *plant) {
+  return at_least_inertia(state) ? plant->min_inertia_kg_m2 : plant->inertia_kg_m2;
+}
+
+/* Of the gains. */
+static float share_of(const loop_stability *state, const loop_stability_input *in) {
+  return in->gains_follow ? speed_loop_inertia_share(inertia_of(state, &in->plant), in->plant.inertia_kg_m2) : 1.0f;
+}
+
+static rate_source source_of(const loop_stability *state, const loop_stability_input *in) {
+  return in->gyro_vanishes && at_least_inertia(state) ? RATE_FROM_ENCODER : in->speed.rate_fusion.source;
+}
+
+/* --- blocks on the plant ------------------------------------------------------------------------------------------ */
+
 /* Torque to the rate before the filters, of an inertia of 1, times (1 - q) / dt; `*angle` likewise for the tick's mean
  * rate. */
-static loop_complex sensed(const loop_stability_input *in, circle at, loop_complex *angle) {
+static loop_complex sensed(const loop_stability_input *in, rate_source source, circle at, loop_complex *angle) {
   const speed_loop_params *p = &in->speed;
   *angle = held(at, in->plant.encoder_delay_s / in->dt_s, true);
   const loop_complex joint = times(*angle, slope_at(&p->rate_estimator, at.q));
-  if (p->rate_fusion.source == RATE_FROM_ENCODER) {
+  if (source == RATE_FROM_ENCODER) {
     return joint;
   }
   const loop_complex gyro = held(at, in->plant.gyro_delay_s / in->dt_s, false);
-  if (p->rate_fusion.source == RATE_FROM_GYRO) {
+  if (source == RATE_FROM_GYRO) {
     return gyro;
   }
   const float step = p->rate_fusion.crossover_rad_s * in->dt_s;
@@ -115,14 +139,15 @@ typedef struct {
 
 /* The inner feedback of the observer makes 1 / (1 - Q) = lag / (1 - q). Without integral gain a pole at q = 1 and a
  * zero there cancel. */
-static controller controller_at(const loop_stability_input *in, circle at) {
+static controller controller_at(const loop_stability_input *in, float share, circle at) {
   const pi_controller_params *pi = &in->speed.pi;
   const disturbance_observer_params *o = &in->speed.observer;
   const bool integrates = pi->integral_gain > 0.0f;
   const loop_complex zero = integrates ? at.d : real(1.0f);
-  const loop_complex integral = scaled(pi->integral_gain * in->dt_s, at.q);
-  loop_complex feedback = add(scaled(pi->proportional_gain, zero), integral);
-  loop_complex reference = add(scaled(pi->setpoint_weight * pi->proportional_gain, zero), integral);
+  const float proportional = share * pi->proportional_gain;
+  const loop_complex integral = scaled(share * pi->integral_gain * in->dt_s, at.q);
+  loop_complex feedback = add(scaled(proportional, zero), integral);
+  loop_complex reference = add(scaled(pi->setpoint_weight * proportional, zero), integral);
   int poles = 0;
   if (integrates) {
     poles = 1;
@@ -131,7 +156,7 @@ static controller controller_at(const loop_stability_input *in, circle at) {
     const float blend = 1.0f - scalar_exp_minus(o->bandwidth_rad_s * in->dt_s);
     const loop_complex lag = add(real(blend), scaled(1.0f - blend, at.d));
     const loop_complex observed =
-        add(scaled(blend * o->inertia_kg_m2 / in->dt_s, at.d), scaled(blend * o->viscous_nm_s_rad, at.q));
+        add(scaled(share * blend * o->inertia_kg_m2 / in->dt_s, at.d), scaled(blend * o->viscous_nm_s_rad, at.q));
     feedback = add(times(feedback, lag), times(observed, zero));
     reference = times(reference, lag);
     ++poles;
@@ -140,15 +165,6 @@ static controller controller_at(const loop_stability_input *in, circle at) {
 }
 
 /* --- the loops ---------------------------------------------------------------------------------------------------- */
-
-/* Without bristles there is no pre-sliding: its operating points are those of sliding again. */
-static bool slides(const loop_stability *state, const loop_plant *plant) {
-  return state->point % 2 == 0 || plant->stiffness_nm_rad == 0.0f;
-}
-
-static float inertia_of(const loop_stability *state, const loop_plant *plant) {
-  return state->point < 2 ? plant->inertia_kg_m2 : plant->min_inertia_kg_m2;
-}
 
 typedef struct {
   loop_complex g[LOOP_COUNT];
@@ -167,7 +183,7 @@ static characteristic evaluate(const loop_stability *state, const loop_stability
   const float b = sliding ? 0.0f : plant->stiffness_nm_rad / inertia * in->dt_s * in->dt_s;
   const loop_complex n = add(real(2.0f), scaled(-1.0f, at.d));
   loop_complex m = add(scaled(4.0f, at.d), scaled(2.0f * a, n));
-  const controller c = controller_at(in, at);
+  const controller c = controller_at(in, share_of(state, in), at);
   int poles = c.poles;
   loop_complex zero = real(1.0f);
   if (!sliding) { /* the spring's zero at q = 1 cancels a pole of the controller, if it has one */
@@ -176,7 +192,7 @@ static characteristic evaluate(const loop_stability *state, const loop_stability
     poles -= poles > 0 ? 1 : 0;
   }
   loop_complex angle;
-  const loop_complex rate = sensed(in, at, &angle);
+  const loop_complex rate = sensed(in, source_of(state, in), at, &angle);
   const float drive = 4.0f * in->dt_s / inertia;
   const loop_complex filtered =
       times(rate, times(biquad_at(&in->speed.notch, at.q), biquad_at(&in->speed.lowpass, at.q)));
@@ -286,8 +302,12 @@ static void end_point(loop_stability *state) {
   }
 }
 
-/* Whether every phase moved little enough; then the values are taken. */
-static bool take(loop_stability *state, const characteristic *now, float omega) {
+static float distance_required(const loop_stability *state, const loop_stability_input *in) {
+  return at_least_inertia(state) && !in->gains_follow ? LOOP_LEAST_DISTANCE_OF_FIXED_GAINS : LOOP_LEAST_DISTANCE;
+}
+
+/* Whether every phase moved little enough; then the values are taken. `least`: smallest |1 + L|. */
+static bool take(loop_stability *state, const characteristic *now, float omega, float least) {
   float turned[LOOP_COUNT];
   float most = 0.0f;
   for (int i = 0; i < LOOP_COUNT; ++i) {
@@ -297,7 +317,6 @@ static bool take(loop_stability *state, const characteristic *now, float omega) 
   if (most > LOOP_PHASE_STEP && state->step > SHORTEST_STEP * omega) {
     return false;
   }
-  const float least = state->point < 2 ? LOOP_LEAST_DISTANCE : LOOP_LEAST_DISTANCE_AT_LEAST_INERTIA;
   for (int i = LOOP_COUNT - 1; i >= 0; --i) {
     state->phase[i] += turned[i];
     state->last[i] = now->g[i];
@@ -326,7 +345,7 @@ static void advance(loop_stability *state, const loop_stability_input *input) {
   const float omega = scalar_min(state->omega + state->step, SCALAR_PI);
   const characteristic now = evaluate(state, input, omega);
   ++state->evaluations;
-  if (!take(state, &now, omega)) {
+  if (!take(state, &now, omega, distance_required(state, input))) {
     state->step *= 0.5f;
   } else if (omega >= SCALAR_PI && state->verdict == LOOP_RUNNING) {
     end_point(state);

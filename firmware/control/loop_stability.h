@@ -11,8 +11,8 @@
  *
  * Blocks: PI, notch, low-pass, observer, rate estimator, fusion, as their difference equations say; inertia, current
  * loop and delays sampled exactly (zero-order hold, delay of any part of a tick); position and tracking loop around
- * them. Operating points: sliding and pre-sliding seal, largest and smallest inertia. Not for the tick: work is cut
- * into slices of some frequencies. */
+ * them. Operating points: sliding and pre-sliding seal, largest and smallest inertia; with the gains for the inertia
+ * where they follow it (speed_loop_follow). Not for the tick: work is cut into slices of some frequencies. */
 #ifndef TRACKSERVO_CONTROL_LOOP_STABILITY_H
 #define TRACKSERVO_CONTROL_LOOP_STABILITY_H
 
@@ -20,9 +20,10 @@
 #include "control/speed_loop.h"
 #include "control/target_tracker.h"
 
-/* Smallest |1 + L| at the largest inertia, and at the smallest one, where margins shrink. */
+/* Smallest |1 + L| at the largest inertia; at the smallest one likewise, but where the same gains turn less inertia,
+ * margins shrink. */
 #define LOOP_LEAST_DISTANCE 0.3f
-#define LOOP_LEAST_DISTANCE_AT_LEAST_INERTIA 0.1f
+#define LOOP_LEAST_DISTANCE_OF_FIXED_GAINS 0.1f
 #define LOOP_PHASE_STEP 0.8f
 
 enum { LOOP_OPERATING_POINTS = 4, LOOP_COUNT = 3 };
@@ -43,6 +44,8 @@ typedef struct {
   float position_per_s;
   target_tracker_params tracker;
   loop_plant plant;
+  bool gains_follow;  /* the inertia */
+  bool gyro_vanishes; /* at the smallest inertia, where the encoder then replaces it */
   float dt_s;
 } loop_stability_input;
 

@@ -1,6 +1,7 @@
 #include "control/pointing_tracker.h"
 
 #include "base/scalar.h"
+#include "control/approach.h"
 
 static target_tracker_params estimator_of(const pointing_tracker_params *params) {
   return (target_tracker_params){.kind = TRACKER_PREDICTIVE,
@@ -11,10 +12,12 @@ static target_tracker_params estimator_of(const pointing_tracker_params *params)
 }
 
 control_status pointing_tracker_check(const pointing_tracker_params *params) {
-  const scalar_range ranges[] = {{params->rate_limit_rad_s.azimuth, 1e-5f, 1e2f}};
+  const scalar_range ranges[] = {{params->rate_limit_rad_s.azimuth, 1e-5f, 1e2f},
+                                 {params->braking_rad_s2.azimuth, 0.0f, 1e4f},
+                                 {params->braking_rad_s2.pitch, 0.0f, 1e4f}};
   const target_tracker_params estimator = estimator_of(params);
   const control_status status = target_tracker_check(&estimator);
-  return status != CONTROL_OK ? status : scalar_check_ranges(ranges, 1);
+  return status != CONTROL_OK ? status : scalar_check_ranges(ranges, 3);
 }
 
 void pointing_tracker_reset(pointing_tracker_state *state) { *state = (pointing_tracker_state){0}; }
@@ -40,10 +43,9 @@ image_vector pointing_tracker_los_motion(const pointing_tracker_state *state, in
                         .y = target_tracker_los_motion_rad(&state->along[1], age_ticks, dt_s)};
 }
 
-/* The image was turned by what phi was at exposure. */
+/* The image was turned by what phi was at exposure. The estimators take no frame of another age. */
 image_vector pointing_tracker_frame_error(const pointing_tracker_state *state, const pointing_frame *frame) {
-  const bool known = frame->fresh && frame->age_ticks >= 0 && frame->age_ticks < TARGET_TRACKER_HISTORY;
-  if (!known) {
+  if (!frame->fresh) {
     return frame->error;
   }
   const unsigned then = (state->newest + TARGET_TRACKER_HISTORY - (unsigned)frame->age_ticks) % TARGET_TRACKER_HISTORY;
@@ -54,72 +56,110 @@ static void estimate(pointing_tracker_state *state, const pointing_tracker_param
                      image_vector los_rad_s, float dt_s) {
   const target_tracker_params estimator = estimator_of(params);
   const image_vector error = pointing_tracker_frame_error(state, frame);
-  /* A frame is good in both components or in none. */
-  const bool valid = frame->valid && scalar_within(error.x, SCALAR_PI) && scalar_within(error.y, SCALAR_PI);
-  const camera_frame seen = {.fresh = frame->fresh, .valid = valid, .age_ticks = frame->age_ticks};
-  camera_frame along_x = seen;
-  camera_frame along_y = seen;
-  along_x.error_rad = error.x;
-  along_y.error_rad = error.y;
-  (void)target_tracker_step(&state->along[0], &estimator, &along_x, los_rad_s.x, dt_s);
-  (void)target_tracker_step(&state->along[1], &estimator, &along_y, los_rad_s.y, dt_s);
+  const camera_frame seen = {.fresh = frame->fresh, .valid = frame->valid, .age_ticks = frame->age_ticks};
+  const float errors[] = {error.x, error.y};
+  const float rates[] = {los_rad_s.x, los_rad_s.y};
+  target_tracker_step_components(state->along, &estimator, &state->gains, &seen, errors, rates, dt_s);
 }
 
-static float clamp_rate(float wanted_rad_s, float limit_rad_s, bool *limited) {
-  const float rate_rad_s = scalar_clamp(wanted_rad_s, -limit_rad_s, limit_rad_s);
-  *limited = *limited || rate_rad_s != wanted_rad_s;
-  return rate_rad_s;
-}
-
-/* Image axes at the target: those of the line of sight, turned by what the azimuth's way to the target rolls them. */
-static rotation axes_at_target(rotation pitch, joint_vector error_rad) {
-  return reverse(rotation_of(turn32_of(error_rad.azimuth * pitch.sine)));
-}
+typedef struct {
+  joint_vector rate_rad_s;
+  joint_vector acceleration_rad_s2;
+} joint_motion;
 
 /* Rates and accelerations of the joints that keep pointing at the target. */
-static void follow_target(pointing_command *out, rotation pitch_at_target, image_vector rate,
-                          image_vector acceleration) {
+static joint_motion follow_target(rotation pitch_at_target, image_vector rate, image_vector acceleration) {
   const float cosine = pitch_at_target.cosine;
   const bool at_zenith = scalar_within(cosine, POINTING_ZENITH_COSINE);
   const float secant = at_zenith ? cosine / (POINTING_ZENITH_COSINE * POINTING_ZENITH_COSINE) : 1.0f / cosine;
   const float azimuth_rad_s = rate.x * secant;
   const float tangent = pitch_at_target.sine * secant;
-  out->rate_rad_s = (joint_vector){.azimuth = azimuth_rad_s, .pitch = rate.y};
-  out->acceleration_rad_s2 = (joint_vector){
-      .azimuth = acceleration.x * secant + 2.0f * azimuth_rad_s * rate.y * tangent,
-      .pitch = acceleration.y - azimuth_rad_s * azimuth_rad_s * pitch_at_target.sine * cosine,
-  };
+  return (joint_motion){
+      .rate_rad_s = {.azimuth = azimuth_rad_s, .pitch = rate.y},
+      .acceleration_rad_s2 = {.azimuth = acceleration.x * secant + 2.0f * azimuth_rad_s * rate.y * tangent,
+                              .pitch = acceleration.y - azimuth_rad_s * azimuth_rad_s * pitch_at_target.sine * cosine}};
+}
+
+static joint_vector limited_to(joint_vector limit, joint_vector rate) {
+  return (joint_vector){.azimuth = scalar_clamp(rate.azimuth, -limit.azimuth, limit.azimuth),
+                        .pitch = scalar_clamp(rate.pitch, -limit.pitch, limit.pitch)};
+}
+
+static pointing_target target_along(const target_tracker_state *x, const target_tracker_state *y, rotation back) {
+  return (pointing_target){.error = turned(back, (image_vector){x->error_rad, y->error_rad}),
+                           .rate_rad_s = turned(back, (image_vector){x->target_rate_rad_s, y->target_rate_rad_s}),
+                           .acceleration_rad_s2 = turned(
+                               back, (image_vector){x->target_acceleration_rad_s2, y->target_acceleration_rad_s2})};
+}
+
+pointing_target pointing_tracker_target(const pointing_tracker_state *state) {
+  return target_along(&state->along[0], &state->along[1], reverse(rotation_of(state->phi)));
+}
+
+void pointing_tracker_assume(pointing_tracker_state *state, const pointing_target *target) {
+  const rotation phi = rotation_of(state->phi);
+  const image_vector error = turned(phi, target->error);
+  const image_vector rate = turned(phi, target->rate_rad_s);
+  const image_vector acceleration = turned(phi, target->acceleration_rad_s2);
+  target_tracker_assume(&state->along[0], error.x, rate.x, acceleration.x);
+  target_tracker_assume(&state->along[1], error.y, rate.y, acceleration.y);
+}
+
+void pointing_tracker_lose(pointing_tracker_state *state) {
+  state->along[0].locked = false;
+  state->along[1].locked = false;
 }
 
 pointing_command pointing_tracker_step(pointing_tracker_state *state, const pointing_tracker_params *params,
-                                       const pointing_frame *frame, const line_of_sight_rates *los,
-                                       angle_turn32 pitch_angle, float dt_s) {
+                                       const pointing_frame *frame, const line_of_sight_rates *los, rotation pitch,
+                                       float dt_s) {
   follow_roll(state, los->roll_rad_s, dt_s);
   const rotation phi = rotation_of(state->phi);
   estimate(state, params, frame, turned(phi, los->rad_s), dt_s);
   const target_tracker_state *x = &state->along[0];
   const target_tracker_state *y = &state->along[1];
-  pointing_command out = {.locked = x->locked && y->locked};
-  if (!out.locked) {
-    return out;
+  if (!x->locked || !y->locked) {
+    return (pointing_command){0};
   }
-  const rotation back = reverse(phi);
-  const rotation pitch = rotation_of(pitch_angle);
-  out.error_rad = turned(back, (image_vector){x->error_rad, y->error_rad});
-  out.error_of_joints_rad = line_of_sight_joint_errors(pitch, out.error_rad);
-  const rotation at_target = axes_at_target(pitch, out.error_of_joints_rad);
-  const image_vector rate = turned(back, (image_vector){x->target_rate_rad_s, y->target_rate_rad_s});
-  const image_vector acceleration =
-      turned(back, (image_vector){x->target_acceleration_rad_s2, y->target_acceleration_rad_s2});
-  const rotation pitch_at_target = rotation_of(pitch_angle + turn32_of(out.error_of_joints_rad.pitch));
-  follow_target(&out, pitch_at_target, turned(at_target, rate), turned(at_target, acceleration));
+  const pointing_target target = target_along(x, y, reverse(phi));
+  const line_of_sight_turn turn = line_of_sight_turn_to(pitch, target.error);
+  const joint_motion motion =
+      follow_target(turn.pitch, turned(turn.image, target.rate_rad_s), turned(turn.image, target.acceleration_rad_s2));
+  state->azimuth_rad_s2 = motion.acceleration_rad_s2.azimuth;
   const float k = params->proportional_per_s;
-  out.rate_rad_s.azimuth = clamp_rate(out.rate_rad_s.azimuth + k * out.error_of_joints_rad.azimuth,
-                                      params->rate_limit_rad_s.azimuth, &out.limited);
-  out.rate_rad_s.pitch = clamp_rate(out.rate_rad_s.pitch + k * out.error_of_joints_rad.pitch,
-                                    params->rate_limit_rad_s.pitch, &out.limited);
-  if (out.limited) {
-    out.acceleration_rad_s2 = (joint_vector){0};
+  const joint_vector wanted = {
+      .azimuth = motion.rate_rad_s.azimuth + (k - state->softer_per_s.azimuth) * turn.error_rad.azimuth,
+      .pitch = motion.rate_rad_s.pitch + (k - state->softer_per_s.pitch) * turn.error_rad.pitch};
+  const joint_vector given = limited_to(params->rate_limit_rad_s, wanted);
+  const joint_vector none = {0};
+  const bool limited = given.azimuth != wanted.azimuth || given.pitch != wanted.pitch;
+  return (pointing_command){.locked = true,
+                            .limited = limited,
+                            .error_rad = target.error,
+                            .error_of_joints_rad = turn.error_rad,
+                            .rate_rad_s = given,
+                            .acceleration_rad_s2 = limited ? none : motion.acceleration_rad_s2};
+}
+
+/* Proportional to the error it is the rate of approach.h. */
+static float softer(float proportional_per_s, float limit_rad_s2, float error_rad, float target_rad_s2) {
+  const float braking_rad_s2 = approach_braking(limit_rad_s2, error_rad, target_rad_s2);
+  const float linear_rad_s = proportional_per_s * error_rad;
+  const float rate_rad_s = approach_rate(proportional_per_s, braking_rad_s2, error_rad);
+  return rate_rad_s == linear_rad_s ? 0.0f : (linear_rad_s - rate_rad_s) / error_rad;
+}
+
+void pointing_tracker_prepare(pointing_tracker_state *state, const pointing_tracker_params *params,
+                              joint_vector error_rad, float dt_s) {
+  state->softer_per_s = (joint_vector){0};
+  if (!state->along[0].locked) {
+    return;
   }
-  return out;
+  const target_tracker_params estimator = estimator_of(params);
+  state->gains = target_tracker_prepare_gains(&state->along[0], &estimator, dt_s);
+  target_tracker_follow_straight_path(state->along, dt_s);
+  const float k = params->proportional_per_s;
+  const joint_vector limit = params->braking_rad_s2;
+  state->softer_per_s = (joint_vector){.azimuth = softer(k, limit.azimuth, error_rad.azimuth, state->azimuth_rad_s2),
+                                       .pitch = softer(k, limit.pitch, error_rad.pitch, 0.0f)};
 }

@@ -12,9 +12,9 @@
  *     psi'  = w_x / cos theta           psi''  = a_x / cos theta + 2 psi' theta' tan theta
  *     theta' = w_y                      theta'' = a_y - psi'^2 sin theta cos theta
  *
- * The command adds `proportional_per_s` times the joint errors. It is limited to the rate limits of the joints, without
- * a limit of their acceleration. Closer to the zenith than POINTING_ZENITH_COSINE the azimuth's feedforward fades: no
- * joint could follow it there. */
+ * The command adds `proportional_per_s` times the joint errors, less where the joints could not brake in time
+ * (approach.h). It is limited to the rate limits of the joints, without a limit of their acceleration. Closer to the
+ * zenith than POINTING_ZENITH_COSINE the azimuth's feedforward fades: no joint could follow it there. */
 #ifndef TRACKSERVO_CONTROL_POINTING_TRACKER_H
 #define TRACKSERVO_CONTROL_POINTING_TRACKER_H
 
@@ -30,6 +30,7 @@ typedef struct {
   float estimator_rad_s;         /* bandwidth, 0.1 .. 50 */
   float coast_s;                 /* 0 .. 10 */
   joint_vector rate_limit_rad_s; /* 1e-5 .. 100 */
+  joint_vector braking_rad_s2;   /* that the joints may have; 0: not limited, 0 .. 1e4 */
 } pointing_tracker_params;
 
 typedef struct {
@@ -37,6 +38,9 @@ typedef struct {
   angle_turn32 phi;              /* from N to the image: an image vector is turned by it to get that of N */
   angle_turn32 past_phi[TARGET_TRACKER_HISTORY];
   unsigned newest;
+  target_tracker_gains gains; /* of a frame in the next tick */
+  float azimuth_rad_s2;       /* of the azimuth that keeps pointing at the target, in the last tick */
+  joint_vector softer_per_s;  /* of proportional_per_s, so that the joints can brake in time */
 } pointing_tracker_state;
 
 /* A result of the image processing, as camera_frame, for both image axes. */
@@ -44,7 +48,7 @@ typedef struct {
   bool fresh;
   bool valid;
   int age_ticks;      /* from exposure to now, 0 .. TARGET_TRACKER_HISTORY - 1 */
-  image_vector error; /* target minus line of sight at exposure, rad */
+  image_vector error; /* target minus line of sight at exposure, by camera_error */
 } pointing_frame;
 
 typedef struct {
@@ -67,10 +71,29 @@ void pointing_tracker_reset(pointing_tracker_state *state);
 image_vector pointing_tracker_los_motion(const pointing_tracker_state *state, int age_ticks, float dt_s);
 image_vector pointing_tracker_frame_error(const pointing_tracker_state *state, const pointing_frame *frame);
 
-/* One tick. `los` holds the measured inertial rates of the image frame, `pitch_angle` is the joint angle. Frames with
- * an age or an error out of range count as not valid, as in target_tracker_step. */
+/* What is estimated of the target, now, along the image axes of the line of sight. */
+typedef struct {
+  image_vector error;
+  image_vector rate_rad_s; /* inertial */
+  image_vector acceleration_rad_s2;
+} pointing_target;
+
+pointing_target pointing_tracker_target(const pointing_tracker_state *state);
+
+/* Between two ticks: the target is known, and counts as one that has not been seen since its last frame; or it is not
+ * known any more. */
+void pointing_tracker_assume(pointing_tracker_state *state, const pointing_target *target);
+void pointing_tracker_lose(pointing_tracker_state *state);
+
+/* One tick. `los` holds the measured inertial rates of the image frame, `pitch` is of the joint angle. Frames with an
+ * age or an error out of range count as not valid, as in target_tracker_step. */
 pointing_command pointing_tracker_step(pointing_tracker_state *state, const pointing_tracker_params *params,
-                                       const pointing_frame *frame, const line_of_sight_rates *los,
-                                       angle_turn32 pitch_angle, float dt_s);
+                                       const pointing_frame *frame, const line_of_sight_rates *los, rotation pitch,
+                                       float dt_s);
+
+/* Between two ticks, outside of the time of the tick: the braking and the frame gains of the next tick, and the
+ * jerk of a straight path. `error_rad` is that of the joints in the last tick. */
+void pointing_tracker_prepare(pointing_tracker_state *state, const pointing_tracker_params *params,
+                              joint_vector error_rad, float dt_s);
 
 #endif

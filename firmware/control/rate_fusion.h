@@ -37,7 +37,24 @@ control_status rate_fusion_check(const rate_fusion_params *params);
 void rate_fusion_reset(rate_fusion_state *state);
 
 /* One tick; `gyro_rad_s` is ignored when `gyro_valid` is false. */
-rate_fusion_output rate_fusion_step(rate_fusion_state *state, const rate_fusion_params *params, float gyro_rad_s,
-                                    bool gyro_valid, float joint_rate_rad_s, float dt_s);
+static inline rate_fusion_output rate_fusion_step(rate_fusion_state *state, const rate_fusion_params *params,
+                                                  float gyro_rad_s, bool gyro_valid, float joint_rate_rad_s,
+                                                  float dt_s) {
+  rate_fusion_output out;
+  out.rate_rad_s = joint_rate_rad_s;
+  out.base_rate_rad_s = 0.0f;
+  if (params->source == RATE_FROM_ENCODER) {
+    return out;
+  }
+  if (gyro_valid) {
+    const float step = params->crossover_rad_s * dt_s;
+    const float innovation_rad_s = gyro_rad_s - joint_rate_rad_s - state->base_rate_rad_s;
+    state->base_rate_rad_s += step / (1.0f + step) * innovation_rad_s;
+  }
+  const bool gyro_alone = params->source == RATE_FROM_GYRO && gyro_valid;
+  out.rate_rad_s = gyro_alone ? gyro_rad_s : joint_rate_rad_s + state->base_rate_rad_s;
+  out.base_rate_rad_s = state->base_rate_rad_s;
+  return out;
+}
 
 #endif

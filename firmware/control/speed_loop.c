@@ -24,7 +24,28 @@ control_status speed_loop_check(const speed_loop_params *params, float dt_s) {
   return CONTROL_OK;
 }
 
+/* Gains for a share of the inertia. */
+static float proportional_nm(const speed_loop_params *params, float share, float reference_rad_s, float rate_rad_s) {
+  return share * params->pi.proportional_gain * (params->pi.setpoint_weight * reference_rad_s - rate_rad_s);
+}
+
+static disturbance_observer_params observer_for(const speed_loop_params *params, float share) {
+  disturbance_observer_params observer = params->observer;
+  observer.inertia_kg_m2 *= share;
+  return observer;
+}
+
+/* The inertial rate about the axis, of which the gyro measures a share. What the joint adds to it is known from the
+ * encoder, also where the share is too small to divide by it. */
+static speed_loop_gyro scale_gyro(float share) {
+  const float least = SPEED_LOOP_MIN_GYRO_SHARE;
+  const float gain = scalar_abs(share) >= least ? 1.0f / share : share / (least * least);
+  return (speed_loop_gyro){.gain = gain, .of_joint = 1.0f - gain * share};
+}
+
 void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s) {
+  state->pose = (speed_loop_pose){.inertia_share = 1.0f, .gyro_share = 1.0f};
+  state->gyro = scale_gyro(1.0f);
   rate_estimator_reset(&state->rate_estimator, angle);
   rate_fusion_reset(&state->rate_fusion);
   biquad_reset(&state->notch, &params->notch, 0.0f);
@@ -36,18 +57,36 @@ void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, 
                       float dt_s) {
   const float rate_rad_s = rates->feedback_rad_s;
   /* Without a rate error no torque, whatever the set-point weight is. */
-  pi_controller_reset(&state->pi,
-                      -params->pi.proportional_gain * (params->pi.setpoint_weight * rate_rad_s - rate_rad_s));
-  disturbance_observer_reset(&state->observer, &params->observer, rate_rad_s, dt_s);
+  pi_controller_reset(&state->pi, -proportional_nm(params, state->pose.inertia_share, rate_rad_s, rate_rad_s));
+  const disturbance_observer_params observer = observer_for(params, state->pose.inertia_share);
+  disturbance_observer_reset(&state->observer, &observer, rate_rad_s, dt_s);
   friction_feedforward_reset(&state->friction);
   state->explained_nm = 0.0f;
+}
+
+void speed_loop_follow(speed_loop_state *state, const speed_loop_params *params, const speed_loop_pose *pose,
+                       const speed_loop_rates *rates, const speed_reference *reference, float dt_s) {
+  const float before = state->pose.inertia_share;
+  const float share = pose->inertia_share;
+  if (pose->gyro_share != state->pose.gyro_share) {
+    state->gyro = scale_gyro(pose->gyro_share);
+  }
+  state->pose = *pose;
+  if (share == before) {
+    return;
+  }
+  const float rate_rad_s = rates->feedback_rad_s;
+  state->pi.integral += proportional_nm(params, before - share, reference->rate_rad_s, rate_rad_s);
+  disturbance_observer_follow(&state->observer, &params->observer, share * params->observer.inertia_kg_m2, rate_rad_s,
+                              dt_s);
 }
 
 speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
                                   const speed_loop_samples *samples, float dt_s) {
   const float joint_rate_rad_s =
       rate_estimator_step(&state->rate_estimator, &params->rate_estimator, samples->joint_angle, dt_s);
-  const rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, samples->gyro_rad_s,
+  const float gyro_rad_s = speed_loop_gyro_rate(&state->gyro, samples->gyro_rad_s, joint_rate_rad_s);
+  const rate_fusion_output fused = rate_fusion_step(&state->rate_fusion, &params->rate_fusion, gyro_rad_s,
                                                     samples->gyro_valid, joint_rate_rad_s, dt_s);
   const float notched_rad_s = biquad_step(&state->notch, &params->notch, fused.rate_rad_s);
   return (speed_loop_rates){
@@ -72,9 +111,14 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
       .joint_rate_rad_s = rates->joint_rate_rad_s,
   };
 
+  /* A share of the rates has the effect of that share of the PI's gains. */
+  const float share = state->pose.inertia_share;
+  const float pi_reference_rad_s = share * reference->rate_rad_s;
+  const float pi_feedback_rad_s = share * feedback_rad_s;
+
   speed_loop_output out;
-  out.pi_nm = pi_controller_propose(&state->pi, &params->pi, reference->rate_rad_s, feedback_rad_s);
-  out.acceleration_nm = params->acceleration_inertia_kg_m2 * reference->acceleration_rad_s2;
+  out.pi_nm = pi_controller_propose(&state->pi, &params->pi, pi_reference_rad_s, pi_feedback_rad_s);
+  out.acceleration_nm = share * params->acceleration_inertia_kg_m2 * reference->acceleration_rad_s2;
   out.disturbance_nm = params->observer_on ? observed_nm : 0.0f;
   out.friction_nm = friction_feedforward_step(&state->friction, &params->friction, &intended, dt_s);
 
@@ -83,7 +127,7 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
   const float excess_nm = out.torque_nm - wanted_nm;
   out.limited = excess_nm != 0.0f;
 
-  pi_controller_settle(&state->pi, &params->pi, reference->rate_rad_s - feedback_rad_s, excess_nm, dt_s);
+  pi_controller_settle(&state->pi, &params->pi, pi_reference_rad_s - pi_feedback_rad_s, excess_nm, dt_s);
   if (params->pi.integral_gain == 0.0f) {
     state->pi.integral -= SPEED_LOOP_FORGETS_PER_S * dt_s * state->pi.integral;
   }
@@ -104,7 +148,8 @@ static speed_loop_state carried_over(const speed_loop_state *state, const speed_
                                      const speed_loop_params *to, const speed_loop_rates *rates, float dt_s) {
   speed_loop_state next = *state;
   friction_feedforward_retune(&next.friction, &from->friction, &to->friction, rates->joint_rate_rad_s);
-  disturbance_observer_retune(&next.observer, &to->observer, rates->feedback_rad_s, dt_s);
+  const disturbance_observer_params observer = observer_for(to, state->pose.inertia_share);
+  disturbance_observer_retune(&next.observer, &observer, rates->feedback_rad_s, dt_s);
   biquad_reset(&next.notch, &to->notch, rates->rate_rad_s);
   biquad_reset(&next.lowpass, &to->lowpass, rates->rate_rad_s);
   return next;
@@ -116,7 +161,8 @@ static void hand_to_observer(speed_loop_state *state, const speed_loop_params *p
                              const speed_loop_rates *rates, float dt_s) {
   state->explained_nm -= friction_nm;
   state->observer.estimate_nm += friction_nm;
-  disturbance_observer_retune(&state->observer, &params->observer, rates->feedback_rad_s, dt_s);
+  const disturbance_observer_params observer = observer_for(params, state->pose.inertia_share);
+  disturbance_observer_retune(&state->observer, &observer, rates->feedback_rad_s, dt_s);
 }
 
 void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, const speed_loop_params *to,

@@ -6,6 +6,10 @@
  * `speed_loop_control` turns a set-point into a torque. Both follow the block diagram in docs/theory.md from top to
  * bottom. Every torque already explained by friction feedforward is hidden from the disturbance observer.
  *
+ * The parameters are those for the largest inertia. Where the motor turns a share of it only, PI gains, acceleration
+ * feedforward and observer take the same share, so that the loop gain stays the same: speed_loop_follow. The friction
+ * stays as it is. A gyro that sees only a share of the axis' rate is scaled likewise.
+ *
  * Without integral gain (P controller) the integral only carries what a bumpless change or the closing of the loop left
  * in it. No error takes this away, and it would turn the axis at set-point 0, so it is forgotten. */
 #ifndef TRACKSERVO_CONTROL_SPEED_LOOP_H
@@ -13,6 +17,7 @@
 
 #include <stdbool.h>
 
+#include "base/scalar.h"
 #include "control/biquad.h"
 #include "control/disturbance_observer.h"
 #include "control/friction_feedforward.h"
@@ -21,6 +26,13 @@
 #include "control/rate_fusion.h"
 
 #define SPEED_LOOP_FORGETS_PER_S 5.0f
+
+/* Below this share a gyro's reading is no longer divided by it: it shows the axis' rate less and less, and the encoder
+ * replaces it. */
+#define SPEED_LOOP_MIN_GYRO_SHARE 0.1f
+
+/* Gains follow the inertia down to this share of the largest one. */
+#define SPEED_LOOP_MIN_INERTIA_SHARE 1e-3f
 
 typedef struct {
   rate_estimator_params rate_estimator;
@@ -34,7 +46,30 @@ typedef struct {
   friction_feedforward_params friction;
 } speed_loop_params;
 
+/* What the angle of another joint makes of this axis. */
 typedef struct {
+  float inertia_share; /* of the inertia that the parameters are for, SPEED_LOOP_MIN_INERTIA_SHARE .. 1 */
+  float gyro_share;    /* of the rate about the axis that its gyro measures, -1 .. 1 */
+} speed_loop_pose;
+
+/* Of the largest inertia, as the gains follow it. */
+static inline float speed_loop_inertia_share(float inertia_kg_m2, float largest_kg_m2) {
+  return scalar_clamp(inertia_kg_m2 / largest_kg_m2, SPEED_LOOP_MIN_INERTIA_SHARE, 1.0f);
+}
+
+/* The gyro's reading times `gain`, and this part of the joint's rate, are the inertial rate about the axis. */
+typedef struct {
+  float gain;
+  float of_joint;
+} speed_loop_gyro;
+
+static inline float speed_loop_gyro_rate(const speed_loop_gyro *gyro, float reading_rad_s, float joint_rate_rad_s) {
+  return gyro->gain * reading_rad_s + gyro->of_joint * joint_rate_rad_s;
+}
+
+typedef struct {
+  speed_loop_pose pose; /* 1 and 1 after a reset */
+  speed_loop_gyro gyro; /* of this pose */
   rate_estimator_state rate_estimator;
   rate_fusion_state rate_fusion;
   biquad_state notch;
@@ -53,8 +88,8 @@ typedef struct {
 
 /* All in rad/s. */
 typedef struct {
-  float joint_rate_rad_s; /* rotor relative to stator: friction acts on it */
   float base_rate_rad_s;  /* rate of the base */
+  float joint_rate_rad_s; /* rotor relative to stator: friction acts on it */
   float rate_rad_s;       /* inertial rate before the filters, for the outer loops */
   float feedback_rad_s;   /* after notch and low-pass, for the speed controller */
 } speed_loop_rates;
@@ -90,6 +125,12 @@ void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, 
  * `speed_loop_control`. */
 void speed_loop_close(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
                       float dt_s);
+
+/* Changes the pose between two ticks without a torque step; `rates` and `reference` are those of the last tick. What
+ * the set-point weight and a rate error let the proportional gain give moves to the integral; the observer keeps its
+ * estimate. Call it before speed_loop_sense. */
+void speed_loop_follow(speed_loop_state *state, const speed_loop_params *params, const speed_loop_pose *pose,
+                       const speed_loop_rates *rates, const speed_reference *reference, float dt_s);
 
 speed_loop_rates speed_loop_sense(speed_loop_state *state, const speed_loop_params *params,
                                   const speed_loop_samples *samples, float dt_s);

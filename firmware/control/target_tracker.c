@@ -2,6 +2,8 @@
 
 #include "base/scalar.h"
 
+#define MAX_STRAIGHT_RAD_S 1.0f /* faster ones count as this fast in the jerk */
+
 control_status target_tracker_check(const target_tracker_params *params) {
   if ((unsigned)params->kind > (unsigned)TRACKER_PREDICTIVE) {
     return CONTROL_OUT_OF_RANGE;
@@ -39,6 +41,10 @@ static void remember_los(target_tracker_state *state, float los_rate_rad_s) {
   state->los_sum_rad_s[state->newest] = begins ? los_rate_rad_s : sum_rad_s + los_rate_rad_s;
 }
 
+static int ticks_after(int ticks_since_frame) {
+  return ticks_since_frame < 1000000 ? ticks_since_frame + 1 : ticks_since_frame;
+}
+
 /* Moves the estimate forward by one tick of target and line-of-sight motion. */
 static void propagate(target_tracker_state *state, float los_rate_rad_s, float dt_s) {
   const float mean_rate_rad_s = state->target_rate_rad_s + 0.5f * state->target_acceleration_rad_s2 * dt_s;
@@ -46,29 +52,42 @@ static void propagate(target_tracker_state *state, float los_rate_rad_s, float d
   state->target_rate_rad_s += state->target_acceleration_rad_s2 * dt_s;
 }
 
-/* Corrects the estimate with a frame; the residual belongs to the time of exposure. */
-static void correct(target_tracker_state *state, const target_tracker_params *params, const camera_frame *frame,
-                    float dt_s) {
-  const float age_s = (float)frame->age_ticks * dt_s;
-  const float target_motion_rad = (state->target_rate_rad_s - 0.5f * state->target_acceleration_rad_s2 * age_s) * age_s;
-  const float expected_rad =
-      state->error_rad + target_tracker_los_motion_rad(state, frame->age_ticks, dt_s) - target_motion_rad;
-  const float residual_rad = frame->error_rad - expected_rad;
-
-  const float interval_s = scalar_max((float)state->ticks_since_frame, 1.0f) * dt_s;
+static target_tracker_gains gains_after(int ticks, const target_tracker_params *params, float dt_s) {
+  const float interval_s = scalar_max((float)ticks, 1.0f) * dt_s;
   const float pole = scalar_exp_minus(params->estimator_rad_s * interval_s);
   const float gap = 1.0f - pole;
-  const float rate_step_rad_s = 1.5f * gap * gap * (1.0f + pole) * residual_rad / interval_s;
-  const float acceleration_step_rad_s2 = gap * gap * gap * residual_rad / (interval_s * interval_s);
+  return (target_tracker_gains){.ticks = ticks,
+                                .alpha = 1.0f - pole * pole * pole,
+                                .beta = 1.5f * gap * gap * (1.0f + pole),
+                                .gamma = gap * gap * gap,
+                                .interval_s = interval_s};
+}
+
+target_tracker_gains target_tracker_prepare_gains(const target_tracker_state *state,
+                                                  const target_tracker_params *params, float dt_s) {
+  return gains_after(ticks_after(state->ticks_since_frame), params, dt_s);
+}
+
+/* Corrects the estimate with a frame; the residual belongs to the time of exposure. */
+static void correct(target_tracker_state *state, const target_tracker_gains *gains, int age_ticks, float error_rad,
+                    float dt_s) {
+  const float age_s = (float)age_ticks * dt_s;
+  const float target_motion_rad = (state->target_rate_rad_s - 0.5f * state->target_acceleration_rad_s2 * age_s) * age_s;
+  const float expected_rad =
+      state->error_rad + target_tracker_los_motion_rad(state, age_ticks, dt_s) - target_motion_rad;
+  const float residual_rad = error_rad - expected_rad;
+
+  const float rate_step_rad_s = gains->beta * residual_rad / gains->interval_s;
+  const float acceleration_step_rad_s2 = gains->gamma * residual_rad / (gains->interval_s * gains->interval_s);
   /* The corrections are those at exposure; extrapolate them to now. */
-  state->error_rad += (1.0f - pole * pole * pole) * residual_rad + rate_step_rad_s * age_s +
-                      0.5f * acceleration_step_rad_s2 * age_s * age_s;
+  state->error_rad +=
+      gains->alpha * residual_rad + rate_step_rad_s * age_s + 0.5f * acceleration_step_rad_s2 * age_s * age_s;
   state->target_rate_rad_s += rate_step_rad_s + acceleration_step_rad_s2 * age_s;
   state->target_acceleration_rad_s2 += acceleration_step_rad_s2;
 }
 
-static void acquire(target_tracker_state *state, const camera_frame *frame, float los_rate_rad_s, float dt_s) {
-  state->error_rad = frame->error_rad - target_tracker_los_motion_rad(state, frame->age_ticks, dt_s);
+static void acquire(target_tracker_state *state, int age_ticks, float error_rad, float los_rate_rad_s, float dt_s) {
+  state->error_rad = error_rad - target_tracker_los_motion_rad(state, age_ticks, dt_s);
   state->target_rate_rad_s = los_rate_rad_s;
   state->target_acceleration_rad_s2 = 0.0f;
   state->integral_rad_s = los_rate_rad_s;
@@ -88,16 +107,16 @@ static void take_frame(target_tracker_state *state, const target_tracker_params 
     state->error_rad = frame->error_rad;
     state->locked = true;
   } else if (!state->locked) {
-    acquire(state, frame, los_rate_rad_s, dt_s);
+    acquire(state, frame->age_ticks, frame->error_rad, los_rate_rad_s, dt_s);
   } else {
-    correct(state, params, frame, dt_s);
+    const target_tracker_gains gains = gains_after(state->ticks_since_frame, params, dt_s);
+    correct(state, &gains, frame->age_ticks, frame->error_rad, dt_s);
   }
   state->ticks_since_frame = 0;
 }
 
-static bool usable(const camera_frame *frame) {
-  return frame->fresh && frame->valid && frame->age_ticks >= 0 && frame->age_ticks < TARGET_TRACKER_HISTORY &&
-         scalar_abs(frame->error_rad) <= SCALAR_PI; /* false for NaN as well */
+static bool counts(const camera_frame *frame) {
+  return frame->fresh && frame->valid && frame->age_ticks >= 0 && frame->age_ticks < TARGET_TRACKER_HISTORY;
 }
 
 static speed_reference limited(const target_tracker_params *params, float rate_rad_s, float acceleration_rad_s2) {
@@ -114,18 +133,78 @@ void target_tracker_remember(target_tracker_state *state, float los_rate_rad_s) 
   state->locked = false;
 }
 
-speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
-                                    const camera_frame *frame, float los_rate_rad_s, float dt_s) {
+void target_tracker_assume(target_tracker_state *state, float error_rad, float rate_rad_s, float acceleration_rad_s2) {
+  state->error_rad = error_rad;
+  state->target_rate_rad_s = rate_rad_s;
+  state->target_acceleration_rad_s2 = acceleration_rad_s2;
+  state->locked = true;
+}
+
+static void advance(target_tracker_state *state, bool predicts, float los_rate_rad_s, float dt_s) {
   remember_los(state, los_rate_rad_s);
-  if (state->ticks_since_frame < 1000000) {
-    ++state->ticks_since_frame;
-  }
-  if (params->kind == TRACKER_PREDICTIVE && state->locked) {
+  state->ticks_since_frame = ticks_after(state->ticks_since_frame);
+  if (predicts && state->locked) {
     propagate(state, los_rate_rad_s, dt_s);
   }
-  if (usable(frame)) {
+}
+
+static bool has_coasted(const target_tracker_state *state, const target_tracker_params *params, float dt_s) {
+  return (float)state->ticks_since_frame * dt_s > params->coast_s;
+}
+
+/* Seen along a straight path, the rate w changes by a = -2 rho w, and rho = range rate / range by w^2 - rho^2. So the
+ * jerk is (6 rho^2 - 2 w^2) w. A rho above w, far from the closest approach, may be noise of a. */
+static float straight_jerk_per_rate(const target_tracker_state components[2]) {
+  const target_tracker_state *x = &components[0];
+  const target_tracker_state *y = &components[1];
+  const float square = x->target_rate_rad_s * x->target_rate_rad_s + y->target_rate_rad_s * y->target_rate_rad_s;
+  if (!(square > 0.0f)) {
+    return 0.0f;
+  }
+  const float along =
+      x->target_rate_rad_s * x->target_acceleration_rad_s2 + y->target_rate_rad_s * y->target_acceleration_rad_s2;
+  const float twice_rho = along / square;
+  const float counted = scalar_min(square, MAX_STRAIGHT_RAD_S * MAX_STRAIGHT_RAD_S);
+  return scalar_min(1.5f * twice_rho * twice_rho, 6.0f * counted) - 2.0f * counted;
+}
+
+void target_tracker_follow_straight_path(target_tracker_state components[2], float dt_s) {
+  const float jerk_per_rate_s2 = straight_jerk_per_rate(components);
+  for (int i = 0; i < 2; ++i) {
+    components[i].target_acceleration_rad_s2 += jerk_per_rate_s2 * components[i].target_rate_rad_s * dt_s;
+  }
+}
+
+void target_tracker_step_components(target_tracker_state components[2], const target_tracker_params *params,
+                                    const target_tracker_gains *prepared, const camera_frame *frame,
+                                    const float error_rad[2], const float los_rate_rad_s[2], float dt_s) {
+  for (int i = 0; i < 2; ++i) {
+    advance(&components[i], true, los_rate_rad_s[i], dt_s);
+  }
+  if (!counts(frame) || !scalar_within(error_rad[0], SCALAR_PI) || !scalar_within(error_rad[1], SCALAR_PI)) {
+    const bool lost = has_coasted(&components[0], params, dt_s);
+    components[0].locked = components[0].locked && !lost;
+    components[1].locked = components[0].locked;
+    return;
+  }
+  const int ticks = components[0].ticks_since_frame;
+  const target_tracker_gains gains = prepared->ticks == ticks ? *prepared : gains_after(ticks, params, dt_s);
+  for (int i = 0; i < 2; ++i) {
+    if (components[i].locked) {
+      correct(&components[i], &gains, frame->age_ticks, error_rad[i], dt_s);
+    } else {
+      acquire(&components[i], frame->age_ticks, error_rad[i], los_rate_rad_s[i], dt_s);
+    }
+    components[i].ticks_since_frame = 0;
+  }
+}
+
+speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
+                                    const camera_frame *frame, float los_rate_rad_s, float dt_s) {
+  advance(state, params->kind == TRACKER_PREDICTIVE, los_rate_rad_s, dt_s);
+  if (counts(frame) && scalar_within(frame->error_rad, SCALAR_PI)) {
     take_frame(state, params, frame, los_rate_rad_s, dt_s);
-  } else if ((float)state->ticks_since_frame * dt_s > params->coast_s) {
+  } else if (has_coasted(state, params, dt_s)) {
     state->locked = false;
   }
   if (!state->locked) {

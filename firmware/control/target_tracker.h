@@ -44,6 +44,15 @@ typedef struct {
   bool locked; /* a frame arrived within coast_s */
 } target_tracker_state;
 
+/* Alpha, beta and gamma of a frame. */
+typedef struct {
+  int ticks; /* since the frame before; 0: not prepared */
+  float alpha;
+  float beta;
+  float gamma;
+  float interval_s;
+} target_tracker_gains;
+
 typedef struct {
   bool fresh;      /* true in the tick in which a result arrives */
   bool valid;      /* the target was found */
@@ -56,6 +65,23 @@ void target_tracker_reset(target_tracker_state *state);
 
 /* How far the line of sight has turned during the last `age_ticks` ticks, rad; 0 .. TARGET_TRACKER_HISTORY - 1. */
 float target_tracker_los_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s);
+
+/* Between two ticks: the gains of a frame in the next tick. */
+target_tracker_gains target_tracker_prepare_gains(const target_tracker_state *state,
+                                                  const target_tracker_params *params, float dt_s);
+
+/* One tick of two components that share their frames, as TRACKER_PREDICTIVE; the rate that follows from them is the
+ * caller's. Of `frame`, `error_rad` is left out; both errors count, or none. Gains that were not prepared for this tick
+ * are computed. */
+void target_tracker_step_components(target_tracker_state components[2], const target_tracker_params *params,
+                                    const target_tracker_gains *prepared, const camera_frame *frame,
+                                    const float error_rad[2], const float los_rate_rad_s[2], float dt_s);
+
+/* Between two of these ticks, while the target is known: changes the acceleration by the jerk of a straight path. */
+void target_tracker_follow_straight_path(target_tracker_state components[2], float dt_s);
+
+/* Between two ticks: takes a target that another source than a frame has given. */
+void target_tracker_assume(target_tracker_state *state, float error_rad, float rate_rad_s, float acceleration_rad_s2);
 
 /* One tick in which another estimate is in use: the motion of the line of sight is remembered, the target is not. */
 void target_tracker_remember(target_tracker_state *state, float los_rate_rad_s);

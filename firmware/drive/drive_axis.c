@@ -159,6 +159,28 @@ static drive_tracking tracking_after(drive_tracking before, const drive_axis_inp
   return centred || before == DRIVE_ON_TARGET ? DRIVE_ON_TARGET : DRIVE_ACQUIRING;
 }
 
+static void step_homing(drive_axis *axis, const drive_objects *objects, const drive_axis_inputs *inputs,
+                        drive_action action, float dt_s) {
+  const bool runs = action == DRIVE_RUN; /* a start may come before its brake has opened */
+  const bool start = (objects->state.controlword & DRIVE_CONTROL_NEW_SETPOINT) != 0;
+  const bool in_mode = axis->motion.mode == DRIVE_HOMING;
+  if (!in_mode && homing_is_idle(&axis->homing)) {
+    homing_pass(&axis->homing, runs, start);
+    return;
+  }
+  const homing_inputs in = {.runs = runs,
+                            .in_mode = in_mode,
+                            .start = start,
+                            .position_known = inputs->position_known,
+                            .turn_seen = inputs->turn_seen,
+                            .torque_limited = inputs->torque_limited,
+                            .rate_rad_s = inputs->rate_rad_s,
+                            .reference_rad_s = inputs->reference_rad_s,
+                            .contact_s = inputs->contact_s};
+  homing_step(&axis->homing, &objects->homing, &in, dt_s);
+  axis->motion.homing_rad_s = axis->homing.target_rad_s;
+}
+
 /* 60F4 is the distance to the target then; no window of 6065 judges it. */
 static void step_tracking(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                           drive_action action, float dt_s) {
@@ -188,7 +210,10 @@ static bool target_reached(drive_axis *axis, const drive_objects *objects, const
   const bool near_velocity = distance_between(velocity->target, velocity->actual) <= velocity->window;
   const bool velocity_reached = dwell_timer_step(
       &axis->velocity_reached, runs && mode == DRIVE_PROFILE_VELOCITY && near_velocity, velocity->window_ms, dt_s);
-  return position_reached || velocity_reached || axis->tracking == DRIVE_ON_TARGET || (!runs && setpoint->stopped);
+  const bool homing_ended =
+      runs && mode == DRIVE_HOMING && homing_is_idle(&axis->homing) && profile_at_rest(&axis->motion.ramp);
+  return position_reached || velocity_reached || homing_ended || axis->tracking == DRIVE_ON_TARGET ||
+         (!runs && setpoint->stopped);
 }
 
 /* Statusword bit 12; its meaning depends on the mode. */
@@ -202,6 +227,8 @@ static bool mode_bit(drive_axis *axis, const drive_objects *objects, const drive
       return axis->motion.setpoints.acknowledged;
     case DRIVE_PROFILE_VELOCITY:
       return !moving;
+    case DRIVE_HOMING:
+      return axis->homing.phase == HOMING_ATTAINED;
     case DRIVE_NO_MODE:
       return false;
     default:
@@ -214,6 +241,8 @@ static uint16_t bit_if(bool condition, uint16_t bit) { return condition ? bit : 
 static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs,
                               const drive_setpoint *setpoint, drive_action action, float dt_s) {
   const bool following_failed = monitor_following(axis, objects, setpoint, dt_s);
+  step_homing(axis, objects, inputs, action, dt_s);
+  const bool homing_failed = axis->motion.mode == DRIVE_HOMING && axis->homing.phase == HOMING_FAILED;
   step_tracking(axis, objects, inputs, action, dt_s);
   const bool reached = target_reached(axis, objects, setpoint, action, dt_s);
   const bool bit_12 = mode_bit(axis, objects, setpoint, action, dt_s);
@@ -222,7 +251,8 @@ static uint16_t statusword_of(drive_axis *axis, drive_objects *objects, const dr
                     bit_if(inputs->voltage_present, DRIVE_STATUS_VOLTAGE_ENABLED) |
                     bit_if(inputs->warning, DRIVE_STATUS_WARNING) | bit_if(inputs->remote, DRIVE_STATUS_REMOTE) |
                     bit_if(reached, DRIVE_STATUS_TARGET_REACHED) | bit_if(limited, DRIVE_STATUS_INTERNAL_LIMIT) |
-                    bit_if(bit_12, DRIVE_STATUS_MODE_12) | bit_if(following_failed, DRIVE_STATUS_MODE_13));
+                    bit_if(bit_12, DRIVE_STATUS_MODE_12) |
+                    bit_if(following_failed || homing_failed, DRIVE_STATUS_MODE_13));
 }
 
 const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects *objects,

@@ -19,6 +19,7 @@
 #include "drive/drive_units.h"
 #include "drive/dwell_timer.h"
 #include "drive/holding_brake.h"
+#include "drive/homing.h"
 #include "protection/fault_table.h"
 #include "servo/servo_axis.h"
 
@@ -45,6 +46,9 @@ typedef struct {
   const servo_target *target; /* of the camera; NULL: none */
   bool ready;                 /* self-test done */
   bool may_enable;            /* protection knows the end of the travel */
+  bool position_known;        /* protection knows the turn */
+  bool turn_seen;             /* the operator has written where the axis is, see homing.h */
+  float contact_s;            /* the same */
   bool turns;                 /* protection: the axis has power, or turns since it had */
   bool at_rest;               /* protection: the protective stop has ended */
   float protective_nm;        /* torque of the protective stop in this tick */
@@ -67,6 +71,7 @@ typedef struct {
   dwell_timer velocity_reached;
   dwell_timer target_centred;
   drive_tracking tracking; /* how far tracking has got */
+  drive_homing homing;
   dwell_timer moving;
   dwell_timer ramp_ended;
   holding_brake brake;     /* `coil_on` is its output */

@@ -14,7 +14,8 @@
 
 bool drive_mode_supported(int8_t mode) {
   return mode == DRIVE_TRACKING || mode == DRIVE_NO_MODE || mode == DRIVE_PROFILE_POSITION ||
-         mode == DRIVE_PROFILE_VELOCITY || (mode >= DRIVE_CYCLIC_POSITION && mode <= DRIVE_CYCLIC_TORQUE);
+         mode == DRIVE_PROFILE_VELOCITY || mode == DRIVE_HOMING ||
+         (mode >= DRIVE_CYCLIC_POSITION && mode <= DRIVE_CYCLIC_TORQUE);
 }
 
 profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration) {
@@ -162,8 +163,7 @@ static drive_setpoint stop(drive_motion *motion, const drive_feedback *feedback,
 
 /* --- the modes --- */
 
-static float clamped_rate(int32_t velocity, const profile_limits *limits, bool *limited) {
-  const float wanted_rad_s = drive_rate_from_velocity(velocity);
+static float clamped_rate(float wanted_rad_s, const profile_limits *limits, bool *limited) {
   const float rate_rad_s = scalar_clamp(wanted_rad_s, -limits->rate_rad_s, limits->rate_rad_s);
   *limited = rate_rad_s != wanted_rad_s;
   return rate_rad_s;
@@ -226,13 +226,24 @@ static float room_ahead_rad(const drive_motion *motion, float direction) {
   return drive_travel_room_rad(&motion->bounds.travel, start_of(motion, motion->position), direction) - moving_rad;
 }
 
+/* Of homing: 609A while the speed increases and decreases. */
+static profile_limits homing_limits(const drive_bounds *bounds, const drive_objects *objects) {
+  profile_limits limits = velocity_limits(bounds, &objects->limit);
+  limits.acceleration_rad_s2 = drive_limit_from_counts(objects->homing.acceleration);
+  limits.deceleration_rad_s2 = limits.acceleration_rad_s2;
+  return limits;
+}
+
+/* Of pv and hm. */
 static drive_profile_step prepare_velocity(const drive_motion *motion, const drive_objects *objects, float dt_s) {
   const drive_bounds *bounds = &motion->bounds;
-  const profile_limits limits = velocity_limits(bounds, &objects->limit);
+  const bool homes = motion->mode == DRIVE_HOMING;
+  const profile_limits limits = homes ? homing_limits(bounds, objects) : velocity_limits(bounds, &objects->limit);
   const profile_limits braking = drive_braking_within(bounds, &limits);
   drive_profile_step step = step_from_now(motion);
   bool clamped;
-  const float target_rad_s = clamped_rate(objects->velocity.target, &limits, &clamped);
+  const float target_rad_s = clamped_rate(
+      homes ? motion->homing_rad_s : drive_rate_from_velocity(objects->velocity.target), &limits, &clamped);
   const profile_motion made = drive_travel_is_limited(&bounds->travel) && target_rad_s != 0.0f
                                   ? profile_towards_rate_within(&step.ramp, &limits, &braking, target_rad_s,
                                                                 room_ahead_rad(motion, target_rad_s), dt_s)
@@ -252,7 +263,8 @@ void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, co
   if (motion->mode == DRIVE_PROFILE_POSITION && motion->loop == SERVO_POSITION && motion->setpoints.under_way &&
       !motion->bounds.position_unknown) {
     motion->next = prepare_position(motion, objects, dt_s);
-  } else if (motion->mode == DRIVE_PROFILE_VELOCITY && servo_mode_closes(motion->loop)) {
+  } else if ((motion->mode == DRIVE_PROFILE_VELOCITY || motion->mode == DRIVE_HOMING) &&
+             servo_mode_closes(motion->loop)) {
     motion->next = prepare_velocity(motion, objects, dt_s);
   }
 }
@@ -410,8 +422,8 @@ static drive_setpoint cyclic_velocity(drive_motion *motion, const drive_objects 
     return ordered_stop(motion, feedback, &braking, dt_s);
   }
   bool clamped;
-  const float target_rad_s =
-      clamped_rate(drive_add(objects->velocity.target, objects->velocity.offset), &limits, &clamped);
+  const float target_rad_s = clamped_rate(
+      drive_rate_from_velocity(drive_add(objects->velocity.target, objects->velocity.offset)), &limits, &clamped);
   rate_interpolation rates = motion->rates;
   if (feedback->setpoint_arrived) {
     rate_interpolation_aim(&rates, target_rad_s, period_ticks, dt_s);
@@ -567,6 +579,7 @@ static drive_setpoint run(drive_motion *motion, const drive_objects *objects, co
     case DRIVE_PROFILE_POSITION:
       return profile_position(motion, objects, feedback, dt_s);
     case DRIVE_PROFILE_VELOCITY:
+    case DRIVE_HOMING:
       return profile_velocity(motion, feedback, dt_s);
     case DRIVE_CYCLIC_POSITION:
       return cyclic_position(motion, objects, feedback, dt_s);

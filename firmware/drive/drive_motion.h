@@ -1,10 +1,10 @@
 /* The set-point of the servo axis in this tick, from the CiA 402 targets and the mode of operation.
  *
- * Standard: CiA 402-2 / IEC 61800-7-201 clauses 7.2 (pp), 7.3 (pv), 7.11 (csp), 7.12 (csv), 7.13 (cst) and the stops
- * of 8.5; mode -1 (tracking) is of this manufacturer: the servo axis follows the camera's target, within limits from
- * here. All modes share one ramp state and one position demand, so a new mode, a halt or a stop continues from the
- * set-point of the last tick without a step. Rate and position are those of now; the acceleration is the mean of the
- * coming tick: as torque over an inertia it gives exactly the next rate. */
+ * Standard: CiA 402-2 / IEC 61800-7-201 clauses 7.2 (pp), 7.3 (pv), 7.5 (hm), 7.11 (csp), 7.12 (csv), 7.13 (cst) and
+ * the stops of 8.5; mode -1 (tracking) is of this manufacturer: the servo axis follows the camera's target, within
+ * limits from here. All modes share one ramp state and one position demand, so a new mode, a halt or a stop continues
+ * from the set-point of the last tick without a step. Rate and position are those of now; the acceleration is the mean
+ * of the coming tick: as torque over an inertia it gives exactly the next rate. */
 #ifndef TRACKSERVO_DRIVE_DRIVE_MOTION_H
 #define TRACKSERVO_DRIVE_DRIVE_MOTION_H
 
@@ -38,7 +38,7 @@ typedef struct {
   int ticks; /* 0: not evaluated yet */
 } setpoint_period;
 
-/* Result of the ramp of pp or pv in a tick. */
+/* Result of the ramp of pp, pv or hm in a tick. */
 typedef struct {
   bool ready;
   profile_ramp ramp;
@@ -71,6 +71,7 @@ typedef struct {
   tracking_limits tracking; /* of the last tick that tracked */
   bool ordered;             /* a command, a fault or missing set-points order a stop: protection sees to it */
   float torque_nm;          /* cst: moving along the torque slope */
+  float homing_rad_s;       /* hm: set-point of the ramp */
 } drive_motion;
 
 typedef struct {
@@ -91,14 +92,14 @@ void drive_motion_reset(drive_motion *motion, drive_angle position);
 /* The position of the axis is `by` away from what it was believed to be: so is every other one. */
 void drive_motion_shift(drive_motion *motion, drive_angle by);
 
-/* One tick. An unsupported mode leaves the current one in effect. In pp and pv it takes the prepared step. In the first
- * tick nothing is prepared, and the ramp continues with its acceleration. Not inlined: it would push the monitors out
- * of line, which costs 500 instructions in the tick. */
+/* One tick. An unsupported mode leaves the current one in effect. In pp, pv and hm it takes the prepared step. In the
+ * first tick nothing is prepared, and the ramp continues with its acceleration. Not inlined: it would push the monitors
+ * out of line, which costs 500 instructions in the tick. */
 drive_setpoint drive_motion_step(drive_motion *motion, const drive_objects *objects, drive_action action,
                                  const drive_feedback *feedback, float dt_s) __attribute__((noinline));
 
-/* Between two ticks: prepares the next step of the ramp of pp or pv. Finding the time at which a stop must begin takes
- * too long for the tick. So targets and limits of these two modes take effect one tick later, and so do the bounds of
+/* Between two ticks: prepares the next step of the ramp of pp, pv or hm. Finding the time at which a stop must begin
+ * takes too long for the tick. So targets and limits of these modes take effect one tick later, and so do the bounds of
  * travel and rate in every mode. */
 void drive_motion_prepare(drive_motion *motion, const drive_objects *objects, const drive_machine *machine, float dt_s);
 

@@ -15,13 +15,14 @@ typedef enum {
   DRIVE_NO_MODE = 0,
   DRIVE_PROFILE_POSITION = 1,
   DRIVE_PROFILE_VELOCITY = 3,
+  DRIVE_HOMING = 6,
   DRIVE_CYCLIC_POSITION = 8,
   DRIVE_CYCLIC_VELOCITY = 9,
   DRIVE_CYCLIC_TORQUE = 10
 } drive_mode;
 
-/* 6502: bits pp 0, pv 2, csp 7, csv 8, cst 9, tracking (mode -1) 16. */
-#define DRIVE_SUPPORTED_MODES 0x00010385u
+/* 6502: bits pp 0, pv 2, hm 5, csp 7, csv 8, cst 9, tracking (mode -1) 16. */
+#define DRIVE_SUPPORTED_MODES 0x000103A5u
 
 /* 67FF: device profile 402, servo drive. */
 #define DRIVE_DEVICE_TYPE 0x00020192u
@@ -100,11 +101,20 @@ typedef struct {
 } drive_limit_objects;
 
 typedef struct {
+  int32_t offset;        /* 607C: where the operator has seen the axis */
+  int8_t method;         /* 6098: HOMING_* */
+  uint32_t first_speed;  /* 6099:01 */
+  uint32_t second_speed; /* 6099:02, after a contact */
+  uint32_t acceleration; /* 609A */
+} drive_homing_objects;
+
+typedef struct {
   drive_state_objects state;
   drive_position_objects position;
   drive_velocity_objects velocity;
   drive_torque_objects torque;
   drive_limit_objects limit;
+  drive_homing_objects homing;
 } drive_objects;
 
 #endif

@@ -47,7 +47,7 @@ enum {
   DRIVE_CONTROL_ENABLE_VOLTAGE = 0x0002,
   DRIVE_CONTROL_NO_QUICK_STOP = 0x0004,
   DRIVE_CONTROL_ENABLE_OPERATION = 0x0008,
-  DRIVE_CONTROL_NEW_SETPOINT = 0x0010,       /* pp */
+  DRIVE_CONTROL_NEW_SETPOINT = 0x0010,       /* pp; hm: start */
   DRIVE_CONTROL_CHANGE_IMMEDIATELY = 0x0020, /* pp */
   DRIVE_CONTROL_RELATIVE = 0x0040,           /* pp */
   DRIVE_CONTROL_FAULT_RESET = 0x0080,
@@ -61,8 +61,9 @@ enum {
   DRIVE_STATUS_REMOTE = 0x0200,
   DRIVE_STATUS_TARGET_REACHED = 0x0400,
   DRIVE_STATUS_INTERNAL_LIMIT = 0x0800,
-  DRIVE_STATUS_MODE_12 = 0x1000, /* pp: set-point acknowledged; pv: speed is 0; csp, csv, cst: target followed */
-  DRIVE_STATUS_MODE_13 = 0x2000  /* pp, csp: following error */
+  DRIVE_STATUS_MODE_12 =
+      0x1000, /* pp: set-point acknowledged; pv: speed is 0; hm: attained; csp, csv, cst: target followed */
+  DRIVE_STATUS_MODE_13 = 0x2000 /* pp, csp: following error; hm: homing error */
 };
 
 typedef struct {

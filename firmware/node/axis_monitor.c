@@ -1,6 +1,7 @@
 #include "node/axis_monitor.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "base/scalar.h"
 
@@ -44,6 +45,8 @@ static void look(protection_inputs *in, const servo_board *board, int i, drive_a
   in->gyro_valid = samples->sensors.gyro_valid;
   in->gyro_used = board->app.params.axis[i].speed.rate_fusion.source != RATE_FROM_ENCODER;
   in->gyro_rad_s = samples->sensors.gyro_rad_s;
+  in->gyro_gain = axis->speed.gyro.gain;
+  in->gyro_of_joint = axis->speed.gyro.of_joint;
   in->position_rad = drive_angle_difference_rad(position, 0);
   in->mean_current_a = samples->sensors.mean_current_a;
   in->tick_voltage_v = samples->tick_voltage_v;
@@ -73,10 +76,28 @@ static float friction_nm(const servo_axis_params *params) {
   return scalar_max(lugre->positive.coulomb_nm, lugre->negative.coulomb_nm);
 }
 
-/* The rate that the axis gets from outside. In tracking the camera decides it: an alternating one is slow. */
-static float outer_reference_rad_s(axis_monitor *monitor, const servo_axis *axis, const servo_axis_command *command) {
+/* What the target asks for: the set-point of an axis that follows its set-point at once. Such an axis would be
+ * `ahead_rad` farther, and its tracking loop would see this much less of the error. */
+static float tracked_rad_s(ideal_tracking *ideal, const servo_board *board, int i, const tracking_limits *limits) {
+  const servo_axis *axis = &board->app.axis[i];
+  const int loop = limits->given ? SERVO_AZIMUTH : i; /* whose gain counts */
+  const float proportional_per_s = board->app.params.axis[loop].tracker.proportional_per_s;
+  const float wanted_rad_s = axis->signals.target.rate_rad_s - proportional_per_s * ideal->ahead_rad;
+  ideal->rate_rad_s = tracking_rate_within(limits, wanted_rad_s, ideal->rate_rad_s, SERVO_TICK_S);
+  ideal->ahead_rad += (ideal->rate_rad_s - axis->signals.rates.rate_rad_s) * SERVO_TICK_S;
+  return ideal->rate_rad_s;
+}
+
+/* The rate that the axis gets from outside. */
+static float outer_reference_rad_s(axis_monitor *monitor, const servo_board *board, int i) {
+  const servo_axis *axis = &board->app.axis[i];
+  const servo_axis_command *command = &board->command.axis[i];
   const float increment_rad = angle_difference_rad(command->position, monitor->last_setpoint);
   monitor->last_setpoint = command->position;
+  if (axis->mode == SERVO_TRACKING && command->tracking != NULL) {
+    return tracked_rad_s(&monitor->ideal, board, i, command->tracking);
+  }
+  monitor->ideal = (ideal_tracking){.ahead_rad = 0.0f, .rate_rad_s = axis->signals.reference.rate_rad_s};
   switch (axis->mode) {
     case SERVO_SPEED:
       return axis->signals.reference.rate_rad_s;
@@ -88,24 +109,28 @@ static float outer_reference_rad_s(axis_monitor *monitor, const servo_axis *axis
 }
 
 /* The commands of this tick, for the motion that the next one sees. */
-static void note_commands(axis_monitor *monitor, const servo_axis *axis, const servo_axis_params *params,
-                          const servo_axis_command *command) {
-  monitor->torque_nm = torque_in_force_nm(params, command);
+static void note_commands(axis_monitor *monitor, const servo_board *board, int i) {
+  const servo_axis *axis = &board->app.axis[i];
+  monitor->torque_nm = torque_in_force_nm(&board->app.params.axis[i], &board->command.axis[i]);
   monitor->commanded =
-      (oscillation_inputs){.reference_rad_s = outer_reference_rad_s(monitor, axis, command),
+      (oscillation_inputs){.reference_rad_s = outer_reference_rad_s(monitor, board, i),
+                           .reference_known = axis->mode == SERVO_SPEED || axis->mode == SERVO_POSITION,
                            .loop_nm = axis->commanded_nm - axis->added_nm,
                            .feedforward_nm = axis->signals.torque.friction_nm + axis->signals.torque.acceleration_nm,
                            .added_nm = axis->added_nm};
 }
 
+/* A loop that feeds back the gyro alone holds the inertial rate: on a turning base the joint's swings are healthy. */
 static bool look_for_oscillation(axis_monitor *monitor, const servo_axis_params *params, bool suspect) {
+  const bool rate_from_gyro = params->speed.rate_fusion.source == RATE_FROM_GYRO;
   const oscillation_params plant = {.inertia_kg_m2 = params->plant_inertia_kg_m2,
                                     .friction_nm = scalar_min(friction_nm(params), 0.3f * monitor->torque_nm),
                                     .torque_nm = monitor->torque_nm,
                                     .suspect = suspect};
   oscillation_inputs in = monitor->commanded;
   in.closed = monitor->seen.speed_closed && monitor->seen.angle_valid;
-  in.rate_rad_s = monitor->state.last_step_rad / SERVO_TICK_S;
+  const bool inertial = rate_from_gyro && monitor->seen.gyro_valid;
+  in.rate_rad_s = inertial ? monitor->state.last_inertial_rad_s : monitor->state.last_step_rad / SERVO_TICK_S;
   return oscillation_step(&monitor->swings, &plant, &in, SERVO_TICK_S);
 }
 
@@ -194,15 +219,56 @@ static uint8_t restrictions_of(const axis_monitor *monitor) {
                    (commissioning ? RESTRICTED_COMMISSIONING : 0));
 }
 
+#define TURN (INT64_C(1) << 32)
+
+static float count_rad_of(const axis_monitor *monitor, const drive_axis *drive) {
+  return drive_angle_difference_rad(drive->position - monitor->turn * TURN, 0);
+}
+
+static bool turn_at(const axis_monitor *monitor, const drive_axis *drive, int32_t position, int8_t *turn) {
+  const float position_rad = drive_angle_difference_rad(drive_angle_from_position(position), 0);
+  const start_candidates *possible = &monitor->candidates;
+  return start_position_turn_at(count_rad_of(monitor, drive), position_rad, turn) &&
+         (possible->lowest > possible->highest || (*turn >= possible->lowest && *turn <= possible->highest));
+}
+
+bool axis_monitor_may_see(const axis_monitor *monitor, const drive_axis *drive, int32_t position) {
+  int8_t turn;
+  return turn_at(monitor, drive, position, &turn);
+}
+
+void axis_monitor_see(axis_monitor *monitor, const drive_axis *drive, int32_t position) {
+  int8_t turn;
+  if (turn_at(monitor, drive, position, &turn)) {
+    start_position_see(&monitor->start, turn);
+  }
+}
+
+void axis_monitor_inform_homing(const axis_monitor *monitor, drive_axis_inputs *inputs) {
+  const float contact_s = 0.25f; /* before the stall fault */
+  inputs->position_known = monitor->candidates.known;
+  inputs->turn_seen = monitor->start.seen;
+  inputs->contact_s = scalar_min(contact_s, 0.5f * monitor->limits.stall_s);
+}
+
 static void find_turn(axis_monitor *monitor, drive_axis *drive) {
   const protection_limits *limits = &monitor->limits;
-  const drive_angle turn = INT64_C(1) << 32;
   const bool known_before = monitor->candidates.known;
-  const float count_rad = drive_angle_difference_rad(drive->position - monitor->turn * turn, 0);
+  const float count_rad = count_rad_of(monitor, drive);
+  if (drive->homing.phase == HOMING_CONFIRMING) {
+    start_position_take_seen(&monitor->start);
+  }
   monitor->candidates = start_position_step(&monitor->start, count_rad, limits->minimum_rad, limits->maximum_rad);
   if (monitor->candidates.known && (!known_before || monitor->start.turn != monitor->turn)) {
     drive_axis_shift(drive, monitor->start.turn - monitor->turn);
     monitor->turn = monitor->start.turn;
+  }
+}
+
+void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive) {
+  const bool misled = drive->state.reaction >= DRIVE_FAULT_BRAKES || drive->fault == FAULT_MOTOR_WEAK;
+  if (misled && drive->state.power == DRIVE_FAULT) {
+    motor_witness_forget(&monitor->state.witness);
   }
 }
 
@@ -266,7 +332,7 @@ void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axi
   monitor->oscillates = look_for_oscillation(monitor, params, setting->new_gains);
   monitor->may_shake = setting->new_gains && oscillation_may_begin(&monitor->swings);
   monitor->judged = without_current(monitor, found) | judge_slowly(monitor, command, axis, setting);
-  note_commands(monitor, &board->app.axis[axis], params, command);
+  note_commands(monitor, board, axis);
 }
 
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log) {

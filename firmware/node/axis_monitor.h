@@ -13,6 +13,12 @@
 #include "protection/start_position.h"
 #include "servo/servo_board.h"
 
+/* An axis that follows the set-point of its tracking loop at once, within the same limits. */
+typedef struct {
+  float ahead_rad; /* of the real one, since tracking began */
+  float rate_rad_s;
+} ideal_tracking;
+
 typedef struct {
   protection_limits limits; /* 0x2060, in effect */
   protection_inputs seen;   /* by the last step */
@@ -24,7 +30,8 @@ typedef struct {
   bool oscillates;              /* seen by the last deferred task */
   bool may_shake;               /* new gains, and fast swings have begun */
   angle_turn32 last_setpoint;   /* of the position, in the tick before */
-  fault_set found;              /* by the last step */
+  ideal_tracking ideal;
+  fault_set found; /* by the last step */
   slow_monitors slow;
   angle_turn32 last_position; /* commanded, when the slow monitors judged last */
   uint8_t restrictions;       /* RESTRICTED_* bits, in effect */
@@ -76,9 +83,21 @@ static inline bool axis_monitor_may_enable(const axis_monitor *monitor) {
   return (monitor->restrictions & RESTRICTED_NO_TRAVEL) == 0;
 }
 
+/* Between two ticks, every 4 ms: while an axis is off after a fault of its sensors, its bridge or its motor, the motor
+ * as a witness forgets what it has learned from them. They are repaired before the fault reset. */
+void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive);
+
 /* Between two ticks, every 4 ms: finds the turn of the start position and shifts the drive's position to it.
  * An encoder that jumped may have counted a turn too many: its turn is looked for again. */
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive);
+
+/* The operator has seen the axis at this position, in 1e-7 rad. False, and nothing changes: no possible turn is within
+ * a quarter turn of it. Homing has yet to confirm it. */
+bool axis_monitor_may_see(const axis_monitor *monitor, const drive_axis *drive, int32_t position);
+void axis_monitor_see(axis_monitor *monitor, const drive_axis *drive, int32_t position);
+
+/* What homing needs to know. */
+void axis_monitor_inform_homing(const axis_monitor *monitor, drive_axis_inputs *inputs);
 
 /* Between two ticks, every 4 ms: the restrictions and the limits of the envelope. */
 void axis_monitor_limit(axis_monitor *monitor);

@@ -40,14 +40,17 @@ static float reference_of(const servo_axis_command *command, stimulus_kind kind)
 void recorded_tick_take(recorded_tick *recorded, const servo_board *board, int axis, const experiment_objects *objects,
                         bool stimulated, uint32_t tick) {
   const servo_axis_samples *samples = &board->samples.axis[axis];
+  const float joint_rate_rad_s = board->app.axis[axis].signals.rates.joint_rate_rad_s;
+  const float inertial_rate_rad_s =
+      speed_loop_gyro_rate(&board->app.axis[axis].speed.gyro, samples->sensors.gyro_rad_s, joint_rate_rad_s);
   const stimulus_kind kind = stimulated ? objects->running.setup.kind : STIMULUS_NONE;
   *recorded = (recorded_tick){
       .number = (uint16_t)tick,
       .kind = (uint8_t)kind,
       .run = objects->started,
       .joint_angle_turn32 = samples->sensors.joint_angle_turn32,
-      .joint_rate_rad_s = board->app.axis[axis].signals.rates.joint_rate_rad_s,
-      .inertial_rate_rad_s = samples->sensors.gyro_valid ? samples->sensors.gyro_rad_s : NAN,
+      .joint_rate_rad_s = joint_rate_rad_s,
+      .inertial_rate_rad_s = samples->sensors.gyro_valid ? inertial_rate_rad_s : NAN,
       .torque_nm = board->app.params.axis[axis].torque_constant_nm_a * samples->sensors.mean_current_a,
       .reference = reference_of(&board->command.axis[axis], kind),
   };

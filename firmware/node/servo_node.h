@@ -20,6 +20,7 @@
 #include "node/guarded_sets.h"
 #include "node/objects/board_objects.h"
 #include "node/objects/bus_objects.h"
+#include "node/objects/clock_objects.h"
 #include "node/objects/fault_objects.h"
 #include "node/objects/protection_objects.h"
 #include "node/objects/tuning_objects.h"
@@ -71,7 +72,8 @@ typedef struct {
   const hal_flash *flash;     /* as configured */
   hal_scales scales;          /* 0x3060 */
   master_objects master;      /* 0x3040, 0x3041 */
-  target_tracking tracking;   /* 0x3070 .. 0x3072 */
+  target_tracking tracking;   /* 0x3070 .. 0x3074 */
+  clock_objects clock;        /* 0x1013 */
   master_owner master_part;
   bool cob_ids_collide; /* the stored ones did at the last reset: the defaults are in force */
   fault_log log;        /* 0x3020 */

@@ -2,18 +2,60 @@
 
 #include "base/scalar.h"
 
-enum { TICKS_PER_S = 1000 };
+enum { US_PER_TICK = 1000, US_PER_TIME = 10, ESTIMATED_TICKS = 500 };
 
-/* The node's clock at this tick, in the unit of a camera message. */
-static uint16_t clock_at(uint32_t tick) { return (uint16_t)(tick * CAMERA_TIMES_PER_TICK); }
+void tracking_start(target_tracking *self, hal *machine) {
+  self->machine = machine;
+  exposure_clock_reset(&self->clock);
+  strobe_log_reset(&self->strobe);
+}
 
-static pointing_frame take_frame(target_tracking *self, uint32_t tick) {
-  if (!self->objects.arrived) {
+static void take_strobes(target_tracking *self) {
+  hal_strobes strobes;
+  hal_take_strobes(self->machine, &strobes);
+  strobe_log_add(&self->strobe, &strobes);
+}
+
+/* What the message says of its exposure, and by which clock. */
+static int32_t stated_age(target_tracking *self) {
+  const camera_objects *objects = &self->objects;
+  const bool by_clock = (objects->params.time & CAMERA_NODE_CLOCK) != 0;
+  self->objects.time_source = by_clock ? CAMERA_NODE_CLOCK : CAMERA_AGE;
+  return by_clock ? exposure_clock_age(&self->clock, objects->message.time) : objects->message.time;
+}
+
+static int32_t find_age(target_tracking *self) {
+  const camera_objects *objects = &self->objects;
+  if (objects->params.time < CAMERA_STROBE_OR_AGE) {
+    return stated_age(self);
+  }
+  take_strobes(self);
+  if (!strobe_log_pair(&self->strobe, &objects->strobe, objects->message.counter, self->clock.next_tick_us)) {
+    return stated_age(self);
+  }
+  self->objects.time_source = CAMERA_STROBE_OR_AGE;
+  return (int32_t)(self->strobe.age_us / US_PER_TIME);
+}
+
+static void changed(void *owner, const od_object *object) {
+  target_tracking *self = owner;
+  if (camera_objects_hand_over(object)) {
+    self->exposure_age = find_age(self);
+    self->arrived = true;
+  }
+}
+
+static unsigned needed(const od_object *object) { return camera_objects_hand_over(object) ? OD_HOOK_CHANGED : 0u; }
+
+const od_hooks tracking_hooks = {.changed = changed, .needed = needed};
+
+static pointing_frame take_frame(target_tracking *self) {
+  if (!self->arrived) {
     return (pointing_frame){0};
   }
-  self->objects.arrived = false;
+  self->arrived = false;
   pointing_frame frame =
-      camera_input_take(&self->frames, &self->objects.params, &self->objects.message, clock_at(tick));
+      camera_input_take(&self->frames, &self->objects.params, &self->objects.message, self->exposure_age);
   if (frame.fresh) {
     self->objects.age_ms = (uint8_t)frame.age_ticks;
     camera_delay_notice(&self->delay, &frame);
@@ -68,25 +110,31 @@ static void show_target(const target_tracking *self, servo_app *app) {
   }
 }
 
-void tracking_take(target_tracking *self, servo_board *board, bool both_track, float azimuth_swing_kg_m2,
-                   uint32_t tick) {
-  const pointing_frame frame = take_frame(self, tick);
-  const bool wanted = both_track && predicts(&board->app.params);
-  if (wanted && !self->together) { /* gains that change while it tracks count from the next time on */
-    const pointing_params params = params_of(&board->app.params, azimuth_swing_kg_m2);
-    self->together = pointing_configure(&self->line_of_sight, &params) == CONTROL_OK;
-  } else if (!wanted) {
-    self->together = false;
-  }
+void tracking_take(target_tracking *self, servo_board *board, int tracking_axes) {
+  const pointing_frame frame = take_frame(self);
+  const bool before = self->together;
+  self->together = tracking_axes == SERVO_AXES && self->prepared && predicts(&board->app.params);
+  self->prepared = self->prepared && (self->together || !before);
   if (self->together) {
-    const pointing_motion motion = pointing_motion_of(&board->app, &board->samples);
-    self->target = pointing_step(&self->line_of_sight, &frame, &motion, SERVO_TICK_S);
+    self->motion = pointing_motion_of(&board->app, &board->samples);
+    self->target = pointing_step(&self->line_of_sight, &frame, &self->motion, SERVO_TICK_S);
+    if (!self->target.locked) {
+      self->target = self->turn.expected;
+    }
     show_target(self, &board->app);
-  } else if (frame.fresh) {
+  } else if (frame.fresh && tracking_axes != 0) {
     show_joints(board, &frame);
   }
-  self->dither_rad_s = camera_delay_dither(&self->delay, &self->objects.delay,
-                                           self->together && self->objects.dither_s != 0, SERVO_TICK_S);
+}
+
+void tracking_prepare(target_tracking *self, const servo_params *servo, float azimuth_swing_kg_m2, uint32_t changes) {
+  if (self->together || (self->prepared && self->prepared_changes == changes)) {
+    return;
+  }
+  self->prepared_changes = changes;
+  const pointing_params params = params_of(servo, azimuth_swing_kg_m2);
+  self->prepared = pointing_configure(&self->line_of_sight, &params) == CONTROL_OK;
+  self->coast_s = params.tracker.coast_s;
 }
 
 void tracking_command(const target_tracking *self, int axis, drive_axis *drive, servo_axis_command *command) {
@@ -103,19 +151,109 @@ static int16_t time_of(float time_s) {
   return (int16_t)scalar_round(scalar_clamp(time_s * (float)CAMERA_TIMES_PER_TICK / SERVO_TICK_S, -most, most));
 }
 
+/* By its frames; while the azimuth turns back, the target is only expected. */
+static bool is_seen(const target_tracking *self) {
+  return self->together && self->line_of_sight.tracker.along[0].locked;
+}
+
 static void measure_delay(target_tracking *self, uint32_t tick) {
   camera_objects *objects = &self->objects;
-  camera_delay_step(&self->delay, &objects->delay, &self->line_of_sight.tracker, self->together && self->target.locked,
-                    SERVO_TICK_S);
+  camera_delay_step(&self->delay, &objects->delay, &self->line_of_sight.tracker, is_seen(self), SERVO_TICK_S);
   if (!self->together) {
     objects->dither_s = 0;
-  } else if (objects->dither_s != 0 && tick % TICKS_PER_S == 0) {
+  } else if (objects->dither_s != 0 && tick % SERVO_TICKS_PER_S == 0) {
     objects->dither_s--;
   }
+  self->dither_rad_s = camera_delay_dither(&self->delay, &objects->delay, objects->dither_s != 0, SERVO_TICK_S);
   const delay_error *found = &self->delay.found;
   objects->delay_error = time_of(found->error_s);
   objects->delay_half_width = found->known ? (uint16_t)time_of(found->half_width_s) : CAMERA_DELAY_UNKNOWN;
   objects->correction_ms = objects->delay.use == CAMERA_DELAY_CORRECTED ? (int8_t)self->delay.offset_ticks : 0;
+}
+
+static void report_strobe(target_tracking *self) {
+  camera_objects *objects = &self->objects;
+  const strobe_log *strobe = &self->strobe;
+  objects->strobe_time_us = strobe_log_newest_us(strobe) + self->clock.offset_us;
+  objects->strobe_edges = strobe->edges;
+  objects->strobe_paired = strobe->paired;
+  objects->strobe_unpaired = strobe->unpaired;
+  objects->strobe_refusal = (uint8_t)strobe->last_refusal;
+  objects->strobe_missing = strobe->missing;
+  objects->strobe_additional = strobe->additional;
+  objects->strobe_floods = strobe->floods;
+  objects->strobe_age = (uint16_t)(strobe->age_us / US_PER_TIME);
+}
+
+static float joint_rad(const drive_axis *drive) { return drive_angle_difference_rad(drive->position, 0); }
+
+static joint_travel travel_of(const drive_bounds *bounds) {
+  return (joint_travel){drive_angle_difference_rad(drive_angle_from_position(bounds->travel.minimum), 0),
+                        drive_angle_difference_rad(drive_angle_from_position(bounds->travel.maximum), 0)};
+}
+
+static target_return_limits limits_of(const target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch) {
+  const pointing_tracker_params *loop = &self->line_of_sight.params.tracker;
+  return (target_return_limits){
+      .proportional_per_s = loop->proportional_per_s,
+      .rate_limit_rad_s = {.azimuth = scalar_min(loop->rate_limit_rad_s.azimuth, azimuth->motion.bounds.rate_rad_s),
+                           .pitch = scalar_min(loop->rate_limit_rad_s.pitch, pitch->motion.bounds.rate_rad_s)},
+      .acceleration_limit_rad_s2 = {.azimuth = azimuth->motion.tracking.acceleration_rad_s2,
+                                    .pitch = pitch->motion.tracking.acceleration_rad_s2},
+      .azimuth_travel = travel_of(&azimuth->motion.bounds)};
+}
+
+/* A target that has just been found is taken to move as the line of sight does. While that may be wrong, braking by it
+ * would be, too: the first frames count, and the loop returns to them as fast as it can. */
+static joint_vector braking_of(const target_tracking *self, const target_return_limits *limits) {
+  return self->locked_ticks >= ESTIMATED_TICKS ? limits->acceleration_limit_rad_s2 : (joint_vector){0};
+}
+
+static uint8_t wrap_state(const target_tracking *self, const target_return_limits *limits) {
+  if (self->turn.running) {
+    return CAMERA_TURNS_BACK;
+  }
+  return turn_back_is_outside(&self->turn, &limits->azimuth_travel) ? CAMERA_TARGET_OUTSIDE : CAMERA_WITHIN_TRAVEL;
+}
+
+/* Until the target is to be back it may be absent, and for 2011:5 longer. */
+static float coast_s(const target_tracking *self) {
+  return self->coast_s + scalar_max(return_prediction_absence_s(&self->back), self->turn.absence_s);
+}
+
+static void look_ahead(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
+  camera_objects *objects = &self->objects;
+  if (!self->together) {
+    self->locked_ticks = 0;
+    return_prediction_reset(&self->back);
+    turn_back_reset(&self->turn);
+    objects->back_in_ms = 0;
+    objects->wrap_state = CAMERA_WITHIN_TRAVEL;
+    return;
+  }
+  const target_return_limits limits = limits_of(self, azimuth, pitch);
+  const joint_vector joints_rad = {.azimuth = joint_rad(azimuth), .pitch = joint_rad(pitch)};
+  pointing_tracker_params *loop = &self->line_of_sight.params.tracker;
+  if (!self->turn.running) { /* what is expected of a target has been estimated */
+    self->locked_ticks = is_seen(self) ? self->locked_ticks + 1 : 0;
+  }
+  loop->braking_rad_s2 = braking_of(self, &limits);
+  const turn_back_inputs turn = {.allowed = objects->turn_back != 0 && !azimuth->motion.bounds.position_unknown,
+                                 .seen = is_seen(self),
+                                 .tick = tick,
+                                 .joint_rad = joints_rad,
+                                 .error_rad = self->target.error_of_joints_rad,
+                                 .limits = &limits};
+  turn_back_step(&self->turn, &self->line_of_sight, &self->motion, &turn);
+  const return_prediction_inputs inputs = {.line_of_sight = &self->line_of_sight,
+                                           .motion = &self->motion,
+                                           .target = &self->target,
+                                           .turn = &self->turn,
+                                           .joint_rad = joints_rad};
+  objects->back_in_ms = return_prediction_step(&self->back, &limits, &inputs, tick);
+  objects->wrap_state = wrap_state(self, &limits);
+  loop->coast_s = coast_s(self);
+  pointing_tracker_prepare(&self->line_of_sight.tracker, loop, self->target.error_of_joints_rad, SERVO_TICK_S);
 }
 
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick) {
@@ -126,6 +264,10 @@ void tracking_report(target_tracking *self, const drive_axis *azimuth, const dri
   objects->last_drop = (uint8_t)self->frames.last_drop;
   objects->azimuth_tracking = (uint8_t)azimuth->tracking;
   objects->pitch_tracking = (uint8_t)pitch->tracking;
-  objects->clock = clock_at(tick);
+  objects->clock = self->clock.stamp;
+  take_strobes(self);
+  report_strobe(self);
+  exposure_clock_tick(&self->clock, hal_tick_us(self->machine) + US_PER_TICK);
   measure_delay(self, tick);
+  look_ahead(self, azimuth, pitch, tick);
 }

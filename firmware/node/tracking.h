@@ -1,38 +1,63 @@
 /* Tracking in the node: camera frames from the bus to what the drives and servo axes of mode -1 get.
  *
  *     one axis in mode -1     the tracking loop of this axis (2011) on the error of its joint
- *     both, 2011:1 = 1        one estimate of the target for the line of sight (servo/pointing.h): exact up to the
- * zenith
+ *     both, 2011:1 = 1        one estimate of the target for the line of sight, up to the zenith (servo/pointing.h)
  *
- * In each tick: tracking_take after the samples, tracking_command after each drive. Then tracking_report, before the
- * next tick. */
+ * In each tick: tracking_take after the samples, tracking_command after each drive. Then tracking_report and
+ * tracking_prepare, before the next tick. When a frame arrives, between two ticks, the hooks find the age of its
+ * exposure. */
 #ifndef TRACKSERVO_NODE_TRACKING_H
 #define TRACKSERVO_NODE_TRACKING_H
 
 #include "drive/drive_axis.h"
 #include "node/objects/camera_objects.h"
+#include "node/return_prediction.h"
+#include "node/turn_back.h"
+#include "servo/exposure_clock.h"
 #include "servo/pointing.h"
 #include "servo/servo_board.h"
 
 typedef struct {
-  camera_objects objects; /* 0x3070 .. 0x3073 */
+  camera_objects objects; /* 0x3070 .. 0x3075 */
+  hal *machine;           /* whose clock and strobe these are */
+  exposure_clock clock;   /* 0x1013 */
+  strobe_log strobe;
+  bool arrived;         /* a frame waits for the tick */
+  int32_t exposure_age; /* its age then, 10 us */
   camera_input frames;
   camera_delay delay;
   pointing line_of_sight;
-  pointing_output target; /* of this tick, while `together` */
-  float dither_rad_s;     /* of this tick, on the elevation */
-  bool together;          /* the line of sight is tracked by both axes */
+  pointing_motion motion; /* of this tick, while `together` */
+  pointing_output target; /* likewise */
+  return_prediction back;
+  uint32_t locked_ticks;     /* for so long both axes have had a target */
+  float coast_s;             /* 2011:5 of the azimuth */
+  float dither_rad_s;        /* of the next tick, on the elevation */
+  bool prepared;             /* `line_of_sight` has valid gains, and knows no target until they track */
+  uint32_t prepared_changes; /* those gains */
+  bool together;             /* the line of sight is tracked by both axes */
+  turn_back turn;
 } target_tracking;
 
-/* Takes the frame that has arrived, if one has, and estimates the target. `both_track`: both drives are in mode -1.
- * `azimuth_swing_kg_m2`: what the pitch body adds to the azimuth's inertia at pitch 0. */
-void tracking_take(target_tracking *self, servo_board *board, bool both_track, float azimuth_swing_kg_m2,
-                   uint32_t tick);
+/* Before the first frame. */
+void tracking_start(target_tracking *self, hal *machine);
+
+/* Of the part of the camera's objects; its owner is the `target_tracking`. */
+extern const od_hooks tracking_hooks;
+
+/* Takes the frame that has arrived, if one has, and estimates the target. `tracking_axes`: so many drives run in mode
+ * -1. */
+void tracking_take(target_tracking *self, servo_board *board, int tracking_axes);
 
 /* Completes the command of a drive that tracks, and its limits. */
 void tracking_command(const target_tracking *self, int axis, drive_axis *drive, servo_axis_command *command);
 
 /* Writes what the bus can read. */
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick);
+
+/* While the axes do not track together: gets ready with these gains, so that the tick that begins need not. Gains that
+ * change while they track count from the next time on. `azimuth_swing_kg_m2`: what the pitch body adds to the azimuth's
+ * inertia at pitch 0. `changes`: differs when any of these has changed. */
+void tracking_prepare(target_tracking *self, const servo_params *servo, float azimuth_swing_kg_m2, uint32_t changes);
 
 #endif

@@ -163,11 +163,12 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
        "Current limit", "In both directions", current_limit_a)                                                         \
   END(motor)                                                                                                           \
                                                                                                                        \
-  GROUP(0x2056, 8, plant, "Identified plant", "The axis as identified: gains are checked against it")                  \
+  GROUP(0x2056, 9, plant, "Identified plant", "The axis as identified: gains are checked against it")                  \
   REAL(0x2056, 1, OD_GUARDED | DECIDES, plant, inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                             \
        "Plant inertia", "Largest inertia of the axis within its travel", plant_inertia_kg_m2)                          \
-  DESIGNED(0x2056, 2, OD_GUARDED, plant, min_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                               \
-       "Plant inertia minimum", "Smallest inertia of the axis within its travel")                                      \
+  REAL(0x2056, 2, OD_GUARDED, plant, min_inertia_kg_m2, 1e-9f, 1e5f, 6.0f, "kg m^2",                                   \
+       "Plant inertia minimum", "Azimuth: inertia at pitch 90 deg, also beyond its travel; its gains follow",          \
+       min_inertia_kg_m2)                                                                                            \
   DESIGNED(0x2056, 3, OD_GUARDED, plant, viscous_nm_s_rad, 0.0f, 1e4f, 8.0f, "N m s/rad",                              \
        "Plant viscous coefficient", "Friction torque per speed of the sliding seal")                                   \
   DESIGNED(0x2056, 4, OD_GUARDED, plant, stiffness_nm_rad, 0.0f, 1e9f, 30000.0f, "N m/rad",                            \
@@ -180,6 +181,9 @@ enum { DECIDES = 256, DICTIONARY_FLAGS = 255 };
        "Plant gyro delay", "Age of the gyro rate when the tick samples it, without its low-pass")                      \
   DESIGNED(0x2056, 8, OD_GUARDED, plant, gyro_bandwidth_rad_s, 1.0f, 1e6f, 2765.0f, "rad/s",                           \
        "Plant gyro bandwidth", "First-order low-pass of the gyro")                                                     \
+  WHOLE(0x2056, 9, OD_GUARDED, plant, gyro_mounting, 0, 1, 0,                                                          \
+       "Plant gyro mounting", "0: turns with the axis; 1: on the line of sight (azimuth: measures cross-elevation)",   \
+       gyro, gyro_mounting)                                                                                            \
   END(plant)
 
 /* clang-format on */

@@ -59,7 +59,8 @@ static float command_delay_s(const axis_parameters *set) {
   return (float)SERVO_TICK_LATENCY_PERIODS * SERVO_PWM_PERIOD_S + 1.0f / set->motor.bandwidth_rad_s;
 }
 
-static void input_of(const axis_parameters *set, const servo_axis_params *built, loop_stability_input *input) {
+static void input_of(const axis_parameters *set, const servo_axis_params *built, bool gains_follow,
+                     loop_stability_input *input) {
   const float delay_s = command_delay_s(set);
   *input = (loop_stability_input){
       .speed = built->speed,
@@ -72,6 +73,8 @@ static void input_of(const axis_parameters *set, const servo_axis_params *built,
                 .damping_nm_s_rad = set->plant.damping_nm_s_rad,
                 .encoder_delay_s = delay_s + set->plant.encoder_delay_s,
                 .gyro_delay_s = delay_s + set->plant.gyro_delay_s + 1.0f / set->plant.gyro_bandwidth_rad_s},
+      .gains_follow = gains_follow,
+      .gyro_vanishes = gains_follow && built->gyro == GYRO_ON_LINE_OF_SIGHT,
       .dt_s = SERVO_TICK_S,
   };
 }
@@ -122,7 +125,7 @@ static bool start_judging(axis_tuning *tuning, uint32_t crc) {
   if (axis_parameters_build(&tuning->staged, &built) != CONTROL_OK) {
     return false;
   }
-  input_of(&tuning->staged, &built, &tuning->judged);
+  input_of(&tuning->staged, &built, tuning->gains_follow, &tuning->judged);
   loop_stability_start(&tuning->judgement);
   tuning->judged_crc = crc;
   tuning->judging = true;

@@ -30,6 +30,7 @@ typedef struct {
   parameter_refusal refusal; /* of the last apply: the value that was wrong, in azimuth's indices */
   uint32_t flags;            /* AXIS_TUNING_* bits, updated by axis_tuning_refresh */
   bool overridden;           /* the active set was applied without the check of its stability */
+  bool gains_follow; /* set once by the owner: the axis' gains follow its inertia (2056:1 to 2056:2), the azimuth's */
   bool judging;
   uint32_t judged_crc; /* of the staged set that is being judged */
   loop_stability judgement;

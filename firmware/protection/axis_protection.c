@@ -126,11 +126,11 @@ float protection_sensor_difference_rad_s(const protection_limits *limits, float 
 
 /* Where the encoder alone shows a change of the rate, its increment is wrong, and not the difference of the two. */
 static fault_set compare_sensors(axis_protection *p, const protection_limits *limits, float outlier_rad,
-                                 float gyro_rad_s, float joint_rate_rad_s, float dt_s) {
-  const encoder_verdict encoder =
-      encoder_outliers_step(&p->outliers, outlier_rad, p->step_change_rad, (gyro_rad_s - p->last_gyro_rad_s) * dt_s);
+                                 float inertial_rad_s, float joint_rate_rad_s, float dt_s) {
+  const encoder_verdict encoder = encoder_outliers_step(&p->outliers, outlier_rad, p->step_change_rad,
+                                                        (inertial_rad_s - p->last_inertial_rad_s) * dt_s);
   if (encoder == ENCODER_FITS) {
-    follow(&p->difference_rad_s, p->angles_known > 1 ? gyro_rad_s - joint_rate_rad_s : 0.0f,
+    follow(&p->difference_rad_s, p->angles_known > 1 ? inertial_rad_s - joint_rate_rad_s : 0.0f,
            dt_s / DISAGREE_SMOOTHING_S);
   }
   const float max_rad_s = protection_sensor_difference_rad_s(limits, joint_rate_rad_s);
@@ -152,8 +152,10 @@ static fault_set monitor_gyro(axis_protection *p, const protection_limits *limit
   const bool same = limits->stuck_s > 0.0f && in->gyro_rad_s == p->last_gyro_rad_s;
   const bool stuck = lasts(&p->same_gyro_s, same, limits->stuck_s, dt_s);
   const float outlier_rad = returns ? 0.0f : limits->encoder_outlier_rad;
-  const fault_set compared = compare_sensors(p, limits, outlier_rad, in->gyro_rad_s, joint_rate_rad_s, dt_s);
+  const float inertial_rad_s = in->gyro_gain * in->gyro_rad_s + in->gyro_of_joint * joint_rate_rad_s;
+  const fault_set compared = compare_sensors(p, limits, outlier_rad, inertial_rad_s, joint_rate_rad_s, dt_s);
   p->last_gyro_rad_s = in->gyro_rad_s;
+  p->last_inertial_rad_s = inertial_rad_s;
   return bit_if(saturated, FAULT_GYRO_SATURATED) | bit_if(stuck, FAULT_GYRO_STUCK) | compared;
 }
 

@@ -39,8 +39,10 @@ typedef struct {
   bool gyro_valid;
   bool gyro_used; /* by the speed loop */
   float gyro_rad_s;
-  float position_rad; /* counts turns */
-  bool ends_known;    /* it can be compared with the travel */
+  float gyro_gain;     /* this times the reading, and ... */
+  float gyro_of_joint; /* ... this part of the joint's rate, are the inertial rate about the axis */
+  float position_rad;  /* counts turns */
+  bool ends_known;     /* it can be compared with the travel */
   float mean_current_a;
   float tick_voltage_v; /* mean of the bridge in the last tick */
   float tick_current_a; /* at its end */
@@ -60,6 +62,7 @@ typedef struct {
   float last_step_rad;
   int angles_known; /* consecutive, counted up to 2 */
   float last_gyro_rad_s;
+  float last_inertial_rad_s;
   float same_angle_s;
   float same_gyro_s;
   int gyro_missing_ticks;

@@ -415,13 +415,16 @@ const fault_text fault_texts[FAULT_COUNT] = {
         {.name = "option bytes",
          .owner = FAULT_OF_BOARD,
          .reported_once = true,
-         .detection = "An option bit of the chip leaves a protection off. The detail is a sum: 1: parity of the RAM.",
+         .detection =
+             "An option byte of the chip leaves a protection off. The detail is a sum: 1: parity of the RAM, 2: "
+             "write protection of the program.",
          .when = "At start-up.",
          .timer = "",
-         .cause = "The board was flashed without its option bytes.",
+         .cause = "The board was flashed without its option bytes, or with st-flash, which cannot write-protect pages.",
          .check = "Read 3061:1: it contains 16 if the RAM parity is on, 32 if the program is write-protected, 64 if "
                   "the flash is read-protected.",
-         .cure = "Set the option bytes with tools/image/board openocd protect (docs/board.md).",
+         .cure = "Flash the board with OpenOCD, or set the option bytes with tools/image/board openocd protect "
+                 "(docs/board.md).",
          .clear = NOTHING},
     [FAULT_PARAMETERS_LOST] =
         {.name = "stored parameters rejected",

@@ -17,7 +17,11 @@ float motor_witness_zero_error_a(const motor_witness *witness) {
   return witness->idle_ticks < ZERO_TICKS ? UNKNOWN_ZERO_A : 0.0f;
 }
 
-void motor_witness_forget(motor_witness *witness) { witness->known = false; }
+void motor_witness_forget(motor_witness *witness) {
+  witness->known = false;
+  witness->zero_a = 0.0f;
+  witness->idle_ticks = 0;
+}
 
 static motor_interval widest_resistance(const motor_witness_limits *limits) {
   return (motor_interval){1.0f - limits->tolerance, 1.0f + limits->tolerance + WARM_WINDING};

@@ -95,7 +95,8 @@ typedef struct {
 /* How far the offset of the current may be off [A]: 0 once the bridge has been off for some time. */
 float motor_witness_zero_error_a(const motor_witness *witness);
 
-/* R and Ke are as unknown as at the start: what was learned from a broken sensor must not outlive its repair. */
+/* R, Ke and the offset are as unknown as at the start: what was learned from a broken sensor must not outlive its
+ * repair. */
 void motor_witness_forget(motor_witness *witness);
 
 /* One tick. MOTOR_AGREES also while nothing can be said. */

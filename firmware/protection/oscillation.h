@@ -25,7 +25,8 @@ typedef struct {
 
 typedef struct {
   bool closed;           /* a loop above the current loop acts: speed, position or tracking */
-  float reference_rad_s; /* from outside: speed set-point, or the increment of a position set-point; 0 in tracking */
+  float reference_rad_s; /* from outside: speed set-point, increment of a position set-point, what a target asks for */
+  bool reference_known;  /* false in tracking: the camera may make the axis swing slowly */
   float rate_rad_s;      /* joint rate of the last tick, from the encoder */
   float loop_nm;         /* commanded in the last tick by the loops, without what was added from outside */
   float feedforward_nm;  /* the part of it that follows from the set-point alone */
@@ -53,6 +54,9 @@ typedef struct {
   float slow_reference_rad_s;
   float stepped_rad_s;   /* recent changes of the set-point: the loop may still recover from them */
   float mean_nm;         /* slow mean of the torque: static loads */
+  float mean_back_nm;    /* the same of the feedback's share */
+  float lasted;          /* ticks of the swings in a row that count */
+  float unchanged;       /* ticks since set-point or stimulus last required another torque */
   float impulse;         /* of the excitation since the last turning point, Nm s */
   float impulse_to;      /* the same at `rate.to` */
   float wrong_ticks;     /* in a row in which the motor drives the axis away from its set-point */

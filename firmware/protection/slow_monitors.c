@@ -13,7 +13,7 @@ static fault_set broken_sensors(void) {
 
 void slow_monitors_add(slow_monitors *monitors, const axis_protection *protection, fault_set found) {
   monitors->spoiled = monitors->spoiled || protection->gyro_missing_ticks > 0 || (found & broken_sensors()) != 0;
-  monitors->gyro_sum_rad_s += protection->last_gyro_rad_s;
+  monitors->gyro_sum_rad_s += protection->last_inertial_rad_s;
 }
 
 static bool drifts(slow_monitors *m, const protection_limits *limits, float joint_rate_rad_s, float window_s) {

@@ -9,6 +9,7 @@
 void start_position_forget(start_position *start) {
   start->counted = false;
   start->confirmed = false;
+  start->seen = false;
   start->settled = false;
 }
 
@@ -40,4 +41,24 @@ start_candidates start_position_step(start_position *start, float count_rad, flo
 void start_position_confirm(start_position *start, int8_t turn) {
   start->confirmed = true;
   start->turn = turn;
+}
+
+bool start_position_turn_at(float count_rad, float position_rad, int8_t *turn) {
+  const float quarter_turn = 0.25f;
+  const float turns = (position_rad - count_rad) * TURNS_PER_RAD;
+  const float nearest = scalar_round(turns);
+  *turn = whole_turn(nearest);
+  return scalar_within(turns - nearest, quarter_turn) && scalar_within(nearest, (float)START_POSITION_MAX_TURN);
+}
+
+void start_position_see(start_position *start, int8_t turn) {
+  start->seen = true;
+  start->seen_turn = turn;
+}
+
+void start_position_take_seen(start_position *start) {
+  if (start->seen) {
+    start->seen = false;
+    start_position_confirm(start, start->seen_turn);
+  }
 }

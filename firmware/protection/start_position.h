@@ -25,8 +25,10 @@ typedef struct {
   float lowest_rad;  /* count */
   float highest_rad; /* count */
   bool confirmed;    /* by the operator: `turn` */
-  bool settled;      /* there was exactly one candidate, and have never been several since */
-  int8_t turn;       /* in force: position = count + 2 pi turn */
+  bool seen;         /* by the operator: `seen_turn`, which homing has yet to confirm */
+  int8_t seen_turn;
+  bool settled; /* there was exactly one candidate, and have never been several since */
+  int8_t turn;  /* in force: position = count + 2 pi turn */
 } start_position;
 
 typedef struct {
@@ -43,5 +45,13 @@ start_candidates start_position_step(start_position *start, float count_rad, flo
 
 /* The operator has seen which turn it is. The next step has it in force. */
 void start_position_confirm(start_position *start, int8_t turn);
+
+/* The turn in which the present count is within a quarter turn of a position; false: there is none. */
+bool start_position_turn_at(float count_rad, float position_rad, int8_t *turn);
+
+/* The operator has seen it, but it counts only from `start_position_take_seen` on. */
+void start_position_see(start_position *start, int8_t turn);
+
+void start_position_take_seen(start_position *start);
 
 #endif

@@ -120,13 +120,30 @@ void camera_delay_step(camera_delay *self, const camera_delay_params *params, co
   }
 }
 
-float camera_delay_dither(camera_delay *self, const camera_delay_params *params, bool on, float tick_s) {
-  if (!on) {
+static bool is_well_known(const camera_delay *self) {
+  return self->found.known && self->found.half_width_s <= CAMERA_DELAY_WELL_KNOWN_S;
+}
+
+static float dither_amplitude(camera_delay *self, const camera_delay_params *params, bool by_user, float tick_s) {
+  if (by_user) {
+    return params->dither_rad;
+  }
+  const bool tracks = self->tracked_ticks == TARGET_TRACKER_HISTORY;
+  if (!tracks || !(params->first_dither_rad > 0.0f) || is_well_known(self) ||
+      self->first_dither_s >= CAMERA_DELAY_FIRST_DITHER_S) {
+    return 0.0f;
+  }
+  self->first_dither_s += tick_s;
+  return params->first_dither_rad;
+}
+
+float camera_delay_dither(camera_delay *self, const camera_delay_params *params, bool by_user, float tick_s) {
+  const float amplitude_rad = dither_amplitude(self, params, by_user, tick_s);
+  if (!(amplitude_rad > 0.0f)) {
     self->dither_phase = 0;
     return 0.0f;
   }
-  const float two_pi = 2.0f * SCALAR_PI;
-  self->dither_phase +=
-      (angle_turn32)angle_integer(scalar_round(two_pi * params->dither_hz * tick_s / ANGLE_RAD_PER_TURN32));
-  return params->dither_rad * two_pi * params->dither_hz * rotation_of(self->dither_phase).sine;
+  const float rad_s = 2.0f * SCALAR_PI * params->dither_hz;
+  self->dither_phase += (angle_turn32)angle_integer(scalar_round(rad_s * tick_s / ANGLE_RAD_PER_TURN32));
+  return amplitude_rad * rad_s * rotation_of(self->dither_phase).sine;
 }

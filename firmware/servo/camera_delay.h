@@ -1,13 +1,15 @@
 /* The camera's delay while both axes track: measured from the frames, reported, and corrected if that is allowed.
  *
- *     in the tick        camera_delay_age, camera_delay_notice for each frame; camera_delay_dither
- *     in the same ms     camera_delay_step: a part of the work in each ms, after the tick
+ *     in the tick        camera_delay_age, camera_delay_notice for each frame
+ *     in the same ms     camera_delay_step: a part of the work in each ms, after the tick; camera_delay_dither
  *
  * The estimate (control/delay_estimator.h) uses the motion of the line of sight that the pointing tracker remembers. It
  * takes this motion at the age that it believes (stated age plus `offset_ticks`), so that a large error does not make
  * it wrong. Frames that arrive while it works on another one are left out: from 330 Hz on.
  *
- * The dither is a sine on the elevation's rate. It gives the line of sight a motion that the target cannot have. */
+ * The dither is a sine on the elevation's rate. It gives the line of sight a motion that the target cannot have. The
+ * first dither is a small one that starts by itself when both axes track a target, until half the interval is
+ * CAMERA_DELAY_WELL_KNOWN_S, CAMERA_DELAY_FIRST_DITHER_S in all; the other one is the user's. */
 #ifndef TRACKSERVO_SERVO_CAMERA_DELAY_H
 #define TRACKSERVO_SERVO_CAMERA_DELAY_H
 
@@ -22,11 +24,14 @@ typedef enum { CAMERA_DELAY_IGNORED = 0, CAMERA_DELAY_REPORTED = 1, CAMERA_DELAY
 enum { CAMERA_DELAY_MOST_TICKS = 50 }; /* of a correction */
 
 #define CAMERA_DELAY_GOOD_ENOUGH_S 7e-3f /* half an interval: a worse estimate corrects nothing */
+#define CAMERA_DELAY_WELL_KNOWN_S 2.5e-3f
+#define CAMERA_DELAY_FIRST_DITHER_S 30.0f /* until the estimate is forgotten */
 
 typedef struct {
-  uint8_t use;      /* camera_delay_use */
-  float dither_rad; /* amplitude of the elevation, 0 .. 2e-4 */
-  float dither_hz;  /* 1 .. 10 */
+  uint8_t use;            /* camera_delay_use */
+  float dither_rad;       /* the user's, amplitude of the elevation, 0 .. 2e-4 */
+  float dither_hz;        /* of both, 1 .. 10 */
+  float first_dither_rad; /* 0 .. 2e-5; 0: none */
 } camera_delay_params;
 
 typedef enum { CAMERA_DELAY_WAITS = 0, CAMERA_DELAY_FRAME, CAMERA_DELAY_SAMPLE, CAMERA_DELAY_SUMS } camera_delay_stage;
@@ -42,6 +47,7 @@ typedef struct {
   int offset_ticks;         /* the error that is believed, -CAMERA_DELAY_MOST_TICKS .. CAMERA_DELAY_MOST_TICKS */
   camera_delay_stage stage;
   angle_turn32 dither_phase;
+  float first_dither_s; /* so far */
 } camera_delay;
 
 /* Nothing is known. */
@@ -57,7 +63,7 @@ void camera_delay_notice(camera_delay *self, const pointing_frame *frame);
 void camera_delay_step(camera_delay *self, const camera_delay_params *params, const pointing_tracker_state *tracker,
                        bool tracks, float tick_s);
 
-/* Rate to add to the elevation's in this tick, rad/s; 0 if not `on`. */
-float camera_delay_dither(camera_delay *self, const camera_delay_params *params, bool on, float tick_s);
+/* Rate to add to the elevation's in the next tick, rad/s. `by_user`: the user's dither runs. */
+float camera_delay_dither(camera_delay *self, const camera_delay_params *params, bool by_user, float tick_s);
 
 #endif

@@ -2,14 +2,14 @@
 
 #include "base/scalar.h"
 
-enum { HALF_COUNTERS = 128, FUTURE = 0x8000, ROUNDING = CAMERA_TIMES_PER_TICK / 2 };
+enum { HALF_COUNTERS = 128, ROUNDING = CAMERA_TIMES_PER_TICK / 2 };
 
 control_status camera_input_check(const camera_input_params *params) {
   const scalar_range ranges[] = {
       {params->scale_rad, 1e-9f, 1e-3f},
       {(float)params->min_quality, 1.0f, (float)CAMERA_BEST_QUALITY},
   };
-  if ((unsigned)params->time > (unsigned)CAMERA_NODE_CLOCK) {
+  if ((unsigned)params->time > (unsigned)CAMERA_STROBE_OR_CLOCK) {
     return CONTROL_OUT_OF_RANGE;
   }
   const control_status status = scalar_check_ranges(ranges, 2);
@@ -39,16 +39,24 @@ static bool is_newer(camera_input *input, uint8_t counter) {
   return true;
 }
 
+static camera_alignment alignment_of(camera_input *input, const camera_mounting *mounting) {
+  if (!input->rolled || input->roll_rad != mounting->roll_rad) {
+    input->rolled = true;
+    input->roll_rad = mounting->roll_rad;
+    input->roll = camera_align(mounting).roll;
+  }
+  return (camera_alignment){.roll = input->roll, .boresight = mounting->boresight};
+}
+
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
-                                 uint16_t now) {
-  const uint16_t age = params->time == CAMERA_AGE ? message->time : (uint16_t)(now - message->time);
+                                 int32_t age) {
   if (message->quality > CAMERA_BEST_QUALITY) {
     return drop(input, CAMERA_BAD_QUALITY);
   }
-  if (params->time == CAMERA_NODE_CLOCK && age >= FUTURE) {
-    return drop(input, CAMERA_IN_FUTURE);
+  if (age < 0) {
+    return drop(input, age == CAMERA_AGE_AMBIGUOUS ? CAMERA_CLOCK_SET : CAMERA_IN_FUTURE);
   }
-  const int age_ticks = (age + ROUNDING) / CAMERA_TIMES_PER_TICK;
+  const int age_ticks = (int)(age + ROUNDING) / CAMERA_TIMES_PER_TICK;
   if (age_ticks > CAMERA_LONGEST_AGE_TICKS) {
     return drop(input, CAMERA_TOO_OLD);
   }
@@ -56,7 +64,7 @@ pointing_frame camera_input_take(camera_input *input, const camera_input_params 
     return drop(input, CAMERA_NOT_NEWER);
   }
   input->taken++;
-  const camera_alignment alignment = camera_align(&params->mounting);
+  const camera_alignment alignment = alignment_of(input, &params->mounting);
   const image_vector measured = {.x = (float)message->x * params->scale_rad,
                                  .y = (float)message->y * params->scale_rad};
   return (pointing_frame){.fresh = true,

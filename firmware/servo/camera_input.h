@@ -7,9 +7,9 @@
  * not newer are those of a sender that has begun anew: the last of them counts. So of two senders at once only one gets
  * through.
  *
- * The time is that of the exposure, in 10 us: its age when the message arrives, or the node's clock (1013) at exposure,
- * modulo 2^16. A frame older than CAMERA_LONGEST_AGE_TICKS, or exposed later than now, does not count. Cost: about 200
- * instructions in a tick in which a message has arrived. */
+ * The caller finds the age of the exposure: the message states it, or the node's clock (servo/exposure_clock.h) or the
+ * camera's strobe (servo/strobe_log.h) gives it. A frame older than CAMERA_LONGEST_AGE_TICKS, or exposed later than
+ * now, does not count. Cost: about 200 instructions in a tick in which a message has arrived. */
 #ifndef TRACKSERVO_SERVO_CAMERA_INPUT_H
 #define TRACKSERVO_SERVO_CAMERA_INPUT_H
 
@@ -27,16 +27,24 @@ enum {
   CAMERA_NO_TARGET = 0
 };
 
-/* Meaning of `time` in a message. */
-typedef enum { CAMERA_AGE = 0, CAMERA_NODE_CLOCK = 1 } camera_time;
+#define CAMERA_AGE_AMBIGUOUS INT32_MIN /* an age that is not known, because the clock was set */
+
+/* Meaning of `time` in a message, and whether the strobe comes first; then the message is for a frame without one. */
+typedef enum {
+  CAMERA_AGE = 0,
+  CAMERA_NODE_CLOCK = 1,
+  CAMERA_STROBE_OR_AGE = 2,
+  CAMERA_STROBE_OR_CLOCK = 3
+} camera_time;
 
 /* Why the last message that did not count was dropped. */
 typedef enum {
   CAMERA_NOT_DROPPED = 0,
-  CAMERA_NOT_NEWER = 1,  /* repeated, out of order, or of a second sender */
-  CAMERA_TOO_OLD = 2,    /* its exposure is not in the history of the line of sight */
-  CAMERA_IN_FUTURE = 3,  /* exposed after now */
-  CAMERA_BAD_QUALITY = 4 /* above CAMERA_BEST_QUALITY */
+  CAMERA_NOT_NEWER = 1,   /* repeated, out of order, or of a second sender */
+  CAMERA_TOO_OLD = 2,     /* its exposure is not in the history of the line of sight */
+  CAMERA_IN_FUTURE = 3,   /* exposed after now */
+  CAMERA_BAD_QUALITY = 4, /* above CAMERA_BEST_QUALITY */
+  CAMERA_CLOCK_SET = 5    /* its stamp has two readings, because the node's clock has just been set */
 } camera_drop;
 
 typedef struct {
@@ -58,9 +66,12 @@ typedef struct {
   bool heard;           /* a message has counted */
   uint8_t last_counter; /* of the newest message that counted */
   uint8_t in_a_row;     /* messages in a row that are not newer */
-  uint32_t taken;       /* messages that counted */
-  uint32_t missed;      /* skipped counters */
-  uint32_t dropped;     /* messages that did not count */
+  bool rolled;          /* `roll` is of `roll_rad`: computed when it changes, because it takes 60 instructions */
+  float roll_rad;
+  rotation roll;
+  uint32_t taken;   /* messages that counted */
+  uint32_t missed;  /* skipped counters */
+  uint32_t dropped; /* messages that did not count */
   camera_drop last_drop;
 } camera_input;
 
@@ -70,9 +81,8 @@ control_status camera_input_check(const camera_input_params *params);
 /* Nothing has been heard. */
 void camera_input_reset(camera_input *input);
 
-/* A message that has arrived by the tick that begins at `now` (s times 1e5, modulo 2^16). The result is fresh if it
- * counts. */
+/* A message whose exposure is `age` old (10 us) in this tick; negative: later. The result is fresh if it counts. */
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
-                                 uint16_t now);
+                                 int32_t age);
 
 #endif

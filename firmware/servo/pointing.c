@@ -12,17 +12,8 @@ control_status pointing_check(const pointing_params *params) {
       {params->fed_forward_kg_m2.azimuth, 0.0f, 1e5f},
       {params->fed_forward_kg_m2.pitch, 0.0f, 1e5f},
   };
-  const control_status parts[] = {
-      camera_mounting_check(&params->camera),
-      pointing_tracker_check(&params->tracker),
-      scalar_check_ranges(ranges, sizeof ranges / sizeof ranges[0]),
-  };
-  for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
-    if (parts[i] != CONTROL_OK) {
-      return parts[i];
-    }
-  }
-  return CONTROL_OK;
+  const control_status status = pointing_tracker_check(&params->tracker);
+  return status != CONTROL_OK ? status : scalar_check_ranges(ranges, sizeof ranges / sizeof ranges[0]);
 }
 
 control_status pointing_configure(pointing *self, const pointing_params *params) {
@@ -31,7 +22,8 @@ control_status pointing_configure(pointing *self, const pointing_params *params)
     return status;
   }
   self->params = *params;
-  self->camera = camera_align(&params->camera);
+  self->largest_kg_m2 = params->inertia.azimuth_kg_m2 + params->inertia.azimuth_swing_kg_m2;
+  self->fed_forward_share = params->fed_forward_kg_m2.azimuth / self->largest_kg_m2;
   pointing_reset(self);
   return CONTROL_OK;
 }
@@ -39,6 +31,11 @@ control_status pointing_configure(pointing *self, const pointing_params *params)
 void pointing_reset(pointing *self) {
   pointing_tracker_reset(&self->tracker);
   self->known_ticks = 0;
+}
+
+void pointing_look_away(pointing *self) {
+  pointing_tracker_lose(&self->tracker);
+  self->known_ticks = -1;
 }
 
 pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *samples) {
@@ -49,13 +46,14 @@ pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *sa
   };
 }
 
-pointing_frame pointing_frame_of(const servo_samples *samples) {
+pointing_frame pointing_frame_of(const servo_samples *samples, const camera_alignment *alignment) {
   const hal_camera_frame *along_rows = &samples->axis[SERVO_AZIMUTH].sensors.frame;
   const hal_camera_frame *along_columns = &samples->axis[SERVO_PITCH].sensors.frame;
+  const image_vector measured = {.x = along_rows->error_rad, .y = along_columns->error_rad};
   return (pointing_frame){.fresh = along_rows->fresh && along_columns->fresh,
                           .valid = along_rows->target_found && along_columns->target_found,
                           .age_ticks = along_rows->age_ticks,
-                          .error = {.x = along_rows->error_rad, .y = along_columns->error_rad}};
+                          .error = camera_error(alignment, measured)};
 }
 
 pointing_output pointing_step(pointing *self, const pointing_frame *frame, const pointing_motion *motion,
@@ -64,18 +62,19 @@ pointing_output pointing_step(pointing *self, const pointing_frame *frame, const
   const rotation pitch = rotation_of(motion->pitch_angle);
   const line_of_sight_rates los =
       line_of_sight_of_joints(pitch, motion->inertial_rad_s.azimuth, motion->inertial_rad_s.pitch);
-  pointing_frame aligned = *frame;
-  aligned.error = camera_error(&self->camera, frame->error);
-  aligned.valid = frame->valid && frame->age_ticks <= self->known_ticks;
+  pointing_frame known = *frame;
+  known.valid = frame->valid && frame->age_ticks <= self->known_ticks;
   if (self->known_ticks < TARGET_TRACKER_HISTORY) {
     ++self->known_ticks;
   }
-  const pointing_command wanted =
-      pointing_tracker_step(&self->tracker, &params->tracker, &aligned, &los, motion->pitch_angle, tick_s);
+  const pointing_command wanted = pointing_tracker_step(&self->tracker, &params->tracker, &known, &los, pitch, tick_s);
   const joint_vector torque_nm =
       pointing_torques_nm(&params->inertia, pitch, wanted.rate_rad_s, wanted.acceleration_rad_s2);
   const joint_vector acceleration = wanted.acceleration_rad_s2;
-  const joint_vector inertia = params->fed_forward_kg_m2;
+  const joint_vector inertia = {
+      .azimuth = self->fed_forward_share *
+                 scalar_min(pointing_azimuth_inertia_kg_m2(&params->inertia, pitch), self->largest_kg_m2),
+      .pitch = params->fed_forward_kg_m2.pitch};
   return (pointing_output){
       .locked = wanted.locked,
       .limited = wanted.limited,

@@ -10,11 +10,17 @@ control_status servo_axis_check(const servo_axis_params *params, float tick_s, f
       {params->torque_constant_nm_a, 1e-6f, 1e4f},
       {params->current_limit_a, 0.0f, 1e4f},
       {params->plant_inertia_kg_m2, 1e-9f, 1e5f},
+      {params->min_inertia_kg_m2, 1e-9f, 1e5f},
   };
+  if ((unsigned)params->gyro > (unsigned)GYRO_ON_LINE_OF_SIGHT) {
+    return CONTROL_OUT_OF_RANGE;
+  }
   const control_status parts[] = {
-      speed_loop_check(&params->speed, tick_s), position_loop_check(&params->position),
-      target_tracker_check(&params->tracker),   current_loop_check(&params->current, pwm_period_s),
-      scalar_check_ranges(ranges, 3),
+      speed_loop_check(&params->speed, tick_s),
+      position_loop_check(&params->position),
+      target_tracker_check(&params->tracker),
+      current_loop_check(&params->current, pwm_period_s),
+      scalar_check_ranges(ranges, sizeof ranges / sizeof ranges[0]),
   };
   for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; ++i) {
     if (parts[i] != CONTROL_OK) {
@@ -27,6 +33,7 @@ control_status servo_axis_check(const servo_axis_params *params, float tick_s, f
 void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s) {
   *axis = (servo_axis){.mode = SERVO_OFF, .last_angle = angle};
   speed_loop_reset(&axis->speed, &params->speed, angle, tick_s);
+  axis->pose = axis->speed.pose;
   target_tracker_reset(&axis->tracker);
 }
 
@@ -69,17 +76,14 @@ static speed_reference position_reference(const servo_axis_params *params, const
                            .acceleration_rad_s2 = command->speed.acceleration_rad_s2};
 }
 
-/* The end of the travel comes before the limit of the acceleration. A rate that is limited for some ticks only would
- * make the torque jump, so its acceleration is fed forward with limited jerk. */
+/* A rate that is limited for some ticks only would make the torque jump, so its acceleration is fed forward with
+ * limited jerk. */
 static speed_reference tracking_reference(const tracking_limits *limits, speed_reference wanted, speed_reference before,
                                           float tick_s) {
   if (limits == NULL) {
     return wanted;
   }
-  const float step_rad_s = limits->acceleration_rad_s2 * tick_s;
-  const float soft_rad_s =
-      scalar_clamp(wanted.rate_rad_s, before.rate_rad_s - step_rad_s, before.rate_rad_s + step_rad_s);
-  const float rate_rad_s = scalar_clamp(soft_rad_s, limits->minimum_rad_s, limits->maximum_rad_s);
+  const float rate_rad_s = tracking_rate_within(limits, wanted.rate_rad_s, before.rate_rad_s, tick_s);
   const bool limited = rate_rad_s != wanted.rate_rad_s;
   const float step_rad_s2 = limits->jerk_rad_s3 * tick_s;
   return (speed_reference){.rate_rad_s = rate_rad_s,
@@ -199,7 +203,14 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
     return;
   }
   if (samples_missed) { /* the sensed state has a gap */
+    const speed_loop_pose pose = axis->pose;
     servo_axis_reset(axis, params, samples->sensors.joint_angle_turn32, tick_s);
+    axis->pose = pose;
+  }
+  if (axis->pose.inertia_share != axis->speed.pose.inertia_share ||
+      axis->pose.gyro_share != axis->speed.pose.gyro_share) {
+    speed_loop_follow(&axis->speed, &params->speed, &axis->pose, &axis->signals.rates, &axis->signals.reference,
+                      tick_s);
   }
   const bool closes = !servo_mode_closes(axis->mode) && servo_mode_closes(command->mode);
   axis->mode = command->mode;

@@ -12,6 +12,7 @@
 
 #include <stdbool.h>
 
+#include "base/scalar.h"
 #include "control/current_loop.h"
 #include "control/position_loop.h"
 #include "control/speed_loop.h"
@@ -35,6 +36,12 @@ typedef enum {
   SERVO_PROTECTIVE_STOP /* only the current loop is closed: command.torque_nm, limited by nothing but current_limit_a */
 } servo_mode;
 
+/* What the axis' gyro turns with. */
+typedef enum {
+  GYRO_ON_AXIS = 0,     /* what the joint turns: the azimuth stage, or the line of sight (pitch) */
+  GYRO_ON_LINE_OF_SIGHT /* along the axis of the picture: the azimuth's measures cross-elevation */
+} gyro_mounting;
+
 typedef struct {
   speed_loop_params speed;
   position_loop_params position;
@@ -43,7 +50,9 @@ typedef struct {
   float torque_constant_nm_a; /* Kt, 1e-6 .. 1e4 */
   float resistance_ohm;       /* of the winding, from the design of the current loop; for protection */
   float current_limit_a;      /* 0 .. 1e4, both directions */
-  float plant_inertia_kg_m2;  /* as identified, 1e-9 .. 1e5; for protection */
+  float plant_inertia_kg_m2;  /* as identified, 1e-9 .. 1e5: the largest */
+  float min_inertia_kg_m2;    /* 1e-9 .. 1e5; of the azimuth: at pitch 90 degrees, also beyond its travel */
+  gyro_mounting gyro;
 } servo_axis_params;
 
 /* What SERVO_TRACKING may do: the rate that the camera asks for is limited to this. */
@@ -91,6 +100,7 @@ typedef struct {
 
 typedef struct {
   servo_mode mode;
+  speed_loop_pose pose; /* for the next tick, set by its owner; of an axis by itself: 1 and 1 */
   speed_loop_state speed;
   target_tracker_state tracker;
   float commanded_nm;        /* torque command in effect */
@@ -103,7 +113,7 @@ typedef struct {
 
 control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s);
 
-/* Off, at rest, no estimates. */
+/* Off, at rest, no estimates, by itself. */
 void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s);
 
 /* One tick. An axis that is off continues sensing. The tick that changes its mode from off closes the loops with no
@@ -119,6 +129,15 @@ void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const serv
  * closes again at the present rate, with `holding_nm` as its torque without a rate error. */
 void servo_axis_replace(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float holding_nm,
                         float tick_s);
+
+/* The set-point of SERVO_TRACKING a tick after `before_rad_s`. The end of the travel comes before the limit of the
+ * acceleration. */
+static inline float tracking_rate_within(const tracking_limits *limits, float wanted_rad_s, float before_rad_s,
+                                         float tick_s) {
+  const float step_rad_s = limits->acceleration_rad_s2 * tick_s;
+  const float soft_rad_s = scalar_clamp(wanted_rad_s, before_rad_s - step_rad_s, before_rad_s + step_rad_s);
+  return scalar_clamp(soft_rad_s, limits->minimum_rad_s, limits->maximum_rad_s);
+}
 
 /* Whether a mode closes the current loop and one above it. */
 static inline bool servo_mode_closes(servo_mode mode) {

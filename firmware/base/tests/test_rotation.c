@@ -12,6 +12,7 @@ static const double kRadPerTurn32 = 6.283185307179586 / 4294967296.0;
 static double error_at(angle_turn32 angle) {
   const rotation found = rotation_of(angle);
   const double angle_rad = (double)angle * kRadPerTurn32;
+  CHECK_SAME("the cosine alone", found.cosine, rotation_cosine(angle));
   return fmax(fabs((double)found.sine - sin(angle_rad)), fabs((double)found.cosine - cos(angle_rad)));
 }
 

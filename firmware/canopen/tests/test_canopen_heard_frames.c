@@ -58,8 +58,10 @@ static void give_if_heard(uint32_t id, uint8_t length, const uint8_t *bytes) {
 static bool is_in_use(uint32_t id, bool by_rpdos) {
   const communication_objects *objects = &bench.device.node.objects;
   bool used = objects->sync.cob_id == id || objects->emergency.cob_id == id;
-  for (int i = 0; i < PDO_COUNT; i++) {
+  for (int i = 0; i < RPDO_COUNT; i++) {
     used = used || (by_rpdos && (objects->rpdo[i].cob_id & ~(uint32_t)COB_ID_NO_REMOTE) == id);
+  }
+  for (int i = 0; i < TPDO_COUNT; i++) {
     used = used || (objects->tpdo[i].cob_id & ~(uint32_t)COB_ID_NO_REMOTE) == id;
   }
   return used;

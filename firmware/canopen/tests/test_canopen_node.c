@@ -137,6 +137,38 @@ static void test_one_node_is_monitored_by_one_consumer_only(void) {
   TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010064, 4));
 }
 
+static bool is_busy;
+static uint32_t taken;
+
+static bool send_if_free(void *context, const can_frame *frame) {
+  (void)context;
+  (void)frame;
+  taken += is_busy ? 0u : 1u;
+  return !is_busy;
+}
+
+/* No transmit buffer is free for three ms. */
+static void test_an_emergency_that_the_controller_does_not_take_waits(void) {
+  emergency_producer producer;
+  emergency_objects objects = {.cob_id = 0x85, .inhibit_100us = 20};
+  emergency_reset(&producer, &objects);
+  const emergency_error hot = {.code = 0x4310, .register_bits = ERROR_TEMPERATURE, .source = 1};
+  TEST_ASSERT_TRUE(emergency_raise(&producer, &objects, &hot));
+  const can_sender sender = {send_if_free, NULL};
+  is_busy = true;
+  taken = 0;
+  for (int ms = 0; ms < 3; ++ms) {
+    emergency_tick(&producer, &objects, &sender);
+    TEST_ASSERT_EQUAL(1, producer.waiting_count);
+    TEST_ASSERT_EQUAL(0, producer.inhibit_ms);
+  }
+  is_busy = false;
+  emergency_tick(&producer, &objects, &sender);
+  TEST_ASSERT_EQUAL(1, taken);
+  TEST_ASSERT_EQUAL(0, producer.waiting_count);
+  TEST_ASSERT_EQUAL(2, producer.inhibit_ms);
+}
+
 static void test_emergency_is_reported_once_kept_in_the_history_and_cleared(void) {
   const emergency_error hot = {.code = 0x4310, .register_bits = ERROR_TEMPERATURE, .source = 1, .detail = 9};
   for (uint32_t i = 0; i < 5; i++) {
@@ -373,6 +405,117 @@ static void test_two_nodes_lost_at_once_are_both_reported(void) {
   TEST_ASSERT_EQUAL(1 + 2, bench.device.heartbeats_lost); /* the sum of their node ids */
 }
 
+/* Inhibit times are rounded up to whole ms. */
+static void test_the_inhibit_time_of_emergencies_is_never_shorter_than_set(void) {
+  static const struct {
+    uint16_t inhibit_100us, ms;
+  } times[] = {{0, 0}, {1, 1}, {9, 1}, {10, 1}, {11, 2}, {19, 2}, {20, 2}, {21, 3}, {65535, 6554}};
+  const can_sender sender = {send_if_free, NULL};
+  is_busy = false;
+  for (size_t i = 0; i < sizeof times / sizeof times[0]; i++) {
+    emergency_producer producer;
+    emergency_objects objects = {.cob_id = 0x85, .inhibit_100us = times[i].inhibit_100us};
+    emergency_reset(&producer, &objects);
+    const emergency_error hot = {.code = 0x4310, .register_bits = ERROR_TEMPERATURE, .source = 1};
+    TEST_ASSERT_TRUE(emergency_raise(&producer, &objects, &hot));
+    TEST_ASSERT_TRUE(emergency_clear(&producer, &objects, 1, 0x4310));
+    taken = 0;
+    emergency_tick(&producer, &objects, &sender);
+    TEST_ASSERT_EQUAL(1, taken);
+    TEST_ASSERT_EQUAL(times[i].ms, producer.inhibit_ms);
+    uint32_t waited_ms = 0;
+    while (taken < 2 && waited_ms < 10000) {
+      emergency_tick(&producer, &objects, &sender);
+      waited_ms++;
+    }
+    TEST_ASSERT_EQUAL(times[i].ms > 1 ? times[i].ms : 1, waited_ms);
+  }
+}
+
+/* Ticks without a SYNC until it is late; 0: not within 5,000,000. */
+static uint32_t ticks_until_late(uint32_t period_us) {
+  const sync_objects objects = {.cob_id = 0x80, .period_us = period_us};
+  const can_frame frame = {.id = 0x80, .length = 0};
+  sync_consumer consumer;
+  sync_reset(&consumer);
+  TEST_ASSERT_EQUAL(SYNC_GOOD, sync_receive(&consumer, &objects, &frame));
+  for (uint32_t tick = 1; tick <= 5000000; tick++) {
+    if (sync_tick(&consumer, &objects)) {
+      TEST_ASSERT_FALSE(sync_tick(&consumer, &objects)); /* reported once */
+      return tick;
+    }
+  }
+  return 0;
+}
+
+static void test_a_sync_is_late_in_the_first_ms_after_one_and_a_half_periods(void) {
+  TEST_ASSERT_EQUAL(0, ticks_until_late(0));
+  TEST_ASSERT_EQUAL(3, ticks_until_late(1000));
+  TEST_ASSERT_EQUAL(4, ticks_until_late(2000));
+  TEST_ASSERT_EQUAL(16, ticks_until_late(10000));
+  TEST_ASSERT_EQUAL(1501, ticks_until_late(1000000));
+  TEST_ASSERT_EQUAL(3000001, ticks_until_late(2000000000));
+  TEST_ASSERT_EQUAL(0, ticks_until_late(UINT32_MAX)); /* one and a half of it is more than the count holds */
+  TEST_ASSERT_EQUAL(0, ticks_until_late(UINT32_MAX / 2 + 1000000));
+}
+
+static void test_without_a_first_sync_none_is_late(void) {
+  const sync_objects objects = {.cob_id = 0x80, .period_us = 1000};
+  sync_consumer consumer;
+  sync_reset(&consumer);
+  for (uint32_t tick = 0; tick < 1000; tick++) {
+    TEST_ASSERT_FALSE(sync_tick(&consumer, &objects));
+  }
+}
+
+/* Two nodes, one in memory that held the objects and counts of another. */
+static void test_a_node_takes_over_no_objects_and_counts_from_before(void) {
+  static canopen_node clean, used;
+  static can_frame queues[4][TEST_DEVICE_QUEUE];
+  canopen_config config = NODE->config;
+  memset(&clean, 0, sizeof clean);
+  memset(&used, 0, sizeof used);
+  memset(&used.objects, 0x55, sizeof used.objects);
+  used.controller_overruns = used.overruns_reported = 7;
+  used.overrun_quiet_ms = 7;
+  used.silent_ms = 7;
+  used.sdo_client = 0;
+  used.producer.elapsed_ms = 7;
+  config.parts = &NODE->parts[NODE->dictionary.count - config.part_count]; /* the first two belong to the node */
+  config.process_data = queues[0];
+  config.services = queues[1];
+  TEST_ASSERT_TRUE(canopen_node_init(&clean, &config));
+  config.process_data = queues[2];
+  config.services = queues[3];
+  TEST_ASSERT_TRUE(canopen_node_init(&used, &config));
+  TEST_ASSERT_EQUAL_MEMORY(&clean.objects, &used.objects, sizeof clean.objects);
+  TEST_ASSERT_EQUAL(0, used.objects.serial_number);
+  TEST_ASSERT_EQUAL_STRING("", used.objects.hardware_version);
+  TEST_ASSERT_EQUAL(0, used.controller_overruns);
+  TEST_ASSERT_EQUAL(0, used.overruns_reported);
+  TEST_ASSERT_EQUAL(0, used.overrun_quiet_ms);
+  TEST_ASSERT_EQUAL(0, used.silent_ms);
+  TEST_ASSERT_EQUAL(SDO_CHANNELS, used.sdo_client);
+  TEST_ASSERT_EQUAL(0, used.producer.elapsed_ms);
+  for (int ms = 0; ms < 3; ms++) {
+    canopen_node_tick(&clean);
+    canopen_node_tick(&used);
+    TEST_ASSERT_EQUAL(clean.state, used.state);
+  }
+  TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, used.state);
+  TEST_ASSERT_EQUAL(0, used.emergency.waiting_count);
+}
+
+static void test_the_silence_of_the_master_is_counted_from_its_last_frame_in_each_ms(void) {
+  bench_nmt(128, BENCH_NODE);
+  const uint32_t begun_ms = canopen_node_silent_ms(NODE);
+  TEST_ASSERT_EQUAL(1, begun_ms); /* the tick that handled the frame */
+  for (uint32_t ms = 1; ms <= 50; ms++) {
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(begun_ms + ms, canopen_node_silent_ms(NODE));
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_node_boots_with_one_message_and_is_pre_operational);
@@ -384,6 +527,7 @@ int main(void) {
   RUN_TEST(test_lost_master_is_reported_and_stops_pdos);
   RUN_TEST(test_error_behaviour_can_be_none_or_stopped);
   RUN_TEST(test_one_node_is_monitored_by_one_consumer_only);
+  RUN_TEST(test_an_emergency_that_the_controller_does_not_take_waits);
   RUN_TEST(test_emergency_is_reported_once_kept_in_the_history_and_cleared);
   RUN_TEST(test_the_same_error_of_two_sources_is_over_when_both_are);
   RUN_TEST(test_inhibit_time_spaces_emergencies_and_the_history_keeps_eight);
@@ -399,5 +543,10 @@ int main(void) {
   RUN_TEST(test_a_reset_clears_the_error_register_and_what_waits_to_be_sent);
   RUN_TEST(test_emergencies_come_in_the_order_of_their_errors);
   RUN_TEST(test_two_nodes_lost_at_once_are_both_reported);
+  RUN_TEST(test_the_inhibit_time_of_emergencies_is_never_shorter_than_set);
+  RUN_TEST(test_a_sync_is_late_in_the_first_ms_after_one_and_a_half_periods);
+  RUN_TEST(test_without_a_first_sync_none_is_late);
+  RUN_TEST(test_a_node_takes_over_no_objects_and_counts_from_before);
+  RUN_TEST(test_the_silence_of_the_master_is_counted_from_its_last_frame_in_each_ms);
   return UNITY_END();
 }

@@ -267,6 +267,21 @@ static void test_check_finds_an_object_that_two_parts_have(void) {
   TEST_ASSERT_EQUAL(OD_TABLE_NO_HEAD, od_check_dictionary(&begins_badly).fault);
 }
 
+static void test_check_finds_the_overlap_in_each_row(void) {
+  const od_entry three[] = {GOOD(0x2000, 0), GOOD(0x2001, 0), GOOD(0x2002, 0)};
+  for (uint16_t row = 0; row < 4; row++) {
+    const od_entry one[] = {GOOD(0x2000, 0)};
+    const od_part parts[] = {{.table = {three, 3}}, {.table = {one, 1}, .shift = row}};
+    const object_dictionary both = {.parts = parts, .count = 2};
+    const od_part turned[] = {parts[1], parts[0]};
+    const object_dictionary other_order = {.parts = turned, .count = 2};
+    const od_table_fault expected = row < 3 ? OD_TABLE_OVERLAP : OD_TABLE_GOOD;
+    TEST_ASSERT_EQUAL(expected, od_check_dictionary(&both).fault);
+    TEST_ASSERT_EQUAL(expected, od_check_dictionary(&other_order).fault);
+    TEST_ASSERT_EQUAL_HEX16(row < 3 ? 0x2000 + row : 0, od_check_dictionary(&other_order).index);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_table_that_ships_is_sorted_and_consistent);
@@ -284,5 +299,6 @@ int main(void) {
   RUN_TEST(test_only_an_owner_that_knows_stops_has_some);
   RUN_TEST(test_check_names_what_is_wrong_with_a_table);
   RUN_TEST(test_check_finds_an_object_that_two_parts_have);
+  RUN_TEST(test_check_finds_the_overlap_in_each_row);
   return UNITY_END();
 }

@@ -45,15 +45,21 @@ static void test_one_value_out_of_range_refuses_the_whole_frame(void) {
   TEST_ASSERT_EQUAL(1, DEVICE->node.rpdos[0].refused);
 }
 
-static void map_command_into_rpdo1(void) {
+/* Objects as index, subindex and bits; afterwards the node is operational. */
+static void map_into_rpdo1(const uint32_t *objects, uint8_t count) {
   write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
   write_ok(0x1600, 0, 0, 1);
-  write_ok(0x1600, 1, 0x60400010, 4);
-  write_ok(0x1600, 2, 0x2F120008, 4);
-  write_ok(0x1600, 3, 0x60600008, 4);
-  write_ok(0x1600, 0, 3, 1);
+  for (uint8_t i = 0; i < count; ++i) {
+    write_ok(0x1600, (uint8_t)(i + 1), objects[i], 4);
+  }
+  write_ok(0x1600, 0, count, 1);
   write_ok(0x1400, 1, RPDO1, 4);
   bench_operational();
+}
+
+static void map_command_into_rpdo1(void) {
+  static const uint32_t objects[] = {0x60400010, 0x2F120008, 0x60600008};
+  map_into_rpdo1(objects, 3);
 }
 
 static void give_command(uint8_t controlword, uint8_t command, uint8_t mode) {
@@ -291,6 +297,36 @@ static void test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed(vo
   TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
 }
 
+/* RPDO1 of CiA 402 is the controlword alone; this one maps the mode, too. */
+static void test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else(void) {
+  const struct {
+    uint8_t bytes[2], length, expected;
+  } cases[] = {{{0x0B, 0}, 2, 0x0B}, {{0x00, 0}, 2, 0x00}, {{0x0B, 0}, 1, 0x0F}, {{0x1F, 0}, 2, 0x0F}};
+  bench_operational();
+  for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+    give_rpdo1(0x0F, 9);
+    bench_give(RPDO1, cases[i].length, cases[i].bytes);
+    bench_wait_ms(2);
+    TEST_ASSERT_EQUAL_HEX16(cases[i].expected, DEVICE->axis[0].controlword);
+    TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+    TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8210));
+  }
+}
+
+static void test_a_command_that_waits_for_sync_does_not_undo_a_stop_in_a_frame_that_is_too_short(void) {
+  write_ok(0x1400, 1, 0x80000000u | RPDO1, 4);
+  write_ok(0x1400, 2, 1, 1);
+  write_ok(0x1400, 1, RPDO1, 4);
+  bench_operational();
+  give_rpdo1(0x0F, 9);
+  const uint8_t stop[2] = {0x0B, 0};
+  bench_give(RPDO1, 2, stop);
+  bench_wait_ms(1);
+  bench_give(SYNC, 0, NULL);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0x0B, DEVICE->axis[0].controlword);
+}
+
 static void test_a_refused_value_is_over_when_the_rpdo_starts_again(void) {
   bench_operational();
   give_rpdo1(0x0F, 11);
@@ -325,9 +361,11 @@ static void test_no_two_services_share_an_identifier(void) {
     uint16_t index;
     uint8_t sub;
     uint32_t free; /* an identifier that it may have */
-  } uses[] = {{0x1005, 0, 0x80},  {0x1014, 0, 0x85},  {0x1400, 1, 0x205}, {0x1401, 1, 0x305},
-              {0x1800, 1, 0x185}, {0x1801, 1, 0x285}, {0x1201, 1, 0x6A0}, {0x1201, 2, 0x6A1}};
+  } uses[] = {{0x1005, 0, 0x80},  {0x1014, 0, 0x85},  {0x1400, 1, 0x205}, {0x1401, 1, 0x305}, {0x1800, 1, 0x185},
+              {0x1801, 1, 0x285}, {0x1804, 1, 0x684}, {0x1807, 1, 0x6A8}, {0x1201, 1, 0x6A0}, {0x1201, 2, 0x6A1}};
   const uint32_t count = sizeof uses / sizeof uses[0];
+  write_ok(0x1804, 1, 0x684, 4);
+  write_ok(0x1807, 1, 0x6A8, 4);
   write_ok(0x1201, 1, 0x6A0, 4);
   write_ok(0x1201, 2, 0x6A1, 4);
   for (uint32_t i = 0; i < count; i++) {
@@ -356,6 +394,11 @@ static void test_identifiers_of_fixed_services_cannot_be_taken(void) {
     TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1800, 1, fixed[i], 4));
     TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1201, 1, fixed[i], 4));
   }
+}
+
+static void test_a_value_that_is_refused_anyway_is_not_refused_as_taken(void) {
+  const uint32_t producer = 0x40000000; /* of SYNC; the identifier itself is that of RPDO1 */
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, bench_write(0x1005, 0, producer | RPDO1, 4));
 }
 
 static void test_what_is_off_takes_no_identifier(void) {
@@ -437,14 +480,83 @@ static void test_each_of_the_four_rpdos_can_wait_for_sync(void) {
   TEST_ASSERT_EQUAL(103, DEVICE->values.u64);
 }
 
-static void test_each_of_the_four_tpdos_can_answer_a_sync(void) {
-  for (uint16_t n = 0; n < 4; n++) {
-    write_ok((uint16_t)(0x1800 + n), 1, 0x80000000u | (0x185u + 0x100u * n), 4);
-    write_ok((uint16_t)(0x1A00 + n), 0, 0, 1);
-    write_ok((uint16_t)(0x1A00 + n), 1, 0x2F000508, 4);
-    write_ok((uint16_t)(0x1A00 + n), 0, 1, 1);
-    write_ok((uint16_t)(0x1800 + n), 2, 1, 1);
-    write_ok((uint16_t)(0x1800 + n), 1, 0x185u + 0x100u * n, 4);
+/* Default identifiers of node 5. */
+static uint32_t tpdo_identifier(uint16_t n) { return n < 4 ? TPDO1 + 0x100u * n : 0x684u + 12u * (n - 4u); }
+
+/* One byte of the test device in TPDO n + 1. */
+static void map_u8(uint16_t n, uint8_t type, uint16_t event_ms) {
+  const uint16_t record = (uint16_t)(0x1800 + n);
+  write_ok(record, 1, 0x80000000u | tpdo_identifier(n), 4);
+  write_ok((uint16_t)(0x1A00 + n), 0, 0, 1);
+  write_ok((uint16_t)(0x1A00 + n), 1, 0x2F000508, 4);
+  write_ok((uint16_t)(0x1A00 + n), 0, 1, 1);
+  write_ok(record, 2, type, 1);
+  write_ok(record, 3, 0, 2);
+  write_ok(record, 5, event_ms, 2);
+  write_ok(record, 1, tpdo_identifier(n), 4);
+}
+
+static void test_tpdo5_to_8_are_off_with_identifiers_beyond_the_predefined_set(void) {
+  for (uint16_t n = 4; n < TPDO_COUNT; n++) {
+    TEST_ASSERT_EQUAL_HEX32(0xC0000000u | tpdo_identifier(n), bench_get((uint16_t)(0x1800 + n), 1));
+    TEST_ASSERT_EQUAL(0, bench_get((uint16_t)(0x1A00 + n), 0));
+    write_ok((uint16_t)(0x1800 + n), 5, 1, 2);
+    write_ok((uint16_t)(0x1800 + n), 1, 0x40000000u | tpdo_identifier(n), 4); /* on, but it maps nothing */
+  }
+  bench_operational();
+  bench_wait_ms(20);
+  for (uint16_t n = 4; n < TPDO_COUNT; n++) {
+    TEST_ASSERT_EQUAL(0, bench_count(tpdo_identifier(n)));
+  }
+  TEST_ASSERT_EQUAL_HEX32(0x06020000, bench_write(0x1808, 1, 0x80000000u, 4));
+  TEST_ASSERT_EQUAL_HEX32(0x06020000, bench_write(0x1404, 1, 0x80000000u, 4));
+}
+
+static void test_tpdo5_to_8_are_sent_in_every_ms_in_their_order(void) {
+  for (uint16_t n = 4; n < TPDO_COUNT; n++) {
+    map_u8(n, 255, 1);
+  }
+  bench_operational();
+  bench.sent = 0;
+  bench_wait_ms(50);
+  for (uint16_t n = 4; n < TPDO_COUNT; n++) {
+    TEST_ASSERT_EQUAL(50, bench_count(tpdo_identifier(n)));
+  }
+  uint16_t next = 4;
+  for (uint32_t i = 0; i < bench.sent && i < BENCH_LOG; i++) {
+    if (bench.log[i].id >= 0x680 && bench.log[i].id < 0x6E0) {
+      TEST_ASSERT_EQUAL_HEX32(tpdo_identifier(next), bench.log[i].id);
+      next = next == TPDO_COUNT - 1 ? 4 : (uint16_t)(next + 1);
+    }
+  }
+}
+
+static void test_tpdos_after_the_last_one_that_is_on_take_no_time(void) {
+  TEST_ASSERT_EQUAL(2, DEVICE->node.tpdos_in_use);
+  map_u8(6, 255, 1);
+  TEST_ASSERT_EQUAL(7, DEVICE->node.tpdos_in_use);
+  map_u8(4, 255, 1);
+  TEST_ASSERT_EQUAL(7, DEVICE->node.tpdos_in_use);
+  write_ok(0x1806, 1, 0x80000000u, 4);
+  TEST_ASSERT_EQUAL(5, DEVICE->node.tpdos_in_use);
+  write_ok(0x1804, 1, 0x80000000u, 4);
+  TEST_ASSERT_EQUAL(2, DEVICE->node.tpdos_in_use);
+}
+
+/* SYNC counts as a frame of the master only when a PDO uses it. */
+static void test_a_synchronous_tpdo8_makes_sync_a_sign_of_the_master(void) {
+  write_ok(0x1401, 2, 255, 1);
+  write_ok(0x1801, 2, 255, 1);
+  TEST_ASSERT_FALSE(DEVICE->node.sync_is_used);
+  map_u8(7, 1, 0);
+  TEST_ASSERT_TRUE(DEVICE->node.sync_is_used);
+  write_ok(0x1807, 1, 0x80000000u, 4);
+  TEST_ASSERT_FALSE(DEVICE->node.sync_is_used);
+}
+
+static void test_each_of_the_eight_tpdos_can_answer_a_sync(void) {
+  for (uint16_t n = 0; n < TPDO_COUNT; n++) {
+    map_u8(n, 1, 0);
   }
   bench_operational();
   bench_wait_ms(5);
@@ -452,10 +564,31 @@ static void test_each_of_the_four_tpdos_can_answer_a_sync(void) {
   for (uint32_t syncs = 1; syncs <= 3; syncs++) {
     bench_give(SYNC, 0, NULL);
     bench_wait_ms(2);
-    for (uint16_t n = 0; n < 4; n++) {
-      TEST_ASSERT_EQUAL(syncs, bench_count(0x185u + 0x100u * n));
+    for (uint16_t n = 0; n < TPDO_COUNT; n++) {
+      TEST_ASSERT_EQUAL(syncs, bench_count(tpdo_identifier(n)));
     }
   }
+}
+
+/* The RPDO skips one byte before the controlword, and two between controlword and mode. */
+static void test_a_stop_is_obeyed_beside_bytes_that_are_skipped(void) {
+  static const uint32_t objects[] = {0x00050008, 0x60400010, 0x00060010, 0x60600008};
+  map_into_rpdo1(objects, 4);
+  const uint8_t run[6] = {0x77, 0x0F, 0, 0x77, 0x77, 9};
+  const uint8_t stop[6] = {0x00, 0x0B, 0, 0x00, 0x00, 11};
+  bench_give(RPDO1, 6, run);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0x0F, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+  bench_give(RPDO1, 6, stop);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0x0B, DEVICE->axis[0].controlword);
+  TEST_ASSERT_EQUAL(9, DEVICE->axis[0].mode);
+  bench_give(RPDO1, 6, run);
+  bench_wait_ms(1);
+  bench_give(RPDO1, 5, stop); /* too short */
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL_HEX16(0x0B, DEVICE->axis[0].controlword);
 }
 
 int main(void) {
@@ -478,16 +611,24 @@ int main(void) {
   RUN_TEST(test_event_timer_repeats_a_tpdo_and_request_sends_one);
   RUN_TEST(test_a_stop_beside_a_refused_value_is_obeyed_and_the_rest_reported_once);
   RUN_TEST(test_the_stops_of_two_axes_beside_a_refused_value_are_both_obeyed);
+  RUN_TEST(test_a_stop_in_a_frame_that_is_too_short_is_obeyed_and_nothing_else);
+  RUN_TEST(test_a_command_that_waits_for_sync_does_not_undo_a_stop_in_a_frame_that_is_too_short);
   RUN_TEST(test_a_refused_value_is_over_when_the_rpdo_starts_again);
   RUN_TEST(test_a_refused_value_after_sync_is_reported_too);
   RUN_TEST(test_no_two_services_share_an_identifier);
   RUN_TEST(test_identifiers_of_fixed_services_cannot_be_taken);
+  RUN_TEST(test_a_value_that_is_refused_anyway_is_not_refused_as_taken);
   RUN_TEST(test_what_is_off_takes_no_identifier);
   RUN_TEST(test_a_value_that_is_no_identifier_may_equal_one);
   RUN_TEST(test_two_rpdos_may_receive_one_frame);
   RUN_TEST(test_during_a_change_of_the_bit_rate_only_nmt_is_obeyed);
   RUN_TEST(test_the_identifier_that_a_pdo_has_may_be_written_while_it_is_on);
   RUN_TEST(test_each_of_the_four_rpdos_can_wait_for_sync);
-  RUN_TEST(test_each_of_the_four_tpdos_can_answer_a_sync);
+  RUN_TEST(test_tpdo5_to_8_are_off_with_identifiers_beyond_the_predefined_set);
+  RUN_TEST(test_tpdo5_to_8_are_sent_in_every_ms_in_their_order);
+  RUN_TEST(test_tpdos_after_the_last_one_that_is_on_take_no_time);
+  RUN_TEST(test_a_synchronous_tpdo8_makes_sync_a_sign_of_the_master);
+  RUN_TEST(test_each_of_the_eight_tpdos_can_answer_a_sync);
+  RUN_TEST(test_a_stop_is_obeyed_beside_bytes_that_are_skipped);
   return UNITY_END();
 }

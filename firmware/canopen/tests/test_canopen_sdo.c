@@ -1,5 +1,6 @@
 #include "canopen/bench.h"
 #include "canopen/crc_xmodem.h"
+#include "canopen/sdo_protocol.h"
 
 void setUp(void) { bench_start(); }
 void tearDown(void) {}
@@ -223,7 +224,7 @@ static void test_a_client_that_has_been_silent_is_taken_for_gone(void) {
   bench_sdo(upload_text, answer);
   bench_wait_ms(SDO_QUIET_MS);
   bench_sdo(block_download, answer);
-  TEST_ASSERT_EQUAL_HEX8(0xA4, answer[0]);
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0xA4, 0x01, 0x2F, 0, SDO_BLOCK_SEGMENTS, 0, 0, 0}), answer, 8);
   bench_wait_ms(SDO_QUIET_MS);
   bench_sdo(upload_text, answer);
   TEST_ASSERT_EQUAL_HEX8(0x41, answer[0]);
@@ -798,6 +799,24 @@ static void test_a_stream_that_is_written_only_is_not_read(void) {
   TEST_ASSERT_EQUAL(0, bench.device.streams_open);
 }
 
+static void test_numbers_have_their_low_byte_first(void) {
+  const uint8_t bytes[] = {0x21, 0x43, 0x65, 0x87};
+  TEST_ASSERT_EQUAL_HEX32(0x87654321, sdo_get_u32(bytes));
+  uint8_t written[4];
+  sdo_put_u32(written, 0x87654321);
+  TEST_ASSERT_EQUAL_MEMORY(bytes, written, sizeof bytes);
+}
+
+static void test_an_unknown_request_is_refused_with_its_own_object(void) {
+  const uint8_t unknown[8] = {0xE0, 0x34, 0x12, 7};
+  uint8_t answer[8];
+  bench_sdo(upload_text, answer); /* in segments: 2F00:10 */
+  bench_sdo(unknown, answer);
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x80, 0x00, 0x2F, 10, 0x01, 0x00, 0x04, 0x05}), answer, 8);
+  bench_sdo(unknown, answer); /* now idle */
+  TEST_ASSERT_EQUAL_HEX8_ARRAY(((const uint8_t[]){0x80, 0x34, 0x12, 7, 0x01, 0x00, 0x04, 0x05}), answer, 8);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_crc_has_its_check_value);
@@ -842,5 +861,7 @@ int main(void) {
   RUN_TEST(test_a_transfer_that_is_not_open_moves_no_byte);
   RUN_TEST(test_the_time_of_a_client_starts_again_with_its_request);
   RUN_TEST(test_a_stream_that_is_written_only_is_not_read);
+  RUN_TEST(test_numbers_have_their_low_byte_first);
+  RUN_TEST(test_an_unknown_request_is_refused_with_its_own_object);
   return UNITY_END();
 }

@@ -391,6 +391,13 @@ static void test_what_is_out_of_range_or_does_not_fit_its_limits_is_refused(void
   }
 }
 
+static void test_a_stimulus_of_torque_has_no_peak_rate(void) {
+  stimulus_setup with_a_speed = chirp;
+  with_a_speed.kind = STIMULUS_TORQUE_RAMPS;
+  with_a_speed.low_rad_s = 0.4f;
+  CHECK_SAME("peak, rad/s", 0.0, stimulus_peak_rate_rad_s(&with_a_speed));
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_sweep_dwells_at_each_speed_in_both_directions_and_ends_at_rest);
@@ -412,5 +419,6 @@ int main(void) {
   RUN_TEST(test_an_abort_ends_a_running_one_and_leaves_the_verdict_of_one_that_is_over);
   RUN_TEST(test_progress_counts_up_to_100);
   RUN_TEST(test_what_is_out_of_range_or_does_not_fit_its_limits_is_refused);
+  RUN_TEST(test_a_stimulus_of_torque_has_no_peak_rate);
   return UNITY_END();
 }

@@ -66,6 +66,10 @@ static void test_gains_are_bandwidth_times_l_and_r(void) {
   CHECK_RELATIVE("ki", 3600.0, params.pi.integral_gain, 1e-6);
   CHECK_RELATIVE("Ke", 2.5, params.back_emf_v_s_rad, 1e-6);
   CHECK_STATUS(CONTROL_OK, current_loop_check(&params, dt_s));
+  CHECK_RELATIVE("anti-windup, 1/s", 400.0, params.pi.tracking_rate_per_s, 1e-6); /* R / L */
+  current_loop_params fast;
+  CHECK_STATUS(CONTROL_OK, current_loop_design(&fast, 100.0f, 3e-3f, 2.5f, (float)bandwidth_rad_s, dt_s));
+  CHECK_RELATIVE("anti-windup, 1/s", 1e4, fast.pi.tracking_rate_per_s, 1e-6); /* half of it in a period */
 }
 
 static void test_the_back_emf_makes_no_current(void) {

@@ -11,7 +11,15 @@ enum { FRAME_MS = 20, AGE_MS = 40, WINDOW_MS = 3, RING = 128 };
 
 static delay_estimator estimator;
 
-void setUp(void) { delay_estimator_reset(&estimator); }
+/* What was added since the last set-up, for the reference. */
+enum { MAX_SAMPLES = 3000 };
+static delay_sample added[MAX_SAMPLES];
+static int added_count;
+
+void setUp(void) {
+  delay_estimator_reset(&estimator);
+  added_count = 0;
+}
 void tearDown(void) {}
 
 typedef struct {
@@ -63,11 +71,14 @@ static void deliver(const component *of, const flight *with, int ms, int *last_m
     }
     vectors[k] = (image_vector){parts[0], parts[1]};
   }
-  delay_estimator_add(&estimator,
-                      &(delay_sample){.error = vectors[0],
-                                      .moved = vectors[1],
-                                      .rate_rad_s = vectors[2],
-                                      .interval_s = first ? 0.02f : 1e-3f * (float)(believed_ms - *last_ms)});
+  const delay_sample sample = {.error = vectors[0],
+                               .moved = vectors[1],
+                               .rate_rad_s = vectors[2],
+                               .interval_s = first ? 0.02f : 1e-3f * (float)(believed_ms - *last_ms)};
+  delay_estimator_add(&estimator, &sample);
+  if (added_count < MAX_SAMPLES) {
+    added[added_count++] = sample;
+  }
   *last_ms = believed_ms;
 }
 
@@ -164,6 +175,18 @@ static void test_a_gap_or_another_target_spoils_nothing(void) {
   CHECK_AT_MOST("s", 3e-3, found.half_width_s);
 }
 
+/* A jump of 1 mrad of one component, among 2 urad of noise. */
+static void test_an_outlier_of_either_component_restarts_both(void) {
+  for (int i = 0; i < DELAY_COMPONENTS; ++i) {
+    setUp();
+    fly(&kShaken);
+    delay_sample sample = added[added_count - 1];
+    *(i == 0 ? &sample.error.x : &sample.error.y) += 1e-3f;
+    delay_estimator_add(&estimator, &sample);
+    CHECK_SAME("running, s", 0.0, estimator.running_s);
+  }
+}
+
 static void test_forgetting_keeps_the_predictors(void) {
   fly(&kShaken);
   delay_estimator_forget(&estimator);
@@ -197,6 +220,219 @@ static void test_a_line_of_sight_at_rest_gives_no_result(void) {
   TEST_ASSERT_FALSE(found.known && found.half_width_s < 0.1f);
 }
 
+/* --- against a second computation in double ----------------------------------------------------------------------- */
+
+/* Prediction error of an alpha-beta-gamma filter whose alpha is off by `alpha_error`; of the place, or of the rate. */
+typedef struct {
+  double value, slope, curvature, slow;
+} double_filter;
+
+static double unpredicted(double_filter *f, double measured, double dt_s, double running_s, double alpha_error) {
+  const double pole = exp(-fmax(3.5, 6.0 / running_s) * dt_s);
+  const double gap = 1.0 - pole;
+  const double alpha = fmax(1.0 - pow(pole, 3.0), 1.0 - exp(-14.0 * dt_s)) + alpha_error;
+  f->value += f->slope * dt_s + 0.5 * f->curvature * dt_s * dt_s;
+  f->slope += f->curvature * dt_s;
+  const double residual = measured - f->value;
+  f->value += alpha * residual;
+  f->slope += 1.5 * gap * gap * (1.0 + pole) / dt_s * residual;
+  f->curvature += gap * gap * gap / (dt_s * dt_s) * residual;
+  return residual;
+}
+
+static double without_slow(double_filter *f, double value, double dt_s) {
+  const double rest = value - f->slow;
+  f->slow += dt_s * rest; /* 1 rad/s */
+  return rest;
+}
+
+static double part(const image_vector *of, int i) { return (double)(i == 0 ? of->x : of->y); }
+
+/* Weighted normal equations of error = delay * rate + k * d(error)/d(alpha), the derivative by central difference. */
+typedef struct {
+  double information, said;
+} double_estimate;
+
+static double_estimate estimate_of(int i, double *weight, double *weight_of_squares) {
+  const double step = 1e-5;
+  double_filter place[3] = {{0}};
+  double_filter rate = {0};
+  double_filter derivative = {0};
+  double ee = 0.0, er = 0.0, ea = 0.0, rr = 0.0, ra = 0.0, aa = 0.0;
+  float running_s = 0.0f; /* as the estimator counts it: a frame at the end of the first 2 s may count or not */
+  *weight = *weight_of_squares = 0.0;
+  for (int k = 0; k < added_count; ++k) {
+    const double dt_s = (double)added[k].interval_s;
+    const double error = part(&added[k].error, i);
+    const double measured_rate = part(&added[k].rate_rad_s, i);
+    running_s += added[k].interval_s;
+    if (k == 0) {
+      for (int c = 0; c < 3; ++c) {
+        place[c] = (double_filter){.value = error, .slope = measured_rate};
+      }
+      rate.value = measured_rate;
+      continue;
+    }
+    double found[3];
+    for (int c = 0; c < 3; ++c) {
+      place[c].value -= part(&added[k].moved, i);
+      found[c] = unpredicted(&place[c], error, dt_s, (double)running_s, (c - 1) * step);
+    }
+    const double e = without_slow(&place[1], found[1], dt_s);
+    const double r = without_slow(&rate, unpredicted(&rate, measured_rate, dt_s, (double)running_s, 0.0), dt_s);
+    const double a = without_slow(&derivative, (found[2] - found[0]) / (2.0 * step), dt_s);
+    if (running_s < 2.0f) {
+      continue;
+    }
+    const double keep = 1.0 - dt_s / 300.0;
+    *weight = keep * *weight + 1.0;
+    *weight_of_squares = keep * keep * *weight_of_squares + 1.0;
+    ee = keep * ee + e * e;
+    er = keep * er + e * r;
+    ea = keep * ea + e * a;
+    rr = keep * rr + r * r;
+    ra = keep * ra + r * a;
+    aa = keep * aa + a * a;
+  }
+  const double determinant = rr * aa - ra * ra;
+  const double delay = (er * aa - ea * ra) / determinant;
+  const double k = (ea * rr - er * ra) / determinant;
+  const double variance = (ee - delay * er - k * ea) / *weight;
+  return (double_estimate){.information = determinant / aa / variance, .said = delay * determinant / aa / variance};
+}
+
+static void test_the_result_is_that_of_the_normal_equations_in_double(void) {
+  if (random_cases(1) == 0) {
+    return; /* an emulated core computes double in software */
+  }
+  const int seconds[] = {4, 20, 60};
+  for (int flown = 0; flown < 3; ++flown) {
+    setUp();
+    flight with = kShaken;
+    with.seconds = seconds[flown];
+    with.error_s = 3e-3;
+    fly(&with);
+    double information = 0.0, said = 0.0, weight = 0.0, weight_of_squares = 0.0;
+    for (int i = 0; i < 2; ++i) {
+      const double_estimate one = estimate_of(i, &weight, &weight_of_squares);
+      information += one.information;
+      said += one.said;
+    }
+    const delay_error found = delay_estimator_result(&estimator);
+    TEST_ASSERT_TRUE(found.known);
+    const double half_width_s = 1.4 * 1.96 * sqrt(weight_of_squares / (weight * information));
+    CHECK_NEAR("error, s", said / information, found.error_s, 2e-3 * half_width_s);
+    CHECK_RELATIVE("half width, s", half_width_s, found.half_width_s, 1e-3);
+  }
+}
+
+static void add_still_frames(int count) {
+  for (int i = 0; i < count; ++i) {
+    delay_estimator_add(&estimator, &(delay_sample){.interval_s = 0.02f});
+  }
+}
+
+/* The first 2 s are not believed, and 50 frames are the fewest: each counts a little less than 1 when it is older. */
+static void test_a_result_needs_fifty_frames_after_the_first_two_seconds(void) {
+  flight with = kShaken;
+  with.seconds = 10;
+  fly(&with);
+  delay_estimator_forget(&estimator);
+  for (int i = 0; i < 51; ++i) {
+    TEST_ASSERT_FALSE(delay_estimator_result(&estimator).known);
+    delay_estimator_add(&estimator, &added[added_count - 51 + i]);
+  }
+  TEST_ASSERT_TRUE(delay_estimator_result(&estimator).known);
+}
+
+static void test_a_restart_forgets_both_predictors(void) {
+  fly(&kShaken);
+  delay_estimator_restart(&estimator);
+  for (int i = 0; i < DELAY_COMPONENTS; ++i) {
+    const delay_component *c = &estimator.component[i];
+    const delay_predictor *predictors[] = {&c->place, &c->rate, &c->alpha};
+    for (int k = 0; k < 3; ++k) {
+      CHECK_SAME("value", 0.0, predictors[k]->value);
+      CHECK_SAME("rate", 0.0, predictors[k]->rate);
+      CHECK_SAME("acceleration", 0.0, predictors[k]->acceleration);
+      CHECK_SAME("slow part", 0.0, c->slow[k]);
+    }
+    CHECK_AT_LEAST("sum of squares", 1e-12, c->sums.ee);
+  }
+}
+
+/* Before the predictors have settled nothing else would notice it. */
+static void test_each_part_of_a_sample_is_looked_at(void) {
+  const float bad[] = {NAN, INFINITY, -101.0f, 101.0f};
+  for (int b = 0; b < 4; ++b) {
+    for (int i = 0; i < 7; ++i) {
+      delay_estimator_reset(&estimator);
+      add_still_frames(3);
+      TEST_ASSERT_TRUE(estimator.running_s > 0.0f);
+      delay_sample sample = {.interval_s = 0.02f};
+      float *const parts[] = {&sample.error.x,      &sample.error.y,      &sample.moved.x,  &sample.moved.y,
+                              &sample.rate_rad_s.x, &sample.rate_rad_s.y, &sample.assumed_s};
+      *parts[i] = bad[b];
+      delay_estimator_add(&estimator, &sample);
+      CHECK_SAME("running, s", 0.0, estimator.running_s);
+    }
+  }
+  const float intervals_s[] = {0.0f, -0.02f, 0.151f, NAN};
+  for (int i = 0; i < 4; ++i) {
+    delay_estimator_reset(&estimator);
+    add_still_frames(3);
+    delay_estimator_add(&estimator, &(delay_sample){.interval_s = intervals_s[i]});
+    CHECK_SAME("running, s", 0.0, estimator.running_s);
+  }
+}
+
+/* Sums as frames leave them with next to no information: 1.96 * 1.4 / sqrt(information) s. */
+static void test_an_interval_of_seconds_is_no_result(void) {
+  estimator.weight = estimator.weight_of_squares = 100.0f;
+  estimator.component[0].sums = (delay_sums){.ee = 1.0f, .rr = 0.006f, .aa = 1.0f}; /* information 0.6 */
+  TEST_ASSERT_FALSE(delay_estimator_result(&estimator).known);
+  estimator.component[0].sums.rr = 0.04f;
+  const delay_error found = delay_estimator_result(&estimator);
+  TEST_ASSERT_TRUE(found.known);
+  estimator.component[0].sums.ee = 0.0f; /* frames without noise do not exist */
+  TEST_ASSERT_FALSE(delay_estimator_result(&estimator).known);
+  CHECK_RELATIVE("half width, s", 1.4 * 1.96 / 2.0 / sqrt(1.0), found.half_width_s, 1e-5);
+}
+
+/* Rounding can make what is left of the residuals negative: such a component says nothing, the other one decides. */
+static void test_a_component_with_less_than_no_noise_does_not_count(void) {
+  estimator.weight = estimator.weight_of_squares = 100.0f;
+  estimator.component[0].sums = (delay_sums){.ee = 1.0f, .er = 0.02f, .rr = 0.04f, .aa = 1.0f};
+  const delay_error one = delay_estimator_result(&estimator);
+  TEST_ASSERT_TRUE(one.known);
+  estimator.component[1].sums = (delay_sums){.ee = 1.0f, .er = 1.1f, .rr = 1.0f, .aa = 1.0f};
+  const delay_error both = delay_estimator_result(&estimator);
+  TEST_ASSERT_TRUE(both.known);
+  CHECK_SAME("error, s", one.error_s, both.error_s);
+  CHECK_SAME("half width, s", one.half_width_s, both.half_width_s);
+}
+
+/* Frames every 1/8 s, exactly: the 16th ends the first 2 s, and counts. */
+static void test_frames_count_from_two_seconds_on(void) {
+  for (int i = 1; i <= 17; ++i) {
+    delay_estimator_add(&estimator, &(delay_sample){.interval_s = 0.125f});
+    CHECK_NEAR("weight of the frames", i < 16 ? 0.0 : i - 15, estimator.weight, 1e-3);
+  }
+}
+
+/* 10 mrad/s^2 with the line of sight at rest: the rate of the target in the last frame is known, not that of a frame
+ * before or after it. */
+static void test_the_rate_of_a_target_that_accelerates_is_that_of_the_last_frame(void) {
+  double t_s = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    t_s = 0.02 * i;
+    delay_estimator_add(&estimator, &(delay_sample){.error = {.x = (float)(0.005 * t_s * t_s)}, .interval_s = 0.02f});
+  }
+  CHECK_NEAR("rad", 0.005 * t_s * t_s, estimator.component[0].place.value, 1e-6);
+  CHECK_NEAR("rad/s", 0.01 * t_s, estimator.component[0].place.rate, 2e-5);
+  CHECK_NEAR("rad/s^2", 0.01, estimator.component[0].place.acceleration, 1e-4);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_nothing_is_known_without_frames);
@@ -204,8 +440,17 @@ int main(void) {
   RUN_TEST(test_the_interval_holds_in_95_percent_of_flights_in_a_closed_loop);
   RUN_TEST(test_more_motion_makes_the_interval_narrower);
   RUN_TEST(test_a_gap_or_another_target_spoils_nothing);
+  RUN_TEST(test_an_outlier_of_either_component_restarts_both);
   RUN_TEST(test_forgetting_keeps_the_predictors);
   RUN_TEST(test_a_sample_that_is_not_finite_restarts);
   RUN_TEST(test_a_line_of_sight_at_rest_gives_no_result);
+  RUN_TEST(test_the_result_is_that_of_the_normal_equations_in_double);
+  RUN_TEST(test_a_result_needs_fifty_frames_after_the_first_two_seconds);
+  RUN_TEST(test_a_restart_forgets_both_predictors);
+  RUN_TEST(test_each_part_of_a_sample_is_looked_at);
+  RUN_TEST(test_an_interval_of_seconds_is_no_result);
+  RUN_TEST(test_a_component_with_less_than_no_noise_does_not_count);
+  RUN_TEST(test_frames_count_from_two_seconds_on);
+  RUN_TEST(test_the_rate_of_a_target_that_accelerates_is_that_of_the_last_frame);
   return UNITY_END();
 }

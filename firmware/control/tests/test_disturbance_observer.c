@@ -54,6 +54,31 @@ static void test_no_load_leaves_the_estimate_at_zero_whatever_the_motor_does(voi
   }
 }
 
+/* The inertia shrinks by 0.1 % per tick, at a constant rate and load: the estimate does not see it. */
+static void test_an_inertia_that_is_followed_leaves_the_estimate(void) {
+  disturbance_observer_params params = example();
+  disturbance_observer_state state;
+  disturbance_observer_reset(&state, &params, 0.5f, dt_s);
+  const float holding_nm = 8.0f + params.viscous_nm_s_rad * 0.5f;
+  for (int tick = 0; tick < 1000; ++tick) {
+    (void)disturbance_observer_step(&state, &params, 0.5f, holding_nm);
+  }
+  float inertia_kg_m2 = params.inertia_kg_m2;
+  for (int tick = 0; tick < 500; ++tick) {
+    inertia_kg_m2 -= 1e-3f * params.inertia_kg_m2;
+    disturbance_observer_follow(&state, &params, inertia_kg_m2, 0.5f, dt_s);
+    CHECK_NEAR("estimate, Nm", 8.0, disturbance_observer_step(&state, &params, 0.5f, holding_nm), 2e-3);
+  }
+  params.inertia_kg_m2 = inertia_kg_m2; /* now the observer is that of this inertia */
+  double rate = 0.5;
+  double seen_nm = 0.0;
+  for (int tick = 0; tick < 200; ++tick) {
+    rate = moved(&params, rate, (double)holding_nm + 5.0, 8.0);
+    seen_nm = (double)disturbance_observer_step(&state, &params, (float)rate, holding_nm + 5.0f);
+  }
+  CHECK_NEAR("estimate while it accelerates, Nm", 8.0, seen_nm, 5e-3);
+}
+
 static void test_torque_that_is_already_explained_is_not_seen(void) {
   const disturbance_observer_params params = example();
   disturbance_observer_state state;
@@ -198,6 +223,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_step_of_load_is_found_along_an_exponential);
   RUN_TEST(test_no_load_leaves_the_estimate_at_zero_whatever_the_motor_does);
+  RUN_TEST(test_an_inertia_that_is_followed_leaves_the_estimate);
   RUN_TEST(test_torque_that_is_already_explained_is_not_seen);
   RUN_TEST(test_it_is_the_textbook_filter_for_any_torque_and_rate);
   RUN_TEST(test_reset_at_any_rate_starts_with_no_estimate);

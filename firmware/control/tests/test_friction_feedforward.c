@@ -268,6 +268,10 @@ static void test_bristles_that_were_not_modelled_start_as_sliding_leaves_them(vo
     friction_feedforward_state slow = {.lugre = {5.0f}};
     friction_feedforward_retune(&slow, &from, &to, 0.5f * to.lugre.positive.stribeck_speed_rad_s);
     CHECK_SAME("too slow to know the direction: relaxed", 0.0, slow.lugre.deflection_rad);
+    /* 3 mrad/s forward, 4 mrad/s backward: each direction has its own Stribeck speed. */
+    friction_feedforward_state backward = {.lugre = {5.0f}};
+    friction_feedforward_retune(&backward, &from, &to, -3.5e-3f);
+    CHECK_SAME("too slow backward: relaxed", 0.0, backward.lugre.deflection_rad);
   }
 }
 

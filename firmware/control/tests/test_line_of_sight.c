@@ -72,6 +72,59 @@ static void test_it_is_exact_at_the_zenith_and_beyond_it_and_far_from_the_centre
   }
 }
 
+static double dot(vector a, vector b) { return a.at[0] * b.at[0] + a.at[1] * b.at[1] + a.at[2] * b.at[2]; }
+
+static vector cross(vector a, vector b) {
+  return (vector){{a.at[1] * b.at[2] - a.at[2] * b.at[1], a.at[2] * b.at[0] - a.at[0] * b.at[2],
+                   a.at[0] * b.at[1] - a.at[1] * b.at[0]}};
+}
+
+/* A vector, carried along the great circle: turned about the axis that is perpendicular to it (Rodrigues). */
+static vector carried(vector from, vector to, vector v) {
+  const double angle_rad = angle_between(from, to);
+  vector axis = cross(from, to);
+  const double size = sqrt(dot(axis, axis));
+  for (int k = 0; k < 3; ++k) {
+    axis.at[k] /= size;
+  }
+  const vector across = cross(axis, v);
+  const double along = dot(axis, v) * (1.0 - cos(angle_rad));
+  for (int k = 0; k < 3; ++k) {
+    v.at[k] = v.at[k] * cos(angle_rad) + across.at[k] * sin(angle_rad) + axis.at[k] * along;
+  }
+  return v;
+}
+
+static void test_a_vector_that_came_along_the_great_circle_is_turned_into_the_image_axes_at_the_target(void) {
+  static const double pitches_deg[] = {0.0, 45.0, 85.0, 89.5, 90.0, 100.0, -60.0};
+  static const image_vector errors[] = {{1e-4f, 1e-4f}, {-0.02f, 0.01f}, {0.3f, -0.4f}, {-1.0f, 1.0f}};
+  for (unsigned i = 0; i < sizeof pitches_deg / sizeof pitches_deg[0]; ++i) {
+    for (unsigned k = 0; k < sizeof errors / sizeof errors[0]; ++k) {
+      const double pitch_rad = pitches_deg[i] * DEG;
+      const line_of_sight_turn turn = line_of_sight_turn_to(pitch_of(pitch_rad), errors[k]);
+      const vector target = turned(0.0, pitch_rad, (vector){{1.0, (double)errors[k].x, (double)errors[k].y}});
+      const vector axis = carried(turned(0.0, pitch_rad, (vector){{1.0, 0.0, 0.0}}), target,
+                                  turned(0.0, pitch_rad, (vector){{0.0, 1.0, 0.0}}));
+      const double azimuth_rad = atan2(target.at[1], target.at[0]);
+      const double rise_rad = atan2(target.at[2], hypot(target.at[0], target.at[1]));
+      CHECK_NEAR("cosine of the pitch", cos(rise_rad), turn.pitch.cosine, 4e-7);
+      CHECK_NEAR("sine of the pitch", sin(rise_rad), turn.pitch.sine, 4e-7);
+      const double across = dot(axis, turned(azimuth_rad, rise_rad, (vector){{0.0, 1.0, 0.0}}));
+      const double up = dot(axis, turned(azimuth_rad, rise_rad, (vector){{0.0, 0.0, 1.0}}));
+      const double horizontal = hypot(target.at[0], target.at[1]); /* the axes there turn fast near the zenith */
+      CHECK_NEAR("cosine of the image", across, turn.image.cosine, 1e-6 + 2e-7 / horizontal);
+      CHECK_NEAR("sine of the image", up, turn.image.sine, 1e-6 + 2e-7 / horizontal);
+    }
+  }
+}
+
+static void test_in_the_zenith_the_image_axes_stay(void) {
+  const line_of_sight_turn turn = line_of_sight_turn_to((rotation){.sine = 1.0f, .cosine = 0.0f}, (image_vector){0});
+  CHECK_SAME("cosine of the image", 1.0, turn.image.cosine);
+  CHECK_SAME("sine of the image", 0.0, turn.image.sine);
+  CHECK_SAME("cosine of the pitch", 0.0, turn.pitch.cosine);
+}
+
 static void test_the_secant_of_the_pitch_would_miss_by_degrees_where_this_does_not(void) {
   const double pitch_rad = 89.0 * DEG;
   const image_vector error = {3e-3f, 3e-3f};
@@ -182,6 +235,8 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_after_turning_by_the_joint_errors_the_line_of_sight_meets_the_target);
   RUN_TEST(test_it_is_exact_at_the_zenith_and_beyond_it_and_far_from_the_centre);
+  RUN_TEST(test_a_vector_that_came_along_the_great_circle_is_turned_into_the_image_axes_at_the_target);
+  RUN_TEST(test_in_the_zenith_the_image_axes_stay);
   RUN_TEST(test_the_secant_of_the_pitch_would_miss_by_degrees_where_this_does_not);
   RUN_TEST(test_small_errors_keep_all_digits);
   RUN_TEST(test_a_target_in_the_zenith_leaves_the_azimuth);

@@ -16,6 +16,7 @@ void tearDown(void) {}
 
 enum { FRAME_TICKS = 20, DELAY_TICKS = 20 };
 static const double kDt_s = 1e-3;
+static const rotation level = {.sine = 0.0f, .cosine = 1.0f};
 
 typedef struct {
   double at[3];
@@ -86,7 +87,8 @@ static double track(bench *b, vector target) {
   const angle_turn32 pitch = (angle_turn32)(int64_t)llround(b->pitch_rad * TURN32_PER_RAD);
   const line_of_sight_rates los =
       line_of_sight_of_joints(rotation_of(pitch), (float)b->azimuth_rad_s, (float)b->pitch_rad_s);
-  b->out = pointing_tracker_step(&b->state, &b->params, &frame, &los, pitch, (float)kDt_s);
+  b->out = pointing_tracker_step(&b->state, &b->params, &frame, &los, rotation_of(pitch), (float)kDt_s);
+  pointing_tracker_prepare(&b->state, &b->params, b->out.error_of_joints_rad, (float)kDt_s);
   b->azimuth_rad_s = (double)b->out.rate_rad_s.azimuth;
   b->pitch_rad_s = (double)b->out.rate_rad_s.pitch;
   ++b->tick;
@@ -127,6 +129,27 @@ static void test_straight_passes_up_to_85_degrees_leave_less_than_a_microradian(
     CHECK_AT_MOST("error, rad", 1e-6, rms_rad);
     TEST_ASSERT_TRUE(b.out.locked && !b.out.limited);
   }
+}
+
+/* 150 m up the target turns by 0.13 rad/s. An estimator of constant acceleration lags by jerk / bandwidth^3, 22 urad.
+ */
+static void test_the_jerk_of_a_straight_path_is_no_lag(void) {
+  const path p = {20.0, 150.0 / tan(70.0 * DEG), 150.0};
+  bench b = start_of(&p, -15.0);
+  const double rms_rad = pass_rms_rad(&b, &p, -15.0, 15.0, 10.0);
+  LOG_VALUE("error of the pass, rms, rad", rms_rad);
+  CHECK_AT_MOST("error, rad", 5e-6, rms_rad);
+}
+
+static void test_it_coasts_along_a_straight_path(void) {
+  const path p = {20.0, 150.0 / tan(70.0 * DEG), 150.0};
+  bench b = start_of(&p, -15.0);
+  b.params.coast_s = 3.0f;
+  (void)pass_rms_rad(&b, &p, -15.0, -1.0, 10.0);
+  b.camera_on = false;
+  const double rms_rad = pass_rms_rad(&b, &p, -1.0, 1.0, 1.9);
+  LOG_VALUE("error after 2 s without frames, rad", rms_rad);
+  CHECK_AT_MOST("error, rad", 1e-3, rms_rad); /* the jerk alone is 4.7 mrad/s^3: 6 mrad */
 }
 
 /* The joints that point at a target on a straight path have these rates and accelerations, by central differences. */
@@ -205,7 +228,8 @@ static void test_near_the_zenith_the_feedforward_of_the_azimuth_fades(void) {
     const angle_turn32 pitch = (angle_turn32)(int64_t)llround(b.pitch_rad * TURN32_PER_RAD);
     const line_of_sight_rates los = {.rad_s = {.x = 1e-3f}};
     const pointing_frame centred = {.fresh = true, .valid = true};
-    const pointing_command out = pointing_tracker_step(&b.state, &b.params, &centred, &los, pitch, (float)kDt_s);
+    const pointing_command out =
+        pointing_tracker_step(&b.state, &b.params, &centred, &los, rotation_of(pitch), (float)kDt_s);
     TEST_ASSERT_TRUE(out.locked && !out.limited);
     CHECK_NEAR("rate of the azimuth, rad/s", 1e-3 * cases[i].factor, out.rate_rad_s.azimuth, 2e-5);
     CHECK_NEAR("rate of the pitch, rad/s", 0.0, out.rate_rad_s.pitch, 1e-9);
@@ -225,13 +249,39 @@ static void test_a_frame_is_turned_by_what_the_image_has_rolled_since_its_exposu
     const line_of_sight_rates los = {.roll_rad_s = 2.0f};
     const pointing_frame none = {.fresh = false};
     for (int tick = 0; tick < 300; ++tick) {
-      (void)pointing_tracker_step(&b.state, &b.params, &none, &los, 0u, (float)kDt_s);
+      (void)pointing_tracker_step(&b.state, &b.params, &none, &los, level, (float)kDt_s);
     }
     const pointing_frame frame = {.fresh = true, .valid = true, .age_ticks = ages[i], .error = {1e-3f, 0.0f}};
-    const pointing_command out = pointing_tracker_step(&b.state, &b.params, &frame, &los, 0u, (float)kDt_s);
+    const pointing_command out = pointing_tracker_step(&b.state, &b.params, &frame, &los, level, (float)kDt_s);
     const double rolled_rad = 2e-3 * (double)ages[i]; /* the image turns, and the target stays */
     CHECK_NEAR("x, rad", 1e-3 * cos(rolled_rad), out.error_rad.x, 1e-8);
     CHECK_NEAR("y, rad", -1e-3 * sin(rolled_rad), out.error_rad.y, 1e-8);
+  }
+}
+
+/* Ages beyond the history are taken modulo its length, and a frame that is not fresh is not turned: both read nothing
+ * outside the history. */
+static void test_a_frame_of_any_age_is_turned_by_an_angle_of_the_history(void) {
+  static const int ages[] = {-1, -20, -TARGET_TRACKER_HISTORY, TARGET_TRACKER_HISTORY, TARGET_TRACKER_HISTORY + 20};
+  bench b = bench_at(0.0, 0.0);
+  const line_of_sight_rates los = {.roll_rad_s = 2.0f};
+  pointing_frame frame = {.fresh = false, .valid = true, .error = {1e-3f, 2e-3f}};
+  for (int tick = 0; tick < 300; ++tick) {
+    (void)pointing_tracker_step(&b.state, &b.params, &frame, &los, level, (float)kDt_s);
+  }
+  for (unsigned i = 0; i < sizeof ages / sizeof ages[0]; ++i) {
+    frame.age_ticks = ages[i];
+    frame.fresh = true;
+    const image_vector old = pointing_tracker_frame_error(&b.state, &frame);
+    frame.age_ticks = (ages[i] + 2 * TARGET_TRACKER_HISTORY) % TARGET_TRACKER_HISTORY;
+    const image_vector same = pointing_tracker_frame_error(&b.state, &frame);
+    CHECK_SAME("x, rad", same.x, old.x);
+    CHECK_SAME("y, rad", same.y, old.y);
+    frame.age_ticks = ages[i];
+    frame.fresh = false;
+    const image_vector as_given = pointing_tracker_frame_error(&b.state, &frame);
+    CHECK_SAME("x, rad", 1e-3f, as_given.x);
+    CHECK_SAME("y, rad", 2e-3f, as_given.y);
   }
 }
 
@@ -244,12 +294,12 @@ static void test_the_rate_limits_are_those_of_the_joints(void) {
     const pointing_frame far_x = {.fresh = true, .valid = true, .error = {(float)side * 0.3f, 0.0f}};
     const pointing_frame far_y = {.fresh = true, .valid = true, .error = {0.0f, (float)side * 0.3f}};
     pointing_tracker_reset(&b.state);
-    pointing_command out = pointing_tracker_step(&b.state, &b.params, &far_x, &los, 0u, (float)kDt_s);
+    pointing_command out = pointing_tracker_step(&b.state, &b.params, &far_x, &los, level, (float)kDt_s);
     CHECK_SAME("azimuth, rad/s", (float)side * 0.4f, out.rate_rad_s.azimuth);
     CHECK_NEAR("pitch, rad/s", 0.0, out.rate_rad_s.pitch, 1e-6);
     TEST_ASSERT_TRUE(out.limited);
     pointing_tracker_reset(&b.state);
-    out = pointing_tracker_step(&b.state, &b.params, &far_y, &los, 0u, (float)kDt_s);
+    out = pointing_tracker_step(&b.state, &b.params, &far_y, &los, level, (float)kDt_s);
     CHECK_NEAR("azimuth, rad/s", 0.0, out.rate_rad_s.azimuth, 1e-6);
     CHECK_SAME("pitch, rad/s", (float)side * 0.2f, out.rate_rad_s.pitch);
     TEST_ASSERT_TRUE(out.limited);
@@ -285,10 +335,11 @@ static void test_bad_frames_change_nothing(void) {
   const line_of_sight_rates los = line_of_sight_of_joints(rotation_of(pitch), 0.01f, 0.01f);
   const pointing_frame none = {.fresh = false};
   pointing_tracker_state state = good.state;
-  const pointing_command expected = pointing_tracker_step(&state, &good.params, &none, &los, pitch, 1e-3f);
+  const pointing_command expected = pointing_tracker_step(&state, &good.params, &none, &los, rotation_of(pitch), 1e-3f);
   for (unsigned i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
     state = good.state;
-    const pointing_command found = pointing_tracker_step(&state, &good.params, &bad[i], &los, pitch, 1e-3f);
+    const pointing_command found =
+        pointing_tracker_step(&state, &good.params, &bad[i], &los, rotation_of(pitch), 1e-3f);
     CHECK_SAME("azimuth", expected.rate_rad_s.azimuth, found.rate_rad_s.azimuth);
     CHECK_SAME("pitch", expected.rate_rad_s.pitch, found.rate_rad_s.pitch);
   }
@@ -309,20 +360,106 @@ static void test_parameters_out_of_range_are_refused(void) {
   bad = good;
   bad.rate_limit_rad_s.pitch = NAN;
   CHECK_STATUS(CONTROL_NOT_FINITE, pointing_tracker_check(&bad));
+  bad = good;
+  bad.braking_rad_s2.azimuth = -1.0f;
+  CHECK_STATUS(CONTROL_OUT_OF_RANGE, pointing_tracker_check(&bad));
+  bad = good;
+  bad.braking_rad_s2.pitch = 1.1e4f;
+  CHECK_STATUS(CONTROL_OUT_OF_RANGE, pointing_tracker_check(&bad));
+}
+
+/* The image has rolled before: what is assumed is along its axes of now, and moves on by itself. */
+static void test_an_assumed_target_is_followed_like_one_that_was_seen(void) {
+  bench b = bench_at(0.0, 0.0);
+  const line_of_sight_rates rolls = {.roll_rad_s = 2.0f};
+  const line_of_sight_rates rests = {.roll_rad_s = 0.0f};
+  const pointing_frame none = {.fresh = false};
+  for (int tick = 0; tick < 300; ++tick) {
+    (void)pointing_tracker_step(&b.state, &b.params, &none, &rolls, level, (float)kDt_s);
+  }
+  TEST_ASSERT_FALSE(b.state.along[0].locked || b.state.along[1].locked);
+  const pointing_target target = {
+      .error = {1e-3f, -2e-3f}, .rate_rad_s = {0.03f, 0.01f}, .acceleration_rad_s2 = {-0.2f, 0.4f}};
+  pointing_tracker_assume(&b.state, &target);
+  const pointing_target known = pointing_tracker_target(&b.state);
+  CHECK_NEAR("x, rad", 1e-3, known.error.x, 1e-9);
+  CHECK_NEAR("y, rad", -2e-3, known.error.y, 1e-9);
+  CHECK_NEAR("x, rad/s", 0.03, known.rate_rad_s.x, 1e-8);
+  CHECK_NEAR("y, rad/s", 0.01, known.rate_rad_s.y, 1e-8);
+  CHECK_NEAR("x, rad/s^2", -0.2, known.acceleration_rad_s2.x, 1e-7);
+  CHECK_NEAR("y, rad/s^2", 0.4, known.acceleration_rad_s2.y, 1e-7);
+  b.state.along[0].ticks_since_frame = b.state.along[1].ticks_since_frame = 0;
+  pointing_command out = {0};
+  for (int tick = 0; tick < 100; ++tick) {
+    out = pointing_tracker_step(&b.state, &b.params, &none, &rests, level, (float)kDt_s);
+  }
+  TEST_ASSERT_TRUE(out.locked);
+  CHECK_NEAR("x after 0.1 s, rad", 1e-3 + 0.03 * 0.1 - 0.5 * 0.2 * 0.01, out.error_rad.x, 1e-7);
+  CHECK_NEAR("y after 0.1 s, rad", -2e-3 + 0.01 * 0.1 + 0.5 * 0.4 * 0.01, out.error_rad.y, 1e-7);
+  pointing_tracker_lose(&b.state);
+  TEST_ASSERT_FALSE(b.state.along[0].locked || b.state.along[1].locked);
+  TEST_ASSERT_FALSE(pointing_tracker_step(&b.state, &b.params, &none, &rests, level, (float)kDt_s).locked);
+}
+
+/* 2 rad/s^2 of each joint: an error of 0.3 rad is approached at the rate from which it can still be braked; the
+ * azimuth brakes less by what its own target slows down. */
+static void test_far_from_the_target_each_joint_approaches_at_the_rate_from_which_it_can_brake(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    bench b = bench_at(0.0, 0.0);
+    b.params.proportional_per_s = 10.0f;
+    b.params.rate_limit_rad_s = (joint_vector){5.0f, 5.0f};
+    b.params.braking_rad_s2 = (joint_vector){2.0f, 1.0f};
+    const line_of_sight_rates rests = {.roll_rad_s = 0.0f};
+    const float error = (float)side * 0.3f;
+    const pointing_frame frame = {.fresh = true, .valid = true, .error = {tanf(error), 0.0f}};
+    const pointing_frame above = {.fresh = true, .valid = true, .error = {0.0f, tanf(error)}};
+    pointing_tracker_prepare(&b.state, &b.params, (joint_vector){error, error}, (float)kDt_s);
+    CHECK_SAME("nothing is known yet", 0.0, b.state.softer_per_s.azimuth);
+    pointing_command out = pointing_tracker_step(&b.state, &b.params, &frame, &rests, level, (float)kDt_s);
+    CHECK_NEAR("azimuth in the first tick, rad/s", (double)side * 3.0, out.rate_rad_s.azimuth, 1e-5);
+    pointing_tracker_prepare(&b.state, &b.params, out.error_of_joints_rad, (float)kDt_s);
+    out = pointing_tracker_step(&b.state, &b.params, &frame, &rests, level, (float)kDt_s);
+    CHECK_NEAR("azimuth, rad/s", (double)side * sqrt(2.0 * 2.0 * (0.3 - 2.0 / 200.0)), out.rate_rad_s.azimuth, 1e-5);
+    const float small = (float)side * 5e-3f; /* it can be braked from the rate of the loop */
+    const pointing_frame near = {.fresh = true, .valid = true, .error = {tanf(small), 0.0f}};
+    pointing_tracker_reset(&b.state);
+    out = pointing_tracker_step(&b.state, &b.params, &near, &rests, level, (float)kDt_s);
+    pointing_tracker_prepare(&b.state, &b.params, out.error_of_joints_rad, (float)kDt_s);
+    out = pointing_tracker_step(&b.state, &b.params, &near, &rests, level, (float)kDt_s);
+    CHECK_NEAR("azimuth near to the target, rad/s", (double)side * 0.05, out.rate_rad_s.azimuth, 1e-6);
+    pointing_tracker_reset(&b.state);
+    out = pointing_tracker_step(&b.state, &b.params, &above, &rests, level, (float)kDt_s);
+    pointing_tracker_prepare(&b.state, &b.params, out.error_of_joints_rad, (float)kDt_s);
+    out = pointing_tracker_step(&b.state, &b.params, &above, &rests, level, (float)kDt_s);
+    CHECK_NEAR("pitch, rad/s", (double)side * sqrt(2.0 * 1.0 * (0.3 - 1.0 / 200.0)), out.rate_rad_s.pitch, 1e-5);
+    const pointing_target turns = {.error = {tanf(error), 0.0f}, .acceleration_rad_s2 = {(float)side * -0.5f, 0.0f}};
+    pointing_tracker_assume(&b.state, &turns);
+    const pointing_frame none = {.fresh = false};
+    out = pointing_tracker_step(&b.state, &b.params, &none, &rests, level, (float)kDt_s);
+    pointing_tracker_prepare(&b.state, &b.params, out.error_of_joints_rad, (float)kDt_s);
+    const double k = 10.0 - (double)b.state.softer_per_s.azimuth;
+    const double e = fabs((double)out.error_of_joints_rad.azimuth);
+    CHECK_NEAR("azimuth towards a target that slows down, 1/s", sqrt(2.0 * 1.5 * (e - 1.5 / 200.0)) / e, k, 5e-2);
+  }
 }
 
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_straight_passes_up_to_85_degrees_leave_less_than_a_microradian);
+  RUN_TEST(test_the_jerk_of_a_straight_path_is_no_lag);
+  RUN_TEST(test_it_coasts_along_a_straight_path);
   RUN_TEST(test_rates_and_accelerations_are_those_of_joints_that_stay_on_the_target);
   RUN_TEST(test_centroid_noise_of_a_fifth_of_a_pixel_leaves_less_than_its_own_size);
   RUN_TEST(test_beyond_the_rate_limit_the_target_is_lost_for_a_while_and_caught_again);
   RUN_TEST(test_through_the_zenith_every_output_stays_finite_and_within_its_limit);
   RUN_TEST(test_near_the_zenith_the_feedforward_of_the_azimuth_fades);
   RUN_TEST(test_a_frame_is_turned_by_what_the_image_has_rolled_since_its_exposure);
+  RUN_TEST(test_a_frame_of_any_age_is_turned_by_an_angle_of_the_history);
   RUN_TEST(test_the_rate_limits_are_those_of_the_joints);
   RUN_TEST(test_without_frames_it_coasts_and_then_stops);
   RUN_TEST(test_bad_frames_change_nothing);
   RUN_TEST(test_parameters_out_of_range_are_refused);
+  RUN_TEST(test_an_assumed_target_is_followed_like_one_that_was_seen);
+  RUN_TEST(test_far_from_the_target_each_joint_approaches_at_the_rate_from_which_it_can_brake);
   return UNITY_END();
 }

@@ -40,6 +40,7 @@ typedef struct {
   lugre_params seal;
   lugre_state bristles;
   bool has_seal;
+  double share; /* of the inertia that turns */
   double load_nm;
   double rate_rad_s;
   double angle_turns;
@@ -52,7 +53,7 @@ typedef struct {
 } bench;
 
 static bench bench_at_rest(bool has_seal) {
-  bench b = {.params = example(), .seal = stiff_seal(), .has_seal = has_seal, .limits = wide};
+  bench b = {.params = example(), .seal = stiff_seal(), .has_seal = has_seal, .share = 1.0, .limits = wide};
   CHECK_STATUS(CONTROL_OK, speed_loop_check(&b.params, dt_s));
   speed_loop_reset(&b.state, &b.params, 0u, dt_s);
   return b;
@@ -66,7 +67,7 @@ static void run_tick(bench *b, float reference_rad_s) {
   b->rates = speed_loop_sense(&b->state, &b->params, &samples, dt_s);
   b->out = speed_loop_control(&b->state, &b->params, &b->rates, &b->reference, b->applied_nm, &b->limits, dt_s);
   b->friction_nm = b->has_seal ? (double)lugre_step(&b->bristles, &b->seal, (float)b->rate_rad_s, dt_s) : 0.0;
-  b->rate_rad_s += 1e-3 * ((double)b->out.torque_nm - b->friction_nm - b->load_nm) / inertia_kg_m2;
+  b->rate_rad_s += 1e-3 * ((double)b->out.torque_nm - b->friction_nm - b->load_nm) / (b->share * inertia_kg_m2);
   b->angle_turns += b->rate_rad_s * 1e-3 / 6.283185307179586;
 }
 
@@ -448,6 +449,112 @@ static void test_the_filters_are_on_the_feedback_only(void) {
   }
 }
 
+/* Without friction everything is proportional to the inertia. */
+static void test_a_share_of_the_inertia_moves_as_the_whole_by_that_share_of_the_torque(void) {
+  bench whole = bench_at_rest(false);
+  whole.params.friction.model = FRICTION_NONE;
+  whole.params.pi.setpoint_weight = 0.7f;
+  bench part = whole;
+  part.share = 0.5;
+  const speed_loop_pose pose = {.inertia_share = 0.5f, .gyro_share = 1.0f};
+  speed_loop_follow(&part.state, &part.params, &pose, &part.rates, &part.reference, dt_s);
+  speed_loop_close(&part.state, &part.params, &part.rates, dt_s);
+  whole.load_nm = 4.0;
+  part.load_nm = 2.0;
+  double min_nm = 0.0;
+  for (int tick = 0; tick < 1000; ++tick) {
+    run_tick(&whole, tick < 500 ? 0.02f : -0.01f);
+    run_tick(&part, tick < 500 ? 0.02f : -0.01f);
+    CHECK_NEAR("rate, rad/s", whole.rate_rad_s, part.rate_rad_s, 1e-9);
+    CHECK_NEAR("torque, Nm", 0.5 * (double)whole.out.torque_nm, part.out.torque_nm, 2e-3);
+    min_nm = fmin(min_nm, (double)part.out.torque_nm);
+  }
+  CHECK_AT_MOST("the torque reverses, Nm", -5.0, min_nm);
+}
+
+/* The axis turns at 0.3 rad/s against a load, with a set-point weight that makes the proportional part large. */
+static void test_gains_that_follow_the_inertia_make_no_step_of_the_torque(void) {
+  bench b = bench_at_rest(false);
+  b.params.friction.model = FRICTION_NONE;
+  b.params.pi.setpoint_weight = 0.5f;
+  b.load_nm = 8.0;
+  run_seconds(&b, 0.3f, 3.0);
+  const double before_nm = (double)b.out.torque_nm;
+  double worst_nm = 0.0;
+  for (int tick = 1; tick <= 400; ++tick) {
+    const speed_loop_pose pose = {.inertia_share = 1.0f - 0.00125f * (float)tick, .gyro_share = 1.0f};
+    speed_loop_follow(&b.state, &b.params, &pose, &b.rates, &b.reference, dt_s);
+    b.share = (double)pose.inertia_share;
+    run_tick(&b, 0.3f);
+    worst_nm = fmax(worst_nm, fabs((double)b.out.torque_nm - before_nm));
+  }
+  CHECK_SAME("share", 0.5, b.state.pose.inertia_share);
+  CHECK_AT_MOST("change of the torque, Nm", 0.02, worst_nm); /* of 106 Nm that the PI's proportional part has lost */
+  for (int tick = 1; tick <= 400; ++tick) {                  /* and back */
+    const speed_loop_pose pose = {.inertia_share = 0.5f + 0.00125f * (float)tick, .gyro_share = 1.0f};
+    speed_loop_follow(&b.state, &b.params, &pose, &b.rates, &b.reference, dt_s);
+    b.share = (double)pose.inertia_share;
+    run_tick(&b, 0.3f);
+    worst_nm = fmax(worst_nm, fabs((double)b.out.torque_nm - before_nm));
+  }
+  CHECK_AT_MOST("change of the torque, Nm", 0.02, worst_nm);
+  CHECK_NEAR("rate, rad/s", 0.3, b.rate_rad_s, 1e-5);
+}
+
+static void test_a_retune_keeps_the_share_of_the_inertia(void) {
+  bench b = bench_at_rest(false);
+  b.params.friction.model = FRICTION_NONE;
+  b.share = 0.5;
+  const speed_loop_pose pose = {.inertia_share = 0.5f, .gyro_share = 1.0f};
+  speed_loop_follow(&b.state, &b.params, &pose, &b.rates, &b.reference, dt_s);
+  speed_loop_close(&b.state, &b.params, &b.rates, dt_s);
+  b.load_nm = 5.0;
+  run_seconds(&b, 0.1f, 2.0);
+  const float momentum = b.state.observer.momentum_nm_s_rad;
+  speed_loop_retune(&b.state, &b.params, &b.params, &b.rates, &b.reference, b.applied_nm, dt_s);
+  CHECK_SAME("momentum of the observer", momentum, b.state.observer.momentum_nm_s_rad);
+  run_tick(&b, 0.1f);
+  CHECK_NEAR("torque, Nm", 5.0, b.out.torque_nm, 0.02);
+  speed_loop_restart(&b.state, &b.params, &b.rates, 5.0f, dt_s);
+  CHECK_SAME("momentum of the observer", momentum, b.state.observer.momentum_nm_s_rad);
+  run_tick(&b, 0.1f);
+  CHECK_NEAR("torque, Nm", 5.0 + 0.058 * 5.0, b.out.torque_nm, 0.02); /* the observer begins to find the load */
+  speed_loop_reset(&b.state, &b.params, 0u, dt_s);
+  CHECK_SAME("momentum of the observer, by itself", 2.0 * (double)momentum, b.state.observer.momentum_nm_s_rad);
+}
+
+/* The joint turns at 0.2 rad/s on a base that turns at 0.05 rad/s; the gyro measures a share of the sum. */
+static speed_loop_rates seen_with(float gyro_share, float reading_rad_s) {
+  speed_loop_params params = example();
+  params.rate_fusion.source = RATE_FROM_GYRO;
+  speed_loop_state state;
+  speed_loop_reset(&state, &params, 0u, dt_s);
+  const speed_loop_pose pose = {.inertia_share = 1.0f, .gyro_share = gyro_share};
+  speed_loop_follow(&state, &params, &pose, &(speed_loop_rates){0}, &(speed_reference){0}, dt_s);
+  speed_loop_samples samples = {.gyro_rad_s = reading_rad_s, .gyro_valid = true};
+  speed_loop_rates rates = {0};
+  for (int tick = 1; tick < 5; ++tick) {
+    samples.joint_angle = (angle_turn32)llround(0.2 * 1e-3 * tick / 6.283185307179586 * 4294967296.0);
+    rates = speed_loop_sense(&state, &params, &samples, dt_s);
+  }
+  return rates;
+}
+
+static void test_a_gyro_that_measures_a_share_gives_the_rate_about_the_axis(void) {
+  const double shares[] = {1.0, 0.5, 0.1, -0.1, -0.7}; /* negative: beyond the zenith */
+  for (int i = 0; i < 5; ++i) {
+    const speed_loop_rates rates = seen_with((float)shares[i], (float)(0.25 * shares[i]));
+    CHECK_NEAR("inertial rate, rad/s", 0.25, rates.rate_rad_s, 2e-6);
+  }
+}
+
+/* What of the base it can still see fades out; the joint's own rate stays whole. */
+static void test_near_the_zenith_the_encoder_replaces_a_gyro_on_the_line_of_sight(void) {
+  CHECK_NEAR("half of the least share, rad/s", 0.2 + 0.25 * 0.05, seen_with(0.05f, 0.05f * 0.25f).rate_rad_s, 2e-6);
+  CHECK_NEAR("in the zenith, rad/s", 0.2, seen_with(0.0f, 0.0f).rate_rad_s, 2e-6);
+  CHECK_NEAR("with noise in the zenith, rad/s", 0.2, seen_with(0.0f, 1e-3f).rate_rad_s, 2e-6);
+}
+
 static void test_check_asks_every_part(void) {
   const speed_loop_params good = example();
   CHECK_STATUS(CONTROL_OK, speed_loop_check(&good, dt_s));
@@ -501,6 +608,11 @@ int main(void) {
   RUN_TEST(test_a_reset_forgets_how_fast_the_base_turned);
   RUN_TEST(test_losing_the_gyro_makes_no_bump_in_the_feedback);
   RUN_TEST(test_the_filters_are_on_the_feedback_only);
+  RUN_TEST(test_a_share_of_the_inertia_moves_as_the_whole_by_that_share_of_the_torque);
+  RUN_TEST(test_gains_that_follow_the_inertia_make_no_step_of_the_torque);
+  RUN_TEST(test_a_retune_keeps_the_share_of_the_inertia);
+  RUN_TEST(test_a_gyro_that_measures_a_share_gives_the_rate_about_the_axis);
+  RUN_TEST(test_near_the_zenith_the_encoder_replaces_a_gyro_on_the_line_of_sight);
   RUN_TEST(test_check_asks_every_part);
   return UNITY_END();
 }

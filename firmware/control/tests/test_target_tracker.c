@@ -324,6 +324,102 @@ static void test_check_refuses_each_value_by_itself(void) {
   }
 }
 
+/* Gains as they are prepared for the next tick, gains of another tick, which are wrong, and none. */
+static target_tracker_gains prepared_for(int frame, const target_tracker_state *state,
+                                         const target_tracker_params *params) {
+  if (frame % 3 == 0) {
+    return target_tracker_prepare_gains(state, params, dt_s);
+  }
+  const target_tracker_gains of_this_tick = {.ticks = state->ticks_since_frame, .alpha = 9.0f};
+  return frame % 3 == 1 ? of_this_tick : (target_tracker_gains){0};
+}
+
+/* Two components share frames, the time since the last one, and its loss; each is a predictive tracker of its own. */
+static void test_two_components_are_two_predictive_trackers_with_the_same_frames(void) {
+  const target_tracker_params params = example(TRACKER_PREDICTIVE);
+  target_tracker_state together[2];
+  target_tracker_state alone[2];
+  for (int i = 0; i < 2; ++i) {
+    target_tracker_reset(&together[i]);
+    target_tracker_reset(&alone[i]);
+  }
+  for (int tick = 0; tick < 4000; ++tick) {
+    const float t_s = 1e-3f * (float)tick;
+    const float los_rad_s[] = {0.02f * sinf(3.0f * t_s), -0.01f * cosf(5.0f * t_s)};
+    float error_rad[] = {1e-3f + 2e-3f * sinf(2.0f * t_s), -3e-3f * cosf(t_s)};
+    /* from 1 s on without a target, from 1.6 s on again; one frame of each component is beyond half a turn */
+    camera_frame frame = {.fresh = tick % frame_ticks == 0, .valid = tick < 1000 || tick > 1600, .age_ticks = 20};
+    error_rad[0] = tick == 2000 ? 3.2f : error_rad[0];
+    error_rad[1] = tick == 2400 ? NAN : error_rad[1];
+    const target_tracker_gains gains = prepared_for(tick / frame_ticks, &together[0], &params);
+    target_tracker_step_components(together, &params, &gains, &frame, error_rad, los_rad_s, dt_s);
+    for (int i = 0; i < 2; ++i) {
+      frame.error_rad = tick == 2000 || tick == 2400 ? NAN : error_rad[i];
+      (void)target_tracker_step(&alone[i], &params, &frame, los_rad_s[i], dt_s);
+      TEST_ASSERT_EQUAL_INT(alone[i].locked, together[i].locked);
+      if (alone[i].locked) {
+        CHECK_SAME("error, rad", alone[i].error_rad, together[i].error_rad);
+        CHECK_SAME("rate, rad/s", alone[i].target_rate_rad_s, together[i].target_rate_rad_s);
+        CHECK_SAME("acceleration, rad/s^2", alone[i].target_acceleration_rad_s2,
+                   together[i].target_acceleration_rad_s2);
+      }
+    }
+    TEST_ASSERT_EQUAL_INT(tick < 980 + 501 || tick >= 1620, together[0].locked);
+  }
+}
+
+/* Jerk / rate is 6 rho^2 - 2 w^2 with 2 rho = a w / w^2, where rho is at most w, and w counts as at most 1 rad/s. */
+static void test_the_jerk_of_a_straight_path_follows_from_rate_and_acceleration(void) {
+  static const struct {
+    const char *what;
+    float rate_rad_s[2];
+    float acceleration_rad_s2[2];
+    double jerk_per_rate_s2;
+  } rows[] = {
+      {"at the closest approach", {0.3f, 0.4f}, {0.0f, 0.0f}, -2.0 * 0.25},
+      {"an acceleration across is none of the path", {0.3f, 0.4f}, {0.4f, -0.3f}, -2.0 * 0.25},
+      {"approaching", {0.3f, 0.4f}, {0.06f, 0.08f}, 1.5 * 0.04 - 2.0 * 0.25},
+      {"leaving", {0.3f, -0.4f}, {-0.06f, 0.08f}, 1.5 * 0.04 - 2.0 * 0.25},
+      {"along one component", {0.0f, 0.5f}, {0.7f, 0.1f}, 1.5 * 0.04 - 2.0 * 0.25},
+      {"far away, along the line of sight", {0.3f, 0.4f}, {0.3f, 0.4f}, 4.0 * 0.25},
+      {"more acceleration than that is noise", {0.3f, 0.4f}, {3.0f, 4.0f}, 4.0 * 0.25},
+      {"just below 1 rad/s", {0.99f, 0.0f}, {0.0f, 0.0f}, -2.0 * 0.9801},
+      {"faster", {3.0f, 4.0f}, {0.0f, 0.0f}, -2.0},
+      {"faster, far away", {3.0f, 4.0f}, {30.0f, 40.0f}, 4.0},
+      {"at rest", {0.0f, 0.0f}, {3.0f, 4.0f}, 0.0},
+  };
+  for (unsigned r = 0; r < sizeof rows / sizeof rows[0]; ++r) {
+    target_tracker_state components[2];
+    for (int i = 0; i < 2; ++i) {
+      target_tracker_reset(&components[i]);
+      target_tracker_assume(&components[i], 1e-3f, rows[r].rate_rad_s[i], rows[r].acceleration_rad_s2[i]);
+    }
+    target_tracker_follow_straight_path(components, 0.5f);
+    for (int i = 0; i < 2; ++i) {
+      const double expected =
+          (double)rows[r].acceleration_rad_s2[i] + 0.5 * rows[r].jerk_per_rate_s2 * (double)rows[r].rate_rad_s[i];
+      CHECK_NEAR(rows[r].what, expected, components[i].target_acceleration_rad_s2, 1e-5);
+      CHECK_SAME("rate, rad/s", rows[r].rate_rad_s[i], components[i].target_rate_rad_s);
+      CHECK_SAME("error, rad", 1e-3f, components[i].error_rad);
+    }
+  }
+}
+
+static void test_a_target_is_acquired_where_it_is_now_not_where_it_was_seen(void) {
+  const target_tracker_params params = example(TRACKER_PREDICTIVE);
+  static const int ages_ticks[] = {0, 1, 20, 127};
+  for (int i = 0; i < 4; ++i) {
+    target_tracker_state state;
+    target_tracker_reset(&state);
+    for (int tick = 0; tick < 300; ++tick) {
+      const camera_frame frame = {.fresh = tick == 299, .valid = true, .age_ticks = ages_ticks[i], .error_rad = 5e-3f};
+      (void)target_tracker_step(&state, &params, &frame, 0.02f, dt_s);
+    }
+    CHECK_NEAR("error, rad", 5e-3 - 0.02e-3 * ages_ticks[i], state.error_rad, 1e-8);
+    CHECK_SAME("rate, rad/s", 0.02f, state.target_rate_rad_s);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_the_pi_loop_is_a_sampled_pi_with_a_frame_of_delay);
@@ -339,6 +435,9 @@ int main(void) {
   RUN_TEST(test_a_loop_that_becomes_pi_has_the_rate_of_the_line_of_sight);
   RUN_TEST(test_the_rate_limit_holds_and_stops_the_acceleration_feedforward);
   RUN_TEST(test_a_tracker_without_frames_for_weeks_still_counts);
+  RUN_TEST(test_two_components_are_two_predictive_trackers_with_the_same_frames);
+  RUN_TEST(test_the_jerk_of_a_straight_path_follows_from_rate_and_acceleration);
+  RUN_TEST(test_a_target_is_acquired_where_it_is_now_not_where_it_was_seen);
   RUN_TEST(test_check_refuses_each_value_by_itself);
   return UNITY_END();
 }

@@ -13,6 +13,19 @@ static const double rad_per_unit = 6.283185307179586 / 4294967296.0;
 
 static drive_angle angle_of(double rad) { return llrint(rad / rad_per_unit); }
 
+/* The place of the reset is one of the three points of the first parabola. */
+static void test_the_second_set_point_ends_a_parabola_from_the_start(void) {
+  position_interpolation state;
+  position_interpolation_reset(&state, 0, 0.0f);
+  (void)position_interpolation_aim(&state, angle_of(0.01), 10, 100.0f, dt_s);
+  CHECK_NEAR("a line, rad/s", 1.0, state.end_rad_s, 1e-5);
+  for (int tick = 0; tick < 10; ++tick) {
+    (void)position_interpolation_step(&state, dt_s);
+  }
+  (void)position_interpolation_aim(&state, angle_of(0.03), 10, 100.0f, dt_s);
+  CHECK_NEAR("a parabola, rad/s", (1.5 * 0.02 - 0.5 * 0.01) / 0.01, state.end_rad_s, 1e-5);
+}
+
 static void test_positions_on_a_parabola_are_followed_exactly_one_period_late(void) {
   for (int period = 1; period <= 20; ++period) {
     position_interpolation state;
@@ -236,6 +249,7 @@ static void test_a_bit_4_that_was_set_before_the_mode_is_not_an_edge(void) {
 
 int main(void) {
   UNITY_BEGIN();
+  RUN_TEST(test_the_second_set_point_ends_a_parabola_from_the_start);
   RUN_TEST(test_positions_on_a_parabola_are_followed_exactly_one_period_late);
   RUN_TEST(test_position_and_rate_go_on_without_a_step_whatever_the_set_points_do);
   RUN_TEST(test_a_late_set_point_is_bridged_with_the_last_slope);

@@ -1,5 +1,6 @@
 /* The camera on the bus, one part for both axes: a frame in one PDO (0x3070), how its numbers are meant (0x3071), what
- * became of the frames (0x3072), and how old they really are (0x3073).
+ * became of the frames (0x3072), how old they really are (0x3073), the camera's strobe (0x3074), and when the line of
+ * sight will be back on a target that is too fast or outside of the azimuth's travel (0x3075).
  *
  * A frame is 8 bytes in the order of 0x3070. Its counter comes last: writing it hands the frame over, by RPDO or SDO,
  * in every NMT state in which that service exists. What counts as a frame: servo/camera_input.h. */
@@ -12,8 +13,11 @@
 #include "canopen/object_dictionary.h"
 #include "servo/camera_delay.h"
 #include "servo/camera_input.h"
+#include "servo/strobe_log.h"
 
 enum { CAMERA_DELAY_UNKNOWN = 0xFFFF };
+
+typedef enum { CAMERA_WITHIN_TRAVEL = 0, CAMERA_TARGET_OUTSIDE = 1, CAMERA_TURNS_BACK = 2 } camera_wrap_state;
 
 typedef struct {
   camera_message message;     /* 0x3070 */
@@ -31,13 +35,26 @@ typedef struct {
   int16_t delay_error;       /* 5: true minus stated age, 10 us */
   uint16_t delay_half_width; /* 6: of its 95 % interval, 10 us; CAMERA_DELAY_UNKNOWN */
   int8_t correction_ms;      /* 7 */
-  bool arrived;              /* a frame waits for the tick */
+  uint8_t turn_back;         /* 0x3075:2: allowed */
+  strobe_params strobe;      /* 0x3074:1 .. 3 */
+  uint32_t strobe_time_us;   /* 4: the newest edge, in the node's clock (0x1013) */
+  uint32_t strobe_edges;
+  uint32_t strobe_paired;
+  uint32_t strobe_unpaired;
+  uint8_t strobe_refusal; /* strobe_refusal */
+  uint32_t strobe_missing;
+  uint32_t strobe_additional;
+  uint32_t strobe_floods;
+  uint8_t time_source; /* of the newest frame: CAMERA_AGE, CAMERA_NODE_CLOCK or CAMERA_STROBE_OR_AGE */
+  uint8_t wrap_state;  /* 0x3075:3: camera_wrap_state */
+  uint16_t strobe_age; /* of the newest frame that was paired, 10 us */
+  uint16_t back_in_ms; /* 0x3075:1 */
 } camera_objects;
 
 /* Offsets point into `camera_objects`. */
 extern const od_table camera_objects_table;
 
-/* The owner of the part is its `camera_objects`. */
-extern const od_hooks camera_objects_hooks;
+/* Whether writing this object hands the frame over. */
+bool camera_objects_hand_over(const od_object *object);
 
 #endif

@@ -35,12 +35,20 @@ static const od_entry kEntries[] = {
     CANOPEN_TPDO_ROWS(1, "2", 0, 255, INHIBIT_100US, STATE_EVENT_MS),
     CANOPEN_TPDO_ROWS(2, "3", 0, 255, INHIBIT_100US, VALUE_EVENT_MS),
     CANOPEN_TPDO_ROWS(3, "4", 0, 255, INHIBIT_100US, VALUE_EVENT_MS),
+    CANOPEN_FURTHER_TPDO_ROWS(4, "5", 255, INHIBIT_100US, 0),
+    CANOPEN_FURTHER_TPDO_ROWS(5, "6", 255, INHIBIT_100US, 0),
+    CANOPEN_FURTHER_TPDO_ROWS(6, "7", 255, INHIBIT_100US, 0),
+    CANOPEN_FURTHER_TPDO_ROWS(7, "8", 255, INHIBIT_100US, 0),
     CANOPEN_MAPPING_ROWS(0x1A00, tpdo_mapping[0], "TPDO1", 4, MAP(0x6041, 0, 16), MAP(0x6061, 0, 8), MAP(0x603F, 0, 16),
                          MAP(0x6077, 0, 16), 0, 0, 0, 0),
     CANOPEN_MAPPING_ROWS(0x1A01, tpdo_mapping[1], "TPDO2", 4, MAP(0x6841, 0, 16), MAP(0x6861, 0, 8), MAP(0x683F, 0, 16),
                          MAP(0x6877, 0, 16), 0, 0, 0, 0),
     CANOPEN_MAPPING_ROWS(0x1A02, tpdo_mapping[2], "TPDO3", 2, MAP(0x606C, 0, 32), MAP(0x686C, 0, 32), 0, 0, 0, 0, 0, 0),
     CANOPEN_MAPPING_ROWS(0x1A03, tpdo_mapping[3], "TPDO4", 2, MAP(0x6064, 0, 32), MAP(0x6864, 0, 32), 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A04, tpdo_mapping[4], "TPDO5", 0, 0, 0, 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A05, tpdo_mapping[5], "TPDO6", 0, 0, 0, 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A06, tpdo_mapping[6], "TPDO7", 0, 0, 0, 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A07, tpdo_mapping[7], "TPDO8", 0, 0, 0, 0, 0, 0, 0, 0, 0),
 };
 
 const od_table device_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};

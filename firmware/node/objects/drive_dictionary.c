@@ -39,7 +39,7 @@ static const od_entry kEntries[] = {
     SETS(OD_I16, 0x605E, 0, state.option.fault_reaction, 0, 2, 2, "", "Fault reaction option code",
          "0: switch off; 1: ramp 6084, then off; 2: ramp 6085, then off"),
     TAKES(OD_I8, 0x6060, state.mode, -1, 10, 0, "", "Modes of operation",
-          "-1: tracking; 0: none; 1: pp; 3: pv; 8: csp; 9: csv; 10: cst"),
+          "-1: tracking; 0: none; 1: pp; 3: pv; 6: homing; 8: csp; 9: csv; 10: cst"),
     OD_I8(0x6061, 0, OD_RO, OD_TPDO | OD_EVENT, drive_objects, state.mode_display, -1, 10, 0, "",
           "Modes of operation display", "Active mode"),
     REPORTS(OD_I32, 0x6062, position.demand, INT32_MIN, INT32_MAX, POSITION, "Position demand value",
@@ -76,6 +76,9 @@ static const od_entry kEntries[] = {
     REPORTS(OD_I16, 0x6077, torque.actual, INT16_MIN, INT16_MAX, TORQUE, "Torque actual value", "From motor current"),
     TAKES(OD_I32, 0x607A, position.target, INT32_MIN, INT32_MAX, 0, POSITION, "Target position",
           "Set-point in modes pp and csp"),
+    OD_I32(0x607C, 0, OD_RW, OD_GUARDED, drive_objects, homing.offset, INT32_MIN, INT32_MAX, 0, POSITION, "Home offset",
+           "Write where you have seen the axis, within a quarter turn, while it is off; homing with 6098 = 35 or 37 "
+           "then confirms the turn"),
     OD_RECORD_HEAD(
         0x607D, 2, "Software position limit",
         "Equal: not monitored; min above max: not applied, see 2060:18; default: 1 degree inside 2060:9 and 2060:10"),
@@ -98,6 +101,17 @@ static const od_entry kEntries[] = {
            "3: jerk-limited ramp (60A4), the only supported type"),
     SETS(OD_U32, 0x6087, 0, torque.slope_per_s, 0, U32_HIGHEST, 0, "0.1 % of rated/s", "Torque slope",
          "Slope of torque set-points; 0: not limited"),
+    SETS(
+        OD_I8, 0x6098, 0, homing.method, -2, 37, 0, "", "Homing method",
+        "0: none; -1, -2: moves down, up until the turn is known, and turns round at an end stop; 35, 37: confirms the "
+        "turn of 607C, without motion"),
+    OD_RECORD_HEAD(0x6099, 2, "Homing speeds", "While the turn is not known, 4 deg/s at most"),
+    SETS(OD_U32, 0x6099, 1, homing.first_speed, 1, U32_HIGHEST, 34907, VELOCITY, "Homing speed",
+         "Of the first path, which may end at an end stop; above a tenth of 2060:6 the contact is a fault"),
+    SETS(OD_U32, 0x6099, 2, homing.second_speed, 1, U32_HIGHEST, 69813, VELOCITY, "Homing return speed",
+         "Of the path away from the end stop"),
+    SETS(OD_U32, 0x609A, 0, homing.acceleration, 1, U32_HIGHEST, 1000000, ACCELERATION, "Homing acceleration",
+         "While speed increases and decreases in homing"),
     OD_RECORD_HEAD(0x60A4, 1, "Profile jerk", "For all ramps"),
     SETS(OD_U32, 0x60A4, 1, limit.jerk, 1, U32_HIGHEST, 50000000, JERK, "Profile jerk 1",
          "Largest change of a ramp's acceleration per time"),
@@ -120,7 +134,7 @@ static const od_entry kEntries[] = {
     TAKES(OD_I32, 0x60FF, velocity.target, INT32_MIN, INT32_MAX, 0, VELOCITY, "Target velocity",
           "Set-point in modes pv and csv"),
     OD_FIXED(OD_UNSIGNED32, 4, 0x6502, 0, 0, DRIVE_SUPPORTED_MODES, "Supported drive modes",
-             "pp, pv, csp, csv, cst; tracking (mode -1) is bit 16"),
+             "pp, pv, hm, csp, csv, cst; tracking (mode -1) is bit 16"),
     OD_FIXED(OD_UNSIGNED32, 4, 0x67FF, 0, 0, DRIVE_DEVICE_TYPE, "Single device type", "Servo drive, CiA 402"),
 };
 

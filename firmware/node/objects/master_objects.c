@@ -1,8 +1,9 @@
 #include "node/objects/master_objects.h"
 
 #include "canopen/object_dictionary_rows.h"
+#include "servo/servo_timing.h"
 
-enum { LOCK = 0x3040, SUB_SHORT_WORD = 1, SUB_WORD = 3, SUB_NEW_WORD = 4, TICKS_PER_S = 1000 };
+enum { LOCK = 0x3040, SUB_SHORT_WORD = 1, SUB_WORD = 3, SUB_NEW_WORD = 4 };
 
 /* A word is compared, or hashed, and never kept. */
 #define WORD(type_, bytes_, sub_, highest_, name_, help_)                                                     \
@@ -40,7 +41,7 @@ static const od_entry kEntries[] = {
 
 const od_table master_objects_table = {kEntries, sizeof kEntries / sizeof kEntries[0]};
 
-static uint16_t seconds_of(uint32_t ticks) { return (uint16_t)((ticks + TICKS_PER_S - 1) / TICKS_PER_S); }
+static uint16_t seconds_of(uint32_t ticks) { return (uint16_t)((ticks + SERVO_TICKS_PER_S - 1) / SERVO_TICKS_PER_S); }
 
 static od_abort refresh(void *owner, const od_object *object) {
   const master_owner *own = owner;

@@ -4,6 +4,7 @@
 #include "canopen/object_dictionary_rows.h"
 #include "canopen/storage.h"
 #include "drive/drive_state.h"
+#include "drive/homing.h"
 #include "node/objects/board_objects.h"
 #include "node/objects/camera_objects.h"
 #include "node/objects/device_dictionary.h"
@@ -272,6 +273,7 @@ bool persisted_objects_are_good(const persisted_objects *kept, const object_dict
   for (int i = 0; i < SERVO_AXES; ++i) {
     servo_axis_params built;
     good = good && options_are_good(&kept->drive[i].state.option) &&
+           homing_method_supported(kept->drive[i].homing.method) &&
            kept->drive[i].limit.position_minimum <= kept->drive[i].limit.position_maximum &&
            axis_parameters_build(&kept->parameters[i], &built) == CONTROL_OK &&
            protection_check(&kept->protection[i]) == CONTROL_OK;

@@ -92,6 +92,40 @@ static void test_an_axis_without_torque_is_stopped_before_the_end_every_time(voi
   }
 }
 
+/* 0.5 rad/s for this time. A set-point by SDO takes a ms; its period is 5 ms in csv. */
+static void turn_for(unsigned ms) {
+  for (unsigned i = 0; i < ms; ++i) {
+    SET(0x60FF, 0, 500000);
+  }
+}
+
+/* Without torque the axis goes on at its rate; stopped by the halt, or because its set-points are missing. */
+static void test_an_ordered_stop_that_the_axis_does_not_follow_is_a_fault(void) {
+  static const int8_t modes[] = {PV, CSV};
+  for (int i = 0; i < 2; ++i) {
+    node_bench_start();
+    SET(ACCESS, 1, OPEN);
+    SET_FLOAT(PROTECTION, TRAVEL_KIND, 1.0f);
+    wait_ms(8);
+    SET(0x6007, 0, 0);
+    SET(0x60C2, 1, 5);
+    enable(0, modes[i]);
+    turn_for(2000);
+    CHECK_NEAR("rad/s", 0.5, machine.axis[0].rate_rad_s, 1e-2);
+    SET(0x6072, 0, 0);
+    turn_for(1000);
+    CHECK_NEAR("it goes on, rad/s", 0.5, machine.axis[0].rate_rad_s, 1e-2);
+    TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, get(0x6041, 0) & STATE_MASK);
+    if (modes[i] == PV) {
+      SET(0x6040, 0, 0x10F);
+    }
+    for (int ms = 0; ms < 3000 && !is_in_fault(0); ms += 100) {
+      wait_ms(100);
+    }
+    TEST_ASSERT_EQUAL_HEX32(0x8482, get(0x603F, 0) & 0xFFFF);
+  }
+}
+
 static void test_a_start_in_an_unknown_turn_is_confirmed_by_the_operator(void) {
   start_at(-120.0 / 360.0);
   limit_travel(-279.0f * DEGREES, 279.0f * DEGREES);
@@ -190,17 +224,53 @@ static void test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown(void) {
   TEST_ASSERT_EQUAL(2, restrictions());
 }
 
+/* Pushed by hand at 0.15 rad/s; whether the axis says within 100 ms that it moves away from its travel. */
+static bool says_it_moves_away(double direction) {
+  bool said = false;
+  for (int ms = 0; ms < 100; ++ms) {
+    machine.axis[0].rate_rad_s = 0.15 * direction;
+    wait_ms(1);
+    said = said || (node.axis[0].inputs.faults & fault_bit(FAULT_BEYOND_TRAVEL)) != 0;
+  }
+  return said;
+}
+
+/* Outside its travel, an axis says that it is moved further out only while a loop is closed. */
+static void test_an_axis_outside_of_its_travel_is_moved_inwards_only(void) {
+  for (int side = -1; side <= 1; side += 2) {
+    start_at(side * 0.9 / 6.283185307);
+    limit_travel(-1.0f, 1.0f);
+    SET(0x6007, 0, 0);
+    TEST_ASSERT_EQUAL(0, restrictions());
+    for (int i = 0; i < 20; ++i) {
+      TEST_ASSERT_FALSE(says_it_moves_away(side)); /* the axis is off: to 1.2 rad */
+    }
+    machine.axis[0].rate_rad_s = 0.0;
+    TEST_ASSERT_EQUAL(0, restrictions());
+    enable(0, PV);
+    SET(0x60FF, 0, (uint32_t)(-side * 100000));
+    wait_ms(200);
+    SET(0x60FF, 0, 0);
+    wait_ms(200);
+    CHECK_AT_LEAST("outside, rad", 0.15, side * machine.axis[0].turns * 6.283185307 - 1.0);
+    TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+    TEST_ASSERT_TRUE(says_it_moves_away(side));
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_without_a_travel_an_axis_is_not_enabled_and_says_so);
   RUN_TEST(test_commissioning_is_slow);
   RUN_TEST(test_the_fastest_rate_is_on_the_bus);
   RUN_TEST(test_an_axis_without_torque_is_stopped_before_the_end_every_time);
+  RUN_TEST(test_an_ordered_stop_that_the_axis_does_not_follow_is_a_fault);
   RUN_TEST(test_a_start_in_an_unknown_turn_is_confirmed_by_the_operator);
   RUN_TEST(test_a_target_waits_while_the_turn_is_unknown_and_is_dropped_then);
   RUN_TEST(test_the_only_turn_within_the_travel_is_taken);
   RUN_TEST(test_a_second_without_the_encoder_forgets_the_turn);
   RUN_TEST(test_after_an_encoder_that_jumps_the_turn_is_found_again);
   RUN_TEST(test_an_encoder_that_jumps_makes_a_confirmed_turn_unknown);
+  RUN_TEST(test_an_axis_outside_of_its_travel_is_moved_inwards_only);
   return UNITY_END();
 }

@@ -392,6 +392,7 @@ static void test_the_last_eight_faults_are_kept_until_they_are_cleared(void) {
   TEST_ASSERT_TRUE(read_entry(NEWEST + 7) > 0);
   TEST_ASSERT_EQUAL(FAULT_WATCHDOG_RESET, entry[4]);
   SET(LOG, LOG_COMMAND, 1);
+  TEST_ASSERT_EQUAL(0, get(LOG, LOG_COMMAND) & 0xFF);
   TEST_ASSERT_EQUAL(0, get(LOG, LOG_COUNT));
   TEST_ASSERT_EQUAL(0, read_entry(NEWEST));
 }
@@ -542,6 +543,29 @@ static void test_a_fault_of_the_board_is_logged_as_its_own_without_samples(void)
   TEST_ASSERT_EQUAL(FAULT_LOG_SIGNALS, entry[7]);
 }
 
+static void test_what_the_board_reports_of_an_axis_is_its_fault(void) {
+  static const struct {
+    hal_health health;
+    fault_id fault;
+  } reports[] = {{HAL_NOT_READY, FAULT_SELF_TEST},
+                 {HAL_OVER_CURRENT, FAULT_OVER_CURRENT_TRIP},
+                 {HAL_POWER_STAGE, FAULT_POWER_STAGE},
+                 {HAL_TOO_HOT, FAULT_OVER_TEMPERATURE},
+                 {HAL_TIMING_LOST, FAULT_TICK_LATE},
+                 {HAL_IMAGE_DAMAGED, FAULT_IMAGE_DAMAGED},
+                 {HAL_SAFE_TORQUE_OFF, FAULT_SAFE_TORQUE_OFF},
+                 {HAL_SAFE_TORQUE_FAULT, FAULT_SAFE_TORQUE_FAULT},
+                 {HAL_CLOCK_WRONG, FAULT_CLOCK}};
+  for (uint32_t i = 0; i < sizeof reports / sizeof reports[0]; ++i) {
+    node_bench_start();
+    enable(0, PV);
+    machine.axis[0].health = reports[i].health;
+    wait_ms(3);
+    TEST_ASSERT_EQUAL(reports[i].fault, node.axis[0].drive.fault);
+    TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[1].drive.fault);
+  }
+}
+
 static void test_bus_off_stops_both_axes(void) {
   enable(PITCH, PV);
   enable(0, PV);
@@ -552,6 +576,61 @@ static void test_bus_off_stops_both_axes(void) {
   CHECK_NEAR("rad/s", 0.0, machine.axis[0].rate_rad_s, 0.005);
   TEST_ASSERT_EQUAL_HEX32(0x8140, get(0x603F, 0) & 0xFFFF);
   TEST_ASSERT_EQUAL_HEX32(0x8140, get(0x603F + PITCH, 0) & 0xFFFF);
+}
+
+/* --- the motor as a witness, after a fault --- */
+
+/* Turns against a load long enough to narrow the range of the winding's resistance. */
+static void turn_azimuth(void) {
+  machine.axis[0].load_nm = 12.0;
+  enable(0, PV);
+  SET(0x60FF, 0, 200000);
+  wait_ms(1000);
+  TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+  TEST_ASSERT_TRUE(node.axis[0].monitor.state.witness.known);
+}
+
+static void reset_fault_of_azimuth(uint32_t after_ms) {
+  machine.axis[0].encoder_failed = machine.axis[0].gyro_missing = false;
+  machine.axis[0].health = HAL_GOOD;
+  machine.axis[0].current_error_a = 0.0f;
+  machine.axis[0].load_nm = machine.axis[0].rate_rad_s = 0.0; /* it stands */
+  wait_ms(after_ms);
+  command(0, 0x00);
+  command(0, 0x80);
+  TEST_ASSERT_EQUAL(FAULT_NONE, node.axis[0].drive.fault);
+}
+
+static void test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forgotten_with_the_reset(void) {
+  for (int sign = -1; sign <= 1; sign += 2) {
+    node_bench_start();
+    wait_ms(100);
+    turn_azimuth();
+    machine.axis[0].health = HAL_POWER_STAGE;
+    wait_ms(1);
+    machine.axis[0].current_error_a = (float)sign * 0.45f; /* below 2060:13: no fault of its own */
+    wait_ms(200);
+    TEST_ASSERT_TRUE(is_in_fault(0));
+    reset_fault_of_azimuth(5);
+    CHECK_NEAR("A", 0.0, node.axis[0].monitor.state.witness.zero_a, 1e-3);
+    turn_azimuth();
+  }
+}
+
+static void test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares(void) {
+  node_bench_start();
+  wait_ms(100);
+  turn_azimuth();
+  machine.axis[0].encoder_failed = true;
+  wait_ms(2500);
+  reset_fault_of_azimuth(30);
+  TEST_ASSERT_FALSE(node.axis[0].monitor.state.witness.known);
+  turn_azimuth();
+  machine.axis[0].gyro_missing = true; /* it compares encoder, current and voltage only */
+  wait_ms(1000);
+  TEST_ASSERT_TRUE(is_in_fault(0));
+  reset_fault_of_azimuth(30);
+  TEST_ASSERT_TRUE(node.axis[0].monitor.state.witness.known);
 }
 
 /* --- values that change by themselves --- */
@@ -636,7 +715,10 @@ int main(void) {
   RUN_TEST(test_faults_of_one_code_are_each_reported_and_over_together);
   RUN_TEST(test_a_fault_of_the_board_is_logged_as_its_own_without_samples);
   RUN_TEST(test_a_fault_of_the_board_that_lasts_stays_in_the_register);
+  RUN_TEST(test_what_the_board_reports_of_an_axis_is_its_fault);
   RUN_TEST(test_bus_off_stops_both_axes);
+  RUN_TEST(test_an_offset_that_a_broken_converter_shows_after_its_fault_is_forgotten_with_the_reset);
+  RUN_TEST(test_the_motor_is_learned_anew_after_a_fault_of_what_the_witness_compares);
   RUN_TEST(test_a_bit_that_flips_in_a_set_in_use_is_found_until_the_set_is_loaded_again);
   RUN_TEST(test_a_bit_of_the_scales_stops_both_axes);
   RUN_TEST(test_gains_limits_and_scales_that_are_written_are_no_fault);

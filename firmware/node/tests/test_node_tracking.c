@@ -5,10 +5,26 @@
 
 enum { TRACKING = -1, PV = 3, FRAME_ID = 0x500 + NODE_ID };
 enum { FRAME = 0x3070, CAMERA = 0x3071, CAMERA_STATE = 0x3072, TAKEN = 1, MISSED, DROPPED, LAST_DROP, AZIMUTH_STATE };
+enum { AGE_IN_USE = 7, CLOCK, TIME_OF_EXPOSURE = 5, DELAY = 0x3073, DITHER_S = 4, DELAY_ERROR, HALF_WIDTH, CORRECTION };
+enum {
+  STROBE = 0x3074,
+  STROBE_TIME = 4,
+  EDGES,
+  PAIRED,
+  UNPAIRED,
+  REFUSAL,
+  MISSING,
+  ADDITIONAL,
+  FLOODS,
+  IN_USE,
+  AGE_10US
+};
+enum { TARGET_RETURN = 0x3075, BACK_IN = 1, TURN_BACK, WRAP_STATE };
 enum { NOT_TRACKING, SEARCHING, ACQUIRING, ON_TARGET, COASTING, TARGET_LOST };
 enum { FRAME_MS = 20, AGE_MS = 30, HISTORY = 64 };
 
 #define TURN_RAD 6.283185307179586
+#define PICTURE_RAD 32e-3 /* half of it */
 
 /* A target far away, and what the camera saw: angles of both joints at each of the last ms. */
 static struct {
@@ -20,6 +36,11 @@ static struct {
   unsigned ms;
   uint8_t counter;
   bool shown;
+  int misstated_ms;             /* added to the age */
+  bool stamps;                  /* the sender states the node's clock at exposure */
+  bool strobes;                 /* the camera shows its exposures, 500 us before their middle */
+  uint16_t clock_10us[HISTORY]; /* of the node, at each of the last ms */
+  uint32_t strobe_us;           /* machine's clock at the newest edge */
 } world;
 
 static double joint_rad(int axis) { return machine.axis[axis].turns * TURN_RAD; }
@@ -49,11 +70,16 @@ void setUp(void) {
 
 void tearDown(void) {}
 
+static uint16_t stated_time(void) {
+  return world.stamps ? world.clock_10us[(world.ms - AGE_MS) % HISTORY]
+                      : (uint16_t)(100 * (AGE_MS + world.misstated_ms));
+}
+
 /* Image errors of the exposure: at small pitch angles those of the joints, times cos(pitch) for the azimuth. */
 static void send_frame(double azimuth_error_rad, double pitch_error_rad, double pitch_rad, bool found) {
   const int16_t x = (int16_t)lround(1e6 * azimuth_error_rad * cos(pitch_rad));
   const int16_t y = (int16_t)lround(1e6 * pitch_error_rad);
-  const uint16_t age = AGE_MS * 100;
+  const uint16_t age = stated_time();
   give(FRAME_ID, 8,
        (const uint8_t[]){(uint8_t)x, (uint8_t)((uint16_t)x >> 8), (uint8_t)y, (uint8_t)((uint16_t)y >> 8), (uint8_t)age,
                          (uint8_t)(age >> 8), found ? 90 : 0, ++world.counter});
@@ -63,9 +89,16 @@ static void follow_for(unsigned duration_ms) {
   for (unsigned i = 0; i < duration_ms; ++i) {
     world.seen_azimuth_rad[world.ms % HISTORY] = world.azimuth_rad - joint_rad(0);
     world.seen_pitch_rad[world.ms % HISTORY] = world.pitch_rad - joint_rad(1);
+    world.clock_10us[world.ms % HISTORY] = (uint16_t)(node.tracking.objects.clock + 100);
+    if (world.strobes && (world.ms + AGE_MS) % FRAME_MS == 0) {
+      world.strobe_us = machine.clock_us - 500u;
+      machine.strobes = (hal_strobes){.count = 1, .at_us = {world.strobe_us}};
+    }
     if (world.ms % FRAME_MS == 0 && world.ms >= AGE_MS) {
       const unsigned then = (world.ms - AGE_MS) % HISTORY;
-      send_frame(world.seen_azimuth_rad[then], world.seen_pitch_rad[then], joint_rad(1), world.shown);
+      const bool visible = fabs(world.seen_azimuth_rad[then]) < PICTURE_RAD;
+      send_frame(visible ? world.seen_azimuth_rad[then] : 0.0, world.seen_pitch_rad[then], joint_rad(1),
+                 visible && world.shown);
     }
     wait_ms(1);
     world.azimuth_rad += 1e-3 * world.rate_rad_s;
@@ -77,7 +110,7 @@ static void follow_for(unsigned duration_ms) {
 static unsigned state_of_tracking(void) { return (unsigned)get(CAMERA_STATE, AZIMUTH_STATE) & 0xFF; }
 
 static void test_mode_is_listed_and_frames_move_nothing_in_another_mode(void) {
-  TEST_ASSERT_EQUAL_HEX32(0x00010385, get(0x6502, 0));
+  TEST_ASSERT_EQUAL_HEX32(0x000103A5, get(0x6502, 0));
   world.azimuth_rad = 3e-3;
   enable(0, PV);
   follow_for(1000);
@@ -89,7 +122,7 @@ static void test_mode_is_listed_and_frames_move_nothing_in_another_mode(void) {
 static void test_both_axes_follow_the_target_of_the_frames(void) {
   world.azimuth_rad = 3e-3;
   world.pitch_rad = -2e-3;
-  world.rate_rad_s = 0.04;
+  world.rate_rad_s = 0.02;
   enable(0, TRACKING);
   enable(PITCH, TRACKING);
   TEST_ASSERT_EQUAL(SEARCHING, state_of_tracking());
@@ -105,7 +138,7 @@ static void test_both_axes_follow_the_target_of_the_frames(void) {
 
 /* One estimate for both; the azimuth's own one takes over where the other left. */
 static void test_an_axis_goes_on_alone_when_the_other_one_leaves(void) {
-  world.rate_rad_s = 0.04;
+  world.rate_rad_s = 0.02;
   enable(0, TRACKING);
   enable(PITCH, TRACKING);
   follow_for(5000);
@@ -169,6 +202,76 @@ static void test_a_target_beyond_the_travel_is_followed_to_its_end(void) {
   CHECK_NEAR("back, rad", world.azimuth_rad, joint_rad(0), 20e-6);
 }
 
+/* A target goes round the tracker, after 3 s at 0.3 rad/s, and leaves the travel of +-200 degrees after 13.1 s. */
+static void go_round(uint8_t turns_back) {
+  SET(0x607D, 1, (uint32_t)-34906585);
+  SET(0x607D, 2, 34906585);
+  SET(TARGET_RETURN, TURN_BACK, turns_back);
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  for (int i = 0; i < 300; ++i) {
+    world.rate_rad_s += 0.001;
+    follow_for(10);
+  }
+  follow_for(9700);
+  TEST_ASSERT_EQUAL(ON_TARGET, state_of_tracking());
+  TEST_ASSERT_EQUAL(0, get(TARGET_RETURN, WRAP_STATE) & 0xFF);
+  CHECK_NEAR("followed, rad", world.azimuth_rad, joint_rad(0), 1e-3);
+  follow_for(700);
+}
+
+static void test_at_the_end_of_the_travel_the_azimuth_stays_as_delivered(void) {
+  TEST_ASSERT_EQUAL(0, get(TARGET_RETURN, TURN_BACK) & 0xFF);
+  go_round(0);
+  TEST_ASSERT_EQUAL(1, get(TARGET_RETURN, WRAP_STATE) & 0xFF);
+  TEST_ASSERT_EQUAL_HEX32(0xFFFF, get(TARGET_RETURN, BACK_IN) & 0xFFFF);
+  world.shown = false;
+  follow_for(4000);
+  TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+  CHECK_NEAR("at the end, rad", 3.4906585, joint_rad(0), 1e-3);
+}
+
+/* A turn is covered in 2 pi / (1 + 0.3) + (1 + 0.3) / 1 = 6.13 s at the limits of 1 rad/s and 1 rad/s^2. */
+static void test_when_it_may_the_azimuth_turns_back_and_meets_the_target_again(void) {
+  go_round(1);
+  TEST_ASSERT_EQUAL(2, get(TARGET_RETURN, WRAP_STATE) & 0xFF);
+  TEST_ASSERT_EQUAL(COASTING, state_of_tracking());
+  follow_for(3000);
+  const double back_in_s = 1e-3 * (double)(get(TARGET_RETURN, BACK_IN) & 0xFFFF);
+  CHECK_NEAR("back in, s", 6.13 - 3.3, back_in_s, 0.4);
+  world.azimuth_rad -= TURN_RAD; /* the same direction */
+  double lost_s = 3.3;
+  for (int i = 0; i < 3600; ++i) {
+    follow_for(1);
+    lost_s = fabs(world.azimuth_rad - joint_rad(0)) > 2e-3 ? 3.3 + 1e-3 * i : lost_s;
+  }
+  CHECK_NEAR("lost, s", 6.13, lost_s, 0.3);
+  TEST_ASSERT_EQUAL(0, get(TARGET_RETURN, WRAP_STATE) & 0xFF);
+  TEST_ASSERT_EQUAL(ACQUIRING, state_of_tracking()); /* 1.4 mrad behind: the estimator expects a straight path */
+}
+
+/* The target is not where it is expected. */
+static void test_after_a_turn_back_that_meets_nothing_the_axes_stand(void) {
+  go_round(1);
+  world.shown = false;
+  follow_for(10000);
+  TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+  CHECK_NEAR("stands, rad/s", 0.0, machine.axis[0].rate_rad_s, 1e-4);
+  TEST_ASSERT_EQUAL(0, get(TARGET_RETURN, WRAP_STATE) & 0xFF);
+  CHECK_AT_MOST("less than a turn further, rad", 0.0, joint_rad(0));
+}
+
+static void test_a_turn_back_ends_when_it_is_no_longer_allowed(void) {
+  go_round(1);
+  follow_for(1000);
+  world.shown = false;
+  SET(TARGET_RETURN, TURN_BACK, 0);
+  follow_for(2500);
+  CHECK_NEAR("stands, rad/s", 0.0, machine.axis[0].rate_rad_s, 1e-4);
+  CHECK_AT_LEAST("soon, rad", 1.0, joint_rad(0));
+  TEST_ASSERT_EQUAL(TARGET_LOST, state_of_tracking());
+}
+
 static void test_leaving_the_mode_stops_along_the_ramp(void) {
   world.rate_rad_s = 0.05;
   enable(0, TRACKING);
@@ -201,9 +304,100 @@ static void test_bad_frames_are_counted_and_do_nothing(void) {
   CHECK_NEAR("rad", 0.0, joint_rad(0), 2e-6);
 }
 
+static void test_the_pitch_follows_alone(void) {
+  world.pitch_rad = 4e-3;
+  world.azimuth_rad = 5e-3;
+  enable(PITCH, TRACKING);
+  follow_for(3000);
+  CHECK_NEAR("pitch, rad", world.pitch_rad, joint_rad(1), 2e-6);
+  CHECK_NEAR("azimuth, rad", 0.0, joint_rad(0), 1e-6);
+}
+
+/* The sender's clock is the node's: the age needs no statement. */
+static void test_a_stamp_of_the_nodes_clock_gives_the_age(void) {
+  SET(CAMERA, TIME_OF_EXPOSURE, 1);
+  world.stamps = true;
+  world.rate_rad_s = 0.02;
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(5000);
+  CHECK_NEAR("rad", world.azimuth_rad, joint_rad(0), 2e-6);
+  TEST_ASSERT_EQUAL(AGE_MS, get(CAMERA_STATE, AGE_IN_USE) & 0xFF);
+  TEST_ASSERT_EQUAL(1, get(STROBE, IN_USE) & 0xFF);
+  const uint32_t before = get(CAMERA_STATE, CLOCK) & 0xFFFF;
+  wait_ms(99);
+  TEST_ASSERT_EQUAL(100 * 100, ((get(CAMERA_STATE, CLOCK) & 0xFFFF) - before) & 0xFFFF);
+}
+
+static void test_the_strobe_gives_the_age_and_without_it_the_statement_counts(void) {
+  SET(CAMERA, TIME_OF_EXPOSURE, 2);
+  SET(STROBE, 1, 2500);
+  SET(STROBE, 2, 3500);
+  SET(STROBE, 3, 500);
+  world.misstated_ms = 6;
+  world.strobes = true;
+  enable(0, TRACKING);
+  follow_for(2000);
+  TEST_ASSERT_EQUAL(2, get(STROBE, IN_USE) & 0xFF);
+  TEST_ASSERT_EQUAL(AGE_MS, get(CAMERA_STATE, AGE_IN_USE) & 0xFF);
+  TEST_ASSERT_EQUAL(AGE_MS * 100, get(STROBE, AGE_10US) & 0xFFFF);
+  const uint32_t edges = get(STROBE, EDGES);
+  TEST_ASSERT_EQUAL(100, edges);
+  TEST_ASSERT_INT_WITHIN(6, edges, (int)get(STROBE, PAIRED));
+  TEST_ASSERT_EQUAL(world.strobe_us, get(STROBE, STROBE_TIME));
+  const uint32_t unpaired = get(STROBE, UNPAIRED);
+  TEST_ASSERT_INT_WITHIN(5, 0, (int)unpaired);
+  world.strobes = false;
+  follow_for(400);
+  TEST_ASSERT_EQUAL(0, get(STROBE, IN_USE) & 0xFF);
+  TEST_ASSERT_EQUAL(AGE_MS + 6, get(CAMERA_STATE, AGE_IN_USE) & 0xFF);
+  TEST_ASSERT_EQUAL(1, get(STROBE, REFUSAL) & 0xFF);
+  TEST_ASSERT_EQUAL(edges, get(STROBE, EDGES));
+  TEST_ASSERT_INT_WITHIN(2, (int)unpaired + 19, (int)get(STROBE, UNPAIRED));
+  TEST_ASSERT_EQUAL(0, get(STROBE, ADDITIONAL));
+  world.strobes = true;
+  follow_for(1000);
+  TEST_ASSERT_EQUAL(2, get(STROBE, IN_USE) & 0xFF);
+  TEST_ASSERT_EQUAL(20, get(STROBE, MISSING));
+  machine.strobes = (hal_strobes){.flooded = true};
+  wait_ms(2);
+  TEST_ASSERT_EQUAL(1, get(STROBE, FLOODS));
+}
+
+/* 20 urad at 9 Hz. */
+static void test_the_dither_of_the_elevation_shows_the_delay(void) {
+  SET_FLOAT(DELAY, 2, 2e-5f);
+  SET_FLOAT(DELAY, 3, 9.0f);
+  world.misstated_ms = 6;
+  enable(0, TRACKING);
+  enable(PITCH, TRACKING);
+  follow_for(2000);
+  TEST_ASSERT_EQUAL_HEX32(0xFFFF, get(DELAY, HALF_WIDTH) & 0xFFFF);
+  SET(DELAY, DITHER_S, 30);
+  double lowest_rad = 0.0;
+  double highest_rad = 0.0;
+  for (int ms = 0; ms < 10000; ++ms) {
+    follow_for(1);
+    lowest_rad = fmin(lowest_rad, joint_rad(1));
+    highest_rad = fmax(highest_rad, joint_rad(1));
+  }
+  CHECK_NEAR("elevation, rad", 4e-5, highest_rad - lowest_rad, 2e-5);
+  TEST_ASSERT_INT_WITHIN(1, 20, (int)(get(DELAY, DITHER_S) & 0xFF));
+  CHECK_NEAR("error, 10 us", -600.0, (int16_t)get(DELAY, DELAY_ERROR), 60.0);
+  CHECK_AT_MOST("half width, 10 us", 100.0, get(DELAY, HALF_WIDTH) & 0xFFFF);
+  TEST_ASSERT_EQUAL(0, get(DELAY, CORRECTION) & 0xFF); /* reported only */
+  SET(DELAY, 1, 2);
+  follow_for(1000);
+  TEST_ASSERT_INT_WITHIN(1, -6, (int8_t)get(DELAY, CORRECTION));
+  TEST_ASSERT_INT_WITHIN(1, AGE_MS + 6, (int)(get(CAMERA_STATE, AGE_IN_USE) & 0xFF)); /* as stated */
+  SET(0x6060, 0, PV);
+  follow_for(10);
+  TEST_ASSERT_EQUAL(0, get(DELAY, DITHER_S) & 0xFF); /* both axes must track */
+}
+
 static void test_settings_of_the_camera_are_kept_in_range_and_stored(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06090031, set_float(CAMERA, 1, 2e-3f));
-  TEST_ASSERT_EQUAL_HEX32(0x06090031, set(CAMERA, 5, 2));
+  TEST_ASSERT_EQUAL_HEX32(0x06090031, set(CAMERA, 5, 4));
   SET_FLOAT(CAMERA, 1, 2e-6f);
   SET_FLOAT(CAMERA, 2, 0.1f);
   SET(0x1011, 1, 0x64616F6C);
@@ -220,8 +414,16 @@ int main(void) {
   RUN_TEST(test_a_lost_target_is_coasted_then_the_axis_stands_then_acquires_again);
   RUN_TEST(test_the_rate_changes_by_the_profile_acceleration_at_most);
   RUN_TEST(test_a_target_beyond_the_travel_is_followed_to_its_end);
+  RUN_TEST(test_at_the_end_of_the_travel_the_azimuth_stays_as_delivered);
+  RUN_TEST(test_when_it_may_the_azimuth_turns_back_and_meets_the_target_again);
+  RUN_TEST(test_after_a_turn_back_that_meets_nothing_the_axes_stand);
+  RUN_TEST(test_a_turn_back_ends_when_it_is_no_longer_allowed);
   RUN_TEST(test_leaving_the_mode_stops_along_the_ramp);
   RUN_TEST(test_bad_frames_are_counted_and_do_nothing);
+  RUN_TEST(test_the_pitch_follows_alone);
+  RUN_TEST(test_a_stamp_of_the_nodes_clock_gives_the_age);
+  RUN_TEST(test_the_strobe_gives_the_age_and_without_it_the_statement_counts);
+  RUN_TEST(test_the_dither_of_the_elevation_shows_the_delay);
   RUN_TEST(test_settings_of_the_camera_are_kept_in_range_and_stored);
   return UNITY_END();
 }

@@ -511,7 +511,7 @@ static void test_the_largest_values_of_all_objects_are_plausible(void) {
                  {0x6085, 0, UINT32_MAX}, {0x60A4, 1, UINT32_MAX}, {0x6087, 0, UINT32_MAX}, {0x6076, 0, UINT32_MAX},
                  {0x6072, 0, 0xFFFF},     {0x60E0, 0, 0xFFFF},     {0x60E1, 0, 0xFFFF},     {0x60FF, 0, INT32_MAX},
                  {0x60B1, 0, INT32_MAX},  {0x60B2, 0, INT16_MAX},  {0x6071, 0, INT16_MAX},  {0x607A, 0, INT32_MAX}};
-  static const int8_t modes[] = {0, 1, 3, 8, 9, 10};
+  static const int8_t modes[] = {0, 1, 3, 6, 8, 9, 10};
   SET(0x3040, 1, 0x6E65706Fu);
   SET_FLOAT(0x2060, 1, 1000.0f); /* then there is no other limit */
   SET_FLOAT(0x2060, 6, 1000.0f);
@@ -557,7 +557,7 @@ static void test_the_motion_profile_is_jerk_limited_and_no_other(void) {
 
 static void test_what_the_drive_cannot_do_is_refused(void) {
   TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x605A, 0, 3));
-  TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x6060, 0, 6)); /* homing */
+  TEST_ASSERT_EQUAL_HEX32(0x06090030, set(0x6060, 0, 7)); /* interpolated position */
   TEST_ASSERT_EQUAL(2, get(0x605A, 0));
   TEST_ASSERT_EQUAL(0, get(0x6060, 0));
   SET(0x605A, 0, 6);
@@ -580,6 +580,21 @@ static void test_staged_gains_come_into_force_in_one_piece(void) {
   SET(0x2070, 1, 2);
   CHECK_SAME("staged again", 720.0, get_float(0x2000, 1));
   SET(0x2070, 1, 0);
+}
+
+/* The answer waits for the check, which takes more than a ms. */
+static void test_gains_that_are_unstable_stay_staged(void) {
+  SET_FLOAT(0x2000, 1, 20000.0f);
+  TEST_ASSERT_EQUAL_HEX32(0x06040043, set(0x2070, 1, 1));
+  CHECK_SAME("in force", 720.0, node.board.app.params.axis[0].speed.pi.proportional_gain);
+  CHECK_SAME("staged", 20000.0, get_float(0x2000, 1));
+  SET(0x2070, 1, 2);
+}
+
+/* Only the azimuth's inertia changes with the pitch. */
+static void test_the_gains_of_the_azimuth_are_judged_as_they_follow_its_inertia(void) {
+  TEST_ASSERT_TRUE(node.axis[SERVO_AZIMUTH].tuning.gains_follow);
+  TEST_ASSERT_FALSE(node.axis[SERVO_PITCH].tuning.gains_follow);
 }
 
 /* 2050:1 = 1 and 2011:1 = 1 have the number of the command "apply", but are values of the staged set. */
@@ -741,6 +756,52 @@ static void test_software_limits_are_at_first_a_degree_inside_the_hard_ones(void
   TEST_ASSERT_EQUAL_INT32(0, software_limit(0, 2));
 }
 
+static uint32_t remote_bit(int axis) { return node.axis[axis].objects.state.statusword & 0x0200u; }
+
+/* "Remote": the axis obeys the bus in each NMT state but "stopped". */
+static void test_an_axis_is_remote_unless_the_node_is_stopped(void) {
+  for (int axis = 0; axis < SERVO_AXES; ++axis) {
+    TEST_ASSERT_EQUAL(NMT_PRE_OPERATIONAL, node.canopen.state);
+    TEST_ASSERT_EQUAL_HEX32(0x0200, remote_bit(axis));
+    nmt(1);
+    wait_ms(1);
+    TEST_ASSERT_EQUAL_HEX32(0x0200, remote_bit(axis));
+    nmt(2);
+    wait_ms(1);
+    TEST_ASSERT_EQUAL(NMT_STOPPED, node.canopen.state);
+    TEST_ASSERT_EQUAL_HEX32(0, remote_bit(axis));
+    nmt(130);
+    wait_ms(3);
+    TEST_ASSERT_EQUAL(NMT_INITIALISING, node.canopen.state);
+    TEST_ASSERT_EQUAL_HEX32(0x0200, remote_bit(axis));
+    wait_ms(RESET_MS);
+  }
+}
+
+/* The search for oscillations compares the set-point with the joint's rate; for a loop on the gyro alone, with the
+ * gyro's, as long as it answers. */
+static void test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscillations(void) {
+  static const struct {
+    uint32_t source;
+    bool gyro_missing;
+    float gyro_error_rad_s;
+  } rows[] = {{0, false, 0.0f}, {0, true, 0.0f}, {1, false, 0.0f}, {2, false, 0.0f}};
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    node_bench_start();
+    SET(0x2050, 1, rows[i].source);
+    SET(0x2070, 1, 1);
+    machine.axis[0].gyro_missing = rows[i].gyro_missing;
+    turn_azimuth_at_0_2_rad_s();
+    CHECK_NEAR("rad/s", 0.0, node.axis[0].monitor.swings.last_error_rad_s, 0.002);
+    SET(0x60FF, 0, 0);
+    wait_ms(1);
+    SET(0x60FF, 0, (uint32_t)-100000);
+    wait_ms(900);
+    CHECK_NEAR("rad/s", -0.1, machine.axis[0].rate_rad_s, 0.002);
+    CHECK_NEAR("rad/s", 0.0, node.axis[0].monitor.swings.last_error_rad_s, 0.002);
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_every_row_of_the_dictionary_keeps_the_rules);
@@ -776,6 +837,8 @@ int main(void) {
   RUN_TEST(test_the_device_types_are_those_of_two_drives_on_one_node);
   RUN_TEST(test_the_motion_profile_is_jerk_limited_and_no_other);
   RUN_TEST(test_what_the_drive_cannot_do_is_refused);
+  RUN_TEST(test_gains_that_are_unstable_stay_staged);
+  RUN_TEST(test_the_gains_of_the_azimuth_are_judged_as_they_follow_its_inertia);
   RUN_TEST(test_staged_gains_come_into_force_in_one_piece);
   RUN_TEST(test_a_staged_value_is_no_command);
   RUN_TEST(test_a_board_that_starts_sets_every_duty_to_0);
@@ -787,5 +850,7 @@ int main(void) {
   RUN_TEST(test_it_does_not_start_with_a_wrong_node_id);
   RUN_TEST(test_it_has_its_serial_number_and_does_not_start_with_wrong_parameters);
   RUN_TEST(test_software_limits_are_at_first_a_degree_inside_the_hard_ones);
+  RUN_TEST(test_an_axis_is_remote_unless_the_node_is_stopped);
+  RUN_TEST(test_an_axis_that_follows_has_no_rate_error_for_the_search_of_oscillations);
   return UNITY_END();
 }

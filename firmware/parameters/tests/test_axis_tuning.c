@@ -20,6 +20,7 @@ void setUp(void) {
   od_restore_defaults(&part, 1);
   defaults = tuning.staged;
   memset(&tuning, 0x5A, sizeof tuning);
+  tuning.gains_follow = false;
   TEST_ASSERT_EQUAL(CONTROL_OK, axis_tuning_start(&tuning, &defaults, &in_force));
   servo_axis_reset(&axis, &in_force, 0, SERVO_TICK_S);
 }
@@ -226,6 +227,20 @@ static void test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_s
   CHECK_SAME("smallest kg m^2", 6.0, tuning.judged.plant.min_inertia_kg_m2);
 }
 
+/* Little inertia at the zenith: the azimuth's gains follow it, and another axis would shake. */
+static void test_the_azimuths_gains_are_judged_as_they_follow_its_inertia(void) {
+  tuning.staged.plant.min_inertia_kg_m2 = 0.1f;
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, judge());
+  tuning.gains_follow = true;
+  tuning.staged.plant.gyro_mounting = (uint32_t)GYRO_ON_LINE_OF_SIGHT;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  TEST_ASSERT_TRUE(tuning.judged.gains_follow);
+  TEST_ASSERT_TRUE(tuning.judged.gyro_vanishes);
+  tuning.staged.plant.gyro_mounting = (uint32_t)GYRO_ON_AXIS;
+  TEST_ASSERT_EQUAL(LOOP_STABLE, judge());
+  TEST_ASSERT_FALSE(tuning.judged.gyro_vanishes);
+}
+
 static void test_a_feedforward_beyond_the_plant_is_refused_at_once_with_its_range(void) {
   tuning.staged.speed_loop.acceleration_inertia_kg_m2 = 1e3f;
   TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning));
@@ -249,6 +264,8 @@ static void test_a_lower_current_limit_keeps_the_feedforward_in_force(void) {
   tuning.staged.friction.positive.coulomb_nm = 8.0f;
   TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning));
   TEST_ASSERT_EQUAL_HEX32(PARAMETER_OBJECT(0x2030, 7), tuning.refusal.object);
+  tuning.staged.friction.positive.coulomb_nm = 6.5f; /* smaller, but another one: it is judged by the limit of now */
+  TEST_ASSERT_EQUAL(LOOP_REFUSED, axis_tuning_judge(&tuning));
 }
 
 static void test_the_check_starts_again_when_the_staged_set_changes(void) {
@@ -272,6 +289,21 @@ static void test_a_set_is_proven_after_it_has_run_without_oscillation(void) {
     axis_tuning_ran(&tuning, false);
   }
   TEST_ASSERT_TRUE(axis_tuning_can_take_back(&tuning));
+  for (int ms = 0; ms < AXIS_TUNING_PROVEN_TICKS; ++ms) {
+    TEST_ASSERT_TRUE(axis_tuning_can_take_back(&tuning));
+    axis_tuning_ran(&tuning, true);
+  }
+  TEST_ASSERT_FALSE(axis_tuning_can_take_back(&tuning));
+}
+
+static void test_another_set_must_run_as_long_before_it_is_proven(void) {
+  TEST_ASSERT_EQUAL(CONTROL_OK, apply(700.0f));
+  for (int ms = 0; ms < AXIS_TUNING_PROVEN_TICKS - 1; ++ms) {
+    axis_tuning_ran(&tuning, true);
+  }
+  const uint32_t changes = tuning.changes;
+  TEST_ASSERT_EQUAL(CONTROL_OK, apply(690.0f));
+  TEST_ASSERT_EQUAL(changes + 1, tuning.changes);
   for (int ms = 0; ms < AXIS_TUNING_PROVEN_TICKS; ++ms) {
     TEST_ASSERT_TRUE(axis_tuning_can_take_back(&tuning));
     axis_tuning_ran(&tuning, true);
@@ -311,11 +343,13 @@ int main(void) {
   RUN_TEST(test_the_proportional_gain_alone_is_named_too);
   RUN_TEST(test_each_value_that_decides_is_named_by_its_object);
   RUN_TEST(test_stability_is_judged_on_the_plant_and_the_delays_of_the_staged_set);
+  RUN_TEST(test_the_azimuths_gains_are_judged_as_they_follow_its_inertia);
   RUN_TEST(test_a_feedforward_beyond_the_plant_is_refused_at_once_with_its_range);
   RUN_TEST(test_a_lower_current_limit_keeps_the_feedforward_in_force);
   RUN_TEST(test_the_check_starts_again_when_the_staged_set_changes);
   RUN_TEST(test_a_set_that_cannot_be_built_is_left_to_apply);
   RUN_TEST(test_a_set_is_proven_after_it_has_run_without_oscillation);
+  RUN_TEST(test_another_set_must_run_as_long_before_it_is_proven);
   RUN_TEST(test_the_set_of_the_start_counts_as_proven);
   RUN_TEST(test_a_set_that_is_taken_back_is_gone);
   return UNITY_END();

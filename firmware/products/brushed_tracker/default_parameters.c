@@ -58,6 +58,7 @@ const axis_parameters default_parameters[SERVO_AXES] = {
         .plant.encoder_delay_s = 9.5e-05f,
         .plant.gyro_delay_s = 0.0002f,
         .plant.gyro_bandwidth_rad_s = 2764.6016f,
+        .plant.gyro_mounting = 0u,
     },
     {
         .speed_loop.proportional_nm_s_rad = 319.0879f,
@@ -114,6 +115,7 @@ const axis_parameters default_parameters[SERVO_AXES] = {
         .plant.encoder_delay_s = 9.5e-05f,
         .plant.gyro_delay_s = 0.0002f,
         .plant.gyro_bandwidth_rad_s = 2764.6016f,
+        .plant.gyro_mounting = 0u,
     },
 };
 

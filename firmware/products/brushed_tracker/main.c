@@ -76,9 +76,12 @@ static void report_how_it_started(uint32_t failed_tests) {
   if (failed_tests != 0) {
     servo_node_report(&self.node, FAULT_SELF_TEST, (uint8_t)failed_tests, true);
   }
-  enum { NO_RAM_PARITY = 1 };
-  if ((hal_status(self.machine) & HAL_STATUS_RAM_PARITY) == 0) {
-    servo_node_report(&self.node, FAULT_OPTION_BYTES, NO_RAM_PARITY, false);
+  enum { NO_RAM_PARITY = 1, NO_WRITE_PROTECTION = 2 };
+  const uint32_t status = hal_status(self.machine);
+  const uint32_t missing = ((status & HAL_STATUS_RAM_PARITY) != 0 ? 0U : NO_RAM_PARITY) |
+                           ((status & HAL_STATUS_WRITE_PROTECTION) != 0 ? 0U : NO_WRITE_PROTECTION);
+  if (missing != 0) {
+    servo_node_report(&self.node, FAULT_OPTION_BYTES, (uint8_t)missing, false);
   }
   const hal_reset reset = hal_board_reset(self.machine);
   if (reset.cause < sizeof fault_of / sizeof fault_of[0] && fault_of[reset.cause] != FAULT_NONE) {

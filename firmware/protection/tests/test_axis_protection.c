@@ -52,6 +52,7 @@ static bench new_bench(void) {
       .in = {.angle_valid = true,
              .gyro_valid = true,
              .gyro_used = true,
+             .gyro_gain = 1.0f,
              .bus_voltage_v = 48.0f,
              .powered = true,
              .closed = true,
@@ -172,6 +173,40 @@ static void test_a_gyro_at_its_range_or_stuck_is_found(void) {
     ++ticks;
   }
   TEST_ASSERT_INT_WITHIN(1, 99, ticks);
+}
+
+/* Ticks until the gyro disagrees, at most 100, of an axis at 1 rad/s whose gyro reads `reading_rad_s`. */
+static int ticks_at_1_rad_s(bench *b, float reading_rad_s) {
+  b->in.rate_rad_s = b->in.reference_rad_s = 1.0f;
+  b->in.tick_voltage_v = b->motor.back_emf_v_s_rad;
+  for (int tick = 1; tick <= 100; ++tick) {
+    b->in.angle += (angle_turn32)(int32_t)lrintf(1.0f * DT_S / ANGLE_RAD_PER_TURN32);
+    b->in.gyro_rad_s = reading_rad_s + 1e-5f * (float)(tick & 1);
+    const fault_set found = axis_protection_step(&b->state, &b->limits, &b->motor, &b->in, DT_S);
+    if (found != 0) {
+      TEST_ASSERT_EQUAL_HEX64(fault_bit(FAULT_SENSORS_DISAGREE), found);
+      return tick;
+    }
+  }
+  return 100;
+}
+
+/* On the line of sight at pitch 60 degrees the azimuth's gyro shows half of its rate. */
+static void test_the_encoder_is_compared_with_the_rate_about_the_axis_and_the_range_with_the_reading(void) {
+  bench b = new_bench();
+  b.limits.gyro_range_rad_s = 0.6f;
+  b.in.gyro_gain = 2.0f;
+  TEST_ASSERT_EQUAL_INT(100, ticks_at_1_rad_s(&b, 0.5f));
+  b.in.gyro_gain = 1.0f;
+  TEST_ASSERT_LESS_THAN_INT(15, ticks_at_1_rad_s(&b, 0.5f));
+}
+
+/* A quarter of the least share that it can be divided by: the encoder gives 15 / 16 of the joint's rate. */
+static void test_near_the_zenith_the_encoder_is_mostly_compared_with_itself(void) {
+  bench b = new_bench();
+  b.in.gyro_gain = 2.5f;
+  b.in.gyro_of_joint = 0.9375f;
+  TEST_ASSERT_EQUAL_INT(100, ticks_at_1_rad_s(&b, 0.025f));
 }
 
 static void test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms(void) {
@@ -897,6 +932,8 @@ int main(void) {
   RUN_TEST(test_a_stuck_time_of_0_monitors_neither_sensor);
   RUN_TEST(test_a_gyro_that_is_missing_counts_only_where_it_is_used);
   RUN_TEST(test_a_gyro_at_its_range_or_stuck_is_found);
+  RUN_TEST(test_the_encoder_is_compared_with_the_rate_about_the_axis_and_the_range_with_the_reading);
+  RUN_TEST(test_near_the_zenith_the_encoder_is_mostly_compared_with_itself);
   RUN_TEST(test_sensors_that_disagree_beyond_the_base_rate_are_found_within_15_ms);
   RUN_TEST(test_an_encoder_that_returns_on_a_turning_axis_disagrees_with_nothing);
   RUN_TEST(test_current_while_nothing_drives_it_is_an_offset);

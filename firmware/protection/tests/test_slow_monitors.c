@@ -35,7 +35,7 @@ void tearDown(void) {}
 static fault_set step(float encoder_rad_s, float gyro_rad_s) {
   b.angle_rad += (double)encoder_rad_s * (double)DT_S;
   b.in.angle = (angle_turn32)(int64_t)llrint(b.angle_rad / (double)ANGLE_RAD_PER_TURN32);
-  b.protection.last_gyro_rad_s = gyro_rad_s;
+  b.protection.last_inertial_rad_s = gyro_rad_s;
   b.in.rate_rad_s = encoder_rad_s;
   b.protection.slow_rate_rad_s += (encoder_rad_s - b.protection.slow_rate_rad_s) * 0.1f;
   slow_monitors_add(&b.slow, &b.protection, b.broken);

@@ -25,6 +25,22 @@ static void test_a_start_near_zero_is_known_and_one_beyond_75_degrees_is_not(voi
   }
 }
 
+/* The margin is the distance from the hard travel to the end stops: of two angles a revolution apart one is beyond
+ * them. */
+static void test_between_end_stops_at_280_degrees_a_reading_within_80_degrees_is_sure(void) {
+  const float hard_rad = 280.0f * DEG - START_POSITION_MARGIN_RAD;
+  for (int count_deg = -180; count_deg <= 180; ++count_deg) {
+    if (count_deg == -80 || count_deg == 80) {
+      continue; /* the other angle is at an end stop */
+    }
+    start_position start = {0};
+    const start_candidates found = start_position_step(&start, (float)count_deg * DEG, -hard_rad, hard_rad);
+    TEST_ASSERT_EQUAL(count_deg > -80 && count_deg < 80, found.known);
+    start_position_confirm(&start, count_deg < 0 ? 1 : -1); /* beyond them, only who has seen it knows */
+    TEST_ASSERT_TRUE(start_position_step(&start, (float)count_deg * DEG, -hard_rad, hard_rad).known);
+  }
+}
+
 static void test_motion_excludes_the_turns_that_would_be_outside(void) {
   start_position start = {0};
   float count_deg = -120.0f; /* or 240 */
@@ -61,6 +77,33 @@ static void test_the_operator_confirms_and_a_lost_encoder_forgets(void) {
   TEST_ASSERT_EQUAL(1, start.turn);
   start_position_forget(&start);
   TEST_ASSERT_FALSE(step(&start, -120.0f).known);
+}
+
+static void test_a_rough_position_gives_its_turn_and_one_between_two_gives_none(void) {
+  int8_t turn;
+  TEST_ASSERT_TRUE(start_position_turn_at(-2.0f, 4.0f, &turn)); /* 4.283 */
+  TEST_ASSERT_EQUAL_INT8(1, turn);
+  TEST_ASSERT_TRUE(start_position_turn_at(-2.0f, -3.5f, &turn));
+  TEST_ASSERT_EQUAL_INT8(0, turn);
+  TEST_ASSERT_FALSE(start_position_turn_at(-2.0f, 1.0f, &turn)); /* nearly half a turn from both */
+  TEST_ASSERT_FALSE(start_position_turn_at(0.0f, 219.9f, &turn));
+  TEST_ASSERT_FALSE(start_position_turn_at(-214.7f, 214.7f, &turn)); /* beyond 34 turns */
+}
+
+static void test_what_the_operator_has_seen_counts_once_and_only_when_it_is_taken(void) {
+  start_position start = {.turn = 0};
+  start_position_see(&start, 1);
+  TEST_ASSERT_FALSE(start_position_step(&start, -2.0f, -4.9f, 4.9f).known);
+  start_position_take_seen(&start);
+  TEST_ASSERT_TRUE(start_position_step(&start, -2.0f, -4.9f, 4.9f).known);
+  TEST_ASSERT_EQUAL_INT8(1, start.turn);
+  start_position_forget(&start);
+  start_position_take_seen(&start);
+  TEST_ASSERT_FALSE(start_position_step(&start, -2.0f, -4.9f, 4.9f).known);
+  start_position_see(&start, 1);
+  start_position_forget(&start);
+  start_position_take_seen(&start);
+  TEST_ASSERT_FALSE(start_position_step(&start, -2.0f, -4.9f, 4.9f).known);
 }
 
 static void test_outside_of_the_travel_there_is_no_candidate_and_nothing_is_known(void) {
@@ -104,10 +147,13 @@ static void test_the_widest_travel_does_not_overflow(void) {
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_start_near_zero_is_known_and_one_beyond_75_degrees_is_not);
+  RUN_TEST(test_between_end_stops_at_280_degrees_a_reading_within_80_degrees_is_sure);
   RUN_TEST(test_motion_excludes_the_turns_that_would_be_outside);
   RUN_TEST(test_motion_into_the_far_turn_is_found_as_well);
   RUN_TEST(test_a_travel_within_one_turn_that_is_not_around_zero_has_one_candidate);
   RUN_TEST(test_the_operator_confirms_and_a_lost_encoder_forgets);
+  RUN_TEST(test_a_rough_position_gives_its_turn_and_one_between_two_gives_none);
+  RUN_TEST(test_what_the_operator_has_seen_counts_once_and_only_when_it_is_taken);
   RUN_TEST(test_outside_of_the_travel_there_is_no_candidate_and_nothing_is_known);
   RUN_TEST(test_a_known_position_stays_known_when_the_travel_becomes_smaller_but_not_when_it_becomes_larger);
   RUN_TEST(test_without_a_travel_every_count_is_the_position);

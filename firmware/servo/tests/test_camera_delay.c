@@ -26,6 +26,7 @@ static struct {
   double last_rad_s[2]; /* measured in the tick before */
   unsigned ms;
   int frame_ms; /* one frame every .. */
+  int true_age_ms;
   int stated_ms;
   bool found;
 } world;
@@ -37,6 +38,7 @@ void setUp(void) {
   memset(&world, 0, sizeof world);
   world.random = (random_source){7};
   world.frame_ms = 20;
+  world.true_age_ms = TRUE_AGE_MS;
   world.stated_ms = TRUE_AGE_MS;
   world.found = true;
 }
@@ -54,8 +56,8 @@ static void shake(int i) {
 static void run_for(int ms, bool tracks) {
   for (int k = 0; k < ms; ++k) {
     pointing_frame frame = {0};
-    if (world.ms % (unsigned)world.frame_ms == 0 && world.ms > 100) {
-      const unsigned then = (world.ms + RING - TRUE_AGE_MS) % RING;
+    if (world.ms % (unsigned)world.frame_ms == 0 && world.ms > 130) {
+      const unsigned then = (world.ms + RING - (unsigned)world.true_age_ms) % RING;
       frame = (pointing_frame){.fresh = true, .valid = world.found, .age_ticks = world.stated_ms};
       frame.error.x = (float)(-world.los_rad[0][then] + 2.3e-6 * random_normal(&world.random));
       frame.error.y = (float)(-world.los_rad[1][then] + 2.3e-6 * random_normal(&world.random));
@@ -63,7 +65,7 @@ static void run_for(int ms, bool tracks) {
     const line_of_sight_rates los = {.rad_s = {(float)world.last_rad_s[0], (float)world.last_rad_s[1]}};
     camera_delay_notice(&delay, &frame);
     frame.age_ticks = camera_delay_age(&delay, &params, frame.age_ticks);
-    (void)pointing_tracker_step(&tracker, &kTracker, &frame, &los, 0, kTick_s);
+    (void)pointing_tracker_step(&tracker, &kTracker, &frame, &los, (rotation){.sine = 0.0f, .cosine = 1.0f}, kTick_s);
     camera_delay_step(&delay, &params, &tracker, tracks, kTick_s);
     shake(0);
     shake(1);
@@ -142,6 +144,31 @@ static void test_frames_that_are_rare_change_nothing(void) {
   TEST_ASSERT_FALSE(delay.found.known);
 }
 
+/* At both ends of the history the motion is taken a few ms beside the exposure, and this is taken into account. */
+static void test_ages_at_both_ends_of_the_history(void) {
+  static const int ages_ms[] = {0, 2, 5, 120, TARGET_TRACKER_HISTORY - 1};
+  for (int i = 0; i < 5; ++i) {
+    setUp();
+    world.true_age_ms = ages_ms[i];
+    world.stated_ms = ages_ms[i];
+    run_for(40000, true);
+    TEST_ASSERT_TRUE(delay.found.known);
+    CHECK_NEAR("s", 0.0, delay.found.error_s, 1e-3);
+    CHECK_AT_MOST("s", 1e-3, delay.found.half_width_s);
+  }
+}
+
+static void test_no_more_than_50_ms_are_corrected(void) {
+  static const int true_ms[] = {90, 30};
+  for (int i = 0; i < 2; ++i) {
+    setUp();
+    world.true_age_ms = true_ms[i];
+    world.stated_ms = true_ms[1 - i];
+    run_for(60000, true);
+    TEST_ASSERT_EQUAL_INT(i == 0 ? CAMERA_DELAY_MOST_TICKS : -CAMERA_DELAY_MOST_TICKS, delay.offset_ticks);
+  }
+}
+
 static void test_the_dither_is_a_sine_of_the_elevation(void) {
   double angle_rad = 0.0;
   double lowest_rad = 0.0;
@@ -157,6 +184,39 @@ static void test_the_dither_is_a_sine_of_the_elevation(void) {
   TEST_ASSERT_EQUAL_UINT32(0, delay.dither_phase);
 }
 
+static float largest_rate_of_first_dither(int ms, bool tracks) {
+  float largest_rad_s = 0.0f;
+  for (int k = 0; k < ms; ++k) {
+    run_for(1, tracks);
+    largest_rad_s = fmaxf(largest_rad_s, camera_delay_dither(&delay, &params, false, kTick_s));
+  }
+  return largest_rad_s;
+}
+
+static void test_the_first_dither_runs_until_the_delay_is_known(void) {
+  params.first_dither_rad = 2e-6f;
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(1000, false));
+  CHECK_NEAR("rad/s", 2e-6 * 2.0 * 3.14159265 * 5.0, largest_rate_of_first_dither(1000, true), 1e-7);
+  run_for(90000, true);
+  CHECK_AT_MOST("s", CAMERA_DELAY_WELL_KNOWN_S, delay.found.half_width_s);
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(1000, true));
+  params.use = CAMERA_DELAY_IGNORED;
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(1000, true));
+}
+
+static void test_the_first_dither_ends_without_a_result_as_well(void) {
+  params.first_dither_rad = 2e-6f;
+  world.found = false;
+  CHECK_AT_LEAST("rad/s", 1e-5, largest_rate_of_first_dither(29000, true));
+  (void)largest_rate_of_first_dither(1500, true);
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(10000, true));
+}
+
+static void test_without_an_amplitude_there_is_no_first_dither(void) {
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, largest_rate_of_first_dither(1000, true));
+  TEST_ASSERT_EQUAL_FLOAT(0.0f, delay.first_dither_s);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_finds_how_wrong_the_stated_age_is_and_corrects_if_allowed);
@@ -166,6 +226,11 @@ int main(void) {
   RUN_TEST(test_frames_without_a_target_change_nothing);
   RUN_TEST(test_any_rate_of_frames);
   RUN_TEST(test_frames_that_are_rare_change_nothing);
+  RUN_TEST(test_ages_at_both_ends_of_the_history);
+  RUN_TEST(test_no_more_than_50_ms_are_corrected);
   RUN_TEST(test_the_dither_is_a_sine_of_the_elevation);
+  RUN_TEST(test_the_first_dither_runs_until_the_delay_is_known);
+  RUN_TEST(test_the_first_dither_ends_without_a_result_as_well);
+  RUN_TEST(test_without_an_amplitude_there_is_no_first_dither);
   return UNITY_END();
 }

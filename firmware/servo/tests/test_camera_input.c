@@ -14,17 +14,17 @@ void setUp(void) {
 
 void tearDown(void) {}
 
-static pointing_frame give(camera_message message, uint16_t now) {
-  return camera_input_take(&input, &params, &message, now);
+/* A message whose time is its age. */
+static pointing_frame give(camera_message message) {
+  return camera_input_take(&input, &params, &message, message.time);
 }
 
 static pointing_frame give_counter(uint8_t counter) {
-  return give((camera_message){.time = 3000, .quality = 100, .counter = counter}, 0);
+  return give((camera_message){.time = 3000, .quality = 100, .counter = counter});
 }
 
 static void test_a_frame_has_age_and_errors_in_rad(void) {
-  const pointing_frame frame =
-      give((camera_message){.x = -3000, .y = 32767, .time = 3049, .quality = 1, .counter = 7}, 12345);
+  const pointing_frame frame = give((camera_message){.x = -3000, .y = 32767, .time = 3049, .quality = 1, .counter = 7});
   TEST_ASSERT_TRUE(frame.fresh && frame.valid);
   TEST_ASSERT_EQUAL(30, frame.age_ticks);
   CHECK_NEAR("x, rad", -3e-3, frame.error.x, 1e-9);
@@ -35,24 +35,29 @@ static void test_a_frame_has_age_and_errors_in_rad(void) {
 /* Sensor turned by a quarter: what it sees to its right is up. Then the boresight is taken off. */
 static void test_roll_and_boresight_are_those_of_the_camera(void) {
   params.mounting = (camera_mounting){.roll_rad = 1.5707963f, .boresight = {.x = 1e-4f, .y = 2e-4f}};
-  const pointing_frame frame = give((camera_message){.x = 1000, .quality = 100, .counter = 1}, 0);
+  const pointing_frame frame = give((camera_message){.x = 1000, .quality = 100, .counter = 1});
   CHECK_NEAR("x, rad", -1e-4, frame.error.x, 1e-9);
   CHECK_NEAR("y, rad", 1e-3 - 2e-4, frame.error.y, 1e-9);
+  params.mounting.roll_rad = 0.0f; /* in force with the next frame */
+  const pointing_frame next = give((camera_message){.x = 1000, .quality = 100, .counter = 2});
+  CHECK_NEAR("x, rad", 1e-3 - 1e-4, next.error.x, 1e-9);
+  CHECK_NEAR("y, rad", -2e-4, next.error.y, 1e-9);
 }
 
-static void test_exposure_in_the_nodes_clock_also_across_its_end(void) {
-  params.time = CAMERA_NODE_CLOCK;
-  TEST_ASSERT_EQUAL(20, give((camera_message){.time = 64536, .quality = 9, .counter = 1}, 1000).age_ticks);
-  TEST_ASSERT_EQUAL(0, give((camera_message){.time = 500, .quality = 9, .counter = 2}, 500).age_ticks);
-  TEST_ASSERT_FALSE(give((camera_message){.time = 501, .quality = 9, .counter = 3}, 500).fresh);
+static void test_an_exposure_that_is_later_or_not_known_does_not_count(void) {
+  const camera_message message = {.quality = 9, .counter = 1};
+  TEST_ASSERT_FALSE(camera_input_take(&input, &params, &message, -1).fresh);
   TEST_ASSERT_EQUAL(CAMERA_IN_FUTURE, input.last_drop);
+  TEST_ASSERT_FALSE(camera_input_take(&input, &params, &message, CAMERA_AGE_AMBIGUOUS).fresh);
+  TEST_ASSERT_EQUAL(CAMERA_CLOCK_SET, input.last_drop);
+  TEST_ASSERT_TRUE(camera_input_take(&input, &params, &message, 0).fresh);
 }
 
 static void test_a_frame_older_than_the_history_does_not_count(void) {
-  TEST_ASSERT_EQUAL(127, give((camera_message){.time = 12749, .quality = 9, .counter = 1}, 0).age_ticks);
-  TEST_ASSERT_FALSE(give((camera_message){.time = 12750, .quality = 9, .counter = 2}, 0).fresh);
+  TEST_ASSERT_EQUAL(127, give((camera_message){.time = 12749, .quality = 9, .counter = 1}).age_ticks);
+  TEST_ASSERT_FALSE(give((camera_message){.time = 12750, .quality = 9, .counter = 2}).fresh);
   TEST_ASSERT_EQUAL(CAMERA_TOO_OLD, input.last_drop);
-  TEST_ASSERT_FALSE(give((camera_message){.time = 65535, .quality = 9, .counter = 2}, 0).fresh);
+  TEST_ASSERT_FALSE(give((camera_message){.time = 65535, .quality = 9, .counter = 2}).fresh);
   TEST_ASSERT_EQUAL(2, input.dropped);
 }
 
@@ -64,7 +69,7 @@ static void test_quality_decides_whether_there_is_a_target(void) {
                {50, 50, true, true}, {100, 100, true, true}, {101, 1, false, false}};
   for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; ++i) {
     params.min_quality = cases[i].least;
-    const pointing_frame frame = give((camera_message){.quality = cases[i].quality, .counter = (uint8_t)(i + 1)}, 0);
+    const pointing_frame frame = give((camera_message){.quality = cases[i].quality, .counter = (uint8_t)(i + 1)});
     TEST_ASSERT_EQUAL(cases[i].fresh, frame.fresh);
     TEST_ASSERT_EQUAL(cases[i].valid, frame.valid);
   }
@@ -111,7 +116,7 @@ static void test_parameters_out_of_range_are_refused(void) {
   params.scale_rad = 2e-3f;
   TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
   params = good;
-  params.time = 2;
+  params.time = 4;
   TEST_ASSERT_EQUAL(CONTROL_OUT_OF_RANGE, camera_input_check(&params));
   params = good;
   params.min_quality = 0;
@@ -125,7 +130,7 @@ int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_a_frame_has_age_and_errors_in_rad);
   RUN_TEST(test_roll_and_boresight_are_those_of_the_camera);
-  RUN_TEST(test_exposure_in_the_nodes_clock_also_across_its_end);
+  RUN_TEST(test_an_exposure_that_is_later_or_not_known_does_not_count);
   RUN_TEST(test_a_frame_older_than_the_history_does_not_count);
   RUN_TEST(test_quality_decides_whether_there_is_a_target);
   RUN_TEST(test_a_frame_counts_once_and_in_order_and_skipped_ones_are_counted);

@@ -15,9 +15,10 @@ static const double kTick_s = 1e-3;
 
 static angle_turn32 turn32(double angle_rad) { return (angle_turn32)(int64_t)llround(angle_rad * TURN32_PER_RAD); }
 
+static const camera_mounting kMounting = {.roll_rad = 0.3f, .boresight = {2e-3f, -1e-3f}};
+
 static pointing_params good_params(void) {
-  return (pointing_params){.camera = {.roll_rad = 0.3f, .boresight = {2e-3f, -1e-3f}},
-                           .tracker = {.proportional_per_s = 20.0f,
+  return (pointing_params){.tracker = {.proportional_per_s = 20.0f,
                                        .estimator_rad_s = 6.0f,
                                        .coast_s = 0.5f,
                                        .rate_limit_rad_s = {1.5f, 1.5f}},
@@ -32,8 +33,8 @@ static pointing configured(void) {
   return p;
 }
 
-/* What a pinhole camera with the mounting of good_params measures of a target in the direction of other joint angles;
- * its picture is turned by the roll, and the boresight is the point at which the target is to be held. */
+/* What a pinhole camera with this mounting measures of a target in the direction of other joint angles; its picture is
+ * turned by the roll, and the boresight is the point at which the target is to be held. */
 static image_vector seen(double azimuth_rad, double pitch_rad, double target_azimuth_rad, double target_pitch_rad) {
   const double d[] = {cos(target_pitch_rad) * cos(target_azimuth_rad), cos(target_pitch_rad) * sin(target_azimuth_rad),
                       sin(target_pitch_rad)};
@@ -41,18 +42,23 @@ static image_vector seen(double azimuth_rad, double pitch_rad, double target_azi
   const double left = -sin(azimuth_rad) * d[0] + cos(azimuth_rad) * d[1];
   const double forward = cos(pitch_rad) * ahead + sin(pitch_rad) * d[2];
   const double up = -sin(pitch_rad) * ahead + cos(pitch_rad) * d[2];
-  const pointing_params params = good_params();
-  const double x = left / forward + (double)params.camera.boresight.x;
-  const double y = up / forward + (double)params.camera.boresight.y;
-  const double roll = (double)params.camera.roll_rad;
+  const double x = left / forward + (double)kMounting.boresight.x;
+  const double y = up / forward + (double)kMounting.boresight.y;
+  const double roll = (double)kMounting.roll_rad;
   return (image_vector){(float)(cos(roll) * x + sin(roll) * y), (float)(-sin(roll) * x + cos(roll) * y)};
+}
+
+static image_vector aligned(image_vector measured) {
+  const camera_alignment alignment = camera_align(&kMounting);
+  return camera_error(&alignment, measured);
 }
 
 static void test_a_turned_camera_with_a_boresight_offset_gives_the_errors_of_the_joints(void) {
   pointing p = configured();
   const double pitch_rad = 80.0 * DEG;
   const pointing_motion rest = {.pitch_angle = turn32(pitch_rad)};
-  const pointing_frame frame = {.fresh = true, .valid = true, .error = seen(0.0, pitch_rad, 10e-3, pitch_rad + 2e-3)};
+  const pointing_frame frame = {
+      .fresh = true, .valid = true, .error = aligned(seen(0.0, pitch_rad, 10e-3, pitch_rad + 2e-3))};
   const pointing_output out = pointing_step(&p, &frame, &rest, SERVO_TICK_S);
   TEST_ASSERT_TRUE(out.locked);
   CHECK_NEAR("azimuth, rad", 10e-3, out.error_of_joints_rad.azimuth, 1e-8);
@@ -90,7 +96,7 @@ static double track(pass *p) {
   const pointing_frame frame = {.fresh = p->tick % FRAME_TICKS == 0,
                                 .valid = true,
                                 .age_ticks = DELAY_TICKS,
-                                .error = p->pipeline[(p->tick + 1) % (DELAY_TICKS + 1)]};
+                                .error = aligned(p->pipeline[(p->tick + 1) % (DELAY_TICKS + 1)])};
   const pointing_motion motion = {.pitch_angle = turn32(p->pitch_rad),
                                   .inertial_rad_s = {(float)p->azimuth_rad_s, (float)p->pitch_rad_s}};
   p->out = pointing_step(&p->pointing, &frame, &motion, SERVO_TICK_S);
@@ -132,8 +138,8 @@ static void test_the_torques_are_those_of_the_turning_masses(void) {
       continue;
     }
     const double change_nm = (inertia_at(p.pitch_rad) * p.azimuth_rad_s - momentum_then) / (FRAME_TICKS * kTick_s);
-    const double given_nm =
-        (double)p.out.torque_nm[SERVO_AZIMUTH] + 6.0 * (double)p.out.reference[SERVO_AZIMUTH].acceleration_rad_s2;
+    const double given_nm = (double)p.out.torque_nm[SERVO_AZIMUTH] +
+                            inertia_at(p.pitch_rad) * (double)p.out.reference[SERVO_AZIMUTH].acceleration_rad_s2;
     worst_nm = fmax(worst_nm, fabs(given_nm - change_nm));
     largest_nm = fmax(largest_nm, fabs(change_nm));
     const double centrifugal_nm = 1.5 * sin(2.0 * p.pitch_rad) * p.azimuth_rad_s * p.azimuth_rad_s;
@@ -144,6 +150,47 @@ static void test_the_torques_are_those_of_the_turning_masses(void) {
   LOG_VALUE("largest difference, Nm", worst_nm);
   CHECK_AT_LEAST("torque, Nm", 0.05, largest_nm);
   CHECK_AT_MOST("difference, Nm", 0.1 * largest_nm, worst_nm);
+}
+
+/* What the speed loops feed forward of the inertia is left out: a share of the azimuth's, which is at most that of
+ * pitch 0, as the loop follows it; and the pitch's. */
+static void test_the_torques_are_what_the_speed_loops_do_not_feed_forward(void) {
+  static const struct {
+    const char *what;
+    double swing_kg_m2;
+    double fed_forward_kg_m2[2];
+  } rows[] = {
+      {"all", 3.0, {6.0, 2.5}},
+      {"nothing", 3.0, {0.0, 0.0}},
+      {"a half and a fifth", 3.0, {3.0, 0.5}},
+      {"an inertia that grows with the pitch", -1.0, {2.0, 2.5}},
+  };
+  for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    pointing p;
+    pointing_params params = good_params();
+    params.inertia.azimuth_swing_kg_m2 = (float)rows[i].swing_kg_m2;
+    params.fed_forward_kg_m2 = (joint_vector){(float)rows[i].fed_forward_kg_m2[0], (float)rows[i].fed_forward_kg_m2[1]};
+    CHECK_STATUS(CONTROL_OK, pointing_configure(&p, &params));
+    const double pitch_rad = 0.6;
+    const pointing_motion motion = {.pitch_angle = turn32(pitch_rad)};
+    const pointing_frame none = {.fresh = false};
+    const pointing_target target = {.rate_rad_s = {0.3f, -0.2f}, .acceleration_rad_s2 = {0.5f, -0.7f}};
+    pointing_tracker_assume(&p.tracker, &target);
+    const pointing_output out = pointing_step(&p, &none, &motion, SERVO_TICK_S);
+    TEST_ASSERT_TRUE(out.locked && !out.limited);
+    const double rate[] = {(double)out.reference[0].rate_rad_s, (double)out.reference[1].rate_rad_s};
+    const double acceleration[] = {(double)out.reference[0].acceleration_rad_s2,
+                                   (double)out.reference[1].acceleration_rad_s2};
+    const double swing = rows[i].swing_kg_m2;
+    const double inertia = 3.0 + swing * cos(pitch_rad) * cos(pitch_rad);
+    const double followed = fmin(inertia, 3.0 + swing) * rows[i].fed_forward_kg_m2[0] / (3.0 + swing);
+    CHECK_NEAR(rows[i].what, (inertia - followed) * acceleration[0] - swing * sin(2.0 * pitch_rad) * rate[0] * rate[1],
+               out.torque_nm[SERVO_AZIMUTH], 1e-5);
+    CHECK_NEAR(
+        rows[i].what,
+        (2.5 - rows[i].fed_forward_kg_m2[1]) * acceleration[1] + 0.5 * swing * sin(2.0 * pitch_rad) * rate[0] * rate[0],
+        out.torque_nm[SERVO_PITCH], 1e-5);
+  }
 }
 
 static void test_a_frame_from_before_the_reset_does_not_count(void) {
@@ -181,15 +228,16 @@ static void test_it_reads_the_samples_and_sets_the_commands_of_its_axes(void) {
   TEST_ASSERT_EQUAL_UINT32(7u, motion.pitch_angle);
   CHECK_SAME("azimuth", 0.25, motion.inertial_rad_s.azimuth);
   CHECK_SAME("pitch", -0.5, motion.inertial_rad_s.pitch);
-  const pointing_frame frame = pointing_frame_of(&samples);
+  const camera_alignment quarter = {.roll = {.sine = 1.0f, .cosine = 0.0f}, .boresight = {0.0f, 0.5e-3f}};
+  const pointing_frame frame = pointing_frame_of(&samples, &quarter);
   TEST_ASSERT_TRUE(frame.fresh && frame.valid);
   TEST_ASSERT_EQUAL_INT(12, frame.age_ticks);
-  CHECK_SAME("rows", 1e-3f, frame.error.x);
-  CHECK_SAME("columns", 2e-3f, frame.error.y);
+  CHECK_NEAR("x: minus the columns", -2e-3, frame.error.x, 1e-9);
+  CHECK_NEAR("y: the rows, minus the boresight", 0.5e-3, frame.error.y, 1e-9);
   samples.axis[SERVO_PITCH].sensors.frame.target_found = false;
-  TEST_ASSERT_FALSE(pointing_frame_of(&samples).valid);
+  TEST_ASSERT_FALSE(pointing_frame_of(&samples, &quarter).valid);
   samples.axis[SERVO_PITCH].sensors.frame.fresh = false;
-  TEST_ASSERT_FALSE(pointing_frame_of(&samples).fresh);
+  TEST_ASSERT_FALSE(pointing_frame_of(&samples, &quarter).fresh);
 
   servo_command command = {.axis = {{.mode = SERVO_SPEED, .rate_limit_rad_s = 3.0f}, {.mode = SERVO_OFF}}};
   const pointing_output out = {.reference = {{0.1f, 0.2f}, {0.3f, 0.4f}}, .torque_nm = {0.5f, 0.6f}};
@@ -204,18 +252,17 @@ static void test_it_reads_the_samples_and_sets_the_commands_of_its_axes(void) {
 
 static void test_parameters_out_of_range_are_refused_and_change_nothing(void) {
   pointing p = configured();
-  pointing_params bad[7];
-  for (int i = 0; i < 7; ++i) {
+  pointing_params bad[6];
+  for (int i = 0; i < 6; ++i) {
     bad[i] = good_params();
   }
-  bad[0].camera.roll_rad = 4.0f;
-  bad[1].tracker.estimator_rad_s = 0.0f;
-  bad[2].inertia.azimuth_kg_m2 = 0.0f;
-  bad[3].inertia.azimuth_swing_kg_m2 = -3.0f; /* none is left at pitch 0 */
-  bad[4].inertia.pitch_kg_m2 = -1.0f;
-  bad[5].fed_forward_kg_m2.azimuth = -1.0f;
-  bad[6].fed_forward_kg_m2.pitch = 2e5f;
-  for (int i = 0; i < 7; ++i) {
+  bad[0].tracker.estimator_rad_s = 0.0f;
+  bad[1].inertia.azimuth_kg_m2 = 0.0f;
+  bad[2].inertia.azimuth_swing_kg_m2 = -3.0f; /* none is left at pitch 0 */
+  bad[3].inertia.pitch_kg_m2 = -1.0f;
+  bad[4].fed_forward_kg_m2.azimuth = -1.0f;
+  bad[5].fed_forward_kg_m2.pitch = 2e5f;
+  for (int i = 0; i < 6; ++i) {
     CHECK_STATUS(CONTROL_OUT_OF_RANGE, pointing_configure(&p, &bad[i]));
     CHECK_SAME("inertia", 3.0, p.params.inertia.azimuth_kg_m2);
   }
@@ -229,6 +276,7 @@ int main(void) {
   RUN_TEST(test_a_turned_camera_with_a_boresight_offset_gives_the_errors_of_the_joints);
   RUN_TEST(test_a_pass_at_85_degrees_is_followed_through_a_turned_camera);
   RUN_TEST(test_the_torques_are_those_of_the_turning_masses);
+  RUN_TEST(test_the_torques_are_what_the_speed_loops_do_not_feed_forward);
   RUN_TEST(test_a_frame_from_before_the_reset_does_not_count);
   RUN_TEST(test_it_reads_the_samples_and_sets_the_commands_of_its_axes);
   RUN_TEST(test_parameters_out_of_range_are_refused_and_change_nothing);

@@ -378,6 +378,31 @@ static void test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit(
   CHECK_NEAR("rate afterwards, rad/s", 0.1, b.rate_rad_s, 1e-3);
 }
 
+/* A reference from outside replaces the axis' own tracker in tracking only: in another mode it goes on to look. */
+static void test_in_another_mode_the_tracker_sees_frames_although_tracking_is_given(void) {
+  bench b = bench_at_rest();
+  const tracking_limits given = {.given = true};
+  b.command = (servo_axis_command){.mode = SERVO_SPEED, .tracking = &given};
+  b.samples.sensors.frame = (hal_camera_frame){.fresh = true, .target_found = true, .error_rad = 2e-3f};
+  tick(&b);
+  TEST_ASSERT_TRUE(b.axis.signals.target.known);
+  CHECK_SAME("rad", 2e-3f, b.axis.signals.target.error_rad);
+}
+
+static void test_other_parameters_begin_nothing_while_the_loops_are_open(void) {
+  bench b = bench_at_rest();
+  b.command = (servo_axis_command){.mode = SERVO_OFF};
+  ticks(&b, 5);
+  const speed_loop_state before = b.axis.speed;
+  const servo_axis_params next = b.params;
+  servo_axis_replace(&b.axis, &b.params, &next, 4.0f, dt_s);
+  CHECK_SAME("integral, Nm", before.pi.integral, b.axis.speed.pi.integral);
+  b.command = (servo_axis_command){.mode = SERVO_SPEED};
+  tick(&b);
+  servo_axis_replace(&b.axis, &b.params, &next, 4.0f, dt_s);
+  CHECK_SAME("integral of a closed loop, Nm", 4.0, b.axis.speed.pi.integral);
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_torque_mode_gives_exactly_the_torque_requested_for_within_the_limits);
@@ -398,5 +423,7 @@ int main(void) {
   RUN_TEST(test_a_gyro_that_says_it_is_not_valid_may_hold_anything);
   RUN_TEST(test_a_sum_that_is_not_a_number_takes_the_torque_away);
   RUN_TEST(test_no_input_whatever_makes_a_torque_or_a_current_beyond_its_limit);
+  RUN_TEST(test_in_another_mode_the_tracker_sees_frames_although_tracking_is_given);
+  RUN_TEST(test_other_parameters_begin_nothing_while_the_loops_are_open);
   return UNITY_END();
 }

@@ -1,0 +1,168 @@
+/* Which edge of the camera's strobe is the exposure of a frame: 50 Hz, frames 20 ms after their exposure. */
+#include "servo/strobe_log.h"
+
+#include "unity.h"
+
+enum { FRAME_US = 20000, DELAY_US = 20000, EDGE_US = 7 };
+
+static strobe_log strobes;
+static strobe_params params;
+static uint8_t counter;
+static uint32_t exposed_us; /* of the last frame */
+
+void setUp(void) {
+  strobe_log_reset(&strobes);
+  params = (strobe_params){.youngest = 1100, .oldest = 2900};
+  counter = 250;
+  exposed_us = 0;
+}
+
+void tearDown(void) {}
+
+static void edge(uint32_t at_us) { strobe_log_add(&strobes, &(hal_strobes){.count = 1, .at_us = {at_us}}); }
+
+/* The next frame's edge, and `delay_us` later the frame. */
+static bool frame(uint32_t delay_us) {
+  exposed_us += FRAME_US;
+  edge(exposed_us);
+  return strobe_log_pair(&strobes, &params, ++counter, exposed_us + delay_us);
+}
+
+/* Frames until edges and frames are in step. */
+static void get_in_step(void) {
+  for (int i = 1; i < STROBE_LOG_AGREE; ++i) {
+    TEST_ASSERT_FALSE(frame(DELAY_US));
+  }
+  TEST_ASSERT_EQUAL(STROBE_OUT_OF_ORDER, strobes.last_refusal);
+  TEST_ASSERT_TRUE(frame(DELAY_US));
+}
+
+static void test_a_frame_has_the_age_of_its_edge(void) {
+  get_in_step();
+  TEST_ASSERT_TRUE(frame(DELAY_US + 3210));
+  TEST_ASSERT_EQUAL_UINT32(23210, strobes.age_us);
+  params.half_exposure_us = 500;
+  TEST_ASSERT_TRUE(frame(DELAY_US));
+  TEST_ASSERT_EQUAL_UINT32(19500, strobes.age_us);
+  TEST_ASSERT_EQUAL_UINT32(exposed_us, strobe_log_newest_us(&strobes));
+}
+
+static void test_the_clock_may_wrap(void) {
+  exposed_us = UINT32_MAX - 100000;
+  get_in_step();
+  for (int i = 0; i < 10; ++i) {
+    TEST_ASSERT_TRUE(frame(DELAY_US));
+    TEST_ASSERT_EQUAL_UINT32(DELAY_US, strobes.age_us);
+  }
+  TEST_ASSERT_TRUE(exposed_us < 1000000);
+}
+
+static void test_an_age_outside_the_window_is_refused(void) {
+  get_in_step();
+  TEST_ASSERT_TRUE(frame(11000));
+  TEST_ASSERT_TRUE(frame(29000));
+  TEST_ASSERT_FALSE(frame(10999));
+  TEST_ASSERT_EQUAL(STROBE_NONE, strobes.last_refusal);
+  TEST_ASSERT_FALSE(frame(29001));
+  TEST_ASSERT_TRUE(frame(DELAY_US));
+}
+
+/* Three frames are lost on the bus, their edges are not. */
+static void test_frames_lost_on_the_bus_change_nothing(void) {
+  get_in_step();
+  for (int i = 0; i < 3; ++i) {
+    exposed_us += FRAME_US;
+    edge(exposed_us);
+    ++counter;
+  }
+  TEST_ASSERT_TRUE(frame(DELAY_US));
+  TEST_ASSERT_EQUAL_UINT32(DELAY_US, strobes.age_us);
+  TEST_ASSERT_EQUAL_UINT32(0, strobes.missing + strobes.additional);
+}
+
+/* Its frame, and those until edges and frames are in step again, count by the sender's statement. */
+static void test_a_missing_edge_is_counted(void) {
+  get_in_step();
+  exposed_us += FRAME_US;
+  TEST_ASSERT_FALSE(strobe_log_pair(&strobes, &params, ++counter, exposed_us + DELAY_US));
+  TEST_ASSERT_EQUAL(STROBE_NONE, strobes.last_refusal);
+  get_in_step();
+  TEST_ASSERT_EQUAL_UINT32(1, strobes.missing);
+  TEST_ASSERT_EQUAL_UINT32(0, strobes.additional);
+}
+
+static void test_additional_edges_are_counted(void) {
+  get_in_step();
+  edge(exposed_us + 4000);
+  edge(exposed_us + 5000);
+  get_in_step();
+  TEST_ASSERT_EQUAL_UINT32(2, strobes.additional);
+  TEST_ASSERT_EQUAL_UINT32(0, strobes.missing);
+}
+
+/* Noise next to the edge: nothing shows which of the two is the exposure. */
+static void test_two_edges_within_the_window_are_refused(void) {
+  get_in_step();
+  edge(exposed_us + FRAME_US - EDGE_US);
+  TEST_ASSERT_FALSE(frame(DELAY_US));
+  TEST_ASSERT_EQUAL(STROBE_SEVERAL, strobes.last_refusal);
+}
+
+/* A frame that comes a whole frame time late meets the edge of the next one: out of step, and so refused. */
+static void test_the_edge_of_another_frame_is_refused(void) {
+  get_in_step();
+  const uint32_t late_us = exposed_us + FRAME_US;
+  edge(late_us);
+  edge(late_us + FRAME_US);
+  exposed_us = late_us + FRAME_US;
+  TEST_ASSERT_FALSE(strobe_log_pair(&strobes, &params, ++counter, late_us + 2 * DELAY_US));
+  TEST_ASSERT_EQUAL(STROBE_OUT_OF_ORDER, strobes.last_refusal);
+  TEST_ASSERT_TRUE(strobe_log_pair(&strobes, &params, ++counter, exposed_us + DELAY_US));
+  TEST_ASSERT_EQUAL_UINT32(DELAY_US, strobes.age_us);
+}
+
+static void test_a_frame_that_comes_twice_is_none(void) {
+  get_in_step();
+  const uint32_t unpaired = strobes.unpaired;
+  TEST_ASSERT_FALSE(strobe_log_pair(&strobes, &params, counter, exposed_us + DELAY_US));
+  TEST_ASSERT_TRUE(frame(DELAY_US));
+  TEST_ASSERT_EQUAL_UINT32(unpaired, strobes.unpaired);
+}
+
+static void test_a_sender_that_began_anew_gets_in_step_again(void) {
+  get_in_step();
+  counter = (uint8_t)(counter - 100);
+  get_in_step();
+  TEST_ASSERT_EQUAL_UINT32(0, strobes.missing + strobes.additional);
+}
+
+/* Edges at 20 kHz for 10 s: nothing is paired, each ms is counted, and then it works again. */
+static void test_noise_is_counted_and_pairs_nothing(void) {
+  get_in_step();
+  const uint32_t paired = strobes.paired;
+  for (int ms = 0; ms < 10000; ++ms) {
+    strobe_log_add(&strobes, &(hal_strobes){.flooded = true});
+  }
+  exposed_us += 10000000;
+  counter = (uint8_t)(counter + 500);
+  TEST_ASSERT_FALSE(strobe_log_pair(&strobes, &params, ++counter, exposed_us + DELAY_US));
+  TEST_ASSERT_EQUAL_UINT32(10000, strobes.floods);
+  TEST_ASSERT_EQUAL_UINT32(paired, strobes.paired);
+  get_in_step();
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_frame_has_the_age_of_its_edge);
+  RUN_TEST(test_the_clock_may_wrap);
+  RUN_TEST(test_an_age_outside_the_window_is_refused);
+  RUN_TEST(test_frames_lost_on_the_bus_change_nothing);
+  RUN_TEST(test_a_missing_edge_is_counted);
+  RUN_TEST(test_additional_edges_are_counted);
+  RUN_TEST(test_two_edges_within_the_window_are_refused);
+  RUN_TEST(test_the_edge_of_another_frame_is_refused);
+  RUN_TEST(test_a_frame_that_comes_twice_is_none);
+  RUN_TEST(test_a_sender_that_began_anew_gets_in_step_again);
+  RUN_TEST(test_noise_is_counted_and_pairs_nothing);
+  return UNITY_END();
+}
