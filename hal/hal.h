@@ -29,7 +29,7 @@ typedef struct {
   uint32_t joint_angle_turn32; /* 2^-32 turn */
   bool encoder_failed;         /* no reading passed its checks: the angle is still the last good one */
   bool gyro_valid;             /* a recent sample passed its checks; otherwise gyro_rad_s has no meaning */
-  float gyro_rad_s;            /* inertial rate about the axis */
+  float gyro_rad_s;            /* inertial rate about the axis that its mounting gives it (2056:9) */
   float mean_current_a;        /* motor current since the last tick, mean, positive for torque in positive direction */
   hal_camera_frame frame;
 } hal_axis_samples;
@@ -66,6 +66,26 @@ void hal_set_scales(hal *machine, const hal_scales *scales);
 /* The power stage has switched itself off because of a fault. It stays off until hal_power_bridge(false) finds the
  * fault gone. */
 hal_health hal_axis_health(hal *machine, int axis);
+
+/* --- time --- */
+
+/* The machine's clock in us, from the oscillator of the ticks; it wraps after 72 minutes. */
+uint32_t hal_clock_us(hal *machine);
+
+/* Its value when the last tick began, exactly 1000 more with each. From the deferred task only. */
+uint32_t hal_tick_us(hal *machine);
+
+enum { HAL_STROBES = 16 };
+
+/* Rising edges of the camera's strobe since the last call, the oldest first. */
+typedef struct {
+  bool flooded;                /* there were more than HAL_STROBES: none of them is here */
+  uint32_t count;              /* 0 .. HAL_STROBES */
+  uint32_t at_us[HAL_STROBES]; /* hal_clock_us */
+} hal_strobes;
+
+/* Not from a tick; at least once per ms. */
+void hal_take_strobes(hal *machine, hal_strobes *strobes);
 
 /* --- set once per tick --- */
 

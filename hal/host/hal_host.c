@@ -21,3 +21,9 @@ void hal_release_brake(hal *machine, int axis, bool release) {
 bool hal_brake_is_released(hal *machine, int axis) { return machine->brake_is_released(machine->machine, axis); }
 
 uint32_t hal_status(hal *machine) { return machine->status(machine->machine); }
+
+uint32_t hal_clock_us(hal *machine) { return machine->clock_us(machine->machine); }
+
+uint32_t hal_tick_us(hal *machine) { return machine->tick_us(machine->machine); }
+
+void hal_take_strobes(hal *machine, hal_strobes *strobes) { machine->take_strobes(machine->machine, strobes); }

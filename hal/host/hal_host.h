@@ -22,6 +22,9 @@ struct hal {
   void (*release_brake)(void *machine, int axis, bool release);
   bool (*brake_is_released)(void *machine, int axis);
   uint32_t (*status)(void *machine);
+  uint32_t (*clock_us)(void *machine);
+  uint32_t (*tick_us)(void *machine);
+  void (*take_strobes)(void *machine, hal_strobes *strobes);
 };
 
 #ifdef __cplusplus

@@ -16,7 +16,7 @@
 #include "version_block.h"
 #include "watchdog.h"
 
-enum { PERIODS_PER_TICK = 20, PERIOD_US = 50, TICK_AFTER_PERIOD_US = 22 };
+enum { PERIODS_PER_TICK = 20, PERIOD_US = 50, US_PER_TICK = 1000, TICK_AFTER_PERIOD_US = 22 };
 
 /* Without a tick for this long the bridges are switched off; the watchdog reacts later. */
 enum { MAX_PERIODS_WITHOUT_TICK = 2 * PERIODS_PER_TICK };
@@ -228,6 +228,16 @@ uint32_t hal_status(hal *machine) {
          bit_if(pins_brake_is_released(1), HAL_STATUS_BRAKE_PITCH);
 }
 
+uint32_t hal_clock_us(hal *machine) {
+  (void)machine;
+  return strobe_clock_us();
+}
+
+/* Both timers have one clock. The tick has been counted when the deferred task runs. */
+uint32_t hal_tick_us(hal *machine) { return machine->first_tick_us + (machine->ticks - 1u) * US_PER_TICK; }
+
+void hal_take_strobes(hal *machine, hal_strobes *strobes) { strobe_take(&machine->strobe, strobes); }
+
 float hal_current_a(hal *machine, int axis) { return machine->current_a[axis]; }
 
 float hal_bus_voltage_v(hal *machine) { return machine->bus_voltage_v; }
@@ -290,6 +300,7 @@ hal *hal_board_start(void) {
   machine->bus_flash = parameter_flash(BUS_SETTINGS_PIECE, wait_for_flash, machine);
   encoder_start(machine->encoder);
   gyro_start(machine->gyro);
+  strobe_start(&machine->strobe);
   const bool adc_good = current_sense_start();
   bridge_start();
   clock_check_start();
@@ -327,6 +338,7 @@ void hal_board_run(hal *machine, const hal_board_tasks *tasks) {
     machine->test_bits |= HAL_TEST_CONTROLLER;
   }
   machine->period = 0;
+  machine->first_tick_us = strobe_clock_us() + PERIOD_US + TICK_AFTER_PERIOD_US;
   tick_timer_start(PERIOD_US + TICK_AFTER_PERIOD_US);
   current_sense_enable_interrupt();
   can_enable_interrupt();

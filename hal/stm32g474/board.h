@@ -10,6 +10,7 @@
 #include "image_check.h"
 #include "parameter_flash.h"
 #include "safe_torque.h"
+#include "strobe.h"
 
 /* All that three elements of the FIFO can hold while the interrupt empties it. */
 enum { CAN_MAX_FRAMES_PER_INTERRUPT = 6 };
@@ -46,6 +47,8 @@ struct hal {
   current_sense_scales scales;    /* written while the bridges are off */
   encoder_readings encoder[2];
   gyro_line gyro[2];
+  strobe_line strobe;
+  uint32_t first_tick_us; /* written before the interrupts begin */
 
   /* The background's. */
   image_check image;

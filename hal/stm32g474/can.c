@@ -7,6 +7,7 @@
 #include "hal_board.h"
 #include "interrupts.h"
 #include "registers/fdcan.h"
+#include "strobe.h"
 
 /* 34 time quanta a bit: 1 + 29 before the sample point, 4 after it; 170 MHz / 5 at 1 Mbit/s. */
 enum { QUANTA_BEFORE_SAMPLE = 29, QUANTA_AFTER_SAMPLE = 4, JUMP_WIDTH_QUANTA = 4, KHZ_OF_QUANTA_PER_KBIT_S = 34 };
@@ -17,6 +18,7 @@ enum { MAX_WAIT_US = 1000, BUS_OFF_WAIT_TICKS = 100 };
 
 static uint32_t bus_off_ticks;
 static volatile uint32_t lost_frames;
+static uint32_t us_per_bit;
 static const can_id_range *accepted;
 static uint32_t accepted_count;
 static can_frame waiting_frames[CAN_SEND_FRAMES];
@@ -63,6 +65,8 @@ bool can_start(uint16_t kbit_s) {
   FDCAN1->nbtp =
       FIELD_VALUE(FDCAN_NBTP_NBRP, prescaler - 1) | FIELD_VALUE(FDCAN_NBTP_NTSEG1, QUANTA_BEFORE_SAMPLE - 1) |
       FIELD_VALUE(FDCAN_NBTP_NTSEG2, QUANTA_AFTER_SAMPLE - 1) | FIELD_VALUE(FDCAN_NBTP_NSJW, JUMP_WIDTH_QUANTA - 1);
+  FDCAN1->tscc = FIELD_VALUE(FDCAN_TSCC_TSS, FDCAN_TIMESTAMP_IN_BITS);
+  us_per_bit = 1000u / (uint32_t)kbit_s;
   write_filters();
   FDCAN1->rxgfc = FIELD_VALUE(FDCAN_RXGFC_LSS, accepted_count) | FDCAN_RXGFC_RRFE | FDCAN_RXGFC_RRFS |
                   FIELD_VALUE(FDCAN_RXGFC_ANFE, FDCAN_NON_MATCHING_REJECTED) |
@@ -133,7 +137,9 @@ bool can_receive(can_frame *frame) {
   const uint32_t index = field_get(status, FDCAN_RXF0S_F0GI);
   const fdcan_element *element = &FDCAN1_RAM->receive_fifo_0[index];
   const uint32_t identifier = element->identifier;
-  const uint32_t length = field_get(element->control, ELEMENT_LENGTH);
+  const uint32_t control = element->control;
+  const uint32_t length = field_get(control, ELEMENT_LENGTH);
+  const uint32_t waited_bits = (FDCAN1->tscv - control) & ELEMENT_TIMESTAMP;
   const bool extended = (identifier & ELEMENT_EXTENDED) != 0;
   frame->id = field_get(identifier, extended ? ELEMENT_EXTENDED_ID : ELEMENT_STANDARD_ID);
   frame->flags =
@@ -141,6 +147,7 @@ bool can_receive(can_frame *frame) {
   frame->length = (uint8_t)(length <= CAN_FRAME_BYTES ? length : CAN_FRAME_BYTES);
   put_word(frame->data, element->data[0]);
   put_word(frame->data + 4, element->data[1]);
+  frame->received_us = (uint16_t)(strobe_clock_us() - waited_bits * us_per_bit);
   FDCAN1->rxf0a = index;
   return true;
 }

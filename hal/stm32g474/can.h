@@ -32,7 +32,8 @@ bool can_send(const can_frame *frame);
 /* Passes waiting frames to the hardware, which has sent its own. From the interrupt only. */
 void can_send_waiting(void);
 
-/* Takes the oldest frame; returns false when there is none. From the interrupt only. */
+/* Takes the oldest frame; returns false when there is none. The controller has counted the bits since its start: its
+ * time does not depend on when this is called. From the interrupt only. */
 bool can_receive(can_frame *frame);
 
 void can_acknowledge_interrupt(void);

@@ -20,6 +20,10 @@ typedef struct {
 } dma1_registers;
 REGISTER_AT(dma1_registers, ch, 0x08);
 
+#define DMA1_ISR_TCIF3 FIELD(9, 1)
+#define DMA1_ISR_HTIF3 FIELD(10, 1)
+#define DMA1_IFCR_CGIF3 FIELD(8, 1)
+
 #define DMA1 ((dma1_registers *)0x40020000u)
 #define DMA2 ((dma1_registers *)0x40020400u)
 
@@ -27,8 +31,10 @@ REGISTER_AT(dma1_registers, ch, 0x08);
 #define DMA_CH_CR_DIR FIELD(4, 1) /* 1: from memory */
 #define DMA_CH_CR_CIRC FIELD(5, 1)
 #define DMA_CH_CR_MINC FIELD(7, 1)
+#define DMA_CH_CR_PSIZE FIELD(8, 2)
+#define DMA_CH_CR_MSIZE FIELD(10, 2)
 #define DMA_CH_CR_PL FIELD(12, 2)
-enum { DMA_PRIORITY_HIGH = 2 };
+enum { DMA_PRIORITY_HIGH = 2, DMA_SIZE_32 = 2 };
 
 /* Channels 0 .. 7 of the multiplexer serve DMA1 1 .. 8, channels 8 .. 15 DMA2 1 .. 8. */
 typedef struct {
@@ -44,7 +50,8 @@ enum {
   DMAMUX_SPI3_RX = 14,
   DMAMUX_SPI3_TX = 15,
   DMAMUX_USART1_RX = 24,
-  DMAMUX_USART3_RX = 28
+  DMAMUX_USART3_RX = 28,
+  DMAMUX_TIM5_CH2 = 73
 };
 
 #endif

@@ -63,6 +63,10 @@ REGISTER_AT(fdcan_registers, txbcr, 0xD0);
 #define FDCAN_NBTP_NBRP FIELD(16, 9)
 #define FDCAN_NBTP_NSJW FIELD(25, 7)
 
+#define FDCAN_TSCC_TSS FIELD(0, 2)
+#define FDCAN_TSCV_TSC FIELD(0, 16)
+enum { FDCAN_TIMESTAMP_IN_BITS = 1 };
+
 #define FDCAN_TOCC_RESET 0xFFFF0000u
 #define FDCAN_TOCV_RESET 0x0000FFFFu
 
@@ -128,6 +132,7 @@ _Static_assert(sizeof(fdcan_message_ram) == 0x350, "RM0440: the part of one FDCA
 #define ELEMENT_REMOTE FIELD(29, 1)
 #define ELEMENT_EXTENDED FIELD(30, 1)
 /* Second word. */
+#define ELEMENT_TIMESTAMP FIELD(0, 16) /* of its start */
 #define ELEMENT_LENGTH FIELD(16, 4)
 
 /* A standard filter: identifiers from ID1 to ID2. */

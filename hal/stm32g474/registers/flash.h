@@ -16,6 +16,7 @@ typedef struct {
   volatile uint32_t optr;
   uint32_t reserved_24[2];
   volatile uint32_t wrp1ar;
+  volatile uint32_t wrp1br;
 } flash_registers;
 REGISTER_AT(flash_registers, optr, 0x20);
 REGISTER_AT(flash_registers, wrp1ar, 0x2C);

@@ -1,5 +1,5 @@
-/* Advanced-control timers TIM1 and TIM8 and the basic timer TIM6, whose registers
- * lie at the same offsets: RM0440, the facts only. */
+/* Advanced-control timers TIM1 and TIM8, general-purpose timers TIM5 and TIM16 and the basic timer TIM6, whose
+ * registers lie at the same offsets: RM0440, the facts only. */
 #ifndef TRACKSERVO_STM32G474_REGISTERS_TIMER_H
 #define TRACKSERVO_STM32G474_REGISTERS_TIMER_H
 
@@ -87,6 +87,36 @@ enum { TIM1_OCM_PWM_1 = 6 };
 
 #define TIM1_AF1_RESET 0x00000001u
 #define TIM1_AF1_BKINE FIELD(0, 1)
+
+typedef struct {
+  volatile uint32_t cr1;
+  volatile uint32_t cr2;
+  volatile uint32_t smcr;
+  volatile uint32_t dier;
+  volatile uint32_t sr;
+  volatile uint32_t egr;
+  volatile uint32_t ccmr1_input;
+  volatile uint32_t ccmr2_input;
+  volatile uint32_t ccer;
+  volatile uint32_t cnt;
+  volatile uint32_t psc;
+  volatile uint32_t arr;
+  uint32_t reserved_30;
+  volatile uint32_t ccr1;
+  volatile uint32_t ccr2;
+} tim2_registers;
+REGISTER_AT(tim2_registers, ccr2, 0x38);
+
+#define TIM5 ((tim2_registers *)0x40000C00u)
+
+#define TIM2_CR1_CEN FIELD(0, 1)
+#define TIM2_DIER_CC2DE FIELD(10, 1)
+#define TIM2_EGR_UG FIELD(0, 1)
+#define TIM2_CCMR1_INPUT_CC2S FIELD(8, 2)
+#define TIM2_CCMR1_INPUT_IC2F FIELD(12, 4)
+#define TIM2_CCER_CC2E FIELD(4, 1)
+#define TIM2_ARR_RESET 0xFFFFFFFFu
+enum { TIM2_CC2S_TI2 = 1 };
 
 typedef struct {
   volatile uint32_t cr1;
