@@ -10,6 +10,7 @@
 #include "check/drive_case.hpp"
 #include "check/host_device.hpp"
 #include "check/loop_figures.hpp"
+#include "run/scenario_run.hpp"
 #include "studies/shared/study.hpp"
 
 namespace trackservo::sim {
@@ -60,11 +61,18 @@ std::vector<Figure> figures_of_trace(const CheckPlan& plan, const Study& study, 
 }
 
 Outcome driven_outcome(const CheckPlan& plan, const Study& study, const StudyCase& study_case, std::size_t seed) {
-  const std::unique_ptr<CheckedDevice> device =
-      plan.make_device(plan.plant, plan.seeds[seed], study.scenario.initial_joint_angle_rad);
-  const DrivenCase driven = drive_case(*device, plan.plant, study.scenario, study_case.speed_rad_s, plan.gains);
-  return {study.scenario.name, study_case.name, seed, figures_of_trace(plan, study, study_case, driven.trace),
-          driven.failure};
+  Trace trace;
+  for (const ScenarioConfig& run : runs_of(study.scenario)) {
+    const std::unique_ptr<CheckedDevice> device =
+        plan.make_device(plan.plant, plan.seeds[seed], run.initial_joint_angle_rad);
+    DrivenCase driven = drive_case(*device, plan.plant, run, study_case.speed_rad_s, plan.gains);
+    if (driven.failure) {
+      return {study.scenario.name, study_case.name, seed, figures_of_trace(plan, study, study_case, {}),
+              driven.failure};
+    }
+    add_run(trace, run, std::move(driven.trace));
+  }
+  return {study.scenario.name, study_case.name, seed, figures_of_trace(plan, study, study_case, trace), std::nullopt};
 }
 
 void add_scenario_jobs(std::vector<Job>& jobs, const CheckPlan& plan, const Study& study, const servo_params& params) {

@@ -24,34 +24,7 @@ struct AttackCommand {
   std::filesystem::path json;
 };
 
-constexpr std::uint64_t kMaxSeeds = 10000000;
-
-struct SeedRange {
-  std::uint64_t first = 1;
-  std::uint64_t count = 0;
-  bool has_first = false;
-};
-
-// "N": so many. "A-B": from A to B.
-std::optional<SeedRange> seed_range(const std::string& text) {
-  const std::size_t dash = text.find('-');
-  const std::string from = text.substr(0, dash);
-  const std::string to = dash == std::string::npos ? from : text.substr(dash + 1);
-  if (!seed_problem(from).empty() || !seed_problem(to).empty()) {
-    return std::nullopt;
-  }
-  SeedRange range;
-  range.has_first = dash != std::string::npos;
-  range.first = range.has_first ? std::stoull(from) : range.first;
-  range.count = std::stoull(to) - (range.has_first ? range.first : 0) + (range.has_first ? 1 : 0);
-  return range.count >= 1 && range.count <= kMaxSeeds ? std::optional<SeedRange>(range) : std::nullopt;
-}
-
-std::string seeds_problem(const std::string& text) {
-  return seed_range(text) ? ""
-                          : fmt::format("Invalid seeds \"{}\": expected a number from 1 to {}, or a range as 1-1000",
-                                        text, kMaxSeeds);
-}
+constexpr int kMaxSeeds = 10000000;
 
 // The seeds of the options in one piece.
 AttackOptions attack_options(const AttackCommand& command) {
@@ -103,7 +76,7 @@ void add_attack(CLI::App& app, int& code) {
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   CLI::Option *seeds =
       command->add_option("--seeds", options->seeds, "number of seeds, or the first and the last one: 1-1000")
-          ->check(CLI::Validator(seeds_problem, "N or A-B"))
+          ->check(seed_range_check(1, kMaxSeeds))
           ->capture_default_str();
   CLI::Option *first = command->add_option("--first-seed", options->attack.first_seed, "the first of them")
                            ->check(seed())

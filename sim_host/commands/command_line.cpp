@@ -56,6 +56,32 @@ void refuse_repeated_seeds(std::vector<std::uint64_t> seeds) {
 
 CLI::Validator seed() { return {seed_problem, "SEED"}; }
 
+std::optional<SeedRange> seed_range(const std::string& text) {
+  const std::size_t dash = text.find('-');
+  const std::string from = text.substr(0, dash);
+  const std::string to = dash == std::string::npos ? from : text.substr(dash + 1);
+  if (!seed_problem(from).empty() || !seed_problem(to).empty()) {
+    return std::nullopt;
+  }
+  SeedRange range;
+  range.has_first = dash != std::string::npos;
+  range.first = range.has_first ? std::stoull(from) : range.first;
+  range.count = std::stoull(to) - (range.has_first ? range.first : 0) + (range.has_first ? 1 : 0);
+  return range;
+}
+
+CLI::Validator seed_range_check(int min, int max) {
+  return {[min, max](const std::string& text) {
+            const std::optional<SeedRange> range = seed_range(text);
+            const bool fits = range && range->count >= static_cast<std::uint64_t>(min) &&
+                              range->count <= static_cast<std::uint64_t>(max);
+            return fits ? ""
+                        : fmt::format("Invalid seeds \"{}\": expected a number from {} to {}, or a range as 1-1000",
+                                      text, min, max);
+          },
+          "N or A-B"};
+}
+
 void add_threads(CLI::App& command, int& threads) {
   command.add_option("--threads", threads, "number of runs in parallel; default: the number of processors")
       ->check(CLI::Range(1, 64))

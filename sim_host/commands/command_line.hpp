@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,18 @@ void refuse_repeated_seeds(std::vector<std::uint64_t> seeds);
 
 // For an option that is a seed.
 CLI::Validator seed();
+
+struct SeedRange {
+  std::uint64_t first = 1;
+  std::uint64_t count = 0;
+  bool has_first = false;
+};
+
+// "N": so many, from 1 on. "A-B": from A to B. Nothing when it is neither.
+std::optional<SeedRange> seed_range(const std::string& text);
+
+// For an option that seed_range reads, with `min` to `max` seeds.
+CLI::Validator seed_range_check(int min, int max);
 
 // The option --threads, whose default is one thread per processor.
 void add_threads(CLI::App& command, int& threads);

@@ -9,6 +9,7 @@
 #include "command_line.hpp"
 #include "fault_injection/fault_matrix.hpp"
 #include "fault_injection/fault_scenario.hpp"
+#include "fault_injection/shaking_gains.hpp"
 #include "fault_injection/soak.hpp"
 #include "studies/random_plants/monitored_plants.hpp"
 
@@ -19,6 +20,7 @@ struct FaultsCommand {
   std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
   std::filesystem::path scenario;
   MatrixOptions matrix;
+  int shaking_gains = 0;
   bool list = false;
 };
 
@@ -34,6 +36,13 @@ int faults(const FaultsCommand& command) {
   if (!command.scenario.empty()) {
     fmt::print("{}", run_fault_scenario(plant, load_fault_scenario(command.scenario)));
     return 0;
+  }
+  if (command.shaking_gains > 0) {
+    start_progress();
+    const ShakingGains result =
+        run_shaking_gains(plant, {command.shaking_gains, command.matrix.seed, command.matrix.threads}, show_progress);
+    fmt::print("{}", print(result));
+    return result.errors.empty() ? 0 : 1;
   }
   const std::vector<MatrixRow> rows = run_fault_matrix(plant, command.matrix);
   fmt::print("{}", print_fault_matrix(rows));
@@ -77,18 +86,27 @@ void add_faults(CLI::App& app, int& code) {
                               ->add_option("--scenario", options->scenario,
                                            "run only the fault injections of this file and report them line by line")
                               ->check(CLI::ExistingFile);
-  command
-      ->add_option("--instants,--moments", options->matrix.moments,
-                   "random injection instants per fault, motion and axis")
-      ->check(CLI::Range(1, 100000))
-      ->excludes(scenario)
-      ->capture_default_str();
+  CLI::Option *instants = command
+                              ->add_option("--instants,--moments", options->matrix.moments,
+                                           "random injection instants per fault, motion and axis")
+                              ->check(CLI::Range(1, 100000))
+                              ->excludes(scenario)
+                              ->capture_default_str();
   command->add_option("--seed", options->matrix.seed, "seed of all noise and injection instants")
       ->check(seed())
       ->excludes(scenario)
       ->capture_default_str();
-  command->add_option("--only", options->matrix.only, "only these injections (names as --list prints them)")
-      ->excludes(scenario);
+  CLI::Option *only =
+      command->add_option("--only", options->matrix.only, "only these injections (names as --list prints them)")
+          ->excludes(scenario);
+  command
+      ->add_option("--shaking-gains", options->shaking_gains,
+                   "instead: apply so many random sets of gains that shake an axis, at rest and moving, in spite of "
+                   "the device's check")
+      ->check(CLI::Range(1, 1000000))
+      ->excludes(scenario)
+      ->excludes(instants)
+      ->excludes(only);
   add_threads(*command, options->matrix.threads);
   command->add_flag("--list", options->list, "only list the fault injections");
   command->callback([options, &code] { code = faults(*options); });

@@ -5,6 +5,7 @@
 //   sim_host experiments --out DIR
 //   sim_host beliefs --out DIR
 //   sim_host random-plants --plant FILE --out DIR
+//   sim_host base-motion --out DIR
 //   sim_host passes --out DIR
 //   sim_host node-tracking --out DIR
 //   sim_host bench
@@ -261,6 +262,12 @@ void refuse_without_target(const sim::ScenarioConfig& scenario) {
   }
 }
 
+// The served camera sees the target everywhere, whatever the scenario's own camera measures.
+void refuse_course(const sim::PlantConfig& plant, sim::ScenarioConfig scenario) {
+  scenario.camera.geometry = sim::CameraGeometry::kLineOfSight;
+  sim::warn(sim::check_scenario(plant, scenario));
+}
+
 void print_start(const sim::TargetOptions& target) {
   const sim::LineOfSight start = sim::FlyBy(target.scenario->fly_by).at(0.0);
   const std::string result = target.video.empty()
@@ -280,6 +287,7 @@ void serve(const ServeCommand& command) {
   if (!command.target.empty()) {
     options.target.scenario = sim::load_scenario(command.target);
     refuse_without_target(*options.target.scenario);
+    refuse_course(plant, *options.target.scenario);
     reports.open = [open = reports.open, target = options.target](const std::vector<std::string>& addresses) {
       open(addresses);
       print_start(target);
@@ -362,18 +370,20 @@ void add_target(CLI::App& command, ServeCommand& serving) {
                       "scenario file with kind = \"tracking\": its target waits at its start until an axis follows it, "
                       "and its camera sends frames onto the bus")
           ->check(CLI::ExistingFile);
-  command
-      .add_option("--camera-id", serving.options.target.camera_cob_id,
-                  "with --target: identifier of the camera's frames; counts up from node to node")
-      ->check(CLI::Range(0x181, 0x57F))
-      ->default_str("0x541")
-      ->needs(target);
+  CLI::Option *camera = command
+                            .add_option("--camera-id", serving.options.target.camera_cob_id,
+                                        "with --target: identifier of the camera's frames; counts up from node to node")
+                            ->check(CLI::Range(0x181, 0x57F))
+                            ->default_str("0x541")
+                            ->needs(target);
   command
       .add_option(
           "--video", serving.options.target.video,
           "with --target: pgm-tcp:PORT, pictures of the target for an image processor (docs/imager.md), instead of "
           "the camera's frames; 0: any free port")
-      ->needs(target);
+      ->check([](const std::string& video) { return video.empty() ? "is empty: expected pgm-tcp:PORT" : ""; })
+      ->needs(target)
+      ->excludes(camera);
   command
       .add_option("--truth", serving.options.target.truth_csv,
                   "with --target: file for the true error of the line of sight (CSV), a row per ms of the flight")
@@ -446,6 +456,7 @@ int main(int argc, char **argv) {
   sim::add_assumed_plants(app);
   sim::add_random_plants(app);
   sim::add_fig9_scan(app);
+  sim::add_base_motion(app);
   sim::add_passes(app);
   sim::add_node_tracking(app);
   add_bench(app);

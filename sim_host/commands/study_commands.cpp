@@ -5,17 +5,19 @@
 #include <memory>
 #include <numeric>
 
+#include "base/checksum.hpp"
 #include "base/job_pool.hpp"
 #include "command_line.hpp"
 #include "config/arguments.hpp"
+#include "studies/base_motion/base_motion.hpp"
 #include "studies/campaign/campaign.hpp"
 #include "studies/campaign/results.hpp"
 #include "studies/fig9_scan/fig9_scan_report.hpp"
 #include "studies/identification_value/identification_value.hpp"
 #include "studies/node_tracking/node_tracking.hpp"
 #include "studies/random_plants/random_plants_report.hpp"
+#include "studies/shared/assumed_plant_file.hpp"
 #include "studies/shared/experiment.hpp"
-#include "studies/shared/identified_axis.hpp"
 #include "studies/straight_passes/straight_passes.hpp"
 
 namespace trackservo::sim {
@@ -43,29 +45,73 @@ void assumed_plants(const CampaignOptions& options) {
   fmt::print("written {}\n", (options.out_dir / "beliefs.json").string());
 }
 
+constexpr int kMinPlants = 2;
+constexpr int kMaxPlants = 1000000;
+
 struct RandomPlantsOptions {
-  std::filesystem::path plant;
+  std::filesystem::path data_dir = TRACKSERVO_DATA_DIR;
+  std::filesystem::path plant;  // empty: the tracker of the data folder
+  std::string seeds;            // instead of the setup's seed and count, if not empty
   RandomPlantsSetup setup;
+  std::filesystem::path identified;
+  std::vector<std::filesystem::path> merge;
+  bool all_seeds_given = false;
   std::filesystem::path out_dir;
 };
 
-void random_plants(const RandomPlantsOptions& options) {
+// An existing file is only read, also from a folder that cannot be written.
+std::string identified_file_problem(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored) ? "" : output_file_problem(file);
+}
+
+// The setup without what is identified.
+RandomPlantsSetup random_plants_setup(const RandomPlantsOptions& options, const std::filesystem::path& plant) {
   RandomPlantsSetup setup = options.setup;
-  setup.study.plant = load_plant(options.plant);
-  const std::vector<Experiment> experiments = load_experiments(TRACKSERVO_DATA_DIR);
+  if (!options.seeds.empty()) {
+    const SeedRange range = *seed_range(options.seeds);  // it was checked
+    setup.seed = range.first;
+    setup.count = range.count;
+  }
+  setup.study.plant = load_plant(plant);
+  const std::vector<Experiment> experiments = load_experiments(options.data_dir, TRACKSERVO_DATA_DIR);
   const Experiment& steady = experiment_named("steady_speed", experiments);
   setup.study.scenario = steady.studies.front().scenario;
   setup.study.experiment = steady.name;
   setup.paper = steady.paper;
+  const std::vector<std::filesystem::path> inputs = {plant, setup.study.scenario.lines.file()};
+  setup.origin = {TRACKSERVO_GIT, plant.filename().string(), checksum_of(inputs), ""};
+  return setup;
+}
+
+AssumedPlantRecord assumed_plant_for(const RandomPlantsOptions& options, const std::filesystem::path& plant,
+                                     const RandomPlantsSetup& setup) {
+  const IdentifiedBy by{TRACKSERVO_GIT, plant};
+  if (std::filesystem::exists(options.identified)) {
+    return read_assumed_plant(options.identified, by);
+  }
+  JobPool pool(setup.threads, kAxes, show_progress);
+  return identify_assumed_plant(setup.study.plant, by, options.out_dir, options.identified, pool);
+}
+
+RandomPlants run_random_plants(const RandomPlantsOptions& options, const std::filesystem::path& plant,
+                               RandomPlantsSetup setup) {
   checked_design(setup.study, controller_spec("pi_vob_ftc"), {});
   start_progress();
-  JobPool pool(setup.threads, kAxes, show_progress);
-  setup.study.identified =
-      assumed_plant_of(setup.study.plant, identify_plants({setup.study.plant}, options.out_dir, pool));
-  const RandomPlants tried = try_random_plants(setup, show_progress);
+  const AssumedPlantRecord assumed = assumed_plant_for(options, plant, setup);
+  setup.study.identified = assumed.plant;
+  setup.origin.identified = assumed.checksum;
+  return try_random_plants(setup, show_progress);
+}
+
+void random_plants(const RandomPlantsOptions& options) {
+  const std::filesystem::path plant = options.plant.empty() ? options.data_dir / "plants/tracker.toml" : options.plant;
+  const RandomPlantsSetup setup = random_plants_setup(options, plant);
+  const RandomPlants tried = options.merge.empty() ? run_random_plants(options, plant, setup)
+                                                   : merge_random_plants(setup, options.merge, options.all_seeds_given);
   const RandomPlantsSummary summary = summary_of(tried);
-  print(setup, tried, summary);
-  write_random_plants(setup, tried, summary, TRACKSERVO_GIT, options.out_dir);
+  print(tried, summary);
+  write_random_plants(tried, summary, TRACKSERVO_GIT, options.out_dir);
   fmt::print("Wrote {0}/random_plants.json and {0}/random_plants.csv\n", options.out_dir.string());
 }
 
@@ -116,6 +162,46 @@ CLI::Option *add_study_options(CLI::App& command, CampaignOptions& options) {
   return command.add_option("--seeds", options.seeds, "seeds to run")->check(seed())->capture_default_str();
 }
 
+template <class Results>
+std::vector<Requirement> requirements_of_all(const std::vector<Results>& results) {
+  std::vector<Requirement> requirements;
+  for (const Results& result : results) {
+    const std::vector<Requirement> more = requirements_of(result);
+    requirements.insert(requirements.end(), more.begin(), more.end());
+  }
+  return requirements;
+}
+
+// Writes a study's own file and its rows of results.json.
+template <class Write>
+void write_study(const RequirementSource& source, const std::vector<Requirement>& requirements,
+                 const std::filesystem::path& folder, const char *file, const Write& write) {
+  if (folder.empty()) {
+    return;
+  }
+  write(folder / file);
+  const bool recorded = record_requirements(source, requirements, folder);
+  fmt::print("written {}{}\n", (folder / file).string(), recorded ? " and the rows of results.json" : "");
+}
+
+struct BaseMotionOptions {
+  BaseMotionSetup setup;
+  std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
+  std::filesystem::path out_dir;
+};
+
+void base_motion(const BaseMotionOptions& options) {
+  BaseMotionSetup setup = options.setup;
+  refuse_repeated_seeds(setup.seeds);
+  setup.plant = load_plant(options.plant);
+  start_progress();
+  const BaseMotionStudy study = run_base_motion(setup, show_progress);
+  print(setup, study);
+  write_study({"sim_host base-motion", TRACKSERVO_GIT, setup.plant.name}, requirements_of(setup, study),
+              options.out_dir, "base_motion.json",
+              [&](const std::filesystem::path& file) { write_base_motion(setup, study, TRACKSERVO_GIT, file); });
+}
+
 struct PassesOptions {
   PassesSetup setup;
   std::filesystem::path plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
@@ -130,10 +216,9 @@ void passes(const PassesOptions& options) {
   start_progress();
   const std::vector<PassResult> results = run_passes(setup, show_progress);
   print(setup, results);
-  if (!options.out_dir.empty()) {
-    write_passes(setup, results, TRACKSERVO_GIT, options.out_dir / "passes.json");
-    fmt::print("written {}\n", (options.out_dir / "passes.json").string());
-  }
+  write_study({"sim_host passes", TRACKSERVO_GIT, setup.plant.name}, requirements_of_all(results), options.out_dir,
+              "passes.json",
+              [&](const std::filesystem::path& file) { write_passes(setup, results, TRACKSERVO_GIT, file); });
 }
 
 struct NodeTrackingOptions {
@@ -150,10 +235,9 @@ void node_tracking(const NodeTrackingOptions& options) {
   start_progress();
   const std::vector<NodeTrackingResult> results = run_node_tracking(setup, show_progress);
   print(setup, results);
-  if (!options.out_dir.empty()) {
-    write_node_tracking(setup, results, TRACKSERVO_GIT, options.out_dir / "node_tracking.json");
-    fmt::print("written {}\n", (options.out_dir / "node_tracking.json").string());
-  }
+  write_study({"sim_host node-tracking", TRACKSERVO_GIT, setup.plant.name}, requirements_of_all(results),
+              options.out_dir, "node_tracking.json",
+              [&](const std::filesystem::path& file) { write_node_tracking(setup, results, TRACKSERVO_GIT, file); });
 }
 
 }  // namespace
@@ -187,24 +271,55 @@ void add_assumed_plants(CLI::App& app) {
 
 void add_random_plants(CLI::App& app) {
   auto options = std::make_shared<RandomPlantsOptions>();
-  options->plant = std::filesystem::path(TRACKSERVO_DATA_DIR) / "plants/tracker.toml";
   RandomPlantsSetup& setup = options->setup;
   CLI::App *command = app.add_subcommand(
       "random-plants",
       "study steady speed on plants that differ in every parameter from the one that the gains were designed for");
-  command->add_option("--plant", options->plant, "nominal plant file (TOML)")->check(CLI::ExistingFile);
-  command->add_option("--count", setup.count, "number of plants")->check(CLI::Range(2, 1000000))->capture_default_str();
+  command->add_option("--data", options->data_dir, kDataHelp)->check(CLI::ExistingDirectory);
+  command->add_option("--plant", options->plant, "nominal plant file (TOML); default: plants/tracker.toml of --data")
+      ->check(CLI::ExistingFile);
+  CLI::Option *count = command->add_option("--count", setup.count, "number of plants")
+                           ->check(CLI::Range(kMinPlants, kMaxPlants))
+                           ->capture_default_str();
   command->add_option("--share", setup.share, "largest relative deviation of each parameter")
       ->check(share(0.9))
       ->capture_default_str();
-  command->add_option("--seed", setup.seed, "seed of the first plant; the following plants use the following seeds")
-      ->check(seed())
-      ->capture_default_str();
+  CLI::Option *first =
+      command->add_option("--seed", setup.seed, "seed of the first plant; the following plants use the following seeds")
+          ->check(seed())
+          ->capture_default_str();
+  CLI::Option *seeds = command
+                           ->add_option("--seeds", options->seeds,
+                                        "number of plants, or the seeds of the first and of the last one: 1001-2000")
+                           ->check(seed_range_check(kMinPlants, kMaxPlants))
+                           ->excludes(count)
+                           ->excludes(first);
+  CLI::Option *identified =
+      command
+          ->add_option("--identified,--belief", options->identified,
+                       "file with both identified axes, used instead of an identification; if it does not exist, they "
+                       "are identified and written to it")
+          ->check(CLI::Validator(identified_file_problem, "FILE"));
+  CLI::Option *log = command
+                         ->add_option("--log", setup.log,
+                                      "append each plant's result to this CSV file, and do not repeat the plants that "
+                                      "it has")
+                         ->check(CLI::Validator(output_file_problem, "FILE"));
+  command
+      ->add_option("--merge", options->merge,
+                   "run nothing; write the results of these logs, which must have each seed once (with --seeds: all of "
+                   "these)")
+      ->check(CLI::ExistingFile)
+      ->excludes(identified)
+      ->excludes(log);
   add_threads(*command, setup.threads);
   command->add_option("--out", options->out_dir, "folder for the results")
       ->required()
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
-  command->callback([options] { random_plants(*options); });
+  command->callback([options, count, first, seeds] {
+    options->all_seeds_given = count->count() + first->count() + seeds->count() > 0;
+    random_plants(*options);
+  });
 }
 
 void add_fig9_scan(CLI::App& app) {
@@ -231,9 +346,23 @@ void add_node_tracking(CLI::App& app) {
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  command->add_option("--out", options->out_dir, "folder for node_tracking.json")
+  command
+      ->add_option("--out", options->out_dir,
+                   "folder for node_tracking.json, and of the results.json that gets the rows")
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command->callback([options] { node_tracking(*options); });
+}
+
+void add_base_motion(CLI::App& app) {
+  auto options = std::make_shared<BaseMotionOptions>();
+  CLI::App *command = app.add_subcommand(
+      "base-motion", "study a base that turns: line of sight while tracking, isolation, margins over the pitch");
+  command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
+  command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
+  add_threads(*command, options->setup.threads);
+  command->add_option("--out", options->out_dir, "folder for base_motion.json")
+      ->check(CLI::Validator(output_folder_problem, "FOLDER"));
+  command->callback([options] { base_motion(*options); });
 }
 
 void add_passes(CLI::App& app) {
@@ -243,7 +372,7 @@ void add_passes(CLI::App& app) {
   command->add_option("--plant", options->plant, "plant file (TOML)")->check(CLI::ExistingFile);
   command->add_option("--seeds", options->setup.seeds, "seeds to run")->check(seed())->capture_default_str();
   add_threads(*command, options->setup.threads);
-  command->add_option("--out", options->out_dir, "folder for passes.json")
+  command->add_option("--out", options->out_dir, "folder for passes.json, and of the results.json that gets the rows")
       ->check(CLI::Validator(output_folder_problem, "FOLDER"));
   command->callback([options] { passes(*options); });
 }

@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,14 +56,22 @@ void unplug(target::BoardMachine& machine, const std::vector<std::string>& missi
   }
 }
 
+struct OptionBytes {
+  std::uint32_t optr;
+  std::uint32_t wrp1ar;
+};
+
 int run(const std::string& image, const std::string& plant, const std::vector<std::string>& missing,
-        const sim::ServeOptions& options) {
+        const std::optional<OptionBytes>& bytes, const sim::ServeOptions& options) {
   sim::VirtualBus bus{static_cast<double>(options.bit_rate), sim::kPwmPeriod_s};
   target::BoardMachine::Options fitted;
   fitted.seed = options.seed;
   fitted.joint_angle_rad = sim::kServedStart_rad;
   fitted.holding_brakes = true;
   target::BoardMachine machine(read_image(image), sim::load_plant(plant), bus, fitted);
+  if (bytes) {
+    machine.chip().flash.set_options(bytes->optr, bytes->wrp1ar);
+  }
   unplug(machine, missing);
   EmulatedBoard board(machine);
   sim::serve(board, bus, options, sim::reports_on_stdout());
@@ -81,6 +90,7 @@ int main(int argc, char **argv) {
   std::string image;
   std::string plant = TRACKSERVO_DATA_DIR "/plants/tracker.toml";
   std::vector<std::string> missing;
+  std::vector<std::uint32_t> bytes;
   sim::ServeOptions options;
   double speed = 1.0;
   app.add_option("image", image, "image to flash (trackservo.bin)")->required()->check(CLI::ExistingFile);
@@ -88,6 +98,8 @@ int main(int argc, char **argv) {
   app.add_option("--without", missing, "sensors that are not connected, e.g. --without pitch-encoder,pitch-gyro")
       ->delimiter(',')
       ->check(CLI::IsMember({"azimuth-encoder", "azimuth-gyro", "pitch-encoder", "pitch-gyro"}));
+  app.add_option("--option-bytes", bytes, "OPTR and WRP1AR of the chip; the default is what tools/image/board sets")
+      ->expected(2);
   app.add_option("--bus", options.buses, "bus: slcan-tcp:PORT, slcan-pty or socketcan:INTERFACE");
   app.add_option("--bit-rate", options.bit_rate,
                  "bit rate of the bus in bit/s; the board uses its own, 1000000 as delivered")
@@ -101,7 +113,8 @@ int main(int argc, char **argv) {
     options.catch_up_ticks = kCatchUp_ticks;
   }
   try {
-    return run(image, plant, missing, options);
+    const auto fitted = bytes.empty() ? std::nullopt : std::optional<OptionBytes>({bytes[0], bytes[1]});
+    return run(image, plant, missing, fitted, options);
   } catch (const std::exception& error) {
     fmt::print(stderr, "emulate_board: {}\n", error.what());
     return 2;

@@ -1,7 +1,10 @@
 #include "board/board_machine.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace trackservo::target {
 namespace {
@@ -48,12 +51,21 @@ std::uint32_t clipped_counts(double counts) {
   return static_cast<std::uint32_t>(std::clamp(std::lround(counts), 0L, 4095L));
 }
 
+// The chip reads the encoders at instants within a step.
+const sim::PlantConfig& exact(const sim::PlantConfig& plant) {
+  if (plant.mechanics.pwm_periods_per_step != 1) {
+    throw std::invalid_argument(fmt::format("{}: mechanics.pwm_periods_per_step is {}; the emulated board needs 1",
+                                            plant.name, plant.mechanics.pwm_periods_per_step));
+  }
+  return plant;
+}
+
 }  // namespace
 
 BoardMachine::BoardMachine(const std::vector<std::uint8_t>& image, const sim::PlantConfig& plant, sim::VirtualBus& bus,
                            const Options& options)
     : bus_(bus),
-      tracker_(plant, options.seed),
+      tracker_(exact(plant), options.seed),
       adc_(plant.adc),
       chip_(image),
       can_(bus, chip_.fdcan1),
@@ -103,6 +115,19 @@ double BoardMachine::take_duty(int axis) {
     }
   }
   return driven ? *legs[0] - *legs[1] : 0.0;
+}
+
+bool BoardMachine::run_after_tick(double after_s) {
+  constexpr int kPatience_periods = 200;
+  const std::uint64_t before = ticks_;
+  for (int period = 0; ticks_ == before; ++period) {
+    if (period == kPatience_periods) {
+      return false;
+    }
+    run(sim::kPwmPeriod_s);
+  }
+  run(after_s);
+  return true;
 }
 
 // One PWM period of the plant, which ends `at`, and the other actions at this rate.

@@ -36,6 +36,10 @@ class BoardMachine {
                const Options& options);
 
   void run(double seconds) { chip_.run(duration_of(seconds)); }
+  // Until `after_s` after the next tick of the control task. How long an image takes to start depends on its size; what
+  // is then sent every millisecond arrives in the same phase, whatever the image. Without a tick within 10 ms the task
+  // does not run, and the answer is false.
+  [[nodiscard]] bool run_after_tick(double after_s);
   double time_s() const { return seconds_of(chip_.timeline.now()); }
 
   Stm32g474& chip() { return chip_; }
@@ -63,6 +67,9 @@ class BoardMachine {
 
   // A driver's fault output, low while active.
   void set_driver_fault(int axis, bool fault);
+
+  // The camera's strobe rises now, at PC12, and falls again at once.
+  void strobe() { chip_.tim5.rise(); }
 
   // A channel of STO at the board's terminals: false removes the torque. The input circuit follows a change that lasts
   // longer than kStoDelay.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "bus/can_bit_time.hpp"
+
 namespace trackservo::target {
 namespace {
 
@@ -22,6 +24,7 @@ void CanLine::receive(const can_frame& frame) {
   message.header =
       (extended ? frame.id | kExtended : frame.id << 18) | ((frame.flags & CAN_FRAME_REMOTE) != 0 ? kRemote : 0U);
   message.length = frame.length;
+  message.bits = static_cast<std::uint32_t>(sim::can_frame_bits(frame));
   for (std::size_t i = 0; i < std::min<std::size_t>(frame.length, CAN_FRAME_BYTES); ++i) {
     message.data[i / 4] |= static_cast<std::uint32_t>(frame.data[i]) << (8 * (i % 4));
   }

@@ -21,6 +21,7 @@ enum class DmaRequest : std::uint32_t {
   kUsart1Tx = 25,
   kUsart3Rx = 28,
   kUsart3Tx = 29,
+  kTim5Ch2 = 73,
 };
 
 class Dma : public Peripheral {

@@ -5,6 +5,8 @@ namespace {
 
 constexpr std::uint32_t kCccr = 0x18;
 constexpr std::uint32_t kNbtp = 0x1C;
+constexpr std::uint32_t kTscc = 0x20;
+constexpr std::uint32_t kTscv = 0x24;
 constexpr std::uint32_t kEcr = 0x40;
 constexpr std::uint32_t kPsr = 0x44;
 constexpr std::uint32_t kIr = 0x50;
@@ -69,7 +71,8 @@ Fdcan::Fdcan(Services services, const char *name, std::array<int, 2> interrupts,
                      {"RWD", 0x14, 0, 0xFF, 0xFF00},
                      {"CCCR", kCccr, 1, 0xF3F7, 8},
                      {"NBTP", kNbtp, 0x06000A03, 0xFFFFFF7F},
-                     {"TSCC", 0x20, 0, 0xF0003},
+                     {"TSCC", kTscc, 0, 0xF0003},
+                     {"TSCV", kTscv, 0, 0xFFFF},
                      {"TOCC", 0x28, 0xFFFF0000, 0xFFFF0007},
                      {"ECR", kEcr, 0, 0, 0xFFFFFF},
                      {"PSR", kPsr, 0x707, 0, 0x7F7FFF},
@@ -257,6 +260,14 @@ void Fdcan::receive(const CanMessage& message) {
   }
 }
 
+// RM0440: TSS = 1 counts bits.
+std::uint32_t Fdcan::timestamp() const {
+  require((reg(kTscc) & 2U) == 0 && reg(kTscc) >> 16 == 0,
+          "time stamps of another timer or with a prescaler are not modelled");
+  const double bits = seconds_of(timeline().now() - stamped_from_) * bits_per_s().value_or(0.0);
+  return (reg(kTscc) & 3U) == 1 ? static_cast<std::uint32_t>(static_cast<std::uint64_t>(bits)) : 0;
+}
+
 void Fdcan::put(unsigned fifo, const CanMessage& message, std::uint32_t filter) {
   Fifo& state = fifo_[fifo];
   const unsigned shift = fifo == 0 ? 0 : 3;
@@ -271,7 +282,8 @@ void Fdcan::put(unsigned fifo, const CanMessage& message, std::uint32_t filter) 
   }
   const std::uint32_t at = kFifos[fifo] + kElementBytes * ((state.get + state.fill) % kFifoElements);
   ram_.word(at) = message.header;
-  ram_.word(at + 4) = (filter & kNoFilter ? 1U << 31 : filter << 24) | message.length << 16;
+  ram_.word(at + 4) =
+      (filter & kNoFilter ? 1U << 31 : filter << 24) | message.length << 16 | ((timestamp() - message.bits) & 0xFFFFU);
   ram_.word(at + 8) = message.data[0];
   ram_.word(at + 12) = message.data[1];
   ++state.fill;
@@ -364,6 +376,8 @@ std::uint32_t Fdcan::on_read(std::uint32_t offset, std::uint32_t stored, unsigne
     case kTxfqs:
       return (kBuffers - waiting_) | (next_buffer().value_or(put_index_)) << 8 | put_index_ << 16 |
              (waiting_ == kBuffers ? 1U << 21 : 0U);
+    case kTscv:
+      return timestamp() & 0xFFFFU;
     case kPsr:
       reg(kPsr) |= 7U;  // reading sets "no change"
       return stored;
@@ -374,7 +388,7 @@ std::uint32_t Fdcan::on_read(std::uint32_t offset, std::uint32_t stored, unsigne
 
 void Fdcan::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*width*/) {
   const bool is_protected = offset == kNbtp || offset == kRxgfc || offset == kXidam || offset == kTxbc ||
-                            offset == kCkdiv || offset == 0x0C || offset == 0x48 || offset == 0x28;
+                            offset == kCkdiv || offset == kTscc || offset == 0x0C || offset == 0x48 || offset == 0x28;
   if (is_protected && (reg(kCccr) & 3U) != 3) {
     report_violation("a protected register is written outside of initialisation");
     return;
@@ -382,6 +396,9 @@ void Fdcan::on_write(std::uint32_t offset, std::uint32_t written, unsigned /*wid
   switch (offset) {
     case kCccr:
       write_cccr(written);
+      break;
+    case kTscv:
+      stamped_from_ = timeline().now();
       break;
     case kIr:
       reg(kIr) &= ~written;

@@ -1,5 +1,5 @@
 // An FDCAN used as classic CAN (RM0440, 44): acceptance filters, two receive FIFOs and three transmit buffers in the
-// message RAM, interrupts, bus-off.
+// message RAM, time stamps in bits, interrupts, bus-off.
 #ifndef TRACKSERVO_SIM_EMULATOR_CHIP_FDCAN_HPP
 #define TRACKSERVO_SIM_EMULATOR_CHIP_FDCAN_HPP
 
@@ -17,6 +17,7 @@ struct CanMessage {
   std::uint32_t header = 0;  // ESI, XTD, RTR and the identifier
   std::uint32_t length = 0;  // 0 .. 8
   std::array<std::uint32_t, 2> data{};
+  std::uint32_t bits = 0;  // that it took on the bus
 };
 
 // 848 bytes of message RAM; by whole words only.
@@ -76,6 +77,7 @@ class Fdcan : public Peripheral {
     std::uint32_t filter;  // 0x80: none matched
   };
 
+  std::uint32_t timestamp() const;
   bool is_initialising() const { return (reg(0x18) & 1U) != 0; }
   void write_cccr(std::uint32_t written);
   void check_timing() const;
@@ -100,6 +102,7 @@ class Fdcan : public Peripheral {
   unsigned waiting_ = 0;
   unsigned put_index_ = 0;
   std::optional<Instant> recovery_;
+  Instant stamped_from_ = 0;  // when the program last reset the time stamps
   int accepted_ = 0;
   int restarts_ = 0;
 };

@@ -45,7 +45,7 @@ FlashInterface::FlashInterface(Services services, std::vector<std::uint8_t>& con
                   {"CR", kCr, 0xC0000000, 0xFF078FFF},
                   {"ECCR", kEccr, 0, 0xF1000000, 0x0067FFFF},
                   {"OPTR", kOptr, kOptionsAtDelivery, 0, 0xFFFFFFFF},
-                  {"WRP1AR", kWrp1ar, 0x7F, 0, 0xFFFFFFFF}}),
+                  {"WRP1AR", kWrp1ar, kNothingProtected, 0, 0xFFFFFFFF}}),
       contents_(contents),
       data_offset_(data_offset),
       done_(timeline().add([this] {

@@ -26,10 +26,14 @@ class FlashInterface : public Peripheral {
   bool is_prefetching() const { return (reg(0x00) & 1U << 8) != 0; }
   void on_access_control(std::function<void()> listener) { access_changed_ = std::move(listener); }
 
-  // Option bytes, as a programmer writes them; they outlast every reset. The default is what tools/image/board sets.
+  // Option bytes, as a programmer writes them; they outlast every reset.
   static constexpr std::uint32_t kOptionsAtDelivery = 0xFFEFF8AA;
   static constexpr std::uint32_t kNoRamParity = 1U << 24;
-  static constexpr std::uint32_t kImageProtected = 0x003F0000;  // WRP1AR: pages 0 to 63
+  static constexpr std::uint32_t kNothingProtected = 0x7F;
+  // WRP1AR: the pages of an image of this size.
+  static constexpr std::uint32_t protect_image(std::size_t bytes) {
+    return static_cast<std::uint32_t>((bytes - 1) / kPageBytes) << 16;
+  }
   void set_options(std::uint32_t options, std::uint32_t write_protection) {
     options_ = options;
     write_protection_ = write_protection;
@@ -79,8 +83,8 @@ class FlashInterface : public Peripheral {
   std::uint32_t first_word_ = 0;
   std::uint32_t first_address_ = UINT32_MAX;
   int operations_left_ = -1;
-  std::uint32_t options_ = kOptionsAtDelivery & ~kNoRamParity;
-  std::uint32_t write_protection_ = kImageProtected;
+  std::uint32_t options_ = kOptionsAtDelivery;
+  std::uint32_t write_protection_ = kNothingProtected;
   std::map<std::uint32_t, WrongBits> weak_;
   bool program_is_corrected_ = false;
 };

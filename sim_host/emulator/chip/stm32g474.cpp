@@ -40,6 +40,8 @@ Stm32g474::Stm32g474(const std::vector<std::uint8_t>& image)
     throw std::invalid_argument("the image is empty or extends into the parameter pages");
   }
   std::copy(image.begin(), image.end(), flash_bytes_.begin());
+  flash.set_options(FlashInterface::kOptionsAtDelivery & ~FlashInterface::kNoRamParity,
+                    FlashInterface::protect_image(image.size()));
   for (std::size_t i = 0; i < ports_.size(); ++i) {
     ports_[i] = std::make_unique<Gpio>(services_, static_cast<char>('A' + i));
   }
@@ -69,6 +71,7 @@ void Stm32g474::attach(Peripheral& peripheral, std::uint32_t base, std::uint32_t
 }
 
 void Stm32g474::attach_all() {
+  attach(tim5, 0x40000C00, 0x400);
   attach(tim6, 0x40001000, 0x400);
   attach(watchdog, 0x40003000, 0x400);
   attach(spi3, 0x40003C00, 0x400);
@@ -107,10 +110,10 @@ void Stm32g474::give_clocks() {
     unsigned bit;
   };
   const Gate gates[] = {
-      {dma1, 0x48, 0},    {dma2, 0x48, 1},         {dma_mux, 0x48, 2}, {flash, 0x48, 8},  {adc1, 0x4C, 13},
-      {adc2, 0x4C, 13},   {adc_common, 0x4C, 13},  {tim6, 0x58, 4},    {spi3, 0x58, 15},  {usart3, 0x58, 18},
-      {fdcan1, 0x58, 25}, {message_ram, 0x58, 25}, {pwr, 0x58, 28},    {syscfg, 0x60, 0}, {tim1, 0x60, 11},
-      {spi1, 0x60, 12},   {tim8, 0x60, 13},        {usart1, 0x60, 14}, {tim16, 0x60, 17},
+      {dma1, 0x48, 0},    {dma2, 0x48, 1},        {dma_mux, 0x48, 2},      {flash, 0x48, 8},   {adc1, 0x4C, 13},
+      {adc2, 0x4C, 13},   {adc_common, 0x4C, 13}, {tim6, 0x58, 4},         {tim5, 0x58, 3},    {spi3, 0x58, 15},
+      {usart3, 0x58, 18}, {fdcan1, 0x58, 25},     {message_ram, 0x58, 25}, {pwr, 0x58, 28},    {syscfg, 0x60, 0},
+      {tim1, 0x60, 11},   {spi1, 0x60, 12},       {tim8, 0x60, 13},        {usart1, 0x60, 14}, {tim16, 0x60, 17},
   };
   for (const Gate& gate : gates) {
     gate.peripheral.clocked_by(rcc.clock(gate.enable_register, gate.bit));
@@ -127,6 +130,7 @@ void Stm32g474::give_clocks() {
   tim1.clocked_at(apb2_timer);
   tim8.clocked_at(apb2_timer);
   tim6.clocked_at(apb1_timer);
+  tim5.clocked_at(apb1_timer);
   spi1.clocked_at([this] { return rcc.pclk2_hz(); });
   spi3.clocked_at([this] { return rcc.pclk1_hz(); });
   const auto usart_clock = [this](unsigned selection, std::uint32_t bus_hz) {
@@ -150,6 +154,7 @@ void Stm32g474::give_pins() {
   };
   spi1.wired_by(pin('B', 3, 5), pin('B', 4, 5));
   spi3.wired_by(pin('C', 10, 6), pin('C', 11, 6));
+  tim5.wired_by(pin('C', 12, 1));
   usart1.wired_by(pin('C', 5, 7));
   usart3.wired_by(pin('B', 11, 7));
   fdcan1.wired_by([receive = pin('A', 11, 9), transmit = pin('A', 12, 9)] { return receive() && transmit(); });

@@ -13,6 +13,7 @@
 
 #include "chip/adc.hpp"
 #include "chip/capture_timer.hpp"
+#include "chip/clock_timer.hpp"
 #include "chip/dma.hpp"
 #include "chip/fdcan.hpp"
 #include "chip/fixed_registers.hpp"
@@ -53,7 +54,8 @@ class Stm32g474 {
   static constexpr std::uint32_t kFlashBytes = 512 * 1024;
   static constexpr std::uint32_t kParameterOffset = 0x7B000;  // parameter pages, to the end of the flash
 
-  // `image` is what a programmer would write to the start of the flash.
+  // `image` is what a programmer would write to the start of the flash, with the option bytes that tools/image/board
+  // sets.
   explicit Stm32g474(const std::vector<std::uint8_t>& image);
 
   void power_on();
@@ -97,6 +99,7 @@ class Stm32g474 {
   DmaMux dma_mux{services_, dma1, dma2};
   Timer tim1, tim8, tim6;
   CaptureTimer tim16{services_, [this] { return rcc.core_hz(); }, [this] { return rcc.mco_edge_s(); }};
+  ClockTimer tim5{services_, dma_mux};
   AdcCommon adc_common;
   Adc adc1{services_, "ADC1", adc_common};
   Adc adc2{services_, "ADC2", adc_common};

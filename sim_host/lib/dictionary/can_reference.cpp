@@ -30,6 +30,9 @@ std::string drive_group(std::uint16_t index) {
   if (is_one_of(index, {0x607D, 0x6081, 0x6083, 0x6084, 0x6085, 0x60A4, 0x60C2})) {
     return "Profiles, limits and interpolation";
   }
+  if (is_one_of(index, {0x607C, 0x6098, 0x6099, 0x609A})) {
+    return "Homing";
+  }
   if (is_one_of(index, {0x60A8, 0x60A9})) {
     return "Units";
   }

@@ -46,7 +46,7 @@ std::string number_of(const od_entry& entry, od_number number) {
   return fmt::format("0x{:X}", static_cast<std::uint64_t>(number.i));
 }
 
-std::string default_of(const od_object& object) {
+std::string eds_default_of(const od_object& object) {
   const od_entry& entry = *object.entry;
   if (entry.type == OD_VISIBLE_STRING) {
     return entry.preset.text == nullptr ? "" : entry.preset.text;
@@ -69,7 +69,7 @@ std::string print_variable(const std::string& section, const std::string& name, 
   std::string text =
       fmt::format("[{}]\nParameterName={}\nObjectType=0x{:X}\nDataType=0x{:04X}\nAccessType={}\n", section, name,
                   entry.type == OD_DOMAIN ? kDomain : kVar, static_cast<unsigned>(entry.type), access_of(entry));
-  const std::string preset = default_of(object);
+  const std::string preset = eds_default_of(object);
   if (!preset.empty()) {
     text += fmt::format("DefaultValue={}\n", preset);
   }
@@ -132,7 +132,7 @@ std::string print_head(const DeviceInfo& info, const SortedObjects& objects) {
   }
   return text +
          "\n[Comments]\nLines=2\nLine1=Generated from the object dictionary table; do not edit.\nLine2=Default inhibit "
-         "times (1800 to 1803, sub-index 3) are those at 1000 kbit/s; at lower bit rates they grow as 1000 / "
+         "times (1800 to 1807, sub-index 3) are those at 1000 kbit/s; at lower bit rates they grow as 1000 / "
          "(kbit/s).\n\n";
 }
 

@@ -5,7 +5,7 @@
 namespace trackservo::dictionary {
 namespace {
 
-const char *type_name(const od_entry& entry) {
+const char *standard_type_name(const od_entry& entry) {
   switch (static_cast<od_type>(entry.type)) {
     case OD_BOOLEAN:
       return "BOOLEAN";
@@ -38,7 +38,7 @@ nlohmann::ordered_json describe(const od_object& object) {
   nlohmann::ordered_json row{{"index", od_index(&object)},
                              {"sub", entry.sub},
                              {"name", full_name(object)},
-                             {"type", type_name(entry)},
+                             {"type", standard_type_name(entry)},
                              {"access", access_name(entry)}};
   const auto text = [&](const char *name, const std::string& value) {
     if (!value.empty()) {

@@ -36,6 +36,14 @@ double natural_frequency_rad_s(const LinearMachine& sliding, const speed_loop_pa
   return natural_rad_s;
 }
 
+speed_loop_params followed(speed_loop_params loop, float share) {
+  loop.pi.proportional_gain *= share;
+  loop.pi.integral_gain *= share;
+  loop.acceleration_inertia_kg_m2 *= share;
+  loop.observer.inertia_kg_m2 *= share;
+  return loop;
+}
+
 speed_loop_params lowered(speed_loop_params loop, double pi_share, double observer_share) {
   const auto pi = static_cast<float>(pi_share);
   loop.pi.proportional_gain *= pi;

@@ -27,6 +27,10 @@ double natural_frequency_rad_s(const LinearMachine& sliding, const speed_loop_pa
 // The loop with its PI's natural frequency and its observer's bandwidth scaled by these shares.
 speed_loop_params lowered(speed_loop_params loop, double pi_share, double observer_share);
 
+// The loop as the firmware runs it where the motor turns this share of the inertia that it is designed for
+// (speed_loop_follow).
+speed_loop_params followed(speed_loop_params loop, float share);
+
 // The loop without its observer.
 speed_loop_params pi_alone(speed_loop_params loop);
 

@@ -9,14 +9,20 @@ double DirectionFriction::level_nm(double speed_rad_s) const {
   return coulomb_nm + (breakaway_nm - coulomb_nm) * std::exp(-ratio * ratio);
 }
 
-namespace {
-
 // (1 - e^-x)/x and its derivative: the mean over a step of a quantity that decays by e^-x.
 struct MeanDecay {
   double end;    // e^-x
   double mean;   // (1 - e^-x)/x
   double slope;  // d mean / dx
 };
+
+// g of a direction at a speed, and its derivatives by Tc, Ts and vs.
+struct Level {
+  double value_nm;
+  std::array<double, 3> by;
+};
+
+namespace {
 
 MeanDecay mean_decay(double x) {
   if (x < 1e-3) {
@@ -27,12 +33,6 @@ MeanDecay mean_decay(double x) {
   const double mean = (1.0 - end) / x;
   return {end, mean, (end - mean) / x};
 }
-
-// g of a direction at a speed, and its derivatives by Tc, Ts and vs.
-struct Level {
-  double value_nm;
-  std::array<double, 3> by;
-};
 
 Level level_of(const DirectionFriction& direction, double speed_rad_s, double level) {
   const double ratio = speed_rad_s / direction.stribeck_speed_rad_s;

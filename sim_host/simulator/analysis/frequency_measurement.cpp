@@ -43,7 +43,7 @@ double torque_of(const std::vector<Tone>& tones, double amplitude_nm, double tim
 }  // namespace
 
 gain_design::FrequencyResponse measured_loop_gain(const MeasurementRequest& request) {
-  Machine machine(*request.plant, request.params, request.seed, {0.0, 0.0});
+  Machine machine(*request.plant, request.params, request.seed, {0.0, request.pitch_rad});
   for (servo_axis_command& command : machine.command().axis) {
     command.mode = SERVO_SPEED;
   }

@@ -17,6 +17,7 @@ struct MeasurementRequest {
   const PlantConfig *plant = nullptr;
   servo_params params{};
   int axis = 0;
+  double pitch_rad = 0.0;        // the pitch joint rests there when it starts
   double bias_rate_rad_s = 0.0;  // constant set-point during the measurement
   double torque_rms_nm = 0.0;    // of the whole multisine
   double first_hz = 0.5;         // multiples of 0.25 Hz are excited, about logarithmically spaced

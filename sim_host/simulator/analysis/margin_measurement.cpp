@@ -30,11 +30,13 @@ void choose_band(MeasurementRequest& request, const Margins& computed) {
 }  // namespace
 
 FrequencyResponse measured_near_crossover(const PlantConfig& plant, const servo_params& params, int axis,
-                                          bool pre_sliding, const Margins& computed, std::uint64_t seed) {
+                                          bool pre_sliding, const Margins& computed, std::uint64_t seed,
+                                          double pitch_rad) {
   MeasurementRequest request;
   request.plant = &plant;
   request.params = params;
   request.axis = axis;
+  request.pitch_rad = pitch_rad;
   request.bias_rate_rad_s = pre_sliding ? 0.0 : kBiasRate_rad_s;
   request.torque_rms_nm = torque_rms_nm(plant, axis, pre_sliding);
   request.seed = seed;

@@ -12,7 +12,8 @@ namespace trackservo::sim {
 // Around the crossover and the frequency that decides the gain margin, sliding at 2 deg/s or in pre-sliding.
 // `computed` gives these frequencies. Takes 19 s of simulated time.
 FrequencyResponse measured_near_crossover(const PlantConfig& plant, const servo_params& params, int axis,
-                                          bool pre_sliding, const Margins& computed, std::uint64_t seed = 1);
+                                          bool pre_sliding, const Margins& computed, std::uint64_t seed = 1,
+                                          double pitch_rad = 0.0);
 
 }  // namespace trackservo::sim
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "attack/attack_run.hpp"
+#include "base/result_log.hpp"
 
 namespace trackservo::sim {
 
@@ -29,7 +30,7 @@ class AttackLog {
   void append(const std::vector<AttackResult>& results);
 
  private:
-  std::filesystem::path file_;
+  ResultLog log_;
 };
 
 }  // namespace trackservo::sim

@@ -58,7 +58,7 @@ class AttackRun {
     for (int i = 0; i < static_cast<int>(kAfter_s / kTick_s); ++i) {
       tick();
     }
-    master_.send(can_frame{0x000, 0, 2, {1, 0}}, "NMT start, to ask for 1000");
+    master_.send(can_frame{0x000, 0, 2, {1, 0}, 0}, "NMT start, to ask for 1000");
     result_.answers = master_.node_answers(kAnswerTicks, [this] { tick(); });
     result_.harm = judge_.harm();
     result_.writes = master_.writes();
@@ -115,6 +115,10 @@ void EventReporter::look(const DrivenNode& node, const Harm& harm, double time_s
     if (static_cast<int>(drive.fault) != fault_[i]) {
       fault_[i] = static_cast<int>(drive.fault);
       log_->say(time_s, fmt::format("  {}: fault {} {}", axis_name(axis), fault_[i], at()));
+    }
+    if (static_cast<int>(drive.tracking) != tracking_[i]) {
+      tracking_[i] = static_cast<int>(drive.tracking);
+      log_->say(time_s, fmt::format("  {}: tracking state {} {}", axis_name(axis), tracking_[i], at()));
     }
     const EndStopContacts& contacts = harm.axis[i].contacts;
     if (contacts.count != contacts_[i]) {

@@ -61,6 +61,7 @@ class EventReporter {
   std::array<int, kAxes> power_{};
   std::array<int, kAxes> fault_{};
   std::array<int, kAxes> contacts_{};
+  std::array<int, kAxes> tracking_{};
 };
 
 }  // namespace trackservo::sim

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
+#include <stdexcept>
+
+#include "sensors/camera_sender.hpp"
 
 extern "C" {
 #include "canopen/heard_frames.h"
@@ -47,6 +51,21 @@ std::string value_text(const od_entry& entry, std::uint32_t value) {
 }  // namespace
 
 void EventLog::say(double time_s, const std::string& text) { text_ += fmt::format("{:8.3f} s  {}\n", time_s, text); }
+
+SdoWrite sdo_write(const DrivenNode& node, std::uint16_t index, std::uint8_t sub, double value) {
+  od_object object;
+  if (od_find(servo_node_dictionary(&node.node()), index, sub, &object) != OD_OK) {
+    throw std::invalid_argument(fmt::format("no object {:04X}:{}", index, sub));
+  }
+  SdoWrite made{index, sub, static_cast<std::uint8_t>(object.entry->bytes), 0};
+  if (object.entry->type == OD_REAL32) {
+    const auto real = static_cast<float>(value);
+    std::memcpy(&made.value, &real, sizeof real);
+  } else {
+    made.value = static_cast<std::uint32_t>(std::llround(value));
+  }
+  return made;
+}
 
 void FrameMaster::say(const std::string& text) {
   if (log_ != nullptr) {
@@ -99,6 +118,12 @@ bool FrameMaster::write(const SdoWrite& write) {
   return true;
 }
 
+void FrameMaster::map_camera(int number, std::uint32_t cob_id) {
+  for (const ObjectWrite& one : camera_mapping(number, cob_id)) {
+    (void)write(sdo_write(*node_, one.index, one.sub, one.value));
+  }
+}
+
 void FrameMaster::send(const can_frame& frame, const std::string& meaning) {
   if (log_ != nullptr) {
     std::string bytes;
@@ -113,7 +138,7 @@ void FrameMaster::send(const can_frame& frame, const std::string& meaning) {
 }
 
 void FrameMaster::ask_device_type() {
-  can_frame frame{kRequest, 0, 8, {0x40, kDeviceType & 0xFF, kDeviceType >> 8, 0, 0, 0, 0, 0}};
+  can_frame frame{kRequest, 0, 8, {0x40, kDeviceType & 0xFF, kDeviceType >> 8, 0, 0, 0, 0, 0}, 0};
   node_->receive(frame);
 }
 
@@ -142,7 +167,8 @@ void FrameMaster::step(double time_s) {
                   0,
                   8,
                   {static_cast<std::uint8_t>(0x23 | (4 - sent_.bytes) << 2), static_cast<std::uint8_t>(sent_.index),
-                   static_cast<std::uint8_t>(sent_.index >> 8), sent_.sub, 0, 0, 0, 0}};
+                   static_cast<std::uint8_t>(sent_.index >> 8), sent_.sub, 0, 0, 0, 0},
+                  0};
   std::memcpy(frame.data + 4, &sent_.value, sizeof sent_.value);
   node_->receive(frame);
 }

@@ -19,6 +19,10 @@ struct SdoWrite {
   std::uint32_t value = 0;
 };
 
+// Of an object as the bus sees it, with the size that the dictionary gives. Throws std::invalid_argument when there is
+// no such object.
+SdoWrite sdo_write(const DrivenNode& node, std::uint16_t index, std::uint8_t sub, double value);
+
 // The events of a run in plain words, one line each.
 class EventLog {
  public:
@@ -42,6 +46,9 @@ class FrameMaster {
 
   // Waits until the earlier writes are answered. Returns false when too many wait; the write is dropped then.
   bool write(const SdoWrite& write);
+
+  // The writes so that RPDO `number` (1 to 4) takes the camera's frames.
+  void map_camera(int number, std::uint32_t cob_id);
 
   // Sends a frame at once, if the node hears it.
   void send(const can_frame& frame, const std::string& meaning);

@@ -8,19 +8,14 @@ namespace {
 
 constexpr double kAtRest_rad_s = 0.01;  // of a set-point that demands standstill
 constexpr double kEqual_nm = 1e-3;
+constexpr int kEntryTicks = 2;  // in which a stop begins at the set-point before
 
-// The set-point that the firmware itself follows demands no motion, or no loop follows one. The speed that comes with a
-// position counts, too: a slow position loop may follow it later.
-bool demands_standstill(const DrivenNode& node, int axis) {
-  if (node.axis(axis).drive.state.action != DRIVE_RUN) {
-    return true;
-  }
-  const servo_axis& servo = node.machine().firmware(axis);
-  const bool follows_rate = servo.mode == SERVO_SPEED || servo.mode == SERVO_POSITION;
-  const float reference_rad_s = servo.signals.reference.rate_rad_s;
+// The set-point that the firmware follows. The speed that comes with a position counts, too: a slow position loop may
+// follow it later.
+double set_point_rad_s(const DrivenNode& node, int axis) {
+  const float reference_rad_s = node.machine().firmware(axis).signals.reference.rate_rad_s;
   const float command_rad_s = node.node().board.command.axis[axis].speed.rate_rad_s;
-  return follows_rate &&
-         static_cast<double>(std::max(std::abs(reference_rad_s), std::abs(command_rad_s))) < kAtRest_rad_s;
+  return static_cast<double>(std::max(std::abs(reference_rad_s), std::abs(command_rad_s)));
 }
 
 // The motor acts against the motion, with all the torque that the master permits (6072, 60E0, 60E1), which is less than
@@ -57,6 +52,54 @@ bool Harm::runs_away() const {
   return std::any_of(axis.begin(), axis.end(), [](const AxisHarm& one) { return one.runaway != Runaway::kNone; });
 }
 
+void MotionJudge::look_at_frames(const DrivenNode& node) {
+  const camera_objects& camera = node.node().tracking.objects;
+  const bool counts = camera.taken != frames_.taken;
+  frames_.taken = camera.taken;
+  if (counts && camera.message.quality >= camera.params.min_quality) {
+    frames_ = {camera.taken, true, 0.0, 0.0};
+    return;
+  }
+  const bool expected = camera.back_in_ms != 0 || camera.wrap_state == CAMERA_TURNS_BACK;
+  frames_.since_s += expected ? 0.0 : kTick_s;
+  frames_.since_absent_s += kTick_s;
+}
+
+// The frames let the axis turn, and the node says that it follows them.
+bool MotionJudge::target_may_turn(const DrivenNode& node, int axis) {
+  const camera_objects& camera = node.node().tracking.objects;
+  const int state = axis == kAzimuth ? camera.azimuth_tracking : camera.pitch_tracking;
+  double& coast_s = tracking_[static_cast<std::size_t>(axis)].coast_s;
+  for (int i = 0; i < kAxes; ++i) {
+    coast_s = std::max(coast_s, static_cast<double>(node.axis(i).tuning.active.tracking_loop.coast_s));
+  }
+  const bool follows = state >= DRIVE_ACQUIRING && state <= DRIVE_COASTING;
+  return follows && frames_.found && frames_.since_s <= coast_s &&
+         frames_.since_absent_s <= coast_s + kLongestAbsence_s;
+}
+
+// The set-point demands no motion, or no loop follows one.
+bool MotionJudge::demands_standstill(const DrivenNode& node, int axis) {
+  Tracking& tracking = tracking_[static_cast<std::size_t>(axis)];
+  const drive_axis& drive = node.axis(axis).drive;
+  const double wanted_rad_s = set_point_rad_s(node, axis);
+  if (drive.state.action != DRIVE_RUN || drive.motion.mode != DRIVE_TRACKING) {
+    tracking = {};
+    const servo_mode mode = node.machine().firmware(axis).mode;
+    const bool follows_rate = mode == SERVO_SPEED || mode == SERVO_POSITION;
+    return drive.state.action != DRIVE_RUN || (follows_rate && wanted_rad_s < kAtRest_rad_s);
+  }
+  if (target_may_turn(node, axis)) {
+    tracking.ticks = 0;
+    return false;
+  }
+  const bool begins = ++tracking.ticks <= kEntryTicks;
+  const bool rises = !begins && wanted_rad_s > tracking.min_rad_s + kAtRest_rad_s;
+  tracking.min_rad_s = begins ? wanted_rad_s : std::min(tracking.min_rad_s, wanted_rad_s);
+  const bool follows = node.machine().firmware(axis).mode == SERVO_TRACKING;
+  return follows || rises || wanted_rad_s < kAtRest_rad_s;
+}
+
 void MotionJudge::look_at_stops(int axis, const TruthState& truth, double time_s) {
   const auto i = static_cast<std::size_t>(axis);
   const std::optional<EndStopConfig>& stop = setup_.plant.axis[i].end_stops;
@@ -90,7 +133,8 @@ void MotionJudge::look_at_standstill(int axis, const DrivenNode& node, double ra
   // A set-point and a stop in neighbouring ticks: the stop's ramp begins at the set-point, which let the axis turn.
   const double reference_rad_s =
       std::abs(static_cast<double>(node.machine().firmware(axis).signals.reference.rate_rad_s));
-  const bool commanded = reference_rad_s > still.reference_rad_s + kAtRest_rad_s;
+  const bool in_mode = tracking_[i].ticks > kEntryTicks;  // where only a target commands
+  const bool commanded = !in_mode && reference_rad_s > still.reference_rad_s + kAtRest_rad_s;
   const bool demanded = demands_standstill(node, axis) && !commanded;
   still.reference_rad_s = reference_rad_s;
   still.ticks = demanded ? still.ticks + 1 : 0;
@@ -126,6 +170,7 @@ void MotionJudge::look_at_speed(int axis, const DrivenNode& node, double rate_ra
 
 void MotionJudge::look(const DrivenNode& node, double time_s) {
   const TruthState truth = node.machine().truth();
+  look_at_frames(node);
   for (int axis = 0; axis < kAxes; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     look_at_stops(axis, truth, time_s);

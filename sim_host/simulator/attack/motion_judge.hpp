@@ -36,6 +36,12 @@ constexpr double kStopTime_s = 3.0;
 constexpr double kTurning_rad_s = 0.1;
 constexpr double kTurningTime_s = 0.3;
 constexpr double kTurningPath_rad = 2.0 * kRadPerDeg;
+
+// In mode -1 a target lets an axis turn, as docs/can.md says: while 3072:5 (:6) is 2 to 4, a frame has counted
+// (3072:1), and found a target (3071:6), and not longer ago than 2011:5. The time in which the target is expected back
+// (3075:1) or the azimuth turns back (3075:3) does not count, up to kLongestAbsence_s. Without a target only the rest
+// of a motion lets the axis turn, whose set-point does not rise.
+constexpr double kLongestAbsence_s = 15.0;
 constexpr double kContactLimit_rad_s = 5.0 * kRadPerDeg;
 
 struct AxisHarm {
@@ -63,6 +69,21 @@ class MotionJudge {
   const Harm& harm() const { return harm_; }
 
  private:
+  // The frames that have counted, as the bus can read it.
+  struct Frames {
+    std::uint32_t taken = 0;    // 3072:1
+    bool found = false;         // a target, ever
+    double since_s = 0;         // the last one that found a target, without the time in which it is expected back
+    double since_absent_s = 0;  // with it
+  };
+
+  // Of an axis in mode -1.
+  struct Tracking {
+    int ticks = 0;         // in the mode, without a target
+    double coast_s = 0;    // longest 2011:5 of both axes since the mode began
+    double min_rad_s = 0;  // smallest set-point in them
+  };
+
   struct Standstill {
     int ticks = 0;               // since the last command that lets the axis turn
     bool closed = false;         // a loop was closed in the last tick
@@ -71,6 +92,9 @@ class MotionJudge {
     double reference_rad_s = 0;  // magnitude of the rate that the loop followed in the last tick
   };
 
+  void look_at_frames(const DrivenNode& node);
+  bool target_may_turn(const DrivenNode& node, int axis);
+  bool demands_standstill(const DrivenNode& node, int axis);
   void look_at_stops(int axis, const TruthState& truth, double time_s);
   void look_at_standstill(int axis, const DrivenNode& node, double rate_rad_s);
   void look_at_speed(int axis, const DrivenNode& node, double rate_rad_s, double time_s);
@@ -80,6 +104,8 @@ class MotionJudge {
   std::array<bool, kAxes> in_contact_{};
   std::array<double, kAxes> last_rate_rad_s_{};
   std::array<Standstill, kAxes> still_{};
+  Frames frames_{};
+  std::array<Tracking, kAxes> tracking_{};
 };
 
 }  // namespace trackservo::sim

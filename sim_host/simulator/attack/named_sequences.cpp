@@ -9,54 +9,53 @@
 
 #include "base/job_pool.hpp"
 #include "serve/flash_memory.hpp"
+#include "target/target_camera.hpp"
 
 namespace trackservo::sim {
 namespace {
 
-constexpr double kRunUp_rad = 0.9;                  // from the start to the writes: the axis reaches its speed before
-constexpr double kLongestRunUp_s = 4.0;             // then the writes come where the axis is
-constexpr double kRest_s = 1.0;                     // at standstill, before the writes
-constexpr double kAtRest_rad_s = 0.5 * kRadPerDeg;  // in the last half second
-constexpr double kLast_s = 0.5;
+constexpr double kRunUp_rad = 0.9;          // from the start to the writes: the axis reaches its speed before
+constexpr double kTrackingRunUp_rad = 1.2;  // likewise in mode -1
+constexpr double kLargestStart_rad = 1.3;   // of which the encoder knows the turn, in the plant's own travel
+constexpr double kLongestWideRunUp_s = 8.0;
+constexpr double kLongestRunUp_s = 4.0;                 // then the writes come where the axis is
+constexpr double kRest_s = 1.0;                         // at standstill, before the writes
+constexpr double kRestsBelow_rad_s = 0.5 * kRadPerDeg;  // in the last half second
+constexpr double kAtEnd_s = 0.5;
 constexpr std::uint8_t kMasterNode = 5;
 constexpr int kHeartbeatTicks = 20;
 constexpr int kTalkTicks = 200;
+constexpr int kCameraRpdo = 4;
+constexpr int kFrameTicks = 20;
+constexpr double kFrameAge_s = 0.02;
+constexpr double kLead_rad = 0.025;  // at most: a target waits within the picture for the axis
+constexpr double kPicture_rad = 0.032;
+constexpr double kTarget_rad_s2 = 2.0;
 constexpr double kShaking_rad_s = 3.0 * kRadPerDeg;  // allowed at rest with gains that shake
 
 SdoWrite write(const DrivenNode& node, int axis, std::uint16_t index, std::uint8_t sub, double value) {
-  od_object object;
-  const std::uint16_t shifted = index < 0x2000 ? index : index_of_axis(index, axis);
-  if (od_find(servo_node_dictionary(&node.node()), shifted, sub, &object) != OD_OK) {
-    throw std::invalid_argument(fmt::format("no object {:04X}:{}", shifted, sub));
-  }
-  SdoWrite made{shifted, sub, static_cast<std::uint8_t>(object.entry->bytes), 0};
-  if (object.entry->type == OD_REAL32) {
-    const auto real = static_cast<float>(value);
-    std::memcpy(&made.value, &real, sizeof real);
-  } else {
-    made.value = static_cast<std::uint32_t>(std::llround(value));
-  }
-  return made;
+  const bool of_axis = index >= 0x2000 && (index < 0x3000 || index >= 0x6000);
+  return sdo_write(node, of_axis ? index_of_axis(index, axis) : index, sub, value);
 }
 
-struct Value {
+struct ObjectValue {
   std::uint16_t index;
   std::uint8_t sub;
   double value;
   bool times_direction = false;
 };
 
-std::function<std::vector<SdoWrite>(const DrivenNode&, int, double)> values(std::vector<Value> list) {
+std::function<std::vector<SdoWrite>(const DrivenNode&, int, double)> values(std::vector<ObjectValue> list) {
   return [list = std::move(list)](const DrivenNode& node, int axis, double direction) {
     std::vector<SdoWrite> writes;
-    for (const Value& one : list) {
+    for (const ObjectValue& one : list) {
       writes.push_back(write(node, axis, one.index, one.sub, one.times_direction ? direction * one.value : one.value));
     }
     return writes;
   };
 }
 
-NamedSequence towards_end(const char *name, bool harmless, std::vector<Value> list) {
+NamedSequence towards_end(const char *name, bool harmless, std::vector<ObjectValue> list) {
   NamedSequence sequence;
   sequence.name = name;
   sequence.harmless = harmless;
@@ -64,7 +63,48 @@ NamedSequence towards_end(const char *name, bool harmless, std::vector<Value> li
   return sequence;
 }
 
-NamedSequence gains_at_rest(const char *name, bool harmless, double seconds, std::vector<Value> list) {
+// A target is always ahead of the axis, and leads it to the end and beyond.
+NamedSequence led_by_target(const char *name, std::vector<ObjectValue> list) {
+  NamedSequence sequence = towards_end(name, true, std::move(list));
+  sequence.mode = DRIVE_TRACKING;
+  return sequence;
+}
+
+void add_tracking(std::vector<NamedSequence>& list) {
+  list.push_back(led_by_target("target leads out of the travel", {}));
+  list.push_back(led_by_target("target leads to the end, then no frames", {}));
+  list.back().frames_stop = true;
+  list.back().rests_at_end = true;
+  list.back().seconds = 10;  // near the zenith the target may be expected back
+  list.push_back(led_by_target("target leads, deceleration and jerk of one count, then no frames",
+                               {{0x6084, 0, 1}, {0x60A4, 1, 1}}));
+  list.back().frames_stop = true;
+  list.push_back(led_by_target("target leads, acceleration and jerk of one count", {{0x6083, 0, 1}, {0x60A4, 1, 1}}));
+  list.push_back(
+      led_by_target("target leads, largest gains of tracking",
+                    {{0x2011, 2, 100}, {0x2011, 3, 1000}, {0x2011, 4, 50}, {0x2011, 5, 10}, {0x2070, 1, 1}}));
+  list.back().early = true;  // while both axes track they would wait
+  list.push_back(
+      led_by_target("target leads, loop of kind 0", {{0x2011, 1, 0}, {0x2011, 2, 5}, {0x2011, 3, 5}, {0x2070, 1, 1}}));
+  list.back().early = true;
+  list.push_back(
+      led_by_target("target leads, speed-loop gains of 0", {{0x2000, 1, 0}, {0x2000, 2, 0}, {0x2070, 1, 1}}));
+  list.push_back(led_by_target("target leads, picture turned by 180 deg", {{0x3071, 2, kPi}}));
+  list.push_back(led_by_target("target leads, image scale of 1 mrad", {{0x3071, 1, 1e-3}}));
+  list.push_back(led_by_target("target leads, boresight of 0.5 rad away", {{0x3071, 3, 0.5}, {0x3071, 4, -0.5}}));
+  list.push_back(led_by_target("target leads past the zenith", {}));
+  list.back().across_rad = 0.01;
+  list.push_back(led_by_target("target leads out of the travel, azimuth may turn back", {{0x3075, 2, 1}}));
+  list.back().wide = true;
+  list.back().seconds = 12;
+  NamedSequence unknown = led_by_target("start at 240 deg, target leads outwards", {});
+  unknown.approach = Approach::kBeyondHalfTurn;
+  unknown.angle_rad = 240.0 * kRadPerDeg;
+  unknown.seconds = 6;
+  list.push_back(unknown);
+}
+
+NamedSequence gains_at_rest(const char *name, bool harmless, double seconds, std::vector<ObjectValue> list) {
   NamedSequence sequence = towards_end(name, harmless, std::move(list));
   sequence.approach = Approach::kStandstill;
   sequence.seconds = seconds;
@@ -91,7 +131,7 @@ NamedSequence beyond_half_turn(const char *name, bool harmless, double angle_deg
   return sequence;
 }
 
-std::vector<NamedSequence> all() {
+std::vector<NamedSequence> all_sequences() {
   std::vector<NamedSequence> list = {
       towards_end("deceleration and jerk of one count", true, {{0x6084, 0, 1}, {0x60A4, 1, 1}}),
       towards_end("quick stop with a deceleration and jerk of one count", true,
@@ -133,6 +173,7 @@ std::vector<NamedSequence> all() {
   list.push_back(beyond_half_turn("start at 200 deg, 20 deg/s outwards", true, 200.0, 20.0));
   list.push_back(beyond_half_turn("start at 240 deg, 20 deg/s outwards", true, 240.0, 20.0));
   list.push_back(beyond_half_turn("start at 240 deg, 55 deg/s outwards", true, 240.0, 55.0));
+  add_tracking(list);
   return list;
 }
 
@@ -140,6 +181,7 @@ struct SequencePlace {
   int axis;
   double direction;
   double distance_rad;
+  bool together = false;  // mode -1: both axes track
 };
 
 // One run of a sequence.
@@ -150,19 +192,22 @@ class SequenceRun {
         axis_(place.axis),
         direction_(place.direction),
         distance_rad_(place.distance_rad),
-        setup_(sequence.approach == Approach::kBeyondHalfTurn ? bench.shipped() : bench.narrow()),
+        together_(place.together),
+        setup_(sequence.wide || sequence.approach == Approach::kBeyondHalfTurn ? bench.shipped() : bench.narrow()),
         master_(log),
         node_(setup_, kSeed, start_angles(), {master_.receiver(), flash_.areas(), true}),
         judge_(setup_),
-        reporter_(log),
-        log_(log) {
+        reporter_(log) {
     node_.fall_silent();  // only the frames of `master_` count
     master_.connect(node_);
   }
 
   SequenceResult run() {
     approach();
-    send(sequence_.writes(node_, axis_, direction_));
+    if (!sequence_.early) {
+      send(sequence_.writes(node_, axis_, direction_));
+    }
+    films_ = films_ && !sequence_.frames_stop;
     result_.sequence = &sequence_;
     result_.runs = 1;
     const double from_s = time_s_;
@@ -170,7 +215,7 @@ class SequenceRun {
     const int ticks = static_cast<int>(sequence_.seconds / kTick_s);
     for (int i = 0; i < ticks; ++i) {
       tick(false);
-      if (i >= ticks - static_cast<int>(kLast_s / kTick_s)) {
+      if (i >= ticks - static_cast<int>(kAtEnd_s / kTick_s)) {
         last_rate_rad_s_ = std::max(last_rate_rad_s_, std::abs(rate()));
       }
       result_.max_rate_rad_s = std::max(result_.max_rate_rad_s, std::abs(rate()));
@@ -188,7 +233,8 @@ class SequenceRun {
     std::array<double, kAxes> angles = {0.3, 0.6};
     double& angle = angles[static_cast<std::size_t>(axis_)];
     if (sequence_.approach == Approach::kTowardsEnd) {
-      angle = limit() - direction_ * (distance_rad_ + kRunUp_rad);
+      angle = limit() - direction_ * (distance_rad_ + run_up());
+      angle = sequence_.wide ? std::clamp(angle, -kLargestStart_rad, kLargestStart_rad) : angle;
     } else if (sequence_.approach == Approach::kBeyondHalfTurn) {
       angle = direction_ * sequence_.angle_rad;
     }
@@ -199,6 +245,8 @@ class SequenceRun {
     const protection_limits& limits = setup_.limits[static_cast<std::size_t>(axis_)];
     return static_cast<double>(direction_ < 0.0 ? limits.minimum_rad : limits.maximum_rad);
   }
+  // A target takes longer to make the axis fast.
+  double run_up() const { return sequence_.mode == DRIVE_TRACKING ? kTrackingRunUp_rad : kRunUp_rad; }
   double angle() const { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis_)]; }
   double rate() const { return node_.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(axis_)]; }
 
@@ -210,22 +258,59 @@ class SequenceRun {
 
   // In csv the master sends a set-point in each tick, in RPDO 3.
   void send_rate() {
-    can_frame frame{0x401, 0, 8, {}};
+    can_frame frame{0x401, 0, 8, {}, 0};
     const auto rate_counts = static_cast<std::int32_t>(direction_ * sequence_.rate_rad_s * 1e6);
     std::memcpy(frame.data + (axis_ == kPitch ? sizeof rate_counts : 0), &rate_counts, sizeof rate_counts);
     master_.send(frame, "RPDO 3");
   }
 
+  // A target that runs ahead of the axis as soon as it tracks; the other axis need not move. The picture of a frame is
+  // that of the frame before.
+  void film() {
+    const TruthState truth = node_.machine().truth();
+    const auto led = static_cast<std::size_t>(axis_);
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      const bool beside = axis != axis_ && sequence_.across_rad != 0.0;
+      if (beside || node_.axis(axis).drive.tracking == DRIVE_NOT_TRACKING) {
+        target_rad_[i] = truth.inertial_angle_rad[i];
+        target_rad_s_ = axis == axis_ ? 0.0 : target_rad_s_;
+      }
+    }
+    const double looks_rad = truth.inertial_angle_rad[led];
+    target_rad_s_ = std::min(target_rad_s_ + kTarget_rad_s2 * kTick_s, sequence_.rate_rad_s);
+    target_rad_[led] = std::clamp(target_rad_[led] + direction_ * target_rad_s_ * kTick_s, looks_rad - kLead_rad,
+                                  looks_rad + kLead_rad);
+    if (ticks_ % kFrameTicks == 0) {
+      master_.send(sender_.frame_of(picture_), "camera");
+      picture_ = picture(truth);
+    }
+  }
+
+  CameraFrame picture(const TruthState& truth) const {
+    CameraFrame result;
+    result.delay_s = kFrameAge_s;
+    result.error_rad = picture_of(camera_axes_of({target_rad_, truth.base}, 0.0).col(0), pose_of(truth), {});
+    result.error_rad[kAzimuth] += sequence_.across_rad;
+    result.valid =
+        std::abs(result.error_rad[kAzimuth]) < kPicture_rad && std::abs(result.error_rad[kPitch]) < kPicture_rad;
+    result.error_rad = result.valid ? result.error_rad : std::array<double, kAxes>{};
+    return result;
+  }
+
   void tick(bool master_lives) {
     ticks_++;
     if (sequence_.heartbeats && master_lives && ticks_ % kHeartbeatTicks == 0) {
-      master_.send(can_frame{0x700U + kMasterNode, 0, 1, {5}}, "heartbeat of the master");
+      master_.send(can_frame{0x700U + kMasterNode, 0, 1, {5}, 0}, "heartbeat of the master");
     }
     if ((master_lives || !sequence_.silent) && ticks_ % kTalkTicks == 0) {
       master_.keep_alive();
     }
     if (streams_) {
       send_rate();
+    }
+    if (films_) {
+      film();
     }
     master_.step(time_s_);
     node_.tick();
@@ -234,29 +319,45 @@ class SequenceRun {
     reporter_.look(node_, judge_.harm(), time_s_);
   }
 
-  void approach() {
-    const bool moves = sequence_.approach != Approach::kStandstill;
-    const double rate_counts = moves ? direction_ * sequence_.rate_rad_s * 1e6 : 0.0;
-    master_.send(can_frame{0x000, 0, 2, {1, 0}}, "NMT start");
+  void enable(int axis, double rate_counts) {
     std::vector<SdoWrite> writes;
     const auto put = [&](std::uint16_t index, std::uint8_t sub, double value) {
-      writes.push_back(write(node_, axis_, index, sub, value));
+      writes.push_back(write(node_, axis, index, sub, value));
     };
-    if (sequence_.heartbeats) {
-      put(0x1016, 1, kMasterNode << 16 | 100);
-    }
     put(0x607F, 0, 1.4e6);
     put(0x6083, 0, 3e6);
     put(0x6084, 0, 1e9);  // so that it is still fast near the end
-    put(0x60A4, 1, 1e9);
+    if (sequence_.mode != DRIVE_TRACKING) {
+      put(0x60A4, 1, 1e9);  // with a target the envelope then ends most runs at once, with fault 52
+    }
     put(0x6060, 0, sequence_.mode);
     for (const double word : {0x06, 0x07, 0x0F}) {
       put(0x6040, 0, word);
     }
     put(0x60FF, 0, rate_counts);
     send(writes);
+  }
+
+  void approach() {
+    const bool moves = sequence_.approach != Approach::kStandstill;
+    const double rate_counts = moves ? direction_ * sequence_.rate_rad_s * 1e6 : 0.0;
+    master_.send(can_frame{0x000, 0, 2, {1, 0}, 0}, "NMT start");
+    if (sequence_.heartbeats) {
+      send({write(node_, axis_, 0x1016, 1, kMasterNode << 16 | 100)});
+    }
+    films_ = sequence_.mode == DRIVE_TRACKING;
+    if (films_) {
+      master_.map_camera(kCameraRpdo, kCameraCobId);
+    }
+    if (sequence_.early) {
+      send(sequence_.writes(node_, axis_, direction_));
+    }
+    if (together_) {
+      enable(kAzimuth + kPitch - axis_, 0.0);
+    }
+    enable(axis_, rate_counts);
     streams_ = sequence_.mode == DRIVE_CYCLIC_VELOCITY;
-    const double longest_s = moves ? kLongestRunUp_s : kRest_s;
+    const double longest_s = !moves ? kRest_s : sequence_.wide ? kLongestWideRunUp_s : kLongestRunUp_s;
     const bool stops_by_place = sequence_.approach == Approach::kTowardsEnd;
     while (time_s_ < longest_s && !(stops_by_place && direction_ * (limit() - angle()) < distance_rad_)) {
       tick(true);
@@ -280,7 +381,7 @@ class SequenceRun {
       result_.max_contact_rad_s = std::max(result_.max_contact_rad_s, one.contacts.speed_rad_s);
       result_.max_torque_nm = std::max(result_.max_torque_nm, one.contacts.torque_nm);
     }
-    const bool rests = last_rate_rad_s_ < kAtRest_rad_s;
+    const bool rests = last_rate_rad_s_ < kRestsBelow_rad_s;
     result_.harmless = !result_.harm.hits_hard() && !result_.harm.runs_away() && !result_.harm.not_finite &&
                        result_.max_rate_rad_s <= sequence_.max_rate_rad_s && (rests || !sequence_.rests_at_end);
   }
@@ -289,16 +390,21 @@ class SequenceRun {
   int axis_;
   double direction_;
   double distance_rad_;
+  bool together_;
   const NodeSetup& setup_;
   FlashMemory flash_;
   FrameMaster master_;
   DrivenNode node_;
   MotionJudge judge_;
   EventReporter reporter_;
-  EventLog *log_;
   SequenceResult result_;
   double last_rate_rad_s_ = 0;
   bool streams_ = false;
+  bool films_ = false;
+  CameraSender sender_{kCameraCobId};
+  CameraFrame picture_;
+  std::array<double, kAxes> target_rad_{};  // joint angles that look at it
+  double target_rad_s_ = 0;                 // of `axis_`
   double time_s_ = 0;
   int ticks_ = 0;
 };
@@ -308,13 +414,15 @@ std::vector<SequencePlace> places_of(const NamedSequence& sequence) {
   std::vector<SequencePlace> places;
   for (const double direction : {1.0, -1.0}) {
     for (int axis = 0; axis < kAxes; ++axis) {
-      if (sequence.approach == Approach::kBeyondHalfTurn && axis != kAzimuth) {
+      if ((sequence.wide || sequence.approach == Approach::kBeyondHalfTurn) && axis != kAzimuth) {
         continue;
       }
-      places.push_back({axis, direction, sequence.distance_rad});
-      if (sequence.approach == Approach::kTowardsEnd && !sequence.rests_at_end) {
-        places.push_back({axis, direction, 0.7 * sequence.distance_rad});
-        places.push_back({axis, direction, 0.3 * sequence.distance_rad});
+      // In mode -1 with both axes, except at the middle distance.
+      const bool tracks = sequence.mode == DRIVE_TRACKING;
+      places.push_back({axis, direction, sequence.distance_rad, tracks});
+      if (sequence.approach == Approach::kTowardsEnd && !sequence.silent) {
+        places.push_back({axis, direction, 0.7 * sequence.distance_rad, false});
+        places.push_back({axis, direction, 0.3 * sequence.distance_rad, tracks});
       }
     }
   }
@@ -338,7 +446,7 @@ void add(SequenceResult& worst, const SequenceResult& one) {
 }  // namespace
 
 const std::vector<NamedSequence>& named_sequences() {
-  static const std::vector<NamedSequence> list = all();
+  static const std::vector<NamedSequence> list = all_sequences();
   return list;
 }
 

@@ -31,6 +31,10 @@ struct NamedSequence {
   bool rests_at_end = false;                                        // required
   bool silent = false;                                              // no frame from the master after the writes
   bool heartbeats = false;                                          // of a master, until the writes
+  bool wide = false;                                                // the travel of the plant file: kTowardsEnd
+  bool frames_stop = false;  // mode -1: no frame from the camera after the writes
+  bool early = false;        // the writes come before the axis is enabled
+  double across_rad = 0;     // mode -1: the target is so far to the side in the picture
   // Writes of the axis, in this order; `direction` is 1 or -1.
   std::function<std::vector<SdoWrite>(const DrivenNode&, int axis, double direction)> writes;
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "target/target_camera.hpp"
+
 namespace trackservo::sim {
 namespace {
 
@@ -17,13 +19,18 @@ constexpr double kTalk_s = 0.4;
 constexpr std::uint32_t kSave = 0x65766173;
 constexpr std::uint32_t kLoad = 0x64616F6C;
 constexpr std::uint32_t kOff = 0x80000000;
-constexpr std::array<std::int8_t, 5> kModes = {DRIVE_PROFILE_POSITION, DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_POSITION,
-                                               DRIVE_CYCLIC_VELOCITY, DRIVE_CYCLIC_TORQUE};
+constexpr std::array<std::int8_t, 7> kModes = {DRIVE_PROFILE_POSITION, DRIVE_PROFILE_VELOCITY, DRIVE_CYCLIC_POSITION,
+                                               DRIVE_CYCLIC_VELOCITY,  DRIVE_CYCLIC_TORQUE,    DRIVE_HOMING,
+                                               DRIVE_TRACKING};
+constexpr std::array<std::int8_t, 4> kHomingMethods = {-1, -2, 35, 37};
+constexpr double kTracks = 0.1;      // share of the seeds that start in tracking, with any theme
+constexpr double kTracksBoth = 0.6;  // of these, with both axes
+constexpr double kLeftAlone = 0.3;   // share of the tracking seeds in which nothing moves again that has stopped
 
 constexpr std::array<ObjectGroup, kObjectGroups> kGroups = {
     ObjectGroup::kSetPoints,   ObjectGroup::kStates,        ObjectGroup::kProfiles, ObjectGroup::kGains,
     ObjectGroup::kGainCommand, ObjectGroup::kCommunication, ObjectGroup::kStorage,  ObjectGroup::kExperiments,
-    ObjectGroup::kOthers,      ObjectGroup::kGuarded};
+    ObjectGroup::kTracking,    ObjectGroup::kOthers,        ObjectGroup::kGuarded};
 
 // Shares of a theme's single writes, in the order of kGroups; then those of frames without SDO, of remapping, of
 // storing and of experiments.
@@ -36,13 +43,14 @@ struct Shares {
 };
 
 constexpr std::array<Shares, kThemes.size()> kShares = {{
-    {{20, 6, 60, 2, 2, 1, 0, 0, 0, 0}, 9, 0, 0, 0},       // profiles
-    {{10, 3, 5, 50, 25, 0, 0, 0, 0, 2}, 4, 0, 1, 0},      // gains
-    {{20, 45, 15, 0, 0, 1, 0, 0, 0, 0}, 19, 0, 0, 0},     // states
-    {{10, 5, 5, 0, 0, 35, 0, 0, 0, 0}, 35, 10, 0, 0},     // bus
-    {{10, 5, 20, 15, 10, 5, 10, 0, 0, 2}, 10, 0, 13, 0},  // storage
-    {{5, 10, 10, 5, 5, 0, 0, 30, 10, 0}, 5, 0, 0, 20},    // experiments
-    {{15, 10, 20, 12, 8, 8, 1, 4, 3, 2}, 12, 2, 2, 1},    // everything
+    {{20, 6, 57, 2, 2, 1, 0, 0, 3, 0, 0}, 9, 0, 0, 0},       // profiles
+    {{10, 3, 5, 45, 25, 0, 0, 0, 5, 0, 2}, 4, 0, 1, 0},      // gains
+    {{17, 45, 15, 0, 0, 1, 0, 0, 3, 0, 0}, 19, 0, 0, 0},     // states
+    {{10, 5, 5, 0, 0, 32, 0, 0, 3, 0, 0}, 35, 10, 0, 0},     // bus
+    {{10, 5, 20, 12, 10, 5, 10, 0, 3, 0, 2}, 10, 0, 13, 0},  // storage
+    {{5, 10, 10, 5, 5, 0, 0, 30, 3, 7, 0}, 5, 0, 0, 20},     // experiments
+    {{13, 10, 20, 9, 8, 8, 1, 4, 6, 2, 2}, 12, 2, 2, 1},     // everything
+    {{6, 12, 20, 5, 10, 4, 0, 0, 36, 2, 1}, 3, 1, 0, 0},     // tracking
 }};
 
 double hard_limit(const NodeSetup& setup, int axis, double direction) {
@@ -57,6 +65,16 @@ bool shapes_motion(const od_entry& entry) {
 }
 
 std::uint32_t bits_of(std::int64_t value) { return static_cast<std::uint32_t>(value); }
+
+// Both axes, or one of them.
+void start_in_tracking(AttackStart& start, SplitMix64& random) {
+  const bool both = random.uniform() < kTracksBoth;
+  const std::size_t one = random() % kAxes;
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    start.writes_from_s += 0.5 * random.uniform();  // a target may take longer than a set-point
+    start.axis[axis].mode = both || axis == one ? static_cast<std::int8_t>(DRIVE_TRACKING) : start.axis[axis].mode;
+  }
+}
 
 }  // namespace
 
@@ -74,6 +92,8 @@ std::string theme_name(Theme theme) {
       return "storage";
     case Theme::kExperiments:
       return "experiments";
+    case Theme::kTracking:
+      return "tracking";
     case Theme::kEverything:
     default:
       return "everything";
@@ -108,12 +128,15 @@ AttackStart random_start(const NodeSetup& setup, SplitMix64& random) {
     one.angle_rad = std::clamp(one.angle_rad, std::max(low_rad + kEnding_rad, -kHalfTurn_rad),
                                std::min(high_rad - kEnding_rad, kHalfTurn_rad));
   }
+  if (start.theme == Theme::kTracking || random.uniform() < kTracks) {
+    start_in_tracking(start, random);
+  }
   return start;
 }
 
 RandomMaster::RandomMaster(const WritableObjects& objects, const NodeSetup& setup, const AttackStart& start,
                            double writes_s, SplitMix64& random)
-    : objects_(objects), setup_(setup), start_(start), random_(random) {
+    : objects_(objects), setup_(setup), start_(start), random_(random), camera_(kCameraCobId, random) {
   actions_ = static_cast<std::size_t>(8.0 * std::pow(2.0, uniform(0.0, 5.0)));
   actions_ = std::min(actions_, kMaxActions);
   for (std::size_t i = 0; i < actions_; ++i) {
@@ -123,6 +146,8 @@ RandomMaster::RandomMaster(const WritableObjects& objects, const NodeSetup& setu
   std::sort(action_s_.begin(), action_s_.begin() + static_cast<std::ptrdiff_t>(actions_));
   next_revival_s_ = start_.writes_from_s + uniform(0.3, 1.0);
   talks_ = chance(0.8);
+  camera_rpdo_ = below(4);
+  revives_ = start_.theme != Theme::kTracking || !chance(kLeftAlone);
 }
 
 void RandomMaster::connect(DrivenNode& node, FrameMaster& master) {
@@ -160,12 +185,57 @@ void RandomMaster::go(int axis, std::int8_t mode, double rate_rad_s) {
     case DRIVE_CYCLIC_VELOCITY:
       stream_[static_cast<std::size_t>(axis)] = {100 + below(2000), rate_rad_s, 0.0, true};
       break;
+    case DRIVE_HOMING:
+      put(axis, 0x6098, 0, 1, kHomingMethods[static_cast<std::size_t>(below(kHomingMethods.size()))]);
+      command(axis, 0x000F);
+      command(axis, 0x001F);
+      break;
+    case DRIVE_TRACKING:
+      track(axis, rate_rad_s);
+      break;
     case DRIVE_CYCLIC_TORQUE:
       put(axis, 0x6071, 0, 2, std::llround(direction * uniform(200.0, 1000.0)));
       break;
     default:
       put(axis, 0x60FF, 0, 4, std::llround(rate_rad_s * kCountsPerRad_s));
       break;
+  }
+}
+
+std::int8_t RandomMaster::random_mode() {
+  const bool tracks = start_.theme == Theme::kTracking && chance(0.6);
+  return tracks ? static_cast<std::int8_t>(DRIVE_TRACKING) : kModes[static_cast<std::size_t>(below(kModes.size()))];
+}
+
+bool RandomMaster::camera_is_mapped() const {
+  const canopen_node& canopen = node_->node().canopen;
+  const pdo_map& map = canopen.rpdos[camera_rpdo_].map;
+  return canopen.objects.rpdo[camera_rpdo_].cob_id == kCameraCobId && map.count > 0 &&
+         map.item[map.count - 1].object.entry != nullptr && map.item[map.count - 1].object.entry->index == 0x3070;
+}
+
+// Towards a target that leads it, or the present one, or none.
+void RandomMaster::track(int axis, double rate_rad_s) {
+  if (!camera_is_mapped() && chance(0.95)) {
+    master_->map_camera(camera_rpdo_ + 1, kCameraCobId);
+  }
+  camera_.lead(axis, rate_rad_s);
+  if (time_s_ < start_.writes_from_s) {
+    camera_.begin_to_lead(time_s_, start_.writes_from_s + uniform(-0.2, 2.0));
+  } else if (chance(camera_.has_begun() ? 0.5 : 0.95)) {
+    camera_.begin(time_s_);
+  }
+}
+
+void RandomMaster::film(double time_s) {
+  if (!camera_.has_begun()) {
+    return;
+  }
+  const std::array<bool, kAxes> tracks = {node_->axis(kAzimuth).drive.tracking != DRIVE_NOT_TRACKING,
+                                          node_->axis(kPitch).drive.tracking != DRIVE_NOT_TRACKING};
+  const std::optional<can_frame> frame = camera_.look(time_s, node_->machine().truth(), tracks);
+  if (frame) {
+    master_->send(*frame, "camera");
   }
 }
 
@@ -183,7 +253,7 @@ void RandomMaster::begin_motion(int axis) {
 
 // Whatever the writes have stopped moves again, so that there is something to attack.
 void RandomMaster::revive(double time_s) {
-  if (time_s < next_revival_s_) {
+  if (time_s < next_revival_s_ || !revives_) {
     return;
   }
   next_revival_s_ = time_s + uniform(0.2, 1.2);
@@ -196,18 +266,21 @@ void RandomMaster::revive(double time_s) {
       enable(axis);
     }
     if (chance(enabled ? 0.3 : 0.9)) {
-      go(axis, kModes[static_cast<std::size_t>(below(kModes.size()))],
-         uniform(0.3, kFastest_rad_s) * (chance(0.5) ? -1.0 : 1.0));
+      go(axis, random_mode(), uniform(0.3, kFastest_rad_s) * (chance(0.5) ? -1.0 : 1.0));
     }
   }
 }
 
 void RandomMaster::step(double time_s) {
+  time_s_ = time_s;
   if (!started_) {
     started_ = true;
     send_nmt(1);
     for (int axis = 0; axis < kAxes; ++axis) {
       begin_motion(axis);
+    }
+    if (start_.theme == Theme::kTracking && chance(0.5)) {
+      (void)master_->write({0x3075, 2, 1, 1});  // the azimuth may turn back by a revolution
     }
   }
   while (next_action_ < actions_ && time_s >= action_s_[next_action_]) {
@@ -216,6 +289,7 @@ void RandomMaster::step(double time_s) {
   }
   revive(time_s);
   stream();
+  film(time_s);
   if (talks_ && time_s >= next_talk_s_) {
     next_talk_s_ = time_s + kTalk_s;
     master_->keep_alive();
@@ -237,7 +311,7 @@ void RandomMaster::act() {
   if ((drawn -= shares.remap) < 0) {
     return remap();
   }
-  if ((drawn -= shares.store) < 0) {
+  if (drawn < shares.store) {
     return store();
   }
   return experiment();
@@ -255,7 +329,8 @@ void RandomMaster::write_random(ObjectGroup group) {
   const WritableObject& object = objects[chosen];
   (void)master_->write(
       {object.index, object.sub, static_cast<std::uint8_t>(object.entry->bytes), special_value(object)});
-  if (group == ObjectGroup::kGains && chance(0.4)) {
+  const bool of_axis = group == ObjectGroup::kGains || (group == ObjectGroup::kTracking && object.index < 0x3000);
+  if (of_axis && chance(0.4)) {
     (void)master_->write({index_of_axis(0x2070, object.index >= 0x2800 ? kPitch : kAzimuth), 1, 1, 1});
   }
 }
@@ -267,7 +342,7 @@ std::uint32_t RandomMaster::random_cob_id(std::uint32_t present) {
     case 1:
       return present & ~kOff;
     case 2:  // an identifier that another object has already
-      return node_->node().canopen.objects.rpdo[below(PDO_COUNT)].cob_id;
+      return node_->node().canopen.objects.rpdo[below(RPDO_COUNT)].cob_id;
     case 3:
       return node_->node().canopen.objects.sync.cob_id;
     default:
@@ -286,7 +361,7 @@ std::uint32_t RandomMaster::special_value(const WritableObject& object) {
     return kWords[static_cast<std::size_t>(below(kWords.size()))];
   }
   if (index == 0x6060 && chance(0.9)) {
-    return bits_of(kModes[static_cast<std::size_t>(below(kModes.size()))]);
+    return bits_of(random_mode());
   }
   if (index == 0x2070 && chance(0.7)) {
     return chance(0.7) ? 1 : 3;
@@ -325,7 +400,7 @@ void RandomMaster::experiment() {
 
 // In the only order that the node accepts; with random objects.
 void RandomMaster::remap() {
-  const auto n = static_cast<std::uint16_t>(below(PDO_COUNT));
+  const auto n = static_cast<std::uint16_t>(below(RPDO_COUNT));
   const auto bytes = static_cast<std::uint8_t>(4);
   const std::uint32_t cob_id = node_->node().canopen.objects.rpdo[n].cob_id;
   const std::uint16_t communication = static_cast<std::uint16_t>(0x1400 + n);
@@ -368,13 +443,13 @@ void RandomMaster::store() {
 void RandomMaster::send_nmt(std::uint8_t command) {
   static constexpr const char *kNames[] = {"start", "stop", "pre-operational", "reset node", "reset communication"};
   const int name = command == 1 ? 0 : command == 2 ? 1 : command - 126;
-  master_->send(can_frame{0x000, 0, 2, {command, 0}}, master_->explains() ? std::string("NMT ") + kNames[name] : "");
+  master_->send(can_frame{0x000, 0, 2, {command, 0}, 0}, master_->explains() ? std::string("NMT ") + kNames[name] : "");
 }
 
 void RandomMaster::send_sync() {
   const std::uint32_t identifier = node_->node().canopen.objects.sync.cob_id & 0x7FF;
   const std::uint8_t overflow = node_->node().canopen.objects.sync.overflow;
-  can_frame frame{identifier, 0, 0, {}};
+  can_frame frame{identifier, 0, 0, {}, 0};
   if (overflow > 0) {
     frame.length = 1;
     frame.data[0] = static_cast<std::uint8_t>(1 + below(overflow));
@@ -383,13 +458,13 @@ void RandomMaster::send_sync() {
 }
 
 void RandomMaster::send_heartbeat() {
-  master_->send(can_frame{0x705, 0, 1, {static_cast<std::uint8_t>(chance(0.9) ? 5 : 4)}}, "heartbeat of node 5");
+  master_->send(can_frame{0x705, 0, 1, {static_cast<std::uint8_t>(chance(0.9) ? 5 : 4)}, 0}, "heartbeat of node 5");
 }
 
 void RandomMaster::act_on_bus() {
   const int kind = below(20);
   if (kind < 11) {
-    return send_rpdo(below(PDO_COUNT), false);
+    return send_rpdo(below(RPDO_COUNT), false);
   }
   if (kind < 14) {
     return send_sync();
@@ -405,7 +480,7 @@ void RandomMaster::act_on_bus() {
 void RandomMaster::send_rpdo(int n, bool stream) {
   const canopen_node& canopen = node_->node().canopen;
   const pdo_map& map = canopen.rpdos[n].map;
-  can_frame frame{canopen.objects.rpdo[n].cob_id & 0x7FF, 0, map.length, {}};
+  can_frame frame{canopen.objects.rpdo[n].cob_id & 0x7FF, 0, map.length, {}, 0};
   std::uint8_t *place = frame.data;
   for (int i = 0; i < map.count; ++i) {
     const pdo_item& item = map.item[i];

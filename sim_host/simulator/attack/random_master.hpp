@@ -7,15 +7,16 @@
 #include <string>
 
 #include "attack/frame_master.hpp"
+#include "attack/random_camera.hpp"
 #include "attack/writable_objects.hpp"
 
 namespace trackservo::sim {
 
 // What most of the writes of a seed concern.
-enum class Theme { kProfiles, kGains, kStates, kBus, kStorage, kExperiments, kEverything };
+enum class Theme { kProfiles, kGains, kStates, kBus, kStorage, kExperiments, kEverything, kTracking };
 
-constexpr std::array<Theme, 7> kThemes = {Theme::kProfiles, Theme::kGains,       Theme::kStates,    Theme::kBus,
-                                          Theme::kStorage,  Theme::kExperiments, Theme::kEverything};
+constexpr std::array<Theme, 8> kThemes = {Theme::kProfiles, Theme::kGains,       Theme::kStates,     Theme::kBus,
+                                          Theme::kStorage,  Theme::kExperiments, Theme::kEverything, Theme::kTracking};
 
 std::string theme_name(Theme theme);
 
@@ -70,6 +71,10 @@ class RandomMaster {
   void begin_motion(int axis);
   void enable(int axis);
   void go(int axis, std::int8_t mode, double rate_rad_s);
+  std::int8_t random_mode();
+  void track(int axis, double rate_rad_s);
+  bool camera_is_mapped() const;
+  void film(double time_s);
   void revive(double time_s);
   void act();
   void act_on_bus();
@@ -95,10 +100,14 @@ class RandomMaster {
   std::size_t actions_ = 0;
   std::size_t next_action_ = 0;
   double next_revival_s_ = 0;
+  bool revives_ = true;
   bool talks_ = true;  // between its actions, so that the node does not stop the axes of a silent master (6007)
   double next_talk_s_ = 0;
   bool started_ = false;
   std::array<Stream, kAxes> stream_{};
+  RandomCamera camera_;
+  int camera_rpdo_ = 0;  // from 0
+  double time_s_ = 0;
 };
 
 }  // namespace trackservo::sim

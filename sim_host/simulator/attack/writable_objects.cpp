@@ -25,6 +25,9 @@ ObjectGroup group_of(const od_entry& entry, std::uint16_t bus_index) {
   if (index < 0x2000) {
     return index == 0x1010 || index == 0x1011 ? ObjectGroup::kStorage : ObjectGroup::kCommunication;
   }
+  if (index == 0x2011 || (index >= 0x3070 && index < 0x3080)) {
+    return ObjectGroup::kTracking;
+  }
   if (index < 0x6000) {
     return index < 0x2060    ? ObjectGroup::kGains
            : index == 0x2070 ? ObjectGroup::kGainCommand

@@ -20,16 +20,17 @@ enum class ObjectGroup {
   kSetPoints,      // targets and offsets
   kStates,         // controlword and mode
   kProfiles,       // other objects of CiA 402: ramps, limits, option codes
-  kGains,          // 2000 to 205F
+  kGains,          // 2000 to 205F, without 2011
   kGainCommand,    // 2070
   kCommunication,  // 1xxx
   kStorage,        // 1010, 1011
   kExperiments,    // 2100
-  kOthers,         // 3xxx, scope and fault log
+  kTracking,       // 2011, 3070 to 3075
+  kOthers,         // other 3xxx, scope and fault log
   kGuarded         // refused while the access lock is closed
 };
 
-constexpr std::size_t kObjectGroups = 10;
+constexpr std::size_t kObjectGroups = 11;
 
 struct WritableObject {
   std::uint16_t index;  // as the bus sees it

@@ -151,16 +151,31 @@ PlantConfig plant_from(const TomlReader& reader, std::string name) {
   plant.lines = reader.lines();
   plant.name = std::move(name);
   reader.refuse_unknown(root, plant_keys(),
-                        {"friction", "maxwell_slip", "supply", "adc", "base_tilt", "base_motion", "azimuth", "pitch",
-                         "design", "assumption"});
+                        {"friction", "maxwell_slip", "supply", "adc", "base_tilt", "mechanics", "base_motion",
+                         "base_spectrum", "azimuth", "pitch", "design", "assumption"});
   reader.read(root, plant_keys(), plant);
   read_table(reader, reader.child(root, "friction"), friction_model_keys(), plant);
   read_optional_table(reader, root, "maxwell_slip", maxwell_slip_keys(), plant.maxwell_slip);
   read_table(reader, reader.child(root, "supply"), supply_keys(), plant.supply);
   read_table(reader, reader.child(root, "adc"), adc_keys(), plant.adc);
   read_optional_table(reader, root, "base_tilt", base_tilt_keys(), plant.base_tilt);
+  read_optional_table(reader, root, "mechanics", mechanics_keys(), plant.mechanics);
+  if (kPwmPerTick % plant.mechanics.pwm_periods_per_step != 0) {
+    reader.fail(reader.child(root, "mechanics"), "pwm_periods_per_step",
+                fmt::format("{} does not divide the {} PWM periods of a tick", plant.mechanics.pwm_periods_per_step,
+                            kPwmPerTick),
+                "give 1, 2 or 4");
+  }
   for (const TomlTable& line : reader.children(root, "base_motion")) {
     read_table(reader, line, base_motion_keys(), plant.base_motion.emplace_back());
+  }
+  for (const TomlTable& table : reader.children(root, "base_spectrum")) {
+    BaseSpectrum& band = plant.base_spectrum.emplace_back();
+    read_table(reader, table, base_spectrum_keys(), band);
+    if (band.low_hz >= band.high_hz) {
+      reader.fail(table, "low_hz", fmt::format("{:g} is not below high_hz = {:g}", band.low_hz, band.high_hz),
+                  "give the lower end of the band as low_hz and the upper end as high_hz");
+    }
   }
   const TomlTable designs = reader.child(root, "design");
   reader.refuse_unknown(designs, {axis_name(kAzimuth), axis_name(kPitch)});

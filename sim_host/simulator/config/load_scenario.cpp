@@ -60,6 +60,9 @@ Keys<ScenarioConfig> step_keys() {
   return {
       number("speeds_deg_s", unit::kDegreePerSecond, {-1e3, 1e3}, &Config::speeds_rad_s,
              "step heights; one case each; positive or negative, not 0"),
+      choice("axes_move", {"together", "one_at_a_time"}, &Config::axes_move,
+             "both axes in the same run, or each in a run of its own while the other one rests")
+          .or_else(0),
       number("disturbance_amplitude_deg_s", unit::kDegreePerSecond, {0, 1e3}, &Config::disturbance_amplitude_rad_s,
              "amplitude of a sinusoidal disturbance torque from rest_s on, as the speed that it would give the bare "
              "inertia")
@@ -87,6 +90,11 @@ Keys<FlyByConfig> fly_by_keys() {
       number("weave_vertical_period_s", unit::kSecond, {0.1, 1e3}, &Config::weave_vertical_period_s,
              "period of the vertical weave")
           .or_else(20),
+      number("evasion_m_s2", unit::kMetrePerSecondSquared, {0, 100}, &Config::evasion_m_s2,
+             "acceleration of a target that evades: it never stops, and changes its direction at random times")
+          .or_else(0),
+      number("evasion_seed", unit::kNone, {0, 1e6}, &Config::evasion_seed, "seed of these times and directions")
+          .or_else(1),
   };
 }
 

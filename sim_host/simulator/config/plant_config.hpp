@@ -162,6 +162,11 @@ struct Assumption {
   std::string text;
 };
 
+// How often the simulator computes the joints. Motors, converters and bus are computed in each PWM period.
+struct MechanicsConfig {
+  int pwm_periods_per_step = 1;
+};
+
 enum class BaseAxis { kRoll = 0, kPitch = 1, kYaw = 2 };
 
 // amplitude * sin(2 pi frequency t + phase) about one axis.
@@ -170,6 +175,18 @@ struct BaseMotionLine {
   double frequency_hz = 1;
   double amplitude_rad = 0;
   double phase_rad = 0;
+};
+
+// A band of a spectrum of base motion about one axis: the power density of the angle falls as frequency^-slope. It is a
+// sum of sines (plant/base_spectrum.hpp).
+struct BaseSpectrum {
+  BaseAxis axis = BaseAxis::kRoll;
+  double rms_rad = 0;
+  double low_hz = 0.1;
+  double high_hz = 10;
+  double slope = 4;
+  int sines = 40;
+  int seed = 1;
 };
 
 struct PlantConfig {
@@ -181,7 +198,9 @@ struct PlantConfig {
   SupplyConfig supply;
   AdcConfig adc;
   BaseTiltConfig base_tilt;
-  std::vector<BaseMotionLine> base_motion;  // none: the base does not turn
+  MechanicsConfig mechanics;
+  std::vector<BaseMotionLine> base_motion;  // none, and no spectrum: the base does not turn
+  std::vector<BaseSpectrum> base_spectrum;
   std::array<AxisConfig, kAxes> axis;
   std::array<DesignConfig, kAxes> design;
   std::vector<Assumption> assumptions;

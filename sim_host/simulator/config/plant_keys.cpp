@@ -91,6 +91,15 @@ const Keys<AdcConfig>& adc_keys() {
   return keys;
 }
 
+const Keys<MechanicsConfig>& mechanics_keys() {
+  static const Keys<MechanicsConfig> keys = {
+      number("pwm_periods_per_step", unit::kNone, {1, 4}, &MechanicsConfig::pwm_periods_per_step,
+             "PWM periods of 50 us per step of joints, friction and sensors: 1, 2 or 4")
+          .or_else(1),
+  };
+  return keys;
+}
+
 const Keys<BaseTiltConfig>& base_tilt_keys() {
   using Config = BaseTiltConfig;
   static const Keys<BaseTiltConfig> keys = {
@@ -110,6 +119,22 @@ const Keys<BaseMotionLine>& base_motion_keys() {
       number("frequency_hz", unit::kHertz, {0.001, 100}, &Config::frequency_hz, "frequency of the sine"),
       number("amplitude_deg", unit::kDegree, {0, 90}, &Config::amplitude_rad, "amplitude of the sine"),
       number("phase_deg", unit::kDegree, kTurn, &Config::phase_rad, "phase of the sine at time 0").or_else(0),
+  };
+  return keys;
+}
+
+const Keys<BaseSpectrum>& base_spectrum_keys() {
+  using Config = BaseSpectrum;
+  static const Keys<BaseSpectrum> keys = {
+      choice("axis", {"roll", "pitch", "yaw"}, &Config::axis, "axis of the base, as in [[base_motion]]"),
+      number("rms_deg", unit::kDegree, {0, 45}, &Config::rms_rad, "standard deviation of the angle in this band"),
+      number("low_hz", unit::kHertz, {0.001, 100}, &Config::low_hz, "lower end of the band"),
+      number("high_hz", unit::kHertz, {0.001, 100}, &Config::high_hz, "upper end of the band; above low_hz"),
+      number("slope", unit::kNone, {0, 8}, &Config::slope,
+             "the power density of the angle falls as frequency^-slope; 4: as that of a constant angular acceleration")
+          .or_else(4),
+      number("sines", unit::kNone, {1, 500}, &Config::sines, "number of sines that stand for the band").or_else(40),
+      number("seed", unit::kNone, {0, 1e6}, &Config::seed, "seed of their frequencies and phases").or_else(1),
   };
   return keys;
 }
@@ -328,10 +353,17 @@ std::string plant_keys_markdown() {
       {"[supply]", "", texts_of(supply_keys())},
       {"[adc]", "", texts_of(adc_keys())},
       {"[base_tilt]", "Optional.", texts_of(base_tilt_keys())},
+      {"[mechanics]", "Optional. The default is the exact simulation, by which the results are judged.",
+       texts_of(mechanics_keys())},
       {"[[base_motion]]",
        "Optional; may be repeated, so that the lines of a spectrum add up. The base turns as on a vehicle or a ship: "
        "joints, gyros, gravity and the picture of a camera with `geometry = \"line_of_sight\"` see it exactly.",
        texts_of(base_motion_keys())},
+      {"[[base_spectrum]]",
+       "Optional; may be repeated: bands and axes add up, also with `[[base_motion]]`. The base turns with a sum of "
+       "sines whose power is that of the band. A ship: rms 2 deg, 0.08 to 0.3 Hz, slope 4. A vehicle off the road: "
+       "rms 0.3 deg, 0.5 to 10 Hz, slope 4.",
+       texts_of(base_spectrum_keys())},
       {"[azimuth], [pitch]", "", axis},
       {"[azimuth.motor], [pitch.motor]", "", texts_of(motor_keys())},
       {"[[azimuth.motor.ripple]], [[pitch.motor.ripple]]", "Optional; may be repeated.", texts_of(ripple_keys())},

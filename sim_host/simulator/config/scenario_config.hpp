@@ -27,6 +27,8 @@ struct FlyByConfig {
   double weave_lateral_period_s = 1;
   double weave_vertical_m = 0;
   double weave_vertical_period_s = 1;
+  double evasion_m_s2 = 0;  // acceleration of random manoeuvres (target/evasion.hpp)
+  int evasion_seed = 1;
 };
 
 // A level, straight course: closest to the tracker straight ahead, where it passes from the right to the left.
@@ -45,6 +47,10 @@ FlyByConfig course_of(const PassConfig& pass);
 // Which tracking the firmware runs: a tracker for each axis, or one for the line of sight (servo/pointing.h).
 enum class Pointing { kPerAxis = 0, kLineOfSight = 1 };
 
+// Whether the axes of a scenario of speeds move in the same run. One at a time, each moves in a run of its own while
+// the other one holds its initial angle: then the azimuth's gains do not follow a pitch that moves.
+enum class AxesMove { kTogether = 0, kOneAtATime = 1 };
+
 struct ScenarioConfig {
   std::string name;  // as in the file; equals the experiment
   SourceLines lines;
@@ -55,6 +61,7 @@ struct ScenarioConfig {
   double settle_s = 0;  // from rest_s to the start of the analysis
   std::array<bool, kAxes> axes{};
   std::array<double, kAxes> initial_joint_angle_rad{};
+  AxesMove axes_move = AxesMove::kTogether;
 
   // kSpeedSine: speeds are the amplitudes. kSpeedStep: speeds are the steps. Each is one case.
   std::vector<double> speeds_rad_s;

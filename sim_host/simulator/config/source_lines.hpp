@@ -20,6 +20,8 @@ class SourceLines {
 
   void add(const std::string& dotted_key, int line) { lines_[dotted_key] = line; }
 
+  const std::string& file() const { return file_; }
+
   // "file:line", line of the key with this dotted name; of its table if the key is absent; 1 if that is absent too.
   std::string place(const std::string& dotted_key) const;
 

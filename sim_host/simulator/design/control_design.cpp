@@ -124,14 +124,31 @@ void set_motor(axis_parameters& p, const PlantConfig& plant, int axis) {
   p.motor.current_limit_a = to_float(motor.current_limit_a);
 }
 
-// The plant that the device checks gains against: the true one, over the whole pitch travel.
-void set_plant(axis_parameters& p, const PlantConfig& plant, int axis, const DesignOptions& options) {
-  if (options.identified) {
-    gain_design::set_plant(p, (*options.identified)[static_cast<std::size_t>(axis)]);
-    return;
+// Throws ConfigError where the firmware cannot use the gyro.
+gyro_mounting mounting_of(const PlantConfig& plant, int axis) {
+  const GyroMounting mounting = plant.axis[static_cast<std::size_t>(axis)].gyro.mounting;
+  const bool encoder_alone = plant.design[static_cast<std::size_t>(axis)].feedback == FeedbackSource::kEncoder;
+  const bool turns_with_axis =
+      mounting == GyroMounting::kJoint || (mounting == GyroMounting::kStage && axis == kAzimuth);
+  if (mounting == GyroMounting::kLineOfSight) {
+    return GYRO_ON_LINE_OF_SIGHT;
   }
-  gain_design::set_plant(p, true_plant(plant, axis));
-  p.plant.min_inertia_kg_m2 = to_float(min_inertia_kg_m2(plant, axis));
+  if (!turns_with_axis && !encoder_alone) {
+    throw plant.lines.error(axis_name(axis) + std::string(".gyro.mounting"),
+                            "puts the gyro on a part that does not turn with the axis; the firmware cannot use it",
+                            "give \"joint\" or \"line_of_sight\", or design with feedback = \"encoder\"");
+  }
+  return GYRO_ON_AXIS;
+}
+
+// The plant that the device checks gains against, and from which it follows the azimuth's inertia: what an
+// identification at pitch 0 found or the true one, and at 90 degrees the share of it that the plant file says.
+void set_plant(axis_parameters& p, const PlantConfig& plant, int axis, const DesignOptions& options) {
+  gain_design::set_plant(
+      p, options.identified ? (*options.identified)[static_cast<std::size_t>(axis)] : true_plant(plant, axis));
+  const double share = axis_inertia_kg_m2(plant, axis, 0.5 * kPi) / axis_inertia_kg_m2(plant, axis, 0.0);
+  p.plant.min_inertia_kg_m2 = to_float(share) * p.plant.inertia_kg_m2;
+  p.plant.gyro_mounting = static_cast<std::uint32_t>(mounting_of(plant, axis));
 }
 
 // Everything except the PI. What no rule decides is the default of the parameter list.

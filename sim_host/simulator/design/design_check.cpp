@@ -97,10 +97,10 @@ std::string alternatives(const speed_loop_params& loop) {
 // if it would have to be reduced very much, a wrong number of the machine is more likely.
 ConfigError error(const PlantConfig& plant, int axis, const speed_loop_params& loop, const std::string& reason,
                   const IsPossible& is_possible = {}) {
-  constexpr double kMinShare = 0.1;
+  constexpr double kLikelyShare = 0.1;
   const Advice advice = advice_for(plant, axis, loop);
   std::string more = alternatives(loop);
-  if (is_possible && advice.share < kMinShare) {
+  if (is_possible && advice.share < kLikelyShare) {
     return design_error(plant, axis, reason, is_possible, more);
   }
   if (is_possible) {

@@ -1,9 +1,9 @@
 #include "design/loop_margins.hpp"
 
-#include <algorithm>
 #include <optional>
 
 #include "design/true_plant.hpp"
+#include "gain_design/speed_loop_pi.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -14,6 +14,19 @@ double current_loop_rad_s(const PlantConfig& plant, int axis) {
 
 std::vector<LinearMachine> operating_points(const PlantConfig& plant, int axis) {
   return gain_design::operating_points(true_plant(plant, axis), current_loop_rad_s(plant, axis));
+}
+
+double min_inertia_pitch_rad(const PlantConfig& plant, int axis) {
+  const std::optional<EndStopConfig>& stops = plant.axis[kPitch].end_stops;
+  const auto within = [&](double pitch_rad) {
+    return !stops || (stops->lower_rad <= pitch_rad && pitch_rad <= stops->upper_rad);
+  };
+  if (within(0.5 * kPi) || within(-0.5 * kPi)) {
+    return 0.5 * kPi;
+  }
+  const bool lower =
+      axis_inertia_kg_m2(plant, axis, stops->lower_rad) < axis_inertia_kg_m2(plant, axis, stops->upper_rad);
+  return lower ? stops->lower_rad : stops->upper_rad;
 }
 
 }  // namespace
@@ -27,26 +40,25 @@ Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_param
 }
 
 double min_inertia_kg_m2(const PlantConfig& plant, int axis) {
-  const std::optional<EndStopConfig>& stops = plant.axis[kPitch].end_stops;
-  const auto within = [&](double pitch_rad) {
-    return !stops || (stops->lower_rad <= pitch_rad && pitch_rad <= stops->upper_rad);
-  };
-  if (within(0.5 * kPi) || within(-0.5 * kPi)) {
-    return axis_inertia_kg_m2(plant, axis, 0.5 * kPi);
-  }
-  return std::min(axis_inertia_kg_m2(plant, axis, stops->lower_rad), axis_inertia_kg_m2(plant, axis, stops->upper_rad));
+  return axis_inertia_kg_m2(plant, axis, min_inertia_pitch_rad(plant, axis));
+}
+
+speed_loop_params loop_at_pitch(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop,
+                                double pitch_rad) {
+  const auto inertia_kg_m2 = [&](double at_rad) { return static_cast<float>(axis_inertia_kg_m2(plant, axis, at_rad)); };
+  return gain_design::followed(speed_loop, speed_loop_inertia_share(inertia_kg_m2(pitch_rad), inertia_kg_m2(0.0)));
 }
 
 bool speed_loop_is_stable(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop) {
   std::vector<LinearMachine> machines = operating_points(plant, axis);
-  const double min_kg_m2 = min_inertia_kg_m2(plant, axis);
-  if (min_kg_m2 != machines.front().inertia_kg_m2) {
-    for (LinearMachine machine : operating_points(plant, axis)) {
-      machine.inertia_kg_m2 = min_kg_m2;
-      machines.push_back(machine);
-    }
+  if (!gain_design::is_stable(machines, speed_loop)) {
+    return false;
   }
-  return gain_design::is_stable(machines, speed_loop);
+  const double pitch_rad = min_inertia_pitch_rad(plant, axis);
+  for (LinearMachine& machine : machines) {
+    machine.inertia_kg_m2 = axis_inertia_kg_m2(plant, axis, pitch_rad);
+  }
+  return gain_design::is_stable(machines, loop_at_pitch(plant, axis, speed_loop, pitch_rad));
 }
 
 }  // namespace trackservo::sim

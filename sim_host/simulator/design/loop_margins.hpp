@@ -2,9 +2,8 @@
 // plant's numbers.
 //
 // Two conditions count: the seal slides (a viscous load), and pre-sliding (the seal is a spring). Margins are those at
-// pitch 0, where the loops are designed and the azimuth inertia is largest; towards the zenith they shrink, because the
-// same gains turn less inertia. Stability is required over the whole pitch travel. It uses the arithmetic of the gain
-// design.
+// pitch 0, where the loops are designed and the azimuth inertia is largest; its gains follow the inertia. Stability is
+// required over the whole pitch travel. It uses the arithmetic of the gain design.
 #ifndef TRACKSERVO_SIM_DESIGN_LOOP_MARGINS_HPP
 #define TRACKSERVO_SIM_DESIGN_LOOP_MARGINS_HPP
 
@@ -35,6 +34,11 @@ Margins worst_margins(const PlantConfig& plant, int axis, const speed_loop_param
 
 // The smallest inertia that the axis' motor turns within the pitch travel [kg m2].
 double min_inertia_kg_m2(const PlantConfig& plant, int axis);
+
+// The loop as the firmware runs it at a pitch angle: the azimuth's gains follow the inertia (speed_loop_follow), which
+// the device knows from 2056:1 and 2056:2.
+speed_loop_params loop_at_pitch(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop,
+                                double pitch_rad);
 
 // Stable sliding and in pre-sliding, with the inertia at pitch 0 and with the smallest one.
 bool speed_loop_is_stable(const PlantConfig& plant, int axis, const speed_loop_params& speed_loop);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 
 #include "dictionary/refusal_text.hpp"
@@ -19,8 +20,8 @@ namespace {
 
 constexpr std::uint8_t kNodeId = 1;
 constexpr int kMaxTicksToEnable = 20;
-constexpr std::int64_t kOpen = ACCESS_LOCK_WORD;
-constexpr double kCountsPerRad = 1e7;  // of positions
+constexpr std::int64_t kUnlocked = ACCESS_LOCK_WORD;
+constexpr double kPositionCountsPerRad = 1e7;  // of positions
 
 bool send_nowhere(void *, const can_frame *) { return true; }
 
@@ -38,26 +39,14 @@ NodeSetup::NodeSetup(const PlantConfig& of_plant, const std::array<axis_paramete
 
 DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::array<double, kAxes>& joint_angle_rad,
                        const NodeFittings& fittings)
-    : node_(std::make_unique<servo_node>()),
-      has_flash_(fittings.flash != nullptr),
+    : setup_(setup),
+      node_(std::make_unique<servo_node>()),
+      fittings_(fittings),
       machine_(setup.plant, seed, joint_angle_rad) {
   if (fittings.holding_brakes) {
     machine_.fit_holding_brakes();
   }
-  const servo_node_config config = {
-      kNodeId,
-      fittings.sender.send != nullptr ? fittings.sender : can_sender{send_nowhere, nullptr},
-      machine_.hal_pointer(),
-      setup.parameters.data(),
-      setup.limits.data(),
-      fittings.flash,
-      0,
-      {},
-      "host",
-      &setup.scales};
-  if (!servo_node_start(node_.get(), &config)) {
-    throw std::runtime_error("the node did not start: " + dictionary::refusal_of(setup.parameters, setup.limits) + ".");
-  }
+  restart();
   machine_.run_firmware(node_->board, [this] {
     servo_node_tick(node_.get());
     servo_node_serve(node_.get());
@@ -65,12 +54,32 @@ DrivenNode::DrivenNode(const NodeSetup& setup, std::uint64_t seed, const std::ar
   tick();  // it boots, and receives nothing before
 }
 
+void DrivenNode::restart() {
+  const servo_node_config config = {
+      kNodeId,
+      fittings_.sender.send != nullptr ? fittings_.sender : can_sender{send_nowhere, nullptr},
+      machine_.hal_pointer(),
+      setup_.parameters.data(),
+      setup_.limits.data(),
+      fittings_.flash,
+      0,
+      {},
+      "host",
+      &setup_.scales};
+  std::destroy_at(node_.get());
+  new (node_.get()) servo_node{};
+  if (!servo_node_start(node_.get(), &config)) {
+    throw std::runtime_error("the node did not start: " + dictionary::refusal_of(setup_.parameters, setup_.limits) +
+                             ".");
+  }
+}
+
 void DrivenNode::tick() {
   if (speaks_) {
     canopen_node_heard(&node_->canopen);
   }
   machine_.advance_tick();
-  if (has_flash_) {
+  if (fittings_.flash != nullptr) {
     servo_node_background(node_.get());
   }
 }
@@ -110,7 +119,7 @@ void DrivenNode::write_real(int axis, std::uint16_t index, std::uint8_t sub, dou
   write(axis, index, sub, bits);
 }
 
-void DrivenNode::unlock() { write(kAzimuth, 0x3040, 1, kOpen); }
+void DrivenNode::unlock() { write(kAzimuth, 0x3040, 1, kUnlocked); }
 
 void DrivenNode::enable(const std::array<std::int8_t, kAxes>& modes) {
   for (int axis = 0; axis < kAxes; ++axis) {
@@ -125,7 +134,7 @@ void DrivenNode::enable(const std::array<std::int8_t, kAxes>& modes) {
     }
     if (enabled) {
       for (int axis = 0; axis < kAxes; ++axis) {
-        wanted_rad_[static_cast<std::size_t>(axis)] = node_->axis[axis].objects.position.actual / kCountsPerRad;
+        wanted_rad_[static_cast<std::size_t>(axis)] = node_->axis[axis].objects.position.actual / kPositionCountsPerRad;
       }
       return;
     }
@@ -145,7 +154,7 @@ void DrivenNode::move(int axis, double rate_rad_s) {
   }
   double& wanted_rad = wanted_rad_[static_cast<std::size_t>(axis)];
   wanted_rad += rate_rad_s * kTick_s;
-  write(axis, 0x607A, 0, std::llround(wanted_rad * kCountsPerRad));
+  write(axis, 0x607A, 0, std::llround(wanted_rad * kPositionCountsPerRad));
 }
 
 }  // namespace trackservo::sim

@@ -67,6 +67,10 @@ class DrivenNode {
 
   // From now on the master says nothing more to the node (0x6007); its set-points stay.
   void fall_silent() { speaks_ = false; }
+  void speak_again() { speaks_ = true; }
+
+  // The controller restarts with empty memory, as after a power cycle; the machine stays where it is.
+  void restart();
 
   // Runs one tick. The master speaks to the node in each, until it falls silent.
   void tick();
@@ -81,8 +85,9 @@ class DrivenNode {
  private:
   bool is_written(const od_object& object, const std::uint8_t *bytes);
 
+  const NodeSetup& setup_;
   std::unique_ptr<servo_node> node_;
-  bool has_flash_;
+  NodeFittings fittings_;
   Machine machine_;
   bool speaks_ = true;
   std::array<double, kAxes> wanted_rad_{};  // of `move`, when the position is controlled

@@ -28,7 +28,7 @@ std::vector<FaultTest> list_tests() {
       {FAULT_WATCHDOG_RESET, moving, reset},
       {FAULT_EXCEPTION_RESET, moving, reset},
       {FAULT_BROWN_OUT_RESET, moving, reset},
-      {FAULT_IMAGE_DAMAGED, moving, "test_a_damaged_image_stops_both_axes_while_they_turn_fast"},
+      {FAULT_IMAGE_DAMAGED, moving, "test_a_damaged_image_stops_both_axes"},
       {FAULT_STACK_OVERFLOW, moving, reset},
       {FAULT_OSCILLATION, shaking, "test_without_gains_to_take_back_the_axis_stops_with_its_own_fault"},
       {FAULT_GAINS_TAKEN_BACK, shaking, "test_the_gains_that_shook_unnoticed_are_taken_back"},

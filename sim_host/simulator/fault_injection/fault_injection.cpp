@@ -114,7 +114,7 @@ void fit_small_motor(DrivenNode& node, int axis) {
 
 // Set-points of both axes in RPDO 3, as a master sends them.
 void send_setpoints(DrivenNode& node, int) {
-  can_frame frame{0x401, 0, 8, {}};
+  can_frame frame{0x401, 0, 8, {}, 0};
   std::uint8_t *place = frame.data;
   for (int axis = 0; axis < kAxes; ++axis) {
     const std::int32_t target = node.axis(axis).objects.velocity.target;
@@ -125,7 +125,7 @@ void send_setpoints(DrivenNode& node, int) {
 }
 
 void expect_setpoints(DrivenNode& node, int axis) {
-  node.receive(can_frame{0x000, 0, 2, {0x01, 0x00}});
+  node.receive(can_frame{0x000, 0, 2, {0x01, 0x00}, 0});
   node.write(axis, 0x1402, 5, 20);
 }
 
@@ -250,7 +250,7 @@ FaultInjection dry_capacitor() {
                monitor.state.over_voltage_ticks > 0;
       });
   dry.both_axes = true;
-  dry.needs_restart = true;
+  dry.needs_restart = true;  // a capacitor is replaced with the power off
   dry.prepare = [](DrivenNode& n, int) {
     for (int axis = 0; axis < kAxes; ++axis) {
       n.write(axis, 0x6085, 0, 5000000);
@@ -292,6 +292,57 @@ FaultInjection end_of_travel() {
   return end;
 }
 
+// Its speed limit (2060:1) falls below its speed, so that it is braked protectively.
+void lower_speed_limit(DrivenNode& node, int axis) {
+  servo_node_axis& limited = node.node().axis[axis];
+  limited.monitor.limits.overspeed_rad_s = static_cast<float>(0.5 * std::abs(joint_rate_rad_s(node, axis)));
+  limited.limits.changes++;  // on purpose, not by itself
+}
+
+bool brakes_protectively(DrivenNode& node, int axis) { return node.mode(axis) == SERVO_PROTECTIVE_STOP; }
+
+// The braking has its full current only above this speed, and is judged there.
+bool must_slow_down(DrivenNode& node, int axis) {
+  const double judged_rad_s = static_cast<double>(node.axis(axis).monitor.allowed.soft_rad_s);
+  return brakes_protectively(node, axis) && std::abs(joint_rate_rad_s(node, axis)) > judged_rad_s;
+}
+
+// From the first tick of the protective stop on.
+FaultInjection braking_fails(const char *name, int allowed_ms, const std::function<void(DrivenNode&, int)>& cause) {
+  FaultInjection fails = part(
+      name, FAULT_BRAKING_FAILS, 0, 0, [](DrivenNode& n, int a, SplitMix64&) { lower_speed_limit(n, a); },
+      must_slow_down);
+  fails.during = FAULT_OVER_SPEED;
+  fails.go_on = [cause](DrivenNode& n, int a) {
+    if (brakes_protectively(n, a)) {
+      cause(n, a);
+    }
+  };
+  fails.end = let_go;
+  fails.stays = true;
+  fails.allowed_ms = allowed_ms;
+  fails.hidden_because = "the axis is at rest, or slower than 0.02 s times 2060:19, where its braking is not judged";
+  return fails;
+}
+
+// A load that is stronger than the motor.
+FaultInjection pulled_while_braking() {
+  return braking_fails("pulled on while it brakes", 0, [](DrivenNode& n, int a) {
+    const double motor_nm =
+        motor_torque_nm(n, a, static_cast<double>(n.node().board.app.params.axis[a].current_limit_a));
+    broken(n, a).push_nm = std::copysign(1.5 * motor_nm, joint_rate_rad_s(n, a));
+  });
+}
+
+// Friction alone still slows the axis down, by less than half of 2060:19: it takes longer to fall behind, or the axis
+// has stopped before.
+FaultInjection braking_without_torque() {
+  FaultInjection weak =
+      braking_fails("no torque while it brakes", 130, [](DrivenNode& n, int a) { broken(n, a).motor_share = 0.0; });
+  weak.lasting = true;
+  return weak;
+}
+
 std::vector<FaultInjection> motions() {
   const fault_set away = fault_bit(FAULT_RUNAWAY) | fault_bit(FAULT_SPEED_ERROR) | fault_bit(FAULT_OVER_SPEED) |
                          fault_bit(FAULT_STANDSTILL_LEFT);
@@ -318,6 +369,8 @@ std::vector<FaultInjection> motions() {
       jam(),
       dry_capacitor(),
       end_of_travel(),
+      pulled_while_braking(),
+      braking_without_torque(),
   };
 }
 
@@ -336,13 +389,13 @@ std::vector<FaultInjection> node_and_bus() {
        always, nothing},
       {"node stopped by NMT", FAULT_NODE_STOPPED, 0, 0, true,
        [](DrivenNode& n, int, SplitMix64&) {
-         n.receive(can_frame{0x000, 0, 2, {0x02, 0x00}});
+         n.receive(can_frame{0x000, 0, 2, {0x02, 0x00}, 0});
        },
        always, nothing},
       {"master's heartbeat lost", FAULT_HEARTBEAT_LOST, 0, 50, true,
        [](DrivenNode& n, int a, SplitMix64&) {
          n.write(a, 0x1016, 1, 0x7F << 16 | 50);
-         n.receive(can_frame{0x77F, 0, 1, {0x05}});
+         n.receive(can_frame{0x77F, 0, 1, {0x05}, 0});
        },
        always, nothing},
       silent_setpoints(),
@@ -368,8 +421,9 @@ std::vector<FaultInjection> node_and_bus() {
 }
 
 constexpr double kJustBelowBaseRate_rad_s = 0.019;
-constexpr int kSlowSensorTicks = 5;
+constexpr int kSlowSensorReadings = 5;
 constexpr double kSeldom = 0.1;
+constexpr double kUnnoticed_rad = 0.002;  // the axis may leave its set-point so far when nothing is detected
 
 // What both rate sensors, or the motor, do wrong together. `also`: the names that are right for it.
 FaultInjection witness(const char *name, fault_id expected, fault_set also, int allowed_ms, Detection detection,
@@ -388,8 +442,35 @@ std::function<void(DrivenNode&, int, SplitMix64&)> parts(Change change) {
   return [change](DrivenNode& n, int a, SplitMix64&) { change(broken(n, a)); };
 }
 
-std::function<void(DrivenNode&, int, SplitMix64&)> clock_error(double share) {
-  return [share](DrivenNode& n, int, SplitMix64&) { n.machine().broken().clock_error = share; };
+// A converter that reads a current of the axis.
+FaultInjection of_current(const char *name, fault_set also, int allowed_ms, Detection detection,
+                          void (*change)(BadReadings&)) {
+  FaultInjection made = witness(name, FAULT_MOTOR_CONTRADICTS, also, allowed_ms, detection,
+                                parts([change](BrokenAxis& b) { change(b.current); }));
+  made.max_deviation_rad = kUnnoticed_rad;
+  return made;
+}
+
+// The converter that reads the bus voltage.
+FaultInjection of_bus(const char *name, fault_set also, int allowed_ms, void (*change)(BadReadings&)) {
+  FaultInjection made = witness(name, FAULT_OVER_VOLTAGE, also, allowed_ms, Detection::kTolerated,
+                                [change](DrivenNode& n, int, SplitMix64&) { change(n.machine().broken().bus); });
+  made.both_axes = true;
+  return made;
+}
+
+FaultInjection clock_off(const char *name, fault_set also, double share) {
+  FaultInjection made = witness(name, FAULT_CLOCK, also, 400, Detection::kAlways,
+                                [share](DrivenNode& n, int, SplitMix64&) { n.machine().broken().clock_error = share; });
+  made.both_axes = true;
+  made.max_deviation_rad = 0.008;  // 5 % of 20 deg/s in 0.4 s
+  return made;
+}
+
+FaultInjection bit_wrong(const char *name, std::function<void(DrivenNode&, int, SplitMix64&)> begin) {
+  FaultInjection made = witness(name, FAULT_ACTIVE_SET, 0, 0, Detection::kAlways, std::move(begin));
+  made.any_fault = true;
+  return made;
 }
 
 bool carries_torque(DrivenNode& node, int axis) {
@@ -446,6 +527,8 @@ std::vector<FaultInjection> witnesses() {
       disagree | fault_bit(FAULT_ENCODER_JUMP) | fault_bit(FAULT_ENCODER_LOST) | fault_bit(FAULT_ENCODER_ERRATIC);
   const fault_set gyro_faults = disagree | fault_bit(FAULT_GYRO_LOST) | fault_bit(FAULT_GYRO_SATURATED);
   const fault_set motor = fault_bit(FAULT_MOTOR_CONTRADICTS) | fault_bit(FAULT_MOTOR_WEAK);
+  const fault_set electrical = motor | fault_bit(FAULT_CURRENT_SENSOR) | fault_bit(FAULT_OVER_CURRENT);
+  const fault_set of_voltage = electrical | fault_bit(FAULT_UNDER_VOLTAGE);
   const fault_set drift = fault_bit(FAULT_SENSORS_DRIFT);
   std::vector<FaultInjection> list = {
       witness("encoder and gyro frozen with noise", FAULT_MOTOR_CONTRADICTS, motor | fault_bit(FAULT_RUNAWAY), 100,
@@ -465,13 +548,13 @@ std::vector<FaultInjection> witnesses() {
       witness("encoder bit 10 wrong in 10 % of the ticks", FAULT_ENCODER_ERRATIC, encoder_faults, 100,
               Detection::kAlways, parts([](BrokenAxis& b) { b.encoder_bit_share = kSeldom; })),
       witness("encoder 5 ms late", FAULT_SENSORS_DISAGREE, encoder_faults, 500, Detection::kAlways,
-              parts([](BrokenAxis& b) { b.encoder.late_ticks = kSlowSensorTicks; }), turns),
+              parts([](BrokenAxis& b) { b.encoder.late_readings = kSlowSensorReadings; }), turns),
       witness("gyro 5 ms late", FAULT_SENSORS_DISAGREE, gyro_faults, 500, Detection::kTolerated,
-              parts([](BrokenAxis& b) { b.gyro.late_ticks = kSlowSensorTicks; }), turns),
+              parts([](BrokenAxis& b) { b.gyro.late_readings = kSlowSensorReadings; }), turns),
       witness("encoder renewed every 5 ms", FAULT_ENCODER_JUMP, encoder_faults | fault_bit(FAULT_ENCODER_STUCK), 500,
-              Detection::kAlways, parts([](BrokenAxis& b) { b.encoder.repeats = kSlowSensorTicks; }), turns),
+              Detection::kAlways, parts([](BrokenAxis& b) { b.encoder.repeats = kSlowSensorReadings; }), turns),
       witness("gyro renewed every 5 ms", FAULT_GYRO_STUCK, gyro_faults, 500, Detection::kTolerated,
-              parts([](BrokenAxis& b) { b.gyro.repeats = kSlowSensorTicks; }), turns),
+              parts([](BrokenAxis& b) { b.gyro.repeats = kSlowSensorReadings; }), turns),
       witness("encoder lost in 10 % of the ticks", FAULT_ENCODER_LOST, encoder_faults, 100, Detection::kAlways,
               parts([](BrokenAxis& b) { b.encoder.lost_share = kSeldom; })),
       witness("gyro lost in 10 % of the ticks", FAULT_GYRO_LOST, gyro_faults, 500, Detection::kTolerated,
@@ -480,19 +563,38 @@ std::vector<FaultInjection> witnesses() {
               parts([](BrokenAxis& b) { b.encoder.garbage_share = kSeldom; })),
       witness("gyro garbage in 10 % of the ticks", FAULT_SENSORS_DISAGREE, gyro_faults, 200, Detection::kAlways,
               parts([](BrokenAxis& b) { b.gyro.garbage_share = kSeldom; })),
+      // The loop of the current swings; what its voltage leaves unexplained shows it.
+      of_current("current 5 periods late", electrical, 100, Detection::kAlways,
+                 [](BadReadings& b) { b.late_readings = kSlowSensorReadings; }),
+      of_current("current renewed every 5 periods", electrical, 100, Detection::kTolerated,
+                 [](BadReadings& b) { b.repeats = kSlowSensorReadings; }),
+      of_current("current lost in 10 % of the periods", electrical, 100, Detection::kTolerated,
+                 [](BadReadings& b) { b.lost_share = kSeldom; }),
+      of_current("current garbage in 10 % of the periods", electrical, 150, Detection::kAlways,
+                 [](BadReadings& b) { b.garbage_share = kSeldom; }),
+      of_bus("bus voltage 5 periods late", electrical, 500,
+             [](BadReadings& b) { b.late_readings = kSlowSensorReadings; }),
+      of_bus("bus voltage renewed every 5 periods", electrical, 500,
+             [](BadReadings& b) { b.repeats = kSlowSensorReadings; }),
+      of_bus("bus voltage lost in 10 % of the periods", electrical, 500,
+             [](BadReadings& b) { b.lost_share = kSeldom; }),
+      // Each axis finds by itself that its bridge does not give the voltage that was commanded; at rest, with little
+      // current, that takes longer.
+      of_bus("bus voltage garbage in 10 % of the periods", of_voltage, 3000,
+             [](BadReadings& b) { b.garbage_share = kSeldom; }),
       // The gyro has its own clock: at 20 deg/s it differs from the encoder by 5 %, 0.0175 rad/s, which the monitor of
       // their drift (2060:27) may find before the third check of the clock. The other axis stops with that check.
       // One PWM period of the plant more or less in each tick. Other shares would make single ticks longer, which
       // shakes.
-      witness("clock 5 % slow", FAULT_CLOCK, drift, 400, Detection::kAlways, clock_error(0.05)),
-      witness("clock 5 % fast", FAULT_CLOCK, drift, 400, Detection::kAlways, clock_error(-0.05)),
-      witness(
-          "bit wrong in the gains that the loops use", FAULT_ACTIVE_SET, 0, 0, Detection::kAlways,
+      clock_off("clock 5 % slow", drift, 0.05),
+      clock_off("clock 5 % fast", drift, -0.05),
+      bit_wrong(
+          "bit wrong in the gains that the loops use",
           [](DrivenNode& n, int a, SplitMix64& random) { flip_bit_in_use(n.node().board.app.params.axis[a], random); }),
-      witness("bit wrong in the active parameter set", FAULT_ACTIVE_SET, 0, 0, Detection::kAlways,
-              [](DrivenNode& n, int a, SplitMix64& random) {
-                flip_bit(&n.node().axis[a].tuning.active, sizeof(axis_parameters), random);
-              }),
+      bit_wrong("bit wrong in the active parameter set",
+                [](DrivenNode& n, int a, SplitMix64& random) {
+                  flip_bit(&n.node().axis[a].tuning.active, sizeof(axis_parameters), random);
+                }),
   };
   // Of an axis at rest nothing shows it until the torque, which follows the sensors' noise, has overcome the friction.
   list.front().monitored_ticks = 5000;
@@ -502,11 +604,7 @@ std::vector<FaultInjection> witnesses() {
   for (FaultInjection& one : list) {
     one.hidden_because = "it shows only while the axis turns or carries torque";
     if (one.detection == Detection::kTolerated) {
-      one.max_deviation_rad = 0.002;
-    }
-    one.both_axes = one.name.find("clock") == 0;
-    if (one.both_axes) {
-      one.max_deviation_rad = 0.008;  // 5 % of 20 deg/s in 0.4 s
+      one.max_deviation_rad = kUnnoticed_rad;
     }
     if (one.name == "encoder and gyro at half scale") {
       one.max_overshoot_rad_s = 0.5;  // twice the set-point
@@ -518,12 +616,11 @@ std::vector<FaultInjection> witnesses() {
       one.needs_restart = true;
       one.monitored_ticks = 25000;
     }
-    one.any_fault = one.name.find("bit wrong") == 0;
   }
   return list;
 }
 
-std::vector<FaultInjection> all() {
+std::vector<FaultInjection> all_injections() {
   std::vector<FaultInjection> together;
   for (const std::vector<FaultInjection>& some : {sensors(), electrics(), motions(), node_and_bus(), witnesses()}) {
     together.insert(together.end(), some.begin(), some.end());
@@ -531,8 +628,7 @@ std::vector<FaultInjection> all() {
   for (FaultInjection& one : together) {
     const bool latched = one.expected == FAULT_TICK_LATE || one.expected == FAULT_IMAGE_DAMAGED ||
                          one.expected == FAULT_SELF_TEST || one.expected == FAULT_ACTIVE_SET;
-    // A capacitor is replaced with the power off.
-    one.needs_restart = one.needs_restart || latched || one.detection != Detection::kAlways;
+    one.needs_restart = one.needs_restart || latched;
   }
   return together;
 }
@@ -540,7 +636,7 @@ std::vector<FaultInjection> all() {
 }  // namespace
 
 const std::vector<FaultInjection>& fault_injections() {
-  static const std::vector<FaultInjection> list = all();
+  static const std::vector<FaultInjection> list = all_injections();
   return list;
 }
 

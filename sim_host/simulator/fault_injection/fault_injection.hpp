@@ -51,6 +51,8 @@ struct FaultInjection {
   bool any_fault = false;
   // The axis stays at rest when it stood still: the fault must be detected without motion.
   bool stays = false;
+  // Only a restart ends the fault, or the fault has damaged the memory. The next fault of the run follows the restart.
+  bool needs_restart = false;
   // Time until the run ends without a detection [ticks].
   int monitored_ticks = 1500;
   // Allowed distance of the joint from where its set-point led it, from the injection to the detection [rad].
@@ -59,8 +61,10 @@ struct FaultInjection {
   double max_overshoot_rad_s = 0;
   // From the injection on, the axis reverses at this speed once a second [rad/s]; 0: it goes on with its motion.
   double excitation_rad_s = 0;
-  // Only a restart ends the fault, or the fault has damaged the memory: no second one can follow in the same run.
-  bool needs_restart = false;
+  // The protective stop that this fault starts is what fails: `expected` comes during the reaction to it.
+  fault_id during = FAULT_NONE;
+  // Every tick from the injection to the detection.
+  std::function<void(DrivenNode&, int axis)> go_on = [](DrivenNode&, int) {};
 };
 
 const std::vector<FaultInjection>& fault_injections();

@@ -83,7 +83,7 @@ std::string later_error(const InjectionRunSetup& injection_run, const InjectionR
     good++;
     number++;
   }
-  return "";
+  return static_cast<int>(result.later.size()) == kLaterFaults ? "" : "has no further fault";
 }
 
 void add(MatrixRow& row, const InjectionRunSetup& injection_run, const InjectionRunResult& result) {

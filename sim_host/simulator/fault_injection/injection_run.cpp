@@ -20,6 +20,8 @@ constexpr double kAgain_rad_s2 = 1.0;
 constexpr double kExcitation_rad_s2 = 2.0;
 constexpr int kAgainTicks = 400;
 constexpr int kResetTicks = 300;  // until the conditions have ended
+constexpr double kTurns_rad_s = 0.01;
+constexpr int kGustTicks = 5000;
 
 class InjectionRun {
  public:
@@ -41,14 +43,13 @@ class InjectionRun {
     result_.speed_before_rad_s = std::abs(joint_rate());
     inject();
     InjectionRunResult first = result_;
-    const bool again = first.seen != FAULT_NONE && !injection_run_.fault_injection->needs_restart;
-    for (int i = 0; i < kLaterFaults && again; ++i) {
+    for (int i = 0; i < kLaterFaults; ++i) {
       const std::vector<const FaultInjection *>& list = later_fault_injections();
       first.later.push_back({list[random_() % list.size()], nullptr});
-      injection_run_.fault_injection = first.later.back().fault_injection;
       if (!is_enabled_again()) {
         break;
       }
+      injection_run_.fault_injection = first.later.back().fault_injection;
       inject();
       first.later.back().result = std::make_shared<InjectionRunResult>(result_);
       if (result_.seen == FAULT_NONE) {
@@ -72,26 +73,13 @@ class InjectionRun {
     }
   }
 
-  // As a technician does: repairs what is broken, resets the fault, enables both axes and moves them.
+  // As a technician does: repairs what is broken, resets the fault or restarts the controller, enables both axes and
+  // moves them.
   bool is_enabled_again() {
-    node_.machine().broken() = {};
-    for (int axis = 0; axis < kAxes; ++axis) {
-      node_.node().axis[axis].monitor.limits = setup_.limits[static_cast<std::size_t>(axis)];
-      node_.node().axis[axis].limits.changes++;
-      node_.write(axis, 0x6072, 0, 1000);
-    }
-    node_.write(kAzimuth, 0x1016, 1, 0);
-    node_.write(kAzimuth, 0x1402, 5, 0);
-    node_.receive(can_frame{0x000, 0, 2, {0x01, 0x00}});
-    again_from_s_ = time_s_ + kResetTicks * kTick_s;
-    for (int axis = 0; axis < kAxes; ++axis) {
-      const double middle_rad = 0.5 * (static_cast<double>(setup_.limits[static_cast<std::size_t>(axis)].minimum_rad) +
-                                       static_cast<double>(setup_.limits[static_cast<std::size_t>(axis)].maximum_rad));
-      const double angle_rad = node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
-      again_direction_[static_cast<std::size_t>(axis)] = angle_rad > middle_rad ? -1.0 : 1.0;
-    }
-    again_ = true;
-    aside_ = false;
+    stop_without_fault();
+    repair();
+    wait_for_bridges();
+    face_the_middle();
     for (int i = 0; i < kResetTicks; ++i) {
       for (int axis = 0; axis < kAxes; ++axis) {
         if (fault(axis) != FAULT_NONE) {
@@ -100,6 +88,7 @@ class InjectionRun {
       }
       tick();
     }
+    wait_for_standstill();
     try {
       node_.enable(DRIVE_CYCLIC_VELOCITY);
     } catch (const std::runtime_error&) {
@@ -111,6 +100,75 @@ class InjectionRun {
     result_ = {};
     result_.speed_before_rad_s = std::abs(joint_rate());
     return fault(injection_run_.axis) == FAULT_NONE;
+  }
+
+  // An axis whose fault was not detected still follows its set-point.
+  void stop_without_fault() {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      if (fault(axis) == FAULT_NONE) {
+        node_.write(axis, 0x6040, 0, 0x02);
+      }
+    }
+    const bool turns = fault(kAzimuth) == FAULT_NONE || fault(kPitch) == FAULT_NONE;
+    for (int i = 0; i < kResetTicks && turns; ++i) {
+      tick();
+    }
+  }
+
+  void repair() {
+    node_.machine().broken() = {};
+    node_.speak_again();
+    if (injection_run_.fault_injection->needs_restart) {
+      node_.restart();
+      node_.tick();  // it receives nothing before
+    } else {
+      undo_writes();
+    }
+    node_.receive(can_frame{0x000, 0, 2, {0x01, 0x00}, 0});
+  }
+
+  // What the injections write to the node.
+  void undo_writes() {
+    for (int axis = 0; axis < kAxes; ++axis) {
+      node_.node().axis[axis].monitor.limits = setup_.limits[static_cast<std::size_t>(axis)];
+      node_.node().axis[axis].limits.changes++;
+      node_.write(axis, 0x6072, 0, 1000);
+    }
+    node_.write(kAzimuth, 0x1016, 1, 0);
+    node_.write(kAzimuth, 0x1402, 5, 0);
+  }
+
+  // An axis that found a fault of both axes late may still be braked.
+  void wait_for_bridges() {
+    const auto brakes = [this](int axis) { return node_.mode(axis) == SERVO_BRAKE; };
+    for (int i = 0; i < kReactionTicks && (brakes(kAzimuth) || brakes(kPitch)); ++i) {
+      tick();
+    }
+  }
+
+  // A gust can turn an axis without torque.
+  void wait_for_standstill() {
+    const auto turns = [this](int axis) {
+      return std::abs(node_.machine().truth().joint_rate_rad_s[static_cast<std::size_t>(axis)]) > kTurns_rad_s;
+    };
+    for (int i = 0; i < kGustTicks && (turns(kAzimuth) || turns(kPitch)); ++i) {
+      tick();
+      again_from_s_ = time_s_;
+    }
+  }
+
+  // Each axis will move towards the middle of its travel.
+  void face_the_middle() {
+    again_from_s_ = time_s_ + kResetTicks * kTick_s;
+    for (int axis = 0; axis < kAxes; ++axis) {
+      const double middle_rad = 0.5 * (static_cast<double>(setup_.limits[static_cast<std::size_t>(axis)].minimum_rad) +
+                                       static_cast<double>(setup_.limits[static_cast<std::size_t>(axis)].maximum_rad));
+      const double angle_rad = node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(axis)];
+      again_direction_[static_cast<std::size_t>(axis)] = angle_rad > middle_rad ? -1.0 : 1.0;
+    }
+    again_ = true;
+    aside_ = false;
+    excited_ = false;
   }
 
   // A set-point that reverses with 2 rad/s^2 at most.
@@ -169,14 +227,21 @@ class InjectionRun {
         result_.latency_ms = 0;
       }
       had_torque_ = node_.mode(injection_run_.axis) != SERVO_OFF;
+      injected.go_on(node_, injection_run_.axis);
       tick();
       note_speed();
       led_rad += static_cast<double>(node_.axis(injection_run_.axis).objects.velocity.demand) * 1e-6 * kTick_s;
       result_.deviation_rad = std::max(result_.deviation_rad, std::abs(angle() - led_rad));
       result_.latency_ms += shows || (result_.showed && !injection_run_.fault_injection->lasting) ? 1 : 0;
       result_.visible_ms = std::max(result_.visible_ms, result_.latency_ms);
-      result_.seen = fault(injection_run_.axis);
+      result_.seen = injected.during == FAULT_NONE ? fault(injection_run_.axis) : fault_during_reaction();
     }
+  }
+
+  // Of those that are right, the one that the drive reports beside the fault that it reacts to.
+  fault_id fault_during_reaction() {
+    const fault_set right = right_faults(*injection_run_.fault_injection);
+    return fault_worst(node_.axis(injection_run_.axis).drive.faults & right);
   }
 
   void judge_reaction() {
@@ -229,7 +294,9 @@ class InjectionRun {
     const bool shorted = shorts ? braked_ticks >= kBrakeTicks : had_torque_ || braked_ticks == 1;
     const bool over = node_.axis(injection_run_.axis).drive.state.power == DRIVE_FAULT &&
                       node_.mode(injection_run_.axis) == SERVO_OFF;
-    result_.reaction_right = result_.reaction_right && shorted && over && fault(injection_run_.axis) == result_.seen;
+    const fault_id during = injection_run_.fault_injection->during;
+    const fault_id first = during == FAULT_NONE ? result_.seen : during;
+    result_.reaction_right = result_.reaction_right && shorted && over && fault(injection_run_.axis) == first;
   }
 
   double angle() { return node_.machine().truth().joint_angle_rad[static_cast<std::size_t>(injection_run_.axis)]; }

@@ -30,7 +30,7 @@ Moving seen_after(const Turn& turn, const Eigen::Vector3d& axis, const Moving& b
 
 }  // namespace
 
-BaseState BaseMotion::at(double time_s) const {
+BaseState BaseMotion::turned(double time_s) const {
   std::array<Turn, 3> turns;
   for (const BaseMotionLine& line : lines_) {
     const double w = 2.0 * kPi * line.frequency_hz;

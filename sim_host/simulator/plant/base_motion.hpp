@@ -25,14 +25,17 @@ struct BaseState {
 
 class BaseMotion {
  public:
-  explicit BaseMotion(std::vector<BaseMotionLine> lines) : lines_(std::move(lines)) {}
+  explicit BaseMotion(std::vector<BaseMotionLine> lines) : lines_(std::move(lines)), start_(turned(0.0)) {}
 
   bool moves() const { return !lines_.empty(); }
 
-  BaseState at(double time_s) const;
+  BaseState at(double time_s) const { return moves() ? turned(time_s) : start_; }
 
  private:
+  BaseState turned(double time_s) const;
+
   std::vector<BaseMotionLine> lines_;
+  BaseState start_;
 };
 
 // Rates of the azimuth stage without its joint's own rate, in the stage's frame: x ahead, y to the left. So the base

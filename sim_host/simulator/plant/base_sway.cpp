@@ -8,7 +8,7 @@ BaseSway::BaseSway(const BaseSwayConfig& config, std::uint64_t seed, int axis)
                                    RandomStream(seed, "base.sway", axis))) {
   if (moves_) {
     start_angle_rad_ = sway_.state()[0];
-    start_rate_rad_s_ = sway_.state()[1];
+    rate_.start_rad_s = sway_.state()[1];
   }
 }
 
@@ -25,9 +25,9 @@ void BaseSway::begin_tick() {
   linear_ = start_slope;
   square_ = 3.0 * change - 2.0 * start_slope - end_slope;
   cubic_ = start_slope + end_slope - 2.0 * change;
-  start_rate_rad_s_ = start[1];
-  rate_linear_ = 2.0 * square_ / kTick_s;
-  rate_square_ = 3.0 * cubic_ / kTick_s;
+  rate_.start_rad_s = start[1];
+  rate_.linear_rad_s = 2.0 * square_ / kTick_s;
+  rate_.square_rad_s = 3.0 * cubic_ / kTick_s;
 }
 
 }  // namespace trackservo::sim

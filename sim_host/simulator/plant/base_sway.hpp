@@ -12,6 +12,16 @@
 
 namespace trackservo::sim {
 
+// The rate over one tick: a polynomial of its fraction 0..1.
+template <class Real>
+struct SwayRate {
+  Real start_rad_s{};
+  Real linear_rad_s{};
+  Real square_rad_s{};
+
+  Real at(double u) const { return start_rad_s + u * (linear_rad_s + u * square_rad_s); }
+};
+
 class BaseSway {
  public:
   BaseSway(const BaseSwayConfig& config, std::uint64_t seed, int axis);
@@ -21,7 +31,8 @@ class BaseSway {
 
   // Angle [rad] and rate [rad/s] at a fraction 0..1 of the tick.
   double angle_rad(double u) const { return start_angle_rad_ + u * (linear_ + u * (square_ + u * cubic_)); }
-  double rate_rad_s(double u) const { return start_rate_rad_s_ + u * (rate_linear_ + u * rate_square_); }
+  double rate_rad_s(double u) const { return rate_.at(u); }
+  const SwayRate<double>& rate() const { return rate_; }
 
  private:
   bool moves_;
@@ -30,9 +41,7 @@ class BaseSway {
   double linear_ = 0;
   double square_ = 0;
   double cubic_ = 0;
-  double start_rate_rad_s_ = 0;
-  double rate_linear_ = 0;
-  double rate_square_ = 0;
+  SwayRate<double> rate_;
 };
 
 }  // namespace trackservo::sim

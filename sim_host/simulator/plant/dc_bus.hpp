@@ -20,8 +20,14 @@ class DcBus {
  public:
   DcBus(const SupplyConfig& config, double dt_s) : config_(config), dt_s_(dt_s), voltage_v_(config.voltage_v) {}
 
-  // The share of the capacitance that an old capacitor has left.
-  void age_capacitor(double share) { share_ = share; }
+  // The share of the capacitance that an old capacitor has left. A larger share than before is a new capacitor, which
+  // the supply has charged.
+  void age_capacitor(double share) {
+    if (share > share_) {
+      settle(0.0);
+    }
+    share_ = share;
+  }
 
   // At the start, and in each period: the current that both bridges draw [A].
   void settle(double drawn_a) { voltage_v_ = config_.voltage_v - config_.source_resistance_ohm * drawn_a; }

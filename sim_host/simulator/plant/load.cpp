@@ -11,17 +11,19 @@ ExternalLoad::ExternalLoad(const LoadConfig& config, std::uint64_t seed, int axi
       broadband_(seed, "load.broadband", axis),
       gust_nm_(gust_.state()[0]) {}
 
-void ExternalLoad::begin_tick() {
-  start_nm_ = config_.wind_mean_nm - config_.cable_stiffness_nm_rad * config_.cable_neutral_rad + gust_nm_;
-  change_nm_ = 0.0;
+LoadOfTick<double> ExternalLoad::begin_tick() {
+  LoadOfTick<double> tick;
+  tick.cable_stiffness_nm_rad = config_.cable_stiffness_nm_rad;
+  tick.start_nm = config_.wind_mean_nm - config_.cable_stiffness_nm_rad * config_.cable_neutral_rad + gust_nm_;
   if (config_.wind_gust_rms_nm > 0.0) {
     const double next_nm = gust_.next()[0];
-    change_nm_ = next_nm - gust_nm_;
+    tick.change_nm = next_nm - gust_nm_;
     gust_nm_ = next_nm;
   }
   if (config_.broadband_rms_nm > 0.0) {
-    start_nm_ += config_.broadband_rms_nm * broadband_.normal();
+    tick.start_nm += config_.broadband_rms_nm * broadband_.normal();
   }
+  return tick;
 }
 
 FrictionDrift::Factors FrictionDrift::at(double time_s, double load_nm) const {

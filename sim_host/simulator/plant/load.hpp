@@ -15,25 +15,31 @@
 
 namespace trackservo::sim {
 
+// Of one tick, linear over it.
+template <class Real>
+struct LoadOfTick {
+  Real start_nm{};
+  Real change_nm{};
+  Real cable_stiffness_nm_rad{};
+
+  // Load torque [Nm] at a fraction 0..1 of the tick and a joint angle [rad].
+  Real torque_nm(double tick_fraction, Real joint_angle_rad) const {
+    return start_nm + change_nm * tick_fraction + cable_stiffness_nm_rad * joint_angle_rad;
+  }
+};
+
 class ExternalLoad {
  public:
   ExternalLoad(const LoadConfig& config, std::uint64_t seed, int axis);
 
   // Draws the gust at the end of the coming tick and its broad-band noise.
-  void begin_tick();
-
-  // Load torque [Nm] at a fraction 0..1 of the tick and a joint angle [rad].
-  double torque_nm(double tick_fraction, double joint_angle_rad) const {
-    return start_nm_ + change_nm_ * tick_fraction + config_.cable_stiffness_nm_rad * joint_angle_rad;
-  }
+  LoadOfTick<double> begin_tick();
 
  private:
   LoadConfig config_;
   ShapedNoise gust_;
   RandomStream broadband_;
   double gust_nm_;
-  double start_nm_ = 0;
-  double change_nm_ = 0;
 };
 
 // Friction factors of the Maxwell-slip plant: level (1 + a |load|) e^(b T), viscosity e^(c T), where the temperature T

@@ -16,14 +16,14 @@ double attracted(double torque_nm, double target_nm, double rate_1_s, double dt_
 }  // namespace
 
 MaxwellSlip::MaxwellSlip(const FrictionConfig& friction, const MaxwellSlipConfig& model, double dt_s)
-    : positive_(friction.positive),
-      negative_(friction.negative),
-      elements_(static_cast<std::size_t>(std::clamp(model.elements, 1, kMaxElements))),
+    : elements_(static_cast<std::size_t>(std::clamp(model.elements, 1, kMaxElements))),
       element_stiffness_nm_rad_(friction.stiffness_nm_rad / static_cast<double>(elements_)),
       sticking_damping_nm_s_rad_(model.sticking_damping_fraction * friction.damping_nm_s_rad /
                                  static_cast<double>(elements_)),
       attraction_1_s_(model.attraction_1_s),
       dt_s_(dt_s) {
+  positive_.set(0, friction.positive);
+  negative_.set(0, friction.negative);
   // Yield deflections 1, 2, .. N times a unit, chosen so that the shares add up to one.
   const double sum = 0.5 * static_cast<double>(elements_ * (elements_ + 1));
   for (std::size_t i = 0; i < elements_; ++i) {
@@ -39,16 +39,16 @@ void MaxwellSlip::relax() {
 }
 
 MaxwellSlip::Slip MaxwellSlip::slip_at(double rate_rad_s, double level) {
-  Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
-  const StribeckPoint point = direction.at(rate_rad_s, level);
+  Stribeck<double>& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+  const StribeckPoint<double> point = direction.at(rate_rad_s, level, true);
   return {point.level_nm, attraction_1_s_ * level * direction.breakaway_nm() * point.inverse_1_nm};
 }
 
-AffineFriction MaxwellSlip::linearise(double rate_rad_s, double level, double viscosity) {
+AffineFriction<double> MaxwellSlip::linearise(double rate_rad_s, double level, double viscosity) {
   level_ = level;
   const Slip slip = slip_at(rate_rad_s, level);
-  const Stribeck& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
-  AffineFriction affine;
+  const Stribeck<double>& direction = rate_rad_s >= 0.0 ? positive_ : negative_;
+  AffineFriction<double> affine;
   affine.slope_nm_s_rad = viscosity * direction.viscous_nm_s_rad();
   for (std::size_t i = 0; i < elements_; ++i) {
     Element& element = element_[i];

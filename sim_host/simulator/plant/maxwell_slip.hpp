@@ -29,7 +29,7 @@ class MaxwellSlip {
   void relax();
 
   // As LugreFriction::linearise; `viscosity` scales s2. The step's start decides which element sticks.
-  AffineFriction linearise(double rate_rad_s, double level, double viscosity);
+  AffineFriction<double> linearise(double rate_rad_s, double level, double viscosity);
 
   // Completes the step with the solved rate at its middle.
   void commit(double rate_rad_s);
@@ -51,8 +51,8 @@ class MaxwellSlip {
 
   Slip slip_at(double rate_rad_s, double level);
 
-  Stribeck positive_;
-  Stribeck negative_;
+  Stribeck<double> positive_;
+  Stribeck<double> negative_;
   std::size_t elements_;
   double element_stiffness_nm_rad_;
   double sticking_damping_nm_s_rad_;  // of one element

@@ -7,67 +7,98 @@
 #include <cmath>
 
 #include "config/plant_config.hpp"
+#include "plant/lanes.hpp"
 
 namespace trackservo::sim {
 
 // e^-x for an x that changes slowly from call to call: a Taylor polynomial around the last x for which the exponential
 // was computed, accurate to 2e-12.
+template <class Real>
 class CreepingExponential {
  public:
-  double of_minus(double x) {
-    const double back = anchor_ - x;
-    if (!(std::abs(back) < kReach)) {
-      anchor_ = x;
-      value_ = std::exp(-x);
-      return value_;
+  // In the lanes that are not `needed`, anything; what they remember is left as it is.
+  Real of_minus(Real x, Mask<Real> needed) {
+    Real back = anchor_ - x;
+    const Mask<Real> far = both(needed, opposite(magnitude(back) < every<Real>(kReach)));
+    if (any(far)) {
+      move_anchor(x, far);
+      back = anchor_ - x;
     }
     return value_ *
            (1.0 + back * (1.0 + back * (1.0 / 2.0 + back * (1.0 / 6.0 + back * (1.0 / 24.0 + back * (1.0 / 120.0))))));
   }
 
+  static void exchange_lanes(Mask<Real> where, CreepingExponential& a, CreepingExponential& b) {
+    exchange(where, a.anchor_, b.anchor_);
+    exchange(where, a.value_, b.value_);
+  }
+
  private:
   static constexpr double kReach = 1.0 / 32.0;  // kReach^6 / 6! = 1.3e-12
 
-  double anchor_ = 0.0;
-  double value_ = 1.0;
+  void move_anchor(Real x, Mask<Real> where) {
+    for (std::size_t i = 0; i < kLanes<Real>; ++i) {
+      if (is_set(where, i)) {
+        set_lane(anchor_, i, lane(x, i));
+        set_lane(value_, i, std::exp(-lane(x, i)));
+      }
+    }
+  }
+
+  Real anchor_{};
+  Real value_ = every<Real>(1.0);
 };
 
+template <class Real>
 struct StribeckPoint {
-  double level_nm;          // g(v) > 0
-  double inverse_1_nm;      // 1 / g(v)
-  double relative_slope_v;  // v g'(v) / g(v), dimensionless, <= 0
+  Real level_nm;          // g(v) > 0
+  Real inverse_1_nm;      // 1 / g(v)
+  Real relative_slope_v;  // v g'(v) / g(v), dimensionless, <= 0
 };
 
+// One direction of motion in each lane.
+template <class Real>
 class Stribeck {
  public:
-  explicit Stribeck(const StribeckConfig& direction)
-      : coulomb_nm_(direction.coulomb_nm),
-        excess_nm_(direction.breakaway_nm - direction.coulomb_nm),
-        inverse_speed_s_rad_(1.0 / direction.stribeck_speed_rad_s),
-        viscous_nm_s_rad_(direction.viscous_nm_s_rad) {}
+  void set(std::size_t i, const StribeckConfig& direction) {
+    set_lane(coulomb_nm_, i, direction.coulomb_nm);
+    set_lane(excess_nm_, i, direction.breakaway_nm - direction.coulomb_nm);
+    set_lane(inverse_speed_s_rad_, i, 1.0 / direction.stribeck_speed_rad_s);
+    set_lane(viscous_nm_s_rad_, i, direction.viscous_nm_s_rad);
+  }
 
   // g and its slope at a joint rate [rad/s] of either sign; takes one exponential when the rate jumps. `level` scales
-  // Tc and Ts, > 0.
-  StribeckPoint at(double joint_rate_rad_s, double level) {
+  // Tc and Ts, > 0. In the lanes that are not `needed`, anything.
+  StribeckPoint<Real> at(Real joint_rate_rad_s, Real level, Mask<Real> needed) {
     constexpr double kGone =
         40.0;  // e^-40 = 4e-18 is negligible compared to Tc, and avoids the exponential's slow underflow
-    const double ratio = joint_rate_rad_s * inverse_speed_s_rad_;
-    const double square = ratio * ratio;
-    const double excess_nm = square < kGone ? level * excess_nm_ * exponential_.of_minus(square) : 0.0;
-    const double level_nm = level * coulomb_nm_ + excess_nm;
-    const double inverse = 1.0 / level_nm;
+    const Real ratio = joint_rate_rad_s * inverse_speed_s_rad_;
+    const Real square = ratio * ratio;
+    const Mask<Real> near = square < every<Real>(kGone);
+    const Real near_nm = level * excess_nm_ * exponential_.of_minus(square, both(needed, near));
+    const Real excess_nm = select(near, near_nm, Real{});
+    const Real level_nm = level * coulomb_nm_ + excess_nm;
+    const Real inverse = 1.0 / level_nm;
     return {level_nm, inverse, -2.0 * square * excess_nm * inverse};
   }
 
-  double breakaway_nm() const { return coulomb_nm_ + excess_nm_; }  // Ts at level 1
-  double viscous_nm_s_rad() const { return viscous_nm_s_rad_; }
+  Real breakaway_nm() const { return coulomb_nm_ + excess_nm_; }  // Ts at level 1
+  Real viscous_nm_s_rad() const { return viscous_nm_s_rad_; }
+
+  static void exchange_lanes(Mask<Real> where, Stribeck& a, Stribeck& b) {
+    exchange(where, a.coulomb_nm_, b.coulomb_nm_);
+    exchange(where, a.excess_nm_, b.excess_nm_);
+    exchange(where, a.inverse_speed_s_rad_, b.inverse_speed_s_rad_);
+    exchange(where, a.viscous_nm_s_rad_, b.viscous_nm_s_rad_);
+    CreepingExponential<Real>::exchange_lanes(where, a.exponential_, b.exponential_);
+  }
 
  private:
-  double coulomb_nm_;
-  double excess_nm_;
-  double inverse_speed_s_rad_;
-  double viscous_nm_s_rad_;
-  CreepingExponential exponential_;
+  Real coulomb_nm_{};
+  Real excess_nm_{};
+  Real inverse_speed_s_rad_{};
+  Real viscous_nm_s_rad_{};
+  CreepingExponential<Real> exponential_;
 };
 
 }  // namespace trackservo::sim

@@ -58,7 +58,7 @@ class Tracker {
   PwmSample sample_pwm(int axis);
 
   // Whether the bridge of an axis leaves its motor's terminals open, from the next period on.
-  void open_terminals(int axis, bool open) { axis_[static_cast<std::size_t>(axis)].motor.open_terminals(open); }
+  void open_terminals(int axis, bool open) { motors_.open_terminals(open, static_cast<std::size_t>(axis)); }
 
   // The share of the bus' capacitance that its capacitor has left.
   void age_capacitor(double share) { bus_.age_capacitor(share); }
@@ -75,11 +75,11 @@ class Tracker {
   bool brake_is_open(int axis) const;
 
   // Holds a joint where it is; pushes it with a torque [Nm] from outside.
-  void hold_joint(int axis, bool held) { axis_[static_cast<std::size_t>(axis)].joint.hold(held); }
-  void push(int axis, double torque_nm) { axis_[static_cast<std::size_t>(axis)].push_nm = torque_nm; }
+  void hold_joint(int axis, bool held) { joints_.hold(held, static_cast<std::size_t>(axis)); }
+  void push(int axis, double torque_nm) { push_nm_[static_cast<std::size_t>(axis)] = torque_nm; }
 
   // Share of torque and back-EMF that a motor's magnets still give.
-  void weaken_motor(int axis, double share) { axis_[static_cast<std::size_t>(axis)].motor.weaken(share); }
+  void weaken_motor(int axis, double share) { motors_.weaken(share, static_cast<std::size_t>(axis)); }
 
   // Applies the duty of both bridges, -1..1 (clipped; NaN counts as 0), for one PWM period of 50 us.
   void step_pwm(const std::array<double, kAxes>& duty);
@@ -91,48 +91,48 @@ class Tracker {
   struct Axis {
     Axis(const AxisConfig& config, const PlantConfig& plant, std::uint64_t seed, int index);
 
-    DcMotor motor;
-    Joint joint;
     ExternalLoad load;
     std::optional<HoldingBrake> brake;
     std::optional<Structure> structure;
     BaseSway base;
     SensorSuite sensors;
     CurrentAdc adc;
-
-    // Of the last step.
-    double motor_nm = 0;
-    double load_nm = 0;
-    double push_nm = 0;          // from outside, held until set again
-    double base_rate_rad_s = 0;  // at its end
   };
 
-  // A PWM period: its times as fractions of the tick, and the values in its middle.
+  // A step of the joints: its times as fractions of the tick, and the values in its middle.
   struct Step {
     double middle;
     double end;
-    std::array<double, kAxes> rate_rad_s;
-    std::array<double, kAxes> travel_rad;  // since the last evaluation
-    std::array<double, kAxes> inertia_kg_m2;
-    std::array<double, kAxes> drag_nm_s_rad;  // d(J w) = J dw + dJ w
-    std::array<double, kAxes> coupling_nm;
-    std::array<double, kAxes> base_end_rad_s;  // the base's rate about each axis, at the end of the period
+    Pair rate_rad_s;
+    Pair travel_rad;  // since the last evaluation
+    Pair inertia_kg_m2;
+    Pair drag_nm_s_rad;  // d(J w) = J dw + dJ w
+    Pair coupling_nm;
+    Pair base_end_rad_s;  // the base's rate about each axis, at its end
   };
 
   void begin_tick();
-  Step predicted_step() const;
+  void predict_step();
   void add_base_motion(Step& step) const;
   double base_rate_rad_s(std::size_t axis, const BaseState& base, double azimuth_rad, double u) const;
-  void advance_sensors(const BaseState& base);
+  void advance_sensors(double u);
+  std::array<double, kAxes> sensed_rates(double u) const;
   BaseState base_state(double u) const;
-  void step_axis(std::size_t i, double duty, const Step& step);
+  void step_motors(const std::array<double, kAxes>& duty);
+  void step_joints();
   bool has_left_the_shapes() const;
   void renew_shapes();
   double drawn_a() const;
-  double gravity_nm(std::size_t axis, const std::array<double, kAxes>& travel_rad) const;
+  Pair gravity_nm(Pair travel_rad) const;
   double azimuth_inertia_kg_m2(double pitch_travel_rad) const;  // travel since the last evaluation
 
+  int periods_;    // PWM periods per step of the joints
+  double step_s_;  // its length
+  double per_step_s_;
+  double step_share_;  // of a tick
   std::array<Axis, kAxes> axis_;
+  MotorPair motors_;
+  JointPair joints_;
   std::array<std::optional<HoldingBrakeConfig>, kAxes> brake_config_;
   BaseMotion base_motion_;
   std::array<GyroMounting, kAxes> gyro_mounting_;
@@ -145,13 +145,30 @@ class Tracker {
   DcBus bus_;
   double pwm_counts_;
   double pwm_count_;  // duty of one count
-  std::array<double, kAxes> duty_{};
+  Pair duty_{};
+  Pair push_nm_{};  // from outside, held until set again
+
+  // Of this step.
+  Step step_{};
+  Pair motor_sum_nm_{};  // of its PWM periods so far
+
+  // Of this tick.
+  LoadOfTick<Pair> load_;
+  SwayRate<Pair> sway_;
+
+  // Of the last step.
+  Pair motor_nm_{};  // mean
+  Pair load_nm_{};
+  Pair base_rate_rad_s_{};                   // at its end
+  std::array<SensedState, kAxes> sensed_{};  // likewise
 
   // Functions of the joint angles only, with their slopes at the angles of the last evaluation.
-  std::array<double, kAxes> shape_angle_rad_{};
+  Pair shape_angle_rad_{};
   bool shapes_known_ = false;
   std::array<double, kAxes> eccentricity_factor_{};
-  Gravity::Torque gravity_torque_;
+  Pair gravity_nm_{};
+  Pair gravity_by_azimuth_nm_rad_{};
+  Pair gravity_by_pitch_nm_rad_{};
   double azimuth_inertia_kg_m2_ = 0;
   double inertia_slope_kg_m2_rad_ = 0;   // by pitch angle
   double inertia_curve_kg_m2_rad2_ = 0;  // second derivative

@@ -12,12 +12,15 @@
 
 namespace trackservo::sim {
 
-// A sensor that is slow, stale or intermittent. Shares are probabilities in each tick.
+// A sensor that is slow, stale or intermittent. Encoder and gyro are read once a tick, the converters once a PWM
+// period. Shares are probabilities for each reading.
 struct BadReadings {
-  int late_ticks = 0;        // each reading is so old
-  int repeats = 1;           // a new reading only every so many ticks
-  double lost_share = 0;     // no reading
+  int late_readings = 0;     // each reading is so old
+  int repeats = 1;           // only every so many readings a new one
+  double lost_share = 0;     // no reading; a converter gives its last one
   double garbage_share = 0;  // any reading
+
+  bool are_good() const { return late_readings == 0 && repeats == 1 && lost_share == 0.0 && garbage_share == 0.0; }
 };
 
 struct BrokenAxis {
@@ -34,6 +37,7 @@ struct BrokenAxis {
   double push_nm = 0;      // from outside, in the direction of positive angles
   BadReadings encoder;
   BadReadings gyro;
+  BadReadings current;
   hal_health health = HAL_GOOD;
   bool encoder_lost = false;
   bool encoder_stuck = false;  // repeats its last reading
@@ -51,6 +55,7 @@ struct BrokenAxis {
 struct BrokenParts {
   std::array<BrokenAxis, kAxes> axis;
   std::optional<double> bus_reads_v;
+  BadReadings bus;
   double bus_capacitor_share = 1;  // left of its capacitance
   double clock_error = 0;          // the firmware's clock is slow by this share; its tick then lasts longer
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plant/base_spectrum.hpp"
 #include "run/scenario_check.hpp"
 
 namespace trackservo::sim {
@@ -211,6 +212,7 @@ class Demands {
           fmt::format("with frequency_hz = {:g} turns the base at {:.3g} deg/s, at a set-point of {:.3g} deg/s",
                       line.frequency_hz, kDegPerRad * rate_rad_s, kDegPerRad * reference_rad_s_));
     }
+    add_base_spectra();
     add_rate("base_sway.rms_urad", 1e6 * axis_.base_sway.rms_rad,
              kSigmas * 2.0 * kPi * axis_.base_sway.frequency_hz * axis_.base_sway.rms_rad);
     demands_.push_back({on_axis("gyro.bandwidth_hz"),
@@ -218,6 +220,18 @@ class Demands {
                                     design_.fusion_crossover_hz),
                         fmt::format("give at least {:.3g}", design_.fusion_crossover_hz),
                         design_.fusion_crossover_hz / gyro.bandwidth_hz});
+  }
+
+  void add_base_spectra() {
+    for (std::size_t i = 0; i < plant_.base_spectrum.size(); ++i) {
+      PlantConfig alone;
+      alone.base_spectrum = {plant_.base_spectrum[i]};
+      const double rate_rad_s = fastest_base_rate_rad_s(alone);
+      add(fmt::format("base_spectrum[{}].rms_deg", i), kDegPerRad * plant_.base_spectrum[i].rms_rad,
+          rate_rad_s / reference_rad_s_,
+          fmt::format("turns the base at up to {:.3g} deg/s, at a set-point of {:.3g} deg/s", kDegPerRad * rate_rad_s,
+                      kDegPerRad * reference_rad_s_));
+    }
   }
 
   // Too much to be accelerated in the time, or so little that friction unknown to the design moves it within a tick.

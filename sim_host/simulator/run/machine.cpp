@@ -1,5 +1,6 @@
 #include "run/machine.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -15,6 +16,11 @@ namespace {
 // wrong three times in a row. Here it always takes the longest time.
 constexpr double kClockLimit = 0.025;
 constexpr int kClockCheckTicks = 400;
+constexpr std::uint32_t kTick_us = 1000;
+
+BadConverter bad_current(const AdcConfig& adc, std::uint64_t seed, int axis) {
+  return {seed, "broken.current", axis, -adc.current_full_scale_a, adc.current_full_scale_a};
+}
 
 }  // namespace
 
@@ -150,6 +156,16 @@ struct MachineHal {
     of(machine).next_duty_[i] = sign * static_cast<double>(duty);
   }
 
+  static std::uint32_t clock_us(void *machine) { return of(machine).clock_us_; }
+
+  static void take_strobes(void *machine, hal_strobes *strobes) {
+    std::vector<std::uint32_t>& edges = of(machine).strobes_;
+    strobes->flooded = edges.size() > HAL_STROBES;
+    strobes->count = strobes->flooded ? 0 : static_cast<std::uint32_t>(edges.size());
+    std::copy_n(edges.begin(), strobes->count, strobes->at_us);
+    edges.clear();
+  }
+
   // The threshold if it is within the range; the end of the range is left to fault injection.
   static void set_scales(void *machine, const hal_scales *scales) {
     Machine& m = of(machine);
@@ -176,6 +192,9 @@ hal Machine::hal_of(Machine *machine) {
   table.release_brake = MachineHal::release_brake;
   table.brake_is_released = MachineHal::brake_is_released;
   table.status = MachineHal::status;
+  table.clock_us = MachineHal::clock_us;
+  table.tick_us = MachineHal::clock_us;
+  table.take_strobes = MachineHal::take_strobes;
   return table;
 }
 
@@ -183,6 +202,8 @@ Machine::Machine(const PlantConfig& plant, std::uint64_t seed, const std::array<
     : tracker_(plant, seed),
       hal_(hal_of(this)),
       bad_sensors_{BadSensors(seed, kAzimuth), BadSensors(seed, kPitch)},
+      bad_currents_{bad_current(plant.adc, seed, kAzimuth), bad_current(plant.adc, seed, kPitch)},
+      bad_bus_(seed, "broken.bus", kAzimuth, 0.0, plant.adc.voltage_full_scale_v),
       broken_noise_(seed, "broken.noise"),
       adc_(plant.adc) {
   tracker_.place(joint_angle_rad);
@@ -224,11 +245,14 @@ void Machine::convert(std::uint32_t period) {
   for (std::size_t i = 0; i < kAxes; ++i) {
     const int axis = static_cast<int>(i);
     const PwmSample sample = tracker_.sample_pwm(axis);
-    bus_voltage_v_ = voltage_share_ * broken_.bus_reads_v.value_or(sample.bus_voltage_v);
+    if (axis == kAzimuth) {
+      const double bus_v = bad_bus_.apply(broken_.bus, sample.bus_voltage_v);
+      bus_voltage_v_ = voltage_share_ * broken_.bus_reads_v.value_or(bus_v);
+    }
     const BrokenAxis& broken = broken_.axis[i];
+    const double current_a = bad_currents_[i].apply(broken.current, sample.current_a);
     if (!broken.current_stuck) {
-      reported_current_a_[i] =
-          current_share_[i] * broken.current_reads_a.value_or(sample.current_a + broken.current_shift_a);
+      reported_current_a_[i] = current_share_[i] * broken.current_reads_a.value_or(current_a + broken.current_shift_a);
     }
     if (over_current_a_[i] > 0.0 && std::abs(reported_current_a_[i]) > over_current_a_[i]) {
       tripped_[i] = true;
@@ -267,6 +291,7 @@ void Machine::advance_tick() {
         run_clock();
         duty_ = next_duty_;
       });
+  clock_us_ += kTick_us;
   samples_ = tracker_.sample_tick();
 }
 

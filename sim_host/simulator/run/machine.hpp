@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "base/firmware.hpp"
 #include "base/random.hpp"
@@ -54,6 +55,12 @@ class Machine {
   // The result of a camera frame that has arrived in this tick, or nothing.
   void deliver(const std::optional<CameraFrame>& frame) { frame_ = frame; }
 
+  // The camera begins an exposure: a rising edge of its strobe, between two ticks.
+  void strobe() { strobes_.push_back(clock_us()); }
+
+  // The firmware's clock (hal_clock_us): as fine as its ticks.
+  std::uint32_t clock_us() const { return clock_us_; }
+
   // Extra torque behind the controller, for loads and frequency responses [Nm]; held until set again. It is added to
   // the set-point of the current loop, from the PWM period on in which the next tick's set-points count: what the
   // current loop reads is less by it. The firmware's mean current has it, its torque command has not.
@@ -92,8 +99,12 @@ class Machine {
   std::array<double, kAxes> injected_nm_{};
   std::array<double, kAxes> injected_a_{};  // in force
   std::optional<CameraFrame> frame_;
+  std::vector<std::uint32_t> strobes_;
+  std::uint32_t clock_us_ = 0;  // at the next tick; within it, and in its deferred task, at its beginning
   BrokenParts broken_;
   std::array<BadSensors, kAxes> bad_sensors_;
+  std::array<BadConverter, kAxes> bad_currents_;
+  BadConverter bad_bus_;
   double clock_periods_ = 0;  // that the plant is ahead of the firmware's clock
   int clock_wrong_ticks_ = 0;
   // Last readings of the firmware, for sensors that are stuck or reversed.

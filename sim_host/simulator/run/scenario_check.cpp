@@ -45,6 +45,18 @@ void refuse_start_beyond_stops(const PlantConfig& plant, const ScenarioConfig& s
   }
 }
 
+// The target's angles are those of the joints only as long as the base does not turn.
+void refuse_axes_alone_on_a_turning_base(const PlantConfig& plant, const ScenarioConfig& scenario) {
+  if ((plant.base_motion.empty() && plant.base_spectrum.empty()) ||
+      (scenario.pointing == Pointing::kLineOfSight && scenario.camera.geometry == CameraGeometry::kLineOfSight)) {
+    return;
+  }
+  throw scenario.lines.error(
+      scenario.pointing == Pointing::kPerAxis ? "pointing" : "camera.geometry",
+      fmt::format("tracks with each axis by itself, which has no meaning on {}: its base turns", plant.name),
+      "give pointing = \"line_of_sight\" and camera.geometry = \"line_of_sight\"");
+}
+
 // Follows the target over the run. A camera with line-of-sight geometry sees it everywhere.
 void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warnings& warnings) {
   constexpr double kClosest_m = 1.0;  // on the ground; azimuth is undefined there
@@ -56,6 +68,11 @@ void check_course(const PlantConfig& plant, const ScenarioConfig& scenario, Warn
   for (int tick = 0; tick <= ticks; ++tick) {
     const double time_s = tick * kTick_s;
     const LineOfSight los = target.at(time_s);
+    if (!(los.range_m >= kClosest_m)) {
+      throw scenario.lines.error(course_key(scenario),
+                                 fmt::format("the target is at the tracker itself at {:g} s", time_s),
+                                 fmt::format("choose a course that stays {:g} m away from it", kClosest_m));
+    }
     if (!image && !(los.range_m * std::cos(los.angle_rad[kPitch]) >= kClosest_m)) {
       throw scenario.lines.error(
           course_key(scenario), fmt::format("the target is directly above the tracker at {:g} s", time_s),
@@ -198,6 +215,7 @@ std::vector<std::string> check_scenario(const PlantConfig& plant, const Scenario
   Warnings warnings;
   const bool tracking = scenario.kind == ScenarioKind::kTracking;
   if (tracking) {
+    refuse_axes_alone_on_a_turning_base(plant, scenario);
     check_course(plant, scenario, warnings);
     check_camera(scenario, warnings);
   }

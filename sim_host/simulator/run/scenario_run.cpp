@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "dictionary/refusal_text.hpp"
 #include "run/machine.hpp"
@@ -34,9 +35,9 @@ AxisRow row_of(const TruthState& truth, const Machine& machine, int axis, double
 }
 
 // The target and the camera; absent outside tracking.
-class Scene {
+class TrackingScene {
  public:
-  Scene(const ScenarioConfig& scenario, std::uint64_t seed)
+  TrackingScene(const ScenarioConfig& scenario, std::uint64_t seed)
       : target_(scenario.fly_by), config_(scenario.camera), camera_(scenario.camera, seed) {}
 
   std::array<double, kAxes> start_rad() const { return target_.at(0.0).angle_rad; }
@@ -70,22 +71,25 @@ class Scene {
   Camera camera_;
 };
 
-// Parameters of the pointing for gains and masses of the machine.
+camera_alignment alignment_of(const PictureMounting& mounting) {
+  const camera_mounting same{
+      static_cast<float>(mounting.roll_rad),
+      {static_cast<float>(mounting.boresight_x_rad), static_cast<float>(mounting.boresight_y_rad)}};
+  return camera_align(&same);
+}
+
+// Parameters of the pointing, as the node takes them from those of both axes.
 pointing_params pointing_of(const RunRequest& request) {
   const servo_axis_params *axis = request.params.axis;
-  const PictureMounting& mounting = request.scenario->camera.mounting;
-  const AxisConfig& azimuth = request.plant->axis[kAzimuth];
   pointing_params params{};
-  params.camera.roll_rad = static_cast<float>(mounting.roll_rad);
-  params.camera.boresight = {static_cast<float>(mounting.boresight_x_rad),
-                             static_cast<float>(mounting.boresight_y_rad)};
   params.tracker.proportional_per_s = axis[SERVO_AZIMUTH].tracker.proportional_per_s;
   params.tracker.estimator_rad_s = axis[SERVO_AZIMUTH].tracker.estimator_rad_s;
   params.tracker.coast_s = axis[SERVO_AZIMUTH].tracker.coast_s;
   params.tracker.rate_limit_rad_s = {axis[SERVO_AZIMUTH].tracker.rate_limit_rad_s,
                                      axis[SERVO_PITCH].tracker.rate_limit_rad_s};
-  params.inertia = {static_cast<float>(azimuth.inertia_kg_m2), static_cast<float>(azimuth.inertia_swing_kg_m2),
-                    static_cast<float>(request.plant->axis[kPitch].inertia_kg_m2)};
+  params.inertia = {axis[SERVO_AZIMUTH].min_inertia_kg_m2,
+                    axis[SERVO_AZIMUTH].plant_inertia_kg_m2 - axis[SERVO_AZIMUTH].min_inertia_kg_m2,
+                    axis[SERVO_PITCH].plant_inertia_kg_m2};
   params.fed_forward_kg_m2 = {axis[SERVO_AZIMUTH].speed.acceleration_inertia_kg_m2,
                               axis[SERVO_PITCH].speed.acceleration_inertia_kg_m2};
   return params;
@@ -96,6 +100,7 @@ class Firmware {
  public:
   Firmware(const RunRequest& request, Machine& machine) {
     const bool points = request.scenario->pointing == Pointing::kLineOfSight;
+    const camera_alignment alignment = alignment_of(request.scenario->camera.mounting);
     if (servo_board_start(&board_, machine.hal_pointer(), &request.params) != CONTROL_OK) {
       throw std::invalid_argument(
           "the firmware refuses the parameters: " + dictionary::refusal_of(request.params).value_or("") + ".");
@@ -106,13 +111,14 @@ class Firmware {
         throw std::invalid_argument("the firmware refuses the parameters of the pointing.");
       }
     }
-    machine.run_firmware(board_, [this, points] {
+    machine.run_firmware(board_, [this, points, alignment] {
       servo_board_sample(&board_);
       if (points) {
-        const pointing_frame frame = pointing_frame_of(&board_.samples);
+        const pointing_frame frame = pointing_frame_of(&board_.samples, &alignment);
         const pointing_motion motion = pointing_motion_of(&board_.app, &board_.samples);
         const pointing_output out = pointing_step(&pointing_, &frame, &motion, SERVO_TICK_S);
         pointing_command_axes(&out, &board_.command);
+        pointing_tracker_prepare(&pointing_.tracker, &pointing_.params.tracker, out.error_of_joints_rad, SERVO_TICK_S);
       }
       servo_board_control(&board_);
     });
@@ -141,33 +147,9 @@ void command_axis(const RunRequest& request, Machine& machine, int axis, double 
   machine.inject_torque(axis, moves ? disturbance_nm(*request.plant, scenario, axis, time_s) : 0.0);
 }
 
-}  // namespace
-
-speed_reference speed_set_point(const ScenarioConfig& scenario, double speed_rad_s, double time_s) {
-  const double t = time_s - scenario.rest_s;
-  if (t < 0.0) {
-    return {0.0F, 0.0F};
-  }
-  if (scenario.kind == ScenarioKind::kSpeedSine) {
-    const double w = 2.0 * kPi * scenario.frequency_hz;
-    return {static_cast<float>(speed_rad_s * std::sin(w * t)), static_cast<float>(speed_rad_s * w * std::cos(w * t))};
-  }
-  return {static_cast<float>(speed_rad_s), 0.0F};
-}
-
-double disturbance_nm(const PlantConfig& plant, const ScenarioConfig& scenario, int axis, double time_s) {
-  const double t = time_s - scenario.rest_s;
-  if (scenario.disturbance_amplitude_rad_s == 0.0 || t < 0.0) {
-    return 0.0;
-  }
-  const double w = 2.0 * kPi * scenario.disturbance_frequency_hz;
-  const double pitch_rad = scenario.initial_joint_angle_rad[kPitch];
-  return axis_inertia_kg_m2(plant, axis, pitch_rad) * scenario.disturbance_amplitude_rad_s * w * std::cos(w * t);
-}
-
-Trace run_scenario(const RunRequest& request) {
+Trace run_once(const RunRequest& request) {
   const ScenarioConfig& scenario = *request.scenario;
-  std::optional<Scene> scene;
+  std::optional<TrackingScene> scene;
   std::array<double, kAxes> start_rad = scenario.initial_joint_angle_rad;
   if (scenario.kind == ScenarioKind::kTracking) {
     scene.emplace(scenario, request.seed);
@@ -197,6 +179,67 @@ Trace run_scenario(const RunRequest& request) {
           row_of(truth, machine, axis, error_rad[static_cast<std::size_t>(axis)]);
     }
     trace.push_back(row);
+  }
+  return trace;
+}
+
+}  // namespace
+
+speed_reference speed_set_point(const ScenarioConfig& scenario, double speed_rad_s, double time_s) {
+  const double t = time_s - scenario.rest_s;
+  if (t < 0.0) {
+    return {0.0F, 0.0F};
+  }
+  if (scenario.kind == ScenarioKind::kSpeedSine) {
+    const double w = 2.0 * kPi * scenario.frequency_hz;
+    return {static_cast<float>(speed_rad_s * std::sin(w * t)), static_cast<float>(speed_rad_s * w * std::cos(w * t))};
+  }
+  return {static_cast<float>(speed_rad_s), 0.0F};
+}
+
+double disturbance_nm(const PlantConfig& plant, const ScenarioConfig& scenario, int axis, double time_s) {
+  const double t = time_s - scenario.rest_s;
+  if (scenario.disturbance_amplitude_rad_s == 0.0 || t < 0.0) {
+    return 0.0;
+  }
+  const double w = 2.0 * kPi * scenario.disturbance_frequency_hz;
+  const double pitch_rad = scenario.initial_joint_angle_rad[kPitch];
+  return axis_inertia_kg_m2(plant, axis, pitch_rad) * scenario.disturbance_amplitude_rad_s * w * std::cos(w * t);
+}
+
+std::vector<ScenarioConfig> runs_of(const ScenarioConfig& scenario) {
+  if (scenario.axes_move == AxesMove::kTogether) {
+    return {scenario};
+  }
+  std::vector<ScenarioConfig> runs;
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    if (scenario.axes[axis]) {
+      runs.push_back(scenario);
+      runs.back().axes = {};
+      runs.back().axes[axis] = true;
+    }
+  }
+  return runs;
+}
+
+void add_run(Trace& trace, const ScenarioConfig& run, Trace of_run) {
+  if (trace.empty()) {
+    trace = std::move(of_run);
+    return;
+  }
+  for (std::size_t axis = 0; axis < kAxes; ++axis) {
+    for (std::size_t row = 0; run.axes[axis] && row < trace.size(); ++row) {
+      trace[row].axis[axis] = of_run.at(row).axis[axis];
+    }
+  }
+}
+
+Trace run_scenario(const RunRequest& request) {
+  Trace trace;
+  for (const ScenarioConfig& run : runs_of(*request.scenario)) {
+    RunRequest part = request;
+    part.scenario = &run;
+    add_run(trace, run, run_once(part));
   }
   return trace;
 }

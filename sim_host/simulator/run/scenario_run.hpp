@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "config/plant_config.hpp"
 #include "config/scenario_config.hpp"
@@ -19,6 +20,12 @@ speed_reference speed_set_point(const ScenarioConfig& scenario, double speed_rad
 // current loop.
 double disturbance_nm(const PlantConfig& plant, const ScenarioConfig& scenario, int axis, double time_s);
 
+// The scenario as it is run: once, or once for each axis that moves if they move one at a time.
+std::vector<ScenarioConfig> runs_of(const ScenarioConfig& scenario);
+
+// Puts the trace of one of these runs beside those before it: `trace` is empty, or gets the axes that move in `run`.
+void add_run(Trace& trace, const ScenarioConfig& run, Trace of_run);
+
 struct RunRequest {
   const PlantConfig *plant = nullptr;
   const ScenarioConfig *scenario = nullptr;
@@ -27,7 +34,7 @@ struct RunRequest {
   std::uint64_t seed = 1;
 };
 
-// The whole run, 1 row per ms. Throws std::invalid_argument when the firmware refuses the parameters.
+// The whole scenario, 1 row per ms. Throws std::invalid_argument when the firmware refuses the parameters.
 Trace run_scenario(const RunRequest& request);
 
 }  // namespace trackservo::sim

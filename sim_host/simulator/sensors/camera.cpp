@@ -20,10 +20,10 @@ bool drops_out(const CameraConfig& config, double time_s) {
 Camera::Camera(const CameraConfig& config, std::uint64_t seed)
     : config_(config), noise_{RandomStream(seed, "camera.centroid", 0), RandomStream(seed, "camera.centroid", 1)} {}
 
-void Camera::expose(double time_s, std::array<double, kAxes> los_error_rad) {
+bool Camera::expose(double time_s, std::array<double, kAxes> los_error_rad) {
   const auto present = static_cast<std::int64_t>(std::floor((time_s + kClockTolerance_s) * config_.frame_rate_hz));
   if (present < next_index_) {
-    return;
+    return false;
   }
   next_index_ = present + 1;
 
@@ -46,6 +46,7 @@ void Camera::expose(double time_s, std::array<double, kAxes> los_error_rad) {
   if (exposed_ - delivered_ > kPipeline) {
     delivered_ = exposed_ - kPipeline;  // nobody polled: the oldest frames are lost
   }
+  return true;
 }
 
 std::optional<CameraFrame> Camera::poll(double time_s) {

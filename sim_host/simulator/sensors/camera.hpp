@@ -52,8 +52,9 @@ class Camera {
   Camera(const CameraConfig& config, std::uint64_t seed);
 
   // Shows the camera the scene at a time [s] that never decreases; exposes when a frame is due, otherwise does nothing.
-  // At most one frame per call: call at least once per frame time. A NaN counts as "not in the picture".
-  void expose(double time_s, std::array<double, kAxes> los_error_rad);
+  // At most one frame per call: call at least once per frame time. A NaN counts as "not in the picture". Returns
+  // whether it has exposed.
+  bool expose(double time_s, std::array<double, kAxes> los_error_rad);
 
   // The oldest frame whose delay has passed, each exactly once, otherwise nothing.
   std::optional<CameraFrame> poll(double time_s);

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "design/control_design.hpp"
+#include "plant/base_spectrum.hpp"
 
 namespace trackservo::sim {
 
@@ -46,7 +47,7 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   const auto f = [](double value) { return static_cast<float>(value); };
   protection_limits limits{};
   limits.overspeed_rad_s = 1.5F;
-  limits.base_rate_rad_s = f(0.02 + 6.0 * sway_rad_s);
+  limits.base_rate_rad_s = f(0.02 + 6.0 * sway_rad_s + fastest_base_rate_rad_s(plant));
   limits.gyro_range_rad_s = f(axis.gyro.range_rad_s);
   limits.encoder_jump_rad = f(std::max(5e-4, 4.0 * code_rad + 10.0 * axis.encoder.jitter_rms_rad));
   limits.stuck_s = readings_differ(axis) ? 0.1F : 0.0F;
@@ -63,7 +64,8 @@ protection_limits node_limits(const PlantConfig& plant, int axis_index) {
   limits.over_voltage_v = f(1.25 * plant.supply.voltage_v);
   limits.motor_tolerance = 0.32F;
   limits.back_emf_error_v = f(back_emf_error_v(plant, axis.motor));
-  limits.fixed_base_rad = 6.0 * axis.base_sway.rms_rad < 0.0025 ? 0.005F : 0.0F;
+  limits.fixed_base_rad =
+      fastest_base_rate_rad_s(plant) == 0.0 && 6.0 * axis.base_sway.rms_rad < 0.0025 ? 0.005F : 0.0F;
   limits.encoder_outlier_rad = f(std::max(1.5e-5, 4.0 * code_rad + 10.0 * axis.encoder.jitter_rms_rad));
   limits.standstill_rad = 0.01F;
   limits.reduced_speed_rad_s = 0.0872665F;

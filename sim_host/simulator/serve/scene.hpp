@@ -9,6 +9,8 @@
 
 namespace trackservo::sim {
 
+inline constexpr double kSceneTolerance_s = 1e-9;  // sums of ticks do not match times exactly
+
 struct Scene {
   double time_s = 0;               // of the machine
   std::optional<double> flight_s;  // since the target's start; none while it waits

@@ -24,8 +24,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPatience_ms = 5000;
-constexpr std::string_view kOpen = "S8\rO\r";
-constexpr std::string_view kRequest = "t6018406C600000000000\r";  // SDO upload of 0x606C:0 from node 1
+constexpr std::string_view kOpenChannel = "S8\rO\r";
+constexpr std::string_view kReadVelocity = "t6018406C600000000000\r";  // SDO upload of 0x606C:0 from node 1
 constexpr std::string_view kHeartbeat = "t7011";
 constexpr std::string_view kAnswer = "t5818436C6000";  // 4 bytes follow
 
@@ -42,7 +42,7 @@ std::string read_some(int descriptor) {
 
 void write_all(int descriptor, std::string_view bytes) {
   while (!bytes.empty()) {
-    const ssize_t length = write(descriptor, bytes.data(), bytes.size());
+    const ssize_t length = ::write(descriptor, bytes.data(), bytes.size());
     if (length <= 0) {
       throw std::runtime_error("the served node did not open its port");
     }
@@ -119,7 +119,7 @@ class SdoReader {
       close(socket_);
       throw std::runtime_error("the served node's port cannot be reached");
     }
-    write_all(socket_, kOpen);
+    write_all(socket_, kOpenChannel);
     wait_for(kHeartbeat);  // before it the node does not receive
   }
   SdoReader(const SdoReader&) = delete;
@@ -127,7 +127,7 @@ class SdoReader {
   ~SdoReader() { close(socket_); }
 
   void read_velocity() {
-    write_all(socket_, kRequest);
+    write_all(socket_, kReadVelocity);
     wait_for(kAnswer);
   }
 

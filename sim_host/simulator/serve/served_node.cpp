@@ -51,7 +51,9 @@ ServedNode::ServedNode(const PlantConfig& plant, const NodeOnBus& on_bus, std::u
 // Like the board's CAN controller: frames that its filters drop do not reach the node.
 void ServedNode::receive(const can_frame& frame) {
   if (heard_frame(&frame)) {
-    servo_node_receive(node_.get(), &frame);
+    can_frame received = frame;
+    received.received_us = static_cast<std::uint16_t>(machine_.clock_us());
+    servo_node_receive(node_.get(), &received);
   }
 }
 

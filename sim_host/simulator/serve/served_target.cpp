@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -19,35 +18,35 @@ extern "C" {
 namespace trackservo::sim {
 namespace {
 
-constexpr double kTolerance_s = 1e-9;  // sums of ticks do not match times exactly
 constexpr double kUrad = 1e-6;
 
 // The camera model and the image processor's end of the bus.
 class CameraOnBus : public SceneObserver {
  public:
-  CameraOnBus(const CameraConfig& config, std::uint64_t seed, VirtualBus& bus, std::uint32_t cob_id)
-      : mounting_(config.mounting),
-        camera_(config, seed),
-        sender_(cob_id),
+  CameraOnBus(const CameraConfig& config, std::uint64_t seed, VirtualBus& bus, std::uint32_t cob_id,
+              std::function<void()> strobe)
+      : processor_(config, seed, cob_id),
         bus_(bus),
-        port_(bus.attach([](const can_frame&) {})) {}
+        port_(bus.attach([](const can_frame&) {})),
+        strobe_(std::move(strobe)) {}
   ~CameraOnBus() override { bus_.detach(port_); }
 
   void observe(const Scene& scene) override {
-    constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
-    camera_.expose(scene.time_s, scene.visible ? picture_of(scene.target_m, scene.pose, mounting_)
-                                               : std::array<double, kAxes>{kNowhere, kNowhere});
-    if (const std::optional<CameraFrame> result = camera_.poll(scene.time_s)) {
-      bus_.send(port_, sender_.frame_of(*result));  // a full queue: the frame is lost, as on a wire
+    const std::optional<Eigen::Vector3d> seen = scene.visible ? std::optional(scene.target_m) : std::nullopt;
+    const std::optional<can_frame> frame = processor_.look(scene.time_s, seen, scene.pose);
+    if (processor_.exposed()) {
+      strobe_();
+    }
+    if (frame) {
+      bus_.send(port_, *frame);  // a full queue: the frame is lost, as on a wire
     }
   }
 
  private:
-  PictureMounting mounting_;
-  Camera camera_;
-  CameraSender sender_;
+  ImageProcessor processor_;
   VirtualBus& bus_;
   VirtualBus::Port port_;
+  std::function<void()> strobe_;
 };
 
 // What the line of sight truly misses, for tests and studies.
@@ -102,17 +101,17 @@ PictureSceneConfig seen_by(const CameraConfig& camera) {
 }  // namespace
 
 std::unique_ptr<SceneObserver> make_observer(const CameraConfig& camera, std::uint64_t seed, VirtualBus& bus,
-                                             std::uint32_t cob_id) {
+                                             std::uint32_t cob_id, std::function<void()> strobe) {
   CameraConfig config = camera;
-  config.geometry = CameraGeometry::kLineOfSight;
   config.dropouts_at_s.clear();  // the scene has them, by the time of the flight
-  return std::make_unique<CameraOnBus>(config, seed, bus, cob_id);
+  return std::make_unique<CameraOnBus>(config, seed, bus, cob_id, std::move(strobe));
 }
 
-ServedTarget::ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus)
+ServedTarget::ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus,
+                           std::function<void()> strobe)
     : scenario_(tracking_scenario(options)), target_(scenario_.fly_by) {
   if (options.video.empty()) {
-    observers_.push_back(make_observer(scenario_.camera, seed, bus, options.camera_cob_id));
+    observers_.push_back(make_observer(scenario_.camera, seed, bus, options.camera_cob_id, std::move(strobe)));
   } else {
     auto video =
         std::make_unique<VideoStream>(options.video, seen_by(scenario_.camera), scenario_.camera.frame_rate_hz, seed);
@@ -133,7 +132,7 @@ Scene ServedTarget::scene_of(const TruthState& truth) const {
     at_s = truth.time_s - *started_s_;
     const CameraConfig& camera = scenario_.camera;
     const auto drops_out = [&](double from_s) {
-      return at_s + kTolerance_s >= from_s && at_s + kTolerance_s < from_s + camera.dropout_s;
+      return at_s + kSceneTolerance_s >= from_s && at_s + kSceneTolerance_s < from_s + camera.dropout_s;
     };
     scene.flight_s = at_s;
     scene.visible = at_s < scenario_.duration_s &&

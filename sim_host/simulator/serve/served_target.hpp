@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,27 +23,26 @@
 #include "sensors/camera_sender.hpp"
 #include "serve/scene.hpp"
 #include "target/fly_by.hpp"
+#include "target/target_camera.hpp"
 
 namespace trackservo::sim {
 
 struct TargetOptions {
-  std::optional<ScenarioConfig> scenario;  // none: no target and no camera
-  // Identifier of the camera's frames; of the first node, the others count up. No PDO of a node has it as delivered:
-  // RPDO4 (0x500 + node id) would take the frames for target positions until its mapping is changed.
-  std::uint32_t camera_cob_id = 0x541;
-  std::string video;                // "pgm-tcp:PORT": pictures instead of the camera's frames; empty: none
+  std::optional<ScenarioConfig> scenario;      // none: no target and no camera
+  std::uint32_t camera_cob_id = kCameraCobId;  // of the first node, the others count up
+  std::string video;                           // "pgm-tcp:PORT": pictures instead of the camera's frames; empty: none
   std::filesystem::path truth_csv;  // the true error of the line of sight in every tick of a flight; empty: none
 };
 
-// Makes frames of a camera from the scene and sends them onto the bus.
+// Makes frames of a camera from the scene and sends them onto the bus; calls `strobe` at each exposure.
 std::unique_ptr<SceneObserver> make_observer(const CameraConfig& camera, std::uint64_t seed, VirtualBus& bus,
-                                             std::uint32_t cob_id);
+                                             std::uint32_t cob_id, std::function<void()> strobe);
 
 class ServedTarget {
  public:
   // Throws std::invalid_argument for a scenario without a target or a wrong address of the pictures, std::runtime_error
   // for a file that cannot be written or a port that cannot be opened.
-  ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus);
+  ServedTarget(const TargetOptions& options, std::uint64_t seed, VirtualBus& bus, std::function<void()> strobe);
 
   // Of the pictures; empty without them.
   const std::string& video_address() const { return video_address_; }

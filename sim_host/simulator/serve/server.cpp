@@ -135,16 +135,27 @@ void run_at_pace(VirtualBus& bus, ServedDevice& device, const Ends& ends, const 
     pump(ends);
     const Clock::time_point now = Clock::now();
     const bool held = pace > 1.0 && any_is_behind(ends);
-    device.pass_bus_time(bus, held ? 0.0 : pace * std::chrono::duration<double>(now - last).count());
+    // Also after a stall the bus' time passes tick by tick: the frames of a tick leave before those of the next are
+    // queued.
+    double left_s = held ? 0.0 : pace * std::chrono::duration<double>(now - last).count();
+    const auto pass = [&device, &bus, &left_s](double seconds) {
+      const double share_s = std::min(seconds, left_s);
+      device.pass_bus_time(bus, share_s);
+      left_s -= share_s;
+    };
     last = now;
+    pass(next_tick <= now ? kTick_s : left_s);
     device.process();
     for (int behind = 0; behind < options.catch_up_ticks && next_tick <= now && !held; ++behind) {
+      if (behind > 0) {
+        pass(kTick_s);
+      }
       device.tick();
       monitor.count_tick();
       next_tick += tick_time;
     }
     next_tick = next_tick <= now ? now + tick_time : next_tick;
-    device.pass_bus_time(bus, 0.0);
+    pass(left_s);
     pump(ends);
   }
 }
@@ -182,7 +193,8 @@ class ServedNodes : public ServedDevice {
                                                     *flashes_.back(), kServedStart_rad, true));
       if (options.target.scenario) {
         targets_.push_back(std::make_unique<ServedTarget>(target_of(options.target, i),
-                                                          options.seed + static_cast<std::uint64_t>(i), bus));
+                                                          options.seed + static_cast<std::uint64_t>(i), bus,
+                                                          [&machine = nodes_.back()->machine()] { machine.strobe(); }));
       }
     }
   }

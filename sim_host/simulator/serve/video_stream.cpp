@@ -19,10 +19,9 @@
 namespace trackservo::sim {
 namespace {
 
-constexpr double kTolerance_s = 1e-9;  // sums of ticks do not match times exactly
 constexpr int kStuckClient_ms = 2000;
 
-std::uint16_t port_of(const std::string& address) {
+std::uint16_t video_port_of(const std::string& address) {
   const std::string kind = "pgm-tcp:";
   std::uint16_t port = 0;
   const char *first = address.data() + std::min(kind.size(), address.size());
@@ -45,7 +44,7 @@ VideoStream::VideoStream(const std::string& address, const PictureSceneConfig& c
                          std::uint64_t seed)
     : renderer_(config, seed),
       frame_s_(1.0 / frame_rate_hz),
-      listener_(listen_on_loopback(port_of(address), "--video")) {
+      listener_(listen_on_loopback(video_port_of(address), "--video")) {
   (void)std::signal(SIGPIPE, SIG_IGN);  // a client that disconnects causes an error of send(), not a signal
   thread_ = std::thread([this] { run(); });
 }
@@ -66,17 +65,17 @@ std::string VideoStream::address() const { return fmt::format("pgm-tcp:127.0.0.1
 void VideoStream::observe(const Scene& scene) {
   const double half_s = 0.5 * renderer_.config().exposure_s;
   const double middle_s = static_cast<double>(next_number_) * frame_s_;
-  if (!begin_ && scene.time_s + kTolerance_s >= middle_s - half_s) {
+  if (!begin_ && scene.time_s + kSceneTolerance_s >= middle_s - half_s) {
     begin_ = state_of(scene);
     begun_s_ = scene.time_s;
     return;
   }
-  if (!begin_ || scene.time_s + kTolerance_s < begun_s_ + renderer_.config().exposure_s) {
+  if (!begin_ || scene.time_s + kSceneTolerance_s < begun_s_ + renderer_.config().exposure_s) {
     return;
   }
   Exposure exposure{next_number_, 0.5 * (begun_s_ + scene.time_s), *begin_, state_of(scene)};
   begin_.reset();
-  next_number_ = 1 + static_cast<std::uint64_t>(std::floor((scene.time_s + kTolerance_s) / frame_s_));
+  next_number_ = 1 + static_cast<std::uint64_t>(std::floor((scene.time_s + kSceneTolerance_s) / frame_s_));
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     due_ = std::move(exposure);  // replaces one that the thread has not taken

@@ -21,6 +21,7 @@ struct FlyBy::Motion {
 
 FlyBy::FlyBy(const FlyByConfig& config)
     : config_(config),
+      evasion_(config.evasion_m_s2, config.evasion_seed),
       start_(config.start_position_m[0], config.start_position_m[1], config.start_position_m[2]),
       velocity_(config.velocity_m_s[0], config.velocity_m_s[1], config.velocity_m_s[2]),
       first_bearing_rad_(std::atan2(start_.y(), start_.x())) {
@@ -33,6 +34,10 @@ FlyBy::Motion FlyBy::motion(double time_s) const {
   Motion target{start_ + velocity_ * time_s, velocity_, Eigen::Vector3d::Zero()};
   target.weave(across_, config_.weave_lateral_m, config_.weave_lateral_period_s, time_s);
   target.weave(Eigen::Vector3d::UnitZ(), config_.weave_vertical_m, config_.weave_vertical_period_s, time_s);
+  const Evaded evaded = evasion_.at(time_s);
+  target.position_m += evaded.position_m;
+  target.velocity_m_s += evaded.velocity_m_s;
+  target.acceleration_m_s2 += evaded.acceleration_m_s2;
   return target;
 }
 

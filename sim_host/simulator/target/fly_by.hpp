@@ -1,6 +1,6 @@
-// Line of sight to a UAV that flies past: a straight course plus sinusoidal weaving to the side and up.
+// Line of sight to a UAV that flies past: a straight course plus sinusoidal weaving to the side and up, and evasion.
 //
-//   p(t) = p0 + v t + across * A1 sin(2 pi t / T1) + up * A2 sin(2 pi t / T2)
+//   p(t) = p0 + v t + across * A1 sin(2 pi t / T1) + up * A2 sin(2 pi t / T2) + evasion(t)
 //   azimuth = bearing of p, pitch = atan2(z, hypot(x, y)), with exact first and second time derivatives.
 //
 // Tracker at the origin, x ahead, y to the left, z up. Azimuth is continuous as long as the target stays within half a
@@ -12,8 +12,14 @@
 #include <array>
 
 #include "config/scenario_config.hpp"
+#include "target/evasion.hpp"
 
 namespace trackservo::sim {
+
+// Gains of the tracking loop (2011:2 and :4) for straight passes close by. The estimator lags by jerk / bandwidth^3:
+// 22 urad at the closest approach at 150 m. Faster ones let more noise of the centroid through.
+constexpr float kPassProportional_per_s = 30.0F;
+constexpr float kPassEstimator_rad_s = 6.0F;
 
 // Per axis (kAzimuth, kPitch): angle [rad], rate [rad/s], acceleration [rad/s2]; distance [m].
 struct LineOfSight {
@@ -39,6 +45,7 @@ class FlyBy {
   Motion motion(double time_s) const;
 
   FlyByConfig config_;
+  Evasion evasion_;
   Eigen::Vector3d start_;
   Eigen::Vector3d velocity_;
   Eigen::Vector3d across_;

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "base/job_pool.hpp"
+#include "run/scenario_run.hpp"
 #include "studies/margins/margin_study.hpp"
 #include "studies/sensitivity/sensitivity.hpp"
 #include "studies/shared/run_files.hpp"
@@ -21,7 +22,10 @@ constexpr int kIdentificationCost = 2200;
 constexpr int kEvaluationCost = 17;  // of a search for the best PI
 constexpr int kMarginCost = 18;
 
-int run_cost(const Study& study) { return 3 + static_cast<int>(std::lround(0.5 * study.scenario.duration_s)); }
+int run_cost(const Study& study) {
+  const auto runs = static_cast<double>(runs_of(study.scenario).size());
+  return 3 + static_cast<int>(std::lround(0.5 * runs * study.scenario.duration_s));
+}
 
 int search_cost(const SearchEffort& effort) { return kEvaluationCost * (effort.explore + effort.refine); }
 

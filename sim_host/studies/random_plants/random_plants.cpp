@@ -3,9 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <utility>
 
 #include "base/job_pool.hpp"
+#include "base/result_log.hpp"
 #include "design/true_plant.hpp"
+#include "studies/random_plants/random_plant.hpp"
+#include "studies/random_plants/random_plants_log.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -41,9 +48,12 @@ void compute_margins(const PlantConfig& plant, const PlantConfig& nominal, const
                      TriedAxis& tried) {
   const speed_loop_params& loop = params.axis[axis].speed;
   const std::vector<LinearMachine> machines = machines_of(plant, axis, nominal);
-  tried.margins = gain_design::worst_margins(machines, loop);
+  const Margins margins = gain_design::worst_margins(machines, loop);
+  tried.gain_margin_db = margins.gain_margin_db;
+  tried.phase_margin_deg = margins.phase_margin_deg;
   tried.stable = gain_design::is_stable(machines, loop);
-  tried.stable_at_zenith = gain_design::is_stable(at_zenith(machines, plant, axis), loop);
+  tried.stable_at_zenith =
+      gain_design::is_stable(at_zenith(machines, plant, axis), loop_at_pitch(nominal, axis, loop, 0.5 * kPi));
 }
 
 void add_figure(const Figure& figure, double motor_nm, TriedAxis& tried) {
@@ -51,8 +61,9 @@ void add_figure(const Figure& figure, double motor_nm, TriedAxis& tried) {
     tried.peak_error_deg_s.push_back(figure.value);
     tried.stable = tried.stable && figure.value < kMaxError_deg_s;
   } else if (figure.metric == "torque_noise") {
-    tried.ripple_share.push_back(figure.value / motor_nm);
-    tried.stable = tried.stable && tried.ripple_share.back() < kMaxRippleShare;
+    const double ripple_share = figure.value / motor_nm;
+    tried.max_ripple_share = std::max(tried.max_ripple_share, ripple_share);
+    tried.stable = tried.stable && ripple_share < kMaxRippleShare;
   }
 }
 
@@ -62,15 +73,58 @@ double paper_of(const std::vector<PaperFigure>& paper, const std::string& case_n
   return error.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
+RandomPlants none_of(const RandomPlantsSetup& setup) {
+  RandomPlants none;
+  none.nominal = setup.study.plant;
+  none.share = setup.share;
+  none.seed = setup.seed;
+  for (const StudyCase& study_case : cases_of(setup.study)) {
+    none.cases.push_back(study_case.name);
+    none.paper_deg_s.push_back(paper_of(setup.paper, study_case.name));
+  }
+  return none;
+}
+
+void add(RandomPlants& all, PlantResult result) {
+  if (std::holds_alternative<FailedPlant>(result)) {
+    all.failed.push_back(std::get<FailedPlant>(std::move(result)));
+  } else {
+    all.plants.push_back(std::get<TriedPlant>(std::move(result)));
+  }
+}
+
+// The order in which they were finished must not matter.
+void sort(RandomPlants& all) {
+  const auto by_seed = [](const auto& a, const auto& b) { return a.seed < b.seed; };
+  std::sort(all.plants.begin(), all.plants.end(), by_seed);
+  std::sort(all.failed.begin(), all.failed.end(), by_seed);
+}
+
+FailedPlant failed_plant(std::uint64_t seed, std::string reason) {
+  std::replace(reason.begin(), reason.end(), '"', '\'');
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return {seed, std::move(reason)};
+}
+
+// Whatever is wrong with one plant; without memory the campaign ends.
+PlantResult try_or_reason(const RandomPlantsSetup& setup, const servo_params& params, std::uint64_t seed,
+                          const TryPlant& try_one) {
+  try {
+    return try_one(setup, params, seed);
+  } catch (const std::runtime_error& error) {
+    return failed_plant(seed, error.what());
+  } catch (const std::logic_error& error) {
+    return failed_plant(seed, error.what());
+  }
+}
+
 }  // namespace
 
 TriedPlant try_plant(const RandomPlantsSetup& setup, const servo_params& params, std::uint64_t seed) {
   Study study = setup.study;
-  RandomPlant plant = random_plant(setup.study.plant, setup.share, seed);
-  study.plant = plant.config;
+  study.plant = random_plant(setup.study.plant, setup.share, seed).config;
   TriedPlant tried;
   tried.seed = seed;
-  tried.deviations = std::move(plant.deviations);
   for (int axis = 0; axis < kAxes; ++axis) {
     compute_margins(study.plant, setup.study.plant, params, axis, tried.axis[static_cast<std::size_t>(axis)]);
   }
@@ -86,20 +140,77 @@ TriedPlant try_plant(const RandomPlantsSetup& setup, const servo_params& params,
   return tried;
 }
 
-RandomPlants try_random_plants(const RandomPlantsSetup& setup, const Progress& progress) {
+RandomPlants try_random_plants(const RandomPlantsSetup& setup, const Progress& progress, const TryPlant& try_one) {
   const servo_params params =
       design_controller(setup.study.plant, controller_spec("pi_vob_ftc"), design_options(setup.study));
-  RandomPlants all;
-  for (const StudyCase& study_case : cases_of(setup.study)) {
-    all.cases.push_back(study_case.name);
-    all.paper_deg_s.push_back(paper_of(setup.paper, study_case.name));
+  RandomPlants all = none_of(setup);
+  all.plants.reserve(setup.count);
+  std::vector<bool> done(setup.count);
+  std::optional<ResultLog> log;
+  if (!setup.log.empty()) {
+    LoggedSeeds logged({setup.log});
+    log.emplace(setup.log, log_format(setup.origin, setup.share, all.cases), [&](const std::string& line, int number) {
+      std::optional<PlantResult> result = result_of(line, all.cases.size());
+      if (result) {
+        const std::uint64_t seed = seed_of(*result);
+        logged.add(seed, 0, number);
+        if (seed - setup.seed < setup.count) {  // unsigned: also not below
+          done[seed - setup.seed] = true;
+          add(all, std::move(*result));
+        }
+      }
+      return result.has_value();
+    });
+    logged.refuse_repeated();
   }
-  all.plants.resize(static_cast<std::size_t>(setup.count));
-  JobPool pool(setup.threads, setup.count, progress);
-  pool.run(all.plants.size(), [&](std::size_t i) {
-    all.plants[i] = try_plant(setup, params, setup.seed + i);
+  std::vector<std::uint64_t> left;
+  for (std::uint64_t i = 0; i < setup.count; ++i) {
+    if (!done[i]) {
+      left.push_back(setup.seed + i);
+    }
+  }
+  std::mutex mutex;
+  JobPool pool(setup.threads, static_cast<int>(left.size()), progress);
+  pool.run(left.size(), [&](std::size_t i) {
+    PlantResult result = try_or_reason(setup, params, left[i], try_one);
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (log) {
+      log->append(line_of(result));
+    }
+    add(all, std::move(result));
     return std::string("random plants");
   });
+  sort(all);
+  return all;
+}
+
+RandomPlants merge_random_plants(const RandomPlantsSetup& setup, const std::vector<std::filesystem::path>& logs,
+                                 bool all_of_setup) {
+  RandomPlants all = none_of(setup);
+  RandomPlantsOrigin origin = setup.origin;
+  origin.identified = identified_of(logs.front());
+  LoggedSeeds logged(logs);
+  for (std::size_t file = 0; file < logs.size(); ++file) {
+    const ResultLogSize size = read_result_log(logs[file], log_format(origin, setup.share, all.cases),
+                                               [&](const std::string& line, int number) {
+                                                 std::optional<PlantResult> result = result_of(line, all.cases.size());
+                                                 if (result) {
+                                                   logged.add(seed_of(*result), file, number);
+                                                   add(all, std::move(*result));
+                                                 }
+                                                 return result.has_value();
+                                               });
+    if (size.cut_off) {
+      logged.add_cut_off(file);
+    }
+  }
+  logged.refuse_repeated();
+  if (all_of_setup) {
+    logged.refuse_gaps(setup.seed, setup.count);
+  } else {
+    all.seed = logged.refuse_gaps();
+  }
+  sort(all);
   return all;
 }
 

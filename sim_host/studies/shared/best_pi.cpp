@@ -12,7 +12,7 @@ namespace {
 PiRequirement requirement_of(const std::vector<double>& x) { return {std::exp(x[0]), std::exp(x[1]), x[2]}; }
 
 struct Search {
-  const Study& study;
+  Study study;
   servo_params params;  // with everything except the PI
 };
 
@@ -90,6 +90,9 @@ void minimise(nlopt::algorithm algorithm, int evaluations, Search& search, const
 PiRequirement best_pi(const Study& study, const SearchEffort& effort) {
   const DesignOptions options = design_options(study);
   Search search{study, design_controller(study.plant, controller_spec("pi_best"), options)};
+  if (study.scenario.axes_move == AxesMove::kOneAtATime) {
+    search.study.scenario.axes = {true, false};  // only the azimuth costs, and its runs do not see the pitch move
+  }
   const PiRequirement start = pi_requirement(study.plant, kAzimuth, options);
   std::vector<double> x = {std::log(start.natural_frequency_rad_s), std::log(start.damping), start.setpoint_weight};
   minimise(nlopt::GN_DIRECT_L, effort.explore, search, start, x);

@@ -4,6 +4,8 @@
 #include <optional>
 
 #include "design/control_design.hpp"
+#include "plant/base_motion.hpp"
+#include "plant/base_spectrum.hpp"
 
 namespace trackservo::sim {
 namespace {
@@ -11,6 +13,16 @@ namespace {
 constexpr std::int8_t kTracking = -1;
 constexpr int kCameraRpdo = 4;
 constexpr int kTicksToApply = 8;
+
+// Joint angles that look at the beginning of the course, on a base that is not level at time 0.
+std::array<double, kAxes> first_joint_angles_rad(const NodeSetup& setup, const ScenarioConfig& scenario) {
+  const Eigen::Matrix3d base = BaseMotion(base_motion_lines(setup.plant)).at(0.0).attitude;
+  const FlyBy course(scenario.fly_by);
+  const Eigen::Vector3d seen_m = base.transpose() * course.position_m(0.0);
+  const double level_rad = course.at(0.0).angle_rad[kAzimuth];
+  const double turned_rad = std::remainder(std::atan2(seen_m.y(), seen_m.x()) - level_rad, 2.0 * kPi);
+  return {level_rad + turned_rad, std::atan2(seen_m.z(), std::hypot(seen_m.x(), seen_m.y()))};
+}
 
 void write_loop(DrivenNode& node, const target_tracker_params& loop) {
   for (int axis = 0; axis < kAxes; ++axis) {
@@ -48,26 +60,48 @@ target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_k
   return design_controller(plant, controller_spec("pi_vob_ftc"), design).axis[0].tracker;
 }
 
+void start_tracking(DrivenNode& node, const target_tracker_params& loop) {
+  for (const ObjectWrite& write : camera_mapping(kCameraRpdo, kCameraCobId)) {
+    node.write(kAzimuth, write.index, write.sub, write.value);
+  }
+  write_loop(node, loop);
+  node.unlock();
+  node.write(kAzimuth, 0x2061, 5, 0);  // it stands in this turn: a start beyond 75 deg may be in two
+  for (int i = 0; i < kTicksToApply; ++i) {
+    node.tick();
+  }
+  node.receive(can_frame{0x000, 0, 2, {0x01, 0x00}, 0});  // NMT start
+  node.enable(kTracking);
+}
+
 TrackingNode::TrackingNode(const NodeSetup& setup, const ScenarioConfig& scenario, std::uint64_t seed,
                            const target_tracker_params& loop)
-    : camera_(scenario, seed), node_(setup, seed, camera_.first_angle_rad()) {
-  for (const ObjectWrite& write : camera_mapping(kCameraRpdo, TargetCamera::kCobId)) {
-    node_.write(kAzimuth, write.index, write.sub, write.value);
+    : camera_(scenario, seed), node_(setup, seed, first_joint_angles_rad(setup, scenario)), chance_(seed, "strobe") {
+  start_tracking(node_, loop);
+}
+
+void TrackingNode::strobe() {
+  constexpr double kLongest_ms = 18.0;  // within the frame time
+  if (camera_.exposed()) {
+    if (chance_.uniform() >= disturbance_.missing) {
+      node_.machine().strobe();
+    }
+    if (chance_.uniform() < disturbance_.additional) {
+      ms_to_additional_ = 1 + static_cast<int>(kLongest_ms * chance_.uniform());
+    }
   }
-  write_loop(node_, loop);
-  node_.unlock();
-  node_.write(kAzimuth, 0x2061, 5, 0);  // it stands in this turn: a start beyond 75 deg may be in two
-  for (int i = 0; i < kTicksToApply; ++i) {
-    node_.tick();
+  if (ms_to_additional_ > 0 && --ms_to_additional_ == 0) {
+    node_.machine().strobe();
   }
-  node_.receive(can_frame{0x000, 0, 2, {0x01, 0x00}});  // NMT start
-  node_.enable(kTracking);
 }
 
 void TrackingNode::tick() {
   if (const std::optional<can_frame> frame = camera_.look(node_.machine().truth(), misstated_s_)) {
-    node_.receive(*frame);
+    if (chance_.uniform() >= disturbance_.lost) {
+      node_.receive(*frame);
+    }
   }
+  strobe();
   node_.tick();
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "base/random.hpp"
 #include "fault_injection/driven_node.hpp"
 #include "target/target_camera.hpp"
 
@@ -29,6 +30,9 @@ class ErrorSpread {
 // The tracking loop of the default design for this plant.
 target_tracker_params designed_tracking_loop(const PlantConfig& plant, tracker_kind kind);
 
+// Camera mapped, loop in force, both axes enabled in mode -1. Throws std::runtime_error when the node refuses.
+void start_tracking(DrivenNode& node, const target_tracker_params& loop);
+
 class TrackingNode {
  public:
   // Enabled, on the first angles of the course; `setup` must exist longer. Throws std::runtime_error when the node
@@ -45,12 +49,26 @@ class TrackingNode {
   // What the image processor adds to the age of its frames: it does not know its own delay.
   void misstate_age(double by_s) { misstated_s_ = by_s; }
 
+  // Shares of the strobe's edges that do not come, of edges that nobody exposed (one per exposure at most), and of
+  // frames that are lost on the bus.
+  void disturb(double missing, double additional, double lost) { disturbance_ = {missing, additional, lost}; }
+
   DrivenNode& node() { return node_; }
 
  private:
+  void strobe();
+
   TargetCamera camera_;
   DrivenNode node_;
   double misstated_s_ = 0;
+  struct Disturbance {
+    double missing = 0;
+    double additional = 0;
+    double lost = 0;
+  };
+  Disturbance disturbance_;
+  RandomStream chance_;
+  int ms_to_additional_ = 0;  // 0: none is due
 };
 
 }  // namespace trackservo::sim

@@ -1,9 +1,7 @@
 // Straight passes over the tracker: how well both axes together hold the line of sight, at several elevations of the
 // closest approach, and how long the target is lost where the azimuth cannot turn fast enough.
 //
-// A pass is lost while the angle to the target is above kLost_rad. No plan within the azimuth's rate limit w loses less
-// than the time T in which the azimuth of the target grows by w T, centred on the closest approach: T is the
-// time-optimal plan. It is 0 where the target's azimuth is never faster than w.
+// A pass is lost while the angle to the target is above kLost_rad (studies/shared/lost_time.hpp).
 #ifndef TRACKSERVO_SIM_STUDIES_STRAIGHT_PASSES_HPP
 #define TRACKSERVO_SIM_STUDIES_STRAIGHT_PASSES_HPP
 
@@ -15,6 +13,8 @@
 #include <vector>
 
 #include "base/job_pool.hpp"
+#include "studies/shared/lost_time.hpp"
+#include "studies/shared/requirement.hpp"
 #include "studies/shared/study.hpp"
 
 namespace trackservo::sim {
@@ -27,8 +27,6 @@ enum class PassGoal {
 };
 
 constexpr double kSigmaGoal_rad = 5e-6;
-constexpr double kLost_rad = 50e-6;
-constexpr double kLostGoal = 1.2;
 constexpr double kBack_s = 0.5;
 
 struct PassChoice {
@@ -65,11 +63,11 @@ struct PassResult {
   std::vector<PassRun> runs;  // one for each seed
 };
 
+// The goal of the pass beside what was measured; none where it has no goal.
+std::vector<Requirement> requirements_of(const PassResult& result);
+
 // Whether every run of the pass meets its goal.
 bool meets_goal(const PassResult& result);
-
-// The shortest time without the target [s], for an azimuth of at most `rate_limit_rad_s`.
-double optimal_lost_s(const PassConfig& pass, double rate_limit_rad_s);
 
 std::vector<PassResult> run_passes(const PassesSetup& setup,
                                    const std::function<void(int, int, const std::string&)>& progress);

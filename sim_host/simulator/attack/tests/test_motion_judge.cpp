@@ -1,4 +1,6 @@
 // The judge sees what it must see: contacts with end stops and axes that run away.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "attack/attack_run.hpp"
@@ -131,6 +133,98 @@ void test_an_axis_that_swings_runs_away() {
   TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, judge.harm().axis[sim::kAzimuth].runaway);
 }
 
+constexpr int kFrameTicks = 20;
+constexpr double kStart_rad = -1.3;  // of which the encoder knows the turn
+
+// A frame of a target that is 5 mrad ahead of the azimuth, or of no target.
+void send_frame(sim::DrivenNode& node, int counter, bool found) {
+  node.write(sim::kAzimuth, 0x3070, 1, 5000);
+  node.write(sim::kAzimuth, 0x3070, 3, 2000);  // 20 ms old
+  node.write(sim::kAzimuth, 0x3070, 4, found ? 100 : 0);
+  node.write(sim::kAzimuth, 0x3070, 5, counter % 256);
+}
+
+// A fault of the firmware: the tracking loop of the azimuth goes on as if it had just seen a target.
+void keep_target(sim::DrivenNode& node) {
+  target_tracker_state& tracker = node.node().board.app.axis[sim::kAzimuth].tracker;
+  tracker.locked = true;
+  tracker.ticks_since_frame = 0;
+  tracker.error_rad = 0.0F;
+  tracker.target_rate_rad_s = 0.3F;
+  tracker.target_acceleration_rad_s2 = 0.0F;
+}
+
+struct Tracked {
+  sim::AxisHarm harm;
+  double rate_rad_s;  // at the end
+};
+
+// Azimuth in mode -1: frames with a target for some ticks, then frames without one; or the firmware keeps the target.
+Tracked track(int seen_ticks, bool keeps_target, int ticks) {
+  sim::DrivenNode node(setup(), 1, {kStart_rad, 0.0});
+  sim::MotionJudge judge(setup());
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    node.write_real(axis, 0x2011, 5, 0.5);
+    node.write(axis, 0x2070, 1, 1);
+  }
+  node.enable({DRIVE_TRACKING, DRIVE_CYCLIC_VELOCITY});
+  for (int i = 0; i < ticks; ++i) {
+    if (i % kFrameTicks == 0) {
+      send_frame(node, i / kFrameTicks + 1, i < seen_ticks);
+    }
+    if (keeps_target && i >= seen_ticks) {
+      keep_target(node);
+    }
+    node.set_rate(sim::kPitch, 0.0);
+    node.tick();
+    judge.look(node, i * sim::kTick_s);
+  }
+  const Tracked result{judge.harm().axis[sim::kAzimuth],
+                       std::abs(node.machine().truth().joint_rate_rad_s[sim::kAzimuth])};
+  std::printf("target for %d ms: %.2f rad/s at most, %.3f rad/s at the end; runaway %d after %.3f s\n", seen_ticks,
+              result.harm.max_rate_rad_s, result.rate_rad_s, static_cast<int>(result.harm.runaway),
+              result.harm.runaway_time_s);
+  return result;
+}
+
+void test_a_target_lets_an_axis_turn_for_as_long_as_it_is_seen() {
+  const Tracked result = track(4000, false, 4000);
+  TEST_ASSERT_TRUE(result.rate_rad_s > 2.0 * sim::kTurning_rad_s);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, result.harm.runaway);
+}
+
+void test_an_axis_that_has_lost_its_target_stands() {
+  const Tracked result = track(1500, false, 6500);
+  TEST_ASSERT_TRUE(result.harm.max_rate_rad_s > 2.0 * sim::kTurning_rad_s);
+  TEST_ASSERT_TRUE(result.rate_rad_s < 0.01);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNone, result.harm.runaway);
+}
+
+void test_an_axis_that_follows_a_target_that_no_frame_shows_runs_away() {
+  const Tracked result = track(0, true, kStill + 500);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, result.harm.runaway);
+  TEST_ASSERT_TRUE(result.harm.runaway_time_s >= sim::kStopTime_s && result.harm.runaway_time_s < kStill * 1e-3 + 0.3);
+}
+
+// 0.5 s is permitted.
+void test_an_axis_that_follows_a_lost_target_for_too_long_runs_away() {
+  const Tracked result = track(1000, true, 5500);
+  TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, result.harm.runaway);
+  TEST_ASSERT_TRUE(result.harm.runaway_time_s >= 0.9 + 0.5 + sim::kStopTime_s && result.harm.runaway_time_s < 5.2);
+}
+
+void test_an_axis_that_is_pushed_in_mode_minus_1_without_a_target_runs_away() {
+  sim::DrivenNode node(setup(), 1, {0.0, 0.0});
+  sim::MotionJudge judge(setup());
+  node.enable(DRIVE_TRACKING);
+  for (int i = 0; i < kStill + 300; ++i) {
+    node.machine().broken().axis[sim::kAzimuth].push_nm = i > kStill ? 70.0 : 0.0;
+    node.tick();
+    judge.look(node, i * sim::kTick_s);
+  }
+  TEST_ASSERT_EQUAL(sim::Runaway::kNotStopped, judge.harm().axis[sim::kAzimuth].runaway);
+}
+
 void test_equal_seeds_give_equal_runs() {
   const sim::AttackBench bench(setup().plant);
   sim::EventLog one;
@@ -145,6 +239,21 @@ void test_equal_seeds_give_equal_runs() {
   TEST_ASSERT_EQUAL(first.writes, without_log.writes);
 }
 
+void test_tracking_seeds_follow_targets() {
+  const sim::AttackBench bench(setup().plant);
+  int seeds = 0;
+  int following = 0;
+  for (std::uint64_t seed = 1; seeds < 5; ++seed) {
+    sim::EventLog log;
+    if (sim::run_attack(bench, seed, &log).theme == sim::Theme::kTracking) {
+      seeds++;
+      TEST_ASSERT_TRUE(log.text().find(": camera\n") != std::string::npos);
+      following += log.text().find("tracking state 2") != std::string::npos ? 1 : 0;
+    }
+  }
+  TEST_ASSERT_TRUE(following >= 4);
+}
+
 void test_everything_that_a_master_can_write_is_attacked() {
   const sim::AttackBench bench(setup().plant);
   std::printf("%zu objects\n", bench.objects().count());
@@ -154,6 +263,11 @@ void test_everything_that_a_master_can_write_is_attacked() {
     for (const sim::WritableObject& object : bench.objects().group(static_cast<sim::ObjectGroup>(group))) {
       TEST_ASSERT_TRUE(object.index != 0x3040);  // nothing is unlocked
     }
+  }
+  const std::vector<sim::WritableObject>& tracking = bench.objects().group(sim::ObjectGroup::kTracking);
+  for (const int index : {0x2011, 0x2811, 0x3070, 0x3071, 0x3073, 0x3074, 0x3075}) {
+    TEST_ASSERT_TRUE(std::any_of(tracking.begin(), tracking.end(),
+                                 [index](const sim::WritableObject& one) { return one.index == index; }));
   }
 }
 
@@ -170,6 +284,12 @@ int main() {
   RUN_TEST(test_a_stop_in_the_tick_after_a_set_point_may_take_its_time);
   RUN_TEST(test_an_axis_that_swings_runs_away);
   RUN_TEST(test_a_short_push_is_no_runaway);
+  RUN_TEST(test_a_target_lets_an_axis_turn_for_as_long_as_it_is_seen);
+  RUN_TEST(test_an_axis_that_has_lost_its_target_stands);
+  RUN_TEST(test_an_axis_that_follows_a_target_that_no_frame_shows_runs_away);
+  RUN_TEST(test_an_axis_that_follows_a_lost_target_for_too_long_runs_away);
+  RUN_TEST(test_an_axis_that_is_pushed_in_mode_minus_1_without_a_target_runs_away);
+  RUN_TEST(test_tracking_seeds_follow_targets);
   RUN_TEST(test_equal_seeds_give_equal_runs);
   RUN_TEST(test_everything_that_a_master_can_write_is_attacked);
   return UNITY_END();

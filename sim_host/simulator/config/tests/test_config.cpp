@@ -130,6 +130,23 @@ void test_shipped_scenarios_load() {
   CHECK_NEAR("delay in s", 0.02, camera.delay_s, 1e-12);
 }
 
+void test_steps_of_the_joints_that_do_not_divide_the_tick_are_refused() {
+  const std::string tracker = shipped_text("plants/tracker.toml");
+  const auto with_periods = [&](const std::string& periods) {
+    return parse_plant("machine", tracker + "\n[mechanics]\npwm_periods_per_step = " + periods + "\n");
+  };
+  TEST_ASSERT_EQUAL_INT(4, with_periods("4").mechanics.pwm_periods_per_step);
+  try {
+    (void)with_periods("3");
+    TEST_FAIL_MESSAGE("3 periods per step were accepted");
+  } catch (const ConfigError& error) {
+    const std::string text = error.what();
+    TEST_ASSERT_TRUE_MESSAGE(text.find("mechanics.pwm_periods_per_step: 3 does not divide") != std::string::npos,
+                             text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(text.find("give 1, 2 or 4") != std::string::npos, text.c_str());
+  }
+}
+
 void test_bad_plants_are_refused_with_line_key_reason_and_remedy() {
   check_refusals(
       "plants/tracker.toml", [](const auto& path) { load_plant(path); },
@@ -439,6 +456,7 @@ int main() {
   RUN_TEST(test_shipped_plants_load_in_si_units);
   RUN_TEST(test_paper_plant_holds_the_published_numbers);
   RUN_TEST(test_shipped_scenarios_load);
+  RUN_TEST(test_steps_of_the_joints_that_do_not_divide_the_tick_are_refused);
   RUN_TEST(test_bad_plants_are_refused_with_line_key_reason_and_remedy);
   RUN_TEST(test_missing_keys_and_tables_are_named);
   RUN_TEST(test_a_swing_inertia_of_pitch_is_refused);
