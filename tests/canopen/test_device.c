@@ -25,12 +25,20 @@ static const od_entry identity_rows[] = {
     CANOPEN_TPDO_ROWS(1, "2", 0, 1, 0, 0),
     CANOPEN_TPDO_ROWS(2, "3", COB_ID_INVALID, 255, 0, 50),
     CANOPEN_TPDO_ROWS(3, "4", COB_ID_INVALID, 255, 0, 0),
+    CANOPEN_FURTHER_TPDO_ROWS(4, "5", 255, 0, 0),
+    CANOPEN_FURTHER_TPDO_ROWS(5, "6", 255, 0, 0),
+    CANOPEN_FURTHER_TPDO_ROWS(6, "7", 255, 0, 0),
+    CANOPEN_FURTHER_TPDO_ROWS(7, "8", 255, 0, 0),
     CANOPEN_MAPPING_ROWS(0x1A00, tpdo_mapping[0], "TPDO1", 2, CANOPEN_MAP(0x6041, 0, 16), CANOPEN_MAP(0x6061, 0, 8), 0,
                          0, 0, 0, 0, 0),
     CANOPEN_MAPPING_ROWS(0x1A01, tpdo_mapping[1], "TPDO2", 2, CANOPEN_MAP(0x606C, 0, 32), CANOPEN_MAP(0x686C, 0, 32), 0,
                          0, 0, 0, 0, 0),
     CANOPEN_MAPPING_ROWS(0x1A02, tpdo_mapping[2], "TPDO3", 0, 0, 0, 0, 0, 0, 0, 0, 0),
     CANOPEN_MAPPING_ROWS(0x1A03, tpdo_mapping[3], "TPDO4", 0, 0, 0, 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A04, tpdo_mapping[4], "TPDO5", 0, 0, 0, 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A05, tpdo_mapping[5], "TPDO6", 0, 0, 0, 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A06, tpdo_mapping[6], "TPDO7", 0, 0, 0, 0, 0, 0, 0, 0, 0),
+    CANOPEN_MAPPING_ROWS(0x1A07, tpdo_mapping[7], "TPDO8", 0, 0, 0, 0, 0, 0, 0, 0, 0),
 };
 
 const od_table test_device_identity = {identity_rows, sizeof identity_rows / sizeof identity_rows[0]};

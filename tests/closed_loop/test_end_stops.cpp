@@ -240,26 +240,26 @@ const std::vector<Attack>& attacks() {
          r.set(0x6085, 0, 1);
          r.set(0x60A4, 1, 1);
          r.set(0x1016, 1, 0x7F << 16 | 50);
-         r.node().receive(can_frame{0x77F, 0, 1, {0x05}});
+         r.node().receive(can_frame{0x77F, 0, 1, {0x05}, 0});
        },
        true},
       {"heartbeat lost with 605E = 0", kProfileVelocity,
        [](Ride& r) {
          r.set(0x605E, 0, 0);
          r.set(0x1016, 1, 0x7F << 16 | 50);
-         r.node().receive(can_frame{0x77F, 0, 1, {0x05}});
+         r.node().receive(can_frame{0x77F, 0, 1, {0x05}, 0});
        },
        true},
       {"NMT stop with 6085 = 1", kProfileVelocity,
        [](Ride& r) {
          r.set(0x6085, 0, 1);
          r.set(0x60A4, 1, 1);
-         r.node().receive(can_frame{0x000, 0, 2, {0x02, 0x00}});
+         r.node().receive(can_frame{0x000, 0, 2, {0x02, 0x00}, 0});
        },
        true},
       {"reset of the node", kProfileVelocity,
        [](Ride& r) {
-         r.node().receive(can_frame{0x000, 0, 2, {0x81, 0x00}});
+         r.node().receive(can_frame{0x000, 0, 2, {0x81, 0x00}, 0});
        },
        true},
   };

@@ -22,7 +22,7 @@ void test_every_target_is_tracked_as_well_as_required() {
   const std::vector<sim::NodeTrackingResult> results =
       sim::run_node_tracking(setup, [](int, int, const std::string&) {});
   sim::print(setup, results);
-  TEST_ASSERT_EQUAL(6, results.size());
+  TEST_ASSERT_EQUAL(19, results.size());
   for (const sim::NodeTrackingResult& result : results) {
     TEST_ASSERT_EQUAL(std::size(bench::kSeeds), result.runs.size());
     TEST_ASSERT_TRUE_MESSAGE(sim::meets_goal(result), result.tried.name.c_str());
@@ -31,22 +31,26 @@ void test_every_target_is_tracked_as_well_as_required() {
 
 sim::NodeTrackingResult one_run(const sim::NodeTrackingRun& run) {
   sim::NodeTrackingResult result;
-  result.tried.goal = {{2e-6, 3e-6}, 1.1, 2.0};
+  result.tried.reference = sim::NodeTrackingReference::kRun;
+  result.tried.goal = {std::array<double, 2>{2e-6, 3e-6}, 1.1, 2.0, 1.5};
   result.runs = {run};
   return result;
 }
 
 void test_each_figure_alone_fails_a_goal() {
-  const sim::NodeTrackingRun good{{2e-6, 3e-6}, {2e-6, 2.8e-6}, 2.0, 0};
+  const sim::NodeTrackingRun good{{2e-6, 3e-6}, {2e-6, 2.8e-6}, 2.0, 1.5, 0};
   TEST_ASSERT_TRUE(sim::meets_goal(one_run(good)));
   sim::NodeTrackingRun bad = good;
   bad.sigma_rad[1] = 3.01e-6;
   TEST_ASSERT_FALSE(sim::meets_goal(one_run(bad)));
   bad = good;
-  bad.run_sigma_rad[0] = 1.8e-6;
+  bad.reference_sigma_rad[0] = 1.8e-6;
   TEST_ASSERT_FALSE(sim::meets_goal(one_run(bad)));
   bad = good;
   bad.step_nm = 2.01;
+  TEST_ASSERT_FALSE(sim::meets_goal(one_run(bad)));
+  bad = good;
+  bad.lost_s = 1.51;
   TEST_ASSERT_FALSE(sim::meets_goal(one_run(bad)));
   bad = good;
   bad.dropped = 1;

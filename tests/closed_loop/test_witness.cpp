@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -168,7 +169,8 @@ void test_sensors_that_are_wrong_together_are_found_by_the_motor() {
 
 void test_a_motor_with_half_its_torque_is_found_under_excitation() {
   const fault_set weak = fault_bit(FAULT_MOTOR_WEAK) | fault_bit(FAULT_MOTOR_CONTRADICTS);
-  check({"motor x 0.5, +-40 deg/s", weak, 0.7, 0.5, [](sim::BrokenAxis& b) { b.motor_share = 0.5; }, 8.0,
+  // It shows after a reversal: 40 seeds took up to 8.6 s, the start of the fifth half period.
+  check({"motor x 0.5, +-40 deg/s", weak, 0.7, 0.5, [](sim::BrokenAxis& b) { b.motor_share = 0.5; }, 9.0,
          45.0 * sim::kRadPerDeg, 150.0 * sim::kRadPerDeg, true});
 }
 
@@ -180,6 +182,149 @@ void test_a_slow_drift_of_either_sensor_is_found_at_rest() {
          2.0 * sim::kRadPerDeg, 1.0 * sim::kRadPerDeg});
   check({"gyro bias of 0.0005 rad/s", fault_bit(FAULT_STANDSTILL_LEFT), 0.0, 0.0,
          [](sim::BrokenAxis& b) { b.gyro_shift_rad_s = 0.0005; }, 30.0, 1.0 * sim::kRadPerDeg, 1.0 * sim::kRadPerDeg});
+}
+
+// Both axes within half a turn, so that every start is in a known turn, and a base that is declared to move.
+sim::NodeSetup moving_base() {
+  sim::PlantConfig plant = sim::load_plant("sim_host/plants/tracker.toml");
+  plant.axis[sim::kAzimuth].end_stops->lower_rad = -70.0 * sim::kRadPerDeg;
+  plant.axis[sim::kAzimuth].end_stops->upper_rad = 70.0 * sim::kRadPerDeg;
+  sim::NodeSetup made(plant);
+  for (protection_limits& limits : made.limits) {
+    limits.fixed_base_rad = 0.0F;  // 2060:27
+  }
+  return made;
+}
+
+constexpr double kDrift_rad_s = 0.019;  // just below 2060:2
+constexpr double kRoom_rad = 0.06;      // from the start to the end of the hard travel
+
+struct Drifted {
+  double beyond_rad = -10.0;   // of the joint, farthest beyond the end of the hard travel
+  double contact_rad_s = 0.0;  // fastest at the end stop
+  double max_rad_s = 0.0;
+  double moved_rad = 0.0;  // from the fault on, in the direction of the near end
+  fault_set faults = 0;
+};
+
+// Close to one end of the travel, at set-point 0 and without a camera, until long after a drift would have ended it.
+Drifted drift(const sim::NodeSetup& setup, int axis, double towards, std::int8_t mode, bool with_607d,
+              const std::function<void(sim::BrokenAxis&, double)>& begin) {
+  const auto i = static_cast<std::size_t>(axis);
+  const double end_rad = static_cast<double>(towards > 0.0 ? setup.limits[i].maximum_rad : setup.limits[i].minimum_rad);
+  const sim::EndStopConfig& stops = *setup.plant.axis[i].end_stops;
+  std::array<double, sim::kAxes> start = {0.2, 0.4};
+  start[i] = end_rad - towards * kRoom_rad;
+  sim::DrivenNode node(setup, 1, start);
+  ticks(node, 0.1);
+  if (!with_607d) {
+    node.write(axis, 0x607D, 1, 0);
+    node.write(axis, 0x607D, 2, 0);
+  }
+  node.enable(mode);
+  ticks(node, 0.5);
+  begin(node.machine().broken().axis[i], towards);
+  Drifted seen;
+  const double from_rad = angle(node, axis);
+  for (int tick = 0; tick < 10000; ++tick) {
+    node.tick();
+    const double joint_rad = angle(node, axis);
+    seen.beyond_rad = std::max(seen.beyond_rad, towards * (joint_rad - end_rad));
+    seen.max_rad_s = std::max(seen.max_rad_s, std::abs(rate(node, axis)));
+    seen.moved_rad = towards * (joint_rad - from_rad);
+    seen.faults |= node.axis(axis).drive.faults;
+    if (joint_rad > stops.upper_rad || joint_rad < stops.lower_rad) {
+      seen.contact_rad_s = std::max(seen.contact_rad_s, std::abs(rate(node, axis)));
+    }
+  }
+  return seen;
+}
+
+void print_drift(const char *name, int axis, double towards, const Drifted& seen) {
+  std::printf(
+      "moving base, %-38s %s %+.0f: %6.2f deg moved, %6.2f mrad beyond the travel, contact %.2f deg/s, at most "
+      "%.2f deg/s, faults%s\n",
+      name, axis == sim::kAzimuth ? "azimuth" : "pitch  ", towards, seen.moved_rad / sim::kRadPerDeg,
+      1e3 * seen.beyond_rad, seen.contact_rad_s / sim::kRadPerDeg, seen.max_rad_s / sim::kRadPerDeg,
+      names(seen.faults).c_str());
+}
+
+// The loop holds what the gyro says; the encoder is right, so the drive stops the axis in its travel. It needs 607D for
+// that no more than protection does.
+void test_a_gyro_bias_on_a_moving_base_ends_in_the_travel() {
+  const sim::NodeSetup setup = moving_base();
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    for (const double towards : {-1.0, 1.0}) {
+      for (const bool with_607d : {false, true}) {
+        const Drifted seen = drift(setup, axis, towards, DRIVE_PROFILE_VELOCITY, with_607d,
+                                   [](sim::BrokenAxis& b, double side) { b.gyro_shift_rad_s = -side * kDrift_rad_s; });
+        print_drift(with_607d ? "gyro bias" : "gyro bias, without 607D", axis, towards, seen);
+        TEST_ASSERT_TRUE(seen.moved_rad > 0.5 * kRoom_rad);  // it drifts
+        TEST_ASSERT_TRUE(seen.beyond_rad < 0.0);
+        TEST_ASSERT_TRUE(seen.contact_rad_s == 0.0);
+        TEST_ASSERT_TRUE(seen.max_rad_s < 1.3 * sim::kRadPerDeg);
+      }
+    }
+  }
+}
+
+// The envelope reads the same encoder. Where the motor as a witness does not see it (fault 37), an axis whose position
+// is held reaches its end stop, at the speed of the creep.
+void test_a_creep_of_the_encoder_on_a_moving_base_ends_at_the_end_stop_at_its_own_speed() {
+  const sim::NodeSetup setup = moving_base();
+  int contacts = 0;
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    for (const double towards : {-1.0, 1.0}) {
+      for (const std::int8_t mode : {DRIVE_PROFILE_VELOCITY, DRIVE_PROFILE_POSITION}) {
+        const Drifted seen = drift(setup, axis, towards, mode, true, [](sim::BrokenAxis& b, double side) {
+          b.encoder_creep_rad_s = -side * kDrift_rad_s;
+        });
+        print_drift(mode == DRIVE_PROFILE_VELOCITY ? "encoder creep, rate held" : "encoder creep, position held", axis,
+                    towards, seen);
+        contacts += seen.contact_rad_s > 0.0 ? 1 : 0;
+        TEST_ASSERT_TRUE(mode == DRIVE_PROFILE_POSITION || std::abs(seen.moved_rad) < 0.5 * sim::kRadPerDeg);
+        TEST_ASSERT_TRUE(seen.contact_rad_s < 1.3 * sim::kRadPerDeg);
+        TEST_ASSERT_TRUE(seen.max_rad_s < 1.5 * sim::kRadPerDeg);
+      }
+    }
+  }
+  TEST_ASSERT_TRUE(contacts > 0);  // else docs/safety.md is too cautious
+}
+
+// After a creep the ends of the travel that protection knows are wrong by its length, at any speed.
+void test_a_creep_of_the_encoder_moves_the_ends_of_the_travel_by_its_length() {
+  constexpr double kCrept_rad = 0.057;   // three seconds
+  constexpr double kBound_rad = 0.0115;  // of the envelope, docs/safety.md
+  sim::NodeSetup setup = moving_base();
+  for (sim::AxisConfig& axis : setup.plant.axis) {
+    axis.end_stops->lower_rad -= 0.5;
+    axis.end_stops->upper_rad += 0.5;
+  }
+  for (int axis = 0; axis < sim::kAxes; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    const double end_rad = static_cast<double>(setup.limits[i].maximum_rad);
+    std::array<double, sim::kAxes> start = {0.2, 0.4};
+    start[i] = end_rad - 0.8;
+    sim::DrivenNode node(setup, 1, start);
+    ticks(node, 0.1);
+    node.write(axis, 0x607D, 1, 0);
+    node.write(axis, 0x607D, 2, 0);
+    node.enable(DRIVE_PROFILE_VELOCITY);
+    for (int tick = 0; tick < 3000; ++tick) {
+      node.machine().broken().axis[i].encoder_shift_rad -= kCrept_rad / 3000.0;
+      node.tick();
+    }
+    node.set_rate(axis, 1.2);
+    double beyond_rad = -10.0;
+    for (int tick = 0; tick < 4000; ++tick) {
+      node.tick();
+      beyond_rad = std::max(beyond_rad, angle(node, axis) - end_rad);
+    }
+    std::printf("moving base, 1.2 rad/s after a creep of %.0f mrad, axis %d: %.1f mrad beyond the travel, fault %d\n",
+                1e3 * kCrept_rad, axis, 1e3 * beyond_rad, static_cast<int>(node.axis(axis).drive.fault));
+    TEST_ASSERT_TRUE(beyond_rad > 0.5 * kCrept_rad);
+    TEST_ASSERT_TRUE(beyond_rad < kCrept_rad + kBound_rad);
+  }
 }
 
 void test_an_encoder_that_is_wrong_in_some_ticks_is_named() {
@@ -303,6 +448,9 @@ int main(int count, char **arguments) {
   RUN_TEST(test_sensors_that_are_wrong_together_are_found_by_the_motor);
   RUN_TEST(test_a_motor_with_half_its_torque_is_found_under_excitation);
   RUN_TEST(test_a_slow_drift_of_either_sensor_is_found_at_rest);
+  RUN_TEST(test_a_gyro_bias_on_a_moving_base_ends_in_the_travel);
+  RUN_TEST(test_a_creep_of_the_encoder_on_a_moving_base_ends_at_the_end_stop_at_its_own_speed);
+  RUN_TEST(test_a_creep_of_the_encoder_moves_the_ends_of_the_travel_by_its_length);
   RUN_TEST(test_an_encoder_that_is_wrong_in_some_ticks_is_named);
   RUN_TEST(test_an_axis_that_is_pushed_out_of_its_standstill_is_found);
   RUN_TEST(test_reduced_speed_is_monitored_when_it_is_selected);

@@ -28,6 +28,7 @@ speeds_deg_s = [{SET_POINT_DEG_S}]
 
 # Keys without a default, of tables that the shipped plant does not have.
 MORE = {"[azimuth.structure]": {"frequency_hz": 90.0, "damping": 0.02, "inertia_share": 0.1},
+        "[[base_spectrum]]": {"axis": '"roll"', "rms_deg": 0.01, "low_hz": 0.1, "high_hz": 1.0},
         "[[base_motion]]": {"axis": '"yaw"', "frequency_hz": 0.1, "amplitude_deg": 0.1}}
 
 

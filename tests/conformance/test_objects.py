@@ -61,6 +61,42 @@ def test_every_object_of_the_axes_starts_with_its_printed_default(master, device
         assert row["type"] == "REAL32" or value == in_eds, f"{index:04X}:{sub} in the EDS"
 
 
+def clock_us(master):
+    return master.node.sdo[0x1013].raw
+
+
+def test_1013_counts_us(master):
+    first, tick = clock_us(master), master.ticks_ms()
+    master.pass_time(500)
+    passed_us, passed_ms = (clock_us(master) - first) & 0xFFFFFFFF, master.ticks_ms() - tick
+    assert passed_us == pytest.approx(1000 * passed_ms, abs=20000)
+
+
+@pytest.mark.parametrize("value", [0, 123456789, 0xFFFFFF00], ids=["0", "any", "wraps"])
+def test_1013_is_set_by_a_write(master, value):
+    """CiA 301, 7.5.2.16: high-resolution time stamp, us."""
+    tick = master.ticks_ms()
+    master.node.sdo[0x1013].raw = value
+    read = clock_us(master)
+    assert (read - value) & 0xFFFFFFFF < 1000 * (master.ticks_ms() - tick) + 2000
+
+
+def test_1013_can_be_mapped_in_both_directions(master):
+    """A time producer's PDO sets it; a TPDO sends it."""
+    for communication, mapping, cob_id in ((0x1402, 0x1602, 0x401), (0x1802, 0x1A02, 0x381)):
+        master.write(communication, 1, 0x80000000 | cob_id, 4)
+        master.write(mapping, 0, 0, 1)
+        master.write(mapping, 1, 0x10130020, 4)
+        master.write(mapping, 0, 1, 1)
+        master.write(communication, 1, cob_id, 4)
+    master.start()
+    master.send(0x401, *(0x10000000).to_bytes(4, "little"))
+    tick = master.ticks_ms()
+    master.forget()
+    sent = int.from_bytes(master.wait_for(0x381)[0], "little")
+    assert 0 <= sent - 0x10000000 < 1000 * (master.ticks_ms() - tick) + 20000
+
+
 def test_1014_moves_the_emergencies(master):
     master.write(0x1014, 0, 0x80000000 | EMERGENCY, 4)
     master.write(0x1014, 0, 0x0A7, 4)
@@ -110,7 +146,7 @@ def test_1200_names_the_default_channel(master):
 
 
 @pytest.mark.parametrize("shift", [0, 0x800], ids=["azimuth", "pitch"])
-@pytest.mark.parametrize("index, value", [(0x6502, 0x10385), (0x60A8, 0xF9100000), (0x60A9, 0xFA100300)], ids=["6502", "60A8", "60A9"])
+@pytest.mark.parametrize("index, value", [(0x6502, 0x103A5), (0x60A8, 0xF9100000), (0x60A9, 0xFA100300)], ids=["6502", "60A8", "60A9"])
 def test_constant_object_of_a_drive(master, shift, index, value):
     assert master.number(index + shift) == value
 

@@ -1,4 +1,4 @@
-"""PDO (1400h to 1A03h) and SYNC (1005h, 1006h, 1019h)."""
+"""PDO (1400h to 1A07h) and SYNC (1005h, 1006h, 1019h)."""
 
 import struct
 
@@ -9,6 +9,8 @@ from conftest import NODE_ID
 OFF = 0x80000000
 RPDO = (0x200, 0x300, 0x400, 0x500)
 TPDO = (0x180, 0x280, 0x380, 0x480)
+FURTHER = (0x67F, 0x68B, 0x697, 0x6A3)
+"""TPDO5 to TPDO8, off by default."""
 UNMAPPABLE, TOO_LONG, NO_OBJECT, STATE = 0x06040041, 0x06040042, 0x06020000, 0x08000022
 
 
@@ -31,6 +33,21 @@ def configure(master, pdo, *, kind=None, objects=None, identifier=None, event_ms
 def test_default_identifiers_are_those_of_the_predefined_set(master, n):
     assert master.number(0x1400 + n, 1) & 0x7FF == RPDO[n] + NODE_ID
     assert master.number(0x1800 + n, 1) & 0x7FF == TPDO[n] + NODE_ID
+
+
+@pytest.mark.parametrize("n", range(4))
+def test_tpdo5_to_8_are_off_and_sent_when_they_are_set_up(master, n):
+    identifier = FURTHER[n] + NODE_ID
+    assert master.number(0x1804 + n, 1) == OFF | 0x40000000 | identifier
+    assert master.number(0x1A04 + n, 0) == 0
+    master.start()
+    master.forget()
+    master.pass_time(50)
+    assert master.heard(identifier) == []
+    configure(master, 0x1804 + n, kind=255, objects=[0x30100120, 0x60640020], event_ms=1, inhibit_100us=0)
+    master.forget()
+    ticks = [struct.unpack("<L", data[:4])[0] for data in master.wait_for(identifier, 50)]
+    assert [later - earlier for earlier, later in zip(ticks, ticks[1:])] == [1] * (len(ticks) - 1)
 
 
 @pytest.mark.parametrize("n", range(4))
@@ -110,12 +127,17 @@ def test_rpdo_that_is_too_short_is_emergency_8210_and_changes_nothing(master):
     assert master.number(0x60FF) == 0
 
 
-def test_rpdo_with_a_refused_value_is_emergency_8200_and_a_stop_in_it_is_obeyed(master):
+def enable_azimuth(master):
+    """In mode pv, by RPDO1."""
     master.start()
     for controlword in (6, 7, 0xF):
         master.send(RPDO[0] + NODE_ID, controlword, 0, 3)
         master.pass_time(10)
     assert master.number(0x6041) & 0x6F == 0x27
+
+
+def test_rpdo_with_a_refused_value_is_emergency_8200_and_a_stop_in_it_is_obeyed(master):
+    enable_azimuth(master)
     master.forget()
     master.send(RPDO[0] + NODE_ID, 0xF, 0, 2)  # mode 2 is not supported
     assert master.wait_for(0x80 + NODE_ID)[0] == bytes([0x00, 0x82, 0x11, 1, 0, 0x60, 0x60, 0])
@@ -125,6 +147,13 @@ def test_rpdo_with_a_refused_value_is_emergency_8200_and_a_stop_in_it_is_obeyed(
     assert master.number(0x6041) & 0x4F == 0x40 and master.number(0x6060) == 3
     master.send(RPDO[0] + NODE_ID, 0, 0, 3)
     assert master.wait_for(0x80 + NODE_ID, 2)[1][:3] == bytes(3)
+
+
+def test_rpdo_that_is_too_short_stops_the_axis_if_it_contains_a_stop(master):
+    enable_azimuth(master)
+    master.send(RPDO[0] + NODE_ID, 0, 0)  # RPDO1 of CiA 402: no mode
+    assert master.wait_for(0x80 + NODE_ID)[0][:2] == b"\x10\x82"
+    assert master.number(0x6041) & 0x4F == 0x40
 
 
 def test_rpdo_that_stays_out_is_emergency_8250(master):
@@ -173,7 +202,7 @@ def test_pdo_refuses_a_restricted_identifier(master, identifier):
 
 @pytest.mark.parametrize("index, identifier", [
     (0x1005, 0x201), (0x1005, 0x181), (0x1005, 0x081), (0x1402, 0x080), (0x1402, 0x181), (0x1402, 0x081), (0x1802, 0x080),
-    (0x1802, 0x201), (0x1802, 0x281), (0x1802, 0x081), (0x1014, 0x080), (0x1014, 0x201), (0x1014, 0x181),
+    (0x1802, 0x201), (0x1802, 0x281), (0x1802, 0x081), (0x1804, 0x181), (0x1807, 0x481), (0x1014, 0x080), (0x1014, 0x201), (0x1014, 0x181),
 ], ids=lambda number: f"{number:X}")  # fmt: skip
 def test_an_identifier_that_another_service_has_is_refused(master, index, identifier):
     sub = 0 if index in (0x1005, 0x1014) else 1

@@ -95,7 +95,7 @@ REFUSED = {
     "1010h:1, not the word": (0x1010, 1, b"load", 0x08000020),
     "1011h:1, not the word": (0x1011, 1, b"save", 0x08000020),
     "1003h:0 is written with 0 only": (0x1003, 0, b"\x01", 0x06090030),
-    "6060h, a mode that is not there": (0x6060, 0, b"\x06", 0x06090030),
+    "6060h, a mode that is not there": (0x6060, 0, b"\x05", 0x06090030),
     "605Ah, an option that is not there": (0x605A, 0, b"\x03\x00", 0x06090030),
     "6083h is never 0": (0x6083, 0, b"\0\0\0\0", 0x06090032),
     "2000h:1, not a number": (0x2000, 1, FLOAT.pack(float("nan")), 0x06090030),

@@ -121,9 +121,13 @@ def test_the_straight_passes_are_part_of_it(demo: Path) -> None:
     assert "sim_host passes --out build/results" in run(demo)[1]
 
 
+def test_the_turning_base_is_part_of_it(demo: Path) -> None:
+    assert "sim_host base-motion --out build/results" in run(demo)[1]
+
+
 def test_all_cores_work(demo: Path) -> None:
     threads = min(64, len(os.sched_getaffinity(0)))
-    assert run(demo)[1].count(f"--threads {threads}") == 4
+    assert run(demo)[1].count(f"--threads {threads}") == 5
 
 
 def test_a_failed_build_ends_the_demo_with_its_log(demo: Path) -> None:

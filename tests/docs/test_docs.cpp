@@ -118,7 +118,7 @@ void test_every_link_leads_somewhere() {
 
 void test_the_pages_on_theory_and_safety_name_tests_that_exist() {
   std::set<std::string> known;
-  for (const char *folder : {"firmware", "hal", "sim_host", "tests"}) {
+  for (const char *folder : {"firmware", "hal", "sim_host", "tests", "tools"}) {
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
       const std::string extension = entry.path().extension().string();
       const bool is_test = entry.path().stem().string().rfind("test_", 0) == 0;
@@ -126,6 +126,10 @@ void test_the_pages_on_theory_and_safety_name_tests_that_exist() {
         known.insert(entry.path().stem().string());
         for (const std::string& name : between(text_of(entry.path()), "RUN_TEST(", ')')) {
           known.insert(name);
+        }
+      } else if (is_test && extension == ".py") {
+        for (const std::string& name : between(text_of(entry.path()), "\ndef test_", '(')) {
+          known.insert("test_" + name);
         }
       }
     }

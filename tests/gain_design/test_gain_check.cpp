@@ -170,12 +170,13 @@ class Loop {
 
   Row controlled(const Row& reference, const Row& feedback) {
     const pi_controller_params& pi = in_.speed.pi;
-    Row torque = d(pi.proportional_gain) * (d(pi.setpoint_weight) * reference - feedback) +
-                 integral(d(pi.integral_gain), reference - feedback).first;
+    const double share = in_.gains_follow ? inertia_ / d(in_.plant.inertia_kg_m2) : 1.0;
+    Row torque = share * d(pi.proportional_gain) * (d(pi.setpoint_weight) * reference - feedback) +
+                 integral(share * d(pi.integral_gain), reference - feedback).first;
     if (in_.speed.observer_on) {
       const disturbance_observer_params& o = in_.speed.observer;
       const double blend = 1.0 - std::exp(-d(o.bandwidth_rad_s) * kTick_s);
-      const double momentum = blend * d(o.inertia_kg_m2) / kTick_s;
+      const double momentum = blend * share * d(o.inertia_kg_m2) / kTick_s;
       const int place = used_;
       const Row prediction = state();
       const Row auxiliary = prediction + blend * commands_.front();
@@ -235,6 +236,7 @@ class Draw {
     in.tracker.kind = rarely(0.5) ? TRACKER_PREDICTIVE : TRACKER_PI;
     in.tracker.proportional_per_s = rarely(0.2) ? any(0.1, 100.0) : any(1.0, 12.0);
     const float critical = 0.25F * in.tracker.proportional_per_s * in.tracker.proportional_per_s;
+    in.gains_follow = rarely(0.5);
     in.tracker.integral_per_s2 = in.tracker.kind == TRACKER_PI && rarely(0.5) ? critical : 0.0F;
     return in;
   }

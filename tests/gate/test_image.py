@@ -9,6 +9,7 @@ from conftest import BIN, PROJECT, Gate
 
 IMAGE = PROJECT / "build/stm32g474/bin/trackservo.bin"
 START = PROJECT / "sim_host/scenarios/board/low_speed_start.toml"
+FLASH_BASE = 0x08000000
 LIMITS = PROJECT / "sim_host/limits/tracker_board.toml"
 
 
@@ -37,6 +38,18 @@ def test_a_damaged_image_is_red_and_says_so(gate: Gate, tmp_path: Path) -> None:
     verdict = gate.check("--image", image, "--scenario", START, "--limits", LIMITS, "--seeds", "1")
     assert verdict.code == 1, verdict.out + verdict.err
     assert any("has no value in 1 of 1 seeds" in failure for failure in verdict.failures), verdict.failures
+
+
+def test_an_image_that_never_runs_its_control_task_is_red_and_says_so(gate: Gate, tmp_path: Path) -> None:
+    endless_loop = b"\xfe\xe7"
+    damaged = bytearray(IMAGE.read_bytes())
+    entry = (int.from_bytes(damaged[4:8], "little") & ~1) - FLASH_BASE
+    damaged[entry : entry + 2] = endless_loop
+    image = tmp_path / "endless.bin"
+    image.write_bytes(damaged)
+    verdict = gate.check("--image", image, "--scenario", START, "--limits", LIMITS, "--seeds", "1")
+    assert verdict.code == 1, verdict.out + verdict.err
+    assert any("the image does not run its control task" in failure for failure in verdict.failures), verdict.failures
 
 
 def test_tracking_is_refused_on_the_image(gate: Gate) -> None:

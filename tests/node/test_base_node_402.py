@@ -43,11 +43,11 @@ def test_every_state_is_reached_by_name(motor):
 
 def test_modes_that_the_node_has_are_taken_and_others_refused(motor):
     for mode in ("PROFILED POSITION", "CYCLIC SYNCHRONOUS POSITION", "CYCLIC SYNCHRONOUS VELOCITY",
-                 "CYCLIC SYNCHRONOUS TORQUE", "PROFILED VELOCITY"):
+                 "CYCLIC SYNCHRONOUS TORQUE", "HOMING", "PROFILED VELOCITY"):
         motor.op_mode = mode
         assert motor.op_mode == mode
     with pytest.raises(TypeError):
-        motor.op_mode = "HOMING"
+        motor.op_mode = "INTERPOLATED POSITION"
 
 
 def test_quick_stop_holds_the_axis_and_lets_it_go_on(motor):

@@ -163,6 +163,39 @@ def test_faster_than_real_time_a_client_that_reads_slowly_loses_nothing():
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
+def write(bus, index, sub, value, size):
+    head = bytes([0x23 | (4 - size) << 2]) + index.to_bytes(2, "little") + bytes([sub])
+    bus.send(can.Message(arbitration_id=0x601, data=head + value.to_bytes(4, "little"), is_extended_id=False))
+    assert receive(bus, 0x581)[0] == 0x60
+
+
+def test_after_a_stall_of_the_computer_no_frame_of_a_full_stream_is_lost():
+    """Four TPDOs in every tick; the ticks that are made up for at once are 80 frames."""
+    with serving("slcan-tcp:0") as served, served.open_bus() as bus:
+        receive(bus, 0x701)
+        for n in range(4):
+            for sub in (1, 2):
+                write(bus, 0x1A04 + n, sub, (0x30100120, 0x60640020)[sub - 1], 4)
+            write(bus, 0x1A04 + n, 0, 2, 1)
+            write(bus, 0x1804 + n, 3, 0, 2)
+            write(bus, 0x1804 + n, 5, 1, 2)
+            write(bus, 0x1804 + n, 1, 0x680 + 12 * n, 4)
+        bus.send(can.Message(arbitration_id=0, data=[1, NODE_ID], is_extended_id=False))
+        receive(bus, 0x680)
+        numbers = {0x680 + 12 * n: [] for n in range(4)}
+        for _ in range(5):
+            os.kill(served.process.pid, signal.SIGSTOP)
+            time.sleep(0.05)
+            os.kill(served.process.pid, signal.SIGCONT)
+            for _ in range(400):
+                message = bus.recv(5.0)
+                assert message is not None
+                if message.arbitration_id in numbers:
+                    numbers[message.arbitration_id].append(int.from_bytes(message.data[:4], "little"))
+        for found in numbers.values():
+            assert len(found) > 400 and found == list(range(found[0], found[0] + len(found)))
+
+
 @pytest.mark.parametrize("options, words", [
     (["--bus", "serial:1"], ["serial:1", "slcan-tcp:PORT"]),
     (["--bus", "slcan-tcp:70000"], ["70000", "not a port"]),

@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import math
+import re
 import statistics
 import subprocess
 import time
@@ -116,6 +117,24 @@ def test_the_target_waits_flies_while_it_is_followed_and_waits_again(tmp_path, r
         assert settled[-1]["range_m"] == pytest.approx(3000 - 20 * settled[-1]["flight_s"], abs=10)
 
 
+def test_the_strobe_of_the_camera_gives_the_age_of_its_frames():
+    """3071:5 = 2: the frames' own age would be 20 ms, too; the window shows that it is not used."""
+    with facing(SCENARIO) as (_, node):
+        map_camera(node)
+        node.sdo[0x3071][5].raw = 2
+        node.sdo[0x3074][3].raw = 3000
+        seconds(node, 1)
+        assert node.sdo[0x3074][12].raw == 2
+        assert node.sdo[0x3072][7].raw in (17, 18)
+        paired = node.sdo[0x3074][6].raw
+        node.sdo[0x3074][2].raw = 1500
+        seconds(node, 0.2)
+        assert node.sdo[0x3074][12].raw == 0
+        assert node.sdo[0x3074][8].raw == 1
+        assert node.sdo[0x3072][7].raw in (20, 21)
+        assert node.sdo[0x3074][6].raw - paired < 20
+
+
 def test_dropouts_are_those_of_the_flight_and_after_it_there_is_no_target(tmp_path):
     scenario = tmp_path / "short.toml"
     scenario.write_text(SCENARIO.read_text().replace("duration_s = 45.0", "duration_s = 8.0")
@@ -141,3 +160,26 @@ def test_a_scenario_without_a_target_is_refused():
                           stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
     assert done.returncode == 2
     assert "sine.toml:" in done.stderr and "has no target" in done.stderr
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    (["--video", ""], "is empty: expected pgm-tcp:PORT"),
+    (["--video", "pgm-tcp:0", "--camera-id", "0x541"], "excludes"),
+])
+def test_options_without_effect_are_refused(options, words):
+    done = subprocess.run([SIM_HOST, "serve", "--target", str(PROJECT / "sim_host/scenarios/tracking.toml"), *options],
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
+    assert done.returncode == 2 and words in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize(("start", "words"), [
+    ("[0.0, 0.0, 0.0]", "the target is at the tracker itself at 0 s"),
+    ("[0.0, 1.0, -100.0]", "is beyond the end stops of tracker's pitch"),
+])
+def test_a_target_that_no_axis_can_reach_is_refused(tmp_path, start, words):
+    scenario = tmp_path / "flight.toml"
+    text = (PROJECT / "sim_host/scenarios/tracking.toml").read_text()
+    scenario.write_text(re.sub(r"start_position_m = .*", f"start_position_m = {start}", text))
+    done = subprocess.run([SIM_HOST, "serve", "--target", str(scenario)],
+                          stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
+    assert done.returncode == 2 and "flight.toml:" in done.stderr and words in done.stderr, done.stderr

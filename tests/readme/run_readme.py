@@ -1,12 +1,16 @@
 """Runs the README line by line on a Debian without other packages; then, each on its own Debian, the container file of
-docs/ci and the first command of CONTRIBUTING.md.
+docs/ci and the first command of CONTRIBUTING.md. These two run at low priority beside the page from its first machine in
+real time on: an identification then waits for ten minutes.
 
-    build/venv/bin/python tests/readme/run_readme.py [--root FOLDER] [--from LINE] [--keep]
+    build/venv/bin/python tests/readme/run_readme.py [--root FOLDER] [--from LINE] [--keep] [--ccache FOLDER]
 
 A bare root (tests/readme/bare-root), a clone of the committed files in it, then one shell that gets every command of
 every ```sh block of README.md, as a reader would type it. The first command that does not exit with 0 ends the run. The
 output of each is in build/readme/NN-*.log. The RUN lines of docs/ci/Containerfile run in their own bare root
 (tests/gate), and so does ./tools/test firmware: first to install its packages, then in a new clone within FIRMWARE_LIMIT_S.
+
+With --ccache the first two roots have ccache as well, and what this machine has compiled before, from the same text with
+the same compiler and flags, is not compiled again. ./tools/test firmware runs without it, because its time counts.
 """
 
 from __future__ import annotations
@@ -14,13 +18,13 @@ from __future__ import annotations
 import argparse
 import os
 import queue
-import resource
 import shutil
 import signal
 import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from readme_blocks import Block, Kind, ReadmeError, blocks_of
@@ -36,6 +40,10 @@ FIRMWARE_LIMIT_S = 60.0  # on two idle cores
 SHELL = ("bash", "--noprofile", "--norc")
 
 
+Cache = dict[str, str]
+"""What bare-root needs in its environment to use a compiler cache; empty: none."""
+
+
 class Failed(Exception):
     """A command of the README failed."""
 
@@ -43,13 +51,14 @@ class Failed(Exception):
 class Terminal:
     """A shell in the root, in the clone; its output goes into `log` line by line."""
 
-    def __init__(self, root: Path, name: str) -> None:
-        self._log = (LOGS / f"{name}.log").open("w")
+    def __init__(self, root: Path, name: str, cache: Cache) -> None:
+        self.log = LOGS / f"{name}.log"
+        self._log = self.log.open("w")
         self._lines: queue.Queue[str | None] = queue.Queue()
         self._process = subprocess.Popen(
             [str(BARE_ROOT), "run", str(root), *SHELL],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
-            start_new_session=True,
+            start_new_session=True, env={**os.environ, **cache},
         )  # fmt: skip
         threading.Thread(target=self._read, daemon=True).start()
         self._send(f"cd {CLONE}")
@@ -110,13 +119,16 @@ class Terminal:
 
 
 class Reader:
-    """A reader who copies the README into terminals."""
+    """A reader who copies the README into terminals. `on_first_server` is called once, when a machine runs in real time."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, cache: Cache, on_first_server: Callable[[], None]) -> None:
         self._root = root
-        self._terminal = Terminal(root, "00-terminal")
+        self._cache = cache
+        self._terminal = Terminal(root, "00-terminal", cache)
+        self.log = self._terminal.log  # of the newest command
         self._server: Terminal | None = None
         self._count = 0
+        self._on_first_server = on_first_server
 
     def follow(self, block: Block, previous: Block | None) -> None:
         if previous is not None and previous.headline != block.headline:
@@ -124,9 +136,13 @@ class Reader:
         if block.kind is Kind.BACKGROUND:
             self._stop_server()
             self._count += 1
-            self._server = Terminal(self._root, f"{self._count:02d}-background")
+            if self._count == 1:
+                self._on_first_server()
+            self._server = Terminal(self._root, f"{self._count:02d}-background", self._cache)
+            self.log = self._server.log
             self._timed(block.line, " ; ".join(block.commands), lambda: self._start_server(block))
             return
+        self.log = self._terminal.log
         for command in block.to_run:
             self._timed(block.line, command, lambda command=command: self._terminal.run(command))
 
@@ -162,6 +178,14 @@ def make_root(root: Path) -> None:
     print(f"ok {time.monotonic() - started:7.1f} s  a bare Debian, and a clone in it", flush=True)
 
 
+def install_ccache(root: Path) -> None:
+    """The Debian package, before the first command of the page."""
+    script = "apt-get -q update && apt-get -q -y install --no-install-recommends ccache"
+    with (LOGS / "ccache.log").open("w") as log:
+        command = [str(BARE_ROOT), "run", str(root), *SHELL, "-c", script]
+        subprocess.run(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, check=True)
+
+
 def clone(root: Path) -> None:
     place = root / CLONE.lstrip("/")
     shutil.rmtree(place, ignore_errors=True)
@@ -169,28 +193,36 @@ def clone(root: Path) -> None:
     subprocess.run(["git", "clone", "--quiet", "--no-hardlinks", str(PROJECT), str(place)], check=True)
 
 
-def run_container_file(root: Path) -> bool:
+def run_container_file(root: Path, cache: Cache) -> bool:
     """The commands of `podman build`, in another bare root."""
     started = time.monotonic()
     clone(root)
     environment = {
         **os.environ,
+        **cache,
         "GATE_WRAP": f"{BARE_ROOT} run {root}",
         "GATE_TREE": str(root / CLONE.lstrip("/")),
         "GATE_SHELL_TREE": CLONE,
     }
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/gate/test_steps.py", "-k", "container"],
-        cwd=PROJECT, env=environment, check=False,
-    )  # fmt: skip
+    pytest = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/gate/test_steps.py", "-k", "container"]
+    good = run_low_priority(pytest, LOGS / "container-file.log", environment)[0] == 0
     took = time.monotonic() - started
-    print(f"{'ok' if done.returncode == 0 else 'FAILED'} {took:7.1f} s  the RUN lines of docs/ci/Containerfile", flush=True)
-    return done.returncode == 0
+    print(f"{'ok' if good else 'FAILED'} {took:7.1f} s  the RUN lines of docs/ci/Containerfile", flush=True)
+    return good
 
 
-def children_cpu_s() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+def run_low_priority(command: list[str], log: Path, environment: Cache | None = None) -> tuple[int, float]:
+    """Its exit code, and the CPU time in s of it and of its children. On a failure the end of its output is printed."""
+    with log.open("w") as output:
+        process = subprocess.Popen(
+            ["nice", "-n", "19", *command],
+            cwd=PROJECT, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode != 0:
+        print(last_lines_of(log, 40), flush=True)
+    return process.returncode, used.ru_utime + used.ru_stime
 
 
 def run_firmware_tests(root: Path) -> bool:
@@ -204,14 +236,12 @@ def run_firmware_tests(root: Path) -> bool:
     took = on_two_cores_s = 0.0
     for name in ("packages", "tests"):
         clone(root)
-        started, cpu_before_s = time.monotonic(), children_cpu_s()
-        with (LOGS / f"firmware-{name}.log").open("w") as log:
-            command = [str(BARE_ROOT), "run", str(root), *SHELL, "-c", f"cd {CLONE} && {FIRMWARE_TEST}"]
-            done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, check=False)
-        took = time.monotonic() - started
-        on_two_cores_s = (children_cpu_s() - cpu_before_s) / 2.0
-        if done.returncode != 0:
-            print(f"FAILED {FIRMWARE_TEST}: exit code {done.returncode}\n{last_lines(40)}", flush=True)
+        started = time.monotonic()
+        command = [str(BARE_ROOT), "run", str(root), *SHELL, "-c", f"cd {CLONE} && {FIRMWARE_TEST}"]
+        code, cpu_s = run_low_priority(command, LOGS / f"firmware-{name}.log")
+        took, on_two_cores_s = time.monotonic() - started, cpu_s / 2.0
+        if code != 0:
+            print(f"FAILED {FIRMWARE_TEST}: exit code {code}", flush=True)
             return False
     good = min(took, on_two_cores_s) <= FIRMWARE_LIMIT_S
     print(f"{'ok' if good else 'FAILED'} {took:7.1f} s  {FIRMWARE_TEST} in a new clone "
@@ -219,9 +249,31 @@ def run_firmware_tests(root: Path) -> bool:
     return good
 
 
-def last_lines(count: int) -> str:
-    newest = max(LOGS.glob("*.log"), key=lambda path: path.stat().st_mtime)
-    return "\n".join(newest.read_text(errors="replace").splitlines()[-count:])
+def last_lines_of(log: Path, count: int) -> str:
+    return "\n".join(log.read_text(errors="replace").splitlines()[-count:])
+
+
+class Beside:
+    """What does not need the page's root, one after the other in a thread; a check that raises has failed."""
+
+    def __init__(self, *checks: Callable[[], bool]) -> None:
+        self._results = [False] * len(checks)
+        self._checks = checks
+        self._thread = threading.Thread(target=self._run)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def _run(self) -> None:
+        for index, check in enumerate(self._checks):
+            self._results[index] = check()
+
+    def results(self) -> list[bool]:
+        """Waits for them; a reader who failed before a machine ran has not started them."""
+        if self._thread.ident is None:
+            self.start()
+        self._thread.join()
+        return self._results
 
 
 def main() -> int:
@@ -229,7 +281,10 @@ def main() -> int:
     arguments.add_argument("--root", type=Path, help="use this existing root (bare-root make); it gets a new clone")
     arguments.add_argument("--keep", action="store_true", help="keep the created root afterwards")
     arguments.add_argument("--from", dest="first", type=int, default=1, help="begin at this line of the README (with --root)")
+    arguments.add_argument("--ccache", type=Path, metavar="FOLDER", help="a compiler cache that the roots use (not with --root)")
     options = arguments.parse_args()
+    if options.ccache and options.root:
+        arguments.error("--ccache is for new roots: a given --root may have no ccache.")
     try:
         blocks = [block for block in blocks_of((PROJECT / "README.md").read_text()) if block.line >= options.first]
     except ReadmeError as error:
@@ -238,36 +293,37 @@ def main() -> int:
     shutil.rmtree(LOGS, ignore_errors=True)
     LOGS.mkdir(parents=True)
     root = options.root or PROJECT / "build" / "bare-root"
-    other_roots = {
-        root.with_name(root.name + "-container"): run_container_file,
-        root.with_name(root.name + "-firmware"): run_firmware_tests,
-    }
+    container_root, firmware_root = (root.with_name(f"{root.name}-{name}") for name in ("container", "firmware"))
+    cache = {"BARE_ROOT_CCACHE": str(options.ccache.resolve())} if options.ccache else {}
     if options.root is None:
-        for old in (root, *other_roots):
+        for old in (root, container_root, firmware_root):
             shutil.rmtree(old, ignore_errors=True)
         make_root(root)
-        for other_root in other_roots:
-            subprocess.run(["cp", "-a", str(root), str(other_root)], check=True)
+        subprocess.run(["cp", "-a", str(root), str(firmware_root)], check=True)
+        if cache:
+            install_ccache(root)
+        subprocess.run(["cp", "-a", str(root), str(container_root)], check=True)
     elif options.first == 1:
         clone(root)
     started = time.monotonic()
-    reader = Reader(root)
+    others = (lambda: run_container_file(container_root, cache), lambda: run_firmware_tests(firmware_root))
+    beside = Beside(*(others if options.root is None else ()))
+    reader = Reader(root, cache, on_first_server=beside.start)
     passed = 0
     try:
         for previous, block in zip([None, *blocks], blocks):
             reader.follow(block, previous)
             passed += 1
     except Failed:
-        print(last_lines(40))
+        print(last_lines_of(reader.log, 40))
     finally:
         reader.close()
     print(f"{passed} of {len(blocks)} blocks in {time.monotonic() - started:.0f} s", flush=True)
     failed = len(blocks) - passed
+    for good in beside.results():
+        passed, failed = passed + good, failed + (not good)
     if options.root is None:
-        for other_root, run in other_roots.items():
-            good = run(other_root)
-            passed, failed = passed + good, failed + (not good)
-        for made in [] if options.keep else [root, *other_roots]:
+        for made in [] if options.keep else [root, container_root, firmware_root]:
             shutil.rmtree(made)
     print(f"{passed} passed, {failed} failed")
     return 0 if failed == 0 else 1

@@ -11,6 +11,10 @@ work="$(mktemp -d /tmp/test-with-can.XXXXXX)"
 trap 'rm -rf "$work"' EXIT
 out="$work/out"
 err="$work/err"
+# A PATH whose first folder has a compiler that fails.
+mkdir "$work/no_cc"
+printf '#!/bin/sh\nexit 1\n' >"$work/no_cc/cc"
+chmod +x "$work/no_cc/cc"
 passed=0
 left_out=0
 failed=0
@@ -207,12 +211,24 @@ kernel_way() {
     grep -Eq 'vcan0 +077 +\[1\] +01' "$out" && grep -q '^kernel$' "$out" && prints err $'err\n'
 }
 
+# Registers of 11,008 bytes: without uml_xstate.c User Mode Linux ends, with it floating point and AVX stay right.
+more_registers() {
+  local large="$work/large_xstate.so"
+  cc -shared -fPIC -O1 -o "$large" "$here/large_xstate.c" || return 1
+  gives 0 env WITH_CAN_PRELOAD="$large" "$with_can" --via uml "$python" -c \
+    'print(sum(0.1 * i for i in range(100)), sum(range(10**6)))' &&
+    prints out $'495.0 499999500000\n' &&
+    gives 125 env WITH_CAN_PRELOAD="$large" PATH="$work/no_cc:$PATH" "$with_can" --via uml true &&
+    grep -q 'ended before the command' "$err"
+}
+
 kernel_way_limits() {
   gives 0 uml bash -c '
     "$1" --via kernel --timeout 1 sleep 1004; [[ $? == 124 ]] || exit 1
     "$1" --via kernel no-such-command; [[ $? == 127 ]] || exit 2
-    "$1" --via kernel sleep 1005 & run=$!; sleep 1; kill -KILL "$run"; sleep 1
-    ! pgrep -x sleep || exit 3
+    "$1" --via kernel sleep 1005 & run=$!; sleep 1; kill -KILL "$run"
+    for second in {1..20}; do sleep 1; pgrep -fx "sleep 1005" >/dev/null || break; done
+    ! pgrep -fx "sleep 1005" || exit 3
     [[ "$(ip -o link | wc -l)" == 2 ]] || exit 4
     setpriv --reuid 65534 --regid 65534 --clear-groups "$1" --via kernel --timeout 30 ip link set vcan0 down ||
       exit 5' - "$with_can" && grep -q 'terminated after 1 s' "$err"
@@ -236,7 +252,7 @@ check_masked() {
 }
 
 read_only_places() {
-  gives 6 masked 'mount -o remount,ro,bind / && : "$@"' sh "$with_can" --via uml sh -c 'touch /tmp/x || exit 6' &&
+  gives 6 masked 'mount -o remount,ro,bind / && : "$@"' sh "$with_can" --via uml sh -c 'touch "/tmp/new.$$" || exit 6' &&
     grep -q 'Read-only' "$err"
 }
 
@@ -272,6 +288,7 @@ check "a process left behind does not hold the run" left_running
 check "an ordinary user, who may make interfaces" ordinary_user
 check "kernel with vcan" kernel_way
 check "kernel with vcan: time limit, no command, SIGKILL, ordinary user" kernel_way_limits
+check "a processor with more registers than User Mode Linux knows" more_registers
 check_masked "read-only root" read_only_places
 check_masked "no User Mode Linux: one sentence" \
   neither 'linux.uml missing.*install' 'mount --bind /dev/null "$(command -v linux.uml)"'

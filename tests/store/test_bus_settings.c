@@ -285,6 +285,8 @@ static void test_an_activated_bit_rate_counts_at_once_after_two_silent_times(voi
   TEST_ASSERT_EQUAL(1000, joined_kbit_s);
   wait_ms(20);
   TEST_ASSERT_EQUAL(250, joined_kbit_s);
+  TEST_ASSERT_EQUAL(250, get(0x3050, 2));
+  TEST_ASSERT_EQUAL(1000, get(0x3050, 4));
   wait_ms(130);
   TEST_ASSERT_EQUAL_MESSAGE(0, sent_count, "not silent");
   wait_ms(20);
@@ -380,6 +382,36 @@ static void test_a_tpdo_that_is_off_stays_off_with_another_node_id(void) {
   TEST_ASSERT_EQUAL_HEX32(COB_ID_INVALID | (TPDO4 + STORED_ID), get(0x1803, 1));
 }
 
+/* 680h to 6AFh: docs/decisions/0043. The other half of the free range is for clients that borrow PDOs. */
+static void test_tpdo5_to_8_of_the_first_twelve_nodes_have_identifiers_of_their_own(void) {
+  bool used[0x800] = {false};
+  for (uint8_t id = 1; id <= 12; ++id) {
+    switch_to(1);
+    TEST_ASSERT_EQUAL(LSS_OK, lss(CONFIGURE_ID, id, 0));
+    nmt(130);
+    for (uint16_t n = 4; n < TPDO_COUNT; ++n) {
+      const uint32_t cob_id = get((uint16_t)(0x1800 + n), 1);
+      TEST_ASSERT_EQUAL_HEX32(0xC0000000, cob_id & ~COB_ID_IDENTIFIER);
+      const uint32_t identifier = cob_id & COB_ID_IDENTIFIER;
+      TEST_ASSERT_TRUE(identifier >= 0x680 && identifier <= 0x6AF && !used[identifier]);
+      used[identifier] = true;
+      TEST_ASSERT_EQUAL(OD_OK, set((uint16_t)(0x1800 + n), 1, COB_ID_NO_REMOTE | identifier));
+    }
+  }
+}
+
+/* TPDO8 of node 127 would be 722h, which belongs to heartbeats. */
+static void test_a_default_identifier_beyond_the_free_range_does_not_hinder_the_start(void) {
+  switch_to(1);
+  TEST_ASSERT_EQUAL(LSS_OK, lss(CONFIGURE_ID, 127, 0));
+  nmt(130);
+  TEST_ASSERT_EQUAL_HEX32(0xC0000722, get(0x1807, 1));
+  TEST_ASSERT_EQUAL_HEX32(OD_BAD_VALUE, set(0x1807, 1, 0x40000722));
+  command(0x1010, 2, SAVE);
+  power_up(false);
+  TEST_ASSERT_TRUE(get(0x3031, 1) <= 1);
+}
+
 static void test_a_node_id_that_may_be_an_older_one_is_reported_until_the_next_save(void) {
   store_settings(7, RATE_500);
   store_settings(STORED_ID, RATE_250);
@@ -463,6 +495,8 @@ int main(void) {
   RUN_TEST(test_saved_defaults_follow_node_id_and_bit_rate_and_other_values_stay);
   RUN_TEST(test_an_identifier_that_is_another_nodes_default_stays);
   RUN_TEST(test_a_tpdo_that_is_off_stays_off_with_another_node_id);
+  RUN_TEST(test_tpdo5_to_8_of_the_first_twelve_nodes_have_identifiers_of_their_own);
+  RUN_TEST(test_a_default_identifier_beyond_the_free_range_does_not_hinder_the_start);
   RUN_TEST(test_a_node_id_under_which_cob_ids_collide_takes_their_defaults_and_says_so);
   RUN_TEST(test_a_node_id_that_may_be_an_older_one_is_reported_until_the_next_save);
   RUN_TEST(test_a_loss_of_power_while_lss_stores_leaves_the_old_settings_or_the_new_ones);

@@ -207,6 +207,20 @@ static void test_pdo_mappings_are_stored(void) {
   TEST_ASSERT_EQUAL(2, node.canopen.tpdos[3].map.length);
 }
 
+static void test_tpdo8_is_stored(void) {
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1A07, 1, 0x60770010));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1A07, 0, 1));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1807, 5, 7));
+  TEST_ASSERT_EQUAL(OD_OK, set(0x1807, 1, 0x6B0));
+  TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 2, SAVE));
+  restart();
+  TEST_ASSERT_EQUAL_HEX32(0x6B0, get(0x1807, 1));
+  TEST_ASSERT_EQUAL(7, get(0x1807, 5));
+  TEST_ASSERT_EQUAL_HEX32(0x60770010, get(0x1A07, 1));
+  TEST_ASSERT_TRUE(node.canopen.tpdos[7].on);
+  TEST_ASSERT_EQUAL(2, node.canopen.tpdos[7].map.length);
+}
+
 static void test_load_brings_the_defaults_back_at_the_next_start(void) {
   change_one_of_each(7);
   TEST_ASSERT_EQUAL(OD_OK, command(0x1010, 1, SAVE));
@@ -433,18 +447,26 @@ static void test_a_set_with_a_value_that_the_checks_refuse_is_not_applied_at_all
     uint8_t sub;
     uint32_t value;
   } bad[] = {
-      {0x2000, 1, 0x7FC00000}, /* NaN */
-      {0x2000, 1, 0xBF800000}, /* a gain of -1: beyond its limits */
-      {0x2011, 1, 2},          /* a kind of tracking loop that does not exist */
-      {0x2030, 8, 0x3F800000}, /* break-away torque below the Coulomb torque: do not fit together */
-      {0x605A, 0, 3},          /* an option that is not supported */
-      {0x1005, 0, 0x00000601}, /* SYNC on a reserved identifier */
-      {0x1019, 0, 1},          /* a counter overflow that CiA 301 forbids */
-      {0x1400, 2, 245},        /* a reserved transmission type */
-      {0x1A03, 1, 0x12345678}, /* maps an object that does not exist */
-      {0x1A03, 0, 9},          /* maps more than eight */
-      {0x3050, 1, 0},          /* saved under a node id that does not exist */
-      {0x3050, 2, 800},        /* and under such a bit rate */
+      {0x2000, 1, 0x7FC00000},                  /* NaN */
+      {0x2000, 1, 0xBF800000},                  /* a gain of -1: beyond its limits */
+      {0x2011, 1, 2},                           /* a kind of tracking loop that does not exist */
+      {0x2030, 8, 0x3F800000},                  /* break-away torque below the Coulomb torque: do not fit together */
+      {0x605A, 0, 3},                           /* an option that is not supported */
+      {0x605B, 0, 2},           {0x605C, 0, 2}, /* the same */
+      {0x605D, 0, 0},           {0x605E, 0, 5}, /* the same */
+      {0x685A, 0, 3},                           /* of the other axis */
+      {0x6098, 0, 99},                          /* a homing method that is not supported */
+      {0x607D, 1, 0x7FFFFFFF},                  /* a travel that ends before it begins */
+      {0x2060, 15, 0x42F00000},                 /* 120 V is too little: beyond the over-voltage */
+      {0x3060, 1, 0xBF800000},                  /* a full scale of -1 A */
+      {0x1005, 0, 0x00000601},                  /* SYNC on a reserved identifier */
+      {0x1019, 0, 1},                           /* a counter overflow that CiA 301 forbids */
+      {0x1400, 2, 245},                         /* a reserved transmission type */
+      {0x1A03, 1, 0x12345678},                  /* maps an object that does not exist */
+      {0x1A03, 0, 9},                           /* maps more than eight */
+      {0x1A07, 0, 9},           {0x1804, 1, 0x6E0}, /* an identifier that is not free */
+      {0x3050, 1, 0},                               /* saved under a node id that does not exist */
+      {0x3050, 2, 800},                             /* and under such a bit rate */
   };
   for (uint32_t i = 0; i < sizeof bad / sizeof bad[0]; ++i) {
     setUp();
@@ -665,6 +687,7 @@ int main(void) {
   RUN_TEST(test_one_group_is_stored_without_the_other);
   RUN_TEST(test_a_group_whose_save_failed_is_not_stored_with_another_group);
   RUN_TEST(test_pdo_mappings_are_stored);
+  RUN_TEST(test_tpdo8_is_stored);
   RUN_TEST(test_load_brings_the_defaults_back_at_the_next_start);
   RUN_TEST(test_without_a_flash_it_is_kept_until_the_power_goes);
   RUN_TEST(test_storing_is_refused_while_an_axis_has_torque);

@@ -20,6 +20,7 @@ typedef struct {
   bool encoder_failed;
   bool gyro_missing;
   float gyro_error_rad_s; /* added to the correct reading */
+  float current_error_a;  /* the same */
   hal_camera_frame frame; /* its `fresh` is cleared by the tick that takes it */
   hal_health health;
   bool powered;
@@ -34,7 +35,9 @@ typedef struct {
   rigid_axis axis[SERVO_AXES];
   float bus_voltage_v;
   uint32_t status;
-  hal_scales scales; /* set by the node; the readings are correct in any case */
+  uint32_t clock_us;   /* advances with rigid_machine_turn */
+  hal_strobes strobes; /* cleared when they are taken */
+  hal_scales scales;   /* set by the node; the readings are correct in any case */
 } rigid_machine;
 
 /* A gyro without an answer reads 0; the angle of an encoder without an answer stays. */
@@ -46,13 +49,14 @@ static inline void rigid_sample(void *machine, int axis, hal_axis_samples *sampl
   }
   samples->gyro_valid = !joint->gyro_missing;
   samples->gyro_rad_s = joint->gyro_missing ? 0.0f : (float)joint->rate_rad_s + joint->gyro_error_rad_s;
-  samples->mean_current_a = joint->current_a;
+  samples->mean_current_a = joint->current_a + joint->current_error_a;
   samples->frame = joint->frame;
   joint->frame.fresh = false;
 }
 
 static inline float rigid_current_a(void *machine, int axis) {
-  return ((rigid_machine *)machine)->axis[axis].current_a;
+  const rigid_axis *joint = &((rigid_machine *)machine)->axis[axis];
+  return joint->current_a + joint->current_error_a;
 }
 
 static inline hal_health rigid_health(void *machine, int axis) { return ((rigid_machine *)machine)->axis[axis].health; }
@@ -81,6 +85,13 @@ static inline void rigid_set_scales(void *machine, const hal_scales *scales) {
   ((rigid_machine *)machine)->scales = *scales;
 }
 
+static inline uint32_t rigid_clock_us(void *machine) { return ((rigid_machine *)machine)->clock_us; }
+
+static inline void rigid_take_strobes(void *machine, hal_strobes *strobes) {
+  *strobes = ((rigid_machine *)machine)->strobes;
+  ((rigid_machine *)machine)->strobes = (hal_strobes){0};
+}
+
 /* At rest at angle 0, healthy, 48 V. */
 static inline void rigid_machine_init(rigid_machine *machine) {
   *machine = (rigid_machine){.functions = {.machine = machine,
@@ -93,7 +104,10 @@ static inline void rigid_machine_init(rigid_machine *machine) {
                                            .set_scales = rigid_set_scales,
                                            .release_brake = rigid_release_brake,
                                            .brake_is_released = rigid_brake_is_released,
-                                           .status = rigid_status},
+                                           .status = rigid_status,
+                                           .clock_us = rigid_clock_us,
+                                           .tick_us = rigid_clock_us,
+                                           .take_strobes = rigid_take_strobes},
                              .bus_voltage_v = 48.0f};
 }
 
@@ -123,6 +137,7 @@ static inline void rigid_drive(rigid_axis *joint, servo_board *board, int i) {
 /* One ms of motion, instead of the PWM periods of that time. The inertia is the one that the servo's observer
  * assumes. */
 static inline void rigid_machine_turn(rigid_machine *machine, servo_board *board) {
+  machine->clock_us += 1000;
   for (int i = 0; i < SERVO_AXES; ++i) {
     rigid_axis *joint = &machine->axis[i];
     const servo_axis_params *params = &board->app.params.axis[i];

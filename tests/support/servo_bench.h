@@ -51,7 +51,8 @@ static inline bench bench_at_rest(void) {
                              .duty_limit = 0.98f},
                  .torque_constant_nm_a = 2.5f,
                  .current_limit_a = 20.0f,
-                 .plant_inertia_kg_m2 = 1.0f}};
+                 .plant_inertia_kg_m2 = 1.0f,
+                 .min_inertia_kg_m2 = 1.0f}};
   servo_axis_reset(&b.axis, &b.params, 0u, dt_s);
   return b;
 }

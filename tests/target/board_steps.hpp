@@ -3,6 +3,7 @@
 #define TRACKSERVO_SIM_EMULATOR_BOARD_STEPS_HPP
 
 #include <algorithm>
+#include <cstring>
 
 #include "rig.hpp"
 #include "unity.h"
@@ -10,7 +11,7 @@
 namespace bench {
 
 constexpr int kCyclicVelocity = 9;
-constexpr int kBoot_ms = 340;
+constexpr int kBoot_ms = 380;
 
 // Time for 20 ms of the watchdog, its oscillator's tolerance and a background round.
 constexpr int kWatchdog_ms = 40;
@@ -45,6 +46,28 @@ inline void boot_and_turn(BoardRig& rig) {
   turn(rig, 300);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[0]);
   TEST_ASSERT_DOUBLE_WITHIN(0.1 * kSlow_urad_s, kSlow_urad_s, 1e6 * rig.truth().inertial_rate_rad_s[1]);
+}
+
+inline std::uint32_t bits_of(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+inline void unlock(BoardRig& rig) { TEST_ASSERT_TRUE(rig.client.write(0x3040, 1, 0x6E65706F, 4)); }
+
+// Boots with the times of the brakes in the plant file, with their contacts.
+inline void set_up_brakes(BoardRig& rig) {
+  boot(rig);
+  unlock(rig);
+  for (const int index : {0x2060, 0x2860}) {
+    const auto object = static_cast<std::uint16_t>(index);
+    TEST_ASSERT_TRUE(rig.client.write(object, 24, bits_of(0.03F), 4));
+    TEST_ASSERT_TRUE(rig.client.write(object, 25, bits_of(0.04F), 4));
+    TEST_ASSERT_TRUE(rig.client.write(object, 26, bits_of(1.0F), 4));
+  }
+  TEST_ASSERT_TRUE(rig.client.write(0x3040, 1, 0, 4));
+  rig.client.start_node();
 }
 
 // EMCY with this code and, in byte 3, this detail.

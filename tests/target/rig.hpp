@@ -36,6 +36,36 @@ inline std::vector<std::uint8_t> board_image() {
   return image;
 }
 
+// The plant's motion, loads and friction, measured without noise: encoder, current and duty are still quantised.
+inline sim::PlantConfig without_sensor_noise(sim::PlantConfig plant) {
+  for (sim::AxisConfig& axis : plant.axis) {
+    axis.encoder.jitter_rms_rad = 0.0;
+    axis.gyro.noise_density_rad_s_rthz = 0.0;
+  }
+  plant.adc.current_noise_rms_a = 0.0;
+  plant.adc.voltage_noise_rms_v = 0.0;
+  return plant;
+}
+
+// Also without quantisation.
+inline sim::PlantConfig without_quantisation(const sim::PlantConfig& plant) {
+  constexpr int kFineEncoder_bits = 32;
+  constexpr int kFineAdc_bits = 24;
+  constexpr int kFinePwm_counts = 1'000'000;
+  sim::PlantConfig fine = without_sensor_noise(plant);
+  for (sim::AxisConfig& axis : fine.axis) {
+    axis.encoder.resolution_bits = kFineEncoder_bits;
+  }
+  fine.adc.resolution_bits = kFineAdc_bits;
+  fine.supply.pwm_counts = kFinePwm_counts;
+  return fine;
+}
+
+// Board and host are two machines with the same wind and friction and with their own measuring errors. The effect of
+// such errors on the motion is measured on the host: the rms s of its difference to a host without them. Two of them
+// differ by s times the square root of two; the board's gyro is read at another time of the tick, hence 2 s.
+constexpr double kMaxDifference = 2.0;
+
 constexpr std::array<double, sim::kAxes> kStart_rad = {0.0, 20.0 * sim::kRadPerDeg};
 
 class HostRig {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "board_steps.hpp"
+#include "sensors/camera_sender.hpp"
 
 using bench::BoardRig;
 using bench::boot;
@@ -16,6 +17,7 @@ using bench::kBoot_ms;
 using bench::kCyclicVelocity;
 using bench::kSlow_urad_s;
 using bench::kTick_us;
+namespace sim = trackservo::sim;
 namespace target = trackservo::target;
 
 void setUp(void) {}
@@ -235,13 +237,27 @@ constexpr std::uint64_t kMaxTickInstructions = 6500;
 constexpr int kScope = 0x3000;
 constexpr double kCyclesPerMicrosecond = 170.0;
 
-// A full bus at 1 Mbit/s: SYNC, four RPDOs and four TPDOs each ms, an SDO request and its answer in every eighth.
+// A full bus at 1 Mbit/s: SYNC, four RPDOs and four TPDOs each ms, an SDO request and its answer in every eighth. In
+// tracking RPDO4 carries a camera's frames at 500 Hz, in cyclic torque RPDO3 the torques.
 class FullBus {
  public:
-  FullBus(BoardRig& rig, int mode) : rig_(rig), mode_(mode) {
+  FullBus(BoardRig& rig, int mode) : rig_(rig), mode_(mode), takes_pictures_(mode == kTracking) {
     for (int n = 0; n < 4; ++n) {
       write(0x1400 + n, 2, 1, 1);
       write(0x1800 + n, 2, 1, 1);
+    }
+    if (mode == kTracking) {
+      for (const sim::ObjectWrite& object : sim::camera_mapping(4, 0x501)) {
+        write(object.index, object.sub, object.value, object.sub == 0 ? 1 : 4);
+      }
+      write(0x1403, 2, 255, 1);  // at once
+    } else if (mode == kCyclicTorque) {
+      write(0x1402, 1, 0x80000401, 4);
+      write(0x1602, 0, 0, 1);
+      write(0x1602, 1, 0x60710010, 4);
+      write(0x1602, 2, 0x68710010, 4);
+      write(0x1602, 0, 2, 1);
+      write(0x1402, 1, 0x401, 4);
     }
     write(kScope, 9, 8, 1);  // signals, more than the default
     write(kScope, 5, 6, 1);  // waits for a fault
@@ -264,8 +280,16 @@ class FullBus {
     for (int axis = 0; axis < 2; ++axis) {
       send(0x201 + 0x100 * axis, {since_turn < 250 ? 0x3FU : 0x2FU, 0, static_cast<unsigned>(mode_)});
     }
-    send_words(0x401, back ? -20000 : 20000, back ? 20000 : -20000);
-    send_words(0x501, moved(0), moved(1));
+    if (mode_ == kCyclicTorque) {
+      send(0x401, back ? kTorques : kOpposite);
+    } else {
+      send_words(0x401, back ? -20000 : 20000, back ? 20000 : -20000);
+    }
+    if (!takes_pictures_) {
+      send_words(0x501, moved(0), moved(1));
+    } else if (tick_ % 2 == 0) {
+      send_picture(back);
+    }
     if (tick_ % 8 == 0) {
       send(0x601, {0x40, 0x64, 0x68, 0, 0, 0, 0, 0});
     }
@@ -278,8 +302,24 @@ class FullBus {
   void set_mode(int mode) { mode_ = mode; }
 
   static constexpr int kProfilePosition = 1;
+  static constexpr int kCyclicTorque = 10;
+  static constexpr int kTracking = 0xFF;  // -1 as an 8-bit number
 
  private:
+  // Of +-2 % of the rated torque for the azimuth and for the pitch.
+  const std::vector<unsigned> kTorques{20, 0, 0xEC, 0xFF};
+  const std::vector<unsigned> kOpposite{0xEC, 0xFF, 20, 0};
+
+  // Image errors of 50 and -30 urad, or -50 and 30, 21 ms old.
+  void send_picture(bool back) {
+    ++picture_;
+    if (back) {
+      send(0x501, {0xCE, 0xFF, 30, 0, 0x34, 0x08, 90, picture_ & 0xFFU});
+    } else {
+      send(0x501, {50, 0, 0xE2, 0xFF, 0x34, 0x08, 90, picture_ & 0xFFU});
+    }
+  }
+
   void write(int index, int sub, std::uint32_t value, int bytes) {
     TEST_ASSERT_TRUE(
         rig_.client.write(static_cast<std::uint16_t>(index), static_cast<std::uint8_t>(sub), value, bytes));
@@ -307,7 +347,9 @@ class FullBus {
 
   BoardRig& rig_;
   int mode_;
+  bool takes_pictures_;  // in RPDO4, instead of positions
   int tick_ = 0;
+  unsigned picture_ = 0;
   std::array<std::int32_t, 2> start_counts_{};
 };
 
@@ -327,8 +369,11 @@ void print_costs(const std::map<int, std::vector<target::Cost>>& costs, const ch
 }
 
 void test_what_the_interrupts_cost_on_a_full_bus() {
-  const std::map<int, const char *> modes = {
-      {9, "cyclic velocity"}, {8, "cyclic position"}, {FullBus::kProfilePosition, "profile position"}};
+  const std::map<int, const char *> modes = {{9, "cyclic velocity"},
+                                             {8, "cyclic position"},
+                                             {FullBus::kProfilePosition, "profile position"},
+                                             {FullBus::kCyclicTorque, "cyclic torque"},
+                                             {FullBus::kTracking, "tracking"}};
   TEST_MESSAGE("| mode | interrupt | times | instructions, typical | worst | cycles, typical | worst |");
   for (const auto& [mode, name] : modes) {
     BoardRig rig(bench::tracker_plant());
@@ -369,19 +414,24 @@ void test_what_the_interrupts_cost_on_a_full_bus() {
   }
 }
 
+// The bus with which an axis can change between these modes; csp needs the RPDO that tracking takes for pictures.
+struct ModeChanges {
+  int bus;
+  std::vector<int> modes;
+};
+
 // Every pair of modes, with both axes turning, in one RPDO per axis: the tick that closes another loop does more.
-void test_a_tick_that_changes_the_mode_is_in_time() {
-  constexpr int kModes[] = {1, 3, 8, 9};
+void check_changes(const ModeChanges& changes) {
   BoardRig rig(bench::tracker_plant());
   boot(rig);
-  FullBus bus(rig, kCyclicVelocity);
+  FullBus bus(rig, changes.bus);
   for (int i = 0; i < 100; ++i) {
     bus.pass_ms();
   }
   auto& core = rig.machine.chip().core;
   core.costs().clear();
-  for (const int from : kModes) {
-    for (const int to : kModes) {
+  for (const int from : changes.modes) {
+    for (const int to : changes.modes) {
       for (const int mode : {from, to}) {
         bus.set_mode(mode);
         for (int i = 0; i < 15; ++i) {
@@ -403,6 +453,11 @@ void test_a_tick_that_changes_the_mode_is_in_time() {
   TEST_ASSERT_TRUE(end_us < 100.0);
   TEST_ASSERT_EQUAL_INT(0, rig.machine.chip().resets());
   expect_no_violations(rig);
+}
+
+void test_a_tick_that_changes_the_mode_is_in_time() {
+  check_changes({kCyclicVelocity, {1, 3, 8, 9}});
+  check_changes({FullBus::kTracking, {1, 3, 9, FullBus::kTracking}});
 }
 
 }  // namespace

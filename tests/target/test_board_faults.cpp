@@ -5,6 +5,7 @@
 
 #include "board_steps.hpp"
 
+using bench::bits_of;
 using bench::BoardRig;
 using bench::boot_and_turn;
 using bench::expect_no_violations;
@@ -12,6 +13,7 @@ using bench::expect_safe_reset;
 using bench::kSlow_urad_s;
 using bench::kWatchdog_ms;
 using bench::turn;
+using bench::unlock;
 namespace sim = trackservo::sim;
 namespace target = trackservo::target;
 
@@ -142,14 +144,6 @@ void test_an_over_current_switches_its_bridge_off_within_two_periods() {
   rig.machine.set_short_current(0, 0.0);
   expect_that_it_comes_back(rig);
 }
-
-std::uint32_t bits_of(float value) {
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  return bits;
-}
-
-void unlock(BoardRig& rig) { TEST_ASSERT_TRUE(rig.client.write(0x3040, 1, 0x6E65706F, 4)); }
 
 // 3060: below the end of the range, the threshold decides; and it defines the value of a count.
 void test_the_boards_scales_decide_what_a_current_is() {
@@ -308,7 +302,7 @@ void test_a_clock_1_percent_off_sync_is_reported_and_stops_no_axis() {
     int passed_ms = 0;
     for (; rig.client.emergencies().empty() && passed_ms <= kMaxLatency_ms; ++passed_ms) {
       if (passed_ms % period_ms == 0) {
-        rig.client.send(can_frame{0x080, 0, 0, {}});
+        rig.client.send(can_frame{0x080, 0, 0, {}, 0});
       }
       turn(rig, 1);
     }

@@ -100,6 +100,10 @@ void expect_parity_reset(BoardRig& rig, const char *what) {
   expect_no_violations(rig);
 }
 
+constexpr std::uint16_t kOptionBytes = 0x5500;
+constexpr std::uint8_t kNoRamParity = 1;
+constexpr std::uint8_t kNoWriteProtection = 2;
+
 constexpr unsigned kDataBit = 13;
 constexpr unsigned kParityBit = target::CortexM4::kParityBit;
 
@@ -154,12 +158,13 @@ void test_a_parity_error_and_a_lock_up_are_connected_to_the_break_inputs() {
 void test_a_flipped_bit_of_the_hot_code_is_found_without_parity_as_well() {
   constexpr int kRound_ms = 1000;
   BoardRig rig(bench::tracker_plant());
-  rig.machine.chip().flash.set_options(target::FlashInterface::kOptionsAtDelivery, 0x7F);
+  rig.machine.chip().flash.set_options(target::FlashInterface::kOptionsAtDelivery,
+                                       target::FlashInterface::kNothingProtected);
   boot_and_turn(rig);
-  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, 0x5500, 1), "the option byte is not reported");
+  TEST_ASSERT_TRUE_MESSAGE(has_heard(rig, kOptionBytes, kNoRamParity | kNoWriteProtection), "they are not reported");
   TEST_ASSERT_EQUAL_UINT32(0, rig.client.read(0x3061, 1).value() & 0x70U);
   rig.client.forget();
-  rig.machine.chip().flip_ram_bit((address_of("hot_code_end") - 4) & ~3U, 3);  // nobody runs it
+  rig.machine.chip().flip_ram_bit(address_of("tim1_brk_interrupt") & ~3U, 3);  // runs at a driver's fault only
   int passed_ms = 0;
   while (passed_ms < 2 * kRound_ms && !has_heard(rig, kImageDamaged, kImageDamagedFault)) {
     turn(rig, 1);

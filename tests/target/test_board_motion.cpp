@@ -73,31 +73,6 @@ double rms_difference_deg_s(const sim::Trace& a, const sim::Trace& b, std::size_
   return std::sqrt(sum / rows) / sim::kRadPerDeg;
 }
 
-// The plant's motion, loads and friction, measured without noise: encoder, current and duty are still quantised.
-sim::PlantConfig without_sensor_noise(sim::PlantConfig plant) {
-  for (sim::AxisConfig& axis : plant.axis) {
-    axis.encoder.jitter_rms_rad = 0.0;
-    axis.gyro.noise_density_rad_s_rthz = 0.0;
-  }
-  plant.adc.current_noise_rms_a = 0.0;
-  plant.adc.voltage_noise_rms_v = 0.0;
-  return plant;
-}
-
-// Also without quantisation.
-sim::PlantConfig without_quantisation(const sim::PlantConfig& plant) {
-  constexpr int kFineEncoder_bits = 32;
-  constexpr int kFineAdc_bits = 24;
-  constexpr int kFinePwm_counts = 1'000'000;
-  sim::PlantConfig fine = without_sensor_noise(plant);
-  for (sim::AxisConfig& axis : fine.axis) {
-    axis.encoder.resolution_bits = kFineEncoder_bits;
-  }
-  fine.adc.resolution_bits = kFineAdc_bits;
-  fine.supply.pwm_counts = kFinePwm_counts;
-  return fine;
-}
-
 struct Motion {
   std::string name;
   Speed speed;
@@ -122,12 +97,8 @@ sim::Trace on_board(const sim::PlantConfig& plant, const Motion& motion) {
   return trace;
 }
 
-// Board and host are two machines with the same wind and friction and with their own measuring errors. The effect of
-// such errors on the motion is measured on the host: the rms s of its rate relative to a host without them. Two of them
-// differ by s times the square root of two; the board's gyro is read at another time of the tick, hence 2 s. A peak
-// moves by about twice the rms of the added signal, on each side: 4 s.
-constexpr double kMaxDifference = 2.0;
-constexpr double kMaxPeakDifference = 4.0;
+// A peak moves by about twice the rms of the added signal, on each side.
+constexpr double kMaxPeakDifference = 2.0 * bench::kMaxDifference;
 
 void compare(const Motion& motion, const sim::PlantConfig& plant, const sim::PlantConfig& without_errors) {
   const sim::Trace expected = on_host(plant, motion);
@@ -143,9 +114,9 @@ void compare(const Motion& motion, const sim::PlantConfig& plant, const sim::Pla
         fmt::format("{}, {}: peak error {:.5f} deg/s, host {:.5f} (+-{:.5f} allowed); rates differ by {:.5f} rms "
                     "({:.5f} allowed)",
                     motion.name, sim::axis_name(axis), board_peak_deg_s, host_peak_deg_s, kMaxPeakDifference * s_deg_s,
-                    difference_deg_s, kMaxDifference * s_deg_s)
+                    difference_deg_s, bench::kMaxDifference * s_deg_s)
             .c_str());
-    TEST_ASSERT_TRUE_MESSAGE(difference_deg_s <= kMaxDifference * s_deg_s, "the rates differ");
+    TEST_ASSERT_TRUE_MESSAGE(difference_deg_s <= bench::kMaxDifference * s_deg_s, "the rates differ");
     TEST_ASSERT_DOUBLE_WITHIN(kMaxPeakDifference * s_deg_s, host_peak_deg_s, board_peak_deg_s);
   }
 }
@@ -153,13 +124,13 @@ void compare(const Motion& motion, const sim::PlantConfig& plant, const sim::Pla
 // Only encoder, current and duty in steps: the difference is that of the quantisation.
 void compare_without_noise(const Motion& motion) {
   const sim::PlantConfig plant = bench::tracker_plant();
-  compare(motion, without_sensor_noise(plant), without_quantisation(plant));
+  compare(motion, bench::without_sensor_noise(plant), bench::without_quantisation(plant));
 }
 
 // Like the experiments: with all noise.
 void compare_with_noise(const Motion& motion) {
   const sim::PlantConfig plant = bench::tracker_plant();
-  compare(motion, plant, without_quantisation(plant));
+  compare(motion, plant, bench::without_quantisation(plant));
 }
 
 // The windows of the experiments instead of shorter ones that begin earlier: takes minutes.

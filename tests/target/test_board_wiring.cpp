@@ -76,6 +76,11 @@ constexpr Promise kPromises[] = {
     {0x40004808, 0x1000, 0x1000, "pitch: a byte of the gyro that comes too early does not stop the receiver"},
     {0x40020008, 0x3000, 0x2000, "azimuth: what the encoder sends goes before what is sent to it"},
     {0x40020030, 0x3000, 0x2000, "pitch: what the encoder sends goes before what is sent to it"},
+    {0x40000C18, 0xFF00, 0xF100, "TIM5 captures the strobe behind its filter"},
+    {0x40000C20, 0x30, 0x10, "TIM5 captures rising edges"},
+    {0x40020430, 0x7FFF, 0xAA1, "the strobe's captures of 32 bits go into a ring"},
+    {0x40020434, 0xFFFF, 32, "the ring of the strobe has 32 places"},
+    {0x40006420, 0xF0003, 1, "FDCAN1 stamps frames in bits"},
 };
 
 // The function of each pin in the board's table, and where its pull must hold an open wire. Gates and a driver's fault
@@ -94,7 +99,7 @@ constexpr PinPromise kPins[] = {
     {'A', 7, 4, 2, 1}, {'C', 7, 4, 2, 1},  {'B', 0, 4, 2, 1},  {'B', 12, 6, 2, 0}, {'A', 6, 4, 2, 0},
     {'B', 3, 5, 0, 1}, {'B', 4, 5, 2, 0},  {'C', 10, 6, 0, 1}, {'C', 11, 6, 2, 0}, {'C', 4, 7, 0, 0},
     {'C', 5, 7, 1, 0}, {'B', 10, 7, 0, 0}, {'B', 11, 7, 1, 0}, {'A', 11, 9, 1, 0}, {'A', 12, 9, 0, 1},
-    {'C', 3, 6, 2, 0}, {'B', 6, 10, 2, 0},
+    {'C', 3, 6, 2, 0}, {'B', 6, 10, 2, 0}, {'C', 12, 1, 2, 0},
 };
 
 // STO channel A, both read-backs, both contacts, the button: read, and low when the wire is broken.
@@ -193,19 +198,41 @@ std::string broken_filter(BoardRig& rig) {
     rig.client.pass(3);
     return rig.machine.chip().fdcan1.accepted() - before;
   };
-  const std::vector<can_frame> foreign = {{0x581, 0, 8, {}},
-                                          {0x6E0, 0, 8, {}},
-                                          {0x7E4, 0, 8, {}},
-                                          {0x601, CAN_FRAME_REMOTE, 8, {}},
-                                          {0x601, CAN_FRAME_EXTENDED, 8, {}},
-                                          {0x601, CAN_FRAME_EXTENDED | CAN_FRAME_REMOTE, 8, {}}};
-  const std::vector<can_frame> heard = {{0x000, 0, 2, {1, 1}}, {0x080, 0, 0, {}}, {0x181, 0, 0, {}},
-                                        {0x57F, 0, 0, {}},     {0x680, 0, 0, {}}, {0x6DF, 0, 0, {}},
-                                        {0x77F, 0, 1, {5}},    {0x7E5, 0, 8, {}}};
+  const std::vector<can_frame> foreign = {{0x581, 0, 8, {}, 0},
+                                          {0x6E0, 0, 8, {}, 0},
+                                          {0x7E4, 0, 8, {}, 0},
+                                          {0x601, CAN_FRAME_REMOTE, 8, {}, 0},
+                                          {0x601, CAN_FRAME_EXTENDED, 8, {}, 0},
+                                          {0x601, CAN_FRAME_EXTENDED | CAN_FRAME_REMOTE, 8, {}, 0}};
+  const std::vector<can_frame> heard = {{0x000, 0, 2, {1, 1}, 0}, {0x080, 0, 0, {}, 0}, {0x181, 0, 0, {}, 0},
+                                        {0x57F, 0, 0, {}, 0},     {0x680, 0, 0, {}, 0}, {0x6DF, 0, 0, {}, 0},
+                                        {0x77F, 0, 1, {5}, 0},    {0x7E5, 0, 8, {}, 0}};
   if (accepted_of(foreign) != 0) {
     return "a frame that is not for the node passes the filters";
   }
   return accepted_of(heard) == static_cast<int>(heard.size()) ? "" : "a frame for the node does not pass the filters";
+}
+
+// Each edge of the strobe is counted, and stamped with the clock, which counts us.
+std::string broken_strobe(BoardRig& rig) {
+  constexpr std::uint32_t kEdges = 40;  // more than the ring holds
+  constexpr std::uint32_t kClock = 0x40000C24;
+  const std::uint32_t begin_us = rig.machine.chip().bus.read(kClock, 4);
+  for (std::uint32_t i = 0; i < kEdges; ++i) {
+    rig.machine.strobe();
+    rig.client.pass(1);
+  }
+  if (!is_near(rig.machine.chip().bus.read(kClock, 4) - begin_us, 1000.0 * kEdges, 2.0)) {
+    return "TIM5 does not count us";
+  }
+  const std::uint32_t last_us = rig.machine.chip().bus.read(kClock, 4);
+  rig.machine.strobe();
+  rig.client.pass(2);
+  if (rig.client.read(0x3074, 4) != last_us) {
+    return "an edge of the strobe is not stamped with the clock";
+  }
+  return rig.client.read(0x3074, 5) == kEdges + 1 && rig.client.read(0x3074, 11) == 0U ? ""
+                                                                                       : "edges of the strobe are lost";
 }
 
 // The first error found; empty when there is none.
@@ -223,6 +250,9 @@ std::string flaw_of(BoardRig& rig) {
   }
   if (const std::string promise = broken_promise(chip); !promise.empty()) {
     return promise;
+  }
+  if (const std::string strobe = broken_strobe(rig); !strobe.empty()) {
+    return strobe;
   }
   rig.client.start_node();
   rig.client.pass(3);

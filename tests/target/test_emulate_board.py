@@ -24,8 +24,9 @@ def read(bus, index, sub):
     bus.send(can.Message(arbitration_id=0x601, data=request, is_extended_id=False))
     while (message := bus.recv(20.0)) is not None:
         if message.arbitration_id == 0x581:
-            assert message.data[0] == 0x43
-            return int.from_bytes(message.data[4:], "little", signed=True)
+            assert message.data[0] & 0xE3 == 0x43, message
+            unused_bytes = message.data[0] >> 2 & 3
+            return int.from_bytes(message.data[4:8 - unused_bytes], "little", signed=True)
     raise AssertionError("no answer")
 
 

@@ -87,6 +87,9 @@ class HostNode {
     table.release_brake = [](void *, int, bool) {};
     table.brake_is_released = [](void *, int) { return false; };
     table.status = [](void *) { return 0U; };
+    table.clock_us = [](void *) { return 0U; };
+    table.tick_us = [](void *) { return 0U; };
+    table.take_strobes = [](void *, hal_strobes *strobes) { *strobes = {}; };
     return table;
   }
 

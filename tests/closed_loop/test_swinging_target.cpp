@@ -1,0 +1,184 @@
+// The oscillation monitor in mode -1: a target may swing and jump, and the axes with it; a loop that shakes its axis is
+// found in spite of the target.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <functional>
+
+#include "fault_injection/driven_node.hpp"
+#include "fault_injection/shaking_gains.hpp"
+#include "unity.h"
+
+namespace sim = trackservo::sim;
+
+extern "C" void setUp() {}
+extern "C" void tearDown() {}
+
+namespace {
+
+constexpr int kFrameTicks = 20;
+constexpr int kApplied = 1500;  // tick after which gains count
+constexpr double kPicture_rad = 0.032;
+constexpr double kTwoPi = 6.283185307179586;
+constexpr double kDegPerRad = 360.0 / kTwoPi;
+
+const sim::NodeSetup& setup() {
+  static const sim::NodeSetup made(sim::load_plant("sim_host/plants/tracker.toml"));
+  return made;
+}
+
+// The azimuth follows a target in pictures that are 20 ms old; the pitch tracks as well, or holds its rate.
+class Film {
+ public:
+  explicit Film(bool both) : both_(both), node_(setup(), 1, {0.0, 0.0}) {}
+
+  sim::DrivenNode& node() { return node_; }
+
+  void enable() {
+    if (both_) {
+      node_.enable(DRIVE_TRACKING);
+    } else {
+      node_.enable({DRIVE_TRACKING, DRIVE_CYCLIC_VELOCITY});
+    }
+  }
+
+  // The target is at this joint angle of the azimuth.
+  void tick(double target_rad) {
+    if (ticks_++ % kFrameTicks == 0) {
+      const bool found = std::abs(seen_rad_) < kPicture_rad;
+      node_.write(sim::kAzimuth, 0x3070, 1, found ? static_cast<int>(std::lround(seen_rad_ * 1e6)) : 0);
+      node_.write(sim::kAzimuth, 0x3070, 3, kFrameTicks * 100);
+      node_.write(sim::kAzimuth, 0x3070, 4, found ? 100 : 0);
+      node_.write(sim::kAzimuth, 0x3070, 5, ++counter_ % 256);
+      seen_rad_ = target_rad - node_.machine().truth().joint_angle_rad[sim::kAzimuth];
+    }
+    if (!both_) {
+      node_.set_rate(sim::kPitch, 0.0);
+    }
+    node_.tick();
+    fastest_rad_s_ = std::max(fastest_rad_s_, std::abs(rate_rad_s()));
+  }
+
+  double angle_rad() const { return node_.machine().truth().joint_angle_rad[sim::kAzimuth]; }
+  double rate_rad_s() const { return node_.machine().truth().joint_rate_rad_s[sim::kAzimuth]; }
+  double fastest_rad_s() const { return fastest_rad_s_; }
+  fault_id fault() const { return node_.axis(sim::kAzimuth).drive.fault; }
+
+ private:
+  bool both_;
+  sim::DrivenNode node_;
+  double seen_rad_ = 0;
+  double fastest_rad_s_ = 0;
+  int counter_ = 0;
+  int ticks_ = 0;
+};
+
+struct Swing {
+  double frequency_hz;
+  double target_rad_s;
+  double min_rad_s;  // that the axis makes of it
+  bool both;
+};
+
+// Before, each of these ended with fault 40 within 3 s.
+void test_a_target_that_swings_stops_no_axis() {
+  for (const Swing& one : {Swing{0.7, 0.2, 0.2, false}, Swing{1.0, 0.02, 0.02, false}, Swing{1.0, 0.2, 0.2, true},
+                           Swing{2.0, 0.05, 0.03, true}, Swing{4.0, 0.2, 0.05, false}, Swing{8.0, 0.2, 0.02, true}}) {
+    Film film(one.both);
+    film.enable();
+    for (int i = 0; i < 4000; ++i) {
+      const double time_s = i * sim::kTick_s;
+      const double omega_rad_s = kTwoPi * one.frequency_hz;
+      film.tick(std::fmin(1.0, time_s) * one.target_rad_s / omega_rad_s * std::sin(omega_rad_s * time_s));
+    }
+    const std::string text =
+        fmt::format("{:g} Hz, {:g} rad/s, {}: axis up to {:.3f} rad/s, fault {}", one.frequency_hz, one.target_rad_s,
+                    one.both ? "both axes" : "azimuth", film.fastest_rad_s(), static_cast<int>(film.fault()));
+    std::printf("%s\n", text.c_str());
+    TEST_ASSERT_EQUAL_MESSAGE(FAULT_NONE, film.fault(), text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(film.fastest_rad_s() > one.min_rad_s, text.c_str());
+  }
+}
+
+// A target at the edge of the picture that runs ahead of the axis: each frame corrects the set-point in the same
+// direction, and the torque swings with the frames, by more than half of the motor's.
+void test_a_target_that_stays_ahead_stops_no_axis() {
+  for (const bool both : {false, true}) {
+    Film film(both);
+    film.node().write(sim::kAzimuth, 0x60A4, 1, 1'000'000'000);
+    film.node().write(sim::kAzimuth, 0x6083, 0, 3'000'000);
+    film.enable();
+    double highest_nm = 0.0;
+    double lowest_nm = 0.0;
+    for (int i = 0; i < 1500; ++i) {
+      film.tick(film.angle_rad() + 0.025);
+      if (i > 300) {
+        const auto torque_nm = static_cast<double>(film.node().node().board.app.axis[sim::kAzimuth].commanded_nm);
+        highest_nm = std::max(highest_nm, torque_nm);
+        lowest_nm = std::min(lowest_nm, torque_nm);
+      }
+    }
+    std::printf("%.1f to %.1f Nm, up to %.2f rad/s, fault %d\n", lowest_nm, highest_nm, film.fastest_rad_s(),
+                static_cast<int>(film.fault()));
+    TEST_ASSERT_EQUAL(FAULT_NONE, film.fault());
+    TEST_ASSERT_TRUE(highest_nm - lowest_nm > 20.0);
+  }
+}
+
+struct Case {
+  const char *name;
+  std::function<void(axis_parameters&)> write;
+};
+
+// In tracking a gain that shakes is taken back as fast as at a commanded rate: within 0.5 s, with 3 deg/s at most.
+void test_gains_that_shake_are_taken_back_while_a_target_moves() {
+  const Case cases[] = {
+      {"low-pass 20 Hz", [](axis_parameters& p) { p.filters.lowpass_hz = 20.0F; }},
+      {"Kp 20000", [](axis_parameters& p) { p.speed_loop.proportional_nm_s_rad = 20000.0F; }},
+      {"Kp x 10", [](axis_parameters& p) { p.speed_loop.proportional_nm_s_rad *= 10.0F; }},
+      {"Ki 1e8", [](axis_parameters& p) { p.speed_loop.integral_nm_rad = 1e8F; }},
+      {"tracking loop faster than a soft speed loop",
+       [](axis_parameters& p) {
+         p.tracking_loop.proportional_per_s = 100.0F;
+         p.speed_loop.proportional_nm_s_rad *= 0.1F;
+         p.speed_loop.integral_nm_rad *= 0.01F;
+       }},
+  };
+  for (const Case& shaking : cases) {
+    Film film(false);
+    film.enable();
+    axis_tuning& tuning = film.node().node().axis[sim::kAzimuth].tuning;
+    int ticks = 0;
+    double target_rad = 0.0;
+    double peak_rad_s = 0.0;
+    for (; ticks <= kApplied || (ticks < 4000 && !tuning.proven_is_active && film.fault() == FAULT_NONE); ++ticks) {
+      const double target_rad_s = 0.1 * std::fmin(1.0, ticks * sim::kTick_s);
+      target_rad += target_rad_s * sim::kTick_s;
+      film.tick(target_rad);
+      peak_rad_s = std::max(peak_rad_s, ticks < kApplied ? 0.0 : std::abs(film.rate_rad_s() - target_rad_s));
+      if (ticks == kApplied) {
+        servo_board& board = film.node().node().board;
+        tuning.staged = tuning.active;
+        shaking.write(tuning.staged);
+        TEST_ASSERT_EQUAL(CONTROL_OK, axis_tuning_apply(&tuning, &board.app.axis[sim::kAzimuth],
+                                                        &board.app.params.axis[sim::kAzimuth], SERVO_TICK_S));
+      }
+    }
+    const std::string text = fmt::format("{}: {} ms after the gains, peak {:.2f} deg/s, fault {}", shaking.name,
+                                         ticks - kApplied - 1, peak_rad_s * kDegPerRad, static_cast<int>(film.fault()));
+    std::printf("%s\n", text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(tuning.proven_is_active && film.fault() == FAULT_NONE, text.c_str());
+    TEST_ASSERT_TRUE_MESSAGE(ticks - kApplied - 1 <= 500 && peak_rad_s * kDegPerRad <= 3.0, text.c_str());
+  }
+}
+
+}  // namespace
+
+int main() {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_target_that_swings_stops_no_axis);
+  RUN_TEST(test_a_target_that_stays_ahead_stops_no_axis);
+  RUN_TEST(test_gains_that_shake_are_taken_back_while_a_target_moves);
+  return UNITY_END();
+}

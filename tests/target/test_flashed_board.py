@@ -1,0 +1,46 @@
+"""The image on the emulated board: with the option bytes that tools/image/board writes, and as ST ships the chip."""
+
+import os
+import pathlib
+import re
+import subprocess
+
+import pytest
+
+import test_emulate_board as emulated
+
+BOARD = pathlib.Path(__file__).parents[2] / "tools/image/board"
+DELIVERED = {0x20: 0xFFEFF8AA, 0x2C: 0xFF00FFFF}
+OPTION_BYTES_EMCY = 0x5500
+RAM_PARITY, WRITE_PROTECTION = 16, 32
+
+
+def flashed(action: str) -> dict[int, int]:
+    """OPTR and WRP1AR of a chip as delivered, after the commands of this action of OpenOCD."""
+    registers = dict(DELIVERED)
+    printed = subprocess.run([BOARD, "--dry-run", "openocd", action, pathlib.Path(emulated.IMAGE).with_suffix("")],
+                             check=True, capture_output=True, text=True).stdout
+    for offset, value, mask in re.findall(r"option_write 0 (\w+) (\w+) (\w+)", printed):
+        at, mask = int(offset, 0), int(mask, 0)
+        registers[at] = registers[at] & ~mask | int(value, 0) & mask
+    return registers
+
+
+@pytest.mark.parametrize("registers, detail, status", [
+    (flashed("flash"), None, RAM_PARITY | WRITE_PROTECTION),
+    (DELIVERED, 3, 0),
+    (DELIVERED | {0x20: flashed("flash")[0x20]}, 2, RAM_PARITY),  # by st-flash
+], ids=["openocd", "delivered", "st-flash"])
+def test_a_board_without_its_option_bytes_reports_them(registers, detail, status):
+    options = [str(registers[0x20]), str(registers[0x2C])]
+    with subprocess.Popen([os.environ["EMULATE_BOARD"], emulated.IMAGE, "--option-bytes", *options, "--until-stdin-ends",
+                           "--speed", "0"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as board:
+        address = board.stdout.readline().strip().removeprefix("slcan-tcp:")
+        assert board.stdout.readline() == "ready\n"
+        with emulated.open_bus(address) as bus:
+            errors = [emulated.read(bus, 0x1003, entry) & 0xFFFFFFFF for entry in range(1, emulated.read(bus, 0x1003, 0) + 1)]
+            assert emulated.read(bus, 0x3061, 1) & (RAM_PARITY | WRITE_PROTECTION) == status
+        board.stdin.close()
+        assert board.wait(timeout=60) == 0
+    found = [error >> 16 & 0xFF for error in errors if error & 0xFFFF == OPTION_BYTES_EMCY]
+    assert found == ([] if detail is None else [detail]), [hex(error) for error in errors]
