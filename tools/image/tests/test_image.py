@@ -204,6 +204,7 @@ def test_more_than_the_budget_is_reported(monkeypatch, capsys):
 
 @pytest.mark.parametrize("runner, action, sentence", [
     ("openocd", "fly", "unknown action 'fly' for runner 'openocd'"),
+    ("dfu", "options", "unknown action 'options' for runner 'dfu'"),
     ("dfu", "debug", "the boot loader cannot debug"),
 ])
 def test_what_cannot_be_done_with_the_board_is_said_in_one_sentence(runner, action, sentence):
@@ -215,7 +216,8 @@ def test_what_cannot_be_done_with_the_board_is_said_in_one_sentence(runner, acti
 @pytest.mark.parametrize("there", [True, False])
 def test_a_missing_program_or_board_is_said_in_one_sentence(runner, program, there, tmp_path):
     """A program of that name that finds no board, or no such program."""
-    for tool in ("bash", "dirname", "mkdir", "grep"):
+    (tmp_path / "python3").symlink_to(pathlib.Path(sys.executable).resolve())
+    for tool in ("bash", "dirname", "mkdir", "grep", "rm"):
         found = subprocess.run(["bash", "-c", f"command -v {tool}"], check=True, capture_output=True, text=True).stdout.strip()
         (tmp_path / tool).symlink_to(found)
     if there:

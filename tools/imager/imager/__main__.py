@@ -1,15 +1,11 @@
 """`python -m imager`, and the command that pip installs."""
 
-import sys
+from servoctl.start import start
 
 
 def run() -> None:
-    """Ctrl-C while the libraries are still being read ends it as quietly as later."""
-    try:
-        from .cli import run as run_command
-    except KeyboardInterrupt:
-        sys.exit(130)
-    run_command()
+    """The entry point that pip installs."""
+    start("imager.cli")
 
 
 if __name__ == "__main__":

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import signal
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import can
 import click
@@ -21,12 +22,23 @@ from servoctl.tracking import DROPS
 
 from . import __version__
 from .camera_frame import AGE, NODE_CLOCK, FrameSender, Result
+from .detector import check_size
 from .errors import ImagerError
 from .follower import TRACKERS, Follower, Sighting
 from .picture import DEFAULT_PIXEL_URAD, Optics, Picture
 from .recorder import Recorder
 from .sources import NewestPicture, Source, VideoSource, open_source
 from .statistics import Statistics
+
+class _Number(click.FloatRange):
+    """Refuses nan, which is in every range of click."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        found = float(super().convert(value, param, ctx))
+        if not math.isfinite(found):
+            self.fail(f"{value} is not a finite number.", param, ctx)
+        return found
+
 
 BAD_INPUT, INTERNAL = 2, 70
 THREAD_SWITCH_S = 5e-4
@@ -53,13 +65,17 @@ def process(
     statistics = Statistics()
     start_s = next_status_s = time.monotonic()
     number = 0
+    shape: tuple[int, ...] = ()
     with contextlib.suppress(KeyboardInterrupt):
         for picture in pictures:
+            shape = shape or picture.grey.shape
+            check_size(picture.grey.shape, shape)
             sighting = follower.take(picture.grey, max(1, picture.number - number))
             number = picture.number
             error_rad = settings.optics.error(sighting.column, sighting.row, picture.grey.shape)
             delay_s = _send(source, picture, sighting, error_rad, settings, sender)
             statistics.take(sighting, error_rad, delay_s)
+            statistics.shape = shape
             if recorder is not None:
                 recorder.write(picture, sighting, error_rad)
             now_s = time.monotonic()
@@ -99,6 +115,13 @@ def _summary(
     click.echo(f"pictures: {statistics.pictures}, skipped because newer ones had come: {pictures.skipped}")
     click.echo(f"delay, {delay}: {statistics.delay()}")
     click.echo(f"{statistics.errors(settings.optics.pixel_rad)}.")
+    if statistics.shape and not statistics.found:
+        height, width = statistics.shape[:2]
+        across, up = (0.5e3 * side * settings.optics.pixel_rad for side in (width, height))
+        click.echo(
+            f"The picture shows ±{across:.1f} by ±{up:.1f} mrad around the line of sight (--pixel-urad): a cue that is further off"
+            " does not show the target. Nothing in it stood out from its surroundings."
+        )
     if sender is not None:
         report = sender.report()
         taken, dropped = report.taken - sender.at_start.taken, report.dropped - sender.at_start.dropped
@@ -117,15 +140,15 @@ def _summary(
 @click.option("--node", type=click.IntRange(1, 127), default=1, show_default=True, help="Node id.")
 @click.option("--bitrate", type=click.Choice([str(rate) for rate in BIT_RATES]), default="1000000", show_default=True)
 @click.option("--record", type=click.Path(dir_okay=False, path_type=Path), help="Write a video with overlay (.avi, .mp4, .mkv).")
-@click.option("--pixel-urad", type=click.FloatRange(0.01, 1e4), default=DEFAULT_PIXEL_URAD, show_default=True,
+@click.option("--pixel-urad", type=_Number(0.01, 1e4), default=DEFAULT_PIXEL_URAD, show_default=True,
               help="Angle of one pixel in the middle of the picture: its size / focal length.")  # fmt: skip
 @click.option("--azimuth-grows", type=click.Choice(["left", "right"]), default="left", show_default=True,
               help="Side of the picture where the azimuth is larger.")  # fmt: skip
 @click.option("--tracker", type=click.Choice(TRACKERS), default="kcf", show_default=True,
               help="OpenCV's tracker that takes over where the target does not stand out.")  # fmt: skip
-@click.option("--camera-delay", type=click.FloatRange(0.0, 100.0), default=0.0, show_default=True,
+@click.option("--camera-delay", type=_Number(0.0, 100.0), default=0.0, show_default=True,
               help="From the middle of the exposure to the picture's time stamp, ms.")  # fmt: skip
-@click.option("--seconds", type=click.FloatRange(0.1), help="End after so many seconds.")
+@click.option("--seconds", type=_Number(0.1), help="End after so many seconds.")
 @click.option("--quiet", is_flag=True, help="No line each second.")
 @click.version_option(__version__, message="imager %(version)s")
 def imager(

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .centroid import Blob, find_in_window
+from .errors import ImagerError
 from .picture import Grey
 
 SURROUNDINGS_PX = 31
@@ -25,6 +26,17 @@ SMALLEST_SIDE_PX = 28
 LOWEST_DEVIATION = 1.0
 """Grey levels: less is not noise of a camera."""
 _LEVELS = 5
+
+
+def check_size(shape: tuple[int, ...], first: tuple[int, ...]) -> None:
+    """Raises ImagerError for a picture that is too small, or has another size than the first one."""
+    height, width = shape[:2]
+    if min(height, width) < SMALLEST_SIDE_PX:
+        raise ImagerError(f"the pictures have {width} x {height} pixels; a target can be found in {SMALLEST_SIDE_PX} x {SMALLEST_SIDE_PX} or more.")
+    if shape != first:
+        raise ImagerError(
+            f"the pictures change from {first[1]} x {first[0]} to {width} x {height} pixels; the source must keep one size."
+        )
 
 
 def _around(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

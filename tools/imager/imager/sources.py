@@ -24,6 +24,7 @@ SIMULATOR = "pgm-tcp:"
 CONNECT_S = 3.0
 RECEIVE_BUFFER_BYTES = 1 << 18
 """About a picture: if we are late, the simulator drops pictures, and none waits here until it is old."""
+LARGEST_SIDE_PX = 16384
 SILENCE_S = 5.0
 """Without a picture for so long, the source is broken."""
 _BUFFERED_STAMP_S = 1.0
@@ -100,7 +101,8 @@ class VideoSource:
 
     def __init__(self, file: Path) -> None:
         if not file.is_file():
-            raise ImagerError(f"the video '{file}' does not exist; expected {FORMS}.")
+            what = "is not a file" if file.exists() else "does not exist"
+            raise ImagerError(f"the video '{file}' {what}; expected {FORMS}.")
         self._file = file
         self._capture = cv2.VideoCapture(str(file), cv2.CAP_FFMPEG)
         if not self._capture.isOpened():
@@ -179,8 +181,10 @@ def read_pgm(stream: BinaryIO) -> Picture | None:
                 raise ValueError("a picture's size is not a number")
             numbers += map(int, words)
     width, height, white = numbers
-    if white != 255 or width < 1 or height < 1:
-        raise ValueError(f"a picture of {width} x {height} with white {white}: expected grey levels of 8 bits")
+    if white != 255 or not 1 <= width <= LARGEST_SIDE_PX or not 1 <= height <= LARGEST_SIDE_PX:
+        raise ValueError(
+            f"a picture of {width} x {height} with white {white}: expected grey levels of 8 bits and sides up to {LARGEST_SIDE_PX}"
+        )
     if "exposure_us" not in comments:
         raise ValueError("a picture has no comment line '# exposure_us MICROSECONDS'")
     data = stream.read(width * height)
@@ -192,6 +196,8 @@ def read_pgm(stream: BinaryIO) -> Picture | None:
 
 def open_source(text: str) -> Source:
     """Raises ImagerError."""
+    if not text:
+        raise ImagerError(f"the source is empty; expected {FORMS}.")
     if text.startswith(SIMULATOR):
         host, _, port = text[len(SIMULATOR) :].rpartition(":")
         if not port.isdigit() or not 0 < int(port) < 65536:

@@ -13,6 +13,7 @@ class Statistics:
     def __init__(self) -> None:
         self.pictures = 0
         self.losses = 0
+        self.shape: tuple[int, ...] = ()
         self._delays_s: list[float] = []
         self._errors_rad: list[tuple[float, float]] = []
         self._noise_px: list[float] = []
@@ -27,6 +28,11 @@ class Statistics:
             self._noise_px.append(sighting.noise_px)
         self.losses += self._had_target and not sighting.quality
         self._had_target = sighting.quality > 0
+
+    @property
+    def found(self) -> bool:
+        """In one picture at least."""
+        return bool(self._errors_rad)
 
     def delay(self) -> str:
         """Median, 95 % and largest, in ms."""

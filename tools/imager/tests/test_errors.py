@@ -13,6 +13,8 @@ import cv2
 import numpy as np
 import pytest
 
+from imager.detector import check_size
+from imager.errors import ImagerError
 from imager.sources import read_pgm
 
 from .conftest import run_imager
@@ -65,6 +67,40 @@ def test_with_a_broken_video(tmp_path: Path, video: Path) -> None:
     broken.write_bytes(video.read_bytes()[:6000])  # the head, and a part of the first picture
     text = refused(tmp_path, "broken.avi", "--no-bus")
     assert "'broken.avi'" in text and ("is not a video" in text or "no picture that can be decoded" in text)
+
+
+def test_with_a_folder_instead_of_a_video(tmp_path: Path) -> None:
+    (tmp_path / "clips").mkdir()
+    assert "the video 'clips' is not a file" in refused(tmp_path, "clips", "--no-bus")
+    assert "the source is empty" in refused(tmp_path, "", "--no-bus")
+
+
+@pytest.mark.parametrize("option", ["--pixel-urad", "--camera-delay", "--seconds"])
+def test_with_a_number_that_is_none(tmp_path: Path, video: Path, option: str) -> None:
+    assert f"'{option}': nan is not a finite number" in refused(tmp_path, str(video), "--no-bus", option, "nan")
+
+
+def test_with_pictures_that_are_too_small(tmp_path: Path) -> None:
+    writer = cv2.VideoWriter(str(tmp_path / "tiny.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 50.0, (64, 16))
+    writer.write(np.zeros((16, 64, 3), dtype=np.uint8))
+    writer.release()
+    assert "have 64 x 16 pixels; a target can be found in 28 x 28 or more" in refused(tmp_path, "tiny.avi", "--no-bus")
+
+
+def test_with_pictures_that_change_their_size() -> None:
+    check_size((480, 640), (480, 640))
+    with pytest.raises(ImagerError, match="change from 640 x 480 to 320 x 240 pixels"):
+        check_size((240, 320), (480, 640))
+
+
+def test_without_a_target_it_says_what_the_picture_shows(tmp_path: Path) -> None:
+    writer = cv2.VideoWriter(str(tmp_path / "sky.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 50.0, (WIDTH, HEIGHT))
+    for _ in range(5):
+        writer.write(np.full((HEIGHT, WIDTH, 3), 180, dtype=np.uint8))
+    writer.release()
+    result = run_imager(tmp_path, "sky.avi", "--no-bus")
+    assert result.code == 0
+    assert "the target was never found" in result.out and "±3.7 by ±2.8 mrad around the line of sight" in result.out
 
 
 def test_with_a_stream_that_nobody_serves(tmp_path: Path) -> None:

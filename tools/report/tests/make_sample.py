@@ -51,10 +51,14 @@ def make_sample(folder: Path) -> Path:
         "runs": _runs(folder),
         "margins": _margins(folder),
         "benchmark": {"real_time_factor": 812.0, "core_tick_ns": 640.0},
+        "requirements": _requirements(),
     }  # fmt: skip
     (folder / "results.json").write_text(json.dumps(document, indent=1), encoding="utf-8")
     (folder / "beliefs.json").write_text(json.dumps(_identification_value()), encoding="utf-8")
     (folder / "random_plants.json").write_text(json.dumps(_random_plants()), encoding="utf-8")
+    (folder / "passes.json").write_text(json.dumps(_passes()), encoding="utf-8")
+    (folder / "base_motion.json").write_text(json.dumps(_base_motion()), encoding="utf-8")
+    (folder / "node_tracking.json").write_text(json.dumps(_node_tracking()), encoding="utf-8")
     (folder / "fig9_scan.json").write_text(json.dumps(_fig9_scan()), encoding="utf-8")
     return folder
 
@@ -79,7 +83,7 @@ def _identification_value() -> dict[str, Any]:
 
 def _random_plants() -> dict[str, Any]:
     axis = {
-        "unstable": 1, "unstable_at_zenith": 2, "least_gain_margin_db": 7.25, "least_phase_margin_deg": 39.6,
+        "above_paper": 3, "unstable": 1, "unstable_at_zenith": 2, "least_gain_margin_db": 7.25, "least_phase_margin_deg": 39.6,
         "most_ripple_share": 0.005,
         "errors": [
             {"case": "0.1 deg/s", "unit": "deg/s", "paper": 0.016, "median": 0.009, "percentile_95": 0.013, "largest": 0.017, "above_paper": 3},
@@ -93,9 +97,11 @@ def _random_plants() -> dict[str, Any]:
             "share": 0.3, "numbers": 84,
         },
         "failing": 4,
+        "above_paper": 5,
         "azimuth": axis,
         "pitch": axis,
         "worst": [{"seed": 985, "ratio": 1.21, "factors": {"azimuth.load.wind_gust_rms_nm": 1.29}}],
+        "without_result": [{"seed": 12, "reason": "the firmware refuses the parameters"}],
     }  # fmt: skip
 
 
@@ -212,6 +218,86 @@ def _goal(name: str, judged: bool, value: float, baseline: tuple[float, float] |
     if judged and name == "pi_vob_ftc" and most is not None:
         return "<= " + unit_format.format(most), value <= most
     return None, None
+
+
+def _requirement(command: str, case: str, axis: str | None, metric: str, unit: str, value: float | None, limit: float) -> dict[str, Any]:
+    return {
+        "command": command, "git": "abc1234", "plant": "tracker", "case": case, "axis": axis, "metric": metric, "unit": unit,
+        "statistic": "largest", "value": value, "low": 0.5, "high": value, "seeds": 5, "goal": f"<= {limit:g}",
+        "met": value is not None and value <= limit,
+    }  # fmt: skip
+
+
+def _requirements() -> list[dict[str, Any]]:
+    node, passes = "sim_host node-tracking", "sim_host passes"
+    return [
+        _requirement(node, "fly-by, predictive loop", "azimuth", "sigma", "urad", 2.22, 2.5),
+        _requirement(node, "fly-by, predictive loop", "pitch", "sigma", "urad", 2.75, 3.0),
+        _requirement(node, "fly-by, predictive loop", None, "frames_dropped", "1", 0.0, 0.0),
+        _requirement(passes, "pass at 88 deg, 500 m", None, "time_lost", "s", 4.61, 1.153),
+        _requirement(passes, "pass at 89 deg, 500 m", None, "time_lost", "s", None, 1.5),
+        _requirement("sim_host base-motion", "base turns by 1 deg at 0.3 Hz, pitch 60 deg", "azimuth", "sigma", "urad", 2.1, 14.0),
+    ]
+
+
+def _passes() -> dict[str, Any]:
+    def run(seed: int, sigma: float | None, lost: float | None) -> dict[str, Any]:
+        return {"seed": seed, "cross_elevation_sigma_urad": sigma, "elevation_sigma_urad": sigma, "angle_rms_urad": sigma, "lost_s": lost}
+
+    def one(name: str, goal: str, rate: float | None, runs: list[dict[str, Any]], dropout_s: float = 0.0) -> dict[str, Any]:
+        return {"name": name, "goal": goal, "dropout_s": dropout_s, "fastest_azimuth_deg_s": rate, "optimal_lost_s": 1.0, "runs": runs}
+
+    return {
+        "generator": {"program": "sim_host passes", "git": "abc1234", "plant": "tracker", "seeds": [1, 2]},
+        "goal": {"sigma_urad": 5.0, "lost_per_optimal": 1.2},
+        "passes": [
+            one("60 deg, 500 m", "sigma", 4.0, [run(1, 1.4, 0.0), run(2, 1.6, 0.0)]),
+            one("88 deg, 500 m", "lost", 66.0, [run(1, 90.0, 0.75), run(2, 90.0, 0.79)]),
+            one("90 deg, 500 m", "lost", None, [run(1, 90.0, None), run(2, 90.0, 3.3)]),
+            one("60 deg, 500 m, 1 s without frames", "sigma", 4.0, [run(1, 1.4, 0.0), run(2, 1.6, 0.0)], 1.0),
+            one("60 deg, 500 m, evades 5 m/s2", "none", 4.0, [run(1, 37.0, 0.0), run(2, 38.0, 0.0)]),
+        ],
+    }
+
+
+def _base_motion() -> dict[str, Any]:
+    def tracking(axis: str, sigma: float, met: bool) -> dict[str, Any]:
+        runs = [{"seed": seed, "cross_elevation_sigma_urad": sigma - 0.1 * seed, "elevation_sigma_urad": 1.5} for seed in (1, 2)]
+        return {"base_axis": axis, "frequency_hz": 0.3, "amplitude_deg": 1.0, "pitch_deg": 60.0, "meets_goal": met, "runs": runs}
+
+    def curve(axis: str, feedback: str, residual: list[float], alone: list[float]) -> dict[str, Any]:
+        return {"axis": axis, "feedback": feedback, "amplitude_deg": 0.5, "frequency_hz": [1.0, 5.0], "residual_db": residual, "isolation_db": alone}
+
+    margins = [{"gain_margin_db": gain, "phase_margin_deg": phase} for gain, phase in ((12.1, 49.7), (11.8, 49.2), (6.4, 35.1))]
+    return {
+        "generator": {"program": "sim_host base-motion", "git": "abc1234", "plant": "tracker", "seeds": [1, 2]},
+        "goal": {"sigma_urad": 14.0, "isolation_db": 40.0, "isolation_hz": 1.0, "isolation_deg": 0.5, "gain_margin_db": 6.0, "phase_margin_deg": 40.0},
+        "tracking": [tracking("roll", 2.2, True), tracking("yaw", 20.1, False)],
+        "isolation": [
+            curve(axis, feedback, residual, alone)
+            for axis in ("azimuth", "pitch")
+            for feedback, residual, alone in (("encoder", [-0.1, -1.1], [-0.1, -1.0]), ("gyro", [59.0, 41.0], [74.5, 50.0]))
+        ],
+        "margins": [
+            {"pitch_deg": 89.0, "seal": "sliding", "meets_goal": True, "computed": margins[0], "measured": margins[1], "gains_fixed": margins[2]}
+        ],
+    }
+
+
+def _node_tracking() -> dict[str, Any]:
+    def run(seed: int, sigma: float, lost: float | None = 0.0, **more: float) -> dict[str, Any]:
+        return {"seed": seed, "azimuth_sigma_urad": sigma, "pitch_sigma_urad": sigma + 0.5, "largest_step_nm": 1.25, "lost_s": lost, "frames_dropped": 0, **more}
+
+    by_run = {"azimuth_sigma_by_run_urad": 2.1, "pitch_sigma_by_run_urad": 2.6}
+    age = {"azimuth_sigma_with_right_age_urad": 2.0, "pitch_sigma_with_right_age_urad": 2.4}
+    return {
+        "generator": {"program": "sim_host node-tracking", "git": "abc1234", "plant": "tracker", "seeds": [1, 2]},
+        "cases": [
+            {"name": "fly-by, predictive loop", "meets_goal": True, "runs": [run(1, 2.1, **by_run), run(2, 2.2, **by_run)]},
+            {"name": "pass at 88 deg, 500 m up", "meets_goal": False, "runs": [run(1, 80.0, 4.61), run(2, 80.0, None)]},
+            {"name": "fly-by, stated age +10 ms wrong", "meets_goal": True, "runs": [run(1, 2.0, **age), run(2, 2.1, **age)]},
+        ],
+    }
 
 
 def _sine_and_step_rows(friction: str, name: str, share: float, judged: bool) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ import pytest
 
 from trackservo_report.load import InputError, load_results
 from trackservo_report.markdown import TABLES, update_document
+from trackservo_report.sections import line_of_sight_figures
 
 
 def test_identification_value_shows_means_ranges_and_the_paired_gain(folder: Path) -> None:
@@ -25,6 +26,8 @@ def test_random_plants_show_what_fails_and_what_the_paper_has_not(folder: Path) 
     table = TABLES["random_plants"](load_results(folder))
     assert table is not None
     assert "1,000 plants like `tracker`, with 84 numbers each off by up to 30 %. **4 fail**" in table
+    assert "The pitch error does so on 3 plants, one of the axes on 5." in table.replace("\n", " ")
+    assert "Plants without result, because their runs ended early: 1." in table.replace("\n", " ")
     assert "| Azimuth, 0.1 °/s | 0.00900 | 0.0130 | 0.0170 | 0.0160 | 3 of 1,000 |" in table
     assert "| Pitch, 3 °/s | 0.0100 | 0.0140 | 0.0180 | – | 0 of 1,000 |" in table
     assert "| Azimuth | 1 of 1,000 | 2 of 1,000 | 7.2 dB, 40° | 0.50 % |" in table
@@ -44,3 +47,49 @@ def test_a_file_of_another_program_is_refused(changed: Any) -> None:
     (results.folder / "beliefs.json").write_text(json.dumps({"generator": {"program": "other"}}), encoding="utf-8")
     with pytest.raises(InputError, match="beliefs.json"):
         TABLES["beliefs"](results)
+
+
+def test_passes_show_what_is_required_and_the_worst_seed(folder: Path) -> None:
+    table = TABLES["passes"](load_results(folder))
+    assert table is not None
+    assert "| 60°, 500 m | 4 °/s | 1σ ≤ 5 | 1.50 (1.60) | 1.50 (1.60) | never |" in table
+    assert "| 88°, 500 m | 66 °/s | lost for at most 1.20 s | – | – | 0.79 s |" in table
+    assert "| 90°, 500 m | half a turn | lost for at most 1.20 s | – | – | not found again |" in table
+    assert "| 60°, 500 m, evades 5 m/s² | 4 °/s | for information | 37.5 (38.0) | 37.5 (38.0) | – |" in table
+
+
+def test_a_turning_base_has_a_column_for_each_of_its_axes_and_marks(folder: Path) -> None:
+    table = TABLES["base_tracking"](load_results(folder))
+    assert table is not None
+    assert "| 60° | 1° at 0.3 Hz | 2.10 and 1.50 ✓ | – | 20.00 and 1.50 ✗ |" in table
+
+
+def test_isolation_shows_the_rms_and_the_base_frequency_alone(folder: Path) -> None:
+    table = TABLES["base_isolation"](load_results(folder))
+    assert table is not None
+    assert "| azimuth, gyro | 0.5° | 59 (74) | 41 (50) |" in table
+    assert "| pitch, encoder | 0.5° | 0 (0) | −1 (−1) |" in table
+
+
+def test_margins_over_the_pitch_stand_beside_those_of_gains_that_stay(folder: Path) -> None:
+    table = TABLES["base_margins"](load_results(folder))
+    assert table is not None
+    assert "| 89° | sliding | 12.1 / 11.8 | 49.7 / 49.2 | 6.4 dB, 35.1° |" in table
+
+
+def test_the_isolation_is_a_figure_of_the_page_with_a_tab_for_each_axis(folder: Path, changed: Any) -> None:
+    figures = line_of_sight_figures(load_results(folder))
+    assert [[view.label for view in figure.views] for figure in figures] == [["azimuth", "pitch"]]
+    curve = figures[0].views[0].plot.data[1]
+    assert (curve.name, list(curve.y)) == ("gyro, 0.5°", [59.0, 41.0])
+    results = load_results(changed(lambda data: None))
+    assert line_of_sight_figures(results) == []
+    assert TABLES["base_isolation"](results) is None
+
+
+def test_tracking_in_the_node_stands_beside_its_reference(folder: Path) -> None:
+    table = TABLES["node_tracking"](load_results(folder))
+    assert table is not None
+    assert "| fly-by, predictive loop | 2.20 and 2.70 | by run: 2.10 and 2.60 | never | 1.25 |" in table
+    assert "| pass at 88°, 500 m up | – | – | not found again | 1.25 |" in table
+    assert "| fly-by, stated age +10 ms wrong | 2.10 and 2.60 | with the right age: 2.00 and 2.40 | never | 1.25 |" in table

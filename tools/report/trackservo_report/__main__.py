@@ -7,17 +7,20 @@ import sys
 from pathlib import Path
 
 from .load import InputError, load_results
-from .markdown import update_document
+from .markdown import differing_documents, update_document
 from .page import write_page, write_picture
 from .terminal import make_console, print_results
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """0 when the report was written, whatever the results are; 2 when the input cannot be used."""
+    """0 when the report was written, whatever the results are; 1 when a document differs; 2 when the input cannot be used."""
     parser = argparse.ArgumentParser(prog="trackservo_report", description=__doc__)
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder that 'sim_host experiments --out DIR' wrote")
     parser.add_argument(
         "--update", type=Path, nargs="+", default=[], metavar="FILE", help="also renew the marked tables of these documents"
+    )
+    parser.add_argument(
+        "--check", type=Path, nargs="+", default=[], metavar="FILE", help="exit code 1 if the marked tables of these documents differ from the results"
     )
     parser.add_argument("--picture", type=Path, metavar="FILE", help="also write the picture of the first screen as an SVG file")
     options = parser.parse_args(arguments)
@@ -30,6 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
             update_document(results, document)
         if options.picture is not None:
             write_picture(results, options.picture)
+        differing = differing_documents(results, options.check)
     except InputError as error:
         print(f"trackservo_report: {error}", file=sys.stderr)
         return 2
@@ -37,7 +41,9 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"trackservo_report: {page}: cannot be written: {error.strerror}.", file=sys.stderr)
         return 2
     print_results(results, page, make_console())
-    return 0
+    for document in differing:
+        print(f"trackservo_report: {document}: its tables are not those of {folder}; run tools/update-docs results.", file=sys.stderr)
+    return 1 if differing else 0
 
 
 if __name__ == "__main__":

@@ -51,6 +51,26 @@ class Row(Figure):
     reproduced: bool | None = None
 
 
+@dataclass(frozen=True)
+class Requirement:
+    """A requirement beside what `command` measured, in `unit`; `value` is that of the worst seed. Without axis: of both together."""
+
+    command: str
+    git: str
+    plant: str
+    case: str
+    axis: str | None
+    metric: str
+    unit: str
+    statistic: str
+    value: float | None
+    low: float | None
+    high: float | None
+    seeds: int
+    goal: str
+    met: bool
+
+
 @dataclass(frozen=True, kw_only=True)
 class Varied(Figure):
     """One result with one choice changed, beside the shipped one; both in `unit`."""
@@ -146,9 +166,10 @@ class Results:
     runs: list[Run]
     margins: list[Margin]
     benchmark: dict[str, Any] | None
+    requirements: list[Requirement]
 
 
-Record = TypeVar("Record", Figure, Row, Run, Margin, IdentifiedParameter)
+Record = TypeVar("Record", Figure, Row, Run, Margin, IdentifiedParameter, Requirement)
 
 
 def load_results(folder: Path) -> Results:
@@ -167,6 +188,7 @@ def load_results(folder: Path) -> Results:
         runs=_records(Run, data["runs"]),
         margins=_records(Margin, data["margins"]),
         benchmark=data["benchmark"],
+        requirements=_records(Requirement, data.get("requirements", [])),
     )
     _check_names(file, results)
     _check_files(results)

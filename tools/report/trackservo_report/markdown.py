@@ -10,6 +10,7 @@ import re
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from .comparison import Comparison, gather, select
 from .controllers import INGREDIENTS
@@ -25,14 +26,23 @@ from .display import (
 )
 from .experiments import experiment_title, experiments, study_title
 from .load import InputError, Results
+from .requirements import ELSEWHERE, requirement_lines
 from .sensitivity import sensitivity_lines, variance_lines
 from .studies import (
+    base_tracking_rows,
     fig9_rows,
     fig9_sentence,
     identification_value_rows,
+    isolation_rows,
+    node_tracking_rows,
+    passes_rows,
+    pitch_margin_rows,
     random_plants_rows,
+    read_base_motion,
     read_fig9_scan,
     read_identification_value,
+    read_node_tracking,
+    read_passes,
     read_random_plants,
     stability_rows,
     worst_rows,
@@ -71,6 +81,17 @@ def results_table(results: Results) -> str:
         for line in result_lines(gather(results.rows))
     ]
     return _table(["experiment", "paper: PI", "paper: compensated", "ours: PI", "ours: PI + VOB + FTC"], rows)
+
+
+def requirements_table(results: Results) -> str | None:
+    """Requirements of the line of sight, then the figures of other commands; nothing where no study was run."""
+    lines = requirement_lines(results.requirements)
+    rows = [
+        [f"{line.case}: {line.metric}" + (f", {line.unit}" if line.unit else ""), line.goal, f"{line.value} {'✓' if line.met else '✗'}", f"`{line.command}`"]
+        for line in lines
+    ]
+    rows += [[item.figure, item.required, f"in `{item.page}`", f"`{item.command}`"] for item in ELSEWHERE]
+    return _table(["figure", "required", "measured, worst seed", "measured by"], rows) if lines else None
 
 
 def _ingredient_row(item: Comparison) -> list[str]:
@@ -180,6 +201,10 @@ def random_plants_table(results: Results) -> str | None:
         f"{100 * setup['share']:g} %. **{tried['failing']} fail**: an axis is unstable, or the azimuth error exceeds the "
         "paper's at one of the speeds."
     )
+    if "above_paper" in tried:
+        said += f" The pitch error does so on {tried['pitch']['above_paper']} plants, one of the axes on {tried['above_paper']}."
+    if tried.get("without_result"):
+        said += f" Plants without result, because their runs ended early: {len(tried['without_result'])}."
     tables = [_table(*rows(tried)) for rows in (random_plants_rows, stability_rows, worst_rows)]
     return "\n\n".join([_wrapped(said), *tables])
 
@@ -190,8 +215,31 @@ def fig9_table(results: Results) -> str | None:
     return f"{_wrapped(fig9_sentence(scan))}\n\n{_table(*fig9_rows(scan))}" if scan else None
 
 
+def passes_table(results: Results) -> str | None:
+    """Straight passes; nothing where they were not run."""
+    study = read_passes(results.folder)
+    return _table(*passes_rows(study)) if study else None
+
+
+def node_tracking_table(results: Results) -> str | None:
+    """Tracking in the running node; nothing where it was not run."""
+    study = read_node_tracking(results.folder)
+    return _table(*node_tracking_rows(study)) if study else None
+
+
+def _base_motion_table(rows: Callable[[dict[str, Any]], tuple[list[str], list[list[str]]]]) -> Callable[[Results], str | None]:
+    """A table of the turning base; nothing where it was not run."""
+
+    def table(results: Results) -> str | None:
+        study = read_base_motion(results.folder)
+        return _table(*rows(study)) if study else None
+
+    return table
+
+
 TABLES: dict[str, Callable[[Results], str | None]] = {
     "results": results_table,
+    "requirements": requirements_table,
     "ingredients": ingredients_table,
     "pitch": pitch_table,
     "noise": noise_table,
@@ -201,13 +249,34 @@ TABLES: dict[str, Callable[[Results], str | None]] = {
     "beliefs": identification_value_table,
     "random_plants": random_plants_table,
     "fig9": fig9_table,
+    "passes": passes_table,
+    "node_tracking": node_tracking_table,
+    "base_tracking": _base_motion_table(base_tracking_rows),
+    "base_isolation": _base_motion_table(isolation_rows),
+    "base_margins": _base_motion_table(pitch_margin_rows),
 }
 
 
 def update_document(results: Results, file: Path) -> None:
     """Renew every marked table of a Markdown file that can be; an unknown mark and a quick run are an `InputError`."""
+    file.write_text(renewed_document(results, file), encoding="utf-8")
+
+
+def differing_documents(results: Results, files: list[Path]) -> list[Path]:
+    """The documents whose marked tables are not those of the results."""
+    return [file for file in files if renewed_document(results, file) != file.read_text(encoding="utf-8")]
+
+
+def renewed_document(results: Results, file: Path) -> str:
+    """The file's text with the tables of the results."""
     if results.generator["quick"]:
         raise InputError(f"{file}: not renewed from a quick run; run ./tools/demo without --quick first.")
+    others = {row.git for row in results.requirements} - {results.generator["git"]}
+    if others:
+        raise InputError(
+            f"{results.folder / 'results.json'}: the rows of requirements are of git {', '.join(sorted(others))}, the "
+            f"experiments of {results.generator['git']}; run ./tools/demo."
+        )
     text = file.read_text(encoding="utf-8")
     pattern = re.compile(r"<!-- (\w+) -->\n.*?<!-- end \1 -->", re.DOTALL)
 
@@ -218,4 +287,4 @@ def update_document(results: Results, file: Path) -> None:
         table = TABLES[name](results)
         return f"<!-- {name} -->\n{table}\n<!-- end {name} -->" if table else found.group()
 
-    file.write_text(pattern.sub(renewed, text), encoding="utf-8")
+    return pattern.sub(renewed, text)

@@ -10,7 +10,7 @@ import jinja2
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from . import identified, sensitivity, tables, verdict
+from . import identified, requirements, sensitivity, tables, verdict
 from .comparison import Comparison, count_goals, count_reproduced, gather
 from .controllers import INGREDIENTS
 from .display import (
@@ -25,7 +25,7 @@ from .experiments import experiment_title
 from .hero import hero, standalone
 from .load import InputError, Results
 from .packing import packed
-from .sections import ablation_figures, friction_figures, paper_figures, price_figures
+from .sections import ablation_figures, friction_figures, line_of_sight_figures, paper_figures, price_figures
 from .studies import fig9_rows, fig9_sentence, read_fig9_scan
 from .theme import Figure
 
@@ -107,6 +107,11 @@ def _context(results: Results) -> dict[str, Any]:
         "met": met,
         "judged": judged,
         "unmet": tables.unmet_goals(results.rows),
+        "requirement_lines": requirements.requirement_lines(results.requirements),
+        "requirements_met": requirements.count_met(results.requirements),
+        "missing_studies": requirements.missing_studies(results.requirements),
+        "elsewhere": requirements.ELSEWHERE,
+        "unmet_requirements": [requirements.sentence(line) for line in requirements.requirement_lines(results.requirements) if not line.met],
         "tiles": tables.tiles(items),
         "lines": tables.result_lines(items),
         "table2": tables.table2(items),
@@ -150,6 +155,7 @@ def _figures(results: Results, items: list[Comparison]) -> dict[str, list[Figure
         "ablation_figures": ablation_figures(results, items),
         "friction_figures": friction_figures(items),
         "price_figures": price_figures(results, items),
+        "line_of_sight_figures": line_of_sight_figures(results),
         "identified_figures": identified.figures(results),
     }
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from . import bars, bode, curves
+from . import bars, bode, curves, isolation
 from .comparison import Comparison, headline, paper_mark
 from .controllers import BASELINE, COMPENSATED, INGREDIENTS
 from .display import number, plain_number, span, unit_title
 from .experiments import Plot, plots
 from .load import Results
-from .studies import read_fig9_scan
+from .studies import read_base_motion, read_fig9_scan
 from .theme import Figure, View
 
 LUGRE = ["firmware/control/lugre.c", "firmware/control/friction_feedforward.c"]
@@ -172,6 +172,25 @@ def friction_figures(items: list[Comparison]) -> list[Figure]:
             "which the feedforward does not model. 100 % is PI alone on the same friction; "
             "a bar above the line is worse than no compensation.",
             hints=LUGRE[:1],
+        )
+    ]
+
+
+def line_of_sight_figures(results: Results) -> list[Figure]:
+    """Isolation from a turning base; nothing where it was not measured."""
+    study = read_base_motion(results.folder)
+    if study is None:
+        return []
+    return [
+        Figure(
+            "isolation",
+            "Isolation from a base that turns",
+            isolation.isolation_views(study),
+            caption="Angle of the base over that of the axis, both as rms without drift, at set-point 0 and without wind. "
+            "0 dB: the axis turns with the base. With the gyro only friction moves the axis; small amplitudes are "
+            "limited by the gyro's noise. The encoder alone holds the joint, not the line of sight. "
+            "Triangle: required of the gyro.",
+            hints=["firmware/control/rate_fusion.c", *LOOP, "sim_host/studies/base_motion/base_motion.cpp"],
         )
     ]
 

@@ -1,7 +1,7 @@
-"""Studies beside the campaign, each with a file of its own: value of identification, random plants, and a search for
-unpublished numbers that give the paper's Fig. 9.
+"""Studies beside the campaign, each with a file of its own: value of identification, random plants, a search for
+unpublished numbers that give the paper's Fig. 9, straight passes, a turning base, and tracking in the running node.
 
-They are run on demand (the last one by ./tools/demo, too); a folder without them has no table of them.
+They are run on demand (the last four by ./tools/demo, too); a folder without them has no table of them.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from .display import METRIC_TITLES, case_title, number, unit_title
+from .display import METRIC_TITLES, case_title, number, pretty_units, unit_title
 from .experiments import experiment_title
 from .load import InputError, read_json
 
@@ -39,6 +39,139 @@ def read_random_plants(folder: Path) -> dict[str, Any] | None:
 def read_fig9_scan(folder: Path) -> dict[str, Any] | None:
     """What `sim_host fig9-scan` wrote into the folder."""
     return _read(folder, "fig9_scan.json", "sim_host fig9-scan")
+
+
+def read_passes(folder: Path) -> dict[str, Any] | None:
+    """What `sim_host passes` wrote into the folder."""
+    return _read(folder, "passes.json", "sim_host passes")
+
+
+def read_base_motion(folder: Path) -> dict[str, Any] | None:
+    """What `sim_host base-motion` wrote into the folder."""
+    return _read(folder, "base_motion.json", "sim_host base-motion")
+
+
+def read_node_tracking(folder: Path) -> dict[str, Any] | None:
+    """What `sim_host node-tracking` wrote into the folder."""
+    return _read(folder, "node_tracking.json", "sim_host node-tracking")
+
+
+def _lost(runs: list[dict[str, Any]]) -> str:
+    """Time without the target, the worst seed."""
+    times = [run["lost_s"] for run in runs]
+    if None in times:
+        return "not found again"
+    return f"{max(times):.2f} s" if max(times) > 0 else "never"
+
+
+def _both(runs: list[dict[str, Any]], azimuth: str, pitch: str) -> str:
+    """Figures of both axes, the worst seed."""
+    return " and ".join(f"{max(run[name] for run in runs):.2f}" for name in (azimuth, pitch))
+
+
+def passes_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: each pass with its requirement and errors, mean and worst seed."""
+    rows = []
+    for item in study["passes"]:
+        runs, goal = item["runs"], item["goal"]
+        held = goal != "lost"
+        rate = item["fastest_azimuth_deg_s"]
+        required = {
+            "sigma": f"1σ ≤ {study['goal']['sigma_urad']:g}" + (" from 0.5 s after it on" if item["dropout_s"] else ""),
+            "lost": f"lost for at most {study['goal']['lost_per_optimal'] * item['optimal_lost_s']:.2f} s",
+            "none": "for information",
+        }
+        errors = [
+            f"{number(sum(values) / len(values))} ({number(max(values))})" if held else "–"
+            for values in ([run[name] for run in runs] for name in ("cross_elevation_sigma_urad", "elevation_sigma_urad"))
+        ]
+        turns = "half a turn" if rate is None or rate > FASTEST_DEG_S else f"{rate:.0f} °/s"
+        rows.append([_printed(item["name"]), turns, required[goal], *errors, "–" if goal == "none" else _lost(runs)])
+    return ["closest approach", "azimuth turns by", "required", "cross-elevation", "elevation", "lost"], rows
+
+
+BASE_AXES = ("roll", "pitch", "yaw")
+
+
+def base_tracking_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: each motion and pitch, one column for each axis of the base; the worst seed."""
+    cells: dict[tuple[float, float], dict[str, str]] = {}
+    for item in study["tracking"]:
+        worst = _both(item["runs"], "cross_elevation_sigma_urad", "elevation_sigma_urad")
+        cells.setdefault((item["pitch_deg"], item["frequency_hz"]), {})[item["base_axis"]] = worst + _mark(item["meets_goal"])
+    amplitude = study["tracking"][0]["amplitude_deg"]
+    rows = [
+        [f"{pitch:g}°", f"{amplitude:g}° at {frequency:g} Hz", *(line.get(axis, "–") for axis in BASE_AXES)]
+        for (pitch, frequency), line in cells.items()
+    ]
+    return ["pitch", "base turns by", *(f"{axis}, µrad" for axis in BASE_AXES)], rows
+
+
+def isolation_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: the isolation of the rms angle and, in parentheses, at the base's frequency alone."""
+    frequencies = sorted({frequency for curve in study["isolation"] for frequency in curve["frequency_hz"]})
+    rows = []
+    for curve in study["isolation"]:
+        points = dict(zip(curve["frequency_hz"], zip(curve["residual_db"], curve["isolation_db"], strict=True), strict=True))
+        cells = (f"{round(points[f][0])} ({round(points[f][1])})".replace("-", "−") if f in points else "–" for f in frequencies)
+        rows.append([f"{curve['axis']}, {FEEDBACKS[curve['feedback']]}", f"{curve['amplitude_deg']:g}°", *cells])
+    return ["axis, rate from", "base turns by", *(f"{frequency:g} Hz" for frequency in frequencies)], rows
+
+
+FEEDBACKS = {"encoder": "encoder", "fused": "encoder and gyro", "gyro": "gyro"}
+"""Sources of the rate."""
+
+
+def pitch_margin_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: the azimuth's margins over the pitch, and those that gains that stay would have."""
+    rows = [
+        [
+            f"{item['pitch_deg']:g}°",
+            item["seal"],
+            *(
+                f"{item['computed'][name]:.1f} / {item['measured'][name]:.1f}"
+                for name in ("gain_margin_db", "phase_margin_deg")
+            ),
+            f"{item['gains_fixed']['gain_margin_db']:.1f} dB, {item['gains_fixed']['phase_margin_deg']:.1f}°",
+        ]
+        for item in study["margins"]
+    ]
+    head = ["pitch", "seal", "gain margin, dB (computed / measured)", "phase margin, ° (computed / measured)", "if the gains did not follow"]
+    return head, rows
+
+
+def _mark(met: bool) -> str:
+    return " ✓" if met else " ✗"
+
+
+FASTEST_DEG_S = 1e4
+"""Above this the pass is one through the zenith."""
+
+
+def node_tracking_rows(study: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: each target over CAN beside its reference, the worst seed."""
+    rows = []
+    for item in study["cases"]:
+        runs = item["runs"]
+        lost = any(run["lost_s"] is None or run["lost_s"] > 0 for run in runs)
+        reference = next((suffix for suffix in REFERENCES if f"azimuth_sigma_{suffix}_urad" in runs[0]), None)
+        rows.append(
+            [
+                _printed(item["name"]),
+                "–" if lost else _both(runs, "azimuth_sigma_urad", "pitch_sigma_urad"),
+                f"{REFERENCES[reference]}: {_both(runs, f'azimuth_sigma_{reference}_urad', f'pitch_sigma_{reference}_urad')}" if reference else "–",
+                _lost(runs),
+                f"{max(run['largest_step_nm'] for run in runs):.2f}",
+            ]
+        )
+    return ["target", "1σ over CAN, µrad", "beside, µrad", "lost", "torque, Nm per tick"], rows
+
+
+REFERENCES = {"by_run": "by run", "with_right_age": "with the right age"}
+
+
+def _printed(name: str) -> str:
+    return pretty_units(name).replace(" deg", "°").replace("m/s2", "m/s²")
 
 
 def fig9_rows(scan: dict[str, Any]) -> tuple[list[str], list[list[str]]]:

@@ -14,6 +14,7 @@ from rich.text import Text
 from .comparison import count_goals, gather
 from .display import without_seeds
 from .load import Results
+from .requirements import ELSEWHERE, RequirementLine, count_met, missing_studies, requirement_lines
 from .sensitivity import count_varied
 from .tables import Cell, ResultLine, loss_sentence, result_lines, unmet_goals, unreproduced
 from .verdict import Duel, duels
@@ -33,6 +34,7 @@ def print_results(results: Results, page: Path, console: Console) -> None:
     """The table, the goals that are not met, where LuGre loses, and the counts."""
     items = gather(results.rows)
     console.print(_table(result_lines(items)))
+    _print_requirements(results, console)
     if results.generator["quick"]:
         console.print(QUICK_WORDS, style="yellow")
     for sentence in unmet_goals(results.rows):
@@ -55,8 +57,38 @@ def print_results(results: Results, page: Path, console: Console) -> None:
             "(“What if we had chosen otherwise” in the report)."
         )
     console.print(f"report: {page}", soft_wrap=True)
+    kept, required = count_met(results.requirements)
+    if required:
+        console.print(f"requirements of the line of sight met: {kept} of {required}", style="bold green" if kept == required else "bold yellow")
     met, judged = count_goals(results.rows)
     console.print(f"goals met: {met} of {judged}", style="bold green" if met == judged else "bold yellow")
+
+
+def _print_requirements(results: Results, console: Console) -> None:
+    """The line of sight: what the studies measured, what they did not, and what other commands measure."""
+    lines = requirement_lines(results.requirements)
+    if lines:
+        console.print(_requirements_table(lines))
+    for command in missing_studies(results.requirements):
+        console.print(Text(f"not measured: {command} --out {results.folder}", style="yellow"), soft_wrap=True)
+    for item in ELSEWHERE:
+        console.print(Text(f"not measured here: {item.figure} ({item.required}); run {item.command}", style="dim"))
+
+
+def _requirements_table(lines: list[RequirementLine]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), collapse_padding=True, title_justify="left")
+    table.add_column("line of sight", min_width=28)
+    table.add_column("figure")
+    table.add_column("unit", no_wrap=True)
+    table.add_column("required", no_wrap=True)
+    table.add_column("worst seed", justify="right", no_wrap=True)
+    previous = ""
+    for line in lines:
+        case = line.case if line.case != previous else ""
+        previous = line.case
+        mark, style = ("✓", "green") if line.met else ("✗", "red")
+        table.add_row(Text(case), Text(line.metric), line.unit, line.goal, Text(f"{line.value} {mark}", style=style))
+    return table
 
 
 def _table(lines: list[ResultLine]) -> Table:

@@ -13,7 +13,7 @@ from typing import TypeVar
 from .device import Device
 from .errors import InputError, MotionError, ServoctlError
 from .interrupts import deaf
-from .pdo_loan import PdoLoan
+from .pdo_loan import PdoLoan, restore_left_over
 
 _MIN_KBIT_S = 500
 """Three frames of 8 bytes in every tick are up to 405 kbit/s."""
@@ -65,14 +65,19 @@ class BorrowedStream(abc.ABC):
     def _forget(self) -> None:
         """Drops the received frames; called with the lock held."""
 
-    def __enter__(self: Stream) -> Stream:
+    def _check_bus(self) -> None:
+        """Raises InputError when the bus is too slow for the stream."""
         _need_fast_bus(self.device)
+
+    def __enter__(self: Stream) -> Stream:
+        self._check_bus()
         network = self.device.network
         self._turn.enter_context(self.device.turns.alone("stream", _MEASURES))
         for identifier in self._identifiers:
             network.subscribe(identifier, self._frame)
         network.subscribe(0x80 + self.device.node_id, self._take_emergency)
         try:
+            restore_left_over(self.device)
             self._borrow()
         except BaseException:
             self.__exit__(None, None, None)
@@ -113,7 +118,9 @@ class BorrowedStream(abc.ABC):
         self._emergency = None
 
     def check_alive(self) -> None:
-        """Raises MotionError after an emergency message, or when the frames have stopped."""
+        """Raises MotionError after an emergency message, after a stop, or when the frames have stopped."""
+        if self.device.stopped.is_set():
+            raise MotionError("the motion was stopped.")
         if self._emergency is not None:
             raise MotionError(
                 f"the node sent an emergency (code {self._emergency:04X}); 'servoctl faults' shows details."

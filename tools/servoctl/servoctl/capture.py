@@ -7,6 +7,7 @@ firmware/commissioning/scope.h: header, then frames of 32-bit words, little endi
 from __future__ import annotations
 
 import difflib
+import math
 import struct
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from .device import Device
 from .errors import InputError, Refused
+from .units import TICK_S
 
 SET_UP, DATA, NAMES = 0x3000, 0x3001, 0x3002
 COMMAND, STATE, DIVIDER, PRETRIGGER, TRIGGER, TRIGGER_CHANNEL, LEVEL, FRAMES, CHANNELS, FIRST_SIGNAL = range(1, 11)
@@ -22,7 +24,7 @@ ARM, STOP, FORCE = 1, 2, 3
 MAX_CHANNELS = 8
 WORDS = 8192
 PHASES = ("idle", "filling", "waiting for the trigger", "triggered", "done")
-DONE = 4
+TRIGGERED, DONE = 3, 4
 TRIGGERS = ("now", "above", "below", "rising", "falling", "state", "fault")
 LEVEL_TRIGGERS = ("above", "below", "rising", "falling")
 
@@ -118,3 +120,96 @@ def parse_capture(data: bytes, names: dict[int, str]) -> Capture:
     triggered = trigger < frames
     time_s = (np.arange(frames) - (trigger if triggered else 0)) * divider * tick_ns * 1e-9
     return Capture(time_s, traces, triggered)
+
+
+@dataclass(frozen=True)
+class Request:
+    """A capture as a person asks for it: signals by number, `divider` in ticks, numbers of frames."""
+
+    signals: list[int]
+    divider: int
+    wanted: int
+    before: int
+    all: int
+    cut: bool
+    trigger: str
+    on: int
+    level: float
+
+    @property
+    def period_s(self) -> float:
+        """From frame to frame."""
+        return self.divider * TICK_S
+
+    @property
+    def seconds_after(self) -> float:
+        """From the trigger to the end of what is wanted."""
+        return (self.wanted - self.before) * self.period_s
+
+
+def request(
+    names: dict[int, str], signals: list[int], rate_hz: float, duration_s: float | None, pre_s: float, trigger: str,
+    on: int | None, level: float,
+) -> Request:  # fmt: skip
+    """`on` is the signal that triggers, the first one by default, `level` in its SI unit; raises InputError."""
+    if not 1 <= len(signals) <= MAX_CHANNELS:
+        raise InputError(f"expected 1 to {MAX_CHANNELS} signals; 'servoctl scope --list' lists them.")
+    on = signals[0] if on is None else on
+    if on not in signals:
+        raise InputError(f"the trigger signal {names[on]} must be one of the captured signals.")
+    if trigger not in TRIGGERS:
+        raise InputError(f"unknown trigger '{trigger}': expected one of {', '.join(TRIGGERS)}.")
+    if not 0.0 < rate_hz <= 1000.0 or not math.isfinite(level) or pre_s < 0.0 or (duration_s is not None and duration_s <= 0.0):
+        raise InputError("expected a rate up to 1000 Hz, a length above 0, a time before the trigger, and a finite level.")
+    divider = max(1, round(1000.0 / rate_hz))
+    frames = capacity(len(signals))
+    before = round(pre_s * 1000.0 / divider)
+    wanted = min(frames, round(duration_s * 1000.0 / divider)) if duration_s else frames
+    if before >= wanted:
+        raise InputError(f"the time before the trigger, {pre_s:g} s, must be shorter than the capture of {wanted * divider / 1000:g} s.")
+    return Request(signals, divider, wanted, before, frames, duration_s is not None, trigger, signals.index(on), level)
+
+
+class Run:
+    """A capture in the device, from arming to reading; times by the node's clock. It needs no attention in between."""
+
+    def __init__(self, device: Device, wanted: Request) -> None:
+        self.wanted = wanted
+        self._device = device
+        self._triggered_s: float | None = None
+        set_up(device, wanted.signals, wanted.divider, wanted.before, wanted.trigger, wanted.on, wanted.level)
+        self._begun_s = device.clock.now()
+        self.captured_s = 0.0
+        """Since the trigger."""
+        self.waited_s = 0.0
+        """Since it was armed."""
+
+    def poll(self) -> str:
+        """The phase, one of PHASES; ends the capture when what is wanted is there."""
+        phase = self._device.read_int(SET_UP, STATE)
+        now = self._device.clock.now()
+        self.waited_s = now - self._begun_s
+        if phase == TRIGGERED:
+            self._triggered_s = self._triggered_s or now
+            self.captured_s = now - self._triggered_s
+            wanted = self.wanted
+            if wanted.wanted < wanted.all and self.captured_s > wanted.seconds_after + 0.05:
+                self.stop()
+        return PHASES[min(phase, DONE)]
+
+    def force(self) -> None:
+        """The trigger, now."""
+        self._device.write_int(SET_UP, COMMAND, FORCE, 1)
+
+    def stop(self) -> None:
+        """Ends it with what has been captured."""
+        self._device.write_int(SET_UP, COMMAND, STOP, 1)
+
+    def read(self, names: dict[int, str]) -> Capture:
+        """What was wanted of it; takes a second, and waits while an axis moves."""
+        whole = parse_capture(self._device.upload_block(DATA, 0, "scope data"), names)
+        if not self.wanted.cut:
+            return whole
+        start = max(0, int(np.searchsorted(whole.time_s, -1e-9)) - self.wanted.before) if whole.triggered else 0
+        keep = slice(start, start + self.wanted.wanted)
+        return Capture(whole.time_s[keep], {name: trace[keep] for name, trace in whole.traces.items()}, whole.triggered)

@@ -124,6 +124,11 @@ class Commissioning:
     ) -> None:
         self._both.__exit__(kind, error, trace)
 
+    @property
+    def recorder(self) -> TickRecorder:
+        """Of the ticks, for those who show them as they come."""
+        return self._recorder
+
     def run(self, test_plan: TestPlan, report: Report) -> Outcome:
         """Moves the axis; raises MotionError when the test plan could not be completed."""
         self._brake_as(test_plan)

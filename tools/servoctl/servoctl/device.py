@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import struct
+import threading
 import time
 from pathlib import Path
 from types import TracebackType
@@ -100,14 +101,15 @@ class Device:
         self.node_id = node_id
         self.access_word: str | None = None
         """Of its lock (0x3040), if the user has given one."""
+        self.stopped = threading.Event()
+        """Set by a stop from another thread: until it is cleared, no axis is enabled here."""
         self._schema_file = schema_file
         self._schema: Schema | None = None
         self.reported_hash: int | None = None
         self.network = canopen.Network(bus=open_bus(address, bitrate))
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
+        self.network.listeners.append(_LossListener())  # type: ignore[arg-type]  # any can.Listener will do
         self.network.connect()
-        if self.network.notifier is not None:
-            self.network.notifier.add_listener(_LossListener())
         self.node = canopen.RemoteNode(node_id, canopen.ObjectDictionary())
         self.network.add_node(self.node)
         self.node.sdo.RESPONSE_TIMEOUT = SDO_TIMEOUT_S

@@ -16,6 +16,7 @@ from .units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, TORQUE_COUNTS
 
 TRANSITION_TIMEOUT_S = 2.0
 STOP_TIMEOUT_S = 10.0
+QUICK_STOP_ACTIVE = "quick stop active"
 STANDSTILL_RAD_S = 5e-4
 """A rate below this for `STANDSTILL_S` is standstill: above the noise of the measured rate, far below any motion."""
 STANDSTILL_S = 0.1
@@ -83,7 +84,9 @@ class Drive:
     # --- commands -------------------------------------------------------------------------------------------------
 
     def control(self, controlword: int) -> None:
-        """6040."""
+        """6040; raises MotionError instead of enabling after a stop from another thread."""
+        if controlword & power.ENABLE_OPERATION == power.ENABLE_OPERATION and self.device.stopped.is_set():
+            raise MotionError(f"{self.name} was stopped.")
         self.device.axis_write(self.axis, 0x6040, controlword, 2)
 
     def set_mode(self, mode: int) -> None:
@@ -146,9 +149,11 @@ class Drive:
 
     def quick_stop(self) -> None:
         """Brakes with 6085 and waits for standstill; 605A decides what follows."""
-        if self.state() in (power.ENABLED, "switched on", "ready to switch on"):
+        state = self.state()
+        if state in (power.ENABLED, "switched on", "ready to switch on"):
             self.control(power.QUICK_STOP)
-            self._wait_for_states((power.DISABLED, power.FAULT, "quick stop active"), TRANSITION_TIMEOUT_S)
+            self._wait_for_states((power.DISABLED, power.FAULT, QUICK_STOP_ACTIVE), TRANSITION_TIMEOUT_S)
+        if state in (power.ENABLED, "switched on", "ready to switch on", QUICK_STOP_ACTIVE):
             self.wait_for_standstill()
 
     def reset_fault(self) -> None:

@@ -83,6 +83,14 @@ def steady_friction_nm(identified: Identified, direction: str, speed_rad_s: Real
     return torque
 
 
+def friction_points(identified: Identified, points: Legs, direction: str) -> tuple[Real, Real]:
+    """Speed, rad/s, and friction, N m, of the legs of one direction: their torque without the constant load."""
+    load = sum(row["value"] for row in identified.data["position"]["load_nm"] if row["term"] == "1")
+    sign = 1.0 if direction == DIRECTIONS[0] else -1.0
+    mine = sign * points.rate_rad_s > 0
+    return sign * points.rate_rad_s[mine], sign * (points.torque_nm[mine] - load)
+
+
 def over_position(identified: Identified, terms: list[dict[str, Any]], angle_rad: Real) -> Real:
     """The sum of terms of "friction_level" or "load_nm" at joint angles."""
     low, high = identified.data["position"]["travel_rad"]

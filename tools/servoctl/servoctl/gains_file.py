@@ -43,6 +43,11 @@ def read_gains(path: Path, schema: Schema) -> GainsFile:
         raise InputError(f"{path}: cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text.") from error
+    return parse_gains(text, path, schema)
+
+
+def parse_gains(text: str, path: Path, schema: Schema) -> GainsFile:
+    """The contents of a file; raises InputError with file, line and remedy."""
     try:
         document = tomlkit.parse(text)
     except ParseError as error:
@@ -101,7 +106,16 @@ def write_gains(path: Path, values: Mapping[Parameter, Value], device: Mapping[s
         document = tomlkit.parse(old) if old else tomlkit.document()
     except (OSError, UnicodeDecodeError, TOMLKitError) as error:
         raise InputError(f"{path}: exists, but is not a gains file that servoctl can update: {error}.") from error
-    if not old:
+    _replace(path, _filled(document, not old, values, device))
+
+
+def gains_text(values: Mapping[Parameter, Value], device: Mapping[str, Any]) -> str:
+    """The contents of a new file."""
+    return _filled(tomlkit.document(), True, values, device)
+
+
+def _filled(document: Any, new: bool, values: Mapping[Parameter, Value], device: Mapping[str, Any]) -> str:
+    if new:
         document.add(tomlkit.comment("Gains, written by servoctl. The unit follows each value."))
         document.add(
             tomlkit.comment(
@@ -123,7 +137,7 @@ def write_gains(path: Path, values: Mapping[Parameter, Value], device: Mapping[s
         item = table[key]
         if isinstance(item, Item):
             item.comment(trivia.lstrip("# ") or _comment(parameter)) if (trivia or _comment(parameter)) else None
-    _replace(path, tomlkit.dumps(document))
+    return tomlkit.dumps(document)
 
 
 def _table(document: Any, *names: str) -> Any:

@@ -14,6 +14,7 @@ from .friction_curves import (
     DIRECTIONS,
     Columns,
     Legs,
+    friction_points,
     legs,
     mean_loop,
     over_position,
@@ -93,12 +94,10 @@ def _plant(plant: Mapping[Parameter, Value]) -> Section | None:
 
 
 def _stribeck(identified: Identified, points: Legs) -> Section:
-    load = sum(row["value"] for row in identified.data["position"]["load_nm"] if row["term"] == "1")
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(9, 4.6), layout="constrained")
-        for direction, sign in zip(DIRECTIONS, (1.0, -1.0), strict=True):
-            mine = sign * points.rate_rad_s > 0
-            speed, friction = np.abs(points.rate_rad_s[mine]), sign * (points.torque_nm[mine] - load)
+        for direction in DIRECTIONS:
+            speed, friction = friction_points(identified, points, direction)
             axes.plot(
                 speed,
                 friction,

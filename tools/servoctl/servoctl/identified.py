@@ -60,6 +60,14 @@ class Estimate:
         return 50.0 * (self.high - self.low) / abs(self.value)
 
 
+    def row(self) -> tuple[str, str, str, str, str]:
+        """For a table: parameter, value, half of the 95 % interval in %, by the paper's method, unit."""
+        value = f"{self.value:.5g}" if self.value is not None else "not determined"
+        percent = f"±{self.percent:.1f}" if self.percent is not None else "–"
+        paper = f"{self.paper:.5g}" if self.paper is not None else "–"
+        return self.title, value, percent, paper, self.unit
+
+
 @dataclass(frozen=True)
 class Identified:
     """A whole result; `data` is the file unchanged."""

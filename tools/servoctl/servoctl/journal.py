@@ -5,8 +5,10 @@ Folder: SERVOCTL_STATE, else $XDG_STATE_HOME/servoctl, else ~/.local/state/servo
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import shutil
 import uuid
 from dataclasses import asdict, dataclass
 from datetime import datetime, timezone
@@ -14,6 +16,10 @@ from pathlib import Path
 
 from .errors import InputError
 from .parameter import Value
+
+
+ROOM_BYTES = 1 << 17
+"""For the lines of all parameters of both axes."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,17 @@ class Journal:
     def new_transaction(self) -> str:
         """A name for writes that belong together and are undone together."""
         return uuid.uuid4().hex[:12]
+
+    def need(self) -> None:
+        """Raises InputError when nothing can be added: call it before a write that will be noted."""
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("a", encoding="utf-8"):
+                pass
+            if shutil.disk_usage(self.path.parent).free < ROOM_BYTES:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        except OSError as error:
+            raise InputError(f"{self.path}: the journal cannot be written: {error.strerror}. Nothing was changed.") from error
 
     def add(self, entry: Entry) -> None:
         """Appends one line, at once on disk."""

@@ -20,15 +20,18 @@ from .device import Device
 from .drive import STANDSTILL_RAD_S, Drive
 from .errors import MotionError, ServoctlError
 from .interrupts import deaf
-from .supervision import Supervision
+from .supervision import MONITOR_MS, Supervision
 from .units import degrees
 
 
 class LiveAxis:
     """One axis, enabled and monitored within a `with` block."""
 
-    def __init__(self, device: Device, axis: int, mode: int) -> None:
-        """`mode` is that of CiA 402 (power.CYCLIC_VELOCITY ...)."""
+    def __init__(
+        self, device: Device, axis: int, mode: int, monitor_ms: int = MONITOR_MS, collects_garbage: bool = False
+    ) -> None:
+        """`mode` is that of CiA 402 (power.CYCLIC_VELOCITY ...), `monitor_ms` as in Supervision. A motion may take hours
+        when `collects_garbage`; without it no set-point waits for the collector."""
         self.device = device
         self.drive = Drive(device, axis)
         self.mode = mode
@@ -36,7 +39,8 @@ class LiveAxis:
         """Runs before the quick stop; set by code that has started something on the axis."""
         self._turn = contextlib.ExitStack()
         self._undo: list[Callable[[], None]] = []
-        self._supervision = Supervision(device)
+        self._supervision = Supervision(device, monitor_ms)
+        self._collects_garbage = collects_garbage
         self._was_enabled = False
 
     def __enter__(self) -> LiveAxis:
@@ -54,7 +58,8 @@ class LiveAxis:
         except BaseException:
             self._leave(broken_off=True)
             raise
-        gc.disable()
+        if not self._collects_garbage:
+            gc.disable()
         return self
 
     def _check_at_rest(self) -> None:
@@ -75,7 +80,8 @@ class LiveAxis:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        gc.enable()
+        if not self._collects_garbage:
+            gc.enable()
         self._leave(broken_off=kind is not None)
 
     def _prepare(self) -> None:
@@ -94,6 +100,13 @@ class LiveAxis:
         """Restores an object of the axis to its present value when the motion has ended."""
         before = self.device.axis_int(self.drive.axis, index, sub)
         self._undo.append(lambda: self.device.axis_write(self.drive.axis, index, before, size, sub))
+
+    def change_mode(self, mode: int) -> None:
+        """Of the axis, which is at rest."""
+        if mode != self.mode:
+            self.drive.set_target_rate(0.0)
+            self.drive.set_mode(mode)
+            self.mode = mode
 
     def check_enabled(self) -> int:
         """The statusword; raises MotionError when the axis is no longer enabled."""

@@ -72,7 +72,7 @@ class PositionStream(BorrowedStream):
         self._positions = PdoLoan(device, 0x1800 + RATES_TPDO, 0x1A00 + RATES_TPDO)
         self._clock = PdoLoan(device, 0x1800 + TICKS_TPDO, 0x1A00 + TICKS_TPDO)
         self._targets = PdoLoan(device, 0x1400 + RPDO, 0x1600 + RPDO)
-        self._positions_id, self._targets_id, self._clock_id = borrowed_identifiers(device.node_id)
+        self._positions_id, self._targets_id, self._clock_id = borrowed_identifiers(device.node_id, 3)
         self._gatherer = SampleGatherer()
         self._ticks: list[int] = []
         self.late = 0

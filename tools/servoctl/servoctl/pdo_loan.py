@@ -9,15 +9,30 @@ from __future__ import annotations
 from .device import Device
 
 _OFF = 0x80000000
-_FIRST_IDENTIFIER, _LAST_IDENTIFIER = 0x680, 0x6DF
-"""Identifiers 680 to 6DF are free in CANopen's predefined set."""
-_PER_NODE = 3
+_FREE_IDENTIFIERS = range(0x680, 0x6E0)
+"""Free in CANopen's predefined set."""
+_BORROWED_IDENTIFIERS = range(0x6B0, 0x6E0)
+"""Those below are the defaults of TPDO5 to TPDO8 (docs/decisions/0043)."""
+_PER_NODE = 4
+_NODES = len(_BORROWED_IDENTIFIERS) // _PER_NODE
+_FIRST_FURTHER_TPDO = 0x1804
+_TPDOS = 8
+_RPDOS = 4
 
 
-def borrowed_identifiers(node_id: int) -> tuple[int, int, int]:
-    """Three identifiers for the borrowed PDOs of one node; the first has the highest priority."""
-    first = _FIRST_IDENTIFIER + _PER_NODE * (node_id % ((_LAST_IDENTIFIER + 1 - _FIRST_IDENTIFIER) // _PER_NODE))
-    return first, first + 1, first + 2
+def borrowed_identifiers(node_id: int, count: int = _PER_NODE) -> tuple[int, ...]:
+    """Up to four identifiers for the borrowed PDOs of one node; the first has the highest priority."""
+    first = _BORROWED_IDENTIFIERS.start + (node_id - 1) % _NODES
+    return tuple(first + _NODES * n for n in range(count))
+
+
+def restore_left_over(device: Device) -> None:
+    """Gives all PDOs that have one of the node's borrowed identifiers their defaults: a program that was killed has left them, and
+    the node accepts each identifier once. Call it when no other program of ours streams."""
+    for communication, mapping in (*((0x1800 + n, 0x1A00 + n) for n in range(_TPDOS)), *((0x1400 + n, 0x1600 + n) for n in range(_RPDOS))):
+        data = device.try_upload(communication, 1)
+        if data is not None and int.from_bytes(data, "little") & ~_OFF in borrowed_identifiers(device.node_id):
+            PdoLoan(device, communication, mapping).reset()
 
 
 class PdoLoan:
@@ -35,7 +50,7 @@ class PdoLoan:
         """Maps `objects` (0xIIIISSLL), sent or taken at once, a TPDO also every `event_ms`."""
         device = self._device
         cob_id = device.read_int(self._communication, 1)
-        if _FIRST_IDENTIFIER <= cob_id & 0x7FF <= _LAST_IDENTIFIER:
+        if self._is_left_over(cob_id & 0x7FF):
             self._before = self._defaults()
             self._configure(identifier, 255, 0, event_ms, objects)
             return
@@ -48,6 +63,10 @@ class PdoLoan:
             [device.read_int(self._mapping, sub) for sub in range(1, count + 1)],
         )
         self._configure(identifier, 255, 0, event_ms, objects)
+
+    def _is_left_over(self, identifier: int) -> bool:
+        """Borrowed by a program that was killed; before TPDO5 to TPDO8 existed, with any of the free identifiers."""
+        return identifier in (_BORROWED_IDENTIFIERS if self._communication >= _FIRST_FURTHER_TPDO else _FREE_IDENTIFIERS)
 
     def _defaults(self) -> tuple[int, int, int, int, list[int]]:
         """The PDO's defaults: a killed program has left our mapping, and the former one is unknown."""
@@ -70,6 +89,10 @@ class PdoLoan:
         """A default inhibit time, which is that of 1 Mbit/s, at the bus' bit rate."""
         kbit_s = int.from_bytes(self._device.try_upload(0x3050, 2) or b"", "little")
         return inhibit_100us * 1000 // kbit_s if kbit_s else inhibit_100us
+
+    def reset(self) -> None:
+        """To the defaults."""
+        self._configure(*self._defaults())
 
     def give_back(self) -> None:
         """Restores everything as before `take`."""

@@ -30,9 +30,13 @@ FAULT_RESET = 0x80
 NEW_SETPOINT = 0x10
 CHANGE_IMMEDIATELY = 0x20
 RELATIVE = 0x40
+HALT = 0x100
 
 TARGET_REACHED = 0x0400
 SETPOINT_ACKNOWLEDGED = 0x1000
+HOMING_ATTAINED = 0x1000
+HOMING_ERROR = 0x2000
+HOMING_BITS = TARGET_REACHED | HOMING_ATTAINED | HOMING_ERROR
 
 NEXT_COMMAND: dict[str, int] = {
     "switch on disabled": SHUTDOWN,
@@ -42,7 +46,7 @@ NEXT_COMMAND: dict[str, int] = {
 }
 """The controlword that leads one state further towards operation enabled."""
 
-MODES: dict[int, str] = {-1: "tracking", 0: "none", 1: "pp", 3: "pv", 8: "csp", 9: "csv", 10: "cst"}
+MODES: dict[int, str] = {-1: "tracking", 0: "none", 1: "pp", 3: "pv", 6: "homing", 8: "csp", 9: "csv", 10: "cst"}
 """Modes of operation (6060, 6061) by number."""
 
 TRACKING = -1
@@ -50,6 +54,7 @@ NO_MODE = 0
 """Enabled in it, an axis holds its position, and follows experiments (0x2100)."""
 PROFILE_POSITION = 1
 PROFILE_VELOCITY = 3
+HOMING = 6
 CYCLIC_POSITION = 8
 CYCLIC_VELOCITY = 9
 

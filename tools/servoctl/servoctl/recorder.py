@@ -77,6 +77,17 @@ class Recording:
             raise InputError(f"{path}: cannot be written: {error.strerror}.") from error
 
 
+def read_recording(path: Path) -> Recording:
+    """What `Recording.write` has written; raises InputError."""
+    try:
+        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2).T
+        columns = dict(zip(Recording.__dataclass_fields__, table, strict=True))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}.") from error
+    whole = {name: columns[name].astype(np.int64) for name in ("run", "kind")}
+    return Recording(**{**columns, **whole})
+
+
 def decode(frames: bytes, near_rad: float = 0.0) -> Recording:
     """The ticks of `frames`, 24 bytes each; the first angle is the one nearest to `near_rad`."""
     raw = np.frombuffer(frames, dtype=_LAYOUT)
@@ -104,24 +115,32 @@ def decode(frames: bytes, near_rad: float = 0.0) -> Recording:
 
 
 class TickGatherer:
-    """Combines frames of the three kinds into ticks, in the order of arrival."""
+    """Combines the frames of a tick, in the order of arrival; the last one begins with the number of the tick."""
 
-    def __init__(self) -> None:
+    def __init__(self, step: int = 1, frames: int = 3) -> None:
+        """`step`: ticks from one sample to the next; `frames`: of a tick."""
         self.ticks = bytearray()
+        self.missing = 0
+        """Samples that did not come, or not whole, between those that did."""
+        self._step = step
+        self._before = frames - 1
         self._parts: list[bytes] = []
         self._whole = False
         self._last: int | None = None
 
     def take(self, which: int, data: bytes) -> None:
-        """`which` 0 to 2, the frame's place in a tick."""
-        if which < 2:
+        """`which`: the frame's place in a tick, from 0."""
+        if which < self._before:
             self._whole = len(self._parts) == which and (self._whole or which == 0)
             self._parts.append(data)
             return
         number = int.from_bytes(data[:2], "little")
-        follows = self._last is not None and number == (self._last + 1) & 0xFFFF
-        if follows and self._whole and len(self._parts) == 2:
-            self.ticks += self._parts[0] + self._parts[1] + data
+        passed = self._step if self._last is None else (number - self._last) & 0xFFFF
+        follows = self._last is not None and passed == self._step
+        if follows and self._whole and len(self._parts) == self._before:
+            self.ticks += b"".join(self._parts) + data
+        elif self._last is not None:
+            self.missing += max(1, passed // self._step)
         self._last = number
         self._parts.clear()
         self._whole = False
@@ -134,7 +153,7 @@ class TickRecorder(BorrowedStream):
         self._shift = AXIS_SHIFT * axis
         self._gatherer = TickGatherer()
         loans = [PdoLoan(device, 0x1800 + n, 0x1A00 + n) for n in _TPDOS]
-        super().__init__(device, axis, loans, borrowed_identifiers(device.node_id))
+        super().__init__(device, axis, loans, borrowed_identifiers(device.node_id, len(_TPDOS)))
 
     def _borrow(self) -> None:
         if self.device.try_upload(_OBJECT + self._shift, 1) is None:
@@ -152,6 +171,16 @@ class TickRecorder(BorrowedStream):
 
     def _forget(self) -> None:
         self._gatherer = TickGatherer()
+
+    @property
+    def missing(self) -> int:
+        """Ticks that did not come, or not whole, between those that did."""
+        return self._gatherer.missing
+
+    def frames_from(self, first: int) -> tuple[bytes, int]:
+        """Those received since `start` from this byte on, whole ticks, for `decode`, and the number of all bytes."""
+        with self.lock:
+            return bytes(self._gatherer.ticks[first:]), len(self._gatherer.ticks)
 
     def recording(self, near_rad: float) -> Recording:
         """Ticks received since `start`; the first joint angle is the one nearest to `near_rad`."""

@@ -10,6 +10,17 @@ ENVELOPE, RESTRICTIONS_SUB, LOWEST_SUB, HIGHEST_SUB, AXIS_SHIFT = 0x2061, 1, 3, 
 NO_TRAVEL, UNKNOWN_TURN, COMMISSIONING = 1, 2, 4
 
 
+def turn_is_unknown(device: Device, axis: int) -> bool:
+    """Several turns are possible, and the axis moves slowly."""
+    return bool(device.read_int(ENVELOPE + AXIS_SHIFT * axis, RESTRICTIONS_SUB) & UNKNOWN_TURN)
+
+
+def possible_turns(device: Device, axis: int) -> tuple[int, int]:
+    """Lowest and highest; the lowest above the highest: none is within the travel."""
+    lowest, highest = (device.read_int(ENVELOPE + AXIS_SHIFT * axis, sub, signed=True) for sub in (LOWEST_SUB, HIGHEST_SUB))
+    return lowest, highest
+
+
 def reason(device: Device, axis: int) -> str | None:
     """One sentence for people, or None when nothing restricts the axis or the node is older than 2061."""
     found = device.schema.by_index(ENVELOPE + AXIS_SHIFT * axis, RESTRICTIONS_SUB)
@@ -22,13 +33,13 @@ def reason(device: Device, axis: int) -> str | None:
             " 2060:21 = 2 to find them at 5 °/s at most (servoctl set --unlock)."
         )
     if bits & UNKNOWN_TURN:
-        lowest, highest = (device.read_int(found.index, sub, signed=True) for sub in (LOWEST_SUB, HIGHEST_SUB))
+        lowest, highest = possible_turns(device, axis)
         turns = f"{lowest} to {highest}" if lowest <= highest else "none is within the travel limits"
         name = AXES[axis]
         return (
             f"the encoder does not show in which turn {name} started (possible: {turns}). It moves at 5 °/s at most,"
             f" and not to positions, until motion has excluded all turns but one, or until you confirm the turn:"
-            f" servoctl set {name}.envelope.confirmed_start_turn=TURN --unlock."
+            f" servoctl home {name} --down, --up, or --seen ANGLE --unlock."
         )
     if bits & COMMISSIONING:
         return "2060:21 is 2 (commissioning): it moves at 5 °/s at most."

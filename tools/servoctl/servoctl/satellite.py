@@ -18,7 +18,7 @@ from sgp4.api import SGP4_ERRORS, Satrec, SatrecArray, jday
 from sgp4.io import compute_checksum
 
 from .errors import InputError
-from .trajectory import Trajectory
+from .trajectory import MAX_BYTES, Trajectory
 from .units import degrees
 
 Real = NDArray[np.float64]
@@ -29,6 +29,8 @@ EARTH_RATE_RAD_S = 7.292115146706979e-5
 ROW_S = 0.1
 SEARCH_STEP_S = 20.0
 SEARCH_H = 48.0
+FIRST_YEAR, LAST_YEAR = 1957, 2056
+"""What the two digits of the year in the elements can mean."""
 _LINE_LENGTH = 69
 
 
@@ -56,6 +58,8 @@ class Directions:
 def is_elements(path: Path) -> bool:
     """A file with two-line elements, and not a CSV."""
     try:
+        if not path.is_file() or path.stat().st_size > MAX_BYTES:
+            return False
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError):
         return False
@@ -205,4 +209,6 @@ def parse_time(text: str) -> datetime:
         found = datetime.fromisoformat(text.replace("Z", "+00:00"))
     except ValueError:
         raise InputError(f"'{text}' is not a time; expected e.g. 2026-11-23T05:00:00Z.") from None
+    if not FIRST_YEAR <= found.year <= LAST_YEAR:
+        raise InputError(f"'{text}' is not a time of a satellite; expected a year from {FIRST_YEAR} to {LAST_YEAR}.")
     return found.astimezone(timezone.utc) if found.tzinfo else found.replace(tzinfo=timezone.utc)

@@ -39,6 +39,16 @@ class Session:
         device.access_word = self.word
         return device
 
+    @property
+    def bus_is_given(self) -> bool:
+        """By option; the environment does not count."""
+        source = click.get_current_context().get_parameter_source("bus")
+        return source is click.core.ParameterSource.COMMANDLINE
+
+    def check_bus(self) -> None:
+        """Raises InputError when no valid bus is given."""
+        parse_bus(self.bus)
+
     def file_schema(self) -> Schema:
         """The best known parameters.json, without reading a device."""
         return need_schema(self.parameters)

@@ -78,7 +78,7 @@ class RateStream(BorrowedStream):
         self._rates = PdoLoan(device, 0x1800 + RATES_TPDO, 0x1A00 + RATES_TPDO)
         self._clock = PdoLoan(device, 0x1800 + TICKS_TPDO, 0x1A00 + TICKS_TPDO)
         self._targets = PdoLoan(device, 0x1400 + RPDO, 0x1600 + RPDO)
-        self._rates_id, self.targets_id, self._clock_id = borrowed_identifiers(device.node_id)
+        self._rates_id, self.targets_id, self._clock_id = borrowed_identifiers(device.node_id, 3)
         self._gatherer = SampleGatherer()
         self._late = 0
         super().__init__(

@@ -18,6 +18,8 @@ from .turns import FileLock
 
 MONITOR_MS = 1009
 """The device brakes when our heartbeat is missing for this long; an odd number, which identifies our entries."""
+STRICT_MONITOR_MS = 907
+"""The same for a program that moves an axis as a person holds a button: together with BEAT_S it is within a second."""
 MAX_TIMES_REAL_TIME = 64
 """1016 has room for this many times WATCH_MS."""
 BEAT_S = 0.1
@@ -32,8 +34,10 @@ _OPERATIONAL = 5
 class Supervision:
     """Of one motion, from `begin` to `end`."""
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Device, monitor_ms: int = MONITOR_MS) -> None:
+        """`monitor_ms`: MONITOR_MS or STRICT_MONITOR_MS."""
         self._device = device
+        self._monitor_ms = monitor_ms
         self._gate = device.turns.lock("gate")  # only one begins or ends at a time
         self._members = device.turns.lock("members")  # shared by all motions; its text: the NMT state before the first
         self._master: FileLock | None = None
@@ -86,8 +90,18 @@ class Supervision:
         if not self._joined:
             return
         before = self._members.text
-        if self._members.try_alone() and before in ("pre-operational", "stopped"):
+        if not self._members.try_alone():
+            return
+        if before in ("pre-operational", "stopped") or (before == "operational" and self._has_missed_us()):
             self._device.set_nmt(before)
+
+    def _has_missed_us(self) -> bool:
+        """The node is pre-operational because our heartbeat came too late, as far as it monitors nobody else. Its axes are off,
+        or in the fault."""
+        device = self._device
+        if str(device.node.nmt.state).lower() != "pre-operational":
+            return False
+        return not any(device.read_int(0x1016, sub) for sub in _CONSUMERS if device.try_upload(0x1016, sub) is not None)
 
     # --- heartbeat ------------------------------------------------------------------------------------------------
 
@@ -98,7 +112,7 @@ class Supervision:
         }
         master, sub = self._choose(entries)
         self._beat = _Heartbeat(device, master)
-        entry = master << 16 | MONITOR_MS * self._pace()
+        entry = master << 16 | self._monitor_ms * self._pace()
         device.write_int(0x1016, sub, entry, 4)
         self._entry = (sub, entry)
         self._beat.send()  # the device monitors from the first one on
@@ -112,7 +126,7 @@ class Supervision:
         """A free id, locked for us, and the entry for it: one left by a killed motion, or a free one."""
         used = {entry >> 16 & 0x7F: sub for sub, entry in entries.items() if entry >> 16 and entry & 0xFFFF}
         left = {
-            node: sub for node, sub in used.items() if node in MASTERS and (entries[sub] & 0xFFFF) % MONITOR_MS == 0
+            node: sub for node, sub in used.items() if node in MASTERS and _is_ours(entries[sub] & 0xFFFF)
         }  # or of one that works: then its lock or its heartbeat shows it
         free = [sub for sub in entries if sub not in used.values()]
         heard = self._heard(MONITOR_MS / 1000 + BEAT_S if left else LISTEN_S)
@@ -159,6 +173,11 @@ class Supervision:
         self._entry = None
         if self._device.read_int(0x1016, sub) == entry:
             self._device.write_int(0x1016, sub, 0, 4)
+
+
+def _is_ours(time_ms: int) -> bool:
+    """The time in an entry is one that servoctl writes."""
+    return any(time_ms % monitor_ms == 0 for monitor_ms in (MONITOR_MS, STRICT_MONITOR_MS))
 
 
 class _Heartbeat(threading.Thread):

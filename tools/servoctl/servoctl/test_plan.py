@@ -11,6 +11,7 @@ from typing import Any
 
 from .errors import InputError
 from .recorder import BREAK_AWAY, CHIRP, HYSTERESIS, SPEED_SWEEP, TORQUE_RAMPS
+from .units import degrees
 
 KINDS = {
     SPEED_SWEEP: "speed sweep", TORQUE_RAMPS: "torque ramps", HYSTERESIS: "hysteresis loops", CHIRP: "torque chirp",
@@ -23,6 +24,8 @@ FIELDS = {
 """Sub-indices of 0x2100 by the names that the plan uses."""
 LIMIT_FIELDS = {"travel_rad": 14, "rate_rad_s": 15, "torque_nm": 16, "duration_s": 17}
 _SLACK = 1.0001
+COLUMNS = ("experiment", "times", "at °", "travel ± °", "max °/s", "max N m", "s")
+"""Of `rows_of`."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,60 @@ class TestPlan:
                     f"{source}: plans experiments at {place.angle_rad:.4g} rad, outside {envelope.lowest_rad:.4g}"
                     f" to {envelope.highest_rad:.4g} rad."
                 )
+
+
+def rows_of(test_plan: TestPlan) -> list[tuple[str, ...]]:
+    """Motion of each kind of experiment for people: axis, distance, speed, torque, duration; one row per kind."""
+    alike: dict[str, list[tuple[Place, Experiment]]] = {}
+    for place, experiment in test_plan:
+        alike.setdefault(json.dumps([experiment.kind, experiment.fields], sort_keys=True), []).append(
+            (place, experiment)
+        )
+    rows: list[tuple[str, ...]] = []
+    for group in alike.values():
+        experiment, duration_s = group[0][1], sum(each.duration_s for _, each in group)
+        where, extent = _where(group, test_plan), _extent(experiment, test_plan)
+        rows.append((experiment.name, str(len(group)), where, *extent, f"{duration_s:.0f}"))
+    return rows
+
+
+def summary_of(test_plan: TestPlan) -> str:
+    """One sentence."""
+    places = ", ".join(_angle(place.angle_rad) for place in test_plan.places)
+    return (
+        f"{test_plan.experiments} experiments at {places}°, {test_plan.duration_s:.0f} s; moves between"
+        f" these angles at {degrees(test_plan.moving_rad_s):.3g} °/s."
+    )
+
+
+def _where(group: list[tuple[Place, Experiment]], test_plan: TestPlan) -> str:
+    """The angles, or that it runs at all places."""
+    angles = {place.angle_rad: None for place, _ in group}
+    return "all" if len(angles) == len(test_plan.places) else ", ".join(_angle(angle) for angle in angles)
+
+
+def _angle(angle_rad: float) -> str:
+    """In °, without a minus before 0."""
+    return f"{round(degrees(angle_rad), 1) + 0.0:.1f}"
+
+
+def _extent(experiment: Experiment, test_plan: TestPlan) -> tuple[str, str, str]:
+    """Path, rate and torque; the limit of the experiment where the set-up has no value."""
+    rate, torque = experiment.fastest_rad_s, experiment.torque_nm
+    return (
+        f"{degrees(experiment.reach_rad(test_plan.limits['travel_rad'])):.3g}",
+        f"{degrees(rate if rate is not None else test_plan.limits['rate_rad_s']):.3g}",
+        f"{torque if torque is not None else test_plan.limits['torque_nm']:.3g}",
+    )
+
+
+def as_json(test_plan: TestPlan) -> dict[str, Any]:
+    """For programs, in ° and s."""
+    return {
+        "stage": test_plan.stage, "duration_s": test_plan.duration_s, "experiments": test_plan.experiments,
+        "places_deg": [degrees(place.angle_rad) for place in test_plan.places],
+        "moving_deg_s": degrees(test_plan.moving_rad_s), "limits": test_plan.limits,
+    }  # fmt: skip
 
 
 def read_test_plan(path: Path) -> TestPlan:

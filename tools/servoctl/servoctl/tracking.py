@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from . import power
 from .device import Device
 from .drive import Drive
 from .errors import InputError, MotionError
+from .live import LiveAxis
 from .parameter import AXIS_SHIFT
 from .pdo_loan import PdoLoan
 
@@ -24,16 +27,24 @@ DROPS = {
     4: "their quality is above 100 %",
 }
 """Why a frame does not count, by 3072:4."""
+UNKNOWN_INTERVAL = 65535
+FIRST_FRAME_S = 1.0
+"""Frames come at 10 Hz at least."""
 
 RPDO = 3
 FRAME = [0x3070 << 16 | sub << 8 | bits for sub, bits in enumerate((16, 16, 16, 8, 8), start=1)]
 """Objects of a camera frame, as they are mapped."""
 
 
+def is_supported(device: Device, axis: int) -> bool:
+    """The node has mode -1."""
+    data = device.try_upload(0x6502 + AXIS_SHIFT * axis)
+    return data is not None and bool(int.from_bytes(data, "little") >> SUPPORTED_BIT & 1)
+
+
 def check_supported(device: Device, axis: int) -> None:
     """Raises MotionError for a node without mode -1."""
-    data = device.try_upload(0x6502 + AXIS_SHIFT * axis)
-    if data is None or not int.from_bytes(data, "little") >> SUPPORTED_BIT & 1:
+    if not is_supported(device, axis):
         raise MotionError(
             f"node {device.node_id} has no mode of operation for tracking (bit {SUPPORTED_BIT} of 6502 is not set):"
             " update its firmware."
@@ -79,6 +90,63 @@ def frame_counts(device: Device) -> FrameCounts:
 def state_of(drive: Drive) -> int:
     """3072:5 or :6."""
     return drive.device.read_int(0x3072, 5 + drive.axis)
+
+
+UNKNOWN_RETURN_MS = 0xFFFF
+_REASONS = ("too fast", "beyond the azimuth's travel", "azimuth turns back")
+"""Why the axes are not on the target, by 3075:3."""
+
+
+def return_text(device: Device) -> tuple[float | None, str]:
+    """When the line of sight will be back on a target that is too fast for the axes or beyond their travel (3075:1), in s
+    and for a line; None and "" while they follow it, and with firmware that does not predict it."""
+    data = device.try_upload(0x3075, 1)
+    left_ms = 0 if data is None else int.from_bytes(data, "little")
+    if left_ms == 0:
+        return None, ""
+    state = device.try_upload(0x3075, 3)
+    reason = _REASONS[0 if state is None else min(state[0], 2)]
+    if left_ms == UNKNOWN_RETURN_MS:
+        return None, reason
+    return left_ms / 1000, f"{reason}, back in {1e-3 * left_ms:.1f} s"
+
+
+@dataclass(frozen=True)
+class DelayEstimate:
+    """True age of a frame minus its stated age, half of its 95 % interval, and what the node adds, ms; `known` is False while
+    the node has no estimate."""
+
+    delay_ms: float
+    half_interval_ms: float
+    added_ms: int
+    known: bool
+
+
+def delay_estimate(device: Device) -> DelayEstimate | None:
+    """3073:5 to :7; None for firmware without it."""
+    delay, half, added = (device.try_upload(0x3073, sub) for sub in (5, 6, 7))
+    if delay is None or half is None or added is None:
+        return None
+    interval = int.from_bytes(half, "little")
+    return DelayEstimate(
+        int.from_bytes(delay, "little", signed=True) / 100, interval / 100, int.from_bytes(added, "little", signed=True),
+        interval != UNKNOWN_INTERVAL,
+    )  # fmt: skip
+
+
+def begin_following(lives: Sequence[LiveAxis]) -> None:
+    """All axes at once, so that the line of sight is estimated as one from the start. They are enabled, and at rest."""
+    for live in lives:
+        live.device.axis_write(live.drive.axis, 0x6060, power.TRACKING, 1)
+        live.mode = power.TRACKING
+
+
+def end_following(lives: Sequence[LiveAxis]) -> None:
+    """The axes stop on their ramps (6084), and stay enabled."""
+    for live in lives:
+        live.drive.set_target_rate(0.0)
+        live.drive.set_mode(power.PROFILE_VELOCITY)
+        live.mode = power.PROFILE_VELOCITY
 
 
 def check_frames(device: Device, identifier: int | None, wait_s: float) -> None:

@@ -7,6 +7,7 @@ rates gets those of parabolas through neighbouring rows.
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,11 @@ Real = NDArray[np.float64]
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3}
 ANGLE_UNITS = {"deg": radians(1.0), "rad": 1.0, "mrad": 1e-3, "urad": 1e-6}
+LARGEST = 1e12
+"""Of a number in the file, in its unit: beyond it, the computation would be inexact."""
+MAX_ROWS = 200_000
+MAX_BYTES = 50_000_000
+_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 _LOOKS = 33
 """Instants of each interval at which angle and rate are checked; the acceleration is largest at its ends."""
 
@@ -56,6 +62,11 @@ class Trajectory:
         angle = {axis: values[:rows] for axis, values in self.angle_rad.items()}
         rate = {axis: values[:rows] for axis, values in self.rate_rad_s.items()}
         return Trajectory(self.time_s[:rows], angle, rate, self.places[:rows])
+
+    def turned(self, axis: int, turns: int) -> Trajectory:
+        """The same directions, with an axis whole revolutions further."""
+        angle = self.angle_rad | {axis: self.angle_rad[axis] + 2 * np.pi * turns}
+        return Trajectory(self.time_s, angle, self.rate_rad_s, self.places)
 
     def angles(self, axis: int, time_s: Real) -> Real:
         """Angles at these times; before and after the trajectory, its ends."""
@@ -106,17 +117,26 @@ class Trajectory:
 
     def check(self, limits: dict[int, AxisLimits]) -> None:
         """Raises InputError for the first row after which an axis would exceed a limit of the node."""
+        found = self.first_violation(limits)
+        if found is not None:
+            raise InputError(found[1])
+
+    def first_violation(self, limits: dict[int, AxisLimits]) -> tuple[int, str] | None:
+        """The first row after which an axis would exceed a limit of the node, and what would happen where and when."""
         row, time_s = self._instants()
         found: list[tuple[int, str]] = []
         for axis, limit in limits.items():
-            for values, bad, text in _violations(limit, *(self._at(axis, row, time_s, n) for n in range(3))):
+            with np.errstate(all="ignore"):  # what is not finite is a violation, too
+                violations = _violations(limit, *(self._at(axis, row, time_s, n) for n in range(3)))
+            for values, bad, text in violations:
                 if bad.any():
                     first = int(np.argmax(bad))
                     worst = values[row == row[first]][np.argmax(np.abs(values[row == row[first]]))]
                     found.append((int(row[first]), f"{AXES[axis]} {text.format(float(worst))}"))
-        if found:
-            row_number, text = min(found, key=lambda item: item[0])
-            raise InputError(f"{self.places[row_number]}: at {self.time_s[row_number]:.6g} s {text}")
+        if not found:
+            return None
+        row_number, text = min(found, key=lambda item: item[0])
+        return row_number, f"{self.places[row_number]}: at {self.time_s[row_number]:.6g} s {text}"
 
     def _at(self, axis: int, row: NDArray[np.int64], time_s: Real, derivative: int) -> Real:
         """Of the interval `row`, also at its end, where the next one begins."""
@@ -126,18 +146,18 @@ class Trajectory:
 
 def _violations(limit: AxisLimits, angle: Real, rate: Real, acceleration: Real) -> list[tuple[Real, NDArray[np.bool_], str]]:
     node = limit.node
-    speeding = acceleration * rate >= 0.0
+    speeding = ~(acceleration * rate < 0.0)
     tolerance = 1.0 + 1e-6
     return [
-        (degrees(1) * angle, angle < node.lowest.value,
+        (degrees(1) * angle, ~(angle >= node.lowest.value),
          f"would move to {{:.3f}}°, beyond {node.lowest}; lowest allowed: {degrees(node.lowest.value):.2f}°."),
-        (degrees(1) * angle, angle > node.highest.value,
+        (degrees(1) * angle, ~(angle <= node.highest.value),
          f"would move to {{:.3f}}°, beyond {node.highest}; highest allowed: {degrees(node.highest.value):.2f}°."),
-        (degrees(1) * rate, np.abs(rate) > tolerance * node.fastest.value,
+        (degrees(1) * rate, ~(np.abs(rate) <= tolerance * node.fastest.value),
          f"would turn at {{:.4g}} °/s, above {node.fastest}; at most {degrees(node.fastest.value):.4g} °/s is allowed."),
-        (degrees(1) * acceleration, speeding & (np.abs(acceleration) > tolerance * limit.acceleration_rad_s2),
+        (degrees(1) * acceleration, speeding & ~(np.abs(acceleration) <= tolerance * limit.acceleration_rad_s2),
          f"would accelerate by {{:.4g}} °/s², above 6083 ({degrees(limit.acceleration_rad_s2):.4g} °/s²)."),
-        (degrees(1) * acceleration, ~speeding & (np.abs(acceleration) > tolerance * limit.deceleration_rad_s2),
+        (degrees(1) * acceleration, ~speeding & ~(np.abs(acceleration) <= tolerance * limit.deceleration_rad_s2),
          f"would slow down by {{:.4g}} °/s², above 6084 ({degrees(limit.deceleration_rad_s2):.4g} °/s²)."),
     ]  # fmt: skip
 
@@ -187,25 +207,35 @@ def _columns(place: str, titles: Sequence[str]) -> list[_Column]:
     return found
 
 
-def _number(place: str, title: str, text: str) -> float:
+def _cells(place: str, line: str) -> list[str]:
     try:
-        value = float(text)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise InputError(f"{place}: {title.strip()} is '{text.strip()}', expected a finite number.")
+        return next(csv.reader([line], strict=True))
+    except csv.Error as error:
+        raise InputError(f"{place}: is not a row of a CSV file: {error}.") from error
+
+
+def _number(place: str, title: str, text: str) -> float:
+    value = float(text) if _NUMBER.fullmatch(text) else np.nan
+    if not np.abs(value) <= LARGEST:
+        raise InputError(f"{place}: {title.strip()} is '{text.strip()}', expected a number from {-LARGEST:g} to {LARGEST:g}.")
     return value
 
 
 def read_trajectory(path: Path) -> Trajectory:
     """A CSV file, a row per instant; raises InputError with file and line."""
     try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is not a file.")
+        if (size := path.stat().st_size) > MAX_BYTES:
+            raise InputError(f"{path}: has {size / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB can be followed.")
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not a text file"
         raise InputError(f"{path}: cannot be read: {reason}.") from error
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
-    rows = [(number, next(csv.reader([line]))) for number, line in lines]
+    if len(lines) > MAX_ROWS:
+        raise InputError(f"{path}:{lines[MAX_ROWS][0]}: the trajectory has {len(lines) - 1} rows; at most {MAX_ROWS - 1} can be followed.")
+    rows = [(number, _cells(f"{path}:{number}", line)) for number, line in lines]
     if len(rows) < 3:
         raise InputError(f"{path}:{rows[-1][0] if rows else 1}: a trajectory needs a title line and at least two rows.")
     titles = rows[0][1]
@@ -234,7 +264,8 @@ def read_trajectory(path: Path) -> Trajectory:
 def slopes(time_s: Real, angle_rad: Real) -> Real:
     """Rates of parabolas through neighbouring rows, at most three times the mean rate beside the row: so the cubics do
     not swing out where rows are far apart or jump."""
-    mean = np.diff(angle_rad) / np.diff(time_s)
-    parabolas = np.gradient(angle_rad, time_s, edge_order=2 if len(time_s) > 2 else 1)
+    with np.errstate(all="ignore"):  # rows that are too close: what is not finite is refused by the limits
+        mean = np.diff(angle_rad) / np.diff(time_s)
+        parabolas = np.gradient(angle_rad, time_s, edge_order=2 if len(time_s) > 2 else 1)
     most = 3.0 * np.minimum(np.abs(np.append(mean, mean[-1])), np.abs(np.insert(mean, 0, mean[0])))
     return np.asarray(np.clip(parabolas, -most, most), dtype=np.float64)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from .access_lock import need_unlock, unlocked, without_equal_guarded
 from .device import DEVICE_STATE, STORE_TIMEOUT_S, Device
-from .errors import NotVerified, Refused
+from .errors import InputError, NotVerified, Refused
 from .journal import Entry, Journal, now
 from .parameter import AXES, AXIS_SHIFT, Parameter, Value
 from .refusal import refusal_text
@@ -136,6 +136,7 @@ class Tuning:
         access lock, without which guarded values that differ are refused. `override` applies gains without the device's
         check of stability, which needs the lock, too.
         """
+        self.journal.need()
         axes = {p.axis for p in values if p.staged and p.axis is not None}
         if not on_top:
             self.refuse_foreign_stage(axes)
@@ -201,6 +202,40 @@ class Tuning:
                 f"{parameter.name}: wrote {number(wanted)}, but the device has {number(found)} {parameter.unit}."
             )
         return found
+
+
+def staged_axes(device: Device) -> set[int]:
+    """Axes with staged values that are not in effect."""
+    found = set()
+    for axis in range(len(AXES)):
+        state = set_state(device, axis)
+        if state is not None and state.staged_differs:
+            found.add(axis)
+    return found
+
+
+def undo_last(tuning: Tuning, unlock: bool = False) -> list[Change]:
+    """Writes the values from before the newest transaction in the journal; raises Refused, and changes nothing, when
+    another client has changed one of them since."""
+    entries = tuning.journal.last_undoable()
+    if not entries:
+        raise InputError(f"{tuning.journal.path} contains nothing to undo.")
+    tuning.undoes = entries[0].transaction
+    schema = tuning.device.schema
+    values: dict[Parameter, Value] = {}
+    for entry in entries:
+        parameter = schema.by_index(entry.index, entry.sub)
+        if parameter is None or entry.old is None:
+            raise InputError(f"{entry.name} from the journal is not an object of this device.")
+        found = tuning.device.read(parameter)
+        if found != entry.new:
+            raise Refused(
+                f"{entry.name} is now {number(found)}, but the journal's last write set it to"
+                f" {number(entry.new)}: another client has changed it since. Set it with 'servoctl set' if you"
+                " want the old value."
+            )
+        values[parameter] = entry.old
+    return tuning.write(values, unlock=unlock)
 
 
 def store(device: Device) -> None:

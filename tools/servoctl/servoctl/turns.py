@@ -80,6 +80,7 @@ class Turns:
         self._transfer = self.lock("transfer")
         self._motion = self.lock("motion")
         self._us = str(os.getpid())
+        self._motions = 0
 
     def close(self) -> None:
         """Ends our part."""
@@ -107,9 +108,22 @@ class Turns:
 
     @contextlib.contextmanager
     def motion(self) -> Iterator[None]:
-        """While an axis moves: transfers work as usual, without a long one of another process in between."""
-        with self._motion.held(shared=True):
+        """While an axis moves: transfers work as usual, without a long one of another process in between. A process may
+        move both axes; the lock is free when the last motion has ended."""
+        self._motions += 1
+        if self._motions == 1:
+            self._motion.wait(shared=True)
+        try:
             yield
+        finally:
+            self._motions -= 1
+            if self._motions == 0:
+                self._motion.release()
+
+    def anyone_moves(self) -> bool:
+        """This process or another one moves an axis: a long transfer would wait."""
+        with contextlib.closing(self.lock("motion")) as lock:
+            return not lock.try_alone()
 
     @contextlib.contextmanager
     def alone(self, what: str, refusal: str) -> Iterator[None]:

@@ -12,6 +12,7 @@ import contextlib
 import io
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -32,6 +33,7 @@ SIM_HOST = os.environ.get("SIM_HOST", str(BUILD / "bin" / "sim_host"))
 EMULATE_BOARD = os.environ.get("EMULATE_BOARD", str(BUILD / "bin" / "emulate_board"))
 IMAGE = os.environ.get("TARGET_IMAGE", str(ROOT / "build" / "stm32g474" / "bin" / "trackservo.bin"))
 SERVERS = {"sim": [SIM_HOST, "serve"], "image": [EMULATE_BOARD, IMAGE]}
+CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 FAST = {"sim": "8", "image": "3"}
 """Times real time, for tests that need no set-points from the computer; the pace that one core can emulate."""
 SIMULATOR_ONLY = {
@@ -41,6 +43,11 @@ SIMULATOR_ONLY = {
     ),
     "test_the_fly_by_is_held_by_the_true_error_of_the_simulator": (
         "only sim_host serve has a moving target; the image follows the frames of the tests' own camera"
+    ),
+    "test_the_demonstration_moves_an_axis_in_one_command": "the demonstration starts a simulator of its own, never a board",
+    "test_the_stream_for_minutes_judges_what_it_has_measured": "it streams from the demonstration's simulator",
+    "test_a_slow_bus_has_all_signals_less_often_and_the_page_says_so": (
+        "an image without a stored bit rate starts at 1 Mbit/s; test_a_slow_bus_carries_fewer_samples_and_says_so tries the rule"
     ),
 }
 """Tests that do not run on the image, with the reason; docs/emulator.md lists them too."""
@@ -160,10 +167,27 @@ def served() -> Iterator[str]:
     assert process.returncode == 0  # otherwise the image has violated the chip's rules
 
 
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """Headless, for all tests of the page: to start it takes longer than some of them."""
+    from playwright.sync_api import sync_playwright  # only for the tests of the page
+
+    with sync_playwright() as play:
+        opened = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
 @pytest.fixture
 def servo(served: str, tmp_path: Path) -> Bench:
     """servoctl at the servo, both axes disabled and without fault."""
     bench = Bench(served, tmp_path)
+    bring_to_rest(bench)
+    return bench
+
+
+def bring_to_rest(bench: Bench) -> None:
+    """Both axes disabled and without fault, nothing staged."""
     for axis in ("azimuth", "pitch"):
         bench.here("undo", "--staged", "--axis", axis)
         state = bench.json("state", axis)["axes"][0]["state"]
@@ -171,7 +195,6 @@ def servo(served: str, tmp_path: Path) -> Bench:
             bench.here("state", axis, "reset")
         elif state != "switch on disabled":
             bench.here("state", axis, "disable")
-    return bench
 
 
 @pytest.fixture

@@ -3,7 +3,8 @@
 IDENTIFY_PROGRAM.
 
 SHORT_PLACES: their angles in rad, as "-0.5 0.4". SHORT_FAULT plans a fault for a test: "too fast" gives an experiment
-that exceeds its speed limit, "beyond" one outside the travel, "long" one of minutes.
+that exceeds its speed limit, "beyond" one outside the travel, "long" one of minutes. With SHORT_BRIEF a part takes two
+seconds, and the values of the fit are made up.
 """
 
 import json
@@ -58,11 +59,41 @@ def plan(arguments: list[str]) -> None:
             "duration_s": duration, "moving_rad_s": 0.26,
             "limits": {"travel_rad": 1.5, "rate_rad_s": rate, "torque_nm": torque_nm, "duration_s": 600.0},
             "places": places}  # fmt: skip
+    if "SHORT_BRIEF" in os.environ:
+        places[0]["experiments"] = [sweep(0.02, 2.0, 2, 0.4)]
+        del places[1:]
+        places[0]["angle_rad"] = float(arguments[arguments.index("--start-rad") + 1])
     if fault == "long":
         places[0]["experiments"] = [LOOPS | {"count": 800, "duration_s": 560.0}]
     if fault == "too fast":  # a torque that overcomes the seal
         places[0]["experiments"] = [{"kind": 2, "count": 1, "dwell_s": 4.0, "amplitude_nm": 30.0, "duration_s": 4.0}]
     Path(arguments[arguments.index("--json") + 1]).write_text(json.dumps(data))
+
+
+def fit(arguments: list[str]) -> None:
+    """A result of the simulated azimuth, made up."""
+    assert len(Path(arguments[0]).read_text().splitlines()) > 1000
+    sides = {"coulomb": 6.0, "breakaway": 9.0, "stribeck_speed": 5.2e-3, "viscous": 8.0}
+    true = {f"{name}_{side}": value for name, value in sides.items() for side in ("positive", "negative")}
+    true |= {"stiffness": 30000.0, "damping": 300.0, "inertia": 6.0}
+    rows = {
+        name: {"value": value, "unit": "", "interval_95": [0.99 * value, 1.01 * value], "paper_method": value, "start": value}
+        for name, value in true.items()
+    }
+    constant = {"term": "1", "value": 0.1, "interval_95": [0.0, 0.2]}
+    data = {
+        "format": "trackservo-identification", "version": 1, "parameters": rows, "refused": [], "warnings": [],
+        "coulomb_mean": rows["coulomb_positive"], "recorded_s": 2.0, "runs": 1, "paper_method_missing": [], "plant": [],
+        "position": {"travel_rad": [-1.0, 1.0], "friction_level": [], "load_nm": [constant]},
+        "noise": {"step_s": 1e-3, "residual_rms_nm": 0.1, "innovation_nm": 0.1},
+        "checks": {
+            "damping_ratio": 0.7, "damping_ratio_of_the_paper": 0.7, "damping_by_eq_15_nm_s_rad": 300.0, "delay_s": 1e-3,
+            "converged": True, "gyro": {"used": False, "scale_error": 0.0, "delay_s": 0.0},
+        },
+    }  # fmt: skip
+    Path(arguments[arguments.index("--json") + 1]).write_text(json.dumps(data))
+    if "--residuals" in arguments:
+        Path(arguments[arguments.index("--residuals") + 1]).write_text("time_s,residual_nm,whitened\n")
 
 
 def design(arguments: list[str]) -> None:
@@ -90,6 +121,8 @@ def design(arguments: list[str]) -> None:
 if __name__ == "__main__":
     if sys.argv[1:2] == ["plan"]:
         plan(sys.argv[2:])
+    elif sys.argv[1:2] == ["fit"] and "SHORT_BRIEF" in os.environ:
+        fit(sys.argv[2:])
     elif sys.argv[1:2] == ["design"] and "SHORT_REAL_DESIGN" not in os.environ:
         design(sys.argv[2:])
     else:

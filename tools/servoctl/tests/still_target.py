@@ -1,6 +1,6 @@
 """A camera for devices that have none: a client that sends frames of a still target, from the measured joint angles.
 
-It hears the angles in TPDO4 (6064 of both axes every 10 ms), and sends what a pinhole camera on these joints would see,
+It hears the angles in TPDO4 (6064 of both axes every 10 ms), or in another frame that holds them, and sends what a pinhole camera on these joints would see,
 with the age of the angles, as docs/can.md describes.
 """
 
@@ -22,9 +22,12 @@ SURE = 100
 class StillTarget:
     """Sends frames within a `with` block; the target is at fixed joint angles, in degrees."""
 
-    def __init__(self, bus: str, identifier: int, azimuth_deg: float, pitch_deg: float) -> None:
+    def __init__(
+        self, bus: str, identifier: int, azimuth_deg: float, pitch_deg: float, positions_id: int = POSITIONS_ID
+    ) -> None:
         self._bus = open_bus(parse_bus(bus))
         self._identifier = identifier
+        self._positions_id = positions_id
         self._azimuth, self._pitch = math.radians(azimuth_deg), math.radians(pitch_deg)
         self.visible = True
         self.impossible = False
@@ -49,7 +52,7 @@ class StillTarget:
         counter, sent_s = 0, 0.0
         while not self._end.is_set():
             message = self._bus.recv(0.1)
-            if message is None or message.arbitration_id != POSITIONS_ID or len(message.data) != 8:
+            if message is None or message.arbitration_id != self._positions_id or len(message.data) != 8:
                 continue
             heard_s = time.monotonic()
             if heard_s - sent_s < 0.9 * FRAME_S:

@@ -17,9 +17,9 @@ LOW_PASS = "azimuth.filters.low_pass_frequency"
 SECONDS_LEFT = "0x3040:2"
 
 
-def test_motor_plant_protection_limits_start_turn_and_board_scales_are_guarded_and_nothing_else() -> None:
+def test_motor_plant_protection_limits_start_turn_home_and_board_scales_are_guarded_and_nothing_else() -> None:
     guarded = {p.index & ~0x800 for p in load_schema(PARAMETERS) if p.guarded}
-    assert guarded == {0x2055, 0x2056, 0x2060, 0x2061, 0x3060}
+    assert guarded == {0x2055, 0x2056, 0x2060, 0x2061, 0x3060, 0x607C}
 
 
 def test_protection_limits_take_force_without_being_applied() -> None:

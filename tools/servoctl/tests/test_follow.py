@@ -15,7 +15,7 @@ import pytest
 
 from servoctl.commands import follow
 
-from .conftest import Bench
+from .conftest import DEVICE, Bench
 from .test_satellite import LINES
 
 Eventually = Callable[[Callable[[], bool], float], None]
@@ -53,8 +53,10 @@ def angles(servo: Bench) -> list[float]:
 
 @pytest.mark.parametrize("rates", [True, False])
 def test_both_axes_follow_a_file_in_time_and_everything_is_put_back(servo: Bench, rates: bool) -> None:
-    """The loops leave some µrad; 1 ms in time would be 30 µrad. The median counts: a loaded computer is sometimes late
-    with a set-point."""
+    """The loops leave some µrad; 1 ms in time would be 30 µrad at the median and 16 µrad at the lower quartile. The lower
+    quartile counts: a loaded computer is late with many set-points, and never early. With emulated boards, which take
+    its cores, it is late with more of them."""
+    limit_urad = 30 if DEVICE == "sim" else 60
     sines(servo.folder / "path.csv", 3.0 if rates else 1.5, rates)
     before = borrowed(servo)
     done = servo("follow", "path.csv", "--slew-rate", "20", "--plot", "error.png", "--json", "--yes")
@@ -66,7 +68,7 @@ def test_both_axes_follow_a_file_in_time_and_everything_is_put_back(servo: Bench
     with (servo.folder / "error.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     for name in ("azimuth", "pitch"):
-        assert statistics.median(abs(float(row[f"{name}_error_urad"])) for row in rows) < 60
+        assert statistics.quantiles([abs(float(row[f"{name}_error_urad"])) for row in rows], n=4)[0] < limit_urad
     assert found["samples"] > (2400 if rates else 1200)
     assert [(servo.folder / name).stat().st_size > 1000 for name in found["files"]] == [True, True]
     assert states(servo) == ["switch on disabled"] * 2 and borrowed(servo) == before
@@ -152,3 +154,17 @@ def test_interrupting_stops_both_axes_and_puts_all_back(servo: Bench, eventually
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=60) == 130
     assert states(servo) == ["switch on disabled"] * 2 and borrowed(servo) == before
+
+
+def test_a_file_that_fits_a_turn_away_is_followed_there_and_one_that_fits_nowhere_is_refused(servo: Bench) -> None:
+    """The travel is ±278°; the file's is 298° to 302°, then 180° to 714°."""
+    path = servo.folder / "path.csv"
+    path.write_text("time_s,azimuth_deg\n0,298\n4,302\n", encoding="utf-8")
+    shown = servo.here("follow", "path.csv", "--dry-run")
+    assert shown.code == 0, shown.err
+    assert "azimuth from -62.0" in shown.out and "-360° from the file's angles" in shown.out, shown.out
+    rows = "".join(f"{t},{180 + 6 * t}\n" for t in range(90))
+    path.write_text(f"time_s,azimuth_deg\n{rows}", encoding="utf-8")
+    refused = servo.here("follow", "path.csv", "--dry-run")
+    assert refused.code == 2 and "-360° lasts longest" in refused.err, refused
+    assert "path.csv:78: at 76 s azimuth would move to 282.000°, beyond its software limit 607D:2" in refused.err, refused.err

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import pytest
 
-from servoctl.commands.motion import FASTEST_PACE, check_pace
+from servoctl.rate_run import FASTEST_PACE, check_pace
 from servoctl.device import Device
 from servoctl.errors import MotionError
 from servoctl.node_clock import NodeClock
@@ -127,6 +127,6 @@ def test_set_points_that_are_not_heard_are_reported_with_their_identifier(
         patch.setattr(RateStream, "_send", lambda _stream, _counts: None)
         refused = servo.here(words[0], "azimuth", *words[1:], "--yes")
     assert refused.code == 6 and refused.err.count("\n") == 1, refused
-    assert "node 1 does not receive identifier 684" in refused.err and "late" not in refused.err
+    assert "node 1 does not receive identifier 6BC" in refused.err and "late" not in refused.err
     state = servo.json("state", "azimuth")["axes"][0]
     assert state["state"] == "switch on disabled" and abs(state["position_deg"] - before) < 1.0

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from servoctl.errors import MotionError
+from servoctl.pdo_loan import borrowed_identifiers
 from servoctl.recorder import HYSTERESIS, TickGatherer, decode
 
 TURN32 = 2**32 / (2 * np.pi)
@@ -89,3 +90,10 @@ def test_a_recording_is_written_as_the_fit_reads_it(tmp_path: Path) -> None:
 def test_without_a_tick_there_is_no_recording() -> None:
     with pytest.raises(MotionError):
         decode(b"")
+
+
+def test_the_nodes_of_a_bus_borrow_identifiers_of_their_own() -> None:
+    twelve = [borrowed_identifiers(node) for node in range(1, 13)]
+    assert len({identifier for each in twelve for identifier in each}) == 48
+    assert all(0x6B0 <= identifier <= 0x6DF and list(each) == sorted(each) for each in twelve for identifier in each)
+    assert borrowed_identifiers(13) == borrowed_identifiers(1) and len(borrowed_identifiers(127, 3)) == 3

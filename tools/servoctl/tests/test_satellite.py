@@ -97,3 +97,6 @@ def test_times_are_utc_unless_they_say_otherwise() -> None:
     assert parse_time("2026-11-23T05:00:00Z") == parse_time("2026-11-23T05:00:00") == parse_time("2026-11-23T06:00:00+01:00")
     with pytest.raises(InputError, match="'tomorrow' is not a time"):
         parse_time("tomorrow")
+    for text in ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59"):
+        with pytest.raises(InputError, match="expected a year from 1957 to 2056"):
+            parse_time(text)

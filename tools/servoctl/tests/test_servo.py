@@ -58,6 +58,16 @@ def test_undo_leaves_alone_what_somebody_else_has_changed_since(servo: Bench, tm
     assert servo.value(GAIN) == before
 
 
+def test_nothing_changes_when_the_journal_cannot_be_written(servo: Bench, tmp_path: Path) -> None:
+    before = servo.value(GAIN)
+    (tmp_path / "file").touch()
+    other = Bench(servo.bus, tmp_path)
+    other.environment["SERVOCTL_STATE"] = str(tmp_path / "file" / "state")
+    refused = other.here("set", GAIN, str(before + 5))
+    assert refused.code == 2 and "the journal cannot be written: Not a directory. Nothing was changed." in refused.err
+    assert servo.value(GAIN) == before
+
+
 def test_the_devices_own_undo_works_and_is_journalled(servo: Bench) -> None:
     before = servo.value(GAIN)
     servo.json("set", GAIN, str(before + 3))
@@ -236,7 +246,9 @@ def test_several_at_once_take_turns_at_the_nodes_one_sdo_server(servo: Bench) ->
     for process in reading:
         out, err = process.communicate(timeout=60)
         assert process.returncode == 0, err
-    assert all(len((servo.folder / f"{name}.csv").read_text().splitlines()) > 100 for name in ("one", "two", "three"))
+    # How many rows there are is up to the computer; each has its share of them.
+    rows = [len((servo.folder / f"{name}.csv").read_text().splitlines()) for name in ("one", "two", "three")]
+    assert min(rows) > 20 and min(rows) > max(rows) / 3, rows
 
 
 def test_log_reads_at_the_rate_that_was_requested(servo: Bench) -> None:

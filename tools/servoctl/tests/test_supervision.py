@@ -11,7 +11,8 @@ import can
 import pytest
 
 from servoctl.bus import open_bus, parse_bus
-from servoctl.supervision import MONITOR_MS
+from servoctl.device import Device
+from servoctl.supervision import MONITOR_MS, Supervision
 
 from .conftest import Bench
 
@@ -71,6 +72,26 @@ def heartbeat_of(servo: Bench, node: int) -> Iterator[None]:
         end.set()
         thread.join()
         bus.shutdown()
+
+
+@pytest.mark.parametrize(("others", "expected"), [(0, "operational"), (0x40 << 16 | 500, "pre-operational")])
+def test_a_node_that_missed_our_heartbeat_is_started_again_unless_it_monitors_others(
+    unwatched: Bench, monkeypatch: pytest.MonkeyPatch, others: int, expected: str
+) -> None:
+    """As on a computer that is too busy for a second."""
+    for name, value in unwatched.environment.items():
+        monkeypatch.setenv(name, value)
+    set_monitored(unwatched, [others, 0, 0, 0])
+    with Device(parse_bus(unwatched.bus), NODE) as device:
+        device.set_nmt("operational")
+        supervision = Supervision(device)
+        supervision.begin()
+        assert supervision._beat is not None
+        supervision._beat.stop()
+        while device.nmt_state() != "pre-operational":
+            pass
+        supervision.end()
+        assert device.nmt_state() == expected
 
 
 def test_motions_side_by_side_have_entries_of_their_own_and_the_last_one_puts_nmt_back(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import json
+import math
 import signal
 import statistics
 from collections.abc import Iterator
@@ -75,6 +76,24 @@ def test_a_lost_target_is_reported_and_ctrl_c_stops_in_control(servo: Bench) -> 
     assert states(servo) == ["switch on disabled"] * 2
 
 
+def test_a_target_outside_the_picture_is_said_so(servo: Bench) -> None:
+    with camera(servo) as target:
+        target.visible = False
+        found = servo(*cued("--seconds", "4", "--yes"))
+    assert found.code == 0
+    assert "the camera has not seen the target for 3 s" in found.err and "--cue" in found.err
+    with camera(servo):
+        assert "has not seen" not in servo(*cued("--seconds", "4", "--yes")).err
+
+
+@pytest.mark.parametrize("command", [("track",), ("follow", "path.csv")])
+def test_a_plot_that_cannot_be_written_is_refused_before_the_motion(servo: Bench, command: tuple[str, ...]) -> None:
+    (servo.folder / "file").write_text("")
+    for plot, words in (("error.xyz", "must end with .png"), ("file/error.png", "not a folder that you may write")):
+        refused = servo.here(*command, "--plot", plot, "--yes")
+        assert refused.code == 2 and words in refused.err, refused
+
+
 def test_one_axis_alone(servo: Bench) -> None:
     with camera(servo):
         servo.json("move", "azimuth", "--to", str(PLACE[0] + 0.1), "--yes")
@@ -82,6 +101,29 @@ def test_one_axis_alone(servo: Bench) -> None:
     assert found.code == 0, found.err
     axes = json.loads(found.out.splitlines()[-1])["axes"]
     assert [axis["axis"] for axis in axes] == ["pitch"] and axes[0]["last_state"] == "tracking"
+
+
+def test_a_target_that_is_too_fast_is_said_with_the_time_until_it_is_reached(servo: Bench) -> None:
+    """7 mrad beside the line of sight, with at most 0.1 °/s for the azimuth: 4 s."""
+    with camera(servo):
+        servo.json("move", "azimuth", "--to", str(PLACE[0] + 0.4), "--yes")
+        servo.json("move", "pitch", "--to", str(PLACE[1]), "--yes")
+        before = servo.json("get", "0x607F")[0]["value"]
+        servo.json("set", "0x607F", str(round(1e6 * math.radians(0.1))))
+        try:
+            done = servo("track", "--camera-id", CAMERA, "--interval", "0.2", "--seconds", "6", "--json", "--yes")
+        finally:
+            servo.json("set", "0x607F", str(before))
+    assert done.code == 0, done.err
+    lines = [json.loads(line) for line in done.out.splitlines()][:-1]
+    said = [(line["time_s"], line["back_in_s"]) for line in lines if line["back_in_s"] is not None]
+    back_s = next(line["time_s"] for line in lines if line["time_s"] > said[-1][0] and line["back_in_s"] is None)
+    assert 3.0 < back_s < 4.5, said
+    # The first predictions know the target's speed from a few frames only; those of the last 2 s are of the settled one.
+    settled = [(at, back) for at, back in said if at > back_s - 2.0]
+    assert len(settled) >= 4, said
+    assert [at + back for at, back in settled] == pytest.approx([back_s] * len(settled), abs=0.5), said
+    assert lines[-1]["back_in_s"] is None and lines[-1]["axes"][0]["state"] == "tracking"
 
 
 def test_without_frames_nothing_moves(servo: Bench) -> None:
@@ -95,7 +137,7 @@ def test_without_frames_nothing_moves(servo: Bench) -> None:
     assert servo.here("track", "--dry-run").code == 0
     assert servo.here("track").code == 2  # nobody has confirmed
     for words, reported in (
-        (("--camera-id", "601"), "not an identifier"), (("--cue", "300", "0"), "607D"), (("--seconds", "0"), "greater than 0"),
+        (("--camera-id", "601"), "not an identifier"), (("--cue", "0", "300"), "607D"), (("--seconds", "0"), "greater than 0"),
     ):  # fmt: skip
         refused = servo.here("track", *words, "--yes")
         assert refused.code == 2 and reported in refused.err, refused
@@ -129,3 +171,13 @@ def test_the_fly_by_is_held_by_the_true_error_of_the_simulator(tmp_path: Path) -
     for name in ("cross_elevation_error_urad", "elevation_error_urad"):
         assert statistics.pstdev(float(row[name]) for row in rows) < 5.0
     assert DEVICE == "sim"
+
+
+def test_a_cue_takes_the_azimuth_that_lasts_longest_and_says_it_before_it_moves(servo: Bench) -> None:
+    """The travel is ±278°."""
+    for words, angle in ((("270", "2.7"), "-90.000°"), (("100", "2.7"), "100.000°"), (("100", "2.7", "--cue-rate", "5"), "-260.000°")):
+        shown = servo.here("track", "--cue", *words, "--dry-run")
+        assert shown.code == 0 and f"first to azimuth {angle}" in shown.out, shown
+        assert ("which lasts longer" in shown.out) == (angle != "100.000°"), shown.out
+    refused = servo.here("track", "--cue-rate", "5", "--dry-run")
+    assert refused.code == 2 and "give --cue, too" in refused.err

@@ -46,12 +46,36 @@ def test_units_stand_in_the_titles_and_comments_are_skipped(tmp_path: Path) -> N
     ("time_s,azimuth_deg\n0,1\n1\n", ("path.csv:3", "1 values", "2 columns")),
     ("time_s,azimuth_deg\n0,1\n1,one\n", ("path.csv:3", "azimuth_deg is 'one'")),
     ("time_s,azimuth_deg\n0,1\n1,nan\n", ("path.csv:3", "azimuth_deg is 'nan'")),
+    ("time_s,azimuth_deg\n0,1\n1,1_0\n", ("path.csv:3", "azimuth_deg is '1_0'")),
+    ("time_s,azimuth_deg\n0,1\n1,1e300\n", ("path.csv:3", "azimuth_deg is '1e300'", "-1e+12 to 1e+12")),
+    ("time_s,azimuth_deg\n0,1\n1,\"2\n", ("path.csv:3", "is not a row of a CSV file")),
     ("time_s,azimuth_deg\n0,1\n# again\n0,2\n", ("path.csv:4", "not after 0 s")),
 ])  # fmt: skip
 def test_a_bad_file_is_refused_with_its_line(tmp_path: Path, text: str, words: tuple[str, ...]) -> None:
     with pytest.raises(InputError) as refused:
         read_trajectory(written(tmp_path, text))
     assert all(word in str(refused.value) for word in words), refused.value
+
+
+def test_what_is_no_file_or_too_large_is_refused_before_it_is_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="is not a file"):
+        read_trajectory(Path("/dev/zero"))
+    large = tmp_path / "large.csv"
+    with large.open("wb") as file:
+        file.truncate(60_000_000)
+    with pytest.raises(InputError, match="has 60 MB; at most 50 MB"):
+        read_trajectory(large)
+    rows = "".join(f"{0.01 * row:.2f},0\n" for row in range(200_001))
+    with pytest.raises(InputError, match=r"path.csv:200001: the trajectory has 200001 rows; at most 199999"):
+        read_trajectory(written(tmp_path, "time_s,azimuth_deg\n" + rows))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rows", ["0,0\n1e-300,1\n", "0,0\n1e-320,1\n2e-320,0\n", "0,0\n1e-320,0\n1,0\n"])
+def test_a_rate_that_is_no_number_is_beyond_every_limit(tmp_path: Path, rows: str) -> None:
+    found = read_trajectory(written(tmp_path, "time_s,azimuth_deg\n" + rows))
+    with pytest.raises(InputError, match=r"path.csv:\d"):
+        found.check({0: WIDE})
 
 
 def test_a_cubic_is_exact_with_rates_and_close_without() -> None:

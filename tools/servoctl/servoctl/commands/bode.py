@@ -11,8 +11,9 @@ import numpy as np
 
 from ..frequency_response import GOOD_COHERENCE, peak_db
 from ..limits import Limits
+from ..loop_test import MeasuredLoop, loop_stimulus
 from ..session import Session, common
-from .loop import MeasuredLoop, loop_stimulus, measure_loop, save_loop
+from .loop import measure_loop, save_loop
 from .motion import announce, motion_options, new_path, show_files
 from .quantity import FREQUENCY, RATE
 

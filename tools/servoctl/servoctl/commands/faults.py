@@ -7,12 +7,10 @@ from typing import Any
 
 import click
 
-from ..device import Device
 from ..fault_log import FaultLog, LogEntry, as_json, clear_log, read_log, write_snapshots
-from ..fault_table import REACTIONS, SOURCES, FaultTable, Words, find_faults, origin, register_names
+from ..fault_state import read_faults, words_data
+from ..fault_table import REACTIONS, FaultTable, find_faults, register_names
 from ..output import Output
-from ..parameter import AXES, AXIS_SHIFT
-from ..power import state_of
 from ..session import Session, common
 from ..units import Shown
 
@@ -26,11 +24,7 @@ def explain_code(text: str, table: FaultTable) -> dict[str, Any] | None:
     found = table.words(code)
     if not found:
         return None
-    return {"code": f"{code:04X}", "meaning": table.meaning(code), "faults": [_as_dict(words) for words in found]}
-
-
-def _as_dict(words: Words) -> dict[str, Any]:
-    return dict(vars(words))
+    return {"code": f"{code:04X}", "meaning": table.meaning(code), "faults": [words_data(words) for words in found]}
 
 
 def show_code(out: Output, found: dict[str, Any]) -> None:
@@ -50,43 +44,6 @@ def show_words(out: Output, words: dict[str, Any], keys: tuple[str, ...]) -> Non
         if key in words:
             text = REACTIONS.get(words[key], words[key]) if key == "reaction" else words[key]
             out.say(f"  {TITLES.get(key, key):12}{text}")
-
-
-def read_faults(device: Device, table: FaultTable) -> dict[str, Any]:
-    """Error register, history and the state of each axis, from the device."""
-    history = []
-    count = device.try_upload(0x1003, 0)
-    for sub in range(1, (count[0] if count else 0) + 1):
-        value = device.read_int(0x1003, sub)
-        code, info = value & 0xFFFF, value >> 16
-        history.append(
-            {"code": code, "info": info, "meaning": _names(table, code, table.reported(code, info)),
-             "origin": origin(code, info)}
-        )  # fmt: skip
-    axes = []
-    for axis, name in enumerate(AXES):
-        if device.has_axis(axis):
-            data = device.try_upload(0x603F + AXIS_SHIFT * axis)
-            code = int.from_bytes(data, "little") if data else 0
-            words = _of_axis(table, code, name, history)
-            axes.append(
-                {"axis": name, "state": state_of(device.axis_int(axis, 0x6041)), "code": code,
-                 "meaning": _names(table, code, words), "faults": [_as_dict(w) for w in words]}
-            )  # fmt: skip
-    return {"register": device.read_int(0x1001), "axes": axes, "history": history}
-
-
-def _names(table: FaultTable, code: int, found: list[Words]) -> str:
-    return " or ".join(words.name for words in found) or table.meaning(code)
-
-
-def _of_axis(table: FaultTable, code: int, axis: str, history: list[dict[str, Any]]) -> list[Words]:
-    """The fault of an axis: 603F gives a code, which several faults may share; the newest entry of the history gives
-    its number."""
-    if code == 0:
-        return []
-    infos = (h["info"] for h in history if h["code"] == code and h["origin"] == axis)
-    return table.reported(code, next(infos, SOURCES.index(axis) << 8))
 
 
 @click.command(short_help="Show present and past faults, with cause and remedy.")
@@ -174,5 +131,5 @@ def _show_advice(out: Output, found: dict[str, Any], table: FaultTable, log: Fau
 
 def _newest(found: dict[str, Any], table: FaultTable, log: FaultLog | None) -> list[dict[str, Any]]:
     if log is not None and log.entries and log.entries[0].fault in table.faults:
-        return [_as_dict(table.faults[log.entries[0].fault])]
-    return [_as_dict(words) for h in found["history"][:1] for words in table.reported(h["code"], h["info"])]
+        return [words_data(table.faults[log.entries[0].fault])]
+    return [words_data(words) for h in found["history"][:1] for words in table.reported(h["code"], h["info"])]

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import power
+from ..cable_wrap import TURNS, longest_within, with_turns
 from ..device import Device
 from ..drive import Drive
 from ..errors import InputError, MotionError
@@ -26,8 +27,9 @@ from ..parameter import AXES
 from ..session import Session, common
 from ..trajectory import AxisLimits, Trajectory, read_trajectory
 from ..units import TICK_S, degrees
-from .motion import check_pace, check_slew, confirm, slew, yes_options
-from .quantity import ANGLE, DURATION, FASTEST_RATE, Quantity
+from .following import following_options
+from .motion import check_pace, check_slew, confirm, slew
+from .quantity import ANGLE, DURATION, Quantity
 
 Real = NDArray[np.float64]
 
@@ -49,6 +51,7 @@ LATE_S = 0.05
 """A start later than this would be a jump."""
 OLD_DAYS = 14.0
 _METRES = Quantity("m", low=-500.0, high=9000.0)
+_LOWEST_DEG, _HIGHEST_DEG = -5.0, 89.0
 
 
 @dataclass(frozen=True)
@@ -82,12 +85,7 @@ class SkyOptions:
 )
 @click.option("--rehearse", is_flag=True, help="Two-line elements: do not wait for the pass, begin at once.")
 @click.option("--seconds", type=DURATION, help="Follow only the first rows, up to this time after the first one.")
-@click.option("--slew-rate", type=FASTEST_RATE, default="5", show_default=True, help="Rate to the first angle (°/s).")
-@click.option("--interval", type=DURATION, default="1", show_default=True, help="Time between the lines of output (s).")
-@click.option(
-    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="PNG file for a plot of the error; a CSV file is saved beside it."
-)
-@yes_options
+@following_options("first angle")
 @common
 def follow(
     session: Session, file: Path, site: tuple[float, float, float] | None, heading: float, after: str | None, lowest: float,
@@ -108,13 +106,18 @@ def follow(
     with session.connect() as device:
         limits = {axis: _limits(Drive(device, axis)) for axis in source.candidates[0].angle_rad}
         candidates = [whole.shortened(seconds) if seconds else whole for whole in source.candidates]
-        trajectory = _checked(candidates, limits)
+        chosen = longest_within(candidates, limits)
+        trajectory = candidates[chosen]
         gentle = ACCELERATION_SHARE * min(min(limit.acceleration_rad_s2, limit.deceleration_rad_s2) for limit in limits.values())
         whole = trajectory.extended(gentle, REST_S)
         whole.check(limits)
         for axis, angle in whole.angle_rad.items():
             check_slew(Drive(device, axis), float(angle[0]), slew_rate)
         plan = _announce(session, source.text, whole)
+        if chosen and not source.begin:
+            session.out.say(
+                f"  the azimuth is {360 * TURNS[chosen]:+d}° from the file's angles, which leave its travel."
+            )
         if source.note:
             session.out.note(source.note)
         if not confirm(session, plan, dry_run, yes):
@@ -150,7 +153,7 @@ def _from_csv(file: Path, sky: SkyOptions) -> Source:
     if sky.site is not None or sky.after is not None or sky.rehearse:
         raise InputError(f"--site, --after and --rehearse are for two-line elements, but {file} has none.")
     trajectory = read_trajectory(file)
-    return Source(f"{file}, {len(trajectory.time_s)} rows, {trajectory.duration_s:.4g} s", [trajectory])
+    return Source(f"{file}, {len(trajectory.time_s)} rows, {trajectory.duration_s:.4g} s", with_turns(trajectory))
 
 
 def _satellite(file: Path, sky: SkyOptions) -> Source:
@@ -161,6 +164,8 @@ def _satellite(file: Path, sky: SkyOptions) -> Source:
     latitude, longitude, height = sky.site
     if abs(latitude) > math.pi / 2:
         raise InputError(f"--site: the latitude {degrees(latitude):g}° is beyond ±90°.")
+    if not _LOWEST_DEG <= degrees(sky.lowest_rad) <= _HIGHEST_DEG:
+        raise InputError(f"--min-elevation: {degrees(sky.lowest_rad):g}° is not from {_LOWEST_DEG:g}° to {_HIGHEST_DEG:g}°.")
     name, elements = read_elements(file)
     after = parse_time(sky.after) if sky.after else datetime.now(timezone.utc)
     site = Site(latitude, longitude, height)
@@ -187,20 +192,6 @@ def _limits(drive: Drive) -> AxisLimits:
         return drive.device.axis_int(drive.axis, index) * 1e-6
 
     return AxisLimits(read_limits(drive), counts(0x6083), counts(0x6084))
-
-
-def _checked(candidates: Sequence[Trajectory], limits: dict[int, AxisLimits]) -> Trajectory:
-    """The first one within the limits; raises the error of the first one otherwise."""
-    first: InputError | None = None
-    for trajectory in candidates:
-        try:
-            trajectory.check(limits)
-        except InputError as error:
-            first = first or error
-        else:
-            return trajectory
-    assert first is not None
-    raise first
 
 
 def _announce(session: Session, text: str, whole: Trajectory) -> dict[str, Any]:

@@ -2,53 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 import click
 
+from .. import gain_set
 from ..device import Device
-from ..errors import ExitCode, NotVerified, Refused
+from ..errors import ExitCode
 from ..gains_file import describe_difference, read_gains, write_gains
-from ..journal import Journal
 from ..parameter import AXES, Parameter, Value
 from ..session import Session, common, only_axis_option, override_option, unlock_option
-from ..tuning import Tuning, set_state
-from ..tuning import store as store_on_device
+from ..tuning import set_state
 from ..units import number
-from .parameters import as_json, show_changes, staged_axes
+from .parameters import as_json, show_changes
 
+T = TypeVar("T")
 FILE = click.Path(path_type=Path, dir_okay=False)
+
+
+def with_bar(session: Session, what: str, total: int, work: Callable[[gain_set.Progress], T]) -> T:
+    """The result of something that reports its progress."""
+    with session.out.progress() as bar:
+        task = bar.add_task(what, total=total)
+        return work(lambda _parameter: bar.advance(task))
 
 
 def read_all(session: Session, device: Device, parameters: list[Parameter]) -> dict[Parameter, Value]:
     """Values from the device, with a progress bar."""
-    values: dict[Parameter, Value] = {}
-    with session.out.progress() as bar:
-        task = bar.add_task("reading", total=len(parameters))
-        for parameter in parameters:
-            values[parameter] = device.read(parameter)
-            bar.advance(task)
-    return values
-
-
-def about(device: Device) -> dict[str, Any]:
-    """The table [device] of a gains file."""
-    identity = device.identity()
-    schema = identity["schema"]
-    return {
-        "name": identity["name"],
-        "node": device.node_id,
-        "serial": identity["serial"],
-        "firmware": identity["firmware"] or identity["software"],
-        "schema": None if schema is None else f"0x{schema:08X}",
-    }
-
-
-def of_axis(parameters: list[Parameter], axis: str | None) -> list[Parameter]:
-    """Those of one axis, or all."""
-    return [p for p in parameters if axis is None or p.name.startswith(axis + ".")]
+    return with_bar(session, "reading", len(parameters), lambda progress: gain_set.read_values(device, parameters, progress))
 
 
 @click.command(short_help="Compare the device with a gains file.")
@@ -58,12 +42,8 @@ def of_axis(parameters: list[Parameter], axis: str | None) -> list[Parameter]:
 def diff(session: Session, file: Path, axis: str | None) -> int:
     """Compare the device with a gains FILE and show the differences. Exit code 1 if there are any."""
     with session.connect() as device:
-        wanted = read_gains(file, device.schema).values
-        wanted = {p: v for p, v in wanted.items() if axis is None or p.name.startswith(axis + ".")}
-        found = read_all(session, device, list(wanted))
-        pending = staged_axes(device)
-        absent = [p for p in of_axis(device.schema.tunable, axis) if p not in wanted]
-    different = [p for p in wanted if found[p] != wanted[p]]
+        compared = _compare(session, device, file, axis)
+    wanted, found, absent, different = compared.wanted, compared.found, compared.absent, list(compared.different)
     session.out.json(
         {
             "different": [as_json(p, found[p]) | {"file": wanted[p]} for p in different],
@@ -77,11 +57,17 @@ def diff(session: Session, file: Path, axis: str | None) -> int:
     session.out.say(f"{len(different)} of {len(wanted)} gains differ from {file}.")
     if absent:
         session.out.say(f"{len(absent)} gains of the device are not in the file.")
-    for number_of_axis in sorted(pending):
+    for number_of_axis in sorted(compared.staged):
         session.out.note(
             f"{AXES[number_of_axis]}: the staged values were compared; they differ from the active values."
         )
     return int(ExitCode.DIFFERENT) if different else 0
+
+
+def _compare(session: Session, device: Device, file: Path, axis: str | None) -> gain_set.Comparison:
+    values = read_gains(file, device.schema).values
+    count = len(gain_set.of_axis(values, axis))
+    return with_bar(session, "reading", count, lambda progress: gain_set.compare(device, values, axis, progress))
 
 
 def _relative(device: Value, file: Value) -> str:
@@ -99,15 +85,9 @@ def save(session: Session, file: Path | None, axis: str | None) -> None:
     """Save the device's gains to FILE (default: gains-DATE.toml). Comments in an existing file are preserved."""
     path = file or Path(f"gains-{datetime.now(timezone.utc).strftime('%Y%m%dT%H%M%SZ')}.toml")
     with session.connect() as device:
-        pending = staged_axes(device)
-        if pending:
-            names = " and ".join(AXES[a] for a in sorted(pending))
-            raise Refused(
-                f"{names}: the staged values differ from the active values, so it is unclear which to save. Run"
-                " 'servoctl set --apply' or 'servoctl undo --staged' first."
-            )
-        values = read_all(session, device, of_axis(device.schema.tunable, axis))
-        write_gains(path, values, about(device))
+        count = len(gain_set.of_axis(device.schema.tunable, axis))
+        values = with_bar(session, "reading", count, lambda progress: gain_set.read_to_save(device, axis, progress))
+        write_gains(path, values, gain_set.about(device))
     session.out.json({"file": str(path), "saved": len(values)})
     session.out.say(f"{len(values)} gains saved to {path}.")
 
@@ -122,29 +102,18 @@ def save(session: Session, file: Path | None, axis: str | None) -> None:
 def restore(session: Session, file: Path, axis: str | None, dry_run: bool, unlock: bool, override: bool) -> None:
     """Write a gains FILE to the device: stages all values, applies them once per axis, reads all back."""
     with session.connect() as device:
-        wanted = read_gains(file, device.schema).values
-        wanted = {p: v for p, v in wanted.items() if axis is None or p.name.startswith(axis + ".")}
-        found = read_all(session, device, list(wanted))
-        changing = {p: v for p, v in wanted.items() if found[p] != v}
+        compared = _compare(session, device, file, axis)
+        wanted, found, changing = compared.wanted, compared.found, compared.different
         if dry_run:
             session.out.json([as_json(p, found[p]) | {"file": v} for p, v in changing.items()])
             for parameter, value in changing.items():
                 session.out.say(describe_difference(parameter, found[parameter], value))
             session.out.say(f"{len(changing)} of {len(wanted)} gains would change.")
             return
-        with session.out.progress() as bar:
-            task = bar.add_task("staging", total=len(changing))
-            changes = (
-                Tuning(device, "restore").write(
-                    changing, progress=lambda _p: bar.advance(task), unlock=unlock, override=override
-                )
-                if changing
-                else []
-            )
-        after = read_all(session, device, list(wanted))
-    wrong = [p for p in wanted if after[p] != wanted[p]]
-    if wrong:
-        raise NotVerified("after restoring, " + describe_difference(wrong[0], after[wrong[0]], wanted[wrong[0]]) + ".")
+        changes = with_bar(
+            session, "staging", len(changing),
+            lambda progress: gain_set.restore(device, compared, progress, unlock=unlock, override=override),
+        )  # fmt: skip
     show_changes(session, changes)
     session.out.say(
         f"{len(changes)} of {len(wanted)} gains changed; all {len(wanted)} were read back and match {file}."
@@ -167,14 +136,5 @@ def store(session: Session) -> None:
 
 def store_with_backup(session: Session, device: Device) -> Path:
     """Writes a backup of all gains, then stores them on the device; returns the backup's path."""
-    pending = staged_axes(device)
-    if pending:
-        names = " and ".join(AXES[a] for a in sorted(pending))
-        raise Refused(f"{names}: staged values are not active and would not be stored: apply or revert them first.")
-    backup = Journal(device.node_id, device.serial_number()).backup_path()
-    values = read_all(session, device, device.schema.tunable)
-    write_gains(backup, values, about(device))
-    session.out.say(f"backup of {len(values)} gains: {backup}")
     with session.out.console.status("storing") if not session.out.as_json else session.out.errors.status("storing"):
-        store_on_device(device)
-    return backup
+        return gain_set.store_with_backup(device, lambda path, count: session.out.say(f"backup of {count} gains: {path}"))

@@ -2,35 +2,32 @@
 
 from __future__ import annotations
 
-import json
-import math
 import sys
 import tempfile
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import click
 
 from ..commissioning import Commissioning, Outcome, check_place
-from ..device import Device
 from ..drive import Drive
 from ..errors import ExitCode, InputError
-from ..gains_file import write_gains
-from ..identified import Identified, add_machine, read_identified
+from ..identification import (
+    FIRST_LOOK,
+    MAIN,
+    STRUCTURE,
+    Finished,
+    Identification,
+    envelope_text,
+    make_folder,
+    read_envelope,
+)
 from ..identify_program import ENVIRONMENT, IdentifyProgram, find_identify
-from ..limits import allowed_travel
-from ..node_limits import read_limits
-from ..parameter import AXES, Parameter, Value
-from ..test_plan import Envelope, Experiment, Place, TestPlan
+from ..parameter import AXES
 from ..session import Session, common
-from ..units import degrees, radians
-from .gains import about
+from ..test_plan import COLUMNS, TestPlan, as_json, rows_of, summary_of
 from .motion import new_path
-
-FASTEST_OF_EXPERIMENTS_RAD_S = 100.0
-"""2100:15 accepts no more: a 607F above means that it was never set."""
 
 PROGRAM = click.option(
     "--identify-program", "program", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE",
@@ -69,13 +66,13 @@ def identify(
     identifier = IdentifyProgram(find_identify(program))
     out = folder or new_path(Path(), "identify", axis)
     with session.connect() as device, ExitStack() as stack:
-        drive = Drive(device, AXES.index(axis))
         envelope = read_envelope(device, AXES.index(axis), travel_deg, speed_deg_s)
-        check_place(drive, envelope)
+        check_place(Drive(device, AXES.index(axis)), envelope)
         work = Path(stack.enter_context(tempfile.TemporaryDirectory())) if dry_run else make_folder(out)
-        first = identifier.plan(envelope, drive.position(), work / "first_look_plan.json")
-        show_envelope(session, axis, envelope)
-        show_test_plan(session, first, "first look")
+        run = Identification(identifier, device, AXES.index(axis), envelope, work, session.out.errors.status)
+        first = run.plan(FIRST_LOOK)
+        session.out.say(envelope_text(axis, envelope))
+        show_test_plan(session, first, FIRST_LOOK)
         if not quick:
             session.out.say(
                 "The main test plan, sized by these results, and chirps for structural resonances follow. Their"
@@ -86,133 +83,25 @@ def identify(
             session.out.say("dry run: nothing was moved.")
             return int(ExitCode.OK)
         ask(session, yes)
-        recording, structure = out / ("first_look.csv" if quick else "runs.csv"), out / "structure.csv"
         with Commissioning(device, AXES.index(axis), envelope) as machine:
-            outcome = carry_out(session, machine, first, out / "first_look.csv")
+            outcome = carry_out(session, run, FIRST_LOOK, machine, first)
             if not quick:
-                fit(session, identifier, out / "first_look.csv", out / "first_look.json")
-                test_plan = identifier.plan(envelope, drive.position(), out / "plan.json", out / "first_look.json")
-                show_test_plan(session, test_plan, "main test plan")
-                outcome = carry_out(session, machine, test_plan, recording)
-                chirps = identifier.plan(
-                    envelope, drive.position(), out / "structure_plan.json", out / "first_look.json", structure=True
-                )
-                show_test_plan(session, chirps, "structural resonances")
-                carry_out(session, machine, chirps, structure)
+                run.fit_first_look()
+                for part in (MAIN, STRUCTURE):
+                    test_plan = run.plan(part)
+                    show_test_plan(session, test_plan, part)
+                    carry_out(session, run, part, machine, test_plan)
         if not outcome.other_held:
             session.out.note(f"{AXES[1 - AXES.index(axis)]} was not held; its motion may affect the result.")
-        fit(
-            session, identifier, recording, out / "result.json", out / "residuals.csv", None if quick else structure
-        )
-        add_machine(out / "result.json", device, AXES.index(axis), envelope)
-        identified = read_identified(out / "result.json")
-        gains = identified.gains(device.schema, AXES.index(axis))
-        plant = identified.plant(device.schema, AXES.index(axis))
-        if gains:
-            write_gains(out / f"{axis}-identified.toml", gains, about(device))
-    page = write_report(out, axis, identified, plant, recording, outcome)
-    return show_result(session, axis, out, identified, list(plant), outcome, page)
-
-
-def read_envelope(
-    device: Device, axis: int, travel_deg: tuple[float, float] | None, speed_deg_s: float | None
-) -> Envelope:
-    """Limits of the device and the user; raises InputError for a limit that neither gives."""
-    drive = Drive(device, axis)
-    travel = allowed_travel(drive, travel_deg)
-    low, high = travel.lowest.value, travel.highest.value
-    if speed_deg_s is not None and not 0.0 < speed_deg_s < math.inf:
-        raise InputError("--speed-deg-s must be greater than 0.")
-    node = read_limits(drive)
-    if speed_deg_s is not None:
-        node.check_rate(radians(speed_deg_s))
-    fastest = node.fastest.value if speed_deg_s is None else radians(speed_deg_s)
-    if fastest > FASTEST_OF_EXPERIMENTS_RAD_S:
-        raise InputError(
-            f"{drive.name} has no rate limit (607F, 2060:1). Give its fastest rate, e.g. --speed-deg-s 20."
-        )
-    return Envelope(low, high, drive.torque_limit(), fastest)
-
-
-def make_folder(folder: Path) -> Path:
-    """The folder, created if necessary; raises InputError, also when it holds another identification."""
-    if (folder / "result.json").exists():
-        raise InputError(
-            f"{folder}: already contains an identification (result.json): give another folder with --out."
-        )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be created: {error.strerror}.") from error
-    return folder
-
-
-def show_envelope(session: Session, axis: str, envelope: Envelope) -> None:
-    """The bounds of everything that follows."""
-    session.out.say(
-        f"{axis} will move between {degrees(envelope.lowest_rad):.4g}° and {degrees(envelope.highest_rad):.4g}°, at up"
-        f" to {degrees(envelope.fastest_rad_s):.4g} °/s, with up to {envelope.torque_nm:.4g} N m; the other axis is"
-        " held."
-    )
+        found = run.finish(quick)
+    return show_result(session, axis, out, found)
 
 
 def show_test_plan(session: Session, test_plan: TestPlan, title: str) -> None:
     """Motion of each kind of experiment: axis, distance, speed, torque, duration; one row per kind."""
-    alike: dict[str, list[tuple[Place, Experiment]]] = {}
-    for place, experiment in test_plan:
-        alike.setdefault(json.dumps([experiment.kind, experiment.fields], sort_keys=True), []).append(
-            (place, experiment)
-        )
-    rows = []
-    for group in alike.values():
-        experiment, duration_s = group[0][1], sum(each.duration_s for _, each in group)
-        rows.append(
-            (
-                experiment.name,
-                str(len(group)),
-                _where(group, test_plan),
-                *_extent(experiment, test_plan),
-                f"{duration_s:.0f}",
-            )
-        )
-    columns = ["experiment", ("times", "right"), ("at °", "right"), ("travel ± °", "right"), ("max °/s", "right"),
-               ("max N m", "right"), ("s", "right")]  # fmt: skip
-    session.out.table(columns, rows, title)
-    places = ", ".join(_angle(place.angle_rad) for place in test_plan.places)
-    session.out.say(
-        f"{title}: {test_plan.experiments} experiments at {places}°, {test_plan.duration_s:.0f} s; moves between"
-        f" these angles at {degrees(test_plan.moving_rad_s):.3g} °/s."
-    )
-
-
-def _where(group: list[tuple[Place, Experiment]], test_plan: TestPlan) -> str:
-    """The angles, or that it runs at all places."""
-    angles = {place.angle_rad: None for place, _ in group}
-    return "all" if len(angles) == len(test_plan.places) else ", ".join(_angle(angle) for angle in angles)
-
-
-def _angle(angle_rad: float) -> str:
-    """In °, without a minus before 0."""
-    return f"{round(degrees(angle_rad), 1) + 0.0:.1f}"
-
-
-def _extent(experiment: Experiment, test_plan: TestPlan) -> tuple[str, str, str]:
-    """Path, rate and torque; the limit of the experiment where the set-up has no value."""
-    rate, torque = experiment.fastest_rad_s, experiment.torque_nm
-    return (
-        f"{degrees(experiment.reach_rad(test_plan.limits['travel_rad'])):.3g}",
-        f"{degrees(rate if rate is not None else test_plan.limits['rate_rad_s']):.3g}",
-        f"{torque if torque is not None else test_plan.limits['torque_nm']:.3g}",
-    )
-
-
-def as_json(test_plan: TestPlan) -> dict[str, Any]:
-    """For --json, in ° and s."""
-    return {
-        "stage": test_plan.stage, "duration_s": test_plan.duration_s, "experiments": test_plan.experiments,
-        "places_deg": [degrees(place.angle_rad) for place in test_plan.places],
-        "moving_deg_s": degrees(test_plan.moving_rad_s), "limits": test_plan.limits,
-    }  # fmt: skip
+    columns = [COLUMNS[0], *((name, "right") for name in COLUMNS[1:])]
+    session.out.table(columns, rows_of(test_plan), title)
+    session.out.say(f"{title}: {summary_of(test_plan)}")
 
 
 def ask(session: Session, yes: bool, question: str = "Is the travel range clear?") -> None:
@@ -224,48 +113,26 @@ def ask(session: Session, yes: bool, question: str = "Is the travel range clear?
     click.confirm(question, abort=True)
 
 
-def carry_out(session: Session, machine: Commissioning, test_plan: TestPlan, path: Path) -> Outcome:
-    """Runs the test plan and writes the recording."""
+def carry_out(session: Session, run: Identification, part: str, machine: Commissioning, test_plan: TestPlan) -> Outcome:
+    """Runs a part with a progress bar."""
     with session.out.progress(time_left=True) as bar:
         task = bar.add_task(test_plan.stage, total=test_plan.duration_s)
 
         def report(what: str, done_s: float) -> None:
             bar.update(task, description=what, completed=min(done_s, test_plan.duration_s))
 
-        outcome = machine.run(test_plan, report)
-    outcome.recording.write(path)
-    for run, share in outcome.incomplete_runs():
+        outcome = run.run(part, machine, test_plan, report)
+    for number, share in outcome.incomplete_runs():
         session.out.note(
-            f"run {run} in {path} lost {100 * share:.2g} % of its ticks: the bus or this computer is too busy."
+            f"run {number} in {run.recording(part)} lost {100 * share:.2g} % of its ticks: the bus or this computer is too busy."
         )
     return outcome
 
 
-def fit(
-    session: Session, program: IdentifyProgram, recording: Path, result: Path, residuals: Path | None = None,
-    structure: Path | None = None,
-) -> None:  # fmt: skip
-    """`identify fit`, which may take a quarter of a minute."""
-    with session.out.errors.status(f"fitting {recording.name}"):
-        program.fit(recording, result, residuals, structure)
-
-
-def write_report(
-    folder: Path, axis: str, identified: Identified, plant: dict[Parameter, Value], recording: Path, outcome: Outcome
-) -> Path:
-    """report.html; the pictures take a second to import."""
-    from ..identification_report import write_identification_report
-
-    path = folder / "report.html"
-    write_identification_report(path, axis, identified, plant, recording, folder / "residuals.csv", outcome)
-    return path
-
-
-def show_result(
-    session: Session, axis: str, folder: Path, identified: Identified, plant: list[Parameter], outcome: Outcome, page: Path
-) -> int:
+def show_result(session: Session, axis: str, folder: Path, found: Finished) -> int:
     """The result as a table, refused parameters, written files; the exit code."""
-    files = [str(page), str(folder / "result.json"), str(folder / f"{axis}-identified.toml")]
+    identified, plant, outcome = found.identified, list(found.plant), found.outcome
+    files = [str(path) for path in found.files]
     session.out.json(
         {
             "axis": axis, "complete": not identified.refused, "parameters": identified.data["parameters"],
@@ -273,12 +140,7 @@ def show_result(
             "files": files,
         }
     )  # fmt: skip
-    rows = []
-    for estimate in identified.estimates.values():
-        value = f"{estimate.value:.5g}" if estimate.value is not None else "not determined"
-        percent = f"±{estimate.percent:.1f}" if estimate.percent is not None else "–"
-        paper = f"{estimate.paper:.5g}" if estimate.paper is not None else "–"
-        rows.append((estimate.title, value, percent, paper, estimate.unit))
+    rows = [estimate.row() for estimate in identified.estimates.values()]
     session.out.table(
         ["parameter", ("value", "right"), ("95 % interval, %", "right"), ("paper's method", "right"), "unit"], rows
     )

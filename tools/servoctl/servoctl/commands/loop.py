@@ -1,135 +1,27 @@
-"""Measuring the speed loop of the live axis with a multisine, for `bode` and `tune`."""
+"""Measuring the speed loop of the live axis with a progress bar, and its files, for `bode` and `tune`."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .. import loop_test
 from ..device import Device
-from ..errors import InputError, MotionError
-from ..frequency_response import (
-    GOOD_COHERENCE,
-    Complex,
-    Margins,
-    Multisine,
-    Real,
-    Response,
-    bandwidth_hz,
-    design_multisine,
-    estimate,
-    margins,
-    open_loop_is_sharp,
-)
-from ..limits import Limits, Plan, span
-from ..loop_model import SpeedLoopGains, controller, open_loop, read_gains
-from ..parameter import AXES
+from ..limits import Limits
+from ..loop_test import LoopStimulus, MeasuredLoop
 from ..session import Session
-from ..units import TICK_S, degrees
-from .motion import run_rates
-
-SETPOINT_TICKS = 2
-SETPOINT_PERIOD_S = SETPOINT_TICKS * TICK_S
-WARM_UP_S = 1.0
-MIN_LINES = 3
-
-
-@dataclass(frozen=True)
-class LoopStimulus:
-    """The motion of the axis: a multisine around a mean rate."""
-
-    sine: Multisine
-    bias_rad_s: float
-    amplitude_rad_s: float
-    periods: int
-
-    def rates(self) -> Real:
-        """Set-points, rad/s, one per tick."""
-        time_s = np.arange(0.0, WARM_UP_S + self.periods * self.sine.period_s + 0.1, TICK_S)
-        ramp = np.minimum(1.0, time_s / WARM_UP_S)
-        rates: Real = ramp * (self.bias_rad_s + self.amplitude_rad_s * self.sine.at(time_s))
-        return rates
-
-    def plan(self, axis: str) -> Plan:
-        """For people, and for the checks."""
-        rates = self.rates()
-        forward, backward = span(rates, TICK_S)
-        frequencies = self.sine.frequency_hz
-        text = (
-            f"{degrees(self.bias_rad_s):.3g} °/s with {len(frequencies)} sines of {frequencies[0]:.3g} to"
-            f" {frequencies[-1]:.3g} Hz, peak {degrees(self.amplitude_rad_s):.3g} °/s,"
-            f" {self.periods} × {self.sine.period_s:g} s"
-        )
-        return Plan(axis, text, float(np.max(np.abs(rates))), forward, backward, len(rates) * TICK_S)
-
-
-def loop_stimulus(low: float, high: float, bias: float, amplitude: float, lines: int, periods: int) -> LoopStimulus:
-    """Frequencies in Hz, rates in rad/s; raises InputError."""
-    if not 0.05 <= low < high or high > 0.4 / SETPOINT_PERIOD_S:
-        raise InputError(
-            f"invalid frequencies {low:g} to {high:g} Hz: expected 0.05 Hz or more and at most"
-            f" {0.4 / SETPOINT_PERIOD_S:.0f} Hz (--high), because set-points are sent every"
-            f" {1000.0 * SETPOINT_PERIOD_S:g} ms."
-        )
-    if amplitude <= 0 or (bias != 0 and amplitude >= abs(bias)):
-        raise InputError(
-            "--amplitude must be greater than 0 and less than --bias; otherwise the axis would reverse and stick."
-        )
-    return LoopStimulus(design_multisine(low, high, lines), bias, amplitude, periods)
-
-
-@dataclass(frozen=True)
-class MeasuredLoop:
-    """The measured closed loop, the open loop computed from it, and where each can be trusted."""
-
-    closed: Response
-    loop: Complex
-    good: NDArray[np.bool_]
-    sharp: NDArray[np.bool_]
-    margins: Margins
-    bandwidth_hz: float | None
-    gains: SpeedLoopGains
-    lost: int
-
-    def loop_with(self, gains: SpeedLoopGains) -> Complex:
-        """The open loop that other gains would have with the measured plant."""
-        frequency = self.closed.frequency_hz
-        plant = self.loop / controller(self.gains, frequency)[0]
-        return np.asarray(plant * controller(gains, frequency)[0], dtype=np.complex128)
 
 
 def measure_loop(
-    session: Session,
-    device: Device,
-    axis: str,
-    stimulus: LoopStimulus,
-    limits: Limits,
-    what: str,
-    hold_other: bool = False,
+    session: Session, device: Device, axis: str, stimulus: LoopStimulus, limits: Limits, what: str, hold_other: bool = False
 ) -> MeasuredLoop:
-    """Moves the axis, with the other one held if `hold_other`; raises MotionError when noise hides too much."""
-    gains = read_gains(device, AXES.index(axis))
-    run = run_rates(session, device, axis, stimulus.rates(), SETPOINT_TICKS, limits, what, hold_other)
-    demand, answer, lost = run.demand, run.answer, run.lost
-    skip = int((WARM_UP_S + 0.05) / TICK_S)
-    if (len(demand) - skip) * TICK_S < 2 * stimulus.sine.period_s:
-        raise MotionError(f"{lost} samples were lost, which leaves less than two periods: use more --periods.")
-    closed = estimate(demand[skip:], answer[skip:], TICK_S, stimulus.sine)
-    loop = open_loop(gains, closed.frequency_hz, closed.value)
-    good = np.asarray(closed.coherence >= GOOD_COHERENCE)
-    if np.count_nonzero(good) < MIN_LINES:
-        raise MotionError(
-            f"the coherence is below {GOOD_COHERENCE} at nearly all frequencies: the response is mostly noise."
-            " Raise --amplitude or --periods."
+    """As in the library, with a progress bar."""
+    with session.out.progress() as bar:
+        task = bar.add_task(what, total=stimulus.plan(axis).duration_s)
+        return loop_test.measure_loop(
+            device, axis, stimulus, limits, hold_other, lambda passed_s: bar.update(task, completed=passed_s)
         )
-    sharp = open_loop_is_sharp(closed, loop)
-    if np.count_nonzero(sharp) < MIN_LINES:
-        raise MotionError("the open loop is hidden by noise: raise --amplitude or --periods.")
-    found = margins(closed.frequency_hz[sharp], loop[sharp])
-    width = bandwidth_hz(closed.frequency_hz[good], closed.value[good])
-    return MeasuredLoop(closed, loop, good, sharp, found, width, gains, lost)
 
 
 def save_loop(measured: MeasuredLoop, title: str, path: Path) -> list[str]:

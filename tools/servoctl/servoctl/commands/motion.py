@@ -6,7 +6,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,20 +18,19 @@ from .. import power
 from ..device import Device
 from ..drive import Drive
 from ..errors import InputError, MotionError
-from ..limits import Guard, Limits, Plan
+from ..limits import Limits, Plan
 from ..live import LiveAxis
+from ..moves import plan_data
 from ..node_limits import read_limits
 from ..parameter import AXES
+from ..rate_run import RatesRun, send_rates
+from ..rate_run import check_pace as check_pace
 from ..session import Session
-from ..stream import RateStream
 from ..units import TICK_S, degrees
 from .quantity import DURATION, FASTEST_RATE, LONGEST_TRAVEL
 
 F = TypeVar("F", bound=Callable[..., Any])
 Real = NDArray[np.float64]
-
-FASTEST_PACE = 1.5
-"""Ratio of the device's time to ours up to which set-points sent from here can follow."""
 
 MANY_LOST = 50
 """Lost samples, of 1 ms each, above which a measured time is doubtful."""
@@ -99,14 +97,6 @@ def yes_options(command: F) -> F:
     return command
 
 
-def plan_data(plan: Plan) -> dict[str, Any]:
-    """The plan for --json, in ° and s."""
-    return {
-        "axis": plan.axis, "text": plan.text, "rate_deg_s": degrees(plan.rate_rad_s), "forward_deg": degrees(plan.forward_rad),
-        "backward_deg": degrees(plan.backward_rad), "duration_s": plan.duration_s,
-    }  # fmt: skip
-
-
 def slew(lives: Sequence[LiveAxis], targets: Sequence[float], rate_rad_s: float) -> None:
     """All axes, which are in mode pp, to their angles at once (rad); returns when they have arrived."""
     clock = lives[0].device.clock
@@ -134,63 +124,17 @@ def new_path(folder: Path, what: str, axis: str) -> Path:
     return folder / f"{what}-{axis}-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
 
 
-def check_pace(device: Device) -> None:
-    """Raises MotionError when the node's clock is so fast that set-points from here would come late."""
-    for seconds in (0.1, 0.5):  # a simulator that its computer has delayed catches up some ms at once
-        pace = device.pace(seconds)
-        if pace <= FASTEST_PACE:
-            return
-    raise MotionError(
-        f"the node's clock runs {pace:.1f} times as fast as the computer's, so set-points from here would arrive"
-        " late: run the simulator or the emulated board with --speed 1."
-    )
-
-
-@dataclass(frozen=True)
-class RatesRun:
-    """Demand and response in rad/s, one sample per tick, the number of lost samples, and the largest delay of a
-    set-point in ticks."""
-
-    demand: Real
-    answer: Real
-    lost: int
-    late: int
-
-
 def run_rates(
     session: Session, device: Device, axis: str, rates: Real, period: int, limits: Limits, what: str,
     hold_other: bool = False, interpolation: int | None = None,
 ) -> RatesRun:  # fmt: skip
-    """Sends rates (rad/s, one per tick) in csv, one every `period` ticks of the node.
-
-    The node follows each within `interpolation` ticks (60C2), `period` by default.
-    """
-    number = AXES.index(axis)
-    check_pace(device)
-    with RateStream(device, number) as stream, LiveAxis(device, number, power.CYCLIC_VELOCITY) as live:
-        if hold_other:
-            live.hold(1 - number)
-        live.set_interpolation(interpolation or period)
-        stream.check_heard()
-        stream.start()
-        guard = Guard(stream, limits)
-        with session.out.progress() as bar:
-            task = bar.add_task(what, total=len(rates) * TICK_S)
-            for count, tick in enumerate(stream.pace(period, len(rates))):
-                stream.send(float(rates[tick]))
-                guard.look()
-                if count % 50 == 0:
-                    bar.update(task, completed=tick * TICK_S)
-        stream.send(0.0)
-        live.check_enabled()
-        demand, answer = stream.samples()
-        lost, late = stream.lost(), stream.late()
-        not_heard = stream.not_heard()
-    if len(demand) < 0.9 * len(rates):
-        raise MotionError(f"only {len(demand)} of {len(rates)} samples arrived: the bus is too slow or too busy.")
-    if np.ptp(rates) > 0.0 and np.ptp(demand) == 0.0:
-        raise MotionError(f"the demanded rate (606B) did not change in {len(demand)} samples: {not_heard}")
-    return RatesRun(demand, answer, lost, late)
+    """As in the library, with a progress bar."""
+    with session.out.progress() as bar:
+        task = bar.add_task(what, total=len(rates) * TICK_S)
+        return send_rates(
+            device, AXES.index(axis), rates, period, limits, hold_other, interpolation,
+            lambda passed_s: bar.update(task, completed=passed_s),
+        )  # fmt: skip
 
 
 def show_files(session: Session, files: list[str], lost: int) -> None:

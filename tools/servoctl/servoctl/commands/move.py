@@ -10,8 +10,9 @@ from .. import power
 from ..device import Device
 from ..drive import Drive
 from ..errors import InputError, MotionError
-from ..limits import Limits, Plan
+from ..limits import Limits
 from ..live import LiveAxis
+from ..moves import DEFAULT_RATE_DEG_S, longest_s, plan_run, plan_to
 from ..parameter import AXES
 from ..session import Session, common
 from ..units import degrees, radians
@@ -52,21 +53,11 @@ def move(
         if runs:
             assert rate is not None and duration is not None
             travel = rate * duration
-            plan = Plan(
-                axis,
-                f"runs at {degrees(rate):.4g} °/s for {duration:.4g} s",
-                abs(rate),
-                max(travel, 0.0),
-                max(-travel, 0.0),
-                duration,
-            )
+            plan = plan_run(axis, rate, duration)
         else:
-            rate = abs(rate) if rate else radians(2.0)
+            rate = abs(rate) if rate else radians(DEFAULT_RATE_DEG_S)
             travel = by if by is not None else (target or 0.0) - start
-            plan = Plan(
-                axis, f"from {degrees(start):.4f}° to {degrees(start + travel):.4f}° at up to {degrees(rate):.4g} °/s",
-                rate, max(travel, 0.0), max(-travel, 0.0), abs(travel) / rate + 1.0,
-            )  # fmt: skip
+            plan = plan_to(axis, start, start + travel, rate)
         if not announce(session, plan, limits, device, dry_run, yes):
             return
         if runs:
@@ -96,11 +87,11 @@ def _go_to(session: Session, device: Device, axis: str, target: float, rate: flo
         task = bar.add_task(f"{axis} moves", total=1.0)
         start = drive.position()
         drive.start_to(target, rate)
-        deadline = device.clock.now() + 2.0 * expected_s + 5.0
+        deadline = device.clock.now() + longest_s(expected_s)
         while not live.check_enabled() & power.TARGET_REACHED:
             done = abs(drive.position() - start) / max(abs(target - start), 1e-9)
             bar.update(task, completed=min(done, 1.0))
             if device.clock.now() > deadline:
-                raise MotionError(f"{axis} has not reached its target after {2.0 * expected_s + 5.0:.0f} s.")
+                raise MotionError(f"{axis} has not reached its target after {longest_s(expected_s):.0f} s.")
             time.sleep(0.02)
         return drive.position()

@@ -8,14 +8,14 @@ from typing import Any
 import canopen
 import click
 
+from ..axis_state import read_axis
 from ..bus import open_bus, parse_bus
 from ..device import Device
 from ..drive import Drive
 from ..errors import ExitCode, InputError
-from ..parameter import AXES, AXIS_SHIFT
+from ..parameter import AXES
 from ..session import Session, common
 from ..tuning import set_state
-from ..units import POSITION_COUNTS_PER_RAD, RATE_COUNTS_PER_RAD_S, degrees
 
 SCAN_LISTEN_S = 1.0
 
@@ -124,31 +124,6 @@ def _set_data(device: Device, axis: int) -> dict[str, Any]:
         "stored_crc": state.stored_crc,
         "staged": state.staged_differs,
         "differs_from_stored": state.active_differs_from_stored,
-    }
-
-
-def read_axis(device: Device, axis: int) -> dict[str, Any]:
-    """Power state, mode, angle (°), rate (°/s), torque (% of rated) of an axis, from the device."""
-    drive = Drive(device, axis)
-    status = drive.statusword()
-    torque = device.try_upload(0x6077 + AXIS_SHIFT * axis)
-    position = device.try_upload(0x6064 + AXIS_SHIFT * axis)
-    rate = device.try_upload(0x606C + AXIS_SHIFT * axis)
-    code = device.try_upload(0x603F + AXIS_SHIFT * axis)
-
-    def whole(data: bytes | None) -> int | None:
-        return None if data is None else int.from_bytes(data, "little", signed=True)
-
-    counts, speed, load = whole(position), whole(rate), whole(torque)
-    return {
-        "axis": AXES[axis],
-        "state": drive.state(status),
-        "flags": drive.flags(status),
-        "mode": drive.mode(),
-        "position_deg": None if counts is None else degrees(counts / POSITION_COUNTS_PER_RAD),
-        "rate_deg_s": None if speed is None else degrees(speed / RATE_COUNTS_PER_RAD_S),
-        "torque_percent": None if load is None else load / 10.0,
-        "error": int.from_bytes(code, "little") if code else 0,
     }
 
 

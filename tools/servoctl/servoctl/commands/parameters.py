@@ -14,7 +14,7 @@ from ..fault_table import find_faults
 from ..parameter import AXES, TYPES, Parameter, Value
 from ..schema import Schema, parse_index
 from ..session import NameType, Session, axis_choice, axis_option, common, override_option, unlock_option
-from ..tuning import APPLY, OVERRIDE, REVERT, UNDO, Change, Tuning, command_set, set_state
+from ..tuning import APPLY, OVERRIDE, REVERT, UNDO, Change, Tuning, command_set, set_state, staged_axes, undo_last
 from ..units import number
 from .faults import explain_code, show_code
 
@@ -36,16 +36,6 @@ def parameter_at(device: Device, text: str, axis: str | None, kind: str | None =
             f"no object {text} in {device.any_schema.origin}; give its --type to read it anyway."
         )
     return Parameter(name=text, title=text, index=at[0], sub=at[1], type=kind, access="rw")
-
-
-def staged_axes(device: Device) -> set[int]:
-    """Axes with staged values that are not in effect."""
-    found = set()
-    for axis in range(len(AXES)):
-        state = set_state(device, axis)
-        if state is not None and state.staged_differs:
-            found.add(axis)
-    return found
 
 
 def as_json(parameter: Parameter, value: Value | None) -> dict[str, Any]:
@@ -224,25 +214,7 @@ def undo(session: Session, axis: str | None, staged: bool, by_device: bool, list
         if listing:
             _list_journal(session, tuning)
             return
-        entries = tuning.journal.last_undoable()
-        if not entries:
-            raise InputError(f"{tuning.journal.path} contains nothing to undo.")
-        tuning.undoes = entries[0].transaction
-        schema = device.schema
-        values: dict[Parameter, Value] = {}
-        for entry in entries:
-            parameter = schema.by_index(entry.index, entry.sub)
-            if parameter is None or entry.old is None:
-                raise InputError(f"{entry.name} from the journal is not an object of this device.")
-            found = device.read(parameter)
-            if found != entry.new:
-                raise Refused(
-                    f"{entry.name} is now {number(found)}, but the journal's last write set it to"
-                    f" {number(entry.new)}: another client has changed it since. Set it with 'servoctl set' if you"
-                    " want the old value."
-                )
-            values[parameter] = entry.old
-        show_changes(session, tuning.write(values, unlock=unlock))
+        show_changes(session, undo_last(tuning, unlock))
 
 
 def _undo_in_device(session: Session, device: Device, axis: str | None, command: int) -> None:

@@ -8,10 +8,8 @@ from datetime import datetime
 from pathlib import Path
 
 import click
-import numpy as np
 
 from .. import capture as recorder
-from ..device import Device
 from ..errors import InputError, MotionError
 from ..parameter import AXES
 from ..session import Session, common
@@ -62,24 +60,15 @@ def scope(
             rows = [(str(n), recorder.without_unit(name), Shown(recorder.unit_of(name)).unit) for n, name in names.items()]
             session.out.table([("", "right"), "signal", "unit"], rows)
             return
-        if not 1 <= len(signals) <= recorder.MAX_CHANNELS:
-            raise InputError(f"expected 1 to {recorder.MAX_CHANNELS} signals; 'servoctl scope --list' lists them.")
         numbers = [_find(names, text, axis) for text in signals]
-        on = _find(names, source, axis) if source else numbers[0]
-        if on not in numbers:
-            raise InputError(f"the trigger signal {names[on]} must be one of the captured signals.")
-        divider = max(1, round(1000.0 / rate))
-        frames = recorder.capacity(len(numbers))
-        before = round(pre * 1000.0 / divider)
-        wanted = min(frames, round(duration * 1000.0 / divider)) if duration else frames
-        if before >= wanted:
-            raise InputError(f"--pre {pre:g} s must be shorter than the capture of {wanted * divider / 1000:g} s.")
-        recorder.set_up(device, numbers, divider, before, trigger, numbers.index(on), _level(level, names[on]))
-        data = _wait_and_read(session, device, wanted - before, frames - before, divider, timeout, auto)
-        result = recorder.parse_capture(data, names)
-    keep = slice(0, None) if not duration else _window(result, wanted, before)
-    time_s = result.time_s[keep]
-    traces = {name: trace[keep] for name, trace in result.traces.items()}
+        on = _find(names, source, axis) if source else None
+        trigger_signal = on if on is not None else numbers[0] if numbers else None
+        threshold = _level(level, names[trigger_signal]) if trigger_signal is not None else 0.0
+        wanted = recorder.request(names, numbers, rate, duration, pre, trigger, on, threshold)
+        run = recorder.Run(device, wanted)
+        result = _wait_and_read(session, run, names, timeout, auto)
+    divider, before = wanted.divider, wanted.before
+    time_s, traces = result.time_s, result.traces
     path = folder / f"scope-{datetime.now().strftime('%Y%m%d-%H%M%S')}"
     from ..plots import plot_traces, write_csv
 
@@ -130,37 +119,18 @@ def _find(names: dict[int, str], text: str, axis: str | None) -> int:
     return recorder.find_signal(names, text)
 
 
-def _window(result: recorder.Capture, wanted: int, before: int) -> slice:
-    start = max(0, int(np.searchsorted(result.time_s, -1e-9)) - before) if result.triggered else 0
-    return slice(start, start + wanted)
-
-
-def _wait_and_read(
-    session: Session, device: Device, after: int, all_after: int, divider: int, timeout: float, auto: bool
-) -> bytes:
-    """Waits for the trigger and the required frames after it, then ends the capture and reads it.
-
-    All times are by the node's clock.
-    """
-    begun = device.clock.now()
-    triggered: float | None = None
+def _wait_and_read(session: Session, run: recorder.Run, names: dict[int, str], timeout: float, auto: bool) -> recorder.Capture:
+    """Waits for the trigger and the required frames after it, then ends the capture and reads it."""
     with session.out.progress() as bar:
-        task = bar.add_task("waiting for the trigger", total=after * divider / 1000.0)
-        while True:
-            phase = device.read_int(recorder.SET_UP, recorder.STATE)
-            now = device.clock.now()
-            if phase == recorder.DONE:
-                break
-            if phase == recorder.DONE - 1:
-                triggered = triggered or now
-                bar.update(task, description="capturing", completed=now - triggered)
-                if after < all_after and now - triggered > after * divider / 1000.0 + 0.05:
-                    device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.STOP, 1)
-            elif now - begun > timeout and auto:
-                device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.FORCE, 1)
-            elif now - begun > timeout:
-                device.write_int(recorder.SET_UP, recorder.COMMAND, recorder.STOP, 1)
+        task = bar.add_task("waiting for the trigger", total=run.wanted.seconds_after)
+        while (phase := run.poll()) != "done":
+            if phase == "triggered":
+                bar.update(task, description="capturing", completed=run.captured_s)
+            elif run.waited_s > timeout and auto:
+                run.force()
+            elif run.waited_s > timeout:
+                run.stop()
                 raise MotionError(f"no trigger within {timeout:g} s; the scope was stopped.")
             time.sleep(0.02)
         bar.update(task, description="reading")
-        return device.upload_block(recorder.DATA, 0, "scope data")
+        return run.read(names)

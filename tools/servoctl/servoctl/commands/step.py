@@ -7,20 +7,13 @@ from pathlib import Path
 
 import click
 import numpy as np
-from numpy.typing import NDArray
 
-from ..errors import InputError, MotionError
-from ..limits import Limits, Plan, span
+from ..limits import Limits
 from ..session import Session, common
-from ..step_response import StepNumbers, analyse_step
+from ..step_test import SETPOINT_TICKS, StepRecord, cut_steps, delays, plan_step
 from ..units import TICK_S, degrees
 from .motion import announce, motion_options, new_path, run_rates, show_files
 from .quantity import DURATION, RATE
-
-Real = NDArray[np.float64]
-
-SETPOINT_TICKS = 4
-BEFORE_STEP_S = 0.15
 
 
 @click.command(short_help="Apply a rate step: rise, overshoot, settling.")
@@ -47,31 +40,17 @@ def step(
     Demand (606B) and response (606C) are recorded at 1 kHz in the same tick. The motion is limited by --max-rate,
     --max-travel and --max-duration.
     """
-    if amplitude == 0.0 or hold < 0.1 or hold > 30.0:
-        raise InputError("--amplitude must not be 0, and --hold must be 0.1 to 30 s.")
-    signs = [1.0] if one_way else [1.0, -1.0]
-    levels = [level + 0.0 for sign in signs for level in (sign * base, sign * (base + amplitude))] + [0.0]
-    times = [hold if base else BEFORE_STEP_S + 0.1, hold] * len(signs) + [0.3]
-    rates = np.concatenate([np.full(int(t / TICK_S), level) for level, t in zip(levels, times, strict=True)])
-    forward, backward = span(rates, TICK_S)
-    text = " → ".join(f"{degrees(level) + 0.0:.3g}" for level in levels) + f" °/s, {hold:g} s each"
-    plan = Plan(axis, text, float(np.max(np.abs(rates))), forward, backward, float(sum(times)))
+    planned = plan_step(axis, amplitude, base, hold, one_way)
     limits = Limits(max_rate, max_travel, max_duration)
     with session.connect() as device:
-        if not announce(session, plan, limits, device, dry_run, yes):
+        if not announce(session, planned.plan, limits, device, dry_run, yes):
             return
-        run = run_rates(session, device, axis, rates, SETPOINT_TICKS, limits, "step", interpolation=1)
+        run = run_rates(session, device, axis, planned.rates, SETPOINT_TICKS, limits, "step", interpolation=1)
     demand, answer, lost = run.demand, run.answer, run.lost
-    records = _cut_steps(demand, answer, hold)
-    reported = f"the latest set-point was {run.late} ms late by the node's clock, {lost} samples were lost"
-    if not records:
-        raise MotionError(
-            f"the axis' demand (606B) did not follow the commanded steps: {reported}. Repeat with less load on the bus"
-            " and on this computer."
-        )
-    if len(records) < len(signs):
+    records = cut_steps(run, hold)
+    if len(records) < planned.steps:
         session.out.note(
-            f"only {len(records)} of {len(signs)} steps were recorded undisturbed ({reported}); repeat the measurement."
+            f"only {len(records)} of {planned.steps} steps were recorded undisturbed ({delays(run)}); repeat the measurement."
         )
     path = new_path(folder, "step", axis)
     from ..plots import plot_steps, write_csv
@@ -82,33 +61,6 @@ def step(
     )
     plot_steps(path.with_suffix(".png"), f"{axis}: rate step of {degrees(amplitude):.3g} °/s", records)
     _show_steps(session, axis, records, path, lost)
-
-
-StepRecord = tuple[
-    str,
-    Real,
-    Real,
-    Real,
-    StepNumbers,
-]
-
-
-def _cut_steps(demand: Real, answer: Real, hold: float) -> list[StepRecord]:
-    """The parts of the record around each step away from zero that was held for the required time."""
-    change = np.abs(np.diff(demand))
-    edges = [0, *(np.flatnonzero(change > 1e-5) + 1), len(demand)]
-    plateaus = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > 20]
-    records: list[StepRecord] = []
-    for (a, b), (c, d) in zip(plateaus[:-1], plateaus[1:], strict=True):
-        if abs(demand[c]) <= abs(demand[a]) or d - c < 0.8 * hold / TICK_S or c - b > 4:
-            continue
-        start = max(a, c - int(BEFORE_STEP_S / TICK_S / 2))
-        part = slice(start, d)
-        numbers = analyse_step(demand[part], answer[part], TICK_S)
-        time_s = (np.arange(start, d) - c) * TICK_S
-        name = "forward" if demand[c] > demand[a] else "backward"
-        records.append((name, time_s, demand[part], answer[part], numbers))
-    return records
 
 
 def _show_steps(session: Session, axis: str, records: list[StepRecord], path: Path, lost: int) -> None:

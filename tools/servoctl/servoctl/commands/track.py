@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import power, tracking
+from ..cable_wrap import AZIMUTH, lasting_cue
 from ..device import Device
 from ..drive import Drive
 from ..errors import InputError
@@ -21,16 +22,17 @@ from ..live import LiveAxis
 from ..pair_stream import ERROR_TICKS, ErrorStream
 from ..parameter import AXES
 from ..session import Session, common
-from ..tracking import COASTING, NOT_TRACKING, ON_TARGET, STATES, CameraMapping, FrameCounts
+from ..tracking import COASTING, NOT_TRACKING, ON_TARGET, SEARCHING, STATES, CameraMapping, FrameCounts
 from ..units import TICK_S, degrees
-from .motion import check_slew, confirm, slew, yes_options
-from .quantity import ANGLE, DURATION, FASTEST_RATE
+from .following import following_options
+from .motion import check_slew, confirm, slew
+from .quantity import ANGLE, DURATION
 
 Real = NDArray[np.float64]
 
 POLL_S = 0.05
-FIRST_FRAME_S = 1.0
-"""Frames come at 10 Hz at least."""
+SEARCHED_S = 3.0
+"""Searching for so long after the start, the axes look where the target is not."""
 _ERROR_S = ERROR_TICKS * TICK_S
 
 
@@ -67,45 +69,58 @@ class Record:
 )
 @click.option(
     "--cue", type=(ANGLE, ANGLE), metavar="AZIMUTH PITCH", default=None,
-    help="First slew to these joint angles (°), then hand over to the camera.",
+    help="First slew to these joint angles (°), then hand over to the camera. Of azimuths a revolution apart within the"
+    " travel, the one that lasts longest is taken.",
 )
-@click.option("--slew-rate", type=FASTEST_RATE, default="5", show_default=True, help="Rate to the cue (°/s).")
-@click.option("--seconds", type=DURATION, help="Stop after this time; default: until Ctrl-C.")
-@click.option("--interval", type=DURATION, default="1", show_default=True, help="Time between the lines of output (s).")
 @click.option(
-    "--plot", type=click.Path(path_type=Path, dir_okay=False), help="PNG file for a plot of the error; a CSV file is saved beside it."
+    "--cue-rate", type=ANGLE, default=None, metavar="RATE",
+    help="Rate of the target's azimuth (°/s), for that choice; default: unknown.",
 )
-@yes_options
+@click.option("--seconds", type=DURATION, help="Stop after this time; default: until Ctrl-C.")
+@following_options("cue")
 @common
 def track(
-    session: Session, which: str, camera_id: str | None, cue: tuple[float, float] | None, slew_rate: float,
-    seconds: float | None, interval: float, plot: Path | None, dry_run: bool, yes: bool,
+    session: Session, which: str, camera_id: str | None, cue: tuple[float, float] | None, cue_rate: float | None,
+    slew_rate: float, seconds: float | None, interval: float, plot: Path | None, dry_run: bool, yes: bool,
 ) -> None:  # fmt: skip
     """Follow the target that a camera on the bus sees (mode -1), and show the error live.
 
-    Prints the state (searching, acquiring, tracking, coasting, lost) and the error of each axis in µrad. Ctrl-C or the
-    end of --seconds stops the axes on their ramps. The node's limits hold as in every mode.
+    Prints the state (searching, acquiring, tracking, coasting, lost) and the error of each axis in µrad, and when the
+    axes will be back on a target that is too fast for them. Ctrl-C or the end of --seconds stops the axes on their
+    ramps. The node's limits hold as in every mode.
     """
     identifier = tracking.parse_identifier(camera_id) if camera_id else None
+    if cue is None and cue_rate is not None:
+        raise InputError("--cue-rate chooses the azimuth of a cue: give --cue, too.")
     axes = list(range(len(AXES))) if which == "both" else [AXES.index(which)]
     with session.connect() as device:
         for axis in axes:
             tracking.check_supported(device, axis)
-            if cue is not None:
+        why = ""
+        if cue is not None:
+            if AZIMUTH in axes:
+                azimuth, why = lasting_cue(Drive(device, AZIMUTH), cue[AZIMUTH], cue_rate)
+                cue = (azimuth, cue[1])
+            for axis in axes:
                 check_slew(Drive(device, axis), cue[axis], slew_rate)
-        if not confirm(session, _announce(session, axes, cue, seconds), dry_run, yes):
+        if not confirm(session, _announce(session, axes, cue, why, seconds), dry_run, yes):
             return
         record = _run(session, device, axes, identifier, [cue[axis] for axis in axes] if cue else None, slew_rate, seconds, interval)
     _show(session, record, plot)
 
 
-def _announce(session: Session, axes: list[int], cue: tuple[float, float] | None, seconds: float | None) -> dict[str, Any]:
+def _announce(
+    session: Session, axes: list[int], cue: tuple[float, float] | None, why: str, seconds: float | None
+) -> dict[str, Any]:
     names = " and ".join(AXES[axis] for axis in axes)
     session.out.say(
         f"{names} will follow the target within the limits of the node, {f'for {seconds:g} s' if seconds else 'until Ctrl-C'}"
     )
     if cue is not None:
-        session.out.say("  first to " + ", ".join(f"{AXES[axis]} {degrees(cue[axis]):.3f}°" for axis in axes))
+        session.out.say(
+            "  first to "
+            + ", ".join(f"{AXES[axis]} {degrees(cue[axis]):.3f}°{why if axis == AZIMUTH else ''}" for axis in axes)
+        )
     return {
         "axes": [AXES[axis] for axis in axes], "seconds": seconds,
         "cue_deg": None if cue is None else {AXES[axis]: degrees(cue[axis]) for axis in axes},
@@ -119,13 +134,11 @@ def _run(
     record = Record(axes)
     with CameraMapping(device, identifier), ErrorStream(device) as stream, contextlib.ExitStack() as motion:
         lives = [motion.enter_context(LiveAxis(device, axis, power.PROFILE_POSITION)) for axis in axes]
-        tracking.check_frames(device, identifier, FIRST_FRAME_S)
+        tracking.check_frames(device, identifier, tracking.FIRST_FRAME_S)
         if cue is not None:
             slew(lives, cue, slew_rate)
         before = tracking.frame_counts(device)
-        for live in lives:  # both at once, so that the line of sight is estimated as one from the start
-            device.axis_write(live.drive.axis, 0x6060, power.TRACKING, 1)
-            live.mode = power.TRACKING
+        tracking.begin_following(lives)
         stream.start()
         try:
             _follow(session, stream, lives, record, seconds, interval)
@@ -133,10 +146,7 @@ def _run(
             pass  # the usual end
         record.errors = stream.errors()
         record.frames = _since(before, tracking.frame_counts(device))
-        for live in lives:
-            live.drive.set_target_rate(0.0)
-            live.drive.set_mode(power.PROFILE_VELOCITY)
-            live.mode = power.PROFILE_VELOCITY
+        tracking.end_following(lives)
     return record
 
 
@@ -149,7 +159,7 @@ def _since(before: FrameCounts, after: FrameCounts) -> FrameCounts:
 def _follow(
     session: Session, stream: ErrorStream, lives: list[LiveAxis], record: Record, seconds: float | None, interval: float
 ) -> None:
-    shown_s, shown = 0.0, 0
+    shown_s, shown, searched = 0.0, 0, False
     while True:
         for live in lives:
             live.check_enabled()
@@ -158,23 +168,36 @@ def _follow(
         count = stream.count()
         now_s = count * _ERROR_S
         record.states.append((now_s, states))
+        if not searched and now_s >= SEARCHED_S:
+            searched = True
+            _note_search(session, record)
         if now_s >= shown_s + interval:
-            _show_line(session, now_s, record.axes, states, stream.errors(shown))
+            _show_line(session, now_s, record.axes, states, stream.errors(shown), tracking.return_text(lives[0].drive.device))
             shown_s, shown = shown_s + interval, count
         if seconds is not None and now_s >= seconds:
             return
         time.sleep(POLL_S)
 
 
-def _show_line(session: Session, now_s: float, axes: list[int], states: list[int], errors: Real) -> None:
+def _note_search(session: Session, record: Record) -> None:
+    if all(state == SEARCHING for _, states in record.states for state in states):
+        session.out.note(
+            f"the camera has not seen the target for {SEARCHED_S:g} s: it is outside the picture, or does not stand out in"
+            " it. Stop, and give a --cue that is nearer to the target than half the picture."
+        )
+
+
+def _show_line(
+    session: Session, now_s: float, axes: list[int], states: list[int], errors: Real, back: tuple[float | None, str]
+) -> None:
     values, texts = [], []
     for axis, state in zip(axes, states, strict=True):
         known = state > NOT_TRACKING and len(errors) > 0
         now, rms = (1e6 * errors[-1, axis], 1e6 * np.sqrt(np.mean(errors[:, axis] ** 2))) if known else (0.0, 0.0)
         values.append({"axis": AXES[axis], "state": STATES[state], "error_urad": round(float(now), 2), "rms_urad": round(float(rms), 2)})
         texts.append(f"{AXES[axis]} {STATES[state]:<12} {now:+8.1f} µrad (rms {rms:.1f})")
-    session.out.json({"time_s": round(now_s, 3), "axes": values})
-    session.out.say(f"{now_s:8.1f} s  " + "  ".join(texts))
+    session.out.json({"time_s": round(now_s, 3), "axes": values, "back_in_s": back[0]})
+    session.out.say(f"{now_s:8.1f} s  " + "  ".join([*texts, back[1]]).rstrip())
 
 
 def _spans(record: Record) -> dict[str, list[tuple[float, float]]]:

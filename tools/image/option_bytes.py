@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+"""The option bytes that the board's image needs, for tools/image/board.
+
+    option_bytes.py registers IMAGE.bin       prints "OPTR MASK WHOLE WRP MASK": OPTR under its mask, all of OPTR, WRP1AR
+                                              under its mask. The read protection is in no mask.
+    option_bytes.py patch COPY.bin IMAGE.bin  changes a copy of the chip's option bytes: protected as the image needs it
+    option_bytes.py patch COPY.bin            ... or without write protection, for the next flash
+
+The bit positions are those of hal/stm32g474/registers/flash.h, which ./tools/test image compares with the crates.
+"""
+
+import pathlib
+import re
+import struct
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+HEADER = ROOT / "hal/stm32g474/registers/flash.h"
+PAGE_BYTES = 2048
+# A copy holds OPTR, two words of PCROP, WRP1AR and WRP1BR, each followed by its complement.
+COPY_BYTES = 40
+COPY_OPTR, COPY_WRP1AR, COPY_WRP1BR = 0, 0x18, 0x20
+
+
+def definitions(header: str) -> dict[str, int]:
+    """Fields as masks, and values."""
+    fields = {name: ((1 << int(width)) - 1) << int(first)
+              for name, first, width in re.findall(r"#define (\w+) FIELD\((\d+), (\d+)\)", header)}
+    return fields | {name: int(value, 0) for name, value in re.findall(r"#define (\w+) (0x[0-9A-F]+)u", header)}
+
+
+FACTS = definitions(HEADER.read_text("utf-8"))
+# Parity of the RAM on (active low), start from bank 1, two banks with pages of 2 KiB.
+OPTR_MASK = FACTS["FLASH_OPTR_SRAM_PE"] | FACTS["FLASH_OPTR_BFB2"] | FACTS["FLASH_OPTR_DBANK"]
+OPTR = FACTS["FLASH_OPTR_DBANK"]
+OPTR_WHOLE = FACTS["FLASH_OPTR_RESET"] & ~OPTR_MASK | OPTR
+WRP_MASK = FACTS["FLASH_WRP1AR_WRP1A_STRT"] | FACTS["FLASH_WRP1AR_WRP1A_END"]
+WRP_NONE = FACTS["FLASH_WRP1AR_WRP1A_STRT"]  # starts at the last page, ends at page 0
+
+
+def write_protection(image_bytes: int) -> int:
+    """WRP1AR: from page 0 to the last page of the image."""
+    end = FACTS["FLASH_WRP1AR_WRP1A_END"]
+    last_page = (image_bytes - 1) // PAGE_BYTES
+    value = last_page * (end & -end)
+    if image_bytes <= 0 or value & ~end:
+        raise ValueError(f"an image of {image_bytes} bytes does not fit into bank 1")
+    return value
+
+
+def patched(copy: bytes, protection: int) -> bytes:
+    """The chip's option bytes with ours in them, refused if they are not readable or protected against reading."""
+    if len(copy) != COPY_BYTES:
+        raise ValueError(f"expected {COPY_BYTES} option bytes, got {len(copy)}")
+    words = list(struct.unpack("<10I", copy))
+    if any(word != ~complement & 0xFFFFFFFF for word, complement in zip(words[::2], words[1::2])):
+        raise ValueError("an option byte and its complement differ: set the option bytes with openocd")
+    if words[0] & FACTS["FLASH_OPTR_RDP"] != FACTS["FLASH_OPTR_RESET"] & FACTS["FLASH_OPTR_RDP"]:
+        raise ValueError("the flash is read-protected: remove the read protection first, which erases it")
+    for offset, value, mask in ((COPY_OPTR, OPTR, OPTR_MASK), (COPY_WRP1AR, protection, WRP_MASK), (COPY_WRP1BR, WRP_NONE, WRP_MASK)):
+        word = words[offset // 4] & ~mask | value
+        words[offset // 4:offset // 4 + 2] = [word, ~word & 0xFFFFFFFF]
+    return struct.pack("<10I", *words)
+
+
+def main(arguments: list[str]) -> int:
+    try:
+        match arguments:
+            case ["registers", image]:
+                wrp = write_protection(pathlib.Path(image).stat().st_size)
+                print(*(f"0x{value:08X}" for value in (OPTR, OPTR_MASK, OPTR_WHOLE, wrp, WRP_MASK)))
+            case ["patch", copy, *image]:
+                file = pathlib.Path(copy)
+                protection = write_protection(pathlib.Path(image[0]).stat().st_size) if image else WRP_NONE
+                file.write_bytes(patched(file.read_bytes(), protection))
+            case _:
+                print(__doc__, file=sys.stderr)
+                return 2
+    except (OSError, ValueError) as error:
+        print(f"option_bytes.py: {error}.", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

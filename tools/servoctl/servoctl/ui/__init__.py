@@ -1,0 +1,1 @@
+"""The page of `servoctl ui`: one thread works on the bus (engine.py), a web server brings it to browsers (server.py)."""

@@ -1,0 +1,645 @@
+"""The one thread that works on the bus. Others give it jobs, take samples, and stop the axes without waiting for it.
+
+    stop            from any thread: both controlwords at once as PDOs, then the thread of the bus brings the axes to rest
+    submit          a job for the thread of the bus; its future has the result, or the error as one sentence
+    state, samples  what the page shows
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
+
+import can
+
+from .. import capture, power, recording, restrictions, tracking
+from ..axis_state import read_axis
+from ..device import Device
+from ..drive import QUICK_STOP_ACTIVE, Drive
+from ..errors import ConnectionFailed, MotionError, ServoctlError
+from ..fault_table import FaultTable, find_faults
+from ..interrupts import deaf
+from ..listener import BITS_OF_FRAME
+from ..loop_test import MeasuredLoop
+from ..node_limits import read_limits
+from ..parameter import AXES
+from ..recorded_signals import RecordedSignals
+from ..recording import Recorder
+from ..signal_stream import SETS, Samples, Signal, SignalStream
+from ..stop_frames import StopFrames
+from ..units import degrees
+from .held_axis import HeldAxis
+from .jobs import Jobs
+from .page_words import of_page
+
+STEP_S = 0.02
+POLL_S = 0.1
+CAMERA_POLL_S = 1.0
+"""While no axis follows."""
+RETRY_S = 0.25
+JOG_SILENT_S = 0.3
+"""Without a word from the page for this long, a jog ends on its ramp; for twice as long, with a quick stop."""
+COMMANDER_SILENT_S = 1.0
+REJOIN_S = 5.0
+"""After a lost link: the node misses our heartbeat within a second, by its own clock."""
+
+Job = Callable[[Jobs], Any]
+
+
+@dataclass(frozen=True)
+class Order:
+    """When a job was ordered, and who may still want it: `stops` are those before it."""
+
+    stops: int
+    stands: Callable[[], bool] = lambda: True
+
+
+class BusLoad(can.Listener):
+    """Counts bits of all frames."""
+
+    def __init__(self, bit_rate: int) -> None:
+        self.bits = 0
+        self._bit_rate = bit_rate
+        self._since = (time.monotonic(), 0)
+        self.share = 0.0
+
+    def on_message_received(self, msg: can.Message) -> None:
+        """Called by the thread that receives."""
+        self.bits += BITS_OF_FRAME + 8 * msg.dlc
+
+    def on_error(self, exc: Exception) -> None:
+        """The thread of the bus reports it."""
+
+    def update(self) -> None:
+        """Call every second or so."""
+        now, bits = time.monotonic(), self.bits
+        passed = now - self._since[0]
+        if passed >= 0.5:
+            self.share = (bits - self._since[1]) / passed / self._bit_rate
+            self._since = (now, bits)
+
+
+class Engine:
+    """Opens the node, opens it again when it was lost, and never moves anything by itself."""
+
+    def __init__(self, connect: Callable[[], Device], place: str) -> None:
+        """`place` is the bus and the node, for messages."""
+        self._connect = connect
+        self._place = place
+        self._jobs: queue.Queue[tuple[Job, Order | None, Future[Any]] | None] = queue.Queue()
+        self._ordered: set[Future[Any]] = set()
+        self._stops = 0
+        self._withdrawn = ""
+        self._end = threading.Event()
+        self._measured: set[int] = set()
+        """Axes that a job moves."""
+        self._stopped: set[int] = set()
+        """Of these, the ones that a stop has ended."""
+        self._why: str | None = None
+        self._unfinished = False
+        """The link was lost while an axis was enabled here, or while a job moved one."""
+        self._rejoin_until_s = 0.0
+        self._lock = threading.Lock()
+        self._stop_frames: StopFrames | None = None
+        self._device: Device | None = None
+        self._stream: SignalStream | RecordedSignals | None = None
+        self._held: dict[int, HeldAxis] = {}
+        self._choice = "both"
+        self._was_operational = False
+        self._busy = ""
+        self._faults: FaultTable = find_faults([])
+        self._emergencies: deque[tuple[int, int]] = deque(maxlen=32)
+        self._commander_seen_s: float | None = None
+        self._axes: list[dict[str, Any]] = []
+        self._events: deque[dict[str, Any]] = deque(maxlen=100)
+        self._event_count = 0
+        self._link = {"up": False, "text": f"connecting to {place} …"}
+        self._node: dict[str, Any] = {}
+        self._limits: list[dict[str, Any]] = []
+        self._load: BusLoad | None = None
+        self.recorder: Recorder | None = None
+        """Takes all samples; used by the jobs."""
+        self.loops: dict[int, MeasuredLoop] = {}
+        """Measured last, by axis; used by the jobs."""
+        self.scope: capture.Run | None = None
+        """Armed or done, and not yet read; used by the jobs."""
+        self.commissioning: dict[str, Any] | None = None
+        """The step that runs: for the page; set by the jobs."""
+        self._scope_phase = ""
+        self._camera: tracking.CameraMapping | None = None
+        self._polled_s = 0.0
+        self._camera_polled_s = 0.0
+        self._tracking: dict[str, Any] | None = None
+        self._threads = [
+            threading.Thread(target=target, name=name, daemon=True)
+            for target, name in ((self._run, "bus"), (self._supervise, "supervision"))
+        ]
+
+    # --- from any thread ------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Begins to work on the bus."""
+        for thread in self._threads:
+            thread.start()
+
+    def close(self) -> None:
+        """Stops the axes, restores what was borrowed, and ends."""
+        self.stop("the server ends")
+        self._end.set()
+        self._jobs.put(None)
+        for thread in self._threads:
+            thread.join(timeout=15.0)
+        self.end_recording()
+
+    def stop(self, why: str) -> None:
+        """Quick stop of both axes, at once; what was ordered before it and waits is refused."""
+        self._withdraw(f"the axes were stopped before its turn came ({why})")
+        device, frames = self._device, self._stop_frames
+        if device is not None:
+            device.stopped.set()
+        if frames is not None:
+            frames.send()
+        with self._lock:
+            self._why = why
+            self._stopped |= self._measured
+        self._jobs.put(None)
+
+    def _withdraw(self, why: str) -> None:
+        """No order from before now is carried out."""
+        with self._lock:
+            self._stops += 1
+            self._withdrawn = why
+
+    def order(self, stands: Callable[[], bool] = lambda: True) -> Order:
+        """For a job that is ordered now; take it before anything else can stop the axes."""
+        return Order(self._stops, stands)
+
+    def submit(self, job: Job, order: Order | None = None) -> Future[Any]:
+        """Runs in the thread of the bus. With an order it is refused when its turn comes after a later stop, or when the
+        order does not stand any more; without one it must change nothing."""
+        future: Future[Any] = Future()
+        if order is not None:
+            self._ordered.add(future)
+            future.add_done_callback(self._ordered.discard)
+        self._jobs.put((job, order, future))
+        return future
+
+    def jog_held(self, axis: int) -> None:
+        """The page says that the button is still held."""
+        held = self._held.get(axis)
+        if held is not None and held.jog_seen_s is not None:
+            held.jog_seen_s = time.monotonic()
+
+    def commander_seen(self, present: bool = True) -> None:
+        """The page that commands is there, or nobody commands any more."""
+        self._commander_seen_s = time.monotonic() if present else None
+
+    @property
+    def anything_held(self) -> bool:
+        """The page has enabled an axis, measures on one, or has ordered something that is not done yet."""
+        return bool(self._held or self._busy or self._ordered)
+
+    def say(self, text: str, kind: str = "note") -> None:
+        """An event for all viewers; `kind` is note, good or bad."""
+        text = of_page(text)
+        with self._lock:
+            self._event_count += 1
+            self._events.append({"number": self._event_count, "time": time.time(), "text": text, "kind": kind})
+
+    def busy(self, text: str) -> None:
+        """What the thread of the bus does for a longer time; states are old meanwhile."""
+        self._busy = text
+
+    def events(self, after: int) -> list[dict[str, Any]]:
+        """Those with a number above `after`."""
+        with self._lock:
+            return [event for event in self._events if event["number"] > after]
+
+    def state(self) -> dict[str, Any]:
+        """Everything that is known now."""
+        stream, load, scope, recorder = self._stream, self._load, self.scope, self.recorder
+        signals = stream.signals if stream else ()
+        return {
+            "link": self._link,
+            "node": self._node,
+            "axes": self._axes,
+            "tracking": self._tracking,
+            "recording": {"name": recorder.path.name, "samples": recorder.samples, "error": recorder.error} if recorder else None,
+            "scope": {"phase": self._scope_phase, "waited_s": scope.waited_s, "captured_s": scope.captured_s} if scope else None,
+            "stream": {
+                "choice": self._choice, "choices": list(SETS), "period_ms": stream.period_ms if stream else 0,
+                "missing": stream.missing if stream else 0, "signals": [_signal(signal) for signal in signals],
+                "note": stream.note if stream else "",
+            },
+            "commissioning": self.commissioning, "busy": self._busy, "load": load.share if load else 0.0,
+        }  # fmt: skip
+
+    def samples(self) -> Samples | None:
+        """What has come since the last call."""
+        stream, recorder = self._stream, self.recorder
+        samples = stream.take() if stream is not None else None
+        if recorder is not None and samples is not None and len(samples.ticks):
+            recorder.add(samples)
+        return samples
+
+    # --- supervision ------------------------------------------------------------------------------------------------
+
+    def _supervise(self) -> None:
+        """Ends motions whose page is silent, whatever the thread of the bus waits for."""
+        while not self._end.wait(STEP_S):
+            try:
+                self._end_silent_motions()
+            except Exception as error:  # noqa: BLE001 - the page shows it, and the thread goes on
+                self.stop(internal(error))
+                self._end.wait(COMMANDER_SILENT_S)
+
+    def _end_silent_motions(self) -> None:
+        now = time.monotonic()
+        for axis, held in list(self._held.items()):
+            seen = held.jog_seen_s
+            if seen is None:
+                continue
+            if now - seen > 2 * JOG_SILENT_S:
+                self.stop(f"{AXES[axis]} jogged, and the page is silent")
+                held.jog_seen_s = None
+            elif now - seen > JOG_SILENT_S:
+                self.submit(partial(Jobs.release, axis=axis))
+        seen = self._commander_seen_s
+        if seen is not None and self.anything_held and now - seen > COMMANDER_SILENT_S:
+            self._commander_seen_s = None
+            self.stop("the page that commands is silent")
+
+    # --- the thread of the bus ------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while not self._end.is_set():
+            try:
+                with self._connect() as device:
+                    self._serve(device)
+            except (ServoctlError, can.CanError, OSError, RuntimeError) as error:
+                self._lost(str(error))
+            except Exception as error:  # noqa: BLE001 - the page shows it, and the thread goes on
+                self._lost(internal(error))
+            self._pause(RETRY_S)
+
+    def _lost(self, text: str) -> None:
+        if self._link["up"]:
+            self.say(f"connection lost: {text}", "bad")
+        self._link = {"up": False, "text": text}
+        self._axes = []
+
+    def _pause(self, seconds: float) -> None:
+        """Until the next attempt; jobs are refused meanwhile."""
+        end = time.monotonic() + seconds
+        while not self._end.is_set() and (left := end - time.monotonic()) > 0:
+            with contextlib.suppress(queue.Empty):
+                entry = self._jobs.get(timeout=left)
+                if entry is not None and entry[2].set_running_or_notify_cancel():
+                    entry[2].set_exception(ConnectionFailed(f"no connection: {self._link['text']}"))
+
+    def _serve(self, device: Device) -> None:
+        identity = device.identity()
+        frames = StopFrames(device)
+        load = BusLoad(1000 * (int.from_bytes(device.try_upload(0x3050, 2) or b"", "little") or 1000))
+        if device.network.notifier is not None:
+            device.network.notifier.add_listener(load)
+        device.network.subscribe(0x80 + device.node_id, self._take_emergency)
+        self._faults = find_faults([device.any_schema.source])
+        self._held = {}
+        self._camera = None
+        self.scope = None
+        self._camera_polled_s = 0.0
+        self._tracks = all(tracking.is_supported(device, axis) for axis in range(len(AXES)))
+        self._withdraw("the node was connected only after it was ordered")
+        with self._lock:
+            self._why = "the link was lost" if self._unfinished else None
+        if self._unfinished:
+            self._stop_at_once(device, frames)
+        self._device, self._stop_frames, self._load = device, frames, load
+        jobs = Jobs(self, device, self._held)
+        self._read_node(device, identity)
+        self._link = {"up": True, "text": f"{self._place}"}
+        self.say(f"connected to {self._place}", "good")
+        try:
+            self._start_again(device)
+            self._open_stream(device)
+            self._loop(device, jobs)
+        except BaseException as error:
+            self._unfinished = self._unfinished or bool(self._held)
+            with self._lock:
+                self._stopped |= self._held.keys()
+            self._leave_all(error)
+            raise
+        else:
+            self._unmap_camera()
+        finally:
+            self._device = self._stop_frames = None
+            self._close_stream()
+
+    def _stop_at_once(self, device: Device, frames: StopFrames) -> None:
+        """What has moved since the link was lost; the SDOs follow. The node misses our heartbeat nevertheless, and is then
+        pre-operational."""
+        for axis in range(len(AXES)):
+            frames.note_mode(axis, Drive(device, axis).mode_number())
+        frames.send()
+        self._unfinished = False
+        self._rejoin_until_s = time.monotonic() + REJOIN_S
+
+    def _start_again(self, device: Device) -> None:
+        """A node that we have seen operational sends samples again; after a lost heartbeat it is pre-operational. Its axes
+        are off, or in a fault that has to be reset."""
+        state = device.nmt_state()
+        if state == "pre-operational" and self._was_operational:
+            device.set_nmt("operational")
+            self.say("the node is operational again: it sends samples; nothing moves")
+
+    def _loop(self, device: Device, jobs: Jobs) -> None:
+        stepped = 0.0
+        while not self._end.is_set() or self._why:
+            if self._why:
+                self._stop_now(device)
+            now = time.monotonic()
+            self.refresh(device)
+            if self._held and now - stepped >= STEP_S:
+                self._step_all()
+                stepped = now
+            if self._camera is not None and not self._follows():
+                self._unmap_camera()
+            self._work(jobs, STEP_S if self._held else POLL_S)
+            for axis, held in self._held.items():
+                if self._stop_frames is not None:
+                    self._stop_frames.note_mode(axis, held.live.mode)
+
+    def _work(self, jobs: Jobs, wait_s: float) -> None:
+        try:
+            entry = self._jobs.get(timeout=wait_s)
+        except queue.Empty:
+            return
+        if entry is None:
+            return
+        job, order, future = entry
+        if not future.set_running_or_notify_cancel():
+            return
+        try:
+            self._check(order)
+            future.set_result(job(jobs))
+        except (ConnectionFailed, can.CanError, OSError) as error:
+            if isinstance(error, OSError) and is_of_a_file(error):
+                future.set_exception(error)
+                return
+            self._unfinished = self._unfinished or order is not None
+            future.set_exception(error)
+            raise
+        except Exception as error:  # noqa: BLE001 - the page shows it
+            future.set_exception(error)
+
+    def _check(self, order: Order | None) -> None:
+        """Its turn has come; raises MotionError when nobody wants it any more."""
+        with self._lock:
+            stops, why = self._stops, self._withdrawn
+        if order is not None and order.stops != stops:
+            raise MotionError(f"not done: {why}.")
+        if order is not None and not order.stands():
+            raise MotionError("not done: the page that ordered it no longer commands.")
+
+    def _stop_now(self, device: Device) -> None:
+        """The axes to rest, after the frames of `stop`; then enabling is allowed again."""
+        with self._lock:
+            why, self._why = self._why, None
+            stopped, self._stopped = self._stopped, set()
+        enabled = (power.ENABLED, QUICK_STOP_ACTIVE)
+        moving = [AXES[a] for a in range(len(AXES)) if a in self._held or a in stopped or Drive(device, a).state() in enabled]
+        self._leave_all(MotionError(f"stopped: {why}"))
+        for axis in range(len(AXES)):
+            Drive(device, axis).quick_stop()
+        device.stopped.clear()
+        what = f"{' and '.join(moving)} stopped and off" if moving else "nothing was enabled"
+        self.say(f"stop: {why}; {what}", "bad" if moving else "note")
+
+    def _leave_all(self, error: BaseException | None) -> None:
+        for axis in list(self._held):
+            self.leave(axis, error)
+
+    def leave(self, axis: int, error: BaseException | None = None) -> None:
+        """An axis is no longer held, whatever happens; errors are events."""
+        held = self._held.pop(axis)
+        try:
+            with deaf():
+                held.leave(error)
+        except (ServoctlError, can.CanError, OSError) as failed:
+            self.say(str(failed), "bad")
+        except Exception as failed:  # noqa: BLE001 - the other axis is left too
+            self.say(internal(failed), "bad")
+
+    def _step_all(self) -> None:
+        for axis, held in list(self._held.items()):
+            if self._why is not None:
+                return  # the stop comes next, and leaves them
+            try:
+                held.step()
+            except MotionError as error:
+                if self._why is not None:
+                    return
+                self.say(str(error), "bad")
+                self.leave(axis, error)
+
+    # --- what is read regularly -----------------------------------------------------------------------------------
+
+    def _take_emergency(self, _identifier: int, data: bytearray, _time: float) -> None:
+        if len(data) >= 5:
+            self._emergencies.append((int.from_bytes(data[:2], "little"), data[4] << 8 | data[3]))
+
+    def _read_node(self, device: Device, identity: dict[str, Any]) -> None:
+        self._limits = [_limits(Drive(device, axis)) for axis in range(len(AXES))]
+        self._node = {
+            **{key: identity[key] for key in ("node", "name", "firmware", "software", "serial")},
+            "schema_fits": device.schema_fits, "mismatch": "" if device.schema_fits else device.mismatch,
+        }  # fmt: skip
+
+    def refresh(self, device: Device) -> None:
+        """States of the axes, if they are old; raises ConnectionFailed when the node is silent."""
+        now = time.monotonic()
+        if now - self._polled_s >= POLL_S:
+            self._poll(device)
+            self._polled_s = now
+
+    def _poll(self, device: Device) -> None:
+        """States of the axes by SDO; raises ConnectionFailed when the node is silent."""
+        nmt = str(device.node.nmt.state).lower()
+        axes = []
+        for axis in range(len(AXES)):
+            found = read_axis(device, axis)
+            held = self._held.get(axis)
+            words = self._faults.words(found["error"]) if found["error"] else []
+            axes.append(found | {
+                "held": held is not None, "doing": held.doing if held else self._doing(axis, found["state"]), "limits": self._limits[axis],
+                "fault": self._faults.meaning(found["error"]) if found["error"] else "",
+                "cause": words[0].cause if words else "", "cure": words[0].cure if words else "",
+                "restriction": self._restriction(device, axis),
+            })  # fmt: skip
+            if self._stop_frames is not None:
+                self._stop_frames.note_mode(axis, Drive(device, axis).mode_number())
+        self._axes = axes
+        self._poll_camera(device)
+        self._scope_phase = self.scope.poll() if self.scope is not None else ""
+        self._node = self._node | {"nmt": nmt}
+        self._was_operational = self._was_operational or nmt == "operational"
+        if nmt == "pre-operational" and time.monotonic() < self._rejoin_until_s:
+            self._start_again(device)
+        if self._load is not None:
+            self._load.update()
+        while self._emergencies:
+            code, info = self._emergencies.popleft()
+            if code:
+                words = self._faults.reported(code, info)
+                self.say(f"emergency {code:04X}: {' or '.join(w.name for w in words) or self._faults.meaning(code)}", "bad")
+
+    def _doing(self, axis: int, state: str) -> str:
+        """Of an axis that a job moves or holds, for people."""
+        step = self.commissioning
+        if step is None or state != power.ENABLED:
+            return ""
+        return str(step["what"]) if step["axis"] == AXES[axis] else "is held meanwhile"
+
+    @staticmethod
+    def _restriction(device: Device, axis: int) -> str:
+        return (restrictions.reason(device, axis) or "") if device.schema_fits else ""
+
+    # --- the camera -----------------------------------------------------------------------------------------------
+
+    def _follows(self) -> bool:
+        return any(held.follows for held in self._held.values())
+
+    def map_camera(self, device: Device, identifier: int | None) -> None:
+        """RPDO4 takes the frames until no axis follows any more; nothing changes without an identifier."""
+        self._unmap_camera()
+        camera = tracking.CameraMapping(device, identifier)
+        camera.__enter__()
+        self._camera = camera
+
+    def _unmap_camera(self) -> None:
+        camera, self._camera = self._camera, None
+        if camera is not None:
+            camera.__exit__(None, None, None)
+
+    def _poll_camera(self, device: Device) -> None:
+        now = time.monotonic()
+        if not self._tracks:
+            self._tracking = None
+        elif self._follows() or now - self._camera_polled_s >= CAMERA_POLL_S:
+            self._camera_polled_s = now
+            delay = tracking.delay_estimate(device)
+            self._tracking = {
+                "states": [tracking.STATES[tracking.state_of(Drive(device, axis))] for axis in range(len(AXES))],
+                "frames": asdict(tracking.frame_counts(device)), "delay": asdict(delay) if delay else None,
+                "note": tracking.return_text(device)[1], "follows": self._follows(),
+            }  # fmt: skip
+
+    # --- the stream -----------------------------------------------------------------------------------------------
+
+    def record(self, device: Device) -> str:
+        """All samples from now on go to a file of the folder of recordings; its name. A lost link is a gap in it."""
+        if self.recorder is not None:
+            raise MotionError(f"{self.recorder.path.name} is being recorded: end it first.")
+        if self._stream is None:
+            raise MotionError("there are no samples to record: the live view is off.")
+        path = recording.folder() / time.strftime("recording-%Y%m%dT%H%M%SZ.mcap", time.gmtime())
+        about = {key: self._node[key] for key in ("name", "node", "serial", "firmware")}
+        self.recorder = Recorder(path, self._stream.signals, self._stream.period_ms, about)
+        self.say(f"recording to {path}", "good")
+        return path.name
+
+    def end_recording(self) -> str:
+        """Ends the file; its name."""
+        recorder, self.recorder = self.recorder, None
+        if recorder is None:
+            return ""
+        recorder.close()
+        self.say(recorder.error or f"{recorder.samples} samples recorded to {recorder.path}", "bad" if recorder.error else "good")
+        return recorder.path.name
+
+    def choose(self, device: Device, choice: str) -> None:
+        """Other signals."""
+        if self.recorder is not None and choice != self._choice:
+            raise MotionError("these signals are being recorded: end the recording before you choose others.")
+        self._close_stream()
+        self._choice = choice
+        self._open_stream(device)
+
+    @contextlib.contextmanager
+    def without_stream(self, device: Device, modes: dict[int, int]) -> Iterator[None]:
+        """For a job that borrows the same PDOs, and moves axes in these modes (6060)."""
+        self._close_stream()
+        if str(device.node.nmt.state).lower() != "operational":
+            device.set_nmt("operational")  # stays so, as when an axis is enabled: the samples go on after the job
+        if self._stop_frames is not None:
+            for axis, mode in modes.items():
+                self._stop_frames.note_mode(axis, mode)
+        self.busy("measures")
+        self._measured = set(modes)
+        try:
+            yield
+        finally:
+            self._measured = set()
+            self.busy("")
+            self._stream = None
+            self._open_stream(device)
+
+    def show(self, signals: RecordedSignals) -> None:
+        """Within `without_stream`: what the job records, in place of the stream."""
+        if self.recorder is None:
+            self._stream = signals
+
+    def _open_stream(self, device: Device) -> None:
+        try:
+            stream = SignalStream(device, self._choice)
+            stream.__enter__()
+        except MotionError as error:
+            self.say(f"no plot: {error}", "bad")
+            return
+        stream.start()
+        self._stream = stream
+
+    def _close_stream(self) -> None:
+        stream, self._stream = self._stream, None
+        if isinstance(stream, SignalStream):
+            with contextlib.suppress(ServoctlError, can.CanError, OSError, RuntimeError):
+                stream.__exit__(None, None, None)
+
+
+def is_of_a_file(error: OSError) -> bool:
+    """Not of the bus: a file that cannot be written, or a full disk."""
+    return error.filename is not None or error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG)
+
+
+def file_error(error: OSError) -> str:
+    """A sentence on it."""
+    return f"{error.filename or 'a file'}: cannot be written or read: {error.strerror}."
+
+
+def internal(error: Exception) -> str:
+    """A sentence on an error of servoctl itself."""
+    return f"internal error of servoctl: {error!r}."
+
+
+def _signal(signal: Signal) -> dict[str, Any]:
+    return {"name": signal.name, "unit": signal.unit, "plot": signal.plot, "axis": signal.axis}
+
+
+def _limits(drive: Drive) -> dict[str, Any]:
+    """In ° and °/s; None for a travel without limit."""
+    limits = read_limits(drive)
+    return {
+        "low_deg": degrees(limits.lowest.value) if limits.has_travel else None,
+        "high_deg": degrees(limits.highest.value) if limits.has_travel else None,
+        "rate_deg_s": degrees(limits.fastest.value),
+    }

@@ -1,0 +1,57 @@
+// The WebSocket: requests with answers, states, events, and samples. It connects again by itself.
+
+const RETRY_MS = 500;
+
+export class Connection {
+  constructor(handlers) {
+    this.handlers = handlers;
+    this.waiting = new Map();
+    this.number = 0;
+    this.open();
+  }
+
+  open() {
+    this.socket = new WebSocket(`ws://${location.host}/ws`);
+    this.socket.binaryType = "arraybuffer";
+    this.socket.onmessage = (event) => this.take(event.data);
+    this.socket.onclose = () => {
+      for (const { reject } of this.waiting.values()) reject(new Error("the page has lost its server."));
+      this.waiting.clear();
+      this.handlers.lost();
+      setTimeout(() => this.open(), RETRY_MS);
+    };
+  }
+
+  take(data) {
+    if (data instanceof ArrayBuffer) {
+      this.handlers.samples(data);
+      return;
+    }
+    const message = JSON.parse(data);
+    if (message.state) this.handlers.state(message.state);
+    if (message.events) this.handlers.events(message.events);
+    const waiting = this.waiting.get(message.reply);
+    if (waiting) {
+      this.waiting.delete(message.reply);
+      if (message.error) waiting.reject(new Error(message.error));
+      else waiting.resolve(message.result);
+    }
+  }
+
+  // Without an answer.
+  send(what, values = {}) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify({ do: what, ...values }));
+  }
+
+  ask(what, values = {}) {
+    return new Promise((resolve, reject) => {
+      if (this.socket.readyState !== WebSocket.OPEN) {
+        reject(new Error("the page has no connection to its server: is servoctl ui running?"));
+        return;
+      }
+      this.number += 1;
+      this.waiting.set(this.number, { resolve, reject });
+      this.socket.send(JSON.stringify({ id: this.number, do: what, ...values }));
+    });
+  }
+}

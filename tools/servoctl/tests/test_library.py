@@ -1,0 +1,38 @@
+"""The examples of LIBRARY.md, run one after the other in one program, as a reader would in a notebook."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from .conftest import PACKAGE, Bench
+
+BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FEWEST = 6
+
+
+def test_the_examples_of_the_library_run(servo: Bench) -> None:
+    blocks = BLOCK.findall((PACKAGE / "LIBRARY.md").read_text(encoding="utf-8"))
+    assert len(blocks) >= FEWEST
+    program = servo.folder / "examples.py"
+    program.write_text("\n".join(blocks), encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, program], cwd=servo.folder, env=servo.environment, text=True, capture_output=True, timeout=240
+    )
+    assert done.returncode == 0, done.stderr
+    print(done.stdout)
+    # a step, forward or backward: on a busy computer one of them may be disturbed
+    for part in ("N m s/rad", "->", "samples, torque", "ward: overshoot", "phase margin", "did you mean azimuth.speed_loop"):
+        assert part in done.stdout, done.stdout
+    assert servo.json("state", "azimuth")["axes"][0]["state"] == "switch on disabled"
+
+
+def test_the_examples_are_typed(tmp_path: Path) -> None:
+    """As mypy sees them in somebody's project."""
+    program = tmp_path / "examples.py"
+    program.write_text("\n".join(BLOCK.findall((PACKAGE / "LIBRARY.md").read_text(encoding="utf-8"))), encoding="utf-8")
+    command = [sys.executable, "-m", "mypy", "--cache-dir", str(tmp_path / "mypy"), "--follow-imports=silent", str(program)]
+    done = subprocess.run(command, cwd=PACKAGE, text=True, capture_output=True)
+    assert done.returncode == 0, done.stdout

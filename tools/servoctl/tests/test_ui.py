@@ -1,0 +1,342 @@
+"""The page end to end: headless Chromium uses its controls, and a listener on the bus judges what they do there. All tests
+share one server."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from .conftest import Bench
+from .page_bench import (
+    STANDSTILL_DEG_S,
+    STOP_S,
+    Listener,
+    Server,
+    bench,
+    browser,
+    card,
+    check_stopped,
+    command_and_enable,
+    enable,
+    jog,
+    listener,
+    opened,
+    press,
+    rate,
+    remember,
+    seen,
+    server,
+    servo,
+    standing,
+    take_command,
+    wait_for,
+    wait_for_state,
+    wait_for_text,
+)
+
+__all__ = ["bench", "browser", "listener", "server", "servo"]
+GAIN = "azimuth.speed_loop.proportional_gain"
+
+
+def test_open_enable_jog_change_a_gain_undo_and_disable(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        wait_for(lambda: page.locator("#gains tbody tr").count() > 5, "the gains are there")
+        page.locator("#gain-filter").fill("speed loop proportional")
+        before = servo.value(GAIN)
+        command_and_enable(page)
+        jog(page)
+        page.mouse.up()
+        wait_for(lambda: abs(rate(page)) < STANDSTILL_DEG_S, "stands after the jog")
+        wait_for_state(page, "operation enabled")
+        change_a_gain_and_undo(servo, page, before)
+        move_and_swing(servo, page)
+
+
+def change_a_gain_and_undo(servo: Bench, page: Page, before: float) -> None:
+    """And the device has each value."""
+    wanted = round(1.05 * before, 2)
+    page.locator(f"#gains tr[data-name='{GAIN}'] input").fill(str(wanted))
+    press(page.get_by_role("button", name="Apply", exact=True))
+    wait_for_text(page.locator("#gain-note"), "applied")
+    assert servo.value(GAIN) == pytest.approx(wanted)
+    press(page.get_by_role("button", name="Undo last change"))
+    wait_for_text(page.locator("#gain-note"), "undone")
+    assert servo.value(GAIN) == before
+
+
+def move_and_swing(servo: Bench, page: Page) -> None:
+    """A move by an angle arrives; a motion back and forth is ended, and the axis disabled."""
+    here = standing(servo)["position_deg"]
+    azimuth = card(page, "azimuth")
+    azimuth.locator(".move-angle").fill("2")
+    press(azimuth.locator(".move"))
+    wait_for_text(page.locator("#plan-text"), "at up to 5 °/s")
+    assert abs(standing(servo)["position_deg"] - here) < 0.01  # nothing has moved yet
+    press(page.get_by_role("button", name="Move", exact=True))
+    wait_for(lambda: abs(standing(servo)["position_deg"] - here - 2) < 0.01, "arrives")
+
+    swing(page, "30")
+    press(azimuth.get_by_role("button", name="End motion"))
+    wait_for(lambda: abs(rate(page)) < STANDSTILL_DEG_S, "stands")
+    ended = standing(servo)["position_deg"]
+    assert ended - here < 25  # nowhere near the end of the travel
+    press(azimuth.get_by_role("button", name="Disable"))
+    wait_for_state(page, "switch on disabled")
+    assert abs(standing(servo)["position_deg"] - ended) < 0.5
+
+
+def swing(page: Page, angle_deg: str) -> None:
+    """Azimuth moves back and forth."""
+    azimuth = card(page, "azimuth")
+    azimuth.locator(".move-angle").fill(angle_deg)
+    press(azimuth.get_by_role("button", name="Back and forth by this angle"))
+    press(page.get_by_role("button", name="Move", exact=True))
+    wait_for(lambda: rate(page) > 4.0, "moves back and forth")
+
+
+def measure_step(page: Page, seconds: str = "0.3") -> None:
+    """By the page's controls, up to the motion itself."""
+    page.get_by_role("tab", name="Step").click()
+    page.locator("#step-hold").fill(seconds)
+    press(page.get_by_role("button", name="Step …"))
+    wait_for_text(page.locator("#plan-text"), "azimuth will move: 0 → 1")
+    press(page.get_by_role("button", name="Move", exact=True))
+
+
+def test_only_a_plan_that_can_be_read_moves_an_axis(servo: Bench, server: Server, browser: Browser) -> None:
+    """A held Enter opens the plan and does not confirm it; an empty field is not 0, and 12,5 is not 125."""
+    with opened(browser, server) as page:
+        command_and_enable(page)
+        azimuth = card(page, "azimuth")
+        field, go = azimuth.locator(".move-angle"), page.locator("#plan-go")
+        wait_for(azimuth.locator(".move").is_enabled, "the axis can be moved")
+        azimuth.locator(".move").focus()
+        for _ in range(HELD_KEYS):
+            page.keyboard.down("Enter")
+            time.sleep(0.05)
+        page.keyboard.up("Enter")
+        wait_for(go.is_visible, "the plan is shown")
+        assert not azimuth.locator(".doing").inner_text().startswith("azimuth moves")
+        page.locator("#plan-cancel").click()
+        azimuth.locator(".kind").select_option("to")
+        field.fill("")
+        press(azimuth.locator(".move"))
+        wait_for_text(page.locator("#toast"), "enter a number: the field for 'angle, °' holds none.")
+        field.press_sequentially("12,5")
+        wait_for_text(page.locator("#toast"), "write decimals with a point")
+        assert go.is_hidden()
+        page.keyboard.press("Escape")
+        wait_for_state(page, "switch on disabled")
+
+
+HELD_KEYS = 20
+
+
+def test_steps_before_and_after_are_shown_together(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        take_command(page)
+        rows = page.locator("#step-table tbody tr")
+        for shown in ("ward", ", before"):  # forward or backward: on a busy computer one of them may be disturbed
+            measure_step(page)
+            wait_for_text(page.locator("#step-note"), "measured;")
+            wait_for_text(rows.last, shown)
+        rise_ms = [float(row.locator("td").nth(2).inner_text()) for row in rows.all()]
+        assert all(1.0 < rise < 60.0 for rise in rise_ms), rise_ms
+        assert standing(servo)["state"] == "switch on disabled"
+        wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 200")), "the plots go on")
+
+
+def test_a_reference_shape_is_run_and_shown(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        take_command(page)
+        page.get_by_role("tab", name="Step").click()
+        here = standing(servo)["position_deg"]
+        for name, value in (("travel", "1"), ("period", "1"), ("periods", "1")):
+            page.locator(f"#shape-{name}").fill(value)
+        press(page.get_by_role("button", name="Run the shape …"))
+        wait_for_text(page.locator("#plan-text"), "azimuth will move: sine over 1°, 1 × 1 s, at up to 3.14 °/s")
+        press(page.get_by_role("button", name="Move", exact=True))
+        wait_for_text(page.locator("#shape-note"), "done; error of the rate")
+        assert float((page.locator("#shape-note").text_content() or "").split()[5]) < 0.3  # °/s rms, of 2.2
+        assert abs(standing(servo)["position_deg"] - here) < 0.1 and standing(servo)["state"] == "switch on disabled"
+        assert page.locator("#step-plot canvas").count() == 1
+
+
+def test_a_running_step_is_stopped(servo: Bench, server: Server, browser: Browser, listener: Listener) -> None:
+    with opened(browser, server) as page:
+        take_command(page)
+        measure_step(page, "4")
+        wait_for(lambda: abs(standing(servo)["rate_deg_s"]) > 0.5, "the step runs")
+        remember(page, "keydown")
+        page.keyboard.press("Escape")
+        check_stopped(servo, "Esc during a step", listener.first_after(seen(page)))
+        wait_for_text(page.locator("#step-note"), "not measured")
+
+
+@pytest.mark.parametrize("motion", ["jog", "back and forth"])
+def test_a_page_that_falls_silent_is_stopped(
+    servo: Bench, server: Server, browser: Browser, listener: Listener, motion: str
+) -> None:
+    """As when its computer sleeps, or its link is lost without a word: the socket stays open, and nothing comes."""
+    with opened(browser, server) as page:
+        command_and_enable(page)
+        if motion == "jog":
+            jog(page)
+        else:
+            swing(page, "20")
+        before = len(stops_shown(page))
+        page.evaluate("window.seen = Date.now(); WebSocket.prototype.send = () => {}")
+        delay_s = listener.first_after(seen(page))
+        print(f"silent page, {motion}: quick stop on the bus after {delay_s:.2f} s (at most {SILENT_S + STOP_S:g} s required)")
+        wait_for(lambda: standing(servo)["state"] == "switch on disabled", "off")
+        assert abs(standing(servo)["rate_deg_s"]) < STANDSTILL_DEG_S
+        wait_for(lambda: len(stops_shown(page)) > before, "the stop is said")
+        assert "silent; azimuth stopped and off" in stops_shown(page)[0]
+        assert delay_s <= SILENT_S + STOP_S
+
+
+SILENT_S = 1.0
+
+
+@pytest.mark.parametrize("how", ["button", "Esc", "closed page"])
+def test_a_jog_is_stopped(servo: Bench, server: Server, browser: Browser, listener: Listener, how: str) -> None:
+    with opened(browser, server) as page:
+        other = page.context.new_page()  # of the same site, so that it can read when the page went
+        other.goto(server.link + "style.css")
+        page.bring_to_front()
+        command_and_enable(page)
+        jog(page)
+        if how == "button":
+            remember(page, "click")
+            page.evaluate("document.getElementById('stop').click()")  # the mouse holds the other button
+            began = seen(page)
+        elif how == "Esc":
+            remember(page, "keydown")
+            page.keyboard.press("Escape")
+            began = seen(page)
+        else:
+            page.evaluate("addEventListener('pagehide', () => localStorage.setItem('left', Date.now()), true)")
+            called = time.time()
+            page.close()
+            wait_for(lambda: other.evaluate("localStorage.getItem('left')") is not None, "the page goes")
+            began = float(other.evaluate("localStorage.getItem('left')")) / 1e3
+            print(f"closed page: the browser took {1e3 * (began - called):.0f} ms to begin")
+        check_stopped(servo, how, listener.first_after(began))
+
+
+def test_the_plots_are_zoomed_with_the_keyboard(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 500")), "samples")
+        page.locator("#plots").focus()
+        shown = [page.evaluate(SHOWN)]
+        for key in ("+", "+", "ArrowLeft", "-"):
+            page.keyboard.press(key)
+            shown.append(page.evaluate(SHOWN))
+        lengths = [end - begin for begin, end in shown]
+        assert lengths[1] < lengths[0] and lengths[2] == pytest.approx(lengths[1] / 2) and lengths[3] == pytest.approx(lengths[2])
+        assert shown[3][0] < shown[2][0] and lengths[4] == pytest.approx(lengths[1])
+        assert "s shown" in (page.locator("#zoom-note").text_content() or "")
+        page.keyboard.press("Home")
+        wait_for(lambda: bool(page.evaluate("!trackservo.plots.frozen && !trackservo.plots.range")), "live again")
+
+
+SHOWN = "trackservo.plots.shown()"
+
+
+def test_a_viewers_page_stops_nothing_but_its_button_does(
+    servo: Bench, server: Server, browser: Browser, listener: Listener
+) -> None:
+    with opened(browser, server) as page, opened(browser, server) as viewer:
+        command_and_enable(page)
+        before = len(stops_shown(page))
+        wait_for_text(viewer.locator("#who"), "commands since")
+        press(viewer.get_by_role("button", name="Take command"))
+        wait_for_text(viewer.locator("#toast"), "ask there to release it")
+        assert card(viewer, "azimuth").get_by_role("button", name="Disable").is_disabled()
+        viewer.reload()
+        wait_for_text(viewer.locator("#who"), "commands since")
+        wait_for(lambda: viewer.evaluate("trackservo.plots.frames") > 3, "the viewer's plots are drawn")
+        keep_enabled(page, before)
+        listener.stops.clear()
+        remember(viewer, "click")
+        viewer.locator("#stop").click()
+        check_stopped(servo, "a viewer's button", listener.first_after(seen(viewer)))
+
+
+def stops_shown(page: Page) -> list[str]:
+    """Events about stops, newest first."""
+    return page.locator("#events li", has_text="stop:").all_text_contents()
+
+
+def keep_enabled(page: Page, before: int) -> None:
+    """The axis is enabled still, or was stopped because an overloaded computer kept the commanding page silent for a second:
+    then it is enabled again. A stop for any other reason fails."""
+    stops = stops_shown(page)
+    new = stops[: len(stops) - before]
+    assert all("the page that commands is silent" in stop for stop in new), new
+    if new:
+        wait_for_state(page, "switch on disabled")
+        enable(page)
+
+
+def test_a_jog_ends_when_its_tab_is_hidden(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        command_and_enable(page)
+        jog(page)
+        page.evaluate(
+            "Object.defineProperty(document, 'hidden', { value: true, configurable: true });"
+            "document.dispatchEvent(new Event('visibilitychange'))"
+        )
+        wait_for(lambda: abs(rate(page)) < STANDSTILL_DEG_S, "stands after the tab was hidden")
+        wait_for_state(page, "operation enabled")
+
+
+def measure_bode(page: Page) -> None:
+    """A short one, by the page's controls."""
+    press(page.get_by_role("tab", name="Bode"))
+    for name, value in (("low", "4"), ("periods", "3")):
+        page.locator(f"#bode-{name}").fill(value)
+    press(page.get_by_role("button", name="Measure …"))
+    wait_for_text(page.locator("#plan-text"), "azimuth will move: 1 °/s with")
+    press(page.get_by_role("button", name="Move", exact=True))
+    wait_for_text(page.locator("#bode-note"), "the axis moves")
+    wait_for_text(page.locator("#bode-note"), "measured;")
+
+
+def margins(page: Page) -> dict[str, tuple[float, float]]:
+    """Phase margin (°) and sensitivity peak of each curve, as shown."""
+    rows = [row.locator("td").all_text_contents() for row in page.locator("#bode-table tbody tr").all()]
+    return {row[0]: (float(row[1].split()[0]), float(row[3].split()[0])) for row in rows}
+
+
+def test_bode_plots_before_and_after_a_change_of_gain_are_shown_together(
+    servo: Bench, server: Server, browser: Browser
+) -> None:
+    """The prediction with the new gain agrees with what is then measured."""
+    with opened(browser, server) as page:
+        take_command(page)
+        measure_bode(page)
+        first = margins(page)
+        assert 20.0 < first["measured"][0] < 90.0, first
+        before = servo.value(GAIN)
+        page.get_by_role("tab", name="Gains").click()
+        page.locator(f"#gains tr[data-name='{GAIN}'] input").fill(str(round(0.8 * before, 2)))
+        press(page.get_by_role("button", name="Apply", exact=True))
+        wait_for(lambda: "present gains" in margins(page), "the prediction")
+        predicted = margins(page)["present gains"]
+        assert predicted[0] != pytest.approx(first["measured"][0], abs=1.0)
+        measure_bode(page)
+        after = margins(page)
+        print(f"phase margin {first['measured'][0]}°; with 80 % of the gain: predicted {predicted[0]}°, measured {after['measured'][0]}°")
+        assert after["before"] == first["measured"]
+        assert after["measured"][0] == pytest.approx(predicted[0], abs=MARGIN_TOLERANCE_DEG)
+        assert page.locator("#bode-plot canvas").count() == 3
+        page.get_by_role("tab", name="Gains").click()
+        press(page.get_by_role("button", name="Undo last change"))
+        wait_for(lambda: bool(servo.value(GAIN) == before), "undone")
+        assert standing(servo)["state"] == "switch on disabled"
+
+
+MARGIN_TOLERANCE_DEG = 3.0

@@ -1,0 +1,171 @@
+"""Gain files, the store and the access lock on the page; and the spectrum of the live view."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from .conftest import Bench
+from .page_bench import (
+    Server,
+    bench,
+    browser,
+    opened,
+    press,
+    server,
+    servo,
+    take_command,
+    wait_for,
+    wait_for_text,
+)
+
+__all__ = ["bench", "browser", "server", "servo"]
+GAIN = "azimuth.speed_loop.proportional_gain"
+GUARDED = "azimuth.protection.over_speed_limit"
+
+
+def saved(page: Page, folder: Path) -> Path:
+    """The file of the button 'Save to file'."""
+    with page.expect_download() as found:
+        press(page.locator("#gain-save"))
+    path = folder / found.value.suggested_filename
+    found.value.save_as(path)
+    return path
+
+
+def test_a_gain_file_is_saved_compared_written_and_undone(servo: Bench, server: Server, browser: Browser, tmp_path: Path) -> None:
+    with opened(browser, server) as page:
+        path = saved(page, tmp_path)
+        assert servo.here("diff", str(path)).code == 0  # the command line reads it
+        before = servo.value(GAIN)
+        text = path.read_text(encoding="utf-8")
+        old = f"proportional_gain = {before}"
+        assert old in text
+        path.write_text(text.replace(old, f"proportional_gain = {1.1 * before}", 1), encoding="utf-8")
+
+        take_command(page)
+        page.locator("#gain-file").set_input_files(path)
+        wait_for_text(page.locator("#compare-title"), f"1 of {servo.json('save', 'all.toml')['saved']} gains differ")
+        wait_for_text(page.locator("#compare-table tbody"), GAIN)
+        assert page.locator("#compare-warning").is_hidden()
+        assert servo.value(GAIN) == before
+        press(page.locator("#compare-write"))
+        wait_for_text(page.locator("#gain-file-note"), "1 gains written")
+        wait_for_text(page.locator("#compare-title"), "0 of")
+        assert servo.value(GAIN) == pytest.approx(1.1 * before)
+        press(page.get_by_role("button", name="Undo last change"))
+        wait_for(lambda: bool(servo.value(GAIN) == before), "undone")
+
+
+def test_a_file_of_another_machine_or_with_an_error_is_said_so(
+    servo: Bench, server: Server, browser: Browser, tmp_path: Path
+) -> None:
+    with opened(browser, server) as page:
+        path = saved(page, tmp_path)
+        serial = next(line for line in path.read_text(encoding="utf-8").splitlines() if line.startswith("serial"))
+        path.write_text(path.read_text(encoding="utf-8").replace(serial, "serial = 123456789"), encoding="utf-8")
+        page.locator("#gain-file").set_input_files(path)
+        wait_for_text(page.locator("#compare-warning"), "another machine (serial number 123456789")
+        wrong = tmp_path / "wrong.toml"
+        wrong.write_text("[azimuth.speed_loop]\nproportional_gian = 3\n")
+        page.locator("#gain-file").set_input_files(wrong)
+        wait_for_text(page.locator("#toast"), "wrong.toml:2:")
+        assert page.locator("#gain-compare").is_hidden()
+
+
+def test_a_guarded_gain_needs_the_lock_and_the_values_are_stored(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        take_command(page)
+        page.locator("#gain-filter").fill("protection")
+        field = page.locator(f"#gains tr[data-name='{GUARDED}'] input")
+        before = servo.value(GUARDED)
+        assert field.is_disabled()
+        page.locator("#gain-unlock").check()
+        field.fill(str(round(0.99 * before, 3)))
+        press(page.get_by_role("button", name="Apply", exact=True))
+        wait_for_text(page.locator("#gain-note"), "applied")
+        assert servo.value(GUARDED) == pytest.approx(0.99 * before, rel=1e-3)
+        assert servo.json("lock", "status")["open_s"] == 0
+        press(page.get_by_role("button", name="Undo last change"))
+        wait_for_text(page.locator("#gain-note"), "undone")
+        assert servo.value(GUARDED) == before
+        press(page.locator("#gain-store"))
+        wait_for_text(page.locator("#gain-file-note"), "stored in the device; backup:")
+        backup = (page.locator("#gain-file-note").text_content() or "").split("backup: ")[1]
+        assert servo.here("diff", backup).code == 0
+
+
+def test_a_lock_with_a_word_asks_for_it(servo: Bench, server: Server, browser: Browser) -> None:
+    assert servo.here("lock", "set-word", "--new", "secret").code == 0
+    try:
+        with opened(browser, server) as page:
+            take_command(page)
+            page.locator("#gain-filter").fill("protection over speed")
+            page.locator("#gain-unlock").check()
+            before = servo.value(GUARDED)
+            page.locator(f"#gains tr[data-name='{GUARDED}'] input").fill(str(round(0.98 * before, 3)))
+            press(page.get_by_role("button", name="Apply", exact=True))
+            wait_for_text(page.locator("#toast"), "has set an access word")
+            assert servo.value(GUARDED) == before
+            page.locator("#gain-word").fill("secret")
+            press(page.get_by_role("button", name="Apply", exact=True))
+            wait_for_text(page.locator("#gain-note"), "applied")
+            press(page.get_by_role("button", name="Undo last change"))
+            wait_for(lambda: bool(servo.value(GUARDED) == before), "undone")
+    finally:
+        assert servo.here("lock", "set-word", "--remove", "--word", "secret").code == 0
+
+
+def test_the_spectrum_shows_the_amplitude_of_a_sine_and_stops_at_a_gap(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        found = page.evaluate(
+            """async () => {
+                 const { amplitudes, stretch } = await import("./spectrum.js");
+                 const sine = Float32Array.from({ length: 1024 }, (_, i) => 5 + 0.25 * Math.sin(2 * Math.PI * 37 * i / 1024));
+                 const lines = amplitudes(sine);
+                 const time = Float64Array.from({ length: 900 }, (_, i) => i * 0.001 + (i >= 300 ? 1 : 0));
+                 const source = { count: 900, time, period: 0.001, find: (t) => { const n = time.findIndex((x) => x >= t); return n < 0 ? 900 : n; } };
+                 return [lines.indexOf(Math.max(...lines)), Math.max(...lines), lines[0], ...stretch(source, 0, 10)];
+               }"""
+        )
+        assert found[0] == 37 and found[1] == pytest.approx(0.25, rel=1e-3) and abs(found[2]) < 1e-3
+        assert found[3:] == [900 - 512, 512]
+        wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 200")), "samples")
+        page.get_by_role("button", name="Spectrum").click()
+        wait_for_text(page.locator("#spectrum-note"), "Hann window")
+        assert page.locator("#spectrum-plot canvas").count() == 1
+
+
+def test_cursors_show_differences_and_a_pause_holds_the_picture(servo: Bench, server: Server, browser: Browser) -> None:
+    with opened(browser, server) as page:
+        wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 1500")), "samples")
+        page.locator("[data-window='1']").click()
+        page.locator("#pause").click()
+        shown = page.evaluate("trackservo.plots.shown()")
+        page.locator("#cursors").click()
+        rows = page.locator("#cursor-table tbody tr")
+        wait_for(lambda: rows.count() == 1 + len(page.evaluate("trackservo.plots.signals")), "a row per signal")
+        assert rows.first.locator("td").last.text_content() == "0.300 s"
+        box = page.locator(".plot .u-over").first.bounding_box()
+        assert box is not None
+        page.mouse.move(box["x"] + 0.25 * box["width"], box["y"] + 40)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 40)
+        page.mouse.up()
+        wait_for_text(page.locator("#zoom-note"), "s shown")
+        zoomed = page.evaluate("trackservo.plots.shown()")
+        assert shown[0] < zoomed[0] < zoomed[1] < shown[1]
+        assert zoomed[1] - zoomed[0] == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_file_that_is_too_large_is_not_sent(servo: Bench, server: Server, browser: Browser, tmp_path: Path) -> None:
+    """Its message would close the socket of the page that commands, and stop the axes."""
+    with opened(browser, server) as page:
+        take_command(page)
+        large = tmp_path / "large.toml"
+        large.write_bytes(b"# x\n" * 500_000)
+        page.locator("#gain-file").set_input_files(large)
+        wait_for_text(page.locator("#gain-file-note"), "large.toml is no gains file: it has 2000 kB")
+        wait_for_text(page.locator("#who"), "this page commands")

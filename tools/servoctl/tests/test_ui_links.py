@@ -1,0 +1,195 @@
+"""The page when its server, its bus or its node is not there, or goes: each test starts servers of its own."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page
+
+from servoctl.parameter import AXES
+
+from .conftest import SIM_HOST, Bench, serving
+from .page_bench import (
+    STANDSTILL_DEG_S,
+    Link,
+    angle,
+    bench,
+    browser,
+    card,
+    command_and_enable,
+    jog,
+    opened,
+    press,
+    rate,
+    running,
+    servo,
+    standing,
+    take_command,
+    wait_for,
+    wait_for_state,
+    wait_for_text,
+)
+from .stream_for_minutes import Look, judge, stream
+
+__all__ = ["bench", "browser", "servo"]
+SUPERVISED_S = 1.0
+
+
+def test_the_device_stops_by_itself_when_the_server_is_killed(servo: Bench, browser: Browser) -> None:
+    """A fault of the lost heartbeat follows; the page resets it when a new server is there."""
+    with running(servo) as server, opened(browser, server) as page:
+        command_and_enable(page)
+        jog(page)
+        begun = ticks(servo)
+        server.process.kill()
+        wait_for(lambda: standing(servo)["state"] == "fault", "at rest, in the fault")
+    check_reaction(servo, "server killed", begun)
+
+    with running(servo) as again, opened(browser, again) as page:
+        wait_for_state(page, "fault")
+        wait_for_text(card(page, "azimuth").locator(".cause"), "Cause:")
+        take_command(page)
+        page.get_by_role("tab", name="Faults").click()
+        wait_for_text(page.locator("#faults"), "Remedy:")
+        wait_for_text(page.locator("#faults details").first, "heartbeat lost")
+        reset_faults(page)
+
+
+def check_reaction(servo: Bench, what: str, begun: int) -> None:
+    """By the device's own supervision, from the tick of the event to that of the fault."""
+    newest = servo.json("faults")["log"]["entries"][0]
+    reaction_ms = newest["tick"] - begun
+    print(f"{what}: the fault '{newest['name']}' came after {reaction_ms} ms (at most {1e3 * SUPERVISED_S:.0f} ms required)")
+    assert 0 < reaction_ms <= 1e3 * SUPERVISED_S
+
+
+def ticks(servo: Bench) -> int:
+    return int(servo.json("get", "0x3010:1")[0]["value"])
+
+
+def reset_faults(page: Page) -> None:
+    """Of both axes."""
+    for axis in AXES:
+        press(card(page, axis).get_by_role("button", name="Reset fault"))
+        wait_for_state(page, "switch on disabled", axis)
+
+
+def test_a_lost_link_is_shown_as_a_gap_and_nothing_moves_when_it_is_found(servo: Bench, browser: Browser) -> None:
+    with closing(Link(servo.bus)) as link, running(servo, "--bus", link.bus) as server, opened(browser, server) as page:
+        command_and_enable(page)
+        jog(page)
+        link.pull()
+        wait_for_text(page.locator("#link"), "no connection")
+        last = page.evaluate("trackservo.plots.history.lastTick")  # that came through the link
+        wait_for(lambda: standing(servo)["state"] == "fault", "the device stops by itself")
+        assert abs(standing(servo)["rate_deg_s"]) < STANDSTILL_DEG_S
+        check_reaction(servo, "link pulled", last)
+        page.mouse.up()
+        link.plug()
+        wait_for_text(page.locator("#link"), "operational")
+        wait_for_state(page, "fault")
+        wait_for(lambda: bool(page.evaluate("trackservo.plots.history.count > 500")), "samples come again")
+        gap_s = page.evaluate(LONGEST_GAP)
+        print(f"link lost and found: the plot has a gap of {gap_s:.2f} s")
+        assert gap_s > 0.3
+        reset_faults(page)
+        assert abs(rate(page)) < STANDSTILL_DEG_S
+
+
+def test_a_link_that_is_lost_for_a_moment_stops_the_axis_and_the_samples_go_on(servo: Bench, browser: Browser) -> None:
+    """Found before the node misses the heartbeat: then the axis still moves, and the node is pre-operational only later."""
+    with closing(Link(servo.bus)) as link, running(servo, "--bus", link.bus) as server, opened(browser, server) as page:
+        command_and_enable(page)
+        jog(page)
+        link.pull()
+        wait_for_text(page.locator("#link"), "no connection")
+        page.mouse.up()
+        link.plug()
+        wait_for(lambda: any("the link was lost; azimuth stopped and off" in each for each in events(page)), "stopped")
+        wait_for_state(page, "fault")
+        wait_for(lambda: any("is operational again" in each for each in events(page)), "the node is started again")
+        wait_for(lambda: page.evaluate(FRESH) > FRESH_SAMPLES, "samples come")
+        reset_faults(page)
+        assert abs(rate(page)) < STANDSTILL_DEG_S
+
+
+def events(page: Page) -> list[str]:
+    return page.locator("#events li").all_text_contents()
+
+
+def test_a_link_that_is_lost_and_found_20_times_moves_nothing(servo: Bench, browser: Browser) -> None:
+    """The plot goes on by itself each time, with a gap."""
+    with closing(Link(servo.bus)) as link, running(servo, "--bus", link.bus) as server, opened(browser, server) as page:
+        command_and_enable(page)
+        begun = angle(page)
+        for _ in range(LOSSES):
+            wait_for(lambda: page.evaluate(FRESH) > FRESH_SAMPLES, "samples come")
+            link.pull()
+            wait_for_text(page.locator("#link"), "no connection")
+            link.plug()
+            wait_for_text(page.locator("#link"), "operational")
+        wait_for(lambda: page.evaluate(FRESH) > FRESH_SAMPLES, "samples come")
+        gaps = page.evaluate(GAPS)
+        print(f"link lost {LOSSES} times: {gaps} gaps in the plot")
+        assert gaps >= LOSSES
+        wait_for(lambda: abs(angle(page) - begun) < MOVED_DEG, "nothing has moved")
+        link.pull()  # the commands know nothing of a server that has another address, and would disturb its transfers
+        assert standing(servo)["state"] in ("switch on disabled", "fault")
+        assert abs(standing(servo)["position_deg"] - begun) < MOVED_DEG
+
+
+LOSSES = 20
+MOVED_DEG = 0.02
+FRESH_SAMPLES = 50
+FRESH = """(h => { let n = 0; while (n + 1 < h.count && h.time[h.count - 1 - n] - h.time[h.count - 2 - n] < 0.1) n++; return n; })
+           (trackservo.plots.history)"""
+"""Samples since the last gap."""
+GAPS = """(h => { let n = 0; for (let i = 1; i < h.count; i++) n += h.time[i] - h.time[i - 1] > 0.1; return n; })
+          (trackservo.plots.history)"""
+LONGEST_GAP = """(h => { const t = [...h.time.subarray(0, h.count)];
+                         return Math.max(...t.slice(1).map((x, i) => x - t[i])); })(trackservo.plots.history)"""
+
+
+def test_one_clear_sentence_without_a_bus_and_for_a_wrong_node(servo: Bench, browser: Browser) -> None:
+    for options, sentence in (
+        (("--bus", "slcan-tcp:127.0.0.1:9"), "connection refused"),
+        (("--node", "77"), "node 77 does not answer"),
+    ):
+        with running(servo, *options) as server:
+            page = browser.new_context().new_page()
+            page.goto(server.link)
+            wait_for_text(page.locator("#trouble"), sentence)
+            assert card(page, "azimuth").get_by_role("button", name="Enable").is_disabled()
+            page.context.close()
+
+
+def test_a_slow_bus_has_all_signals_less_often_and_the_page_says_so(tmp_path: Path, browser: Browser) -> None:
+    with serving("1", "--bit-rate", "250000") as (address, _process), running(Bench(address, tmp_path), "--bitrate", "250000") as server:
+        page = browser.new_context().new_page()
+        page.goto(server.link)
+        wait_for_text(page.locator("#link"), "pre-operational")
+        take_command(page)
+        press(page.locator("#start-node"))
+        wait_for_text(page.locator("#stream-note"), "8 signals at 200 Hz: 1000 Hz need 1 Mbit/s, this bus has 250 kbit/s.")
+        wait_for(lambda: page.evaluate(FRESH) > FRESH_SAMPLES, "samples come")
+        assert page.evaluate("trackservo.plots.history.period") == 0.005
+        page.context.close()
+
+
+def test_the_demonstration_moves_an_axis_in_one_command(servo: Bench, browser: Browser) -> None:
+    servo.environment["SIM_HOST"] = SIM_HOST
+    with running(servo, "--demo") as server, opened(browser, server) as page:
+        wait_for(lambda: abs(rate(page)) > 1.0, "the axis moves by itself")
+        wait_for(lambda: page.evaluate("trackservo.plots.frames") > 20, "the plots are drawn")
+
+
+def test_the_stream_for_minutes_judges_what_it_has_measured(browser: Browser) -> None:
+    """It runs for seconds here; how fast this computer draws does not count."""
+    looks = stream(browser, 0.05)
+    assert looks[-1].samples > looks[0].samples + 500 and looks[-1].frames > looks[0].frames
+    assert looks[-1].server_mb > 10.0 and looks[-1].page_mb > 0.5
+    good = [Look(time_s, 32 * time_s, 1000 * time_s, 0, 5.0, 80.0) for time_s in (0, 10, 60, 70)]
+    assert judge(good) == []
+    bad = [*good, Look(80, good[-1].frames + 200, 80000, 3, 6.0, 90.0)]
+    assert [sentence.split()[0] for sentence in judge(bad)] == ["3", "20.0", "the", "the"]

@@ -1,0 +1,323 @@
+"""Orders that wait for their turn, and pages that fall silent: a server in this process, and pages that are only sockets."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import math
+import os
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from servoctl.bus import parse_bus
+from servoctl.device import Device
+from servoctl.ui.access import Access
+from servoctl.ui.engine import Engine
+from servoctl.ui.held_axis import HeldAxis
+from servoctl.ui.jobs import Jobs
+from servoctl.ui.server import Site, listen, web_server
+
+from .conftest import Bench
+from .page_bench import STANDSTILL_DEG_S, STOP_S, wait_for
+
+SLOW_S = 1.0
+"""Of a job that others wait for."""
+AFTERWARDS_S = 0.5
+"""So long nothing may happen after a stop."""
+SILENT_S = 1.0
+JOG_SILENT_S = 0.3
+"""For twice as long, with a quick stop."""
+OFF = "switch on disabled"
+ENABLED = "operation enabled"
+
+
+class Socket:
+    """What a page says and hears, without a browser; it says that it is there only if `beats`."""
+
+    def __init__(self, opened: ClientConnection) -> None:
+        self._opened = opened
+        self._number = 0
+        self._replies: dict[int, dict[str, Any]] = {}
+        self.beats = True
+        self.events: list[str] = []
+        for loop in (self._hear, self._beat):
+            threading.Thread(target=loop, daemon=True).start()
+
+    def _hear(self) -> None:
+        with contextlib.suppress(Exception):
+            for text in self._opened:
+                message = json.loads(text) if isinstance(text, str) else {}
+                self.events += [event["text"] for event in message.get("events", ())]
+                if "reply" in message:
+                    self._replies[message["reply"]] = message
+
+    def _beat(self) -> None:
+        with contextlib.suppress(Exception):
+            while True:
+                if self.beats:
+                    self._opened.send(json.dumps({"do": "beat"}))
+                time.sleep(0.1)
+
+    def send(self, what: str, **values: Any) -> int:
+        """A request; its number."""
+        self._number += 1
+        self._opened.send(json.dumps({"id": self._number, "do": what} | values))
+        return self._number
+
+    def answer(self, number: int) -> dict[str, Any]:
+        """To a request."""
+        wait_for(lambda: number in self._replies, f"an answer to request {number}")
+        return self._replies[number]
+
+    def ask(self, what: str, **values: Any) -> Any:
+        """A request that must be granted."""
+        answer = self.answer(self.send(what, **values))
+        assert "error" not in answer, answer
+        return answer["result"]
+
+    def crash(self) -> None:
+        """As a tab that crashes: without a word."""
+        self._opened.socket.shutdown(socket.SHUT_RDWR)
+
+
+class Server:
+    """The page's server at a servo."""
+
+    def __init__(self, bus: str) -> None:
+        self.engine = Engine(lambda: Device(parse_bus(bus), 1), "the servo")
+        self._opened = listen("127.0.0.1", 0)
+        self._address = f"127.0.0.1:{self._opened.getsockname()[1]}"
+        access = Access.of("127.0.0.1", self._opened.getsockname()[1])
+        self._server = web_server(Site(self.engine, None), access)
+        self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [self._opened]})
+        self._thread.start()
+        wait_for(lambda: bool(self.engine.state()["link"]["up"] and self.engine.state()["axes"]), "the node")
+
+    @contextmanager
+    def page(self) -> Iterator[Socket]:
+        """One that commands."""
+        with connect(f"ws://{self._address}/ws", origin=Origin(f"http://{self._address}"), proxy=None) as opened:
+            page = Socket(opened)
+            page.ask("take")
+            yield page
+
+    def be_slow(self) -> threading.Event:
+        """A job that takes SLOW_S after the event, which the caller sets, and runs already."""
+        begun, go = threading.Event(), threading.Event()
+
+        def job(_jobs: Jobs) -> None:
+            begun.set()
+            go.wait(30.0)
+            time.sleep(SLOW_S)
+
+        self.engine.submit(job)
+        assert begun.wait(30.0)
+        return go
+
+    def states(self) -> list[str]:
+        """Of the axes, read now."""
+        return [str(axis["state"]) for axis in self.engine.submit(lambda _jobs: self.engine.state()["axes"]).result(30.0)]
+
+    def axis(self) -> dict[str, Any]:
+        """Azimuth, as the page shows it."""
+        found: dict[str, Any] = next(iter(self.engine.state()["axes"]), {"rate_deg_s": math.inf, "state": "", "doing": ""})
+        return found
+
+    def stopped(self) -> bool:
+        """Somebody has stopped the axes, and this is not done yet."""
+        device = self.engine._device
+        return device is not None and device.stopped.is_set()
+
+    def stays_off(self, page: Socket | None = None) -> None:
+        """Both axes are off, and stay so."""
+        wait_for(lambda: not self.engine.anything_held, "nothing is held")
+        time.sleep(AFTERWARDS_S)
+        assert self.states() == [OFF, OFF], page.events if page else ""
+        assert not self.engine.anything_held
+
+    def end(self) -> None:
+        self._server.should_exit = True
+        self._thread.join()
+        self._opened.close()
+
+
+@pytest.fixture
+def server(servo: Bench, monkeypatch: pytest.MonkeyPatch) -> Iterator[Server]:
+    """At the servo, both axes off."""
+    for name, value in servo.environment.items():
+        monkeypatch.setenv(name, value)
+    started = Server(servo.bus)
+    yield started
+    started.end()
+
+
+@pytest.mark.parametrize("order", [{"do": "enable", "axis": 0}, {"do": "step", "axis": 0, "amplitude_deg_s": 1.0, "hold_s": 0.3}])
+def test_what_waits_when_stop_comes_is_refused(server: Server, order: dict[str, Any]) -> None:
+    with server.page() as page:
+        go = server.be_slow()
+        ordered = page.send(order["do"], **{key: value for key, value in order.items() if key != "do"})
+        page.send("stop")  # both are in one packet: neither may overtake the other
+        go.set()
+        error = page.answer(ordered)["error"]
+        assert error == "not done: the axes were stopped before its turn came (STOP on page 1)."
+        server.stays_off(page)
+
+
+def test_an_order_after_a_stop_is_carried_out_and_a_reading_before_it_too(server: Server) -> None:
+    with server.page() as page:
+        go = server.be_slow()
+        reading = page.send("plan", axis=0, relative=True, angle_deg=1.0, rate_deg_s=1.0)
+        page.send("stop")
+        enabling = page.send("enable", axis=0)
+        go.set()
+        assert "error" not in page.answer(reading) and "error" not in page.answer(enabling)
+        wait_for(lambda: server.states()[0] == ENABLED, "enabled")
+
+
+def test_what_waits_when_its_page_has_released_command_is_refused(server: Server) -> None:
+    with server.page() as page:
+        go = server.be_slow()
+        ordered = page.send("enable", axis=0)
+        page.send("release")
+        go.set()
+        assert "not done: " in page.answer(ordered)["error"]
+        server.stays_off(page)
+
+
+def test_an_order_whose_page_no_longer_commands_is_refused(server: Server) -> None:
+    go = server.be_slow()
+    commands = [True]
+    future = server.engine.submit(lambda jobs: jobs.enable(0), server.engine.order(lambda: commands[0]))
+    commands.clear()
+    commands.append(False)
+    go.set()
+    assert "no longer commands" in str(future.exception(30.0))
+    server.stays_off()
+
+
+@pytest.mark.parametrize("when", ["before its turn", "while it runs"])
+def test_a_page_that_crashes_while_it_enables_leaves_nothing_enabled(
+    server: Server, monkeypatch: pytest.MonkeyPatch, when: str
+) -> None:
+    begun, gone = threading.Event(), threading.Event()
+    enter = HeldAxis.enter
+
+    def slow(held: HeldAxis) -> None:
+        begun.set()
+        assert gone.wait(30.0)
+        enter(held)
+
+    monkeypatch.setattr(HeldAxis, "enter", slow)
+    with server.page() as page:
+        go = server.be_slow() if when == "before its turn" else None
+        page.send("enable", axis=0)
+        if go is None:
+            assert begun.wait(30.0)
+        else:
+            wait_for(lambda: server.engine.anything_held, "the order waits")
+        page.crash()
+        wait_for(lambda: server.engine._commander_seen_s is None, "the server knows that it is gone")
+        gone.set()
+        if go is not None:
+            go.set()
+        server.stays_off()
+
+
+def test_an_unexpected_error_stops_the_axes_and_is_shown_as_a_lost_connection(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    poll = Engine._poll
+    errors = [KeyError("a fault of servoctl")]
+
+    def fail(engine: Engine, device: Device) -> None:
+        if errors and engine._held:
+            raise errors.pop()
+        poll(engine, device)
+
+    with server.page() as page:
+        monkeypatch.setattr(Engine, "_poll", fail)
+        page.ask("enable", axis=0)
+        lost = "connection lost: internal error of servoctl: KeyError('a fault of servoctl')."
+        wait_for(lambda: lost in page.events, "the sentence")
+        wait_for(lambda: bool(server.engine.state()["link"]["up"] and server.engine.state()["axes"]), "the node again")
+        server.stays_off(page)
+
+
+def test_a_full_disk_is_a_sentence_and_the_axis_goes_on(server: Server) -> None:
+    def fail(_jobs: Jobs) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with server.page() as page:
+        page.ask("enable", axis=0)
+        future = server.engine.submit(fail, server.engine.order())
+        assert isinstance(future.exception(30.0), OSError)
+        assert server.engine.state()["link"]["up"] and server.axis()["state"] == ENABLED, page.events
+        page.ask("disable", axis=0)
+
+
+# --- pages that fall silent ---------------------------------------------------------------------------------------------
+
+
+def test_a_page_that_stays_silent_and_orders_again_is_stopped_again(server: Server) -> None:
+    """As when its timer has failed: what it orders after the first stop is supervised, too."""
+    said = "stop: the page that commands is silent; azimuth stopped and off"
+    with server.page() as page:
+        page.beats = False
+        for stops in (1, 2):
+            page.ask("enable", axis=0)
+            page.ask("swing", axis=0, angle_deg=20.0, rate_deg_s=5.0)
+            wait_for(lambda stops=stops: page.events.count(said) == stops, f"stop {stops}", 4 * SILENT_S)  # type: ignore[misc]
+        server.stays_off(page)
+
+
+def jogging(server: Server, page: Socket) -> None:
+    """Azimuth turns, and the page goes on to say that it is there, but not that the button is held."""
+    page.ask("enable", axis=0)
+    page.ask("jog", axis=0, rate_deg_s=5.0)
+
+
+def test_a_jog_without_a_word_ends_on_its_ramp(server: Server) -> None:
+    with server.page() as page:
+        jogging(server, page)
+        begun = time.monotonic()
+        held = server.engine._held[0]
+        wait_for(lambda: held.jog_seen_s is None, "the jog ends")
+        silent_s = time.monotonic() - begun
+        print(f"silent jog: ended after {silent_s:.2f} s (at most {2 * JOG_SILENT_S:g} s required)")
+        assert silent_s <= 2 * JOG_SILENT_S
+        wait_for(lambda: abs(server.axis()["rate_deg_s"]) < STANDSTILL_DEG_S, "stands")
+        assert server.axis()["state"] == ENABLED and not any("silent" in event for event in page.events), page.events
+
+
+def test_a_jog_is_stopped_at_once_when_the_bus_is_busy(server: Server) -> None:
+    """The ramp waits for its turn; the quick stop does not."""
+    with server.page() as page:
+        jogging(server, page)
+        server.be_slow().set()
+        wait_for(lambda: "stop: azimuth jogged, and the page is silent; azimuth stopped and off" in page.events, "the stop")
+        server.stays_off(page)
+
+
+def test_a_motion_stops_when_its_page_says_nothing_for_a_second(server: Server) -> None:
+    with server.page() as page:
+        page.ask("enable", axis=0)
+        page.ask("swing", axis=0, angle_deg=20.0, rate_deg_s=5.0)
+        time.sleep(2 * SILENT_S)
+        assert server.axis()["doing"], page.events  # it goes on as long as the page is there
+        page.beats = False
+        begun = time.monotonic()
+        wait_for(server.stopped, "the stop")
+        silent_s = time.monotonic() - begun
+        print(f"silent page: stopped after {silent_s:.2f} s (at most {SILENT_S + STOP_S:g} s required)")
+        assert silent_s <= SILENT_S + STOP_S
+        wait_for(lambda: "stop: the page that commands is silent; azimuth stopped and off" in page.events, "the stop is said")
+        server.stays_off(page)
