@@ -13,7 +13,7 @@ from pathlib import Path
 
 ARCHIVE_MEMBER = re.compile(r"^(?:\S*/)?lib(\w+)\.a\(([^)]+)\.o\)")
 # Not in the object file that is compared, or slower than needed.
-DROPPED_FLAGS = {"-g1", "-g", "-ffat-lto-objects", "-flto", "-flto=auto", "-fno-fat-lto-objects"}
+DROPPED_FLAGS = {"-g1", "-g"}
 # Undefined behaviour stops the program, as in the step asan of tools/test: an index beyond its array often changes no result.
 TRAPPED = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
 FAILED_ASSERTION = b":FAIL"  # as Unity prints it
@@ -41,7 +41,7 @@ class Build:
             output = words[words.index("-o") + 1]
             source = self._relative(entry["file"])
             flags = words[:words.index("-o")]
-            self.compile.setdefault(source, [flag for flag in flags if flag not in DROPPED_FLAGS and not flag.startswith("-flto")])
+            self.compile.setdefault(source, [flag for flag in flags if flag not in DROPPED_FLAGS])
             self.outputs[output] = source
         self.dependents = self._dependents()
 
@@ -83,7 +83,7 @@ class Build:
             members[parts[1], parts[2]] = source
         map_file = self.folder / "mutation" / "link.map"
         map_file.parent.mkdir(exist_ok=True)
-        command = list(link)
+        command = [word for word in link if word != "-fuse-ld=mold"]  # the map is read in GNU ld's form
         command[command.index("-o") + 1] = str(map_file.with_suffix(".out"))
         subprocess.run([*command, f"-Wl,-Map={map_file}"], check=True, cwd=self.folder)
         found = (ARCHIVE_MEMBER.match(line) for line in map_file.read_text().splitlines())

@@ -1,0 +1,1 @@
+// Gives the headers a file to be compiled with (see headers.hpp).
