@@ -3,8 +3,8 @@
 # shellcheck disable=SC2154
 
 # What compiles or runs firmware, and what compiles or runs the simulator.
-firmware_steps="firmware host socketcan asan coverage attack mutate proofs fuzz cortex-m4 image tidy cppcheck python servoctl servoctl-image gate"
-simulator_steps="host socketcan asan attack fuzz cortex-m4 tidy python servoctl servoctl-image gate"
+firmware_steps="firmware host socketcan asan coverage attack mutate proofs fuzz cortex-m4 image reproducible tidy cppcheck python servoctl servoctl-image check"
+simulator_steps="host socketcan asan attack fuzz cortex-m4 tidy python servoctl servoctl-image check"
 
 # By the kind of the file.
 steps_of_kind() {
@@ -26,35 +26,38 @@ steps_of_place() {
     .clang-format) echo format python ;;
     .clang-tidy) echo tidy ;;
     .pre-commit-config.yaml) echo python ;;
-    README.md) echo python host:test_docs ;;
+    README.md) echo python readme host:test_docs ;;
     *.md)
       case "$1" in
         docs/can.md) echo socketcan host:test_docs ;;
-        docs/can-objects.md | docs/faults.md) echo host:test_docs host:node ;;
+        docs/can-objects.md) echo host:test_docs host:node ;;
+        docs/faults.md) echo python host:test_docs host:node ;;
+        docs/safety.md | docs/safety/*.md | docs/results/faults.md) echo python host:test_docs ;;
         docs/board.md) echo host:test_docs host:first_power_up ;;
         docs/*) echo host:test_docs ;;
         CHANGELOG.md | CONTRIBUTING.md) echo host:test_docs ;;
         tools/report/README.md) echo python host:test_docs ;;
-        tools/imager/README.md | tools/servoctl/README.md) echo servoctl host:test_docs ;;
+        tools/imager/README.md | tools/servoctl/README.md | tools/servoctl/LIBRARY.md) echo servoctl host:test_docs ;;
         *) echo all ;;
       esac
       ;;
-    docs/ci/*) echo gate ;;
+    docs/ci/*) echo check ;;
     docs/ros2/*) echo host:ros2_bus ;;
     docs/images/*) echo host:test_docs ;;
 
     firmware/*/tests/*.cpp) echo host asan ;;
     firmware/*/tests/*.c | hal/*/tests/*.c) echo firmware host asan coverage mutate cortex-m4 ;;
     hal/stm32g474/openocd.cfg) ;;
-    hal/stm32g474/*.ld) echo host image servoctl-image gate ;;
+    hal/stm32g474/*.ld) echo host image servoctl-image check ;;
     hal/cortex_m4_qemu/*.ld) echo cortex-m4 ;;
     firmware/*.[ch]) echo "$firmware_steps" ;;
-    hal/stm32g474/*.[chS]) echo host image tidy cppcheck servoctl-image gate ;;
+    hal/stm32g474/*.[chS]) echo host image reproducible tidy cppcheck servoctl-image check ;;
     hal/cortex_m4_qemu/*.[chS]) echo cortex-m4 cppcheck ;;
     hal/*.[ch]) echo "$firmware_steps" ;;
     sim_host/*) echo "$simulator_steps" ;;
 
     tests/canopen/*.py) echo host:canopen_client ;;
+    tests/judges/*.py | tests/judges/*.toml) echo host:plant_against_mujoco ;;
     tests/command_line/*.py) echo host:command_line ;;
     tests/configure/*.py) echo host:configure ;;
     tests/conformance/*.py) echo host:conformance ;;
@@ -64,28 +67,28 @@ steps_of_place() {
     tests/socketcan/*) echo socketcan host:with_can ;;
     tests/target/*.py) echo host:emulate_board host:first_power_up ;;
     tests/real_time.args) echo host socketcan servoctl servoctl-image ;;
-    tests/gate/*.py) echo gate ;;
+    tests/gate/*.py) echo check ;;
     tests/proofs/*) echo proofs ;;
     tests/fuzz/*.py) echo python ;;
     tests/fuzz/*) echo fuzz python ;;
-    tests/changed/*.py | tests/demo/*.py | tests/hooks/*.py | tests/readme/*) echo python ;;
+    tests/changed/*.py | tests/demo/*.py | tests/docs/*.py | tests/hooks/*.py | tests/readme/*) echo python ;;
     tests/cortex_m4/*.sh | tests/cortex_m4/*.py) echo cortex-m4 ;;
     tests/target/probes/*) echo host:test_core ;;
     tests/cortex_m4/*.[ch]*) echo cortex-m4 host ;;
-    tests/*.[ch] | tests/*.[ch]pp) echo firmware host asan coverage mutate cortex-m4 fuzz servoctl servoctl-image gate ;;
+    tests/*.[ch] | tests/*.[ch]pp) echo firmware host asan coverage mutate cortex-m4 fuzz servoctl servoctl-image check ;;
 
     tools/demo | tools/lib/build_progress.sh) echo python ;;
     tools/fuzz | tools/lib/fuzz_corpus.sh) echo fuzz python ;;
     tools/update-docs) ;;
     tools/imager/*) echo servoctl ;;
-    tools/image/*) echo host image servoctl-image gate ;;
+    tools/image/*) echo host image reproducible servoctl-image check ;;
     tools/minimax/*.py) ;;
     tools/mutate | tools/mutation/*) echo mutate python ;;
     tools/prove | tools/proofs/*) echo proofs ;;
     tools/misra/*) echo cppcheck ;;
     tools/registers/*) echo image ;;
     tools/report/*) echo python ;;
-    tools/servoctl/*) echo servoctl servoctl-image socketcan host ;;
+    tools/servoctl/*) echo servoctl servoctl-image page-image socketcan host ;;
     tools/source_checks/*) echo includes words python ;;
     *) echo all ;;
   esac
