@@ -80,7 +80,8 @@ class Build:
         members = {}
         for output, source in self.outputs.items():
             parts = re.match(r".*CMakeFiles/(\w+)\.dir/(?:.*/)?([^/]+)\.o$", output)
-            members[parts[1], parts[2]] = source
+            if parts:  # else a precompiled header
+                members[parts[1], parts[2]] = source
         map_file = self.folder / "mutation" / "link.map"
         map_file.parent.mkdir(exist_ok=True)
         command = [word for word in link if word != "-fuse-ld=mold"]  # the map is read in GNU ld's form
