@@ -16,7 +16,7 @@ if(CMAKE_CROSSCOMPILING)
 endif()
 
 # The board's image is optimised across files, and so is what counts the image's instructions. On a host nothing is: a run
-# of the simulator would take a tenth less time, and its build a third more.
+# of the simulator would take a seventh less time, and its build a third more.
 function(trackservo_optimise_across_files target)
   if(CMAKE_CROSSCOMPILING)
     set_target_properties(
