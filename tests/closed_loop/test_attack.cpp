@@ -4,6 +4,7 @@
 
 #include "attack/attack_campaign.hpp"
 #include "attack/named_sequences.hpp"
+#include "support/test_size.h"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -13,20 +14,14 @@ extern "C" void tearDown() {}
 
 namespace {
 
-#ifdef TESTS_FEW_CASES
-constexpr std::uint64_t kSeeds = 100;
-#else
-constexpr std::uint64_t kSeeds = 500;
-#endif
-
 void test_random_legal_writes() {
   const sim::AttackBench bench(sim::load_plant("sim_host/plants/tracker.toml"));
   sim::AttackOptions options;
-  options.seeds = kSeeds;
+  options.seeds = static_cast<std::uint64_t>(by_size(60, 500, 5000));
   const sim::AttackCampaign campaign = sim::run_attacks(bench, options, [](int, int, const std::string&) {});
   std::printf("%s", sim::print(campaign).c_str());
   const sim::ThemeSummary all = campaign.total();
-  TEST_ASSERT_EQUAL(kSeeds, all.seeds);
+  TEST_ASSERT_EQUAL(options.seeds, all.seeds);
   TEST_ASSERT_TRUE(all.writes > 100 * all.seeds && all.refusals < all.writes / 5);
   TEST_ASSERT_EQUAL(0, all.not_finite);
   TEST_ASSERT_EQUAL(0, all.silent);

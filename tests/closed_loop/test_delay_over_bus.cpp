@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bench.hpp"
+#include "support/test_size.h"
 #include "tracking_bench.hpp"
 #include "unity.h"
 
@@ -26,7 +27,6 @@ using bench::TrackingNode;
 constexpr int kReported = 1;
 constexpr int kCorrected = 2;
 constexpr double kTime_ms = 0.01;  // of 3073:5 and :6
-constexpr int kSeeds = 6;
 
 struct Flight {
   double misstated_ms;  // added to the age by the sender
@@ -82,13 +82,19 @@ Found fly(const Flight& flight) {
   return found;
 }
 
-// Of `kSeeds` flights at least all but one lie in their interval, and none is far outside.
+// By how much the sender states the age of its frames wrong.
+std::vector<double> misstated_ms() {
+  return test_size_wanted() == TEST_SMALL ? std::vector<double>{10.0} : std::vector<double>{0.0, 10.0, -10.0};
+}
+
+// At least all but one flight lie in their interval, and none is far outside.
 void check_intervals(const Flight& flight, double mean_half_width_ms) {
+  const int seeds = by_size(1, 6, 40);
   int inside = 0;
   double sum_ms = 0.0;
-  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+  for (int seed = 1; seed <= seeds; ++seed) {
     Flight with = flight;
-    with.seed = seed;
+    with.seed = static_cast<std::uint64_t>(seed);
     const Found found = fly(with);
     const double wrong_ms = std::abs(found.error_ms + flight.misstated_ms);
     const std::string text =
@@ -99,24 +105,25 @@ void check_intervals(const Flight& flight, double mean_half_width_ms) {
     inside += wrong_ms <= found.half_width_ms ? 1 : 0;
     sum_ms += found.half_width_ms;
   }
-  const std::string text = fmt::format("{} of {} inside, mean half width {:.2f} ms", inside, kSeeds, sum_ms / kSeeds);
+  const std::string text = fmt::format("{} of {} inside, mean half width {:.2f} ms", inside, seeds, sum_ms / seeds);
   TEST_MESSAGE(text.c_str());
-  TEST_ASSERT_GREATER_OR_EQUAL_INT(kSeeds - 1, inside);
-  TEST_ASSERT_TRUE_MESSAGE(sum_ms / kSeeds < mean_half_width_ms, text.c_str());
+  TEST_ASSERT_GREATER_OR_EQUAL_INT(seeds - 1, inside);
+  TEST_ASSERT_TRUE_MESSAGE(sum_ms / seeds < mean_half_width_ms, text.c_str());
 }
 
 // Required: 3 ms.
 void test_after_20_s_of_tracking() {
-  for (const double misstated_ms : {0.0, 10.0, -10.0}) {
-    check_intervals({misstated_ms, 20.0}, 3.0);
+  for (const double wrong_ms : misstated_ms()) {
+    check_intervals({wrong_ms, 20.0}, 3.0);
   }
 }
 
 // The small dither until then is the price.
 void test_the_first_dither_is_small_and_ends() {
   std::array<Spread, 2> spread;  // with and without it
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    TrackingNode tracking(bench::tracker_setup(), tracking_scenario(), seed, designed_tracker(TRACKER_PREDICTIVE));
+  for (int seed = 1; seed <= by_size(1, 4, 40); ++seed) {
+    TrackingNode tracking(bench::tracker_setup(), tracking_scenario(), static_cast<std::uint64_t>(seed),
+                          designed_tracker(TRACKER_PREDICTIVE));
     const double start_s = tracking.time_s();
     const camera_delay& delay = tracking.node().node().tracking.delay;
     while (tracking.time_s() < start_s + 40.0) {
@@ -138,21 +145,22 @@ void test_the_first_dither_is_small_and_ends() {
 
 // Required: 1 ms by then, or within 20 s of a dither that the user starts (the next test).
 void test_after_three_minutes_of_tracking() {
-  for (const double misstated_ms : {0.0, 10.0, -10.0}) {
-    check_intervals({misstated_ms, 180.0}, 1.6);
+  for (const double wrong_ms : misstated_ms()) {
+    check_intervals({wrong_ms, 180.0}, 1.6);
   }
 }
 
 // Required: 1 ms.
 void test_within_20_s_of_dither() {
-  for (const double misstated_ms : {0.0, 10.0, -10.0}) {
-    check_intervals({misstated_ms, 20.0, kCorrected, 20}, 1.0);
+  for (const double wrong_ms : misstated_ms()) {
+    check_intervals({wrong_ms, 20.0, kCorrected, 20}, 1.0);
   }
 }
 
 // Required: at most 10 % worse with a stated age that is wrong by 10 ms.
 void test_a_wrong_age_that_is_corrected_costs_nothing() {
-  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+  for (int n = 1; n <= by_size(1, 2, 10); ++n) {
+    const auto seed = static_cast<std::uint64_t>(n);
     const Found right = fly({0.0, 90.0, kReported, 0, seed});
     for (const double misstated_ms : {10.0, -10.0}) {
       const Found wrong = fly({misstated_ms, 90.0, kReported, 0, seed});

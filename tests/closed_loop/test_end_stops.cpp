@@ -12,6 +12,7 @@
 #include "bench.hpp"
 #include "fault_injection/driven_node.hpp"
 #include "serve/node_parameters.hpp"
+#include "support/test_size.h"
 
 namespace sim = trackservo::sim;
 
@@ -274,7 +275,8 @@ void test_no_write_at_full_speed_near_the_end_reaches_the_end_stop(void) {
   for (const Attack& attack : attacks()) {
     for (const int axis : {sim::kAzimuth, sim::kPitch}) {
       for (const double room_rad : {0.30, 0.20}) {
-        for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        for (int n = 1; n <= by_size(1, 3, 30); ++n) {
+          const auto seed = static_cast<std::uint64_t>(n);
           const double end_rad = static_cast<double>(setup.limits[static_cast<std::size_t>(axis)].maximum_rad);
           Ride ride(setup, axis, seed, end_rad - 1.1);
           ride.approach(attack.mode, room_rad);

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "support/test_size.h"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -12,11 +13,11 @@ extern "C" void tearDown() {}
 
 namespace {
 
-void test_three_random_machines_trip_nothing() {
+void test_random_machines_trip_nothing() {
   sim::MonitoredPlantsSetup setup;
   setup.nominal = sim::load_plant("sim_host/plants/tracker.toml");
   setup.scenarios = sim::scenarios_of_experiments("sim_host");
-  setup.count = 3;
+  setup.count = by_size(1, 3, 1000);
   setup.threads = 2;
   const sim::MonitoredPlants result = sim::monitor_plants(setup, [](int, int, const std::string&) {});
   std::printf("%s", sim::print(result).c_str());
@@ -29,6 +30,6 @@ void test_three_random_machines_trip_nothing() {
 
 int main() {
   UNITY_BEGIN();
-  RUN_TEST(test_three_random_machines_trip_nothing);
+  RUN_TEST(test_random_machines_trip_nothing);
   return UNITY_END();
 }

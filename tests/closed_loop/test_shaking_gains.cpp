@@ -15,6 +15,7 @@
 #include "fault_injection/driven_node.hpp"
 #include "fault_injection/shaking_gains.hpp"
 #include "serve/node_parameters.hpp"
+#include "support/test_size.h"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -104,13 +105,11 @@ void test_without_gains_to_take_back_the_axis_stops_with_its_own_fault() {
   }
 }
 
-// A sample; `sim_host faults --shaking-gains 500` tries more. SHAKING_SETS and SHAKING_SEED: how many, and which.
+// A sample; `sim_host faults --shaking-gains 500` tries more.
 void test_random_gains_that_shake_are_taken_back() {
-  const char *const sets = std::getenv("SHAKING_SETS");
-  const char *const seed = std::getenv("SHAKING_SEED");
   sim::ShakingOptions options;
-  options.sets = sets != nullptr ? std::atoi(sets) : 60;
-  options.seed = seed != nullptr ? std::strtoull(seed, nullptr, 10) : 1;
+  options.sets = by_size(10, 60, 500);
+  options.seed = 1;
   const sim::ShakingGains result =
       sim::run_shaking_gains(tracker_plant(), options, [](int, int, const std::string&) {});
   std::printf("%s\n", sim::print(result).c_str());
@@ -134,8 +133,7 @@ bool are_strong(const axis_parameters& gains, const axis_parameters& designed) {
 void test_new_gains_with_margins_are_never_taken_back() {
   const sim::PlantConfig plant = tracker_plant();
   const sim::NodeSetup setup(plant);
-  const char *const given = std::getenv("QUIET_SETS");
-  const int count = given != nullptr ? std::atoi(given) : 100;
+  const int count = by_size(10, 100, 1000);
   sim::SplitMix64 random(2);
   int taken_back = 0;
   for (int i = 0; i < count;) {

@@ -11,6 +11,7 @@
 #include "base/random.hpp"
 #include "bench.hpp"
 #include "fault_injection/driven_node.hpp"
+#include "support/test_size.h"
 
 namespace sim = trackservo::sim;
 
@@ -241,29 +242,30 @@ void test_twelve_plain_moves_to_the_hard_end_stop_inside_and_say_so() {
 // Rates up to 607F = FFFFFFFF, accelerations up to the objects' maximum, in all modes, held against the limit, or
 // stopped by halt or quick stop before it. Some of the stopping margin of 5 mrad must be left.
 void test_moves_of_all_kinds_towards_the_hard_end_stop_inside() {
-  constexpr std::uint64_t kMoves = 300;
+  const auto moves = static_cast<std::size_t>(by_size(40, 300, 3000));
   const sim::NodeSetup setup = setup_with_travel();
   std::vector<double> left_rad;
-  for (std::uint64_t seed = 1; seed <= kMoves; ++seed) {
+  for (std::uint64_t seed = 1; seed <= moves; ++seed) {
     const Approach approach = random_approach(seed);
     const Outcome outcome = Run(setup, approach).run();
     expect_inside(approach, outcome);
     left_rad.push_back(outcome.left_rad);
   }
   std::sort(left_rad.begin(), left_rad.end());
-  std::printf("%d moves: %.2f mrad left to the hard end at least, 5th percentile %.2f\n", static_cast<int>(kMoves),
-              1e3 * left_rad.front(), 1e3 * left_rad[kMoves / 20]);
+  std::printf("%d moves: %.2f mrad left to the hard end at least, 5th percentile %.2f\n", static_cast<int>(moves),
+              1e3 * left_rad.front(), 1e3 * left_rad[moves / 20]);
 }
 
 // The drive's model of the machine is wrong by 30 %, in both directions.
 void test_a_wrong_inertia_does_not_lead_outside() {
+  const auto last = static_cast<std::uint64_t>(1000 + by_size(10, 60, 600));
   for (const float share : {0.7F, 1.3F}) {
     sim::NodeSetup setup = setup_with_travel();
     for (axis_parameters& parameters : setup.parameters) {
       parameters.observer.inertia_kg_m2 *= share;
       parameters.speed_loop.acceleration_inertia_kg_m2 *= share;
     }
-    for (std::uint64_t seed = 1001; seed <= 1060; ++seed) {
+    for (std::uint64_t seed = 1001; seed <= last; ++seed) {
       const Approach approach = random_approach(seed);
       expect_inside(approach, Run(setup, approach).run());
     }

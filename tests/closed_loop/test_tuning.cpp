@@ -11,6 +11,7 @@
 #include "bench.hpp"
 #include "run/machine.hpp"
 #include "serve/node_parameters.hpp"
+#include "support/test_size.h"
 #include "unity.h"
 
 extern "C" {
@@ -29,7 +30,6 @@ constexpr double kRated_nm = 40.0;
 constexpr double kLargestJump_nm = 0.01 * kRated_nm;
 constexpr double kRate_deg_s = 1.0;
 constexpr int kSettleTicks = 2000;
-constexpr int kChanges = 12;       // of each parameter, at different places of the turn
 constexpr int kChangeTicks = 157;  // time between two of them; no multiple of any period of the machine
 
 using Change = std::function<void(axis_parameters&)>;
@@ -131,10 +131,10 @@ void compare_one_change(const sim::PlantConfig& plant, int ticks_before, const C
   }
 }
 
-// At several places of the turn, forward and back.
+// Changes of each parameter at several places of the turn, forward and back.
 Worst worst_of(const sim::PlantConfig& plant, const Change& write) {
   Worst worst;
-  for (int i = 0; i < kChanges; ++i) {
+  for (int i = 0; i < by_size(2, 12, 100); ++i) {
     compare_one_change(plant, kSettleTicks + i * kChangeTicks, write, i % 2 == 1, worst);
   }
   return worst;

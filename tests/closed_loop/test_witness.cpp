@@ -13,6 +13,7 @@
 #include "bench.hpp"
 #include "fault_injection/driven_node.hpp"
 #include "studies/random_plants/random_plant.hpp"
+#include "support/test_size.h"
 #include "unity.h"
 
 namespace sim = trackservo::sim;
@@ -23,7 +24,6 @@ extern "C" void tearDown() {}
 namespace {
 
 constexpr double kLongest_s = 40.0;
-constexpr int kSeeds = 5;
 
 const sim::NodeSetup& setup() {
   static const sim::NodeSetup tracker(sim::load_plant("sim_host/plants/tracker.toml"));
@@ -127,7 +127,7 @@ std::string names(fault_set faults) {
 void check(const Case& one) {
   for (int axis = 0; axis < sim::kAxes; ++axis) {
     Worst of_axis;
-    for (int seed = 1; seed <= kSeeds; ++seed) {
+    for (int seed = 1; seed <= by_size(1, 5, 40); ++seed) {
       run(one, axis, static_cast<std::uint64_t>(seed), &of_axis);
     }
     std::printf(
@@ -368,12 +368,12 @@ void test_reduced_speed_is_monitored_when_it_is_selected() {
   TEST_ASSERT_EQUAL(FAULT_NONE, node.axis(sim::kPitch).drive.fault);
 }
 
-// 199 single bits of what the tick uses, drawn at random, at rest and at 20 deg/s.
+// Single bits of what the tick uses, drawn at random, at rest and at 20 deg/s.
 void test_every_bit_that_flips_in_the_active_set_is_found_and_its_motion_bounded() {
   sim::SplitMix64 random(14);
   double max_rad_s = 0.0;
   int latest_ms = 0;
-  for (int i = 0; i < 199; ++i) {
+  for (int i = 0; i < by_size(20, 199, 1000); ++i) {
     const int axis = i % 2;
     const double wanted_rad_s = i % 4 < 2 ? 0.0 : 0.35;
     sim::DrivenNode node(setup(), static_cast<std::uint64_t>(i + 1), {0.2, 0.4});
@@ -401,13 +401,11 @@ void test_every_bit_that_flips_in_the_active_set_is_found_and_its_motion_bounded
   TEST_ASSERT_TRUE(max_rad_s < 10.0 * sim::kRadPerDeg);
 }
 
-int plants = 20;  // `test_witness 1000` tries more
-
 // Machines whose numbers are all off by up to 30 %, with the gains, motor data and limits of the nominal one.
 void test_no_monitor_trips_on_random_machines() {
   const sim::NodeSetup& nominal = setup();
   int tripped = 0;
-  for (int n = 1; n <= plants; ++n) {
+  for (int n = 1; n <= by_size(3, 20, 1000); ++n) {
     const auto seed = static_cast<std::uint64_t>(n);
     sim::PlantConfig plant = sim::random_plant(nominal.plant, 0.3, seed).config;
     plant.supply = nominal.plant.supply;  // its limits are of the supply
@@ -436,14 +434,13 @@ void test_no_monitor_trips_on_random_machines() {
       }
     }
   }
-  std::printf("%d random machines: %d trips\n", plants, tripped);
+  std::printf("%d trips on random machines\n", tripped);
   TEST_ASSERT_EQUAL(0, tripped);
 }
 
 }  // namespace
 
-int main(int count, char **arguments) {
-  plants = count > 1 ? std::stoi(arguments[1]) : plants;
+int main() {
   UNITY_BEGIN();
   RUN_TEST(test_sensors_that_are_wrong_together_are_found_by_the_motor);
   RUN_TEST(test_a_motor_with_half_its_torque_is_found_under_excitation);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/random.hpp"
+#include "support/test_size.h"
 #include "units.hpp"
 #include "unity.h"
 
@@ -291,10 +292,8 @@ class Draw {
   trackservo::sim::SplitMix64 random_;
 };
 
-// GAIN_CHECK_SETS: how many, 150 if not set.
 void test_no_unstable_set_passes_the_check() {
-  const char *const given = std::getenv("GAIN_CHECK_SETS");
-  const int count = given != nullptr ? std::atoi(given) : 150;
+  const int count = by_size(40, 150, 2000);
   Draw draw(1);
   int unstable = 0;
   int passed = 0;

@@ -5,15 +5,10 @@
 #include <math.h>
 #include <stdint.h>
 
-/* How many of `count` cases are tried: all on the host; one in 25 on an emulated Cortex-M, which computes double in
- * software, and in coverage builds (TESTS_FEW_CASES), where more cases of a kind cover no further line. */
-static inline int random_cases(int count) {
-#if defined(TESTS_FEW_CASES) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
-  return count / 25;
-#else
-  return count;
-#endif
-}
+#include "support/test_size.h"
+
+/* Returns how many of `count` cases are tried: one in 25 in the small size. */
+static inline int random_cases(int count) { return by_size(count / 25, count, count); }
 
 typedef struct {
   uint64_t state;

@@ -11,6 +11,7 @@
 #include "base/random.hpp"
 #include "board_steps.hpp"
 #include "fault_injection/injection_run.hpp"
+#include "support/test_size.h"
 
 namespace bench {
 
@@ -30,11 +31,8 @@ constexpr std::array<BoardMotion, 5> kBoardMotions = {{{"standstill", 0.0, false
                                                        {"reversal", 5.0 * sim::kRadPerDeg, true, false},
                                                        {"fly-by", 12.0 * sim::kRadPerDeg, false, true}}};
 
-// TARGET_MOMENTS: random instants of each fault in each motion on each axis. 0, without it: a sample.
-inline int moments() {
-  const char *wanted = std::getenv("TARGET_MOMENTS");
-  return wanted != nullptr ? std::max(1, std::atoi(wanted)) : 0;
-}
+// Random instants of each fault in each motion on each axis. 0: a sample.
+inline int moments() { return by_size(0, 0, 4); }
 
 struct BoardRun {
   const BoardMotion *motion;
@@ -42,11 +40,11 @@ struct BoardRun {
   int moment;
 };
 
-// The runs of the fault with this number in its list; the sample has two, in different motions.
+// The runs of the fault with this number in its list; the sample has one or two, in different motions.
 inline std::vector<BoardRun> runs_of(int number, bool on_each_axis) {
   std::vector<BoardRun> runs;
   if (moments() == 0) {
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < by_size(1, 2, 0); ++i) {
       const auto motion = static_cast<std::size_t>(2 * number + 2 + 3 * i) % kBoardMotions.size();
       runs.push_back({&kBoardMotions[motion], on_each_axis ? i : 0, 0});
     }

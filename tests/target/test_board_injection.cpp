@@ -1,6 +1,6 @@
 // Faults of the board's parts in five motions, at random instants, on each axis: the time to the reaction, the reaction
-// itself, the distance, what the other axis does, and that the axis can be enabled again after the repair. Without
-// TARGET_MOMENTS two runs of each fault; TARGET_MOMENTS=4 takes 4 instants in each motion, 20 in all.
+// itself, the distance, what the other axis does, and that the axis can be enabled again after the repair.
+// TESTS_SIZE=large takes 4 instants in each motion, 20 in all; otherwise each fault has one or two runs.
 #include "board_motions.hpp"
 
 using bench::BoardRig;
@@ -183,7 +183,7 @@ double try_harm(BoardRig& rig, const Harm& harm, const BoardRun& run, sim::Split
 template <std::size_t count>
 void try_harms(BoardRig& rig, const Harm (&harms)[count], std::uint64_t seed) {
   sim::SplitMix64 random(seed);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; i += static_cast<std::size_t>(by_size(3, 1, 1))) {
     const std::vector<BoardRun> runs = bench::runs_of(static_cast<int>(i), harms[i].on_each_axis);
     double worst_ms = 0.0;
     for (const BoardRun& run : runs) {

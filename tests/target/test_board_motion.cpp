@@ -3,7 +3,7 @@
 // Each run: power on, enable both axes at 0.3 s, move from 1 s on. The figures are those of the experiments (peak error
 // of the true rate); the board's sensors have transport delays of their own, which the host's do not have.
 //
-// TARGET_WHOLE_WINDOWS=1 in the environment: every speed, over the experiments' whole windows.
+// TESTS_SIZE=large: every speed, over the experiments' whole windows.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,6 +13,7 @@
 
 #include "analysis/metrics.hpp"
 #include "rig.hpp"
+#include "support/test_size.h"
 #include "unity.h"
 
 using bench::BoardRig;
@@ -133,8 +134,8 @@ void compare_with_noise(const Motion& motion) {
   compare(motion, plant, bench::without_quantisation(plant));
 }
 
-// The windows of the experiments instead of shorter ones that begin earlier: takes minutes.
-bool whole_windows() { return std::getenv("TARGET_WHOLE_WINDOWS") != nullptr; }
+// The windows of the experiments instead of shorter ones that begin earlier.
+bool whole_windows() { return test_size_wanted() == TEST_LARGE; }
 
 Motion steady(double speed_deg_s) {
   return {fmt::format("{} deg/s", speed_deg_s), [speed_deg_s](double) { return speed_deg_s * sim::kRadPerDeg; },

@@ -1,6 +1,6 @@
 // What ends in a reset of the board, in five motions and at random instants: outputs are safe in the stated time, the
-// axes stand within the stated distance, and the bus gets the cause after the restart. Without TARGET_MOMENTS two runs
-// of each fault; TARGET_MOMENTS=4 takes 4 instants in each motion, 20 in all.
+// axes stand within the stated distance, and the bus gets the cause after the restart.
+// TESTS_SIZE=large takes 4 instants in each motion, 20 in all; otherwise each fault has one or two runs.
 #include <cstring>
 #include <string>
 

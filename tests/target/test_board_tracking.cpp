@@ -5,7 +5,7 @@
 // begins its course at 1 s. Frames come over the bus, 20 ms after exposure. The figures are those of the tracking
 // experiment: standard deviation of target minus line of sight.
 //
-// TARGET_WHOLE_WINDOWS=1 in the environment: the whole fly-by.
+// TESTS_SIZE=large: the whole fly-by.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +16,7 @@
 
 #include "board_steps.hpp"
 #include "rig.hpp"
+#include "support/test_size.h"
 #include "target/target_camera.hpp"
 #include "unity.h"
 
@@ -38,7 +39,7 @@ constexpr double kUrad = 1e-6;
 
 using Error = std::array<double, sim::kAxes>;
 
-bool whole_windows() { return std::getenv("TARGET_WHOLE_WINDOWS") != nullptr; }
+bool whole_windows() { return test_size_wanted() == TEST_LARGE; }
 
 sim::ScenarioConfig fly_by() {
   sim::ScenarioConfig scenario = sim::load_scenario("sim_host/scenarios/tracking.toml");

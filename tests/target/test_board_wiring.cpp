@@ -2,7 +2,7 @@
 // written value, and the board must show an error: against the chip's rules, on the bus, in its motion, in its fault
 // reactions, or in the clocks, pins, priorities and times of docs/board.md.
 //
-// By default some of the bits are inverted; with TARGET_ALL_WIRES=1 in the environment every one is.
+// TESTS_SIZE=large inverts every bit, otherwise some.
 #include <algorithm>
 #include <cstdlib>
 #include <map>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "rig.hpp"
+#include "support/test_size.h"
 #include "unity.h"
 
 using bench::BoardRig;
@@ -393,9 +394,9 @@ const char *why_harmless(const Bend& bend) {
 
 void test_a_wrong_bit_is_seen() {
   const std::vector<Bend> bends = all_bends();
-  constexpr std::size_t kSome = 60;
-  const bool all = std::getenv("TARGET_ALL_WIRES") != nullptr;
-  const std::size_t step = all ? 1 : std::max<std::size_t>(1, bends.size() / kSome);
+  const auto some = static_cast<std::size_t>(by_size(30, 60, 60));
+  const bool all = test_size_wanted() == TEST_LARGE;
+  const std::size_t step = all ? 1 : std::max<std::size_t>(1, bends.size() / some);
   std::size_t bent = 0;
   std::size_t seen = 0;
   std::size_t unexplained = 0;

@@ -40,7 +40,7 @@ class Elsewhere:
 ELSEWHERE = (
     Elsewhere(
         "fly-by and pass on the emulated board, flashed image", "within the bound of test_board_motion",
-        "TARGET_WHOLE_WINDOWS=1 ctest --preset host -R test_board_tracking -V", "docs/results/node-tracking.md",
+        "TESTS_SIZE=large ctest --preset host -R test_board_tracking -V", "docs/results/node-tracking.md",
     ),
     Elsewhere(
         "fly-by through rendered pictures and the imager", "1σ ≤ 10 µrad, never lost",
