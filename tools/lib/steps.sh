@@ -1,0 +1,252 @@
+# shellcheck shell=bash
+# The steps of tools/test: each is a function step_NAME that succeeds or fails. Sourced by tools/test after checks.sh.
+# shellcheck disable=SC2154
+
+# Attacks, mutants and fuzzers draw by it: days since 1970.
+seed_of_the_day=$(($(date -u +%s) / 86400))
+
+configure_build_test() {
+  cmake --preset "$1" && cmake --build --preset "$1" && ctest --preset "$1"
+}
+
+step_format() {
+  local sources
+  mapfile -t sources < <(our_sources)
+  check_format "${sources[@]}"
+}
+
+step_scripts() {
+  local scripts
+  mapfile -t scripts < <(our_scripts)
+  check_scripts "${scripts[@]}"
+}
+
+step_includes() {
+  "$venv/bin/python" -m pytest -q -p no:cacheprovider tools/source_checks/tests/test_includes.py &&
+    "$venv/bin/python" tools/source_checks/includes.py
+}
+
+# host_tests SIZE STEP: the host's build and its tests in this size, or those of them that --changed limits STEP to.
+host_tests() {
+  local tests
+  mapfile -t tests < <(limited_tests "$2")
+  if [[ ${#tests[@]} == 0 ]]; then
+    cmake --workflow --preset "$1"
+  else
+    cmake --preset host && cmake --build --preset "$1" && ctest --preset "$1" --tests-regex "^($(IFS='|' && echo "${tests[*]}"))\$"
+  fi
+}
+
+step_short() {
+  host_tests host-short short
+}
+
+step_long() {
+  host_tests host long
+}
+
+step_sanitized() {
+  configure_build_test firmware-asan
+}
+
+step_firmware() {
+  cmake --workflow --preset firmware
+}
+
+step_socketcan() {
+  # First, so that a machine without vcan0 says so in one sentence.
+  tests/socketcan/with-can true &&
+    cmake --preset host && cmake --build --preset host --target sim_host node_descriptions && ctest --preset host-socketcan
+}
+
+step_asan() {
+  configure_build_test host-asan
+}
+
+step_coverage() {
+  need_tool gcovr test || return
+  # Counts of an earlier run would be added to those of this one.
+  if [[ -d build/host-coverage ]]; then
+    find build/host-coverage -name '*.gcda' -delete
+  fi
+  mkdir -p build/coverage
+  local gcovr=(gcovr --root "$root" --filter 'firmware/' --exclude '.*/tests/') traces=(--add-tracefile build/coverage/coverage.json)
+  configure_build_test host-coverage &&
+    "${gcovr[@]}" --object-directory build/host-coverage --json build/coverage/coverage.json build/host-coverage &&
+    "${gcovr[@]}" "${traces[@]}" --html-details build/coverage/index.html &&
+    "${gcovr[@]}" "${traces[@]}" | tee build/coverage/lines.txt &&
+    "${gcovr[@]}" "${traces[@]}" --branches --print-summary --fail-under-line 95 --fail-under-branch 90 |
+    tee build/coverage/branches.txt
+}
+
+step_attack() {
+  local first=$((5000 * seed_of_the_day + 1))
+  echo "Seeds of the day: $first to $((first + 4999))"
+  cmake --preset host && cmake --build --preset host --target sim_host &&
+    build/host/bin/sim_host attack --seeds "$first-$((first + 4999))"
+}
+
+step_mutate() {
+  tools/mutate --sample 60 --seed "$seed_of_the_day" --minimum 90
+}
+
+step_proofs() {
+  tools/prove
+}
+
+step_fuzz() {
+  tools/fuzz --short --seed "$seed_of_the_day"
+}
+
+step_cortex-m4() {
+  configure_build_test cortex-m4-qemu && tests/cortex_m4/print_cost.sh
+}
+
+step_image() {
+  cmake --workflow --preset stm32g474 && "$venv/bin/python" tools/image/loop_bounds.py &&
+    "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 tools/image/tests tools/registers/tests
+}
+
+# step_tidy's and step_lint's: clang-tidy with the commands of build/NAME on the sources that the regular expression
+# PATTERN names; its findings go into build/clang-tidy.log.
+tidy_of() {
+  local name="$1" pattern="$2"
+  shift 2
+  cmake --preset "$name" >/dev/null &&
+    run-clang-tidy -quiet -j "$(nproc)" -p "build/$name" "$@" "$pattern" >>build/clang-tidy.log 2>&1
+}
+
+print_tidy_findings() {
+  sed 's/\x1b\[[0-9;]*m//g' build/clang-tidy.log | grep -E 'error:|Error' | sort -u | head -n 100
+}
+
+# For a regular expression.
+escaped() {
+  printf '%s' "$1" | sed 's/[][\.*^$+?(){}|]/\\&/g'
+}
+
+on_board=(-extra-arg=--target=arm-none-eabi -extra-arg=-isystem/usr/include/newlib)
+
+step_tidy() {
+  need_tool run-clang-tidy test || return
+  local here failed=0
+  here="$(escaped "$root")"
+  : >build/clang-tidy.log
+  mkdir -p build/host-tidy
+  printf "InheritParentConfig: true\nChecks: '-bugprone-suspicious-include'\n" >build/host-tidy/.clang-tidy
+  tidy_of host-tidy "^$here/(build/host-tidy/sim_host/.*Unity/|(firmware|hal|sim_host/emulator/(core|chip|board))/(?!.*tests/))" || failed=1
+  tidy_of stm32g474 "^$here/hal/stm32g474/" "${on_board[@]}" || failed=1
+  [[ $failed == 1 ]] || { echo "Nothing found." && return; }
+  print_tidy_findings
+  return 1
+}
+
+# The commit of the last full run that is committed, if this clone has it.
+full_run_commit() {
+  local commit
+  commit="$(sed -n 's/^- Commit: \([0-9a-f]*\)$/\1/p' "$full_run_page" 2>/dev/null)"
+  [[ -n "$commit" ]] && git cat-file -e "$commit^{commit}" 2>/dev/null && echo "$commit"
+}
+
+# Sources without tests: those that have changed since the commit BASE; for a header the one of its name, or else the first
+# that includes it. Without BASE all of firmware and hal.
+sources_to_lint() {
+  local file source
+  if [[ -z "$1" ]]; then
+    find firmware hal -name '*.c' ! -path '*/tests/*'
+    return
+  fi
+  changed_files "$1" | grep -E '^(firmware|hal|sim_host)/.*\.(c|h|cpp|hpp)$' | grep -v /tests/ | while read -r file; do
+    [[ -e "$file" ]] || continue
+    case "$file" in
+      *.c | *.cpp) echo "$file" ;;
+      *)
+        for source in "${file%.*}.c" "${file%.*}.cpp"; do
+          [[ ! -e "$source" ]] || { echo "$source" && continue 2; }
+        done
+        grep -rlE "#include \"(.*/)?${file##*/}\"" --include='*.c' --include='*.cpp' firmware hal sim_host | grep -v /tests/ | LC_ALL=C sort | head -n 1
+        ;;
+    esac
+  done | LC_ALL=C sort -u
+}
+
+lint_changed() {
+  need_tool run-clang-tidy test || return
+  local base sources=() failed=0 all
+  base="$(full_run_commit)" || base=""
+  mapfile -t sources < <(sources_to_lint "$base")
+  if [[ -z "$base" ]]; then
+    echo "clang-tidy on firmware and hal: the commit of $full_run_page is not in this clone."
+  else
+    echo "clang-tidy on ${#sources[@]} sources that changed since the full run of ${base:0:8}."
+  fi
+  [[ ${#sources[@]} != 0 ]] || return 0
+  : >build/clang-tidy.log
+  all="^$(escaped "$root")/($(for source in "${sources[@]}"; do escaped "$source" && printf '|'; done))\$"
+  all="${all/|)/)}"
+  tidy_of host-lint "$all" || failed=1
+  ! grep -q stm32g474 <<<"$all" || tidy_of stm32g474 "$all" "${on_board[@]}" || failed=1
+  [[ $failed == 1 ]] || { echo "Nothing found." && return; }
+  print_tidy_findings
+  return 1
+}
+
+step_reproducible() {
+  cmake --workflow --preset stm32g474 && tools/image/compare-builds
+}
+
+step_lint() {
+  tools/misra/check firmware && lint_changed
+}
+
+step_cppcheck() {
+  tools/misra/check simulator
+}
+
+step_python() {
+  PYTHONPATH=tools/report "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 tools/report/tests tools/mutation/tests tests/readme tests/changed tests/demo tests/docs tests/fuzz tests/hooks
+}
+
+step_readme() {
+  local cache=()
+  ! command -v ccache >/dev/null || cache=(--ccache "$(ccache --get-config cache_dir)")
+  "$venv/bin/python" tests/readme/run_readme.py "${cache[@]}"
+}
+
+# commands_tests N: N at a time.
+commands_tests() {
+  "$venv/bin/python" -m pytest "@$root/tests/real_time.args" -n "$1" --ignore-glob '*/test_ui*.py'
+}
+
+# One at a time: a browser, a server and a servo in real time keep two cores busy.
+page_tests() {
+  "$venv/bin/python" -m pytest "@$root/tests/real_time.args" tests/test_ui*.py
+}
+
+step_servoctl() {
+  cmake --preset host &&
+    cmake --build --preset host --target sim_host node_descriptions canopen_test_node print_test_eds identify &&
+    (cd tools/servoctl && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy" &&
+      commands_tests 4 && page_tests) &&
+    (cd tools/imager && "$venv/bin/python" -m mypy --cache-dir "$root/build/mypy-imager" &&
+      "$venv/bin/python" -m pytest "@$root/tests/real_time.args" -n 2)
+}
+
+step_servoctl-image() {
+  cmake --workflow --preset stm32g474 && cmake --preset host &&
+    cmake --build --preset host --target emulate_board node_descriptions canopen_test_node print_test_eds identify &&
+    (cd tools/servoctl && SERVOCTL_TEST_DEVICE=image commands_tests 3)
+}
+
+step_page-image() {
+  cmake --workflow --preset stm32g474 && cmake --preset host &&
+    cmake --build --preset host --target emulate_board node_descriptions &&
+    (cd tools/servoctl && SERVOCTL_TEST_DEVICE=image page_tests)
+}
+
+step_check() {
+  cmake --preset host &&
+    cmake --build --preset host --target sim_host check_board check_wrong_observer node_descriptions &&
+    cmake --preset stm32g474 && cmake --build --preset stm32g474 &&
+    PYTHONPATH=tools/servoctl "$venv/bin/python" -m pytest -q -p no:cacheprovider -n 2 --dist loadfile tests/gate
+}
