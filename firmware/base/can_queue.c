@@ -46,6 +46,11 @@ bool can_queue_pop(can_queue *queue, can_frame *frame) {
   return true;
 }
 
+uint32_t can_queue_count(const can_queue *queue) {
+  return atomic_load_explicit(&queue->pushed, memory_order_acquire) -
+         atomic_load_explicit(&queue->popped, memory_order_relaxed);
+}
+
 uint32_t can_queue_overruns(const can_queue *queue) {
   return atomic_load_explicit(&queue->overruns, memory_order_relaxed);
 }

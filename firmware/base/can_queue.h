@@ -33,6 +33,9 @@ void can_queue_drop(can_queue *queue);
  * unchanged. */
 bool can_queue_pop(can_queue *queue, can_frame *frame);
 
+/* Consumer side: how many frames wait. */
+uint32_t can_queue_count(const can_queue *queue);
+
 /* Either side. */
 uint32_t can_queue_overruns(const can_queue *queue);
 

@@ -409,13 +409,42 @@ static void receive_pdo(canopen_node *node, uint32_t n, const can_frame *frame) 
   }
 }
 
-static void receive_pdos(canopen_node *node, const can_frame *frame) {
+/* A command that must wait for the one before it stays in the queue, with all that follows it: each takes effect in a
+ * tick of its own. A queue more than half full is emptied all the same; of such a frame only a stop is obeyed then, and
+ * the stop before it is not undone. */
+static bool stays_in_queue(canopen_node *node, rpdo *receiver, const can_frame *frame) {
+  if (can_queue_count(&node->process_data) <= node->process_data.capacity / 2) {
+    return true;
+  }
+  node->dropped_commands++;
+  rpdo_obey_stops(receiver, frame);
+  return false;
+}
+
+/* Whether the frame has been used. */
+static bool receive_pdos(canopen_node *node, const can_frame *frame) {
   for (uint32_t n = 0; n < RPDO_COUNT; n++) {
-    if (frame->id == node->listeners.rpdo[n]) {
-      canopen_node_heard(node);
+    if (frame->id != node->listeners.rpdo[n]) {
+      continue;
+    }
+    canopen_node_heard(node);
+    if (!rpdo_must_wait(&node->rpdos[n], frame)) {
       receive_pdo(node, n, frame);
+    } else if (stays_in_queue(node, &node->rpdos[n], frame)) {
+      return false;
     }
   }
+  return true;
+}
+
+/* Whether SYNC can take effect on all RPDOs that wait for it. */
+static bool sync_can_be_used(canopen_node *node) {
+  for (uint32_t n = 0; n < RPDO_COUNT; n++) {
+    if (rpdo_must_wait(&node->rpdos[n], NULL) && stays_in_queue(node, &node->rpdos[n], NULL)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 static void receive_sync(canopen_node *node, const can_frame *frame) {
@@ -446,19 +475,24 @@ static void receive_sync(canopen_node *node, const can_frame *frame) {
   }
 }
 
-/* While LSS changes the bit rate, only NMT is obeyed: the node could not report what anything else has caused. */
-static void receive_process_data(canopen_node *node, const can_frame *frame) {
+/* Whether the frame has been used. While LSS changes the bit rate, only NMT is obeyed: the node could not report what
+ * anything else has caused. */
+static bool receive_process_data(canopen_node *node, const can_frame *frame) {
   if (frame->id == NMT_COB_ID) {
     receive_nmt(node, frame);
   } else if (lss_slave_is_silent(&node->lss)) {
-    return;
+    return true;
   } else if (frame->id == node->listeners.sync) {
+    if (nmt_allows_pdo(node->state) && !sync_can_be_used(node)) {
+      return false;
+    }
     if (nmt_allows_sdo(node->state)) { /* also pre-operational, because of its length */
       receive_sync(node, frame);
     }
   } else if (nmt_allows_pdo(node->state)) {
-    receive_pdos(node, frame);
+    return receive_pdos(node, frame);
   }
+  return true;
 }
 
 /* --- Queues ------------------------------------------------------------------------------------------------------- */
@@ -467,8 +501,8 @@ void canopen_node_take(canopen_node *node) {
   const can_frame *frame = can_queue_front(&node->process_data);
   for (uint32_t i = 0; i < CANOPEN_FRAMES_PER_CALL && frame != NULL; i++) {
     node->received_us = frame->received_us;
-    if (node->state != NMT_INITIALISING) {
-      receive_process_data(node, frame);
+    if (node->state != NMT_INITIALISING && !receive_process_data(node, frame)) {
+      return;
     }
     can_queue_drop(&node->process_data);
     frame = can_queue_front(&node->process_data);
@@ -555,8 +589,8 @@ static void tick_consumers(canopen_node *node) {
 void canopen_node_lost_frames(canopen_node *node, uint32_t total) { node->controller_overruns = total; }
 
 static void tick_overruns(canopen_node *node) {
-  const uint32_t overruns =
-      can_queue_overruns(&node->process_data) + can_queue_overruns(&node->services) + node->controller_overruns;
+  const uint32_t overruns = can_queue_overruns(&node->process_data) + can_queue_overruns(&node->services) +
+                            node->controller_overruns + node->dropped_commands;
   if (overruns != node->overruns_reported) {
     node->overruns_reported = overruns;
     node->overrun_quiet_ms = 0;

@@ -105,6 +105,7 @@ typedef struct {
   uint8_t sync_counter[CANOPEN_FRAMES_PER_CALL]; /* of each SYNC received since TPDOs were last processed */
   uint32_t sync_count;
   uint32_t controller_overruns;
+  uint32_t dropped_commands; /* frames whose command had to wait while the queue was more than half full */
   uint32_t overruns_reported;
   uint16_t overrun_quiet_ms;
   shared_word heard[CANOPEN_HEARD_WORDS];

@@ -86,9 +86,10 @@ unsigned od_needed_hooks(const od_object *object) {
   if (hooks == NULL) {
     return 0;
   }
-  const unsigned given =
-      (hooks->refresh != NULL ? OD_HOOK_REFRESH : 0u) | (hooks->accept != NULL ? OD_HOOK_ACCEPT : 0u) |
-      (hooks->changed != NULL ? OD_HOOK_CHANGED : 0u) | (hooks->execute != NULL ? OD_HOOK_EXECUTE : 0u);
+  const unsigned given = (hooks->refresh != NULL ? OD_HOOK_REFRESH : 0u) |
+                         (hooks->accept != NULL ? OD_HOOK_ACCEPT : 0u) |
+                         (hooks->changed != NULL ? OD_HOOK_CHANGED : 0u) |
+                         (hooks->execute != NULL ? OD_HOOK_EXECUTE : 0u) | (hooks->waits != NULL ? OD_HOOK_WAITS : 0u);
   return hooks->needed == NULL ? given : given & hooks->needed(object);
 }
 
@@ -310,8 +311,18 @@ bool od_is_stop(const od_object *object, const uint8_t *bytes) {
          hooks->stops(object, number_from_bytes((od_type)object->entry->type, bytes));
 }
 
+bool od_must_wait(const od_object *object, const uint8_t *bytes) {
+  const od_hooks *hooks = object->part->hooks;
+  const uint8_t *place = od_place(object);
+  return hooks != NULL && hooks->waits != NULL && place != NULL &&
+         !od_same_number(place, bytes, object->entry->bytes) && hooks->waits(object->part->owner, object);
+}
+
 static od_abort execute(const od_object *object, const uint8_t *bytes) {
   const od_hooks *hooks = object->part->hooks;
+  if (od_must_wait(object, bytes)) {
+    return OD_PENDING;
+  }
   const od_type type = (od_type)object->entry->type;
   if (hooks == NULL || hooks->execute == NULL || type == OD_VISIBLE_STRING) {
     return OD_OK;

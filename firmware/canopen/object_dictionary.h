@@ -120,7 +120,7 @@ typedef struct {
 } od_object;
 
 /* Hooks of an object, as bits. */
-enum { OD_HOOK_REFRESH = 1, OD_HOOK_ACCEPT = 2, OD_HOOK_CHANGED = 4, OD_HOOK_EXECUTE = 8 };
+enum { OD_HOOK_REFRESH = 1, OD_HOOK_ACCEPT = 2, OD_HOOK_CHANGED = 4, OD_HOOK_EXECUTE = 8, OD_HOOK_WAITS = 16 };
 
 /* Hooks of the owner of a part, beside plain storage; each may be NULL. */
 typedef struct {
@@ -142,6 +142,9 @@ typedef struct {
   /* Whether this value is a stop: it takes effect even when another object of the same RPDO refuses its value. Such an
    * object has no accept(). NULL: none is. */
   bool (*stops)(const od_object *object, od_number value);
+  /* Whether the value of this object has been written and has not taken effect yet. A different one waits for it: an
+   * SDO download until the next tick, an RPDO and all process data behind it likewise. NULL: none waits. */
+  bool (*waits)(void *owner, const od_object *object);
   /* Which hooks an object needs, a sum of OD_HOOK_*; NULL: every hook that is set. Called when a PDO is mapped, so that
    * values without hooks are copied directly. */
   unsigned (*needed)(const od_object *object);
@@ -195,6 +198,9 @@ uint8_t *od_place(const od_object *object);
 
 /* The hooks to call when this object is read or written, a sum of OD_HOOK_*. */
 unsigned od_needed_hooks(const od_object *object);
+
+/* Whether this value must wait because an earlier one has not taken effect yet (od_hooks.waits). */
+bool od_must_wait(const od_object *object, const uint8_t *bytes);
 
 /* Whether the limits allow every value of an integer; false for types whose values must be checked. */
 bool od_is_unlimited(const od_entry *entry);

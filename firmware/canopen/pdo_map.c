@@ -56,6 +56,7 @@ static pdo_item item_of(const od_object *object, uint8_t bytes) {
   item.checked =
       (hooks & OD_HOOK_ACCEPT) != 0 || entry->access == OD_CONST || entry->access == OD_RO || !od_is_unlimited(entry);
   item.reported = (hooks & OD_HOOK_CHANGED) != 0 || executes || !is_number;
+  item.waits = (hooks & OD_HOOK_WAITS) != 0;
   return item;
 }
 
@@ -63,6 +64,7 @@ static void add(pdo_map *map, const od_object *object, uint8_t bytes) {
   const pdo_item item = item_of(object, bytes);
   map->item[map->count] = item;
   map->checked = map->checked || item.checked;
+  map->waits = map->waits || item.waits;
   if (object->entry != NULL && (object->entry->flags & OD_EVENT) != 0) {
     map->event_mask = (uint8_t)(map->event_mask | ((1u << bytes) - 1u) << map->length);
   }
@@ -140,6 +142,15 @@ static od_abort write_item(const pdo_item *item, const uint8_t *bytes) {
     return OD_OK;
   }
   return item->reported ? od_write_checked(&item->object, bytes, item->bytes) : OD_OK;
+}
+
+bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes) {
+  bool waits = false;
+  for (uint8_t i = 0; map->waits && i < map->count; i++) {
+    waits = waits || (map->item[i].waits && od_must_wait(&map->item[i].object, bytes));
+    bytes += map->item[i].bytes;
+  }
+  return waits;
 }
 
 bool pdo_obey_stops(const pdo_map *map, const uint8_t *bytes, uint8_t length) {

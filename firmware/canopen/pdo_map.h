@@ -26,6 +26,7 @@ typedef struct {
   uint8_t bytes;
   bool checked;     /* a value may be refused */
   bool reported;    /* its owner is notified of a write */
+  bool waits;       /* a value may have to wait for the one before it */
   od_object object; /* entry NULL: dummy */
 } pdo_item;
 
@@ -33,6 +34,7 @@ typedef struct {
   pdo_item item[PDO_OBJECTS];
   uint8_t count;
   bool checked;       /* one of them may refuse its value */
+  bool waits;         /* one of them may have to wait */
   uint8_t length;     /* of the whole PDO, 0 .. 8 */
   uint8_t event_mask; /* bit n: byte n belongs to an object flagged OD_EVENT */
 } pdo_map;
@@ -50,6 +52,10 @@ void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]);
 /* Writes the objects of an RPDO: all of them. If one refuses its value: only a stop (od_hooks.stops), and `refused`
  * becomes the object that refused; otherwise `refused` is not changed. */
 od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES], od_object *refused);
+
+/* Whether one of these values must wait until an earlier one has taken effect (od_hooks.waits). `bytes` has the length
+ * of the map. */
+bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes);
 
 /* Writes the stops alone that lie wholly in the first `length` bytes: a stop is obeyed, whatever else the frame holds,
  * and whatever it lacks. Whether there was one. */

@@ -34,6 +34,18 @@ static rpdo_verdict apply(rpdo *self, const uint8_t *bytes) {
   return RPDO_REFUSED;
 }
 
+bool rpdo_must_wait(const rpdo *self, const can_frame *frame) {
+  if (frame == NULL) {
+    return self->waiting && pdo_must_wait(&self->map, self->bytes);
+  }
+  return self->on && !self->synchronous && frame->length >= self->map.length && pdo_must_wait(&self->map, frame->data);
+}
+
+void rpdo_obey_stops(rpdo *self, const can_frame *frame) {
+  (void)pdo_obey_stops(&self->map, frame == NULL ? self->bytes : frame->data, self->map.length);
+  self->waiting = self->waiting && frame != NULL;
+}
+
 rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame) {
   if (!self->on) {
     return RPDO_IGNORED;

@@ -38,6 +38,13 @@ void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_c
 /* Discards all frames. */
 void rpdo_reset(rpdo *self);
 
+/* Whether a data frame with its identifier, or the values that wait for SYNC if `frame` is NULL, must wait until an
+ * earlier value has taken effect (od_hooks.waits). */
+bool rpdo_must_wait(const rpdo *self, const can_frame *frame);
+
+/* Obeys the stops in such a frame alone; its other values are lost. */
+void rpdo_obey_stops(rpdo *self, const can_frame *frame);
+
 /* A data frame with its identifier. Longer frames than mapped are accepted; the rest is ignored. */
 rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame);
 

@@ -103,12 +103,13 @@ static drive_action step_state(drive_axis *axis, const drive_objects *objects, c
                                bool finite, float dt_s) {
   const drive_power_state before = axis->state.power;
   axis->faults = faults_of(axis, inputs, finite);
+  axis->controlword = objects->state.controlword;
   const fault_id found = fault_worst(axis->faults);
   const bool protects = axis->state.action == DRIVE_PROTECTIVE_STOP;
   const bool over = protects ? inputs->at_rest : stop_is_over(axis, objects, inputs->rate_rad_s, dt_s);
   const bool waits = axis->state.ends_off && inputs->brake.engage_s > 0.0f; /* for the brake, with torque */
   const drive_state_inputs in = {
-      .controlword = objects->state.controlword,
+      .controlword = axis->controlword,
       .fault = (drive_fault)fault_table[found].reaction,
       .ready = inputs->ready,
       .voltage_present = inputs->voltage_present,

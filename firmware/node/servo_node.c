@@ -76,6 +76,12 @@ static bool stops_drive(const od_object *object, od_number value) {
   return object->entry->index == 0x6040 && ((uint32_t)value.i & (running | DRIVE_CONTROL_HALT)) != running;
 }
 
+/* Every controlword takes effect in a tick of its own, or a stop could be lost between two ticks. */
+static bool drive_waits(void *owner, const od_object *object) {
+  const servo_node_axis *axis = owner;
+  return object->entry->index == 0x6040 && axis->objects.state.controlword != axis->drive.controlword;
+}
+
 /* A set-point counts as new even when its value is the old one. */
 static void changed_drive(void *owner, const od_object *object) {
   servo_node_axis *axis = owner;
@@ -88,11 +94,15 @@ static void changed_drive(void *owner, const od_object *object) {
 static unsigned needed_by_drive(const od_object *object) {
   const uint16_t index = object->entry->index;
   const bool checked = is_option(index) || is_period(index) || is_home(index) || index == 0x6060 || index == 0x6098;
-  return (checked ? OD_HOOK_ACCEPT : 0u) | (is_setpoint(index) || is_home(index) ? OD_HOOK_CHANGED : 0u);
+  return (checked ? OD_HOOK_ACCEPT : 0u) | (index == 0x6040 ? OD_HOOK_WAITS : 0u) |
+         (is_setpoint(index) || is_home(index) ? OD_HOOK_CHANGED : 0u);
 }
 
-static const od_hooks drive_hooks = {
-    .accept = accept_drive, .changed = changed_drive, .stops = stops_drive, .needed = needed_by_drive};
+static const od_hooks drive_hooks = {.accept = accept_drive,
+                                     .changed = changed_drive,
+                                     .stops = stops_drive,
+                                     .waits = drive_waits,
+                                     .needed = needed_by_drive};
 
 /* --- objects of the board --- */
 

@@ -1,0 +1,140 @@
+/* Controlwords that arrive within one tick: each takes effect as in a tick of its own, in the order of arrival. */
+#include <stdio.h>
+
+#include "support/check.h"
+#include "support/node_bench.h"
+
+enum {
+  RPDO1 = 0x200 + NODE_ID, /* controlword, mode */
+  EMCY = 0x080 + NODE_ID,
+  NONE = 0xFFFF,
+  PP = 1,
+  PV = 3,
+  STATE_OFF = 0x60, /* switch on disabled */
+  STOPPED_MS = 1500
+};
+
+/* NONE: no frame. */
+static void burst(uint16_t first, uint16_t second, uint16_t third) {
+  const uint16_t words[] = {first, second, third};
+  for (uint32_t i = 0; i < 3 && words[i] != NONE; ++i) {
+    give(RPDO1, 3, (const uint8_t[]){(uint8_t)words[i], (uint8_t)(words[i] >> 8), PV});
+  }
+}
+
+static void turn_with_quick_stop_option(uint16_t option) {
+  node_bench_start();
+  nmt(1);
+  SET(0x6007, 0, 0); /* the master may be silent */
+  SET(0x605A, 0, option);
+  enable(0, PV);
+  SET(0x60FF, 0, 300000);
+  wait_ms(900);
+  CHECK_NEAR("rad/s", 0.3, machine.axis[0].rate_rad_s, 0.003);
+}
+
+void setUp(void) { node_bench_start(); }
+void tearDown(void) {}
+
+/* Rows: 605A and the words of one burst; the state in which the axis ends. */
+static void test_a_stop_is_not_undone_by_a_later_word_of_the_same_tick(void) {
+  static const struct {
+    uint16_t option, word[3];
+    uint32_t state;
+  } rows[] = {
+      {0, {0x02, 0x8F, NONE}, STATE_OFF},          {1, {0x02, 0x8F, NONE}, STATE_OFF},
+      {2, {0x02, 0x8F, NONE}, STATE_OFF},          {5, {0x02, 0x8F, NONE}, STATE_QUICK_STOP},
+      {6, {0x02, 0x8F, NONE}, STATE_QUICK_STOP},   {2, {0x010F, 0x02, 0x8F}, STATE_OFF},
+      {5, {0x010F, 0x02, 0x8F}, STATE_QUICK_STOP}, {2, {0x02, 0x0F, NONE}, STATE_OFF},
+      {2, {0x00, 0x0F, NONE}, STATE_OFF},          {6, {0x00, 0x0F, NONE}, STATE_OFF},
+  };
+  for (uint32_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    turn_with_quick_stop_option(rows[i].option);
+    burst(rows[i].word[0], rows[i].word[1], rows[i].word[2]);
+    wait_ms(STOPPED_MS);
+    char row[16];
+    (void)snprintf(row, sizeof row, "row %u", (unsigned)i);
+    TEST_ASSERT_EQUAL_HEX32_MESSAGE(rows[i].state, state_of(0), row);
+    const bool coasts = rows[i].option == 0 || rows[i].word[0] == 0x00;
+    CHECK_NEAR(row, 0.0, coasts ? 0.0 : machine.axis[0].rate_rad_s, 0.002);
+  }
+}
+
+static void test_enable_operation_after_a_quick_stop_that_stays_enables_again(void) {
+  turn_with_quick_stop_option(5);
+  burst(0x02, 0x0F, NONE); /* transitions 11 and 16 */
+  wait_ms(STOPPED_MS);
+  TEST_ASSERT_EQUAL_HEX32(STATE_ENABLED, state_of(0));
+  CHECK_NEAR("rad/s", 0.3, machine.axis[0].rate_rad_s, 0.003);
+}
+
+static void test_halt_is_a_level(void) {
+  turn_with_quick_stop_option(2);
+  burst(0x010F, 0x0F, NONE);
+  wait_ms(STOPPED_MS);
+  CHECK_NEAR("rad/s", 0.3, machine.axis[0].rate_rad_s, 0.003);
+}
+
+static void map_rpdo1_to_controlword_and_target(void) {
+  SET(0x1400, 1, 0x80000000u | RPDO1);
+  SET(0x1600, 0, 0);
+  SET(0x1600, 2, 0x607A0020);
+  SET(0x1600, 0, 2);
+  SET(0x1400, 1, RPDO1);
+}
+
+static void test_each_edge_of_bit_4_starts_a_move_with_its_own_target(void) {
+  map_rpdo1_to_controlword_and_target();
+  nmt(1);
+  SET(0x6007, 0, 0);
+  enable(0, PP);
+  const int32_t start = (int32_t)get(0x6064, 0);
+  const uint16_t relative = 0x4F;
+  const int32_t moves[] = {100000, 0, 50000};
+  for (uint32_t i = 0; i < 3; ++i) {
+    const uint16_t word = (uint16_t)(relative | (i == 1 ? 0x00 : 0x10));
+    const uint32_t target = (uint32_t)moves[i];
+    give(RPDO1, 6,
+         (const uint8_t[]){(uint8_t)word, 0, (uint8_t)target, (uint8_t)(target >> 8), (uint8_t)(target >> 16),
+                           (uint8_t)(target >> 24)});
+  }
+  wait_ms(3000);
+  CHECK_NEAR("counts", 150000.0, (int32_t)get(0x6064, 0) - start, 50.0);
+}
+
+/* The download of 02 takes effect in the tick after its answer; the RPDO arrives before that tick. */
+static void test_a_stop_by_sdo_is_not_undone_by_an_rpdo(void) {
+  turn_with_quick_stop_option(2);
+  SET(0x6040, 0, 0x02);
+  burst(0x8F, 0x0F, NONE);
+  wait_ms(STOPPED_MS);
+  TEST_ASSERT_EQUAL_HEX32(STATE_OFF, state_of(0));
+}
+
+/* 60 frames within one tick: the queue of 64 is more than half full. The stop comes behind them. */
+static void test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms(void) {
+  turn_with_quick_stop_option(2);
+  sent_count = 0;
+  for (int i = 0; i < 58; ++i) {
+    give(RPDO1, 3, (const uint8_t[]){i % 2 == 0 ? 0x1F : 0x0F, 0, PV});
+  }
+  burst(0x02, 0x0F, NONE);
+  wait_ms(40);
+  const can_frame *reported = last_sent(EMCY);
+  TEST_ASSERT_NOT_NULL(reported);
+  TEST_ASSERT_EQUAL_HEX16(0x8110, reported->data[0] | reported->data[1] << 8);
+  TEST_ASSERT_EQUAL_HEX32(STATE_QUICK_STOP, state_of(0));
+  wait_ms(STOPPED_MS);
+  TEST_ASSERT_EQUAL_HEX32(STATE_OFF, state_of(0));
+}
+
+int main(void) {
+  UNITY_BEGIN();
+  RUN_TEST(test_a_stop_is_not_undone_by_a_later_word_of_the_same_tick);
+  RUN_TEST(test_enable_operation_after_a_quick_stop_that_stays_enables_again);
+  RUN_TEST(test_halt_is_a_level);
+  RUN_TEST(test_each_edge_of_bit_4_starts_a_move_with_its_own_target);
+  RUN_TEST(test_a_stop_by_sdo_is_not_undone_by_an_rpdo);
+  RUN_TEST(test_a_stop_behind_a_flood_of_commands_is_obeyed_within_40_ms);
+  return UNITY_END();
+}
