@@ -85,7 +85,7 @@ void test_a_dip_of_the_supply_is_reported_and_a_power_on_is_not() {
   expect_no_violations(rig);
 }
 
-void test_both_axes_turn_when_they_are_reported_to() {
+void test_both_axes_turn_when_told_to() {
   BoardRig rig(bench::tracker_plant());
   boot_and_turn(rig);
   expect_no_violations(rig);
@@ -467,7 +467,7 @@ int main() {
   RUN_TEST(test_it_starts_safe_passes_its_self_tests_and_is_heard);
   RUN_TEST(test_it_says_which_board_and_which_dictionary_it_is);
   RUN_TEST(test_a_dip_of_the_supply_is_reported_and_a_power_on_is_not);
-  RUN_TEST(test_both_axes_turn_when_they_are_reported_to);
+  RUN_TEST(test_both_axes_turn_when_told_to);
   RUN_TEST(test_a_bridge_that_is_switched_off_leaves_the_terminals_open);
   RUN_TEST(test_it_comes_back_from_bus_off);
   RUN_TEST(test_what_is_stored_survives_a_loss_of_power);

@@ -50,7 +50,7 @@ from .studies import (
 from .tables import Cell, result_lines
 
 PAGE_WIDTH = 120
-"""Columns of a page's prose."""
+"""Columns of a page's text."""
 
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
