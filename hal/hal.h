@@ -59,8 +59,8 @@ typedef struct {
   float voltage_full_scale_v; /* 5 .. 1000 */
 } hal_scales;
 
-/* Takes effect from the next PWM period on; call it while both axes are off. Until the first call they are 25 A and 66
- * V. */
+/* Sets the full scales, from the next PWM period on. Call it while both axes are off. Until the first call they are 25
+ * A and 66 V. */
 void hal_set_scales(hal *machine, const hal_scales *scales);
 
 /* The power stage has switched itself off because of a fault. It stays off until hal_power_bridge(false) finds the
@@ -69,10 +69,10 @@ hal_health hal_axis_health(hal *machine, int axis);
 
 /* --- time --- */
 
-/* The machine's clock in us, from the oscillator of the ticks; it wraps after 72 minutes. */
+/* Returns the machine's clock in us, from the oscillator of the ticks; it wraps after 72 minutes. */
 uint32_t hal_clock_us(hal *machine);
 
-/* Its value when the last tick began, exactly 1000 more with each. From the deferred task only. */
+/* Returns its value when the last tick began, exactly 1000 more with each tick. Call from the deferred task only. */
 uint32_t hal_tick_us(hal *machine);
 
 enum { HAL_STROBES = 16 };
@@ -84,18 +84,19 @@ typedef struct {
   uint32_t at_us[HAL_STROBES]; /* hal_clock_us */
 } hal_strobes;
 
-/* Not from a tick; at least once per ms. */
+/* Takes the edges of the strobe since the last call. Call at least once per ms, not from a tick. */
 void hal_take_strobes(hal *machine, hal_strobes *strobes);
 
 /* --- set once per tick --- */
 
-/* On: the bridge applies the duty; off: the motor's terminals are open. */
+/* Switches the bridge. On: it applies the duty; off: the motor's terminals are open. */
 void hal_power_bridge(hal *machine, int axis, bool on);
 
-/* Holding brake: current in its coil releases it, its spring engages it. It engages with the torque off by STO, too. */
+/* Releases or engages the holding brake: current in its coil releases it, its spring engages it. STO engages it, too.
+ * */
 void hal_release_brake(hal *machine, int axis, bool release);
 
-/* The brake's contact: released. false without a contact. */
+/* Returns whether the brake's contact reports it released; false without a contact. */
 bool hal_brake_is_released(hal *machine, int axis);
 
 /* What the board reads back, for a client: a sum. */
@@ -112,12 +113,12 @@ uint32_t hal_status(hal *machine);
 
 /* --- once per PWM period (20 kHz) --- */
 
-/* Motor current in A at the middle of the PWM period. */
+/* Returns the motor current in A at the middle of the PWM period. */
 float hal_current_a(hal *machine, int axis);
 
 float hal_bus_voltage_v(hal *machine);
 
-/* Bridge duty in [-1, 1]: mean motor voltage = duty * bus voltage, from the next period on. */
+/* Sets the bridge duty in [-1, 1]: mean motor voltage = duty * bus voltage, from the next period on. */
 void hal_set_duty(hal *machine, int axis, float duty);
 
 #endif

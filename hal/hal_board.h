@@ -45,16 +45,17 @@ enum {
 
 typedef enum { HAL_CAN_GOOD = 0, HAL_CAN_ERROR_PASSIVE, HAL_CAN_BUS_OFF } hal_can_state;
 
-/* Clock, pins and peripherals; the bridges are off. Does not return without a clock: the LED blinks then. */
+/* Starts clock, pins and peripherals; the bridges are off. Does not return without a clock: the LED blinks then. */
 hal *hal_board_start(void);
 
 hal_reset hal_board_reset(const hal *machine);
 
-/* Unique to this board, from the marking of its chip. */
+/* Returns a serial number unique to this board, from the marking of its chip. */
 uint32_t hal_board_serial_number(const hal *machine);
 
-/* HAL_TEST_* bits, 0: no error. Both axes are not ready with one of HAL_TEST_COMMON, one axis with an error of its own
- * encoder or current sensor; a gyro disables no axis. Takes about 0.1 s; the RAM was tested before. */
+/* Tests the board. Returns HAL_TEST_* bits, 0 without an error. Both axes are not ready with one of HAL_TEST_COMMON,
+ * one axis with an error of its own encoder or current sensor; a gyro disables no axis. Takes about 0.1 s; the RAM was
+ * tested before. */
 uint32_t hal_board_self_test(hal *machine);
 
 /* Adds bits from the caller's own tests. */
@@ -63,14 +64,14 @@ void hal_board_fail(hal *machine, uint32_t test_bits);
 /* Clears bits of gyros that are not used, so that the LED does not report them. */
 void hal_board_waive(hal *machine, uint32_t test_bits);
 
-/* The parameter pages, as two areas. Erase and program them in the background only: 25 ms and 0.1 ms, during which the
- * interrupts run and the watchdog is refreshed. */
+/* Returns the parameter pages, as two areas. Erase and program them in the background only: 25 ms and 0.1 ms, during
+ * which the interrupts run and the watchdog is refreshed. */
 const hal_flash *hal_board_flash(hal *machine);
 
-/* Pages for node id and bit rate, BUS_SETTINGS_LOG_PAGES of them; the same applies. */
+/* Returns the pages for node id and bit rate, BUS_SETTINGS_LOG_PAGES of them; the same applies. */
 const hal_flash *hal_board_bus_flash(hal *machine);
 
-/* A user at the board requests the default node id and bit rate: a button was held from the start until now. Call it
+/* Returns whether a user requests the default node id and bit rate, by a button held from the start until now. Call it
  * after the self-test. */
 bool hal_board_recovery_is_requested(const hal *machine);
 
@@ -98,7 +99,7 @@ typedef struct {
 /* Starts interrupts and watchdog; the tasks are copied. */
 void hal_board_run(hal *machine, const hal_board_tasks *tasks);
 
-/* The background, to be called in an endless loop: refreshes the watchdog while tick and PWM periods come in time. */
+/* Refreshes the watchdog while tick and PWM periods come in time. Call in an endless loop. */
 void hal_board_background(hal *machine);
 
 /* The identifiers that the controller receives, at most HAL_CAN_RANGES ranges; it drops all other frames, and extended
@@ -111,13 +112,14 @@ void hal_can_accept(hal *machine, const can_id_range *ranges, uint32_t count);
  * answer. */
 bool hal_can_join(hal *machine, uint16_t kbit_s);
 
-/* From the deferred task only. Returns false when there is no room; try again later. */
+/* Sends a frame. Call from the deferred task only. Returns false when there is no room; try again later. */
 bool hal_can_send(hal *machine, const can_frame *frame);
 
 /* From the deferred task, once. A bus-off ends after 100 ms. */
 hal_can_state hal_can_supervise(hal *machine);
 
-/* Received frames that the controller had no room for since the start; at most one for each interrupt is counted. */
+/* Returns how many received frames the controller had no room for since the start; at most one for each interrupt is
+ * counted. */
 uint32_t hal_can_lost_frames(const hal *machine);
 
 #endif

@@ -13,12 +13,12 @@ typedef uint32_t angle_turn32;
 
 #define ANGLE_RAD_PER_TURN32 (6.28318530717959f / 4294967296.0f)
 
-/* Shortest path from `from` to `to`, in [-pi, pi) rad. */
+/* Returns the shortest path from `from` to `to`, in [-pi, pi) rad. */
 static inline float angle_difference_rad(angle_turn32 to, angle_turn32 from) {
   return (float)(int32_t)(to - from) * ANGLE_RAD_PER_TURN32;
 }
 
-/* A whole number of 2^-32 turn as an integer; for |whole| below 2^63. */
+/* Converts a whole number of 2^-32 turn to an integer; |whole| must be below 2^63. */
 static inline int64_t angle_integer(float whole) {
   /* Up to half a turn, more than any tick moves, the FPU converts; beyond that the conversion is a library function of
    * 200 instructions. */

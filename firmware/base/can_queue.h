@@ -24,8 +24,8 @@ bool can_queue_init(can_queue *queue, can_frame *frames, uint32_t capacity);
 /* Producer side. Returns false when the ring is full; the frame is dropped and counted. */
 bool can_queue_push(can_queue *queue, const can_frame *frame);
 
-/* Consumer side: the oldest frame in place, or NULL. It stays until `can_queue_drop`, which must only be called when
- * there is a frame. */
+/* Consumer side: returns the oldest frame in place, or NULL. It stays until `can_queue_drop`, which must only be called
+ * when there is a frame. */
 const can_frame *can_queue_front(const can_queue *queue);
 void can_queue_drop(can_queue *queue);
 
@@ -33,10 +33,10 @@ void can_queue_drop(can_queue *queue);
  * unchanged. */
 bool can_queue_pop(can_queue *queue, can_frame *frame);
 
-/* Consumer side: how many frames wait. */
+/* Consumer side: returns how many frames wait. */
 uint32_t can_queue_count(const can_queue *queue);
 
-/* Either side. */
+/* Returns the number of frames dropped since the start. Either side may call it. */
 uint32_t can_queue_overruns(const can_queue *queue);
 
 #endif

@@ -26,14 +26,14 @@ typedef struct {
   uint32_t complement[GUARDED_WORDS];
 } guarded_copy;
 
-/* Adds a block and seals it; its number, or GUARDED_NONE when there is no room. */
+/* Adds a block and takes its complement. Returns its number, or GUARDED_NONE when there is no room. */
 int guarded_copy_add(guarded_copy *copy, const void *data, uint32_t bytes);
 
-/* The block has been changed on purpose. */
+/* Renews the complement of a block. Call after every intended change of it. */
 void guarded_copy_seal(guarded_copy *copy, int block);
 
-/* Compares the next words, at most to the end of their block: the block if it differs from its copy, or GUARDED_NONE.
- */
+/* Compares the next `words` words, at most to the end of their block. Returns the block if it differs from its
+ * complement, else GUARDED_NONE. */
 int guarded_copy_step(guarded_copy *copy, uint32_t words);
 
 #endif

@@ -9,10 +9,10 @@ typedef struct {
   float cosine;
 } rotation;
 
-/* Of any angle; sine and cosine are within 1.2e-7. */
+/* Returns sine and cosine of any angle, with an error of at most 1.2e-7. */
 rotation rotation_of(angle_turn32 angle);
 
-/* Its cosine alone, in half the instructions. */
+/* Returns the cosine alone, for half the instructions. */
 float rotation_cosine(angle_turn32 angle);
 
 #endif

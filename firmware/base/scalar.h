@@ -26,7 +26,7 @@ static inline float scalar_clamp(float value, float low, float high) {
   return value > high ? high : value;
 }
 
-/* Whether |value| <= bound; false for NaN. */
+/* Returns whether |value| <= bound; false for NaN. */
 static inline bool scalar_within(float value, float bound) { return scalar_abs(value) <= bound; }
 
 /* Inline roundf(): to the nearest whole number, halves away from 0. */
@@ -58,7 +58,7 @@ typedef struct {
   float high;
 } scalar_range;
 
-/* The first error among `count` ranges, or CONTROL_OK. */
+/* Returns the first error among `count` ranges, or CONTROL_OK. */
 control_status scalar_check_ranges(const scalar_range *ranges, int count);
 
 #endif

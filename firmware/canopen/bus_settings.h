@@ -25,10 +25,11 @@ static inline bool bus_settings_are_same(const bus_settings *one, const bus_sett
 
 bool bus_node_id_is_good(uint8_t node_id);
 
-/* Bit rate of an index of CiA 305's standard table (0: 1000, 2: 500, 3: 250, 4: 125 kbit/s); 0: not supported. */
+/* Returns the bit rate of an index of CiA 305's standard table (0: 1000, 2: 500, 3: 250, 4: 125 kbit/s), or 0 if it is
+ * not supported. */
 uint16_t bus_kbit_s_of_index(uint8_t index);
 
-/* Index of a bit rate in that table. For an unsupported bit rate the result is an index of an unsupported entry. */
+/* Returns the index of a bit rate in that table, or that of an unsupported entry for an unsupported bit rate. */
 uint8_t bus_index_of_kbit_s(uint16_t kbit_s);
 
 /* Moves values that have the defaults for `from` to the defaults for `to`: COB-IDs with the node id, inhibit times of

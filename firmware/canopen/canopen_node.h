@@ -111,39 +111,40 @@ typedef struct {
   shared_word heard[CANOPEN_HEARD_WORDS];
 } canopen_node;
 
-/* Returns false for a bad node id, too many parts or a bad queue; the node must not be used then. It must not be moved
- * in memory afterwards. The boot-up message leaves with the first tick that finds room for it. */
+/* Initialises the node. Returns false for a bad node id, too many parts or a bad queue; the node must not be used then.
+ * It must not be moved in memory afterwards. The boot-up message is sent in the first tick that finds room for it. */
 bool canopen_node_init(canopen_node *node, const canopen_config *config);
 
-/* From the receive interrupt, or from any one other thread. A frame that the node does not hear is dropped here, so
- * that the traffic of other nodes fills no queue. Returns false when the queue was full; the frame is lost and
- * counted. */
+/* Queues a received frame. Call from the receive interrupt, or from any one other thread. Drops a frame that the node
+ * does not use, so that the traffic of other nodes fills no queue. Returns false when the queue was full; the frame is
+ * lost and counted. */
 bool canopen_node_receive(canopen_node *node, const can_frame *frame);
 
-/* Every 1 ms, with bounded work: at most CANOPEN_FRAMES_PER_CALL received frames. Executes NMT commands and writes
- * RPDOs to the objects. */
+/* Executes NMT commands and writes RPDOs to the objects. Call every 1 ms. Takes at most CANOPEN_FRAMES_PER_CALL
+ * received frames. */
 void canopen_node_take(canopen_node *node);
 
-/* Every 1 ms, after canopen_node_take, with the same bound. */
+/* Answers SDO and LSS, sends PDOs, EMCY and heartbeat, and advances the timers. Call every 1 ms, after
+ * canopen_node_take. Takes at most CANOPEN_FRAMES_PER_CALL received frames. */
 void canopen_node_serve(canopen_node *node);
 
-/* Both calls in one, for a device that does nothing between them. */
+/* Calls both, for a device that does nothing between them. */
 void canopen_node_tick(canopen_node *node);
 
-/* Optional, between ticks and in the same thread: processes SDO requests, so that answers need not wait for the
- * tick. */
+/* Processes SDO requests, so that answers need not wait for the tick. Optional; call between ticks and in the same
+ * thread. */
 void canopen_node_answer(canopen_node *node);
 
-/* How long nobody has spoken to this node, in ms. Frames for it are: NMT commands to it or to all, SDO requests, its
- * RPDOs and SYNC while the node acts upon them (SYNC only if a PDO is synchronous), and heartbeats of nodes in 0x1016.
- * While a heartbeat (0x1016) or an RPDO (event timer, 0x1400:5) is monitored and in time, the silence is 0: the owner
- * has set how long that one may be silent. */
+/* Returns how long no frame for this node has come, in ms. Frames for it are: NMT commands to it or to all, SDO
+ * requests, its RPDOs and SYNC while the node acts upon them (SYNC only if a PDO is synchronous), and heartbeats of
+ * nodes in 0x1016. While a heartbeat (0x1016) or an RPDO (event timer, 0x1400:5) is monitored and in time, the result
+ * is 0: the owner has set how long that one may be silent. */
 uint32_t canopen_node_silent_ms(const canopen_node *node);
 
-/* Restarts the supervision of the master. For an application that receives from its master by another bus, too. */
+/* Restarts the supervision of the master, for an application that also receives from its master by another bus. */
 static inline void canopen_node_heard(canopen_node *node) { node->silent_ms = 0; }
 
-/* Errors of the application; see emergency.h. Its sources are not 0. */
+/* Raises an error of the application; see emergency.h. Source 0 is the node's own. */
 bool canopen_node_raise(canopen_node *node, const emergency_error *error);
 bool canopen_node_raise_again(canopen_node *node, const emergency_error *error);
 bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
@@ -152,14 +153,15 @@ bool canopen_node_clear(canopen_node *node, uint8_t source, uint16_t code);
 void canopen_node_bus_off_recovered(canopen_node *node);
 void canopen_node_error_passive(canopen_node *node, bool passive);
 
-/* Likewise: received frames that the controller itself has lost since the start. They count as those of a full queue.
- */
+/* Reports how many received frames the controller itself has lost since the start. They count as those of a full queue.
+ * Call in the tick's thread. */
 void canopen_node_lost_frames(canopen_node *node, uint32_t total);
 
-/* Node id and bit rate in effect, as the COB-IDs and default inhibit times use them. */
+/* Returns node id and bit rate in effect, as the COB-IDs and default inhibit times use them. */
 bus_settings canopen_node_settings(const canopen_node *node);
 
-/* The CAN controller has changed its bit rate; default inhibit times follow. */
+/* Takes the new bit rate of the CAN controller; default inhibit times follow. Call after the controller has changed
+ * it. */
 void canopen_node_set_bit_rate(canopen_node *node, uint16_t kbit_s);
 
 /* Sends TPDO n (0 .. 7) as soon as its type and inhibit time allow. */

@@ -14,7 +14,8 @@
 
 static inline bool cob_id_is_valid(uint32_t cob_id) { return (cob_id & COB_ID_INVALID) == 0; }
 
-/* An 11-bit identifier that a PDO, SYNC, EMCY or further SDO channel may use, and that the node can therefore hear. */
+/* Returns whether a PDO, SYNC, EMCY or further SDO channel may use this 11-bit identifier, so that the node must be
+ * able to receive it. */
 static inline bool cob_id_is_allowed(uint32_t cob_id) {
   const uint32_t beyond_11_bits = 0x1FFFF800u;
   return (cob_id & (COB_ID_EXTENDED | beyond_11_bits)) == 0 && heard_identifier_is_free(cob_id & COB_ID_IDENTIFIER);

@@ -52,11 +52,11 @@ typedef struct {
   uint16_t inhibit_ms; /* time left before the next message */
 } emergency_producer;
 
-/* No active error and no pending message. The history stays: a reset of the node clears it through its defaults. */
+/* Clears active errors and pending messages. The history stays: a reset of the node clears it through its defaults. */
 void emergency_reset(emergency_producer *self, emergency_objects *objects);
 
-/* Returns false when the source has this code already, or 16 errors are active. Byte 3 of the message is the detail,
- * byte 4 the source, bytes 5 to 7 index (low byte first) and sub-index of the object. */
+/* Reports an error. Returns false when the source has this code already, or 16 errors are active. Byte 3 of the message
+ * is the detail, byte 4 the source, bytes 5 to 7 index (low byte first) and sub-index of the object. */
 bool emergency_raise(emergency_producer *self, emergency_objects *objects, const emergency_error *error);
 
 /* Reports the error even if the source has the same code already, for a caller that knows that it is a new one. Errors
@@ -68,7 +68,7 @@ bool emergency_clear(emergency_producer *self, emergency_objects *objects, uint8
 
 bool emergency_is_active(const emergency_producer *self, uint8_t source, uint16_t code);
 
-/* One ms: sends at most one waiting message when the inhibit time allows. */
+/* Sends at most one waiting message when the inhibit time allows. Call it once per ms. */
 void emergency_tick(emergency_producer *self, const emergency_objects *objects, const can_sender *sender);
 
 #endif

@@ -14,10 +14,11 @@ enum { HEARD_RANGES = 9, HEARD_LSS_REQUEST = 0x7E5 };
 /* In rising order, without overlap. */
 extern const can_id_range heard_ranges[HEARD_RANGES];
 
-/* A data frame whose 11-bit identifier is in the table. Extended and remote frames are never heard. */
+/* Returns whether a frame is a data frame whose 11-bit identifier is in the table. Extended and remote frames never
+ * are. */
 bool heard_frame(const can_frame *frame);
 
-/* An 11-bit identifier that an object may use. */
+/* Returns whether an object may use this 11-bit identifier. */
 bool heard_identifier_is_free(uint32_t identifier);
 
 #endif

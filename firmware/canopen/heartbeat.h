@@ -14,8 +14,8 @@ typedef struct {
   uint16_t elapsed_ms; /* since the last heartbeat */
 } heartbeat_producer;
 
-/* True when a heartbeat is due now; call it once per ms. It stays due until `heartbeat_producer_sent`, so a full bus
- * delays a heartbeat but never loses it. Period 0: never. */
+/* Returns whether a heartbeat is due now; call it once per ms. It stays due until `heartbeat_producer_sent`, so a full
+ * bus delays a heartbeat but never loses it. Period 0: never. */
 bool heartbeat_producer_due(heartbeat_producer *producer, uint16_t period_ms);
 void heartbeat_producer_sent(heartbeat_producer *producer);
 
@@ -38,10 +38,10 @@ bool heartbeat_consumer_active(uint32_t object);
 
 void heartbeat_consumer_reset(heartbeat_consumer *consumer);
 
-/* A heartbeat of the monitored node. True: the node had been lost and is back. */
+/* Takes a heartbeat of the monitored node. Returns true when the node had been lost and is back. */
 bool heartbeat_consumer_hear(heartbeat_consumer *consumer, uint8_t remote_state);
 
-/* One ms. True once, in the tick that declares the node lost. */
+/* Counts one ms. Returns true once, in the tick that declares the node lost. */
 bool heartbeat_consumer_tick(heartbeat_consumer *consumer, uint32_t object);
 
 #endif

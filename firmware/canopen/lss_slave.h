@@ -69,24 +69,26 @@ typedef struct {
 
 void lss_slave_init(lss_slave *slave, const bus_settings *active, const lss_callbacks *callbacks);
 
-/* The identity of 0x1018; set it before any request. */
+/* Sets the identity of 0x1018. Call it before any request. */
 void lss_slave_identify(lss_slave *slave, const uint32_t identity[LSS_IDENTITY_PARTS]);
 
-/* At a reset of the communication: the pending node id takes effect. */
+/* Makes the pending node id take effect. Call at a reset of the communication. */
 void lss_slave_take_node_id(lss_slave *slave);
 
-/* A request of exactly 8 bytes. True: the node had no node id, has received one, and must initialise now. */
+/* Takes a request of exactly 8 bytes. Returns true when the node had no node id, has received one, and must initialise
+ * now. */
 bool lss_slave_receive(lss_slave *slave, const uint8_t request[LSS_BYTES]);
 
-/* The 8 bytes to send next, or NULL. They stay until `lss_slave_sent`. */
+/* Returns the 8 bytes to send next, or NULL. They stay until `lss_slave_sent`. */
 const uint8_t *lss_slave_outgoing(const lss_slave *slave);
 void lss_slave_sent(lss_slave *slave);
 
-/* One ms: stores the configuration and changes the bit rate. When an axis has torque, the silence ends; a bit rate that
- * has not changed yet stays. */
+/* Stores the configuration and changes the bit rate. Call once per ms. When an axis has torque, the silence ends; a bit
+ * rate that has not changed yet stays. */
 void lss_slave_tick(lss_slave *slave);
 
-/* The node must not send: it is about to change its bit rate, or other nodes are. It must then obey nothing but NMT. */
+/* Returns whether the node must not send, because it or other nodes are about to change the bit rate. It must then obey
+ * nothing but NMT. */
 static inline bool lss_slave_is_silent(const lss_slave *slave) { return slave->change != LSS_NO_CHANGE; }
 
 static inline bool lss_slave_is_unconfigured(const lss_slave *slave) {

@@ -24,7 +24,7 @@ typedef enum {
 
 enum { NMT_COB_ID = 0x000 };
 
-/* A command for this node or for all nodes, also an unknown one. */
+/* Returns whether a frame is a command for this node or for all nodes, also an unknown one. */
 static inline bool nmt_is_addressed(uint8_t node_id, const can_frame *frame) {
   return frame->length == 2 && (frame->data[1] == 0 || frame->data[1] == node_id);
 }
@@ -35,7 +35,7 @@ nmt_request nmt_receive(nmt_state *state, uint8_t node_id, const can_frame *fram
 
 static inline bool nmt_allows_pdo(nmt_state state) { return state == NMT_OPERATIONAL; }
 
-/* Also SYNC and EMCY. */
+/* Returns whether SDO, SYNC and EMCY are allowed in this state. */
 static inline bool nmt_allows_sdo(nmt_state state) { return state == NMT_OPERATIONAL || state == NMT_PRE_OPERATIONAL; }
 
 #endif

@@ -16,26 +16,26 @@ void node_objects_configure_tpdo(canopen_node *node, uint32_t n);
 void node_objects_configure_sync(canopen_node *node);
 void node_objects_configure_sdo(canopen_node *node);
 
-/* Both COB-IDs of SDO channel `channel` (0: 0x1200) are valid. */
+/* Returns whether both COB-IDs of SDO channel `channel` (0: 0x1200) are valid. */
 bool node_objects_sdo_is_on(const communication_objects *objects, uint32_t channel);
 
-/* Call it after any of these and after a change of the monitored heartbeats: it updates what the receive interrupt
- * accepts. */
+/* Updates what the receive interrupt accepts. Call after any of these and after a change of the monitored
+ * heartbeats. */
 void node_objects_listen(canopen_node *node);
 
-/* EMCY 8130 while a monitored heartbeat is missing. */
+/* Clears EMCY 8130 unless a monitored heartbeat is missing. */
 void node_objects_judge_heartbeats(canopen_node *node);
 
-/* EMCY 8210 while the last frame of an RPDO was too short, 8250 while an RPDO is late, 8200 while a value in the last
- * frame of one was refused. Each covers all RPDOs together. */
+/* Raises EMCY 8210 while the last frame of an RPDO was too short, 8250 while an RPDO is late, 8200 while a value in the
+ * last frame of one was refused, and clears them afterwards. Each covers all RPDOs together. */
 void node_objects_judge_rpdos(canopen_node *node);
 
 /* Whether SYNC, an RPDO or the requests of 1201h share an identifier, so that one of them would receive nothing.
  * accept() prevents it, but default COB-IDs follow a new node id. */
 bool node_objects_receivers_collide(const communication_objects *objects);
 
-/* Whether stored values that pass their limits may be in effect together: the rules that accept() applies to each
- * write. */
+/* Returns whether stored values that pass their limits may be in effect together, by the rules that accept() applies to
+ * each write. */
 bool node_objects_are_good(const object_dictionary *dictionary, const communication_objects *objects);
 
 #endif

@@ -184,22 +184,23 @@ typedef struct {
   const od_groups *groups; /* of these parts, by od_group_parts(); NULL: a search tries all of them */
 } object_dictionary;
 
-/* At most OD_GROUPED_PARTS of them. */
+/* Groups the parts, at most OD_GROUPED_PARTS of them. */
 void od_group_parts(od_groups *groups, const od_part *parts, uint32_t count);
 
-/* OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that can have the object. */
+/* Finds an object. Returns OD_OK, OD_NO_OBJECT or OD_NO_SUB. Cost: a binary search in each part that can have the
+ * object. */
 od_abort od_find(const object_dictionary *dictionary, uint16_t index, uint8_t sub, od_object *object);
 
-/* The index as the bus sees it. */
+/* Returns the index as the bus sees it. */
 uint16_t od_index(const od_object *object);
 
-/* Address of the value in the part's struct; NULL when the default is the value. */
+/* Returns the address of the value in the part's struct, or NULL when the default is the value. */
 uint8_t *od_place(const od_object *object);
 
-/* The hooks to call when this object is read or written, a sum of OD_HOOK_*. */
+/* Returns the hooks to call when this object is read or written, a sum of OD_HOOK_*. */
 unsigned od_needed_hooks(const od_object *object);
 
-/* Whether this value must wait because an earlier one has not taken effect yet (od_hooks.waits). */
+/* Returns whether this value must wait because an earlier one has not taken effect yet (od_hooks.waits). */
 bool od_must_wait(const od_object *object, const uint8_t *bytes);
 
 /* Whether the limits allow every value of an integer; false for types whose values must be checked. */
@@ -232,13 +233,14 @@ static inline bool od_same_number(const void *a, const void *b, uint32_t size) {
   return of_a == of_b;
 }
 
-/* Bytes of a value of this type; 0 for strings and DOMAIN. */
+/* Returns the number of bytes of a value of this type; 0 for strings and DOMAIN. */
 uint16_t od_type_bytes(od_type type);
 
-/* The current value, without access check; text points into the struct. */
+/* Returns the current value, without access check; text points into the struct. */
 od_number od_get(const od_object *object);
 
-/* The value with which a device starts while nothing is stored, and that 0x1011 restores. The node id is not added. */
+/* Returns the value with which a device starts while nothing is stored, and that 0x1011 restores. The node id is not
+ * added. */
 od_number od_default(const od_object *object);
 
 /* Writes a value without any check; for defaults, and for a store that has checked the value. Strings are cut to the
@@ -251,7 +253,7 @@ od_abort od_read(const od_object *object, uint8_t *bytes, uint16_t capacity, uin
 /* Whether the owner calls this value, in bus order, a stop; see od_hooks.stops. */
 bool od_is_stop(const od_object *object, const uint8_t *bytes);
 
-/* The result that od_write would return if execute() succeeds; changes nothing. */
+/* Returns what od_write would return if execute() succeeds; changes nothing. */
 od_abort od_check_write(const od_object *object, const uint8_t *bytes, uint16_t length);
 
 /* Checks access, length, limits, finiteness and the owner's accept(), then executes and stores; on any result but OD_OK
@@ -261,13 +263,13 @@ od_abort od_write(const od_object *object, const uint8_t *bytes, uint16_t length
 /* Executes and stores a value for which od_check_write has just returned OD_OK; returns the result of execute(). */
 od_abort od_write_checked(const od_object *object, const uint8_t *bytes, uint16_t length);
 
-/* All defaults of a part as the table has them, read-only values included. */
+/* Writes all defaults of a part, read-only values included, as the table has them. */
 void od_restore_defaults(const od_part *part, uint8_t node_id);
 
 /* Whether all values with OD_STORED are equal, bit for bit, in two structs of the table's values. */
 bool od_same_stored(const od_table *table, const void *one, const void *other);
 
-/* The same for the values with OD_GUARDED. */
+/* Returns whether all values with OD_GUARDED are equal, bit for bit, in two structs of the table's values. */
 bool od_same_guarded(const od_table *table, const void *one, const void *other);
 
 /* Copies the values with OD_STORED from one struct of the table's values to another. */

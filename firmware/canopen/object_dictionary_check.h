@@ -27,10 +27,10 @@ typedef struct {
   uint8_t sub;
 } od_table_verdict;
 
-/* One table. */
+/* Checks one table. */
 od_table_verdict od_check_table(const od_table *table);
 
-/* All parts, and that no object is in two of them. */
+/* Checks all parts, and that no object is in two of them. */
 od_table_verdict od_check_dictionary(const object_dictionary *dictionary);
 
 #endif

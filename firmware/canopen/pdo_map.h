@@ -39,26 +39,27 @@ typedef struct {
   uint8_t event_mask; /* bit n: byte n belongs to an object flagged OD_EVENT */
 } pdo_map;
 
-/* OD_OK, OD_NO_OBJECT, OD_NO_SUB or OD_NOT_MAPPABLE. Entry 0 is allowed: it is not used. */
+/* Returns OD_OK, OD_NO_OBJECT, OD_NO_SUB or OD_NOT_MAPPABLE. Entry 0 is allowed: it is not used. */
 od_abort pdo_check_entry(const object_dictionary *dictionary, pdo_direction direction, uint32_t entry);
 
-/* Also OD_MAPPING_TOO_LONG, above 8 objects or 8 bytes. On any refusal the map is empty. */
+/* Resolves a mapping. Returns as pdo_check_entry, or OD_MAPPING_TOO_LONG above 8 objects or 8 bytes. On any refusal the
+ * map is empty. */
 od_abort pdo_resolve(const object_dictionary *dictionary, pdo_direction direction, const pdo_mapping *mapping,
                      pdo_map *map);
 
-/* The bytes of a TPDO from the current objects. */
+/* Copies the current objects into the bytes of a TPDO. */
 void pdo_gather(const pdo_map *map, uint8_t bytes[CAN_FRAME_BYTES]);
 
-/* Writes the objects of an RPDO: all of them. If one refuses its value: only a stop (od_hooks.stops), and `refused`
- * becomes the object that refused; otherwise `refused` is not changed. */
+/* Writes all objects of an RPDO, or, if one of them refuses its value, only the stops (od_hooks.stops). Sets `refused`
+ * to the object that refused, and leaves it unchanged otherwise. */
 od_abort pdo_scatter(const pdo_map *map, const uint8_t bytes[CAN_FRAME_BYTES], od_object *refused);
 
-/* Whether one of these values must wait until an earlier one has taken effect (od_hooks.waits). `bytes` has the length
- * of the map. */
+/* Returns whether one of these values must wait until an earlier one has taken effect (od_hooks.waits). `bytes` has the
+ * length of the map. */
 bool pdo_must_wait(const pdo_map *map, const uint8_t *bytes);
 
-/* Writes the stops alone that lie wholly in the first `length` bytes: a stop is obeyed, whatever else the frame holds,
- * and whatever it lacks. Whether there was one. */
+/* Writes only the stops that lie wholly in the first `length` bytes: a stop is obeyed, whatever else the frame holds or
+ * lacks. Returns whether there was one. */
 bool pdo_obey_stops(const pdo_map *map, const uint8_t *bytes, uint8_t length);
 
 #endif

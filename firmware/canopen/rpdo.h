@@ -38,28 +38,28 @@ void rpdo_configure(rpdo *self, const object_dictionary *dictionary, const pdo_c
 /* Discards all frames. */
 void rpdo_reset(rpdo *self);
 
-/* Whether a data frame with its identifier, or the values that wait for SYNC if `frame` is NULL, must wait until an
- * earlier value has taken effect (od_hooks.waits). */
+/* Returns whether a data frame with its identifier, or the values that wait for SYNC if `frame` is NULL, must wait until
+ * an earlier value has taken effect (od_hooks.waits). */
 bool rpdo_must_wait(const rpdo *self, const can_frame *frame);
 
-/* Obeys the stops in such a frame alone; its other values are lost. */
+/* Obeys only the stops in such a frame; its other values are lost. */
 void rpdo_obey_stops(rpdo *self, const can_frame *frame);
 
-/* A data frame with its identifier. Longer frames than mapped are accepted; the rest is ignored. */
+/* Takes a data frame with its identifier. Accepts frames that are longer than the mapping, and ignores the rest. */
 rpdo_verdict rpdo_receive(rpdo *self, const can_frame *frame);
 
-/* RPDO_IGNORED when nothing waited. */
+/* Writes the frame that waits for SYNC. Returns RPDO_IGNORED when none does. */
 rpdo_verdict rpdo_sync(rpdo *self);
 
-/* One ms. True once when the PDO has been silent for its event time. */
+/* Counts one ms. Returns true once, when the PDO has been silent for its event time. */
 bool rpdo_tick(rpdo *self);
 
-/* Whether its last frame, or its silence, is an error to report. */
+/* Returns whether its last frame, or its silence, is an error to report. */
 static inline bool rpdo_is_bad(const rpdo *self) {
   return self->wrong_length || self->late || self->refused_object != 0;
 }
 
-/* Whether rpdo_tick has anything to do. */
+/* Returns whether rpdo_tick has anything to do. */
 static inline bool rpdo_is_monitored(const rpdo *self) { return self->monitored_ms != 0 && self->heard && !self->late; }
 
 #endif

@@ -33,7 +33,7 @@ void sdo_server_commit(sdo_server *server, uint8_t command, bool with_multiplexe
 /* Finds the object that the request names and opens it; on a refusal an abort is prepared. */
 bool sdo_server_open(sdo_server *server, const uint8_t *request, bool writing, uint32_t size);
 
-/* The announced size in an initiate request. FFFFFFFFh is a size, too, and not "unknown". */
+/* Returns the announced size in an initiate request. FFFFFFFFh is a size, too, and not "unknown". */
 uint32_t sdo_announced_size(const uint8_t *request);
 
 uint32_t sdo_get_u32(const uint8_t *bytes);

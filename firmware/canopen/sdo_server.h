@@ -71,15 +71,15 @@ void sdo_server_init(sdo_server *server, const object_dictionary *dictionary);
 /* Drops the transfer without an abort to the client. */
 void sdo_server_reset(sdo_server *server);
 
-/* A request of exactly 8 bytes. A client that crashed during a transfer blocks nobody: an expedited request is answered
- * at once, any other within SDO_QUIET_MS. */
+/* Takes a request of exactly 8 bytes. A client that crashed during a transfer blocks nobody: an expedited request is
+ * answered at once, any other within SDO_QUIET_MS. */
 void sdo_server_receive(sdo_server *server, const uint8_t request[SDO_BYTES]);
 
-/* The 8 bytes to send next, or NULL. They stay until `sdo_server_sent`. */
+/* Returns the 8 bytes to send next, or NULL. They stay until `sdo_server_sent`. */
 const uint8_t *sdo_server_outgoing(sdo_server *server);
 void sdo_server_sent(sdo_server *server);
 
-/* One ms: time-out (abort 0504 0000), and another call of an owner who returned OD_PENDING. */
+/* Handles the time-out (abort 0504 0000), and calls an owner again who returned OD_PENDING. Call once per ms. */
 void sdo_server_tick(sdo_server *server);
 
 #endif

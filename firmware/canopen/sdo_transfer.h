@@ -20,15 +20,15 @@ typedef struct {
 
 od_abort sdo_transfer_open_read(sdo_transfer *transfer, const od_object *object);
 
-/* Any piece within the size, in any order. */
+/* Reads any piece within the size, in any order. */
 od_abort sdo_transfer_read(sdo_transfer *transfer, uint32_t offset, uint8_t *bytes, uint32_t length);
 
-/* Refuses at once what cannot succeed: wrong access or announced size. */
+/* Opens a write. Refuses at once what cannot succeed: wrong access or announced size. */
 od_abort sdo_transfer_open_write(sdo_transfer *transfer, const od_object *object, uint32_t announced_size);
 
 od_abort sdo_transfer_append(sdo_transfer *transfer, const uint8_t *bytes, uint32_t length);
 
-/* Writes the object. OD_PENDING: call again in the next tick; anything else ends the transfer. */
+/* Writes the object. Call again in the next tick after OD_PENDING; any other result ends the transfer. */
 od_abort sdo_transfer_commit(sdo_transfer *transfer);
 
 /* Ends a transfer that was read, or a write that is abandoned. Has no effect when none is open. */

@@ -24,10 +24,10 @@ typedef struct {
   void *context;
 } storage_callbacks;
 
-/* Whether `value` is the signature for 0x1010 (saving) or 0x1011; a wrong one is refused with 0800 0020. */
+/* Checks that `value` is the signature for 0x1010 (saving) or 0x1011; refuses a wrong one with 0800 0020. */
 od_abort storage_accept(bool saving, uint32_t value);
 
-/* Saves or restores; what the callback answers. */
+/* Saves or restores; returns the answer of the callback. */
 od_abort storage_execute(const storage_callbacks *callbacks, bool saving, uint8_t group);
 
 #endif

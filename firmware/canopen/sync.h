@@ -30,7 +30,7 @@ void sync_reset(sync_consumer *consumer);
 
 sync_verdict sync_receive(sync_consumer *consumer, const sync_objects *objects, const can_frame *frame);
 
-/* One ms. True once when no SYNC came for one and a half periods. */
+/* Counts one ms. Returns true once, when no SYNC came for one and a half periods. */
 bool sync_tick(sync_consumer *consumer, const sync_objects *objects);
 
 #endif

@@ -21,13 +21,14 @@ typedef struct {
   bool off;
 } sync_clock;
 
-/* Nothing is known yet. Required when the period changes. */
+/* Forgets all SYNCs. Call it when the period changes. */
 void sync_clock_reset(sync_clock *clock);
 
-/* A SYNC, with 0x1006; of a period of 0 or above 1 s nothing is compared. Whether `off` has changed. */
+/* Takes a SYNC, with the period of 0x1006; compares nothing if that is 0 or above 1 s. Returns whether `off` has
+ * changed. */
 bool sync_clock_hear(sync_clock *clock, uint32_t period_us);
 
-/* One ms of this node. */
+/* Counts one ms of this node. */
 void sync_clock_tick(sync_clock *clock);
 
 #endif

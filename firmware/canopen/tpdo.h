@@ -31,16 +31,16 @@ void tpdo_configure(tpdo *self, const object_dictionary *dictionary, const pdo_c
 /* Restarts, as on entering OPERATIONAL: an event-driven PDO is sent once, so that listeners get the initial values. */
 void tpdo_reset(tpdo *self);
 
-/* The application's event: sends when type and inhibit time allow. */
+/* Takes the application's event: the PDO is sent when type and inhibit time allow. */
 void tpdo_request(tpdo *self);
 
-/* A SYNC with its counter, 0 without one. The requested frame is sampled and sent by the next tpdo_tick. */
+/* Takes a SYNC with its counter, 0 without one. The next tpdo_tick samples and sends the requested frame. */
 void tpdo_sync(tpdo *self, uint8_t counter);
 
-/* One ms. */
+/* Counts one ms and sends what is due. */
 void tpdo_tick(tpdo *self, const can_sender *sender);
 
-/* Whether tpdo_tick has anything to do. */
+/* Returns whether tpdo_tick has anything to do. */
 static inline bool tpdo_is_monitored(const tpdo *self) {
   return self->on && (self->due != 0 || self->waiting || !self->synchronous);
 }

@@ -44,8 +44,9 @@ typedef struct {
   uint32_t ticks;
 } experiment;
 
-/* CONTROL_OK, or an error: the set-up or a limit is out of range, or the two do not fit together (a rate, torque or
- * amplitude beyond its limit, a sweep that cannot turn round within the travel, a run longer than allowed). */
+/* Returns CONTROL_OK, or an error: the set-up or a limit is out of range, or the two do not fit together (a rate,
+ * torque or amplitude beyond its limit, a sweep that cannot turn round within the travel, a run longer than
+ * allowed). */
 control_status experiment_check(const stimulus_setup *setup, const experiment_limits *limits);
 
 /* Starts at `angle`, at rest. On an error nothing is changed. */
@@ -55,11 +56,12 @@ control_status experiment_start(experiment *e, const stimulus_setup *setup, cons
 /* Ends a running experiment; one that has ended keeps its state. */
 void experiment_abort(experiment *e, experiment_state reason);
 
-/* One tick: true while `command` must be followed; false once it has ended and the drive has to stop the axis. */
+/* Computes one tick. Returns true while `command` must be followed, false once it has ended and the drive has to stop
+ * the axis. */
 bool experiment_step(experiment *e, angle_turn32 angle, float joint_rate_rad_s, servo_axis_command *command,
                      float dt_s);
 
-/* 0 .. 100: elapsed share of the approximate duration. */
+/* Returns the elapsed share of the approximate duration, 0 .. 100 %. */
 int experiment_progress_percent(const experiment *e, float dt_s);
 
 #endif

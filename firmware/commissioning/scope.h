@@ -87,10 +87,10 @@ typedef struct {
   uint32_t words[SCOPE_WORDS];
 } scope;
 
-/* Frames that fit with this number of channels, 1 .. 8. */
+/* Returns how many frames fit with this number of channels, 1 .. 8. */
 uint32_t scope_capacity(uint8_t channels);
 
-/* SCOPE_OK, or the error. */
+/* Returns SCOPE_OK, or the error. */
 scope_status scope_check(const scope_config *config);
 
 void scope_reset(scope *s);
@@ -102,15 +102,15 @@ scope_status scope_arm(scope *s, const scope_config *config, float tick_s);
  * came). */
 void scope_stop(scope *s);
 
-/* The next frame becomes that of the trigger, whatever the trigger condition; no effect unless armed and without a
- * trigger. The frames captured until then stay, even if fewer than the pre-trigger. */
+/* Makes the next frame that of the trigger, whatever the trigger condition. Has no effect unless the scope is armed and
+ * waits for its trigger. The frames captured until then stay, even if fewer than the pre-trigger. */
 void scope_force(scope *s);
 
-/* One tick, after the control has run. `state` is any number that changes with the drive's state. Cost: copies up to 8
- * words every `divider` ticks, otherwise almost nothing. */
+/* Captures one tick. Call after the control has run. `state` is any number that changes with the drive's state. Cost:
+ * copies up to 8 words every `divider` ticks, otherwise almost nothing. */
 void scope_step(scope *s, uint32_t state, bool fault);
 
-/* Length of the stream; 0 unless done. */
+/* Returns the length of the stream in bytes; 0 unless done. */
 uint32_t scope_bytes(const scope *s);
 
 /* Copies bytes [offset, offset + length) of the stream; any offset, any order, until the scope is armed again. */

@@ -69,16 +69,16 @@ typedef struct {
 
 control_status stimulus_check(const stimulus_setup *setup);
 
-/* The largest joint rate and torque that it will command, rad/s and Nm; 0 where the loop decides. */
+/* Return the largest joint rate and torque that it will command, rad/s and Nm; 0 where the loop decides. */
 float stimulus_peak_rate_rad_s(const stimulus_setup *setup);
 float stimulus_peak_torque_nm(const stimulus_setup *setup);
 
-/* Approximate duration, s. A sweep may take longer, because of the return from its turning points. */
+/* Returns the approximate duration, s. A sweep may take longer, because of the return from its turning points. */
 float stimulus_duration_s(const stimulus_setup *setup);
 
 void stimulus_start(stimulus_state *s, const stimulus_setup *setup, angle_turn32 angle);
 
-/* The set-point of this tick; false once it has ended. */
+/* Writes the set-point of this tick; returns false once it has ended. */
 bool stimulus_step(stimulus_state *s, const stimulus_setup *setup, const stimulus_view *view,
                    servo_axis_command *command, float dt_s);
 

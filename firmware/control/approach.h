@@ -11,7 +11,7 @@
 
 #include "base/scalar.h"
 
-/* Braking available for an error whose target itself accelerates: at least a tenth of the limit. */
+/* Returns braking available for an error whose target itself accelerates: at least a tenth of the limit. */
 static inline float approach_braking(float limit_rad_s2, float error_rad, float target_rad_s2) {
   const float towards = error_rad < 0.0f ? -target_rad_s2 : target_rad_s2;
   return scalar_clamp(limit_rad_s2 + towards, 0.1f * limit_rad_s2, limit_rad_s2);

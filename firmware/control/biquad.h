@@ -26,22 +26,23 @@ typedef struct {
 #define BIQUAD_NARROWEST_SHARE 1e-3f
 #define BIQUAD_WIDEST_SHARE 2.0f
 
-/* Passes the signal unchanged. */
+/* Returns parameters that pass the signal unchanged. */
 biquad_params biquad_pass(void);
 
-/* Unity gain at 0, 2nd-order roll-off; frequency 1e-3 .. 0.49 of the sampling rate, damping 0.1 .. 2. On an error
- * `*params` is left unchanged. */
+/* Designs a low-pass: unity gain at 0, 2nd-order roll-off; frequency 1e-3 .. 0.49 of the sampling rate, damping 0.1 ..
+ * 2. On an error `*params` is left unchanged. */
 control_status biquad_design_lowpass(biquad_params *params, float frequency_rad_s, float damping, float dt_s);
 
-/* Unity gain at 0, gain `depth` (0 .. 1) at the frequency, which has the low-pass's range; -3 dB width `width_rad_s`
- * (for depth 0), 1e-3 .. 2 of the frequency and width_rad_s * dt_s <= 2.8. On an error `*params` is left unchanged. */
+/* Designs a notch: unity gain at 0, gain `depth` (0 .. 1) at the frequency, which has the low-pass's range; -3 dB width
+ * `width_rad_s` (for depth 0), 1e-3 .. 2 of the frequency and width_rad_s * dt_s <= 2.8. On an error `*params` is left
+ * unchanged. */
 control_status biquad_design_notch(biquad_params *params, float frequency_rad_s, float width_rad_s, float depth,
                                    float dt_s);
 
-/* Finite and stable: poles inside the unit circle (|a2| < 1, |a1| < 1 + a2). */
+/* Checks that the filter is finite and stable: poles inside the unit circle (|a2| < 1, |a1| < 1 + a2). */
 control_status biquad_check(const biquad_params *params);
 
-/* Settled at a constant input (with unity gain at 0 the output starts at `input`). */
+/* Settles the filter at a constant input (with unity gain at 0 the output starts at `input`). */
 void biquad_reset(biquad_state *state, const biquad_params *params, float input);
 
 static inline float biquad_step(biquad_state *state, const biquad_params *params, float input) {

@@ -9,15 +9,15 @@ typedef struct {
   float highest_rad;
 } joint_travel;
 
-/* The nearest angle of the travel. */
+/* Returns the nearest angle of the travel. */
 float joint_travel_clamp(const joint_travel *travel, float angle_rad);
 
-/* How long a joint can go on from this angle at this rate: 0 outside of the travel, infinite at rate 0 or without a
- * limit, s. */
+/* Returns how long a joint can go on from this angle at this rate, s: 0 outside of the travel, infinite at rate 0 or
+ * without a limit. */
 float cable_wrap_lasts_s(const joint_travel *travel, float angle_rad, float rate_rad_s);
 
-/* -1, 0 or 1: this many revolutions further is the angle that lasts longest, of those within the travel. 0 when none is
- * better than the present one. */
+/* Returns by how many revolutions, -1, 0 or 1, the azimuth should turn to be able to go on longest within its travel; 0
+ * when no other turn is better than the present one. */
 int cable_wrap_turns(const joint_travel *travel, float angle_rad, float rate_rad_s);
 
 #endif

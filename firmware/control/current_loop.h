@@ -23,15 +23,16 @@ typedef struct {
   float voltage_v; /* mean voltage applied over the last period; 0 after a reset */
 } current_loop_state;
 
-/* Gains for a bandwidth (rad/s) of a winding R (1e-4 .. 1e3 ohm), L (1e-7 .. 10 H) at PWM period dt_s. Sets all of
- * `*params`, or nothing when a value is out of range: bandwidth * dt_s <= 0.8. */
+/* Designs the gains for a bandwidth (rad/s) with a winding of R (1e-4 .. 1e3 ohm) and L (1e-7 .. 10 H) at PWM period
+ * dt_s; bandwidth * dt_s <= 0.8. Sets all of `*params`, or nothing when a value is out of range. */
 control_status current_loop_design(current_loop_params *params, float resistance_ohm, float inductance_h,
                                    float back_emf_v_s_rad, float bandwidth_rad_s, float dt_s);
 
 control_status current_loop_check(const current_loop_params *params, float dt_s);
 void current_loop_reset(current_loop_state *state);
 
-/* One PWM period: the duty, within +-duty_limit; 0 when the bus is below 1 V. `joint_rate_rad_s` gives the back-EMF. */
+/* Computes one PWM period. Returns the duty, within +-duty_limit; 0 when the bus is below 1 V. `joint_rate_rad_s` gives
+ * the back-EMF. */
 float current_loop_step(current_loop_state *state, const current_loop_params *params, float reference_a,
                         float measured_a, float joint_rate_rad_s, float bus_voltage_v, float dt_s);
 

@@ -80,19 +80,19 @@ typedef struct {
   float half_width_s; /* of its 95 % interval */
 } delay_error;
 
-/* Nothing is known. */
+/* Forgets sums and predictors. */
 void delay_estimator_reset(delay_estimator *self);
 
-/* Frames were missed, or a target is new: the predictors begin anew, the sums stay. */
+/* Restarts the predictors and keeps the sums. Call when frames were missed or a target is new. */
 void delay_estimator_restart(delay_estimator *self);
 
-/* The sums begin anew, the predictors go on. */
+/* Restarts the sums and keeps the predictors. */
 void delay_estimator_forget(delay_estimator *self);
 
 /* Adds a frame. One that is not finite, or after a longer gap, restarts the predictors. */
 void delay_estimator_add(delay_estimator *self, const delay_sample *sample);
 
-/* What all frames say together. */
+/* Returns the estimate from all frames together. */
 delay_error delay_estimator_result(const delay_estimator *self);
 
 #endif

@@ -29,7 +29,7 @@ typedef struct {
   float prediction_nm_s_rad; /* prediction gain of the rate */
 } disturbance_observer_state;
 
-/* Ranges as above and bandwidth * dt_s <= 1. */
+/* Checks the ranges above, and bandwidth * dt_s <= 1. */
 control_status disturbance_observer_check(const disturbance_observer_params *params, float dt_s);
 
 /* Starts with estimate 0 at the measured rate. */
@@ -41,13 +41,13 @@ void disturbance_observer_reset(disturbance_observer_state *state, const disturb
 void disturbance_observer_retune(disturbance_observer_state *state, const disturbance_observer_params *params,
                                  float rate_rad_s, float dt_s);
 
-/* Changes the inertia alone and keeps the estimate; `rate_rad_s` as in the last tick. For every tick: it costs some
+/* Changes the inertia alone and keeps the estimate; `rate_rad_s` as in the last tick. Cheap enough for every tick: some
  * multiplications. The next reset or retune takes the inertia of its parameters again. */
 void disturbance_observer_follow(disturbance_observer_state *state, const disturbance_observer_params *params,
                                  float inertia_kg_m2, float rate_rad_s, float dt_s);
 
-/* One tick. `rate_rad_s` is measured now; `torque_nm` was applied since the last tick and is not yet explained. Returns
- * the torque that cancels the load, in Nm, within +-limit_nm. */
+/* Computes one tick. `rate_rad_s` is measured now; `torque_nm` was applied since the last tick, less what friction
+ * feedforward explains. Returns the torque that cancels the load, in Nm, within +-limit_nm. */
 float disturbance_observer_step(disturbance_observer_state *state, const disturbance_observer_params *params,
                                 float rate_rad_s, float torque_nm);
 

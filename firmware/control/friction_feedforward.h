@@ -48,10 +48,10 @@ void friction_feedforward_reset(friction_feedforward_state *state);
 void friction_feedforward_retune(friction_feedforward_state *state, const friction_feedforward_params *from,
                                  const friction_feedforward_params *to, float joint_rate_rad_s);
 
-/* The rate that drives the model: set-point minus base rate, kept near the measured joint rate. */
+/* Returns the rate that drives the model: set-point minus base rate, kept near the measured joint rate. */
 float friction_feedforward_rate(const friction_feedforward_params *params, const friction_feedforward_input *input);
 
-/* One tick; returns the compensating torque in Nm, same sign as the motor torque. */
+/* Computes one tick; returns the compensating torque in Nm, with the sign of the motor torque. */
 float friction_feedforward_step(friction_feedforward_state *state, const friction_feedforward_params *params,
                                 const friction_feedforward_input *input, float dt_s);
 

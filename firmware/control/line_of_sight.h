@@ -41,13 +41,13 @@ typedef struct {
   image_vector boresight;
 } camera_alignment;
 
-/* CONTROL_OK, or why these values are refused. */
+/* Returns CONTROL_OK, or why these values are refused. */
 control_status camera_mounting_check(const camera_mounting *mounting);
 
-/* For values that were checked; once when they change. */
+/* Precomputes the alignment from checked values. Call once when they change. */
 camera_alignment camera_align(const camera_mounting *mounting);
 
-/* What the sensor measured along its own rows and columns, as an error from the boresight along c and e. */
+/* Returns the error from the boresight along c and e, from what the sensor measured along its own rows and columns. */
 image_vector camera_error(const camera_alignment *alignment, image_vector measured);
 
 /* What brings the line of sight to a target. */
@@ -71,7 +71,8 @@ typedef struct {
   float roll_rad_s;
 } line_of_sight_rates;
 
-/* Of the stage's and the pitch body's inertial rates. `stage_rad_s`: about z; `pitch_rad_s`: about the pitch axis. */
+/* Returns the rates of the line of sight from the inertial rates of the stage about z and of the pitch body about the
+ * pitch axis. */
 line_of_sight_rates line_of_sight_of_joints(rotation pitch, float stage_rad_s, float pitch_rad_s);
 
 /* Inertia of both axes, kg m^2: that of the azimuth is J0 + J1 cos^2(theta). */
@@ -81,7 +82,7 @@ typedef struct {
   float pitch_kg_m2;
 } pointing_inertia;
 
-/* Of the azimuth at this pitch. */
+/* Returns the inertia of the azimuth at this pitch. */
 float pointing_azimuth_inertia_kg_m2(const pointing_inertia *inertia, rotation pitch);
 
 /* Torques of both joints for these rates (rad/s) and accelerations (rad/s^2) of the joints on a base at rest, without

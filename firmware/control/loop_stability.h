@@ -72,7 +72,7 @@ typedef struct {
 
 void loop_stability_start(loop_stability *state);
 
-/* Evaluates up to `count` frequencies; cost: about 1,200 instructions each, some 1,500 of them in all. */
+/* Evaluates up to `count` frequencies, of about 1,500 in all. Cost: about 1,200 instructions each. */
 loop_verdict loop_stability_step(loop_stability *state, const loop_stability_input *input, int count);
 
 #endif

@@ -33,18 +33,18 @@ typedef struct {
   float deflection_rad; /* z, mean bristle deflection */
 } lugre_state;
 
-/* Ranges as above, Ts >= Tc, and a bristle deflection Ts/s0 of at most 1 rad in both directions. */
+/* Checks the ranges above, Ts >= Tc, and a bristle deflection Ts/s0 of at most 1 rad in both directions. */
 control_status lugre_check(const lugre_params *params);
 
 void lugre_reset(lugre_state *state);
 
-/* The bristles after long sliding at this rate; relaxed when it is 0. */
+/* Sets the bristles to their state after long sliding at this rate; relaxed when it is 0. */
 void lugre_settle(lugre_state *state, const lugre_params *params, float speed_rad_s);
 
-/* g(v) of eq. (3) in Nm, always within [Tc, Ts]. The sign of the speed has no effect. */
+/* Returns g(v) of eq. (3) in Nm, always within [Tc, Ts]. The sign of the speed has no effect. */
 float lugre_stribeck_nm(const lugre_direction *direction, float speed_rad_s);
 
-/* Friction torque in steady sliding, eq. (5), in Nm; 0 at standstill. */
+/* Returns friction torque in steady sliding, eq. (5), in Nm; 0 at standstill. */
 float lugre_steady_nm(const lugre_params *params, float speed_rad_s);
 
 /* Advances the bristles by dt_s (1e-6 .. 1 s) at constant joint rate (within +-1e6 rad/s) and returns the mean friction

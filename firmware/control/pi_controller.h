@@ -23,10 +23,10 @@ typedef struct {
 
 control_status pi_controller_check(const pi_controller_params *params, float dt_s);
 
-/* `integral` is the output at zero error, e.g. the holding torque, for a bumpless start. */
+/* Starts with `integral` as the output at zero error, e.g. the holding torque, for a bumpless start. */
 void pi_controller_reset(pi_controller_state *state, float integral);
 
-/* The output of this tick before any limit. */
+/* Returns the output of this tick before any limit. */
 static inline float pi_controller_propose(const pi_controller_state *state, const pi_controller_params *params,
                                           float reference, float measured) {
   return params->proportional_gain * (params->setpoint_weight * reference - measured) + state->integral;

@@ -60,10 +60,10 @@ typedef struct {
   joint_vector acceleration_rad_s2;
 } pointing_command;
 
-/* CONTROL_OK, or why these parameters are refused. */
+/* Returns CONTROL_OK, or why these parameters are refused. */
 control_status pointing_tracker_check(const pointing_tracker_params *params);
 
-/* Nothing is known of a target. */
+/* Forgets the target. */
 void pointing_tracker_reset(pointing_tracker_state *state);
 
 /* Both as components of N, in the tick of the last step: how far the line of sight has turned during the last
@@ -80,19 +80,19 @@ typedef struct {
 
 pointing_target pointing_tracker_target(const pointing_tracker_state *state);
 
-/* Between two ticks: the target is known, and counts as one that has not been seen since its last frame; or it is not
- * known any more. */
+/* Sets what is known of the target, as if it had not been seen since its last frame, or that it is no longer known.
+ * Call between two ticks. */
 void pointing_tracker_assume(pointing_tracker_state *state, const pointing_target *target);
 void pointing_tracker_lose(pointing_tracker_state *state);
 
-/* One tick. `los` holds the measured inertial rates of the image frame, `pitch` is of the joint angle. Frames with an
- * age or an error out of range count as not valid, as in target_tracker_step. */
+/* Computes one tick. `los` holds the measured inertial rates of the image frame, `pitch` is of the joint angle. Frames
+ * with an age or an error out of range count as not valid, as in target_tracker_step. */
 pointing_command pointing_tracker_step(pointing_tracker_state *state, const pointing_tracker_params *params,
                                        const pointing_frame *frame, const line_of_sight_rates *los, rotation pitch,
                                        float dt_s);
 
-/* Between two ticks, outside of the time of the tick: the braking and the frame gains of the next tick, and the
- * jerk of a straight path. `error_rad` is that of the joints in the last tick. */
+/* Computes the braking and the frame gains of the next tick, and the jerk of a straight path. Call between two ticks.
+ * `error_rad` is that of the joints in the last tick. */
 void pointing_tracker_prepare(pointing_tracker_state *state, const pointing_tracker_params *params,
                               joint_vector error_rad, float dt_s);
 

@@ -20,7 +20,7 @@ typedef struct {
 
 control_status position_loop_check(const position_loop_params *params);
 
-/* The rate set-point in rad/s, within +-rate_limit, towards the target on the shorter side. No state. */
+/* Returns the rate set-point in rad/s, within +-rate_limit, towards the target on the shorter side. No state. */
 float position_loop_rate(const position_loop_params *params, angle_turn32 target, angle_turn32 measured,
                          float feedforward_rad_s);
 

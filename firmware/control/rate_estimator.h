@@ -28,10 +28,10 @@ typedef struct {
 
 control_status rate_estimator_check(const rate_estimator_params *params);
 
-/* At rest at `angle`. */
+/* Starts at rest at `angle`. */
 void rate_estimator_reset(rate_estimator_state *state, angle_turn32 angle);
 
-/* One tick; returns the joint rate in rad/s. Correct for less than half a turn within the window. */
+/* Computes one tick; returns the joint rate in rad/s. Correct for less than half a turn within the window. */
 float rate_estimator_step(rate_estimator_state *state, const rate_estimator_params *params, angle_turn32 angle,
                           float dt_s);
 

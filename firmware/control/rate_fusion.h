@@ -36,7 +36,7 @@ typedef struct {
 control_status rate_fusion_check(const rate_fusion_params *params);
 void rate_fusion_reset(rate_fusion_state *state);
 
-/* One tick; `gyro_rad_s` is ignored when `gyro_valid` is false. */
+/* Computes one tick; ignores `gyro_rad_s` when `gyro_valid` is false. */
 static inline rate_fusion_output rate_fusion_step(rate_fusion_state *state, const rate_fusion_params *params,
                                                   float gyro_rad_s, bool gyro_valid, float joint_rate_rad_s,
                                                   float dt_s) {

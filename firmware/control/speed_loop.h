@@ -52,7 +52,7 @@ typedef struct {
   float gyro_share;    /* of the rate about the axis that its gyro measures, -1 .. 1 */
 } speed_loop_pose;
 
-/* Of the largest inertia, as the gains follow it. */
+/* Returns the share of the largest inertia that the gains follow. */
 static inline float speed_loop_inertia_share(float inertia_kg_m2, float largest_kg_m2) {
   return scalar_clamp(inertia_kg_m2 / largest_kg_m2, SPEED_LOOP_MIN_INERTIA_SHARE, 1.0f);
 }
@@ -117,7 +117,7 @@ typedef struct {
 
 control_status speed_loop_check(const speed_loop_params *params, float dt_s);
 
-/* At rest at `angle`, all estimates 0. */
+/* Starts at rest at `angle`, with all estimates 0. */
 void speed_loop_reset(speed_loop_state *state, const speed_loop_params *params, angle_turn32 angle, float dt_s);
 
 /* Closes the loop in this tick on an axis that may be turning. The sensed state stays; the controller starts with no
@@ -148,8 +148,8 @@ speed_loop_output speed_loop_control(speed_loop_state *state, const speed_loop_p
 void speed_loop_retune(speed_loop_state *state, const speed_loop_params *from, const speed_loop_params *to,
                        const speed_loop_rates *rates, const speed_reference *reference, float applied_nm, float dt_s);
 
-/* Closes a running loop again with other parameters, when the estimates of the old ones are worth nothing: `rates` are
- * those of the last tick, `holding_nm` is the torque without a rate error. */
+/* Closes a running loop again with other parameters. Call it instead of speed_loop_retune when the estimates of the old
+ * ones are useless. `rates` are those of the last tick, `holding_nm` is the torque at zero rate error. */
 void speed_loop_restart(speed_loop_state *state, const speed_loop_params *params, const speed_loop_rates *rates,
                         float holding_nm, float dt_s);
 

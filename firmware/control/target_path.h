@@ -33,15 +33,16 @@ typedef struct {
   float horizontal; /* cosine of the elevation */
 } target_place;
 
-/* From joints at `joint_rad`; `target` along the image axes of their line of sight. */
+/* Returns the straight path of a target seen from joints at `joint_rad`; `target` along the image axes of their line of
+ * sight. */
 target_path target_path_straight(joint_vector joint_rad, const pointing_target *target);
 
 target_path target_path_round(joint_vector angle_rad, joint_vector rate_rad_s);
 
-/* `time_s` after the start. */
+/* Returns the place `time_s` after the start. */
 target_place target_path_at(const target_path *path, float time_s);
 
-/* The same as pointing_tracker_target: what a camera would see from joints whose azimuth is `azimuth_error_rad` away
+/* Returns what a camera would see, as pointing_tracker_target, from joints whose azimuth is `azimuth_error_rad` away
  * from the target, within a quarter of a turn. */
 pointing_target target_path_seen(const target_place *place, float azimuth_error_rad, rotation pitch);
 

@@ -46,17 +46,18 @@ typedef struct {
   float after_s; /* the answer: from its start on */
 } target_return;
 
-/* How far the azimuth must turn for this difference of angles, in `direction` or by the shorter turn. */
+/* Returns how far the azimuth must turn for this difference of angles, in `direction` or by the shorter turn, rad. */
 float target_return_error_rad(float difference_rad, float direction);
 
-/* The rate of a joint that is `error_rad` from its target: the target's, and towards it what it can still brake. */
+/* Returns the rate of a joint that is `error_rad` from its target: the target's rate, plus the rate towards it from
+ * which the joint can still brake. */
 float target_return_rate_rad_s(const joint_target *target, float error_rad, float proportional_per_s,
                                float limit_rad_s2);
 
 /* Begins a prediction; `found` and `after_s` of the last one stay. */
 void target_return_begin(target_return *self, const target_return_limits *limits, const target_return_start *start);
 
-/* One step of a prediction that runs. */
+/* Computes one step of a running prediction. */
 void target_return_step(target_return *self);
 
 #endif

@@ -63,10 +63,11 @@ typedef struct {
 control_status target_tracker_check(const target_tracker_params *params);
 void target_tracker_reset(target_tracker_state *state);
 
-/* How far the line of sight has turned during the last `age_ticks` ticks, rad; 0 .. TARGET_TRACKER_HISTORY - 1. */
+/* Returns how far the line of sight has turned during the last `age_ticks` ticks (0 .. TARGET_TRACKER_HISTORY - 1),
+ * rad. */
 float target_tracker_los_motion_rad(const target_tracker_state *state, int age_ticks, float dt_s);
 
-/* Between two ticks: the gains of a frame in the next tick. */
+/* Returns the gains of a frame in the next tick. Call between two ticks. */
 target_tracker_gains target_tracker_prepare_gains(const target_tracker_state *state,
                                                   const target_tracker_params *params, float dt_s);
 
@@ -77,17 +78,18 @@ void target_tracker_step_components(target_tracker_state components[2], const ta
                                     const target_tracker_gains *prepared, const camera_frame *frame,
                                     const float error_rad[2], const float los_rate_rad_s[2], float dt_s);
 
-/* Between two of these ticks, while the target is known: changes the acceleration by the jerk of a straight path. */
+/* Changes the acceleration by the jerk of a straight path. Call between two of these ticks, while the target is
+ * known. */
 void target_tracker_follow_straight_path(target_tracker_state components[2], float dt_s);
 
-/* Between two ticks: takes a target that another source than a frame has given. */
+/* Takes a target that another source than a frame has given. Call between two ticks. */
 void target_tracker_assume(target_tracker_state *state, float error_rad, float rate_rad_s, float acceleration_rad_s2);
 
-/* One tick in which another estimate is in use: the motion of the line of sight is remembered, the target is not. */
+/* Remembers the motion of the line of sight and forgets the target, in a tick in which another estimate is in use. */
 void target_tracker_remember(target_tracker_state *state, float los_rate_rad_s);
 
-/* One tick. `los_rate_rad_s` is the measured inertial rate of the line of sight. A frame with an age outside its
- * range, or an error that is not finite or beyond half a turn, counts as not valid. */
+/* Computes one tick. `los_rate_rad_s` is the measured inertial rate of the line of sight. A frame with an age outside
+ * its range, or an error that is not finite or beyond half a turn, counts as not valid. */
 speed_reference target_tracker_step(target_tracker_state *state, const target_tracker_params *params,
                                     const camera_frame *frame, float los_rate_rad_s, float dt_s);
 

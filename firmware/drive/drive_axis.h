@@ -90,24 +90,23 @@ bool drive_axis_obeys_stimulus(const drive_axis *axis);
  * the last step. */
 bool drive_axis_turns(const drive_axis *axis, const drive_axis_inputs *inputs);
 
-/* Not ready to switch on, off. The first position is within half a turn of the encoder's zero. */
+/* Resets the drive: not ready to switch on, axis off, position within half a turn of the encoder's zero. */
 void drive_axis_reset(drive_axis *axis, angle_turn32 joint_angle);
 
 /* Fills the inputs that the servo axis knows; leaves the others unchanged. */
 void drive_axis_sense(drive_axis_inputs *inputs, const servo_axis *servo, const servo_axis_params *params,
                       const servo_axis_samples *samples);
 
-/* The same, but the turns counted so far stay. */
+/* As drive_axis_reset, but keeps the turns counted so far. */
 void drive_axis_restart(drive_axis *axis, angle_turn32 joint_angle);
 
-/* The position turns out to be whole turns away: shifts it, and everything that refers to it. A target of pp is
- * dropped; its reference was wrong. */
+/* Shifts the position, and everything that refers to it, by whole turns. Call when the turn counted so far was wrong.
+ * Drops a target of pp, because its reference was wrong. */
 void drive_axis_shift(drive_axis *axis, int turns);
 
-/* The command for the axis in this tick; it is owned by the drive. A stop is complete when its ramp has ended and the
+/* Returns the command for the axis in this tick; the drive owns it. A stop is complete when its ramp has ended and the
  * axis turns no faster than 606F, or after another 200 ms: waiting longer would not stop an axis that still turns.
- * Inputs that are implausible or not finite cause fault 7300, which removes the
- * torque. */
+ * Inputs that are implausible or not finite cause fault 7300, which removes the torque. */
 const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects *objects,
                                           const drive_axis_inputs *inputs, float dt_s);
 
@@ -115,7 +114,7 @@ const servo_axis_command *drive_axis_step(drive_axis *axis, const drive_objects 
  * found here is a fault of the next step. */
 void drive_axis_report(drive_axis *axis, drive_objects *objects, const drive_axis_inputs *inputs, float dt_s);
 
-/* Call drive_motion_prepare last, before the next step. */
+/* Prepares the ramp of the next tick. Call it last, before the next step. */
 static inline void drive_axis_prepare(drive_axis *axis, const drive_objects *objects, const drive_machine *machine,
                                       float dt_s) {
   drive_motion_prepare(&axis->motion, objects, machine, dt_s);

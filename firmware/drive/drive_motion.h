@@ -84,12 +84,12 @@ typedef struct {
 
 bool drive_mode_supported(int8_t mode);
 
-/* The complete ramp limits of this tick: profile velocity and deceleration depend on the motion. */
+/* Returns the complete ramp limits of this tick: profile velocity and deceleration depend on the motion. */
 profile_limits drive_profile_limits(const drive_limit_objects *limit, float rate_rad_s, uint32_t deceleration);
 
 void drive_motion_reset(drive_motion *motion, drive_angle position);
 
-/* The position of the axis is `by` away from what it was believed to be: so is every other one. */
+/* Shifts every position by `by`. Call when the position of the axis was wrong by that much. */
 void drive_motion_shift(drive_motion *motion, drive_angle by);
 
 /* One tick. An unsupported mode leaves the current one in effect. In pp, pv and hm it takes the prepared step. In the

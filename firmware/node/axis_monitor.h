@@ -51,14 +51,14 @@ enum {
   RESTRICTED_COMMISSIONING = 4     /* 2060:21 = 2: slow */
 };
 
-/* The fastest rate that is allowed now in this direction, -1 or 1. */
+/* Returns the fastest rate that is allowed now in this direction, -1 or 1. */
 float axis_monitor_fastest_rad_s(const axis_monitor *monitor, float direction);
 
-/* No fault detected yet; the limits stay. */
+/* Forgets detected faults; the limits stay. */
 void axis_monitor_reset(axis_monitor *monitor);
 
-/* The faults that the samples of this tick show, and those that the last deferred task has judged; `drive` is as the
- * last tick left it. Call it between `servo_board_sample` and `servo_board_control`. */
+/* Returns the faults that the samples of this tick show, and those that the last deferred task has found; `drive` is as
+ * the last tick left it. Call it between `servo_board_sample` and `servo_board_control`. */
 fault_set axis_monitor_step(axis_monitor *monitor, const servo_board *board, int axis, const drive_axis *drive);
 
 /* What the monitors cannot see on the board. */
@@ -69,26 +69,26 @@ typedef struct {
   bool reduced_speed; /* 2062 */
 } axis_monitor_setting;
 
-/* After each tick, in the deferred task: the monitors that need many ticks, so that one more does not count. */
+/* Runs the slow monitors, for which a delay of a tick does not matter. Call after each tick, in the deferred task. */
 void axis_monitor_judge(axis_monitor *monitor, const servo_board *board, int axis, const axis_monitor_setting *setting);
 
-/* The gains have changed: an oscillation that the old ones caused no longer counts. */
+/* Forgets an oscillation that the old gains caused. Call when the gains have changed. */
 void axis_monitor_retuned(axis_monitor *monitor);
 
-/* For a tick with a fault or a protective stop: how the drive must brake. */
+/* Writes how the drive must brake, for a tick with a fault or a protective stop. */
 void axis_monitor_protect(axis_monitor *monitor, const servo_axis_params *params, drive_axis_inputs *inputs);
 
-/* The axis may be switched on: its travel is known, or it is declared to have none. */
+/* Returns whether the axis may be switched on: its travel is known, or it is declared to have none. */
 static inline bool axis_monitor_may_enable(const axis_monitor *monitor) {
   return (monitor->restrictions & RESTRICTED_NO_TRAVEL) == 0;
 }
 
-/* Between two ticks, every 4 ms: while an axis is off after a fault of its sensors, its bridge or its motor, the motor
- * as a witness forgets what it has learned from them. They are repaired before the fault reset. */
+/* Forgets what the motor witness has learned while an axis is off after a fault of its sensors, its bridge or its
+ * motor, because these are repaired before the fault reset. Call between two ticks, every 4 ms. */
 void axis_monitor_distrust(axis_monitor *monitor, const drive_axis *drive);
 
-/* Between two ticks, every 4 ms: finds the turn of the start position and shifts the drive's position to it.
- * An encoder that jumped may have counted a turn too many: its turn is looked for again. */
+/* Finds the turn of the start position and shifts the drive's position to it. Searches again after an encoder jumped,
+ * because it may have counted a turn too many. Call between two ticks, every 4 ms. */
 void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive);
 
 /* The operator has seen the axis at this position, in 1e-7 rad. False, and nothing changes: no possible turn is within
@@ -96,23 +96,23 @@ void axis_monitor_locate(axis_monitor *monitor, drive_axis *drive);
 bool axis_monitor_may_see(const axis_monitor *monitor, const drive_axis *drive, int32_t position);
 void axis_monitor_see(axis_monitor *monitor, const drive_axis *drive, int32_t position);
 
-/* What homing needs to know. */
+/* Writes the inputs that homing needs. */
 void axis_monitor_inform_homing(const axis_monitor *monitor, drive_axis_inputs *inputs);
 
-/* Between two ticks, every 4 ms: the restrictions and the limits of the envelope. */
+/* Updates the restrictions and the limits of the envelope. Call between two ticks, every 4 ms. */
 void axis_monitor_limit(axis_monitor *monitor);
 
 /* Adds the inputs of the last step to the history of the log. */
 void axis_monitor_remember(const axis_monitor *monitor, int axis, fault_log *log);
 
-/* Limits of the axis for its drive: from 0x2060 and the motor of its parameters. */
+/* Returns the limits of the axis for its drive, from 0x2060 and the motor of its parameters. */
 drive_machine axis_monitor_machine(const axis_monitor *monitor, const servo_axis_params *params);
 
-/* Of the axis' holding brake, from 0x2060. */
+/* Returns the times of the axis' holding brake, from 0x2060. */
 holding_brake_times axis_monitor_brake(const axis_monitor *monitor);
 
-/* The default of 607D: the hard travel less 1 degree at each end, so that a ramp to 607D stops well before the fault.
- * {0, 0}, which limits nothing, without a hard travel or when it is less than 4 degrees. */
+/* Returns the default of 607D: the hard travel less 1 degree at each end, so that a ramp to 607D stops well before the
+ * fault. Returns {0, 0}, which limits nothing, without a hard travel or when it is less than 4 degrees. */
 drive_travel axis_monitor_default_travel(const axis_monitor *monitor);
 
 #endif

@@ -34,8 +34,8 @@ extern const od_table experiment_objects_table;
 /* The owner of the part is the servo_node_axis. */
 extern const od_hooks experiment_objects_hooks;
 
-/* One tick of a running experiment: writes the set-point for the drive into `command`; returns false when there is
- * none. */
+/* Computes one tick of a running experiment: writes the set-point for the drive into `command`; returns false when
+ * there is none. */
 bool experiment_objects_step(experiment_objects *objects, const drive_axis *drive, angle_turn32 angle,
                              float joint_rate_rad_s, servo_axis_command *command, float dt_s);
 

@@ -19,8 +19,8 @@ typedef struct {
   fault_id reported; /* to be reported now, after `over`, and logged; FAULT_NONE: nothing */
 } fault_reports_item;
 
-/* Every tick: `latched` is the fault that the axis is in, or FAULT_NONE; `found` has all faults detected in this
- * tick. */
+/* Returns what to report in this tick. `latched` is the fault that the axis is in, or FAULT_NONE; `found` has all
+ * faults detected in this tick. Call every tick. */
 fault_reports_item fault_reports_step(fault_reports *reports, fault_id latched, fault_set found);
 
 #endif

@@ -30,16 +30,17 @@ typedef struct {
   uint32_t damaged; /* bit n: block n, until it is sealed again */
 } guarded_sets;
 
-/* Adds and seals all sets; false: no room for them. */
+/* Adds all sets and takes their complements. Returns false when there is no room for them. */
 bool guarded_sets_start(guarded_sets *sets, const guarded_axis axes[SERVO_AXES], const hal_scales *scales);
 
-/* The scales were changed on purpose. */
+/* Renews the complement of the scales. Call after an intended change of them. */
 void guarded_sets_take_scales(guarded_sets *sets);
 
-/* Each ms: seals what was changed on purpose, and compares the next slice. Cost: about 170 instructions. */
+/* Renews the complement of what was changed intentionally, and compares the next slice. Call each ms. Cost: about 170
+ * instructions. */
 void guarded_sets_step(guarded_sets *sets);
 
-/* Whether a value that this axis uses has changed by itself. */
+/* Returns whether a value that this axis uses has changed by itself. */
 bool guarded_sets_damaged(const guarded_sets *sets, int axis);
 
 #endif

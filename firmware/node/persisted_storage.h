@@ -59,8 +59,8 @@ typedef struct {
   parameter_row rows[PERSISTED_MAX_ROWS];
 } persisted_storage;
 
-/* Searches the newest set that passes all checks. `factory` is in effect now; `flash`: two areas that exist longer than
- * the storage, or NULL. */
+/* Searches for the newest set that passes all checks. `factory` is in effect now; `flash`: two areas that exist longer
+ * than the storage, or NULL. */
 void persisted_storage_start(persisted_storage *storage, const object_dictionary *dictionary,
                              const persisted_objects *factory, const hal_flash *flash, uint32_t schema_hash);
 
@@ -72,13 +72,13 @@ typedef struct {
   const persisted_objects *in_force; /* values to be saved */
 } persisted_command;
 
-/* Of the owner's word, as stored; 0: none. */
+/* Returns the stored hash of the owner's word, or 0 if there is none. */
 uint64_t persisted_storage_access_hash(const persisted_storage *storage);
 
-/* OD_PENDING: call again in the next tick. */
+/* Executes a command. Call again in the next tick after OD_PENDING. */
 od_abort persisted_storage_command(persisted_storage *storage, const persisted_command *command);
 
-/* In each tick, after the commands. Returns true when `stored` has changed. */
+/* Completes commands. Call in each tick, after the commands. Returns true when `stored` has changed. */
 bool persisted_storage_tick(persisted_storage *storage);
 
 /* Makes the rows of a new set, or does at most one flash operation, which may take 25 ms. persisted_storage_tick and

@@ -27,7 +27,7 @@ typedef struct {
 
 extern const od_table recorded_tick_table;
 
-/* After the control of a tick. `stimulated`: the experiment gave the set-point. */
+/* Records a tick. Call after its control. `stimulated`: the experiment gave the set-point. */
 void recorded_tick_take(recorded_tick *recorded, const servo_board *board, int axis, const experiment_objects *objects,
                         bool stimulated, uint32_t tick);
 

@@ -28,15 +28,16 @@ typedef struct {
   joint_vector joint_rad;
 } return_prediction_inputs;
 
-/* Nothing is tracked by both axes. */
+/* Ends the prediction and forgets its result. Call when the axes do not track together. */
 void return_prediction_reset(return_prediction *self);
 
-/* One tick; a prediction takes one per step. Returns the time until the line of sight is back, in ms: 0 while the axes
- * follow the target, RETURN_UNKNOWN before the first answer and when it is not back within the time of a prediction. */
+/* Computes one tick; a prediction takes one tick per step. Returns the time until the line of sight is back, in ms: 0
+ * while the axes follow the target, RETURN_UNKNOWN before the first result and when it is not back within the time of a
+ * prediction. */
 uint16_t return_prediction_step(return_prediction *self, const target_return_limits *limits,
                                 const return_prediction_inputs *inputs, uint32_t tick);
 
-/* From the first tick in which the target was not followed to its return; 0: not known. */
+/* Returns the time from the first tick in which the target was not followed to its return, s; 0 if not known. */
 float return_prediction_absence_s(const return_prediction *self);
 
 #endif

@@ -11,7 +11,7 @@ enum { SCOPE_SIGNALS_PER_AXIS = 12, SCOPE_SIGNALS = 24 };
 /* Object 0x3002: sub-index n is the name of signal n, with its unit at the end ("azimuth.torque_nm"). */
 extern const od_table scope_signals_table;
 
-/* Offset in `servo_node` of signal 1 .. SCOPE_SIGNALS; all are floats. */
+/* Returns the offset in `servo_node` of signal 1 .. SCOPE_SIGNALS; all are floats. */
 uint32_t scope_signal_offset(uint32_t signal);
 
 #endif

@@ -115,37 +115,37 @@ typedef struct {
  * moved in memory afterwards. */
 bool servo_node_start(servo_node *node, const servo_node_config *config);
 
-/* From the CAN receive interrupt, or from one other thread. Returns false when the queue was full; the frame is lost
- * and counted. */
+/* Queues a received frame. Call from the CAN receive interrupt, or from one other thread. Returns false when the queue
+ * was full; the frame is lost and counted. */
 bool servo_node_receive(servo_node *node, const can_frame *frame);
 
-/* Before a tick: the CAN controller went bus-off, so no frame can be received. Both axes stop. */
+/* Stops both axes. Call before a tick when the CAN controller went bus-off, because no frame can be received then. */
 void servo_node_bus_off(servo_node *node);
 
-/* Before a tick: reports a fault of the board itself, not of an axis, by EMCY and in the log. A fault that does not
- * persist ends at once: only the history keeps it. */
+/* Reports a fault of the board itself, not of an axis, by EMCY and in the log. Call before a tick. A fault that does
+ * not persist (`lasts` false) ends at once: only the history keeps it. */
 void servo_node_report(servo_node *node, fault_id fault, uint8_t detail, bool lasts);
 
-/* Optional, shortly before a tick and in its thread: takes process data that has arrived, so that the tick has less
- * work.
- */
+/* Takes process data that has arrived, so that the tick has less work. Optional; call shortly before a tick and in its
+ * thread. */
 void servo_node_take(servo_node *node);
 
-/* Every 1 ms: takes process data, then computes the current set-points of both axes from the samples. */
+/* Call every 1 ms. Takes process data, then computes the current set-points of both axes from the samples. */
 void servo_node_tick(servo_node *node);
 
-/* The same, when servo_node_take has just run: later frames take effect in the next tick, and the cost of this one does
- * not depend on when frames arrive. */
+/* As servo_node_tick, but takes no process data. Call right after servo_node_take: later frames take effect in the next
+ * tick, so the cost of this one does not depend on when frames arrive. */
 void servo_node_tick_taken(servo_node *node);
 
-/* After each tick and before the next, never within one: sends, answers, records. Values received by SDO take effect in
- * the next tick. */
+/* Sends, answers requests and records. Call after each tick and before the next, never within one. Values received by
+ * SDO take effect in the next tick. */
 void servo_node_serve(servo_node *node);
 
-/* Between ticks, or from a background that the tick interrupts, repeatedly: stores, one flash operation per call. */
+/* Stores, with one flash operation per call. Call repeatedly between ticks, or from a background that the tick
+ * interrupts. */
 void servo_node_background(servo_node *node);
 
-/* The whole dictionary, for printing EDS and other descriptions. */
+/* Returns the whole dictionary, for printing EDS and other descriptions. */
 const object_dictionary *servo_node_dictionary(const servo_node *node);
 
 #endif

@@ -39,13 +39,13 @@ typedef struct {
   turn_back turn;
 } target_tracking;
 
-/* Before the first frame. */
+/* Initialises tracking. Call before the first frame. */
 void tracking_start(target_tracking *self, hal *machine);
 
 /* Of the part of the camera's objects; its owner is the `target_tracking`. */
 extern const od_hooks tracking_hooks;
 
-/* Takes the frame that has arrived, if one has, and estimates the target. `tracking_axes`: so many drives run in mode
+/* Takes the frame that has arrived, if one has, and estimates the target. `tracking_axes`: number of drives in mode
  * -1. */
 void tracking_take(target_tracking *self, servo_board *board, int tracking_axes);
 
@@ -55,9 +55,9 @@ void tracking_command(const target_tracking *self, int axis, drive_axis *drive, 
 /* Writes what the bus can read. */
 void tracking_report(target_tracking *self, const drive_axis *azimuth, const drive_axis *pitch, uint32_t tick);
 
-/* While the axes do not track together: gets ready with these gains, so that the tick that begins need not. Gains that
- * change while they track count from the next time on. `azimuth_swing_kg_m2`: what the pitch body adds to the azimuth's
- * inertia at pitch 0. `changes`: differs when any of these has changed. */
+/* Prepares tracking with these gains, so that the tick in which it begins need not. Call while the axes do not track
+ * together; gains that change while they do take effect the next time. `azimuth_swing_kg_m2`: what the pitch body adds
+ * to the azimuth's inertia at pitch 0. `changes`: differs when any of these has changed. */
 void tracking_prepare(target_tracking *self, const servo_params *servo, float azimuth_swing_kg_m2, uint32_t changes);
 
 #endif

@@ -50,10 +50,10 @@ typedef struct {
 
 void turn_back_reset(turn_back *self);
 
-/* Whether the target is where the azimuth cannot look with its present turn. */
+/* Returns whether the target is where the azimuth cannot point with its present turn. */
 bool turn_back_is_outside(const turn_back *self, const joint_travel *travel);
 
-/* One tick, with the line of sight that both axes track. */
+/* Computes one tick, with the line of sight that both axes track. */
 void turn_back_step(turn_back *self, pointing *line_of_sight, const pointing_motion *motion,
                     const turn_back_inputs *inputs);
 

@@ -36,19 +36,20 @@ typedef struct {
 /* The anti-windup rate (2000:4) counts up to so many times ki/kp. */
 #define ANTI_WINDUP_FACTOR 2.0f
 
-/* Designs and checks; `*built` is written only with CONTROL_OK. Not for the tick: about 100 us on a board. */
+/* Designs filters and gains and checks them. Writes `*built` only if it returns CONTROL_OK. Not for the tick: about 100
+ * us on a board. */
 control_status axis_parameters_build(const axis_parameters *parameters, servo_axis_params *built);
 
-/* Why axis_parameters_build refuses these parameters: the value that is wrong and what would be right; status
- * CONTROL_OK when it takes them. First each value by itself, as the list says, then what must hold between two. Cost:
- * as axis_parameters_build, and the search for a row when something is wrong. */
+/* Returns why axis_parameters_build refuses these parameters: the value that is wrong and what would be right; status
+ * CONTROL_OK if it accepts them. Checks first each value by itself, by the ranges of the list, then what must hold
+ * between two. Cost: that of axis_parameters_build, and the search for a row when something is wrong. */
 parameter_refusal axis_parameters_check(const axis_parameters *parameters);
 
-/* Whether a row of axis_parameters_table is a member of axis_parameters, and the value of this member. */
+/* Return whether a row of axis_parameters_table is a member of axis_parameters, and the value of this member. */
 bool axis_parameters_has(const od_entry *entry);
 float axis_parameters_value(const axis_parameters *parameters, const od_entry *entry);
 
-/* CRC-32 (IEEE 802.3) over the values, to distinguish sets. */
+/* Returns the CRC-32 (IEEE 802.3) over the values, to distinguish sets. */
 uint32_t axis_parameters_crc(const axis_parameters *parameters);
 
 #endif

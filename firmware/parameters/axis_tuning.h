@@ -45,39 +45,39 @@ control_status axis_tuning_start(axis_tuning *tuning, const axis_parameters *par
 /* Frequencies of one slice, so that two axes leave most of the ms to the rest of the deferred task. */
 enum { AXIS_TUNING_SLICE = 12 };
 
-/* One slice of the check whether the staged set is stable on the plant that it names (0x2056), and its feedforwards fit
- * this plant and the motor (feedforward_check.h). Call it once per ms until it is not LOOP_RUNNING any more; it starts
- * again when the staged set has changed. After LOOP_REFUSED `refusal` names the feedforward that is too large, its
- * range and the value that sets its limit. For loops that are not stable it names the value that differs most from the
- * active set, as limits the active value, and no bound. A set that cannot be built counts as stable: axis_tuning_apply
- * says what is wrong with it. */
+/* Computes one slice of the check of the staged set: whether it is stable on the plant that it names (0x2056), and
+ * whether its feedforwards fit this plant and the motor (feedforward_check.h). Call it once per ms until it no longer
+ * returns LOOP_RUNNING; it starts again when the staged set has changed. After LOOP_REFUSED `refusal` names the
+ * feedforward that is too large, its range and the value that sets its limit. For loops that are not stable it names
+ * the value that differs most from the active set, with the active value as both limits and no bound. A set that cannot
+ * be built counts as stable: axis_tuning_apply reports what is wrong with it. */
 loop_verdict axis_tuning_judge(axis_tuning *tuning);
 
-/* Staged becomes active, also on a running axis. Call it between ticks. */
+/* Makes the staged set active, also on a running axis. Call it between ticks. */
 control_status axis_tuning_apply(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
 
-/* The active set becomes the staged one. */
+/* Makes the active set the staged one: discards what is staged. */
 void axis_tuning_revert(axis_tuning *tuning);
 
-/* The set before the last apply becomes staged and active again; twice is a redo. */
+/* Makes the set before the last apply staged and active again. A second call is a redo. */
 control_status axis_tuning_undo(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float tick_s);
 
-/* The first half of axis_tuning_undo. */
+/* Makes the set before the last apply staged, as the first half of axis_tuning_undo. */
 void axis_tuning_stage_previous(axis_tuning *tuning);
 
-/* Every ms. `closed`: a loop is closed and does not oscillate. After AXIS_TUNING_PROVEN_TICKS of them the active set is
- * proven. */
+/* Counts a ms of the active set. `closed`: a loop is closed and does not oscillate. After AXIS_TUNING_PROVEN_TICKS such
+ * calls the active set is proven. Call it every ms. */
 void axis_tuning_ran(axis_tuning *tuning, bool closed);
 
-/* Whether there is a proven set other than the active one. */
+/* Returns whether there is a proven set other than the active one. */
 static inline bool axis_tuning_can_take_back(const axis_tuning *tuning) { return !tuning->proven_is_active; }
 
-/* The active set makes the axis oscillate: the proven one becomes active instead, and the loop closes with
- * `holding_nm`. The staged set stays. */
+/* Restores the proven set and closes the loop with `holding_nm` as initial torque. Call when the active set makes the
+ * axis oscillate. The staged set stays. */
 void axis_tuning_take_back(axis_tuning *tuning, servo_axis *axis, servo_axis_params *in_force, float holding_nm,
                            float tick_s);
 
-/* Updates `flags`: staged differs from active; active differs from the stored values. */
+/* Updates `flags`: whether staged differs from active, and active from the stored values. */
 void axis_tuning_refresh(axis_tuning *tuning);
 
 #endif

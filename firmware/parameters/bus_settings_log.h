@@ -45,10 +45,10 @@ void bus_settings_log_open(bus_settings_log *log, const hal_flash *flash, const 
 /* Requests a save. Returns false when one is in progress. */
 bool bus_settings_log_begin(bus_settings_log *log, const bus_settings *settings);
 
-/* SAVED and FAILED report the last save, once. */
+/* Returns SAVED or FAILED once after a save. */
 bus_settings_work bus_settings_log_take_result(bus_settings_log *log);
 
-/* In the background: at most one flash operation. Returns true when there was one to do. */
+/* Does at most one flash operation. Call in the background. Returns true when there was one to do. */
 bool bus_settings_log_step(bus_settings_log *log);
 
 #endif

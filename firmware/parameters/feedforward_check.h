@@ -19,8 +19,8 @@
 #define FEEDFORWARD_PLANT_FACTOR 3.0f
 #define FEEDFORWARD_MOTOR_SHARE 0.5f
 
-/* CONTROL_UNSTABLE names the first value that is too large, its permitted range, and the value that sets the limit. The
- * set must be one that axis_parameters_build takes. */
+/* Returns status CONTROL_UNSTABLE with the first value that is too large, its permitted range and the value that sets
+ * the limit, else CONTROL_OK. The set must be one that axis_parameters_build accepts. */
 parameter_refusal feedforward_check(const axis_parameters *set);
 
 #endif

@@ -106,7 +106,7 @@ void parameter_store_open(parameter_store *store, const hal_flash areas[PARAMETE
  * `capacity` rows, or the data read differ from the saved data. */
 bool parameter_store_load(const parameter_store *store, uint32_t n, parameter_row *rows, uint32_t capacity);
 
-/* The next save must not overwrite found[n]; for a caller that refuses a newer record. */
+/* Protects found[n] from the next save, for a caller that refuses a newer record. */
 void parameter_store_use(parameter_store *store, uint32_t n);
 
 /* Starts a save; `rows` must not change until the store is no longer busy. Returns false when it is busy, a record with
@@ -116,7 +116,7 @@ bool parameter_store_begin(parameter_store *store, uint32_t schema_hash, const p
 /* Does the next step, if there is one: at most one page erased or one double word programmed. */
 void parameter_store_step(parameter_store *store);
 
-/* SAVED and FAILED report the last save, until the next one begins. */
+/* Returns the state; SAVED and FAILED report the last save, until the next one begins. */
 parameter_store_state parameter_store_progress(const parameter_store *store);
 
 #endif

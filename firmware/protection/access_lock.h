@@ -36,7 +36,7 @@ typedef struct {
 
 typedef enum { ACCESS_OPENED, ACCESS_WRONG_WORD, ACCESS_DELAYED, ACCESS_NO_CLIENT } access_answer;
 
-/* Each function acts for the caller. */
+/* Returns whether the lock is open for the caller. Each function acts for the caller. */
 bool access_lock_is_open(const access_lock *lock);
 
 /* Compares the word (8 letters, lowest byte first) with the owner's, or with "open" while none is set. A wrong word
@@ -48,13 +48,13 @@ void access_lock_close(access_lock *lock);
 uint32_t access_lock_ticks_left(const access_lock *lock);
 uint32_t access_lock_delay_ticks(const access_lock *lock);
 
-/* For all callers: after a reset or bus-off. The delays go on. */
+/* Closes the lock for all callers. Call after a reset or bus-off. The delays go on. */
 void access_lock_close_all(access_lock *lock);
 
-/* What the node keeps of a word; never 0. */
+/* Returns what the node stores of a word; never 0. */
 uint64_t access_lock_hash(const access_lock *lock, uint64_t word);
 
-/* Every ms. */
+/* Counts one ms. */
 void access_lock_tick(access_lock *lock);
 
 #endif

@@ -96,36 +96,36 @@ enum {
   PROTECTION_TRAVEL = 2    /* minimum above maximum, or twice the stopping margin leaves no travel */
 };
 
-/* Whether 2060:9 and 2060:10 limit the travel. */
+/* Returns whether 2060:9 and 2060:10 limit the travel. */
 static inline bool protection_has_travel(const protection_limits *limits) {
   return limits->minimum_rad < limits->maximum_rad;
 }
 
 uint8_t protection_contradictions(const protection_limits *limits);
 
-/* Why these limits may not take effect: the limit that is wrong and what would be right; status CONTROL_OK: they may.
- * A limit that another one bounds must be within what is right, not at its end. */
+/* Returns why these limits may not take effect: the limit that is wrong and what would be right; status CONTROL_OK if
+ * they may. A limit that another one bounds must be within the permitted range, not at its end. */
 parameter_refusal protection_refusal(const protection_limits *limits);
 
-/* CONTROL_OK: these limits may take effect. */
+/* Returns CONTROL_OK if these limits may take effect. */
 control_status protection_check(const protection_limits *limits);
 
-/* Largest difference of gyro and encoder that FAULT_SENSORS_DISAGREE permits at this rate. */
+/* Returns the largest difference of gyro and encoder that FAULT_SENSORS_DISAGREE permits at this rate. */
 float protection_sensor_difference_rad_s(const protection_limits *limits, float joint_rate_rad_s);
 
-/* No fault counted yet; what is known of the winding is kept. */
+/* Restarts the counts of all faults; keeps what is known of the winding. */
 void axis_protection_reset(axis_protection *protection);
 
-/* The faults that this tick shows. */
+/* Returns the faults that this tick shows. */
 fault_set axis_protection_step(axis_protection *protection, const protection_limits *limits,
                                const protection_motor *motor, const protection_inputs *in, float dt_s);
 
-/* After the tick, in the deferred task and with the same inputs: the faults that the motor shows, and what is learned
- * of its winding. They count from the next tick on. */
+/* Returns the faults that the motor shows, and updates what is known of its winding. Call after the tick, in the
+ * deferred task and with the same inputs; the faults count from the next tick on. */
 fault_set axis_protection_judge(axis_protection *protection, const protection_limits *limits,
                                 const protection_motor *motor, const protection_inputs *in, float dt_s);
 
-/* Whether the winding is near its limit: 90 % of the continuous current. */
+/* Returns whether the winding is near its limit: 90 % of the continuous current. */
 bool axis_protection_warns(const axis_protection *protection, const protection_limits *limits);
 
 #endif

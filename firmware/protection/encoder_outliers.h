@@ -22,7 +22,7 @@ typedef enum {
   ENCODER_ERRATIC  /* the same, and a fault */
 } encoder_verdict;
 
-/* One tick; both changes are from the last tick to this one. A limit of 0 finds nothing. */
+/* Checks one tick; both changes are from the last tick to this one. A limit of 0 finds nothing. */
 encoder_verdict encoder_outliers_step(encoder_outliers *outliers, float limit_rad, float increment_change_rad,
                                       float gyro_change_rad);
 

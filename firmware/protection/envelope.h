@@ -86,10 +86,10 @@ typedef struct {
   int rest_ticks;
 } envelope_state;
 
-/* Between two ticks, when a parameter may have changed. */
+/* Computes the limits. Call between two ticks, when a parameter may have changed. */
 envelope_limits envelope_prepare(const envelope_params *params, float dt_s);
 
-/* Nothing is known about the motion. */
+/* Forgets the motion. */
 void envelope_reset(envelope_state *state);
 
 /* One tick, with the angle of this tick and the position, which counts turns. `powered`: the bridge was on in the last
@@ -98,17 +98,17 @@ void envelope_reset(envelope_state *state);
 unsigned envelope_step(envelope_state *state, const envelope_limits *limits, envelope_phase phase, bool powered,
                        angle_turn32 angle, float position_rad, float reference_rad_s);
 
-/* Instead, in a tick without an angle: nothing can be judged until ENVELOPE_ANGLES are known again. */
+/* Call instead in a tick without an angle: checks nothing until ENVELOPE_ANGLES are known again. */
 void envelope_lose(envelope_state *state, envelope_phase phase);
 
-/* After the step: share of the full current with which to brake now, -1 .. 1; 0 while the angle is not known. Only for
- * a tick in which the axis is braked, or may begin to be. */
+/* Returns the share of the full current with which to brake now, -1 .. 1; 0 while the angle is not known. Call after
+ * the step, only in a tick in which the axis is braked, or may begin to be. */
 float envelope_brake(envelope_state *state, const envelope_limits *limits);
 
-/* The braking has ended: the axis is at rest. */
+/* Returns whether the braking has ended and the axis is at rest. */
 bool envelope_at_rest(const envelope_state *state);
 
-/* The fastest rate that is allowed at this distance from the end of the travel; 0 at the end and beyond. */
+/* Returns the fastest rate that is allowed at this distance from the end of the travel; 0 at the end and beyond. */
 float envelope_fastest_rad_s(const envelope_limits *limits, float room_rad);
 
 #endif

@@ -49,13 +49,13 @@ typedef struct {
 /* Empties the log; the sampled ticks stay. */
 void fault_log_clear(fault_log *log);
 
-/* Once per tick and axis, before faults of that tick are written. */
+/* Samples a tick. Call once per tick and axis, before faults of that tick are written. */
 void fault_log_sample_tick(fault_log *log, int axis, const fault_log_sample *sample);
 
-/* `source` 0, 1 or FAULT_LOG_BOARD. Replaces the oldest entry when the log is full. */
+/* Writes an entry; `source` is 0, 1 or FAULT_LOG_BOARD. Replaces the oldest entry when the log is full. */
 void fault_log_write(fault_log *log, int source, fault_id fault, uint32_t tick);
 
-/* The entry written `age` (0: newest) entries ago, or NULL. */
+/* Returns the entry written `age` (0: newest) entries ago, or NULL. */
 const fault_log_entry *fault_log_find(const fault_log *log, uint32_t age);
 
 #endif

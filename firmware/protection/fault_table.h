@@ -105,7 +105,8 @@ typedef uint64_t fault_set;
 
 static inline fault_set fault_bit(fault_id fault) { return UINT64_C(1) << fault; }
 
-/* Of a set, the fault with the worst reaction, and of these the lowest number; FAULT_NONE of an empty set. */
+/* Returns the fault of a set with the worst reaction, and of these the one with the lowest number; FAULT_NONE for an
+ * empty set. */
 fault_id fault_worst(fault_set set);
 
 #endif

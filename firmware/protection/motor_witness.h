@@ -92,21 +92,21 @@ typedef struct {
   motor_verdict verdict;
 } motor_witness;
 
-/* How far the offset of the current may be off [A]: 0 once the bridge has been off for some time. */
+/* Returns how far the offset of the current may be off, A: 0 once the bridge has been off for some time. */
 float motor_witness_zero_error_a(const motor_witness *witness);
 
-/* R, Ke and the offset are as unknown as at the start: what was learned from a broken sensor must not outlive its
+/* Makes R, Ke and the offset as unknown as at the start: what was learned from a broken sensor must not outlive its
  * repair. */
 void motor_witness_forget(motor_witness *witness);
 
-/* One tick. MOTOR_AGREES also while nothing can be said. */
+/* Judges one tick. Returns MOTOR_AGREES also while nothing can be said. */
 motor_verdict motor_witness_step(motor_witness *witness, const motor_witness_limits *limits, const motor_data *motor,
                                  const motor_witness_inputs *in, float dt_s);
 
-/* After the tick: cuts and widens the intervals. */
+/* Narrows and widens the intervals. Call after the tick. */
 void motor_witness_learn(motor_witness *witness, const motor_witness_limits *limits, float dt_s);
 
-/* Largest error of the speed that can stay unseen with the present current and intervals [rad/s]. */
+/* Returns the largest error of the speed that can stay undetected with the present current and intervals, rad/s. */
 float motor_witness_bound_rad_s(const motor_witness *witness, const motor_witness_limits *limits);
 
 #endif

@@ -64,13 +64,13 @@ typedef struct {
   float outside_low_nm;
 } oscillation;
 
-/* Whether fast torque swings have begun: other monitors may see their effects first. */
+/* Returns whether fast torque swings have begun: other monitors may see their effects first. */
 static inline bool oscillation_may_begin(const oscillation *state) { return state->torque.count >= 3.0f; }
 
-/* Nothing seen yet; also when a loop closes. */
+/* Forgets all swings. Call it also when a loop closes. */
 void oscillation_reset(oscillation *state);
 
-/* One tick. True in each tick in which the axis shakes. docs/cost.md counts it. */
+/* Computes one tick. Returns true in each tick in which the axis shakes. docs/cost.md has the cost. */
 bool oscillation_step(oscillation *state, const oscillation_params *params, const oscillation_inputs *in, float dt_s);
 
 #endif

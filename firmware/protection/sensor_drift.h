@@ -19,7 +19,7 @@ typedef struct {
   float path_rad;       /* p */
 } sensor_drift;
 
-/* One tick, with gyro minus joint rate: whether the two have drifted apart. */
+/* Computes one tick, with gyro minus joint rate. Returns whether the two have drifted apart. */
 bool sensor_drift_step(sensor_drift *drift, float window_rad, float difference_rad_s, float joint_rate_rad_s,
                        float dt_s);
 

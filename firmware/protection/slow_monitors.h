@@ -31,10 +31,10 @@ typedef struct {
   fault_set found;   /* by the last judgement */
 } slow_monitors;
 
-/* After each tick: `found` are the faults that protection has found in it. */
+/* Adds a tick; `found` are the faults that protection has found in it. Call after each tick. */
 void slow_monitors_add(slow_monitors *monitors, const axis_protection *protection, fault_set found);
 
-/* After every SLOW_MONITOR_TICKS-th tick, with its inputs: renews `found`. */
+/* Renews `found`. Call after every SLOW_MONITOR_TICKS-th tick, with its inputs. */
 void slow_monitors_judge(slow_monitors *monitors, const protection_limits *limits, const axis_protection *protection,
                          const protection_inputs *in, const slow_commands *commands, float dt_s);
 

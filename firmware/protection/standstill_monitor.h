@@ -18,7 +18,7 @@ typedef struct {
   float from_rad; /* how far the axis is from the kept position */
 } standstill_monitor;
 
-/* One tick with the increment of the position; a window of 0 monitors nothing. */
+/* Checks one tick with the increment of the position; a window of 0 monitors nothing. */
 bool standstill_monitor_step(standstill_monitor *monitor, float window_rad, bool commanded_to_stand, float step_rad,
                              float dt_s);
 

@@ -37,19 +37,21 @@ typedef struct {
   bool known;     /* `turn` in force is certain */
 } start_candidates;
 
-/* The count begins again: at the start, and when the encoder was lost for so long that the axis may have turned. */
+/* Restarts the count. Call at the start, and when the encoder was lost for so long that the axis may have turned. */
 void start_position_forget(start_position *start);
 
-/* With the present count. An unlimited travel (minimum not below maximum) needs no turn: known. */
+/* Returns the candidates for the present count. With an unlimited travel (minimum not below maximum) no turn is needed
+ * and it counts as known. */
 start_candidates start_position_step(start_position *start, float count_rad, float minimum_rad, float maximum_rad);
 
-/* The operator has seen which turn it is. The next step has it in force. */
+/* Confirms the turn. The next step uses it. */
 void start_position_confirm(start_position *start, int8_t turn);
 
-/* The turn in which the present count is within a quarter turn of a position; false: there is none. */
+/* Finds the turn in which the present count is within a quarter turn of a position. Returns false when there is none.
+ * */
 bool start_position_turn_at(float count_rad, float position_rad, int8_t *turn);
 
-/* The operator has seen it, but it counts only from `start_position_take_seen` on. */
+/* Notes the turn that the operator has seen. It counts only from `start_position_take_seen` on. */
 void start_position_see(start_position *start, int8_t turn);
 
 void start_position_take_seen(start_position *start);

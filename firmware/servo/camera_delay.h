@@ -50,20 +50,21 @@ typedef struct {
   float first_dither_s; /* so far */
 } camera_delay;
 
-/* Nothing is known. */
+/* Forgets the estimated error and all frames. */
 void camera_delay_reset(camera_delay *self);
 
-/* The age that counts for a frame of this stated age, 0 .. TARGET_TRACKER_HISTORY - 1. */
+/* Returns the effective age of a frame, in ticks, 0 .. TARGET_TRACKER_HISTORY - 1, given the age that its sender
+ * states. */
 int camera_delay_age(const camera_delay *self, const camera_delay_params *params, int stated_ticks);
 
-/* A frame of this tick, with its stated age, aligned as for pointing_step. */
+/* Takes a frame of this tick, with the age that its sender states, aligned as for pointing_step. */
 void camera_delay_notice(camera_delay *self, const pointing_frame *frame);
 
-/* Once per ms after the tick. `tracks`: both axes follow the estimate of `tracker`. */
+/* Continues the estimate. Call once per ms after the tick. `tracks`: both axes follow the estimate of `tracker`. */
 void camera_delay_step(camera_delay *self, const camera_delay_params *params, const pointing_tracker_state *tracker,
                        bool tracks, float tick_s);
 
-/* Rate to add to the elevation's in the next tick, rad/s. `by_user`: the user's dither runs. */
+/* Returns the rate to add to the elevation's in the next tick, rad/s. `by_user`: the user's dither runs. */
 float camera_delay_dither(camera_delay *self, const camera_delay_params *params, bool by_user, float tick_s);
 
 #endif

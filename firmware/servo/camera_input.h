@@ -75,13 +75,14 @@ typedef struct {
   camera_drop last_drop;
 } camera_input;
 
-/* CONTROL_OK, or why these parameters are refused. */
+/* Returns CONTROL_OK, or why these parameters are refused. */
 control_status camera_input_check(const camera_input_params *params);
 
-/* Nothing has been heard. */
+/* Forgets all messages. */
 void camera_input_reset(camera_input *input);
 
-/* A message whose exposure is `age` old (10 us) in this tick; negative: later. The result is fresh if it counts. */
+/* Takes a message whose exposure is `age` old in this tick, in 10 us; negative: later. Returns its frame, which is
+ * fresh if the message counts. */
 pointing_frame camera_input_take(camera_input *input, const camera_input_params *params, const camera_message *message,
                                  int32_t age);
 

@@ -24,17 +24,18 @@ typedef struct {
 
 enum { EXPOSURE_CLOCK_FORGETS = (CAMERA_LONGEST_AGE_TICKS + 1) * CAMERA_TIMES_PER_TICK };
 
-/* In a machine that has just started: no jump, 1013 is the machine's clock. */
+/* Resets the clock for a machine that has just started: no jump, 1013 equals the machine's clock. */
 void exposure_clock_reset(exposure_clock *self);
 
-/* 1013 was `time_us` when the machine's clock was `at_us`. Frames count by it from the next exposure_clock_tick on. */
+/* Sets 1013: it was `time_us` when the machine's clock was `at_us`. Frames use it from the next exposure_clock_tick
+ * on. */
 void exposure_clock_set(exposure_clock *self, uint32_t time_us, uint32_t at_us);
 
-/* Once per ms between two ticks; the next one begins when the machine's clock is `next_tick_us`. */
+/* Call once per ms between two ticks; the next one begins when the machine's clock is `next_tick_us`. */
 void exposure_clock_tick(exposure_clock *self, uint32_t next_tick_us);
 
-/* Age at the next tick of an exposure with this stamp, 10 us: negative if it is later, CAMERA_AGE_AMBIGUOUS around a
- * jump. */
+/* Returns the age, at the next tick, of an exposure with this stamp, in 10 us: negative if it is later,
+ * CAMERA_AGE_AMBIGUOUS around a jump of the clock. */
 int32_t exposure_clock_age(const exposure_clock *self, uint16_t stamp);
 
 #endif

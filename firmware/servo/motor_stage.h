@@ -37,15 +37,16 @@ typedef struct {
   shared_float tick_current_a; /* at its end, sampled in period 0 */
 } motor_stage;
 
-/* Off. */
+/* Switches the stage off. */
 void motor_stage_reset(motor_stage *stage);
 
-/* At the end of a tick. PWM periods may interrupt this call, but not the other way round. */
+/* Hands a set-point over to the PWM periods. Call at the end of a tick. PWM periods may interrupt this call; it must
+ * not interrupt them. */
 void motor_stage_hand_over(motor_stage *stage, motor_setpoint setpoint, const current_loop_params *params);
 
-/* One PWM period, the `period`-th (0 ..) after the one in which the tick sampled. Returns the duty in [-1, 1]: 0 while
- * the current loop is off or a sample is implausible. A command that was handed over late is taken in the first period
- * that finds it. */
+/* Computes one PWM period, the `period`-th (0 ..) after the one in which the tick sampled. Returns the duty in [-1, 1]:
+ * 0 while the current loop is off or a sample is implausible. A command that was handed over late takes effect in the
+ * first period that finds it. */
 float motor_stage_step(motor_stage *stage, uint32_t period, float current_a, float bus_voltage_v);
 
 #endif

@@ -54,29 +54,30 @@ typedef struct {
   float torque_nm[SERVO_AXES];
 } pointing_output;
 
-/* CONTROL_OK, or why these parameters are refused. */
+/* Returns CONTROL_OK, or why these parameters are refused. */
 control_status pointing_check(const pointing_params *params);
 
 /* Takes the parameters after checking them, and forgets the target; on an error nothing changes. */
 control_status pointing_configure(pointing *self, const pointing_params *params);
 
-/* Nothing is known of a target. */
+/* Forgets the target. */
 void pointing_reset(pointing *self);
 
-/* Between two ticks: no target is known, and a frame that was exposed before now or in the next tick counts as not
- * valid. */
+/* Forgets the target, and makes frames invalid that were exposed before now or in the next tick. Call between two
+ * ticks. */
 void pointing_look_away(pointing *self);
 
-/* From the pitch's angle in this tick and both axes' rates of the last tick. A sum of rates since an exposure then
- * begins and ends a tick earlier: half a tick before the motion, as it would be half a tick behind it with the rates of
- * this tick. Counting the frames a tick younger moves no error of test_tracking_over_bus by more than 0.03 urad. */
+/* Returns the motion from the pitch's angle in this tick and both axes' rates of the last tick. A sum of rates since an
+ * exposure then begins and ends a tick earlier: half a tick before the motion, as it would be half a tick behind it
+ * with the rates of this tick. Counting the frames a tick younger moves no error of test_tracking_over_bus by more than
+ * 0.03 urad. */
 pointing_motion pointing_motion_of(const servo_app *app, const servo_samples *samples);
 
-/* The frame of the HAL: along the camera's rows in the samples of the azimuth, along its columns in those of the
- * pitch. */
+/* Returns the frame of the HAL: along the camera's rows in the samples of the azimuth, along its columns in those of
+ * the pitch. */
 pointing_frame pointing_frame_of(const servo_samples *samples, const camera_alignment *alignment);
 
-/* One tick. See pointing_tracker_step for frames out of range. Not inlined, like drive_motion_step. */
+/* Computes one tick. See pointing_tracker_step for frames out of range. Not inlined, like drive_motion_step. */
 pointing_output pointing_step(pointing *self, const pointing_frame *frame, const pointing_motion *motion, float tick_s)
     __attribute__((noinline));
 

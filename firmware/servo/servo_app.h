@@ -28,8 +28,9 @@ typedef struct {
   servo_axis axis[SERVO_AXES];
 } servo_app;
 
-/* Share of its largest inertia that the azimuth's motor turns, J0 + J1 cos^2(pitch) over J0 + J1, and the share of its
- * rate that its gyro measures. An azimuth whose least inertia is not below the largest one does not change. */
+/* Returns the share of its largest inertia that the azimuth's motor turns, J0 + J1 cos^2(pitch) over J0 + J1, and the
+ * share of its rate that its gyro measures. The share of inertia is 1 when the smallest inertia is not below the
+ * largest one. */
 speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, angle_turn32 pitch);
 
 /* Largest change of the inertia's share in a tick, so that one wrong angle of the pitch does no harm: at 10 rad/s the
@@ -40,8 +41,8 @@ speed_loop_pose servo_azimuth_pose(const servo_axis_params *azimuth, angle_turn3
  * All axes are off afterwards. */
 control_status servo_app_configure(servo_app *app, const servo_params *params, const servo_samples *samples);
 
-/* One 1 ms tick of both axes. The azimuth follows its inertia over the pitch; while the pitch's encoder has failed,
- * that of its last angle. */
+/* Computes one tick of 1 ms of both axes. The azimuth's gains follow its inertia over the pitch; while the pitch's
+ * encoder has failed, its last angle counts. */
 void servo_app_tick(servo_app *app, const servo_command *command, const servo_samples *samples);
 
 #endif

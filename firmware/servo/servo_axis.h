@@ -113,11 +113,11 @@ typedef struct {
 
 control_status servo_axis_check(const servo_axis_params *params, float tick_s, float pwm_period_s);
 
-/* Off, at rest, no estimates, by itself. */
+/* Resets the axis: off, at rest, without estimates, with the pose of an axis by itself. */
 void servo_axis_reset(servo_axis *axis, const servo_axis_params *params, angle_turn32 angle, float tick_s);
 
-/* One tick. An axis that is off continues sensing. The tick that changes its mode from off closes the loops with no
- * torque at the sensed rate. */
+/* Computes one tick. An axis that is off continues sensing. The tick that changes its mode from off closes the loops
+ * with no torque at the sensed rate. */
 void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const servo_axis_command *command,
                      const servo_axis_samples *samples, float tick_s);
 
@@ -125,13 +125,13 @@ void servo_axis_tick(servo_axis *axis, const servo_axis_params *params, const se
  * `servo_axis_check`. */
 void servo_axis_retune(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float tick_s);
 
-/* The same, where the loop in force makes the axis oscillate: its torque and its estimates are worth nothing. The loop
- * closes again at the present rate, with `holding_nm` as its torque without a rate error. */
+/* As servo_axis_retune, for a loop that makes the axis oscillate, whose torque and estimates are useless. Closes the
+ * loop again at the present rate, with `holding_nm` as its torque at zero rate error. */
 void servo_axis_replace(servo_axis *axis, servo_axis_params *in_force, const servo_axis_params *next, float holding_nm,
                         float tick_s);
 
-/* The set-point of SERVO_TRACKING a tick after `before_rad_s`. The end of the travel comes before the limit of the
- * acceleration. */
+/* Returns the set-point of SERVO_TRACKING one tick after `before_rad_s`. The end of the travel takes precedence over
+ * the limit of the acceleration. */
 static inline float tracking_rate_within(const tracking_limits *limits, float wanted_rad_s, float before_rad_s,
                                          float tick_s) {
   const float step_rad_s = limits->acceleration_rad_s2 * tick_s;
@@ -139,12 +139,12 @@ static inline float tracking_rate_within(const tracking_limits *limits, float wa
   return scalar_clamp(soft_rad_s, limits->minimum_rad_s, limits->maximum_rad_s);
 }
 
-/* Whether a mode closes the current loop and one above it. */
+/* Returns whether a mode closes the current loop and one above it. */
 static inline bool servo_mode_closes(servo_mode mode) {
   return mode != SERVO_OFF && mode != SERVO_BRAKE && mode != SERVO_PROTECTIVE_STOP;
 }
 
-/* Whether a mode closes the current loop. */
+/* Returns whether a mode closes the current loop. */
 static inline bool servo_mode_drives(servo_mode mode) { return mode != SERVO_OFF && mode != SERVO_BRAKE; }
 
 #endif

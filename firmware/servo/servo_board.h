@@ -21,20 +21,21 @@ typedef struct {
   hal *machine;
 } servo_board;
 
-/* All axes off, duties 0. Checks and takes the parameters; if it refuses them, nothing changes. */
+/* Checks and takes the parameters; all axes are off then and duties 0. If it refuses them, nothing changes. */
 control_status servo_board_start(servo_board *board, hal *machine, const servo_params *params);
 
-/* A tick in two halves, for a caller that computes the commands between them. The first half reads all samples and the
- * reports of the motor stages. */
+/* Runs the first half of a tick: reads all samples and the reports of the motor stages. The caller may compute the
+ * commands between the halves. */
 void servo_board_sample(servo_board *board);
 
-/* The second half runs the control, hands the commands over to the motor stages and powers the bridges. */
+/* Runs the second half of a tick: runs the control, hands the commands over to the motor stages and powers the
+ * bridges. */
 void servo_board_control(servo_board *board);
 
-/* Both halves, with the present command. */
+/* Runs both halves of a tick, with the present command. */
 void servo_board_tick(servo_board *board);
 
-/* The motor stages of both axes, in PWM period 0 .. SERVO_PWM_PER_TICK - 1 after the tick's sampling. */
+/* Runs the motor stages of both axes, in PWM period 0 .. SERVO_PWM_PER_TICK - 1 after the tick's sampling. */
 void servo_board_pwm_period(servo_board *board, uint32_t period);
 
 #endif

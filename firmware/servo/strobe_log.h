@@ -56,17 +56,17 @@ typedef struct {
   strobe_refusal last_refusal;
 } strobe_log;
 
-/* Nothing has been seen. */
+/* Forgets all edges and frames. */
 void strobe_log_reset(strobe_log *self);
 
-/* Edges that the machine has captured. */
+/* Adds edges that the machine has captured. */
 void strobe_log_add(strobe_log *self, const hal_strobes *strobes);
 
-/* The machine's clock at the newest edge; 0 before the first. */
+/* Returns the machine's clock at the newest edge, us; 0 before the first. */
 uint32_t strobe_log_newest_us(const strobe_log *self);
 
-/* A frame with this counter; whether an edge is its exposure. `age_us` is then that of the middle of the exposure when
- * the machine's clock is `now_us`. A frame with the counter of the last one is none. */
+/* Takes a frame with this counter and returns whether an edge is its exposure. Sets `age_us` then to the age of the
+ * middle of the exposure when the machine's clock is `now_us`. Ignores a frame with the counter of the last one. */
 bool strobe_log_pair(strobe_log *self, const strobe_params *params, uint8_t counter, uint32_t now_us);
 
 #endif

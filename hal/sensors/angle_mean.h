@@ -4,8 +4,8 @@
 
 #include <stdint.h>
 
-/* count 1 .. 1000; rounded to the nearest. Uses no 64-bit division, which the core does not have: whole parts and
- * remainders are summed separately. */
+/* Returns the mean of `count` angles, 1 .. 1000, rounded to the nearest. Uses no 64-bit division, which the core does
+ * not have: whole parts and remainders are summed separately. */
 static inline uint32_t angle_mean(const uint32_t *angle_turn32, int count) {
   int32_t mean = 0;
   int32_t rest = 0; /* more than -count^2, less than count^2 */

@@ -32,10 +32,10 @@ typedef struct {
   bool warning;          /* the position is valid, but the encoder needs service */
 } biss_reading;
 
-/* `reading` is written only with BISS_OK. About 60 instructions. */
+/* Decodes a frame. Writes `reading` only with BISS_OK. Cost: about 60 instructions. */
 biss_status biss_decode(const uint8_t bytes[BISS_BYTES], biss_reading *reading);
 
-/* CRC, not inverted, of the 28 bits that it protects. */
+/* Returns the CRC, not inverted, of the 28 bits that it protects. */
 uint32_t biss_crc(uint32_t checked_bits);
 
 #endif

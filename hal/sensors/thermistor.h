@@ -7,8 +7,8 @@
 #ifndef TRACKSERVO_SENSORS_THERMISTOR_H
 #define TRACKSERVO_SENSORS_THERMISTOR_H
 
-/* counts 0 .. 4095; beyond the table (-20 .. 120 degree Celsius) its last value. An open sensor reads cold, a shorted
- * one hot. */
+/* Returns the temperature of counts 0 .. 4095; beyond the table (-20 .. 120 degree Celsius) its last value. An open
+ * sensor reads cold, a shorted one hot. */
 float thermistor_celsius(int counts);
 
 #endif

@@ -65,7 +65,7 @@ struct hal {
   uint32_t periods_at_refresh;
 };
 
-/* The samples of an axis from what its sensors have delivered since the last call, once per tick. */
+/* Takes the samples of an axis from what its sensors have delivered since the last call. Call once per tick. */
 void board_take_samples(hal *machine, int axis);
 
 #endif

@@ -15,12 +15,12 @@ enum { CAN_SEND_FRAMES = 8 };
 
 typedef enum { CAN_GOOD = 0, CAN_ERROR_PASSIVE, CAN_BUS_OFF } can_state;
 
-/* Before can_start: the identifiers to receive; `ranges` must stay valid. More than HAL_CAN_RANGES, which is the number
- * of filters in the hardware, are not used. */
+/* Sets the identifiers to receive. Call before can_start; `ranges` must stay valid. Ranges beyond HAL_CAN_RANGES, the
+ * number of filters in the hardware, are not used. */
 void can_accept(const can_id_range *ranges, uint32_t count);
 
-/* kbit_s: 1000, 500, 250 or 125. Call it again for another bit rate: frames that wait to be sent or read are lost then.
- * Returns false when the controller does not answer. */
+/* Starts the controller at 1000, 500, 250 or 125 kbit/s. Call it again for another bit rate: frames that wait to be
+ * sent or read are lost then. Returns false when the controller does not answer. */
 bool can_start(uint16_t kbit_s);
 
 void can_enable_interrupt(void);
@@ -38,10 +38,11 @@ bool can_receive(can_frame *frame);
 
 void can_acknowledge_interrupt(void);
 
-/* State of the bus; ends a bus-off after BUS_OFF_WAIT_TICKS. Call it once per tick. */
+/* Returns the state of the bus; ends a bus-off after BUS_OFF_WAIT_TICKS. Call it once per tick. */
 can_state can_supervise(void);
 
-/* Interrupts that found a frame lost because three already waited in the hardware; since the power came. */
+/* Returns the number of interrupts since power-up that found a frame lost because three already waited in the hardware.
+ * */
 uint32_t can_lost_frames(void);
 
 #endif

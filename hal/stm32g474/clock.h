@@ -8,14 +8,14 @@
 #define CLOCK_HZ 170000000u
 #define CLOCK_CYCLES_PER_US 170u
 
-/* Returns false when crystal or PLL did not start; the chip then runs on its 16 MHz oscillator. If the crystal fails
- * later, the clock security system raises an NMI, which is a fault. Takes about 2 ms. */
+/* Starts the clock. Returns false when crystal or PLL did not start; the chip then runs on its 16 MHz oscillator. If
+ * the crystal fails later, the clock security system raises an NMI, which is a fault. Takes about 2 ms. */
 bool clock_start(void);
 
-/* Clocks of all peripherals that are used. */
+/* Enables the clocks of all peripherals that are used. */
 void clock_enable_peripherals(void);
 
-/* Counts processor cycles, wraps after 25 s. */
+/* Starts the counter of processor cycles, which wraps after 25 s. */
 void clock_start_cycle_counter(void);
 uint32_t clock_cycles(void);
 

@@ -17,8 +17,8 @@ typedef struct {
 
 void clock_check_start(void);
 
-/* From the background, every 100 ms; takes 25 us and the interrupts of that time. `failed` is the result: after three
- * wrong measurements, until one is right. */
+/* Measures the clock. Call from the background, every 100 ms; takes 25 us and the interrupts of that time. `failed`
+ * becomes true after three wrong measurements, until one is right. */
 void clock_check_step(clock_check *check);
 
 #endif

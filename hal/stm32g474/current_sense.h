@@ -20,7 +20,8 @@ typedef struct {
   uint32_t heat_sink_counts;
 } current_sense_sample;
 
-/* Calibrates, enables, arms the trigger. Returns false when an ADC does not answer. Takes about 0.2 ms. */
+/* Calibrates and enables the ADCs and arms the trigger. Returns false when an ADC does not answer. Takes about 0.2 ms.
+ * */
 bool current_sense_start(void);
 
 /* Waits for the end of the next sequences, at most 200 us. Returns false when they did not come. Call it before the
@@ -45,7 +46,7 @@ typedef struct {
 
 current_sense_scales current_sense_scales_of(const hal_scales *scales);
 
-/* More current than allowed or measurable, or a broken wire. */
+/* Returns whether these counts mean more current than allowed or measurable, or a broken wire. */
 static inline bool current_sense_is_over(const current_sense_scales *scales, int axis, uint32_t counts) {
   return counts < scales->lowest_counts[axis] || counts > scales->highest_counts[axis];
 }

@@ -26,7 +26,8 @@ void gyro_start(gyro_line lines[2]);
 /* Reads the received bytes, at any time. */
 void gyro_read(gyro_line *line, int axis);
 
-/* The same, once per tick. Returns true when `rate_rad_s` is from a recent and valid frame. */
+/* Reads the received bytes and takes the rate. Call once per tick. Returns true when `rate_rad_s` is from a recent and
+ * valid frame. */
 bool gyro_take(gyro_line *line, int axis, float *rate_rad_s);
 
 #endif

@@ -11,11 +11,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* By the start-up, before anything else runs that could be hot: needs no variables. Until the next reset nothing can
- * write this RAM again. */
+/* Copies the hot code into RAM. Call by the start-up, before anything else runs that could be hot: needs no variables.
+ * Until the next reset nothing can write this RAM again. */
 void hot_code_load(void);
 
-/* Whether the whole copy is right, and its pages are protected. About 1 ms. */
+/* Returns whether the whole copy is right and its pages are protected. Takes about 1 ms. */
 bool hot_code_is_whole(void);
 
 /* Compares the words from offset `*at` on, at most `words` of them, and moves it on; after the last word it begins

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Whether the flash holds the linked image. About 30 ms for 64 KiB. */
+/* Returns whether the flash holds the linked image. Takes about 30 ms for 64 KiB. */
 bool image_check_is_whole(void);
 
 /* The same piece by piece, in an endless cycle. */
@@ -16,7 +16,7 @@ typedef struct {
   uint32_t crc;
 } image_check;
 
-/* At the first byte. */
+/* Begins at the first byte. */
 image_check image_check_begin(void);
 
 /* Continues by at most this many bytes, 1 or more; after a result it begins again. Damage is reported in the second

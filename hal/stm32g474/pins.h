@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-/* All pins of the table. Outputs start low. */
+/* Configures all pins of the table. Outputs start low. */
 void pins_start(void);
 
 void pins_light_led(bool on);

@@ -13,17 +13,17 @@
 #include "registers/rcc.h"
 #include "registers/syscfg.h"
 
-/* To the break inputs; no program can undo it before the next reset. */
+/* Connects the parity error to the break inputs; no program can undo it before the next reset. */
 static inline void ram_parity_connect(void) {
   RCC->apb2enr |= RCC_APB2ENR_SYSCFGEN;
   (void)RCC->apb2enr;
   SYSCFG->cfgr2 = SYSCFG_CFGR2_SPL | SYSCFG_CFGR2_CLL;
 }
 
-/* The option bit is active low. */
+/* Returns whether the option bit, which is active low, switches the parity on. */
 static inline bool ram_parity_is_on(void) { return (FLASH->optr & FLASH_OPTR_SRAM_PE) == 0; }
 
-/* An error was found since the reset. */
+/* Returns whether an error was found since the reset. */
 static inline bool ram_parity_has_failed(void) { return (SYSCFG->cfgr2 & SYSCFG_CFGR2_SPF) != 0; }
 
 #endif

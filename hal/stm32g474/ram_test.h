@@ -17,7 +17,7 @@ enum { RAM_TEST_STACK_BYTES = 256 };
  * the stack. 113 ms at the 16 MHz after a reset. Leaves zeros. Writes each word before it reads it. */
 void ram_test_run(void);
 
-/* Whether it has run without an error. */
+/* Returns whether it has run without an error. */
 bool ram_test_passed(void);
 
 #endif

@@ -32,10 +32,10 @@ typedef struct {
   bool both_were_low;    /* since the fault */
 } safe_torque;
 
-/* The pins, as they are now. `commanded`: the program enables the driver. */
+/* Reads the pins. `commanded`: the program enables the driver. */
 safe_torque_inputs safe_torque_read(void);
 
-/* Once per tick. */
+/* Computes one tick. Call once per tick. */
 safe_torque_state safe_torque_step(safe_torque *torque, const safe_torque_inputs *in);
 
 #endif

@@ -18,12 +18,12 @@ typedef struct {
   uint32_t taken;                      /* the next place of the ring to read */
 } strobe_line;
 
-/* The clock begins at 0. */
+/* Starts the clock at 0. */
 void strobe_start(strobe_line *line);
 
 static inline uint32_t strobe_clock_us(void) { return TIM5->cnt; }
 
-/* The edges since the last call. */
+/* Takes the edges since the last call. */
 void strobe_take(strobe_line *line, hal_strobes *strobes);
 
 #endif

@@ -10,7 +10,7 @@ enum { UNIQUE_ID_WORDS = 3 };
 
 #define UNIQUE_ID ((const volatile uint32_t *)0x1FFF7590u)
 
-/* CRC-32 (IEEE 802.3) of its bytes, lowest first: object 1018:4 has no room for more. */
+/* Returns the CRC-32 (IEEE 802.3) of its bytes, lowest first: object 1018:4 has no room for more. */
 static inline uint32_t unique_id_serial_number(void) {
   uint32_t crc = CRC32_START;
   for (int i = 0; i < UNIQUE_ID_WORDS; ++i) {

@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 
-/* Cannot be stopped again. Returns false when its registers were not updated in time; it then runs with a longer
- * time. */
+/* Starts the watchdog, which cannot be stopped again. Returns false when its registers were not updated in time; it
+ * then runs with a longer time. */
 bool watchdog_start(void);
 
 void watchdog_refresh(void);

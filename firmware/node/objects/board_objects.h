@@ -11,7 +11,7 @@
 /* Offsets point into `hal_scales`. */
 extern const od_table board_objects_table;
 
-/* CONTROL_OK: within the ranges of the table. */
+/* Returns CONTROL_OK if the scales are within the ranges of the table. */
 control_status board_objects_check(const hal_scales *scales);
 
 #endif

@@ -23,11 +23,12 @@ typedef struct {
   bus_settings_log log;
 } bus_objects;
 
-/* `defaults` apply where nothing is stored, and replace the stored settings when `recovering`. */
+/* Reads the stored settings. `defaults` apply where nothing is stored, and replace the stored settings when
+ * `recovering`. */
 void bus_objects_start(bus_objects *bus, const bus_settings *defaults, bool recovering, const hal_flash *flash,
                        const bus_joiner *joiner);
 
-/* The CAN controller now has this bit rate. */
+/* Notes that the CAN controller now has this bit rate. */
 void bus_objects_join(bus_objects *bus, uint16_t kbit_s);
 
 /* Result for lss_callbacks.store. */

@@ -33,7 +33,7 @@ typedef struct {
   bus_settings bus;        /* node id and bit rate to which the defaults in `communication` belong: persisted with it */
 } persisted_objects;
 
-/* PERSISTED_* bits of STORAGE_ALL, STORAGE_COMMUNICATION or STORAGE_APPLICATION. */
+/* Returns the PERSISTED_* bits of STORAGE_ALL, STORAGE_COMMUNICATION or STORAGE_APPLICATION. */
 uint8_t retained_groups(uint8_t group);
 
 /* Copies PERSISTED_* groups of `from` into `to`; of the drive and the communication only the objects that are marked as
@@ -43,14 +43,15 @@ void persisted_objects_copy(persisted_objects *to, const persisted_objects *from
 /* Whether the objects that persisted_objects_copy would copy are equal already. */
 bool persisted_objects_are_same(const persisted_objects *kept, const persisted_objects *other, uint8_t groups);
 
-/* The same for the communication alone. */
+/* Copies the communication objects that are marked as stored. */
 void persisted_communication_copy(communication_objects *to, const communication_objects *from);
 
 /* Moves values with the defaults for `from` to the defaults for `to`: COB-IDs and inhibit times; see bus_settings.h. */
 void persisted_communication_follow(communication_objects *objects, const bus_settings *from, const bus_settings *to);
 
-/* Writes the objects of these groups that are marked as stored as rows (`kept` is not changed; 0.3 ms on a board);
- * returns how many. More than `capacity`, or a value of more than four bytes: UINT32_MAX, which a test excludes. */
+/* Writes the objects of these groups that are marked as stored as rows (`kept` is not changed; 0.3 ms on a board).
+ * Returns their number, or UINT32_MAX for more than `capacity` rows or a value of more than four bytes; a test excludes
+ * both. */
 uint32_t persisted_objects_to_rows(persisted_objects *kept, uint8_t groups, parameter_row *rows, uint32_t capacity);
 
 typedef struct {

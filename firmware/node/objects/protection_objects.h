@@ -46,13 +46,14 @@ typedef struct {
 
 extern const od_hooks protection_objects_hooks;
 
-/* Limits that are written but not in effect, as in 2060:18. */
+/* Returns which limits are written but not in effect, as bits of 2060:18. */
 uint8_t protection_objects_waiting(const protection_owner *own);
 
-/* Whether the caller may change guarded values now: OD_DEVICE_STATE while its lock is closed, or an axis has torque. */
+/* Returns whether the caller may change guarded values now: OD_OK, or OD_DEVICE_STATE while its lock is closed or an
+ * axis has torque. */
 od_abort guarded_change(const access_lock *lock);
 
-/* The same for a write; OD_OK for a row without OD_GUARDED. */
+/* Returns the same for a write to a row; OD_OK for a row without OD_GUARDED. */
 od_abort guarded_write(const access_lock *lock, const od_entry *entry);
 
 #endif

@@ -109,8 +109,8 @@ void refuse_unknown_keys(const InputFile& file, const std::vector<const od_entry
   for (const auto& [key, value] : file.json.items()) {
     if (known.count(key) == 0) {
       throw file.error(
-          fmt::format("\"{}\" is not a parameter of an axis; give \"0x2000:1\" and so on up to \"0x2055:6\", azimuth's "
-                      "indices also for pitch",
+          fmt::format("\"{}\" is not a parameter of an axis; give an index from \"0x2000:1\" to \"0x2055:6\", that of "
+                      "azimuth also for pitch",
                       key));
     }
   }

@@ -1,8 +1,8 @@
 // All parameters from all runs together: generalised least squares on the torque balance.
 //
 // Repeated until nothing changes: model the noise of the residuals (noise_model.hpp), whiten, reduce the weight of
-// outliers (Huber), minimise by Levenberg-Marquardt. The covariance is that of clusters of 2 s (a sandwich), so that
-// correlation and non-uniform noise left by the noise model widen the intervals.
+// outliers (Huber), minimise by Levenberg-Marquardt. The covariance is cluster-robust (a sandwich estimator with
+// clusters of 2 s), so that residual correlation and heteroscedasticity widen the intervals.
 #ifndef TRACKSERVO_IDENTIFICATION_JOINT_FIT_HPP
 #define TRACKSERVO_IDENTIFICATION_JOINT_FIT_HPP
 

@@ -73,7 +73,7 @@ std::optional<EndStopConfig> read_end_stops(const TomlReader& reader, const Toml
     return std::nullopt;
   }
   if (keys.range_rad.size() != 2 || keys.range_rad[0] >= keys.range_rad[1]) {
-    reader.fail(table, "end_stops_deg", "must be a pair of rising angles", "give [lower, upper]");
+    reader.fail(table, "end_stops_deg", "must be two angles in ascending order", "give [lower, upper]");
   }
   return EndStopConfig{keys.range_rad[0], keys.range_rad[1], keys.stiffness_nm_rad, keys.restitution};
 }
