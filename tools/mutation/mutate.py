@@ -1,6 +1,7 @@
 """Mutation testing of firmware/: see tools/mutate --help."""
 
 import argparse
+import datetime
 import fnmatch
 import itertools
 import json
@@ -33,7 +34,8 @@ project's compiler flags refuse, or that gives the same object code at -O2, does
 fails, also by undefined behaviour of the mutated file; a test that needs ten times its CPU time is a time-out. Equivalent mutants are listed with their reasons in
 tools/mutation/equivalent.toml.
 
-The score is killed / (killed + survived). A seed always draws the same mutants of a line, wherever the line moves."""
+The score is killed / (killed + survived). A seed always draws the same mutants of a line, wherever the line moves. Without
+--seed, the seed is today's date (UTC), so that each day draws mutants that the tests have not been written for."""
 
 
 @dataclass
@@ -221,10 +223,15 @@ def diff(mutant):
     return f"{mutant.file}:{mutant.line}\n    - {mutant.before}{after}"
 
 
+def seed_of_today():
+    return int(f"{datetime.datetime.now(datetime.UTC):%Y%m%d}")
+
+
 def arguments():
     parser = argparse.ArgumentParser(prog="tools/mutate", description=HELP, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sample", type=int, default=1000, metavar="N", help="how many mutants; default 1000; 0: all")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="which mutants; default 1")
+    parser.add_argument("--seed", type=int, default=seed_of_today(), metavar="N",
+                        help="which mutants; default: today's date, %(default)s")
     parser.add_argument("--files", nargs="+", default=[], metavar="FILE", help="only these files, folders or patterns")
     parser.add_argument("--changed", nargs="?", const="main", metavar="BASE",
                         help="only files of the firmware that changed since this branch left BASE (default: main)")
@@ -237,6 +244,7 @@ def arguments():
 
 def main():
     options = arguments()
+    print(f"seed {options.seed}", flush=True)
     files = sources(options.files)
     if options.changed:
         changed = changed_files(options.changed)
@@ -295,7 +303,8 @@ def main():
     total = score_of(Counter(result.kind for result in results))
     low = options.minimum is not None and total is not None and total < options.minimum
     if low:
-        print(f"The score {total:.1f} % is below {options.minimum:g} %: add a test for each survivor above, or remove the code that no test needs.")
+        print(f"The score {total:.1f} % is below {options.minimum:g} %: add a test for each survivor above, or remove the code that no test needs. "
+              f"--seed {options.seed} draws these mutants again.")
     return 1 if stale or low else 0
 
 
