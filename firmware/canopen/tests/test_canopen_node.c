@@ -35,17 +35,35 @@ static void test_a_node_without_id_has_the_identifiers_of_node_1_and_is_silent(v
   TEST_ASSERT_EQUAL_HEX32(0x601, NODE->objects.sdo[0].request_cob_id);
 }
 
-static void test_bad_configuration_is_refused(void) {
+static void test_a_configuration_is_taken_within_its_limits_and_refused_outside(void) {
   static canopen_node node;
+  static can_frame queues[2][256];
+  static const struct {
+    uint8_t node_id;
+    uint16_t kbit_s;
+    uint32_t capacity;
+    bool sends, good;
+  } rows[] = {
+      {1, 1000, 64, true, true},   {127, 125, 64, true, true},  {BUS_UNCONFIGURED, 1000, 128, true, true},
+      {1, 0, 64, true, true},      {0, 1000, 64, true, false},  {128, 1000, 64, true, false},
+      {1, 800, 64, true, false},   {1, 1, 64, true, false},     {1, 1000, 32, true, false},
+      {1, 1000, 100, true, false}, {1, 1000, 64, false, false},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    canopen_config config = NODE->config;
+    config.parts = &NODE->parts[NODE->dictionary.count - config.part_count];
+    config.process_data = queues[0];
+    config.services = queues[1];
+    config.node_id = rows[i].node_id;
+    config.kbit_s = rows[i].kbit_s;
+    config.queue_capacity = rows[i].capacity;
+    config.sender.send = rows[i].sends ? bench_send : NULL;
+    TEST_ASSERT_EQUAL(rows[i].good, canopen_node_init(&node, &config));
+    if (rows[i].good) {
+      TEST_ASSERT_EQUAL(rows[i].kbit_s == 0 ? BUS_DEFAULT_KBIT_S : rows[i].kbit_s, canopen_node_settings(&node).kbit_s);
+    }
+  }
   canopen_config config = NODE->config;
-  config.node_id = 0;
-  TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
-  config.node_id = 128;
-  TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
-  config.node_id = 1;
-  config.queue_capacity = 100;
-  TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
-  config.queue_capacity = 64;
   config.part_count = CANOPEN_PARTS - 1; /* two of them belong to the node */
   TEST_ASSERT_FALSE(canopen_node_init(&node, &config));
 }
@@ -516,11 +534,171 @@ static void test_the_silence_of_the_master_is_counted_from_its_last_frame_in_eac
   }
 }
 
+static bool is_active(uint16_t code) { return emergency_is_active(&NODE->emergency, EMERGENCY_SOURCE_NODE, code); }
+
+/* Node 127 is the last one; a heartbeat has one byte. */
+static void test_only_a_heartbeat_of_one_byte_counts(void) {
+  const uint8_t alive[2] = {5, 5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 4, 0x007F0032, 4));
+  for (uint8_t length = 0; length <= 2; length += 2) { /* not monitored yet */
+    bench_give(0x77F, length, alive);
+    bench_wait_ms(60);
+    TEST_ASSERT_EQUAL(0, bench.device.heartbeats_lost);
+  }
+  bench_give(0x77F, 1, alive);
+  bench_wait_ms(30);
+  bench_give(0x77F, 2, alive); /* no new one */
+  bench_wait_ms(30);
+  TEST_ASSERT_EQUAL(127, bench.device.heartbeats_lost);
+  bench_wait_ms(200);
+  TEST_ASSERT_EQUAL(127, bench.device.heartbeats_lost); /* lost once */
+  for (uint32_t again = 2; again <= 3; again++) {
+    bench_give(0x77F, 1, alive);
+    bench_wait_ms(60);
+    TEST_ASSERT_EQUAL(127 * again, bench.device.heartbeats_lost);
+  }
+}
+
+static void test_error_passive_is_reported_while_it_lasts(void) {
+  for (int round = 0; round < 2; round++) {
+    canopen_node_error_passive(NODE, true);
+    TEST_ASSERT_TRUE(is_active(0x8120));
+    TEST_ASSERT_EQUAL_HEX32(0x11, bench_get(0x1001, 0)); /* generic, communication */
+    canopen_node_error_passive(NODE, false);
+    TEST_ASSERT_FALSE(is_active(0x8120));
+    TEST_ASSERT_EQUAL_HEX32(0, bench_get(0x1001, 0));
+  }
+}
+
+/* 1029:1: 0 pre-operational, 1 no change, 2 stopped. It concerns an operational node only. */
+static void test_after_bus_off_only_an_operational_node_obeys_its_error_behaviour(void) {
+  static const struct {
+    uint8_t behaviour, command;
+    nmt_state after;
+  } rows[] = {{0, 1, NMT_PRE_OPERATIONAL}, {1, 1, NMT_OPERATIONAL},       {2, 1, NMT_STOPPED},
+              {0, 2, NMT_STOPPED},         {2, 128, NMT_PRE_OPERATIONAL}, {1, 2, NMT_STOPPED}};
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    bench_nmt(128, BENCH_NODE);
+    TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1029, 1, rows[i].behaviour, 1));
+    bench_nmt(rows[i].command, BENCH_NODE);
+    canopen_node_bus_off_recovered(NODE);
+    TEST_ASSERT_EQUAL(rows[i].after, NODE->state);
+    TEST_ASSERT_FALSE(is_active(0x8140));
+  }
+}
+
+/* CiA 301: reported again with each new overrun, over after a quiet second. */
+static void test_an_overrun_is_over_one_second_after_the_last_lost_frame(void) {
+  for (uint32_t total = 1; total <= 5; total += 2) {
+    canopen_node_lost_frames(NODE, total);
+    bench_wait_ms(600);
+    TEST_ASSERT_TRUE(is_active(0x8110));
+    canopen_node_lost_frames(NODE, total + 1);
+    bench_wait_ms(1001); /* the tick that sees the lost frame, and 1000 without one */
+    TEST_ASSERT_TRUE(is_active(0x8110));
+    bench_wait_ms(1);
+    TEST_ASSERT_FALSE(is_active(0x8110));
+  }
+}
+
+static void test_sync_of_the_wrong_length_is_over_with_the_next_good_one_and_ignored_when_stopped(void) {
+  const uint8_t byte[1] = {1};
+  for (int round = 0; round < 2; round++) {
+    bench_operational();
+    bench_give(0x80, 1, byte);
+    bench_wait_ms(1);
+    TEST_ASSERT_TRUE(is_active(0x8240));
+    bench.sent = 0;
+    bench_give(0x80, 0, NULL);
+    bench_wait_ms(1);
+    TEST_ASSERT_FALSE(is_active(0x8240));
+    TEST_ASSERT_EQUAL(1, bench_count(0x285));
+    bench_nmt(2, BENCH_NODE);
+    bench_give(0x80, 1, byte);
+    bench_wait_ms(1);
+    TEST_ASSERT_FALSE(is_active(0x8240));
+  }
+}
+
+static void test_a_request_for_a_tpdo_that_does_not_exist_changes_nothing(void) {
+  static canopen_node before;
+  bench_operational();
+  memcpy(&before, NODE, sizeof before);
+  canopen_node_request_tpdo(NODE, TPDO_COUNT);
+  TEST_ASSERT_EQUAL_MEMORY(&before, NODE, sizeof before);
+}
+
+static void test_a_heartbeat_that_the_bus_refuses_is_sent_as_soon_as_it_takes_one(void) {
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1017, 0, 10, 2));
+  bench_wait_ms(5);
+  bench.bus_full = true;
+  bench_wait_ms(20);
+  bench.bus_full = false;
+  bench.sent = 0;
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench_count(0x705));
+  bench_wait_ms(9);
+  TEST_ASSERT_EQUAL(1, bench_count(0x705)); /* the period begins with the frame that was sent */
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(2, bench_count(0x705));
+}
+
+/* 10 ms of silence, then one frame. */
+static void test_which_frames_end_the_silence_of_the_master(void) {
+  static const struct {
+    nmt_state state;
+    uint32_t id;
+    uint8_t length;
+    uint8_t bytes[8];
+    bool heard;
+  } rows[] = {
+      {NMT_PRE_OPERATIONAL, 0x000, 2, {128, BENCH_NODE}, true},
+      {NMT_PRE_OPERATIONAL, 0x000, 2, {128, 0}, true},
+      {NMT_PRE_OPERATIONAL, 0x000, 2, {128, BENCH_NODE + 1}, false},
+      {NMT_PRE_OPERATIONAL, 0x605, 8, {0x40, 0x00, 0x10}, true},
+      {NMT_PRE_OPERATIONAL, 0x605, 7, {0x40, 0x00, 0x10}, false},
+      {NMT_OPERATIONAL, 0x605, 8, {0x40, 0x00, 0x10}, true},
+      {NMT_STOPPED, 0x605, 8, {0x40, 0x00, 0x10}, false},
+      {NMT_PRE_OPERATIONAL, 0x205, 3, {0}, false},
+      {NMT_OPERATIONAL, 0x205, 3, {0}, true},
+      {NMT_PRE_OPERATIONAL, 0x080, 0, {0}, false},
+      {NMT_OPERATIONAL, 0x080, 0, {0}, true}, /* PDO 2 is synchronous */
+      {NMT_OPERATIONAL, 0x080, 1, {0}, false},
+      {NMT_OPERATIONAL, 0x701, 1, {5}, false}, /* no consumer is set */
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    const uint8_t command = rows[i].state == NMT_OPERATIONAL ? 1 : rows[i].state == NMT_STOPPED ? 2 : 128;
+    bench_nmt(command, BENCH_NODE);
+    bench_wait_ms(10);
+    const uint32_t silent_ms = canopen_node_silent_ms(NODE);
+    bench.sent = 0;
+    bench_give(rows[i].id, rows[i].length, rows[i].bytes);
+    bench_wait_ms(1);
+    char row[16];
+    (void)snprintf(row, sizeof row, "row %u", (unsigned)i);
+    TEST_ASSERT_EQUAL_MESSAGE(11, silent_ms, row);
+    TEST_ASSERT_EQUAL_MESSAGE(rows[i].heard, canopen_node_silent_ms(NODE) < 12, row);
+    TEST_ASSERT_EQUAL_MESSAGE(rows[i].id == 0x605 && rows[i].heard, bench_count(0x585), row);
+  }
+}
+
+static void test_a_monitored_master_is_not_silent_until_its_heartbeat_is_lost(void) {
+  const uint8_t alive[1] = {5};
+  TEST_ASSERT_EQUAL_HEX32(0, bench_write(0x1016, 1, 0x00010032, 4));
+  bench_wait_ms(9);
+  TEST_ASSERT_EQUAL(9, canopen_node_silent_ms(NODE)); /* since the tick that took the request; not heard yet */
+  bench_give(0x701, 1, alive);
+  bench_wait_ms(40);
+  TEST_ASSERT_EQUAL(0, canopen_node_silent_ms(NODE));
+  bench_wait_ms(20);
+  TEST_ASSERT_EQUAL(59, canopen_node_silent_ms(NODE)); /* since the tick that took its heartbeat */
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_node_boots_with_one_message_and_is_pre_operational);
   RUN_TEST(test_a_node_without_id_has_the_identifiers_of_node_1_and_is_silent);
-  RUN_TEST(test_bad_configuration_is_refused);
+  RUN_TEST(test_a_configuration_is_taken_within_its_limits_and_refused_outside);
   RUN_TEST(test_nmt_commands_move_the_node_when_addressed_to_it);
   RUN_TEST(test_reset_communication_brings_the_defaults_and_a_boot_up);
   RUN_TEST(test_heartbeat_comes_on_time_with_the_state);
@@ -548,5 +726,14 @@ int main(void) {
   RUN_TEST(test_without_a_first_sync_none_is_late);
   RUN_TEST(test_a_node_takes_over_no_objects_and_counts_from_before);
   RUN_TEST(test_the_silence_of_the_master_is_counted_from_its_last_frame_in_each_ms);
+  RUN_TEST(test_only_a_heartbeat_of_one_byte_counts);
+  RUN_TEST(test_error_passive_is_reported_while_it_lasts);
+  RUN_TEST(test_after_bus_off_only_an_operational_node_obeys_its_error_behaviour);
+  RUN_TEST(test_an_overrun_is_over_one_second_after_the_last_lost_frame);
+  RUN_TEST(test_sync_of_the_wrong_length_is_over_with_the_next_good_one_and_ignored_when_stopped);
+  RUN_TEST(test_a_request_for_a_tpdo_that_does_not_exist_changes_nothing);
+  RUN_TEST(test_a_heartbeat_that_the_bus_refuses_is_sent_as_soon_as_it_takes_one);
+  RUN_TEST(test_which_frames_end_the_silence_of_the_master);
+  RUN_TEST(test_a_monitored_master_is_not_silent_until_its_heartbeat_is_lost);
   return UNITY_END();
 }
