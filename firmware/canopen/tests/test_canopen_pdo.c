@@ -591,6 +591,136 @@ static void test_a_stop_is_obeyed_beside_bytes_that_are_skipped(void) {
   TEST_ASSERT_EQUAL_HEX16(0x0B, DEVICE->axis[0].controlword);
 }
 
+/* Each SYNC is answered, however many come in one ms; the node takes 16 frames per ms. */
+static void test_syncs_of_one_ms_are_answered_one_by_one(void) {
+  static const struct {
+    uint32_t given, answered, answered_later;
+  } rows[] = {{1, 1, 0}, {3, 3, 0}, {16, 16, 0}, {20, 16, 4}};
+  bench_operational();
+  bench_wait_ms(5);
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    bench.sent = 0;
+    for (uint32_t n = 0; n < rows[i].given; n++) {
+      bench_give(SYNC, 0, NULL);
+    }
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(rows[i].answered, bench_count(TPDO2));
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(rows[i].answered + rows[i].answered_later, bench_count(TPDO2));
+    bench_wait_ms(5);
+    TEST_ASSERT_EQUAL(rows[i].given, bench_count(TPDO2));
+  }
+}
+
+static void test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational(void) {
+  write_ok(0x1801, 2, 3, 1);
+  for (int round = 0; round < 2; round++) {
+    bench_operational();
+    bench.sent = 0;
+    for (uint32_t n = 1; n <= 5; n++) { /* the last two are left over */
+      bench_give(SYNC, 0, NULL);
+      bench_wait_ms(1);
+      TEST_ASSERT_EQUAL(n < 3 ? 0 : 1, bench_count(TPDO2));
+    }
+    bench_nmt(128, BENCH_NODE);
+  }
+}
+
+/* Without a counter, SYNC carries no start value: the first one counts. */
+static void test_a_start_value_is_ignored_by_a_sync_without_counter(void) {
+  write_ok(0x1801, 1, 0xC0000285, 4);
+  write_ok(0x1801, 6, 4, 1);
+  write_ok(0x1801, 2, 2, 1);
+  write_ok(0x1801, 1, 0x40000285, 4);
+  bench_operational();
+  bench.sent = 0;
+  for (uint32_t n = 1; n <= 6; n++) {
+    bench_give(SYNC, 0, NULL);
+    bench_wait_ms(1);
+    TEST_ASSERT_EQUAL(n / 2, bench_count(TPDO2));
+  }
+}
+
+static void test_a_full_bus_delays_a_synchronous_tpdo_with_the_values_of_its_sync(void) {
+  write_ok(0x1801, 2, 2, 1);
+  bench_operational();
+  for (int32_t round = 1; round <= 2; round++) {
+    bench.sent = 0;
+    bench.bus_full = true;
+    DEVICE->axis[0].target_velocity = round;
+    for (int n = 0; n < 2; n++) {
+      bench_give(SYNC, 0, NULL);
+      bench_wait_ms(1);
+    }
+    DEVICE->axis[0].target_velocity = 99;
+    bench_wait_ms(3);
+    bench.bus_full = false;
+    bench_wait_ms(3);
+    TEST_ASSERT_EQUAL(1, bench_count(TPDO2));
+    TEST_ASSERT_EQUAL(round, bench_last(TPDO2)->data[0]);
+  }
+}
+
+/* ms from one frame to the next of a TPDO that has something to send in each ms. */
+static void test_the_inhibit_time_of_a_tpdo_is_never_shorter_than_set(void) {
+  static const struct {
+    uint16_t inhibit_100us;
+    uint32_t ms;
+  } rows[] = {{0, 1}, {1, 1}, {10, 1}, {11, 2}, {20, 2}, {21, 3}, {95, 10}, {100, 10}, {101, 11}};
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+    bench_nmt(128, BENCH_NODE);
+    map_u8(2, 255, 1);
+    write_ok(0x1802, 1, 0x80000000u | TPDO3, 4);
+    write_ok(0x1802, 3, rows[i].inhibit_100us, 2);
+    write_ok(0x1802, 1, TPDO3, 4);
+    bench_operational();
+    bench_wait_ms(20);
+    bench.sent = 0;
+    bench_wait_ms(6 * rows[i].ms);
+    TEST_ASSERT_EQUAL(6, bench_count(TPDO3));
+  }
+}
+
+static void test_the_event_timer_counts_from_the_last_frame(void) {
+  map_u8(2, 255, 20);
+  bench_operational();
+  bench_wait_ms(5);
+  bench.sent = 0;
+  DEVICE->node.tpdos[2].elapsed_ms = 0;
+  bench_wait_ms(19);
+  TEST_ASSERT_EQUAL(0, bench_count(TPDO3));
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(1, bench_count(TPDO3));
+  bench_wait_ms(10);
+  canopen_node_request_tpdo(&DEVICE->node, 2);
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(2, bench_count(TPDO3));
+  bench_wait_ms(19);
+  TEST_ASSERT_EQUAL(2, bench_count(TPDO3));
+  bench_wait_ms(1);
+  TEST_ASSERT_EQUAL(3, bench_count(TPDO3));
+}
+
+/* 20 ms, the one of the frame included. */
+static void test_each_silence_of_an_rpdo_is_reported_once(void) {
+  const uint8_t bytes[3] = {0x06, 0x00, 9};
+  write_ok(0x1400, 5, 20, 2);
+  bench_operational();
+  for (int round = 0; round < 3; round++) {
+    bench_give(RPDO1, 3, bytes);
+    bench_wait_ms(19);
+    bench_give(RPDO1, 3, bytes);
+    bench_wait_ms(1);
+    bench.sent = 0;
+    bench_wait_ms(18);
+    TEST_ASSERT_EQUAL(0, bench_count(0x85));
+    bench_wait_ms(1);
+    TEST_ASSERT_TRUE(emergency_is_active(&DEVICE->node.emergency, 0, 0x8250));
+    bench_wait_ms(100);
+    TEST_ASSERT_EQUAL(1, bench_count(0x85));
+  }
+}
+
 int main(void) {
   UNITY_BEGIN();
   RUN_TEST(test_rpdo_acts_at_once_and_only_when_operational);
@@ -630,5 +760,12 @@ int main(void) {
   RUN_TEST(test_a_synchronous_tpdo8_makes_sync_a_sign_of_the_master);
   RUN_TEST(test_each_of_the_eight_tpdos_can_answer_a_sync);
   RUN_TEST(test_a_stop_is_obeyed_beside_bytes_that_are_skipped);
+  RUN_TEST(test_syncs_of_one_ms_are_answered_one_by_one);
+  RUN_TEST(test_a_tpdo_counts_its_syncs_anew_when_the_node_becomes_operational);
+  RUN_TEST(test_a_start_value_is_ignored_by_a_sync_without_counter);
+  RUN_TEST(test_a_full_bus_delays_a_synchronous_tpdo_with_the_values_of_its_sync);
+  RUN_TEST(test_the_inhibit_time_of_a_tpdo_is_never_shorter_than_set);
+  RUN_TEST(test_the_event_timer_counts_from_the_last_frame);
+  RUN_TEST(test_each_silence_of_an_rpdo_is_reported_once);
   return UNITY_END();
 }
