@@ -1,6 +1,8 @@
 /* Experiments on an ideal axis, which follows its commands: set-points, limits, and causes of the end. */
 #include "commissioning/experiment.h"
 
+#include <stddef.h>
+
 #include "support/check.h"
 
 void setUp(void) {}
@@ -256,7 +258,8 @@ static void test_an_axis_that_does_not_break_away_counts_nothing(void) {
   }
   TEST_ASSERT_EQUAL_INT(EXPERIMENT_DONE, b.e.state);
   TEST_ASSERT_EQUAL_UINT32(0, b.e.stimulus.breakaway[0].count + b.e.stimulus.breakaway[1].count);
-  CHECK_NEAR("duration, s", (double)stimulus_duration_s(&breakaway), 1e-3 * b.ticks, 0.6);
+  CHECK_NEAR("duration, s", 6.0 * 4.0 + 7.0 * 0.5, 1e-3 * b.ticks, 0.03); /* a rest around each rise */
+  CHECK_NEAR("announced, s", 6.0 * (4.0 + 0.5), stimulus_duration_s(&breakaway), 1e-5);
 }
 
 /* --- what ends it --- */
@@ -358,36 +361,112 @@ static refusal changed(const char *what, stimulus_setup setup, control_status st
   return (refusal){what, setup, wide, status};
 }
 
-static void test_what_is_out_of_range_or_does_not_fit_its_limits_is_refused(void) {
-  refusal r[24];
-  for (int i = 0; i < 5; ++i) {
-    const stimulus_setup all[] = {sweep, ramps, hysteresis, chirp, breakaway};
-    r[i] = changed("dwell", all[i], CONTROL_OUT_OF_RANGE);
-    r[i].setup.dwell_s = 0.001f;
-    r[i + 5] = changed("count", all[i], CONTROL_OUT_OF_RANGE);
-    r[i + 5].setup.count = i % 2 == 0 ? 0u : 1001u;
+/* A float of the set-up or of the limits, at 0 or more. */
+typedef struct {
+  const char *what;
+  const stimulus_setup *setup;
+  size_t of_setup, of_limits; /* offset of the member in one of them; the other is NONE */
+  float low, high;
+} range_row;
+
+enum { NONE = 1000 };
+
+#define OF(member_) offsetof(stimulus_setup, member_), NONE
+#define LIMIT(member_) NONE, offsetof(experiment_limits, member_)
+
+static control_status status_with(const range_row *row, float value) {
+  refusal r = changed(row->what, *row->setup, CONTROL_OK);
+  r.setup.high_hz = row->of_setup == offsetof(stimulus_setup, low_hz) ? 400.0f : r.setup.high_hz;
+  float *member = row->of_setup != NONE ? (float *)(void *)((char *)&r.setup + row->of_setup)
+                                        : (float *)(void *)((char *)&r.limits + row->of_limits);
+  *member = value;
+  return experiment_check(&r.setup, &r.limits);
+}
+
+/* Within its range, a value may still not fit the limits. */
+static bool in_range(control_status status) { return status == CONTROL_OK || status == CONTROL_INCONSISTENT; }
+
+static void test_each_value_is_taken_within_its_range_and_refused_outside(void) {
+  static const range_row rows[] = {
+      {"dwell, sweep", &sweep, OF(dwell_s), 0.01f, 1000.0f},
+      {"dwell, ramps", &ramps, OF(dwell_s), 0.01f, 1000.0f},
+      {"dwell, hysteresis", &hysteresis, OF(dwell_s), 0.01f, 1000.0f},
+      {"dwell, chirp", &chirp, OF(dwell_s), 0.01f, 1000.0f},
+      {"dwell, break-away", &breakaway, OF(dwell_s), 0.01f, 1000.0f},
+      {"speed, sweep", &sweep, OF(low_rad_s), 1e-6f, 100.0f},
+      {"speed, chirp", &chirp, OF(low_rad_s), 1e-6f, 100.0f},
+      {"acceleration, sweep", &sweep, OF(acceleration_rad_s2), 1e-4f, 1e4f},
+      {"acceleration, chirp", &chirp, OF(acceleration_rad_s2), 1e-4f, 1e4f},
+      {"ratio, sweep", &sweep, OF(speed_ratio), 1.0f, 10.0f},
+      {"torque, ramps", &ramps, OF(amplitude_nm), 1e-6f, 1e4f},
+      {"torque, chirp", &chirp, OF(amplitude_nm), 1e-6f, 1e4f},
+      {"torque, break-away", &breakaway, OF(amplitude_nm), 1e-6f, 1e4f},
+      {"angle, hysteresis", &hysteresis, OF(amplitude_rad), 1e-7f, 3.0f},
+      {"angle, break-away", &breakaway, OF(amplitude_rad), 1e-7f, 3.0f},
+      {"lower frequency, chirp", &chirp, OF(low_hz), 0.01f, 400.0f},
+      {"higher frequency, chirp", &chirp, OF(high_hz), 5.0f, 400.0f}, /* not below the lower one */
+      {"limit of the travel", &ramps, LIMIT(travel_rad), 1e-6f, 3.0f},
+      {"limit of the rate", &ramps, LIMIT(rate_rad_s), 1e-6f, 100.0f},
+      {"limit of the torque", &ramps, LIMIT(torque_nm), 1e-6f, 1e4f},
+      {"limit of the duration", &ramps, LIMIT(duration_s), 1e-3f, 3600.0f},
+  };
+  for (size_t i = 0; i < sizeof rows / sizeof rows[0]; ++i) {
+    const range_row *row = &rows[i];
+    TEST_ASSERT_TRUE_MESSAGE(in_range(status_with(row, row->low)), row->what);
+    TEST_ASSERT_TRUE_MESSAGE(in_range(status_with(row, row->high)), row->what);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(CONTROL_OUT_OF_RANGE, status_with(row, nextafterf(row->low, -1.0f)), row->what);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(CONTROL_OUT_OF_RANGE, status_with(row, nextafterf(row->high, 1e30f)), row->what);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(CONTROL_NOT_FINITE, status_with(row, NAN), row->what);
   }
-  int n = 10;
-  r[n] = changed("kind", sweep, CONTROL_OUT_OF_RANGE), r[n++].setup.kind = STIMULUS_NONE;
-  r[n] = changed("kind", sweep, CONTROL_OUT_OF_RANGE), r[n++].setup.kind = (stimulus_kind)6;
-  r[n] = changed("speed", sweep, CONTROL_NOT_FINITE), r[n++].setup.low_rad_s = NAN;
-  r[n] = changed("ratio", sweep, CONTROL_OUT_OF_RANGE), r[n++].setup.speed_ratio = 0.9f;
-  r[n] = changed("acceleration", chirp, CONTROL_OUT_OF_RANGE), r[n++].setup.acceleration_rad_s2 = 0.0f;
-  r[n] = changed("torque", ramps, CONTROL_OUT_OF_RANGE), r[n++].setup.amplitude_nm = -1.0f;
-  r[n] = changed("angle", hysteresis, CONTROL_OUT_OF_RANGE), r[n++].setup.amplitude_rad = 4.0f;
-  r[n] = changed("frequencies", chirp, CONTROL_OUT_OF_RANGE), r[n++].setup.high_hz = 4.0f;
-  r[n] = changed("fastest of the sweep", sweep, CONTROL_INCONSISTENT), r[n++].setup.count = 7;
-  r[n] = changed("too strong", ramps, CONTROL_INCONSISTENT), r[n++].setup.amplitude_nm = 31.0f;
-  r[n] = changed("too far", hysteresis, CONTROL_INCONSISTENT), r[n++].setup.amplitude_rad = 0.95f;
-  r[n] = changed("a leg is too long", chirp, CONTROL_INCONSISTENT), r[n++].setup.dwell_s = 50.0f;
+}
+
+static void test_a_count_is_1_to_1000_and_a_kind_one_of_five(void) {
+  static const stimulus_setup *const all[] = {&sweep, &ramps, &hysteresis, &chirp, &breakaway};
+  for (int i = 0; i < 5; ++i) {
+    const struct {
+      uint32_t count;
+      bool taken;
+    } counts[] = {{0, false}, {1, true}, {1000, true}, {1001, false}};
+    for (int k = 0; k < 4; ++k) {
+      stimulus_setup setup = *all[i];
+      setup.count = counts[k].count;
+      TEST_ASSERT_EQUAL(counts[k].taken, in_range(experiment_check(&setup, &wide)));
+    }
+  }
+  for (int kind = 0; kind <= 6; kind += 6) {
+    stimulus_setup setup = sweep;
+    setup.kind = (stimulus_kind)kind;
+    CHECK_STATUS(CONTROL_OUT_OF_RANGE, experiment_check(&setup, &wide));
+  }
+}
+
+/* At its limit a motion fits, beyond it not; a refused one leaves the experiment as it was. */
+static void test_what_does_not_fit_its_limits_is_refused(void) {
+  refusal r[12];
+  int n = 0;
+  r[n] = changed("as strong as permitted", ramps, CONTROL_OK), r[n++].setup.amplitude_nm = 30.0f;
+  r[n] = changed("too strong", ramps, CONTROL_INCONSISTENT), r[n++].setup.amplitude_nm = 30.1f;
+  r[n] = changed("as far as permitted", hysteresis, CONTROL_OK), r[n].setup.dwell_s = 20.0f,
+  r[n++].setup.amplitude_rad = 0.9f; /* 0.18 rad/s */
+  r[n] = changed("too far", hysteresis, CONTROL_INCONSISTENT), r[n].setup.dwell_s = 20.0f,
+  r[n++].setup.amplitude_rad = 0.91f;
+  r[n] = changed("as long as permitted", ramps, CONTROL_OK), r[n++].setup.count = 50; /* 50 of 4 s in 200 s */
   r[n] = changed("too long", ramps, CONTROL_INCONSISTENT), r[n++].setup.count = 51;
-  r[n] = changed("travel", ramps, CONTROL_OUT_OF_RANGE), r[n++].limits.travel_rad = 3.5f;
-  TEST_ASSERT_EQUAL_INT(24, n);
+  r[n] = changed("fast enough", sweep, CONTROL_OK), r[n++].setup.count = 6;                    /* 0.32 rad/s */
+  r[n] = changed("fastest of the sweep", sweep, CONTROL_INCONSISTENT), r[n++].setup.count = 7; /* 0.64 rad/s */
+  r[n] = changed("fastest of the loops", hysteresis, CONTROL_INCONSISTENT), r[n++].setup.amplitude_rad = 0.3f;
+  /* Legs of 0.02 rad/s, and twice the way from 0 to it: 0.02 T + 0.0008 rad of 0.9 rad. */
+  r[n] = changed("a leg fits", chirp, CONTROL_OK), r[n].setup.count = 1, r[n++].setup.dwell_s = 44.9f;
+  r[n] = changed("a leg is too long", chirp, CONTROL_INCONSISTENT), r[n].setup.count = 1, r[n++].setup.dwell_s = 44.97f;
+  r[n] = changed("what the kind does not use", ramps, CONTROL_OK);
+  r[n].setup.low_rad_s = r[n].setup.speed_ratio = r[n].setup.amplitude_rad = r[n].setup.low_hz = r[n].setup.high_hz =
+      NAN;
+  r[n++].setup.acceleration_rad_s2 = 0.0f;
   for (int i = 0; i < n; ++i) {
     experiment e = {.state = EXPERIMENT_DONE};
     const control_status status = experiment_start(&e, &r[i].setup, &r[i].limits, 0u);
     TEST_ASSERT_EQUAL_INT_MESSAGE(r[i].status, status, r[i].what);
-    TEST_ASSERT_EQUAL_INT_MESSAGE(EXPERIMENT_DONE, e.state, r[i].what);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(status == CONTROL_OK ? EXPERIMENT_RUNNING : EXPERIMENT_DONE, e.state, r[i].what);
   }
 }
 
@@ -418,7 +497,9 @@ int main(void) {
   RUN_TEST(test_lasting_too_long_ends_it);
   RUN_TEST(test_an_abort_ends_a_running_one_and_leaves_the_verdict_of_one_that_is_over);
   RUN_TEST(test_progress_counts_up_to_100);
-  RUN_TEST(test_what_is_out_of_range_or_does_not_fit_its_limits_is_refused);
+  RUN_TEST(test_each_value_is_taken_within_its_range_and_refused_outside);
+  RUN_TEST(test_a_count_is_1_to_1000_and_a_kind_one_of_five);
+  RUN_TEST(test_what_does_not_fit_its_limits_is_refused);
   RUN_TEST(test_a_stimulus_of_torque_has_no_peak_rate);
   return UNITY_END();
 }
